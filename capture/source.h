@@ -1,0 +1,45 @@
+// Where frames come from. A source delivers rectified frames of one format, in order, from one thread.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "capture/truth.h"
+#include "engine/frame.h"
+#include "engine/sensor.h"
+
+namespace palpate {
+
+class Source {
+ public:
+  Source() = default;
+  Source(const Source&) = delete;
+  Source& operator=(const Source&) = delete;
+  virtual ~Source() = default;
+
+  /// Format of every frame after cropping and rectification.
+  virtual FrameFormat format() const = 0;
+  /// Nominal rate; 0 where a source has none (a folder of images).
+  virtual double rate_Hz() const = 0;
+  /// Number of frames, where known in advance.
+  virtual std::optional<uint64_t> frame_count() const = 0;
+  /// Fills `frame` (reusing its memory) and returns true, or returns false after the last frame.
+  /// Throws Error(Failure::Input) on a damaged file or a frame whose size differs from the first.
+  virtual bool next(Frame& frame) = 0;
+  /// The untouched image that this source knows of itself (the synthetic sensor's), if any.
+  virtual std::optional<Frame> own_background() const { return std::nullopt; }
+  /// Truth of frame `sequence`; only synthetic sources have one. Safe to call from any thread.
+  virtual std::optional<Truth> truth(uint64_t /*sequence*/) const { return std::nullopt; }
+};
+
+/// Opens a video file, an image file, a folder of images, or "synthetic:SCENE" (see synthetic.h).
+/// Throws Error(Failure::Input).
+std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sensor);
+
+/// The untouched image to subtract: the sensor's background image, else the source's own, else the mean of its first frames.
+/// Opens `input` a second time for the last, so that a source already open loses no frame.
+Frame load_background(const std::string& input, const Sensor& sensor, const Source& source);
+
+}  // namespace palpate

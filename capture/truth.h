@@ -1,0 +1,25 @@
+// What was really there when a synthetic frame was taken.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace palpate {
+
+/// Truth of one synthetic frame. Pixel coordinates as in Touch; x right, y down.
+struct Truth {
+  uint64_t sequence = 0;
+  double time_s = 0;
+  bool contact = false;
+  double force_N = 0;           ///< normal force on the pad
+  double shear_x_N = 0;         ///< tangential force on the pad, friction limited
+  double shear_y_N = 0;
+  bool slipping = false;
+  double center_x_px = 0;       ///< centre of the contact
+  double center_y_px = 0;
+  double radius_px = 0;         ///< contact radius
+  double indentation_mm = 0;    ///< depth below rest level at the deepest point
+  std::vector<float> depth_mm;  ///< height x width, depth below the rest level, >= 0
+};
+
+}  // namespace palpate

@@ -1,0 +1,68 @@
+// One image of the pad, as a camera, a file or the synthetic sensor delivers it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <vector>
+
+namespace palpate {
+
+/// Largest side of a frame, px. Sums of the contact stage are proven exact up to this size.
+inline constexpr uint32_t kMaxSide_px = 16384;
+
+/// Shape of every frame of a source; it does not change while the source lives.
+struct FrameFormat {
+  uint32_t width = 0;      ///< px, 1 to kMaxSide_px
+  uint32_t height = 0;     ///< px, 1 to kMaxSide_px
+  uint32_t channels = 1;   ///< 1 (gray) or 3 (planes in the order red, green, blue)
+  uint32_t bit_depth = 8;  ///< 8 to 16; above 8 a pixel takes two bytes, little endian, value in the low bits
+
+  bool operator==(const FrameFormat&) const = default;
+
+  size_t bytes_per_pixel() const { return bit_depth > 8 ? 2 : 1; }
+  size_t row_bytes() const { return width * bytes_per_pixel(); }
+  size_t plane_bytes() const { return row_bytes() * height; }
+  size_t frame_bytes() const { return plane_bytes() * channels; }
+  uint32_t max_gray() const { return (1u << bit_depth) - 1; }
+};
+
+/// Pixels in planes (channels x height x width), rows tightly packed, origin top left, x right, y down.
+/// Reuse one Frame for many images: `reshape` allocates only when the format grows.
+struct Frame {
+  FrameFormat format;
+  uint64_t sequence = 0;  ///< counts from 0 at the start of the source; a gap is a lost frame
+  int64_t time_ns = 0;    ///< time of exposure on the source's own monotonic clock
+  std::vector<uint8_t> bytes;
+
+  void reshape(const FrameFormat& f) {
+    format = f;
+    bytes.resize(f.frame_bytes());
+  }
+  const uint8_t* row(uint32_t channel, uint32_t y) const {
+    return bytes.data() + channel * format.plane_bytes() + y * format.row_bytes();
+  }
+  uint8_t* row(uint32_t channel, uint32_t y) {
+    return bytes.data() + channel * format.plane_bytes() + y * format.row_bytes();
+  }
+  /// Value of one pixel, 0 to format.max_gray().
+  uint32_t at(uint32_t channel, uint32_t x, uint32_t y) const {
+    const uint8_t* p = row(channel, y) + x * format.bytes_per_pixel();
+    if (format.bit_depth <= 8) return *p;
+    uint16_t value = 0;
+    std::memcpy(&value, p, sizeof value);
+    return value;
+  }
+  void set(uint32_t channel, uint32_t x, uint32_t y, uint32_t value) {
+    uint8_t* p = row(channel, y) + x * format.bytes_per_pixel();
+    if (format.bit_depth <= 8) {
+      *p = static_cast<uint8_t>(value);
+    } else {
+      const auto wide = static_cast<uint16_t>(value);
+      std::memcpy(p, &wide, sizeof wide);
+    }
+  }
+};
+
+}  // namespace palpate

@@ -1,0 +1,90 @@
+// One command buffer with its fence and timers. Recorded once a frame, or once and submitted often.
+#pragma once
+
+#include <vulkan/vulkan.h>
+
+#include <array>
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace palpate::gpu {
+
+class Context;
+class DeviceBuffer;
+class TexelView;
+class Kernel;
+
+/// GPU time of one named scope. After a render pass in the same process lavapipe's timestamps are garbage: see perf/README.md.
+struct ScopeTime {
+  std::string name;
+  double ms = 0;
+};
+
+/// One thing bound to a kernel: a texel view (read) or a buffer (read and write).
+using Argument = std::variant<const TexelView*, const DeviceBuffer*>;
+
+class Commands {
+ public:
+  Commands() = default;
+  explicit Commands(Context& context);
+  ~Commands();
+  Commands(Commands&& other) noexcept { swap(other); }
+  Commands& operator=(Commands&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+
+  void begin();
+  /// Ends recording. The buffer may then be submitted any number of times.
+  void end();
+  void submit();
+  bool finished() const;
+  void wait() const;
+
+  /// Binds, pushes and dispatches. The arguments' order is the kernel's bindings'.
+  void dispatch(const Kernel& kernel, std::initializer_list<Argument> arguments, const void* push, std::array<uint32_t, 3> groups);
+  template <typename Push>
+  void dispatch(const Kernel& kernel, std::initializer_list<Argument> arguments, const Push& push, std::array<uint32_t, 3> groups) {
+    static_assert(sizeof(Push) % 4 == 0);
+    dispatch(kernel, arguments, static_cast<const void*>(&push), groups);
+  }
+  void copy(const DeviceBuffer& from, const DeviceBuffer& to, uint64_t bytes);
+  /// All writes so far become visible to all kernels and copies after it: the one synchronisation rule between stages.
+  void barrier();
+  /// Writes so far become visible to the host.
+  void host_barrier();
+
+  /// A named stretch of commands: debug label and timer at once.
+  class Scope {
+   public:
+    Scope(Commands& commands, const char* name);
+    ~Scope();
+    Scope(const Scope&) = delete;
+    Scope& operator=(const Scope&) = delete;
+
+   private:
+    Commands& commands_;
+    uint32_t index_;
+  };
+  Scope scope(const char* name) { return {*this, name}; }
+
+  /// Scope times of the last finished submission; empty unless the context has timers.
+  std::vector<ScopeTime> times() const;
+  VkCommandBuffer handle() const { return buffer_; }
+
+ private:
+  static constexpr uint32_t kMaxScopes = 32;
+  void swap(Commands& other) noexcept;
+
+  Context* context_ = nullptr;
+  VkCommandPool pool_ = VK_NULL_HANDLE;
+  VkCommandBuffer buffer_ = VK_NULL_HANDLE;
+  VkFence fence_ = VK_NULL_HANDLE;
+  VkQueryPool queries_ = VK_NULL_HANDLE;
+  std::vector<const char*> scopes_;
+};
+
+}  // namespace palpate::gpu

@@ -1,0 +1,109 @@
+// The Vulkan device: which one, why not the others, and what the validation layer said.
+#pragma once
+
+#include <vulkan/vulkan.h>
+
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace palpate::gpu {
+
+struct ContextOptions {
+  std::string device;        ///< index or part of a name; empty: the best one
+  bool validation = false;   ///< validation layer with synchronisation validation; messages are collected
+  bool timers = false;       ///< GPU timestamps around every scope
+  std::vector<const char*> instance_extensions;  ///< what a window needs (glfwGetRequiredInstanceExtensions)
+  bool presentation = false;                     ///< ask for VK_KHR_swapchain
+};
+
+/// One physical device as `palpate devices` lists it.
+struct DeviceReport {
+  uint32_t index = 0;
+  std::string name;
+  std::string type;             ///< "discrete GPU", "integrated GPU", "virtual GPU", "CPU"
+  std::string driver;
+  std::string api_version;
+  uint64_t memory_bytes = 0;    ///< largest device-local heap
+  uint32_t subgroup_size = 0;
+  std::vector<std::string> refusals;  ///< what it lacks; empty: usable
+};
+
+class Context {
+ public:
+  /// Throws Error(Failure::Device) listing every device and why it was refused.
+  explicit Context(const ContextOptions& options);
+  ~Context();
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+
+  VkInstance instance() const { return instance_; }
+  VkPhysicalDevice physical_device() const { return physical_device_; }
+  VkDevice device() const { return device_; }
+  VkQueue queue() const { return queue_; }
+  uint32_t queue_family() const { return queue_family_; }
+  VkPipelineCache pipeline_cache() const { return pipeline_cache_; }
+  const VkPhysicalDeviceProperties& properties() const { return properties_; }
+  const DeviceReport& report() const { return report_; }
+  /// A CPU driver (lavapipe): device memory is host memory, and views adapt to what it can draw.
+  bool is_software() const { return properties_.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU; }
+  bool timers() const { return timers_; }
+
+  /// Submits to the one queue; safe from several threads.
+  void submit(const VkSubmitInfo2& info, VkFence fence);
+  /// Presents on the one queue; safe from several threads. Returns the swapchain's verdict.
+  VkResult present(const VkPresentInfoKHR& info);
+  void wait_idle();
+
+  /// Index of a memory type with `wanted` flags (and, if there is one, `preferred` too). Throws Error(Failure::Device).
+  uint32_t memory_type(uint32_t type_bits, VkMemoryPropertyFlags wanted, VkMemoryPropertyFlags preferred) const;
+
+  /// Names an object for debuggers and validation messages.
+  void set_name(VkObjectType type, uint64_t handle, const std::string& name) const;
+  /// Begin and end of a debug label; no-ops without the validation option.
+  void begin_label(VkCommandBuffer cmd, const char* name) const;
+  void end_label(VkCommandBuffer cmd) const;
+  PFN_vkCmdPushDescriptorSetKHR push_descriptors() const { return push_descriptors_; }
+
+  /// Warnings and errors of the validation layer so far (empty without the option).
+  std::vector<std::string> validation_messages() const;
+
+ private:
+  void create_instance(const ContextOptions& options);
+  void choose_device(const ContextOptions& options);
+  void create_device(const ContextOptions& options);
+  void load_pipeline_cache();
+  void save_pipeline_cache() const;
+  static VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
+                                                   VkDebugUtilsMessageTypeFlagsEXT type,
+                                                   const VkDebugUtilsMessengerCallbackDataEXT* data, void* self);
+
+  VkInstance instance_ = VK_NULL_HANDLE;
+  VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
+  VkPhysicalDevice physical_device_ = VK_NULL_HANDLE;
+  VkDevice device_ = VK_NULL_HANDLE;
+  VkQueue queue_ = VK_NULL_HANDLE;
+  uint32_t queue_family_ = 0;
+  VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
+  size_t pipeline_cache_loaded_bytes_ = 0;
+  VkPhysicalDeviceProperties properties_{};
+  VkPhysicalDeviceMemoryProperties memory_{};
+  DeviceReport report_;
+  bool timers_ = false;
+  PFN_vkCmdPushDescriptorSetKHR push_descriptors_ = nullptr;
+  PFN_vkSetDebugUtilsObjectNameEXT set_name_ = nullptr;
+  PFN_vkCmdBeginDebugUtilsLabelEXT begin_label_ = nullptr;
+  PFN_vkCmdEndDebugUtilsLabelEXT end_label_ = nullptr;
+  std::mutex queue_mutex_;
+  mutable std::mutex message_mutex_;
+  std::vector<std::string> messages_;
+};
+
+/// Every Vulkan device of the machine, usable or not.
+std::vector<DeviceReport> list_devices();
+
+/// Throws Error(Failure::Device) naming `what` unless `result` is VK_SUCCESS.
+void check(VkResult result, const char* what);
+
+}  // namespace palpate::gpu

@@ -1,0 +1,60 @@
+// A compute kernel: SPIR-V checked against what the C++ side believes, then compiled.
+#pragma once
+
+#include <vulkan/vulkan.h>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace palpate::gpu {
+
+class Context;
+
+enum class Binding : uint8_t { Texels, Storage };  ///< uniform texel buffer; storage buffer
+
+/// SPIR-V made at build time, with the name it is spoken of.
+struct Shader {
+  const char* name;
+  std::span<const uint32_t> spirv;
+};
+
+/// What the C++ side will bind. Binding i of set 0 is bindings[i].
+struct KernelInterface {
+  std::vector<Binding> bindings;
+  uint32_t push_bytes = 0;
+  std::array<uint32_t, 3> local_size{64, 1, 1};  ///< handed to the shader as specialisation constants 0, 1, 2
+  std::vector<uint32_t> constants;               ///< specialisation constants 3, 4, ...
+};
+
+class Kernel {
+ public:
+  Kernel() = default;
+  /// Throws Error(Failure::Device) naming shader and binding where the shader's interface differs.
+  Kernel(Context& context, const Shader& shader, const KernelInterface& interface);
+  ~Kernel();
+  Kernel(Kernel&& other) noexcept { swap(other); }
+  Kernel& operator=(Kernel&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+
+  VkPipeline pipeline() const { return pipeline_; }
+  VkPipelineLayout layout() const { return layout_; }
+  const KernelInterface& interface() const { return interface_; }
+  const char* name() const { return name_; }
+
+ private:
+  void swap(Kernel& other) noexcept;
+
+  Context* context_ = nullptr;
+  const char* name_ = "";
+  KernelInterface interface_;
+  VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
+  VkPipelineLayout layout_ = VK_NULL_HANDLE;
+  VkPipeline pipeline_ = VK_NULL_HANDLE;
+};
+
+}  // namespace palpate::gpu

@@ -1,0 +1,95 @@
+// One frame, start to end: pixels in, Touch and height map out. pipeline.cpp is the architecture in one function.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/frame.h"
+#include "engine/sensor.h"
+#include "engine/touch.h"
+
+namespace palpate {
+namespace gpu {
+class Context;
+class DeviceBuffer;
+struct ScopeTime;
+}  // namespace gpu
+
+/// What the caller wants computed. What is not asked for is not built: no kernels, no memory.
+enum class Output : uint32_t {
+  Force = 1,    ///< contact moments, force, shear
+  Surface = 2,  ///< height map on the GPU, depth
+};
+constexpr uint32_t operator|(Output a, Output b) { return static_cast<uint32_t>(a) | static_cast<uint32_t>(b); }
+
+enum class SurfaceSolver {
+  Live,       ///< one full-multigrid pass on the GPU: relative RMS error about 4e-4 on smooth fields
+  Converged,  ///< multigrid cycles on the GPU until the height changes by less than 1e-4 of its range
+  Exact,      ///< discrete cosine transform by FFTW on the CPU
+};
+
+struct PipelineOptions {
+  uint32_t outputs = Output::Force | Output::Surface;
+  SurfaceSolver solver = SurfaceSolver::Live;
+  uint32_t slots = 3;  ///< frames in flight: recording, finishing, shown
+};
+
+/// The height map of one finished frame, on the GPU: rows x pitch floats, mm, positive into the pad, up to the constant
+/// Touch::depth_datum_mm.
+struct SurfaceMap {
+  const gpu::DeviceBuffer* buffer = nullptr;
+  uint32_t width = 0;   ///< px
+  uint32_t height = 0;  ///< px
+  uint32_t pitch = 0;   ///< floats from one row to the next
+};
+
+/// A finished frame. The slot stays untouched until `release`.
+struct Result {
+  Touch touch;
+  SurfaceMap surface;  ///< buffer is null unless Output::Surface was asked for
+  uint32_t slot = 0;
+  double gpu_ms = 0;   ///< time between submission and the fence, host clock
+};
+
+/// Not thread safe: one thread submits and collects; finished maps may be read by another until released.
+class Pipeline {
+ public:
+  /// Throws Error where sensor and format do not fit, or the device cannot hold the buffers.
+  Pipeline(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options);
+  ~Pipeline();
+
+  /// The untouched image; needed before the first frame. Waits for frames in flight.
+  void set_background(const Frame& background);
+
+  /// Starts a frame; false when every slot is in flight or held (the caller decides whether to wait or to drop).
+  bool submit(const Frame& frame);
+  /// The oldest frame in flight if it is finished; never waits.
+  std::optional<Result> poll();
+  /// The oldest frame in flight, waiting for it; nullopt when none is.
+  std::optional<Result> wait();
+  /// Gives a result's slot back.
+  void release(const Result& result);
+
+  /// submit, wait, release: for tests and single images.
+  Touch process(const Frame& frame);
+
+  /// Depth map of a result that is not released yet: height x width floats, mm below rest level.
+  std::vector<float> read_depth_mm(const Result& result) const;
+
+  /// GPU time of each named stage of a finished frame (empty unless the context has timers on).
+  std::vector<gpu::ScopeTime> times(const Result& result) const;
+  /// Bytes of GPU memory that this pipeline holds.
+  uint64_t memory_bytes() const;
+
+  const FrameFormat& format() const;
+  const Sensor& sensor() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace palpate

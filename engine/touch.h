@@ -1,0 +1,65 @@
+// What one frame says about the touch, in physical units, with what is known of its error.
+#pragma once
+
+#include <cstdint>
+
+namespace palpate {
+
+/// How far a number may be trusted. Shown to the user beside the number, never dropped.
+enum class Validity : uint8_t {
+  Valid,
+  NotCalibrated,   ///< the sensor file has no calibration for this quantity
+  NoContact,       ///< nothing touches the pad, the quantity has no meaning
+  BelowRange,      ///< smaller than anything seen in calibration
+  AboveRange,      ///< larger than anything seen in calibration
+  Saturated,       ///< pixels of the contact are at the camera's limit: the value is a lower bound
+};
+const char* to_string(Validity validity);
+
+/// A value with its standard error (one sigma, same unit).
+struct Estimate {
+  double value = 0;
+  double standard_error = 0;
+  Validity validity = Validity::NotCalibrated;
+};
+
+/// Stick and slip as told by the friction limit (theory S6).
+enum class Slip : uint8_t { NoContact, Stick, Slip, NotCalibrated };
+const char* to_string(Slip slip);
+
+/// Ellipse with the same second moments as the contact area.
+struct Ellipse {
+  double major_mm = 0;   ///< full major axis
+  double minor_mm = 0;   ///< full minor axis
+  double angle_rad = 0;  ///< of the major axis from +x towards +y (downwards in the image), (-pi/2, pi/2]
+};
+
+/// Measurements of one frame. Pixel coordinates are of pixel centres: (0, 0) is the centre of the top left pixel.
+struct Touch {
+  uint64_t sequence = 0;
+  int64_t time_ns = 0;
+
+  bool contact = false;       ///< some pixel of the filtered, background-subtracted image reached the threshold
+  double gray_sum = 0;        ///< G: sum of filtered gray over the contact, gray levels (exact multiple of 1/256)
+  double centroid_x_px = 0;   ///< gray-weighted; NaN without contact
+  double centroid_y_px = 0;
+  uint64_t area_px = 0;
+  double area_mm2 = 0;
+  Ellipse ellipse;
+  double peak_gray = 0;       ///< largest filtered gray, gray levels
+  uint64_t saturated_px = 0;  ///< raw pixels at or above the sensor's saturation level, whole frame
+
+  Estimate force_N;    ///< normal force
+  Estimate shear_x_N;  ///< tangential force; bounded by the friction limit
+  Estimate shear_y_N;
+  double shift_x_mm = 0;  ///< centroid since the onset of this contact
+  double shift_y_mm = 0;
+  Slip slip = Slip::NotCalibrated;
+
+  bool has_surface = false;
+  double depth_max_mm = 0;    ///< deepest point of the surface below its rest level
+  double depth_datum_mm = 0;  ///< add to a value of the height map to get depth: rest level is depth 0
+  bool datum_from_rest = false;  ///< false: no untouched tile, the rest level is the mean over the whole frame
+};
+
+}  // namespace palpate
