@@ -1,4 +1,5 @@
-// One frame, start to end: pixels in, Touch and height map out. pipeline.cpp is the architecture in one function.
+// One frame, start to end: pixels in, Touch and height map out. pipeline.cpp is the architecture in one
+// function.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +24,9 @@ enum class Output : uint32_t {
   Force = 1,    ///< contact moments, force, shear
   Surface = 2,  ///< height map on the GPU, depth
 };
-constexpr uint32_t operator|(Output a, Output b) { return static_cast<uint32_t>(a) | static_cast<uint32_t>(b); }
+constexpr uint32_t operator|(Output a, Output b) {
+  return static_cast<uint32_t>(a) | static_cast<uint32_t>(b);
+}
 
 enum class SurfaceSolver {
   Live,       ///< one full-multigrid pass on the GPU: relative RMS error about 4e-4 on smooth fields
@@ -37,8 +40,8 @@ struct PipelineOptions {
   uint32_t slots = 3;  ///< frames in flight: recording, finishing, shown
 };
 
-/// The height map of one finished frame, on the GPU: rows x pitch floats, mm, positive into the pad, up to the constant
-/// Touch::depth_datum_mm.
+/// The height map of one finished frame, on the GPU: rows x pitch floats, mm, positive into the pad, up to
+/// the constant Touch::depth_datum_mm.
 struct SurfaceMap {
   const gpu::DeviceBuffer* buffer = nullptr;
   uint32_t width = 0;   ///< px
@@ -51,20 +54,22 @@ struct Result {
   Touch touch;
   SurfaceMap surface;  ///< buffer is null unless Output::Surface was asked for
   uint32_t slot = 0;
-  double gpu_ms = 0;   ///< time between submission and the fence, host clock
+  double gpu_ms = 0;  ///< time between submission and the fence, host clock
 };
 
 /// Not thread safe: one thread submits and collects; finished maps may be read by another until released.
 class Pipeline {
  public:
   /// Throws Error where sensor and format do not fit, or the device cannot hold the buffers.
-  Pipeline(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options);
+  Pipeline(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+           const PipelineOptions& options);
   ~Pipeline();
 
   /// The untouched image; needed before the first frame. Waits for frames in flight.
   void set_background(const Frame& background);
 
-  /// Starts a frame; false when every slot is in flight or held (the caller decides whether to wait or to drop).
+  /// Starts a frame; false when every slot is in flight or held (the caller decides whether to wait or to
+  /// drop).
   bool submit(const Frame& frame);
   /// The oldest frame in flight if it is finished; never waits.
   std::optional<Result> poll();

@@ -30,9 +30,9 @@ enum class Reading {
 struct ForceCalibration {
   double c1_N_per_gray = 0;
   double c0_N = 0;
-  double residual_sd_N = 0;                        ///< scatter of single readings about the line
-  std::array<double, 3> covariance{};              ///< var(c0), cov(c0, c1), var(c1)
-  double gray_min = 0;                             ///< calibrated range of G
+  double residual_sd_N = 0;            ///< scatter of single readings about the line
+  std::array<double, 3> covariance{};  ///< var(c0), cov(c0, c1), var(c1)
+  double gray_min = 0;                 ///< calibrated range of G
   double gray_max = 0;
 };
 
@@ -40,8 +40,8 @@ struct ForceCalibration {
 struct ShearCalibration {
   double kx_N_per_mm = 0;
   double ky_N_per_mm = 0;
-  double friction = 0;         ///< Coulomb coefficient: slip when |F_t| >= friction * F_z
-  double relative_sd = 0;      ///< relative standard error of K
+  double friction = 0;     ///< Coulomb coefficient: slip when |F_t| >= friction * F_z
+  double relative_sd = 0;  ///< relative standard error of K
 };
 
 /// Brightness to slope, for Reading::Shading: cos(slope angle) = gray / facing_gray.
@@ -50,8 +50,9 @@ struct ShadingCalibration {
   double depth_gain = 1;   ///< scale on the slopes, from a ball of known radius; 1 is the paper's reading
 };
 
-/// Colour change to normal, for Reading::Photometric. With c over red, green, blue, dI_c the change of channel c
-/// from the background in units of full scale, and X, Y in [-1, 1] across the frame (pixel centres, right and down):
+/// Colour change to normal, for Reading::Photometric. With c over red, green, blue, dI_c the change of
+/// channel c from the background in units of full scale, and X, Y in [-1, 1] across the frame (pixel centres,
+/// right and down):
 ///   n_x = sum_c (wx[c][0] + wx[c][1] X + wx[c][2] Y) dI_c,  likewise n_y,  n_z = sqrt(1 - n_x^2 - n_y^2),
 /// and d(depth)/dx = n_x / n_z, d(depth)/dy = n_y / n_z: n points into the pad where depth grows along +x.
 struct PhotometricCalibration {
@@ -71,16 +72,17 @@ struct Sensor {
   double pitch_mm_per_px = 0;  ///< of the rectified frame, square pixels
 
   // From the camera's image to the rectified frame.
-  std::optional<std::array<uint32_t, 4>> crop_px;                  ///< x, y, width, height, applied first
-  std::optional<std::array<std::array<double, 2>, 4>> quad_px;     ///< corners top left, top right, bottom right, bottom left (after crop)
-  std::array<uint32_t, 2> size_px{};                               ///< width, height of the rectified frame; needed with quad_px
-  uint32_t channels = 1;    ///< what the engine gets: 1 (colour input is turned gray) or 3
-  uint32_t bit_depth = 8;   ///< of the pixel values, 8 to 16
+  std::optional<std::array<uint32_t, 4>> crop_px;  ///< x, y, width, height, applied first
+  std::optional<std::array<std::array<double, 2>, 4>>
+      quad_px;                        ///< corners top left, top right, bottom right, bottom left (after crop)
+  std::array<uint32_t, 2> size_px{};  ///< width, height of the rectified frame; needed with quad_px
+  uint32_t channels = 1;              ///< what the engine gets: 1 (colour input is turned gray) or 3
+  uint32_t bit_depth = 8;             ///< of the pixel values, 8 to 16
 
   BackgroundSource background;
 
   Signal signal = Signal::Brighter;
-  double threshold_gray = 4;       ///< filtered gray from which a pixel belongs to the contact, in steps of 1/128
+  double threshold_gray = 4;  ///< filtered gray from which a pixel belongs to the contact, in steps of 1/128
   uint32_t saturation_gray = 255;  ///< raw pixels from here on are saturated
 
   Reading reading = Reading::None;
@@ -92,7 +94,8 @@ struct Sensor {
   std::optional<ShearCalibration> shear;
 };
 
-/// Reads and validates. Throws Error(Failure::Sensor) that names file, key, wanted, found; unknown keys are errors.
+/// Reads and validates. Throws Error(Failure::Sensor) that names file, key, wanted, found; unknown keys are
+/// errors.
 Sensor load_sensor(const std::filesystem::path& file);
 /// Validates a sensor made in code; `where` names it in messages.
 void validate(const Sensor& sensor, const std::string& where);

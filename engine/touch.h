@@ -8,11 +8,11 @@ namespace palpate {
 /// How far a number may be trusted. Shown to the user beside the number, never dropped.
 enum class Validity : uint8_t {
   Valid,
-  NotCalibrated,   ///< the sensor file has no calibration for this quantity
-  NoContact,       ///< nothing touches the pad, the quantity has no meaning
-  BelowRange,      ///< smaller than anything seen in calibration
-  AboveRange,      ///< larger than anything seen in calibration
-  Saturated,       ///< pixels of the contact are at the camera's limit: the value is a lower bound
+  NotCalibrated,  ///< the sensor file has no calibration for this quantity
+  NoContact,      ///< nothing touches the pad, the quantity has no meaning
+  BelowRange,     ///< smaller than anything seen in calibration
+  AboveRange,     ///< larger than anything seen in calibration
+  Saturated,      ///< pixels of the contact are at the camera's limit: the value is a lower bound
 };
 const char* to_string(Validity validity);
 
@@ -34,14 +34,15 @@ struct Ellipse {
   double angle_rad = 0;  ///< of the major axis from +x towards +y (downwards in the image), (-pi/2, pi/2]
 };
 
-/// Measurements of one frame. Pixel coordinates are of pixel centres: (0, 0) is the centre of the top left pixel.
+/// Measurements of one frame. Pixel coordinates are of pixel centres: (0, 0) is the centre of the top left
+/// pixel.
 struct Touch {
   uint64_t sequence = 0;
   int64_t time_ns = 0;
 
-  bool contact = false;       ///< some pixel of the filtered, background-subtracted image reached the threshold
-  double gray_sum = 0;        ///< G: sum of filtered gray over the contact, gray levels (exact multiple of 1/256)
-  double centroid_x_px = 0;   ///< gray-weighted; NaN without contact
+  bool contact = false;  ///< some pixel of the filtered, background-subtracted image reached the threshold
+  double gray_sum = 0;   ///< G: sum of filtered gray over the contact, gray levels (exact multiple of 1/256)
+  double centroid_x_px = 0;  ///< gray-weighted; NaN without contact
   double centroid_y_px = 0;
   uint64_t area_px = 0;
   double area_mm2 = 0;
@@ -59,7 +60,8 @@ struct Touch {
   bool has_surface = false;
   double depth_max_mm = 0;    ///< deepest point of the surface below its rest level
   double depth_datum_mm = 0;  ///< add to a value of the height map to get depth: rest level is depth 0
-  bool datum_from_rest = false;  ///< false: no untouched tile, the rest level is the mean over the whole frame
+  bool datum_from_rest =
+      false;  ///< false: no untouched tile, the rest level is the mean over the whole frame
 };
 
 }  // namespace palpate

@@ -22,7 +22,7 @@ enum class Memory {
 class DeviceBuffer {
  public:
   DeviceBuffer() = default;
-  /// Storage, texel and transfer use. Throws Error(Failure::Device) naming `name` when memory runs out.
+  /// Storage, texel, index and transfer use. Throws Error(Failure::Device) naming `name` when memory runs out.
   DeviceBuffer(Context& context, const std::string& name, uint64_t bytes, Memory memory);
   ~DeviceBuffer();
   DeviceBuffer(DeviceBuffer&& other) noexcept { swap(other); }
@@ -57,7 +57,8 @@ class DeviceBuffer {
   bool coherent_ = true;
 };
 
-/// A typed window on a buffer, read by kernels with texelFetch: on CPU drivers five times faster than a storage buffer.
+/// A typed window on a buffer, read by kernels with texelFetch: on CPU drivers five times faster than a
+/// storage buffer.
 class TexelView {
  public:
   TexelView() = default;

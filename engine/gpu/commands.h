@@ -17,7 +17,8 @@ class DeviceBuffer;
 class TexelView;
 class Kernel;
 
-/// GPU time of one named scope. After a render pass in the same process lavapipe's timestamps are garbage: see perf/README.md.
+/// GPU time of one named scope. After a render pass in the same process lavapipe's timestamps are garbage:
+/// see perf/README.md.
 struct ScopeTime {
   std::string name;
   double ms = 0;
@@ -45,14 +46,17 @@ class Commands {
   void wait() const;
 
   /// Binds, pushes and dispatches. The arguments' order is the kernel's bindings'.
-  void dispatch(const Kernel& kernel, std::initializer_list<Argument> arguments, const void* push, std::array<uint32_t, 3> groups);
+  void dispatch(const Kernel& kernel, std::initializer_list<Argument> arguments, const void* push,
+                std::array<uint32_t, 3> groups);
   template <typename Push>
-  void dispatch(const Kernel& kernel, std::initializer_list<Argument> arguments, const Push& push, std::array<uint32_t, 3> groups) {
+  void dispatch(const Kernel& kernel, std::initializer_list<Argument> arguments, const Push& push,
+                std::array<uint32_t, 3> groups) {
     static_assert(sizeof(Push) % 4 == 0);
     dispatch(kernel, arguments, static_cast<const void*>(&push), groups);
   }
   void copy(const DeviceBuffer& from, const DeviceBuffer& to, uint64_t bytes);
-  /// All writes so far become visible to all kernels and copies after it: the one synchronisation rule between stages.
+  /// All writes so far become visible to all kernels and copies after it: the one synchronisation rule
+  /// between stages.
   void barrier();
   /// Writes so far become visible to the host.
   void host_barrier();

@@ -11,9 +11,9 @@
 namespace palpate::gpu {
 
 struct ContextOptions {
-  std::string device;        ///< index or part of a name; empty: the best one
-  bool validation = false;   ///< validation layer with synchronisation validation; messages are collected
-  bool timers = false;       ///< GPU timestamps around every scope
+  std::string device;       ///< index or part of a name; empty: the best one
+  bool validation = false;  ///< validation layer with synchronisation validation; messages are collected
+  bool timers = false;      ///< GPU timestamps around every scope
   std::vector<const char*> instance_extensions;  ///< what a window needs (glfwGetRequiredInstanceExtensions)
   bool presentation = false;                     ///< ask for VK_KHR_swapchain
 };
@@ -22,10 +22,10 @@ struct ContextOptions {
 struct DeviceReport {
   uint32_t index = 0;
   std::string name;
-  std::string type;             ///< "discrete GPU", "integrated GPU", "virtual GPU", "CPU"
+  std::string type;  ///< "discrete GPU", "integrated GPU", "virtual GPU", "CPU"
   std::string driver;
   std::string api_version;
-  uint64_t memory_bytes = 0;    ///< largest device-local heap
+  uint64_t memory_bytes = 0;  ///< largest device-local heap
   uint32_t subgroup_size = 0;
   std::vector<std::string> refusals;  ///< what it lacks; empty: usable
 };
@@ -56,8 +56,10 @@ class Context {
   VkResult present(const VkPresentInfoKHR& info);
   void wait_idle();
 
-  /// Index of a memory type with `wanted` flags (and, if there is one, `preferred` too). Throws Error(Failure::Device).
-  uint32_t memory_type(uint32_t type_bits, VkMemoryPropertyFlags wanted, VkMemoryPropertyFlags preferred) const;
+  /// Index of a memory type with `wanted` flags (and, if there is one, `preferred` too). Throws
+  /// Error(Failure::Device).
+  uint32_t memory_type(uint32_t type_bits, VkMemoryPropertyFlags wanted,
+                       VkMemoryPropertyFlags preferred) const;
 
   /// Names an object for debuggers and validation messages.
   void set_name(VkObjectType type, uint64_t handle, const std::string& name) const;
@@ -77,7 +79,8 @@ class Context {
   void save_pipeline_cache() const;
   static VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
                                                    VkDebugUtilsMessageTypeFlagsEXT type,
-                                                   const VkDebugUtilsMessengerCallbackDataEXT* data, void* self);
+                                                   const VkDebugUtilsMessengerCallbackDataEXT* data,
+                                                   void* self);
 
   VkInstance instance_ = VK_NULL_HANDLE;
   VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;

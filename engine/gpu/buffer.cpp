@@ -1,0 +1,102 @@
+#include "engine/gpu/buffer.h"
+
+#include <algorithm>
+
+#include "engine/error.h"
+#include "engine/gpu/context.h"
+
+namespace palpate::gpu {
+
+DeviceBuffer::DeviceBuffer(Context& context, const std::string& name, uint64_t bytes, Memory memory)
+    : context_(&context), bytes_(std::max<uint64_t>(bytes, 16)) {
+  VkBufferCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+  info.size = bytes_;
+  info.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT |
+               VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
+               VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+  check(vkCreateBuffer(context.device(), &info, nullptr, &buffer_), ("a buffer for " + name).c_str());
+
+  VkMemoryRequirements needs{};
+  vkGetBufferMemoryRequirements(context.device(), buffer_, &needs);
+  constexpr auto kVisible = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT;
+  uint32_t type = 0;
+  if (memory == Memory::Device) {
+    type = context.memory_type(needs.memoryTypeBits, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT,
+                               context.is_software() ? kVisible : 0);
+  } else if (memory == Memory::Upload) {
+    type = context.memory_type(needs.memoryTypeBits, kVisible, VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
+  } else {
+    type = context.memory_type(needs.memoryTypeBits, kVisible, VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
+  }
+  VkPhysicalDeviceMemoryProperties properties{};
+  vkGetPhysicalDeviceMemoryProperties(context.physical_device(), &properties);
+  const VkMemoryPropertyFlags flags = properties.memoryTypes[type].propertyFlags;
+  coherent_ = (flags & VK_MEMORY_PROPERTY_HOST_COHERENT_BIT) != 0;
+
+  VkMemoryAllocateInfo allocation{};
+  allocation.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
+  allocation.allocationSize = needs.size;
+  allocation.memoryTypeIndex = type;
+  if (const VkResult result = vkAllocateMemory(context.device(), &allocation, nullptr, &memory_);
+      result != VK_SUCCESS) {
+    vkDestroyBuffer(context.device(), buffer_, nullptr);
+    throw Error(Failure::Device, std::to_string(needs.size >> 10) + " KiB of device memory for " + name,
+                "not enough", "a smaller frame or crop, or another device (palpate devices)");
+  }
+  check(vkBindBufferMemory(context.device(), buffer_, memory_, 0), "binding buffer memory");
+  if (flags & kVisible)
+    check(vkMapMemory(context.device(), memory_, 0, VK_WHOLE_SIZE, 0, &mapped_), "mapping memory");
+  context.set_name(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<uint64_t>(buffer_), name);
+}
+
+DeviceBuffer::~DeviceBuffer() {
+  if (!context_) return;
+  vkDestroyBuffer(context_->device(), buffer_, nullptr);
+  vkFreeMemory(context_->device(), memory_, nullptr);
+}
+
+void DeviceBuffer::swap(DeviceBuffer& other) noexcept {
+  std::swap(context_, other.context_);
+  std::swap(buffer_, other.buffer_);
+  std::swap(memory_, other.memory_);
+  std::swap(bytes_, other.bytes_);
+  std::swap(mapped_, other.mapped_);
+  std::swap(coherent_, other.coherent_);
+}
+
+void DeviceBuffer::flush() const {
+  if (coherent_ || !mapped_) return;
+  const VkMappedMemoryRange range{VK_STRUCTURE_TYPE_MAPPED_MEMORY_RANGE, nullptr, memory_, 0, VK_WHOLE_SIZE};
+  check(vkFlushMappedMemoryRanges(context_->device(), 1, &range), "flushing memory");
+}
+
+void DeviceBuffer::invalidate() const {
+  if (coherent_ || !mapped_) return;
+  const VkMappedMemoryRange range{VK_STRUCTURE_TYPE_MAPPED_MEMORY_RANGE, nullptr, memory_, 0, VK_WHOLE_SIZE};
+  check(vkInvalidateMappedMemoryRanges(context_->device(), 1, &range), "invalidating memory");
+}
+
+TexelView::TexelView(Context& context, const DeviceBuffer& buffer, VkFormat format) : context_(&context) {
+  uint64_t texel_bytes = 4;
+  if (format == VK_FORMAT_R32G32B32A32_UINT || format == VK_FORMAT_R32G32B32A32_SFLOAT) texel_bytes = 16;
+  if (format == VK_FORMAT_R32G32_UINT || format == VK_FORMAT_R32G32_SFLOAT) texel_bytes = 8;
+  const uint64_t texels = buffer.bytes() / texel_bytes;
+  const uint64_t limit = context.properties().limits.maxTexelBufferElements;
+  if (texels > limit) {
+    throw Error(Failure::Device, std::to_string(texels) + " texels in one buffer",
+                "a device limit of " + std::to_string(limit), "a smaller frame or crop, or another device");
+  }
+  VkBufferViewCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO;
+  info.buffer = buffer.handle();
+  info.format = format;
+  info.range = texels * texel_bytes;
+  check(vkCreateBufferView(context.device(), &info, nullptr, &view_), "a texel view");
+}
+
+TexelView::~TexelView() {
+  if (context_) vkDestroyBufferView(context_->device(), view_, nullptr);
+}
+
+}  // namespace palpate::gpu

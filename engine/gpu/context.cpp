@@ -1,0 +1,464 @@
+#include "engine/gpu/context.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+
+#include "engine/error.h"
+
+namespace palpate::gpu {
+namespace {
+
+constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+
+const char* result_name(VkResult result) {
+  switch (result) {
+    case VK_ERROR_OUT_OF_HOST_MEMORY:
+      return "out of host memory";
+    case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+      return "out of device memory";
+    case VK_ERROR_INITIALIZATION_FAILED:
+      return "initialisation failed";
+    case VK_ERROR_DEVICE_LOST:
+      return "device lost";
+    case VK_ERROR_LAYER_NOT_PRESENT:
+      return "layer not present";
+    case VK_ERROR_EXTENSION_NOT_PRESENT:
+      return "extension not present";
+    case VK_ERROR_INCOMPATIBLE_DRIVER:
+      return "no compatible driver";
+    case VK_ERROR_SURFACE_LOST_KHR:
+      return "surface lost";
+    default:
+      return "Vulkan error";
+  }
+}
+
+const char* type_name(VkPhysicalDeviceType type) {
+  switch (type) {
+    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+      return "discrete GPU";
+    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+      return "integrated GPU";
+    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+      return "virtual GPU";
+    case VK_PHYSICAL_DEVICE_TYPE_CPU:
+      return "CPU";
+    default:
+      return "other";
+  }
+}
+
+// A faster kind of device scores higher; memory decides among equals.
+int type_score(VkPhysicalDeviceType type) {
+  switch (type) {
+    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+      return 4;
+    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+      return 3;
+    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+      return 2;
+    case VK_PHYSICAL_DEVICE_TYPE_CPU:
+      return 1;
+    default:
+      return 0;
+  }
+}
+
+std::string version_text(uint32_t v) {
+  return std::to_string(VK_API_VERSION_MAJOR(v)) + "." + std::to_string(VK_API_VERSION_MINOR(v)) + "." +
+         std::to_string(VK_API_VERSION_PATCH(v));
+}
+
+std::vector<VkPhysicalDevice> enumerate(VkInstance instance) {
+  uint32_t count = 0;
+  check(vkEnumeratePhysicalDevices(instance, &count, nullptr), "counting devices");
+  std::vector<VkPhysicalDevice> devices(count);
+  check(vkEnumeratePhysicalDevices(instance, &count, devices.data()), "listing devices");
+  devices.resize(count);
+  return devices;
+}
+
+std::optional<uint32_t> find_queue_family(VkPhysicalDevice device) {
+  uint32_t count = 0;
+  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
+  std::vector<VkQueueFamilyProperties> families(count);
+  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
+  constexpr VkQueueFlags kNeeded = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT;
+  for (uint32_t i = 0; i < count; ++i) {
+    if ((families[i].queueFlags & kNeeded) == kNeeded) return i;
+  }
+  return std::nullopt;
+}
+
+bool has_extension(VkPhysicalDevice device, const char* name) {
+  uint32_t count = 0;
+  vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
+  std::vector<VkExtensionProperties> extensions(count);
+  vkEnumerateDeviceExtensionProperties(device, nullptr, &count, extensions.data());
+  return std::any_of(extensions.begin(), extensions.end(),
+                     [&](const VkExtensionProperties& e) { return std::strcmp(e.extensionName, name) == 0; });
+}
+
+// Everything the kernels rely on; a missing piece becomes a reason for refusal.
+DeviceReport inspect(VkPhysicalDevice device, uint32_t index, bool presentation) {
+  VkPhysicalDeviceSubgroupProperties subgroup{
+      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES, nullptr, 0, 0, 0, 0};
+  VkPhysicalDeviceDriverProperties driver{};
+  driver.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES;
+  driver.pNext = &subgroup;
+  VkPhysicalDeviceProperties2 properties{};
+  properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
+  properties.pNext = &driver;
+  vkGetPhysicalDeviceProperties2(device, &properties);
+  const VkPhysicalDeviceProperties& p = properties.properties;
+
+  DeviceReport report;
+  report.index = index;
+  report.name = p.deviceName;
+  report.type = type_name(p.deviceType);
+  report.driver = std::string(driver.driverName) + " " + driver.driverInfo;
+  report.api_version = version_text(p.apiVersion);
+  report.subgroup_size = subgroup.subgroupSize;
+  VkPhysicalDeviceMemoryProperties memory{};
+  vkGetPhysicalDeviceMemoryProperties(device, &memory);
+  for (uint32_t i = 0; i < memory.memoryHeapCount; ++i) {
+    if (memory.memoryHeaps[i].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT)
+      report.memory_bytes = std::max<uint64_t>(report.memory_bytes, memory.memoryHeaps[i].size);
+  }
+
+  if (p.apiVersion < VK_API_VERSION_1_3) {
+    report.refusals.push_back("Vulkan " + report.api_version + ", needs 1.3");
+    return report;
+  }
+  VkPhysicalDeviceVulkan13Features features13{};
+  features13.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES;
+  VkPhysicalDeviceFeatures2 features{};
+  features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+  features.pNext = &features13;
+  vkGetPhysicalDeviceFeatures2(device, &features);
+  if (!features13.synchronization2) report.refusals.emplace_back("no synchronization2");
+  if (!find_queue_family(device)) report.refusals.emplace_back("no queue for both graphics and compute");
+  if (!has_extension(device, VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME))
+    report.refusals.emplace_back("no VK_KHR_push_descriptor");
+  if (presentation && !has_extension(device, VK_KHR_SWAPCHAIN_EXTENSION_NAME))
+    report.refusals.emplace_back("no VK_KHR_swapchain (cannot show a window)");
+  return report;
+}
+
+VkInstance make_instance(const ContextOptions& options, const VkDebugUtilsMessengerCreateInfoEXT* messenger) {
+  uint32_t loader_version = VK_API_VERSION_1_0;
+  vkEnumerateInstanceVersion(&loader_version);
+  if (loader_version < VK_API_VERSION_1_3) {
+    throw Error(Failure::Device, "a Vulkan 1.3 loader", "Vulkan " + version_text(loader_version),
+                "a newer Vulkan loader (package libvulkan1)");
+  }
+  VkApplicationInfo application{};
+  application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
+  application.pApplicationName = "palpate";
+  application.apiVersion = VK_API_VERSION_1_3;
+
+  std::vector<const char*> extensions = options.instance_extensions;
+  std::vector<const char*> layers;
+  const VkValidationFeatureEnableEXT enabled[] = {
+      VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT};
+  VkValidationFeaturesEXT validation{};
+  validation.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT;
+  validation.enabledValidationFeatureCount = 1;
+  validation.pEnabledValidationFeatures = enabled;
+  validation.pNext = messenger;
+  if (options.validation) {
+    uint32_t count = 0;
+    vkEnumerateInstanceLayerProperties(&count, nullptr);
+    std::vector<VkLayerProperties> available(count);
+    vkEnumerateInstanceLayerProperties(&count, available.data());
+    const bool found = std::any_of(available.begin(), available.end(), [](const VkLayerProperties& l) {
+      return std::strcmp(l.layerName, kValidationLayer) == 0;
+    });
+    if (!found) {
+      throw Error(Failure::Device, std::string("the layer ") + kValidationLayer, "no such layer",
+                  "installing vulkan-validationlayers, or running without --validation");
+    }
+    layers.push_back(kValidationLayer);
+    extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+  }
+
+  VkInstanceCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
+  info.pNext = options.validation ? &validation : nullptr;
+  info.pApplicationInfo = &application;
+  info.enabledLayerCount = static_cast<uint32_t>(layers.size());
+  info.ppEnabledLayerNames = layers.data();
+  info.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
+  info.ppEnabledExtensionNames = extensions.data();
+  VkInstance instance = VK_NULL_HANDLE;
+  const VkResult result = vkCreateInstance(&info, nullptr, &instance);
+  if (result == VK_ERROR_INCOMPATIBLE_DRIVER) {
+    throw Error(Failure::Device, "a Vulkan driver", "none installed",
+                "installing mesa-vulkan-drivers, which runs on any processor");
+  }
+  check(result, "creating the Vulkan instance");
+  return instance;
+}
+
+std::filesystem::path pipeline_cache_file(const VkPhysicalDeviceProperties& properties) {
+  std::filesystem::path folder;
+  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache) {
+    folder = cache;
+  } else if (const char* home = std::getenv("HOME"); home && *home) {
+    folder = std::filesystem::path(home) / ".cache";
+  } else {
+    return {};
+  }
+  std::string uuid;
+  for (const uint8_t byte : properties.pipelineCacheUUID) {
+    constexpr char kHex[] = "0123456789abcdef";
+    uuid += kHex[byte >> 4];
+    uuid += kHex[byte & 15];
+  }
+  return folder / "palpate" / ("pipelines-" + uuid);
+}
+
+}  // namespace
+
+void check(VkResult result, const char* what) {
+  if (result == VK_SUCCESS) return;
+  throw Error(Failure::Device, what, std::string(result_name(result)) + " (" + std::to_string(result) + ")",
+              "a smaller frame, another device (palpate devices), or a newer driver");
+}
+
+VKAPI_ATTR VkBool32 VKAPI_CALL Context::on_message(VkDebugUtilsMessageSeverityFlagBitsEXT,
+                                                   VkDebugUtilsMessageTypeFlagsEXT,
+                                                   const VkDebugUtilsMessengerCallbackDataEXT* data,
+                                                   void* self) {
+  auto* context = static_cast<Context*>(self);
+  const std::lock_guard lock(context->message_mutex_);
+  context->messages_.emplace_back(data->pMessage);
+  return VK_FALSE;
+}
+
+Context::Context(const ContextOptions& options) : timers_(options.timers) {
+  try {
+    create_instance(options);
+    choose_device(options);
+    create_device(options);
+    load_pipeline_cache();
+  } catch (...) {
+    if (device_) vkDestroyDevice(device_, nullptr);
+    if (messenger_) {
+      auto destroy = reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(
+          vkGetInstanceProcAddr(instance_, "vkDestroyDebugUtilsMessengerEXT"));
+      destroy(instance_, messenger_, nullptr);
+    }
+    if (instance_) vkDestroyInstance(instance_, nullptr);
+    throw;
+  }
+}
+
+Context::~Context() {
+  vkDeviceWaitIdle(device_);
+  save_pipeline_cache();
+  vkDestroyPipelineCache(device_, pipeline_cache_, nullptr);
+  vkDestroyDevice(device_, nullptr);
+  if (messenger_) {
+    auto destroy = reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(
+        vkGetInstanceProcAddr(instance_, "vkDestroyDebugUtilsMessengerEXT"));
+    destroy(instance_, messenger_, nullptr);
+  }
+  vkDestroyInstance(instance_, nullptr);
+}
+
+void Context::create_instance(const ContextOptions& options) {
+  VkDebugUtilsMessengerCreateInfoEXT messenger{};
+  messenger.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT;
+  messenger.messageSeverity =
+      VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+  messenger.messageType =
+      VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
+  messenger.pfnUserCallback = on_message;
+  messenger.pUserData = this;
+  instance_ = make_instance(options, &messenger);
+  if (options.validation) {
+    auto create = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
+        vkGetInstanceProcAddr(instance_, "vkCreateDebugUtilsMessengerEXT"));
+    check(create(instance_, &messenger, nullptr, &messenger_), "the validation messenger");
+    set_name_ = reinterpret_cast<PFN_vkSetDebugUtilsObjectNameEXT>(
+        vkGetInstanceProcAddr(instance_, "vkSetDebugUtilsObjectNameEXT"));
+    begin_label_ = reinterpret_cast<PFN_vkCmdBeginDebugUtilsLabelEXT>(
+        vkGetInstanceProcAddr(instance_, "vkCmdBeginDebugUtilsLabelEXT"));
+    end_label_ = reinterpret_cast<PFN_vkCmdEndDebugUtilsLabelEXT>(
+        vkGetInstanceProcAddr(instance_, "vkCmdEndDebugUtilsLabelEXT"));
+  }
+}
+
+void Context::choose_device(const ContextOptions& options) {
+  const std::vector<VkPhysicalDevice> devices = enumerate(instance_);
+  std::string listing;
+  int best_score = -1;
+  uint64_t best_memory = 0;
+  bool matched = false;
+  for (uint32_t i = 0; i < devices.size(); ++i) {
+    DeviceReport report = inspect(devices[i], i, options.presentation);
+    VkPhysicalDeviceProperties properties{};
+    vkGetPhysicalDeviceProperties(devices[i], &properties);
+    const bool wanted = options.device.empty() || options.device == std::to_string(i) ||
+                        report.name.find(options.device) != std::string::npos;
+    matched = matched || wanted;
+    std::string verdict = wanted ? "usable" : "not the one asked for";
+    for (size_t k = 0; k < report.refusals.size(); ++k)
+      verdict = (k ? verdict + ", " : "") + report.refusals[k];
+    listing += (listing.empty() ? "" : "; ") + std::to_string(i) + " " + report.name + ": " + verdict;
+    if (!wanted || !report.refusals.empty()) continue;
+    const int score = type_score(properties.deviceType);
+    if (score > best_score || (score == best_score && report.memory_bytes > best_memory)) {
+      best_score = score;
+      best_memory = report.memory_bytes;
+      physical_device_ = devices[i];
+      properties_ = properties;
+      report_ = std::move(report);
+    }
+  }
+  if (physical_device_ == VK_NULL_HANDLE) {
+    const std::string wanted = options.device.empty()
+                                   ? "a usable Vulkan 1.3 device"
+                                   : "a usable Vulkan device matching '" + options.device + "'";
+    throw Error(Failure::Device, wanted, listing.empty() ? "no Vulkan device at all" : listing,
+                matched ? "palpate devices, or installing mesa-vulkan-drivers, which runs on any processor"
+                        : "an index or part of a name from palpate devices");
+  }
+  vkGetPhysicalDeviceMemoryProperties(physical_device_, &memory_);
+  queue_family_ = *find_queue_family(physical_device_);
+}
+
+void Context::create_device(const ContextOptions& options) {
+  const float priority = 1;
+  VkDeviceQueueCreateInfo queue{};
+  queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
+  queue.queueFamilyIndex = queue_family_;
+  queue.queueCount = 1;
+  queue.pQueuePriorities = &priority;
+
+  VkPhysicalDeviceVulkan13Features features13{};
+  features13.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES;
+  features13.synchronization2 = VK_TRUE;
+  std::vector<const char*> extensions{VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME};
+  if (options.presentation) extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
+
+  VkDeviceCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+  info.pNext = &features13;
+  info.queueCreateInfoCount = 1;
+  info.pQueueCreateInfos = &queue;
+  info.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
+  info.ppEnabledExtensionNames = extensions.data();
+  check(vkCreateDevice(physical_device_, &info, nullptr, &device_), "opening the device");
+  vkGetDeviceQueue(device_, queue_family_, 0, &queue_);
+  push_descriptors_ = reinterpret_cast<PFN_vkCmdPushDescriptorSetKHR>(
+      vkGetDeviceProcAddr(device_, "vkCmdPushDescriptorSetKHR"));
+}
+
+void Context::load_pipeline_cache() {
+  std::vector<char> data;
+  if (const auto file = pipeline_cache_file(properties_); !file.empty()) {
+    std::ifstream in(file, std::ios::binary);
+    data.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  VkPipelineCacheCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
+  info.initialDataSize = data.size();
+  info.pInitialData = data.data();
+  if (vkCreatePipelineCache(device_, &info, nullptr, &pipeline_cache_) != VK_SUCCESS) {
+    info.initialDataSize = 0;  // a damaged cache costs a recompilation, nothing else
+    check(vkCreatePipelineCache(device_, &info, nullptr, &pipeline_cache_), "creating the pipeline cache");
+  }
+  pipeline_cache_loaded_bytes_ = data.size();
+}
+
+// Best effort: a cache that cannot be written only costs time at the next start.
+void Context::save_pipeline_cache() const {
+  size_t size = 0;
+  if (vkGetPipelineCacheData(device_, pipeline_cache_, &size, nullptr) != VK_SUCCESS) return;
+  if (size == pipeline_cache_loaded_bytes_) return;
+  std::vector<char> data(size);
+  if (vkGetPipelineCacheData(device_, pipeline_cache_, &size, data.data()) != VK_SUCCESS) return;
+  const auto file = pipeline_cache_file(properties_);
+  if (file.empty()) return;
+  std::error_code ignored;
+  std::filesystem::create_directories(file.parent_path(), ignored);
+  // The process's own temporary name, so that two programs that end together do not mix their files.
+  auto temporary = file;
+  temporary += "." + std::to_string(reinterpret_cast<uintptr_t>(this)) + ".tmp";
+  {
+    std::ofstream out(temporary, std::ios::binary);
+    out.write(data.data(), static_cast<std::streamsize>(size));
+    if (!out) return;
+  }
+  std::filesystem::rename(temporary, file, ignored);
+}
+
+void Context::submit(const VkSubmitInfo2& info, VkFence fence) {
+  const std::lock_guard lock(queue_mutex_);
+  check(vkQueueSubmit2(queue_, 1, &info, fence), "submitting work");
+}
+
+VkResult Context::present(const VkPresentInfoKHR& info) {
+  const std::lock_guard lock(queue_mutex_);
+  return vkQueuePresentKHR(queue_, &info);
+}
+
+void Context::wait_idle() {
+  const std::lock_guard lock(queue_mutex_);
+  vkDeviceWaitIdle(device_);
+}
+
+uint32_t Context::memory_type(uint32_t type_bits, VkMemoryPropertyFlags wanted,
+                              VkMemoryPropertyFlags preferred) const {
+  for (const VkMemoryPropertyFlags flags : {wanted | preferred, wanted}) {
+    for (uint32_t i = 0; i < memory_.memoryTypeCount; ++i) {
+      if ((type_bits & (1u << i)) && (memory_.memoryTypes[i].propertyFlags & flags) == flags) return i;
+    }
+  }
+  throw Error(Failure::Device, "a suitable kind of device memory", "none",
+              "another device (palpate devices)");
+}
+
+void Context::set_name(VkObjectType type, uint64_t handle, const std::string& name) const {
+  if (!set_name_) return;
+  VkDebugUtilsObjectNameInfoEXT info{};
+  info.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT;
+  info.objectType = type;
+  info.objectHandle = handle;
+  info.pObjectName = name.c_str();
+  set_name_(device_, &info);
+}
+
+void Context::begin_label(VkCommandBuffer cmd, const char* name) const {
+  if (!begin_label_) return;
+  VkDebugUtilsLabelEXT label{};
+  label.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT;
+  label.pLabelName = name;
+  begin_label_(cmd, &label);
+}
+
+void Context::end_label(VkCommandBuffer cmd) const {
+  if (end_label_) end_label_(cmd);
+}
+
+std::vector<std::string> Context::validation_messages() const {
+  const std::lock_guard lock(message_mutex_);
+  return messages_;
+}
+
+std::vector<DeviceReport> list_devices() {
+  VkInstance instance = make_instance({}, nullptr);
+  std::vector<DeviceReport> reports;
+  const std::vector<VkPhysicalDevice> devices = enumerate(instance);
+  for (uint32_t i = 0; i < devices.size(); ++i) reports.push_back(inspect(devices[i], i, false));
+  vkDestroyInstance(instance, nullptr);
+  return reports;
+}
+
+}  // namespace palpate::gpu

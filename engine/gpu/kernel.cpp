@@ -1,0 +1,181 @@
+#include "engine/gpu/kernel.h"
+
+#include <spirv_cross/spirv_cross_c.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/error.h"
+#include "engine/gpu/context.h"
+
+namespace palpate::gpu {
+namespace {
+
+[[noreturn]] void mismatch(const Shader& shader, const std::string& wanted, const std::string& found) {
+  throw Error(Failure::Device, std::string("shader '") + shader.name + "' with " + wanted, found,
+              "rebuilding from clean: shader and program are of different versions");
+}
+
+const char* binding_name(Binding binding) {
+  return binding == Binding::Texels ? "texel buffer" : "storage buffer";
+}
+
+// Reads the SPIR-V's interface and compares it with what the C++ side will bind and push.
+class Reflection {
+ public:
+  explicit Reflection(const Shader& shader) : shader_(shader) {
+    spvc_parsed_ir ir = nullptr;
+    if (spvc_context_create(&context_) != SPVC_SUCCESS ||
+        spvc_context_parse_spirv(context_, shader.spirv.data(), shader.spirv.size(), &ir) != SPVC_SUCCESS ||
+        spvc_context_create_compiler(context_, SPVC_BACKEND_NONE, ir, SPVC_CAPTURE_MODE_COPY, &compiler_) !=
+            SPVC_SUCCESS ||
+        spvc_compiler_create_shader_resources(compiler_, &resources_) != SPVC_SUCCESS) {
+      mismatch(shader, "valid SPIR-V", context_ ? spvc_context_get_last_error_string(context_) : "no memory");
+    }
+  }
+  ~Reflection() { spvc_context_destroy(context_); }
+  Reflection(const Reflection&) = delete;
+  Reflection& operator=(const Reflection&) = delete;
+
+  void compare(const KernelInterface& interface) {
+    std::vector<bool> seen(interface.bindings.size());
+    compare_bindings(interface, SPVC_RESOURCE_TYPE_SEPARATE_IMAGE, Binding::Texels, seen);
+    compare_bindings(interface, SPVC_RESOURCE_TYPE_SAMPLED_IMAGE, Binding::Texels, seen);
+    compare_bindings(interface, SPVC_RESOURCE_TYPE_STORAGE_BUFFER, Binding::Storage, seen);
+    for (size_t i = 0; i < seen.size(); ++i) {
+      if (!seen[i]) mismatch(shader_, "binding " + std::to_string(i), "no such binding in the shader");
+    }
+    compare_push(interface.push_bytes);
+    compare_local_size();
+  }
+
+ private:
+  std::span<const spvc_reflected_resource> list(spvc_resource_type type) {
+    const spvc_reflected_resource* items = nullptr;
+    size_t count = 0;
+    spvc_resources_get_resource_list_for_type(resources_, type, &items, &count);
+    return {items, count};
+  }
+
+  void compare_bindings(const KernelInterface& interface, spvc_resource_type type, Binding kind,
+                        std::vector<bool>& seen) {
+    for (const auto& resource : list(type)) {
+      const unsigned set = spvc_compiler_get_decoration(compiler_, resource.id, SpvDecorationDescriptorSet);
+      const unsigned slot = spvc_compiler_get_decoration(compiler_, resource.id, SpvDecorationBinding);
+      const std::string place = "binding " + std::to_string(slot) + " ('" + resource.name + "')";
+      if (set != 0) mismatch(shader_, place + " in set 0", "set " + std::to_string(set));
+      if (slot >= interface.bindings.size())
+        mismatch(shader_, std::to_string(interface.bindings.size()) + " bindings", place);
+      if (interface.bindings[slot] != kind)
+        mismatch(shader_, place + " as " + binding_name(interface.bindings[slot]), binding_name(kind));
+      seen[slot] = true;
+    }
+  }
+
+  void compare_push(uint32_t wanted) {
+    size_t bytes = 0;
+    for (const auto& resource : list(SPVC_RESOURCE_TYPE_PUSH_CONSTANT)) {
+      spvc_compiler_get_declared_struct_size(
+          compiler_, spvc_compiler_get_type_handle(compiler_, resource.base_type_id), &bytes);
+    }
+    if (bytes != wanted)
+      mismatch(shader_, std::to_string(wanted) + " bytes of push constants",
+               std::to_string(bytes) + " bytes");
+  }
+
+  // The workgroup size must be the specialisation constants 0, 1, 2 so that the host can choose it for the
+  // device.
+  void compare_local_size() {
+    spvc_specialization_constant size[3]{};
+    spvc_compiler_get_work_group_size_specialization_constants(compiler_, &size[0], &size[1], &size[2]);
+    for (unsigned i = 0; i < 3; ++i) {
+      if (size[i].id == 0 || size[i].constant_id != i)
+        mismatch(shader_, "its workgroup size as specialisation constants 0, 1 and 2", "another declaration");
+    }
+  }
+
+  const Shader& shader_;
+  spvc_context context_ = nullptr;
+  spvc_compiler compiler_ = nullptr;
+  spvc_resources resources_ = nullptr;
+};
+
+VkDescriptorType descriptor_type(Binding binding) {
+  return binding == Binding::Texels ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER
+                                    : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+}
+
+}  // namespace
+
+Kernel::Kernel(Context& context, const Shader& shader, const KernelInterface& interface)
+    : context_(&context), name_(shader.name), interface_(interface) {
+  Reflection(shader).compare(interface);
+  if (interface.push_bytes > context.properties().limits.maxPushConstantsSize)
+    mismatch(shader,
+             "at most " + std::to_string(context.properties().limits.maxPushConstantsSize) + " bytes pushed",
+             std::to_string(interface.push_bytes));
+
+  std::vector<VkDescriptorSetLayoutBinding> bindings;
+  for (uint32_t i = 0; i < interface.bindings.size(); ++i)
+    bindings.push_back({i, descriptor_type(interface.bindings[i]), 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr});
+  VkDescriptorSetLayoutCreateInfo set_info{};
+  set_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
+  set_info.flags = VK_DESCRIPTOR_SET_LAYOUT_CREATE_PUSH_DESCRIPTOR_BIT_KHR;
+  set_info.bindingCount = static_cast<uint32_t>(bindings.size());
+  set_info.pBindings = bindings.data();
+  check(vkCreateDescriptorSetLayout(context.device(), &set_info, nullptr, &set_layout_), shader.name);
+
+  const VkPushConstantRange push{VK_SHADER_STAGE_COMPUTE_BIT, 0, interface.push_bytes};
+  VkPipelineLayoutCreateInfo layout_info{};
+  layout_info.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
+  layout_info.setLayoutCount = 1;
+  layout_info.pSetLayouts = &set_layout_;
+  layout_info.pushConstantRangeCount = interface.push_bytes ? 1 : 0;
+  layout_info.pPushConstantRanges = &push;
+  check(vkCreatePipelineLayout(context.device(), &layout_info, nullptr, &layout_), shader.name);
+
+  VkShaderModuleCreateInfo module_info{};
+  module_info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
+  module_info.codeSize = shader.spirv.size_bytes();
+  module_info.pCode = shader.spirv.data();
+  VkShaderModule module = VK_NULL_HANDLE;
+  check(vkCreateShaderModule(context.device(), &module_info, nullptr, &module), shader.name);
+
+  std::vector<uint32_t> values(interface.local_size.begin(), interface.local_size.end());
+  values.insert(values.end(), interface.constants.begin(), interface.constants.end());
+  std::vector<VkSpecializationMapEntry> entries;
+  for (uint32_t i = 0; i < values.size(); ++i) entries.push_back({i, i * 4, 4});
+  const VkSpecializationInfo specialization{static_cast<uint32_t>(entries.size()), entries.data(),
+                                            values.size() * 4, values.data()};
+  VkComputePipelineCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
+  info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
+  info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
+  info.stage.module = module;
+  info.stage.pName = "main";
+  info.stage.pSpecializationInfo = &specialization;
+  info.layout = layout_;
+  const VkResult result =
+      vkCreateComputePipelines(context.device(), context.pipeline_cache(), 1, &info, nullptr, &pipeline_);
+  vkDestroyShaderModule(context.device(), module, nullptr);
+  check(result, shader.name);
+  context.set_name(VK_OBJECT_TYPE_PIPELINE, reinterpret_cast<uint64_t>(pipeline_), shader.name);
+}
+
+Kernel::~Kernel() {
+  if (!context_) return;
+  vkDestroyPipeline(context_->device(), pipeline_, nullptr);
+  vkDestroyPipelineLayout(context_->device(), layout_, nullptr);
+  vkDestroyDescriptorSetLayout(context_->device(), set_layout_, nullptr);
+}
+
+void Kernel::swap(Kernel& other) noexcept {
+  std::swap(context_, other.context_);
+  std::swap(name_, other.name_);
+  std::swap(interface_, other.interface_);
+  std::swap(set_layout_, other.set_layout_);
+  std::swap(layout_, other.layout_);
+  std::swap(pipeline_, other.pipeline_);
+}
+
+}  // namespace palpate::gpu
