@@ -1,0 +1,85 @@
+// What all commands share: common options, one report to hand back, a clean end on Ctrl-C.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace palpate {
+namespace gpu {
+class Context;
+}
+
+/// Options that every command understands in the same way.
+struct Common {
+  bool json = false;        ///< one JSON value on stdout instead of text
+  bool quiet = false;       ///< no progress bar, only errors on stderr
+  bool validation = false;  ///< run under the Vulkan validation layer; a message makes the run fail
+  std::string device;       ///< index or part of a name; empty: the best one
+  uint64_t seed = 1;        ///< of everything random
+  std::filesystem::path out;
+};
+
+/// Exit code of a run that Ctrl-C ended, as shells have it.
+inline constexpr int kInterrupted = 130;
+/// Exit code of our own mistakes.
+inline constexpr int kInternalError = 1;
+
+/// What a command hands back. Exactly one of text and json reaches stdout.
+struct Report {
+  std::string text;
+  std::string json;
+  int exit_code = 0;
+};
+using Command = std::function<Report()>;
+
+/// Adds the common options to a command, and to its footer the exit codes.
+void add_common(CLI::App& command, Common& common, const std::string& examples);
+
+/// Each adds one command to the program; `chosen` is what to run once the command line is parsed.
+void add_devices(CLI::App& program, Common& common, Command& chosen);
+void add_process(CLI::App& program, Common& common, Command& chosen);
+void add_simulate(CLI::App& program, Common& common, Command& chosen);
+void add_integrate(CLI::App& program, Common& common, Command& chosen);
+void add_live(CLI::App& program, Common& common, Command& chosen);
+void add_demo(CLI::App& program, Common& common, Command& chosen);
+
+/// The Vulkan device that the options ask for. Throws Error(Failure::Device).
+std::unique_ptr<gpu::Context> open_device(const Common& common);
+/// Logs what the validation layer said; true if it said nothing.
+bool validation_clean(const gpu::Context& context);
+
+/// From here on Ctrl-C and SIGTERM only set a flag; a second one ends the program at once.
+void catch_interrupts();
+bool interrupted();
+
+/// A progress bar on stderr, drawn only on a terminal and without --quiet.
+class ProgressBar {
+ public:
+  /// `total` 0: unknown.
+  ProgressBar(const Common& common, const char* label, uint64_t total);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+  void update(uint64_t done);
+
+ private:
+  void draw(uint64_t done, int64_t now_ns);
+
+  const char* label_;
+  uint64_t total_;
+  bool shown_;
+  int64_t start_ns_;
+  int64_t drawn_ns_ = 0;
+};
+
+/// Seconds on a clock that never jumps.
+double now_s();
+
+}  // namespace palpate

@@ -1,0 +1,38 @@
+// One frame's depth map as a file that other programs open: 16-bit PNG, NumPy array, PLY mesh.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace palpate {
+
+/// A depth map on the host: height x width floats, mm below the pad's rest level.
+struct DepthView {
+  std::span<const float> depth_mm;
+  uint32_t width = 0;   ///< px
+  uint32_t height = 0;  ///< px
+  double pitch_mm_per_px = 0;
+};
+
+enum class DepthFormat : uint8_t { Png16, Npy, Ply };
+/// File extension of a format: "png", "npy", "ply".
+std::string_view extension(DepthFormat format);
+
+/// depth_mm = (count - kDepthZeroCount) * kDepthStep_mm: 0.2 um a count, from -1.6384 mm to 11.4684 mm.
+inline constexpr double kDepthStep_mm = 0.0002;
+inline constexpr int kDepthZeroCount = 8192;
+
+/// Writes one map in one step and returns how many of its pixels did not fit the format's range (16-bit PNG
+/// only; they are written as 0 or 65535). PLY: one vertex a pixel at its centre in mm, x right, y up, z =
+/// depth (towards the camera, so the frame is right handed), binary, with triangles. Throws
+/// Error(Failure::Output).
+uint64_t write_depth(const std::filesystem::path& file, const DepthView& map, DepthFormat format);
+
+/// What a reader of a folder of depth maps must know, as JSON text.
+std::string describe_depth_folder(const DepthView& map, std::span<const DepthFormat> formats,
+                                  uint64_t clipped_px);
+
+}  // namespace palpate

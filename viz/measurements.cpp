@@ -1,0 +1,120 @@
+#include "viz/measurements.h"
+
+#include <charconv>
+#include <cmath>
+
+#include "engine/pipeline.h"
+
+namespace palpate {
+namespace {
+
+constexpr const char* kMeasured =
+    "frame,time_s,contact,gray_sum,force_N,force_sd_N,force_state,centroid_x_px,centroid_y_px,area_px,area_"
+    "mm2,"
+    "ellipse_major_mm,ellipse_minor_mm,ellipse_angle_rad,peak_gray,saturated_px,shear_x_N,shear_x_sd_N,shear_"
+    "y_N,"
+    "shear_y_sd_N,shear_state,shift_x_mm,shift_y_mm,slip,depth_max_mm,depth_reference";
+constexpr const char* kTrue =
+    ",true_contact,true_force_N,true_shear_x_N,true_shear_y_N,true_slip,true_center_x_px,true_center_y_px,"
+    "true_radius_px,true_depth_max_mm,depth_rms_error_mm";
+
+/// Builds one line cell by cell.
+class Row {
+ public:
+  void text(const std::string& value) {
+    if (!first_) line_ += ',';
+    first_ = false;
+    line_ += value;
+  }
+  void empty() { text(""); }
+  void whole(uint64_t value) { text(std::to_string(value)); }
+  void number(double value) { text(std::isfinite(value) ? shortest(value) : ""); }
+  void number_if(bool known, double value) { known ? number(value) : empty(); }
+  const std::string& line() const { return line_; }
+
+ private:
+  std::string line_;
+  bool first_ = true;
+};
+
+void add_contact(Row& row, const Touch& touch) {
+  row.whole(touch.contact ? 1 : 0);
+  row.number(touch.gray_sum);
+  row.number_if(has_value(touch.force_N), touch.force_N.value);
+  row.number_if(has_value(touch.force_N), touch.force_N.standard_error);
+  row.text(to_string(touch.force_N.validity));
+  row.number_if(touch.contact, touch.centroid_x_px);
+  row.number_if(touch.contact, touch.centroid_y_px);
+  row.whole(touch.area_px);
+  row.number(touch.area_mm2);
+  row.number_if(touch.contact, touch.ellipse.major_mm);
+  row.number_if(touch.contact, touch.ellipse.minor_mm);
+  row.number_if(touch.contact, touch.ellipse.angle_rad);
+  row.number(touch.peak_gray);
+  row.whole(touch.saturated_px);
+  for (const Estimate* shear : {&touch.shear_x_N, &touch.shear_y_N}) {
+    row.number_if(has_value(*shear), shear->value);
+    row.number_if(has_value(*shear), shear->standard_error);
+  }
+  row.text(to_string(touch.shear_x_N.validity));
+  row.number_if(touch.contact, touch.shift_x_mm);
+  row.number_if(touch.contact, touch.shift_y_mm);
+  row.text(to_string(touch.slip));
+}
+
+void add_truth(Row& row, const Truth* truth, std::optional<double> depth_rms_error_mm) {
+  constexpr int kColumns = 10;
+  if (!truth) {
+    for (int i = 0; i < kColumns; ++i) row.empty();
+    return;
+  }
+  row.whole(truth->contact ? 1 : 0);
+  row.number(truth->force_N);
+  row.number(truth->shear_x_N);
+  row.number(truth->shear_y_N);
+  row.whole(truth->slipping ? 1 : 0);
+  row.number_if(truth->contact, truth->center_x_px);
+  row.number_if(truth->contact, truth->center_y_px);
+  row.number(truth->radius_px);
+  row.number(truth->indentation_mm);
+  row.number_if(depth_rms_error_mm.has_value(), depth_rms_error_mm.value_or(0));
+}
+
+}  // namespace
+
+std::string shortest(double value) {
+  char text[40];
+  const auto end = std::to_chars(text, text + sizeof text, value).ptr;
+  return std::string(text, end);
+}
+
+bool has_value(const Estimate& estimate) {
+  return estimate.validity != Validity::NotCalibrated && estimate.validity != Validity::NoContact;
+}
+
+std::string Measurements::header(bool truth) {
+  return std::string(kMeasured) + (truth ? kTrue : "");
+}
+
+Measurements::Measurements(const std::filesystem::path& file, uint32_t outputs, bool truth)
+    : file_(file), outputs_(outputs), truth_(truth) {
+  file_.append(header(truth));
+}
+
+void Measurements::add(const Touch& touch, const Truth* truth, std::optional<double> depth_rms_error_mm) {
+  Row row;
+  row.whole(touch.sequence);
+  row.number(static_cast<double>(touch.time_ns) * 1e-9);
+  if (outputs_ & static_cast<uint32_t>(Output::Force)) {
+    add_contact(row, touch);
+  } else {
+    constexpr int kContactColumns = 22;
+    for (int i = 0; i < kContactColumns; ++i) row.empty();
+  }
+  row.number_if(touch.has_surface, touch.depth_max_mm);
+  row.text(!touch.has_surface ? "" : touch.datum_from_rest ? "rest" : "mean");
+  if (truth_) add_truth(row, truth, depth_rms_error_mm);
+  file_.append(row.line());
+}
+
+}  // namespace palpate

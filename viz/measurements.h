@@ -1,0 +1,41 @@
+// measurements.csv: one row a frame, whole as soon as it is written.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "capture/truth.h"
+#include "engine/touch.h"
+#include "viz/output_file.h"
+
+namespace palpate {
+
+/// Writes the rows. Units end the columns' names; a cell without meaning (no contact, not calibrated, not
+/// asked for) is empty.
+class Measurements {
+ public:
+  /// `outputs` as in PipelineOptions: columns of what was not computed stay empty. With `truth`, columns
+  /// true_* follow. Throws Error(Failure::Output), as every member.
+  Measurements(const std::filesystem::path& file, uint32_t outputs, bool truth);
+
+  /// `depth_rms_error_mm`: RMS difference between the measured and the true depth map, where it was computed.
+  void add(const Touch& touch, const Truth* truth, std::optional<double> depth_rms_error_mm = std::nullopt);
+  void close() { file_.close(); }
+
+  /// The header line of such a file.
+  static std::string header(bool truth);
+
+ private:
+  LineFile file_;
+  uint32_t outputs_;
+  bool truth_;
+};
+
+/// The shortest text that reads back as the same number.
+std::string shortest(double value);
+/// True where an estimate has a number to show (calibrated, and something touches).
+bool has_value(const Estimate& estimate);
+
+}  // namespace palpate

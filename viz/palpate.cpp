@@ -1,0 +1,116 @@
+// The program: one command line in, one report out, every failure one line and a documented exit code.
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "engine/error.h"
+#include "viz/command.h"
+
+namespace {
+
+using namespace palpate;
+
+/// Third parties log where they like; ours is the only voice, and stdout belongs to the result.
+void quieten_libraries() {
+  setenv("OPENCV_LOG_LEVEL", "SILENT", 0);
+  setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
+  setenv("OPENCV_VIDEOIO_DEBUG", "0", 0);
+  // A full disk or a closed pipe must come back as an error from write, not as a signal.
+  std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
+void start_log() {
+  auto logger = spdlog::stderr_color_mt("palpate");
+  logger->set_pattern("palpate: %^%v%$");
+  spdlog::set_default_logger(logger);
+}
+
+void print(const std::string& text) {
+  std::fputs(text.c_str(), stdout);
+  if (!text.empty() && text.back() != '\n') std::fputc('\n', stdout);
+  if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
+    throw Error(Failure::Output, "to write to stdout", std::strerror(errno), "another place for the output");
+  }
+}
+
+/// One line on stderr whatever the message holds; with --json the same as a value on stdout.
+int fail(const std::string& message, int exit_code, bool json) {
+  std::string line = message;
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  std::fprintf(stderr, "palpate: %s\n", line.c_str());
+  if (json) {
+    const nlohmann::ordered_json value = {{"complete", false}, {"exit_code", exit_code}, {"error", line}};
+    std::fputs((value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n").c_str(), stdout);
+    std::fflush(stdout);
+  }
+  return exit_code;
+}
+
+int run(int argc, char** argv) {
+  CLI::App program("palpate: a camera behind a silicone pad as a calibrated touch instrument.", "palpate");
+  program.set_version_flag("--version", std::string("palpate ") + PALPATE_VERSION);
+  program.require_subcommand(1);
+  program.footer(
+      "\nExamples:\n"
+      "  palpate demo --out out/demo           measure a 20 s simulated palpation, compare with the truth\n"
+      "  palpate live                          the same, live in a window\n"
+      "  palpate process press.avi --sensor my_sensor.json --out out/press\n"
+      "  palpate COMMAND --help                options and examples of one command");
+  Common common;
+  Command chosen;
+  add_live(program, common, chosen);
+  add_process(program, common, chosen);
+  add_simulate(program, common, chosen);
+  add_integrate(program, common, chosen);
+  add_devices(program, common, chosen);
+  add_demo(program, common, chosen);
+
+  const bool json_asked =
+      std::any_of(argv + 1, argv + argc, [](const char* a) { return std::strcmp(a, "--json") == 0; });
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) {
+      std::ostringstream text;
+      program.exit(error, text, text);
+      print(text.str());
+      return 0;
+    }
+    const auto commands = program.get_subcommands();
+    const std::string command = commands.empty() ? "" : " " + commands.front()->get_name();
+    return fail(std::string(error.what()) + "; try: palpate" + command + " --help",
+                static_cast<int>(Failure::Usage), json_asked);
+  }
+  if (common.quiet) spdlog::set_level(spdlog::level::err);
+  catch_interrupts();
+  const Report report = chosen();
+  print(common.json ? report.json : report.text);
+  return report.exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  quieten_libraries();
+  const bool json =
+      std::any_of(argv + 1, argv + argc, [](const char* a) { return std::strcmp(a, "--json") == 0; });
+  try {
+    start_log();
+    return run(argc, argv);
+  } catch (const Error& error) {
+    return fail(error.what(), error.exit_code(), json);
+  } catch (const std::bad_alloc&) {
+    return fail("wanted more memory than there is; try smaller frames or fewer outputs", kInternalError,
+                json);
+  } catch (const std::exception& error) {
+    return fail(std::string("internal error: ") + error.what(), kInternalError, json);
+  }
+}
