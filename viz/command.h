@@ -49,6 +49,7 @@ void add_simulate(CLI::App& program, Common& common, Command& chosen);
 void add_integrate(CLI::App& program, Common& common, Command& chosen);
 void add_live(CLI::App& program, Common& common, Command& chosen);
 void add_demo(CLI::App& program, Common& common, Command& chosen);
+void add_calibrate(CLI::App& program, Common& common, Command& chosen);
 
 /// The Vulkan device that the options ask for. Throws Error(Failure::Device).
 std::unique_ptr<gpu::Context> open_device(const Common& common);
