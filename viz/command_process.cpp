@@ -1,0 +1,86 @@
+// palpate process: a recording in, measurements out.
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "engine/error.h"
+#include "engine/gpu/context.h"
+#include "viz/processing.h"
+
+namespace palpate {
+namespace {
+
+const std::map<std::string, SurfaceSolver> kSolvers = {
+    {"live", SurfaceSolver::Live}, {"converged", SurfaceSolver::Converged}, {"exact", SurfaceSolver::Exact}};
+const std::map<std::string, DepthFormat> kDepthFormats = {
+    {"png16", DepthFormat::Png16}, {"npy", DepthFormat::Npy}, {"ply", DepthFormat::Ply}};
+const std::map<std::string, Output> kOutputs = {{"force", Output::Force}, {"surface", Output::Surface}};
+
+struct Options {
+  ProcessRequest request;
+  std::filesystem::path sensor;
+  std::vector<Output> outputs;
+};
+
+Report process(const Common& common, Options options) {
+  ProcessRequest& request = options.request;
+  if (!options.outputs.empty()) {
+    request.outputs = 0;
+    for (const Output output : options.outputs) request.outputs |= static_cast<uint32_t>(output);
+  }
+  const Sensor sensor = load_sensor(options.sensor);
+  const bool needs_surface = !request.depth.empty() || request.pictures || request.video;
+  if (needs_surface && !(request.outputs & static_cast<uint32_t>(Output::Surface))) {
+    throw Error(Failure::Usage, "a surface for --depth, --pictures or --video", "--outputs force",
+                "--outputs force,surface");
+  }
+  const std::unique_ptr<gpu::Context> context = open_device(common);
+  const ProcessSummary summary = process_recording(*context, common, sensor, request, common.out);
+  Report report;
+  report.json = to_json(summary, request, sensor, *context);
+  report.text =
+      describe(summary) + "\nwritten: " + (common.out / "measurements.csv").string() + ", summary.json";
+  report.exit_code = !summary.complete ? kInterrupted : validation_clean(*context) ? 0 : kInternalError;
+  return report;
+}
+
+}  // namespace
+
+void add_process(CLI::App& program, Common& common, Command& chosen) {
+  CLI::App* command = program.add_subcommand(
+      "process", "Measure a recording: video, image, folder of images, or synthetic:SCENE");
+  auto options = std::make_shared<Options>();
+  ProcessRequest& request = options->request;
+  command->add_option("INPUT", request.input, "Video file, image file, folder of images, or synthetic:SCENE")
+      ->required();
+  command->add_option("--sensor", options->sensor, "Sensor file (JSON, see README.md)");
+  command
+      ->add_option("--out", common.out,
+                   "Folder for measurements.csv, summary.json and what else is asked for")
+      ->required();
+  command
+      ->add_option("--outputs", options->outputs,
+                   "What to compute: force, surface or force,surface (default: what the sensor can)")
+      ->delimiter(',')
+      ->transform(CLI::CheckedTransformer(kOutputs));
+  command->add_option("--solver", request.solver, "Surface solver: live, converged (default) or exact (CPU)")
+      ->transform(CLI::CheckedTransformer(kSolvers));
+  command->add_option("--depth", request.depth, "Write each frame's depth map: png16, npy, ply (repeatable)")
+      ->delimiter(',')
+      ->transform(CLI::CheckedTransformer(kDepthFormats));
+  command->add_flag("--pictures", request.pictures, "Write a picture of each frame's surface to pictures/");
+  command->add_flag("--video", request.video, "Write surface.mp4");
+  command->add_option("--frames", request.frames, "Stop after that many frames");
+  add_common(
+      *command, common,
+      "  palpate process press.avi --sensor gel.json --out out/press\n"
+      "  palpate process frames/ --sensor pad.json --out out/run --outputs force --json\n"
+      "  palpate process press.avi --sensor gel.json --out out/press --depth png16 --depth ply --video\n"
+      "  palpate process synthetic:palpation --out out/check        adds true_* columns and an error table\n"
+      "Rows of measurements.csv are whole as they are written; summary.json appears at the end and tells\n"
+      "whether the recording was processed to its end (\"complete\"). Numbered files of an earlier run in\n"
+      "depth/ and pictures/ are replaced.\n");
+  command->callback(
+      [&common, &chosen, options] { chosen = [&common, options] { return process(common, *options); }; });
+}
+
+}  // namespace palpate

@@ -1,0 +1,279 @@
+#include "viz/processing.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+#include <nlohmann/json.hpp>
+
+#include "engine/error.h"
+#include "engine/gpu/context.h"
+#include "viz/measurements.h"
+#include "viz/output_file.h"
+
+namespace palpate {
+namespace {
+
+bool wants(uint32_t outputs, Output output) {
+  return (outputs & static_cast<uint32_t>(output)) != 0;
+}
+
+double rms_difference(std::span<const float> a, std::span<const float> b) {
+  double squares = 0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    const double d = double{a[i]} - double{b[i]};
+    squares += d * d;
+  }
+  return a.empty() ? 0 : std::sqrt(squares / static_cast<double>(a.size()));
+}
+
+/// Turns results into files and counts, one frame after the other.
+class Recorder {
+ public:
+  Recorder(gpu::Context& context, const Sensor& sensor, const ProcessRequest& request, const Source& source,
+           const Pipeline& pipeline, const std::filesystem::path& out, ProcessSummary& summary)
+      : sensor_(sensor),
+        request_(request),
+        source_(source),
+        pipeline_(pipeline),
+        out_(out),
+        summary_(summary),
+        has_truth_(source.truth(0).has_value()),
+        measurements_(out / "measurements.csv", request.outputs, has_truth_) {
+    if (has_truth_) summary.comparison.emplace();
+    if (!request.depth.empty()) {
+      make_output_folder(out / "depth");
+      clear_numbered_files(out / "depth");
+    }
+    (void)context;
+  }
+
+  void add(const Result& result, const Frame& frame) {
+    const Touch& touch = result.touch;
+    std::optional<Truth> truth = has_truth_ ? source_.truth(touch.sequence) : std::nullopt;
+    std::optional<double> depth_rms_error_mm;
+    const bool compare_depth =
+        truth && touch.has_surface && truth->depth_mm.size() == size_t{map_width()} * map_height();
+    if (touch.has_surface && (!request_.depth.empty() || compare_depth)) {
+      depth_mm_ = pipeline_.read_depth_mm(result);
+      if (compare_depth) depth_rms_error_mm = rms_difference(depth_mm_, truth->depth_mm);
+      write_depths(touch.sequence);
+    }
+    measurements_.add(touch, truth ? &*truth : nullptr, depth_rms_error_mm);
+    if (truth) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
+    count(touch);
+    (void)frame;
+  }
+
+  void close() {
+    measurements_.close();
+    if (!request_.depth.empty()) {
+      write_whole(out_ / "depth" / "depth.json",
+                  std::string_view(describe_depth_folder(view(), request_.depth, summary_.depth_clipped_px)));
+    }
+  }
+
+ private:
+  uint32_t map_width() const { return pipeline_.format().width; }
+  uint32_t map_height() const { return pipeline_.format().height; }
+  DepthView view() const { return {depth_mm_, map_width(), map_height(), sensor_.pitch_mm_per_px}; }
+
+  void write_depths(uint64_t sequence) {
+    for (const DepthFormat format : request_.depth) {
+      summary_.depth_clipped_px +=
+          write_depth(out_ / "depth" / numbered_name(sequence, extension(format)), view(), format);
+    }
+  }
+
+  void count(const Touch& touch) {
+    ++summary_.frames;
+    if (wants(request_.outputs, Output::Force)) {
+      if (touch.contact && !touching_) ++summary_.contacts;
+      touching_ = touch.contact;
+      summary_.contact_frames += touch.contact;
+      summary_.saturated_frames += touch.saturated_px > 0;
+      summary_.slip_frames += touch.slip == Slip::Slip;
+      ++summary_.force_states[to_string(touch.force_N.validity)];
+      if (has_value(touch.force_N)) {
+        summary_.largest_force_N =
+            std::max(summary_.largest_force_N.value_or(touch.force_N.value), touch.force_N.value);
+      }
+    }
+    if (touch.has_surface) {
+      summary_.largest_depth_mm =
+          std::max(summary_.largest_depth_mm.value_or(touch.depth_max_mm), touch.depth_max_mm);
+    }
+  }
+
+  const Sensor& sensor_;
+  const ProcessRequest& request_;
+  const Source& source_;
+  const Pipeline& pipeline_;
+  std::filesystem::path out_;
+  ProcessSummary& summary_;
+  bool has_truth_;
+  Measurements measurements_;
+  std::vector<float> depth_mm_;
+  bool touching_ = false;
+};
+
+}  // namespace
+
+const char* to_string(SurfaceSolver solver) {
+  switch (solver) {
+    case SurfaceSolver::Live:
+      return "live";
+    case SurfaceSolver::Converged:
+      return "converged";
+    case SurfaceSolver::Exact:
+      return "exact";
+  }
+  return "";
+}
+
+uint64_t run_recording(Source& source, Pipeline& pipeline, uint64_t limit,
+                       const std::function<void(const Result&, const Frame&)>& on_result) {
+  std::deque<Frame> in_flight;  // frames whose results are not out yet, oldest first
+  std::vector<Frame> spare;     // their memory, to use again
+  uint64_t done = 0;
+  const auto finish_oldest = [&](std::optional<Result> result) {
+    if (!result) return false;
+    on_result(*result, in_flight.front());
+    pipeline.release(*result);
+    spare.push_back(std::move(in_flight.front()));
+    in_flight.pop_front();
+    ++done;
+    return true;
+  };
+  const auto finish_all = [&] {
+    while (finish_oldest(pipeline.wait())) {
+    }
+  };
+  try {
+    for (uint64_t taken = 0; (limit == 0 || taken < limit) && !interrupted(); ++taken) {
+      Frame frame;
+      if (!spare.empty()) {
+        frame = std::move(spare.back());
+        spare.pop_back();
+      }
+      if (!source.next(frame)) break;
+      while (!pipeline.submit(frame)) finish_oldest(pipeline.wait());
+      in_flight.push_back(std::move(frame));
+      while (finish_oldest(pipeline.poll())) {
+      }
+    }
+  } catch (const Error& error) {
+    // A recording damaged at frame n still has n good frames.
+    if (error.failure() == Failure::Input) finish_all();
+    throw;
+  }
+  finish_all();
+  return done;
+}
+
+ProcessSummary process_recording(gpu::Context& context, const Common& common, const Sensor& sensor,
+                                 const ProcessRequest& request, const std::filesystem::path& out) {
+  const std::unique_ptr<Source> source = open_source(request.input, sensor);
+  const Frame background = load_background(request.input, sensor, *source);
+  Pipeline pipeline(context, sensor, source->format(),
+                    {.outputs = request.outputs, .solver = request.solver});
+  pipeline.set_background(background);
+
+  make_output_folder(out);
+  std::filesystem::remove(out / "summary.json");
+  ProcessSummary summary;
+  Recorder recorder(context, sensor, request, *source, pipeline, out, summary);
+  uint64_t total = source->frame_count().value_or(0);
+  if (request.frames != 0) total = total == 0 ? request.frames : std::min(total, request.frames);
+
+  const double start_s = now_s();
+  const auto finish = [&] {
+    summary.seconds = now_s() - start_s;
+    recorder.close();
+    write_whole(out / "summary.json", std::string_view(to_json(summary, request, sensor, context) + "\n"));
+  };
+  try {
+    ProgressBar progress(common, "processing", total);
+    run_recording(*source, pipeline, request.frames, [&](const Result& result, const Frame& frame) {
+      recorder.add(result, frame);
+      progress.update(summary.frames);
+    });
+  } catch (const Error& error) {
+    if (error.failure() != Failure::Input || summary.frames == 0) throw;
+    summary.ended_by = error.what();
+    finish();
+    throw;
+  }
+  summary.complete = !interrupted();
+  if (!summary.complete) summary.ended_by = "interrupted";
+  if (summary.complete && summary.frames == 0) {
+    throw Error(Failure::Input, "frames in '" + request.input + "'", "none", "another recording");
+  }
+  finish();
+  return summary;
+}
+
+std::string describe(const ProcessSummary& s) {
+  char line[200];
+  std::snprintf(line, sizeof line, "%llu frames in %.2f s (%.1f frames/s)%s\n",
+                static_cast<unsigned long long>(s.frames), s.seconds,
+                s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0,
+                s.complete ? "" : (", ended early: " + s.ended_by).c_str());
+  std::string text = line;
+  if (!s.force_states.empty()) {
+    text += std::to_string(s.contacts) + (s.contacts == 1 ? " contact" : " contacts") + ", touching in " +
+            std::to_string(s.contact_frames) + " frames";
+    if (s.slip_frames) text += ", slipping in " + std::to_string(s.slip_frames);
+    text += "\n";
+    if (s.largest_force_N) {
+      std::snprintf(line, sizeof line, "largest force %.4g N\n", *s.largest_force_N);
+      text += line;
+    }
+    for (const auto& [state, frames] : s.force_states) {
+      text += "force " + state + ": " + std::to_string(frames) + " frames\n";
+    }
+    if (s.saturated_frames) {
+      text += "saturated pixels in " + std::to_string(s.saturated_frames) +
+              " frames: their force is a lower bound; lower the exposure or the light\n";
+    }
+  }
+  if (s.largest_depth_mm) {
+    std::snprintf(line, sizeof line, "largest depth %.4g mm\n", *s.largest_depth_mm);
+    text += line;
+  }
+  if (s.depth_clipped_px) {
+    text +=
+        std::to_string(s.depth_clipped_px) + " pixels were outside the 16-bit depth range and are clipped\n";
+  }
+  if (s.comparison) text += "\n" + s.comparison->table();
+  return text;
+}
+
+std::string to_json(const ProcessSummary& s, const ProcessRequest& request, const Sensor& sensor,
+                    const gpu::Context& context) {
+  nlohmann::ordered_json value = {{"input", request.input},
+                                  {"sensor", sensor.name},
+                                  {"device", context.report().name},
+                                  {"solver", to_string(request.solver)},
+                                  {"complete", s.complete}};
+  if (!s.complete) value["ended_by"] = s.ended_by;
+  value["frames"] = s.frames;
+  value["seconds"] = s.seconds;
+  value["frames_per_s"] = s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0;
+  if (!s.force_states.empty()) {
+    value["contacts"] = s.contacts;
+    value["contact_frames"] = s.contact_frames;
+    value["slip_frames"] = s.slip_frames;
+    value["saturated_frames"] = s.saturated_frames;
+    value["force_states"] = s.force_states;
+  }
+  if (s.largest_force_N) value["largest_force_N"] = *s.largest_force_N;
+  if (s.largest_depth_mm) value["largest_depth_mm"] = *s.largest_depth_mm;
+  if (!request.depth.empty()) value["depth_clipped_px"] = s.depth_clipped_px;
+  if (s.comparison) value["measured_minus_true"] = nlohmann::ordered_json::parse(s.comparison->json());
+  return value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace palpate

@@ -1,0 +1,66 @@
+// A recording from its first frame to its last: measurements, depth maps, pictures. Nothing is dropped.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/source.h"
+#include "engine/pipeline.h"
+#include "viz/command.h"
+#include "viz/comparison.h"
+#include "viz/depth_files.h"
+
+namespace palpate {
+
+struct ProcessRequest {
+  std::string input;  ///< as open_source takes it
+  uint32_t outputs = Output::Force | Output::Surface;
+  SurfaceSolver solver = SurfaceSolver::Converged;
+  std::vector<DepthFormat> depth;  ///< one file a frame of each
+  bool pictures = false;           ///< one PNG of the surface a frame
+  bool video = false;              ///< surface.mp4
+  uint64_t frames = 0;             ///< at most that many; 0: all
+  uint64_t picture_every = 1;      ///< one picture and one video frame for that many frames
+};
+
+/// What was seen, frame by frame counted.
+struct ProcessSummary {
+  uint64_t frames = 0;
+  uint64_t contacts = 0;  ///< onsets: frames that touch after one that does not
+  uint64_t contact_frames = 0;
+  uint64_t saturated_frames = 0;  ///< with at least one saturated pixel
+  uint64_t slip_frames = 0;
+  std::map<std::string, uint64_t> force_states;  ///< frames in each state of the force
+  std::optional<double> largest_force_N;
+  std::optional<double> largest_depth_mm;
+  uint64_t depth_clipped_px = 0;
+  double seconds = 0;                    ///< wall time from the first frame to the last result
+  bool complete = false;                 ///< false: Ctrl-C or a damaged recording ended it early
+  std::string ended_by;                  ///< why, where not complete
+  std::optional<Comparison> comparison;  ///< of inputs that know the truth
+};
+
+/// Every frame of `source` through `pipeline`, in order, each slot in use; `on_result` is called for each in
+/// order, with the frame it came from, before its slot is released. Stops after `limit` frames (0: none) or
+/// on Ctrl-C. Returns the number of frames.
+uint64_t run_recording(Source& source, Pipeline& pipeline, uint64_t limit,
+                       const std::function<void(const Result&, const Frame&)>& on_result);
+
+/// Processes `request.input` with `sensor` into folder `out`: measurements.csv row by row, depth/, pictures/,
+/// surface.mp4, and at the end summary.json. A damaged recording keeps the rows before the damage, writes a
+/// summary that says so, and throws.
+ProcessSummary process_recording(gpu::Context& context, const Common& common, const Sensor& sensor,
+                                 const ProcessRequest& request, const std::filesystem::path& out);
+
+/// The summary for a person, and as a JSON object.
+std::string describe(const ProcessSummary& summary);
+std::string to_json(const ProcessSummary& summary, const ProcessRequest& request, const Sensor& sensor,
+                    const gpu::Context& context);
+
+const char* to_string(SurfaceSolver solver);
+
+}  // namespace palpate
