@@ -203,7 +203,7 @@ TEST_F(Program, UsageErrorsAreOneLine) {
   expect_refusal({"devices", "--colour"}, 2, {"--colour"});
   expect_refusal({"simulate", "palpation", "--out", folder_ / "x", "--size", "0x0"}, 2, {"size"});
   expect_refusal({"simulate", "palpation", "--out", folder_ / "x", "--size", "999999x4"}, 2, {"size"});
-  expect_refusal({"simulate", "palpation", "--out", folder_ / "x", "--bits", "9"}, 2, {"bits"});
+  expect_refusal({"simulate", "palpation", "--out", folder_ / "x", "--bits", "7"}, 2, {"bits"});
   expect_refusal({"simulate", "nonsense", "--out", folder_ / "x"}, 3, {"nonsense"});
 }
 

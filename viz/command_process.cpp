@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "capture/synthetic.h"
 #include "engine/error.h"
 #include "engine/gpu/context.h"
 #include "viz/processing.h"
@@ -21,17 +22,38 @@ struct Options {
   std::vector<Output> outputs;
 };
 
+/// The sensor file, or for a synthetic input without one what is known of it by construction.
+Sensor find_sensor(const Common& common, Options& options) {
+  constexpr const char* kSynthetic = "synthetic:";
+  std::string& input = options.request.input;
+  if (input.rfind(kSynthetic, 0) == 0) {
+    SyntheticOptions synthetic = parse_synthetic(input);
+    if (input.find("seed=") == std::string::npos) synthetic.seed = common.seed;
+    input = to_string(synthetic);
+    if (options.sensor.empty()) return synthetic_sensor(synthetic);
+  }
+  if (options.sensor.empty()) {
+    throw Error(Failure::Usage, "--sensor FILE for '" + input + "'", "none",
+                "a sensor file as README.md describes it");
+  }
+  return load_sensor(options.sensor);
+}
+
 Report process(const Common& common, Options options) {
   ProcessRequest& request = options.request;
-  if (!options.outputs.empty()) {
+  const Sensor sensor = find_sensor(common, options);
+  if (options.outputs.empty()) {
+    request.outputs = static_cast<uint32_t>(Output::Force);
+    if (sensor.reading != Reading::None) request.outputs |= static_cast<uint32_t>(Output::Surface);
+  } else {
     request.outputs = 0;
     for (const Output output : options.outputs) request.outputs |= static_cast<uint32_t>(output);
   }
-  const Sensor sensor = load_sensor(options.sensor);
   const bool needs_surface = !request.depth.empty() || request.pictures || request.video;
   if (needs_surface && !(request.outputs & static_cast<uint32_t>(Output::Surface))) {
-    throw Error(Failure::Usage, "a surface for --depth, --pictures or --video", "--outputs force",
-                "--outputs force,surface");
+    throw Error(Failure::Usage, "a surface for --depth, --pictures or --video",
+                options.outputs.empty() ? "a sensor without a reading of the surface" : "--outputs force",
+                options.outputs.empty() ? "a sensor file with \"reading\"" : "--outputs force,surface");
   }
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const ProcessSummary summary = process_recording(*context, common, sensor, request, common.out);

@@ -1,0 +1,104 @@
+// palpate integrate: any gradient field in, a height map out.
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "engine/error.h"
+#include "engine/frame.h"
+#include "engine/gpu/context.h"
+#include "engine/stages/surface.h"
+#include "viz/command.h"
+#include "viz/npy.h"
+#include "viz/output_file.h"
+#include "viz/processing.h"
+
+namespace palpate {
+namespace {
+
+struct Options {
+  std::filesystem::path gradients;
+  SurfaceSolver solver = SurfaceSolver::Converged;
+};
+
+/// Shape and values that a height map can be made of, or an Error that says where they are not.
+void check_gradients(const NpyArray& array, const std::filesystem::path& file) {
+  const std::vector<size_t>& shape = array.shape;
+  const bool fits = shape.size() == 3 && shape[2] == 2 && shape[0] >= 1 && shape[1] >= 1 &&
+                    shape[0] <= kMaxSide_px && shape[1] <= kMaxSide_px;
+  if (!fits) {
+    throw Error(Failure::Input,
+                "gradients of rows x columns x 2 (dz/dx, dz/dy), each side 1 to " +
+                    std::to_string(kMaxSide_px) + ", in '" + file.string() + "'",
+                describe_shape(shape), "numpy.stack([dz_dx, dz_dy], axis=-1)");
+  }
+  for (size_t i = 0; i < array.values.size(); ++i) {
+    if (std::isfinite(array.values[i])) continue;
+    const size_t pixel = i / 2;
+    throw Error(Failure::Input, "finite gradients in '" + file.string() + "'",
+                std::string(std::isnan(array.values[i]) ? "NaN" : "infinity") + " at row " +
+                    std::to_string(pixel / shape[1]) + ", column " + std::to_string(pixel % shape[1]) + ", " +
+                    (i % 2 ? "dz/dy" : "dz/dx"),
+                "numpy.nan_to_num, or cutting the unknown part away");
+  }
+}
+
+Report integrate(const Common& common, const Options& options) {
+  const NpyArray array = read_npy(options.gradients);
+  check_gradients(array, options.gradients);
+  const auto rows = static_cast<uint32_t>(array.shape[0]), cols = static_cast<uint32_t>(array.shape[1]);
+  const std::unique_ptr<gpu::Context> context = open_device(common);
+  const double start_s = now_s();
+  const Heights heights = integrate_gradients(*context, array.values, rows, cols, options.solver);
+  const double seconds = now_s() - start_s;
+
+  make_output_folder(common.out);
+  const std::filesystem::path file = common.out / "height.npy";
+  write_npy(file, heights.values, {rows, cols});
+  const nlohmann::ordered_json value = {{"height", file.string()},
+                                        {"rows", rows},
+                                        {"columns", cols},
+                                        {"solver", to_string(options.solver)},
+                                        {"device", context->report().name},
+                                        {"residual", heights.evidence.residual},
+                                        {"peak_to_valley", heights.evidence.peak_to_valley},
+                                        {"seconds", seconds},
+                                        {"complete", true}};
+  char text[200];
+  std::snprintf(text, sizeof text, "%u x %u heights, peak to valley %.6g, relative residual %.2g, %.3f s\n",
+                rows, cols, heights.evidence.peak_to_valley, heights.evidence.residual, seconds);
+  return {text + ("written: " + file.string()),
+          value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
+          validation_clean(*context) ? 0 : kInternalError};
+}
+
+}  // namespace
+
+void add_integrate(CLI::App& program, Common& common, Command& chosen) {
+  CLI::App* command =
+      program.add_subcommand("integrate", "Turn a gradient field (NumPy array) into a height map");
+  auto options = std::make_shared<Options>();
+  command
+      ->add_option("GRADIENTS", options->gradients,
+                   "rows x columns x 2, float32 or float64: dz/dx (right), dz/dy (down), per pixel")
+      ->required();
+  command->add_option("--out", common.out, "Folder for height.npy")->required();
+  command
+      ->add_option("--solver", options->solver,
+                   "live (one multigrid pass), converged (default: cycles until settled) or exact (cosine "
+                   "transform, CPU)")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, SurfaceSolver>{{"live", SurfaceSolver::Live},
+                                               {"converged", SurfaceSolver::Converged},
+                                               {"exact", SurfaceSolver::Exact}}));
+  add_common(*command, common,
+             "  palpate integrate slopes.npy --out out/height\n"
+             "  palpate integrate slopes.npy --out out/height --solver exact --json\n"
+             "height.npy is float32, rows x columns, mean 0, in the gradients' unit times one pixel: the "
+             "heights whose\n"
+             "differences fit the gradients best (least squares, no rim pinned, tilt kept).\n");
+  command->callback(
+      [&common, &chosen, options] { chosen = [&common, options] { return integrate(common, *options); }; });
+}
+
+}  // namespace palpate

@@ -1,0 +1,208 @@
+// palpate simulate: a recording of the built-in sensor on disk, lossless, with what was really there beside
+// it.
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "capture/synthetic.h"
+#include "engine/error.h"
+#include "engine/sensor.h"
+#include "viz/command.h"
+#include "viz/measurements.h"
+#include "viz/npy.h"
+#include "viz/output_file.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  SyntheticOptions synthetic;
+  std::string size = "640x480";
+  std::string mode = "waveguide";
+  std::string response = "linear";
+  uint64_t frames = 0;
+  double seconds = 0;
+  bool noiseless = false;
+  bool depth = false;
+};
+
+void parse_size(const std::string& text, uint32_t& width, uint32_t& height) {
+  const char* end = text.data() + text.size();
+  const auto [x, bad_width] = std::from_chars(text.data(), end, width);
+  const bool separated = bad_width == std::errc() && x != end && *x == 'x';
+  const auto [rest, bad_height] = std::from_chars(separated ? x + 1 : end, end, height);
+  if (!separated || bad_height != std::errc() || rest != end || width == 0 || height == 0 ||
+      width > kMaxSide_px || height > kMaxSide_px) {
+    throw Error(Failure::Usage, "--size WIDTHxHEIGHT, each 1 to " + std::to_string(kMaxSide_px),
+                "'" + text + "'", "--size 640x480");
+  }
+}
+
+/// A lossless PNG: 8 or 16 bits a channel, values as they are in the frame.
+void write_png(const fs::path& file, const Frame& frame) {
+  const FrameFormat& f = frame.format;
+  const int depth = f.bytes_per_pixel() == 1 ? CV_8U : CV_16U;
+  cv::Mat image(static_cast<int>(f.height), static_cast<int>(f.width),
+                CV_MAKETYPE(depth, static_cast<int>(f.channels)));
+  const size_t pixel_bytes = f.bytes_per_pixel();
+  for (uint32_t channel = 0; channel < f.channels; ++channel) {
+    const size_t place = f.channels - 1 - channel;  // OpenCV keeps blue, green, red
+    for (uint32_t y = 0; y < f.height; ++y) {
+      const uint8_t* from = frame.row(channel, y);
+      uint8_t* to = image.ptr(static_cast<int>(y)) + place * pixel_bytes;
+      for (uint32_t x = 0; x < f.width; ++x) {
+        std::memcpy(to + size_t{x} * f.channels * pixel_bytes, from + x * pixel_bytes, pixel_bytes);
+      }
+    }
+  }
+  std::vector<uint8_t> bytes;
+  if (!cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
+    throw Error(Failure::Output, "to write '" + file.string() + "'", "a PNG encoder that refuses",
+                "another --size");
+  }
+  write_whole(file, bytes);
+}
+
+constexpr const char* kTruthHeader =
+    "frame,time_s,true_contact,true_force_N,true_shear_x_N,true_shear_y_N,true_slip,true_center_x_px,true_"
+    "center_y_px,"
+    "true_radius_px,true_depth_max_mm";
+
+std::string truth_row(const Truth& truth) {
+  std::string row =
+      std::to_string(truth.sequence) + "," + shortest(truth.time_s) + "," + (truth.contact ? "1" : "0");
+  for (const double value : {truth.force_N, truth.shear_x_N, truth.shear_y_N}) row += "," + shortest(value);
+  row += truth.slipping ? ",1" : ",0";
+  if (truth.contact) {
+    row += "," + shortest(truth.center_x_px) + "," + shortest(truth.center_y_px);
+  } else {
+    row += ",,";
+  }
+  return row + "," + shortest(truth.radius_px) + "," + shortest(truth.indentation_mm);
+}
+
+Report simulate(const Common& common, const Options& options) {
+  SyntheticOptions synthetic = options.synthetic;
+  parse_size(options.size, synthetic.width, synthetic.height);
+  // The keys of synthetic: inputs say the rest, so that one parser knows them.
+  const SyntheticOptions words = parse_synthetic("synthetic:" + synthetic.scene + "?mode=" + options.mode +
+                                                 "&response=" + options.response);
+  synthetic.mode = words.mode;
+  synthetic.response = words.response;
+  synthetic.seed = common.seed;
+  synthetic.noise = !options.noiseless;
+  SyntheticSensor source(synthetic);
+
+  uint64_t limit = options.frames;
+  if (options.seconds > 0)
+    limit = std::max<uint64_t>(1, static_cast<uint64_t>(options.seconds * synthetic.rate_Hz + 0.5));
+  const std::optional<uint64_t> count = source.frame_count();
+  if (limit == 0 && !count)
+    throw Error(Failure::Usage, "an end of the recording", "--repeat 0", "--frames or --seconds");
+  const uint64_t total = limit == 0 ? *count : count ? std::min(limit, *count) : limit;
+
+  const fs::path& out = common.out;
+  make_output_folder(out);
+  make_output_folder(out / "frames");
+  clear_numbered_files(out / "frames");
+  for (const char* name : {"truth.csv", "sensor.json", "background.png"}) fs::remove(out / name);
+  if (options.depth) {
+    make_output_folder(out / "depth");
+    clear_numbered_files(out / "depth");
+  }
+  Sensor sensor = synthetic_sensor(synthetic);
+  if (const std::optional<Frame> background = source.own_background()) {
+    write_png(out / "background.png", *background);
+    sensor.background.image = "background.png";
+  }
+  save_sensor(sensor, out / "sensor.json");
+
+  LineFile truth_file(out / "truth.csv");
+  truth_file.append(kTruthHeader);
+  ProgressBar progress(common, "simulating", total);
+  Frame frame;
+  uint64_t done = 0;
+  while (done < total && !interrupted() && source.next(frame)) {
+    const std::optional<Truth> truth = source.truth(frame.sequence);
+    write_png(out / "frames" / numbered_name(frame.sequence, "png"), frame);
+    if (options.depth) {
+      write_npy(out / "depth" / numbered_name(frame.sequence, "npy"), truth->depth_mm,
+                {frame.format.height, frame.format.width});
+    }
+    truth_file.append(truth_row(*truth));
+    progress.update(++done);
+  }
+  truth_file.close();
+
+  const bool complete = done == total;
+  const nlohmann::ordered_json value = {{"input", to_string(synthetic)},
+                                        {"complete", complete},
+                                        {"frames", done},
+                                        {"frames_folder", (out / "frames").string()},
+                                        {"sensor", (out / "sensor.json").string()},
+                                        {"truth", (out / "truth.csv").string()}};
+  std::string text = std::to_string(done) + " frames in " + (out / "frames").string() +
+                     (complete ? "" : " (ended early)") + "\nmeasure them: palpate process " +
+                     (out / "frames").string() + " --sensor " + (out / "sensor.json").string() + " --out " +
+                     (out / "measured").string();
+  return {text, value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
+          complete ? 0 : kInterrupted};
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& program, Common& common, Command& chosen) {
+  CLI::App* command = program.add_subcommand("simulate", "Write a synthetic recording with its truth");
+  auto options = std::make_shared<Options>();
+  SyntheticOptions& synthetic = options->synthetic;
+  std::string scenes;
+  for (const auto& [name, description] : synthetic_scenes())
+    scenes += "  " + name + std::string(12 - std::min<size_t>(11, name.size()), ' ') + description + "\n";
+  command->add_option("SCENE", synthetic.scene, "What happens (listed below)")->required();
+  command->add_option("--out", common.out, "Folder for frames/, truth.csv, sensor.json, background.png")
+      ->required();
+  command->add_option("--size", options->size, "WIDTHxHEIGHT, px")->capture_default_str();
+  command->add_option("--bits", synthetic.bit_depth, "Bits of a pixel, 8 to 16 (gel: 8)")
+      ->capture_default_str()
+      ->check(CLI::Range(8, 16));
+  command
+      ->add_option("--mode", options->mode,
+                   "waveguide (glows with pressure), gel (three colours), lambert (gray shading)")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"waveguide", "gel", "lambert"}));
+  command->add_option("--response", options->response, "Pressure to light: linear, saturating")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"linear", "saturating"}));
+  command->add_option("--rate", synthetic.rate_Hz, "Frames a second")->capture_default_str();
+  command
+      ->add_option("--repeat", synthetic.repeat,
+                   "Play the scene that many times; 0: until --frames or --seconds")
+      ->capture_default_str();
+  CLI::Option* frames = command->add_option("--frames", options->frames, "At most that many frames");
+  command->add_option("--seconds", options->seconds, "At most that long")
+      ->excludes(frames)
+      ->check(CLI::PositiveNumber);
+  command->add_option("--force", synthetic.force_N, "Largest force, N (default: the scene's)");
+  command->add_option("--radius", synthetic.indenter_radius_mm, "Indenter radius, mm (default: the scene's)");
+  command->add_flag("--noiseless", options->noiseless, "No shot, read or fixed-pattern noise");
+  command->add_flag("--depth", options->depth,
+                    "Write the true depth maps too: depth/NNNNNN.npy, float32, mm");
+  add_common(*command, common,
+             "  palpate simulate press --out out/rec\n"
+             "  palpate simulate palpation --out out/rec --size 1392x1042 --bits 12 --seed 7\n"
+             "  palpate simulate slide --mode gel --seconds 3 --depth --out out/gel\n"
+             "Scenes:\n" +
+                 scenes +
+                 "Frames are lossless PNG (more than 8 bits: 16-bit files with the value in the low bits); "
+                 "numbered files of\n"
+                 "an earlier run in frames/ and depth/ are replaced. truth.csv is whole up to the last frame "
+                 "written.\n");
+  command->callback(
+      [&common, &chosen, options] { chosen = [&common, options] { return simulate(common, *options); }; });
+}
+
+}  // namespace palpate
