@@ -19,7 +19,7 @@ struct Truth {
   double center_y_px = 0;
   double radius_px = 0;         ///< contact radius
   double indentation_mm = 0;    ///< depth below rest level at the deepest point
-  std::vector<float> depth_mm;  ///< height x width, depth below the rest level, >= 0
+  std::vector<float> depth_mm;  ///< height x width, below the rest level; < 0 where the pad bulges
 };
 
 }  // namespace palpate
