@@ -30,7 +30,7 @@ constexpr uint32_t operator|(Output a, Output b) {
 
 enum class SurfaceSolver {
   Live,       ///< one full-multigrid pass on the GPU: relative RMS error about 4e-4 on smooth fields
-  Converged,  ///< multigrid cycles on the GPU until the height changes by less than 1e-4 of its range
+  Converged,  ///< six more cycles on the GPU: down to the rounding of single precision
   Exact,      ///< discrete cosine transform by FFTW on the CPU
 };
 
@@ -54,7 +54,7 @@ struct Result {
   Touch touch;
   SurfaceMap surface;  ///< buffer is null unless Output::Surface was asked for
   uint32_t slot = 0;
-  double gpu_ms = 0;  ///< time between submission and the fence, host clock
+  double turnaround_ms = 0;  ///< from submission to collection, host clock
 };
 
 /// Not thread safe: one thread submits and collects; finished maps may be read by another until released.

@@ -22,7 +22,8 @@ enum class Memory {
 class DeviceBuffer {
  public:
   DeviceBuffer() = default;
-  /// Storage, texel, index and transfer use. Throws Error(Failure::Device) naming `name` when memory runs out.
+  /// Storage, texel, index and transfer use. Throws Error(Failure::Device) naming `name` when memory runs
+  /// out.
   DeviceBuffer(Context& context, const std::string& name, uint64_t bytes, Memory memory);
   ~DeviceBuffer();
   DeviceBuffer(DeviceBuffer&& other) noexcept { swap(other); }

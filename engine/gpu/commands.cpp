@@ -57,6 +57,7 @@ void Commands::begin() {
   check(vkBeginCommandBuffer(buffer_, &info), "recording commands");
   scopes_.clear();
   if (queries_) vkCmdResetQueryPool(buffer_, queries_, 0, 2 * kMaxScopes);
+  barrier();  // frames share scratch memory: wait for what earlier submissions still write or read
 }
 
 void Commands::end() {

@@ -1,0 +1,57 @@
+#include "engine/mechanics/shear.h"
+
+#include <cmath>
+
+namespace palpate {
+namespace {
+constexpr double kCentroidError_px = 0.05;  // one sigma; the synthetic sensor's tests hold twice that
+}
+
+void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
+  if (!touch.contact) {
+    in_contact_ = false;
+    touch.slip = calibration ? Slip::NoContact : Slip::NotCalibrated;
+    const Validity validity = calibration ? Validity::NoContact : Validity::NotCalibrated;
+    touch.shear_x_N = touch.shear_y_N = {0, 0, validity};
+    return;
+  }
+  const double x_mm = touch.centroid_x_px * pitch_mm_per_px_;
+  const double y_mm = touch.centroid_y_px * pitch_mm_per_px_;
+  if (!in_contact_) {
+    in_contact_ = true;
+    onset_x_mm_ = anchor_x_mm_ = x_mm;
+    onset_y_mm_ = anchor_y_mm_ = y_mm;
+  }
+  touch.shift_x_mm = x_mm - onset_x_mm_;
+  touch.shift_y_mm = y_mm - onset_y_mm_;
+  if (!calibration) return;
+
+  const ShearCalibration& c = *calibration;
+  double fx = c.kx_N_per_mm * (x_mm - anchor_x_mm_);
+  double fy = c.ky_N_per_mm * (y_mm - anchor_y_mm_);
+  const double size = std::hypot(fx, fy);
+  touch.slip = Slip::Stick;
+  double limit_error = 0;
+  // Without a force there is no friction limit to tell slip by: the shear is then no better than its shift.
+  if (touch.force_N.validity == Validity::NotCalibrated) {
+    touch.slip = Slip::NotCalibrated;
+  } else if (const double limit = c.friction * std::max(touch.force_N.value, 0.0); size >= limit) {
+    const double scale = size > 0 ? limit / size : 0;
+    fx *= scale;
+    fy *= scale;
+    anchor_x_mm_ = x_mm - fx / c.kx_N_per_mm;
+    anchor_y_mm_ = y_mm - fy / c.ky_N_per_mm;
+    touch.slip = Slip::Slip;
+    limit_error = c.friction * touch.force_N.standard_error;
+  }
+  const double position_error_mm = kCentroidError_px * pitch_mm_per_px_;
+  const auto estimate = [&](double force, double stiffness) {
+    const double error = std::hypot(c.relative_sd * force, stiffness * position_error_mm, limit_error);
+    return Estimate{force, error,
+                    touch.slip == Slip::NotCalibrated ? Validity::NotCalibrated : Validity::Valid};
+  };
+  touch.shear_x_N = estimate(fx, c.kx_N_per_mm);
+  touch.shear_y_N = estimate(fy, c.ky_N_per_mm);
+}
+
+}  // namespace palpate

@@ -1,0 +1,28 @@
+// Centroid shift to tangential force, with stick told from slip (theory S6).
+#pragma once
+
+#include "engine/sensor.h"
+#include "engine/touch.h"
+
+namespace palpate {
+
+/// Follows one contact from its onset. While it sticks, F_t = K u with u the centroid's shift since onset
+/// (Eq. 59-60). Where |F_t| would pass friction * F_z the contact slips: the force stays at that limit and
+/// the anchor of u is dragged along, so that the force never grows without bound and falls at once when the
+/// motion turns back.
+class ShearTracker {
+ public:
+  explicit ShearTracker(double pitch_mm_per_px) : pitch_mm_per_px_(pitch_mm_per_px) {}
+
+  /// Fills shift, shear and slip of `touch` from its centroid and force. Frames in order; a new contact is a
+  /// new onset. `calibration` may be null: then only the shift is known.
+  void update(const ShearCalibration* calibration, Touch& touch);
+
+ private:
+  double pitch_mm_per_px_;
+  bool in_contact_ = false;
+  double onset_x_mm_ = 0, onset_y_mm_ = 0;
+  double anchor_x_mm_ = 0, anchor_y_mm_ = 0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,359 @@
+#include "engine/pipeline.h"
+
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <numbers>
+
+#include "engine/error.h"
+#include "engine/gpu/commands.h"
+#include "engine/gpu/context.h"
+#include "engine/mechanics/force.h"
+#include "engine/mechanics/shear.h"
+#include "engine/solve/poisson_dct.h"
+#include "engine/stages/contact.h"
+#include "engine/stages/datum.h"
+#include "engine/stages/slope.h"
+#include "engine/stages/surface.h"
+#include "engine/stages/upload.h"
+
+namespace palpate {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+void require(bool fits, const Sensor& sensor, const std::string& wanted, const std::string& found,
+             const std::string& remedy) {
+  if (!fits) throw Error(Failure::Sensor, "sensor '" + sensor.name + "' with " + wanted, found, remedy);
+}
+
+void check_fit(const Sensor& sensor, const FrameFormat& format, bool surface) {
+  const uint64_t pixels = uint64_t{format.width} * format.height;
+  require(
+      pixels > 0 && pixels <= kMaxPixels && format.width <= kMaxSide_px && format.height <= kMaxSide_px,
+      sensor,
+      "frames of 1 to " + std::to_string(kMaxPixels) + " pixels, sides up to " + std::to_string(kMaxSide_px),
+      std::to_string(format.width) + " x " + std::to_string(format.height), "a crop in the sensor file");
+  require(format.channels == 1 || (format.channels == 3 && format.bit_depth == 8), sensor,
+          "gray frames, or colour of 8 bits",
+          std::to_string(format.channels) + " channels of " + std::to_string(format.bit_depth) + " bits",
+          "channels 1, or bit_depth 8");
+  if (!surface) return;
+  require(sensor.reading != Reading::None, sensor, "a surface reading (shading or photometric)", "none",
+          "asking for force only, or adding 'surface' to the sensor file");
+  require(sensor.reading != Reading::Photometric || format.channels == 3, sensor,
+          "colour frames for reading 'photometric'", "gray frames", "channels 3 in the sensor file");
+  require(sensor.reading != Reading::Shading || format.channels == 1, sensor,
+          "gray frames for reading 'shading'", "colour frames", "channels 1 in the sensor file");
+}
+
+Ellipse ellipse_of(const ContactMoments& m, double pitch_mm) {
+  // Central second moments of the area; 1/12 is a single pixel's own.
+  const double n = static_cast<double>(m.area);
+  const double mx = static_cast<double>(m.x) / n, my = static_cast<double>(m.y) / n;
+  const double xx = static_cast<double>(m.xx) / n - mx * mx + 1.0 / 12;
+  const double yy = static_cast<double>(m.yy) / n - my * my + 1.0 / 12;
+  const double xy = static_cast<double>(m.xy) / n - mx * my;
+  const double middle = (xx + yy) / 2, half = std::hypot((xx - yy) / 2, xy);
+  // A filled ellipse of semi-axis s has the second moment s^2 / 4 along it.
+  return {4 * std::sqrt(middle + half) * pitch_mm, 4 * std::sqrt(std::max(middle - half, 0.0)) * pitch_mm,
+          std::atan2(2 * xy, xx - yy) / 2};
+}
+
+}  // namespace
+
+struct Pipeline::Impl {
+  // Everything one frame in flight owns. Its commands are recorded once and submitted for every frame.
+  struct Slot {
+    Slot(gpu::Context& context, const FrameFormat& format, const Contact& contact)
+        : frame(context, "frame", format),
+          records(context, "contact records", contact.record_bytes(), gpu::Memory::Readback),
+          commands(context) {}
+
+    PaddedImage frame;
+    gpu::DeviceBuffer records;
+    FloatMap depth;
+    gpu::DeviceBuffer datum_records;
+    gpu::Commands commands;
+    // Only for SurfaceSolver::Exact, which leaves the GPU in between.
+    gpu::DeviceBuffer right_side;
+    gpu::DeviceBuffer solved;
+    gpu::Commands after_solve;
+
+    bool free = true;
+    uint64_t sequence = 0;
+    int64_t time_ns = 0;
+    Clock::time_point submitted;
+  };
+
+  Impl(gpu::Context& gpu_context, const Sensor& with_sensor, const FrameFormat& frame_format,
+       const PipelineOptions& with_options)
+      : context(gpu_context),
+        sensor(with_sensor),
+        format(frame_format),
+        options(with_options),
+        wants_surface((with_options.outputs & static_cast<uint32_t>(Output::Surface)) != 0),
+        background(gpu_context, "background", frame_format),
+        contact(gpu_context, with_sensor, frame_format,
+                wants_surface && with_sensor.reading == Reading::Shading),
+        shear(with_sensor.pitch_mm_per_px) {
+    if (wants_surface) {
+      slope.emplace(context, sensor, format, contact);
+      surface.emplace(context, format.width, format.height, options.solver);
+      datum.emplace(context, contact, surface->grid());
+      if (options.solver == SurfaceSolver::Exact) dct.emplace(format.width, format.height);
+    }
+    for (uint32_t i = 0; i < std::max(options.slots, 1u); ++i)
+      record(slots.emplace_back(context, format, contact));
+  }
+
+  // The life of a frame: the whole machine in the order in which it happens.
+  void record(Slot& slot) {
+    if (wants_surface) {
+      slot.depth = FloatMap(context, "depth", surface->grid());
+      slot.datum_records =
+          gpu::DeviceBuffer(context, "datum records", datum->record_bytes(), gpu::Memory::Readback);
+    }
+    gpu::Commands& cmd = slot.commands;
+    cmd.begin();
+    {
+      const auto scope = cmd.scope("upload");
+      slot.frame.record(cmd);
+      cmd.barrier();
+    }
+    contact.record(cmd, slot.frame, background, slot.records);
+    if (wants_surface) {
+      slope->record(cmd, slot.frame, background, surface->right_side());
+      if (!dct) {
+        surface->record(cmd, slot.depth);
+        datum->record(cmd, slot.depth, slot.datum_records);
+      } else {
+        const uint64_t bytes = surface->grid().bytes();
+        slot.right_side = gpu::DeviceBuffer(context, "right side readback", bytes, gpu::Memory::Readback);
+        slot.solved = gpu::DeviceBuffer(context, "solved heights", bytes, gpu::Memory::Upload);
+        cmd.copy(surface->right_side().buffer, slot.right_side, bytes);
+        slot.after_solve = gpu::Commands(context);
+        slot.after_solve.begin();
+        slot.after_solve.copy(slot.solved, slot.depth.buffer, bytes);
+        slot.after_solve.barrier();
+        datum->record(slot.after_solve, slot.depth, slot.datum_records);
+        slot.after_solve.host_barrier();
+        slot.after_solve.end();
+      }
+    }
+    cmd.host_barrier();
+    cmd.end();
+  }
+
+  Result finish(uint32_t index) {
+    Slot& slot = slots[index];
+    if (dct) {
+      slot.right_side.invalidate();
+      dct->solve(slot.right_side.as<float>().data(), slot.solved.as<float>().data(),
+                 surface->grid().pitch * 4);
+      slot.solved.flush();
+      slot.after_solve.submit();
+      slot.after_solve.wait();
+    }
+    Result result;
+    result.slot = index;
+    result.touch = measure(slot);
+    if (wants_surface) {
+      const Grid& grid = surface->grid();
+      result.surface = {&slot.depth.buffer, grid.width, grid.height, grid.pitch * 4};
+    }
+    result.turnaround_ms = std::chrono::duration<double, std::milli>(Clock::now() - slot.submitted).count();
+    return result;
+  }
+
+  Touch measure(const Slot& slot) {
+    slot.records.invalidate();
+    const auto records = slot.records.as<const shared::ContactRecord>();
+    const ContactMoments m = contact.sum(records);
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    Touch t;
+    t.sequence = slot.sequence;
+    t.time_ns = slot.time_ns;
+    t.contact = m.area > 0;
+    t.gray_sum = static_cast<double>(m.gray) / 256;
+    t.area_px = m.area;
+    t.area_mm2 = static_cast<double>(m.area) * sensor.pitch_mm_per_px * sensor.pitch_mm_per_px;
+    t.peak_gray = m.peak / 256.0;
+    t.saturated_px = m.saturated;
+    t.centroid_x_px = t.centroid_y_px = kNaN;
+    if (t.contact) {
+      // A threshold of 0 lets pixels without any gray count as contact; their centroid is the area's.
+      const bool weighted = m.gray > 0;
+      const double weight = static_cast<double>(weighted ? m.gray : m.area);
+      t.centroid_x_px = format.width / 2 + static_cast<double>(weighted ? m.gray_x : m.x) / weight;
+      t.centroid_y_px = format.height / 2 + static_cast<double>(weighted ? m.gray_y : m.y) / weight;
+      t.ellipse = ellipse_of(m, sensor.pitch_mm_per_px);
+    }
+    if (sensor.force) t.force_N = force_from_gray(*sensor.force, t.gray_sum, t.contact, t.saturated_px > 0);
+    shear.update(sensor.shear ? &*sensor.shear : nullptr, t);
+    if (wants_surface) {
+      slot.datum_records.invalidate();
+      const RestLevel rest = datum->rest_level(records, slot.datum_records.as<const shared::DatumRecord>());
+      t.has_surface = true;
+      t.depth_datum_mm = -rest.level_mm;
+      t.depth_max_mm = rest.highest_mm - rest.level_mm;
+      t.datum_from_rest = rest.from_untouched;
+    }
+    return t;
+  }
+
+  gpu::Context& context;
+  Sensor sensor;
+  FrameFormat format;
+  PipelineOptions options;
+  bool wants_surface;
+  PaddedImage background;
+  bool has_background = false;
+  Contact contact;
+  std::optional<Slope> slope;
+  std::optional<Surface> surface;
+  std::optional<Datum> datum;
+  std::optional<PoissonDct> dct;
+  ShearTracker shear;
+  std::deque<Slot> slots;
+  std::deque<uint32_t> in_flight;
+};
+
+Pipeline::Pipeline(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+                   const PipelineOptions& options) {
+  validate(sensor, sensor.name);
+  check_fit(sensor, format, (options.outputs & static_cast<uint32_t>(Output::Surface)) != 0);
+  impl_ = std::make_unique<Impl>(context, sensor, format, options);
+}
+
+Pipeline::~Pipeline() {
+  for (Impl::Slot& slot : impl_->slots) slot.commands.wait();
+}
+
+void Pipeline::set_background(const Frame& frame) {
+  for (Impl::Slot& slot : impl_->slots) slot.commands.wait();
+  if (frame.format != impl_->format) {
+    throw Error(Failure::Input, "a background image of the frames' format",
+                std::to_string(frame.format.width) + " x " + std::to_string(frame.format.height) + ", " +
+                    std::to_string(frame.format.channels) + " channels, " +
+                    std::to_string(frame.format.bit_depth) + " bits",
+                "a background taken with the same camera settings");
+  }
+  impl_->background.write(frame);
+  gpu::Commands commands(impl_->context);
+  commands.begin();
+  impl_->background.record(commands);
+  commands.end();
+  commands.submit();
+  commands.wait();
+  impl_->has_background = true;
+}
+
+bool Pipeline::submit(const Frame& frame) {
+  if (!impl_->has_background)
+    throw Error(Failure::Input, "a background image", "none set", "Pipeline::set_background first");
+  if (frame.format != impl_->format) {
+    throw Error(Failure::Input, "frames of one size and depth",
+                std::to_string(frame.format.width) + " x " + std::to_string(frame.format.height),
+                "one recording at a time");
+  }
+  for (uint32_t i = 0; i < impl_->slots.size(); ++i) {
+    Impl::Slot& slot = impl_->slots[i];
+    if (!slot.free) continue;
+    slot.free = false;
+    slot.sequence = frame.sequence;
+    slot.time_ns = frame.time_ns;
+    slot.frame.write(frame);
+    slot.submitted = Clock::now();
+    slot.commands.submit();
+    impl_->in_flight.push_back(i);
+    return true;
+  }
+  return false;
+}
+
+std::optional<Result> Pipeline::poll() {
+  if (impl_->in_flight.empty() || !impl_->slots[impl_->in_flight.front()].commands.finished())
+    return std::nullopt;
+  return wait();
+}
+
+std::optional<Result> Pipeline::wait() {
+  if (impl_->in_flight.empty()) return std::nullopt;
+  const uint32_t index = impl_->in_flight.front();
+  impl_->slots[index].commands.wait();
+  impl_->in_flight.pop_front();
+  return impl_->finish(index);
+}
+
+void Pipeline::release(const Result& result) {
+  impl_->slots[result.slot].free = true;
+}
+
+Touch Pipeline::process(const Frame& frame) {
+  const bool started = submit(frame);
+  assert(started);
+  static_cast<void>(started);
+  const std::optional<Result> result = wait();
+  release(*result);
+  return result->touch;
+}
+
+std::vector<float> Pipeline::read_depth_mm(const Result& result) const {
+  assert(result.surface.buffer != nullptr);
+  const Grid& grid = impl_->surface->grid();
+  const gpu::DeviceBuffer* from = result.surface.buffer;
+  gpu::DeviceBuffer staging;
+  if (!from->mapped()) {
+    staging = gpu::DeviceBuffer(impl_->context, "depth readback", grid.bytes(), gpu::Memory::Readback);
+    gpu::Commands commands(impl_->context);
+    commands.begin();
+    commands.copy(*from, staging, grid.bytes());
+    commands.host_barrier();
+    commands.end();
+    commands.submit();
+    commands.wait();
+    from = &staging;
+  }
+  from->invalidate();
+  const std::span<const float> raw = from->as<const float>();
+  const auto datum = static_cast<float>(result.touch.depth_datum_mm);
+  std::vector<float> depth_mm;
+  depth_mm.reserve(size_t{grid.width} * grid.height);
+  for (uint32_t y = 0; y < grid.height; ++y) {
+    const auto row = raw.subspan(size_t{y} * grid.pitch * 4, grid.width);
+    for (const float value : row) depth_mm.push_back(value + datum);
+  }
+  return depth_mm;
+}
+
+std::vector<gpu::ScopeTime> Pipeline::times(const Result& result) const {
+  std::vector<gpu::ScopeTime> times = impl_->slots[result.slot].commands.times();
+  if (impl_->dct) {
+    const auto rest = impl_->slots[result.slot].after_solve.times();
+    times.insert(times.end(), rest.begin(), rest.end());
+  }
+  return times;
+}
+
+uint64_t Pipeline::memory_bytes() const {
+  uint64_t bytes = impl_->background.memory_bytes() + impl_->contact.filtered().bytes();
+  if (impl_->surface) bytes += impl_->surface->memory_bytes();
+  for (const Impl::Slot& slot : impl_->slots) {
+    bytes += slot.frame.memory_bytes() + slot.records.bytes() + slot.depth.buffer.bytes() +
+             slot.datum_records.bytes() + slot.right_side.bytes() + slot.solved.bytes();
+  }
+  return bytes;
+}
+
+const FrameFormat& Pipeline::format() const {
+  return impl_->format;
+}
+const Sensor& Pipeline::sensor() const {
+  return impl_->sensor;
+}
+
+}  // namespace palpate

@@ -1,0 +1,391 @@
+#include "engine/sensor.h"
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "engine/error.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int kVersion = 1;
+constexpr double kHuge = 1e12;
+
+[[noreturn]] void fail(const std::string& where, const std::string& wanted, const std::string& found,
+                       const std::string& remedy = "correcting that key; README.md explains each") {
+  throw Error(Failure::Sensor, where + ": " + wanted, found, remedy);
+}
+
+std::string shown(const Json& value) {
+  std::string text = value.dump();
+  return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+}
+
+std::string number_text(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
+/// One JSON object being read: every key is asked for by name, with its range, and what nobody asked for is
+/// an error.
+class Reader {
+ public:
+  Reader(const Json& object, std::string where) : object_(object), where_(std::move(where)) {
+    if (!object.is_object()) fail(where_, "an object { ... }", shown(object));
+  }
+
+  bool has(const char* key) {
+    known_.insert(key);
+    return object_.contains(key);
+  }
+  const Json& at(const char* key) {
+    if (!has(key)) fail(where_ + "." + key, "this key", "none");
+    return object_.at(key);
+  }
+  std::string path(const char* key) const { return where_ + "." + key; }
+
+  double number(const char* key, double low, double high, const char* unit) {
+    return checked(at(key), path(key), low, high, unit);
+  }
+  void number(const char* key, double low, double high, const char* unit, double& value) {
+    if (has(key)) value = number(key, low, high, unit);
+  }
+  void whole(const char* key, uint32_t low, uint32_t high, const char* unit, uint32_t& value) {
+    if (has(key)) value = checked_whole(at(key), path(key), low, high, unit);
+  }
+  std::string text(const char* key) {
+    const Json& value = at(key);
+    if (!value.is_string()) fail(path(key), "a text", shown(value));
+    return value.get<std::string>();
+  }
+  template <typename Enum, size_t N>
+  void choice(const char* key, const std::array<Enum, N>& options, Enum& value) {
+    if (!has(key)) return;
+    const std::string found = text(key);
+    std::string names;
+    for (const Enum option : options) {
+      if (found == to_string(option)) {
+        value = option;
+        return;
+      }
+      names += (names.empty() ? "" : ", ") + std::string(to_string(option));
+    }
+    fail(path(key), "one of " + names, "'" + found + "'");
+  }
+  const Json& array(const char* key, size_t size, const char* meaning) {
+    const Json& value = at(key);
+    if (!value.is_array() || value.size() != size)
+      fail(path(key), "a list of " + std::to_string(size) + ": " + meaning, shown(value));
+    return value;
+  }
+
+  static double checked(const Json& value, const std::string& where, double low, double high,
+                        const char* unit) {
+    const std::string wanted = "a number from " + number_text(low) + " to " + number_text(high) +
+                               (*unit ? " " + std::string(unit) : "");
+    if (!value.is_number()) fail(where, wanted, shown(value));
+    const double number = value.get<double>();
+    if (!(number >= low && number <= high)) fail(where, wanted, shown(value));
+    return number;
+  }
+  static uint32_t checked_whole(const Json& value, const std::string& where, uint32_t low, uint32_t high,
+                                const char* unit) {
+    const double number = checked(value, where, low, high, unit);
+    if (number != std::floor(number)) fail(where, "a whole number", shown(value));
+    return static_cast<uint32_t>(number);
+  }
+
+  void finish() const {
+    for (const auto& [key, value] : object_.items()) {
+      if (known_.contains(key)) continue;
+      std::string names;
+      for (const std::string& name : known_) names += (names.empty() ? "" : ", ") + name;
+      fail(where_, "only known keys (" + names + ")", "'" + key + "'", "removing or renaming it");
+    }
+  }
+
+ private:
+  const Json& object_;
+  std::string where_;
+  std::set<std::string> known_;
+};
+
+constexpr std::array kSignals{Signal::Brighter, Signal::Darker, Signal::Either};
+constexpr std::array kReadings{Reading::None, Reading::Shading, Reading::Photometric};
+
+void read_weights(Reader& reader, const char* key, std::array<std::array<double, 3>, 3>& weights) {
+  const Json& rows = reader.array(key, 3, "for red, green, blue");
+  for (size_t channel = 0; channel < 3; ++channel) {
+    const std::string where = reader.path(key) + "[" + std::to_string(channel) + "]";
+    if (!rows[channel].is_array() || rows[channel].size() != 3)
+      fail(where, "a list of 3: 1, X, Y", shown(rows[channel]));
+    for (size_t term = 0; term < 3; ++term)
+      weights[channel][term] = Reader::checked(rows[channel][term], where, -1e6, 1e6, "");
+  }
+}
+
+void read_frame(const Json& json, const std::string& where, Sensor& sensor) {
+  Reader frame(json, where);
+  if (frame.has("crop_px")) {
+    const Json& crop = frame.array("crop_px", 4, "x, y, width, height");
+    sensor.crop_px.emplace();
+    for (size_t i = 0; i < 4; ++i)
+      (*sensor.crop_px)[i] =
+          Reader::checked_whole(crop[i], frame.path("crop_px"), i < 2 ? 0 : 1, kMaxSide_px, "px");
+  }
+  if (frame.has("quad_px")) {
+    const Json& quad = frame.array("quad_px", 4, "corners top left, top right, bottom right, bottom left");
+    sensor.quad_px.emplace();
+    for (size_t i = 0; i < 4; ++i) {
+      if (!quad[i].is_array() || quad[i].size() != 2)
+        fail(frame.path("quad_px"), "corners as [x, y]", shown(quad[i]));
+      for (size_t k = 0; k < 2; ++k)
+        (*sensor.quad_px)[i][k] =
+            Reader::checked(quad[i][k], frame.path("quad_px"), -double{kMaxSide_px}, kMaxSide_px, "px");
+    }
+  }
+  if (frame.has("size_px")) {
+    const Json& size = frame.array("size_px", 2, "width, height");
+    for (size_t i = 0; i < 2; ++i)
+      sensor.size_px[i] = Reader::checked_whole(size[i], frame.path("size_px"), 1, kMaxSide_px, "px");
+  }
+  frame.whole("channels", 1, 3, "", sensor.channels);
+  frame.whole("bit_depth", 8, 16, "bits", sensor.bit_depth);
+  frame.finish();
+}
+
+void read_background(const Json& json, const std::string& where, BackgroundSource& background) {
+  Reader reader(json, where);
+  if (reader.has("image")) background.image = reader.text("image");
+  reader.whole("first_frames", 1, 10000, "frames", background.first_frames);
+  reader.finish();
+}
+
+void read_contact(const Json& json, const std::string& where, Sensor& sensor) {
+  Reader contact(json, where);
+  contact.choice("signal", kSignals, sensor.signal);
+  contact.number("threshold_gray", 0, 65535, "gray levels", sensor.threshold_gray);
+  contact.whole("saturation_gray", 1, 65535, "gray levels", sensor.saturation_gray);
+  contact.finish();
+}
+
+void read_surface(const Json& json, const std::string& where, Sensor& sensor) {
+  Reader surface(json, where);
+  surface.choice("reading", kReadings, sensor.reading);
+  surface.number("max_slope", 1e-3, 1e3, "", sensor.max_slope);
+  if (surface.has("shading")) {
+    Reader shading(surface.at("shading"), surface.path("shading"));
+    sensor.shading.facing_gray = shading.number("facing_gray", 1e-3, 65535, "gray levels");
+    shading.number("depth_gain", 1e-6, 1e6, "", sensor.shading.depth_gain);
+    shading.finish();
+  }
+  if (surface.has("photometric")) {
+    Reader photometric(surface.at("photometric"), surface.path("photometric"));
+    read_weights(photometric, "wx", sensor.photometric.wx);
+    read_weights(photometric, "wy", sensor.photometric.wy);
+    photometric.number("normal_sd", 0, 1, "", sensor.photometric.normal_sd);
+    photometric.finish();
+  }
+  surface.finish();
+}
+
+ForceCalibration read_force(const Json& json, const std::string& where) {
+  Reader reader(json, where);
+  ForceCalibration force;
+  force.c1_N_per_gray = reader.number("c1_N_per_gray", -kHuge, kHuge, "N per gray level");
+  force.c0_N = reader.number("c0_N", -1e6, 1e6, "N");
+  force.residual_sd_N = reader.number("residual_sd_N", 0, 1e6, "N");
+  if (reader.has("covariance")) {
+    const Json& covariance = reader.array("covariance", 3, "var(c0), cov(c0, c1), var(c1)");
+    for (size_t i = 0; i < 3; ++i)
+      force.covariance[i] =
+          Reader::checked(covariance[i], reader.path("covariance"), i == 1 ? -kHuge : 0, kHuge, "");
+  }
+  force.gray_min = reader.number("gray_min", 0, 1e16, "gray levels");
+  force.gray_max = reader.number("gray_max", 0, 1e16, "gray levels");
+  reader.finish();
+  return force;
+}
+
+ShearCalibration read_shear(const Json& json, const std::string& where) {
+  Reader reader(json, where);
+  ShearCalibration shear;
+  shear.kx_N_per_mm = reader.number("kx_N_per_mm", 1e-9, 1e6, "N per mm");
+  shear.ky_N_per_mm = reader.number("ky_N_per_mm", 1e-9, 1e6, "N per mm");
+  shear.friction = reader.number("friction", 0, 100, "");
+  reader.number("relative_sd", 0, 10, "", shear.relative_sd);
+  reader.finish();
+  return shear;
+}
+
+Json to_json(const Sensor& s) {
+  Json frame{{"channels", s.channels}, {"bit_depth", s.bit_depth}};
+  if (s.crop_px) frame["crop_px"] = *s.crop_px;
+  if (s.quad_px) frame["quad_px"] = *s.quad_px;
+  if (s.size_px[0] > 0) frame["size_px"] = s.size_px;
+  Json background{{"first_frames", s.background.first_frames}};
+  if (!s.background.image.empty()) background = {{"image", s.background.image}};
+  Json surface{{"reading", to_string(s.reading)}, {"max_slope", s.max_slope}};
+  if (s.reading == Reading::Shading)
+    surface["shading"] = {{"facing_gray", s.shading.facing_gray}, {"depth_gain", s.shading.depth_gain}};
+  if (s.reading == Reading::Photometric)
+    surface["photometric"] = {
+        {"wx", s.photometric.wx}, {"wy", s.photometric.wy}, {"normal_sd", s.photometric.normal_sd}};
+  Json json{{"palpate_sensor", kVersion},
+            {"name", s.name},
+            {"pitch_mm_per_px", s.pitch_mm_per_px},
+            {"frame", frame},
+            {"background", background},
+            {"contact",
+             {{"signal", to_string(s.signal)},
+              {"threshold_gray", s.threshold_gray},
+              {"saturation_gray", s.saturation_gray}}},
+            {"surface", surface}};
+  if (s.force) {
+    json["force"] = {{"c1_N_per_gray", s.force->c1_N_per_gray}, {"c0_N", s.force->c0_N},
+                     {"residual_sd_N", s.force->residual_sd_N}, {"covariance", s.force->covariance},
+                     {"gray_min", s.force->gray_min},           {"gray_max", s.force->gray_max}};
+  }
+  if (s.shear) {
+    json["shear"] = {{"kx_N_per_mm", s.shear->kx_N_per_mm},
+                     {"ky_N_per_mm", s.shear->ky_N_per_mm},
+                     {"friction", s.shear->friction},
+                     {"relative_sd", s.shear->relative_sd}};
+  }
+  return json;
+}
+
+}  // namespace
+
+const char* to_string(Signal signal) {
+  switch (signal) {
+    case Signal::Brighter:
+      return "brighter";
+    case Signal::Darker:
+      return "darker";
+    case Signal::Either:
+      return "either";
+  }
+  return "?";
+}
+
+const char* to_string(Reading reading) {
+  switch (reading) {
+    case Reading::None:
+      return "none";
+    case Reading::Shading:
+      return "shading";
+    case Reading::Photometric:
+      return "photometric";
+  }
+  return "?";
+}
+
+void validate(const Sensor& s, const std::string& where) {
+  const auto require = [&](bool fits, const char* key, const std::string& wanted, const std::string& found) {
+    if (!fits) fail(where + "." + key, wanted, found);
+  };
+  require(s.pitch_mm_per_px >= 1e-6 && s.pitch_mm_per_px <= 100, "pitch_mm_per_px",
+          "0.000001 to 100 mm per px", number_text(s.pitch_mm_per_px));
+  require(s.channels == 1 || s.channels == 3, "frame.channels", "1 or 3", std::to_string(s.channels));
+  require(s.bit_depth >= 8 && s.bit_depth <= 16, "frame.bit_depth", "8 to 16", std::to_string(s.bit_depth));
+  require(s.channels == 1 || s.bit_depth == 8, "frame.bit_depth", "8 for colour",
+          std::to_string(s.bit_depth));
+  require(!s.quad_px || (s.size_px[0] > 0 && s.size_px[1] > 0), "frame.size_px",
+          "the size of the rectified frame, with quad_px", "none");
+  const double full_scale = (1u << s.bit_depth) - 1;
+  require(s.threshold_gray >= 0 && s.threshold_gray <= full_scale, "contact.threshold_gray",
+          "0 to " + number_text(full_scale) + " gray levels", number_text(s.threshold_gray));
+  require(s.saturation_gray >= 1 && s.saturation_gray <= full_scale, "contact.saturation_gray",
+          "1 to " + number_text(full_scale) + " gray levels", std::to_string(s.saturation_gray));
+  require(s.max_slope > 0 && std::isfinite(s.max_slope), "surface.max_slope", "more than 0",
+          number_text(s.max_slope));
+  if (s.reading == Reading::Shading)
+    require(s.shading.facing_gray > 0, "surface.shading.facing_gray", "more than 0 gray levels",
+            number_text(s.shading.facing_gray));
+  if (s.reading == Reading::Photometric) {
+    require(s.channels == 3, "frame.channels", "3 for reading 'photometric'", std::to_string(s.channels));
+    double largest = 0;
+    for (const auto* weights : {&s.photometric.wx, &s.photometric.wy})
+      for (const auto& row : *weights)
+        for (const double weight : row) largest = std::max(largest, std::abs(weight));
+    require(largest > 0, "surface.photometric", "weights that are not all 0", "none");
+  }
+  if (s.force) {
+    require(s.force->c1_N_per_gray != 0, "force.c1_N_per_gray", "not 0", "0");
+    require(s.force->gray_max > s.force->gray_min, "force.gray_max", "more than gray_min",
+            number_text(s.force->gray_max));
+  }
+}
+
+Sensor load_sensor(const std::filesystem::path& file) {
+  constexpr uintmax_t kMaxBytes = 1 << 20;
+  std::error_code error;
+  const uintmax_t bytes = std::filesystem::file_size(file, error);
+  if (error) fail(file.string(), "a sensor file (JSON)", error.message(), "checking the path");
+  if (bytes > kMaxBytes)
+    fail(file.string(), "a sensor file of at most 1 MiB", std::to_string(bytes) + " bytes", "another file");
+  std::ifstream in(file, std::ios::binary);
+  std::string text(static_cast<size_t>(bytes), '\0');
+  if (!in.read(text.data(), static_cast<std::streamsize>(text.size())))
+    fail(file.string(), "a readable sensor file", "a read error", "checking its permissions");
+
+  Json json;
+  try {
+    json = Json::parse(text, nullptr, true, true);  // comments are allowed
+  } catch (const Json::parse_error& e) {
+    const std::string what = e.what();
+    const size_t at = what.find("at line");
+    fail(file.string(), "valid JSON", at == std::string::npos ? what : "an error " + what.substr(at),
+         "correcting it there");
+  }
+
+  const std::string where = file.filename().string();
+  Reader reader(json, where);
+  const double version = reader.number("palpate_sensor", 0, 1000, "(version of the format)");
+  if (version != kVersion)
+    fail(where + ".palpate_sensor", "version " + std::to_string(kVersion), number_text(version),
+         "a newer palpate");
+  Sensor sensor;
+  sensor.name = reader.has("name") ? reader.text("name") : file.stem().string();
+  sensor.pitch_mm_per_px = reader.number("pitch_mm_per_px", 1e-6, 100, "mm per px");
+  if (reader.has("frame")) read_frame(reader.at("frame"), reader.path("frame"), sensor);
+  sensor.saturation_gray = (1u << sensor.bit_depth) - 1;
+  if (reader.has("background"))
+    read_background(reader.at("background"), reader.path("background"), sensor.background);
+  if (reader.has("contact")) read_contact(reader.at("contact"), reader.path("contact"), sensor);
+  if (reader.has("surface")) read_surface(reader.at("surface"), reader.path("surface"), sensor);
+  if (reader.has("force")) sensor.force = read_force(reader.at("force"), reader.path("force"));
+  if (reader.has("shear")) sensor.shear = read_shear(reader.at("shear"), reader.path("shear"));
+  reader.finish();
+  validate(sensor, where);
+  return sensor;
+}
+
+void save_sensor(const Sensor& sensor, const std::filesystem::path& file) {
+  auto temporary = file;
+  temporary += ".tmp";
+  {
+    std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
+    out << to_json(sensor).dump(2) << '\n';
+    out.close();
+    if (!out) {
+      std::error_code ignored;
+      std::filesystem::remove(temporary, ignored);
+      throw Error(Failure::Output, "to write " + file.string(), "it cannot be written",
+                  "another folder, or freeing disk space");
+    }
+  }
+  std::error_code error;
+  std::filesystem::rename(temporary, file, error);
+  if (error) throw Error(Failure::Output, "to write " + file.string(), error.message(), "another folder");
+}
+
+}  // namespace palpate

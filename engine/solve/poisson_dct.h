@@ -1,0 +1,36 @@
+// The same least-squares surface by the discrete cosine transform on the CPU: the exact reference, and a
+// choice (theory S7).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace palpate {
+
+/// Solves A z = right for z of mean 0, where (A z)_i is the sum over the up to four neighbours j of (z_i -
+/// z_j). The mean of `right` is ignored: no solution has one. Plans and memory are made once; not thread
+/// safe.
+class PoissonDct {
+ public:
+  PoissonDct(uint32_t width, uint32_t height);
+  ~PoissonDct();
+  PoissonDct(const PoissonDct&) = delete;
+  PoissonDct& operator=(const PoissonDct&) = delete;
+
+  /// right and z are height x width, rows `pitch` elements apart; they may be the same memory.
+  void solve(const float* right, float* z, uint32_t pitch);
+  void solve(const double* right, double* z, uint32_t pitch);
+
+ private:
+  template <typename Real>
+  void solve_as(const Real* right, Real* z, uint32_t pitch);
+
+  uint32_t width_, height_;
+  double* work_ = nullptr;
+  void* forward_ = nullptr;
+  void* backward_ = nullptr;
+  std::vector<double> cos_x_, cos_y_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,96 @@
+#include "engine/stages/contact.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/gpu/commands.h"
+#include "engine/gpu/context.h"
+#include "shaders/contact.spv.h"
+#include "shaders/contact_color.spv.h"
+#include "shaders/contact_wide.spv.h"
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kWorkgroup = 64;
+// Long strips waste less on their four rows of lead-in; short ones make more threads. A CPU wants the former,
+// a GPU the latter.
+constexpr uint32_t kRowsOnCpu = 32;
+constexpr uint32_t kRowsOnGpu = 8;
+
+gpu::Shader shader_for(const FrameFormat& format) {
+  if (format.channels == 3) return {"contact_color", k_contact_color};
+  if (format.bit_depth > 8) return {"contact_wide", k_contact_wide};
+  return {"contact", k_contact};
+}
+
+}  // namespace
+
+Contact::Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, bool keep_filtered) {
+  const PaddedLayout layout(format);
+  tile_columns_ = layout.pixels_per_texel;
+  tile_rows_ = context.is_software() ? kRowsOnCpu : kRowsOnGpu;
+  push_.width = format.width;
+  push_.height = format.height;
+  push_.pitch = layout.pitch;
+  push_.tiles_x = layout.texels;
+  push_.tiles_y = (format.height + tile_rows_ - 1) / tile_rows_;
+  push_.threshold = static_cast<uint32_t>(std::lround(sensor.threshold_gray * 128));
+  push_.saturation = sensor.saturation_gray;
+  const uint32_t keep_shift = format.bit_depth > 8 ? format.bit_depth - 8 : 0;
+  units_per_gray_ = 256u >> keep_shift;
+
+  using enum gpu::Binding;
+  gpu::KernelInterface interface;
+  interface.bindings = {Texels, Texels, Texels, Texels, Storage, Storage};
+  interface.push_bytes = sizeof push_;
+  interface.local_size = {kWorkgroup, 1, 1};
+  interface.constants = {tile_rows_, static_cast<uint32_t>(sensor.signal), keep_filtered ? 1u : 0u,
+                         keep_shift};
+  kernel_ = gpu::Kernel(context, shader_for(format), interface);
+  const uint64_t filtered_bytes =
+      keep_filtered ? uint64_t{push_.tiles_x} * tile_columns_ * 2 * format.height : 16;
+  filtered_ = gpu::DeviceBuffer(context, "filtered image", filtered_bytes, gpu::Memory::Device);
+}
+
+void Contact::record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
+                     const gpu::DeviceBuffer& records) const {
+  const auto scope = commands.scope("contact");
+  commands.dispatch(
+      kernel_,
+      {&frame.texels(), &frame.words(), &background.texels(), &background.words(), &records, &filtered_},
+      push_, {(tiles() + kWorkgroup - 1) / kWorkgroup, 1, 1});
+  commands.barrier();
+}
+
+ContactMoments Contact::sum(std::span<const shared::ContactRecord> records) const {
+  ContactMoments m;
+  const int64_t center_x = push_.width / 2;
+  const int64_t center_y = push_.height / 2;
+  for (uint32_t tile = 0; tile < tiles(); ++tile) {
+    const shared::ContactRecord& r = records[tile];
+    m.saturated += r.saturated;
+    if (r.area == 0) continue;
+    // x = left + c, y = bottom - k
+    const int64_t left = int64_t{tile % push_.tiles_x} * tile_columns_ - center_x;
+    const int64_t bottom = (int64_t{tile / push_.tiles_x} + 1) * tile_rows_ - center_y;
+    const int64_t n = r.area, c = r.sum_c, cc = r.sum_cc, k = r.sum_k, kk = r.sum_kk, ck = r.sum_ck;
+    const auto whole = [](uint32_t low, uint32_t high) {
+      return int64_t{low} + int64_t{shared::kGrayBase} * high;
+    };
+    const int64_t gray = whole(r.gray_low, r.gray_high);
+    m.area += r.area;
+    m.gray += static_cast<uint64_t>(gray);
+    m.gray_x += left * gray + whole(r.gray_c_low, r.gray_c_high);
+    m.gray_y += bottom * gray - whole(r.gray_k_low, r.gray_k_high);
+    m.x += left * n + c;
+    m.y += bottom * n - k;
+    m.xx += left * left * n + 2 * left * c + cc;
+    m.yy += bottom * bottom * n - 2 * bottom * k + kk;
+    m.xy += left * bottom * n + bottom * c - left * k - ck;
+    m.peak = std::max(m.peak, r.peak);
+  }
+  return m;
+}
+
+}  // namespace palpate

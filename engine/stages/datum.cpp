@@ -1,0 +1,67 @@
+#include "engine/stages/datum.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "engine/gpu/commands.h"
+#include "engine/stages/contact.h"
+#include "shaders/datum.spv.h"
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kWorkgroup = 64;
+
+struct Mean {
+  double sum = 0;
+  double count = 0;
+  void add(const shared::DatumRecord& r) {
+    sum += double{r.sum};
+    count += r.pixels;
+  }
+};
+
+}  // namespace
+
+Datum::Datum(gpu::Context& context, const Contact& contact, const Grid& grid) {
+  push_.width = grid.width;
+  push_.height = grid.height;
+  push_.pitch = grid.pitch;
+  push_.tiles_x = contact.tiles_x();
+  push_.tiles_y = contact.tiles() / contact.tiles_x();
+  push_.tile_texels = contact.tile_columns() / 4;
+  push_.tile_rows = contact.tile_rows();
+  kernel_ =
+      gpu::Kernel(context, {"datum", k_datum},
+                  {{gpu::Binding::Texels, gpu::Binding::Storage}, sizeof push_, {kWorkgroup, 1, 1}, {}});
+}
+
+uint64_t Datum::record_bytes() const {
+  return uint64_t{push_.tiles_x} * push_.tiles_y * sizeof(shared::DatumRecord);
+}
+
+void Datum::record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& records) const {
+  const auto scope = commands.scope("datum");
+  const uint32_t tiles = push_.tiles_x * push_.tiles_y;
+  commands.dispatch(kernel_, {&depth.texels, &records}, push_, {(tiles + kWorkgroup - 1) / kWorkgroup, 1, 1});
+  commands.barrier();
+}
+
+RestLevel Datum::rest_level(std::span<const shared::ContactRecord> contact,
+                            std::span<const shared::DatumRecord> records) const {
+  Mean border, untouched, all;
+  double highest = std::numeric_limits<double>::lowest();
+  for (uint32_t tile = 0; tile < push_.tiles_x * push_.tiles_y; ++tile) {
+    const shared::DatumRecord& r = records[tile];
+    highest = std::max(highest, double{r.highest});
+    all.add(r);
+    if (contact[tile].area > 0) continue;
+    untouched.add(r);
+    const uint32_t x = tile % push_.tiles_x, y = tile / push_.tiles_x;
+    if (x == 0 || y == 0 || x + 1 == push_.tiles_x || y + 1 == push_.tiles_y) border.add(r);
+  }
+  const Mean& chosen = border.count > 0 ? border : untouched.count > 0 ? untouched : all;
+  return {chosen.sum / chosen.count, highest, untouched.count > 0};
+}
+
+}  // namespace palpate

@@ -1,0 +1,37 @@
+// Datum stage: where the untouched surface lies in a height map that is known up to a constant.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "engine/gpu/kernel.h"
+#include "engine/stages/surface.h"
+#include "shaders/shared/contact.h"
+#include "shaders/shared/grid.h"
+
+namespace palpate {
+class Contact;
+
+struct RestLevel {
+  double level_mm = 0;          ///< raw height of the untouched surface
+  double highest_mm = 0;        ///< raw height of the deepest point
+  bool from_untouched = false;  ///< false: no tile is free of contact, the level is the whole frame's mean
+};
+
+class Datum {
+ public:
+  Datum(gpu::Context& context, const Contact& contact, const Grid& grid);
+
+  uint64_t record_bytes() const;
+  void record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& records) const;
+  /// The mean over untouched tiles along the frame's border, where the pad is least drawn in by the contact;
+  /// without any, over all untouched tiles; without those, over the frame.
+  RestLevel rest_level(std::span<const shared::ContactRecord> contact,
+                       std::span<const shared::DatumRecord> records) const;
+
+ private:
+  shared::DatumPush push_{};
+  gpu::Kernel kernel_;
+};
+
+}  // namespace palpate

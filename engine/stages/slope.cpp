@@ -1,0 +1,93 @@
+#include "engine/stages/slope.h"
+
+#include <cassert>
+
+#include "engine/gpu/commands.h"
+#include "engine/gpu/context.h"
+#include "engine/stages/contact.h"
+#include "shaders/slope_given.spv.h"
+#include "shaders/slope_photometric.spv.h"
+#include "shaders/slope_shading.spv.h"
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kWorkgroup = 64;
+constexpr uint32_t kRowsOnCpu = 32;
+constexpr uint32_t kRowsOnGpu = 8;
+
+uint32_t rows_for(const gpu::Context& context) {
+  return context.is_software() ? kRowsOnCpu : kRowsOnGpu;
+}
+
+gpu::KernelInterface interface(std::vector<gpu::Binding> bindings, uint32_t rows) {
+  return {std::move(bindings), sizeof(shared::SlopePush), {kWorkgroup, 1, 1}, {rows}};
+}
+
+}  // namespace
+
+Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const Contact& contact)
+    : tile_rows_(rows_for(context)), shading_(sensor.reading == Reading::Shading) {
+  using enum gpu::Binding;
+  push_.width = format.width;
+  push_.height = format.height;
+  push_.pitch = grid_for(format.width, format.height).pitch;
+  push_.scale = static_cast<float>(sensor.pitch_mm_per_px);
+  push_.max_slope = static_cast<float>(sensor.max_slope);
+  if (shading_) {
+    const double units = contact.filtered_units_per_gray();
+    push_.in_pitch = contact.tiles_x() * contact.tile_columns() / 4;
+    push_.threshold = static_cast<float>(sensor.threshold_gray * units);
+    push_.facing = static_cast<float>(sensor.shading.facing_gray * units);
+    push_.gain = static_cast<float>(sensor.shading.depth_gain);
+    filtered_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32_UINT);
+    kernel_ =
+        gpu::Kernel(context, {"slope_shading", k_slope_shading}, interface({Texels, Storage}, tile_rows_));
+  } else {
+    push_.in_pitch = PaddedLayout(format).pitch;
+    push_.threshold = 1.0f / static_cast<float>(format.max_gray());
+    for (size_t channel = 0; channel < 3; ++channel) {
+      for (size_t term = 0; term < 3; ++term) {
+        push_.wx[channel * 3 + term] = static_cast<float>(sensor.photometric.wx[channel][term]);
+        push_.wy[channel * 3 + term] = static_cast<float>(sensor.photometric.wy[channel][term]);
+      }
+    }
+    kernel_ = gpu::Kernel(context, {"slope_photometric", k_slope_photometric},
+                          interface({Texels, Texels, Storage}, tile_rows_));
+  }
+}
+
+Slope::Slope(gpu::Context& context, uint32_t width, uint32_t height) : tile_rows_(rows_for(context)) {
+  using enum gpu::Binding;
+  push_.width = width;
+  push_.height = height;
+  push_.pitch = push_.in_pitch = grid_for(width, height).pitch;
+  push_.scale = 1;
+  kernel_ =
+      gpu::Kernel(context, {"slope_given", k_slope_given}, interface({Texels, Texels, Storage}, tile_rows_));
+}
+
+std::array<uint32_t, 3> Slope::groups() const {
+  const uint32_t strips = (push_.height + tile_rows_ - 1) / tile_rows_;
+  return {(push_.pitch * strips + kWorkgroup - 1) / kWorkgroup, 1, 1};
+}
+
+void Slope::record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
+                   const FloatMap& right_side) const {
+  const auto scope = commands.scope("slope");
+  if (shading_) {
+    commands.dispatch(kernel_, {&filtered_, &right_side.buffer}, push_, groups());
+  } else {
+    commands.dispatch(kernel_, {&frame.words(), &background.words(), &right_side.buffer}, push_, groups());
+  }
+  commands.barrier();
+}
+
+void Slope::record_given(gpu::Commands& commands, const FloatMap& p, const FloatMap& q,
+                         const FloatMap& right_side) const {
+  const auto scope = commands.scope("slope");
+  commands.dispatch(kernel_, {&p.texels, &q.texels, &right_side.buffer}, push_, groups());
+  commands.barrier();
+}
+
+}  // namespace palpate

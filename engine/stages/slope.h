@@ -1,0 +1,43 @@
+// Slope stage: what a frame says about the surface's slope, as the right side of the surface problem (theory
+// S7).
+#pragma once
+
+#include <optional>
+
+#include "engine/gpu/buffer.h"
+#include "engine/gpu/kernel.h"
+#include "engine/sensor.h"
+#include "engine/stages/surface.h"
+#include "shaders/shared/slope.h"
+
+namespace palpate {
+class Contact;
+class PaddedImage;
+namespace gpu {
+class Commands;
+}
+
+class Slope {
+ public:
+  /// For Reading::Shading `contact` must keep its filtered image; for Reading::Photometric the frame has
+  /// three planes of 8 bits.
+  Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const Contact& contact);
+  /// Slopes given by the caller, height units per px.
+  Slope(gpu::Context& context, uint32_t width, uint32_t height);
+
+  void record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
+              const FloatMap& right_side) const;
+  void record_given(gpu::Commands& commands, const FloatMap& p, const FloatMap& q,
+                    const FloatMap& right_side) const;
+
+ private:
+  std::array<uint32_t, 3> groups() const;
+
+  shared::SlopePush push_{};
+  uint32_t tile_rows_ = 0;
+  bool shading_ = false;
+  gpu::TexelView filtered_;  ///< of the contact stage's filtered image, for Reading::Shading
+  gpu::Kernel kernel_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,265 @@
+#include "engine/stages/surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "engine/gpu/commands.h"
+#include "engine/gpu/context.h"
+#include "shaders/coarsest.spv.h"
+#include "shaders/correct.spv.h"
+#include "shaders/restrict.spv.h"
+#include "shaders/restrict_residual.spv.h"
+#include "shaders/smooth_correct.spv.h"
+#include "shaders/smooth_prolong.spv.h"
+#include "shaders/smooth_start.spv.h"
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kWorkgroup = 64;
+constexpr uint32_t kMaxCoarsestCells = 320;
+// The full-multigrid pass begins two levels down: coarser starts gain nothing that a V-cycle there does not.
+constexpr uint32_t kStartLevel = 2;
+
+// Chebyshev weights for two Jacobi steps on the upper four fifths of the spectrum [0, 2] of the scaled
+// operator.
+constexpr double kBandMiddle = 1.2, kBandHalf = 0.8;
+
+// The pseudo-inverse of A on a small grid, in the padded order of the level's buffer, from its cosine
+// eigenvectors.
+std::vector<float> pseudo_inverse(const Grid& g, double across, double down) {
+  const uint32_t padded = g.pitch * 4 * g.height;
+  std::vector<double> sum(size_t{padded} * padded);
+  std::vector<double> mode(padded);
+  for (uint32_t m = 0; m < g.height; ++m) {
+    for (uint32_t k = 0; k < g.width; ++k) {
+      if (k == 0 && m == 0) continue;
+      const double eigenvalue = across * (2 - 2 * std::cos(std::numbers::pi * k / g.width)) +
+                                down * (2 - 2 * std::cos(std::numbers::pi * m / g.height));
+      const double norm = std::sqrt((k ? 2.0 : 1.0) / g.width * ((m ? 2.0 : 1.0) / g.height) / eigenvalue);
+      for (uint32_t y = 0; y < g.height; ++y)
+        for (uint32_t x = 0; x < g.width; ++x)
+          mode[y * g.pitch * 4 + x] = norm * std::cos(std::numbers::pi * k * (x + 0.5) / g.width) *
+                                      std::cos(std::numbers::pi * m * (y + 0.5) / g.height);
+      for (uint32_t i = 0; i < padded; ++i)
+        for (uint32_t j = 0; j < padded; ++j) sum[size_t{i} * padded + j] += mode[i] * mode[j];
+    }
+  }
+  return {sum.begin(), sum.end()};
+}
+
+}  // namespace
+
+Grid grid_for(uint32_t width, uint32_t height) {
+  return {width, height, (width + 3) / 4};
+}
+
+FloatMap::FloatMap(gpu::Context& context, const std::string& name, const Grid& grid)
+    : buffer(context, name, grid.bytes(), gpu::Memory::Device),
+      texels(context, buffer, VK_FORMAT_R32G32B32A32_SFLOAT),
+      pairs(context, buffer, VK_FORMAT_R32G32_SFLOAT),
+      words(context, buffer, VK_FORMAT_R32_SFLOAT) {}
+
+// One solve being recorded: which of a level's two solutions is the present one.
+struct Surface::Pass {
+  const Surface& surface;
+  gpu::Commands& commands;
+  const FloatMap& depth;
+  std::vector<uint32_t> present = std::vector<uint32_t>(surface.levels_.size(), 0);
+
+  uint32_t last() const { return static_cast<uint32_t>(surface.levels_.size()) - 1; }
+  const Level& level(uint32_t l) const { return surface.levels_[l]; }
+  // Level 0 keeps its present solution in the caller's map or in the spare one.
+  const FloatMap& x(uint32_t l, uint32_t which) const {
+    return l == 0 && which == 0 ? depth : level(l).x[which];
+  }
+  const FloatMap& x(uint32_t l) const { return x(l, present[l]); }
+  const FloatMap& spare(uint32_t l) const { return x(l, 1 - present[l]); }
+  void flip(uint32_t l) { present[l] = 1 - present[l]; }
+
+  // Rows of a strip: long ones on big levels, short ones where threads are few.
+  uint32_t rows(const Grid& grid) const {
+    if (!surface.context_.is_software()) return 8;
+    return uint64_t{grid.pitch} * grid.height >= 16384 ? 32 : 8;
+  }
+
+  shared::GridPush push(uint32_t l, const Grid& written) const {
+    const Level& fine = level(l);
+    const Grid& coarse = level(std::min(l + 1, last())).grid;
+    const double diagonal = 2.0 * (double{fine.across} + double{fine.down});
+    const double spread = kBandHalf * std::numbers::sqrt2 / 2;
+    shared::GridPush p{};
+    p.width = fine.grid.width;
+    p.height = fine.grid.height;
+    p.pitch = fine.grid.pitch;
+    p.coarse_width = coarse.width;
+    p.coarse_height = coarse.height;
+    p.coarse_pitch = coarse.pitch;
+    p.rows = rows(written);
+    p.across = fine.across;
+    p.down = fine.down;
+    p.step0 = static_cast<float>(1 / (diagonal * (kBandMiddle - spread)));
+    p.step1 = static_cast<float>(1 / (diagonal * (kBandMiddle + spread)));
+    return p;
+  }
+
+  std::array<uint32_t, 3> groups(const Grid& written) const {
+    const uint32_t strips = (written.height + rows(written) - 1) / rows(written);
+    return {(written.pitch * strips + kWorkgroup - 1) / kWorkgroup, 1, 1};
+  }
+
+  void restrict_right(uint32_t l) {
+    const Grid& coarse = level(l + 1).grid;
+    commands.dispatch(surface.restrict_, {&level(l).right.texels, &level(l + 1).right.buffer},
+                      push(l, coarse), groups(coarse));
+    commands.barrier();
+  }
+  void restrict_residual(uint32_t l) {
+    const Grid& coarse = level(l + 1).grid;
+    commands.dispatch(surface.restrict_residual_,
+                      {&level(l).right.texels, &x(l).texels, &x(l).words, &level(l + 1).right.buffer},
+                      push(l, coarse), groups(coarse));
+    commands.barrier();
+  }
+  void smooth_from_zero(uint32_t l) {
+    const Level& v = level(l);
+    commands.dispatch(surface.smooth_start_, {&v.right.texels, &v.right.words, &x(l).buffer}, push(l, v.grid),
+                      groups(v.grid));
+    commands.barrier();
+  }
+  void smooth_from_coarse(uint32_t l) {
+    const Level& v = level(l);
+    commands.dispatch(surface.smooth_prolong_,
+                      {&v.right.texels, &v.right.words, &x(l + 1).pairs, &x(l).buffer}, push(l, v.grid),
+                      groups(v.grid));
+    commands.barrier();
+  }
+  void correct_and_smooth(uint32_t l) {
+    const Level& v = level(l);
+    commands.dispatch(surface.smooth_correct_,
+                      {&v.right.texels, &v.right.words, &x(l + 1).pairs, &x(l).texels, &spare(l).buffer},
+                      push(l, v.grid), groups(v.grid));
+    commands.barrier();
+    flip(l);
+  }
+  void correct(uint32_t l) {
+    const Level& v = level(l);
+    commands.dispatch(surface.correct_, {&x(l + 1).pairs, &x(l).texels, &spare(l).buffer}, push(l, v.grid),
+                      groups(v.grid));
+    commands.barrier();
+    flip(l);
+  }
+  void solve_coarsest() {
+    const Level& v = level(last());
+    const uint32_t texels = v.grid.pitch * v.grid.height;
+    commands.dispatch(surface.coarsest_, {&surface.inverse_texels_, &v.right.texels, &x(last()).buffer},
+                      shared::CoarsestPush{texels}, {(texels + kWorkgroup - 1) / kWorkgroup, 1, 1});
+    commands.barrier();
+  }
+
+  /// A V(2,0) cycle from zero.
+  void cycle(uint32_t l) {
+    if (l == last()) return solve_coarsest();
+    smooth_from_zero(l);
+    restrict_residual(l);
+    cycle(l + 1);
+    correct(l);
+  }
+  /// Removes the residual's coarse part from the present solution, without smoothing.
+  void solve_residual(uint32_t l) {
+    restrict_residual(l);
+    cycle(l + 1);
+  }
+
+  void run(uint32_t extra_cycles) {
+    const uint32_t start = std::min(kStartLevel, last());
+    // An even number of flips at level 0 must leave the solution in the caller's map.
+    present[0] = extra_cycles % 2;
+    for (uint32_t l = 0; l < start; ++l) restrict_right(l);
+    if (start == last()) {
+      solve_coarsest();
+    } else {
+      smooth_from_zero(start);
+      solve_residual(start);
+      correct_and_smooth(start);
+      solve_residual(start);
+      correct(start);
+    }
+    for (uint32_t l = start; l-- > 0;) {
+      smooth_from_coarse(l);
+      if (l == 0) break;
+      solve_residual(l);
+      correct(l);
+    }
+    if (last() == 0) return;
+    for (uint32_t i = 0; i < extra_cycles; ++i) {
+      solve_residual(0);
+      correct_and_smooth(0);
+    }
+  }
+};
+
+Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, SurfaceSolver solver)
+    : context_(context), extra_cycles_(solver == SurfaceSolver::Converged ? kConvergedCycles : 0) {
+  Grid grid = grid_for(width, height);
+  double cell_width = 1, cell_height = 1;
+  const bool on_gpu = solver != SurfaceSolver::Exact;
+  for (uint32_t l = 0;; ++l) {
+    const bool coarsest = !on_gpu || uint64_t{grid.width} * grid.height <= kMaxCoarsestCells;
+    const std::string name = "surface level " + std::to_string(l);
+    Level level;
+    level.grid = grid;
+    level.across = grid.width > 1 ? static_cast<float>(cell_height / cell_width) : 0.0f;
+    level.down = grid.height > 1 ? static_cast<float>(cell_width / cell_height) : 0.0f;
+    level.right = FloatMap(context, name + " right side", grid);
+    if (l > 0) level.x[0] = FloatMap(context, name + " solution", grid);
+    if (on_gpu && (l > 0 || extra_cycles_ > 0) && !coarsest)
+      level.x[1] = FloatMap(context, name + " next solution", grid);
+    levels_.push_back(std::move(level));
+    if (coarsest) break;
+    if (grid.width > 1) cell_width *= 2;
+    if (grid.height > 1) cell_height *= 2;
+    grid = grid_for((grid.width + 1) / 2, (grid.height + 1) / 2);
+  }
+  if (!on_gpu) return;
+  if (levels_.size() == 1) extra_cycles_ = 0;
+
+  const Level& last = levels_.back();
+  const std::vector<float> inverse = pseudo_inverse(last.grid, double{last.across}, double{last.down});
+  inverse_ =
+      gpu::DeviceBuffer(context, "coarsest inverse", inverse.size() * sizeof(float), gpu::Memory::Upload);
+  std::copy(inverse.begin(), inverse.end(), inverse_.as<float>().begin());
+  inverse_.flush();
+  inverse_texels_ = gpu::TexelView(context, inverse_, VK_FORMAT_R32G32B32A32_SFLOAT);
+
+  using enum gpu::Binding;
+  const auto make = [&](const gpu::Shader& shader, std::vector<gpu::Binding> bindings, uint32_t push_bytes) {
+    return gpu::Kernel(context, shader, {std::move(bindings), push_bytes, {kWorkgroup, 1, 1}, {}});
+  };
+  constexpr uint32_t kPush = sizeof(shared::GridPush);
+  coarsest_ = make({"coarsest", k_coarsest}, {Texels, Texels, Storage}, sizeof(shared::CoarsestPush));
+  if (levels_.size() == 1) return;
+  smooth_start_ = make({"smooth_start", k_smooth_start}, {Texels, Texels, Storage}, kPush);
+  smooth_prolong_ = make({"smooth_prolong", k_smooth_prolong}, {Texels, Texels, Texels, Storage}, kPush);
+  smooth_correct_ =
+      make({"smooth_correct", k_smooth_correct}, {Texels, Texels, Texels, Texels, Storage}, kPush);
+  restrict_ = make({"restrict", k_restrict}, {Texels, Storage}, kPush);
+  restrict_residual_ =
+      make({"restrict_residual", k_restrict_residual}, {Texels, Texels, Texels, Storage}, kPush);
+  correct_ = make({"correct", k_correct}, {Texels, Texels, Storage}, kPush);
+}
+
+void Surface::record(gpu::Commands& commands, const FloatMap& depth) const {
+  const auto scope = commands.scope("surface");
+  Pass{*this, commands, depth}.run(extra_cycles_);
+}
+
+uint64_t Surface::memory_bytes() const {
+  uint64_t bytes = inverse_.bytes();
+  for (const Level& level : levels_)
+    bytes += level.right.buffer.bytes() + level.x[0].buffer.bytes() + level.x[1].buffer.bytes();
+  return bytes;
+}
+
+}  // namespace palpate

@@ -1,0 +1,91 @@
+// Surface stage: the height map whose differences fit the slopes best (least squares with natural boundary),
+// by full multigrid on the GPU. theory S7: no path, no pinned rim, and the tilt of the frame is kept.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/gpu/buffer.h"
+#include "engine/gpu/kernel.h"
+#include "engine/pipeline.h"
+#include "shaders/shared/grid.h"
+
+namespace palpate {
+namespace gpu {
+class Commands;
+}
+
+/// A level's grid of cells: `height` rows of `pitch` texels of four floats.
+struct Grid {
+  uint32_t width = 0;
+  uint32_t height = 0;
+  uint32_t pitch = 0;  ///< texels
+  uint64_t bytes() const { return uint64_t{pitch} * height * 16; }
+};
+Grid grid_for(uint32_t width, uint32_t height);
+
+/// A map of floats on the GPU that kernels may read in every shape they need.
+struct FloatMap {
+  FloatMap() = default;
+  FloatMap(gpu::Context& context, const std::string& name, const Grid& grid);
+
+  gpu::DeviceBuffer buffer;
+  gpu::TexelView texels;  ///< RGBA32F
+  gpu::TexelView pairs;   ///< RG32F
+  gpu::TexelView words;   ///< R32F
+};
+
+class Surface {
+ public:
+  /// Extra cycles at full resolution after the full-multigrid pass; each reduces the error by about ten.
+  static constexpr uint32_t kConvergedCycles = 6;
+
+  Surface(gpu::Context& context, uint32_t width, uint32_t height, SurfaceSolver solver);
+
+  const Grid& grid() const { return levels_.front().grid; }
+  /// Filled by the slope stage: for each pixel the height differences to its left and upper neighbour minus
+  /// those to its right and lower one, mm.
+  const FloatMap& right_side() const { return levels_.front().right; }
+
+  /// Solves into `depth`, mm, up to an additive constant.
+  void record(gpu::Commands& commands, const FloatMap& depth) const;
+
+  uint64_t memory_bytes() const;
+
+ private:
+  struct Level {
+    Grid grid;
+    float across = 1;  ///< coupling of neighbours in a row: height over width of a cell
+    float down = 1;
+    FloatMap right;
+    FloatMap x[2];  ///< present and next solution; level 0 writes the last one into the caller's map
+  };
+  struct Pass;
+
+  gpu::Context& context_;
+  uint32_t extra_cycles_ = 0;
+  std::vector<Level> levels_;
+  gpu::DeviceBuffer inverse_;
+  gpu::TexelView inverse_texels_;
+  gpu::Kernel smooth_start_, smooth_prolong_, smooth_correct_, restrict_, restrict_residual_, correct_,
+      coarsest_;
+};
+
+/// Evidence beside an answer.
+struct SurfaceEvidence {
+  double residual = 0;  ///< RMS of what the normal equations leave, relative to the RMS of their right side
+  double peak_to_valley = 0;  ///< of the heights
+};
+
+struct Heights {
+  std::vector<float> values;  ///< rows x cols, mean 0, unit of the gradients times one pixel
+  SurfaceEvidence evidence;
+};
+
+/// Any gradient field to heights: `gradients` is rows x cols x 2, d/dx then d/dy per pixel, finite. Used by
+/// `palpate integrate`.
+Heights integrate_gradients(gpu::Context& context, std::span<const float> gradients, uint32_t rows,
+                            uint32_t cols, SurfaceSolver solver);
+
+}  // namespace palpate

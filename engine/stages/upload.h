@@ -1,0 +1,53 @@
+// A frame on the GPU, laid out so that kernels need no border code: rows padded with copies of their edge
+// pixels.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "engine/frame.h"
+#include "engine/gpu/buffer.h"
+
+namespace palpate {
+namespace gpu {
+class Commands;
+class Context;
+}  // namespace gpu
+
+/// channels x height rows of `pitch` texels of 16 bytes (16 pixels of 8 bits or 8 of 16): one texel of copies
+/// of the row's first pixel, the row, copies of its last pixel up to a whole texel, and one texel more of
+/// these.
+struct PaddedLayout {
+  explicit PaddedLayout(const FrameFormat& format);
+
+  uint32_t pixels_per_texel;
+  uint32_t texels;  ///< that hold a row's pixels
+  uint32_t pitch;   ///< texels from one row to the next
+  uint64_t bytes;   ///< of all planes
+};
+
+class PaddedImage {
+ public:
+  PaddedImage(gpu::Context& context, const std::string& name, const FrameFormat& format);
+
+  /// Host side: pads the frame into mapped memory. The device must not be reading the previous one.
+  void write(const Frame& frame);
+  /// Device side: moves the padded frame to device memory, where that is not mapped. Needs a barrier before
+  /// use.
+  void record(gpu::Commands& commands) const;
+
+  const PaddedLayout& layout() const { return layout_; }
+  const gpu::TexelView& texels() const { return texels_; }  ///< RGBA32UI
+  const gpu::TexelView& words() const { return words_; }    ///< R32UI, four to a texel
+  uint64_t memory_bytes() const { return device_.bytes() + staging_.bytes(); }
+
+ private:
+  FrameFormat format_;
+  PaddedLayout layout_;
+  gpu::DeviceBuffer device_;
+  gpu::DeviceBuffer staging_;  ///< only where device memory is not mapped
+  gpu::TexelView texels_;
+  gpu::TexelView words_;
+};
+
+}  // namespace palpate

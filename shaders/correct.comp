@@ -1,0 +1,40 @@
+// Adds the interpolated coarse correction to a level's solution.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/grid.glsl"
+
+layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
+layout(push_constant) uniform Push { GridPush push; };
+layout(binding = 0) uniform samplerBuffer coarse_pairs;
+layout(binding = 1) uniform samplerBuffer present_texels;
+layout(binding = 2) writeonly buffer Out { vec4 result[]; };
+
+vec4 coarse_row(int tx, int k) {
+  int row = clamp(k, 0, int(push.coarse_height) - 1) * int(push.coarse_pitch) * 2;
+  int last = int(push.coarse_pitch) * 2 - 1;
+  Six s;
+  s.l = texelFetch(coarse_pairs, row + max(tx - 1, 0)).xy;
+  s.c = texelFetch(coarse_pairs, row + tx).xy;
+  s.r = texelFetch(coarse_pairs, row + min(tx + 1, last)).xy;
+  return mid(widen(with_ghosts(s, 2 * tx, int(push.coarse_width))));
+}
+
+void main() {
+  uint tiles_y = (push.height + push.rows - 1) / push.rows;
+  uint tile = gl_GlobalInvocationID.x;
+  if (tile >= push.pitch * tiles_y) return;
+  int tx = int(tile % push.pitch);
+  int y0 = int(tile / push.pitch * push.rows);
+  int k = y0 / 2;
+  vec4 before = coarse_row(tx, k - 1), here = coarse_row(tx, k);
+  for (int y = y0; y < y0 + int(push.rows); y += 2, ++k) {
+    vec4 after = coarse_row(tx, k + 1);
+    int last = int(push.height) - 1;
+    vec4 upper = texelFetch(present_texels, min(y, last) * int(push.pitch) + tx);
+    vec4 lower = texelFetch(present_texels, min(y + 1, last) * int(push.pitch) + tx);
+    if (y <= last) result[uint(y) * push.pitch + uint(tx)] = upper + 0.75 * here + 0.25 * before;
+    if (y + 1 <= last) result[uint(y + 1) * push.pitch + uint(tx)] = lower + 0.75 * here + 0.25 * after;
+    before = here;
+    here = after;
+  }
+}

@@ -1,0 +1,51 @@
+// Surface stage: the grids of the multigrid solver, read by GLSL and C++.
+#ifndef PALPATE_SHARED_GRID_H
+#define PALPATE_SHARED_GRID_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace palpate::shared {
+using uint = uint32_t;
+#endif
+
+// One level and the next coarser one. Cells are stored in rows of `pitch` texels of four floats.
+struct GridPush {
+  uint width;          // cells
+  uint height;
+  uint pitch;          // texels
+  uint coarse_width;   // cells
+  uint coarse_height;
+  uint coarse_pitch;   // texels
+  uint rows;           // rows that one invocation streams through (of the level it writes), even
+  float across;        // coupling of neighbours in a row
+  float down;          // coupling of neighbours in a column
+  float step0;         // the two Chebyshev-Jacobi steps, divided by the diagonal
+  float step1;
+};
+
+struct CoarsestPush {
+  uint texels;  // of the level
+};
+
+struct DatumPush {
+  uint width;         // px
+  uint height;        // px
+  uint pitch;         // texels of the height map
+  uint tiles_x;       // tiles as in the contact stage
+  uint tiles_y;
+  uint tile_texels;   // width of a tile, texels of four px
+  uint tile_rows;
+};
+
+// What the height map says about one tile.
+struct DatumRecord {
+  float sum;      // mm, over the tile's pixels inside the frame
+  float lowest;   // mm
+  float highest;  // mm
+  uint pixels;
+};
+
+#ifdef __cplusplus
+}  // namespace palpate::shared
+#endif
+#endif

@@ -1,0 +1,54 @@
+// What the surface view's shaders are told with every draw; 128 bytes, the least that every device takes.
+#ifndef PALPATE_SHARED_SURFACE_VIEW_H
+#define PALPATE_SHARED_SURFACE_VIEW_H
+
+#ifdef __cplusplus
+#include <array>
+#include <cstdint>
+namespace palpate::viz {
+using uint = uint32_t;
+using mat4 = std::array<float, 16>;
+#endif
+
+// World: mm, origin at rest level in the middle of the pad, x right and y up in the image as a person sees it, z out of the
+// pad; depth goes down, multiplied by the exaggeration.
+struct SurfacePush {
+  mat4 clip_from_world;
+  float eye_x_mm;
+  float eye_y_mm;
+  float eye_z_mm;
+  float grid_mm;       // spacing of the lines on the surface; 0: none
+  float pitch_mm;      // of one texel of the map
+  float exaggeration;  // of depth
+  float datum_mm;      // added to a value of the map
+  float range_mm;      // depth with the last colour
+  uint width;          // of the map, texels
+  uint height;
+  uint row_pitch;      // texels from one row of the map to the next
+  uint mesh_columns;   // vertices
+  uint mesh_rows;
+  uint lit;            // 0: plain colours, to be read against the colour bar
+  uint padding_0;
+  uint padding_1;
+};
+
+// The raw image in a rectangle of the screen.
+struct ImagePush {
+  float left;        // of the rectangle in clip space
+  float top;
+  float right;
+  float bottom;
+  uint width;        // px of the image
+  uint height;
+  uint channels;     // 1 or 3 planes
+  uint taps;         // samples a side averaged for one screen pixel
+  float scale;       // 1 / full scale
+  float step_px;     // image px covered by one screen pixel
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(SurfacePush) == 128);
+static_assert(sizeof(ImagePush) == 40);
+}  // namespace palpate::viz
+#endif
+#endif

@@ -1,0 +1,29 @@
+#version 460
+// The height map as a grid of vertices: no vertex buffer, the depth is read where it was computed.
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/shared/surface_view.h"
+
+layout(push_constant) uniform Push { SurfacePush push; };
+layout(binding = 0) uniform samplerBuffer depth_map;
+
+layout(location = 0) out vec2 texel;     // place in the map, texels
+layout(location = 1) out vec3 world_mm;
+
+float depth_at(int x, int y) { return texelFetch(depth_map, y * int(push.row_pitch) + x).x; }
+
+void main() {
+  const uint row = uint(gl_VertexIndex) / push.mesh_columns;
+  const uint column = uint(gl_VertexIndex) - row * push.mesh_columns;
+  const vec2 last = vec2(push.width - 1, push.height - 1);
+  texel = last * vec2(column, row) / vec2(max(push.mesh_columns, 2u) - 1, max(push.mesh_rows, 2u) - 1);
+
+  const ivec2 a = ivec2(texel);
+  const ivec2 b = min(a + 1, ivec2(last));
+  const vec2 f = texel - vec2(a);
+  const float depth = mix(mix(depth_at(a.x, a.y), depth_at(b.x, a.y), f.x),
+                          mix(depth_at(a.x, b.y), depth_at(b.x, b.y), f.x), f.y) + push.datum_mm;
+
+  const vec2 from_centre_mm = (texel - 0.5 * last) * push.pitch_mm;
+  world_mm = vec3(from_centre_mm.x, -from_centre_mm.y, -depth * push.exaggeration);
+  gl_Position = push.clip_from_world * vec4(world_mm, 1);
+}
