@@ -1,0 +1,366 @@
+#include "viz/hud.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+#include "viz/annotations.h"
+
+namespace palpate::viz {
+namespace {
+
+constexpr double kTraceLength_s = 8;
+
+std::string text(const char* format, ...) __attribute__((format(printf, 1, 2)));
+std::string text(const char* format, ...) {
+  char buffer[160];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(buffer, sizeof buffer, format, arguments);
+  va_end(arguments);
+  return buffer;
+}
+
+ImVec2 corner(const ViewRect& r) {
+  return {static_cast<float>(r.x), static_cast<float>(r.y)};
+}
+ImVec2 size(const ViewRect& r) {
+  return {static_cast<float>(r.width), static_cast<float>(r.height)};
+}
+ImVec4 colour(const Verdict& v) {
+  return ImGui::ColorConvertU32ToFloat4(IM_COL32(v.red, v.green, v.blue, 255));
+}
+
+void row(const char* label, const std::string& value, const ImVec4* tint = nullptr) {
+  ImGui::TableNextRow();
+  ImGui::TableNextColumn();
+  ImGui::TextDisabled("%s", label);
+  ImGui::TableNextColumn();
+  const float slack = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(value.c_str()).x;
+  if (slack > 0) ImGui::SetCursorPosX(ImGui::GetCursorPosX() + slack);
+  if (tint) {
+    ImGui::TextColored(*tint, "%s", value.c_str());
+  } else {
+    ImGui::TextUnformatted(value.c_str());
+  }
+}
+
+std::string shear_text(const Estimate& e) {
+  if (e.validity == Validity::NotCalibrated || e.validity == Validity::NoContact) return "-";
+  return text("%+.3f \xc2\xb1 %.3f N", e.value, e.standard_error);
+}
+
+Verdict slip_verdict(Slip slip) {
+  switch (slip) {
+    case Slip::Stick:
+      return {"sticks", 122, 209, 122};
+    case Slip::Slip:
+      return {"SLIPS: force at the friction limit", 255, 170, 60};
+    case Slip::NoContact:
+      return {"no contact", 150, 158, 170};
+    default:
+      return {"not calibrated", 150, 158, 170};
+  }
+}
+
+void help_window(const ViewRect& around, float scale) {
+  const char* const lines[][2] = {{"left drag", "orbit"},
+                                  {"right drag, Shift + left drag", "pan"},
+                                  {"wheel", "zoom"},
+                                  {"Space", "pause"},
+                                  {"S", "write a screenshot (PNG)"},
+                                  {"R", "reset the view"},
+                                  {"T", "view from the top"},
+                                  {"+  -", "exaggerate depth more, less"},
+                                  {"E", "automatic exaggeration on, off"},
+                                  {"A", "automatic colour range on, off"},
+                                  {"L", "light on, off (off: read colours off the bar)"},
+                                  {"G", "grid on, off"},
+                                  {"V", "vsync: on, mailbox, off"},
+                                  {"C", "controls on, off"},
+                                  {"H, F1", "this help"},
+                                  {"Esc, Q", "quit"}};
+  ImGui::SetNextWindowPos({static_cast<float>(around.x) + static_cast<float>(around.width) / 2,
+                           static_cast<float>(around.y) + static_cast<float>(around.height) / 2},
+                          ImGuiCond_Always, {0.5f, 0.5f});
+  ImGui::Begin("Keys and mouse", nullptr,
+               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
+                   ImGuiWindowFlags_NoSavedSettings);
+  if (ImGui::BeginTable("keys", 2, ImGuiTableFlags_SizingFixedFit)) {
+    for (const auto& line : lines) {
+      ImGui::TableNextRow();
+      ImGui::TableNextColumn();
+      ImGui::TextUnformatted(line[0]);
+      ImGui::TableNextColumn();
+      ImGui::TextDisabled("  %s", line[1]);
+    }
+    ImGui::EndTable();
+  }
+  ImGui::Dummy({1, 2 * scale});
+  ImGui::End();
+}
+
+void control_window(const ViewRect& around, float scale, bool has_surface, ViewState& state) {
+  ImGui::SetNextWindowPos(
+      {static_cast<float>(around.x) + 12 * scale, static_cast<float>(around.y) + 12 * scale});
+  ImGui::SetNextWindowCollapsed(static_cast<float>(around.width) < 560 * scale, ImGuiCond_Once);
+  ImGui::Begin(
+      "View", nullptr,
+      ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings);
+  ImGui::PushItemWidth(120 * scale);
+  if (has_surface) {
+    auto exaggeration = static_cast<float>(state.exaggeration);
+    if (ImGui::SliderFloat("depth x", &exaggeration, 1, 100, "%.1f", ImGuiSliderFlags_Logarithmic)) {
+      state.exaggeration = exaggeration;
+      state.automatic_exaggeration = false;
+    }
+    ImGui::SameLine(0, 10 * scale);
+    ImGui::Checkbox("auto##exaggeration", &state.automatic_exaggeration);
+    auto range = static_cast<float>(state.range_mm);
+    if (ImGui::SliderFloat("mm range", &range, 0.02f, 10, "%.2f", ImGuiSliderFlags_Logarithmic)) {
+      state.range_mm = range;
+      state.automatic_range = false;
+    }
+    ImGui::SameLine(0, 10 * scale);
+    ImGui::Checkbox("auto##range", &state.automatic_range);
+    ImGui::Checkbox("light", &state.lit);
+    ImGui::SameLine();
+    ImGui::Checkbox("grid", &state.grid);
+    ImGui::SameLine();
+    ImGui::Checkbox("axes", &state.axes);
+  }
+  int vsync = static_cast<int>(state.vsync);
+  if (ImGui::Combo("vsync", &vsync, "on\0mailbox\0off\0")) state.vsync = static_cast<Vsync>(vsync);
+  if (ImGui::Button(state.paused ? "Continue" : "Pause")) state.paused = !state.paused;
+  ImGui::SameLine();
+  if (ImGui::Button("Screenshot")) state.wants_screenshot = true;
+  if (has_surface) {
+    ImGui::SameLine();
+    if (ImGui::Button("Reset")) state.camera = {};
+  }
+  ImGui::SameLine();
+  if (ImGui::Button("Help")) state.help = !state.help;
+  ImGui::PopItemWidth();
+  ImGui::End();
+}
+
+void status_line(const Layout& layout, const HudContent& content, float scale) {
+  ImDrawList* list = ImGui::GetForegroundDrawList();
+  const ImVec2 low = corner(layout.status);
+  const ImVec2 high{low.x + static_cast<float>(layout.status.width),
+                    low.y + static_cast<float>(layout.status.height)};
+  list->AddRectFilled(low, high, IM_COL32(15, 17, 20, 255));
+  std::string line;
+  const double time_s = 1e-9 * static_cast<double>(content.touch.time_ns);
+  if (const LiveStats* live = content.live) {
+    line = text(
+        "shown %.0f/s   measured %.0f/s   captured %.0f/s   latency %.0f ms (p95 %.0f)   dropped %llu + %llu",
+        live->shown_per_s, live->processed_per_s, live->captured_per_s, live->latency_median_ms,
+        live->latency_p95_ms, static_cast<unsigned long long>(live->dropped_before_engine),
+        static_cast<unsigned long long>(live->dropped_before_display));
+    if (content.mesh.first) line += text("   mesh %u x %u", content.mesh.first, content.mesh.second);
+    line += text("   draw %.0f ms", live->draw_ms);
+    if (!live->note.empty()) line = live->note + "   |   " + line;
+  } else {
+    line = text("frame %llu   t = %.3f s", static_cast<unsigned long long>(content.touch.sequence), time_s);
+    if (content.mesh.first) line += text("   mesh %u x %u", content.mesh.first, content.mesh.second);
+  }
+  const float y = low.y + (high.y - low.y - ImGui::GetFontSize()) / 2;
+  const float device_width = ImGui::CalcTextSize(content.device.c_str()).x;
+  const float line_width = ImGui::CalcTextSize(line.c_str()).x;
+  const float margin = 12 * scale;
+  list->PushClipRect(low, high);
+  list->AddText({low.x + margin, y}, IM_COL32(190, 197, 207, 255), line.c_str());
+  // The device's name only where it has room.
+  if (line_width + device_width + 4 * margin < high.x - low.x)
+    list->AddText({high.x - margin - device_width, y}, IM_COL32(130, 138, 150, 255), content.device.c_str());
+  list->PopClipRect();
+}
+
+}  // namespace
+
+Verdict force_verdict(Validity validity) {
+  switch (validity) {
+    case Validity::Valid:
+      return {"normal force, within calibration", 122, 209, 122};
+    case Validity::NoContact:
+      return {"normal force: no contact", 150, 158, 170};
+    case Validity::BelowRange:
+      return {"normal force BELOW the calibrated range", 255, 190, 70};
+    case Validity::AboveRange:
+      return {"normal force ABOVE the calibrated range", 255, 150, 60};
+    case Validity::Saturated:
+      return {"SATURATED pixels: force is at least this", 255, 96, 88};
+    default:
+      return {"force not calibrated: gray sum only", 150, 158, 170};
+  }
+}
+
+Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bool has_surface) {
+  const auto px = [scale](double value) { return static_cast<uint32_t>(std::lround(value * scale)); };
+  const uint32_t width = std::max(extent.width, 2u), height = std::max(extent.height, 2u);
+  const uint32_t status = std::min(px(24), height / 2);
+  const uint32_t panel =
+      std::min(std::clamp(static_cast<uint32_t>(0.27 * width), px(270), px(380)), width / 2);
+  const double aspect = static_cast<double>(format.width) / format.height;
+  Layout l;
+  l.surface = {0, 0, width - panel, height - status};
+  l.panel = {static_cast<int32_t>(width - panel), 0, panel, height - status};
+  l.status = {0, static_cast<int32_t>(height - status), width, status};
+  const ViewRect room =
+      has_surface ? ViewRect{l.panel.x + static_cast<int32_t>(px(12)), static_cast<int32_t>(px(36)),
+                             panel - std::min(px(24), panel - 1),
+                             std::max(1u, std::min(px(300), (height - status) * 2 / 5))}
+                  : ViewRect{static_cast<int32_t>(px(12)), static_cast<int32_t>(px(12)),
+                             std::max(1u, l.surface.width - std::min(px(24), l.surface.width - 1)),
+                             std::max(1u, l.surface.height - std::min(px(24), l.surface.height - 1))};
+  const double fit = std::min(room.width / aspect, static_cast<double>(room.height));
+  l.image.height = std::max(1u, static_cast<uint32_t>(fit));
+  l.image.width = std::max(1u, std::min(room.width, static_cast<uint32_t>(std::lround(fit * aspect))));
+  l.image.x = room.x + static_cast<int32_t>((room.width - l.image.width) / 2);
+  l.image.y = has_surface ? room.y : room.y + static_cast<int32_t>((room.height - l.image.height) / 2);
+  return l;
+}
+
+void Hud::follow(const Touch& touch) {
+  const bool is_force = touch.force_N.validity != Validity::NotCalibrated;
+  const double time_s = 1e-9 * static_cast<double>(touch.time_ns);
+  if (is_force != trace_is_force_ || (!trace_.empty() && time_s < trace_.back().time_s)) trace_.clear();
+  trace_is_force_ = is_force;
+  const double value = is_force ? touch.force_N.value : touch.gray_sum;
+  trace_.push_back({time_s, touch.contact && std::isfinite(value) ? value : 0});
+  while (trace_.size() > 2 && trace_[1].time_s < time_s - kTraceLength_s) trace_.pop_front();
+  if (touch.shear_x_N.validity != Validity::NotCalibrated) {
+    const double shear_N = std::hypot(touch.shear_x_N.value, touch.shear_y_N.value);
+    if (std::isfinite(shear_N)) full_shear_N_ = std::max(full_shear_N_, shear_N);
+  }
+}
+
+void Hud::trace(float width, float height, float scale) const {
+  const ImVec2 low = ImGui::GetCursorScreenPos();
+  ImGui::Dummy({width, height});
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  list->AddRectFilled(low, {low.x + width, low.y + height}, IM_COL32(30, 34, 41, 255), 4 * scale);
+  if (trace_.empty()) return;
+  double top = 0;
+  for (const Sample& s : trace_) top = std::max(top, s.value);
+  top = nice_ceiling(std::max(top, trace_is_force_ ? 0.01 : 1.0));
+  const double end_s = trace_.back().time_s;
+  const auto place = [&](const Sample& s) {
+    const double x = 1 - (end_s - s.time_s) / kTraceLength_s;
+    const double y = std::clamp(s.value / top, 0.0, 1.0);
+    return ImVec2{low.x + static_cast<float>(std::clamp(x, 0.0, 1.0)) * width,
+                  low.y + height - 3 * scale - static_cast<float>(y) * (height - 6 * scale)};
+  };
+  std::vector<ImVec2> line;
+  line.reserve(trace_.size());
+  for (const Sample& s : trace_) {
+    const ImVec2 p = place(s);
+    if (line.empty() || p.x - line.back().x >= 1) line.push_back(p);
+  }
+  list->AddPolyline(line.data(), static_cast<int>(line.size()), IM_COL32(92, 200, 255, 255), 0, 1.6f * scale);
+  const std::string label = trace_is_force_ ? text("%g N", top) : text("%.0f gray", top);
+  list->AddText({low.x + 6 * scale, low.y + 3 * scale}, IM_COL32(150, 158, 170, 255), label.c_str());
+  const std::string span = text("%.0f s", kTraceLength_s);
+  list->AddText({low.x + 6 * scale, low.y + height - ImGui::GetFontSize() - 3 * scale},
+                IM_COL32(110, 118, 130, 255), span.c_str());
+}
+
+void Hud::measurements(HudFrame& frame, const Layout& layout, const HudContent& content) {
+  const Touch& t = content.touch;
+  const float scale = frame.scale();
+  ImGui::SetNextWindowPos(corner(layout.panel));
+  ImGui::SetNextWindowSize(size(layout.panel));
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
+  ImGui::Begin("measurements", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+                   ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoBringToFrontOnFocus);
+  ImGui::PopStyleVar();
+  ImGui::TextUnformatted(content.sensor.name.empty() ? "unnamed sensor" : content.sensor.name.c_str());
+  const std::string format = text("%u x %u", content.frame.format.width, content.frame.format.height);
+  ImGui::SameLine(ImGui::GetWindowWidth() - ImGui::CalcTextSize(format.c_str()).x - 12 * scale);
+  ImGui::TextDisabled("%s", format.c_str());
+  if (content.has_surface) {
+    ImGui::SetCursorPosY(static_cast<float>(layout.image.y) + static_cast<float>(layout.image.height) +
+                         8 * scale);
+  }
+
+  const Verdict verdict = force_verdict(t.force_N.validity);
+  const ImVec4 tint = colour(verdict);
+  const bool has_force =
+      t.force_N.validity != Validity::NotCalibrated && t.force_N.validity != Validity::NoContact;
+  ImGui::PushFont(frame.large());
+  if (has_force) {
+    ImGui::TextUnformatted(text("%.3f N", t.force_N.value).c_str());
+  } else if (t.force_N.validity == Validity::NotCalibrated) {
+    ImGui::TextUnformatted(text("G %.0f", t.gray_sum).c_str());
+  } else {
+    ImGui::TextDisabled("- N");
+  }
+  ImGui::PopFont();
+  if (has_force) {
+    const ImVec2 high = ImGui::GetItemRectMax();
+    ImGui::GetWindowDrawList()->AddText({high.x + 8 * scale, high.y - ImGui::GetFontSize() - 4 * scale},
+                                        ImGui::GetColorU32(ImGuiCol_TextDisabled),
+                                        text("\xc2\xb1 %.3f N", t.force_N.standard_error).c_str());
+  }
+  ImGui::TextColored(tint, "%s", verdict.words);
+  trace(ImGui::GetContentRegionAvail().x, 56 * scale, scale);
+
+  if (!ImGui::BeginTable("values", 2, ImGuiTableFlags_SizingStretchProp)) {
+    ImGui::End();
+    return;
+  }
+  ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.36f);
+  ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.64f);
+  const Verdict slip = slip_verdict(t.slip);
+  const ImVec4 slip_tint = colour(slip);
+  row("shear x", shear_text(t.shear_x_N));
+  row("shear y", shear_text(t.shear_y_N));
+  row("stick or slip", slip.words, &slip_tint);
+  if (content.has_surface) {
+    row("deepest",
+        t.has_surface ? text("%.3f mm%s", t.depth_max_mm, t.datum_from_rest ? "" : " (no rest level)") : "-");
+  }
+  row("contact area", t.contact ? text("%.2f mm\xc2\xb2", t.area_mm2) : "-");
+  row("ellipse", t.contact ? text("%.2f x %.2f mm", t.ellipse.major_mm, t.ellipse.minor_mm) : "-");
+  row("centroid", t.contact ? text("%.2f, %.2f px", t.centroid_x_px, t.centroid_y_px) : "-");
+  row("moved", t.contact ? text("%+.3f, %+.3f mm", t.shift_x_mm, t.shift_y_mm) : "-");
+  row("peak", text("%.1f gray", t.peak_gray));
+  const ImVec4 red = colour(force_verdict(Validity::Saturated));
+  row("saturated", text("%llu px", static_cast<unsigned long long>(t.saturated_px)),
+      t.saturated_px ? &red : nullptr);
+  ImGui::EndTable();
+  ImGui::End();
+}
+
+void Hud::describe(HudFrame& frame, const Layout& layout, const HudContent& content, ViewState& state,
+                   const Eye* eye, const Vec3& half_mm) {
+  const float scale = frame.scale();
+  ImDrawList* under = ImGui::GetBackgroundDrawList();
+  const SurfaceStyle style = state.style(2 * std::max(half_mm.x, half_mm.y));
+  if (content.has_surface && eye) {
+    if (state.axes) draw_axes(under, *eye, layout.surface, half_mm, style, scale);
+    draw_colour_bar(under, layout.surface, style, state.automatic_range, scale);
+  }
+  const ImVec2 low = corner(layout.image);
+  under->AddRect({low.x - 1, low.y - 1}, {low.x + size(layout.image).x + 1, low.y + size(layout.image).y + 1},
+                 IM_COL32(70, 78, 90, 255));
+  draw_contact(under, layout.image, content.touch, content.sensor, content.frame.format.width, full_shear_N_,
+               scale);
+  measurements(frame, layout, content);
+  status_line(layout, content, scale);
+  if (!frame.has_window()) return;
+  if (state.controls) control_window(layout.surface, scale, content.has_surface, state);
+  if (state.help) {
+    help_window(layout.surface, scale);
+  } else {
+    under->AddText({14 * scale, static_cast<float>(layout.status.y) - 22 * scale},
+                   IM_COL32(120, 128, 140, 255), "drag: orbit   wheel: zoom   H: help");
+  }
+}
+
+}  // namespace palpate::viz

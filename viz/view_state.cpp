@@ -1,0 +1,64 @@
+#include "viz/view_state.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::viz {
+
+const char* to_string(Vsync vsync) {
+  switch (vsync) {
+    case Vsync::On:
+      return "on";
+    case Vsync::Mailbox:
+      return "mailbox";
+    default:
+      return "off";
+  }
+}
+
+double nice_ceiling(double value) {
+  const double power = std::pow(10.0, std::floor(std::log10(std::max(value, 1e-9))));
+  for (const double step : {1.0, 2.0, 5.0}) {
+    if (value <= step * power * (1 + 1e-9)) return step * power;
+  }
+  return 10 * power;
+}
+
+void ViewState::follow(const Touch& touch, double longest_side_mm) {
+  constexpr double kSmallest_mm = 0.05;  // below it a resting pad would show only noise
+  constexpr int64_t kPatience_ns = 8'000'000'000;
+  if (automatic_range && touch.has_surface) {
+    const double wanted_mm = nice_ceiling(std::max(touch.depth_max_mm, kSmallest_mm));
+    if (wanted_mm > range_mm) range_mm = wanted_mm;
+    // A pad at rest says nothing about the next touch: only a lasting lighter contact narrows the range.
+    if (!touch.contact || wanted_mm >= range_mm) {
+      smaller_ = false;
+    } else if (!smaller_) {
+      smaller_ = true;
+      smaller_since_ns_ = touch.time_ns;
+      smaller_peak_mm_ = wanted_mm;
+    } else {
+      smaller_peak_mm_ = std::max(smaller_peak_mm_, wanted_mm);
+      if (touch.time_ns - smaller_since_ns_ > kPatience_ns) {
+        range_mm = smaller_peak_mm_;
+        smaller_ = false;
+      }
+    }
+  }
+  if (automatic_exaggeration) {
+    constexpr double kRelief = 0.16;  // deepest colour, as a fraction of the pad's longest side
+    const double wanted = kRelief * longest_side_mm / range_mm;
+    exaggeration = std::clamp(nice_ceiling(wanted / 2), 1.0, 200.0);
+  }
+}
+
+SurfaceStyle ViewState::style(double longest_side_mm) const {
+  SurfaceStyle s;
+  s.exaggeration = exaggeration;
+  s.range_mm = range_mm;
+  s.grid_mm = grid ? nice_ceiling(longest_side_mm / 20) : 0;
+  s.lit = lit;
+  return s;
+}
+
+}  // namespace palpate::viz

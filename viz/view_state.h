@@ -1,0 +1,45 @@
+// What the person at the window has chosen, and the scales that follow the touch by themselves.
+#pragma once
+
+#include <cstdint>
+
+#include "engine/touch.h"
+#include "viz/camera.h"
+#include "viz/surface_view.h"
+
+namespace palpate::viz {
+
+enum class Vsync : int { On, Mailbox, Off };  ///< FIFO; newest picture at each refresh; at once (may tear)
+const char* to_string(Vsync vsync);
+
+/// 1, 2 or 5 times a power of ten, at least `value`.
+double nice_ceiling(double value);
+
+struct ViewState {
+  Camera camera;
+  bool automatic_range = true;
+  double range_mm = 0.1;  ///< depth with the last colour
+  bool automatic_exaggeration = true;
+  double exaggeration = 10;
+  bool lit = true;
+  bool grid = true;
+  bool axes = true;
+  bool controls = true;
+  bool help = false;
+  bool paused = false;
+  Vsync vsync = Vsync::On;
+
+  bool wants_screenshot = false;  ///< cleared by whoever takes it
+
+  /// Follows the touch where automatic: the range grows at once and shrinks only after seconds of lighter
+  /// contact, so that colours keep their meaning from frame to frame.
+  void follow(const Touch& touch, double longest_side_mm);
+  SurfaceStyle style(double longest_side_mm) const;
+
+ private:
+  int64_t smaller_since_ns_ = 0;
+  bool smaller_ = false;
+  double smaller_peak_mm_ = 0;
+};
+
+}  // namespace palpate::viz
