@@ -487,7 +487,7 @@ TEST_F(Program, BadSensorFilesAreRefused) {
   bad["pitchmm"] = 3;
   refuse(bad.dump(), {"pitchmm"});
   bad = good;
-  bad["bit_depth"] = 99;
+  bad["frame"]["bit_depth"] = 99;
   refuse(bad.dump(), {"bit_depth"});
   expect_refusal({"process", rec / "frames", "--sensor", folder_ / "nosensor.json", "--out", folder_ / "o"},
                  4, {"nosensor.json"});

@@ -43,10 +43,15 @@ void add_common(CLI::App& command, Common& common, const std::string& examples) 
   command.footer("\nExamples:\n" + examples + "\n" + kExitCodes);
 }
 
-std::unique_ptr<gpu::Context> open_device(const Common& common) {
+std::unique_ptr<gpu::Context> open_device(const Common& common,
+                                          const std::vector<const char*>* window_extensions) {
   gpu::ContextOptions options;
   options.device = common.device;
   options.validation = common.validation;
+  if (window_extensions) {
+    options.instance_extensions = *window_extensions;
+    options.presentation = true;
+  }
   auto context = std::make_unique<gpu::Context>(options);
   spdlog::info("device: {}", context->report().name);
   return context;

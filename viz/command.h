@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace CLI {
 class App;
@@ -52,7 +53,9 @@ void add_demo(CLI::App& program, Common& common, Command& chosen);
 void add_calibrate(CLI::App& program, Common& common, Command& chosen);
 
 /// The Vulkan device that the options ask for. Throws Error(Failure::Device).
-std::unique_ptr<gpu::Context> open_device(const Common& common);
+/// `window_extensions`: for a window, what it needs.
+std::unique_ptr<gpu::Context> open_device(const Common& common,
+                                          const std::vector<const char*>* window_extensions = nullptr);
 /// Logs what the validation layer said; true if it said nothing.
 bool validation_clean(const gpu::Context& context);
 

@@ -9,9 +9,9 @@
 #include "engine/gpu/context.h"
 #include "engine/stages/surface.h"
 #include "viz/command.h"
+#include "viz/input.h"
 #include "viz/npy.h"
 #include "viz/output_file.h"
-#include "viz/processing.h"
 
 namespace palpate {
 namespace {

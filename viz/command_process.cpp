@@ -2,16 +2,14 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "capture/synthetic.h"
 #include "engine/error.h"
 #include "engine/gpu/context.h"
+#include "viz/input.h"
 #include "viz/processing.h"
 
 namespace palpate {
 namespace {
 
-const std::map<std::string, SurfaceSolver> kSolvers = {
-    {"live", SurfaceSolver::Live}, {"converged", SurfaceSolver::Converged}, {"exact", SurfaceSolver::Exact}};
 const std::map<std::string, DepthFormat> kDepthFormats = {
     {"png16", DepthFormat::Png16}, {"npy", DepthFormat::Npy}, {"ply", DepthFormat::Ply}};
 const std::map<std::string, Output> kOutputs = {{"force", Output::Force}, {"surface", Output::Surface}};
@@ -22,36 +20,18 @@ struct Options {
   std::vector<Output> outputs;
 };
 
-/// The sensor file, or for a synthetic input without one what is known of it by construction.
-Sensor find_sensor(const Common& common, Options& options) {
-  constexpr const char* kSynthetic = "synthetic:";
-  std::string& input = options.request.input;
-  if (input.rfind(kSynthetic, 0) == 0) {
-    SyntheticOptions synthetic = parse_synthetic(input);
-    if (input.find("seed=") == std::string::npos) synthetic.seed = common.seed;
-    input = to_string(synthetic);
-    if (options.sensor.empty()) return synthetic_sensor(synthetic);
-  }
-  if (options.sensor.empty()) {
-    throw Error(Failure::Usage, "--sensor FILE for '" + input + "'", "none",
-                "a sensor file as README.md describes it");
-  }
-  return load_sensor(options.sensor);
-}
-
 Report process(const Common& common, Options options) {
   ProcessRequest& request = options.request;
-  const Sensor sensor = find_sensor(common, options);
-  if (options.outputs.empty()) {
-    request.outputs = static_cast<uint32_t>(Output::Force);
-    if (sensor.reading != Reading::None) request.outputs |= static_cast<uint32_t>(Output::Surface);
-  } else {
+  const MeasuredInput input = find_input(common, request.input, options.sensor);
+  const Sensor& sensor = input.sensor;
+  request.input = input.input;
+  request.outputs = input.outputs;
+  if (!options.outputs.empty()) {
     request.outputs = 0;
     for (const Output output : options.outputs) request.outputs |= static_cast<uint32_t>(output);
   }
-  const bool needs_surface = !request.depth.empty() || request.pictures || request.video;
-  if (needs_surface && !(request.outputs & static_cast<uint32_t>(Output::Surface))) {
-    throw Error(Failure::Usage, "a surface for --depth, --pictures or --video",
+  if (!request.depth.empty() && !(request.outputs & static_cast<uint32_t>(Output::Surface))) {
+    throw Error(Failure::Usage, "a surface for --depth",
                 options.outputs.empty() ? "a sensor without a reading of the surface" : "--outputs force",
                 options.outputs.empty() ? "a sensor file with \"reading\"" : "--outputs force,surface");
   }
@@ -85,12 +65,18 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
       ->delimiter(',')
       ->transform(CLI::CheckedTransformer(kOutputs));
   command->add_option("--solver", request.solver, "Surface solver: live, converged (default) or exact (CPU)")
-      ->transform(CLI::CheckedTransformer(kSolvers));
+      ->transform(CLI::CheckedTransformer(kSolverNames));
   command->add_option("--depth", request.depth, "Write each frame's depth map: png16, npy, ply (repeatable)")
       ->delimiter(',')
       ->transform(CLI::CheckedTransformer(kDepthFormats));
-  command->add_flag("--pictures", request.pictures, "Write a picture of each frame's surface to pictures/");
-  command->add_flag("--video", request.video, "Write surface.mp4");
+  command->add_flag("--pictures", request.pictures,
+                    "Write pictures/NNNNNN.png: each frame as the window shows it");
+  command->add_flag("--video", request.video, "Write recording.mp4: the same as a film");
+  command
+      ->add_option("--picture-every", request.picture_every,
+                   "One picture (and film frame) for that many frames")
+      ->capture_default_str()
+      ->check(CLI::Range(uint64_t{1}, uint64_t{1000000}));
   command->add_option("--frames", request.frames, "Stop after that many frames");
   add_common(
       *command, common,

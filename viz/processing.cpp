@@ -10,8 +10,10 @@
 
 #include "engine/error.h"
 #include "engine/gpu/context.h"
+#include "viz/input.h"
 #include "viz/measurements.h"
 #include "viz/output_file.h"
+#include "viz/picture.h"
 
 namespace palpate {
 namespace {
@@ -47,7 +49,11 @@ class Recorder {
       make_output_folder(out / "depth");
       clear_numbered_files(out / "depth");
     }
-    (void)context;
+    if (request.pictures) {
+      make_output_folder(out / "pictures");
+      clear_numbered_files(out / "pictures");
+    }
+    if (request.pictures || request.video) renderer_.emplace(context, sensor, viz::PictureOptions{});
   }
 
   void add(const Result& result, const Frame& frame) {
@@ -63,12 +69,13 @@ class Recorder {
     }
     measurements_.add(touch, truth ? &*truth : nullptr, depth_rms_error_mm);
     if (truth) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
+    if (renderer_) draw(result, frame);
     count(touch);
-    (void)frame;
   }
 
   void close() {
     measurements_.close();
+    if (film_) film_->finish();
     if (!request_.depth.empty()) {
       write_whole(out_ / "depth" / "depth.json",
                   std::string_view(describe_depth_folder(view(), request_.depth, summary_.depth_clipped_px)));
@@ -85,6 +92,27 @@ class Recorder {
       summary_.depth_clipped_px +=
           write_depth(out_ / "depth" / numbered_name(sequence, extension(format)), view(), format);
     }
+  }
+
+  void draw(const Result& result, const Frame& frame) {
+    const uint64_t sequence = result.touch.sequence;
+    const bool in_step = sequence % request_.picture_every == 0;
+    const std::vector<uint64_t>& chosen = request_.picture_frames;
+    const bool to_file =
+        request_.pictures &&
+        (chosen.empty() ? in_step : std::binary_search(chosen.begin(), chosen.end(), sequence));
+    const bool to_film = request_.video && in_step;
+    if (!to_file && !to_film) return;
+    const viz::RgbImage image = renderer_->render(frame, result.touch, result.surface);
+    if (to_file) viz::write_png(image, out_ / "pictures" / numbered_name(sequence, "png"));
+    if (!to_film) return;
+    if (!film_) {
+      constexpr double kFolderRate_Hz = 30;
+      const double rate_Hz = source_.rate_Hz() > 0 ? source_.rate_Hz() : kFolderRate_Hz;
+      film_.emplace(out_ / "recording.mp4", image.width, image.height,
+                    rate_Hz / static_cast<double>(request_.picture_every));
+    }
+    film_->add(image);
   }
 
   void count(const Touch& touch) {
@@ -115,23 +143,13 @@ class Recorder {
   ProcessSummary& summary_;
   bool has_truth_;
   Measurements measurements_;
+  std::optional<viz::PictureRenderer> renderer_;
+  std::optional<viz::Film> film_;
   std::vector<float> depth_mm_;
   bool touching_ = false;
 };
 
 }  // namespace
-
-const char* to_string(SurfaceSolver solver) {
-  switch (solver) {
-    case SurfaceSolver::Live:
-      return "live";
-    case SurfaceSolver::Converged:
-      return "converged";
-    case SurfaceSolver::Exact:
-      return "exact";
-  }
-  return "";
-}
 
 uint64_t run_recording(Source& source, Pipeline& pipeline, uint64_t limit,
                        const std::function<void(const Result&, const Frame&)>& on_result) {
@@ -175,6 +193,13 @@ uint64_t run_recording(Source& source, Pipeline& pipeline, uint64_t limit,
 
 ProcessSummary process_recording(gpu::Context& context, const Common& common, const Sensor& sensor,
                                  const ProcessRequest& request, const std::filesystem::path& out) {
+  for (const char* folder : {"depth", "pictures"}) {
+    std::error_code code;
+    if (std::filesystem::equivalent(request.input, out / folder, code)) {
+      throw Error(Failure::Usage, "an --out folder that is not the input's", "'" + out.string() + "'",
+                  "another --out folder");
+    }
+  }
   const std::unique_ptr<Source> source = open_source(request.input, sensor);
   const Frame background = load_background(request.input, sensor, *source);
   Pipeline pipeline(context, sensor, source->format(),

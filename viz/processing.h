@@ -21,10 +21,12 @@ struct ProcessRequest {
   uint32_t outputs = Output::Force | Output::Surface;
   SurfaceSolver solver = SurfaceSolver::Converged;
   std::vector<DepthFormat> depth;  ///< one file a frame of each
-  bool pictures = false;           ///< one PNG of the surface a frame
-  bool video = false;              ///< surface.mp4
+  bool pictures = false;           ///< PNGs as the window would show the frames
+  bool video = false;              ///< the same as recording.mp4
   uint64_t frames = 0;             ///< at most that many; 0: all
   uint64_t picture_every = 1;      ///< one picture and one video frame for that many frames
+  std::vector<uint64_t>
+      picture_frames;  ///< pictures of these frames only, ascending; empty: as picture_every says
 };
 
 /// What was seen, frame by frame counted.
@@ -60,7 +62,5 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
 std::string describe(const ProcessSummary& summary);
 std::string to_json(const ProcessSummary& summary, const ProcessRequest& request, const Sensor& sensor,
                     const gpu::Context& context);
-
-const char* to_string(SurfaceSolver solver);
 
 }  // namespace palpate

@@ -1,0 +1,37 @@
+#include "viz/input.h"
+
+#include "capture/synthetic.h"
+#include "engine/error.h"
+
+namespace palpate {
+
+MeasuredInput find_input(const Common& common, const std::string& input,
+                         const std::filesystem::path& sensor_file) {
+  constexpr const char* kSynthetic = "synthetic:";
+  MeasuredInput found{.input = input, .sensor = {}};
+  const bool synthetic = input.rfind(kSynthetic, 0) == 0;
+  if (!sensor_file.empty()) {
+    found.sensor = load_sensor(sensor_file);
+  } else if (!synthetic) {
+    throw Error(Failure::Usage, "--sensor FILE for '" + input + "'", "none",
+                "a sensor file as README.md describes it");
+  }
+  if (synthetic) {
+    SyntheticOptions options = parse_synthetic(input);
+    if (input.find("seed=") == std::string::npos) options.seed = common.seed;
+    found.input = to_string(options);
+    if (sensor_file.empty()) found.sensor = synthetic_sensor(options);
+  }
+  found.outputs = static_cast<uint32_t>(Output::Force);
+  if (found.sensor.reading != Reading::None) found.outputs |= static_cast<uint32_t>(Output::Surface);
+  return found;
+}
+
+const char* to_string(SurfaceSolver solver) {
+  for (const auto& [name, value] : kSolverNames) {
+    if (value == solver) return name.c_str();
+  }
+  return "";
+}
+
+}  // namespace palpate

@@ -1,0 +1,30 @@
+// An input together with the sensor that reads it and what can be computed from it.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "engine/pipeline.h"
+#include "engine/sensor.h"
+#include "viz/command.h"
+
+namespace palpate {
+
+struct MeasuredInput {
+  std::string input;  ///< as open_source takes it; a synthetic one with every key and the seed
+  Sensor sensor;
+  uint32_t outputs = 0;  ///< force, and the surface where the sensor has a reading of it
+};
+
+/// Loads `sensor_file`; synthetic inputs without one get what is known of them by construction, and the seed
+/// of the options where they name none. Throws Error(Failure::Usage) where another input has no sensor file.
+MeasuredInput find_input(const Common& common, const std::string& input,
+                         const std::filesystem::path& sensor_file);
+
+/// The solvers as the command line spells them.
+inline const std::map<std::string, SurfaceSolver> kSolverNames = {
+    {"live", SurfaceSolver::Live}, {"converged", SurfaceSolver::Converged}, {"exact", SurfaceSolver::Exact}};
+const char* to_string(SurfaceSolver solver);
+
+}  // namespace palpate
