@@ -28,6 +28,9 @@ class Source {
   /// Fills `frame` (reusing its memory) and returns true, or returns false after the last frame.
   /// Throws Error(Failure::Input) on a damaged file or a frame whose size differs from the first.
   virtual bool next(Frame& frame) = 0;
+  /// What the person should know of this input, one line, once `next` has returned false: a recording that is
+  /// cut short. Empty when all is well.
+  virtual std::string warning() const { return {}; }
   /// The untouched image that this source knows of itself (the synthetic sensor's), if any.
   virtual std::optional<Frame> own_background() const { return std::nullopt; }
   /// Truth of frame `sequence`; only synthetic sources have one. Safe to call from any thread.
@@ -38,8 +41,8 @@ class Source {
 /// Throws Error(Failure::Input).
 std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sensor);
 
-/// The untouched image to subtract: the sensor's background image, else the source's own, else the mean of its first frames.
-/// Opens `input` a second time for the last, so that a source already open loses no frame.
+/// The untouched image to subtract: the sensor's background image, else the source's own, else the mean of
+/// its first frames. Opens `input` a second time for the last, so that a source already open loses no frame.
 Frame load_background(const std::string& input, const Sensor& sensor, const Source& source);
 
 }  // namespace palpate

@@ -1,0 +1,39 @@
+// From an image as a file holds it to the frame that the engine measures: crop, perspective, channels, bit
+// depth.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "engine/frame.h"
+#include "engine/sensor.h"
+
+namespace cv {
+class Mat;
+}
+
+namespace palpate {
+
+/// Built for images of one size; `apply` allocates nothing new from the second image on. One thread at a
+/// time.
+class Rectifier {
+ public:
+  /// `where` names the input in messages. Throws Error(Failure::Input) where the images cannot serve the
+  /// sensor: crop or quad outside the image, another size than size_px, gray images for a colour sensor,
+  /// 8-bit images for more bits.
+  Rectifier(const Sensor& sensor, const cv::Mat& first_image, const std::string& where);
+  ~Rectifier();
+  Rectifier(Rectifier&&) noexcept;
+
+  FrameFormat format() const { return format_; }
+  /// Fills the pixels of `frame`. Throws Error(Failure::Input) that names `where` when the image differs from
+  /// the first in size or type, or holds values above the sensor's bit depth.
+  void apply(const cv::Mat& image, const std::string& where, Frame& frame);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+  FrameFormat format_;
+};
+
+}  // namespace palpate

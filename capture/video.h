@@ -1,0 +1,41 @@
+// A video file as a recording, decoded by OpenCV's FFmpeg.
+#pragma once
+
+#include <filesystem>
+
+#include "capture/rectify.h"
+#include "capture/source.h"
+
+namespace cv {
+class VideoCapture;
+}
+
+namespace palpate {
+
+class VideoFile : public Source {
+ public:
+  /// Decodes the first frame. Throws Error(Failure::Input) where there is none, the file is no video, or the
+  /// sensor does not fit; for sensors of more than 8 bits, since the decoder hands out 8.
+  VideoFile(const std::filesystem::path& file, const Sensor& sensor);
+  ~VideoFile() override;
+
+  FrameFormat format() const override { return rectifier_->format(); }
+  double rate_Hz() const override { return rate_Hz_; }
+  /// What the container announces; what decodes can be less, see `warning`.
+  std::optional<uint64_t> frame_count() const override { return announced_; }
+  /// Times are sequence / rate, or 0 where the container states no rate.
+  bool next(Frame& frame) override;
+  std::string warning() const override;
+
+ private:
+  std::filesystem::path file_;
+  std::unique_ptr<cv::VideoCapture> video_;
+  std::unique_ptr<cv::Mat> image_;
+  std::optional<Rectifier> rectifier_;
+  std::optional<uint64_t> announced_;
+  double rate_Hz_ = 0;
+  uint64_t next_ = 0;
+  bool ended_ = false;
+};
+
+}  // namespace palpate
