@@ -360,6 +360,11 @@ Sensor load_sensor(const std::filesystem::path& file) {
   sensor.saturation_gray = (1u << sensor.bit_depth) - 1;
   if (reader.has("background"))
     read_background(reader.at("background"), reader.path("background"), sensor.background);
+  if (!sensor.background.image.empty()) {
+    // A path in the file is relative to the file, whatever the working directory.
+    sensor.background.image =
+        (std::filesystem::absolute(file).parent_path() / sensor.background.image).lexically_normal().string();
+  }
   if (reader.has("contact")) read_contact(reader.at("contact"), reader.path("contact"), sensor);
   if (reader.has("surface")) read_surface(reader.at("surface"), reader.path("surface"), sensor);
   if (reader.has("force")) sensor.force = read_force(reader.at("force"), reader.path("force"));
@@ -369,7 +374,14 @@ Sensor load_sensor(const std::filesystem::path& file) {
   return sensor;
 }
 
-void save_sensor(const Sensor& sensor, const std::filesystem::path& file) {
+void save_sensor(const Sensor& given, const std::filesystem::path& file) {
+  Sensor sensor = given;
+  const std::filesystem::path image = sensor.background.image;
+  if (image.is_absolute()) {
+    // So that folder and sensor file can move together; an image elsewhere keeps its whole path.
+    const auto near = image.lexically_relative(std::filesystem::absolute(file).parent_path());
+    if (!near.empty() && *near.begin() != "..") sensor.background.image = near.string();
+  }
   auto temporary = file;
   temporary += ".tmp";
   {

@@ -40,7 +40,7 @@ TEST(Hertz, GoldenModuli) {
 }
 
 TEST(Hertz, GoldenContact) {
-  const Contact c = hertz_contact(0.02, 0.0243, 5);
+  const IndenterContact c = hertz_contact(0.02, 0.0243, 5);
   EXPECT_NEAR(c.radius_mm, 1.45597, 5e-6);
   EXPECT_NEAR(c.pressure_max_MPa * 1e3, 4.50472, 5e-6);
   EXPECT_NEAR(c.indentation_mm, 0.42396, 1e-5);  // the golden number is truncated, not rounded
@@ -48,7 +48,7 @@ TEST(Hertz, GoldenContact) {
 }
 
 TEST(Hertz, PaperExampleIsCorrectedAndWarnedAbout) {
-  const Contact c = hertz_contact(2, 0.0243, 5);
+  const IndenterContact c = hertz_contact(2, 0.0243, 5);
   EXPECT_NEAR(c.radius_mm, 6.7580, 5e-5);
   EXPECT_NEAR(c.pressure_max_MPa, 0.020909, 5e-7);
   EXPECT_NEAR(c.indentation_mm, 9.13, 5e-3);
@@ -62,23 +62,23 @@ TEST(Hertz, ThinPadIsWarnedAbout) {
 }
 
 TEST(Hertz, PressureIntegratesToForce) {
-  const Contact sphere = hertz_contact(0.7, 0.3, 8);
+  const IndenterContact sphere = hertz_contact(0.7, 0.3, 8);
   EXPECT_NEAR(integrate_pressure(sphere.radius_mm, [&](double r) { return hertz_pressure_MPa(sphere, r); }),
               0.7, 1e-6);
   EXPECT_EQ(hertz_pressure_MPa(sphere, sphere.radius_mm * 1.01), 0);
-  const Contact flat = flat_punch_contact(0.7, 0.3, 3);
+  const IndenterContact flat = flat_punch_contact(0.7, 0.3, 3);
   EXPECT_NEAR(integrate_pressure(3, [&](double r) { return flat_punch_pressure_MPa(flat, r); }), 0.7, 1e-6);
   EXPECT_NEAR(flat.indentation_mm, 0.7 / (2 * 0.3 * 3), 1e-15);
 }
 
 TEST(Hertz, SurfaceIsContinuousAndDecaysLikeAPointLoad) {
-  const Contact c = hertz_contact(0.7, 0.3, 8);
+  const IndenterContact c = hertz_contact(0.7, 0.3, 8);
   const double a = c.radius_mm;
   EXPECT_NEAR(hertz_deflection_mm(c, a * (1 - 1e-9)), hertz_deflection_mm(c, a * (1 + 1e-9)), 1e-8);
   EXPECT_NEAR(hertz_deflection_mm(c, a), c.indentation_mm / 2, 1e-12);
   const double r = 100 * a;
   EXPECT_NEAR(hertz_deflection_mm(c, r) * kPi * 0.3 * r / 0.7, 1, 1e-4);
-  const Contact flat = flat_punch_contact(0.7, 0.3, 3);
+  const IndenterContact flat = flat_punch_contact(0.7, 0.3, 3);
   EXPECT_NEAR(flat_punch_deflection_mm(flat, 300) * kPi * 0.3 * 300 / 0.7, 1, 1e-4);
 }
 
@@ -95,7 +95,7 @@ TEST(Hertz, BadInputIsRefused) {
 TEST(Layer, ThickPadIsHertz) {
   const Layer layer({0.225, 0.5}, 1e4);
   const LayerContact c = layer.press_sphere(0.7, 8);
-  const Contact h = hertz_contact(0.7, 0.3, 8);
+  const IndenterContact h = hertz_contact(0.7, 0.3, 8);
   EXPECT_NEAR(c.summary().radius_mm, h.radius_mm, 1e-4 * h.radius_mm);
   EXPECT_NEAR(c.summary().indentation_mm, h.indentation_mm, 4e-4 * h.indentation_mm);
   EXPECT_NEAR(c.summary().pressure_max_MPa, h.pressure_max_MPa, 4e-4 * h.pressure_max_MPa);
@@ -104,7 +104,7 @@ TEST(Layer, ThickPadIsHertz) {
     EXPECT_NEAR(c.deflection_mm(r), hertz_deflection_mm(h, r), 1e-3 * h.indentation_mm) << r;
   }
   const LayerContact p = layer.press_flat(0.7, 3);
-  const Contact f = flat_punch_contact(0.7, 0.3, 3);
+  const IndenterContact f = flat_punch_contact(0.7, 0.3, 3);
   EXPECT_NEAR(p.pressure_MPa(2.9), flat_punch_pressure_MPa(f, 2.9), 1e-3 * flat_punch_pressure_MPa(f, 2.9));
   EXPECT_NEAR(p.deflection_mm(4), flat_punch_deflection_mm(f, 4), 1e-3 * f.indentation_mm);
 }
@@ -142,8 +142,8 @@ TEST(Layer, DeepeningObeysEnergy) {
   const Layer layer({0.2, 0.5}, 4);
   for (double a : {0.5, 1.5, 3.0, 6.0, 12.0}) {
     const double h = 1e-4 * a;
-    const Contact low = layer.press_sphere_to_radius(a - h, 20).summary();
-    const Contact high = layer.press_sphere_to_radius(a + h, 20).summary();
+    const IndenterContact low = layer.press_sphere_to_radius(a - h, 20).summary();
+    const IndenterContact high = layer.press_sphere_to_radius(a + h, 20).summary();
     const double stiffness = 1 / layer.press_flat(1, a).summary().indentation_mm;
     EXPECT_NEAR((high.force_N - low.force_N) / (high.indentation_mm - low.indentation_mm) / stiffness, 1,
                 1e-5)
@@ -170,7 +170,7 @@ TEST(Layer, PublishedCorrectionsHoldWithinTheirStatedErrors) {
   const double thickness = 4, radius = 10;
   const Layer bonded({0.2, 0.5}, thickness), sliding({0.2, 0.5}, thickness, Base::Frictionless);
   const auto off = [&](const Layer& layer, double a, ThicknessModel model, double& chi) {
-    const Contact c = layer.press_sphere_to_radius(a, radius).summary();
+    const IndenterContact c = layer.press_sphere_to_radius(a, radius).summary();
     chi = std::sqrt(radius * c.indentation_mm) / thickness;
     return sphere_force_N(model, c.indentation_mm, layer.effective_modulus_MPa(), radius, thickness) /
                c.force_N -
@@ -189,7 +189,7 @@ TEST(Layer, PublishedCorrectionsHoldWithinTheirStatedErrors) {
       EXPECT_LT(std::abs(off(bonded, a, ThicknessModel::Garcia, chi)), 0.015) << chi;
     }
     if (chi <= 0.55) {
-      const Contact c = bonded.press_sphere_to_radius(a, radius).summary();
+      const IndenterContact c = bonded.press_sphere_to_radius(a, radius).summary();
       EXPECT_NEAR(sphere_contact_radius_mm(ThicknessModel::Garcia, c.indentation_mm, radius, thickness), a,
                   0.03 * a);
       EXPECT_NEAR(sphere_indentation_mm(ThicknessModel::Garcia, c.force_N, bonded.effective_modulus_MPa(),

@@ -83,9 +83,10 @@ std::vector<std::string> describe_warnings(uint32_t warnings) {
   return lines;
 }
 
-Contact hertz_contact(double force_N, double effective_modulus_MPa, double radius_mm, double thickness_mm) {
+IndenterContact hertz_contact(double force_N, double effective_modulus_MPa, double radius_mm,
+                              double thickness_mm) {
   check_load(force_N, effective_modulus_MPa, radius_mm, thickness_mm);
-  Contact c;
+  IndenterContact c;
   c.force_N = force_N;
   c.radius_mm = std::cbrt(3 * force_N * radius_mm / (4 * effective_modulus_MPa));
   c.indentation_mm = c.radius_mm * c.radius_mm / radius_mm;
@@ -97,22 +98,22 @@ Contact hertz_contact(double force_N, double effective_modulus_MPa, double radiu
   return c;
 }
 
-double hertz_pressure_MPa(const Contact& contact, double r_mm) {
+double hertz_pressure_MPa(const IndenterContact& contact, double r_mm) {
   const double a = contact.radius_mm;
   return std::abs(r_mm) < a ? contact.pressure_max_MPa * std::sqrt(1 - r_mm * r_mm / (a * a)) : 0;
 }
 
-double hertz_deflection_mm(const Contact& contact, double r_mm) {
+double hertz_deflection_mm(const IndenterContact& contact, double r_mm) {
   if (contact.radius_mm <= 0) return 0;
   const double q = std::abs(r_mm) / contact.radius_mm;
   if (q <= 1) return contact.indentation_mm * (1 - q * q / 2);
   return contact.indentation_mm / kPi * ((2 - q * q) * std::asin(1 / q) + std::sqrt(q * q - 1));
 }
 
-Contact flat_punch_contact(double force_N, double effective_modulus_MPa, double punch_radius_mm,
-                           double thickness_mm) {
+IndenterContact flat_punch_contact(double force_N, double effective_modulus_MPa, double punch_radius_mm,
+                                   double thickness_mm) {
   check_load(force_N, effective_modulus_MPa, punch_radius_mm, thickness_mm);
-  Contact c;
+  IndenterContact c;
   c.force_N = force_N;
   c.radius_mm = punch_radius_mm;
   c.indentation_mm = force_N / (2 * effective_modulus_MPa * punch_radius_mm);
@@ -124,13 +125,13 @@ Contact flat_punch_contact(double force_N, double effective_modulus_MPa, double 
   return c;
 }
 
-double flat_punch_pressure_MPa(const Contact& contact, double r_mm) {
+double flat_punch_pressure_MPa(const IndenterContact& contact, double r_mm) {
   const double b = contact.radius_mm, r = std::abs(r_mm);
   if (r > b || contact.force_N <= 0) return 0;
   return contact.force_N / (2 * kPi * b * std::sqrt(b * b - r * r));
 }
 
-double flat_punch_deflection_mm(const Contact& contact, double r_mm) {
+double flat_punch_deflection_mm(const IndenterContact& contact, double r_mm) {
   const double b = contact.radius_mm, r = std::abs(r_mm);
   return r <= b ? contact.indentation_mm : 2 * contact.indentation_mm / kPi * std::asin(b / r);
 }

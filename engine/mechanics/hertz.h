@@ -28,7 +28,7 @@ double paper_series_modulus_MPa(std::span<const double> young_MPa);
 /// Modulus of stacked layers under one normal stress, sum(t_i) / sum(t_i/E_i).
 double series_modulus_MPa(std::span<const double> young_MPa, std::span<const double> thickness_mm);
 
-/// Why a contact's numbers may be off. Bits of Contact::warnings.
+/// Why a contact's numbers may be off. Bits of IndenterContact::warnings.
 enum ContactWarning : uint32_t {
   kWideContact = 1,      ///< a > 0.4 R: the parabola that stands for the sphere is off by more than 4 %
   kDeepIndentation = 2,  ///< indentation > 0.3 of the pad's thickness, or > R: strains are not small
@@ -39,7 +39,7 @@ enum ContactWarning : uint32_t {
 std::vector<std::string> describe_warnings(uint32_t warnings);
 
 /// A contact in numbers.
-struct Contact {
+struct IndenterContact {
   double force_N = 0;
   double radius_mm = 0;         ///< of the contact circle
   double indentation_mm = 0;    ///< of the deepest point, below the rest level
@@ -50,21 +50,21 @@ struct Contact {
 /// Hertz (Eq. 47-52): a^3 = 3 F R / (4 E*), indentation a^2 / R, p_max = 3 F / (2 pi a^2). `thickness_mm` of
 /// the pad changes no number here, only the warnings. Throws Error(Failure::Input) on a negative force or R,
 /// E* <= 0.
-Contact hertz_contact(double force_N, double effective_modulus_MPa, double radius_mm,
-                      double thickness_mm = std::numeric_limits<double>::infinity());
+IndenterContact hertz_contact(double force_N, double effective_modulus_MPa, double radius_mm,
+                              double thickness_mm = std::numeric_limits<double>::infinity());
 /// p(r) = p_max sqrt(1 - r^2/a^2) inside, 0 outside; its integral over the plane is the force.
-double hertz_pressure_MPa(const Contact& contact, double r_mm);
+double hertz_pressure_MPa(const IndenterContact& contact, double r_mm);
 /// Depth of the pad's surface: d - r^2/(2R) inside; outside a^2/(pi R) ((2 - q^2) asin(1/q) + sqrt(q^2 - 1)),
 /// q = r/a (Johnson 1985, Eq. 3.42).
-double hertz_deflection_mm(const Contact& contact, double r_mm);
+double hertz_deflection_mm(const IndenterContact& contact, double r_mm);
 
 /// Rigid cylinder with a flat end: F = 2 E* b d (Johnson 1985, Eq. 3.36).
-Contact flat_punch_contact(double force_N, double effective_modulus_MPa, double punch_radius_mm,
-                           double thickness_mm = std::numeric_limits<double>::infinity());
+IndenterContact flat_punch_contact(double force_N, double effective_modulus_MPa, double punch_radius_mm,
+                                   double thickness_mm = std::numeric_limits<double>::infinity());
 /// p(r) = F / (2 pi b sqrt(b^2 - r^2)) inside, infinite at the rim, 0 outside.
-double flat_punch_pressure_MPa(const Contact& contact, double r_mm);
+double flat_punch_pressure_MPa(const IndenterContact& contact, double r_mm);
 /// d inside, (2 d / pi) asin(b / r) outside.
-double flat_punch_deflection_mm(const Contact& contact, double r_mm);
+double flat_punch_deflection_mm(const IndenterContact& contact, double r_mm);
 
 /// Published corrections for an incompressible pad (Poisson 0.5) on a rigid base. Errors are against
 /// LayerContact.

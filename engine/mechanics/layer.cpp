@@ -215,7 +215,7 @@ Layer::Solution Layer::solve(double a) const {
   return s;
 }
 
-LayerContact Layer::finish(const Solution& s, const Contact& contact, double constant,
+LayerContact Layer::finish(const Solution& s, const IndenterContact& contact, double constant,
                            double quadratic) const {
   LayerContact c;
   c.summary_ = contact;
@@ -251,7 +251,7 @@ LayerContact Layer::press_sphere_to_radius(double contact_radius_mm, double radi
     throw Error(Failure::Input, "radii > 0 mm", std::to_string(std::min(contact_radius_mm, radius_mm)),
                 "a physical value");
   const Solution s = solve(contact_radius_mm);
-  Contact c;
+  IndenterContact c;
   c.radius_mm = contact_radius_mm;
   c.indentation_mm = s.rim[1] / s.rim[0] / radius_mm;  // the pressure vanishes at the rim: phi(a) = 0
   c.force_N = kPi * modulus_MPa_ * (c.indentation_mm * s.integral[0] - s.integral[1] / radius_mm);
@@ -293,7 +293,7 @@ LayerContact Layer::press_sphere(double force_N, double radius_mm) const {
 }
 
 LayerContact Layer::press_flat(double force_N, double punch_radius_mm) const {
-  Contact c = flat_punch_contact(force_N, modulus_MPa_, punch_radius_mm);
+  IndenterContact c = flat_punch_contact(force_N, modulus_MPa_, punch_radius_mm);
   const Solution s = solve(punch_radius_mm);
   c.indentation_mm = force_N / (kPi * modulus_MPa_ * s.integral[0]);
   c.warnings = c.indentation_mm > punch_radius_mm ? kDeepIndentation : 0u;

@@ -25,7 +25,7 @@ enum class Base {
 class LayerContact {
  public:
   /// Force, contact radius, indentation, largest pressure and warnings.
-  const Contact& summary() const { return summary_; }
+  const IndenterContact& summary() const { return summary_; }
 
   double pressure_MPa(double r_mm) const;  ///< 0 outside; infinite at the rim of a flat punch
   double force_within_N(
@@ -39,7 +39,7 @@ class LayerContact {
   double phi(double t_over_a) const;
   double phi_slope_over_t(double t_over_a) const;
 
-  Contact summary_;
+  IndenterContact summary_;
   double modulus_MPa_ = 1;  // E*
   double thickness_mm_ = 1;
   double curvature_per_mm_ = 0;              // 1/R of the indenter, 0 for the flat punch
@@ -65,7 +65,7 @@ class Layer {
   struct Solution;
   Solution solve(double contact_radius_mm) const;
   double kernel(double y_over_thickness) const;
-  LayerContact finish(const Solution& solution, const Contact& contact, double constant,
+  LayerContact finish(const Solution& solution, const IndenterContact& contact, double constant,
                       double quadratic) const;
 
   Material pad_;
