@@ -9,14 +9,14 @@ layout(binding = 0) uniform samplerBuffer coarse_pairs;
 layout(binding = 1) uniform samplerBuffer present_texels;
 layout(binding = 2) writeonly buffer Out { vec4 result[]; };
 
-vec4 coarse_row(int tx, int k) {
+vec4 coarse_row(int tx, int k, Eight far) {
   int row = clamp(k, 0, int(push.coarse_height) - 1) * int(push.coarse_pitch) * 2;
   int last = int(push.coarse_pitch) * 2 - 1;
   Six s;
   s.l = texelFetch(coarse_pairs, row + max(tx - 1, 0)).xy;
   s.c = texelFetch(coarse_pairs, row + tx).xy;
   s.r = texelFetch(coarse_pairs, row + min(tx + 1, last)).xy;
-  return mid(widen(with_ghosts(s, 2 * tx, int(push.coarse_width))));
+  return mid(widen(with_ghosts(s, 2 * tx, int(push.coarse_width)), far));
 }
 
 void main() {
@@ -25,15 +25,18 @@ void main() {
   if (tile >= push.pitch * tiles_y) return;
   int tx = int(tile % push.pitch);
   int y0 = int(tile / push.pitch * push.rows);
-  int k = y0 / 2;
-  vec4 before = coarse_row(tx, k - 1), here = coarse_row(tx, k);
+  int k = y0 / 2, height = int(push.height);
+  Eight far = far_weights(push, 4 * tx);
+  vec4 before = coarse_row(tx, k - 1, far), here = coarse_row(tx, k, far);
   for (int y = y0; y < y0 + int(push.rows); y += 2, ++k) {
-    vec4 after = coarse_row(tx, k + 1);
-    int last = int(push.height) - 1;
+    vec4 after = coarse_row(tx, k + 1, far);
+    int last = height - 1;
     vec4 upper = texelFetch(present_texels, min(y, last) * int(push.pitch) + tx);
     vec4 lower = texelFetch(present_texels, min(y + 1, last) * int(push.pitch) + tx);
-    if (y <= last) result[uint(y) * push.pitch + uint(tx)] = upper + 0.75 * here + 0.25 * before;
-    if (y + 1 <= last) result[uint(y + 1) * push.pitch + uint(tx)] = lower + 0.75 * here + 0.25 * after;
+    if (y <= last) result[uint(y) * push.pitch + uint(tx)] =
+        upper + mix(here, before, far_weight(y, height, push.edge_height));
+    if (y + 1 <= last) result[uint(y + 1) * push.pitch + uint(tx)] =
+        lower + mix(here, after, far_weight(y + 1, height, push.edge_height));
     before = here;
     here = after;
   }

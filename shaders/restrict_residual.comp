@@ -36,8 +36,8 @@ Ten x_row(int tx, int y) {
   return t;
 }
 
-vec4 residual(vec4 f, vec4 c, vec4 l, vec4 r, vec4 u, vec4 d, int first) {
-  vec4 rest = f - push.across * (2.0 * c - l - r) - push.down * (2.0 * c - u - d);
+vec4 residual(vec4 f, vec4 c, vec4 l, vec4 r, vec4 u, vec4 d, int first, vec3 row) {
+  vec4 rest = f - apply(couplings(push, first), row, c, l, r, u, d);
   return mix(vec4(0.0), rest, lessThan(ivec4(0, 1, 2, 3) + first, ivec4(push.width)));
 }
 
@@ -45,8 +45,9 @@ vec4 residual(vec4 f, vec4 c, vec4 l, vec4 r, vec4 u, vec4 d, int first) {
 vec4 pair_sums(Ten above, Ten here, Ten below, int tx, int y) {
   int row = min(y, int(push.height) - 1) * int(push.pitch), last = int(push.pitch) - 1;
   vec4 fa = texelFetch(right_texels, row + min(2 * tx, last)), fb = texelFetch(right_texels, row + min(2 * tx + 1, last));
-  vec4 a = residual(fa, here.a, vec4(here.l, here.a.xyz), vec4(here.a.yzw, here.b.x), above.a, below.a, 8 * tx);
-  vec4 b = residual(fb, here.b, vec4(here.a.w, here.b.xyz), vec4(here.b.yzw, here.r), above.b, below.b, 8 * tx + 4);
+  vec3 couple = row_couplings(push, y);
+  vec4 a = residual(fa, here.a, vec4(here.l, here.a.xyz), vec4(here.a.yzw, here.b.x), above.a, below.a, 8 * tx, couple);
+  vec4 b = residual(fb, here.b, vec4(here.a.w, here.b.xyz), vec4(here.b.yzw, here.r), above.b, below.b, 8 * tx + 4, couple);
   return y < int(push.height) ? vec4(a.xz + a.yw, b.xz + b.yw) : vec4(0.0);
 }
 

@@ -22,14 +22,14 @@ layout(binding = 4) writeonly buffer Out { vec4 result[]; };
 #endif
 
 #ifndef START_ZERO
-Eight coarse_row(int tx, int k) {
+Eight coarse_row(int tx, int k, Eight far) {
   int row = clamp(k, 0, int(push.coarse_height) - 1) * int(push.coarse_pitch) * 2;
   int last = int(push.coarse_pitch) * 2 - 1;
   Six s;
   s.l = texelFetch(coarse_pairs, row + max(tx - 1, 0)).xy;
   s.c = texelFetch(coarse_pairs, row + tx).xy;
   s.r = texelFetch(coarse_pairs, row + min(tx + 1, last)).xy;
-  return widen(with_ghosts(s, 2 * tx, int(push.coarse_width)));
+  return widen(with_ghosts(s, 2 * tx, int(push.coarse_width)), far);
 }
 #endif
 
@@ -74,7 +74,7 @@ struct State {
 };
 
 // Takes the start values of row j + 1, sweeps row j once and finishes row j - 1.
-void advance(inout State s, Eight below, int j, int tx, int y0) {
+void advance(inout State s, Eight below, int j, int tx, int y0, Couplings k) {
   int height = int(push.height), first = 4 * tx, width = int(push.width);
   Sweep f = right_row(tx, j);
   Sweep once;
@@ -87,13 +87,18 @@ void advance(inout State s, Eight below, int j, int tx, int y0) {
   vec4 c = mid(s.here);
   vec4 u = top ? c : mid(s.above), d = bottom ? c : mid(below);
   vec4 l = vec4(s.here.a.yzw, s.here.b.x), r = vec4(s.here.a.w, s.here.b.xyz);
-  once.m = c + push.step0 * (f.m - push.across * (2.0 * c - l - r) - push.down * (2.0 * c - u - d));
-  float ul = top ? s.here.a.y : s.above.a.y, dl = bottom ? s.here.a.y : below.a.y;
-  once.l = s.here.a.y + push.step0 * (f.l - push.across * (2.0 * s.here.a.y - s.here.a.x - s.here.a.z) -
-                                      push.down * (2.0 * s.here.a.y - ul - dl));
-  float ur = top ? s.here.b.z : s.above.b.z, dr = bottom ? s.here.b.z : below.b.z;
-  once.r = s.here.b.z + push.step0 * (f.r - push.across * (2.0 * s.here.b.z - s.here.b.y - s.here.b.w) -
-                                      push.down * (2.0 * s.here.b.z - ur - dr));
+  vec3 row = row_couplings(push, j);
+  once.m = c + push.step0 * (f.m - apply(k, row, c, l, r, u, d));
+  // The two cells beside the texel. The left one is never in the last column; the right one may be.
+  float cl = s.here.a.y, cr = s.here.b.z;
+  float ul = top ? cl : s.above.a.y, dl = bottom ? cl : below.a.y;
+  float ur = top ? cr : s.above.b.z, dr = bottom ? cr : below.b.z;
+  float nearer = 2.0 / (1.0 + push.edge_width), after = first + 5 == width - 1 ? nearer : 1.0;
+  bool last = first + 4 == width - 1;
+  once.l = cl + push.step0 * (f.l - row.z * (push.across * (cl - s.here.a.x) + k.left.x * (cl - s.here.a.z)) -
+                              push.down * (row.x * (cl - ul) + row.y * (cl - dl)));
+  once.r = cr + push.step0 * (f.r - row.z * push.across * ((last ? nearer : 1.0) * (cr - s.here.b.y) + after * (cr - s.here.b.w)) -
+                              push.down * (last ? push.edge_width : 1.0) * (row.x * (cr - ur) + row.y * (cr - dr)));
 #endif
   once = with_ghosts(once, first, width);
 
@@ -101,7 +106,7 @@ void advance(inout State s, Eight below, int j, int tx, int y0) {
   vec4 c1 = s.first_1.m;
   vec4 u1 = y <= 0 ? c1 : s.first_2.m, d1 = y >= height - 1 ? c1 : once.m;
   vec4 l1 = vec4(s.first_1.l, c1.xyz), r1 = vec4(c1.yzw, s.first_1.r);
-  vec4 twice = c1 + push.step1 * (s.right_1 - push.across * (2.0 * c1 - l1 - r1) - push.down * (2.0 * c1 - u1 - d1));
+  vec4 twice = c1 + push.step1 * (s.right_1 - apply(k, row_couplings(push, y), c1, l1, r1, u1, d1));
   if (y >= y0 && y < min(y0 + int(push.rows), height)) result[uint(y) * push.pitch + uint(tx)] = twice;
 
   s.above = s.here;
@@ -119,25 +124,28 @@ void main() {
   int y0 = int(tile / push.pitch * push.rows);
   int first = 4 * tx, width = int(push.width);
 
+  Couplings couple = couplings(push, first);
   Eight none = Eight(vec4(0), vec4(0));
   State s = State(none, none, Sweep(vec4(0), 0, 0), Sweep(vec4(0), 0, 0), vec4(0));
 #ifdef START_ZERO
-  for (int j = y0 - 1; j <= y0 + int(push.rows); ++j) advance(s, none, j, tx, y0);
+  for (int j = y0 - 1; j <= y0 + int(push.rows); ++j) advance(s, none, j, tx, y0, couple);
 #else
   // Two fine rows for each coarse row k, from row y0 - 2 to row y0 + rows + 1.
-  int k = y0 / 2 - 1;
-  Eight before = coarse_row(tx, k - 1), here = coarse_row(tx, k);
+  int k = y0 / 2 - 1, height = int(push.height);
+  Eight far = far_weights(push, first);
+  Eight before = coarse_row(tx, k - 1, far), here = coarse_row(tx, k, far);
   for (int i = 0; i < int(push.rows) / 2 + 2; ++i, ++k) {
-    Eight after = coarse_row(tx, k + 1);
-    Eight upper = blend(here, before), lower = blend(here, after);
+    Eight after = coarse_row(tx, k + 1, far);
+    Eight upper = blend(here, before, far_weight(2 * k, height, push.edge_height));
+    Eight lower = blend(here, after, far_weight(2 * k + 1, height, push.edge_height));
 #ifdef START_CORRECT
     Eight p = present_row(tx, 2 * k);
     upper = Eight(upper.a + p.a, upper.b + p.b);
     p = present_row(tx, 2 * k + 1);
     lower = Eight(lower.a + p.a, lower.b + p.b);
 #endif
-    advance(s, with_ghosts(upper, first, width), 2 * k - 1, tx, y0);
-    advance(s, with_ghosts(lower, first, width), 2 * k, tx, y0);
+    advance(s, with_ghosts(upper, first, width), 2 * k - 1, tx, y0, couple);
+    advance(s, with_ghosts(lower, first, width), 2 * k, tx, y0, couple);
     before = here;
     here = after;
   }

@@ -141,6 +141,7 @@ DeviceReport inspect(VkPhysicalDevice device, uint32_t index, bool presentation)
   features.pNext = &features13;
   vkGetPhysicalDeviceFeatures2(device, &features);
   if (!features13.synchronization2) report.refusals.emplace_back("no synchronization2");
+  if (!features13.maintenance4) report.refusals.emplace_back("no maintenance4");
   if (!find_queue_family(device)) report.refusals.emplace_back("no queue for both graphics and compute");
   if (!has_extension(device, VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME))
     report.refusals.emplace_back("no VK_KHR_push_descriptor");
@@ -344,6 +345,7 @@ void Context::create_device(const ContextOptions& options) {
   VkPhysicalDeviceVulkan13Features features13{};
   features13.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES;
   features13.synchronization2 = VK_TRUE;
+  features13.maintenance4 = VK_TRUE;  // workgroup size by specialisation constant
   std::vector<const char*> extensions{VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME};
   if (options.presentation) extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
 

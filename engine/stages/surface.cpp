@@ -1,5 +1,6 @@
 #include "engine/stages/surface.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -19,34 +20,50 @@ namespace {
 
 constexpr uint32_t kWorkgroup = 64;
 constexpr uint32_t kMaxCoarsestCells = 320;
-// The full-multigrid pass begins two levels down: coarser starts gain nothing that a V-cycle there does not.
-constexpr uint32_t kStartLevel = 2;
 
 // Chebyshev weights for two Jacobi steps on the upper four fifths of the spectrum [0, 2] of the scaled
 // operator.
 constexpr double kBandMiddle = 1.2, kBandHalf = 0.8;
 
-// The pseudo-inverse of A on a small grid, in the padded order of the level's buffer, from its cosine
-// eigenvectors.
-std::vector<float> pseudo_inverse(const Grid& g, double across, double down) {
-  const uint32_t padded = g.pitch * 4 * g.height;
-  std::vector<double> sum(size_t{padded} * padded);
-  std::vector<double> mode(padded);
-  for (uint32_t m = 0; m < g.height; ++m) {
-    for (uint32_t k = 0; k < g.width; ++k) {
-      if (k == 0 && m == 0) continue;
-      const double eigenvalue = across * (2 - 2 * std::cos(std::numbers::pi * k / g.width)) +
-                                down * (2 - 2 * std::cos(std::numbers::pi * m / g.height));
-      const double norm = std::sqrt((k ? 2.0 : 1.0) / g.width * ((m ? 2.0 : 1.0) / g.height) / eigenvalue);
-      for (uint32_t y = 0; y < g.height; ++y)
-        for (uint32_t x = 0; x < g.width; ++x)
-          mode[y * g.pitch * 4 + x] = norm * std::cos(std::numbers::pi * k * (x + 0.5) / g.width) *
-                                      std::cos(std::numbers::pi * m * (y + 0.5) / g.height);
-      for (uint32_t i = 0; i < padded; ++i)
-        for (uint32_t j = 0; j < padded; ++j) sum[size_t{i} * padded + j] += mode[i] * mode[j];
+// The pseudo-inverse of A on a small grid, in the padded order of the level's buffer. A is symmetric and
+// takes nothing but the constant to 0, so A + 1 1^T / n is invertible, and its inverse differs from the
+// pseudo-inverse by 1 1^T / n.
+template <typename Level>
+std::vector<float> pseudo_inverse(const Level& level) {
+  const Grid& g = level.grid;
+  const Eigen::Index n = Eigen::Index{g.width} * g.height;
+  Eigen::MatrixXd a = Eigen::MatrixXd::Constant(n, n, 1.0 / static_cast<double>(n));
+  const auto couple = [&](Eigen::Index i, Eigen::Index j, double strength) {
+    a(i, i) += strength;
+    a(j, j) += strength;
+    a(i, j) -= strength;
+    a(j, i) -= strength;
+  };
+  for (uint32_t y = 0; y < g.height; ++y) {
+    for (uint32_t x = 0; x < g.width; ++x) {
+      const Eigen::Index here = Eigen::Index{y} * g.width + x;
+      const double wide = x + 1 == g.width ? double{level.edge_width} : 1.0;
+      const double high = y + 1 == g.height ? double{level.edge_height} : 1.0;
+      if (x + 1 < g.width) {
+        const double next = x + 2 == g.width ? double{level.edge_width} : 1.0;
+        couple(here, here + 1, double{level.across} * high * 2 / (1 + next));
+      }
+      if (y + 1 < g.height) {
+        const double next = y + 2 == g.height ? double{level.edge_height} : 1.0;
+        couple(here, here + g.width, double{level.down} * wide * 2 / (1 + next));
+      }
     }
   }
-  return {sum.begin(), sum.end()};
+  const Eigen::MatrixXd inverse = a.llt().solve(Eigen::MatrixXd::Identity(n, n));
+  const size_t pitch = size_t{g.pitch} * 4, padded = pitch * g.height;
+  const auto place = [&](Eigen::Index i) {
+    return static_cast<size_t>(i / g.width) * pitch + static_cast<size_t>(i % g.width);
+  };
+  std::vector<float> out(padded * padded);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j)
+      out[place(i) * padded + place(j)] = static_cast<float>(inverse(i, j) - 1.0 / static_cast<double>(n));
+  return out;
 }
 
 }  // namespace
@@ -99,6 +116,8 @@ struct Surface::Pass {
     p.rows = rows(written);
     p.across = fine.across;
     p.down = fine.down;
+    p.edge_width = fine.edge_width;
+    p.edge_height = fine.edge_height;
     p.step0 = static_cast<float>(1 / (diagonal * (kBandMiddle - spread)));
     p.step1 = static_cast<float>(1 / (diagonal * (kBandMiddle + spread)));
     return p;
@@ -172,27 +191,19 @@ struct Surface::Pass {
     cycle(l + 1);
   }
 
+  // Full multigrid: solved on the coarsest level, and from there each level starts from the coarser one's
+  // solution.
   void run(uint32_t extra_cycles) {
-    const uint32_t start = std::min(kStartLevel, last());
     // An even number of flips at level 0 must leave the solution in the caller's map.
     present[0] = extra_cycles % 2;
-    for (uint32_t l = 0; l < start; ++l) restrict_right(l);
-    if (start == last()) {
-      solve_coarsest();
-    } else {
-      smooth_from_zero(start);
-      solve_residual(start);
-      correct_and_smooth(start);
-      solve_residual(start);
-      correct(start);
-    }
-    for (uint32_t l = start; l-- > 0;) {
+    for (uint32_t l = 0; l < last(); ++l) restrict_right(l);
+    solve_coarsest();
+    for (uint32_t l = last(); l-- > 0;) {
       smooth_from_coarse(l);
       if (l == 0) break;
       solve_residual(l);
       correct(l);
     }
-    if (last() == 0) return;
     for (uint32_t i = 0; i < extra_cycles; ++i) {
       solve_residual(0);
       correct_and_smooth(0);
@@ -203,7 +214,7 @@ struct Surface::Pass {
 Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, SurfaceSolver solver)
     : context_(context), extra_cycles_(solver == SurfaceSolver::Converged ? kConvergedCycles : 0) {
   Grid grid = grid_for(width, height);
-  double cell_width = 1, cell_height = 1;
+  double cell_width = 1, cell_height = 1, edge_width = 1, edge_height = 1;
   const bool on_gpu = solver != SurfaceSolver::Exact;
   for (uint32_t l = 0;; ++l) {
     const bool coarsest = !on_gpu || uint64_t{grid.width} * grid.height <= kMaxCoarsestCells;
@@ -212,21 +223,28 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
     level.grid = grid;
     level.across = grid.width > 1 ? static_cast<float>(cell_height / cell_width) : 0.0f;
     level.down = grid.height > 1 ? static_cast<float>(cell_width / cell_height) : 0.0f;
+    level.edge_width = static_cast<float>(edge_width);
+    level.edge_height = static_cast<float>(edge_height);
     level.right = FloatMap(context, name + " right side", grid);
     if (l > 0) level.x[0] = FloatMap(context, name + " solution", grid);
     if (on_gpu && (l > 0 || extra_cycles_ > 0) && !coarsest)
       level.x[1] = FloatMap(context, name + " next solution", grid);
     levels_.push_back(std::move(level));
     if (coarsest) break;
-    if (grid.width > 1) cell_width *= 2;
-    if (grid.height > 1) cell_height *= 2;
+    const auto halve = [](uint32_t cells, double& cell, double& edge) {
+      if (cells == 1) return;
+      cell *= 2;
+      edge = cells % 2 == 0 ? (1 + edge) / 2 : edge / 2;
+    };
+    halve(grid.width, cell_width, edge_width);
+    halve(grid.height, cell_height, edge_height);
     grid = grid_for((grid.width + 1) / 2, (grid.height + 1) / 2);
   }
   if (!on_gpu) return;
   if (levels_.size() == 1) extra_cycles_ = 0;
 
   const Level& last = levels_.back();
-  const std::vector<float> inverse = pseudo_inverse(last.grid, double{last.across}, double{last.down});
+  const std::vector<float> inverse = pseudo_inverse(last);
   inverse_ =
       gpu::DeviceBuffer(context, "coarsest inverse", inverse.size() * sizeof(float), gpu::Memory::Upload);
   std::copy(inverse.begin(), inverse.end(), inverse_.as<float>().begin());

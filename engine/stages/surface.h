@@ -58,6 +58,8 @@ class Surface {
     Grid grid;
     float across = 1;  ///< coupling of neighbours in a row: height over width of a cell
     float down = 1;
+    float edge_width = 1;   ///< of the last column's cells: halving an odd number leaves a narrower one
+    float edge_height = 1;  ///< of the last row's cells
     FloatMap right;
     FloatMap x[2];  ///< present and next solution; level 0 writes the last one into the caller's map
   };

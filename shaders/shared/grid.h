@@ -19,6 +19,8 @@ struct GridPush {
   uint rows;           // rows that one invocation streams through (of the level it writes), even
   float across;        // coupling of neighbours in a row
   float down;          // coupling of neighbours in a column
+  float edge_width;    // of the last column's cells, in cells: less than 1 where an odd level was halved
+  float edge_height;   // of the last row's cells
   float step0;         // the two Chebyshev-Jacobi steps, divided by the diagonal
   float step1;
 };

@@ -1,0 +1,76 @@
+// The contact stage as one would write it on paper: plain loops, one pixel at a time.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "engine/frame.h"
+#include "engine/sensor.h"
+#include "engine/stages/contact.h"
+
+namespace palpate::reference {
+
+/// Change from the background: the sensor's signal, the largest of the channels.
+inline uint32_t change_at(const Frame& image, const Frame& rest, Signal signal, uint32_t x, uint32_t y) {
+  uint32_t largest = 0;
+  for (uint32_t channel = 0; channel < image.format.channels; ++channel) {
+    const int64_t d = int64_t{image.at(channel, x, y)} - int64_t{rest.at(channel, x, y)};
+    const int64_t g = signal == Signal::Brighter ? d : signal == Signal::Darker ? -d : std::abs(d);
+    largest = std::max(largest, static_cast<uint32_t>(std::max<int64_t>(g, 0)));
+  }
+  return largest;
+}
+
+/// 5x5 binomial filter of the change, edges repeated, in 1/256 gray levels; height x width.
+inline std::vector<uint32_t> filtered_change(const Frame& image, const Frame& rest, Signal signal) {
+  constexpr uint32_t kWeights[5] = {1, 4, 6, 4, 1};
+  const int width = static_cast<int>(image.format.width), height = static_cast<int>(image.format.height);
+  std::vector<uint32_t> change, out;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      change.push_back(change_at(image, rest, signal, static_cast<uint32_t>(x), static_cast<uint32_t>(y)));
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      uint32_t sum = 0;
+      for (int j = -2; j <= 2; ++j)
+        for (int i = -2; i <= 2; ++i)
+          sum += kWeights[j + 2] * kWeights[i + 2] *
+                 change[static_cast<size_t>(std::clamp(y + j, 0, height - 1) * width +
+                                            std::clamp(x + i, 0, width - 1))];
+      out.push_back(sum);
+    }
+  }
+  return out;
+}
+
+inline ContactMoments moments(const Frame& image, const Frame& rest, const Sensor& sensor) {
+  const auto threshold = static_cast<uint32_t>(std::lround(sensor.threshold_gray * 128)) * 2;
+  const std::vector<uint32_t> filtered = filtered_change(image, rest, sensor.signal);
+  const uint32_t width = image.format.width, height = image.format.height;
+  ContactMoments m;
+  for (uint32_t y = 0; y < height; ++y) {
+    for (uint32_t x = 0; x < width; ++x) {
+      uint32_t brightest = 0;
+      for (uint32_t channel = 0; channel < image.format.channels; ++channel)
+        brightest = std::max(brightest, image.at(channel, x, y));
+      m.saturated += brightest >= sensor.saturation_gray;
+      const uint32_t g = filtered[size_t{y} * width + x];
+      if (g < threshold) continue;
+      const int64_t cx = int64_t{x} - width / 2, cy = int64_t{y} - height / 2;
+      m.area += 1;
+      m.gray += g;
+      m.gray_x += cx * g;
+      m.gray_y += cy * g;
+      m.x += cx;
+      m.y += cy;
+      m.xx += cx * cx;
+      m.xy += cx * cy;
+      m.yy += cy * cy;
+      m.peak = std::max(m.peak, g);
+    }
+  }
+  return m;
+}
+
+}  // namespace palpate::reference

@@ -1,0 +1,130 @@
+#include "engine/stages/surface.h"
+
+#include <algorithm>
+#include <random>
+
+#include "engine/error.h"
+#include "tests/gpu_fixture.h"
+#include "tests/scenes/heights.h"
+
+namespace palpate {
+namespace {
+
+struct Misfit {
+  double peak_to_valley = 0;  ///< relative error of the height between the truth's top and valley
+  double extremes = 0;        ///< relative error of largest minus smallest height, ringing at kinks included
+  double rms = 0;  ///< of the difference without its mean, relative to the truth's RMS about its mean
+};
+
+Misfit misfit(const std::vector<float>& got, const std::vector<double>& truth) {
+  double mean_got = 0, mean_truth = 0;
+  for (size_t i = 0; i < truth.size(); ++i) {
+    mean_got += double{got[i]};
+    mean_truth += truth[i];
+  }
+  mean_got /= double(truth.size());
+  mean_truth /= double(truth.size());
+  double wrong = 0, whole = 0;
+  for (size_t i = 0; i < truth.size(); ++i) {
+    const double t = truth[i] - mean_truth, g = double{got[i]} - mean_got;
+    wrong += (g - t) * (g - t);
+    whole += t * t;
+  }
+  // The range between the places of the truth's top and valley. A valley that is a plane (around a cap) is
+  // read at its median: where a slope jumps between two pixels their samples cannot tell where, and the
+  // heights beside the rim ring by a tenth of a pixel.
+  const auto [low, high] = std::minmax_element(truth.begin(), truth.end());
+  std::vector<double> valley;
+  for (size_t i = 0; i < truth.size(); ++i)
+    if (truth[i] == *low) valley.push_back(double{got[i]});
+  std::nth_element(valley.begin(), valley.begin() + static_cast<std::ptrdiff_t>(valley.size() / 2),
+                   valley.end());
+  const double range = double{got[static_cast<size_t>(high - truth.begin())]} - valley[valley.size() / 2];
+  const auto [got_low, got_high] = std::minmax_element(got.begin(), got.end());
+  return {std::abs(range / (*high - *low) - 1),
+          std::abs((double{*got_high} - double{*got_low}) / (*high - *low) - 1), std::sqrt(wrong / whole)};
+}
+
+std::vector<double> heights(const scenes::HeightField& field, uint32_t rows, uint32_t cols) {
+  std::vector<double> out;
+  for (uint32_t y = 0; y < rows; ++y)
+    for (uint32_t x = 0; x < cols; ++x) out.push_back(field.height(x, y));
+  return out;
+}
+
+std::vector<scenes::HeightField> fields(double width, double height) {
+  const double side = std::min(width, height);
+  return {scenes::tilt(), scenes::gaussian(width * 0.45, height * 0.55, side / 10, side / 20),
+          scenes::broad_press(width, height, side / 20),
+          scenes::cap(width * 0.52, height * 0.48, side * 0.4, side * 0.25)};
+}
+
+using SurfaceTest = GpuTest;
+
+// Peak-to-valley within 0.1 % of the truth from exact gradients.
+TEST_F(SurfaceTest, ConvergedAndExactHitTheTruth) {
+  for (const auto& [cols, rows] : {std::pair{640u, 480u}, {1392u, 1042u}, {333u, 251u}}) {
+    for (const auto& field : fields(cols, rows)) {
+      const auto given = scenes::gradients(field, rows, cols);
+      const auto truth = heights(field, rows, cols);
+      for (const SurfaceSolver solver :
+           {SurfaceSolver::Exact, SurfaceSolver::Converged, SurfaceSolver::Live}) {
+        const Heights got = integrate_gradients(context(), given, rows, cols, solver);
+        const Misfit m = misfit(got.values, truth);
+        const char* name = solver == SurfaceSolver::Exact       ? "exact"
+                           : solver == SurfaceSolver::Converged ? "converged"
+                                                                : "live";
+        std::printf("%4u x %4u %-14s %-9s peak-to-valley %.1e  extremes %.1e  rms %.1e  residual %.1e\n",
+                    cols, rows, field.name.c_str(), name, m.peak_to_valley, m.extremes, m.rms,
+                    got.evidence.residual);
+        const bool live = solver == SurfaceSolver::Live;
+        EXPECT_LT(m.peak_to_valley, live ? 3e-3 : 1e-3) << field.name << " " << cols << " " << name;
+        EXPECT_LT(m.extremes, 8e-3) << field.name << " " << cols << " " << name;
+        EXPECT_LT(m.rms, live ? 4e-3 : 3e-3) << field.name << " " << cols << " " << name;
+      }
+    }
+  }
+}
+
+// GPU multigrid and CPU cosine transform solve the same equations: they agree on rough data, of all sizes and
+// shapes.
+TEST_F(SurfaceTest, ConvergedEqualsExactOnNoise) {
+  std::mt19937 random(4);
+  std::normal_distribution<float> normal(0, 1);
+  for (const auto& [cols, rows] : {std::pair{1u, 1u},
+                                   {2u, 1u},
+                                   {1u, 3u},
+                                   {3u, 3u},
+                                   {5u, 7u},
+                                   {16u, 16u},
+                                   {17u, 33u},
+                                   {64u, 48u},
+                                   {101u, 37u},
+                                   {257u, 129u},
+                                   {640u, 480u},
+                                   {1000u, 3u},
+                                   {3u, 1000u},
+                                   {2048u, 16u}}) {
+    std::vector<float> given(size_t{2} * rows * cols);
+    for (float& g : given) g = normal(random);
+    const Heights exact = integrate_gradients(context(), given, rows, cols, SurfaceSolver::Exact);
+    const Heights converged = integrate_gradients(context(), given, rows, cols, SurfaceSolver::Converged);
+    const double range = exact.evidence.peak_to_valley;
+    double worst = 0;
+    for (size_t i = 0; i < exact.values.size(); ++i)
+      worst = std::max(worst, std::abs(double{exact.values[i]} - double{converged.values[i]}));
+    std::printf("%4u x %4u worst difference %.1e of the range, residual %.1e\n", cols, rows,
+                range > 0 ? worst / range : worst, converged.evidence.residual);
+    EXPECT_LE(worst, 1e-3 * std::max(range, 1e-9)) << cols << " x " << rows;
+  }
+}
+
+TEST_F(SurfaceTest, RefusesWhatIsNoField) {
+  const std::vector<float> none;
+  EXPECT_THROW(integrate_gradients(context(), none, 0, 0, SurfaceSolver::Live), Error);
+  const std::vector<float> few(6);
+  EXPECT_THROW(integrate_gradients(context(), few, 2, 2, SurfaceSolver::Live), Error);
+}
+
+}  // namespace
+}  // namespace palpate
