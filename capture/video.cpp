@@ -7,6 +7,7 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "capture/image_header.h"
 #include "engine/error.h"
 
 namespace fs = std::filesystem;
@@ -60,6 +61,9 @@ VideoFile::VideoFile(const fs::path& file, const Sensor& sensor)
                 file.string() + ", a video, which is decoded to 8 bits",
                 "a folder of 16-bit images, or \"bit_depth\": 8 in the sensor file");
   rectifier_.emplace(sensor, *image_, file.string());
+  packets_ = std::make_unique<cv::VideoCapture>();
+  if (!packets_->open(file.string(), cv::CAP_FFMPEG) || !packets_->set(cv::CAP_PROP_FORMAT, -1))
+    packets_.reset();
   const double rate = video_->get(cv::CAP_PROP_FPS), count = video_->get(cv::CAP_PROP_FRAME_COUNT);
   if (rate > 0 && rate < 1e6) rate_Hz_ = rate;
   if (count >= 1 && count < 1e12) announced_ = static_cast<uint64_t>(count);
@@ -67,8 +71,35 @@ VideoFile::VideoFile(const fs::path& file, const Sensor& sensor)
 
 VideoFile::~VideoFile() = default;
 
+/// Looks at the packet of the frame that `next` is about to hand out. Throws where its size changed.
+bool VideoFile::packet_is_whole() {
+  cv::Mat packet;
+  if (!packets_ || !read(*packets_, packet)) return true;
+  const auto header = read_image_header({packet.data, packet.total() * packet.elemSize()});
+  if (next_ == 0) {
+    if (header) {
+      packet_size_px_ = {header->width, header->height};
+    } else {
+      packets_.reset();  // another codec
+    }
+    return true;
+  }
+  if (!header) return false;
+  if (std::array{header->width, header->height} != packet_size_px_) {
+    const auto text = [](uint64_t w, uint64_t h) {
+      return std::to_string(w) + "x" + std::to_string(h) + " px";
+    };
+    throw Error(
+        Failure::Input,
+        "frames of one size, " + text(packet_size_px_[0], packet_size_px_[1]) + " as the first",
+        file_.string() + " frame " + std::to_string(next_) + " of " + text(header->width, header->height),
+        "recordings of one size each");
+  }
+  return header->whole;
+}
+
 bool VideoFile::next(Frame& frame) {
-  if (ended_ || (next_ > 0 && !read(*video_, *image_))) {
+  if (ended_ || (next_ > 0 && !read(*video_, *image_)) || !packet_is_whole()) {
     ended_ = true;
     return false;
   }

@@ -1,6 +1,7 @@
 // A video file as a recording, decoded by OpenCV's FFmpeg.
 #pragma once
 
+#include <array>
 #include <filesystem>
 
 #include "capture/rectify.h"
@@ -28,8 +29,14 @@ class VideoFile : public Source {
   std::string warning() const override;
 
  private:
+  bool packet_is_whole();
+
   std::filesystem::path file_;
   std::unique_ptr<cv::VideoCapture> video_;
+  /// The undecoded frames of Motion JPEG and PNG video: the decoder hides damaged ends and silently fits
+  /// frames of another size into the first one's.
+  std::unique_ptr<cv::VideoCapture> packets_;
+  std::array<uint64_t, 2> packet_size_px_{};
   std::unique_ptr<cv::Mat> image_;
   std::optional<Rectifier> rectifier_;
   std::optional<uint64_t> announced_;
