@@ -48,10 +48,18 @@ struct Gray {
 
 Gray gray_at(int tx, int y) {
   int row = clamp(y, 0, int(push.height) - 1) * int(push.in_pitch);
+  int first = 4 * tx, width = int(push.width);
   Gray g;
   g.c = unpack(texelFetch(filtered, row + tx).xy);
   g.l = tx > 0 ? unpack(texelFetch(filtered, row + max(tx - 1, 0)).xy) : g.c.xxxx;
-  g.r = tx + 1 < int(push.in_pitch) ? unpack(texelFetch(filtered, row + min(tx + 1, int(push.in_pitch) - 1)).xy) : g.c.wwww;
+  g.r = unpack(texelFetch(filtered, row + min(tx + 1, int(push.in_pitch) - 1)).xy);
+  // Beyond the last column the edge is repeated.
+  g.c.y = first + 1 < width ? g.c.y : g.c.x;
+  g.c.z = first + 2 < width ? g.c.z : g.c.y;
+  g.c.w = first + 3 < width ? g.c.w : g.c.z;
+  g.r.x = first + 4 < width ? g.r.x : g.c.w;
+  g.r.y = first + 5 < width ? g.r.y : g.r.x;
+  g.r.z = first + 6 < width ? g.r.z : g.r.y;
   return g;
 }
 

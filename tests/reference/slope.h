@@ -1,0 +1,112 @@
+// Slopes and the right side of the surface problem as one would write them on paper, in double precision.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "engine/frame.h"
+#include "engine/sensor.h"
+#include "tests/reference/contact.h"
+
+namespace palpate::reference {
+
+struct Slopes {
+  std::vector<double> p, q;  ///< height x width: d(depth)/dx, d(depth)/dy
+};
+
+/// Lambert with the light along the viewing axis (Eq. 62-63); direction from the gray's Sobel gradient.
+inline Slopes shading_slopes(const Frame& image, const Frame& rest, const Sensor& sensor) {
+  const int width = static_cast<int>(image.format.width), height = static_cast<int>(image.format.height);
+  const std::vector<uint32_t> filtered = filtered_change(image, rest, sensor.signal);
+  // What the GPU keeps has 16 bits: fraction bits are dropped above 8 bits a pixel.
+  const double units = 256u >> (image.format.bit_depth > 8 ? image.format.bit_depth - 8 : 0);
+  const auto gray = [&](int x, int y) {
+    const size_t at = static_cast<size_t>(std::clamp(y, 0, height - 1) * width + std::clamp(x, 0, width - 1));
+    return std::floor(filtered[at] * units / 256) / units;
+  };
+  Slopes s;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const double g = gray(x, y);
+      double dx = 0, dy = 0;
+      for (int k = -1; k <= 1; ++k) {
+        const double w = k == 0 ? 2 : 1;
+        dx += w * (gray(x + 1, y + k) - gray(x - 1, y + k));
+        dy += w * (gray(x + k, y + 1) - gray(x + k, y - 1));
+      }
+      double tangent = 0;
+      if (g >= sensor.threshold_gray && g > 0) {
+        const double ratio = sensor.shading.facing_gray / g;
+        tangent = std::min(std::sqrt(std::max(ratio * ratio - 1, 0.0)), sensor.max_slope) *
+                  sensor.shading.depth_gain;
+      }
+      const double size = std::hypot(dx, dy);
+      s.p.push_back(size > 0 ? tangent * dx / size : 0);
+      s.q.push_back(size > 0 ? tangent * dy / size : 0);
+    }
+  }
+  return s;
+}
+
+/// Normal linear in the change of colour, with weights linear in position (see PhotometricCalibration).
+inline Slopes photometric_slopes(const Frame& image, const Frame& rest, const Sensor& sensor) {
+  const uint32_t width = image.format.width, height = image.format.height;
+  Slopes s;
+  for (uint32_t y = 0; y < height; ++y) {
+    for (uint32_t x = 0; x < width; ++x) {
+      const double terms[3] = {1, (2.0 * x + 1) / width - 1, (2.0 * y + 1) / height - 1};
+      double nx = 0, ny = 0;
+      for (uint32_t channel = 0; channel < 3; ++channel) {
+        const double change =
+            (double{static_cast<double>(image.at(channel, x, y))} - rest.at(channel, x, y)) /
+            image.format.max_gray();
+        for (size_t term = 0; term < 3; ++term) {
+          nx += sensor.photometric.wx[channel][term] * terms[term] * change;
+          ny += sensor.photometric.wy[channel][term] * terms[term] * change;
+        }
+      }
+      const double across = std::hypot(nx, ny);
+      const double slope =
+          across < 1 ? std::min(across / std::sqrt(1 - across * across), sensor.max_slope) : sensor.max_slope;
+      s.p.push_back(across > 0 ? slope * nx / across : 0);
+      s.q.push_back(across > 0 ? slope * ny / across : 0);
+    }
+  }
+  return s;
+}
+
+/// Integral of the cubic through samples i - 1 .. i + 2 from i to i + 1; a missing sample is extrapolated
+/// linearly.
+template <typename Sample>
+double pair_integral(const Sample& at, int i, int n) {
+  const double b = at(i), c = at(i + 1);
+  const double a = i >= 1 ? at(i - 1) : 2 * b - c;
+  const double d = i + 2 < n ? at(i + 2) : 2 * c - b;
+  return (-a + 13 * b + 13 * c - d) / 24;
+}
+
+/// (A z)_i = sum over neighbours (z_i - z_j) must equal this; height x width, mm.
+inline std::vector<double> right_side(const Slopes& s, uint32_t width, uint32_t height, double pitch_mm) {
+  const int w = static_cast<int>(width), h = static_cast<int>(height);
+  std::vector<double> f(s.p.size());
+  for (int y = 0; y < h; ++y) {
+    const auto p = [&](int x) { return s.p[static_cast<size_t>(y * w + x)]; };
+    for (int x = 0; x + 1 < w; ++x) {
+      const double step = pair_integral(p, x, w) * pitch_mm;
+      f[static_cast<size_t>(y * w + x)] -= step;
+      f[static_cast<size_t>(y * w + x + 1)] += step;
+    }
+  }
+  for (int x = 0; x < w; ++x) {
+    const auto q = [&](int y) { return s.q[static_cast<size_t>(y * w + x)]; };
+    for (int y = 0; y + 1 < h; ++y) {
+      const double step = pair_integral(q, y, h) * pitch_mm;
+      f[static_cast<size_t>(y * w + x)] -= step;
+      f[static_cast<size_t>((y + 1) * w + x)] += step;
+    }
+  }
+  return f;
+}
+
+}  // namespace palpate::reference

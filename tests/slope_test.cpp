@@ -1,0 +1,121 @@
+#include "engine/stages/slope.h"
+
+#include <random>
+
+#include "engine/gpu/commands.h"
+#include "engine/stages/contact.h"
+#include "tests/gpu_fixture.h"
+#include "tests/reference/slope.h"
+
+namespace palpate {
+namespace {
+
+class SlopeTest : public GpuTest {
+ protected:
+  /// The GPU's right side for one frame, height x width.
+  static std::vector<float> right_side(const Frame& image, const Frame& rest, const Sensor& sensor) {
+    const FrameFormat& format = image.format;
+    const Contact contact(context(), sensor, format, sensor.reading == Reading::Shading);
+    const Slope slope(context(), sensor, format, contact);
+    PaddedImage frame(context(), "frame", format), background(context(), "background", format);
+    frame.write(image);
+    background.write(rest);
+    const Grid grid = grid_for(format.width, format.height);
+    const FloatMap right(context(), "right side", grid);
+    const gpu::DeviceBuffer records(context(), "records", contact.record_bytes(), gpu::Memory::Readback);
+    const gpu::DeviceBuffer host(context(), "readback", grid.bytes(), gpu::Memory::Readback);
+    gpu::Commands commands(context());
+    commands.begin();
+    frame.record(commands);
+    background.record(commands);
+    commands.barrier();
+    contact.record(commands, frame, background, records);
+    slope.record(commands, frame, background, right);
+    commands.copy(right.buffer, host, grid.bytes());
+    commands.host_barrier();
+    commands.end();
+    commands.submit();
+    commands.wait();
+    std::vector<float> out;
+    for (uint32_t y = 0; y < format.height; ++y)
+      for (uint32_t x = 0; x < format.width; ++x)
+        out.push_back(host.as<const float>()[size_t{y} * grid.pitch * 4 + x]);
+    return out;
+  }
+
+  static void expect_near(const std::vector<float>& got, const std::vector<double>& wanted, double tolerance,
+                          const std::string& scene, uint32_t width) {
+    double scale = 0;
+    for (const double w : wanted) scale = std::max(scale, std::abs(w));
+    for (size_t i = 0; i < wanted.size(); ++i)
+      ASSERT_NEAR(double{got[i]}, wanted[i], tolerance * std::max(scale, 1e-6))
+          << scene << " at " << i % width << ", " << i / width;
+  }
+};
+
+const std::vector<std::pair<uint32_t, uint32_t>> kSizes{{1, 1}, {2, 1},   {1, 5},   {3, 3},   {4, 4},
+                                                        {5, 9}, {16, 16}, {17, 40}, {67, 33}, {130, 71}};
+
+TEST_F(SlopeTest, PhotometricEqualsReference) {
+  std::mt19937 random(11);
+  for (int i = 0; i < 60; ++i) {
+    const auto& [width, height] = kSizes[static_cast<size_t>(i) % kSizes.size()];
+    const FrameFormat format{width, height, 3, 8};
+    Frame image, rest;
+    image.reshape(format);
+    rest.reshape(format);
+    for (uint8_t& byte : image.bytes) byte = static_cast<uint8_t>(random());
+    for (uint8_t& byte : rest.bytes) byte = static_cast<uint8_t>(random());
+    Sensor sensor;
+    sensor.pitch_mm_per_px = 0.05;
+    sensor.channels = 3;
+    sensor.reading = Reading::Photometric;
+    sensor.max_slope = i % 2 ? 10 : 0.5;  // the low limit clips most pixels
+    std::uniform_real_distribution<double> weight(-0.3, 0.3);
+    for (auto* weights : {&sensor.photometric.wx, &sensor.photometric.wy})
+      for (auto& row : *weights)
+        for (double& w : row) w = weight(random);
+    const auto wanted = reference::right_side(reference::photometric_slopes(image, rest, sensor), width,
+                                              height, sensor.pitch_mm_per_px);
+    expect_near(right_side(image, rest, sensor), wanted, 1e-4,
+                std::to_string(width) + "x" + std::to_string(height), width);
+  }
+}
+
+TEST_F(SlopeTest, ShadingEqualsReference) {
+  std::mt19937 random(12);
+  for (int i = 0; i < 60; ++i) {
+    const auto& [width, height] = kSizes[static_cast<size_t>(i) % kSizes.size()];
+    const uint32_t bits = std::array{8u, 12u, 16u}[static_cast<size_t>(i) % 3];
+    const FrameFormat format{width, height, 1, bits};
+    Frame image, rest;
+    image.reshape(format);
+    rest.reshape(format);
+    const double top = format.max_gray();
+    // A smooth blob: on white noise the direction of the slope hangs on the last bit of a vanishing gradient.
+    for (uint32_t y = 0; y < height; ++y) {
+      for (uint32_t x = 0; x < width; ++x) {
+        const double r2 = std::pow(x - 0.4 * width, 2) + std::pow(y - 0.6 * height, 2);
+        image.set(0, x, y,
+                  static_cast<uint32_t>(0.1 * top + 0.8 * top * std::exp(-r2 / (0.1 * width * height + 1))));
+        rest.set(0, x, y, static_cast<uint32_t>(0.1 * top));
+      }
+    }
+    Sensor sensor;
+    sensor.pitch_mm_per_px = 0.05;
+    sensor.bit_depth = bits;
+    sensor.saturation_gray = format.max_gray();
+    sensor.reading = Reading::Shading;
+    sensor.threshold_gray = 0.05 * top;
+    sensor.shading = {0.8 * top, 0.5};
+    sensor.max_slope = 5;
+    const auto wanted = reference::right_side(reference::shading_slopes(image, rest, sensor), width, height,
+                                              sensor.pitch_mm_per_px);
+    expect_near(right_side(image, rest, sensor), wanted, 1e-3,
+                std::to_string(width) + "x" + std::to_string(height) + " bits " + std::to_string(bits),
+                width);
+  }
+}
+
+}  // namespace
+}  // namespace palpate
