@@ -156,7 +156,8 @@ Sensor synthetic_sensor(const SyntheticOptions& o) {
   s.channels = o.mode == SyntheticMode::Gel ? 3 : 1;
   s.bit_depth = o.bit_depth;
   s.signal = o.mode == SyntheticMode::Gel ? Signal::Either : Signal::Brighter;
-  s.threshold_gray = 4 * scale;
+  // Gel: of three noisy channels the largest change counts, about 2.5 gray where nothing touches.
+  s.threshold_gray = (o.mode == SyntheticMode::Gel ? 6 : 4) * scale;
   s.saturation_gray = static_cast<uint32_t>(largest);
   if (o.mode == SyntheticMode::Lambert) {
     s.reading = Reading::Shading;
