@@ -70,12 +70,12 @@ class Pen {
 
 }  // namespace
 
-void draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& rect, const Vec3& half_mm,
-               const SurfaceStyle& style, float scale) {
-  const auto left = static_cast<float>(rect.x), top = static_cast<float>(rect.y);
+void draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip, const ViewRect& view,
+               const Vec3& half_mm, const SurfaceStyle& style, float scale) {
+  const auto left = static_cast<float>(clip.x), top = static_cast<float>(clip.y);
   list->PushClipRect({left, top},
-                     {left + static_cast<float>(rect.width), top + static_cast<float>(rect.height)});
-  const Pen pen(list, eye, rect);
+                     {left + static_cast<float>(clip.width), top + static_cast<float>(clip.height)});
+  const Pen pen(list, eye, view);
   const double side_x = eye.backward.x >= 0 ? 1 : -1, side_y = eye.backward.y >= 0 ? 1 : -1;
   const double step = nice_ceiling(std::max(half_mm.x, half_mm.y) / 3.5);
   const double tick = 0.025 * std::max(half_mm.x, half_mm.y);
@@ -122,8 +122,8 @@ void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle&
                      float scale) {
   constexpr int kBands = 64;
   const float width = 16 * scale;
-  const float height = std::min(0.5f * static_cast<float>(rect.height), 320 * scale);
-  const float x = static_cast<float>(rect.x) + static_cast<float>(rect.width) - 78 * scale;
+  const float height = std::min(0.42f * static_cast<float>(rect.height), 280 * scale);
+  const float x = static_cast<float>(rect.x) + static_cast<float>(rect.width) - 72 * scale;
   const float y = static_cast<float>(rect.y) + 44 * scale;
   for (int i = 0; i < kBands; ++i) {
     const double t0 = static_cast<double>(i) / kBands, t1 = static_cast<double>(i + 1) / kBands;

@@ -13,8 +13,8 @@ namespace palpate::viz {
 
 /// Axes along the pad's near edges and down its left corner, ticks in mm; x and y from the pad's centre, y
 /// down the image.
-void draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& rect, const Vec3& half_mm,
-               const SurfaceStyle& style, float scale);
+void draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip, const ViewRect& view,
+               const Vec3& half_mm, const SurfaceStyle& style, float scale);
 
 /// Vertical bar, rest at the top, ticks in mm of depth.
 void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle& style, bool automatic,

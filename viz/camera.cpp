@@ -2,14 +2,14 @@
 
 namespace palpate::viz {
 
-Eye place(const Camera& camera, const Vec3& half, double aspect) {
+Eye place(const Camera& camera, const Vec3& half, double aspect, double fit_aspect) {
   constexpr double kMargin = 1.08;
   Eye eye;
   eye.aspect = aspect;
   eye.right = camera.right();
   eye.up = camera.up();
   eye.backward = camera.backward();
-  const double fit = camera.fit_distance_mm(half, aspect) * kMargin;
+  const double fit = camera.fit_distance_mm(half, fit_aspect) * kMargin;
   eye.distance_mm = fit / camera.zoom;
   const Vec3 centre{0, 0, -half.z};
   eye.position = camera.target + centre + eye.backward * eye.distance_mm;

@@ -90,6 +90,7 @@ struct Eye {
 };
 
 /// `half`: half sizes of the box that must fit at zoom 1, mm; its top is at rest level.
-Eye place(const Camera& camera, const Vec3& half, double aspect);
+/// `fit_aspect`: of the part of the view that it must fit into, around the view's middle.
+Eye place(const Camera& camera, const Vec3& half, double aspect, double fit_aspect);
 
 }  // namespace palpate::viz

@@ -208,6 +208,8 @@ Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bo
   const double aspect = static_cast<double>(format.width) / format.height;
   Layout l;
   l.surface = {0, 0, width - panel, height - status};
+  l.view = l.surface;
+  l.view.x -= static_cast<int32_t>(px(kColourBarRoom_px / 2));
   l.panel = {static_cast<int32_t>(width - panel), 0, panel, height - status};
   l.status = {0, static_cast<int32_t>(height - status), width, status};
   const ViewRect room =
@@ -343,7 +345,7 @@ void Hud::describe(HudFrame& frame, const Layout& layout, const HudContent& cont
   ImDrawList* under = ImGui::GetBackgroundDrawList();
   const SurfaceStyle style = state.style(2 * std::max(half_mm.x, half_mm.y));
   if (content.has_surface && eye) {
-    if (state.axes) draw_axes(under, *eye, layout.surface, half_mm, style, scale);
+    if (state.axes) draw_axes(under, *eye, layout.surface, layout.view, half_mm, style, scale);
     draw_colour_bar(under, layout.surface, style, state.automatic_range, scale);
   }
   const ImVec2 low = corner(layout.image);

@@ -33,10 +33,13 @@ struct LiveStats {
 /// Where things are in a picture of this size, px.
 struct Layout {
   ViewRect surface;  ///< of the 3D view, or of the large raw image when there is no surface
+  ViewRect view;     ///< what the eye sees, around the room beside the colour bar; reaches out of `surface`
   ViewRect panel;    ///< measurements
   ViewRect image;    ///< raw image; inside panel, or inside surface when there is no surface
   ViewRect status;   ///< one line at the foot
 };
+/// Beside the surface for the colour bar, at scale 1.
+inline constexpr double kColourBarRoom_px = 92;
 Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bool has_surface);
 
 /// What the display is about in this picture.

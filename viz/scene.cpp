@@ -30,7 +30,8 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   layout_ = make_layout(extent, frame_.scale(), format, has_surface);
   const SurfaceStyle style = state_.style(longest_side_mm_);
   const Vec3 half_mm = surface_half_size_mm(format.width, format.height, sensor_.pitch_mm_per_px, style);
-  eye_ = place(state_.camera, half_mm, layout_.surface.aspect());
+  const double room_px = layout_.surface.width - kColourBarRoom_px * frame_.scale();
+  eye_ = place(state_.camera, half_mm, layout_.view.aspect(), std::max(0.3, room_px / layout_.view.height));
 
   HudContent content{sensor_, shown.frame, shown.touch, has_surface, live, context_.report().name, {0, 0}};
   if (has_surface) content.mesh = SurfaceView::mesh_size(shown.surface, mesh_columns);
@@ -41,7 +42,7 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   begin_pass();
   if (has_surface) {
     surface_.draw(cmd, shown.surface, shown.touch.depth_datum_mm, sensor_.pitch_mm_per_px, eye_, style,
-                  layout_.surface, mesh_columns);
+                  layout_.view, layout_.surface, mesh_columns);
   }
   image_.draw(cmd, shown.frame, layout_.image, extent);
   frame_.draw(cmd);

@@ -15,8 +15,8 @@
 namespace palpate::viz {
 namespace {
 
-constexpr std::array<uint32_t, 9> kLevels{32, 48, 64, 96, 128, 192, 256, 384, 512};
-constexpr size_t kFirstLevel = 4;
+constexpr std::array<uint32_t, 8> kLevels{48, 64, 96, 128, 192, 256, 384, 512};
+constexpr size_t kFirstLevel = 2;
 
 VkShaderModule make_module(gpu::Context& context, std::span<const uint32_t> spirv, const char* name) {
   VkShaderModuleCreateInfo info{};
@@ -196,7 +196,7 @@ const SurfaceView::Mesh& SurfaceView::mesh(uint32_t columns, uint32_t rows) {
 }
 
 void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double datum_mm, double pitch_mm_per_px,
-                       const Eye& eye, const SurfaceStyle& style, const ViewRect& rect,
+                       const Eye& eye, const SurfaceStyle& style, const ViewRect& view, const ViewRect& clip,
                        uint32_t mesh_columns) {
   views_.emplace_back(context_, *map.buffer, VK_FORMAT_R32_SFLOAT);
   if (views_.size() > frames_in_flight_ + 1) views_.pop_front();
@@ -219,13 +219,13 @@ void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double datum_
   push.mesh_rows = rows;
   push.lit = style.lit ? 1 : 0;
 
-  const VkViewport viewport{static_cast<float>(rect.x),
-                            static_cast<float>(rect.y),
-                            static_cast<float>(rect.width),
-                            static_cast<float>(rect.height),
+  const VkViewport viewport{static_cast<float>(view.x),
+                            static_cast<float>(view.y),
+                            static_cast<float>(view.width),
+                            static_cast<float>(view.height),
                             0,
                             1};
-  const VkRect2D scissor{{rect.x, rect.y}, {rect.width, rect.height}};
+  const VkRect2D scissor{{clip.x, clip.y}, {clip.width, clip.height}};
   vkCmdSetViewport(cmd, 0, 1, &viewport);
   vkCmdSetScissor(cmd, 0, 1, &scissor);
   const Mesh& grid = mesh(columns, rows);

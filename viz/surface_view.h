@@ -60,10 +60,12 @@ class SurfaceView {
   /// `frames_in_flight`: how many pictures may be drawing at once; what a draw uses lives that long.
   SurfaceView(gpu::Context& context, const RenderPass& pass, uint32_t frames_in_flight);
 
-  /// Draws the map into `rect`. `mesh_columns`: vertices across (rows follow from the map's shape); 0: every
-  /// texel, up to kMaxMeshColumns. The map must stay untouched until the picture is finished.
+  /// Draws the map as the eye sees it in `view`, within `clip`. `mesh_columns`: vertices across (rows follow
+  /// from the map's shape); 0: every texel, up to kMaxMeshColumns. The map must stay untouched until the
+  /// picture is finished.
   void draw(VkCommandBuffer cmd, const SurfaceMap& map, double datum_mm, double pitch_mm_per_px,
-            const Eye& eye, const SurfaceStyle& style, const ViewRect& rect, uint32_t mesh_columns);
+            const Eye& eye, const SurfaceStyle& style, const ViewRect& view, const ViewRect& clip,
+            uint32_t mesh_columns);
 
   static constexpr uint32_t kMaxMeshColumns = 1536;
   /// Vertices across and down that `draw` uses for this map.

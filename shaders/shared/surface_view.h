@@ -10,8 +10,8 @@ using uint = uint32_t;
 using mat4 = std::array<float, 16>;
 #endif
 
-// World: mm, origin at rest level in the middle of the pad, x right and y up in the image as a person sees it, z out of the
-// pad; depth goes down, multiplied by the exaggeration.
+// World: mm, origin at rest level in the middle of the pad, x right and y up in the image as a person sees
+// it, z out of the pad; depth goes down, multiplied by the exaggeration.
 struct SurfacePush {
   mat4 clip_from_world;
   float eye_x_mm;
@@ -24,26 +24,26 @@ struct SurfacePush {
   float range_mm;      // depth with the last colour
   uint width;          // of the map, texels
   uint height;
-  uint row_pitch;      // texels from one row of the map to the next
-  uint mesh_columns;   // vertices
+  uint row_pitch;     // texels from one row of the map to the next
+  uint mesh_columns;  // vertices
   uint mesh_rows;
-  uint lit;            // 0: plain colours, to be read against the colour bar
+  uint lit;  // 0: plain colours, to be read against the colour bar
   uint padding_0;
   uint padding_1;
 };
 
 // The raw image in a rectangle of the screen.
 struct ImagePush {
-  float left;        // of the rectangle in clip space
+  float left;  // of the rectangle in clip space
   float top;
   float right;
   float bottom;
-  uint width;        // px of the image
+  uint width;  // px of the image
   uint height;
-  uint channels;     // 1 or 3 planes
-  uint taps;         // samples a side averaged for one screen pixel
-  float scale;       // 1 / full scale
-  float step_px;     // image px covered by one screen pixel
+  uint channels;  // 1 or 3 planes
+  uint taps;      // samples a side averaged for one screen pixel
+  float scale;    // 1 / full scale
+  float step_px;  // image px covered by one screen pixel
 };
 
 #ifdef __cplusplus
