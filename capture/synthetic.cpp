@@ -19,7 +19,9 @@ void check(bool good, const std::string& wanted, double found, const std::string
   throw Error(Failure::Input, "a synthetic sensor with " + wanted, number, remedy);
 }
 
-void check(const SyntheticOptions& o) {
+}  // namespace
+
+void validate(const SyntheticOptions& o) {
   for (const uint32_t side : {o.width, o.height})
     check(side >= 1 && side <= kMaxSide_px, "sides of 1 to " + std::to_string(kMaxSide_px) + " px", side,
           "size=640x480 or size=1392x1042");
@@ -36,6 +38,8 @@ void check(const SyntheticOptions& o) {
         "6");
   check(o.friction > 0 && o.friction <= 10, "a friction coefficient of 0 to 10", o.friction, "0.5");
 }
+
+namespace {
 
 /// A function of the distance from the contact's centre, sampled evenly in r.
 struct RadialTable {
@@ -56,14 +60,38 @@ struct RadialTable {
 
 }  // namespace
 
-struct SyntheticSensor::Impl {
-  SyntheticOptions options;
+namespace {
+
+/// The pad and what presses on it.
+struct Mechanics {
   Scene scene;
   Layer layer;
-  double radius_mm;  // of the indenter
+  double radius_mm;        // of the indenter
+  double force_scale = 1;  // on the script's forces
+  double stiffness_N_per_mm = 0;
+
+  explicit Mechanics(const SyntheticOptions& o)
+      : scene(find_scene(o.scene)),
+        layer({o.pad_young_MPa, 0.5}, o.pad_thickness_mm),
+        radius_mm(o.indenter_radius_mm > 0 ? o.indenter_radius_mm : scene.indenter_radius_mm) {
+    const double own_N = scene.largest_force_N();
+    if (o.force_N > 0 && own_N > 0) force_scale = o.force_N / own_N;
+    const double reference_N = own_N > 0 ? own_N * force_scale : 1;
+    stiffness_N_per_mm =
+        mindlin_stiffness_N_per_mm({o.pad_young_MPa, 0.5}, press(reference_N).summary().radius_mm);
+  }
+
+  LayerContact press(double force_N) const {
+    return scene.flat ? layer.press_flat(force_N, radius_mm) : layer.press_sphere(force_N, radius_mm);
+  }
+};
+
+}  // namespace
+
+struct SyntheticSensor::Impl : Mechanics {
+  SyntheticOptions options;
   double pitch_mm;
   double max_gray;
-  double stiffness_N_per_mm = 0;
   std::vector<ScriptState> states;
   optics::NormalNoise normal;
   std::vector<float> stray;  // mean of the untouched image, fixed pattern included; gray (not Gel)
@@ -71,23 +99,12 @@ struct SyntheticSensor::Impl {
   std::vector<float> stray_sd;
 
   explicit Impl(const SyntheticOptions& o)
-      : options(o),
-        scene(find_scene(o.scene)),
-        layer({o.pad_young_MPa, 0.5}, o.pad_thickness_mm),
-        radius_mm(o.indenter_radius_mm > 0 ? o.indenter_radius_mm : scene.indenter_radius_mm),
+      : Mechanics(o),
+        options(o),
         pitch_mm(optics::pitch_mm(o)),
-        max_gray(std::ldexp(1.0, static_cast<int>(o.bit_depth)) - 1) {
-    const double own_N = scene.largest_force_N();
-    const double force_scale = options.force_N > 0 && own_N > 0 ? options.force_N / own_N : 1;
-    const double reference_N = own_N > 0 ? own_N * force_scale : 1;
-    stiffness_N_per_mm =
-        mindlin_stiffness_N_per_mm({o.pad_young_MPa, 0.5}, press(reference_N).summary().radius_mm);
-    states = play(scene, o.rate_Hz, force_scale, stiffness_N_per_mm, o.friction);
+        max_gray(std::ldexp(1.0, static_cast<int>(o.bit_depth)) - 1),
+        states(play(scene, o.rate_Hz, force_scale, stiffness_N_per_mm, o.friction)) {
     if (o.mode != SyntheticMode::Gel) make_maps();
-  }
-
-  LayerContact press(double force_N) const {
-    return scene.flat ? layer.press_flat(force_N, radius_mm) : layer.press_sphere(force_N, radius_mm);
   }
 
   uint64_t pattern_seed() const { return options.seed * 2 + 1; }
@@ -113,6 +130,7 @@ struct SyntheticSensor::Impl {
     stray.resize(size_t{w} * h);
     field.resize(stray.size());
     stray_sd.resize(stray.size());
+    const optics::Field light(options);
     std::vector<float> row(w);
     for (uint32_t y = 0; y < h; ++y) {
       pattern(0, y, row);
@@ -120,10 +138,10 @@ struct SyntheticSensor::Impl {
       for (uint32_t x = 0; x < w; ++x) {
         const double x_mm = (x - (w - 1) / 2.0) * pitch_mm;
         const size_t i = size_t{y} * w + x;
-        const double gray = optics::stray_gray(options, x_mm, y_mm);
+        const double gray = light.stray_gray(x_mm, y_mm);
         stray[i] = static_cast<float>(gray) + row[x];
         stray_sd[i] = static_cast<float>(noise_sd(gray));
-        field[i] = static_cast<float>(optics::touch_field(options, x_mm, y_mm));
+        field[i] = static_cast<float>(light.touch(x_mm, y_mm));
       }
     }
   }
@@ -317,7 +335,7 @@ struct SyntheticSensor::Impl {
 };
 
 SyntheticSensor::SyntheticSensor(const SyntheticOptions& options)
-    : impl_((check(options), std::make_unique<Impl>(options))) {}
+    : impl_((validate(options), std::make_unique<Impl>(options))) {}
 SyntheticSensor::~SyntheticSensor() = default;
 
 FrameFormat SyntheticSensor::format() const {
@@ -412,11 +430,13 @@ std::optional<Truth> SyntheticSensor::truth(uint64_t sequence) const {
 double SyntheticSensor::noise_sd_gray(double gray) const {
   return impl_->noise_sd(gray);
 }
-double SyntheticSensor::gray_per_MPa() const {
-  return optics::kGrayPerMPa * optics::scale(impl_->options.bit_depth);
+
+double shear_stiffness_N_per_mm(const SyntheticOptions& options) {
+  return Mechanics(options).stiffness_N_per_mm;
 }
-double SyntheticSensor::shear_stiffness_N_per_mm() const {
-  return impl_->stiffness_N_per_mm;
+
+double gray_per_MPa(const SyntheticOptions& options) {
+  return optics::kGrayPerMPa * optics::scale(options.bit_depth);
 }
 
 }  // namespace palpate

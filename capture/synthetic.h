@@ -66,6 +66,14 @@ std::vector<std::pair<std::string, std::string>> synthetic_scenes();
 /// photometric coefficients (Gel).
 Sensor synthetic_sensor(const SyntheticOptions& options);
 
+/// Throws Error(Failure::Input) on options out of range.
+void validate(const SyntheticOptions& options);
+/// Tangential stiffness of the pad: Mindlin at the contact radius of the scene's largest force, constant over
+/// the scene.
+double shear_stiffness_N_per_mm(const SyntheticOptions& options);
+/// Gray per MPa of contact pressure at the centre of the field (Waveguide, small pressures).
+double gray_per_MPa(const SyntheticOptions& options);
+
 class SyntheticSensor : public Source {
  public:
   /// Throws Error(Failure::Input) on options out of range.
@@ -86,11 +94,6 @@ class SyntheticSensor : public Source {
   LayerContact contact(uint64_t sequence) const;
   /// Standard deviation of a pixel's temporal noise where its mean is `gray`, before rounding.
   double noise_sd_gray(double gray) const;
-  /// Tangential stiffness of the pad: Mindlin at the contact radius of the scene's largest force, constant
-  /// over the scene.
-  double shear_stiffness_N_per_mm() const;
-  /// Gray per MPa of contact pressure at the centre of the field (Waveguide, small pressures).
-  double gray_per_MPa() const;
 
  private:
   struct Impl;

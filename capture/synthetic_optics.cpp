@@ -38,19 +38,8 @@ std::vector<float> normal_table(uint64_t seed) {
   return table;
 }
 
-struct Led {
-  double x_mm, y_mm, power;
-};
-
-/// Four LEDs, 2 mm outside the middle of each edge, matched to 1 %.
-std::array<Led, 4> leds(const SyntheticOptions& options) {
-  const double w = kFieldWidth_mm / 2 + 2, h = kFieldWidth_mm * options.height / options.width / 2 + 2;
-  return {{{-w, 0, 1.00}, {w, 0, 0.99}, {0, -h, 1.01}, {0, h, 1.00}}};
-}
-
-double vignette(const SyntheticOptions& options, double x_mm, double y_mm) {
-  const double w = kFieldWidth_mm / 2, h = w * options.height / options.width;
-  return 1 - options.falloff * (x_mm * x_mm + y_mm * y_mm) / (w * w + h * h);
+double distance_mm(double x_mm, double y_mm) {
+  return std::sqrt(x_mm * x_mm + y_mm * y_mm);
 }
 
 }  // namespace
@@ -62,21 +51,30 @@ double pitch_mm(const SyntheticOptions& options) {
   return kFieldWidth_mm / options.width;
 }
 
-double touch_field(const SyntheticOptions& options, double x_mm, double y_mm) {
-  // Guided light loses little on its way: 1/e in 0.8 m of clear silicone.
-  double light = 0, centre = 0;
-  for (const Led& led : leds(options)) {
-    light += led.power * std::exp(-std::hypot(x_mm - led.x_mm, y_mm - led.y_mm) / 800);
-    centre += led.power * std::exp(-std::hypot(led.x_mm, led.y_mm) / 800);
-  }
-  return light / centre * vignette(options, x_mm, y_mm);
+Field::Field(const SyntheticOptions& options) : scale_(scale(options.bit_depth)) {
+  const double w = kFieldWidth_mm / 2, h = w * options.height / options.width;
+  leds_ = {{{-w - 2, 0, 1.00}, {w + 2, 0, 0.99}, {0, -h - 2, 1.01}, {0, h + 2, 1.00}}};
+  falloff_per_mm2_ = options.falloff / (w * w + h * h);
+  guided_centre_ = touch(0, 0);
 }
 
-double stray_gray(const SyntheticOptions& options, double x_mm, double y_mm) {
+double Field::vignette(double x_mm, double y_mm) const {
+  return 1 - falloff_per_mm2_ * (x_mm * x_mm + y_mm * y_mm);
+}
+
+double Field::touch(double x_mm, double y_mm) const {
+  // Guided light loses little on its way: 1/e in 0.8 m of clear silicone.
+  double light = 0;
+  for (const Led& led : leds_)
+    light += led.power * std::exp(-distance_mm(x_mm - led.x_mm, y_mm - led.y_mm) / 800);
+  return light / guided_centre_ * vignette(x_mm, y_mm);
+}
+
+double Field::stray_gray(double x_mm, double y_mm) const {
   double light = 3;  // room light and scatter from the whole pad
-  for (const Led& led : leds(options))
-    light += kStray_gray * led.power * std::exp(-std::hypot(x_mm - led.x_mm, y_mm - led.y_mm) / 5);
-  return scale(options.bit_depth) * (kBlack_gray + light * vignette(options, x_mm, y_mm));
+  for (const Led& led : leds_)
+    light += kStray_gray * led.power * std::exp(-distance_mm(x_mm - led.x_mm, y_mm - led.y_mm) / 5);
+  return scale_ * (kBlack_gray + light * vignette(x_mm, y_mm));
 }
 
 std::array<double, 3> gel_light(int c) {
@@ -90,7 +88,15 @@ double gel_brightness(int c, double x, double y) {
   return kGelBrightness * (1 + kGelGradient * (std::cos(azimuth) * x + std::sin(azimuth) * y));
 }
 
-NormalNoise::NormalNoise() : first_(normal_table(0x70616c70)), second_(normal_table(0x61746521ull << 32)) {}
+namespace {
+const std::vector<float>& shared_table(int which) {
+  static const std::array<std::vector<float>, 2> tables = {normal_table(0x70616c70),
+                                                           normal_table(0x61746521ull << 32)};
+  return tables[which];
+}
+}  // namespace
+
+NormalNoise::NormalNoise() : first_(shared_table(0)), second_(shared_table(1)) {}
 
 void NormalNoise::row(uint64_t seed, uint64_t frame, uint64_t row, uint32_t width, float* out) const {
   const uint64_t h = mix(mix(mix(seed) + frame) + row);

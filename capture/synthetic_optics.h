@@ -28,10 +28,23 @@ inline constexpr double kGelGradient =
 double scale(uint32_t bit_depth);  ///< 2^(bits - 8)
 double pitch_mm(const SyntheticOptions& options);
 
-/// Response of the field: relative touch light, 1 at the centre; and stray light with offset, gray. Position
-/// from the centre.
-double touch_field(const SyntheticOptions& options, double x_mm, double y_mm);
-double stray_gray(const SyntheticOptions& options, double x_mm, double y_mm);
+/// Light over the field, at a place in mm from its centre.
+class Field {
+ public:
+  explicit Field(const SyntheticOptions& options);
+  double touch(double x_mm, double y_mm) const;       ///< touch light relative to the centre
+  double stray_gray(double x_mm, double y_mm) const;  ///< stray light and the camera's offset
+
+ private:
+  struct Led {
+    double x_mm, y_mm, power;
+  };
+  double vignette(double x_mm, double y_mm) const;
+  std::array<Led, 4> leds_;  // 2 mm outside the middle of each edge, matched to 1 %
+  double falloff_per_mm2_;
+  double guided_centre_ = 1;
+  double scale_;
+};
 
 /// Unit vector towards gel light c (red, green, blue at azimuth 90, 210, 330 degrees), in the frame of the
 /// normals: n = (d(depth)/dx, d(depth)/dy, 1) normalised.
@@ -49,7 +62,8 @@ class NormalNoise {
   void row(uint64_t seed, uint64_t frame, uint64_t row, uint32_t width, float* out) const;
 
  private:
-  std::vector<float> first_, second_;
+  const std::vector<float>& first_;
+  const std::vector<float>& second_;
 };
 
 }  // namespace palpate::optics

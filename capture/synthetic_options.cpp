@@ -143,7 +143,7 @@ std::vector<std::pair<std::string, std::string>> synthetic_scenes() {
 }
 
 Sensor synthetic_sensor(const SyntheticOptions& o) {
-  const SyntheticSensor source(o);  // checks the options
+  validate(o);
   const double scale = optics::scale(o.bit_depth),
                largest = std::ldexp(1.0, static_cast<int>(o.bit_depth)) - 1;
   const Scene& scene = find_scene(o.scene);
@@ -169,14 +169,14 @@ Sensor synthetic_sensor(const SyntheticOptions& o) {
   if (o.mode == SyntheticMode::Waveguide && o.response == SyntheticResponse::Linear && force_N > 0) {
     // Summed over the contact, gray = s p field and the pressure's integral is the force.
     ForceCalibration f;
-    f.c1_N_per_gray = s.pitch_mm_per_px * s.pitch_mm_per_px / source.gray_per_MPa();
+    f.c1_N_per_gray = s.pitch_mm_per_px * s.pitch_mm_per_px / gray_per_MPa(o);
     f.gray_max = force_N / f.c1_N_per_gray;
     f.residual_sd_N = 0.003 * force_N;
     const double relative = 0.004;  // the field's non-uniformity where the scenes press
     f.covariance = {0, 0, relative * relative * f.c1_N_per_gray * f.c1_N_per_gray};
     s.force = f;
   }
-  const double stiffness = source.shear_stiffness_N_per_mm();
+  const double stiffness = shear_stiffness_N_per_mm(o);
   s.shear = ShearCalibration{stiffness, stiffness, o.friction, 0.005};
   return s;
 }
