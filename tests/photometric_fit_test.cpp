@@ -164,6 +164,27 @@ TEST(PhotometricFit, NoiseIsReportedAsItIs) {
   EXPECT_GT(r.depth_gain, 0.8);
 }
 
+TEST(PhotometricFit, RestWeightKeepsDriftingLampsFromTiltingThePicture) {
+  Scene scene;
+  const Frame background = scene.render(0, 0, 0, 1);
+  const auto drifted = [](Frame f) {  // the red lamp has grown brighter by 3 % since the background
+    for (uint32_t y = 0; y < f.format.height; ++y)
+      for (uint32_t x = 0; x < f.format.width; ++x) f.set(0, x, y, f.at(0, x, y) * 103 / 100);
+    return f;
+  };
+  PhotometricFit fit(kFormat, kPitch_mm);
+  for (const auto& [x, y] : {std::pair{40.0, 35.5}, {110.3, 40.0}, {75.0, 80.2}, {120.0, 85.0}, {35.0, 88.0}})
+    fit.add_ball(drifted(scene.render(x, y, 12, 3)), background, x, y, 12, 3, "ball");
+  const auto false_slope = [&](const PhotometricCalibration& w) {
+    const Frame level = drifted(background);
+    return std::hypot(normal(w.wx, level, background, 80, 60), normal(w.wy, level, background, 80, 60));
+  };
+  const double light = false_slope(fit.solve(0.1).calibration),
+               heavy = false_slope(fit.solve(10).calibration);
+  EXPECT_GT(light, 0.005);
+  EXPECT_LT(heavy, 0.7 * light);
+}
+
 TEST(PhotometricFit, OneColourPairIsRegularisedAndSaysSo) {
   Scene scene;
   Frame background = scene.render(0, 0, 0, 1);
@@ -219,6 +240,8 @@ TEST(PhotometricFit, BadInputIsRefused) {
   EXPECT_THROW(fit.add_normals(press, background, std::vector<double>(5), std::vector<double>(5), "short"),
                Error);
   EXPECT_THROW(fit.solve(), Error);  // nothing was added
+  EXPECT_THROW(fit.solve(-1), Error);
+  EXPECT_THROW(fit.solve(NAN), Error);
   fit.add_ball(press, background, 80, 60, 20, 3, "one");
   EXPECT_THROW(fit.solve(), Error);  // one press leaves none to judge by
 }

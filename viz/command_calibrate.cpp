@@ -28,6 +28,7 @@ struct Options {
   fs::path sensor;
   fs::path balls;
   fs::path background;
+  double rest_weight = 1;
 };
 
 /// One row of balls.csv: a frame and the ball pressed in it.
@@ -149,7 +150,7 @@ Report photometric(const Common& common, const Options& options) {
   if (!options.background.empty()) reading.background.image = fs::absolute(options.background).string();
   std::optional<PhotometricFit> fit;
   add_balls(read_balls(options.balls, options.input), reading, fit);
-  const PhotometricFitResult result = fit->solve();
+  const PhotometricFitResult result = fit->solve(options.rest_weight);
 
   Sensor calibrated = original;
   calibrated.reading = Reading::Photometric;
@@ -173,6 +174,7 @@ Report photometric(const Common& common, const Options& options) {
   const nlohmann::ordered_json value = {{"sensor", common.out.string()},
                                         {"presses", presses},
                                         {"contact_px", result.contact_px},
+                                        {"rest_weight", options.rest_weight},
                                         {"condition", result.condition},
                                         {"ridge", result.ridge},
                                         {"explained_x", result.explained_x},
@@ -212,6 +214,11 @@ void add_calibrate(CLI::App& program, Common& common, Command& chosen) {
       ->add_option("--background", options->background,
                    "Untouched image (default: the sensor file's, or a video's first frames)")
       ->check(CLI::ExistingFile);
+  command
+      ->add_option("--rest-weight", options->rest_weight,
+                   "Weight of the untouched parts: more where the light drifts, less where it is noisy")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
   command->add_option("--out", common.out, "Sensor file to write")->required();
   add_common(*command, common,
              "  palpate calibrate photometric presses/ --sensor gel.json --balls balls.csv \\\n"

@@ -128,9 +128,10 @@ struct PhotometricFit::Press {
     std::vector<double> depth_mm;   // of the inside pixels, rim at 0
   } ball;
 
-  NormalEquations all() const {
-    NormalEquations e = contact;
-    e += rest;
+  NormalEquations all(double rest_weight) const {
+    NormalEquations e = rest;
+    e.scale(rest_weight);
+    e += contact;
     return e;
   }
 };
@@ -227,13 +228,15 @@ void PhotometricFit::add_ball(const Frame& frame, const Frame& background, doubl
   presses_.push_back(std::move(press));
 }
 
-PhotometricFitResult PhotometricFit::solve() const {
+PhotometricFitResult PhotometricFit::solve(double rest_weight) const {
+  if (!(rest_weight >= 0 && rest_weight <= 1000))
+    throw Error(Failure::Input, "a rest weight from 0 to 1000", std::to_string(rest_weight), "1");
   if (presses_.size() < 2)
     throw Error(Failure::Input, "two presses or more, so that the error is known on one not used",
                 std::to_string(presses_.size()), "adding presses at other places of the pad");
   NormalEquations all, contacts;
   for (const Press& p : presses_) {
-    all += p.all();
+    all += p.all(rest_weight);
     contacts += p.contact;
   }
   PhotometricFitResult result;
@@ -255,7 +258,7 @@ PhotometricFitResult PhotometricFit::solve() const {
     const Press& p = presses_[i];
     NormalEquations others;
     for (size_t j = 0; j < presses_.size(); ++j)
-      if (j != i) others += presses_[j].all();
+      if (j != i) others += presses_[j].all(rest_weight);
     const Weights v = solve_weights(others);
     HeldOutPress h;
     h.label = p.label;

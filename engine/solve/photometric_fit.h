@@ -55,18 +55,20 @@ class PhotometricFit {
                    std::span<const double> normal_y, const std::string& label);
 
   /// A ball of radius `ball_radius_mm` pressed at (cx, cy) px: sphere normals up to `contact_radius_px`;
-  /// level (zero slope) beyond `kRestRing` times that radius, with as much weight in all as the contact. The
-  /// ring between is left out: there the pad bends down to the rim and its slope is not known. Throws
+  /// level (zero slope) beyond `kRestRing` times that radius, with at most the weight of the contact in all.
+  /// The ring between is left out: there the pad bends down to the rim and its slope is not known. Throws
   /// Error(Failure::Input) when the contact is larger than the ball or mostly outside the frame.
   void add_ball(const Frame& frame, const Frame& background, double cx_px, double cy_px,
                 double contact_radius_px, double ball_radius_mm, const std::string& label);
-  static constexpr double kRestRing = 2.0;
+  static constexpr double kRestRing = 2;
 
   /// Needs two presses or more. Throws Error(Failure::Input) when the colours cannot tell both slopes (gray
   /// images, one light, wrong positions): when less than `kLeastExplained` of the normals' variance is
   /// explained on presses that the fit has not seen.
   /// The design is regularised, and the result says so, when its condition passes `kWorstCondition`.
-  PhotometricFitResult solve() const;
+  /// `rest_weight` multiplies the weight of the level parts, 0 to 1000. More of it keeps lamps that drift
+  /// from tilting the picture; with noisy pixels it also flattens the contact, as `depth_gain` then shows.
+  PhotometricFitResult solve(double rest_weight = 1) const;
   static constexpr double kLeastExplained = 0.25;
   static constexpr double kWorstCondition = 3e3;
 
