@@ -98,18 +98,18 @@ std::string calibrate_force(gpu::Context& context, const SyntheticOptions& judge
                                   .friction = friction / static_cast<double>(slipping),
                                   .relative_sd = std::hypot(kx.relative_sd, ky.relative_sd)};
   return line(
-             "force: F = %.4g N/gray G %+.4g N, R^2 %.6f, scatter %.2g N, from %zu frames of scene 'press'\n",
+             "  force: F = %.4g N/gray G %+.4g N, R^2 %.6f, scatter %.2g N, from %zu frames of scene 'press'\n",
              fit.calibration.c1_N_per_gray, fit.calibration.c0_N, fit.r_squared,
              fit.calibration.residual_sd_N, gray.size()) +
-         line("shear: K = %.4g, %.4g N/mm, friction %.3f, from %zu + %llu frames of scene 'slide'\n",
+         line("  shear: K = %.4g, %.4g N/mm, friction %.3f, from %zu + %llu frames of scene 'slide'\n",
               kx.k_N_per_mm, ky.k_N_per_mm, sensor.shear->friction, x_mm.size(),
               static_cast<unsigned long long>(slipping));
 }
 
-/// Colour to slope from presses of a smaller ball at the scene's places, as `palpate calibrate photometric`
+/// Colour to slope from presses of a larger ball at the scene's places, as `palpate calibrate photometric`
 /// does it.
 std::string calibrate_colour(const SyntheticOptions& judged, Sensor& sensor) {
-  constexpr double kBallRadius_mm = 6;
+  constexpr double kBallRadius_mm = 14;
   constexpr double kForce_N = 0.8;
   constexpr uint64_t kStep = 10;
   SyntheticOptions presses = calibration_press(judged, "palpation", kForce_N, 3000);
@@ -127,8 +127,9 @@ std::string calibrate_colour(const SyntheticOptions& judged, Sensor& sensor) {
   }
   const PhotometricFitResult result = fit.solve();
   sensor.photometric = result.calibration;
-  return line("colour: %zu presses of a ball of radius %g mm, normals to %.4f (held out), depth gain %.3f\n",
-              result.presses.size(), kBallRadius_mm, result.normal_rms_held_out, result.depth_gain);
+  return line(
+      "  colour: %zu presses of a ball of radius %g mm, normals to %.4f (held out), depth gain %.3f\n",
+      result.presses.size(), kBallRadius_mm, result.normal_rms_held_out, result.depth_gain);
 }
 
 /// The frame in the middle of each contact's hardest stretch: what is worth a picture.
@@ -177,8 +178,9 @@ Report demo(const Common& common, const Options& options) {
   Sensor pad_sensor = synthetic_sensor(pad);
   Sensor gel_sensor = synthetic_sensor(gel);
   spdlog::info("calibrating on other touches than those that are judged");
-  const std::string calibration =
-      calibrate_force(*context, pad, pad_sensor) + calibrate_colour(gel, gel_sensor);
+  const std::string calibration = "waveguide pad\n" + calibrate_force(*context, pad, pad_sensor) +
+                                  "gel skin\n" + calibrate_force(*context, gel, gel_sensor) +
+                                  calibrate_colour(gel, gel_sensor);
   save_sensor(pad_sensor, common.out / "waveguide.json");
   save_sensor(gel_sensor, common.out / "gel.json");
 
@@ -191,9 +193,10 @@ Report demo(const Common& common, const Options& options) {
   force.frames = options.frames;
   ProcessRequest surface;
   surface.input = to_string(gel);
+  surface.solver = SurfaceSolver::Live;  // what the window shows
   surface.frames = options.frames;
   surface.pictures = surface.video = !window;
-  surface.picture_every = 3;
+  surface.picture_every = 4;
   surface.picture_frames = hardest_frames(SyntheticSensor(gel));
 
   spdlog::info("the palpation as the waveguide pad sees it: force, shear, slip, centre");

@@ -104,7 +104,7 @@ Measurements::Measurements(const std::filesystem::path& file, uint32_t outputs, 
 void Measurements::add(const Touch& touch, const Truth* truth, std::optional<double> depth_rms_error_mm) {
   Row row;
   row.whole(touch.sequence);
-  row.number(static_cast<double>(touch.time_ns) * 1e-9);
+  row.number(static_cast<double>(touch.time_ns) / 1e9);
   if (outputs_ & static_cast<uint32_t>(Output::Force)) {
     add_contact(row, touch);
   } else {
