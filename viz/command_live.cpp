@@ -20,6 +20,7 @@ namespace {
 struct Options {
   std::string input = "synthetic:palpation?mode=gel&repeat=0";
   std::filesystem::path sensor;
+  std::filesystem::path background;
   SurfaceSolver solver = SurfaceSolver::Live;
   viz::LiveOptions live;
 };
@@ -27,7 +28,7 @@ struct Options {
 Report live(const Common& common, Options options) {
   // Before anything else is opened: without a display the rest is in vain.
   const std::vector<const char*> extensions = viz::window_extensions();
-  const MeasuredInput input = find_input(common, options.input, options.sensor);
+  const MeasuredInput input = find_input(common, options.input, options.sensor, options.background);
   const std::unique_ptr<Source> first = open_source(input.input, input.sensor);
   const Frame background = load_background(input.input, input.sensor, *first);
   const FrameFormat format = first->format();
@@ -89,6 +90,10 @@ void add_live(CLI::App& program, Common& common, Command& chosen) {
       "Video, folder of images, or synthetic:SCENE (default: a simulated palpation, without end)");
   command->add_option("--sensor", options->sensor,
                       "Sensor file (JSON, see README.md); synthetic inputs need none");
+  command
+      ->add_option("--background", options->background,
+                   "Untouched image (default: the sensor file's, or a recording's first frames)")
+      ->check(CLI::ExistingFile);
   command->add_option("--out", common.out,
                       "Folder for measurements.csv (frames that were measured) and screenshots");
   command->add_option("--solver", options->solver, "Surface solver: live (default), converged or exact (CPU)")

@@ -17,12 +17,13 @@ const std::map<std::string, Output> kOutputs = {{"force", Output::Force}, {"surf
 struct Options {
   ProcessRequest request;
   std::filesystem::path sensor;
+  std::filesystem::path background;
   std::vector<Output> outputs;
 };
 
 Report process(const Common& common, Options options) {
   ProcessRequest& request = options.request;
-  const MeasuredInput input = find_input(common, request.input, options.sensor);
+  const MeasuredInput input = find_input(common, request.input, options.sensor, options.background);
   const Sensor& sensor = input.sensor;
   request.input = input.input;
   request.outputs = input.outputs;
@@ -55,6 +56,10 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
   command->add_option("INPUT", request.input, "Video file, image file, folder of images, or synthetic:SCENE")
       ->required();
   command->add_option("--sensor", options->sensor, "Sensor file (JSON, see README.md)");
+  command
+      ->add_option("--background", options->background,
+                   "Untouched image (default: the sensor file's, or a recording's first frames)")
+      ->check(CLI::ExistingFile);
   command
       ->add_option("--out", common.out,
                    "Folder for measurements.csv, summary.json and what else is asked for")

@@ -6,7 +6,7 @@
 namespace palpate {
 
 MeasuredInput find_input(const Common& common, const std::string& input,
-                         const std::filesystem::path& sensor_file) {
+                         const std::filesystem::path& sensor_file, const std::filesystem::path& background) {
   constexpr const char* kSynthetic = "synthetic:";
   MeasuredInput found{.input = input, .sensor = {}};
   const bool synthetic = input.rfind(kSynthetic, 0) == 0;
@@ -22,6 +22,7 @@ MeasuredInput find_input(const Common& common, const std::string& input,
     found.input = to_string(options);
     if (sensor_file.empty()) found.sensor = synthetic_sensor(options);
   }
+  if (!background.empty()) found.sensor.background.image = std::filesystem::absolute(background).string();
   found.outputs = static_cast<uint32_t>(Output::Force);
   if (found.sensor.reading != Reading::None) found.outputs |= static_cast<uint32_t>(Output::Surface);
   return found;

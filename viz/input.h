@@ -18,9 +18,12 @@ struct MeasuredInput {
 };
 
 /// Loads `sensor_file`; synthetic inputs without one get what is known of them by construction, and the seed
-/// of the options where they name none. Throws Error(Failure::Usage) where another input has no sensor file.
+/// of the options where they name none. `background` is the untouched image to use instead of the sensor
+/// file's; empty: as the sensor file says. Throws Error(Failure::Usage) where another input has no sensor
+/// file.
 MeasuredInput find_input(const Common& common, const std::string& input,
-                         const std::filesystem::path& sensor_file);
+                         const std::filesystem::path& sensor_file,
+                         const std::filesystem::path& background = {});
 
 /// The solvers as the command line spells them.
 inline const std::map<std::string, SurfaceSolver> kSolverNames = {
