@@ -2,14 +2,14 @@
 
 namespace palpate::viz {
 
-Eye place(const Camera& camera, const Vec3& half, double aspect, double fit_aspect) {
-  constexpr double kMargin = 1.08;
+Eye place(const Camera& camera, const Vec3& half, double aspect, double fit_x, double fit_y) {
   Eye eye;
   eye.aspect = aspect;
   eye.right = camera.right();
   eye.up = camera.up();
   eye.backward = camera.backward();
-  const double fit = camera.fit_distance_mm(half, fit_aspect) * kMargin;
+  const double tan_y = std::tan(Camera::kFieldOfView_rad / 2);
+  const double fit = camera.fit_distance_mm(half, tan_y * aspect * fit_x, tan_y * fit_y);
   eye.distance_mm = fit / camera.zoom;
   const Vec3 centre{0, 0, -half.z};
   eye.position = camera.target + centre + eye.backward * eye.distance_mm;
@@ -18,7 +18,7 @@ Eye place(const Camera& camera, const Vec3& half, double aspect, double fit_aspe
   const double size = std::sqrt(dot(half, half));
   const double near = std::max(eye.distance_mm - 3 * size, 0.02 * eye.distance_mm);
   const double far = eye.distance_mm + 6 * size;
-  const double focal = 1 / std::tan(Camera::kFieldOfView_rad / 2);
+  const double focal = 1 / tan_y;
   const Vec3 rows[3] = {eye.right, eye.up, eye.backward};
   double view[3][4];
   for (int i = 0; i < 3; ++i) {

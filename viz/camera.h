@@ -55,10 +55,9 @@ struct Camera {
   Vec3 right() const { return {std::cos(azimuth_rad), std::sin(azimuth_rad), 0}; }
   Vec3 up() const { return cross(backward(), right()); }
 
-  /// Distance at which the box of half sizes `half` (mm, about the point looked at) fits a view of this
-  /// aspect (width / height).
-  double fit_distance_mm(const Vec3& half, double aspect) const {
-    const double tan_y = std::tan(kFieldOfView_rad / 2), tan_x = tan_y * aspect;
+  /// Distance at which the box of half sizes `half` (mm, about the point looked at) fits a view whose edges
+  /// are seen at these tangents.
+  double fit_distance_mm(const Vec3& half, double tan_x, double tan_y) const {
     double distance = 0;
     for (int corner = 0; corner < 8; ++corner) {
       const Vec3 p{(corner & 1 ? 1 : -1) * half.x, (corner & 2 ? 1 : -1) * half.y,
@@ -89,8 +88,8 @@ struct Eye {
   }
 };
 
-/// `half`: half sizes of the box that must fit at zoom 1, mm; its top is at rest level.
-/// `fit_aspect`: of the part of the view that it must fit into, around the view's middle.
-Eye place(const Camera& camera, const Vec3& half, double aspect, double fit_aspect);
+/// `half`: half sizes of the box that must fit at zoom 1, mm; its top is at rest level. It takes the middle
+/// `fit_x` and `fit_y` (fractions) of the view, so that labels have room around it.
+Eye place(const Camera& camera, const Vec3& half, double aspect, double fit_x, double fit_y);
 
 }  // namespace palpate::viz

@@ -187,7 +187,7 @@ Verdict force_verdict(Validity validity) {
     case Validity::Valid:
       return {"normal force, within calibration", 122, 209, 122};
     case Validity::NoContact:
-      return {"normal force: no contact", 150, 158, 170};
+      return {"nothing touches the pad", 150, 158, 170};
     case Validity::BelowRange:
       return {"normal force BELOW the calibrated range", 255, 190, 70};
     case Validity::AboveRange:
@@ -209,7 +209,9 @@ Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bo
   Layout l;
   l.surface = {0, 0, width - panel, height - status};
   l.view = l.surface;
-  l.view.x -= static_cast<int32_t>(px(kColourBarRoom_px / 2));
+  // Its middle is the middle of what the colour bar leaves.
+  l.view.x -= static_cast<int32_t>(px(kColourBarRoom_px));
+  l.view.width += px(kColourBarRoom_px);
   l.panel = {static_cast<int32_t>(width - panel), 0, panel, height - status};
   l.status = {0, static_cast<int32_t>(height - status), width, status};
   const ViewRect room =
@@ -300,7 +302,7 @@ void Hud::measurements(HudFrame& frame, const Layout& layout, const HudContent& 
   } else if (t.force_N.validity == Validity::NotCalibrated) {
     ImGui::TextUnformatted(text("G %.0f", t.gray_sum).c_str());
   } else {
-    ImGui::TextDisabled("- N");
+    ImGui::TextDisabled("no contact");
   }
   ImGui::PopFont();
   if (has_force) {
@@ -361,7 +363,8 @@ void Hud::describe(HudFrame& frame, const Layout& layout, const HudContent& cont
     help_window(layout.surface, scale);
   } else {
     under->AddText({14 * scale, static_cast<float>(layout.status.y) - 22 * scale},
-                   IM_COL32(120, 128, 140, 255), "drag: orbit   wheel: zoom   H: help");
+                   IM_COL32(120, 128, 140, 255),
+                   content.has_surface ? "drag: orbit   wheel: zoom   H: help" : "H: help");
   }
 }
 

@@ -38,8 +38,9 @@ struct Layout {
   ViewRect image;    ///< raw image; inside panel, or inside surface when there is no surface
   ViewRect status;   ///< one line at the foot
 };
-/// Beside the surface for the colour bar, at scale 1.
+/// Room beside the surface for the colour bar, and around the pad for the axes' labels, at scale 1.
 inline constexpr double kColourBarRoom_px = 92;
+inline constexpr double kLabelRoom_px = 52;
 Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bool has_surface);
 
 /// What the display is about in this picture.

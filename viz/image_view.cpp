@@ -41,7 +41,7 @@ void ImageView::draw(VkCommandBuffer cmd, const Frame& frame, const ViewRect& re
   push.width = format.width;
   push.height = format.height;
   push.channels = format.channels;
-  push.taps = static_cast<uint32_t>(std::clamp(std::ceil(step_px), 2.0, 4.0));
+  push.taps = static_cast<uint32_t>(std::clamp(std::ceil(step_px - 0.25), 1.0, 4.0));
   push.scale = 1.0f / static_cast<float>(format.max_gray());
   push.step_px = static_cast<float>(step_px);
 

@@ -260,7 +260,10 @@ bool Display::draw(bool is_new, std::vector<Measured>& replaced) {
   d.captured_at = current_->captured->at;
   scene_.record(window_.cmd(), window_.extent(),
                 {current_->captured->frame, current_->result.touch, current_->result.surface},
-                governor_.columns(), &stats_, [&] { window_.begin_pass(); });
+                governor_.columns(), &stats_, [&] {
+                  handle_input();  // between ImGui's begin and end, while its input is fresh
+                  window_.begin_pass();
+                });
   const bool screenshot = std::exchange(scene_.state().wants_screenshot, false);
   d.picture = window_.end_picture(screenshot);
   d.replaced = std::exchange(replaced, {});
@@ -295,7 +298,9 @@ void Display::handle_input() {
   Camera& camera = state.camera;
   if (!io.WantCaptureMouse) {
     const double height = std::max(1.0, static_cast<double>(scene_.layout().surface.height));
-    const bool left = io.MouseDown[0], right = io.MouseDown[1] || io.MouseDown[2];
+    // In the picture of the click itself the mouse may have come from anywhere.
+    const auto held = [&](int button) { return io.MouseDownDuration[button] > 0; };
+    const bool left = held(0), right = held(1) || held(2);
     if (left && !io.KeyShift) {
       camera.orbit(-0.008 * io.MouseDelta.x, 0.008 * io.MouseDelta.y);
     } else if (left || right) {
@@ -438,7 +443,6 @@ LiveReport Display::run() {
       continue;
     }
     if (!draw(is_new, replaced_)) continue;
-    handle_input();
     ViewState& state = scene_.state();
     window_.set_vsync(state.vsync);
     state.vsync = window_.vsync();

@@ -30,8 +30,12 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   layout_ = make_layout(extent, frame_.scale(), format, has_surface);
   const SurfaceStyle style = state_.style(longest_side_mm_);
   const Vec3 half_mm = surface_half_size_mm(format.width, format.height, sensor_.pitch_mm_per_px, style);
-  const double room_px = layout_.surface.width - kColourBarRoom_px * frame_.scale();
-  eye_ = place(state_.camera, half_mm, layout_.view.aspect(), std::max(0.3, room_px / layout_.view.height));
+  // Around the pad: the axes' labels, and on the right the colour bar.
+  const double labels_px = 2 * kLabelRoom_px * frame_.scale(), bar_px = kColourBarRoom_px * frame_.scale();
+  const ViewRect& view = layout_.view;
+  eye_ =
+      place(state_.camera, half_mm, view.aspect(), std::max(0.3, 1 - (labels_px + 2 * bar_px) / view.width),
+            std::max(0.3, 1 - labels_px / view.height));
 
   HudContent content{sensor_, shown.frame, shown.touch, has_surface, live, context_.report().name, {0, 0}};
   if (has_surface) content.mesh = SurfaceView::mesh_size(shown.surface, mesh_columns);
