@@ -1,5 +1,7 @@
 // palpate process: a recording in, measurements out.
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "engine/error.h"
@@ -19,6 +21,7 @@ struct Options {
   std::filesystem::path sensor;
   std::filesystem::path background;
   std::vector<Output> outputs;
+  std::vector<double> view_deg;
 };
 
 Report process(const Common& common, Options options) {
@@ -35,6 +38,12 @@ Report process(const Common& common, Options options) {
     throw Error(Failure::Usage, "a surface for --depth",
                 options.outputs.empty() ? "a sensor without a reading of the surface" : "--outputs force",
                 options.outputs.empty() ? "a sensor file with \"reading\"" : "--outputs force,surface");
+  }
+  if (!options.view_deg.empty()) {
+    const double degree = std::acos(-1.0) / 180;
+    request.look.camera.azimuth_rad = options.view_deg[0] * degree;
+    request.look.camera.elevation_rad = std::clamp(
+        options.view_deg[1] * degree, -viz::Camera::kMaxElevation_rad, viz::Camera::kMaxElevation_rad);
   }
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const ProcessSummary summary = process_recording(*context, common, sensor, request, common.out);
@@ -82,6 +91,21 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
                    "One picture (and film frame) for that many frames")
       ->capture_default_str()
       ->check(CLI::Range(uint64_t{1}, uint64_t{1000000}));
+  command
+      ->add_option("--depth-range", request.look.range_mm,
+                   "Depth with the last colour of pictures, mm (default: follows the touch)")
+      ->check(CLI::Range(1e-4, 100.0));
+  command
+      ->add_option("--exaggeration", request.look.exaggeration,
+                   "Of depth in pictures, 1 is true to scale (default: follows the range)")
+      ->check(CLI::Range(0.1, 1000.0));
+  command
+      ->add_option("--view", options->view_deg,
+                   "Viewpoint of pictures: azimuth,elevation in degrees; 0,90 is straight above, negative "
+                   "elevations look from inside the pad")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::Range(-180.0, 180.0));
   command->add_option("--frames", request.frames, "Stop after that many frames");
   add_common(
       *command, common,

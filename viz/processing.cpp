@@ -53,7 +53,7 @@ class Recorder {
       make_output_folder(out / "pictures");
       clear_numbered_files(out / "pictures");
     }
-    if (request.pictures || request.video) renderer_.emplace(context, sensor, viz::PictureOptions{});
+    if (request.pictures || request.video) renderer_.emplace(context, sensor, request.look);
   }
 
   void add(const Result& result, const Frame& frame) {

@@ -13,6 +13,7 @@
 #include "viz/command.h"
 #include "viz/comparison.h"
 #include "viz/depth_files.h"
+#include "viz/picture.h"
 
 namespace palpate {
 
@@ -26,7 +27,8 @@ struct ProcessRequest {
   uint64_t frames = 0;             ///< at most that many; 0: all
   uint64_t picture_every = 1;      ///< one picture and one video frame for that many frames
   std::vector<uint64_t>
-      picture_frames;  ///< pictures of these frames only, ascending; empty: as picture_every says
+      picture_frames;        ///< pictures of these frames only, ascending; empty: as picture_every says
+  viz::PictureOptions look;  ///< of pictures and film: scale of the depth, viewpoint
 };
 
 /// What was seen, frame by frame counted.
