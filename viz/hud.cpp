@@ -48,6 +48,17 @@ void row(const char* label, const std::string& value, const ImVec4* tint = nullp
   }
 }
 
+// As much of `whole` as fits, with dots where something is missing.
+std::string shortened(const std::string& whole, float width) {
+  std::string result = whole;
+  for (size_t length = whole.size(); length > 0 && ImGui::CalcTextSize(result.c_str()).x > width; --length) {
+    // Never within a character of several bytes.
+    while (length > 1 && (static_cast<unsigned char>(whole[length - 1]) & 0xC0) == 0x80) --length;
+    result = whole.substr(0, length - 1) + "...";
+  }
+  return result;
+}
+
 std::string shear_text(const Estimate& e) {
   if (e.validity == Validity::NotCalibrated || e.validity == Validity::NoContact) return "-";
   return text("%+.3f \xc2\xb1 %.3f N", e.value, e.standard_error);
@@ -283,9 +294,12 @@ void Hud::measurements(HudFrame& frame, const Layout& layout, const HudContent& 
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                    ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoBringToFrontOnFocus);
   ImGui::PopStyleVar();
-  ImGui::TextUnformatted(content.sensor.name.empty() ? "unnamed sensor" : content.sensor.name.c_str());
   const std::string format = text("%u x %u", content.frame.format.width, content.frame.format.height);
-  ImGui::SameLine(ImGui::GetWindowWidth() - ImGui::CalcTextSize(format.c_str()).x - 12 * scale);
+  const float format_width = ImGui::CalcTextSize(format.c_str()).x;
+  const std::string name = content.sensor.name.empty() ? "unnamed sensor" : content.sensor.name;
+  ImGui::TextUnformatted(
+      shortened(name, ImGui::GetContentRegionAvail().x - format_width - 12 * scale).c_str());
+  ImGui::SameLine(ImGui::GetWindowWidth() - format_width - 12 * scale);
   ImGui::TextDisabled("%s", format.c_str());
   if (content.has_surface) {
     ImGui::SetCursorPosY(static_cast<float>(layout.image.y) + static_cast<float>(layout.image.height) +

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 
 namespace palpate::viz {
 
@@ -16,19 +17,29 @@ const char* to_string(Vsync vsync) {
   }
 }
 
-double nice_ceiling(double value) {
+namespace {
+double ceiling_of(std::initializer_list<double> series, double value) {
   const double power = std::pow(10.0, std::floor(std::log10(std::max(value, 1e-9))));
-  for (const double step : {1.0, 2.0, 5.0}) {
+  for (const double step : series) {
     if (value <= step * power * (1 + 1e-9)) return step * power;
   }
   return 10 * power;
+}
+}  // namespace
+
+double nice_ceiling(double value) {
+  return ceiling_of({1, 2, 5}, value);
+}
+
+double scale_ceiling(double value) {
+  return ceiling_of({1, 1.5, 2, 2.5, 3, 4, 5, 6, 8}, value);
 }
 
 void ViewState::follow(const Touch& touch, double longest_side_mm) {
   constexpr double kSmallest_mm = 0.05;  // below it a resting pad would show only noise
   constexpr int64_t kPatience_ns = 8'000'000'000;
   if (automatic_range && touch.has_surface) {
-    const double wanted_mm = nice_ceiling(std::max(touch.depth_max_mm, kSmallest_mm));
+    const double wanted_mm = scale_ceiling(std::max(touch.depth_max_mm, kSmallest_mm));
     if (wanted_mm > range_mm) range_mm = wanted_mm;
     // A pad at rest says nothing about the next touch: only a lasting lighter contact narrows the range.
     if (!touch.contact || wanted_mm >= range_mm) {
@@ -46,9 +57,9 @@ void ViewState::follow(const Touch& touch, double longest_side_mm) {
     }
   }
   if (automatic_exaggeration) {
-    constexpr double kRelief = 0.16;  // deepest colour, as a fraction of the pad's longest side
+    constexpr double kRelief = 0.17;  // deepest colour, as a fraction of the pad's longest side
     const double wanted = kRelief * longest_side_mm / range_mm;
-    exaggeration = std::clamp(nice_ceiling(wanted / 2), 1.0, 200.0);
+    exaggeration = std::clamp(scale_ceiling(0.8 * wanted), 1.0, 200.0);
   }
 }
 

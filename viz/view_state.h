@@ -12,8 +12,10 @@ namespace palpate::viz {
 enum class Vsync : int { On, Mailbox, Off };  ///< FIFO; newest picture at each refresh; at once (may tear)
 const char* to_string(Vsync vsync);
 
-/// 1, 2 or 5 times a power of ten, at least `value`.
+/// 1, 2 or 5 times a power of ten, at least `value`: distances of ticks.
 double nice_ceiling(double value);
+/// A round number of a finer series (1, 1.5, 2, 2.5, 3, 4, 5, 6, 8), at least `value`: ends of scales.
+double scale_ceiling(double value);
 
 struct ViewState {
   Camera camera;
