@@ -61,6 +61,11 @@ class SourceTest : public ::testing::Test {
 
   /// Opens and reads all; expects Error(Failure::Input) whose line holds each of the words.
   void expect_refused(const std::string& input, const std::vector<std::string>& words) {
+    ::testing::internal::CaptureStderr();
+    struct Quiet {  // our one line is all that a person should see
+      std::string input;
+      ~Quiet() { EXPECT_EQ(::testing::internal::GetCapturedStderr(), "") << input; }
+    } quiet{input};
     try {
       const auto source = open_source(input, sensor_);
       Frame frame;
