@@ -88,7 +88,8 @@ std::optional<ImageHeader> tiff(Bytes b) {
 }
 
 std::optional<ImageHeader> bmp(Bytes b) {
-  if (b.size() < 30) return std::nullopt;
+  if (b.size() < 34 || number(b, 30, 4, false) > 3)
+    return std::nullopt;  // 3: the last kind of packing that is decoded
   const auto width = static_cast<int32_t>(number(b, 18, 4, false)),
              height = static_cast<int32_t>(number(b, 22, 4, false));
   ImageHeader h{"BMP", static_cast<uint64_t>(std::abs(int64_t{width})),

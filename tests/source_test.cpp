@@ -222,6 +222,18 @@ TEST_F(SourceTest, TwelveBitsInSixteenAreAccepted) {
   EXPECT_EQ(frame.format.bit_depth, 12u);
 }
 
+TEST_F(SourceTest, GraymapsOfTwelveBitsKeepTheirValues) {
+  std::ofstream out(path("camera.pgm"), std::ios::binary);
+  out << "P5\n# exposure 4 ms\n4 1\n4095\n"
+      << std::string("\x00\x00\x00\x01\x08\x00\x0f\xff", 8);  // big endian
+  out.close();
+  sensor_.bit_depth = 12;
+  Frame frame;
+  ASSERT_TRUE(open_source(path("camera.pgm"), sensor_)->next(frame));
+  const uint32_t wanted[] = {0, 1, 0x800, 0xfff};
+  for (uint32_t x = 0; x < 4; ++x) EXPECT_EQ(frame.at(0, x, 0), wanted[x]);
+}
+
 TEST_F(SourceTest, ChangingSizeNamesFileAndBothSizes) {
   cv::imwrite(path("a1.png"), random_image(20, 10, CV_8UC1, 255));
   cv::imwrite(path("a2.png"), random_image(21, 10, CV_8UC1, 255));
