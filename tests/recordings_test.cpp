@@ -26,7 +26,7 @@ const fs::path kRoot = PALPATE_SOURCE_DIR;
 const fs::path kSensors = kRoot / "capture/sensors";
 const fs::path kData = kRoot / "../shared/data";
 
-class Recordings : public GpuTest {
+class RealRecordings : public GpuTest {
  protected:
   void SetUp() override {
     if (!fs::is_directory(kData)) {
@@ -138,7 +138,7 @@ std::vector<Press> presses(const char* file) {
   return list;
 }
 
-TEST_F(Recordings, WedgeSignalFollowsTheForceGauge) {
+TEST_F(RealRecordings, WedgeSignalFollowsTheForceGauge) {
   const Sensor sensor = load_sensor(kSensors / "gelsight_wedge.json");
   const fs::path folder = kData / "gelsight_wedge_press";
   std::vector<fs::path> clips;
@@ -191,7 +191,7 @@ std::vector<double> smooth(const DepthMap& map, double sigma) {
   return out;
 }
 
-TEST_F(Recordings, GolfBallShowsItsDimples) {
+TEST_F(RealRecordings, GolfBallShowsItsDimples) {
   const Sensor sensor = load_sensor(kSensors / "gelsight_wedge.json");
   for (const auto& [clip, x, y] : {std::tuple{"golf_ball_1.avi", 178, 175}, {"golf_ball_2.avi", 178, 173}}) {
     const DepthMap map = depth_of(context(), kData / "gelsight_wedge_press" / clip, sensor, 31);
@@ -285,7 +285,7 @@ std::vector<int> parts(const Frame& frame, const Frame& background, const Sensor
   return sizes;
 }
 
-TEST_F(Recordings, WaveguideShowsFiveFingers) {
+TEST_F(RealRecordings, WaveguideShowsFiveFingers) {
   const Sensor sensor = load_sensor(kSensors / "touchlib_ftir.json");
   const std::string clip = (kData / "touchlib-ftir/hard-5point.avi").string();
   const std::unique_ptr<Source> source = open_source(clip, sensor);
@@ -313,7 +313,7 @@ TEST_F(Recordings, WaveguideShowsFiveFingers) {
   EXPECT_GE(five, 0.95 * touched);
 }
 
-TEST_F(Recordings, GelShapesHaveTheirDepth) {
+TEST_F(RealRecordings, GelShapesHaveTheirDepth) {
   const fs::path folder = kData / "gelsight-sim2real";
   Sensor sensor = load_sensor(kSensors / "gelsight_sim2real.json");
   sensor.background.image = (folder / "background_real.png").string();
@@ -388,7 +388,7 @@ double sphere_radius_mm(const DepthMap& map, double cx, double cy, double disc_p
   return best;
 }
 
-TEST_F(Recordings, MarkedGelShowsRoundDimplesOfTheBall) {
+TEST_F(RealRecordings, MarkedGelShowsRoundDimplesOfTheBall) {
   const fs::path folder = kData / "gelslim-balls";
   Sensor sensor = load_sensor(kSensors / "gelslim_balls.json");
   sensor.background.image = (folder / "ref.jpg").string();
