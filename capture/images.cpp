@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "capture/image_header.h"
+#include "capture/jpeg.h"
 #include "engine/error.h"
 
 namespace fs = std::filesystem;
@@ -55,7 +56,7 @@ cv::Mat read_image(const fs::path& file) {
   if (!header->whole) throw damaged();
   cv::Mat image;
   try {
-    image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+    image = header->kind == "JPEG" ? decode_jpeg(bytes) : cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception&) {
     throw damaged();
   }

@@ -272,6 +272,25 @@ TEST_F(SourceTest, ImagesCutShortOrDamagedAreRefused) {
   file.put('\x5a').put('\xa5');
   file.close();
   expect_refused(path("bad.png"), {"PNG", "damaged"});
+
+  // Inside a JPEG there are no check sums: only the decoder notices.
+  std::vector<uint8_t> bytes;
+  cv::imencode(".jpg", image, bytes);
+  std::fill(bytes.begin() + static_cast<long>(bytes.size() / 2), bytes.end() - 2, uint8_t{0x12});
+  std::ofstream(path("bad.jpg"), std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  expect_refused(path("bad.jpg"), {"JPEG", "damaged"});
+}
+
+TEST_F(SourceTest, JpegsArriveAsOpenCvDecodesThem) {
+  for (const int type : {CV_8UC1, CV_8UC3}) {
+    cv::Mat smooth;
+    cv::GaussianBlur(random_image(67, 45, type, 255), smooth, {0, 0}, 3);
+    cv::imwrite(path("c.jpg"), smooth);
+    const cv::Mat wanted = cv::imread(path("c.jpg"), cv::IMREAD_UNCHANGED), found = read_image(path("c.jpg"));
+    ASSERT_EQ(found.type(), type);
+    EXPECT_EQ(cv::norm(wanted, found, cv::NORM_INF), 0);
+  }
 }
 
 TEST_F(SourceTest, AbsurdSizesAreRefusedByTheirHeader) {

@@ -1,0 +1,17 @@
+// JPEG files, decoded strictly: OpenCV fills what is damaged with gray and carries on.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+namespace cv {
+class Mat;
+}
+
+namespace palpate {
+
+/// Gray (1 channel) or colour (blue, green, red), 8 bit. Empty where the decoder had to guess anything, or
+/// the colours are neither gray nor YCbCr nor RGB.
+cv::Mat decode_jpeg(std::span<const uint8_t> bytes);
+
+}  // namespace palpate
