@@ -8,6 +8,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <utility>
 
 #include "engine/gpu/context.h"
 
@@ -22,6 +23,48 @@ volatile std::sig_atomic_t interrupt_flag = 0;
 
 void on_signal(int) {
   interrupt_flag = 1;
+}
+
+/// What help calls an option's value; the rest (types, ranges, lists of values) is in each option's own
+/// words.
+constexpr std::pair<const char*, const char*> kValueNames[] = {
+    {"--sensor", "FILE"},
+    {"--background", "FILE"},
+    {"--out", "DIR"},
+    {"--device", "INDEX|NAME"},
+    {"--seed", "N"},
+    {"--frames", "N"},
+    {"--repeat", "N"},
+    {"--bits", "N"},
+    {"--seconds", "S"},
+    {"--rate", "HZ"},
+    {"--force", "NEWTON"},
+    {"--radius", "MM"},
+    {"--size", "WxH"},
+    {"--mode", "NAME"},
+    {"--response", "NAME"},
+    {"--solver", "NAME"},
+    {"--vsync", "NAME"},
+    {"--outputs", "LIST"},
+    {"--depth", "FORMAT"},
+    {"--picture-every", "N"},
+    {"--depth-range", "MM"},
+    {"--exaggeration", "FACTOR"},
+    {"--view", "AZIMUTH,ELEVATION"},
+};
+
+void name_values(CLI::App& command) {
+  for (CLI::Option* option : command.get_options(nullptr)) {
+    const bool flag = option->get_items_expected_max() == 0;
+    if (flag || !option->get_option_text().empty()) continue;
+    std::string text;
+    for (const auto& [name, value] : kValueNames) {
+      if (option->get_name() == name) text = value;
+    }
+    if (option->get_required()) text += text.empty() ? "(required)" : " (required)";
+    if (!option->get_default_str().empty()) text += " [" + option->get_default_str() + "]";
+    if (!text.empty()) option->option_text(text);
+  }
 }
 
 int64_t now_ns() {
@@ -40,7 +83,8 @@ void add_common(CLI::App& command, Common& common, const std::string& examples) 
   command.add_option("--seed", common.seed, "Seed of everything random")->capture_default_str();
   command.add_flag("--validation", common.validation,
                    "Run under the Vulkan validation layer; any message fails the run");
-  command.footer("\nExamples:\n" + examples + "\n" + kExitCodes);
+  name_values(command);
+  command.footer("Examples:\n" + examples + "\n" + kExitCodes + "\n");
 }
 
 std::unique_ptr<gpu::Context> open_device(const Common& common,

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "engine/error.h"
 #include "engine/gpu/context.h"
 #include "viz/command.h"
 #include "viz/output_file.h"
@@ -14,7 +15,13 @@ std::string mebibytes(uint64_t bytes) {
 }
 
 Report list(const Common& common) {
-  const std::vector<gpu::DeviceReport> devices = gpu::list_devices();
+  std::vector<gpu::DeviceReport> devices;
+  std::string none = "no Vulkan device; install a driver (Debian: mesa-vulkan-drivers runs on any processor)";
+  try {
+    devices = gpu::list_devices();
+  } catch (const Error& error) {  // without any driver Vulkan does not even start
+    none = error.what();
+  }
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   std::string text;
   bool usable = false;
@@ -36,10 +43,12 @@ Report list(const Common& common) {
             "\n";
     for (const std::string& refusal : device.refusals) text += "            refused: " + refusal + "\n";
   }
-  if (devices.empty())
-    text = "no Vulkan device; install a driver (Debian: mesa-vulkan-drivers runs on any CPU)\n";
-  const nlohmann::ordered_json value = {{"devices", list}, {"usable", usable}};
-  Report report{text, value.dump(2), usable ? 0 : 5};
+  nlohmann::ordered_json value = {{"devices", list}, {"usable", usable}};
+  if (devices.empty()) {
+    text = none;
+    value["reason"] = none;
+  }
+  Report report{text, value.dump(2), usable ? 0 : static_cast<int>(Failure::Device)};
   if (!common.out.empty()) {
     make_output_folder(common.out);
     write_whole(common.out / "devices.json", report.json + "\n");

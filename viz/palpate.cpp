@@ -59,11 +59,11 @@ int run(int argc, char** argv) {
   program.set_version_flag("--version", std::string("palpate ") + PALPATE_VERSION);
   program.require_subcommand(1);
   program.footer(
-      "\nExamples:\n"
-      "  palpate demo --out out/demo           measure a 20 s simulated palpation, compare with the truth\n"
-      "  palpate live                          the same, live in a window\n"
+      "Examples:\n"
+      "  palpate demo --out out/demo           measure a simulated palpation, compare with the truth\n"
+      "  palpate live                          a simulated palpation, live in a window\n"
       "  palpate process press.avi --sensor my_sensor.json --out out/press\n"
-      "  palpate COMMAND --help                options and examples of one command");
+      "  palpate COMMAND --help                options and examples of one command\n");
   Common common;
   Command chosen;
   add_live(program, common, chosen);
@@ -84,6 +84,12 @@ int run(int argc, char** argv) {
       program.exit(error, text, text);
       print(text.str());
       return 0;
+    }
+    const auto known = program.get_subcommands([](const CLI::App*) { return true; });
+    const auto named = [&](const CLI::App* c) { return c->get_name() == argv[1]; };
+    if (argc > 1 && argv[1][0] != '-' && std::none_of(known.begin(), known.end(), named)) {
+      return fail(std::string("there is no command '") + argv[1] + "'; try: palpate --help",
+                  static_cast<int>(Failure::Usage), json_asked);
     }
     const auto commands = program.get_subcommands();
     const std::string command = commands.empty() ? "" : " " + commands.front()->get_name();
