@@ -126,7 +126,7 @@ struct Pipeline::Impl {
     }
     contact.record(cmd, slot.frame, background, slot.records);
     if (wants_surface) {
-      slope->record(cmd, slot.frame, background, surface->right_side());
+      slope->record(cmd, slot.frame, background, *surface);
       if (!dct) {
         surface->record(cmd, slot.depth);
         datum->record(cmd, slot.depth, slot.datum_records);
@@ -229,7 +229,10 @@ Pipeline::Pipeline(gpu::Context& context, const Sensor& sensor, const FrameForma
   impl_ = std::make_unique<Impl>(context, sensor, format, options);
 }
 
+Pipeline::Pipeline(Pipeline&&) noexcept = default;
+
 Pipeline::~Pipeline() {
+  if (!impl_) return;
   for (Impl::Slot& slot : impl_->slots) slot.commands.wait();
 }
 

@@ -64,6 +64,7 @@ class Pipeline {
   Pipeline(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
            const PipelineOptions& options);
   ~Pipeline();
+  Pipeline(Pipeline&&) noexcept;
 
   /// The untouched image; needed before the first frame. Waits for frames in flight.
   void set_background(const Frame& background);

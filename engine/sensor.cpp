@@ -22,8 +22,14 @@ constexpr double kHuge = 1e12;
   throw Error(Failure::Sensor, where + ": " + wanted, found, remedy);
 }
 
+/// A value for a message: short, one line, ASCII. What is nested may be nested deeper than a stack is, and is
+/// only counted.
 std::string shown(const Json& value) {
-  std::string text = value.dump();
+  for (const Json& part : value) {
+    if (value.is_structured() && part.is_structured())
+      return (value.is_array() ? "a list of " : "an object of ") + std::to_string(value.size());
+  }
+  std::string text = value.dump(-1, ' ', true);
   return text.size() > 60 ? text.substr(0, 57) + "..." : text;
 }
 
@@ -77,7 +83,7 @@ class Reader {
       }
       names += (names.empty() ? "" : ", ") + std::string(to_string(option));
     }
-    fail(path(key), "one of " + names, "'" + found + "'");
+    fail(path(key), "one of " + names, shown(found));
   }
   const Json& array(const char* key, size_t size, const char* meaning) {
     const Json& value = at(key);
@@ -107,7 +113,7 @@ class Reader {
       if (known_.contains(key)) continue;
       std::string names;
       for (const std::string& name : known_) names += (names.empty() ? "" : ", ") + name;
-      fail(where_, "only known keys (" + names + ")", "'" + key + "'", "removing or renaming it");
+      fail(where_, "only known keys (" + names + ")", shown(key), "removing or renaming it");
     }
   }
 
@@ -231,11 +237,12 @@ Json to_json(const Sensor& s) {
   if (s.quad_px) frame["quad_px"] = *s.quad_px;
   if (s.size_px[0] > 0) frame["size_px"] = s.size_px;
   Json background{{"first_frames", s.background.first_frames}};
-  if (!s.background.image.empty()) background = {{"image", s.background.image}};
+  if (!s.background.image.empty()) background["image"] = s.background.image;
   Json surface{{"reading", to_string(s.reading)}, {"max_slope", s.max_slope}};
-  if (s.reading == Reading::Shading)
+  if (s.reading == Reading::Shading || s.shading.facing_gray != 0)
     surface["shading"] = {{"facing_gray", s.shading.facing_gray}, {"depth_gain", s.shading.depth_gain}};
-  if (s.reading == Reading::Photometric)
+  const PhotometricCalibration none;
+  if (s.reading == Reading::Photometric || s.photometric.wx != none.wx || s.photometric.wy != none.wy)
     surface["photometric"] = {
         {"wx", s.photometric.wx}, {"wy", s.photometric.wy}, {"normal_sd", s.photometric.normal_sd}};
   Json json{{"palpate_sensor", kVersion},
@@ -260,6 +267,87 @@ Json to_json(const Sensor& s) {
                      {"relative_sd", s.shear->relative_sd}};
   }
   return json;
+}
+
+/// What no single key can tell: that the keys fit each other.
+void check_together(const Sensor& s, const std::string& where) {
+  const auto require = [&](bool fits, const char* key, const std::string& wanted, const std::string& found) {
+    if (!fits) fail(where + "." + key, wanted, found);
+  };
+  require(s.channels == 1 || s.channels == 3, "frame.channels", "1 or 3", std::to_string(s.channels));
+  require(s.channels == 1 || s.bit_depth == 8, "frame.bit_depth", "8 for colour",
+          std::to_string(s.bit_depth));
+  require(!s.quad_px || (s.size_px[0] > 0 && s.size_px[1] > 0), "frame.size_px",
+          "the size of the rectified frame, with quad_px", "none");
+  const double full_scale = (1u << s.bit_depth) - 1;
+  require(s.threshold_gray >= 0 && s.threshold_gray <= full_scale, "contact.threshold_gray",
+          "0 to " + number_text(full_scale) + " gray levels", number_text(s.threshold_gray));
+  require(s.saturation_gray >= 1 && s.saturation_gray <= full_scale, "contact.saturation_gray",
+          "1 to " + number_text(full_scale) + " gray levels", std::to_string(s.saturation_gray));
+  if (s.reading == Reading::Shading)
+    require(s.shading.facing_gray > 0, "surface.shading.facing_gray", "more than 0 gray levels",
+            number_text(s.shading.facing_gray));
+  if (s.reading == Reading::Photometric) {
+    require(s.channels == 3, "frame.channels", "3 for reading 'photometric'", std::to_string(s.channels));
+    double largest = 0;
+    for (const auto* weights : {&s.photometric.wx, &s.photometric.wy})
+      for (const auto& row : *weights)
+        for (const double weight : row) largest = std::max(largest, std::abs(weight));
+    require(largest > 0, "surface.photometric", "weights that are not all 0", "none");
+  }
+  if (s.force) {
+    require(s.force->c1_N_per_gray != 0, "force.c1_N_per_gray", "not 0", "0");
+    require(s.force->gray_max > s.force->gray_min, "force.gray_max", "more than gray_min",
+            number_text(s.force->gray_max));
+  }
+}
+
+Sensor from_json(const Json& json, const std::string& where, const std::string& default_name) {
+  Reader reader(json, where);
+  const double version = reader.number("palpate_sensor", 0, 1000, "(version of the format)");
+  if (version != kVersion)
+    fail(where + ".palpate_sensor", "version " + std::to_string(kVersion), number_text(version),
+         "a newer palpate");
+  Sensor sensor;
+  sensor.name = reader.has("name") ? reader.text("name") : default_name;
+  sensor.pitch_mm_per_px = reader.number("pitch_mm_per_px", 1e-6, 100, "mm per px");
+  if (reader.has("frame")) read_frame(reader.at("frame"), reader.path("frame"), sensor);
+  sensor.saturation_gray = (1u << sensor.bit_depth) - 1;
+  if (reader.has("background"))
+    read_background(reader.at("background"), reader.path("background"), sensor.background);
+  if (reader.has("contact")) read_contact(reader.at("contact"), reader.path("contact"), sensor);
+  if (reader.has("surface")) read_surface(reader.at("surface"), reader.path("surface"), sensor);
+  if (reader.has("force")) sensor.force = read_force(reader.at("force"), reader.path("force"));
+  if (reader.has("shear")) sensor.shear = read_shear(reader.at("shear"), reader.path("shear"));
+  reader.finish();
+  check_together(sensor, where);
+  return sensor;
+}
+
+/// Throws where the text is no JSON or writes a key twice.
+Json parse(const std::string& text, const std::filesystem::path& file) {
+  std::vector<std::set<std::string>> keys;
+  const auto no_key_twice = [&](int, Json::parse_event_t event, Json& parsed) {
+    if (event == Json::parse_event_t::object_start) keys.emplace_back();
+    if (event == Json::parse_event_t::object_end) keys.pop_back();
+    if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second)
+      fail(file.string(), "each key once", shown(parsed) + " twice", "removing one of them");
+    return true;
+  };
+  try {
+    return Json::parse(text, no_key_twice, true, true);  // comments are allowed
+  } catch (const Json::exception& e) {
+    std::string what = e.what();
+    const size_t at = what.find("at line"), after_code = what.find("] ");
+    if (at != std::string::npos)
+      what = "an error " + what.substr(at);
+    else if (after_code != std::string::npos)
+      what = what.substr(after_code + 2);
+    for (char& c : what)
+      if (c < ' ' || c > '~') c = '?';  // a damaged file's bytes are no text
+    fail(file.string(), "valid JSON", what.size() > 160 ? what.substr(0, 157) + "..." : what,
+         "correcting it there");
+  }
 }
 
 }  // namespace
@@ -288,41 +376,8 @@ const char* to_string(Reading reading) {
   return "?";
 }
 
-void validate(const Sensor& s, const std::string& where) {
-  const auto require = [&](bool fits, const char* key, const std::string& wanted, const std::string& found) {
-    if (!fits) fail(where + "." + key, wanted, found);
-  };
-  require(s.pitch_mm_per_px >= 1e-6 && s.pitch_mm_per_px <= 100, "pitch_mm_per_px",
-          "0.000001 to 100 mm per px", number_text(s.pitch_mm_per_px));
-  require(s.channels == 1 || s.channels == 3, "frame.channels", "1 or 3", std::to_string(s.channels));
-  require(s.bit_depth >= 8 && s.bit_depth <= 16, "frame.bit_depth", "8 to 16", std::to_string(s.bit_depth));
-  require(s.channels == 1 || s.bit_depth == 8, "frame.bit_depth", "8 for colour",
-          std::to_string(s.bit_depth));
-  require(!s.quad_px || (s.size_px[0] > 0 && s.size_px[1] > 0), "frame.size_px",
-          "the size of the rectified frame, with quad_px", "none");
-  const double full_scale = (1u << s.bit_depth) - 1;
-  require(s.threshold_gray >= 0 && s.threshold_gray <= full_scale, "contact.threshold_gray",
-          "0 to " + number_text(full_scale) + " gray levels", number_text(s.threshold_gray));
-  require(s.saturation_gray >= 1 && s.saturation_gray <= full_scale, "contact.saturation_gray",
-          "1 to " + number_text(full_scale) + " gray levels", std::to_string(s.saturation_gray));
-  require(s.max_slope > 0 && std::isfinite(s.max_slope), "surface.max_slope", "more than 0",
-          number_text(s.max_slope));
-  if (s.reading == Reading::Shading)
-    require(s.shading.facing_gray > 0, "surface.shading.facing_gray", "more than 0 gray levels",
-            number_text(s.shading.facing_gray));
-  if (s.reading == Reading::Photometric) {
-    require(s.channels == 3, "frame.channels", "3 for reading 'photometric'", std::to_string(s.channels));
-    double largest = 0;
-    for (const auto* weights : {&s.photometric.wx, &s.photometric.wy})
-      for (const auto& row : *weights)
-        for (const double weight : row) largest = std::max(largest, std::abs(weight));
-    require(largest > 0, "surface.photometric", "weights that are not all 0", "none");
-  }
-  if (s.force) {
-    require(s.force->c1_N_per_gray != 0, "force.c1_N_per_gray", "not 0", "0");
-    require(s.force->gray_max > s.force->gray_min, "force.gray_max", "more than gray_min",
-            number_text(s.force->gray_max));
-  }
+void validate(const Sensor& sensor, const std::string& where) {
+  from_json(to_json(sensor), where, "");
 }
 
 Sensor load_sensor(const std::filesystem::path& file) {
@@ -337,67 +392,45 @@ Sensor load_sensor(const std::filesystem::path& file) {
   if (!in.read(text.data(), static_cast<std::streamsize>(text.size())))
     fail(file.string(), "a readable sensor file", "a read error", "checking its permissions");
 
-  Json json;
-  try {
-    json = Json::parse(text, nullptr, true, true);  // comments are allowed
-  } catch (const Json::parse_error& e) {
-    const std::string what = e.what();
-    const size_t at = what.find("at line");
-    fail(file.string(), "valid JSON", at == std::string::npos ? what : "an error " + what.substr(at),
-         "correcting it there");
-  }
-
-  const std::string where = file.filename().string();
-  Reader reader(json, where);
-  const double version = reader.number("palpate_sensor", 0, 1000, "(version of the format)");
-  if (version != kVersion)
-    fail(where + ".palpate_sensor", "version " + std::to_string(kVersion), number_text(version),
-         "a newer palpate");
-  Sensor sensor;
-  sensor.name = reader.has("name") ? reader.text("name") : file.stem().string();
-  sensor.pitch_mm_per_px = reader.number("pitch_mm_per_px", 1e-6, 100, "mm per px");
-  if (reader.has("frame")) read_frame(reader.at("frame"), reader.path("frame"), sensor);
-  sensor.saturation_gray = (1u << sensor.bit_depth) - 1;
-  if (reader.has("background"))
-    read_background(reader.at("background"), reader.path("background"), sensor.background);
+  Sensor sensor = from_json(parse(text, file), file.filename().string(), file.stem().string());
   if (!sensor.background.image.empty()) {
     // A path in the file is relative to the file, whatever the working directory.
     sensor.background.image =
         (std::filesystem::absolute(file).parent_path() / sensor.background.image).lexically_normal().string();
   }
-  if (reader.has("contact")) read_contact(reader.at("contact"), reader.path("contact"), sensor);
-  if (reader.has("surface")) read_surface(reader.at("surface"), reader.path("surface"), sensor);
-  if (reader.has("force")) sensor.force = read_force(reader.at("force"), reader.path("force"));
-  if (reader.has("shear")) sensor.shear = read_shear(reader.at("shear"), reader.path("shear"));
-  reader.finish();
-  validate(sensor, where);
   return sensor;
 }
 
 void save_sensor(const Sensor& given, const std::filesystem::path& file) {
+  validate(given, file.filename().string());
   Sensor sensor = given;
   const std::filesystem::path image = sensor.background.image;
   if (image.is_absolute()) {
     // So that folder and sensor file can move together; an image elsewhere keeps its whole path.
-    const auto near = image.lexically_relative(std::filesystem::absolute(file).parent_path());
+    const auto near =
+        image.lexically_relative(std::filesystem::absolute(file).lexically_normal().parent_path());
     if (!near.empty() && *near.begin() != "..") sensor.background.image = near.string();
   }
+  const auto fail_to_write = [&](const std::string& why) {
+    throw Error(Failure::Output, "to write " + file.string(), why, "another folder, or freeing disk space");
+  };
   auto temporary = file;
   temporary += ".tmp";
+  std::error_code error, ignored;
   {
     std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-    out << to_json(sensor).dump(2) << '\n';
+    out << to_json(sensor).dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
     out.close();
     if (!out) {
-      std::error_code ignored;
       std::filesystem::remove(temporary, ignored);
-      throw Error(Failure::Output, "to write " + file.string(), "it cannot be written",
-                  "another folder, or freeing disk space");
+      fail_to_write("it cannot be written");
     }
   }
-  std::error_code error;
   std::filesystem::rename(temporary, file, error);
-  if (error) throw Error(Failure::Output, "to write " + file.string(), error.message(), "another folder");
+  if (error) {
+    std::filesystem::remove(temporary, ignored);
+    fail_to_write(error.message());
+  }
 }
 
 }  // namespace palpate

@@ -1,5 +1,6 @@
 // Pixels to the right side of the least-squares surface problem: slopes p = d(depth)/dx, q = d(depth)/dy at pixel centres, their
-// integrals across each pair of neighbours (fourth order), and the divergence of those. Slopes are never stored.
+// integrals across each pair of neighbours (fourth order), and the divergence of those; and its sums over two by two pixels, the
+// right side of the next coarser level. Slopes are never stored.
 // An invocation owns four columns and TILE_ROWS rows. Variants: READING_GIVEN (slopes from a buffer), READING_SHADING,
 // READING_PHOTOMETRIC.
 #version 460
@@ -14,13 +15,16 @@ layout(push_constant) uniform Push { SlopePush push; };
 layout(binding = 0) uniform samplerBuffer p_texels;
 layout(binding = 1) uniform samplerBuffer q_texels;
 layout(binding = 2) writeonly buffer Right { vec4 right_side[]; };
+layout(binding = 3) writeonly buffer Coarse { vec2 coarse[]; };
 #elif defined(READING_SHADING)
 layout(binding = 0) uniform usamplerBuffer filtered;  // four 16-bit pixels to a texel
 layout(binding = 1) writeonly buffer Right { vec4 right_side[]; };
+layout(binding = 2) writeonly buffer Coarse { vec2 coarse[]; };
 #else
 layout(binding = 0) uniform usamplerBuffer frame_words;  // four 8-bit pixels to a word, planes red, green, blue
 layout(binding = 1) uniform usamplerBuffer rest_words;
 layout(binding = 2) writeonly buffer Right { vec4 right_side[]; };
+layout(binding = 3) writeonly buffer Coarse { vec2 coarse[]; };
 #endif
 
 // Slopes of one row around texel tx: p in columns -2 .. 5 (two groups of four), q in columns 0 .. 3.
@@ -30,7 +34,12 @@ struct Slopes {
 
 #if defined(READING_GIVEN)
 
-Slopes slopes_at(int tx, int y) {
+struct Window {
+  uint unused;
+};
+Window window_at(int tx, int y) { return Window(0); }
+
+Slopes slopes_at(inout Window window, int tx, int y) {
   int row = clamp(y, 0, int(push.height) - 1) * int(push.in_pitch);
   vec4 left = texelFetch(p_texels, row + max(tx - 1, 0));
   vec4 here = texelFetch(p_texels, row + tx);
@@ -66,16 +75,25 @@ Gray gray_at(int tx, int y) {
 // Lambert with the light along the viewing axis: gray / facing = cos(slope angle), so |slope| = tan of it (Eq. 62-63); the
 // surface falls away from the light in the direction in which the gray falls. Without contact there is no reading: slope 0.
 void shade(vec4 gray, vec4 dx, vec4 dy, out vec4 p, out vec4 q) {
-  vec4 ratio = push.facing / max(gray, vec4(1e-6));
-  vec4 tangent = min(sqrt(max(ratio * ratio - 1.0, vec4(0.0))), vec4(push.max_slope)) * push.gain;
-  tangent = mix(tangent, vec4(0.0), lessThan(gray, vec4(max(push.threshold, 1e-6))));
-  vec4 size = max(sqrt(dx * dx + dy * dy), vec4(1e-6));
-  p = tangent * dx / size;
-  q = tangent * dy / size;
+  // tan^2 = facing^2 / gray^2 - 1, over the gradient's squared size: one division and one root for each pixel.
+  vec4 gray2 = max(gray * gray, vec4(1e-12)), steepest2 = gray2 * (push.max_slope * push.max_slope);
+  vec4 tangent2 = min(max(push.facing * push.facing - gray2, vec4(0.0)), steepest2);
+  vec4 scale = push.gain * sqrt(tangent2 / (gray2 * max(dx * dx + dy * dy, vec4(1e-12))));
+  scale = mix(scale, vec4(0.0), lessThan(gray, vec4(max(push.threshold, 1e-6))));
+  p = scale * dx;
+  q = scale * dy;
 }
 
-Slopes slopes_at(int tx, int y) {
-  Gray up = gray_at(tx, y - 1), here = gray_at(tx, y), down = gray_at(tx, y + 1);
+// Rows y - 1 and y; slopes_at takes them along, so that each row is fetched once.
+struct Window {
+  Gray up, here;
+};
+Window window_at(int tx, int y) { return Window(gray_at(tx, y - 1), gray_at(tx, y)); }
+
+Slopes slopes_at(inout Window window, int tx, int y) {
+  Gray up = window.up, here = window.here, down = gray_at(tx, y + 1);
+  window.up = here;
+  window.here = down;
   Gray s = Gray(up.l + 2.0 * here.l + down.l, up.c + 2.0 * here.c + down.c, up.r + 2.0 * here.r + down.r);
   Gray d = Gray(down.l - up.l, down.c - up.c, down.r - up.r);
   vec4 dx_a = vec4(s.l.w, s.c.xyz) - vec4(s.l.yzw, s.c.x);
@@ -117,7 +135,12 @@ void color_at(int plane, int row, int tx, out vec4 a, out vec4 b) {
   b = (unpack((ic >> 16) | (ir << 16)) - unpack((rc >> 16) | (rr << 16))) * push.threshold;
 }
 
-Slopes slopes_at(int tx, int y) {
+struct Window {
+  uint unused;
+};
+Window window_at(int tx, int y) { return Window(0); }
+
+Slopes slopes_at(inout Window window, int tx, int y) {
   int row = clamp(y, 0, int(push.height) - 1);
   vec4 red_a, red_b, green_a, green_b, blue_a, blue_b;
   color_at(0, row, tx, red_a, red_b);
@@ -157,6 +180,31 @@ vec4 across(Slopes s, vec4 w0, vec4 w1, vec4 w2, vec4 w3, vec4 w4) {
   return vec4(f0, f1, f2, f3) - vec4(f1, f2, f3, f4);
 }
 
+// What the last rows leave for the next: slopes down the columns of four rows, the column part of two, and the integral across the
+// pair of rows above the one to be finished.
+struct Stream {
+  Window window;
+  vec4 q3, q2, q1, q0;
+  vec4 across2, across1;
+  vec4 above;
+};
+
+// Takes in row y and gives the right side of row y - 2, in height differences of one px.
+vec4 take_row(inout Stream t, int tx, int y, vec4 w0, vec4 w1, vec4 w2, vec4 w3, vec4 w4) {
+  Slopes s = slopes_at(t.window, tx, y);
+  t.q3 = t.q2;
+  t.q2 = t.q1;
+  t.q1 = t.q0;
+  t.q0 = s.q;
+  vec4 wy = pair_weights(y - 2, int(push.height));
+  vec4 below = t.q3 * wy.x + t.q2 * wy.y + t.q1 * wy.z + t.q0 * wy.w;
+  vec4 right = t.across2 + t.above - below;
+  t.above = below;
+  t.across2 = t.across1;
+  t.across1 = across(s, w0, w1, w2, w3, w4);
+  return right;
+}
+
 void main() {
   uint tiles_y = (push.height + TILE_ROWS - 1) / TILE_ROWS;
   uint tile = gl_GlobalInvocationID.x;
@@ -169,30 +217,25 @@ void main() {
        w3 = pair_weights(x0 + 2, width), w4 = pair_weights(x0 + 3, width);
 
   // The pair between rows y and y + 1 needs rows y - 1 .. y + 2, so the column part of a row waits two rows.
-  Slopes s = slopes_at(tx, y0 - 2);
-  vec4 q3 = s.q;
-  s = slopes_at(tx, y0 - 1);
-  vec4 q2 = s.q;
-  s = slopes_at(tx, y0);
-  vec4 q1 = s.q;
-  vec4 across2 = across(s, w0, w1, w2, w3, w4);
-  s = slopes_at(tx, y0 + 1);
-  vec4 q0 = s.q;
-  vec4 across1 = across(s, w0, w1, w2, w3, w4);
-  vec4 wy = pair_weights(y0 - 1, height);
-  vec4 above = q3 * wy.x + q2 * wy.y + q1 * wy.z + q0 * wy.w;
-  for (int i = 0; i < int(TILE_ROWS); ++i) {
-    int y = y0 + i;
-    s = slopes_at(tx, y + 2);
-    q3 = q2;
-    q2 = q1;
-    q1 = q0;
-    q0 = s.q;
-    wy = pair_weights(y, height);
-    vec4 below = q3 * wy.x + q2 * wy.y + q1 * wy.z + q0 * wy.w;
-    if (y < height) right_side[uint(y) * push.pitch + uint(tx)] = (across2 + above - below) * push.scale;
-    above = below;
-    across2 = across1;
-    across1 = across(s, w0, w1, w2, w3, w4);
+  Stream stream;
+  stream.window = window_at(tx, y0 - 2);
+  Slopes s = slopes_at(stream.window, tx, y0 - 2);
+  stream.q3 = stream.above = stream.across2 = vec4(0.0);
+  stream.q2 = s.q;
+  s = slopes_at(stream.window, tx, y0 - 1);
+  stream.q1 = s.q;
+  s = slopes_at(stream.window, tx, y0);
+  stream.q0 = s.q;
+  stream.across1 = across(s, w0, w1, w2, w3, w4);
+  take_row(stream, tx, y0 + 1, w0, w1, w2, w3, w4);
+  bvec4 inside = lessThan(ivec4(0, 1, 2, 3) + x0, ivec4(width));
+  for (int y = y0; y < y0 + int(TILE_ROWS); y += 2) {
+    vec4 upper = take_row(stream, tx, y + 2, w0, w1, w2, w3, w4) * push.scale;
+    vec4 lower = take_row(stream, tx, y + 3, w0, w1, w2, w3, w4) * push.scale;
+    if (y < height) right_side[uint(y) * push.pitch + uint(tx)] = upper;
+    if (y + 1 < height) right_side[uint(y + 1) * push.pitch + uint(tx)] = lower;
+    lower = y + 1 < height ? lower : vec4(0.0);
+    vec4 sum = mix(vec4(0.0), upper + lower, inside);
+    if (y < height) coarse[uint(y / 2) * push.coarse_pitch + uint(tx)] = sum.xz + sum.yw;
   }
 }

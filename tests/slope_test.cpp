@@ -21,7 +21,7 @@ class SlopeTest : public GpuTest {
     frame.write(image);
     background.write(rest);
     const Grid grid = grid_for(format.width, format.height);
-    const FloatMap right(context(), "right side", grid);
+    const Surface surface(context(), format.width, format.height, SurfaceSolver::Live);
     const gpu::DeviceBuffer records(context(), "records", contact.record_bytes(), gpu::Memory::Readback);
     const gpu::DeviceBuffer host(context(), "readback", grid.bytes(), gpu::Memory::Readback);
     gpu::Commands commands(context());
@@ -30,8 +30,8 @@ class SlopeTest : public GpuTest {
     background.record(commands);
     commands.barrier();
     contact.record(commands, frame, background, records);
-    slope.record(commands, frame, background, right);
-    commands.copy(right.buffer, host, grid.bytes());
+    slope.record(commands, frame, background, surface);
+    commands.copy(surface.right_side().buffer, host, grid.bytes());
     commands.host_barrier();
     commands.end();
     commands.submit();

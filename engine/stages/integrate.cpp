@@ -82,7 +82,7 @@ Heights integrate_gradients(gpu::Context& context, std::span<const float> gradie
   commands.copy(staging_p, p.buffer, grid.bytes());
   commands.copy(staging_q, q.buffer, grid.bytes());
   commands.barrier();
-  slope.record_given(commands, p, q, surface.right_side());
+  slope.record_given(commands, p, q, surface);
   // The solver reuses the coarser right sides only; the finest is still there afterwards.
   if (solver != SurfaceSolver::Exact) surface.record(commands, depth);
   commands.copy(surface.right_side().buffer, right, grid.bytes());

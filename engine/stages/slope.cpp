@@ -13,7 +13,7 @@ namespace palpate {
 namespace {
 
 constexpr uint32_t kWorkgroup = 64;
-constexpr uint32_t kRowsOnCpu = 32;
+constexpr uint32_t kRowsOnCpu = 16;
 constexpr uint32_t kRowsOnGpu = 8;
 
 uint32_t rows_for(const gpu::Context& context) {
@@ -32,6 +32,7 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
   push_.width = format.width;
   push_.height = format.height;
   push_.pitch = grid_for(format.width, format.height).pitch;
+  push_.coarse_pitch = 2 * coarser(grid_for(format.width, format.height)).pitch;
   push_.scale = static_cast<float>(sensor.pitch_mm_per_px);
   push_.max_slope = static_cast<float>(sensor.max_slope);
   if (shading_) {
@@ -41,8 +42,8 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
     push_.facing = static_cast<float>(sensor.shading.facing_gray * units);
     push_.gain = static_cast<float>(sensor.shading.depth_gain);
     filtered_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32_UINT);
-    kernel_ =
-        gpu::Kernel(context, {"slope_shading", k_slope_shading}, interface({Texels, Storage}, tile_rows_));
+    kernel_ = gpu::Kernel(context, {"slope_shading", k_slope_shading},
+                          interface({Texels, Storage, Storage}, tile_rows_));
   } else {
     push_.in_pitch = PaddedLayout(format).pitch;
     push_.threshold = 1.0f / static_cast<float>(format.max_gray());
@@ -53,7 +54,7 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
       }
     }
     kernel_ = gpu::Kernel(context, {"slope_photometric", k_slope_photometric},
-                          interface({Texels, Texels, Storage}, tile_rows_));
+                          interface({Texels, Texels, Storage, Storage}, tile_rows_));
   }
 }
 
@@ -62,9 +63,10 @@ Slope::Slope(gpu::Context& context, uint32_t width, uint32_t height) : tile_rows
   push_.width = width;
   push_.height = height;
   push_.pitch = push_.in_pitch = grid_for(width, height).pitch;
+  push_.coarse_pitch = 2 * coarser(grid_for(width, height)).pitch;
   push_.scale = 1;
-  kernel_ =
-      gpu::Kernel(context, {"slope_given", k_slope_given}, interface({Texels, Texels, Storage}, tile_rows_));
+  kernel_ = gpu::Kernel(context, {"slope_given", k_slope_given},
+                        interface({Texels, Texels, Storage, Storage}, tile_rows_));
 }
 
 std::array<uint32_t, 3> Slope::groups() const {
@@ -73,20 +75,27 @@ std::array<uint32_t, 3> Slope::groups() const {
 }
 
 void Slope::record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
-                   const FloatMap& right_side) const {
+                   const Surface& surface) const {
   const auto scope = commands.scope("slope");
   if (shading_) {
-    commands.dispatch(kernel_, {&filtered_, &right_side.buffer}, push_, groups());
+    commands.dispatch(kernel_,
+                      {&filtered_, &surface.right_side().buffer, &surface.coarse_right_side().buffer}, push_,
+                      groups());
   } else {
-    commands.dispatch(kernel_, {&frame.words(), &background.words(), &right_side.buffer}, push_, groups());
+    commands.dispatch(kernel_,
+                      {&frame.words(), &background.words(), &surface.right_side().buffer,
+                       &surface.coarse_right_side().buffer},
+                      push_, groups());
   }
   commands.barrier();
 }
 
 void Slope::record_given(gpu::Commands& commands, const FloatMap& p, const FloatMap& q,
-                         const FloatMap& right_side) const {
+                         const Surface& surface) const {
   const auto scope = commands.scope("slope");
-  commands.dispatch(kernel_, {&p.texels, &q.texels, &right_side.buffer}, push_, groups());
+  commands.dispatch(kernel_,
+                    {&p.texels, &q.texels, &surface.right_side().buffer, &surface.coarse_right_side().buffer},
+                    push_, groups());
   commands.barrier();
 }
 

@@ -25,10 +25,11 @@ class Slope {
   /// Slopes given by the caller, height units per px.
   Slope(gpu::Context& context, uint32_t width, uint32_t height);
 
+  /// Fills the right sides of the surface's two finest levels.
   void record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
-              const FloatMap& right_side) const;
+              const Surface& surface) const;
   void record_given(gpu::Commands& commands, const FloatMap& p, const FloatMap& q,
-                    const FloatMap& right_side) const;
+                    const Surface& surface) const;
 
  private:
   std::array<uint32_t, 3> groups() const;

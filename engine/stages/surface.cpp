@@ -12,6 +12,7 @@
 #include "shaders/restrict.spv.h"
 #include "shaders/restrict_residual.spv.h"
 #include "shaders/smooth_correct.spv.h"
+#include "shaders/smooth_once.spv.h"
 #include "shaders/smooth_prolong.spv.h"
 #include "shaders/smooth_start.spv.h"
 
@@ -72,6 +73,10 @@ Grid grid_for(uint32_t width, uint32_t height) {
   return {width, height, (width + 3) / 4};
 }
 
+Grid coarser(const Grid& grid) {
+  return grid_for((grid.width + 1) / 2, (grid.height + 1) / 2);
+}
+
 FloatMap::FloatMap(gpu::Context& context, const std::string& name, const Grid& grid)
     : buffer(context, name, grid.bytes(), gpu::Memory::Device),
       texels(context, buffer, VK_FORMAT_R32G32B32A32_SFLOAT),
@@ -98,7 +103,7 @@ struct Surface::Pass {
   // Rows of a strip: long ones on big levels, short ones where threads are few.
   uint32_t rows(const Grid& grid) const {
     if (!surface.context_.is_software()) return 8;
-    return uint64_t{grid.pitch} * grid.height >= 16384 ? 32 : 8;
+    return uint64_t{grid.pitch} * grid.height >= 16384 ? 16 : 8;
   }
 
   shared::GridPush push(uint32_t l, const Grid& written) const {
@@ -154,6 +159,13 @@ struct Surface::Pass {
                       groups(v.grid));
     commands.barrier();
   }
+  void finish() {
+    const Level& v = level(0);
+    shared::GridPush p = push(0, v.grid);
+    p.step0 = static_cast<float>(1 / (2.0 * (double{v.across} + double{v.down}) * kBandMiddle));
+    commands.dispatch(surface.smooth_once_, {&v.right.texels, &x(1).pairs, &x(0).buffer}, p, groups(v.grid));
+    commands.barrier();
+  }
   void correct_and_smooth(uint32_t l) {
     const Level& v = level(l);
     commands.dispatch(surface.smooth_correct_,
@@ -196,9 +208,10 @@ struct Surface::Pass {
   void run(uint32_t extra_cycles) {
     // An even number of flips at level 0 must leave the solution in the caller's map.
     present[0] = extra_cycles % 2;
-    for (uint32_t l = 0; l < last(); ++l) restrict_right(l);
+    for (uint32_t l = 1; l < last(); ++l) restrict_right(l);
     solve_coarsest();
     for (uint32_t l = last(); l-- > 0;) {
+      if (l == 0 && extra_cycles == 0) return finish();
       smooth_from_coarse(l);
       if (l == 0) break;
       solve_residual(l);
@@ -238,10 +251,13 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
     };
     halve(grid.width, cell_width, edge_width);
     halve(grid.height, cell_height, edge_height);
-    grid = grid_for((grid.width + 1) / 2, (grid.height + 1) / 2);
+    grid = coarser(grid);
+  }
+  if (levels_.size() == 1) {
+    unused_coarse_ = FloatMap(context, "unused coarse right side", coarser(levels_.front().grid));
+    extra_cycles_ = 0;
   }
   if (!on_gpu) return;
-  if (levels_.size() == 1) extra_cycles_ = 0;
 
   const Level& last = levels_.back();
   const std::vector<float> inverse = pseudo_inverse(last);
@@ -260,6 +276,7 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
   if (levels_.size() == 1) return;
   smooth_start_ = make({"smooth_start", k_smooth_start}, {Texels, Texels, Storage}, kPush);
   smooth_prolong_ = make({"smooth_prolong", k_smooth_prolong}, {Texels, Texels, Texels, Storage}, kPush);
+  smooth_once_ = make({"smooth_once", k_smooth_once}, {Texels, Texels, Storage}, kPush);
   smooth_correct_ =
       make({"smooth_correct", k_smooth_correct}, {Texels, Texels, Texels, Texels, Storage}, kPush);
   restrict_ = make({"restrict", k_restrict}, {Texels, Storage}, kPush);

@@ -24,6 +24,8 @@ struct Grid {
   uint64_t bytes() const { return uint64_t{pitch} * height * 16; }
 };
 Grid grid_for(uint32_t width, uint32_t height);
+/// Half as many cells each way, rounded up.
+Grid coarser(const Grid& grid);
 
 /// A map of floats on the GPU that kernels may read in every shape they need.
 struct FloatMap {
@@ -47,6 +49,8 @@ class Surface {
   /// Filled by the slope stage: for each pixel the height differences to its left and upper neighbour minus
   /// those to its right and lower one, mm.
   const FloatMap& right_side() const { return levels_.front().right; }
+  /// Filled by the slope stage too: the sums of right_side() over blocks of two by two pixels.
+  const FloatMap& coarse_right_side() const { return levels_.size() > 1 ? levels_[1].right : unused_coarse_; }
 
   /// Solves into `depth`, mm, up to an additive constant.
   void record(gpu::Commands& commands, const FloatMap& depth) const;
@@ -68,10 +72,11 @@ class Surface {
   gpu::Context& context_;
   uint32_t extra_cycles_ = 0;
   std::vector<Level> levels_;
+  FloatMap unused_coarse_;  ///< takes the slope stage's sums where there is one level only
   gpu::DeviceBuffer inverse_;
   gpu::TexelView inverse_texels_;
-  gpu::Kernel smooth_start_, smooth_prolong_, smooth_correct_, restrict_, restrict_residual_, correct_,
-      coarsest_;
+  gpu::Kernel smooth_start_, smooth_prolong_, smooth_once_, smooth_correct_, restrict_, restrict_residual_,
+      correct_, coarsest_;
 };
 
 /// Evidence beside an answer.

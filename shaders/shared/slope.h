@@ -13,6 +13,7 @@ struct SlopePush {
   uint width;      // px
   uint height;     // px
   uint pitch;      // texels of four floats from one output row to the next
+  uint coarse_pitch;  // pairs of floats from one row of the next coarser level to the next
   uint in_pitch;   // texels from one input row to the next
   float scale;     // mm per px: turns differences of height in px into mm
   float max_slope;
@@ -24,7 +25,7 @@ struct SlopePush {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(SlopePush) == 108);
+static_assert(sizeof(SlopePush) == 112);
 }  // namespace palpate::shared
 #endif
 #endif
