@@ -435,7 +435,10 @@ LiveReport Display::run() {
       if (options_.close_at_end) break;
     }
     update_stats();
-    if (!current_ || (!is_new && restless_ == 0)) continue;
+    if (!current_ || (!is_new && restless_ == 0)) {
+      if (at_end) glfwWaitEventsTimeout(0.05);  // a closed mailbox no longer waits for us
+      continue;
+    }
     if (!is_new) --restless_;
 
     if (window_.minimised()) {
