@@ -267,7 +267,7 @@ TEST_F(Program, SimulatedRecordingComesBackAsMeasurements) {
 
   const fs::path out = folder_ / "out";
   const Ended ended = run({"process", rec / "frames", "--sensor", rec / "sensor.json", "--out", out,
-                           "--outputs", "force", "--json", "--validation"});
+                           "--outputs", "force", "--rate", "4", "--json", "--validation"});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   const Json summary = Json::parse(ended.out);
   EXPECT_EQ(summary.at("frames"), kFrames);
@@ -284,6 +284,7 @@ TEST_F(Program, SimulatedRecordingComesBackAsMeasurements) {
   size_t touching = 0, together = 0;
   for (size_t i = 0; i < table.rows.size(); ++i) {
     EXPECT_EQ(table.at(i, "frame"), std::to_string(i));
+    EXPECT_EQ(std::stod(table.at(i, "time_s")), static_cast<double>(i) / 4);
     const bool contact = table.at(i, "contact") == "1";
     EXPECT_EQ(table.at(i, "centroid_x_px").empty(), !contact) << "row " << i;
     EXPECT_EQ(table.at(i, "ellipse_major_mm").empty(), !contact) << "row " << i;
@@ -576,6 +577,48 @@ TEST_F(Program, SyntheticInputIsComparedWithItsTruth) {
   EXPECT_TRUE(summary.contains("measured_minus_true"));
   const Table table(slurp(out / "measurements.csv"));
   for (const char* column : {"true_force_N", "true_center_x_px", "true_depth_max_mm"}) table.at(0, column);
+}
+
+TEST_F(Program, ImagesWithoutRateHaveNoTime) {
+  const fs::path rec = recording(2), out = folder_ / "out";
+  ASSERT_EQ(run({"process", rec / "frames", "--sensor", rec / "sensor.json", "--out", out}).exit_code, 0);
+  EXPECT_EQ(Table(slurp(out / "measurements.csv")).at(1, "time_s"), "");
+}
+
+TEST_F(Program, FilmAndPicturesAreWritten) {
+  const fs::path out = folder_ / "out";
+  const Ended ended = run({"process", "synthetic:press?size=160x120&mode=gel", "--out", out, "--frames", "4",
+                           "--pictures", "--video", "--picture-every", "2", "--validation"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_TRUE(fs::exists(out / "pictures" / "000000.png"));
+  EXPECT_FALSE(fs::exists(out / "pictures" / "000001.png"));
+  EXPECT_TRUE(fs::exists(out / "pictures" / "000002.png"));
+  EXPECT_GT(fs::file_size(out / "recording.mp4"), 1000u);
+  // A later run without a film does not leave this one beside its own measurements.
+  ASSERT_EQ(
+      run({"process", "synthetic:press?size=160x120&mode=gel", "--out", out, "--frames", "2"}).exit_code, 0);
+  EXPECT_FALSE(fs::exists(out / "recording.mp4"));
+}
+
+TEST_F(Program, DemoMeasuresWhatItWasNotCalibratedOn) {
+  const fs::path out = folder_ / "out";
+  const Ended ended =
+      run({"demo", "--headless", "--frames", "70", "--picture-every", "35", "--out", out, "--json"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const Json value = Json::parse(ended.out);
+  const Json& felt = value.at("waveguide").at("measured_minus_true");
+  const double full_scale_N = felt.at("force_N").at("full_scale");
+  EXPECT_GT(full_scale_N, 0.5);
+  EXPECT_LT(felt.at("force_N").at("rms_error").get<double>(), 0.01 * full_scale_N);
+  EXPECT_GT(felt.at("force_N").at("rms_error").get<double>(), 0) << "too good to be measured";
+  EXPECT_LT(felt.at("center_px").at("rms_error").get<double>(), 0.1);
+  const Json& seen = value.at("gel").at("measured_minus_true");
+  EXPECT_LT(seen.at("depth_max_mm").at("rms_error").get<double>(),
+            0.05 * seen.at("depth_max_mm").at("full_scale").get<double>());
+  for (const char* file : {"waveguide.json", "gel.json", "waveguide/measurements.csv", "gel/measurements.csv",
+                           "gel/recording.mp4", "gel/pictures/000039.png"}) {
+    EXPECT_TRUE(fs::exists(out / file)) << file;
+  }
 }
 
 }  // namespace

@@ -25,6 +25,7 @@ namespace fs = std::filesystem;
 struct Options {
   bool headless = false;
   uint64_t frames = 0;  ///< of the palpation; 0: all 600
+  uint64_t picture_every = 4;
 };
 
 /// What the engine saw in one frame beside what the gauge (here: the truth) said.
@@ -98,7 +99,8 @@ std::string calibrate_force(gpu::Context& context, const SyntheticOptions& judge
                                   .friction = friction / static_cast<double>(slipping),
                                   .relative_sd = std::hypot(kx.relative_sd, ky.relative_sd)};
   return line(
-             "  force: F = %.4g N/gray G %+.4g N, R^2 %.6f, scatter %.2g N, from %zu frames of scene 'press'\n",
+             "  force: F = %.4g N/gray G %+.4g N, R^2 %.6f, scatter %.2g N, from %zu frames of scene "
+             "'press'\n",
              fit.calibration.c1_N_per_gray, fit.calibration.c0_N, fit.r_squared,
              fit.calibration.residual_sd_N, gray.size()) +
          line("  shear: K = %.4g, %.4g N/mm, friction %.3f, from %zu + %llu frames of scene 'slide'\n",
@@ -196,7 +198,7 @@ Report demo(const Common& common, const Options& options) {
   surface.solver = SurfaceSolver::Live;  // what the window shows
   surface.frames = options.frames;
   surface.pictures = surface.video = !window;
-  surface.picture_every = 4;
+  surface.picture_every = options.picture_every;
   surface.picture_frames = hardest_frames(SyntheticSensor(gel));
 
   spdlog::info("the palpation as the waveguide pad sees it: force, shear, slip, centre");
@@ -237,6 +239,9 @@ void add_demo(CLI::App& program, Common& common, Command& chosen) {
                       "Folder for measurements, pictures and the film (default: out/demo)");
   command->add_flag("--headless", options->headless, "No window, even where there is a display");
   command->add_option("--frames", options->frames, "Only that many frames of the palpation");
+  command->add_option("--picture-every", options->picture_every, "One frame of the film for that many frames")
+      ->capture_default_str()
+      ->check(CLI::Range(uint64_t{1}, uint64_t{1000}));
   add_common(*command, common,
              "  palpate demo                           a window where there is a display, then the table\n"
              "  palpate demo --headless --out out/demo pictures and a film instead\n"

@@ -38,7 +38,9 @@ Report live(const Common& common, Options options) {
   std::optional<Measurements> measurements;
   if (!common.out.empty()) {
     make_output_folder(common.out);
-    measurements.emplace(common.out / "measurements.csv", input.outputs, false);
+    measurements.emplace(
+        common.out / "measurements.csv",
+        Measurements::Columns{.outputs = input.outputs, .truth = false, .time = first->rate_Hz() > 0});
     options.live.on_result = [&](const Touch& touch) { measurements->add(touch, nullptr); };
     options.live.screenshots = common.out;
   }

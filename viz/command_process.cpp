@@ -106,6 +106,8 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
       ->delimiter(',')
       ->expected(2)
       ->check(CLI::Range(-180.0, 180.0));
+  command->add_option("--rate", request.rate_Hz, "Frames a second of images, which know no time themselves")
+      ->check(CLI::PositiveNumber);
   command->add_option("--frames", request.frames, "Stop after that many frames");
   add_common(
       *command, common,

@@ -147,8 +147,8 @@ Report simulate(const Common& common, const Options& options) {
                                         {"truth", (out / "truth.csv").string()}};
   std::string text = std::to_string(done) + " frames in " + (out / "frames").string() +
                      (complete ? "" : " (ended early)") + "\nmeasure them: palpate process " +
-                     (out / "frames").string() + " --sensor " + (out / "sensor.json").string() + " --out " +
-                     (out / "measured").string();
+                     (out / "frames").string() + " --sensor " + (out / "sensor.json").string() + " --rate " +
+                     shortest(synthetic.rate_Hz) + " --out " + (out / "measured").string();
   return {text, value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
           complete ? 0 : kInterrupted};
 }

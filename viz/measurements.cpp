@@ -96,16 +96,16 @@ std::string Measurements::header(bool truth) {
   return std::string(kMeasured) + (truth ? kTrue : "");
 }
 
-Measurements::Measurements(const std::filesystem::path& file, uint32_t outputs, bool truth)
-    : file_(file), outputs_(outputs), truth_(truth) {
-  file_.append(header(truth));
+Measurements::Measurements(const std::filesystem::path& file, const Columns& columns)
+    : file_(file), columns_(columns) {
+  file_.append(header(columns.truth));
 }
 
 void Measurements::add(const Touch& touch, const Truth* truth, std::optional<double> depth_rms_error_mm) {
   Row row;
   row.whole(touch.sequence);
-  row.number(static_cast<double>(touch.time_ns) / 1e9);
-  if (outputs_ & static_cast<uint32_t>(Output::Force)) {
+  row.number_if(columns_.time, static_cast<double>(touch.time_ns) / 1e9);
+  if (columns_.outputs & static_cast<uint32_t>(Output::Force)) {
     add_contact(row, touch);
   } else {
     constexpr int kContactColumns = 22;
@@ -113,7 +113,7 @@ void Measurements::add(const Touch& touch, const Truth* truth, std::optional<dou
   }
   row.number_if(touch.has_surface, touch.depth_max_mm);
   row.text(!touch.has_surface ? "" : touch.datum_from_rest ? "rest" : "mean");
-  if (truth_) add_truth(row, truth, depth_rms_error_mm);
+  if (columns_.truth) add_truth(row, truth, depth_rms_error_mm);
   file_.append(row.line());
 }
 

@@ -16,9 +16,13 @@ namespace palpate {
 /// asked for) is empty.
 class Measurements {
  public:
-  /// `outputs` as in PipelineOptions: columns of what was not computed stay empty. With `truth`, columns
-  /// true_* follow. Throws Error(Failure::Output), as every member.
-  Measurements(const std::filesystem::path& file, uint32_t outputs, bool truth);
+  struct Columns {
+    uint32_t outputs = 0;  ///< as in PipelineOptions: columns of what was not computed stay empty
+    bool truth = false;    ///< columns true_* follow
+    bool time = true;      ///< false: times are unknown (images without a rate), time_s stays empty
+  };
+  /// Throws Error(Failure::Output), as every member.
+  Measurements(const std::filesystem::path& file, const Columns& columns);
 
   /// `depth_rms_error_mm`: RMS difference between the measured and the true depth map, where it was computed.
   void add(const Touch& touch, const Truth* truth, std::optional<double> depth_rms_error_mm = std::nullopt);
@@ -29,8 +33,7 @@ class Measurements {
 
  private:
   LineFile file_;
-  uint32_t outputs_;
-  bool truth_;
+  Columns columns_;
 };
 
 /// The shortest text that reads back as the same number.

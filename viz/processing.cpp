@@ -43,7 +43,9 @@ class Recorder {
         out_(out),
         summary_(summary),
         has_truth_(source.truth(0).has_value()),
-        measurements_(out / "measurements.csv", request.outputs, has_truth_) {
+        rate_Hz_(source.rate_Hz() > 0 ? source.rate_Hz() : request.rate_Hz),
+        measurements_(out / "measurements.csv",
+                      {.outputs = request.outputs, .truth = has_truth_, .time = rate_Hz_ > 0}) {
     if (has_truth_) summary.comparison.emplace();
     if (!request.depth.empty()) {
       make_output_folder(out / "depth");
@@ -57,7 +59,10 @@ class Recorder {
   }
 
   void add(const Result& result, const Frame& frame) {
-    const Touch& touch = result.touch;
+    Touch touch = result.touch;
+    if (source_.rate_Hz() <= 0 && rate_Hz_ > 0) {
+      touch.time_ns = std::llround(static_cast<double>(touch.sequence) / rate_Hz_ * 1e9);
+    }
     std::optional<Truth> truth = has_truth_ ? source_.truth(touch.sequence) : std::nullopt;
     std::optional<double> depth_rms_error_mm;
     const bool compare_depth =
@@ -108,7 +113,7 @@ class Recorder {
     if (!to_film) return;
     if (!film_) {
       constexpr double kFolderRate_Hz = 30;
-      const double rate_Hz = source_.rate_Hz() > 0 ? source_.rate_Hz() : kFolderRate_Hz;
+      const double rate_Hz = rate_Hz_ > 0 ? rate_Hz_ : kFolderRate_Hz;
       film_.emplace(out_ / "recording.mp4", image.width, image.height,
                     rate_Hz / static_cast<double>(request_.picture_every));
     }
@@ -142,6 +147,7 @@ class Recorder {
   std::filesystem::path out_;
   ProcessSummary& summary_;
   bool has_truth_;
+  double rate_Hz_;
   Measurements measurements_;
   std::optional<viz::PictureRenderer> renderer_;
   std::optional<viz::Film> film_;
@@ -207,7 +213,7 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
   pipeline.set_background(background);
 
   make_output_folder(out);
-  std::filesystem::remove(out / "summary.json");
+  for (const char* stale : {"summary.json", "recording.mp4"}) std::filesystem::remove(out / stale);
   ProcessSummary summary;
   Recorder recorder(context, sensor, request, *source, pipeline, out, summary);
   uint64_t total = source->frame_count().value_or(0);

@@ -24,6 +24,7 @@ struct ProcessRequest {
   std::vector<DepthFormat> depth;  ///< one file a frame of each
   bool pictures = false;           ///< PNGs as the window would show the frames
   bool video = false;              ///< the same as recording.mp4
+  double rate_Hz = 0;              ///< of inputs without one (images); 0: their times stay unknown
   uint64_t frames = 0;             ///< at most that many; 0: all
   uint64_t picture_every = 1;      ///< one picture and one video frame for that many frames
   std::vector<uint64_t>
