@@ -1,0 +1,195 @@
+// Contact, surface and whole frame beside OpenCV's CPU chain and FFTW, in one run. See README.md for the
+// method.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <random>
+
+#include "capture/synthetic.h"
+#include "engine/error.h"
+#include "engine/gpu/commands.h"
+#include "engine/gpu/context.h"
+#include "engine/pipeline.h"
+#include "engine/stages/contact.h"
+#include "engine/stages/surface.h"
+#include "perf/measure.h"
+#include "perf/rivals.h"
+
+namespace palpate::perf {
+namespace {
+
+struct Size {
+  uint32_t width, height;
+  uint32_t padded_width, padded_height;  // FFTW's good size next to it
+  std::string text() const { return std::to_string(width) + "x" + std::to_string(height); }
+};
+
+struct Scene {
+  Sensor sensor;
+  Frame background;
+  std::vector<Frame> frames;
+};
+
+/// A few frames with contact, so that no run sees the same one twice in a row.
+Scene scene_for(const Size& size, SyntheticMode mode) {
+  SyntheticOptions options;
+  options.scene = "slide";
+  options.width = size.width;
+  options.height = size.height;
+  options.mode = mode;
+  const SyntheticSensor sensor(options);
+  Scene scene{synthetic_sensor(options), *sensor.own_background(), {}};
+  const uint64_t count = sensor.frame_count().value_or(100);
+  for (uint64_t i = 0; i < 4; ++i) sensor.render(count * (i + 2) / 8, scene.frames.emplace_back());
+  return scene;
+}
+
+class Bench {
+ public:
+  Bench(gpu::Context& context, int repetitions) : context_(context), repetitions_(repetitions) {}
+
+  void contact(const Size& size) {
+    Scene scene = scene_for(size, SyntheticMode::Lambert);
+    Pipeline pipeline = make_pipeline(scene, static_cast<uint32_t>(Output::Force), SurfaceSolver::Live);
+    OpenCvContact rival(scene.background, scene.sensor);
+    const Work ours{"palpate", [&] { pipeline.process(next(scene)); }};
+    add(compare("contact", size.text(), ours, {"OpenCV 8 bit", [&] { sink_ += rival.run_8bit(next(scene)); }},
+                repetitions_, 8));
+    add(compare("contact", size.text(), ours,
+                {"OpenCV float", [&] { sink_ += rival.run_float(next(scene)); }}, repetitions_, 4));
+  }
+
+  void surface(const Size& size) {
+    const Surface surface(context_, size.width, size.height, SurfaceSolver::Live);
+    const FloatMap depth(context_, "depth", surface.grid());
+    std::vector<float> right(size_t{size.width} * size.height), z(right.size());
+    std::mt19937 random(1);
+    for (float& f : right) f = std::normal_distribution<float>(0, 1)(random);
+    gpu::Commands commands(context_);
+    commands.begin();
+    surface.record(commands, depth);
+    commands.end();
+    const Work ours{"palpate", [&] {
+                      commands.submit();
+                      commands.wait();
+                    }};
+    FftwPoisson exact(size.width, size.height, size.width, size.height);
+    add(compare("surface", size.text(), ours, {"FFTW", [&] { exact.solve(right.data(), z.data()); }},
+                repetitions_, 2));
+    if (size.padded_width == size.width && size.padded_height == size.height) return;
+    FftwPoisson padded(size.width, size.height, size.padded_width, size.padded_height);
+    add(compare("surface", size.text(), ours, {"FFTW padded", [&] { padded.solve(right.data(), z.data()); }},
+                repetitions_, 2));
+  }
+
+  void frame(const Size& size, SyntheticMode mode) {
+    Scene scene = scene_for(size, mode);
+    const std::string work = std::string("frame to height, ") + to_string(scene.sensor.reading);
+    Pipeline pipeline = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+    OpenCvFftwFrame rival(scene.background, scene.sensor, size.padded_width, size.padded_height);
+    add(compare(work, size.text(), {"palpate", [&] { pipeline.process(next(scene)); }},
+                {"OpenCV + FFTW", [&] { sink_ += rival.run(next(scene)); }}, repetitions_, 2));
+    stages(pipeline, scene, size, work);
+  }
+
+  /// Frames a second with several frames in flight, as `palpate process` runs.
+  void throughput(const Size& size, SyntheticMode mode) {
+    Scene scene = scene_for(size, mode);
+    Pipeline pipeline = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+    constexpr int kFrames = 150;
+    const auto start = std::chrono::steady_clock::now();
+    for (int i = 0; i < kFrames; ++i) {
+      while (!pipeline.submit(next(scene))) pipeline.release(*pipeline.wait());
+    }
+    while (const auto result = pipeline.wait()) pipeline.release(*result);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    std::printf("throughput, %s, %s: %.1f frames/s\n", to_string(scene.sensor.reading), size.text().c_str(),
+                kFrames / seconds);
+  }
+
+  const std::string& csv() const { return csv_; }
+
+ private:
+  Pipeline make_pipeline(const Scene& scene, uint32_t outputs, SurfaceSolver solver) {
+    PipelineOptions options;
+    options.outputs = outputs;
+    options.solver = solver;
+    Pipeline pipeline(context_, scene.sensor, scene.background.format, options);
+    pipeline.set_background(scene.background);
+    return pipeline;
+  }
+
+  const Frame& next(const Scene& scene) { return scene.frames[turn_++ % scene.frames.size()]; }
+
+  void stages(Pipeline& pipeline, const Scene& scene, const Size& size, const std::string& work) {
+    if (!context_.timers()) return;
+    pipeline.submit(next(scene));
+    const auto result = pipeline.wait();
+    std::printf("  stages of %s, %s:", work.c_str(), size.text().c_str());
+    for (const gpu::ScopeTime& t : pipeline.times(*result)) std::printf(" %s %.2f ms", t.name.c_str(), t.ms);
+    std::printf("\n");
+    pipeline.release(*result);
+  }
+
+  void add(const Pair& p) {
+    csv_ += csv_row(p);
+    std::printf(
+        "%-30s %-10s palpate %7.2f ms (p95 %7.2f, cpu %7.2f)  %-13s %7.2f ms (p95 %7.2f, cpu %7.2f)  ratio "
+        "wall %.2f cpu %.2f\n",
+        p.work.c_str(), p.size.c_str(), p.ours.wall_ms.median, p.ours.wall_ms.p95, p.ours.cpu_ms.median,
+        p.rival.name.c_str(), p.rival.wall_ms.median, p.rival.wall_ms.p95, p.rival.cpu_ms.median,
+        p.wall_ratio, p.cpu_ratio);
+    std::fflush(stdout);
+  }
+
+  gpu::Context& context_;
+  int repetitions_;
+  size_t turn_ = 0;
+  double sink_ = 0;
+  std::string csv_ = csv_header();
+};
+
+int run(int argc, char** argv) {
+  CLI::App app("Times palpate's stages beside OpenCV and FFTW in one run.");
+  gpu::ContextOptions options;
+  options.timers = true;
+  int repetitions = 21;
+  std::string csv;
+  app.add_option("--device", options.device, "index or part of a name");
+  app.add_option("--repetitions", repetitions, "paired repetitions")->check(CLI::Range(3, 1000));
+  app.add_option("--csv", csv, "file for the results");
+  CLI11_PARSE(app, argc, argv);
+
+  gpu::Context context(options);
+  std::printf("%s, %s\n", context.report().name.c_str(), context.report().driver.c_str());
+  Bench bench(context, repetitions);
+  const Size sizes[] = {{640, 480, 640, 480}, {1392, 1042, 1400, 1050}};
+  for (const Size& size : sizes) {
+    bench.contact(size);
+    bench.surface(size);
+    bench.frame(size, SyntheticMode::Lambert);
+    bench.frame(size, SyntheticMode::Gel);
+    bench.throughput(size, SyntheticMode::Lambert);
+    bench.throughput(size, SyntheticMode::Gel);
+  }
+  if (!csv.empty()) {
+    std::ofstream out(csv);
+    out << bench.csv();
+    if (!out.flush())
+      throw Error(Failure::Output, "to write " + csv, "it cannot be written", "another folder");
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace palpate::perf
+
+int main(int argc, char** argv) {
+  try {
+    return palpate::perf::run(argc, argv);
+  } catch (const palpate::Error& error) {
+    std::cerr << "palpate_bench: " << error.what() << '\n';
+    return error.exit_code();
+  }
+}

@@ -1,0 +1,56 @@
+// The same work with the libraries that one would otherwise use: OpenCV on the CPU, FFTW for the surface.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "engine/frame.h"
+#include "engine/sensor.h"
+
+namespace palpate::perf {
+
+/// Force and centroid with OpenCV, frame by frame.
+class OpenCvContact {
+ public:
+  OpenCvContact(const Frame& background, const Sensor& sensor);
+  ~OpenCvContact();
+  /// subtract, GaussianBlur 5x5, threshold to zero, moments; 8 bits throughout. Returns the gray sum.
+  double run_8bit(const Frame& frame);
+  /// The same in single precision.
+  double run_float(const Frame& frame);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Poisson with natural boundary by FFTW in single precision, planned by measurement, two threads.
+class FftwPoisson {
+ public:
+  /// `padded_*`: transform size; the frame's size, or a larger one with only small prime factors.
+  FftwPoisson(uint32_t width, uint32_t height, uint32_t padded_width, uint32_t padded_height);
+  ~FftwPoisson();
+  FftwPoisson(const FftwPoisson&) = delete;
+  FftwPoisson& operator=(const FftwPoisson&) = delete;
+  void solve(const float* right, float* z);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The whole frame: OpenCV for the contact, plain loops for slope and divergence, FFTW for the surface.
+class OpenCvFftwFrame {
+ public:
+  OpenCvFftwFrame(const Frame& background, const Sensor& sensor, uint32_t padded_width,
+                  uint32_t padded_height);
+  ~OpenCvFftwFrame();
+  double run(const Frame& frame);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace palpate::perf
