@@ -22,6 +22,11 @@ bool wants(uint32_t outputs, Output output) {
   return (outputs & static_cast<uint32_t>(output)) != 0;
 }
 
+/// "1 frame", "2 frames".
+std::string counted(uint64_t count, const char* what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
 double rms_difference(std::span<const float> a, std::span<const float> b) {
   double squares = 0;
   for (size_t i = 0; i < a.size(); ++i) {
@@ -248,26 +253,23 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
 
 std::string describe(const ProcessSummary& s) {
   char line[200];
-  std::snprintf(line, sizeof line, "%llu frames in %.2f s (%.1f frames/s)%s\n",
-                static_cast<unsigned long long>(s.frames), s.seconds,
-                s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0,
-                s.complete ? "" : (", ended early: " + s.ended_by).c_str());
+  std::snprintf(line, sizeof line, "%s in %.2f s (%.1f frames/s)", counted(s.frames, "frame").c_str(),
+                s.seconds, s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0);
   std::string text = line;
+  text += s.complete ? "\n" : ", ended early: " + s.ended_by + "\n";
   if (!s.force_states.empty()) {
-    text += std::to_string(s.contacts) + (s.contacts == 1 ? " contact" : " contacts") + ", touching in " +
-            std::to_string(s.contact_frames) + " frames";
+    text += counted(s.contacts, "contact") + ", touching in " + counted(s.contact_frames, "frame");
     if (s.slip_frames) text += ", slipping in " + std::to_string(s.slip_frames);
     text += "\n";
     if (s.largest_force_N) {
       std::snprintf(line, sizeof line, "largest force %.4g N\n", *s.largest_force_N);
       text += line;
     }
-    for (const auto& [state, frames] : s.force_states) {
-      text += "force " + state + ": " + std::to_string(frames) + " frames\n";
-    }
+    for (const auto& [state, frames] : s.force_states)
+      text += "force " + state + ": " + counted(frames, "frame") + "\n";
     if (s.saturated_frames) {
-      text += "saturated pixels in " + std::to_string(s.saturated_frames) +
-              " frames: their force is a lower bound; lower the exposure or the light\n";
+      text += "saturated pixels in " + counted(s.saturated_frames, "frame") +
+              ": their force is a lower bound; lower the exposure or the light\n";
     }
   }
   if (s.largest_depth_mm) {
@@ -275,8 +277,7 @@ std::string describe(const ProcessSummary& s) {
     text += line;
   }
   if (s.depth_clipped_px) {
-    text +=
-        std::to_string(s.depth_clipped_px) + " pixels were outside the 16-bit depth range and are clipped\n";
+    text += counted(s.depth_clipped_px, "pixel") + " outside the 16-bit depth range, clipped\n";
   }
   if (s.comparison) text += "\n" + s.comparison->table();
   return text;
