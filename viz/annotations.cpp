@@ -102,7 +102,7 @@ void draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip, const Vie
     const bool first = eye.project(a).y > eye.project(b).y;
     const Vec3 corner = first ? a : b;
     const double side = dot(corner, eye.right) < 0 ? -1 : 1;
-    const double depth_step = nice_ceiling(style.range_mm / 2.5);
+    const double depth_step = nice_ceiling(style.range_mm / 4);
     const auto below = [&](double depth_mm) { return corner + Vec3{0, 0, -depth_mm * style.exaggeration}; };
     pen.line(corner, below(style.range_mm), scale);
     const Vec3 outward = eye.right * (side * tick);
@@ -141,7 +141,12 @@ void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle&
     list->AddText({x + width + 8 * scale, at - ImGui::GetFontSize() / 2}, kText, text.c_str());
   }
   centred_text(list, {x + width / 2 + 6 * scale, y - 18 * scale}, "depth [mm]");
-  if (automatic) centred_text(list, {x + width / 2, y + height + 12 * scale}, "auto", kLine);
+  const float middle = x + width / 2 + 6 * scale;
+  if (automatic) centred_text(list, {middle, y + height + 13 * scale}, "auto", kLine);
+  char grid[32];
+  std::snprintf(grid, sizeof grid, "grid %g mm", style.grid_mm);
+  if (style.grid_mm > 0)
+    centred_text(list, {middle, y + height + (automatic ? 31 : 13) * scale}, grid, kLine);
 }
 
 void draw_contact(ImDrawList* list, const ViewRect& rect, const Touch& touch, const Sensor& sensor,
@@ -173,7 +178,7 @@ void draw_contact(ImDrawList* list, const ViewRect& rect, const Touch& touch, co
 
   const bool calibrated = touch.shear_x_N.validity != Validity::NotCalibrated;
   const double shear_N = std::hypot(touch.shear_x_N.value, touch.shear_y_N.value);
-  if (calibrated && full_shear_N > 0 && shear_N > 0.02 * full_shear_N) {
+  if (calibrated && full_shear_N > 0 && shear_N > 0.05 * full_shear_N) {
     const double full_px = 0.3 * std::min(rect.width, rect.height);
     const ImVec2 reach{static_cast<float>(touch.shear_x_N.value / full_shear_N * full_px),
                        static_cast<float>(touch.shear_y_N.value / full_shear_N * full_px)};

@@ -123,19 +123,20 @@ void control_window(const ViewRect& around, float scale, bool has_surface, ViewS
       ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings);
   ImGui::PushItemWidth(120 * scale);
   if (has_surface) {
+    const float auto_column = 240 * scale;
     auto exaggeration = static_cast<float>(state.exaggeration);
-    if (ImGui::SliderFloat("depth x", &exaggeration, 1, 100, "%.1f", ImGuiSliderFlags_Logarithmic)) {
+    if (ImGui::SliderFloat("exaggeration", &exaggeration, 1, 100, "%.1f", ImGuiSliderFlags_Logarithmic)) {
       state.exaggeration = exaggeration;
       state.automatic_exaggeration = false;
     }
-    ImGui::SameLine(0, 10 * scale);
+    ImGui::SameLine(auto_column);
     ImGui::Checkbox("auto##exaggeration", &state.automatic_exaggeration);
     auto range = static_cast<float>(state.range_mm);
-    if (ImGui::SliderFloat("mm range", &range, 0.02f, 10, "%.2f", ImGuiSliderFlags_Logarithmic)) {
+    if (ImGui::SliderFloat("range [mm]", &range, 0.02f, 10, "%.2f", ImGuiSliderFlags_Logarithmic)) {
       state.range_mm = range;
       state.automatic_range = false;
     }
-    ImGui::SameLine(0, 10 * scale);
+    ImGui::SameLine(auto_column);
     ImGui::Checkbox("auto##range", &state.automatic_range);
     ImGui::Checkbox("light", &state.lit);
     ImGui::SameLine();
@@ -277,11 +278,13 @@ void Hud::trace(float width, float height, float scale) const {
     if (line.empty() || p.x - line.back().x >= 1) line.push_back(p);
   }
   list->AddPolyline(line.data(), static_cast<int>(line.size()), IM_COL32(92, 200, 255, 255), 0, 1.6f * scale);
-  const std::string label = trace_is_force_ ? text("%g N", top) : text("%.0f gray", top);
-  list->AddText({low.x + 6 * scale, low.y + 3 * scale}, IM_COL32(150, 158, 170, 255), label.c_str());
-  const std::string span = text("%.0f s", kTraceLength_s);
-  list->AddText({low.x + 6 * scale, low.y + height - ImGui::GetFontSize() - 3 * scale},
-                IM_COL32(110, 118, 130, 255), span.c_str());
+  const std::string label =
+      text(trace_is_force_ ? "%g N" : "%.0f gray", top) + text(", last %.0f s", kTraceLength_s);
+  const ImVec2 label_size = ImGui::CalcTextSize(label.c_str());
+  const ImVec2 at{low.x + 6 * scale, low.y + 3 * scale};
+  list->AddRectFilled({at.x - 2, at.y}, {at.x + label_size.x + 2, at.y + label_size.y},
+                      IM_COL32(30, 34, 41, 190));
+  list->AddText(at, IM_COL32(150, 158, 170, 255), label.c_str());
 }
 
 void Hud::measurements(HudFrame& frame, const Layout& layout, const HudContent& content) {
