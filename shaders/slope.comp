@@ -1,35 +1,38 @@
 // Pixels to the right side of the least-squares surface problem: slopes p = d(depth)/dx, q = d(depth)/dy at pixel centres, their
 // integrals across each pair of neighbours (fourth order), and the divergence of those; and its sums over two by two pixels, the
 // right side of the next coarser level. Slopes are never stored.
-// An invocation owns four columns and TILE_ROWS rows. Variants: READING_GIVEN (slopes from a buffer), READING_SHADING,
+// An invocation owns eight columns and TILE_ROWS rows. Variants: READING_GIVEN (slopes from a buffer), READING_SHADING,
 // READING_PHOTOMETRIC.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/slope.h"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
-layout(constant_id = 3) const uint TILE_ROWS = 32;
+layout(constant_id = 3) const uint TILE_ROWS = 16;
 layout(push_constant) uniform Push { SlopePush push; };
 
 #if defined(READING_GIVEN)
 layout(binding = 0) uniform samplerBuffer p_texels;
 layout(binding = 1) uniform samplerBuffer q_texels;
 layout(binding = 2) writeonly buffer Right { vec4 right_side[]; };
-layout(binding = 3) writeonly buffer Coarse { vec2 coarse[]; };
+layout(binding = 3) writeonly buffer Coarse { vec4 coarse[]; };
 #elif defined(READING_SHADING)
-layout(binding = 0) uniform usamplerBuffer filtered;  // four 16-bit pixels to a texel
-layout(binding = 1) writeonly buffer Right { vec4 right_side[]; };
-layout(binding = 2) writeonly buffer Coarse { vec2 coarse[]; };
-#else
-layout(binding = 0) uniform usamplerBuffer frame_words;  // four 8-bit pixels to a word, planes red, green, blue
-layout(binding = 1) uniform usamplerBuffer rest_words;
+layout(binding = 0) uniform usamplerBuffer filtered_texels;  // eight 16-bit pixels to a texel
+layout(binding = 1) uniform usamplerBuffer filtered_pairs;   // four to a pair of words
 layout(binding = 2) writeonly buffer Right { vec4 right_side[]; };
-layout(binding = 3) writeonly buffer Coarse { vec2 coarse[]; };
+layout(binding = 3) writeonly buffer Coarse { vec4 coarse[]; };
+#else
+layout(binding = 0) uniform usamplerBuffer frame_pairs;  // eight 8-bit pixels to a pair of words, planes red, green, blue
+layout(binding = 1) uniform usamplerBuffer frame_words;
+layout(binding = 2) uniform usamplerBuffer rest_pairs;
+layout(binding = 3) uniform usamplerBuffer rest_words;
+layout(binding = 4) writeonly buffer Right { vec4 right_side[]; };
+layout(binding = 5) writeonly buffer Coarse { vec4 coarse[]; };
 #endif
 
-// Slopes of one row around texel tx: p in columns -2 .. 5 (two groups of four), q in columns 0 .. 3.
+// Slopes of one row around tile tx: p in columns -2 .. 9 (three groups of four), q in columns 0 .. 7.
 struct Slopes {
-  vec4 p_a, p_b, q;
+  vec4 p_a, p_b, p_c, q_a, q_b;
 };
 
 #if defined(READING_GIVEN)
@@ -40,11 +43,12 @@ struct Window {
 Window window_at(int tx, int y) { return Window(0); }
 
 Slopes slopes_at(inout Window window, int tx, int y) {
-  int row = clamp(y, 0, int(push.height) - 1) * int(push.in_pitch);
-  vec4 left = texelFetch(p_texels, row + max(tx - 1, 0));
-  vec4 here = texelFetch(p_texels, row + tx);
-  vec4 right = texelFetch(p_texels, row + min(tx + 1, int(push.in_pitch) - 1));
-  return Slopes(vec4(left.zw, here.xy), vec4(here.zw, right.xy), texelFetch(q_texels, row + tx));
+  int row = clamp(y, 0, int(push.height) - 1) * int(push.in_pitch), last = int(push.in_pitch) - 1;
+  int texel = 2 * tx, next = min(texel + 1, last);
+  vec4 l = texelFetch(p_texels, row + max(texel - 1, 0)), c = texelFetch(p_texels, row + texel);
+  vec4 d = texelFetch(p_texels, row + next), r = texelFetch(p_texels, row + min(texel + 2, last));
+  return Slopes(vec4(l.zw, c.xy), vec4(c.zw, d.xy), vec4(d.zw, r.xy), texelFetch(q_texels, row + texel),
+                texelFetch(q_texels, row + next));
 }
 
 #elif defined(READING_SHADING)
@@ -52,23 +56,28 @@ Slopes slopes_at(inout Window window, int tx, int y) {
 vec4 unpack(uvec2 w) { return vec4(w.x & 0xffffu, w.x >> 16, w.y & 0xffffu, w.y >> 16); }
 
 struct Gray {
-  vec4 l, c, r;  // columns -4 .. -1, 0 .. 3, 4 .. 7
+  vec4 l, c, d, r;  // columns -4 .. -1, 0 .. 3, 4 .. 7, 8 .. 11
 };
 
+// Repeats column width - 1 in the group of columns that begins at `first`; `before` is the column before it.
+vec4 repeat_edge(vec4 g, float before, int first, int width) {
+  g.x = first < width ? g.x : before;
+  g.y = first + 1 < width ? g.y : g.x;
+  g.z = first + 2 < width ? g.z : g.y;
+  g.w = first + 3 < width ? g.w : g.z;
+  return g;
+}
+
 Gray gray_at(int tx, int y) {
-  int row = clamp(y, 0, int(push.height) - 1) * int(push.in_pitch);
-  int first = 4 * tx, width = int(push.width);
+  int row = clamp(y, 0, int(push.height) - 1) * int(push.in_pitch), last = 2 * int(push.in_pitch) - 1;
+  int first = 8 * tx, width = int(push.width);
+  uvec4 here = texelFetch(filtered_texels, row + tx);
   Gray g;
-  g.c = unpack(texelFetch(filtered, row + tx).xy);
-  g.l = tx > 0 ? unpack(texelFetch(filtered, row + max(tx - 1, 0)).xy) : g.c.xxxx;
-  g.r = unpack(texelFetch(filtered, row + min(tx + 1, int(push.in_pitch) - 1)).xy);
-  // Beyond the last column the edge is repeated.
-  g.c.y = first + 1 < width ? g.c.y : g.c.x;
-  g.c.z = first + 2 < width ? g.c.z : g.c.y;
-  g.c.w = first + 3 < width ? g.c.w : g.c.z;
-  g.r.x = first + 4 < width ? g.r.x : g.c.w;
-  g.r.y = first + 5 < width ? g.r.y : g.r.x;
-  g.r.z = first + 6 < width ? g.r.z : g.r.y;
+  g.c = repeat_edge(unpack(here.xy), 0.0, first, width);
+  g.d = repeat_edge(unpack(here.zw), g.c.w, first + 4, width);
+  g.l = unpack(texelFetch(filtered_pairs, 2 * row + max(2 * tx - 1, 0)).xy);
+  g.l = tx > 0 ? g.l : g.c.xxxx;
+  g.r = repeat_edge(unpack(texelFetch(filtered_pairs, 2 * row + min(2 * tx + 2, last)).xy), g.d.w, first + 8, width);
   return g;
 }
 
@@ -90,152 +99,199 @@ struct Window {
 };
 Window window_at(int tx, int y) { return Window(gray_at(tx, y - 1), gray_at(tx, y)); }
 
+// Four columns in the middle of eight: l holds the two before them in zw, r the two after in xy. s are column sums 1 2 1 of three
+// rows, d their differences.
+void shade_group(vec4 gl, vec4 gr, vec4 sl, vec4 sr, vec4 dl, vec4 dr, out vec4 p, out vec4 q) {
+  vec4 dx = vec4(sl.w, sr.xyz) - vec4(sl.yzw, sr.x);
+  vec4 dy = vec4(dl.w, dr.xyz) + 2.0 * vec4(dl.zw, dr.xy) + vec4(dl.yzw, dr.x);
+  shade(vec4(gl.zw, gr.xy), dx, dy, p, q);
+}
+
 Slopes slopes_at(inout Window window, int tx, int y) {
   Gray up = window.up, here = window.here, down = gray_at(tx, y + 1);
   window.up = here;
   window.here = down;
-  Gray s = Gray(up.l + 2.0 * here.l + down.l, up.c + 2.0 * here.c + down.c, up.r + 2.0 * here.r + down.r);
-  Gray d = Gray(down.l - up.l, down.c - up.c, down.r - up.r);
-  vec4 dx_a = vec4(s.l.w, s.c.xyz) - vec4(s.l.yzw, s.c.x);
-  vec4 dx_b = vec4(s.c.w, s.r.xyz) - vec4(s.c.yzw, s.r.x);
-  vec4 dy_a = vec4(d.l.w, d.c.xyz) + 2.0 * vec4(d.l.zw, d.c.xy) + vec4(d.l.yzw, d.c.x);
-  vec4 dy_b = vec4(d.c.w, d.r.xyz) + 2.0 * vec4(d.c.zw, d.r.xy) + vec4(d.c.yzw, d.r.x);
+  Gray s = Gray(up.l + 2.0 * here.l + down.l, up.c + 2.0 * here.c + down.c, up.d + 2.0 * here.d + down.d,
+                up.r + 2.0 * here.r + down.r);
+  Gray d = Gray(down.l - up.l, down.c - up.c, down.d - up.d, down.r - up.r);
   Slopes result;
-  vec4 q_a, q_b;
-  shade(vec4(here.l.zw, here.c.xy), dx_a, dy_a, result.p_a, q_a);
-  shade(vec4(here.c.zw, here.r.xy), dx_b, dy_b, result.p_b, q_b);
-  result.q = vec4(q_a.zw, q_b.xy);
+  vec4 q_a, q_b, q_c;
+  shade_group(here.l, here.c, s.l, s.c, d.l, d.c, result.p_a, q_a);
+  shade_group(here.c, here.d, s.c, s.d, d.c, d.d, result.p_b, q_b);
+  shade_group(here.d, here.r, s.d, s.r, d.d, d.r, result.p_c, q_c);
+  result.q_a = vec4(q_a.zw, q_b.xy);
+  result.q_b = vec4(q_b.zw, q_c.xy);
   return result;
 }
 
 #else
-
-vec4 unpack(uint w) { return vec4(w & 255u, (w >> 8) & 255u, (w >> 16) & 255u, w >> 24); }
-
-// Unit normal, linear in the change of colour with weights that vary linearly across the frame; then slope = n_xy / n_z.
-void lean(vec4 x, float y, vec4 red, vec4 green, vec4 blue, out vec4 p, out vec4 q) {
-  vec4 nx = (push.wx[0] + push.wx[1] * x + push.wx[2] * y) * red + (push.wx[3] + push.wx[4] * x + push.wx[5] * y) * green +
-            (push.wx[6] + push.wx[7] * x + push.wx[8] * y) * blue;
-  vec4 ny = (push.wy[0] + push.wy[1] * x + push.wy[2] * y) * red + (push.wy[3] + push.wy[4] * x + push.wy[5] * y) * green +
-            (push.wy[6] + push.wy[7] * x + push.wy[8] * y) * blue;
-  vec4 flat_part = nx * nx + ny * ny;
-  // A slope of max_slope has n_z = 1 / sqrt(1 + max_slope^2); beyond it keep the direction and clip the size.
-  float steepest = push.max_slope * push.max_slope / (1.0 + push.max_slope * push.max_slope);
-  vec4 nz = sqrt(max(1.0 - flat_part, vec4(1.0 - steepest)));
-  vec4 scale = min(vec4(1.0) / nz, push.max_slope * inversesqrt(max(flat_part, vec4(1e-20))));
-  p = nx * scale;
-  q = ny * scale;
-}
-
-void color_at(int plane, int row, int tx, out vec4 a, out vec4 b) {
-  int at = (plane * int(push.height) + row) * int(push.in_pitch) * 4 + 4 + tx;
-  uint il = texelFetch(frame_words, at - 1).x, ic = texelFetch(frame_words, at).x, ir = texelFetch(frame_words, at + 1).x;
-  uint rl = texelFetch(rest_words, at - 1).x, rc = texelFetch(rest_words, at).x, rr = texelFetch(rest_words, at + 1).x;
-  a = (unpack((il >> 16) | (ic << 16)) - unpack((rl >> 16) | (rc << 16))) * push.threshold;
-  b = (unpack((ic >> 16) | (ir << 16)) - unpack((rc >> 16) | (rr << 16))) * push.threshold;
-}
 
 struct Window {
   uint unused;
 };
 Window window_at(int tx, int y) { return Window(0); }
 
+vec4 unpack(uint w) { return vec4(w & 255u, (w >> 8) & 255u, (w >> 16) & 255u, w >> 24); }
+
+// Twelve pixels of one plane, columns -2 .. 9, as three words.
+uvec3 twelve(usamplerBuffer pairs, usamplerBuffer words, int row, int tx) {
+  int at = row * int(push.in_pitch) * 4 + 4 + 2 * tx;
+  uvec2 c = texelFetch(pairs, at / 2).xy;
+  uint l = texelFetch(words, at - 1).x, r = texelFetch(words, at + 2).x;
+  return uvec3((l >> 16) | (c.x << 16), (c.x >> 16) | (c.y << 16), (c.y >> 16) | (r << 16));
+}
+
+// The normal's x and y in three groups of columns.
+struct Normals {
+  vec4 x_a, x_b, x_c, y_a, y_b, y_c;
+};
+
+// Adds what one plane's change of colour says of the normal: linear, with weights (1, X, Y) that vary linearly across the frame.
+void add_plane(inout Normals n, int plane, vec3 wx, vec3 wy, int row, int tx, vec4 x, float y) {
+  uvec3 image = twelve(frame_pairs, frame_words, plane * int(push.height) + row, tx);
+  uvec3 rest = twelve(rest_pairs, rest_words, plane * int(push.height) + row, tx);
+  vec4 a = unpack(image.x) - unpack(rest.x), b = unpack(image.y) - unpack(rest.y), c = unpack(image.z) - unpack(rest.z);
+  float group = 8.0 / float(push.width);
+  vec4 weight_x = wx.x + wx.z * y + wx.y * x, weight_y = wy.x + wy.z * y + wy.y * x;
+  float step_x = wx.y * group, step_y = wy.y * group;
+  n.x_a += weight_x * a;
+  n.x_b += (weight_x + step_x) * b;
+  n.x_c += (weight_x + 2.0 * step_x) * c;
+  n.y_a += weight_y * a;
+  n.y_b += (weight_y + step_y) * b;
+  n.y_c += (weight_y + 2.0 * step_y) * c;
+}
+
+// Slope = n_xy / n_z of the unit normal. A slope of max_slope has n_z = 1 / sqrt(1 + max_slope^2); beyond it the direction is kept
+// and the size clipped.
+void lean(vec4 nx, vec4 ny, out vec4 p, out vec4 q) {
+  vec4 across2 = nx * nx + ny * ny;
+  float steepest = push.max_slope * push.max_slope, least_nz2 = 1.0 / (1.0 + steepest);
+  vec4 scale = sqrt(min(vec4(1.0) / max(1.0 - across2, vec4(least_nz2)), steepest / max(across2, vec4(1e-20))));
+  p = nx * scale;
+  q = ny * scale;
+}
+
 Slopes slopes_at(inout Window window, int tx, int y) {
   int row = clamp(y, 0, int(push.height) - 1);
-  vec4 red_a, red_b, green_a, green_b, blue_a, blue_b;
-  color_at(0, row, tx, red_a, red_b);
-  color_at(1, row, tx, green_a, green_b);
-  color_at(2, row, tx, blue_a, blue_b);
-  vec4 column = vec4(-2, -1, 0, 1) + float(4 * tx);
-  vec4 x_a = (2.0 * column + 1.0) / float(push.width) - 1.0;
-  vec4 x_b = (2.0 * column + 9.0) / float(push.width) - 1.0;
+  vec4 column = vec4(-2, -1, 0, 1) + float(8 * tx);
+  vec4 x_at = (2.0 * column + 1.0) / float(push.width) - 1.0;
   float y_at = (2.0 * float(row) + 1.0) / float(push.height) - 1.0;
+  const vec4 none = vec4(0.0);
+  Normals n = Normals(none, none, none, none, none, none);
+  add_plane(n, 0, vec3(push.wx[0], push.wx[1], push.wx[2]), vec3(push.wy[0], push.wy[1], push.wy[2]), row, tx, x_at, y_at);
+  add_plane(n, 1, vec3(push.wx[3], push.wx[4], push.wx[5]), vec3(push.wy[3], push.wy[4], push.wy[5]), row, tx, x_at, y_at);
+  add_plane(n, 2, vec3(push.wx[6], push.wx[7], push.wx[8]), vec3(push.wy[6], push.wy[7], push.wy[8]), row, tx, x_at, y_at);
   Slopes result;
-  vec4 q_a, q_b;
-  lean(x_a, y_at, red_a, green_a, blue_a, result.p_a, q_a);
-  lean(x_b, y_at, red_b, green_b, blue_b, result.p_b, q_b);
-  result.q = vec4(q_a.zw, q_b.xy);
+  vec4 q_a, q_b, q_c;
+  lean(n.x_a, n.y_a, result.p_a, q_a);
+  lean(n.x_b, n.y_b, result.p_b, q_b);
+  lean(n.x_c, n.y_c, result.p_c, q_c);
+  result.q_a = vec4(q_a.zw, q_b.xy);
+  result.q_b = vec4(q_b.zw, q_c.xy);
   return result;
 }
 
 #endif
 
-// Weights of samples i - 1 .. i + 2 in the integral from i to i + 1: exact for cubics inside; beside an edge the missing sample is
-// extrapolated linearly; outside there is no pair and no equation.
-vec4 pair_weights(int i, int n) {
-  bool before = i >= 1, after = i + 2 < n;
-  vec4 w = vec4(before ? -1.0 : 0.0, 12.0, 12.0, after ? -1.0 : 0.0);
-  w.y += (before ? 1.0 : 0.0) + (before && !after ? 1.0 : 0.0) - (!before && after ? 1.0 : 0.0);
-  w.z += (after ? 1.0 : 0.0) + (after && !before ? 1.0 : 0.0) - (!after && before ? 1.0 : 0.0);
-  return (i >= 0 && i + 1 < n) ? w / 24.0 : vec4(0.0);
-}
+// The integral from sample b to c of the cubic through a, b, c, d.
+vec4 pair(vec4 a, vec4 b, vec4 c, vec4 d) { return (13.0 * (b + c) - a - d) / 24.0; }
 
-// Columns' part of the right side: for each of columns 0 .. 3 the pair to its left minus the pair to its right.
-vec4 across(Slopes s, vec4 w0, vec4 w1, vec4 w2, vec4 w3, vec4 w4) {
-  float f0 = dot(s.p_a, w0);
-  float f1 = dot(vec4(s.p_a.yzw, s.p_b.x), w1);
-  float f2 = dot(vec4(s.p_a.zw, s.p_b.xy), w2);
-  float f3 = dot(vec4(s.p_a.w, s.p_b.xyz), w3);
-  float f4 = dot(s.p_b, w4);
-  return vec4(f0, f1, f2, f3) - vec4(f1, f2, f3, f4);
-}
-
-// What the last rows leave for the next: slopes down the columns of four rows, the column part of two, and the integral across the
-// pair of rows above the one to be finished.
-struct Stream {
-  Window window;
-  vec4 q3, q2, q1, q0;
-  vec4 across2, across1;
-  vec4 above;
+// What does not change from row to row: 1 for each pair of columns inside the frame, from (-1, 0) to (7, 8).
+struct Edges {
+  vec4 pairs_a, pairs_b;
+  float pair_c;
 };
 
-// Takes in row y and gives the right side of row y - 2, in height differences of one px.
-vec4 take_row(inout Stream t, int tx, int y, vec4 w0, vec4 w1, vec4 w2, vec4 w3, vec4 w4) {
+// Columns' part of the right side: for each column the pair to its left minus the pair to its right. Beyond the first and the last
+// column p goes on linearly, which makes the pair beside an edge exact for parabolas.
+struct Across {
+  vec4 a, b;
+};
+Across across(Slopes s, Edges edges, int first) {
+  int width = int(push.width);
+  s.p_a.y = first == 0 ? 2.0 * s.p_a.z - s.p_a.w : s.p_a.y;
+  s.p_a.w = first + 1 == width ? 2.0 * s.p_a.z - s.p_a.y : s.p_a.w;
+  ivec4 column = ivec4(2, 3, 4, 5) + first;
+  s.p_b = mix(s.p_b, 2.0 * vec4(s.p_a.w, s.p_b.xyz) - vec4(s.p_a.zw, s.p_b.xy), equal(column, ivec4(width)));
+  s.p_c = mix(s.p_c, 2.0 * vec4(s.p_b.w, s.p_c.xyz) - vec4(s.p_b.zw, s.p_c.xy), equal(column + 4, ivec4(width)));
+  vec4 f_a = edges.pairs_a * pair(s.p_a, vec4(s.p_a.yzw, s.p_b.x), vec4(s.p_a.zw, s.p_b.xy), vec4(s.p_a.w, s.p_b.xyz));
+  vec4 f_b = edges.pairs_b * pair(s.p_b, vec4(s.p_b.yzw, s.p_c.x), vec4(s.p_b.zw, s.p_c.xy), vec4(s.p_b.w, s.p_c.xyz));
+  float f_c = edges.pair_c * (13.0 * (s.p_c.y + s.p_c.z) - s.p_c.x - s.p_c.w) / 24.0;
+  return Across(f_a - vec4(f_a.yzw, f_b.x), f_b - vec4(f_b.yzw, f_c));
+}
+
+// What the last rows leave for the next: q of three rows, the column part of two, and the integral across the pair of rows above
+// the one to be finished.
+struct Stream {
+  Window window;
+  vec4 q2_a, q2_b, q1_a, q1_b, q0_a, q0_b;
+  Across across2, across1;
+  vec4 above_a, above_b;
+};
+
+// Takes in row y and gives the right side of row y - 2, in height differences of one px. The pair between rows y - 2 and y - 1
+// needs rows y - 3 .. y, so the column part of a row waits two rows.
+Across take_row(inout Stream t, Edges edges, int tx, int y) {
   Slopes s = slopes_at(t.window, tx, y);
-  t.q3 = t.q2;
-  t.q2 = t.q1;
-  t.q1 = t.q0;
-  t.q0 = s.q;
-  vec4 wy = pair_weights(y - 2, int(push.height));
-  vec4 below = t.q3 * wy.x + t.q2 * wy.y + t.q1 * wy.z + t.q0 * wy.w;
-  vec4 right = t.across2 + t.above - below;
-  t.above = below;
+  int height = int(push.height);
+  bool top = y - 3 < 0, bottom = y >= height;
+  vec4 before_a = top ? 2.0 * t.q1_a - t.q0_a : t.q2_a, before_b = top ? 2.0 * t.q1_b - t.q0_b : t.q2_b;
+  vec4 after_a = bottom ? 2.0 * t.q0_a - t.q1_a : s.q_a, after_b = bottom ? 2.0 * t.q0_b - t.q1_b : s.q_b;
+  float inside = (y >= 2 && y - 1 < height) ? 1.0 : 0.0;
+  vec4 below_a = inside * pair(before_a, t.q1_a, t.q0_a, after_a), below_b = inside * pair(before_b, t.q1_b, t.q0_b, after_b);
+  Across right = Across(t.across2.a + t.above_a - below_a, t.across2.b + t.above_b - below_b);
+  t.q2_a = t.q1_a;
+  t.q2_b = t.q1_b;
+  t.q1_a = t.q0_a;
+  t.q1_b = t.q0_b;
+  t.q0_a = s.q_a;
+  t.q0_b = s.q_b;
+  t.above_a = below_a;
+  t.above_b = below_b;
   t.across2 = t.across1;
-  t.across1 = across(s, w0, w1, w2, w3, w4);
+  t.across1 = across(s, edges, 8 * tx);
   return right;
 }
 
 void main() {
-  uint tiles_y = (push.height + TILE_ROWS - 1) / TILE_ROWS;
+  uint tiles_x = (push.pitch + 1) / 2, tiles_y = (push.height + TILE_ROWS - 1) / TILE_ROWS;
   uint tile = gl_GlobalInvocationID.x;
-  if (tile >= push.pitch * tiles_y) return;
-  int tx = int(tile % push.pitch);
-  int y0 = int(tile / push.pitch * TILE_ROWS);
+  if (tile >= tiles_x * tiles_y) return;
+  int tx = int(tile % tiles_x);
+  int y0 = int(tile / tiles_x * TILE_ROWS);
   int width = int(push.width), height = int(push.height);
-  int x0 = 4 * tx;
-  vec4 w0 = pair_weights(x0 - 1, width), w1 = pair_weights(x0, width), w2 = pair_weights(x0 + 1, width),
-       w3 = pair_weights(x0 + 2, width), w4 = pair_weights(x0 + 3, width);
+  ivec4 column = ivec4(0, 1, 2, 3) + 8 * tx;
+  Edges edges;
+  edges.pairs_a = vec4(lessThan(column, ivec4(width)));
+  edges.pairs_a.x = tx == 0 ? 0.0 : edges.pairs_a.x;
+  edges.pairs_b = vec4(lessThan(column + 4, ivec4(width)));
+  edges.pair_c = 8 * tx + 8 < width ? 1.0 : 0.0;
 
-  // The pair between rows y and y + 1 needs rows y - 1 .. y + 2, so the column part of a row waits two rows.
+  const vec4 none = vec4(0.0);
   Stream stream;
   stream.window = window_at(tx, y0 - 2);
-  Slopes s = slopes_at(stream.window, tx, y0 - 2);
-  stream.q3 = stream.above = stream.across2 = vec4(0.0);
-  stream.q2 = s.q;
-  s = slopes_at(stream.window, tx, y0 - 1);
-  stream.q1 = s.q;
-  s = slopes_at(stream.window, tx, y0);
-  stream.q0 = s.q;
-  stream.across1 = across(s, w0, w1, w2, w3, w4);
-  take_row(stream, tx, y0 + 1, w0, w1, w2, w3, w4);
-  bvec4 inside = lessThan(ivec4(0, 1, 2, 3) + x0, ivec4(width));
+  stream.q2_a = stream.q2_b = stream.q1_a = stream.q1_b = stream.q0_a = stream.q0_b = none;
+  stream.above_a = stream.above_b = none;
+  stream.across2 = stream.across1 = Across(none, none);
+  for (int y = y0 - 2; y < y0 + 2; ++y) take_row(stream, edges, tx, y);
   for (int y = y0; y < y0 + int(TILE_ROWS); y += 2) {
-    vec4 upper = take_row(stream, tx, y + 2, w0, w1, w2, w3, w4) * push.scale;
-    vec4 lower = take_row(stream, tx, y + 3, w0, w1, w2, w3, w4) * push.scale;
-    if (y < height) right_side[uint(y) * push.pitch + uint(tx)] = upper;
-    if (y + 1 < height) right_side[uint(y + 1) * push.pitch + uint(tx)] = lower;
-    lower = y + 1 < height ? lower : vec4(0.0);
-    vec4 sum = mix(vec4(0.0), upper + lower, inside);
-    if (y < height) coarse[uint(y / 2) * push.coarse_pitch + uint(tx)] = sum.xz + sum.yw;
+    Across upper = take_row(stream, edges, tx, y + 2), lower = take_row(stream, edges, tx, y + 3);
+    uint texel = uint(y) * push.pitch + 2 * uint(tx);
+    bool wide = 2 * uint(tx) + 1 < push.pitch;
+    upper = Across(upper.a * push.scale, upper.b * push.scale);
+    lower = Across(lower.a * push.scale, lower.b * push.scale);
+    if (y < height) {
+      right_side[texel] = upper.a;
+      if (wide) right_side[texel + 1] = upper.b;
+    }
+    if (y + 1 < height) {
+      right_side[texel + push.pitch] = lower.a;
+      if (wide) right_side[texel + push.pitch + 1] = lower.b;
+    }
+    vec4 sum_a = upper.a + (y + 1 < height ? lower.a : none), sum_b = upper.b + (y + 1 < height ? lower.b : none);
+    sum_a = mix(none, sum_a, lessThan(column, ivec4(width)));
+    sum_b = mix(none, sum_b, lessThan(column + 4, ivec4(width)));
+    if (y < height) coarse[uint(y / 2) * push.coarse_pitch + uint(tx)] = vec4(sum_a.xz + sum_a.yw, sum_b.xz + sum_b.yw);
   }
 }

@@ -32,29 +32,31 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
   push_.width = format.width;
   push_.height = format.height;
   push_.pitch = grid_for(format.width, format.height).pitch;
-  push_.coarse_pitch = 2 * coarser(grid_for(format.width, format.height)).pitch;
+  push_.coarse_pitch = coarser(grid_for(format.width, format.height)).pitch;
   push_.scale = static_cast<float>(sensor.pitch_mm_per_px);
   push_.max_slope = static_cast<float>(sensor.max_slope);
   if (shading_) {
     const double units = contact.filtered_units_per_gray();
-    push_.in_pitch = contact.tiles_x() * contact.tile_columns() / 4;
+    push_.in_pitch = contact.tiles_x() * contact.tile_columns() / 8;
     push_.threshold = static_cast<float>(sensor.threshold_gray * units);
     push_.facing = static_cast<float>(sensor.shading.facing_gray * units);
     push_.gain = static_cast<float>(sensor.shading.depth_gain);
-    filtered_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32_UINT);
+    filtered_texels_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32B32A32_UINT);
+    filtered_pairs_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32_UINT);
     kernel_ = gpu::Kernel(context, {"slope_shading", k_slope_shading},
-                          interface({Texels, Storage, Storage}, tile_rows_));
+                          interface({Texels, Texels, Storage, Storage}, tile_rows_));
   } else {
     push_.in_pitch = PaddedLayout(format).pitch;
-    push_.threshold = 1.0f / static_cast<float>(format.max_gray());
     for (size_t channel = 0; channel < 3; ++channel) {
       for (size_t term = 0; term < 3; ++term) {
-        push_.wx[channel * 3 + term] = static_cast<float>(sensor.photometric.wx[channel][term]);
-        push_.wy[channel * 3 + term] = static_cast<float>(sensor.photometric.wy[channel][term]);
+        push_.wx[channel * 3 + term] =
+            static_cast<float>(sensor.photometric.wx[channel][term] / format.max_gray());
+        push_.wy[channel * 3 + term] =
+            static_cast<float>(sensor.photometric.wy[channel][term] / format.max_gray());
       }
     }
     kernel_ = gpu::Kernel(context, {"slope_photometric", k_slope_photometric},
-                          interface({Texels, Texels, Storage, Storage}, tile_rows_));
+                          interface({Texels, Texels, Texels, Texels, Storage, Storage}, tile_rows_));
   }
 }
 
@@ -63,7 +65,7 @@ Slope::Slope(gpu::Context& context, uint32_t width, uint32_t height) : tile_rows
   push_.width = width;
   push_.height = height;
   push_.pitch = push_.in_pitch = grid_for(width, height).pitch;
-  push_.coarse_pitch = 2 * coarser(grid_for(width, height)).pitch;
+  push_.coarse_pitch = coarser(grid_for(width, height)).pitch;
   push_.scale = 1;
   kernel_ = gpu::Kernel(context, {"slope_given", k_slope_given},
                         interface({Texels, Texels, Storage, Storage}, tile_rows_));
@@ -71,7 +73,8 @@ Slope::Slope(gpu::Context& context, uint32_t width, uint32_t height) : tile_rows
 
 std::array<uint32_t, 3> Slope::groups() const {
   const uint32_t strips = (push_.height + tile_rows_ - 1) / tile_rows_;
-  return {(push_.pitch * strips + kWorkgroup - 1) / kWorkgroup, 1, 1};
+  const uint32_t columns = (push_.pitch + 1) / 2;  // two texels to an invocation
+  return {(columns * strips + kWorkgroup - 1) / kWorkgroup, 1, 1};
 }
 
 void Slope::record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
@@ -79,12 +82,13 @@ void Slope::record(gpu::Commands& commands, const PaddedImage& frame, const Padd
   const auto scope = commands.scope("slope");
   if (shading_) {
     commands.dispatch(kernel_,
-                      {&filtered_, &surface.right_side().buffer, &surface.coarse_right_side().buffer}, push_,
-                      groups());
+                      {&filtered_texels_, &filtered_pairs_, &surface.right_side().buffer,
+                       &surface.coarse_right_side().buffer},
+                      push_, groups());
   } else {
     commands.dispatch(kernel_,
-                      {&frame.words(), &background.words(), &surface.right_side().buffer,
-                       &surface.coarse_right_side().buffer},
+                      {&frame.pairs(), &frame.words(), &background.pairs(), &background.words(),
+                       &surface.right_side().buffer, &surface.coarse_right_side().buffer},
                       push_, groups());
   }
   commands.barrier();

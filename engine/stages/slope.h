@@ -37,7 +37,8 @@ class Slope {
   shared::SlopePush push_{};
   uint32_t tile_rows_ = 0;
   bool shading_ = false;
-  gpu::TexelView filtered_;  ///< of the contact stage's filtered image, for Reading::Shading
+  gpu::TexelView filtered_texels_,
+      filtered_pairs_;  ///< of the contact stage's filtered image, for Reading::Shading
   gpu::Kernel kernel_;
 };
 

@@ -34,6 +34,7 @@ PaddedImage::PaddedImage(gpu::Context& context, const std::string& name, const F
   if (!device_.mapped())
     staging_ = gpu::DeviceBuffer(context, name + " upload", layout_.bytes, gpu::Memory::Upload);
   texels_ = gpu::TexelView(context, device_, VK_FORMAT_R32G32B32A32_UINT);
+  pairs_ = gpu::TexelView(context, device_, VK_FORMAT_R32G32_UINT);
   words_ = gpu::TexelView(context, device_, VK_FORMAT_R32_UINT);
 }
 

@@ -38,6 +38,7 @@ class PaddedImage {
 
   const PaddedLayout& layout() const { return layout_; }
   const gpu::TexelView& texels() const { return texels_; }  ///< RGBA32UI
+  const gpu::TexelView& pairs() const { return pairs_; }    ///< RG32UI, two to a texel
   const gpu::TexelView& words() const { return words_; }    ///< R32UI, four to a texel
   uint64_t memory_bytes() const { return device_.bytes() + staging_.bytes(); }
 
@@ -47,6 +48,7 @@ class PaddedImage {
   gpu::DeviceBuffer device_;
   gpu::DeviceBuffer staging_;  ///< only where device memory is not mapped
   gpu::TexelView texels_;
+  gpu::TexelView pairs_;
   gpu::TexelView words_;
 };
 
