@@ -41,6 +41,12 @@ void check_fit(const Sensor& sensor, const FrameFormat& format, bool surface) {
           "gray frames, or colour of 8 bits",
           std::to_string(format.channels) + " channels of " + std::to_string(format.bit_depth) + " bits",
           "channels 1, or bit_depth 8");
+  require(
+      format.channels == sensor.channels && format.bit_depth == sensor.bit_depth, sensor,
+      "its " + std::to_string(sensor.channels) + " channels of " + std::to_string(sensor.bit_depth) + " bits",
+      "frames of " + std::to_string(format.channels) + " channels of " + std::to_string(format.bit_depth) +
+          " bits",
+      "frame.channels and frame.bit_depth in the sensor file");
   if (!surface) return;
   require(sensor.reading != Reading::None, sensor, "a surface reading (shading or photometric)", "none",
           "asking for force only, or adding 'surface' to the sensor file");
@@ -188,8 +194,10 @@ struct Pipeline::Impl {
       // A threshold of 0 lets pixels without any gray count as contact; their centroid is the area's.
       const bool weighted = m.gray > 0;
       const double weight = static_cast<double>(weighted ? m.gray : m.area);
-      t.centroid_x_px = format.width / 2 + static_cast<double>(weighted ? m.gray_x : m.x) / weight;
-      t.centroid_y_px = format.height / 2 + static_cast<double>(weighted ? m.gray_y : m.y) / weight;
+      const uint32_t center_x = format.width / 2,
+                     center_y = format.height / 2;  // whole pixels, as in ContactMoments
+      t.centroid_x_px = center_x + static_cast<double>(weighted ? m.gray_x : m.x) / weight;
+      t.centroid_y_px = center_y + static_cast<double>(weighted ? m.gray_y : m.y) / weight;
       t.ellipse = ellipse_of(m, sensor.pitch_mm_per_px);
     }
     if (sensor.force) t.force_N = force_from_gray(*sensor.force, t.gray_sum, t.contact, t.saturated_px > 0);

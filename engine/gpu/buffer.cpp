@@ -7,8 +7,11 @@
 
 namespace palpate::gpu {
 
+// Built on the default constructor, so that the destructor frees what was made before a failure.
 DeviceBuffer::DeviceBuffer(Context& context, const std::string& name, uint64_t bytes, Memory memory)
-    : context_(&context), bytes_(std::max<uint64_t>(bytes, 16)) {
+    : DeviceBuffer() {
+  context_ = &context;
+  bytes_ = std::max<uint64_t>(bytes, 16);
   VkBufferCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
   info.size = bytes_;
@@ -40,7 +43,6 @@ DeviceBuffer::DeviceBuffer(Context& context, const std::string& name, uint64_t b
   allocation.memoryTypeIndex = type;
   if (const VkResult result = vkAllocateMemory(context.device(), &allocation, nullptr, &memory_);
       result != VK_SUCCESS) {
-    vkDestroyBuffer(context.device(), buffer_, nullptr);
     throw Error(Failure::Device, std::to_string(needs.size >> 10) + " KiB of device memory for " + name,
                 "not enough", "a smaller frame or crop, or another device (palpate devices)");
   }

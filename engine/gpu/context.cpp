@@ -223,6 +223,11 @@ std::filesystem::path pipeline_cache_file(const VkPhysicalDeviceProperties& prop
   return folder / "palpate" / ("pipelines-" + uuid);
 }
 
+std::vector<char> read_all(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
 }  // namespace
 
 void check(VkResult result, const char* what) {
@@ -305,12 +310,17 @@ void Context::choose_device(const ContextOptions& options) {
     DeviceReport report = inspect(devices[i], i, options.presentation);
     VkPhysicalDeviceProperties properties{};
     vkGetPhysicalDeviceProperties(devices[i], &properties);
-    const bool wanted = options.device.empty() || options.device == std::to_string(i) ||
-                        report.name.find(options.device) != std::string::npos;
+    // One or two digits are an index, never a part of a name: "LLVM 15.0.6" is full of digits.
+    const bool by_index =
+        options.device.size() <= 2 && std::all_of(options.device.begin(), options.device.end(),
+                                                  [](char c) { return c >= '0' && c <= '9'; });
+    const bool wanted =
+        options.device.empty() || (by_index ? options.device == std::to_string(i)
+                                            : report.name.find(options.device) != std::string::npos);
     matched = matched || wanted;
-    std::string verdict = wanted ? "usable" : "not the one asked for";
-    for (size_t k = 0; k < report.refusals.size(); ++k)
-      verdict = (k ? verdict + ", " : "") + report.refusals[k];
+    std::string verdict;
+    for (const std::string& refusal : report.refusals) verdict += (verdict.empty() ? "" : ", ") + refusal;
+    if (verdict.empty()) verdict = wanted ? "usable" : "not the one asked for";
     listing += (listing.empty() ? "" : "; ") + std::to_string(i) + " " + report.name + ": " + verdict;
     if (!wanted || !report.refusals.empty()) continue;
     const int score = type_score(properties.deviceType);
@@ -363,11 +373,7 @@ void Context::create_device(const ContextOptions& options) {
 }
 
 void Context::load_pipeline_cache() {
-  std::vector<char> data;
-  if (const auto file = pipeline_cache_file(properties_); !file.empty()) {
-    std::ifstream in(file, std::ios::binary);
-    data.assign(std::istreambuf_iterator<char>(in), {});
-  }
+  const std::vector<char> data = read_all(pipeline_cache_file(properties_));
   VkPipelineCacheCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
   info.initialDataSize = data.size();
@@ -376,18 +382,17 @@ void Context::load_pipeline_cache() {
     info.initialDataSize = 0;  // a damaged cache costs a recompilation, nothing else
     check(vkCreatePipelineCache(device_, &info, nullptr, &pipeline_cache_), "creating the pipeline cache");
   }
-  pipeline_cache_loaded_bytes_ = data.size();
 }
 
 // Best effort: a cache that cannot be written only costs time at the next start.
 void Context::save_pipeline_cache() const {
   size_t size = 0;
   if (vkGetPipelineCacheData(device_, pipeline_cache_, &size, nullptr) != VK_SUCCESS) return;
-  if (size == pipeline_cache_loaded_bytes_) return;
   std::vector<char> data(size);
   if (vkGetPipelineCacheData(device_, pipeline_cache_, &size, data.data()) != VK_SUCCESS) return;
+  data.resize(size);
   const auto file = pipeline_cache_file(properties_);
-  if (file.empty()) return;
+  if (file.empty() || read_all(file) == data) return;
   std::error_code ignored;
   std::filesystem::create_directories(file.parent_path(), ignored);
   // The process's own temporary name, so that two programs that end together do not mix their files.

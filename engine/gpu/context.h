@@ -11,7 +11,7 @@
 namespace palpate::gpu {
 
 struct ContextOptions {
-  std::string device;       ///< index or part of a name; empty: the best one
+  std::string device;       ///< index (one or two digits) or part of a name; empty: the best one
   bool validation = false;  ///< validation layer with synchronisation validation; messages are collected
   bool timers = false;      ///< GPU timestamps around every scope
   std::vector<const char*> instance_extensions;  ///< what a window needs (glfwGetRequiredInstanceExtensions)
@@ -89,7 +89,6 @@ class Context {
   VkQueue queue_ = VK_NULL_HANDLE;
   uint32_t queue_family_ = 0;
   VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
-  size_t pipeline_cache_loaded_bytes_ = 0;
   VkPhysicalDeviceProperties properties_{};
   VkPhysicalDeviceMemoryProperties memory_{};
   DeviceReport report_;

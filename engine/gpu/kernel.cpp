@@ -30,7 +30,9 @@ class Reflection {
         spvc_context_create_compiler(context_, SPVC_BACKEND_NONE, ir, SPVC_CAPTURE_MODE_COPY, &compiler_) !=
             SPVC_SUCCESS ||
         spvc_compiler_create_shader_resources(compiler_, &resources_) != SPVC_SUCCESS) {
-      mismatch(shader, "valid SPIR-V", context_ ? spvc_context_get_last_error_string(context_) : "no memory");
+      const std::string why = context_ ? spvc_context_get_last_error_string(context_) : "no memory";
+      spvc_context_destroy(context_);
+      mismatch(shader, "valid SPIR-V", why);
     }
   }
   ~Reflection() { spvc_context_destroy(context_); }
@@ -62,7 +64,7 @@ class Reflection {
     for (const auto& resource : list(type)) {
       const unsigned set = spvc_compiler_get_decoration(compiler_, resource.id, SpvDecorationDescriptorSet);
       const unsigned slot = spvc_compiler_get_decoration(compiler_, resource.id, SpvDecorationBinding);
-      const std::string place = "binding " + std::to_string(slot) + " ('" + resource.name + "')";
+      const std::string place = "binding " + std::to_string(slot);
       if (set != 0) mismatch(shader_, place + " in set 0", "set " + std::to_string(set));
       if (slot >= interface.bindings.size())
         mismatch(shader_, std::to_string(interface.bindings.size()) + " bindings", place);
@@ -107,8 +109,11 @@ VkDescriptorType descriptor_type(Binding binding) {
 
 }  // namespace
 
-Kernel::Kernel(Context& context, const Shader& shader, const KernelInterface& interface)
-    : context_(&context), name_(shader.name), interface_(interface) {
+// Built on the default constructor, so that the destructor frees what was made before a failure.
+Kernel::Kernel(Context& context, const Shader& shader, const KernelInterface& interface) : Kernel() {
+  context_ = &context;
+  name_ = shader.name;
+  interface_ = interface;
   Reflection(shader).compare(interface);
   if (interface.push_bytes > context.properties().limits.maxPushConstantsSize)
     mismatch(shader,
