@@ -1,0 +1,101 @@
+// Gray sum to newtons: the line, its stated error, and what is said where the line does not reach.
+#include "engine/mechanics/force.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "engine/mechanics/calibration.h"
+
+namespace palpate {
+namespace {
+
+// The paper's waveguide: F[mN] = 1.75e-5 G - 114.56, images at 537 to 1503 mN.
+ForceCalibration paper() {
+  ForceCalibration c;
+  c.c1_N_per_gray = 1.75e-8;
+  c.c0_N = -0.11456;
+  c.residual_sd_N = 0.005;
+  c.gray_min = (0.537 - c.c0_N) / c.c1_N_per_gray;
+  c.gray_max = (1.503 - c.c0_N) / c.c1_N_per_gray;
+  return c;
+}
+
+TEST(Force, PaperLine) {
+  const ForceCalibration c = paper();
+  for (const double force_N : {0.537, 0.966, 1.503}) {
+    const double gray_sum = (force_N - c.c0_N) / c.c1_N_per_gray;
+    const Estimate force = force_from_gray(c, gray_sum, true, false);
+    EXPECT_NEAR(force.value, force_N, 1e-12);
+    EXPECT_DOUBLE_EQ(force.standard_error, 0.005);
+  }
+}
+
+TEST(Force, RangeAndDoubtsAreStated) {
+  const ForceCalibration c = paper();
+  const auto validity = [&](double gray_sum, bool contact = true, bool saturated = false) {
+    return force_from_gray(c, gray_sum, contact, saturated).validity;
+  };
+  EXPECT_EQ(validity(c.gray_min), Validity::Valid);
+  EXPECT_EQ(validity(c.gray_max), Validity::Valid);
+  EXPECT_EQ(validity(std::nextafter(c.gray_min, 0)), Validity::BelowRange);
+  EXPECT_EQ(validity(std::nextafter(c.gray_max, INFINITY)), Validity::AboveRange);
+  // Clipped light makes every other statement doubtful, so it is the one that is shown.
+  EXPECT_EQ(validity(c.gray_min, true, true), Validity::Saturated);
+  EXPECT_EQ(validity(2 * c.gray_max, true, true), Validity::Saturated);
+  // Without contact there is no force to doubt.
+  for (const bool saturated : {false, true}) {
+    const Estimate none = force_from_gray(c, 0, false, saturated);
+    EXPECT_EQ(none.validity, Validity::NoContact);
+    EXPECT_EQ(none.value, 0);
+    EXPECT_EQ(none.standard_error, 0);
+  }
+}
+
+TEST(Force, ErrorGrowsAwayFromTheReadings) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 0.01);
+  std::vector<double> gray, force;
+  for (int i = 0; i < 12; ++i) {
+    gray.push_back(1e7 * (4 + i));
+    force.push_back(2e-8 * gray.back() - 0.1 + noise(random));
+  }
+  const ForceCalibration c = fit_force(gray, force).calibration;
+  const auto error = [&](double g) { return force_from_gray(c, g, true, false).standard_error; };
+  const double middle = 1e7 * (4 + 5.5);
+  // At the mean of n readings a new one errs by s sqrt(1 + 1/n); elsewhere by more, alike on both sides.
+  EXPECT_NEAR(error(middle), c.residual_sd_N * std::sqrt(1 + 1.0 / 12), 1e-9);
+  EXPECT_NEAR(error(middle - 1e8), error(middle + 1e8), 1e-9);
+  EXPECT_GT(error(middle + 1e8), 1.1 * error(middle));
+  EXPECT_GT(error(middle + 2e8), error(middle + 1e8));
+}
+
+// Sensors calibrated with few noisy readings, then read: the truth lies within one stated error as often as
+// Student's t says (0.667 for 16 degrees of freedom), inside and outside the calibrated range.
+TEST(Force, StatedErrorCoversTheTruth) {
+  std::mt19937 random(4);
+  for (const double where : {0.5, 0.05, 0.95, 1.6}) {
+    int inside = 0;
+    constexpr int kSensors = 4000;
+    for (int sensor = 0; sensor < kSensors; ++sensor) {
+      constexpr double kSlope = 1.75e-8, kOffset = -0.1, kNoise_N = 0.02, kSpan = 9e7;
+      std::normal_distribution<double> noise(0, kNoise_N);
+      std::vector<double> gray, force;
+      for (int i = 0; i < 18; ++i) {
+        gray.push_back(1e7 + kSpan * i / 17);
+        force.push_back(kSlope * gray.back() + kOffset + noise(random));
+      }
+      const ForceCalibration c = fit_force(gray, force).calibration;
+      const double g = 1e7 + kSpan * where;
+      const Estimate estimate = force_from_gray(c, g, true, false);
+      const double gauge_N = kSlope * g + kOffset + noise(random);
+      inside += std::abs(estimate.value - gauge_N) <= estimate.standard_error;
+    }
+    EXPECT_NEAR(inside / double{kSensors}, 0.667, 0.03) << "at " << where << " of the range";
+  }
+}
+
+}  // namespace
+}  // namespace palpate
