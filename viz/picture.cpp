@@ -101,7 +101,9 @@ Film::Film(const std::filesystem::path& file, uint32_t width, uint32_t height, d
   const bool avi = file.extension() == ".avi";
   const int codec =
       avi ? cv::VideoWriter::fourcc('M', 'J', 'P', 'G') : cv::VideoWriter::fourcc('m', 'p', '4', 'v');
-  if (!impl_->writer.open(impl_->partial.string(), codec, rate_Hz > 0 ? rate_Hz : 30, impl_->size)) {
+  // Named writers: OpenCV would go through all it knows, each with its own complaint.
+  const int writer = avi ? cv::CAP_OPENCV_MJPEG : cv::CAP_FFMPEG;
+  if (!impl_->writer.open(impl_->partial.string(), writer, codec, rate_Hz > 0 ? rate_Hz : 30, impl_->size)) {
     throw Error(Failure::Output, "to write the film '" + file.string() + "'", "it cannot be opened",
                 "a writable folder and the ending .mp4 or .avi");
   }
