@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
-#include <iostream>
 #include <random>
 
 #include "capture/synthetic.h"
@@ -189,7 +188,10 @@ int main(int argc, char** argv) {
   try {
     return palpate::perf::run(argc, argv);
   } catch (const palpate::Error& error) {
-    std::cerr << "palpate_bench: " << error.what() << '\n';
+    std::fprintf(stderr, "palpate_bench: %s\n", error.what());
     return error.exit_code();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "palpate_bench: %s\n", error.what());
+    return 1;
   }
 }

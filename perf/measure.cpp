@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <sstream>
 
 namespace palpate::perf {
@@ -34,17 +35,19 @@ Sample run_once(const Work& work, int inner) {
 
 double quantile(std::vector<double> values, double q) {
   std::sort(values.begin(), values.end());
-  return values[static_cast<size_t>(q * static_cast<double>(values.size() - 1) + 0.5)];
+  return values[static_cast<size_t>(std::lround(q * static_cast<double>(values.size() - 1)))];
 }
 
 Summary summarise(const std::vector<Sample>& samples, double Sample::*field) {
   std::vector<double> values;
+  values.reserve(samples.size());
   for (const Sample& s : samples) values.push_back(s.*field);
   return {quantile(values, 0.5), quantile(values, 0.95)};
 }
 
 double ratio(const std::vector<Sample>& a, const std::vector<Sample>& b, double Sample::*field) {
   std::vector<double> values;
+  values.reserve(a.size());
   for (size_t i = 0; i < a.size(); ++i) values.push_back(a[i].*field / b[i].*field);
   return quantile(values, 0.5);
 }
