@@ -72,7 +72,7 @@ class Pipeline {
   /// Starts a frame; false when every slot is in flight or held (the caller decides whether to wait or to
   /// drop).
   bool submit(const Frame& frame);
-  /// The oldest frame in flight if it is finished; never waits.
+  /// The oldest frame in flight if it is finished; never waits (SurfaceSolver::Exact solves it here).
   std::optional<Result> poll();
   /// The oldest frame in flight, waiting for it; nullopt when none is.
   std::optional<Result> wait();

@@ -154,6 +154,22 @@ TEST_F(Shear, WithoutNormalForceSlipIsNotJudged) {
   EXPECT_EQ(t.shear_x_N.validity, Validity::NotCalibrated);
 }
 
+// Clipped light: the friction limit is a lower bound, so a shear held at it is one too; one below it is
+// sound.
+TEST_F(Shear, LimitFromClippedLightIsMarked) {
+  const auto clipped = [](double x_mm) {
+    Touch t = at(x_mm, 0);
+    t.force_N.validity = Validity::Saturated;
+    return t;
+  };
+  see(clipped(0));
+  EXPECT_EQ(see(clipped(0.1)).shear_x_N.validity, Validity::Valid);
+  const Touch t = see(clipped(0.4));
+  EXPECT_EQ(t.slip, Slip::Slip);
+  EXPECT_EQ(t.shear_x_N.validity, Validity::Saturated);
+  EXPECT_EQ(t.shear_y_N.validity, Validity::Saturated);
+}
+
 // A calibration with a negative c0 can say less than 0 N of a light touch: no friction, never a negative
 // limit.
 TEST_F(Shear, NegativeForceHoldsNothing) {

@@ -45,10 +45,14 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
     limit_error = c.friction * touch.force_N.standard_error;
   }
   const double position_error_mm = kCentroidError_px * pitch_mm_per_px_;
+  Validity validity = Validity::Valid;
+  if (touch.slip == Slip::NotCalibrated) validity = Validity::NotCalibrated;
+  // Clipped light makes the normal force a lower bound, and with it the limit that the shear is held at.
+  if (touch.slip == Slip::Slip && touch.force_N.validity == Validity::Saturated)
+    validity = Validity::Saturated;
   const auto estimate = [&](double force, double stiffness) {
-    const double error = std::hypot(c.relative_sd * force, stiffness * position_error_mm, limit_error);
-    return Estimate{force, error,
-                    touch.slip == Slip::NotCalibrated ? Validity::NotCalibrated : Validity::Valid};
+    return Estimate{force, std::hypot(c.relative_sd * force, stiffness * position_error_mm, limit_error),
+                    validity};
   };
   touch.shear_x_N = estimate(fx, c.kx_N_per_mm);
   touch.shear_y_N = estimate(fy, c.ky_N_per_mm);
