@@ -12,11 +12,24 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kWorkgroup = 64;
-// Long strips waste less on their four rows of lead-in; short ones make more threads. A CPU wants the former,
-// a GPU the latter.
-constexpr uint32_t kRowsOnCpu = 32;
+constexpr uint32_t kWorkgroup = 32;
+constexpr uint32_t kLeadIn = 4;  // rows that a tile fetches beyond its own
 constexpr uint32_t kRowsOnGpu = 8;
+constexpr uint32_t kRowsKeeping = 32;  // on a CPU; longer strips of stores fall out of its nearest cache
+
+// Long tiles waste less on their lead-in, short ones make more threads. A GPU wants the latter; for a CPU the
+// height that fetches the fewest rows in all.
+uint32_t rows_for(const gpu::Context& context, uint32_t height, bool keep_filtered) {
+  if (!context.is_software()) return kRowsOnGpu;
+  if (keep_filtered) return kRowsKeeping;
+  uint32_t best = kRowsKeeping;
+  const auto fetched = [height](uint32_t rows) {
+    return uint64_t{(height + rows - 1) / rows} * (rows + kLeadIn);
+  };
+  for (uint32_t rows = kRowsKeeping; rows <= shared::kMaxTileRows; rows += 2)
+    if (fetched(rows) < fetched(best)) best = rows;
+  return best;
+}
 
 gpu::Shader shader_for(const FrameFormat& format) {
   if (format.channels == 3) return {"contact_color", k_contact_color};
@@ -28,12 +41,12 @@ gpu::Shader shader_for(const FrameFormat& format) {
 
 Contact::Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, bool keep_filtered) {
   const PaddedLayout layout(format);
-  tile_columns_ = layout.pixels_per_texel;
-  tile_rows_ = context.is_software() ? kRowsOnCpu : kRowsOnGpu;
+  tile_columns_ = 2 * layout.pixels_per_texel;
+  tile_rows_ = rows_for(context, format.height, keep_filtered);
   push_.width = format.width;
   push_.height = format.height;
   push_.pitch = layout.pitch;
-  push_.tiles_x = layout.texels;
+  push_.tiles_x = layout.tiles;
   push_.tiles_y = (format.height + tile_rows_ - 1) / tile_rows_;
   push_.threshold = static_cast<uint32_t>(std::lround(sensor.threshold_gray * 128));
   push_.saturation = sensor.saturation_gray;

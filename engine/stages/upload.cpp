@@ -25,8 +25,8 @@ void pad_row(const uint8_t* from, uint32_t width, uint8_t* to, uint32_t row_byte
 
 PaddedLayout::PaddedLayout(const FrameFormat& format)
     : pixels_per_texel(format.bit_depth > 8 ? 8 : 16),
-      texels((format.width + pixels_per_texel - 1) / pixels_per_texel),
-      pitch(texels + 2),
+      tiles((format.width + 2 * pixels_per_texel - 1) / (2 * pixels_per_texel)),
+      pitch(2 * tiles + 2),
       bytes(uint64_t{pitch} * kTexelBytes * format.height * format.channels) {}
 
 PaddedImage::PaddedImage(gpu::Context& context, const std::string& name, const FrameFormat& format)

@@ -15,15 +15,15 @@ class Context;
 }  // namespace gpu
 
 /// channels x height rows of `pitch` texels of 16 bytes (16 pixels of 8 bits or 8 of 16): one texel of copies
-/// of the row's first pixel, the row, copies of its last pixel up to a whole texel, and one texel more of
-/// these.
+/// of the row's first pixel, the row, and copies of its last pixel up to a whole tile of two texels and one
+/// more.
 struct PaddedLayout {
   explicit PaddedLayout(const FrameFormat& format);
 
   uint32_t pixels_per_texel;
-  uint32_t texels;  ///< that hold a row's pixels
-  uint32_t pitch;   ///< texels from one row to the next
-  uint64_t bytes;   ///< of all planes
+  uint32_t tiles;  ///< of two texels, that hold a row's pixels
+  uint32_t pitch;  ///< texels from one row to the next
+  uint64_t bytes;  ///< of all planes
 };
 
 class PaddedImage {

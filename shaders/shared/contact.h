@@ -13,7 +13,7 @@ const uint kGrayBase = 4096;
 // Column and row sums of a tile fit 16 bits up to this height.
 const uint kMaxTileRows = 64;
 
-// Sums over the contact pixels of one tile (a texel of columns wide, up to kMaxTileRows high). c counts columns from the tile's
+// Sums over the contact pixels of one tile (two texels of columns wide, up to kMaxTileRows high). c counts columns from the tile's
 // left, k counts rows from its bottom (the last row has k = 1), g is filtered gray in 1/256 gray levels.
 struct ContactRecord {
   uint area;
