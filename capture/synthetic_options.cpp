@@ -162,6 +162,7 @@ Sensor synthetic_sensor(const SyntheticOptions& o) {
   if (o.mode == SyntheticMode::Lambert) {
     s.reading = Reading::Shading;
     s.shading.facing_gray = optics::kFacing_gray * scale;
+    s.max_slope = 0.5;  // the scenes' contacts end at slopes of 0.4; the blurred rim must not read as a cliff
   } else if (o.mode == SyntheticMode::Gel) {
     s.reading = Reading::Photometric;
     s.photometric = gel_calibration();

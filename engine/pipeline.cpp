@@ -7,6 +7,7 @@
 #include <deque>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 
 #include "engine/error.h"
 #include "engine/gpu/commands.h"
@@ -305,9 +306,7 @@ void Pipeline::release(const Result& result) {
 }
 
 Touch Pipeline::process(const Frame& frame) {
-  const bool started = submit(frame);
-  assert(started);
-  static_cast<void>(started);
+  if (!submit(frame)) throw std::logic_error("Pipeline::process needs a free slot: release a result first");
   const std::optional<Result> result = wait();
   release(*result);
   return result->touch;

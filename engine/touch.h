@@ -12,7 +12,7 @@ enum class Validity : uint8_t {
   NoContact,      ///< nothing touches the pad, the quantity has no meaning
   BelowRange,     ///< smaller than anything seen in calibration
   AboveRange,     ///< larger than anything seen in calibration
-  Saturated,      ///< pixels of the contact are at the camera's limit: the value is a lower bound
+  Saturated,      ///< pixels are at the camera's limit (see saturated_px): the value may be too low
 };
 const char* to_string(Validity validity);
 

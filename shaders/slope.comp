@@ -19,8 +19,9 @@ layout(binding = 3) writeonly buffer Coarse { vec4 coarse[]; };
 #elif defined(READING_SHADING)
 layout(binding = 0) uniform usamplerBuffer filtered_texels;  // eight 16-bit pixels to a texel
 layout(binding = 1) uniform usamplerBuffer filtered_pairs;   // four to a pair of words
-layout(binding = 2) writeonly buffer Right { vec4 right_side[]; };
-layout(binding = 3) writeonly buffer Coarse { vec4 coarse[]; };
+layout(binding = 2) uniform samplerBuffer block_words;       // means of eight by eight pixels
+layout(binding = 3) writeonly buffer Right { vec4 right_side[]; };
+layout(binding = 4) writeonly buffer Coarse { vec4 coarse[]; };
 #else
 layout(binding = 0) uniform usamplerBuffer frame_pairs;  // eight 8-bit pixels to a pair of words, planes red, green, blue
 layout(binding = 1) uniform usamplerBuffer frame_words;
@@ -42,7 +43,7 @@ struct Window {
 };
 Window window_at(int tx, int y) { return Window(0); }
 
-Slopes slopes_at(inout Window window, int tx, int y) {
+Slopes slopes_at(Window window, int tx, int y) {
   int row = clamp(y, 0, int(push.height) - 1) * int(push.in_pitch), last = int(push.in_pitch) - 1;
   int texel = 2 * tx, next = min(texel + 1, last);
   vec4 l = texelFetch(p_texels, row + max(texel - 1, 0)), c = texelFetch(p_texels, row + texel);
@@ -55,30 +56,39 @@ Slopes slopes_at(inout Window window, int tx, int y) {
 
 vec4 unpack(uvec2 w) { return vec4(w.x & 0xffffu, w.x >> 16, w.y & 0xffffu, w.y >> 16); }
 
-struct Gray {
-  vec4 l, c, d, r;  // columns -4 .. -1, 0 .. 3, 4 .. 7, 8 .. 11
+// The gray's gradient near a block of eight by eight pixels, from the quadric through the means of three by three blocks: in the
+// block's middle, and how it changes along the row (u) and down the column (v). A pixel's own neighbours tell its brightness well
+// but not the direction in which it falls: there noise would turn the slope every way.
+struct Quadric {
+  vec2 middle, along_u, along_v;
 };
 
-// Repeats column width - 1 in the group of columns that begins at `first`; `before` is the column before it.
-vec4 repeat_edge(vec4 g, float before, int first, int width) {
-  g.x = first < width ? g.x : before;
-  g.y = first + 1 < width ? g.y : g.x;
-  g.z = first + 2 < width ? g.z : g.y;
-  g.w = first + 3 < width ? g.w : g.z;
-  return g;
+// The blocks to the left, here and to the right, in one row of blocks.
+struct Window {
+  Quadric l, c, r;
+};
+
+float block_at(int bx, int by) {
+  int across = (int(push.width) + 7) / 8, down = (int(push.height) + 7) / 8;
+  return texelFetch(block_words, clamp(by, 0, down - 1) * across + clamp(bx, 0, across - 1)).x;
 }
 
-Gray gray_at(int tx, int y) {
-  int row = clamp(y, 0, int(push.height) - 1) * int(push.in_pitch), last = 2 * int(push.in_pitch) - 1;
-  int first = 8 * tx, width = int(push.width);
-  uvec4 here = texelFetch(filtered_texels, row + tx);
-  Gray g;
-  g.c = repeat_edge(unpack(here.xy), 0.0, first, width);
-  g.d = repeat_edge(unpack(here.zw), g.c.w, first + 4, width);
-  g.l = unpack(texelFetch(filtered_pairs, 2 * row + max(2 * tx - 1, 0)).xy);
-  g.l = tx > 0 ? g.l : g.c.xxxx;
-  g.r = repeat_edge(unpack(texelFetch(filtered_pairs, 2 * row + min(2 * tx + 2, last)).xy), g.d.w, first + 8, width);
-  return g;
+// Three means above each other.
+vec3 column_at(int bx, int by) { return vec3(block_at(bx, by - 1), block_at(bx, by), block_at(bx, by + 1)); }
+
+Quadric quadric(vec3 w, vec3 c, vec3 e) {
+  const vec3 mean = vec3(0.25, 0.5, 0.25);
+  float uv = (e.z - e.x - w.z + w.x) / 4.0;
+  vec3 bend = vec3(w.x - 2.0 * w.y + w.z, c.x - 2.0 * c.y + c.z, e.x - 2.0 * e.y + e.z);
+  return Quadric(vec2(dot(mean, e - w), dot(mean, vec3(w.z - w.x, c.z - c.x, e.z - e.x))) / 2.0,
+                 vec2(dot(mean, w - 2.0 * c + e), uv), vec2(uv, dot(mean, bend)));
+}
+
+Window window_at(int tx, int y) {
+  int by = clamp(y, 0, int(push.height) - 1) / 8;
+  vec3 ww = column_at(tx - 2, by), w = column_at(tx - 1, by), c = column_at(tx, by), e = column_at(tx + 1, by),
+       ee = column_at(tx + 2, by);
+  return Window(quadric(ww, w, c), quadric(w, c, e), quadric(c, e, ee));
 }
 
 // Lambert with the light along the viewing axis: gray / facing = cos(slope angle), so |slope| = tan of it (Eq. 62-63); the
@@ -93,32 +103,28 @@ void shade(vec4 gray, vec4 dx, vec4 dy, out vec4 p, out vec4 q) {
   q = scale * dy;
 }
 
-// Rows y - 1 and y; slopes_at takes them along, so that each row is fetched once.
-struct Window {
-  Gray up, here;
-};
-Window window_at(int tx, int y) { return Window(gray_at(tx, y - 1), gray_at(tx, y)); }
-
-// Four columns in the middle of eight: l holds the two before them in zw, r the two after in xy. s are column sums 1 2 1 of three
-// rows, d their differences.
-void shade_group(vec4 gl, vec4 gr, vec4 sl, vec4 sr, vec4 dl, vec4 dr, out vec4 p, out vec4 q) {
-  vec4 dx = vec4(sl.w, sr.xyz) - vec4(sl.yzw, sr.x);
-  vec4 dy = vec4(dl.w, dr.xyz) + 2.0 * vec4(dl.zw, dr.xy) + vec4(dl.yzw, dr.x);
-  shade(vec4(gl.zw, gr.xy), dx, dy, p, q);
-}
-
-Slopes slopes_at(inout Window window, int tx, int y) {
-  Gray up = window.up, here = window.here, down = gray_at(tx, y + 1);
-  window.up = here;
-  window.here = down;
-  Gray s = Gray(up.l + 2.0 * here.l + down.l, up.c + 2.0 * here.c + down.c, up.d + 2.0 * here.d + down.d,
-                up.r + 2.0 * here.r + down.r);
-  Gray d = Gray(down.l - up.l, down.c - up.c, down.d - up.d, down.r - up.r);
+Slopes slopes_at(Window window, int tx, int y) {
+  int row = clamp(y, 0, int(push.height) - 1), last = 2 * int(push.in_pitch) - 1, at = row * int(push.in_pitch);
+  uvec4 here = texelFetch(filtered_texels, at + tx);
+  vec4 c = unpack(here.xy), d = unpack(here.zw);
+  vec4 l = unpack(texelFetch(filtered_pairs, 2 * at + max(2 * tx - 1, 0)).xy);
+  vec4 r = unpack(texelFetch(filtered_pairs, 2 * at + min(2 * tx + 2, last)).xy);
+  float v = (float(row & 7) - 3.5) / 8.0;
+  vec2 at_l = window.l.middle + window.l.along_v * v, at_c = window.c.middle + window.c.along_v * v,
+       at_r = window.r.middle + window.r.along_v * v;
+  vec4 u = (vec4(0, 1, 2, 3) - 3.5) / 8.0;
+  // Columns -2 and -1 lie in the block to the left, 8 and 9 in the one to the right.
+  vec2 u_l = vec2(2.5, 3.5) / 8.0, u_r = vec2(-3.5, -2.5) / 8.0;
+  vec4 dx_a = vec4(at_l.x + window.l.along_u.x * u_l, at_c.x + window.c.along_u.x * u.xy);
+  vec4 dy_a = vec4(at_l.y + window.l.along_u.y * u_l, at_c.y + window.c.along_u.y * u.xy);
+  vec4 u_b = vec4(u.zw, -u.wz);
+  vec4 dx_c = vec4(at_c.x - window.c.along_u.x * u.yx, at_r.x + window.r.along_u.x * u_r);
+  vec4 dy_c = vec4(at_c.y - window.c.along_u.y * u.yx, at_r.y + window.r.along_u.y * u_r);
   Slopes result;
   vec4 q_a, q_b, q_c;
-  shade_group(here.l, here.c, s.l, s.c, d.l, d.c, result.p_a, q_a);
-  shade_group(here.c, here.d, s.c, s.d, d.c, d.d, result.p_b, q_b);
-  shade_group(here.d, here.r, s.d, s.r, d.d, d.r, result.p_c, q_c);
+  shade(vec4(l.zw, c.xy), dx_a, dy_a, result.p_a, q_a);
+  shade(vec4(c.zw, d.xy), at_c.x + window.c.along_u.x * u_b, at_c.y + window.c.along_u.y * u_b, result.p_b, q_b);
+  shade(vec4(d.zw, r.xy), dx_c, dy_c, result.p_c, q_c);
   result.q_a = vec4(q_a.zw, q_b.xy);
   result.q_b = vec4(q_b.zw, q_c.xy);
   return result;
@@ -172,7 +178,7 @@ void lean(vec4 nx, vec4 ny, out vec4 p, out vec4 q) {
   q = ny * scale;
 }
 
-Slopes slopes_at(inout Window window, int tx, int y) {
+Slopes slopes_at(Window window, int tx, int y) {
   int row = clamp(y, 0, int(push.height) - 1);
   vec4 column = vec4(-2, -1, 0, 1) + float(8 * tx);
   vec4 x_at = (2.0 * column + 1.0) / float(push.width) - 1.0;
@@ -254,44 +260,58 @@ Across take_row(inout Stream t, Edges edges, int tx, int y) {
   return right;
 }
 
+// Finishes rows y and y + 1.
+void finish_rows(inout Stream stream, Edges edges, int tx, int y) {
+  const vec4 none = vec4(0.0);
+  int height = int(push.height);
+  Across upper = take_row(stream, edges, tx, y + 2), lower = take_row(stream, edges, tx, y + 3);
+  uint texel = uint(y) * push.pitch + 2 * uint(tx);
+  bool wide = 2 * uint(tx) + 1 < push.pitch;
+  upper = Across(upper.a * push.scale, upper.b * push.scale);
+  lower = Across(lower.a * push.scale, lower.b * push.scale);
+  if (y < height) {
+    right_side[texel] = upper.a;
+    if (wide) right_side[texel + 1] = upper.b;
+  }
+  if (y + 1 < height) {
+    right_side[texel + push.pitch] = lower.a;
+    if (wide) right_side[texel + push.pitch + 1] = lower.b;
+  }
+  ivec4 column = ivec4(0, 1, 2, 3) + 8 * tx;
+  vec4 sum_a = upper.a + (y + 1 < height ? lower.a : none), sum_b = upper.b + (y + 1 < height ? lower.b : none);
+  sum_a = mix(none, sum_a, lessThan(column, ivec4(push.width)));
+  sum_b = mix(none, sum_b, lessThan(column + 4, ivec4(push.width)));
+  if (y < height) coarse[uint(y / 2) * push.coarse_pitch + uint(tx)] = vec4(sum_a.xz + sum_a.yw, sum_b.xz + sum_b.yw);
+}
+
 void main() {
   uint tiles_x = (push.pitch + 1) / 2, tiles_y = (push.height + TILE_ROWS - 1) / TILE_ROWS;
   uint tile = gl_GlobalInvocationID.x;
   if (tile >= tiles_x * tiles_y) return;
   int tx = int(tile % tiles_x);
-  int y0 = int(tile / tiles_x * TILE_ROWS);
-  int width = int(push.width), height = int(push.height);
+  int y0 = int(tile / tiles_x * TILE_ROWS), y1 = y0 + int(TILE_ROWS);
   ivec4 column = ivec4(0, 1, 2, 3) + 8 * tx;
   Edges edges;
-  edges.pairs_a = vec4(lessThan(column, ivec4(width)));
+  edges.pairs_a = vec4(lessThan(column, ivec4(push.width)));
   edges.pairs_a.x = tx == 0 ? 0.0 : edges.pairs_a.x;
-  edges.pairs_b = vec4(lessThan(column + 4, ivec4(width)));
-  edges.pair_c = 8 * tx + 8 < width ? 1.0 : 0.0;
+  edges.pairs_b = vec4(lessThan(column + 4, ivec4(push.width)));
+  edges.pair_c = 8 * tx + 8 < int(push.width) ? 1.0 : 0.0;
 
   const vec4 none = vec4(0.0);
   Stream stream;
-  stream.window = window_at(tx, y0 - 2);
   stream.q2_a = stream.q2_b = stream.q1_a = stream.q1_b = stream.q0_a = stream.q0_b = none;
   stream.above_a = stream.above_b = none;
   stream.across2 = stream.across1 = Across(none, none);
-  for (int y = y0 - 2; y < y0 + 2; ++y) take_row(stream, edges, tx, y);
-  for (int y = y0; y < y0 + int(TILE_ROWS); y += 2) {
-    Across upper = take_row(stream, edges, tx, y + 2), lower = take_row(stream, edges, tx, y + 3);
-    uint texel = uint(y) * push.pitch + 2 * uint(tx);
-    bool wide = 2 * uint(tx) + 1 < push.pitch;
-    upper = Across(upper.a * push.scale, upper.b * push.scale);
-    lower = Across(lower.a * push.scale, lower.b * push.scale);
-    if (y < height) {
-      right_side[texel] = upper.a;
-      if (wide) right_side[texel + 1] = upper.b;
-    }
-    if (y + 1 < height) {
-      right_side[texel + push.pitch] = lower.a;
-      if (wide) right_side[texel + push.pitch + 1] = lower.b;
-    }
-    vec4 sum_a = upper.a + (y + 1 < height ? lower.a : none), sum_b = upper.b + (y + 1 < height ? lower.b : none);
-    sum_a = mix(none, sum_a, lessThan(column, ivec4(width)));
-    sum_b = mix(none, sum_b, lessThan(column + 4, ivec4(width)));
-    if (y < height) coarse[uint(y / 2) * push.coarse_pitch + uint(tx)] = vec4(sum_a.xz + sum_a.yw, sum_b.xz + sum_b.yw);
+  // Rows are taken two ahead of those they finish; the window changes with every eight rows taken.
+  stream.window = window_at(tx, y0 - 8);
+  take_row(stream, edges, tx, y0 - 2);
+  take_row(stream, edges, tx, y0 - 1);
+  stream.window = window_at(tx, y0);
+  take_row(stream, edges, tx, y0);
+  take_row(stream, edges, tx, y0 + 1);
+  int y = y0;
+  for (int next = y0 + 6; y < y1; next += 8) {
+    for (; y < min(next, y1); y += 2) finish_rows(stream, edges, tx, y);
+    stream.window = window_at(tx, y + 2);
   }
 }

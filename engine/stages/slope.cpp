@@ -5,6 +5,7 @@
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/stages/contact.h"
+#include "shaders/block_means.spv.h"
 #include "shaders/slope_given.spv.h"
 #include "shaders/slope_photometric.spv.h"
 #include "shaders/slope_shading.spv.h"
@@ -13,7 +14,8 @@ namespace palpate {
 namespace {
 
 constexpr uint32_t kWorkgroup = 64;
-constexpr uint32_t kRowsOnCpu = 16;
+constexpr uint32_t kBlock = 8;  // px; the side of the blocks whose means tell the direction of a gray slope
+constexpr uint32_t kRowsOnCpu = 16;  // multiples of kBlock
 constexpr uint32_t kRowsOnGpu = 8;
 
 uint32_t rows_for(const gpu::Context& context) {
@@ -44,7 +46,14 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
     filtered_texels_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32B32A32_UINT);
     filtered_pairs_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32_UINT);
     kernel_ = gpu::Kernel(context, {"slope_shading", k_slope_shading},
-                          interface({Texels, Texels, Storage, Storage}, tile_rows_));
+                          interface({Texels, Texels, Texels, Storage, Storage}, tile_rows_));
+    const uint64_t blocks =
+        uint64_t{(format.width + kBlock - 1) / kBlock} * ((format.height + kBlock - 1) / kBlock);
+    blocks_ = gpu::DeviceBuffer(context, "block means", blocks * sizeof(float), gpu::Memory::Device);
+    block_words_ = gpu::TexelView(context, blocks_, VK_FORMAT_R32_SFLOAT);
+    block_groups_ = static_cast<uint32_t>((blocks + kWorkgroup - 1) / kWorkgroup);
+    block_kernel_ = gpu::Kernel(context, {"block_means", k_block_means},
+                                {{Texels, Storage}, sizeof push_, {kWorkgroup, 1, 1}, {}});
   } else {
     push_.in_pitch = PaddedLayout(format).pitch;
     for (size_t channel = 0; channel < 3; ++channel) {
@@ -81,8 +90,10 @@ void Slope::record(gpu::Commands& commands, const PaddedImage& frame, const Padd
                    const Surface& surface) const {
   const auto scope = commands.scope("slope");
   if (shading_) {
+    commands.dispatch(block_kernel_, {&filtered_texels_, &blocks_}, push_, {block_groups_, 1, 1});
+    commands.barrier();
     commands.dispatch(kernel_,
-                      {&filtered_texels_, &filtered_pairs_, &surface.right_side().buffer,
+                      {&filtered_texels_, &filtered_pairs_, &block_words_, &surface.right_side().buffer,
                        &surface.coarse_right_side().buffer},
                       push_, groups());
   } else {

@@ -38,7 +38,11 @@ class Slope {
   uint32_t tile_rows_ = 0;
   bool shading_ = false;
   gpu::TexelView filtered_texels_,
-      filtered_pairs_;  ///< of the contact stage's filtered image, for Reading::Shading
+      filtered_pairs_;        ///< of the contact stage's filtered image, for Reading::Shading
+  gpu::DeviceBuffer blocks_;  ///< means of the filtered image over 8 x 8 px, for Reading::Shading
+  gpu::TexelView block_words_;
+  uint32_t block_groups_ = 0;
+  gpu::Kernel block_kernel_;
   gpu::Kernel kernel_;
 };
 

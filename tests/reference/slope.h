@@ -15,7 +15,8 @@ struct Slopes {
   std::vector<double> p, q;  ///< height x width: d(depth)/dx, d(depth)/dy
 };
 
-/// Lambert with the light along the viewing axis (Eq. 62-63); direction from the gray's Sobel gradient.
+/// Lambert with the light along the viewing axis (Eq. 62-63); direction from the quadric through the means of
+/// three by three blocks of eight by eight pixels.
 inline Slopes shading_slopes(const Frame& image, const Frame& rest, const Sensor& sensor) {
   const int width = static_cast<int>(image.format.width), height = static_cast<int>(image.format.height);
   const std::vector<uint32_t> filtered = filtered_change(image, rest, sensor.signal);
@@ -25,15 +26,35 @@ inline Slopes shading_slopes(const Frame& image, const Frame& rest, const Sensor
     const size_t at = static_cast<size_t>(std::clamp(y, 0, height - 1) * width + std::clamp(x, 0, width - 1));
     return std::floor(filtered[at] * units / 256) / units;
   };
+  const int across = (width + 7) / 8, down = (height + 7) / 8;
+  std::vector<double> means;
+  for (int by = 0; by < down; ++by) {
+    for (int bx = 0; bx < across; ++bx) {
+      double sum = 0;
+      int count = 0;
+      for (int y = 8 * by; y < std::min(8 * by + 8, height); ++y)
+        for (int x = 8 * bx; x < std::min(8 * bx + 8, width); ++x, ++count) sum += gray(x, y);
+      means.push_back(sum / count);
+    }
+  }
+  const auto mean = [&](int bx, int by) {
+    return means[static_cast<size_t>(std::clamp(by, 0, down - 1) * across + std::clamp(bx, 0, across - 1))];
+  };
   Slopes s;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const double g = gray(x, y);
-      double dx = 0, dy = 0;
+      const int bx = x / 8, by = y / 8;
+      const double u = (x % 8 - 3.5) / 8, v = (y % 8 - 3.5) / 8;
+      const double uv =
+          (mean(bx + 1, by + 1) - mean(bx + 1, by - 1) - mean(bx - 1, by + 1) + mean(bx - 1, by - 1)) / 4;
+      double dx = uv * v, dy = uv * u;
       for (int k = -1; k <= 1; ++k) {
-        const double w = k == 0 ? 2 : 1;
-        dx += w * (gray(x + 1, y + k) - gray(x - 1, y + k));
-        dy += w * (gray(x + k, y + 1) - gray(x + k, y - 1));
+        const double w = k == 0 ? 0.5 : 0.25;
+        dx += w * ((mean(bx + 1, by + k) - mean(bx - 1, by + k)) / 2 +
+                   u * (mean(bx + 1, by + k) - 2 * mean(bx, by + k) + mean(bx - 1, by + k)));
+        dy += w * ((mean(bx + k, by + 1) - mean(bx + k, by - 1)) / 2 +
+                   v * (mean(bx + k, by + 1) - 2 * mean(bx + k, by) + mean(bx + k, by - 1)));
       }
       double tangent = 0;
       if (g >= sensor.threshold_gray && g > 0) {
