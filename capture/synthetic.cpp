@@ -210,7 +210,8 @@ struct SyntheticSensor::Impl : Mechanics {
     const uint32_t w = options.width;
     for (uint32_t x = 0; x < w; ++x) {
       const float v = std::min(std::max(mean[x] + sd[x] * noise[x], 0.0f), top);
-      out[x] = static_cast<Pixel>(static_cast<int>(v + 0.5f));
+      out[x] =
+          static_cast<Pixel>(static_cast<int>(v + 0.5f));  // NOLINT(bugprone-incorrect-roundings): v >= 0
     }
   }
   void store(const float* mean, const float* sd, const float* noise, uint8_t* row) const {

@@ -1,4 +1,5 @@
 #include "viz/live.h"
+#include "viz/window.h"
 
 #include <gtest/gtest.h>
 

@@ -16,6 +16,7 @@
 #include "viz/live.h"
 #include "viz/output_file.h"
 #include "viz/processing.h"
+#include "viz/window.h"
 
 namespace palpate {
 namespace {

@@ -13,6 +13,7 @@
 #include "viz/live.h"
 #include "viz/measurements.h"
 #include "viz/output_file.h"
+#include "viz/window.h"
 
 namespace palpate {
 namespace {

@@ -99,7 +99,7 @@ Report simulate(const Common& common, const Options& options) {
 
   uint64_t limit = options.frames;
   if (options.seconds > 0)
-    limit = std::max<uint64_t>(1, static_cast<uint64_t>(options.seconds * synthetic.rate_Hz + 0.5));
+    limit = std::max<uint64_t>(1, static_cast<uint64_t>(std::llround(options.seconds * synthetic.rate_Hz)));
   const std::optional<uint64_t> count = source.frame_count();
   if (limit == 0 && !count)
     throw Error(Failure::Usage, "an end of the recording", "--repeat 0", "--frames or --seconds");
@@ -161,7 +161,11 @@ void add_simulate(CLI::App& program, Common& common, Command& chosen) {
   SyntheticOptions& synthetic = options->synthetic;
   std::string scenes;
   for (const auto& [name, description] : synthetic_scenes())
-    scenes += "  " + name + std::string(12 - std::min<size_t>(11, name.size()), ' ') + description + "\n";
+    scenes.append("  ")
+        .append(name)
+        .append(12 - std::min<size_t>(11, name.size()), ' ')
+        .append(description)
+        .append("\n");
   command->add_option("SCENE", synthetic.scene, "What happens (listed below)")->required();
   command->add_option("--out", common.out, "Folder for frames/, truth.csv, sensor.json, background.png")
       ->required();

@@ -51,13 +51,6 @@ struct LiveReport {
   bool interrupted = false;
 };
 
-/// Is there a display that Vulkan can draw to?
-bool display_available();
-
-/// Extensions that the Context of a live session needs (ContextOptions::instance_extensions, with
-/// presentation = true). Throws Error(Failure::Display) without a display.
-std::vector<const char*> window_extensions();
-
 /// Opens the window and shows the source until its end, the limits, Ctrl-C or the person closes it. `open` is
 /// called on this thread first, and again at each start of a loop. Main thread only. Throws Error, also what
 /// capture or engine threw.

@@ -58,7 +58,7 @@ struct LiveSession {
 
   void fail(std::exception_ptr error) {
     const std::lock_guard lock(mutex_);
-    if (!error_) error_ = error;
+    if (!error_) error_ = std::move(error);
   }
   void rethrow() {
     const std::lock_guard lock(mutex_);

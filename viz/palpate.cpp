@@ -105,6 +105,7 @@ int run(int argc, char** argv) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(bugprone-exception-escape): what reporting an error throws may end the program
 int main(int argc, char** argv) {
   quieten_libraries();
   const bool json =

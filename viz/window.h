@@ -20,7 +20,8 @@ namespace palpate::viz {
 
 /// Is there a display that Vulkan can draw to?
 bool display_available();
-/// Throws Error(Failure::Display) without a display.
+/// Extensions that the Context of a window needs (ContextOptions::instance_extensions, with presentation =
+/// true). Throws Error(Failure::Display) without a display.
 std::vector<const char*> window_extensions();
 
 struct WindowOptions {
