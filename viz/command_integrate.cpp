@@ -85,7 +85,7 @@ void add_integrate(CLI::App& program, Common& common, Command& chosen) {
   command->add_option("--out", common.out, "Folder for height.npy")->required();
   command
       ->add_option("--solver", options->solver,
-                   "live (one multigrid pass), converged (default: cycles until settled) or exact (cosine "
+                   "live (one multigrid pass), converged (default: six more cycles) or exact (cosine "
                    "transform, CPU)")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, SurfaceSolver>{{"live", SurfaceSolver::Live},
