@@ -9,15 +9,7 @@ layout(binding = 0) uniform samplerBuffer coarse_pairs;
 layout(binding = 1) uniform samplerBuffer present_texels;
 layout(binding = 2) writeonly buffer Out { vec4 result[]; };
 
-vec4 coarse_row(int tx, int k, Eight far) {
-  int row = clamp(k, 0, int(push.coarse_height) - 1) * int(push.coarse_pitch) * 2;
-  int last = int(push.coarse_pitch) * 2 - 1;
-  Six s;
-  s.l = texelFetch(coarse_pairs, row + max(tx - 1, 0)).xy;
-  s.c = texelFetch(coarse_pairs, row + tx).xy;
-  s.r = texelFetch(coarse_pairs, row + min(tx + 1, last)).xy;
-  return mid(widen(with_ghosts(s, 2 * tx, int(push.coarse_width)), far));
-}
+#include "shaders/coarse_row.glsl"
 
 void main() {
   uint tiles_y = (push.height + push.rows - 1) / push.rows;
@@ -27,9 +19,9 @@ void main() {
   int y0 = int(tile / push.pitch * push.rows);
   int k = y0 / 2, height = int(push.height);
   Eight far = far_weights(push, 4 * tx);
-  vec4 before = coarse_row(tx, k - 1, far), here = coarse_row(tx, k, far);
+  vec4 before = mid(coarse_row(tx, k - 1, far)), here = mid(coarse_row(tx, k, far));
   for (int y = y0; y < y0 + int(push.rows); y += 2, ++k) {
-    vec4 after = coarse_row(tx, k + 1, far);
+    vec4 after = mid(coarse_row(tx, k + 1, far));
     int last = height - 1;
     vec4 upper = texelFetch(present_texels, min(y, last) * int(push.pitch) + tx);
     vec4 lower = texelFetch(present_texels, min(y + 1, last) * int(push.pitch) + tx);

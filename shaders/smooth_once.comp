@@ -11,15 +11,7 @@ layout(binding = 0) uniform samplerBuffer right_texels;
 layout(binding = 1) uniform samplerBuffer coarse_pairs;
 layout(binding = 2) writeonly buffer Out { vec4 result[]; };
 
-Eight coarse_row(int tx, int k, Eight far) {
-  int row = clamp(k, 0, int(push.coarse_height) - 1) * int(push.coarse_pitch) * 2;
-  int last = int(push.coarse_pitch) * 2 - 1;
-  Six s;
-  s.l = texelFetch(coarse_pairs, row + max(tx - 1, 0)).xy;
-  s.c = texelFetch(coarse_pairs, row + tx).xy;
-  s.r = texelFetch(coarse_pairs, row + min(tx + 1, last)).xy;
-  return widen(with_ghosts(s, 2 * tx, int(push.coarse_width)), far);
-}
+#include "shaders/coarse_row.glsl"
 
 // The finest level's cells are all of one size: every coupling is 1.
 void sweep(Eight above, Eight here, Eight below, int y, int y1, int tx) {
