@@ -103,8 +103,8 @@ std::string calibrate_force(gpu::Context& context, const SyntheticOptions& judge
                                   .friction = friction / static_cast<double>(slipping),
                                   .relative_sd = std::hypot(kx.relative_sd, ky.relative_sd)};
   return line(
-             "  force: F = %.4g N/gray G %+.4g N, R^2 %.6f, scatter %.2g N, from %zu frames of scene "
-             "'press'\n",
+             "  force: F = c1 G + c0, c1 = %.4g N/gray, c0 = %.4g N, R^2 %.6f, scatter %.2g N, from %zu "
+             "frames of scene 'press'\n",
              fit.calibration.c1_N_per_gray, fit.calibration.c0_N, fit.r_squared,
              fit.calibration.residual_sd_N, gray.size()) +
          line("  shear: K = %.4g, %.4g N/mm, friction %.3f, from %zu + %llu frames of scene 'slide'\n",
@@ -193,7 +193,12 @@ Report demo(const Common& common, const Options& options) {
   save_sensor(gel_sensor, common.out / "gel.json");
 
   const bool window = !options.headless && viz::display_available();
-  if (window) show(common, gel, gel_sensor, options.frames);
+  if (window) {
+    spdlog::info("the palpation once in a window, then (or when the window is closed) the table");
+    show(common, gel, gel_sensor, options.frames);
+  } else if (!options.headless) {
+    spdlog::info("no display: pictures and a film instead of a window");
+  }
 
   ProcessRequest force;
   force.input = to_string(pad);
@@ -224,7 +229,7 @@ Report demo(const Common& common, const Options& options) {
       {"waveguide", nlohmann::ordered_json::parse(to_json(felt, force, pad_sensor, *context))}};
   if (seen) {
     report.text += "\ngel skin: " + describe(*seen) + "\nwritten to " + common.out.string() +
-                   ": waveguide/measurements.csv, gel/measurements.csv" +
+                   ": waveguide.json, waveguide/measurements.csv, gel.json, gel/measurements.csv" +
                    (window ? "" : ", gel/pictures/, gel/recording.mp4");
     value["gel"] = nlohmann::ordered_json::parse(to_json(*seen, surface, gel_sensor, *context));
   }
