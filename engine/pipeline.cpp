@@ -136,7 +136,7 @@ struct Pipeline::Impl {
       slope->record(cmd, slot.frame, background, *surface);
       if (!dct) {
         surface->record(cmd, slot.depth);
-        datum->record(cmd, slot.depth, slot.datum_records);
+        datum->record(cmd, slot.depth, slot.records, slot.datum_records);
       } else {
         const uint64_t bytes = surface->grid().bytes();
         slot.right_side = gpu::DeviceBuffer(context, "right side readback", bytes, gpu::Memory::Readback);
@@ -146,7 +146,7 @@ struct Pipeline::Impl {
         slot.after_solve.begin();
         slot.after_solve.copy(slot.solved, slot.depth.buffer, bytes);
         slot.after_solve.barrier();
-        datum->record(slot.after_solve, slot.depth, slot.datum_records);
+        datum->record(slot.after_solve, slot.depth, slot.records, slot.datum_records);
         slot.after_solve.host_barrier();
         slot.after_solve.end();
       }

@@ -16,7 +16,7 @@ struct Mean {
   double sum = 0;
   double count = 0;
   void add(const shared::DatumRecord& r) {
-    sum += double{r.sum};
+    sum += double{r.mean} * r.pixels;
     count += r.pixels;
   }
 };
@@ -31,19 +31,23 @@ Datum::Datum(gpu::Context& context, const Contact& contact, const Grid& grid) {
   push_.tiles_y = contact.tiles() / contact.tiles_x();
   push_.tile_texels = contact.tile_columns() / 4;
   push_.tile_rows = contact.tile_rows();
-  kernel_ =
-      gpu::Kernel(context, {"datum", k_datum},
-                  {{gpu::Binding::Texels, gpu::Binding::Storage}, sizeof push_, {kWorkgroup, 1, 1}, {}});
+  kernel_ = gpu::Kernel(context, {"datum", k_datum},
+                        {{gpu::Binding::Texels, gpu::Binding::Storage, gpu::Binding::Storage},
+                         sizeof push_,
+                         {kWorkgroup, 1, 1},
+                         {}});
 }
 
 uint64_t Datum::record_bytes() const {
   return uint64_t{push_.tiles_x} * push_.tiles_y * sizeof(shared::DatumRecord);
 }
 
-void Datum::record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& records) const {
+void Datum::record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& contact,
+                   const gpu::DeviceBuffer& records) const {
   const auto scope = commands.scope("datum");
   const uint32_t tiles = push_.tiles_x * push_.tiles_y;
-  commands.dispatch(kernel_, {&depth.texels, &records}, push_, {(tiles + kWorkgroup - 1) / kWorkgroup, 1, 1});
+  commands.dispatch(kernel_, {&depth.texels, &contact, &records}, push_,
+                    {(tiles + kWorkgroup - 1) / kWorkgroup, 1, 1});
   commands.barrier();
 }
 

@@ -23,7 +23,8 @@ class Datum {
   Datum(gpu::Context& context, const Contact& contact, const Grid& grid);
 
   uint64_t record_bytes() const;
-  void record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& records) const;
+  void record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& contact,
+              const gpu::DeviceBuffer& records) const;
   /// The mean over untouched tiles along the frame's border, where the pad is least drawn in by the contact;
   /// without any, over all untouched tiles; without those, over the frame.
   RestLevel rest_level(std::span<const shared::ContactRecord> contact,

@@ -41,10 +41,9 @@ struct DatumPush {
 
 // What the height map says about one tile.
 struct DatumRecord {
-  float sum;      // mm, over the tile's pixels inside the frame
-  float lowest;   // mm
+  float mean;     // mm, over the tile's pixels that were read
   float highest;  // mm
-  uint pixels;
+  uint pixels;    // of the tile inside the frame
 };
 
 #ifdef __cplusplus
