@@ -85,7 +85,7 @@ class Bench {
 
   void frame(const Size& size, SyntheticMode mode) {
     Scene scene = scene_for(size, mode);
-    const std::string work = std::string("frame to height, ") + to_string(scene.sensor.reading);
+    const std::string work = "frame to height (" + std::string(to_string(scene.sensor.reading)) + ")";
     Pipeline pipeline = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
     OpenCvFftwFrame rival(scene.background, scene.sensor, size.padded_width, size.padded_height);
     add(compare(work, size.text(), {"palpate", [&] { pipeline.process(next(scene)); }},
