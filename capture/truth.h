@@ -11,11 +11,11 @@ struct Truth {
   uint64_t sequence = 0;
   double time_s = 0;
   bool contact = false;
-  double force_N = 0;           ///< normal force on the pad
-  double shear_x_N = 0;         ///< tangential force on the pad, friction limited
+  double force_N = 0;    ///< normal force on the pad
+  double shear_x_N = 0;  ///< tangential force on the pad, friction limited
   double shear_y_N = 0;
   bool slipping = false;
-  double center_x_px = 0;       ///< centre of the contact
+  double center_x_px = 0;  ///< centre of the contact
   double center_y_px = 0;
   double radius_px = 0;         ///< contact radius
   double indentation_mm = 0;    ///< depth below rest level at the deepest point

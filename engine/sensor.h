@@ -63,7 +63,7 @@ struct PhotometricCalibration {
 
 /// Where the untouched image comes from.
 struct BackgroundSource {
-  std::string image;          ///< in the file relative to it, absolute once loaded; empty: from the recording itself
+  std::string image;  ///< in the file relative to it, absolute once loaded; empty: from the recording itself
   uint32_t first_frames = 1;  ///< without an image: mean of that many first frames
 };
 

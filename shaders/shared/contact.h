@@ -13,8 +13,9 @@ const uint kGrayBase = 4096;
 // Column and row sums of a tile fit 16 bits up to this height.
 const uint kMaxTileRows = 64;
 
-// Sums over the contact pixels of one tile (two texels of columns wide, up to kMaxTileRows high). c counts columns from the tile's
-// left, k counts rows from its bottom (the last row has k = 1), g is filtered gray in 1/256 gray levels.
+// Sums over the contact pixels of one tile (two texels of columns wide, up to kMaxTileRows high). c counts
+// columns from the tile's left, k counts rows from its bottom (the last row has k = 1), g is filtered gray in
+// 1/256 gray levels.
 struct ContactRecord {
   uint area;
   uint sum_c;
@@ -35,9 +36,9 @@ struct ContactRecord {
 };
 
 struct ContactPush {
-  uint width;       // px
-  uint height;      // px
-  uint pitch;       // texels from one padded row to the next
+  uint width;   // px
+  uint height;  // px
+  uint pitch;   // texels from one padded row to the next
   uint tiles_x;
   uint tiles_y;
   uint threshold;   // in 1/128 gray levels

@@ -10,18 +10,18 @@ using uint = uint32_t;
 
 // One level and the next coarser one. Cells are stored in rows of `pitch` texels of four floats.
 struct GridPush {
-  uint width;          // cells
+  uint width;  // cells
   uint height;
-  uint pitch;          // texels
-  uint coarse_width;   // cells
+  uint pitch;         // texels
+  uint coarse_width;  // cells
   uint coarse_height;
-  uint coarse_pitch;   // texels
-  uint rows;           // rows that one invocation streams through (of the level it writes), even
-  float across;        // coupling of neighbours in a row
-  float down;          // coupling of neighbours in a column
-  float edge_width;    // of the last column's cells, in cells: less than 1 where an odd level was halved
-  float edge_height;   // of the last row's cells
-  float step0;         // the two Chebyshev-Jacobi steps, divided by the diagonal
+  uint coarse_pitch;  // texels
+  uint rows;          // rows that one invocation streams through (of the level it writes), even
+  float across;       // coupling of neighbours in a row
+  float down;         // coupling of neighbours in a column
+  float edge_width;   // of the last column's cells, in cells: less than 1 where an odd level was halved
+  float edge_height;  // of the last row's cells
+  float step0;        // the two Chebyshev-Jacobi steps, divided by the diagonal
   float step1;
 };
 
@@ -30,12 +30,12 @@ struct CoarsestPush {
 };
 
 struct DatumPush {
-  uint width;         // px
-  uint height;        // px
-  uint pitch;         // texels of the height map
-  uint tiles_x;       // tiles as in the contact stage
+  uint width;    // px
+  uint height;   // px
+  uint pitch;    // texels of the height map
+  uint tiles_x;  // tiles as in the contact stage
   uint tiles_y;
-  uint tile_texels;   // width of a tile, texels of four px
+  uint tile_texels;  // width of a tile, texels of four px
   uint tile_rows;
 };
 

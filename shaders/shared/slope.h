@@ -10,17 +10,18 @@ using uint = uint32_t;
 
 // Common to the three readings; each uses what it needs.
 struct SlopePush {
-  uint width;      // px
-  uint height;     // px
-  uint pitch;      // texels of four floats from one output row to the next
+  uint width;         // px
+  uint height;        // px
+  uint pitch;         // texels of four floats from one output row to the next
   uint coarse_pitch;  // the same of the next coarser level
-  uint in_pitch;   // texels of the first binding's kind of row: four floats, eight 16-bit or sixteen 8-bit pixels
-  float scale;     // mm per px: turns differences of height in px into mm
+  uint in_pitch;      // texels of the first binding's kind of row: four floats, eight 16-bit or sixteen 8-bit
+                      // pixels
+  float scale;        // mm per px: turns differences of height in px into mm
   float max_slope;
-  float threshold; // shading: stored units
-  float facing;    // shading: stored units of a facet that faces the light
-  float gain;      // shading: scale on the slopes
-  float wx[9];     // photometric: [channel][1, X, Y], for a change of one gray level
+  float threshold;  // shading: stored units
+  float facing;     // shading: stored units of a facet that faces the light
+  float gain;       // shading: scale on the slopes
+  float wx[9];      // photometric: [channel][1, X, Y], for a change of one gray level
   float wy[9];
 };
 
