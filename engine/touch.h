@@ -58,7 +58,7 @@ struct Touch {
   Slip slip = Slip::NotCalibrated;
 
   bool has_surface = false;
-  double depth_max_mm = 0;    ///< deepest point of the surface below its rest level
+  double depth_max_mm = 0;    ///< deepest point below the rest level, of touched tiles and the frame's border
   double depth_datum_mm = 0;  ///< add to a value of the height map to get depth: rest level is depth 0
   bool datum_from_rest =
       false;  ///< false: no untouched tile, the rest level is the mean over the whole frame

@@ -32,9 +32,7 @@ DeviceBuffer::DeviceBuffer(Context& context, const std::string& name, uint64_t b
   } else {
     type = context.memory_type(needs.memoryTypeBits, kVisible, VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
   }
-  VkPhysicalDeviceMemoryProperties properties{};
-  vkGetPhysicalDeviceMemoryProperties(context.physical_device(), &properties);
-  const VkMemoryPropertyFlags flags = properties.memoryTypes[type].propertyFlags;
+  const VkMemoryPropertyFlags flags = context.memory_flags(type);
   coherent_ = (flags & VK_MEMORY_PROPERTY_HOST_COHERENT_BIT) != 0;
 
   VkMemoryAllocateInfo allocation{};

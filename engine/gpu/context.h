@@ -61,6 +61,8 @@ class Context {
   uint32_t memory_type(uint32_t type_bits, VkMemoryPropertyFlags wanted,
                        VkMemoryPropertyFlags preferred) const;
 
+  VkMemoryPropertyFlags memory_flags(uint32_t type) const { return memory_.memoryTypes[type].propertyFlags; }
+
   /// Names an object for debuggers and validation messages.
   void set_name(VkObjectType type, uint64_t handle, const std::string& name) const;
   /// Begin and end of a debug label; no-ops without the validation option.

@@ -1,7 +1,5 @@
 #include "engine/stages/slope.h"
 
-#include <cassert>
-
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/stages/contact.h"

@@ -2,8 +2,6 @@
 // S7).
 #pragma once
 
-#include <optional>
-
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
 #include "engine/sensor.h"
@@ -37,9 +35,9 @@ class Slope {
   shared::SlopePush push_{};
   uint32_t tile_rows_ = 0;
   bool shading_ = false;
-  gpu::TexelView filtered_texels_,
-      filtered_pairs_;        ///< of the contact stage's filtered image, for Reading::Shading
-  gpu::DeviceBuffer blocks_;  ///< means of the filtered image over 8 x 8 px, for Reading::Shading
+  // For Reading::Shading: the contact stage's filtered image, and its means over 8 x 8 px.
+  gpu::TexelView filtered_texels_, filtered_pairs_;
+  gpu::DeviceBuffer blocks_;
   gpu::TexelView block_words_;
   uint32_t block_groups_ = 0;
   gpu::Kernel block_kernel_;

@@ -276,9 +276,12 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
   if (levels_.size() == 1) return;
   smooth_start_ = make({"smooth_start", k_smooth_start}, {Texels, Texels, Storage}, kPush);
   smooth_prolong_ = make({"smooth_prolong", k_smooth_prolong}, {Texels, Texels, Texels, Storage}, kPush);
-  smooth_once_ = make({"smooth_once", k_smooth_once}, {Texels, Texels, Storage}, kPush);
-  smooth_correct_ =
-      make({"smooth_correct", k_smooth_correct}, {Texels, Texels, Texels, Texels, Storage}, kPush);
+  if (extra_cycles_ == 0) {
+    smooth_once_ = make({"smooth_once", k_smooth_once}, {Texels, Texels, Storage}, kPush);
+  } else {
+    smooth_correct_ =
+        make({"smooth_correct", k_smooth_correct}, {Texels, Texels, Texels, Texels, Storage}, kPush);
+  }
   restrict_ = make({"restrict", k_restrict}, {Texels, Storage}, kPush);
   restrict_residual_ =
       make({"restrict_residual", k_restrict_residual}, {Texels, Texels, Texels, Storage}, kPush);

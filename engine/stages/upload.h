@@ -36,7 +36,6 @@ class PaddedImage {
   /// use.
   void record(gpu::Commands& commands) const;
 
-  const PaddedLayout& layout() const { return layout_; }
   const gpu::TexelView& texels() const { return texels_; }  ///< RGBA32UI
   const gpu::TexelView& pairs() const { return pairs_; }    ///< RG32UI, two to a texel
   const gpu::TexelView& words() const { return words_; }    ///< R32UI, four to a texel
