@@ -102,15 +102,16 @@ struct Pipeline::Impl {
         sensor(with_sensor),
         format(frame_format),
         options(with_options),
+        tuning(with_options.tuning ? *with_options.tuning : load_tuning(gpu_context).tuning),
         wants_surface((with_options.outputs & static_cast<uint32_t>(Output::Surface)) != 0),
         background(gpu_context, "background", frame_format),
         contact(gpu_context, with_sensor, frame_format,
-                wants_surface && with_sensor.reading == Reading::Shading),
+                wants_surface && with_sensor.reading == Reading::Shading, tuning),
         shear(with_sensor.pitch_mm_per_px) {
     if (wants_surface) {
-      slope.emplace(context, sensor, format, contact);
-      surface.emplace(context, format.width, format.height, options.solver);
-      datum.emplace(context, contact, surface->grid());
+      slope.emplace(context, sensor, format, contact, tuning);
+      surface.emplace(context, format.width, format.height, options.solver, tuning);
+      datum.emplace(context, contact, surface->grid(), tuning);
       if (options.solver == SurfaceSolver::Exact) dct.emplace(format.width, format.height);
     }
     for (uint32_t i = 0; i < std::max(options.slots, 1u); ++i)
@@ -218,6 +219,7 @@ struct Pipeline::Impl {
   Sensor sensor;
   FrameFormat format;
   PipelineOptions options;
+  Tuning tuning;
   bool wants_surface;
   PaddedImage background;
   bool has_background = false;
@@ -235,6 +237,7 @@ Pipeline::Pipeline(gpu::Context& context, const Sensor& sensor, const FrameForma
                    const PipelineOptions& options) {
   validate(sensor, sensor.name);
   check_fit(sensor, format, (options.outputs & static_cast<uint32_t>(Output::Surface)) != 0);
+  if (options.tuning) validate(*options.tuning, context.properties().limits);
   impl_ = std::make_unique<Impl>(context, sensor, format, options);
 }
 

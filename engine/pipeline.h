@@ -11,6 +11,7 @@
 #include "engine/frame.h"
 #include "engine/sensor.h"
 #include "engine/touch.h"
+#include "engine/tuning.h"
 
 namespace palpate {
 namespace gpu {
@@ -37,7 +38,8 @@ enum class SurfaceSolver {
 struct PipelineOptions {
   uint32_t outputs = Output::Force | Output::Surface;
   SurfaceSolver solver = SurfaceSolver::Live;
-  uint32_t slots = 3;  ///< frames in flight: recording, finishing, shown
+  uint32_t slots = 3;                 ///< frames in flight: recording, finishing, shown
+  std::optional<Tuning> tuning = {};  ///< without one: what was measured for the device, or its defaults
 };
 
 /// The height map of one finished frame, on the GPU: rows x pitch floats, mm, positive into the pad, up to
@@ -60,7 +62,7 @@ struct Result {
 /// Not thread safe: one thread submits and collects; finished maps may be read by another until released.
 class Pipeline {
  public:
-  /// Throws Error where sensor and format do not fit, or the device cannot hold the buffers.
+  /// Throws Error where sensor, format and options do not fit, or the device cannot hold the buffers.
   Pipeline(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
            const PipelineOptions& options);
   ~Pipeline();

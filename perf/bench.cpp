@@ -62,7 +62,8 @@ class Bench {
   }
 
   void surface(const Size& size) {
-    const Surface surface(context_, size.width, size.height, SurfaceSolver::Live);
+    const Surface surface(context_, size.width, size.height, SurfaceSolver::Live,
+                          load_tuning(context_).tuning);
     const FloatMap depth(context_, "depth", surface.grid());
     std::vector<float> right(size_t{size.width} * size.height), z(right.size());
     std::mt19937 random(1);

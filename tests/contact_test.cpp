@@ -29,7 +29,7 @@ class ContactTest : public GpuTest {
   };
 
   static Answer run(const Frame& image, const Frame& rest, const Sensor& sensor, bool keep) {
-    const Contact contact(context(), sensor, image.format, keep);
+    const Contact contact(context(), sensor, image.format, keep, default_tuning(context()));
     PaddedImage frame(context(), "frame", image.format), background(context(), "background", image.format);
     frame.write(image);
     background.write(rest);

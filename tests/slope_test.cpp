@@ -15,13 +15,15 @@ class SlopeTest : public GpuTest {
   /// The GPU's right side for one frame, height x width.
   static std::vector<float> right_side(const Frame& image, const Frame& rest, const Sensor& sensor) {
     const FrameFormat& format = image.format;
-    const Contact contact(context(), sensor, format, sensor.reading == Reading::Shading);
-    const Slope slope(context(), sensor, format, contact);
+    const Contact contact(context(), sensor, format, sensor.reading == Reading::Shading,
+                          default_tuning(context()));
+    const Slope slope(context(), sensor, format, contact, default_tuning(context()));
     PaddedImage frame(context(), "frame", format), background(context(), "background", format);
     frame.write(image);
     background.write(rest);
     const Grid grid = grid_for(format.width, format.height);
-    const Surface surface(context(), format.width, format.height, SurfaceSolver::Live);
+    const Surface surface(context(), format.width, format.height, SurfaceSolver::Live,
+                          default_tuning(context()));
     const gpu::DeviceBuffer records(context(), "records", contact.record_bytes(), gpu::Memory::Readback);
     const gpu::DeviceBuffer host(context(), "readback", grid.bytes(), gpu::Memory::Readback);
     gpu::Commands commands(context());

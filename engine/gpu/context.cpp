@@ -206,21 +206,15 @@ VkInstance make_instance(const ContextOptions& options, const VkDebugUtilsMessen
 }
 
 std::filesystem::path pipeline_cache_file(const VkPhysicalDeviceProperties& properties) {
-  std::filesystem::path folder;
-  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache) {
-    folder = cache;
-  } else if (const char* home = std::getenv("HOME"); home && *home) {
-    folder = std::filesystem::path(home) / ".cache";
-  } else {
-    return {};
-  }
+  const std::filesystem::path folder = cache_folder();
+  if (folder.empty()) return {};
   std::string uuid;
   for (const uint8_t byte : properties.pipelineCacheUUID) {
     constexpr char kHex[] = "0123456789abcdef";
     uuid += kHex[byte >> 4];
     uuid += kHex[byte & 15];
   }
-  return folder / "palpate" / ("pipelines-" + uuid);
+  return folder / ("pipelines-" + uuid);
 }
 
 std::vector<char> read_all(const std::filesystem::path& file) {
@@ -229,6 +223,14 @@ std::vector<char> read_all(const std::filesystem::path& file) {
 }
 
 }  // namespace
+
+std::filesystem::path cache_folder() {
+  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache)
+    return std::filesystem::path(cache) / "palpate";
+  if (const char* home = std::getenv("HOME"); home && *home)
+    return std::filesystem::path(home) / ".cache" / "palpate";
+  return {};
+}
 
 void check(VkResult result, const char* what) {
   if (result == VK_SUCCESS) return;

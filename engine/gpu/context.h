@@ -4,6 +4,7 @@
 #include <vulkan/vulkan.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -103,6 +104,10 @@ class Context {
   mutable std::mutex message_mutex_;
   std::vector<std::string> messages_;
 };
+
+/// palpate's folder in the user's cache (XDG_CACHE_HOME or ~/.cache); empty: there is none. May not exist
+/// yet.
+std::filesystem::path cache_folder();
 
 /// Every Vulkan device of the machine, usable or not.
 std::vector<DeviceReport> list_devices();

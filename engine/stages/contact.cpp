@@ -12,21 +12,17 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kWorkgroup = 32;
 constexpr uint32_t kLeadIn = 4;  // rows that a tile fetches beyond its own
-constexpr uint32_t kRowsOnGpu = 8;
-constexpr uint32_t kRowsKeeping = 32;  // on a CPU; longer strips of stores fall out of its nearest cache
 
-// Long tiles waste less on their lead-in, short ones make more threads. A GPU wants the latter; for a CPU the
-// height that fetches the fewest rows in all.
-uint32_t rows_for(const gpu::Context& context, uint32_t height, bool keep_filtered) {
-  if (!context.is_software()) return kRowsOnGpu;
-  if (keep_filtered) return kRowsKeeping;
-  uint32_t best = kRowsKeeping;
+// The tuning's height of a tile, or the one that fetches the fewest rows in all.
+uint32_t rows_for(const Tuning& tuning, uint32_t height, bool keep_filtered) {
+  if (keep_filtered) return tuning.contact_rows_keeping;
+  if (tuning.contact_rows > 0) return tuning.contact_rows;
+  uint32_t best = shared::kMaxTileRows / 2;
   const auto fetched = [height](uint32_t rows) {
     return uint64_t{(height + rows - 1) / rows} * (rows + kLeadIn);
   };
-  for (uint32_t rows = kRowsKeeping; rows <= shared::kMaxTileRows; rows += 2)
+  for (uint32_t rows = best; rows <= shared::kMaxTileRows; rows += 2)
     if (fetched(rows) < fetched(best)) best = rows;
   return best;
 }
@@ -39,10 +35,12 @@ gpu::Shader shader_for(const FrameFormat& format) {
 
 }  // namespace
 
-Contact::Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, bool keep_filtered) {
+Contact::Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, bool keep_filtered,
+                 const Tuning& tuning)
+    : workgroup_(tuning.contact_workgroup) {
   const PaddedLayout layout(format);
   tile_columns_ = 2 * layout.pixels_per_texel;
-  tile_rows_ = rows_for(context, format.height, keep_filtered);
+  tile_rows_ = rows_for(tuning, format.height, keep_filtered);
   push_.width = format.width;
   push_.height = format.height;
   push_.pitch = layout.pitch;
@@ -57,7 +55,7 @@ Contact::Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat&
   gpu::KernelInterface interface;
   interface.bindings = {Texels, Texels, Texels, Texels, Storage, Storage};
   interface.push_bytes = sizeof push_;
-  interface.local_size = {kWorkgroup, 1, 1};
+  interface.local_size = {workgroup_, 1, 1};
   interface.constants = {tile_rows_, static_cast<uint32_t>(sensor.signal), keep_filtered ? 1u : 0u,
                          keep_shift};
   kernel_ = gpu::Kernel(context, shader_for(format), interface);
@@ -72,7 +70,7 @@ void Contact::record(gpu::Commands& commands, const PaddedImage& frame, const Pa
   commands.dispatch(
       kernel_,
       {&frame.texels(), &frame.words(), &background.texels(), &background.words(), &records, &filtered_},
-      push_, {(tiles() + kWorkgroup - 1) / kWorkgroup, 1, 1});
+      push_, {(tiles() + workgroup_ - 1) / workgroup_, 1, 1});
   commands.barrier();
 }
 

@@ -10,6 +10,7 @@
 #include "engine/gpu/kernel.h"
 #include "engine/sensor.h"
 #include "engine/stages/upload.h"
+#include "engine/tuning.h"
 #include "shaders/shared/contact.h"
 
 namespace palpate {
@@ -43,7 +44,8 @@ inline constexpr uint64_t kMaxPixels = uint64_t{1} << 26;
 class Contact {
  public:
   /// `keep_filtered`: also stores the filtered image, for Reading::Shading.
-  Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, bool keep_filtered);
+  Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, bool keep_filtered,
+          const Tuning& tuning);
 
   uint64_t record_bytes() const { return uint64_t{tiles()} * sizeof(shared::ContactRecord); }
   uint32_t tiles() const { return push_.tiles_x * push_.tiles_y; }
@@ -67,6 +69,7 @@ class Contact {
   shared::ContactPush push_{};
   uint32_t tile_columns_ = 0;
   uint32_t tile_rows_ = 0;
+  uint32_t workgroup_ = 0;
   uint32_t units_per_gray_ = 256;
   gpu::Kernel kernel_;
   gpu::DeviceBuffer filtered_;

@@ -10,8 +10,6 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kWorkgroup = 64;
-
 struct Mean {
   double sum = 0;
   double count = 0;
@@ -23,7 +21,8 @@ struct Mean {
 
 }  // namespace
 
-Datum::Datum(gpu::Context& context, const Contact& contact, const Grid& grid) {
+Datum::Datum(gpu::Context& context, const Contact& contact, const Grid& grid, const Tuning& tuning)
+    : workgroup_(tuning.datum_workgroup) {
   push_.width = grid.width;
   push_.height = grid.height;
   push_.pitch = grid.pitch;
@@ -34,7 +33,7 @@ Datum::Datum(gpu::Context& context, const Contact& contact, const Grid& grid) {
   kernel_ = gpu::Kernel(context, {"datum", k_datum},
                         {{gpu::Binding::Texels, gpu::Binding::Storage, gpu::Binding::Storage},
                          sizeof push_,
-                         {kWorkgroup, 1, 1},
+                         {workgroup_, 1, 1},
                          {}});
 }
 
@@ -47,7 +46,7 @@ void Datum::record(gpu::Commands& commands, const FloatMap& depth, const gpu::De
   const auto scope = commands.scope("datum");
   const uint32_t tiles = push_.tiles_x * push_.tiles_y;
   commands.dispatch(kernel_, {&depth.texels, &contact, &records}, push_,
-                    {(tiles + kWorkgroup - 1) / kWorkgroup, 1, 1});
+                    {(tiles + workgroup_ - 1) / workgroup_, 1, 1});
   commands.barrier();
 }
 

@@ -20,7 +20,7 @@ struct RestLevel {
 
 class Datum {
  public:
-  Datum(gpu::Context& context, const Contact& contact, const Grid& grid);
+  Datum(gpu::Context& context, const Contact& contact, const Grid& grid, const Tuning& tuning);
 
   uint64_t record_bytes() const;
   void record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& contact,
@@ -32,6 +32,7 @@ class Datum {
 
  private:
   shared::DatumPush push_{};
+  uint32_t workgroup_ = 0;
   gpu::Kernel kernel_;
 };
 

@@ -11,23 +11,20 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kWorkgroup = 64;
 constexpr uint32_t kBlock = 8;  // px; the side of the blocks whose means tell the direction of a gray slope
-constexpr uint32_t kRowsOnCpu = 16;  // multiples of kBlock
-constexpr uint32_t kRowsOnGpu = 8;
 
-uint32_t rows_for(const gpu::Context& context) {
-  return context.is_software() ? kRowsOnCpu : kRowsOnGpu;
-}
-
-gpu::KernelInterface interface(std::vector<gpu::Binding> bindings, uint32_t rows) {
-  return {std::move(bindings), sizeof(shared::SlopePush), {kWorkgroup, 1, 1}, {rows}};
+gpu::KernelInterface interface(std::vector<gpu::Binding> bindings, const Tuning& tuning) {
+  return {
+      std::move(bindings), sizeof(shared::SlopePush), {tuning.slope_workgroup, 1, 1}, {tuning.slope_rows}};
 }
 
 }  // namespace
 
-Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const Contact& contact)
-    : tile_rows_(rows_for(context)), shading_(sensor.reading == Reading::Shading) {
+Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const Contact& contact,
+             const Tuning& tuning)
+    : tile_rows_(tuning.slope_rows),
+      workgroup_(tuning.slope_workgroup),
+      shading_(sensor.reading == Reading::Shading) {
   using enum gpu::Binding;
   push_.width = format.width;
   push_.height = format.height;
@@ -44,14 +41,14 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
     filtered_texels_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32B32A32_UINT);
     filtered_pairs_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32_UINT);
     kernel_ = gpu::Kernel(context, {"slope_shading", k_slope_shading},
-                          interface({Texels, Texels, Texels, Storage, Storage}, tile_rows_));
+                          interface({Texels, Texels, Texels, Storage, Storage}, tuning));
     const uint64_t blocks =
         uint64_t{(format.width + kBlock - 1) / kBlock} * ((format.height + kBlock - 1) / kBlock);
     blocks_ = gpu::DeviceBuffer(context, "block means", blocks * sizeof(float), gpu::Memory::Device);
     block_words_ = gpu::TexelView(context, blocks_, VK_FORMAT_R32_SFLOAT);
-    block_groups_ = static_cast<uint32_t>((blocks + kWorkgroup - 1) / kWorkgroup);
+    block_groups_ = static_cast<uint32_t>((blocks + workgroup_ - 1) / workgroup_);
     block_kernel_ = gpu::Kernel(context, {"block_means", k_block_means},
-                                {{Texels, Storage}, sizeof push_, {kWorkgroup, 1, 1}, {}});
+                                {{Texels, Storage}, sizeof push_, {workgroup_, 1, 1}, {}});
   } else {
     push_.in_pitch = PaddedLayout(format).pitch;
     for (size_t channel = 0; channel < 3; ++channel) {
@@ -63,11 +60,12 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
       }
     }
     kernel_ = gpu::Kernel(context, {"slope_photometric", k_slope_photometric},
-                          interface({Texels, Texels, Texels, Texels, Storage, Storage}, tile_rows_));
+                          interface({Texels, Texels, Texels, Texels, Storage, Storage}, tuning));
   }
 }
 
-Slope::Slope(gpu::Context& context, uint32_t width, uint32_t height) : tile_rows_(rows_for(context)) {
+Slope::Slope(gpu::Context& context, uint32_t width, uint32_t height, const Tuning& tuning)
+    : tile_rows_(tuning.slope_rows), workgroup_(tuning.slope_workgroup) {
   using enum gpu::Binding;
   push_.width = width;
   push_.height = height;
@@ -75,13 +73,13 @@ Slope::Slope(gpu::Context& context, uint32_t width, uint32_t height) : tile_rows
   push_.coarse_pitch = coarser(grid_for(width, height)).pitch;
   push_.scale = 1;
   kernel_ = gpu::Kernel(context, {"slope_given", k_slope_given},
-                        interface({Texels, Texels, Storage, Storage}, tile_rows_));
+                        interface({Texels, Texels, Storage, Storage}, tuning));
 }
 
 std::array<uint32_t, 3> Slope::groups() const {
   const uint32_t strips = (push_.height + tile_rows_ - 1) / tile_rows_;
   const uint32_t columns = (push_.pitch + 1) / 2;  // two texels to an invocation
-  return {(columns * strips + kWorkgroup - 1) / kWorkgroup, 1, 1};
+  return {(columns * strips + workgroup_ - 1) / workgroup_, 1, 1};
 }
 
 void Slope::record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,

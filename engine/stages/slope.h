@@ -6,6 +6,7 @@
 #include "engine/gpu/kernel.h"
 #include "engine/sensor.h"
 #include "engine/stages/surface.h"
+#include "engine/tuning.h"
 #include "shaders/shared/slope.h"
 
 namespace palpate {
@@ -19,9 +20,10 @@ class Slope {
  public:
   /// For Reading::Shading `contact` must keep its filtered image; for Reading::Photometric the frame has
   /// three planes of 8 bits.
-  Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const Contact& contact);
+  Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const Contact& contact,
+        const Tuning& tuning);
   /// Slopes given by the caller, height units per px.
-  Slope(gpu::Context& context, uint32_t width, uint32_t height);
+  Slope(gpu::Context& context, uint32_t width, uint32_t height, const Tuning& tuning);
 
   /// Fills the right sides of the surface's two finest levels.
   void record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
@@ -34,6 +36,7 @@ class Slope {
 
   shared::SlopePush push_{};
   uint32_t tile_rows_ = 0;
+  uint32_t workgroup_ = 0;
   bool shading_ = false;
   // For Reading::Shading: the contact stage's filtered image, and its means over 8 x 8 px.
   gpu::TexelView filtered_texels_, filtered_pairs_;

@@ -19,9 +19,6 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kWorkgroup = 64;
-constexpr uint32_t kMaxCoarsestCells = 320;
-
 // Chebyshev weights for two Jacobi steps on the upper four fifths of the spectrum [0, 2] of the scaled
 // operator.
 constexpr double kBandMiddle = 1.2, kBandHalf = 0.8;
@@ -102,8 +99,9 @@ struct Surface::Pass {
 
   // Rows of a strip: long ones on big levels, short ones where threads are few.
   uint32_t rows(const Grid& grid) const {
-    if (!surface.context_.is_software()) return 8;
-    return uint64_t{grid.pitch} * grid.height >= 16384 ? 16 : 8;
+    const Tuning& t = surface.tuning_;
+    return uint64_t{grid.pitch} * grid.height >= t.surface_big_texels ? t.surface_rows_big
+                                                                      : t.surface_rows_small;
   }
 
   shared::GridPush push(uint32_t l, const Grid& written) const {
@@ -130,7 +128,8 @@ struct Surface::Pass {
 
   std::array<uint32_t, 3> groups(const Grid& written) const {
     const uint32_t strips = (written.height + rows(written) - 1) / rows(written);
-    return {(written.pitch * strips + kWorkgroup - 1) / kWorkgroup, 1, 1};
+    const uint32_t workgroup = surface.tuning_.surface_workgroup;
+    return {(written.pitch * strips + workgroup - 1) / workgroup, 1, 1};
   }
 
   void restrict_right(uint32_t l) {
@@ -183,9 +182,9 @@ struct Surface::Pass {
   }
   void solve_coarsest() {
     const Level& v = level(last());
-    const uint32_t texels = v.grid.pitch * v.grid.height;
+    const uint32_t texels = v.grid.pitch * v.grid.height, workgroup = surface.tuning_.surface_workgroup;
     commands.dispatch(surface.coarsest_, {&surface.inverse_texels_, &v.right.texels, &x(last()).buffer},
-                      shared::CoarsestPush{texels}, {(texels + kWorkgroup - 1) / kWorkgroup, 1, 1});
+                      shared::CoarsestPush{texels}, {(texels + workgroup - 1) / workgroup, 1, 1});
     commands.barrier();
   }
 
@@ -224,13 +223,14 @@ struct Surface::Pass {
   }
 };
 
-Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, SurfaceSolver solver)
-    : context_(context), extra_cycles_(solver == SurfaceSolver::Converged ? kConvergedCycles : 0) {
+Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, SurfaceSolver solver,
+                 const Tuning& tuning)
+    : tuning_(tuning), extra_cycles_(solver == SurfaceSolver::Converged ? kConvergedCycles : 0) {
   Grid grid = grid_for(width, height);
   double cell_width = 1, cell_height = 1, edge_width = 1, edge_height = 1;
   const bool on_gpu = solver != SurfaceSolver::Exact;
   for (uint32_t l = 0;; ++l) {
-    const bool coarsest = !on_gpu || uint64_t{grid.width} * grid.height <= kMaxCoarsestCells;
+    const bool coarsest = !on_gpu || uint64_t{grid.width} * grid.height <= tuning.coarsest_cells;
     const std::string name = "surface level " + std::to_string(l);
     Level level;
     level.grid = grid;
@@ -269,7 +269,8 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
 
   using enum gpu::Binding;
   const auto make = [&](const gpu::Shader& shader, std::vector<gpu::Binding> bindings, uint32_t push_bytes) {
-    return gpu::Kernel(context, shader, {std::move(bindings), push_bytes, {kWorkgroup, 1, 1}, {}});
+    return gpu::Kernel(context, shader,
+                       {std::move(bindings), push_bytes, {tuning.surface_workgroup, 1, 1}, {}});
   };
   constexpr uint32_t kPush = sizeof(shared::GridPush);
   coarsest_ = make({"coarsest", k_coarsest}, {Texels, Texels, Storage}, sizeof(shared::CoarsestPush));

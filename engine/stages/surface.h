@@ -9,6 +9,7 @@
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
 #include "engine/pipeline.h"
+#include "engine/tuning.h"
 #include "shaders/shared/grid.h"
 
 namespace palpate {
@@ -43,7 +44,7 @@ class Surface {
   /// Extra cycles at full resolution after the full-multigrid pass; each reduces the error by about ten.
   static constexpr uint32_t kConvergedCycles = 6;
 
-  Surface(gpu::Context& context, uint32_t width, uint32_t height, SurfaceSolver solver);
+  Surface(gpu::Context& context, uint32_t width, uint32_t height, SurfaceSolver solver, const Tuning& tuning);
 
   const Grid& grid() const { return levels_.front().grid; }
   /// Filled by the slope stage: for each pixel the height differences to its left and upper neighbour minus
@@ -69,7 +70,7 @@ class Surface {
   };
   struct Pass;
 
-  gpu::Context& context_;
+  Tuning tuning_;
   uint32_t extra_cycles_ = 0;
   std::vector<Level> levels_;
   FloatMap unused_coarse_;  ///< takes the slope stage's sums where there is one level only
