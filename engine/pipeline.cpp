@@ -109,8 +109,8 @@ struct Pipeline::Impl {
                 wants_surface && with_sensor.reading == Reading::Shading, tuning),
         shear(with_sensor.pitch_mm_per_px) {
     if (wants_surface) {
-      slope.emplace(context, sensor, format, contact, tuning);
       surface.emplace(context, format.width, format.height, options.solver, tuning);
+      slope.emplace(context, sensor, format, contact, surface->right_sides(), tuning);
       datum.emplace(context, contact, surface->grid(), tuning);
       if (options.solver == SurfaceSolver::Exact) dct.emplace(format.width, format.height);
     }

@@ -30,8 +30,10 @@ constexpr uint32_t operator|(Output a, Output b) {
 }
 
 enum class SurfaceSolver {
-  Live,       ///< one full-multigrid pass on the GPU: relative RMS error 1e-4 to 2e-3 on smooth fields
-  Converged,  ///< six more cycles on the GPU: down to the rounding of single precision
+  Live,       ///< full multigrid on cells of 2 x 2 px, interpolated: relative RMS error below 1e-3 on smooth
+              ///< fields; what is narrower than 4 px is flattened
+  Fine,       ///< that and one cycle on the pixels
+  Converged,  ///< that and six cycles on the GPU: down to the rounding of single precision
   Exact,      ///< discrete cosine transform by FFTW on the CPU
 };
 

@@ -1,5 +1,5 @@
 // Two Chebyshev-Jacobi sweeps in one pass over a level. The start is zero (START_ZERO), the coarse solution interpolated
-// (START_PROLONG), or the present solution plus the interpolated coarse correction (START_CORRECT).
+// by cubics (START_PROLONG), or the present solution plus the linearly interpolated coarse correction (START_CORRECT).
 // An invocation owns four columns and streams down push.rows rows; both sweeps live in registers.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -14,18 +14,44 @@ layout(binding = 1) uniform samplerBuffer right_words;
 layout(binding = 2) writeonly buffer Out { vec4 result[]; };
 #elif defined(START_PROLONG)
 layout(binding = 2) uniform samplerBuffer coarse_pairs;
-layout(binding = 3) writeonly buffer Out { vec4 result[]; };
+layout(binding = 3) uniform samplerBuffer coarse_words;
+layout(binding = 4) writeonly buffer Out { vec4 result[]; };
 #else
 layout(binding = 2) uniform samplerBuffer coarse_pairs;
 layout(binding = 3) uniform samplerBuffer present_texels;
 layout(binding = 4) writeonly buffer Out { vec4 result[]; };
 #endif
 
-#ifndef START_ZERO
-#include "shaders/coarse_row.glsl"
+#ifdef START_PROLONG
+#include "shaders/cubic.glsl"
+
+// One row of coarse heights at columns -2 .. 5 around fine texel tx.
+Eight height_row(int tx, int k, Cubics even, Cubics odd) {
+  int pitch = int(push.coarse_pitch), row = clamp(k, 0, int(push.coarse_height) - 1) * pitch, last = 4 * pitch - 1;
+  int width = int(push.coarse_width), first = 2 * tx;
+  vec4 a, b;  // coarse columns -3 .. 0 and 1 .. 4
+  a.x = texelFetch(coarse_words, 4 * row + max(first - 3, 0)).x;
+  a.yz = texelFetch(coarse_pairs, 2 * row + max(tx - 1, 0)).xy;
+  vec2 c = texelFetch(coarse_pairs, 2 * row + tx).xy;
+  b.yz = texelFetch(coarse_pairs, 2 * row + min(tx + 1, 2 * pitch - 1)).xy;
+  b.w = texelFetch(coarse_words, 4 * row + min(first + 4, last)).x;
+  a.z = first == 0 ? c.x : a.z;
+  a.w = c.x;
+  b.x = first + 1 < width ? c.y : 2.0 * c.x - a.z;
+  b.y = first + 2 < width ? b.y : 2.0 * b.x - c.x;
+  b.z = first + 3 < width ? b.z : 2.0 * b.y - b.x;
+  b.w = first + 4 < width ? b.w : 2.0 * b.z - b.y;
+  a.z = first == 0 ? 2.0 * c.x - b.x : a.z;
+  a.y = first == 0 ? 2.0 * a.z - a.w : a.y;
+  vec4 m2 = a, m1 = vec4(a.yzw, b.x), here = vec4(a.zw, b.xy), p1 = vec4(a.w, b.xyz), p2 = b;
+  vec4 e = blend(even, m2, m1, here, p1), o = blend(odd, p2, p1, here, m1);
+  return Eight(vec4(e.x, o.x, e.y, o.y), vec4(e.z, o.z, e.w, o.w));
+}
 #endif
 
 #ifdef START_CORRECT
+#include "shaders/coarse_row.glsl"
+
 Eight present_row(int tx, int y) {
   int row = clamp(y, 0, int(push.height) - 1) * int(push.pitch);
   vec4 l = texelFetch(present_texels, row + max(tx - 1, 0));
@@ -124,22 +150,40 @@ void main() {
 #else
   // Two fine rows for each coarse row k, from row y0 - 2 to row y0 + rows + 1.
   int k = y0 / 2 - 1, height = int(push.height);
+#ifdef START_PROLONG
+  int coarse_height = int(push.coarse_height);
+  Cubics even = cubics(first - 2, width, push.edge_width), odd = cubics(first - 1, width, push.edge_width);
+  Eight above2 = height_row(tx, k - 2, even, odd), above = height_row(tx, k - 1, even, odd), here = height_row(tx, k, even, odd),
+        below = height_row(tx, k + 1, even, odd);
+  below = choose(k + 1 < coarse_height, below, onward(here, above));
+  for (int i = 0; i < int(push.rows) / 2 + 2; ++i, ++k) {
+    Eight below2 = choose(k + 2 < coarse_height, height_row(tx, k + 2, even, odd), onward(below, here));
+    Eight upper = blend(cubic(2 * k, height, push.edge_height), above2, above, here, below);
+    Eight lower = blend(cubic(2 * k + 1, height, push.edge_height), below2, below, here, above);
+    advance(s, with_ghosts(upper, first, width), 2 * k - 1, tx, y0, couple);
+    advance(s, with_ghosts(lower, first, width), 2 * k, tx, y0, couple);
+    // Row -1 needs rows 0 and 1.
+    above2 = choose(k == -1, onward(onward(below, below2), below), above);
+    above = choose(k == -1, onward(below, below2), here);
+    here = below;
+    below = below2;
+  }
+#else
   Eight far = far_weights(push, first);
   Eight before = coarse_row(tx, k - 1, far), here = coarse_row(tx, k, far);
   for (int i = 0; i < int(push.rows) / 2 + 2; ++i, ++k) {
     Eight after = coarse_row(tx, k + 1, far);
     Eight upper = blend(here, before, far_weight(2 * k, height, push.edge_height));
     Eight lower = blend(here, after, far_weight(2 * k + 1, height, push.edge_height));
-#ifdef START_CORRECT
     Eight p = present_row(tx, 2 * k);
     upper = Eight(upper.a + p.a, upper.b + p.b);
     p = present_row(tx, 2 * k + 1);
     lower = Eight(lower.a + p.a, lower.b + p.b);
-#endif
     advance(s, with_ghosts(upper, first, width), 2 * k - 1, tx, y0, couple);
     advance(s, with_ghosts(lower, first, width), 2 * k, tx, y0, couple);
     before = here;
     here = after;
   }
+#endif
 #endif
 }

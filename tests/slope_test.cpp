@@ -12,18 +12,19 @@ namespace {
 
 class SlopeTest : public GpuTest {
  protected:
-  /// The GPU's right side for one frame, height x width.
-  static std::vector<float> right_side(const Frame& image, const Frame& rest, const Sensor& sensor) {
+  /// The GPU's right side for one frame: of its pixels, height x width, or of cells of two by two of them.
+  static std::vector<float> right_side(const Frame& image, const Frame& rest, const Sensor& sensor,
+                                       RightSides which) {
     const FrameFormat& format = image.format;
-    const Contact contact(context(), sensor, format, sensor.reading == Reading::Shading,
-                          default_tuning(context()));
-    const Slope slope(context(), sensor, format, contact, default_tuning(context()));
+    const Tuning tuning = default_tuning(context());
+    const Contact contact(context(), sensor, format, sensor.reading == Reading::Shading, tuning);
+    const Slope slope(context(), sensor, format, contact, which, tuning);
     PaddedImage frame(context(), "frame", format), background(context(), "background", format);
     frame.write(image);
     background.write(rest);
-    const Grid grid = grid_for(format.width, format.height);
-    const Surface surface(context(), format.width, format.height, SurfaceSolver::Live,
-                          default_tuning(context()));
+    const Surface surface(context(), format.width, format.height, SurfaceSolver::Live, tuning, true);
+    const bool pixels = which == RightSides::Pixels;
+    const Grid grid = pixels ? surface.grid() : coarser(surface.grid());
     const gpu::DeviceBuffer records(context(), "records", contact.record_bytes(), gpu::Memory::Readback);
     const gpu::DeviceBuffer host(context(), "readback", grid.bytes(), gpu::Memory::Readback);
     gpu::Commands commands(context());
@@ -33,16 +34,37 @@ class SlopeTest : public GpuTest {
     commands.barrier();
     contact.record(commands, frame, background, records);
     slope.record(commands, frame, background, surface);
-    commands.copy(surface.right_side().buffer, host, grid.bytes());
+    commands.copy((pixels ? surface.right_side() : surface.coarse_right_side()).buffer, host, grid.bytes());
     commands.host_barrier();
     commands.end();
     commands.submit();
     commands.wait();
     std::vector<float> out;
-    for (uint32_t y = 0; y < format.height; ++y)
-      for (uint32_t x = 0; x < format.width; ++x)
+    for (uint32_t y = 0; y < grid.height; ++y)
+      for (uint32_t x = 0; x < grid.width; ++x)
         out.push_back(host.as<const float>()[size_t{y} * grid.pitch * 4 + x]);
     return out;
+  }
+
+  /// Sums over two by two pixels.
+  static std::vector<double> cell_sums(const std::vector<double>& pixels, uint32_t width, uint32_t height) {
+    const uint32_t across = (width + 1) / 2;
+    std::vector<double> cells(size_t{across} * ((height + 1) / 2));
+    for (uint32_t y = 0; y < height; ++y)
+      for (uint32_t x = 0; x < width; ++x)
+        cells[size_t{y / 2} * across + x / 2] += pixels[size_t{y} * width + x];
+    return cells;
+  }
+
+  static void expect_reference(const Frame& image, const Frame& rest, const Sensor& sensor,
+                               const reference::Slopes& slopes, double tolerance) {
+    const auto [width, height, channels, bits] = image.format;
+    const std::string scene =
+        std::to_string(width) + "x" + std::to_string(height) + " bits " + std::to_string(bits);
+    const auto wanted = reference::right_side(slopes, width, height, sensor.pitch_mm_per_px);
+    expect_near(right_side(image, rest, sensor, RightSides::Pixels), wanted, tolerance, scene, width);
+    expect_near(right_side(image, rest, sensor, RightSides::Cells), cell_sums(wanted, width, height),
+                tolerance, scene + " cells", (width + 1) / 2);
   }
 
   static void expect_near(const std::vector<float>& got, const std::vector<double>& wanted, double tolerance,
@@ -77,10 +99,7 @@ TEST_F(SlopeTest, PhotometricEqualsReference) {
     for (auto* weights : {&sensor.photometric.wx, &sensor.photometric.wy})
       for (auto& row : *weights)
         for (double& w : row) w = weight(random);
-    const auto wanted = reference::right_side(reference::photometric_slopes(image, rest, sensor), width,
-                                              height, sensor.pitch_mm_per_px);
-    expect_near(right_side(image, rest, sensor), wanted, 1e-4,
-                std::to_string(width) + "x" + std::to_string(height), width);
+    expect_reference(image, rest, sensor, reference::photometric_slopes(image, rest, sensor), 1e-4);
   }
 }
 
@@ -111,11 +130,7 @@ TEST_F(SlopeTest, ShadingEqualsReference) {
     sensor.threshold_gray = 0.05 * top;
     sensor.shading = {0.8 * top, 0.5};
     sensor.max_slope = 5;
-    const auto wanted = reference::right_side(reference::shading_slopes(image, rest, sensor), width, height,
-                                              sensor.pitch_mm_per_px);
-    expect_near(right_side(image, rest, sensor), wanted, 1e-3,
-                std::to_string(width) + "x" + std::to_string(height) + " bits " + std::to_string(bits),
-                width);
+    expect_reference(image, rest, sensor, reference::shading_slopes(image, rest, sensor), 1e-3);
   }
 }
 

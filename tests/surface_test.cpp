@@ -68,19 +68,22 @@ TEST_F(SurfaceTest, ConvergedAndExactHitTheTruth) {
       const auto given = scenes::gradients(field, rows, cols);
       const auto truth = heights(field, rows, cols);
       for (const SurfaceSolver solver :
-           {SurfaceSolver::Exact, SurfaceSolver::Converged, SurfaceSolver::Live}) {
+           {SurfaceSolver::Exact, SurfaceSolver::Converged, SurfaceSolver::Fine, SurfaceSolver::Live}) {
         const Heights got = integrate_gradients(context(), given, rows, cols, solver);
         const Misfit m = misfit(got.values, truth);
         const char* name = solver == SurfaceSolver::Exact       ? "exact"
                            : solver == SurfaceSolver::Converged ? "converged"
+                           : solver == SurfaceSolver::Fine      ? "fine"
                                                                 : "live";
         std::printf("%4u x %4u %-14s %-9s peak-to-valley %.1e  extremes %.1e  rms %.1e  residual %.1e\n",
                     cols, rows, field.name.c_str(), name, m.peak_to_valley, m.extremes, m.rms,
                     got.evidence.residual);
-        const bool live = solver == SurfaceSolver::Live;
-        EXPECT_LT(m.peak_to_valley, live ? 3e-3 : 1e-3) << field.name << " " << cols << " " << name;
-        EXPECT_LT(m.extremes, 8e-3) << field.name << " " << cols << " " << name;
-        EXPECT_LT(m.rms, live ? 4e-3 : 3e-3) << field.name << " " << cols << " " << name;
+        // What stops early is within 1e-3 of smooth fields; a kink keeps it a little longer.
+        const bool whole = solver == SurfaceSolver::Exact || solver == SurfaceSolver::Converged;
+        const bool kink = field.name == "spherical cap";
+        EXPECT_LT(m.peak_to_valley, 1e-3) << field.name << " " << cols << " " << name;
+        EXPECT_LT(m.extremes, whole ? 8e-3 : 1.2e-2) << field.name << " " << cols << " " << name;
+        EXPECT_LT(m.rms, !kink ? 1e-3 : whole ? 3e-3 : 4e-3) << field.name << " " << cols << " " << name;
       }
     }
   }

@@ -84,11 +84,13 @@ void add_integrate(CLI::App& program, Common& common, Command& chosen) {
       ->required();
   command->add_option("--out", common.out, "Folder for height.npy")->required();
   command
-      ->add_option("--solver", options->solver,
-                   "live (one multigrid pass), converged (default: six more cycles) or exact (cosine "
-                   "transform, CPU)")
+      ->add_option(
+          "--solver", options->solver,
+          "live (one multigrid pass), fine (one cycle more), converged (default: six) or exact (cosine "
+          "transform, CPU)")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, SurfaceSolver>{{"live", SurfaceSolver::Live},
+                                               {"fine", SurfaceSolver::Fine},
                                                {"converged", SurfaceSolver::Converged},
                                                {"exact", SurfaceSolver::Exact}}));
   add_common(*command, common,

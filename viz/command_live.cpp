@@ -99,7 +99,9 @@ void add_live(CLI::App& program, Common& common, Command& chosen) {
       ->check(CLI::ExistingFile);
   command->add_option("--out", common.out,
                       "Folder for measurements.csv (frames that were measured) and screenshots");
-  command->add_option("--solver", options->solver, "Surface solver: live (default), converged or exact (CPU)")
+  command
+      ->add_option("--solver", options->solver,
+                   "Surface solver: live (default), fine, converged or exact (CPU)")
       ->transform(CLI::CheckedTransformer(kSolverNames));
   command->add_option("--frames", live_options.max_frames, "End after that many frames");
   command->add_option("--seconds", live_options.max_seconds, "End after so long")->check(CLI::PositiveNumber);

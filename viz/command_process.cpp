@@ -78,7 +78,9 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
                    "What to compute: force, surface or force,surface (default: what the sensor can)")
       ->delimiter(',')
       ->transform(CLI::CheckedTransformer(kOutputs));
-  command->add_option("--solver", request.solver, "Surface solver: live, converged (default) or exact (CPU)")
+  command
+      ->add_option("--solver", request.solver,
+                   "Surface solver: live, fine, converged (default) or exact (CPU)")
       ->transform(CLI::CheckedTransformer(kSolverNames));
   command->add_option("--depth", request.depth, "Write each frame's depth map: png16, npy, ply (repeatable)")
       ->delimiter(',')

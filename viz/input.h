@@ -26,8 +26,10 @@ MeasuredInput find_input(const Common& common, const std::string& input,
                          const std::filesystem::path& background = {});
 
 /// The solvers as the command line spells them.
-inline const std::map<std::string, SurfaceSolver> kSolverNames = {
-    {"live", SurfaceSolver::Live}, {"converged", SurfaceSolver::Converged}, {"exact", SurfaceSolver::Exact}};
+inline const std::map<std::string, SurfaceSolver> kSolverNames = {{"live", SurfaceSolver::Live},
+                                                                  {"fine", SurfaceSolver::Fine},
+                                                                  {"converged", SurfaceSolver::Converged},
+                                                                  {"exact", SurfaceSolver::Exact}};
 const char* to_string(SurfaceSolver solver);
 
 }  // namespace palpate

@@ -87,7 +87,7 @@ void Commands::wait() const {
   check(vkWaitForFences(context_->device(), 1, &fence_, VK_TRUE, UINT64_MAX), "a finished frame");
 }
 
-void Commands::dispatch(const Kernel& kernel, std::initializer_list<Argument> arguments, const void* push,
+void Commands::dispatch(const Kernel& kernel, std::span<const Argument> arguments, const void* push,
                         std::array<uint32_t, 3> groups) {
   constexpr size_t kMaxArguments = 8;
   const KernelInterface& interface = kernel.interface();

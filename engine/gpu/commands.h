@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <initializer_list>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
@@ -46,13 +47,13 @@ class Commands {
   void wait() const;
 
   /// Binds, pushes and dispatches. The arguments' order is the kernel's bindings'.
-  void dispatch(const Kernel& kernel, std::initializer_list<Argument> arguments, const void* push,
+  void dispatch(const Kernel& kernel, std::span<const Argument> arguments, const void* push,
                 std::array<uint32_t, 3> groups);
   template <typename Push>
   void dispatch(const Kernel& kernel, std::initializer_list<Argument> arguments, const Push& push,
                 std::array<uint32_t, 3> groups) {
     static_assert(sizeof(Push) % 4 == 0);
-    dispatch(kernel, arguments, static_cast<const void*>(&push), groups);
+    dispatch(kernel, std::span(arguments.begin(), arguments.size()), &push, groups);
   }
   void copy(const DeviceBuffer& from, const DeviceBuffer& to, uint64_t bytes);
   /// All writes so far become visible to all kernels and copies after it: the one synchronisation rule

@@ -59,8 +59,9 @@ Heights integrate_gradients(gpu::Context& context, std::span<const float> gradie
   }
   const Grid grid = grid_for(cols, rows);
   const Tuning tuning = load_tuning(context).tuning;
-  const Surface surface(context, cols, rows, solver, tuning);
-  const Slope slope(context, cols, rows, tuning);
+  // The evidence is about pixels, whatever the solver reads.
+  const Surface surface(context, cols, rows, solver, tuning, true);
+  const Slope slope(context, cols, rows, surface.right_sides(), tuning);
   const FloatMap p(context, "d/dx", grid), q(context, "d/dy", grid), depth(context, "heights", grid);
   gpu::DeviceBuffer staging_p(context, "d/dx upload", grid.bytes(), gpu::Memory::Upload);
   gpu::DeviceBuffer staging_q(context, "d/dy upload", grid.bytes(), gpu::Memory::Upload);

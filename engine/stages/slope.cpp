@@ -4,6 +4,9 @@
 #include "engine/gpu/context.h"
 #include "engine/stages/contact.h"
 #include "shaders/block_means.spv.h"
+#include "shaders/slope_coarse_given.spv.h"
+#include "shaders/slope_coarse_photometric.spv.h"
+#include "shaders/slope_coarse_shading.spv.h"
 #include "shaders/slope_given.spv.h"
 #include "shaders/slope_photometric.spv.h"
 #include "shaders/slope_shading.spv.h"
@@ -13,18 +16,26 @@ namespace {
 
 constexpr uint32_t kBlock = 8;  // px; the side of the blocks whose means tell the direction of a gray slope
 
-gpu::KernelInterface interface(std::vector<gpu::Binding> bindings, const Tuning& tuning) {
+// A kernel that reads `texels` views and writes the right sides.
+gpu::Kernel kernel_for(gpu::Context& context, RightSides right_sides, const gpu::Shader& pixels,
+                       const gpu::Shader& cells, size_t texels, const Tuning& tuning) {
+  const bool both = right_sides == RightSides::Pixels;
+  std::vector<gpu::Binding> bindings(texels, gpu::Binding::Texels);
+  bindings.resize(texels + (both ? 2 : 1), gpu::Binding::Storage);
   return {
-      std::move(bindings), sizeof(shared::SlopePush), {tuning.slope_workgroup, 1, 1}, {tuning.slope_rows}};
+      context,
+      both ? pixels : cells,
+      {std::move(bindings), sizeof(shared::SlopePush), {tuning.slope_workgroup, 1, 1}, {tuning.slope_rows}}};
 }
 
 }  // namespace
 
 Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const Contact& contact,
-             const Tuning& tuning)
+             RightSides right_sides, const Tuning& tuning)
     : tile_rows_(tuning.slope_rows),
       workgroup_(tuning.slope_workgroup),
-      shading_(sensor.reading == Reading::Shading) {
+      shading_(sensor.reading == Reading::Shading),
+      right_sides_(right_sides) {
   using enum gpu::Binding;
   push_.width = format.width;
   push_.height = format.height;
@@ -40,8 +51,8 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
     push_.gain = static_cast<float>(sensor.shading.depth_gain);
     filtered_texels_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32B32A32_UINT);
     filtered_pairs_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32_UINT);
-    kernel_ = gpu::Kernel(context, {"slope_shading", k_slope_shading},
-                          interface({Texels, Texels, Texels, Storage, Storage}, tuning));
+    kernel_ = kernel_for(context, right_sides, {"slope_shading", k_slope_shading},
+                         {"slope_coarse_shading", k_slope_coarse_shading}, 3, tuning);
     const uint64_t blocks =
         uint64_t{(format.width + kBlock - 1) / kBlock} * ((format.height + kBlock - 1) / kBlock);
     blocks_ = gpu::DeviceBuffer(context, "block means", blocks * sizeof(float), gpu::Memory::Device);
@@ -59,21 +70,21 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
             static_cast<float>(sensor.photometric.wy[channel][term] / format.max_gray());
       }
     }
-    kernel_ = gpu::Kernel(context, {"slope_photometric", k_slope_photometric},
-                          interface({Texels, Texels, Texels, Texels, Storage, Storage}, tuning));
+    kernel_ = kernel_for(context, right_sides, {"slope_photometric", k_slope_photometric},
+                         {"slope_coarse_photometric", k_slope_coarse_photometric}, 4, tuning);
   }
 }
 
-Slope::Slope(gpu::Context& context, uint32_t width, uint32_t height, const Tuning& tuning)
-    : tile_rows_(tuning.slope_rows), workgroup_(tuning.slope_workgroup) {
-  using enum gpu::Binding;
+Slope::Slope(gpu::Context& context, uint32_t width, uint32_t height, RightSides right_sides,
+             const Tuning& tuning)
+    : tile_rows_(tuning.slope_rows), workgroup_(tuning.slope_workgroup), right_sides_(right_sides) {
   push_.width = width;
   push_.height = height;
   push_.pitch = push_.in_pitch = grid_for(width, height).pitch;
   push_.coarse_pitch = coarser(grid_for(width, height)).pitch;
   push_.scale = 1;
-  kernel_ = gpu::Kernel(context, {"slope_given", k_slope_given},
-                        interface({Texels, Texels, Storage, Storage}, tuning));
+  kernel_ = kernel_for(context, right_sides, {"slope_given", k_slope_given},
+                       {"slope_coarse_given", k_slope_coarse_given}, 2, tuning);
 }
 
 std::array<uint32_t, 3> Slope::groups() const {
@@ -82,32 +93,30 @@ std::array<uint32_t, 3> Slope::groups() const {
   return {(columns * strips + workgroup_ - 1) / workgroup_, 1, 1};
 }
 
+void Slope::dispatch(gpu::Commands& commands, std::vector<gpu::Argument> arguments,
+                     const Surface& surface) const {
+  if (right_sides_ == RightSides::Pixels) arguments.emplace_back(&surface.right_side().buffer);
+  arguments.emplace_back(&surface.coarse_right_side().buffer);
+  commands.dispatch(kernel_, arguments, &push_, groups());
+  commands.barrier();
+}
+
 void Slope::record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
                    const Surface& surface) const {
   const auto scope = commands.scope("slope");
   if (shading_) {
     commands.dispatch(block_kernel_, {&filtered_texels_, &blocks_}, push_, {block_groups_, 1, 1});
     commands.barrier();
-    commands.dispatch(kernel_,
-                      {&filtered_texels_, &filtered_pairs_, &block_words_, &surface.right_side().buffer,
-                       &surface.coarse_right_side().buffer},
-                      push_, groups());
+    dispatch(commands, {&filtered_texels_, &filtered_pairs_, &block_words_}, surface);
   } else {
-    commands.dispatch(kernel_,
-                      {&frame.pairs(), &frame.words(), &background.pairs(), &background.words(),
-                       &surface.right_side().buffer, &surface.coarse_right_side().buffer},
-                      push_, groups());
+    dispatch(commands, {&frame.pairs(), &frame.words(), &background.pairs(), &background.words()}, surface);
   }
-  commands.barrier();
 }
 
 void Slope::record_given(gpu::Commands& commands, const FloatMap& p, const FloatMap& q,
                          const Surface& surface) const {
   const auto scope = commands.scope("slope");
-  commands.dispatch(kernel_,
-                    {&p.texels, &q.texels, &surface.right_side().buffer, &surface.coarse_right_side().buffer},
-                    push_, groups());
-  commands.barrier();
+  dispatch(commands, {&p.texels, &q.texels}, surface);
 }
 
 }  // namespace palpate

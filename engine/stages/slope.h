@@ -3,6 +3,7 @@
 #pragma once
 
 #include "engine/gpu/buffer.h"
+#include "engine/gpu/commands.h"
 #include "engine/gpu/kernel.h"
 #include "engine/sensor.h"
 #include "engine/stages/surface.h"
@@ -12,20 +13,17 @@
 namespace palpate {
 class Contact;
 class PaddedImage;
-namespace gpu {
-class Commands;
-}
 
 class Slope {
  public:
   /// For Reading::Shading `contact` must keep its filtered image; for Reading::Photometric the frame has
   /// three planes of 8 bits.
   Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const Contact& contact,
-        const Tuning& tuning);
+        RightSides right_sides, const Tuning& tuning);
   /// Slopes given by the caller, height units per px.
-  Slope(gpu::Context& context, uint32_t width, uint32_t height, const Tuning& tuning);
+  Slope(gpu::Context& context, uint32_t width, uint32_t height, RightSides right_sides, const Tuning& tuning);
 
-  /// Fills the right sides of the surface's two finest levels.
+  /// Fills the right sides that the stage was made for.
   void record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
               const Surface& surface) const;
   void record_given(gpu::Commands& commands, const FloatMap& p, const FloatMap& q,
@@ -33,11 +31,13 @@ class Slope {
 
  private:
   std::array<uint32_t, 3> groups() const;
+  void dispatch(gpu::Commands& commands, std::vector<gpu::Argument> arguments, const Surface& surface) const;
 
   shared::SlopePush push_{};
   uint32_t tile_rows_ = 0;
   uint32_t workgroup_ = 0;
   bool shading_ = false;
+  RightSides right_sides_;
   // For Reading::Shading: the contact stage's filtered image, and its means over 8 x 8 px.
   gpu::TexelView filtered_texels_, filtered_pairs_;
   gpu::DeviceBuffer blocks_;

@@ -9,15 +9,18 @@
 #include "engine/gpu/context.h"
 #include "shaders/coarsest.spv.h"
 #include "shaders/correct.spv.h"
+#include "shaders/interpolate.spv.h"
 #include "shaders/restrict.spv.h"
 #include "shaders/restrict_residual.spv.h"
 #include "shaders/smooth_correct.spv.h"
-#include "shaders/smooth_once.spv.h"
 #include "shaders/smooth_prolong.spv.h"
 #include "shaders/smooth_start.spv.h"
 
 namespace palpate {
 namespace {
+
+// The finest levels of cells, each with a cycle of its own.
+constexpr uint32_t kCycledLevels = 3;
 
 // Chebyshev weights for two Jacobi steps on the upper four fifths of the spectrum [0, 2] of the scaled
 // operator.
@@ -126,10 +129,12 @@ struct Surface::Pass {
     return p;
   }
 
-  std::array<uint32_t, 3> groups(const Grid& written) const {
+  // An invocation writes columns of one texel, or of as many as it says.
+  std::array<uint32_t, 3> groups(const Grid& written, uint32_t texels = 1) const {
     const uint32_t strips = (written.height + rows(written) - 1) / rows(written);
+    const uint32_t columns = (written.pitch + texels - 1) / texels;
     const uint32_t workgroup = surface.tuning_.surface_workgroup;
-    return {(written.pitch * strips + workgroup - 1) / workgroup, 1, 1};
+    return {(columns * strips + workgroup - 1) / workgroup, 1, 1};
   }
 
   void restrict_right(uint32_t l) {
@@ -154,15 +159,14 @@ struct Surface::Pass {
   void smooth_from_coarse(uint32_t l) {
     const Level& v = level(l);
     commands.dispatch(surface.smooth_prolong_,
-                      {&v.right.texels, &v.right.words, &x(l + 1).pairs, &x(l).buffer}, push(l, v.grid),
-                      groups(v.grid));
+                      {&v.right.texels, &v.right.words, &x(l + 1).pairs, &x(l + 1).words, &x(l).buffer},
+                      push(l, v.grid), groups(v.grid));
     commands.barrier();
   }
-  void finish() {
+  void interpolate() {
     const Level& v = level(0);
-    shared::GridPush p = push(0, v.grid);
-    p.step0 = static_cast<float>(1 / (2.0 * (double{v.across} + double{v.down}) * kBandMiddle));
-    commands.dispatch(surface.smooth_once_, {&v.right.texels, &x(1).pairs, &x(0).buffer}, p, groups(v.grid));
+    commands.dispatch(surface.interpolate_, {&x(1).texels, &x(1).pairs, &x(0).buffer}, push(0, v.grid),
+                      groups(v.grid, 2));
     commands.barrier();
   }
   void correct_and_smooth(uint32_t l) {
@@ -203,19 +207,20 @@ struct Surface::Pass {
   }
 
   // Full multigrid: solved on the coarsest level, and from there each level starts from the coarser one's
-  // solution.
+  // solution. Cubics carry smooth heights up so well that coarse levels need no cycle of their own.
   void run(uint32_t extra_cycles) {
     // An even number of flips at level 0 must leave the solution in the caller's map.
     present[0] = extra_cycles % 2;
     for (uint32_t l = 1; l < last(); ++l) restrict_right(l);
     solve_coarsest();
-    for (uint32_t l = last(); l-- > 0;) {
-      if (l == 0 && extra_cycles == 0) return finish();
+    if (last() == 0) return;
+    for (uint32_t l = last() - 1; l > 0; --l) {
       smooth_from_coarse(l);
-      if (l == 0) break;
+      if (l > kCycledLevels) continue;
       solve_residual(l);
       correct(l);
     }
+    interpolate();
     for (uint32_t i = 0; i < extra_cycles; ++i) {
       solve_residual(0);
       correct_and_smooth(0);
@@ -223,9 +228,16 @@ struct Surface::Pass {
   }
 };
 
+namespace {
+uint32_t cycles_for(SurfaceSolver solver) {
+  if (solver == SurfaceSolver::Converged) return Surface::kConvergedCycles;
+  return solver == SurfaceSolver::Fine ? 1 : 0;
+}
+}  // namespace
+
 Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, SurfaceSolver solver,
-                 const Tuning& tuning)
-    : tuning_(tuning), extra_cycles_(solver == SurfaceSolver::Converged ? kConvergedCycles : 0) {
+                 const Tuning& tuning, bool keep_pixels)
+    : tuning_(tuning), extra_cycles_(cycles_for(solver)) {
   Grid grid = grid_for(width, height);
   double cell_width = 1, cell_height = 1, edge_width = 1, edge_height = 1;
   const bool on_gpu = solver != SurfaceSolver::Exact;
@@ -238,7 +250,11 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
     level.down = grid.height > 1 ? static_cast<float>(cell_width / cell_height) : 0.0f;
     level.edge_width = static_cast<float>(edge_width);
     level.edge_height = static_cast<float>(edge_height);
-    level.right = FloatMap(context, name + " right side", grid);
+    if (l == 0 && solver == SurfaceSolver::Live && !coarsest && !keep_pixels) {
+      right_sides_ = RightSides::Cells;
+    } else {
+      level.right = FloatMap(context, name + " right side", grid);
+    }
     if (l > 0) level.x[0] = FloatMap(context, name + " solution", grid);
     if (on_gpu && (l > 0 || extra_cycles_ > 0) && !coarsest)
       level.x[1] = FloatMap(context, name + " next solution", grid);
@@ -276,10 +292,10 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
   coarsest_ = make({"coarsest", k_coarsest}, {Texels, Texels, Storage}, sizeof(shared::CoarsestPush));
   if (levels_.size() == 1) return;
   smooth_start_ = make({"smooth_start", k_smooth_start}, {Texels, Texels, Storage}, kPush);
-  smooth_prolong_ = make({"smooth_prolong", k_smooth_prolong}, {Texels, Texels, Texels, Storage}, kPush);
-  if (extra_cycles_ == 0) {
-    smooth_once_ = make({"smooth_once", k_smooth_once}, {Texels, Texels, Storage}, kPush);
-  } else {
+  smooth_prolong_ =
+      make({"smooth_prolong", k_smooth_prolong}, {Texels, Texels, Texels, Texels, Storage}, kPush);
+  interpolate_ = make({"interpolate", k_interpolate}, {Texels, Texels, Storage}, kPush);
+  if (extra_cycles_ > 0) {
     smooth_correct_ =
         make({"smooth_correct", k_smooth_correct}, {Texels, Texels, Texels, Texels, Storage}, kPush);
   }

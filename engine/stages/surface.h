@@ -39,16 +39,26 @@ struct FloatMap {
   gpu::TexelView words;   ///< R32F
 };
 
+/// Which right sides a solve reads: the one for pixels and that for cells of two by two of them, or the
+/// latter only.
+enum class RightSides { Pixels, Cells };
+
 class Surface {
  public:
   /// Extra cycles at full resolution after the full-multigrid pass; each reduces the error by about ten.
   static constexpr uint32_t kConvergedCycles = 6;
 
-  Surface(gpu::Context& context, uint32_t width, uint32_t height, SurfaceSolver solver, const Tuning& tuning);
+  /// SurfaceSolver::Live solves on cells and holds the right side for pixels only where `keep_pixels` asks
+  /// for it or the frame is so small that it is solved directly.
+  Surface(gpu::Context& context, uint32_t width, uint32_t height, SurfaceSolver solver, const Tuning& tuning,
+          bool keep_pixels = false);
+
+  RightSides right_sides() const { return right_sides_; }
 
   const Grid& grid() const { return levels_.front().grid; }
   /// Filled by the slope stage: for each pixel the height differences to its left and upper neighbour minus
   /// those to its right and lower one, mm.
+  /// Empty where right_sides() is RightSides::Cells.
   const FloatMap& right_side() const { return levels_.front().right; }
   /// Filled by the slope stage too: the sums of right_side() over blocks of two by two pixels.
   const FloatMap& coarse_right_side() const { return levels_.size() > 1 ? levels_[1].right : unused_coarse_; }
@@ -71,12 +81,13 @@ class Surface {
   struct Pass;
 
   Tuning tuning_;
+  RightSides right_sides_ = RightSides::Pixels;
   uint32_t extra_cycles_ = 0;
   std::vector<Level> levels_;
   FloatMap unused_coarse_;  ///< takes the slope stage's sums where there is one level only
   gpu::DeviceBuffer inverse_;
   gpu::TexelView inverse_texels_;
-  gpu::Kernel smooth_start_, smooth_prolong_, smooth_once_, smooth_correct_, restrict_, restrict_residual_,
+  gpu::Kernel smooth_start_, smooth_prolong_, interpolate_, smooth_correct_, restrict_, restrict_residual_,
       correct_, coarsest_;
 };
 

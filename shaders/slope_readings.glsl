@@ -1,0 +1,189 @@
+// Pixels to slopes p = d(depth)/dx, q = d(depth)/dy at pixel centres, one row of eight pixels at a time. Variants: READING_GIVEN
+// (slopes from a buffer), READING_SHADING, READING_PHOTOMETRIC. Included after `push` (SlopePush) is declared; bindings below
+// FIRST_OUTPUT are taken.
+
+#if defined(READING_GIVEN)
+layout(binding = 0) uniform samplerBuffer p_texels;
+layout(binding = 1) uniform samplerBuffer q_texels;
+#define FIRST_OUTPUT 2
+#elif defined(READING_SHADING)
+layout(binding = 0) uniform usamplerBuffer filtered_texels;  // eight 16-bit pixels to a texel
+layout(binding = 1) uniform usamplerBuffer filtered_pairs;   // four to a pair of words
+layout(binding = 2) uniform samplerBuffer block_words;       // means of eight by eight pixels
+#define FIRST_OUTPUT 3
+#else
+layout(binding = 0) uniform usamplerBuffer frame_pairs;  // eight 8-bit pixels to a pair of words, planes red, green, blue
+layout(binding = 1) uniform usamplerBuffer frame_words;
+layout(binding = 2) uniform usamplerBuffer rest_pairs;
+layout(binding = 3) uniform usamplerBuffer rest_words;
+#define FIRST_OUTPUT 4
+#endif
+
+// Slopes of one row around tile tx: p in columns -2 .. 9 (three groups of four), q in columns 0 .. 7.
+struct Slopes {
+  vec4 p_a, p_b, p_c, q_a, q_b;
+};
+
+#if defined(READING_GIVEN)
+
+struct Window {
+  uint unused;
+};
+Window window_at(int tx, int y) { return Window(0); }
+
+Slopes slopes_at(Window window, int tx, int y) {
+  int row = clamp(y, 0, int(push.height) - 1) * int(push.in_pitch), last = int(push.in_pitch) - 1;
+  int texel = 2 * tx, next = min(texel + 1, last);
+  vec4 l = texelFetch(p_texels, row + max(texel - 1, 0)), c = texelFetch(p_texels, row + texel);
+  vec4 d = texelFetch(p_texels, row + next), r = texelFetch(p_texels, row + min(texel + 2, last));
+  return Slopes(vec4(l.zw, c.xy), vec4(c.zw, d.xy), vec4(d.zw, r.xy), texelFetch(q_texels, row + texel),
+                texelFetch(q_texels, row + next));
+}
+
+#elif defined(READING_SHADING)
+
+vec4 unpack(uvec2 w) { return vec4(w.x & 0xffffu, w.x >> 16, w.y & 0xffffu, w.y >> 16); }
+
+// The gray's gradient near a block of eight by eight pixels, from the quadric through the means of three by three blocks: in the
+// block's middle, and how it changes along the row (u) and down the column (v). A pixel's own neighbours tell its brightness well
+// but not the direction in which it falls: there noise would turn the slope every way.
+struct Quadric {
+  vec2 middle, along_u, along_v;
+};
+
+// The blocks to the left, here and to the right, in one row of blocks.
+struct Window {
+  Quadric l, c, r;
+};
+
+float block_at(int bx, int by) {
+  int across = (int(push.width) + 7) / 8, down = (int(push.height) + 7) / 8;
+  return texelFetch(block_words, clamp(by, 0, down - 1) * across + clamp(bx, 0, across - 1)).x;
+}
+
+// Three means above each other.
+vec3 column_at(int bx, int by) { return vec3(block_at(bx, by - 1), block_at(bx, by), block_at(bx, by + 1)); }
+
+Quadric quadric(vec3 w, vec3 c, vec3 e) {
+  const vec3 mean = vec3(0.25, 0.5, 0.25);
+  float uv = (e.z - e.x - w.z + w.x) / 4.0;
+  vec3 bend = vec3(w.x - 2.0 * w.y + w.z, c.x - 2.0 * c.y + c.z, e.x - 2.0 * e.y + e.z);
+  return Quadric(vec2(dot(mean, e - w), dot(mean, vec3(w.z - w.x, c.z - c.x, e.z - e.x))) / 2.0,
+                 vec2(dot(mean, w - 2.0 * c + e), uv), vec2(uv, dot(mean, bend)));
+}
+
+Window window_at(int tx, int y) {
+  int by = clamp(y, 0, int(push.height) - 1) / 8;
+  vec3 ww = column_at(tx - 2, by), w = column_at(tx - 1, by), c = column_at(tx, by), e = column_at(tx + 1, by),
+       ee = column_at(tx + 2, by);
+  return Window(quadric(ww, w, c), quadric(w, c, e), quadric(c, e, ee));
+}
+
+// Lambert with the light along the viewing axis: gray / facing = cos(slope angle), so |slope| = tan of it (Eq. 62-63); the
+// surface falls away from the light in the direction in which the gray falls. Without contact there is no reading: slope 0.
+void shade(vec4 gray, vec4 dx, vec4 dy, out vec4 p, out vec4 q) {
+  // tan^2 = facing^2 / gray^2 - 1, over the gradient's squared size: one division and one root for each pixel.
+  vec4 gray2 = max(gray * gray, vec4(1e-12)), steepest2 = gray2 * (push.max_slope * push.max_slope);
+  vec4 tangent2 = min(max(push.facing * push.facing - gray2, vec4(0.0)), steepest2);
+  vec4 scale = push.gain * sqrt(tangent2 / (gray2 * max(dx * dx + dy * dy, vec4(1e-12))));
+  scale = mix(scale, vec4(0.0), lessThan(gray, vec4(max(push.threshold, 1e-6))));
+  p = scale * dx;
+  q = scale * dy;
+}
+
+Slopes slopes_at(Window window, int tx, int y) {
+  int row = clamp(y, 0, int(push.height) - 1), last = 2 * int(push.in_pitch) - 1, at = row * int(push.in_pitch);
+  uvec4 here = texelFetch(filtered_texels, at + tx);
+  vec4 c = unpack(here.xy), d = unpack(here.zw);
+  vec4 l = unpack(texelFetch(filtered_pairs, 2 * at + max(2 * tx - 1, 0)).xy);
+  vec4 r = unpack(texelFetch(filtered_pairs, 2 * at + min(2 * tx + 2, last)).xy);
+  float v = (float(row & 7) - 3.5) / 8.0;
+  vec2 at_l = window.l.middle + window.l.along_v * v, at_c = window.c.middle + window.c.along_v * v,
+       at_r = window.r.middle + window.r.along_v * v;
+  vec4 u = (vec4(0, 1, 2, 3) - 3.5) / 8.0;
+  // Columns -2 and -1 lie in the block to the left, 8 and 9 in the one to the right.
+  vec2 u_l = vec2(2.5, 3.5) / 8.0, u_r = vec2(-3.5, -2.5) / 8.0;
+  vec4 dx_a = vec4(at_l.x + window.l.along_u.x * u_l, at_c.x + window.c.along_u.x * u.xy);
+  vec4 dy_a = vec4(at_l.y + window.l.along_u.y * u_l, at_c.y + window.c.along_u.y * u.xy);
+  vec4 u_b = vec4(u.zw, -u.wz);
+  vec4 dx_c = vec4(at_c.x - window.c.along_u.x * u.yx, at_r.x + window.r.along_u.x * u_r);
+  vec4 dy_c = vec4(at_c.y - window.c.along_u.y * u.yx, at_r.y + window.r.along_u.y * u_r);
+  Slopes result;
+  vec4 q_a, q_b, q_c;
+  shade(vec4(l.zw, c.xy), dx_a, dy_a, result.p_a, q_a);
+  shade(vec4(c.zw, d.xy), at_c.x + window.c.along_u.x * u_b, at_c.y + window.c.along_u.y * u_b, result.p_b, q_b);
+  shade(vec4(d.zw, r.xy), dx_c, dy_c, result.p_c, q_c);
+  result.q_a = vec4(q_a.zw, q_b.xy);
+  result.q_b = vec4(q_b.zw, q_c.xy);
+  return result;
+}
+
+#else
+
+struct Window {
+  uint unused;
+};
+Window window_at(int tx, int y) { return Window(0); }
+
+vec4 unpack(uint w) { return vec4(w & 255u, (w >> 8) & 255u, (w >> 16) & 255u, w >> 24); }
+
+// Twelve pixels of one plane, columns -2 .. 9, as three words.
+uvec3 twelve(usamplerBuffer pairs, usamplerBuffer words, int row, int tx) {
+  int at = row * int(push.in_pitch) * 4 + 4 + 2 * tx;
+  uvec2 c = texelFetch(pairs, at / 2).xy;
+  uint l = texelFetch(words, at - 1).x, r = texelFetch(words, at + 2).x;
+  return uvec3((l >> 16) | (c.x << 16), (c.x >> 16) | (c.y << 16), (c.y >> 16) | (r << 16));
+}
+
+// The normal's x and y in three groups of columns.
+struct Normals {
+  vec4 x_a, x_b, x_c, y_a, y_b, y_c;
+};
+
+// Adds what one plane's change of colour says of the normal: linear, with weights (1, X, Y) that vary linearly across the frame.
+void add_plane(inout Normals n, int plane, vec3 wx, vec3 wy, int row, int tx, vec4 x, float y) {
+  uvec3 image = twelve(frame_pairs, frame_words, plane * int(push.height) + row, tx);
+  uvec3 rest = twelve(rest_pairs, rest_words, plane * int(push.height) + row, tx);
+  vec4 a = unpack(image.x) - unpack(rest.x), b = unpack(image.y) - unpack(rest.y), c = unpack(image.z) - unpack(rest.z);
+  float group = 8.0 / float(push.width);
+  vec4 weight_x = wx.x + wx.z * y + wx.y * x, weight_y = wy.x + wy.z * y + wy.y * x;
+  float step_x = wx.y * group, step_y = wy.y * group;
+  n.x_a += weight_x * a;
+  n.x_b += (weight_x + step_x) * b;
+  n.x_c += (weight_x + 2.0 * step_x) * c;
+  n.y_a += weight_y * a;
+  n.y_b += (weight_y + step_y) * b;
+  n.y_c += (weight_y + 2.0 * step_y) * c;
+}
+
+// Slope = n_xy / n_z of the unit normal. A slope of max_slope has n_z = 1 / sqrt(1 + max_slope^2); beyond it the direction is kept
+// and the size clipped.
+void lean(vec4 nx, vec4 ny, out vec4 p, out vec4 q) {
+  vec4 across2 = nx * nx + ny * ny;
+  float steepest = push.max_slope * push.max_slope, least_nz2 = 1.0 / (1.0 + steepest);
+  vec4 scale = sqrt(min(vec4(1.0) / max(1.0 - across2, vec4(least_nz2)), steepest / max(across2, vec4(1e-20))));
+  p = nx * scale;
+  q = ny * scale;
+}
+
+Slopes slopes_at(Window window, int tx, int y) {
+  int row = clamp(y, 0, int(push.height) - 1);
+  vec4 column = vec4(-2, -1, 0, 1) + float(8 * tx);
+  vec4 x_at = (2.0 * column + 1.0) / float(push.width) - 1.0;
+  float y_at = (2.0 * float(row) + 1.0) / float(push.height) - 1.0;
+  const vec4 none = vec4(0.0);
+  Normals n = Normals(none, none, none, none, none, none);
+  add_plane(n, 0, vec3(push.wx[0], push.wx[1], push.wx[2]), vec3(push.wy[0], push.wy[1], push.wy[2]), row, tx, x_at, y_at);
+  add_plane(n, 1, vec3(push.wx[3], push.wx[4], push.wx[5]), vec3(push.wy[3], push.wy[4], push.wy[5]), row, tx, x_at, y_at);
+  add_plane(n, 2, vec3(push.wx[6], push.wx[7], push.wx[8]), vec3(push.wy[6], push.wy[7], push.wy[8]), row, tx, x_at, y_at);
+  Slopes result;
+  vec4 q_a, q_b, q_c;
+  lean(n.x_a, n.y_a, result.p_a, q_a);
+  lean(n.x_b, n.y_b, result.p_b, q_b);
+  lean(n.x_c, n.y_c, result.p_c, q_c);
+  result.q_a = vec4(q_a.zw, q_b.xy);
+  result.q_b = vec4(q_b.zw, q_c.xy);
+  return result;
+}
+
+#endif
