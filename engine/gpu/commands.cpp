@@ -89,7 +89,7 @@ void Commands::wait() const {
 
 void Commands::dispatch(const Kernel& kernel, std::span<const Argument> arguments, const void* push,
                         std::array<uint32_t, 3> groups) {
-  constexpr size_t kMaxArguments = 8;
+  constexpr size_t kMaxArguments = 12;
   const KernelInterface& interface = kernel.interface();
   assert(arguments.size() == interface.bindings.size() && arguments.size() <= kMaxArguments);
   std::array<VkDescriptorBufferInfo, kMaxArguments> buffers{};

@@ -1,0 +1,27 @@
+// Which parts of a frame hang together by what is known. Slopes tell heights within such an island; between
+// two islands they tell nothing.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace palpate {
+
+struct Islands {
+  uint32_t count = 0;       ///< of known pixels, joined by edges
+  uint32_t touched = 0;     ///< of those, with a touched pixel
+  uint64_t unknown_px = 0;  ///< pixels that belong to none
+
+  /// More than one: the height between them is not determined.
+  bool apart() const { return count > 1; }
+};
+
+/// `known` is height x width, not 0 where a pixel is known. `touched` (may be empty: nowhere) tells for a
+/// pixel. `labels`, if given, becomes height x width: 0 for unknown, else the island from 1.
+Islands find_islands(std::span<const uint8_t> known, uint32_t width, uint32_t height,
+                     const std::function<bool(uint32_t x, uint32_t y)>& touched = {},
+                     std::vector<uint32_t>* labels = nullptr);
+
+}  // namespace palpate

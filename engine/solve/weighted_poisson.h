@@ -1,0 +1,46 @@
+// Weighted least squares of slopes in double precision on the CPU: the exact solver of weighted surfaces, and
+// what the GPU's answer is judged by. The same equations as engine/stages/weighted_surface.h.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace palpate {
+
+/// What slopes at pixel centres say of each face between neighbours: height differences and their weights.
+/// Cell (x, y) keeps its right face in `across` and its lower one in `down`; those beyond the border have
+/// weight 0.
+struct WeightedFaces {
+  uint32_t width = 0, height = 0;
+  std::vector<double> across, down;  ///< differences, unit of the slopes times one px
+  std::vector<double> across_weight, down_weight;
+};
+
+/// `gradients` is height x width x 2, `weights` height x width, at least 0. A face takes the smaller of its
+/// two pixels' weights; its difference is the integral of the cubic through four pixels. Slopes of weight 0
+/// are not read.
+WeightedFaces weighted_faces(std::span<const float> gradients, std::span<const float> weights, uint32_t width,
+                             uint32_t height);
+
+/// Of the normal equations: A z, and the right side.
+std::vector<double> apply(const WeightedFaces& faces, std::span<const double> z);
+std::vector<double> right_side(const WeightedFaces& faces);
+
+/// sqrt(sum w (dz - g)^2 / sum w g^2): the share of the slopes that heights z do not explain. 0 where all
+/// slopes are 0.
+double misfit(const WeightedFaces& faces, std::span<const double> z);
+
+struct WeightedSolution {
+  std::vector<double> z;  ///< height x width
+  double residual = 0;    ///< of the normal equations, relative RMS
+  uint32_t iterations = 0;
+  bool converged = false;
+};
+
+/// Conjugate gradients with one multigrid cycle as preconditioner, until the relative residual is below
+/// `tolerance`.
+WeightedSolution solve_weighted(const WeightedFaces& faces, double tolerance = 1e-10,
+                                uint32_t most_iterations = 400);
+
+}  // namespace palpate
