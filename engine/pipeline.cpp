@@ -352,6 +352,14 @@ std::vector<gpu::ScopeTime> Pipeline::times(const Result& result) const {
   return times;
 }
 
+std::vector<gpu::ScopeTraffic> Pipeline::traffic() const {
+  const Impl::Slot& slot = impl_->slots.front();
+  std::vector<gpu::ScopeTraffic> traffic = slot.commands.traffic();
+  const auto rest = slot.after_solve.traffic();
+  traffic.insert(traffic.end(), rest.begin(), rest.end());
+  return traffic;
+}
+
 uint64_t Pipeline::memory_bytes() const {
   uint64_t bytes = impl_->background.memory_bytes() + impl_->contact.filtered().bytes();
   if (impl_->surface) bytes += impl_->surface->memory_bytes();

@@ -18,6 +18,7 @@ namespace gpu {
 class Context;
 class DeviceBuffer;
 struct ScopeTime;
+struct ScopeTraffic;
 }  // namespace gpu
 
 /// What the caller wants computed. What is not asked for is not built: no kernels, no memory.
@@ -91,6 +92,8 @@ class Pipeline {
 
   /// GPU time of each named stage of a finished frame (empty unless the context has timers on).
   std::vector<gpu::ScopeTime> times(const Result& result) const;
+  /// What each named stage reads and writes with every frame.
+  std::vector<gpu::ScopeTraffic> traffic() const;
   /// Bytes of GPU memory that this pipeline holds.
   uint64_t memory_bytes() const;
 

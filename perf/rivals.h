@@ -40,6 +40,10 @@ class FftwPoisson {
   std::unique_ptr<Impl> impl_;
 };
 
+/// The paper's surface (Eq. 61-63): slopes summed along the first row and from there down each column, by
+/// trapezoids. `gradients` is height x width x 2, z height x width.
+void line_integral(const float* gradients, uint32_t width, uint32_t height, float* z);
+
 /// The whole frame: OpenCV for the contact, plain loops for slope and divergence, FFTW for the surface.
 class OpenCvFftwFrame {
  public:

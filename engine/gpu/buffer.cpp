@@ -77,7 +77,8 @@ void DeviceBuffer::invalidate() const {
   check(vkInvalidateMappedMemoryRanges(context_->device(), 1, &range), "invalidating memory");
 }
 
-TexelView::TexelView(Context& context, const DeviceBuffer& buffer, VkFormat format) : context_(&context) {
+TexelView::TexelView(Context& context, const DeviceBuffer& buffer, VkFormat format)
+    : context_(&context), buffer_(buffer.handle()) {
   uint64_t texel_bytes = 4;
   if (format == VK_FORMAT_R32G32B32A32_UINT || format == VK_FORMAT_R32G32B32A32_SFLOAT) texel_bytes = 16;
   if (format == VK_FORMAT_R32G32_UINT || format == VK_FORMAT_R32G32_SFLOAT) texel_bytes = 8;
@@ -91,7 +92,7 @@ TexelView::TexelView(Context& context, const DeviceBuffer& buffer, VkFormat form
   info.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO;
   info.buffer = buffer.handle();
   info.format = format;
-  info.range = texels * texel_bytes;
+  info.range = bytes_ = texels * texel_bytes;
   check(vkCreateBufferView(context.device(), &info, nullptr, &view_), "a texel view");
 }
 

@@ -72,13 +72,19 @@ class TexelView {
     return *this;
   }
   VkBufferView handle() const { return view_; }
+  VkBuffer buffer() const { return buffer_; }  ///< that it is a window on
+  uint64_t bytes() const { return bytes_; }
 
  private:
   void swap(TexelView& other) noexcept {
     std::swap(context_, other.context_);
+    std::swap(buffer_, other.buffer_);
+    std::swap(bytes_, other.bytes_);
     std::swap(view_, other.view_);
   }
   Context* context_ = nullptr;
+  VkBuffer buffer_ = VK_NULL_HANDLE;
+  uint64_t bytes_ = 0;
   VkBufferView view_ = VK_NULL_HANDLE;
 };
 

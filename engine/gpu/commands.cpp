@@ -1,6 +1,8 @@
 #include "engine/gpu/commands.h"
 
+#include <algorithm>
 #include <cassert>
+#include <chrono>
 #include <utility>
 
 #include "engine/gpu/buffer.h"
@@ -49,13 +51,25 @@ void Commands::swap(Commands& other) noexcept {
   std::swap(fence_, other.fence_);
   std::swap(queries_, other.queries_);
   std::swap(scopes_, other.scopes_);
+  std::swap(traffic_, other.traffic_);
+  std::swap(open_, other.open_);
+  std::swap(parts_, other.parts_);
 }
 
 void Commands::begin() {
+  if (!parts_.empty()) {
+    for (size_t i = 1; i < parts_.size(); ++i)
+      vkFreeCommandBuffers(context_->device(), pool_, 1, &parts_[i].buffer);
+    buffer_ = parts_.front().buffer;
+    parts_.clear();
+  }
   VkCommandBufferBeginInfo info{};
   info.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
   check(vkBeginCommandBuffer(buffer_, &info), "recording commands");
   scopes_.clear();
+  traffic_.clear();
+  open_ = kNoScope;
+  if (context_->host_timers()) parts_.push_back({buffer_});
   if (queries_) vkCmdResetQueryPool(buffer_, queries_, 0, 2 * kMaxScopes);
   barrier();  // frames share scratch memory: wait for what earlier submissions still write or read
 }
@@ -65,10 +79,36 @@ void Commands::end() {
 }
 
 void Commands::submit() {
+  if (parts_.empty()) return submit_part(buffer_);
+  for (Part& part : parts_) {
+    const auto start = std::chrono::steady_clock::now();
+    submit_part(part.buffer);
+    wait();
+    part.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  }
+}
+
+// Ends the buffer that is being recorded and goes on in a new one.
+void Commands::begin_part(uint32_t scope) {
+  check(vkEndCommandBuffer(buffer_), "recording commands");
+  VkCommandBufferAllocateInfo allocation{};
+  allocation.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
+  allocation.commandPool = pool_;
+  allocation.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+  allocation.commandBufferCount = 1;
+  check(vkAllocateCommandBuffers(context_->device(), &allocation, &buffer_), "a command buffer");
+  parts_.push_back({buffer_, scope});
+  VkCommandBufferBeginInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
+  check(vkBeginCommandBuffer(buffer_, &info), "recording commands");
+  barrier();
+}
+
+void Commands::submit_part(VkCommandBuffer commands) {
   check(vkResetFences(context_->device(), 1, &fence_), "resetting a fence");
   VkCommandBufferSubmitInfo buffer{};
   buffer.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO;
-  buffer.commandBuffer = buffer_;
+  buffer.commandBuffer = commands;
   VkSubmitInfo2 info{};
   info.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2;
   info.commandBufferInfoCount = 1;
@@ -95,8 +135,19 @@ void Commands::dispatch(const Kernel& kernel, std::span<const Argument> argument
   std::array<VkDescriptorBufferInfo, kMaxArguments> buffers{};
   std::array<VkBufferView, kMaxArguments> views{};
   std::array<VkWriteDescriptorSet, kMaxArguments> writes{};
+  // Two views on one buffer are one buffer read.
+  std::array<VkBuffer, kMaxArguments> read{};
+  uint64_t read_bytes = 0, written_bytes = 0;
   uint32_t i = 0;
   for (const Argument& argument : arguments) {
+    const auto* view = std::get_if<const TexelView*>(&argument);
+    const VkBuffer source = view ? (*view)->buffer() : std::get<const DeviceBuffer*>(argument)->handle();
+    const uint64_t bytes = view ? (*view)->bytes() : std::get<const DeviceBuffer*>(argument)->bytes();
+    if (kernel.access(i).reads && std::find(read.begin(), read.end(), source) == read.end()) {
+      read[i] = source;
+      read_bytes += bytes;
+    }
+    if (kernel.access(i).writes) written_bytes += bytes;
     VkWriteDescriptorSet& write = writes[i];
     write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
     write.dstBinding = i;
@@ -118,11 +169,21 @@ void Commands::dispatch(const Kernel& kernel, std::span<const Argument> argument
     vkCmdPushConstants(buffer_, kernel.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, interface.push_bytes, push);
   }
   vkCmdDispatch(buffer_, groups[0], groups[1], groups[2]);
+  count(read_bytes, written_bytes);
+}
+
+void Commands::count(uint64_t read_bytes, uint64_t written_bytes) {
+  if (open_ == kNoScope) return;
+  ScopeTraffic& traffic = traffic_[open_];
+  traffic.read_bytes += read_bytes;
+  traffic.written_bytes += written_bytes;
+  ++traffic.dispatches;
 }
 
 void Commands::copy(const DeviceBuffer& from, const DeviceBuffer& to, uint64_t bytes) {
   const VkBufferCopy region{0, 0, bytes};
   vkCmdCopyBuffer(buffer_, from.handle(), to.handle(), 1, &region);
+  count(bytes, bytes);
 }
 
 namespace {
@@ -154,9 +215,12 @@ void Commands::host_barrier() {
 }
 
 Commands::Scope::Scope(Commands& commands, const char* name)
-    : commands_(commands), index_(static_cast<uint32_t>(commands.scopes_.size())) {
+    : commands_(commands), index_(static_cast<uint32_t>(commands.scopes_.size())), outer_(commands.open_) {
   assert(index_ < kMaxScopes);
   commands_.scopes_.push_back(name);
+  commands_.traffic_.push_back({name});
+  commands_.open_ = index_;
+  if (!commands_.parts_.empty()) commands_.begin_part(index_);
   commands_.context_->begin_label(commands_.buffer_, name);
   if (commands_.queries_) {
     vkCmdWriteTimestamp2(commands_.buffer_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, commands_.queries_,
@@ -170,9 +234,22 @@ Commands::Scope::~Scope() {
                          2 * index_ + 1);
   }
   commands_.context_->end_label(commands_.buffer_);
+  commands_.open_ = outer_;
+  if (!commands_.parts_.empty()) commands_.begin_part(outer_);
+}
+
+std::vector<ScopeTraffic> Commands::traffic() const {
+  return traffic_;
 }
 
 std::vector<ScopeTime> Commands::times() const {
+  if (!parts_.empty()) {
+    std::vector<ScopeTime> times;
+    for (const char* name : scopes_) times.push_back({name, 0});
+    for (const Part& part : parts_)
+      if (part.scope != kNoScope) times[part.scope].ms += part.ms;
+    return times;
+  }
   if (!queries_ || scopes_.empty()) return {};
   std::vector<uint64_t> stamps(2 * scopes_.size());
   check(vkGetQueryPoolResults(context_->device(), queries_, 0, static_cast<uint32_t>(stamps.size()),

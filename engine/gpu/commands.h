@@ -18,11 +18,20 @@ class DeviceBuffer;
 class TexelView;
 class Kernel;
 
-/// GPU time of one named scope. After a render pass in the same process lavapipe's timestamps are garbage:
-/// see perf/README.md.
+/// Time of one named scope, by the GPU's clock or (ContextOptions::host_timers) the host's. After a render
+/// pass in the same process lavapipe's timestamps are garbage: see perf/README.md.
 struct ScopeTime {
   std::string name;
   double ms = 0;
+};
+
+/// What one named scope moves: each buffer that a kernel or copy is given, counted once whole. That is what no
+/// cache can spare it where the kernel needs all of it, and an upper bound where it does not.
+struct ScopeTraffic {
+  std::string name;
+  uint64_t read_bytes = 0;
+  uint64_t written_bytes = 0;
+  uint32_t dispatches = 0;  ///< kernels and copies
 };
 
 /// One thing bound to a kernel: a texel view (read) or a buffer (read and write).
@@ -73,16 +82,30 @@ class Commands {
    private:
     Commands& commands_;
     uint32_t index_;
+    uint32_t outer_;
   };
   Scope scope(const char* name) { return {*this, name}; }
 
   /// Scope times of the last finished submission; empty unless the context has timers.
   std::vector<ScopeTime> times() const;
+  /// What each scope moves with every submission; known once it is recorded.
+  std::vector<ScopeTraffic> traffic() const;
   VkCommandBuffer handle() const { return buffer_; }
 
  private:
   static constexpr uint32_t kMaxScopes = 32;
+  static constexpr uint32_t kNoScope = UINT32_MAX;
+  /// A stretch of commands that the host times by itself.
+  struct Part {
+    VkCommandBuffer buffer = VK_NULL_HANDLE;
+    uint32_t scope = kNoScope;
+    double ms = 0;  ///< of its last submission
+  };
+
   void swap(Commands& other) noexcept;
+  void count(uint64_t read_bytes, uint64_t written_bytes);
+  void begin_part(uint32_t scope);
+  void submit_part(VkCommandBuffer buffer);
 
   Context* context_ = nullptr;
   VkCommandPool pool_ = VK_NULL_HANDLE;
@@ -90,6 +113,9 @@ class Commands {
   VkFence fence_ = VK_NULL_HANDLE;
   VkQueryPool queries_ = VK_NULL_HANDLE;
   std::vector<const char*> scopes_;
+  std::vector<ScopeTraffic> traffic_;
+  uint32_t open_ = kNoScope;  ///< the innermost scope that is being recorded
+  std::vector<Part> parts_;   ///< empty unless the host times scopes
 };
 
 }  // namespace palpate::gpu

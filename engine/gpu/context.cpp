@@ -248,7 +248,8 @@ VKAPI_ATTR VkBool32 VKAPI_CALL Context::on_message(VkDebugUtilsMessageSeverityFl
   return VK_FALSE;
 }
 
-Context::Context(const ContextOptions& options) : timers_(options.timers) {
+Context::Context(const ContextOptions& options)
+    : timers_(options.timers && !options.host_timers), host_timers_(options.host_timers) {
   try {
     create_instance(options);
     choose_device(options);

@@ -15,6 +15,9 @@ struct ContextOptions {
   std::string device;       ///< index (one or two digits) or part of a name; empty: the best one
   bool validation = false;  ///< validation layer with synchronisation validation; messages are collected
   bool timers = false;      ///< GPU timestamps around every scope
+  /// Every scope is submitted by itself and timed by the host's clock, where GPU timestamps cannot be trusted.
+  /// Slow: a submission waits for each of its scopes.
+  bool host_timers = false;
   std::vector<const char*> instance_extensions;  ///< what a window needs (glfwGetRequiredInstanceExtensions)
   bool presentation = false;                     ///< ask for VK_KHR_swapchain
 };
@@ -50,6 +53,7 @@ class Context {
   /// A CPU driver (lavapipe): device memory is host memory, and views adapt to what it can draw.
   bool is_software() const { return properties_.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU; }
   bool timers() const { return timers_; }
+  bool host_timers() const { return host_timers_; }
 
   /// Submits to the one queue; safe from several threads.
   void submit(const VkSubmitInfo2& info, VkFence fence);
@@ -96,6 +100,7 @@ class Context {
   VkPhysicalDeviceMemoryProperties memory_{};
   DeviceReport report_;
   bool timers_ = false;
+  bool host_timers_ = false;
   PFN_vkCmdPushDescriptorSetKHR push_descriptors_ = nullptr;
   PFN_vkSetDebugUtilsObjectNameEXT set_name_ = nullptr;
   PFN_vkCmdBeginDebugUtilsLabelEXT begin_label_ = nullptr;

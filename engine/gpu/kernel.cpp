@@ -51,6 +51,21 @@ class Reflection {
     compare_local_size();
   }
 
+  std::vector<BindingAccess> access(const KernelInterface& interface) {
+    std::vector<BindingAccess> access(interface.bindings.size());
+    for (const auto& resource : list(SPVC_RESOURCE_TYPE_STORAGE_BUFFER)) {
+      const SpvDecoration* decorations = nullptr;
+      size_t count = 0;
+      spvc_compiler_get_buffer_block_decorations(compiler_, resource.id, &decorations, &count);
+      const auto declared = [&](SpvDecoration d) {
+        return std::find(decorations, decorations + count, d) != decorations + count;
+      };
+      access[spvc_compiler_get_decoration(compiler_, resource.id, SpvDecorationBinding)] = {
+          !declared(SpvDecorationNonReadable), !declared(SpvDecorationNonWritable)};
+    }
+    return access;
+  }
+
  private:
   std::span<const spvc_reflected_resource> list(spvc_resource_type type) {
     const spvc_reflected_resource* items = nullptr;
@@ -114,7 +129,9 @@ Kernel::Kernel(Context& context, const Shader& shader, const KernelInterface& in
   context_ = &context;
   name_ = shader.name;
   interface_ = interface;
-  Reflection(shader).compare(interface);
+  Reflection reflection(shader);
+  reflection.compare(interface);
+  access_ = reflection.access(interface);
   if (interface.push_bytes > context.properties().limits.maxPushConstantsSize)
     mismatch(shader,
              "at most " + std::to_string(context.properties().limits.maxPushConstantsSize) + " bytes pushed",
@@ -178,6 +195,7 @@ void Kernel::swap(Kernel& other) noexcept {
   std::swap(context_, other.context_);
   std::swap(name_, other.name_);
   std::swap(interface_, other.interface_);
+  std::swap(access_, other.access_);
   std::swap(set_layout_, other.set_layout_);
   std::swap(layout_, other.layout_);
   std::swap(pipeline_, other.pipeline_);

@@ -15,6 +15,12 @@ class Context;
 
 enum class Binding : uint8_t { Texels, Storage };  ///< uniform texel buffer; storage buffer
 
+/// What a shader does with a binding, as its SPIR-V declares it.
+struct BindingAccess {
+  bool reads = true;
+  bool writes = false;
+};
+
 /// SPIR-V made at build time, with the name it is spoken of.
 struct Shader {
   const char* name;
@@ -45,6 +51,7 @@ class Kernel {
   VkPipelineLayout layout() const { return layout_; }
   const KernelInterface& interface() const { return interface_; }
   const char* name() const { return name_; }
+  const BindingAccess& access(size_t binding) const { return access_[binding]; }
 
  private:
   void swap(Kernel& other) noexcept;
@@ -52,6 +59,7 @@ class Kernel {
   Context* context_ = nullptr;
   const char* name_ = "";
   KernelInterface interface_;
+  std::vector<BindingAccess> access_;
   VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
   VkPipelineLayout layout_ = VK_NULL_HANDLE;
   VkPipeline pipeline_ = VK_NULL_HANDLE;

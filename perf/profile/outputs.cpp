@@ -1,0 +1,86 @@
+#include "perf/profile/outputs.h"
+
+#include <deque>
+
+#include "engine/gpu/context.h"
+#include "engine/pipeline.h"
+#include "perf/profile/frames.h"
+
+namespace palpate::perf {
+namespace {
+
+struct Choice {
+  std::string outputs;
+  Reading reading = Reading::None;
+  double touched_fraction = 1;
+  PipelineOptions options;
+};
+
+PipelineOptions options_for(uint32_t outputs, SurfaceSolver solver = SurfaceSolver::Live) {
+  PipelineOptions options;
+  options.outputs = outputs;
+  options.solver = solver;
+  return options;
+}
+
+/// The first choice of each reading is its full frame.
+std::vector<std::vector<Choice>> choices() {
+  const uint32_t force = static_cast<uint32_t>(Output::Force), all = Output::Force | Output::Surface;
+  std::vector<std::vector<Choice>> groups;
+  for (const Reading reading : {Reading::Shading, Reading::Photometric}) {
+    PipelineOptions one_slot = options_for(all);
+    one_slot.slots = 1;
+    groups.push_back({{"force + surface", reading, 1, options_for(all)},
+                      {"force only", reading, 1, options_for(force)},
+                      {"force + surface, 10 % touched", reading, 0.1, options_for(all)},
+                      {"force only, 10 % touched", reading, 0.1, options_for(force)},
+                      {"force + surface, converged", reading, 1, options_for(all, SurfaceSolver::Converged)},
+                      {"force + surface, exact", reading, 1, options_for(all, SurfaceSolver::Exact)},
+                      {"force + surface, one frame in flight", reading, 1, one_slot}});
+  }
+  return groups;
+}
+
+}  // namespace
+
+void measure_outputs(const gpu::ContextOptions& device, const FrameSize& size, double seconds,
+                     const Watch& watch, Profile& profile) {
+  gpu::Context context(device);
+  const auto groups = choices();
+  for (const std::vector<Choice>& group : groups) {
+    std::deque<TimingScene> scenes;
+    std::deque<Pipeline> pipelines;
+    std::vector<Contender> contenders;
+    for (const Choice& choice : group) {
+      TimingScene& scene = scenes.emplace_back(
+          timing_scene(size.width_px, size.height_px, choice.reading, choice.touched_fraction));
+      Pipeline& pipeline =
+          pipelines.emplace_back(context, scene.sensor, scene.background.format, choice.options);
+      pipeline.set_background(scene.background);
+      contenders.push_back({choice.outputs, [&] { pipeline.process(scene.next()); }});
+    }
+    if (!take_turns(contenders, {5, 200, seconds / static_cast<double>(groups.size())}, watch)) return;
+    for (size_t i = 0; i < group.size(); ++i) {
+      std::vector<double> ratios;
+      for (size_t round = 0; round < contenders[i].cpu_ms.size(); ++round)
+        ratios.push_back(contenders[i].cpu_ms[round] / contenders[0].cpu_ms[round]);
+      OutputFigure figure;
+      figure.outputs = group[i].outputs;
+      figure.reading = to_string(group[i].reading);
+      figure.width_px = size.width_px;
+      figure.height_px = size.height_px;
+      figure.touched_fraction = group[i].touched_fraction;
+      figure.time = distribution_of(contenders[i].wall_ms);
+      figure.cpu_ms = median(contenders[i].cpu_ms);
+      figure.cpu_ratio = median(ratios);
+      figure.cpu_ratio_q25 = quantile(ratios, 0.25);
+      figure.cpu_ratio_q75 = quantile(ratios, 0.75);
+      figure.memory_bytes = pipelines[i].memory_bytes();
+      profile.outputs.push_back(std::move(figure));
+    }
+    watch.say(std::string("cost of outputs, ") + to_string(group.front().reading) + ": done");
+  }
+  watch.leave(context);
+}
+
+}  // namespace palpate::perf

@@ -1,0 +1,28 @@
+// The pictures of a profile, as gnuplot scripts.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "perf/profile/profile.h"
+
+namespace palpate::perf {
+
+struct Plot {
+  std::string name;     ///< of its files, without extension
+  std::string caption;  ///< what it shows and how to read it
+  uint32_t width_px = 0;
+  uint32_t height_px = 0;
+  std::string script;  ///< everything but the terminal
+};
+
+std::vector<Plot> plots_of(const Profile& profile);
+/// Frame time of both machines over the pixels.
+std::vector<Plot> comparison_plots(const Profile& a, const Profile& b, const std::string& name_a,
+                                   const std::string& name_b);
+
+enum class PictureKind { Svg, Png };
+/// Terminal and script together, ready for run_gnuplot.
+std::string full_script(const Plot& plot, PictureKind kind);
+
+}  // namespace palpate::perf

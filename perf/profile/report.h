@@ -1,0 +1,28 @@
+// A profile as one HTML page that needs nothing beside it: no network, no other file.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "perf/profile/compare.h"
+#include "perf/profile/plots.h"
+#include "perf/profile/profile.h"
+
+namespace palpate::perf {
+
+/// A plot and its SVG, which may be empty where there is no plotting program.
+struct DrawnPlot {
+  Plot plot;
+  std::string svg;
+};
+
+std::string html_report(const Profile& profile, const std::vector<DrawnPlot>& plots);
+std::string html_report(const MachineComparison& comparison, const std::vector<DrawnPlot>& plots);
+
+/// Text as HTML shows it: no tag, entity or attribute can come out of it.
+std::string html_escaped(const std::string& text);
+/// The <svg> element alone, without the XML declaration before it.
+std::string svg_element(const std::string& svg);
+
+}  // namespace palpate::perf

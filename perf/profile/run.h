@@ -1,0 +1,29 @@
+// One device's profile from start to end.
+#pragma once
+
+#include <vector>
+
+#include "engine/sensor.h"
+#include "perf/profile/profile.h"
+#include "perf/profile/sampling.h"
+#include "perf/profile/sizes.h"
+
+namespace palpate::gpu {
+struct ContextOptions;
+}
+
+namespace palpate::perf {
+
+struct ProfileRequest {
+  std::vector<FrameSize> sizes;  ///< of the ladder; empty: default_sizes
+  std::vector<Reading> readings{Reading::Shading, Reading::Photometric};
+  bool quick = false;
+  double budget_s = 0;  ///< 0: 120, or 20 where quick. Sizes that would not fit are skipped, and said to be
+};
+
+/// Measures, in this order: ceiling, sizes, solvers, outputs. On a stop (watch.stopped) what is finished is
+/// kept and `complete` stays false. `keep` is called with all there is after each part.
+Profile run_profile(const gpu::ContextOptions& device, const ProfileRequest& request, const Watch& watch,
+                    const std::function<void(const Profile&)>& keep);
+
+}  // namespace palpate::perf

@@ -1,0 +1,54 @@
+// Samples of how long work takes, by wall and by CPU time of the whole process.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "perf/profile/profile.h"
+
+namespace palpate::gpu {
+class Context;
+}
+
+namespace palpate::perf {
+
+/// What every measurement asks while it runs.
+struct Watch {
+  std::function<bool()> stopped = [] { return false; };              ///< Ctrl-C: finish nothing more
+  std::function<void(const std::string&)> say = [](const auto&) {};  ///< progress, for a person
+  std::function<void(const gpu::Context&)> leave = [](const auto&) {
+  };  ///< called with each device when done with it
+};
+
+/// One way to do the work, and its samples: one for each run.
+struct Contender {
+  std::string name;
+  std::function<void()> run;
+  std::vector<double> wall_ms = {};
+  std::vector<double> cpu_ms = {};
+};
+
+/// Least and most rounds, and the wall time after which no further round starts.
+struct Rounds {
+  int least = 5;
+  int most = 200;
+  double seconds = 1;
+};
+
+/// Runs each once uncounted, then all in turn (A B C A B C ...), so that a machine that drifts drifts for
+/// all. False where `watch` stopped it before the least number of rounds.
+bool take_turns(std::span<Contender> contenders, const Rounds& rounds, const Watch& watch);
+
+/// Quantile by linear interpolation between the sorted samples; NaN for none.
+double quantile(std::vector<double> samples, double q);
+double median(const std::vector<double>& samples);
+Distribution distribution_of(const std::vector<double>& samples_ms);
+/// Bins that grow by a constant factor over the samples' range.
+Histogram histogram_of(const std::vector<double>& samples_ms, size_t bins);
+
+double wall_now_s();
+double cpu_now_ms();  ///< of the process, all threads
+
+}  // namespace palpate::perf

@@ -1,0 +1,15 @@
+// The least that a kernel can do: read each float once, write each once. Its speed is what a stage that streams is measured against.
+#version 460
+
+layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
+layout(push_constant) uniform Push { uint texels; uint each; };
+layout(binding = 0) uniform samplerBuffer values;
+layout(binding = 1) writeonly buffer Out { vec4 result[]; };
+
+void main() {
+  uint first = gl_GlobalInvocationID.x, invocations = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
+  for (uint i = 0; i < each; ++i) {
+    uint texel = first + i * invocations;
+    if (texel < texels) result[texel] = texelFetch(values, int(texel)) + 1.0;
+  }
+}
