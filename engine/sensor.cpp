@@ -186,6 +186,8 @@ void read_surface(const Json& json, const std::string& where, Sensor& sensor) {
   Reader surface(json, where);
   surface.choice("reading", kReadings, sensor.reading);
   surface.number("max_slope", 1e-3, 1e3, "", sensor.max_slope);
+  if (surface.has("shadow_gray"))
+    surface.whole("shadow_gray", 0, 65535, "gray levels", sensor.shadow_gray.emplace());
   if (surface.has("shading")) {
     Reader shading(surface.at("shading"), surface.path("shading"));
     sensor.shading.facing_gray = shading.number("facing_gray", 1e-3, 65535, "gray levels");
@@ -200,6 +202,58 @@ void read_surface(const Json& json, const std::string& where, Sensor& sensor) {
     photometric.finish();
   }
   surface.finish();
+}
+
+PadOutline read_pad(const Json& json, const std::string& where) {
+  Reader reader(json, where);
+  const auto numbers = [](const Json& list, const std::string& at, double low, double high) {
+    std::vector<double> values;
+    for (const Json& value : list) values.push_back(Reader::checked(value, at, low, high, "px"));
+    return values;
+  };
+  constexpr double kFar_px = 4.0 * kMaxSide_px;
+  std::vector<PadOutline> found;
+  if (reader.has("rectangle_px")) {
+    const auto v = numbers(reader.array("rectangle_px", 4, "x, y, width, height"),
+                           reader.path("rectangle_px"), -kFar_px, kFar_px);
+    found.emplace_back(PadRectangle{v[0], v[1], v[2], v[3]});
+  }
+  if (reader.has("circle_px")) {
+    const auto v =
+        numbers(reader.array("circle_px", 3, "x, y, radius"), reader.path("circle_px"), -kFar_px, kFar_px);
+    found.emplace_back(PadEllipse{v[0], v[1], v[2], v[2], 0});
+  }
+  if (reader.has("ellipse_px")) {
+    const auto v = numbers(reader.array("ellipse_px", 5, "x, y, radius, other radius, angle in rad"),
+                           reader.path("ellipse_px"), -kFar_px, kFar_px);
+    found.emplace_back(PadEllipse{v[0], v[1], v[2], v[3], v[4]});
+  }
+  if (reader.has("polygon_px")) {
+    const Json& corners = reader.at("polygon_px");
+    PadPolygon polygon;
+    if (!corners.is_array() || corners.size() < 3 || corners.size() > 1000)
+      fail(reader.path("polygon_px"), "3 to 1000 corners as [x, y]", shown(corners));
+    for (const Json& corner : corners) {
+      if (!corner.is_array() || corner.size() != 2)
+        fail(reader.path("polygon_px"), "corners as [x, y]", shown(corner));
+      const auto v = numbers(corner, reader.path("polygon_px"), -kFar_px, kFar_px);
+      polygon.corners.push_back({v[0], v[1]});
+    }
+    found.emplace_back(polygon);
+  }
+  reader.finish();
+  if (found.size() != 1)
+    fail(where, "one outline: rectangle_px, circle_px, ellipse_px or polygon_px",
+         std::to_string(found.size()));
+  return found.front();
+}
+
+Json to_json(const PadOutline& outline) {
+  if (const auto* r = std::get_if<PadRectangle>(&outline))
+    return {{"rectangle_px", {r->x, r->y, r->width, r->height}}};
+  if (const auto* e = std::get_if<PadEllipse>(&outline))
+    return {{"ellipse_px", {e->x, e->y, e->radius_x, e->radius_y, e->angle_rad}}};
+  return {{"polygon_px", std::get<PadPolygon>(outline).corners}};
 }
 
 ForceCalibration read_force(const Json& json, const std::string& where) {
@@ -239,6 +293,7 @@ Json to_json(const Sensor& s) {
   Json background{{"first_frames", s.background.first_frames}};
   if (!s.background.image.empty()) background["image"] = s.background.image;
   Json surface{{"reading", to_string(s.reading)}, {"max_slope", s.max_slope}};
+  if (s.shadow_gray) surface["shadow_gray"] = *s.shadow_gray;
   if (s.reading == Reading::Shading || s.shading.facing_gray != 0)
     surface["shading"] = {{"facing_gray", s.shading.facing_gray}, {"depth_gain", s.shading.depth_gain}};
   const PhotometricCalibration none;
@@ -255,6 +310,7 @@ Json to_json(const Sensor& s) {
               {"threshold_gray", s.threshold_gray},
               {"saturation_gray", s.saturation_gray}}},
             {"surface", surface}};
+  if (s.pad) json["pad"] = to_json(*s.pad);
   if (s.force) {
     json["force"] = {{"c1_N_per_gray", s.force->c1_N_per_gray}, {"c0_N", s.force->c0_N},
                      {"residual_sd_N", s.force->residual_sd_N}, {"covariance", s.force->covariance},
@@ -284,6 +340,19 @@ void check_together(const Sensor& s, const std::string& where) {
           "0 to " + number_text(full_scale) + " gray levels", number_text(s.threshold_gray));
   require(s.saturation_gray >= 1 && s.saturation_gray <= full_scale, "contact.saturation_gray",
           "1 to " + number_text(full_scale) + " gray levels", std::to_string(s.saturation_gray));
+  require(!s.shadow_gray || *s.shadow_gray * 2 <= full_scale, "surface.shadow_gray",
+          "0 to " + number_text(std::floor(full_scale / 2)) + " gray levels",
+          std::to_string(s.shadow_gray.value_or(0)));
+  if (s.pad) {
+    const auto* rectangle = std::get_if<PadRectangle>(&*s.pad);
+    const auto* ellipse = std::get_if<PadEllipse>(&*s.pad);
+    const auto* polygon = std::get_if<PadPolygon>(&*s.pad);
+    require(!rectangle || (rectangle->width >= 1 && rectangle->height >= 1), "pad.rectangle_px",
+            "width and height of at least 1 px", "less");
+    require(!ellipse || (ellipse->radius_x > 0 && ellipse->radius_y > 0), "pad", "radii of more than 0 px",
+            "less");
+    require(!polygon || polygon->corners.size() >= 3, "pad.polygon_px", "three corners or more", "fewer");
+  }
   if (s.reading == Reading::Shading)
     require(s.shading.facing_gray > 0, "surface.shading.facing_gray", "more than 0 gray levels",
             number_text(s.shading.facing_gray));
@@ -317,6 +386,7 @@ Sensor from_json(const Json& json, const std::string& where, const std::string& 
     read_background(reader.at("background"), reader.path("background"), sensor.background);
   if (reader.has("contact")) read_contact(reader.at("contact"), reader.path("contact"), sensor);
   if (reader.has("surface")) read_surface(reader.at("surface"), reader.path("surface"), sensor);
+  if (reader.has("pad")) sensor.pad = read_pad(reader.at("pad"), reader.path("pad"));
   if (reader.has("force")) sensor.force = read_force(reader.at("force"), reader.path("force"));
   if (reader.has("shear")) sensor.shear = read_shear(reader.at("shear"), reader.path("shear"));
   reader.finish();
@@ -351,6 +421,12 @@ Json parse(const std::string& text, const std::filesystem::path& file) {
 }
 
 }  // namespace
+
+uint32_t shadow_gray(const Sensor& sensor) {
+  if (sensor.shadow_gray) return *sensor.shadow_gray;
+  constexpr uint32_t kPerCent = 2;
+  return sensor.reading == Reading::Photometric ? ((1u << sensor.bit_depth) - 1) * kPerCent / 100 : 0;
+}
 
 const char* to_string(Signal signal) {
   switch (signal) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/frame.h"
+#include "engine/pad_outline.h"
 
 namespace palpate {
 
@@ -89,10 +90,18 @@ struct Sensor {
   ShadingCalibration shading;
   PhotometricCalibration photometric;
   double max_slope = 10;  ///< slopes steeper than this are clipped
+  /// Brightest channel, gray levels, up to which a pixel is too dark to carry a slope; from there to twice
+  /// that it counts in part.
+  std::optional<uint32_t> shadow_gray;
+  std::optional<PadOutline> pad;  ///< what lies beyond is not known; none: the whole frame is pad
 
   std::optional<ForceCalibration> force;
   std::optional<ShearCalibration> shear;
 };
+
+/// The sensor's own, or what is sensible for its reading: 2 % of full scale for Reading::Photometric, whose
+/// slopes come from brightness; otherwise 0, nothing, since a dark pixel of a waveguide is an untouched one.
+uint32_t shadow_gray(const Sensor& sensor);
 
 /// Reads and validates. Throws Error(Failure::Sensor) that names file, key, wanted, found; unknown keys are
 /// errors.

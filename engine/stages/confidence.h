@@ -1,0 +1,78 @@
+// Confidence stage: what is known of each pixel, 0 to 1, and why not more. A slope is not known where the
+// camera is at its limit, where it is too dark to carry one, and beyond the pad.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/frame.h"
+#include "engine/gpu/buffer.h"
+#include "engine/gpu/kernel.h"
+#include "engine/sensor.h"
+#include "engine/stages/surface.h"
+#include "engine/stages/upload.h"
+#include "shaders/shared/confidence.h"
+
+namespace palpate {
+namespace gpu {
+class Commands;
+}
+
+/// Pixels of one frame, by what is wrong with them.
+struct ConfidenceCounts {
+  uint64_t unknown = 0;  ///< of confidence 0
+  uint64_t saturated = 0;
+  uint64_t shadowed = 0;
+  uint64_t outside = 0;
+
+  bool operator==(const ConfidenceCounts&) const = default;
+};
+
+/// One frame's map on the GPU and in host memory: 16 bits a pixel as in shaders/shared/confidence.h.
+struct ConfidenceMap {
+  ConfidenceMap() = default;
+  ConfidenceMap(gpu::Context& context, uint64_t bytes);
+
+  gpu::DeviceBuffer buffer;
+  gpu::TexelView pairs;  ///< RG32UI, four pixels
+};
+
+/// Saturated: a raw value at or above Sensor::saturation_gray, in any channel, of the frame or the
+/// background; behind the 5 x 5 filter (readings 'shading' and 'elastic') also the pixels within two of one.
+/// Shadowed: the brightest channel of the frame or the background, v, at or below s = shadow_gray(sensor) has
+/// confidence 0, from there it grows to 1 at 2 s. Outside: beyond Sensor::pad.
+class Confidence {
+ public:
+  Confidence(gpu::Context& context, const Sensor& sensor, const FrameFormat& format);
+
+  /// What background and outline say for every frame; the device must not be reading the last one.
+  void set_background(const Frame& background);
+
+  uint64_t map_bytes() const { return uint64_t{push_.groups} * 32 * push_.height; }
+  uint64_t record_bytes() const;
+  void record(gpu::Commands& commands, const PaddedImage& frame, const ConfidenceMap& map,
+              const gpu::DeviceBuffer& records) const;
+  /// The map as the weighted surface takes it.
+  void record_weights(gpu::Commands& commands, const ConfidenceMap& map, const FloatMap& weights) const;
+
+  ConfidenceCounts sum(std::span<const shared::ConfidenceRecord> records) const;
+  /// height x width pixels of a finished map, in its 16 bits.
+  std::vector<uint16_t> unpack(const ConfidenceMap& map) const;
+
+  uint64_t memory_bytes() const { return still_.bytes(); }
+
+ private:
+  uint32_t invocations() const;
+
+  Sensor sensor_;
+  FrameFormat format_;
+  shared::ConfidencePush push_{};
+  uint32_t rows_ = 0;
+  uint32_t reach_ = 0;
+  gpu::DeviceBuffer still_;  ///< confidence of background and outline, as a map
+  gpu::TexelView still_texels_;
+  gpu::Kernel kernel_, weights_kernel_;
+};
+
+}  // namespace palpate
