@@ -167,6 +167,15 @@ Sensor synthetic_sensor(const SyntheticOptions& o) {
     s.reading = Reading::Photometric;
     s.photometric = gel_calibration();
   }
+  if (o.mode == SyntheticMode::Waveguide) {
+    s.reading = Reading::Elastic;
+    s.elastic.gray_per_MPa = gray_per_MPa(o);
+    if (o.response == SyntheticResponse::Saturating)
+      s.elastic.limit_gray = optics::kResponseLimit_gray * scale;
+    s.elastic.young_MPa = o.pad_young_MPa;
+    s.elastic.thickness_mm = o.pad_thickness_mm;
+    s.elastic.relative_sd = 0.01;  // the field's non-uniformity
+  }
   if (o.mode == SyntheticMode::Waveguide && o.response == SyntheticResponse::Linear && force_N > 0) {
     // Summed over the contact, gray = s p field and the pressure's integral is the force.
     ForceCalibration f;

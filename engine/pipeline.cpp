@@ -14,9 +14,11 @@
 #include "engine/gpu/context.h"
 #include "engine/mechanics/force.h"
 #include "engine/mechanics/shear.h"
+#include "engine/solve/elastic_convolution.h"
 #include "engine/solve/poisson_dct.h"
 #include "engine/stages/contact.h"
 #include "engine/stages/datum.h"
+#include "engine/stages/elastic.h"
 #include "engine/stages/slope.h"
 #include "engine/stages/surface.h"
 #include "engine/stages/upload.h"
@@ -49,12 +51,14 @@ void check_fit(const Sensor& sensor, const FrameFormat& format, bool surface) {
           " bits",
       "frame.channels and frame.bit_depth in the sensor file");
   if (!surface) return;
-  require(sensor.reading != Reading::None, sensor, "a surface reading (shading or photometric)", "none",
-          "asking for force only, or adding 'surface' to the sensor file");
+  require(sensor.reading != Reading::None, sensor, "a surface reading (shading, photometric or elastic)",
+          "none", "asking for force only, or adding 'surface' to the sensor file");
   require(sensor.reading != Reading::Photometric || format.channels == 3, sensor,
           "colour frames for reading 'photometric'", "gray frames", "channels 3 in the sensor file");
   require(sensor.reading != Reading::Shading || format.channels == 1, sensor,
           "gray frames for reading 'shading'", "colour frames", "channels 1 in the sensor file");
+  require(sensor.reading != Reading::Elastic || format.channels == 1, sensor,
+          "gray frames for reading 'elastic'", "colour frames", "channels 1 in the sensor file");
 }
 
 Ellipse ellipse_of(const ContactMoments& m, double pitch_mm) {
@@ -84,6 +88,7 @@ struct Pipeline::Impl {
     gpu::DeviceBuffer records;
     FloatMap depth;
     gpu::DeviceBuffer datum_records;
+    gpu::DeviceBuffer border_records;  // Reading::Elastic
     gpu::Commands commands;
     // Only for SurfaceSolver::Exact, which leaves the GPU in between.
     gpu::DeviceBuffer right_side;
@@ -106,12 +111,18 @@ struct Pipeline::Impl {
         wants_surface((with_options.outputs & static_cast<uint32_t>(Output::Surface)) != 0),
         background(gpu_context, "background", frame_format),
         contact(gpu_context, with_sensor, frame_format,
-                wants_surface && with_sensor.reading == Reading::Shading, tuning),
+                wants_surface && with_sensor.reading != Reading::Photometric, tuning),
         shear(with_sensor.pitch_mm_per_px) {
-    if (wants_surface) {
+    if (wants_surface && sensor.reading == Reading::Elastic) {
+      elastic.emplace(context, sensor, format, contact, tuning);
+      datum.emplace(context, contact, map, tuning);
+      if (options.solver == SurfaceSolver::Exact)
+        convolution.emplace(ElasticKernel(sensor.elastic, sensor.pitch_mm_per_px), format.width,
+                            format.height);
+    } else if (wants_surface) {
       surface.emplace(context, format.width, format.height, options.solver, tuning);
       slope.emplace(context, sensor, format, contact, surface->right_sides(), tuning);
-      datum.emplace(context, contact, surface->grid(), tuning);
+      datum.emplace(context, contact, map, tuning);
       if (options.solver == SurfaceSolver::Exact) dct.emplace(format.width, format.height);
     }
     for (uint32_t i = 0; i < std::max(options.slots, 1u); ++i)
@@ -121,9 +132,12 @@ struct Pipeline::Impl {
   // The life of a frame: the whole machine in the order in which it happens.
   void record(Slot& slot) {
     if (wants_surface) {
-      slot.depth = FloatMap(context, "depth", surface->grid());
+      slot.depth = FloatMap(context, "depth", map);
       slot.datum_records =
           gpu::DeviceBuffer(context, "datum records", datum->record_bytes(), gpu::Memory::Readback);
+      if (elastic)
+        slot.border_records =
+            gpu::DeviceBuffer(context, "border records", Elastic::kBorderBytes, gpu::Memory::Readback);
     }
     gpu::Commands& cmd = slot.commands;
     cmd.begin();
@@ -134,15 +148,23 @@ struct Pipeline::Impl {
     }
     contact.record(cmd, slot.frame, background, slot.records);
     if (wants_surface) {
-      slope->record(cmd, slot.frame, background, *surface);
-      if (!dct) {
-        surface->record(cmd, slot.depth);
+      if (elastic)
+        elastic->record_pressure(cmd, slot.border_records);
+      else
+        slope->record(cmd, slot.frame, background, *surface);
+      if (!solves_on_host()) {
+        if (elastic)
+          elastic->record_deflection(cmd, slot.depth);
+        else
+          surface->record(cmd, slot.depth);
         datum->record(cmd, slot.depth, slot.records, slot.datum_records);
       } else {
-        const uint64_t bytes = surface->grid().bytes();
-        slot.right_side = gpu::DeviceBuffer(context, "right side readback", bytes, gpu::Memory::Readback);
+        const gpu::DeviceBuffer& from = elastic ? elastic->pressure() : surface->right_side().buffer;
+        const uint64_t bytes = map.bytes();
+        slot.right_side =
+            gpu::DeviceBuffer(context, "right side readback", from.bytes(), gpu::Memory::Readback);
         slot.solved = gpu::DeviceBuffer(context, "solved heights", bytes, gpu::Memory::Upload);
-        cmd.copy(surface->right_side().buffer, slot.right_side, bytes);
+        cmd.copy(from, slot.right_side, from.bytes());
         slot.after_solve = gpu::Commands(context);
         slot.after_solve.begin();
         slot.after_solve.copy(slot.solved, slot.depth.buffer, bytes);
@@ -158,10 +180,15 @@ struct Pipeline::Impl {
 
   Result finish(uint32_t index) {
     Slot& slot = slots[index];
-    if (dct) {
+    if (solves_on_host()) {
       slot.right_side.invalidate();
-      dct->solve(slot.right_side.as<float>().data(), slot.solved.as<float>().data(),
-                 surface->grid().pitch * 4);
+      const float* from = slot.right_side.as<float>().data();
+      float* solved = slot.solved.as<float>().data();
+      if (elastic)
+        convolution->solve(from + elastic->pressure_start(), elastic->pressure_pitch(), solved,
+                           map.pitch * 4);
+      else
+        dct->solve(from, solved, map.pitch * 4);
       slot.solved.flush();
       slot.after_solve.submit();
       slot.after_solve.wait();
@@ -170,8 +197,7 @@ struct Pipeline::Impl {
     result.slot = index;
     result.touch = measure(slot);
     if (wants_surface) {
-      const Grid& grid = surface->grid();
-      result.surface = {&slot.depth.buffer, grid.width, grid.height, grid.pitch * 4};
+      result.surface = {&slot.depth.buffer, map.width, map.height, map.pitch * 4};
     }
     result.turnaround_ms = std::chrono::duration<double, std::milli>(Clock::now() - slot.submitted).count();
     return result;
@@ -211,9 +237,28 @@ struct Pipeline::Impl {
       t.depth_datum_mm = -rest.level_mm;
       t.depth_max_mm = rest.highest_mm - rest.level_mm;
       t.datum_from_rest = rest.from_untouched;
+      t.depth_validity = !t.contact           ? Validity::NoContact
+                         : t.saturated_px > 0 ? Validity::Saturated
+                                              : Validity::Valid;
+      if (elastic) measure_elastic(slot, rest, t);
     }
     return t;
   }
+
+  // Depth by pressure is absolute: there is no rest level to be found.
+  void measure_elastic(const Slot& slot, const RestLevel& map_level, Touch& t) const {
+    slot.border_records.invalidate();
+    t.depth_datum_mm = 0;
+    t.depth_max_mm = map_level.highest_mm;
+    t.datum_from_rest = true;
+    t.depth_sd_mm = sensor.elastic.relative_sd * std::abs(t.depth_max_mm);
+    if (t.contact && Elastic::touches_border(slot.border_records.as<const float>()))
+      t.depth_validity = Validity::AtBorder;
+    if (t.contact && (t.saturated_px > 0 || t.peak_gray > Elastic::largest_readable_gray(sensor.elastic)))
+      t.depth_validity = Validity::Saturated;
+  }
+
+  bool solves_on_host() const { return dct || convolution; }
 
   gpu::Context& context;
   Sensor sensor;
@@ -224,10 +269,13 @@ struct Pipeline::Impl {
   PaddedImage background;
   bool has_background = false;
   Contact contact;
+  Grid map = grid_for(format.width, format.height);  // of the depth
   std::optional<Slope> slope;
   std::optional<Surface> surface;
   std::optional<Datum> datum;
   std::optional<PoissonDct> dct;
+  std::optional<Elastic> elastic;  // in place of slope and surface
+  std::optional<ElasticConvolution> convolution;
   ShearTracker shear;
   std::deque<Slot> slots;
   std::deque<uint32_t> in_flight;
@@ -317,7 +365,7 @@ Touch Pipeline::process(const Frame& frame) {
 
 std::vector<float> Pipeline::read_depth_mm(const Result& result) const {
   assert(result.surface.buffer != nullptr);
-  const Grid& grid = impl_->surface->grid();
+  const Grid& grid = impl_->map;
   const gpu::DeviceBuffer* from = result.surface.buffer;
   gpu::DeviceBuffer staging;
   if (!from->mapped()) {
@@ -345,7 +393,7 @@ std::vector<float> Pipeline::read_depth_mm(const Result& result) const {
 
 std::vector<gpu::ScopeTime> Pipeline::times(const Result& result) const {
   std::vector<gpu::ScopeTime> times = impl_->slots[result.slot].commands.times();
-  if (impl_->dct) {
+  if (impl_->solves_on_host()) {
     const auto rest = impl_->slots[result.slot].after_solve.times();
     times.insert(times.end(), rest.begin(), rest.end());
   }
@@ -363,9 +411,11 @@ std::vector<gpu::ScopeTraffic> Pipeline::traffic() const {
 uint64_t Pipeline::memory_bytes() const {
   uint64_t bytes = impl_->background.memory_bytes() + impl_->contact.filtered().bytes();
   if (impl_->surface) bytes += impl_->surface->memory_bytes();
+  if (impl_->elastic) bytes += impl_->elastic->memory_bytes();
   for (const Impl::Slot& slot : impl_->slots) {
     bytes += slot.frame.memory_bytes() + slot.records.bytes() + slot.depth.buffer.bytes() +
-             slot.datum_records.bytes() + slot.right_side.bytes() + slot.solved.bytes();
+             slot.datum_records.bytes() + slot.border_records.bytes() + slot.right_side.bytes() +
+             slot.solved.bytes();
   }
   return bytes;
 }

@@ -35,7 +35,7 @@ enum class SurfaceSolver {
               ///< fields; what is narrower than 4 px is flattened
   Fine,       ///< that and one cycle on the pixels
   Converged,  ///< that and six cycles on the GPU: down to the rounding of single precision
-  Exact,      ///< discrete cosine transform by FFTW on the CPU
+  Exact,      ///< discrete cosine transform by FFTW on the CPU; Reading::Elastic: zero-padded convolution
 };
 
 struct PipelineOptions {

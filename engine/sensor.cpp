@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "engine/error.h"
+#include "engine/solve/elastic_kernel.h"
 
 namespace palpate {
 namespace {
@@ -124,7 +125,7 @@ class Reader {
 };
 
 constexpr std::array kSignals{Signal::Brighter, Signal::Darker, Signal::Either};
-constexpr std::array kReadings{Reading::None, Reading::Shading, Reading::Photometric};
+constexpr std::array kReadings{Reading::None, Reading::Shading, Reading::Photometric, Reading::Elastic};
 
 void read_weights(Reader& reader, const char* key, std::array<std::array<double, 3>, 3>& weights) {
   const Json& rows = reader.array(key, 3, "for red, green, blue");
@@ -200,6 +201,17 @@ void read_surface(const Json& json, const std::string& where, Sensor& sensor) {
     read_weights(photometric, "wy", sensor.photometric.wy);
     photometric.number("normal_sd", 0, 1, "", sensor.photometric.normal_sd);
     photometric.finish();
+  }
+  if (surface.has("elastic")) {
+    Reader elastic(surface.at("elastic"), surface.path("elastic"));
+    ElasticCalibration& pad = sensor.elastic;
+    pad.gray_per_MPa = elastic.number("gray_per_MPa", 1e-9, kHuge, "gray levels per MPa");
+    elastic.number("limit_gray", 1e-3, 1e9, "gray levels", pad.limit_gray);
+    pad.young_MPa = elastic.number("young_MPa", 1e-9, 1e9, "MPa");
+    elastic.number("poisson", 0, 0.5, "", pad.poisson);
+    elastic.number("thickness_mm", 1e-6, 1e6, "mm", pad.thickness_mm);
+    elastic.number("relative_sd", 0, 10, "", pad.relative_sd);
+    elastic.finish();
   }
   surface.finish();
 }
@@ -300,6 +312,15 @@ Json to_json(const Sensor& s) {
   if (s.reading == Reading::Photometric || s.photometric.wx != none.wx || s.photometric.wy != none.wy)
     surface["photometric"] = {
         {"wx", s.photometric.wx}, {"wy", s.photometric.wy}, {"normal_sd", s.photometric.normal_sd}};
+  if (s.reading == Reading::Elastic || s.elastic.gray_per_MPa != 0) {
+    Json elastic{{"gray_per_MPa", s.elastic.gray_per_MPa},
+                 {"young_MPa", s.elastic.young_MPa},
+                 {"poisson", s.elastic.poisson},
+                 {"relative_sd", s.elastic.relative_sd}};
+    if (s.elastic.limit_gray != 0) elastic["limit_gray"] = s.elastic.limit_gray;
+    if (s.elastic.thickness_mm != 0) elastic["thickness_mm"] = s.elastic.thickness_mm;
+    surface["elastic"] = elastic;
+  }
   Json json{{"palpate_sensor", kVersion},
             {"name", s.name},
             {"pitch_mm_per_px", s.pitch_mm_per_px},
@@ -356,6 +377,14 @@ void check_together(const Sensor& s, const std::string& where) {
   if (s.reading == Reading::Shading)
     require(s.shading.facing_gray > 0, "surface.shading.facing_gray", "more than 0 gray levels",
             number_text(s.shading.facing_gray));
+  if (s.reading == Reading::Elastic) {
+    require(s.channels == 1, "frame.channels", "1 for reading 'elastic'", std::to_string(s.channels));
+    require(s.elastic.gray_per_MPa > 0, "surface.elastic", "this section, for reading 'elastic'", "none");
+    require(s.elastic.thickness_mm == 0 ||
+                s.elastic.thickness_mm >= ElasticKernel::kThinnest_px * s.pitch_mm_per_px,
+            "surface.elastic.thickness_mm", "at least 4 pixels (pitch_mm_per_px), or none for a half space",
+            number_text(s.elastic.thickness_mm));
+  }
   if (s.reading == Reading::Photometric) {
     require(s.channels == 3, "frame.channels", "3 for reading 'photometric'", std::to_string(s.channels));
     double largest = 0;
@@ -448,6 +477,8 @@ const char* to_string(Reading reading) {
       return "shading";
     case Reading::Photometric:
       return "photometric";
+    case Reading::Elastic:
+      return "elastic";
   }
   return "?";
 }

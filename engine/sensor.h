@@ -25,6 +25,7 @@ enum class Reading {
   None,         ///< the sensor measures contact and force only
   Shading,      ///< one gray image, Lambertian, light along the viewing axis (the paper, Eq. 61-63)
   Photometric,  ///< three coloured lights, linear per-pixel calibration from known normals
+  Elastic,      ///< one gray image of contact pressure, convolved with the pad's answer to a load
 };
 
 /// Gray sum to normal force, F = c1 G + c0 (Eq. 54), with the covariance of the fit.
@@ -62,6 +63,17 @@ struct PhotometricCalibration {
   double normal_sd = 0;  ///< RMS error of (n_x, n_y) on held-out presses
 };
 
+/// Brightness to contact pressure, and the pad that answers it, for Reading::Elastic: gray = gray_per_MPa *
+/// p, or with a limit gray = limit_gray (1 - exp(-gray_per_MPa p / limit_gray)).
+struct ElasticCalibration {
+  double gray_per_MPa = 0;  ///< filtered gray per contact pressure, for small pressures
+  double limit_gray = 0;    ///< that no pressure exceeds; 0: the response is linear
+  double young_MPa = 0;     ///< of the pad
+  double poisson = 0.5;     ///< 0 to 0.5
+  double thickness_mm = 0;  ///< of a pad bonded to a rigid base; 0: a half space
+  double relative_sd = 0;   ///< relative standard error of gray_per_MPa times young_MPa, hence of depths
+};
+
 /// Where the untouched image comes from.
 struct BackgroundSource {
   std::string image;  ///< in the file relative to it, absolute once loaded; empty: from the recording itself
@@ -89,6 +101,7 @@ struct Sensor {
   Reading reading = Reading::None;
   ShadingCalibration shading;
   PhotometricCalibration photometric;
+  ElasticCalibration elastic;
   double max_slope = 10;  ///< slopes steeper than this are clipped
   /// Brightest channel, gray levels, up to which a pixel is too dark to carry a slope; from there to twice
   /// that it counts in part.

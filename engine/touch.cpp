@@ -16,6 +16,8 @@ const char* to_string(Validity validity) {
       return "above calibrated range";
     case Validity::Saturated:
       return "saturated";
+    case Validity::AtBorder:
+      return "reaches the border";
   }
   return "?";
 }

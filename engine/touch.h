@@ -13,6 +13,7 @@ enum class Validity : uint8_t {
   BelowRange,     ///< smaller than anything seen in calibration
   AboveRange,     ///< larger than anything seen in calibration
   Saturated,      ///< pixels are at the camera's limit (see saturated_px): the value may be too low
+  AtBorder,       ///< the contact reaches the frame's border: what presses outside is missing
 };
 const char* to_string(Validity validity);
 
@@ -58,6 +59,9 @@ struct Touch {
   Slip slip = Slip::NotCalibrated;
 
   bool has_surface = false;
+  Validity depth_validity = Validity::NotCalibrated;  ///< of the whole depth map
+  double depth_sd_mm =
+      0;  ///< standard error of depth_max_mm by the sensor's calibration; 0: not stated there
   double depth_max_mm = 0;    ///< deepest point below the rest level, of touched tiles and the frame's border
   double depth_datum_mm = 0;  ///< add to a value of the height map to get depth: rest level is depth 0
   bool datum_from_rest =

@@ -12,6 +12,7 @@
 #include "engine/gpu/context.h"
 #include "engine/pipeline.h"
 #include "engine/stages/contact.h"
+#include "engine/stages/elastic.h"
 #include "engine/stages/surface.h"
 #include "perf/measure.h"
 #include "perf/rivals.h"
@@ -83,6 +84,46 @@ class Bench {
     FftwPoisson padded(size.width, size.height, size.padded_width, size.padded_height);
     add(compare("surface", size.text(), ours, {"FFTW padded", [&] { padded.solve(right.data(), z.data()); }},
                 repetitions_, inner(size, 8)));
+  }
+
+  /// Pressure to deflection on a bonded layer, as the waveguide scenes have it.
+  void elastic(const Size& size) {
+    SyntheticOptions options;
+    options.width = size.width;
+    options.height = size.height;
+    const Sensor sensor = synthetic_sensor(options);
+    const ElasticKernel kernel(sensor.elastic, sensor.pitch_mm_per_px);
+    const Elastic stage(context_, kernel, size.width, size.height, load_tuning(context_).tuning);
+    const FloatMap depth(context_, "depth", stage.grid());
+    std::vector<float> pressure(size_t{size.width} * size.height), deflection(pressure.size());
+    std::mt19937 random(1);
+    for (float& p : pressure) p = std::uniform_real_distribution<float>(0, 0.1f)(random);
+    const gpu::DeviceBuffer staging(context_, "pressure", stage.pressure().bytes(), gpu::Memory::Upload);
+    const std::span<float> padded = staging.as<float>();
+    std::fill(padded.begin(), padded.end(), 0.0f);
+    for (size_t y = 0; y < size.height; ++y)
+      std::copy_n(
+          pressure.begin() + static_cast<std::ptrdiff_t>(y * size.width), size.width,
+          padded.begin() + static_cast<std::ptrdiff_t>(stage.pressure_start() + y * stage.pressure_pitch()));
+    staging.flush();
+    gpu::Commands upload(context_), commands(context_);
+    upload.begin();
+    upload.copy(staging, stage.pressure(), staging.bytes());
+    upload.end();
+    upload.submit();
+    upload.wait();
+    commands.begin();
+    stage.record_deflection(commands, depth);
+    commands.end();
+    FftwElastic rival(kernel, size.width, size.height);
+    add(compare("elastic", size.text(),
+                {"palpate",
+                 [&] {
+                   commands.submit();
+                   commands.wait();
+                 }},
+                {"FFTW zero-padded", [&] { rival.solve(pressure.data(), deflection.data()); }}, repetitions_,
+                inner(size, 8)));
   }
 
   void frame(const Size& size, SyntheticMode mode) {
@@ -181,6 +222,7 @@ int run(int argc, char** argv) {
   for (const Size& size : sizes) {
     bench.contact(size);
     bench.surface(size);
+    bench.elastic(size);
     bench.frame(size, SyntheticMode::Lambert);
     bench.frame(size, SyntheticMode::Gel);
     bench.throughput(size, SyntheticMode::Lambert);

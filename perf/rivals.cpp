@@ -2,9 +2,12 @@
 
 #include <fftw3.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
+
+#include "engine/solve/elastic_convolution.h"
 
 namespace palpate::perf {
 namespace {
@@ -110,6 +113,70 @@ void line_integral(const float* gradients, uint32_t width, uint32_t height, floa
   z[0] = 0;
   for (size_t x = 1; x < width; ++x) z[x] = z[x - 1] + (p(x - 1) + p(x)) / 2;
   for (size_t i = width; i < size_t{width} * height; ++i) z[i] = z[i - width] + (q(i - width) + q(i)) / 2;
+}
+
+struct FftwElastic::Impl {
+  uint32_t width, height, padded_width, padded_height;
+  float* work = nullptr;
+  fftwf_complex* spectrum = nullptr;
+  fftwf_plan forward = nullptr, backward = nullptr;
+  std::vector<float> answer;  // of the pad: real, since the answer is even, with the transforms' factor
+};
+
+FftwElastic::FftwElastic(const ElasticKernel& kernel, uint32_t width, uint32_t height)
+    : impl_(new Impl{width,
+                     height,
+                     next_good_size(2 * width - 1),
+                     next_good_size(2 * height - 1),
+                     nullptr,
+                     nullptr,
+                     nullptr,
+                     nullptr,
+                     {}}) {
+  static const int ready = fftwf_init_threads();
+  static_cast<void>(ready);
+  fftwf_plan_with_nthreads(2);
+  Impl& m = *impl_;
+  const size_t pixels = size_t{m.padded_width} * m.padded_height;
+  const size_t waves = size_t{m.padded_width / 2 + 1} * m.padded_height;
+  m.work = fftwf_alloc_real(pixels);
+  m.spectrum = fftwf_alloc_complex(waves);
+  const int rows = static_cast<int>(m.padded_height), cols = static_cast<int>(m.padded_width);
+  m.forward = fftwf_plan_dft_r2c_2d(rows, cols, m.work, m.spectrum, FFTW_MEASURE);
+  m.backward = fftwf_plan_dft_c2r_2d(rows, cols, m.spectrum, m.work, FFTW_MEASURE);
+  for (uint32_t y = 0; y < m.padded_height; ++y) {
+    for (uint32_t x = 0; x < m.padded_width; ++x) {
+      const uint32_t dx = std::min(x, m.padded_width - x), dy = std::min(y, m.padded_height - y);
+      m.work[size_t{y} * m.padded_width + x] =
+          static_cast<float>(kernel.at(dx, dy) / static_cast<double>(pixels));
+    }
+  }
+  fftwf_execute(m.forward);
+  for (size_t i = 0; i < waves; ++i) m.answer.push_back(m.spectrum[i][0]);
+}
+
+FftwElastic::~FftwElastic() {
+  fftwf_destroy_plan(impl_->forward);
+  fftwf_destroy_plan(impl_->backward);
+  fftwf_free(impl_->work);
+  fftwf_free(impl_->spectrum);
+}
+
+void FftwElastic::solve(const float* pressure, float* deflection) {
+  Impl& m = *impl_;
+  for (uint32_t y = 0; y < m.padded_height; ++y) {
+    float* row = m.work + size_t{y} * m.padded_width;
+    if (y < m.height) std::copy_n(pressure + size_t{y} * m.width, m.width, row);
+    std::fill(row + (y < m.height ? m.width : 0), row + m.padded_width, 0.0f);
+  }
+  fftwf_execute(m.forward);
+  for (size_t i = 0; i < m.answer.size(); ++i) {
+    m.spectrum[i][0] *= m.answer[i];
+    m.spectrum[i][1] *= m.answer[i];
+  }
+  fftwf_execute(m.backward);
+  for (uint32_t y = 0; y < m.height; ++y)
+    std::copy_n(m.work + size_t{y} * m.padded_width, m.width, deflection + size_t{y} * m.width);
 }
 
 struct OpenCvFftwFrame::Impl {

@@ -7,6 +7,7 @@
 
 #include "engine/frame.h"
 #include "engine/sensor.h"
+#include "engine/solve/elastic_kernel.h"
 
 namespace palpate::perf {
 
@@ -43,6 +44,21 @@ class FftwPoisson {
 /// The paper's surface (Eq. 61-63): slopes summed along the first row and from there down each column, by
 /// trapezoids. `gradients` is height x width x 2, z height x width.
 void line_integral(const float* gradients, uint32_t width, uint32_t height, float* z);
+
+/// Pressure to deflection by FFTW in single precision: zero-padded to at least twice the frame, planned by
+/// measurement, two threads.
+class FftwElastic {
+ public:
+  FftwElastic(const ElasticKernel& kernel, uint32_t width, uint32_t height);
+  ~FftwElastic();
+  FftwElastic(const FftwElastic&) = delete;
+  FftwElastic& operator=(const FftwElastic&) = delete;
+  void solve(const float* pressure, float* deflection);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 /// The whole frame: OpenCV for the contact, plain loops for slope and divergence, FFTW for the surface.
 class OpenCvFftwFrame {

@@ -595,7 +595,9 @@ TEST_F(PipelineTest, SensorsThatDoNotFitAreRefused) {
     return [&context = context(), sensor, format, options] { Pipeline(context, sensor, format, options); };
   };
   const FrameFormat plain = gray.source.format(), color = gel.source.format();
-  expect_refused(Failure::Sensor, {"surface reading"}, make(gray.sensor, plain, surface));
+  Sensor unread = gray.sensor;
+  unread.reading = Reading::None;
+  expect_refused(Failure::Sensor, {"surface reading"}, make(unread, plain, surface));
   expect_refused(Failure::Sensor, {"channels"}, make(gel.sensor, plain, surface));
   expect_refused(Failure::Sensor, {"channels"}, make(lambert.sensor, color, surface));
   expect_refused(Failure::Sensor, {"channels"}, make(gel.sensor, plain, force_only()));

@@ -58,6 +58,7 @@ TEST(Readme, NamesEveryKeyOfASensorFile) {
                           "surface.reading",
                           "surface.max_slope",
                           "surface.shading",
+                          "surface.elastic",
                           "surface.photometric",
                           "force",
                           "shear",

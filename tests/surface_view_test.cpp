@@ -252,7 +252,8 @@ TEST(ViewState, RangeGrowsAtOnceAndShrinksOnlyAfterSeconds) {
 
 TEST(Hud, EveryDoubtHasItsOwnWordsAndColour) {
   const Validity all[] = {Validity::Valid,      Validity::NotCalibrated, Validity::NoContact,
-                          Validity::BelowRange, Validity::AboveRange,    Validity::Saturated};
+                          Validity::BelowRange, Validity::AboveRange,    Validity::Saturated,
+                          Validity::AtBorder};
   for (const Validity a : all) {
     for (const Validity b : all) {
       if (a != b) {

@@ -200,10 +200,10 @@ Report demo(const Common& common, const Options& options) {
     spdlog::info("no display: pictures and a film instead of a window");
   }
 
-  ProcessRequest force;
-  force.input = to_string(pad);
-  force.outputs = static_cast<uint32_t>(Output::Force);
-  force.frames = options.frames;
+  ProcessRequest pressure;
+  pressure.input = to_string(pad);
+  pressure.solver = SurfaceSolver::Live;
+  pressure.frames = options.frames;
   ProcessRequest surface;
   surface.input = to_string(gel);
   surface.solver = SurfaceSolver::Live;  // what the window shows
@@ -212,12 +212,12 @@ Report demo(const Common& common, const Options& options) {
   surface.picture_every = options.picture_every;
   surface.picture_frames = hardest_frames(SyntheticSensor(gel));
 
-  spdlog::info("the palpation as the waveguide pad sees it: force, shear, slip, centre");
+  spdlog::info("the palpation as the waveguide pad sees it: force, shear, slip, centre, depth from pressure");
   const ProcessSummary felt =
-      process_recording(*context, common, pad_sensor, force, common.out / "waveguide");
+      process_recording(*context, common, pad_sensor, pressure, common.out / "waveguide");
   std::optional<ProcessSummary> seen;
   if (felt.complete) {
-    spdlog::info("the same palpation as the gel skin sees it: surface, depth");
+    spdlog::info("the same palpation as the gel skin sees it: surface, depth from slopes");
     seen = process_recording(*context, common, gel_sensor, surface, common.out / "gel");
   }
 
@@ -226,7 +226,7 @@ Report demo(const Common& common, const Options& options) {
       "calibration (other touches, other noise)\n" + calibration + "\nwaveguide pad: " + describe(felt);
   nlohmann::ordered_json value = {
       {"complete", seen && seen->complete},
-      {"waveguide", nlohmann::ordered_json::parse(to_json(felt, force, pad_sensor, *context))}};
+      {"waveguide", nlohmann::ordered_json::parse(to_json(felt, pressure, pad_sensor, *context))}};
   if (seen) {
     report.text += "\ngel skin: " + describe(*seen) + "\nwritten to " + common.out.string() +
                    ": waveguide.json, waveguide/measurements.csv, gel.json, gel/measurements.csv" +

@@ -50,7 +50,11 @@ void Comparison::add(const Touch& touch, const Truth& truth, std::optional<doubl
     center_px_.add(
         std::hypot(touch.centroid_x_px - truth.center_x_px, touch.centroid_y_px - truth.center_y_px), 0);
   }
-  if (touch.has_surface && truth.contact) {
+  const bool bounded =
+      touch.depth_validity == Validity::Saturated || touch.depth_validity == Validity::AtBorder;
+  if (touch.has_surface && truth.contact && bounded) {
+    ++depth_flagged_;
+  } else if (touch.has_surface && truth.contact) {
     depth_mm_.add(touch.depth_max_mm - truth.indentation_mm, truth.indentation_mm);
     if (depth_rms_error_mm) depth_map_mm_.add(*depth_rms_error_mm, truth.indentation_mm);
   }
@@ -98,6 +102,10 @@ std::string Comparison::table() const {
     text += std::to_string(flagged_) +
             " frames with a flagged force (out of range or saturated) are not in the force line\n";
   }
+  if (depth_flagged_) {
+    text += std::to_string(depth_flagged_) +
+            " frames with a flagged depth (saturated or at the border) are not in the depth lines\n";
+  }
   return text;
 }
 
@@ -108,6 +116,7 @@ std::string Comparison::json() const {
                                   {"contact_missed_largest_N", largest_missed_N_},
                                   {"contact_invented", contact_invented_},
                                   {"force_flagged", flagged_},
+                                  {"depth_flagged", depth_flagged_},
                                   {"slip_judged", slip_judged_},
                                   {"slip_agrees", slip_agrees_}};
   const std::array<std::pair<const char*, const ErrorStatistics*>, 6> parts = {

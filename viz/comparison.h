@@ -28,8 +28,8 @@ class ErrorStatistics {
   double full_scale_ = 0;
 };
 
-/// Collects frame by frame. Forces that the engine itself flags (saturated, out of range) are counted, not
-/// averaged in.
+/// Collects frame by frame. Forces and depths that the engine itself flags (saturated, out of range, at the
+/// border) are counted, not averaged in.
 class Comparison {
  public:
   void add(const Touch& touch, const Truth& truth, std::optional<double> depth_rms_error_mm);
@@ -49,7 +49,8 @@ class Comparison {
   uint64_t contact_missed_ = 0;    ///< truth says contact, we do not
   uint64_t contact_invented_ = 0;  ///< the reverse
   double largest_missed_N_ = 0;
-  uint64_t flagged_ = 0;
+  uint64_t flagged_ = 0;  ///< forces
+  uint64_t depth_flagged_ = 0;
   uint64_t slip_agrees_ = 0;
   uint64_t slip_judged_ = 0;
   ErrorStatistics force_N_, shear_x_N_, shear_y_N_, center_px_, depth_mm_, depth_map_mm_;

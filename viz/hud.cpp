@@ -64,6 +64,16 @@ std::string shear_text(const Estimate& e) {
   return text("%+.3f \xc2\xb1 %.3f N", e.value, e.standard_error);
 }
 
+std::string depth_text(const Touch& t) {
+  std::string shown = text("%.3f", t.depth_max_mm);
+  if (t.depth_sd_mm > 0) shown += text(" \xc2\xb1 %.3f", t.depth_sd_mm);
+  shown += " mm";
+  if (t.depth_validity == Validity::Saturated) shown += ", saturated";
+  if (t.depth_validity == Validity::AtBorder) shown += ", at border";
+  if (!t.datum_from_rest) shown += " (no rest level)";
+  return shown;
+}
+
 Verdict slip_verdict(Slip slip) {
   switch (slip) {
     case Slip::Stick:
@@ -206,6 +216,8 @@ Verdict force_verdict(Validity validity) {
       return {"normal force ABOVE the calibrated range", 255, 150, 60};
     case Validity::Saturated:
       return {"SATURATED pixels: force is at least this", 255, 96, 88};
+    case Validity::AtBorder:
+      return {"contact reaches the BORDER: force is at least this", 255, 150, 60};
     default:
       return {"force not calibrated: gray sum only", 150, 158, 170};
   }
@@ -343,8 +355,9 @@ void Hud::measurements(HudFrame& frame, const Layout& layout, const HudContent& 
   row("shear y", shear_text(t.shear_y_N));
   row("stick or slip", slip.words, &slip_tint);
   if (content.has_surface) {
-    row("deepest",
-        t.has_surface ? text("%.3f mm%s", t.depth_max_mm, t.datum_from_rest ? "" : " (no rest level)") : "-");
+    const bool doubtful = t.depth_validity == Validity::Saturated || t.depth_validity == Validity::AtBorder;
+    const ImVec4 depth_tint = colour(force_verdict(t.depth_validity));
+    row("deepest", t.has_surface ? depth_text(t) : "-", doubtful ? &depth_tint : nullptr);
   }
   row("contact area", t.contact ? text("%.2f mm\xc2\xb2", t.area_mm2) : "-");
   row("ellipse", t.contact ? text("%.2f x %.2f mm", t.ellipse.major_mm, t.ellipse.minor_mm) : "-");

@@ -13,7 +13,8 @@ constexpr const char* kMeasured =
     "mm2,"
     "ellipse_major_mm,ellipse_minor_mm,ellipse_angle_rad,peak_gray,saturated_px,shear_x_N,shear_x_sd_N,shear_"
     "y_N,"
-    "shear_y_sd_N,shear_state,shift_x_mm,shift_y_mm,slip,depth_max_mm,depth_reference";
+    "shear_y_sd_N,shear_state,shift_x_mm,shift_y_mm,slip,depth_max_mm,depth_sd_mm,depth_state,depth_"
+    "reference";
 constexpr const char* kTrue =
     ",true_contact,true_force_N,true_shear_x_N,true_shear_y_N,true_slip,true_center_x_px,true_center_y_px,"
     "true_radius_px,true_depth_max_mm,depth_rms_error_mm";
@@ -112,6 +113,8 @@ void Measurements::add(const Touch& touch, const Truth* truth, std::optional<dou
     for (int i = 0; i < kContactColumns; ++i) row.empty();
   }
   row.number_if(touch.has_surface, touch.depth_max_mm);
+  row.number_if(touch.has_surface && touch.depth_sd_mm > 0, touch.depth_sd_mm);
+  row.text(touch.has_surface ? to_string(touch.depth_validity) : "");
   row.text(!touch.has_surface ? "" : touch.datum_from_rest ? "rest" : "mean");
   if (columns_.truth) add_truth(row, truth, depth_rms_error_mm);
   file_.append(row.line());

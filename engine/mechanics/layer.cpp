@@ -98,6 +98,18 @@ Eigen::VectorXd chebyshev(double t_over_a) {
 
 }  // namespace
 
+PointLoadLoss::PointLoadLoss(double poisson, Base base) {
+  Eigen::VectorXd spectrum(kWaves);
+  for (int j = 0; j < kWaves; ++j) spectrum[j] = missing_response(waves().x[j], poisson, base) * waves().w[j];
+  const Eigen::VectorXd loss = bessel_grid() * spectrum;
+  table_.assign(loss.data(), loss.data() + loss.size());
+}
+
+double PointLoadLoss::operator()(double r_over_thickness) const {
+  const double r = std::abs(r_over_thickness);
+  return r >= kFarthest ? 1 / r : interpolate(table_, r * kFarSteps);
+}
+
 double LayerContact::phi(double t_over_a) const {
   const double x = 2 * t_over_a * t_over_a - 1;
   double b1 = 0, b2 = 0;

@@ -21,6 +21,18 @@ enum class Base {
   Frictionless,  ///< the pad slides on it
 };
 
+/// How far a layer falls short of the half space under a point load: F deflects the half space by F / (pi E*
+/// r), the layer of thickness H by F / (pi E*) (1 / r - loss(r / H) / H).
+class PointLoadLoss {
+ public:
+  /// Poisson's ratio in [0, 0.5].
+  explicit PointLoadLoss(double poisson, Base base = Base::Bonded);
+  double operator()(double r_over_thickness) const;
+
+ private:
+  std::vector<double> table_;
+};
+
 /// A solved contact. Copies are cheap; safe to read from many threads.
 class LayerContact {
  public:

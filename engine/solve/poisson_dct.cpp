@@ -6,13 +6,10 @@
 #include <mutex>
 #include <numbers>
 
+#include "engine/solve/fftw_planner.h"
+
 namespace palpate {
 namespace {
-
-std::mutex& planner() {  // FFTW plans from one thread at a time
-  static std::mutex mutex;
-  return mutex;
-}
 
 std::vector<double> eigenvalues(uint32_t n) {
   std::vector<double> values(n);
@@ -24,7 +21,7 @@ std::vector<double> eigenvalues(uint32_t n) {
 
 PoissonDct::PoissonDct(uint32_t width, uint32_t height)
     : width_(width), height_(height), cos_x_(eigenvalues(width)), cos_y_(eigenvalues(height)) {
-  const std::lock_guard lock(planner());
+  const std::lock_guard lock(fftw_planner());
   work_ = fftw_alloc_real(size_t{width} * height);
   const int rows = static_cast<int>(height), cols = static_cast<int>(width);
   forward_ = fftw_plan_r2r_2d(rows, cols, work_, work_, FFTW_REDFT10, FFTW_REDFT10, FFTW_ESTIMATE);
@@ -32,7 +29,7 @@ PoissonDct::PoissonDct(uint32_t width, uint32_t height)
 }
 
 PoissonDct::~PoissonDct() {
-  const std::lock_guard lock(planner());
+  const std::lock_guard lock(fftw_planner());
   fftw_destroy_plan(static_cast<fftw_plan>(forward_));
   fftw_destroy_plan(static_cast<fftw_plan>(backward_));
   fftw_free(work_);
