@@ -1,5 +1,5 @@
-// Two Chebyshev-Jacobi sweeps in one pass over a level. The start is zero (START_ZERO), the coarse solution interpolated
-// by cubics (START_PROLONG), or the present solution plus the linearly interpolated coarse correction (START_CORRECT).
+// The end of a cycle: the present solution plus the linearly interpolated coarse correction, and two Chebyshev-Jacobi sweeps, in one
+// pass over a level.
 // An invocation owns four columns and streams down push.rows rows; both sweeps live in registers.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -10,46 +10,10 @@ layout(push_constant) uniform Push { GridPush push; };
 
 layout(binding = 0) uniform samplerBuffer right_texels;
 layout(binding = 1) uniform samplerBuffer right_words;
-#if defined(START_ZERO)
-layout(binding = 2) writeonly buffer Out { vec4 result[]; };
-#elif defined(START_PROLONG)
-layout(binding = 2) uniform samplerBuffer coarse_pairs;
-layout(binding = 3) uniform samplerBuffer coarse_words;
-layout(binding = 4) writeonly buffer Out { vec4 result[]; };
-#else
 layout(binding = 2) uniform samplerBuffer coarse_pairs;
 layout(binding = 3) uniform samplerBuffer present_texels;
 layout(binding = 4) writeonly buffer Out { vec4 result[]; };
-#endif
 
-#ifdef START_PROLONG
-#include "shaders/cubic.glsl"
-
-// One row of coarse heights at columns -2 .. 5 around fine texel tx.
-Eight height_row(int tx, int k, Cubics even, Cubics odd) {
-  int pitch = int(push.coarse_pitch), row = clamp(k, 0, int(push.coarse_height) - 1) * pitch, last = 4 * pitch - 1;
-  int width = int(push.coarse_width), first = 2 * tx;
-  vec4 a, b;  // coarse columns -3 .. 0 and 1 .. 4
-  a.x = texelFetch(coarse_words, 4 * row + max(first - 3, 0)).x;
-  a.yz = texelFetch(coarse_pairs, 2 * row + max(tx - 1, 0)).xy;
-  vec2 c = texelFetch(coarse_pairs, 2 * row + tx).xy;
-  b.yz = texelFetch(coarse_pairs, 2 * row + min(tx + 1, 2 * pitch - 1)).xy;
-  b.w = texelFetch(coarse_words, 4 * row + min(first + 4, last)).x;
-  a.z = first == 0 ? c.x : a.z;
-  a.w = c.x;
-  b.x = first + 1 < width ? c.y : 2.0 * c.x - a.z;
-  b.y = first + 2 < width ? b.y : 2.0 * b.x - c.x;
-  b.z = first + 3 < width ? b.z : 2.0 * b.y - b.x;
-  b.w = first + 4 < width ? b.w : 2.0 * b.z - b.y;
-  a.z = first == 0 ? 2.0 * c.x - b.x : a.z;
-  a.y = first == 0 ? 2.0 * a.z - a.w : a.y;
-  vec4 m2 = a, m1 = vec4(a.yzw, b.x), here = vec4(a.zw, b.xy), p1 = vec4(a.w, b.xyz), p2 = b;
-  vec4 e = blend(even, m2, m1, here, p1), o = blend(odd, p2, p1, here, m1);
-  return Eight(vec4(e.x, o.x, e.y, o.y), vec4(e.z, o.z, e.w, o.w));
-}
-#endif
-
-#ifdef START_CORRECT
 #include "shaders/coarse_row.glsl"
 
 Eight present_row(int tx, int y) {
@@ -59,7 +23,6 @@ Eight present_row(int tx, int y) {
   vec4 r = texelFetch(present_texels, row + min(tx + 1, int(push.pitch) - 1));
   return Eight(vec4(l.zw, c.xy), vec4(c.zw, r.xy));
 }
-#endif
 
 // Columns -1 .. 4 of the right side and of the first sweep's result.
 struct Sweep {
@@ -96,11 +59,6 @@ void advance(inout State s, Eight below, int j, int tx, int y0, Couplings k) {
   int height = int(push.height), first = 4 * tx, width = int(push.width);
   Sweep f = right_row(tx, j);
   Sweep once;
-#ifdef START_ZERO
-  once.m = push.step0 * f.m;
-  once.l = push.step0 * f.l;
-  once.r = push.step0 * f.r;
-#else
   bool top = j <= 0, bottom = j >= height - 1;
   vec4 c = mid(s.here);
   vec4 u = top ? c : mid(s.above), d = bottom ? c : mid(below);
@@ -117,7 +75,6 @@ void advance(inout State s, Eight below, int j, int tx, int y0, Couplings k) {
                               push.down * (row.x * (cl - ul) + row.y * (cl - dl)));
   once.r = cr + push.step0 * (f.r - row.z * push.across * ((last ? nearer : 1.0) * (cr - s.here.b.y) + after * (cr - s.here.b.w)) -
                               push.down * (last ? push.edge_width : 1.0) * (row.x * (cr - ur) + row.y * (cr - dr)));
-#endif
   once = with_ghosts(once, first, width);
 
   int y = j - 1;
@@ -145,30 +102,8 @@ void main() {
   Couplings couple = couplings(push, first);
   Eight none = Eight(vec4(0), vec4(0));
   State s = State(none, none, Sweep(vec4(0), 0, 0), Sweep(vec4(0), 0, 0), vec4(0));
-#ifdef START_ZERO
-  for (int j = y0 - 1; j <= y0 + int(push.rows); ++j) advance(s, none, j, tx, y0, couple);
-#else
   // Two fine rows for each coarse row k, from row y0 - 2 to row y0 + rows + 1.
   int k = y0 / 2 - 1, height = int(push.height);
-#ifdef START_PROLONG
-  int coarse_height = int(push.coarse_height);
-  Cubics even = cubics(first - 2, width, push.edge_width), odd = cubics(first - 1, width, push.edge_width);
-  Eight above2 = height_row(tx, k - 2, even, odd), above = height_row(tx, k - 1, even, odd), here = height_row(tx, k, even, odd),
-        below = height_row(tx, k + 1, even, odd);
-  below = choose(k + 1 < coarse_height, below, onward(here, above));
-  for (int i = 0; i < int(push.rows) / 2 + 2; ++i, ++k) {
-    Eight below2 = choose(k + 2 < coarse_height, height_row(tx, k + 2, even, odd), onward(below, here));
-    Eight upper = blend(cubic(2 * k, height, push.edge_height), above2, above, here, below);
-    Eight lower = blend(cubic(2 * k + 1, height, push.edge_height), below2, below, here, above);
-    advance(s, with_ghosts(upper, first, width), 2 * k - 1, tx, y0, couple);
-    advance(s, with_ghosts(lower, first, width), 2 * k, tx, y0, couple);
-    // Row -1 needs rows 0 and 1.
-    above2 = choose(k == -1, onward(onward(below, below2), below), above);
-    above = choose(k == -1, onward(below, below2), here);
-    here = below;
-    below = below2;
-  }
-#else
   Eight far = far_weights(push, first);
   Eight before = coarse_row(tx, k - 1, far), here = coarse_row(tx, k, far);
   for (int i = 0; i < int(push.rows) / 2 + 2; ++i, ++k) {
@@ -184,6 +119,4 @@ void main() {
     before = here;
     here = after;
   }
-#endif
-#endif
 }

@@ -7,19 +7,19 @@
 
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "shaders/ascend.spv.h"
 #include "shaders/coarsest.spv.h"
 #include "shaders/correct.spv.h"
+#include "shaders/descend.spv.h"
 #include "shaders/interpolate.spv.h"
 #include "shaders/restrict.spv.h"
 #include "shaders/restrict_residual.spv.h"
-#include "shaders/smooth_correct.spv.h"
-#include "shaders/smooth_prolong.spv.h"
-#include "shaders/smooth_start.spv.h"
+#include "shaders/smooth.spv.h"
 
 namespace palpate {
 namespace {
 
-// The finest levels of cells, each with a cycle of its own.
+// The finest levels of cells, each with a cycle of its own on the way up.
 constexpr uint32_t kCycledLevels = 3;
 
 // Chebyshev weights for two Jacobi steps on the upper four fifths of the spectrum [0, 2] of the scaled
@@ -137,10 +137,15 @@ struct Surface::Pass {
     return {(columns * strips + workgroup - 1) / workgroup, 1, 1};
   }
 
+  /// Fills the right sides of the next two levels.
   void restrict_right(uint32_t l) {
     const Grid& coarse = level(l + 1).grid;
-    commands.dispatch(surface.restrict_, {&level(l).right.texels, &level(l + 1).right.buffer},
-                      push(l, coarse), groups(coarse));
+    const bool both = l + 2 <= last();
+    const FloatMap& coarser_right = both ? level(l + 2).right : surface.unused_coarse_;
+    const Grid written = coarser(coarse);
+    commands.dispatch(surface.restrict_,
+                      {&level(l).right.texels, &level(l + 1).right.buffer, &coarser_right.buffer},
+                      push(l, written), groups(written));
     commands.barrier();
   }
   void restrict_residual(uint32_t l) {
@@ -150,17 +155,24 @@ struct Surface::Pass {
                       push(l, coarse), groups(coarse));
     commands.barrier();
   }
-  void smooth_from_zero(uint32_t l) {
+  /// Sweeps from zero, and the coarser level's right side from what they leave.
+  void descend(uint32_t l) {
     const Level& v = level(l);
-    commands.dispatch(surface.smooth_start_, {&v.right.texels, &v.right.words, &x(l).buffer}, push(l, v.grid),
-                      groups(v.grid));
+    const Grid& coarse = level(l + 1).grid;
+    commands.dispatch(surface.descend_,
+                      {&v.right.texels, &v.right.pairs, &x(l).buffer, &level(l + 1).right.buffer},
+                      push(l, coarse), groups(coarse));
     commands.barrier();
   }
-  void smooth_from_coarse(uint32_t l) {
+  /// Heights of the coarser level, interpolated and swept, and the coarser level's right side from what they
+  /// leave.
+  void ascend(uint32_t l) {
     const Level& v = level(l);
-    commands.dispatch(surface.smooth_prolong_,
-                      {&v.right.texels, &v.right.words, &x(l + 1).pairs, &x(l + 1).words, &x(l).buffer},
-                      push(l, v.grid), groups(v.grid));
+    const Grid& coarse = level(l + 1).grid;
+    commands.dispatch(
+        surface.ascend_,
+        {&v.right.texels, &v.right.pairs, &x(l + 1).texels, &x(l).buffer, &level(l + 1).right.buffer},
+        push(l, coarse), groups(coarse));
     commands.barrier();
   }
   void interpolate() {
@@ -171,7 +183,7 @@ struct Surface::Pass {
   }
   void correct_and_smooth(uint32_t l) {
     const Level& v = level(l);
-    commands.dispatch(surface.smooth_correct_,
+    commands.dispatch(surface.smooth_,
                       {&v.right.texels, &v.right.words, &x(l + 1).pairs, &x(l).texels, &spare(l).buffer},
                       push(l, v.grid), groups(v.grid));
     commands.barrier();
@@ -195,8 +207,7 @@ struct Surface::Pass {
   /// A V(2,0) cycle from zero.
   void cycle(uint32_t l) {
     if (l == last()) return solve_coarsest();
-    smooth_from_zero(l);
-    restrict_residual(l);
+    descend(l);
     cycle(l + 1);
     correct(l);
   }
@@ -211,13 +222,13 @@ struct Surface::Pass {
   void run(uint32_t extra_cycles) {
     // An even number of flips at level 0 must leave the solution in the caller's map.
     present[0] = extra_cycles % 2;
-    for (uint32_t l = 1; l < last(); ++l) restrict_right(l);
+    for (uint32_t l = 1; l < last(); l += 2) restrict_right(l);
     solve_coarsest();
     if (last() == 0) return;
     for (uint32_t l = last() - 1; l > 0; --l) {
-      smooth_from_coarse(l);
+      ascend(l);
       if (l > kCycledLevels) continue;
-      solve_residual(l);
+      cycle(l + 1);
       correct(l);
     }
     interpolate();
@@ -269,10 +280,8 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
     halve(grid.height, cell_height, edge_height);
     grid = coarser(grid);
   }
-  if (levels_.size() == 1) {
-    unused_coarse_ = FloatMap(context, "unused coarse right side", coarser(levels_.front().grid));
-    extra_cycles_ = 0;
-  }
+  if (levels_.size() == 1) extra_cycles_ = 0;
+  unused_coarse_ = FloatMap(context, "unused coarse right side", coarser(levels_.back().grid));
   if (!on_gpu) return;
 
   const Level& last = levels_.back();
@@ -291,15 +300,13 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
   constexpr uint32_t kPush = sizeof(shared::GridPush);
   coarsest_ = make({"coarsest", k_coarsest}, {Texels, Texels, Storage}, sizeof(shared::CoarsestPush));
   if (levels_.size() == 1) return;
-  smooth_start_ = make({"smooth_start", k_smooth_start}, {Texels, Texels, Storage}, kPush);
-  smooth_prolong_ =
-      make({"smooth_prolong", k_smooth_prolong}, {Texels, Texels, Texels, Texels, Storage}, kPush);
+  descend_ = make({"descend", k_descend}, {Texels, Texels, Storage, Storage}, kPush);
+  ascend_ = make({"ascend", k_ascend}, {Texels, Texels, Texels, Storage, Storage}, kPush);
   interpolate_ = make({"interpolate", k_interpolate}, {Texels, Texels, Storage}, kPush);
   if (extra_cycles_ > 0) {
-    smooth_correct_ =
-        make({"smooth_correct", k_smooth_correct}, {Texels, Texels, Texels, Texels, Storage}, kPush);
+    smooth_ = make({"smooth", k_smooth}, {Texels, Texels, Texels, Texels, Storage}, kPush);
   }
-  restrict_ = make({"restrict", k_restrict}, {Texels, Storage}, kPush);
+  restrict_ = make({"restrict", k_restrict}, {Texels, Storage, Storage}, kPush);
   restrict_residual_ =
       make({"restrict_residual", k_restrict_residual}, {Texels, Texels, Texels, Storage}, kPush);
   correct_ = make({"correct", k_correct}, {Texels, Texels, Storage}, kPush);

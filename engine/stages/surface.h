@@ -84,11 +84,10 @@ class Surface {
   RightSides right_sides_ = RightSides::Pixels;
   uint32_t extra_cycles_ = 0;
   std::vector<Level> levels_;
-  FloatMap unused_coarse_;  ///< takes the slope stage's sums where there is one level only
+  FloatMap unused_coarse_;  ///< takes sums of a level that is not there
   gpu::DeviceBuffer inverse_;
   gpu::TexelView inverse_texels_;
-  gpu::Kernel smooth_start_, smooth_prolong_, interpolate_, smooth_correct_, restrict_, restrict_residual_,
-      correct_, coarsest_;
+  gpu::Kernel descend_, ascend_, interpolate_, smooth_, restrict_, restrict_residual_, correct_, coarsest_;
 };
 
 /// Evidence beside an answer.

@@ -1,0 +1,101 @@
+// Eight columns of a level and what lies beside them, for the kernels that sweep and restrict in one pass. Included after `push`
+// (GridPush), `right_texels` and `right_pairs` (the right side), `result` (the solution) are declared; needs grid.glsl.
+
+// Two texels of a row, and as many cells beside them: columns -2 .. 9.
+struct Twelve {
+  vec2 l;
+  vec4 a, b;
+  vec2 r;
+};
+
+// Copies edge cells into ghosts.
+Twelve with_ghosts(Twelve f, int first) {
+  int width = int(push.width);
+  f.l.y = first == 0 ? f.a.x : f.l.y;
+  f.a.y = first + 1 < width ? f.a.y : f.a.x;
+  f.a.z = first + 2 < width ? f.a.z : f.a.y;
+  f.a.w = first + 3 < width ? f.a.w : f.a.z;
+  f.b.x = first + 4 < width ? f.b.x : f.a.w;
+  f.b.y = first + 5 < width ? f.b.y : f.b.x;
+  f.b.z = first + 6 < width ? f.b.z : f.b.y;
+  f.b.w = first + 7 < width ? f.b.w : f.b.z;
+  f.r.x = first + 8 < width ? f.r.x : f.b.w;
+  f.r.y = first + 9 < width ? f.r.y : f.r.x;
+  return f;
+}
+
+// Rows beyond the frame repeat its edge.
+Twelve right_row(int tx, int y) {
+  int pitch = int(push.pitch), row = clamp(y, 0, int(push.height) - 1) * pitch, last = pitch - 1;
+  int first = 8 * tx;
+  Twelve f;
+  f.l = texelFetch(right_pairs, 2 * row + max(4 * tx - 1, 0)).xy;
+  f.a = texelFetch(right_texels, row + 2 * tx);
+  f.b = texelFetch(right_texels, row + min(2 * tx + 1, last));
+  f.r = texelFetch(right_pairs, 2 * row + min(4 * tx + 4, 2 * last + 1)).xy;
+  return with_ghosts(f, first);
+}
+
+// The solution in columns -1 .. 8.
+struct Ten {
+  float l;
+  vec4 a, b;
+  float r;
+};
+
+Ten with_ghosts(Ten z, int first) {
+  int width = int(push.width);
+  z.l = first == 0 ? z.a.x : z.l;
+  z.a.y = first + 1 < width ? z.a.y : z.a.x;
+  z.a.z = first + 2 < width ? z.a.z : z.a.y;
+  z.a.w = first + 3 < width ? z.a.w : z.a.z;
+  z.b.x = first + 4 < width ? z.b.x : z.a.w;
+  z.b.y = first + 5 < width ? z.b.y : z.b.x;
+  z.b.z = first + 6 < width ? z.b.z : z.b.y;
+  z.b.w = first + 7 < width ? z.b.w : z.b.z;
+  z.r = first + 8 < width ? z.r : z.b.w;
+  return z;
+}
+
+// Couplings of the two cells beside.
+struct Beside {
+  vec2 left, right, column;
+};
+
+struct Columns {
+  Couplings a, b;
+  Beside l, r;
+};
+
+Columns columns_at(int first) {
+  Couplings left = couplings(push, first - 4), right = couplings(push, first + 8);
+  return Columns(couplings(push, first), couplings(push, first + 4), Beside(left.left.zw, left.right.zw, left.column.zw),
+                 Beside(right.left.xy, right.right.xy, right.column.xy));
+}
+
+vec2 apply(Beside k, vec3 row, vec2 c, vec2 l, vec2 r, vec2 u, vec2 d) {
+  return row.z * (k.left * (c - l) + k.right * (c - r)) + k.column * (row.x * (c - u) + row.y * (c - d));
+}
+
+vec4 inside(vec4 v, int first) { return mix(vec4(0.0), v, lessThan(ivec4(0, 1, 2, 3) + first, ivec4(push.width))); }
+
+// Row y's residual, summed in pairs along the row. Rows beyond the last have none.
+vec4 residual_sums(Twelve f, Ten above, Ten here, Ten below, Columns k, int tx, int y) {
+  int height = int(push.height);
+  vec3 row = row_couplings(push, y);
+  vec4 up_a = y <= 0 ? here.a : above.a, up_b = y <= 0 ? here.b : above.b;
+  vec4 down_a = y >= height - 1 ? here.a : below.a, down_b = y >= height - 1 ? here.b : below.b;
+  vec4 a = f.a - apply(k.a, row, here.a, vec4(here.l, here.a.xyz), vec4(here.a.yzw, here.b.x), up_a, down_a);
+  vec4 b = f.b - apply(k.b, row, here.b, vec4(here.a.w, here.b.xyz), vec4(here.b.yzw, here.r), up_b, down_b);
+  a = inside(a, 8 * tx);
+  b = inside(b, 8 * tx + 4);
+  return y < height ? vec4(a.xz + a.yw, b.xz + b.yw) : vec4(0.0);
+}
+
+void put(Ten z, int tx, int y) {
+  uint texel = uint(y) * push.pitch + 2 * uint(tx);
+  if (y < int(push.height)) {
+    result[texel] = z.a;
+    if (2 * uint(tx) + 1 < push.pitch) result[texel + 1] = z.b;
+  }
+}
