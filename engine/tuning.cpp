@@ -114,7 +114,7 @@ Tuning default_tuning(const gpu::Context& context) {
   const bool software = context.is_software();
   t.contact_rows = software ? 0 : 8;
   t.contact_rows_keeping = software ? 32 : 8;
-  t.slope_rows = software ? 16 : 8;
+  t.slope_rows = software ? 32 : 8;
   t.surface_rows_big = software ? 16 : 8;
   t.surface_rows_small = 16;
   return t;
