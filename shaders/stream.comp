@@ -7,9 +7,10 @@ layout(binding = 0) uniform samplerBuffer values;
 layout(binding = 1) writeonly buffer Out { vec4 result[]; };
 
 void main() {
-  uint first = gl_GlobalInvocationID.x, invocations = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
+  // A workgroup's stretch is contiguous, and so are its invocations in every turn.
+  uint first = gl_WorkGroupID.x * gl_WorkGroupSize.x * each + gl_LocalInvocationID.x;
   for (uint i = 0; i < each; ++i) {
-    uint texel = first + i * invocations;
+    uint texel = first + i * gl_WorkGroupSize.x;
     if (texel < texels) result[texel] = texelFetch(values, int(texel)) + 1.0;
   }
 }

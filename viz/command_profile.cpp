@@ -117,7 +117,7 @@ void add_profile(CLI::App& program, Common& common, Command& chosen) {
       ->option_text("LIST");
   command
       ->add_option("--budget", options->budget_s,
-                   "Time for one device, about; what does not fit is skipped and said [120]")
+                   "Time for one device, about; what does not fit is skipped and said [180]")
       ->check(CLI::Range(1.0, 86400.0))
       ->option_text("S");
   auto* quick = command->add_flag("--quick", options->quick, "Three small sizes in 20 s");
@@ -130,7 +130,7 @@ void add_profile(CLI::App& program, Common& common, Command& chosen) {
   pair->excludes(quick)->excludes(all);
   add_common(
       *command, common,
-      "  palpate profile --out out/profile                    two minutes; open out/profile/report.html\n"
+      "  palpate profile --out out/profile                    three minutes; open out/profile/report.html\n"
       "  palpate profile --quick --out out/quick --device 1   20 s on one device\n"
       "  palpate profile --all-devices --out out/devices      every device of this machine\n"
       "  palpate profile --compare a/profile.json b/profile.json --out out/compare\n");

@@ -54,8 +54,8 @@ TimingScene timing_scene(uint32_t width_px, uint32_t height_px, Reading reading,
         // Sixteen rows look alike: making 8192 x 8192 pixels must not take longer than measuring them.
         if (y % 16 == 0 || y == from(height_px)) {
           for (uint32_t x = 0; x < width_px; ++x)
-            row[x] =
-                static_cast<uint8_t>(touched_gray(static_cast<double>(x) / width_px, static_cast<double>(y) / height_px, channel, i));
+            row[x] = static_cast<uint8_t>(touched_gray(static_cast<double>(x) / width_px,
+                                                       static_cast<double>(y) / height_px, channel, i));
         }
         std::copy(row.begin() + from(width_px), row.begin() + to(width_px),
                   frame.row(channel, y) + from(width_px));

@@ -34,6 +34,7 @@ std::vector<std::vector<Choice>> choices() {
                       {"force only", reading, 1, options_for(force)},
                       {"force + surface, 10 % touched", reading, 0.1, options_for(all)},
                       {"force only, 10 % touched", reading, 0.1, options_for(force)},
+                      {"force + surface, fine", reading, 1, options_for(all, SurfaceSolver::Fine)},
                       {"force + surface, converged", reading, 1, options_for(all, SurfaceSolver::Converged)},
                       {"force + surface, exact", reading, 1, options_for(all, SurfaceSolver::Exact)},
                       {"force + surface, one frame in flight", reading, 1, one_slot}});

@@ -15,9 +15,9 @@ namespace {
 
 constexpr uint32_t kWidth = 900, kHeight = 520;
 // Told apart by eyes that see colours differently too (Okabe and Ito), and by their marks.
-constexpr std::array<const char*, 8> kColors = {"#000000", "#0072b2", "#e69f00", "#009e73",
-                                                "#cc79a7", "#d55e00", "#56b4e9", "#7a5195"};
-constexpr std::array<int, 8> kMarks = {7, 5, 9, 11, 13, 4, 6, 8};
+constexpr std::array<const char*, 10> kColors = {"#000000", "#0072b2", "#e69f00", "#009e73", "#cc79a7",
+                                                 "#d55e00", "#56b4e9", "#7a5195", "#882255", "#999933"};
+constexpr std::array<int, 10> kMarks = {7, 5, 9, 11, 13, 4, 6, 8, 10, 12};
 
 std::string number(double value) {
   char text[32];
@@ -28,6 +28,13 @@ std::string number(double value) {
 std::string style(size_t i) {
   return " lw 2 ps 1.1 pt " + std::to_string(kMarks[i % kMarks.size()]) + " lc rgb '" +
          kColors[i % kColors.size()] + "'";
+}
+
+/// A label of an axis, which gnuplot reads as a number's format.
+std::string gnuplot_tick(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) escaped += c == '%' ? std::string("%%") : std::string(1, c);
+  return gnuplot_quoted(escaped);
 }
 
 std::vector<std::string> readings_of(const Profile& profile) {
@@ -224,9 +231,8 @@ Plot pareto(const Profile& profile, uint32_t width_px, uint32_t height_px) {
   for (size_t i = 0; i < solvers.size(); ++i)
     legend += ", 1/0 with points" + style(i + 1) + " title " + gnuplot_quoted(solvers[i]);
   panels +=
-      "unset xlabel\nunset ylabel\nunset title\nunset tics\nunset border\nunset grid\nset key center center "
-      "noenhanced spacing "
-      "1.3 samplen 2\n" +
+      "unset xlabel\nunset ylabel\nunset title\nunset tics\nunset border\nunset grid\nset key inside left "
+      "center Left reverse noenhanced spacing 1.3 samplen 2\n" +
       legend + "\n";
   const std::string size = size_text(width_px, height_px);
   return {"error-against-time-" + std::to_string(width_px) + "x" + std::to_string(height_px),
@@ -249,9 +255,9 @@ Plot output_costs(const Profile& profile, const std::string& reading) {
   for (const OutputFigure& o : profile.outputs) {
     if (o.reading != reading) continue;
     const double MB = static_cast<double>(o.memory_bytes) * 1e-6;
-    lines += std::to_string(n) + " " + number(o.cpu_ms) + " " + number(MB) + " " +
-             gnuplot_quoted(figure(o.cpu_ms)) + " " + gnuplot_quoted(figure(MB)) + "\n";
-    labels += (n ? ", " : "") + gnuplot_quoted(o.outputs) + " " + std::to_string(n);
+    lines += std::to_string(n) + " " + number(o.cpu_ms) + " " + number(MB) + " " + figure(o.cpu_ms) + " " +
+             figure(MB) + "\n";
+    labels += (n ? ", " : "") + gnuplot_tick(o.outputs) + " " + std::to_string(n);
     most_ms = std::max(most_ms, o.cpu_ms);
     most_MB = std::max(most_MB, MB);
     size = size_text(o.width_px, o.height_px);
@@ -278,7 +284,7 @@ Plot output_costs(const Profile& profile, const std::string& reading) {
               "\nset tmargin at screen 0.88\nset bmargin at screen 0.2\nset ytics (" + labels + ")\n" +
               panel("set lmargin at screen 0.31\nset rmargin at screen 0.63\n", "CPU time of a frame, ms",
                     most_ms, 2, 1) +
-              "set format y ''\n" +
+              "unset ytics\n" +
               panel("set lmargin at screen 0.67\nset rmargin at screen 0.98\n", "memory, MB", most_MB, 3, 2) +
               "unset multiplot\n"};
 }

@@ -12,7 +12,7 @@
 namespace palpate::perf {
 namespace {
 
-constexpr double kBudget_s = 120, kQuickBudget_s = 20;
+constexpr double kBudget_s = 180, kQuickBudget_s = 20;
 // Shares of the budget.
 constexpr double kCeiling = 0.06, kSizes = 0.5, kSolvers = 0.24, kOutputs = 0.2;
 

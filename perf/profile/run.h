@@ -18,7 +18,7 @@ struct ProfileRequest {
   std::vector<FrameSize> sizes;  ///< of the ladder; empty: default_sizes
   std::vector<Reading> readings{Reading::Shading, Reading::Photometric};
   bool quick = false;
-  double budget_s = 0;  ///< 0: 120, or 20 where quick. Sizes that would not fit are skipped, and said to be
+  double budget_s = 0;  ///< 0: 180, or 20 where quick. Sizes that would not fit are skipped, and said to be
 };
 
 /// Measures, in this order: ceiling, sizes, solvers, outputs. On a stop (watch.stopped) what is finished is

@@ -21,16 +21,19 @@ double cpu_now_ms() {
 bool take_turns(std::span<Contender> contenders, const Rounds& rounds, const Watch& watch) {
   for (Contender& contender : contenders) {
     if (watch.stopped()) return false;
-    contender.run();
+    if (rounds.warm_up) contender.run();
   }
   const double start_s = wall_now_s();
+  const double share_ms = rounds.seconds * 1e3 / static_cast<double>(contenders.size());
   for (int round = 0; round < rounds.most; ++round) {
     if (round >= rounds.least && wall_now_s() - start_s > rounds.seconds) break;
     for (Contender& contender : contenders) {
       if (watch.stopped()) return false;
+      if (rounds.may_sit_out && round >= rounds.least && contender.spent_ms > share_ms) continue;
       const double cpu_ms = cpu_now_ms(), wall_s = wall_now_s();
       contender.run();
       contender.wall_ms.push_back((wall_now_s() - wall_s) * 1e3);
+      contender.spent_ms += contender.wall_ms.back();
       contender.cpu_ms.push_back(cpu_now_ms() - cpu_ms);
     }
   }

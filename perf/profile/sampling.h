@@ -28,6 +28,7 @@ struct Contender {
   std::function<void()> run;
   std::vector<double> wall_ms = {};
   std::vector<double> cpu_ms = {};
+  double spent_ms = 0;
 };
 
 /// Least and most rounds, and the wall time after which no further round starts.
@@ -35,10 +36,14 @@ struct Rounds {
   int least = 5;
   int most = 200;
   double seconds = 1;
+  /// A way that used up its share of the time sits out the later rounds, so that slow ways do not keep fast
+  /// ones from more samples; otherwise all run in every round.
+  bool may_sit_out = false;
+  bool warm_up = true;  ///< each runs once uncounted before
 };
 
-/// Runs each once uncounted, then all in turn (A B C A B C ...), so that a machine that drifts drifts for
-/// all. False where `watch` stopped it before the least number of rounds.
+/// Runs all in turn (A B C A B C ...), so that a machine that drifts drifts for all. False where `watch`
+/// stopped it.
 bool take_turns(std::span<Contender> contenders, const Rounds& rounds, const Watch& watch);
 
 /// Quantile by linear interpolation between the sorted samples; NaN for none.

@@ -127,13 +127,25 @@ class SizeMeter {
   gpu::Context timed_;
 };
 
+double pixels_of(const FrameSize& size) {
+  return static_cast<double>(size.width_px) * size.height_px;
+}
+
+/// What the least number of frames would take at `size`, building everything twice, judged by a smaller one.
+double least_s(const SizeFigure& smaller, const FrameSize& size) {
+  constexpr int kFlowFrames = 8;
+  const int frames = kLatencyRounds.least + kLeastStageFrames + kFlowFrames;
+  const double ms = 2 * smaller.setup_ms + frames * smaller.latency.median_ms;
+  return ms * 1e-3 * std::max(1.0, pixels_of(size) / static_cast<double>(smaller.pixels()));
+}
+
 /// Why a size is not worth starting, judged by the last one measured; empty: nothing against it.
-std::string reason_to_skip(const SizeFigure& last, double last_s, const FrameSize& size,
-                           const gpu::Context& context, double seconds_left) {
-  const double ratio = static_cast<double>(size.width_px) * size.height_px / static_cast<double>(last.pixels());
+std::string reason_to_skip(const SizeFigure& last, const FrameSize& size, const gpu::Context& context,
+                           double seconds_left) {
   char text[160];
-  const double bytes = static_cast<double>(last.memory_bytes) * ratio;
-  double room = 0.8 * static_cast<double>(context.report().memory_bytes);
+  const double bytes =
+      static_cast<double>(last.memory_bytes) * pixels_of(size) / static_cast<double>(last.pixels());
+  double room = 0.95 * static_cast<double>(context.report().memory_bytes);
   if (context.is_software()) {
     const uint64_t available = available_memory_bytes();
     if (available > 0) room = std::min(room, 0.7 * static_cast<double>(available));
@@ -143,10 +155,7 @@ std::string reason_to_skip(const SizeFigure& last, double last_s, const FrameSiz
                   bytes * 1e-9, room * 1e-9);
     return text;
   }
-  // The least number of frames, and what it takes to build everything.
-  const double frames = kLatencyRounds.least + kLeastStageFrames + 8;
-  const double seconds =
-      ratio * std::min(last_s, (2 * last.setup_ms + frames * last.latency.median_ms) * 1e-3);
+  const double seconds = least_s(last, size);
   if (seconds > seconds_left) {
     std::snprintf(text, sizeof text, "needs about %.0f s, %.0f s of the budget are left", seconds,
                   std::max(0.0, seconds_left));
@@ -186,50 +195,58 @@ void measure_sizes(const gpu::ContextOptions& device, const std::vector<FrameSiz
   std::sort(ascending.begin(), ascending.end(), [](const FrameSize& a, const FrameSize& b) {
     return uint64_t{a.width_px} * a.height_px < uint64_t{b.width_px} * b.height_px;
   });
+  struct Task {
+    FrameSize size;
+    Reading reading;
+  };
+  std::vector<Task> tasks;
+  for (const FrameSize& size : ascending)
+    for (const Reading reading : readings) tasks.push_back({size, reading});
+
   SizeMeter meter(device, profile.ceiling, watch);
   const double end_s = wall_now_s() + seconds;
-  struct Last {
+  std::map<Reading, SizeFigure> last;
+  for (size_t i = 0; i < tasks.size(); ++i) {
+    if (watch.stopped()) return;
+    const auto& [size, reading] = tasks[i];
+    const double seconds_left = end_s - wall_now_s();
+    std::string why;
+    double share_s = seconds_left / static_cast<double>(tasks.size() - i);
+    if (const auto before = last.find(reading); before != last.end()) {
+      why = reason_to_skip(before->second, size, meter.context(), seconds_left);
+      // What is left over when the larger sizes get their least.
+      double needed_s = 0;
+      for (size_t later = i; later < tasks.size(); ++later)
+        if (last.count(tasks[later].reading))
+          needed_s += least_s(last[tasks[later].reading], tasks[later].size);
+      share_s = std::max(seconds_left - needed_s, 0.0) / static_cast<double>(tasks.size() - i) +
+                least_s(before->second, size);
+    }
+    const std::string what = size_text(size.width_px, size.height_px) + ", " + to_string(reading);
     SizeFigure figure;
-    double seconds = 0;
-  };
-  std::map<Reading, Last> last;
-  size_t left = ascending.size() * readings.size();
-  for (const FrameSize& size : ascending) {
-    for (const Reading reading : readings) {
-      if (watch.stopped()) return;
-      const double seconds_left = end_s - wall_now_s();
-      const std::string what = size_text(size.width_px, size.height_px) + ", " + to_string(reading);
-      const auto before = last.find(reading);
-      std::string why = before == last.end() ? ""
-                                             : reason_to_skip(before->second.figure, before->second.seconds,
-                                                              size, meter.context(), seconds_left);
-      SizeFigure figure;
-      figure.reading = to_string(reading);
-      figure.width_px = size.width_px;
-      figure.height_px = size.height_px;
-      if (why.empty()) {
-        const double start_s = wall_now_s();
-        try {
-          TimingScene scene = timing_scene(size.width_px, size.height_px, reading, 1);
-          if (!meter.measure(scene, std::max(seconds_left, 0.0) / static_cast<double>(left), figure)) return;
-          last[reading] = {figure, wall_now_s() - start_s};
-        } catch (const Error& error) {
-          if (error.failure() != Failure::Device) throw;
-          why = error.what();
-        }
+    figure.reading = to_string(reading);
+    figure.width_px = size.width_px;
+    figure.height_px = size.height_px;
+    if (why.empty()) {
+      try {
+        TimingScene scene = timing_scene(size.width_px, size.height_px, reading, 1);
+        if (!meter.measure(scene, share_s, figure)) return;
+      } catch (const Error& error) {
+        if (error.failure() != Failure::Device) throw;
+        why = error.what();
       }
-      --left;
-      if (why.empty()) {
-        char text[160];
-        std::snprintf(text, sizeof text, "%s: %.3g ms a frame, %.3g frames/s", what.c_str(),
-                      figure.latency.median_ms, figure.frames_per_s);
-        watch.say(text);
-        profile.sizes.push_back(std::move(figure));
-      } else {
-        watch.say(what + ": skipped, " + why);
-        profile.skipped.push_back({what, why});
-      }
+    }
+    if (why.empty()) {
+      char text[160];
+      std::snprintf(text, sizeof text, "%s: %.3g ms a frame, %.3g frames/s", what.c_str(),
+                    figure.latency.median_ms, figure.frames_per_s);
+      watch.say(text);
+      last[reading] = figure;
+      profile.sizes.push_back(std::move(figure));
       profile.growth = growth_of(profile.sizes);
+    } else {
+      watch.say(what + ": skipped, " + why);
+      profile.skipped.push_back({what, why});
     }
   }
   meter.leave();

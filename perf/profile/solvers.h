@@ -10,9 +10,8 @@
 
 namespace palpate::perf {
 
-/// Truths: smooth (a Gaussian), wide (half a cosine across the frame), tilted (a plane), capped (a ball's
-/// rim) and noisy (the Gaussian with errors on its slopes, where a line integral fails). All ways get the
-/// same gradients and are timed in turn. Into `profile.solvers`, the fronts marked.
+/// Every solver of the engine, FFTW and the paper's line integral on every truth (truths.h): all get the same
+/// gradients and are timed in turn. Into `profile.solvers`, the fronts marked.
 void measure_solvers(const gpu::ContextOptions& device, const std::vector<FrameSize>& sizes, double seconds,
                      const Watch& watch, Profile& profile);
 

@@ -1,0 +1,31 @@
+// Surfaces that are known exactly, and how far a height map is from one.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "perf/profile/sizes.h"
+
+namespace palpate::perf {
+
+struct Truth {
+  std::string name;
+  std::vector<double> height;    ///< height x width, px
+  std::vector<float> gradients;  ///< height x width x 2
+};
+
+/// smooth (a Gaussian), wide (half a cosine across the frame), tilted (a plane), capped (a ball's rim) and
+/// noisy (the Gaussian with errors on its slopes, 2 % of the steepest).
+std::vector<Truth> make_truths(const FrameSize& size);
+
+struct SurfaceErrors {
+  double relative_rms = 0;    ///< RMS error over RMS of the truth, both about their means
+  double peak_to_valley = 0;  ///< relative
+};
+
+/// `at(x, y)` is the height found, up to a constant.
+SurfaceErrors errors_of(const Truth& truth, const FrameSize& size,
+                        const std::function<double(uint32_t, uint32_t)>& at);
+
+}  // namespace palpate::perf
