@@ -1,6 +1,7 @@
 // palpate integrate: any gradient field in, a height map out.
+#include <spdlog/spdlog.h>
+
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -21,8 +22,8 @@ struct Options {
   SurfaceSolver solver = SurfaceSolver::Converged;
 };
 
-/// Shape and values that a height map can be made of, or an Error that says where they are not.
-void check_gradients(const NpyArray& array, const std::filesystem::path& file) {
+/// Throws where a height map cannot be made of such a shape.
+void check_shape(const NpyArray& array, const std::filesystem::path& file) {
   const std::vector<size_t>& shape = array.shape;
   const bool fits = shape.size() == 3 && shape[2] == 2 && shape[0] >= 1 && shape[1] >= 1 &&
                     shape[0] <= kMaxSide_px && shape[1] <= kMaxSide_px;
@@ -32,20 +33,11 @@ void check_gradients(const NpyArray& array, const std::filesystem::path& file) {
                     std::to_string(kMaxSide_px) + ", in '" + file.string() + "'",
                 describe_shape(shape), "numpy.stack([dz_dx, dz_dy], axis=-1)");
   }
-  for (size_t i = 0; i < array.values.size(); ++i) {
-    if (std::isfinite(array.values[i])) continue;
-    const size_t pixel = i / 2;
-    throw Error(Failure::Input, "finite gradients in '" + file.string() + "'",
-                std::string(std::isnan(array.values[i]) ? "NaN" : "infinity") + " at row " +
-                    std::to_string(pixel / shape[1]) + ", column " + std::to_string(pixel % shape[1]) + ", " +
-                    (i % 2 ? "dz/dy" : "dz/dx"),
-                "numpy.nan_to_num, or cutting the unknown part away");
-  }
 }
 
 Report integrate(const Common& common, const Options& options) {
   const NpyArray array = read_npy(options.gradients);
-  check_gradients(array, options.gradients);
+  check_shape(array, options.gradients);
   const auto rows = static_cast<uint32_t>(array.shape[0]), cols = static_cast<uint32_t>(array.shape[1]);
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const double start_s = now_s();
@@ -61,12 +53,21 @@ Report integrate(const Common& common, const Options& options) {
                                         {"solver", to_string(options.solver)},
                                         {"device", context->report().name},
                                         {"residual", heights.evidence.residual},
+                                        {"inconsistency", heights.evidence.inconsistency},
                                         {"peak_to_valley", heights.evidence.peak_to_valley},
                                         {"seconds", seconds},
                                         {"complete", true}};
-  char text[200];
-  std::snprintf(text, sizeof text, "%u x %u heights, peak to valley %.6g, relative residual %.2g, %.3f s\n",
-                rows, cols, heights.evidence.peak_to_valley, heights.evidence.residual, seconds);
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "%u x %u heights, peak to valley %.6g, relative residual %.2g, inconsistency %.2g, %.3f s\n",
+                rows, cols, heights.evidence.peak_to_valley, heights.evidence.residual,
+                heights.evidence.inconsistency, seconds);
+  constexpr double kTurning = 0.3;
+  if (heights.evidence.inconsistency > kTurning) {
+    spdlog::warn(
+        "{:.0f} % of the gradients belong to no surface: check order (dz/dx, dz/dy), signs and noise",
+        100 * heights.evidence.inconsistency);
+  }
   return {text + ("written: " + file.string()),
           value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
           validation_clean(*context) ? 0 : kInternalError};

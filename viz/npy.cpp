@@ -124,6 +124,13 @@ class HeaderParser {
   size_t at_ = 0;
 };
 
+/// What a damaged file holds may be no text.
+std::string printable(std::string text) {
+  for (char& c : text)
+    if (c < ' ' || c > '~') c = '?';
+  return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+}
+
 [[noreturn]] void fail(const std::filesystem::path& file, const std::string& wanted,
                        const std::string& found) {
   throw Error(Failure::Input, wanted + " in '" + file.string() + "'", found,
@@ -187,7 +194,8 @@ NpyArray read_npy(const std::filesystem::path& file) {
   }
   const Header header = read_header(in, file, file_bytes);
   if (header.type != "<f4" && header.type != "<f8") {
-    fail(file, "little-endian float32 or float64 ('<f4' or '<f8')", "values of type " + header.type);
+    fail(file, "little-endian float32 or float64 ('<f4' or '<f8')",
+         "values of type " + printable(header.type));
   }
   if (*header.fortran_order) fail(file, "C order (last index fastest)", "Fortran order");
 

@@ -237,7 +237,9 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
       progress.update(summary.frames);
     });
   } catch (const Error& error) {
-    if (error.failure() != Failure::Input || summary.frames == 0) throw;
+    // A damaged recording or a lost device ends the run; the frames before it are whole.
+    const bool kept = error.failure() == Failure::Input || error.failure() == Failure::Device;
+    if (!kept || summary.frames == 0) throw;
     summary.ended_by = error.what();
     finish();
     throw;

@@ -5,13 +5,16 @@
 #include <chrono>
 #include <utility>
 
+#include "engine/error.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/kernel.h"
 
 namespace palpate::gpu {
 
-Commands::Commands(Context& context) : context_(&context) {
+// Built on the default constructor, so that the destructor frees what was made before a failure.
+Commands::Commands(Context& context) : Commands() {
+  context_ = &context;
   VkCommandPoolCreateInfo pool{};
   pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
   pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
@@ -25,7 +28,6 @@ Commands::Commands(Context& context) : context_(&context) {
   check(vkAllocateCommandBuffers(context.device(), &buffer, &buffer_), "a command buffer");
   VkFenceCreateInfo fence{};
   fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
-  fence.flags = VK_FENCE_CREATE_SIGNALED_BIT;
   check(vkCreateFence(context.device(), &fence, nullptr, &fence_), "a fence");
   if (context.timers()) {
     VkQueryPoolCreateInfo queries{};
@@ -38,7 +40,7 @@ Commands::Commands(Context& context) : context_(&context) {
 
 Commands::~Commands() {
   if (!context_) return;
-  vkWaitForFences(context_->device(), 1, &fence_, VK_TRUE, UINT64_MAX);
+  settle();
   if (queries_) vkDestroyQueryPool(context_->device(), queries_, nullptr);
   vkDestroyFence(context_->device(), fence_, nullptr);
   vkDestroyCommandPool(context_->device(), pool_, nullptr);
@@ -49,6 +51,7 @@ void Commands::swap(Commands& other) noexcept {
   std::swap(pool_, other.pool_);
   std::swap(buffer_, other.buffer_);
   std::swap(fence_, other.fence_);
+  std::swap(submitted_, other.submitted_);
   std::swap(queries_, other.queries_);
   std::swap(scopes_, other.scopes_);
   std::swap(traffic_, other.traffic_);
@@ -105,6 +108,7 @@ void Commands::begin_part(uint32_t scope) {
 }
 
 void Commands::submit_part(VkCommandBuffer commands) {
+  submitted_ = false;
   check(vkResetFences(context_->device(), 1, &fence_), "resetting a fence");
   VkCommandBufferSubmitInfo buffer{};
   buffer.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO;
@@ -114,9 +118,11 @@ void Commands::submit_part(VkCommandBuffer commands) {
   info.commandBufferInfoCount = 1;
   info.pCommandBufferInfos = &buffer;
   context_->submit(info, fence_);
+  submitted_ = true;
 }
 
 bool Commands::finished() const {
+  if (!submitted_) return true;
   const VkResult result = vkGetFenceStatus(context_->device(), fence_);
   if (result == VK_NOT_READY) return false;
   check(result, "a finished frame");
@@ -124,7 +130,12 @@ bool Commands::finished() const {
 }
 
 void Commands::wait() const {
+  if (!submitted_) return;
   check(vkWaitForFences(context_->device(), 1, &fence_, VK_TRUE, UINT64_MAX), "a finished frame");
+}
+
+void Commands::settle() const noexcept {
+  if (submitted_) vkWaitForFences(context_->device(), 1, &fence_, VK_TRUE, UINT64_MAX);
 }
 
 void Commands::dispatch(const Kernel& kernel, std::span<const Argument> arguments, const void* push,
@@ -157,7 +168,16 @@ void Commands::dispatch(const Kernel& kernel, std::span<const Argument> argument
       write.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
       write.pTexelBufferView = &views[i];
     } else {
-      buffers[i] = {std::get<const DeviceBuffer*>(argument)->handle(), 0, VK_WHOLE_SIZE};
+      const DeviceBuffer& buffer = *std::get<const DeviceBuffer*>(argument);
+      // CPU drivers reach further than they state.
+      const uint64_t limit = context_->properties().limits.maxStorageBufferRange;
+      if (buffer.bytes() > limit && !context_->is_software()) {
+        throw Error(
+            Failure::Device,
+            std::to_string(buffer.bytes() >> 20) + " MiB in one buffer for kernel '" + kernel.name() + "'",
+            "a device limit of " + std::to_string(limit >> 20), "a smaller frame or crop, or another device");
+      }
+      buffers[i] = {buffer.handle(), 0, VK_WHOLE_SIZE};
       write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
       write.pBufferInfo = &buffers[i];
     }

@@ -54,6 +54,8 @@ class Commands {
   void submit();
   bool finished() const;
   void wait() const;
+  /// As wait, for destructors: what a lost device says is of no more use there.
+  void settle() const noexcept;
 
   /// Binds, pushes and dispatches. The arguments' order is the kernel's bindings'.
   void dispatch(const Kernel& kernel, std::span<const Argument> arguments, const void* push,
@@ -111,6 +113,7 @@ class Commands {
   VkCommandPool pool_ = VK_NULL_HANDLE;
   VkCommandBuffer buffer_ = VK_NULL_HANDLE;
   VkFence fence_ = VK_NULL_HANDLE;
+  bool submitted_ = false;  // the fence will be signalled: nobody waits for a submission that failed
   VkQueryPool queries_ = VK_NULL_HANDLE;
   std::vector<const char*> scopes_;
   std::vector<ScopeTraffic> traffic_;

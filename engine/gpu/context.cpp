@@ -234,8 +234,13 @@ std::filesystem::path cache_folder() {
 
 void check(VkResult result, const char* what) {
   if (result == VK_SUCCESS) return;
+  const char* remedy = "another device (palpate devices), or a newer driver";
+  if (result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_OUT_OF_DEVICE_MEMORY)
+    remedy = "a smaller frame or crop, or another device (palpate devices)";
+  if (result == VK_ERROR_DEVICE_LOST)
+    remedy = "starting again; if it comes back, another device (palpate devices) or a newer driver";
   throw Error(Failure::Device, what, std::string(result_name(result)) + " (" + std::to_string(result) + ")",
-              "a smaller frame, another device (palpate devices), or a newer driver");
+              remedy);
 }
 
 VKAPI_ATTR VkBool32 VKAPI_CALL Context::on_message(VkDebugUtilsMessageSeverityFlagBitsEXT,

@@ -93,6 +93,9 @@ class Surface {
 /// Evidence beside an answer.
 struct SurfaceEvidence {
   double residual = 0;  ///< RMS of what the normal equations leave, relative to the RMS of their right side
+  /// RMS of the differences of height that the gradients ask for and no height map gives, relative to the RMS
+  /// of those asked for: 0 for the gradients of a surface, up to 1 for a field that only turns.
+  double inconsistency = 0;
   double peak_to_valley = 0;  ///< of the heights
 };
 
@@ -101,8 +104,9 @@ struct Heights {
   SurfaceEvidence evidence;
 };
 
-/// Any gradient field to heights: `gradients` is rows x cols x 2, d/dx then d/dy per pixel, finite. Used by
-/// `palpate integrate`.
+/// Any gradient field to heights: `gradients` is rows x cols x 2, d/dx then d/dy per pixel, of any finite
+/// size. Throws Error(Failure::Input) naming the place of a gradient that is not finite, and where heights
+/// would not fit single precision. Used by `palpate integrate`.
 Heights integrate_gradients(gpu::Context& context, std::span<const float> gradients, uint32_t rows,
                             uint32_t cols, SurfaceSolver solver);
 

@@ -47,6 +47,39 @@ struct ContactPush {
 
 #ifdef __cplusplus
 static_assert(sizeof(ContactRecord) == 64);
+
+// No 32-bit field of a record can overflow, nor any lane on the way: each line is what the largest tile holds
+// with every pixel white and in contact. With 8 bits a tile is 32 columns wide and a lane of the kernel has
+// 16 bits; above it is 16 columns wide and a lane has 32.
+namespace bounds {
+constexpr uint64_t kMax = 0xffffffff, kMaxLane = 0xffff;
+constexpr uint64_t ones(uint64_t n) {
+  return n * (n + 1) / 2;
+}  // 1 + 2 + ... + n
+constexpr uint64_t squares(uint64_t n) {
+  return n * (n + 1) * (2 * n + 1) / 6;
+}  // 1 + 4 + ... + n^2
+constexpr uint64_t kRows = kMaxTileRows, kColumns8 = 32, kColumns16 = 16;
+constexpr uint64_t kGray8 = 255 * 256, kGray16 = 65535 * 256;  // filtered, 1/256 gray levels
+// Lanes of 8-bit pixels: the filter's weights sum to 16 each way, so that a filtered pixel fills a lane and
+// no more; a column's count of rows, sum of k and sum of k (k + 1) / 2.
+static_assert(kGray8 <= kMaxLane && ones(kRows) <= kMaxLane &&
+              (squares(kRows) + ones(kRows)) / 2 <= kMaxLane);
+// Area and its moments, over the wider tile.
+static_assert(kColumns8 * kRows <= kMax && kRows * squares(kColumns8 - 1) <= kMax &&
+              kColumns8 * squares(kRows) <= kMax && ones(kRows) * ones(kColumns8 - 1) <= kMax);
+// Gray of 8 bits: one column's sum, and all columns' weighted with their index, without any split.
+static_assert(kRows * kGray8 <= kMax && kRows * kGray8 * ones(kColumns8 - 1) <= kMax);
+// Gray above 8 bits: one column's sum and one row's fit as they are; what is weighted is split in base
+// kGrayBase.
+static_assert(kRows * kGray16 <= kMax && kColumns16 * kGray16 <= kMax);
+static_assert((kGrayBase - 1) * ones(kColumns16 - 1) <= kMax &&
+              (kRows * kGray16 / kGrayBase + 1) * ones(kColumns16 - 1) <= kMax);
+// Rows, weighted with k: the low and the high part of a row's sum.
+static_assert((kGrayBase - 1) * ones(kRows) <= kMax &&
+              (kColumns16 * kGray16 / kGrayBase + 1) * ones(kRows) <= kMax &&
+              (kColumns8 * kGray8 / kGrayBase + 1) * ones(kRows) <= kMax);
+}  // namespace bounds
 }  // namespace palpate::shared
 #endif
 #endif
