@@ -10,11 +10,6 @@
 namespace palpate::perf {
 namespace {
 
-struct Sample {
-  double wall_ms = 0;
-  double cpu_ms = 0;
-};
-
 double cpu_now_ms() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -22,15 +17,6 @@ double cpu_now_ms() {
     return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_usec) * 1e-3;
   };
   return ms(usage.ru_utime) + ms(usage.ru_stime);
-}
-
-Sample run_once(const Work& work, int inner) {
-  const double cpu = cpu_now_ms();
-  const auto start = std::chrono::steady_clock::now();
-  for (int i = 0; i < inner; ++i) work.run();
-  const double wall =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  return {wall / inner, (cpu_now_ms() - cpu) / inner};
 }
 
 double quantile(std::vector<double> values, double q) {
@@ -45,14 +31,27 @@ Summary summarise(const std::vector<Sample>& samples, double Sample::*field) {
   return {quantile(values, 0.5), quantile(values, 0.95)};
 }
 
-double ratio(const std::vector<Sample>& a, const std::vector<Sample>& b, double Sample::*field) {
+Quartiles ratios(const std::vector<Sample>& a, const std::vector<Sample>& b, double Sample::*field) {
   std::vector<double> values;
   values.reserve(a.size());
   for (size_t i = 0; i < a.size(); ++i) values.push_back(a[i].*field / b[i].*field);
-  return quantile(values, 0.5);
+  return quartiles(values);
 }
 
 }  // namespace
+
+Quartiles quartiles(const std::vector<double>& values) {
+  return {quantile(values, 0.25), quantile(values, 0.5), quantile(values, 0.75)};
+}
+
+Sample time_runs(const std::function<void()>& run, int runs) {
+  const double cpu = cpu_now_ms();
+  const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < runs; ++i) run();
+  const double wall =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return {wall / runs, (cpu_now_ms() - cpu) / runs};
+}
 
 Pair compare(const std::string& work, const std::string& size, const Work& ours, const Work& rival,
              int repetitions, int inner) {
@@ -60,14 +59,14 @@ Pair compare(const std::string& work, const std::string& size, const Work& ours,
   rival.run();
   std::vector<Sample> a, b;
   for (int i = 0; i < repetitions; ++i) {
-    a.push_back(run_once(ours, inner));
-    b.push_back(run_once(rival, inner));
+    a.push_back(time_runs(ours.run, inner));
+    b.push_back(time_runs(rival.run, inner));
   }
   const auto side = [](const Work& w, const std::vector<Sample>& s) {
     return Side{w.name, summarise(s, &Sample::wall_ms), summarise(s, &Sample::cpu_ms)};
   };
-  return {
-      work, size, side(ours, a), side(rival, b), ratio(a, b, &Sample::wall_ms), ratio(a, b, &Sample::cpu_ms)};
+  const Quartiles wall = ratios(a, b, &Sample::wall_ms), cpu = ratios(a, b, &Sample::cpu_ms);
+  return {work, size, side(ours, a), side(rival, b), wall.median, cpu.median, wall, cpu};
 }
 
 std::string csv_header() {

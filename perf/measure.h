@@ -13,6 +13,22 @@ struct Summary {
   double p95 = 0;
 };
 
+/// Half of all repetitions lie between low and high.
+struct Quartiles {
+  double low = 0;
+  double median = 0;
+  double high = 0;
+  double spread() const { return high - low; }
+};
+Quartiles quartiles(const std::vector<double>& values);
+
+/// One run, or the mean of a few on end.
+struct Sample {
+  double wall_ms = 0;
+  double cpu_ms = 0;  ///< of the whole process, all threads
+};
+Sample time_runs(const std::function<void()>& run, int runs);
+
 /// One way of doing the work, over all repetitions.
 struct Side {
   std::string name;
@@ -27,6 +43,8 @@ struct Pair {
   Side rival;
   double wall_ratio = 0;  ///< median over repetitions of ours / rival
   double cpu_ratio = 0;
+  Quartiles wall_ratios;  ///< the same with their spread
+  Quartiles cpu_ratios;
 };
 
 struct Work {

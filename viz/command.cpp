@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "engine/gpu/context.h"
+#include "engine/tuning.h"
 
 namespace palpate {
 namespace {
@@ -41,6 +42,8 @@ constexpr std::pair<const char*, const char*> kValueNames[] = {
     {"--force", "NEWTON"},
     {"--radius", "MM"},
     {"--size", "WxH"},
+    {"--sizes", "WxH,..."},
+    {"--repetitions", "N"},
     {"--mode", "NAME"},
     {"--response", "NAME"},
     {"--solver", "NAME"},
@@ -98,6 +101,8 @@ std::unique_ptr<gpu::Context> open_device(const Common& common,
   }
   auto context = std::make_unique<gpu::Context>(options);
   spdlog::info("device: {}", context->report().name);
+  const std::string ignored = load_tuning(*context).ignored;
+  if (!ignored.empty()) spdlog::warn("{}", ignored);
   return context;
 }
 

@@ -52,6 +52,7 @@ void add_live(CLI::App& program, Common& common, Command& chosen);
 void add_demo(CLI::App& program, Common& common, Command& chosen);
 void add_calibrate(CLI::App& program, Common& common, Command& chosen);
 void add_profile(CLI::App& program, Common& common, Command& chosen);
+void add_tune(CLI::App& program, Common& common, Command& chosen);
 
 /// The Vulkan device that the options ask for. Throws Error(Failure::Device).
 /// `window_extensions`: for a window, what it needs.
