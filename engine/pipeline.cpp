@@ -22,6 +22,7 @@
 #include "engine/stages/slope.h"
 #include "engine/stages/surface.h"
 #include "engine/stages/upload.h"
+#include "engine/stages/weighted_frame.h"
 
 namespace palpate {
 namespace {
@@ -50,6 +51,14 @@ void check_fit(const Sensor& sensor, const FrameFormat& format, bool surface) {
       "frames of " + std::to_string(format.channels) + " channels of " + std::to_string(format.bit_depth) +
           " bits",
       "frame.channels and frame.bit_depth in the sensor file");
+  if (sensor.pad) {
+    bool seen = false;
+    for (uint32_t y = 0; y < format.height && !seen; ++y)
+      for (uint32_t x = 0; x < format.width && !seen; ++x) seen = contains(*sensor.pad, x, y);
+    require(seen, sensor, "a pad outline that covers some pixel",
+            "none inside " + std::to_string(format.width) + " x " + std::to_string(format.height) + " px",
+            "'pad' in px of the rectified frame");
+  }
   if (!surface) return;
   require(sensor.reading != Reading::None, sensor, "a surface reading (shading, photometric or elastic)",
           "none", "asking for force only, or adding 'surface' to the sensor file");
@@ -95,6 +104,8 @@ struct Pipeline::Impl {
     gpu::DeviceBuffer solved;
     gpu::Commands after_solve;
 
+    WeightedFrame::Slot known;  // where not everything is
+
     bool free = true;
     uint64_t sequence = 0;
     int64_t time_ns = 0;
@@ -109,6 +120,8 @@ struct Pipeline::Impl {
         options(with_options),
         tuning(with_options.tuning ? *with_options.tuning : load_tuning(gpu_context).tuning),
         wants_surface((with_options.outputs & static_cast<uint32_t>(Output::Surface)) != 0),
+        wants_confidence((with_options.outputs & static_cast<uint32_t>(Output::Confidence)) != 0 ||
+                         (wants_surface && (with_sensor.pad || with_sensor.shadow_gray))),
         background(gpu_context, "background", frame_format),
         contact(gpu_context, with_sensor, frame_format,
                 wants_surface && with_sensor.reading != Reading::Photometric, tuning),
@@ -120,10 +133,17 @@ struct Pipeline::Impl {
         convolution.emplace(ElasticKernel(sensor.elastic, sensor.pitch_mm_per_px), format.width,
                             format.height);
     } else if (wants_surface) {
-      surface.emplace(context, format.width, format.height, options.solver, tuning);
-      slope.emplace(context, sensor, format, contact, surface->right_sides(), tuning);
+      // With a pad's outline some pixels are never known: the solver with weights is then the only one.
+      if (!sensor.pad || options.solver == SurfaceSolver::Exact)
+        surface.emplace(context, format.width, format.height, options.solver, tuning);
+      slope.emplace(context, sensor, format, contact, surface ? surface->right_sides() : RightSides::Cells,
+                    tuning);
       datum.emplace(context, contact, map, tuning);
       if (options.solver == SurfaceSolver::Exact) dct.emplace(format.width, format.height);
+    }
+    if (wants_confidence) {
+      partial.emplace(context, sensor, format, options.solver, slope.has_value());
+      if (slope) slope->prepare_slopes(context);
     }
     for (uint32_t i = 0; i < std::max(options.slots, 1u); ++i)
       record(slots.emplace_back(context, format, contact));
@@ -147,7 +167,12 @@ struct Pipeline::Impl {
       cmd.barrier();
     }
     contact.record(cmd, slot.frame, background, slot.records);
-    if (wants_surface) {
+    if (partial) partial->record(context, cmd, slot.known, slot.frame);
+    const bool weights = partial && partial->solves();
+    if (weights)
+      partial->record_solve(context, cmd, slot.known, slot.frame, background, contact, slot.records, *slope,
+                            *datum, slot.depth, slot.datum_records);
+    if (wants_surface && !(weights && partial->always())) {
       if (elastic)
         elastic->record_pressure(cmd, slot.border_records);
       else
@@ -180,11 +205,18 @@ struct Pipeline::Impl {
 
   Result finish(uint32_t index) {
     Slot& slot = slots[index];
+    if (partial) partial->count(slot.known);
+    const bool weights = slot.known.weighted;
+    if (weights)
+      partial->solve(slot.known, contact, slot.records,
+                     slot.solved ? slot.solved.as<float>().data() : nullptr, map.pitch * 4);
     if (solves_on_host()) {
       slot.right_side.invalidate();
       const float* from = slot.right_side.as<float>().data();
       float* solved = slot.solved.as<float>().data();
-      if (elastic)
+      if (weights) {
+        // done above
+      } else if (elastic)
         convolution->solve(from + elastic->pressure_start(), elastic->pressure_pitch(), solved,
                            map.pitch * 4);
       else
@@ -242,6 +274,7 @@ struct Pipeline::Impl {
                                               : Validity::Valid;
       if (elastic) measure_elastic(slot, rest, t);
     }
+    if (partial) partial->report(slot.known, t);
     return t;
   }
 
@@ -266,6 +299,7 @@ struct Pipeline::Impl {
   PipelineOptions options;
   Tuning tuning;
   bool wants_surface;
+  bool wants_confidence;
   PaddedImage background;
   bool has_background = false;
   Contact contact;
@@ -276,6 +310,7 @@ struct Pipeline::Impl {
   std::optional<PoissonDct> dct;
   std::optional<Elastic> elastic;  // in place of slope and surface
   std::optional<ElasticConvolution> convolution;
+  std::optional<WeightedFrame> partial;  // where not everything is known
   ShearTracker shear;
   std::deque<Slot> slots;
   std::deque<uint32_t> in_flight;
@@ -293,7 +328,10 @@ Pipeline::Pipeline(Pipeline&&) noexcept = default;
 
 Pipeline::~Pipeline() {
   if (!impl_) return;
-  for (Impl::Slot& slot : impl_->slots) slot.commands.wait();
+  for (Impl::Slot& slot : impl_->slots) {
+    slot.commands.settle();
+    slot.known.solve.settle();
+  }
 }
 
 void Pipeline::set_background(const Frame& frame) {
@@ -312,6 +350,7 @@ void Pipeline::set_background(const Frame& frame) {
   commands.end();
   commands.submit();
   commands.wait();
+  if (impl_->partial) impl_->partial->set_background(frame);
   impl_->has_background = true;
 }
 
@@ -326,12 +365,12 @@ bool Pipeline::submit(const Frame& frame) {
   for (uint32_t i = 0; i < impl_->slots.size(); ++i) {
     Impl::Slot& slot = impl_->slots[i];
     if (!slot.free) continue;
-    slot.free = false;
     slot.sequence = frame.sequence;
     slot.time_ns = frame.time_ns;
     slot.frame.write(frame);
     slot.submitted = Clock::now();
     slot.commands.submit();
+    slot.free = false;
     impl_->in_flight.push_back(i);
     return true;
   }
@@ -391,10 +430,20 @@ std::vector<float> Pipeline::read_depth_mm(const Result& result) const {
   return depth_mm;
 }
 
+std::vector<uint16_t> Pipeline::read_confidence(const Result& result) const {
+  if (!impl_->partial) return {};
+  return impl_->partial->read(impl_->slots[result.slot].known);
+}
+
 std::vector<gpu::ScopeTime> Pipeline::times(const Result& result) const {
   std::vector<gpu::ScopeTime> times = impl_->slots[result.slot].commands.times();
   if (impl_->solves_on_host()) {
     const auto rest = impl_->slots[result.slot].after_solve.times();
+    times.insert(times.end(), rest.begin(), rest.end());
+  }
+  const WeightedFrame::Slot& known = impl_->slots[result.slot].known;
+  if (known.weighted && !impl_->partial->always()) {
+    const auto rest = known.solve.times();
     times.insert(times.end(), rest.begin(), rest.end());
   }
   return times;
@@ -412,7 +461,9 @@ uint64_t Pipeline::memory_bytes() const {
   uint64_t bytes = impl_->background.memory_bytes() + impl_->contact.filtered().bytes();
   if (impl_->surface) bytes += impl_->surface->memory_bytes();
   if (impl_->elastic) bytes += impl_->elastic->memory_bytes();
+  if (impl_->partial) bytes += impl_->partial->memory_bytes();
   for (const Impl::Slot& slot : impl_->slots) {
+    bytes += WeightedFrame::memory_bytes(slot.known);
     bytes += slot.frame.memory_bytes() + slot.records.bytes() + slot.depth.buffer.bytes() +
              slot.datum_records.bytes() + slot.border_records.bytes() + slot.right_side.bytes() +
              slot.solved.bytes();

@@ -23,11 +23,15 @@ struct ScopeTraffic;
 
 /// What the caller wants computed. What is not asked for is not built: no kernels, no memory.
 enum class Output : uint32_t {
-  Force = 1,    ///< contact moments, force, shear
-  Surface = 2,  ///< height map on the GPU, depth
+  Force = 1,       ///< contact moments, force, shear
+  Surface = 2,     ///< height map on the GPU, depth
+  Confidence = 4,  ///< what is known of each pixel; the surface then counts each by it
 };
 constexpr uint32_t operator|(Output a, Output b) {
   return static_cast<uint32_t>(a) | static_cast<uint32_t>(b);
+}
+constexpr uint32_t operator|(uint32_t a, Output b) {
+  return a | static_cast<uint32_t>(b);
 }
 
 enum class SurfaceSolver {
@@ -77,7 +81,8 @@ class Pipeline {
   /// Starts a frame; false when every slot is in flight or held (the caller decides whether to wait or to
   /// drop).
   bool submit(const Frame& frame);
-  /// The oldest frame in flight if it is finished; never waits (SurfaceSolver::Exact solves it here).
+  /// The oldest frame in flight if it is finished; never waits, but where the surface is solved
+  /// here: SurfaceSolver::Exact, and once more with weights where a frame turns out to have unknown pixels.
   std::optional<Result> poll();
   /// The oldest frame in flight, waiting for it; nullopt when none is.
   std::optional<Result> wait();
@@ -89,6 +94,11 @@ class Pipeline {
 
   /// Depth map of a result that is not released yet: height x width floats, mm below rest level.
   std::vector<float> read_depth_mm(const Result& result) const;
+
+  /// Confidence of a result that is not released yet: height x width pixels of 16 bits, confidence 0 to 255
+  /// in the lower half and the reasons (shaders/shared/confidence.h) in the upper. Empty unless
+  /// Touch::has_confidence.
+  std::vector<uint16_t> read_confidence(const Result& result) const;
 
   /// GPU time of each named stage of a finished frame (empty unless the context has timers on).
   std::vector<gpu::ScopeTime> times(const Result& result) const;

@@ -14,6 +14,7 @@ enum class Validity : uint8_t {
   AboveRange,     ///< larger than anything seen in calibration
   Saturated,      ///< pixels are at the camera's limit (see saturated_px): the value may be too low
   AtBorder,       ///< the contact reaches the frame's border: what presses outside is missing
+  Apart,          ///< unknown pixels cut the known ones into islands: heights between them are not determined
 };
 const char* to_string(Validity validity);
 
@@ -66,6 +67,16 @@ struct Touch {
   double depth_datum_mm = 0;  ///< add to a value of the height map to get depth: rest level is depth 0
   bool datum_from_rest =
       false;  ///< false: no untouched tile, the rest level is the mean over the whole frame
+
+  bool has_confidence = false;   ///< confidence of pixels was asked for, or the surface needs it
+  uint64_t unknown_px = 0;       ///< pixels of confidence 0
+  uint64_t shadowed_px = 0;      ///< too dark to carry a slope, wholly or in part
+  uint64_t outside_px = 0;       ///< beyond the pad's outline
+  bool weighted = false;         ///< the surface was solved with the confidence as weights
+  double weighted_residual = 0;  ///< relative RMS that this solve leaves of its normal equations
+  double weighted_misfit = 0;    ///< share of the weighted slopes that no surface explains, 0 to 1
+  uint32_t islands = 0;          ///< parts of the frame that nothing known joins
+  uint32_t touched_islands = 0;  ///< of those, with contact
 };
 
 }  // namespace palpate

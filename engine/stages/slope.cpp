@@ -10,6 +10,8 @@
 #include "shaders/slope_given.spv.h"
 #include "shaders/slope_photometric.spv.h"
 #include "shaders/slope_shading.spv.h"
+#include "shaders/slope_store_photometric.spv.h"
+#include "shaders/slope_store_shading.spv.h"
 
 namespace palpate {
 namespace {
@@ -111,6 +113,33 @@ void Slope::record(gpu::Commands& commands, const PaddedImage& frame, const Padd
   } else {
     dispatch(commands, {&frame.pairs(), &frame.words(), &background.pairs(), &background.words()}, surface);
   }
+}
+
+void Slope::prepare_slopes(gpu::Context& context) {
+  const gpu::Shader shader = shading_ ? gpu::Shader{"slope_store_shading", k_slope_store_shading}
+                                      : gpu::Shader{"slope_store_photometric", k_slope_store_photometric};
+  std::vector<gpu::Binding> bindings(shading_ ? 3 : 4, gpu::Binding::Texels);
+  bindings.resize(bindings.size() + 2, gpu::Binding::Storage);
+  store_kernel_ =
+      gpu::Kernel(context, shader, {std::move(bindings), sizeof push_, {workgroup_, 1, 1}, {tile_rows_}});
+}
+
+void Slope::record_slopes(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
+                          const FloatMap& p, const FloatMap& q) const {
+  const auto scope = commands.scope("slopes");
+  if (shading_) {
+    commands.dispatch(block_kernel_, {&filtered_texels_, &blocks_}, push_, {block_groups_, 1, 1});
+    commands.barrier();
+    commands.dispatch(store_kernel_,
+                      {&filtered_texels_, &filtered_pairs_, &block_words_, &p.buffer, &q.buffer}, push_,
+                      groups());
+  } else {
+    commands.dispatch(
+        store_kernel_,
+        {&frame.pairs(), &frame.words(), &background.pairs(), &background.words(), &p.buffer, &q.buffer},
+        push_, groups());
+  }
+  commands.barrier();
 }
 
 void Slope::record_given(gpu::Commands& commands, const FloatMap& p, const FloatMap& q,

@@ -26,6 +26,11 @@ class Slope {
   /// Fills the right sides that the stage was made for.
   void record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
               const Surface& surface) const;
+  /// The slopes themselves, d(depth)/dx and d(depth)/dy at pixel centres; only where `prepare_slopes` was
+  /// called.
+  void record_slopes(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
+                     const FloatMap& p, const FloatMap& q) const;
+  void prepare_slopes(gpu::Context& context);
   void record_given(gpu::Commands& commands, const FloatMap& p, const FloatMap& q,
                     const Surface& surface) const;
 
@@ -45,6 +50,7 @@ class Slope {
   uint32_t block_groups_ = 0;
   gpu::Kernel block_kernel_;
   gpu::Kernel kernel_;
+  gpu::Kernel store_kernel_;
 };
 
 }  // namespace palpate
