@@ -29,14 +29,14 @@ int level_of(double variance) {
 
 /// The Gaussians that make up the kernel together with what is compact, per px of 1/r.
 std::vector<Gaussian> gaussians(const ElasticKernel& kernel) {
-  // The sum to infinity converges like 1/width: at 2^60 px nothing is left in double precision.
-  constexpr int kHalfOctaves = 120;
+  constexpr int kHalfOctaves = 48;  // up to 2^25 px; what is wider still is flat over the largest frame
   const double step = std::numbers::ln2 / 2, unit = std::sqrt(2 / kPi) * step;
   const double thickness = kernel.thickness_px(), widest = 6 * thickness;
   std::vector<Gaussian> near, far;
   for (int j = 0; j < kHalfOctaves; ++j) {
     const double variance = 4 * kNarrow * std::ldexp(1.0, j), sd = std::sqrt(variance);
-    const Gaussian g{variance, unit / sd, level_of(variance)};
+    const double wider = j + 1 < kHalfOctaves ? 1 : 1 / (1 - 1 / std::numbers::sqrt2);  // with all that follow
+    const Gaussian g{variance, unit / sd * wider, level_of(variance)};
     (thickness > 0 && sd > widest ? far : near).push_back(g);
   }
   if (thickness <= 0) return near;
@@ -121,9 +121,10 @@ std::array<float, shared::kElasticOrbits> stencil_of(Eigen::MatrixXd wide, doubl
   }
   const Eigen::Vector2d spread = rings.inverse() * Eigen::Vector2d(mass, second);
   std::array<float, shared::kElasticOrbits> out{};
+  size_t entry = 0;
   for (int i = 0; i <= kRadius; ++i)
     for (int j = 0; j <= i; ++j)
-      out[static_cast<size_t>(i * (i + 1) / 2 + j)] =
+      out[entry++] =
           static_cast<float>(scale * (wide(i, j) + (i > kRadius - 2 ? spread[i - kRadius + 1] : 0)));
   return out;
 }

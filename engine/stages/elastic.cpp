@@ -74,7 +74,7 @@ Elastic::Elastic(gpu::Context& context, const ElasticPlan& plan, const Tuning& t
   table_ =
       gpu::DeviceBuffer(context, "elastic table", uint64_t{table_pitch_} * rows * 16, gpu::Memory::Upload);
   const std::span<float> table = table_.as<float>();
-  const auto middle = static_cast<int64_t>(table_pitch_ / 2 * 4);
+  const int64_t middle = int64_t{table_pitch_} / 2 * 4;
   for (uint32_t y = 0; y < rows; ++y) {
     for (uint32_t x = 0; x < table_pitch_ * 4; ++x) {
       const int64_t away = std::abs(int64_t{x} - middle);

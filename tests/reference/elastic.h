@@ -79,9 +79,9 @@ inline std::vector<double> elastic(const ElasticPlan& plan, const std::vector<do
         double sum = 0;
         for (int j = -kRadius; j <= kRadius; ++j) {
           for (int i = -kRadius; i <= kRadius; ++i) {
-            const int a = std::max(std::abs(i), std::abs(j)), b = std::min(std::abs(i), std::abs(j));
-            sum += p[l].at(x + i, y + j) *
-                   double{plan.levels[l].stencil[static_cast<size_t>(a * (a + 1) / 2 + b)]};
+            const auto a = static_cast<size_t>(std::max(std::abs(i), std::abs(j)));
+            const auto b = static_cast<size_t>(std::min(std::abs(i), std::abs(j)));
+            sum += p[l].at(x + i, y + j) * double{plan.levels[l].stencil[a * (a + 1) / 2 + b]};
           }
         }
         const int cx = static_cast<int>(std::floor(x / 2.0)), cy = static_cast<int>(std::floor(y / 2.0));
