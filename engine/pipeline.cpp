@@ -229,7 +229,15 @@ struct Pipeline::Impl {
     result.slot = index;
     result.touch = measure(slot);
     if (wants_surface) {
-      result.surface = {&slot.depth.buffer, map.width, map.height, map.pitch * 4};
+      result.surface.buffer = &slot.depth.buffer;
+      result.surface.width = map.width;
+      result.surface.height = map.height;
+      result.surface.pitch = map.pitch * 4;
+    }
+    if (partial) {
+      slot.known.map.buffer.invalidate();
+      result.surface.confidence = slot.known.map.buffer.as<const uint16_t>();
+      result.surface.confidence_pitch = partial->pitch();
     }
     result.turnaround_ms = std::chrono::duration<double, std::milli>(Clock::now() - slot.submitted).count();
     return result;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,10 @@ struct SurfaceMap {
   uint32_t width = 0;   ///< px
   uint32_t height = 0;  ///< px
   uint32_t pitch = 0;   ///< floats from one row to the next
+  /// What is known of each pixel (shaders/shared/confidence.h), in host memory, rows confidence_pitch apart;
+  /// empty unless Touch::has_confidence.
+  std::span<const uint16_t> confidence;
+  uint32_t confidence_pitch = 0;
 };
 
 /// A finished frame. The slot stays untouched until `release`.

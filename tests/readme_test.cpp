@@ -60,6 +60,8 @@ TEST(Readme, NamesEveryKeyOfASensorFile) {
                           "surface.shading",
                           "surface.elastic",
                           "surface.photometric",
+                          "surface.shadow_gray",
+                          "pad",
                           "force",
                           "shear",
                           "facing_gray",

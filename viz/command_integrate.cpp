@@ -9,6 +9,7 @@
 #include "engine/frame.h"
 #include "engine/gpu/context.h"
 #include "engine/stages/surface.h"
+#include "engine/stages/weighted_surface.h"
 #include "viz/command.h"
 #include "viz/input.h"
 #include "viz/npy.h"
@@ -19,6 +20,7 @@ namespace {
 
 struct Options {
   std::filesystem::path gradients;
+  std::filesystem::path weights;  ///< empty: none
   SurfaceSolver solver = SurfaceSolver::Converged;
 };
 
@@ -35,9 +37,67 @@ void check_shape(const NpyArray& array, const std::filesystem::path& file) {
   }
 }
 
+NpyArray read_weights(const Options& options, const NpyArray& gradients) {
+  NpyArray weights = read_npy(options.weights);
+  const std::vector<size_t> wanted{gradients.shape[0], gradients.shape[1]};
+  if (weights.shape != wanted) {
+    throw Error(Failure::Input,
+                "weights of " + describe_shape(wanted) + ", one for each pixel, in '" +
+                    options.weights.string() + "'",
+                describe_shape(weights.shape), "an array of the gradients' rows and columns");
+  }
+  return weights;
+}
+
+/// The same with a weight for each pixel.
+Report integrate_with_weights(const Common& common, const Options& options, const NpyArray& array) {
+  const NpyArray weights = read_weights(options, array);
+  const auto rows = static_cast<uint32_t>(array.shape[0]), cols = static_cast<uint32_t>(array.shape[1]);
+  const std::unique_ptr<gpu::Context> context = open_device(common);
+  const double start_s = now_s();
+  const WeightedHeights heights =
+      integrate_weighted(*context, array.values, weights.values, rows, cols, options.solver);
+  const double seconds = now_s() - start_s;
+  make_output_folder(common.out);
+  const std::filesystem::path file = common.out / "height.npy";
+  write_npy(file, heights.values, {rows, cols});
+  const WeightedEvidence& evidence = heights.evidence;
+  const nlohmann::ordered_json value = {{"height", file.string()},
+                                        {"rows", rows},
+                                        {"columns", cols},
+                                        {"solver", to_string(options.solver)},
+                                        {"device", context->report().name},
+                                        {"residual", evidence.residual},
+                                        {"inconsistency", evidence.misfit},
+                                        {"iterations", evidence.iterations},
+                                        {"converged", evidence.converged},
+                                        {"unknown_px", heights.islands.unknown_px},
+                                        {"islands", heights.islands.count},
+                                        {"peak_to_valley", heights.peak_to_valley},
+                                        {"seconds", seconds},
+                                        {"complete", true}};
+  char text[300];
+  std::snprintf(
+      text, sizeof text,
+      "%u x %u heights, peak to valley %.6g, relative residual %.2g after %u iterations, inconsistency %.2g, "
+      "%llu px unknown, %.3f s\n",
+      rows, cols, heights.peak_to_valley, evidence.residual, evidence.iterations, evidence.misfit,
+      static_cast<unsigned long long>(heights.islands.unknown_px), seconds);
+  if (heights.islands.apart()) {
+    spdlog::warn("unknown pixels cut the field into {} islands: heights between them are not determined",
+                 heights.islands.count);
+  }
+  if (!evidence.converged && options.solver != SurfaceSolver::Live && options.solver != SurfaceSolver::Fine)
+    spdlog::warn("not converged: weights of too many orders of magnitude; --solver exact may go further");
+  return {text + ("written: " + file.string()),
+          value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
+          validation_clean(*context) ? 0 : kInternalError};
+}
+
 Report integrate(const Common& common, const Options& options) {
   const NpyArray array = read_npy(options.gradients);
   check_shape(array, options.gradients);
+  if (!options.weights.empty()) return integrate_with_weights(common, options, array);
   const auto rows = static_cast<uint32_t>(array.shape[0]), cols = static_cast<uint32_t>(array.shape[1]);
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const double start_s = now_s();
@@ -83,6 +143,9 @@ void add_integrate(CLI::App& program, Common& common, Command& chosen) {
       ->add_option("GRADIENTS", options->gradients,
                    "rows x columns x 2, float32 or float64: dz/dx (right), dz/dy (down), per pixel")
       ->required();
+  command->add_option(
+      "--weights", options->weights,
+      "rows x columns, at least 0: how much each pixel's gradient counts; 0 is not known and may be NaN");
   command->add_option("--out", common.out, "Folder for height.npy")->required();
   command
       ->add_option(

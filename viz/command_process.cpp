@@ -14,7 +14,10 @@ namespace {
 
 const std::map<std::string, DepthFormat> kDepthFormats = {
     {"png16", DepthFormat::Png16}, {"npy", DepthFormat::Npy}, {"ply", DepthFormat::Ply}};
-const std::map<std::string, Output> kOutputs = {{"force", Output::Force}, {"surface", Output::Surface}};
+const std::map<std::string, DepthFormat> kConfidenceFormats = {{"png16", DepthFormat::Png16},
+                                                               {"npy", DepthFormat::Npy}};
+const std::map<std::string, Output> kOutputs = {
+    {"force", Output::Force}, {"surface", Output::Surface}, {"confidence", Output::Confidence}};
 
 struct Options {
   ProcessRequest request;
@@ -34,6 +37,7 @@ Report process(const Common& common, Options options) {
     request.outputs = 0;
     for (const Output output : options.outputs) request.outputs |= static_cast<uint32_t>(output);
   }
+  if (!request.confidence.empty()) request.outputs |= static_cast<uint32_t>(Output::Confidence);
   if (!request.depth.empty() && !(request.outputs & static_cast<uint32_t>(Output::Surface))) {
     throw Error(Failure::Usage, "a surface for --depth",
                 options.outputs.empty() ? "a sensor without a reading of the surface" : "--outputs force",
@@ -74,8 +78,10 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
                    "Folder for measurements.csv, summary.json and what else is asked for")
       ->required();
   command
-      ->add_option("--outputs", options->outputs,
-                   "What to compute: force, surface or force,surface (default: what the sensor can)")
+      ->add_option(
+          "--outputs", options->outputs,
+          "What to compute: force, surface, confidence (default: force, and surface where the sensor can); "
+          "with confidence the surface leaves out what is not known")
       ->delimiter(',')
       ->transform(CLI::CheckedTransformer(kOutputs));
   command
@@ -85,6 +91,12 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
   command->add_option("--depth", request.depth, "Write each frame's depth map: png16, npy, ply (repeatable)")
       ->delimiter(',')
       ->transform(CLI::CheckedTransformer(kDepthFormats));
+  command
+      ->add_option(
+          "--confidence", request.confidence,
+          "Write what is known of each frame's pixels: png16, npy (repeatable); asks for that output too")
+      ->delimiter(',')
+      ->transform(CLI::CheckedTransformer(kConfidenceFormats));
   command->add_flag("--pictures", request.pictures,
                     "Write pictures/NNNNNN.png: each frame as the window shows it");
   command->add_flag("--video", request.video, "Write recording.mp4: the same as a film");
@@ -116,10 +128,11 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
       "  palpate process press.avi --sensor gel.json --out out/press\n"
       "  palpate process frames/ --sensor pad.json --out out/run --outputs force --json\n"
       "  palpate process press.avi --sensor gel.json --out out/press --depth png16 --depth ply --video\n"
+      "  palpate process press.avi --sensor gel.json --out out/press --confidence png16\n"
       "  palpate process synthetic:palpation --out out/check        adds true_* columns and an error table\n"
       "Rows of measurements.csv are whole as they are written; summary.json appears at the end and tells\n"
       "whether the recording was processed to its end (\"complete\"). Numbered files of an earlier run in\n"
-      "depth/ and pictures/ are replaced.\n");
+      "depth/, confidence/ and pictures/ are replaced.\n");
   command->callback(
       [&common, &chosen, options] { chosen = [&common, options] { return process(common, *options); }; });
 }

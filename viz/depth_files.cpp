@@ -8,11 +8,21 @@
 #include <vector>
 
 #include "engine/error.h"
+#include "shaders/shared/confidence.h"
 #include "viz/npy.h"
 #include "viz/output_file.h"
 
 namespace palpate {
 namespace {
+
+void write_counts(const std::filesystem::path& file, const cv::Mat& counts) {
+  std::vector<uint8_t> bytes;
+  // Level 1: a third of the time of the usual level for files a few percent larger.
+  if (!cv::imencode(".png", counts, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1}))
+    throw Error(Failure::Output, "to write '" + file.string() + "'", "a PNG encoder that refuses",
+                "npy files");
+  write_whole(file, bytes);
+}
 
 uint64_t write_png16(const std::filesystem::path& file, const DepthView& map) {
   cv::Mat counts(static_cast<int>(map.height), static_cast<int>(map.width), CV_16UC1);
@@ -26,13 +36,7 @@ uint64_t write_png16(const std::filesystem::path& file, const DepthView& map) {
       row[x] = static_cast<uint16_t>(count > 65535 ? 65535 : count >= 0 ? count : 0);
     }
   }
-  std::vector<uint8_t> bytes;
-  // Level 1: a third of the time of the usual level for files a few percent larger.
-  if (!cv::imencode(".png", counts, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
-    throw Error(Failure::Output, "to write '" + file.string() + "'", "a PNG encoder that refuses",
-                "--depth npy");
-  }
-  write_whole(file, bytes);
+  write_counts(file, counts);
   return clipped;
 }
 
@@ -103,6 +107,41 @@ uint64_t write_depth(const std::filesystem::path& file, const DepthView& map, De
       return 0;
   }
   return 0;
+}
+
+void write_confidence(const std::filesystem::path& file, std::span<const uint16_t> pixels, uint32_t width,
+                      uint32_t height, DepthFormat format) {
+  if (format == DepthFormat::Png16) {
+    const cv::Mat counts(static_cast<int>(height), static_cast<int>(width), CV_16UC1,
+                         const_cast<uint16_t*>(pixels.data()));
+    return write_counts(file, counts);
+  }
+  std::vector<float> values;
+  values.reserve(2 * pixels.size());
+  for (const uint16_t pixel : pixels) {
+    values.push_back(static_cast<float>(pixel & shared::kFullConfidence) /
+                     static_cast<float>(shared::kFullConfidence));
+    values.push_back(static_cast<float>(pixel >> shared::kReasonShift));
+  }
+  write_npy(file, values, {height, width, 2});
+}
+
+std::string describe_confidence_folder(uint32_t width, uint32_t height,
+                                       std::span<const DepthFormat> formats) {
+  nlohmann::ordered_json about = {
+      {"content", "what is known of each pixel, one file a frame"},
+      {"width_px", width},
+      {"height_px", height},
+      {"reasons",
+       {{"saturated", shared::kSaturated}, {"shadowed", shared::kShadowed}, {"outside", shared::kOutside}}}};
+  for (const DepthFormat format : formats) {
+    if (format == DepthFormat::Png16)
+      about["png"] = {{"confidence", "(count % 256) / 255"}, {"reasons", "count / 256, a sum"}};
+    else
+      about["npy"] = {
+          {"dtype", "<f4"}, {"shape", {height, width, 2}}, {"last_index", {"confidence", "sum of reasons"}}};
+  }
+  return about.dump(2) + "\n";
 }
 
 std::string describe_depth_folder(const DepthView& map, std::span<const DepthFormat> formats,

@@ -31,6 +31,14 @@ inline constexpr int kDepthZeroCount = 8192;
 /// Error(Failure::Output).
 uint64_t write_depth(const std::filesystem::path& file, const DepthView& map, DepthFormat format);
 
+/// Confidence of pixels, height x width as Pipeline::read_confidence gives it. 16-bit PNG: the counts as they
+/// are. NumPy: float32, height x width x 2, confidence 0 to 1 and the sum of reasons. Throws
+/// Error(Failure::Output).
+void write_confidence(const std::filesystem::path& file, std::span<const uint16_t> pixels, uint32_t width,
+                      uint32_t height, DepthFormat format);
+/// What a reader of a folder of confidence maps must know, as JSON text.
+std::string describe_confidence_folder(uint32_t width, uint32_t height, std::span<const DepthFormat> formats);
+
 /// What a reader of a folder of depth maps must know, as JSON text.
 std::string describe_depth_folder(const DepthView& map, std::span<const DepthFormat> formats,
                                   uint64_t clipped_px);

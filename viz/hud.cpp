@@ -70,6 +70,7 @@ std::string depth_text(const Touch& t) {
   shown += " mm";
   if (t.depth_validity == Validity::Saturated) shown += ", saturated";
   if (t.depth_validity == Validity::AtBorder) shown += ", at border";
+  if (t.depth_validity == Validity::Apart) shown += ", on an island";
   if (!t.datum_from_rest) shown += " (no rest level)";
   return shown;
 }
@@ -218,6 +219,8 @@ Verdict force_verdict(Validity validity) {
       return {"SATURATED pixels: force is at least this", 255, 96, 88};
     case Validity::AtBorder:
       return {"contact reaches the BORDER: force is at least this", 255, 150, 60};
+    case Validity::Apart:
+      return {"unknown pixels cut the surface into ISLANDS", 255, 150, 60};
     default:
       return {"force not calibrated: gray sum only", 150, 158, 170};
   }
@@ -355,7 +358,8 @@ void Hud::measurements(HudFrame& frame, const Layout& layout, const HudContent& 
   row("shear y", shear_text(t.shear_y_N));
   row("stick or slip", slip.words, &slip_tint);
   if (content.has_surface) {
-    const bool doubtful = t.depth_validity == Validity::Saturated || t.depth_validity == Validity::AtBorder;
+    const bool doubtful = t.depth_validity != Validity::Valid && t.depth_validity != Validity::NoContact &&
+                          t.depth_validity != Validity::NotCalibrated;
     const ImVec4 depth_tint = colour(force_verdict(t.depth_validity));
     row("deepest", t.has_surface ? depth_text(t) : "-", doubtful ? &depth_tint : nullptr);
   }
@@ -367,6 +371,12 @@ void Hud::measurements(HudFrame& frame, const Layout& layout, const HudContent& 
   const ImVec4 red = colour(force_verdict(Validity::Saturated));
   row("saturated", text("%llu px", static_cast<unsigned long long>(t.saturated_px)),
       t.saturated_px ? &red : nullptr);
+  if (t.has_confidence) {
+    const ImVec4 tint_apart = colour(force_verdict(Validity::Apart));
+    std::string shown = text("%llu px", static_cast<unsigned long long>(t.unknown_px));
+    if (t.islands > 1) shown += text(", %u islands", t.islands);
+    row("unknown", shown, t.islands > 1 ? &tint_apart : nullptr);
+  }
   ImGui::EndTable();
   ImGui::End();
 }

@@ -7,6 +7,7 @@
 #include "engine/gpu/context.h"
 #include "shaders/image_frag.spv.h"
 #include "shaders/image_vert.spv.h"
+#include "shaders/shared/confidence.h"
 #include "shaders/shared/surface_view.h"
 
 namespace palpate::viz {
@@ -17,7 +18,27 @@ ImageView::ImageView(gpu::Context& context, const RenderPass& pass, uint32_t fra
                 VK_PRIMITIVE_TOPOLOGY_TRIANGLE_STRIP, false),
       uploads_(frames_in_flight) {}
 
-void ImageView::draw(VkCommandBuffer cmd, const Frame& frame, const ViewRect& rect, VkExtent2D extent) {
+namespace {
+
+// Diagonal stripes of mid gray and near black over what is not known.
+template <typename Pixel>
+void hatch(std::span<Pixel> planes, const FrameFormat& format, const SurfaceMap& map) {
+  constexpr uint32_t kStripe_px = 3;
+  const uint32_t light = format.max_gray() / 2, dark = format.max_gray() / 8;
+  for (uint32_t y = 0; y < format.height; ++y) {
+    for (uint32_t x = 0; x < format.width; ++x) {
+      if ((map.confidence[size_t{y} * map.confidence_pitch + x] & shared::kFullConfidence) != 0) continue;
+      const auto value = static_cast<Pixel>((x + y) / kStripe_px % 2 == 0 ? light : dark);
+      for (uint32_t c = 0; c < format.channels; ++c)
+        planes[(size_t{c} * format.height + y) * format.width + x] = value;
+    }
+  }
+}
+
+}  // namespace
+
+void ImageView::draw(VkCommandBuffer cmd, const Frame& frame, const SurfaceMap& map, const ViewRect& rect,
+                     VkExtent2D extent) {
   const FrameFormat& format = frame.format;
   Upload& upload = uploads_[next_++ % uploads_.size()];
   const bool wide = format.bytes_per_pixel() == 2;
@@ -29,6 +50,12 @@ void ImageView::draw(VkCommandBuffer cmd, const Frame& frame, const ViewRect& re
     upload.wide = wide;
   }
   std::memcpy(upload.pixels.as<uint8_t>().data(), frame.bytes.data(), format.frame_bytes());
+  if (!map.confidence.empty()) {
+    if (wide)
+      hatch(upload.pixels.as<uint16_t>(), format, map);
+    else
+      hatch(upload.pixels.as<uint8_t>(), format, map);
+  }
   upload.pixels.flush();
 
   const auto clip = [](double px, uint32_t size) { return static_cast<float>(2 * px / size - 1); };

@@ -8,6 +8,7 @@
 
 #include "engine/frame.h"
 #include "engine/gpu/buffer.h"
+#include "engine/pipeline.h"
 #include "viz/surface_view.h"
 
 namespace palpate::viz {
@@ -18,8 +19,10 @@ class ImageView {
   ImageView(gpu::Context& context, const RenderPass& pass, uint32_t frames_in_flight);
 
   /// Copies the frame (gray or colour planes, 8 to 16 bit) to the device and draws it into `rect` of a
-  /// picture of size `extent`; full scale is white. Once a picture.
-  void draw(VkCommandBuffer cmd, const Frame& frame, const ViewRect& rect, VkExtent2D extent);
+  /// picture of size `extent`; full scale is white. Pixels of which `map` says that nothing is known are
+  /// hatched. Once a picture.
+  void draw(VkCommandBuffer cmd, const Frame& frame, const SurfaceMap& map, const ViewRect& rect,
+            VkExtent2D extent);
 
  private:
   struct Upload {

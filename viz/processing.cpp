@@ -56,6 +56,10 @@ class Recorder {
       make_output_folder(out / "depth");
       clear_numbered_files(out / "depth");
     }
+    if (!request.confidence.empty()) {
+      make_output_folder(out / "confidence");
+      clear_numbered_files(out / "confidence");
+    }
     if (request.pictures) {
       make_output_folder(out / "pictures");
       clear_numbered_files(out / "pictures");
@@ -77,6 +81,12 @@ class Recorder {
       if (compare_depth) depth_rms_error_mm = rms_difference(depth_mm_, truth->depth_mm);
       write_depths(touch.sequence);
     }
+    if (!request_.confidence.empty()) {
+      const std::vector<uint16_t> pixels = pipeline_.read_confidence(result);
+      for (const DepthFormat format : request_.confidence)
+        write_confidence(out_ / "confidence" / numbered_name(touch.sequence, extension(format)), pixels,
+                         map_width(), map_height(), format);
+    }
     measurements_.add(touch, truth ? &*truth : nullptr, depth_rms_error_mm);
     if (truth) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
     if (renderer_) draw(result, frame);
@@ -86,6 +96,10 @@ class Recorder {
   void close() {
     measurements_.close();
     if (film_) film_->finish();
+    if (!request_.confidence.empty())
+      write_whole(
+          out_ / "confidence" / "confidence.json",
+          std::string_view(describe_confidence_folder(map_width(), map_height(), request_.confidence)));
     if (!request_.depth.empty()) {
       write_whole(out_ / "depth" / "depth.json",
                   std::string_view(describe_depth_folder(view(), request_.depth, summary_.depth_clipped_px)));
@@ -139,6 +153,8 @@ class Recorder {
             std::max(summary_.largest_force_N.value_or(touch.force_N.value), touch.force_N.value);
       }
     }
+    summary_.weighted_frames += touch.weighted;
+    summary_.island_frames += touch.depth_validity == Validity::Apart;
     if (touch.has_surface) {
       summary_.largest_depth_mm =
           std::max(summary_.largest_depth_mm.value_or(touch.depth_max_mm), touch.depth_max_mm);
@@ -204,7 +220,7 @@ uint64_t run_recording(Source& source, Pipeline& pipeline, uint64_t limit,
 
 ProcessSummary process_recording(gpu::Context& context, const Common& common, const Sensor& sensor,
                                  const ProcessRequest& request, const std::filesystem::path& out) {
-  for (const char* folder : {"depth", "pictures"}) {
+  for (const char* folder : {"depth", "confidence", "pictures"}) {
     std::error_code code;
     if (std::filesystem::equivalent(request.input, out / folder, code)) {
       throw Error(Failure::Usage, "an --out folder that is not the input's", "'" + out.string() + "'",
@@ -278,6 +294,12 @@ std::string describe(const ProcessSummary& s) {
     std::snprintf(line, sizeof line, "largest depth %.4g mm\n", *s.largest_depth_mm);
     text += line;
   }
+  if (s.weighted_frames)
+    text += "unknown pixels left out of the surface in " + counted(s.weighted_frames, "frame") + "\n";
+  if (s.island_frames) {
+    text += "unknown pixels cut the surface into islands in " + counted(s.island_frames, "frame") +
+            ": heights between them are not determined\n";
+  }
   if (s.depth_clipped_px) {
     text += counted(s.depth_clipped_px, "pixel") + " outside the 16-bit depth range, clipped\n";
   }
@@ -305,6 +327,10 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
   }
   if (s.largest_force_N) value["largest_force_N"] = *s.largest_force_N;
   if (s.largest_depth_mm) value["largest_depth_mm"] = *s.largest_depth_mm;
+  if (wants(request.outputs, Output::Confidence) || s.weighted_frames) {
+    value["weighted_frames"] = s.weighted_frames;
+    value["island_frames"] = s.island_frames;
+  }
   if (!request.depth.empty()) value["depth_clipped_px"] = s.depth_clipped_px;
   if (s.comparison) value["measured_minus_true"] = nlohmann::ordered_json::parse(s.comparison->json());
   return value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);

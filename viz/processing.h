@@ -21,12 +21,13 @@ struct ProcessRequest {
   std::string input;  ///< as open_source takes it
   uint32_t outputs = Output::Force | Output::Surface;
   SurfaceSolver solver = SurfaceSolver::Converged;
-  std::vector<DepthFormat> depth;  ///< one file a frame of each
-  bool pictures = false;           ///< PNGs as the window would show the frames
-  bool video = false;              ///< the same as recording.mp4
-  double rate_Hz = 0;              ///< of inputs without one (images); 0: their times stay unknown
-  uint64_t frames = 0;             ///< at most that many; 0: all
-  uint64_t picture_every = 1;      ///< one picture and one video frame for that many frames
+  std::vector<DepthFormat> depth;       ///< one file a frame of each
+  std::vector<DepthFormat> confidence;  ///< the same: PNG and NumPy only
+  bool pictures = false;                ///< PNGs as the window would show the frames
+  bool video = false;                   ///< the same as recording.mp4
+  double rate_Hz = 0;                   ///< of inputs without one (images); 0: their times stay unknown
+  uint64_t frames = 0;                  ///< at most that many; 0: all
+  uint64_t picture_every = 1;           ///< one picture and one video frame for that many frames
   std::vector<uint64_t>
       picture_frames;        ///< pictures of these frames only, ascending; empty: as picture_every says
   viz::PictureOptions look;  ///< of pictures and film: scale of the depth, viewpoint
@@ -43,6 +44,8 @@ struct ProcessSummary {
   std::optional<double> largest_force_N;
   std::optional<double> largest_depth_mm;
   uint64_t depth_clipped_px = 0;
+  uint64_t weighted_frames = 0;          ///< whose surface was solved with unknown pixels left out
+  uint64_t island_frames = 0;            ///< in which unknown pixels cut the touched surface into parts
   double seconds = 0;                    ///< wall time from the first frame to the last result
   bool complete = false;                 ///< false: Ctrl-C or a damaged recording ended it early
   std::string ended_by;                  ///< why, where not complete

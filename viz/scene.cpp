@@ -48,7 +48,7 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
     surface_.draw(cmd, shown.surface, shown.touch.depth_datum_mm, sensor_.pitch_mm_per_px, eye_, style,
                   layout_.view, layout_.surface, mesh_columns);
   }
-  image_.draw(cmd, shown.frame, layout_.image, extent);
+  image_.draw(cmd, shown.frame, shown.surface, layout_.image, extent);
   frame_.draw(cmd);
 }
 

@@ -49,6 +49,7 @@ class Confidence {
   /// What background and outline say for every frame; the device must not be reading the last one.
   void set_background(const Frame& background);
 
+  uint32_t pitch() const { return push_.groups * 16; }  ///< pixels from one row of a map to the next
   uint64_t map_bytes() const { return uint64_t{push_.groups} * 32 * push_.height; }
   uint64_t record_bytes() const;
   void record(gpu::Commands& commands, const PaddedImage& frame, const ConfidenceMap& map,

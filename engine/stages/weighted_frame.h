@@ -57,6 +57,7 @@ class WeightedFrame {
              uint32_t pitch) const;
   void report(const Slot& slot, Touch& touch) const;
 
+  uint32_t pitch() const { return confidence_.pitch(); }
   std::vector<uint16_t> read(const Slot& slot) const { return confidence_.unpack(slot.map); }
   uint64_t memory_bytes() const;
   static uint64_t memory_bytes(const Slot& slot);
