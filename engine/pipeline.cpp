@@ -135,7 +135,8 @@ struct Pipeline::Impl {
     } else if (wants_surface) {
       // With a pad's outline some pixels are never known: the solver with weights is then the only one.
       if (!sensor.pad || options.solver == SurfaceSolver::Exact)
-        surface.emplace(context, format.width, format.height, options.solver, tuning);
+        surface.emplace(context, format.width, format.height, options.solver, tuning, false,
+                        options.warm_start);
       slope.emplace(context, sensor, format, contact, surface ? surface->right_sides() : RightSides::Cells,
                     tuning);
       datum.emplace(context, contact, map, tuning);

@@ -116,7 +116,7 @@ Tuning default_tuning(const gpu::Context& context) {
   t.contact_rows_keeping = software ? 32 : 8;
   t.slope_rows = software ? 32 : 8;
   t.surface_rows_big = software ? 16 : 8;
-  t.surface_rows_small = 16;
+  t.surface_rows_small = software ? 16 : 8;
   return t;
 }
 

@@ -4,6 +4,8 @@
 #include <random>
 
 #include "engine/error.h"
+#include "engine/gpu/commands.h"
+#include "engine/stages/slope.h"
 #include "tests/gpu_fixture.h"
 #include "tests/scenes/heights.h"
 
@@ -120,6 +122,100 @@ TEST_F(SurfaceTest, ConvergedEqualsExactOnNoise) {
                 range > 0 ? worst / range : worst, converged.evidence.residual);
     EXPECT_LE(worst, 1e-3 * std::max(range, 1e-9)) << cols << " x " << rows;
   }
+}
+
+// Slopes in, heights out, on one surface stage for frame after frame.
+class Frames {
+ public:
+  Frames(gpu::Context& context, uint32_t cols, uint32_t rows, bool warm_start)
+      : grid_(grid_for(cols, rows)),
+        surface_(context, cols, rows, SurfaceSolver::Converged, default_tuning(context), false, warm_start),
+        slope_(context, cols, rows, surface_.right_sides(), default_tuning(context)),
+        p_(context, "d/dx", grid_),
+        q_(context, "d/dy", grid_),
+        depth_(context, "heights", grid_),
+        staging_p_(context, "d/dx upload", grid_.bytes(), gpu::Memory::Upload),
+        staging_q_(context, "d/dy upload", grid_.bytes(), gpu::Memory::Upload),
+        heights_(context, "readback", grid_.bytes(), gpu::Memory::Readback),
+        commands_(context) {
+    commands_.begin();
+    commands_.copy(staging_p_, p_.buffer, grid_.bytes());
+    commands_.copy(staging_q_, q_.buffer, grid_.bytes());
+    commands_.barrier();
+    slope_.record_given(commands_, p_, q_, surface_);
+    surface_.record(commands_, depth_);
+    commands_.copy(depth_.buffer, heights_, grid_.bytes());
+    commands_.host_barrier();
+    commands_.end();
+  }
+
+  std::vector<float> solve(const std::vector<float>& gradients) {
+    for (uint32_t y = 0; y < grid_.height; ++y) {
+      for (uint32_t x = 0; x < grid_.width; ++x) {
+        const size_t from = 2 * (size_t{y} * grid_.width + x), to = size_t{y} * grid_.pitch * 4 + x;
+        staging_p_.as<float>()[to] = gradients[from];
+        staging_q_.as<float>()[to] = gradients[from + 1];
+      }
+    }
+    staging_p_.flush();
+    staging_q_.flush();
+    commands_.submit();
+    commands_.wait();
+    heights_.invalidate();
+    std::vector<float> out;
+    for (uint32_t y = 0; y < grid_.height; ++y)
+      for (uint32_t x = 0; x < grid_.width; ++x)
+        out.push_back(heights_.as<const float>()[size_t{y} * grid_.pitch * 4 + x]);
+    return out;
+  }
+
+ private:
+  Grid grid_;
+  Surface surface_;
+  Slope slope_;
+  FloatMap p_, q_, depth_;
+  gpu::DeviceBuffer staging_p_, staging_q_, heights_;
+  gpu::Commands commands_;
+};
+
+// A moving scene: from the last frame's heights one cycle comes as close as two or three from nothing.
+TEST_F(SurfaceTest, WarmStartFollowsAMovingScene) {
+  for (const auto& [cols, rows] : {std::pair{640u, 480u}, {333u, 251u}}) {
+    Frames cold(context(), cols, rows, false), warm(context(), cols, rows, true);
+    for (int t = 0; t < 8; ++t) {
+      const double shift = 3.0 * t, side = rows;
+      const auto field =
+          scenes::gaussian(0.4 * cols + shift, 0.5 * rows + 0.3 * shift, side / 10, side / 20 + t);
+      const auto given = scenes::gradients(field, rows, cols);
+      const auto truth = heights(field, rows, cols);
+      const double cold_rms = misfit(cold.solve(given), truth).rms,
+                   warm_rms = misfit(warm.solve(given), truth).rms;
+      std::printf("%4u x %4u frame %d: rms cold %.1e, warm %.1e\n", cols, rows, t, cold_rms, warm_rms);
+      EXPECT_LT(warm_rms, t == 0 ? 1e-4 : cols % 2 == 0 ? 2e-6 : 2e-5) << cols << " frame " << t;
+    }
+  }
+}
+
+// Rounding adds up in a heights' mean, which no slope determines; it must stay far below the heights.
+TEST_F(SurfaceTest, WarmStartDoesNotDrift) {
+  constexpr uint32_t kCols = 64, kRows = 48;
+  Frames warm(context(), kCols, kRows, true);
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> place(0.3, 0.7);
+  double first_mean = 0, mean = 0, worst = 0;
+  constexpr int kFrames = 3000;
+  for (int t = 0; t < kFrames; ++t) {
+    const auto field = scenes::gaussian(kCols * place(random), kRows * place(random), 6, 4);
+    const auto got = warm.solve(scenes::gradients(field, kRows, kCols));
+    mean = 0;
+    for (const float z : got) mean += double{z};
+    mean /= double(got.size());
+    if (t == 0) first_mean = mean;
+    if (t % 100 == 99) worst = std::max(worst, misfit(got, heights(field, kRows, kCols)).rms);
+  }
+  std::printf("after %d frames: mean moved %.1e px, worst rms %.1e\n", kFrames, mean - first_mean, worst);
+  EXPECT_LT(std::abs(mean - first_mean), 1e-2);
+  EXPECT_LT(worst, 5e-3);  // jumps from place to place are not small changes
 }
 
 TEST_F(SurfaceTest, RefusesWhatIsNoField) {

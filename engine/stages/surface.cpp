@@ -12,6 +12,7 @@
 #include "shaders/correct.spv.h"
 #include "shaders/descend.spv.h"
 #include "shaders/interpolate.spv.h"
+#include "shaders/interpolate_add.spv.h"
 #include "shaders/restrict.spv.h"
 #include "shaders/restrict_residual.spv.h"
 #include "shaders/smooth.spv.h"
@@ -92,13 +93,15 @@ struct Surface::Pass {
 
   uint32_t last() const { return static_cast<uint32_t>(surface.levels_.size()) - 1; }
   const Level& level(uint32_t l) const { return surface.levels_[l]; }
-  // Level 0 keeps its present solution in the caller's map or in the spare one.
+  // Level 0 keeps its present solution in the caller's map (or in the last solve's) or in the spare one.
   const FloatMap& x(uint32_t l, uint32_t which) const {
-    return l == 0 && which == 0 ? depth : level(l).x[which];
+    if (l > 0 || which > 0) return level(l).x[which];
+    return warm() ? surface.last_ : depth;
   }
   const FloatMap& x(uint32_t l) const { return x(l, present[l]); }
   const FloatMap& spare(uint32_t l) const { return x(l, 1 - present[l]); }
   void flip(uint32_t l) { present[l] = 1 - present[l]; }
+  bool warm() const { return bool{surface.last_.buffer}; }
 
   // Rows of a strip: long ones on big levels, short ones where threads are few.
   uint32_t rows(const Grid& grid) const {
@@ -181,6 +184,13 @@ struct Surface::Pass {
                       groups(v.grid, 2));
     commands.barrier();
   }
+  void interpolate_change() {
+    const Level& v = level(0);
+    commands.dispatch(surface.interpolate_add_, {&x(1).texels, &x(1).pairs, &x(0).texels, &spare(0).buffer},
+                      push(0, v.grid), groups(v.grid, 2));
+    commands.barrier();
+    flip(0);
+  }
   void correct_and_smooth(uint32_t l) {
     const Level& v = level(l);
     commands.dispatch(surface.smooth_,
@@ -217,29 +227,56 @@ struct Surface::Pass {
     cycle(l + 1);
   }
 
-  // Full multigrid: solved on the coarsest level, and from there each level starts from the coarser one's
-  // solution. Cubics carry smooth heights up so well that coarse levels need no cycle of their own.
-  void run(uint32_t extra_cycles) {
-    // An even number of flips at level 0 must leave the solution in the caller's map.
-    present[0] = extra_cycles % 2;
+  // Full multigrid down to level 1: solved on the coarsest level, and from there each level starts from the
+  // coarser one's solution. Cubics carry smooth heights up so well that coarse levels need no cycle of their
+  // own.
+  void full_multigrid() {
     for (uint32_t l = 1; l < last(); l += 2) restrict_right(l);
     solve_coarsest();
-    if (last() == 0) return;
     for (uint32_t l = last() - 1; l > 0; --l) {
       ascend(l);
       if (l > kCycledLevels) continue;
       cycle(l + 1);
       correct(l);
     }
-    interpolate();
+  }
+
+  void run(uint32_t extra_cycles) {
+    if (last() == 0) return solve_coarsest();
+    if (warm()) {
+      // What the last solution leaves is solved as a whole: after a small change its error is small too.
+      restrict_residual(0);
+      full_multigrid();
+      interpolate_change();
+    } else {
+      // An even number of flips at level 0 must leave the solution in the caller's map.
+      present[0] = extra_cycles % 2;
+      full_multigrid();
+      interpolate();
+    }
     for (uint32_t i = 0; i < extra_cycles; ++i) {
       solve_residual(0);
       correct_and_smooth(0);
     }
+    if (!warm()) return;
+    commands.copy(surface.last_.buffer, depth.buffer, level(0).grid.bytes());
+    commands.barrier();
   }
 };
 
 namespace {
+void clear(gpu::Context& context, const gpu::DeviceBuffer& buffer) {
+  gpu::DeviceBuffer zeros(context, "zeros", buffer.bytes(), gpu::Memory::Upload);
+  std::ranges::fill(zeros.as<float>(), 0.0f);
+  zeros.flush();
+  gpu::Commands commands(context);
+  commands.begin();
+  commands.copy(zeros, buffer, buffer.bytes());
+  commands.end();
+  commands.submit();
+  commands.wait();
+}
+
 uint32_t cycles_for(SurfaceSolver solver) {
   if (solver == SurfaceSolver::Converged) return Surface::kConvergedCycles;
   return solver == SurfaceSolver::Fine ? 1 : 0;
@@ -247,7 +284,7 @@ uint32_t cycles_for(SurfaceSolver solver) {
 }  // namespace
 
 Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, SurfaceSolver solver,
-                 const Tuning& tuning, bool keep_pixels)
+                 const Tuning& tuning, bool keep_pixels, bool warm_start)
     : tuning_(tuning), extra_cycles_(cycles_for(solver)) {
   Grid grid = grid_for(width, height);
   double cell_width = 1, cell_height = 1, edge_width = 1, edge_height = 1;
@@ -281,6 +318,11 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
     grid = coarser(grid);
   }
   if (levels_.size() == 1) extra_cycles_ = 0;
+  if (warm_start && solver == SurfaceSolver::Converged && extra_cycles_ > 0) {
+    extra_cycles_ = kWarmCycles;
+    last_ = FloatMap(context, "surface last solution", levels_.front().grid);
+    clear(context, last_.buffer);
+  }
   unused_coarse_ = FloatMap(context, "unused coarse right side", coarser(levels_.back().grid));
   if (!on_gpu) return;
 
@@ -302,7 +344,11 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
   if (levels_.size() == 1) return;
   descend_ = make({"descend", k_descend}, {Texels, Texels, Storage, Storage}, kPush);
   ascend_ = make({"ascend", k_ascend}, {Texels, Texels, Texels, Storage, Storage}, kPush);
-  interpolate_ = make({"interpolate", k_interpolate}, {Texels, Texels, Storage}, kPush);
+  if (last_.buffer) {
+    interpolate_add_ = make({"interpolate_add", k_interpolate_add}, {Texels, Texels, Texels, Storage}, kPush);
+  } else {
+    interpolate_ = make({"interpolate", k_interpolate}, {Texels, Texels, Storage}, kPush);
+  }
   if (extra_cycles_ > 0) {
     smooth_ = make({"smooth", k_smooth}, {Texels, Texels, Texels, Texels, Storage}, kPush);
   }
@@ -318,7 +364,7 @@ void Surface::record(gpu::Commands& commands, const FloatMap& depth) const {
 }
 
 uint64_t Surface::memory_bytes() const {
-  uint64_t bytes = inverse_.bytes();
+  uint64_t bytes = inverse_.bytes() + last_.buffer.bytes();
   for (const Level& level : levels_)
     bytes += level.right.buffer.bytes() + level.x[0].buffer.bytes() + level.x[1].buffer.bytes();
   return bytes;

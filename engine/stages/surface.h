@@ -47,11 +47,16 @@ class Surface {
  public:
   /// Extra cycles at full resolution after the full-multigrid pass; each reduces the error by about ten.
   static constexpr uint32_t kConvergedCycles = 6;
+  /// The same for a solve that starts from the last one's heights, with a full-multigrid pass over what has
+  /// changed. Odd, so that with that pass's step the solution ends where it began.
+  static constexpr uint32_t kWarmCycles = 1;
 
   /// SurfaceSolver::Live solves on cells and holds the right side for pixels only where `keep_pixels` asks
-  /// for it or the frame is so small that it is solved directly.
+  /// for it or the frame is so small that it is solved directly. With `warm_start` SurfaceSolver::Converged
+  /// begins each solve with the heights of the one recorded or submitted before it (at first with 0); the
+  /// other solvers have nothing to gain from it.
   Surface(gpu::Context& context, uint32_t width, uint32_t height, SurfaceSolver solver, const Tuning& tuning,
-          bool keep_pixels = false);
+          bool keep_pixels = false, bool warm_start = false);
 
   RightSides right_sides() const { return right_sides_; }
 
@@ -83,11 +88,13 @@ class Surface {
   Tuning tuning_;
   RightSides right_sides_ = RightSides::Pixels;
   uint32_t extra_cycles_ = 0;
+  FloatMap last_;  ///< the last solve's heights; empty without a warm start
   std::vector<Level> levels_;
   FloatMap unused_coarse_;  ///< takes sums of a level that is not there
   gpu::DeviceBuffer inverse_;
   gpu::TexelView inverse_texels_;
-  gpu::Kernel descend_, ascend_, interpolate_, smooth_, restrict_, restrict_residual_, correct_, coarsest_;
+  gpu::Kernel descend_, ascend_, interpolate_, interpolate_add_, smooth_, restrict_, restrict_residual_,
+      correct_, coarsest_;
 };
 
 /// Evidence beside an answer.
