@@ -12,6 +12,30 @@ namespace palpate {
 /// Largest side of a frame, px. Sums of the contact stage are proven exact up to this size.
 inline constexpr uint32_t kMaxSide_px = 16384;
 
+/// A rectangle of whole pixels of a frame; empty where width is 0.
+struct PixelRect {
+  uint32_t x = 0;
+  uint32_t y = 0;
+  uint32_t width = 0;
+  uint32_t height = 0;
+
+  bool operator==(const PixelRect&) const = default;
+  bool contains(const PixelRect& other) const {
+    return other.x >= x && other.y >= y && other.x + other.width <= x + width &&
+           other.y + other.height <= y + height;
+  }
+};
+
+/// Where a frame lies in the larger one that it is part of, px.
+struct FramePlace {
+  uint32_t x = 0;
+  uint32_t y = 0;
+  uint32_t frame_width = 0;
+  uint32_t frame_height = 0;
+
+  bool operator==(const FramePlace&) const = default;
+};
+
 /// Shape of every frame of a source; it does not change while the source lives.
 struct FrameFormat {
   uint32_t width = 0;      ///< px, 1 to kMaxSide_px

@@ -45,6 +45,7 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
   push_.coarse_pitch = coarser(grid_for(format.width, format.height)).pitch;
   push_.scale = static_cast<float>(sensor.pitch_mm_per_px);
   push_.max_slope = static_cast<float>(sensor.max_slope);
+  place({0, 0, format.width, format.height});
   if (shading_) {
     const double units = contact.filtered_units_per_gray();
     push_.in_pitch = contact.tiles_x() * contact.tile_columns() / 8;
@@ -87,6 +88,13 @@ Slope::Slope(gpu::Context& context, uint32_t width, uint32_t height, RightSides 
   push_.scale = 1;
   kernel_ = kernel_for(context, right_sides, {"slope_given", k_slope_given},
                        {"slope_coarse_given", k_slope_coarse_given}, 2, tuning);
+}
+
+void Slope::place(const FramePlace& place) {
+  push_.frame_x = static_cast<float>(place.x);
+  push_.frame_y = static_cast<float>(place.y);
+  push_.frame_width = static_cast<float>(place.frame_width);
+  push_.frame_height = static_cast<float>(place.frame_height);
 }
 
 std::array<uint32_t, 3> Slope::groups() const {
