@@ -37,6 +37,12 @@ vec4 between(vec4 a, vec4 b, vec4 c, vec4 d, vec4 wa, vec4 wd, vec4 w) {
   d = mix(2.0 * c - b, d, min(wd / full, vec4(1.0)));
   return push.scale * (13.0 * (b + c) - a - d) / 24.0;
 }
+float between(float a, float b, float c, float d, float wa, float wd, float w) {
+  float full = max(w, 1e-30);
+  a = mix(2.0 * b - c, a, min(wa / full, 1.0));
+  d = mix(2.0 * c - b, d, min(wd / full, 1.0));
+  return push.scale * (13.0 * (b + c) - a - d) / 24.0;
+}
 
 // Faces inside the frame that say nothing keep a small negative weight.
 vec4 stored(vec4 w, bvec4 inside) {
@@ -66,9 +72,11 @@ Row row_at(int tx, int y) {
   r.w = vec4(w.a.zw, w.b.xy);
   r.q = known(texelFetch(q_texels, row + tx), r.w);
   // Left faces of columns 0 .. 3 lie between columns (-1, 0) .. (2, 3), the last right face between (3, 4).
-  vec4 wl = min(vec4(w.a.yzw, w.b.x), r.w), wr = min(r.w, vec4(w.a.w, w.b.xyz));
+  vec4 wl = min(vec4(w.a.yzw, w.b.x), r.w);
   vec4 gl = between(p.a, vec4(p.a.yzw, p.b.x), vec4(p.a.zw, p.b.xy), vec4(p.a.w, p.b.xyz), w.a, vec4(w.a.w, w.b.xyz), wl);
-  vec4 gr = between(vec4(p.a.yzw, p.b.x), vec4(p.a.zw, p.b.xy), vec4(p.a.w, p.b.xyz), p.b, vec4(w.a.yzw, w.b.x), w.b, wr);
+  float last = min(w.b.y, w.b.z);
+  vec4 wr = vec4(wl.yzw, last);
+  vec4 gr = vec4(gl.yzw, between(p.b.x, p.b.y, p.b.z, p.b.w, w.b.x, w.b.w, last));
   r.across = wl * gl - wr * gr;
   r.energy = wr * gr * gr;
   r.wx = stored(wr, bvec4(inside_a.w, inside_b.x, inside_b.y, inside_b.z));

@@ -21,6 +21,7 @@ namespace {
 struct Options {
   std::filesystem::path gradients;
   std::filesystem::path weights;  ///< empty: none
+  bool kinks = false;
   SurfaceSolver solver = SurfaceSolver::Converged;
 };
 
@@ -38,6 +39,9 @@ void check_shape(const NpyArray& array, const std::filesystem::path& file) {
 }
 
 NpyArray read_weights(const Options& options, const NpyArray& gradients) {
+  if (options.weights.empty())
+    return {{gradients.shape[0], gradients.shape[1]},
+            std::vector<float>(gradients.shape[0] * gradients.shape[1], 1.0f)};
   NpyArray weights = read_npy(options.weights);
   const std::vector<size_t> wanted{gradients.shape[0], gradients.shape[1]};
   if (weights.shape != wanted) {
@@ -56,7 +60,7 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const double start_s = now_s();
   const WeightedHeights heights =
-      integrate_weighted(*context, array.values, weights.values, rows, cols, options.solver);
+      integrate_weighted(*context, array.values, weights.values, rows, cols, options.solver, options.kinks);
   const double seconds = now_s() - start_s;
   make_output_folder(common.out);
   const std::filesystem::path file = common.out / "height.npy";
@@ -73,6 +77,7 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
                                         {"converged", evidence.converged},
                                         {"unknown_px", heights.islands.unknown_px},
                                         {"islands", heights.islands.count},
+                                        {"kinks", heights.kinks},
                                         {"peak_to_valley", heights.peak_to_valley},
                                         {"seconds", seconds},
                                         {"complete", true}};
@@ -97,7 +102,7 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
 Report integrate(const Common& common, const Options& options) {
   const NpyArray array = read_npy(options.gradients);
   check_shape(array, options.gradients);
-  if (!options.weights.empty()) return integrate_with_weights(common, options, array);
+  if (!options.weights.empty() || options.kinks) return integrate_with_weights(common, options, array);
   const auto rows = static_cast<uint32_t>(array.shape[0]), cols = static_cast<uint32_t>(array.shape[1]);
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const double start_s = now_s();
@@ -146,6 +151,9 @@ void add_integrate(CLI::App& program, Common& common, Command& chosen) {
   command->add_option(
       "--weights", options->weights,
       "rows x columns, at least 0: how much each pixel's gradient counts; 0 is not known and may be NaN");
+  command->add_flag("--kinks", options->kinks,
+                    "Look for places where the slope jumps (the rim of a pressed ball) and keep heights "
+                    "beside from ringing");
   command->add_option("--out", common.out, "Folder for height.npy")->required();
   command
       ->add_option(

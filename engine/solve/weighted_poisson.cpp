@@ -199,6 +199,65 @@ WeightedFaces weighted_faces(std::span<const float> gradients, std::span<const f
   return f;
 }
 
+uint64_t cut_kinks(WeightedFaces& f, std::span<const float> gradients, std::span<const float> weights) {
+  const size_t cells = f.across.size();
+  // One direction of faces: cell i's face joins it with cell i + step, `place` of `count` along the line.
+  struct Direction {
+    size_t step, part;
+    std::vector<double>& difference;
+    std::vector<double>& weight;
+  };
+  double steepest = 0;
+  for (size_t i = 0; i < cells; ++i)
+    if (weights[i] > 0)
+      steepest =
+          std::max({steepest, std::abs(double{gradients[2 * i]}), std::abs(double{gradients[2 * i + 1]})});
+  uint64_t cut = 0;
+  for (const Direction& d :
+       {Direction{1, 0, f.across, f.across_weight}, Direction{f.width, 1, f.down, f.down_weight}}) {
+    const auto place = [&](size_t i) { return d.part == 0 ? i % f.width : i / f.width; };
+    const size_t count = d.part == 0 ? f.width : f.height;
+    const auto slope = [&](size_t i) { return double{gradients[2 * i + d.part]}; };
+    std::vector<float> jump(cells, 0.0f);
+    std::vector<float> usual;
+    for (size_t i = 0; i < cells; ++i) {
+      if (place(i) == 0 || place(i) + 2 >= count) continue;
+      const size_t a = i - d.step, c = i + d.step, e = c + d.step;
+      if (!(weights[a] > 0 && weights[i] > 0 && weights[c] > 0 && weights[e] > 0)) continue;
+      const double left = slope(i) + (slope(i) - slope(a)) / 2, right = slope(c) - (slope(e) - slope(c)) / 2;
+      jump[i] = static_cast<float>(std::abs(left - right));
+      usual.push_back(jump[i]);
+    }
+    if (usual.empty()) continue;
+    const auto middle = usual.begin() + static_cast<std::ptrdiff_t>(usual.size() / 2);
+    std::nth_element(usual.begin(), middle, usual.end());
+    const double limit = std::max(kKinkShare * steepest, 8.0 * double{*middle});
+    std::vector<uint8_t> kink(cells, 0);
+    for (size_t i = 0; i < cells; ++i) {
+      if (!(double{jump[i]} > limit)) continue;
+      const bool most = jump[i] >= jump[i - d.step] && jump[i] >= jump[i + d.step];
+      kink[i] = most ? 1 : 0;
+      cut += kink[i];
+    }
+    for (size_t i = 0; i < cells; ++i) {
+      if (place(i) + 1 >= count || !(d.weight[i] > 0)) continue;
+      const size_t c = i + d.step;
+      const bool from_left = place(i) > 0 && kink[i - d.step], from_right = kink[c] != 0;
+      if (kink[i]) {
+        d.difference[i] = (slope(i) + slope(c)) / 2;
+        d.weight[i] *= kKinkWeight;
+      } else if (from_left || from_right) {
+        const bool has_a = place(i) > 0 && !from_left, has_d = place(i) + 2 < count && !from_right;
+        const double wa = has_a ? double{weights[i - d.step]} : 0,
+                     wd = has_d ? double{weights[c + d.step]} : 0;
+        d.difference[i] = between(wa > 0 ? slope(i - d.step) : 0, slope(i), slope(c),
+                                  wd > 0 ? slope(c + d.step) : 0, wa, wd, d.weight[i]);
+      }
+    }
+  }
+  return cut;
+}
+
 std::vector<double> apply(const WeightedFaces& f, std::span<const double> z) {
   std::vector<double> out(z.size());
   for (uint32_t y = 0; y < f.height; ++y) {

@@ -58,16 +58,20 @@ class HostSolve {
         heights_(context, "heights readback", surface_.grid().bytes(), gpu::Memory::Readback),
         scalars_(context, "weighted scalars", WeightedSurface::scalar_bytes(), gpu::Memory::Readback) {}
 
-  void solve(std::span<const float> gradients, std::span<const float> weights, std::vector<double>& z) {
-    const auto p = upload([&](size_t i) { return weights[i] > 0 ? gradients[2 * i] : 0.0f; });
-    const auto q = upload([&](size_t i) { return weights[i] > 0 ? gradients[2 * i + 1] : 0.0f; });
-    const auto w = upload([&](size_t i) { return weights[i]; });
+  void solve(const WeightedFaces& faces, std::span<const double> right, std::vector<double>& z) {
+    const auto stored = [](double weight, bool inside) {
+      return !inside ? 0.0f : weight > 0 ? static_cast<float>(weight) : -shared::kUnknownFace;
+    };
+    const auto b = upload([&](size_t i) { return static_cast<float>(right[i]); });
+    const auto across =
+        upload([&](size_t i) { return stored(faces.across_weight[i], i % cols_ + 1 < cols_); });
+    const auto down = upload([&](size_t i) { return stored(faces.down_weight[i], i / cols_ + 1 < rows_); });
     run(z, [&](gpu::Commands& commands) {
-      commands.copy(p, surface_.slope_x().buffer, p.bytes());
-      commands.copy(q, surface_.slope_y().buffer, q.bytes());
-      commands.copy(w, surface_.weights().buffer, w.bytes());
+      commands.copy(b, surface_.right_side().buffer, b.bytes());
+      commands.copy(across, surface_.across().buffer, across.bytes());
+      commands.copy(down, surface_.down().buffer, down.bytes());
       commands.barrier();
-      surface_.record(commands, depth_, scalars_);
+      surface_.record_given(commands, depth_, scalars_);
     });
   }
   void correct(std::span<const double> residual, std::vector<double>& z) {
@@ -151,7 +155,7 @@ std::vector<double> left_over(const WeightedFaces& faces, std::span<const double
 
 WeightedHeights integrate_weighted(gpu::Context& context, std::span<const float> gradients,
                                    std::span<const float> weights, uint32_t rows, uint32_t cols,
-                                   SurfaceSolver solver) {
+                                   SurfaceSolver solver, bool kinks) {
   check(gradients, weights, rows, cols);
   const size_t cells = weights.size();
   // Only ratios of weights matter, and of gradients: both are scaled to at most 1, so that nothing over- or
@@ -172,7 +176,8 @@ WeightedHeights integrate_weighted(gpu::Context& context, std::span<const float>
   for (size_t i = 0; i < cells; ++i) known[i] = w[i] > 0 ? 1 : 0;
   result.islands = find_islands(known, cols, rows);
 
-  const WeightedFaces faces = weighted_faces(g, w, cols, rows);
+  WeightedFaces faces = weighted_faces(g, w, cols, rows);
+  if (kinks) result.kinks = cut_kinks(faces, g, w);
   std::vector<double> z(cells, 0.0);
   WeightedEvidence& evidence = result.evidence;
   if (solver == SurfaceSolver::Exact) {
@@ -182,12 +187,12 @@ WeightedHeights integrate_weighted(gpu::Context& context, std::span<const float>
     evidence.iterations = exact.iterations;
     evidence.converged = exact.converged;
   } else {
-    const bool live = solver == SurfaceSolver::Live;
+    const bool live = solver != SurfaceSolver::Converged;
     const std::vector<double> right = right_side(faces);
     const double whole = norm(right);
     HostSolve gpu(context, rows, cols,
                   live ? WeightedSurface::kLiveIterations : WeightedSurface::kConvergedIterations);
-    gpu.solve(g, w, z);
+    gpu.solve(faces, right, z);
     evidence.iterations = gpu.evidence().iterations;
     std::vector<double> rest = left_over(faces, right, z);
     evidence.residual = whole > 0 ? norm(rest) / whole : 0;

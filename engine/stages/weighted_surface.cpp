@@ -216,6 +216,16 @@ void WeightedSurface::record_fill(gpu::Commands& commands, const FloatMap& depth
   commands.barrier();
 }
 
+void WeightedSurface::coarsen(gpu::Commands& commands) const {
+  for (uint32_t l = 0; l + 1 < levels_.size(); ++l) {
+    const Level &fine = levels_[l], &coarse = levels_[l + 1];
+    commands.dispatch(coarsen_,
+                      {&fine.across.texels, &fine.down.texels, &coarse.across.buffer, &coarse.down.buffer},
+                      push(l), groups(coarse.grid.pitch * coarse.grid.height));
+    commands.barrier();
+  }
+}
+
 void WeightedSurface::record(gpu::Commands& commands, const FloatMap& depth,
                              const gpu::DeviceBuffer& s) const {
   const auto scope = commands.scope("weighted surface");
@@ -225,13 +235,14 @@ void WeightedSurface::record(gpu::Commands& commands, const FloatMap& depth,
                      &finest.down.buffer, &finest.right.buffer, &field_},
                     push(0), groups(strips(finest.grid, 1, rows_)));
   commands.barrier();
-  for (uint32_t l = 0; l + 1 < levels_.size(); ++l) {
-    const Level &fine = levels_[l], &coarse = levels_[l + 1];
-    commands.dispatch(coarsen_,
-                      {&fine.across.texels, &fine.down.texels, &coarse.across.buffer, &coarse.down.buffer},
-                      push(l), groups(coarse.grid.pitch * coarse.grid.height));
-    commands.barrier();
-  }
+  coarsen(commands);
+  solve(commands, depth, s);
+}
+
+void WeightedSurface::record_given(gpu::Commands& commands, const FloatMap& depth,
+                                   const gpu::DeviceBuffer& s) const {
+  const auto scope = commands.scope("weighted surface");
+  coarsen(commands);
   solve(commands, depth, s);
 }
 

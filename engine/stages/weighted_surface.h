@@ -55,9 +55,15 @@ class WeightedSurface {
 
   /// Solves into `depth`, mm, up to an additive constant. `scalars` (scalar_bytes()) gets the evidence.
   void record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& scalars) const;
+  /// As `record`, for right_side(), across() and down() as the caller filled them.
+  void record_given(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& scalars) const;
   /// As `record`, for the right side that right_side() holds and the weights of the last record: a
   /// correction.
   void record_again(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& scalars) const;
+  /// Weights of each cell's right and lower face, 0 beyond the border and -kUnknownFace where a face says
+  /// nothing.
+  const FloatMap& across() const { return levels_.front().across; }
+  const FloatMap& down() const { return levels_.front().down; }
   const FloatMap& right_side() const { return levels_.front().right; }
   /// Moves what has no known face of a solved `depth` towards the smooth filling; nothing else. After one
   /// call a plane is filled to 1 % of its range.
@@ -77,6 +83,7 @@ class WeightedSurface {
     FloatMap x[2];
   };
   void cycle(gpu::Commands& commands, uint32_t level) const;
+  void coarsen(gpu::Commands& commands) const;
   void solve(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& scalars) const;
   void scalars(gpu::Commands& commands, uint32_t stage, const gpu::DeviceBuffer& scalars) const;
   shared::WeightedPush push(uint32_t level) const;
@@ -97,15 +104,17 @@ struct WeightedHeights {
   std::vector<float> values;  ///< rows x cols, mean 0, unit of the gradients times one pixel
   WeightedEvidence evidence;
   double peak_to_valley = 0;  ///< of the heights
+  uint64_t kinks = 0;         ///< faces at which the slope jumps, where kinks were looked for
   Islands islands;            ///< of pixels with weight; their relative heights are not determined
 };
 
 /// Any gradient field with weights to heights. `gradients` is rows x cols x 2, d/dx then d/dy per pixel,
 /// finite where the weight is not 0; `weights` is rows x cols, finite, at least 0; only their ratios matter.
-/// Live: a few iterations. Converged: as many as it takes, with residuals in double precision in between.
-/// Exact: double precision on the CPU. Throws Error(Failure::Input).
+/// Live and Fine: a few iterations. Converged: as many as it takes, with residuals in double precision in
+/// between. Exact: double precision on the CPU. `kinks`: slopes that jump are cut there (cut_kinks). Throws
+/// Error(Failure::Input).
 WeightedHeights integrate_weighted(gpu::Context& context, std::span<const float> gradients,
                                    std::span<const float> weights, uint32_t rows, uint32_t cols,
-                                   SurfaceSolver solver);
+                                   SurfaceSolver solver, bool kinks = false);
 
 }  // namespace palpate
