@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <fstream>
+#include <iostream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -36,6 +37,18 @@ std::vector<uint8_t> read_bytes(const fs::path& file) {
   return bytes;
 }
 
+/// OpenCV's decoders tell std::cerr of damage; what we throw says it in one line.
+class QuietDecoders {
+ public:
+  QuietDecoders() : stream_(std::cerr.rdbuf(nullptr)) {}
+  ~QuietDecoders() { std::cerr.rdbuf(stream_); }
+  QuietDecoders(const QuietDecoders&) = delete;
+  QuietDecoders& operator=(const QuietDecoders&) = delete;
+
+ private:
+  std::streambuf* stream_;
+};
+
 }  // namespace
 
 cv::Mat read_image(const fs::path& file) {
@@ -55,6 +68,7 @@ cv::Mat read_image(const fs::path& file) {
   };
   if (!header->whole) throw damaged();
   cv::Mat image;
+  const QuietDecoders quiet;
   try {
     image = header->kind == "JPEG" ? decode_jpeg(bytes) : cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception&) {

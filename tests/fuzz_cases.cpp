@@ -327,16 +327,23 @@ Case make_case(uint64_t seed, const Tuning& defaults, Stage stage) {
   c.tuning = defaults;
   const bool color = dice.one_in(4);
   const uint32_t most = c.stage == Stage::Contact ? 160 : 100;
-  c.format = {side(dice, most), side(dice, most), color ? 3u : 1u, color ? 8 : dice.between(8, 16)};
+  c.format = {side(dice, most), side(dice, most), color ? 3u : 1u,
+              color             ? 8
+              : dice.one_in(20) ? dice.between(8, 16)
+                                : dice.pick(std::array{8u, 12u, 16u})};
   if (c.stage == Stage::Contact && dice.one_in(40)) c.format.width = dice.between(1000, 3000);
   if (c.stage == Stage::Contact && dice.one_in(40)) c.format.height = dice.between(1000, 3000);
   c.images = c.stage == Stage::Surface ? 1 : 4;
   c.image = static_cast<Pattern>(dice.below(kPatterns));
   c.background = static_cast<Pattern>(dice.one_in(2) ? 0 : dice.below(kPatterns));
   c.keep_filtered = !color && dice.one_in(3);
-  c.tuning.contact_rows = 2 * dice.between(1, shared::kMaxTileRows / 2);
+  // Kernels take longest to compile and are cached by the driver: mostly a few tile heights and depths, now
+  // and then any.
+  const bool any = dice.one_in(20);
+  c.tuning.contact_rows =
+      any ? 2 * dice.between(1, shared::kMaxTileRows / 2) : dice.pick(std::array{6u, 32u, 64u});
   c.tuning.contact_rows_keeping = c.tuning.contact_rows;
-  c.tuning.contact_workgroup = 8 * dice.between(1, 16);
+  c.tuning.contact_workgroup = any ? 8 * dice.between(1, 16) : 32;
 
   Sensor& s = c.sensor;
   const uint32_t top = c.format.max_gray();

@@ -3,6 +3,7 @@
 // happen.
 #include <dlfcn.h>
 
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -13,6 +14,7 @@
 #include "tests/failing_layer.h"
 #include "tests/program_fixture.h"
 #include "tests/scenes/dent.h"
+#include "tests/stage_run.h"
 
 namespace palpate {
 namespace {
@@ -95,14 +97,10 @@ class FailingDevice : public testing::Test {
   static inline std::unique_ptr<gpu::Context> context_;
 };
 
-Frame uniform(const FrameFormat& format, uint32_t value) {
-  Frame frame;
-  frame.reshape(format);
-  for (uint32_t c = 0; c < format.channels; ++c)
-    for (uint32_t y = 0; y < format.height; ++y)
-      for (uint32_t x = 0; x < format.width; ++x) frame.set(c, x, y, value);
-  return frame;
-}
+/// The calls that tell most, for what is slow to make: each failure costs the compilation of the kernels
+/// before it.
+constexpr std::array kTelling = {"vkAllocateMemory", "vkCreateComputePipelines", "vkEndCommandBuffer",
+                                 "vkQueueSubmit2", "vkWaitForFences"};
 
 // Making a pipeline, giving it its background and three frames, reading a depth map: everything that a
 // recording does.
@@ -113,33 +111,38 @@ TEST_F(FailingDevice, EveryCallOfAPipelineMayFail) {
   sensor.pitch_mm_per_px = 0.1;
   sensor.reading = Reading::Shading;
   sensor.shading.facing_gray = 200;
-  const Frame dark = uniform(format, 10), bright = uniform(format, 120);
-  for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Converged, SurfaceSolver::Exact}) {
-    PipelineOptions options;
-    options.solver = solver;
-    const uint64_t places = fail_everywhere([&] {
-      Pipeline pipeline(*context_, sensor, format, options);
-      pipeline.set_background(dark);
-      for (int i = 0; i < 4; ++i) {
-        while (!pipeline.submit(bright)) pipeline.release(*pipeline.wait());
-        if (const auto result = pipeline.poll()) pipeline.release(*result);
-      }
-      while (const auto result = pipeline.wait()) {
-        pipeline.read_depth_mm(*result);
-        pipeline.release(*result);
-      }
-    });
-    EXPECT_GT(places, 50u);
-  }
+  const Frame dark = uniform_frame(format, 10), bright = uniform_frame(format, 120);
+  const auto record = [&](const PipelineOptions& options) {
+    Pipeline pipeline(*context_, sensor, format, options);
+    pipeline.set_background(dark);
+    for (int i = 0; i < 4; ++i) {
+      while (!pipeline.submit(bright)) pipeline.release(*pipeline.wait());
+      if (const auto result = pipeline.poll()) pipeline.release(*result);
+    }
+    while (const auto result = pipeline.wait()) {
+      if (result->surface.buffer) pipeline.read_depth_mm(*result);
+      pipeline.release(*result);
+    }
+  };
+  PipelineOptions options;
+  options.outputs = static_cast<uint32_t>(Output::Force);
+  EXPECT_GT(fail_everywhere([&] { record(options); }), 50u);
+  options.outputs = Output::Force | Output::Surface;
+  options.slots = 1;
+  options.solver = SurfaceSolver::Exact;
+  EXPECT_GT(fail_everywhere([&] { record(options); }), 90u);
+  options.solver = SurfaceSolver::Live;
+  for (const char* call : kTelling) EXPECT_GT(fail_each(call, true, [&] { record(options); }), 1u) << call;
 }
 
 TEST_F(FailingDevice, EveryCallOfAnIntegrationMayFail) {
   const NpyArray slopes = gaussian_slopes(40, 56, 9, 12);
-  for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Converged, SurfaceSolver::Exact}) {
-    const uint64_t places =
-        fail_everywhere([&] { integrate_gradients(*context_, slopes.values, 40, 56, solver); });
-    EXPECT_GT(places, 40u);
-  }
+  const auto solve = [&](SurfaceSolver solver) {
+    return [&slopes, solver] { integrate_gradients(*context_, slopes.values, 40, 56, solver); };
+  };
+  EXPECT_GT(fail_everywhere(solve(SurfaceSolver::Exact)), 40u);
+  for (const char* call : kTelling)
+    EXPECT_GT(fail_each(call, true, solve(SurfaceSolver::Converged)), 0u) << call;
 }
 
 // After a failed allocation the same context works on, with the same numbers.

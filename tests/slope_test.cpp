@@ -2,10 +2,9 @@
 
 #include <random>
 
-#include "engine/gpu/commands.h"
-#include "engine/stages/contact.h"
 #include "tests/gpu_fixture.h"
 #include "tests/reference/slope.h"
+#include "tests/stage_run.h"
 
 namespace palpate {
 namespace {
@@ -19,9 +18,8 @@ class SlopeTest : public GpuTest {
     const Tuning tuning = default_tuning(context());
     const Contact contact(context(), sensor, format, sensor.reading == Reading::Shading, tuning);
     const Slope slope(context(), sensor, format, contact, which, tuning);
-    PaddedImage frame(context(), "frame", format), background(context(), "background", format);
-    frame.write(image);
-    background.write(rest);
+    FrameOnGpu images(context(), format);
+    images.write(image, rest);
     const Surface surface(context(), format.width, format.height, SurfaceSolver::Live, tuning, true);
     const bool pixels = which == RightSides::Pixels;
     const Grid grid = pixels ? surface.grid() : coarser(surface.grid());
@@ -29,11 +27,9 @@ class SlopeTest : public GpuTest {
     const gpu::DeviceBuffer host(context(), "readback", grid.bytes(), gpu::Memory::Readback);
     gpu::Commands commands(context());
     commands.begin();
-    frame.record(commands);
-    background.record(commands);
-    commands.barrier();
-    contact.record(commands, frame, background, records);
-    slope.record(commands, frame, background, surface);
+    images.record(commands);
+    contact.record(commands, images.frame, images.background, records);
+    slope.record(commands, images.frame, images.background, surface);
     commands.copy((pixels ? surface.right_side() : surface.coarse_right_side()).buffer, host, grid.bytes());
     commands.host_barrier();
     commands.end();
