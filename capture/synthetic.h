@@ -63,7 +63,8 @@ std::vector<std::pair<std::string, std::string>> synthetic_scenes();
 
 /// The sensor that fits the options, with what is known of it by construction: pitch, shear stiffness and
 /// friction, force per gray sum (Waveguide, Linear; good to 1 % over the field), facing gray (Lambert),
-/// photometric coefficients (Gel).
+/// photometric coefficients (Gel), gray per pressure and the pad (Waveguide, where a pixel is no larger than
+/// a quarter of the pad's thickness).
 Sensor synthetic_sensor(const SyntheticOptions& options);
 
 /// Throws Error(Failure::Input) on options out of range.

@@ -9,6 +9,7 @@
 #include "capture/synthetic_optics.h"
 #include "capture/synthetic_scene.h"
 #include "engine/error.h"
+#include "engine/solve/elastic_kernel.h"
 
 namespace palpate {
 namespace {
@@ -167,7 +168,9 @@ Sensor synthetic_sensor(const SyntheticOptions& o) {
     s.reading = Reading::Photometric;
     s.photometric = gel_calibration();
   }
-  if (o.mode == SyntheticMode::Waveguide) {
+  // Frames of less than 19 px across do not resolve the pad's thickness.
+  if (o.mode == SyntheticMode::Waveguide &&
+      o.pad_thickness_mm >= ElasticKernel::kThinnest_px * s.pitch_mm_per_px) {
     s.reading = Reading::Elastic;
     s.elastic.gray_per_MPa = gray_per_MPa(o);
     if (o.response == SyntheticResponse::Saturating)
