@@ -11,11 +11,14 @@
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline.h"
+#include "engine/solve/weighted_poisson.h"
 #include "engine/stages/contact.h"
 #include "engine/stages/elastic.h"
 #include "engine/stages/surface.h"
+#include "engine/stages/weighted_surface.h"
 #include "perf/measure.h"
 #include "perf/rivals.h"
+#include "perf/weighted_rival.h"
 
 namespace palpate::perf {
 namespace {
@@ -84,6 +87,63 @@ class Bench {
     FftwPoisson padded(size.width, size.height, size.padded_width, size.padded_height);
     add(compare("surface", size.text(), ours, {"FFTW padded", [&] { padded.solve(right.data(), z.data()); }},
                 repetitions_, inner(size, 8)));
+  }
+
+  /// Slopes of which a tenth is unknown, to heights: beside the solver without weights, and beside Eigen's
+  /// direct one.
+  void weighted(const Size& size) {
+    const size_t cells = size_t{size.width} * size.height;
+    std::mt19937 random(1);
+    std::vector<float> slopes(2 * cells), weights(cells);
+    for (float& slope : slopes) slope = std::normal_distribution<float>(0, 1)(random);
+    for (float& weight : weights) weight = random() % 10 == 0 ? 0.0f : 1.0f;
+    const Surface plain(context_, size.width, size.height, SurfaceSolver::Live, load_tuning(context_).tuning);
+    const FloatMap depth(context_, "depth", plain.grid());
+    const gpu::DeviceBuffer scalars(context_, "scalars", WeightedSurface::scalar_bytes(),
+                                    gpu::Memory::Readback);
+    gpu::Commands without(context_);
+    without.begin();
+    plain.record(without, depth);
+    without.end();
+    const WeightedFaces faces = weighted_faces(slopes, weights, size.width, size.height);
+    for (const uint32_t iterations :
+         {WeightedSurface::kLiveIterations, WeightedSurface::kConvergedIterations}) {
+      const WeightedSurface surface(context_, size.width, size.height, 1, iterations);
+      const auto upload = [&](const auto& value) {
+        gpu::DeviceBuffer buffer(context_, "upload", surface.grid().bytes(), gpu::Memory::Upload);
+        for (size_t i = 0; i < cells; ++i)
+          buffer.as<float>()[i / size.width * surface.grid().pitch * 4 + i % size.width] = value(i);
+        buffer.flush();
+        return buffer;
+      };
+      const auto p = upload([&](size_t i) { return slopes[2 * i]; });
+      const auto q = upload([&](size_t i) { return slopes[2 * i + 1]; });
+      const auto w = upload([&](size_t i) { return weights[i]; });
+      gpu::Commands with(context_);
+      with.begin();
+      with.copy(p, surface.slope_x().buffer, p.bytes());
+      with.copy(q, surface.slope_y().buffer, q.bytes());
+      with.copy(w, surface.weights().buffer, w.bytes());
+      with.barrier();
+      surface.record(with, depth, scalars);
+      with.host_barrier();
+      with.end();
+      const bool live = iterations == WeightedSurface::kLiveIterations;
+      const Work ours{"palpate", [&] {
+                        with.submit();
+                        with.wait();
+                      }};
+      const Work unweighted{"no weights", [&] {
+                              without.submit();
+                              without.wait();
+                            }};
+      const Work eigen{"Eigen LDLT", [&] { sink_ += solve_with_eigen(faces).front(); }};
+      if (live)
+        add(compare("weighted surface (live)", size.text(), ours, unweighted, repetitions_, inner(size, 8)));
+      if (!live) add(compare("weighted surface (converged)", size.text(), ours, eigen, 3, 1));
+      const WeightedEvidence evidence = WeightedSurface::evidence(scalars);
+      std::printf("  %u iterations, residual %.1e\n", evidence.iterations, evidence.residual);
+    }
   }
 
   /// Pressure to deflection on a bonded layer, as the waveguide scenes have it.
@@ -207,12 +267,14 @@ int run(int argc, char** argv) {
   CLI::App app("Times palpate's stages beside OpenCV and FFTW in one run.");
   gpu::ContextOptions options;
   int repetitions = 21;
+  bool weighted = false;
   std::string out;
   app.add_option("--device", options.device, "index or part of a name");
   app.add_option("--repetitions", repetitions, "paired repetitions")->check(CLI::Range(3, 1000));
   app.add_option("--out", out, "existing folder for bench.csv and throughput.csv");
   app.add_flag("--stages", options.timers,
                "GPU timers for single stages (they slow the frame down by a tenth)");
+  app.add_flag("--weighted", weighted, "Weighted surfaces only: their rival takes half a minute");
   CLI11_PARSE(app, argc, argv);
 
   gpu::Context context(options);
@@ -220,6 +282,10 @@ int run(int argc, char** argv) {
   Bench bench(context, repetitions);
   const Size sizes[] = {{640, 480, 640, 480}, {1392, 1042, 1400, 1050}};
   for (const Size& size : sizes) {
+    if (weighted) {
+      bench.weighted(size);
+      continue;
+    }
     bench.contact(size);
     bench.surface(size);
     bench.elastic(size);
@@ -235,8 +301,8 @@ int run(int argc, char** argv) {
       throw Error(Failure::Output, "to write " + out + "/" + name, "it cannot be written", "another folder");
   };
   if (!out.empty()) {
-    write("bench.csv", bench.csv());
-    write("throughput.csv", bench.throughput_csv());
+    write(weighted ? "weighted.csv" : "bench.csv", bench.csv());
+    if (!weighted) write("throughput.csv", bench.throughput_csv());
   }
   return 0;
 }
