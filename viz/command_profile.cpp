@@ -70,6 +70,7 @@ std::pair<perf::Profile, bool> measure(const Common& common, const Options& opti
   watch.say = [](const std::string& line) { spdlog::info("{}", line); };
   bool clean = true;
   watch.leave = [&](const gpu::Context& done) { clean = validation_clean(done) && clean; };
+  gpu::Context{context};  // a device that is not there is said before a folder is made
   make_output_folder(out);
   const perf::Profile profile = perf::run_profile(
       context, request, watch, [&](const perf::Profile& so_far) { perf::write_figures(so_far, out); });

@@ -16,7 +16,8 @@ namespace palpate::perf {
 class GpuSlopes {
  public:
   GpuSlopes(gpu::Context& context, const FrameSize& size);
-  void load(const Truth& truth);
+  /// `moved_px`: as the surface lay that many pixels to the left.
+  void load(const Truth& truth, uint32_t moved_px = 0);
 
   const FrameSize& size() const { return size_; }
   const Grid& grid() const { return grid_; }
@@ -48,15 +49,18 @@ class GpuHeights {
 /// Surface: full multigrid.
 class MultigridSolver {
  public:
-  MultigridSolver(gpu::Context& context, const GpuSlopes& slopes, SurfaceSolver solver);
+  MultigridSolver(gpu::Context& context, GpuSlopes& slopes, SurfaceSolver solver, bool warm_start = false);
   void prepare();  ///< makes the right side of the slopes that are loaded
+  /// Uses the coarser right sides up: solving again without `prepare` takes the same time, but is not exact.
   void solve();
-  SurfaceErrors errors(const Truth& truth) { return heights_.errors(truth); }
+  /// Of a solve that is well prepared; with a warm start, from the heights of a surface 2 px away.
+  SurfaceErrors errors(const Truth& truth);
   /// Height x width, as solvers on the CPU take it; after `prepare`, only of solvers on pixels.
   std::vector<float> right_side();
 
  private:
-  const GpuSlopes& slopes_;
+  GpuSlopes& slopes_;
+  bool warm_start_;
   Surface surface_;
   Slope slope_;
   GpuHeights heights_;

@@ -24,22 +24,26 @@ PipelineOptions options_for(uint32_t outputs, SurfaceSolver solver = SurfaceSolv
 }
 
 /// The first choice of each reading is its full frame.
-std::vector<std::vector<Choice>> choices() {
-  const uint32_t force = static_cast<uint32_t>(Output::Force), all = Output::Force | Output::Surface;
-  std::vector<std::vector<Choice>> groups;
-  for (const Reading reading : {Reading::Shading, Reading::Photometric}) {
-    PipelineOptions one_slot = options_for(all);
-    one_slot.slots = 1;
-    groups.push_back({{"force + surface", reading, 1, options_for(all)},
-                      {"force only", reading, 1, options_for(force)},
-                      {"force + surface, 10 % touched", reading, 0.1, options_for(all)},
-                      {"force only, 10 % touched", reading, 0.1, options_for(force)},
-                      {"force + surface, fine", reading, 1, options_for(all, SurfaceSolver::Fine)},
-                      {"force + surface, converged", reading, 1, options_for(all, SurfaceSolver::Converged)},
-                      {"force + surface, exact", reading, 1, options_for(all, SurfaceSolver::Exact)},
-                      {"force + surface, one frame in flight", reading, 1, one_slot}});
-  }
-  return groups;
+std::vector<Choice> choices_for(Reading reading) {
+  const auto force = static_cast<uint32_t>(Output::Force);
+  const uint32_t all = Output::Force | Output::Surface;
+  PipelineOptions one_slot = options_for(all);
+  one_slot.slots = 1;
+  PipelineOptions warm = options_for(all, SurfaceSolver::Converged);
+  warm.warm_start = true;
+  std::vector<Choice> choices{
+      {"force + surface", reading, 1, options_for(all)},
+      {"force only", reading, 1, options_for(force)},
+      {"force + surface (10 % touched)", reading, 0.1, options_for(all)},
+      {"force only (10 % touched)", reading, 0.1, options_for(force)},
+      {"force + surface (one frame in flight)", reading, 1, one_slot},
+      {"force + surface (exact)", reading, 1, options_for(all, SurfaceSolver::Exact)}};
+  if (reading == Reading::Elastic) return choices;  // a convolution: no cycles, no weights
+  choices.push_back({"force + surface (fine)", reading, 1, options_for(all, SurfaceSolver::Fine)});
+  choices.push_back({"force + surface (converged)", reading, 1, options_for(all, SurfaceSolver::Converged)});
+  choices.push_back({"force + surface (converged, warm start)", reading, 1, warm});
+  choices.push_back({"force + surface + confidence", reading, 1, options_for(all | Output::Confidence)});
+  return choices;
 }
 
 }  // namespace
@@ -47,8 +51,9 @@ std::vector<std::vector<Choice>> choices() {
 void measure_outputs(const gpu::ContextOptions& device, const FrameSize& size, double seconds,
                      const Watch& watch, Profile& profile) {
   gpu::Context context(device);
-  const auto groups = choices();
-  for (const std::vector<Choice>& group : groups) {
+  const Reading readings[] = {Reading::Shading, Reading::Photometric, Reading::Elastic};
+  for (const Reading reading : readings) {
+    const std::vector<Choice> group = choices_for(reading);
     std::deque<TimingScene> scenes;
     std::deque<Pipeline> pipelines;
     std::vector<Contender> contenders;
@@ -60,14 +65,14 @@ void measure_outputs(const gpu::ContextOptions& device, const FrameSize& size, d
       pipeline.set_background(scene.background);
       contenders.push_back({choice.outputs, [&] { pipeline.process(scene.next()); }});
     }
-    if (!take_turns(contenders, {5, 200, seconds / static_cast<double>(groups.size())}, watch)) return;
+    if (!take_turns(contenders, {5, 200, seconds / static_cast<double>(std::size(readings))}, watch)) return;
     for (size_t i = 0; i < group.size(); ++i) {
       std::vector<double> ratios;
       for (size_t round = 0; round < contenders[i].cpu_ms.size(); ++round)
         ratios.push_back(contenders[i].cpu_ms[round] / contenders[0].cpu_ms[round]);
       OutputFigure figure;
       figure.outputs = group[i].outputs;
-      figure.reading = to_string(group[i].reading);
+      figure.reading = to_string(reading);
       figure.width_px = size.width_px;
       figure.height_px = size.height_px;
       figure.touched_fraction = group[i].touched_fraction;
@@ -79,7 +84,7 @@ void measure_outputs(const gpu::ContextOptions& device, const FrameSize& size, d
       figure.memory_bytes = pipelines[i].memory_bytes();
       profile.outputs.push_back(std::move(figure));
     }
-    watch.say(std::string("cost of outputs, ") + to_string(group.front().reading) + ": done");
+    watch.say(std::string("cost of outputs, ") + to_string(reading) + ": done");
   }
   watch.leave(context);
 }

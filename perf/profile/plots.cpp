@@ -226,8 +226,7 @@ Plot pareto(const Profile& profile, uint32_t width_px, uint32_t height_px) {
               "\nset xlabel 'time of a solve, ms'\nset ylabel 'relative RMS error'\nplot $f" +
               std::to_string(t) + " using 1:2 with steps lw 1.2 dt 2 lc rgb '#888888'" + plot + "\n";
   }
-  std::string legend =
-      "plot 1/0 with lines lw 1.2 dt 2 lc rgb '#888888' title 'front: none is faster and better'";
+  std::string legend = "plot 1/0 with lines lw 1.2 dt 2 lc rgb '#888888' title 'front'";
   for (size_t i = 0; i < solvers.size(); ++i)
     legend += ", 1/0 with points" + style(i + 1) + " title " + gnuplot_quoted(solvers[i]);
   panels +=

@@ -16,7 +16,7 @@ namespace palpate::perf {
 
 struct ProfileRequest {
   std::vector<FrameSize> sizes;  ///< of the ladder; empty: default_sizes
-  std::vector<Reading> readings{Reading::Shading, Reading::Photometric};
+  std::vector<Reading> readings{Reading::Shading, Reading::Photometric, Reading::Elastic};
   bool quick = false;
   double budget_s = 0;  ///< 0: 180, or 20 where quick. Sizes that would not fit are skipped, and said to be
 };

@@ -30,6 +30,7 @@ class Ways {
         live_(context, slopes_, SurfaceSolver::Live),
         fine_(context, slopes_, SurfaceSolver::Fine),
         converged_(context, slopes_, SurfaceSolver::Converged),
+        warm_(context, slopes_, SurfaceSolver::Converged, true),
         weighted_live_(context, slopes_, WeightedSurface::kLiveIterations),
         weighted_(context, slopes_, WeightedSurface::kConvergedIterations),
         exact_(size.width_px, size.height_px),
@@ -42,8 +43,6 @@ class Ways {
   /// False where it was stopped.
   bool measure(const Truth& truth, double seconds, const Watch& watch, std::vector<SolverFigure>& figures) {
     slopes_.load(truth);
-    live_.prepare();
-    fine_.prepare();
     converged_.prepare();
     right_ = converged_.right_side();
     ways_.clear();
@@ -101,6 +100,7 @@ class Ways {
     add_gpu("live", live_, truth);
     add_gpu("fine", fine_, truth);
     add_gpu("converged", converged_, truth);
+    add_gpu("warm start", warm_, truth);
     add_gpu("weighted live", weighted_live_, truth);
     add_gpu("weighted", weighted_, truth);
     add_cpu("exact", truth, [this](float* z) { exact_.solve(right_.data(), z, size_.width_px); });
@@ -113,7 +113,7 @@ class Ways {
 
   FrameSize size_;
   GpuSlopes slopes_;
-  MultigridSolver live_, fine_, converged_;
+  MultigridSolver live_, fine_, converged_, warm_;
   WeightedSolver weighted_live_, weighted_;
   PoissonDct exact_;
   FftwPoisson fftw_;
