@@ -1,9 +1,14 @@
 #include "engine/stages/confidence.h"
 
+#include <unistd.h>
+
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <numbers>
 #include <random>
 
+#include "engine/error.h"
 #include "engine/gpu/commands.h"
 #include "tests/gpu_fixture.h"
 #include "tests/reference/confidence.h"
@@ -126,6 +131,43 @@ TEST(PadOutlineTest, TellsInsideFromOutside) {
   EXPECT_TRUE(contains(polygon, 4, 7));
   EXPECT_TRUE(contains(polygon, 0, 0));
   EXPECT_FALSE(contains(polygon, -1, 0));
+}
+
+TEST(PadOutlineTest, SensorFileKeepsItAndRefusesWhatIsNone) {
+  namespace fs = std::filesystem;
+  const fs::path file = fs::temp_directory_path() / ("palpate-pad-" + std::to_string(getpid()) + ".json");
+  Sensor sensor;
+  sensor.name = "pad";
+  sensor.pitch_mm_per_px = 0.05;
+  sensor.shadow_gray = 7;
+  EXPECT_EQ(shadow_gray(sensor), 7u);
+  for (const PadOutline& outline :
+       {PadOutline{PadRectangle{1, 2, 30, 40}}, PadOutline{PadEllipse{10, 20, 5, 6, 0.25}},
+        PadOutline{PadPolygon{{{0, 0}, {20, 1}, {10, 30}}}}}) {
+    sensor.pad = outline;
+    save_sensor(sensor, file);
+    const Sensor loaded = load_sensor(file);
+    ASSERT_TRUE(loaded.pad);
+    EXPECT_EQ(loaded.pad->index(), outline.index());
+    EXPECT_EQ(loaded.shadow_gray, sensor.shadow_gray);
+    for (int y = -2; y < 45; ++y)
+      for (int x = -2; x < 45; ++x) ASSERT_EQ(contains(*loaded.pad, x, y), contains(outline, x, y));
+  }
+  for (const char* pad : {R"({})", R"({"circle_px": [1, 2]})", R"({"circle_px": [1, 2, 0]})",
+                          R"({"circle_px": [1, 2, -3]})", R"({"rectangle_px": [0, 0, 0, 5]})",
+                          R"({"polygon_px": [[0, 0], [1, 1]]})", R"({"polygon_px": [[0, 0], [1, 1], "x"]})",
+                          R"({"circle_px": [1, 2, 3], "rectangle_px": [0, 0, 5, 5]})",
+                          R"({"square_px": [0, 0, 5]})", R"([1])"}) {
+    std::ofstream(file) << R"({"palpate_sensor": 1, "pitch_mm_per_px": 0.05, "pad": )" << pad << "}";
+    try {
+      load_sensor(file);
+      ADD_FAILURE() << pad << " was taken";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.failure(), Failure::Sensor) << pad;
+      EXPECT_NE(std::string(error.what()).find("pad"), std::string::npos) << error.what();
+    }
+  }
+  fs::remove(file);
 }
 
 }  // namespace
