@@ -14,6 +14,7 @@
 #include "engine/gpu/context.h"
 #include "engine/mechanics/force.h"
 #include "engine/mechanics/shear.h"
+#include "engine/skipping.h"
 #include "engine/solve/elastic_convolution.h"
 #include "engine/solve/poisson_dct.h"
 #include "engine/stages/contact.h"
@@ -83,6 +84,19 @@ Ellipse ellipse_of(const ContactMoments& m, double pitch_mm) {
           std::atan2(2 * xy, xx - yy) / 2};
 }
 
+// The same sums with x and y counted from a place dx to the left of it and dy above.
+ContactMoments moved(ContactMoments m, int64_t dx, int64_t dy) {
+  const auto area = static_cast<int64_t>(m.area), gray = static_cast<int64_t>(m.gray);
+  m.xx += 2 * dx * m.x + dx * dx * area;
+  m.yy += 2 * dy * m.y + dy * dy * area;
+  m.xy += dx * m.y + dy * m.x + dx * dy * area;
+  m.x += dx * area;
+  m.y += dy * area;
+  m.gray_x += dx * gray;
+  m.gray_y += dy * gray;
+  return m;
+}
+
 }  // namespace
 
 struct Pipeline::Impl {
@@ -106,6 +120,7 @@ struct Pipeline::Impl {
 
     WeightedFrame::Slot known;  // where not everything is
 
+    FramePlace place;  // for which the commands were recorded
     bool free = true;
     uint64_t sequence = 0;
     int64_t time_ns = 0;
@@ -147,11 +162,10 @@ struct Pipeline::Impl {
       if (slope) slope->prepare_slopes(context);
     }
     for (uint32_t i = 0; i < std::max(options.slots, 1u); ++i)
-      record(slots.emplace_back(context, format, contact));
+      make(slots.emplace_back(context, format, contact));
   }
 
-  // The life of a frame: the whole machine in the order in which it happens.
-  void record(Slot& slot) {
+  void make(Slot& slot) {
     if (wants_surface) {
       slot.depth = FloatMap(context, "depth", map);
       slot.datum_records =
@@ -160,6 +174,12 @@ struct Pipeline::Impl {
         slot.border_records =
             gpu::DeviceBuffer(context, "border records", Elastic::kBorderBytes, gpu::Memory::Readback);
     }
+    record(slot);
+  }
+
+  // The life of a frame: the whole machine in the order in which it happens.
+  void record(Slot& slot) {
+    slot.place = place;
     gpu::Commands& cmd = slot.commands;
     cmd.begin();
     {
@@ -247,7 +267,10 @@ struct Pipeline::Impl {
   Touch measure(const Slot& slot) {
     slot.records.invalidate();
     const auto records = slot.records.as<const shared::ContactRecord>();
-    const ContactMoments m = contact.sum(records);
+    const FramePlace& at = slot.place;
+    const int64_t center_x = at.frame_width / 2, center_y = at.frame_height / 2;  // as in ContactMoments
+    const ContactMoments m = moved(contact.sum(records), int64_t{at.x} + format.width / 2 - center_x,
+                                   int64_t{at.y} + format.height / 2 - center_y);
     constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
     Touch t;
     t.sequence = slot.sequence;
@@ -263,10 +286,10 @@ struct Pipeline::Impl {
       // A threshold of 0 lets pixels without any gray count as contact; their centroid is the area's.
       const bool weighted = m.gray > 0;
       const double weight = static_cast<double>(weighted ? m.gray : m.area);
-      const uint32_t center_x = format.width / 2,
-                     center_y = format.height / 2;  // whole pixels, as in ContactMoments
-      t.centroid_x_px = center_x + static_cast<double>(weighted ? m.gray_x : m.x) / weight;
-      t.centroid_y_px = center_y + static_cast<double>(weighted ? m.gray_y : m.y) / weight;
+      t.centroid_x_px =
+          static_cast<double>(center_x) + static_cast<double>(weighted ? m.gray_x : m.x) / weight;
+      t.centroid_y_px =
+          static_cast<double>(center_y) + static_cast<double>(weighted ? m.gray_y : m.y) / weight;
       t.ellipse = ellipse_of(m, sensor.pitch_mm_per_px);
     }
     if (sensor.force) t.force_N = force_from_gray(*sensor.force, t.gray_sum, t.contact, t.saturated_px > 0);
@@ -312,6 +335,7 @@ struct Pipeline::Impl {
   PaddedImage background;
   bool has_background = false;
   Contact contact;
+  FramePlace place{0, 0, format.width, format.height};
   Grid map = grid_for(format.width, format.height);  // of the depth
   std::optional<Slope> slope;
   std::optional<Surface> surface;
@@ -330,7 +354,10 @@ Pipeline::Pipeline(gpu::Context& context, const Sensor& sensor, const FrameForma
   validate(sensor, sensor.name);
   check_fit(sensor, format, (options.outputs & static_cast<uint32_t>(Output::Surface)) != 0);
   if (options.tuning) validate(*options.tuning, context.properties().limits);
-  impl_ = std::make_unique<Impl>(context, sensor, format, options);
+  if (options.skip_untouched && Skipping::possible(sensor, format, options))
+    skipping_ = std::make_unique<Skipping>(context, sensor, format, options);
+  else
+    impl_ = std::make_unique<Impl>(context, sensor, format, options);
 }
 
 Pipeline::Pipeline(Pipeline&&) noexcept = default;
@@ -343,7 +370,13 @@ Pipeline::~Pipeline() {
   }
 }
 
+void Pipeline::place(const FramePlace& place) {
+  if (impl_->slope) impl_->slope->place(place);
+  impl_->place = place;
+}
+
 void Pipeline::set_background(const Frame& frame) {
+  if (skipping_) return skipping_->set_background(frame);
   for (Impl::Slot& slot : impl_->slots) slot.commands.wait();
   if (frame.format != impl_->format) {
     throw Error(Failure::Input, "a background image of the frames' format",
@@ -364,6 +397,7 @@ void Pipeline::set_background(const Frame& frame) {
 }
 
 bool Pipeline::submit(const Frame& frame) {
+  if (skipping_) return skipping_->submit(frame);
   if (!impl_->has_background)
     throw Error(Failure::Input, "a background image", "none set", "Pipeline::set_background first");
   if (frame.format != impl_->format) {
@@ -374,6 +408,7 @@ bool Pipeline::submit(const Frame& frame) {
   for (uint32_t i = 0; i < impl_->slots.size(); ++i) {
     Impl::Slot& slot = impl_->slots[i];
     if (!slot.free) continue;
+    if (slot.place != impl_->place) impl_->record(slot);
     slot.sequence = frame.sequence;
     slot.time_ns = frame.time_ns;
     slot.frame.write(frame);
@@ -387,12 +422,14 @@ bool Pipeline::submit(const Frame& frame) {
 }
 
 std::optional<Result> Pipeline::poll() {
+  if (skipping_) return skipping_->poll();
   if (impl_->in_flight.empty() || !impl_->slots[impl_->in_flight.front()].commands.finished())
     return std::nullopt;
   return wait();
 }
 
 std::optional<Result> Pipeline::wait() {
+  if (skipping_) return skipping_->wait();
   if (impl_->in_flight.empty()) return std::nullopt;
   const uint32_t index = impl_->in_flight.front();
   impl_->slots[index].commands.wait();
@@ -401,6 +438,7 @@ std::optional<Result> Pipeline::wait() {
 }
 
 void Pipeline::release(const Result& result) {
+  if (skipping_) return skipping_->release(result);
   impl_->slots[result.slot].free = true;
 }
 
@@ -413,6 +451,7 @@ Touch Pipeline::process(const Frame& frame) {
 
 std::vector<float> Pipeline::read_depth_mm(const Result& result) const {
   assert(result.surface.buffer != nullptr);
+  if (skipping_) return skipping_->read_depth_mm(result);
   const Grid& grid = impl_->map;
   const gpu::DeviceBuffer* from = result.surface.buffer;
   gpu::DeviceBuffer staging;
@@ -440,11 +479,12 @@ std::vector<float> Pipeline::read_depth_mm(const Result& result) const {
 }
 
 std::vector<uint16_t> Pipeline::read_confidence(const Result& result) const {
-  if (!impl_->partial) return {};
+  if (skipping_ || !impl_->partial) return {};
   return impl_->partial->read(impl_->slots[result.slot].known);
 }
 
 std::vector<gpu::ScopeTime> Pipeline::times(const Result& result) const {
+  if (skipping_) return skipping_->times(result);
   std::vector<gpu::ScopeTime> times = impl_->slots[result.slot].commands.times();
   if (impl_->solves_on_host()) {
     const auto rest = impl_->slots[result.slot].after_solve.times();
@@ -459,6 +499,7 @@ std::vector<gpu::ScopeTime> Pipeline::times(const Result& result) const {
 }
 
 std::vector<gpu::ScopeTraffic> Pipeline::traffic() const {
+  if (skipping_) return skipping_->traffic();
   const Impl::Slot& slot = impl_->slots.front();
   std::vector<gpu::ScopeTraffic> traffic = slot.commands.traffic();
   const auto rest = slot.after_solve.traffic();
@@ -467,6 +508,7 @@ std::vector<gpu::ScopeTraffic> Pipeline::traffic() const {
 }
 
 uint64_t Pipeline::memory_bytes() const {
+  if (skipping_) return skipping_->memory_bytes();
   uint64_t bytes = impl_->background.memory_bytes() + impl_->contact.filtered().bytes();
   if (impl_->surface) bytes += impl_->surface->memory_bytes();
   if (impl_->elastic) bytes += impl_->elastic->memory_bytes();
@@ -481,9 +523,11 @@ uint64_t Pipeline::memory_bytes() const {
 }
 
 const FrameFormat& Pipeline::format() const {
+  if (skipping_) return skipping_->format();
   return impl_->format;
 }
 const Sensor& Pipeline::sensor() const {
+  if (skipping_) return skipping_->sensor();
   return impl_->sensor;
 }
 

@@ -51,8 +51,15 @@ struct PipelineOptions {
   /// six: a quarter of the time, relative RMS error below 1e-6 (odd sizes: 2e-5) where a smooth contact moves
   /// by up to 3 px a frame. A frame's heights then depend, that closely, on those before it.
   bool warm_start = false;
+  /// Only a window around the touched tiles is computed; beyond it depth is 0, and without contact
+  /// everywhere. Sums and force are those of the whole frame, to the last bit. Has no effect where the window
+  /// would not do: Reading::Elastic, confidence and weights, SurfaceSolver::Exact, a threshold of 0, and
+  /// frames whose contacts lie too far apart. Each window is solved anew: warm_start is then not used.
+  bool skip_untouched = false;
   std::optional<Tuning> tuning = {};  ///< without one: what was measured for the device, or its defaults
 };
+
+class Skipping;
 
 /// The height map of one finished frame, on the GPU: rows x pitch floats, mm, positive into the pad, up to
 /// the constant Touch::depth_datum_mm.
@@ -65,6 +72,9 @@ struct SurfaceMap {
   /// empty unless Touch::has_confidence.
   std::span<const uint16_t> confidence;
   uint32_t confidence_pitch = 0;
+  /// With PipelineOptions::skip_untouched: the buffer holds this part of the frame only, its first row and
+  /// column first; beyond it depth is 0, whatever the constant.
+  std::optional<PixelRect> window = {};
 };
 
 /// A finished frame. The slot stays untouched until `release`.
@@ -120,8 +130,14 @@ class Pipeline {
   const Sensor& sensor() const;
 
  private:
+  friend class Skipping;
+  /// Frames submitted from here on are parts of larger ones: centroids are theirs, and weights that vary over
+  /// the frame.
+  void place(const FramePlace& place);
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
+  std::unique_ptr<Skipping> skipping_;  ///< in place of impl_ with PipelineOptions::skip_untouched
 };
 
 }  // namespace palpate

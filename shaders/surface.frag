@@ -5,7 +5,7 @@
 #include "shaders/shared/surface_view.h"
 
 layout(push_constant) uniform Push { SurfacePush push; };
-layout(binding = 0) uniform samplerBuffer depth_map;
+#include "shaders/surface_depth.glsl"
 
 layout(location = 0) in vec2 texel;
 layout(location = 1) in vec3 world_mm;
@@ -13,11 +13,6 @@ layout(location = 0) out vec4 color;
 
 const vec3 kLight = normalize(vec3(-0.50, 0.55, 0.80));
 const float kAmbient = 0.42;
-
-float depth_at(ivec2 p) {
-  const ivec2 q = clamp(p, ivec2(0), ivec2(push.width, push.height) - 1);
-  return texelFetch(depth_map, q.y * int(push.row_pitch) + q.x).x;
-}
 
 void main() {
   // Central differences at the four texels around, blended: a slope without facets.
@@ -31,7 +26,7 @@ void main() {
   const vec2 gy1 = vec2(depth_at(p + ivec2(0, 2)) - d00, depth_at(p + ivec2(1, 2)) - d10);
   const vec2 gx = mix(gx0, gx1, f.y);
   const vec2 gy = mix(gy0, gy1, f.y);
-  const float depth = mix(mix(d00, d10, f.x), mix(d01, d11, f.x), f.y) + push.datum_mm;
+  const float depth = mix(mix(d00, d10, f.x), mix(d01, d11, f.x), f.y);
   const vec2 slope = 0.5 * vec2(mix(gx.x, gx.y, f.x), mix(gy.x, gy.y, f.x)) / push.pitch_mm;
 
   const float t = clamp(depth / push.range_mm, 0.0, 1.0);

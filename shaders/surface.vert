@@ -4,12 +4,10 @@
 #include "shaders/shared/surface_view.h"
 
 layout(push_constant) uniform Push { SurfacePush push; };
-layout(binding = 0) uniform samplerBuffer depth_map;
+#include "shaders/surface_depth.glsl"
 
 layout(location = 0) out vec2 texel;     // place in the map, texels
 layout(location = 1) out vec3 world_mm;
-
-float depth_at(int x, int y) { return texelFetch(depth_map, y * int(push.row_pitch) + x).x; }
 
 void main() {
   const uint row = uint(gl_VertexIndex) / push.mesh_columns;
@@ -20,8 +18,8 @@ void main() {
   const ivec2 a = ivec2(texel);
   const ivec2 b = min(a + 1, ivec2(last));
   const vec2 f = texel - vec2(a);
-  const float depth = mix(mix(depth_at(a.x, a.y), depth_at(b.x, a.y), f.x),
-                          mix(depth_at(a.x, b.y), depth_at(b.x, b.y), f.x), f.y) + push.datum_mm;
+  const float depth = mix(mix(depth_at(a), depth_at(ivec2(b.x, a.y)), f.x),
+                          mix(depth_at(ivec2(a.x, b.y)), depth_at(b), f.x), f.y);
 
   const vec2 from_centre_mm = (texel - 0.5 * last) * push.pitch_mm;
   world_mm = vec3(from_centre_mm.x, -from_centre_mm.y, -depth * push.exaggeration);

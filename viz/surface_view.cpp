@@ -215,6 +215,9 @@ void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double datum_
   push.width = map.width;
   push.height = map.height;
   push.row_pitch = map.pitch;
+  const PixelRect held = map.window.value_or(PixelRect{0, 0, map.width, map.height});
+  push.window_place = held.x | held.y << 16;
+  push.window_size = held.width | held.height << 16;
   push.mesh_columns = columns;
   push.mesh_rows = rows;
   push.lit = style.lit ? 1 : 0;

@@ -29,7 +29,8 @@ Pixel change(Pixel image, Pixel rest) {
 
 // The loops that touch each pixel: plain enough for the compiler to take sixteen at a time.
 template <typename Pixel, Signal kSignal>
-void raise(const Pixel* image, const Pixel* rest, uint32_t width, Pixel* largest_change, Pixel* brightest) {
+void raise(const Pixel* image, const Pixel* rest, uint32_t width, Pixel* __restrict largest_change,
+           Pixel* __restrict brightest) {
   for (uint32_t x = 0; x < width; ++x) {
     largest_change[x] = std::max(largest_change[x], change<Pixel, kSignal>(image[x], rest[x]));
     brightest[x] = std::max(brightest[x], image[x]);
@@ -55,25 +56,27 @@ struct Wide<uint8_t> {
 
 template <typename Sum>
 Sum five(Sum a, Sum b, Sum c, Sum d, Sum e) {
-  return static_cast<Sum>(a + e + 4 * (b + d) + 6 * c);
+  const auto outer = static_cast<Sum>(a + e), inner = static_cast<Sum>(b + d),
+             both = static_cast<Sum>(inner + c);
+  return static_cast<Sum>(static_cast<Sum>(outer + static_cast<Sum>(both << 2)) + static_cast<Sum>(c << 1));
 }
 
 template <typename Pixel, Signal kSignal>
-void add_changes(const Pixel* image, const Pixel* rest, uint32_t count, Pixel* changes) {
+void add_changes(const Pixel* image, const Pixel* rest, uint32_t count, Pixel* __restrict changes) {
   for (uint32_t x = 0; x < count; ++x)
     changes[x] = std::max(changes[x], change<Pixel, kSignal>(image[x], rest[x]));
 }
 
 // Value x is that of pixel x + 2.
 template <typename Pixel, typename Sum>
-void filter_across(const Pixel* pixels, uint32_t count, Sum* out) {
-  for (uint32_t x = 0; x < count; ++x)
+void filter_across(const Pixel* __restrict pixels, uint32_t count, Sum* __restrict out) {
+  for (size_t x = 0; x < count; ++x)
     out[x] = five<Sum>(pixels[x], pixels[x + 1], pixels[x + 2], pixels[x + 3], pixels[x + 4]);
 }
 
 template <typename Sum>
 void filter_down(const Sum* a, const Sum* b, const Sum* c, const Sum* d, const Sum* e, uint32_t count,
-                 Sum* most) {
+                 Sum* __restrict most) {
   for (uint32_t x = 0; x < count; ++x) most[x] = std::max(most[x], five<Sum>(a[x], b[x], c[x], d[x], e[x]));
 }
 

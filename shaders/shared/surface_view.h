@@ -24,12 +24,13 @@ struct SurfacePush {
   float range_mm;      // depth with the last colour
   uint width;          // of the map, texels
   uint height;
-  uint row_pitch;     // texels from one row of the map to the next
+  uint row_pitch;     // texels from one row of the buffer to the next
   uint mesh_columns;  // vertices
   uint mesh_rows;
   uint lit;  // 0: plain colours, to be read against the colour bar
-  uint padding_0;
-  uint padding_1;
+  // Part of the map that the buffer holds, x in the lower half and y in the upper; beyond it depth is 0.
+  uint window_place;
+  uint window_size;
 };
 
 // The raw image in a rectangle of the screen.
