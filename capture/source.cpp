@@ -78,6 +78,10 @@ std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sens
 
 Frame load_background(const std::string& input, const Sensor& sensor, const Source& source) {
   Frame background;
+  if (sensor.background.kind == BackgroundKind::None) {
+    background.reshape(source.format());  // black: there is nothing to subtract
+    return background;
+  }
   if (const std::string& file = sensor.background.image; !file.empty()) {
     const cv::Mat image = read_image(file);
     Rectifier(sensor, image, file).apply(image, file, background);

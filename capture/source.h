@@ -43,6 +43,7 @@ std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sens
 
 /// The untouched image to subtract: the sensor's background image, else the source's own, else the mean of
 /// its first frames. Opens `input` a second time for the last, so that a source already open loses no frame.
+/// Black where the sensor has none.
 Frame load_background(const std::string& input, const Sensor& sensor, const Source& source);
 
 }  // namespace palpate

@@ -137,10 +137,11 @@ struct Pipeline::Impl {
         wants_surface((with_options.outputs & static_cast<uint32_t>(Output::Surface)) != 0),
         wants_confidence((with_options.outputs & static_cast<uint32_t>(Output::Confidence)) != 0 ||
                          (wants_surface && (with_sensor.pad || with_sensor.shadow_gray))),
-        background(gpu_context, "background", frame_format),
         contact(gpu_context, with_sensor, frame_format,
                 wants_surface && with_sensor.reading != Reading::Photometric, tuning),
         shear(with_sensor.pitch_mm_per_px) {
+    if (sensor.background.kind == BackgroundKind::Untouched)
+      background.emplace(context, "background", format);
     if (wants_surface && sensor.reading == Reading::Elastic) {
       elastic.emplace(context, sensor, format, contact, tuning);
       datum.emplace(context, contact, map, tuning);
@@ -161,6 +162,12 @@ struct Pipeline::Impl {
       partial.emplace(context, sensor, format, options.solver, slope.has_value());
       if (slope) slope->prepare_slopes(context);
     }
+    if (!background) {
+      has_background = true;
+      Frame black;
+      black.reshape(format);
+      if (partial) partial->set_background(black);
+    }
     for (uint32_t i = 0; i < std::max(options.slots, 1u); ++i)
       make(slots.emplace_back(context, format, contact));
   }
@@ -177,6 +184,9 @@ struct Pipeline::Impl {
     record(slot);
   }
 
+  /// The untouched image, or where nothing is subtracted anything of its shape: it is not read.
+  const PaddedImage& rest(const Slot& slot) const { return background ? *background : slot.frame; }
+
   // The life of a frame: the whole machine in the order in which it happens.
   void record(Slot& slot) {
     slot.place = place;
@@ -187,17 +197,17 @@ struct Pipeline::Impl {
       slot.frame.record(cmd);
       cmd.barrier();
     }
-    contact.record(cmd, slot.frame, background, slot.records);
+    contact.record(cmd, slot.frame, rest(slot), slot.records);
     if (partial) partial->record(context, cmd, slot.known, slot.frame);
     const bool weights = partial && partial->solves();
     if (weights)
-      partial->record_solve(context, cmd, slot.known, slot.frame, background, contact, slot.records, *slope,
+      partial->record_solve(context, cmd, slot.known, slot.frame, rest(slot), contact, slot.records, *slope,
                             *datum, slot.depth, slot.datum_records);
     if (wants_surface && !(weights && partial->always())) {
       if (elastic)
         elastic->record_pressure(cmd, slot.border_records);
       else
-        slope->record(cmd, slot.frame, background, *surface);
+        slope->record(cmd, slot.frame, rest(slot), *surface);
       if (!solves_on_host()) {
         if (elastic)
           elastic->record_deflection(cmd, slot.depth);
@@ -332,7 +342,7 @@ struct Pipeline::Impl {
   Tuning tuning;
   bool wants_surface;
   bool wants_confidence;
-  PaddedImage background;
+  std::optional<PaddedImage> background;  // where one is subtracted
   bool has_background = false;
   Contact contact;
   FramePlace place{0, 0, format.width, format.height};
@@ -385,10 +395,16 @@ void Pipeline::set_background(const Frame& frame) {
                     std::to_string(frame.format.bit_depth) + " bits",
                 "a background taken with the same camera settings");
   }
-  impl_->background.write(frame);
+  if (!impl_->background) {
+    if (std::any_of(frame.bytes.begin(), frame.bytes.end(), [](uint8_t byte) { return byte != 0; }))
+      throw Error(Failure::Input, "a black background, or none, for background.source 'none'", "another one",
+                  "source 'untouched' in the sensor file");
+    return;
+  }
+  impl_->background->write(frame);
   gpu::Commands commands(impl_->context);
   commands.begin();
-  impl_->background.record(commands);
+  impl_->background->record(commands);
   commands.end();
   commands.submit();
   commands.wait();
@@ -509,7 +525,8 @@ std::vector<gpu::ScopeTraffic> Pipeline::traffic() const {
 
 uint64_t Pipeline::memory_bytes() const {
   if (skipping_) return skipping_->memory_bytes();
-  uint64_t bytes = impl_->background.memory_bytes() + impl_->contact.filtered().bytes();
+  uint64_t bytes = impl_->contact.filtered().bytes();
+  if (impl_->background) bytes += impl_->background->memory_bytes();
   if (impl_->surface) bytes += impl_->surface->memory_bytes();
   if (impl_->elastic) bytes += impl_->elastic->memory_bytes();
   if (impl_->partial) bytes += impl_->partial->memory_bytes();

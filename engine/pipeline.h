@@ -94,7 +94,8 @@ class Pipeline {
   ~Pipeline();
   Pipeline(Pipeline&&) noexcept;
 
-  /// The untouched image; needed before the first frame. Waits for frames in flight.
+  /// The untouched image; needed before the first frame. Waits for frames in flight. With
+  /// BackgroundKind::None it is not needed and can only be black.
   void set_background(const Frame& background);
 
   /// Starts a frame; false when every slot is in flight or held (the caller decides whether to wait or to

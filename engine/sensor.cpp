@@ -125,6 +125,8 @@ class Reader {
 };
 
 constexpr std::array kSignals{Signal::Brighter, Signal::Darker, Signal::Either};
+constexpr std::array kFilters{Filter::Binomial5, Filter::None};
+constexpr std::array kBackgroundKinds{BackgroundKind::Untouched, BackgroundKind::None};
 constexpr std::array kReadings{Reading::None, Reading::Shading, Reading::Photometric, Reading::Elastic};
 
 void read_weights(Reader& reader, const char* key, std::array<std::array<double, 3>, 3>& weights) {
@@ -170,6 +172,11 @@ void read_frame(const Json& json, const std::string& where, Sensor& sensor) {
 
 void read_background(const Json& json, const std::string& where, BackgroundSource& background) {
   Reader reader(json, where);
+  reader.choice("source", kBackgroundKinds, background.kind);
+  if (background.kind == BackgroundKind::None) {
+    for (const char* key : {"image", "first_frames"})
+      if (reader.has(key)) fail(reader.path(key), "no such key with source 'none'", "it");
+  }
   if (reader.has("image")) background.image = reader.text("image");
   reader.whole("first_frames", 1, 10000, "frames", background.first_frames);
   reader.finish();
@@ -178,6 +185,7 @@ void read_background(const Json& json, const std::string& where, BackgroundSourc
 void read_contact(const Json& json, const std::string& where, Sensor& sensor) {
   Reader contact(json, where);
   contact.choice("signal", kSignals, sensor.signal);
+  contact.choice("filter", kFilters, sensor.filter);
   contact.number("threshold_gray", 0, 65535, "gray levels", sensor.threshold_gray);
   contact.whole("saturation_gray", 1, 65535, "gray levels", sensor.saturation_gray);
   contact.finish();
@@ -302,7 +310,8 @@ Json to_json(const Sensor& s) {
   if (s.crop_px) frame["crop_px"] = *s.crop_px;
   if (s.quad_px) frame["quad_px"] = *s.quad_px;
   if (s.size_px[0] > 0) frame["size_px"] = s.size_px;
-  Json background{{"first_frames", s.background.first_frames}};
+  Json background{{"source", to_string(s.background.kind)}};
+  if (s.background.kind == BackgroundKind::Untouched) background["first_frames"] = s.background.first_frames;
   if (!s.background.image.empty()) background["image"] = s.background.image;
   Json surface{{"reading", to_string(s.reading)}, {"max_slope", s.max_slope}};
   if (s.shadow_gray) surface["shadow_gray"] = *s.shadow_gray;
@@ -328,6 +337,7 @@ Json to_json(const Sensor& s) {
             {"background", background},
             {"contact",
              {{"signal", to_string(s.signal)},
+              {"filter", to_string(s.filter)},
               {"threshold_gray", s.threshold_gray},
               {"saturation_gray", s.saturation_gray}}},
             {"surface", surface}};
@@ -374,6 +384,17 @@ void check_together(const Sensor& s, const std::string& where) {
             "less");
     require(!polygon || polygon->corners.size() >= 3, "pad.polygon_px", "three corners or more", "fewer");
   }
+  if (s.background.kind == BackgroundKind::None) {
+    const std::string change = "frames hold the change already (background.source 'none')";
+    require(s.signal != Signal::Darker, "contact.signal", "brighter or either where " + change,
+            to_string(s.signal));
+    require(s.reading != Reading::Photometric, "surface.reading", "no photometric reading where " + change,
+            "one: a change's sign is needed");
+    require(s.shadow_gray.value_or(0) == 0, "surface.shadow_gray", "0 or none where " + change,
+            std::to_string(s.shadow_gray.value_or(0)));
+  }
+  require(s.filter != Filter::None || s.reading == Reading::None || s.reading == Reading::Photometric,
+          "contact.filter", "'binomial5' for reading '" + std::string(to_string(s.reading)) + "'", "'none'");
   if (s.reading == Reading::Shading)
     require(s.shading.facing_gray > 0, "surface.shading.facing_gray", "more than 0 gray levels",
             number_text(s.shading.facing_gray));
@@ -467,6 +488,14 @@ const char* to_string(Signal signal) {
       return "either";
   }
   return "?";
+}
+
+const char* to_string(Filter filter) {
+  return filter == Filter::Binomial5 ? "binomial5" : "none";
+}
+
+const char* to_string(BackgroundKind kind) {
+  return kind == BackgroundKind::Untouched ? "untouched" : "none";
 }
 
 const char* to_string(Reading reading) {

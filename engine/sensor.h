@@ -20,6 +20,12 @@ enum class Signal {
   Either,    ///< colour gel: g = |image - background|, the largest of the channels
 };
 
+/// What smooths the change before threshold and sums.
+enum class Filter {
+  Binomial5,  ///< 5 x 5 binomial, weights 1 4 6 4 1
+  None,       ///< for frames without noise, or smoothed by the camera; no reading of one gray image
+};
+
 /// How an image becomes a surface (theory S7).
 enum class Reading {
   None,         ///< the sensor measures contact and force only
@@ -74,8 +80,15 @@ struct ElasticCalibration {
   double relative_sd = 0;   ///< relative standard error of gray_per_MPa times young_MPa, hence of depths
 };
 
+/// Whether there is an untouched image to subtract.
+enum class BackgroundKind {
+  Untouched,  ///< subtracted from every frame
+  None,       ///< frames hold the change already: nothing is subtracted, and no image is kept for it
+};
+
 /// Where the untouched image comes from.
 struct BackgroundSource {
+  BackgroundKind kind = BackgroundKind::Untouched;
   std::string image;  ///< in the file relative to it, absolute once loaded; empty: from the recording itself
   uint32_t first_frames = 1;  ///< without an image: mean of that many first frames
 };
@@ -95,6 +108,7 @@ struct Sensor {
   BackgroundSource background;
 
   Signal signal = Signal::Brighter;
+  Filter filter = Filter::Binomial5;
   double threshold_gray = 4;  ///< filtered gray from which a pixel belongs to the contact, in steps of 1/128
   uint32_t saturation_gray = 255;  ///< raw pixels from here on are saturated
 
@@ -125,6 +139,8 @@ void validate(const Sensor& sensor, const std::string& where);
 void save_sensor(const Sensor& sensor, const std::filesystem::path& file);
 
 const char* to_string(Signal signal);
+const char* to_string(Filter filter);
+const char* to_string(BackgroundKind kind);
 const char* to_string(Reading reading);
 
 }  // namespace palpate

@@ -110,6 +110,74 @@ TEST_F(ContactTest, EqualsReferenceExactly) {
   }
 }
 
+// What a sensor leaves out changes the kernel, not the sums: without the filter, without an untouched image,
+// without both, in every format.
+TEST_F(ContactTest, WithoutFilterOrBackgroundEqualsReferenceExactly) {
+  std::mt19937 random(4);
+  const std::array<uint32_t, 12> sides{1, 2, 3, 5, 15, 16, 17, 31, 33, 64, 67, 129};
+  const auto pick = [&](const auto& list) { return list[random() % list.size()]; };
+  const std::array<std::pair<Filter, BackgroundKind>, 3> leaner{std::pair{Filter::None, BackgroundKind::None},
+                                                                {Filter::None, BackgroundKind::Untouched},
+                                                                {Filter::Binomial5, BackgroundKind::None}};
+  const auto run_scene = [&](uint32_t width, uint32_t height, uint32_t channels, uint32_t bits,
+                             const std::pair<Filter, BackgroundKind>& form) {
+    const FrameFormat format{width, height, channels, bits};
+    Sensor sensor;
+    sensor.name = "lean";
+    sensor.pitch_mm_per_px = 0.1;
+    sensor.channels = channels;
+    sensor.bit_depth = bits;
+    sensor.filter = form.first;
+    sensor.background.kind = form.second;
+    const bool subtracts = form.second == BackgroundKind::Untouched;
+    sensor.signal = pick(std::array{Signal::Brighter, Signal::Either, Signal::Darker});
+    if (!subtracts && sensor.signal == Signal::Darker) sensor.signal = Signal::Brighter;
+    const uint32_t top = format.max_gray();
+    sensor.threshold_gray = pick(std::array{0.0, 1.0 / 128, 0.3 * top, 127.0, 127.0 + 1.0 / 128, 128.0,
+                                            std::floor(0.75 * top), 1.0 * top});
+    sensor.saturation_gray = pick(std::array<uint32_t, 5>{top, top / 2, top / 2 + 1, 1, 127});
+    ASSERT_NO_THROW(validate(sensor, "lean"));
+    const Frame image = random_frame(format, 0, pick(std::array<uint32_t, 3>{top, top / 2, top / 4}), random);
+    const Frame rest = random_frame(format, 0, subtracts ? top / 4 : 0, random);
+    const std::string scene =
+        std::to_string(width) + "x" + std::to_string(height) + "x" + std::to_string(channels) + " bits " +
+        std::to_string(bits) + " filter " + to_string(sensor.filter) + " background " +
+        to_string(form.second) + " signal " + to_string(sensor.signal) + " threshold " +
+        std::to_string(sensor.threshold_gray) + " saturation " + std::to_string(sensor.saturation_gray);
+    expect_equal(run(image, rest, sensor, false).moments, reference::moments(image, rest, sensor), scene);
+  };
+  for (int i = 0; i < 240 && !HasFailure(); ++i) {
+    const bool color = i % 8 == 7;
+    run_scene(pick(sides), pick(sides), color ? 3 : 1,
+              color ? 8 : pick(std::array<uint32_t, 6>{8, 8, 8, 10, 12, 16}), leaner[i % 3]);
+  }
+  for (const auto& form : leaner) {
+    for (const auto& [width, height] : {std::pair{1u, 1u}, {3u, 3u}, {640u, 480u}, {1391u, 131u}}) {
+      for (const uint32_t bits : {8u, 12u, 16u}) run_scene(width, height, 1, bits, form);
+      run_scene(width, height, 3, 8, form);
+    }
+  }
+}
+
+// A black background subtracted is no background.
+TEST_F(ContactTest, NoBackgroundIsABlackOne) {
+  std::mt19937 random(6);
+  for (const Filter filter : {Filter::Binomial5, Filter::None}) {
+    const FrameFormat format{200, 150, 1, 8};
+    const Frame image = random_frame(format, 0, 255, random), black = random_frame(format, 0, 0, random);
+    Sensor sensor;
+    sensor.pitch_mm_per_px = 0.1;
+    sensor.threshold_gray = 90;
+    sensor.filter = filter;
+    const ContactMoments subtracted = run(image, black, sensor, false).moments;
+    sensor.background.kind = BackgroundKind::None;
+    // What is bound in place of a background must not matter.
+    expect_equal(run(image, random_frame(format, 0, 255, random), sensor, false).moments, subtracted,
+                 to_string(filter));
+    EXPECT_GT(subtracted.area, 0u);
+  }
+}
+
 // The largest sums: every pixel white, threshold 0. Fields of a record must not overflow.
 TEST_F(ContactTest, AllWhiteDoesNotOverflow) {
   for (const uint32_t bits : {8u, 16u}) {

@@ -247,6 +247,25 @@ TEST_F(ExtremeContact, AllWhiteUpToTheLargestFrame) {
   EXPECT_EQ(got, all_white(color)) << text(got);
 }
 
+// The same without the filter, and without anything to subtract.
+TEST_F(ExtremeContact, AllWhiteUpToTheLargestFrameWithoutTheFilter) {
+  constexpr double kNeeded_GiB = 2;
+  if (memory_left_GiB() < kNeeded_GiB)
+    GTEST_SKIP() << "NOT CHECKED at 8192 x 8192: " << memory_left_GiB() << " GiB of memory left, needs "
+                 << kNeeded_GiB;
+  for (const FrameFormat& format :
+       {FrameFormat{8192, 8192, 1, 8}, FrameFormat{8192, 8192, 1, 16}, FrameFormat{16384, 4096, 1, 8},
+        FrameFormat{4096, 16384, 1, 8}, FrameFormat{8192, 8192, 3, 8}}) {
+    Sensor sensor = sensor_for(format, format.max_gray());
+    sensor.filter = Filter::None;
+    sensor.background.kind = BackgroundKind::None;
+    const ContactMoments got =
+                             run(uniform_frame(format, format.max_gray()), uniform_frame(format, 0), sensor),
+                         wanted = all_white(format);
+    EXPECT_EQ(got, wanted) << text(format) << "\n got    " << text(got) << "\n wanted " << text(wanted);
+  }
+}
+
 // Noise on the largest frame against a plain separable filter.
 TEST_F(ExtremeContact, NoiseOnTheLargestFrame) {
   constexpr double kNeeded_GiB = 3;

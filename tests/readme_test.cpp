@@ -52,6 +52,8 @@ TEST(Readme, NamesEveryKeyOfASensorFile) {
                           "frame.bit_depth",
                           "background.image",
                           "background.first_frames",
+                          "background.source",
+                          "contact.filter",
                           "contact.signal",
                           "contact.threshold_gray",
                           "contact.saturation_gray",

@@ -26,8 +26,8 @@ const char* const kEverything = R"({
   "pitch_mm_per_px": 0.0435,
   "frame": {"crop_px": [3, 4, 600, 400], "quad_px": [[10.5, 20], [590, 21], [588, 380], [12, 379.25]],
             "size_px": [320, 240], "channels": 3, "bit_depth": 8},
-  "background": {"image": "rest.png", "first_frames": 7},
-  "contact": {"signal": "either", "threshold_gray": 5.5, "saturation_gray": 250},
+  "background": {"source": "untouched", "image": "rest.png", "first_frames": 7},
+  "contact": {"signal": "either", "filter": "none", "threshold_gray": 5.5, "saturation_gray": 250},
   "surface": {"reading": "photometric", "max_slope": 3.5,
               "shading": {"facing_gray": 181.5, "depth_gain": 1.25},
               "photometric": {"wx": [[0.1, 0.2, 0.3], [-1, -2, -3], [4, 5, 6]],
@@ -87,6 +87,8 @@ class SensorFile : public testing::Test {
 void expect_same(const Sensor& a, const Sensor& b) {
   EXPECT_EQ(a.name, b.name);
   EXPECT_EQ(a.pitch_mm_per_px, b.pitch_mm_per_px);
+  EXPECT_EQ(a.background.kind, b.background.kind);
+  EXPECT_EQ(a.filter, b.filter);
   EXPECT_EQ(a.crop_px, b.crop_px);
   EXPECT_EQ(a.quad_px, b.quad_px);
   EXPECT_EQ(a.size_px, b.size_px);
@@ -133,7 +135,9 @@ TEST_F(SensorFile, EveryKeyIsRead) {
   EXPECT_EQ(s.bit_depth, 8u);
   EXPECT_EQ(s.background.image, (folder_ / "rest.png").string());
   EXPECT_EQ(s.background.first_frames, 7u);
+  EXPECT_EQ(s.background.kind, BackgroundKind::Untouched);
   EXPECT_EQ(s.signal, Signal::Either);
+  EXPECT_EQ(s.filter, Filter::None);
   EXPECT_EQ(s.threshold_gray, 5.5);
   EXPECT_EQ(s.saturation_gray, 250u);
   EXPECT_EQ(s.reading, Reading::Photometric);
@@ -159,7 +163,7 @@ TEST_F(SensorFile, WhatIsSavedComesBackWhole) {
   Sensor least;
   least.name = "least";
   least.pitch_mm_per_px = 1.0 / 3;
-  std::vector<Sensor> sensors(6, least);
+  std::vector<Sensor> sensors(7, least);
   sensors[1].force = everything.force;
   sensors[2].shear = everything.shear;
   sensors[3].reading = Reading::Shading;
@@ -169,6 +173,7 @@ TEST_F(SensorFile, WhatIsSavedComesBackWhole) {
   sensors[4].signal = Signal::Darker;
   sensors[5].size_px = {640, 480};
   sensors[5].name = "pad \"7\"\n\xc3\xa4";
+  sensors[6].background.kind = BackgroundKind::None;
   for (const Sensor& sensor : sensors) {
     save_sensor(sensor, folder_ / "copy.json");
     expect_same(load_sensor(folder_ / "copy.json"), sensor);
@@ -360,6 +365,34 @@ TEST_F(SensorFile, EveryBadValueNamesItsKey) {
     SCOPED_TRACE(std::string(bad.at) + " = " + bad.value);
     expect_refused(json.dump(), {bad.named});
   }
+}
+
+// What is left out must not be asked for elsewhere.
+TEST_F(SensorFile, NoBackgroundAndNoFilterFitTheRest) {
+  const auto file = [&](const char* background, const char* contact, const char* surface) {
+    return spill(std::string(R"({"palpate_sensor": 1, "pitch_mm_per_px": 0.1, "background": )") + background +
+                 R"(, "contact": )" + contact + R"(, "surface": )" + surface + "}");
+  };
+  const char* const kNone = R"({"source": "none"})";
+  const char* const kShading = R"({"reading": "shading", "shading": {"facing_gray": 200}})";
+  const Sensor lean = load_sensor(file(kNone, R"({"filter": "none"})", "{}"));
+  EXPECT_EQ(lean.background.kind, BackgroundKind::None);
+  EXPECT_EQ(lean.filter, Filter::None);
+  const Sensor shading = load_sensor(file(kNone, R"({"signal": "either"})", kShading));
+  EXPECT_EQ(shading.filter, Filter::Binomial5);
+
+  expect_refused(file(R"({"source": "no"})", "{}", "{}"), {"background.source", "untouched, none"}, "source");
+  expect_refused(file("{}", R"({"filter": "box"})", "{}"), {"contact.filter", "binomial5, none"}, "filter");
+  expect_refused(file(R"({"source": "none", "image": "a.png"})", "{}", "{}"), {"background.image"}, "image");
+  expect_refused(file(R"({"source": "none", "first_frames": 3})", "{}", "{}"), {"background.first_frames"},
+                 "first frames");
+  expect_refused(file(kNone, R"({"signal": "darker"})", "{}"), {"contact.signal", "darker"}, "darker");
+  expect_refused(file(kNone, "{}", R"({"shadow_gray": 3})"), {"surface.shadow_gray"}, "shadow");
+  expect_refused(file("{}", R"({"filter": "none"})", kShading), {"contact.filter", "shading"}, "unfiltered");
+  Sensor colour = load_sensor(spill(kEverything));
+  EXPECT_EQ(colour.filter, Filter::None) << "colour slopes do not come from the filtered image";
+  colour.background = {BackgroundKind::None, "", 1};
+  EXPECT_THROW(validate(colour, "colour"), Error);
 }
 
 TEST_F(SensorFile, UnknownKeysAreRefusedAtEveryLevel) {

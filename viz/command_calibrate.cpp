@@ -146,6 +146,9 @@ Report photometric(const Common& common, const Options& options) {
   if (original.channels != 3)
     throw Error(Failure::Sensor, "a colour sensor (\"channels\": 3) in " + options.sensor.string(),
                 std::to_string(original.channels) + " channel", "another sensor file");
+  if (original.background.kind == BackgroundKind::None)
+    throw Error(Failure::Sensor, "a sensor with an untouched image in " + options.sensor.string(),
+                "background.source 'none'", "frames as the camera sees them: slopes need a change's sign");
   Sensor reading = original;
   if (!options.background.empty()) reading.background.image = fs::absolute(options.background).string();
   std::optional<PhotometricFit> fit;

@@ -1,18 +1,24 @@
 #include "engine/stages/contact.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "shaders/contact.spv.h"
 #include "shaders/contact_color.spv.h"
+#include "shaders/contact_moments.spv.h"
+#include "shaders/contact_unfiltered.spv.h"
+#include "shaders/contact_unfiltered_color.spv.h"
+#include "shaders/contact_unfiltered_wide.spv.h"
 #include "shaders/contact_wide.spv.h"
 
 namespace palpate {
 namespace {
 
-constexpr uint32_t kLeadIn = 4;  // rows that a tile fetches beyond its own
+// Rows that a tile fetches beyond its own; without the filter about what its last sums cost.
+constexpr uint32_t kLeadIn = 4;
 
 // The tuning's height of a tile, or the one that fetches the fewest rows in all.
 uint32_t rows_for(const Tuning& tuning, uint32_t height, bool keep_filtered) {
@@ -27,7 +33,13 @@ uint32_t rows_for(const Tuning& tuning, uint32_t height, bool keep_filtered) {
   return best;
 }
 
-gpu::Shader shader_for(const FrameFormat& format) {
+gpu::Shader unfiltered_for(const FrameFormat& format) {
+  if (format.channels == 3) return {"contact_unfiltered_color", k_contact_unfiltered_color};
+  if (format.bit_depth > 8) return {"contact_unfiltered_wide", k_contact_unfiltered_wide};
+  return {"contact_unfiltered", k_contact_unfiltered};
+}
+
+gpu::Shader filtered_for(const FrameFormat& format) {
   if (format.channels == 3) return {"contact_color", k_contact_color};
   if (format.bit_depth > 8) return {"contact_wide", k_contact_wide};
   return {"contact", k_contact};
@@ -51,14 +63,30 @@ Contact::Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat&
   const uint32_t keep_shift = format.bit_depth > 8 ? format.bit_depth - 8 : 0;
   units_per_gray_ = 256u >> keep_shift;
 
+  const bool subtracts = sensor.background.kind == BackgroundKind::Untouched;
+  const auto signal = static_cast<uint32_t>(sensor.signal);
   using enum gpu::Binding;
   gpu::KernelInterface interface;
-  interface.bindings = {Texels, Texels, Texels, Texels, Storage, Storage};
   interface.push_bytes = sizeof push_;
   interface.local_size = {workgroup_, 1, 1};
-  interface.constants = {tile_rows_, static_cast<uint32_t>(sensor.signal), keep_filtered ? 1u : 0u,
-                         keep_shift};
-  kernel_ = gpu::Kernel(context, shader_for(format), interface);
+  if (sensor.filter == Filter::Binomial5) {
+    interface.bindings = {Texels, Texels, Texels, Texels, Storage, Storage};
+    interface.constants = {tile_rows_, signal, keep_filtered, keep_shift, subtracts};
+    kernel_ = gpu::Kernel(context, filtered_for(format), interface);
+  } else if (subtracts || format.channels > 1 || format.bit_depth > 8) {
+    assert(!keep_filtered);
+    form_ = Form::Unfiltered;
+    interface.bindings = {Texels, Texels, Storage};
+    interface.constants = {tile_rows_, signal, subtracts};
+    kernel_ = gpu::Kernel(context, unfiltered_for(format), interface);
+  } else {
+    assert(!keep_filtered);
+    form_ = Form::Moments;
+    interface.bindings = {Texels, Storage};
+    const bool bright = push_.threshold > 127 * 128;  // rounded up to whole gray levels, 128 or more
+    interface.constants = {tile_rows_, bright};
+    kernel_ = gpu::Kernel(context, {"contact_moments", k_contact_moments}, interface);
+  }
   const uint64_t filtered_bytes =
       keep_filtered ? uint64_t{push_.tiles_x} * tile_columns_ * 2 * format.height : 16;
   filtered_ = gpu::DeviceBuffer(context, "filtered image", filtered_bytes, gpu::Memory::Device);
@@ -67,10 +95,17 @@ Contact::Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat&
 void Contact::record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
                      const gpu::DeviceBuffer& records) const {
   const auto scope = commands.scope("contact");
-  commands.dispatch(
-      kernel_,
-      {&frame.texels(), &frame.words(), &background.texels(), &background.words(), &records, &filtered_},
-      push_, {(tiles() + workgroup_ - 1) / workgroup_, 1, 1});
+  const std::array<uint32_t, 3> groups{(tiles() + workgroup_ - 1) / workgroup_, 1, 1};
+  if (form_ == Form::Filtered) {
+    commands.dispatch(
+        kernel_,
+        {&frame.texels(), &frame.words(), &background.texels(), &background.words(), &records, &filtered_},
+        push_, groups);
+  } else if (form_ == Form::Unfiltered) {
+    commands.dispatch(kernel_, {&frame.texels(), &background.texels(), &records}, push_, groups);
+  } else {
+    commands.dispatch(kernel_, {&frame.texels(), &records}, push_, groups);
+  }
   commands.barrier();
 }
 

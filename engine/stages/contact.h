@@ -1,5 +1,5 @@
 // Contact stage: background subtraction, 5x5 binomial filter, threshold, exact integer moments, in one
-// kernel.
+// kernel. A sensor whose frames need no subtraction or no filter gets a kernel without it.
 #pragma once
 
 #include <cstdint>
@@ -43,7 +43,8 @@ inline constexpr uint64_t kMaxPixels = uint64_t{1} << 26;
 
 class Contact {
  public:
-  /// `keep_filtered`: also stores the filtered image, for Reading::Shading.
+  /// `keep_filtered`: also stores the filtered image, for Reading::Shading and Elastic; not with
+  /// Filter::None.
   Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, bool keep_filtered,
           const Tuning& tuning);
 
@@ -53,7 +54,8 @@ class Contact {
   uint32_t tile_columns() const { return tile_columns_; }  ///< px
   uint32_t tile_rows() const { return tile_rows_; }        ///< px
 
-  /// Leaves one ContactRecord for each tile in `records`.
+  /// Leaves one ContactRecord for each tile in `records`. With BackgroundKind::None `background` is not read:
+  /// the frame itself will do.
   void record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
               const gpu::DeviceBuffer& records) const;
   /// Adds the tiles' records up, in 64 bits.
@@ -71,6 +73,8 @@ class Contact {
   uint32_t tile_rows_ = 0;
   uint32_t workgroup_ = 0;
   uint32_t units_per_gray_ = 256;
+  enum class Form { Filtered, Unfiltered, Moments };
+  Form form_ = Form::Filtered;
   gpu::Kernel kernel_;
   gpu::DeviceBuffer filtered_;
 };

@@ -79,6 +79,15 @@ static_assert((kGrayBase - 1) * ones(kColumns16 - 1) <= kMax &&
 static_assert((kGrayBase - 1) * ones(kRows) <= kMax &&
               (kColumns16 * kGray16 / kGrayBase + 1) * ones(kRows) <= kMax &&
               (kColumns8 * kGray8 / kGrayBase + 1) * ones(kRows) <= kMax);
+// contact_moments.comp, four 8-bit pixels to a word, eight words to a row of the tile. Bytes: a column's
+// count of rows; a row's count in one byte position, over its words, and weighted by 1 to 8; a row's whole
+// count, the same over the four positions.
+static_assert(kRows <= 255 && 8 <= 255 && 4 * ones(8) <= 255 && 8 * ones(3) <= 255);
+// Lanes of 16 bits: a column's gray levels; a row's, of even and odd bytes together.
+static_assert(kRows * 255 <= kMaxLane && 2 * 8 * 255 <= kMaxLane);
+// Gray levels of the tile, plain, weighted with c and with k.
+static_assert(kColumns8 * kRows * 255 <= kMax && kRows * 255 * ones(kColumns8 - 1) <= kMax &&
+              kColumns8 * 255 * ones(kRows) <= kMax);
 }  // namespace bounds
 }  // namespace palpate::shared
 #endif

@@ -22,14 +22,20 @@ inline uint32_t change_at(const Frame& image, const Frame& rest, Signal signal, 
   return largest;
 }
 
-/// 5x5 binomial filter of the change, edges repeated, in 1/256 gray levels; height x width.
-inline std::vector<uint32_t> filtered_change(const Frame& image, const Frame& rest, Signal signal) {
+/// 5x5 binomial filter of the change, edges repeated, in 1/256 gray levels; height x width. Filter::None: the
+/// change itself in the same unit.
+inline std::vector<uint32_t> filtered_change(const Frame& image, const Frame& rest, Signal signal,
+                                             Filter filter = Filter::Binomial5) {
   constexpr uint32_t kWeights[5] = {1, 4, 6, 4, 1};
   const int width = static_cast<int>(image.format.width), height = static_cast<int>(image.format.height);
   std::vector<uint32_t> change, out;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
       change.push_back(change_at(image, rest, signal, static_cast<uint32_t>(x), static_cast<uint32_t>(y)));
+  if (filter == Filter::None) {
+    for (uint32_t& value : change) value *= 256;
+    return change;
+  }
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       uint32_t sum = 0;
@@ -44,9 +50,10 @@ inline std::vector<uint32_t> filtered_change(const Frame& image, const Frame& re
   return out;
 }
 
+/// With BackgroundKind::None `rest` must be black.
 inline ContactMoments moments(const Frame& image, const Frame& rest, const Sensor& sensor) {
   const auto threshold = static_cast<uint32_t>(std::lround(sensor.threshold_gray * 128)) * 2;
-  const std::vector<uint32_t> filtered = filtered_change(image, rest, sensor.signal);
+  const std::vector<uint32_t> filtered = filtered_change(image, rest, sensor.signal, sensor.filter);
   const uint32_t width = image.format.width, height = image.format.height;
   ContactMoments m;
   for (uint32_t y = 0; y < height; ++y) {

@@ -1,0 +1,63 @@
+// As contact.comp without the filter: change from the untouched image (or the frame itself), threshold and moments. There is
+// nothing to fetch beyond a tile's own pixels. Variants: WIDE (16-bit pixels), PLANES (1 or 3).
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/shared/contact.h"
+
+layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
+layout(constant_id = 3) const uint TILE_ROWS = 32;
+layout(constant_id = 4) const uint SIGNAL = 0;    // 0 brighter, 1 darker, 2 either
+layout(constant_id = 5) const uint SUBTRACT = 1;  // 0: the frame is the change already, the rest image is not read
+
+layout(binding = 0) uniform usamplerBuffer frame_texels;
+layout(binding = 1) uniform usamplerBuffer rest_texels;
+layout(binding = 2) writeonly buffer Records { ContactRecord records[]; };
+layout(push_constant) uniform Push { ContactPush push; };
+
+#include "shaders/contact_sums.glsl"
+
+// Adds one texel of a row; returns its gray sum.
+uint add_texel(inout Sums s, int at, uint here) {
+  const Half none = Half(uvec4(0), uvec4(0));
+  Half g = none, raw = none;
+  for (int plane = 0; plane < PLANES; ++plane) {
+    int from = plane * int(push.height) * int(push.pitch) + at;
+    uvec4 image = texelFetch(frame_texels, from), rest = texelFetch(rest_texels, from);
+    Half seen = Half(even_of(image), odd_of(image));
+    if (PLANES == 1) {
+      g = change(image, rest);
+      raw = seen;
+    } else {
+      raise(g, change(image, rest));
+      raise(raw, seen);
+    }
+  }
+  count_saturated(s, raw, here);
+  return add_row(s, Half(g.even << 8, g.odd << 8), here);
+}
+
+void main() {
+  uint tile = gl_GlobalInvocationID.x;
+  if (tile >= push.tiles_x * push.tiles_y) return;
+  uint tile_x = tile % push.tiles_x;
+  int y0 = int(tile / push.tiles_x * TILE_ROWS);
+  int height = int(push.height);
+  Sums a = start(2 * tile_x * TEXEL_COLUMNS), b = start((2 * tile_x + 1) * TEXEL_COLUMNS);
+  uint g_low = 0, g_high = 0, gk_low = 0, gk_high = 0;
+
+  for (int i = 0; i < int(TILE_ROWS); ++i) {
+    int y = y0 + i;
+    uint here = y < height ? ONES : 0u;
+    int at = min(y, height - 1) * int(push.pitch) + 2 * int(tile_x) + 1;
+    uint row_sum = add_texel(a, at, here) + add_texel(b, at + 1, here);
+    g_low += row_sum % kGrayBase;
+    g_high += row_sum / kGrayBase;
+    gk_low += g_low;
+    gk_high += g_high;
+  }
+
+  ContactRecord record = ContactRecord(0, 0, 0, 0, 0, 0, g_low, g_high, 0, 0, gk_low, gk_high, 0, 0, 0, 0);
+  finish(record, a, 0);
+  finish(record, b, TEXEL_COLUMNS);
+  records[tile] = record;
+}
