@@ -18,36 +18,11 @@
 #include "engine/stages/weighted_surface.h"
 #include "perf/measure.h"
 #include "perf/rivals.h"
+#include "perf/scene.h"
 #include "perf/weighted_rival.h"
 
 namespace palpate::perf {
 namespace {
-
-struct Size {
-  uint32_t width, height;
-  uint32_t padded_width, padded_height;  // FFTW's good size next to it
-  std::string text() const { return std::to_string(width) + "x" + std::to_string(height); }
-};
-
-struct Scene {
-  Sensor sensor;
-  Frame background;
-  std::vector<Frame> frames;
-};
-
-/// A few frames with contact, so that no run sees the same one twice in a row.
-Scene scene_for(const Size& size, SyntheticMode mode) {
-  SyntheticOptions options;
-  options.scene = "slide";
-  options.width = size.width;
-  options.height = size.height;
-  options.mode = mode;
-  const SyntheticSensor sensor(options);
-  Scene scene{synthetic_sensor(options), *sensor.own_background(), {}};
-  const uint64_t count = sensor.frame_count().value_or(100);
-  for (uint64_t i = 0; i < 4; ++i) sensor.render(count * (i + 2) / 8, scene.frames.emplace_back());
-  return scene;
-}
 
 class Bench {
  public:
@@ -57,11 +32,12 @@ class Bench {
     Scene scene = scene_for(size, SyntheticMode::Lambert);
     Pipeline pipeline = make_pipeline(scene, static_cast<uint32_t>(Output::Force), SurfaceSolver::Live);
     OpenCvContact rival(scene.background, scene.sensor);
-    const Work ours{"palpate", [&] { pipeline.process(next(scene)); }};
-    add(compare("contact", size.text(), ours, {"OpenCV 8 bit", [&] { sink_ += rival.run_8bit(next(scene)); }},
-                repetitions_, inner(size, 20)));
+    const Work ours{"palpate", [&] { pipeline.process(scene.next()); }};
     add(compare("contact", size.text(), ours,
-                {"OpenCV float", [&] { sink_ += rival.run_float(next(scene)); }}, repetitions_,
+                {"OpenCV 8 bit", [&] { sink_ += rival.run_8bit(scene.next()); }}, repetitions_,
+                inner(size, 20)));
+    add(compare("contact", size.text(), ours,
+                {"OpenCV float", [&] { sink_ += rival.run_float(scene.next()); }}, repetitions_,
                 inner(size, 20)));
   }
 
@@ -191,8 +167,8 @@ class Bench {
     const std::string work = "frame to height (" + std::string(to_string(scene.sensor.reading)) + ")";
     Pipeline pipeline = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
     OpenCvFftwFrame rival(scene.background, scene.sensor, size.padded_width, size.padded_height);
-    add(compare(work, size.text(), {"palpate", [&] { pipeline.process(next(scene)); }},
-                {"OpenCV + FFTW", [&] { sink_ += rival.run(next(scene)); }}, repetitions_, inner(size, 8)));
+    add(compare(work, size.text(), {"palpate", [&] { pipeline.process(scene.next()); }},
+                {"OpenCV + FFTW", [&] { sink_ += rival.run(scene.next()); }}, repetitions_, inner(size, 8)));
     stages(pipeline, scene, size, work);
   }
 
@@ -203,7 +179,7 @@ class Bench {
     constexpr int kFrames = 150;
     const auto start = std::chrono::steady_clock::now();
     for (int i = 0; i < kFrames; ++i) {
-      while (!pipeline.submit(next(scene))) pipeline.release(*pipeline.wait());
+      while (!pipeline.submit(scene.next())) pipeline.release(*pipeline.wait());
     }
     while (const auto result = pipeline.wait()) pipeline.release(*result);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -232,11 +208,9 @@ class Bench {
     return std::max(3, static_cast<int>(at_vga * 307200 / (size.width * size.height)));
   }
 
-  const Frame& next(const Scene& scene) { return scene.frames[turn_++ % scene.frames.size()]; }
-
-  void stages(Pipeline& pipeline, const Scene& scene, const Size& size, const std::string& work) {
+  void stages(Pipeline& pipeline, Scene& scene, const Size& size, const std::string& work) {
     if (!context_.timers()) return;
-    pipeline.submit(next(scene));
+    pipeline.submit(scene.next());
     const auto result = pipeline.wait();
     std::printf("  stages of %s, %s:", work.c_str(), size.text().c_str());
     for (const gpu::ScopeTime& t : pipeline.times(*result)) std::printf(" %s %.2f ms", t.name.c_str(), t.ms);
@@ -257,7 +231,6 @@ class Bench {
 
   gpu::Context& context_;
   int repetitions_;
-  size_t turn_ = 0;
   double sink_ = 0;
   std::string csv_ = csv_header();
   std::string throughput_csv_ = "reading,size,frames_per_s\n";

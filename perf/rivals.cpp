@@ -12,6 +12,17 @@
 namespace palpate::perf {
 namespace {
 
+// OpenCV's thresholds keep what is above, ours what reaches them. Filtered values are multiples of 1/256
+// gray.
+constexpr double kBelow = 1.0 / 512;
+
+// The plain loops get what the libraries have: the widest vectors of the machine that runs them.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define PALPATE_WIDEST __attribute__((target_clones("arch=haswell", "default")))
+#else
+#define PALPATE_WIDEST
+#endif
+
 cv::Mat plane_of(const Frame& frame, uint32_t channel) {
   return {static_cast<int>(frame.format.height), static_cast<int>(frame.format.width),
           frame.format.bit_depth > 8 ? CV_16UC1 : CV_8UC1, const_cast<uint8_t*>(frame.row(channel, 0))};
@@ -34,11 +45,12 @@ void change(const Frame& frame, const Frame& background, Signal signal, cv::Mat&
 struct OpenCvContact::Impl {
   Frame background;
   Sensor sensor;
-  cv::Mat change8, work8, blurred8, contact8, change32, rest32, blurred32, contact32;
+  cv::Mat change8, work8, blurred8, contact8, change32, rest32, blurred32, mask32;
+  double area = 0;
 };
 
 OpenCvContact::OpenCvContact(const Frame& background, const Sensor& sensor)
-    : impl_(new Impl{background, sensor, {}, {}, {}, {}, {}, {}, {}, {}}) {
+    : impl_(new Impl{background, sensor, {}, {}, {}, {}, {}, {}, {}, {}, 0}) {
   plane_of(background, 0).convertTo(impl_->rest32, CV_32F);
 }
 OpenCvContact::~OpenCvContact() = default;
@@ -47,7 +59,7 @@ double OpenCvContact::run_8bit(const Frame& frame) {
   Impl& m = *impl_;
   change(frame, m.background, m.sensor.signal, m.change8, m.work8);
   cv::GaussianBlur(m.change8, m.blurred8, {5, 5}, 0, 0, cv::BORDER_REPLICATE);
-  cv::threshold(m.blurred8, m.contact8, m.sensor.threshold_gray, 0, cv::THRESH_TOZERO);
+  cv::threshold(m.blurred8, m.contact8, m.sensor.threshold_gray - kBelow, 0, cv::THRESH_TOZERO);
   return cv::moments(m.contact8).m00;
 }
 
@@ -56,8 +68,18 @@ double OpenCvContact::run_float(const Frame& frame) {
   plane_of(frame, 0).convertTo(m.change32, CV_32F);
   cv::subtract(m.change32, m.rest32, m.change32);
   cv::GaussianBlur(m.change32, m.blurred32, {5, 5}, 0, 0, cv::BORDER_REPLICATE);
-  cv::threshold(m.blurred32, m.contact32, m.sensor.threshold_gray, 0, cv::THRESH_TOZERO);
-  return cv::moments(m.contact32).m00;
+  cv::threshold(m.blurred32, m.mask32, m.sensor.threshold_gray - kBelow, 1, cv::THRESH_BINARY);
+  cv::multiply(m.blurred32, m.mask32, m.blurred32);
+  m.area = cv::moments(m.mask32).m00;
+  return cv::moments(m.blurred32).m00;
+}
+
+double OpenCvContact::area_px() const {
+  return impl_->area;
+}
+
+double OpenCvContact::moments_8bit() const {
+  return cv::moments(impl_->contact8).m00;
 }
 
 struct FftwPoisson::Impl {
@@ -179,6 +201,68 @@ void FftwElastic::solve(const float* pressure, float* deflection) {
     std::copy_n(m.work + size_t{y} * m.padded_width, m.width, deflection + size_t{y} * m.width);
 }
 
+namespace {
+
+PALPATE_WIDEST void shade_row(const uint8_t* gray, const int16_t* dx, const int16_t* dy, float facing,
+                              float threshold, float max_slope, float gain, int width, float* p, float* q) {
+  for (int x = 0; x < width; ++x) {
+    const float g = gray[x], gx = dx[x], gy = dy[x];
+    const float ratio = facing / std::max(g, 1e-6f);
+    float tangent = std::min(std::sqrt(std::max(ratio * ratio - 1.0f, 0.0f)), max_slope) * gain;
+    tangent = g < threshold ? 0.0f : tangent;
+    const float scale = tangent / std::max(std::sqrt(gx * gx + gy * gy), 1e-6f);
+    p[x] = scale * gx;
+    q[x] = scale * gy;
+  }
+}
+
+struct Photometric {
+  float wx[3][3], wy[3][3];  // [channel][1, X, Y], for a change of one gray level
+  float steepest;            // largest squared sine of the slope
+};
+
+PALPATE_WIDEST void photometric_row(const uint8_t* const image[3], const uint8_t* const rest[3],
+                                    const Photometric& c, float ty, int width, float* p, float* q) {
+  const uint8_t *red = image[0], *green = image[1], *blue = image[2];
+  const uint8_t *red0 = rest[0], *green0 = rest[1], *blue0 = rest[2];
+  const float step = 2.0f / static_cast<float>(width), lowest = 1 - c.steepest;
+  // Weights at this row, as constant and slope along it.
+  float ax[3], bx[3], ay[3], by[3];
+  for (int i = 0; i < 3; ++i) {
+    ax[i] = c.wx[i][0] + c.wx[i][2] * ty;
+    bx[i] = c.wx[i][1];
+    ay[i] = c.wy[i][0] + c.wy[i][2] * ty;
+    by[i] = c.wy[i][1];
+  }
+  for (int x = 0; x < width; ++x) {
+    const float tx = (static_cast<float>(x) + 0.5f) * step - 1;
+    const auto d0 = static_cast<float>(red[x] - red0[x]), d1 = static_cast<float>(green[x] - green0[x]),
+               d2 = static_cast<float>(blue[x] - blue0[x]);
+    const float nx = (ax[0] + bx[0] * tx) * d0 + (ax[1] + bx[1] * tx) * d1 + (ax[2] + bx[2] * tx) * d2;
+    const float ny = (ay[0] + by[0] * tx) * d0 + (ay[1] + by[1] * tx) * d1 + (ay[2] + by[2] * tx) * d2;
+    const float inverse = 1 / std::sqrt(std::max(1 - nx * nx - ny * ny, lowest));
+    p[x] = nx * inverse;
+    q[x] = ny * inverse;
+  }
+}
+
+// Divergence of one row with natural boundary, trapezoids across each pair of neighbours.
+PALPATE_WIDEST void right_side_row(const float* p, const float* up, const float* q, const float* down,
+                                   bool has_up, bool has_down, float scale, int width, float* f) {
+  const float above = has_up ? scale : 0, below = has_down ? scale : 0;
+  for (int x = 1; x + 1 < width; ++x)
+    f[x] = scale * (p[x - 1] - p[x + 1]) + above * (up[x] + q[x]) - below * (q[x] + down[x]);
+  const int last = width - 1;
+  if (last == 0) {
+    f[0] = above * (up[0] + q[0]) - below * (q[0] + down[0]);
+    return;
+  }
+  f[0] = scale * (-p[0] - p[1]) + above * (up[0] + q[0]) - below * (q[0] + down[0]);
+  f[last] = scale * (p[last - 1] + p[last]) + above * (up[last] + q[last]) - below * (q[last] + down[last]);
+}
+
+}  // namespace
+
 struct OpenCvFftwFrame::Impl {
   Impl(const Frame& rest, const Sensor& with, uint32_t padded_width, uint32_t padded_height)
       : background(rest),
@@ -187,7 +271,7 @@ struct OpenCvFftwFrame::Impl {
   Frame background;
   Sensor sensor;
   FftwPoisson poisson;
-  cv::Mat change8, work8, blurred8, contact8, gray, dx, dy, p, q;
+  cv::Mat change8, work8, blurred8, contact8, dx, dy, p, q;
   std::vector<float> right, z;
 };
 
@@ -201,79 +285,53 @@ double OpenCvFftwFrame::run(const Frame& frame) {
   const int width = static_cast<int>(frame.format.width), height = static_cast<int>(frame.format.height);
   change(frame, m.background, m.sensor.signal, m.change8, m.work8);
   cv::GaussianBlur(m.change8, m.blurred8, {5, 5}, 0, 0, cv::BORDER_REPLICATE);
-  cv::threshold(m.blurred8, m.contact8, m.sensor.threshold_gray, 0, cv::THRESH_TOZERO);
+  cv::threshold(m.blurred8, m.contact8, m.sensor.threshold_gray - kBelow, 0, cv::THRESH_TOZERO);
   const double sum = cv::moments(m.contact8).m00;
 
   m.p.create(height, width, CV_32F);
   m.q.create(height, width, CV_32F);
   const auto max_slope = static_cast<float>(m.sensor.max_slope);
   if (m.sensor.reading == Reading::Shading) {
-    m.blurred8.convertTo(m.gray, CV_32F);
-    cv::Sobel(m.gray, m.dx, CV_32F, 1, 0, 3, 1, 0, cv::BORDER_REPLICATE);
-    cv::Sobel(m.gray, m.dy, CV_32F, 0, 1, 3, 1, 0, cv::BORDER_REPLICATE);
+    cv::Sobel(m.blurred8, m.dx, CV_16S, 1, 0, 3, 1, 0, cv::BORDER_REPLICATE);
+    cv::Sobel(m.blurred8, m.dy, CV_16S, 0, 1, 3, 1, 0, cv::BORDER_REPLICATE);
     const auto facing = static_cast<float>(m.sensor.shading.facing_gray),
                gain = static_cast<float>(m.sensor.shading.depth_gain);
     const auto threshold = static_cast<float>(m.sensor.threshold_gray);
-    for (int y = 0; y < height; ++y) {
-      const float *g = m.gray.ptr<float>(y), *dx = m.dx.ptr<float>(y), *dy = m.dy.ptr<float>(y);
-      float *p = m.p.ptr<float>(y), *q = m.q.ptr<float>(y);
-      for (int x = 0; x < width; ++x) {
-        const float ratio = facing / std::max(g[x], 1e-6f);
-        float tangent = std::min(std::sqrt(std::max(ratio * ratio - 1.0f, 0.0f)), max_slope) * gain;
-        tangent = g[x] < threshold ? 0.0f : tangent;
-        const float scale = tangent / std::max(std::sqrt(dx[x] * dx[x] + dy[x] * dy[x]), 1e-6f);
-        p[x] = scale * dx[x];
-        q[x] = scale * dy[x];
-      }
-    }
+    for (int y = 0; y < height; ++y)
+      shade_row(m.blurred8.ptr<uint8_t>(y), m.dx.ptr<int16_t>(y), m.dy.ptr<int16_t>(y), facing, threshold,
+                max_slope, gain, width, m.p.ptr<float>(y), m.q.ptr<float>(y));
   } else {
-    float wx[3][3], wy[3][3];
-    for (size_t c = 0; c < 3; ++c) {
+    Photometric c{};
+    for (size_t i = 0; i < 3; ++i) {
       for (size_t t = 0; t < 3; ++t) {
-        wx[c][t] = static_cast<float>(m.sensor.photometric.wx[c][t]) / 255.0f;
-        wy[c][t] = static_cast<float>(m.sensor.photometric.wy[c][t]) / 255.0f;
+        c.wx[i][t] = static_cast<float>(m.sensor.photometric.wx[i][t]) / 255.0f;
+        c.wy[i][t] = static_cast<float>(m.sensor.photometric.wy[i][t]) / 255.0f;
       }
     }
-    const float steepest = max_slope * max_slope / (1 + max_slope * max_slope);
+    c.steepest = max_slope * max_slope / (1 + max_slope * max_slope);
     for (int y = 0; y < height; ++y) {
       const auto row = static_cast<uint32_t>(y);
       const uint8_t* image[3] = {frame.row(0, row), frame.row(1, row), frame.row(2, row)};
       const uint8_t* rest[3] = {m.background.row(0, row), m.background.row(1, row), m.background.row(2, row)};
       const float ty = (2.0f * static_cast<float>(y) + 1) / static_cast<float>(height) - 1;
-      float *p = m.p.ptr<float>(y), *q = m.q.ptr<float>(y);
-      for (int x = 0; x < width; ++x) {
-        const float tx = (2.0f * static_cast<float>(x) + 1) / static_cast<float>(width) - 1;
-        float nx = 0, ny = 0;
-        for (int c = 0; c < 3; ++c) {
-          const auto d = static_cast<float>(image[c][x] - rest[c][x]);
-          nx += (wx[c][0] + wx[c][1] * tx + wx[c][2] * ty) * d;
-          ny += (wy[c][0] + wy[c][1] * tx + wy[c][2] * ty) * d;
-        }
-        const float inverse = 1 / std::sqrt(std::max(1 - nx * nx - ny * ny, 1 - steepest));
-        p[x] = nx * inverse;
-        q[x] = ny * inverse;
-      }
+      photometric_row(image, rest, c, ty, width, m.p.ptr<float>(y), m.q.ptr<float>(y));
     }
   }
 
-  // Trapezoid across each pair of neighbours, divergence with natural boundary.
   const auto scale = static_cast<float>(m.sensor.pitch_mm_per_px) / 2;
   m.right.resize(size_t(width) * size_t(height));
   m.z.resize(m.right.size());
   for (int y = 0; y < height; ++y) {
-    const float *p = m.p.ptr<float>(y), *q = m.q.ptr<float>(y);
-    const float *up = m.q.ptr<float>(std::max(y - 1, 0)), *down = m.q.ptr<float>(std::min(y + 1, height - 1));
-    const float has_up = y > 0, has_down = y + 1 < height;
-    float* f = m.right.data() + size_t(y) * size_t(width);
-    for (int x = 1; x + 1 < width; ++x)
-      f[x] = scale * (p[x - 1] - p[x + 1] + has_up * (up[x] + q[x]) - has_down * (q[x] + down[x]));
-    const int last = width - 1;
-    f[0] = scale * (-p[0] - p[std::min(1, last)] + has_up * (up[0] + q[0]) - has_down * (q[0] + down[0]));
-    f[last] = scale * (p[std::max(last - 1, 0)] + p[last] + has_up * (up[last] + q[last]) -
-                       has_down * (q[last] + down[last]));
+    right_side_row(m.p.ptr<float>(y), m.q.ptr<float>(std::max(y - 1, 0)), m.q.ptr<float>(y),
+                   m.q.ptr<float>(std::min(y + 1, height - 1)), y > 0, y + 1 < height, scale, width,
+                   m.right.data() + size_t(y) * size_t(width));
   }
   m.poisson.solve(m.right.data(), m.z.data());
   return sum + static_cast<double>(m.z[0]);
+}
+
+const std::vector<float>& OpenCvFftwFrame::heights_mm() const {
+  return impl_->z;
 }
 
 }  // namespace palpate::perf

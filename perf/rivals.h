@@ -18,8 +18,14 @@ class OpenCvContact {
   ~OpenCvContact();
   /// subtract, GaussianBlur 5x5, threshold to zero, moments; 8 bits throughout. Returns the gray sum.
   double run_8bit(const Frame& frame);
-  /// The same in single precision.
+  /// In single precision: convertTo, subtract, GaussianBlur 5x5, threshold to a mask of 0 and 1, multiply by
+  /// it, moments of the product and of the mask. Returns the gray sum.
   double run_float(const Frame& frame);
+  /// Contact pixels of the last run_float.
+  double area_px() const;
+  /// What run_8bit left: the filtered image, 0 without contact, and its moments once more. For timing these
+  /// alone.
+  double moments_8bit() const;
 
  private:
   struct Impl;
@@ -67,6 +73,8 @@ class OpenCvFftwFrame {
                   uint32_t padded_height);
   ~OpenCvFftwFrame();
   double run(const Frame& frame);
+  /// Of the last run, height x width, up to a constant.
+  const std::vector<float>& heights_mm() const;
 
  private:
   struct Impl;
