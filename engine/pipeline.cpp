@@ -213,7 +213,7 @@ struct Pipeline::Impl {
           elastic->record_deflection(cmd, slot.depth);
         else
           surface->record(cmd, slot.depth);
-        datum->record(cmd, slot.depth, slot.records, slot.datum_records);
+        datum->record(cmd, slot.depth, slot.records, slot.datum_records, inner_edges(slot));
       } else {
         const gpu::DeviceBuffer& from = elastic ? elastic->pressure() : surface->right_side().buffer;
         const uint64_t bytes = map.bytes();
@@ -232,6 +232,11 @@ struct Pipeline::Impl {
     }
     cmd.host_barrier();
     cmd.end();
+  }
+
+  InnerEdges inner_edges(const Slot& slot) const {
+    const FramePlace& at = slot.place;
+    return {at.x > 0, at.x + format.width<at.frame_width, at.y> 0, at.y + format.height < at.frame_height};
   }
 
   Result finish(uint32_t index) {
@@ -306,7 +311,8 @@ struct Pipeline::Impl {
     shear.update(sensor.shear ? &*sensor.shear : nullptr, t);
     if (wants_surface) {
       slot.datum_records.invalidate();
-      const RestLevel rest = datum->rest_level(records, slot.datum_records.as<const shared::DatumRecord>());
+      const RestLevel rest =
+          datum->rest_level(records, slot.datum_records.as<const shared::DatumRecord>(), inner_edges(slot));
       t.has_surface = true;
       t.depth_datum_mm = -rest.level_mm;
       t.depth_max_mm = rest.highest_mm - rest.level_mm;

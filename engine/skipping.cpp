@@ -81,10 +81,12 @@ PixelRect place_window(const PixelRect& size, const PixelRect& box, const std::o
 }
 
 bool Skipping::possible(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options) {
+  const bool usual =
+      sensor.background.kind == BackgroundKind::Untouched && sensor.filter == Filter::Binomial5;
   const bool surface = wants(options.outputs, Output::Surface);
   const bool weighted =
       wants(options.outputs, Output::Confidence) || (surface && (sensor.pad || sensor.shadow_gray));
-  return !weighted &&
+  return usual && !weighted &&
          !(surface && (sensor.reading == Reading::Elastic || options.solver == SurfaceSolver::Exact)) &&
          std::lround(sensor.threshold_gray * 128) > 0 && !window_sizes(format).empty();
 }
@@ -294,6 +296,10 @@ std::vector<float> Skipping::read_depth_mm(const Result& result) const {
 std::vector<gpu::ScopeTime> Skipping::times(const Result& result) const {
   const Slot& slot = slots_[result.slot];
   return slot.pipeline ? slot.pipeline->times(slot.result) : std::vector<gpu::ScopeTime>{};
+}
+
+std::vector<gpu::ScopeTraffic> Skipping::traffic() const {
+  return whole_.traffic();
 }
 
 uint64_t Skipping::memory_bytes() const {

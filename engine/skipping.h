@@ -31,7 +31,7 @@ class Skipping {
  public:
   /// Whether a window gives what the whole frame would: not where a pixel's depth depends on pressure far
   /// away (Reading::Elastic), where pixels are weighted, where heights are solved on the host, and where
-  /// everything is contact (a threshold of 0).
+  /// everything is contact (a threshold of 0) or nothing is subtracted or filtered.
   static bool possible(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options);
 
   Skipping(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
@@ -44,7 +44,7 @@ class Skipping {
   void release(const Result& result);
   std::vector<float> read_depth_mm(const Result& result) const;
   std::vector<gpu::ScopeTime> times(const Result& result) const;
-  std::vector<gpu::ScopeTraffic> traffic() const { return whole_.traffic(); }
+  std::vector<gpu::ScopeTraffic> traffic() const;
   uint64_t memory_bytes() const;
   const FrameFormat& format() const { return format_; }
   const Sensor& sensor() const { return sensor_; }

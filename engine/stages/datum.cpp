@@ -10,6 +10,8 @@
 namespace palpate {
 namespace {
 
+constexpr uint32_t kEdges = 4;
+
 struct Mean {
   double sum = 0;
   double count = 0;
@@ -38,23 +40,29 @@ Datum::Datum(gpu::Context& context, const Contact& contact, const Grid& grid, co
 }
 
 uint64_t Datum::record_bytes() const {
-  return uint64_t{push_.tiles_x} * push_.tiles_y * sizeof(shared::DatumRecord);
+  return (uint64_t{push_.tiles_x} * push_.tiles_y + kEdges) * sizeof(shared::DatumRecord);
 }
 
 void Datum::record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& contact,
-                   const gpu::DeviceBuffer& records) const {
+                   const gpu::DeviceBuffer& records, InnerEdges edges) const {
   const auto scope = commands.scope("datum");
-  const uint32_t tiles = push_.tiles_x * push_.tiles_y;
-  commands.dispatch(kernel_, {&depth.texels, &contact, &records}, push_,
+  shared::DatumPush push = push_;
+  push.edges = edges.any() ? 1 : 0;
+  const uint32_t tiles = push.tiles_x * push.tiles_y + push.edges * kEdges;
+  commands.dispatch(kernel_, {&depth.texels, &contact, &records}, push,
                     {(tiles + workgroup_ - 1) / workgroup_, 1, 1});
   commands.barrier();
 }
 
 RestLevel Datum::rest_level(std::span<const shared::ContactRecord> contact,
-                            std::span<const shared::DatumRecord> records) const {
-  Mean border, untouched, all;
+                            std::span<const shared::DatumRecord> records, InnerEdges edges) const {
+  Mean inner, border, untouched, all;
   double highest = std::numeric_limits<double>::lowest();
-  for (uint32_t tile = 0; tile < push_.tiles_x * push_.tiles_y; ++tile) {
+  const uint32_t tiles = push_.tiles_x * push_.tiles_y;
+  const bool is_inner[kEdges] = {edges.left, edges.right, edges.top, edges.bottom};
+  for (uint32_t side = 0; side < kEdges; ++side)
+    if (is_inner[side]) inner.add(records[tiles + side]);
+  for (uint32_t tile = 0; tile < tiles; ++tile) {
     const shared::DatumRecord& r = records[tile];
     highest = std::max(highest, double{r.highest});
     all.add(r);
@@ -63,8 +71,11 @@ RestLevel Datum::rest_level(std::span<const shared::ContactRecord> contact,
     const uint32_t x = tile % push_.tiles_x, y = tile / push_.tiles_x;
     if (x == 0 || y == 0 || x + 1 == push_.tiles_x || y + 1 == push_.tiles_y) border.add(r);
   }
-  const Mean& chosen = border.count > 0 ? border : untouched.count > 0 ? untouched : all;
-  return {chosen.sum / chosen.count, highest, untouched.count > 0};
+  const Mean& chosen = inner.count > 0       ? inner
+                       : border.count > 0    ? border
+                       : untouched.count > 0 ? untouched
+                                             : all;
+  return {chosen.sum / chosen.count, highest, inner.count > 0 || untouched.count > 0};
 }
 
 }  // namespace palpate

@@ -37,6 +37,7 @@ struct DatumPush {
   uint tiles_y;
   uint tile_texels;  // width of a tile, texels of four px
   uint tile_rows;
+  uint edges;  // 1: four more records, of the first and last column and row
 };
 
 // What the height map says about one tile.
