@@ -362,6 +362,9 @@ TEST(Profile, SmallRunOnARealDevice) {
   EXPECT_LT(error.at("FFTW"), 1e-4);
   EXPECT_LT(error.at("fine"), 1e-2);
   EXPECT_LT(error.at("live"), 3e-2);
+  EXPECT_LT(error.at("warm start"), 1e-3);
+  for (const SolverFigure& f : profile.solvers)
+    EXPECT_TRUE(std::isfinite(f.peak_to_valley_error)) << f.solver;
   for (const OutputFigure& o : profile.outputs) {
     EXPECT_GT(o.time.median_ms, 0);
     EXPECT_GT(o.cpu_ratio, 0);

@@ -51,7 +51,7 @@ class MultigridSolver {
  public:
   MultigridSolver(gpu::Context& context, GpuSlopes& slopes, SurfaceSolver solver, bool warm_start = false);
   void prepare();  ///< makes the right side of the slopes that are loaded
-  /// Uses the coarser right sides up: solving again without `prepare` takes the same time, but is not exact.
+  /// Uses the coarser right sides up: every solve wants its own `prepare`.
   void solve();
   /// Of a solve that is well prepared; with a warm start, from the heights of a surface 2 px away.
   SurfaceErrors errors(const Truth& truth);
@@ -73,6 +73,7 @@ class MultigridSolver {
 class WeightedSolver {
  public:
   WeightedSolver(gpu::Context& context, const GpuSlopes& slopes, uint32_t iterations);
+  void prepare() {}
   void solve();
   SurfaceErrors errors(const Truth& truth) { return heights_.errors(truth); }
 

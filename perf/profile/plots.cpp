@@ -264,7 +264,7 @@ Plot output_costs(const Profile& profile, const std::string& reading) {
   }
   const auto panel = [&](const std::string& margins, const std::string& label, double most, int column,
                          size_t color) {
-    return margins + "set xrange [0:" + number(1.25 * most) + "]\nset xlabel '" + label +
+    return margins + "set xrange [0:" + number(1.25 * std::max(most, 1e-6)) + "]\nset xlabel '" + label +
            "'\nplot $bars using (0):1:(0):" + std::to_string(column) +
            ":($1-0.32):($1+0.32) with boxxyerror fs solid 0.75 noborder lc rgb '" + kColors[color] +
            "' notitle, $bars using " + std::to_string(column) + ":1:" + std::to_string(column + 2) +

@@ -21,7 +21,9 @@ double cpu_now_ms() {
 bool take_turns(std::span<Contender> contenders, const Rounds& rounds, const Watch& watch) {
   for (Contender& contender : contenders) {
     if (watch.stopped()) return false;
-    if (rounds.warm_up) contender.run();
+    if (!rounds.warm_up) continue;
+    if (contender.before) contender.before();
+    contender.run();
   }
   const double start_s = wall_now_s();
   const double share_ms = rounds.seconds * 1e3 / static_cast<double>(contenders.size());
@@ -30,6 +32,7 @@ bool take_turns(std::span<Contender> contenders, const Rounds& rounds, const Wat
     for (Contender& contender : contenders) {
       if (watch.stopped()) return false;
       if (rounds.may_sit_out && round >= rounds.least && contender.spent_ms > share_ms) continue;
+      if (contender.before) contender.before();
       const double cpu_ms = cpu_now_ms(), wall_s = wall_now_s();
       contender.run();
       contender.wall_ms.push_back((wall_now_s() - wall_s) * 1e3);

@@ -26,6 +26,7 @@ struct Watch {
 struct Contender {
   std::string name;
   std::function<void()> run;
+  std::function<void()> before = {};  ///< each run, not timed
   std::vector<double> wall_ms = {};
   std::vector<double> cpu_ms = {};
   double spent_ms = 0;

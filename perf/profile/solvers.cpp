@@ -82,7 +82,7 @@ class Ways {
 
   template <typename Solver>
   void add_gpu(const char* name, Solver& solver, const Truth& truth) {
-    contenders_.push_back({name, [&solver] { solver.solve(); }});
+    contenders_.push_back({name, [&solver] { solver.solve(); }, [&solver] { solver.prepare(); }});
     ways_.push_back({"GPU", [&solver, &truth] { return solver.errors(truth); }});
   }
   /// `solve` writes height x width heights.
