@@ -41,6 +41,48 @@ class Bench {
                 inner(size, 20)));
   }
 
+  /// Frames that are the change already and not filtered: the sums alone. Ours are of the thresholded image
+  /// and come with the area's moments, the peak and the number of saturated pixels.
+  void moments(const Size& size) {
+    Scene scene = scene_for(size, SyntheticMode::Lambert);
+    for (Frame& frame : scene.frames)
+      for (size_t i = 0; i < frame.bytes.size(); ++i)
+        frame.bytes[i] -= std::min(frame.bytes[i], scene.background.bytes[i]);
+    scene.sensor.reading = Reading::None;
+    scene.sensor.filter = Filter::None;
+    scene.sensor.background = {BackgroundKind::None, "", 1};
+    std::fill(scene.background.bytes.begin(), scene.background.bytes.end(), uint8_t{0});
+    const FrameFormat& format = scene.background.format;
+    const Contact contact(context_, scene.sensor, format, false, load_tuning(context_).tuning);
+    PaddedImage image(context_, "frame", format);
+    image.write(scene.frames.front());
+    const gpu::DeviceBuffer records(context_, "records", contact.record_bytes(), gpu::Memory::Readback);
+    gpu::Commands upload(context_), commands(context_);
+    upload.begin();
+    image.record(upload);
+    upload.end();
+    upload.submit();
+    upload.wait();
+    commands.begin();
+    contact.record(commands, image, image, records);
+    commands.host_barrier();
+    commands.end();
+    const Work rival{"cv::moments", [&] { sink_ += opencv_moments(scene.frames.front()); }};
+    add(compare("moments", size.text(),
+                {"palpate",
+                 [&] {
+                   commands.submit();
+                   commands.wait();
+                   records.invalidate();
+                   sink_ += static_cast<double>(contact.sum(records.as<const shared::ContactRecord>()).gray);
+                 }},
+                rival, repetitions_, inner(size, 40)));
+    Pipeline pipeline = make_pipeline(scene, static_cast<uint32_t>(Output::Force), SurfaceSolver::Live);
+    add(compare("moments of a frame", size.text(),
+                {"palpate", [&] { pipeline.process(scene.frames.front()); }}, rival, repetitions_,
+                inner(size, 40)));
+  }
+
   void surface(const Size& size) {
     const Surface surface(context_, size.width, size.height, SurfaceSolver::Live,
                           load_tuning(context_).tuning);
@@ -260,6 +302,7 @@ int run(int argc, char** argv) {
       continue;
     }
     bench.contact(size);
+    bench.moments(size);
     bench.surface(size);
     bench.elastic(size);
     bench.frame(size, SyntheticMode::Lambert);

@@ -42,6 +42,10 @@ void change(const Frame& frame, const Frame& background, Signal signal, cv::Mat&
 
 }  // namespace
 
+double opencv_moments(const Frame& frame) {
+  return cv::moments(plane_of(frame, 0)).m00;
+}
+
 struct OpenCvContact::Impl {
   Frame background;
   Sensor sensor;

@@ -11,6 +11,9 @@
 
 namespace palpate::perf {
 
+/// cv::moments of one plane of pixels, nothing before it. Returns the gray sum.
+double opencv_moments(const Frame& frame);
+
 /// Force and centroid with OpenCV, frame by frame.
 class OpenCvContact {
  public:

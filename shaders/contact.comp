@@ -124,26 +124,23 @@ void main() {
     Row r = fetch_row(tile_x, y0 - 2 + i);
     filter_down(down_a, r.a);
     filter_down(down_b, r.b);
-    // Of these four rows the last two belong to the tile.
-    uint counts = (i >= 2 && y0 - 2 + i < height) ? ONES : 0u;
-    count_saturated(a, r.raw_a, counts);
-    count_saturated(b, r.raw_b, counts);
+    // Rows of neighbouring tiles only cost a needless count.
+    notice_saturated(a, r.raw_a);
+    notice_saturated(b, r.raw_b);
   }
 
   for (int i = 0; i < int(TILE_ROWS); ++i) {
     int y = y0 + i;
     Row r = fetch_row(tile_x, y + 2);
     Half v_a = filter_down(down_a, r.a), v_b = filter_down(down_b, r.b);
-    uint counts = (i + 2 < int(TILE_ROWS) && y + 2 < height) ? ONES : 0u;
-    count_saturated(a, r.raw_a, counts);
-    count_saturated(b, r.raw_b, counts);
+    notice_saturated(a, r.raw_a);
+    notice_saturated(b, r.raw_b);
     if (KEEP == 1 && y < height) {
       uint texel = (uint(y) * push.tiles_x + tile_x) * (TEXEL_COLUMNS / 4);
       keep(v_a, texel);
       keep(v_b, texel + TEXEL_COLUMNS / 8);
     }
-    uint here = y < height ? ONES : 0u;
-    uint row_sum = add_row(a, v_a, here) + add_row(b, v_b, here);
+    uint row_sum = add_row(a, v_a, y < height) + add_row(b, v_b, y < height);
     g_low += row_sum % kGrayBase;
     g_high += row_sum / kGrayBase;
     gk_low += g_low;
@@ -153,5 +150,10 @@ void main() {
   ContactRecord record = ContactRecord(0, 0, 0, 0, 0, 0, g_low, g_high, 0, 0, gk_low, gk_high, 0, 0, 0, 0);
   finish(record, a, 0);
   finish(record, b, TEXEL_COLUMNS);
+  int rows = any_saturated(a) || any_saturated(b) ? min(int(TILE_ROWS), height - y0) : 0;
+  for (int i = 0; i < rows; ++i) {
+    int at = (y0 + i) * int(push.pitch) + 2 * int(tile_x) + 1;
+    record.saturated += count_saturated(a, at) + count_saturated(b, at + 1);
+  }
   records[tile] = record;
 }

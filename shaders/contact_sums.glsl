@@ -91,7 +91,7 @@ uvec4 inside(uint column) {
 // Everything that one texel of the tile gathers on its way down.
 struct Sums {
   Half inside;
-  Half saturated;
+  uvec4 saturated;  // what any row had, see saturated_of
   Half n, k1, k2;
 #ifdef WIDE
   Half gray;
@@ -106,31 +106,50 @@ Sums start(uint column) {
   const Half none = Half(zero, zero);
   Half within = Half(inside(column), inside(column + 1));
 #ifdef WIDE
-  return Sums(within, none, none, none, none, none, zero);
+  return Sums(within, zero, none, none, none, none, zero);
 #else
-  return Sums(within, none, none, none, none, none, none, zero);
+  return Sums(within, zero, none, none, none, none, none, zero);
 #endif
 }
 
-void count_saturated(inout Sums s, Half raw, uint counts) {
+// In each lane a bit, kSaturatedShift up, that the raw pixel is saturated.
 #ifdef WIDE
-  s.saturated.even += at_least(raw.even, push.saturation) & s.inside.even & counts;
-  s.saturated.odd += at_least(raw.odd, push.saturation) & s.inside.odd & counts;
+const uint kSaturatedShift = 0;
+uvec4 saturated_of(uvec4 raw) { return at_least(raw, push.saturation); }
 #else
-  uint full = (0x8000u - min(push.saturation, 0x8000u)) * ONES;  // adding it carries into bit 15 from saturation on
-  s.saturated.even += ((raw.even + full) >> 15) & s.inside.even & counts;
-  s.saturated.odd += ((raw.odd + full) >> 15) & s.inside.odd & counts;
+const uint kSaturatedShift = 15;
+uvec4 saturated_of(uvec4 raw) { return raw + (0x8000u - min(push.saturation, 0x8000u)) * ONES; }
 #endif
-}
 
-// Adds one filtered row; returns its gray sum.
-uint add_row(inout Sums s, Half v, uint here) {
+// Saturated pixels are rare: rows only tell that there is one, and tiles without any make no turn of the loop that counts them.
+bool any_saturated(Sums s) {
+  uvec4 any = (s.saturated >> kSaturatedShift) & ONES;
+  return (any.x | any.y | any.z | any.w) != 0;
+}
+uint count_saturated(Sums s, int at) {
+  Half raw = Half(uvec4(0), uvec4(0));
+  for (int plane = 0; plane < PLANES; ++plane) {
+    uvec4 image = texelFetch(frame_texels, plane * int(push.height) * int(push.pitch) + at);
+    raise(raw, Half(even_of(image), odd_of(image)));
+  }
+  uvec4 full = ((saturated_of(raw.even) >> kSaturatedShift) & s.inside.even) + ((saturated_of(raw.odd) >> kSaturatedShift) & s.inside.odd);
+  uint sum = sum4(full);
+#ifndef WIDE
+  sum = (sum & 0xffffu) + (sum >> 16);
+#endif
+  return sum;
+}
+void notice_saturated(inout Sums s, Half raw) { s.saturated |= saturated_of(raw.even) | saturated_of(raw.odd); }
+
+// Adds one filtered row, nothing of one that lies outside the image; returns its gray sum.
+uint add_row(inout Sums s, Half v, bool here) {
 #ifdef WIDE
-  Half m = Half(at_least(v.even, push.threshold * 2) & s.inside.even & here, at_least(v.odd, push.threshold * 2) & s.inside.odd & here);
+  uint limit = here ? push.threshold * 2 : 0xffffffffu;
+  Half m = Half(at_least(v.even, limit) & s.inside.even, at_least(v.odd, limit) & s.inside.odd);
 #else
-  uint reach = (0x8000u - push.threshold) * ONES;  // adding it carries into bit 15 from the threshold on
-  Half m = Half(((((v.even >> 1) & 0x7fff7fffu) + reach) >> 15) & s.inside.even & here,
-                ((((v.odd >> 1) & 0x7fff7fffu) + reach) >> 15) & s.inside.odd & here);
+  uint reach = here ? (0x8000u - push.threshold) * ONES : 0u;  // adding it carries into bit 15 from the threshold on
+  Half m = Half(((((v.even >> 1) & 0x7fff7fffu) + reach) >> 15) & s.inside.even,
+                ((((v.odd >> 1) & 0x7fff7fffu) + reach) >> 15) & s.inside.odd);
 #endif
   // Rows are weighted by sums of sums: after the last row a row's mark was added once for each row from it to the bottom.
   s.n.even += m.even;
@@ -178,5 +197,4 @@ void finish(inout ContactRecord record, Sums s, uint first) {
   weigh(s.gray_high.odd, first + 3, gray, record.gray_c_low, unused);
 #endif
   record.peak = max(record.peak, max4(s.peak));
-  weigh_words(s.saturated.even, s.saturated.odd, first, record.saturated, unused_c, unused);
 }

@@ -17,7 +17,7 @@ layout(push_constant) uniform Push { ContactPush push; };
 #include "shaders/contact_sums.glsl"
 
 // Adds one texel of a row; returns its gray sum.
-uint add_texel(inout Sums s, int at, uint here) {
+uint add_texel(inout Sums s, int at, bool here) {
   const Half none = Half(uvec4(0), uvec4(0));
   Half g = none, raw = none;
   for (int plane = 0; plane < PLANES; ++plane) {
@@ -32,7 +32,7 @@ uint add_texel(inout Sums s, int at, uint here) {
       raise(raw, seen);
     }
   }
-  count_saturated(s, raw, here);
+  notice_saturated(s, raw);
   return add_row(s, Half(g.even << 8, g.odd << 8), here);
 }
 
@@ -47,7 +47,7 @@ void main() {
 
   for (int i = 0; i < int(TILE_ROWS); ++i) {
     int y = y0 + i;
-    uint here = y < height ? ONES : 0u;
+    bool here = y < height;
     int at = min(y, height - 1) * int(push.pitch) + 2 * int(tile_x) + 1;
     uint row_sum = add_texel(a, at, here) + add_texel(b, at + 1, here);
     g_low += row_sum % kGrayBase;
@@ -59,5 +59,10 @@ void main() {
   ContactRecord record = ContactRecord(0, 0, 0, 0, 0, 0, g_low, g_high, 0, 0, gk_low, gk_high, 0, 0, 0, 0);
   finish(record, a, 0);
   finish(record, b, TEXEL_COLUMNS);
+  int rows = any_saturated(a) || any_saturated(b) ? min(int(TILE_ROWS), height - y0) : 0;
+  for (int i = 0; i < rows; ++i) {
+    int at = (y0 + i) * int(push.pitch) + 2 * int(tile_x) + 1;
+    record.saturated += count_saturated(a, at) + count_saturated(b, at + 1);
+  }
   records[tile] = record;
 }

@@ -146,7 +146,7 @@ TEST_F(ContactTest, WithoutFilterOrBackgroundEqualsReferenceExactly) {
         std::to_string(sensor.threshold_gray) + " saturation " + std::to_string(sensor.saturation_gray);
     expect_equal(run(image, rest, sensor, false).moments, reference::moments(image, rest, sensor), scene);
   };
-  for (int i = 0; i < 240 && !HasFailure(); ++i) {
+  for (int i = 0; i < 150 && !HasFailure(); ++i) {
     const bool color = i % 8 == 7;
     run_scene(pick(sides), pick(sides), color ? 3 : 1,
               color ? 8 : pick(std::array<uint32_t, 6>{8, 8, 8, 10, 12, 16}), leaner[i % 3]);
