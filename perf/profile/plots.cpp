@@ -64,7 +64,7 @@ std::string size_axis(const std::vector<SizeFigure>& sizes) {
   const double low = static_cast<double>(marks.begin()->first),
                high = static_cast<double>(marks.rbegin()->first);
   return text + ")\nset xrange [" + number(low / 1.5) + ":" + number(high * 1.5) +
-         "]\nset xlabel 'frame (logarithmic in pixels), px' offset 0,-1.2\nset bmargin 6\n";
+         "]\nset xlabel 'frame (logarithmic in pixels), px' offset 0,-2\nset bmargin 8\n";
 }
 
 const char* kFrameOfPlot =
@@ -281,10 +281,10 @@ Plot output_costs(const Profile& profile, const std::string& reading) {
               rows + "set multiplot title " +
               gnuplot_quoted("Cost of outputs, reading " + reading + ", " + size) +
               "\nset tmargin at screen 0.88\nset bmargin at screen 0.2\nset ytics (" + labels + ")\n" +
-              panel("set lmargin at screen 0.31\nset rmargin at screen 0.63\n", "CPU time of a frame, ms",
+              panel("set lmargin at screen 0.35\nset rmargin at screen 0.65\n", "CPU time of a frame, ms",
                     most_ms, 2, 1) +
               "unset ytics\n" +
-              panel("set lmargin at screen 0.67\nset rmargin at screen 0.98\n", "memory, MB", most_MB, 3, 2) +
+              panel("set lmargin at screen 0.69\nset rmargin at screen 0.98\n", "memory, MB", most_MB, 3, 2) +
               "unset multiplot\n"};
 }
 
@@ -356,7 +356,7 @@ std::vector<Plot> comparison_plots(const Profile& a, const Profile& b, const std
     plots.push_back({"compare-" + reading,
                      "Median time of a frame (bars: quartiles), reading " + reading + ".", kWidth, kHeight,
                      blocks + kFrameOfPlot + "set key below center\n" + size_axis(all) +
-                         "set bmargin 9\nset logscale y\nset format y '%g'\nset ylabel 'time of a frame, "
+                         "set bmargin 11\nset logscale y\nset format y '%g'\nset ylabel 'time of a frame, "
                          "ms'\nset title 'Two machines, reading " +
                          reading + "'\n" + plot + "\n"});
   }
