@@ -82,6 +82,15 @@ double OpenCvContact::area_px() const {
   return impl_->area;
 }
 
+Frame OpenCvContact::contact_8bit() const {
+  const cv::Mat& image = impl_->contact8;
+  Frame frame;
+  frame.reshape({static_cast<uint32_t>(image.cols), static_cast<uint32_t>(image.rows), 1, 8});
+  for (uint32_t y = 0; y < frame.format.height; ++y)
+    std::copy_n(image.ptr<uint8_t>(static_cast<int>(y)), image.cols, frame.row(0, y));
+  return frame;
+}
+
 double OpenCvContact::moments_8bit() const {
   return cv::moments(impl_->contact8).m00;
 }

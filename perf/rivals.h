@@ -29,6 +29,7 @@ class OpenCvContact {
   /// What run_8bit left: the filtered image, 0 without contact, and its moments once more. For timing these
   /// alone.
   double moments_8bit() const;
+  Frame contact_8bit() const;
 
  private:
   struct Impl;
