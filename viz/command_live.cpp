@@ -23,6 +23,7 @@ struct Options {
   std::filesystem::path sensor;
   std::filesystem::path background;
   SurfaceSolver solver = SurfaceSolver::Live;
+  bool skip_untouched = false;
   viz::LiveOptions live;
 };
 
@@ -35,7 +36,8 @@ Report live(const Common& common, Options options) {
   const FrameFormat format = first->format();
 
   const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
-  PipelineOptions pipeline{.outputs = input.outputs, .solver = options.solver};
+  PipelineOptions pipeline{
+      .outputs = input.outputs, .solver = options.solver, .skip_untouched = options.skip_untouched};
   std::optional<Measurements> measurements;
   if (!common.out.empty()) {
     make_output_folder(common.out);
@@ -103,6 +105,8 @@ void add_live(CLI::App& program, Common& common, Command& chosen) {
       ->add_option("--solver", options->solver,
                    "Surface solver: live (default), fine, converged or exact (CPU)")
       ->transform(CLI::CheckedTransformer(kSolverNames));
+  command->add_flag("--skip-untouched", options->skip_untouched,
+                    "Compute only a window around the contact; beyond it depth is 0");
   command->add_option("--frames", live_options.max_frames, "End after that many frames");
   command->add_option("--seconds", live_options.max_seconds, "End after so long")->check(CLI::PositiveNumber);
   command

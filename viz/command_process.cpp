@@ -88,6 +88,8 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
       ->add_option("--solver", request.solver,
                    "Surface solver: live, fine, converged (default) or exact (CPU)")
       ->transform(CLI::CheckedTransformer(kSolverNames));
+  command->add_flag("--skip-untouched", request.skip_untouched,
+                    "Compute only a window around the contact; beyond it depth is 0 (sums stay exact)");
   command->add_option("--depth", request.depth, "Write each frame's depth map: png16, npy, ply (repeatable)")
       ->delimiter(',')
       ->transform(CLI::CheckedTransformer(kDepthFormats));

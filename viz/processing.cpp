@@ -229,8 +229,9 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
   }
   const std::unique_ptr<Source> source = open_source(request.input, sensor);
   const Frame background = load_background(request.input, sensor, *source);
-  Pipeline pipeline(context, sensor, source->format(),
-                    {.outputs = request.outputs, .solver = request.solver});
+  Pipeline pipeline(
+      context, sensor, source->format(),
+      {.outputs = request.outputs, .solver = request.solver, .skip_untouched = request.skip_untouched});
   pipeline.set_background(background);
 
   make_output_folder(out);

@@ -21,6 +21,7 @@ struct ProcessRequest {
   std::string input;  ///< as open_source takes it
   uint32_t outputs = Output::Force | Output::Surface;
   SurfaceSolver solver = SurfaceSolver::Converged;
+  bool skip_untouched = false;          ///< as in PipelineOptions
   std::vector<DepthFormat> depth;       ///< one file a frame of each
   std::vector<DepthFormat> confidence;  ///< the same: PNG and NumPy only
   bool pictures = false;                ///< PNGs as the window would show the frames
