@@ -36,7 +36,7 @@ KernelInterface datum_interface() {
 }
 constexpr uint32_t kTiles = 64;
 /// 64 tiles of one texel of four pixels, in one row: record k holds the sum, lowest and highest of texel k.
-const shared::DatumPush kPush{4 * kTiles, 1, kTiles, kTiles, 1, 1, 1};
+const shared::DatumPush kPush{4 * kTiles, 1, kTiles, kTiles, 1, 1, 1, 0};
 /// Contact records of tiles that nothing touches.
 DeviceBuffer no_contact(Context& context) {
   DeviceBuffer records(context, "no contact", sizeof(shared::ContactRecord) * kTiles, Memory::Upload);
@@ -133,10 +133,10 @@ TEST_F(Gpu, KernelsAreCheckedAgainstTheirShader) {
   wrong = datum_interface();
   wrong.bindings[1] = Binding::Texels;
   expect_words(refused(wrong), {"'datum'", "binding 1 as texel buffer", "storage buffer"});
-  for (const uint32_t bytes : {0u, 24u, 32u}) {
+  for (const uint32_t bytes : {0u, 24u, 40u}) {
     wrong = datum_interface();
     wrong.push_bytes = bytes;
-    expect_words(refused(wrong), {"'datum'", std::to_string(bytes) + " bytes of push constants", "28 bytes"});
+    expect_words(refused(wrong), {"'datum'", std::to_string(bytes) + " bytes of push constants", "32 bytes"});
   }
   std::vector<uint32_t> damaged(std::begin(k_datum), std::end(k_datum));
   damaged[0] ^= 1;
