@@ -28,6 +28,7 @@ namespace {
 constexpr Size kSmall{640, 480, 640, 480};
 constexpr Size kLarge{1392, 1042, 1400, 1050};
 constexpr double kPoissonError = 1e-3;
+constexpr double kSameError = 1e-5;  // below it warm and cold starts are as good as each other
 
 struct Row {
   std::string name;
@@ -273,7 +274,8 @@ class Goals {
     const Pair pair = compare("", "", {"palpate", [&] { from_last.process(scene.next()); }},
                               {"cold start", [&] { from_nothing.process(again.next()); }}, repetitions_,
                               static_cast<int>(scene.frames.size()));
-    at_most("moving scene, warm start " + size.text(), 0.5, pair, warm_error <= kPoissonError,
+    at_most("moving scene, warm start " + size.text(), 0.5, pair,
+            warm_error <= std::max(2 * cold_error, kSameError),
             text("worst error %.1e and %.1e of the exact solve", warm_error, cold_error));
   }
 

@@ -40,6 +40,7 @@ TEST(Goals, PrintEveryRow) {
                         "throughput 640x480",
                         "throughput 1392x1042",
                         "moving scene, warm start 640x480",
+                        "10 % of the tiles in contact 640x480",
                         "10 % of the tiles in contact 1392x1042",
                         "force only 1392x1042"};
   for (const char* row : rows) {
