@@ -260,6 +260,7 @@ class Search {
     }
     if (candidates.empty()) return false;
     std::vector<Candidate*> all;
+    all.reserve(candidates.size());
     for (Candidate& c : candidates) all.push_back(&c);
     // Screening may take two fifths of a constant's share of the time, the decision the rest.
     const double share_s = request_.seconds / static_cast<double>(tuning_fields().size());
@@ -301,6 +302,7 @@ class Search {
       const Scene* scene;
     };
     std::vector<Both> all;
+    all.reserve(scenes_.size());
     for (const auto& scene : scenes_) {
       const auto make_pipeline = [&](const Tuning& tuning) {
         PipelineOptions options;
