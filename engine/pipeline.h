@@ -70,7 +70,7 @@ struct SurfaceMap {
   uint32_t pitch = 0;   ///< floats from one row to the next
   /// What is known of each pixel (shaders/shared/confidence.h), in host memory, rows confidence_pitch apart;
   /// empty unless Touch::has_confidence.
-  std::span<const uint16_t> confidence;
+  std::span<const uint16_t> confidence = {};
   uint32_t confidence_pitch = 0;
   /// With PipelineOptions::skip_untouched: the buffer holds this part of the frame only, its first row and
   /// column first; beyond it depth is 0, whatever the constant.

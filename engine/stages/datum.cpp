@@ -71,8 +71,9 @@ RestLevel Datum::rest_level(std::span<const shared::ContactRecord> contact,
     const uint32_t x = tile % push_.tiles_x, y = tile / push_.tiles_x;
     if (x == 0 || y == 0 || x + 1 == push_.tiles_x || y + 1 == push_.tiles_y) border.add(r);
   }
-  const Mean& chosen = inner.count > 0       ? inner
-                       : border.count > 0    ? border
+  // The edges' pixels stand in where a small window has no untouched tile at its border.
+  const Mean& chosen = border.count > 0      ? border
+                       : inner.count > 0     ? inner
                        : untouched.count > 0 ? untouched
                                              : all;
   return {chosen.sum / chosen.count, highest, inner.count > 0 || untouched.count > 0};
