@@ -50,6 +50,7 @@ constexpr std::pair<const char*, const char*> kValueNames[] = {
     {"--vsync", "NAME"},
     {"--outputs", "LIST"},
     {"--depth", "FORMAT"},
+    {"--confidence", "FORMAT"},
     {"--picture-every", "N"},
     {"--depth-range", "MM"},
     {"--exaggeration", "FACTOR"},

@@ -25,8 +25,8 @@ struct ScopeTime {
   double ms = 0;
 };
 
-/// What one named scope moves: each buffer that a kernel or copy is given, counted once whole. That is what no
-/// cache can spare it where the kernel needs all of it, and an upper bound where it does not.
+/// What one named scope moves: each buffer that a kernel or copy is given, counted once whole. That is what
+/// no cache can spare it where the kernel needs all of it, and an upper bound where it does not.
 struct ScopeTraffic {
   std::string name;
   uint64_t read_bytes = 0;

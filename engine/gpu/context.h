@@ -15,8 +15,8 @@ struct ContextOptions {
   std::string device;       ///< index (one or two digits) or part of a name; empty: the best one
   bool validation = false;  ///< validation layer with synchronisation validation; messages are collected
   bool timers = false;      ///< GPU timestamps around every scope
-  /// Every scope is submitted by itself and timed by the host's clock, where GPU timestamps cannot be trusted.
-  /// Slow: a submission waits for each of its scopes.
+  /// Every scope is submitted by itself and timed by the host's clock, where GPU timestamps cannot be
+  /// trusted. Slow: a submission waits for each of its scopes.
   bool host_timers = false;
   std::vector<const char*> instance_extensions;  ///< what a window needs (glfwGetRequiredInstanceExtensions)
   bool presentation = false;                     ///< ask for VK_KHR_swapchain

@@ -35,7 +35,8 @@ std::vector<Gaussian> gaussians(const ElasticKernel& kernel) {
   std::vector<Gaussian> near, far;
   for (int j = 0; j < kHalfOctaves; ++j) {
     const double variance = 4 * kNarrow * std::ldexp(1.0, j), sd = std::sqrt(variance);
-    const double wider = j + 1 < kHalfOctaves ? 1 : 1 / (1 - 1 / std::numbers::sqrt2);  // with all that follow
+    const double wider =
+        j + 1 < kHalfOctaves ? 1 : 1 / (1 - 1 / std::numbers::sqrt2);  // with all that follow
     const Gaussian g{variance, unit / sd * wider, level_of(variance)};
     (thickness > 0 && sd > widest ? far : near).push_back(g);
   }

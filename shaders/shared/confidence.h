@@ -16,10 +16,10 @@ const uint kShadowed = 2;   // too dark to carry a slope, in the frame or the ba
 const uint kOutside = 4;    // beyond the pad's outline
 
 struct ConfidencePush {
-  uint width;    // px
-  uint height;   // px
-  uint pitch;    // texels from one padded row of the frame to the next
-  uint groups;   // of 16 px in a row of the map
+  uint width;       // px
+  uint height;      // px
+  uint pitch;       // texels from one padded row of the frame to the next
+  uint groups;      // of 16 px in a row of the map
   uint saturation;  // gray levels
   uint shadow;      // gray levels; 0: nothing is shadowed
 };

@@ -8,8 +8,8 @@ namespace palpate::shared {
 using uint = uint32_t;
 #endif
 
-// Faces that say nothing are stored with this weight, negative: the equations take them as 0, the preconditioner by
-// their size, so that it reaches across what is unknown.
+// Faces that say nothing are stored with this weight, negative: the equations take them as 0, the
+// preconditioner by their size, so that it reaches across what is unknown.
 const float kUnknownFace = 1e-2f;
 
 // One level and the next coarser one. Cells are stored in rows of `pitch` texels of four floats.
@@ -40,15 +40,15 @@ struct WeightedScalarPush {
 
 // The solve's scalars; they stay on the GPU until it is over.
 struct WeightedScalars {
-  float rho;         // residual times preconditioned residual
+  float rho;  // residual times preconditioned residual
   float first_rho;
-  float beta;        // share of the last direction in the next
-  float alpha;       // length of the step
-  float residual2;   // sum of squares of what the normal equations leave
-  float right2;      // sum of squares of their right side
-  float field2;      // sum over faces of weight times squared gradient
-  float explained;   // what the heights take off field2
-  uint iterations;   // that changed something
+  float beta;       // share of the last direction in the next
+  float alpha;      // length of the step
+  float residual2;  // sum of squares of what the normal equations leave
+  float right2;     // sum of squares of their right side
+  float field2;     // sum over faces of weight times squared gradient
+  float explained;  // what the heights take off field2
+  uint iterations;  // that changed something
   uint converged;
 };
 

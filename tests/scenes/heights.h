@@ -1,4 +1,5 @@
-// The truths that surface reconstruction is held against are also what `palpate profile` measures its errors on.
+// The truths that surface reconstruction is held against are also what `palpate profile` measures its errors
+// on.
 #pragma once
 
 #include "capture/heights.h"  // IWYU pragma: export
