@@ -245,7 +245,9 @@ void measure_sizes(const gpu::ContextOptions& device, const std::vector<FrameSiz
       profile.sizes.push_back(std::move(figure));
       profile.growth = growth_of(profile.sizes);
     } else {
-      watch.say(what + ": skipped, " + why);
+      std::string line = what;
+      line.append(": skipped, ").append(why);
+      watch.say(line);
       profile.skipped.push_back({what, why});
     }
   }
