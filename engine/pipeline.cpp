@@ -134,9 +134,8 @@ struct Pipeline::Impl {
         format(frame_format),
         options(with_options),
         tuning(with_options.tuning ? *with_options.tuning : load_tuning(gpu_context).tuning),
-        wants_surface((with_options.outputs & static_cast<uint32_t>(Output::Surface)) != 0),
-        wants_confidence((with_options.outputs & static_cast<uint32_t>(Output::Confidence)) != 0 ||
-                         (wants_surface && (with_sensor.pad || with_sensor.shadow_gray))),
+        wants_surface(wants(with_options.outputs, Output::Surface)),
+        wants_confidence(needs_confidence(with_sensor, with_options.outputs)),
         contact(gpu_context, with_sensor, frame_format,
                 wants_surface && with_sensor.reading != Reading::Photometric, tuning),
         shear(with_sensor.pitch_mm_per_px) {
@@ -368,7 +367,7 @@ struct Pipeline::Impl {
 Pipeline::Pipeline(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
                    const PipelineOptions& options) {
   validate(sensor, sensor.name);
-  check_fit(sensor, format, (options.outputs & static_cast<uint32_t>(Output::Surface)) != 0);
+  check_fit(sensor, format, wants(options.outputs, Output::Surface));
   if (options.tuning) validate(*options.tuning, context.properties().limits);
   if (options.skip_untouched && Skipping::possible(sensor, format, options))
     skipping_ = std::make_unique<Skipping>(context, sensor, format, options);

@@ -34,6 +34,15 @@ constexpr uint32_t operator|(Output a, Output b) {
 constexpr uint32_t operator|(uint32_t a, Output b) {
   return a | static_cast<uint32_t>(b);
 }
+constexpr bool wants(uint32_t outputs, Output output) {
+  return (outputs & static_cast<uint32_t>(output)) != 0;
+}
+/// Whether pixels' confidence is computed: where it is asked for, and where a surface may have to do without
+/// some of them.
+inline bool needs_confidence(const Sensor& sensor, uint32_t outputs) {
+  return wants(outputs, Output::Confidence) ||
+         (wants(outputs, Output::Surface) && (sensor.pad || sensor.shadow_gray));
+}
 
 enum class SurfaceSolver {
   Live,       ///< full multigrid on cells of 2 x 2 px, interpolated: relative RMS error below 1e-3 on smooth

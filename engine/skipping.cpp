@@ -20,10 +20,6 @@ constexpr uint32_t kLeast_px = 64;  // sides of a window below which nothing is 
 // Pixels along a window's sides that show the background there: what is cut through must not become contact.
 constexpr uint32_t kQuiet_px = 2;
 
-bool wants(uint32_t outputs, Output output) {
-  return (outputs & static_cast<uint32_t>(output)) != 0;
-}
-
 // The smallest side of at least `least` px that reaches the frame's end from a place in steps of kStep_px.
 uint32_t side_for(uint32_t least, uint32_t frame) {
   const uint32_t rest = frame % kStep_px;
@@ -84,9 +80,7 @@ bool Skipping::possible(const Sensor& sensor, const FrameFormat& format, const P
   const bool usual =
       sensor.background.kind == BackgroundKind::Untouched && sensor.filter == Filter::Binomial5;
   const bool surface = wants(options.outputs, Output::Surface);
-  const bool weighted =
-      wants(options.outputs, Output::Confidence) || (surface && (sensor.pad || sensor.shadow_gray));
-  return usual && !weighted &&
+  return usual && !needs_confidence(sensor, options.outputs) &&
          !(surface && (sensor.reading == Reading::Elastic || options.solver == SurfaceSolver::Exact)) &&
          std::lround(sensor.threshold_gray * 128) > 0 && !window_sizes(format).empty();
 }
@@ -111,16 +105,7 @@ Skipping::Skipping(gpu::Context& context, const Sensor& sensor, const FrameForma
           .frame_bytes());
   if (!wants_surface_) return;
   flat_ = gpu::DeviceBuffer(context, "flat surface", 4 * sizeof(float), gpu::Memory::Device);
-  gpu::DeviceBuffer zeros(context, "zeros", flat_.bytes(), gpu::Memory::Upload);
-  std::ranges::fill(zeros.as<float>(), 0.0f);
-  zeros.flush();
-  gpu::Commands commands(context);
-  commands.begin();
-  commands.copy(zeros, flat_, flat_.bytes());
-  commands.barrier();
-  commands.end();
-  commands.submit();
-  commands.wait();
+  gpu::clear(context, flat_);
 }
 
 void Skipping::set_background(const Frame& background) {

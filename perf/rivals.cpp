@@ -95,6 +95,18 @@ double OpenCvContact::moments_8bit() const {
   return cv::moments(impl_->contact8).m00;
 }
 
+namespace {
+/// The frame in a plan's work space, zeros around it.
+template <typename Impl>
+void pad(Impl& m, const float* frame) {
+  for (uint32_t y = 0; y < m.padded_height; ++y) {
+    float* row = m.work + size_t{y} * m.padded_width;
+    if (y < m.height) std::copy_n(frame + size_t{y} * m.width, m.width, row);
+    std::fill(row + (y < m.height ? m.width : 0), row + m.padded_width, 0.0f);
+  }
+}
+}  // namespace
+
 struct FftwPoisson::Impl {
   uint32_t width, height, padded_width, padded_height;
   float* work = nullptr;
@@ -130,11 +142,7 @@ FftwPoisson::~FftwPoisson() {
 
 void FftwPoisson::solve(const float* right, float* z) {
   Impl& m = *impl_;
-  for (uint32_t y = 0; y < m.padded_height; ++y) {
-    float* row = m.work + size_t{y} * m.padded_width;
-    if (y < m.height) std::copy_n(right + size_t{y} * m.width, m.width, row);
-    std::fill(row + (y < m.height ? m.width : 0), row + m.padded_width, 0.0f);
-  }
+  pad(m, right);
   fftwf_execute(m.forward);
   for (size_t i = 0; i < m.scale.size(); ++i) m.work[i] *= m.scale[i];
   fftwf_execute(m.backward);
@@ -199,11 +207,7 @@ FftwElastic::~FftwElastic() {
 
 void FftwElastic::solve(const float* pressure, float* deflection) {
   Impl& m = *impl_;
-  for (uint32_t y = 0; y < m.padded_height; ++y) {
-    float* row = m.work + size_t{y} * m.padded_width;
-    if (y < m.height) std::copy_n(pressure + size_t{y} * m.width, m.width, row);
-    std::fill(row + (y < m.height ? m.width : 0), row + m.padded_width, 0.0f);
-  }
+  pad(m, pressure);
   fftwf_execute(m.forward);
   for (size_t i = 0; i < m.answer.size(); ++i) {
     m.spectrum[i][0] *= m.answer[i];

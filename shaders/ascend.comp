@@ -15,6 +15,7 @@ layout(binding = 3) writeonly buffer Out { vec4 result[]; };
 layout(binding = 4) writeonly buffer Coarse { vec4 coarse[]; };
 
 #include "shaders/columns.glsl"
+#include "shaders/sweeps.glsl"
 
 // Start values in columns -4 .. 11.
 struct Sixteen {
@@ -114,7 +115,7 @@ vec4 advance(inout State t, Sixteen below, int j, int tx, int y0, int y1, Column
   z = with_ghosts(z, first);
   if (y >= y0 && y < y1) put(z, tx, y);
 
-  vec4 sums = residual_sums(t.right2, t.twice2, t.twice1, z, k, tx, j - 2);
+  vec4 sums = residual_sums(t.right2.a, t.right2.b, t.twice2, t.twice1, z, k, tx, j - 2);
   t = State(s, below, t.once1, once, t.twice1, z, t.right1, f);
   return sums;
 }

@@ -1,5 +1,5 @@
-// Eight columns of a level and what lies beside them, for the kernels that sweep and restrict in one pass. Included after `push`
-// (GridPush), `right_texels` and `right_pairs` (the right side), `result` (the solution) are declared; needs grid.glsl.
+// Eight columns of a level and what lies beside them, for the kernels that restrict a residual. Included after `push` (GridPush) is
+// declared; needs grid.glsl.
 
 // Two texels of a row, and as many cells beside them: columns -2 .. 9.
 struct Twelve {
@@ -22,18 +22,6 @@ Twelve with_ghosts(Twelve f, int first) {
   f.r.x = first + 8 < width ? f.r.x : f.b.w;
   f.r.y = first + 9 < width ? f.r.y : f.r.x;
   return f;
-}
-
-// Rows beyond the frame repeat its edge.
-Twelve right_row(int tx, int y) {
-  int pitch = int(push.pitch), row = clamp(y, 0, int(push.height) - 1) * pitch, last = pitch - 1;
-  int first = 8 * tx;
-  Twelve f;
-  f.l = texelFetch(right_pairs, 2 * row + max(4 * tx - 1, 0)).xy;
-  f.a = texelFetch(right_texels, row + 2 * tx);
-  f.b = texelFetch(right_texels, row + min(2 * tx + 1, last));
-  f.r = texelFetch(right_pairs, 2 * row + min(4 * tx + 4, 2 * last + 1)).xy;
-  return with_ghosts(f, first);
 }
 
 // The solution in columns -1 .. 8.
@@ -79,23 +67,15 @@ vec2 apply(Beside k, vec3 row, vec2 c, vec2 l, vec2 r, vec2 u, vec2 d) {
 
 vec4 inside(vec4 v, int first) { return mix(vec4(0.0), v, lessThan(ivec4(0, 1, 2, 3) + first, ivec4(push.width))); }
 
-// Row y's residual, summed in pairs along the row. Rows beyond the last have none.
-vec4 residual_sums(Twelve f, Ten above, Ten here, Ten below, Columns k, int tx, int y) {
+// Row y's residual of the right side f, summed in pairs along the row. Rows beyond the last have none.
+vec4 residual_sums(vec4 f_a, vec4 f_b, Ten above, Ten here, Ten below, Columns k, int tx, int y) {
   int height = int(push.height);
   vec3 row = row_couplings(push, y);
   vec4 up_a = y <= 0 ? here.a : above.a, up_b = y <= 0 ? here.b : above.b;
   vec4 down_a = y >= height - 1 ? here.a : below.a, down_b = y >= height - 1 ? here.b : below.b;
-  vec4 a = f.a - apply(k.a, row, here.a, vec4(here.l, here.a.xyz), vec4(here.a.yzw, here.b.x), up_a, down_a);
-  vec4 b = f.b - apply(k.b, row, here.b, vec4(here.a.w, here.b.xyz), vec4(here.b.yzw, here.r), up_b, down_b);
+  vec4 a = f_a - apply(k.a, row, here.a, vec4(here.l, here.a.xyz), vec4(here.a.yzw, here.b.x), up_a, down_a);
+  vec4 b = f_b - apply(k.b, row, here.b, vec4(here.a.w, here.b.xyz), vec4(here.b.yzw, here.r), up_b, down_b);
   a = inside(a, 8 * tx);
   b = inside(b, 8 * tx + 4);
   return y < height ? vec4(a.xz + a.yw, b.xz + b.yw) : vec4(0.0);
-}
-
-void put(Ten z, int tx, int y) {
-  uint texel = uint(y) * push.pitch + 2 * uint(tx);
-  if (y < int(push.height)) {
-    result[texel] = z.a;
-    if (2 * uint(tx) + 1 < push.pitch) result[texel + 1] = z.b;
-  }
 }

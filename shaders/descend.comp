@@ -13,6 +13,7 @@ layout(binding = 2) writeonly buffer Out { vec4 result[]; };
 layout(binding = 3) writeonly buffer Coarse { vec4 coarse[]; };
 
 #include "shaders/columns.glsl"
+#include "shaders/sweeps.glsl"
 
 // Two sweeps from zero: the first is push.step0 times the right side.
 vec4 sweep(vec4 f, vec4 l, vec4 r, vec4 u, vec4 d, Couplings k, vec3 row) {
@@ -46,7 +47,8 @@ void main() {
     Ten below = solve_row(f_here, f_after, f_2, columns, tx, y + 1), next = solve_row(f_after, f_2, f_3, columns, tx, y + 2);
     put(here, tx, y);
     put(below, tx, y + 1);
-    vec4 sum = residual_sums(f_here, above, here, below, columns, tx, y) + residual_sums(f_after, here, below, next, columns, tx, y + 1);
+    vec4 sum = residual_sums(f_here.a, f_here.b, above, here, below, columns, tx, y) +
+               residual_sums(f_after.a, f_after.b, here, below, next, columns, tx, y + 1);
     if (k < int(push.coarse_height)) coarse[uint(k) * push.coarse_pitch + uint(tx)] = sum;
     above = below;
     here = next;

@@ -18,10 +18,6 @@
 namespace palpate {
 namespace {
 
-bool wants(uint32_t outputs, Output output) {
-  return (outputs & static_cast<uint32_t>(output)) != 0;
-}
-
 /// "1 frame", "2 frames".
 std::string counted(uint64_t count, const char* what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");

@@ -284,4 +284,21 @@ std::vector<ScopeTime> Commands::times() const {
   return times;
 }
 
+void clear(Context& context, const DeviceBuffer& buffer) {
+  if (buffer.mapped()) {
+    std::ranges::fill(buffer.as<float>(), 0.0f);
+    buffer.flush();
+    return;
+  }
+  const DeviceBuffer zeros(context, "zeros", buffer.bytes(), Memory::Upload);
+  clear(context, zeros);
+  Commands commands(context);
+  commands.begin();
+  commands.copy(zeros, buffer, buffer.bytes());
+  commands.barrier();
+  commands.end();
+  commands.submit();
+  commands.wait();
+}
+
 }  // namespace palpate::gpu

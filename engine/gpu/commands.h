@@ -121,4 +121,7 @@ class Commands {
   std::vector<Part> parts_;   ///< empty unless the host times scopes
 };
 
+/// Fills a buffer of floats with 0 and waits for it: for what kernels read before anything writes it.
+void clear(Context& context, const DeviceBuffer& buffer);
+
 }  // namespace palpate::gpu

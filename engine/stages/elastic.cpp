@@ -26,25 +26,6 @@ uint32_t divide_up(uint32_t value, uint32_t by) {
   return (value + by - 1) / by;
 }
 
-/// Margins are read but never written, so they must be 0 from the start.
-void clear(gpu::Context& context, const gpu::DeviceBuffer& buffer) {
-  if (buffer.mapped()) {
-    const std::span<float> all = buffer.as<float>();
-    std::fill(all.begin(), all.end(), 0.0f);
-    buffer.flush();
-    return;
-  }
-  const gpu::DeviceBuffer zeros(context, "zeros", buffer.bytes(), gpu::Memory::Upload);
-  clear(context, zeros);
-  gpu::Commands commands(context);
-  commands.begin();
-  commands.copy(zeros, buffer, buffer.bytes());
-  commands.barrier();
-  commands.end();
-  commands.submit();
-  commands.wait();
-}
-
 }  // namespace
 
 Elastic::Elastic(gpu::Context& context, const ElasticPlan& plan, const Tuning& tuning)
@@ -61,7 +42,7 @@ Elastic::Elastic(gpu::Context& context, const ElasticPlan& plan, const Tuning& t
     level.rows = from.height + 2 * margin;
     const Grid stored{level.pitch * 4, level.rows, level.pitch};
     level.pressure = FloatMap(context, name + " pressure", stored);
-    clear(context, level.pressure.buffer);
+    gpu::clear(context, level.pressure.buffer);  // its margins are read but never written
     if (!levels_.empty()) level.answer = FloatMap(context, name + " answer", stored);
     level.stencil = from.stencil;
     levels_.push_back(std::move(level));

@@ -265,18 +265,6 @@ struct Surface::Pass {
 };
 
 namespace {
-void clear(gpu::Context& context, const gpu::DeviceBuffer& buffer) {
-  gpu::DeviceBuffer zeros(context, "zeros", buffer.bytes(), gpu::Memory::Upload);
-  std::ranges::fill(zeros.as<float>(), 0.0f);
-  zeros.flush();
-  gpu::Commands commands(context);
-  commands.begin();
-  commands.copy(zeros, buffer, buffer.bytes());
-  commands.end();
-  commands.submit();
-  commands.wait();
-}
-
 uint32_t cycles_for(SurfaceSolver solver) {
   if (solver == SurfaceSolver::Converged) return Surface::kConvergedCycles;
   return solver == SurfaceSolver::Fine ? 1 : 0;
@@ -321,7 +309,7 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
   if (warm_start && solver == SurfaceSolver::Converged && extra_cycles_ > 0) {
     extra_cycles_ = kWarmCycles;
     last_ = FloatMap(context, "surface last solution", levels_.front().grid);
-    clear(context, last_.buffer);
+    gpu::clear(context, last_.buffer);
   }
   unused_coarse_ = FloatMap(context, "unused coarse right side", coarser(levels_.back().grid));
   if (!on_gpu) return;
@@ -351,10 +339,10 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
   }
   if (extra_cycles_ > 0) {
     smooth_ = make({"smooth", k_smooth}, {Texels, Texels, Texels, Texels, Storage}, kPush);
+    restrict_residual_ =
+        make({"restrict_residual", k_restrict_residual}, {Texels, Texels, Texels, Storage}, kPush);
   }
   restrict_ = make({"restrict", k_restrict}, {Texels, Storage, Storage}, kPush);
-  restrict_residual_ =
-      make({"restrict_residual", k_restrict_residual}, {Texels, Texels, Texels, Storage}, kPush);
   correct_ = make({"correct", k_correct}, {Texels, Texels, Storage}, kPush);
 }
 
