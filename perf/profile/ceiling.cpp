@@ -109,8 +109,10 @@ Ceiling measure_ceiling(const gpu::ContextOptions& device, uint64_t largest_byte
   gpu::Commands empty(context);
   empty.begin();
   empty.end();
+  constexpr int kEmptyRuns = 50;
   std::vector<double> empty_ms;
-  for (int i = 0; i < 50; ++i) empty_ms.push_back(run_ms(empty));
+  empty_ms.reserve(kEmptyRuns);
+  for (int i = 0; i < kEmptyRuns; ++i) empty_ms.push_back(run_ms(empty));
   ceiling.submit_ms = median(empty_ms);
 
   std::vector<uint64_t> sizes{affordable(context, largest_bytes)};

@@ -310,6 +310,7 @@ Plot ceiling(const Profile& profile) {
 std::vector<Plot> plots_of(const Profile& profile) {
   std::vector<Plot> plots;
   const std::vector<std::string> readings = readings_of(profile);
+  plots.reserve(4 * readings.size());
   for (const std::string& reading : readings) plots.push_back(stage_times(profile, reading));
   for (const std::string& reading : readings) plots.push_back(latencies(profile, reading));
   if (!readings.empty()) plots.push_back(throughput(profile));
@@ -353,12 +354,18 @@ std::vector<Plot> comparison_plots(const Profile& a, const Profile& b, const std
               " using 1:2:3:4 with yerrorbars" + style(i + 1) + " title " + gnuplot_quoted(*name);
       ++i;
     }
-    plots.push_back({"compare-" + reading,
-                     "Median time of a frame (bars: quartiles), reading " + reading + ".", kWidth, kHeight,
-                     blocks + kFrameOfPlot + "set key below center\n" + size_axis(all) +
-                         "set bmargin 11\nset logscale y\nset format y '%g'\nset ylabel 'time of a frame, "
-                         "ms'\nset title 'Two machines, reading " +
-                         reading + "'\n" + plot + "\n"});
+    std::string script = std::move(blocks);
+    script.append(kFrameOfPlot).append("set key below center\n").append(size_axis(all));
+    script.append("set bmargin 11\nset logscale y\nset format y '%g'\nset ylabel 'time of a frame, ms'\n");
+    script.append("set title 'Two machines, reading ")
+        .append(reading)
+        .append("'\n")
+        .append(plot)
+        .append("\n");
+    plots.push_back(
+        {"compare-" + reading,
+         std::string("Median time of a frame (bars: quartiles), reading ").append(reading).append("."),
+         kWidth, kHeight, std::move(script)});
   }
   return plots;
 }

@@ -47,7 +47,8 @@ std::string plain(const Json::exception& error) {
 /// Every number is finite, and none but exponents negative; what is not finite is written as null.
 void check_numbers(const Json& value, const std::string& place, const std::filesystem::path& file) {
   if (value.is_structured()) {
-    for (const auto& [key, child] : value.items()) check_numbers(child, place + "/" + key, file);
+    for (const auto& [key, child] : value.items())
+      check_numbers(child, std::string(place).append("/").append(key), file);
   } else if (value.is_null()) {
     refuse(file, "null at " + place);
   } else if (value.is_number()) {

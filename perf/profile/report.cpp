@@ -49,8 +49,13 @@ std::string html_table(const Table& table) {
   const auto add = [&](const std::vector<std::string>& cells, const std::string& tag) {
     text += "<tr>";
     for (size_t i = 0; i < cells.size(); ++i)
-      text +=
-          "<" + tag + (numeric[i] ? " class=\"number\">" : ">") + html_escaped(cells[i]) + "</" + tag + ">";
+      text.append("<")
+          .append(tag)
+          .append(numeric[i] ? " class=\"number\">" : ">")
+          .append(html_escaped(cells[i]))
+          .append("</")
+          .append(tag)
+          .append(">");
     text += "</tr>\n";
   };
   add(table.columns, "th");
