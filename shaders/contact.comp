@@ -30,7 +30,7 @@ uvec4 from_left(uvec4 x, uvec4 left) { return (x << 16) | (left >> 16); }
 uvec4 from_right(uvec4 x, uvec4 right) { return (x >> 16) | (right << 16); }
 #endif
 
-struct Row {
+struct Fetched {
   Half a, b;          // two texels, horizontally filtered, weights 1 4 6 4 1
   Half raw_a, raw_b;  // brightest plane as the camera sees it, to count saturation
 };
@@ -45,7 +45,7 @@ Half filter_across(Half h, uvec2 left, uvec2 right) {
               odd_1l + odd_2r + ((h.even + h.odd + even_2r) << 2) + (h.odd << 1));
 }
 
-Row fetch_row(uint tile_x, int y) {
+Fetched fetch_row(uint tile_x, int y) {
   int row = clamp(y, 0, int(push.height) - 1);
   const Half none = Half(uvec4(0), uvec4(0));
   Half a = none, b = none, raw_a = none, raw_b = none;
@@ -78,7 +78,7 @@ Row fetch_row(uint tile_x, int y) {
       raise(raw_b, seen_b);
     }
   }
-  return Row(filter_across(a, left, uvec2(b.even.x, b.odd.x)), filter_across(b, uvec2(a.even.w, a.odd.w), right), raw_a, raw_b);
+  return Fetched(filter_across(a, left, uvec2(b.even.x, b.odd.x)), filter_across(b, uvec2(a.even.w, a.odd.w), right), raw_a, raw_b);
 }
 
 // The vertical filter is four running pair sums, (1 + z)^4: additions only, and no lane exceeds 16 bits on the way.
@@ -118,10 +118,10 @@ void main() {
   Sums a = start(2 * tile_x * TEXEL_COLUMNS), b = start((2 * tile_x + 1) * TEXEL_COLUMNS);
   const Column empty = Column(uvec4(0), uvec4(0), uvec4(0), uvec4(0));
   Columns down_a = Columns(empty, empty), down_b = down_a;
-  uint g_low = 0, g_high = 0, gk_low = 0, gk_high = 0;
+  Whole whole = start_whole();
 
   for (int i = 0; i < 4; ++i) {
-    Row r = fetch_row(tile_x, y0 - 2 + i);
+    Fetched r = fetch_row(tile_x, y0 - 2 + i);
     filter_down(down_a, r.a);
     filter_down(down_b, r.b);
     // Rows of neighbouring tiles only cost a needless count.
@@ -131,7 +131,7 @@ void main() {
 
   for (int i = 0; i < int(TILE_ROWS); ++i) {
     int y = y0 + i;
-    Row r = fetch_row(tile_x, y + 2);
+    Fetched r = fetch_row(tile_x, y + 2);
     Half v_a = filter_down(down_a, r.a), v_b = filter_down(down_b, r.b);
     notice_saturated(a, r.raw_a);
     notice_saturated(b, r.raw_b);
@@ -140,16 +140,13 @@ void main() {
       keep(v_a, texel);
       keep(v_b, texel + TEXEL_COLUMNS / 8);
     }
-    uint row_sum = add_row(a, v_a, y < height) + add_row(b, v_b, y < height);
-    g_low += row_sum % kGrayBase;
-    g_high += row_sum / kGrayBase;
-    gk_low += g_low;
-    gk_high += g_high;
+    Row row = start_row();
+    add(b, whole, row, v_b, y < height);
+    add(a, whole, row, v_a, y < height);
+    add_row(whole, row);
   }
 
-  ContactRecord record = ContactRecord(0, 0, 0, 0, 0, 0, g_low, g_high, 0, 0, gk_low, gk_high, 0, 0, 0, 0);
-  finish(record, a, 0);
-  finish(record, b, TEXEL_COLUMNS);
+  ContactRecord record = record_of(whole, a, b);
   int rows = any_saturated(a) || any_saturated(b) ? min(int(TILE_ROWS), height - y0) : 0;
   for (int i = 0; i < rows; ++i) {
     int at = (y0 + i) * int(push.pitch) + 2 * int(tile_x) + 1;

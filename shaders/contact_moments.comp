@@ -88,15 +88,16 @@ void main() {
   uvec4 brightest = uvec4(0);  // of each byte, in the word's highest one
   uint area = 0, sum_k = 0, pairs = 0, sum_c = 0, sum_ck = 0, gray = 0, gray_k = 0;
 
-  for (int i = 0; i < int(TILE_ROWS); ++i) {
-    int y = y0 + i;
+  // Heights are even, and two rows to a turn keep more in registers.
+  for (int i = 0; i < int(TILE_ROWS); i += 2) for (int j = 0; j < 2; ++j) {
+    int y = y0 + i + j;
     uint here = y < height ? 0xffffffffu : 0u;
     // Below the frame the last row is read again, as padding repeats the last column: neither is brighter than the frame.
     int at = min(y, height - 1) * int(push.pitch) + left;
     Row row = Row(0, 0, 0, 0);
     for (int t = TEXELS - 1; t >= 0; --t) {
       uvec4 v = texelFetch(frame_texels, at + t);
-      brightest = max(brightest, uvec4(max4(v << 24), max4(v << 16), max4(v << 8), max4(v)));
+      for (int w = 0; w < 4; ++w) brightest = max(brightest, uvec4(v[w] << 24, v[w] << 16, v[w] << 8, v[w]));
       add(s[t], row, v, reach, here);
     }
     // Rows are weighted by sums of sums: each adds once for itself and for each row below.

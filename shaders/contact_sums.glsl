@@ -8,6 +8,7 @@
 const uint ONES = 0x00000001u;
 const uint LANE = 0xffffffffu;
 const uint TEXEL_COLUMNS = 8u;
+const uint WORD_COLUMNS = 2u;
 uint even_of(uint w) { return w & 0xffffu; }
 uint odd_of(uint w) { return w >> 16; }
 uvec4 even_of(uvec4 w) { return w & 0xffffu; }
@@ -18,6 +19,7 @@ uvec4 at_least(uvec4 v, uint limit) { return uvec4(greaterThanEqual(v, uvec4(lim
 const uint ONES = 0x00010001u;
 const uint LANE = 0xffffu;
 const uint TEXEL_COLUMNS = 16u;
+const uint WORD_COLUMNS = 4u;
 uint even_of(uint w) { return w & 0x00ff00ffu; }
 uint odd_of(uint w) { return (w >> 8) & 0x00ff00ffu; }
 uvec4 even_of(uvec4 w) { return w & 0x00ff00ffu; }
@@ -54,61 +56,63 @@ void raise(inout Half h, Half other) {
 uint sum4(uvec4 v) { return v.x + v.y + v.z + v.w; }
 uint max4(uvec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
 
-// Lanes of column sums -> contributions weighted with the column index. `first` is the column of word 0's low lane; words are
-// four (or two) columns apart and lanes two.
-void weigh(uvec4 lanes, uint first, inout uint s0, inout uint s1, inout uint s2) {
-#ifdef WIDE
-  uvec4 column = uvec4(0, 2, 4, 6) + first;
-#else
-  uvec4 column = uvec4(0, 4, 8, 12) + first;
-#endif
-  s0 += sum4(lanes);
-  s1 += sum4(lanes * column);
-  s2 += sum4(lanes * column * column);
-}
-void weigh_words(uvec4 even, uvec4 odd, uint first, inout uint s0, inout uint s1, inout uint s2) {
-#ifdef WIDE
-  weigh(even, first, s0, s1, s2);
-  weigh(odd, first + 1, s0, s1, s2);
-#else
-  weigh(even & 0xffffu, first, s0, s1, s2);
-  weigh(odd & 0xffffu, first + 1, s0, s1, s2);
-  weigh(even >> 16, first + 2, s0, s1, s2);
-  weigh(odd >> 16, first + 3, s0, s1, s2);
-#endif
+// Lanes of column sums -> contributions weighted with the column index. `first` is the column of word 0's low lane.
+void weigh(uvec4 lanes, uint first, inout uint by_column, inout uint by_square) {
+  uvec4 column = uvec4(0, 1, 2, 3) * WORD_COLUMNS + first;
+  by_column += sum4(lanes * column);
+  by_square += sum4(lanes * column * column);
 }
 
-// 1 in every lane whose column lies inside the image; `column` is that of the first lane.
+// 1 in every byte whose column lies inside the image; `column` is that of word 0's first pixel.
 uvec4 inside(uint column) {
-#ifdef WIDE
-  return uvec4(lessThan(uvec4(0, 2, 4, 6) + column, uvec4(push.width)));
-#else
-  uvec4 columns = uvec4(0, 4, 8, 12) + column;
-  return uvec4(lessThan(columns, uvec4(push.width))) | (uvec4(lessThan(columns + 2, uvec4(push.width))) << 16);
-#endif
+  uvec4 columns = uvec4(0, 1, 2, 3) * WORD_COLUMNS + column, mask = uvec4(0);
+  for (uint i = 0; i < WORD_COLUMNS; ++i) mask |= uvec4(lessThan(columns + i, uvec4(push.width))) << (8 * i);
+  return mask;
 }
 
-// Everything that one texel of the tile gathers on its way down.
+// What one texel gathers on its way down. Marks of contact are bytes, a word's pixels in order.
 struct Sums {
-  Half inside;
+  uvec4 inside;
   uvec4 saturated;  // what any row had, see saturated_of
-  Half n, k1, k2;
+  uvec4 count;      // each column's contact pixels
 #ifdef WIDE
   Half gray;
-#else
-  Half gray_low, gray_high;  // low and high lanes
-#endif
   uvec4 peak;
+#else
+  uvec4 peak_low, peak_high;  // of low lanes, moved up, and of words, whose high lanes decide
+#endif
 };
+
+// What the tile gathers over all its words. A word of 8-bit pixels' gray is the low lane's plus 2^16 times the high one's, modulo
+// 2^32; the high ones are summed beside, so that both can be told apart.
+struct Whole {
+  uint area, k, pairs, c, ck;
+  uint gray_low, gray_high, gray_k_low, gray_k_high;  // in base kGrayBase
+#ifndef WIDE
+  uvec2 gray, gray_words, gray_odd;  // all, weighted with 1 to 8 from the left, of odd pixels
+#endif
+};
+
+// A row's sums over its words; `count_words` weighs them by 1, 2, ... from the left.
+struct Row {
+  uint count, count_words;
+  uvec2 gray;
+};
+Row start_row() { return Row(0, 0, uvec2(0)); }
 
 Sums start(uint column) {
   const uvec4 zero = uvec4(0);
-  const Half none = Half(zero, zero);
-  Half within = Half(inside(column), inside(column + 1));
 #ifdef WIDE
-  return Sums(within, zero, none, none, none, none, zero);
+  return Sums(inside(column), zero, zero, Half(zero, zero), zero);
 #else
-  return Sums(within, zero, none, none, none, none, none, zero);
+  return Sums(inside(column), zero, zero, zero, zero);
+#endif
+}
+Whole start_whole() {
+#ifdef WIDE
+  return Whole(0, 0, 0, 0, 0, 0, 0, 0, 0);
+#else
+  return Whole(0, 0, 0, 0, 0, 0, 0, 0, 0, uvec2(0), uvec2(0), uvec2(0));
 #endif
 }
 
@@ -132,7 +136,8 @@ uint count_saturated(Sums s, int at) {
     uvec4 image = texelFetch(frame_texels, plane * int(push.height) * int(push.pitch) + at);
     raise(raw, Half(even_of(image), odd_of(image)));
   }
-  uvec4 full = ((saturated_of(raw.even) >> kSaturatedShift) & s.inside.even) + ((saturated_of(raw.odd) >> kSaturatedShift) & s.inside.odd);
+  uvec4 full = ((saturated_of(raw.even) >> kSaturatedShift) & s.inside & ONES) +
+               ((saturated_of(raw.odd) >> kSaturatedShift) & (s.inside >> 8) & ONES);
   uint sum = sum4(full);
 #ifndef WIDE
   sum = (sum & 0xffffu) + (sum >> 16);
@@ -141,60 +146,93 @@ uint count_saturated(Sums s, int at) {
 }
 void notice_saturated(inout Sums s, Half raw) { s.saturated |= saturated_of(raw.even) | saturated_of(raw.odd); }
 
-// Adds one filtered row, nothing of one that lies outside the image; returns its gray sum.
-uint add_row(inout Sums s, Half v, bool here) {
+// Adds one texel of a filtered row, nothing of a row outside the image; texels come from right to left.
+void add(inout Sums s, inout Whole whole, inout Row row, Half v, bool here) {
 #ifdef WIDE
   uint limit = here ? push.threshold * 2 : 0xffffffffu;
-  Half m = Half(at_least(v.even, limit) & s.inside.even, at_least(v.odd, limit) & s.inside.odd);
-#else
-  uint reach = here ? (0x8000u - push.threshold) * ONES : 0u;  // adding it carries into bit 15 from the threshold on
-  Half m = Half(((((v.even >> 1) & 0x7fff7fffu) + reach) >> 15) & s.inside.even,
-                ((((v.odd >> 1) & 0x7fff7fffu) + reach) >> 15) & s.inside.odd);
-#endif
-  // Rows are weighted by sums of sums: after the last row a row's mark was added once for each row from it to the bottom.
-  s.n.even += m.even;
-  s.n.odd += m.odd;
-  s.k1.even += s.n.even;
-  s.k1.odd += s.n.odd;
-  s.k2.even += s.k1.even;
-  s.k2.odd += s.k1.odd;
-  v.even &= m.even * LANE;
-  v.odd &= m.odd * LANE;
-#ifdef WIDE
+  uvec4 even = at_least(v.even, limit) & s.inside, odd = at_least(v.odd, limit) & (s.inside >> 8);
+  v.even *= even;
+  v.odd *= odd;
+  uvec4 one = even | (odd << 8);
   s.gray.even += v.even;
   s.gray.odd += v.odd;
   s.peak = max(s.peak, max(v.even, v.odd));
-  return sum4(v.even + v.odd);
+  row.gray.x += sum4(v.even + v.odd);
 #else
-  uvec4 e0 = v.even & 0xffffu, e1 = v.even >> 16, o0 = v.odd & 0xffffu, o1 = v.odd >> 16;
-  s.gray_low.even += e0;
-  s.gray_high.even += e1;
-  s.gray_low.odd += o0;
-  s.gray_high.odd += o1;
-  s.peak = max(s.peak, max(max(e0, e1), max(o0, o1)));
-  return sum4(e0 + e1 + o0 + o1);
+  uint reach = here ? (0x8000u - push.threshold) * ONES : 0u;  // adding it carries into bit 15 from the threshold on
+  uvec4 even = ((((v.even >> 1) & 0x7fff7fffu) + reach) >> 15) & s.inside & ONES;
+  uvec4 odd = ((((v.odd >> 1) & 0x7fff7fffu) + reach) >> 7) & s.inside & (ONES << 8);
+  v.even &= (even << 16) - even;
+  v.odd &= (odd << 8) - (odd >> 8);
+  uvec4 one = even | odd;
+  s.peak_high = max(s.peak_high, max(v.even, v.odd));
+  s.peak_low = max(s.peak_low, max(v.even << 16, v.odd << 16));
+  uvec4 odd_high = v.odd >> 16;
+  uvec4 gray = v.even + v.odd, high = (v.even >> 16) + odd_high;
+  whole.gray_odd += uvec2(sum4(v.odd), sum4(odd_high));
+  for (int i = 3; i >= 0; --i) {
+    row.gray += uvec2(gray[i], high[i]);
+    whole.gray_words += row.gray;
+  }
+#endif
+  s.count += one;
+  for (int i = 3; i >= 0; --i) {
+    row.count += one[i];
+    row.count_words += row.count;
+  }
+}
+
+uint sum_bytes(uint w) { return (w * 0x01010101u) >> 24; }
+
+// Adds a whole row. Rows are weighted by sums of sums: each adds once for itself and for each row below.
+void add_row(inout Whole whole, Row row) {
+  uint count = sum_bytes(row.count);
+  whole.area += count;
+  whole.k += whole.area;
+  whole.pairs += whole.k;
+  whole.c += WORD_COLUMNS * (sum_bytes(row.count_words) - count) + ((row.count * 0x00010203u) >> 24);
+  whole.ck += whole.c;
+#ifdef WIDE
+  uint gray = row.gray.x;
+#else
+  whole.gray += row.gray;
+  uint gray = row.gray.x - (row.gray.y << 16) + row.gray.y;
+#endif
+  whole.gray_low += gray % kGrayBase;
+  whole.gray_high += gray / kGrayBase;
+  whole.gray_k_low += whole.gray_low;
+  whole.gray_k_high += whole.gray_high;
+}
+
+uint peak_of(Sums s) {
+#ifdef WIDE
+  return max4(s.peak);
+#else
+  return max(max4(s.peak_low), max4(s.peak_high)) >> 16;
 #endif
 }
 
-// Adds a texel's sums to the tile's record; `first` is the texel's first column in the tile.
-void finish(inout ContactRecord record, Sums s, uint first) {
-  uint unused = 0, unused_c = 0, pairs = 0, k = 0;
-  weigh_words(s.n.even, s.n.odd, first, record.area, record.sum_c, record.sum_cc);
-  weigh_words(s.k1.even, s.k1.odd, first, k, record.sum_ck, unused);
-  weigh_words(s.k2.even, s.k2.odd, first, pairs, unused_c, unused);
-  record.sum_k += k;
-  record.sum_kk += 2 * pairs - k;  // k2 sums k (k + 1) / 2
-  uint gray = 0;
+// The tile's record but for its saturated pixels; a and b are its texels.
+ContactRecord record_of(Whole whole, Sums a, Sums b) {
+  uint unused = 0, sum_cc = 0, gray_c_low = 0, gray_c_high = 0;
+  for (uint i = 0; i < WORD_COLUMNS; ++i) {
+    weigh((a.count >> (8 * i)) & 0xffu, i, unused, sum_cc);
+    weigh((b.count >> (8 * i)) & 0xffu, i + TEXEL_COLUMNS, unused, sum_cc);
+  }
 #ifdef WIDE
-  weigh(s.gray.even % kGrayBase, first, gray, record.gray_c_low, unused);
-  weigh(s.gray.odd % kGrayBase, first + 1, gray, record.gray_c_low, unused);
-  weigh(s.gray.even / kGrayBase, first, gray, record.gray_c_high, unused);
-  weigh(s.gray.odd / kGrayBase, first + 1, gray, record.gray_c_high, unused);
+  weigh(a.gray.even % kGrayBase, 0, gray_c_low, unused);
+  weigh(a.gray.odd % kGrayBase, 1, gray_c_low, unused);
+  weigh(a.gray.even / kGrayBase, 0, gray_c_high, unused);
+  weigh(a.gray.odd / kGrayBase, 1, gray_c_high, unused);
+  weigh(b.gray.even % kGrayBase, TEXEL_COLUMNS, gray_c_low, unused);
+  weigh(b.gray.odd % kGrayBase, TEXEL_COLUMNS + 1, gray_c_low, unused);
+  weigh(b.gray.even / kGrayBase, TEXEL_COLUMNS, gray_c_high, unused);
+  weigh(b.gray.odd / kGrayBase, TEXEL_COLUMNS + 1, gray_c_high, unused);
 #else
-  weigh(s.gray_low.even, first, gray, record.gray_c_low, unused);
-  weigh(s.gray_low.odd, first + 1, gray, record.gray_c_low, unused);
-  weigh(s.gray_high.even, first + 2, gray, record.gray_c_low, unused);
-  weigh(s.gray_high.odd, first + 3, gray, record.gray_c_low, unused);
+  whole.gray_words -= whole.gray;  // from 0
+  gray_c_low = 4 * (whole.gray_words.x - (whole.gray_words.y << 16) + whole.gray_words.y) + 2 * whole.gray.y +
+               whole.gray_odd.x - (whole.gray_odd.y << 16) + whole.gray_odd.y;
 #endif
-  record.peak = max(record.peak, max4(s.peak));
+  return ContactRecord(whole.area, whole.c, sum_cc, whole.k, 2 * whole.pairs - whole.k, whole.ck, whole.gray_low, whole.gray_high,
+                       gray_c_low, gray_c_high, whole.gray_k_low, whole.gray_k_high, max(peak_of(a), peak_of(b)), 0, 0, 0);
 }

@@ -16,8 +16,8 @@ layout(push_constant) uniform Push { ContactPush push; };
 
 #include "shaders/contact_sums.glsl"
 
-// Adds one texel of a row; returns its gray sum.
-uint add_texel(inout Sums s, int at, bool here) {
+// Adds one texel of a row.
+void add_texel(inout Sums s, inout Whole whole, inout Row row, int at, bool here) {
   const Half none = Half(uvec4(0), uvec4(0));
   Half g = none, raw = none;
   for (int plane = 0; plane < PLANES; ++plane) {
@@ -33,7 +33,7 @@ uint add_texel(inout Sums s, int at, bool here) {
     }
   }
   notice_saturated(s, raw);
-  return add_row(s, Half(g.even << 8, g.odd << 8), here);
+  add(s, whole, row, Half(g.even << 8, g.odd << 8), here);
 }
 
 void main() {
@@ -43,22 +43,19 @@ void main() {
   int y0 = int(tile / push.tiles_x * TILE_ROWS);
   int height = int(push.height);
   Sums a = start(2 * tile_x * TEXEL_COLUMNS), b = start((2 * tile_x + 1) * TEXEL_COLUMNS);
-  uint g_low = 0, g_high = 0, gk_low = 0, gk_high = 0;
+  Whole whole = start_whole();
 
   for (int i = 0; i < int(TILE_ROWS); ++i) {
     int y = y0 + i;
     bool here = y < height;
     int at = min(y, height - 1) * int(push.pitch) + 2 * int(tile_x) + 1;
-    uint row_sum = add_texel(a, at, here) + add_texel(b, at + 1, here);
-    g_low += row_sum % kGrayBase;
-    g_high += row_sum / kGrayBase;
-    gk_low += g_low;
-    gk_high += g_high;
+    Row row = start_row();
+    add_texel(b, whole, row, at + 1, here);
+    add_texel(a, whole, row, at, here);
+    add_row(whole, row);
   }
 
-  ContactRecord record = ContactRecord(0, 0, 0, 0, 0, 0, g_low, g_high, 0, 0, gk_low, gk_high, 0, 0, 0, 0);
-  finish(record, a, 0);
-  finish(record, b, TEXEL_COLUMNS);
+  ContactRecord record = record_of(whole, a, b);
   int rows = any_saturated(a) || any_saturated(b) ? min(int(TILE_ROWS), height - y0) : 0;
   for (int i = 0; i < rows; ++i) {
     int at = (y0 + i) * int(push.pitch) + 2 * int(tile_x) + 1;

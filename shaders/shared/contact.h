@@ -62,14 +62,14 @@ constexpr uint64_t squares(uint64_t n) {
 constexpr uint64_t kRows = kMaxTileRows, kColumns8 = 32, kColumns16 = 16;
 constexpr uint64_t kGray8 = 255 * 256, kGray16 = 65535 * 256;  // filtered, 1/256 gray levels
 // Lanes of 8-bit pixels: the filter's weights sum to 16 each way, so that a filtered pixel fills a lane and
-// no more; a column's count of rows, sum of k and sum of k (k + 1) / 2.
-static_assert(kGray8 <= kMaxLane && ones(kRows) <= kMaxLane &&
-              (squares(kRows) + ones(kRows)) / 2 <= kMaxLane);
+// no more.
+static_assert(kGray8 <= kMaxLane);
 // Area and its moments, over the wider tile.
 static_assert(kColumns8 * kRows <= kMax && kRows * squares(kColumns8 - 1) <= kMax &&
               kColumns8 * squares(kRows) <= kMax && ones(kRows) * ones(kColumns8 - 1) <= kMax);
-// Gray of 8 bits: one column's sum, and all columns' weighted with their index, without any split.
-static_assert(kRows * kGray8 <= kMax && kRows * kGray8 * ones(kColumns8 - 1) <= kMax);
+// Gray of 8 bits, without any split: all columns' weighted with their index; one kind of lane, low or high,
+// over the tile's eight words to a row, even and odd, weighted with 1 to 8.
+static_assert(kRows * kGray8 * ones(kColumns8 - 1) <= kMax && kRows * 2 * kGray8 * ones(8) <= kMax);
 // Gray above 8 bits: one column's sum and one row's fit as they are; what is weighted is split in base
 // kGrayBase.
 static_assert(kRows * kGray16 <= kMax && kColumns16 * kGray16 <= kMax);
@@ -79,9 +79,9 @@ static_assert((kGrayBase - 1) * ones(kColumns16 - 1) <= kMax &&
 static_assert((kGrayBase - 1) * ones(kRows) <= kMax &&
               (kColumns16 * kGray16 / kGrayBase + 1) * ones(kRows) <= kMax &&
               (kColumns8 * kGray8 / kGrayBase + 1) * ones(kRows) <= kMax);
-// contact_moments.comp, four 8-bit pixels to a word, eight words to a row of the tile. Bytes: a column's
-// count of rows; a row's count in one byte position, over its words, and weighted by 1 to 8; a row's whole
-// count, the same over the four positions.
+// Marks of contact and, in contact_moments.comp, gray: four 8-bit pixels to a word, eight words to a row of
+// the tile (two and eight above 8 bits). Bytes: a column's count of rows; a row's count in one byte position,
+// over its words, and weighted by 1 to 8; a row's whole count, the same over the four positions.
 static_assert(kRows <= 255 && 8 <= 255 && 4 * ones(8) <= 255 && 8 * ones(3) <= 255);
 // Lanes of 16 bits: a column's gray levels; a row's, of even and odd bytes together.
 static_assert(kRows * 255 <= kMaxLane && 2 * 8 * 255 <= kMaxLane);
