@@ -84,6 +84,19 @@ Ellipse ellipse_of(const ContactMoments& m, double pitch_mm) {
           std::atan2(2 * xy, xx - yy) / 2};
 }
 
+// Whether so much of the contact is clipped that its depth cannot be right: a share of its area, and in the
+// reading `shading` more than what the 5 x 5 filter leaves dark along its rim, whatever its slope.
+bool too_many_clipped(const Touch& t, const Sensor& sensor) {
+  constexpr double kShare = 0.01, kRim_px = 4;
+  double allowed_px = kShare * static_cast<double>(t.area_px);
+  if (sensor.reading == Reading::Shading) {
+    // The circumference of an ellipse lies below that of the circle with the same root mean square of axes.
+    const double across_px = std::hypot(t.ellipse.major_mm, t.ellipse.minor_mm) / sensor.pitch_mm_per_px;
+    allowed_px += kRim_px * std::numbers::pi * across_px / std::numbers::sqrt2;
+  }
+  return static_cast<double>(t.clipped_px) > allowed_px;
+}
+
 // The same sums with x and y counted from a place dx to the left of it and dy above.
 ContactMoments moved(ContactMoments m, int64_t dx, int64_t dy) {
   const auto area = static_cast<int64_t>(m.area), gray = static_cast<int64_t>(m.gray);
@@ -112,6 +125,7 @@ struct Pipeline::Impl {
     FloatMap depth;
     gpu::DeviceBuffer datum_records;
     gpu::DeviceBuffer border_records;  // Reading::Elastic
+    gpu::DeviceBuffer clipped;         // the other readings
     gpu::Commands commands;
     // Only for SurfaceSolver::Exact, which leaves the GPU in between.
     gpu::DeviceBuffer right_side;
@@ -179,6 +193,9 @@ struct Pipeline::Impl {
       if (elastic)
         slot.border_records =
             gpu::DeviceBuffer(context, "border records", Elastic::kBorderBytes, gpu::Memory::Readback);
+      else
+        slot.clipped =
+            gpu::DeviceBuffer(context, "clipped pixels", slope->clipped_bytes(), gpu::Memory::Readback);
     }
     record(slot);
   }
@@ -201,12 +218,12 @@ struct Pipeline::Impl {
     const bool weights = partial && partial->solves();
     if (weights)
       partial->record_solve(context, cmd, slot.known, slot.frame, rest(slot), contact, slot.records, *slope,
-                            *datum, slot.depth, slot.datum_records);
+                            *datum, slot.depth, slot.datum_records, slot.clipped);
     if (wants_surface && !(weights && partial->always())) {
       if (elastic)
         elastic->record_pressure(cmd, slot.border_records);
       else
-        slope->record(cmd, slot.frame, rest(slot), *surface);
+        slope->record(cmd, slot.frame, rest(slot), *surface, slot.clipped);
       if (!solves_on_host()) {
         if (elastic)
           elastic->record_deflection(cmd, slot.depth);
@@ -319,10 +336,20 @@ struct Pipeline::Impl {
       t.depth_validity = !t.contact           ? Validity::NoContact
                          : t.saturated_px > 0 ? Validity::Saturated
                                               : Validity::Valid;
-      if (elastic) measure_elastic(slot, rest, t);
+      if (elastic)
+        measure_elastic(slot, rest, t);
+      else
+        measure_clipped(slot, t);
     }
     if (partial) partial->report(slot.known, t);
     return t;
+  }
+
+  void measure_clipped(const Slot& slot, Touch& t) const {
+    slot.clipped.invalidate();
+    t.clipped_px = slope->clipped_px(slot.clipped.as<const uint32_t>());
+    if (t.depth_validity == Validity::Valid && too_many_clipped(t, sensor))
+      t.depth_validity = Validity::Clipped;
   }
 
   // Depth by pressure is absolute: there is no rest level to be found.
@@ -538,8 +565,8 @@ uint64_t Pipeline::memory_bytes() const {
   for (const Impl::Slot& slot : impl_->slots) {
     bytes += WeightedFrame::memory_bytes(slot.known);
     bytes += slot.frame.memory_bytes() + slot.records.bytes() + slot.depth.buffer.bytes() +
-             slot.datum_records.bytes() + slot.border_records.bytes() + slot.right_side.bytes() +
-             slot.solved.bytes();
+             slot.datum_records.bytes() + slot.border_records.bytes() + slot.clipped.bytes() +
+             slot.right_side.bytes() + slot.solved.bytes();
   }
   return bytes;
 }

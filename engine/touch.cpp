@@ -18,6 +18,8 @@ const char* to_string(Validity validity) {
       return "saturated";
     case Validity::AtBorder:
       return "reaches the border";
+    case Validity::Clipped:
+      return "slopes clipped";
     case Validity::Apart:
       return "apart";
   }

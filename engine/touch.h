@@ -14,6 +14,7 @@ enum class Validity : uint8_t {
   AboveRange,     ///< larger than anything seen in calibration
   Saturated,      ///< pixels are at the camera's limit (see saturated_px): the value may be too low
   AtBorder,       ///< the contact reaches the frame's border: what presses outside is missing
+  Clipped,        ///< much of the contact is steeper than max_slope (see clipped_px): depths are too low
   Apart,          ///< unknown pixels cut the known ones into islands: heights between them are not determined
 };
 const char* to_string(Validity validity);
@@ -67,6 +68,10 @@ struct Touch {
   double depth_datum_mm = 0;  ///< add to a value of the height map to get depth: rest level is depth 0
   bool datum_from_rest =
       false;  ///< false: no untouched tile, the rest level is the mean over the whole frame
+
+  /// Pixels steeper than the sensor's max_slope, whose slope was clipped to it; in the whole frame or, with
+  /// PipelineOptions::skip_untouched, its window.
+  uint64_t clipped_px = 0;
 
   bool has_confidence = false;   ///< confidence of pixels was asked for, or the surface needs it
   uint64_t unknown_px = 0;       ///< pixels of confidence 0

@@ -64,13 +64,14 @@ struct Scene {
     records = gpu::DeviceBuffer(context, "records", contact->record_bytes(), gpu::Memory::Readback);
     depth = FloatMap(context, "depth", surface->grid());
     slope.emplace(context, sensor, image.format, *contact, surface->right_sides(), usual);
+    clipped = gpu::DeviceBuffer(context, "clipped pixels", slope->clipped_bytes(), gpu::Memory::Readback);
     gpu::Commands commands(context);
     commands.begin();
     frame->record(commands);
     background->record(commands);
     commands.barrier();
     contact->record(commands, *frame, *background, records);
-    slope->record(commands, *frame, *background, *surface);
+    slope->record(commands, *frame, *background, *surface, clipped);
     surface->record(commands, depth);
     commands.end();
     commands.submit();
@@ -93,6 +94,7 @@ struct Scene {
   bool keeps = false;
   std::optional<Contact> contact;
   std::optional<Slope> slope;
+  gpu::DeviceBuffer clipped;
   std::optional<Surface> surface;
   std::optional<PaddedImage> frame, background;
   gpu::DeviceBuffer records;
@@ -110,11 +112,13 @@ class Run {
     } else if (stage == Stage::Slope) {
       slope_.emplace(context_, scene.sensor, image.format, *scene.contact, scene.surface->right_sides(),
                      tuning);
+      clipped_ =
+          gpu::DeviceBuffer(context_, "clipped pixels", slope_->clipped_bytes(), gpu::Memory::Readback);
     } else if (stage == Stage::Surface) {
       surface_.emplace(context_, image.format.width, image.format.height, SurfaceSolver::Live, tuning);
       gpu::Commands fill(context_);
       fill.begin();
-      scene.slope->record(fill, *scene.frame, *scene.background, *surface_);
+      scene.slope->record(fill, *scene.frame, *scene.background, *surface_, scene.clipped);
       fill.end();
       fill.submit();
       fill.wait();
@@ -124,7 +128,7 @@ class Run {
     }
     commands_.begin();
     if (contact_) contact_->record(commands_, *scene.frame, *scene.background, records_);
-    if (slope_) slope_->record(commands_, *scene.frame, *scene.background, *scene.surface);
+    if (slope_) slope_->record(commands_, *scene.frame, *scene.background, *scene.surface, clipped_);
     if (surface_) surface_->record(commands_, scene.depth);
     if (datum_) datum_->record(commands_, scene.depth, scene.records, records_);
     commands_.end();
@@ -158,6 +162,7 @@ class Run {
   gpu::Context& context_;
   std::optional<Contact> contact_;
   std::optional<Slope> slope_;
+  gpu::DeviceBuffer clipped_;
   std::optional<Surface> surface_;
   std::optional<Datum> datum_;
   gpu::DeviceBuffer records_;

@@ -46,6 +46,7 @@ Across across(Slopes s, Edges edges, int first) {
 // the one to be finished.
 struct Stream {
   Window window;
+  Clipped clipped;
   vec4 q2_a, q2_b, q1_a, q1_b, q0_a, q0_b;
   Across across2, across1;
   vec4 above_a, above_b;
@@ -54,7 +55,7 @@ struct Stream {
 // Takes in row y and gives the right side of row y - 2, in height differences of one px. The pair between rows y - 2 and y - 1
 // needs rows y - 3 .. y, so the column part of a row waits two rows.
 Across take_row(inout Stream t, Edges edges, int tx, int y) {
-  Slopes s = slopes_at(t.window, tx, y);
+  Slopes s = slopes_at(t.window, tx, y, t.clipped);
   int height = int(push.height);
   bool top = y - 3 < 0, bottom = y >= height;
   vec4 before_a = top ? 2.0 * t.q1_a - t.q0_a : t.q2_a, before_b = top ? 2.0 * t.q1_b - t.q0_b : t.q2_b;
@@ -114,6 +115,7 @@ void main() {
 
   const vec4 none = vec4(0.0);
   Stream stream;
+  stream.clipped = none_clipped(y0);
   stream.q2_a = stream.q2_b = stream.q1_a = stream.q1_b = stream.q0_a = stream.q0_b = none;
   stream.above_a = stream.above_b = none;
   stream.across2 = stream.across1 = Across(none, none);
@@ -129,4 +131,5 @@ void main() {
     for (; y < min(next, y1); y += 2) finish_rows(stream, edges, tx, y);
     stream.window = window_at(tx, y + 2);
   }
+  store_clipped(stream.clipped, tile, tx);
 }

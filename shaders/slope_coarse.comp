@@ -48,9 +48,9 @@ struct Stream {
 vec4 cell_sums(vec4 a, vec4 b, Columns c) { return vec4(a.xz, b.xz) + c.second * vec4(a.yw, b.yw); }
 
 // Takes in rows y and y + 1 and gives the right side of the cells above them.
-vec4 take_rows(inout Stream t, Window window, Columns columns, int tx, int y) {
+vec4 take_rows(inout Stream t, inout Clipped clipped, Window window, Columns columns, int tx, int y) {
   int height = int(push.height);
-  Slopes upper = slopes_at(window, tx, y), lower = slopes_at(window, tx, y + 1);
+  Slopes upper = slopes_at(window, tx, y, clipped), lower = slopes_at(window, tx, y + 1, clipped);
   bool both = y + 1 < height;
   float second_row = both ? 1.0 : 0.0;
   vec4 p_a = upper.p_a + second_row * lower.p_a, p_b = upper.p_b + second_row * lower.p_b, p_c = upper.p_c + second_row * lower.p_c;
@@ -77,15 +77,17 @@ void main() {
   Columns columns = columns_at(8 * tx);
   const vec4 none = vec4(0.0);
   Stream stream = Stream(none, none, none, none);
+  Clipped clipped = none_clipped(y0);
   // Rows are taken two ahead of the cells they finish; the window changes with every eight rows.
   int y = y0 - 2, next = y0;
   do {
     Window window = window_at(tx, y);
     do {
-      vec4 right = take_rows(stream, window, columns, tx, y);
+      vec4 right = take_rows(stream, clipped, window, columns, tx, y);
       if (y > y0 && y < int(push.height) + 2) coarse[uint(y - 2) / 2 * push.coarse_pitch + uint(tx)] = right;
       y += 2;
     } while (y < min(next, end));
     next += 8;
   } while (y < end);
+  store_clipped(clipped, tile, tx);
 }

@@ -1,6 +1,7 @@
 // Pixels to slopes p = d(depth)/dx, q = d(depth)/dy at pixel centres, one row of eight pixels at a time. Variants: READING_GIVEN
-// (slopes from a buffer), READING_SHADING, READING_PHOTOMETRIC. Included after `push` (SlopePush) is declared; bindings below
-// FIRST_OUTPUT are taken.
+// (slopes from a buffer), READING_SHADING, READING_PHOTOMETRIC. Included after `push` (SlopePush) and TILE_ROWS are declared;
+// bindings below FIRST_OUTPUT are taken. What is read from pixels leaves in clipped_px, one word for each invocation, how many of
+// its own pixels are steeper than max_slope.
 
 #if defined(READING_GIVEN)
 layout(binding = 0) uniform samplerBuffer p_texels;
@@ -10,14 +11,33 @@ layout(binding = 1) uniform samplerBuffer q_texels;
 layout(binding = 0) uniform usamplerBuffer filtered_texels;  // eight 16-bit pixels to a texel
 layout(binding = 1) uniform usamplerBuffer filtered_pairs;   // four to a pair of words
 layout(binding = 2) uniform samplerBuffer block_words;       // means of eight by eight pixels
-#define FIRST_OUTPUT 3
+layout(binding = 3) writeonly buffer ClippedPixels { uint clipped_px[]; };
+layout(constant_id = 4) const uint LEAST_GRAY = 0;  // stored units: contact pixels below are steeper than max_slope
+#define FIRST_OUTPUT 4
 #else
 layout(binding = 0) uniform usamplerBuffer frame_pairs;  // eight 8-bit pixels to a pair of words, planes red, green, blue
 layout(binding = 1) uniform usamplerBuffer frame_words;
 layout(binding = 2) uniform usamplerBuffer rest_pairs;
 layout(binding = 3) uniform usamplerBuffer rest_words;
-#define FIRST_OUTPUT 4
+layout(binding = 4) writeonly buffer ClippedPixels { uint clipped_px[]; };
+#define FIRST_OUTPUT 5
 #endif
+
+// Counts of clipped pixels in the columns of a tile, over its own rows.
+struct Clipped {
+  int first, end;
+  uvec4 a, b;
+};
+
+Clipped none_clipped(int first) { return Clipped(first, min(first + int(TILE_ROWS), int(push.height)), uvec4(0), uvec4(0)); }
+
+void store_clipped(Clipped clipped, uint tile, int tx) {
+#if !defined(READING_GIVEN)
+  ivec4 column = ivec4(0, 1, 2, 3) + 8 * tx;
+  uvec4 sum = clipped.a * uvec4(lessThan(column, ivec4(push.width))) + clipped.b * uvec4(lessThan(column + 4, ivec4(push.width)));
+  clipped_px[tile] = sum.x + sum.y + sum.z + sum.w;
+#endif
+}
 
 // Slopes of one row around tile tx: p in columns -2 .. 9 (three groups of four), q in columns 0 .. 7.
 struct Slopes {
@@ -31,7 +51,7 @@ struct Window {
 };
 Window window_at(int tx, int y) { return Window(0); }
 
-Slopes slopes_at(Window window, int tx, int y) {
+Slopes slopes_at(Window window, int tx, int y, inout Clipped clipped) {
   int row = clamp(y, 0, int(push.height) - 1) * int(push.in_pitch), last = int(push.in_pitch) - 1;
   int texel = 2 * tx, next = min(texel + 1, last);
   vec4 l = texelFetch(p_texels, row + max(texel - 1, 0)), c = texelFetch(p_texels, row + texel);
@@ -91,7 +111,7 @@ void shade(vec4 gray, vec4 dx, vec4 dy, out vec4 p, out vec4 q) {
   q = scale * dy;
 }
 
-Slopes slopes_at(Window window, int tx, int y) {
+Slopes slopes_at(Window window, int tx, int y, inout Clipped clipped) {
   int row = clamp(y, 0, int(push.height) - 1), last = 2 * int(push.in_pitch) - 1, at = row * int(push.in_pitch);
   uvec4 here = texelFetch(filtered_texels, at + tx);
   vec4 c = unpack(here.xy), d = unpack(here.zw);
@@ -110,6 +130,10 @@ Slopes slopes_at(Window window, int tx, int y) {
   vec4 dy_c = vec4(at_c.y - window.c.along_u.y * u.yx, at_r.y + window.r.along_u.y * u_r);
   Slopes result;
   vec4 q_a, q_b, q_c;
+  // Own pixels in contact that are too dark; no gray lies below 0.
+  float least = y >= clipped.first && y < clipped.end ? float(LEAST_GRAY) : 0.0, reach = max(push.threshold, 1e-6);
+  clipped.a += uvec4(lessThan(c, vec4(least))) & uvec4(greaterThanEqual(c, vec4(reach)));
+  clipped.b += uvec4(lessThan(d, vec4(least))) & uvec4(greaterThanEqual(d, vec4(reach)));
   shade(vec4(l.zw, c.xy), dx_a, dy_a, result.p_a, q_a);
   shade(vec4(c.zw, d.xy), at_c.x + window.c.along_u.x * u_b, at_c.y + window.c.along_u.y * u_b, result.p_b, q_b);
   shade(vec4(d.zw, r.xy), dx_c, dy_c, result.p_c, q_c);
@@ -158,15 +182,15 @@ void add_plane(inout Normals n, int plane, vec3 wx, vec3 wy, int row, int tx, ve
 
 // Slope = n_xy / n_z of the unit normal. A slope of max_slope has n_z = 1 / sqrt(1 + max_slope^2); beyond it the direction is kept
 // and the size clipped.
-void lean(vec4 nx, vec4 ny, out vec4 p, out vec4 q) {
-  vec4 across2 = nx * nx + ny * ny;
+void lean(vec4 nx, vec4 ny, out vec4 across2, out vec4 p, out vec4 q) {
+  across2 = nx * nx + ny * ny;
   float steepest = push.max_slope * push.max_slope, least_nz2 = 1.0 / (1.0 + steepest);
   vec4 scale = sqrt(min(vec4(1.0) / max(1.0 - across2, vec4(least_nz2)), steepest / max(across2, vec4(1e-20))));
   p = nx * scale;
   q = ny * scale;
 }
 
-Slopes slopes_at(Window window, int tx, int y) {
+Slopes slopes_at(Window window, int tx, int y, inout Clipped clipped) {
   int row = clamp(y, 0, int(push.height) - 1);
   vec4 column = vec4(-2, -1, 0, 1) + (float(8 * tx) + push.frame_x);
   vec4 x_at = (2.0 * column + 1.0) / push.frame_width - 1.0;
@@ -178,9 +202,14 @@ Slopes slopes_at(Window window, int tx, int y) {
   add_plane(n, 2, vec3(push.wx[6], push.wx[7], push.wx[8]), vec3(push.wy[6], push.wy[7], push.wy[8]), row, tx, x_at, y_at);
   Slopes result;
   vec4 q_a, q_b, q_c;
-  lean(n.x_a, n.y_a, result.p_a, q_a);
-  lean(n.x_b, n.y_b, result.p_b, q_b);
-  lean(n.x_c, n.y_c, result.p_c, q_c);
+  vec4 across_a, across_b, across_c;
+  lean(n.x_a, n.y_a, across_a, result.p_a, q_a);
+  lean(n.x_b, n.y_b, across_b, result.p_b, q_b);
+  lean(n.x_c, n.y_c, across_c, result.p_c, q_c);
+  float steepest = push.max_slope * push.max_slope;
+  float limit = y >= clipped.first && y < clipped.end ? steepest / (1.0 + steepest) : 3.4e38;
+  clipped.a += uvec4(greaterThan(vec4(across_a.zw, across_b.xy), vec4(limit)));
+  clipped.b += uvec4(greaterThan(vec4(across_b.zw, across_c.xy), vec4(limit)));
   result.q_a = vec4(q_a.zw, q_b.xy);
   result.q_b = vec4(q_b.zw, q_c.xy);
   return result;

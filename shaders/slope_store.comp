@@ -20,9 +20,10 @@ void main() {
   int tx = int(tile % tiles_x), y0 = int(tile / tiles_x * TILE_ROWS);
   bool wide = 2 * uint(tx) + 1 < push.pitch;
   Window window = window_at(tx, y0);
+  Clipped clipped = none_clipped(y0);
   for (int y = y0; y < y0 + int(TILE_ROWS); ++y) {
     if (y % 8 == 0) window = window_at(tx, y);
-    Slopes s = slopes_at(window, tx, y);
+    Slopes s = slopes_at(window, tx, y, clipped);
     uint texel = uint(y) * push.pitch + 2 * uint(tx);
     if (y < int(push.height)) {
       slope_x[texel] = vec4(s.p_a.zw, s.p_b.xy);
@@ -33,4 +34,5 @@ void main() {
       }
     }
   }
+  store_clipped(clipped, tile, tx);
 }

@@ -168,15 +168,17 @@ std::string slope_difference(gpu::Context& context, const Case& c) {
   const gpu::DeviceBuffer pixels(context, "pixels", grid.bytes(), gpu::Memory::Readback);
   const gpu::DeviceBuffer cells(context, "cells", half.bytes(), gpu::Memory::Readback);
   const gpu::DeviceBuffer lone_cells(context, "cells alone", half.bytes(), gpu::Memory::Readback);
+  const gpu::DeviceBuffer clipped(context, "clipped", both.clipped_bytes(), gpu::Memory::Readback);
+  const gpu::DeviceBuffer lone_clipped(context, "clipped alone", both.clipped_bytes(), gpu::Memory::Readback);
   gpu::Commands commands(context);
   commands.begin();
   images.record(commands);
   contact.record(commands, images.frame, images.background, records);
-  both.record(commands, images.frame, images.background, surface);
+  both.record(commands, images.frame, images.background, surface, clipped);
   commands.copy(surface.right_side().buffer, pixels, grid.bytes());
   commands.copy(surface.coarse_right_side().buffer, cells, half.bytes());
   commands.barrier();
-  cells_only.record(commands, images.frame, images.background, surface);
+  cells_only.record(commands, images.frame, images.background, surface, lone_clipped);
   commands.copy(surface.coarse_right_side().buffer, lone_cells, half.bytes());
   commands.host_barrier();
   commands.end();
@@ -209,6 +211,11 @@ std::string slope_difference(gpu::Context& context, const Case& c) {
                                      compare_maps("right side of cells", cells, half, sums),
                                      compare_maps("right side of cells alone", lone_cells, half, sums)})
       if (!where.empty()) return where;
+    for (const gpu::DeviceBuffer* from : {&clipped, &lone_clipped}) {
+      const uint64_t got = both.clipped_px(from->as<const uint32_t>());
+      if (got + slopes.on_the_edge < slopes.clipped || got > slopes.clipped + slopes.on_the_edge)
+        return at(i, 0, 0) + unequal("clipped pixels", got, slopes.clipped);
+    }
   }
   return {};
 }

@@ -14,6 +14,7 @@
 #include "engine/gpu/commands.h"
 #include "engine/mechanics/calibration.h"
 #include "tests/gpu_fixture.h"
+#include "tests/stage_run.h"
 
 namespace palpate {
 namespace {
@@ -273,6 +274,89 @@ TEST_F(PipelineTest, ClippedImagesAreMarked) {
     }
     EXPECT_GT(clipped, 5) << text;
   }
+}
+
+// A gel that reads a slope of 90 degrees where its colour changes most.
+Sensor steep_gel() {
+  Sensor sensor;
+  sensor.name = "steep gel";
+  sensor.pitch_mm_per_px = 0.05;
+  sensor.channels = 3;
+  sensor.reading = Reading::Photometric;
+  sensor.max_slope = 3;
+  sensor.photometric.wx[0][0] = 255.0 / 100;  // red changes by 100 levels: n_x = 1
+  sensor.photometric.wy[1][0] = 255.0 / 100;
+  return sensor;
+}
+
+// A punch with walls along its left and right side, and the same punch with slopes of 10 degrees: clipped
+// pixels are counted in both, to the pixel, and only the former's depth is doubted.
+TEST_F(PipelineTest, WallsBeyondTheSteepestSlopeAreTold) {
+  const FrameFormat format{160, 120, 3, 8};
+  const Frame rest = uniform_frame(format, 100);
+  const auto punch = [&](uint32_t change) {
+    Frame frame = rest;
+    for (uint32_t y = 40; y < 80; ++y) {
+      for (uint32_t x = 50; x < 110; ++x) frame.set(2, x, y, 140);  // touched: blue tells no slope
+      for (const uint32_t x : {50u, 51u}) frame.set(0, x, y, 100 + change);
+      for (const uint32_t x : {108u, 109u}) frame.set(0, x, y, 100 - change);
+    }
+    return frame;
+  };
+  for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Fine, SurfaceSolver::Exact}) {
+    for (const bool confidence : {false, true}) {
+      Sensor sensor = steep_gel();
+      PipelineOptions options;
+      options.solver = solver;
+      if (confidence) options.outputs = options.outputs | Output::Confidence;
+      Pipeline pipeline(context(), sensor, format, options);
+      pipeline.set_background(rest);
+      const Touch wall = pipeline.process(punch(100)), shallow = pipeline.process(punch(17));
+      EXPECT_EQ(wall.clipped_px, 160u);
+      EXPECT_EQ(wall.depth_validity, Validity::Clipped);
+      EXPECT_EQ(shallow.clipped_px, 0u);
+      EXPECT_EQ(shallow.depth_validity, Validity::Valid);
+      // A few stray pixels, here 3 of 2600, do not make a depth doubtful.
+      Frame stray = punch(17);
+      for (const uint32_t x : {60u, 70u, 159u}) stray.set(1, x, 50, 200);
+      const Touch few = pipeline.process(stray);
+      EXPECT_EQ(few.clipped_px, 3u);
+      EXPECT_EQ(few.depth_validity, Validity::Valid);
+    }
+  }
+}
+
+// Reading `shading`: the dark rim that the filter leaves is counted but trusted, a broad dark flank is not.
+TEST_F(PipelineTest, DarkFlanksBeyondTheSteepestSlopeAreTold) {
+  const FrameFormat format{160, 120, 1, 8};
+  Sensor sensor;
+  sensor.name = "shaded";
+  sensor.pitch_mm_per_px = 0.05;
+  sensor.reading = Reading::Shading;
+  sensor.shading.facing_gray = 200;
+  sensor.max_slope = 2;
+  const Frame rest = uniform_frame(format, 5);
+  const auto press = [&](double flank_px) {
+    Frame frame = rest;
+    for (uint32_t y = 0; y < format.height; ++y) {
+      for (uint32_t x = 0; x < format.width; ++x) {
+        const double r = std::hypot(x - 80.0, y - 60.0);
+        frame.set(0, x, y, r < 30 ? 185 : r < 30 + flank_px ? 40 : 5);
+      }
+    }
+    return frame;
+  };
+  Pipeline pipeline(context(), sensor, format, {});
+  pipeline.set_background(rest);
+  const Touch shallow = pipeline.process(press(0)), steep = pipeline.process(press(12));
+  EXPECT_GT(shallow.clipped_px, 100u) << "the rim";
+  EXPECT_EQ(shallow.depth_validity, Validity::Valid);
+  EXPECT_GT(steep.clipped_px, 2000u);
+  EXPECT_EQ(steep.depth_validity, Validity::Clipped);
+  sensor.max_slope = 100;
+  Pipeline lenient(context(), sensor, format, {});
+  lenient.set_background(rest);
+  EXPECT_EQ(lenient.process(press(12)).clipped_px, 0u);
 }
 
 // ---- Surface

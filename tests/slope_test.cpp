@@ -25,22 +25,26 @@ class SlopeTest : public GpuTest {
     const Grid grid = pixels ? surface.grid() : coarser(surface.grid());
     const gpu::DeviceBuffer records(context(), "records", contact.record_bytes(), gpu::Memory::Readback);
     const gpu::DeviceBuffer host(context(), "readback", grid.bytes(), gpu::Memory::Readback);
+    const gpu::DeviceBuffer clipped(context(), "clipped", slope.clipped_bytes(), gpu::Memory::Readback);
     gpu::Commands commands(context());
     commands.begin();
     images.record(commands);
     contact.record(commands, images.frame, images.background, records);
-    slope.record(commands, images.frame, images.background, surface);
+    slope.record(commands, images.frame, images.background, surface, clipped);
     commands.copy((pixels ? surface.right_side() : surface.coarse_right_side()).buffer, host, grid.bytes());
     commands.host_barrier();
     commands.end();
     commands.submit();
     commands.wait();
+    clipped_px = slope.clipped_px(clipped.as<const uint32_t>());
     std::vector<float> out;
     for (uint32_t y = 0; y < grid.height; ++y)
       for (uint32_t x = 0; x < grid.width; ++x)
         out.push_back(host.as<const float>()[size_t{y} * grid.pitch * 4 + x]);
     return out;
   }
+
+  static inline uint64_t clipped_px = 0;  ///< of the last frame
 
   /// Sums over two by two pixels.
   static std::vector<double> cell_sums(const std::vector<double>& pixels, uint32_t width, uint32_t height) {
@@ -59,8 +63,15 @@ class SlopeTest : public GpuTest {
         std::to_string(width) + "x" + std::to_string(height) + " bits " + std::to_string(bits);
     const auto wanted = reference::right_side(slopes, width, height, sensor.pitch_mm_per_px);
     expect_near(right_side(image, rest, sensor, RightSides::Pixels), wanted, tolerance, scene, width);
+    expect_clipped(slopes, scene);
     expect_near(right_side(image, rest, sensor, RightSides::Cells), cell_sums(wanted, width, height),
                 tolerance, scene + " cells", (width + 1) / 2);
+    expect_clipped(slopes, scene + " cells");
+  }
+
+  static void expect_clipped(const reference::Slopes& slopes, const std::string& scene) {
+    EXPECT_GE(clipped_px, slopes.clipped - std::min(slopes.clipped, slopes.on_the_edge)) << scene;
+    EXPECT_LE(clipped_px, slopes.clipped + slopes.on_the_edge) << scene;
   }
 
   static void expect_near(const std::vector<float>& got, const std::vector<double>& wanted, double tolerance,
@@ -78,6 +89,7 @@ const std::vector<std::pair<uint32_t, uint32_t>> kSizes{{1, 1}, {2, 1},   {1, 5}
 
 TEST_F(SlopeTest, PhotometricEqualsReference) {
   std::mt19937 random(11);
+  uint64_t clipped = 0, on_the_edge = 0;
   for (int i = 0; i < 60; ++i) {
     const auto& [width, height] = kSizes[static_cast<size_t>(i) % kSizes.size()];
     const FrameFormat format{width, height, 3, 8};
@@ -95,12 +107,18 @@ TEST_F(SlopeTest, PhotometricEqualsReference) {
     for (auto* weights : {&sensor.photometric.wx, &sensor.photometric.wy})
       for (auto& row : *weights)
         for (double& w : row) w = weight(random);
-    expect_reference(image, rest, sensor, reference::photometric_slopes(image, rest, sensor), 1e-4);
+    const reference::Slopes slopes = reference::photometric_slopes(image, rest, sensor);
+    expect_reference(image, rest, sensor, slopes, 1e-4);
+    clipped += slopes.clipped;
+    on_the_edge += slopes.on_the_edge;
   }
+  EXPECT_GT(clipped, 400u);
+  EXPECT_LT(on_the_edge, 5u);
 }
 
 TEST_F(SlopeTest, ShadingEqualsReference) {
   std::mt19937 random(12);
+  uint64_t clipped = 0;
   for (int i = 0; i < 60; ++i) {
     const auto& [width, height] = kSizes[static_cast<size_t>(i) % kSizes.size()];
     const uint32_t bits = std::array{8u, 12u, 16u}[static_cast<size_t>(i) % 3];
@@ -125,9 +143,12 @@ TEST_F(SlopeTest, ShadingEqualsReference) {
     sensor.reading = Reading::Shading;
     sensor.threshold_gray = 0.05 * top;
     sensor.shading = {0.8 * top, 0.5};
-    sensor.max_slope = 5;
-    expect_reference(image, rest, sensor, reference::shading_slopes(image, rest, sensor), 1e-3);
+    sensor.max_slope = i % 4 ? 5 : 1;
+    const reference::Slopes slopes = reference::shading_slopes(image, rest, sensor);
+    expect_reference(image, rest, sensor, slopes, 1e-3);
+    clipped += slopes.clipped;
   }
+  EXPECT_GT(clipped, 1000u);
 }
 
 }  // namespace

@@ -253,7 +253,7 @@ TEST(ViewState, RangeGrowsAtOnceAndShrinksOnlyAfterSeconds) {
 TEST(Hud, EveryDoubtHasItsOwnWordsAndColour) {
   const Validity all[] = {Validity::Valid,      Validity::NotCalibrated, Validity::NoContact,
                           Validity::BelowRange, Validity::AboveRange,    Validity::Saturated,
-                          Validity::AtBorder};
+                          Validity::AtBorder,   Validity::Clipped};
   for (const Validity a : all) {
     for (const Validity b : all) {
       if (a != b) {

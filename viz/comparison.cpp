@@ -50,8 +50,9 @@ void Comparison::add(const Touch& touch, const Truth& truth, std::optional<doubl
     center_px_.add(
         std::hypot(touch.centroid_x_px - truth.center_x_px, touch.centroid_y_px - truth.center_y_px), 0);
   }
-  const bool bounded =
-      touch.depth_validity == Validity::Saturated || touch.depth_validity == Validity::AtBorder;
+  const bool bounded = touch.depth_validity == Validity::Saturated ||
+                       touch.depth_validity == Validity::AtBorder ||
+                       touch.depth_validity == Validity::Clipped;
   if (touch.has_surface && truth.contact && bounded) {
     ++depth_flagged_;
   } else if (touch.has_surface && truth.contact) {
@@ -104,7 +105,8 @@ std::string Comparison::table() const {
   }
   if (depth_flagged_) {
     text += std::to_string(depth_flagged_) +
-            " frames with a flagged depth (saturated or at the border) are not in the depth lines\n";
+            " frames with a flagged depth (saturated, at the border or slopes clipped) are not in the depth "
+            "lines\n";
   }
   return text;
 }

@@ -70,6 +70,7 @@ std::string depth_text(const Touch& t) {
   shown += " mm";
   if (t.depth_validity == Validity::Saturated) shown += ", saturated";
   if (t.depth_validity == Validity::AtBorder) shown += ", at border";
+  if (t.depth_validity == Validity::Clipped) shown += ", slopes clipped";
   if (t.depth_validity == Validity::Apart) shown += ", on an island";
   if (!t.datum_from_rest) shown += " (no rest level)";
   return shown;
@@ -219,6 +220,8 @@ Verdict force_verdict(Validity validity) {
       return {"SATURATED pixels: force is at least this", 255, 96, 88};
     case Validity::AtBorder:
       return {"contact reaches the BORDER: force is at least this", 255, 150, 60};
+    case Validity::Clipped:
+      return {"slopes CLIPPED at max_slope: depth is too small", 255, 150, 60};
     case Validity::Apart:
       return {"unknown pixels cut the surface into ISLANDS", 255, 150, 60};
     default:
@@ -371,6 +374,11 @@ void Hud::measurements(HudFrame& frame, const Layout& layout, const HudContent& 
   const ImVec4 red = colour(force_verdict(Validity::Saturated));
   row("saturated", text("%llu px", static_cast<unsigned long long>(t.saturated_px)),
       t.saturated_px ? &red : nullptr);
+  if (content.has_surface && t.clipped_px > 0) {
+    const ImVec4 tint_clipped = colour(force_verdict(Validity::Clipped));
+    row("clipped slopes", text("%llu px", static_cast<unsigned long long>(t.clipped_px)),
+        t.depth_validity == Validity::Clipped ? &tint_clipped : nullptr);
+  }
   if (t.has_confidence) {
     const ImVec4 tint_apart = colour(force_verdict(Validity::Apart));
     std::string shown = text("%llu px", static_cast<unsigned long long>(t.unknown_px));

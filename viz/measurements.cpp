@@ -14,7 +14,7 @@ constexpr const char* kMeasured =
     "ellipse_major_mm,ellipse_minor_mm,ellipse_angle_rad,peak_gray,saturated_px,shear_x_N,shear_x_sd_N,shear_"
     "y_N,"
     "shear_y_sd_N,shear_state,shift_x_mm,shift_y_mm,slip,depth_max_mm,depth_sd_mm,depth_state,depth_"
-    "reference,unknown_px,shadowed_px,outside_px,islands,weighted_residual,weighted_misfit";
+    "reference,unknown_px,shadowed_px,outside_px,islands,weighted_residual,weighted_misfit,clipped_px";
 constexpr const char* kTrue =
     ",true_contact,true_force_N,true_shear_x_N,true_shear_y_N,true_slip,true_center_x_px,true_center_y_px,"
     "true_radius_px,true_depth_max_mm,depth_rms_error_mm";
@@ -121,6 +121,7 @@ void Measurements::add(const Touch& touch, const Truth* truth, std::optional<dou
   touch.weighted ? row.whole(touch.islands) : row.empty();
   row.number_if(touch.weighted, touch.weighted_residual);
   row.number_if(touch.weighted, touch.weighted_misfit);
+  touch.has_surface ? row.whole(touch.clipped_px) : row.empty();
   if (columns_.truth) add_truth(row, truth, depth_rms_error_mm);
   file_.append(row.line());
 }

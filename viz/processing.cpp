@@ -149,6 +149,7 @@ class Recorder {
             std::max(summary_.largest_force_N.value_or(touch.force_N.value), touch.force_N.value);
       }
     }
+    summary_.clipped_frames += touch.depth_validity == Validity::Clipped;
     summary_.weighted_frames += touch.weighted;
     summary_.island_frames += touch.depth_validity == Validity::Apart;
     if (touch.has_surface) {
@@ -291,6 +292,10 @@ std::string describe(const ProcessSummary& s) {
     std::snprintf(line, sizeof line, "largest depth %.4g mm\n", *s.largest_depth_mm);
     text += line;
   }
+  if (s.clipped_frames) {
+    text += "slopes steeper than max_slope were clipped in " + counted(s.clipped_frames, "frame") +
+            ": their depth is a lower bound\n";
+  }
   if (s.weighted_frames)
     text += "unknown pixels left out of the surface in " + counted(s.weighted_frames, "frame") + "\n";
   if (s.island_frames) {
@@ -323,7 +328,10 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
     value["force_states"] = s.force_states;
   }
   if (s.largest_force_N) value["largest_force_N"] = *s.largest_force_N;
-  if (s.largest_depth_mm) value["largest_depth_mm"] = *s.largest_depth_mm;
+  if (s.largest_depth_mm) {
+    value["largest_depth_mm"] = *s.largest_depth_mm;
+    value["clipped_frames"] = s.clipped_frames;
+  }
   if (wants(request.outputs, Output::Confidence) || s.weighted_frames) {
     value["weighted_frames"] = s.weighted_frames;
     value["island_frames"] = s.island_frames;

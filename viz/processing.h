@@ -45,6 +45,7 @@ struct ProcessSummary {
   std::optional<double> largest_force_N;
   std::optional<double> largest_depth_mm;
   uint64_t depth_clipped_px = 0;
+  uint64_t clipped_frames = 0;           ///< whose depth is too small because slopes were clipped
   uint64_t weighted_frames = 0;          ///< whose surface was solved with unknown pixels left out
   uint64_t island_frames = 0;            ///< in which unknown pixels cut the touched surface into parts
   double seconds = 0;                    ///< wall time from the first frame to the last result

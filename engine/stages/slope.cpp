@@ -1,5 +1,8 @@
 #include "engine/stages/slope.h"
 
+#include <cmath>
+#include <numeric>
+
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/stages/contact.h"
@@ -18,16 +21,27 @@ namespace {
 
 constexpr uint32_t kBlock = 8;  // px; the side of the blocks whose means tell the direction of a gray slope
 
-// A kernel that reads `texels` views and writes the right sides.
+// Contact pixels darker than this many stored units are steeper than max_slope; 0 where the threshold leaves
+// none.
+uint32_t least_gray(const Sensor& sensor, uint32_t units_per_gray) {
+  const double least =
+      std::ceil(sensor.shading.facing_gray * units_per_gray / std::hypot(1, sensor.max_slope));
+  return least > sensor.threshold_gray * units_per_gray ? static_cast<uint32_t>(least) : 0;
+}
+
+// A kernel that reads `texels` views and writes the right sides, and counts before them where it `clips`.
 gpu::Kernel kernel_for(gpu::Context& context, RightSides right_sides, const gpu::Shader& pixels,
-                       const gpu::Shader& cells, size_t texels, const Tuning& tuning) {
+                       const gpu::Shader& cells, size_t texels, bool clips, uint32_t darkest,
+                       const Tuning& tuning) {
   const bool both = right_sides == RightSides::Pixels;
   std::vector<gpu::Binding> bindings(texels, gpu::Binding::Texels);
-  bindings.resize(texels + (both ? 2 : 1), gpu::Binding::Storage);
-  return {
-      context,
-      both ? pixels : cells,
-      {std::move(bindings), sizeof(shared::SlopePush), {tuning.slope_workgroup, 1, 1}, {tuning.slope_rows}}};
+  bindings.resize(texels + (both ? 2 : 1) + (clips ? 1 : 0), gpu::Binding::Storage);
+  return {context,
+          both ? pixels : cells,
+          {std::move(bindings),
+           sizeof(shared::SlopePush),
+           {tuning.slope_workgroup, 1, 1},
+           {tuning.slope_rows, darkest}}};
 }
 
 }  // namespace
@@ -48,6 +62,7 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
   place({0, 0, format.width, format.height});
   if (shading_) {
     const double units = contact.filtered_units_per_gray();
+    darkest_ = least_gray(sensor, contact.filtered_units_per_gray());
     push_.in_pitch = contact.tiles_x() * contact.tile_columns() / 8;
     push_.threshold = static_cast<float>(sensor.threshold_gray * units);
     push_.facing = static_cast<float>(sensor.shading.facing_gray * units);
@@ -55,7 +70,7 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
     filtered_texels_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32B32A32_UINT);
     filtered_pairs_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32_UINT);
     kernel_ = kernel_for(context, right_sides, {"slope_shading", k_slope_shading},
-                         {"slope_coarse_shading", k_slope_coarse_shading}, 3, tuning);
+                         {"slope_coarse_shading", k_slope_coarse_shading}, 3, true, darkest_, tuning);
     const uint64_t blocks =
         uint64_t{(format.width + kBlock - 1) / kBlock} * ((format.height + kBlock - 1) / kBlock);
     blocks_ = gpu::DeviceBuffer(context, "block means", blocks * sizeof(float), gpu::Memory::Device);
@@ -74,7 +89,7 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
       }
     }
     kernel_ = kernel_for(context, right_sides, {"slope_photometric", k_slope_photometric},
-                         {"slope_coarse_photometric", k_slope_coarse_photometric}, 4, tuning);
+                         {"slope_coarse_photometric", k_slope_coarse_photometric}, 4, true, 0, tuning);
   }
 }
 
@@ -87,7 +102,7 @@ Slope::Slope(gpu::Context& context, uint32_t width, uint32_t height, RightSides 
   push_.coarse_pitch = coarser(grid_for(width, height)).pitch;
   push_.scale = 1;
   kernel_ = kernel_for(context, right_sides, {"slope_given", k_slope_given},
-                       {"slope_coarse_given", k_slope_coarse_given}, 2, tuning);
+                       {"slope_coarse_given", k_slope_coarse_given}, 2, false, 0, tuning);
 }
 
 void Slope::place(const FramePlace& place) {
@@ -97,10 +112,17 @@ void Slope::place(const FramePlace& place) {
   push_.frame_height = static_cast<float>(place.frame_height);
 }
 
-std::array<uint32_t, 3> Slope::groups() const {
-  const uint32_t strips = (push_.height + tile_rows_ - 1) / tile_rows_;
+uint32_t Slope::strips() const {
   const uint32_t columns = (push_.pitch + 1) / 2;  // two texels to an invocation
-  return {(columns * strips + workgroup_ - 1) / workgroup_, 1, 1};
+  return columns * ((push_.height + tile_rows_ - 1) / tile_rows_);
+}
+
+std::array<uint32_t, 3> Slope::groups() const {
+  return {(strips() + workgroup_ - 1) / workgroup_, 1, 1};
+}
+
+uint64_t Slope::clipped_px(std::span<const uint32_t> clipped) const {
+  return std::accumulate(clipped.begin(), clipped.begin() + strips(), uint64_t{0});
 }
 
 void Slope::dispatch(gpu::Commands& commands, std::vector<gpu::Argument> arguments,
@@ -112,14 +134,15 @@ void Slope::dispatch(gpu::Commands& commands, std::vector<gpu::Argument> argumen
 }
 
 void Slope::record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
-                   const Surface& surface) const {
+                   const Surface& surface, const gpu::DeviceBuffer& clipped) const {
   const auto scope = commands.scope("slope");
   if (shading_) {
     commands.dispatch(block_kernel_, {&filtered_texels_, &blocks_}, push_, {block_groups_, 1, 1});
     commands.barrier();
-    dispatch(commands, {&filtered_texels_, &filtered_pairs_, &block_words_}, surface);
+    dispatch(commands, {&filtered_texels_, &filtered_pairs_, &block_words_, &clipped}, surface);
   } else {
-    dispatch(commands, {&frame.pairs(), &frame.words(), &background.pairs(), &background.words()}, surface);
+    dispatch(commands, {&frame.pairs(), &frame.words(), &background.pairs(), &background.words(), &clipped},
+             surface);
   }
 }
 
@@ -127,25 +150,25 @@ void Slope::prepare_slopes(gpu::Context& context) {
   const gpu::Shader shader = shading_ ? gpu::Shader{"slope_store_shading", k_slope_store_shading}
                                       : gpu::Shader{"slope_store_photometric", k_slope_store_photometric};
   std::vector<gpu::Binding> bindings(shading_ ? 3 : 4, gpu::Binding::Texels);
-  bindings.resize(bindings.size() + 2, gpu::Binding::Storage);
-  store_kernel_ =
-      gpu::Kernel(context, shader, {std::move(bindings), sizeof push_, {workgroup_, 1, 1}, {tile_rows_}});
+  bindings.resize(bindings.size() + 3, gpu::Binding::Storage);
+  store_kernel_ = gpu::Kernel(
+      context, shader, {std::move(bindings), sizeof push_, {workgroup_, 1, 1}, {tile_rows_, darkest_}});
 }
 
 void Slope::record_slopes(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
-                          const FloatMap& p, const FloatMap& q) const {
+                          const FloatMap& p, const FloatMap& q, const gpu::DeviceBuffer& clipped) const {
   const auto scope = commands.scope("slopes");
   if (shading_) {
     commands.dispatch(block_kernel_, {&filtered_texels_, &blocks_}, push_, {block_groups_, 1, 1});
     commands.barrier();
     commands.dispatch(store_kernel_,
-                      {&filtered_texels_, &filtered_pairs_, &block_words_, &p.buffer, &q.buffer}, push_,
-                      groups());
+                      {&filtered_texels_, &filtered_pairs_, &block_words_, &clipped, &p.buffer, &q.buffer},
+                      push_, groups());
   } else {
-    commands.dispatch(
-        store_kernel_,
-        {&frame.pairs(), &frame.words(), &background.pairs(), &background.words(), &p.buffer, &q.buffer},
-        push_, groups());
+    commands.dispatch(store_kernel_,
+                      {&frame.pairs(), &frame.words(), &background.pairs(), &background.words(), &clipped,
+                       &p.buffer, &q.buffer},
+                      push_, groups());
   }
   commands.barrier();
 }

@@ -2,6 +2,9 @@
 // S7).
 #pragma once
 
+#include <cstdint>
+#include <span>
+
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/kernel.h"
@@ -27,18 +30,26 @@ class Slope {
   /// recorded from here on.
   void place(const FramePlace& place);
 
-  /// Fills the right sides that the stage was made for.
+  /// Fills the right sides that the stage was made for, and `clipped`, of clipped_bytes(), with what
+  /// clipped_px() adds up.
   void record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
-              const Surface& surface) const;
+              const Surface& surface, const gpu::DeviceBuffer& clipped) const;
   /// The slopes themselves, d(depth)/dx and d(depth)/dy at pixel centres; only where `prepare_slopes` was
   /// called.
   void record_slopes(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
-                     const FloatMap& p, const FloatMap& q) const;
+                     const FloatMap& p, const FloatMap& q, const gpu::DeviceBuffer& clipped) const;
   void prepare_slopes(gpu::Context& context);
   void record_given(gpu::Commands& commands, const FloatMap& p, const FloatMap& q,
                     const Surface& surface) const;
 
+  /// A word for each strip of eight columns.
+  uint64_t clipped_bytes() const { return uint64_t{strips()} * sizeof(uint32_t); }
+  /// Pixels of the frame whose reading is steeper than max_slope: their slope keeps its direction and has
+  /// that size. In Reading::Shading those in contact: elsewhere nothing is read.
+  uint64_t clipped_px(std::span<const uint32_t> clipped) const;
+
  private:
+  uint32_t strips() const;
   std::array<uint32_t, 3> groups() const;
   void dispatch(gpu::Commands& commands, std::vector<gpu::Argument> arguments, const Surface& surface) const;
 
@@ -46,6 +57,7 @@ class Slope {
   uint32_t tile_rows_ = 0;
   uint32_t workgroup_ = 0;
   bool shading_ = false;
+  uint32_t darkest_ = 0;  // Reading::Shading: stored units below which a slope is clipped; 0: none is
   RightSides right_sides_;
   // For Reading::Shading: the contact stage's filtered image, and its means over 8 x 8 px.
   gpu::TexelView filtered_texels_, filtered_pairs_;

@@ -41,7 +41,8 @@ void WeightedFrame::record_solve(gpu::Context& context, gpu::Commands& commands,
                                  const PaddedImage& frame, const PaddedImage& background,
                                  const Contact& contact, const gpu::DeviceBuffer& contact_records,
                                  const Slope& slope, const Datum& datum, const FloatMap& depth,
-                                 const gpu::DeviceBuffer& datum_records) const {
+                                 const gpu::DeviceBuffer& datum_records,
+                                 const gpu::DeviceBuffer& clipped) const {
   if (!always()) {
     slot.solve = gpu::Commands(context);
     slot.solve.begin();
@@ -52,7 +53,7 @@ void WeightedFrame::record_solve(gpu::Context& context, gpu::Commands& commands,
   if (surface_) {
     slot.scalars = gpu::DeviceBuffer(context, "weighted scalars", WeightedSurface::scalar_bytes(),
                                      gpu::Memory::Readback);
-    slope.record_slopes(cmd, frame, background, surface_->slope_x(), surface_->slope_y());
+    slope.record_slopes(cmd, frame, background, surface_->slope_x(), surface_->slope_y(), clipped);
     confidence_.record_weights(cmd, slot.map, surface_->weights());
     surface_->record(cmd, depth, slot.scalars);
     for (uint32_t i = 0; i < fills_; ++i) surface_->record_fill(cmd, depth);
@@ -61,7 +62,7 @@ void WeightedFrame::record_solve(gpu::Context& context, gpu::Commands& commands,
     const uint64_t bytes = grid_for(format_.width, format_.height).bytes();
     slot.slope_x = gpu::DeviceBuffer(context, "d/dx readback", bytes, gpu::Memory::Readback);
     slot.slope_y = gpu::DeviceBuffer(context, "d/dy readback", bytes, gpu::Memory::Readback);
-    slope.record_slopes(cmd, frame, background, slope_x_, slope_y_);
+    slope.record_slopes(cmd, frame, background, slope_x_, slope_y_, clipped);
     cmd.copy(slope_x_.buffer, slot.slope_x, bytes);
     cmd.copy(slope_y_.buffer, slot.slope_y, bytes);
   }

@@ -40,13 +40,15 @@ class WeightedFrame {
 
   /// Buffers of a slot, and its confidence among the frame's commands.
   void record(gpu::Context& context, gpu::Commands& commands, Slot& slot, const PaddedImage& frame) const;
-  /// The surface with weights. `depth` and `datum_records` are what the frame's own solve fills. With a pad's
-  /// outline in the sensor file there are always unknown pixels: then this is the frame's own solve, among
-  /// its `commands`. Otherwise it is recorded for itself and runs where a frame turns out to need it.
+  /// The surface with weights. `depth`, `datum_records` and `clipped` are what the frame's own solve fills.
+  /// With a pad's outline in the sensor file there are always unknown pixels: then this is the frame's own
+  /// solve, among its `commands`. Otherwise it is recorded for itself and runs where a frame turns out to
+  /// need it.
   void record_solve(gpu::Context& context, gpu::Commands& commands, Slot& slot, const PaddedImage& frame,
                     const PaddedImage& background, const Contact& contact,
                     const gpu::DeviceBuffer& contact_records, const Slope& slope, const Datum& datum,
-                    const FloatMap& depth, const gpu::DeviceBuffer& datum_records) const;
+                    const FloatMap& depth, const gpu::DeviceBuffer& datum_records,
+                    const gpu::DeviceBuffer& clipped) const;
   bool always() const { return surface_ && sensor_.pad; }
 
   /// Counts what is not known, and whether the surface needs weights.

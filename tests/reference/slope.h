@@ -13,6 +13,8 @@ namespace palpate::reference {
 
 struct Slopes {
   std::vector<double> p, q;  ///< height x width: d(depth)/dx, d(depth)/dy
+  uint64_t clipped = 0;      ///< pixels steeper than max_slope
+  uint64_t on_the_edge = 0;  ///< pixels for which that hangs on the rounding of single precision
 };
 
 /// Lambert with the light along the viewing axis (Eq. 62-63); direction from the quadric through the means of
@@ -59,6 +61,7 @@ inline Slopes shading_slopes(const Frame& image, const Frame& rest, const Sensor
       double tangent = 0;
       if (g >= sensor.threshold_gray && g > 0) {
         const double ratio = sensor.shading.facing_gray / g;
+        s.clipped += ratio > std::hypot(1, sensor.max_slope);
         tangent = std::min(std::sqrt(std::max(ratio * ratio - 1, 0.0)), sensor.max_slope) *
                   sensor.shading.depth_gain;
       }
@@ -88,6 +91,9 @@ inline Slopes photometric_slopes(const Frame& image, const Frame& rest, const Se
         }
       }
       const double across = std::hypot(nx, ny);
+      const double excess = across * std::hypot(1, sensor.max_slope) / sensor.max_slope - 1;
+      s.clipped += excess > 0;
+      s.on_the_edge += std::abs(excess) < 1e-5;
       const double slope =
           across < 1 ? std::min(across / std::sqrt(1 - across * across), sensor.max_slope) : sensor.max_slope;
       s.p.push_back(across > 0 ? slope * nx / across : 0);
