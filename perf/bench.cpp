@@ -3,11 +3,9 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <random>
 
 #include "capture/synthetic.h"
-#include "engine/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline.h"
@@ -17,9 +15,11 @@
 #include "engine/stages/surface.h"
 #include "engine/stages/weighted_surface.h"
 #include "perf/measure.h"
+#include "perf/program.h"
 #include "perf/rivals.h"
 #include "perf/scene.h"
 #include "perf/weighted_rival.h"
+#include "viz/output_file.h"
 
 namespace palpate::perf {
 namespace {
@@ -311,10 +311,9 @@ int run(int argc, char** argv) {
     bench.throughput(size, SyntheticMode::Gel);
   }
   const auto write = [&](const std::string& name, const std::string& text) {
-    std::ofstream file(out + "/" + name);
-    file << text;
-    if (!file.flush())
-      throw Error(Failure::Output, "to write " + out + "/" + name, "it cannot be written", "another folder");
+    OutputFile file(out + "/" + name);
+    file.write(text);
+    file.commit();
   };
   if (!out.empty()) {
     write(weighted ? "weighted.csv" : "bench.csv", bench.csv());
@@ -327,13 +326,5 @@ int run(int argc, char** argv) {
 }  // namespace palpate::perf
 
 int main(int argc, char** argv) {
-  try {
-    return palpate::perf::run(argc, argv);
-  } catch (const palpate::Error& error) {
-    std::fprintf(stderr, "palpate_bench: %s\n", error.what());
-    return error.exit_code();
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "palpate_bench: %s\n", error.what());
-    return 1;
-  }
+  return palpate::perf::run_program("palpate_bench", palpate::perf::run, argc, argv);
 }

@@ -5,11 +5,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <optional>
 #include <sstream>
 
-#include "engine/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline.h"
@@ -19,8 +17,10 @@
 #include "perf/measure.h"
 #include "perf/profile/frames.h"
 #include "perf/profile/gpu_solvers.h"
+#include "perf/program.h"
 #include "perf/rivals.h"
 #include "perf/scene.h"
+#include "viz/output_file.h"
 
 namespace palpate::perf {
 namespace {
@@ -280,7 +280,7 @@ class Goals {
   }
 
   void few_tiles(const Size& size) {
-    TimingScene scene = timing_scene(size.width, size.height, Reading::Shading, 0.1);
+    Scene scene = timing_scene(size.width, size.height, Reading::Shading, 0.1);
     Touched touched(scene.sensor, scene.background.format);
     touched.set_background(scene.background);
     const TouchedTiles& tiles = touched.find(scene.frames.front());
@@ -290,7 +290,7 @@ class Goals {
     Pipeline all = pipeline_for(scene.sensor, scene.background, {});
     const Touch part = pipeline.process(scene.frames.front()), whole = all.process(scene.frames.front());
     check("gray sum, window " + size.text(), part.gray_sum == whole.gray_sum ? 0 : 1, 0);
-    TimingScene again = scene;
+    Scene again = scene;
     at_most("10 % of the tiles in contact " + size.text(), 0.3,
             compare("", "", {"palpate", [&] { pipeline.process(scene.next()); }},
                     {"dense frame", [&] { all.process(again.next()); }}, repetitions_, inner(size)),
@@ -359,11 +359,9 @@ int run(int argc, char** argv) {
                 row.figure, row.low, row.high, row.met ? "met" : "short", row.note.c_str());
   std::printf("%.0f s\n", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   if (!out.empty()) {
-    std::ofstream file(out + "/goals.csv");
-    file << csv(goals.rows());
-    if (!file.flush())
-      throw Error(Failure::Output, "to write " + out + "/goals.csv", "it cannot be written",
-                  "another folder");
+    OutputFile file(out + "/goals.csv");
+    file.write(csv(goals.rows()));
+    file.commit();
   }
   const bool same =
       std::all_of(goals.checks().begin(), goals.checks().end(), [](const Check& c) { return c.holds(); });
@@ -374,13 +372,5 @@ int run(int argc, char** argv) {
 }  // namespace palpate::perf
 
 int main(int argc, char** argv) {
-  try {
-    return palpate::perf::run(argc, argv);
-  } catch (const palpate::Error& error) {
-    std::fprintf(stderr, "palpate_goals: %s\n", error.what());
-    return error.exit_code();
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "palpate_goals: %s\n", error.what());
-    return 1;
-  }
+  return palpate::perf::run_program("palpate_goals", palpate::perf::run, argc, argv);
 }

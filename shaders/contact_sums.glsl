@@ -6,7 +6,6 @@
 // 32 (even p0, odd p1). `even` and `odd` are four words each: 16 or 8 neighbouring pixels.
 #ifdef WIDE
 const uint ONES = 0x00000001u;
-const uint LANE = 0xffffffffu;
 const uint TEXEL_COLUMNS = 8u;
 const uint WORD_COLUMNS = 2u;
 uint even_of(uint w) { return w & 0xffffu; }
@@ -17,7 +16,6 @@ uvec4 above(uvec4 a, uvec4 b) { return a - min(a, b); }
 uvec4 at_least(uvec4 v, uint limit) { return uvec4(greaterThanEqual(v, uvec4(limit))); }
 #else
 const uint ONES = 0x00010001u;
-const uint LANE = 0xffffu;
 const uint TEXEL_COLUMNS = 16u;
 const uint WORD_COLUMNS = 4u;
 uint even_of(uint w) { return w & 0x00ff00ffu; }

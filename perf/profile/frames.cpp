@@ -26,11 +26,11 @@ uint32_t touched_gray(double x, double y, uint32_t channel, int frame) {
 
 }  // namespace
 
-TimingScene timing_scene(uint32_t width_px, uint32_t height_px, Reading reading, double touched_fraction) {
+Scene timing_scene(uint32_t width_px, uint32_t height_px, Reading reading, double touched_fraction) {
   // The synthetic sensor's calibration; only its pitch depends on the size.
   SyntheticOptions options;
   options.mode = mode_for(reading);
-  TimingScene scene;
+  Scene scene;
   scene.sensor = synthetic_sensor(options);
   scene.sensor.size_px = {width_px, height_px};
   scene.sensor.pitch_mm_per_px *= static_cast<double>(options.width) / width_px;

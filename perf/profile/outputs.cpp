@@ -54,11 +54,11 @@ void measure_outputs(const gpu::ContextOptions& device, const FrameSize& size, d
   const Reading readings[] = {Reading::Shading, Reading::Photometric, Reading::Elastic};
   for (const Reading reading : readings) {
     const std::vector<Choice> group = choices_for(reading);
-    std::deque<TimingScene> scenes;
+    std::deque<Scene> scenes;
     std::deque<Pipeline> pipelines;
     std::vector<Contender> contenders;
     for (const Choice& choice : group) {
-      TimingScene& scene = scenes.emplace_back(
+      Scene& scene = scenes.emplace_back(
           timing_scene(size.width_px, size.height_px, choice.reading, choice.touched_fraction));
       Pipeline& pipeline =
           pipelines.emplace_back(context, scene.sensor, scene.background.format, choice.options);

@@ -31,7 +31,7 @@ uint64_t available_memory_bytes() {
   return 0;
 }
 
-Pipeline make_pipeline(gpu::Context& context, const TimingScene& scene) {
+Pipeline make_pipeline(gpu::Context& context, const Scene& scene) {
   Pipeline pipeline(context, scene.sensor, scene.background.format, {});
   pipeline.set_background(scene.background);
   return pipeline;
@@ -49,7 +49,7 @@ class SizeMeter {
   }
 
   /// False where it was stopped; then `figure` is not whole.
-  bool measure(TimingScene& scene, double seconds, SizeFigure& figure) {
+  bool measure(Scene& scene, double seconds, SizeFigure& figure) {
     return frame(scene, seconds, figure) && stages(scene, seconds / 4, figure);
   }
 
@@ -61,7 +61,7 @@ class SizeMeter {
   }
 
   /// Latency, CPU time and throughput, without timers: they cost a tenth of a frame on some drivers.
-  bool frame(TimingScene& scene, double seconds, SizeFigure& figure) {
+  bool frame(Scene& scene, double seconds, SizeFigure& figure) {
     const double start_s = wall_now_s();
     Pipeline pipeline = make_pipeline(plain_, scene);
     figure.setup_ms = (wall_now_s() - start_s) * 1e3;
@@ -85,7 +85,7 @@ class SizeMeter {
     return true;
   }
 
-  bool stages(TimingScene& scene, double seconds, SizeFigure& figure) {
+  bool stages(Scene& scene, double seconds, SizeFigure& figure) {
     Pipeline pipeline = make_pipeline(timed_, scene);
     std::map<std::string, std::vector<double>> samples;
     const double start_s = wall_now_s();
@@ -229,7 +229,7 @@ void measure_sizes(const gpu::ContextOptions& device, const std::vector<FrameSiz
     figure.height_px = size.height_px;
     if (why.empty()) {
       try {
-        TimingScene scene = timing_scene(size.width_px, size.height_px, reading, 1);
+        Scene scene = timing_scene(size.width_px, size.height_px, reading, 1);
         if (!meter.measure(scene, share_s, figure)) return;
       } catch (const Error& error) {
         if (error.failure() != Failure::Device) throw;
