@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +12,13 @@
 #include "engine/sensor.h"
 
 namespace palpate {
+
+/// What went wrong on the way from a camera, counted since it was opened.
+struct CaptureCounts {
+  uint64_t lost = 0;     ///< frames that the camera took and nobody got: gaps in its sequence numbers
+  uint64_t damaged = 0;  ///< buffers that the driver marked as faulty, or that do not decode; not delivered
+  uint64_t gaps = 0;     ///< times that the camera was away (unplugged, stalled) and came back
+};
 
 class Source {
  public:
@@ -33,6 +41,18 @@ class Source {
   virtual std::string warning() const { return {}; }
   /// The untouched image that this source knows of itself (the synthetic sensor's), if any.
   virtual std::optional<Frame> own_background() const { return std::nullopt; }
+  /// True for a camera: frames come when they come, and one that is not taken in time is lost.
+  virtual bool live() const { return false; }
+  /// Any thread.
+  virtual CaptureCounts counts() const { return {}; }
+  /// Why no frames come at present, in a few words ("camera unplugged, waiting"); empty while they do. Any
+  /// thread.
+  virtual std::string state() const { return {}; }
+  /// A `next` that waits asks this every 50 ms at least; true makes it return false. Before the first `next`.
+  virtual void watch(std::function<bool()> /*cancelled*/) {}
+  /// The next frame will be number `index` of the recording, counted from 0 and marked after_gap; false where
+  /// this source cannot jump or has no such frame.
+  virtual bool seek(uint64_t /*index*/) { return false; }
   /// Truth of frame `sequence`; only synthetic sources have one. Safe to call from any thread.
   virtual std::optional<Truth> truth(uint64_t /*sequence*/) const { return std::nullopt; }
 };

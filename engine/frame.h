@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -56,17 +57,29 @@ struct FrameFormat {
 /// Reuse one Frame for many images: `reshape` allocates only when the format grows.
 struct Frame {
   FrameFormat format;
-  uint64_t sequence = 0;  ///< counts from 0 at the start of the source; a gap is a lost frame
-  int64_t time_ns = 0;    ///< time of exposure on the source's own monotonic clock
-  std::vector<uint8_t> bytes;
+  uint64_t sequence = 0;     ///< counts from 0 at the start of the source; a gap is a lost frame
+  int64_t time_ns = 0;       ///< time of exposure on the source's own monotonic clock, 0 at its start
+  int64_t exposed_ns = 0;    ///< the same instant on the host's CLOCK_MONOTONIC; 0: not known (recordings)
+  int64_t delivered_ns = 0;  ///< when the source had the whole frame, host's CLOCK_MONOTONIC; 0: not known
+  /// The frames before this one are not its predecessors: the camera was away, or someone jumped here. What
+  /// is followed from frame to frame starts anew.
+  bool after_gap = false;
+  std::vector<uint8_t> bytes;  ///< the pixels, unless they are leased
+  /// Pixels in another's memory, such as a camera driver's buffer, which goes back when the last copy of this
+  /// pointer is gone; from any thread.
+  std::shared_ptr<const uint8_t> leased;
 
   void reshape(const FrameFormat& f) {
+    leased.reset();
     format = f;
     bytes.resize(f.frame_bytes());
   }
+  /// format.frame_bytes() of them.
+  const uint8_t* pixels() const { return leased ? leased.get() : bytes.data(); }
   const uint8_t* row(uint32_t channel, uint32_t y) const {
-    return bytes.data() + channel * format.plane_bytes() + y * format.row_bytes();
+    return pixels() + channel * format.plane_bytes() + y * format.row_bytes();
   }
+  /// Own pixels only.
   uint8_t* row(uint32_t channel, uint32_t y) {
     return bytes.data() + channel * format.plane_bytes() + y * format.row_bytes();
   }

@@ -138,6 +138,7 @@ struct Pipeline::Impl {
     bool free = true;
     uint64_t sequence = 0;
     int64_t time_ns = 0;
+    bool after_gap = false;
     Clock::time_point submitted;
   };
 
@@ -324,6 +325,7 @@ struct Pipeline::Impl {
       t.ellipse = ellipse_of(m, sensor.pitch_mm_per_px);
     }
     if (sensor.force) t.force_N = force_from_gray(*sensor.force, t.gray_sum, t.contact, t.saturated_px > 0);
+    if (slot.after_gap) shear.interrupt();
     shear.update(sensor.shear ? &*sensor.shear : nullptr, t);
     if (wants_surface) {
       slot.datum_records.invalidate();
@@ -428,7 +430,8 @@ void Pipeline::set_background(const Frame& frame) {
                 "a background taken with the same camera settings");
   }
   if (!impl_->background) {
-    if (std::any_of(frame.bytes.begin(), frame.bytes.end(), [](uint8_t byte) { return byte != 0; }))
+    const uint8_t* pixels = frame.pixels();
+    if (std::any_of(pixels, pixels + frame.format.frame_bytes(), [](uint8_t byte) { return byte != 0; }))
       throw Error(Failure::Input, "a black background, or none, for background.source 'none'", "another one",
                   "source 'untouched' in the sensor file");
     return;
@@ -459,6 +462,7 @@ bool Pipeline::submit(const Frame& frame) {
     if (slot.place != impl_->place) impl_->record(slot);
     slot.sequence = frame.sequence;
     slot.time_ns = frame.time_ns;
+    slot.after_gap = frame.after_gap;
     slot.frame.write(frame);
     slot.submitted = Clock::now();
     slot.commands.submit();

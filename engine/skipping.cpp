@@ -128,6 +128,7 @@ bool Skipping::submit(const Frame& frame) {
   slot.submitted = Clock::now();
   slot.sequence = frame.sequence;
   slot.time_ns = frame.time_ns;
+  slot.after_gap = frame.after_gap;
   const TouchedTiles& tiles = touched_.find(frame);
   slot.saturated_px = tiles.saturated_px;
   slot.pipeline = nullptr;
@@ -242,6 +243,7 @@ Result Skipping::finish(uint32_t index) {
       result.surface.window = slot.place;
     }
   }
+  if (slot.after_gap) shear_.interrupt();
   shear_.update(sensor_.shear ? &*sensor_.shear : nullptr, t);
   result.turnaround_ms = std::chrono::duration<double, std::milli>(Clock::now() - slot.submitted).count();
   return result;

@@ -65,6 +65,7 @@ class Skipping {
     Result result;  ///< as the slot's pipeline gave it
     uint64_t sequence = 0;
     int64_t time_ns = 0;
+    bool after_gap = false;
     std::chrono::steady_clock::time_point submitted;
   };
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <random>
 
+#include "capture/output_file.h"
 #include "capture/synthetic.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
@@ -19,7 +20,6 @@
 #include "perf/rivals.h"
 #include "perf/scene.h"
 #include "perf/weighted_rival.h"
-#include "viz/output_file.h"
 
 namespace palpate::perf {
 namespace {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <sstream>
 
+#include "capture/output_file.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline.h"
@@ -20,7 +21,6 @@
 #include "perf/program.h"
 #include "perf/rivals.h"
 #include "perf/scene.h"
-#include "viz/output_file.h"
 
 namespace palpate::perf {
 namespace {

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "capture/measurements.h"
 #include "engine/sensor.h"
-#include "viz/measurements.h"
 
 namespace palpate {
 namespace {

@@ -180,5 +180,25 @@ TEST_F(Shear, NegativeForceHoldsNothing) {
   EXPECT_EQ(t.shear_y_N.value, 0);
 }
 
+TEST_F(Shear, AContactThatBeganUnseenSaysSoUntilItEnds) {
+  see(at(1, 1));
+  EXPECT_EQ(see(at(1.1, 1)).shear_x_N.validity, Validity::Valid);
+  tracker_.interrupt();
+  const Touch first = see(at(1.4, 1));
+  EXPECT_EQ(first.shear_x_N.validity, Validity::OnsetUnseen);
+  EXPECT_EQ(first.shear_x_N.value, 0);  // counts from here
+  const Touch next = see(at(1.5, 1));
+  EXPECT_EQ(next.shear_y_N.validity, Validity::OnsetUnseen);
+  EXPECT_NEAR(next.shear_x_N.value, 2 * 0.1, 1e-12);
+  see(nothing());
+  EXPECT_EQ(see(at(1.5, 1)).shear_x_N.validity, Validity::Valid);  // this onset was seen
+}
+
+TEST_F(Shear, AnInterruptionWithoutContactChangesNothing) {
+  tracker_.interrupt();
+  see(nothing());
+  EXPECT_EQ(see(at(1, 1)).shear_x_N.validity, Validity::Valid);
+}
+
 }  // namespace
 }  // namespace palpate

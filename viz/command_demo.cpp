@@ -8,13 +8,13 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "capture/output_file.h"
 #include "capture/synthetic.h"
 #include "engine/error.h"
 #include "engine/gpu/context.h"
 #include "engine/mechanics/calibration.h"
 #include "engine/solve/photometric_fit.h"
 #include "viz/live.h"
-#include "viz/output_file.h"
 #include "viz/processing.h"
 #include "viz/window.h"
 

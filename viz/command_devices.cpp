@@ -2,10 +2,10 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "capture/output_file.h"
 #include "engine/error.h"
 #include "engine/gpu/context.h"
 #include "viz/command.h"
-#include "viz/output_file.h"
 
 namespace palpate {
 namespace {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "capture/output_file.h"
 #include "engine/error.h"
 #include "engine/frame.h"
 #include "engine/gpu/context.h"
@@ -13,7 +14,6 @@
 #include "viz/command.h"
 #include "viz/input.h"
 #include "viz/npy.h"
-#include "viz/output_file.h"
 
 namespace palpate {
 namespace {

@@ -6,13 +6,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "capture/measurements.h"
+#include "capture/output_file.h"
 #include "capture/source.h"
 #include "engine/gpu/context.h"
 #include "viz/command.h"
 #include "viz/input.h"
 #include "viz/live.h"
-#include "viz/measurements.h"
-#include "viz/output_file.h"
 #include "viz/window.h"
 
 namespace palpate {

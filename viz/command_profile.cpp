@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "capture/output_file.h"
 #include "engine/error.h"
 #include "engine/gpu/context.h"
 #include "perf/profile/compare.h"
@@ -10,7 +11,6 @@
 #include "perf/profile/run.h"
 #include "perf/profile/tables.h"
 #include "viz/command.h"
-#include "viz/output_file.h"
 
 namespace palpate {
 namespace {

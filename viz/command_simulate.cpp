@@ -6,13 +6,13 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "capture/measurements.h"
+#include "capture/output_file.h"
 #include "capture/synthetic.h"
 #include "engine/error.h"
 #include "engine/sensor.h"
 #include "viz/command.h"
-#include "viz/measurements.h"
 #include "viz/npy.h"
-#include "viz/output_file.h"
 
 namespace palpate {
 namespace {

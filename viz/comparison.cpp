@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "viz/measurements.h"
+#include "capture/measurements.h"
 
 namespace palpate {
 

@@ -7,10 +7,10 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
+#include "capture/output_file.h"
 #include "engine/error.h"
 #include "shaders/shared/confidence.h"
 #include "viz/npy.h"
-#include "viz/output_file.h"
 
 namespace palpate {
 namespace {

@@ -222,6 +222,8 @@ Verdict force_verdict(Validity validity) {
       return {"contact reaches the BORDER: force is at least this", 255, 150, 60};
     case Validity::Clipped:
       return {"slopes CLIPPED at max_slope: depth is too small", 255, 150, 60};
+    case Validity::OnsetUnseen:
+      return {"contact began UNSEEN: shear counts from there", 255, 190, 70};
     case Validity::Apart:
       return {"unknown pixels cut the surface into ISLANDS", 255, 150, 60};
     default:

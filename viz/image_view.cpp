@@ -49,7 +49,7 @@ void ImageView::draw(VkCommandBuffer cmd, const Frame& frame, const SurfaceMap& 
     upload.bytes = format.frame_bytes();
     upload.wide = wide;
   }
-  std::memcpy(upload.pixels.as<uint8_t>().data(), frame.bytes.data(), format.frame_bytes());
+  std::memcpy(upload.pixels.as<uint8_t>().data(), frame.pixels(), format.frame_bytes());
   if (!map.confidence.empty()) {
     if (wide)
       hatch(upload.pixels.as<uint16_t>(), format, map);

@@ -10,8 +10,8 @@
 #include <optional>
 #include <system_error>
 
+#include "capture/output_file.h"
 #include "engine/error.h"
-#include "viz/output_file.h"
 
 namespace palpate {
 namespace {

@@ -9,9 +9,9 @@
 #include <opencv2/videoio.hpp>
 #include <vector>
 
+#include "capture/output_file.h"
 #include "engine/error.h"
 #include "engine/gpu/context.h"
-#include "viz/output_file.h"
 #include "viz/scene.h"
 
 namespace palpate::viz {

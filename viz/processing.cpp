@@ -8,11 +8,11 @@
 #include <deque>
 #include <nlohmann/json.hpp>
 
+#include "capture/measurements.h"
+#include "capture/output_file.h"
 #include "engine/error.h"
 #include "engine/gpu/context.h"
 #include "viz/input.h"
-#include "viz/measurements.h"
-#include "viz/output_file.h"
 #include "viz/picture.h"
 
 namespace palpate {

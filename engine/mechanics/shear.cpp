@@ -1,13 +1,20 @@
 #include "engine/mechanics/shear.h"
 
 #include <cmath>
+#include <utility>
 
 namespace palpate {
 namespace {
 constexpr double kCentroidError_px = 0.05;  // one sigma; the synthetic sensor's tests hold twice that
 }
 
+void ShearTracker::interrupt() {
+  in_contact_ = false;
+  interrupted_ = true;
+}
+
 void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
+  const bool after_interruption = std::exchange(interrupted_, false);
   if (!touch.contact) {
     in_contact_ = false;
     touch.slip = calibration ? Slip::NoContact : Slip::NotCalibrated;
@@ -19,6 +26,7 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   const double y_mm = touch.centroid_y_px * pitch_mm_per_px_;
   if (!in_contact_) {
     in_contact_ = true;
+    onset_unseen_ = after_interruption;
     onset_x_mm_ = anchor_x_mm_ = x_mm;
     onset_y_mm_ = anchor_y_mm_ = y_mm;
   }
@@ -50,6 +58,7 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   // Clipped light makes the normal force a lower bound, and with it the limit that the shear is held at.
   if (touch.slip == Slip::Slip && touch.force_N.validity == Validity::Saturated)
     validity = Validity::Saturated;
+  if (onset_unseen_ && validity == Validity::Valid) validity = Validity::OnsetUnseen;
   const auto estimate = [&](double force, double stiffness) {
     return Estimate{force, std::hypot(c.relative_sd * force, stiffness * position_error_mm, limit_error),
                     validity};

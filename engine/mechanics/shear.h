@@ -14,6 +14,9 @@ class ShearTracker {
  public:
   explicit ShearTracker(double pitch_mm_per_px) : pitch_mm_per_px_(pitch_mm_per_px) {}
 
+  /// What follows does not continue what was: a contact that is there at once began unseen, and its shear
+  /// counts from where it is first seen (Validity::OnsetUnseen).
+  void interrupt();
   /// Fills shift, shear and slip of `touch` from its centroid and force. Frames in order; a new contact is a
   /// new onset. `calibration` may be null: then only the shift is known.
   void update(const ShearCalibration* calibration, Touch& touch);
@@ -21,6 +24,8 @@ class ShearTracker {
  private:
   double pitch_mm_per_px_;
   bool in_contact_ = false;
+  bool interrupted_ = false;   // no frame since
+  bool onset_unseen_ = false;  // of the present contact
   double onset_x_mm_ = 0, onset_y_mm_ = 0;
   double anchor_x_mm_ = 0, anchor_y_mm_ = 0;
 };

@@ -1,10 +1,10 @@
 #include "perf/profile/files.h"
 
+#include "capture/output_file.h"
 #include "perf/profile/gnuplot.h"
 #include "perf/profile/plots.h"
 #include "perf/profile/report.h"
 #include "perf/profile/tables.h"
-#include "viz/output_file.h"
 
 namespace palpate::perf {
 namespace {

@@ -1,4 +1,4 @@
-#include "viz/output_file.h"
+#include "capture/output_file.h"
 
 #include <fcntl.h>
 #include <unistd.h>

@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
+#include "capture/output_file.h"
 #include "capture/truth.h"
 #include "engine/touch.h"
-#include "viz/output_file.h"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "viz/measurements.h"
+#include "capture/measurements.h"
 
 #include <charconv>
 #include <cmath>
