@@ -10,6 +10,8 @@
 
 namespace palpate {
 
+class MappedPages;
+
 /// Largest side of a frame, px. Sums of the contact stage are proven exact up to this size.
 inline constexpr uint32_t kMaxSide_px = 16384;
 
@@ -68,9 +70,13 @@ struct Frame {
   /// Pixels in another's memory, such as a camera driver's buffer, which goes back when the last copy of this
   /// pointer is gone; from any thread.
   std::shared_ptr<const uint8_t> leased;
+  /// The mapped pages (engine/mapped_pages.h) that hold the leased pixels, where a device may read them in
+  /// place: nothing writes there until the lease is back. Without it the pixels are copied.
+  std::shared_ptr<MappedPages> pages;
 
   void reshape(const FrameFormat& f) {
     leased.reset();
+    pages.reset();
     format = f;
     bytes.resize(f.frame_bytes());
   }
