@@ -9,7 +9,7 @@ namespace palpate {
 namespace {
 
 constexpr const char* kMeasured =
-    "frame,time_s,contact,gray_sum,force_N,force_sd_N,force_state,centroid_x_px,centroid_y_px,area_px,area_"
+    "contact,gray_sum,force_N,force_sd_N,force_state,centroid_x_px,centroid_y_px,area_px,area_"
     "mm2,"
     "ellipse_major_mm,ellipse_minor_mm,ellipse_angle_rad,peak_gray,saturated_px,shear_x_N,shear_x_sd_N,shear_"
     "y_N,"
@@ -94,7 +94,11 @@ bool has_value(const Estimate& estimate) {
 }
 
 std::string Measurements::header(bool truth) {
-  return std::string(kMeasured) + (truth ? kTrue : "");
+  return "frame,time_s," + cell_names() + (truth ? kTrue : "");
+}
+
+std::string Measurements::cell_names() {
+  return kMeasured;
 }
 
 Measurements::Measurements(const std::filesystem::path& file, const Columns& columns)
@@ -102,11 +106,9 @@ Measurements::Measurements(const std::filesystem::path& file, const Columns& col
   file_.append(header(columns.truth));
 }
 
-void Measurements::add(const Touch& touch, const Truth* truth, std::optional<double> depth_rms_error_mm) {
+std::string Measurements::cells(const Touch& touch, uint32_t outputs) {
   Row row;
-  row.whole(touch.sequence);
-  row.number_if(columns_.time, static_cast<double>(touch.time_ns) / 1e9);
-  if (columns_.outputs & static_cast<uint32_t>(Output::Force)) {
+  if (outputs & static_cast<uint32_t>(Output::Force)) {
     add_contact(row, touch);
   } else {
     constexpr int kContactColumns = 22;
@@ -122,6 +124,14 @@ void Measurements::add(const Touch& touch, const Truth* truth, std::optional<dou
   row.number_if(touch.weighted, touch.weighted_residual);
   row.number_if(touch.weighted, touch.weighted_misfit);
   touch.has_surface ? row.whole(touch.clipped_px) : row.empty();
+  return row.line();
+}
+
+void Measurements::add(const Touch& touch, const Truth* truth, std::optional<double> depth_rms_error_mm) {
+  Row row;
+  row.whole(touch.sequence);
+  row.number_if(columns_.time, static_cast<double>(touch.time_ns) / 1e9);
+  row.text(cells(touch, columns_.outputs));
   if (columns_.truth) add_truth(row, truth, depth_rms_error_mm);
   file_.append(row.line());
 }

@@ -103,6 +103,16 @@ void OutputFile::commit() {
   }
 }
 
+void OutputFile::commit_durably() {
+  if (::fsync(file_) != 0 && errno != EINVAL && errno != EROFS) fail(path_, errno);
+  commit();
+  const std::filesystem::path folder = path_.parent_path().empty() ? "." : path_.parent_path();
+  const int held = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (held < 0) return;  // a folder that cannot be read can hold the file all the same
+  ::fsync(held);
+  ::close(held);
+}
+
 LineFile::LineFile(const std::filesystem::path& path) : path_(path) {
   file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (file_ < 0) fail(path_, errno);
@@ -119,6 +129,10 @@ void LineFile::append(std::string_view line) {
     fail(path_, code);
   }
   length_ += static_cast<int64_t>(whole.size());
+}
+
+void LineFile::sync() {
+  if (::fdatasync(file_) != 0 && errno != EINVAL && errno != EROFS) fail(path_, errno);
 }
 
 void LineFile::close() {

@@ -32,6 +32,8 @@ class OutputFile {
   void write(const void* bytes, size_t count);
   void write(std::string_view text) { write(text.data(), text.size()); }
   void commit();
+  /// The same, and the disk has it when this returns.
+  void commit_durably();
 
  private:
   std::filesystem::path path_;
@@ -49,6 +51,8 @@ class LineFile {
   LineFile& operator=(const LineFile&) = delete;
 
   void append(std::string_view line);  ///< without its line end
+  /// Makes the disk have what was appended; from any thread, before close.
+  void sync();
   /// Hands everything to the disk and closes; throws where that fails.
   void close();
 

@@ -110,6 +110,7 @@ class Session : public Source {
   std::string warning() const override;
   std::optional<Frame> own_background() const override;
   CaptureCounts counts() const override;
+  std::vector<std::pair<std::string, std::string>> details() const override;
   bool seek(uint64_t index) override;
 
  private:

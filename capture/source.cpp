@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "capture/images.h"
+#include "capture/session.h"
 #include "capture/synthetic.h"
 #include "capture/video.h"
 #include "engine/error.h"
@@ -71,6 +72,7 @@ std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sens
   if (!fs::exists(path, error))
     throw Error(Failure::Input, "a video, an image, a folder of images or synthetic:SCENE",
                 "nothing at '" + input + "'", "checking the path");
+  if (is_session(path)) return std::make_unique<Session>(path, sensor);
   if (fs::is_directory(path, error) || has_image_name(path))
     return std::make_unique<ImageSequence>(path, sensor);
   return std::make_unique<VideoFile>(path, sensor);

@@ -6,6 +6,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "capture/truth.h"
 #include "engine/frame.h"
@@ -48,6 +50,9 @@ class Source {
   /// Why no frames come at present, in a few words ("camera unplugged, waiting"); empty while they do. Any
   /// thread.
   virtual std::string state() const { return {}; }
+  /// What a camera settled on (format, rate, controls as read back, clock, copies per frame), for people and
+  /// records: names and values in order. Any thread.
+  virtual std::vector<std::pair<std::string, std::string>> details() const { return {}; }
   /// A `next` that waits asks this every 50 ms at least; true makes it return false. Before the first `next`.
   virtual void watch(std::function<bool()> /*cancelled*/) {}
   /// The next frame will be number `index` of the recording, counted from 0 and marked after_gap; false where

@@ -537,6 +537,15 @@ Sensor load_sensor(const std::filesystem::path& file) {
   return sensor;
 }
 
+std::string sensor_text(const Sensor& sensor) {
+  validate(sensor, "sensor");
+  return to_json(sensor).dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+Sensor sensor_from_text(const std::string& text, const std::string& where) {
+  return from_json(parse(text, where), where, "");
+}
+
 void save_sensor(const Sensor& given, const std::filesystem::path& file) {
   validate(given, file.filename().string());
   Sensor sensor = given;

@@ -137,6 +137,10 @@ Sensor load_sensor(const std::filesystem::path& file);
 void validate(const Sensor& sensor, const std::string& where);
 /// Writes atomically (temporary file, then rename). Throws Error(Failure::Output).
 void save_sensor(const Sensor& sensor, const std::filesystem::path& file);
+/// The text of a sensor file, and a sensor from such a text; `where` names it in messages. Paths stay as they
+/// are. Throw Error(Failure::Sensor).
+std::string sensor_text(const Sensor& sensor);
+Sensor sensor_from_text(const std::string& text, const std::string& where);
 
 const char* to_string(Signal signal);
 const char* to_string(Filter filter);
