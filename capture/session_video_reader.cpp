@@ -36,6 +36,7 @@ struct SessionVideoReader::Impl {
   std::vector<int64_t> ticks;       ///< of every frame, once they are known
   int64_t target_tick = INT64_MIN;  ///< frames before are passed over
   PacketRecord record;
+  std::optional<uint64_t> last;  ///< number of the frame before
 
   void open();
   void open_codec();
@@ -43,20 +44,16 @@ struct SessionVideoReader::Impl {
 
 void SessionVideoReader::Impl::open() {
   const auto refuse = [&](const std::string& why) {
-    throw Error(Failure::Input, "the frames of a session in '" + path.string() + "'", why,
-                "another session; nothing was recorded in this one, or the file is damaged");
+    throw Error(Failure::Input, "frames of a session in '" + path.string() + "'", why, "another session");
   };
   input.reset();
   stream = nullptr;
+  last.reset();
   AVFormatContext* opened = nullptr;
   const int code = avformat_open_input(&opened, ("file:" + path.string()).c_str(),
                                        av_find_input_format("matroska"), nullptr);
-  if (code < 0)
-    refuse(code == AVERROR_INVALIDDATA || code == AVERROR_EOF ? "no whole head of a video" : [&] {
-      char words[AV_ERROR_MAX_STRING_SIZE] = {};
-      av_strerror(code, words, sizeof words);
-      return std::string(words);
-    }());
+  if (code == AVERROR(EACCES)) refuse("no permission to read it");
+  if (code < 0) refuse("none: it ends before its first frame, or its head is damaged");
   input.reset(opened);
   for (unsigned i = 0; i < input->nb_streams; ++i) {
     const AVStream* candidate = input->streams[i];
@@ -120,7 +117,8 @@ SessionVideoReader::Step SessionVideoReader::step(FrameStamp& stamp) {
     if (m.packet->pts == AV_NOPTS_VALUE || m.packet->pts < m.target_tick) continue;
     m.target_tick = INT64_MIN;
     const std::optional<PacketRecord> found = find_record(*m.packet);
-    if (!found) return Step::Damaged;
+    if (!found || (m.last && found->stamp.sequence <= *m.last)) return Step::Damaged;
+    m.last = found->stamp.sequence;
     m.record = *found;
     stamp = found->stamp;
     return Step::Frame;
@@ -135,7 +133,8 @@ bool SessionVideoReader::decode(Frame& frame) {
     return false;
   }
   const AVFrame& image = *m.image;
-  bool fits = image.format == m.pixels && image.width == m.stream->codecpar->width && image.height == m.stream->codecpar->height;
+  bool fits = image.format == m.pixels && image.width == m.stream->codecpar->width &&
+              image.height == m.stream->codecpar->height;
   if (fits) {
     frame.reshape(m.format);
     take_pixels(image, frame);
@@ -162,6 +161,7 @@ bool SessionVideoReader::seek(uint64_t index) {
   Impl& m = *impl_;
   if (index >= m.ticks.size()) return false;
   m.target_tick = m.ticks[index];
+  m.last.reset();
   if (av_seek_frame(m.input.get(), m.stream->index, m.target_tick, AVSEEK_FLAG_BACKWARD) < 0) m.open();
   return true;
 }

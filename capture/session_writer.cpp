@@ -131,7 +131,7 @@ struct SessionWriter::Impl {
   std::deque<Row> rows;             ///< of recorded frames whose row is not written yet
   uint64_t next_sequence = 0;       ///< smallest that record() takes
   uint64_t measured_up_to = 0;      ///< sequence after the last measured one
-  bool closing = false, closed = false;
+  bool closing = false, closed = false, rows_failed = false;
   SessionStatus status;
   std::thread encoder, syncer;
 
@@ -158,11 +158,9 @@ struct SessionWriter::Impl {
   void finish();
 };
 
-/// The recording is over; with the lock held. Frames that wait are given up.
+/// No frame is taken any more; with the lock held. What waits is written still, where it can be.
 void SessionWriter::Impl::stop(const std::string& why) {
   if (status.error.empty()) status.error = why;
-  held -= queue.size();
-  queue.clear();
   room.notify_all();
 }
 
@@ -212,6 +210,8 @@ void SessionWriter::Impl::encode_next(std::unique_lock<std::mutex>& lock) {
                                       [](const Row& r, uint64_t n) { return r.stamp.sequence < n; });
     if (row != rows.end() && row->stamp.sequence == frame->sequence) row->in_video = true;
   } else {
+    held -= queue.size();
+    queue.clear();
     stop(error);
   }
   spare.push_back(std::move(frame));
@@ -221,7 +221,7 @@ void SessionWriter::Impl::encode_next(std::unique_lock<std::mutex>& lock) {
 /// Rows of frames that are in the video and measured, or never will be; in order.
 void SessionWriter::Impl::write_rows(std::unique_lock<std::mutex>& lock, bool all) {
   std::string lines;
-  while (!rows.empty()) {
+  while (!rows.empty() && !rows_failed) {
     const Row& row = rows.front();
     const bool settled = all || info.outputs == 0 || row.cells || row.stamp.sequence < measured_up_to;
     if (!row.in_video || !settled) break;
@@ -238,7 +238,9 @@ void SessionWriter::Impl::write_rows(std::unique_lock<std::mutex>& lock, bool al
     error = e.what();
   }
   lock.lock();
-  if (!error.empty()) stop(error);
+  if (error.empty()) return;
+  rows_failed = true;
+  stop(error);
 }
 
 void SessionWriter::Impl::run_encoder() {

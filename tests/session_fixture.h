@@ -111,4 +111,10 @@ Refusal refusal(Action&& action) {
   return {};
 }
 
+inline void expect_one_line(const Refusal& refused, int exit_code) {
+  EXPECT_EQ(refused.exit_code, exit_code) << refused.line;
+  EXPECT_EQ(refused.line.find('\n'), std::string::npos) << refused.line;
+  EXPECT_LT(refused.line.size(), 600u) << refused.line;
+}
+
 }  // namespace palpate
