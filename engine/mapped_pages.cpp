@@ -7,15 +7,17 @@
 namespace palpate {
 namespace {
 
-size_t whole_pages(size_t bytes) {
-  const auto page = static_cast<size_t>(sysconf(_SC_PAGESIZE));
-  return (bytes + page - 1) / page * page;
+// To the end of the last page that is touched.
+size_t whole_pages(const uint8_t* begin, size_t bytes) {
+  const auto page = static_cast<uintptr_t>(sysconf(_SC_PAGESIZE));
+  const auto first = reinterpret_cast<uintptr_t>(begin);
+  return (first + bytes + page - 1) / page * page - first;
 }
 
 }  // namespace
 
 MappedPages::MappedPages(const uint8_t* begin, size_t bytes, std::function<void()> unmap)
-    : begin_(begin), bytes_(whole_pages(bytes)), unmap_(std::move(unmap)) {}
+    : begin_(begin), bytes_(whole_pages(begin, bytes)), unmap_(std::move(unmap)) {}
 
 MappedPages::~MappedPages() {
   for (const std::weak_ptr<PageUser>& user : users_)

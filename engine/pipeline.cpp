@@ -20,6 +20,7 @@
 #include "engine/stages/contact.h"
 #include "engine/stages/datum.h"
 #include "engine/stages/elastic.h"
+#include "engine/stages/pad.h"
 #include "engine/stages/slope.h"
 #include "engine/stages/surface.h"
 #include "engine/stages/upload.h"
@@ -120,7 +121,21 @@ struct Pipeline::Impl {
           records(context, "contact records", contact.record_bytes(), gpu::Memory::Readback),
           commands(context) {}
 
+    void give_back() {
+      lease.reset();
+      pages.reset();
+    }
+
     PaddedImage frame;
+    // What comes before `commands`: moving what the processor wrote, where device memory is not mapped, or
+    // padding what is read in place.
+    gpu::Commands staged;
+    gpu::Commands padded;
+    gpu::Commands* first = nullptr;  // the one of them that went with the last frame
+    // Of a frame that is read in place, until it is finished.
+    std::shared_ptr<MappedPages> pages;
+    std::shared_ptr<const uint8_t> lease;  // given back before the pages, wherever both go
+    uint32_t copies = 0;
     gpu::DeviceBuffer records;
     FloatMap depth;
     gpu::DeviceBuffer datum_records;
@@ -182,11 +197,25 @@ struct Pipeline::Impl {
       black.reshape(format);
       if (partial) partial->set_background(black);
     }
+    const bool import =
+        options.upload == Upload::Import || (options.upload == Upload::Auto && !context.is_software());
+    if (import && context.host_import_alignment() > 0) pad.emplace(context, format);
     for (uint32_t i = 0; i < std::max(options.slots, 1u); ++i)
       make(slots.emplace_back(context, format, contact));
   }
 
   void make(Slot& slot) {
+    if (pad) slot.padded = gpu::Commands(context);
+    if (slot.frame.staged()) {
+      slot.staged = gpu::Commands(context);
+      slot.staged.begin();
+      {
+        const auto scope = slot.staged.scope("upload");
+        slot.frame.record(slot.staged);
+        slot.staged.barrier();
+      }
+      slot.staged.end();
+    }
     if (wants_surface) {
       slot.depth = FloatMap(context, "depth", map);
       slot.datum_records =
@@ -204,16 +233,31 @@ struct Pipeline::Impl {
   /// The untouched image, or where nothing is subtracted anything of its shape: it is not read.
   const PaddedImage& rest(const Slot& slot) const { return background ? *background : slot.frame; }
 
-  // The life of a frame: the whole machine in the order in which it happens.
+  /// The frame's pixels on their way into the slot's padded image.
+  void upload(Slot& slot, const Frame& frame) {
+    const PageImport* import = pad ? pad->find(frame) : nullptr;
+    slot.copies = import ? 0 : 1;
+    if (import) {
+      slot.padded.begin();
+      {
+        const auto scope = slot.padded.scope("upload");
+        pad->record(slot.padded, frame, *import, slot.frame);
+      }
+      slot.padded.end();
+      slot.first = &slot.padded;
+      slot.pages = frame.pages;
+      slot.lease = frame.leased;
+    } else {
+      slot.frame.write(frame);
+      slot.first = slot.frame.staged() ? &slot.staged : nullptr;
+    }
+  }
+
+  // The life of a frame, once it is uploaded: the whole machine in the order in which it happens.
   void record(Slot& slot) {
     slot.place = place;
     gpu::Commands& cmd = slot.commands;
     cmd.begin();
-    {
-      const auto scope = cmd.scope("upload");
-      slot.frame.record(cmd);
-      cmd.barrier();
-    }
     contact.record(cmd, slot.frame, rest(slot), slot.records);
     if (partial) partial->record(context, cmd, slot.known, slot.frame);
     const bool weights = partial && partial->solves();
@@ -280,6 +324,7 @@ struct Pipeline::Impl {
     }
     Result result;
     result.slot = index;
+    result.copies = slot.copies;
     result.touch = measure(slot);
     if (wants_surface) {
       result.surface.buffer = &slot.depth.buffer;
@@ -389,6 +434,7 @@ struct Pipeline::Impl {
   std::optional<ElasticConvolution> convolution;
   std::optional<WeightedFrame> partial;  // where not everything is known
   ShearTracker shear;
+  std::optional<Pad> pad;  // where leased frames are read in place
   std::deque<Slot> slots;
   std::deque<uint32_t> in_flight;
 };
@@ -463,9 +509,14 @@ bool Pipeline::submit(const Frame& frame) {
     slot.sequence = frame.sequence;
     slot.time_ns = frame.time_ns;
     slot.after_gap = frame.after_gap;
-    slot.frame.write(frame);
     slot.submitted = Clock::now();
-    slot.commands.submit();
+    try {
+      impl_->upload(slot, frame);
+      slot.commands.submit(slot.first);
+    } catch (...) {
+      slot.give_back();
+      throw;
+    }
     slot.free = false;
     impl_->in_flight.push_back(i);
     return true;
@@ -484,7 +535,9 @@ std::optional<Result> Pipeline::wait() {
   if (skipping_) return skipping_->wait();
   if (impl_->in_flight.empty()) return std::nullopt;
   const uint32_t index = impl_->in_flight.front();
-  impl_->slots[index].commands.wait();
+  Impl::Slot& slot = impl_->slots[index];
+  slot.commands.wait();
+  slot.give_back();
   impl_->in_flight.pop_front();
   return impl_->finish(index);
 }
@@ -537,12 +590,16 @@ std::vector<uint16_t> Pipeline::read_confidence(const Result& result) const {
 
 std::vector<gpu::ScopeTime> Pipeline::times(const Result& result) const {
   if (skipping_) return skipping_->times(result);
-  std::vector<gpu::ScopeTime> times = impl_->slots[result.slot].commands.times();
+  const Impl::Slot& slot = impl_->slots[result.slot];
+  std::vector<gpu::ScopeTime> times;
+  if (slot.first) times = slot.first->times();
+  const auto main = slot.commands.times();
+  times.insert(times.end(), main.begin(), main.end());
   if (impl_->solves_on_host()) {
-    const auto rest = impl_->slots[result.slot].after_solve.times();
+    const auto rest = slot.after_solve.times();
     times.insert(times.end(), rest.begin(), rest.end());
   }
-  const WeightedFrame::Slot& known = impl_->slots[result.slot].known;
+  const WeightedFrame::Slot& known = slot.known;
   if (known.weighted && !impl_->partial->always()) {
     const auto rest = known.solve.times();
     times.insert(times.end(), rest.begin(), rest.end());
@@ -553,9 +610,11 @@ std::vector<gpu::ScopeTime> Pipeline::times(const Result& result) const {
 std::vector<gpu::ScopeTraffic> Pipeline::traffic() const {
   if (skipping_) return skipping_->traffic();
   const Impl::Slot& slot = impl_->slots.front();
-  std::vector<gpu::ScopeTraffic> traffic = slot.commands.traffic();
-  const auto rest = slot.after_solve.traffic();
-  traffic.insert(traffic.end(), rest.begin(), rest.end());
+  std::vector<gpu::ScopeTraffic> traffic;
+  for (const gpu::Commands* part : {&slot.staged, &slot.commands, &slot.after_solve}) {
+    const auto more = part->traffic();
+    traffic.insert(traffic.end(), more.begin(), more.end());
+  }
   return traffic;
 }
 

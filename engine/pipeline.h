@@ -52,6 +52,13 @@ enum class SurfaceSolver {
   Exact,      ///< discrete cosine transform by FFTW on the CPU; Reading::Elastic: zero-padded convolution
 };
 
+/// How pixels that lie in a camera driver's buffer (Frame::leased with Frame::pages) reach the device.
+enum class Upload {
+  Auto,    ///< Copy on the processor's own driver, where a copy costs less than another kernel; else Import
+  Copy,    ///< the processor writes them into the device's memory
+  Import,  ///< the device reads the driver's buffer itself, where it can; else as Copy
+};
+
 struct PipelineOptions {
   uint32_t outputs = Output::Force | Output::Surface;
   SurfaceSolver solver = SurfaceSolver::Live;
@@ -65,6 +72,7 @@ struct PipelineOptions {
   /// would not do: Reading::Elastic, confidence and weights, SurfaceSolver::Exact, a threshold of 0, and
   /// frames whose contacts lie too far apart. Each window is solved anew: warm_start is then not used.
   bool skip_untouched = false;
+  Upload upload = Upload::Auto;       ///< of leased frames; others are copied
   std::optional<Tuning> tuning = {};  ///< without one: what was measured for the device, or its defaults
 };
 
@@ -91,7 +99,10 @@ struct Result {
   Touch touch;
   SurfaceMap surface;  ///< buffer is null unless Output::Surface was asked for
   uint32_t slot = 0;
-  double turnaround_ms = 0;  ///< from submission to collection, host clock
+  double turnaround_ms = 0;  ///< from `submit` to collection, host clock
+  /// Times that the processor copied the frame's pixels from Frame::pixels() on (with skip_untouched: those
+  /// of the window). 0: the device read them where they were.
+  uint32_t copies = 0;
 };
 
 /// Not thread safe: one thread submits and collects; finished maps may be read by another until released.
@@ -108,7 +119,8 @@ class Pipeline {
   void set_background(const Frame& background);
 
   /// Starts a frame; false when every slot is in flight or held (the caller decides whether to wait or to
-  /// drop).
+  /// drop). The lease of a frame that is copied is not kept; that of one which the device reads in place is
+  /// until `wait` or `poll` finds it finished.
   bool submit(const Frame& frame);
   /// The oldest frame in flight if it is finished; never waits, but where the surface is solved
   /// here: SurfaceSolver::Exact, and once more with weights where a frame turns out to have unknown pixels.

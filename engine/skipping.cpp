@@ -98,7 +98,9 @@ Skipping::Skipping(gpu::Context& context, const Sensor& sensor, const FrameForma
     FrameFormat part = format;
     part.width = size.width;
     part.height = size.height;
-    windows_.push_back({size, Pipeline(context, without(sensor, true), part, for_parts(options)), {}});
+    PipelineOptions of_window = for_parts(options);
+    of_window.upload = Upload::Copy;  // of what is cut out
+    windows_.push_back({size, Pipeline(context, without(sensor, true), part, of_window), {}});
   }
   part_.bytes.reserve(
       FrameFormat{windows_.back().size.width, windows_.back().size.height, format.channels, format.bit_depth}
@@ -110,8 +112,9 @@ Skipping::Skipping(gpu::Context& context, const Sensor& sensor, const FrameForma
 
 void Skipping::set_background(const Frame& background) {
   whole_.set_background(background);
-  background_ = background;
-  touched_.set_background(background);
+  background_.reshape(background.format);
+  std::memcpy(background_.bytes.data(), background.pixels(), background.format.frame_bytes());
+  touched_.set_background(background_);
   for (Window& window : windows_) window.place.reset();
 }
 
@@ -227,6 +230,8 @@ Result Skipping::finish(uint32_t index) {
   if (slot.pipeline) {
     result.touch = slot.result.touch;
     result.surface = slot.result.surface;
+    const bool cut = slot.pipeline != &whole_;
+    result.copies = slot.result.copies + (cut ? 1 : 0);
   } else {
     result.touch = untouched(slot);
     result.surface.buffer = wants_surface_ ? &flat_ : nullptr;

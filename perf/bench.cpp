@@ -1,14 +1,18 @@
 // Contact, surface and whole frame beside OpenCV's CPU chain and FFTW, in one run. See README.md for the
 // method.
+#include <sys/mman.h>
+
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <random>
 
 #include "capture/output_file.h"
 #include "capture/synthetic.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/mapped_pages.h"
 #include "engine/pipeline.h"
 #include "engine/solve/weighted_poisson.h"
 #include "engine/stages/contact.h"
@@ -39,6 +43,25 @@ class Bench {
     add(compare("contact", size.text(), ours,
                 {"OpenCV float", [&] { sink_ += rival.run_float(scene.next()); }}, repetitions_,
                 inner(size, 20)));
+  }
+
+  /// Contact alone, of frames that lie in a camera driver's buffers: read in place by the device, and copied
+  /// to it by the processor.
+  void upload(const Size& size) {
+    for (const uint32_t bits : {8u, 16u}) {
+      Scene scene = scene_for(size, SyntheticMode::Lambert, false, bits);
+      std::vector<Frame> leased;
+      for (const Frame& frame : scene.frames) leased.push_back(lease(frame));
+      const auto pipeline = [&](Upload upload) {
+        return make_pipeline(scene, static_cast<uint32_t>(Output::Force), SurfaceSolver::Live, upload);
+      };
+      Pipeline importing = pipeline(Upload::Import), copying = pipeline(Upload::Copy);
+      size_t turn = 0;
+      const auto next = [&]() -> const Frame& { return leased[turn++ % leased.size()]; };
+      add(compare("upload " + std::to_string(bits) + " bit", size.text(),
+                  {"read in place", [&] { importing.process(next()); }},
+                  {"copy", [&] { copying.process(next()); }}, repetitions_, inner(size, 40)));
+    }
   }
 
   /// Frames that are the change already and not filtered: the sums alone. Ours are of the thresholded image
@@ -235,9 +258,25 @@ class Bench {
   const std::string& throughput_csv() const { return throughput_csv_; }
 
  private:
-  Pipeline make_pipeline(const Scene& scene, uint32_t outputs, SurfaceSolver solver) {
+  /// The frame as a camera driver would hand it out: in pages mapped for it alone.
+  static Frame lease(const Frame& frame) {
+    const size_t bytes = frame.format.frame_bytes();
+    void* memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) throw std::bad_alloc();
+    std::memcpy(memory, frame.pixels(), bytes);
+    const auto* pixels = static_cast<const uint8_t*>(memory);
+    Frame leased;
+    leased.format = frame.format;
+    leased.pages = std::make_shared<MappedPages>(pixels, bytes, [=] { munmap(memory, bytes); });
+    leased.leased = {leased.pages, pixels};
+    return leased;
+  }
+
+  Pipeline make_pipeline(const Scene& scene, uint32_t outputs, SurfaceSolver solver,
+                         Upload upload = Upload::Auto) {
     PipelineOptions options;
     options.outputs = outputs;
+    options.upload = upload;
     options.solver = solver;
     Pipeline pipeline(context_, scene.sensor, scene.background.format, options);
     pipeline.set_background(scene.background);
@@ -302,6 +341,7 @@ int run(int argc, char** argv) {
       continue;
     }
     bench.contact(size);
+    bench.upload(size);
     bench.moments(size);
     bench.surface(size);
     bench.elastic(size);

@@ -2,12 +2,13 @@
 
 namespace palpate::perf {
 
-Scene scene_for(const Size& size, SyntheticMode mode, bool moving) {
+Scene scene_for(const Size& size, SyntheticMode mode, bool moving, uint32_t bits) {
   SyntheticOptions options;
   options.scene = "slide";
   options.width = size.width;
   options.height = size.height;
   options.mode = mode;
+  options.bit_depth = bits;
   const SyntheticSensor sensor(options);
   Scene scene;
   scene.sensor = synthetic_sensor(options);

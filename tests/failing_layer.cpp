@@ -125,6 +125,7 @@ const std::array kHooks = {
     FALLIBLE(vkCreateImageView, Make),
     FALLIBLE(vkBindBufferMemory, Plain),
     FALLIBLE(vkMapMemory, Plain),
+    FALLIBLE(vkGetMemoryHostPointerPropertiesEXT, Plain),
     FALLIBLE(vkAllocateCommandBuffers, Plain),
     FALLIBLE(vkBeginCommandBuffer, Plain),
     FALLIBLE(vkEndCommandBuffer, Plain),

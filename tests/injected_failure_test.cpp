@@ -12,6 +12,7 @@
 #include "engine/pipeline.h"
 #include "engine/stages/surface.h"
 #include "tests/failing_layer.h"
+#include "tests/leased_memory.h"
 #include "tests/program_fixture.h"
 #include "tests/scenes/dent.h"
 #include "tests/stage_run.h"
@@ -133,6 +134,78 @@ TEST_F(FailingDevice, EveryCallOfAPipelineMayFail) {
   EXPECT_GT(fail_everywhere([&] { record(options); }), 90u);
   options.solver = SurfaceSolver::Live;
   for (const char* call : kTelling) EXPECT_GT(fail_each(call, true, [&] { record(options); }), 1u) << call;
+}
+
+/// The frames of a camera, read in place.
+class FailingImport : public FailingDevice {
+ protected:
+  void SetUp() override {
+    if (context_->host_import_alignment() == 0) GTEST_SKIP() << "the device imports no host memory";
+    sensor_.name = "test";
+    sensor_.pitch_mm_per_px = 0.1;
+    options_.outputs = static_cast<uint32_t>(Output::Force);
+    options_.upload = Upload::Import;
+  }
+
+  const FrameFormat format_{48, 40, 1, 8};
+  const Frame dark_ = uniform_frame(format_, 10), bright_ = uniform_frame(format_, 120);
+  Sensor sensor_;
+  PipelineOptions options_;
+};
+
+// Whatever fails while pages are imported, the frame is copied and its numbers are the same; the device is
+// not asked again for these pages, and is for others.
+TEST_F(FailingImport, IsACopy) {
+  arm_("", 0, true);
+  Pipeline pipeline(*context_, sensor_, format_, options_);
+  pipeline.set_background(dark_);
+  const double wanted = pipeline.process(bright_).gray_sum;
+  const auto measure = [&](const std::shared_ptr<MappedPages>& pages, uint32_t copies) {
+    std::atomic<int> returned = 0;
+    ASSERT_TRUE(pipeline.submit(lease(bright_, pages, 16, &returned)));
+    const Result result = *pipeline.wait();
+    EXPECT_EQ(result.copies, copies);
+    EXPECT_EQ(result.touch.gray_sum, wanted);
+    EXPECT_EQ(returned, 1);
+    pipeline.release(result);
+  };
+  const int64_t before = live_();
+  for (const auto& [call, at] : {std::pair{"vkCreateBuffer", 1u},
+                                 {"vkGetMemoryHostPointerPropertiesEXT", 1u},
+                                 {"vkAllocateMemory", 1u},
+                                 {"vkBindBufferMemory", 1u},
+                                 {"vkCreateBufferView", 1u},
+                                 {"vkCreateBufferView", 2u}}) {
+    SCOPED_TRACE(std::string(call) + " " + std::to_string(at));
+    const auto pages = map_pages(8192), others = map_pages(8192);
+    arm_(call, at, false);
+    measure(pages, 1);
+    EXPECT_STREQ(failed_(), call);
+    EXPECT_EQ(live_(), before) << "an import that failed leaves nothing";
+    arm_("vkCreateBuffer", 0, false);
+    measure(pages, 1);
+    EXPECT_EQ(calls_(), 0u);
+    measure(others, 0);
+    EXPECT_EQ(live_(), before + 4);  // buffer, memory, two views
+  }
+  EXPECT_EQ(live_(), before) << "imports go with their pages";
+}
+
+TEST_F(FailingImport, EveryCallOfItMayFail) {
+  std::atomic<int> leased = 0, returned = 0;
+  EXPECT_GT(fail_everywhere([&] {
+              const auto pages = map_pages(8192), others = map_pages(8192);
+              Pipeline pipeline(*context_, sensor_, format_, options_);
+              pipeline.set_background(dark_);
+              for (int i = 0; i < 4; ++i) {
+                const Frame frame = lease(bright_, i % 2 ? pages : others, 0, &returned);
+                ++leased;
+                while (!pipeline.submit(frame)) pipeline.release(*pipeline.wait());
+              }
+              while (const auto result = pipeline.wait()) pipeline.release(*result);
+            }),
+            60u);
+  EXPECT_EQ(returned, leased) << "every buffer is the driver's again, whatever failed";
 }
 
 TEST_F(FailingDevice, EveryCallOfAnIntegrationMayFail) {

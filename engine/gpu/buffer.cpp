@@ -1,6 +1,7 @@
 #include "engine/gpu/buffer.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "engine/error.h"
 #include "engine/gpu/context.h"
@@ -48,6 +49,48 @@ DeviceBuffer::DeviceBuffer(Context& context, const std::string& name, uint64_t b
   if (flags & kVisible)
     check(vkMapMemory(context.device(), memory_, 0, VK_WHOLE_SIZE, 0, &mapped_), "mapping memory");
   context.set_name(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<uint64_t>(buffer_), name);
+}
+
+DeviceBuffer DeviceBuffer::imported(Context& context, const std::string& name, const uint8_t* memory,
+                                    uint64_t bytes) {
+  constexpr auto kHost = VK_EXTERNAL_MEMORY_HANDLE_TYPE_HOST_ALLOCATION_BIT_EXT;
+  const uint64_t alignment = context.host_import_alignment();
+  if (alignment == 0 || bytes == 0 || bytes % alignment != 0 ||
+      reinterpret_cast<uintptr_t>(memory) % alignment != 0)
+    return {};
+  DeviceBuffer buffer;
+  buffer.context_ = &context;
+  buffer.bytes_ = bytes;
+  VkExternalMemoryBufferCreateInfo external{};
+  external.sType = VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO;
+  external.handleTypes = kHost;
+  VkBufferCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+  info.pNext = &external;
+  info.size = bytes;
+  info.usage = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+  if (vkCreateBuffer(context.device(), &info, nullptr, &buffer.buffer_) != VK_SUCCESS) return {};
+  VkMemoryRequirements needs{};
+  vkGetBufferMemoryRequirements(context.device(), buffer.buffer_, &needs);
+  // What the host writes there has to be seen without being flushed: the pages are not mapped through Vulkan.
+  const std::optional<uint32_t> type =
+      context.find_memory_type(needs.memoryTypeBits & context.host_pointer_types(memory),
+                               VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
+  if (!type || needs.size > bytes) return {};
+  VkImportMemoryHostPointerInfoEXT import{};
+  import.sType = VK_STRUCTURE_TYPE_IMPORT_MEMORY_HOST_POINTER_INFO_EXT;
+  import.handleType = kHost;
+  import.pHostPointer = const_cast<uint8_t*>(memory);
+  VkMemoryAllocateInfo allocation{};
+  allocation.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
+  allocation.pNext = &import;
+  allocation.allocationSize = bytes;
+  allocation.memoryTypeIndex = *type;
+  if (vkAllocateMemory(context.device(), &allocation, nullptr, &buffer.memory_) != VK_SUCCESS ||
+      vkBindBufferMemory(context.device(), buffer.buffer_, buffer.memory_, 0) != VK_SUCCESS)
+    return {};
+  context.set_name(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<uint64_t>(buffer.buffer_), name);
+  return buffer;
 }
 
 DeviceBuffer::~DeviceBuffer() {

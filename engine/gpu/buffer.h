@@ -25,6 +25,11 @@ class DeviceBuffer {
   /// Storage, texel, index and transfer use. Throws Error(Failure::Device) naming `name` when memory runs
   /// out.
   DeviceBuffer(Context& context, const std::string& name, uint64_t bytes, Memory memory);
+  /// A buffer that is memory which the host has mapped already: kernels read it in place, through texel
+  /// views. Empty where the device does not take it: no such feature, address or length not aligned as it
+  /// wants, or memory that cannot be pinned. The memory must stay mapped as long as the buffer lives.
+  static DeviceBuffer imported(Context& context, const std::string& name, const uint8_t* memory,
+                               uint64_t bytes);
   ~DeviceBuffer();
   DeviceBuffer(DeviceBuffer&& other) noexcept { swap(other); }
   DeviceBuffer& operator=(DeviceBuffer&& other) noexcept {

@@ -81,11 +81,15 @@ void Commands::end() {
   check(vkEndCommandBuffer(buffer_), "recording commands");
 }
 
-void Commands::submit() {
-  if (parts_.empty()) return submit_part(buffer_);
+void Commands::submit(Commands* first) {
+  if (parts_.empty()) {
+    const std::array buffers{first ? first->buffer_ : VK_NULL_HANDLE, buffer_};
+    return submit_buffers(std::span(buffers).subspan(first ? 0 : 1));
+  }
+  if (first) first->submit(nullptr);
   for (Part& part : parts_) {
     const auto start = std::chrono::steady_clock::now();
-    submit_part(part.buffer);
+    submit_buffers({&part.buffer, 1});
     wait();
     part.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   }
@@ -107,16 +111,19 @@ void Commands::begin_part(uint32_t scope) {
   barrier();
 }
 
-void Commands::submit_part(VkCommandBuffer commands) {
+void Commands::submit_buffers(std::span<const VkCommandBuffer> buffers) {
   submitted_ = false;
   check(vkResetFences(context_->device(), 1, &fence_), "resetting a fence");
-  VkCommandBufferSubmitInfo buffer{};
-  buffer.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO;
-  buffer.commandBuffer = commands;
+  std::array<VkCommandBufferSubmitInfo, 2> infos{};
+  assert(buffers.size() <= infos.size());
+  for (size_t i = 0; i < buffers.size(); ++i) {
+    infos[i].sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO;
+    infos[i].commandBuffer = buffers[i];
+  }
   VkSubmitInfo2 info{};
   info.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2;
-  info.commandBufferInfoCount = 1;
-  info.pCommandBufferInfos = &buffer;
+  info.commandBufferInfoCount = static_cast<uint32_t>(buffers.size());
+  info.pCommandBufferInfos = infos.data();
   context_->submit(info, fence_);
   submitted_ = true;
 }

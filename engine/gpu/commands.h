@@ -51,7 +51,9 @@ class Commands {
   void begin();
   /// Ends recording. The buffer may then be submitted any number of times.
   void end();
-  void submit();
+  void submit() { submit(nullptr); }
+  /// `first`, if any, goes with it and before it, and is finished when this is.
+  void submit(Commands* first);
   bool finished() const;
   void wait() const;
   /// As wait, for destructors: what a lost device says is of no more use there.
@@ -107,7 +109,7 @@ class Commands {
   void swap(Commands& other) noexcept;
   void count(uint64_t read_bytes, uint64_t written_bytes);
   void begin_part(uint32_t scope);
-  void submit_part(VkCommandBuffer buffer);
+  void submit_buffers(std::span<const VkCommandBuffer> buffers);
 
   Context* context_ = nullptr;
   VkCommandPool pool_ = VK_NULL_HANDLE;

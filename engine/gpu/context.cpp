@@ -103,6 +103,20 @@ bool has_extension(VkPhysicalDevice device, const char* name) {
                      [&](const VkExtensionProperties& e) { return std::strcmp(e.extensionName, name) == 0; });
 }
 
+// Whether buffers of the kernels' kinds can lie in memory that the host has mapped elsewhere.
+bool can_import_host_memory(VkPhysicalDevice device) {
+  if (!has_extension(device, VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME)) return false;
+  VkPhysicalDeviceExternalBufferInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_EXTERNAL_BUFFER_INFO;
+  info.usage = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+  info.handleType = VK_EXTERNAL_MEMORY_HANDLE_TYPE_HOST_ALLOCATION_BIT_EXT;
+  VkExternalBufferProperties found{};
+  found.sType = VK_STRUCTURE_TYPE_EXTERNAL_BUFFER_PROPERTIES;
+  vkGetPhysicalDeviceExternalBufferProperties(device, &info, &found);
+  return (found.externalMemoryProperties.externalMemoryFeatures &
+          VK_EXTERNAL_MEMORY_FEATURE_IMPORTABLE_BIT) != 0;
+}
+
 // Everything the kernels rely on; a missing piece becomes a reason for refusal.
 DeviceReport inspect(VkPhysicalDevice device, uint32_t index, bool presentation) {
   VkPhysicalDeviceSubgroupProperties subgroup{
@@ -366,6 +380,8 @@ void Context::create_device(const ContextOptions& options) {
   features13.maintenance4 = VK_TRUE;  // workgroup size by specialisation constant
   std::vector<const char*> extensions{VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME};
   if (options.presentation) extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
+  const bool imports = can_import_host_memory(physical_device_);
+  if (imports) extensions.push_back(VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME);
 
   VkDeviceCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
@@ -378,6 +394,24 @@ void Context::create_device(const ContextOptions& options) {
   vkGetDeviceQueue(device_, queue_family_, 0, &queue_);
   push_descriptors_ = reinterpret_cast<PFN_vkCmdPushDescriptorSetKHR>(
       vkGetDeviceProcAddr(device_, "vkCmdPushDescriptorSetKHR"));
+  if (!imports) return;
+  host_pointer_properties_ = reinterpret_cast<PFN_vkGetMemoryHostPointerPropertiesEXT>(
+      vkGetDeviceProcAddr(device_, "vkGetMemoryHostPointerPropertiesEXT"));
+  VkPhysicalDeviceExternalMemoryHostPropertiesEXT host{};
+  host.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_EXTERNAL_MEMORY_HOST_PROPERTIES_EXT;
+  VkPhysicalDeviceProperties2 properties{};
+  properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
+  properties.pNext = &host;
+  vkGetPhysicalDeviceProperties2(physical_device_, &properties);
+  host_import_alignment_ = host.minImportedHostPointerAlignment;
+}
+
+uint32_t Context::host_pointer_types(const void* pointer) const {
+  VkMemoryHostPointerPropertiesEXT found{};
+  found.sType = VK_STRUCTURE_TYPE_MEMORY_HOST_POINTER_PROPERTIES_EXT;
+  const VkResult result = host_pointer_properties_(
+      device_, VK_EXTERNAL_MEMORY_HANDLE_TYPE_HOST_ALLOCATION_BIT_EXT, pointer, &found);
+  return result == VK_SUCCESS ? found.memoryTypeBits : 0;
 }
 
 void Context::load_pipeline_cache() {
@@ -429,13 +463,16 @@ void Context::wait_idle() {
   vkDeviceWaitIdle(device_);
 }
 
+std::optional<uint32_t> Context::find_memory_type(uint32_t type_bits, VkMemoryPropertyFlags wanted) const {
+  for (uint32_t i = 0; i < memory_.memoryTypeCount; ++i)
+    if ((type_bits & (1u << i)) && (memory_.memoryTypes[i].propertyFlags & wanted) == wanted) return i;
+  return std::nullopt;
+}
+
 uint32_t Context::memory_type(uint32_t type_bits, VkMemoryPropertyFlags wanted,
                               VkMemoryPropertyFlags preferred) const {
-  for (const VkMemoryPropertyFlags flags : {wanted | preferred, wanted}) {
-    for (uint32_t i = 0; i < memory_.memoryTypeCount; ++i) {
-      if ((type_bits & (1u << i)) && (memory_.memoryTypes[i].propertyFlags & flags) == flags) return i;
-    }
-  }
+  for (const VkMemoryPropertyFlags flags : {wanted | preferred, wanted})
+    if (const auto type = find_memory_type(type_bits, flags)) return *type;
   throw Error(Failure::Device, "a suitable kind of device memory", "none",
               "another device (palpate devices)");
 }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -65,6 +66,7 @@ class Context {
   /// Error(Failure::Device).
   uint32_t memory_type(uint32_t type_bits, VkMemoryPropertyFlags wanted,
                        VkMemoryPropertyFlags preferred) const;
+  std::optional<uint32_t> find_memory_type(uint32_t type_bits, VkMemoryPropertyFlags wanted) const;
 
   VkMemoryPropertyFlags memory_flags(uint32_t type) const { return memory_.memoryTypes[type].propertyFlags; }
 
@@ -74,6 +76,12 @@ class Context {
   void begin_label(VkCommandBuffer cmd, const char* name) const;
   void end_label(VkCommandBuffer cmd) const;
   PFN_vkCmdPushDescriptorSetKHR push_descriptors() const { return push_descriptors_; }
+
+  /// Bytes to which address and length of memory that the device reads in place must be aligned; 0: the
+  /// device cannot (VK_EXT_external_memory_host).
+  uint64_t host_import_alignment() const { return host_import_alignment_; }
+  /// Memory types that host memory at `pointer` can be imported as; 0: none.
+  uint32_t host_pointer_types(const void* pointer) const;
 
   /// Warnings and errors of the validation layer so far (empty without the option).
   std::vector<std::string> validation_messages() const;
@@ -101,7 +109,9 @@ class Context {
   DeviceReport report_;
   bool timers_ = false;
   bool host_timers_ = false;
+  uint64_t host_import_alignment_ = 0;
   PFN_vkCmdPushDescriptorSetKHR push_descriptors_ = nullptr;
+  PFN_vkGetMemoryHostPointerPropertiesEXT host_pointer_properties_ = nullptr;
   PFN_vkSetDebugUtilsObjectNameEXT set_name_ = nullptr;
   PFN_vkCmdBeginDebugUtilsLabelEXT begin_label_ = nullptr;
   PFN_vkCmdEndDebugUtilsLabelEXT end_label_ = nullptr;

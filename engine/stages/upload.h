@@ -32,6 +32,8 @@ class PaddedImage {
 
   /// Host side: pads the frame into mapped memory. The device must not be reading the previous one.
   void write(const Frame& frame);
+  /// Whether device memory is not mapped, so that what was written has to be moved there.
+  bool staged() const { return static_cast<bool>(staging_); }
   /// Device side: moves the padded frame to device memory, where that is not mapped. Needs a barrier before
   /// use.
   void record(gpu::Commands& commands) const;
@@ -39,6 +41,7 @@ class PaddedImage {
   const gpu::TexelView& texels() const { return texels_; }  ///< RGBA32UI
   const gpu::TexelView& pairs() const { return pairs_; }    ///< RG32UI, two to a texel
   const gpu::TexelView& words() const { return words_; }    ///< R32UI, four to a texel
+  const gpu::DeviceBuffer& buffer() const { return device_; }
   uint64_t memory_bytes() const { return device_.bytes() + staging_.bytes(); }
 
  private:
