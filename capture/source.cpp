@@ -4,6 +4,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "capture/camera.h"
 #include "capture/images.h"
 #include "capture/session.h"
 #include "capture/synthetic.h"
@@ -34,9 +35,11 @@ std::unique_ptr<Source> open_synthetic(const std::string& input, const Sensor& s
 }
 
 /// Mean of the first frames, rounded.
-Frame mean_of_first(const std::string& input, const Sensor& sensor) {
+Frame mean_of_first(const std::string& input, const Sensor& sensor, Source& open) {
   const uint32_t wanted = std::max(1u, sensor.background.first_frames);
-  const std::unique_ptr<Source> source = open_source(input, sensor);
+  std::unique_ptr<Source> again;
+  if (!open.live()) again = open_source(input, sensor);
+  Source* source = again ? again.get() : &open;
   if (source->frame_count() == 1)
     throw Error(Failure::Input, "an untouched image to subtract", "only the one image " + input,
                 "\"background\": {\"image\": \"FILE\"} in the sensor file");
@@ -53,24 +56,25 @@ Frame mean_of_first(const std::string& input, const Sensor& sensor) {
       for (uint32_t y = 0; y < f.height; ++y)
         for (uint32_t x = 0; x < f.width; ++x) sums[i++] += frame.at(c, x, y);
   }
-  const FrameFormat& f = frame.format;
+  Frame mean;
+  mean.reshape(frame.format);
+  const FrameFormat& f = mean.format;
   size_t i = 0;
   for (uint32_t c = 0; c < f.channels; ++c)
     for (uint32_t y = 0; y < f.height; ++y)
-      for (uint32_t x = 0; x < f.width; ++x) frame.set(c, x, y, (sums[i++] + wanted / 2) / wanted);
-  frame.sequence = 0;
-  frame.time_ns = 0;
-  return frame;
+      for (uint32_t x = 0; x < f.width; ++x) mean.set(c, x, y, (sums[i++] + wanted / 2) / wanted);
+  return mean;
 }
 
 }  // namespace
 
 std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sensor) {
   if (input.rfind(kSynthetic, 0) == 0) return open_synthetic(input, sensor);
+  if (is_camera(input)) return std::make_unique<Camera>(parse_camera(input), sensor);
   std::error_code error;
   const fs::path path(input);
   if (!fs::exists(path, error))
-    throw Error(Failure::Input, "a video, an image, a folder of images or synthetic:SCENE",
+    throw Error(Failure::Input, "a video, an image, a folder of images, a session, camera:NODE or synthetic:SCENE",
                 "nothing at '" + input + "'", "checking the path");
   if (is_session(path)) return std::make_unique<Session>(path, sensor);
   if (fs::is_directory(path, error) || has_image_name(path))
@@ -78,7 +82,7 @@ std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sens
   return std::make_unique<VideoFile>(path, sensor);
 }
 
-Frame load_background(const std::string& input, const Sensor& sensor, const Source& source) {
+Frame load_background(const std::string& input, const Sensor& sensor, Source& source) {
   Frame background;
   if (sensor.background.kind == BackgroundKind::None) {
     background.reshape(source.format());  // black: there is nothing to subtract
@@ -90,7 +94,7 @@ Frame load_background(const std::string& input, const Sensor& sensor, const Sour
   } else if (std::optional<Frame> own = source.own_background()) {
     background = std::move(*own);
   } else {
-    background = mean_of_first(input, sensor);
+    background = mean_of_first(input, sensor, source);
   }
   const FrameFormat wanted = source.format(), &found = background.format;
   if (found != wanted)

@@ -62,13 +62,14 @@ class Source {
   virtual std::optional<Truth> truth(uint64_t /*sequence*/) const { return std::nullopt; }
 };
 
-/// Opens a video file, an image file, a folder of images, or "synthetic:SCENE" (see synthetic.h).
+/// Opens a video file, an image file, a folder of images, "synthetic:SCENE" (see synthetic.h), or
+/// "camera:NODE" (see camera.h).
 /// Throws Error(Failure::Input).
 std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sensor);
 
 /// The untouched image to subtract: the sensor's background image, else the source's own, else the mean of
-/// its first frames. Opens `input` a second time for the last, so that a source already open loses no frame.
-/// Black where the sensor has none.
-Frame load_background(const std::string& input, const Sensor& sensor, const Source& source);
+/// its first frames. For the last a recording is opened a second time, so that `source` loses no frame; a
+/// camera cannot be, and gives its own next frames. Black where the sensor has none.
+Frame load_background(const std::string& input, const Sensor& sensor, Source& source);
 
 }  // namespace palpate

@@ -45,6 +45,7 @@ void add_common(CLI::App& command, Common& common, const std::string& examples);
 
 /// Each adds one command to the program; `chosen` is what to run once the command line is parsed.
 void add_devices(CLI::App& program, Common& common, Command& chosen);
+void add_cameras(CLI::App& program, Common& common, Command& chosen);
 void add_process(CLI::App& program, Common& common, Command& chosen);
 void add_simulate(CLI::App& program, Common& common, Command& chosen);
 void add_integrate(CLI::App& program, Common& common, Command& chosen);

@@ -71,6 +71,7 @@ int run(int argc, char** argv) {
   add_simulate(program, common, chosen);
   add_integrate(program, common, chosen);
   add_devices(program, common, chosen);
+  add_cameras(program, common, chosen);
   add_demo(program, common, chosen);
   add_calibrate(program, common, chosen);
   add_profile(program, common, chosen);
