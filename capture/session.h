@@ -66,8 +66,9 @@ class SessionWriter {
   /// Copies the frame and returns at once (with no_drop: when there is room). False: dropped, and counted.
   /// Sequence numbers must rise. Never throws; what fails is in status().
   bool record(const Frame& frame);
-  /// The measurements of a frame after its record(), sequence numbers rising.
-  void measured(const Touch& touch);
+  /// The measurements of a frame after its record(), sequence numbers rising. `ready_ns`: when they were
+  /// there, host's CLOCK_MONOTONIC; 0: not known.
+  void measured(const Touch& touch, int64_t ready_ns = 0);
   SessionStatus status() const;
   /// Writes what is queued and ends the session; the same status again where it is closed already. Does not
   /// throw: status().error says what went wrong.
@@ -96,9 +97,11 @@ class Session : public Source {
 
   const SessionInfo& info() const;  ///< as recorded, without the background
   bool complete() const;            ///< it was closed, and all of it is there
-  /// The recorded measurements of frame `sequence`, as Measurements::cells writes them; none where it was not
+  /// The recorded measurements of frame `sequence`, as Measurements::cells wrote them; none where it was not
   /// measured.
   std::optional<std::string> recorded(uint64_t sequence) const;
+  /// The names of their cells, as Measurements::cell_names was then.
+  std::string recorded_names() const;
   /// Of all frames with recorded measurements, rising.
   std::vector<uint64_t> measured_sequences() const;
 

@@ -73,6 +73,7 @@ struct Session::Impl {
   bool jumped = false;
   std::atomic<uint64_t> damaged{0};
   std::string rows;  ///< frames.csv
+  std::string_view cell_names;
   std::map<uint64_t, std::string_view> cells;
 
   explicit Impl(const fs::path& path) : folder(path), video(path / kSessionFrames) {}
@@ -109,43 +110,33 @@ void Session::Impl::load() {
                 "another session");
 }
 
-/// Whole rows only: the last one may be cut.
+/// Whole rows only: the last one may be cut. Cells follow the column "measured".
 void Session::Impl::load_rows() {
   std::error_code error;
   const fs::path file = folder / kSessionRows;
   if (!fs::exists(file, error)) return;
-  rows = read_text(file, uintmax_t{1} << 34);
-  const size_t columns =
-      1 + static_cast<size_t>(std::count(rows.begin(), std::find(rows.begin(), rows.end(), '\n'), ','));
-  constexpr size_t kBeforeCells = 7;
-  bool header = true;
-  for (size_t at = 0; at < rows.size();) {
-    const size_t end = rows.find('\n', at);
-    if (end == std::string::npos) break;
+  rows = read_text(file, uintmax_t{1} << 32);
+  const size_t head_end = rows.find('\n');
+  if (head_end == std::string::npos) return;
+  const std::string_view head(rows.data(), head_end);
+  constexpr std::string_view kLast = ",measured,";
+  const size_t last = head.find(kLast);
+  if (head.rfind("frame,", 0) != 0 || last == std::string_view::npos)
+    throw Error(Failure::Input, file.string() + " to begin with the names of its columns", "something else",
+                "removing it: frames.mkv is read without it, recorded measurements are not");
+  cell_names = head.substr(last + kLast.size());
+  const auto commas = [](std::string_view part) { return std::count(part.begin(), part.end(), ','); };
+  const auto columns = commas(head), before = commas(head.substr(0, last + 1));
+  for (size_t at = head_end + 1, end = 0; (end = rows.find('\n', at)) != std::string::npos; at = end + 1) {
     const std::string_view line(rows.data() + at, end - at);
-    at = end + 1;
-    if (header) {
-      if (line.rfind("frame,driver_time_ns,", 0) != 0)
-        throw Error(Failure::Input, file.string() + " to begin with the names of its columns",
-                    "something else",
-                    "removing it: frames.mkv is read without it, recorded measurements are not");
-      header = false;
-      continue;
-    }
-    if (static_cast<size_t>(std::count(line.begin(), line.end(), ',')) + 1 != columns) continue;
-    size_t start = 0;
-    bool measured = false;
-    for (size_t column = 0; column < kBeforeCells; ++column) {
-      const size_t comma = line.find(',', start);
-      if (comma == std::string_view::npos) break;
-      if (column == kBeforeCells - 1) measured = line.substr(start, comma - start) == "1";
-      start = comma + 1;
-    }
-    if (!measured) continue;
+    if (commas(line) != columns) continue;
+    size_t mark = 0;
+    for (auto i = before; i > 0; --i) mark = line.find(',', mark) + 1;
+    if (line.substr(mark, 2) != "1,") continue;
     uint64_t sequence = 0;
     const char* number_end = line.data() + line.find(',');
-    if (std::from_chars(line.data(), number_end, sequence).ptr != number_end) continue;
-    cells[sequence] = line.substr(start);
+    if (std::from_chars(line.data(), number_end, sequence).ptr == number_end)
+      cells[sequence] = line.substr(mark + 2);
   }
 }
 
@@ -223,6 +214,10 @@ std::optional<std::string> Session::recorded(uint64_t sequence) const {
   const auto found = impl_->cells.find(sequence);
   if (found == impl_->cells.end()) return std::nullopt;
   return std::string(found->second);
+}
+
+std::string Session::recorded_names() const {
+  return std::string(impl_->cell_names);
 }
 
 std::vector<uint64_t> Session::measured_sequences() const {

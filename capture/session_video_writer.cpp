@@ -46,6 +46,7 @@ struct SessionVideoWriter::Impl {
   FramePtr image;
   PacketPtr packet;
   int64_t whole_bytes = 0;  ///< up to the end of the last whole frame
+  bool begun = false;       ///< the head is on the disk
   bool failed = false;
   bool finished = false;
   int64_t first_time_ns = 0, last_time_ns = 0, last_tick = -1;
@@ -59,7 +60,9 @@ struct SessionVideoWriter::Impl {
       }
       avformat_free_context(muxer);
     }
-    if (file >= 0) ::close(file);
+    if (file < 0) return;
+    ::close(file);
+    if (!begun) ::unlink(path.c_str());
   }
 
   static int put(void* self, uint8_t* bytes, int count) {
@@ -172,6 +175,7 @@ SessionVideoWriter::SessionVideoWriter(const fs::path& file, const FrameFormat& 
   if (m.file < 0) fail(file, AVERROR(errno));
   m.open_muxer(rate_Hz, session_text);
   sync();
+  m.begun = true;
 }
 
 SessionVideoWriter::~SessionVideoWriter() = default;

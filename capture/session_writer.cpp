@@ -31,6 +31,7 @@ using FramePointer = std::unique_ptr<Frame>;
 struct Row {
   FrameStamp stamp;
   bool in_video = false;
+  int64_t measured_ns = 0;
   std::optional<std::string> cells;
 };
 
@@ -44,7 +45,7 @@ std::string now_text() {
 }
 
 std::string row_header() {
-  return "frame,driver_time_ns,host_time_ns,host_delivered_ns,time_s,after_gap,measured," +
+  return "frame,driver_time_ns,host_time_ns,host_delivered_ns,host_measured_ns,time_s,after_gap,measured," +
          Measurements::cell_names();
 }
 
@@ -55,9 +56,10 @@ std::string row_text(const Row& row) {
     const std::string names = Measurements::cell_names();
     return std::string(static_cast<size_t>(std::count(names.begin(), names.end(), ',')), ',');
   }();
-  return std::to_string(s.sequence) + ',' + std::to_string(s.time_ns) + ',' + known(s.exposed_ns) + ',' +
-         known(s.delivered_ns) + ',' + shortest(static_cast<double>(s.time_ns) / 1e9) + ',' +
-         (s.after_gap ? '1' : '0') + ',' + (row.cells ? '1' : '0') + ',' + (row.cells ? *row.cells : empty);
+  std::string text = std::to_string(s.sequence) + ',' + std::to_string(s.time_ns);
+  for (const int64_t host_ns : {s.exposed_ns, s.delivered_ns, row.measured_ns}) text += ',' + known(host_ns);
+  text += ',' + shortest(static_cast<double>(s.time_ns) / 1e9) + ',' + (s.after_gap ? '1' : '0');
+  return text + ',' + (row.cells ? '1' : '0') + ',' + row.cells.value_or(empty);
 }
 
 void write_background(const fs::path& file, const Frame& frame) {
@@ -120,7 +122,7 @@ struct SessionWriter::Impl {
   const std::string started = now_text();
   const size_t most_queued;
   SessionVideoWriter video;
-  LineFile rows_file;
+  std::optional<LineFile> rows_file;
   std::function<bool()> cancelled;
 
   mutable std::mutex mutex;
@@ -140,13 +142,21 @@ struct SessionWriter::Impl {
         info(checked(given)),
         options(wanted),
         most_queued(std::max<size_t>(2, wanted.queue_bytes / given.format.frame_bytes())),
-        video(folder / kSessionFrames, info.format, info.rate_Hz, to_text(info, {}, started)),
-        rows_file(folder / kSessionRows) {
+        video(folder / kSessionFrames, info.format, info.rate_Hz, to_text(info, {}, started)) {
     status.written_bytes = video.bytes();
-    if (info.background) write_background(folder / kSessionBackground, *info.background);
-    rows_file.append(row_header());
-    rows_file.sync();
-    write_text(folder, to_text(info, {}, started));
+    try {
+      if (info.background) write_background(folder / kSessionBackground, *info.background);
+      rows_file.emplace(folder / kSessionRows);
+      rows_file->append(row_header());
+      rows_file->sync();
+      write_text(folder, to_text(info, {}, started));
+    } catch (const Error&) {
+      // What cannot begin leaves nothing behind that would refuse the next attempt.
+      std::error_code ignored;
+      for (const char* name : {kSessionFrames, kSessionBackground, kSessionRows})
+        fs::remove(folder / name, ignored);
+      throw;
+    }
   }
 
   void stop(const std::string& why);
@@ -233,7 +243,7 @@ void SessionWriter::Impl::write_rows(std::unique_lock<std::mutex>& lock, bool al
   lock.unlock();
   std::string error;
   try {
-    rows_file.append(lines);
+    rows_file->append(lines);
   } catch (const std::exception& e) {
     error = e.what();
   }
@@ -261,7 +271,7 @@ void SessionWriter::Impl::run_syncer() {
     std::string error;
     try {
       video.sync();
-      rows_file.sync();
+      rows_file->sync();
     } catch (const std::exception& e) {
       error = e.what();
     }
@@ -272,27 +282,32 @@ void SessionWriter::Impl::run_syncer() {
 
 /// Index, last rows and the final word; the threads are gone.
 void SessionWriter::Impl::finish() {
+  std::unique_lock lock(mutex);
+  SessionStatus last = status;
+  lock.unlock();
   const auto attempt = [&](auto&& action) {
     try {
       action();
     } catch (const std::exception& e) {
-      if (status.error.empty()) status.error = e.what();
+      if (last.error.empty()) last.error = e.what();
     }
   };
   attempt([&] { video.finish(); });
-  status.written_bytes = video.bytes();
-  attempt([&] { rows_file.close(); });
+  last.written_bytes = video.bytes();
+  attempt([&] { rows_file->close(); });
   attempt([&] {
     SessionEnd end;
-    end.complete = status.error.empty();
-    end.frames = status.written;
-    end.dropped = status.dropped;
-    end.measured = status.measured;
-    end.unmatched = status.unmatched;
-    end.video_bytes = status.written_bytes;
-    end.ended_by = status.error;
+    end.complete = last.error.empty();
+    end.frames = last.written;
+    end.dropped = last.dropped;
+    end.measured = last.measured;
+    end.unmatched = last.unmatched;
+    end.video_bytes = last.written_bytes;
+    end.ended_by = last.error;
     write_text(folder, to_text(info, end, started));
   });
+  lock.lock();
+  status = last;
 }
 
 SessionWriter::SessionWriter(const fs::path& folder, const SessionInfo& info, SessionOptions options)
@@ -346,7 +361,7 @@ bool SessionWriter::record(const Frame& frame) {
   return true;
 }
 
-void SessionWriter::measured(const Touch& touch) {
+void SessionWriter::measured(const Touch& touch, int64_t ready_ns) {
   Impl& m = *impl_;
   std::string cells = Measurements::cells(touch, m.info.outputs);
   const std::lock_guard lock(m.mutex);
@@ -355,6 +370,7 @@ void SessionWriter::measured(const Touch& touch) {
                                     [](const Row& r, uint64_t n) { return r.stamp.sequence < n; });
   if (row != m.rows.end() && row->stamp.sequence == touch.sequence && !row->cells) {
     row->cells = std::move(cells);
+    row->measured_ns = ready_ns;
     ++m.status.measured;
   } else {
     ++m.status.unmatched;

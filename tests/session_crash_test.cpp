@@ -179,6 +179,24 @@ TEST_F(SessionCrash, AFullDiskEndsTheRecordingOnly) {
   EXPECT_EQ(umount(disk.c_str()), 0);
 }
 
+TEST_F(SessionCrash, WhatCannotBeginLeavesNoSession) {
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = signal(SIGXFSZ, SIG_IGN);
+  SessionInfo info = plain_info(kFormat);
+  info.background = noise_frame(kFormat, 1);
+  for (const rlim_t most : {rlim_t{100}, rlim_t{4000}}) {  // the video's head; the background
+    const rlimit small{most, before.rlim_max};
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+    const Refusal refused = refusal([&] { SessionWriter(folder_ / "s", info); });
+    setrlimit(RLIMIT_FSIZE, &before);
+    expect_one_line(refused, 7);
+    EXPECT_TRUE(fs::is_empty(folder_ / "s")) << most;
+  }
+  EXPECT_EQ(refusal([&] { SessionWriter(folder_ / "s", info); }).exit_code, 0);
+  signal(SIGXFSZ, handler);
+}
+
 TEST_F(SessionCrash, AFolderThatCannotBeWrittenIsRefused) {
   const Refusal refused = refusal([] { SessionWriter("/proc/nothing", plain_info(kFormat)); });
   expect_one_line(refused, 7);

@@ -180,6 +180,22 @@ TEST_F(SessionDamage, RowsCutAtEveryByteGiveEveryWholeRow) {
   EXPECT_EQ(read_everything(session), kFrames);
 }
 
+TEST_F(SessionDamage, WhatAPowerCutLeavesBehindTheLastFrameDoesNotMatter) {
+  const std::string zeros(50'000, '\0');
+  std::string noise(50'000, ' ');
+  std::mt19937 random(8);
+  for (char& byte : noise) byte = static_cast<char>(random());
+  for (const std::string& tail : {zeros, noise, std::string(3, '\0')}) {
+    const fs::path session = whole_session(folder_ / std::to_string(random()));
+    for (const char* name : {kSessionFrames, kSessionRows})
+      std::ofstream(session / name, std::ios::binary | std::ios::app) << tail;
+    EXPECT_EQ(read_everything(session), kFrames);
+    Session read(session);
+    EXPECT_FALSE(read.complete());
+    EXPECT_EQ(read.measured_sequences().size(), kFrames);
+  }
+}
+
 TEST_F(SessionDamage, NonsenseIsRefusedInOneLine) {
   const fs::path good = whole_session(folder_ / "good");
   const std::string json = file_text(good / kSessionJson);

@@ -132,7 +132,7 @@ TEST_F(SessionTest, OneRowAFrameInOrderWithWhatWasMeasured) {
     SessionWriter writer(folder_ / "s", info, {.no_drop = true});
     for (const uint64_t n : {0, 1, 2, 4, 5, 6}) {
       ASSERT_TRUE(writer.record(noise_frame(kGray, n)));
-      if (n != 1 && n != 6) writer.measured(some_touch(n));
+      if (n != 1 && n != 6) writer.measured(some_touch(n), n == 4 ? 4400 : 0);
       if (n == 2) writer.measured(some_touch(3));  // measured but not recorded
     }
     const SessionStatus status = writer.close();
@@ -147,18 +147,20 @@ TEST_F(SessionTest, OneRowAFrameInOrderWithWhatWasMeasured) {
   std::istringstream lines(file_text(folder_ / "s" / kSessionRows));
   std::string line;
   ASSERT_TRUE(std::getline(lines, line));
-  EXPECT_EQ(line, "frame,driver_time_ns,host_time_ns,host_delivered_ns,time_s,after_gap,measured," +
-                      Measurements::cell_names());
+  EXPECT_EQ(
+      line,
+      "frame,driver_time_ns,host_time_ns,host_delivered_ns,host_measured_ns,time_s,after_gap,measured," +
+          Measurements::cell_names());
   const auto columns = std::count(line.begin(), line.end(), ',');
   for (const uint64_t n : {0, 1, 2, 4, 5, 6}) {
     ASSERT_TRUE(std::getline(lines, line));
     const Frame frame = noise_frame(kGray, n);
     EXPECT_EQ(std::count(line.begin(), line.end(), ','), columns);
     const bool measured = n != 1 && n != 6;
-    const std::string start = std::to_string(n) + ',' + std::to_string(frame.time_ns) + ',' +
-                              std::to_string(frame.exposed_ns) + ',' + std::to_string(frame.delivered_ns) +
-                              ',' + shortest(static_cast<double>(frame.time_ns) / 1e9) + ",0," +
-                              (measured ? "1," : "0,,");
+    const std::string start =
+        std::to_string(n) + ',' + std::to_string(frame.time_ns) + ',' + std::to_string(frame.exposed_ns) +
+        ',' + std::to_string(frame.delivered_ns) + (n == 4 ? ",4400," : ",,") +
+        shortest(static_cast<double>(frame.time_ns) / 1e9) + ",0," + (measured ? "1," : "0,,");
     EXPECT_EQ(line.substr(0, start.size()), start);
     EXPECT_TRUE(!measured || line.substr(start.size()) == Measurements::cells(some_touch(n), info.outputs));
   }
@@ -166,6 +168,7 @@ TEST_F(SessionTest, OneRowAFrameInOrderWithWhatWasMeasured) {
   Session read(folder_ / "s");
   EXPECT_EQ(read.measured_sequences(), (std::vector<uint64_t>{0, 2, 4, 5}));
   EXPECT_EQ(read.recorded(4), Measurements::cells(some_touch(4), info.outputs));
+  EXPECT_EQ(read.recorded_names(), Measurements::cell_names());
   EXPECT_EQ(read.recorded(1), std::nullopt);
   EXPECT_EQ(read.recorded(3), std::nullopt);
 }
