@@ -361,6 +361,8 @@ void check_together(const Sensor& s, const std::string& where) {
   const auto require = [&](bool fits, const char* key, const std::string& wanted, const std::string& found) {
     if (!fits) fail(where + "." + key, wanted, found);
   };
+  require(has_scale(s) || (s.reading == Reading::None && !s.shear), "pitch_mm_per_px",
+          "a scale, for surfaces and shear", "none");
   require(s.channels == 1 || s.channels == 3, "frame.channels", "1 or 3", std::to_string(s.channels));
   require(s.channels == 1 || s.bit_depth == 8, "frame.bit_depth", "8 for colour",
           std::to_string(s.bit_depth));
@@ -471,6 +473,24 @@ Json parse(const std::string& text, const std::filesystem::path& file) {
 }
 
 }  // namespace
+
+bool has_scale(const Sensor& sensor) {
+  return std::isfinite(sensor.pitch_mm_per_px);
+}
+
+Sensor uncalibrated_sensor(const FrameFormat& format) {
+  Sensor sensor;
+  sensor.name = "uncalibrated camera";
+  sensor.pitch_mm_per_px = std::numeric_limits<double>::quiet_NaN();
+  sensor.size_px = {format.width, format.height};
+  sensor.channels = format.channels;
+  sensor.bit_depth = format.bit_depth;
+  sensor.signal = Signal::Either;
+  sensor.threshold_gray = 0.02 * format.max_gray();
+  sensor.saturation_gray = format.max_gray();
+  sensor.background.first_frames = 10;
+  return sensor;
+}
 
 uint32_t shadow_gray(const Sensor& sensor) {
   if (sensor.shadow_gray) return *sensor.shadow_gray;

@@ -95,7 +95,7 @@ struct BackgroundSource {
 
 struct Sensor {
   std::string name;
-  double pitch_mm_per_px = 0;  ///< of the rectified frame, square pixels
+  double pitch_mm_per_px = 0;  ///< of the rectified frame, square pixels; NaN: not known, see has_scale
 
   // From the camera's image to the rectified frame.
   std::optional<std::array<uint32_t, 4>> crop_px;  ///< x, y, width, height, applied first
@@ -125,6 +125,12 @@ struct Sensor {
   std::optional<ForceCalibration> force;
   std::optional<ShearCalibration> shear;
 };
+
+/// False for a camera of which nothing is known yet: areas and places are in px only, lengths are NaN.
+bool has_scale(const Sensor& sensor);
+/// A camera of which nothing is known but its format: contact is what changes against the first frames by
+/// more than 2 % of full scale; no scale, no calibration, no surface.
+Sensor uncalibrated_sensor(const FrameFormat& format);
 
 /// The sensor's own, or what is sensible for its reading: 2 % of full scale for Reading::Photometric, whose
 /// slopes come from brightness; otherwise 0, nothing, since a dark pixel of a waveguide is an untouched one.

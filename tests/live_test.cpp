@@ -81,8 +81,13 @@ TEST_F(LiveTest, EveryFrameIsShownOrCountedAsDropped) {
   EXPECT_EQ(report.shown + report.dropped_before_display, report.processed);
   EXPECT_TRUE(ordered);
   EXPECT_GT(report.shown, 0u);
-  EXPECT_GT(report.latency_median_ms, 0);
-  EXPECT_GE(report.latency_p95_ms, report.latency_median_ms);
+  EXPECT_EQ(report.to_measured.count, report.processed);
+  EXPECT_EQ(report.to_shown.count, report.shown);
+  EXPECT_GT(report.to_measured.p50_ms, 0);
+  EXPECT_GT(report.to_shown.p50_ms, report.to_measured.p50_ms);
+  EXPECT_GE(report.to_shown.p95_ms, report.to_shown.p50_ms);
+  EXPECT_GE(report.to_shown.p99_ms, report.to_shown.p95_ms);
+  EXPECT_FALSE(report.latency_from_exposure);  // a simulated frame has no exposure
   EXPECT_FALSE(report.interrupted);
 }
 

@@ -96,6 +96,16 @@ Profile made_up(const std::string& device, double slowness) {
   output.cpu_ratio = 0.2;
   output.memory_bytes = 1000000;
   profile.outputs = {output};
+  LiveFigure live;
+  live.reading = "shading";
+  live.width_px = 640;
+  live.height_px = 480;
+  live.rate_Hz = 60;
+  live.frames = 120;
+  live.dropped_before_display = 3;
+  live.to_measured = around(2 * slowness);
+  live.to_picture = around(5 * slowness);
+  profile.live = {live};
   profile.skipped = {{"8192 x 8192, shading", "needs about 24 s"}};
   return profile;
 }
@@ -327,8 +337,8 @@ TEST(Profile, SmallRunOnARealDevice) {
   int kept = 0;
   const Profile profile = run_profile(device, request, watch, [&](const Profile&) { ++kept; });
   EXPECT_TRUE(profile.complete);
-  EXPECT_EQ(kept, 4);
-  EXPECT_GE(contexts, 5u);
+  EXPECT_EQ(kept, 5);
+  EXPECT_GE(contexts, 6u);
   EXPECT_GT(profile.ceiling.GB_per_s, 0);
   double best_GB_per_s = 0;
   for (const CeilingPoint& p : profile.ceiling.points)
@@ -371,6 +381,13 @@ TEST(Profile, SmallRunOnARealDevice) {
     if (o.outputs == "force only" && o.reading == profile.outputs.front().reading) {
       EXPECT_LT(o.memory_bytes, profile.outputs.front().memory_bytes);
     }
+  }
+  EXPECT_EQ(profile.live.size(), 2u);
+  for (const LiveFigure& l : profile.live) {
+    EXPECT_GT(l.to_measured.min_ms, 0);
+    EXPECT_GT(l.to_picture.median_ms, l.to_measured.min_ms);
+    EXPECT_LE(l.to_measured.samples + l.dropped_before_engine, l.frames);
+    EXPECT_LE(l.to_picture.samples, l.to_measured.samples);
   }
 }
 
@@ -482,7 +499,8 @@ TEST_F(ProfileProgram, WritesAFolderEvenWithoutGnuplot) {
   EXPECT_EQ(Json::parse(ended.out), Json::parse(slurp(out / "profile.json")));
   EXPECT_TRUE(load_profile(out / "profile.json").complete);
   for (const char* name :
-       {"frames.csv", "stages.csv", "solvers.csv", "outputs.csv", "ceiling.csv", "latency.csv"})
+       {"frames.csv", "stages.csv", "solvers.csv", "outputs.csv", "ceiling.csv", "latency.csv",
+        "live.csv"})
     EXPECT_FALSE(palpate::Table(slurp(out / name)).rows.empty()) << name;
   const std::string html = slurp(out / "report.html");
   expect_self_contained(html);

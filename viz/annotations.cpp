@@ -159,7 +159,7 @@ void draw_contact(ImDrawList* list, const ViewRect& rect, const Touch& touch, co
   // Pixel (0, 0) has its centre at 0, its corner at -0.5.
   const ImVec2 centre{low.x + static_cast<float>((touch.centroid_x_px + 0.5) * zoom),
                       low.y + static_cast<float>((touch.centroid_y_px + 0.5) * zoom)};
-  const double px_per_mm = zoom / sensor.pitch_mm_per_px;
+  const double px_per_mm = zoom / sensor.pitch_mm_per_px;  // NaN without a scale: no outline then
   const double a = 0.5 * touch.ellipse.major_mm * px_per_mm, b = 0.5 * touch.ellipse.minor_mm * px_per_mm;
   const double c = std::cos(touch.ellipse.angle_rad), s = std::sin(touch.ellipse.angle_rad);
   std::array<ImVec2, 64> outline;
@@ -168,10 +168,12 @@ void draw_contact(ImDrawList* list, const ViewRect& rect, const Touch& touch, co
     const double u = a * std::cos(phase), v = b * std::sin(phase);
     outline[i] = {centre.x + static_cast<float>(c * u - s * v), centre.y + static_cast<float>(s * u + c * v)};
   }
-  list->AddPolyline(outline.data(), static_cast<int>(outline.size()), kShadow, ImDrawFlags_Closed,
-                    3.5f * scale);
-  list->AddPolyline(outline.data(), static_cast<int>(outline.size()), kMarker, ImDrawFlags_Closed,
-                    1.6f * scale);
+  if (std::isfinite(a)) {
+    list->AddPolyline(outline.data(), static_cast<int>(outline.size()), kShadow, ImDrawFlags_Closed,
+                      3.5f * scale);
+    list->AddPolyline(outline.data(), static_cast<int>(outline.size()), kMarker, ImDrawFlags_Closed,
+                      1.6f * scale);
+  }
   const float arm = 6 * scale;
   list->AddLine({centre.x - arm, centre.y}, {centre.x + arm, centre.y}, kMarker, 1.6f * scale);
   list->AddLine({centre.x, centre.y - arm}, {centre.x, centre.y + arm}, kMarker, 1.6f * scale);

@@ -55,6 +55,8 @@ constexpr std::pair<const char*, const char*> kValueNames[] = {
     {"--depth-range", "MM"},
     {"--exaggeration", "FACTOR"},
     {"--view", "AZIMUTH,ELEVATION"},
+    {"--speed", "FACTOR"},
+    {"--from", "S"},
 };
 
 void name_values(CLI::App& command) {

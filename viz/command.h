@@ -50,6 +50,8 @@ void add_process(CLI::App& program, Common& common, Command& chosen);
 void add_simulate(CLI::App& program, Common& common, Command& chosen);
 void add_integrate(CLI::App& program, Common& common, Command& chosen);
 void add_live(CLI::App& program, Common& common, Command& chosen);
+void add_record(CLI::App& program, Common& common, Command& chosen);
+void add_replay(CLI::App& program, Common& common, Command& chosen);
 void add_demo(CLI::App& program, Common& common, Command& chosen);
 void add_calibrate(CLI::App& program, Common& common, Command& chosen);
 void add_profile(CLI::App& program, Common& common, Command& chosen);

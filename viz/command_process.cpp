@@ -6,6 +6,7 @@
 
 #include "engine/error.h"
 #include "engine/gpu/context.h"
+#include "viz/camera_options.h"
 #include "viz/input.h"
 #include "viz/processing.h"
 
@@ -16,11 +17,10 @@ const std::map<std::string, DepthFormat> kDepthFormats = {
     {"png16", DepthFormat::Png16}, {"npy", DepthFormat::Npy}, {"ply", DepthFormat::Ply}};
 const std::map<std::string, DepthFormat> kConfidenceFormats = {{"png16", DepthFormat::Png16},
                                                                {"npy", DepthFormat::Npy}};
-const std::map<std::string, Output> kOutputs = {
-    {"force", Output::Force}, {"surface", Output::Surface}, {"confidence", Output::Confidence}};
 
 struct Options {
   ProcessRequest request;
+  CameraChoice camera;
   std::filesystem::path sensor;
   std::filesystem::path background;
   std::vector<Output> outputs;
@@ -29,6 +29,9 @@ struct Options {
 
 Report process(const Common& common, Options options) {
   ProcessRequest& request = options.request;
+  request.input = options.camera.input(request.input);
+  if (request.input.empty())
+    throw Error(Failure::Usage, "an input", "none", "a recording, or --camera /dev/video0");
   const MeasuredInput input = find_input(common, request.input, options.sensor, options.background);
   const Sensor& sensor = input.sensor;
   request.input = input.input;
@@ -36,6 +39,15 @@ Report process(const Common& common, Options options) {
   if (!options.outputs.empty()) {
     request.outputs = 0;
     for (const Output output : options.outputs) request.outputs |= static_cast<uint32_t>(output);
+  }
+  if (request.as_recorded) {
+    if (!is_session(request.input))
+      throw Error(Failure::Usage, "a session for --as-recorded", "'" + request.input + "'",
+                  "a folder that palpate record wrote");
+    const SessionInfo info = Session(request.input).info();
+    request.outputs = info.outputs;
+    request.solver = info.solver;
+    request.skip_untouched = info.skip_untouched;
   }
   if (!request.confidence.empty()) request.outputs |= static_cast<uint32_t>(Output::Confidence);
   if (!request.depth.empty() && !(request.outputs & static_cast<uint32_t>(Output::Surface))) {
@@ -63,11 +75,12 @@ Report process(const Common& common, Options options) {
 
 void add_process(CLI::App& program, Common& common, Command& chosen) {
   CLI::App* command = program.add_subcommand(
-      "process", "Measure a recording: video, image, folder of images, or synthetic:SCENE");
+      "process", "Measure a recording: video, image, folder of images, session, or synthetic:SCENE");
   auto options = std::make_shared<Options>();
   ProcessRequest& request = options->request;
-  command->add_option("INPUT", request.input, "Video file, image file, folder of images, or synthetic:SCENE")
-      ->required();
+  command->add_option("INPUT", request.input,
+                      "Video file, image file, folder of images, session folder, or synthetic:SCENE");
+  options->camera.add_to(*command);
   command->add_option("--sensor", options->sensor, "Sensor file (JSON, see README.md)");
   command
       ->add_option("--background", options->background,
@@ -83,11 +96,14 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
           "What to compute: force, surface, confidence (default: force, and surface where the sensor can); "
           "with confidence the surface leaves out what is not known")
       ->delimiter(',')
-      ->transform(CLI::CheckedTransformer(kOutputs));
+      ->transform(CLI::CheckedTransformer(kOutputNames));
   command
       ->add_option("--solver", request.solver,
                    "Surface solver: live, fine, converged (default) or exact (CPU)")
       ->transform(CLI::CheckedTransformer(kSolverNames));
+  command->add_flag("--as-recorded", request.as_recorded,
+                    "Of a session: the frames that were measured live, with the same solver and outputs, and "
+                    "whether every digit is as recorded");
   command->add_flag("--skip-untouched", request.skip_untouched,
                     "Compute only a window around the contact; beyond it depth is 0 (sums stay exact)");
   command->add_option("--depth", request.depth, "Write each frame's depth map: png16, npy, ply (repeatable)")
@@ -131,6 +147,7 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
       "  palpate process frames/ --sensor pad.json --out out/run --outputs force --json\n"
       "  palpate process press.avi --sensor gel.json --out out/press --depth png16 --depth ply --video\n"
       "  palpate process press.avi --sensor gel.json --out out/press --confidence png16\n"
+      "  palpate process --camera /dev/video0 --sensor pad.json --out out/press     until Ctrl-C\n"
       "  palpate process synthetic:palpation --out out/check        adds true_* columns and an error table\n"
       "Rows of measurements.csv are whole as they are written; summary.json appears at the end and tells\n"
       "whether the recording was processed to its end (\"complete\"). Numbered files of an earlier run in\n"

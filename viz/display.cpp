@@ -7,11 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <tuple>
 
 #include "engine/error.h"
 #include "engine/gpu/context.h"
 #include "viz/picture.h"
+#include "viz/recording.h"
 
 namespace palpate::viz {
 namespace {
@@ -25,16 +25,6 @@ double seconds_between(std::chrono::steady_clock::time_point a, std::chrono::ste
   return std::chrono::duration<double>(b - a).count();
 }
 
-/// Median and 95th percentile; zeros without samples.
-std::pair<double, double> median_p95(std::vector<double> samples) {
-  if (samples.empty()) return {0, 0};
-  std::sort(samples.begin(), samples.end());
-  const auto at = [&](double q) {
-    return samples[static_cast<size_t>(q * static_cast<double>(samples.size() - 1))];
-  };
-  return {at(0.5), at(0.95)};
-}
-
 }  // namespace
 
 double Rate::update(uint64_t count, std::chrono::steady_clock::time_point now) {
@@ -45,9 +35,10 @@ double Rate::update(uint64_t count, std::chrono::steady_clock::time_point now) {
 }
 
 Display::Display(gpu::Context& context, const Sensor& sensor, const LiveOptions& options,
-                 LiveSession& session)
+                 LiveSession& session, LatencyLog& latency)
     : options_(options),
       session_(session),
+      latency_(latency),
       window_(context, {options.title, options.width, options.height, options.vsync}),
       scene_(context, window_.pass(), sensor, Window::kPicturesInFlight, window_.handle(), window_.scale()),
       governor_(!context.is_software(), kDrawBudget_ms) {
@@ -55,15 +46,16 @@ Display::Display(gpu::Context& context, const Sensor& sensor, const LiveOptions&
 }
 
 void Display::retire(const Finished& finished) {
-  draw_ms_.push_back(finished.draw_ms);
+  draw_.add(finished.draw_ms);
   governor_.record(finished.draw_ms);
   Drawing done = std::move(drawing_.front());
   drawing_.pop_front();
   if (done.is_new) {
-    const double ms = 1e3 * seconds_between(done.captured_at, finished.at);
-    latency_ms_.push_back(ms);
-    recent_latency_ms_.push_back(ms);
-    if (recent_latency_ms_.size() > 120) recent_latency_ms_.pop_front();
+    done.times.shown_ns =
+        std::chrono::duration_cast<std::chrono::nanoseconds>(finished.at.time_since_epoch()).count();
+    latency_.add(done.times);
+    recent_to_measured_.add(done.times.to_measured_ms());
+    recent_to_shown_.add(done.times.to_shown_ms());
     ++stats_.shown;
   }
   // Whatever this picture's result replaced was drawn before it, and is finished too.
@@ -75,7 +67,7 @@ bool Display::draw(bool is_new) {
   if (!window_.begin_picture()) return false;
   Drawing d;
   d.is_new = is_new;
-  d.captured_at = current_->captured->at;
+  d.times = current_->times;
   scene_.record(window_.cmd(), window_.extent(),
                 {current_->captured->frame, current_->result.touch, current_->result.surface},
                 governor_.columns(), &stats_, [&] {
@@ -130,11 +122,72 @@ void Display::handle_input() {
     if (io.MouseWheel != 0) camera.magnify(std::pow(1.12, io.MouseWheel));
   }
   for (const int key : window_.take_keys()) {
-    if (!io.WantTextInput) handle_key(key);
+    if (!io.WantTextInput) handle_key(key, io.KeyShift);
   }
 }
 
-void Display::handle_key(int key) {
+/// In a replay: to `seconds` before or after the present frame.
+void Display::jump(double seconds) {
+  const std::shared_ptr<Source> source = session_.source();
+  const double rate_Hz = source->rate_Hz() > 0 ? source->rate_Hz() : 10;
+  const auto frames = static_cast<int64_t>(std::llround(seconds * rate_Hz));
+  Transport& transport = session_.transport;
+  transport.seek_to = std::max<int64_t>(0, static_cast<int64_t>(transport.position) + frames);
+}
+
+void Display::handle_player_key(int key, bool shift) {
+  Transport& transport = session_.transport;
+  const auto frames = static_cast<int64_t>(session_.source()->frame_count().value_or(0));
+  switch (key) {
+    case GLFW_KEY_LEFT:
+      jump(shift ? -10 : -1);
+      break;
+    case GLFW_KEY_RIGHT:
+      jump(shift ? 10 : 1);
+      break;
+    case GLFW_KEY_UP:
+      transport.speed = std::min(transport.speed * 2, LiveOptions::kFastest);
+      break;
+    case GLFW_KEY_DOWN:
+      transport.speed = std::max(transport.speed / 2, LiveOptions::kSlowest);
+      break;
+    case GLFW_KEY_COMMA:
+    case GLFW_KEY_PERIOD:
+      scene_.state().paused = session_.paused = true;
+      stats_.note = "paused";
+      transport.steps += key == GLFW_KEY_PERIOD ? 1 : -1;
+      break;
+    case GLFW_KEY_HOME:
+      transport.seek_to = 0;
+      break;
+    case GLFW_KEY_END:
+      transport.seek_to = std::max<int64_t>(0, frames - 1);
+      break;
+    default:
+      break;
+  }
+}
+
+void Display::switch_recording() {
+  if (!options_.recording) {
+    stats_.note = "nothing to record to: --out names a folder";
+    return;
+  }
+  try {
+    if (options_.recording->on()) {
+      options_.recording->stop();
+      stats_.note = "wrote " + options_.recording->latest().folder.string();
+    } else {
+      options_.recording->start();
+      stats_.note.clear();
+    }
+  } catch (const Error& e) {
+    stats_.note = e.what();  // a full disk must not end a measurement
+  }
+}
+
+void Display::handle_key(int key, bool shift) {
+  if (options_.replay) handle_player_key(key, shift);
   ViewState& state = scene_.state();
   switch (key) {
     case GLFW_KEY_ESCAPE:
@@ -143,6 +196,9 @@ void Display::handle_key(int key) {
       break;
     case GLFW_KEY_SPACE:
       state.paused = !state.paused;
+      break;
+    case GLFW_KEY_W:
+      state.wants_recording_switched = true;
       break;
     case GLFW_KEY_S:
       state.wants_screenshot = true;
@@ -194,6 +250,20 @@ void Display::handle_key(int key) {
   }
 }
 
+void Display::update_player() {
+  const Transport& transport = session_.transport;
+  PlayerStats now{.frames = session_.source()->frame_count().value_or(0),
+                  .position = transport.position,
+                  .speed = transport.speed,
+                  .at_end = transport.at_end};
+  if (stats_.player && now.at_end != stats_.player->at_end) {
+    stats_.note = now.at_end ? "end of recording" : scene_.state().paused ? "paused" : "";
+    restless_ = 3;
+  }
+  if (stats_.player && now.speed != stats_.player->speed) restless_ = 3;
+  stats_.player = now;
+}
+
 void Display::update_stats() {
   const Clock::time_point now = Clock::now();
   if (now < stats_due_) return;
@@ -205,8 +275,15 @@ void Display::update_stats() {
   stats_.captured_per_s = captured_rate_.update(stats_.captured, now);
   stats_.processed_per_s = processed_rate_.update(stats_.processed, now);
   stats_.shown_per_s = shown_rate_.update(stats_.shown, now);
-  std::tie(stats_.latency_median_ms, stats_.latency_p95_ms) =
-      median_p95({recent_latency_ms_.begin(), recent_latency_ms_.end()});
+  stats_.to_measured = recent_to_measured_.percentiles();
+  stats_.to_shown = recent_to_shown_.percentiles();
+  const std::shared_ptr<Source> source = session_.source();
+  stats_.camera = source->counts();
+  stats_.state = source->state();
+  if (options_.recording) {
+    stats_.recording = options_.recording->on();
+    stats_.session = options_.recording->latest().status;
+  }
   stats_.draw_ms = governor_.typical_ms();
 }
 
@@ -221,6 +298,7 @@ LiveReport Display::run() {
     glfwGetCursorPos(window_.handle(), &x, &y);
     glfwGetFramebufferSize(window_.handle(), &width, &height);
     const ImGuiIO& io = ImGui::GetIO();
+    if (options_.replay) update_player();
     if (last_mouse_ != std::pair{x, y} || last_size_ != std::pair{width, height} || window_.has_keys() ||
         io.MouseWheel != 0 || glfwGetMouseButton(window_.handle(), GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS ||
         glfwGetMouseButton(window_.handle(), GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS) {
@@ -243,7 +321,7 @@ LiveReport Display::run() {
       if (current_) replaced_.push_back(std::move(*current_));
       current_ = std::move(newest);
       scene_.follow(current_->result.touch);
-      if (!started) start = current_->captured->at;
+      if (!started) start = Clock::now();
       started = true;
       end = Clock::now();
     } else if (!at_end && session_.to_display.finished()) {
@@ -267,6 +345,12 @@ LiveReport Display::run() {
     ViewState& state = scene_.state();
     window_.set_vsync(state.vsync);
     state.vsync = window_.vsync();
+    if (std::exchange(state.wants_recording_switched, false)) {
+      switch_recording();
+      stats_due_ = {};
+      restless_ = 3;
+    }
+    if (state.seek_to) session_.transport.seek_to = static_cast<int64_t>(*std::exchange(state.seek_to, {}));
     if (state.paused != session_.paused) {
       session_.paused = state.paused;
       stats_.note = state.paused ? "paused" : "";
@@ -277,15 +361,10 @@ LiveReport Display::run() {
   session_.rethrow();
 
   update_stats();
-  report.captured = session_.captured;
-  report.processed = session_.processed;
   report.shown = stats_.shown;
-  report.dropped_before_engine = session_.to_engine.displaced();
-  report.dropped_before_display = session_.to_display.displaced();
   report.seconds = started ? seconds_between(start, end) : 0;
   report.shown_per_s = report.seconds > 0 ? static_cast<double>(report.shown) / report.seconds : 0;
-  std::tie(report.latency_median_ms, report.latency_p95_ms) = median_p95(latency_ms_);
-  report.draw_median_ms = median_p95(draw_ms_).first;
+  report.draw_median_ms = draw_.percentiles().p50_ms;
   report.mesh_columns = governor_.columns();
   return report;
 }

@@ -32,7 +32,8 @@ class Rate {
 class Display {
  public:
   /// Opens the window. Throws as Window does.
-  Display(gpu::Context& context, const Sensor& sensor, const LiveOptions& options, LiveSession& session);
+  Display(gpu::Context& context, const Sensor& sensor, const LiveOptions& options, LiveSession& session,
+          LatencyLog& latency);
 
   /// Shows what comes until the window is closed or the session ends; rethrows what the other threads threw.
   LiveReport run();
@@ -42,16 +43,20 @@ class Display {
   struct Drawing {
     uint64_t picture = 0;
     bool is_new = false;  ///< first picture of its result
-    Clock::time_point captured_at;
+    FrameTimes times;
     std::vector<Measured> replaced;  ///< earlier result, in use until this picture's predecessor is finished
   };
 
   bool draw(bool is_new);
   void retire(const Finished& finished);
   void handle_input();
-  void handle_key(int key);
+  void handle_key(int key, bool shift);
+  void handle_player_key(int key, bool shift);
+  void jump(double seconds);
+  void switch_recording();
   void save_screenshot();
   void update_stats();
+  void update_player();
   void give_back(Measured& m) {
     session_.results.put(m.result);
     session_.frames.put(std::move(m.captured));
@@ -59,6 +64,7 @@ class Display {
 
   const LiveOptions& options_;
   LiveSession& session_;
+  LatencyLog& latency_;
   Window window_;
   Scene scene_;
   MeshGovernor governor_;
@@ -68,8 +74,8 @@ class Display {
   LiveStats stats_;
   Rate captured_rate_, processed_rate_, shown_rate_;
   Clock::time_point stats_due_{};
-  std::deque<double> recent_latency_ms_;
-  std::vector<double> latency_ms_, draw_ms_;
+  RecentDurations recent_to_measured_, recent_to_shown_;
+  Durations draw_;
   int restless_ = 3;  ///< pictures still to draw after an input: ImGui settles over two
   std::pair<double, double> last_mouse_{-1, -1};
   std::pair<int, int> last_size_{0, 0};

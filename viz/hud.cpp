@@ -89,11 +89,16 @@ Verdict slip_verdict(Slip slip) {
   }
 }
 
-void help_window(const ViewRect& around, float scale) {
+void help_window(const ViewRect& around, float scale, bool player) {
+  const char* const player_lines[][2] = {{"Left, Right", "1 s back, on (Shift: 10 s)"},
+                                         {",  .", "pause, and one frame back, on"},
+                                         {"Up, Down", "twice, half the speed"},
+                                         {"Home, End", "first, last frame"}};
   const char* const lines[][2] = {{"left drag", "orbit"},
                                   {"right drag, Shift + left drag", "pan"},
                                   {"wheel", "zoom"},
                                   {"Space", "pause"},
+                                  {"W", "write a session: start, stop"},
                                   {"S", "write a screenshot (PNG)"},
                                   {"R", "reset the view"},
                                   {"T", "view from the top"},
@@ -113,20 +118,23 @@ void help_window(const ViewRect& around, float scale) {
                ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
                    ImGuiWindowFlags_NoSavedSettings);
   if (ImGui::BeginTable("keys", 2, ImGuiTableFlags_SizingFixedFit)) {
-    for (const auto& line : lines) {
+    const auto add = [](const char* const(&line)[2]) {
       ImGui::TableNextRow();
       ImGui::TableNextColumn();
       ImGui::TextUnformatted(line[0]);
       ImGui::TableNextColumn();
       ImGui::TextDisabled("  %s", line[1]);
-    }
+    };
+    if (player) std::for_each(std::begin(player_lines), std::end(player_lines), add);
+    std::for_each(std::begin(lines), std::end(lines), add);
     ImGui::EndTable();
   }
   ImGui::Dummy({1, 2 * scale});
   ImGui::End();
 }
 
-void control_window(const ViewRect& around, float scale, bool has_surface, ViewState& state) {
+void control_window(const ViewRect& around, float scale, bool has_surface, const LiveStats* live,
+                    ViewState& state) {
   ImGui::SetNextWindowPos(
       {static_cast<float>(around.x) + 12 * scale, static_cast<float>(around.y) + 12 * scale});
   ImGui::SetNextWindowCollapsed(static_cast<float>(around.width) < 560 * scale, ImGuiCond_Once);
@@ -161,6 +169,11 @@ void control_window(const ViewRect& around, float scale, bool has_surface, ViewS
   if (ImGui::Button(state.paused ? "Continue" : "Pause")) state.paused = !state.paused;
   ImGui::SameLine();
   if (ImGui::Button("Screenshot")) state.wants_screenshot = true;
+  if (live && !live->player) {
+    ImGui::SameLine();
+    if (ImGui::Button(live->recording ? "Stop##record" : "Record##record"))
+      state.wants_recording_switched = true;
+  }
   if (has_surface) {
     ImGui::SameLine();
     if (ImGui::Button("Reset")) state.camera = {};
@@ -180,11 +193,13 @@ void status_line(const Layout& layout, const HudContent& content, float scale) {
   std::string line;
   const double time_s = 1e-9 * static_cast<double>(content.touch.time_ns);
   if (const LiveStats* live = content.live) {
-    line = text(
-        "shown %.0f/s   measured %.0f/s   captured %.0f/s   latency %.0f ms (p95 %.0f)   dropped %llu + %llu",
-        live->shown_per_s, live->processed_per_s, live->captured_per_s, live->latency_median_ms,
-        live->latency_p95_ms, static_cast<unsigned long long>(live->dropped_before_engine),
-        static_cast<unsigned long long>(live->dropped_before_display));
+    line = text("shown %.0f/s   measured %.0f/s   captured %.0f/s   dropped %llu + %llu", live->shown_per_s,
+                live->processed_per_s, live->captured_per_s,
+                static_cast<unsigned long long>(live->dropped_before_engine),
+                static_cast<unsigned long long>(live->dropped_before_display));
+    if (const CaptureCounts& c = live->camera; c.lost + c.damaged + c.gaps > 0)
+      line += text("   camera: %llu lost, %llu damaged, %llu gaps", static_cast<unsigned long long>(c.lost),
+                   static_cast<unsigned long long>(c.damaged), static_cast<unsigned long long>(c.gaps));
     if (content.mesh.first) line += text("   mesh %u x %u", content.mesh.first, content.mesh.second);
     line += text("   draw %.0f ms", live->draw_ms);
     if (!live->note.empty()) line = live->note + "   |   " + line;
@@ -202,6 +217,66 @@ void status_line(const Layout& layout, const HudContent& content, float scale) {
   if (line_width + device_width + 4 * margin < high.x - low.x)
     list->AddText({high.x - margin - device_width, y}, IM_COL32(130, 138, 150, 255), content.device.c_str());
   list->PopClipRect();
+}
+
+/// Time, place and speed of a replay, along the foot of the surface.
+void player_bar(const Layout& layout, float scale, const PlayerStats& player, int64_t time_ns,
+                ViewState& state) {
+  const float height = 34 * scale;
+  ImGui::SetNextWindowPos(
+      {static_cast<float>(layout.surface.x), static_cast<float>(layout.status.y) - height});
+  ImGui::SetNextWindowSize({static_cast<float>(layout.surface.width), height});
+  ImGui::Begin("player", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+                   ImGuiWindowFlags_NoBackground);
+  const std::string words = text("%.2f s   frame %llu of %llu   %gx", 1e-9 * static_cast<double>(time_ns),
+                                 static_cast<unsigned long long>(player.position + 1),
+                                 static_cast<unsigned long long>(player.frames), player.speed);
+  // As wide as its longest form, so that the bar does not dance.
+  const float room = std::max(280 * scale, ImGui::CalcTextSize(words.c_str()).x + 12 * scale);
+  ImGui::SetNextItemWidth(std::max(40 * scale, ImGui::GetContentRegionAvail().x - room));
+  auto position = static_cast<int>(player.position);
+  const int last = std::max(1, static_cast<int>(player.frames) - 1);
+  if (ImGui::SliderInt("##position", &position, 0, last, "", ImGuiSliderFlags_AlwaysClamp))
+    state.seek_to = static_cast<uint64_t>(position);
+  ImGui::SameLine();
+  ImGui::TextUnformatted(words.c_str());
+  ImGui::End();
+}
+
+/// What a person must see at once: that it records, that recording failed, that no frames come.
+void banner(const Layout& layout, const LiveStats& live, float scale) {
+  std::vector<std::pair<std::string, ImU32>> lines;
+  constexpr ImU32 kRed = IM_COL32(255, 96, 88, 255), kAmber = IM_COL32(255, 190, 70, 255);
+  const SessionStatus& s = live.session;
+  if (!s.error.empty()) lines.emplace_back("RECORDING FAILED: " + s.error, kRed);
+  if (live.recording && s.error.empty()) {
+    std::string words = text("REC  %llu frames  %.0f MB", static_cast<unsigned long long>(s.recorded),
+                             1e-6 * static_cast<double>(s.written_bytes));
+    if (s.dropped > 0) words += text("  %llu DROPPED", static_cast<unsigned long long>(s.dropped));
+    lines.emplace_back(words, s.dropped > 0 ? kAmber : kRed);
+  }
+  if (!live.state.empty()) lines.emplace_back(live.state, kAmber);
+  ImDrawList* list = ImGui::GetForegroundDrawList();
+  float y = static_cast<float>(layout.surface.y) + 12 * scale;
+  const float left = static_cast<float>(layout.surface.x) + 12 * scale;
+  const float right = static_cast<float>(layout.surface.x) + static_cast<float>(layout.surface.width) -
+                      static_cast<float>(kColourBarRoom_px) * scale;
+  for (const auto& [whole, tint] : lines) {
+    const std::string words = shortened(whole, right - left - 30 * scale);
+    const ImVec2 room = ImGui::CalcTextSize(words.c_str());
+    const float x = std::max(left, right - room.x - 12 * scale);
+    list->AddRectFilled({x - 22 * scale, y - 4 * scale}, {x + room.x + 10 * scale, y + room.y + 4 * scale},
+                        IM_COL32(15, 17, 20, 225), 5 * scale);
+    list->AddCircleFilled({x - 9 * scale, y + room.y / 2}, 5 * scale, tint);
+    list->AddText({x, y}, tint, words.c_str());
+    y += room.y + 14 * scale;
+  }
+}
+
+std::string percentiles_text(const Percentiles& p) {
+  if (p.count == 0) return "-";
+  return text("%.1f / %.1f / %.1f ms", p.p50_ms, p.p95_ms, p.p99_ms);
 }
 
 }  // namespace
@@ -368,10 +443,14 @@ void Hud::measurements(HudFrame& frame, const Layout& layout, const HudContent& 
     const ImVec4 depth_tint = colour(force_verdict(t.depth_validity));
     row("deepest", t.has_surface ? depth_text(t) : "-", doubtful ? &depth_tint : nullptr);
   }
-  row("contact area", t.contact ? text("%.2f mm\xc2\xb2", t.area_mm2) : "-");
-  row("ellipse", t.contact ? text("%.2f x %.2f mm", t.ellipse.major_mm, t.ellipse.minor_mm) : "-");
+  const bool scaled = has_scale(content.sensor);
+  const auto area_px = static_cast<unsigned long long>(t.area_px);
+  row("contact area", !t.contact ? "-"
+                      : scaled   ? text("%.2f mm\xc2\xb2", t.area_mm2)
+                                 : text("%llu px (no scale)", area_px));
+  row("ellipse", t.contact && scaled ? text("%.2f x %.2f mm", t.ellipse.major_mm, t.ellipse.minor_mm) : "-");
   row("centroid", t.contact ? text("%.2f, %.2f px", t.centroid_x_px, t.centroid_y_px) : "-");
-  row("moved", t.contact ? text("%+.3f, %+.3f mm", t.shift_x_mm, t.shift_y_mm) : "-");
+  row("moved", t.contact && scaled ? text("%+.3f, %+.3f mm", t.shift_x_mm, t.shift_y_mm) : "-");
   row("peak", text("%.1f gray", t.peak_gray));
   const ImVec4 red = colour(force_verdict(Validity::Saturated));
   row("saturated", text("%llu px", static_cast<unsigned long long>(t.saturated_px)),
@@ -386,6 +465,11 @@ void Hud::measurements(HudFrame& frame, const Layout& layout, const HudContent& 
     std::string shown = text("%llu px", static_cast<unsigned long long>(t.unknown_px));
     if (t.islands > 1) shown += text(", %u islands", t.islands);
     row("unknown", shown, t.islands > 1 ? &tint_apart : nullptr);
+  }
+  if (content.live && content.live->to_measured.count > 0) {
+    row("latency", "50 / 95 / 99 %");
+    row("to measured", percentiles_text(content.live->to_measured));
+    row("to shown", percentiles_text(content.live->to_shown));
   }
   ImGui::EndTable();
   ImGui::End();
@@ -408,11 +492,14 @@ void Hud::describe(HudFrame& frame, const Layout& layout, const HudContent& cont
   measurements(frame, layout, content);
   status_line(layout, content, scale);
   if (!frame.has_window()) return;
-  if (state.controls) control_window(layout.surface, scale, content.has_surface, state);
+  if (state.controls) control_window(layout.surface, scale, content.has_surface, content.live, state);
+  const bool player = content.live && content.live->player;
+  if (content.live) banner(layout, *content.live, scale);
+  if (player) player_bar(layout, scale, *content.live->player, content.touch.time_ns, state);
   if (state.help) {
-    help_window(layout.surface, scale);
+    help_window(layout.surface, scale, player);
   } else {
-    under->AddText({14 * scale, static_cast<float>(layout.status.y) - 22 * scale},
+    under->AddText({14 * scale, static_cast<float>(layout.status.y) - (player ? 52 : 22) * scale},
                    IM_COL32(120, 128, 140, 255),
                    content.has_surface ? "drag: orbit   wheel: zoom   H: help" : "H: help");
   }

@@ -1,5 +1,7 @@
 #include "viz/input.h"
 
+#include "capture/camera.h"
+#include "capture/session.h"
 #include "capture/synthetic.h"
 #include "engine/error.h"
 
@@ -8,10 +10,16 @@ namespace palpate {
 MeasuredInput find_input(const Common& common, const std::string& input,
                          const std::filesystem::path& sensor_file, const std::filesystem::path& background) {
   constexpr const char* kSynthetic = "synthetic:";
+  constexpr const char* kCamera = "camera:";
   MeasuredInput found{.input = input, .sensor = {}};
   const bool synthetic = input.rfind(kSynthetic, 0) == 0;
   if (!sensor_file.empty()) {
     found.sensor = load_sensor(sensor_file);
+  } else if (input.rfind(kCamera, 0) == 0) {
+    found.sensor = uncalibrated_sensor(camera_format(parse_camera(input)));
+  } else if (is_session(input)) {
+    const Session session(input);
+    found.sensor = session.info().sensor.value_or(uncalibrated_sensor(session.info().format));
   } else if (!synthetic) {
     throw Error(Failure::Usage, "--sensor FILE for '" + input + "'", "none",
                 "a sensor file as README.md describes it");

@@ -18,7 +18,8 @@ struct MeasuredInput {
 };
 
 /// Loads `sensor_file`; synthetic inputs without one get what is known of them by construction, and the seed
-/// of the options where they name none. `background` is the untouched image to use instead of the sensor
+/// of the options where they name none. Sessions bring their sensor; a camera or session without one is
+/// uncalibrated. `background` is the untouched image to use instead of the sensor
 /// file's; empty: as the sensor file says. Throws Error(Failure::Usage) where another input has no sensor
 /// file.
 MeasuredInput find_input(const Common& common, const std::string& input,
@@ -31,5 +32,9 @@ inline const std::map<std::string, SurfaceSolver> kSolverNames = {{"live", Surfa
                                                                   {"converged", SurfaceSolver::Converged},
                                                                   {"exact", SurfaceSolver::Exact}};
 const char* to_string(SurfaceSolver solver);
+
+/// What can be asked for, as the command line spells it.
+inline const std::map<std::string, Output> kOutputNames = {
+    {"force", Output::Force}, {"surface", Output::Surface}, {"confidence", Output::Confidence}};
 
 }  // namespace palpate

@@ -1,86 +1,142 @@
 #include "viz/live.h"
 
-#include <algorithm>
-#include <chrono>
 #include <exception>
 #include <thread>
-#include <vector>
 
 #include "engine/gpu/context.h"
 #include "viz/display.h"
+#include "viz/live_capture.h"
 #include "viz/live_session.h"
+#include "viz/recording.h"
 
 namespace palpate::viz {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-void capture_loop(LiveSession& session, std::unique_ptr<Source> source,
-                  const std::function<std::unique_ptr<Source>()>& open, const LiveOptions& options) {
-  const double rate_Hz = options.rate_Hz > 0     ? options.rate_Hz
-                         : source->rate_Hz() > 0 ? source->rate_Hz()
-                                                 : 10;
-  const auto period = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / rate_Hz));
-  Clock::time_point due = Clock::now();
-  std::vector<CapturedPtr> spare;
-  int64_t loop_offset_ns = 0, last_time_ns = 0;
-  uint64_t frames_in_this_round = 0, sequence = 0;
-  while (!session.stop) {
-    if (session.paused) {
-      std::this_thread::sleep_for(milliseconds(10));
-      due = Clock::now();
-      continue;
-    }
-    for (CapturedPtr& used : session.frames.take_all()) spare.push_back(std::move(used));
-    CapturedPtr item = spare.empty() ? std::make_unique<Captured>() : std::move(spare.back());
-    if (!spare.empty()) spare.pop_back();
-    if (!source->next(item->frame)) {
-      if (!options.loop || frames_in_this_round == 0) break;
-      source = open();
-      // Time goes on across the seam, one period after the last frame.
-      loop_offset_ns = last_time_ns + std::chrono::nanoseconds(period).count();
-      frames_in_this_round = 0;
-      spare.push_back(std::move(item));
-      continue;
-    }
-    ++frames_in_this_round;
-    if (options.loop) {
-      item->frame.time_ns += loop_offset_ns;
-      item->frame.sequence = sequence;
-    }
-    ++sequence;
-    last_time_ns = item->frame.time_ns;
-    std::this_thread::sleep_until(due);
-    const Clock::time_point now = Clock::now();
-    due = std::max(due + period, now - period);  // a slow source is not chased
-    item->at = now;
-    if (auto displaced = session.to_engine.put(std::move(item))) spare.push_back(std::move(*displaced));
-    if (++session.captured == options.max_frames) break;
-  }
-}
-
-void engine_loop(LiveSession& session, Pipeline& pipeline, const LiveOptions& options) {
+void engine_loop(LiveSession& session, Pipeline& pipeline, const LiveOptions& options, LatencyLog& latency) {
   const auto release_returned = [&] {
     for (const Result& r : session.results.take_all()) pipeline.release(r);
   };
+  uint64_t gaps = 0;
   while (!session.stop && !session.to_engine.finished()) {
     release_returned();
     auto captured = session.to_engine.take(milliseconds(20));
     if (!captured) continue;
-    while (!pipeline.submit((*captured)->frame)) {
+    Frame& frame = (*captured)->frame;
+    // Of several frames of which only the last got here, any may have come after a gap.
+    if ((*captured)->gaps != gaps) frame.after_gap = true;
+    gaps = (*captured)->gaps;
+    while (!pipeline.submit(frame)) {
       if (session.stop) return;
       std::this_thread::sleep_for(milliseconds(1));  // every slot is held by the display
       release_returned();
     }
     Result result = pipeline.wait().value();
+    const FrameTimes times(frame, monotonic_ns());
     ++session.processed;
+    if (options.recording) options.recording->measured(result.touch);
     if (options.on_result) options.on_result(result.touch);
-    if (auto displaced = session.to_display.put({std::move(*captured), result})) {
+    if (auto displaced = session.to_display.put({std::move(*captured), result, times})) {
+      latency.add(displaced->times);
       pipeline.release(displaced->result);
       session.frames.put(std::move(displaced->captured));
     }
   }
+}
+
+/// Capture and engine at work; ended and joined at the latest with the object.
+class Threads {
+ public:
+  Threads(LiveSession& session, Pipeline& pipeline, const std::function<std::unique_ptr<Source>()>& open,
+          const LiveOptions& options, LatencyLog& latency)
+      : session_(session),
+        engine_([this, &pipeline, &options, &latency] {
+          guarded([&] { engine_loop(session_, pipeline, options, latency); });
+          session_.to_display.close();
+        }),
+        capture_([this, &open, &options] {
+          guarded([&] { LiveCapture(session_, open, options).run(); });
+          session_.to_engine.close();
+        }) {}
+  ~Threads() { join(); }
+  Threads(const Threads&) = delete;
+  Threads& operator=(const Threads&) = delete;
+
+  void join() {
+    session_.stop = true;
+    if (capture_.joinable()) capture_.join();
+    if (engine_.joinable()) engine_.join();
+  }
+
+ private:
+  template <typename Work>
+  void guarded(Work work) {
+    try {
+      work();
+    } catch (...) {
+      session_.fail(std::current_exception());
+      session_.stop = true;
+    }
+  }
+
+  LiveSession& session_;
+  std::thread engine_, capture_;
+};
+
+/// What the display does with results when there is none.
+LiveReport run_headless(LiveSession& session, const LiveOptions& options, LatencyLog& latency) {
+  LiveReport report;
+  int64_t start_ns = 0, end_ns = 0;
+  while (!session.stop && !session.to_display.finished()) {
+    if (options.interrupted && options.interrupted()) report.interrupted = true;
+    const bool over = options.max_seconds > 0 && start_ns != 0 &&
+                      1e-9 * static_cast<double>(monotonic_ns() - start_ns) >= options.max_seconds;
+    if (report.interrupted || over) break;
+    auto newest = session.to_display.take(milliseconds(20));
+    if (options.on_progress) options.on_progress(session.captured);
+    if (!newest) continue;
+    if (start_ns == 0) start_ns = newest->captured->frame.delivered_ns;
+    if (options.draw) {
+      options.draw(newest->captured->frame, newest->result);
+      newest->times.shown_ns = monotonic_ns();
+    }
+    end_ns = monotonic_ns();
+    latency.add(newest->times);
+    session.results.put(newest->result);
+    session.frames.put(std::move(newest->captured));
+  }
+  report.seconds = 1e-9 * static_cast<double>(end_ns - start_ns);
+  return report;
+}
+
+LiveReport run(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
+               const Sensor& sensor, const Frame& background, const PipelineOptions& pipeline_options,
+               const LiveOptions& options, bool with_window) {
+  LiveSession session;
+  session.transport.speed = options.speed;
+  session.use(open());
+  session.source()->watch([&session] { return session.stop.load(); });
+  Pipeline pipeline(context, sensor, session.source()->format(), pipeline_options);
+  pipeline.set_background(background);
+  LatencyLog latency(options.latency_file, options.on_times);
+  std::optional<Display> display;
+  if (with_window) display.emplace(context, sensor, options, session, latency);
+
+  Threads threads(session, pipeline, open, options, latency);
+  LiveReport report = display ? display->run() : run_headless(session, options, latency);
+  threads.join();
+  session.rethrow();
+  latency.close();
+  report.captured = session.captured;
+  report.processed = session.processed;
+  report.dropped_before_engine = session.to_engine.displaced();
+  report.dropped_before_display = session.to_display.displaced();
+  report.camera = session.source()->counts();
+  report.to_measured = latency.to_measured();
+  report.to_shown = latency.to_shown();
+  report.latency_from_exposure = latency.from_exposure();
+  return report;
 }
 
 }  // namespace
@@ -88,46 +144,16 @@ void engine_loop(LiveSession& session, Pipeline& pipeline, const LiveOptions& op
 LiveReport run_live(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
                     const Sensor& sensor, const Frame& background, PipelineOptions pipeline_options,
                     const LiveOptions& options) {
-  std::unique_ptr<Source> source = open();
-  LiveSession session;
   // Current picture, pictures in flight, mailbox, engine.
   pipeline_options.slots =
       std::max(pipeline_options.slots, context.is_software() ? 4u : Window::kPicturesInFlight + 3);
-  Pipeline pipeline(context, sensor, source->format(), pipeline_options);
-  pipeline.set_background(background);
-  Display display(context, sensor, options, session);
+  return run(context, open, sensor, background, pipeline_options, options, true);
+}
 
-  const auto guarded = [&session](auto work, auto finish) {
-    try {
-      work();
-    } catch (...) {
-      session.fail(std::current_exception());
-      session.stop = true;
-    }
-    finish();
-  };
-  std::thread engine([&] {
-    guarded([&] { engine_loop(session, pipeline, options); }, [&] { session.to_display.close(); });
-  });
-  std::thread capture([&] {
-    guarded([&] { capture_loop(session, std::move(source), open, options); },
-            [&] { session.to_engine.close(); });
-  });
-  struct Join {
-    LiveSession& session;
-    std::thread& capture;
-    std::thread& engine;
-    void now() {
-      session.stop = true;
-      if (capture.joinable()) capture.join();
-      if (engine.joinable()) engine.join();
-    }
-    ~Join() { now(); }
-  } join{session, capture, engine};
-  LiveReport report = display.run();
-  join.now();
-  session.rethrow();
-  return report;
+LiveReport run_without_window(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
+                              const Sensor& sensor, const Frame& background,
+                              const PipelineOptions& pipeline_options, const LiveOptions& options) {
+  return run(context, open, sensor, background, pipeline_options, options, false);
 }
 
 }  // namespace palpate::viz

@@ -12,6 +12,7 @@
 #include "engine/frame.h"
 #include "engine/pipeline.h"
 #include "engine/sensor.h"
+#include "viz/latency.h"
 #include "viz/view_state.h"
 
 namespace palpate::gpu {
@@ -20,7 +21,10 @@ class Context;
 
 namespace palpate::viz {
 
+class Recording;
+
 struct LiveOptions {
+  static constexpr double kSlowest = 1.0 / 64, kFastest = 64;
   std::string title = "palpate";
   uint32_t width = 1280;  ///< px of the window
   uint32_t height = 720;  ///< px
@@ -29,10 +33,22 @@ struct LiveOptions {
   double max_seconds = 0;     ///< ends after so long; 0: no limit
   bool loop = false;          ///< starts a recording again at its end
   bool close_at_end = false;  ///< false: the last picture stays until the window is closed
-  double rate_Hz = 0;         ///< pace of the source in live view; 0: its own (10 where it has none)
+  double rate_Hz = 0;         ///< pace of a recording; 0: its own times (10 Hz where it has none)
+  bool unpaced = false;       ///< a recording as fast as it can be read
+  /// A recording waits for the engine, so that every frame is measured; cameras do not wait.
+  bool measure_all = false;
+  bool replay = false;                          ///< the keys of a player: step, jump, speed
+  double speed = 1;                             ///< of a replay, kSlowest to kFastest
   std::filesystem::path screenshots = ".";      ///< folder of palpate-NNNN.png
+  std::filesystem::path latency_file;           ///< CSV with the times of every measured frame; empty: none
+  Recording* recording = nullptr;               ///< what is written meanwhile; null: nothing can be
   std::function<bool()> interrupted;            ///< polled; true ends the session cleanly (Ctrl-C)
   std::function<void(const Touch&)> on_result;  ///< every measured frame, in order, on the engine's thread
+  std::function<void(const FrameTimes&)> on_times;  ///< every measured frame once its fate is known, one call
+                                                    ///< at a time
+  // Without a window, on the caller's thread:
+  std::function<void(uint64_t captured)> on_progress;     ///< now and then
+  std::function<void(const Frame&, const Result&)> draw;  ///< the newest result, in place of a display
 };
 
 /// What a session did.
@@ -42,10 +58,12 @@ struct LiveReport {
   uint64_t shown = 0;
   uint64_t dropped_before_engine = 0;
   uint64_t dropped_before_display = 0;
-  double seconds = 0;  ///< from the first frame captured to the end
+  CaptureCounts camera;
+  double seconds = 0;  ///< from the first frame delivered to the end
   double shown_per_s = 0;
-  double latency_median_ms = 0;  ///< from delivery of the frame by its source to its presentation, host clock
-  double latency_p95_ms = 0;
+  Percentiles to_measured;             ///< from exposure (or delivery) to the measurement
+  Percentiles to_shown;                ///< from there to the finished picture, handed to the display
+  bool latency_from_exposure = false;  ///< false: the source only knows when it delivered a frame
   double draw_median_ms = 0;
   uint32_t mesh_columns = 0;  ///< of the last picture
   bool interrupted = false;
@@ -57,5 +75,10 @@ struct LiveReport {
 LiveReport run_live(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
                     const Sensor& sensor, const Frame& background, PipelineOptions pipeline_options,
                     const LiveOptions& options);
+
+/// The same without a window: capture, measurement and recording only.
+LiveReport run_without_window(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
+                              const Sensor& sensor, const Frame& background,
+                              const PipelineOptions& pipeline_options, const LiveOptions& options);
 
 }  // namespace palpate::viz

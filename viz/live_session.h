@@ -2,7 +2,6 @@
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <cstdint>
 #include <exception>
 #include <memory>
@@ -10,21 +9,24 @@
 #include <utility>
 #include <vector>
 
+#include "capture/source.h"
 #include "engine/frame.h"
 #include "engine/pipeline.h"
+#include "viz/latency.h"
 #include "viz/mailbox.h"
 
 namespace palpate::viz {
 
 struct Captured {
   Frame frame;
-  std::chrono::steady_clock::time_point at;  ///< when the source delivered it
+  uint64_t gaps = 0;  ///< interruptions of the stream up to here: dropped frames may have carried the mark
 };
 using CapturedPtr = std::unique_ptr<Captured>;
 
 struct Measured {
   CapturedPtr captured;
   Result result;
+  FrameTimes times;
 };
 
 /// Things handed back to the thread that owns them.
@@ -45,6 +47,16 @@ class ReturnTray {
   std::vector<T> items_;
 };
 
+/// What a person at a recording asks of the thread that reads it, and where it is. Frames count from 0.
+struct Transport {
+  static constexpr int64_t kNowhere = -1;
+  std::atomic<double> speed{1};            ///< of the recording's own time
+  std::atomic<int64_t> seek_to{kNowhere};  ///< frame to go to, taken by the reader
+  std::atomic<int> steps{0};               ///< frames to go, forwards or back, while paused
+  std::atomic<uint64_t> position{0};       ///< frame that was delivered last
+  std::atomic<bool> at_end{false};
+};
+
 /// What the threads share. Threads end when `stop` is set or their input is finished; the first error wins.
 struct LiveSession {
   Mailbox<CapturedPtr> to_engine;
@@ -55,6 +67,17 @@ struct LiveSession {
   std::atomic<bool> paused{false};
   std::atomic<uint64_t> captured{0};
   std::atomic<uint64_t> processed{0};
+  Transport transport;
+
+  /// Where frames come from at present; another object in each round of a loop.
+  std::shared_ptr<Source> source() const {
+    const std::lock_guard lock(mutex_);
+    return source_;
+  }
+  void use(std::shared_ptr<Source> source) {
+    const std::lock_guard lock(mutex_);
+    source_ = std::move(source);
+  }
 
   void fail(std::exception_ptr error) {
     const std::lock_guard lock(mutex_);
@@ -66,8 +89,9 @@ struct LiveSession {
   }
 
  private:
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::exception_ptr error_;
+  std::shared_ptr<Source> source_;
 };
 
 }  // namespace palpate::viz

@@ -27,10 +27,17 @@ class Mailbox {
     return displaced;
   }
 
+  /// Waits up to `timeout` until the last item is taken, so that nothing is displaced; false when it is not.
+  bool wait_empty(std::chrono::microseconds timeout) {
+    std::unique_lock lock(mutex_);
+    return taken_.wait_for(lock, timeout, [this] { return !item_.has_value() || closed_; });
+  }
+
   /// Waits up to `timeout` for an item. After close() what is still there can be taken.
   std::optional<T> take(std::chrono::microseconds timeout) {
     std::unique_lock lock(mutex_);
     ready_.wait_for(lock, timeout, [this] { return item_.has_value() || closed_; });
+    taken_.notify_one();
     return std::exchange(item_, std::nullopt);
   }
 
@@ -41,6 +48,7 @@ class Mailbox {
       closed_ = true;
     }
     ready_.notify_all();
+    taken_.notify_all();
   }
 
   /// Closed and empty: nothing will ever be taken again.
@@ -57,6 +65,7 @@ class Mailbox {
  private:
   mutable std::mutex mutex_;
   std::condition_variable ready_;
+  std::condition_variable taken_;
   std::optional<T> item_;
   bool closed_ = false;
   uint64_t displaced_ = 0;

@@ -62,11 +62,14 @@ int run(int argc, char** argv) {
       "Examples:\n"
       "  palpate demo --out out/demo           measure a simulated palpation, compare with the truth\n"
       "  palpate live                          a simulated palpation, live in a window\n"
-      "  palpate process press.avi --sensor my_sensor.json --out out/press\n"
+      "  palpate record --camera /dev/video0 --sensor my_sensor.json --out out/press\n"
+      "  palpate process out/press --out out/measured\n"
       "  palpate COMMAND --help                options and examples of one command\n");
   Common common;
   Command chosen;
   add_live(program, common, chosen);
+  add_record(program, common, chosen);
+  add_replay(program, common, chosen);
   add_process(program, common, chosen);
   add_simulate(program, common, chosen);
   add_integrate(program, common, chosen);

@@ -35,11 +35,14 @@ double rms_difference(std::span<const float> a, std::span<const float> b) {
 /// Turns results into files and counts, one frame after the other.
 class Recorder {
  public:
+  /// `session`: to compare with what it recorded, or null.
   Recorder(gpu::Context& context, const Sensor& sensor, const ProcessRequest& request, const Source& source,
-           const Pipeline& pipeline, const std::filesystem::path& out, ProcessSummary& summary)
+           const Session* session, const Pipeline& pipeline, const std::filesystem::path& out,
+           ProcessSummary& summary)
       : sensor_(sensor),
         request_(request),
         source_(source),
+        session_(session),
         pipeline_(pipeline),
         out_(out),
         summary_(summary),
@@ -48,6 +51,7 @@ class Recorder {
         measurements_(out / "measurements.csv",
                       {.outputs = request.outputs, .truth = has_truth_, .time = rate_Hz_ > 0}) {
     if (has_truth_) summary.comparison.emplace();
+    if (session_) summary.recorded.emplace();
     if (!request.depth.empty()) {
       make_output_folder(out / "depth");
       clear_numbered_files(out / "depth");
@@ -84,6 +88,7 @@ class Recorder {
                          map_width(), map_height(), format);
     }
     measurements_.add(touch, truth ? &*truth : nullptr, depth_rms_error_mm);
+    if (session_) summary_.recorded->add(*session_, touch);
     if (truth) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
     if (renderer_) draw(result, frame);
     count(touch);
@@ -161,6 +166,7 @@ class Recorder {
   const Sensor& sensor_;
   const ProcessRequest& request_;
   const Source& source_;
+  const Session* session_;
   const Pipeline& pipeline_;
   std::filesystem::path out_;
   ProcessSummary& summary_;
@@ -224,7 +230,15 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
                   "another --out folder");
     }
   }
-  const std::unique_ptr<Source> source = open_source(request.input, sensor);
+  std::unique_ptr<Session> session;
+  std::unique_ptr<Source> source;
+  if (request.as_recorded) {
+    session = std::make_unique<Session>(request.input, sensor);
+    source = std::make_unique<MeasuredFrames>(*session);
+  } else {
+    source = open_source(request.input, sensor);
+  }
+  source->watch(interrupted);
   const Frame background = load_background(request.input, sensor, *source);
   Pipeline pipeline(
       context, sensor, source->format(),
@@ -234,13 +248,14 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
   make_output_folder(out);
   for (const char* stale : {"summary.json", "recording.mp4"}) std::filesystem::remove(out / stale);
   ProcessSummary summary;
-  Recorder recorder(context, sensor, request, *source, pipeline, out, summary);
+  Recorder recorder(context, sensor, request, *source, session.get(), pipeline, out, summary);
   uint64_t total = source->frame_count().value_or(0);
   if (request.frames != 0) total = total == 0 ? request.frames : std::min(total, request.frames);
 
   const double start_s = now_s();
   const auto finish = [&] {
     summary.seconds = now_s() - start_s;
+    summary.warning = source->warning();
     recorder.close();
     write_whole(out / "summary.json", std::string_view(to_json(summary, request, sensor, context) + "\n"));
   };
@@ -305,6 +320,12 @@ std::string describe(const ProcessSummary& s) {
   if (s.depth_clipped_px) {
     text += counted(s.depth_clipped_px, "pixel") + " outside the 16-bit depth range, clipped\n";
   }
+  if (s.recorded) {
+    text += counted(s.recorded->equal, "measurement") + " equal to the recorded one, to the last digit; " +
+            std::to_string(s.recorded->different) + " different\n";
+    if (s.recorded->different) text += "first difference in " + s.recorded->first_difference + "\n";
+  }
+  if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
   if (s.comparison) text += "\n" + s.comparison->table();
   return text;
 }
@@ -337,6 +358,11 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
     value["island_frames"] = s.island_frames;
   }
   if (!request.depth.empty()) value["depth_clipped_px"] = s.depth_clipped_px;
+  if (s.recorded)
+    value["as_recorded"] = {{"equal", s.recorded->equal},
+                            {"different", s.recorded->different},
+                            {"first_difference", s.recorded->first_difference}};
+  if (!s.warning.empty()) value["warning"] = s.warning;
   if (s.comparison) value["measured_minus_true"] = nlohmann::ordered_json::parse(s.comparison->json());
   return value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
 }

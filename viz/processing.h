@@ -10,6 +10,7 @@
 
 #include "capture/source.h"
 #include "engine/pipeline.h"
+#include "viz/as_recorded.h"
 #include "viz/command.h"
 #include "viz/comparison.h"
 #include "viz/depth_files.h"
@@ -22,6 +23,9 @@ struct ProcessRequest {
   uint32_t outputs = Output::Force | Output::Surface;
   SurfaceSolver solver = SurfaceSolver::Converged;
   bool skip_untouched = false;          ///< as in PipelineOptions
+  /// Of a session the frames that were measured when it was recorded, with its outputs and its solver;
+  /// compared with what was recorded.
+  bool as_recorded = false;
   std::vector<DepthFormat> depth;       ///< one file a frame of each
   std::vector<DepthFormat> confidence;  ///< the same: PNG and NumPy only
   bool pictures = false;                ///< PNGs as the window would show the frames
@@ -51,7 +55,9 @@ struct ProcessSummary {
   double seconds = 0;                    ///< wall time from the first frame to the last result
   bool complete = false;                 ///< false: Ctrl-C or a damaged recording ended it early
   std::string ended_by;                  ///< why, where not complete
-  std::optional<Comparison> comparison;  ///< of inputs that know the truth
+  std::optional<Comparison> comparison;   ///< of inputs that know the truth
+  std::optional<RecordedCheck> recorded;  ///< with as_recorded
+  std::string warning;                    ///< of the source: a session that was cut short
 };
 
 /// Every frame of `source` through `pipeline`, in order, each slot in use; `on_result` is called for each in

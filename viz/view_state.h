@@ -2,6 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
 
 #include "engine/touch.h"
 #include "viz/camera.h"
@@ -11,6 +14,9 @@ namespace palpate::viz {
 
 enum class Vsync : int { On, Mailbox, Off };  ///< FIFO; newest picture at each refresh; at once (may tear)
 const char* to_string(Vsync vsync);
+/// As the command line spells them.
+inline const std::map<std::string, Vsync> kVsyncNames = {
+    {"on", Vsync::On}, {"mailbox", Vsync::Mailbox}, {"off", Vsync::Off}};
 
 /// 1, 2 or 5 times a power of ten, at least `value`: distances of ticks.
 double nice_ceiling(double value);
@@ -31,7 +37,10 @@ struct ViewState {
   bool paused = false;
   Vsync vsync = Vsync::On;
 
-  bool wants_screenshot = false;  ///< cleared by whoever takes it
+  // Cleared by whoever takes them.
+  bool wants_screenshot = false;
+  bool wants_recording_switched = false;
+  std::optional<uint64_t> seek_to;  ///< frame of a replay
 
   /// Follows the touch where automatic: the range grows at once and shrinks only after seconds of lighter
   /// contact, so that colours keep their meaning from frame to frame.

@@ -24,6 +24,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SolverFigure, truth, width_px, height_px, sol
                                    relative_rms_error, peak_to_valley_error, time, cpu_ms, on_front)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(OutputFigure, outputs, reading, width_px, height_px, touched_fraction,
                                    time, cpu_ms, cpu_ratio, cpu_ratio_q25, cpu_ratio_q75, memory_bytes)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LiveFigure, reading, width_px, height_px, rate_Hz, frames,
+                                   dropped_before_engine, dropped_before_display, to_measured, to_picture)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Skipped, what, why)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Profile, complete, budget_s, elapsed_s, machine, ceiling, sizes, growth,
                                    solvers, outputs, skipped)
@@ -63,6 +65,7 @@ void check_numbers(const Json& value, const std::string& place, const std::files
 
 std::string to_json(const Profile& profile) {
   Json value = profile;
+  value["live"] = profile.live;
   value["palpate_profile"] = kProfileVersion;
   return value.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -79,6 +82,7 @@ Profile load_profile(const std::filesystem::path& file) {
              "version " + version.dump() + " where this program reads " + std::to_string(kProfileVersion));
     check_numbers(value, "", file);
     auto profile = value.get<Profile>();
+    if (value.contains("live")) profile.live = value.at("live").get<std::vector<LiveFigure>>();
     for (const SizeFigure& size : profile.sizes) {
       if (size.width_px == 0 || size.height_px == 0 || size.latency.median_ms <= 0)
         refuse(file, "a frame of no size or no time at /sizes");

@@ -124,6 +124,19 @@ struct OutputFigure {
   uint64_t memory_bytes = 0;
 };
 
+/// A camera that sets the pace: how old measurements and pictures are.
+struct LiveFigure {
+  std::string reading;
+  uint32_t width_px = 0;
+  uint32_t height_px = 0;
+  double rate_Hz = 0;
+  uint64_t frames = 0;
+  uint64_t dropped_before_engine = 0;
+  uint64_t dropped_before_display = 0;
+  Distribution to_measured;  ///< from the frame's delivery to its Touch
+  Distribution to_picture;   ///< from there to the picture drawn off-screen, of the frames that were drawn
+};
+
 struct Skipped {
   std::string what;
   std::string why;
@@ -139,6 +152,7 @@ struct Profile {
   std::vector<Growth> growth;
   std::vector<SolverFigure> solvers;
   std::vector<OutputFigure> outputs;
+  std::vector<LiveFigure> live;  ///< empty in files of before there were any
   std::vector<Skipped> skipped;
 };
 

@@ -21,8 +21,8 @@ struct ProfileRequest {
   double budget_s = 0;  ///< 0: 180, or 20 where quick. Sizes that would not fit are skipped, and said to be
 };
 
-/// Measures, in this order: ceiling, sizes, solvers, outputs. On a stop (watch.stopped) what is finished is
-/// kept and `complete` stays false. `keep` is called with all there is after each part.
+/// Measures, in this order: ceiling, sizes, solvers, outputs, live. On a stop (watch.stopped) what is
+/// finished is kept and `complete` stays false. `keep` is called with all there is after each part.
 Profile run_profile(const gpu::ContextOptions& device, const ProfileRequest& request, const Watch& watch,
                     const std::function<void(const Profile&)>& keep);
 

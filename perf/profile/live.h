@@ -1,0 +1,15 @@
+// How old a measurement and its picture are when a camera sets the pace.
+#pragma once
+
+#include "perf/profile/profile.h"
+#include "perf/profile/sampling.h"
+#include "perf/profile/sizes.h"
+
+namespace palpate::perf {
+
+/// A simulated camera at 30 and at 60 frames/s with capture, engine and off-screen drawing in threads of
+/// their own, as in the live window; into `profile.live`. Of each size the reading `shading`.
+void measure_live(const gpu::ContextOptions& device, const std::vector<FrameSize>& sizes, double seconds,
+                  const Watch& watch, Profile& profile);
+
+}  // namespace palpate::perf
