@@ -206,6 +206,7 @@ void SessionVideoWriter::write(const Frame& frame) {
   m.check(received);
   AVPacket& packet = *m.packet;
   packet.pts = packet.dts = m.last_tick;
+  packet.duration = m.nominal_ticks;
   packet.flags |= AV_PKT_FLAG_KEY;
   const int marked = add_record(packet, frame);
   const int muxed = marked < 0 ? marked : av_write_frame(m.muxer, &packet);
