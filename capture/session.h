@@ -36,7 +36,10 @@ struct SessionInfo {
 
 struct SessionOptions {
   size_t queue_bytes = size_t{256} << 20;  ///< of frames that wait for the encoder; at least two fit
-  bool no_drop = false;                    ///< record() waits for room instead of dropping
+  /// A frame that would wait longer for the file is dropped, so that a crash costs no more than a second.
+  /// More rides out longer stalls of processor and disk, at the price of what a crash may cost.
+  double most_behind_s = 0.6;
+  bool no_drop = false;  ///< record() waits for room instead of dropping
 };
 
 /// How a recording goes.
@@ -48,6 +51,7 @@ struct SessionStatus {
   uint64_t unmatched = 0;      ///< measurements of frames that were not recorded; they have no row
   uint64_t queued = 0;         ///< frames that wait for the encoder
   uint64_t queue_bytes = 0;    ///< that these take
+  double behind_s = 0;         ///< how long the oldest of them waits: what a crash now would cost
   uint64_t written_bytes = 0;  ///< of frames.mkv
   std::string error;           ///< why the recording has stopped, one line; empty while it goes on
 };

@@ -26,6 +26,12 @@ constexpr auto kAskEvery = std::chrono::milliseconds(50);
 constexpr auto kRowsEvery = std::chrono::milliseconds(100);
 
 using FramePointer = std::unique_ptr<Frame>;
+using Clock = std::chrono::steady_clock;
+
+struct Waiting {
+  FramePointer frame;
+  Clock::time_point since;
+};
 
 /// A recorded frame on its way to a row of frames.csv.
 struct Row {
@@ -127,12 +133,15 @@ struct SessionWriter::Impl {
 
   mutable std::mutex mutex;
   std::condition_variable work, room, end_sync;
-  std::deque<FramePointer> queue;   ///< oldest first
+  std::deque<Waiting> queue;        ///< oldest first
   std::vector<FramePointer> spare;  ///< memory of frames that are written
   size_t held = 0;                  ///< frames in the queue or being encoded
-  std::deque<Row> rows;             ///< of recorded frames whose row is not written yet
-  uint64_t next_sequence = 0;       ///< smallest that record() takes
-  uint64_t measured_up_to = 0;      ///< sequence after the last measured one
+  Clock::time_point oldest;         ///< when the first of them was taken
+  std::optional<Clock::time_point> encoding_since;
+  std::chrono::duration<double> each;  ///< that a frame takes to encode and write, as seen lately
+  std::deque<Row> rows;                ///< of recorded frames whose row is not written yet
+  uint64_t next_sequence = 0;          ///< smallest that record() takes
+  uint64_t measured_up_to = 0;         ///< sequence after the last measured one
   bool closing = false, closed = false, rows_failed = false;
   SessionStatus status;
   std::thread encoder, syncer;
@@ -141,8 +150,11 @@ struct SessionWriter::Impl {
       : folder(fresh_folder(to)),
         info(checked(given)),
         options(wanted),
-        most_queued(std::max<size_t>(2, wanted.queue_bytes / given.format.frame_bytes())),
+        most_queued(std::max<size_t>(2, wanted.queue_bytes / info.format.frame_bytes())),
         video(folder / kSessionFrames, info.format, info.rate_Hz, to_text(info, {}, started)) {
+    constexpr double kFirstGuess_s_per_byte = 40e-9;
+    each = std::chrono::duration<double>(kFirstGuess_s_per_byte *
+                                         static_cast<double>(info.format.frame_bytes()));
     status.written_bytes = video.bytes();
     try {
       if (info.background) write_background(folder / kSessionBackground, *info.background);
@@ -159,6 +171,7 @@ struct SessionWriter::Impl {
     }
   }
 
+  bool full() const;
   void stop(const std::string& why);
   bool admit(const Frame& frame, std::unique_lock<std::mutex>& lock);
   void encode_next(std::unique_lock<std::mutex>& lock);
@@ -174,6 +187,17 @@ void SessionWriter::Impl::stop(const std::string& why) {
   room.notify_all();
 }
 
+/// No memory, or a frame would wait so long for its turn that a crash could cost more than is promised.
+bool SessionWriter::Impl::full() const {
+  if (held < 2) return false;
+  if (held >= most_queued) return true;
+  const Clock::time_point now = Clock::now();
+  const std::chrono::duration<double> waited = now - oldest,
+                                      encoding = encoding_since ? now - *encoding_since : each;
+  const double behind_s = static_cast<double>(held) * std::max(each, encoding).count();
+  return std::max(waited.count(), behind_s) > options.most_behind_s;
+}
+
 /// True when there is room and nothing speaks against recording; waits for it with no_drop.
 bool SessionWriter::Impl::admit(const Frame& frame, std::unique_lock<std::mutex>& lock) {
   if (closing || !status.error.empty()) return false;
@@ -186,11 +210,11 @@ bool SessionWriter::Impl::admit(const Frame& frame, std::unique_lock<std::mutex>
          std::to_string(next_sequence - 1) + ": a recording takes rising numbers only");
     return false;
   }
-  while (held >= most_queued) {
+  while (full()) {
     if (!options.no_drop) return false;
     room.wait_for(lock, kAskEvery);
     if (closing || !status.error.empty()) return false;
-    if (held >= most_queued && cancelled) {
+    if (full() && cancelled) {
       lock.unlock();
       const bool give_up = cancelled();
       lock.lock();
@@ -202,8 +226,11 @@ bool SessionWriter::Impl::admit(const Frame& frame, std::unique_lock<std::mutex>
 
 /// Takes the oldest frame to the video, without the lock while that lasts.
 void SessionWriter::Impl::encode_next(std::unique_lock<std::mutex>& lock) {
-  FramePointer frame = std::move(queue.front());
+  FramePointer frame = std::move(queue.front().frame);
+  oldest = queue.front().since;
   queue.pop_front();
+  const Clock::time_point begun = Clock::now();
+  encoding_since = begun;
   lock.unlock();
   std::string error;
   try {
@@ -213,6 +240,10 @@ void SessionWriter::Impl::encode_next(std::unique_lock<std::mutex>& lock) {
   }
   lock.lock();
   --held;
+  encoding_since.reset();
+  const std::chrono::duration<double> took = Clock::now() - begun;
+  each += (took > each ? 0.5 : 0.125) * (took - each);  // slower is believed sooner than faster
+  if (!queue.empty()) oldest = queue.front().since;
   status.written_bytes = video.bytes();
   if (error.empty()) {
     ++status.written;
@@ -336,7 +367,8 @@ bool SessionWriter::record(const Frame& frame) {
     copy = std::move(m.spare.back());
     m.spare.pop_back();
   }
-  ++m.held;
+  const Clock::time_point taken = Clock::now();
+  if (m.held++ == 0) m.oldest = taken;
   lock.unlock();
   bool copied = true;
   try {
@@ -355,7 +387,7 @@ bool SessionWriter::record(const Frame& frame) {
   }
   m.next_sequence = frame.sequence + 1;
   m.rows.push_back({.stamp = stamp_of(frame), .cells = std::nullopt});
-  m.queue.push_back(std::move(copy));
+  m.queue.push_back({std::move(copy), taken});
   ++m.status.recorded;
   m.work.notify_one();
   return true;
@@ -383,6 +415,7 @@ SessionStatus SessionWriter::status() const {
   SessionStatus status = impl_->status;
   status.queued = impl_->held;
   status.queue_bytes = impl_->held * impl_->info.format.frame_bytes();
+  if (impl_->held > 0) status.behind_s = std::chrono::duration<double>(Clock::now() - impl_->oldest).count();
   return status;
 }
 

@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
 #include <sstream>
+#include <thread>
 
 #include "capture/measurements.h"
 #include "tests/session_fixture.h"
@@ -241,7 +242,7 @@ TEST_F(SessionTest, AWaitingRecordGivesUpWhenCancelled) {
 
 TEST_F(SessionTest, AQueueOfManyFramesTakesABurst) {
   Stamped frames({400, 300, 1, 8});
-  SessionWriter writer(folder_ / "s", plain_info(frames.frame.format));
+  SessionWriter writer(folder_ / "s", plain_info(frames.frame.format), {.most_behind_s = 1e9});
   uint64_t largest = 0;
   for (uint64_t n = 0; n < 200; ++n) {
     ASSERT_TRUE(writer.record(frames.at(n)));
@@ -250,6 +251,24 @@ TEST_F(SessionTest, AQueueOfManyFramesTakesABurst) {
   EXPECT_GT(largest, 10u * frames.frame.format.frame_bytes());
   EXPECT_EQ(writer.close().written, 200u);
   EXPECT_EQ(writer.status().queue_bytes, 0u);
+}
+
+TEST_F(SessionTest, NoFrameWaitsLongerThanItMay) {
+  Stamped frames({640, 480, 1, 16});  // 20 ms each to encode
+  SessionWriter writer(folder_ / "s", plain_info(frames.frame.format), {.queue_bytes = size_t{1} << 32});
+  uint64_t taken = 0;
+  double longest_s = 0;
+  for (uint64_t n = 0; n < 600; ++n) {
+    taken += writer.record(frames.at(n)) ? 1 : 0;
+    longest_s = std::max(longest_s, writer.status().behind_s);
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  const SessionStatus status = writer.close();
+  EXPECT_EQ(status.recorded, taken);
+  EXPECT_EQ(status.recorded + status.dropped, 600u);
+  EXPECT_GT(status.dropped, 10u);
+  EXPECT_LT(longest_s, 1.0);
+  EXPECT_EQ(status.behind_s, 0);
 }
 
 TEST_F(SessionTest, LeasedPixelsAreCopied) {
