@@ -28,6 +28,14 @@ SyntheticOptions scene() {
   return options;
 }
 
+/// With a force and a shear, so that shear can be valid.
+Sensor sensor() {
+  Sensor sensor = synthetic_sensor(scene());
+  sensor.force = ForceCalibration{.c1_N_per_gray = 1e-6, .gray_max = 1e12};
+  sensor.shear = ShearCalibration{.kx_N_per_mm = 1, .ky_N_per_mm = 1, .friction = 100};
+  return sensor;
+}
+
 /// A camera that nobody can hold up: what is not fetched in time is lost, as its driver's buffers are few.
 class FakeCamera : public Source {
  public:
@@ -89,7 +97,7 @@ class LiveCaptureTest : public GpuTest {
   Frame background() const { return *SyntheticSensor(scene()).own_background(); }
   SessionInfo info() const {
     SessionInfo info;
-    info.sensor = synthetic_sensor(scene());
+    info.sensor = sensor();
     info.format = SyntheticSensor(scene()).format();
     info.rate_Hz = 60;
     info.background = background();
