@@ -106,8 +106,8 @@ class LiveCaptureTest : public GpuTest {
   }
   LiveReport run(const FakeCamera::Script& script) {
     const LiveReport report = run_without_window(
-        context(), [&] { return std::make_unique<FakeCamera>(script); }, synthetic_sensor(scene()),
-        background(), {}, options_);
+        context(), [&] { return std::make_unique<FakeCamera>(script); }, sensor(), background(), {},
+        options_);
     EXPECT_EQ(report.captured, script.frames);
     EXPECT_EQ(report.processed + report.dropped_before_engine, report.captured);
     EXPECT_TRUE(report.latency_from_exposure);
@@ -249,8 +249,8 @@ TEST_F(LiveCaptureTest, ARecordingThatCanWaitIsMeasuredFrameByFrame) {
     std::this_thread::sleep_for(milliseconds(expected % 7 == 0 ? 15 : 0));
   };
   const LiveReport report = run_without_window(
-      context(), [] { return std::make_unique<SyntheticSensor>(scene()); }, synthetic_sensor(scene()),
-      background(), {}, options_);
+      context(), [] { return std::make_unique<SyntheticSensor>(scene()); }, sensor(), background(), {},
+      options_);
   EXPECT_EQ(report.processed, 50u);
   EXPECT_EQ(report.dropped_before_engine, 0u);
 }

@@ -126,7 +126,8 @@ void help_window(const ViewRect& around, float scale, bool player) {
       ImGui::TextDisabled("  %s", line[1]);
     };
     if (player) std::for_each(std::begin(player_lines), std::end(player_lines), add);
-    std::for_each(std::begin(lines), std::end(lines), add);
+    for (const auto& line : lines)
+      if (!player || *line[0] != 'W') add(line);  // a replay is not recorded again
     ImGui::EndTable();
   }
   ImGui::Dummy({1, 2 * scale});
