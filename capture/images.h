@@ -14,6 +14,10 @@ namespace palpate {
 /// kMaxSide_px.
 cv::Mat read_image(const std::filesystem::path& file);
 
+/// The frame as an image file without loss, values as they are: gray of 8 or 16 bits or colour of 8. `ending`
+/// is ".png" or ".tif". Throws Error(Failure::Output).
+std::vector<uint8_t> encode_image(const Frame& frame, const std::string& ending);
+
 /// True when the name ends as an image's does (png, tif, tiff, pgm, ppm, pnm, jpg, jpeg, bmp).
 bool has_image_name(const std::filesystem::path& file);
 

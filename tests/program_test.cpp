@@ -14,8 +14,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-const std::vector<std::string> kCommands = {"live",    "process", "simulate", "integrate",
-                                            "devices", "demo",    "profile"};
+const std::vector<std::string> kCommands = {"live",      "process", "export", "simulate",
+                                            "integrate", "devices", "demo",   "profile"};
 
 TEST_F(Program, EveryCommandExplainsItself) {
   for (const std::string& command : kCommands) {

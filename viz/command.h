@@ -47,6 +47,7 @@ void add_common(CLI::App& command, Common& common, const std::string& examples);
 void add_devices(CLI::App& program, Common& common, Command& chosen);
 void add_cameras(CLI::App& program, Common& common, Command& chosen);
 void add_process(CLI::App& program, Common& common, Command& chosen);
+void add_export(CLI::App& program, Common& common, Command& chosen);
 void add_simulate(CLI::App& program, Common& common, Command& chosen);
 void add_integrate(CLI::App& program, Common& common, Command& chosen);
 void add_live(CLI::App& program, Common& common, Command& chosen);

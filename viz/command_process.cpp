@@ -1,20 +1,17 @@
 // palpate process: a recording in, measurements out.
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "engine/error.h"
 #include "engine/gpu/context.h"
 #include "viz/camera_options.h"
 #include "viz/input.h"
+#include "viz/look_options.h"
 #include "viz/processing.h"
 
 namespace palpate {
 namespace {
 
-const std::map<std::string, DepthFormat> kDepthFormats = {
-    {"png16", DepthFormat::Png16}, {"npy", DepthFormat::Npy}, {"ply", DepthFormat::Ply}};
 const std::map<std::string, DepthFormat> kConfidenceFormats = {{"png16", DepthFormat::Png16},
                                                                {"npy", DepthFormat::Npy}};
 
@@ -24,7 +21,7 @@ struct Options {
   std::filesystem::path sensor;
   std::filesystem::path background;
   std::vector<Output> outputs;
-  std::vector<double> view_deg;
+  LookOptions look;
 };
 
 Report process(const Common& common, Options options) {
@@ -55,12 +52,7 @@ Report process(const Common& common, Options options) {
                 options.outputs.empty() ? "a sensor without a reading of the surface" : "--outputs force",
                 options.outputs.empty() ? "a sensor file with \"reading\"" : "--outputs force,surface");
   }
-  if (!options.view_deg.empty()) {
-    const double degree = std::acos(-1.0) / 180;
-    request.look.camera.azimuth_rad = options.view_deg[0] * degree;
-    request.look.camera.elevation_rad = std::clamp(
-        options.view_deg[1] * degree, -viz::Camera::kMaxElevation_rad, viz::Camera::kMaxElevation_rad);
-  }
+  options.look.apply(request.look);
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const ProcessSummary summary = process_recording(*context, common, sensor, request, common.out);
   Report report;
@@ -106,7 +98,9 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
                     "whether every digit is as recorded");
   command->add_flag("--skip-untouched", request.skip_untouched,
                     "Compute only a window around the contact; beyond it depth is 0 (sums stay exact)");
-  command->add_option("--depth", request.depth, "Write each frame's depth map: png16, npy, ply (repeatable)")
+  command
+      ->add_option("--depth", request.depth,
+                   "Write each frame's depth map: png16, tiff, npy, ply, obj (repeatable)")
       ->delimiter(',')
       ->transform(CLI::CheckedTransformer(kDepthFormats));
   command
@@ -123,21 +117,7 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
                    "One picture (and film frame) for that many frames")
       ->capture_default_str()
       ->check(CLI::Range(uint64_t{1}, uint64_t{1000000}));
-  command
-      ->add_option("--depth-range", request.look.range_mm,
-                   "Depth with the last colour of pictures, mm (default: follows the touch)")
-      ->check(CLI::Range(1e-4, 100.0));
-  command
-      ->add_option("--exaggeration", request.look.exaggeration,
-                   "Of depth in pictures, 1 is true to scale (default: follows the range)")
-      ->check(CLI::Range(0.1, 1000.0));
-  command
-      ->add_option("--view", options->view_deg,
-                   "Viewpoint of pictures: azimuth,elevation in degrees; 0,90 is straight above, negative "
-                   "elevations look from inside the pad")
-      ->delimiter(',')
-      ->expected(2)
-      ->check(CLI::Range(-180.0, 180.0));
+  options->look.add(*command);
   command->add_option("--rate", request.rate_Hz, "Frames a second of images, which know no time themselves")
       ->check(CLI::PositiveNumber);
   command->add_option("--frames", request.frames, "Stop after that many frames");

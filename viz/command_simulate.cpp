@@ -2,10 +2,9 @@
 // it.
 #include <CLI/CLI.hpp>
 #include <charconv>
-#include <cstring>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
+#include "capture/images.h"
 #include "capture/measurements.h"
 #include "capture/output_file.h"
 #include "capture/synthetic.h"
@@ -42,29 +41,8 @@ void parse_size(const std::string& text, uint32_t& width, uint32_t& height) {
   }
 }
 
-/// A lossless PNG: 8 or 16 bits a channel, values as they are in the frame.
 void write_png(const fs::path& file, const Frame& frame) {
-  const FrameFormat& f = frame.format;
-  const int depth = f.bytes_per_pixel() == 1 ? CV_8U : CV_16U;
-  cv::Mat image(static_cast<int>(f.height), static_cast<int>(f.width),
-                CV_MAKETYPE(depth, static_cast<int>(f.channels)));
-  const size_t pixel_bytes = f.bytes_per_pixel();
-  for (uint32_t channel = 0; channel < f.channels; ++channel) {
-    const size_t place = f.channels - 1 - channel;  // OpenCV keeps blue, green, red
-    for (uint32_t y = 0; y < f.height; ++y) {
-      const uint8_t* from = frame.row(channel, y);
-      uint8_t* to = image.ptr(static_cast<int>(y)) + place * pixel_bytes;
-      for (uint32_t x = 0; x < f.width; ++x) {
-        std::memcpy(to + size_t{x} * f.channels * pixel_bytes, from + x * pixel_bytes, pixel_bytes);
-      }
-    }
-  }
-  std::vector<uint8_t> bytes;
-  if (!cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
-    throw Error(Failure::Output, "to write '" + file.string() + "'", "a PNG encoder that refuses",
-                "another --size");
-  }
-  write_whole(file, bytes);
+  write_whole(file, encode_image(frame, ".png"));
 }
 
 constexpr const char* kTruthHeader =

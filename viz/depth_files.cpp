@@ -1,8 +1,6 @@
 #include "viz/depth_files.h"
 
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
@@ -10,6 +8,8 @@
 #include "capture/output_file.h"
 #include "engine/error.h"
 #include "shaders/shared/confidence.h"
+#include "viz/depth_mesh.h"
+#include "viz/depth_tiff.h"
 #include "viz/npy.h"
 
 namespace palpate {
@@ -40,57 +40,20 @@ uint64_t write_png16(const std::filesystem::path& file, const DepthView& map) {
   return clipped;
 }
 
-template <typename T>
-void append(std::vector<uint8_t>& bytes, T value) {
-  const size_t at = bytes.size();
-  bytes.resize(at + sizeof value);
-  std::memcpy(bytes.data() + at, &value, sizeof value);
-}
-
-void write_ply(const std::filesystem::path& file, const DepthView& map) {
-  const uint64_t vertices = uint64_t{map.width} * map.height;
-  const uint64_t faces = map.width && map.height ? uint64_t{2} * (map.width - 1) * (map.height - 1) : 0;
-  OutputFile out(file);
-  out.write("ply\nformat binary_little_endian 1.0\ncomment unit mm, x right, y up, z depth\nelement vertex " +
-            std::to_string(vertices) +
-            "\nproperty float x\nproperty float y\nproperty float z\nelement face " + std::to_string(faces) +
-            "\nproperty list uchar int vertex_indices\nend_header\n");
-  std::vector<uint8_t> row;
-  for (uint32_t y = 0; y < map.height; ++y) {
-    row.clear();
-    for (uint32_t x = 0; x < map.width; ++x) {
-      append(row, static_cast<float>(x * map.pitch_mm_per_px));
-      append(row, static_cast<float>(-(y * map.pitch_mm_per_px)));
-      append(row, map.depth_mm[size_t{y} * map.width + x]);
-    }
-    out.write(row.data(), row.size());
-  }
-  for (uint32_t y = 0; y + 1 < map.height; ++y) {
-    row.clear();
-    for (uint32_t x = 0; x + 1 < map.width; ++x) {
-      const auto a = static_cast<int32_t>(y * map.width + x);
-      const auto below = static_cast<int32_t>(a + static_cast<int32_t>(map.width));
-      // Counter-clockwise seen from +z, the camera's side.
-      for (const auto& corners : {std::array{a, below, a + 1}, std::array{a + 1, below, below + 1}}) {
-        append(row, uint8_t{3});
-        for (const int32_t corner : corners) append(row, corner);
-      }
-    }
-    out.write(row.data(), row.size());
-  }
-  out.commit();
-}
-
 }  // namespace
 
 std::string_view extension(DepthFormat format) {
   switch (format) {
     case DepthFormat::Png16:
       return "png";
+    case DepthFormat::Tiff:
+      return "tif";
     case DepthFormat::Npy:
       return "npy";
     case DepthFormat::Ply:
       return "ply";
+    case DepthFormat::Obj:
+      return "obj";
   }
   return "";
 }
@@ -99,11 +62,16 @@ uint64_t write_depth(const std::filesystem::path& file, const DepthView& map, De
   switch (format) {
     case DepthFormat::Png16:
       return write_png16(file, map);
+    case DepthFormat::Tiff:
+      return write_depth_tiff(file, map);
     case DepthFormat::Npy:
       write_npy(file, map.depth_mm, {map.height, map.width});
       return 0;
     case DepthFormat::Ply:
       write_ply(file, map);
+      return 0;
+    case DepthFormat::Obj:
+      write_obj(file, map);
       return 0;
   }
   return 0;
@@ -145,22 +113,34 @@ std::string describe_confidence_folder(uint32_t width, uint32_t height,
 }
 
 std::string describe_depth_folder(const DepthView& map, std::span<const DepthFormat> formats,
-                                  uint64_t clipped_px) {
+                                  const std::map<DepthFormat, uint64_t>& clipped_px) {
   nlohmann::ordered_json about = {{"content", "depth below the pad's rest level, one file a frame"},
                                   {"width_px", map.width},
                                   {"height_px", map.height},
                                   {"pitch_mm_per_px", map.pitch_mm_per_px}};
+  const nlohmann::ordered_json mesh = {{"unit", "mm"},
+                                       {"axes", "x right, y up, z depth (towards the camera)"}};
   for (const DepthFormat format : formats) {
-    if (format == DepthFormat::Png16) {
-      about["png"] = {{"depth_mm", "(count - zero_count) * step_mm"},
-                      {"zero_count", kDepthZeroCount},
-                      {"step_mm", kDepthStep_mm},
-                      {"clipped_px", clipped_px}};
-    } else if (format == DepthFormat::Npy) {
-      about["npy"] = {{"dtype", "<f4"}, {"unit", "mm"}, {"shape", {map.height, map.width}}};
-    } else {
-      about["ply"] = {{"unit", "mm"}, {"axes", "x right, y up, z depth (towards the camera)"}};
+    nlohmann::ordered_json& one = about[std::string(extension(format))];
+    switch (format) {
+      case DepthFormat::Png16:
+        one = {{"depth_mm", "(count - zero_count) * step_mm"},
+               {"zero_count", kDepthZeroCount},
+               {"step_mm", kDepthStep_mm}};
+        break;
+      case DepthFormat::Tiff:
+        one = {{"depth_um", "count"}, {"count", "signed, 16 bits"}};
+        break;
+      case DepthFormat::Npy:
+        one = {{"dtype", "<f4"}, {"unit", "mm"}, {"shape", {map.height, map.width}}};
+        break;
+      case DepthFormat::Ply:
+      case DepthFormat::Obj:
+        one = mesh;
+        break;
     }
+    if (const auto clipped = clipped_px.find(format); clipped != clipped_px.end())
+      one["clipped_px"] = clipped->second;
   }
   return about.dump(2) + "\n";
 }

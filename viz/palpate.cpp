@@ -71,6 +71,7 @@ int run(int argc, char** argv) {
   add_record(program, common, chosen);
   add_replay(program, common, chosen);
   add_process(program, common, chosen);
+  add_export(program, common, chosen);
   add_simulate(program, common, chosen);
   add_integrate(program, common, chosen);
   add_devices(program, common, chosen);

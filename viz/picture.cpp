@@ -126,7 +126,7 @@ void Film::finish() {
   impl_->writer.release();
   uint64_t readable = 0;
   {
-    cv::VideoCapture back(impl_->partial.string());
+    cv::VideoCapture back(impl_->partial.string(), cv::CAP_FFMPEG);
     while (back.isOpened() && back.grab()) ++readable;
   }
   if (readable != impl_->count) {

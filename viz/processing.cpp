@@ -8,6 +8,7 @@
 #include <deque>
 #include <nlohmann/json.hpp>
 
+#include "capture/images.h"
 #include "capture/measurements.h"
 #include "capture/output_file.h"
 #include "engine/error.h"
@@ -32,6 +33,24 @@ double rms_difference(std::span<const float> a, std::span<const float> b) {
   return a.empty() ? 0 : std::sqrt(squares / static_cast<double>(a.size()));
 }
 
+/// Whether a format holds depths of a limited range only.
+bool has_range(DepthFormat format) {
+  return format == DepthFormat::Png16 || format == DepthFormat::Tiff;
+}
+
+/// What measures images of frames again, which are rectified already: the sensor without crop and quad, and
+/// the untouched image.
+void write_image_setting(Sensor sensor, const Frame& background, const std::filesystem::path& out) {
+  sensor.crop_px.reset();
+  sensor.quad_px.reset();
+  sensor.size_px = {};
+  if (sensor.background.kind == BackgroundKind::Untouched) {
+    write_whole(out / "background.png", encode_image(background, ".png"));
+    sensor.background.image = "background.png";
+  }
+  if (std::isfinite(sensor.pitch_mm_per_px)) save_sensor(sensor, out / "sensor.json");
+}
+
 /// Turns results into files and counts, one frame after the other.
 class Recorder {
  public:
@@ -47,28 +66,26 @@ class Recorder {
         out_(out),
         summary_(summary),
         has_truth_(source.truth(0).has_value()),
-        rate_Hz_(source.rate_Hz() > 0 ? source.rate_Hz() : request.rate_Hz),
-        measurements_(out / "measurements.csv",
-                      {.outputs = request.outputs, .truth = has_truth_, .time = rate_Hz_ > 0}) {
+        rate_Hz_(source.rate_Hz() > 0 ? source.rate_Hz() : request.rate_Hz) {
+    if (request.rows)
+      measurements_.emplace(out / "measurements.csv",
+                            Measurements::Columns{request.outputs, has_truth_, rate_Hz_ > 0});
     if (has_truth_) summary.comparison.emplace();
     if (session_) summary.recorded.emplace();
-    if (!request.depth.empty()) {
-      make_output_folder(out / "depth");
-      clear_numbered_files(out / "depth");
-    }
-    if (!request.confidence.empty()) {
-      make_output_folder(out / "confidence");
-      clear_numbered_files(out / "confidence");
-    }
-    if (request.pictures) {
-      make_output_folder(out / "pictures");
-      clear_numbered_files(out / "pictures");
-    }
+    const auto empty_folder = [&](const char* name) {
+      make_output_folder(out / name);
+      clear_numbered_files(out / name);
+    };
+    if (!request.depth.empty()) empty_folder("depth");
+    if (!request.confidence.empty()) empty_folder("confidence");
+    if (request.pictures) empty_folder("pictures");
+    if (!request.images.empty()) empty_folder("images");
     if (request.pictures || request.video) renderer_.emplace(context, sensor, request.look);
   }
 
   void add(const Result& result, const Frame& frame) {
     Touch touch = result.touch;
+    if (!request_.range.contains(touch.sequence)) return;
     if (source_.rate_Hz() <= 0 && rate_Hz_ > 0) {
       touch.time_ns = std::llround(static_cast<double>(touch.sequence) / rate_Hz_ * 1e9);
     }
@@ -87,7 +104,10 @@ class Recorder {
         write_confidence(out_ / "confidence" / numbered_name(touch.sequence, extension(format)), pixels,
                          map_width(), map_height(), format);
     }
-    measurements_.add(touch, truth ? &*truth : nullptr, depth_rms_error_mm);
+    if (!request_.images.empty())
+      write_whole(out_ / "images" / (numbered_name(touch.sequence, request_.images.substr(1))),
+                  encode_image(frame, request_.images));
+    if (measurements_) measurements_->add(touch, truth ? &*truth : nullptr, depth_rms_error_mm);
     if (session_) summary_.recorded->add(*session_, touch);
     if (truth) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
     if (renderer_) draw(result, frame);
@@ -95,7 +115,7 @@ class Recorder {
   }
 
   void close() {
-    measurements_.close();
+    if (measurements_) measurements_->close();
     if (film_) film_->finish();
     if (!request_.confidence.empty())
       write_whole(
@@ -103,7 +123,7 @@ class Recorder {
           std::string_view(describe_confidence_folder(map_width(), map_height(), request_.confidence)));
     if (!request_.depth.empty()) {
       write_whole(out_ / "depth" / "depth.json",
-                  std::string_view(describe_depth_folder(view(), request_.depth, summary_.depth_clipped_px)));
+                  std::string_view(describe_depth_folder(view(), request_.depth, clipped_px_)));
     }
   }
 
@@ -114,8 +134,10 @@ class Recorder {
 
   void write_depths(uint64_t sequence) {
     for (const DepthFormat format : request_.depth) {
-      summary_.depth_clipped_px +=
+      const uint64_t clipped =
           write_depth(out_ / "depth" / numbered_name(sequence, extension(format)), view(), format);
+      if (has_range(format)) clipped_px_[format] += clipped;
+      summary_.depth_clipped_px += clipped;
     }
   }
 
@@ -135,7 +157,7 @@ class Recorder {
       constexpr double kFolderRate_Hz = 30;
       const double rate_Hz = rate_Hz_ > 0 ? rate_Hz_ : kFolderRate_Hz;
       film_.emplace(out_ / "recording.mp4", image.width, image.height,
-                    rate_Hz / static_cast<double>(request_.picture_every));
+                    rate_Hz / static_cast<double>(request_.picture_every * request_.range.step));
     }
     film_->add(image);
   }
@@ -172,17 +194,18 @@ class Recorder {
   ProcessSummary& summary_;
   bool has_truth_;
   double rate_Hz_;
-  Measurements measurements_;
+  std::optional<Measurements> measurements_;
   std::optional<viz::PictureRenderer> renderer_;
   std::optional<viz::Film> film_;
   std::vector<float> depth_mm_;
+  std::map<DepthFormat, uint64_t> clipped_px_;
   bool touching_ = false;
 };
 
 }  // namespace
 
 uint64_t run_recording(Source& source, Pipeline& pipeline, uint64_t limit,
-                       const std::function<void(const Result&, const Frame&)>& on_result) {
+                       const std::function<void(const Result&, const Frame&)>& on_result, uint64_t end) {
   std::deque<Frame> in_flight;  // frames whose results are not out yet, oldest first
   std::vector<Frame> spare;     // their memory, to use again
   uint64_t done = 0;
@@ -206,7 +229,7 @@ uint64_t run_recording(Source& source, Pipeline& pipeline, uint64_t limit,
         frame = std::move(spare.back());
         spare.pop_back();
       }
-      if (!source.next(frame)) break;
+      if (!source.next(frame) || frame.sequence >= end) break;
       while (!pipeline.submit(frame)) finish_oldest(pipeline.wait());
       in_flight.push_back(std::move(frame));
       while (finish_oldest(pipeline.poll())) {
@@ -223,7 +246,7 @@ uint64_t run_recording(Source& source, Pipeline& pipeline, uint64_t limit,
 
 ProcessSummary process_recording(gpu::Context& context, const Common& common, const Sensor& sensor,
                                  const ProcessRequest& request, const std::filesystem::path& out) {
-  for (const char* folder : {"depth", "confidence", "pictures"}) {
+  for (const char* folder : {"depth", "confidence", "pictures", "images"}) {
     std::error_code code;
     if (std::filesystem::equivalent(request.input, out / folder, code)) {
       throw Error(Failure::Usage, "an --out folder that is not the input's", "'" + out.string() + "'",
@@ -251,6 +274,10 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
   Recorder recorder(context, sensor, request, *source, session.get(), pipeline, out, summary);
   uint64_t total = source->frame_count().value_or(0);
   if (request.frames != 0) total = total == 0 ? request.frames : std::min(total, request.frames);
+  if (!request.images.empty()) write_image_setting(sensor, background, out);
+  // Depth is each frame's own; what is followed from frame to frame is so from the first one on.
+  const bool followed = request.rows || request.pictures || request.video;
+  if (!followed && request.range.first > 0) seek_frame(*source, request.range.first);
 
   const double start_s = now_s();
   const auto finish = [&] {
@@ -261,10 +288,14 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
   };
   try {
     ProgressBar progress(common, "processing", total);
-    run_recording(*source, pipeline, request.frames, [&](const Result& result, const Frame& frame) {
-      recorder.add(result, frame);
-      progress.update(summary.frames);
-    });
+    uint64_t done = 0;
+    run_recording(
+        *source, pipeline, request.frames,
+        [&](const Result& result, const Frame& frame) {
+          recorder.add(result, frame);
+          progress.update(++done);
+        },
+        request.range.end);
   } catch (const Error& error) {
     // A damaged recording or a lost device ends the run; the frames before it are whole.
     const bool kept = error.failure() == Failure::Input || error.failure() == Failure::Device;
@@ -276,7 +307,9 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
   summary.complete = !interrupted();
   if (!summary.complete) summary.ended_by = "interrupted";
   if (summary.complete && summary.frames == 0) {
-    throw Error(Failure::Input, "frames in '" + request.input + "'", "none", "another recording");
+    const std::string range = to_string(request.range);
+    throw Error(Failure::Input, "frames" + (range.empty() ? "" : " " + range) + " in '" + request.input + "'",
+                "none", range.empty() ? "another recording" : "a range within the recording");
   }
   finish();
   return summary;
@@ -338,6 +371,7 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
                                   {"solver", to_string(request.solver)},
                                   {"complete", s.complete}};
   if (!s.complete) value["ended_by"] = s.ended_by;
+  if (const std::string range = to_string(request.range); !range.empty()) value["range"] = range;
   value["frames"] = s.frames;
   value["seconds"] = s.seconds;
   value["frames_per_s"] = s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0;

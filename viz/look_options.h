@@ -1,0 +1,24 @@
+// How pictures look, as commands that draw without a window spell it.
+#pragma once
+
+#include <vector>
+
+#include "viz/picture.h"
+
+namespace CLI {
+class App;
+}
+
+namespace palpate {
+
+struct LookOptions {
+  void add(CLI::App& command);  ///< --depth-range, --exaggeration, --view
+  void apply(viz::PictureOptions& look) const;
+
+ private:
+  double range_mm_ = 0;
+  double exaggeration_ = 0;
+  std::vector<double> view_deg_;
+};
+
+}  // namespace palpate
