@@ -74,9 +74,13 @@ struct Frame {
   /// place: nothing writes there until the lease is back. Without it the pixels are copied.
   std::shared_ptr<MappedPages> pages;
 
-  void reshape(const FrameFormat& f) {
+  /// Gives leased pixels back; own ones stay.
+  void give_back() {
     leased.reset();
     pages.reset();
+  }
+  void reshape(const FrameFormat& f) {
+    give_back();
     format = f;
     bytes.resize(f.frame_bytes());
   }

@@ -26,7 +26,7 @@ LiveCapture::LiveCapture(LiveSession& session, const std::function<std::unique_p
 
 CapturedPtr LiveCapture::empty_frame() {
   for (CapturedPtr& used : session_.frames.take_all()) {
-    used->frame.leased.reset();  // a camera wants its buffer back, not when the frame is used again
+    used->frame.give_back();  // a camera wants its buffer back, not when the frame is used again
     spare_.push_back(std::move(used));
   }
   if (spare_.empty()) return std::make_unique<Captured>();
@@ -128,7 +128,7 @@ void LiveCapture::deliver(CapturedPtr item) {
   }
   ++session_.captured;
   if (auto displaced = session_.to_engine.put(std::move(item))) {
-    (*displaced)->frame.leased.reset();
+    (*displaced)->frame.give_back();
     spare_.push_back(std::move(*displaced));
   }
 }
