@@ -158,7 +158,10 @@ std::string decode(const PixelFormat& format, const RawImage& raw, uint32_t chan
       const uint32_t largest = format.bit_depth < 16 ? largest_value(raw) : 0;
       if (largest >> format.bit_depth)
         return "a value of " + std::to_string(largest) + " in " + std::to_string(format.bit_depth) + " bits";
-      view(raw, raw.width, CV_16UC1).copyTo(image);
+      image.create(height, width, CV_16UC1);
+      for (int y = 0; y < height; ++y)  // by rows: padding may have an odd number of bytes
+        std::memcpy(image.ptr(y), raw.bytes.data() + size_t{raw.stride_bytes} * static_cast<size_t>(y),
+                    size_t{raw.width} * 2);
       break;
     }
     case PixelLayout::Yuyv:

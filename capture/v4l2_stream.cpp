@@ -40,7 +40,7 @@ Error refused(const Device& device, const std::string& what, int error) {
 }  // namespace
 
 std::shared_ptr<Stream> Stream::start(std::shared_ptr<Device> device, uint32_t count) {
-  const std::shared_ptr<Stream> stream(new Stream(std::move(device)));
+  std::shared_ptr<Stream> stream(new Stream(std::move(device)));
   const Device& d = *stream->device_;
   v4l2_requestbuffers request{};
   request.count = count;

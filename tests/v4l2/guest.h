@@ -2,11 +2,16 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/time.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <cstring>
+#include <deque>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -52,6 +57,12 @@ class Knobs {
     const int error = device_.set(find(name).id, value);
     if (error != 0) throw std::runtime_error(name + ": " + std::strerror(error));
   }
+  /// By the name of one of its items.
+  void choose(const std::string& name, const std::string& item) {
+    for (const auto& [value, text] : std::vector(find(name).items))
+      if (text == item) return turn(name, value);
+    throw std::runtime_error(name + " has no " + item);
+  }
   int64_t read(const std::string& name) { return find(name).value.value_or(-1); }
 
  private:
@@ -65,19 +76,34 @@ struct Row {
   uint64_t frames = 0;
   CaptureCounts counts;
   std::string copies = "-", found;
+  bool failed = false;
 };
+
+inline std::string detail(const Source& source, const std::string& name) {
+  for (const auto& [key, value] : source.details())
+    if (key == name) return value;
+  return {};
+}
+inline void fill_row(Row& r, const Source& source) {
+  r.counts = source.counts();
+  r.format = detail(source, "format");
+  r.size = detail(source, "size");
+  r.rate = detail(source, "rate");
+  r.copies = detail(source, "copies per frame").substr(0, 1);
+}
 
 class Guest : public testing::Test {
  protected:
   void SetUp() override { reset(kFirst); }
   void TearDown() override {
+    close_row();
     for (const Row& r : rows_)
       std::printf("row,%s,%s,%s,%s,%s,%llu,%llu,%llu,%llu,%s,%s,%s\n", r.camera.c_str(), r.format.c_str(),
                   r.size.c_str(), r.rate.c_str(), r.fault.c_str(), static_cast<unsigned long long>(r.frames),
                   static_cast<unsigned long long>(r.counts.lost),
                   static_cast<unsigned long long>(r.counts.damaged),
                   static_cast<unsigned long long>(r.counts.gaps), r.copies.c_str(), r.found.c_str(),
-                  HasFailure() ? "failed" : "ok");
+                  r.failed ? "failed" : "ok");
     std::fflush(stdout);
   }
   /// As the kernel made it, but with stamps of now and without text over the picture.
@@ -89,22 +115,28 @@ class Guest : public testing::Test {
     knobs.turn("wrap_sequence_number", 0);
     knobs.turn("wrap_timestamp", 0);
     knobs.turn("test_pattern", 0);
+    knobs.turn("gain_automatic", 0);
+    for (const char* name : {"brightness", "contrast", "gain"}) knobs.turn(name, knobs.find(name).initial);
   }
-  Row& row() { return rows_.emplace_back(); }
-  static std::string detail(const Source& source, const std::string& name) {
-    for (const auto& [key, value] : source.details())
-      if (key == name) return value;
-    return {};
-  }
-  void fill(Row& r, const Source& source) {
-    r.counts = source.counts();
-    r.format = detail(source, "format");
-    r.size = detail(source, "size");
-    r.rate = detail(source, "rate");
-    r.copies = detail(source, "copies per frame");
+  /// Opens a row; what fails from here on to the next is its failure.
+  Row& row() {
+    close_row();
+    failures_before_ = rows_.empty() ? 0 : failures();
+    return rows_.emplace_back();
   }
 
-  std::vector<Row> rows_;
+  static int failures() {
+    const testing::TestResult& result = *testing::UnitTest::GetInstance()->current_test_info()->result();
+    int count = 0;
+    for (int i = 0; i < result.total_part_count(); ++i) count += result.GetTestPartResult(i).failed();
+    return count;
+  }
+  void close_row() {
+    if (!rows_.empty()) rows_.back().failed = failures() > failures_before_;
+  }
+
+  int failures_before_ = 0;
+  std::deque<Row> rows_;  // rows are held by reference while more are added
 };
 
 inline void sleep_ms(int ms) {
