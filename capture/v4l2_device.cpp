@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -267,7 +268,7 @@ double Device::set_rate(double rate_Hz) {
   if (call(file_, VIDIOC_G_PARM, &parameters) != 0) return 0;
   if (!(parameters.parm.capture.capability & V4L2_CAP_TIMEPERFRAME)) return 0;
   // Microseconds keep 29.97 as it is meant.
-  parameters.parm.capture.timeperframe = {1000000, static_cast<uint32_t>(rate_Hz * 1e6 + 0.5)};
+  parameters.parm.capture.timeperframe = {1000000, static_cast<uint32_t>(std::lround(rate_Hz * 1e6))};
   if (call(file_, VIDIOC_S_PARM, &parameters) != 0) return 0;
   return this->rate_Hz();
 }
@@ -305,7 +306,8 @@ std::string holders_of(const std::string& path) {
       std::ifstream in(process.path() / "comm");
       std::string name;
       std::getline(in, name);
-      list += (list.empty() ? "" : ", ") + name + " (" + pid + ")";
+      if (!list.empty()) list += ", ";
+      list.append(name).append(" (").append(pid).append(")");
       break;
     }
   }
