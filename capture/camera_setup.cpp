@@ -187,6 +187,7 @@ std::vector<const PixelFormat*> fitting_formats(const std::vector<v4l2::FormatIn
   std::stable_sort(ranked.begin(), ranked.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<const PixelFormat*> list;
+  list.reserve(ranked.size());
   for (const auto& [rank, format] : ranked) list.push_back(format);
   return list;
 }
