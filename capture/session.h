@@ -36,9 +36,10 @@ struct SessionInfo {
 
 struct SessionOptions {
   size_t queue_bytes = size_t{256} << 20;  ///< of frames that wait for the encoder; at least two fit
-  /// A frame that would wait longer for the file is dropped, so that a crash costs no more than a second.
-  /// More rides out longer stalls of processor and disk, at the price of what a crash may cost.
-  double most_behind_s = 0.6;
+  /// A frame that would wait longer for the file, as those before it tell, is dropped, so that a crash costs
+  /// no more than a second also where the machine is too slow. More rides out longer stalls of processor and
+  /// disk, at the price of what a crash may cost.
+  double most_behind_s = 0.5;
   bool no_drop = false;  ///< record() waits for room instead of dropping
 };
 

@@ -32,6 +32,9 @@ class SessionVideoWriter {
                      const std::string& session_text);
   ~SessionVideoWriter();
 
+  /// Encodes a frame of noise, which takes the longest, and writes nothing: a frame's time on this machine,
+  /// s.
+  double rehearse();
   /// After a failure the file ends with the last whole frame and takes no more.
   void write(const Frame& frame);
   /// Adds the index that makes seeking fast, and the duration.

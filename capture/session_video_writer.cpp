@@ -10,8 +10,10 @@ extern "C" {
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <cstring>
+#include <random>
 #include <thread>
 
 #include "capture/session_packet.h"
@@ -51,6 +53,7 @@ struct SessionVideoWriter::Impl {
   bool finished = false;
   int64_t first_time_ns = 0, last_time_ns = 0, last_tick = -1;
   int64_t nominal_ticks = 1;
+  int64_t encoded = 0;
 
   ~Impl() {
     if (muxer) {
@@ -100,6 +103,7 @@ struct SessionVideoWriter::Impl {
   void open_codec(double rate_Hz);
   void open_muxer(double rate_Hz, const std::string& session_text);
   int64_t tick(const Frame& frame);
+  int encode(const Frame& frame);
 };
 
 void SessionVideoWriter::Impl::open_codec(double rate_Hz) {
@@ -180,32 +184,52 @@ SessionVideoWriter::SessionVideoWriter(const fs::path& file, const FrameFormat& 
 
 SessionVideoWriter::~SessionVideoWriter() = default;
 
-void SessionVideoWriter::write(const Frame& frame) {
-  Impl& m = *impl_;
-  AVFrame& image = *m.image;
-  image.format = m.codec->pix_fmt;
-  image.width = m.codec->width;
-  image.height = m.codec->height;
-  const bool as_it_is = m.format.channels == 1 && !is_tiny(m.format);
+/// The frame as a packet of its own; 0 or libav's error.
+int SessionVideoWriter::Impl::encode(const Frame& frame) {
+  const bool as_it_is = format.channels == 1 && !is_tiny(format);
+  image->format = codec->pix_fmt;
+  image->width = codec->width;
+  image->height = codec->height;
   if (!as_it_is) {
-    if (!image.buf[0]) m.check(av_frame_get_buffer(&image, 0));
-    m.check(av_frame_make_writable(&image));
-    put_pixels(frame, image);
+    int code = image->buf[0] ? 0 : av_frame_get_buffer(image.get(), 0);
+    if (code >= 0) code = av_frame_make_writable(image.get());
+    if (code < 0) return code;
+    put_pixels(frame, *image);
   } else {
     // The encoder is done with the pixels when it has answered.
     auto* pixels = const_cast<uint8_t*>(frame.pixels());
-    image.data[0] = pixels;
-    image.linesize[0] = static_cast<int>(m.format.row_bytes());
-    image.buf[0] = av_buffer_create(
-        pixels, m.format.frame_bytes(), [](void*, uint8_t*) {}, nullptr, AV_BUFFER_FLAG_READONLY);
+    image->data[0] = pixels;
+    image->linesize[0] = static_cast<int>(format.row_bytes());
+    image->buf[0] = av_buffer_create(
+        pixels, format.frame_bytes(), [](void*, uint8_t*) {}, nullptr, AV_BUFFER_FLAG_READONLY);
   }
-  image.pts = m.tick(frame);
-  const int sent = avcodec_send_frame(m.codec.get(), &image);
-  const int received = sent < 0 ? sent : avcodec_receive_packet(m.codec.get(), m.packet.get());
-  if (as_it_is) av_frame_unref(&image);
-  m.check(received);
+  image->pts = ++encoded;
+  int code = avcodec_send_frame(codec.get(), image.get());
+  if (code >= 0) code = avcodec_receive_packet(codec.get(), packet.get());
+  if (as_it_is) av_frame_unref(image.get());
+  return code;
+}
+
+double SessionVideoWriter::rehearse() {
+  Impl& m = *impl_;
+  Frame noise;
+  noise.reshape(m.format);
+  std::minstd_rand random(1);
+  for (uint32_t c = 0; c < m.format.channels; ++c)
+    for (uint32_t y = 0; y < m.format.height; ++y)
+      for (uint32_t x = 0; x < m.format.width; ++x)
+        noise.set(c, x, y, static_cast<uint32_t>(random() >> 8) & m.format.max_gray());
+  const auto begun = std::chrono::steady_clock::now();
+  m.check(m.encode(noise));
+  av_packet_unref(m.packet.get());
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+}
+
+void SessionVideoWriter::write(const Frame& frame) {
+  Impl& m = *impl_;
+  m.check(m.encode(frame));
   AVPacket& packet = *m.packet;
-  packet.pts = packet.dts = m.last_tick;
+  packet.pts = packet.dts = m.tick(frame);
   packet.duration = m.nominal_ticks;
   packet.flags |= AV_PKT_FLAG_KEY;
   const int marked = add_record(packet, frame);

@@ -138,10 +138,10 @@ struct SessionWriter::Impl {
   size_t held = 0;                  ///< frames in the queue or being encoded
   Clock::time_point oldest;         ///< when the first of them was taken
   std::optional<Clock::time_point> encoding_since;
-  std::chrono::duration<double> each;  ///< that a frame takes to encode and write, as seen lately
-  std::deque<Row> rows;                ///< of recorded frames whose row is not written yet
-  uint64_t next_sequence = 0;          ///< smallest that record() takes
-  uint64_t measured_up_to = 0;         ///< sequence after the last measured one
+  std::chrono::duration<double> each{};  ///< that a frame takes to encode and write, as seen lately
+  std::deque<Row> rows;                  ///< of recorded frames whose row is not written yet
+  uint64_t next_sequence = 0;            ///< smallest that record() takes
+  uint64_t measured_up_to = 0;           ///< sequence after the last measured one
   bool closing = false, closed = false, rows_failed = false;
   SessionStatus status;
   std::thread encoder, syncer;
@@ -152,15 +152,13 @@ struct SessionWriter::Impl {
         options(wanted),
         most_queued(std::max<size_t>(2, wanted.queue_bytes / info.format.frame_bytes())),
         video(folder / kSessionFrames, info.format, info.rate_Hz, to_text(info, {}, started)) {
-    constexpr double kFirstGuess_s_per_byte = 40e-9;
-    each = std::chrono::duration<double>(kFirstGuess_s_per_byte *
-                                         static_cast<double>(info.format.frame_bytes()));
     status.written_bytes = video.bytes();
     try {
       if (info.background) write_background(folder / kSessionBackground, *info.background);
       rows_file.emplace(folder / kSessionRows);
       rows_file->append(row_header());
       rows_file->sync();
+      each = std::chrono::duration<double>(video.rehearse());
       write_text(folder, to_text(info, {}, started));
     } catch (const Error&) {
       // What cannot begin leaves nothing behind that would refuse the next attempt.
