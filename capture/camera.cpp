@@ -307,8 +307,8 @@ FrameFormat Camera::format() const {
 double Camera::rate_Hz() const {
   return impl_->rate_Hz();
 }
-void Camera::watch(std::function<bool()> cancelled) {
-  impl_->cancelled = std::move(cancelled);
+void Camera::watch(const std::function<bool()>& cancelled) {
+  impl_->cancelled = cancelled;
 }
 
 bool Camera::next(Frame& frame) {

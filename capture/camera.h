@@ -73,7 +73,7 @@ class Camera : public Source {
   bool live() const override { return true; }
   CaptureCounts counts() const override;
   std::string state() const override;
-  void watch(std::function<bool()> cancelled) override;
+  void watch(const std::function<bool()>& cancelled) override;
   std::vector<std::pair<std::string, std::string>> details() const override;
 
  private:

@@ -54,7 +54,7 @@ class Source {
   /// records: names and values in order. Any thread.
   virtual std::vector<std::pair<std::string, std::string>> details() const { return {}; }
   /// A `next` that waits asks this every 50 ms at least; true makes it return false. Before the first `next`.
-  virtual void watch(std::function<bool()> /*cancelled*/) {}
+  virtual void watch(const std::function<bool()>& /*cancelled*/) {}
   /// The next frame will be number `index` of the recording, counted from 0 and marked after_gap; false where
   /// this source cannot jump or has no such frame.
   virtual bool seek(uint64_t /*index*/) { return false; }

@@ -14,7 +14,7 @@ std::string column_and_values(const std::string& recorded, const std::string& no
     a.clear(), b.clear();
     std::getline(was, a, ',');
     std::getline(is, b, ',');
-    if (a != b) return name + " was '" + a + "', is '" + b + "'";
+    if (a != b) return name.append(" was '").append(a).append("', is '").append(b).append("'");
   }
   return "another number of columns";
 }

@@ -84,6 +84,7 @@ std::vector<Recording::Written> Recording::finish() {
     closing.swap(closing_);
   }
   std::vector<Written> written;
+  written.reserve(closing.size());
   for (std::future<Written>& session : closing) written.push_back(session.get());
   return written;
 }
