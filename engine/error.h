@@ -11,7 +11,7 @@ enum class Failure : int {
   Usage = 2,    ///< the command line makes no sense
   Input = 3,    ///< a recording, image or array is missing, unreadable or malformed
   Sensor = 4,   ///< a sensor file is missing, malformed or out of range
-  Device = 5,   ///< no usable Vulkan device, or the device failed
+  Device = 5,   ///< no usable Vulkan device or camera, or it failed
   Display = 6,  ///< a window was asked for and there is no display
   Output = 7,   ///< results cannot be written (permissions, full disk)
 };

@@ -27,6 +27,7 @@ void engine_loop(LiveSession& session, Pipeline& pipeline, const LiveOptions& op
     // Of several frames of which only the last got here, any may have come after a gap.
     if ((*captured)->gaps != gaps) frame.after_gap = true;
     gaps = (*captured)->gaps;
+    const bool leased = frame.leased != nullptr;
     while (!pipeline.submit(frame)) {
       if (session.stop) return;
       std::this_thread::sleep_for(milliseconds(1));  // every slot is held by the display
@@ -35,6 +36,8 @@ void engine_loop(LiveSession& session, Pipeline& pipeline, const LiveOptions& op
     Result result = pipeline.wait().value();
     const FrameTimes times(frame, monotonic_ns());
     ++session.processed;
+    // A frame that is not leased was copied, or made, by its source.
+    session.copies += result.copies + (leased ? 0 : 1);
     if (options.recording) options.recording->measured(result.touch);
     if (options.on_result) options.on_result(result.touch);
     if (auto displaced = session.to_display.put({std::move(*captured), result, times})) {
@@ -132,6 +135,8 @@ LiveReport run(gpu::Context& context, const std::function<std::unique_ptr<Source
   report.processed = session.processed;
   report.dropped_before_engine = session.to_engine.displaced();
   report.dropped_before_display = session.to_display.displaced();
+  if (report.processed > 0)
+    report.copies_per_frame = static_cast<double>(session.copies) / static_cast<double>(report.processed);
   report.camera = session.source()->counts();
   report.to_measured = latency.to_measured();
   report.to_shown = latency.to_shown();

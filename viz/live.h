@@ -59,6 +59,9 @@ struct LiveReport {
   uint64_t dropped_before_engine = 0;
   uint64_t dropped_before_display = 0;
   CaptureCounts camera;
+  /// By the processor, from the source's memory (a camera driver's buffer, or what a decoder filled: that
+  /// counts as one) to the engine's; the recorder's own is not counted.
+  double copies_per_frame = 0;
   double seconds = 0;  ///< from the first frame delivered to the end
   double shown_per_s = 0;
   Percentiles to_measured;             ///< from exposure (or delivery) to the measurement

@@ -72,6 +72,11 @@ std::string describe(const viz::LiveReport& report, const std::vector<viz::Recor
     text += latency_line("to measurement", report.to_measured);
     text += latency_line("to display", report.to_shown);
   }
+  if (report.processed > 0) {
+    std::snprintf(line, sizeof line, "pixels copied %.2g times a frame on their way to the engine\n",
+                  report.copies_per_frame);
+    text += line;
+  }
   for (const viz::Recording::Written& session : sessions) text += "session " + describe(session) + "\n";
   return text;
 }
@@ -88,6 +93,7 @@ Json to_json(const viz::LiveReport& report, const std::vector<viz::Recording::Wr
                 {"camera_lost", report.camera.lost},
                 {"camera_damaged", report.camera.damaged},
                 {"camera_gaps", report.camera.gaps},
+                {"copies_per_frame", report.copies_per_frame},
                 {"latency_from", report.latency_from_exposure ? "exposure" : "delivery"},
                 {"latency_to_measured", to_json(report.to_measured)},
                 {"latency_to_shown", to_json(report.to_shown)},

@@ -67,6 +67,8 @@ struct LiveSession {
   std::atomic<bool> paused{false};
   std::atomic<uint64_t> captured{0};
   std::atomic<uint64_t> processed{0};
+  std::atomic<uint64_t> copies{
+      0};  ///< of whole frames by the processor, from the source's memory to the engine's
   Transport transport;
 
   /// Where frames come from at present; another object in each round of a loop.
