@@ -236,6 +236,8 @@ TEST_F(LiveCaptureTest, RecordingStartsAndStopsWhileFramesGoOn) {
   for (const Recording::Written& w : written) {
     EXPECT_EQ(w.status.error, "");
     EXPECT_EQ(w.status.recorded, w.status.written);
+    if (w.status.written == 0)
+      continue;  // begun when the last frame had come; it opens as one without frames
     EXPECT_EQ(Session(w.folder).frame_count(), w.status.written);
   }
 }
