@@ -221,6 +221,24 @@ TEST_F(LiveCaptureTest, WhatWasMeasuredLiveIsMeasuredAgainToTheLastDigit) {
   EXPECT_EQ(check.different, 0u) << check.first_difference;
 }
 
+TEST_F(LiveCaptureTest, WhatTheRecorderHasNoRoomForIsNotMeasuredEither) {
+  Recording recording([&] { return folder_ / "session"; }, info(), {.queue_bytes = 1});
+  recording.start();
+  options_.recording = &recording;
+  const LiveReport report =
+      run({.frames = 160, .period = milliseconds(1), .burst = 40, .stall_before = 81, .first = 40});
+  const auto written = recording.finish();
+  ASSERT_EQ(written.size(), 1u);
+  EXPECT_EQ(written[0].status.error, "");
+  EXPECT_GT(written[0].status.dropped, 0u);
+  EXPECT_EQ(written[0].status.recorded + written[0].status.dropped, report.captured);
+  EXPECT_EQ(written[0].status.unmatched, 0u);
+  EXPECT_EQ(written[0].status.measured, report.processed);
+  const RecordedCheck check = measure_again(folder_ / "session");
+  EXPECT_EQ(check.equal, report.processed);
+  EXPECT_EQ(check.different, 0u) << check.first_difference;
+}
+
 TEST_F(LiveCaptureTest, RecordingStartsAndStopsWhileFramesGoOn) {
   int sessions = 0;
   Recording recording([&] { return folder_ / ("session-" + std::to_string(sessions++)); }, info(), {});

@@ -260,7 +260,7 @@ TEST(Profile, CsvNamesUnitsAndHoldsWholeRows) {
                             contains(column, "rate") || contains(column, "median");
       if (!quantity) continue;
       EXPECT_TRUE(column.ends_with("_ms") || column.ends_with("_bytes") || column.ends_with("_px") ||
-                  column.ends_with("_GB_per_s"))
+                  column.ends_with("_GB_per_s") || column.ends_with("_Hz"))
           << name << ": " << column;
     }
   }
@@ -499,8 +499,7 @@ TEST_F(ProfileProgram, WritesAFolderEvenWithoutGnuplot) {
   EXPECT_EQ(Json::parse(ended.out), Json::parse(slurp(out / "profile.json")));
   EXPECT_TRUE(load_profile(out / "profile.json").complete);
   for (const char* name :
-       {"frames.csv", "stages.csv", "solvers.csv", "outputs.csv", "ceiling.csv", "latency.csv",
-        "live.csv"})
+       {"frames.csv", "stages.csv", "solvers.csv", "outputs.csv", "ceiling.csv", "latency.csv", "live.csv"})
     EXPECT_FALSE(palpate::Table(slurp(out / name)).rows.empty()) << name;
   const std::string html = slurp(out / "report.html");
   expect_self_contained(html);

@@ -18,7 +18,8 @@ using Json = nlohmann::json;
 TEST_F(Program, UsageErrorsAreOneLine) {
   expect_refusal({}, 2, {"subcommand"});
   expect_refusal({"fly"}, 2, {"fly"});
-  expect_refusal({"process"}, 2, {"INPUT"});
+  expect_refusal({"process"}, 2, {"--out"});
+  expect_refusal({"process", "--out", folder_ / "out"}, 2, {"input", "--camera"});
   expect_refusal({"process", "a.avi", "--out", folder_, "--solver", "magic"}, 2, {"solver", "magic"});
   expect_refusal({"process", "a.avi", "--out", folder_, "--depth", "jpeg"}, 2, {"depth", "jpeg"});
   expect_refusal({"devices", "--colour"}, 2, {"--colour"});

@@ -270,7 +270,7 @@ void Display::update_stats() {
   stats_due_ = now + milliseconds(250);
   stats_.captured = session_.captured;
   stats_.processed = session_.processed;
-  stats_.dropped_before_engine = session_.to_engine.displaced();
+  stats_.dropped_before_engine = session_.to_engine.displaced() + session_.passed_over;
   stats_.dropped_before_display = session_.to_display.displaced();
   stats_.captured_per_s = captured_rate_.update(stats_.captured, now);
   stats_.processed_per_s = processed_rate_.update(stats_.processed, now);

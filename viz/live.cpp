@@ -38,7 +38,7 @@ void engine_loop(LiveSession& session, Pipeline& pipeline, const LiveOptions& op
     ++session.processed;
     // A frame that is not leased was copied, or made, by its source.
     session.copies += result.copies + (leased ? 0 : 1);
-    if (options.recording) options.recording->measured(result.touch);
+    if (options.recording) options.recording->measured(result.touch, times.measured_ns);
     if (options.on_result) options.on_result(result.touch);
     if (auto displaced = session.to_display.put({std::move(*captured), result, times})) {
       latency.add(displaced->times);
@@ -133,7 +133,7 @@ LiveReport run(gpu::Context& context, const std::function<std::unique_ptr<Source
   latency.close();
   report.captured = session.captured;
   report.processed = session.processed;
-  report.dropped_before_engine = session.to_engine.displaced();
+  report.dropped_before_engine = session.to_engine.displaced() + session.passed_over;
   report.dropped_before_display = session.to_display.displaced();
   if (report.processed > 0)
     report.copies_per_frame = static_cast<double>(session.copies) / static_cast<double>(report.processed);

@@ -56,7 +56,7 @@ struct LiveReport {
   uint64_t captured = 0;
   uint64_t processed = 0;
   uint64_t shown = 0;
-  uint64_t dropped_before_engine = 0;
+  uint64_t dropped_before_engine = 0;  ///< newer ones came first, or the recorder had no room for them
   uint64_t dropped_before_display = 0;
   CaptureCounts camera;
   /// By the processor, from the source's memory (a camera driver's buffer, or what a decoder filled: that

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <thread>
+#include <utility>
 
 #include "viz/recording.h"
 
@@ -119,7 +120,17 @@ void LiveCapture::deliver(CapturedPtr item) {
     frame.sequence = sequence_;
   }
   ++sequence_;
-  if (options_.recording) options_.recording->record(frame);
+  frame.after_gap = frame.after_gap || std::exchange(gap_pending_, false);
+  const bool gap = frame.after_gap;
+  if (options_.recording && !options_.recording->record(frame)) {
+    // What is measured must be in the session, or it could not be measured again.
+    gap_pending_ = gap;
+    ++session_.captured;
+    ++session_.passed_over;
+    frame.give_back();
+    spare_.push_back(std::move(item));
+    return;
+  }
   if (frame.after_gap) ++gaps_;
   item->gaps = gaps_;
   if (options_.measure_all) {

@@ -40,6 +40,7 @@ class LiveCapture {
   int64_t last_time_ns_ = 0;  ///< as the source told it
   bool paced_ = false;        ///< last_time_ns_ is that of the frame before
   uint64_t gaps_ = 0;
+  bool gap_pending_ = false;  ///< before a frame that went nowhere
   // Across the seams of a loop time and numbers go on.
   int64_t loop_offset_ns_ = 0;
   uint64_t in_this_round_ = 0;

@@ -66,6 +66,7 @@ struct LiveSession {
   std::atomic<bool> stop{false};
   std::atomic<bool> paused{false};
   std::atomic<uint64_t> captured{0};
+  std::atomic<uint64_t> passed_over{0};  ///< captured, but the recorder had no room: not measured either
   std::atomic<uint64_t> processed{0};
   std::atomic<uint64_t> copies{
       0};  ///< of whole frames by the processor, from the source's memory to the engine's

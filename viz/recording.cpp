@@ -56,19 +56,21 @@ std::shared_ptr<SessionWriter> Recording::writer() const {
   return current_ ? current_->writer : nullptr;
 }
 
-void Recording::record(Frame& frame) {
-  std::shared_ptr<SessionWriter> writer;
-  {
-    const std::lock_guard lock(mutex_);
-    if (!current_) return;
-    writer = current_->writer;
-    if (std::exchange(current_->first, false)) frame.after_gap = true;
+bool Recording::record(Frame& frame) {
+  const std::shared_ptr<SessionWriter> to = writer();
+  if (!to) return true;
+  const bool gap = frame.after_gap;
+  if (to != recorded_to_.lock()) frame.after_gap = true;
+  if (to->record(frame)) {
+    recorded_to_ = to;
+    return true;
   }
-  writer->record(frame);
+  frame.after_gap = gap;
+  return !to->status().error.empty();
 }
 
-void Recording::measured(const Touch& touch) {
-  if (const std::shared_ptr<SessionWriter> to = writer()) to->measured(touch);
+void Recording::measured(const Touch& touch, int64_t ready_ns) {
+  if (const std::shared_ptr<SessionWriter> to = writer()) to->measured(touch, ready_ns);
 }
 
 Recording::Written Recording::latest() const {

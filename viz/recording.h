@@ -40,10 +40,11 @@ class Recording {
   void watch(std::function<bool()> cancelled) { cancelled_ = std::move(cancelled); }
 
   /// Capture's thread. The first frame of a session is marked after_gap, so that what is measured of it
-  /// depends on the session alone.
-  void record(Frame& frame);
-  /// The engine's thread, rising sequence numbers.
-  void measured(const Touch& touch);
+  /// depends on the session alone. False: the session in hand had no room for the frame, which must then not
+  /// be measured either; a session that has failed asks for nothing.
+  [[nodiscard]] bool record(Frame& frame);
+  /// The engine's thread, rising sequence numbers. `ready_ns`: when the measurement was, CLOCK_MONOTONIC.
+  void measured(const Touch& touch, int64_t ready_ns);
 
   /// Of the session in hand, else of the last one; any thread.
   Written latest() const;
@@ -54,7 +55,6 @@ class Recording {
   struct Current {
     std::filesystem::path folder;
     std::shared_ptr<SessionWriter> writer;
-    bool first = true;
   };
   std::shared_ptr<SessionWriter> writer() const;
 
@@ -66,6 +66,7 @@ class Recording {
   std::optional<Current> current_;
   Current latest_;  // in hand or over
   std::vector<std::future<Written>> closing_;
+  std::weak_ptr<SessionWriter> recorded_to_;  ///< capture's own: the session that has a frame already
 };
 
 /// One line for people: folder, frames, drops, what went wrong.
