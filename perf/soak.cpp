@@ -173,7 +173,7 @@ std::string plot(const std::vector<Sample>& samples, const std::string& title) {
   return data +
          "EOD\nset terminal pngcairo size 900,1000 font 'DejaVu Sans,10'\nset multiplot layout 4,1 title " +
          gnuplot_quoted(title) +
-         "\nset grid lc rgb '#dddddd'\nset key left bottom\nset xlabel 'simulated time (h)'\nset yrange "
+         "\nset grid lc rgb '#dddddd'\nset key above\nset xlabel 'simulated time (h)'\nset yrange "
          "[0:*]\n" +
          panel("resident memory (MB)", "$s using 1:2 with lines lw 2 lc rgb '#0072b2' notitle") +
          panel("open handles",
