@@ -361,8 +361,6 @@ void check_together(const Sensor& s, const std::string& where) {
   const auto require = [&](bool fits, const char* key, const std::string& wanted, const std::string& found) {
     if (!fits) fail(where + "." + key, wanted, found);
   };
-  require(has_scale(s) || (s.reading == Reading::None && !s.shear), "pitch_mm_per_px",
-          "a scale, for surfaces and shear", "none");
   require(s.channels == 1 || s.channels == 3, "frame.channels", "1 or 3", std::to_string(s.channels));
   require(s.channels == 1 || s.bit_depth == 8, "frame.bit_depth", "8 for colour",
           std::to_string(s.bit_depth));
@@ -423,6 +421,11 @@ void check_together(const Sensor& s, const std::string& where) {
   }
 }
 
+/// A file holds a sensor of which at least the scale is known.
+void require_scale(const Sensor& sensor, const std::string& where) {
+  if (!has_scale(sensor)) fail(where + ".pitch_mm_per_px", "a scale", "none");
+}
+
 Sensor from_json(const Json& json, const std::string& where, const std::string& default_name) {
   Reader reader(json, where);
   const double version = reader.number("palpate_sensor", 0, 1000, "(version of the format)");
@@ -475,7 +478,7 @@ Json parse(const std::string& text, const std::filesystem::path& file) {
 }  // namespace
 
 bool has_scale(const Sensor& sensor) {
-  return std::isfinite(sensor.pitch_mm_per_px);
+  return !std::isnan(sensor.pitch_mm_per_px);
 }
 
 Sensor uncalibrated_sensor(const FrameFormat& format) {
@@ -533,7 +536,15 @@ const char* to_string(Reading reading) {
 }
 
 void validate(const Sensor& sensor, const std::string& where) {
-  from_json(to_json(sensor), where, "");
+  if (has_scale(sensor)) {
+    from_json(to_json(sensor), where, "");
+    return;
+  }
+  if (sensor.reading != Reading::None || sensor.shear)
+    fail(where + ".pitch_mm_per_px", "a scale, for surfaces and shear", "none");
+  Sensor scaled = sensor;  // no other key depends on the scale then
+  scaled.pitch_mm_per_px = 1;
+  from_json(to_json(scaled), where, "");
 }
 
 Sensor load_sensor(const std::filesystem::path& file) {
@@ -558,6 +569,7 @@ Sensor load_sensor(const std::filesystem::path& file) {
 }
 
 std::string sensor_text(const Sensor& sensor) {
+  require_scale(sensor, "sensor");
   validate(sensor, "sensor");
   return to_json(sensor).dump(2, ' ', false, Json::error_handler_t::replace);
 }
@@ -567,6 +579,7 @@ Sensor sensor_from_text(const std::string& text, const std::string& where) {
 }
 
 void save_sensor(const Sensor& given, const std::filesystem::path& file) {
+  require_scale(given, file.filename().string());
   validate(given, file.filename().string());
   Sensor sensor = given;
   const std::filesystem::path image = sensor.background.image;

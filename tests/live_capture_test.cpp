@@ -1,6 +1,7 @@
 // Capture, engine and recorder without a window, from cameras that burst, stall and outrun what follows: the
 // newest wins, the counters are right to the frame, and what was recorded measures again to the last digit.
 #include <atomic>
+#include <cmath>
 #include <filesystem>
 #include <thread>
 
@@ -118,7 +119,8 @@ class LiveCaptureTest : public GpuTest {
   RecordedCheck measure_again(const std::filesystem::path& folder) {
     Session session(folder);
     MeasuredFrames frames(session);
-    Pipeline pipeline(context(), *session.info().sensor, session.format(),
+    const Sensor measured_with = session.info().sensor.value_or(uncalibrated_sensor(session.format()));
+    Pipeline pipeline(context(), measured_with, session.format(),
                       {.outputs = session.info().outputs,
                        .solver = session.info().solver,
                        .skip_untouched = session.info().skip_untouched});
@@ -236,6 +238,31 @@ TEST_F(LiveCaptureTest, WhatTheRecorderHasNoRoomForIsNotMeasuredEither) {
   EXPECT_EQ(written[0].status.measured, report.processed);
   const RecordedCheck check = measure_again(folder_ / "session");
   EXPECT_EQ(check.equal, report.processed);
+  EXPECT_EQ(check.different, 0u) << check.first_difference;
+}
+
+TEST_F(LiveCaptureTest, AnUncalibratedCameraIsMeasuredInPixels) {
+  SessionInfo uncalibrated = info();
+  uncalibrated.sensor.reset();
+  uncalibrated.outputs = static_cast<uint32_t>(Output::Force);
+  Recording recording([&] { return folder_ / "session"; }, uncalibrated, {.no_drop = true});
+  recording.start();
+  options_.recording = &recording;
+  uint64_t touching = 0;
+  options_.on_result = [&](const Touch& touch) {
+    touching += touch.contact;
+    EXPECT_TRUE(std::isnan(touch.area_mm2));
+    EXPECT_EQ(touch.force_N.validity, Validity::NotCalibrated);
+    EXPECT_EQ(touch.contact, touch.area_px > 0);
+  };
+  const FakeCamera::Script script{.frames = 30, .period = milliseconds(4), .first = 60};
+  run_without_window(
+      context(), [&] { return std::make_unique<FakeCamera>(script); },
+      uncalibrated_sensor(uncalibrated.format), background(), {.outputs = uncalibrated.outputs}, options_);
+  EXPECT_GT(touching, 5u);
+  EXPECT_EQ(recording.finish().at(0).status.error, "");
+  const RecordedCheck check = measure_again(folder_ / "session");
+  EXPECT_EQ(check.equal, touching);
   EXPECT_EQ(check.different, 0u) << check.first_difference;
 }
 

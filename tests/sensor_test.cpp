@@ -484,5 +484,19 @@ TEST_F(SensorFile, WhatCouldNotBeReadAgainIsNotWritten) {
   EXPECT_EQ(files().size(), 1u);
 }
 
+TEST(UncalibratedSensor, HasNoScaleAndIsNoFile) {
+  for (const uint32_t bits : {8u, 12u, 16u}) {
+    Sensor sensor = uncalibrated_sensor({.width = 64, .height = 48, .bit_depth = bits});
+    EXPECT_FALSE(has_scale(sensor));
+    EXPECT_NO_THROW(validate(sensor, "camera"));
+    EXPECT_THROW(sensor_text(sensor), Error);
+    sensor.shear = ShearCalibration{.kx_N_per_mm = 1, .ky_N_per_mm = 1, .friction = 1};
+    EXPECT_THROW(validate(sensor, "camera"), Error);
+    sensor.shear.reset();
+    sensor.threshold_gray = 1e9;
+    EXPECT_THROW(validate(sensor, "camera"), Error);
+  }
+}
+
 }  // namespace
 }  // namespace palpate
