@@ -66,7 +66,8 @@ bool Recording::record(Frame& frame) {
     return true;
   }
   frame.after_gap = gap;
-  return !to->status().error.empty();
+  // A session that was stopped meanwhile, or has failed, has no say in what is measured.
+  return writer() != to || !to->status().error.empty();
 }
 
 void Recording::measured(const Touch& touch, int64_t ready_ns) {
