@@ -74,7 +74,8 @@ std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sens
   std::error_code error;
   const fs::path path(input);
   if (!fs::exists(path, error))
-    throw Error(Failure::Input, "a video, an image, a folder of images, a session, camera:NODE or synthetic:SCENE",
+    throw Error(Failure::Input,
+                "a video, an image, a folder of images, a session, camera:NODE or synthetic:SCENE",
                 "nothing at '" + input + "'", "checking the path");
   if (is_session(path)) return std::make_unique<Session>(path, sensor);
   if (fs::is_directory(path, error) || has_image_name(path))
