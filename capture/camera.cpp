@@ -11,6 +11,7 @@
 
 #include "capture/camera_clock.h"
 #include "capture/camera_setup.h"
+#include "capture/clock.h"
 #include "capture/rectify.h"
 #include "capture/v4l2_stream.h"
 #include "engine/error.h"
@@ -24,12 +25,6 @@ constexpr int kWait_ms = 40;                // between looks at `cancelled`
 constexpr int64_t kRetry_ns = 250'000'000;  // between tries to open an absent camera
 constexpr uint32_t kStayWithDriver = 2;
 constexpr double kUnknownRate_Hz = 30;
-
-int64_t now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 std::string brief(double value) {
   std::ostringstream s;
@@ -111,7 +106,7 @@ struct Camera::Impl {
 
   void start() {
     stream = Stream::start(device, options.buffers);
-    sign_ns = now_ns();
+    sign_ns = monotonic_ns();
     note_facts();
   }
 
@@ -148,7 +143,7 @@ struct Camera::Impl {
   void start_again(const std::string& why) {
     away = true;
     say(why + "; starting the stream again");
-    const int64_t now = now_ns();
+    const int64_t now = monotonic_ns();
     // A stream that fails as soon as it starts is not tried without end in one go.
     if (now - retry_ns < kRetry_ns) std::this_thread::sleep_for(std::chrono::milliseconds(kWait_ms));
     retry_ns = sign_ns = now;
@@ -161,12 +156,12 @@ struct Camera::Impl {
     stream->stop();
     stream.reset();
     device.reset();
-    retry_ns = now_ns();
+    retry_ns = monotonic_ns();
   }
 
   /// Opens the camera once it is back, whatever its node is called by then.
   void come_back() {
-    const int64_t now = now_ns();
+    const int64_t now = monotonic_ns();
     if (now - retry_ns < kRetry_ns) {
       std::this_thread::sleep_for(std::chrono::milliseconds(kWait_ms));
       return;
@@ -269,7 +264,7 @@ struct Camera::Impl {
   bool receive(Frame& frame) {
     Stream::Filled filled;
     const Stream::Event event = stream->take(filled);
-    const int64_t delivered = now_ns();
+    const int64_t delivered = monotonic_ns();
     if (event == Stream::Event::Gone) let_go("the camera was unplugged");
     if (event == Stream::Event::Broken) start_again("the camera's stream failed");
     if (event != Stream::Event::Ready) return false;
@@ -333,7 +328,7 @@ bool Camera::next(Frame& frame) {
       case Stream::Event::Nothing:
         break;
     }
-    if (m.stream && now_ns() - m.sign_ns > m.timeout_ns) {
+    if (m.stream && monotonic_ns() - m.sign_ns > m.timeout_ns) {
       const std::string silence = " for " + brief(static_cast<double>(m.timeout_ns) * 1e-9) + " s";
       const std::string why =
           m.damage.empty() ? "no frame" + silence : "no whole frame" + silence + " (" + m.damage + ")";

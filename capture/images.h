@@ -14,6 +14,10 @@ namespace palpate {
 /// kMaxSide_px.
 cv::Mat read_image(const std::filesystem::path& file);
 
+/// The frame as OpenCV has images: gray (the frame's own pixels, not to be written to) or a copy with blue,
+/// green and red interleaved.
+cv::Mat to_image(const Frame& frame);
+
 /// The frame as an image file without loss, values as they are: gray of 8 or 16 bits or colour of 8. `ending`
 /// is ".png" or ".tif". Throws Error(Failure::Output).
 std::vector<uint8_t> encode_image(const Frame& frame, const std::string& ending);

@@ -4,7 +4,6 @@
 #include <fstream>
 #include <map>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "capture/images.h"
 #include "capture/measurements.h"
@@ -35,19 +34,6 @@ std::string read_text(const fs::path& file, uintmax_t most_bytes) {
   std::ifstream in(file, std::ios::binary);
   if (!in.read(text.data(), static_cast<std::streamsize>(size))) refuse("a read error");
   return text;
-}
-
-/// Pixels as OpenCV has them: gray, or blue, green, red interleaved.
-cv::Mat to_image(const Frame& frame) {
-  const int type = frame.format.bit_depth > 8 ? CV_16UC1 : CV_8UC1;
-  const int rows = static_cast<int>(frame.format.height), columns = static_cast<int>(frame.format.width);
-  std::vector<cv::Mat> planes;
-  for (uint32_t c = frame.format.channels; c-- > 0;)
-    planes.emplace_back(rows, columns, type, const_cast<uint8_t*>(frame.row(c, 0)));
-  if (planes.size() == 1) return planes[0];
-  cv::Mat image;
-  cv::merge(planes, image);
-  return image;
 }
 
 /// As recorded: nothing is cut or turned any more.

@@ -5,10 +5,10 @@
 #include <condition_variable>
 #include <deque>
 #include <mutex>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <thread>
 
+#include "capture/clock.h"
+#include "capture/images.h"
 #include "capture/measurements.h"
 #include "capture/output_file.h"
 #include "capture/session.h"
@@ -41,15 +41,6 @@ struct Row {
   std::optional<std::string> cells;
 };
 
-std::string now_text() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm parts{};
-  gmtime_r(&now, &parts);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return text;
-}
-
 std::string row_header() {
   return "frame,driver_time_ns,host_time_ns,host_delivered_ns,host_measured_ns,time_s,after_gap,measured," +
          Measurements::cell_names();
@@ -69,15 +60,7 @@ std::string row_text(const Row& row) {
 }
 
 void write_background(const fs::path& file, const Frame& frame) {
-  const int type = frame.format.bit_depth > 8 ? CV_16UC1 : CV_8UC1;
-  const int rows = static_cast<int>(frame.format.height), columns = static_cast<int>(frame.format.width);
-  std::vector<cv::Mat> planes;  // OpenCV wants blue first
-  for (uint32_t c = frame.format.channels; c-- > 0;)
-    planes.emplace_back(rows, columns, type, const_cast<uint8_t*>(frame.row(c, 0)));
-  cv::Mat image = planes[0];
-  if (planes.size() == 3) cv::merge(planes, image);
-  std::vector<uint8_t> png;
-  cv::imencode(".png", image, png);
+  const std::vector<uint8_t> png = encode_image(frame, ".png");
   OutputFile out(file);
   out.write(png.data(), png.size());
   out.commit_durably();
@@ -125,7 +108,7 @@ struct SessionWriter::Impl {
   const fs::path folder;
   const SessionInfo info;
   const SessionOptions options;
-  const std::string started = now_text();
+  const std::string started = utc_now();
   const size_t most_queued;
   SessionVideoWriter video;
   std::optional<LineFile> rows_file;

@@ -6,6 +6,14 @@
 
 namespace palpate {
 
+/// One contact of several.
+struct TrueContact {
+  double force_N = 0;
+  double center_x_px = 0;
+  double center_y_px = 0;
+  double radius_px = 0;
+};
+
 /// Truth of one synthetic frame. Pixel coordinates as in Touch; x right, y down.
 struct Truth {
   uint64_t sequence = 0;
@@ -17,9 +25,13 @@ struct Truth {
   bool slipping = false;
   double center_x_px = 0;  ///< centre of the contact
   double center_y_px = 0;
-  double radius_px = 0;         ///< contact radius
-  double indentation_mm = 0;    ///< depth below rest level at the deepest point
-  std::vector<float> depth_mm;  ///< height x width, below the rest level; < 0 where the pad bulges
+  double radius_px = 0;       ///< contact radius
+  double indentation_mm = 0;  ///< depth below rest level at the deepest point
+  double stick_share = 1;     ///< radius of the part of the contact that sticks over the contact's; 0: slides
+  double torsion_rad = 0;     ///< turn of the skin under the contact, from +x towards +y
+  double volume_mm3 = 0;      ///< indented volume below rest level
+  std::vector<TrueContact> contacts;  ///< each; empty without contact
+  std::vector<float> depth_mm;        ///< height x width, below the rest level; < 0 where the pad bulges
 };
 
 }  // namespace palpate

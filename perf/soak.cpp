@@ -83,7 +83,7 @@ struct Sample {
 class Watch {
  public:
   Watch(size_t round, uint64_t every, double rate_Hz, LineFile* rows)
-      : reference_(round), every_(every), rate_Hz_(rate_Hz), rows_(rows), start_ns_(viz::monotonic_ns()) {
+      : reference_(round), every_(every), rate_Hz_(rate_Hz), rows_(rows), start_ns_(monotonic_ns()) {
     last_ns_ = start_ns_;
   }
 
@@ -96,7 +96,7 @@ class Watch {
       gray_drift_ = std::max(gray_drift_, std::abs(touch.gray_sum - reference.gray_sum));
       depth_drift_mm_ = std::max(depth_drift_mm_, std::abs(touch.depth_max_mm - reference.depth_max_mm));
     }
-    const int64_t now = viz::monotonic_ns();
+    const int64_t now = monotonic_ns();
     between_.add(1e-6 * static_cast<double>(now - previous_ns_));
     previous_ns_ = now;
     if ((touch.sequence + 1) % every_ == 0) sample(touch.sequence + 1, now, sessions);
@@ -133,7 +133,7 @@ class Watch {
   uint64_t every_;
   double rate_Hz_;
   LineFile* rows_;
-  int64_t start_ns_, last_ns_, previous_ns_ = viz::monotonic_ns();
+  int64_t start_ns_, last_ns_, previous_ns_ = monotonic_ns();
   viz::Durations between_;
   double gray_drift_ = 0, depth_drift_mm_ = 0;
   std::vector<Sample> samples_;

@@ -8,6 +8,8 @@
 #include <iterator>
 #include <string_view>
 
+#include "tests/layer_link.h"
+
 namespace {
 
 constexpr uint32_t kOwnType = 0, kHostType = 1;
@@ -24,15 +26,6 @@ Function below(const char* name) {
   return reinterpret_cast<Function>(found ? found : next_instance_proc(the_instance, name));
 }
 #define BELOW(function) below<PFN_##function>(#function)
-
-template <typename Info>
-Info* link_info(const void* chain, VkStructureType type) {
-  for (auto* at = static_cast<const VkBaseInStructure*>(chain); at != nullptr; at = at->pNext) {
-    auto* info = const_cast<Info*>(reinterpret_cast<const Info*>(at));
-    if (at->sType == type && info->function == VK_LAYER_LINK_INFO) return info;
-  }
-  return nullptr;
-}
 
 VKAPI_ATTR VkResult VKAPI_CALL create_instance(const VkInstanceCreateInfo* info,
                                                const VkAllocationCallbacks* allocator, VkInstance* instance) {

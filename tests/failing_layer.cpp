@@ -15,6 +15,8 @@
 #include <string>
 #include <string_view>
 
+#include "tests/layer_link.h"
+
 namespace {
 
 std::mutex state_mutex;
@@ -147,15 +149,6 @@ const std::array kHooks = {
     DESTROYING(vkDestroyImage),
     DESTROYING(vkDestroyImageView),
 };
-
-template <typename Info>
-Info* link_info(const void* chain, VkStructureType type) {
-  for (auto* at = static_cast<const VkBaseInStructure*>(chain); at != nullptr; at = at->pNext) {
-    auto* info = const_cast<Info*>(reinterpret_cast<const Info*>(at));
-    if (at->sType == type && info->function == VK_LAYER_LINK_INFO) return info;
-  }
-  return nullptr;
-}
 
 VKAPI_ATTR VkResult VKAPI_CALL create_instance(const VkInstanceCreateInfo* info,
                                                const VkAllocationCallbacks* allocator, VkInstance* instance) {

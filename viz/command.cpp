@@ -5,11 +5,11 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <utility>
 
+#include "capture/clock.h"
 #include "engine/gpu/context.h"
 #include "engine/tuning.h"
 
@@ -73,12 +73,6 @@ void name_values(CLI::App& command) {
   }
 }
 
-int64_t now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
-
 }  // namespace
 
 void add_common(CLI::App& command, Common& common, const std::string& examples) {
@@ -128,11 +122,14 @@ bool interrupted() {
 }
 
 double now_s() {
-  return static_cast<double>(now_ns()) * 1e-9;
+  return static_cast<double>(monotonic_ns()) * 1e-9;
 }
 
 ProgressBar::ProgressBar(const Common& common, const char* label, uint64_t total)
-    : label_(label), total_(total), shown_(!common.quiet && isatty(STDERR_FILENO)), start_ns_(now_ns()) {}
+    : label_(label),
+      total_(total),
+      shown_(!common.quiet && isatty(STDERR_FILENO)),
+      start_ns_(monotonic_ns()) {}
 
 ProgressBar::~ProgressBar() {
   if (shown_ && drawn_ns_ != 0) std::fputs("\r\x1b[K", stderr);
@@ -141,7 +138,7 @@ ProgressBar::~ProgressBar() {
 void ProgressBar::update(uint64_t done) {
   if (!shown_) return;
   constexpr int64_t kRedraw_ns = 100'000'000;
-  const int64_t now = now_ns();
+  const int64_t now = monotonic_ns();
   if (now - drawn_ns_ < kRedraw_ns && done != total_) return;
   drawn_ns_ = now;
   draw(done, now);

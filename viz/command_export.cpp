@@ -41,8 +41,8 @@ void choose_outputs(const Options& options, const MeasuredInput& input, ProcessR
     throw Error(Failure::Usage, "a surface for depth files", "a sensor without a reading of the surface",
                 "--csv, --mp4 or --images, or a sensor file with \"reading\"");
   request.outputs = request.rows || request.video ? input.outputs : static_cast<uint32_t>(Output::Force);
-  if (is_session(request.input)) {
-    const SessionInfo info = Session(request.input).info();
+  if (input.session) {
+    const SessionInfo& info = *input.session;
     if (info.outputs != 0 && request.rows && !request.video) request.outputs = info.outputs;
     request.solver = info.solver;
     request.skip_untouched = info.skip_untouched;

@@ -38,10 +38,10 @@ Report process(const Common& common, Options options) {
     for (const Output output : options.outputs) request.outputs |= static_cast<uint32_t>(output);
   }
   if (request.as_recorded) {
-    if (!is_session(request.input))
+    if (!input.session)
       throw Error(Failure::Usage, "a session for --as-recorded", "'" + request.input + "'",
                   "a folder that palpate record wrote");
-    const SessionInfo info = Session(request.input).info();
+    const SessionInfo& info = *input.session;
     request.outputs = info.outputs;
     request.solver = info.solver;
     request.skip_untouched = info.skip_untouched;

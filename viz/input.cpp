@@ -10,16 +10,15 @@ namespace palpate {
 MeasuredInput find_input(const Common& common, const std::string& input,
                          const std::filesystem::path& sensor_file, const std::filesystem::path& background) {
   constexpr const char* kSynthetic = "synthetic:";
-  constexpr const char* kCamera = "camera:";
-  MeasuredInput found{.input = input, .sensor = {}};
+  MeasuredInput found{.input = input, .sensor = {}, .session = {}};
   const bool synthetic = input.rfind(kSynthetic, 0) == 0;
+  if (is_session(input)) found.session = Session(input).info();
   if (!sensor_file.empty()) {
     found.sensor = load_sensor(sensor_file);
-  } else if (input.rfind(kCamera, 0) == 0) {
+  } else if (is_camera(input)) {
     found.sensor = uncalibrated_sensor(camera_format(parse_camera(input)));
-  } else if (is_session(input)) {
-    const Session session(input);
-    found.sensor = session.info().sensor.value_or(uncalibrated_sensor(session.info().format));
+  } else if (found.session) {
+    found.sensor = found.session->sensor.value_or(uncalibrated_sensor(found.session->format));
   } else if (!synthetic) {
     throw Error(Failure::Usage, "--sensor FILE for '" + input + "'", "none",
                 "a sensor file as README.md describes it");

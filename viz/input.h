@@ -3,8 +3,10 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 
+#include "capture/session.h"
 #include "engine/pipeline.h"
 #include "engine/sensor.h"
 #include "viz/command.h"
@@ -14,7 +16,8 @@ namespace palpate {
 struct MeasuredInput {
   std::string input;  ///< as open_source takes it; a synthetic one with every key and the seed
   Sensor sensor;
-  uint32_t outputs = 0;  ///< force, and the surface where the sensor has a reading of it
+  std::optional<SessionInfo> session;  ///< of a recorded session
+  uint32_t outputs = 0;                ///< force, and the surface where the sensor has a reading of it
 };
 
 /// Loads `sensor_file`; synthetic inputs without one get what is known of them by construction, and the seed

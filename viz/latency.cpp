@@ -1,7 +1,6 @@
 #include "viz/latency.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -17,12 +16,6 @@ constexpr double kShortest_ms = 1e-3;
 const double kBinWidth = std::log(1.01);
 
 }  // namespace
-
-int64_t monotonic_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 void Durations::add(double ms) {
   const double bin = ms > kShortest_ms ? std::floor(std::log(ms / kShortest_ms) / kBinWidth) : 0;

@@ -10,13 +10,11 @@
 #include <mutex>
 #include <optional>
 
+#include "capture/clock.h"
 #include "capture/output_file.h"
 #include "engine/frame.h"
 
 namespace palpate::viz {
-
-/// Now, on the clock of Frame::exposed_ns and delivered_ns.
-int64_t monotonic_ns();
 
 /// Half, 95 % and 99 % of the samples lie below; 0 without samples.
 struct Percentiles {

@@ -119,7 +119,6 @@ LiveReport run(gpu::Context& context, const std::function<std::unique_ptr<Source
   LiveSession session;
   session.transport.speed = options.speed;
   session.use(open());
-  session.source()->watch([&session] { return session.stop.load(); });
   Pipeline pipeline(context, sensor, session.source()->format(), pipeline_options);
   pipeline.set_background(background);
   LatencyLog latency(options.latency_file, options.on_times);

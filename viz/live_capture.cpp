@@ -73,9 +73,7 @@ bool LiveCapture::fetch(Frame& frame) {
 /// What happens where the source has no more frames; true: something more can come.
 bool LiveCapture::at_end() {
   if (options_.loop && in_this_round_ > 0) {
-    const std::shared_ptr<Source> again = open_();
-    again->watch([this] { return session_.stop.load(); });
-    session_.use(again);
+    session_.use(open_());
     loop_offset_ns_ += last_time_ns_ + nanoseconds(period_).count();
     in_this_round_ = 0;
     paced_ = false;
@@ -121,11 +119,10 @@ void LiveCapture::deliver(CapturedPtr item) {
   }
   ++sequence_;
   frame.after_gap = frame.after_gap || std::exchange(gap_pending_, false);
-  const bool gap = frame.after_gap;
+  ++session_.captured;
   if (options_.recording && !options_.recording->record(frame)) {
     // What is measured must be in the session, or it could not be measured again.
-    gap_pending_ = gap;
-    ++session_.captured;
+    gap_pending_ = frame.after_gap;
     ++session_.passed_over;
     frame.give_back();
     spare_.push_back(std::move(item));
@@ -137,7 +134,6 @@ void LiveCapture::deliver(CapturedPtr item) {
     while (!session_.stop && !session_.to_engine.wait_empty(milliseconds(50))) {
     }
   }
-  ++session_.captured;
   if (auto displaced = session_.to_engine.put(std::move(item))) {
     (*displaced)->frame.give_back();
     spare_.push_back(std::move(*displaced));

@@ -72,12 +72,14 @@ struct LiveSession {
       0};  ///< of whole frames by the processor, from the source's memory to the engine's
   Transport transport;
 
-  /// Where frames come from at present; another object in each round of a loop.
+  /// Where frames come from at present; another object in each round of a loop. It stops waiting with the
+  /// session.
   std::shared_ptr<Source> source() const {
     const std::lock_guard lock(mutex_);
     return source_;
   }
   void use(std::shared_ptr<Source> source) {
+    source->watch([this] { return stop.load(); });
     const std::lock_guard lock(mutex_);
     source_ = std::move(source);
   }

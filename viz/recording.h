@@ -40,8 +40,8 @@ class Recording {
   void watch(std::function<bool()> cancelled) { cancelled_ = std::move(cancelled); }
 
   /// Capture's thread. The first frame of a session is marked after_gap, so that what is measured of it
-  /// depends on the session alone. False: the session in hand had no room for the frame, which must then not
-  /// be measured either; a session that has failed asks for nothing.
+  /// depends on the session alone. False: the session in hand had no room for the frame, which is as it was
+  /// and must not be measured either; a session that has failed asks for nothing.
   [[nodiscard]] bool record(Frame& frame);
   /// The engine's thread, rising sequence numbers. `ready_ns`: when the measurement was, CLOCK_MONOTONIC.
   void measured(const Touch& touch, int64_t ready_ns);

@@ -5,11 +5,10 @@
 #include <unistd.h>
 
 #include <Eigen/Core>
-#include <chrono>
-#include <ctime>
 #include <fstream>
 #include <opencv2/core/version.hpp>
 
+#include "capture/clock.h"
 #include "engine/gpu/context.h"
 
 namespace palpate::perf {
@@ -24,15 +23,6 @@ std::string cpu_name() {
   utsname system{};
   uname(&system);
   return system.machine;
-}
-
-std::string utc_now() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm parts{};
-  gmtime_r(&now, &parts);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return text;
 }
 
 }  // namespace
