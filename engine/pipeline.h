@@ -27,6 +27,8 @@ enum class Output : uint32_t {
   Force = 1,       ///< contact moments, force, shear
   Surface = 2,     ///< height map on the GPU, depth
   Confidence = 4,  ///< what is known of each pixel; the surface then counts each by it
+  Contacts = 8,    ///< several contacts told apart and followed; with Force
+  Skin = 16,       ///< how the skin moves along itself, where the sensor has a pattern on it; with Force
 };
 constexpr uint32_t operator|(Output a, Output b) {
   return static_cast<uint32_t>(a) | static_cast<uint32_t>(b);

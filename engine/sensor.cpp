@@ -8,179 +8,18 @@
 #include <sstream>
 
 #include "engine/error.h"
+#include "engine/sensor_json.h"
 #include "engine/solve/elastic_kernel.h"
 
 namespace palpate {
 namespace {
 
-using Json = nlohmann::json;
+using namespace sensor_json;
 
 constexpr int kVersion = 1;
-constexpr double kHuge = 1e12;
-
-[[noreturn]] void fail(const std::string& where, const std::string& wanted, const std::string& found,
-                       const std::string& remedy = "correcting that key; README.md explains each") {
-  throw Error(Failure::Sensor, where + ": " + wanted, found, remedy);
-}
-
-/// A value for a message: short, one line, ASCII. What is nested may be nested deeper than a stack is, and is
-/// only counted.
-std::string shown(const Json& value) {
-  for (const Json& part : value) {
-    if (value.is_structured() && part.is_structured())
-      return (value.is_array() ? "a list of " : "an object of ") + std::to_string(value.size());
-  }
-  std::string text = value.dump(-1, ' ', true);
-  return text.size() > 60 ? text.substr(0, 57) + "..." : text;
-}
-
-std::string number_text(double value) {
-  std::ostringstream out;
-  out << value;
-  return out.str();
-}
-
-/// One JSON object being read: every key is asked for by name, with its range, and what nobody asked for is
-/// an error.
-class Reader {
- public:
-  Reader(const Json& object, std::string where) : object_(object), where_(std::move(where)) {
-    if (!object.is_object()) fail(where_, "an object { ... }", shown(object));
-  }
-
-  bool has(const char* key) {
-    known_.insert(key);
-    return object_.contains(key);
-  }
-  const Json& at(const char* key) {
-    if (!has(key)) fail(where_ + "." + key, "this key", "none");
-    return object_.at(key);
-  }
-  std::string path(const char* key) const { return where_ + "." + key; }
-
-  double number(const char* key, double low, double high, const char* unit) {
-    return checked(at(key), path(key), low, high, unit);
-  }
-  void number(const char* key, double low, double high, const char* unit, double& value) {
-    if (has(key)) value = number(key, low, high, unit);
-  }
-  void whole(const char* key, uint32_t low, uint32_t high, const char* unit, uint32_t& value) {
-    if (has(key)) value = checked_whole(at(key), path(key), low, high, unit);
-  }
-  std::string text(const char* key) {
-    const Json& value = at(key);
-    if (!value.is_string()) fail(path(key), "a text", shown(value));
-    return value.get<std::string>();
-  }
-  template <typename Enum, size_t N>
-  void choice(const char* key, const std::array<Enum, N>& options, Enum& value) {
-    if (!has(key)) return;
-    const std::string found = text(key);
-    std::string names;
-    for (const Enum option : options) {
-      if (found == to_string(option)) {
-        value = option;
-        return;
-      }
-      names += (names.empty() ? "" : ", ") + std::string(to_string(option));
-    }
-    fail(path(key), "one of " + names, shown(found));
-  }
-  const Json& array(const char* key, size_t size, const char* meaning) {
-    const Json& value = at(key);
-    if (!value.is_array() || value.size() != size)
-      fail(path(key), "a list of " + std::to_string(size) + ": " + meaning, shown(value));
-    return value;
-  }
-
-  static double checked(const Json& value, const std::string& where, double low, double high,
-                        const char* unit) {
-    const std::string wanted = "a number from " + number_text(low) + " to " + number_text(high) +
-                               (*unit ? " " + std::string(unit) : "");
-    if (!value.is_number()) fail(where, wanted, shown(value));
-    const double number = value.get<double>();
-    if (!(number >= low && number <= high)) fail(where, wanted, shown(value));
-    return number;
-  }
-  static uint32_t checked_whole(const Json& value, const std::string& where, uint32_t low, uint32_t high,
-                                const char* unit) {
-    const double number = checked(value, where, low, high, unit);
-    if (number != std::floor(number)) fail(where, "a whole number", shown(value));
-    return static_cast<uint32_t>(number);
-  }
-
-  void finish() const {
-    for (const auto& [key, value] : object_.items()) {
-      if (known_.contains(key)) continue;
-      std::string names;
-      for (const std::string& name : known_) names += (names.empty() ? "" : ", ") + name;
-      fail(where_, "only known keys (" + names + ")", shown(key), "removing or renaming it");
-    }
-  }
-
- private:
-  const Json& object_;
-  std::string where_;
-  std::set<std::string> known_;
-};
 
 constexpr std::array kSignals{Signal::Brighter, Signal::Darker, Signal::Either};
 constexpr std::array kFilters{Filter::Binomial5, Filter::None};
-constexpr std::array kBackgroundKinds{BackgroundKind::Untouched, BackgroundKind::None};
-constexpr std::array kReadings{Reading::None, Reading::Shading, Reading::Photometric, Reading::Elastic};
-
-void read_weights(Reader& reader, const char* key, std::array<std::array<double, 3>, 3>& weights) {
-  const Json& rows = reader.array(key, 3, "for red, green, blue");
-  for (size_t channel = 0; channel < 3; ++channel) {
-    const std::string where = reader.path(key) + "[" + std::to_string(channel) + "]";
-    if (!rows[channel].is_array() || rows[channel].size() != 3)
-      fail(where, "a list of 3: 1, X, Y", shown(rows[channel]));
-    for (size_t term = 0; term < 3; ++term)
-      weights[channel][term] = Reader::checked(rows[channel][term], where, -1e6, 1e6, "");
-  }
-}
-
-void read_frame(const Json& json, const std::string& where, Sensor& sensor) {
-  Reader frame(json, where);
-  if (frame.has("crop_px")) {
-    const Json& crop = frame.array("crop_px", 4, "x, y, width, height");
-    sensor.crop_px.emplace();
-    for (size_t i = 0; i < 4; ++i)
-      (*sensor.crop_px)[i] =
-          Reader::checked_whole(crop[i], frame.path("crop_px"), i < 2 ? 0 : 1, kMaxSide_px, "px");
-  }
-  if (frame.has("quad_px")) {
-    const Json& quad = frame.array("quad_px", 4, "corners top left, top right, bottom right, bottom left");
-    sensor.quad_px.emplace();
-    for (size_t i = 0; i < 4; ++i) {
-      if (!quad[i].is_array() || quad[i].size() != 2)
-        fail(frame.path("quad_px"), "corners as [x, y]", shown(quad[i]));
-      for (size_t k = 0; k < 2; ++k)
-        (*sensor.quad_px)[i][k] =
-            Reader::checked(quad[i][k], frame.path("quad_px"), -double{kMaxSide_px}, kMaxSide_px, "px");
-    }
-  }
-  if (frame.has("size_px")) {
-    const Json& size = frame.array("size_px", 2, "width, height");
-    for (size_t i = 0; i < 2; ++i)
-      sensor.size_px[i] = Reader::checked_whole(size[i], frame.path("size_px"), 1, kMaxSide_px, "px");
-  }
-  frame.whole("channels", 1, 3, "", sensor.channels);
-  frame.whole("bit_depth", 8, 16, "bits", sensor.bit_depth);
-  frame.finish();
-}
-
-void read_background(const Json& json, const std::string& where, BackgroundSource& background) {
-  Reader reader(json, where);
-  reader.choice("source", kBackgroundKinds, background.kind);
-  if (background.kind == BackgroundKind::None) {
-    for (const char* key : {"image", "first_frames"})
-      if (reader.has(key)) fail(reader.path(key), "no such key with source 'none'", "it");
-  }
-  if (reader.has("image")) background.image = reader.text("image");
-  reader.whole("first_frames", 1, 10000, "frames", background.first_frames);
-  reader.finish();
-}
 
 void read_contact(const Json& json, const std::string& where, Sensor& sensor) {
   Reader contact(json, where);
@@ -188,92 +27,8 @@ void read_contact(const Json& json, const std::string& where, Sensor& sensor) {
   contact.choice("filter", kFilters, sensor.filter);
   contact.number("threshold_gray", 0, 65535, "gray levels", sensor.threshold_gray);
   contact.whole("saturation_gray", 1, 65535, "gray levels", sensor.saturation_gray);
+  contact.whole("smallest_px", 0, 1u << 26, "px", sensor.smallest_contact_px);
   contact.finish();
-}
-
-void read_surface(const Json& json, const std::string& where, Sensor& sensor) {
-  Reader surface(json, where);
-  surface.choice("reading", kReadings, sensor.reading);
-  surface.number("max_slope", 1e-3, 1e3, "", sensor.max_slope);
-  if (surface.has("shadow_gray"))
-    surface.whole("shadow_gray", 0, 65535, "gray levels", sensor.shadow_gray.emplace());
-  if (surface.has("shading")) {
-    Reader shading(surface.at("shading"), surface.path("shading"));
-    sensor.shading.facing_gray = shading.number("facing_gray", 1e-3, 65535, "gray levels");
-    shading.number("depth_gain", 1e-6, 1e6, "", sensor.shading.depth_gain);
-    shading.finish();
-  }
-  if (surface.has("photometric")) {
-    Reader photometric(surface.at("photometric"), surface.path("photometric"));
-    read_weights(photometric, "wx", sensor.photometric.wx);
-    read_weights(photometric, "wy", sensor.photometric.wy);
-    photometric.number("normal_sd", 0, 1, "", sensor.photometric.normal_sd);
-    photometric.finish();
-  }
-  if (surface.has("elastic")) {
-    Reader elastic(surface.at("elastic"), surface.path("elastic"));
-    ElasticCalibration& pad = sensor.elastic;
-    pad.gray_per_MPa = elastic.number("gray_per_MPa", 1e-9, kHuge, "gray levels per MPa");
-    elastic.number("limit_gray", 1e-3, 1e9, "gray levels", pad.limit_gray);
-    pad.young_MPa = elastic.number("young_MPa", 1e-9, 1e9, "MPa");
-    elastic.number("poisson", 0, 0.5, "", pad.poisson);
-    elastic.number("thickness_mm", 1e-6, 1e6, "mm", pad.thickness_mm);
-    elastic.number("relative_sd", 0, 10, "", pad.relative_sd);
-    elastic.finish();
-  }
-  surface.finish();
-}
-
-PadOutline read_pad(const Json& json, const std::string& where) {
-  Reader reader(json, where);
-  const auto numbers = [](const Json& list, const std::string& at, double low, double high) {
-    std::vector<double> values;
-    for (const Json& value : list) values.push_back(Reader::checked(value, at, low, high, "px"));
-    return values;
-  };
-  constexpr double kFar_px = 4.0 * kMaxSide_px;
-  std::vector<PadOutline> found;
-  if (reader.has("rectangle_px")) {
-    const auto v = numbers(reader.array("rectangle_px", 4, "x, y, width, height"),
-                           reader.path("rectangle_px"), -kFar_px, kFar_px);
-    found.emplace_back(PadRectangle{v[0], v[1], v[2], v[3]});
-  }
-  if (reader.has("circle_px")) {
-    const auto v =
-        numbers(reader.array("circle_px", 3, "x, y, radius"), reader.path("circle_px"), -kFar_px, kFar_px);
-    found.emplace_back(PadEllipse{v[0], v[1], v[2], v[2], 0});
-  }
-  if (reader.has("ellipse_px")) {
-    const auto v = numbers(reader.array("ellipse_px", 5, "x, y, radius, other radius, angle in rad"),
-                           reader.path("ellipse_px"), -kFar_px, kFar_px);
-    found.emplace_back(PadEllipse{v[0], v[1], v[2], v[3], v[4]});
-  }
-  if (reader.has("polygon_px")) {
-    const Json& corners = reader.at("polygon_px");
-    PadPolygon polygon;
-    if (!corners.is_array() || corners.size() < 3 || corners.size() > 1000)
-      fail(reader.path("polygon_px"), "3 to 1000 corners as [x, y]", shown(corners));
-    for (const Json& corner : corners) {
-      if (!corner.is_array() || corner.size() != 2)
-        fail(reader.path("polygon_px"), "corners as [x, y]", shown(corner));
-      const auto v = numbers(corner, reader.path("polygon_px"), -kFar_px, kFar_px);
-      polygon.corners.push_back({v[0], v[1]});
-    }
-    found.emplace_back(polygon);
-  }
-  reader.finish();
-  if (found.size() != 1)
-    fail(where, "one outline: rectangle_px, circle_px, ellipse_px or polygon_px",
-         std::to_string(found.size()));
-  return found.front();
-}
-
-Json to_json(const PadOutline& outline) {
-  if (const auto* r = std::get_if<PadRectangle>(&outline))
-    return {{"rectangle_px", {r->x, r->y, r->width, r->height}}};
-  if (const auto* e = std::get_if<PadEllipse>(&outline))
-    return {{"ellipse_px", {e->x, e->y, e->radius_x, e->radius_y, e->angle_rad}}};
-  return {{"polygon_px", std::get<PadPolygon>(outline).corners}};
 }
 
 ForceCalibration read_force(const Json& json, const std::string& where) {
@@ -306,53 +61,23 @@ ShearCalibration read_shear(const Json& json, const std::string& where) {
 }
 
 Json to_json(const Sensor& s) {
-  Json frame{{"channels", s.channels}, {"bit_depth", s.bit_depth}};
-  if (s.crop_px) frame["crop_px"] = *s.crop_px;
-  if (s.quad_px) frame["quad_px"] = *s.quad_px;
-  if (s.size_px[0] > 0) frame["size_px"] = s.size_px;
-  Json background{{"source", to_string(s.background.kind)}};
-  if (s.background.kind == BackgroundKind::Untouched) background["first_frames"] = s.background.first_frames;
-  if (!s.background.image.empty()) background["image"] = s.background.image;
-  Json surface{{"reading", to_string(s.reading)}, {"max_slope", s.max_slope}};
-  if (s.shadow_gray) surface["shadow_gray"] = *s.shadow_gray;
-  if (s.reading == Reading::Shading || s.shading.facing_gray != 0)
-    surface["shading"] = {{"facing_gray", s.shading.facing_gray}, {"depth_gain", s.shading.depth_gain}};
-  const PhotometricCalibration none;
-  if (s.reading == Reading::Photometric || s.photometric.wx != none.wx || s.photometric.wy != none.wy)
-    surface["photometric"] = {
-        {"wx", s.photometric.wx}, {"wy", s.photometric.wy}, {"normal_sd", s.photometric.normal_sd}};
-  if (s.reading == Reading::Elastic || s.elastic.gray_per_MPa != 0) {
-    Json elastic{{"gray_per_MPa", s.elastic.gray_per_MPa},
-                 {"young_MPa", s.elastic.young_MPa},
-                 {"poisson", s.elastic.poisson},
-                 {"relative_sd", s.elastic.relative_sd}};
-    if (s.elastic.limit_gray != 0) elastic["limit_gray"] = s.elastic.limit_gray;
-    if (s.elastic.thickness_mm != 0) elastic["thickness_mm"] = s.elastic.thickness_mm;
-    surface["elastic"] = elastic;
-  }
+  Json contact{{"signal", to_string(s.signal)},
+               {"filter", to_string(s.filter)},
+               {"threshold_gray", s.threshold_gray},
+               {"saturation_gray", s.saturation_gray}};
+  if (s.smallest_contact_px != 0) contact["smallest_px"] = s.smallest_contact_px;
   Json json{{"palpate_sensor", kVersion},
             {"name", s.name},
             {"pitch_mm_per_px", s.pitch_mm_per_px},
-            {"frame", frame},
-            {"background", background},
-            {"contact",
-             {{"signal", to_string(s.signal)},
-              {"filter", to_string(s.filter)},
-              {"threshold_gray", s.threshold_gray},
-              {"saturation_gray", s.saturation_gray}}},
-            {"surface", surface}};
-  if (s.pad) json["pad"] = to_json(*s.pad);
-  if (s.force) {
-    json["force"] = {{"c1_N_per_gray", s.force->c1_N_per_gray}, {"c0_N", s.force->c0_N},
-                     {"residual_sd_N", s.force->residual_sd_N}, {"covariance", s.force->covariance},
-                     {"gray_min", s.force->gray_min},           {"gray_max", s.force->gray_max}};
-  }
-  if (s.shear) {
-    json["shear"] = {{"kx_N_per_mm", s.shear->kx_N_per_mm},
-                     {"ky_N_per_mm", s.shear->ky_N_per_mm},
-                     {"friction", s.shear->friction},
-                     {"relative_sd", s.shear->relative_sd}};
-  }
+            {"frame", frame_json(s)},
+            {"background", background_json(s.background)},
+            {"contact", contact},
+            {"surface", surface_json(s)}};
+  if (s.pitch_sd_mm_per_px != 0) json["pitch_sd_mm_per_px"] = s.pitch_sd_mm_per_px;
+  if (s.pad) json["pad"] = pad_json(*s.pad);
+  if (s.skin) json["skin"] = skin_json(*s.skin);
+  if (s.force) json["force"] = force_json(*s.force);
+  if (s.shear) json["shear"] = shear_json(*s.shear);
   return json;
 }
 
@@ -414,8 +139,20 @@ void check_together(const Sensor& s, const std::string& where) {
         for (const double weight : row) largest = std::max(largest, std::abs(weight));
     require(largest > 0, "surface.photometric", "weights that are not all 0", "none");
   }
+  if (s.reading == Reading::Lookup) {
+    require(s.channels == 1, "frame.channels", "1 for reading 'lookup'", std::to_string(s.channels));
+    require(s.lookup.points.size() >= 2, "surface.lookup", "this section, for reading 'lookup'", "none");
+    for (size_t i = 1; i < s.lookup.points.size(); ++i)
+      require(s.lookup.points[i][0] > s.lookup.points[i - 1][0] &&
+                  s.lookup.points[i][1] >= s.lookup.points[i - 1][1],
+              "surface.lookup.points", "gray that rises and depth that does not fall from point to point",
+              number_text(s.lookup.points[i][0]) + ", " + number_text(s.lookup.points[i][1]) + " mm");
+  }
   if (s.force) {
-    require(s.force->c1_N_per_gray != 0, "force.c1_N_per_gray", "not 0", "0");
+    require(s.force->model == ForceModel::Spline || s.force->c1_N_per_gray != 0, "force.c1_N_per_gray",
+            "not 0", "0");
+    require(s.force->model != ForceModel::Spline || s.force->knots.size() >= 2, "force.knots",
+            "2 knots or more for model 'spline'", std::to_string(s.force->knots.size()));
     require(s.force->gray_max > s.force->gray_min, "force.gray_max", "more than gray_min",
             number_text(s.force->gray_max));
   }
@@ -435,6 +172,7 @@ Sensor from_json(const Json& json, const std::string& where, const std::string& 
   Sensor sensor;
   sensor.name = reader.has("name") ? reader.text("name") : default_name;
   sensor.pitch_mm_per_px = reader.number("pitch_mm_per_px", 1e-6, 100, "mm per px");
+  reader.number("pitch_sd_mm_per_px", 0, 100, "mm per px", sensor.pitch_sd_mm_per_px);
   if (reader.has("frame")) read_frame(reader.at("frame"), reader.path("frame"), sensor);
   sensor.saturation_gray = (1u << sensor.bit_depth) - 1;
   if (reader.has("background"))
@@ -442,6 +180,7 @@ Sensor from_json(const Json& json, const std::string& where, const std::string& 
   if (reader.has("contact")) read_contact(reader.at("contact"), reader.path("contact"), sensor);
   if (reader.has("surface")) read_surface(reader.at("surface"), reader.path("surface"), sensor);
   if (reader.has("pad")) sensor.pad = read_pad(reader.at("pad"), reader.path("pad"));
+  if (reader.has("skin")) sensor.skin = read_skin(reader.at("skin"), reader.path("skin"));
   if (reader.has("force")) sensor.force = read_force(reader.at("force"), reader.path("force"));
   if (reader.has("shear")) sensor.shear = read_shear(reader.at("shear"), reader.path("shear"));
   reader.finish();
@@ -501,6 +240,11 @@ uint32_t shadow_gray(const Sensor& sensor) {
   return sensor.reading == Reading::Photometric ? ((1u << sensor.bit_depth) - 1) * kPerCent / 100 : 0;
 }
 
+uint32_t smallest_contact_px(const Sensor& sensor, const FrameFormat& format) {
+  if (sensor.smallest_contact_px > 0) return sensor.smallest_contact_px;
+  return std::max(9u, static_cast<uint32_t>(uint64_t{format.width} * format.height / 4000));
+}
+
 const char* to_string(Signal signal) {
   switch (signal) {
     case Signal::Brighter:
@@ -531,8 +275,42 @@ const char* to_string(Reading reading) {
       return "photometric";
     case Reading::Elastic:
       return "elastic";
+    case Reading::Lookup:
+      return "lookup";
   }
   return "?";
+}
+
+const char* to_string(ForceSignal signal) {
+  switch (signal) {
+    case ForceSignal::GraySum:
+      return "gray sum";
+    case ForceSignal::Area:
+      return "area";
+    case ForceSignal::Volume:
+      return "volume";
+  }
+  return "?";
+}
+
+const char* to_string(ForceModel model) {
+  switch (model) {
+    case ForceModel::Line:
+      return "line";
+    case ForceModel::Power:
+      return "power";
+    case ForceModel::Spline:
+      return "spline";
+  }
+  return "?";
+}
+
+const char* to_string(ShearSignal signal) {
+  return signal == ShearSignal::Centroid ? "centroid" : "skin";
+}
+
+const char* to_string(SkinKind kind) {
+  return kind == SkinKind::Markers ? "markers" : "texture";
 }
 
 void validate(const Sensor& sensor, const std::string& where) {
@@ -545,6 +323,11 @@ void validate(const Sensor& sensor, const std::string& where) {
   Sensor scaled = sensor;  // no other key depends on the scale then
   scaled.pitch_mm_per_px = 1;
   from_json(to_json(scaled), where, "");
+}
+
+// A path in the file is relative to the file, whatever the working directory.
+static std::string beside(const std::filesystem::path& file, const std::string& image) {
+  return (std::filesystem::absolute(file).parent_path() / image).lexically_normal().string();
 }
 
 Sensor load_sensor(const std::filesystem::path& file) {
@@ -560,11 +343,8 @@ Sensor load_sensor(const std::filesystem::path& file) {
     fail(file.string(), "a readable sensor file", "a read error", "checking its permissions");
 
   Sensor sensor = from_json(parse(text, file), file.filename().string(), file.stem().string());
-  if (!sensor.background.image.empty()) {
-    // A path in the file is relative to the file, whatever the working directory.
-    sensor.background.image =
-        (std::filesystem::absolute(file).parent_path() / sensor.background.image).lexically_normal().string();
-  }
+  if (!sensor.background.image.empty()) sensor.background.image = beside(file, sensor.background.image);
+  if (sensor.flat) sensor.flat->image = beside(file, sensor.flat->image);
   return sensor;
 }
 
@@ -582,13 +362,16 @@ void save_sensor(const Sensor& given, const std::filesystem::path& file) {
   require_scale(given, file.filename().string());
   validate(given, file.filename().string());
   Sensor sensor = given;
-  const std::filesystem::path image = sensor.background.image;
-  if (image.is_absolute()) {
-    // So that folder and sensor file can move together; an image elsewhere keeps its whole path.
+  // So that folder and sensor file can move together; an image elsewhere keeps its whole path.
+  const auto shorten = [&](std::string& path) {
+    const std::filesystem::path image = path;
+    if (!image.is_absolute()) return;
     const auto near =
         image.lexically_relative(std::filesystem::absolute(file).lexically_normal().parent_path());
-    if (!near.empty() && *near.begin() != "..") sensor.background.image = near.string();
-  }
+    if (!near.empty() && *near.begin() != "..") path = near.string();
+  };
+  shorten(sensor.background.image);
+  if (sensor.flat) shorten(sensor.flat->image);
   const auto fail_to_write = [&](const std::string& why) {
     throw Error(Failure::Output, "to write " + file.string(), why, "another folder, or freeing disk space");
   };

@@ -36,6 +36,8 @@ const char* to_string(Slip slip) {
       return "stick";
     case Slip::Slip:
       return "slip";
+    case Slip::Incipient:
+      return "incipient slip";
     case Slip::NotCalibrated:
       return "not calibrated";
   }

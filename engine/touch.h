@@ -2,6 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
+
+#include "engine/frame.h"
 
 namespace palpate {
 
@@ -27,8 +30,14 @@ struct Estimate {
   Validity validity = Validity::NotCalibrated;
 };
 
-/// Stick and slip as told by the friction limit (theory S6).
-enum class Slip : uint8_t { NoContact, Stick, Slip, NotCalibrated };
+/// Stick and slip, as told by the friction limit or by the skin's own movement (theory S6).
+enum class Slip : uint8_t {
+  NoContact,
+  Stick,
+  Slip,
+  NotCalibrated,
+  Incipient,  ///< the contact's rim slides, its core still sticks; told only where the skin is followed
+};
 const char* to_string(Slip slip);
 
 /// Ellipse with the same second moments as the contact area.
@@ -36,6 +45,49 @@ struct Ellipse {
   double major_mm = 0;   ///< full major axis
   double minor_mm = 0;   ///< full minor axis
   double angle_rad = 0;  ///< of the major axis from +x towards +y (downwards in the image), (-pi/2, pi/2]
+};
+
+/// One of several contacts: a connected region of contact pixels (8 neighbours), followed from frame to
+/// frame. Fields mean what those of Touch mean, of this region alone.
+struct ContactTouch {
+  uint32_t id = 0;      ///< from 1, in order of appearance; never used again
+  uint64_t frames = 0;  ///< since its onset, this one included
+  double gray_sum = 0;
+  double centroid_x_px = 0;
+  double centroid_y_px = 0;
+  uint64_t area_px = 0;
+  double area_mm2 = 0;
+  Ellipse ellipse;
+  double peak_gray = 0;
+  uint64_t saturated_px = 0;  ///< of its own pixels
+  bool at_border = false;     ///< reaches the frame's border
+  PixelRect box;              ///< around its pixels
+  Estimate force_N;
+  Estimate shear_x_N;
+  Estimate shear_y_N;
+  double shift_x_mm = 0;
+  double shift_y_mm = 0;
+  Slip slip = Slip::NotCalibrated;
+};
+
+/// One followed place of the pad's skin.
+struct SkinPoint {
+  float rest_x_px = 0;  ///< where it is in the untouched image
+  float rest_y_px = 0;
+  float shift_x_px = 0;  ///< from there to this frame
+  float shift_y_px = 0;
+  float trust = 0;  ///< 0: lost, its shift is not known; to 1: the picture is the untouched one, shifted
+};
+
+/// How the skin moves along itself, from the points that lie in the contact (Output::Skin).
+struct SkinMotion {
+  uint32_t points = 0;  ///< followed in this frame, whole pad
+  uint32_t lost = 0;
+  uint32_t touching = 0;  ///< followed ones under the contact; less than 3: nothing below is known
+  Estimate shift_x_mm;    ///< of the contact's core since the contact's onset
+  Estimate shift_y_mm;
+  Estimate torsion_rad;  ///< turn about the normal since onset, from +x towards +y
+  Estimate stick_share;  ///< radius of the part that still sticks over the contact's, 0 to 1
 };
 
 /// Measurements of one frame. Pixel coordinates are of pixel centres: (0, 0) is the centre of the top left
@@ -54,12 +106,25 @@ struct Touch {
   double peak_gray = 0;       ///< largest filtered gray, gray levels
   uint64_t saturated_px = 0;  ///< raw pixels at or above the sensor's saturation level, whole frame
 
-  Estimate force_N;    ///< normal force
+  bool at_border = false;  ///< contact pixels in the frame's outermost rows or columns: what presses beyond
+                           ///< them is missing
+  double volume_mm3 = 0;   ///< indented volume below rest level, of touched tiles; 0 without a surface
+
+  Estimate force_N;    ///< normal force; with several contacts (Output::Contacts) the sum of theirs
   Estimate shear_x_N;  ///< tangential force; bounded by the friction limit
   Estimate shear_y_N;
   double shift_x_mm = 0;  ///< centroid since the onset of this contact
   double shift_y_mm = 0;
   Slip slip = Slip::NotCalibrated;
+
+  bool has_contacts = false;           ///< contacts were told apart
+  std::vector<ContactTouch> contacts;  ///< rising id
+  uint64_t small_regions = 0;          ///< regions too small to count as contacts
+  bool regions_overflow = false;       ///< more regions than there was room for: contacts are incomplete
+
+  bool has_skin = false;  ///< the skin's pattern was followed
+  std::vector<SkinPoint> skin_points;
+  SkinMotion skin;
 
   bool has_surface = false;
   Validity depth_validity = Validity::NotCalibrated;  ///< of the whole depth map
