@@ -223,8 +223,11 @@ TEST_F(WindowTest, ZeroMarkAndRecordAreWrittenWhereTheyBelong) {
   const fs::path out = folder_ / "out";
   open({"live", "synthetic:slide?size=320x240&repeat=0", "--out", out});
   ASSERT_TRUE(titled("palpate: synthetic"));
-  std::this_thread::sleep_for(std::chrono::seconds(2));
-  desktop_->key("z");
+  // Zeroing takes a touch: until there is one.
+  EXPECT_TRUE(wait_for([&] {
+    desktop_->key("z");
+    return contains(slurp(out / "events.csv"), ",zero,force_N=");
+  }));
   desktop_->key("w");
   std::this_thread::sleep_for(std::chrono::seconds(1));
   desktop_->key("shift+m");
@@ -235,7 +238,6 @@ TEST_F(WindowTest, ZeroMarkAndRecordAreWrittenWhereTheyBelong) {
   desktop_->key("w");
   const Ended ended = quit();
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_TRUE(contains(slurp(out / "events.csv"), ",zero,"));
   fs::path session;
   for (const auto& entry : fs::directory_iterator(out))
     if (entry.path().filename().string().rfind("session-", 0) == 0) session = entry.path();
