@@ -369,9 +369,6 @@ struct Pipeline::Impl {
           static_cast<double>(center_y) + static_cast<double>(weighted ? m.gray_y : m.y) / weight;
       t.ellipse = ellipse_of(m, sensor.pitch_mm_per_px);
     }
-    if (sensor.force) t.force_N = force_from_gray(*sensor.force, t.gray_sum, t.contact, t.saturated_px > 0);
-    if (slot.after_gap) shear.interrupt();
-    shear.update(sensor.shear ? &*sensor.shear : nullptr, t);
     if (wants_surface) {
       slot.datum_records.invalidate();
       const RestLevel rest =
@@ -380,6 +377,9 @@ struct Pipeline::Impl {
       t.depth_datum_mm = -rest.level_mm;
       t.depth_max_mm = rest.highest_mm - rest.level_mm;
       t.datum_from_rest = rest.from_untouched;
+      t.volume_mm3 = datum->volume_px_mm(records, slot.datum_records.as<const shared::DatumRecord>(),
+                                         elastic ? 0 : rest.level_mm) *
+                     sensor.pitch_mm_per_px * sensor.pitch_mm_per_px;
       t.depth_validity = !t.contact           ? Validity::NoContact
                          : t.saturated_px > 0 ? Validity::Saturated
                                               : Validity::Valid;
@@ -389,6 +389,10 @@ struct Pipeline::Impl {
         measure_clipped(slot, t);
     }
     if (partial) partial->report(slot.known, t);
+    if (slot.after_gap) force.interrupt();
+    if (sensor.force) t.force_N = force.update(*sensor.force, force_reading(t));
+    if (slot.after_gap) shear.interrupt();
+    shear.update(sensor.shear ? &*sensor.shear : nullptr, t);
     return t;
   }
 
@@ -433,6 +437,7 @@ struct Pipeline::Impl {
   std::optional<Elastic> elastic;  // in place of slope and surface
   std::optional<ElasticConvolution> convolution;
   std::optional<WeightedFrame> partial;  // where not everything is known
+  ForceHistory force;
   ShearTracker shear;
   std::optional<Pad> pad;  // where leased frames are read in place
   std::deque<Slot> slots;

@@ -240,7 +240,6 @@ Result Skipping::finish(uint32_t index) {
   Touch& t = result.touch;
   if (slot.pipeline != &whole_) {
     t.saturated_px = slot.saturated_px;
-    if (sensor_.force) t.force_N = force_from_gray(*sensor_.force, t.gray_sum, t.contact, t.saturated_px > 0);
     if (t.has_surface && t.contact && t.saturated_px > 0) t.depth_validity = Validity::Saturated;
     if (wants_surface_) {
       result.surface.width = format_.width;
@@ -248,6 +247,9 @@ Result Skipping::finish(uint32_t index) {
       result.surface.window = slot.place;
     }
   }
+  // Which branch the force is on and where the shear counts from are the whole frames' history.
+  if (slot.after_gap) force_.interrupt();
+  if (sensor_.force) t.force_N = force_.update(*sensor_.force, force_reading(t));
   if (slot.after_gap) shear_.interrupt();
   shear_.update(sensor_.shear ? &*sensor_.shear : nullptr, t);
   result.turnaround_ms = std::chrono::duration<double, std::milli>(Clock::now() - slot.submitted).count();
