@@ -1,6 +1,7 @@
 #include "engine/mechanics/force_choice.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -9,221 +10,26 @@
 #include <span>
 
 #include "engine/error.h"
-#include "engine/mechanics/force_fit.h"
 #include "engine/mechanics/force_scatter.h"
 
 namespace palpate {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kOnBranch = 0.1;      // an unloading share closer to 0 or 1 than this counts as on a branch
-constexpr size_t kLeastOnBranch = 12;  // readings
-constexpr double kOutlier_sd = 6;
-constexpr double kLeastScatter = 0.004;  // share of full scale below which nothing is an outlier
-constexpr double kMostOutliers = 0.1;    // more are no outliers but a curve that does not fit
-constexpr size_t kFewestPresses = 4;     // as blocks of their own
-constexpr size_t kMostBlocks = 10;
-constexpr size_t kStretches = 8;  // of time, where there are few presses
+constexpr size_t kFewestPresses = 4;  // whose means tell a drift
 
 constexpr std::array kSignals{ForceSignal::GraySum, ForceSignal::Area, ForceSignal::Volume};
 constexpr std::array kModels{ForceModel::Line, ForceModel::Power, ForceModel::Spline};
 
-double signal_of(ForceSignal signal, const ForceReading& reading) {
-  ForceCalibration c;
-  c.signal = signal;
-  return palpate::signal_of(c, reading);
-}
-
-bool used(const ForceSample& s) {
-  return s.left_out == LeftOut::Used;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-/// One signal of all samples, with the branch that each is on.
-struct Track {
-  std::vector<double> signal, unloading;
-  double low = 0, high = 0;  // of used readings
-};
-
-Track track_of(ForceSignal signal, std::span<const ForceSample> samples) {
-  Track track;
-  track.low = std::numeric_limits<double>::infinity();
-  track.high = -track.low;
-  for (const ForceSample& s : samples) {
-    track.signal.push_back(signal_of(signal, s.reading));
-    if (!used(s)) continue;
-    track.low = std::min(track.low, track.signal.back());
-    track.high = std::max(track.high, track.signal.back());
-  }
-  LoadDirection direction;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    if (i == 0 || samples[i].press != samples[i - 1].press) direction = LoadDirection();
-    track.unloading.push_back(
-        direction.update(true, track.signal[i], kTurn_share * (track.high - track.low)));
-  }
-  return track;
-}
-
-/// The curves of one candidate, fitted to some readings.
-struct Curves {
-  ForceModel model = ForceModel::Line;
-  CurveFit together;
-  std::optional<CurveFit> loading, unloading;
-
-  double at(double signal, double w) const {
-    if (!loading) return force_at(model, together.curve, signal);
-    return (1 - w) * force_at(model, loading->curve, signal) + w * force_at(model, unloading->curve, signal);
-  }
-};
-
-Curves fit_curves(ForceModel model, bool branches, const Track& track, std::span<const ForceSample> samples,
-                  const std::function<bool(size_t)>& counts) {
-  std::vector<double> s, f, on_loading, on_unloading;
-  size_t loading = 0, unloading = 0;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    if (!used(samples[i]) || !counts(i)) continue;
-    s.push_back(track.signal[i]);
-    f.push_back(samples[i].force_N);
-    on_loading.push_back(track.unloading[i] <= kOnBranch ? 1 : 0);
-    on_unloading.push_back(track.unloading[i] >= 1 - kOnBranch ? 1 : 0);
-    loading += on_loading.back() > 0;
-    unloading += on_unloading.back() > 0;
-  }
-  Curves curves{model, fit_curve(model, s, f), {}, {}};
-  if (!branches) return curves;
-  for (const auto& [name, count] : {std::pair{"loading", loading}, std::pair{"unloading", unloading}})
-    if (count < kLeastOnBranch)
-      throw Error(Failure::Input, std::to_string(kLeastOnBranch) + " readings while " + name,
-                  std::to_string(count), "a recording with slower presses");
-  curves.loading = fit_curve(model, s, f, on_loading);
-  curves.unloading = fit_curve(model, s, f, on_unloading);
-  return curves;
-}
-
-Curves fit_curves(const ForceCandidate& c, const Track& track, std::span<const ForceSample> samples,
-                  const std::function<bool(size_t)>& counts) {
-  return fit_curves(c.model, c.branches, track, samples, counts);
-}
-
-/// Which block each sample is in. Presses, or where there are few of them stretches of their time.
-std::vector<size_t> blocks_of(std::span<const ForceSample> samples, size_t& blocks, bool& are_presses) {
-  std::map<uint32_t, size_t> readings;
-  for (const ForceSample& s : samples)
-    if (used(s)) ++readings[s.press];
-  are_presses = readings.size() >= kFewestPresses;
-  std::vector<size_t> block(samples.size());
-  if (are_presses) {
-    blocks = std::min(readings.size(), kMostBlocks);
-    std::map<uint32_t, size_t> number;
-    for (const auto& [press, count] : readings) number.emplace(press, number.size());
-    for (size_t i = 0; i < samples.size(); ++i)
-      if (used(samples[i])) block[i] = number[samples[i].press] * blocks / readings.size();
-    return block;
-  }
-  blocks = 0;
-  std::map<uint32_t, size_t> seen, first;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    const ForceSample& s = samples[i];
-    if (!used(s)) continue;
-    if (first.emplace(s.press, blocks).second) blocks += kStretches;
-    block[i] = first[s.press] + seen[s.press]++ * kStretches / readings[s.press];
-  }
-  return block;
-}
-
-/// Readings far from what the others say, by every signal.
-void mark_outliers(std::vector<ForceSample>& samples, std::span<const ForceSignal> signals) {
-  std::vector<size_t> judged(samples.size());
-  double full_N = 0;
-  size_t count = 0;
-  for (const ForceSample& s : samples)
-    if (used(s)) {
-      full_N = std::max(full_N, std::abs(s.force_N));
-      ++count;
-    }
-  for (const ForceSignal signal : signals) {
-    const Track track = track_of(signal, samples);
-    std::vector<bool> kept(samples.size(), true);
-    std::vector<double> off(samples.size());
-    // Fitted again without what stood out, until that does not change.
-    for (int round = 0; round < 4; ++round) {
-      std::optional<Curves> curves;
-      const auto counts = [&](size_t i) { return bool{kept[i]}; };
-      for (const bool branches : {true, false}) {
-        try {
-          curves = fit_curves(ForceModel::Spline, branches, track, samples, counts);
-          break;
-        } catch (const Error&) {
-          continue;  // too few readings for that many numbers: nothing is judged by them
-        }
-      }
-      if (!curves) return;
-      std::vector<double> sizes;
-      for (size_t i = 0; i < samples.size(); ++i) {
-        off[i] = used(samples[i])
-                     ? std::abs(samples[i].force_N - curves->at(track.signal[i], track.unloading[i]))
-                     : 0;
-        if (used(samples[i])) sizes.push_back(off[i]);
-      }
-      const double scatter_N = std::max(1.4826 * median(sizes), kLeastScatter * full_N);
-      bool changed = false;
-      for (size_t i = 0; i < samples.size(); ++i) {
-        const bool keep = off[i] <= kOutlier_sd * scatter_N;
-        changed |= keep != kept[i];
-        kept[i] = keep;
-      }
-      if (!changed) break;
-    }
-    for (size_t i = 0; i < samples.size(); ++i) judged[i] += !kept[i];
-  }
-  const auto is_outlier = [&](size_t i) { return used(samples[i]) && judged[i] == signals.size(); };
-  size_t outliers = 0;
-  for (size_t i = 0; i < samples.size(); ++i) outliers += is_outlier(i);
-  if (static_cast<double>(outliers) > kMostOutliers * static_cast<double>(count)) return;
-  for (size_t i = 0; i < samples.size(); ++i)
-    if (is_outlier(i)) samples[i].left_out = LeftOut::Outlier;
-}
-
 std::string why_left_out(std::span<const ForceSample> samples) {
   std::map<LeftOut, size_t> counts;
   for (const ForceSample& s : samples)
-    if (!used(s)) ++counts[s.left_out];
+    if (!is_used(s)) ++counts[s.left_out];
   std::string text;
   for (const auto& [why, count] : counts)
     text += (text.empty() ? " (left out: " : ", ") + std::to_string(count) + " " + to_string(why);
   return text.empty() ? text : text + ")";
 }
-
-}  // namespace
-
-const char* to_string(LeftOut left_out) {
-  switch (left_out) {
-    case LeftOut::Used:
-      return "used";
-    case LeftOut::NoGauge:
-      return "without gauge reading";
-    case LeftOut::Saturated:
-      return "saturated";
-    case LeftOut::AtBorder:
-      return "at the border";
-    case LeftOut::Outlier:
-      return "outliers";
-  }
-  return "?";
-}
-
-std::string to_string(const ForceCandidate& c) {
-  return std::string(to_string(c.model)) + " of " + to_string(c.signal) +
-         (c.branches ? ", apart" : ", together");
-}
-
-namespace {
 
 std::vector<ForceCandidate> candidates_of(const ForceChoiceOptions& options, bool has_volume) {
   std::vector<ForceCandidate> list;
@@ -240,14 +46,15 @@ std::vector<ForceCandidate> candidates_of(const ForceChoiceOptions& options, boo
 }
 
 /// Each used reading as a fit without its block says it. Throws where a block cannot be left out.
-std::vector<double> held_out(const ForceCandidate& c, const Track& track,
+std::vector<double> held_out(const ForceCandidate& c, const ForceTrack& track,
                              std::span<const ForceSample> samples, std::span<const size_t> block,
                              size_t blocks) {
   std::vector<double> predicted(samples.size(), kNaN);
   for (size_t b = 0; b < blocks; ++b) {
-    const Curves curves = fit_curves(c, track, samples, [&](size_t i) { return block[i] != b; });
+    const ForceCurves curves =
+        fit_curves(c.model, c.branches, track, samples, [&](size_t i) { return block[i] != b; });
     for (size_t i = 0; i < samples.size(); ++i)
-      if (used(samples[i]) && block[i] == b) predicted[i] = curves.at(track.signal[i], track.unloading[i]);
+      if (is_used(samples[i]) && block[i] == b) predicted[i] = curves.at(track.signal[i], track.unloading[i]);
   }
   return predicted;
 }
@@ -257,7 +64,7 @@ std::vector<double> block_errors(std::span<const double> predicted, std::span<co
                                  std::span<const size_t> block, size_t blocks) {
   std::vector<double> sum(blocks), count(blocks);
   for (size_t i = 0; i < samples.size(); ++i) {
-    if (!used(samples[i])) continue;
+    if (!is_used(samples[i])) continue;
     sum[block[i]] += std::abs(predicted[i] - samples[i].force_N);
     count[block[i]] += 1;
   }
@@ -266,12 +73,12 @@ std::vector<double> block_errors(std::span<const double> predicted, std::span<co
 }
 
 /// R^2 of a curve over the readings with weight.
-BranchLine line_of(const CurveFit& fit, ForceModel model, const Track& track,
+BranchLine line_of(const CurveFit& fit, ForceModel model, const ForceTrack& track,
                    std::span<const ForceSample> samples, const std::function<bool(size_t)>& counts) {
   BranchLine line{fit.curve, 0, 0};
   double sum = 0, squares = 0, left = 0;
   for (size_t i = 0; i < samples.size(); ++i) {
-    if (!used(samples[i]) || !counts(i)) continue;
+    if (!is_used(samples[i]) || !counts(i)) continue;
     ++line.readings;
     sum += samples[i].force_N;
     squares += samples[i].force_N * samples[i].force_N;
@@ -292,7 +99,7 @@ void find_drift(std::span<const ForceSample> samples, std::span<const double> re
   std::map<std::pair<uint32_t, uint64_t>, Sum> presses, frames;
   for (size_t i = 0; i < samples.size(); ++i) {
     const ForceSample& s = samples[i];
-    if (!used(s) || !std::isfinite(s.time_s)) continue;
+    if (!is_used(s) || !std::isfinite(s.time_s)) continue;
     for (Sum* sum : {&presses[{s.recording, s.press}], &frames[{s.recording, s.frame}]}) {
       sum->count += 1;
       sum->time_min += s.time_s / 60;
@@ -324,15 +131,14 @@ void find_drift(std::span<const ForceSample> samples, std::span<const double> re
 }
 
 /// The largest difference between the directions where both were seen.
-void find_hysteresis(const Track& track, std::span<const ForceSample> samples, const Curves& curves,
+void find_hysteresis(const ForceTrack& track, std::span<const ForceSample> samples, const ForceCurves& curves,
                      double full_N, ForceChoice& choice) {
   double low[2], high[2];
   for (const int side : {0, 1}) {
     low[side] = std::numeric_limits<double>::infinity();
     high[side] = -low[side];
     for (size_t i = 0; i < samples.size(); ++i) {
-      const double w = side ? 1 - track.unloading[i] : track.unloading[i];
-      if (!used(samples[i]) || w > kOnBranch) continue;
+      if (!is_used(samples[i]) || !(side ? track.unloads(i) : track.loads(i))) continue;
       low[side] = std::min(low[side], track.signal[i]);
       high[side] = std::max(high[side], track.signal[i]);
     }
@@ -358,7 +164,7 @@ Scatter find_interval(std::span<const ForceSample> samples, std::span<const size
   std::vector<double> residual_N, predicted_N, squares;
   std::vector<size_t> from;
   for (size_t i = 0; i < samples.size(); ++i) {
-    if (!used(samples[i])) continue;
+    if (!is_used(samples[i])) continue;
     predicted_N.push_back(choice.held_out_N[i]);
     residual_N.push_back(samples[i].force_N - choice.held_out_N[i]);
     from.push_back(block[i]);
@@ -392,11 +198,12 @@ Scatter find_interval(std::span<const ForceSample> samples, std::span<const size
 
 ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOptions& options) {
   const auto count_used = [&] {
-    return static_cast<size_t>(std::count_if(samples.begin(), samples.end(), used));
+    return static_cast<size_t>(std::count_if(samples.begin(), samples.end(), is_used));
   };
-  const bool has_volume = std::any_of(samples.begin(), samples.end(), used) &&
-                          std::all_of(samples.begin(), samples.end(),
-                                      [](const ForceSample& s) { return !used(s) || s.reading.has_volume; });
+  const bool has_volume = std::any_of(samples.begin(), samples.end(), is_used) &&
+                          std::all_of(samples.begin(), samples.end(), [](const ForceSample& s) {
+                            return !is_used(s) || s.reading.has_volume;
+                          });
   if (options.signal == ForceSignal::Volume && !has_volume)
     throw Error(Failure::Input, "the indented volume as signal", "a sensor without a reading of its surface",
                 "signal gray-sum or area, or a surface section in the sensor file");
@@ -417,7 +224,10 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   mark_outliers(samples, signals);
 
   ForceChoice choice;
-  const std::vector<size_t> block = blocks_of(samples, choice.blocks, choice.blocks_are_presses);
+  const HoldOut held = hold_out(samples);
+  choice.blocks = held.blocks;
+  choice.blocks_are_presses = held.are_presses;
+  const std::vector<size_t>& block = held.block;
   std::vector<std::vector<double>> errors;
   std::optional<size_t> best;
   double best_N = 0;
@@ -425,7 +235,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
     CandidateScore score{c, kNaN, kNaN, kNaN, ""};
     errors.emplace_back();
     try {
-      const Track track = track_of(c.signal, samples);
+      const ForceTrack track = track_of(c.signal, samples);
       errors.back() =
           block_errors(held_out(c, track, samples, block, choice.blocks), samples, block, choice.blocks);
       score.error_N = std::accumulate(errors.back().begin(), errors.back().end(), 0.0) /
@@ -442,8 +252,8 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   }
   if (!best) {
     // Too few readings to hold any out: say what the simplest one lacks.
-    fit_curves(candidates.front(), track_of(candidates.front().signal, samples), samples,
-               [](size_t) { return true; });
+    fit_curves(candidates.front().model, candidates.front().branches,
+               track_of(candidates.front().signal, samples), samples, [](size_t) { return true; });
     throw Error(Failure::Input, "readings enough to judge a fit by those it does not see",
                 std::to_string(count_used()) + why_left_out(samples), "a recording with more presses");
   }
@@ -468,10 +278,12 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   const ForceCandidate& c = choice.chosen.candidate;
   // What only the chosen signal shows as an outlier counts for it alone.
   mark_outliers(samples, std::array{c.signal});
-  const std::vector<size_t> final_block = blocks_of(samples, choice.blocks, choice.blocks_are_presses);
-  const Track track = track_of(c.signal, samples);
+  const HoldOut final_held = hold_out(samples);
+  choice.blocks = final_held.blocks;
+  const std::vector<size_t>& final_block = final_held.block;
+  const ForceTrack track = track_of(c.signal, samples);
   const auto all = [](size_t) { return true; };
-  const Curves curves = fit_curves(c, track, samples, all);
+  const ForceCurves curves = fit_curves(c.model, c.branches, track, samples, all);
   choice.held_out_N = held_out(c, track, samples, final_block, choice.blocks);
   choice.unloading_share = track.unloading;
 
@@ -488,7 +300,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   std::vector<double> residual_N(samples.size());
   double squares = 0, sum = 0, about = 0;
   for (size_t i = 0; i < samples.size(); ++i) {
-    if (!used(samples[i])) continue;
+    if (!is_used(samples[i])) continue;
     f.force_max_N = std::max(f.force_max_N, samples[i].force_N);
     residual_N[i] = samples[i].force_N - curves.at(track.signal[i], track.unloading[i]);
     choice.largest_residual_N = std::max(choice.largest_residual_N, std::abs(residual_N[i]));
@@ -498,7 +310,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   }
   const double mean = sum / static_cast<double>(choice.readings);
   for (const ForceSample& s : samples)
-    if (used(s)) about += (s.force_N - mean) * (s.force_N - mean);
+    if (is_used(s)) about += (s.force_N - mean) * (s.force_N - mean);
   choice.residual_rms_N = std::sqrt(squares / static_cast<double>(choice.readings));
   f.r_squared = about > 0 ? 1 - squares / about : 0;
 
@@ -510,12 +322,12 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
     f.unloading = curves.unloading->curve;
     f.loading->residual_sd_N = f.unloading->residual_sd_N = scatter.still_N;
   }
-  const auto loads = [&](size_t i) { return track.unloading[i] <= kOnBranch; };
-  const auto unloads = [&](size_t i) { return track.unloading[i] >= 1 - kOnBranch; };
+  const auto loads = [&](size_t i) { return track.loads(i); };
+  const auto unloads = [&](size_t i) { return track.unloads(i); };
   choice.line = line_of(fit_curves(ForceModel::Line, false, track, samples, all).together, ForceModel::Line,
                         track, samples, all);
   try {
-    const Curves lines = fit_curves(ForceModel::Line, true, track, samples, all);
+    const ForceCurves lines = fit_curves(ForceModel::Line, true, track, samples, all);
     choice.loading = line_of(*lines.loading, ForceModel::Line, track, samples, loads);
     choice.unloading = line_of(*lines.unloading, ForceModel::Line, track, samples, unloads);
     find_hysteresis(track, samples, fit_curves(c.model, true, track, samples, all), f.force_max_N, choice);

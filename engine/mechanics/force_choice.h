@@ -1,39 +1,13 @@
 // Which signal and which curve a force is best read by, told by presses that the fit did not see.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "engine/mechanics/force.h"
+#include "engine/mechanics/force_samples.h"
 
 namespace palpate {
-
-/// Why a reading beside a gauge does not count.
-enum class LeftOut : uint8_t { Used, NoGauge, Saturated, AtBorder, Outlier };
-const char* to_string(LeftOut left_out);
-
-/// One touched frame of a calibration, beside the gauge. In order, recording after recording, all frames of a
-/// press in a row, also those left out: the branch is told from the way there.
-struct ForceSample {
-  ForceReading reading;
-  double force_N = 0;  ///< gauge; NaN: none
-  double time_s = 0;   ///< since its recording began; NaN: not known
-  uint64_t frame = 0;  ///< of its recording
-  uint32_t recording = 0;
-  uint32_t press = 0;  ///< from 0 over all recordings
-  LeftOut left_out = LeftOut::Used;
-};
-
-/// What is tried.
-struct ForceCandidate {
-  ForceSignal signal = ForceSignal::GraySum;
-  ForceModel model = ForceModel::Line;
-  bool branches = false;  ///< loading and unloading apart
-};
-std::string to_string(const ForceCandidate& candidate);
 
 struct ForceChoiceOptions {
   std::optional<ForceSignal> signal{};
