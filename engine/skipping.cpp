@@ -94,6 +94,10 @@ Skipping::Skipping(gpu::Context& context, const Sensor& sensor, const FrameForma
       whole_(context, without(sensor, false), format, for_parts(options)),
       shear_(sensor.pitch_mm_per_px),
       slots_(std::max(options.slots, 1u)) {
+  if (wants(options.outputs, Output::Contacts)) {
+    tracker_.emplace(sensor, format);
+    whole_.leave_unfollowed();
+  }
   for (const PixelRect& size : window_sizes(format)) {
     FrameFormat part = format;
     part.width = size.width;
@@ -101,6 +105,7 @@ Skipping::Skipping(gpu::Context& context, const Sensor& sensor, const FrameForma
     PipelineOptions of_window = for_parts(options);
     of_window.upload = Upload::Copy;  // of what is cut out
     windows_.push_back({size, Pipeline(context, without(sensor, true), part, of_window), {}});
+    if (tracker_) windows_.back().pipeline.leave_unfollowed();
   }
   part_.bytes.reserve(
       FrameFormat{windows_.back().size.width, windows_.back().size.height, format.channels, format.bit_depth}
@@ -252,6 +257,10 @@ Result Skipping::finish(uint32_t index) {
   if (sensor_.force) t.force_N = force_.update(*sensor_.force, force_reading(t));
   if (slot.after_gap) shear_.interrupt();
   shear_.update(sensor_.shear ? &*sensor_.shear : nullptr, t);
+  if (tracker_) {
+    if (slot.after_gap) tracker_->interrupt();
+    tracker_->update(t);
+  }
   result.turnaround_ms = std::chrono::duration<double, std::milli>(Clock::now() - slot.submitted).count();
   return result;
 }
@@ -261,6 +270,7 @@ Touch Skipping::untouched(const Slot& slot) const {
   t.sequence = slot.sequence;
   t.time_ns = slot.time_ns;
   t.centroid_x_px = t.centroid_y_px = std::numeric_limits<double>::quiet_NaN();
+  t.has_contacts = tracker_.has_value();
   t.has_surface = wants_surface_;
   if (wants_surface_) {
     t.datum_from_rest = true;

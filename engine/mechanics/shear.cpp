@@ -27,6 +27,7 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   if (!in_contact_) {
     in_contact_ = true;
     onset_unseen_ = after_interruption;
+    anchor_at_border_ = touch.at_border;
     onset_x_mm_ = anchor_x_mm_ = x_mm;
     onset_y_mm_ = anchor_y_mm_ = y_mm;
   }
@@ -49,6 +50,7 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
     fy *= scale;
     anchor_x_mm_ = x_mm - fx / c.kx_N_per_mm;
     anchor_y_mm_ = y_mm - fy / c.ky_N_per_mm;
+    anchor_at_border_ = touch.at_border;
     touch.slip = Slip::Slip;
     limit_error = c.friction * touch.force_N.standard_error;
   }
@@ -58,6 +60,8 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   // Clipped light makes the normal force a lower bound, and with it the limit that the shear is held at.
   if (touch.slip == Slip::Slip && touch.force_N.validity == Validity::Saturated)
     validity = Validity::Saturated;
+  // A contact that the frame cuts off has its centre elsewhere.
+  if (validity == Validity::Valid && (anchor_at_border_ || touch.at_border)) validity = Validity::AtBorder;
   if (onset_unseen_ && validity == Validity::Valid) validity = Validity::OnsetUnseen;
   const auto estimate = [&](double force, double stiffness) {
     return Estimate{force, std::hypot(c.relative_sd * force, stiffness * position_error_mm, limit_error),
