@@ -84,8 +84,7 @@ bool counted(const Touch& touch) {
 
 void add_skin(Row& row, const Touch& touch) {
   const SkinMotion& skin = touch.skin;
-  for (const uint32_t points : {skin.points, skin.lost})
-    touch.has_skin ? row.whole(points) : row.empty();
+  for (const uint32_t points : {skin.points, skin.lost}) touch.has_skin ? row.whole(points) : row.empty();
   for (const Estimate* one : {&skin.shift_x_mm, &skin.shift_y_mm, &skin.torsion_rad, &skin.stick_share}) {
     const bool known = touch.has_skin && has_value(*one);
     row.number_if(known, one->value);

@@ -68,9 +68,10 @@ using Ids = std::vector<uint32_t>;
 TEST(Assignment, IsTheLeastOfAll) {
   std::mt19937 random(3);
   for (int i = 0; i < 300; ++i) {
-    const uint32_t rows = 1 + random() % 5, columns = rows + random() % 3;
+    const auto below = [&](int limit) { return std::uniform_int_distribution(0, limit - 1)(random); };
+    const auto rows = static_cast<uint32_t>(1 + below(5)), columns = rows + static_cast<uint32_t>(below(3));
     std::vector<double> cost(size_t{rows} * columns);
-    for (double& c : cost) c = i % 2 == 0 ? random() % 10 : std::uniform_real_distribution(-1.0, 5.0)(random);
+    for (double& c : cost) c = i % 2 == 0 ? below(10) : std::uniform_real_distribution(-1.0, 5.0)(random);
     const auto total = [&](const std::vector<uint32_t>& of) {
       double sum = 0;
       for (uint32_t row = 0; row < rows; ++row) sum += cost[size_t{row} * columns + of[row]];

@@ -62,7 +62,7 @@ class Contacts : public GpuTest {};
 // Five fingers come, press, move and go: each is found, keeps one id from onset to end, and its force and
 // place are the truth's.
 TEST_F(Contacts, FingersAreFoundAndFollowed) {
-  Rig rig(context(), "fingers?size=480x360&rate=10", options_of(kContacts));
+  Rig rig(context(), "fingers?size=480x360&rate=8", options_of(kContacts));
   std::map<uint32_t, std::array<double, 2>> last;  // where each id was
   std::set<uint32_t> present;
   std::vector<double> force_error_N, place_error_px;
@@ -75,7 +75,8 @@ TEST_F(Contacts, FingersAreFoundAndFollowed) {
     const std::string frame = "frame " + std::to_string(k);
     // What presses with a few millinewtons is too small and too dim to be seen.
     constexpr double kSeen_N = 0.03;
-    const auto seen = std::ranges::count_if(truth.contacts, [](const TrueContact& c) { return c.force_N > kSeen_N; });
+    const auto seen =
+        std::ranges::count_if(truth.contacts, [](const TrueContact& c) { return c.force_N > kSeen_N; });
     EXPECT_GE(touch.contacts.size(), static_cast<size_t>(seen)) << frame;
     EXPECT_LE(touch.contacts.size(), truth.contacts.size()) << frame;
     most = std::max(most, touch.contacts.size());
@@ -90,7 +91,9 @@ TEST_F(Contacts, FingersAreFoundAndFollowed) {
       // An id goes where its finger goes, and nobody else's.
       EXPECT_TRUE(present.insert(contact.id).second) << frame;
       if (last.contains(contact.id)) {
-        EXPECT_LT(std::hypot(contact.centroid_x_px - last[contact.id][0], contact.centroid_y_px - last[contact.id][1]), 5)
+        EXPECT_LT(std::hypot(contact.centroid_x_px - last[contact.id][0],
+                             contact.centroid_y_px - last[contact.id][1]),
+                  8)
             << frame << ", id " << contact.id;
       }
       last[contact.id] = {contact.centroid_x_px, contact.centroid_y_px};
@@ -113,7 +116,7 @@ TEST_F(Contacts, FingersAreFoundAndFollowed) {
   EXPECT_EQ(last.size(), 6u);
   std::ranges::sort(force_error_N);
   std::ranges::sort(place_error_px);
-  ASSERT_GT(force_error_N.size(), 100u);
+  ASSERT_GT(force_error_N.size(), 80u);
   std::printf("median error of a contact's force %.4f N, of its centre %.4f px\n",
               force_error_N[force_error_N.size() / 2], place_error_px[place_error_px.size() / 2]);
   EXPECT_LT(force_error_N[force_error_N.size() / 2], 0.008);
@@ -151,10 +154,10 @@ TEST_F(Contacts, OneContactIsTheWholeTouch) {
 // A window around what is touched tells the same contacts apart, to the last bit, with the same ids; also
 // with a surface, and where frames without contact or wide ones come in between.
 TEST_F(Contacts, WindowsTellTheSameApart) {
-  for (const std::string scene : {"fingers?size=480x360&rate=8", "slide?size=480x360&rate=8&mode=gel"}) {
+  for (const std::string scene : {"fingers?size=320x240&rate=4", "slide?size=320x240&rate=4&mode=gel"}) {
     const uint32_t outputs = scene.starts_with("slide") ? kContacts | Output::Surface : kContacts;
     Rig whole(context(), scene, options_of(outputs)), windows(context(), scene, options_of(outputs, true));
-    for (uint64_t k = 0; k < 48; ++k) {
+    for (uint64_t k = 0; k < 40; ++k) {
       const Touch a = whole.at(k), b = windows.at(k);
       const std::string frame = scene + " frame " + std::to_string(k);
       ASSERT_TRUE(b.has_contacts);

@@ -139,8 +139,8 @@ TEST_F(RegionsTest, RandomFramesEqualReferenceExactly) {
     sensor.filter = pick(std::array{Filter::Binomial5, Filter::None});
     sensor.background.kind = pick(std::array{BackgroundKind::Untouched, BackgroundKind::None});
     const bool subtracts = sensor.background.kind == BackgroundKind::Untouched;
-    sensor.signal = subtracts ? pick(std::array{Signal::Brighter, Signal::Darker, Signal::Either})
-                              : Signal::Brighter;
+    sensor.signal =
+        subtracts ? pick(std::array{Signal::Brighter, Signal::Darker, Signal::Either}) : Signal::Brighter;
     const uint32_t top = format.max_gray();
     sensor.saturation_gray = pick(std::array<uint32_t, 4>{top, top, top * 3 / 4, 1});
     // Filtered noise gathers about its mean: thresholds on both sides of it.

@@ -58,9 +58,8 @@ Report process(const Common& common, Options options) {
   const ProcessSummary summary = process_recording(*context, common, sensor, request, common.out);
   Report report;
   report.json = to_json(summary, request, sensor, *context);
-  report.text =
-      describe(summary) + "\nwritten: " + (common.out / "measurements.csv").string() +
-      (wants(request.outputs, Output::Contacts) ? ", contacts.csv" : "") + ", summary.json";
+  report.text = describe(summary) + "\nwritten: " + (common.out / "measurements.csv").string() +
+                (wants(request.outputs, Output::Contacts) ? ", contacts.csv" : "") + ", summary.json";
   report.exit_code = !summary.complete ? kInterrupted : validation_clean(*context) ? 0 : kInternalError;
   return report;
 }
@@ -88,7 +87,8 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
       ->add_option(
           "--outputs", options->outputs,
           "What to compute: force, surface, confidence, contacts (default: force and contacts, and surface "
-          "where the sensor can); with contacts separate contacts are told apart and followed, with confidence the surface leaves out what is not known")
+          "where the sensor can); with contacts separate contacts are told apart and followed, with "
+          "confidence the surface leaves out what is not known")
       ->delimiter(',')
       ->transform(CLI::CheckedTransformer(kOutputNames));
   command

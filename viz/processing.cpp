@@ -281,7 +281,8 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
   pipeline.set_background(background);
 
   make_output_folder(out);
-  for (const char* stale : {"summary.json", "recording.mp4", "contacts.csv"}) std::filesystem::remove(out / stale);
+  for (const char* stale : {"summary.json", "recording.mp4", "contacts.csv"})
+    std::filesystem::remove(out / stale);
   ProcessSummary summary;
   Recorder recorder(context, sensor, request, *source, session.get(), pipeline, out, summary);
   uint64_t total = source->frame_count().value_or(0);
