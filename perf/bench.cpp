@@ -45,6 +45,20 @@ class Bench {
                 inner(size, 20)));
   }
 
+  /// Several contacts told apart and followed, beside OpenCV's; and beside ours without that.
+  void regions(const Size& size) {
+    Scene scene = fingers_for(size, SyntheticMode::Lambert);
+    Pipeline apart = make_pipeline(scene, Output::Force | Output::Contacts, SurfaceSolver::Live);
+    Pipeline whole = make_pipeline(scene, static_cast<uint32_t>(Output::Force), SurfaceSolver::Live);
+    OpenCvContact rival(scene.background, scene.sensor);
+    const Work ours{"palpate", [&] { apart.process(scene.next()); }};
+    add(compare("contact and regions", size.text(), ours,
+                {"OpenCV 8 bit", [&] { sink_ += rival.run_regions(scene.next()); }}, repetitions_,
+                inner(size, 20)));
+    add(compare("contact and regions", size.text(), ours,
+                {"contact alone", [&] { whole.process(scene.next()); }}, repetitions_, inner(size, 20)));
+  }
+
   /// Contact alone, of frames that lie in a camera driver's buffers: read in place by the device, and copied
   /// to it by the processor.
   void upload(const Size& size) {
@@ -321,7 +335,7 @@ int run(int argc, char** argv) {
   CLI::App app("Times palpate's stages beside OpenCV and FFTW in one run.");
   gpu::ContextOptions options;
   int repetitions = 21;
-  bool weighted = false;
+  bool weighted = false, contacts = false;
   std::string out;
   app.add_option("--device", options.device, "index or part of a name");
   app.add_option("--repetitions", repetitions, "paired repetitions")->check(CLI::Range(3, 1000));
@@ -329,6 +343,7 @@ int run(int argc, char** argv) {
   app.add_flag("--stages", options.timers,
                "GPU timers for single stages (they slow the frame down by a tenth)");
   app.add_flag("--weighted", weighted, "Weighted surfaces only: their rival takes half a minute");
+  app.add_flag("--contacts", contacts, "Contact, regions and moments only");
   CLI11_PARSE(app, argc, argv);
 
   gpu::Context context(options);
@@ -341,8 +356,10 @@ int run(int argc, char** argv) {
       continue;
     }
     bench.contact(size);
-    bench.upload(size);
+    bench.regions(size);
     bench.moments(size);
+    if (contacts) continue;
+    bench.upload(size);
     bench.surface(size);
     bench.elastic(size);
     bench.frame(size, SyntheticMode::Lambert);
