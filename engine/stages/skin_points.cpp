@@ -166,7 +166,7 @@ SkinWindow::SkinWindow(const SkinPattern& pattern) {
   // A dot with its edges, or what the pattern says.
   const double half = pattern.kind == SkinKind::Markers ? 0.75 * pattern.size_px + 2 : pattern.size_px;
   const auto reach = static_cast<uint32_t>(std::max(3.0, std::round(half)));
-  constexpr uint32_t kMost = 8;
+  constexpr uint32_t kMost = 10;
   stride = (reach + kMost - 1) / kMost;
   side = 2 * std::max(3u, reach / stride) + 1;
 }

@@ -22,7 +22,7 @@ std::vector<std::array<float, 2>> find_skin_points(const std::vector<float>& ima
 /// What is compared: `side` x `side` samples, `stride` px apart.
 struct SkinWindow {
   explicit SkinWindow(const SkinPattern& pattern);
-  uint32_t side = 0;    ///< odd, 7 to 17
+  uint32_t side = 0;    ///< odd, 7 to 21
   uint32_t stride = 1;  ///< px
   uint32_t samples() const { return side * side; }
   uint32_t reach_px() const { return side / 2 * stride; }
