@@ -221,7 +221,7 @@ TEST_F(SkinScene, SlideIsSeenWithinTwoFramesAndShearIsRight) {
       ++judged;
       wrong += (t.slip == Slip::Slip) != truth.slipping;
       incipient += t.slip == Slip::Incipient;
-      incipient_true += t.slip == Slip::Incipient && truth.stick_share < 0.9 && truth.stick_share > 0;
+      incipient_true += t.slip == Slip::Incipient && truth.stick_share < 0.9;
       if (truth.slipping && !seen[k - 1].truth.slipping) {
         ++slides;
         size_t late = 0;
@@ -256,6 +256,9 @@ TEST_F(SkinScene, StickIsNeverTakenForASlide) {
     contact += s.truth.contact;
     judged += s.touch.slip == Slip::Stick || s.touch.slip == Slip::Incipient;
     sliding += s.touch.slip == Slip::Slip;
+    if (s.touch.slip == Slip::Slip)
+      std::printf("slide? frame %lu F %.3f area %lu touching %u share %.2f\n", s.truth.sequence,
+                  s.truth.force_N, s.touch.area_px, s.touch.skin.touching, s.truth.stick_share);
     if (s.truth.force_N > 0.3)
       largest = std::max(largest, std::hypot(s.touch.shear_x_N.value - s.truth.shear_x_N,
                                              s.touch.shear_y_N.value - s.truth.shear_y_N) /
