@@ -1,5 +1,5 @@
-// A real gel with printed markers that is pressed and dragged. The recording is not part of the repository (see
-// tests/recordings_test.cpp).
+// A real gel with printed markers that is pressed and dragged. The recording is not part of the repository
+// (see tests/recordings_test.cpp).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -43,20 +43,27 @@ TEST_F(RealMarkers, AreFoundRestAndAreFollowedThroughAPressAndDrag) {
       if (p.trust > 0) shifts.push_back(std::hypot(double{p.shift_x_px}, double{p.shift_y_px}));
     std::sort(shifts.begin(), shifts.end());
     ASSERT_FALSE(shifts.empty());
+    const double median = shifts[shifts.size() / 2];
     points = touch.skin.points + touch.skin.lost;
-    if (frames < 13) still_px = std::max(still_px, shifts.back());
+    if (frames < 13) still_px = std::max(still_px, median);
     peak_px = std::max(peak_px, shifts.back());
-    median_peak_px = std::max(median_peak_px, shifts[shifts.size() / 2]);
+    median_peak_px = std::max(median_peak_px, median);
     most_lost = std::max(most_lost, touch.skin.lost);
     ++frames;
   }
-  std::printf("%u markers; at rest at most %.2f px; at the peak %.1f px (median %.1f px); at most %u lost at once, %u frames\n",
-              points, still_px, peak_px, median_peak_px, most_lost, frames);
+  std::printf(
+      "%u markers; before the press half of them within %.2f px; at the peak half beyond %.1f px, none "
+      "beyond %.1f px; "
+      "at most %u lost at once, %u frames\n",
+      points, still_px, median_peak_px, peak_px, most_lost, frames);
   EXPECT_EQ(frames, 48u);
-  EXPECT_NEAR(points, 129, 2);
-  EXPECT_LT(still_px, 0.3);
-  EXPECT_NEAR(peak_px, 29, 3);
-  EXPECT_LE(most_lost, 13u);
+  // 129 are printed in view; those that the frame cuts are left out.
+  EXPECT_GE(points, 116u);
+  EXPECT_LE(points, 129u);
+  EXPECT_LT(still_px, 0.2);
+  EXPECT_NEAR(median_peak_px, 30, 2);
+  EXPECT_LT(peak_px, 50);
+  EXPECT_LE(most_lost, 6u);
 }
 
 }  // namespace

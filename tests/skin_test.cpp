@@ -152,7 +152,8 @@ TEST_F(SkinStage, FollowsTheSkinOfTheSyntheticPad) {
         "%s: %zu points, RMS error %.3f px, under the contact %.3f px, largest shift %.1f px, lost %.2f %%\n",
         text, pad.see(0).skin_points.size(), rms, rms_inside, largest, 100 * lost_share);
     EXPECT_GT(largest, 4) << text;
-    EXPECT_LT(rms_inside, 0.05) << text;
+    // Untouched, a waveguide is dark: its pattern is known to half a gray level only.
+    EXPECT_LT(rms_inside, std::string(text).find("gel") == std::string::npos ? 0.065 : 0.02) << text;
     EXPECT_LT(lost_share, 0.05) << text;
   }
 }
