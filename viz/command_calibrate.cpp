@@ -8,6 +8,8 @@ namespace palpate {
 void add_calibrate(CLI::App& program, Common& common, Command& chosen) {
   CLI::App* group = program.add_subcommand("calibrate", "Find a sensor's calibration from known touches");
   group->require_subcommand(1);
+  add_calibrate_force(*group, common, chosen);
+  add_calibrate_shear(*group, common, chosen);
   add_calibrate_photometric(*group, common, chosen);
 }
 

@@ -30,6 +30,7 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
     slip_watch_.restart();
     told_ = Slip::Stick;
     onset_unseen_ = after_interruption;
+    anchor_at_border_ = touch.at_border;
     onset_x_mm_ = anchor_x_mm_ = x_mm;
     onset_y_mm_ = anchor_y_mm_ = y_mm;
   }
@@ -68,6 +69,7 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   if (at_limit || by_skin) {
     anchor_x_mm_ = x_mm - fx / c.kx_N_per_mm;
     anchor_y_mm_ = y_mm - fy / c.ky_N_per_mm;
+    anchor_at_border_ = touch.at_border;
   }
   // Until enough points lie under it a contact is taken to stick, and what lifts stays what it was.
   if (touch.has_skin) touch.slip = told_ = told.value_or(told_);
@@ -76,6 +78,8 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   if (no_limit) validity = Validity::NotCalibrated;
   // Clipped light makes the normal force a lower bound, and with it the limit that the shear is held at.
   if (at_limit && touch.force_N.validity == Validity::Saturated) validity = Validity::Saturated;
+  // A contact that the frame cuts off has its centre elsewhere.
+  if (validity == Validity::Valid && (anchor_at_border_ || touch.at_border)) validity = Validity::AtBorder;
   if (onset_unseen_ && validity == Validity::Valid) validity = Validity::OnsetUnseen;
   const auto estimate = [&](double force, double stiffness, const Estimate& skin) {
     const double shift_error_mm = by_skin ? skin.standard_error : position_error_mm;

@@ -34,6 +34,7 @@ class ShearTracker {
   bool in_contact_ = false;
   bool interrupted_ = false;   // no frame since
   bool onset_unseen_ = false;  // of the present contact
+  bool anchor_at_border_ = false;
   double onset_x_mm_ = 0, onset_y_mm_ = 0;
   double anchor_x_mm_ = 0, anchor_y_mm_ = 0;
 };
