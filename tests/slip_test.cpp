@@ -180,6 +180,43 @@ TEST(SlipWatch, TellsSlideFromStickWithinTwoFramesAndKeepsStill) {
   EXPECT_EQ(see(), std::nullopt);
 }
 
+// Signal ten times the noise: a pressure hill with 20 gray at its top under a noise of 2 gray.
+struct CentroidError : GpuTest {};
+
+TEST_F(CentroidError, IsBelowATwentiethPixelAtTwentyDecibels) {
+  Sensor sensor;
+  sensor.name = "hill";
+  sensor.pitch_mm_per_px = kPitch_mm;
+  sensor.threshold_gray = 4;
+  const FrameFormat format{320, 240, 1, 8};
+  Pipeline pipeline(context(), sensor, format, {.outputs = static_cast<uint32_t>(Output::Force)});
+  Frame frame;
+  frame.reshape(format);
+  std::fill(frame.bytes.begin(), frame.bytes.end(), uint8_t{30});
+  pipeline.set_background(frame);
+  std::mt19937 random(9);
+  std::normal_distribution<double> noise(0, 2);
+  std::uniform_real_distribution<double> place(-20, 20);
+  const double radius_px = 45;
+  double squares = 0;
+  const int trials = 60;
+  for (int k = 0; k < trials; ++k) {
+    const double cx = 160 + place(random), cy = 120 + place(random);
+    for (uint32_t y = 0; y < format.height; ++y)
+      for (uint32_t x = 0; x < format.width; ++x) {
+        const double r2 = (std::pow(x - cx, 2) + std::pow(y - cy, 2)) / (radius_px * radius_px);
+        frame.set(
+            0, x, y,
+            static_cast<uint32_t>(std::lround(30 + 20 * std::sqrt(std::max(0.0, 1 - r2)) + noise(random))));
+      }
+    const Touch touch = pipeline.process(frame);
+    squares += std::pow(touch.centroid_x_px - cx, 2) + std::pow(touch.centroid_y_px - cy, 2);
+  }
+  const double rms = std::sqrt(squares / (2 * trials));
+  std::printf("centroid error RMS %.4f px\n", rms);
+  EXPECT_LT(rms, 0.05);
+}
+
 struct SkinScene : GpuTest {
   struct Seen {
     Touch touch;
