@@ -47,6 +47,20 @@ class Bench {
                 inner(size, 20)));
   }
 
+  /// Several contacts told apart and followed, beside OpenCV's; and beside ours without that.
+  void regions(const Size& size) {
+    Scene scene = fingers_for(size, SyntheticMode::Lambert);
+    Pipeline apart = make_pipeline(scene, Output::Force | Output::Contacts, SurfaceSolver::Live);
+    Pipeline whole = make_pipeline(scene, static_cast<uint32_t>(Output::Force), SurfaceSolver::Live);
+    OpenCvContact rival(scene.background, scene.sensor);
+    const Work ours{"palpate", [&] { apart.process(scene.next()); }};
+    add(compare("contact and regions", size.text(), ours,
+                {"OpenCV 8 bit", [&] { sink_ += rival.run_regions(scene.next()); }}, repetitions_,
+                inner(size, 20)));
+    add(compare("contact and regions", size.text(), ours,
+                {"contact alone", [&] { whole.process(scene.next()); }}, repetitions_, inner(size, 20)));
+  }
+
   /// Contact alone, of frames that lie in a camera driver's buffers: read in place by the device, and copied
   /// to it by the processor.
   void upload(const Size& size) {
@@ -395,7 +409,7 @@ int run(int argc, char** argv) {
   CLI::App app("Times palpate's stages beside OpenCV and FFTW in one run.");
   gpu::ContextOptions options;
   int repetitions = 21;
-  bool weighted = false, skin = false;
+  bool weighted = false, contacts = false, skin = false;
   std::string out;
   app.add_option("--device", options.device, "index or part of a name");
   app.add_option("--repetitions", repetitions, "paired repetitions")->check(CLI::Range(3, 1000));
@@ -404,6 +418,7 @@ int run(int argc, char** argv) {
                "GPU timers for single stages (they slow the frame down by a tenth)");
   app.add_flag("--weighted", weighted, "Weighted surfaces only: their rival takes half a minute");
   app.add_flag("--skin", skin, "Following the skin's pattern only");
+  app.add_flag("--contacts", contacts, "Contact, regions and moments only");
   CLI11_PARSE(app, argc, argv);
 
   gpu::Context context(options);
@@ -421,8 +436,10 @@ int run(int argc, char** argv) {
       continue;
     }
     bench.contact(size);
-    bench.upload(size);
+    bench.regions(size);
     bench.moments(size);
+    if (contacts) continue;
+    bench.upload(size);
     bench.surface(size);
     bench.elastic(size);
     bench.frame(size, SyntheticMode::Lambert);

@@ -129,7 +129,7 @@ TEST(SkinTracker, StrangersLostPointsAndTinyMotionSayWhatTheyAre) {
   const ContactOutline tiny{200, 150, 5, 5, 0};
   const SkinMotion none = other.update(&tiny, still.points(), sd);
   EXPECT_LT(none.touching, 3u);
-  EXPECT_EQ(none.shift_x_mm.validity, Validity::BelowRange);
+  EXPECT_EQ(none.shift_x_mm.validity, Validity::NoContact);
 
   // After an interruption motion counts from there, and says so.
   tracker.interrupt();

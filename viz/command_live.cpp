@@ -49,13 +49,18 @@ Report live(const Common& common, Options options) {
   const PipelineOptions pipeline{
       .outputs = input.outputs, .solver = options.solver, .skip_untouched = options.skip_untouched};
   std::optional<Measurements> measurements;
+  std::optional<ContactRows> contacts;
   std::optional<viz::Recording> recording;
   if (!common.out.empty()) {
     make_output_folder(common.out);
     measurements.emplace(
         common.out / "measurements.csv",
         Measurements::Columns{.outputs = input.outputs, .truth = false, .time = first->rate_Hz() > 0});
-    options.live.on_result = [&](const Touch& touch) { measurements->add(touch, nullptr); };
+    contacts.emplace(common.out / "contacts.csv", first->rate_Hz() > 0);
+    options.live.on_result = [&](const Touch& touch) {
+      measurements->add(touch, nullptr);
+      contacts->add(touch);
+    };
     options.live.screenshots = common.out;
     options.live.latency_file = common.out / "latency.csv";
     recording.emplace([folder = common.out] { return viz::new_session_folder(folder); },
@@ -71,6 +76,7 @@ Report live(const Common& common, Options options) {
   const viz::LiveReport report =
       viz::run_live(*context, open, input.sensor, background, pipeline, options.live);
   if (measurements) measurements->close();
+  if (contacts) contacts->close();
   const auto sessions = recording ? recording->finish() : std::vector<viz::Recording::Written>{};
   if (const std::string error = recording_error(sessions); !error.empty()) spdlog::error("{}", error);
 

@@ -58,7 +58,8 @@ void ContactTracker::update(Touch& touch) {
         continue;
       }
       at = static_cast<uint32_t>(tracks_.size());
-      tracks_.push_back({.last = {}, .missed = 1, .force = {}, .shear = ShearTracker(sensor_.pitch_mm_per_px)});
+      tracks_.push_back(
+          {.last = {}, .missed = 1, .force = {}, .shear = ShearTracker(sensor_.pitch_mm_per_px)});
       tracks_.back().last.id = ++last_id_;
       if (interrupted_) {
         tracks_.back().force.interrupt();
@@ -97,7 +98,8 @@ std::vector<uint32_t> ContactTracker::match(const std::vector<ContactTouch>& reg
   if (rows == 0 || count == 0) return track_of;
   double most = 1;
   for (const Track& track : tracks_)
-    for (const ContactTouch& region : regions) most = std::max(most, std::pow(gate_px(track.last, region), 2));
+    for (const ContactTouch& region : regions)
+      most = std::max(most, std::pow(gate_px(track.last, region), 2));
   // After the regions a column for each track that ends: dearer than any way, and dearest for one that was
   // there a frame ago.
   const double never = 1e3 * most * (rows + 1);

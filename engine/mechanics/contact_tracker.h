@@ -25,7 +25,8 @@ class ContactTracker {
 
   ContactTracker(const Sensor& sensor, const FrameFormat& format);
 
-  /// What follows does not continue what was: all contacts end, and those that are there at once began unseen.
+  /// What follows does not continue what was: all contacts end, and those that are there at once began
+  /// unseen.
   void interrupt();
 
   /// Frames in order. In: touch.contacts are the frame's regions with their shapes, in a fixed order. Out:
