@@ -13,9 +13,9 @@ layout(constant_id = 3) const uint SIDE = 17;
 layout(constant_id = 4) const uint STRIDE = 1;
 layout(binding = 0) uniform usamplerBuffer words;       // R32UI, the frame
 layout(binding = 1) uniform samplerBuffer points;       // RGBA32F
-layout(binding = 2) uniform samplerBuffer windows;      // RGBA32F: rest, gradient x, y; all points' first sample first
+layout(binding = 2) uniform samplerBuffer windows;      // RGBA32F: rest, and what gives gain, step x, y; all points' first sample first
 layout(binding = 3) uniform samplerBuffer before;       // RGBA32F, the last frame's motions
-layout(binding = 4) writeonly buffer Motions { vec4 motions[]; };  // shift x, y, trust, noise in px of rest's contrast
+layout(binding = 4) writeonly buffer Motions { vec4 motions[]; };  // shift x, y, trust, noise in rest's gray levels
 layout(push_constant) uniform Push { SkinPush push; };
 
 const int kSide = int(SIDE), kStride = int(STRIDE), kHalf = kSide / 2;
@@ -64,7 +64,7 @@ float correlation(int point, ivec2 rest, vec2 shift) {
 void main() {
   int point = int(gl_GlobalInvocationID.x);
   if (point >= int(push.points)) return;
-  vec4 first = texelFetch(points, point * 3), second = texelFetch(points, point * 3 + 1), beside = texelFetch(points, point * 3 + 2);
+  vec4 first = texelFetch(points, point * 2), beside = texelFetch(points, point * 2 + 1);
   ivec2 rest = ivec2(first.xy);
   vec4 was = texelFetch(before, point);
 
@@ -98,7 +98,7 @@ void main() {
     ivec2 corner = rest + ivec2(whole) - kHalf * kStride;
     float base = pixel(rest.x + int(whole.x), rest.y + int(whole.y));
     vec4 sums = vec4(0.0);  // of v, v x, v y, v^2
-    vec3 fit = vec3(0.0);   // with rest, gradient x, y
+    vec4 fit = vec4(0.0);   // with rest; gain, step x, y
     for (int j = 0; j < kSide; ++j) {
       int y = corner.y + j * kStride;
       float above = pixel(corner.x, y), below = pixel(corner.x, y + 1);
@@ -111,22 +111,19 @@ void main() {
         float above_right = pixel(x + 1, y), below_right = pixel(x + 1, y + 1);
         float v = mix(mix(above, above_right, part.x), mix(below, below_right, part.x), part.y) - base;
         sums += v * vec4(1.0, float(i - kHalf), float(j - kHalf), v);
-        fit += v * window_at(j * kSide + i, point).xyz;
+        fit += v * window_at(j * kSide + i, point);
         above = above_right;
         below = below_right;
       }
     }
-    vec3 p = vec3(first.z * fit.x + first.w * fit.y + second.x * fit.z, first.w * fit.x + second.y * fit.y + second.z * fit.z,
-                  second.x * fit.x + second.z * fit.y + second.w * fit.z);
     float total = sums.w - sums.x * sums.x / kSamples - (sums.y * sums.y + sums.z * sums.z) / kSpread;
-    float explained = dot(p, fit);
     // A window without contrast in the frame has nothing to say, nor one whose contrast is turned round.
-    bool seen = p.x > 1e-3 && total > 1e-3;
-    vec2 motion = seen ? p.yz / p.x : vec2(0.0);
-    float size = length(motion), most = kSkinLargestStep * float(kStride);
+    bool seen = fit.y > 1e-3 && fit.x > 0.0 && total > 1e-3;
+    vec2 motion = seen ? fit.zw / fit.y : vec2(0.0);
+    float size = length(motion), most = kSkinLargestStep * float(kStride), correlated = min(fit.x * fit.x / (first.z * total), 1.0);
     shift -= motion * min(1.0, most / max(size, 1e-9));
-    trust = seen && size < kSkinSettled * float(kStride) ? sqrt(clamp(explained / total, 0.0, 1.0)) : 0.0;
-    noise = seen ? sqrt(max(total - explained, 0.0) / (kSamples - 6.0)) / p.x : 0.0;
+    trust = seen && size < kSkinSettled * float(kStride) ? sqrt(correlated) : 0.0;
+    noise = seen ? sqrt(total * (1.0 - correlated) / kSamples) / fit.y : 0.0;
   }
   vec2 at = vec2(rest) + shift;
   bool inside = at.x >= 0.0 && at.y >= 0.0 && at.x <= float(push.width - 1) && at.y <= float(push.height - 1);

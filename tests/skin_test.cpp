@@ -116,15 +116,17 @@ TEST_F(SkinStage, EqualsPlainLoops) {
 }
 
 TEST_F(SkinStage, FollowsTheSkinOfTheSyntheticPad) {
-  for (const char* text : {"drag?size=640x480&skin=texture", "drag?size=640x480&skin=markers&mode=gel",
-                           "twist?size=640x480&skin=texture", "drag?size=640x480&skin=markers"}) {
+  for (const char* text :
+       {"drag?size=640x480&rate=10&skin=texture", "drag?size=480x360&rate=10&skin=markers&mode=gel",
+        "twist?size=640x480&rate=10&skin=texture", "drag?size=640x480&rate=10&skin=markers"}) {
     Pad pad(context(), text);
     double squares = 0, inside_squares = 0, largest = 0;
     size_t count = 0, inside = 0, lost = 0, all = 0;
-    for (uint64_t k = 30; k < 150; k += 3) {
+    for (uint64_t k = 10; k < 50; k += 3) {
       const Touch touch = pad.see(k);
       const Truth truth = *pad.source.truth(k);
-      for (const SkinPoint& p : touch.skin_points) {
+      for (size_t i = k % 7; i < touch.skin_points.size(); i += 7) {
+        const SkinPoint& p = touch.skin_points[i];
         ++all;
         if (p.trust <= 0) {
           ++lost;
@@ -150,7 +152,8 @@ TEST_F(SkinStage, FollowsTheSkinOfTheSyntheticPad) {
         "%s: %zu points, RMS error %.3f px, under the contact %.3f px, largest shift %.1f px, lost %.2f %%\n",
         text, pad.see(0).skin_points.size(), rms, rms_inside, largest, 100 * lost_share);
     EXPECT_GT(largest, 4) << text;
-    EXPECT_LT(rms_inside, 0.05) << text;
+    // Untouched, a waveguide is dark: its pattern is known to half a gray level only.
+    EXPECT_LT(rms_inside, std::string(text).find("gel") == std::string::npos ? 0.065 : 0.02) << text;
     EXPECT_LT(lost_share, 0.05) << text;
   }
 }

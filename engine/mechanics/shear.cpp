@@ -28,6 +28,7 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   if (!in_contact_) {
     in_contact_ = true;
     slip_watch_.restart();
+    told_ = Slip::Stick;
     onset_unseen_ = after_interruption;
     anchor_at_border_ = touch.at_border;
     onset_x_mm_ = anchor_x_mm_ = x_mm;
@@ -37,7 +38,7 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   touch.shift_y_mm = y_mm - onset_y_mm_;
   const std::optional<Slip> told = touch.has_skin ? slip_watch_.update(x_mm, y_mm, touch.skin) : std::nullopt;
   if (!calibration) {
-    if (told) touch.slip = *told;
+    if (touch.has_skin) touch.slip = told_ = told.value_or(told_);
     return;
   }
 
@@ -70,7 +71,8 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
     anchor_y_mm_ = y_mm - fy / c.ky_N_per_mm;
     anchor_at_border_ = touch.at_border;
   }
-  if (told) touch.slip = *told;
+  // Until enough points lie under it a contact is taken to stick, and what lifts stays what it was.
+  if (touch.has_skin) touch.slip = told_ = told.value_or(told_);
   const double position_error_mm = kCentroidError_px * pitch_mm_per_px_;
   Validity validity = Validity::Valid;
   if (no_limit) validity = Validity::NotCalibrated;

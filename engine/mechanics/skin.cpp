@@ -13,7 +13,8 @@ namespace {
 constexpr int kShares = 21;              // stick shares that are tried, 0 to 1
 constexpr double kPointFloor_px = 0.03;  // no point is better than this: pattern and light differ a little
 constexpr double kFitFloor_px = 0.02;
-constexpr double kShareTold = 0.2;  // standard error of a stick share that says anything (of 0.29 at most)
+constexpr double kModelError = 0.02;  // relative: Cattaneo's shape, and a window's mean for its middle
+constexpr double kShareTold = 0.2;    // standard error of a stick share that says anything (of 0.29 at most)
 
 // Displacement under the traction sqrt(a^2 - r^2), up to a factor.
 double hertzian(double r, double a) {
@@ -134,7 +135,7 @@ SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const Sk
   motion.touching = static_cast<uint32_t>(samples.size());
   if (samples.size() < 3) {
     for (Estimate* e : {&motion.shift_x_mm, &motion.shift_y_mm, &motion.torsion_rad, &motion.stick_share})
-      e->validity = Validity::BelowRange;
+      e->validity = Validity::NoContact;
     return motion;
   }
 
@@ -162,13 +163,14 @@ SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const Sk
   mean /= weights;
   const Eigen::Vector3d variance = (square / weights - mean.cwiseAbs2()).cwiseMax(0);
   const Validity validity = onset_unseen_ ? Validity::OnsetUnseen : Validity::Valid;
+  const double size_px = std::hypot(mean[0], mean[1]);
   const auto length = [&](int k) {
-    return Estimate{mean[k] * pitch_mm_per_px_,
-                    std::hypot(std::sqrt(variance[k]), kFitFloor_px) * pitch_mm_per_px_, validity};
+    const double error_px = std::hypot(std::sqrt(variance[k]), kFitFloor_px, kModelError * size_px);
+    return Estimate{mean[k] * pitch_mm_per_px_, error_px * pitch_mm_per_px_, validity};
   };
   motion.shift_x_mm = length(0);
   motion.shift_y_mm = length(1);
-  motion.torsion_rad = {mean[2], std::sqrt(variance[2]), validity};
+  motion.torsion_rad = {mean[2], std::hypot(std::sqrt(variance[2]), kModelError * mean[2]), validity};
   constexpr double kStep2 = 1.0 / (12.0 * (kShares - 1) * (kShares - 1));
   const double share_sd = std::sqrt(std::max(0.0, share2 / weights - share * share) + kStep2);
   motion.stick_share = {share, share_sd, share_sd > kShareTold ? Validity::BelowRange : validity};

@@ -33,8 +33,8 @@ class SkinTracker {
   /// What follows does not continue what was: motion counts from the next frame on.
   void interrupt() { interrupted_ = true; }
   /// `outline` is null without contact. `sd_px`: standard error of each point. With fewer than three points
-  /// under the contact only the counts are filled, and validities are NoContact or BelowRange; a stick share
-  /// that the motion is too small to tell is BelowRange too.
+  /// under the contact only the counts are filled (Validity::NoContact); a stick share that the motion is too
+  /// small to tell is BelowRange.
   SkinMotion update(const ContactOutline* outline, std::span<const SkinPoint> points,
                     std::span<const float> sd_px);
 

@@ -76,13 +76,10 @@ void Skin::set_background(const Frame& background) {
   std::vector<Texel> points, windows(count * window_.samples()), before(count, Texel{0, 0, 1, 0});
   for (size_t i = 0; i < count; ++i) {
     const SkinTemplate& t = templates_[i];
-    const auto inverse = [&t](int k) { return static_cast<float>(t.inverse[k]); };
-    points.push_back({static_cast<float>(t.x_px), static_cast<float>(t.y_px), inverse(0), inverse(1)});
-    points.push_back({inverse(2), inverse(3), inverse(4), inverse(5)});
+    points.push_back({static_cast<float>(t.x_px), static_cast<float>(t.y_px), t.contrast, 0});
     Texel& beside = points.emplace_back();
     for (size_t k = 0; k < 4; ++k) beside[k] = static_cast<float>(t.neighbours[k]);
-    for (size_t k = 0; k < window_.samples(); ++k)
-      windows[k * count + i] = {t.window[k][0], t.window[k][1], t.window[k][2], 0};
+    for (size_t k = 0; k < window_.samples(); ++k) windows[k * count + i] = t.window[k];
   }
   const auto make = [this](const char* name, const std::vector<Texel>& texels, gpu::DeviceBuffer& buffer,
                            gpu::TexelView& view) {
@@ -117,8 +114,7 @@ void Skin::read(std::span<const Motion> motions, std::vector<SkinPoint>& points,
     const SkinTemplate& t = templates_[i];
     const Motion& m = motions[i];
     points[i] = {t.centre[0], t.centre[1], m.shift_x_px, m.shift_y_px, m.trust};
-    const double sd = double{m.noise} * std::sqrt((t.inverse[3] + t.inverse[5]) / 2);
-    sd_px[i] = static_cast<float>(std::max(sd, pattern_.shift_sd_px));
+    sd_px[i] = static_cast<float>(std::max(double{m.noise} * t.step_sd, pattern_.shift_sd_px));
   }
 }
 

@@ -72,26 +72,16 @@ std::vector<Peak> peaks(const std::vector<float>& contrast, int width, int heigh
   return kept;
 }
 
-// Dots and noise part where the squared deviation of two groups from their means is least.
-size_t dots_among(const std::vector<Peak>& sorted) {
-  double all = 0;
-  for (const Peak& p : sorted) all += p.strength;
-  double sum = 0, best = -1;
-  size_t count = sorted.size();
-  for (size_t i = 1; i < sorted.size(); ++i) {
-    sum += sorted[i - 1].strength;
-    const double n = static_cast<double>(i), m = static_cast<double>(sorted.size() - i);
-    const double apart = sum / n - (all - sum) / m, between = n * m * apart * apart;
-    if (between > best) {
-      best = between;
-      count = i;
-    }
-  }
-  // One group only: all are dots.
-  if (count > 0 && count < sorted.size() && sorted[count].strength > 0.5f * sorted[count - 1].strength &&
-      sorted.back().strength > 0.4f * sorted.front().strength)
-    count = sorted.size();
-  return count;
+// What stands between the dots is no dot, nor what is far weaker than the strong ones: strengths differ with the
+// light, but not by that much.
+size_t dots_among(const std::vector<Peak>& dots, const std::vector<Peak>& others) {
+  if (dots.empty()) return 0;
+  constexpr double kOverOthers = 1.5, kOfStrong = 0.25;
+  const double strong = double{dots[dots.size() / 10].strength},
+               other = others.empty() ? 0 : double{others[others.size() / 20].strength};
+  const double least = std::max(kOfStrong * strong, kOverOthers * other);
+  return static_cast<size_t>(std::count_if(dots.begin(), dots.end(),
+                                           [&](const Peak& p) { return double{p.strength} >= least; }));
 }
 
 std::vector<std::array<float, 2>> find_markers(const std::vector<float>& image, uint32_t width,
@@ -111,9 +101,9 @@ std::vector<std::array<float, 2>> find_markers(const std::vector<float>& image, 
       cubes += c * c * c;
     }
   const float sign = cubes > 0 ? 1.0f : -1.0f;  // dots are few: they make the contrast lopsided
-  std::vector<Peak> sorted =
-      peaks(contrast, w, h, sign, std::max(2, static_cast<int>(std::lround(0.5 * pattern.spacing_px))));
-  sorted.resize(dots_among(sorted));
+  const int apart = std::max(2, static_cast<int>(std::lround(0.5 * pattern.spacing_px)));
+  std::vector<Peak> sorted = peaks(contrast, w, h, sign, apart);
+  sorted.resize(dots_among(sorted, peaks(contrast, w, h, -sign, apart)));
   std::vector<std::array<float, 2>> centres;
   const int reach = std::max(2, static_cast<int>(std::ceil(pattern.size_px * 0.75)));
   for (const Peak& p : sorted) {
@@ -166,7 +156,7 @@ SkinWindow::SkinWindow(const SkinPattern& pattern) {
   // A dot with its edges, or what the pattern says.
   const double half = pattern.kind == SkinKind::Markers ? 0.75 * pattern.size_px + 2 : pattern.size_px;
   const auto reach = static_cast<uint32_t>(std::max(3.0, std::round(half)));
-  constexpr uint32_t kMost = 8;
+  constexpr uint32_t kMost = 10;
   stride = (reach + kMost - 1) / kMost;
   side = 2 * std::max(3u, reach / stride) + 1;
 }
@@ -179,7 +169,9 @@ std::vector<SkinTemplate> skin_templates(const std::vector<float>& image, uint32
             stride = static_cast<int>(window.stride), n = side * side;
   // Offset and tilt of the light are no part of the pattern.
   Eigen::MatrixXd light(n, 3);
-  for (int k = 0; k < n; ++k) light.row(k) << 1, k % side - side / 2, k / side - side / 2;
+  for (int k = 0; k < n; ++k)
+    light.row(k) << 1, (k % side - side / 2) * stride, (k / side - side / 2) * stride;
+  const Eigen::VectorXd x_px = light.col(1), y_px = light.col(2);
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(light);
   const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(n, 3);
 
@@ -193,30 +185,43 @@ std::vector<SkinTemplate> skin_templates(const std::vector<float>& image, uint32
     if (t.x_px - reach < 1 || t.y_px - reach < 1 || t.x_px + reach + 1 >= w || t.y_px + reach + 1 >= h)
       continue;
     const auto at = [&](int x, int y) { return double{image[static_cast<size_t>(y) * width + x]}; };
-    Eigen::MatrixXd basis(n, 3);
+    Eigen::VectorXd rest(n), along(n), down(n);
     for (int k = 0; k < n; ++k) {
       const int x = t.x_px + (k % side - side / 2) * stride, y = t.y_px + (k / side - side / 2) * stride;
-      const double gx = (2 * (at(x + 1, y) - at(x - 1, y)) + at(x + 1, y - 1) - at(x - 1, y - 1) +
-                         at(x + 1, y + 1) - at(x - 1, y + 1)) /
-                        8;
-      const double gy = (2 * (at(x, y + 1) - at(x, y - 1)) + at(x - 1, y + 1) - at(x - 1, y - 1) +
-                         at(x + 1, y + 1) - at(x + 1, y - 1)) /
-                        8;
-      basis.row(k) << at(x, y), gx, gy;
+      rest[k] = at(x, y);
+      along[k] = (2 * (at(x + 1, y) - at(x - 1, y)) + at(x + 1, y - 1) - at(x - 1, y - 1) + at(x + 1, y + 1) -
+                  at(x - 1, y + 1)) /
+                 8;
+      down[k] = (2 * (at(x, y + 1) - at(x, y - 1)) + at(x - 1, y + 1) - at(x - 1, y - 1) + at(x + 1, y + 1) -
+                 at(x + 1, y - 1)) /
+                8;
     }
-    basis -= q * (q.transpose() * basis);
-    const Eigen::Matrix3d normal = basis.transpose() * basis;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> gradient(
-        Eigen::Matrix2d(normal.bottomRightCorner<2, 2>()));
-    const double least = gradient.eigenvalues()[0];
-    if (!(least > 0) || !(normal(0, 0) > 0)) continue;
-    const Eigen::Matrix3d inverse = normal.inverse();
-    if (!inverse.allFinite()) continue;
-    t.inverse = {inverse(0, 0), inverse(0, 1), inverse(0, 2), inverse(1, 1), inverse(1, 2), inverse(2, 2)};
+    rest -= q * (q.transpose() * rest);
+    const double contrast_here = rest.squaredNorm();
+    if (!(contrast_here > 0)) continue;
+    // Gain, step, and what else a textured window does: strain of the skin, light that falls unevenly on it.
+    // None of that is large. A dot cannot tell it apart, and its centre does not move by it.
+    const bool texture = pattern.kind == SkinKind::Texture;
+    Eigen::MatrixXd basis(n, texture ? 12 : 6);
+    basis.leftCols(6) << rest, along, down, light;
+    if (texture)
+      basis.rightCols(6) << along.cwiseProduct(x_px), along.cwiseProduct(y_px), down.cwiseProduct(x_px),
+          down.cwiseProduct(y_px), rest.cwiseProduct(x_px), rest.cwiseProduct(y_px);
+    Eigen::MatrixXd normal = basis.transpose() * basis;
+    const double variance = contrast_here / n;
+    for (int k = 6; k < basis.cols(); ++k) normal(k, k) += variance * (k < 10 ? 1 : stride * stride);
+    const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
+    if (solver.info() != Eigen::Success || !solver.isPositive() || !(solver.rcond() > 1e-14)) continue;
+    const Eigen::MatrixXd rows = solver.solve(basis.transpose());
+    if (!rows.allFinite()) continue;
+    t.step_sd = std::sqrt((rows.row(1).squaredNorm() + rows.row(2).squaredNorm()) / 2);
+    t.contrast = static_cast<float>(contrast_here);
+    const double least = 1 / std::max(rows.row(1).squaredNorm(), rows.row(2).squaredNorm());
+    if (!(least > 0)) continue;
     t.window.reserve(n);
     for (int k = 0; k < n; ++k)
-      t.window.push_back({static_cast<float>(basis(k, 0)), static_cast<float>(basis(k, 1)),
-                          static_cast<float>(basis(k, 2))});
+      t.window.push_back({static_cast<float>(rest[k]), static_cast<float>(rows(0, k)),
+                          static_cast<float>(rows(1, k)), static_cast<float>(rows(2, k))});
     templates.push_back(std::move(t));
     contrast.push_back(least);
   }

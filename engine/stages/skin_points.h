@@ -22,7 +22,7 @@ std::vector<std::array<float, 2>> find_skin_points(const std::vector<float>& ima
 /// What is compared: `side` x `side` samples, `stride` px apart.
 struct SkinWindow {
   explicit SkinWindow(const SkinPattern& pattern);
-  uint32_t side = 0;    ///< odd, 7 to 17
+  uint32_t side = 0;    ///< odd, 7 to 21
   uint32_t stride = 1;  ///< px
   uint32_t samples() const { return side * side; }
   uint32_t reach_px() const { return side / 2 * stride; }
@@ -30,11 +30,14 @@ struct SkinWindow {
 
 /// One followed point as the kernel takes it.
 struct SkinTemplate {
-  int32_t x_px = 0, y_px = 0;                ///< whole pixel nearest to `centre`, middle of the window
-  std::array<float, 2> centre{};             ///< as found
-  std::vector<std::array<float, 3>> window;  ///< rest, gradient x, y, less their offset and tilt
-  std::array<double, 6> inverse{};           ///< of their normal matrix: 00, 01, 02, 11, 12, 22
-  std::array<int32_t, 4> neighbours{};       ///< nearest followed points; -1: none
+  int32_t x_px = 0, y_px = 0;     ///< whole pixel nearest to `centre`, middle of the window
+  std::array<float, 2> centre{};  ///< as found
+  /// Per sample: the untouched image less offset and tilt; what the image must be multiplied with and added
+  /// up to give gain and gain * step along x and y.
+  std::vector<std::array<float, 4>> window;
+  float contrast = 0;  ///< sum of the squares of the first
+  double step_sd = 0;  ///< standard error of the step along one axis, px for noise of 1 gray level
+  std::array<int32_t, 4> neighbours{};  ///< nearest followed points; -1: none
 };
 
 /// Of the points whose window lies in the frame and has contrast along both axes; may be empty.

@@ -14,8 +14,7 @@ const float kSkinPrefer = 0.04f;    // by so much another start must correlate b
 const float kSkinLargestStep = 2.5f; // of one iteration, in samples
 const float kSkinSettled = 0.25f;   // a last step above this has not converged, samples
 const float kSkinLeastTrust = 0.5f; // a point that correlates less is lost
-const uint kSkinNeighbours = 4;
-const uint kSkinPointTexels = 3;  // of 4 floats: rest x, y, M00, M01; M02, M11, M12, M22 of the inverse; neighbours
+const uint kSkinPointTexels = 2;  // of 4 floats: rest x, y in whole px, sum of the window squared, 0; neighbours, -1: none
 
 struct SkinPush {
   uint points;

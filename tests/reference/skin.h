@@ -98,13 +98,13 @@ class Skin {
               n = side * side;
     double trust = 0, noise = 0;
     for (uint32_t iteration = 0; iteration < shared::kSkinIterations; ++iteration) {
-      std::array<double, 3> fit{};
+      std::array<double, 4> fit{};
       std::vector<double> v(n);
       double s0 = 0, sx = 0, sy = 0, ss = 0, spread = 0;
       for (int k = 0; k < n; ++k) {
         const int i = k % side - side / 2, j = k / side - side / 2;
         v[k] = between(t.x_px + x + i * stride, t.y_px + y + j * stride);
-        for (int c = 0; c < 3; ++c) fit[c] += v[k] * double{t.window[k][c]};
+        for (int c = 0; c < 4; ++c) fit[c] += v[k] * double{t.window[k][c]};
         s0 += v[k];
         sx += v[k] * i;
         sy += v[k] * j;
@@ -115,20 +115,15 @@ class Skin {
         const double d = v[k] - s0 / n - sx / spread * i - sy / spread * j;
         ss += d * d;
       }
-      const auto& m = t.inverse;
-      const double gain = m[0] * fit[0] + m[1] * fit[1] + m[2] * fit[2],
-                   px = m[1] * fit[0] + m[3] * fit[1] + m[4] * fit[2],
-                   py = m[2] * fit[0] + m[4] * fit[1] + m[5] * fit[2];
-      const bool seen = gain > 1e-3 && ss > 1e-3;
-      const double dx = seen ? px / gain : 0, dy = seen ? py / gain : 0, size = std::hypot(dx, dy);
+      const double gain = fit[1];
+      const bool seen = gain > 1e-3 && fit[0] > 0 && ss > 1e-3;
+      const double dx = seen ? fit[2] / gain : 0, dy = seen ? fit[3] / gain : 0, size = std::hypot(dx, dy);
       const double part = std::min(1.0, double{shared::kSkinLargestStep} * stride / std::max(size, 1e-9));
       x -= dx * part;
       y -= dy * part;
-      const double explained = gain * fit[0] + px * fit[1] + py * fit[2];
-      trust = seen && size < double{shared::kSkinSettled} * stride
-                  ? std::sqrt(std::clamp(explained / ss, 0.0, 1.0))
-                  : 0;
-      noise = seen ? std::sqrt(std::max(ss - explained, 0.0) / (n - 6)) / gain : 0;
+      const double correlated = std::min(fit[0] * fit[0] / (double{t.contrast} * ss), 1.0);
+      trust = seen && size < double{shared::kSkinSettled} * stride ? std::sqrt(correlated) : 0;
+      noise = seen ? std::sqrt(ss * (1 - correlated) / n) / gain : 0;
     }
     const double at_x = t.x_px + x, at_y = t.y_px + y;
     const bool inside = at_x >= 0 && at_y >= 0 && at_x <= width_ - 1 && at_y <= height_ - 1;
