@@ -81,7 +81,8 @@ bool Skipping::possible(const Sensor& sensor, const FrameFormat& format, const P
       sensor.background.kind == BackgroundKind::Untouched && sensor.filter == Filter::Binomial5;
   const bool surface = wants(options.outputs, Output::Surface);
   return usual && !needs_confidence(sensor, options.outputs) &&
-         !(surface && (sensor.reading == Reading::Elastic || options.solver == SurfaceSolver::Exact)) &&
+         !(surface && (sensor.reading == Reading::Elastic || sensor.reading == Reading::Lookup ||
+                       options.solver == SurfaceSolver::Exact)) &&
          std::lround(sensor.threshold_gray * 128) > 0 && !window_sizes(format).empty();
 }
 
