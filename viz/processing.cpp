@@ -39,11 +39,13 @@ bool has_range(DepthFormat format) {
   return format == DepthFormat::Png16 || format == DepthFormat::Tiff;
 }
 
-/// What measures images of frames again, which are rectified already: the sensor without crop and quad, and
+/// What measures images of frames again, which are rectified already: the sensor without what rectifies, and
 /// the untouched image.
 void write_image_setting(Sensor sensor, const Frame& background, const std::filesystem::path& out) {
   sensor.crop_px.reset();
   sensor.quad_px.reset();
+  sensor.lens.reset();
+  sensor.flat.reset();
   sensor.size_px = {};
   if (sensor.background.kind == BackgroundKind::Untouched) {
     write_whole(out / "background.png", encode_image(background, ".png"));
