@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "engine/gpu/buffer.h"
+#include "engine/mechanics/contact_tracker.h"
+#include "engine/mechanics/force.h"
 #include "engine/mechanics/shear.h"
 #include "engine/pipeline.h"
 #include "engine/stages/touched.h"
@@ -30,8 +32,9 @@ PixelRect place_window(const PixelRect& size, const PixelRect& box, const std::o
 class Skipping {
  public:
   /// Whether a window gives what the whole frame would: not where a pixel's depth depends on pressure far
-  /// away (Reading::Elastic), where pixels are weighted, where heights are solved on the host, and where
-  /// everything is contact (a threshold of 0) or nothing is subtracted or filtered.
+  /// away (Reading::Elastic) or is absolute (Reading::Lookup), where pixels are weighted, where heights are
+  /// solved on the host, and where everything is contact (a threshold of 0) or nothing is subtracted or
+  /// filtered.
   static bool possible(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options);
 
   Skipping(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
@@ -84,6 +87,8 @@ class Skipping {
   std::deque<Window> windows_;  ///< smallest first
   Frame part_;
   gpu::DeviceBuffer flat_;  ///< the map of a frame without contact: no pixel of it is in its window
+  std::optional<ContactTracker> tracker_;
+  ForceHistory force_;
   ShearTracker shear_;
   std::vector<Slot> slots_;
   std::deque<uint32_t> in_flight_;

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <deque>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "capture/images.h"
 #include "capture/measurements.h"
@@ -38,11 +39,13 @@ bool has_range(DepthFormat format) {
   return format == DepthFormat::Png16 || format == DepthFormat::Tiff;
 }
 
-/// What measures images of frames again, which are rectified already: the sensor without crop and quad, and
+/// What measures images of frames again, which are rectified already: the sensor without what rectifies, and
 /// the untouched image.
 void write_image_setting(Sensor sensor, const Frame& background, const std::filesystem::path& out) {
   sensor.crop_px.reset();
   sensor.quad_px.reset();
+  sensor.lens.reset();
+  sensor.flat.reset();
   sensor.size_px = {};
   if (sensor.background.kind == BackgroundKind::Untouched) {
     write_whole(out / "background.png", encode_image(background, ".png"));
@@ -70,6 +73,8 @@ class Recorder {
     if (request.rows)
       measurements_.emplace(out / "measurements.csv",
                             Measurements::Columns{request.outputs, has_truth_, rate_Hz_ > 0});
+    if (request.rows && wants(request.outputs, Output::Contacts))
+      contacts_.emplace(out / "contacts.csv", rate_Hz_ > 0);
     if (has_truth_) summary.comparison.emplace();
     if (session_) summary.recorded.emplace();
     const auto empty_folder = [&](const char* name) {
@@ -108,6 +113,7 @@ class Recorder {
       write_whole(out_ / "images" / (numbered_name(touch.sequence, request_.images.substr(1))),
                   encode_image(frame, request_.images));
     if (measurements_) measurements_->add(touch, truth ? &*truth : nullptr, depth_rms_error_mm);
+    if (contacts_) contacts_->add(touch);
     if (session_) summary_.recorded->add(*session_, touch);
     if (truth) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
     if (renderer_) draw(result, frame, touch);
@@ -116,6 +122,7 @@ class Recorder {
 
   void close() {
     if (measurements_) measurements_->close();
+    if (contacts_) contacts_->close();
     if (film_) film_->finish();
     if (!request_.confidence.empty())
       write_whole(
@@ -172,6 +179,10 @@ class Recorder {
       touching_ = touch.contact;
       summary_.contact_frames += touch.contact;
       summary_.saturated_frames += touch.saturated_px > 0;
+      summary_.most_contacts = std::max<uint64_t>(summary_.most_contacts, touch.contacts.size());
+      summary_.overflow_frames += touch.regions_overflow;
+      for (const ContactTouch& contact : touch.contacts) ids_.insert(contact.id);
+      summary_.contact_ids = static_cast<uint32_t>(ids_.size());
       summary_.slip_frames += touch.slip == Slip::Slip;
       ++summary_.force_states[to_string(touch.force_N.validity)];
       if (has_value(touch.force_N)) {
@@ -198,6 +209,8 @@ class Recorder {
   bool has_truth_;
   double rate_Hz_;
   std::optional<Measurements> measurements_;
+  std::optional<ContactRows> contacts_;
+  std::set<uint32_t> ids_;
   std::optional<viz::PictureRenderer> renderer_;
   std::optional<viz::Film> film_;
   std::vector<float> depth_mm_;
@@ -273,7 +286,8 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
   pipeline.set_background(background);
 
   make_output_folder(out);
-  for (const char* stale : {"summary.json", "recording.mp4"}) std::filesystem::remove(out / stale);
+  for (const char* stale : {"summary.json", "recording.mp4", "contacts.csv"})
+    std::filesystem::remove(out / stale);
   ProcessSummary summary;
   Recorder recorder(context, sensor, request, *source, session.get(), pipeline, out, background, summary);
   uint64_t total = source->frame_count().value_or(0);
@@ -329,6 +343,12 @@ std::string describe(const ProcessSummary& s) {
     text += counted(s.contacts, "contact") + ", touching in " + counted(s.contact_frames, "frame");
     if (s.slip_frames) text += ", slipping in " + std::to_string(s.slip_frames);
     text += "\n";
+    if (s.most_contacts > 1)
+      text += "most contacts at once: " + std::to_string(s.most_contacts) + ", " +
+              counted(s.contact_ids, "id") + " in all\n";
+    if (s.overflow_frames)
+      text += "too many regions to tell contacts apart in " + counted(s.overflow_frames, "frame") +
+              ": a higher contact.threshold_gray would leave the noise out\n";
     if (s.largest_force_N) {
       std::snprintf(line, sizeof line, "largest force %.4g N\n", *s.largest_force_N);
       text += line;
@@ -383,6 +403,11 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
     value["contacts"] = s.contacts;
     value["contact_frames"] = s.contact_frames;
     value["slip_frames"] = s.slip_frames;
+    if (wants(request.outputs, Output::Contacts)) {
+      value["most_contacts"] = s.most_contacts;
+      value["contact_ids"] = s.contact_ids;
+      value["overflow_frames"] = s.overflow_frames;
+    }
     value["saturated_frames"] = s.saturated_frames;
     value["force_states"] = s.force_states;
   }
