@@ -133,7 +133,8 @@ class WindowTest : public Program {
                                                {"PALPATE_CONFIG", config()}}});
   }
   static bool wait_for(const std::function<bool()>& what) {
-    for (int i = 0; i < 300; ++i) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(40);
+    while (std::chrono::steady_clock::now() < end) {
       if (what()) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
@@ -144,6 +145,13 @@ class WindowTest : public Program {
   }
   static bool exists(const fs::path& file) {
     return wait_for([&] { return fs::exists(file); });
+  }
+  /// Pictures come: a snapshot was asked for and written to `folder`.
+  bool drawn(const fs::path& folder) const {
+    return titled("palpate: ") && wait_for([&] {
+             desktop_->key("s");
+             return fs::exists(folder / "palpate-0001.csv");
+           });
   }
   Ended quit(const std::string& key = "q") {
     desktop_->key(key);
@@ -172,10 +180,8 @@ TEST_F(WindowTest, FromTheListToATouchAndBack) {
   desktop_->click(1200, 500);  // out of the text
   desktop_->key("Down Return");
   ASSERT_TRUE(titled("palpate: synthetic:press"));
-  std::this_thread::sleep_for(std::chrono::seconds(2));
-  desktop_->key("s");
+  EXPECT_TRUE(drawn(home() / "palpate"));
   desktop_->key("m");
-  EXPECT_TRUE(exists(home() / "palpate" / "palpate-0001.csv"));
   EXPECT_TRUE(exists(home() / "palpate" / "events.csv"));
   EXPECT_TRUE(contains(slurp(home() / "palpate" / "events.csv"), ",mark,1"));
   const cv::Mat picture = cv::imread(home() / "palpate" / "palpate-0001.png");
@@ -197,9 +203,8 @@ TEST_F(WindowTest, FromTheListToATouchAndBack) {
 }
 
 TEST_F(WindowTest, EveryKeyDoesWhatTheHelpSays) {
-  open({"live", "synthetic:press?size=320x240&mode=gel&repeat=0"});
-  ASSERT_TRUE(titled("palpate: synthetic"));
-  std::this_thread::sleep_for(std::chrono::seconds(2));
+  open({"live", "synthetic:press?size=320x240&mode=gel&repeat=0", "--out", folder_ / "out"});
+  ASSERT_TRUE(drawn(folder_ / "out"));
   desktop_->key("d o x l g y p k j bracketright");
   desktop_->key("ctrl+Right ctrl+Down");
   desktop_->key("h Escape i Escape");
@@ -222,9 +227,8 @@ TEST_F(WindowTest, TheSectionFollowsTheMouse) {
   fs::create_directories(config().parent_path());
   spill(config(),
         R"({"palpate_window": 1, "section": true, "controls": false, "width": 1000, "height": 640})");
-  open({"live", "synthetic:press?size=320x240&mode=gel&repeat=0"});
-  ASSERT_TRUE(titled("palpate: synthetic"));
-  std::this_thread::sleep_for(std::chrono::seconds(2));
+  open({"live", "synthetic:press?size=320x240&mode=gel&repeat=0", "--out", folder_ / "out"});
+  ASSERT_TRUE(drawn(folder_ / "out"));
   const Layout layout = viz::make_layout({1000, 640}, 1, {320, 240, 3, 8}, true, {true, true});
   const ViewRect& image = layout.image;
   const auto x = [&](double share) { return image.x + share * image.width; };
