@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr size_t kFewestPresses = 4;  // whose means tell a drift
+constexpr double kAlike = 0.03;       // of the least error: less of a difference is none
 
 constexpr std::array kSignals{ForceSignal::GraySum, ForceSignal::Area, ForceSignal::Volume};
 constexpr std::array kModels{ForceModel::Line, ForceModel::Power, ForceModel::Spline};
@@ -226,7 +227,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   ForceChoice choice;
   const HoldOut held = hold_out(samples);
   choice.blocks = held.blocks;
-  choice.blocks_are_presses = held.are_presses;
+  choice.blocks_are = held.blocks_are;
   const std::vector<size_t>& block = held.block;
   std::vector<std::vector<double>> errors;
   std::optional<size_t> best;
@@ -271,7 +272,8 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
     score.worse_N = sum / n;
     score.worse_sd_N =
         std::sqrt(std::max(squares / n - score.worse_N * score.worse_N, 0.0) / std::max(n - 1, 1.0));
-    if (chosen == choice.scores.size() && score.worse_N <= score.worse_sd_N) chosen = k;
+    if (chosen == choice.scores.size() && score.worse_N <= std::max(score.worse_sd_N, kAlike * best_N))
+      chosen = k;
   }
   if (chosen == choice.scores.size()) chosen = *best;
   choice.chosen = choice.scores[chosen];
