@@ -16,7 +16,7 @@ namespace palpate {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr size_t kFewestPresses = 4;  // whose means tell a drift
+constexpr size_t kFewestPresses = 3;  // more than recordings: their means tell a drift
 constexpr double kAlike = 0.03;       // of the least error: less of a difference is none
 
 constexpr std::array kSignals{ForceSignal::GraySum, ForceSignal::Area, ForceSignal::Volume};
@@ -90,8 +90,8 @@ BranchLine line_of(const CurveFit& fit, ForceModel model, const ForceTrack& trac
   return line;
 }
 
-/// Residual's change with time, each recording about its own mean; from the presses' means where there are
-/// enough, since frames of one press err alike.
+/// Residual's change with time, each recording about its own mean; from the presses' means where each
+/// recording has enough of them, since frames of one press err alike.
 void find_drift(std::span<const ForceSample> samples, std::span<const double> residual_N,
                 ForceChoice& choice) {
   struct Sum {
@@ -107,8 +107,9 @@ void find_drift(std::span<const ForceSample> samples, std::span<const double> re
       sum->residual_N += residual_N[i];
     }
   }
-  const auto& points = presses.size() >= kFewestPresses ? presses : frames;
   std::map<uint32_t, Sum> means;
+  for (const auto& [key, p] : presses) means[key.first];
+  const auto& points = presses.size() >= means.size() + kFewestPresses ? presses : frames;
   for (const auto& [key, p] : points) {
     Sum& mean = means[key.first];
     mean.count += 1;
