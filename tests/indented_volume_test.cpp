@@ -30,8 +30,6 @@ TEST_F(IndentedVolume, FollowsTheTruth) {
       }
       if (truth->force_N < 0.2) continue;
       ++judged;
-      std::printf("%s frame %3d: %.3f mm3, true %.3f\n", input, static_cast<int>(i), t.volume_mm3,
-                  truth->volume_mm3);
       // Touched tiles hold most of the dent, and of the bulge around it a part.
       EXPECT_GT(t.volume_mm3, 0.7 * truth->volume_mm3) << input << " frame " << i;
       EXPECT_LT(t.volume_mm3, 1.1 * truth->volume_mm3) << input << " frame " << i;
