@@ -11,10 +11,11 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kVersion = 1;
-constexpr std::array<std::pair<const char*, Output>, 4> kOutputs = {{{"force", Output::Force},
+constexpr std::array<std::pair<const char*, Output>, 5> kOutputs = {{{"force", Output::Force},
                                                                      {"surface", Output::Surface},
                                                                      {"confidence", Output::Confidence},
-                                                                     {"contacts", Output::Contacts}}};
+                                                                     {"contacts", Output::Contacts},
+                                                                     {"skin", Output::Skin}}};
 constexpr std::array<std::pair<const char*, SurfaceSolver>, 4> kSolvers = {
     {{"live", SurfaceSolver::Live},
      {"fine", SurfaceSolver::Fine},

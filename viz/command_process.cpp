@@ -36,7 +36,8 @@ Report process(const Common& common, Options options) {
   if (!options.outputs.empty()) {
     request.outputs = 0;
     for (const Output output : options.outputs) request.outputs |= static_cast<uint32_t>(output);
-    if (wants(request.outputs, Output::Contacts)) request.outputs |= static_cast<uint32_t>(Output::Force);
+    if (wants(request.outputs, Output::Contacts) || wants(request.outputs, Output::Skin))
+      request.outputs |= static_cast<uint32_t>(Output::Force);
   }
   if (request.as_recorded) {
     if (!input.session)
@@ -86,9 +87,10 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
   command
       ->add_option(
           "--outputs", options->outputs,
-          "What to compute: force, surface, confidence, contacts (default: force and contacts, and surface "
-          "where the sensor can); with contacts separate contacts are told apart and followed, with "
-          "confidence the surface leaves out what is not known")
+          "What to compute: force, surface, confidence, contacts, skin (default: force and contacts, and "
+          "surface and skin where the sensor can); with contacts separate contacts are told apart and "
+          "followed, with skin the pattern on the pad shows stick, slip and torsion, with confidence the "
+          "surface leaves out what is not known")
       ->delimiter(',')
       ->transform(CLI::CheckedTransformer(kOutputNames));
   command

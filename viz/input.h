@@ -40,6 +40,7 @@ const char* to_string(SurfaceSolver solver);
 inline const std::map<std::string, Output> kOutputNames = {{"force", Output::Force},
                                                            {"surface", Output::Surface},
                                                            {"confidence", Output::Confidence},
-                                                           {"contacts", Output::Contacts}};
+                                                           {"contacts", Output::Contacts},
+                                                           {"skin", Output::Skin}};
 
 }  // namespace palpate
