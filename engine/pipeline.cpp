@@ -23,6 +23,7 @@
 #include "engine/stages/contact.h"
 #include "engine/stages/datum.h"
 #include "engine/stages/elastic.h"
+#include "engine/stages/lookup.h"
 #include "engine/stages/pad.h"
 #include "engine/stages/regions.h"
 #include "engine/stages/skin.h"
@@ -74,14 +75,17 @@ void check_fit(const Sensor& sensor, const FrameFormat& format, uint32_t outputs
             "'untouched', or outputs without skin");
   }
   if (!wants(outputs, Output::Surface)) return;
-  require(sensor.reading != Reading::None, sensor, "a surface reading (shading, photometric or elastic)",
-          "none", "asking for force only, or adding 'surface' to the sensor file");
+  require(sensor.reading != Reading::None, sensor,
+          "a surface reading (shading, photometric, elastic or lookup)", "none",
+          "asking for force only, or adding 'surface' to the sensor file");
   require(sensor.reading != Reading::Photometric || format.channels == 3, sensor,
           "colour frames for reading 'photometric'", "gray frames", "channels 3 in the sensor file");
   require(sensor.reading != Reading::Shading || format.channels == 1, sensor,
           "gray frames for reading 'shading'", "colour frames", "channels 1 in the sensor file");
   require(sensor.reading != Reading::Elastic || format.channels == 1, sensor,
           "gray frames for reading 'elastic'", "colour frames", "channels 1 in the sensor file");
+  require(sensor.reading != Reading::Lookup || format.channels == 1, sensor,
+          "gray frames for reading 'lookup'", "colour frames", "channels 1 in the sensor file");
 }
 
 // Whether so much of the contact is clipped that its depth cannot be right: a share of its area, and in the
@@ -173,6 +177,9 @@ struct Pipeline::Impl {
       if (options.solver == SurfaceSolver::Exact)
         convolution.emplace(ElasticKernel(sensor.elastic, sensor.pitch_mm_per_px), format.width,
                             format.height);
+    } else if (wants_surface && sensor.reading == Reading::Lookup) {
+      lookup.emplace(context, sensor, format, contact, tuning);
+      datum.emplace(context, contact, map, tuning);
     } else if (wants_surface) {
       // With a pad's outline some pixels are never known: the solver with weights is then the only one.
       if (!sensor.pad || options.solver == SurfaceSolver::Exact)
@@ -220,7 +227,7 @@ struct Pipeline::Impl {
       if (elastic)
         slot.border_records =
             gpu::DeviceBuffer(context, "border records", Elastic::kBorderBytes, gpu::Memory::Readback);
-      else
+      if (slope)
         slot.clipped =
             gpu::DeviceBuffer(context, "clipped pixels", slope->clipped_bytes(), gpu::Memory::Readback);
     }
@@ -274,13 +281,13 @@ struct Pipeline::Impl {
       partial->record_solve(context, cmd, slot.known, slot.frame, rest(slot), contact, slot.records, *slope,
                             *datum, slot.depth, slot.datum_records, slot.clipped);
     if (wants_surface && !(weights && partial->always())) {
-      if (elastic)
-        elastic->record_pressure(cmd, slot.border_records);
-      else
-        slope->record(cmd, slot.frame, rest(slot), *surface, slot.clipped);
+      if (elastic) elastic->record_pressure(cmd, slot.border_records);
+      if (slope) slope->record(cmd, slot.frame, rest(slot), *surface, slot.clipped);
       if (!solves_on_host()) {
         if (elastic)
           elastic->record_deflection(cmd, slot.depth);
+        else if (lookup)
+          lookup->record(cmd, slot.depth);
         else
           surface->record(cmd, slot.depth);
         datum->record(cmd, slot.depth, slot.records, slot.datum_records, inner_edges(slot));
@@ -381,6 +388,8 @@ struct Pipeline::Impl {
                                               : Validity::Valid;
       if (elastic)
         measure_elastic(slot, rest, t);
+      else if (lookup)
+        measure_lookup(rest, t);
       else
         measure_clipped(slot, t);
     }
@@ -444,6 +453,16 @@ struct Pipeline::Impl {
       t.depth_validity = Validity::Saturated;
   }
 
+  // So is depth by a table.
+  void measure_lookup(const RestLevel& map_level, Touch& t) const {
+    t.depth_datum_mm = 0;
+    t.depth_max_mm = map_level.highest_mm;
+    t.datum_from_rest = true;
+    t.depth_sd_mm = sensor.lookup.depth_sd_mm;
+    if (t.depth_validity == Validity::Valid && t.peak_gray > sensor.lookup.points.back()[0])
+      t.depth_validity = Validity::AboveRange;
+  }
+
   bool solves_on_host() const { return dct || convolution; }
 
   gpu::Context& context;
@@ -467,6 +486,7 @@ struct Pipeline::Impl {
   std::optional<PoissonDct> dct;
   std::optional<Elastic> elastic;  // in place of slope and surface
   std::optional<ElasticConvolution> convolution;
+  std::optional<Lookup> lookup;          // in place of slope and surface
   std::optional<WeightedFrame> partial;  // where not everything is known
   ForceHistory force;
   std::optional<Skin> skin;              // where its pattern is followed
@@ -671,6 +691,7 @@ uint64_t Pipeline::memory_bytes() const {
   if (impl_->background) bytes += impl_->background->memory_bytes();
   if (impl_->surface) bytes += impl_->surface->memory_bytes();
   if (impl_->elastic) bytes += impl_->elastic->memory_bytes();
+  if (impl_->lookup) bytes += impl_->lookup->memory_bytes();
   if (impl_->partial) bytes += impl_->partial->memory_bytes();
   if (impl_->skin) bytes += impl_->skin->memory_bytes();
   for (const Impl::Slot& slot : impl_->slots) {

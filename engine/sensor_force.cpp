@@ -62,7 +62,7 @@ ForceCalibration read_force(const Json& json, const std::string& where) {
       force.covariance[i] =
           Reader::checked(covariance[i], reader.path("covariance"), i == 1 ? -kHuge : 0, kHuge, "");
   }
-  force.gray_min = reader.number("gray_min", 0, 1e16, "gray levels");
+  force.gray_min = reader.number("gray_min", -1e16, 1e16, "gray levels");
   force.gray_max = reader.number("gray_max", 0, 1e16, "gray levels");
   reader.choice("signal", kForceSignals, force.signal);
   reader.choice("model", kForceModels, force.model);

@@ -83,7 +83,8 @@ bool Skipping::possible(const Sensor& sensor, const FrameFormat& format, const P
   const bool surface = wants(options.outputs, Output::Surface);
   return usual && !needs_confidence(sensor, options.outputs) &&
          !follows_skin(sensor, wants(options.outputs, Output::Skin), wants(options.outputs, Output::Force)) &&
-         !(surface && (sensor.reading == Reading::Elastic || options.solver == SurfaceSolver::Exact)) &&
+         !(surface && (sensor.reading == Reading::Elastic || sensor.reading == Reading::Lookup ||
+                       options.solver == SurfaceSolver::Exact)) &&
          std::lround(sensor.threshold_gray * 128) > 0 && !window_sizes(format).empty();
 }
 

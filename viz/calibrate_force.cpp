@@ -78,7 +78,7 @@ std::string curve_text(const ForceCalibration& c) {
 
 }  // namespace
 
-std::vector<ForceSample> force_samples(const std::vector<GaugedRecording>& recordings) {
+std::vector<ForceSample> force_samples(const std::vector<GaugedRecording>& recordings, bool keep_border) {
   std::vector<ForceSample> samples;
   uint32_t presses = 0;
   for (size_t r = 0; r < recordings.size(); ++r) {
@@ -101,7 +101,7 @@ std::vector<ForceSample> force_samples(const std::vector<GaugedRecording>& recor
         s.left_out = LeftOut::NoGauge;
       else if (s.reading.saturated)
         s.left_out = LeftOut::Saturated;
-      else if (s.reading.at_border)
+      else if (s.reading.at_border && !keep_border)
         s.left_out = LeftOut::AtBorder;
       samples.push_back(s);
     }
@@ -109,7 +109,8 @@ std::vector<ForceSample> force_samples(const std::vector<GaugedRecording>& recor
   return samples;
 }
 
-ForceCheck check_force(const ForceCalibration& calibration, const GaugedRecording& recording) {
+ForceCheck check_force(const ForceCalibration& calibration, const GaugedRecording& recording,
+                       bool keep_border) {
   ForceCheck check;
   check.input = recording.input;
   check.gauge = recording.gauge;
@@ -119,13 +120,16 @@ ForceCheck check_force(const ForceCalibration& calibration, const GaugedRecordin
   std::vector<double> relative;
   size_t inside = 0;
   for (const GaugedFrame& f : recording.frames) {
-    const Estimate e = history.update(calibration, force_reading(f.touch));
+    ForceReading reading = force_reading(f.touch);
+    if (keep_border) reading.at_border = false;
+    const Estimate e = history.update(calibration, reading);
     if (!f.touch.contact || !std::isfinite(f.force_N)) continue;
+    const double error_N = std::abs(e.value - f.force_N);
     if (e.validity != Validity::Valid) {
       ++check.flagged;
+      check.flagged_error_N += error_N;
       continue;
     }
-    const double error_N = std::abs(e.value - f.force_N);
     ++check.readings;
     check.mean_error_N += error_N;
     check.rms_error_N += error_N * error_N;
@@ -139,6 +143,7 @@ ForceCheck check_force(const ForceCalibration& calibration, const GaugedRecordin
   check.mean_error_N /= n;
   check.rms_error_N = std::sqrt(check.rms_error_N / n);
   check.coverage = static_cast<double>(inside) / n;
+  check.flagged_error_N /= static_cast<double>(std::max<size_t>(check.flagged, 1));
   check.above_error_N /= static_cast<double>(std::max<size_t>(check.above_readings, 1));
   if (!relative.empty()) {
     const auto middle = relative.begin() + static_cast<ptrdiff_t>(relative.size() / 2);
@@ -148,10 +153,11 @@ ForceCheck check_force(const ForceCalibration& calibration, const GaugedRecordin
   return check;
 }
 
-ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const ForceChoiceOptions& options) {
+ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const ForceChoiceOptions& options,
+                             bool keep_border) {
   ForceOutcome o;
   o.recordings = std::move(recordings);
-  o.samples = force_samples(o.recordings);
+  o.samples = force_samples(o.recordings, keep_border);
   o.choice = choose_force(o.samples, options);
   const size_t left_out = o.samples.size() - o.choice.readings;
   o.choice.calibration.origin =
@@ -222,7 +228,9 @@ std::string describe(const ForceOutcome& o) {
         k.above_error_N, 100 * k.above_error_N / full_N, 100 * k.median_relative, 100 * k.coverage,
         k.readings);
     if (k.flagged)
-      text += line("; %zu more say that they are out of range, saturated or at the border", k.flagged);
+      text +=
+          line("; %zu more say that they are out of range, saturated or at the border (mean error %.3g N)",
+               k.flagged, k.flagged_error_N);
     text += "\n";
   }
   return text;
@@ -262,6 +270,7 @@ std::string to_json(const ForceOutcome& o, const std::string& sensor_file) {
                       {"gauge", k.gauge},
                       {"readings", k.readings},
                       {"flagged", k.flagged},
+                      {"flagged_mean_error_N", k.flagged_error_N},
                       {"mean_error_N", k.mean_error_N},
                       {"rms_error_N", k.rms_error_N},
                       {"median_relative_error", k.median_relative},

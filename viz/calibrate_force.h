@@ -12,15 +12,18 @@
 namespace palpate {
 
 /// Touched frames beside their gauge readings, for the fit; saturated ones, those at the border and those
-/// without a reading stay in, marked. Presses are numbered over all recordings.
-std::vector<ForceSample> force_samples(const std::vector<GaugedRecording>& recordings);
+/// without a reading stay in, marked. Presses are numbered over all recordings. `keep_border`: contacts at
+/// the border count, for pads that objects or their glow outgrow.
+std::vector<ForceSample> force_samples(const std::vector<GaugedRecording>& recordings,
+                                       bool keep_border = false);
 
 /// A calibration on a recording that it was not made from.
 struct ForceCheck {
   std::string input, gauge;
-  size_t readings = 0;      ///< valid estimates beside a gauge reading
-  size_t flagged = 0;       ///< touched frames whose estimate says of itself that it is not valid
-  double mean_error_N = 0;  ///< absolute
+  size_t readings = 0;         ///< valid estimates beside a gauge reading
+  size_t flagged = 0;          ///< touched frames whose estimate says of itself that it is not valid
+  double flagged_error_N = 0;  ///< their mean absolute error
+  double mean_error_N = 0;     ///< absolute
   double rms_error_N = 0;
   double median_relative =
       0;               ///< absolute error over the gauge's reading, of readings above 5 % of full scale
@@ -29,7 +32,8 @@ struct ForceCheck {
   double above_error_N = 0;  ///< their mean absolute error
   double coverage = 0;       ///< share within the stated 95 % interval
 };
-ForceCheck check_force(const ForceCalibration& calibration, const GaugedRecording& recording);
+ForceCheck check_force(const ForceCalibration& calibration, const GaugedRecording& recording,
+                       bool keep_border = false);
 
 struct ForceOutcome {
   std::vector<GaugedRecording> recordings;
@@ -39,7 +43,8 @@ struct ForceOutcome {
 };
 
 /// The whole of it for recordings that are measured already. Fills the calibration's origin.
-ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const ForceChoiceOptions& options);
+ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const ForceChoiceOptions& options,
+                             bool keep_border = false);
 
 /// The tables that a person reads, and the same as a JSON object (text).
 std::string describe(const ForceOutcome& outcome);

@@ -31,6 +31,7 @@ struct Options {
   fs::path sensor, background, plots;
   std::string align = "auto", branches = "auto";
   double rate_Hz = 0;
+  bool keep_border = false;
   std::optional<ForceSignal> signal;
   std::optional<ForceModel> model;
   std::vector<double> images_N;
@@ -117,10 +118,11 @@ Report force(const Common& common, const Options& options) {
     recordings.push_back(measure(options.inputs[i], gauges[i]));
   if (interrupted()) return {"", "", kInterrupted};
   ForceOutcome outcome =
-      calibrate_force(std::move(recordings), {options.signal, options.model, branches_of(options.branches)});
+      calibrate_force(std::move(recordings), {options.signal, options.model, branches_of(options.branches)},
+                      options.keep_border);
   for (size_t i = 0; i < options.checks.size(); ++i)
-    outcome.checks.push_back(
-        check_force(outcome.choice.calibration, measure(options.checks[i], check_gauges[i])));
+    outcome.checks.push_back(check_force(outcome.choice.calibration,
+                                         measure(options.checks[i], check_gauges[i]), options.keep_border));
   if (interrupted()) return {"", "", kInterrupted};
 
   Sensor sensor = options.sensor.empty() ? first.sensor : load_sensor(options.sensor);
@@ -182,6 +184,8 @@ void add_calibrate_force(CLI::App& group, Common& common, Command& chosen) {
                    "Loading and unloading: apart, together, or auto (as held-out presses say)")
       ->check(CLI::IsMember({"auto", "apart", "together"}))
       ->capture_default_str();
+  command->add_flag("--keep-border", options->keep_border,
+                    "Use contacts that reach the frame's border too (their forces say so when measured)");
   command->add_option("--check", options->checks, "Recordings to judge the result by; not used for the fit");
   command->add_option("--check-gauge", options->check_gauges, "Their gauge tables");
   command->add_option("--rate", options->rate_Hz, "Frames a second of images, which know no time themselves")

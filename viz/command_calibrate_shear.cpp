@@ -46,7 +46,8 @@ Report shear(const Common& common, const Options& options) {
       throw Error(Failure::Sensor, "a sensor file to put the calibration in", "an uncalibrated camera",
                   "--sensor FILE with at least \"pitch_mm_per_px\"");
     found.outputs = static_cast<uint32_t>(Output::Force);
-    if (found.sensor.skin && options.request.signal != ShearSignal::Centroid) found.outputs = found.outputs | Output::Skin;
+    if (found.sensor.skin && options.request.signal != ShearSignal::Centroid)
+      found.outputs = found.outputs | Output::Skin;
     if (i == 0) sensor = found.sensor;
     recordings.push_back(measure_beside_gauge(
         *context, common, found,

@@ -39,11 +39,13 @@ bool has_range(DepthFormat format) {
   return format == DepthFormat::Png16 || format == DepthFormat::Tiff;
 }
 
-/// What measures images of frames again, which are rectified already: the sensor without crop and quad, and
+/// What measures images of frames again, which are rectified already: the sensor without what rectifies, and
 /// the untouched image.
 void write_image_setting(Sensor sensor, const Frame& background, const std::filesystem::path& out) {
   sensor.crop_px.reset();
   sensor.quad_px.reset();
+  sensor.lens.reset();
+  sensor.flat.reset();
   sensor.size_px = {};
   if (sensor.background.kind == BackgroundKind::Untouched) {
     write_whole(out / "background.png", encode_image(background, ".png"));
@@ -58,7 +60,7 @@ class Recorder {
   /// `session`: to compare with what it recorded, or null.
   Recorder(gpu::Context& context, const Sensor& sensor, const ProcessRequest& request, const Source& source,
            const Session* session, const Pipeline& pipeline, const std::filesystem::path& out,
-           ProcessSummary& summary)
+           const Frame& background, ProcessSummary& summary)
       : sensor_(sensor),
         request_(request),
         source_(source),
@@ -83,7 +85,7 @@ class Recorder {
     if (!request.confidence.empty()) empty_folder("confidence");
     if (request.pictures) empty_folder("pictures");
     if (!request.images.empty()) empty_folder("images");
-    if (request.pictures || request.video) renderer_.emplace(context, sensor, request.look);
+    if (request.pictures || request.video) renderer_.emplace(context, sensor, request.look, &background);
   }
 
   void add(const Result& result, const Frame& frame) {
@@ -114,7 +116,7 @@ class Recorder {
     if (contacts_) contacts_->add(touch);
     if (session_) summary_.recorded->add(*session_, touch);
     if (truth) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
-    if (renderer_) draw(result, frame);
+    if (renderer_) draw(result, frame, touch);
     count(touch);
   }
 
@@ -146,7 +148,7 @@ class Recorder {
     }
   }
 
-  void draw(const Result& result, const Frame& frame) {
+  void draw(const Result& result, const Frame& frame, const Touch& touch) {
     const uint64_t sequence = result.touch.sequence;
     const bool in_step = sequence % request_.picture_every == 0;
     const std::vector<uint64_t>& chosen = request_.picture_frames;
@@ -154,8 +156,11 @@ class Recorder {
         request_.pictures &&
         (chosen.empty() ? in_step : std::binary_search(chosen.begin(), chosen.end(), sequence));
     const bool to_film = request_.video && in_step;
-    if (!to_file && !to_film) return;
-    const viz::RgbImage image = renderer_->render(frame, result.touch, result.surface);
+    if (!to_file && !to_film) {
+      renderer_->follow(touch);
+      return;
+    }
+    const viz::RgbImage image = renderer_->render(frame, touch, result.surface);
     if (to_file) viz::write_png(image, out_ / "pictures" / numbered_name(sequence, "png"));
     if (!to_film) return;
     if (!film_) {
@@ -284,7 +289,7 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
   for (const char* stale : {"summary.json", "recording.mp4", "contacts.csv"})
     std::filesystem::remove(out / stale);
   ProcessSummary summary;
-  Recorder recorder(context, sensor, request, *source, session.get(), pipeline, out, summary);
+  Recorder recorder(context, sensor, request, *source, session.get(), pipeline, out, background, summary);
   uint64_t total = source->frame_count().value_or(0);
   if (request.frames != 0) total = total == 0 ? request.frames : std::min(total, request.frames);
   if (!request.images.empty()) write_image_setting(sensor, background, out);

@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr double kOnBranch = 0.1;      // an unloading share closer to 0 or 1 than this counts as on a branch
-constexpr size_t kLeastOnBranch = 12;  // readings
+constexpr size_t kLeastOnBranch = 7;  // readings
 constexpr double kOutlier_sd = 6;
 constexpr double kLeastScatter = 0.004;  // share of full scale below which nothing is an outlier
 constexpr double kMostOutliers = 0.1;    // more are no outliers but a curve that does not fit
