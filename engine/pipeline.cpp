@@ -401,7 +401,7 @@ struct Pipeline::Impl {
     shear.update(sensor.shear ? &*sensor.shear : nullptr, t);
     if (tracker) {
       if (slot.after_gap) tracker->interrupt();
-      tracker->update(t);
+      tracker->update(t, skin_sd_px);
     }
     return t;
   }
