@@ -224,12 +224,14 @@ std::string plot_script(const ShearOutcome& o, bool svg) {
     s += line(
         "plot $r%c with points pt 6 ps 0.6 lc rgb '#d55e00' title 'after the first slip', $s%c with points "
         "pt 7 "
-        "ps 0.5 lc rgb '#0072b2' title 'sticks', %.8g*x with lines lw 2 lc rgb '#000000' title 'K u'\n",
-        axis, axis, stiffness->k_N_per_mm);
+        "ps 0.5 lc rgb '#0072b2' title 'sticks', [%.6g:%.6g] %.8g*x with lines lw 2 lc rgb '#000000' title "
+        "'K u'\n",
+        axis, axis, -stiffness->shift_max_mm, stiffness->shift_max_mm, stiffness->k_N_per_mm);
   }
   s += "set origin 0,0\nset size 1,0.43\nset title 'tangential over normal force'\nset xlabel 'touched "
        "frame'\nset "
-       "ylabel '|F_t| / F_z'\nset yrange [0:*]\n";
+       "ylabel '|F_t| / F_z'\nset yrange [0:" +
+       line("%.6g", 1.15 * std::max(o.calibration.friction, o.fit.largest_ratio)) + "]\n";
   s += line(
       "plot $held with points pt 7 ps 0.4 lc rgb '#0072b2' title 'not used for the friction', $slid with "
       "points "
