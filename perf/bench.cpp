@@ -237,6 +237,33 @@ class Bench {
     stages(pipeline, scene, size, work);
   }
 
+  /// What a table over the linear normal costs, over the same frame without.
+  void normal_table(const Size& size) {
+    Scene scene = scene_for(size, SyntheticMode::Gel);
+    Pipeline plain = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+    constexpr uint32_t kSide = 17;
+    NormalTable& table = scene.sensor.photometric.table.emplace();
+    table.side = kSide;
+    for (uint32_t n = 0; n < kSide * kSide; ++n) {
+      table.nx.push_back(2.0 * (n % kSide) / (kSide - 1) - 1);
+      table.ny.push_back(2.0 * (n / kSide) / (kSide - 1) - 1);
+    }
+    Pipeline with = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+    add(compare("normal table", size.text(), {"with", [&] { with.process(scene.next()); }},
+                {"without", [&] { plain.process(scene.next()); }}, repetitions_, inner(size, 8)));
+  }
+
+  /// A gray gel's depth by table, frame to depth, beside OpenCV's difference, filter and table.
+  void lookup(const Size& size) {
+    Scene scene = scene_for(size, SyntheticMode::Lambert);
+    scene.sensor.reading = Reading::Lookup;
+    scene.sensor.lookup.points = {{4, 0}, {60, 0.8}, {120, 1.2}, {200, 1.5}};
+    Pipeline pipeline = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+    add(compare("frame to depth (lookup)", size.text(), {"palpate", [&] { pipeline.process(scene.next()); }},
+                {"OpenCV", [&] { sink_ += opencv_lookup(scene.next(), scene.background); }}, repetitions_,
+                inner(size, 8)));
+  }
+
   /// Frames a second with several frames in flight, as `palpate process` runs.
   void throughput(const Size& size, SyntheticMode mode) {
     Scene scene = scene_for(size, mode);
@@ -321,7 +348,7 @@ int run(int argc, char** argv) {
   CLI::App app("Times palpate's stages beside OpenCV and FFTW in one run.");
   gpu::ContextOptions options;
   int repetitions = 21;
-  bool weighted = false;
+  bool weighted = false, gels = false;
   std::string out;
   app.add_option("--device", options.device, "index or part of a name");
   app.add_option("--repetitions", repetitions, "paired repetitions")->check(CLI::Range(3, 1000));
@@ -329,6 +356,7 @@ int run(int argc, char** argv) {
   app.add_flag("--stages", options.timers,
                "GPU timers for single stages (they slow the frame down by a tenth)");
   app.add_flag("--weighted", weighted, "Weighted surfaces only: their rival takes half a minute");
+  app.add_flag("--gels", gels, "Readings of gels only: with a normal table, by a table of depth");
   CLI11_PARSE(app, argc, argv);
 
   gpu::Context context(options);
@@ -340,6 +368,11 @@ int run(int argc, char** argv) {
       bench.weighted(size);
       continue;
     }
+    if (gels) {
+      bench.normal_table(size);
+      bench.lookup(size);
+      continue;
+    }
     bench.contact(size);
     bench.upload(size);
     bench.moments(size);
@@ -347,6 +380,8 @@ int run(int argc, char** argv) {
     bench.elastic(size);
     bench.frame(size, SyntheticMode::Lambert);
     bench.frame(size, SyntheticMode::Gel);
+    bench.normal_table(size);
+    bench.lookup(size);
     bench.throughput(size, SyntheticMode::Lambert);
     bench.throughput(size, SyntheticMode::Gel);
   }
