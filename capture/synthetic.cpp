@@ -4,8 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "capture/synthetic_contact.h"
 #include "capture/synthetic_optics.h"
-#include "capture/synthetic_scene.h"
+#include "capture/synthetic_skin.h"
 #include "engine/error.h"
 
 namespace palpate {
@@ -36,74 +37,57 @@ void validate(const SyntheticOptions& o) {
   check(o.pad_young_MPa > 0 && o.pad_young_MPa < 1e6, "a pad modulus > 0 MPa", o.pad_young_MPa, "0.2");
   check(o.pad_thickness_mm > 0 && o.pad_thickness_mm < 1e4, "a pad thickness > 0 mm", o.pad_thickness_mm,
         "6");
+  check(o.skin == SyntheticSkin::None || o.width >= skin::kLeastWidth_px,
+        "a width of " + std::to_string(skin::kLeastWidth_px) + " px or more where the skin has a pattern",
+        o.width, "size=640x480, or skin=none");
+  check(o.hysteresis >= 0 && o.hysteresis <= 0.5, "a hysteresis of 0 to 0.5", o.hysteresis,
+        "hysteresis=0.05");
+  check(std::abs(o.drift_per_min) <= 0.5, "a drift of -0.5 to 0.5 per minute", o.drift_per_min, "drift=0.01");
+  const bool glows = o.mode == SyntheticMode::Waveguide;
+  check(glows || o.hysteresis == 0, "hysteresis only in mode waveguide", o.hysteresis, "mode=waveguide");
+  check(glows || o.drift_per_min == 0, "drift only in mode waveguide", o.drift_per_min, "mode=waveguide");
   check(o.friction > 0 && o.friction <= 10, "a friction coefficient of 0 to 10", o.friction, "0.5");
 }
 
 namespace {
 
-/// A function of the distance from the contact's centre, sampled evenly in r.
-struct RadialTable {
-  float per_px = 1;  // samples in one pixel
-  float last = 0;    // largest position that can be interpolated
-  std::vector<float> values;
+/// One indenter while it touches.
+struct Touching {
+  const ScriptState* state;
+  LayerContact contact;
+  double x_px, y_px;  // of its centre
+  double radius_mm;
+};
 
-  float at(float position) const {
-    position = std::min(position, last);
-    const auto i = static_cast<int>(position);
-    const float t = position - static_cast<float>(i);
-    return values[i] + t * (values[i + 1] - values[i]);
-  }
-  static RadialTable make(double per_px, int count) {
-    return {static_cast<float>(per_px), static_cast<float>(count - 2) + 0.999f, std::vector<float>(count)};
-  }
+/// How the skin moves under one contact, by distance from its centre.
+struct SkinField {
+  RadialTable pulled, turned;
+  float x_px, y_px;            // of the contact's centre
+  float pull_x_px, pull_y_px;  // of the core
+  float turn_rad, radius_px;
 };
 
 }  // namespace
 
-namespace {
-
-/// The pad and what presses on it.
-struct Mechanics {
-  Scene scene;
-  Layer layer;
-  double radius_mm;        // of the indenter
-  double force_scale = 1;  // on the script's forces
-  double stiffness_N_per_mm = 0;
-
-  explicit Mechanics(const SyntheticOptions& o)
-      : scene(find_scene(o.scene)),
-        layer({o.pad_young_MPa, 0.5}, o.pad_thickness_mm),
-        radius_mm(o.indenter_radius_mm > 0 ? o.indenter_radius_mm : scene.indenter_radius_mm) {
-    const double own_N = scene.largest_force_N();
-    if (o.force_N > 0 && own_N > 0) force_scale = o.force_N / own_N;
-    const double reference_N = own_N > 0 ? own_N * force_scale : 1;
-    stiffness_N_per_mm =
-        mindlin_stiffness_N_per_mm({o.pad_young_MPa, 0.5}, press(reference_N).summary().radius_mm);
-  }
-
-  LayerContact press(double force_N) const {
-    return scene.flat ? layer.press_flat(force_N, radius_mm) : layer.press_sphere(force_N, radius_mm);
-  }
-};
-
-}  // namespace
-
-struct SyntheticSensor::Impl : Mechanics {
+struct SyntheticSensor::Impl : PressedPad {
   SyntheticOptions options;
   double pitch_mm;
   double max_gray;
-  std::vector<ScriptState> states;
   optics::NormalNoise normal;
   std::vector<float> stray;  // mean of the untouched image, fixed pattern included; gray (not Gel)
   std::vector<float> field;  // touch light relative to the centre (Waveguide)
   std::vector<float> stray_sd;
+  std::optional<SkinMap> skin;
+  std::vector<float> fixed;  // the fixed pattern alone, where the skin has one (not Gel)
+  double stiffness_N_per_mm;
 
   explicit Impl(const SyntheticOptions& o)
-      : Mechanics(o),
+      : PressedPad(o),
         options(o),
         pitch_mm(optics::pitch_mm(o)),
         max_gray(std::ldexp(1.0, static_cast<int>(o.bit_depth)) - 1),
-        states(play(scene, o.rate_Hz, force_scale, stiffness_N_per_mm, o.friction)) {
+        stiffness_N_per_mm(script_rules(o).stiffness_N_per_mm) {
+    if (o.skin != SyntheticSkin::None) skin.emplace(o);
     if (o.mode != SyntheticMode::Gel) make_maps();
   }
 
@@ -131,9 +115,11 @@ struct SyntheticSensor::Impl : Mechanics {
     field.resize(stray.size());
     stray_sd.resize(stray.size());
     const optics::Field light(options);
+    if (skin) fixed.resize(stray.size());
     std::vector<float> row(w);
     for (uint32_t y = 0; y < h; ++y) {
       pattern(0, y, row);
+      if (skin) std::copy(row.begin(), row.end(), fixed.begin() + static_cast<std::ptrdiff_t>(size_t{y} * w));
       const double y_mm = (y - (h - 1) / 2.0) * pitch_mm;
       for (uint32_t x = 0; x < w; ++x) {
         const double x_mm = (x - (w - 1) / 2.0) * pitch_mm;
@@ -146,62 +132,67 @@ struct SyntheticSensor::Impl : Mechanics {
     }
   }
 
-  const ScriptState& state(uint64_t sequence) const { return states[sequence % states.size()]; }
   bool past_end(uint64_t sequence) const {
-    return options.repeat != 0 && sequence / states.size() >= options.repeat;
+    return options.repeat != 0 && sequence / frames() >= options.repeat;
   }
-  double center_x_px(const ScriptState& s) const {
-    return (options.width - 1) / 2.0 + s.indenter.x_mm / pitch_mm;
-  }
-  double center_y_px(const ScriptState& s) const {
-    return (options.height - 1) / 2.0 + s.indenter.y_mm / pitch_mm;
-  }
-
-  /// Touch light by distance: the pressure's mean over a pixel (the flat end's edge is broken by 0.1 mm),
-  /// then the response.
-  RadialTable touch_light(const LayerContact& contact) const {
-    const double half_mm = std::max(pitch_mm / 2, scene.flat ? 0.1 : 0.0), per_px = 4,
-                 step_mm = pitch_mm / per_px;
-    const double reach_mm = contact.summary().radius_mm + half_mm;
-    auto table = RadialTable::make(per_px, static_cast<int>(reach_mm / step_mm) + 4);
-    const double scale = optics::scale(options.bit_depth), limit = optics::kResponseLimit_gray * scale;
-    for (size_t i = 0; i < table.values.size(); ++i) {
-      const double r = static_cast<double>(i) * step_mm, out = r + half_mm, in = std::max(0.0, r - half_mm);
-      const double force_N = contact.force_within_N(out) - (in > 0 ? contact.force_within_N(in) : 0);
-      double gray = optics::kGrayPerMPa * scale * force_N / (std::numbers::pi * (out * out - in * in));
-      if (options.response == SyntheticResponse::Saturating) gray = limit * (1 - std::exp(-gray / limit));
-      table.values[i] = static_cast<float>(std::max(0.0, gray));
+  std::vector<Touching> touching(uint64_t sequence) const {
+    std::vector<Touching> all;
+    for (size_t i = 0; i < indenters(); ++i) {
+      const ScriptState& s = state(i, sequence);
+      if (s.indenter.force_N <= 0) continue;
+      const LayerContact contact = press(s.indenter.force_N);
+      all.push_back({&s, contact, (options.width - 1) / 2.0 + s.indenter.x_mm / pitch_mm,
+                     (options.height - 1) / 2.0 + s.indenter.y_mm / pitch_mm, contact.summary().radius_mm});
     }
-    table.values.end()[-1] = table.values.end()[-2] = 0;
-    return table;
+    return all;
   }
 
-  /// Depth by distance over the whole frame, mm.
-  RadialTable depth(const LayerContact& contact, double per_px) const {
-    const double reach_px = 2.0 * std::hypot(options.width, options.height) + 2;
-    // Nothing is drawn beyond the layer's reach of 16 thicknesses.
-    const double reach = std::min(reach_px, 16 * options.pad_thickness_mm / pitch_mm + 2);
-    auto table = RadialTable::make(per_px, static_cast<int>(reach * per_px) + 3);
-    for (size_t i = 0; i < table.values.size(); ++i)
-      table.values[i] = static_cast<float>(contact.deflection_mm(static_cast<double>(i) * pitch_mm / per_px));
-    return table;
-  }
-
-  /// d(depth)/dr / r by distance, 1/mm: times the offset from the centre it is the gradient.
-  RadialTable slope_over_r(const LayerContact& contact) const {
-    const double per_px = 2;
-    auto table = depth(contact, per_px);
-    const double step_mm = pitch_mm / per_px, a = contact.summary().radius_mm;
-    std::vector<double> slope(table.values.size());
-    for (size_t i = 1; i < slope.size(); ++i) {
-      const double r = static_cast<double>(i) * step_mm, h = std::min(0.1 * step_mm, r / 2);
-      // Differences within one side of the rim: a flat end's surface has an edge there.
-      const double low = r > a ? std::max(r - h, a) : r - h, high = r <= a ? std::min(r + h, a) : r + h;
-      slope[i] = (contact.deflection_mm(high) - contact.deflection_mm(low)) / (high - low) / r;
+  std::vector<SkinField> skin_fields(const std::vector<Touching>& all) const {
+    std::vector<SkinField> fields;
+    for (const Touching& t : all) {
+      const double per_px = 4, a = t.radius_mm, h = options.pad_thickness_mm, step_mm = pitch_mm / per_px;
+      const int count = static_cast<int>((a + 5 * h) / step_mm) + 3;  // there the taper is below 4e-4
+      SkinField f{RadialTable::make(per_px, count),
+                  RadialTable::make(per_px, count),
+                  static_cast<float>(t.x_px),
+                  static_cast<float>(t.y_px),
+                  static_cast<float>(t.state->shear_x_N / stiffness_N_per_mm / pitch_mm),
+                  static_cast<float>(t.state->shear_y_N / stiffness_N_per_mm / pitch_mm),
+                  static_cast<float>(t.state->turn_rad),
+                  static_cast<float>(a / pitch_mm)};
+      for (int i = 0; i + 2 < count; ++i) {
+        f.pulled.values[i] = static_cast<float>(pulled_share(i * step_mm, a, a * t.state->stick_share, h));
+        f.turned.values[i] = static_cast<float>(turned_share(i * step_mm, a, h));
+      }
+      fields.push_back(std::move(f));
     }
-    slope[0] = slope.size() > 1 ? slope[1] : 0;
-    std::copy(slope.begin(), slope.end(), table.values.begin());
-    return table;
+    return fields;
+  }
+
+  /// How far the skin that is now at x, y px has come along the surface, px.
+  static std::array<float, 2> shift_px(const std::vector<SkinField>& fields, float x, float y) {
+    float u = 0, v = 0;
+    for (const SkinField& f : fields) {
+      const float dx = x - f.x_px, dy = y - f.y_px, r = std::sqrt(dx * dx + dy * dy);
+      const float pulled = f.pulled.at(r * f.pulled.per_px);
+      u += f.pull_x_px * pulled;
+      v += f.pull_y_px * pulled;
+      if (f.turn_rad == 0 || r == 0) continue;
+      const float turned = f.turn_rad * f.radius_px * f.turned.at(r * f.turned.per_px) / r;
+      u -= turned * dy;
+      v += turned * dx;
+    }
+    return {u, v};
+  }
+
+  /// Light of the skin's pattern along one row, over that of bare skin.
+  void skin_row(const std::vector<SkinField>& fields, uint32_t y, std::vector<float>& row) const {
+    const auto fy = static_cast<float>(y);
+    for (uint32_t x = 0; x < options.width; ++x) {
+      const auto fx = static_cast<float>(x);
+      const auto [u, v] = shift_px(fields, fx, fy);
+      row[x] = skin->at(fx - u, fy - v);
+    }
   }
 
   template <class Pixel>
@@ -226,103 +217,120 @@ struct SyntheticSensor::Impl : Mechanics {
   }
 
   void render_gray(uint64_t sequence, Frame& frame) const {
-    const ScriptState& s = state(sequence);
     const uint32_t w = options.width, h = options.height;
-    const bool touching = s.indenter.force_N > 0, lambert = options.mode == SyntheticMode::Lambert;
-    const LayerContact contact = press(s.indenter.force_N);
-    RadialTable light;
-    if (touching) light = lambert ? facing_light(contact) : touch_light(contact);
-    const auto cx = static_cast<float>(center_x_px(s));
-    const double cy = center_y_px(s),
-                 reach = touching ? (static_cast<double>(light.values.size()) - 1) / light.per_px : -1;
-    const auto begin = static_cast<uint32_t>(std::clamp(std::floor(cx - reach), 0.0, double(w)));
-    const auto end = static_cast<uint32_t>(std::clamp(std::ceil(cx + reach) + 1, 0.0, double(w)));
+    const bool lambert = options.mode == SyntheticMode::Lambert;
+    struct Lit {
+      RadialTable light;
+      float x_px;
+      double y_px, reach_px;
+      uint32_t begin, end;
+    };
+    const std::vector<Touching> contacts = touching(sequence);
+    const double drift = 1 + options.drift_per_min * static_cast<double>(sequence) / options.rate_Hz / 60;
+    std::vector<Lit> lit;
+    for (const Touching& t : contacts) {
+      Lit l;
+      l.light = lambert ? facing_light(t.contact) : touch_light(t.contact, t.state->light * drift);
+      l.x_px = static_cast<float>(t.x_px);
+      l.y_px = t.y_px;
+      l.reach_px = (static_cast<double>(l.light.values.size()) - 1) / l.light.per_px;
+      l.begin = static_cast<uint32_t>(std::clamp(std::floor(l.x_px - l.reach_px), 0.0, double(w)));
+      l.end = static_cast<uint32_t>(std::clamp(std::ceil(l.x_px + l.reach_px) + 1, 0.0, double(w)));
+      if (l.begin < l.end) lit.push_back(std::move(l));
+    }
+    const std::vector<SkinField> fields = skin ? skin_fields(contacts) : std::vector<SkinField>{};
     const double per_e = max_gray / optics::kFullWell_e;
     const auto read_variance =
         static_cast<float>(options.noise ? per_e * per_e * optics::kReadNoise_e * optics::kReadNoise_e : 0);
     const auto shot = static_cast<float>(options.noise ? per_e : 0);
     const auto dark = static_cast<float>(black());
-    std::vector<float> noise(w), mean(w), sd(w);
+    std::vector<float> noise(w), mean(w), sd(w), light(w);
+    const auto set_noise = [&](uint32_t begin, uint32_t end) {
+      for (uint32_t x = begin; x < end; ++x)
+        sd[x] = std::sqrt(read_variance + shot * std::max(0.0f, mean[x] - dark));
+    };
     for (uint32_t y = 0; y < h; ++y) {
       make_noise(sequence, 0, y, noise);
       const size_t i = size_t{y} * w;
-      const auto dy = static_cast<float>(y - cy);
-      if (!touching || std::abs(dy) > reach || begin >= end) {
+      const auto crosses = [y](const Lit& l) {
+        return std::abs(static_cast<float>(y - l.y_px)) <= l.reach_px;
+      };
+      if (!skin && std::none_of(lit.begin(), lit.end(), crosses)) {
         store(stray.data() + i, stray_sd.data() + i, noise.data(), frame.row(0, y));
         continue;
       }
       std::copy_n(stray.data() + i, w, mean.data());
       std::copy_n(stray_sd.data() + i, w, sd.data());
-      for (uint32_t x = begin; x < end; ++x) {
-        const float dx = static_cast<float>(x) - cx;
-        const float touch = light.at(std::sqrt(dx * dx + dy * dy) * light.per_px);
-        mean[x] += lambert ? touch : touch * field[i + x];
+      for (const Lit& l : lit) {
+        if (!crosses(l)) continue;
+        const auto dy = static_cast<float>(y - l.y_px);
+        for (uint32_t x = l.begin; x < l.end; ++x) {
+          const float touch = l.light.at(static_cast<float>(x) - l.x_px, dy);
+          mean[x] += lambert ? touch : touch * field[i + x];
+        }
       }
-      for (uint32_t x = begin; x < end; ++x)
-        sd[x] = std::sqrt(read_variance + shot * std::max(0.0f, mean[x] - dark));
+      if (skin) {
+        skin_row(fields, y, light);
+        for (uint32_t x = 0; x < w; ++x) {
+          const float floor = dark + fixed[i + x];
+          mean[x] = floor + (mean[x] - floor) * light[x];
+        }
+        set_noise(0, w);
+      } else {
+        for (const Lit& l : lit)
+          if (crosses(l)) set_noise(l.begin, l.end);
+      }
       store(mean.data(), sd.data(), noise.data(), frame.row(0, y));
     }
   }
 
-  /// Lambert: facing_gray * n_z inside the contact, nothing outside; the rim pixel is blended by its share
-  /// inside.
-  RadialTable facing_light(const LayerContact& contact) const {
-    const double per_px = 4, a_px = contact.summary().radius_mm / pitch_mm;
-    auto table = RadialTable::make(per_px, static_cast<int>((a_px + 1) * per_px) + 4);
-    for (size_t i = 0; i < table.values.size(); ++i) {
-      const double r_px = static_cast<double>(i) / per_px,
-                   slope = scene.flat ? 0 : std::min(r_px, a_px) * pitch_mm / radius_mm;
-      const double inside = std::clamp(a_px - r_px + 0.5, 0.0, 1.0);
-      table.values[i] = static_cast<float>(inside * optics::kFacing_gray * optics::scale(options.bit_depth) /
-                                           std::sqrt(1 + slope * slope));
-    }
-    return table;
-  }
-
   void render_gel(uint64_t sequence, Frame& frame) const {
-    const ScriptState& s = state(sequence);
     const uint32_t w = options.width, h = options.height;
-    const bool touching = s.indenter.force_N > 0;
-    RadialTable table;
-    if (touching) table = slope_over_r(press(s.indenter.force_N));
-    const auto cx = static_cast<float>(center_x_px(s)), pitch = static_cast<float>(pitch_mm);
-    const double cy = center_y_px(s);
+    const std::vector<Touching> contacts = touching(sequence);
+    std::vector<RadialTable> tables;
+    for (const Touching& t : contacts) tables.push_back(slope_over_r(t.contact));
+    const std::vector<SkinField> fields = skin ? skin_fields(contacts) : std::vector<SkinField>{};
+    const auto pitch = static_cast<float>(pitch_mm);
     const double per_e = max_gray / optics::kFullWell_e;
     const auto read_variance =
         static_cast<float>(options.noise ? per_e * per_e * optics::kReadNoise_e * optics::kReadNoise_e : 0);
     const auto shot = static_cast<float>(options.noise ? per_e : 0);
     const auto dark = static_cast<float>(optics::kBlack_gray);
-    std::vector<float> nx(w, 0.0f), ny(w, 0.0f), nz(w, 1.0f), mean(w), sd(w), noise(w), fixed(w);
+    std::vector<float> nx(w, 0.0f), ny(w, 0.0f), nz(w, 1.0f), mean(w), sd(w), noise(w), still(w),
+        light(w, 1.0f);
     for (uint32_t y = 0; y < h; ++y) {
-      const auto dy = static_cast<float>(y - cy);
-      if (touching) {
+      for (size_t k = 0; k < contacts.size(); ++k) {
+        const auto cx = static_cast<float>(contacts[k].x_px), dy = static_cast<float>(y - contacts[k].y_px);
         for (uint32_t x = 0; x < w; ++x) {
           const float dx = static_cast<float>(x) - cx;
-          const float slope = table.at(std::sqrt(dx * dx + dy * dy) * table.per_px) * pitch;
-          nx[x] = slope * dx;
-          ny[x] = slope * dy;
+          const float slope = tables[k].at(dx, dy) * pitch;
+          nx[x] = (k > 0 ? nx[x] : 0) + slope * dx;
+          ny[x] = (k > 0 ? ny[x] : 0) + slope * dy;
         }
+      }
+      if (!contacts.empty()) {
         for (uint32_t x = 0; x < w; ++x) {
           nz[x] = 1 / std::sqrt(1 + nx[x] * nx[x] + ny[x] * ny[x]);
           nx[x] *= nz[x];
           ny[x] *= nz[x];
         }
       }
+      if (skin) skin_row(fields, y, light);
       const double v = h > 1 ? 2.0 * y / (h - 1) - 1 : 0;
       for (uint32_t c = 0; c < 3; ++c) {
-        const auto light = optics::gel_light(static_cast<int>(c));
-        const auto lx = static_cast<float>(light[0]), ly = static_cast<float>(light[1]),
-                   lz = static_cast<float>(light[2]);
+        const auto from = optics::gel_light(static_cast<int>(c));
+        const auto lx = static_cast<float>(from[0]), ly = static_cast<float>(from[1]),
+                   lz = static_cast<float>(from[2]);
         const double left = optics::gel_brightness(static_cast<int>(c), w > 1 ? -1 : 0, v) * max_gray;
         const double right = optics::gel_brightness(static_cast<int>(c), w > 1 ? 1 : 0, v) * max_gray;
         const auto start = static_cast<float>(left),
                    step = static_cast<float>(w > 1 ? (right - left) / (w - 1) : 0);
-        pattern(c, y, fixed);
+        pattern(c, y, still);
         make_noise(sequence, c, y, noise);
         for (uint32_t x = 0; x < w; ++x) {
           const float power = start + step * static_cast<float>(x);
-          const float light_gray = power * std::max(0.0f, nx[x] * lx + ny[x] * ly + nz[x] * lz);
-          mean[x] = dark + fixed[x] + light_gray;
+          const float light_gray = power * std::max(0.0f, nx[x] * lx + ny[x] * ly + nz[x] * lz) * light[x];
+          mean[x] = dark + still[x] + light_gray;
           sd[x] = std::sqrt(read_variance + shot * light_gray);
         }
         store(mean.data(), sd.data(), noise.data(), frame.row(c, y));
@@ -347,7 +355,7 @@ double SyntheticSensor::rate_Hz() const {
 }
 std::optional<uint64_t> SyntheticSensor::frame_count() const {
   if (impl_->options.repeat == 0) return std::nullopt;
-  return impl_->states.size() * impl_->options.repeat;
+  return impl_->frames() * impl_->options.repeat;
 }
 
 bool SyntheticSensor::next(Frame& frame) {
@@ -371,21 +379,28 @@ std::optional<Frame> SyntheticSensor::own_background() const {
   frame.reshape(impl_->format());
   const uint32_t w = impl_->options.width, h = impl_->options.height;
   const std::vector<float> none(w, 0.0f);
-  std::vector<float> mean(w), fixed(w);
+  std::vector<float> mean(w), still(w), light(w, 1.0f);
   for (uint32_t c = 0; c < frame.format.channels; ++c) {
     for (uint32_t y = 0; y < h; ++y) {
+      if (impl_->skin) impl_->skin_row({}, y, light);
       if (impl_->options.mode == SyntheticMode::Gel) {
-        impl_->pattern(c, y, fixed);
+        impl_->pattern(c, y, still);
         const int channel = static_cast<int>(c);
         const double v = h > 1 ? 2.0 * y / (h - 1) - 1 : 0,
                      facing = optics::gel_light(channel)[2] * impl_->max_gray;
         for (uint32_t x = 0; x < w; ++x) {
           const double u = w > 1 ? 2.0 * x / (w - 1) - 1 : 0;
-          mean[x] = fixed[x] +
-                    static_cast<float>(optics::kBlack_gray + optics::gel_brightness(channel, u, v) * facing);
+          mean[x] =
+              still[x] + static_cast<float>(optics::kBlack_gray + optics::gel_brightness(channel, u, v) *
+                                                                      facing * double{light[x]});
         }
       } else {
-        std::copy_n(impl_->stray.data() + size_t{y} * w, w, mean.data());
+        const size_t i = size_t{y} * w;
+        std::copy_n(impl_->stray.data() + i, w, mean.data());
+        for (uint32_t x = 0; impl_->skin && x < w; ++x) {
+          const float floor = static_cast<float>(impl_->black()) + impl_->fixed[i + x];
+          mean[x] = floor + (mean[x] - floor) * light[x];
+        }
       }
       impl_->store(mean.data(), none.data(), none.data(), frame.row(c, y));
     }
@@ -394,37 +409,71 @@ std::optional<Frame> SyntheticSensor::own_background() const {
 }
 
 LayerContact SyntheticSensor::contact(uint64_t sequence) const {
-  return impl_->press(impl_->state(sequence).indenter.force_N);
+  return impl_->press(impl_->state(0, sequence).indenter.force_N);
+}
+
+std::array<double, 2> SyntheticSensor::skin_shift_px(uint64_t sequence, double x_px, double y_px) const {
+  const std::vector<SkinField> fields = impl_->skin_fields(impl_->touching(sequence));
+  double u = 0, v = 0;
+  // The fields say where the skin at a place came from; the way there is much longer than their scale.
+  for (int i = 0; i < 50; ++i) {
+    const auto shift = Impl::shift_px(fields, static_cast<float>(x_px + u), static_cast<float>(y_px + v));
+    u = double{shift[0]};
+    v = double{shift[1]};
+  }
+  return {u, v};
 }
 
 std::optional<Truth> SyntheticSensor::truth(uint64_t sequence) const {
   if (impl_->past_end(sequence)) return std::nullopt;
-  const ScriptState& s = impl_->state(sequence);
-  const LayerContact contact = impl_->press(s.indenter.force_N);
+  const std::vector<Touching> contacts = impl_->touching(sequence);
+  const ScriptState& first = impl_->state(0, sequence);
+  const uint32_t w = impl_->options.width, h = impl_->options.height;
   Truth t;
   t.sequence = sequence;
   t.time_s = static_cast<double>(sequence) / impl_->options.rate_Hz;
-  t.contact = s.indenter.force_N > 0;
-  t.force_N = s.indenter.force_N;
-  t.shear_x_N = s.shear_x_N;
-  t.shear_y_N = s.shear_y_N;
-  t.slipping = s.slipping;
-  t.center_x_px = impl_->center_x_px(s);
-  t.center_y_px = impl_->center_y_px(s);
-  t.radius_px = t.contact ? contact.summary().radius_mm / impl_->pitch_mm : 0;
-  t.indentation_mm = t.contact ? contact.summary().indentation_mm : 0;
-  const uint32_t w = impl_->options.width, h = impl_->options.height;
+  t.contact = !contacts.empty();
+  t.center_x_px = (w - 1) / 2.0 + first.indenter.x_mm / impl_->pitch_mm;
+  t.center_y_px = (h - 1) / 2.0 + first.indenter.y_mm / impl_->pitch_mm;
+  double x = 0, y = 0, turn = 0, squares = 0;
+  for (const Touching& c : contacts) {
+    const ScriptState& s = *c.state;
+    const double force_N = s.indenter.force_N, radius_px = c.radius_mm / impl_->pitch_mm;
+    t.contacts.push_back({force_N, c.x_px, c.y_px, radius_px});
+    t.force_N += force_N;
+    t.shear_x_N += s.shear_x_N;
+    t.shear_y_N += s.shear_y_N;
+    t.slipping |= s.slipping;
+    t.stick_share = std::min(t.stick_share, s.stick_share);
+    t.indentation_mm = std::max(t.indentation_mm, c.contact.summary().indentation_mm);
+    x += force_N * c.x_px;
+    y += force_N * c.y_px;
+    turn += force_N * s.turn_rad;
+    squares += radius_px * radius_px;
+  }
   t.depth_mm.assign(size_t{w} * h, 0.0f);
   if (!t.contact) return t;
-  const RadialTable table = impl_->depth(contact, 4);
-  const auto cx = static_cast<float>(t.center_x_px);
-  for (uint32_t y = 0; y < h; ++y) {
-    const auto dy = static_cast<float>(y - t.center_y_px);
-    for (uint32_t x = 0; x < w; ++x) {
-      const float dx = static_cast<float>(x) - cx;
-      t.depth_mm[size_t{y} * w + x] = table.at(std::sqrt(dx * dx + dy * dy) * table.per_px);
+  t.torsion_rad = turn / t.force_N;
+  t.radius_px = std::sqrt(squares);
+  if (contacts.size() == 1) {
+    t.center_x_px = contacts.front().x_px;
+    t.center_y_px = contacts.front().y_px;
+    t.radius_px = t.contacts.front().radius_px;
+  } else {
+    t.center_x_px = x / t.force_N;
+    t.center_y_px = y / t.force_N;
+  }
+  for (const Touching& c : contacts) {
+    const RadialTable table = impl_->depth(c.contact, 4);
+    const auto cx = static_cast<float>(c.x_px);
+    for (uint32_t row = 0; row < h; ++row) {
+      const auto dy = static_cast<float>(row - c.y_px);
+      for (uint32_t column = 0; column < w; ++column)
+        t.depth_mm[size_t{row} * w + column] += table.at(static_cast<float>(column) - cx, dy);
     }
   }
+  for (const float depth_mm : t.depth_mm) t.volume_mm3 += std::max(0.0, double{depth_mm});
+  t.volume_mm3 *= impl_->pitch_mm * impl_->pitch_mm;
   return t;
 }
 
@@ -433,7 +482,7 @@ double SyntheticSensor::noise_sd_gray(double gray) const {
 }
 
 double shear_stiffness_N_per_mm(const SyntheticOptions& options) {
-  return Mechanics(options).stiffness_N_per_mm;
+  return script_rules(options).stiffness_N_per_mm;
 }
 
 double gray_per_MPa(const SyntheticOptions& options) {

@@ -8,6 +8,7 @@
 #include "capture/synthetic.h"
 #include "capture/synthetic_optics.h"
 #include "capture/synthetic_scene.h"
+#include "capture/synthetic_skin.h"
 #include "engine/error.h"
 #include "engine/solve/elastic_kernel.h"
 
@@ -17,7 +18,7 @@ namespace {
 constexpr const char* kKeys =
     "size=WxH, bits=8..16, mode=waveguide|gel|lambert, response=linear|saturating, seed=N, rate=HZ, "
     "repeat=N, noise=on|off, "
-    "falloff=SHARE, force=N, radius=MM";
+    "falloff=SHARE, force=N, radius=MM, skin=none|markers|texture, hysteresis=SHARE, drift=SHARE_PER_MIN";
 
 template <class Number>
 Number parse_number(const std::string& key, const std::string& text) {
@@ -44,6 +45,8 @@ const std::map<std::string, SyntheticMode> kModes = {{"waveguide", SyntheticMode
                                                      {"lambert", SyntheticMode::Lambert}};
 const std::map<std::string, SyntheticResponse> kResponses = {{"linear", SyntheticResponse::Linear},
                                                              {"saturating", SyntheticResponse::Saturating}};
+const std::map<std::string, SyntheticSkin> kSkins = {
+    {"none", SyntheticSkin::None}, {"markers", SyntheticSkin::Markers}, {"texture", SyntheticSkin::Texture}};
 const std::map<std::string, bool> kSwitch = {{"on", true}, {"off", false}};
 
 template <class Value>
@@ -121,6 +124,12 @@ SyntheticOptions parse_synthetic(const std::string& input) {
       o.force_N = parse_number<double>(key, value);
     else if (key == "radius")
       o.indenter_radius_mm = parse_number<double>(key, value);
+    else if (key == "skin")
+      o.skin = choose(key, value, kSkins);
+    else if (key == "hysteresis")
+      o.hysteresis = parse_number<double>(key, value);
+    else if (key == "drift")
+      o.drift_per_min = parse_number<double>(key, value);
     else
       throw Error(Failure::Input, "an option of the synthetic sensor", "'" + key + "'", kKeys);
   }
@@ -134,6 +143,10 @@ std::string to_string(const SyntheticOptions& o) {
     << "&seed=" << o.seed << "&rate=" << o.rate_Hz << "&repeat=" << o.repeat
     << "&noise=" << name_of(o.noise, kSwitch) << "&falloff=" << o.falloff << "&force=" << o.force_N
     << "&radius=" << o.indenter_radius_mm;
+  // What is new says nothing where it is not used: recordings keep their names.
+  if (o.skin != SyntheticSkin::None) s << "&skin=" << name_of(o.skin, kSkins);
+  if (o.hysteresis != 0) s << "&hysteresis=" << o.hysteresis;
+  if (o.drift_per_min != 0) s << "&drift=" << o.drift_per_min;
   return s.str();
 }
 
@@ -189,8 +202,32 @@ Sensor synthetic_sensor(const SyntheticOptions& o) {
     f.covariance = {0, 0, relative * relative * f.c1_N_per_gray * f.c1_N_per_gray};
     s.force = f;
   }
+  if (o.skin != SyntheticSkin::None) {
+    const double light = SkinMap(o).mean();
+    SkinPattern pattern;
+    if (o.skin == SyntheticSkin::Markers) {
+      pattern.spacing_px = skin::kSpacing_mm / s.pitch_mm_per_px;
+      pattern.size_px = 2 * skin::kRadius_mm / s.pitch_mm_per_px;
+      // What a moved marker uncovers is no touch.
+      s.threshold_gray *= 2;
+    } else {
+      pattern.kind = SkinKind::Texture;
+      pattern.spacing_px = std::max(0.6 / s.pitch_mm_per_px, 8.0);
+      pattern.size_px = std::max(0.4 / s.pitch_mm_per_px, 6.0);
+    }
+    s.skin = pattern;
+    s.elastic.gray_per_MPa *= light;
+    if (s.force) {
+      // How much pattern lies under a contact differs from place to place.
+      const double relative = o.skin == SyntheticSkin::Markers ? 0.02 : 0.01;
+      s.force->c1_N_per_gray /= light;
+      s.force->gray_max *= light;
+      s.force->covariance[2] = relative * relative * s.force->c1_N_per_gray * s.force->c1_N_per_gray;
+    }
+  }
   const double stiffness = shear_stiffness_N_per_mm(o);
   s.shear = ShearCalibration{stiffness, stiffness, o.friction, 0.005};
+  if (s.skin) s.shear->signal = ShearSignal::Skin;
   return s;
 }
 

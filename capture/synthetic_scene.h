@@ -1,4 +1,4 @@
-// The scripts of the synthetic sensor: where the indenter is and how hard it presses, and what friction makes
+// The scripts of the synthetic sensor: where indenters are and how hard they press, and what friction makes
 // of it.
 #pragma once
 
@@ -13,19 +13,26 @@ struct Keyframe {
   double x_mm = 0;  ///< from the centre of the image, right
   double y_mm = 0;  ///< down
   double force_N = 0;
+  double pull_x = 0;  ///< tangential load, as a share of the friction limit: moves the indenter on from x_mm
+  double pull_y = 0;
+  double turn = 0;  ///< about the normal, from +x towards +y, as a share of what friction holds
 };
+
+using Script = std::vector<Keyframe>;  ///< times ascend from 0
 
 struct Scene {
   std::string name;
   std::string description;
   bool flat = false;  ///< flat-ended cylinder instead of a sphere
   double indenter_radius_mm = 8;
-  std::vector<Keyframe> keyframes;  ///< times ascend from 0
+  Script keyframes;
+  std::vector<Script> others = {};  ///< of further indenters of the same kind, far from each other
 
-  double duration_s() const { return keyframes.back().time_s; }
-  double largest_force_N() const;
-  Keyframe at(double time_s) const;
+  double duration_s() const;
+  double largest_force_N() const;  ///< of one indenter
 };
+
+Keyframe at(const Script& script, double time_s);
 
 const std::vector<Scene>& scenes();
 /// Throws Error(Failure::Input) that lists the names.
@@ -37,11 +44,24 @@ struct ScriptState {
   double shear_x_N = 0;
   double shear_y_N = 0;
   bool slipping = false;
+  double stick_share = 1;  ///< Cattaneo: (1 - Q / (mu P))^(1/3); 0 while it slides
+  double turn_rad = 0;     ///< of the skin under the contact
+  double light = 1;        ///< touch light over that of the same force while loading
 };
 
-/// The states at frames 0, 1, ... of the scene: a spring K from where the contact stuck to the pad, whose
-/// foot is dragged along once it pulls with friction * F_z (Coulomb). Forces are scaled by `force_scale`.
-std::vector<ScriptState> play(const Scene& scene, double rate_Hz, double force_scale,
-                              double stiffness_N_per_mm, double friction);
+/// What turns a script into states.
+struct ScriptRules {
+  double rate_Hz = 30;
+  double force_scale = 1;  ///< on the script's forces
+  double stiffness_N_per_mm = 1;
+  double friction = 0.5;
+  double turn_limit_rad = 0;   ///< what friction holds at 1 N; grows with the cube root of the force
+  double hysteresis = 0;       ///< see SyntheticOptions
+  double largest_force_N = 0;  ///< full scale of the hysteresis, scaled
+};
+
+/// The states at `frames` frames of the script: a spring K from where the contact stuck to the pad, whose
+/// foot is dragged along once it pulls with friction * F_z (Coulomb).
+std::vector<ScriptState> play(const Script& script, size_t frames, const ScriptRules& rules);
 
 }  // namespace palpate

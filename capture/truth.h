@@ -14,7 +14,9 @@ struct TrueContact {
   double radius_px = 0;
 };
 
-/// Truth of one synthetic frame. Pixel coordinates as in Touch; x right, y down.
+/// Truth of one synthetic frame. Pixel coordinates as in Touch; x right, y down. With several contacts forces
+/// are sums, the centre and the turn weighted by force, the radius that of a circle of their area, the
+/// indentation and the slip those of the worst.
 struct Truth {
   uint64_t sequence = 0;
   double time_s = 0;

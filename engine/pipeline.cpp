@@ -12,8 +12,11 @@
 #include "engine/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/mechanics/contact_shape.h"
+#include "engine/mechanics/contact_tracker.h"
 #include "engine/mechanics/force.h"
 #include "engine/mechanics/shear.h"
+#include "engine/mechanics/skin.h"
 #include "engine/skipping.h"
 #include "engine/solve/elastic_convolution.h"
 #include "engine/solve/poisson_dct.h"
@@ -22,6 +25,8 @@
 #include "engine/stages/elastic.h"
 #include "engine/stages/lookup.h"
 #include "engine/stages/pad.h"
+#include "engine/stages/regions.h"
+#include "engine/stages/skin.h"
 #include "engine/stages/slope.h"
 #include "engine/stages/surface.h"
 #include "engine/stages/upload.h"
@@ -37,7 +42,7 @@ void require(bool fits, const Sensor& sensor, const std::string& wanted, const s
   if (!fits) throw Error(Failure::Sensor, "sensor '" + sensor.name + "' with " + wanted, found, remedy);
 }
 
-void check_fit(const Sensor& sensor, const FrameFormat& format, bool surface) {
+void check_fit(const Sensor& sensor, const FrameFormat& format, uint32_t outputs) {
   const uint64_t pixels = uint64_t{format.width} * format.height;
   require(
       pixels > 0 && pixels <= kMaxPixels && format.width <= kMaxSide_px && format.height <= kMaxSide_px,
@@ -62,7 +67,14 @@ void check_fit(const Sensor& sensor, const FrameFormat& format, bool surface) {
             "none inside " + std::to_string(format.width) + " x " + std::to_string(format.height) + " px",
             "'pad' in px of the rectified frame");
   }
-  if (!surface) return;
+  if (follows_skin(sensor, wants(outputs, Output::Skin), wants(outputs, Output::Force))) {
+    require(sensor.skin.has_value(), sensor, "a pattern on the skin", "none",
+            "'skin' in the sensor file, or outputs without skin");
+    require(sensor.background.kind == BackgroundKind::Untouched, sensor,
+            "an untouched image in which the skin's pattern is found", "background.source 'none'",
+            "'untouched', or outputs without skin");
+  }
+  if (!wants(outputs, Output::Surface)) return;
   require(sensor.reading != Reading::None, sensor,
           "a surface reading (shading, photometric, elastic or lookup)", "none",
           "asking for force only, or adding 'surface' to the sensor file");
@@ -76,19 +88,6 @@ void check_fit(const Sensor& sensor, const FrameFormat& format, bool surface) {
           "gray frames for reading 'lookup'", "colour frames", "channels 1 in the sensor file");
 }
 
-Ellipse ellipse_of(const ContactMoments& m, double pitch_mm) {
-  // Central second moments of the area; 1/12 is a single pixel's own.
-  const double n = static_cast<double>(m.area);
-  const double mx = static_cast<double>(m.x) / n, my = static_cast<double>(m.y) / n;
-  const double xx = static_cast<double>(m.xx) / n - mx * mx + 1.0 / 12;
-  const double yy = static_cast<double>(m.yy) / n - my * my + 1.0 / 12;
-  const double xy = static_cast<double>(m.xy) / n - mx * my;
-  const double middle = (xx + yy) / 2, half = std::hypot((xx - yy) / 2, xy);
-  // A filled ellipse of semi-axis s has the second moment s^2 / 4 along it.
-  return {4 * std::sqrt(middle + half) * pitch_mm, 4 * std::sqrt(std::max(middle - half, 0.0)) * pitch_mm,
-          std::atan2(2 * xy, xx - yy) / 2};
-}
-
 // Whether so much of the contact is clipped that its depth cannot be right: a share of its area, and in the
 // reading `shading` more than what the 5 x 5 filter leaves dark along its rim, whatever its slope.
 bool too_many_clipped(const Touch& t, const Sensor& sensor) {
@@ -100,19 +99,6 @@ bool too_many_clipped(const Touch& t, const Sensor& sensor) {
     allowed_px += kRim_px * std::numbers::pi * across_px / std::numbers::sqrt2;
   }
   return static_cast<double>(t.clipped_px) > allowed_px;
-}
-
-// The same sums with x and y counted from a place dx to the left of it and dy above.
-ContactMoments moved(ContactMoments m, int64_t dx, int64_t dy) {
-  const auto area = static_cast<int64_t>(m.area), gray = static_cast<int64_t>(m.gray);
-  m.xx += 2 * dx * m.x + dx * dx * area;
-  m.yy += 2 * dy * m.y + dy * dy * area;
-  m.xy += dx * m.y + dy * m.x + dx * dy * area;
-  m.x += dx * area;
-  m.y += dy * area;
-  m.gray_x += dx * gray;
-  m.gray_y += dy * gray;
-  return m;
 }
 
 }  // namespace
@@ -145,12 +131,14 @@ struct Pipeline::Impl {
     gpu::DeviceBuffer datum_records;
     gpu::DeviceBuffer border_records;  // Reading::Elastic
     gpu::DeviceBuffer clipped;         // the other readings
+    gpu::DeviceBuffer skin_records;
     gpu::Commands commands;
     // Only for SurfaceSolver::Exact, which leaves the GPU in between.
     gpu::DeviceBuffer right_side;
     gpu::DeviceBuffer solved;
     gpu::Commands after_solve;
 
+    Regions::Slot parts;        // with Output::Contacts
     WeightedFrame::Slot known;  // where not everything is
 
     FramePlace place;  // for which the commands were recorded
@@ -171,8 +159,16 @@ struct Pipeline::Impl {
         wants_surface(wants(with_options.outputs, Output::Surface)),
         wants_confidence(needs_confidence(with_sensor, with_options.outputs)),
         contact(gpu_context, with_sensor, frame_format,
-                wants_surface && with_sensor.reading != Reading::Photometric, tuning),
+                wants_surface && with_sensor.reading != Reading::Photometric, tuning,
+                wants(with_options.outputs, Output::Contacts)),
+        skin_tracker(with_sensor.pitch_mm_per_px),
         shear(with_sensor.pitch_mm_per_px) {
+    if (wants(options.outputs, Output::Contacts)) {
+      regions.emplace(context, contact, format);
+      tracker.emplace(sensor, format);
+    }
+    if (follows_skin(sensor, wants(options.outputs, Output::Skin), wants(options.outputs, Output::Force)))
+      skin.emplace(context, sensor, format);
     if (sensor.background.kind == BackgroundKind::Untouched)
       background.emplace(context, "background", format);
     if (wants_surface && sensor.reading == Reading::Elastic) {
@@ -213,6 +209,7 @@ struct Pipeline::Impl {
 
   void make(Slot& slot) {
     if (pad) slot.padded = gpu::Commands(context);
+    if (regions) slot.parts = regions->slot(context);
     if (slot.frame.staged()) {
       slot.staged = gpu::Commands(context);
       slot.staged.begin();
@@ -240,6 +237,16 @@ struct Pipeline::Impl {
   /// The untouched image, or where nothing is subtracted anything of its shape: it is not read.
   const PaddedImage& rest(const Slot& slot) const { return background ? *background : slot.frame; }
 
+  /// Where the skin's pattern is in the untouched image; commands know how many points there are.
+  void find_skin(const Frame& untouched) {
+    skin->set_background(untouched);
+    for (Slot& slot : slots) {
+      slot.skin_records =
+          gpu::DeviceBuffer(context, "skin motions", skin->record_bytes(), gpu::Memory::Readback);
+      record(slot);
+    }
+  }
+
   /// The frame's pixels on their way into the slot's padded image.
   void upload(Slot& slot, const Frame& frame) {
     const PageImport* import = pad ? pad->find(frame) : nullptr;
@@ -266,6 +273,8 @@ struct Pipeline::Impl {
     gpu::Commands& cmd = slot.commands;
     cmd.begin();
     contact.record(cmd, slot.frame, rest(slot), slot.records);
+    if (regions) regions->record(cmd, slot.frame, rest(slot), slot.records, slot.parts);
+    if (skin && skin->ready()) skin->record(cmd, slot.frame, slot.skin_records);
     if (partial) partial->record(context, cmd, slot.known, slot.frame);
     const bool weights = partial && partial->solves();
     if (weights)
@@ -355,30 +364,14 @@ struct Pipeline::Impl {
     const int64_t center_x = at.frame_width / 2, center_y = at.frame_height / 2;  // as in ContactMoments
     const ContactMoments m = moved(contact.sum(records), int64_t{at.x} + format.width / 2 - center_x,
                                    int64_t{at.y} + format.height / 2 - center_y);
-    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    const ShapeScale scale{static_cast<double>(center_x), static_cast<double>(center_y),
+                           sensor.pitch_mm_per_px};
     Touch t;
     t.sequence = slot.sequence;
     t.time_ns = slot.time_ns;
     t.contact = m.area > 0;
-    t.gray_sum = static_cast<double>(m.gray) / 256;
-    t.area_px = m.area;
-    t.area_mm2 = static_cast<double>(m.area) * sensor.pitch_mm_per_px * sensor.pitch_mm_per_px;
-    t.peak_gray = m.peak / 256.0;
-    t.saturated_px = m.saturated;
-    t.centroid_x_px = t.centroid_y_px = kNaN;
-    if (t.contact) {
-      // A threshold of 0 lets pixels without any gray count as contact; their centroid is the area's.
-      const bool weighted = m.gray > 0;
-      const double weight = static_cast<double>(weighted ? m.gray : m.area);
-      t.centroid_x_px =
-          static_cast<double>(center_x) + static_cast<double>(weighted ? m.gray_x : m.x) / weight;
-      t.centroid_y_px =
-          static_cast<double>(center_y) + static_cast<double>(weighted ? m.gray_y : m.y) / weight;
-      t.ellipse = ellipse_of(m, sensor.pitch_mm_per_px);
-    }
-    if (sensor.force) t.force_N = force_from_gray(*sensor.force, t.gray_sum, t.contact, t.saturated_px > 0);
-    if (slot.after_gap) shear.interrupt();
-    shear.update(sensor.shear ? &*sensor.shear : nullptr, t);
+    set_shape(t, m, scale);
+    if (regions) measure_regions(slot, records, scale, t);
     if (wants_surface) {
       slot.datum_records.invalidate();
       const RestLevel rest =
@@ -387,6 +380,9 @@ struct Pipeline::Impl {
       t.depth_datum_mm = -rest.level_mm;
       t.depth_max_mm = rest.highest_mm - rest.level_mm;
       t.datum_from_rest = rest.from_untouched;
+      t.volume_mm3 = datum->volume_px_mm(records, slot.datum_records.as<const shared::DatumRecord>(),
+                                         elastic ? 0 : rest.level_mm) *
+                     sensor.pitch_mm_per_px * sensor.pitch_mm_per_px;
       t.depth_validity = !t.contact           ? Validity::NoContact
                          : t.saturated_px > 0 ? Validity::Saturated
                                               : Validity::Valid;
@@ -398,7 +394,43 @@ struct Pipeline::Impl {
         measure_clipped(slot, t);
     }
     if (partial) partial->report(slot.known, t);
+    if (slot.after_gap) force.interrupt();
+    if (sensor.force) t.force_N = force.update(*sensor.force, force_reading(t));
+    if (slot.after_gap) shear.interrupt();
+    if (skin) measure_skin(slot, t);
+    shear.update(sensor.shear ? &*sensor.shear : nullptr, t);
+    if (tracker) {
+      if (slot.after_gap) tracker->interrupt();
+      tracker->update(t);
+    }
     return t;
+  }
+
+  // Each region of the contact, not followed yet.
+  void measure_regions(const Slot& slot, std::span<const shared::ContactRecord> records,
+                       const ShapeScale& scale, Touch& t) {
+    const FramePlace& at = slot.place;
+    t.has_contacts = true;
+    t.regions_overflow = !regions->find(slot.parts, records, found);
+    for (const Region& region : found) {
+      ContactTouch& one = t.contacts.emplace_back();
+      set_shape(one,
+                moved(region.moments, int64_t{at.x} + format.width / 2 - int64_t{at.frame_width / 2},
+                      int64_t{at.y} + format.height / 2 - int64_t{at.frame_height / 2}),
+                scale);
+      one.box = {region.box.x + at.x, region.box.y + at.y, region.box.width, region.box.height};
+    }
+  }
+
+  void measure_skin(const Slot& slot, Touch& t) {
+    slot.skin_records.invalidate();
+    skin->read(slot.skin_records.as<const Skin::Motion>(), t.skin_points, skin_sd_px);
+    if (slot.after_gap) skin_tracker.interrupt();
+    const double per_px = 1 / sensor.pitch_mm_per_px;
+    const ContactOutline outline{t.centroid_x_px, t.centroid_y_px, t.ellipse.major_mm * per_px,
+                                 t.ellipse.minor_mm * per_px, t.ellipse.angle_rad};
+    t.has_skin = true;
+    t.skin = skin_tracker.update(t.contact ? &outline : nullptr, t.skin_points, skin_sd_px);
   }
 
   void measure_clipped(const Slot& slot, Touch& t) const {
@@ -443,6 +475,9 @@ struct Pipeline::Impl {
   std::optional<PaddedImage> background;  // where one is subtracted
   bool has_background = false;
   Contact contact;
+  std::optional<Regions> regions;
+  std::optional<ContactTracker> tracker;
+  std::vector<Region> found;  // of the frame that is measured; kept so that frames allocate nothing
   FramePlace place{0, 0, format.width, format.height};
   Grid map = grid_for(format.width, format.height);  // of the depth
   std::optional<Slope> slope;
@@ -453,6 +488,10 @@ struct Pipeline::Impl {
   std::optional<ElasticConvolution> convolution;
   std::optional<Lookup> lookup;          // in place of slope and surface
   std::optional<WeightedFrame> partial;  // where not everything is known
+  ForceHistory force;
+  std::optional<Skin> skin;              // where its pattern is followed
+  std::vector<float> skin_sd_px;
+  SkinTracker skin_tracker;
   ShearTracker shear;
   std::optional<Pad> pad;  // where leased frames are read in place
   std::deque<Slot> slots;
@@ -462,7 +501,7 @@ struct Pipeline::Impl {
 Pipeline::Pipeline(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
                    const PipelineOptions& options) {
   validate(sensor, sensor.name);
-  check_fit(sensor, format, wants(options.outputs, Output::Surface));
+  check_fit(sensor, format, options.outputs);
   if (options.tuning) validate(*options.tuning, context.properties().limits);
   if (options.skip_untouched && Skipping::possible(sensor, format, options))
     skipping_ = std::make_unique<Skipping>(context, sensor, format, options);
@@ -483,6 +522,10 @@ Pipeline::~Pipeline() {
 void Pipeline::place(const FramePlace& place) {
   if (impl_->slope) impl_->slope->place(place);
   impl_->place = place;
+}
+
+void Pipeline::leave_unfollowed() {
+  impl_->tracker.reset();
 }
 
 void Pipeline::set_background(const Frame& frame) {
@@ -510,6 +553,8 @@ void Pipeline::set_background(const Frame& frame) {
   commands.submit();
   commands.wait();
   if (impl_->partial) impl_->partial->set_background(frame);
+  impl_->has_background = false;
+  if (impl_->skin) impl_->find_skin(frame);
   impl_->has_background = true;
 }
 
@@ -532,6 +577,7 @@ bool Pipeline::submit(const Frame& frame) {
     slot.submitted = Clock::now();
     try {
       impl_->upload(slot, frame);
+      if (impl_->regions) Regions::start(slot.parts);
       slot.commands.submit(slot.first);
     } catch (...) {
       slot.give_back();
@@ -640,17 +686,19 @@ std::vector<gpu::ScopeTraffic> Pipeline::traffic() const {
 
 uint64_t Pipeline::memory_bytes() const {
   if (skipping_) return skipping_->memory_bytes();
-  uint64_t bytes = impl_->contact.filtered().bytes();
+  uint64_t bytes = impl_->contact.filtered().bytes() + impl_->contact.marks().bytes();
+  if (impl_->regions) bytes += impl_->regions->memory_bytes();
   if (impl_->background) bytes += impl_->background->memory_bytes();
   if (impl_->surface) bytes += impl_->surface->memory_bytes();
   if (impl_->elastic) bytes += impl_->elastic->memory_bytes();
   if (impl_->lookup) bytes += impl_->lookup->memory_bytes();
   if (impl_->partial) bytes += impl_->partial->memory_bytes();
+  if (impl_->skin) bytes += impl_->skin->memory_bytes();
   for (const Impl::Slot& slot : impl_->slots) {
-    bytes += WeightedFrame::memory_bytes(slot.known);
+    bytes += WeightedFrame::memory_bytes(slot.known) + Regions::memory_bytes(slot.parts);
     bytes += slot.frame.memory_bytes() + slot.records.bytes() + slot.depth.buffer.bytes() +
-             slot.datum_records.bytes() + slot.border_records.bytes() + slot.clipped.bytes() +
-             slot.right_side.bytes() + slot.solved.bytes();
+             slot.datum_records.bytes() + slot.skin_records.bytes() + slot.border_records.bytes() +
+             slot.clipped.bytes() + slot.right_side.bytes() + slot.solved.bytes();
   }
   return bytes;
 }

@@ -158,6 +158,8 @@ class Pipeline {
   /// Frames submitted from here on are parts of larger ones: centroids are theirs, and weights that vary over
   /// the frame.
   void place(const FramePlace& place);
+  /// Touch::contacts are a frame's regions with their shapes, small ones too: the caller follows them.
+  void leave_unfollowed();
 
   struct Impl;
   std::unique_ptr<Impl> impl_;

@@ -31,35 +31,6 @@ void read_contact(const Json& json, const std::string& where, Sensor& sensor) {
   contact.finish();
 }
 
-ForceCalibration read_force(const Json& json, const std::string& where) {
-  Reader reader(json, where);
-  ForceCalibration force;
-  force.c1_N_per_gray = reader.number("c1_N_per_gray", -kHuge, kHuge, "N per gray level");
-  force.c0_N = reader.number("c0_N", -1e6, 1e6, "N");
-  force.residual_sd_N = reader.number("residual_sd_N", 0, 1e6, "N");
-  if (reader.has("covariance")) {
-    const Json& covariance = reader.array("covariance", 3, "var(c0), cov(c0, c1), var(c1)");
-    for (size_t i = 0; i < 3; ++i)
-      force.covariance[i] =
-          Reader::checked(covariance[i], reader.path("covariance"), i == 1 ? -kHuge : 0, kHuge, "");
-  }
-  force.gray_min = reader.number("gray_min", 0, 1e16, "gray levels");
-  force.gray_max = reader.number("gray_max", 0, 1e16, "gray levels");
-  reader.finish();
-  return force;
-}
-
-ShearCalibration read_shear(const Json& json, const std::string& where) {
-  Reader reader(json, where);
-  ShearCalibration shear;
-  shear.kx_N_per_mm = reader.number("kx_N_per_mm", 1e-9, 1e6, "N per mm");
-  shear.ky_N_per_mm = reader.number("ky_N_per_mm", 1e-9, 1e6, "N per mm");
-  shear.friction = reader.number("friction", 0, 100, "");
-  reader.number("relative_sd", 0, 10, "", shear.relative_sd);
-  reader.finish();
-  return shear;
-}
-
 Json to_json(const Sensor& s) {
   Json contact{{"signal", to_string(s.signal)},
                {"filter", to_string(s.filter)},

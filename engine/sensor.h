@@ -61,9 +61,9 @@ enum class ForceModel {
 struct ForceCurve {
   double c1 = 0;  ///< N per unit of the signal (to the exponent)
   double c0_N = 0;
-  double exponent = 1;                       ///< ForceModel::Power
+  double exponent = 1;                         ///< ForceModel::Power
   std::vector<std::array<double, 2>> knots{};  ///< ForceModel::Spline: signal, N; both rise
-  double residual_sd_N = 0;                  ///< scatter of single readings about the curve
+  double residual_sd_N = 0;                    ///< scatter of single readings about the curve
 };
 
 /// Signal to normal force, for loading and unloading together and, where they differ, apart. The names of
@@ -77,13 +77,14 @@ struct ForceCalibration {
   double gray_max = 0;
   ForceSignal signal = ForceSignal::GraySum;
   ForceModel model = ForceModel::Line;
-  double exponent = 1;                       ///< ForceModel::Power
+  double exponent = 1;                         ///< ForceModel::Power
   std::vector<std::array<double, 2>> knots{};  ///< ForceModel::Spline: signal, N; both rise
   std::optional<ForceCurve> loading{}, unloading{};
   double force_max_N = 0;      ///< full scale: largest force of the gauge; 0: not stated
   double hysteresis = 0;       ///< largest difference between the directions, share of full scale
   double drift_N_per_min = 0;  ///< of the residual over the calibration's time
   double r_squared = 0;        ///< 0: not stated
+  double residual_share = 0;   ///< scatter that grows with the force: its share, added in squares
   Origin origin{};
 };
 

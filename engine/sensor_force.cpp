@@ -20,6 +20,10 @@ std::vector<std::array<double, 2>> read_knots(Reader& reader, const char* key) {
     knots.push_back({Reader::checked(knot[0], reader.path(key), -1e16, 1e16, ""),
                      Reader::checked(knot[1], reader.path(key), -1e6, 1e6, "N")});
   }
+  for (size_t i = 1; i < knots.size(); ++i)
+    if (!(knots[i][0] > knots[i - 1][0]) || knots[i][1] < knots[i - 1][1])
+      fail(reader.path(key), "a signal that rises and a force that does not fall from knot to knot",
+           shown(list[i - 1]) + ", " + shown(list[i]));
   return knots;
 }
 
@@ -58,7 +62,7 @@ ForceCalibration read_force(const Json& json, const std::string& where) {
       force.covariance[i] =
           Reader::checked(covariance[i], reader.path("covariance"), i == 1 ? -kHuge : 0, kHuge, "");
   }
-  force.gray_min = reader.number("gray_min", 0, 1e16, "gray levels");
+  force.gray_min = reader.number("gray_min", -1e16, 1e16, "gray levels");
   force.gray_max = reader.number("gray_max", 0, 1e16, "gray levels");
   reader.choice("signal", kForceSignals, force.signal);
   reader.choice("model", kForceModels, force.model);
@@ -68,10 +72,20 @@ ForceCalibration read_force(const Json& json, const std::string& where) {
        {std::pair<const char*, std::optional<ForceCurve>*>{"loading", &force.loading},
         std::pair<const char*, std::optional<ForceCurve>*>{"unloading", &force.unloading}})
     if (reader.has(key)) *branch = read_curve(reader.at(key), reader.path(key));
+  if (force.loading.has_value() != force.unloading.has_value())
+    fail(where, "'loading' and 'unloading', or neither", "one of them");
+  if (force.model == ForceModel::Spline && force.loading)
+    for (const auto& [key, curve] :
+         {std::pair<const char*, const ForceCurve*>{"loading", &*force.loading},
+          std::pair<const char*, const ForceCurve*>{"unloading", &*force.unloading}})
+      if (curve->knots.size() < 2)
+        fail(reader.path(key) + ".knots", "2 knots or more for model 'spline'",
+             std::to_string(curve->knots.size()));
   reader.number("force_max_N", 0, 1e6, "N", force.force_max_N);
   reader.number("hysteresis", 0, 10, "share of full scale", force.hysteresis);
   reader.number("drift_N_per_min", -1e6, 1e6, "N per min", force.drift_N_per_min);
   reader.number("r_squared", -1e6, 1, "", force.r_squared);
+  reader.number("residual_share", 0, 10, "", force.residual_share);
   force.origin = read_origin(reader);
   reader.finish();
   return force;
@@ -105,6 +119,7 @@ Json force_json(const ForceCalibration& f) {
   if (f.hysteresis != 0) json["hysteresis"] = f.hysteresis;
   if (f.drift_N_per_min != 0) json["drift_N_per_min"] = f.drift_N_per_min;
   if (f.r_squared != 0) json["r_squared"] = f.r_squared;
+  if (f.residual_share != 0) json["residual_share"] = f.residual_share;
   add_origin(json, f.origin);
   return json;
 }

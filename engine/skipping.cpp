@@ -8,6 +8,7 @@
 #include "engine/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/mechanics/force.h"
+#include "engine/stages/skin.h"
 
 namespace palpate {
 namespace {
@@ -81,6 +82,7 @@ bool Skipping::possible(const Sensor& sensor, const FrameFormat& format, const P
       sensor.background.kind == BackgroundKind::Untouched && sensor.filter == Filter::Binomial5;
   const bool surface = wants(options.outputs, Output::Surface);
   return usual && !needs_confidence(sensor, options.outputs) &&
+         !follows_skin(sensor, wants(options.outputs, Output::Skin), wants(options.outputs, Output::Force)) &&
          !(surface && (sensor.reading == Reading::Elastic || sensor.reading == Reading::Lookup ||
                        options.solver == SurfaceSolver::Exact)) &&
          std::lround(sensor.threshold_gray * 128) > 0 && !window_sizes(format).empty();
@@ -95,6 +97,10 @@ Skipping::Skipping(gpu::Context& context, const Sensor& sensor, const FrameForma
       whole_(context, without(sensor, false), format, for_parts(options)),
       shear_(sensor.pitch_mm_per_px),
       slots_(std::max(options.slots, 1u)) {
+  if (wants(options.outputs, Output::Contacts)) {
+    tracker_.emplace(sensor, format);
+    whole_.leave_unfollowed();
+  }
   for (const PixelRect& size : window_sizes(format)) {
     FrameFormat part = format;
     part.width = size.width;
@@ -102,6 +108,7 @@ Skipping::Skipping(gpu::Context& context, const Sensor& sensor, const FrameForma
     PipelineOptions of_window = for_parts(options);
     of_window.upload = Upload::Copy;  // of what is cut out
     windows_.push_back({size, Pipeline(context, without(sensor, true), part, of_window), {}});
+    if (tracker_) windows_.back().pipeline.leave_unfollowed();
   }
   part_.bytes.reserve(
       FrameFormat{windows_.back().size.width, windows_.back().size.height, format.channels, format.bit_depth}
@@ -241,7 +248,6 @@ Result Skipping::finish(uint32_t index) {
   Touch& t = result.touch;
   if (slot.pipeline != &whole_) {
     t.saturated_px = slot.saturated_px;
-    if (sensor_.force) t.force_N = force_from_gray(*sensor_.force, t.gray_sum, t.contact, t.saturated_px > 0);
     if (t.has_surface && t.contact && t.saturated_px > 0) t.depth_validity = Validity::Saturated;
     if (wants_surface_) {
       result.surface.width = format_.width;
@@ -249,8 +255,15 @@ Result Skipping::finish(uint32_t index) {
       result.surface.window = slot.place;
     }
   }
+  // Which branch the force is on and where the shear counts from are the whole frames' history.
+  if (slot.after_gap) force_.interrupt();
+  if (sensor_.force) t.force_N = force_.update(*sensor_.force, force_reading(t));
   if (slot.after_gap) shear_.interrupt();
   shear_.update(sensor_.shear ? &*sensor_.shear : nullptr, t);
+  if (tracker_) {
+    if (slot.after_gap) tracker_->interrupt();
+    tracker_->update(t);
+  }
   result.turnaround_ms = std::chrono::duration<double, std::milli>(Clock::now() - slot.submitted).count();
   return result;
 }
@@ -260,6 +273,7 @@ Touch Skipping::untouched(const Slot& slot) const {
   t.sequence = slot.sequence;
   t.time_ns = slot.time_ns;
   t.centroid_x_px = t.centroid_y_px = std::numeric_limits<double>::quiet_NaN();
+  t.has_contacts = tracker_.has_value();
   t.has_surface = wants_surface_;
   if (wants_surface_) {
     t.datum_from_rest = true;

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "engine/gpu/buffer.h"
+#include "engine/mechanics/contact_tracker.h"
+#include "engine/mechanics/force.h"
 #include "engine/mechanics/shear.h"
 #include "engine/pipeline.h"
 #include "engine/stages/touched.h"
@@ -85,6 +87,8 @@ class Skipping {
   std::deque<Window> windows_;  ///< smallest first
   Frame part_;
   gpu::DeviceBuffer flat_;  ///< the map of a frame without contact: no pixel of it is in its window
+  std::optional<ContactTracker> tracker_;
+  ForceHistory force_;
   ShearTracker shear_;
   std::vector<Slot> slots_;
   std::deque<uint32_t> in_flight_;

@@ -66,10 +66,11 @@ struct OpenCvContact::Impl {
   Sensor sensor;
   cv::Mat change8, work8, blurred8, contact8, change32, rest32, blurred32, mask32;
   double area = 0;
+  cv::Mat mask8, labels, stats, centers;
 };
 
 OpenCvContact::OpenCvContact(const Frame& background, const Sensor& sensor)
-    : impl_(new Impl{background, sensor, {}, {}, {}, {}, {}, {}, {}, {}, 0}) {
+    : impl_(new Impl{background, sensor, {}, {}, {}, {}, {}, {}, {}, {}, 0, {}, {}, {}, {}}) {
   plane_of(background, 0).convertTo(impl_->rest32, CV_32F);
 }
 OpenCvContact::~OpenCvContact() = default;
@@ -80,6 +81,13 @@ double OpenCvContact::run_8bit(const Frame& frame) {
   cv::GaussianBlur(m.change8, m.blurred8, {5, 5}, 0, 0, cv::BORDER_REPLICATE);
   cv::threshold(m.blurred8, m.contact8, m.sensor.threshold_gray - kBelow, 0, cv::THRESH_TOZERO);
   return cv::moments(m.contact8).m00;
+}
+
+double OpenCvContact::run_regions(const Frame& frame) {
+  Impl& m = *impl_;
+  run_8bit(frame);
+  cv::threshold(m.contact8, m.mask8, 0, 255, cv::THRESH_BINARY);
+  return cv::connectedComponentsWithStats(m.mask8, m.labels, m.stats, m.centers, 8) - 1;
 }
 
 double OpenCvContact::run_float(const Frame& frame) {

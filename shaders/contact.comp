@@ -1,9 +1,11 @@
 // Background subtraction, 5x5 binomial filter, threshold and moments in one pass. Rows stream through registers; one invocation
 // owns a tile two texels wide (32 pixels of 8 bits, 16 of 16) and TILE_ROWS high. Everything is integer, so the sums are exact
-// and the same on every device. Variants: WIDE (16-bit pixels), PLANES (1 or 3).
+// and the same on every device. Variants: WIDE (16-bit pixels), PLANES (1 or 3), PARTS (sums of the parts that regions.comp found in a
+// tile: one invocation owns a part).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/contact.h"
+#include "shaders/shared/regions.h"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint TILE_ROWS = 32;
@@ -11,13 +13,21 @@ layout(constant_id = 4) const uint SIGNAL = 0;  // 0 brighter, 1 darker, 2 eithe
 layout(constant_id = 5) const uint KEEP = 0;    // 1: store the filtered image
 layout(constant_id = 6) const uint KEEP_SHIFT = 0;  // drops fraction bits so that a stored value fits 16 bits
 layout(constant_id = 7) const uint SUBTRACT = 1;  // 0: the frame is the change already, the rest image is not read
+layout(constant_id = 8) const uint KEEP_MARKS = 0;  // 1: store which pixels are contact
 
 layout(binding = 0) uniform usamplerBuffer frame_texels;
 layout(binding = 1) uniform usamplerBuffer frame_words;
 layout(binding = 2) uniform usamplerBuffer rest_texels;
 layout(binding = 3) uniform usamplerBuffer rest_words;
 layout(binding = 4) writeonly buffer Records { ContactRecord records[]; };
+#ifdef PARTS
+layout(binding = 5) readonly buffer Parts { RegionPart parts[]; };
+layout(binding = 6) uniform usamplerBuffer part_marks;
+layout(binding = 7) readonly buffer Count { uint part_count; };
+#else
 layout(binding = 5) writeonly buffer Filtered { uvec4 filtered[]; };
+layout(binding = 6) writeonly buffer Marks { uint marks[]; };  // TILE_ROWS of a tile, a bit a pixel from the left
+#endif
 layout(push_constant) uniform Push { ContactPush push; };
 
 #include "shaders/contact_sums.glsl"
@@ -98,6 +108,7 @@ uvec4 filter_down(inout Column c, uvec4 h) {
 }
 Half filter_down(inout Columns c, Half h) { return Half(filter_down(c.even, h.even), filter_down(c.odd, h.odd)); }
 
+#ifndef PARTS
 // Two texels' filtered pixels as the slope stage reads them, 16 bits each, in order.
 void keep(Half v, uint texel) {
 #ifdef WIDE
@@ -108,10 +119,23 @@ void keep(Half v, uint texel) {
   filtered[texel + 1] = uvec4(low.z, high.z, low.w, high.w);
 #endif
 }
+#endif
 
 void main() {
+#ifdef PARTS
+  uint part = gl_GlobalInvocationID.x;
+  if (part >= push.parts) return;
+  // Without a part no loop makes a turn.
+  bool given = part < part_count;
+  uint tile = given ? parts[part].tile : 0;
+  int first_row = int(parts[part].first_row), last_row = int(parts[part].last_row);
+  int lead_in = given ? 4 : 0, rows = given ? int(TILE_ROWS) : 0;
+#else
   uint tile = gl_GlobalInvocationID.x;
   if (tile >= push.tiles_x * push.tiles_y) return;
+  const int lead_in = 4, rows = int(TILE_ROWS);
+  uint ends = 0;
+#endif
   uint tile_x = tile % push.tiles_x;
   int y0 = int(tile / push.tiles_x * TILE_ROWS);
   int height = int(push.height);
@@ -120,7 +144,7 @@ void main() {
   Columns down_a = Columns(empty, empty), down_b = down_a;
   Whole whole = start_whole();
 
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < lead_in; ++i) {
     Fetched r = fetch_row(tile_x, y0 - 2 + i);
     filter_down(down_a, r.a);
     filter_down(down_b, r.b);
@@ -129,28 +153,51 @@ void main() {
     notice_saturated(b, r.raw_b);
   }
 
-  for (int i = 0; i < int(TILE_ROWS); ++i) {
+  for (int i = 0; i < rows; ++i) {
     int y = y0 + i;
     Fetched r = fetch_row(tile_x, y + 2);
     Half v_a = filter_down(down_a, r.a), v_b = filter_down(down_b, r.b);
     notice_saturated(a, r.raw_a);
     notice_saturated(b, r.raw_b);
+#ifdef PARTS
+    uint own = i >= first_row && i <= last_row ? texelFetch(part_marks, int(part * kMaxTileRows) + i).x : 0;
+    a.inside = unpack(own & ((1u << TEXEL_COLUMNS) - 1));
+    b.inside = unpack(own >> TEXEL_COLUMNS);
+#else
     if (KEEP == 1 && y < height) {
       uint texel = (uint(y) * push.tiles_x + tile_x) * (TEXEL_COLUMNS / 4);
       keep(v_a, texel);
       keep(v_b, texel + TEXEL_COLUMNS / 8);
     }
+#endif
     Row row = start_row();
-    add(b, whole, row, v_b, y < height);
-    add(a, whole, row, v_a, y < height);
+    uvec4 marks_b = add(b, whole, row, v_b, y < height), marks_a = add(a, whole, row, v_a, y < height);
     add_row(whole, row);
+#ifndef PARTS
+    ends |= at_ends(y, row.count);
+    if (KEEP_MARKS == 1) marks[tile * TILE_ROWS + i] = pack(marks_a) | (pack(marks_b) << TEXEL_COLUMNS);
+#endif
   }
 
   ContactRecord record = record_of(whole, a, b);
-  int rows = any_saturated(a) || any_saturated(b) ? min(int(TILE_ROWS), height - y0) : 0;
-  for (int i = 0; i < rows; ++i) {
+#ifdef PARTS
+  // Tiles without saturated pixels make no turn here; each row counts its own pixels.
+  int counted = given && parts[part].saturated > 0 ? last_row + 1 : 0;
+  for (int i = first_row; i < counted; ++i) {
+    uint own = texelFetch(part_marks, int(part * kMaxTileRows) + i).x;
+    a.inside = unpack(own & ((1u << TEXEL_COLUMNS) - 1));
+    b.inside = unpack(own >> TEXEL_COLUMNS);
+    int at = (y0 + i) * int(push.pitch) + 2 * int(tile_x) + 1;
+    record.saturated += count_saturated(a, at) + count_saturated(b, at + 1);
+  }
+  if (given) records[part] = record;
+#else
+  record.border = ends != 0 || at_sides(2 * tile_x * TEXEL_COLUMNS, a, b) ? 1 : 0;
+  int full = any_saturated(a) || any_saturated(b) ? min(int(TILE_ROWS), height - y0) : 0;
+  for (int i = 0; i < full; ++i) {
     int at = (y0 + i) * int(push.pitch) + 2 * int(tile_x) + 1;
     record.saturated += count_saturated(a, at) + count_saturated(b, at + 1);
   }
   records[tile] = record;
+#endif
 }

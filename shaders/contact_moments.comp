@@ -8,9 +8,11 @@
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint TILE_ROWS = 32;
 layout(constant_id = 4) const uint BRIGHT = 0;  // 1: a threshold of 128 gray levels or more
+layout(constant_id = 5) const uint KEEP_MARKS = 0;  // 1: store which pixels are contact
 
 layout(binding = 0) uniform usamplerBuffer frame_texels;
 layout(binding = 1) writeonly buffer Records { ContactRecord records[]; };
+layout(binding = 2) writeonly buffer Marks { uint marks[]; };
 layout(push_constant) uniform Push { ContactPush push; };
 
 const int TEXELS = 2;                // of 16 pixels: a tile's width
@@ -49,8 +51,8 @@ struct Row {
   uint count, count_words, gray, gray_odd;
 };
 
-// Adds one texel of a row; texels come from right to left.
-void add(inout Sums s, inout Row row, uvec4 v, uint reach, uint here) {
+// Adds one texel of a row; texels come from right to left. Returns the marks of its contact pixels.
+uvec4 add(inout Sums s, inout Row row, uvec4 v, uint reach, uint here) {
   uvec4 hit = at_least(v, reach, BRIGHT == 1) & s.inside & here;
   uvec4 one = hit >> 7;
   uvec4 gray = v & ((hit << 1) - one), odd = (gray >> 8) & EVEN;
@@ -63,6 +65,13 @@ void add(inout Sums s, inout Row row, uvec4 v, uint reach, uint here) {
     row.count += one[i];
     row.count_words += row.count;
   }
+  return one;
+}
+
+// A texel's marks as bits from the left.
+uint pack(uvec4 one) {
+  uvec4 bits = (one * 0x10204080u) >> 28;
+  return bits.x | (bits.y << 4) | (bits.z << 8) | (bits.w << 12);
 }
 
 // Adds bytes 0 and 2 (`even`), 1 and 3 (`odd`) of a texel's column sums, weighted with the column and its square.
@@ -86,7 +95,7 @@ void main() {
   Sums s[TEXELS];
   for (int t = 0; t < TEXELS; ++t) s[t] = Sums(inside(uint(TEXELS * tile_x + t) * 16), uvec4(0), uvec4(0), uvec4(0));
   uvec4 brightest = uvec4(0);  // of each byte, in the word's highest one
-  uint area = 0, sum_k = 0, pairs = 0, sum_c = 0, sum_ck = 0, gray = 0, gray_k = 0;
+  uint area = 0, sum_k = 0, pairs = 0, sum_c = 0, sum_ck = 0, gray = 0, gray_k = 0, ends = 0;
 
   // Heights are even, and two rows to a turn keep more in registers.
   for (int i = 0; i < int(TILE_ROWS); i += 2) for (int j = 0; j < 2; ++j) {
@@ -95,11 +104,14 @@ void main() {
     // Below the frame the last row is read again, as padding repeats the last column: neither is brighter than the frame.
     int at = min(y, height - 1) * int(push.pitch) + left;
     Row row = Row(0, 0, 0, 0);
+    uint marked = 0;
     for (int t = TEXELS - 1; t >= 0; --t) {
       uvec4 v = texelFetch(frame_texels, at + t);
       for (int w = 0; w < 4; ++w) brightest = max(brightest, uvec4(v[w] << 24, v[w] << 16, v[w] << 8, v[w]));
-      add(s[t], row, v, reach, here);
+      marked = (marked << 16) | pack(add(s[t], row, v, reach, here));
     }
+    if (KEEP_MARKS == 1) marks[tile * TILE_ROWS + i + j] = marked;
+    ends |= y == 0 || y == height - 1 ? row.count : 0u;
     // Rows are weighted by sums of sums: each adds once for itself and for each row below.
     uint count = sum_bytes(row.count);
     area += count;
@@ -116,6 +128,11 @@ void main() {
     weigh(s[t].count & EVEN, (s[t].count >> 8) & EVEN, 16 * t, unused, sum_cc);
     weigh(s[t].gray - (s[t].gray_odd << 8), s[t].gray_odd, 16 * t, gray_c, unused);
   }
+  uvec4 last = uvec4(0);  // columns' counts in the image's last one
+  for (int t = 0; t < TEXELS; ++t)
+    last |= s[t].count & (((s[t].inside & ~inside(uint(TEXELS * tile_x + t) * 16 + 1)) >> 7) * 0xffu);
+  bool sides = (last.x | last.y | last.z | last.w) != 0 || (tile_x == 0 && (s[0].count.x & 0xffu) != 0);
+
   // Without a filter the brightest pixel of all is the brightest of the contact, if it belongs to it.
   uint top = max4(brightest) >> 24, peak = top >= limit ? top * kGrayUnits : 0;
 
@@ -131,5 +148,5 @@ void main() {
   const uint base = kGrayBase / kGrayUnits;
   records[tile] = ContactRecord(area, sum_c, sum_cc, sum_k, 2 * pairs - sum_k, sum_ck, gray % base * kGrayUnits, gray / base,
                                 gray_c % base * kGrayUnits, gray_c / base, gray_k % base * kGrayUnits, gray_k / base, peak,
-                                saturated, 0, 0);
+                                saturated, ends != 0 || sides ? 1 : 0, 0);
 }

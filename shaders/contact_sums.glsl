@@ -144,8 +144,23 @@ uint count_saturated(Sums s, int at) {
 }
 void notice_saturated(inout Sums s, Half raw) { s.saturated |= saturated_of(raw.even) | saturated_of(raw.odd); }
 
-// Adds one texel of a filtered row, nothing of a row outside the image; texels come from right to left.
-void add(inout Sums s, inout Whole whole, inout Row row, Half v, bool here) {
+// Marks of a texel's pixels, a byte each, as bits from the left, and the other way round.
+#ifdef WIDE
+uvec4 bits_of(uvec4 one) { return (one | (one >> 7)) & 3u; }
+uvec4 marks_of(uvec4 bits) { return (bits | (bits << 7)) & 0x0101u; }
+#else
+uvec4 bits_of(uvec4 one) { return (one * 0x10204080u) >> 28; }
+uvec4 marks_of(uvec4 bits) { return (bits * 0x00204081u) & 0x01010101u; }
+#endif
+uint pack(uvec4 one) {
+  uvec4 bits = bits_of(one);
+  return bits.x | (bits.y << WORD_COLUMNS) | (bits.z << 2 * WORD_COLUMNS) | (bits.w << 3 * WORD_COLUMNS);
+}
+uvec4 unpack(uint bits) { return marks_of((uvec4(bits) >> (uvec4(0, 1, 2, 3) * WORD_COLUMNS)) & ((1u << WORD_COLUMNS) - 1)); }
+
+// Adds one texel of a filtered row, nothing of a row outside the image; texels come from right to left. Returns the marks of its
+// contact pixels.
+uvec4 add(inout Sums s, inout Whole whole, inout Row row, Half v, bool here) {
 #ifdef WIDE
   uint limit = here ? push.threshold * 2 : 0xffffffffu;
   uvec4 even = at_least(v.even, limit) & s.inside, odd = at_least(v.odd, limit) & (s.inside >> 8);
@@ -178,6 +193,7 @@ void add(inout Sums s, inout Whole whole, inout Row row, Half v, bool here) {
     row.count += one[i];
     row.count_words += row.count;
   }
+  return one;
 }
 
 uint sum_bytes(uint w) { return (w * 0x01010101u) >> 24; }
@@ -234,3 +250,13 @@ ContactRecord record_of(Whole whole, Sums a, Sums b) {
   return ContactRecord(whole.area, whole.c, sum_cc, whole.k, 2 * whole.pairs - whole.k, whole.ck, whole.gray_low, whole.gray_high,
                        gray_c_low, gray_c_high, whole.gray_k_low, whole.gray_k_high, max(peak_of(a), peak_of(b)), 0, 0, 0);
 }
+
+// Whether the tile that begins in `column` counts pixels in the image's first or last column.
+bool at_sides(uint column, Sums a, Sums b) {
+  uvec4 last_a = a.count & ((a.inside & ~inside(column + 1)) * 0xffu);
+  uvec4 last_b = b.count & ((b.inside & ~inside(column + TEXEL_COLUMNS + 1)) * 0xffu);
+  uvec4 last = last_a | last_b;
+  return (last.x | last.y | last.z | last.w) != 0 || (column == 0 && (a.count.x & 0xffu) != 0);
+}
+// As a row's `count`: only of the image's first and last row.
+uint at_ends(int y, uint count) { return y == 0 || y == int(push.height) - 1 ? count : 0u; }

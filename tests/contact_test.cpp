@@ -69,6 +69,7 @@ class ContactTest : public GpuTest {
     EXPECT_EQ(got.yy, wanted.yy) << scene;
     EXPECT_EQ(got.peak, wanted.peak) << scene;
     EXPECT_EQ(got.saturated, wanted.saturated) << scene;
+    EXPECT_EQ(got.border, wanted.border) << scene;
   }
 };
 
@@ -155,6 +156,58 @@ TEST_F(ContactTest, WithoutFilterOrBackgroundEqualsReferenceExactly) {
     for (const auto& [width, height] : {std::pair{1u, 1u}, {3u, 3u}, {640u, 480u}, {1391u, 131u}}) {
       for (const uint32_t bits : {8u, 12u, 16u}) run_scene(width, height, 1, bits, form);
       run_scene(width, height, 3, 8, form);
+    }
+  }
+}
+
+// One bright pixel anywhere in a frame: the border is the outermost rows and columns, no more, in every form.
+TEST_F(ContactTest, BorderIsTheOutermostRowsAndColumns) {
+  for (const Filter filter : {Filter::Binomial5, Filter::None}) {
+    for (const BackgroundKind kind : {BackgroundKind::Untouched, BackgroundKind::None}) {
+      for (const uint32_t bits : {8u, 16u}) {
+        for (const auto& [width, height] : {std::pair{35u, 66u}, {1u, 5u}}) {
+          const FrameFormat format{width, height, 1, bits};
+          Sensor sensor;
+          sensor.pitch_mm_per_px = 0.1;
+          sensor.bit_depth = bits;
+          sensor.saturation_gray = format.max_gray();
+          sensor.filter = filter;
+          sensor.background.kind = kind;
+          // With the filter a pixel's own weight is 36/256 and its neighbours' 24/256.
+          sensor.threshold_gray = format.max_gray() * (filter == Filter::None ? 0.5 : 30.0 / 256);
+          const Contact contact(context(), sensor, format, false, default_tuning(context()));
+          PaddedImage frame(context(), "frame", format), rest(context(), "background", format);
+          Frame image, black;
+          image.reshape(format);
+          black.reshape(format);
+          rest.write(black);
+          const gpu::DeviceBuffer records(context(), "records", contact.record_bytes(),
+                                          gpu::Memory::Readback);
+          gpu::Commands commands(context());
+          commands.begin();
+          frame.record(commands);
+          rest.record(commands);
+          commands.barrier();
+          contact.record(commands, frame, rest, records);
+          commands.host_barrier();
+          commands.end();
+          for (const uint32_t x : {0u, 1u, width / 2, width - 2, width - 1}) {
+            for (const uint32_t y : {0u, 1u, height / 2, height - 2, height - 1}) {
+              if (x >= width || y >= height) continue;
+              image.set(0, x, y, format.max_gray());
+              frame.write(image);
+              commands.submit();
+              commands.wait();
+              records.invalidate();
+              EXPECT_EQ(contact.sum(records.as<const shared::ContactRecord>()).border,
+                        reference::moments(image, black, sensor).border)
+                  << width << "x" << height << " " << bits << " bits, filter " << to_string(filter) << " at "
+                  << x << ", " << y;
+              image.set(0, x, y, 0);
+            }
+          }
+        }
+      }
     }
   }
 }

@@ -72,6 +72,81 @@ TEST(Force, ErrorGrowsAwayFromTheReadings) {
   EXPECT_GT(error(middle + 2e8), error(middle + 1e8));
 }
 
+TEST(Force, BorderAndSaturationOutrankTheRange) {
+  const ForceCalibration c = paper();
+  ForceReading r;
+  r.contact = r.at_border = true;
+  for (const double gray : {0.5 * c.gray_min, c.gray_min, 2 * c.gray_max}) {
+    r.gray_sum = gray;
+    r.saturated = false;
+    EXPECT_EQ(force_of(c, r).validity, Validity::AtBorder);
+    r.saturated = true;
+    EXPECT_EQ(force_of(c, r).validity, Validity::Saturated);
+  }
+}
+
+TEST(Force, VolumeNeedsASurface) {
+  ForceCalibration c{.c1_N_per_gray = 2, .gray_max = 10, .signal = ForceSignal::Volume};
+  ForceReading r;
+  r.contact = true;
+  r.volume_mm3 = 3;
+  EXPECT_EQ(force_of(c, r).validity, Validity::NotCalibrated);
+  r.has_volume = true;
+  EXPECT_EQ(force_of(c, r).value, 6);
+  c.signal = ForceSignal::Area;
+  r.area_px = 4;
+  EXPECT_EQ(force_of(c, r).value, 8);
+}
+
+// Up the loading branch, back along the unloading one; between them just after a reversal, with an error that
+// says so; noise does not swing it.
+TEST(Force, FollowsTheBranches) {
+  ForceCalibration c{.c1_N_per_gray = 1, .residual_sd_N = 0.01, .gray_max = 100};
+  c.loading = ForceCurve{.c1 = 1, .residual_sd_N = 0.01};
+  c.unloading = ForceCurve{.c1 = 0.5, .c0_N = 20, .residual_sd_N = 0.01};
+  ForceHistory history;
+  const auto at = [&](double gray) {
+    ForceReading r;
+    r.contact = true;
+    r.gray_sum = gray;
+    return history.update(c, r);
+  };
+  for (double g = 10; g <= 80; g += 10) EXPECT_DOUBLE_EQ(at(g).value, g);
+  EXPECT_DOUBLE_EQ(at(80).standard_error, 0.01);
+  const Estimate turning = at(77.5);  // half of the play of 5
+  EXPECT_DOUBLE_EQ(turning.value, 0.5 * 77.5 + 0.5 * (0.5 * 77.5 + 20));
+  EXPECT_NEAR(turning.standard_error, 0.5 * (77.5 - (0.5 * 77.5 + 20)), 0.01);
+  for (const double g : {70.0, 50.0, 30.0}) EXPECT_DOUBLE_EQ(at(g).value, 0.5 * g + 20);
+  EXPECT_NEAR(at(30.5).value, 0.5 * 30.5 + 20, 0.1 * std::abs(30.5 - 35.25) + 1e-9);  // noise
+  EXPECT_DOUBLE_EQ(at(40).value, 40);                                                 // loading again
+  ForceReading nothing;
+  EXPECT_EQ(history.update(c, nothing).validity, Validity::NoContact);
+  EXPECT_DOUBLE_EQ(at(60).value, 60);
+  // First seen in the middle of a press: anywhere between the branches.
+  history.interrupt();
+  const Estimate unseen = at(60);
+  EXPECT_DOUBLE_EQ(unseen.value, 55);
+  EXPECT_GT(unseen.standard_error, 4.9);
+}
+
+TEST(Force, SplineIsMonotoneAndStaysAtItsEnds) {
+  ForceCalibration c{.gray_min = 0, .gray_max = 30, .model = ForceModel::Spline};
+  c.knots = {{0, 0}, {10, 1}, {12, 1}, {30, 4}};
+  double last = -1;
+  for (double s = -5; s < 40; s += 0.25) {
+    const double f = force_at(c, s);
+    EXPECT_GE(f, last) << s;
+    last = f;
+  }
+  for (const auto& [s, f] : c.knots) EXPECT_DOUBLE_EQ(force_at(c, s), f);
+  EXPECT_EQ(force_at(c, 11), 1) << "level between level knots";
+  ForceReading r;
+  r.contact = true;
+  r.gray_sum = 50;
+  EXPECT_EQ(force_of(c, r).value, 4);
+  EXPECT_EQ(force_of(c, r).validity, Validity::AboveRange);
+}
+
 // Sensors calibrated with few noisy readings, then read: the truth lies within one stated error as often as
 // Student's t says (0.667 for 16 degrees of freedom), inside and outside the calibrated range.
 TEST(Force, StatedErrorCoversTheTruth) {

@@ -20,6 +20,8 @@ void add_calibrate(CLI::App& program, Common& common, Command& chosen) {
   add_calibrate_background(*group, common, chosen);
   add_calibrate_flat(*group, common, chosen);
   add_calibrate_scale(*group, common, chosen);
+  add_calibrate_force(*group, common, chosen);
+  add_calibrate_shear(*group, common, chosen);
   add_calibrate_photometric(*group, common, chosen);
   add_calibrate_lookup(*group, common, chosen);
 }

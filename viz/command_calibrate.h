@@ -14,6 +14,8 @@ std::string input_exists(const std::string& input);
 void add_calibrate_background(CLI::App& group, Common& common, Command& chosen);
 void add_calibrate_flat(CLI::App& group, Common& common, Command& chosen);
 void add_calibrate_scale(CLI::App& group, Common& common, Command& chosen);
+void add_calibrate_force(CLI::App& group, Common& common, Command& chosen);
+void add_calibrate_shear(CLI::App& group, Common& common, Command& chosen);
 void add_calibrate_photometric(CLI::App& group, Common& common, Command& chosen);
 void add_calibrate_lookup(CLI::App& group, Common& common, Command& chosen);
 

@@ -9,8 +9,14 @@
 #include "shaders/contact.spv.h"
 #include "shaders/contact_color.spv.h"
 #include "shaders/contact_moments.spv.h"
+#include "shaders/contact_parts.spv.h"
+#include "shaders/contact_parts_color.spv.h"
+#include "shaders/contact_parts_wide.spv.h"
 #include "shaders/contact_unfiltered.spv.h"
 #include "shaders/contact_unfiltered_color.spv.h"
+#include "shaders/contact_unfiltered_parts.spv.h"
+#include "shaders/contact_unfiltered_parts_color.spv.h"
+#include "shaders/contact_unfiltered_parts_wide.spv.h"
 #include "shaders/contact_unfiltered_wide.spv.h"
 #include "shaders/contact_wide.spv.h"
 
@@ -45,10 +51,21 @@ gpu::Shader filtered_for(const FrameFormat& format) {
   return {"contact", k_contact};
 }
 
+gpu::Shader parts_for(const FrameFormat& format, Filter filter) {
+  if (filter == Filter::None) {
+    if (format.channels == 3) return {"contact_unfiltered_parts_color", k_contact_unfiltered_parts_color};
+    if (format.bit_depth > 8) return {"contact_unfiltered_parts_wide", k_contact_unfiltered_parts_wide};
+    return {"contact_unfiltered_parts", k_contact_unfiltered_parts};
+  }
+  if (format.channels == 3) return {"contact_parts_color", k_contact_parts_color};
+  if (format.bit_depth > 8) return {"contact_parts_wide", k_contact_parts_wide};
+  return {"contact_parts", k_contact_parts};
+}
+
 }  // namespace
 
 Contact::Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, bool keep_filtered,
-                 const Tuning& tuning)
+                 const Tuning& tuning, bool keep_marks)
     : workgroup_(tuning.contact_workgroup) {
   const PaddedLayout layout(format);
   tile_columns_ = 2 * layout.pixels_per_texel;
@@ -70,26 +87,40 @@ Contact::Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat&
   interface.push_bytes = sizeof push_;
   interface.local_size = {workgroup_, 1, 1};
   if (sensor.filter == Filter::Binomial5) {
-    interface.bindings = {Texels, Texels, Texels, Texels, Storage, Storage};
-    interface.constants = {tile_rows_, signal, keep_filtered, keep_shift, subtracts};
+    interface.bindings = {Texels, Texels, Texels, Texels, Storage, Storage, Storage};
+    interface.constants = {tile_rows_, signal, keep_filtered, keep_shift, subtracts, keep_marks};
     kernel_ = gpu::Kernel(context, filtered_for(format), interface);
   } else if (subtracts || format.channels > 1 || format.bit_depth > 8) {
     assert(!keep_filtered);
     form_ = Form::Unfiltered;
-    interface.bindings = {Texels, Texels, Storage};
-    interface.constants = {tile_rows_, signal, subtracts};
+    interface.bindings = {Texels, Texels, Storage, Storage};
+    interface.constants = {tile_rows_, signal, subtracts, keep_marks};
     kernel_ = gpu::Kernel(context, unfiltered_for(format), interface);
   } else {
     assert(!keep_filtered);
     form_ = Form::Moments;
-    interface.bindings = {Texels, Storage};
+    interface.bindings = {Texels, Storage, Storage};
     const bool bright = push_.threshold > 127 * 128;  // rounded up to whole gray levels, 128 or more
-    interface.constants = {tile_rows_, bright};
+    interface.constants = {tile_rows_, bright, keep_marks};
     kernel_ = gpu::Kernel(context, {"contact_moments", k_contact_moments}, interface);
+  }
+  if (keep_marks) {
+    gpu::KernelInterface of_parts{{}, sizeof push_, {workgroup_, 1, 1}, {}};
+    if (sensor.filter == Filter::Binomial5) {
+      of_parts.bindings = {Texels, Texels, Texels, Texels, Storage, Storage, Texels, Storage};
+      of_parts.constants = {tile_rows_, signal, 0, 0, subtracts, 0};
+    } else {
+      of_parts.bindings = {Texels, Texels, Storage, Storage, Texels, Storage};
+      of_parts.constants = {tile_rows_, signal, subtracts, 0};
+    }
+    parts_kernel_ = gpu::Kernel(context, parts_for(format, sensor.filter), of_parts);
   }
   const uint64_t filtered_bytes =
       keep_filtered ? uint64_t{push_.tiles_x} * tile_columns_ * 2 * format.height : 16;
   filtered_ = gpu::DeviceBuffer(context, "filtered image", filtered_bytes, gpu::Memory::Device);
+  marks_ = gpu::DeviceBuffer(context, "contact marks",
+                             keep_marks ? uint64_t{tiles()} * tile_rows_ * sizeof(uint32_t) : 16,
+                             gpu::Memory::Device);
 }
 
 void Contact::record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
@@ -97,45 +128,83 @@ void Contact::record(gpu::Commands& commands, const PaddedImage& frame, const Pa
   const auto scope = commands.scope("contact");
   const std::array<uint32_t, 3> groups{(tiles() + workgroup_ - 1) / workgroup_, 1, 1};
   if (form_ == Form::Filtered) {
-    commands.dispatch(
-        kernel_,
-        {&frame.texels(), &frame.words(), &background.texels(), &background.words(), &records, &filtered_},
-        push_, groups);
+    commands.dispatch(kernel_,
+                      {&frame.texels(), &frame.words(), &background.texels(), &background.words(), &records,
+                       &filtered_, &marks_},
+                      push_, groups);
   } else if (form_ == Form::Unfiltered) {
-    commands.dispatch(kernel_, {&frame.texels(), &background.texels(), &records}, push_, groups);
+    commands.dispatch(kernel_, {&frame.texels(), &background.texels(), &records, &marks_}, push_, groups);
   } else {
-    commands.dispatch(kernel_, {&frame.texels(), &records}, push_, groups);
+    commands.dispatch(kernel_, {&frame.texels(), &records, &marks_}, push_, groups);
+  }
+  commands.barrier();
+}
+
+void Contact::record_parts(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
+                           const Parts& parts, const gpu::DeviceBuffer& records) const {
+  shared::ContactPush push = push_;
+  push.parts = parts.capacity;
+  const std::array<uint32_t, 3> groups{(parts.capacity + workgroup_ - 1) / workgroup_, 1, 1};
+  if (form_ == Form::Filtered) {
+    commands.dispatch(parts_kernel_,
+                      {&frame.texels(), &frame.words(), &background.texels(), &background.words(), &records,
+                       &parts.list, &parts.marks, &parts.count},
+                      push, groups);
+  } else {
+    commands.dispatch(
+        parts_kernel_,
+        {&frame.texels(), &background.texels(), &records, &parts.list, &parts.marks, &parts.count}, push,
+        groups);
   }
   commands.barrier();
 }
 
 ContactMoments Contact::sum(std::span<const shared::ContactRecord> records) const {
   ContactMoments m;
-  const int64_t center_x = push_.width / 2;
-  const int64_t center_y = push_.height / 2;
   for (uint32_t tile = 0; tile < tiles(); ++tile) {
     const shared::ContactRecord& r = records[tile];
-    m.saturated += r.saturated;
-    if (r.area == 0) continue;
-    // x = left + c, y = bottom - k
-    const int64_t left = int64_t{tile % push_.tiles_x} * tile_columns_ - center_x;
-    const int64_t bottom = (int64_t{tile / push_.tiles_x} + 1) * tile_rows_ - center_y;
-    const int64_t n = r.area, c = r.sum_c, cc = r.sum_cc, k = r.sum_k, kk = r.sum_kk, ck = r.sum_ck;
-    const auto whole = [](uint32_t low, uint32_t high) {
-      return int64_t{low} + int64_t{shared::kGrayBase} * high;
-    };
-    const int64_t gray = whole(r.gray_low, r.gray_high);
-    m.area += r.area;
-    m.gray += static_cast<uint64_t>(gray);
-    m.gray_x += left * gray + whole(r.gray_c_low, r.gray_c_high);
-    m.gray_y += bottom * gray - whole(r.gray_k_low, r.gray_k_high);
-    m.x += left * n + c;
-    m.y += bottom * n - k;
-    m.xx += left * left * n + 2 * left * c + cc;
-    m.yy += bottom * bottom * n - 2 * bottom * k + kk;
-    m.xy += left * bottom * n + bottom * c - left * k - ck;
-    m.peak = std::max(m.peak, r.peak);
+    m.border = m.border || r.border != 0;
+    if (r.area > 0)
+      add(m, r, tile);
+    else
+      m.saturated += r.saturated;
   }
+  return m;
+}
+
+void Contact::add(ContactMoments& m, const shared::ContactRecord& r, uint32_t tile) const {
+  const int64_t center_x = push_.width / 2;
+  const int64_t center_y = push_.height / 2;
+  // x = left + c, y = bottom - k
+  const int64_t left = int64_t{tile % push_.tiles_x} * tile_columns_ - center_x;
+  const int64_t bottom = (int64_t{tile / push_.tiles_x} + 1) * tile_rows_ - center_y;
+  const int64_t n = r.area, c = r.sum_c, cc = r.sum_cc, k = r.sum_k, kk = r.sum_kk, ck = r.sum_ck;
+  const auto whole = [](uint32_t low, uint32_t high) {
+    return int64_t{low} + int64_t{shared::kGrayBase} * high;
+  };
+  const int64_t gray = whole(r.gray_low, r.gray_high);
+  m.area += r.area;
+  m.gray += static_cast<uint64_t>(gray);
+  m.gray_x += left * gray + whole(r.gray_c_low, r.gray_c_high);
+  m.gray_y += bottom * gray - whole(r.gray_k_low, r.gray_k_high);
+  m.x += left * n + c;
+  m.y += bottom * n - k;
+  m.xx += left * left * n + 2 * left * c + cc;
+  m.yy += bottom * bottom * n - 2 * bottom * k + kk;
+  m.xy += left * bottom * n + bottom * c - left * k - ck;
+  m.peak = std::max(m.peak, r.peak);
+  m.saturated += r.saturated;
+}
+
+ContactMoments moved(ContactMoments m, int64_t dx, int64_t dy) {
+  const auto area = static_cast<int64_t>(m.area), gray = static_cast<int64_t>(m.gray);
+  m.xx += 2 * dx * m.x + dx * dx * area;
+  m.yy += 2 * dy * m.y + dy * dy * area;
+  m.xy += dx * m.y + dy * m.x + dx * dy * area;
+  m.x += dx * area;
+  m.y += dy * area;
+  m.gray_x += dx * gray;
+  m.gray_y += dy * gray;
   return m;
 }
 

@@ -79,4 +79,12 @@ RestLevel Datum::rest_level(std::span<const shared::ContactRecord> contact,
   return {chosen.sum / chosen.count, highest, inner.count > 0 || untouched.count > 0};
 }
 
+double Datum::volume_px_mm(std::span<const shared::ContactRecord> contact,
+                           std::span<const shared::DatumRecord> records, double level_mm) const {
+  double volume = 0;
+  for (uint32_t tile = 0; tile < push_.tiles_x * push_.tiles_y; ++tile)
+    if (contact[tile].area > 0) volume += (double{records[tile].mean} - level_mm) * records[tile].pixels;
+  return volume;
+}
+
 }  // namespace palpate

@@ -35,6 +35,10 @@ class Datum {
   /// is least drawn in by the contact; without any, over all untouched tiles; without those, over the frame.
   RestLevel rest_level(std::span<const shared::ContactRecord> contact,
                        std::span<const shared::DatumRecord> records, InnerEdges edges = {}) const;
+  /// Indented volume, px^2 mm: over tiles with contact, their mean depth below `level_mm` times their pixels.
+  /// A touched tile counts whole, with what lies around the contact in it.
+  double volume_px_mm(std::span<const shared::ContactRecord> contact,
+                      std::span<const shared::DatumRecord> records, double level_mm) const;
 
  private:
   shared::DatumPush push_{};

@@ -31,8 +31,8 @@ struct ContactRecord {
   uint gray_k_high;
   uint peak;       // largest g of the contact pixels
   uint saturated;  // raw pixels at or above the saturation level, contact or not
-  uint unused0;
-  uint unused1;
+  uint border;     // not 0: contact pixels in the frame's outermost rows or columns
+  uint unused;
 };
 
 struct ContactPush {
@@ -43,6 +43,7 @@ struct ContactPush {
   uint tiles_y;
   uint threshold;   // in 1/128 gray levels
   uint saturation;  // gray levels
+  uint parts;       // room in the list of a tile's parts, for the kernels that sum those
 };
 
 #ifdef __cplusplus

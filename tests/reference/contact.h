@@ -65,6 +65,7 @@ inline ContactMoments moments(const Frame& image, const Frame& rest, const Senso
       const uint32_t g = filtered[size_t{y} * width + x];
       if (g < threshold) continue;
       const int64_t cx = int64_t{x} - width / 2, cy = int64_t{y} - height / 2;
+      m.border = m.border || x == 0 || y == 0 || x + 1 == width || y + 1 == height;
       m.area += 1;
       m.gray += g;
       m.gray_x += cx * g;

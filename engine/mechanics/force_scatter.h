@@ -1,0 +1,24 @@
+// How far single force readings lie from their curve, as an interval that holds as many as it says.
+#pragma once
+
+#include <cmath>
+#include <span>
+
+namespace palpate {
+
+/// Scatter that is constant and scatter that grows with the force: sd^2 = still^2 + (share F)^2.
+struct Scatter {
+  double still_N = 0;
+  double share = 0;
+  double at(double force_N) const { return std::hypot(still_N, share * force_N); }
+};
+
+/// By weighted least squares of the squared residuals, neither part negative; fewer than 20 residuals: their
+/// RMS, constant.
+Scatter fit_scatter(std::span<const double> residual_N, std::span<const double> force_N);
+
+/// What a scatter has to be multiplied by so that +-1.96 of it holds 95 % of further residuals: the quantile
+/// of split conformal prediction.
+double widening(const Scatter& scatter, std::span<const double> residual_N, std::span<const double> force_N);
+
+}  // namespace palpate
