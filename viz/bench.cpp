@@ -54,6 +54,7 @@ BenchReport run_bench(gpu::Context& context, BenchRequest request, OpenInput ope
   BenchReport report{.measured = input, .format = first->format(), .live = {}, .sessions = {}};
   viz::LiveOptions& live = request.live;
   std::optional<Measurements> measurements;
+  std::optional<ContactRows> contacts;
   std::optional<viz::Recording> recording;
   const std::filesystem::path folder = request.out.empty() ? request.recordings : request.out;
   if (!request.out.empty()) {
@@ -61,7 +62,11 @@ BenchReport run_bench(gpu::Context& context, BenchRequest request, OpenInput ope
     measurements.emplace(
         request.out / "measurements.csv",
         Measurements::Columns{.outputs = input.outputs, .truth = false, .time = first->rate_Hz() > 0});
-    live.on_result = [&](const Touch& touch) { measurements->add(touch, nullptr); };
+    contacts.emplace(request.out / "contacts.csv", first->rate_Hz() > 0);
+    live.on_result = [&](const Touch& touch) {
+      measurements->add(touch, nullptr);
+      contacts->add(touch);
+    };
     live.latency_file = request.out / "latency.csv";
   }
   if (!folder.empty()) {
@@ -85,6 +90,7 @@ BenchReport run_bench(gpu::Context& context, BenchRequest request, OpenInput ope
   const auto open = [&] { return first ? std::move(first) : open_source(input.input, input.sensor); };
   report.live = viz::run_live(context, open, input.sensor, opened.background, pipeline, live);
   if (measurements) measurements->close();
+  if (contacts) contacts->close();
   if (recording) report.sessions = recording->finish();
   return report;
 }
