@@ -11,6 +11,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "capture/synthetic.h"
+#include "engine/gpu/buffer.h"
+#include "engine/gpu/commands.h"
 #include "engine/pipeline.h"
 #include "tests/gpu_fixture.h"
 #include "viz/background_work.h"
@@ -85,8 +87,10 @@ TEST(Tare, ShownIsTheDifferenceWithBothErrors) {
   EXPECT_DOUBLE_EQ(shown.shear_x_N.value, 0);
   EXPECT_EQ(shown.shear_y_N.validity, Validity::NotCalibrated);
   EXPECT_EQ(tare.words(), "force_N=0.5 shear_x_N=0.2");
-  Touch uncalibrated;
+  Touch uncalibrated, untouched;
+  untouched.force_N.validity = Validity::NoContact;
   EXPECT_FALSE(Tare().set(uncalibrated));
+  EXPECT_FALSE(Tare().set(untouched));
 }
 
 TEST(History, KeepsAMinuteAndStartsAnewWhenTimeJumpsBack) {
@@ -246,9 +250,14 @@ TEST(Layout, PanelsNeverOverlapFrom480x320To4k) {
 }
 
 TEST(Words, StatesAreToldApartWithoutColour) {
-  for (const Slip a : {Slip::Stick, Slip::Incipient, Slip::Slip, Slip::NoContact})
-    for (const Slip b : {Slip::Stick, Slip::Incipient, Slip::Slip, Slip::NoContact})
-      if (a != b) EXPECT_STRNE(slip_verdict(a).words, slip_verdict(b).words);
+  const Slip all[] = {Slip::Stick, Slip::Incipient, Slip::Slip, Slip::NoContact};
+  for (const Slip a : all) {
+    for (const Slip b : all) {
+      if (a != b) {
+        EXPECT_STRNE(slip_verdict(a).words, slip_verdict(b).words);
+      }
+    }
+  }
   EXPECT_EQ(newtons_text({0.5, 0.01, Validity::Valid}), "+0.500 \xc2\xb1 0.010 N");
   EXPECT_EQ(newtons_text({0.5, 0.01, Validity::NoContact}), "-");
   EXPECT_EQ(time_text(75.25), "1:15.2 min");
@@ -448,6 +457,39 @@ TEST_F(WindowPicture, SectionReadsTheDepthsUnderTheLine) {
   const Profile point = probe(context(), map, 0, 0.05, {0.5, 0.5, 0.5, 0.5});
   EXPECT_EQ(point.length_mm, 0);
   EXPECT_EQ(point.depth_mm.size(), 2u);
+}
+
+/// A card with memory of its own, as a layer shows the processor's driver: the section is copied from there.
+TEST(SectionOnACard, EqualsThatOfMappedMemory) {
+  gpu::ContextOptions options;
+  options.validation = true;
+  setenv("VK_ADD_LAYER_PATH", PALPATE_LAYER_DIR, 1);
+  setenv("VK_INSTANCE_LAYERS", "VK_LAYER_PALPATE_discrete", 1);
+  gpu::Context card(options);
+  unsetenv("VK_INSTANCE_LAYERS");
+  constexpr uint32_t kWidth = 61, kHeight = 40, kPitch = 64;
+  gpu::DeviceBuffer host(card, "known depths", uint64_t{4} * kPitch * kHeight, gpu::Memory::Upload);
+  gpu::DeviceBuffer own(card, "depths on the card", host.bytes(), gpu::Memory::Device);
+  if (own.mapped()) GTEST_SKIP() << "the loader did not take the layer";
+  for (uint32_t i = 0; i < kPitch * kHeight; ++i)
+    host.as<float>()[i] = 0.001f * static_cast<float>(i * 37 % 1000);
+  host.flush();
+  gpu::Commands commands(card);
+  commands.begin();
+  commands.copy(host, own, host.bytes());
+  commands.end();
+  commands.submit();
+  commands.wait();
+  const SurfaceMap mapped{&host, kWidth, kHeight, kPitch}, unmapped{&own, kWidth, kHeight, kPitch};
+  SurfaceMap part = unmapped;
+  part.window = PixelRect{10, 5, 40, 30};
+  SurfaceMap same_part = mapped;
+  same_part.window = part.window;
+  for (const SectionLine& line : {SectionLine{0, 0, 1, 1}, SectionLine{0.9, 0.1, 0.1, 0.7}}) {
+    EXPECT_EQ(probe(card, unmapped, 0.1, 0.05, line).depth_mm, probe(card, mapped, 0.1, 0.05, line).depth_mm);
+    EXPECT_EQ(probe(card, part, 0.1, 0.05, line).depth_mm, probe(card, same_part, 0.1, 0.05, line).depth_mm);
+  }
+  for (const std::string& message : card.validation_messages()) ADD_FAILURE() << message;
 }
 
 }  // namespace

@@ -97,9 +97,14 @@ void draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip, const Vie
     const auto below = [&](double depth_mm) { return corner + Vec3{0, 0, -depth_mm * style.exaggeration}; };
     pen.line(corner, below(style.range_mm), scale);
     const Vec3 outward = eye.right * (side * tick);
+    float last_y = -1e6f;
     for (double d = 0; d <= style.range_mm * (1 + 1e-9); d += depth_step) {
       pen.line(below(d), below(d) + outward, scale);
-      if (d > 0) pen.label(below(d) + outward, below(d), near_px, tick_text(d, depth_step));
+      ImVec2 at;
+      // Seen from above the axis is short: no number over another.
+      if (d <= 0 || !pen.at(below(d), at) || std::abs(at.y - last_y) < 0.9f * ImGui::GetFontSize()) continue;
+      last_y = at.y;
+      pen.label(below(d) + outward, below(d), near_px, tick_text(d, depth_step));
     }
     char title[48];
     std::snprintf(title, sizeof title, "depth [mm] x%.3g", style.exaggeration);

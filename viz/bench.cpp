@@ -83,7 +83,7 @@ BenchReport run_bench(gpu::Context& context, BenchRequest request, OpenInput ope
     // What was marked while it was recorded, and what is marked now, stand together.
     const std::filesystem::path session = session_folder(request.input);
     for (const viz::Event& event : viz::read_events(session))
-      live.known_events.push_back({event.time_s, event.text});
+      live.known_events.push_back({event.time_s, viz::label_of(event)});
     live.events = session;
   }
   // The source that is open already is the first round's: a camera cannot be opened twice.

@@ -47,7 +47,7 @@ Report replay(const Common& common, Options options) {
   if (!common.out.empty()) options.live.snapshots = common.out;
   options.live.events = session_folder(options.session);
   for (const viz::Event& event : viz::read_events(options.live.events))
-    options.live.known_events.push_back({event.time_s, event.text});
+    options.live.known_events.push_back({event.time_s, viz::label_of(event)});
   Remembered remembered;
   remembered.settings.remember(options.session.string(), options.sensor);
   options.live.settings = &remembered.settings;

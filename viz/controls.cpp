@@ -19,7 +19,7 @@ void range_setting(ViewState& state, float auto_column) {
     if (ImGui::SliderFloat(label, &shown, static_cast<float>(least * unit), static_cast<float>(most * unit),
                            format, ImGuiSliderFlags_Logarithmic)) {
       value = shown / unit;
-      state.automatic_range = false;
+      if (bool* follows = state.automatic()) *follows = false;
     }
   };
   if (state.quantity == Quantity::Pressure)
@@ -28,9 +28,9 @@ void range_setting(ViewState& state, float auto_column) {
     slider("range", state.strain_range, 100, ViewState::kLeastStrain, ViewState::kMostStrain, "%.1f %%");
   else
     slider("range", state.range_mm, 1, ViewState::kLeastRange_mm, ViewState::kMostRange_mm, "%.3f mm");
-  if (state.quantity != Quantity::Strain) {
+  if (bool* follows = state.automatic()) {
     ImGui::SameLine(auto_column);
-    ImGui::Checkbox("auto##range", &state.automatic_range);
+    ImGui::Checkbox("auto##range", follows);
   }
 }
 

@@ -104,7 +104,7 @@ void Display::handle_view_key(const KeyPress& press) {
       state.widen_range(0.8);
       break;
     case GLFW_KEY_A:
-      state.automatic_range = !state.automatic_range;
+      if (bool* follows = state.automatic()) *follows = !*follows;
       break;
     case GLFW_KEY_E:
       state.automatic_exaggeration = !state.automatic_exaggeration;

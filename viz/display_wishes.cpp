@@ -51,7 +51,7 @@ void Display::switch_recording() {
 void Display::log_event(const char* kind, const std::string& words) {
   const Touch& touch = current_->result.touch;
   Event event{touch.sequence, 1e-9 * static_cast<double>(touch.time_ns), kind, words};
-  scene_.mark({event.time_s, words});
+  scene_.mark({event.time_s, label_of(event)});
   const bool recording = options_.recording && options_.recording->on();
   const std::filesystem::path folder = recording ? options_.recording->latest().folder : options_.events;
   if (folder.empty()) {
@@ -83,7 +83,9 @@ void Display::switch_zero(bool on) {
     return;
   }
   if (!state.tare.set(current_->result.touch)) {
-    stats_.note = "nothing to zero: this sensor has no force calibration";
+    const bool touches = current_->result.touch.contact;
+    stats_.note = touches ? "nothing to zero: this sensor has no force calibration"
+                          : "nothing to zero: nothing touches the pad";
     return;
   }
   log_event("zero", state.tare.words());

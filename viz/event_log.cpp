@@ -48,6 +48,10 @@ std::vector<std::string> cells_of(const std::string& line) {
 
 }  // namespace
 
+std::string label_of(const Event& event) {
+  return event.kind == "mark" ? event.text : event.kind;
+}
+
 void append_event(const std::filesystem::path& folder, const Event& event) {
   make_output_folder(folder);
   const std::filesystem::path file = folder / kName;

@@ -16,6 +16,9 @@ struct Event {
       text;  ///< of a mark: what was typed, else its number; of a zero: what was subtracted from then on
 };
 
+/// What stands beside the event in a chart: a mark's text, else its kind.
+std::string label_of(const Event& event);
+
 /// Appends a row to `folder`/events.csv, with a header (frame, time_s, event, text) where the file is new;
 /// makes the folder. Throws Error(Failure::Output).
 void append_event(const std::filesystem::path& folder, const Event& event);

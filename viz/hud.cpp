@@ -55,8 +55,8 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
     if (state.axes) draw_axes(under, *eye, layout.surface, layout.view, half_mm, style, scale);
     if (section)
       draw_section(under, layout.surface, layout.view, *eye, state.line, *profile, half_mm, style, scale);
-    draw_colour_bar(under, layout.surface, style, state.automatic_range && state.quantity != Quantity::Strain,
-                    scale);
+    const bool* follows = state.automatic();
+    draw_colour_bar(under, layout.surface, style, follows && *follows, scale);
   }
   const ImVec2 low{static_cast<float>(layout.image.x), static_cast<float>(layout.image.y)};
   under->AddRect({low.x - 1, low.y - 1},

@@ -73,6 +73,8 @@ void force_lines(HudFrame& frame, const Touch& shown, const Tare& tare) {
 void contact_table(const Touch& touch, bool scaled) {
   constexpr size_t kMost = 10;
   if (!ImGui::BeginTable("contacts", 4, ImGuiTableFlags_SizingStretchProp | ImGuiTableFlags_RowBg)) return;
+  for (const float share : {0.18f, 0.36f, 0.23f, 0.23f})
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, share);
   for (const char* title : {"contact", "force [N]", scaled ? "area [mm\xc2\xb2]" : "area [px]", "state"}) {
     ImGui::TableNextColumn();
     ImGui::TextDisabled("%s", title);

@@ -48,7 +48,7 @@ struct PictureRenderer::Impl {
     state.section = o.section.has_value();
     if (o.section) state.line = *o.section;
     if (o.colour_range > 0) {
-      state.automatic_range = state.automatic_range && o.quantity == Quantity::Depth;
+      if (o.quantity == Quantity::Pressure) state.automatic_pressure = false;
       (o.quantity == Quantity::Pressure ? state.range_MPa : state.strain_range) = o.colour_range;
     }
     if (o.range_mm > 0) {

@@ -155,7 +155,7 @@ void draw_profile(ImDrawList* list, const ViewRect& rect, const Profile& profile
   const ImVec2 from{low.x + 48 * scale, low.y + row + 8 * scale};
   const ImVec2 to{high.x - 10 * scale, high.y - row - 6 * scale};
   list->AddRectFilled(from, to, IM_COL32(26, 30, 36, 255));
-  list->AddText({from.x, low.y + 4 * scale}, kDepth, "section A to B: depth [mm]");
+  list->AddText({from.x, low.y + 4 * scale}, kDepth, "A to B: depth [mm]");
   if (!wrong.empty()) {
     const ImVec2 size = ImGui::CalcTextSize(wrong.c_str());
     list->AddText({to.x - size.x, low.y + 4 * scale}, IM_COL32(230, 159, 0, 255), wrong.c_str());
@@ -206,7 +206,9 @@ void draw_profile(ImDrawList* list, const ViewRect& rect, const Profile& profile
   const auto label = [&](const char* name, const Profile::Extreme& e, bool wants_below) {
     const ImVec2 p = at(e.at_mm, e.depth_mm);
     list->AddCircleFilled(p, 3 * scale, kText);
-    const std::string words = text("%s %.3f mm at %.2f mm", name, e.depth_mm, e.at_mm);
+    std::string words = text("%s %.3f mm at %.2f mm", name, e.depth_mm, e.at_mm);
+    if (ImGui::CalcTextSize(words.c_str()).x > to.x - from.x - 4)
+      words = text("%.3f at %.1f mm", e.depth_mm, e.at_mm);
     const ImVec2 size = ImGui::CalcTextSize(words.c_str());
     const float x = std::clamp(p.x - size.x / 2, from.x + 2, std::max(from.x + 2, to.x - size.x - 2));
     const bool below = wants_below && p.y + 5 * scale + size.y <= to.y;

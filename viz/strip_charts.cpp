@@ -51,18 +51,23 @@ class Chart {
   void paper(double step) const {
     list_->AddRectFilled(low_, high_, kPaper);
     const double first = std::ceil(least_ / step - 1e-9) * step;
-    for (double v = first; v <= most_ + 1e-9 * step; v += step) {
+    float last = high_.y + 1000 * scale_;
+    const auto line = [&](double v, bool always) {
       const float y = at(end_s_, v).y;
       list_->AddLine({low_.x, y}, {high_.x, y}, std::abs(v) < 1e-9 * step ? kFrameLine : kGridLine);
       const std::string label = tick_text(v, step);
       const ImVec2 size = ImGui::CalcTextSize(label.c_str());
       const float middle = std::clamp(y - size.y / 2, low_.y - 2, high_.y - size.y + 2);
+      if (!always && std::abs(middle - last) < 0.85f * size.y) return;  // no number over another
+      last = middle;
       list_->AddText({low_.x - size.x - 4 * scale_, middle}, kFaint, label.c_str());
-    }
+    };
+    for (double v = first; v <= most_ + 1e-9 * step; v += step) line(v, v == first);
   }
   /// The title, on what is drawn already.
   void title(const std::string& words, ImU32 colour = kText, float right = 0) const {
     const ImVec2 size = ImGui::CalcTextSize(words.c_str());
+    if (right > 0 && low_.x + right + size.x > high_.x) return;  // the first words are the ones that matter
     const ImVec2 place{low_.x + 5 * scale_ + right, low_.y + 1 * scale_};
     list_->AddRectFilled({place.x - 2, place.y}, {place.x + size.x + 2, place.y + size.y},
                          IM_COL32(26, 30, 36, 200));

@@ -8,7 +8,7 @@
 namespace palpate::viz {
 
 bool Tare::set(const Touch& touch) {
-  if (touch.force_N.validity == Validity::NotCalibrated) return false;
+  if (!has_value(touch.force_N)) return false;
   on = true;
   force_N = touch.force_N;
   shear_x_N = touch.shear_x_N;
@@ -24,7 +24,7 @@ std::string Tare::words() const {
   add("force_N", force_N);
   add("shear_x_N", shear_x_N);
   add("shear_y_N", shear_y_N);
-  return all.empty() ? "no contact" : all;
+  return all;
 }
 
 Estimate tared(const Estimate& measured, const Estimate& zero) {

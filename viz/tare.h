@@ -12,7 +12,8 @@ struct Tare {
   bool on = false;
   Estimate force_N, shear_x_N, shear_y_N;  ///< at the moment of zeroing
 
-  /// False, and nothing changes, where the touch has no force to be zeroed: not calibrated.
+  /// False, and nothing changes, where there is no force to be zeroed: not calibrated, or nothing
+  /// touches.
   bool set(const Touch& touch);
   /// For events.csv: "force_N=0.123 shear_x_N=..."; quantities that have no zero are left out.
   std::string words() const;

@@ -70,8 +70,13 @@ void ViewState::next_quantity() {
   if (quantity == Quantity::Pressure && !can_show_pressure) quantity = Quantity::Strain;
 }
 
+bool* ViewState::automatic() {
+  if (quantity == Quantity::Strain) return nullptr;
+  return quantity == Quantity::Pressure ? &automatic_pressure : &automatic_range;
+}
+
 void ViewState::widen_range(double factor) {
-  automatic_range = false;
+  if (bool* follows = automatic()) *follows = false;
   switch (quantity) {
     case Quantity::Pressure:
       range_MPa = std::clamp(range_MPa * factor, kLeastRange_MPa, kMostRange_MPa);
@@ -99,7 +104,7 @@ void ViewState::fit_to(const Sensor& sensor) {
 }
 
 void ViewState::follow_pressure(double largest_MPa) {
-  if (!automatic_range) return;
+  if (!automatic_pressure) return;
   const double wanted = scale_ceiling(std::max(largest_MPa, 1e-3));
   // Grows at once; narrows when the touch is far below, so that colours keep their meaning.
   if (wanted > range_MPa || (largest_MPa > 2e-3 && wanted < 0.3 * range_MPa)) range_MPa = wanted;

@@ -37,10 +37,11 @@ struct ViewState {
   static constexpr float kLeastTextScale = 0.6f, kMostTextScale = 4;
 
   Camera camera;
-  bool automatic_range = true;
-  double range_mm = 0.1;       ///< depth with the last colour, and at the foot of the drawn box
-  double range_MPa = 0.01;     ///< pressure with the last colour
-  double strain_range = 0.05;  ///< strain with the last colour; set by hand
+  bool automatic_range = true;     ///< of depth
+  bool automatic_pressure = true;  ///< range of pressure
+  double range_mm = 0.1;           ///< depth with the last colour, and at the foot of the drawn box
+  double range_MPa = 0.01;         ///< pressure with the last colour
+  double strain_range = 0.05;      ///< strain with the last colour; set by hand
   bool automatic_exaggeration = true;
   double exaggeration = 10;
   Quantity quantity = Quantity::Depth;
@@ -83,6 +84,8 @@ struct ViewState {
   void widen_range(double factor);
   /// Longer or shorter strip charts.
   void change_chart_span(int steps);
+  /// Whether the colours' range follows the touch; null for what is set by hand.
+  bool* automatic();
   /// What this sensor cannot show gives way.
   void fit_to(const Sensor& sensor);
 
