@@ -89,7 +89,7 @@ struct Camera::Impl {
     image.create(static_cast<int>(setup.image.height), static_cast<int>(setup.image.width), type);
     rectifier.emplace(sensor, image, identity.path);
     frame_format = rectifier->format();
-    straight = !sensor.crop_px && !sensor.quad_px && setup.channels == 1;
+    straight = !sensor.crop_px && !sensor.quad_px && !sensor.lens && !sensor.flat && setup.channels == 1;
     const PixelLayout layout = setup.format->layout;
     leasable = straight && (layout == PixelLayout::Gray8 || layout == PixelLayout::Gray16) &&
                setup.image.stride_bytes == least_stride_bytes(*setup.format, setup.image.width);

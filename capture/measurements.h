@@ -1,4 +1,4 @@
-// measurements.csv: one row a frame, whole as soon as it is written.
+// measurements.csv: one row a frame, whole as soon as it is written; contacts.csv: one a contact and frame.
 #pragma once
 
 #include <cstdint>
@@ -37,6 +37,22 @@ class Measurements {
  private:
   LineFile file_;
   Columns columns_;
+};
+
+/// Writes contacts.csv (Output::Contacts): columns named and meant as those of measurements.csv, of one
+/// contact each; no row in a frame without contact.
+class ContactRows {
+ public:
+  /// `time`: as Measurements::Columns. Throws Error(Failure::Output), as every member.
+  ContactRows(const std::filesystem::path& file, bool time);
+
+  void add(const Touch& touch);
+  void close() { file_.close(); }
+  static std::string header();
+
+ private:
+  LineFile file_;
+  bool time_;
 };
 
 /// The shortest text that reads back as the same number.

@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "capture/images.h"
 #include "engine/error.h"
 
 namespace palpate {
@@ -41,8 +42,61 @@ struct Rectifier::Impl {
   cv::Size input;
   int type = 0;
   cv::Rect crop;
-  cv::Mat map_xy, map_fraction;  // empty without a quad
+  cv::Mat map_xy, map_fraction;  // empty without a quad and a lens
   cv::Mat gray, warped;
+  cv::Mat flat;  // 16 bits, of the rectified size; empty without a flat field
+
+  // Where a place of the image without distortion lies in the cropped image as the lens made it.
+  cv::Point2d through_lens(double x, double y) const {
+    if (!sensor.lens) return {x, y};
+    const Lens& l = *sensor.lens;
+    const auto [k1, k2, p1, p2, k3] = l.distortion;
+    const double u = (x - l.cx_px) / l.fx_px, v = (y - l.cy_px) / l.fy_px, r2 = u * u + v * v;
+    const double radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
+    return {l.cx_px + l.fx_px * (u * radial + 2 * p1 * u * v + p2 * (r2 + 2 * u * u)),
+            l.cy_px + l.fy_px * (v * radial + p1 * (r2 + 2 * v * v) + 2 * p2 * u * v)};
+  }
+
+  // The lens alone: the rectified frame has the size of the cropped image.
+  void make_lens_maps() {
+    cv::Mat map(crop.height, crop.width, CV_32FC2);
+    for (int y = 0; y < map.rows; ++y)
+      for (int x = 0; x < map.cols; ++x) {
+        const cv::Point2d from = through_lens(x, y);
+        map.at<cv::Vec2f>(y, x) = {static_cast<float>(from.x), static_cast<float>(from.y)};
+      }
+    cv::convertMaps(map, cv::noArray(), map_xy, map_fraction, CV_16SC2);
+  }
+
+  void load_flat(uint32_t width, uint32_t height) {
+    const std::string& file = sensor.flat->image;
+    flat = read_image(file);
+    if (flat.type() != CV_16UC1 || flat.cols != static_cast<int>(width) ||
+        flat.rows != static_cast<int>(height))
+      throw Error(Failure::Input,
+                  "a flat field of 16-bit gray, " +
+                      size_text(static_cast<int>(width), static_cast<int>(height)) +
+                      " as the rectified frame",
+                  file + " of " + type_text(flat) + ", " + size_text(flat.cols, flat.rows),
+                  "palpate calibrate flat for this camera mode");
+  }
+
+  // gray * gain * image, rounded and clipped; what is saturated stays as it is.
+  template <class Value>
+  void flatten(Frame& frame) const {
+    const FrameFormat& f = frame.format;
+    const auto gain = static_cast<float>(sensor.flat->gain), top = static_cast<float>(f.max_gray());
+    const uint32_t saturated = sensor.saturation_gray;
+    for (uint32_t c = 0; c < f.channels; ++c)
+      for (uint32_t y = 0; y < f.height; ++y) {
+        Value* row = reinterpret_cast<Value*>(frame.row(c, y));
+        const auto* by = flat.ptr<uint16_t>(static_cast<int>(y));
+        for (uint32_t x = 0; x < f.width; ++x) {
+          const float value = static_cast<float>(row[x]) * gain * static_cast<float>(by[x]) + 0.5f;
+          row[x] = row[x] >= saturated ? row[x] : static_cast<Value>(std::min(value, top));
+        }
+      }
+  }
 
   void make_maps(const std::string& where) {
     const int w = static_cast<int>(sensor.size_px[0]), h = static_cast<int>(sensor.size_px[1]);
@@ -50,7 +104,8 @@ struct Rectifier::Impl {
     std::array<cv::Point2f, 4> from, to = {{{0, 0}, {right, 0}, {right, bottom}, {0, bottom}}};
     for (int i = 0; i < 4; ++i) {
       const auto [x, y] = (*sensor.quad_px)[i];
-      if (!(x >= -1 && y >= -1 && x <= crop.width && y <= crop.height))
+      const cv::Point2d seen = through_lens(x, y);
+      if (!(seen.x >= -1 && seen.y >= -1 && seen.x <= crop.width && seen.y <= crop.height))
         throw Error(Failure::Input, "images that hold the sensor's quad_px",
                     "corner " + std::to_string(x) + ", " + std::to_string(y) + " outside " + where +
                         " (cropped to " + size_text(crop.width, crop.height) + ")",
@@ -68,7 +123,8 @@ struct Rectifier::Impl {
         if (!(std::abs(p[2]) > 1e-12))
           throw Error(Failure::Sensor, "quad_px of four corners of a convex quadrangle",
                       "corners that fold over", "the order top left, top right, bottom right, bottom left");
-        map.at<cv::Vec2f>(y, x) = {static_cast<float>(p[0] / p[2]), static_cast<float>(p[1] / p[2])};
+        const cv::Point2d seen = through_lens(p[0] / p[2], p[1] / p[2]);
+        map.at<cv::Vec2f>(y, x) = {static_cast<float>(seen.x), static_cast<float>(seen.y)};
       }
     }
     cv::convertMaps(map, cv::noArray(), map_xy, map_fraction, CV_16SC2);
@@ -116,6 +172,8 @@ Rectifier::Rectifier(const Sensor& sensor, const cv::Mat& image, const std::stri
     throw Error(Failure::Input, "sides of at most " + std::to_string(kMaxSide_px) + " px",
                 where + " of " + size_text(static_cast<int>(width), static_cast<int>(height)),
                 "a crop in the sensor file");
+  if (sensor.lens && !sensor.quad_px) m.make_lens_maps();
+  if (sensor.flat) m.load_flat(width, height);
   format_ = {width, height, sensor.channels, sensor.bit_depth};
 }
 
@@ -166,6 +224,12 @@ void Rectifier::apply(const cv::Mat& image, const std::string& where, Frame& fra
                     where + " with " + std::to_string(static_cast<int>(largest)),
                     "\"bit_depth\": 16 in the sensor file (some cameras write 12 bits in the high bits)");
     }
+  }
+  if (!m.flat.empty()) {
+    if (format_.bit_depth > 8)
+      m.flatten<uint16_t>(frame);
+    else
+      m.flatten<uint8_t>(frame);
   }
 }
 

@@ -1,5 +1,5 @@
-// From an image as a file holds it to the frame that the engine measures: crop, perspective, channels, bit
-// depth.
+// From an image as a file holds it to the frame that the engine measures: crop, lens, perspective, channels,
+// bit depth, flat field.
 #pragma once
 
 #include <memory>
@@ -20,7 +20,7 @@ class Rectifier {
  public:
   /// `where` names the input in messages. Throws Error(Failure::Input) where the images cannot serve the
   /// sensor: crop or quad outside the image, another size than size_px, gray images for a colour sensor,
-  /// 8-bit images for more bits.
+  /// 8-bit images for more bits, a flat field of another size.
   Rectifier(const Sensor& sensor, const cv::Mat& first_image, const std::string& where);
   ~Rectifier();
   Rectifier(Rectifier&&) noexcept;

@@ -11,8 +11,11 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kVersion = 1;
-constexpr std::array<std::pair<const char*, Output>, 3> kOutputs = {
-    {{"force", Output::Force}, {"surface", Output::Surface}, {"confidence", Output::Confidence}}};
+constexpr std::array<std::pair<const char*, Output>, 5> kOutputs = {{{"force", Output::Force},
+                                                                     {"surface", Output::Surface},
+                                                                     {"confidence", Output::Confidence},
+                                                                     {"contacts", Output::Contacts},
+                                                                     {"skin", Output::Skin}}};
 constexpr std::array<std::pair<const char*, SurfaceSolver>, 4> kSolvers = {
     {{"live", SurfaceSolver::Live},
      {"fine", SurfaceSolver::Fine},

@@ -126,6 +126,11 @@ void Session::Impl::load_rows() {
   }
 }
 
+static bool same_lens(const Lens& a, const Lens& b) {
+  return a.fx_px == b.fx_px && a.fy_px == b.fy_px && a.cx_px == b.cx_px && a.cy_px == b.cy_px &&
+         a.distortion == b.distortion;
+}
+
 void Session::Impl::apply(const Sensor& sensor) {
   const FrameFormat& f = text.info.format;
   if (!text.info.sensor) {
@@ -135,8 +140,11 @@ void Session::Impl::apply(const Sensor& sensor) {
   }
   const Sensor& recorded = *text.info.sensor;
   if ((sensor.crop_px && sensor.crop_px != recorded.crop_px) ||
-      (sensor.quad_px && sensor.quad_px != recorded.quad_px))
-    throw Error(Failure::Input, "a sensor with the crop_px and quad_px that this session was recorded with",
+      (sensor.quad_px && sensor.quad_px != recorded.quad_px) ||
+      (sensor.lens && !(recorded.lens && same_lens(*sensor.lens, *recorded.lens))) ||
+      (sensor.flat && !(recorded.flat && sensor.flat->gain == recorded.flat->gain)))
+    throw Error(Failure::Input,
+                "a sensor with the crop_px, quad_px, lens and flat that this session was recorded with",
                 "other ones in '" + sensor.name + "'",
                 "the sensor file without them: the recorded frames are rectified already");
   const bool fits =

@@ -21,8 +21,8 @@ constexpr const char* kSynthetic = "synthetic:";
 std::unique_ptr<Source> open_synthetic(const std::string& input, const Sensor& sensor) {
   auto source = std::make_unique<SyntheticSensor>(parse_synthetic(input));
   const FrameFormat format = source->format();
-  if (sensor.crop_px || sensor.quad_px)
-    throw Error(Failure::Input, "a sensor without crop_px and quad_px for a synthetic input",
+  if (sensor.crop_px || sensor.quad_px || sensor.lens || sensor.flat)
+    throw Error(Failure::Input, "a sensor without crop_px, quad_px, lens and flat for a synthetic input",
                 "sensor '" + sensor.name + "'", "a synthetic sensor file (palpate simulate writes one)");
   if (sensor.channels != format.channels || sensor.bit_depth != format.bit_depth ||
       (sensor.size_px[0] != 0 && (sensor.size_px[0] != format.width || sensor.size_px[1] != format.height)))

@@ -227,6 +227,7 @@ Sensor synthetic_sensor(const SyntheticOptions& o) {
   }
   const double stiffness = shear_stiffness_N_per_mm(o);
   s.shear = ShearCalibration{stiffness, stiffness, o.friction, 0.005};
+  if (s.skin) s.shear->signal = ShearSignal::Skin;
   return s;
 }
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "capture/synthetic_optics.h"
+#include "engine/mechanics/skin.h"
 
 namespace palpate {
 namespace {
@@ -17,12 +18,6 @@ constexpr double kTexture = 0.2;           // relative standard deviation of the
 
 double beyond(double r, double a, double thickness) {
   return r > a ? std::exp(-std::numbers::pi * (r - a) / (2 * thickness)) : 1;
-}
-
-// Displacement under the traction sqrt(a^2 - r^2), up to a factor.
-double hertzian(double r, double a) {
-  if (r <= a) return std::numbers::pi / 2 * (2 * a * a - r * r);
-  return (2 * a * a - r * r) * std::asin(a / r) + a * std::sqrt(r * r - a * a);
 }
 
 uint64_t mix(uint64_t z) {  // splitmix64
@@ -39,13 +34,7 @@ double uniform(uint64_t seed, int64_t i, int64_t j) {
 }  // namespace
 
 double pulled_share(double r, double a, double c, double thickness) {
-  double share = 1;
-  if (c > 0.9999 * a) {
-    if (r > a) share = 2 / std::numbers::pi * std::asin(a / r);
-  } else if (r > c) {
-    share = (hertzian(r, a) - (c > 0 ? hertzian(r, c) : 0)) / (std::numbers::pi * (a * a - c * c));
-  }
-  return share * beyond(r, a, thickness);
+  return cattaneo_share(r / a, c / a) * beyond(r, a, thickness);
 }
 
 double turned_share(double r, double a, double thickness) {

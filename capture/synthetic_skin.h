@@ -10,12 +10,9 @@
 
 namespace palpate {
 
-/// Tangential displacement by distance r from the centre of a circular contact of radius a that sticks within
-/// c, as a share of the core's (Cattaneo 1938, Mindlin 1949; Johnson, Contact Mechanics, Eq. 3.42 and 7.27):
-/// the tractions q sqrt(1 - r^2/a^2) less (c/a) q sqrt(1 - r^2/c^2) through the kernel 1/r, which leaves out
-/// how far u_x depends on the direction. Within c it is 1; c = 0 slides. Beyond the contact the half space's
-/// answer is tapered by exp(-pi (r - a) / (2 H)), the slowest decay of shear in a layer of thickness H that
-/// is bonded at its base.
+/// Tangential displacement by distance r from the centre of a contact of radius a that sticks within c, as a
+/// share of the core's: cattaneo_share. Beyond the contact the half space's answer is tapered by
+/// exp(-pi (r - a) / (2 H)), the slowest decay of shear in a layer of thickness H that is bonded at its base.
 double pulled_share(double r_mm, double a_mm, double c_mm, double thickness_mm);
 
 /// The same of a twisted contact that sticks: u_theta / (turn * a), r/a inside (Reissner and Sagoci 1944),

@@ -16,14 +16,17 @@
 #include "engine/mechanics/contact_tracker.h"
 #include "engine/mechanics/force.h"
 #include "engine/mechanics/shear.h"
+#include "engine/mechanics/skin.h"
 #include "engine/skipping.h"
 #include "engine/solve/elastic_convolution.h"
 #include "engine/solve/poisson_dct.h"
 #include "engine/stages/contact.h"
 #include "engine/stages/datum.h"
 #include "engine/stages/elastic.h"
+#include "engine/stages/lookup.h"
 #include "engine/stages/pad.h"
 #include "engine/stages/regions.h"
+#include "engine/stages/skin.h"
 #include "engine/stages/slope.h"
 #include "engine/stages/surface.h"
 #include "engine/stages/upload.h"
@@ -39,7 +42,7 @@ void require(bool fits, const Sensor& sensor, const std::string& wanted, const s
   if (!fits) throw Error(Failure::Sensor, "sensor '" + sensor.name + "' with " + wanted, found, remedy);
 }
 
-void check_fit(const Sensor& sensor, const FrameFormat& format, bool surface) {
+void check_fit(const Sensor& sensor, const FrameFormat& format, uint32_t outputs) {
   const uint64_t pixels = uint64_t{format.width} * format.height;
   require(
       pixels > 0 && pixels <= kMaxPixels && format.width <= kMaxSide_px && format.height <= kMaxSide_px,
@@ -64,15 +67,25 @@ void check_fit(const Sensor& sensor, const FrameFormat& format, bool surface) {
             "none inside " + std::to_string(format.width) + " x " + std::to_string(format.height) + " px",
             "'pad' in px of the rectified frame");
   }
-  if (!surface) return;
-  require(sensor.reading != Reading::None, sensor, "a surface reading (shading, photometric or elastic)",
-          "none", "asking for force only, or adding 'surface' to the sensor file");
+  if (follows_skin(sensor, wants(outputs, Output::Skin), wants(outputs, Output::Force))) {
+    require(sensor.skin.has_value(), sensor, "a pattern on the skin", "none",
+            "'skin' in the sensor file, or outputs without skin");
+    require(sensor.background.kind == BackgroundKind::Untouched, sensor,
+            "an untouched image in which the skin's pattern is found", "background.source 'none'",
+            "'untouched', or outputs without skin");
+  }
+  if (!wants(outputs, Output::Surface)) return;
+  require(sensor.reading != Reading::None, sensor,
+          "a surface reading (shading, photometric, elastic or lookup)", "none",
+          "asking for force only, or adding 'surface' to the sensor file");
   require(sensor.reading != Reading::Photometric || format.channels == 3, sensor,
           "colour frames for reading 'photometric'", "gray frames", "channels 3 in the sensor file");
   require(sensor.reading != Reading::Shading || format.channels == 1, sensor,
           "gray frames for reading 'shading'", "colour frames", "channels 1 in the sensor file");
   require(sensor.reading != Reading::Elastic || format.channels == 1, sensor,
           "gray frames for reading 'elastic'", "colour frames", "channels 1 in the sensor file");
+  require(sensor.reading != Reading::Lookup || format.channels == 1, sensor,
+          "gray frames for reading 'lookup'", "colour frames", "channels 1 in the sensor file");
 }
 
 // Whether so much of the contact is clipped that its depth cannot be right: a share of its area, and in the
@@ -118,6 +131,7 @@ struct Pipeline::Impl {
     gpu::DeviceBuffer datum_records;
     gpu::DeviceBuffer border_records;  // Reading::Elastic
     gpu::DeviceBuffer clipped;         // the other readings
+    gpu::DeviceBuffer skin_records;
     gpu::Commands commands;
     // Only for SurfaceSolver::Exact, which leaves the GPU in between.
     gpu::DeviceBuffer right_side;
@@ -147,11 +161,14 @@ struct Pipeline::Impl {
         contact(gpu_context, with_sensor, frame_format,
                 wants_surface && with_sensor.reading != Reading::Photometric, tuning,
                 wants(with_options.outputs, Output::Contacts)),
+        skin_tracker(with_sensor.pitch_mm_per_px),
         shear(with_sensor.pitch_mm_per_px) {
     if (wants(options.outputs, Output::Contacts)) {
       regions.emplace(context, contact, format);
       tracker.emplace(sensor, format);
     }
+    if (follows_skin(sensor, wants(options.outputs, Output::Skin), wants(options.outputs, Output::Force)))
+      skin.emplace(context, sensor, format);
     if (sensor.background.kind == BackgroundKind::Untouched)
       background.emplace(context, "background", format);
     if (wants_surface && sensor.reading == Reading::Elastic) {
@@ -160,6 +177,9 @@ struct Pipeline::Impl {
       if (options.solver == SurfaceSolver::Exact)
         convolution.emplace(ElasticKernel(sensor.elastic, sensor.pitch_mm_per_px), format.width,
                             format.height);
+    } else if (wants_surface && sensor.reading == Reading::Lookup) {
+      lookup.emplace(context, sensor, format, contact, tuning);
+      datum.emplace(context, contact, map, tuning);
     } else if (wants_surface) {
       // With a pad's outline some pixels are never known: the solver with weights is then the only one.
       if (!sensor.pad || options.solver == SurfaceSolver::Exact)
@@ -207,7 +227,7 @@ struct Pipeline::Impl {
       if (elastic)
         slot.border_records =
             gpu::DeviceBuffer(context, "border records", Elastic::kBorderBytes, gpu::Memory::Readback);
-      else
+      if (slope)
         slot.clipped =
             gpu::DeviceBuffer(context, "clipped pixels", slope->clipped_bytes(), gpu::Memory::Readback);
     }
@@ -216,6 +236,16 @@ struct Pipeline::Impl {
 
   /// The untouched image, or where nothing is subtracted anything of its shape: it is not read.
   const PaddedImage& rest(const Slot& slot) const { return background ? *background : slot.frame; }
+
+  /// Where the skin's pattern is in the untouched image; commands know how many points there are.
+  void find_skin(const Frame& untouched) {
+    skin->set_background(untouched);
+    for (Slot& slot : slots) {
+      slot.skin_records =
+          gpu::DeviceBuffer(context, "skin motions", skin->record_bytes(), gpu::Memory::Readback);
+      record(slot);
+    }
+  }
 
   /// The frame's pixels on their way into the slot's padded image.
   void upload(Slot& slot, const Frame& frame) {
@@ -244,19 +274,20 @@ struct Pipeline::Impl {
     cmd.begin();
     contact.record(cmd, slot.frame, rest(slot), slot.records);
     if (regions) regions->record(cmd, slot.frame, rest(slot), slot.records, slot.parts);
+    if (skin && skin->ready()) skin->record(cmd, slot.frame, slot.skin_records);
     if (partial) partial->record(context, cmd, slot.known, slot.frame);
     const bool weights = partial && partial->solves();
     if (weights)
       partial->record_solve(context, cmd, slot.known, slot.frame, rest(slot), contact, slot.records, *slope,
                             *datum, slot.depth, slot.datum_records, slot.clipped);
     if (wants_surface && !(weights && partial->always())) {
-      if (elastic)
-        elastic->record_pressure(cmd, slot.border_records);
-      else
-        slope->record(cmd, slot.frame, rest(slot), *surface, slot.clipped);
+      if (elastic) elastic->record_pressure(cmd, slot.border_records);
+      if (slope) slope->record(cmd, slot.frame, rest(slot), *surface, slot.clipped);
       if (!solves_on_host()) {
         if (elastic)
           elastic->record_deflection(cmd, slot.depth);
+        else if (lookup)
+          lookup->record(cmd, slot.depth);
         else
           surface->record(cmd, slot.depth);
         datum->record(cmd, slot.depth, slot.records, slot.datum_records, inner_edges(slot));
@@ -357,6 +388,8 @@ struct Pipeline::Impl {
                                               : Validity::Valid;
       if (elastic)
         measure_elastic(slot, rest, t);
+      else if (lookup)
+        measure_lookup(rest, t);
       else
         measure_clipped(slot, t);
     }
@@ -364,10 +397,11 @@ struct Pipeline::Impl {
     if (slot.after_gap) force.interrupt();
     if (sensor.force) t.force_N = force.update(*sensor.force, force_reading(t));
     if (slot.after_gap) shear.interrupt();
+    if (skin) measure_skin(slot, t);
     shear.update(sensor.shear ? &*sensor.shear : nullptr, t);
     if (tracker) {
       if (slot.after_gap) tracker->interrupt();
-      tracker->update(t);
+      tracker->update(t, skin_sd_px);
     }
     return t;
   }
@@ -388,6 +422,17 @@ struct Pipeline::Impl {
     }
   }
 
+  void measure_skin(const Slot& slot, Touch& t) {
+    slot.skin_records.invalidate();
+    skin->read(slot.skin_records.as<const Skin::Motion>(), t.skin_points, skin_sd_px);
+    if (slot.after_gap) skin_tracker.interrupt();
+    const double per_px = 1 / sensor.pitch_mm_per_px;
+    const ContactOutline outline{t.centroid_x_px, t.centroid_y_px, t.ellipse.major_mm * per_px,
+                                 t.ellipse.minor_mm * per_px, t.ellipse.angle_rad};
+    t.has_skin = true;
+    t.skin = skin_tracker.update(t.contact ? &outline : nullptr, t.skin_points, skin_sd_px);
+  }
+
   void measure_clipped(const Slot& slot, Touch& t) const {
     slot.clipped.invalidate();
     t.clipped_px = slope->clipped_px(slot.clipped.as<const uint32_t>());
@@ -406,6 +451,16 @@ struct Pipeline::Impl {
       t.depth_validity = Validity::AtBorder;
     if (t.contact && (t.saturated_px > 0 || t.peak_gray > Elastic::largest_readable_gray(sensor.elastic)))
       t.depth_validity = Validity::Saturated;
+  }
+
+  // So is depth by a table.
+  void measure_lookup(const RestLevel& map_level, Touch& t) const {
+    t.depth_datum_mm = 0;
+    t.depth_max_mm = map_level.highest_mm;
+    t.datum_from_rest = true;
+    t.depth_sd_mm = sensor.lookup.depth_sd_mm;
+    if (t.depth_validity == Validity::Valid && t.peak_gray > sensor.lookup.points.back()[0])
+      t.depth_validity = Validity::AboveRange;
   }
 
   bool solves_on_host() const { return dct || convolution; }
@@ -431,8 +486,12 @@ struct Pipeline::Impl {
   std::optional<PoissonDct> dct;
   std::optional<Elastic> elastic;  // in place of slope and surface
   std::optional<ElasticConvolution> convolution;
+  std::optional<Lookup> lookup;          // in place of slope and surface
   std::optional<WeightedFrame> partial;  // where not everything is known
   ForceHistory force;
+  std::optional<Skin> skin;              // where its pattern is followed
+  std::vector<float> skin_sd_px;
+  SkinTracker skin_tracker;
   ShearTracker shear;
   std::optional<Pad> pad;  // where leased frames are read in place
   std::deque<Slot> slots;
@@ -442,7 +501,7 @@ struct Pipeline::Impl {
 Pipeline::Pipeline(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
                    const PipelineOptions& options) {
   validate(sensor, sensor.name);
-  check_fit(sensor, format, wants(options.outputs, Output::Surface));
+  check_fit(sensor, format, options.outputs);
   if (options.tuning) validate(*options.tuning, context.properties().limits);
   if (options.skip_untouched && Skipping::possible(sensor, format, options))
     skipping_ = std::make_unique<Skipping>(context, sensor, format, options);
@@ -494,6 +553,8 @@ void Pipeline::set_background(const Frame& frame) {
   commands.submit();
   commands.wait();
   if (impl_->partial) impl_->partial->set_background(frame);
+  impl_->has_background = false;
+  if (impl_->skin) impl_->find_skin(frame);
   impl_->has_background = true;
 }
 
@@ -630,12 +691,14 @@ uint64_t Pipeline::memory_bytes() const {
   if (impl_->background) bytes += impl_->background->memory_bytes();
   if (impl_->surface) bytes += impl_->surface->memory_bytes();
   if (impl_->elastic) bytes += impl_->elastic->memory_bytes();
+  if (impl_->lookup) bytes += impl_->lookup->memory_bytes();
   if (impl_->partial) bytes += impl_->partial->memory_bytes();
+  if (impl_->skin) bytes += impl_->skin->memory_bytes();
   for (const Impl::Slot& slot : impl_->slots) {
     bytes += WeightedFrame::memory_bytes(slot.known) + Regions::memory_bytes(slot.parts);
     bytes += slot.frame.memory_bytes() + slot.records.bytes() + slot.depth.buffer.bytes() +
-             slot.datum_records.bytes() + slot.border_records.bytes() + slot.clipped.bytes() +
-             slot.right_side.bytes() + slot.solved.bytes();
+             slot.datum_records.bytes() + slot.skin_records.bytes() + slot.border_records.bytes() +
+             slot.clipped.bytes() + slot.right_side.bytes() + slot.solved.bytes();
   }
   return bytes;
 }

@@ -8,6 +8,7 @@
 #include "engine/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/mechanics/force.h"
+#include "engine/stages/skin.h"
 
 namespace palpate {
 namespace {
@@ -81,7 +82,9 @@ bool Skipping::possible(const Sensor& sensor, const FrameFormat& format, const P
       sensor.background.kind == BackgroundKind::Untouched && sensor.filter == Filter::Binomial5;
   const bool surface = wants(options.outputs, Output::Surface);
   return usual && !needs_confidence(sensor, options.outputs) &&
-         !(surface && (sensor.reading == Reading::Elastic || options.solver == SurfaceSolver::Exact)) &&
+         !follows_skin(sensor, wants(options.outputs, Output::Skin), wants(options.outputs, Output::Force)) &&
+         !(surface && (sensor.reading == Reading::Elastic || sensor.reading == Reading::Lookup ||
+                       options.solver == SurfaceSolver::Exact)) &&
          std::lround(sensor.threshold_gray * 128) > 0 && !window_sizes(format).empty();
 }
 

@@ -32,8 +32,9 @@ PixelRect place_window(const PixelRect& size, const PixelRect& box, const std::o
 class Skipping {
  public:
   /// Whether a window gives what the whole frame would: not where a pixel's depth depends on pressure far
-  /// away (Reading::Elastic), where pixels are weighted, where heights are solved on the host, and where
-  /// everything is contact (a threshold of 0) or nothing is subtracted or filtered.
+  /// away (Reading::Elastic) or is absolute (Reading::Lookup), where pixels are weighted, where heights are
+  /// solved on the host, and where everything is contact (a threshold of 0) or nothing is subtracted or
+  /// filtered.
   static bool possible(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options);
 
   Skipping(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,

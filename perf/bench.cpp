@@ -17,12 +17,14 @@
 #include "engine/solve/weighted_poisson.h"
 #include "engine/stages/contact.h"
 #include "engine/stages/elastic.h"
+#include "engine/stages/skin.h"
 #include "engine/stages/surface.h"
 #include "engine/stages/weighted_surface.h"
 #include "perf/measure.h"
 #include "perf/program.h"
 #include "perf/rivals.h"
 #include "perf/scene.h"
+#include "perf/skin_rival.h"
 #include "perf/weighted_rival.h"
 
 namespace palpate::perf {
@@ -43,6 +45,20 @@ class Bench {
     add(compare("contact", size.text(), ours,
                 {"OpenCV float", [&] { sink_ += rival.run_float(scene.next()); }}, repetitions_,
                 inner(size, 20)));
+  }
+
+  /// Several contacts told apart and followed, beside OpenCV's; and beside ours without that.
+  void regions(const Size& size) {
+    Scene scene = fingers_for(size, SyntheticMode::Lambert);
+    Pipeline apart = make_pipeline(scene, Output::Force | Output::Contacts, SurfaceSolver::Live);
+    Pipeline whole = make_pipeline(scene, static_cast<uint32_t>(Output::Force), SurfaceSolver::Live);
+    OpenCvContact rival(scene.background, scene.sensor);
+    const Work ours{"palpate", [&] { apart.process(scene.next()); }};
+    add(compare("contact and regions", size.text(), ours,
+                {"OpenCV 8 bit", [&] { sink_ += rival.run_regions(scene.next()); }}, repetitions_,
+                inner(size, 20)));
+    add(compare("contact and regions", size.text(), ours,
+                {"contact alone", [&] { whole.process(scene.next()); }}, repetitions_, inner(size, 20)));
   }
 
   /// Contact alone, of frames that lie in a camera driver's buffers: read in place by the device, and copied
@@ -237,6 +253,105 @@ class Bench {
     stages(pipeline, scene, size, work);
   }
 
+  /// What a table over the linear normal costs, over the same frame without.
+  void normal_table(const Size& size) {
+    Scene scene = scene_for(size, SyntheticMode::Gel);
+    Pipeline plain = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+    constexpr uint32_t kSide = 17;
+    NormalTable& table = scene.sensor.photometric.table.emplace();
+    table.side = kSide;
+    for (uint32_t n = 0; n < kSide * kSide; ++n) {
+      table.nx.push_back(2.0 * (n % kSide) / (kSide - 1) - 1);
+      table.ny.push_back(2.0 * (n / kSide) / (kSide - 1) - 1);
+    }
+    Pipeline with = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+    add(compare("normal table", size.text(), {"with", [&] { with.process(scene.next()); }},
+                {"without", [&] { plain.process(scene.next()); }}, repetitions_, inner(size, 8)));
+  }
+
+  /// A gray gel's depth by table, frame to depth, beside OpenCV's difference, filter and table.
+  void lookup(const Size& size) {
+    Scene scene = scene_for(size, SyntheticMode::Lambert);
+    scene.sensor.reading = Reading::Lookup;
+    scene.sensor.lookup.points = {{4, 0}, {60, 0.8}, {120, 1.2}, {200, 1.5}};
+    Pipeline pipeline = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+    add(compare("frame to depth (lookup)", size.text(), {"palpate", [&] { pipeline.process(scene.next()); }},
+                {"OpenCV", [&] { sink_ += opencv_lookup(scene.next(), scene.background); }}, repetitions_,
+                inner(size, 8)));
+  }
+
+  /// The pattern of the skin, followed through a twist; with each one's error against the truth.
+  void skin(const Size& size, const char* pattern) {
+    const SyntheticOptions options =
+        parse_synthetic("synthetic:twist?size=" + size.text() + "&skin=" + pattern + "&mode=gel");
+    const SyntheticSensor source(options);
+    const Sensor sensor = synthetic_sensor(options);
+    const Frame untouched = *source.own_background();
+    Skin stage(context_, sensor, source.format());
+    stage.set_background(untouched);
+    std::vector<std::array<float, 2>> points;
+    for (const SkinTemplate& t : stage.templates()) points.push_back(t.centre);
+    const auto side_px = static_cast<int>(2 * stage.window().reach_px() + 1);
+    OpenCvSkin rival(untouched, points, side_px);
+
+    std::vector<Frame> frames;
+    std::vector<PaddedImage> images;
+    std::vector<gpu::Commands> commands;
+    const gpu::DeviceBuffer records(context_, "records", stage.record_bytes(), gpu::Memory::Readback);
+    constexpr uint64_t kFirst = 45, kFrames = 40;
+    for (uint64_t k = 0; k < kFrames; ++k) {
+      source.render(kFirst + k, frames.emplace_back());
+      images.emplace_back(context_, "frame", source.format()).write(frames.back());
+      gpu::Commands& one = commands.emplace_back(context_);
+      one.begin();
+      images.back().record(one);
+      one.barrier();
+      stage.record(one, images.back(), records);
+      one.host_barrier();
+      one.end();
+    }
+    // There and back: the skin never jumps.
+    const auto place = [](size_t turn) {
+      return turn % (2 * kFrames) < kFrames ? turn % kFrames : kFrames - 1 - turn % kFrames;
+    };
+    size_t turn = 0, rival_turn = 0;
+    const auto follow = [&] {
+      gpu::Commands& one = commands[place(turn++)];
+      one.submit();
+      one.wait();
+      records.invalidate();
+    };
+    add(compare(
+        std::string("skin (") + pattern + ", " + std::to_string(points.size()) + ")", size.text(),
+        {"palpate", follow},
+        {"calcOpticalFlowPyrLK", [&] { sink_ += double{rival.follow(frames[place(rival_turn++)])[0][0]}; }},
+        repetitions_, inner(size, 8)));
+    double ours = 0, theirs = 0, ours_count = 0, theirs_count = 0;
+    for (turn = rival_turn = 0; turn < kFrames;) {
+      const uint64_t sequence = kFirst + turn;
+      follow();
+      const auto motions = records.as<const Skin::Motion>();
+      const auto& places = rival.follow(frames[place(rival_turn++)]);
+      for (size_t i = sequence % 31; i < points.size(); i += 31) {
+        const auto truth = source.skin_shift_px(sequence, double{points[i][0]}, double{points[i][1]});
+        const auto square = [&](double x, double y) {
+          return (std::pow(x - truth[0], 2) + std::pow(y - truth[1], 2)) / 2;
+        };
+        if (motions[i].trust > 0) {
+          ours += square(double{motions[i].shift_x_px}, double{motions[i].shift_y_px});
+          ++ours_count;
+        }
+        if (places[i][0] == places[i][0]) {
+          theirs += square(double{places[i][0]} - double{points[i][0]},
+                           double{places[i][1]} - double{points[i][1]});
+          ++theirs_count;
+        }
+      }
+    }
+    std::printf("  RMS error of one component: palpate %.3f px, calcOpticalFlowPyrLK %.3f px\n",
+                std::sqrt(ours / ours_count), std::sqrt(theirs / theirs_count));
+  }
+
   /// Frames a second with several frames in flight, as `palpate process` runs.
   void throughput(const Size& size, SyntheticMode mode) {
     Scene scene = scene_for(size, mode);
@@ -321,7 +436,7 @@ int run(int argc, char** argv) {
   CLI::App app("Times palpate's stages beside OpenCV and FFTW in one run.");
   gpu::ContextOptions options;
   int repetitions = 21;
-  bool weighted = false;
+  bool weighted = false, contacts = false, skin = false, gels = false;
   std::string out;
   app.add_option("--device", options.device, "index or part of a name");
   app.add_option("--repetitions", repetitions, "paired repetitions")->check(CLI::Range(3, 1000));
@@ -329,6 +444,9 @@ int run(int argc, char** argv) {
   app.add_flag("--stages", options.timers,
                "GPU timers for single stages (they slow the frame down by a tenth)");
   app.add_flag("--weighted", weighted, "Weighted surfaces only: their rival takes half a minute");
+  app.add_flag("--gels", gels, "Readings of gels only: with a normal table, by a table of depth");
+  app.add_flag("--skin", skin, "Following the skin's pattern only");
+  app.add_flag("--contacts", contacts, "Contact, regions and moments only");
   CLI11_PARSE(app, argc, argv);
 
   gpu::Context context(options);
@@ -340,13 +458,27 @@ int run(int argc, char** argv) {
       bench.weighted(size);
       continue;
     }
+    if (gels) {
+      bench.normal_table(size);
+      bench.lookup(size);
+      continue;
+    }
+    if (skin) {
+      bench.skin(size, "markers");
+      bench.skin(size, "texture");
+      continue;
+    }
     bench.contact(size);
-    bench.upload(size);
+    bench.regions(size);
     bench.moments(size);
+    if (contacts) continue;
+    bench.upload(size);
     bench.surface(size);
     bench.elastic(size);
     bench.frame(size, SyntheticMode::Lambert);
     bench.frame(size, SyntheticMode::Gel);
+    bench.normal_table(size);
+    bench.lookup(size);
     bench.throughput(size, SyntheticMode::Lambert);
     bench.throughput(size, SyntheticMode::Gel);
   }
@@ -356,8 +488,8 @@ int run(int argc, char** argv) {
     file.commit();
   };
   if (!out.empty()) {
-    write(weighted ? "weighted.csv" : "bench.csv", bench.csv());
-    if (!weighted) write("throughput.csv", bench.throughput_csv());
+    write(weighted ? "weighted.csv" : skin ? "skin.csv" : "bench.csv", bench.csv());
+    if (!weighted && !skin) write("throughput.csv", bench.throughput_csv());
   }
   return 0;
 }

@@ -46,15 +46,31 @@ double opencv_moments(const Frame& frame) {
   return cv::moments(plane_of(frame, 0)).m00;
 }
 
+double opencv_lookup(const Frame& frame, const Frame& background) {
+  cv::Mat change, smooth, depth;
+  cv::subtract(plane_of(frame, 0), plane_of(background, 0), change);
+  cv::GaussianBlur(change, smooth, {5, 5}, 1.0);
+  static const cv::Mat table = [] {
+    cv::Mat t(1, 256, CV_32F);
+    for (int g = 0; g < 256; ++g) t.at<float>(g) = std::sqrt(static_cast<float>(g)) / 10;
+    return t;
+  }();
+  cv::LUT(smooth, table, depth);
+  double deepest = 0;
+  cv::minMaxLoc(depth, nullptr, &deepest);
+  return deepest + cv::moments(smooth).m00;
+}
+
 struct OpenCvContact::Impl {
   Frame background;
   Sensor sensor;
   cv::Mat change8, work8, blurred8, contact8, change32, rest32, blurred32, mask32;
   double area = 0;
+  cv::Mat mask8, labels, stats, centers;
 };
 
 OpenCvContact::OpenCvContact(const Frame& background, const Sensor& sensor)
-    : impl_(new Impl{background, sensor, {}, {}, {}, {}, {}, {}, {}, {}, 0}) {
+    : impl_(new Impl{background, sensor, {}, {}, {}, {}, {}, {}, {}, {}, 0, {}, {}, {}, {}}) {
   plane_of(background, 0).convertTo(impl_->rest32, CV_32F);
 }
 OpenCvContact::~OpenCvContact() = default;
@@ -65,6 +81,13 @@ double OpenCvContact::run_8bit(const Frame& frame) {
   cv::GaussianBlur(m.change8, m.blurred8, {5, 5}, 0, 0, cv::BORDER_REPLICATE);
   cv::threshold(m.blurred8, m.contact8, m.sensor.threshold_gray - kBelow, 0, cv::THRESH_TOZERO);
   return cv::moments(m.contact8).m00;
+}
+
+double OpenCvContact::run_regions(const Frame& frame) {
+  Impl& m = *impl_;
+  run_8bit(frame);
+  cv::threshold(m.contact8, m.mask8, 0, 255, cv::THRESH_BINARY);
+  return cv::connectedComponentsWithStats(m.mask8, m.labels, m.stats, m.centers, 8) - 1;
 }
 
 double OpenCvContact::run_float(const Frame& frame) {

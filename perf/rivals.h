@@ -13,6 +13,8 @@ namespace palpate::perf {
 
 /// cv::moments of one plane of pixels, nothing before it. Returns the gray sum.
 double opencv_moments(const Frame& frame);
+/// Difference, 5 x 5 Gaussian, depth by a table over whole gray levels, deepest point and moments; 8 bits.
+double opencv_lookup(const Frame& frame, const Frame& background);
 
 /// Force and centroid with OpenCV, frame by frame.
 class OpenCvContact {
@@ -21,6 +23,9 @@ class OpenCvContact {
   ~OpenCvContact();
   /// subtract, GaussianBlur 5x5, threshold to zero, moments; 8 bits throughout. Returns the gray sum.
   double run_8bit(const Frame& frame);
+  /// As run_8bit, and the connected regions (8 neighbours) of the contact with area, box and centroid each.
+  /// Returns how many there are.
+  double run_regions(const Frame& frame);
   /// In single precision: convertTo, subtract, GaussianBlur 5x5, threshold to a mask of 0 and 1, multiply by
   /// it, moments of the product and of the mask. Returns the gray sum.
   double run_float(const Frame& frame);

@@ -29,5 +29,7 @@ struct Scene {
 
 /// Four frames with contact from all over a slide; with `moving` eight in a row, as a camera sees them.
 Scene scene_for(const Size& size, SyntheticMode mode, bool moving = false, uint32_t bits = 8);
+/// Four frames with several contacts each.
+Scene fingers_for(const Size& size, SyntheticMode mode);
 
 }  // namespace palpate::perf

@@ -1,5 +1,5 @@
 // Pixels to slopes p = d(depth)/dx, q = d(depth)/dy at pixel centres, one row of eight pixels at a time. Variants: READING_GIVEN
-// (slopes from a buffer), READING_SHADING, READING_PHOTOMETRIC. Included after `push` (SlopePush) and TILE_ROWS are declared;
+// (slopes from a buffer), READING_SHADING, READING_PHOTOMETRIC (with NORMAL_TABLE: corrected by a table). Included after `push` (SlopePush) and TILE_ROWS are declared;
 // bindings below FIRST_OUTPUT are taken. What is read from pixels leaves in clipped_px, one word for each invocation, how many of
 // its own pixels are steeper than max_slope.
 
@@ -19,8 +19,16 @@ layout(binding = 0) uniform usamplerBuffer frame_pairs;  // eight 8-bit pixels t
 layout(binding = 1) uniform usamplerBuffer frame_words;
 layout(binding = 2) uniform usamplerBuffer rest_pairs;
 layout(binding = 3) uniform usamplerBuffer rest_words;
+#if defined(NORMAL_TABLE)
+layout(binding = 4) uniform samplerBuffer normal_nodes;  // the corrected normal at a node and at the next one along its row
+layout(binding = 5) writeonly buffer ClippedPixels { uint clipped_px[]; };
+layout(constant_id = 5) const uint TABLE_SIDE = 3;       // nodes
+layout(constant_id = 6) const uint TABLE_REACH = 0;      // a float's bits: the grid covers -reach to reach
+#define FIRST_OUTPUT 6
+#else
 layout(binding = 4) writeonly buffer ClippedPixels { uint clipped_px[]; };
 #define FIRST_OUTPUT 5
+#endif
 #endif
 
 // Counts of clipped pixels in the columns of a tile, over its own rows.
@@ -180,6 +188,27 @@ void add_plane(inout Normals n, int plane, vec3 wx, vec3 wy, int row, int tx, ve
   n.y_c += (weight_y + 2.0 * step_y) * c;
 }
 
+#if defined(NORMAL_TABLE)
+// One pixel's normal between four nodes.
+vec2 between(int node, float a, float b) {
+  vec4 upper = texelFetch(normal_nodes, node), lower = texelFetch(normal_nodes, node + int(TABLE_SIDE));
+  vec4 v = mix(upper, lower, b);
+  return mix(v.xy, v.zw, a);
+}
+
+void correct(inout vec4 nx, inout vec4 ny) {
+  float reach = uintBitsToFloat(TABLE_REACH), steps = float(TABLE_SIDE - 1) / (2.0 * reach);
+  vec4 x = clamp(nx, vec4(-reach), vec4(reach)), y = clamp(ny, vec4(-reach), vec4(reach));
+  vec4 u = (x + reach) * steps, v = (y + reach) * steps;
+  ivec4 i = min(ivec4(u), ivec4(TABLE_SIDE - 2)), j = min(ivec4(v), ivec4(TABLE_SIDE - 2)), node = j * int(TABLE_SIDE) + i;
+  u -= vec4(i);
+  v -= vec4(j);
+  vec2 n0 = between(node.x, u.x, v.x), n1 = between(node.y, u.y, v.y), n2 = between(node.z, u.z, v.z), n3 = between(node.w, u.w, v.w);
+  nx += vec4(n0.x, n1.x, n2.x, n3.x) - x;
+  ny += vec4(n0.y, n1.y, n2.y, n3.y) - y;
+}
+#endif
+
 // Slope = n_xy / n_z of the unit normal. A slope of max_slope has n_z = 1 / sqrt(1 + max_slope^2); beyond it the direction is kept
 // and the size clipped.
 void lean(vec4 nx, vec4 ny, out vec4 across2, out vec4 p, out vec4 q) {
@@ -200,6 +229,11 @@ Slopes slopes_at(Window window, int tx, int y, inout Clipped clipped) {
   add_plane(n, 0, vec3(push.wx[0], push.wx[1], push.wx[2]), vec3(push.wy[0], push.wy[1], push.wy[2]), row, tx, x_at, y_at);
   add_plane(n, 1, vec3(push.wx[3], push.wx[4], push.wx[5]), vec3(push.wy[3], push.wy[4], push.wy[5]), row, tx, x_at, y_at);
   add_plane(n, 2, vec3(push.wx[6], push.wx[7], push.wx[8]), vec3(push.wy[6], push.wy[7], push.wy[8]), row, tx, x_at, y_at);
+#if defined(NORMAL_TABLE)
+  correct(n.x_a, n.y_a);
+  correct(n.x_b, n.y_b);
+  correct(n.x_c, n.y_c);
+#endif
   Slopes result;
   vec4 q_a, q_b, q_c;
   vec4 across_a, across_b, across_c;

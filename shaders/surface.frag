@@ -1,5 +1,5 @@
 #version 460
-// Colour by depth, light by slope, both from the full map: a coarse mesh still shows every texel.
+// Colour by depth, pressure or strain, light by slope, all from the full map: a coarse mesh still shows every texel.
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/colormap.h"
 #include "shaders/shared/surface_view.h"
@@ -7,12 +7,26 @@
 layout(push_constant) uniform Push { SurfacePush push; };
 #include "shaders/surface_depth.glsl"
 
+layout(binding = 1) uniform samplerBuffer pressure_map;  // MPa over the same frame, of another size
+layout(constant_id = 0) const int kMap = PALPATE_MAP_VIRIDIS;
+layout(constant_id = 1) const int kShown = PALPATE_SHOWN_DEPTH;
+
 layout(location = 0) in vec2 texel;
 layout(location = 1) in vec3 world_mm;
 layout(location = 0) out vec4 color;
 
 const vec3 kLight = normalize(vec3(-0.50, 0.55, 0.80));
 const float kAmbient = 0.42;
+
+// Between the four texels around the same place of the frame.
+float pressure_at(vec2 place) {
+  const ivec2 size = ivec2(push.pressure_size & 0xffffu, push.pressure_size >> 16);
+  const vec2 at = (place + 0.5) * vec2(size) / vec2(push.width, push.height) - 0.5;
+  const ivec2 a = clamp(ivec2(floor(at)), ivec2(0), size - 1), b = min(a + 1, size - 1);
+  const vec2 f = clamp(at - vec2(a), 0.0, 1.0);
+  return mix(mix(texelFetch(pressure_map, a.y * size.x + a.x).x, texelFetch(pressure_map, a.y * size.x + b.x).x, f.x),
+             mix(texelFetch(pressure_map, b.y * size.x + a.x).x, texelFetch(pressure_map, b.y * size.x + b.x).x, f.x), f.y);
+}
 
 void main() {
   // Central differences at the four texels around, blended: a slope without facets.
@@ -29,8 +43,11 @@ void main() {
   const float depth = mix(mix(d00, d10, f.x), mix(d01, d11, f.x), f.y);
   const vec2 slope = 0.5 * vec2(mix(gx.x, gx.y, f.x), mix(gy.x, gy.y, f.x)) / push.pitch_mm;
 
-  const float t = clamp(depth / push.range_mm, 0.0, 1.0);
-  vec3 shade = clamp(vec3(viridis_red(t), viridis_green(t), viridis_blue(t)), 0.0, 1.0);
+  float value = depth;
+  if (kShown == PALPATE_SHOWN_PRESSURE) value = pressure_at(texel);
+  if (kShown == PALPATE_SHOWN_STRAIN) value = sqrt(1.0 + dot(slope, slope)) - 1.0;
+  const float t = clamp(value / push.colour_range, 0.0, 1.0);
+  vec3 shade = clamp(vec3(map_red(kMap, t), map_green(kMap, t), map_blue(kMap, t)), 0.0, 1.0);
 
   if (push.grid_mm > 0) {
     const vec2 lines = world_mm.xy / push.grid_mm;

@@ -10,10 +10,11 @@ layout(location = 0) out vec2 texel;     // place in the map, texels
 layout(location = 1) out vec3 world_mm;
 
 void main() {
-  const uint row = uint(gl_VertexIndex) / push.mesh_columns;
-  const uint column = uint(gl_VertexIndex) - row * push.mesh_columns;
+  const uint columns = push.mesh_size & 0xffffu, rows = push.mesh_size >> 16;
+  const uint row = uint(gl_VertexIndex) / columns;
+  const uint column = uint(gl_VertexIndex) - row * columns;
   const vec2 last = vec2(push.width - 1, push.height - 1);
-  texel = last * vec2(column, row) / vec2(max(push.mesh_columns, 2u) - 1, max(push.mesh_rows, 2u) - 1);
+  texel = last * vec2(column, row) / vec2(max(columns, 2u) - 1, max(rows, 2u) - 1);
 
   const ivec2 a = ivec2(texel);
   const ivec2 b = min(a + 1, ivec2(last));

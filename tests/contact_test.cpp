@@ -165,7 +165,7 @@ TEST_F(ContactTest, BorderIsTheOutermostRowsAndColumns) {
   for (const Filter filter : {Filter::Binomial5, Filter::None}) {
     for (const BackgroundKind kind : {BackgroundKind::Untouched, BackgroundKind::None}) {
       for (const uint32_t bits : {8u, 16u}) {
-        for (const auto& [width, height] : {std::pair{35u, 37u}, {32u, 64u}, {33u, 1u}, {1u, 5u}}) {
+        for (const auto& [width, height] : {std::pair{35u, 66u}, {1u, 5u}}) {
           const FrameFormat format{width, height, 1, bits};
           Sensor sensor;
           sensor.pitch_mm_per_px = 0.1;

@@ -70,6 +70,7 @@ class Program : public testing::Test {
     argv.push_back(nullptr);
     const pid_t child = fork();
     if (child == 0) {
+      setenv("PALPATE_CONFIG", "none", 1);  // what a person has set at the window is no business of tests
       for (const auto& [name, value] : around.environment) {
         value.empty() ? unsetenv(name.c_str()) : setenv(name.c_str(), value.c_str(), 1);
       }

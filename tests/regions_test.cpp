@@ -2,6 +2,7 @@
 
 #include <opencv2/imgproc.hpp>
 #include <random>
+#include <set>
 
 #include "engine/gpu/commands.h"
 #include "tests/gpu_fixture.h"
@@ -130,7 +131,7 @@ TEST_F(RegionsTest, RandomFramesEqualReferenceExactly) {
   std::mt19937 random(11);
   const std::array<uint32_t, 12> sides{1, 2, 3, 5, 15, 16, 17, 31, 33, 64, 67, 129};
   const auto pick = [&](const auto& list) { return list[random() % list.size()]; };
-  for (int i = 0; i < 90 && !HasFatalFailure(); ++i) {
+  for (int i = 0; i < 10 && !HasFatalFailure(); ++i) {
     const bool color = i % 5 == 4;
     const FrameFormat format{pick(sides), pick(sides), color ? 3u : 1u,
                              color ? 8 : pick(std::array<uint32_t, 4>{8, 8, 12, 16})};
@@ -138,14 +139,14 @@ TEST_F(RegionsTest, RandomFramesEqualReferenceExactly) {
     sensor.filter = pick(std::array{Filter::Binomial5, Filter::None});
     sensor.background.kind = pick(std::array{BackgroundKind::Untouched, BackgroundKind::None});
     const bool subtracts = sensor.background.kind == BackgroundKind::Untouched;
-    sensor.signal = subtracts ? pick(std::array{Signal::Brighter, Signal::Darker, Signal::Either})
-                              : Signal::Brighter;
+    sensor.signal =
+        subtracts ? pick(std::array{Signal::Brighter, Signal::Darker, Signal::Either}) : Signal::Brighter;
     const uint32_t top = format.max_gray();
     sensor.saturation_gray = pick(std::array<uint32_t, 4>{top, top, top * 3 / 4, 1});
     // Filtered noise gathers about its mean: thresholds on both sides of it.
     sensor.threshold_gray = top * pick(std::array{0.0, 0.2, 0.3, 0.45, 0.5, 0.55, 0.8, 0.95});
     RegionsRun gpu(context(), format, sensor, default_tuning(context()));
-    for (int frame = 0; frame < 4; ++frame) {
+    for (int frame = 0; frame < 30; ++frame) {
       const Frame image = random_frame(format, 0, top, random);
       const Frame rest = random_frame(format, 0, subtracts ? top / 4 : 0, random);
       const std::string scene = std::to_string(format.width) + "x" + std::to_string(format.height) + "x" +
@@ -190,7 +191,7 @@ TEST_F(RegionsTest, ShapesEqualReferenceAndOpenCv) {
   for (const uint32_t bits : {8u, 16u}) {
     const FrameFormat format{117, 100, 1, bits};
     const Sensor sensor = plain_sensor(format);
-    for (const uint32_t rows : {32u, 34u, 64u}) {
+    for (const uint32_t rows : {34u, 64u}) {
       Tuning tuning = default_tuning(context());
       tuning.contact_rows = rows;
       RegionsRun gpu(context(), format, sensor, tuning);

@@ -116,6 +116,53 @@ TEST_F(SlopeTest, PhotometricEqualsReference) {
   EXPECT_LT(on_the_edge, 5u);
 }
 
+TEST_F(SlopeTest, NormalTableEqualsReference) {
+  std::mt19937 random(13);
+  uint64_t clipped = 0;
+  for (int i = 0; i < 6; ++i) {
+    const auto& [width, height] = kSizes[static_cast<size_t>(i) % kSizes.size()];
+    const FrameFormat format{width, height, 3, 8};
+    Frame image, rest;
+    image.reshape(format);
+    rest.reshape(format);
+    for (uint8_t& byte : image.bytes) byte = static_cast<uint8_t>(random());
+    for (uint8_t& byte : rest.bytes) byte = static_cast<uint8_t>(random());
+    Sensor sensor;
+    sensor.pitch_mm_per_px = 0.05;
+    sensor.channels = 3;
+    sensor.reading = Reading::Photometric;
+    sensor.max_slope = i % 2 ? 10 : 0.3;
+    std::uniform_real_distribution<double> weight(-0.3, 0.3);
+    for (auto* weights : {&sensor.photometric.wx, &sensor.photometric.wy})
+      for (auto& row : *weights)
+        for (double& w : row) w = weight(random);
+    // A grid that some normals lie beyond, with values that are nothing like the identity.
+    NormalTable& table = sensor.photometric.table.emplace();
+    table.side = std::array{3u, 9u, 17u}[static_cast<size_t>(i) % 3];
+    table.reach = 0.3;
+    for (uint32_t n = 0; n < table.side * table.side; ++n) {
+      table.nx.push_back(weight(random));
+      table.ny.push_back(weight(random));
+    }
+    const reference::Slopes slopes = reference::photometric_slopes(image, rest, sensor);
+    expect_reference(image, rest, sensor, slopes, 2e-4);
+    clipped += slopes.clipped;
+    // A table that is the identity changes nothing.
+    Sensor plain = sensor;
+    plain.photometric.table.reset();
+    table.nx.clear();
+    table.ny.clear();
+    for (uint32_t n = 0; n < table.side * table.side; ++n) {
+      table.nx.push_back(table.reach * (2.0 * (n % table.side) / (table.side - 1) - 1));
+      table.ny.push_back(table.reach * (2.0 * (n / table.side) / (table.side - 1) - 1));
+    }
+    const std::vector<float> with = right_side(image, rest, sensor, RightSides::Pixels);
+    const std::vector<float> without = right_side(image, rest, plain, RightSides::Pixels);
+    expect_near(with, std::vector<double>(without.begin(), without.end()), 1e-4, "identity", width);
+  }
+  EXPECT_GT(clipped, 20u);
+}
+
 TEST_F(SlopeTest, ShadingEqualsReference) {
   std::mt19937 random(12);
   uint64_t clipped = 0;

@@ -2,6 +2,7 @@
 // raw image.
 #pragma once
 
+#include "engine/frame.h"
 #include "engine/sensor.h"
 #include "engine/touch.h"
 #include "viz/camera.h"
@@ -16,13 +17,21 @@ namespace palpate::viz {
 void draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip, const ViewRect& view,
                const Vec3& half_mm, const SurfaceStyle& style, float scale);
 
-/// Vertical bar, rest at the top, ticks in mm of depth.
+/// Vertical bar, rest at the top, ticks of what the colours show: mm of depth, kPa, or % of strain.
 void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle& style, bool automatic,
                      float scale);
 
-/// Contact ellipse, centroid and tangential force over the raw image in `rect`. `full_shear_N`: force of an
-/// arrow of full length.
-void draw_contact(ImDrawList* list, const ViewRect& rect, const Touch& touch, const Sensor& sensor,
-                  uint32_t image_width, double full_shear_N, float scale);
+/// How the raw image is drawn over.
+struct ImageMarks {
+  bool contacts = true;     ///< outlines, ids, centroids, shear
+  bool skin = true;         ///< followed places of the skin and how far they have moved
+  double full_shear_N = 1;  ///< tangential force of an arrow of full length
+  float scale = 1;          ///< of text and lines
+};
+
+/// Over the raw image in `rect`: each contact's ellipse, number and tangential force (of the whole touch
+/// where contacts are not told apart), places of the skin, what reaches the border and what is saturated.
+void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, const Sensor& sensor,
+                const FrameFormat& format, const ImageMarks& marks);
 
 }  // namespace palpate::viz

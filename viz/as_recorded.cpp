@@ -1,22 +1,19 @@
 #include "viz/as_recorded.h"
 
+#include <algorithm>
 #include <sstream>
+#include <vector>
 
 #include "capture/measurements.h"
 
 namespace palpate {
 namespace {
 
-std::string column_and_values(const std::string& recorded, const std::string& now) {
-  std::istringstream names(Measurements::cell_names()), was(recorded), is(now);
-  std::string name, a, b;
-  while (std::getline(names, name, ',')) {
-    a.clear(), b.clear();
-    std::getline(was, a, ',');
-    std::getline(is, b, ',');
-    if (a != b) return name.append(" was '").append(a).append("', is '").append(b).append("'");
-  }
-  return "another number of columns";
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream in(line);
+  for (std::string cell; std::getline(in, cell, ',');) cells.push_back(cell);
+  return cells;
 }
 
 }  // namespace
@@ -32,16 +29,26 @@ bool MeasuredFrames::next(Frame& frame) {
   return false;
 }
 
+// Columns by their names: a session that was recorded before there were others is compared in those it has.
 void RecordedCheck::add(const Session& session, const Touch& touch) {
-  const std::optional<std::string> recorded = session.recorded(touch.sequence);
-  const std::string now = Measurements::cells(touch, session.info().outputs);
-  if (recorded == now) {
-    ++equal;
+  const std::vector<std::string> names = split(session.recorded_names()),
+                                 was = split(session.recorded(touch.sequence).value_or("")),
+                                 today = split(Measurements::cell_names()),
+                                 is = split(Measurements::cells(touch, session.info().outputs));
+  const auto cell = [](const std::vector<std::string>& cells, size_t i) {
+    return i < cells.size() ? cells[i] : std::string();  // empty ones at the end are not split off
+  };
+  for (size_t i = 0; i < names.size(); ++i) {
+    const auto there = std::ranges::find(today, names[i]);
+    if (there == today.end()) continue;
+    const std::string recorded = cell(was, i), now = cell(is, static_cast<size_t>(there - today.begin()));
+    if (recorded == now) continue;
+    if (++different == 1)
+      first_difference = "frame " + std::to_string(touch.sequence) + ": " + names[i] + " was '" + recorded +
+                         "', is '" + now + "'";
     return;
   }
-  if (++different == 1)
-    first_difference =
-        "frame " + std::to_string(touch.sequence) + ": " + column_and_values(recorded.value_or(""), now);
+  ++equal;
 }
 
 }  // namespace palpate

@@ -57,6 +57,8 @@ void add_demo(CLI::App& program, Common& common, Command& chosen);
 void add_calibrate(CLI::App& program, Common& common, Command& chosen);
 void add_profile(CLI::App& program, Common& common, Command& chosen);
 void add_tune(CLI::App& program, Common& common, Command& chosen);
+/// The list of sources in a window: what the program does without a command, where there is a display.
+Command start_command(Common& common);
 
 /// The Vulkan device that the options ask for. Throws Error(Failure::Device).
 /// `window_extensions`: for a window, what it needs.

@@ -1,19 +1,18 @@
 // palpate calibrate photometric: presses of a known ball in, a sensor file with its colour calibration out.
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
+#include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <tuple>
 
-#include "capture/source.h"
 #include "engine/error.h"
 #include "engine/sensor.h"
 #include "engine/solve/photometric_fit.h"
+#include "viz/calibrate_origin.h"
+#include "viz/calibrate_presses.h"
 #include "viz/command.h"
 #include "viz/command_calibrate.h"
 
@@ -22,119 +21,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kHeader = "image,center_x_px,center_y_px,contact_radius_px,ball_radius_mm";
+// A press is of another ball where its held-out depth gain lies so far from the median (logarithms): by a
+// factor, and by so many times the usual scatter. And how many presses it takes to tell.
+constexpr double kUnlikeGain = 1.35, kUnlikeScatter = 3;
+constexpr size_t kEnoughToCompare = 6;
 
 struct Options {
-  fs::path input;
+  std::string input;
   fs::path sensor;
   fs::path balls;
   fs::path background;
+  double ball_mm = 0;
   double rest_weight = 1;
+  uint64_t every = 0;
+  NormalModel model = NormalModel::Best;
+  bool keep_markers = false;
 };
-
-/// One row of balls.csv: a frame and the ball pressed in it.
-struct Ball {
-  std::string image;  // as written
-  fs::path file;
-  uint64_t frame = 0;
-  std::array<double, 4> numbers{};  // center x, y, contact radius (px), ball radius (mm)
-};
-
-bool parse(std::string_view text, auto& number) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size();
-}
-
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    if (c == ',')
-      cells.emplace_back();
-    else if (c != '\r')
-      cells.back() += c;
-  }
-  return cells;
-}
-
-/// "name.png" or "name.avi#12" below a folder, "12" of a single file.
-void locate(Ball& ball, const fs::path& input, const std::string& where) {
-  const bool folder = fs::is_directory(input);
-  const size_t hash = ball.image.rfind('#');
-  const std::string number =
-      hash == std::string::npos ? (folder ? "" : ball.image) : ball.image.substr(hash + 1);
-  const std::string name = hash == std::string::npos ? ball.image : ball.image.substr(0, hash);
-  ball.file = folder ? input / name : input;
-  if (!number.empty() || !folder) {
-    if (!parse(number, ball.frame))
-      throw Error(
-          Failure::Input, "a frame number in " + where, "'" + ball.image + "'",
-          folder ? "FILE or FILE#FRAME, frames counted from 0" : "the frame's number, counted from 0");
-  }
-}
-
-std::vector<Ball> read_balls(const fs::path& file, const fs::path& input) {
-  std::ifstream stream(file);
-  if (!stream)
-    throw Error(Failure::Input, "a table of pressed balls", "no readable file " + file.string(),
-                std::string("a CSV file with the columns ") + kHeader);
-  std::vector<Ball> balls;
-  std::string line;
-  for (size_t row = 1; std::getline(stream, line); ++row) {
-    const std::string where = file.string() + " line " + std::to_string(row);
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (row == 1) {
-      if (line != kHeader)
-        throw Error(Failure::Input, std::string("the header ") + kHeader, "'" + line + "'",
-                    "naming the columns of " + file.string() + " so");
-      continue;
-    }
-    if (line.empty() || line.front() == '#') continue;
-    const std::vector<std::string> cells = split(line);
-    Ball ball;
-    bool good = cells.size() == 5 && !cells[0].empty();
-    for (size_t i = 0; good && i < 4; ++i)
-      good = parse(cells[i + 1], ball.numbers[i]) && std::isfinite(ball.numbers[i]);
-    if (!good)
-      throw Error(Failure::Input, "an image and four numbers in " + where, "'" + line + "'",
-                  std::string("columns ") + kHeader);
-    ball.image = cells[0];
-    locate(ball, input, where);
-    balls.push_back(std::move(ball));
-  }
-  if (balls.empty())
-    throw Error(Failure::Input, "pressed balls in " + file.string(), "no rows",
-                std::string("rows of ") + kHeader);
-  return balls;
-}
-
-/// Fills the fit from the balls' frames; each file is opened once and read to the last frame that it is
-/// wanted for.
-void add_balls(std::vector<Ball> balls, const Sensor& sensor, std::optional<PhotometricFit>& fit) {
-  std::stable_sort(balls.begin(), balls.end(), [](const Ball& a, const Ball& b) {
-    return std::tie(a.file, a.frame) < std::tie(b.file, b.frame);
-  });
-  for (size_t i = 0; i < balls.size();) {
-    const fs::path file = balls[i].file;
-    const std::unique_ptr<Source> source = open_source(file.string(), sensor);
-    if (sensor.background.image.empty() && source->frame_count() == 1)
-      throw Error(Failure::Input, "an untouched image to compare " + file.string() + " with", "none",
-                  "--background IMAGE, or \"background\": {\"image\": ...} in the sensor file");
-    const Frame background = load_background(file.string(), sensor, *source);
-    if (!fit) fit.emplace(source->format(), sensor.pitch_mm_per_px);
-    Frame frame;
-    uint64_t next = 0;
-    for (; i < balls.size() && balls[i].file == file; ++i) {
-      const Ball& ball = balls[i];
-      bool found = next > ball.frame;
-      while (next <= ball.frame && (found = source->next(frame))) ++next;
-      if (!found || next != ball.frame + 1)
-        throw Error(Failure::Input, "frame " + std::to_string(ball.frame) + " of " + file.string(),
-                    std::to_string(next) + " frames", "frame numbers counted from 0");
-      fit->add_ball(frame, background, ball.numbers[0], ball.numbers[1], ball.numbers[2], ball.numbers[3],
-                    ball.image);
-    }
-  }
-}
 
 std::string fixed(double value, int digits) {
   char text[64];
@@ -142,57 +44,169 @@ std::string fixed(double value, int digits) {
   return text;
 }
 
+nlohmann::ordered_json errors_json(const HeldOutErrors& e) {
+  return {{"normal_rms", e.normal_rms},
+          {"normal_angle_deg", e.normal_angle_deg},
+          {"depth_rmse_mm", e.depth_rmse_mm},
+          {"depth_gain", e.depth_gain}};
+}
+
+BallPresses presses_of(const Common& common, const Options& options, const Sensor& reading) {
+  if (!options.balls.empty()) {
+    return read_presses(options.balls, options.input, reading, !options.keep_markers);
+  }
+  PressSearch search;
+  search.ball_radius_mm = options.ball_mm;
+  search.mask_markers = !options.keep_markers;
+  search.every = options.every;
+  ProgressBar bar(common, "looking for the ball", 0);
+  search.progress = [&](uint64_t done, uint64_t) {
+    bar.update(done);
+    return interrupted();
+  };
+  return find_presses(options.input, reading, search, 2);
+}
+
+std::string refused_text(const BallPresses& found) {
+  constexpr size_t kShown = 12;
+  std::string text;
+  for (size_t i = 0; i < found.refused.size() && i < kShown; ++i)
+    text += "not used: " + found.refused[i].label + ": " + found.refused[i].reason + "\n";
+  if (found.refused.size() > kShown)
+    text += "not used: " + std::to_string(found.refused.size() - kShown) + " more\n";
+  return text;
+}
+
+PhotometricFitResult fit_presses(const BallPresses& found, const Sensor& reading, const Options& options) {
+  PhotometricFit fit(found.format, reading.pitch_mm_per_px);
+  for (size_t i = 0; i < found.presses.size(); ++i) {
+    const BallPress& p = found.presses[i];
+    fit.add_ball(p.frame, found.backgrounds[i], p.ball.center_x_px, p.ball.center_y_px, p.ball.radius_px,
+                 p.ball_radius_mm, p.label, p.mask);
+  }
+  return fit.solve(options.rest_weight, options.model);
+}
+
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Takes out presses whose depth is read unlike the others'; true where there are any.
+bool refuse_other_balls(const PhotometricFitResult& result, BallPresses& found) {
+  if (result.presses.size() < kEnoughToCompare) return false;
+  std::vector<double> gains, apart;
+  for (const HeldOutPress& p : result.presses) gains.push_back(std::log(std::max(p.depth_gain, 1e-3)));
+  const double usual = median_of(gains);
+  for (const double gain : gains) apart.push_back(std::abs(gain - usual));
+  const double limit = std::max(std::log(kUnlikeGain), kUnlikeScatter * 1.4826 * median_of(apart));
+  bool any = false;
+  for (size_t i = gains.size(); i-- > 0;) {
+    if (apart[i] <= limit) continue;
+    any = true;
+    found.refused.push_back({found.presses[i].label, "reads " + fixed(std::exp(gains[i] - usual), 2) +
+                                                         " times the depth that others do: another ball"});
+    found.presses.erase(found.presses.begin() + static_cast<std::ptrdiff_t>(i));
+    found.backgrounds.erase(found.backgrounds.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  return any;
+}
+
 Report photometric(const Common& common, const Options& options) {
+  if (options.balls.empty() == (options.ball_mm == 0))
+    throw Error(Failure::Usage, "the ball's radius (--ball-mm) or a table of presses (--balls)",
+                options.balls.empty() ? "neither" : "both", "--ball-mm RADIUS");
   const Sensor original = load_sensor(options.sensor);
   if (original.channels != 3)
     throw Error(Failure::Sensor, "a colour sensor (\"channels\": 3) in " + options.sensor.string(),
-                std::to_string(original.channels) + " channel", "another sensor file");
+                std::to_string(original.channels) + " channel",
+                "palpate calibrate lookup for a gray gel, or another sensor file");
   if (original.background.kind == BackgroundKind::None)
     throw Error(Failure::Sensor, "a sensor with an untouched image in " + options.sensor.string(),
                 "background.source 'none'", "frames as the camera sees them: slopes need a change's sign");
   Sensor reading = original;
   if (!options.background.empty()) reading.background.image = fs::absolute(options.background).string();
-  std::optional<PhotometricFit> fit;
-  add_balls(read_balls(options.balls, options.input), reading, fit);
-  const PhotometricFitResult result = fit->solve(options.rest_weight);
+  catch_interrupts();
+  BallPresses found = presses_of(common, options, reading);
+  if (interrupted()) return {"", "", kInterrupted};
+
+  size_t masked = 0;
+  for (const BallPress& p : found.presses) masked += !p.mask.empty();
+  PhotometricFitResult result = fit_presses(found, reading, options);
+  // Each round sees the rest more clearly.
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds && options.balls.empty() && refuse_other_balls(result, found); ++round)
+    result = fit_presses(found, reading, options);
+  const std::string model = result.model == NormalModel::Table ? "table" : "linear";
 
   Sensor calibrated = original;
   calibrated.reading = Reading::Photometric;
   calibrated.photometric = result.calibration;
+  calibrated.photometric.origin =
+      origin_now(fs::path(options.input).filename().string(),
+                 std::to_string(found.presses.size()) + " presses, " + model + " model, held out: depth " +
+                     fixed(result.depth_rmse_mm, 4) + " mm RMS, normals " +
+                     fixed(result.normal_angle_deg, 2) + " deg" + (masked > 0 ? ", markers left out" : ""));
+  // Weights vary across the frame: another size of frame is another camera mode.
+  calibrated.size_px = {found.format.width, found.format.height};
   save_sensor(calibrated, common.out);
 
-  nlohmann::ordered_json presses = nlohmann::ordered_json::array();
+  nlohmann::ordered_json presses = nlohmann::ordered_json::array(), refused = presses;
   std::string text =
-      "press                      contact_px  normal_rms  depth_rmse_mm  depth_gain   (fitted without it)\n";
-  for (const HeldOutPress& p : result.presses) {
+      "press                       center_px       radius_px  normal_deg  depth_rmse_mm  depth_gain   "
+      "(fitted "
+      "without it)\n";
+  for (size_t i = 0; i < result.presses.size(); ++i) {
+    const HeldOutPress& p = result.presses[i];
+    const FoundBall& ball = found.presses[i].ball;
     presses.push_back({{"press", p.label},
+                       {"center_x_px", ball.center_x_px},
+                       {"center_y_px", ball.center_y_px},
+                       {"contact_radius_px", ball.radius_px},
+                       {"center_sd_px", ball.center_sd_px},
+                       {"contact_radius_sd_px", ball.radius_sd_px},
                        {"contact_px", p.contact_px},
                        {"normal_rms", p.normal_rms},
+                       {"normal_angle_deg", p.normal_angle_deg},
                        {"depth_rmse_mm", p.depth_rmse_mm},
                        {"depth_gain", p.depth_gain}});
     char row[256];
-    std::snprintf(row, sizeof row, "%-26.80s %10llu %11.4f %14.4f %11.3f\n", p.label.c_str(),
-                  static_cast<unsigned long long>(p.contact_px), p.normal_rms, p.depth_rmse_mm, p.depth_gain);
+    std::snprintf(row, sizeof row, "%-26.80s %7.1f %7.1f %9.1f %11.2f %14.4f %11.3f\n", p.label.c_str(),
+                  ball.center_x_px, ball.center_y_px, ball.radius_px, p.normal_angle_deg, p.depth_rmse_mm,
+                  p.depth_gain);
     text += row;
   }
-  const nlohmann::ordered_json value = {{"sensor", common.out.string()},
-                                        {"presses", presses},
-                                        {"contact_px", result.contact_px},
-                                        {"rest_weight", options.rest_weight},
-                                        {"condition", result.condition},
-                                        {"ridge", result.ridge},
-                                        {"explained_x", result.explained_x},
-                                        {"explained_y", result.explained_y},
-                                        {"normal_rms_fitted", result.normal_rms_fitted},
-                                        {"normal_rms_held_out", result.normal_rms_held_out},
-                                        {"depth_rmse_held_out_mm", result.depth_rmse_mm},
-                                        {"depth_gain_held_out", result.depth_gain}};
+  for (const RefusedPress& r : found.refused) refused.push_back({{"press", r.label}, {"reason", r.reason}});
+  text += refused_text(found);
+  nlohmann::ordered_json value = {
+      {"sensor", common.out.string()},       {"presses", presses},           {"refused", refused},
+      {"untouched_frames", found.untouched}, {"markers_masked", masked > 0}, {"model", model},
+      {"linear", errors_json(result.linear)}};
+  if (result.table.normal_rms > 0) value["table"] = errors_json(result.table);
+  value.update({{"contact_px", result.contact_px},
+                {"rest_weight", options.rest_weight},
+                {"condition", result.condition},
+                {"ridge", result.ridge},
+                {"explained_x", result.explained_x},
+                {"explained_y", result.explained_y},
+                {"normal_rms_fitted", result.normal_rms_fitted},
+                {"normal_rms_held_out", result.normal_rms_held_out},
+                {"normal_angle_deg_held_out", result.normal_angle_deg},
+                {"depth_rmse_held_out_mm", result.depth_rmse_mm},
+                {"depth_gain_held_out", result.depth_gain}});
   text += "all: normals " + fixed(result.normal_rms_held_out, 4) + " (fitted " +
-          fixed(result.normal_rms_fitted, 4) + "), depth " + fixed(result.depth_rmse_mm, 4) +
-          " mm RMS on presses held out, depth gain " + fixed(result.depth_gain, 3) + ", " +
-          fixed(100 * result.explained_x, 1) + " / " + fixed(100 * result.explained_y, 1) +
-          " % of n_x / n_y explained, condition " + fixed(result.condition, 1) +
-          (result.ridge > 0 ? ", regularised" : "") + "\nwritten: " + common.out.string();
+          fixed(result.normal_rms_fitted, 4) + "), " + fixed(result.normal_angle_deg, 2) + " deg, depth " +
+          fixed(result.depth_rmse_mm, 4) + " mm RMS on presses held out, depth gain " +
+          fixed(result.depth_gain, 3) + ", " + fixed(100 * result.explained_x, 1) + " / " +
+          fixed(100 * result.explained_y, 1) + " % of n_x / n_y explained, condition " +
+          fixed(result.condition, 1) + (result.ridge > 0 ? ", regularised" : "") +
+          (masked > 0 ? ", markers left out" : "") + "\nmodel: " + model;
+  if (result.table.normal_rms > 0)
+    text += " (held out: linear " + fixed(result.linear.normal_angle_deg, 2) + " deg, " +
+            fixed(result.linear.depth_rmse_mm, 4) + " mm; table " + fixed(result.table.normal_angle_deg, 2) +
+            " deg, " + fixed(result.table.depth_rmse_mm, 4) + " mm)";
+  text += "\nwritten: " + common.out.string();
   return {text, value.dump(2), 0};
 }
 
@@ -203,33 +217,51 @@ void add_calibrate_photometric(CLI::App& group, Common& common, Command& chosen)
       group.add_subcommand("photometric", "Colour to slope of a gel sensor, from presses of a known ball");
   auto options = std::make_shared<Options>();
   command
-      ->add_option("INPUT", options->input, "Folder of the images or videos that --balls names, or one video")
+      ->add_option(
+          "INPUT", options->input,
+          "Presses: a folder of images, a video, a session, synthetic:SCENE?mode=gel; with --balls the "
+          "folder or video that it names presses of")
       ->required()
-      ->check(CLI::ExistingPath);
+      ->check(input_exists);
   command->add_option("--sensor", options->sensor, "Sensor file to start from: pitch, crop, quad, channels")
       ->required();
-  command
-      ->add_option("--balls", options->balls,
-                   std::string("Table of presses, px of the rectified frame: ") + kHeader)
-      ->required();
+  command->add_option("--ball-mm", options->ball_mm, "Radius of the ball, mm; its contacts are found")
+      ->check(CLI::Range(0.01, 1000.0));
+  command->add_option("--balls", options->balls,
+                      std::string("Table of presses instead, px of the rectified frame: ") + kBallColumns);
   command
       ->add_option("--background", options->background,
                    "Untouched image (default: the sensor file's, or a video's first frames)")
       ->check(CLI::ExistingFile);
   command
+      ->add_option("--model", options->model,
+                   "linear, table (a small correction on top), or best: by held-out error")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, NormalModel>{
+              {"best", NormalModel::Best}, {"linear", NormalModel::Linear}, {"table", NormalModel::Table}},
+          CLI::ignore_case));
+  command
       ->add_option("--rest-weight", options->rest_weight,
                    "Weight of the untouched parts: more where the light drifts, less where it is noisy")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
+  command->add_option("--every", options->every,
+                      "Look at every n-th frame (default: so that 400 are looked at)");
+  command->add_flag("--keep-markers", options->keep_markers, "Use the pixels of printed markers too");
   command->add_option("--out", common.out, "Sensor file to write")->required();
-  add_common(*command, common,
-             "  palpate calibrate photometric presses/ --sensor gel.json --balls balls.csv \\\n"
-             "      --background presses/untouched.png --out gel_calibrated.json\n"
-             "In balls.csv `image` is a file below INPUT, FILE#FRAME for a frame of a video (from 0), or the "
-             "frame's\n"
-             "number where INPUT is one video. Errors are of presses that the fit did not use, left out one "
-             "at a time;\n"
-             "depth_gain is measured over true depth within the contact, 1 is right.\n");
+  add_common(
+      *command, common,
+      "  palpate calibrate photometric presses/ --sensor gel.json --ball-mm 3 \\\n"
+      "      --background presses/untouched.png --out gel_calibrated.json\n"
+      "  palpate calibrate photometric 'synthetic:palpation?mode=gel' --sensor gel.json --ball-mm 8 "
+      "--out out.json\n"
+      "In a table of balls `image` is a file below INPUT, FILE#FRAME for a frame of a video (from 0), or "
+      "the frame's\n"
+      "number where INPUT is one video. Errors are of presses that the fit did not use, left out one "
+      "at a time;\n"
+      "depth_gain is measured over true depth within the contact, 1 is right. A wrong ball radius or pitch "
+      "scales\n"
+      "all slopes alike and shows only where a contact would be wider than its ball.\n");
   command->callback(
       [&common, &chosen, options] { chosen = [&common, options] { return photometric(common, *options); }; });
 }

@@ -54,6 +54,7 @@ void choose_outputs(const Options& options, const MeasuredInput& input, ProcessR
 std::string list_of_files(const ProcessRequest& request) {
   std::string files = "summary.json";
   if (request.rows) files += ", measurements.csv";
+  if (request.rows && wants(request.outputs, Output::Contacts)) files += ", contacts.csv";
   for (const DepthFormat format : request.depth) files += ", depth/*." + std::string(extension(format));
   if (request.video) files += ", recording.mp4";
   if (!request.images.empty()) files += ", images/*" + request.images + ", sensor.json, background.png";

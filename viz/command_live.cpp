@@ -2,18 +2,15 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
+#include <tuple>
+#include <utility>
 
-#include "capture/measurements.h"
-#include "capture/output_file.h"
-#include "capture/source.h"
 #include "engine/error.h"
 #include "engine/gpu/context.h"
+#include "viz/bench.h"
 #include "viz/camera_options.h"
 #include "viz/command.h"
-#include "viz/input.h"
 #include "viz/live.h"
 #include "viz/live_report.h"
 #include "viz/window.h"
@@ -38,47 +35,33 @@ Report live(const Common& common, Options options) {
     throw Error(Failure::Usage, "--out DIR to record to", "--record alone", "--out out/live");
   // Before anything else is opened: without a display the rest is in vain.
   const std::vector<const char*> extensions = viz::window_extensions();
-  const MeasuredInput input =
-      find_input(common, options.camera.input(options.input), options.sensor, options.background);
-  std::unique_ptr<Source> first = open_source(input.input, input.sensor);
-  first->watch(interrupted);
-  const Frame background = load_background(input.input, input.sensor, *first);
-  const FrameFormat format = first->format();
-
+  BenchRequest request{.input = options.camera.input(options.input),
+                       .sensor = options.sensor,
+                       .background = options.background,
+                       .solver = options.solver,
+                       .skip_untouched = options.skip_untouched,
+                       .out = common.out,
+                       .recordings = {},
+                       .record = options.record,
+                       .session = options.session,
+                       .live = options.live};
+  OpenInput opened = open_input(common, request, interrupted);
   const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
-  const PipelineOptions pipeline{
-      .outputs = input.outputs, .solver = options.solver, .skip_untouched = options.skip_untouched};
-  std::optional<Measurements> measurements;
-  std::optional<viz::Recording> recording;
-  if (!common.out.empty()) {
-    make_output_folder(common.out);
-    measurements.emplace(
-        common.out / "measurements.csv",
-        Measurements::Columns{.outputs = input.outputs, .truth = false, .time = first->rate_Hz() > 0});
-    options.live.on_result = [&](const Touch& touch) { measurements->add(touch, nullptr); };
-    options.live.screenshots = common.out;
-    options.live.latency_file = common.out / "latency.csv";
-    recording.emplace([folder = common.out] { return viz::new_session_folder(folder); },
-                      session_info(input, *first, background, pipeline, *context), options.session);
-    recording->watch(interrupted);
-    options.live.recording = &*recording;
-    if (options.record) recording->start();
-  }
-  options.live.title = "palpate: " + input.input;
-  options.live.interrupted = interrupted;
-  // The source that is open already is the first round's: a camera cannot be opened twice.
-  const auto open = [&] { return first ? std::move(first) : open_source(input.input, input.sensor); };
-  const viz::LiveReport report =
-      viz::run_live(*context, open, input.sensor, background, pipeline, options.live);
-  if (measurements) measurements->close();
-  const auto sessions = recording ? recording->finish() : std::vector<viz::Recording::Written>{};
+  Remembered remembered;
+  remembered.settings.remember(request.input, request.sensor);
+  request.live.settings = &remembered.settings;
+  request.live.title = "palpate: " + opened.measured.input;
+  request.live.interrupted = interrupted;
+  const BenchReport bench = run_bench(*context, std::move(request), std::move(opened));
+  const MeasuredInput& input = bench.measured;
+  const auto& [report, sessions] = std::tie(bench.live, bench.sessions);
   if (const std::string error = recording_error(sessions); !error.empty()) spdlog::error("{}", error);
 
   nlohmann::ordered_json value = {{"input", input.input},
                                   {"sensor", input.sensor.name},
                                   {"device", context->report().name},
-                                  {"width_px", format.width},
-                                  {"height_px", format.height}};
+                                  {"width_px", bench.format.width},
+                                  {"height_px", bench.format.height}};
   value.update(to_json(report, sessions));
   return {describe(report, sessions), value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
           report.interrupted                   ? kInterrupted
@@ -105,8 +88,8 @@ void add_live(CLI::App& program, Common& common, Command& chosen) {
                    "Untouched image (default: the sensor file's, or the first frames)")
       ->check(CLI::ExistingFile);
   command->add_option("--out", common.out,
-                      "Folder for measurements.csv (frames that were measured), latency.csv, sessions and "
-                      "screenshots");
+                      "Folder for measurements.csv (frames that were measured), latency.csv, events.csv, "
+                      "sessions and snapshots");
   command->add_flag("--record", options->record,
                     "Write a session from the start; in the window W starts and stops one");
   command->add_flag("--no-drop", options->session.no_drop,

@@ -36,6 +36,8 @@ Report process(const Common& common, Options options) {
   if (!options.outputs.empty()) {
     request.outputs = 0;
     for (const Output output : options.outputs) request.outputs |= static_cast<uint32_t>(output);
+    if (wants(request.outputs, Output::Contacts) || wants(request.outputs, Output::Skin))
+      request.outputs |= static_cast<uint32_t>(Output::Force);
   }
   if (request.as_recorded) {
     if (!input.session)
@@ -57,8 +59,8 @@ Report process(const Common& common, Options options) {
   const ProcessSummary summary = process_recording(*context, common, sensor, request, common.out);
   Report report;
   report.json = to_json(summary, request, sensor, *context);
-  report.text =
-      describe(summary) + "\nwritten: " + (common.out / "measurements.csv").string() + ", summary.json";
+  report.text = describe(summary) + "\nwritten: " + (common.out / "measurements.csv").string() +
+                (wants(request.outputs, Output::Contacts) ? ", contacts.csv" : "") + ", summary.json";
   report.exit_code = !summary.complete ? kInterrupted : validation_clean(*context) ? 0 : kInternalError;
   return report;
 }
@@ -85,8 +87,10 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
   command
       ->add_option(
           "--outputs", options->outputs,
-          "What to compute: force, surface, confidence (default: force, and surface where the sensor can); "
-          "with confidence the surface leaves out what is not known")
+          "What to compute: force, surface, confidence, contacts, skin (default: force and contacts, and "
+          "surface and skin where the sensor can); with contacts separate contacts are told apart and "
+          "followed, with skin the pattern on the pad shows stick, slip and torsion, with confidence the "
+          "surface leaves out what is not known")
       ->delimiter(',')
       ->transform(CLI::CheckedTransformer(kOutputNames));
   command

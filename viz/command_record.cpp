@@ -40,6 +40,8 @@ Report record(const Common& common, Options options) {
   if (!options.outputs.empty()) {
     pipeline.outputs = 0;
     for (const Output output : options.outputs) pipeline.outputs |= static_cast<uint32_t>(output);
+    if (wants(pipeline.outputs, Output::Contacts) || wants(pipeline.outputs, Output::Skin))
+      pipeline.outputs |= static_cast<uint32_t>(Output::Force);
   }
   // A recording can wait; a camera, or what plays one at a rate, cannot.
   const bool can_wait = !source->live() && options.live.rate_Hz <= 0;

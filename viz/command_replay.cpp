@@ -5,7 +5,9 @@
 #include "capture/session.h"
 #include "engine/error.h"
 #include "engine/gpu/context.h"
+#include "viz/bench.h"
 #include "viz/command.h"
+#include "viz/event_log.h"
 #include "viz/input.h"
 #include "viz/live.h"
 #include "viz/live_report.h"
@@ -42,7 +44,13 @@ Report replay(const Common& common, Options options) {
                            .solver = options.solver.value_or(session->info().solver),
                            .skip_untouched = session->info().skip_untouched};
   const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
-  if (!common.out.empty()) options.live.screenshots = common.out;
+  if (!common.out.empty()) options.live.snapshots = common.out;
+  options.live.events = session_folder(options.session);
+  for (const viz::Event& event : viz::read_events(options.live.events))
+    options.live.known_events.push_back({event.time_s, viz::label_of(event)});
+  Remembered remembered;
+  remembered.settings.remember(options.session.string(), options.sensor);
+  options.live.settings = &remembered.settings;
   options.live.title = "palpate: " + options.session.string();
   options.live.interrupted = interrupted;
   options.live.replay = true;
@@ -86,7 +94,7 @@ void add_replay(CLI::App& program, Common& common, Command& chosen) {
       ->check(CLI::PositiveNumber);
   command->add_flag("--loop", options->live.loop, "Start again at its end");
   command->add_flag("--close", options->live.close_at_end, "Close the window at its end");
-  command->add_option("--out", common.out, "Folder for screenshots");
+  command->add_option("--out", common.out, "Folder for snapshots");
   add_common(
       *command, common,
       "  palpate replay out/press1\n"

@@ -23,6 +23,7 @@ struct Options {
   std::string size = "640x480";
   std::string mode = "waveguide";
   std::string response = "linear";
+  std::string skin = "none";
   uint64_t frames = 0;
   double seconds = 0;
   bool noiseless = false;
@@ -48,7 +49,10 @@ void write_png(const fs::path& file, const Frame& frame) {
 constexpr const char* kTruthHeader =
     "frame,time_s,true_contact,true_force_N,true_shear_x_N,true_shear_y_N,true_slip,true_center_x_px,true_"
     "center_y_px,"
-    "true_radius_px,true_depth_max_mm";
+    "true_radius_px,true_depth_max_mm,true_stick_share,true_torsion_rad,true_volume_mm3,true_contacts";
+// One row a contact and frame.
+constexpr const char* kContactsHeader =
+    "frame,time_s,true_force_N,true_center_x_px,true_center_y_px,true_radius_px";
 
 std::string truth_row(const Truth& truth) {
   std::string row =
@@ -60,7 +64,16 @@ std::string truth_row(const Truth& truth) {
   } else {
     row += ",,";
   }
-  return row + "," + shortest(truth.radius_px) + "," + shortest(truth.indentation_mm);
+  for (const double value :
+       {truth.radius_px, truth.indentation_mm, truth.stick_share, truth.torsion_rad, truth.volume_mm3})
+    row += "," + shortest(value);
+  return row + "," + std::to_string(truth.contacts.size());
+}
+
+void append_contacts(LineFile& file, const Truth& truth) {
+  for (const TrueContact& c : truth.contacts)
+    file.append(std::to_string(truth.sequence) + "," + shortest(truth.time_s) + "," + shortest(c.force_N) +
+                "," + shortest(c.center_x_px) + "," + shortest(c.center_y_px) + "," + shortest(c.radius_px));
 }
 
 Report simulate(const Common& common, const Options& options) {
@@ -68,9 +81,10 @@ Report simulate(const Common& common, const Options& options) {
   parse_size(options.size, synthetic.width, synthetic.height);
   // The keys of synthetic: inputs say the rest, so that one parser knows them.
   const SyntheticOptions words = parse_synthetic("synthetic:" + synthetic.scene + "?mode=" + options.mode +
-                                                 "&response=" + options.response);
+                                                 "&response=" + options.response + "&skin=" + options.skin);
   synthetic.mode = words.mode;
   synthetic.response = words.response;
+  synthetic.skin = words.skin;
   synthetic.seed = common.seed;
   synthetic.noise = !options.noiseless;
   SyntheticSensor source(synthetic);
@@ -87,7 +101,8 @@ Report simulate(const Common& common, const Options& options) {
   make_output_folder(out);
   make_output_folder(out / "frames");
   clear_numbered_files(out / "frames");
-  for (const char* name : {"truth.csv", "sensor.json", "background.png"}) fs::remove(out / name);
+  for (const char* name : {"truth.csv", "truth_contacts.csv", "sensor.json", "background.png"})
+    fs::remove(out / name);
   if (options.depth) {
     make_output_folder(out / "depth");
     clear_numbered_files(out / "depth");
@@ -101,6 +116,8 @@ Report simulate(const Common& common, const Options& options) {
 
   LineFile truth_file(out / "truth.csv");
   truth_file.append(kTruthHeader);
+  LineFile contacts_file(out / "truth_contacts.csv");
+  contacts_file.append(kContactsHeader);
   ProgressBar progress(common, "simulating", total);
   Frame frame;
   uint64_t done = 0;
@@ -112,9 +129,11 @@ Report simulate(const Common& common, const Options& options) {
                 {frame.format.height, frame.format.width});
     }
     truth_file.append(truth_row(*truth));
+    append_contacts(contacts_file, *truth);
     progress.update(++done);
   }
   truth_file.close();
+  contacts_file.close();
 
   const bool complete = done == total;
   const nlohmann::ordered_json value = {{"input", to_string(synthetic)},
@@ -122,7 +141,8 @@ Report simulate(const Common& common, const Options& options) {
                                         {"frames", done},
                                         {"frames_folder", (out / "frames").string()},
                                         {"sensor", (out / "sensor.json").string()},
-                                        {"truth", (out / "truth.csv").string()}};
+                                        {"truth", (out / "truth.csv").string()},
+                                        {"truth_contacts", (out / "truth_contacts.csv").string()}};
   std::string text = std::to_string(done) + " frames in " + (out / "frames").string() +
                      (complete ? "" : " (ended early)") + "\nmeasure them: palpate process " +
                      (out / "frames").string() + " --sensor " + (out / "sensor.json").string() + " --rate " +
@@ -145,7 +165,9 @@ void add_simulate(CLI::App& program, Common& common, Command& chosen) {
         .append(description)
         .append("\n");
   command->add_option("SCENE", synthetic.scene, "What happens (listed below)")->required();
-  command->add_option("--out", common.out, "Folder for frames/, truth.csv, sensor.json, background.png")
+  command
+      ->add_option("--out", common.out,
+                   "Folder for frames/, truth.csv, truth_contacts.csv, sensor.json, background.png")
       ->required();
   command->add_option("--size", options->size, "WIDTHxHEIGHT, px")->capture_default_str();
   command->add_option("--bits", synthetic.bit_depth, "Bits of a pixel, 8 to 16 (gel: 8)")
@@ -159,6 +181,18 @@ void add_simulate(CLI::App& program, Common& common, Command& chosen) {
   command->add_option("--response", options->response, "Pressure to light: linear, saturating")
       ->capture_default_str()
       ->check(CLI::IsMember({"linear", "saturating"}));
+  command
+      ->add_option(
+          "--skin", options->skin,
+          "What shows how the skin moves along itself: none, markers, texture (from 320 px width on)")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"none", "markers", "texture"}));
+  command
+      ->add_option("--hysteresis", synthetic.hysteresis,
+                   "Waveguide: how much more light unloading gives, as a share of the largest force")
+      ->capture_default_str();
+  command->add_option("--drift", synthetic.drift_per_min, "Waveguide: share by which light grows in a minute")
+      ->capture_default_str();
   command->add_option("--rate", synthetic.rate_Hz, "Frames a second")->capture_default_str();
   command
       ->add_option("--repeat", synthetic.repeat,
@@ -177,6 +211,8 @@ void add_simulate(CLI::App& program, Common& common, Command& chosen) {
              "  palpate simulate press --out out/rec\n"
              "  palpate simulate palpation --out out/rec --size 1392x1042 --bits 12 --seed 7\n"
              "  palpate simulate slide --mode gel --seconds 3 --depth --out out/gel\n"
+             "  palpate simulate drag --skin texture --out out/drag\n"
+             "  palpate simulate rig --hysteresis 0.04 --drift 0.01 --out out/rig\n"
              "Scenes:\n" +
                  scenes +
                  "Frames are lossless PNG (more than 8 bits: 16-bit files with the value in the low bits); "

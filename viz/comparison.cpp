@@ -43,7 +43,12 @@ void Comparison::add(const Touch& touch, const Truth& truth, std::optional<doubl
       shear_x_N_.add(touch.shear_x_N.value - truth.shear_x_N, truth.shear_x_N);
       shear_y_N_.add(touch.shear_y_N.value - truth.shear_y_N, truth.shear_y_N);
     }
-    if (touch.slip == Slip::Stick || touch.slip == Slip::Slip) {
+    if (touch.has_skin && has_value(touch.skin.torsion_rad))
+      torsion_rad_.add(touch.skin.torsion_rad.value - truth.torsion_rad, truth.torsion_rad);
+    if (touch.has_skin && has_value(touch.skin.stick_share) &&
+        touch.skin.stick_share.validity != Validity::BelowRange)
+      stick_share_.add(touch.skin.stick_share.value - truth.stick_share, truth.stick_share);
+    if (touch.slip == Slip::Stick || touch.slip == Slip::Incipient || touch.slip == Slip::Slip) {
       ++slip_judged_;
       if ((touch.slip == Slip::Slip) == truth.slipping) ++slip_agrees_;
     }
@@ -62,10 +67,12 @@ void Comparison::add(const Touch& touch, const Truth& truth, std::optional<doubl
 }
 
 std::string Comparison::table() const {
-  const std::array<std::pair<const char*, const ErrorStatistics*>, 6> lines = {
+  const std::array<std::pair<const char*, const ErrorStatistics*>, 8> lines = {
       {{"force, N", &force_N_},
        {"shear x, N", &shear_x_N_},
        {"shear y, N", &shear_y_N_},
+       {"torsion, rad", &torsion_rad_},
+       {"stick share", &stick_share_},
        {"centre, px", &center_px_},
        {"depth, mm", &depth_mm_},
        {"depth map RMS, mm", &depth_map_mm_}}};
@@ -121,10 +128,12 @@ std::string Comparison::json() const {
                                   {"depth_flagged", depth_flagged_},
                                   {"slip_judged", slip_judged_},
                                   {"slip_agrees", slip_agrees_}};
-  const std::array<std::pair<const char*, const ErrorStatistics*>, 6> parts = {
+  const std::array<std::pair<const char*, const ErrorStatistics*>, 8> parts = {
       {{"force_N", &force_N_},
        {"shear_x_N", &shear_x_N_},
        {"shear_y_N", &shear_y_N_},
+       {"torsion_rad", &torsion_rad_},
+       {"stick_share", &stick_share_},
        {"center_px", &center_px_},
        {"depth_max_mm", &depth_mm_},
        {"depth_map_rms_mm", &depth_map_mm_}}};

@@ -53,7 +53,8 @@ class Comparison {
   uint64_t depth_flagged_ = 0;
   uint64_t slip_agrees_ = 0;
   uint64_t slip_judged_ = 0;
-  ErrorStatistics force_N_, shear_x_N_, shear_y_N_, center_px_, depth_mm_, depth_map_mm_;
+  ErrorStatistics force_N_, shear_x_N_, shear_y_N_, torsion_rad_, stick_share_, center_px_, depth_mm_,
+      depth_map_mm_;
 };
 
 }  // namespace palpate

@@ -6,12 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <tuple>
 
-#include "engine/error.h"
 #include "engine/gpu/context.h"
-#include "viz/picture.h"
 #include "viz/recording.h"
+#include "viz/settings.h"
 
 namespace palpate::viz {
 namespace {
@@ -34,15 +33,20 @@ double Rate::update(uint64_t count, std::chrono::steady_clock::time_point now) {
   return span_s > 0.2 ? static_cast<double>(count - marks_.front().count) / span_s : 0;
 }
 
-Display::Display(gpu::Context& context, const Sensor& sensor, const LiveOptions& options,
-                 LiveSession& session, LatencyLog& latency)
+Display::Display(gpu::Context& context, Window& window, const DisplayedSensor& what,
+                 const LiveOptions& options, LiveSession& session, LatencyLog& latency)
     : options_(options),
       session_(session),
       latency_(latency),
-      window_(context, {options.title, options.width, options.height, options.vsync}),
-      scene_(context, window_.pass(), sensor, Window::kPicturesInFlight, window_.handle(), window_.scale()),
+      window_(window),
+      outputs_(what.outputs),
+      scene_(context, window_.pass(), what.sensor, &what.background, Window::kPicturesInFlight,
+             window_.handle(), window_.scale()),
       governor_(!context.is_software(), kDrawBudget_ms) {
+  if (options.settings) options.settings->apply_to(scene_.state());
   scene_.state().vsync = window_.vsync();
+  for (const EventMark& event : options.known_events) scene_.mark(event);
+  stats_.from_list = options.from_list;
 }
 
 void Display::retire(const Finished& finished) {
@@ -74,39 +78,19 @@ bool Display::draw(bool is_new) {
                   handle_input();  // between ImGui's begin and end, while its input is fresh
                   window_.begin_pass();
                 });
-  const bool screenshot = std::exchange(scene_.state().wants_screenshot, false);
-  d.picture = window_.end_picture(screenshot);
+  const bool snapshot = std::exchange(scene_.state().wants_snapshot, false);
+  d.picture = window_.end_picture(snapshot);
   d.replaced = std::exchange(replaced_, {});
   drawing_.push_back(std::move(d));
-  if (screenshot) save_screenshot();
+  if (snapshot) save_snapshot();
   return true;
-}
-
-void Display::save_screenshot() {
-  const auto image = window_.captured();
-  if (!image) {
-    stats_.note = "this display gives no screenshots";
-    return;
-  }
-  std::filesystem::path file;
-  do {
-    char name[32];
-    std::snprintf(name, sizeof name, "palpate-%04d.png", ++screenshots_);
-    file = options_.screenshots / name;
-  } while (std::filesystem::exists(file));
-  try {
-    write_png(*image, file);
-    stats_.note = "wrote " + file.string();
-  } catch (const Error& e) {
-    stats_.note = e.what();  // a full disk must not end a measurement
-  }
 }
 
 void Display::handle_input() {
   ViewState& state = scene_.state();
   const ImGuiIO& io = ImGui::GetIO();
   Camera& camera = state.camera;
-  if (!io.WantCaptureMouse) {
+  if (!io.WantCaptureMouse && !state.mouse_taken) {
     const double height = std::max(1.0, static_cast<double>(scene_.layout().surface.height));
     // In the picture of the click itself the mouse may have come from anywhere.
     const auto held = [&](int button) { return io.MouseDownDuration[button] > 0; };
@@ -121,132 +105,8 @@ void Display::handle_input() {
     }
     if (io.MouseWheel != 0) camera.magnify(std::pow(1.12, io.MouseWheel));
   }
-  for (const int key : window_.take_keys()) {
-    if (!io.WantTextInput) handle_key(key, io.KeyShift);
-  }
-}
-
-/// In a replay: to `seconds` before or after the present frame.
-void Display::jump(double seconds) {
-  const std::shared_ptr<Source> source = session_.source();
-  const double rate_Hz = source->rate_Hz() > 0 ? source->rate_Hz() : 10;
-  const auto frames = static_cast<int64_t>(std::llround(seconds * rate_Hz));
-  Transport& transport = session_.transport;
-  transport.seek_to = std::max<int64_t>(0, static_cast<int64_t>(transport.position) + frames);
-}
-
-void Display::handle_player_key(int key, bool shift) {
-  Transport& transport = session_.transport;
-  const auto frames = static_cast<int64_t>(session_.source()->frame_count().value_or(0));
-  switch (key) {
-    case GLFW_KEY_LEFT:
-      jump(shift ? -10 : -1);
-      break;
-    case GLFW_KEY_RIGHT:
-      jump(shift ? 10 : 1);
-      break;
-    case GLFW_KEY_UP:
-      transport.speed = std::min(transport.speed * 2, LiveOptions::kFastest);
-      break;
-    case GLFW_KEY_DOWN:
-      transport.speed = std::max(transport.speed / 2, LiveOptions::kSlowest);
-      break;
-    case GLFW_KEY_COMMA:
-    case GLFW_KEY_PERIOD:
-      scene_.state().paused = session_.paused = true;
-      stats_.note = "paused";
-      transport.steps += key == GLFW_KEY_PERIOD ? 1 : -1;
-      break;
-    case GLFW_KEY_HOME:
-      transport.seek_to = 0;
-      break;
-    case GLFW_KEY_END:
-      transport.seek_to = std::max<int64_t>(0, frames - 1);
-      break;
-    default:
-      break;
-  }
-}
-
-void Display::switch_recording() {
-  if (!options_.recording) {
-    stats_.note = "nothing to record to: --out names a folder";
-    return;
-  }
-  try {
-    if (options_.recording->on()) {
-      options_.recording->stop();
-      stats_.note = "wrote " + options_.recording->latest().folder.string();
-    } else {
-      options_.recording->start();
-      stats_.note.clear();
-    }
-  } catch (const Error& e) {
-    stats_.note = e.what();  // a full disk must not end a measurement
-  }
-}
-
-void Display::handle_key(int key, bool shift) {
-  if (options_.replay) handle_player_key(key, shift);
-  ViewState& state = scene_.state();
-  switch (key) {
-    case GLFW_KEY_ESCAPE:
-    case GLFW_KEY_Q:
-      glfwSetWindowShouldClose(window_.handle(), GLFW_TRUE);
-      break;
-    case GLFW_KEY_SPACE:
-      state.paused = !state.paused;
-      break;
-    case GLFW_KEY_W:
-      state.wants_recording_switched = true;
-      break;
-    case GLFW_KEY_S:
-      state.wants_screenshot = true;
-      break;
-    case GLFW_KEY_R:
-      state.camera = {};
-      break;
-    case GLFW_KEY_T:
-      state.camera = {};
-      state.camera.azimuth_rad = 0;
-      state.camera.elevation_rad = Camera::kMaxElevation_rad;
-      break;
-    case GLFW_KEY_EQUAL:
-    case GLFW_KEY_KP_ADD:
-      state.automatic_exaggeration = false;
-      state.exaggeration = std::min(state.exaggeration * 1.25, 200.0);
-      break;
-    case GLFW_KEY_MINUS:
-    case GLFW_KEY_KP_SUBTRACT:
-      state.automatic_exaggeration = false;
-      state.exaggeration = std::max(state.exaggeration * 0.8, 1.0);
-      break;
-    case GLFW_KEY_A:
-      state.automatic_range = !state.automatic_range;
-      break;
-    case GLFW_KEY_E:
-      state.automatic_exaggeration = !state.automatic_exaggeration;
-      break;
-    case GLFW_KEY_L:
-      state.lit = !state.lit;
-      break;
-    case GLFW_KEY_G:
-      state.grid = !state.grid;
-      break;
-    case GLFW_KEY_C:
-      state.controls = !state.controls;
-      break;
-    case GLFW_KEY_H:
-    case GLFW_KEY_F1:
-      state.help = !state.help;
-      break;
-    case GLFW_KEY_V:
-      do {
-        state.vsync = static_cast<Vsync>((static_cast<int>(state.vsync) + 1) % 3);
-      } while (!window_.offers(state.vsync));  // On is always offered
-      break;
-    default:
-      break;
+  for (const KeyPress& press : window_.take_keys()) {
+    if (!io.WantTextInput) handle_key(press);
   }
 }
 
@@ -266,6 +126,10 @@ void Display::update_player() {
 
 void Display::update_stats() {
   const Clock::time_point now = Clock::now();
+  if (const auto note = background_.take_note()) {
+    stats_.note = *note;
+    restless_ = 3;
+  }
   if (now < stats_due_) return;
   stats_due_ = now + milliseconds(250);
   stats_.captured = session_.captured;
@@ -342,22 +206,15 @@ LiveReport Display::run() {
       continue;
     }
     if (!draw(is_new)) continue;
-    ViewState& state = scene_.state();
-    window_.set_vsync(state.vsync);
-    state.vsync = window_.vsync();
-    if (std::exchange(state.wants_recording_switched, false)) {
-      switch_recording();
-      stats_due_ = {};
-      restless_ = 3;
-    }
-    if (state.seek_to) session_.transport.seek_to = static_cast<int64_t>(*std::exchange(state.seek_to, {}));
-    if (state.paused != session_.paused) {
-      session_.paused = state.paused;
-      stats_.note = state.paused ? "paused" : "";
-      restless_ = 3;
-    }
+    fulfil_wishes();
+    if (wants_sources_) break;
   }
   while (auto finished = window_.poll_finished(true)) retire(*finished);
+  if (options_.settings) {
+    options_.settings->take_from(scene_.state());
+    std::tie(options_.settings->width, options_.settings->height) = window_.size();
+  }
+  background_.finish();
   session_.rethrow();
 
   update_stats();
@@ -366,6 +223,7 @@ LiveReport Display::run() {
   report.shown_per_s = report.seconds > 0 ? static_cast<double>(report.shown) / report.seconds : 0;
   report.draw_median_ms = draw_.percentiles().p50_ms;
   report.mesh_columns = governor_.columns();
+  report.wants_sources = wants_sources_;
   return report;
 }
 

@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "viz/background_work.h"
 #include "viz/live.h"
 #include "viz/live_session.h"
 #include "viz/scene.h"
@@ -29,11 +31,18 @@ class Rate {
   std::deque<Mark> marks_;
 };
 
+/// What is measured, for those who show it.
+struct DisplayedSensor {
+  const Sensor& sensor;
+  const Frame& background;
+  uint32_t outputs = 0;
+};
+
 class Display {
  public:
-  /// Opens the window. Throws as Window does.
-  Display(gpu::Context& context, const Sensor& sensor, const LiveOptions& options, LiveSession& session,
-          LatencyLog& latency);
+  /// All must outlive it.
+  Display(gpu::Context& context, Window& window, const DisplayedSensor& what, const LiveOptions& options,
+          LiveSession& session, LatencyLog& latency);
 
   /// Shows what comes until the window is closed or the session ends; rethrows what the other threads threw.
   LiveReport run();
@@ -50,11 +59,17 @@ class Display {
   bool draw(bool is_new);
   void retire(const Finished& finished);
   void handle_input();
-  void handle_key(int key, bool shift);
-  void handle_player_key(int key, bool shift);
+  void handle_key(const KeyPress& press);
+  void handle_view_key(const KeyPress& press);
+  bool handle_section_key(const KeyPress& press);
+  void handle_player_key(const KeyPress& press);
   void jump(double seconds);
+  void fulfil_wishes();
   void switch_recording();
-  void save_screenshot();
+  void save_snapshot();
+  void switch_zero(bool on);
+  void mark_event();
+  void log_event(const char* kind, const std::string& words);
   void update_stats();
   void update_player();
   void give_back(Measured& m) {
@@ -65,7 +80,8 @@ class Display {
   const LiveOptions& options_;
   LiveSession& session_;
   LatencyLog& latency_;
-  Window window_;
+  Window& window_;
+  const uint32_t outputs_;
   Scene scene_;
   MeshGovernor governor_;
   std::optional<Measured> current_;
@@ -79,7 +95,10 @@ class Display {
   int restless_ = 3;  ///< pictures still to draw after an input: ImGui settles over two
   std::pair<double, double> last_mouse_{-1, -1};
   std::pair<int, int> last_size_{0, 0};
-  int screenshots_ = 0;
+  int snapshots_ = 0;
+  int marks_ = 0;
+  bool wants_sources_ = false;
+  BackgroundWork background_;  ///< last: what it still does may use the rest
 };
 
 }  // namespace palpate::viz

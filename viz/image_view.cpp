@@ -1,6 +1,7 @@
 #include "viz/image_view.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -76,7 +77,8 @@ void ImageView::draw(VkCommandBuffer cmd, const Frame& frame, const SurfaceMap& 
   const VkRect2D scissor{{0, 0}, extent};
   vkCmdSetViewport(cmd, 0, 1, &viewport);
   vkCmdSetScissor(cmd, 0, 1, &scissor);
-  pipeline_.bind(cmd, upload.texels, &push);
+  const std::array<const gpu::TexelView*, 1> texels{&upload.texels};
+  pipeline_.bind(cmd, texels, &push);
   vkCmdDraw(cmd, 4, 1, 0, 0);
 }
 

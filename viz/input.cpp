@@ -30,7 +30,9 @@ MeasuredInput find_input(const Common& common, const std::string& input,
     if (sensor_file.empty()) found.sensor = synthetic_sensor(options);
   }
   if (!background.empty()) found.sensor.background.image = std::filesystem::absolute(background).string();
-  found.outputs = static_cast<uint32_t>(Output::Force);
+  found.outputs = Output::Force | Output::Contacts;
+  if (found.sensor.skin && found.sensor.background.kind == BackgroundKind::Untouched)
+    found.outputs |= static_cast<uint32_t>(Output::Skin);
   if (found.sensor.reading != Reading::None) found.outputs |= static_cast<uint32_t>(Output::Surface);
   return found;
 }

@@ -8,6 +8,8 @@
 #include "viz/live_capture.h"
 #include "viz/live_session.h"
 #include "viz/recording.h"
+#include "viz/settings.h"
+#include "viz/window.h"
 
 namespace palpate::viz {
 namespace {
@@ -122,8 +124,20 @@ LiveReport run(gpu::Context& context, const std::function<std::unique_ptr<Source
   Pipeline pipeline(context, sensor, session.source()->format(), pipeline_options);
   pipeline.set_background(background);
   LatencyLog latency(options.latency_file, options.on_times);
+  std::unique_ptr<Window> own_window;
   std::optional<Display> display;
-  if (with_window) display.emplace(context, sensor, options, session, latency);
+  if (with_window) {
+    Window* window = options.window;
+    if (!window) {
+      WindowOptions as{options.title, options.width, options.height, options.vsync};
+      if (options.settings) as.width = options.settings->width, as.height = options.settings->height;
+      own_window = std::make_unique<Window>(context, as);
+      window = own_window.get();
+    }
+    window->set_title(options.title);
+    display.emplace(context, *window, DisplayedSensor{sensor, background, pipeline_options.outputs}, options,
+                    session, latency);
+  }
 
   Threads threads(session, pipeline, open, options, latency);
   LiveReport report = display ? display->run() : run_headless(session, options, latency);

@@ -12,6 +12,7 @@
 #include "engine/frame.h"
 #include "engine/pipeline.h"
 #include "engine/sensor.h"
+#include "viz/history.h"
 #include "viz/latency.h"
 #include "viz/view_state.h"
 
@@ -22,6 +23,8 @@ class Context;
 namespace palpate::viz {
 
 class Recording;
+class Window;
+struct Settings;
 
 struct LiveOptions {
   static constexpr double kSlowest = 1.0 / 64, kFastest = 64;
@@ -37,12 +40,17 @@ struct LiveOptions {
   bool unpaced = false;       ///< a recording as fast as it can be read
   /// A recording waits for the engine, so that every frame is measured; cameras do not wait.
   bool measure_all = false;
-  bool replay = false;                          ///< the keys of a player: step, jump, speed
-  double speed = 1;                             ///< of a replay, kSlowest to kFastest
-  std::filesystem::path screenshots = ".";      ///< folder of palpate-NNNN.png
-  std::filesystem::path latency_file;           ///< CSV with the times of every measured frame; empty: none
-  Recording* recording = nullptr;               ///< what is written meanwhile; null: nothing can be
-  std::function<bool()> interrupted;            ///< polled; true ends the session cleanly (Ctrl-C)
+  bool replay = false;                    ///< the keys of a player: step, jump, speed
+  double speed = 1;                       ///< of a replay, kSlowest to kFastest
+  std::filesystem::path snapshots = ".";  ///< folder of palpate-NNNN.png and its companions
+  std::filesystem::path events;           ///< folder of events.csv while nothing is recorded; empty: none
+  std::vector<EventMark> known_events;    ///< of a replay: what its events.csv holds
+  Window* window = nullptr;               ///< shown in it; null: a window of its own
+  Settings* settings = nullptr;           ///< how the view starts, and how it was left; null: defaults
+  bool from_list = false;                 ///< the person chose this source in the window
+  std::filesystem::path latency_file;     ///< CSV with the times of every measured frame; empty: none
+  Recording* recording = nullptr;         ///< what is written meanwhile; null: nothing can be
+  std::function<bool()> interrupted;      ///< polled; true ends the session cleanly (Ctrl-C)
   std::function<void(const Touch&)> on_result;  ///< every measured frame, in order, on the engine's thread
   std::function<void(const FrameTimes&)> on_times;  ///< every measured frame once its fate is known, one call
                                                     ///< at a time
@@ -70,6 +78,7 @@ struct LiveReport {
   double draw_median_ms = 0;
   uint32_t mesh_columns = 0;  ///< of the last picture
   bool interrupted = false;
+  bool wants_sources = false;  ///< the person asked for the list of sources
 };
 
 /// Opens the window and shows the source until its end, the limits, Ctrl-C or the person closes it. `open` is

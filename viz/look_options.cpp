@@ -2,7 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <map>
 #include <numbers>
+#include <string>
 
 namespace palpate {
 
@@ -22,11 +24,38 @@ void LookOptions::add(CLI::App& command) {
       ->delimiter(',')
       ->expected(2)
       ->check(CLI::Range(-180.0, 180.0));
+  const std::map<std::string, viz::Quantity> quantities = {{"depth", viz::Quantity::Depth},
+                                                           {"pressure", viz::Quantity::Pressure},
+                                                           {"strain", viz::Quantity::Strain}};
+  const std::map<std::string, viz::ColourMap> maps = {{"viridis", viz::ColourMap::Viridis},
+                                                      {"cividis", viz::ColourMap::Cividis},
+                                                      {"magma", viz::ColourMap::Magma}};
+  command
+      .add_option(
+          "--colours", quantity_,
+          "What colours of pictures show: depth (default), pressure (where the sensor reads it), strain")
+      ->transform(CLI::CheckedTransformer(quantities));
+  command.add_option("--colour-map", map_, "viridis (default), cividis or magma")
+      ->transform(CLI::CheckedTransformer(maps));
+  command
+      .add_option("--colour-range", colour_range_,
+                  "Pressure (MPa) or strain with the last colour (default: follows the touch; strain 0.05)")
+      ->check(CLI::Range(1e-4, 10.0));
+  command
+      .add_option("--section", section_,
+                  "Draw a section of the depth in pictures: x0,y0,x1,y1 as fractions of the frame")
+      ->delimiter(',')
+      ->expected(4)
+      ->check(CLI::Range(0.0, 1.0));
 }
 
 void LookOptions::apply(viz::PictureOptions& look) const {
   look.range_mm = range_mm_;
   look.exaggeration = exaggeration_;
+  look.quantity = quantity_;
+  look.map = map_;
+  look.colour_range = colour_range_;
+  if (!section_.empty()) look.section = viz::SectionLine{section_[0], section_[1], section_[2], section_[3]};
   if (view_deg_.empty()) return;
   constexpr double kDegree = std::numbers::pi / 180;
   look.camera.azimuth_rad = view_deg_[0] * kDegree;

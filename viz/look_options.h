@@ -12,13 +12,17 @@ class App;
 namespace palpate {
 
 struct LookOptions {
-  void add(CLI::App& command);  ///< --depth-range, --exaggeration, --view
+  void add(CLI::App& command);  ///< --depth-range, --exaggeration, --view, --colours, --colour-map, --section
   void apply(viz::PictureOptions& look) const;
 
  private:
   double range_mm_ = 0;
   double exaggeration_ = 0;
   std::vector<double> view_deg_;
+  viz::Quantity quantity_ = viz::Quantity::Depth;
+  viz::ColourMap map_ = viz::ColourMap::Viridis;
+  double colour_range_ = 0;
+  std::vector<double> section_;
 };
 
 }  // namespace palpate

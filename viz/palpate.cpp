@@ -12,6 +12,7 @@
 
 #include "engine/error.h"
 #include "viz/command.h"
+#include "viz/window.h"
 
 namespace {
 
@@ -57,9 +58,12 @@ int fail(const std::string& message, int exit_code, bool json) {
 int run(int argc, char** argv) {
   CLI::App program("palpate: a camera behind a silicone pad as a calibrated touch instrument.", "palpate");
   program.set_version_flag("--version", std::string("palpate ") + PALPATE_VERSION);
-  program.require_subcommand(1);
+  // Without a command there is the list of sources, where it can be shown.
+  const bool start = argc == 1 && viz::display_available();
+  program.require_subcommand(start ? 0 : 1);
   program.footer(
       "Examples:\n"
+      "  palpate                               a window with what there is to open: cameras, recordings\n"
       "  palpate demo --out out/demo           measure a simulated palpation, compare with the truth\n"
       "  palpate live                          a simulated palpation, live in a window\n"
       "  palpate record --camera /dev/video0 --sensor my_sensor.json --out out/press\n"
@@ -103,6 +107,7 @@ int run(int argc, char** argv) {
     return fail(std::string(error.what()) + "; try: palpate" + command + " --help",
                 static_cast<int>(Failure::Usage), json_asked);
   }
+  if (start) chosen = start_command(common);
   if (common.quiet) spdlog::set_level(spdlog::level::err);
   catch_interrupts();
   const Report report = chosen();

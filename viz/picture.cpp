@@ -28,17 +28,29 @@ cv::Mat to_bgr(const RgbImage& image) {
 }  // namespace
 
 struct PictureRenderer::Impl {
-  Impl(gpu::Context& context, const Sensor& sensor, const PictureOptions& o)
+  Impl(gpu::Context& context, const Sensor& sensor, const PictureOptions& o, const Frame* background)
       : options(o),
         software(context.is_software()),
         pass(context, OffscreenTarget::kFormat,
              choose_samples(context, o.smooth ? VK_SAMPLE_COUNT_4_BIT : VK_SAMPLE_COUNT_1_BIT),
              VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL),
         target(context, pass, {o.width, o.height}),
-        scene(context, pass, sensor, 1, nullptr, o.scale > 0 ? o.scale : static_cast<float>(o.height) / 720) {
+        scene(context, pass, sensor, background, 1, nullptr,
+              o.scale > 0 ? o.scale : static_cast<float>(o.height) / 720) {
     ViewState& state = scene.state();
     state.camera = o.camera;
     state.lit = o.lit;
+    state.map = o.map;
+    state.quantity =
+        o.quantity == Quantity::Pressure && !state.can_show_pressure ? Quantity::Depth : o.quantity;
+    state.charts = o.charts;
+    state.chart_span_s = o.chart_span_s;
+    state.section = o.section.has_value();
+    if (o.section) state.line = *o.section;
+    if (o.colour_range > 0) {
+      if (o.quantity == Quantity::Pressure) state.automatic_pressure = false;
+      (o.quantity == Quantity::Pressure ? state.range_MPa : state.strain_range) = o.colour_range;
+    }
     if (o.range_mm > 0) {
       state.automatic_range = false;
       state.range_mm = o.range_mm;
@@ -56,8 +68,9 @@ struct PictureRenderer::Impl {
   Scene scene;
 };
 
-PictureRenderer::PictureRenderer(gpu::Context& context, const Sensor& sensor, const PictureOptions& options)
-    : impl_(std::make_unique<Impl>(context, sensor, options)) {}
+PictureRenderer::PictureRenderer(gpu::Context& context, const Sensor& sensor, const PictureOptions& options,
+                                 const Frame* background)
+    : impl_(std::make_unique<Impl>(context, sensor, options, background)) {}
 PictureRenderer::~PictureRenderer() = default;
 
 RgbImage PictureRenderer::render(const Frame& frame, const Touch& touch, const SurfaceMap& surface) {
@@ -67,6 +80,10 @@ RgbImage PictureRenderer::render(const Frame& frame, const Touch& touch, const S
   i.scene.record(i.target.cmd(), i.target.extent(), {frame, touch, surface},
                  i.software ? i.options.mesh_columns : 0, nullptr, [&] { i.target.begin_pass(); });
   return i.target.finish();
+}
+
+void PictureRenderer::follow(const Touch& touch) {
+  impl_->scene.follow(touch);
 }
 
 double PictureRenderer::draw_ms() const {

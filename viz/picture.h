@@ -4,13 +4,16 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "engine/frame.h"
 #include "engine/pipeline.h"
 #include "engine/sensor.h"
 #include "viz/camera.h"
+#include "viz/colour_map.h"
 #include "viz/render_target.h"
+#include "viz/section.h"
 
 namespace palpate::viz {
 
@@ -23,17 +26,27 @@ struct PictureOptions {
   double range_mm = 0;          ///< depth with the last colour; 0: follows the touch
   double exaggeration = 0;      ///< of depth; 0: follows the range
   bool lit = true;
+  ColourMap map = ColourMap::Viridis;
+  Quantity quantity = Quantity::Depth;  ///< that the colours show; Pressure needs the background
+  double colour_range = 0;              ///< MPa or strain with the last colour; 0: follows the touch, or 5 %
+  bool charts = true;
+  double chart_span_s = 10;
+  std::optional<SectionLine> section;  ///< with its profile
   Camera camera;
 };
 
 /// Draws results off-screen. Keeps its pipelines, so that a recording costs only the drawing.
 class PictureRenderer {
  public:
-  PictureRenderer(gpu::Context& context, const Sensor& sensor, const PictureOptions& options);
+  /// `background`: the untouched image, for Quantity::Pressure; null: depth is shown instead.
+  PictureRenderer(gpu::Context& context, const Sensor& sensor, const PictureOptions& options,
+                  const Frame* background = nullptr);
   ~PictureRenderer();
 
   /// Waits for the picture. `surface.buffer` may be null: then the raw image is drawn large. Not thread safe.
   RgbImage render(const Frame& frame, const Touch& touch, const SurfaceMap& surface);
+  /// A frame that is measured but not drawn: the charts follow it.
+  void follow(const Touch& touch);
   /// Host time of the last picture from submission to fence.
   double draw_ms() const;
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <deque>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "capture/images.h"
 #include "capture/measurements.h"
@@ -38,11 +39,13 @@ bool has_range(DepthFormat format) {
   return format == DepthFormat::Png16 || format == DepthFormat::Tiff;
 }
 
-/// What measures images of frames again, which are rectified already: the sensor without crop and quad, and
+/// What measures images of frames again, which are rectified already: the sensor without what rectifies, and
 /// the untouched image.
 void write_image_setting(Sensor sensor, const Frame& background, const std::filesystem::path& out) {
   sensor.crop_px.reset();
   sensor.quad_px.reset();
+  sensor.lens.reset();
+  sensor.flat.reset();
   sensor.size_px = {};
   if (sensor.background.kind == BackgroundKind::Untouched) {
     write_whole(out / "background.png", encode_image(background, ".png"));
@@ -57,7 +60,7 @@ class Recorder {
   /// `session`: to compare with what it recorded, or null.
   Recorder(gpu::Context& context, const Sensor& sensor, const ProcessRequest& request, const Source& source,
            const Session* session, const Pipeline& pipeline, const std::filesystem::path& out,
-           ProcessSummary& summary)
+           const Frame& background, ProcessSummary& summary)
       : sensor_(sensor),
         request_(request),
         source_(source),
@@ -70,6 +73,8 @@ class Recorder {
     if (request.rows)
       measurements_.emplace(out / "measurements.csv",
                             Measurements::Columns{request.outputs, has_truth_, rate_Hz_ > 0});
+    if (request.rows && wants(request.outputs, Output::Contacts))
+      contacts_.emplace(out / "contacts.csv", rate_Hz_ > 0);
     if (has_truth_) summary.comparison.emplace();
     if (session_) summary.recorded.emplace();
     const auto empty_folder = [&](const char* name) {
@@ -80,7 +85,7 @@ class Recorder {
     if (!request.confidence.empty()) empty_folder("confidence");
     if (request.pictures) empty_folder("pictures");
     if (!request.images.empty()) empty_folder("images");
-    if (request.pictures || request.video) renderer_.emplace(context, sensor, request.look);
+    if (request.pictures || request.video) renderer_.emplace(context, sensor, request.look, &background);
   }
 
   void add(const Result& result, const Frame& frame) {
@@ -108,14 +113,16 @@ class Recorder {
       write_whole(out_ / "images" / (numbered_name(touch.sequence, request_.images.substr(1))),
                   encode_image(frame, request_.images));
     if (measurements_) measurements_->add(touch, truth ? &*truth : nullptr, depth_rms_error_mm);
+    if (contacts_) contacts_->add(touch);
     if (session_) summary_.recorded->add(*session_, touch);
     if (truth) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
-    if (renderer_) draw(result, frame);
+    if (renderer_) draw(result, frame, touch);
     count(touch);
   }
 
   void close() {
     if (measurements_) measurements_->close();
+    if (contacts_) contacts_->close();
     if (film_) film_->finish();
     if (!request_.confidence.empty())
       write_whole(
@@ -141,7 +148,7 @@ class Recorder {
     }
   }
 
-  void draw(const Result& result, const Frame& frame) {
+  void draw(const Result& result, const Frame& frame, const Touch& touch) {
     const uint64_t sequence = result.touch.sequence;
     const bool in_step = sequence % request_.picture_every == 0;
     const std::vector<uint64_t>& chosen = request_.picture_frames;
@@ -149,8 +156,11 @@ class Recorder {
         request_.pictures &&
         (chosen.empty() ? in_step : std::binary_search(chosen.begin(), chosen.end(), sequence));
     const bool to_film = request_.video && in_step;
-    if (!to_file && !to_film) return;
-    const viz::RgbImage image = renderer_->render(frame, result.touch, result.surface);
+    if (!to_file && !to_film) {
+      renderer_->follow(touch);
+      return;
+    }
+    const viz::RgbImage image = renderer_->render(frame, touch, result.surface);
     if (to_file) viz::write_png(image, out_ / "pictures" / numbered_name(sequence, "png"));
     if (!to_film) return;
     if (!film_) {
@@ -169,6 +179,10 @@ class Recorder {
       touching_ = touch.contact;
       summary_.contact_frames += touch.contact;
       summary_.saturated_frames += touch.saturated_px > 0;
+      summary_.most_contacts = std::max<uint64_t>(summary_.most_contacts, touch.contacts.size());
+      summary_.overflow_frames += touch.regions_overflow;
+      for (const ContactTouch& contact : touch.contacts) ids_.insert(contact.id);
+      summary_.contact_ids = static_cast<uint32_t>(ids_.size());
       summary_.slip_frames += touch.slip == Slip::Slip;
       ++summary_.force_states[to_string(touch.force_N.validity)];
       if (has_value(touch.force_N)) {
@@ -195,6 +209,8 @@ class Recorder {
   bool has_truth_;
   double rate_Hz_;
   std::optional<Measurements> measurements_;
+  std::optional<ContactRows> contacts_;
+  std::set<uint32_t> ids_;
   std::optional<viz::PictureRenderer> renderer_;
   std::optional<viz::Film> film_;
   std::vector<float> depth_mm_;
@@ -270,9 +286,10 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
   pipeline.set_background(background);
 
   make_output_folder(out);
-  for (const char* stale : {"summary.json", "recording.mp4"}) std::filesystem::remove(out / stale);
+  for (const char* stale : {"summary.json", "recording.mp4", "contacts.csv"})
+    std::filesystem::remove(out / stale);
   ProcessSummary summary;
-  Recorder recorder(context, sensor, request, *source, session.get(), pipeline, out, summary);
+  Recorder recorder(context, sensor, request, *source, session.get(), pipeline, out, background, summary);
   uint64_t total = source->frame_count().value_or(0);
   if (request.frames != 0) total = total == 0 ? request.frames : std::min(total, request.frames);
   if (!request.images.empty()) write_image_setting(sensor, background, out);
@@ -326,6 +343,12 @@ std::string describe(const ProcessSummary& s) {
     text += counted(s.contacts, "contact") + ", touching in " + counted(s.contact_frames, "frame");
     if (s.slip_frames) text += ", slipping in " + std::to_string(s.slip_frames);
     text += "\n";
+    if (s.most_contacts > 1)
+      text += "most contacts at once: " + std::to_string(s.most_contacts) + ", " +
+              counted(s.contact_ids, "id") + " in all\n";
+    if (s.overflow_frames)
+      text += "too many regions to tell contacts apart in " + counted(s.overflow_frames, "frame") +
+              ": a higher contact.threshold_gray would leave the noise out\n";
     if (s.largest_force_N) {
       std::snprintf(line, sizeof line, "largest force %.4g N\n", *s.largest_force_N);
       text += line;
@@ -380,6 +403,11 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
     value["contacts"] = s.contacts;
     value["contact_frames"] = s.contact_frames;
     value["slip_frames"] = s.slip_frames;
+    if (wants(request.outputs, Output::Contacts)) {
+      value["most_contacts"] = s.most_contacts;
+      value["contact_ids"] = s.contact_ids;
+      value["overflow_frames"] = s.overflow_frames;
+    }
     value["saturated_frames"] = s.saturated_frames;
     value["force_states"] = s.force_states;
   }

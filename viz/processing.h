@@ -31,7 +31,7 @@ struct ProcessRequest {
   std::vector<DepthFormat> confidence;  ///< the same: PNG and NumPy only
   bool pictures = false;                ///< PNGs as the window would show the frames
   bool video = false;                   ///< the same as recording.mp4
-  bool rows = true;                     ///< measurements.csv
+  bool rows = true;                     ///< measurements.csv, and contacts.csv with Output::Contacts
   std::string images;                   ///< ".png" or ".tif": the frames themselves too; empty: not
   double rate_Hz = 0;                   ///< of inputs without one (images); 0: their times stay unknown
   uint64_t frames = 0;                  ///< at most that many; 0: all
@@ -48,6 +48,9 @@ struct ProcessSummary {
   uint64_t frames = 0;
   uint64_t contacts = 0;  ///< onsets: frames that touch after one that does not
   uint64_t contact_frames = 0;
+  uint64_t most_contacts = 0;    ///< told apart in one frame (Output::Contacts)
+  uint32_t contact_ids = 0;      ///< given out in the frames counted
+  uint64_t overflow_frames = 0;  ///< with more regions than there was room for: their contacts are not counted
   uint64_t saturated_frames = 0;  ///< with at least one saturated pixel
   uint64_t slip_frames = 0;
   std::map<std::string, uint64_t> force_states;  ///< frames in each state of the force
@@ -72,7 +75,7 @@ uint64_t run_recording(Source& source, Pipeline& pipeline, uint64_t limit,
                        const std::function<void(const Result&, const Frame&)>& on_result,
                        uint64_t end = UINT64_MAX);
 
-/// Processes `request.input` with `sensor` into folder `out`: measurements.csv row by row, depth/, pictures/,
+/// Processes `request.input` with `sensor` into folder `out`: measurements.csv and contacts.csv row by row, depth/, pictures/,
 /// recording.mp4, images/ with the sensor.json and background.png that measure them again, and at the end
 /// summary.json. A damaged recording keeps the rows before the damage, writes a
 /// summary that says so, and throws.

@@ -1,18 +1,36 @@
 #include "viz/scene.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/gpu/context.h"
 
 namespace palpate::viz {
 
-Scene::Scene(gpu::Context& context, const RenderPass& pass, const Sensor& sensor, uint32_t frames_in_flight,
-             GLFWwindow* window, float scale)
+Scene::Scene(gpu::Context& context, const RenderPass& pass, const Sensor& sensor, const Frame* background,
+             uint32_t frames_in_flight, GLFWwindow* window, float scale)
     : context_(context),
+      pass_(pass),
       sensor_(sensor),
+      frames_in_flight_(frames_in_flight),
+      window_(window),
+      scale_(scale),
+      background_(background ? *background : Frame{}),
       surface_(context, pass, frames_in_flight),
       image_(context, pass, frames_in_flight),
-      frame_(context, pass, frames_in_flight, window, scale) {}
+      pressure_(context, frames_in_flight),
+      frame_(std::make_unique<HudFrame>(context, pass, frames_in_flight, window, scale)) {
+  state_.fit_to(sensor);
+  if (!background) state_.can_show_pressure = false;
+}
+
+/// Fonts of another size are made anew, between two pictures.
+void Scene::fit_text() {
+  const float wanted = scale_ * state_.text_scale;
+  if (std::abs(frame_->scale() / wanted - 1) < 1e-3f) return;
+  frame_.reset();  // there is one at a time: it owns the window's callbacks
+  frame_ = std::make_unique<HudFrame>(context_, pass_, frames_in_flight_, window_, wanted);
+}
 
 void Scene::follow(const Touch& touch) {
   hud_.follow(touch);
@@ -27,29 +45,42 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   if (!sized_) state_.follow(shown.touch, longest_side_mm_);  // the first picture already has its scales
   sized_ = true;
 
-  layout_ = make_layout(extent, frame_.scale(), format, has_surface);
+  fit_text();
+  const float scale = frame_->scale();
+  layout_ = make_layout(extent, scale, format, has_surface, {state_.charts, state_.section});
+  PressureTexels pressure;
+  if (has_surface && state_.quantity == Quantity::Pressure) {
+    pressure = pressure_.update(shown.frame, background_, sensor_);
+    state_.follow_pressure(pressure_.largest_MPa());
+  }
   const SurfaceStyle style = state_.style(longest_side_mm_);
   const Vec3 half_mm = surface_half_size_mm(format.width, format.height, sensor_.pitch_mm_per_px, style);
   // Around the pad: the axes' labels, and on the right the colour bar.
-  const double labels_px = 2 * kLabelRoom_px * frame_.scale(), bar_px = kColourBarRoom_px * frame_.scale();
+  const double labels_px = 2 * kLabelRoom_px * scale, bar_px = kColourBarRoom_px * scale;
   const ViewRect& view = layout_.view;
   eye_ =
       place(state_.camera, half_mm, view.aspect(), std::max(0.3, 1 - (labels_px + 2 * bar_px) / view.width),
             std::max(0.3, 1 - labels_px / view.height));
+  Profile profile;
+  const bool section = has_surface && state_.section;
+  if (section)
+    profile =
+        probe(context_, shown.surface, shown.touch.depth_datum_mm, sensor_.pitch_mm_per_px, state_.line);
 
   HudContent content{sensor_, shown.frame, shown.touch, has_surface, live, context_.report().name, {0, 0}};
   if (has_surface) content.mesh = SurfaceView::mesh_size(shown.surface, mesh_columns);
-  frame_.begin(extent);
-  hud_.describe(frame_, layout_, content, state_, has_surface ? &eye_ : nullptr, half_mm);
+  frame_->begin(extent);
+  hud_.describe(*frame_, layout_, extent, content, state_, has_surface ? &eye_ : nullptr, half_mm,
+                section ? &profile : nullptr);
 
   map_to_picture_barrier(cmd);
   begin_pass();
   if (has_surface) {
     surface_.draw(cmd, shown.surface, shown.touch.depth_datum_mm, sensor_.pitch_mm_per_px, eye_, style,
-                  layout_.view, layout_.surface, mesh_columns);
+                  layout_.view, layout_.surface, mesh_columns, pressure);
   }
   image_.draw(cmd, shown.frame, shown.surface, layout_.image, extent);
-  frame_.draw(cmd);
+  frame_->draw(cmd);
 }
 
 }  // namespace palpate::viz

@@ -2,13 +2,16 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
+#include <utility>
 
 #include "engine/frame.h"
 #include "engine/pipeline.h"
 #include "engine/sensor.h"
 #include "viz/hud.h"
 #include "viz/image_view.h"
+#include "viz/pressure_map.h"
 #include "viz/surface_view.h"
 #include "viz/view_state.h"
 
@@ -23,12 +26,14 @@ struct Shown {
 
 class Scene {
  public:
-  /// `window`: null off-screen. `scale`: of text and panels.
-  Scene(gpu::Context& context, const RenderPass& pass, const Sensor& sensor, uint32_t frames_in_flight,
-        GLFWwindow* window, float scale);
+  /// `window`: null off-screen. `scale`: of text and panels, times ViewState::text_scale. `background`: the
+  /// untouched image, for the colours of pressure; null: they cannot be shown.
+  Scene(gpu::Context& context, const RenderPass& pass, const Sensor& sensor, const Frame* background,
+        uint32_t frames_in_flight, GLFWwindow* window, float scale);
 
   /// A new result has come: scales and traces follow it.
   void follow(const Touch& touch);
+  void mark(EventMark event) { hud_.mark(std::move(event)); }
   /// Records the picture; `begin_pass` is called once, between the barriers and the drawing.
   void record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, uint32_t mesh_columns,
               const LiveStats* live, const std::function<void()>& begin_pass);
@@ -38,11 +43,19 @@ class Scene {
   const Eye& eye() const { return eye_; }
 
  private:
+  void fit_text();
+
   gpu::Context& context_;
+  const RenderPass& pass_;
   const Sensor sensor_;
+  const uint32_t frames_in_flight_;
+  GLFWwindow* const window_;
+  const float scale_;
+  Frame background_;
   SurfaceView surface_;
   ImageView image_;
-  HudFrame frame_;
+  PressureMap pressure_;
+  std::unique_ptr<HudFrame> frame_;
   Hud hud_;
   ViewState state_;
   Layout layout_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <cstring>
 
@@ -37,15 +38,18 @@ Vec3 surface_half_size_mm(uint32_t width, uint32_t height, double pitch_mm_per_p
 }
 
 TexelPipeline::TexelPipeline(gpu::Context& context, const RenderPass& pass, const Shaders& shaders,
-                             uint32_t push_bytes, VkPrimitiveTopology topology, bool depth_test)
+                             uint32_t push_bytes, VkPrimitiveTopology topology, bool depth_test,
+                             uint32_t buffers, const std::vector<int32_t>& constants)
     : context_(context), push_bytes_(push_bytes) {
   constexpr VkShaderStageFlags kBoth = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
-  const VkDescriptorSetLayoutBinding binding{0, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1, kBoth, nullptr};
+  std::vector<VkDescriptorSetLayoutBinding> bindings;
+  for (uint32_t i = 0; i < buffers; ++i)
+    bindings.push_back({i, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1, kBoth, nullptr});
   VkDescriptorSetLayoutCreateInfo set{};
   set.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
   set.flags = VK_DESCRIPTOR_SET_LAYOUT_CREATE_PUSH_DESCRIPTOR_BIT_KHR;
-  set.bindingCount = 1;
-  set.pBindings = &binding;
+  set.bindingCount = buffers;
+  set.pBindings = bindings.data();
   gpu::check(vkCreateDescriptorSetLayout(context.device(), &set, nullptr, &set_layout_), shaders.name);
   const VkPushConstantRange range{kBoth, 0, push_bytes};
   VkPipelineLayoutCreateInfo layout{};
@@ -65,6 +69,12 @@ TexelPipeline::TexelPipeline(gpu::Context& context, const RenderPass& pass, cons
   stages[0].module = make_module(context, shaders.vertex, shaders.name);
   stages[1].stage = VK_SHADER_STAGE_FRAGMENT_BIT;
   stages[1].module = make_module(context, shaders.fragment, shaders.name);
+  std::vector<VkSpecializationMapEntry> entries;
+  for (uint32_t i = 0; i < constants.size(); ++i)
+    entries.push_back({i, i * static_cast<uint32_t>(sizeof(int32_t)), sizeof(int32_t)});
+  const VkSpecializationInfo special{static_cast<uint32_t>(entries.size()), entries.data(),
+                                     constants.size() * sizeof(int32_t), constants.data()};
+  if (!constants.empty()) stages[1].pSpecializationInfo = &special;
 
   VkPipelineVertexInputStateCreateInfo no_vertices{};
   no_vertices.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO;
@@ -128,24 +138,41 @@ TexelPipeline::~TexelPipeline() {
   vkDestroyDescriptorSetLayout(context_.device(), set_layout_, nullptr);
 }
 
-void TexelPipeline::bind(VkCommandBuffer cmd, const gpu::TexelView& texels, const void* push) const {
-  const VkBufferView view = texels.handle();
-  VkWriteDescriptorSet write{};
-  write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
-  write.descriptorCount = 1;
-  write.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
-  write.pTexelBufferView = &view;
+void TexelPipeline::bind(VkCommandBuffer cmd, std::span<const gpu::TexelView* const> texels,
+                         const void* push) const {
+  constexpr size_t kMost = 4;
+  std::array<VkBufferView, kMost> views{};
+  std::array<VkWriteDescriptorSet, kMost> writes{};
+  assert(texels.size() <= kMost);
+  for (size_t i = 0; i < texels.size(); ++i) {
+    views[i] = texels[i]->handle();
+    writes[i].sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+    writes[i].dstBinding = static_cast<uint32_t>(i);
+    writes[i].descriptorCount = 1;
+    writes[i].descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+    writes[i].pTexelBufferView = &views[i];
+  }
   vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline_);
-  context_.push_descriptors()(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, 1, &write);
+  context_.push_descriptors()(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0,
+                              static_cast<uint32_t>(texels.size()), writes.data());
   vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, push_bytes_,
                      push);
 }
 
 SurfaceView::SurfaceView(gpu::Context& context, const RenderPass& pass, uint32_t frames_in_flight)
-    : context_(context),
-      frames_in_flight_(frames_in_flight),
-      pipeline_(context, pass, {"surface view", k_surface_vert, k_surface_frag}, sizeof(SurfacePush),
-                VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST, true) {}
+    : context_(context), pass_(pass), frames_in_flight_(frames_in_flight) {
+  pipeline({});
+}
+
+const TexelPipeline& SurfaceView::pipeline(const SurfaceStyle& style) {
+  std::unique_ptr<TexelPipeline>& made = pipelines_[{style.map, style.quantity}];
+  if (!made)
+    made = std::make_unique<TexelPipeline>(
+        context_, pass_, TexelPipeline::Shaders{"surface view", k_surface_vert, k_surface_frag},
+        sizeof(SurfacePush), VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST, true, 2u,
+        std::vector<int32_t>{static_cast<int32_t>(style.map), static_cast<int32_t>(style.quantity)});
+  return *made;
+}
 
 std::pair<uint32_t, uint32_t> SurfaceView::mesh_size(const SurfaceMap& map, uint32_t mesh_columns) {
   const uint32_t limit = mesh_columns ? mesh_columns : kMaxMeshColumns;
@@ -197,7 +224,7 @@ const SurfaceView::Mesh& SurfaceView::mesh(uint32_t columns, uint32_t rows) {
 
 void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double datum_mm, double pitch_mm_per_px,
                        const Eye& eye, const SurfaceStyle& style, const ViewRect& view, const ViewRect& clip,
-                       uint32_t mesh_columns) {
+                       uint32_t mesh_columns, const PressureTexels& pressure) {
   views_.emplace_back(context_, *map.buffer, VK_FORMAT_R32_SFLOAT);
   if (views_.size() > frames_in_flight_ + 1) views_.pop_front();
   const auto [columns, rows] = mesh_size(map, mesh_columns);
@@ -211,15 +238,15 @@ void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double datum_
   push.pitch_mm = static_cast<float>(pitch_mm_per_px);
   push.exaggeration = static_cast<float>(style.exaggeration);
   push.datum_mm = static_cast<float>(datum_mm);
-  push.range_mm = static_cast<float>(style.range_mm);
+  push.colour_range = static_cast<float>(last_colour(style));
   push.width = map.width;
   push.height = map.height;
   push.row_pitch = map.pitch;
   const PixelRect held = map.window.value_or(PixelRect{0, 0, map.width, map.height});
   push.window_place = held.x | held.y << 16;
   push.window_size = held.width | held.height << 16;
-  push.mesh_columns = columns;
-  push.mesh_rows = rows;
+  push.mesh_size = columns | rows << 16;
+  push.pressure_size = std::max(pressure.width, 1u) | std::max(pressure.height, 1u) << 16;
   push.lit = style.lit ? 1 : 0;
 
   const VkViewport viewport{static_cast<float>(view.x),
@@ -232,7 +259,11 @@ void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double datum_
   vkCmdSetViewport(cmd, 0, 1, &viewport);
   vkCmdSetScissor(cmd, 0, 1, &scissor);
   const Mesh& grid = mesh(columns, rows);
-  pipeline_.bind(cmd, views_.back(), &push);
+  // Without pressure the second buffer is not read, but must be one.
+  const gpu::TexelView* const heights = &views_.back();
+  const std::array texels{heights, pressure.texels ? pressure.texels : heights};
+  assert(pressure.texels || style.quantity != Quantity::Pressure);
+  pipeline(style).bind(cmd, texels, &push);
   vkCmdBindIndexBuffer(cmd, grid.indices.handle(), 0, VK_INDEX_TYPE_UINT32);
   vkCmdDrawIndexed(cmd, grid.count, 1, 0, 0, 0);
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "viz/pressure_map.h"
+
 namespace palpate::viz {
 
 const char* to_string(Vsync vsync) {
@@ -63,10 +65,58 @@ void ViewState::follow(const Touch& touch, double longest_side_mm) {
   }
 }
 
+void ViewState::next_quantity() {
+  quantity = static_cast<Quantity>((static_cast<int>(quantity) + 1) % kQuantities);
+  if (quantity == Quantity::Pressure && !can_show_pressure) quantity = Quantity::Strain;
+}
+
+bool* ViewState::automatic() {
+  if (quantity == Quantity::Strain) return nullptr;
+  return quantity == Quantity::Pressure ? &automatic_pressure : &automatic_range;
+}
+
+void ViewState::widen_range(double factor) {
+  if (bool* follows = automatic()) *follows = false;
+  switch (quantity) {
+    case Quantity::Pressure:
+      range_MPa = std::clamp(range_MPa * factor, kLeastRange_MPa, kMostRange_MPa);
+      break;
+    case Quantity::Strain:
+      strain_range = std::clamp(strain_range * factor, kLeastStrain, kMostStrain);
+      break;
+    default:
+      range_mm = std::clamp(range_mm * factor, kLeastRange_mm, kMostRange_mm);
+  }
+}
+
+void ViewState::change_chart_span(int steps) {
+  const auto at = std::min_element(kChartSpans_s.begin(), kChartSpans_s.end(), [this](double a, double b) {
+    return std::abs(a - chart_span_s) < std::abs(b - chart_span_s);
+  });
+  const auto last = static_cast<int>(kChartSpans_s.size()) - 1;
+  chart_span_s = kChartSpans_s[static_cast<size_t>(
+      std::clamp(static_cast<int>(at - kChartSpans_s.begin()) + steps, 0, last))];
+}
+
+void ViewState::fit_to(const Sensor& sensor) {
+  can_show_pressure = reads_pressure(sensor);
+  if (quantity == Quantity::Pressure && !can_show_pressure) quantity = Quantity::Depth;
+}
+
+void ViewState::follow_pressure(double largest_MPa) {
+  if (!automatic_pressure) return;
+  const double wanted = scale_ceiling(std::max(largest_MPa, 1e-3));
+  // Grows at once; narrows when the touch is far below, so that colours keep their meaning.
+  if (wanted > range_MPa || (largest_MPa > 2e-3 && wanted < 0.3 * range_MPa)) range_MPa = wanted;
+}
+
 SurfaceStyle ViewState::style(double longest_side_mm) const {
   SurfaceStyle s;
   s.exaggeration = exaggeration;
   s.range_mm = range_mm;
+  s.quantity = quantity;
+  s.map = map;
+  s.colour_range = quantity == Quantity::Pressure ? range_MPa : strain_range;
   s.grid_mm = grid ? nice_ceiling(longest_side_mm / 20) : 0;
   s.lit = lit;
   return s;

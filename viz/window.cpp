@@ -70,8 +70,31 @@ Window::Window(gpu::Context& context, const WindowOptions& options) : context_(c
   // Keys are collected here: one pressed and released between two pictures must not be lost. ImGui chains its
   // own callback.
   glfwSetWindowUserPointer(window_, this);
-  glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int) {
-    if (action == GLFW_PRESS) static_cast<Window*>(glfwGetWindowUserPointer(w))->keys_.push_back(key);
+  glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int scancode, int action, int mods) {
+    if (action == GLFW_RELEASE) return;
+    // Signs and letters are where the person's keyboard has them.
+    if (const char* name = glfwGetKeyName(key, scancode); name && name[0] && !name[1]) {
+      const char c = name[0];
+      if (c >= 'a' && c <= 'z') key = GLFW_KEY_A + (c - 'a');
+      for (const auto& [sign, its_key] : {std::pair{'+', GLFW_KEY_EQUAL},
+                                          {'-', GLFW_KEY_MINUS},
+                                          {',', GLFW_KEY_COMMA},
+                                          {'.', GLFW_KEY_PERIOD},
+                                          {'[', GLFW_KEY_LEFT_BRACKET},
+                                          {']', GLFW_KEY_RIGHT_BRACKET}})
+        if (c == sign) key = its_key;
+    }
+    // Held down, only keys of steps go on.
+    const bool repeats = key == GLFW_KEY_LEFT || key == GLFW_KEY_RIGHT || key == GLFW_KEY_UP ||
+                         key == GLFW_KEY_DOWN || key == GLFW_KEY_COMMA || key == GLFW_KEY_PERIOD ||
+                         key == GLFW_KEY_EQUAL || key == GLFW_KEY_MINUS;
+    if (action == GLFW_REPEAT && !repeats) return;
+    static_cast<Window*>(glfwGetWindowUserPointer(w))
+        ->keys_.push_back({key, (mods & GLFW_MOD_SHIFT) != 0, (mods & GLFW_MOD_CONTROL) != 0});
+  });
+  glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
+    auto& drops = static_cast<Window*>(glfwGetWindowUserPointer(w))->drops_;
+    drops.insert(drops.end(), paths, paths + count);
   });
   glfwSetWindowSizeLimits(window_, 480, 320, GLFW_DONT_CARE, GLFW_DONT_CARE);
   if (glfwCreateWindowSurface(context.instance(), window_, nullptr, &surface_) != VK_SUCCESS) {
@@ -250,8 +273,37 @@ void Window::set_vsync(Vsync vsync) {
   stale_ = true;
 }
 
-std::vector<int> Window::take_keys() {
+std::vector<KeyPress> Window::take_keys() {
   return std::exchange(keys_, {});
+}
+
+std::vector<std::string> Window::take_drops() {
+  return std::exchange(drops_, {});
+}
+
+void Window::switch_full_screen() {
+  auto& [x, y, width, height] = before_full_screen_;
+  if (width > 0) {
+    glfwSetWindowMonitor(window_, nullptr, x, y, width, height, GLFW_DONT_CARE);
+    before_full_screen_ = {};
+    return;
+  }
+  GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+  const GLFWvidmode* mode = monitor ? glfwGetVideoMode(monitor) : nullptr;
+  if (!mode) return;
+  glfwGetWindowPos(window_, &x, &y);
+  glfwGetWindowSize(window_, &width, &height);
+  glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+}
+
+void Window::set_title(const std::string& title) {
+  glfwSetWindowTitle(window_, title.c_str());
+}
+
+std::pair<uint32_t, uint32_t> Window::size() const {
+  int width = before_full_screen_[2], height = before_full_screen_[3];
+  if (width == 0) glfwGetWindowSize(window_, &width, &height);
+  return {static_cast<uint32_t>(std::max(width, 1)), static_cast<uint32_t>(std::max(height, 1))};
 }
 
 bool Window::begin_picture() {

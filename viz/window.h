@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "viz/render_target.h"
@@ -29,6 +30,13 @@ struct WindowOptions {
   uint32_t width = 1280;
   uint32_t height = 720;
   Vsync vsync = Vsync::On;
+};
+
+/// A key (GLFW_KEY_...) as it was pressed.
+struct KeyPress {
+  int key = 0;
+  bool shift = false;
+  bool control = false;
 };
 
 /// A picture that the device has finished.
@@ -63,8 +71,15 @@ class Window {
   void set_vsync(Vsync vsync);
   bool offers(Vsync vsync) const;
   Vsync vsync() const { return vsync_; }
-  /// Keys (GLFW_KEY_...) pressed since the last call.
-  std::vector<int> take_keys();
+  /// Keys pressed since the last call; keys of letters by what is printed on them.
+  std::vector<KeyPress> take_keys();
+  /// Files and folders dropped on the window since the last call.
+  std::vector<std::string> take_drops();
+  bool has_drops() const { return !drops_.empty(); }
+  void switch_full_screen();
+  void set_title(const std::string& title);
+  /// Size in the screen's own units, as WindowOptions has it; of the window before it filled the screen.
+  std::pair<uint32_t, uint32_t> size() const;
   bool has_keys() const { return !keys_.empty(); }
 
   /// Pictures that poll_finished has not returned yet.
@@ -112,9 +127,11 @@ class Window {
   VkSwapchainKHR swapchain_ = VK_NULL_HANDLE;
   VkExtent2D extent_{};
   Vsync vsync_ = Vsync::On;
-  std::vector<int> keys_;
-  bool stale_ = false;     ///< the swapchain no longer fits the window
-  bool can_copy_ = false;  ///< its images may be read back
+  std::vector<KeyPress> keys_;
+  std::vector<std::string> drops_;
+  std::array<int, 4> before_full_screen_{};  ///< place and size; width 0: not full screen
+  bool stale_ = false;                       ///< the swapchain no longer fits the window
+  bool can_copy_ = false;                    ///< its images may be read back
   Attachments attachments_;
   std::vector<Target> targets_;
   std::array<Slot, kPicturesInFlight> slots_{};

@@ -17,6 +17,7 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   const bool after_interruption = std::exchange(interrupted_, false);
   if (!touch.contact) {
     in_contact_ = false;
+    slip_watch_.restart();
     touch.slip = calibration ? Slip::NoContact : Slip::NotCalibrated;
     const Validity validity = calibration ? Validity::NoContact : Validity::NotCalibrated;
     touch.shear_x_N = touch.shear_y_N = {0, 0, validity};
@@ -26,6 +27,8 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   const double y_mm = touch.centroid_y_px * pitch_mm_per_px_;
   if (!in_contact_) {
     in_contact_ = true;
+    slip_watch_.restart();
+    told_ = Slip::Stick;
     onset_unseen_ = after_interruption;
     anchor_at_border_ = touch.at_border;
     onset_x_mm_ = anchor_x_mm_ = x_mm;
@@ -33,11 +36,21 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   }
   touch.shift_x_mm = x_mm - onset_x_mm_;
   touch.shift_y_mm = y_mm - onset_y_mm_;
-  if (!calibration) return;
+  const std::optional<Slip> told = touch.has_skin ? slip_watch_.update(x_mm, y_mm, touch.skin) : std::nullopt;
+  if (!calibration) {
+    if (touch.has_skin) touch.slip = told_ = told.value_or(told_);
+    return;
+  }
 
   const ShearCalibration& c = *calibration;
-  double fx = c.kx_N_per_mm * (x_mm - anchor_x_mm_);
-  double fy = c.ky_N_per_mm * (y_mm - anchor_y_mm_);
+  const bool by_skin = c.signal == ShearSignal::Skin && touch.has_skin && touch.skin.touching >= 3;
+  if (told == Slip::Slip) {
+    // What the contact travels over the skin bends nothing.
+    anchor_x_mm_ += slip_watch_.apart_x_mm();
+    anchor_y_mm_ += slip_watch_.apart_y_mm();
+  }
+  double fx = c.kx_N_per_mm * (by_skin ? touch.skin.shift_x_mm.value : x_mm - anchor_x_mm_);
+  double fy = c.ky_N_per_mm * (by_skin ? touch.skin.shift_y_mm.value : y_mm - anchor_y_mm_);
   const double size = std::hypot(fx, fy);
   touch.slip = Slip::Stick;
   double limit_error = 0;
@@ -48,27 +61,33 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
     const double scale = size > 0 ? limit / size : 0;
     fx *= scale;
     fy *= scale;
+    touch.slip = Slip::Slip;
+    limit_error = std::hypot(c.friction * touch.force_N.standard_error,
+                             c.friction_sd * std::max(touch.force_N.value, 0.0));
+  }
+  const bool at_limit = touch.slip == Slip::Slip, no_limit = touch.slip == Slip::NotCalibrated;
+  if (at_limit || by_skin) {
     anchor_x_mm_ = x_mm - fx / c.kx_N_per_mm;
     anchor_y_mm_ = y_mm - fy / c.ky_N_per_mm;
     anchor_at_border_ = touch.at_border;
-    touch.slip = Slip::Slip;
-    limit_error = c.friction * touch.force_N.standard_error;
   }
+  // Until enough points lie under it a contact is taken to stick, and what lifts stays what it was.
+  if (touch.has_skin) touch.slip = told_ = told.value_or(told_);
   const double position_error_mm = kCentroidError_px * pitch_mm_per_px_;
   Validity validity = Validity::Valid;
-  if (touch.slip == Slip::NotCalibrated) validity = Validity::NotCalibrated;
+  if (no_limit) validity = Validity::NotCalibrated;
   // Clipped light makes the normal force a lower bound, and with it the limit that the shear is held at.
-  if (touch.slip == Slip::Slip && touch.force_N.validity == Validity::Saturated)
-    validity = Validity::Saturated;
+  if (at_limit && touch.force_N.validity == Validity::Saturated) validity = Validity::Saturated;
   // A contact that the frame cuts off has its centre elsewhere.
   if (validity == Validity::Valid && (anchor_at_border_ || touch.at_border)) validity = Validity::AtBorder;
   if (onset_unseen_ && validity == Validity::Valid) validity = Validity::OnsetUnseen;
-  const auto estimate = [&](double force, double stiffness) {
-    return Estimate{force, std::hypot(c.relative_sd * force, stiffness * position_error_mm, limit_error),
+  const auto estimate = [&](double force, double stiffness, const Estimate& skin) {
+    const double shift_error_mm = by_skin ? skin.standard_error : position_error_mm;
+    return Estimate{force, std::hypot(c.relative_sd * force, stiffness * shift_error_mm, limit_error),
                     validity};
   };
-  touch.shear_x_N = estimate(fx, c.kx_N_per_mm);
-  touch.shear_y_N = estimate(fy, c.ky_N_per_mm);
+  touch.shear_x_N = estimate(fx, c.kx_N_per_mm, touch.skin.shift_x_mm);
+  touch.shear_y_N = estimate(fy, c.ky_N_per_mm, touch.skin.shift_y_mm);
 }
 
 }  // namespace palpate

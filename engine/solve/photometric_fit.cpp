@@ -4,8 +4,10 @@
 #include <Eigen/Sparse>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "engine/error.h"
+#include "engine/solve/normal_table.h"
 
 namespace palpate {
 namespace {
@@ -116,18 +118,24 @@ Vector9 features(const Frame& frame, const Frame& background, uint32_t x, uint32
 
 }  // namespace
 
-// The equations of one press, and for a ball the colour changes inside its contact, for the depth check.
+// The equations of one press, its pixels of known normal, and for a ball the depth to be read from them.
 struct PhotometricFit::Press {
   std::string label;
   NormalEquations contact;
   NormalEquations rest;
+  std::vector<Eigen::Matrix<float, kCoefficients, 1>> features;
+  std::vector<Eigen::Vector2f> normals;
   struct Ball {
     uint32_t width = 0;
     std::vector<uint8_t> inside;
-    std::vector<Vector9> features;  // of the inside pixels, row by row
-    std::vector<double> depth_mm;   // of the inside pixels, rim at 0
+    std::vector<double> depth_mm;  // of the inside pixels, row by row as the features; rim at 0
   } ball;
 
+  void add(const Vector9& f, double nx, double ny) {
+    contact.add(f, nx, ny);
+    features.push_back(f.cast<float>());
+    normals.emplace_back(static_cast<float>(nx), static_cast<float>(ny));
+  }
   NormalEquations all(double rest_weight) const {
     NormalEquations e = rest;
     e.scale(rest_weight);
@@ -174,14 +182,18 @@ void PhotometricFit::add_normals(const Frame& frame, const Frame& background,
       const size_t i = size_t{y} * format_.width + x;
       if (std::isnan(normal_x[i]) || std::isnan(normal_y[i])) continue;
       if (linear_range(frame, background, x, y, format_.max_gray()))
-        press.contact.add(features(frame, background, x, y), normal_x[i], normal_y[i]);
+        press.add(features(frame, background, x, y), normal_x[i], normal_y[i]);
     }
   presses_.push_back(std::move(press));
 }
 
 void PhotometricFit::add_ball(const Frame& frame, const Frame& background, double cx_px, double cy_px,
-                              double contact_radius_px, double ball_radius_mm, const std::string& label) {
+                              double contact_radius_px, double ball_radius_mm, const std::string& label,
+                              std::span<const uint8_t> mask) {
   check_shapes(format_, frame, background, label);
+  if (!mask.empty() && mask.size() != size_t{format_.width} * format_.height)
+    throw Error(Failure::Input, "a mask of the frame's size", std::to_string(mask.size()) + " values",
+                "one value for each pixel of " + label);
   const double contact_radius_mm = contact_radius_px * pitch_mm_per_px_;
   if (!(contact_radius_px >= 2) || !(contact_radius_mm < ball_radius_mm) || !std::isfinite(ball_radius_mm))
     throw Error(Failure::Input, "a contact of 2 px or more that is smaller than its ball",
@@ -206,6 +218,7 @@ void PhotometricFit::add_ball(const Frame& frame, const Frame& background, doubl
     for (uint32_t x = 0; x < format_.width; ++x) {
       const double dx = x - cx_px, dy = y - cy_px, r = std::hypot(dx, dy);
       if (r >= contact_radius_px && r < kRestRing * contact_radius_px) continue;
+      if (!mask.empty() && mask[size_t{y} * format_.width + x]) continue;
       if (!linear_range(frame, background, x, y, format_.max_gray())) continue;
       const Vector9 f = features(frame, background, x, y);
       if (r >= contact_radius_px) {
@@ -213,10 +226,9 @@ void PhotometricFit::add_ball(const Frame& frame, const Frame& background, doubl
         continue;
       }
       const double to_normal = -pitch_mm_per_px_ / ball_radius_mm;
-      press.contact.add(f, to_normal * dx, to_normal * dy);
+      press.add(f, to_normal * dx, to_normal * dy);
       const double r_mm = r * pitch_mm_per_px_;
       ball.inside[size_t{y - y0} * ball.width + (x - x0)] = 1;
-      ball.features.push_back(f);
       ball.depth_mm.push_back(std::sqrt(ball_radius_mm * ball_radius_mm - r_mm * r_mm) - rim_mm);
     }
   const double disc_px = 3.14159265358979 * contact_radius_px * contact_radius_px;
@@ -228,90 +240,191 @@ void PhotometricFit::add_ball(const Frame& frame, const Frame& background, doubl
   presses_.push_back(std::move(press));
 }
 
-PhotometricFitResult PhotometricFit::solve(double rest_weight) const {
+namespace {
+
+constexpr uint32_t kTableSide = 17;
+constexpr double kSteepest = 0.999;      // largest component along the pad that a normal is taken to have
+constexpr double kClearlyBetter = 0.98;  // the table's error over the linear one's, for it to be chosen
+
+// A fitted model: the linear weights and, if there is one, the table over them.
+struct Model {
+  Weights weights;
+  std::optional<NormalTable> table;
+
+  std::array<double, 2> normal(const Eigen::Matrix<float, kCoefficients, 1>& features) const {
+    const Vector9 f = features.cast<double>();
+    double nx = weights.x.dot(f), ny = weights.y.dot(f);
+    if (table) {
+      const auto corrected = corrected_normal(*table, nx, ny);
+      nx = corrected[0], ny = corrected[1];
+    }
+    return {nx, ny};
+  }
+};
+
+// One that has a third component, so that slopes stay finite.
+std::array<double, 2> bounded_normal(std::array<double, 2> n) {
+  const double length = std::hypot(n[0], n[1]);
+  return length > kSteepest ? std::array{n[0] * kSteepest / length, n[1] * kSteepest / length} : n;
+}
+
+double degrees(double radians) {
+  return radians * 180 / 3.14159265358979;
+}
+
+// Sums of one model's errors over presses.
+struct ErrorSums {
+  double square = 0, angle2 = 0, pixels = 0, depth_square = 0, gain = 0;
+  int balls = 0;
+
+  HeldOutErrors errors() const {
+    HeldOutErrors e;
+    if (pixels > 0) {
+      e.normal_rms = std::sqrt(square / (2 * pixels));
+      e.normal_angle_deg = degrees(std::sqrt(angle2 / pixels));
+    }
+    if (balls > 0) {
+      e.depth_rmse_mm = std::sqrt(depth_square / balls);
+      e.depth_gain = gain / balls;
+    }
+    return e;
+  }
+};
+
+}  // namespace
+
+PhotometricFitResult PhotometricFit::solve(double rest_weight, NormalModel wanted) const {
   if (!(rest_weight >= 0 && rest_weight <= 1000))
     throw Error(Failure::Input, "a rest weight from 0 to 1000", std::to_string(rest_weight), "1");
   if (presses_.size() < 2)
     throw Error(Failure::Input, "two presses or more, so that the error is known on one not used",
                 std::to_string(presses_.size()), "adding presses at other places of the pad");
-  NormalEquations all, contacts;
-  for (const Press& p : presses_) {
-    all += p.all(rest_weight);
-    contacts += p.contact;
-  }
-  PhotometricFitResult result;
-  const Weights w = solve_weights(all);
-  for (int c = 0; c < 3; ++c)
-    for (int k = 0; k < 3; ++k) {
-      result.calibration.wx[c][k] = w.x[3 * c + k];
-      result.calibration.wy[c][k] = w.y[3 * c + k];
-    }
-  result.condition = w.condition;
-  result.ridge = w.ridge;
-  result.normal_rms_fitted = std::sqrt((squared_error(contacts.gram, contacts.to_x, contacts.xx, w.x) +
-                                        squared_error(contacts.gram, contacts.to_y, contacts.yy, w.y)) /
-                                       (2 * contacts.weight));
-
-  double error_x = 0, error_y = 0, depth_square = 0, gain = 0;
-  int balls = 0;
-  for (size_t i = 0; i < presses_.size(); ++i) {
-    const Press& p = presses_[i];
+  // The model that all presses but one give; none is left out where `without` is past the last.
+  const auto fitted = [&](size_t without, bool with_table) {
     NormalEquations others;
     for (size_t j = 0; j < presses_.size(); ++j)
-      if (j != i) others += presses_[j].all(rest_weight);
-    const Weights v = solve_weights(others);
+      if (j != without) others += presses_[j].all(rest_weight);
+    Model model{solve_weights(others), std::nullopt};
+    if (!with_table) return model;
+    double reach = 0.1;
+    for (const int pass : {0, 1}) {
+      NormalTableFit table(kTableSide, std::min(1.0, reach));
+      for (size_t j = 0; j < presses_.size(); ++j) {
+        if (j == without) continue;
+        const Press& p = presses_[j];
+        for (size_t k = 0; k < p.features.size(); ++k) {
+          const Vector9 f = p.features[k].cast<double>();
+          const double nx = model.weights.x.dot(f), ny = model.weights.y.dot(f);
+          if (pass == 0)
+            reach = std::max({reach, std::abs(nx), std::abs(ny)});
+          else
+            table.add(nx, ny, static_cast<double>(p.normals[k].x()), static_cast<double>(p.normals[k].y()));
+        }
+      }
+      if (pass == 1) model.table = table.solve();
+    }
+    return model;
+  };
+  // What a model says of a press.
+  const auto judge = [&](const Press& p, const Model& model, ErrorSums& sums) {
     HeldOutPress h;
     h.label = p.label;
     h.contact_px = static_cast<uint64_t>(p.contact.weight);
-    const double ex = squared_error(p.contact.gram, p.contact.to_x, p.contact.xx, v.x);
-    const double ey = squared_error(p.contact.gram, p.contact.to_y, p.contact.yy, v.y);
-    h.normal_rms = p.contact.weight > 0 ? std::sqrt((ex + ey) / (2 * p.contact.weight)) : 0;
-    error_x += ex;
-    error_y += ey;
-    if (!p.ball.depth_mm.empty()) {
-      std::vector<double> sx(p.ball.inside.size()), sy(p.ball.inside.size());
-      double true_mean = 0;
-      for (size_t k = 0, n = 0; k < p.ball.inside.size(); ++k) {
-        if (!p.ball.inside[k]) continue;
-        double nx = v.x.dot(p.ball.features[n]), ny = v.y.dot(p.ball.features[n]);
-        const double length = std::hypot(nx, ny), steepest = 0.999;
-        if (length > steepest) nx *= steepest / length, ny *= steepest / length;
-        const double nz = std::sqrt(1 - nx * nx - ny * ny);
-        sx[k] = nx / nz;
-        sy[k] = ny / nz;
-        true_mean += p.ball.depth_mm[n++];
-      }
-      true_mean /= static_cast<double>(p.ball.depth_mm.size());
-      const std::vector<double> depth =
-          integrate_patch(sx, sy, p.ball.inside, p.ball.width, pitch_mm_per_px_);
-      double square = 0, cross = 0, power = 0;
-      for (size_t k = 0, n = 0; k < depth.size(); ++k) {
-        if (!p.ball.inside[k]) continue;
-        const double t = p.ball.depth_mm[n++] - true_mean;
-        square += (depth[k] - t) * (depth[k] - t);
-        cross += depth[k] * t;
-        power += t * t;
-      }
-      h.has_depth = true;
-      h.depth_rmse_mm = std::sqrt(square / static_cast<double>(p.ball.depth_mm.size()));
-      h.depth_gain = power > 0 ? cross / power : 0;
-      depth_square += h.depth_rmse_mm * h.depth_rmse_mm;
-      gain += h.depth_gain;
-      ++balls;
+    double square = 0, angle2 = 0;
+    std::vector<std::array<double, 2>> read;
+    for (size_t k = 0; k < p.features.size(); ++k) {
+      const auto raw = model.normal(p.features[k]);
+      const auto n = read.emplace_back(bounded_normal(raw));
+      const double tx = static_cast<double>(p.normals[k].x()), ty = static_cast<double>(p.normals[k].y());
+      square += std::pow(raw[0] - tx, 2) + std::pow(raw[1] - ty, 2);
+      const double dot = n[0] * tx + n[1] * ty +
+                         std::sqrt(std::max(0.0, 1 - n[0] * n[0] - n[1] * n[1])) *
+                             std::sqrt(std::max(0.0, 1 - tx * tx - ty * ty));
+      angle2 += std::pow(std::acos(std::clamp(dot, -1.0, 1.0)), 2);
     }
-    result.contact_px += h.contact_px;
-    result.presses.push_back(std::move(h));
+    const auto pixels = static_cast<double>(std::max<size_t>(p.features.size(), 1));
+    h.normal_rms = std::sqrt(square / (2 * pixels));
+    h.normal_angle_deg = degrees(std::sqrt(angle2 / pixels));
+    sums.square += square;
+    sums.angle2 += angle2;
+    sums.pixels += static_cast<double>(p.features.size());
+    if (p.ball.depth_mm.empty()) return h;
+    std::vector<double> sx(p.ball.inside.size()), sy(p.ball.inside.size());
+    double true_mean = 0;
+    for (size_t k = 0, n = 0; k < p.ball.inside.size(); ++k) {
+      if (!p.ball.inside[k]) continue;
+      const double nz = std::sqrt(1 - read[n][0] * read[n][0] - read[n][1] * read[n][1]);
+      sx[k] = read[n][0] / nz;
+      sy[k] = read[n][1] / nz;
+      true_mean += p.ball.depth_mm[n++];
+    }
+    true_mean /= static_cast<double>(p.ball.depth_mm.size());
+    const std::vector<double> depth = integrate_patch(sx, sy, p.ball.inside, p.ball.width, pitch_mm_per_px_);
+    double depth_square = 0, cross = 0, power = 0;
+    for (size_t k = 0, n = 0; k < depth.size(); ++k) {
+      if (!p.ball.inside[k]) continue;
+      const double t = p.ball.depth_mm[n++] - true_mean;
+      depth_square += (depth[k] - t) * (depth[k] - t);
+      cross += depth[k] * t;
+      power += t * t;
+    }
+    h.has_depth = true;
+    h.depth_rmse_mm = std::sqrt(depth_square / static_cast<double>(p.ball.depth_mm.size()));
+    h.depth_gain = power > 0 ? cross / power : 0;
+    sums.depth_square += h.depth_rmse_mm * h.depth_rmse_mm;
+    sums.gain += h.depth_gain;
+    ++sums.balls;
+    return h;
+  };
+
+  // How well either model does on presses left out one at a time.
+  NormalEquations contacts;
+  for (const Press& p : presses_) contacts += p.contact;
+  ErrorSums linear_sums, table_sums;
+  std::vector<HeldOutPress> linear_presses, table_presses;
+  double error_x = 0, error_y = 0;
+  for (size_t i = 0; i < presses_.size(); ++i) {
+    const Press& p = presses_[i];
+    Model model = fitted(i, wanted != NormalModel::Linear);
+    if (model.table) table_presses.push_back(judge(p, model, table_sums));
+    model.table.reset();
+    linear_presses.push_back(judge(p, model, linear_sums));
+    error_x += squared_error(p.contact.gram, p.contact.to_x, p.contact.xx, model.weights.x);
+    error_y += squared_error(p.contact.gram, p.contact.to_y, p.contact.yy, model.weights.y);
   }
-  result.normal_rms_held_out = std::sqrt((error_x + error_y) / (2 * contacts.weight));
-  result.calibration.normal_sd = result.normal_rms_held_out;
+  PhotometricFitResult result;
+  result.linear = linear_sums.errors();
+  result.table = table_sums.errors();
+  const bool better =
+      result.table.normal_rms <= result.linear.normal_rms &&
+      (linear_sums.balls > 0 ? result.table.depth_rmse_mm < kClearlyBetter * result.linear.depth_rmse_mm
+                             : result.table.normal_rms < kClearlyBetter * result.linear.normal_rms);
+  const bool with_table = wanted == NormalModel::Table || (wanted == NormalModel::Best && better);
+  const Model model = fitted(presses_.size(), with_table);
+  const HeldOutErrors& errors = with_table ? result.table : result.linear;
+  result.model = with_table ? NormalModel::Table : NormalModel::Linear;
+  result.presses = with_table ? table_presses : linear_presses;
+  for (int c = 0; c < 3; ++c)
+    for (int k = 0; k < 3; ++k) {
+      result.calibration.wx[c][k] = model.weights.x[3 * c + k];
+      result.calibration.wy[c][k] = model.weights.y[3 * c + k];
+    }
+  result.calibration.table = model.table;
+  result.calibration.normal_sd = errors.normal_rms;
+  result.condition = model.weights.condition;
+  result.ridge = model.weights.ridge;
+  result.contact_px = static_cast<uint64_t>(contacts.weight);
+  ErrorSums own;
+  for (const Press& p : presses_) judge(p, model, own);
+  result.normal_rms_fitted = own.errors().normal_rms;
+  result.normal_rms_held_out = errors.normal_rms;
+  result.normal_angle_deg = errors.normal_angle_deg;
+  result.depth_rmse_mm = errors.depth_rmse_mm;
+  result.depth_gain = errors.depth_gain;
   const double spread_x = contacts.xx - contacts.x * contacts.x / contacts.weight;
   const double spread_y = contacts.yy - contacts.y * contacts.y / contacts.weight;
   result.explained_x = spread_x > 0 ? 1 - error_x / spread_x : 0;
   result.explained_y = spread_y > 0 ? 1 - error_y / spread_y : 0;
-  if (balls > 0) {
-    result.depth_rmse_mm = std::sqrt(depth_square / balls);
-    result.depth_gain = gain / balls;
-  }
   const double least = std::min(result.explained_x, result.explained_y);
   if (!(least >= kLeastExplained))
     throw Error(Failure::Input, "colour changes that tell both slopes on presses not used for the fit",

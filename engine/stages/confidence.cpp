@@ -39,7 +39,10 @@ Confidence::Confidence(gpu::Context& context, const Sensor& sensor, const FrameF
     : sensor_(sensor),
       format_(format),
       rows_(context.is_software() ? kRowsOnCpu : kRowsOnGpu),
-      reach_(sensor.reading == Reading::Shading || sensor.reading == Reading::Elastic ? kFilterReach_px : 0) {
+      reach_(sensor.reading == Reading::Shading || sensor.reading == Reading::Elastic ||
+                     sensor.reading == Reading::Lookup
+                 ? kFilterReach_px
+                 : 0) {
   push_.width = format.width;
   push_.height = format.height;
   push_.pitch = PaddedLayout(format).pitch;

@@ -128,11 +128,10 @@ void Contact::record(gpu::Commands& commands, const PaddedImage& frame, const Pa
   const auto scope = commands.scope("contact");
   const std::array<uint32_t, 3> groups{(tiles() + workgroup_ - 1) / workgroup_, 1, 1};
   if (form_ == Form::Filtered) {
-    commands.dispatch(
-        kernel_,
-        {&frame.texels(), &frame.words(), &background.texels(), &background.words(), &records, &filtered_,
-         &marks_},
-        push_, groups);
+    commands.dispatch(kernel_,
+                      {&frame.texels(), &frame.words(), &background.texels(), &background.words(), &records,
+                       &filtered_, &marks_},
+                      push_, groups);
   } else if (form_ == Form::Unfiltered) {
     commands.dispatch(kernel_, {&frame.texels(), &background.texels(), &records, &marks_}, push_, groups);
   } else {

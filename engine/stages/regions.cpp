@@ -98,8 +98,7 @@ bool Regions::find(const Slot& slot, std::span<const shared::ContactRecord> reco
     box.y = std::min(box.y, y0);
     box.width = end_x - box.x;
     box.height = end_y - box.y;
-    region.moments.border =
-        region.moments.border || x0 == 0 || y0 == 0 || x1 == width_ || y1 == height_;
+    region.moments.border = region.moments.border || x0 == 0 || y0 == 0 || x1 == width_ || y1 == height_;
   }
   return true;
 }
@@ -165,7 +164,8 @@ void Regions::join_neighbours(uint32_t part) {
   if (x + 1 < across) {
     const uint64_t right = spread(whole(p.right_low, p.right_high));
     if (right)
-      each(p.tile + 1, [&](const shared::RegionPart& q) { return (right & whole(q.left_low, q.left_high)) != 0; });
+      each(p.tile + 1,
+           [&](const shared::RegionPart& q) { return (right & whole(q.left_low, q.left_high)) != 0; });
   }
   if (below >= push_.tiles || p.bottom == 0) return;
   const uint64_t bottom = spread(p.bottom);

@@ -73,8 +73,8 @@ class Regions {
   gpu::TexelView part_mark_texels_;
   // Of the frame that `find` looks at; kept so that frames allocate nothing.
   std::vector<uint32_t> listed_;
-  std::vector<Part> parts_;             // by tile, then by order
-  std::vector<uint32_t> first_;         // of each tile in parts_, and the end
+  std::vector<Part> parts_;      // by tile, then by order
+  std::vector<uint32_t> first_;  // of each tile in parts_, and the end
   std::vector<uint32_t> parent_, slot_of_;
 };
 

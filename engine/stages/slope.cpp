@@ -1,5 +1,6 @@
 #include "engine/stages/slope.h"
 
+#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -9,11 +10,14 @@
 #include "shaders/block_means.spv.h"
 #include "shaders/slope_coarse_given.spv.h"
 #include "shaders/slope_coarse_photometric.spv.h"
+#include "shaders/slope_coarse_photometric_table.spv.h"
 #include "shaders/slope_coarse_shading.spv.h"
 #include "shaders/slope_given.spv.h"
 #include "shaders/slope_photometric.spv.h"
+#include "shaders/slope_photometric_table.spv.h"
 #include "shaders/slope_shading.spv.h"
 #include "shaders/slope_store_photometric.spv.h"
+#include "shaders/slope_store_photometric_table.spv.h"
 #include "shaders/slope_store_shading.spv.h"
 
 namespace palpate {
@@ -31,17 +35,31 @@ uint32_t least_gray(const Sensor& sensor, uint32_t units_per_gray) {
 
 // A kernel that reads `texels` views and writes the right sides, and counts before them where it `clips`.
 gpu::Kernel kernel_for(gpu::Context& context, RightSides right_sides, const gpu::Shader& pixels,
-                       const gpu::Shader& cells, size_t texels, bool clips, uint32_t darkest,
-                       const Tuning& tuning) {
+                       const gpu::Shader& cells, size_t texels, bool clips,
+                       const std::vector<uint32_t>& constants, const Tuning& tuning) {
   const bool both = right_sides == RightSides::Pixels;
   std::vector<gpu::Binding> bindings(texels, gpu::Binding::Texels);
   bindings.resize(texels + (both ? 2 : 1) + (clips ? 1 : 0), gpu::Binding::Storage);
   return {context,
           both ? pixels : cells,
-          {std::move(bindings),
-           sizeof(shared::SlopePush),
-           {tuning.slope_workgroup, 1, 1},
-           {tuning.slope_rows, darkest}}};
+          {std::move(bindings), sizeof(shared::SlopePush), {tuning.slope_workgroup, 1, 1}, constants}};
+}
+
+// A node's normal and that of the next one along its row, so that a pixel between four nodes takes two
+// fetches.
+gpu::DeviceBuffer nodes_of(gpu::Context& context, const NormalTable& table) {
+  const size_t side = table.side;
+  gpu::DeviceBuffer buffer(context, "normal table", side * side * 4 * sizeof(float), gpu::Memory::Upload);
+  const std::span<float> nodes = buffer.as<float>();
+  for (size_t i = 0; i < side * side; ++i) {
+    const size_t next = (i + 1) % side == 0 ? i : i + 1;
+    nodes[4 * i] = static_cast<float>(table.nx[i]);
+    nodes[4 * i + 1] = static_cast<float>(table.ny[i]);
+    nodes[4 * i + 2] = static_cast<float>(table.nx[next]);
+    nodes[4 * i + 3] = static_cast<float>(table.ny[next]);
+  }
+  buffer.flush();
+  return buffer;
 }
 
 }  // namespace
@@ -62,7 +80,7 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
   place({0, 0, format.width, format.height});
   if (shading_) {
     const double units = contact.filtered_units_per_gray();
-    darkest_ = least_gray(sensor, contact.filtered_units_per_gray());
+    constants_ = {tile_rows_, least_gray(sensor, contact.filtered_units_per_gray())};
     push_.in_pitch = contact.tiles_x() * contact.tile_columns() / 8;
     push_.threshold = static_cast<float>(sensor.threshold_gray * units);
     push_.facing = static_cast<float>(sensor.shading.facing_gray * units);
@@ -70,7 +88,7 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
     filtered_texels_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32B32A32_UINT);
     filtered_pairs_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32_UINT);
     kernel_ = kernel_for(context, right_sides, {"slope_shading", k_slope_shading},
-                         {"slope_coarse_shading", k_slope_coarse_shading}, 3, true, darkest_, tuning);
+                         {"slope_coarse_shading", k_slope_coarse_shading}, 3, true, constants_, tuning);
     const uint64_t blocks =
         uint64_t{(format.width + kBlock - 1) / kBlock} * ((format.height + kBlock - 1) / kBlock);
     blocks_ = gpu::DeviceBuffer(context, "block means", blocks * sizeof(float), gpu::Memory::Device);
@@ -88,8 +106,20 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
             static_cast<float>(sensor.photometric.wy[channel][term] / format.max_gray());
       }
     }
-    kernel_ = kernel_for(context, right_sides, {"slope_photometric", k_slope_photometric},
-                         {"slope_coarse_photometric", k_slope_coarse_photometric}, 4, true, 0, tuning);
+    constants_ = {tile_rows_, 0};
+    if (const auto& table = sensor.photometric.table) {
+      table_ = nodes_of(context, *table);
+      table_nodes_ = gpu::TexelView(context, table_, VK_FORMAT_R32G32B32A32_SFLOAT);
+      constants_.push_back(table->side);
+      constants_.push_back(std::bit_cast<uint32_t>(static_cast<float>(table->reach)));
+      kernel_ = kernel_for(context, right_sides, {"slope_photometric_table", k_slope_photometric_table},
+                           {"slope_coarse_photometric_table", k_slope_coarse_photometric_table}, 5, true,
+                           constants_, tuning);
+    } else {
+      kernel_ =
+          kernel_for(context, right_sides, {"slope_photometric", k_slope_photometric},
+                     {"slope_coarse_photometric", k_slope_coarse_photometric}, 4, true, constants_, tuning);
+    }
   }
 }
 
@@ -102,7 +132,7 @@ Slope::Slope(gpu::Context& context, uint32_t width, uint32_t height, RightSides 
   push_.coarse_pitch = coarser(grid_for(width, height)).pitch;
   push_.scale = 1;
   kernel_ = kernel_for(context, right_sides, {"slope_given", k_slope_given},
-                       {"slope_coarse_given", k_slope_coarse_given}, 2, false, 0, tuning);
+                       {"slope_coarse_given", k_slope_coarse_given}, 2, false, {tile_rows_, 0}, tuning);
 }
 
 void Slope::place(const FramePlace& place) {
@@ -141,18 +171,29 @@ void Slope::record(gpu::Commands& commands, const PaddedImage& frame, const Padd
     commands.barrier();
     dispatch(commands, {&filtered_texels_, &filtered_pairs_, &block_words_, &clipped}, surface);
   } else {
-    dispatch(commands, {&frame.pairs(), &frame.words(), &background.pairs(), &background.words(), &clipped},
-             surface);
+    std::vector<gpu::Argument> arguments = pixels(frame, background);
+    arguments.emplace_back(&clipped);
+    dispatch(commands, std::move(arguments), surface);
   }
 }
 
+// What the photometric kernels read.
+std::vector<gpu::Argument> Slope::pixels(const PaddedImage& frame, const PaddedImage& background) const {
+  std::vector<gpu::Argument> arguments{&frame.pairs(), &frame.words(), &background.pairs(),
+                                       &background.words()};
+  if (table_) arguments.emplace_back(&table_nodes_);
+  return arguments;
+}
+
 void Slope::prepare_slopes(gpu::Context& context) {
-  const gpu::Shader shader = shading_ ? gpu::Shader{"slope_store_shading", k_slope_store_shading}
-                                      : gpu::Shader{"slope_store_photometric", k_slope_store_photometric};
-  std::vector<gpu::Binding> bindings(shading_ ? 3 : 4, gpu::Binding::Texels);
+  const gpu::Shader shader =
+      shading_ ? gpu::Shader{"slope_store_shading", k_slope_store_shading}
+      : table_ ? gpu::Shader{"slope_store_photometric_table", k_slope_store_photometric_table}
+               : gpu::Shader{"slope_store_photometric", k_slope_store_photometric};
+  std::vector<gpu::Binding> bindings(shading_ ? 3 : table_ ? 5 : 4, gpu::Binding::Texels);
   bindings.resize(bindings.size() + 3, gpu::Binding::Storage);
-  store_kernel_ = gpu::Kernel(
-      context, shader, {std::move(bindings), sizeof push_, {workgroup_, 1, 1}, {tile_rows_, darkest_}});
+  store_kernel_ =
+      gpu::Kernel(context, shader, {std::move(bindings), sizeof push_, {workgroup_, 1, 1}, constants_});
 }
 
 void Slope::record_slopes(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
@@ -165,10 +206,9 @@ void Slope::record_slopes(gpu::Commands& commands, const PaddedImage& frame, con
                       {&filtered_texels_, &filtered_pairs_, &block_words_, &clipped, &p.buffer, &q.buffer},
                       push_, groups());
   } else {
-    commands.dispatch(store_kernel_,
-                      {&frame.pairs(), &frame.words(), &background.pairs(), &background.words(), &clipped,
-                       &p.buffer, &q.buffer},
-                      push_, groups());
+    std::vector<gpu::Argument> arguments = pixels(frame, background);
+    for (const gpu::DeviceBuffer* to : {&clipped, &p.buffer, &q.buffer}) arguments.emplace_back(to);
+    commands.dispatch(store_kernel_, arguments, &push_, groups());
   }
   commands.barrier();
 }

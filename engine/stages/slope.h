@@ -52,13 +52,18 @@ class Slope {
   uint32_t strips() const;
   std::array<uint32_t, 3> groups() const;
   void dispatch(gpu::Commands& commands, std::vector<gpu::Argument> arguments, const Surface& surface) const;
+  std::vector<gpu::Argument> pixels(const PaddedImage& frame, const PaddedImage& background) const;
 
   shared::SlopePush push_{};
   uint32_t tile_rows_ = 0;
   uint32_t workgroup_ = 0;
   bool shading_ = false;
-  uint32_t darkest_ = 0;  // Reading::Shading: stored units below which a slope is clipped; 0: none is
   RightSides right_sides_;
+  std::vector<uint32_t> constants_;  // of the kernels: rows; shading: stored units below which a slope is
+                                     // clipped (0: none is); with a table: its side and reach
+  // For Reading::Photometric with a NormalTable: its nodes, and what the kernels are told of it.
+  gpu::DeviceBuffer table_;
+  gpu::TexelView table_nodes_;
   // For Reading::Shading: the contact stage's filtered image, and its means over 8 x 8 px.
   gpu::TexelView filtered_texels_, filtered_pairs_;
   gpu::DeviceBuffer blocks_;

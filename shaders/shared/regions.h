@@ -16,15 +16,15 @@ struct RegionPart {
   uint area;
   uint first_row;
   uint last_row;
-  uint columns;     // that have pixels of it
-  uint top;         // its pixels in the tile's first row
-  uint bottom;      // in the last of the tile's rows
-  uint left_low;    // in the first column: rows 0 to 31
-  uint left_high;   // rows 32 to 63
-  uint right_low;   // in the tile's last column
+  uint columns;    // that have pixels of it
+  uint top;        // its pixels in the tile's first row
+  uint bottom;     // in the last of the tile's rows
+  uint left_low;   // in the first column: rows 0 to 31
+  uint left_high;  // rows 32 to 63
+  uint right_low;  // in the tile's last column
   uint right_high;
-  uint saturated;   // of the whole tile: not 0 where the part has to count its own
-  uint alone;       // 1: the tile's contact is this part alone, and its sums are the tile's
+  uint saturated;  // of the whole tile: not 0 where the part has to count its own
+  uint alone;      // 1: the tile's contact is this part alone, and its sums are the tile's
   uint unused0;
   uint unused1;
 };

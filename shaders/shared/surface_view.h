@@ -21,13 +21,13 @@ struct SurfacePush {
   float pitch_mm;      // of one texel of the map
   float exaggeration;  // of depth
   float datum_mm;      // added to a value of the map
-  float range_mm;      // depth with the last colour
+  float colour_range;  // value with the last colour: mm of depth, MPa, or strain
   uint width;          // of the map, texels
   uint height;
-  uint row_pitch;     // texels from one row of the buffer to the next
-  uint mesh_columns;  // vertices
-  uint mesh_rows;
-  uint lit;  // 0: plain colours, to be read against the colour bar
+  uint row_pitch;      // texels from one row of the buffer to the next
+  uint mesh_size;      // vertices, columns in the lower half and rows in the upper
+  uint pressure_size;  // texels of the pressure map, columns in the lower half and rows in the upper
+  uint lit;            // 0: plain colours, to be read against the colour bar
   // Part of the map that the buffer holds, x in the lower half and y in the upper; beyond it depth is 0.
   uint window_place;
   uint window_size;

@@ -1,0 +1,55 @@
+#include "engine/stages/lookup.h"
+
+#include <algorithm>
+
+#include "engine/gpu/commands.h"
+#include "engine/gpu/context.h"
+#include "engine/stages/contact.h"
+#include "shaders/lookup_depth.spv.h"
+
+namespace palpate {
+namespace {
+constexpr uint32_t kStoredValues = 1u << 16;
+}
+
+double lookup_depth_mm(const LookupCalibration& lookup, double gray) {
+  const auto& points = lookup.points;
+  if (points.empty() || gray <= points.front()[0]) return 0;
+  if (gray >= points.back()[0]) return points.back()[1];
+  const auto next = std::upper_bound(points.begin(), points.end(), gray,
+                                     [](double value, const auto& point) { return value < point[0]; });
+  const auto& [gray1, depth1] = *next;
+  const auto& [gray0, depth0] = *(next - 1);
+  return depth0 + (depth1 - depth0) * (gray - gray0) / (gray1 - gray0);
+}
+
+Lookup::Lookup(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const Contact& contact,
+               const Tuning& tuning)
+    : workgroup_(tuning.surface_workgroup) {
+  using enum gpu::Binding;
+  push_.width = format.width;
+  push_.height = format.height;
+  push_.in_pitch = contact.tiles_x() * contact.tile_columns() / 8;
+  push_.pitch = grid_for(format.width, format.height).pitch;
+  push_.rows = tuning.slope_rows;
+  table_ = gpu::DeviceBuffer(context, "lookup table", kStoredValues * sizeof(float), gpu::Memory::Upload);
+  const std::span<float> depths = table_.as<float>();
+  const double units = contact.filtered_units_per_gray();
+  for (uint32_t stored = 0; stored < kStoredValues; ++stored)
+    depths[stored] = static_cast<float>(lookup_depth_mm(sensor.lookup, stored / units));
+  table_.flush();
+  table_words_ = gpu::TexelView(context, table_, VK_FORMAT_R32_SFLOAT);
+  filtered_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32B32A32_UINT);
+  kernel_ = gpu::Kernel(context, {"lookup_depth", k_lookup_depth},
+                        {{Texels, Texels, Storage}, sizeof push_, {workgroup_, 1, 1}, {}});
+}
+
+void Lookup::record(gpu::Commands& commands, const FloatMap& depth) const {
+  const auto scope = commands.scope("lookup");
+  const uint32_t across = (push_.width + 7) / 8, strips = (push_.height + push_.rows - 1) / push_.rows;
+  commands.dispatch(kernel_, {&filtered_, &table_words_, &depth.buffer}, push_,
+                    {(across * strips + workgroup_ - 1) / workgroup_, 1, 1});
+  commands.barrier();
+}
+
+}  // namespace palpate

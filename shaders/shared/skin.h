@@ -1,0 +1,31 @@
+// Skin stage: following points of the pattern on the pad's skin, read by GLSL and C++.
+#ifndef PALPATE_SHARED_SKIN_H
+#define PALPATE_SHARED_SKIN_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace palpate::shared {
+using uint = uint32_t;
+#endif
+
+const uint kSkinIterations = 7;
+const uint kSkinReach = 2;          // steps of the search to each side
+const float kSkinPrefer = 0.04f;    // by so much another start must correlate better than where the point was
+const float kSkinLargestStep = 2.5f; // of one iteration, in samples
+const float kSkinSettled = 0.25f;   // a last step above this has not converged, samples
+const float kSkinLeastTrust = 0.5f; // a point that correlates less is lost
+const uint kSkinPointTexels = 2;  // of 4 floats: rest x, y in whole px, sum of the window squared, 0; neighbours, -1: none
+
+struct SkinPush {
+  uint points;
+  uint width;        // px
+  uint height;       // px
+  uint pitch;        // words from one padded row of the frame to the next
+  float search_px;   // step of the search
+  float spacing_px;  // between neighbouring points
+};
+
+#ifdef __cplusplus
+}  // namespace palpate::shared
+#endif
+#endif

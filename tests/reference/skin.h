@@ -1,0 +1,142 @@
+// The skin stage in plain loops and double precision: shaders/skin.comp, point by point.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "engine/stages/skin_points.h"
+#include "shaders/shared/skin.h"
+
+namespace palpate::reference {
+
+struct SkinMotionOfPoint {
+  double x = 0, y = 0, trust = 1, noise = 0;
+};
+
+class Skin {
+ public:
+  Skin(const Frame& untouched, const SkinPattern& pattern, double search_px)
+      : width_(static_cast<int>(untouched.format.width)),
+        height_(static_cast<int>(untouched.format.height)),
+        window_(pattern),
+        search_px_(search_px),
+        spacing_px_(pattern.spacing_px),
+        templates_(
+            skin_templates(skin_image(untouched), untouched.format.width, untouched.format.height, pattern)),
+        motions_(templates_.size()) {}
+
+  const std::vector<SkinTemplate>& templates() const { return templates_; }
+
+  const std::vector<SkinMotionOfPoint>& follow(const Frame& frame) {
+    image_ = skin_image(frame);
+    std::vector<SkinMotionOfPoint> next;
+    for (size_t i = 0; i < templates_.size(); ++i) next.push_back(follow(i));
+    return motions_ = next;
+  }
+
+ private:
+  double pixel(int x, int y) const {
+    return double{
+        image_[static_cast<size_t>(std::clamp(y, 0, height_ - 1)) * width_ + std::clamp(x, 0, width_ - 1)]};
+  }
+  double between(double x, double y) const {
+    const int i = static_cast<int>(std::floor(x)), j = static_cast<int>(std::floor(y));
+    const double u = x - i, v = y - j;
+    return (1 - v) * ((1 - u) * pixel(i, j) + u * pixel(i + 1, j)) +
+           v * ((1 - u) * pixel(i, j + 1) + u * pixel(i + 1, j + 1));
+  }
+
+  double correlation(const SkinTemplate& t, double x, double y) const {
+    const int side = static_cast<int>(window_.side), stride = static_cast<int>(window_.stride);
+    std::vector<double> a, b;
+    for (int j = 0; j < side; j += 2)
+      for (int i = 0; i < side; i += 2) {
+        a.push_back(double{t.window[static_cast<size_t>(j) * side + i][0]});
+        b.push_back(pixel(t.x_px + static_cast<int>(std::nearbyint(x)) + (i - side / 2) * stride,
+                          t.y_px + static_cast<int>(std::nearbyint(y)) + (j - side / 2) * stride));
+      }
+    double ma = 0, mb = 0, aa = 0, bb = 0, ab = 0;
+    for (size_t k = 0; k < a.size(); ++k) ma += a[k], mb += b[k];
+    ma /= static_cast<double>(a.size());
+    mb /= static_cast<double>(a.size());
+    for (size_t k = 0; k < a.size(); ++k) {
+      aa += (a[k] - ma) * (a[k] - ma);
+      bb += (b[k] - mb) * (b[k] - mb);
+      ab += (a[k] - ma) * (b[k] - mb);
+    }
+    return aa * bb > 1e-12 ? ab / std::sqrt(aa * bb) : 0;
+  }
+
+  SkinMotionOfPoint follow(size_t index) const {
+    const SkinTemplate& t = templates_[index];
+    const SkinMotionOfPoint& was = motions_[index];
+    double count = 0, around_x = 0, around_y = 0;
+    for (const int32_t n : t.neighbours) {
+      if (n < 0 || motions_[n].trust <= 0) continue;
+      count += 1;
+      around_x += motions_[n].x;
+      around_y += motions_[n].y;
+    }
+    around_x = count > 0 ? around_x / count : was.x;
+    around_y = count > 0 ? around_y / count : was.y;
+    const bool astray =
+        was.trust <= 0 || (count > 1 && std::hypot(was.x - around_x, was.y - around_y) > 0.45 * spacing_px_);
+    const double start_x = astray ? around_x : was.x, start_y = astray ? around_y : was.y;
+    double x = start_x, y = start_y;
+    double best = correlation(t, x, y) + double{shared::kSkinPrefer};
+    const int reach = static_cast<int>(shared::kSkinReach);
+    const auto consider = [&](double to_x, double to_y) {
+      if (const double score = correlation(t, to_x, to_y); score > best) best = score, x = to_x, y = to_y;
+    };
+    for (int j = -reach; j <= reach; ++j)
+      for (int i = -reach; i <= reach; ++i) consider(start_x + search_px_ * i, start_y + search_px_ * j);
+    consider(0, 0);
+
+    const int side = static_cast<int>(window_.side), stride = static_cast<int>(window_.stride),
+              n = side * side;
+    double trust = 0, noise = 0;
+    for (uint32_t iteration = 0; iteration < shared::kSkinIterations; ++iteration) {
+      std::array<double, 4> fit{};
+      std::vector<double> v(n);
+      double s0 = 0, sx = 0, sy = 0, ss = 0, spread = 0;
+      for (int k = 0; k < n; ++k) {
+        const int i = k % side - side / 2, j = k / side - side / 2;
+        v[k] = between(t.x_px + x + i * stride, t.y_px + y + j * stride);
+        for (int c = 0; c < 4; ++c) fit[c] += v[k] * double{t.window[k][c]};
+        s0 += v[k];
+        sx += v[k] * i;
+        sy += v[k] * j;
+        spread += i * i;
+      }
+      for (int k = 0; k < n; ++k) {
+        const int i = k % side - side / 2, j = k / side - side / 2;
+        const double d = v[k] - s0 / n - sx / spread * i - sy / spread * j;
+        ss += d * d;
+      }
+      const double gain = fit[1];
+      const bool seen = gain > 1e-3 && fit[0] > 0 && ss > 1e-3;
+      const double dx = seen ? fit[2] / gain : 0, dy = seen ? fit[3] / gain : 0, size = std::hypot(dx, dy);
+      const double part = std::min(1.0, double{shared::kSkinLargestStep} * stride / std::max(size, 1e-9));
+      x -= dx * part;
+      y -= dy * part;
+      const double correlated = std::min(fit[0] * fit[0] / (double{t.contrast} * ss), 1.0);
+      trust = seen && size < double{shared::kSkinSettled} * stride ? std::sqrt(correlated) : 0;
+      noise = seen ? std::sqrt(ss * (1 - correlated) / n) / gain : 0;
+    }
+    const double at_x = t.x_px + x, at_y = t.y_px + y;
+    const bool inside = at_x >= 0 && at_y >= 0 && at_x <= width_ - 1 && at_y <= height_ - 1;
+    if (!inside || trust < double{shared::kSkinLeastTrust}) return {start_x, start_y, 0, 0};
+    return {x, y, trust, noise};
+  }
+
+  int width_, height_;
+  SkinWindow window_;
+  double search_px_, spacing_px_;
+  std::vector<SkinTemplate> templates_;
+  std::vector<SkinMotionOfPoint> motions_;
+  std::vector<float> image_;
+};
+
+}  // namespace palpate::reference

@@ -1,0 +1,33 @@
+// The colours of the surface and what they show.
+#pragma once
+
+#include <array>
+
+#include "shaders/shared/colormap.h"
+
+namespace palpate::viz {
+
+enum class ColourMap : int {
+  Viridis = PALPATE_MAP_VIRIDIS,
+  Cividis = PALPATE_MAP_CIVIDIS,
+  Magma = PALPATE_MAP_MAGMA,
+};
+inline constexpr int kColourMaps = 3;
+const char* to_string(ColourMap map);
+
+/// What the colours of the surface stand for.
+enum class Quantity : int {
+  Depth = PALPATE_SHOWN_DEPTH,        ///< below the rest level, mm
+  Pressure = PALPATE_SHOWN_PRESSURE,  ///< of the contact, MPa; where the sensor reads it (Reading::Elastic)
+  /// Area of a piece of skin over its area at rest, less 1, by the surface's slope: sqrt(1 + slope^2) - 1.
+  /// That is the skin's stretch if every point of it has moved straight down; what it moves along itself is
+  /// not in it.
+  Strain = PALPATE_SHOWN_STRAIN,
+};
+inline constexpr int kQuantities = 3;
+const char* to_string(Quantity quantity);
+
+/// Red, green, blue, display encoded, 0 to 1; t is clamped to 0 (rest) to 1 (end of the range).
+std::array<float, 3> colour_of(ColourMap map, double t);
+
+}  // namespace palpate::viz

@@ -1,0 +1,30 @@
+// events.csv: what a person marked, and the zeros that the window took, beside the measurements.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace palpate::viz {
+
+struct Event {
+  uint64_t frame = 0;
+  double time_s = 0;
+  std::string kind;  ///< "mark", "zero" or "zero ended"
+  std::string
+      text;  ///< of a mark: what was typed, else its number; of a zero: what was subtracted from then on
+};
+
+/// What stands beside the event in a chart: a mark's text, else its kind.
+std::string label_of(const Event& event);
+
+/// Appends a row to `folder`/events.csv, with a header (frame, time_s, event, text) where the file is new;
+/// makes the folder. Throws Error(Failure::Output).
+void append_event(const std::filesystem::path& folder, const Event& event);
+
+/// What is in such a file, in its order; none where there is no such file. Lines that are no events are left
+/// out: the file is a person's to edit.
+std::vector<Event> read_events(const std::filesystem::path& folder);
+
+}  // namespace palpate::viz

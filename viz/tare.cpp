@@ -1,0 +1,45 @@
+#include "viz/tare.h"
+
+#include <cmath>
+
+#include "capture/measurements.h"
+#include "viz/words.h"
+
+namespace palpate::viz {
+
+bool Tare::set(const Touch& touch) {
+  if (!has_value(touch.force_N)) return false;
+  on = true;
+  force_N = touch.force_N;
+  shear_x_N = touch.shear_x_N;
+  shear_y_N = touch.shear_y_N;
+  return true;
+}
+
+std::string Tare::words() const {
+  std::string all;
+  const auto add = [&](const char* name, const Estimate& e) {
+    if (has_value(e)) all += (all.empty() ? "" : " ") + text("%s=%s", name, shortest(e.value).c_str());
+  };
+  add("force_N", force_N);
+  add("shear_x_N", shear_x_N);
+  add("shear_y_N", shear_y_N);
+  return all;
+}
+
+Estimate tared(const Estimate& measured, const Estimate& zero) {
+  if (!has_value(measured) || !has_value(zero)) return measured;
+  return {measured.value - zero.value, std::hypot(measured.standard_error, zero.standard_error),
+          measured.validity};
+}
+
+Touch tared(const Touch& touch, const Tare& tare) {
+  Touch shown = touch;
+  if (!tare.on) return shown;
+  shown.force_N = tared(touch.force_N, tare.force_N);
+  shown.shear_x_N = tared(touch.shear_x_N, tare.shear_x_N);
+  shown.shear_y_N = tared(touch.shear_y_N, tare.shear_y_N);
+  return shown;
+}
+
+}  // namespace palpate::viz
