@@ -168,7 +168,7 @@ TEST_F(CalibrateForce, ShearOfTheSyntheticPad) {
   const Sensor sensor = load_sensor(folder_ / "out.json");
   ASSERT_TRUE(sensor.shear);
   EXPECT_NEAR(sensor.shear->friction, 0.5, 0.01);
-  EXPECT_EQ(found["friction_from"], "slip");
+  EXPECT_EQ(found["friction_from"], "from slip");
   EXPECT_GT(found["x"]["r_squared"], 0.99);
   EXPECT_GT(found["y"]["r_squared"], 0.99);
   EXPECT_GT(fs::file_size(folder_ / "out_shear.png"), 2000u);

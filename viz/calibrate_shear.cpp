@@ -123,11 +123,11 @@ ShearOutcome calibrate_shear(std::vector<GaugedRecording> recordings, const Sens
   } else if (o.fit.has_friction) {
     c.friction = o.fit.friction;
     c.friction_sd = o.fit.friction_sd;
-    o.friction_from = "slip";
+    o.friction_from = "from slip";
   } else if (sensor.shear) {
     c.friction = sensor.shear->friction;
     c.friction_sd = sensor.shear->friction_sd;
-    o.friction_from = "the sensor file";
+    o.friction_from = "from the sensor file";
   } else {
     throw Error(Failure::Input, "a recording in which the contact slips, for the friction",
                 "only sticking, or no normal force beside it (tangential force up to " +
@@ -138,9 +138,9 @@ ShearOutcome calibrate_shear(std::vector<GaugedRecording> recordings, const Sens
     if (std::abs(s->offset_N) > kOffset * largest_force(o))
       o.recordings.front().notes.push_back(
           line("the gauge's f%c reads %.3g N where nothing is shifted: was it tared?", axis, s->offset_N));
-  c.origin = origin_of(o.recordings, line("signal %s, %zu frames that stick, %zu that slip, friction from %s",
-                                          to_string(o.signal), o.fit.x.readings, o.fit.slip_readings,
-                                          o.friction_from.c_str()));
+  c.origin = origin_of(
+      o.recordings, line("signal %s, %zu frames that stick, %zu that slip, friction %s", to_string(o.signal),
+                         o.fit.x.readings, o.fit.slip_readings, o.friction_from.c_str()));
   return o;
 }
 
@@ -161,7 +161,7 @@ std::string describe(const ShearOutcome& o) {
              o.other->x.r_squared, o.other->y.r_squared);
   text += line("friction %.4g", o.calibration.friction);
   if (o.calibration.friction_sd > 0) text += line(" +- %.2g", o.calibration.friction_sd);
-  if (o.friction_from == "slip")
+  if (o.friction_from == "from slip")
     text += line(", from %zu frames that slip\n", o.fit.slip_readings);
   else
     text +=
