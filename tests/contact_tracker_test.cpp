@@ -243,6 +243,31 @@ TEST(ContactTracker, TheSumSaysWhatItsPartsLack) {
   EXPECT_EQ(state(saturated_too).force_N.validity, Validity::Saturated);
 }
 
+// Where the skin is followed it tells of one contact alone more than the centroid does; of several it says
+// nothing, and a calibration by the skin does not hold for their centroids.
+TEST(ContactTracker, SkinTellsOfOneContactAlone) {
+  Sensor sensor = rigged();
+  sensor.shear->signal = ShearSignal::Skin;
+  ContactTracker tracker(sensor, kFormat);
+  const auto frame = [&](std::vector<ContactTouch> regions) {
+    Touch touch;
+    touch.has_contacts = touch.has_skin = touch.contact = true;
+    touch.contacts = std::move(regions);
+    touch.shear_x_N = {0.25, 0.01, Validity::Valid};
+    touch.slip = Slip::Incipient;
+    tracker.update(touch);
+    return touch;
+  };
+  const Touch one = frame({region(100, 100, 800)});
+  EXPECT_EQ(one.contacts[0].shear_x_N.value, 0.25);
+  EXPECT_EQ(one.contacts[0].slip, Slip::Incipient);
+  EXPECT_EQ(one.slip, Slip::Incipient);
+  const Touch two = frame({region(101, 100, 800), region(300, 100, 800)});
+  EXPECT_EQ(two.contacts[0].shear_x_N.validity, Validity::NotCalibrated);
+  EXPECT_EQ(two.contacts[0].slip, Slip::NotCalibrated);
+  EXPECT_NEAR(two.contacts[0].shift_x_mm, 0.05, 1e-12);
+}
+
 TEST(ContactTracker, NoMoreThanTheLargestAreFollowed) {
   ContactTracker tracker(rigged(), kFormat);
   std::vector<ContactTouch> regions;

@@ -129,7 +129,9 @@ void ContactTracker::measure(Track& track) const {
   alone.centroid_y_px = c.centroid_y_px;
   alone.at_border = c.at_border;
   alone.force_N = c.force_N;
-  track.shear.update(sensor_.shear ? &*sensor_.shear : nullptr, alone);
+  // What is calibrated by the skin's motion is not by the centroid's.
+  const bool by_centroid = sensor_.shear && sensor_.shear->signal == ShearSignal::Centroid;
+  track.shear.update(by_centroid ? &*sensor_.shear : nullptr, alone);
   c.shear_x_N = alone.shear_x_N;
   c.shear_y_N = alone.shear_y_N;
   c.shift_x_mm = alone.shift_x_mm;
@@ -138,8 +140,15 @@ void ContactTracker::measure(Track& track) const {
 }
 
 void ContactTracker::add_up(Touch& touch) const {
-  const std::vector<ContactTouch>& contacts = touch.contacts;
+  std::vector<ContactTouch>& contacts = touch.contacts;
   if (contacts.empty()) return;
+  if (touch.has_skin && contacts.size() == 1) {
+    // The skin under it tells more than its centroid.
+    contacts.front().shear_x_N = touch.shear_x_N;
+    contacts.front().shear_y_N = touch.shear_y_N;
+    contacts.front().slip = touch.slip;
+    return;
+  }
   if (sensor_.force && sensor_.force->signal != ForceSignal::Volume && contacts.size() > 1) {
     // What is wrong with the calibration is wrong with all contacts alike; single readings scatter apart.
     const ForceCalibration& calibration = *sensor_.force;

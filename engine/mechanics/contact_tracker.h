@@ -32,8 +32,9 @@ class ContactTracker {
   /// Frames in order. In: touch.contacts are the frame's regions with their shapes, in a fixed order. Out:
   /// the contacts, with ids, forces and shears, and small_regions. Where there are several contacts the force
   /// of `touch` becomes the sum of theirs, where there is one or more and the shear is by the centroid, the
-  /// shear as well: no contact that comes or goes then looks like a motion. Forces of an indented volume are
-  /// the whole touch's only.
+  /// shear as well: no contact that comes or goes then looks like a motion. Where the skin is followed, one
+  /// contact alone has the touch's shear and slip; several have what their centroids tell. Forces of an
+  /// indented volume are the whole touch's only.
   void update(Touch& touch);
 
  private:
