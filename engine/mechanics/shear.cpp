@@ -5,6 +5,8 @@
 
 namespace palpate {
 namespace {
+// Of a force by the skin: how far Cattaneo's shape and a window's mean are right.
+constexpr double kSkinModelError = 0.02;
 constexpr double kCentroidError_px = 0.05;  // one sigma; the synthetic sensor's tests hold twice that
 }
 
@@ -83,8 +85,8 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   if (onset_unseen_ && validity == Validity::Valid) validity = Validity::OnsetUnseen;
   const auto estimate = [&](double force, double stiffness, const Estimate& skin) {
     const double shift_error_mm = by_skin ? skin.standard_error : position_error_mm;
-    return Estimate{force, std::hypot(c.relative_sd * force, stiffness * shift_error_mm, limit_error),
-                    validity};
+    const double relative = by_skin ? std::hypot(c.relative_sd, kSkinModelError) : c.relative_sd;
+    return Estimate{force, std::hypot(relative * force, stiffness * shift_error_mm, limit_error), validity};
   };
   touch.shear_x_N = estimate(fx, c.kx_N_per_mm, touch.skin.shift_x_mm);
   touch.shear_y_N = estimate(fy, c.ky_N_per_mm, touch.skin.shift_y_mm);
