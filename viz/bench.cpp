@@ -62,10 +62,11 @@ BenchReport run_bench(gpu::Context& context, BenchRequest request, OpenInput ope
     measurements.emplace(
         request.out / "measurements.csv",
         Measurements::Columns{.outputs = input.outputs, .truth = false, .time = first->rate_Hz() > 0});
-    contacts.emplace(request.out / "contacts.csv", first->rate_Hz() > 0);
+    if (wants(input.outputs, Output::Contacts))
+      contacts.emplace(request.out / "contacts.csv", first->rate_Hz() > 0);
     live.on_result = [&](const Touch& touch) {
       measurements->add(touch, nullptr);
-      contacts->add(touch);
+      if (contacts) contacts->add(touch);
     };
     live.latency_file = request.out / "latency.csv";
   }

@@ -87,9 +87,10 @@ void add_live(CLI::App& program, Common& common, Command& chosen) {
       ->add_option("--background", options->background,
                    "Untouched image (default: the sensor file's, or the first frames)")
       ->check(CLI::ExistingFile);
-  command->add_option("--out", common.out,
-                      "Folder for measurements.csv (frames that were measured), latency.csv, events.csv, "
-                      "sessions and snapshots");
+  command->add_option(
+      "--out", common.out,
+      "Folder for measurements.csv and contacts.csv (frames that were measured), latency.csv, events.csv, "
+      "sessions and snapshots");
   command->add_flag("--record", options->record,
                     "Write a session from the start; in the window W starts and stops one");
   command->add_flag("--no-drop", options->session.no_drop,
