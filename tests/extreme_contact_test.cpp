@@ -223,6 +223,7 @@ ContactMoments all_white(const FrameFormat& format) {
   m.yy = narrow(yy * w);
   m.xy = narrow(x * y);
   m.peak = static_cast<uint32_t>(g);
+  m.border = true;
   return m;
 }
 
