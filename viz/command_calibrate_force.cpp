@@ -192,7 +192,9 @@ void add_calibrate_force(CLI::App& group, Common& common, Command& chosen) {
                    "Forces, N, whose frames are written and shown side by side with their gray sums")
       ->delimiter(',');
   command->add_option("--plots", options->plots, "Folder for plot and points (default: beside --out)");
-  command->add_option("--out", common.out, "Sensor file to write")->required();
+  command->add_option("--out", common.out, "Sensor file to write")
+      ->required()
+      ->option_text("FILE (required)");
   add_common(
       *command, common,
       "  palpate calibrate force out/press --gauge gauge.csv --out pad_calibrated.json\n"

@@ -248,7 +248,9 @@ void add_calibrate_photometric(CLI::App& group, Common& common, Command& chosen)
   command->add_option("--every", options->every,
                       "Look at every n-th frame (default: so that 400 are looked at)");
   command->add_flag("--keep-markers", options->keep_markers, "Use the pixels of printed markers too");
-  command->add_option("--out", common.out, "Sensor file to write")->required();
+  command->add_option("--out", common.out, "Sensor file to write")
+      ->required()
+      ->option_text("FILE (required)");
   add_common(
       *command, common,
       "  palpate calibrate photometric presses/ --sensor gel.json --ball-mm 3 \\\n"

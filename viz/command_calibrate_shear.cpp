@@ -111,7 +111,9 @@ void add_calibrate_shear(CLI::App& group, Common& common, Command& chosen) {
   command->add_option("--rate", options->rate_Hz, "Frames a second of images, which know no time themselves")
       ->check(CLI::PositiveNumber);
   command->add_option("--plots", options->plots, "Folder for the plot (default: beside --out)");
-  command->add_option("--out", common.out, "Sensor file to write")->required();
+  command->add_option("--out", common.out, "Sensor file to write")
+      ->required()
+      ->option_text("FILE (required)");
   add_common(
       *command, common,
       "  palpate calibrate shear out/pull --gauge gauge.csv --out pad_calibrated.json\n"
