@@ -173,9 +173,10 @@ TEST_F(CalibrateForce, ShearOfTheSyntheticPad) {
   EXPECT_GT(found["y"]["r_squared"], 0.99);
   EXPECT_GT(fs::file_size(folder_ / "out_shear.png"), 2000u);
   // Turns and slides far longer than the pad stretches: no softer spring.
-  ASSERT_EQ(run(std::string("calibrate shear 'synthetic:drag?seed=5&") + kSmall +
-                "' --gauge truth --quiet --out '" + at("drag.json") + "'"),
-            0)
+  ASSERT_EQ(
+      run(std::string("calibrate shear 'synthetic:pull?seed=5&") + kSmall + "' 'synthetic:drag?seed=5&" +
+          kSmall + "' --gauge truth --quiet --out '" + at("drag.json") + "'"),
+      0)
       << text("stderr");
   const Sensor dragged = load_sensor(folder_ / "drag.json");
   EXPECT_NEAR(dragged.shear->kx_N_per_mm, sensor.shear->kx_N_per_mm, 0.05 * sensor.shear->kx_N_per_mm);

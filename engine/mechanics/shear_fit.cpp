@@ -228,6 +228,11 @@ ShearFit fit_shear(std::vector<ShearSample>& samples, double noise_mm) {
   for (const size_t a : {0, 1}) {
     Stiffness& s = a ? fit.y : fit.x;
     s = stiffness_of(samples, kAxes[a]);
+    if (s.readings >= kLeastReadings && s.shift_max_mm < kLeastShift_noise * noise_mm)
+      throw Error(Failure::Input,
+                  "a contact that is pulled along " + std::string(kAxes[a].name) + " while it sticks",
+                  "at most " + number(s.shift_max_mm) + " mm there before it slips",
+                  "a recording in which it is pulled that way too, with more normal force");
     if (s.readings < kLeastReadings || !(s.k_N_per_mm > 0))
       throw Error(Failure::Input,
                   "a contact that sticks and follows the pull along " + std::string(kAxes[a].name),
@@ -242,11 +247,6 @@ ShearFit fit_shear(std::vector<ShearSample>& samples, double noise_mm) {
               number(kLeastRSquared) + " or more)",
           "R^2 " + number(s.r_squared) + " over " + std::to_string(s.readings) + " frames that seem to stick",
           "checking that gauge and recording belong together and run on one clock, or a slower pull");
-    if (s.shift_max_mm < kLeastShift_noise * noise_mm)
-      throw Error(Failure::Input,
-                  "a contact that is pulled along " + std::string(kAxes[a].name) + " while it sticks",
-                  "at most " + number(s.shift_max_mm) + " mm there before it slips",
-                  "a recording in which it is pulled that way too, with more normal force");
   }
   find_friction(samples, fit);
   return fit;
