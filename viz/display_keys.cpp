@@ -15,6 +15,7 @@ void Display::jump(double seconds) {
   const double rate_Hz = source->rate_Hz() > 0 ? source->rate_Hz() : 10;
   const auto frames = static_cast<int64_t>(std::llround(seconds * rate_Hz));
   Transport& transport = session_.transport;
+  transport.steps = 0;  // those asked for before it are not taken from there
   transport.seek_to = std::max<int64_t>(0, static_cast<int64_t>(transport.position) + frames);
 }
 
@@ -41,9 +42,11 @@ void Display::handle_player_key(const KeyPress& press) {
       transport.steps += press.key == GLFW_KEY_PERIOD ? 1 : -1;
       break;
     case GLFW_KEY_HOME:
+      transport.steps = 0;
       transport.seek_to = 0;
       break;
     case GLFW_KEY_END:
+      transport.steps = 0;
       transport.seek_to = std::max<int64_t>(0, frames - 1);
       break;
     default:
