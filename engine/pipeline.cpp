@@ -489,7 +489,7 @@ struct Pipeline::Impl {
   std::optional<Lookup> lookup;          // in place of slope and surface
   std::optional<WeightedFrame> partial;  // where not everything is known
   ForceHistory force;
-  std::optional<Skin> skin;              // where its pattern is followed
+  std::optional<Skin> skin;  // where its pattern is followed
   std::vector<float> skin_sd_px;
   SkinTracker skin_tracker;
   ShearTracker shear;
