@@ -401,7 +401,7 @@ struct Pipeline::Impl {
     shear.update(sensor.shear ? &*sensor.shear : nullptr, t);
     if (tracker) {
       if (slot.after_gap) tracker->interrupt();
-      tracker->update(t);
+      tracker->update(t, skin_sd_px);
     }
     return t;
   }
@@ -489,7 +489,7 @@ struct Pipeline::Impl {
   std::optional<Lookup> lookup;          // in place of slope and surface
   std::optional<WeightedFrame> partial;  // where not everything is known
   ForceHistory force;
-  std::optional<Skin> skin;              // where its pattern is followed
+  std::optional<Skin> skin;  // where its pattern is followed
   std::vector<float> skin_sd_px;
   SkinTracker skin_tracker;
   ShearTracker shear;

@@ -124,6 +124,8 @@ void check_together(const Sensor& s, const std::string& where) {
             "not 0", "0");
     require(s.force->model != ForceModel::Spline || s.force->knots.size() >= 2, "force.knots",
             "2 knots or more for model 'spline'", std::to_string(s.force->knots.size()));
+    require(s.force->signal == ForceSignal::Volume || s.force->gray_min >= 0, "force.gray_min",
+            "0 or more for this signal", number_text(s.force->gray_min));
     require(s.force->gray_max > s.force->gray_min, "force.gray_max", "more than gray_min",
             number_text(s.force->gray_max));
   }

@@ -253,6 +253,33 @@ class Bench {
     stages(pipeline, scene, size, work);
   }
 
+  /// What a table over the linear normal costs, over the same frame without.
+  void normal_table(const Size& size) {
+    Scene scene = scene_for(size, SyntheticMode::Gel);
+    Pipeline plain = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+    constexpr uint32_t kSide = 17;
+    NormalTable& table = scene.sensor.photometric.table.emplace();
+    table.side = kSide;
+    for (uint32_t n = 0; n < kSide * kSide; ++n) {
+      table.nx.push_back(2.0 * (n % kSide) / (kSide - 1) - 1);
+      table.ny.push_back(2.0 * (n / kSide) / (kSide - 1) - 1);
+    }
+    Pipeline with = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+    add(compare("normal table", size.text(), {"with", [&] { with.process(scene.next()); }},
+                {"without", [&] { plain.process(scene.next()); }}, repetitions_, inner(size, 8)));
+  }
+
+  /// A gray gel's depth by table, frame to depth, beside OpenCV's difference, filter and table.
+  void lookup(const Size& size) {
+    Scene scene = scene_for(size, SyntheticMode::Lambert);
+    scene.sensor.reading = Reading::Lookup;
+    scene.sensor.lookup.points = {{4, 0}, {60, 0.8}, {120, 1.2}, {200, 1.5}};
+    Pipeline pipeline = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+    add(compare("frame to depth (lookup)", size.text(), {"palpate", [&] { pipeline.process(scene.next()); }},
+                {"OpenCV", [&] { sink_ += opencv_lookup(scene.next(), scene.background); }}, repetitions_,
+                inner(size, 8)));
+  }
+
   /// The pattern of the skin, followed through a twist; with each one's error against the truth.
   void skin(const Size& size, const char* pattern) {
     const SyntheticOptions options =
@@ -409,7 +436,7 @@ int run(int argc, char** argv) {
   CLI::App app("Times palpate's stages beside OpenCV and FFTW in one run.");
   gpu::ContextOptions options;
   int repetitions = 21;
-  bool weighted = false, contacts = false, skin = false;
+  bool weighted = false, contacts = false, skin = false, gels = false;
   std::string out;
   app.add_option("--device", options.device, "index or part of a name");
   app.add_option("--repetitions", repetitions, "paired repetitions")->check(CLI::Range(3, 1000));
@@ -417,6 +444,7 @@ int run(int argc, char** argv) {
   app.add_flag("--stages", options.timers,
                "GPU timers for single stages (they slow the frame down by a tenth)");
   app.add_flag("--weighted", weighted, "Weighted surfaces only: their rival takes half a minute");
+  app.add_flag("--gels", gels, "Readings of gels only: with a normal table, by a table of depth");
   app.add_flag("--skin", skin, "Following the skin's pattern only");
   app.add_flag("--contacts", contacts, "Contact, regions and moments only");
   CLI11_PARSE(app, argc, argv);
@@ -428,6 +456,11 @@ int run(int argc, char** argv) {
   for (const Size& size : sizes) {
     if (weighted) {
       bench.weighted(size);
+      continue;
+    }
+    if (gels) {
+      bench.normal_table(size);
+      bench.lookup(size);
       continue;
     }
     if (skin) {
@@ -444,6 +477,8 @@ int run(int argc, char** argv) {
     bench.elastic(size);
     bench.frame(size, SyntheticMode::Lambert);
     bench.frame(size, SyntheticMode::Gel);
+    bench.normal_table(size);
+    bench.lookup(size);
     bench.throughput(size, SyntheticMode::Lambert);
     bench.throughput(size, SyntheticMode::Gel);
   }

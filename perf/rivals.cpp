@@ -46,6 +46,21 @@ double opencv_moments(const Frame& frame) {
   return cv::moments(plane_of(frame, 0)).m00;
 }
 
+double opencv_lookup(const Frame& frame, const Frame& background) {
+  cv::Mat change, smooth, depth;
+  cv::subtract(plane_of(frame, 0), plane_of(background, 0), change);
+  cv::GaussianBlur(change, smooth, {5, 5}, 1.0);
+  static const cv::Mat table = [] {
+    cv::Mat t(1, 256, CV_32F);
+    for (int g = 0; g < 256; ++g) t.at<float>(g) = std::sqrt(static_cast<float>(g)) / 10;
+    return t;
+  }();
+  cv::LUT(smooth, table, depth);
+  double deepest = 0;
+  cv::minMaxLoc(depth, nullptr, &deepest);
+  return deepest + cv::moments(smooth).m00;
+}
+
 struct OpenCvContact::Impl {
   Frame background;
   Sensor sensor;

@@ -13,6 +13,8 @@ namespace palpate::perf {
 
 /// cv::moments of one plane of pixels, nothing before it. Returns the gray sum.
 double opencv_moments(const Frame& frame);
+/// Difference, 5 x 5 Gaussian, depth by a table over whole gray levels, deepest point and moments; 8 bits.
+double opencv_lookup(const Frame& frame, const Frame& background);
 
 /// Force and centroid with OpenCV, frame by frame.
 class OpenCvContact {

@@ -52,7 +52,7 @@ void main() {
   // Without a part no loop makes a turn.
   bool given = part < part_count;
   uint tile = given ? parts[part].tile : 0;
-  int first_row = int(parts[part].first_row), last_row = int(parts[part].last_row);
+  int first_row = given ? int(parts[part].first_row) : 0, last_row = given ? int(parts[part].last_row) : 0;
   int rows = given ? int(TILE_ROWS) : 0;
 #else
   uint tile = gl_GlobalInvocationID.x;

@@ -14,6 +14,8 @@
 #include "capture/source.h"
 #include "capture/synthetic.h"
 #include "engine/error.h"
+#include "engine/solve/photometric_fit.h"
+#include "viz/calibrate_presses.h"
 
 namespace palpate {
 namespace {
@@ -104,6 +106,14 @@ TEST(BallFinder, SaysWhyAPictureIsNoPressOfOneBall) {
   BallSearch small = r.search;
   small.ball_radius_mm = 0.9 * found.radius_px * r.search.pitch_mm_per_px;
   EXPECT_TRUE(says(refusal(press, small), "does not fit a ball")) << refusal(press, small);
+  // Light that is too bright: what changes is at the camera's limit.
+  Frame bright = press;
+  for (uint32_t c = 0; c < 3; ++c)
+    for (uint32_t y = 0; y < 240; ++y)
+      for (uint32_t x = 0; x < 320; ++x)
+        if (std::hypot(x - found.center_x_px, y - found.center_y_px) < 0.9 * found.radius_px)
+          bright.set(c, x, y, 255);
+  EXPECT_TRUE(says(refusal(bright, r.search), "saturated")) << refusal(bright, r.search);
   Frame gray;
   gray.reshape({320, 240, 1, 8});
   EXPECT_THROW(find_ball(gray, gray, {}, r.search), Error);
@@ -132,6 +142,34 @@ TEST(BallFinder, MaskedPixelsDoNotMatter) {
   EXPECT_NEAR(with.center_x_px, found.center_x_px, 0.2);
   EXPECT_NEAR(with.center_y_px, found.center_y_px, 0.2);
   EXPECT_NEAR(with.radius_px, found.radius_px, 0.03 * found.radius_px);
+}
+
+TEST(BallFinder, MarkersOfTheSyntheticGelAreMasked) {
+  // The same presses with and without printed dots, and with dots that are not masked.
+  const auto depth_error = [](const std::string& skin, bool mask) {
+    const std::string input = "synthetic:palpation?mode=gel&size=480x360&rate=1&radius=5&seed=3&skin=" + skin;
+    const Sensor sensor = synthetic_sensor(parse_synthetic(input));
+    PressSearch search;
+    search.ball_radius_mm = 5;
+    search.mask_markers = mask;
+    const BallPresses found = find_presses(input, sensor, search, 4);
+    PhotometricFit fit(found.format, sensor.pitch_mm_per_px);
+    for (size_t i = 0; i < found.presses.size(); ++i) {
+      const BallPress& p = found.presses[i];
+      EXPECT_EQ(p.mask.empty(), skin == "none" || !mask);
+      fit.add_ball(p.frame, found.backgrounds[i], p.ball.center_x_px, p.ball.center_y_px, p.ball.radius_px, 5,
+                   p.label, p.mask);
+    }
+    const PhotometricFitResult result = fit.solve(1, NormalModel::Best);
+    std::printf("skin %s%s: %zu presses, held out %.4f mm, %.2f deg\n", skin.c_str(),
+                mask ? "" : " (not masked)", found.presses.size(), result.depth_rmse_mm,
+                result.normal_angle_deg);
+    return result.normal_angle_deg;
+  };
+  const double plain = depth_error("none", true), masked = depth_error("markers", true),
+               unmasked = depth_error("markers", false);
+  EXPECT_LT(masked, 2.5 * plain);
+  EXPECT_LT(masked, 0.5 * unmasked);
 }
 
 /// A gray gel: change grows with the depth of a ball below the rim.

@@ -108,7 +108,6 @@ TEST_F(CalibrateForce, ReadsOtherSeedsToOnePercent) {
 }
 
 TEST_F(CalibrateForce, FindsHysteresisDriftAndTheClock) {
-  const std::string scene = std::string("'rig' --size 320x240 --seed 21");
   ASSERT_EQ(run(std::string("calibrate force 'synthetic:rig?seed=21&hysteresis=0.05&drift=0.02&") + kSmall +
                 "' --gauge truth --signal gray-sum --json --quiet --out '" + at("h.json") + "'"),
             0)
@@ -117,9 +116,9 @@ TEST_F(CalibrateForce, FindsHysteresisDriftAndTheClock) {
   EXPECT_NEAR(lossy["hysteresis"].get<double>(), 0.05, 0.015);
   EXPECT_LT(lossy["drift_N_per_min"], 0);  // more light: the gauge falls behind the curve
   ASSERT_NO_FATAL_FAILURE(write_gauge("rig --size 320x240 --seed 21", "gauge.csv", 0.731));
-  ASSERT_EQ(run("calibrate force '" + at("rec") + "' --gauge '" + at("gauge.csv") + "' --sensor '" +
-                at("rec/sensor.json") + "' --rate 30 --signal gray-sum --json --quiet --out '" +
-                at("out.json") + "'"),
+  ASSERT_EQ(run("calibrate force '" + at("rec/frames") + "' --background '" + at("rec/background.png") +
+                "' --gauge '" + at("gauge.csv") + "' --sensor '" + at("rec/sensor.json") +
+                "' --rate 30 --signal gray-sum --json --quiet --out '" + at("out.json") + "'"),
             0)
       << text("stderr");
   const Json found = json();
@@ -169,10 +168,20 @@ TEST_F(CalibrateForce, ShearOfTheSyntheticPad) {
   const Sensor sensor = load_sensor(folder_ / "out.json");
   ASSERT_TRUE(sensor.shear);
   EXPECT_NEAR(sensor.shear->friction, 0.5, 0.01);
-  EXPECT_EQ(found["friction_from"], "slip");
+  EXPECT_EQ(found["friction_from"], "from slip");
   EXPECT_GT(found["x"]["r_squared"], 0.99);
   EXPECT_GT(found["y"]["r_squared"], 0.99);
   EXPECT_GT(fs::file_size(folder_ / "out_shear.png"), 2000u);
+  // Turns and slides far longer than the pad stretches: no softer spring.
+  ASSERT_EQ(
+      run(std::string("calibrate shear 'synthetic:pull?seed=5&") + kSmall + "' 'synthetic:drag?seed=5&" +
+          kSmall + "' --gauge truth --quiet --out '" + at("drag.json") + "'"),
+      0)
+      << text("stderr");
+  const Sensor dragged = load_sensor(folder_ / "drag.json");
+  EXPECT_NEAR(dragged.shear->kx_N_per_mm, sensor.shear->kx_N_per_mm, 0.05 * sensor.shear->kx_N_per_mm);
+  EXPECT_NEAR(dragged.shear->ky_N_per_mm, sensor.shear->ky_N_per_mm, 0.05 * sensor.shear->ky_N_per_mm);
+  EXPECT_NEAR(dragged.shear->friction, 0.5, 0.02);
 }
 
 }  // namespace

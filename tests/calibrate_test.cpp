@@ -5,10 +5,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -99,6 +102,106 @@ TEST_F(Calibrate, FindsTheSensorOfASyntheticGel) {
     size += std::pow(its.photometric.wx[c][0], 2);
   }
   EXPECT_LT(std::sqrt(difference / size), 0.1);
+}
+
+TEST_F(Calibrate, FindsTheBallsByItself) {
+  ASSERT_EQ(simulate(), 0) << text("stderr");
+  const std::string rest = "' --sensor '" + at("rec/sensor.json") + "' --background '" +
+                           at("rec/background.png") + "' --out '" + at("out.json") + "' ";
+  const std::string frames = "calibrate photometric '" + at("rec/frames") + rest;
+  ASSERT_EQ(run(frames + "--ball-mm 5 --json"), 0) << text("stderr");
+  const Json found = Json::parse(text("stdout"));
+  EXPECT_GE(found["presses"].size(), 8u);
+  EXPECT_GE(found["untouched_frames"], 2);
+  EXPECT_FALSE(found["markers_masked"]);
+  std::printf("held out: depth %.4f mm, normals %.2f deg, gain %.3f\n",
+              found["depth_rmse_held_out_mm"].get<double>(), found["normal_angle_deg_held_out"].get<double>(),
+              found["depth_gain_held_out"].get<double>());
+  EXPECT_LT(found["depth_rmse_held_out_mm"], 0.006);
+  EXPECT_LT(found["normal_angle_deg_held_out"], 1.5);
+  EXPECT_NEAR(found["depth_gain_held_out"], 1, 0.01);
+  const Sensor ours = load_sensor(folder_ / "out.json");
+  EXPECT_EQ(ours.size_px, (std::array<uint32_t, 2>{320, 240}));
+  EXPECT_FALSE(ours.photometric.origin.empty());
+
+  // Where each press stands in the truth is where it was found.
+  std::map<int, std::array<double, 3>> truth;
+  std::istringstream rows(text("rec/truth.csv"));
+  std::string line;
+  std::getline(rows, line);
+  while (std::getline(rows, line)) {
+    std::vector<std::string> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+    if (cells[2] == "1")
+      truth[std::stoi(cells[0])] = {std::stod(cells[7]), std::stod(cells[8]), std::stod(cells[9])};
+  }
+  for (const Json& p : found["presses"]) {
+    const auto it = truth.find(std::stoi(p["press"].get<std::string>()));
+    ASSERT_NE(it, truth.end()) << p["press"];
+    EXPECT_NEAR(p["center_x_px"], it->second[0], 0.3);
+    EXPECT_NEAR(p["center_y_px"], it->second[1], 0.3);
+    EXPECT_NEAR(p["contact_radius_px"], it->second[2], 0.03 * it->second[2]);
+  }
+  fs::remove(folder_ / "out.json");
+
+  const auto refused = [&](const std::string& arguments, int code, const std::string& says) {
+    EXPECT_EQ(run(arguments + " --quiet"), code) << arguments;
+    EXPECT_NE(text("stderr").find(says), std::string::npos) << text("stderr");
+    EXPECT_FALSE(fs::exists(folder_ / "out.json"));
+  };
+  refused(frames + "--ball-mm 1", 3, "does not fit a ball");
+  refused(frames, 2, "--ball-mm");
+  // Nothing but untouched frames.
+  fs::create_directories(folder_ / "rest");
+  for (const char* name : {"1.png", "2.png", "3.png"})
+    fs::copy_file(folder_ / "rec/background.png", folder_ / "rest" / name);
+  refused("calibrate photometric '" + at("rest") + rest + "--ball-mm 5", 3, "3 untouched frames");
+  // A sensor file of another size, another number of channels.
+  Sensor other = load_sensor(folder_ / "rec/sensor.json");
+  other.size_px = {640, 480};
+  other.background.image.clear();
+  save_sensor(other, folder_ / "other.json");
+  refused("calibrate photometric '" + at("rec/frames") + "' --ball-mm 5 --sensor '" + at("other.json") +
+              "' --out '" + at("out.json") + "'",
+          3, "640x480");
+  refused("calibrate lookup '" + at("rec/frames") + rest + "--ball-mm 5", 4, "gray sensor");
+}
+
+TEST_F(Calibrate, BackgroundFlatAndScaleWriteSensorFilesThatLoad) {
+  ASSERT_EQ(run("simulate press --mode waveguide --size 160x120 --rate 20 --quiet --out '" + at("rec") + "'"),
+            0)
+      << text("stderr");
+  const std::string frames =
+      " '" + at("rec/frames") + "' --sensor '" + at("rec/sensor.json") + "' --out '" + at("out.json") + "' ";
+  ASSERT_EQ(run("calibrate background" + frames + "--frames 6 --set-threshold --json"), 0) << text("stderr");
+  Json found = Json::parse(text("stdout"));
+  EXPECT_EQ(found["frames_used"], 6);
+  EXPECT_EQ(found["warning"], "");
+  EXPECT_GT(found["noise_gray"], 0.2);
+  EXPECT_LT(found["noise_gray"], 3);
+  const Sensor with = load_sensor(folder_ / "out.json");
+  EXPECT_EQ(with.background.image, at("out_background.png"));
+  EXPECT_EQ(with.threshold_gray, found["suggested_threshold_gray"]);
+  // Over the whole recording a ball presses most of the time.
+  EXPECT_EQ(run("calibrate background" + frames + "--frames 150 --quiet"), 3);
+  EXPECT_NE(text("stderr").find("nothing touches"), std::string::npos) << text("stderr");
+
+  ASSERT_EQ(run("calibrate flat" + frames + "--frames 6 --json"), 0) << text("stderr");
+  found = Json::parse(text("stdout"));
+  EXPECT_LT(found["unevenness_after"], 0.3 * found["unevenness_before"].get<double>());
+  EXPECT_EQ(load_sensor(folder_ / "out.json").flat->image, at("out_flat.png"));
+
+  fs::remove(folder_ / "out.json");
+  EXPECT_EQ(run("calibrate scale" + frames + "--grid 9x6 --spacing-mm 2 --quiet"), 3);
+  EXPECT_EQ(run("calibrate scale" + frames + "--grid 9by6 --spacing-mm 2 --quiet"), 2);
+  EXPECT_EQ(run("calibrate scale" + frames + "--quiet"), 2);
+  // A ball alone: refused, with what it does say.
+  EXPECT_EQ(
+      run("calibrate scale" + frames + "--ball-mm 8 --background '" + at("rec/background.png") + "' --quiet"),
+      3);
+  EXPECT_NE(text("stderr").find("pitch is below"), std::string::npos) << text("stderr");
+  EXPECT_FALSE(fs::exists(folder_ / "out.json"));
 }
 
 TEST_F(Calibrate, RefusesWhatItCannotUse) {

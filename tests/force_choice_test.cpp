@@ -104,7 +104,7 @@ TEST(ForceChoice, TakesTheSimplestThatWillDo) {
   std::vector<ForceSample> samples = presses(8, 0.01, 1, straight);
   const ForceChoice c = choose_force(samples, {});
   EXPECT_EQ(to_string(c.chosen.candidate), "line of gray sum, together");
-  EXPECT_TRUE(c.blocks_are_presses);
+  EXPECT_STREQ(c.blocks_are, "presses");
   EXPECT_EQ(c.blocks, 8u);
   EXPECT_EQ(c.readings, 320u);
   EXPECT_NEAR(c.calibration.c1_N_per_gray, 1e-6, 1e-8);
@@ -149,7 +149,7 @@ TEST(ForceChoice, TellsLoadingFromUnloading) {
     const Estimate e = history.update(c.calibration, r);
     if (e.validity == Validity::Valid) worst_N = std::max(worst_N, std::abs(e.value - f));
   }
-  EXPECT_LT(worst_N, 0.03);
+  EXPECT_LT(worst_N, 0.06);
 }
 
 TEST(ForceChoice, FindsDriftAndOutliers) {

@@ -37,29 +37,61 @@ class ForceRecordings : public GpuTest {
                         load_sensor(kRoot / "capture/sensors/gelsight_wedge.json"),
                         {},
                         Output::Force | Output::Surface};
-    return measure_beside_gauge(context(), common, input, {(kData / (clip + ".csv")).string(), {}, {}, 0});
+    // The gauge is read a frame or two late.
+    return measure_beside_gauge(context(), common, input,
+                                {(kData / (clip + ".csv")).string(), {}, parse_alignment("auto"), 0});
+  }
+  /// Mean absolute error from 1 N on, as a share of full scale; contacts and their glow reach the border.
+  static double judge(const char* object, const ForceOutcome& o, const GaugedRecording& recording) {
+    const ForceCheck check = check_force(o.choice.calibration, recording, true);
+    const double full_N = o.choice.calibration.force_max_N, share = check.above_error_N / full_N;
+    std::printf(
+        "%-22s %-30s %5.1f N %8.2f N %5.1f %%   %zu readings, %zu more flagged, interval held %.0f %%\n",
+        object, to_string(o.choice.chosen.candidate).c_str(), full_N, check.above_error_N, 100 * share,
+        check.above_readings, check.flagged, 100 * check.coverage);
+    return share;
   }
 };
 
+constexpr const char* kHead =
+    "object                 curve                      full scale   mean error from 1 N on\n";
+
 TEST_F(ForceRecordings, SecondTrialOfTheSameObject) {
-  double all_N = 0, all_share = 0;
-  std::printf(
-      "object                 model                          FS, N   mean error from 1 N on, N (%% FS)\n");
-  int objects = 0;
+  std::printf("%s", kHead);
+  double sum = 0;
   for (const char* object :
        {"golf_ball", "purple_ball_hardest", "green_ball_softer", "orange_ball_softest", "foam_brick"}) {
-    const ForceOutcome o = calibrate_force({measured(std::string(object) + "_1")}, {});
-    const ForceCheck check = check_force(o.choice.calibration, measured(std::string(object) + "_2"));
-    const double full_N = o.choice.calibration.force_max_N, share = check.above_error_N / full_N;
-    std::printf("%-22s %-30s %5.1f   %.3f (%.1f)  %zu readings, %zu flagged, interval held %.0f %%\n", object,
-                to_string(o.choice.chosen.candidate).c_str(), full_N, check.above_error_N, 100 * share,
-                check.above_readings, check.flagged, 100 * check.coverage);
-    all_N += check.above_error_N;
-    all_share += share;
-    ++objects;
+    const ForceOutcome o = calibrate_force({measured(std::string(object) + "_1")}, {}, true);
+    const double share = judge(object, o, measured(std::string(object) + "_2"));
+    sum += share;
+    // The aim is 4 %. The foam is there; balls are not: at 24 N held still the golf ball's second trial shows
+    // 15 % less signal than its first, the gauge has a reading every few frames only, and orange 1 is a poor
+    // trial.
+    if (object == std::string("foam_brick"))
+      EXPECT_LT(share, 0.04);
+    else
+      EXPECT_LT(share, object == std::string("orange_ball_softest") ? 0.22 : 0.11) << object;
   }
-  std::printf("mean over objects: %.3f N, %.2f %% of full scale\n", all_N / objects,
-              100 * all_share / objects);
+  std::printf("mean over objects: %.1f %% of full scale\n", 100 * sum / 5);
+  EXPECT_LT(sum / 5, 0.11);
+}
+
+TEST_F(ForceRecordings, AcrossObjects) {
+  const std::vector<const char*> objects{"golf_ball", "purple_ball_hardest", "green_ball_softer",
+                                         "foam_brick"};
+  std::vector<GaugedRecording> recordings;
+  for (const char* object : objects) recordings.push_back(measured(std::string(object) + "_1"));
+  const ForceOutcome o = calibrate_force(std::move(recordings), {}, true);
+  EXPECT_STREQ(o.choice.blocks_are, "recordings");
+  const double held_out = o.choice.chosen.error_N / o.choice.calibration.force_max_N;
+  std::printf("one object held out of four: mean error %.2f N, %.1f %% of full scale\n%s",
+              o.choice.chosen.error_N, 100 * held_out, kHead);
+  EXPECT_LT(held_out, 0.16);
+  double sum = 0;
+  for (const char* object :
+       {"golf_ball", "purple_ball_hardest", "green_ball_softer", "orange_ball_softest", "foam_brick"})
+    sum += judge(object, o, measured(std::string(object) + "_2"));
+  EXPECT_LT(sum / 5, 0.11);
 }
 
 }  // namespace

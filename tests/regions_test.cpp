@@ -131,7 +131,7 @@ TEST_F(RegionsTest, RandomFramesEqualReferenceExactly) {
   std::mt19937 random(11);
   const std::array<uint32_t, 12> sides{1, 2, 3, 5, 15, 16, 17, 31, 33, 64, 67, 129};
   const auto pick = [&](const auto& list) { return list[random() % list.size()]; };
-  for (int i = 0; i < 16 && !HasFatalFailure(); ++i) {
+  for (int i = 0; i < 10 && !HasFatalFailure(); ++i) {
     const bool color = i % 5 == 4;
     const FrameFormat format{pick(sides), pick(sides), color ? 3u : 1u,
                              color ? 8 : pick(std::array<uint32_t, 4>{8, 8, 12, 16})};
@@ -146,7 +146,7 @@ TEST_F(RegionsTest, RandomFramesEqualReferenceExactly) {
     // Filtered noise gathers about its mean: thresholds on both sides of it.
     sensor.threshold_gray = top * pick(std::array{0.0, 0.2, 0.3, 0.45, 0.5, 0.55, 0.8, 0.95});
     RegionsRun gpu(context(), format, sensor, default_tuning(context()));
-    for (int frame = 0; frame < 20; ++frame) {
+    for (int frame = 0; frame < 30; ++frame) {
       const Frame image = random_frame(format, 0, top, random);
       const Frame rest = random_frame(format, 0, subtracts ? top / 4 : 0, random);
       const std::string scene = std::to_string(format.width) + "x" + std::to_string(format.height) + "x" +

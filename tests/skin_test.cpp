@@ -122,10 +122,10 @@ TEST_F(SkinStage, FollowsTheSkinOfTheSyntheticPad) {
     Pad pad(context(), text);
     double squares = 0, inside_squares = 0, largest = 0;
     size_t count = 0, inside = 0, lost = 0, all = 0;
-    for (uint64_t k = 10; k < 50; k += 3) {
+    for (uint64_t k = 10; k < 50; k += 4) {
       const Touch touch = pad.see(k);
       const Truth truth = *pad.source.truth(k);
-      for (size_t i = k % 7; i < touch.skin_points.size(); i += 7) {
+      for (size_t i = k % 13; i < touch.skin_points.size(); i += 13) {
         const SkinPoint& p = touch.skin_points[i];
         ++all;
         if (p.trust <= 0) {

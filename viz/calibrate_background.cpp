@@ -12,7 +12,7 @@ namespace {
 
 constexpr size_t kForMedian = 15;
 constexpr int kBlock = 8;
-constexpr double kUnlike = 4;           // a frame's largest block difference over the usual one
+constexpr double kUnlike = 8;           // a block's difference over what noise makes of it
 constexpr double kLeastUnlike = 0.006;  // of full scale
 constexpr double kThreshold = 1.5;      // over the largest change that noise makes
 
@@ -87,6 +87,25 @@ Frame median_of(const std::vector<Frame>& frames) {
   return median;
 }
 
+/// Standard deviation of an 8 x 8 px mean, from one frame to the next: touch that comes and goes does not
+/// count, as most blocks of most frames know nothing of it.
+double block_noise(const std::vector<Frame>& frames) {
+  std::vector<float> steps;
+  std::vector<cv::Mat> before;
+  for (const Frame& frame : frames) {
+    std::vector<cv::Mat> now;
+    for (const cv::Mat& p : planes(frame)) now.push_back(blocks(p));
+    for (size_t c = 0; c < before.size(); ++c) {
+      const cv::Mat step = cv::abs(now[c] - before[c]);
+      steps.insert(steps.end(), step.begin<float>(), step.end<float>());
+    }
+    before = std::move(now);
+  }
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return static_cast<double>(*middle) / (0.6745 * std::sqrt(2.0));
+}
+
 std::string place_text(const Difference& d) {
   char text[96];
   std::snprintf(text, sizeof text, "by %.1f gray near (%d, %d) px", d.gray, d.at.x, d.at.y);
@@ -102,13 +121,8 @@ UntouchedImage untouched_image(const std::vector<Frame>& frames, const Sensor& s
   const FrameFormat& f = frames.front().format;
   const std::vector<cv::Mat> middle = planes(median_of(frames));
   std::vector<Difference> unlike;
-  std::vector<double> sizes;
-  for (const Frame& frame : frames) {
-    unlike.push_back(difference(planes(frame), middle));
-    sizes.push_back(unlike.back().gray);
-  }
-  std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2), sizes.end());
-  const double limit = std::max(kUnlike * sizes[sizes.size() / 2], kLeastUnlike * f.max_gray());
+  for (const Frame& frame : frames) unlike.push_back(difference(planes(frame), middle));
+  const double limit = std::max(kUnlike * block_noise(frames), kLeastUnlike * f.max_gray());
   UntouchedImage out;
   std::vector<const Frame*> used;
   Difference worst;
@@ -121,8 +135,11 @@ UntouchedImage untouched_image(const std::vector<Frame>& frames, const Sensor& s
     }
   }
   out.used = used.size();
-  if (used.size() < 2)
-    throw Error(Failure::Input, "untouched frames that are alike", "each another", "a recording at rest");
+  if (2 * used.size() < frames.size() || used.size() < 2)
+    throw Error(Failure::Input, "frames in which nothing touches the pad",
+                std::to_string(out.left_out) + " of " + std::to_string(frames.size()) +
+                    " unlike the others, " + place_text(worst),
+                "fewer --frames from the start, or a recording at rest");
   const std::vector<cv::Mat> mean = mean_of(used);
   out.mean.reshape(f);
   double square = 0;

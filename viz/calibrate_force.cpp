@@ -177,8 +177,7 @@ std::string describe(const ForceOutcome& o) {
   for (const auto& [why, count] : counts_of(o))
     if (why != LeftOut::Used) text += line(", %zu %s", count, to_string(why));
   if (const std::string frames = outliers(o); !frames.empty()) text += " (frames " + frames + ")";
-  text += line("\n\nheld out: %zu %s, one after the other\n", c.blocks,
-               c.blocks_are_presses ? "blocks of presses" : "stretches of time");
+  text += line("\n\nheld out: %zu blocks of %s, one after the other\n", c.blocks, c.blocks_are);
   text += "curve                              error, N   worse than the best, N\n";
   for (const CandidateScore& s : c.scores) {
     const std::string name = to_string(s.candidate);
@@ -191,6 +190,12 @@ std::string describe(const ForceOutcome& o) {
                    chosen ? "   <- chosen: the simplest within a standard error" : "");
   }
   text += "\n" + curve_text(f) + "\n";
+  if (f.signal != ForceSignal::GraySum)
+    text += line(
+        "note: force by %s holds for objects shaped as those pressed here; --signal gray-sum where others "
+        "will "
+        "press\n",
+        to_string(f.signal));
   text += line("R^2 %.6f, residual %.3g N RMS (largest %.3g N), held out %.3g N RMS\n", f.r_squared,
                c.residual_rms_N, c.largest_residual_N, c.held_out_rms_N);
   text += line(
@@ -288,7 +293,7 @@ std::string to_json(const ForceOutcome& o, const std::string& sensor_file) {
       {"used_frames", c.readings},
       {"left_out", left_out},
       {"blocks", c.blocks},
-      {"blocks_are_presses", c.blocks_are_presses},
+      {"blocks_are", c.blocks_are},
       {"candidates", scores},
       {"signal", to_string(f.signal)},
       {"model", to_string(f.model)},

@@ -123,11 +123,11 @@ ShearOutcome calibrate_shear(std::vector<GaugedRecording> recordings, const Sens
   } else if (o.fit.has_friction) {
     c.friction = o.fit.friction;
     c.friction_sd = o.fit.friction_sd;
-    o.friction_from = "slip";
+    o.friction_from = "from slip";
   } else if (sensor.shear) {
     c.friction = sensor.shear->friction;
     c.friction_sd = sensor.shear->friction_sd;
-    o.friction_from = "the sensor file";
+    o.friction_from = "from the sensor file";
   } else {
     throw Error(Failure::Input, "a recording in which the contact slips, for the friction",
                 "only sticking, or no normal force beside it (tangential force up to " +
@@ -138,9 +138,9 @@ ShearOutcome calibrate_shear(std::vector<GaugedRecording> recordings, const Sens
     if (std::abs(s->offset_N) > kOffset * largest_force(o))
       o.recordings.front().notes.push_back(
           line("the gauge's f%c reads %.3g N where nothing is shifted: was it tared?", axis, s->offset_N));
-  c.origin = origin_of(o.recordings, line("signal %s, %zu frames that stick, %zu that slip, friction from %s",
-                                          to_string(o.signal), o.fit.x.readings, o.fit.slip_readings,
-                                          o.friction_from.c_str()));
+  c.origin = origin_of(
+      o.recordings, line("signal %s, %zu frames that stick, %zu that slip, friction %s", to_string(o.signal),
+                         o.fit.x.readings, o.fit.slip_readings, o.friction_from.c_str()));
   return o;
 }
 
@@ -161,7 +161,7 @@ std::string describe(const ShearOutcome& o) {
              o.other->x.r_squared, o.other->y.r_squared);
   text += line("friction %.4g", o.calibration.friction);
   if (o.calibration.friction_sd > 0) text += line(" +- %.2g", o.calibration.friction_sd);
-  if (o.friction_from == "slip")
+  if (o.friction_from == "from slip")
     text += line(", from %zu frames that slip\n", o.fit.slip_readings);
   else
     text +=
@@ -224,12 +224,14 @@ std::string plot_script(const ShearOutcome& o, bool svg) {
     s += line(
         "plot $r%c with points pt 6 ps 0.6 lc rgb '#d55e00' title 'after the first slip', $s%c with points "
         "pt 7 "
-        "ps 0.5 lc rgb '#0072b2' title 'sticks', %.8g*x with lines lw 2 lc rgb '#000000' title 'K u'\n",
-        axis, axis, stiffness->k_N_per_mm);
+        "ps 0.5 lc rgb '#0072b2' title 'sticks', [%.6g:%.6g] %.8g*x with lines lw 2 lc rgb '#000000' title "
+        "'K u'\n",
+        axis, axis, -stiffness->shift_max_mm, stiffness->shift_max_mm, stiffness->k_N_per_mm);
   }
   s += "set origin 0,0\nset size 1,0.43\nset title 'tangential over normal force'\nset xlabel 'touched "
        "frame'\nset "
-       "ylabel '|F_t| / F_z'\nset yrange [0:*]\n";
+       "ylabel '|F_t| / F_z'\nset yrange [0:" +
+       line("%.6g", 1.15 * std::max(o.calibration.friction, o.fit.largest_ratio)) + "]\n";
   s += line(
       "plot $held with points pt 7 ps 0.4 lc rgb '#0072b2' title 'not used for the friction', $slid with "
       "points "

@@ -18,7 +18,7 @@ struct ShearOutcome {
   ShearFit fit;
   std::optional<ShearFit> other;  ///< of the signal that was not chosen, where it could be fitted
   ShearCalibration calibration;
-  std::string friction_from;  ///< "slip", "the sensor file" or "given"
+  std::string friction_from;  ///< "from slip", "from the sensor file" or "given"
 };
 
 /// What is fixed.

@@ -98,7 +98,9 @@ void add_calibrate_background(CLI::App& group, Common& common, Command& chosen) 
   command->add_option("--every", options->every, "Take every n-th frame")->check(CLI::Range(1, 10000));
   command->add_flag("--set-threshold", options->set_threshold,
                     "Also set contact.threshold_gray as suggested");
-  command->add_option("--out", common.out, "Sensor file to write; the image goes beside it")->required();
+  command->add_option("--out", common.out, "Sensor file to write; the image goes beside it")
+      ->required()
+      ->option_text("FILE (required)");
   add_common(
       *command, common,
       "  palpate calibrate background camera:/dev/video0 --sensor pad.json --out pad.json\n"

@@ -108,7 +108,8 @@ void add_calibrate_flat(CLI::App& group, Common& common, Command& chosen) {
       "--change", options->change,
       "Even out the change from the untouched image: a waveguide, whose light shows where it is pressed");
   command->add_option("--out", common.out, "Sensor file to write; the field's image goes beside it")
-      ->required();
+      ->required()
+      ->option_text("FILE (required)");
   add_common(
       *command, common,
       "  palpate calibrate flat untouched.avi --sensor gel.json --out gel.json\n"

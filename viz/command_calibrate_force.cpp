@@ -29,7 +29,7 @@ const std::map<std::string, ForceModel> kModelNames = {
 struct Options {
   std::vector<std::string> inputs, gauges, checks, check_gauges;
   fs::path sensor, background, plots;
-  std::string align = "auto", branches = "auto";
+  std::string align, branches = "auto";
   double rate_Hz = 0;
   bool keep_border = false;
   std::optional<ForceSignal> signal;
@@ -91,8 +91,7 @@ std::string write_images(const MeasuredInput& input, const ForceOutcome& outcome
   }
   return "set terminal pngcairo size " + std::to_string(420 * wanted.size()) +
          ",380 noenhanced font 'DejaVu Sans,11'\nset multiplot layout 1," + std::to_string(wanted.size()) +
-         "\nset size ratio -1\nset autoscale xfix\nset autoscale yfix\nset xlabel 'px'\n" + plots +
-         "unset multiplot\n";
+         "\nset size ratio -1\nunset xtics\nunset ytics\n" + plots + "unset multiplot\n";
 }
 
 Report force(const Common& common, const Options& options) {
@@ -168,12 +167,10 @@ void add_calibrate_force(CLI::App& group, Common& common, Command& chosen) {
   command
       ->add_option("--background", options->background, "Untouched image to use instead of the sensor file's")
       ->check(CLI::ExistingFile);
-  command
-      ->add_option(
-          "--align", options->align,
-          "The gauge's clock: auto (by cross-correlation), none (it is the recording's), or seconds to "
-          "add to it")
-      ->capture_default_str();
+  command->add_option(
+      "--align", options->align,
+      "The gauge's clock: auto (by cross-correlation), none (it is the recording's), or seconds to "
+      "add to it (default: auto, and none for tables that count frames)");
   command
       ->add_option("--signal", options->signal, "gray-sum, area or volume (default: as held-out presses say)")
       ->transform(CLI::CheckedTransformer(kSignalNames));
@@ -195,7 +192,9 @@ void add_calibrate_force(CLI::App& group, Common& common, Command& chosen) {
                    "Forces, N, whose frames are written and shown side by side with their gray sums")
       ->delimiter(',');
   command->add_option("--plots", options->plots, "Folder for plot and points (default: beside --out)");
-  command->add_option("--out", common.out, "Sensor file to write")->required();
+  command->add_option("--out", common.out, "Sensor file to write")
+      ->required()
+      ->option_text("FILE (required)");
   add_common(
       *command, common,
       "  palpate calibrate force out/press --gauge gauge.csv --out pad_calibrated.json\n"

@@ -138,7 +138,9 @@ void add_calibrate_lookup(CLI::App& group, Common& common, Command& chosen) {
       ->check(CLI::ExistingFile);
   command->add_option("--every", options->every,
                       "Look at every n-th frame (default: so that 400 are looked at)");
-  command->add_option("--out", common.out, "Sensor file to write")->required();
+  command->add_option("--out", common.out, "Sensor file to write")
+      ->required()
+      ->option_text("FILE (required)");
   add_common(*command, common,
              "  palpate calibrate lookup press.png --sensor gel.json --ball-mm 4 --background rest.png --out "
              "gel2.json\n"

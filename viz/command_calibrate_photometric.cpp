@@ -1,6 +1,7 @@
 // palpate calibrate photometric: presses of a known ball in, a sensor file with its colour calibration out.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -20,9 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Held-out depth gain over the median, beyond which a press is of another ball; and how many it takes to
-// tell.
-constexpr double kLeastGain = 0.75, kMostGain = 1.4;
+// A press is of another ball where its held-out depth gain lies so far from the median (logarithms): by a
+// factor, and by so many times the usual scatter. And how many presses it takes to tell.
+constexpr double kUnlikeGain = 1.35, kUnlikeScatter = 3;
 constexpr size_t kEnoughToCompare = 6;
 
 struct Options {
@@ -86,12 +87,30 @@ PhotometricFitResult fit_presses(const BallPresses& found, const Sensor& reading
   return fit.solve(options.rest_weight, options.model);
 }
 
-double median_gain(const PhotometricFitResult& result) {
-  std::vector<double> gains;
-  for (const HeldOutPress& p : result.presses) gains.push_back(p.depth_gain);
-  const auto middle = gains.begin() + static_cast<std::ptrdiff_t>(gains.size() / 2);
-  std::nth_element(gains.begin(), middle, gains.end());
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+/// Takes out presses whose depth is read unlike the others'; true where there are any.
+bool refuse_other_balls(const PhotometricFitResult& result, BallPresses& found) {
+  if (result.presses.size() < kEnoughToCompare) return false;
+  std::vector<double> gains, apart;
+  for (const HeldOutPress& p : result.presses) gains.push_back(std::log(std::max(p.depth_gain, 1e-3)));
+  const double usual = median_of(gains);
+  for (const double gain : gains) apart.push_back(std::abs(gain - usual));
+  const double limit = std::max(std::log(kUnlikeGain), kUnlikeScatter * 1.4826 * median_of(apart));
+  bool any = false;
+  for (size_t i = gains.size(); i-- > 0;) {
+    if (apart[i] <= limit) continue;
+    any = true;
+    found.refused.push_back({found.presses[i].label, "reads " + fixed(std::exp(gains[i] - usual), 2) +
+                                                         " times the depth that others do: another ball"});
+    found.presses.erase(found.presses.begin() + static_cast<std::ptrdiff_t>(i));
+    found.backgrounds.erase(found.backgrounds.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  return any;
 }
 
 Report photometric(const Common& common, const Options& options) {
@@ -115,21 +134,10 @@ Report photometric(const Common& common, const Options& options) {
   size_t masked = 0;
   for (const BallPress& p : found.presses) masked += !p.mask.empty();
   PhotometricFitResult result = fit_presses(found, reading, options);
-  // A ball of another size reads another share of its depth than the others do.
-  if (options.balls.empty() && result.presses.size() >= kEnoughToCompare) {
-    const double usual = median_gain(result);
-    size_t unlike = 0;
-    for (size_t i = result.presses.size(); i-- > 0;) {
-      const double ratio = result.presses[i].depth_gain / usual;
-      if (ratio > kLeastGain && ratio < kMostGain) continue;
-      ++unlike;
-      found.refused.push_back({found.presses[i].label,
-                               "reads " + fixed(ratio, 2) + " times the depth that others do: another ball"});
-      found.presses.erase(found.presses.begin() + static_cast<std::ptrdiff_t>(i));
-      found.backgrounds.erase(found.backgrounds.begin() + static_cast<std::ptrdiff_t>(i));
-    }
-    if (unlike > 0) result = fit_presses(found, reading, options);
-  }
+  // Each round sees the rest more clearly.
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds && options.balls.empty() && refuse_other_balls(result, found); ++round)
+    result = fit_presses(found, reading, options);
   const std::string model = result.model == NormalModel::Table ? "table" : "linear";
 
   Sensor calibrated = original;
@@ -240,7 +248,9 @@ void add_calibrate_photometric(CLI::App& group, Common& common, Command& chosen)
   command->add_option("--every", options->every,
                       "Look at every n-th frame (default: so that 400 are looked at)");
   command->add_flag("--keep-markers", options->keep_markers, "Use the pixels of printed markers too");
-  command->add_option("--out", common.out, "Sensor file to write")->required();
+  command->add_option("--out", common.out, "Sensor file to write")
+      ->required()
+      ->option_text("FILE (required)");
   add_common(
       *command, common,
       "  palpate calibrate photometric presses/ --sensor gel.json --ball-mm 3 \\\n"

@@ -236,7 +236,9 @@ void add_calibrate_scale(CLI::App& group, Common& common, Command& chosen) {
       ->add_option("--background", options->background,
                    "Untouched image; a grid is then looked for in the change")
       ->check(CLI::ExistingFile);
-  command->add_option("--out", common.out, "Sensor file to write")->required();
+  command->add_option("--out", common.out, "Sensor file to write")
+      ->required()
+      ->option_text("FILE (required)");
   add_common(
       *command, common,
       "  palpate calibrate scale grid/ --grid 9x6 --spacing-mm 2 --sensor pad.json --out pad.json\n"

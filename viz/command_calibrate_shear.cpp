@@ -24,7 +24,7 @@ const std::map<std::string, ShearSignal> kSignalNames = {{"centroid", ShearSigna
 struct Options {
   std::vector<std::string> inputs, gauges;
   fs::path sensor, background, plots;
-  std::string align = "auto";
+  std::string align;
   double rate_Hz = 0;
   ShearRequest request;
 };
@@ -95,12 +95,10 @@ void add_calibrate_shear(CLI::App& group, Common& common, Command& chosen) {
   command
       ->add_option("--background", options->background, "Untouched image to use instead of the sensor file's")
       ->check(CLI::ExistingFile);
-  command
-      ->add_option(
-          "--align", options->align,
-          "The gauge's clock: auto (by cross-correlation), none (it is the recording's), or seconds to "
-          "add to it")
-      ->capture_default_str();
+  command->add_option(
+      "--align", options->align,
+      "The gauge's clock: auto (by cross-correlation), none (it is the recording's), or seconds to "
+      "add to it (default: auto, and none for tables that count frames)");
   command
       ->add_option(
           "--signal", options->request.signal,
@@ -113,7 +111,9 @@ void add_calibrate_shear(CLI::App& group, Common& common, Command& chosen) {
   command->add_option("--rate", options->rate_Hz, "Frames a second of images, which know no time themselves")
       ->check(CLI::PositiveNumber);
   command->add_option("--plots", options->plots, "Folder for the plot (default: beside --out)");
-  command->add_option("--out", common.out, "Sensor file to write")->required();
+  command->add_option("--out", common.out, "Sensor file to write")
+      ->required()
+      ->option_text("FILE (required)");
   add_common(
       *command, common,
       "  palpate calibrate shear out/pull --gauge gauge.csv --out pad_calibrated.json\n"

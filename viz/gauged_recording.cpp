@@ -57,7 +57,16 @@ TimeAlignment align(const GaugedRecording& recording, const Gauge& gauge) {
 }
 
 void take_gauge(const GaugeRequest& request, GaugedRecording& recording) {
-  const Gauge gauge = read_gauge(request.gauge, request.columns);
+  Gauge gauge = read_gauge(request.gauge, request.columns);
+  if (gauge.by_frame() && request.alignment.kind != Alignment::Kind::None && request.alignment.asked) {
+    // A gauge that is read late counts the right frames and is late all the same.
+    const GaugedFrame& last = recording.frames.back();
+    if (!(last.time_s > 0) || last.touch.sequence == 0)
+      throw Error(Failure::Input, "times of the frames of '" + recording.input + "', for --align",
+                  "images, which know none", "--rate HZ, or --align none");
+    const double step_s = last.time_s / static_cast<double>(last.touch.sequence);
+    for (const uint64_t frame : gauge.frames) gauge.time_s.push_back(static_cast<double>(frame) * step_s);
+  }
   if (const std::string gaps = describe_gaps(gauge); !gaps.empty())
     recording.notes.push_back(gaps + ": frames there are left out");
   if (!gauge.by_frame()) {
@@ -69,9 +78,6 @@ void take_gauge(const GaugeRequest& request, GaugedRecording& recording) {
       recording.alignment = align(recording, gauge);
       recording.offset_s = recording.alignment->offset_s;
     }
-  } else if (request.alignment.kind == Alignment::Kind::Fixed) {
-    throw Error(Failure::Usage, "a gauge table with times for --align SECONDS",
-                "one that counts frames: " + gauge.file, "without --align");
   }
   size_t without = 0;
   for (GaugedFrame& f : recording.frames) {
@@ -98,14 +104,15 @@ void take_gauge(const GaugeRequest& request, GaugedRecording& recording) {
 }  // namespace
 
 Alignment parse_alignment(const std::string& text) {
-  if (text == "auto") return {Alignment::Kind::Auto, 0};
-  if (text == "none") return {Alignment::Kind::None, 0};
+  if (text.empty()) return {};
+  if (text == "auto") return {Alignment::Kind::Auto, 0, true};
+  if (text == "none") return {Alignment::Kind::None, 0, true};
   double seconds = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
   if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(seconds))
     throw Error(Failure::Usage, "--align auto, none or seconds to add to the gauge's times", "'" + text + "'",
                 "--align auto");
-  return {Alignment::Kind::Fixed, seconds};
+  return {Alignment::Kind::Fixed, seconds, true};
 }
 
 GaugedRecording measure_beside_gauge(gpu::Context& context, const Common& common, const MeasuredInput& input,

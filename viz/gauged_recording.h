@@ -18,8 +18,9 @@ namespace palpate {
 struct Alignment {
   enum class Kind { Auto, None, Fixed } kind = Kind::Auto;
   double offset_s = 0;  ///< Kind::Fixed: added to the gauge's times
+  bool asked = false;   ///< otherwise a table that counts frames is taken as it is
 };
-/// "auto", "none" or seconds. Throws Error(Failure::Usage).
+/// "auto", "none" or seconds; empty: auto for tables with times. Throws Error(Failure::Usage).
 Alignment parse_alignment(const std::string& text);
 
 struct GaugedFrame {

@@ -7,6 +7,7 @@ void History::add(const Touch& touch) {
   Sample s;
   s.time_s = 1e-9 * static_cast<double>(touch.time_ns);
   s.contact = touch.contact;
+  s.several = touch.contacts.size() > 1;
   s.force_N = touch.force_N;
   s.shear_x_N = touch.shear_x_N;
   s.shear_y_N = touch.shear_y_N;

@@ -13,7 +13,8 @@ namespace palpate::viz {
 struct Sample {
   double time_s = 0;
   bool contact = false;
-  bool gap = false;  ///< does not continue the sample before
+  bool several = false;  ///< more than one contact: the force is the sum of theirs
+  bool gap = false;      ///< does not continue the sample before
   Estimate force_N, shear_x_N, shear_y_N;
   double gray_sum = 0;  ///< gray levels
   bool has_depth = false;

@@ -48,9 +48,10 @@ struct ProcessSummary {
   uint64_t frames = 0;
   uint64_t contacts = 0;  ///< onsets: frames that touch after one that does not
   uint64_t contact_frames = 0;
-  uint64_t most_contacts = 0;    ///< told apart in one frame (Output::Contacts)
-  uint32_t contact_ids = 0;      ///< given out in the frames counted
-  uint64_t overflow_frames = 0;  ///< with more regions than there was room for: their contacts are not counted
+  uint64_t most_contacts = 0;  ///< told apart in one frame (Output::Contacts)
+  uint32_t contact_ids = 0;    ///< given out in the frames counted
+  uint64_t overflow_frames =
+      0;  ///< with more regions than there was room for: their contacts are not counted
   uint64_t saturated_frames = 0;  ///< with at least one saturated pixel
   uint64_t slip_frames = 0;
   std::map<std::string, uint64_t> force_states;  ///< frames in each state of the force
@@ -75,10 +76,10 @@ uint64_t run_recording(Source& source, Pipeline& pipeline, uint64_t limit,
                        const std::function<void(const Result&, const Frame&)>& on_result,
                        uint64_t end = UINT64_MAX);
 
-/// Processes `request.input` with `sensor` into folder `out`: measurements.csv and contacts.csv row by row, depth/, pictures/,
-/// recording.mp4, images/ with the sensor.json and background.png that measure them again, and at the end
-/// summary.json. A damaged recording keeps the rows before the damage, writes a
-/// summary that says so, and throws.
+/// Processes `request.input` with `sensor` into folder `out`: measurements.csv and contacts.csv row by row,
+/// depth/, pictures/, recording.mp4, images/ with the sensor.json and background.png that measure them again,
+/// and at the end summary.json. A damaged recording keeps the rows before the damage, writes a summary that
+/// says so, and throws.
 ProcessSummary process_recording(gpu::Context& context, const Common& common, const Sensor& sensor,
                                  const ProcessRequest& request, const std::filesystem::path& out);
 

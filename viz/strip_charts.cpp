@@ -253,8 +253,9 @@ void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& hi
           ends.take(force(s).value - 2 * force(s).standard_error);
           ends.take(force(s).value + 2 * force(s).standard_error);
         }
-      // The limits come into sight when the force comes near them.
-      if (ends.most > 0.6 * (range.most_N - zero_N)) ends.take(1.02 * (range.most_N - zero_N));
+      // The limits, of one contact, come into sight when its force comes near them.
+      const bool limits = samples.empty() || !samples.back().several;
+      if (limits && ends.most > 0.6 * (range.most_N - zero_N)) ends.take(1.02 * (range.most_N - zero_N));
       const double step = ends.round(0.02, ticks);
       chart.set_range(ends.least, ends.most);
       chart.paper(step);
@@ -275,8 +276,9 @@ void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& hi
             return s.force_N.validity != Validity::NotCalibrated;
           },
           kForce, Stroke::Solid);
-      chart.level(range.most_N - zero_N, kLimit, text("calibrated to %.3g N", range.most_N - zero_N));
-      if (range.least_N - zero_N > 0.03 * ends.most)
+      if (limits)
+        chart.level(range.most_N - zero_N, kLimit, text("calibrated to %.3g N", range.most_N - zero_N));
+      if (limits && range.least_N - zero_N > 0.03 * ends.most)
         chart.level(range.least_N - zero_N, kLimit, text("from %.3g N", range.least_N - zero_N));
       chart.unclip();
       chart.title(text("force [N]%s, band: 95 %%", zeroed), kForce);

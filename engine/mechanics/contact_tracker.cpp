@@ -45,7 +45,7 @@ void ContactTracker::interrupt() {
   interrupted_ = true;
 }
 
-void ContactTracker::update(Touch& touch) {
+void ContactTracker::update(Touch& touch, std::span<const float> skin_sd_px) {
   std::vector<ContactTouch> regions = std::exchange(touch.contacts, {});
   choose(touch, regions);
   const std::vector<uint32_t> track_of = match(regions);
@@ -58,12 +58,16 @@ void ContactTracker::update(Touch& touch) {
         continue;
       }
       at = static_cast<uint32_t>(tracks_.size());
-      tracks_.push_back(
-          {.last = {}, .missed = 1, .force = {}, .shear = ShearTracker(sensor_.pitch_mm_per_px)});
+      tracks_.push_back({.last = {},
+                         .missed = 1,
+                         .force = {},
+                         .shear = ShearTracker(sensor_.pitch_mm_per_px),
+                         .skin = SkinTracker(sensor_.pitch_mm_per_px)});
       tracks_.back().last.id = ++last_id_;
       if (interrupted_) {
         tracks_.back().force.interrupt();
         tracks_.back().shear.interrupt();
+        tracks_.back().skin.interrupt();
       }
     }
     Track& track = tracks_[at];
@@ -71,12 +75,25 @@ void ContactTracker::update(Touch& touch) {
     regions[i].frames = track.last.frames + track.missed;
     track.last = std::move(regions[i]);
     track.missed = 0;
-    measure(track);
+    measure(track, touch, skin_sd_px);
   }
   interrupted_ = false;
   std::erase_if(tracks_, [](const Track& track) { return track.missed > kHeldFrames; });
   for (const Track& track : tracks_)
     if (track.missed == 0) touch.contacts.push_back(track.last);
+  if (touch.has_skin && !touch.contacts.empty()) {
+    SkinMotion whole;
+    const Estimate unknown{0, 0, Validity::NoContact};
+    whole.shift_x_mm = whole.shift_y_mm = whole.torsion_rad = whole.stick_share = unknown;
+    if (touch.contacts.size() == 1)
+      whole = std::ranges::find(tracks_, 0u, &Track::missed)->motion;
+    else
+      for (const Track& track : tracks_)
+        if (track.missed == 0) whole.touching += track.motion.touching;
+    whole.points = touch.skin.points;
+    whole.lost = touch.skin.lost;
+    touch.skin = whole;
+  }
   add_up(touch);
 }
 
@@ -119,7 +136,7 @@ std::vector<uint32_t> ContactTracker::match(const std::vector<ContactTouch>& reg
   return track_of;
 }
 
-void ContactTracker::measure(Track& track) const {
+void ContactTracker::measure(Track& track, const Touch& touch, std::span<const float> skin_sd_px) const {
   ContactTouch& c = track.last;
   c.force_N = sensor_.force ? track.force.update(*sensor_.force, force_reading(c)) : Estimate{};
   // The one contact of a touch is all that ShearTracker knows.
@@ -129,6 +146,13 @@ void ContactTracker::measure(Track& track) const {
   alone.centroid_y_px = c.centroid_y_px;
   alone.at_border = c.at_border;
   alone.force_N = c.force_N;
+  if (touch.has_skin) {
+    const double per_px = 1 / sensor_.pitch_mm_per_px;
+    const ContactOutline outline{c.centroid_x_px, c.centroid_y_px, c.ellipse.major_mm * per_px,
+                                 c.ellipse.minor_mm * per_px, c.ellipse.angle_rad};
+    alone.has_skin = true;
+    alone.skin = track.motion = track.skin.update(&outline, touch.skin_points, skin_sd_px);
+  }
   track.shear.update(sensor_.shear ? &*sensor_.shear : nullptr, alone);
   c.shear_x_N = alone.shear_x_N;
   c.shear_y_N = alone.shear_y_N;
@@ -158,7 +182,7 @@ void ContactTracker::add_up(Touch& touch) const {
     sum.standard_error = std::hypot(std::sqrt(scatter), common_N);
     touch.force_N = sum;
   }
-  if (!sensor_.shear || sensor_.shear->signal != ShearSignal::Centroid) return;
+  if (!sensor_.shear) return;
   Estimate x{0, 0, Validity::Valid}, y = x;
   Slip slip = Slip::Stick;
   const auto add = [](Estimate& sum, const Estimate& more) {

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/mechanics/force.h"
 #include "engine/mechanics/shear.h"
+#include "engine/mechanics/skin.h"
 #include "engine/sensor.h"
 #include "engine/touch.h"
 
@@ -31,10 +33,11 @@ class ContactTracker {
 
   /// Frames in order. In: touch.contacts are the frame's regions with their shapes, in a fixed order. Out:
   /// the contacts, with ids, forces and shears, and small_regions. Where there are several contacts the force
-  /// of `touch` becomes the sum of theirs, where there is one or more and the shear is by the centroid, the
-  /// shear as well: no contact that comes or goes then looks like a motion. Forces of an indented volume are
-  /// the whole touch's only.
-  void update(Touch& touch);
+  /// of `touch` becomes the sum of theirs, where there is one or more the shear as well: no contact that
+  /// comes or goes then looks like a motion. Where the skin is followed (`skin_sd_px`: of each of its points)
+  /// each contact has its own part of it; Touch::skin is that of the one contact, and of several has counts
+  /// only. Forces of an indented volume are the whole touch's only.
+  void update(Touch& touch, std::span<const float> skin_sd_px = {});
 
  private:
   struct Track {
@@ -42,10 +45,12 @@ class ContactTracker {
     uint32_t missed = 0;  ///< frames since `last`
     ForceHistory force;
     ShearTracker shear;
+    SkinTracker skin;
+    SkinMotion motion = {};  ///< in `last`
   };
   void choose(Touch& touch, std::vector<ContactTouch>& regions) const;
   std::vector<uint32_t> match(const std::vector<ContactTouch>& regions) const;
-  void measure(Track& track) const;
+  void measure(Track& track, const Touch& touch, std::span<const float> skin_sd_px) const;
   void add_up(Touch& touch) const;
 
   Sensor sensor_;

@@ -16,7 +16,8 @@ namespace palpate {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr size_t kFewestPresses = 4;  // whose means tell a drift
+constexpr size_t kFewestPresses = 3;  // more than recordings: their means tell a drift
+constexpr double kAlike = 0.03;       // of the least error: less of a difference is none
 
 constexpr std::array kSignals{ForceSignal::GraySum, ForceSignal::Area, ForceSignal::Volume};
 constexpr std::array kModels{ForceModel::Line, ForceModel::Power, ForceModel::Spline};
@@ -89,8 +90,8 @@ BranchLine line_of(const CurveFit& fit, ForceModel model, const ForceTrack& trac
   return line;
 }
 
-/// Residual's change with time, each recording about its own mean; from the presses' means where there are
-/// enough, since frames of one press err alike.
+/// Residual's change with time, each recording about its own mean; from the presses' means where each
+/// recording has enough of them, since frames of one press err alike.
 void find_drift(std::span<const ForceSample> samples, std::span<const double> residual_N,
                 ForceChoice& choice) {
   struct Sum {
@@ -106,8 +107,9 @@ void find_drift(std::span<const ForceSample> samples, std::span<const double> re
       sum->residual_N += residual_N[i];
     }
   }
-  const auto& points = presses.size() >= kFewestPresses ? presses : frames;
   std::map<uint32_t, Sum> means;
+  for (const auto& [key, p] : presses) means[key.first];
+  const auto& points = presses.size() >= means.size() + kFewestPresses ? presses : frames;
   for (const auto& [key, p] : points) {
     Sum& mean = means[key.first];
     mean.count += 1;
@@ -226,7 +228,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   ForceChoice choice;
   const HoldOut held = hold_out(samples);
   choice.blocks = held.blocks;
-  choice.blocks_are_presses = held.are_presses;
+  choice.blocks_are = held.blocks_are;
   const std::vector<size_t>& block = held.block;
   std::vector<std::vector<double>> errors;
   std::optional<size_t> best;
@@ -271,7 +273,8 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
     score.worse_N = sum / n;
     score.worse_sd_N =
         std::sqrt(std::max(squares / n - score.worse_N * score.worse_N, 0.0) / std::max(n - 1, 1.0));
-    if (chosen == choice.scores.size() && score.worse_N <= score.worse_sd_N) chosen = k;
+    if (chosen == choice.scores.size() && score.worse_N <= std::max(score.worse_sd_N, kAlike * best_N))
+      chosen = k;
   }
   if (chosen == choice.scores.size()) chosen = *best;
   choice.chosen = choice.scores[chosen];

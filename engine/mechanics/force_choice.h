@@ -35,7 +35,7 @@ struct ForceChoice {
   CandidateScore chosen;
   std::vector<CandidateScore> scores;  ///< simplest first
   size_t blocks = 0;                   ///< that were held out one after the other
-  bool blocks_are_presses = false;     ///< false: stretches of time of too few presses
+  const char* blocks_are = "";         ///< "recordings", "presses" or "stretches of time"
 
   size_t readings = 0;        ///< used by the fit
   double residual_rms_N = 0;  ///< of the calibration on them
@@ -57,9 +57,9 @@ struct ForceChoice {
 
 /// Marks outliers in `samples` (readings further than six robust scatters from a flexible curve of every
 /// signal), tries each candidate on blocks held out, and takes the simplest that is not worse than the best
-/// by more than a standard error. Order of simplicity: gray sum, area, volume for equal curves; line, power,
-/// spline; together, apart. Throws Error(Failure::Input) where too few readings are left, with what left them
-/// out, or where the fixed signal is not there.
+/// by more than a standard error (or 3 % of its error). Order of simplicity: line, power, spline; together,
+/// apart; gray sum, area, volume. Throws Error(Failure::Input) where too few readings are left, with what
+/// left them out, or where the fixed signal is not there.
 ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOptions& options);
 
 }  // namespace palpate

@@ -10,12 +10,13 @@
 namespace palpate {
 namespace {
 
-constexpr double kOnBranch = 0.1;      // an unloading share closer to 0 or 1 than this counts as on a branch
+constexpr double kOnBranch = 0.1;     // an unloading share closer to 0 or 1 than this counts as on a branch
 constexpr size_t kLeastOnBranch = 7;  // readings
 constexpr double kOutlier_sd = 6;
 constexpr double kLeastScatter = 0.004;  // share of full scale below which nothing is an outlier
 constexpr double kMostOutliers = 0.1;    // more are no outliers but a curve that does not fit
-constexpr size_t kFewestPresses = 4;     // as blocks of their own
+constexpr size_t kFewestRecordings = 3;  // as blocks of their own
+constexpr size_t kFewestPresses = 4;     // the same
 constexpr size_t kMostBlocks = 10;
 constexpr size_t kStretches = 8;  // of time, where there are few presses
 
@@ -113,26 +114,33 @@ ForceCurves fit_curves(ForceModel model, bool branches, const ForceTrack& track,
 
 HoldOut hold_out(std::span<const ForceSample> samples) {
   HoldOut h;
-  std::map<uint32_t, size_t> readings;
-  for (const ForceSample& s : samples)
-    if (is_used(s)) ++readings[s.press];
-  h.are_presses = readings.size() >= kFewestPresses;
   h.block.resize(samples.size());
-  if (h.are_presses) {
-    h.blocks = std::min(readings.size(), kMostBlocks);
+  std::map<uint32_t, size_t> in_press, in_recording;
+  for (const ForceSample& s : samples)
+    if (is_used(s)) {
+      ++in_press[s.press];
+      ++in_recording[s.recording];
+    }
+  const bool by_recording = in_recording.size() >= kFewestRecordings;
+  if (by_recording || in_press.size() >= kFewestPresses) {
+    const std::map<uint32_t, size_t>& groups = by_recording ? in_recording : in_press;
+    h.blocks_are = by_recording ? "recordings" : "presses";
+    h.blocks = std::min(groups.size(), kMostBlocks);
     std::map<uint32_t, size_t> number;
-    for (const auto& [press, count] : readings) number.emplace(press, number.size());
+    for (const auto& [group, count] : groups) number.emplace(group, number.size());
     for (size_t i = 0; i < samples.size(); ++i)
-      if (is_used(samples[i])) h.block[i] = number[samples[i].press] * h.blocks / readings.size();
+      if (is_used(samples[i]))
+        h.block[i] =
+            number[by_recording ? samples[i].recording : samples[i].press] * h.blocks / groups.size();
     return h;
   }
-  h.blocks = 0;
+  h.blocks_are = "stretches of time";
   std::map<uint32_t, size_t> seen, first;
   for (size_t i = 0; i < samples.size(); ++i) {
     const ForceSample& s = samples[i];
     if (!is_used(s)) continue;
     if (first.emplace(s.press, h.blocks).second) h.blocks += kStretches;
-    h.block[i] = first[s.press] + seen[s.press]++ * kStretches / readings[s.press];
+    h.block[i] = first[s.press] + seen[s.press]++ * kStretches / in_press[s.press];
   }
   return h;
 }

@@ -64,11 +64,12 @@ struct ForceCurves {
 ForceCurves fit_curves(ForceModel model, bool branches, const ForceTrack& track,
                        std::span<const ForceSample> samples, const std::function<bool(size_t)>& counts);
 
-/// Presses that are held out together, or where there are fewer than four of them stretches of their time.
+/// What is held out together: recordings where there are three or more (of several objects, each is then
+/// judged by the others), else presses, or with fewer than four of them stretches of their time.
 struct HoldOut {
   std::vector<size_t> block;  ///< of each sample
   size_t blocks = 0;
-  bool are_presses = false;
+  const char* blocks_are = "";  ///< for people
 };
 HoldOut hold_out(std::span<const ForceSample> samples);
 

@@ -5,8 +5,11 @@
 
 namespace palpate {
 namespace {
+// Of a force by the skin: how far Cattaneo's shape and a window's mean are right.
+constexpr double kSkinModelError = 0.02;
+constexpr double kLeastLoad = 0.7;          // of the friction limit, for a slide
 constexpr double kCentroidError_px = 0.05;  // one sigma; the synthetic sensor's tests hold twice that
-}
+}  // namespace
 
 void ShearTracker::interrupt() {
   in_contact_ = false;
@@ -36,7 +39,8 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   }
   touch.shift_x_mm = x_mm - onset_x_mm_;
   touch.shift_y_mm = y_mm - onset_y_mm_;
-  const std::optional<Slip> told = touch.has_skin ? slip_watch_.update(x_mm, y_mm, touch.skin) : std::nullopt;
+  std::optional<Slip> told;
+  if (touch.has_skin) told = slip_watch_.update(x_mm, y_mm, touch.skin);
   if (!calibration) {
     if (touch.has_skin) touch.slip = told_ = told.value_or(told_);
     return;
@@ -71,6 +75,10 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
     anchor_y_mm_ = y_mm - fy / c.ky_N_per_mm;
     anchor_at_border_ = touch.at_border;
   }
+  // Nothing slides far below the limit: there it is the outline that changes, as where a contact lifts.
+  if (told == Slip::Slip && !no_limit && !at_limit && by_skin &&
+      size < kLeastLoad * c.friction * std::max(touch.force_N.value, 0.0))
+    told.emplace(Slip::Stick);
   // Until enough points lie under it a contact is taken to stick, and what lifts stays what it was.
   if (touch.has_skin) touch.slip = told_ = told.value_or(told_);
   const double position_error_mm = kCentroidError_px * pitch_mm_per_px_;
@@ -83,8 +91,8 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   if (onset_unseen_ && validity == Validity::Valid) validity = Validity::OnsetUnseen;
   const auto estimate = [&](double force, double stiffness, const Estimate& skin) {
     const double shift_error_mm = by_skin ? skin.standard_error : position_error_mm;
-    return Estimate{force, std::hypot(c.relative_sd * force, stiffness * shift_error_mm, limit_error),
-                    validity};
+    const double relative = by_skin ? std::hypot(c.relative_sd, kSkinModelError) : c.relative_sd;
+    return Estimate{force, std::hypot(relative * force, stiffness * shift_error_mm, limit_error), validity};
   };
   touch.shear_x_N = estimate(fx, c.kx_N_per_mm, touch.skin.shift_x_mm);
   touch.shear_y_N = estimate(fy, c.ky_N_per_mm, touch.skin.shift_y_mm);

@@ -19,6 +19,9 @@ constexpr double kLeastShare = 0.1;       // of the other direction's force: les
 constexpr double kLeastShift_noise = 10;  // times the shift's noise
 constexpr double kBehind = 0.08;          // share of the largest force by which K u may miss while it sticks
 constexpr double kBehind_sd = 4;          // and so many robust scatters
+constexpr double kBehindAtMost = 0.15;    // the same, whatever the scatter: a slide is no scatter
+constexpr double kAtLimit = 0.9;          // of the force that it slips at
+constexpr double kLeastRSquared = 0.8;    // of K u: less is no spring
 constexpr int kForGood = 3;               // frames in a row
 constexpr double kPlateau = 0.93;         // of the upper tenth's ratio: still the plateau
 constexpr size_t kStretches = 8;
@@ -76,23 +79,38 @@ void check_pulled(std::span<const ShearSample> samples, double noise_mm) {
   }
 }
 
+/// What each contact's first pull says, before it can have slipped: from its onset until it is pulled by half
+/// as much as ever. Later shifts may be slides of any length.
+std::array<double, 2> first_stiffness(std::span<const ShearSample> samples) {
+  std::vector<bool> first(samples.size());
+  for (size_t i = 0; i < samples.size();) {
+    size_t end = i;
+    double largest_N = 0;
+    for (; end < samples.size() && samples[end].contact == samples[i].contact; ++end)
+      largest_N = std::max(largest_N, std::hypot(samples[end].fx_N, samples[end].fy_N));
+    for (size_t j = i; j < end && std::hypot(samples[j].fx_N, samples[j].fy_N) < 0.5 * largest_N; ++j)
+      first[j] = true;
+    i = end;
+  }
+  const auto counts = [&](size_t i) { return bool{first[i]}; };
+  std::array<double, 2> k{through_origin(samples, kAxes[0], counts),
+                          through_origin(samples, kAxes[1], counts)};
+  // A direction that no first pull has moved in is taken as stiff as the other until the frames that stick
+  // tell its own.
+  std::array<double, 2> shift_mm{};
+  for (const size_t a : {0, 1})
+    for (size_t i = 0; i < samples.size(); ++i)
+      if (first[i]) shift_mm[a] = std::max(shift_mm[a], std::abs(samples[i].*kAxes[a].u));
+  for (const size_t a : {0, 1})
+    if (shift_mm[a] < 0.1 * shift_mm[1 - a]) k[a] = k[1 - a];
+  return k;
+}
+
 /// Frames from a contact's first lasting departure on do not stick.
 void find_sticking(std::vector<ShearSample>& samples) {
   double largest_N = 0;
   for (const ShearSample& s : samples) largest_N = std::max(largest_N, std::hypot(s.fx_N, s.fy_N));
-  // To begin with, what is pulled by less than half as much as ever; then what the last round kept.
-  std::array<double, 2> k{};
-  for (const size_t a : {0, 1}) {
-    std::vector<double> ratios;
-    double shift_max_mm = 0;
-    for (const ShearSample& s : samples) shift_max_mm = std::max(shift_max_mm, std::abs(s.*kAxes[a].u));
-    for (const ShearSample& s : samples) {
-      const double u = s.*kAxes[a].u;
-      if (std::abs(u) > 0.1 * shift_max_mm && std::hypot(s.fx_N, s.fy_N) < 0.5 * largest_N)
-        ratios.push_back(s.*kAxes[a].f / u);
-    }
-    k[a] = median(ratios);
-  }
+  std::array<double, 2> k = first_stiffness(samples);
   for (int round = 0; round < 6; ++round) {
     std::vector<double> off(samples.size()), kept;
     for (size_t i = 0; i < samples.size(); ++i) {
@@ -100,7 +118,8 @@ void find_sticking(std::vector<ShearSample>& samples) {
       off[i] = std::hypot(s.fx_N - k[0] * s.ux_mm, s.fy_N - k[1] * s.uy_mm);
       if (round == 0 || s.phase == Phase::Sticks) kept.push_back(off[i]);
     }
-    const double allowed_N = std::max(kBehind * largest_N, kBehind_sd * median(kept));
+    const double allowed_N =
+        std::clamp(kBehind_sd * median(kept), kBehind * largest_N, kBehindAtMost * largest_N);
     bool changed = false;
     for (size_t i = 0; i < samples.size();) {
       size_t end = i, row = 0, departed = samples.size();
@@ -108,6 +127,12 @@ void find_sticking(std::vector<ShearSample>& samples) {
         row = off[end] > allowed_N ? row + 1 : 0;
         if (row == kForGood && departed == samples.size()) departed = end + 1 - kForGood;
       }
+      // The departure is seen late: just before it the force is at its limit already.
+      const auto pull_N = [&](size_t j) { return std::hypot(samples[j].fx_N, samples[j].fy_N); };
+      if (departed < end)
+        for (const double limit_N = pull_N(departed);
+             departed > i && pull_N(departed - 1) > kAtLimit * limit_N;)
+          --departed;
       for (size_t j = i; j < end; ++j) {
         const Phase phase = j >= departed ? Phase::Departs : Phase::Sticks;
         changed |= phase != samples[j].phase;
@@ -203,6 +228,11 @@ ShearFit fit_shear(std::vector<ShearSample>& samples, double noise_mm) {
   for (const size_t a : {0, 1}) {
     Stiffness& s = a ? fit.y : fit.x;
     s = stiffness_of(samples, kAxes[a]);
+    if (s.readings >= kLeastReadings && s.shift_max_mm < kLeastShift_noise * noise_mm)
+      throw Error(Failure::Input,
+                  "a contact that is pulled along " + std::string(kAxes[a].name) + " while it sticks",
+                  "at most " + number(s.shift_max_mm) + " mm there before it slips",
+                  "a recording in which it is pulled that way too, with more normal force");
     if (s.readings < kLeastReadings || !(s.k_N_per_mm > 0))
       throw Error(Failure::Input,
                   "a contact that sticks and follows the pull along " + std::string(kAxes[a].name),
@@ -210,11 +240,13 @@ ShearFit fit_shear(std::vector<ShearSample>& samples, double noise_mm) {
                                               : "a shift against the force",
                   s.readings < kLeastReadings ? "a slower pull, or more normal force"
                                               : "the gauge's signs: x to the right and y down in the image");
-    if (s.shift_max_mm < kLeastShift_noise * noise_mm)
-      throw Error(Failure::Input,
-                  "a contact that is pulled along " + std::string(kAxes[a].name) + " while it sticks",
-                  "at most " + number(s.shift_max_mm) + " mm there before it slips",
-                  "a recording in which it is pulled that way too, with more normal force");
+    if (s.r_squared < kLeastRSquared)
+      throw Error(
+          Failure::Input,
+          "a shift that follows the pull along " + std::string(kAxes[a].name) + " (R^2 of " +
+              number(kLeastRSquared) + " or more)",
+          "R^2 " + number(s.r_squared) + " over " + std::to_string(s.readings) + " frames that seem to stick",
+          "checking that gauge and recording belong together and run on one clock, or a slower pull");
   }
   find_friction(samples, fit);
   return fit;

@@ -13,7 +13,7 @@ namespace {
 constexpr int kShares = 21;              // stick shares that are tried, 0 to 1
 constexpr double kPointFloor_px = 0.03;  // no point is better than this: pattern and light differ a little
 constexpr double kFitFloor_px = 0.02;
-constexpr double kModelError = 0.02;  // relative: Cattaneo's shape, and a window's mean for its middle
+constexpr double kModelError = 0.02;  // of a turn: a window's mean stands for its middle
 constexpr double kShareTold = 0.2;    // standard error of a stick share that says anything (of 0.29 at most)
 
 // Displacement under the traction sqrt(a^2 - r^2), up to a factor.
@@ -163,10 +163,9 @@ SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const Sk
   mean /= weights;
   const Eigen::Vector3d variance = (square / weights - mean.cwiseAbs2()).cwiseMax(0);
   const Validity validity = onset_unseen_ ? Validity::OnsetUnseen : Validity::Valid;
-  const double size_px = std::hypot(mean[0], mean[1]);
   const auto length = [&](int k) {
-    const double error_px = std::hypot(std::sqrt(variance[k]), kFitFloor_px, kModelError * size_px);
-    return Estimate{mean[k] * pitch_mm_per_px_, error_px * pitch_mm_per_px_, validity};
+    return Estimate{mean[k] * pitch_mm_per_px_,
+                    std::hypot(std::sqrt(variance[k]), kFitFloor_px) * pitch_mm_per_px_, validity};
   };
   motion.shift_x_mm = length(0);
   motion.shift_y_mm = length(1);

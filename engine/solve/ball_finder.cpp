@@ -23,6 +23,7 @@ constexpr double kLeastExplained = 0.75;  // of the change in the window
 constexpr double kSecondContact = 0.25;   // change outside over the ball's own, both summed squares
 constexpr double kLargestContact = 0.98;  // contact over ball radius
 constexpr double kLeastRadius_px = 4;
+constexpr double kLeastSeen = 0.55;  // of the contact: neither masked nor black nor saturated
 
 double median_of(std::vector<double> v) {
   if (v.empty()) return 0;
@@ -273,6 +274,30 @@ std::string circle_refusal(const FoundBall& ball, const FrameFormat& format, con
   return {};
 }
 
+/// Why too little of a contact can be used; empty: enough can.
+std::string coverage_refusal(const FoundBall& ball, const Frame& frame, const Frame& background,
+                             std::span<const uint8_t> mask) {
+  const FrameFormat& f = frame.format;
+  double inside = 0, masked = 0, extreme = 0;
+  for (uint32_t y = 0; y < f.height; ++y)
+    for (uint32_t x = 0; x < f.width; ++x) {
+      if (std::hypot(x - ball.center_x_px, y - ball.center_y_px) >= ball.radius_px) continue;
+      inside += 1;
+      if (!mask.empty() && mask[size_t{y} * f.width + x]) {
+        masked += 1;
+        continue;
+      }
+      bool out = false;
+      for (uint32_t c = 0; c < f.channels; ++c)
+        for (const Frame* image : {&frame, &background})
+          out = out || image->at(c, x, y) == 0 || image->at(c, x, y) >= f.max_gray();
+      extreme += out;
+    }
+  if (inside - masked - extreme >= kLeastSeen * inside) return {};
+  return percent(extreme / std::max(inside, 1.0)) + " of the contact is saturated or black, " +
+         percent(masked / std::max(inside, 1.0)) + " covered by markers";
+}
+
 }  // namespace
 
 FoundBall find_ball(const Frame& frame, const Frame& background, std::span<const uint8_t> mask,
@@ -324,7 +349,8 @@ FoundBall find_ball(const Frame& frame, const Frame& background, std::span<const
   ball.center_y_px = start[1];
   ball.radius_px = std::exp(start[2]);
   if (samples.size() < 60) {
-    ball.refusal = "too few pixels around the contact are neither masked nor saturated";
+    ball.refusal = coverage_refusal(ball, frame, background, mask);
+    if (ball.refusal.empty()) ball.refusal = "too few pixels change around it";
     return ball;
   }
 
@@ -353,6 +379,8 @@ FoundBall find_ball(const Frame& frame, const Frame& background, std::span<const
       if (size2 < level2) continue;
       (std::hypot(x - start[0], y - start[1]) < 1.8 * ball.radius_px ? inside2 : outside2) += size2;
     }
+  ball.refusal = coverage_refusal(ball, frame, background, mask);
+  if (!ball.refusal.empty()) return ball;
   if (outside2 > kSecondContact * inside2)
     ball.refusal = "something else is pressed too: " + percent(outside2 / (inside2 + outside2)) +
                    " of the change lies beside the ball";
@@ -491,6 +519,8 @@ FoundBall find_gray_ball(const Frame& frame, const Frame& background, std::span<
       const double v = sign * change.smooth[0][static_cast<size_t>(y) * f.width + static_cast<size_t>(x)];
       if (v > 2 * level) (std::hypot(x - cx, y - cy) < 1.3 * radius ? inside : outside) += v;
     }
+  ball.refusal = coverage_refusal(ball, frame, background, mask);
+  if (!ball.refusal.empty()) return ball;
   if (outside > 0.15 * inside)
     ball.refusal = "something else is pressed too: " + percent(outside / (inside + outside)) +
                    " of the change lies beside the ball";

@@ -26,7 +26,7 @@ void check(const LightImages& images) {
       throw Error(Failure::Input, "images of one size", "different ones", "images of one camera");
 }
 
-constexpr double kEven = 0.25;  // standard deviation of the smoothing, in widths
+constexpr double kEven = 0.2;  // standard deviation of the smoothing, in widths
 
 /// Running mean over `reach` values either way along a line, mirrored at its ends.
 void smooth_line(const std::vector<double>& in, int reach, std::vector<double>& out) {

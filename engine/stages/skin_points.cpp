@@ -72,16 +72,16 @@ std::vector<Peak> peaks(const std::vector<float>& contrast, int width, int heigh
   return kept;
 }
 
-// What stands between the dots is no dot, nor what is far weaker than the strong ones: strengths differ with the
-// light, but not by that much.
+// What stands between the dots is no dot, nor what is far weaker than the strong ones: strengths differ with
+// the light, but not by that much.
 size_t dots_among(const std::vector<Peak>& dots, const std::vector<Peak>& others) {
   if (dots.empty()) return 0;
   constexpr double kOverOthers = 1.5, kOfStrong = 0.25;
   const double strong = double{dots[dots.size() / 10].strength},
                other = others.empty() ? 0 : double{others[others.size() / 20].strength};
   const double least = std::max(kOfStrong * strong, kOverOthers * other);
-  return static_cast<size_t>(std::count_if(dots.begin(), dots.end(),
-                                           [&](const Peak& p) { return double{p.strength} >= least; }));
+  return static_cast<size_t>(
+      std::count_if(dots.begin(), dots.end(), [&](const Peak& p) { return double{p.strength} >= least; }));
 }
 
 std::vector<std::array<float, 2>> find_markers(const std::vector<float>& image, uint32_t width,

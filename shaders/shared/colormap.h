@@ -1,6 +1,6 @@
-// Perceptually uniform colour maps as polynomials of degree 6, read by GLSL and C++: viridis, cividis and magma,
-// largest error 4, 6 and 5 of 255. All three rise steadily in lightness, for colour-blind eyes as well; cividis
-// looks the same to most of them.
+// Perceptually uniform colour maps as polynomials of degree 6, read by GLSL and C++: viridis, cividis and
+// magma, largest error 4, 6 and 5 of 255. All three rise steadily in lightness, for colour-blind eyes as
+// well; cividis looks the same to most of them.
 #ifndef PALPATE_SHARED_COLORMAP_H
 #define PALPATE_SHARED_COLORMAP_H
 
@@ -38,9 +38,8 @@ PALPATE_INLINE float viridis_blue(float t) {
 }
 PALPATE_INLINE float cividis_red(float t) {
   return 0.001972f +
-         t * (-1.588428f +
-              t * (29.635596f +
-                   t * (-118.635230f + t * (214.996899f + t * (-181.076051f + t * 57.683244f)))));
+         t * (-1.588428f + t * (29.635596f + t * (-118.635230f +
+                                                  t * (214.996899f + t * (-181.076051f + t * 57.683244f)))));
 }
 PALPATE_INLINE float cividis_green(float t) {
   return 0.135782f +
@@ -70,7 +69,9 @@ PALPATE_INLINE float magma_blue(float t) {
 
 // `map`: one of PALPATE_MAP_...
 PALPATE_INLINE float map_red(int map, float t) {
-  return map == PALPATE_MAP_CIVIDIS ? cividis_red(t) : map == PALPATE_MAP_MAGMA ? magma_red(t) : viridis_red(t);
+  return map == PALPATE_MAP_CIVIDIS ? cividis_red(t)
+         : map == PALPATE_MAP_MAGMA ? magma_red(t)
+                                    : viridis_red(t);
 }
 PALPATE_INLINE float map_green(int map, float t) {
   return map == PALPATE_MAP_CIVIDIS ? cividis_green(t)

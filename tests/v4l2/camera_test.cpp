@@ -40,7 +40,8 @@ void watch_bars(const char* format, const Size& size, const Sensor& sensor, Row&
     ASSERT_TRUE(camera.next(frame));
     EXPECT_EQ(frame.sequence, uint64_t(i)) << format << size.text;
     EXPECT_TRUE(frame.exposed_ns > 0 && frame.exposed_ns <= frame.delivered_ns) << format << size.text;
-    EXPECT_NEAR(double(frame.time_ns), i * 1e9 / std::stod(size.rate), 0.5e9 / std::stod(size.rate))
+    // The driver's thread may wake late; a whole period would be another frame.
+    EXPECT_NEAR(double(frame.time_ns), i * 1e9 / std::stod(size.rate), 0.8e9 / std::stod(size.rate))
         << format << size.text;
     check(frame);
     ++row.frames;
