@@ -187,7 +187,9 @@ std::string describe(const ForceOutcome& o) {
       text += line("%-32s          -   not fitted: %.200s\n", name.c_str(), s.refused.c_str());
     else
       text += line("%-32s %10.4g   %.3g +- %.2g%s\n", name.c_str(), s.error_N, s.worse_N, s.worse_sd_N,
-                   chosen ? "   <- chosen: the simplest within a standard error" : "");
+                   chosen                         ? "   <- chosen: the simplest within a standard error"
+                   : !s.eligible && s.worse_N < 0 ? "   (only with --signal: see README)"
+                                                  : "");
   }
   text += "\n" + curve_text(f) + "\n";
   if (f.signal != ForceSignal::GraySum)
@@ -263,6 +265,7 @@ std::string to_json(const ForceOutcome& o, const std::string& sensor_file) {
       value["error_N"] = s.error_N;
       value["worse_N"] = s.worse_N;
       value["worse_sd_N"] = s.worse_sd_N;
+      value["eligible"] = s.eligible;
     } else {
       value["refused"] = s.refused;
     }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <set>
 #include <span>
 
 #include "engine/error.h"
@@ -44,6 +45,17 @@ std::vector<ForceCandidate> candidates_of(const ForceChoiceOptions& options, boo
         list.push_back({signal, model, branches});
       }
   return list;
+}
+
+/// Whether a signal may be taken unasked. How area and volume go with force depends on the object's shape:
+/// only recordings that are held out whole, of several objects or places, can speak for them.
+bool may_be_taken(ForceSignal signal, const ForceChoiceOptions& options,
+                  std::span<const ForceSample> samples) {
+  if (signal == ForceSignal::GraySum || options.signal) return true;
+  std::set<uint32_t> recordings;
+  for (const ForceSample& s : samples)
+    if (is_used(s)) recordings.insert(s.recording);
+  return recordings.size() >= kFewestRecordings;
 }
 
 /// Each used reading as a fit without its block says it. Throws where a block cannot be left out.
@@ -234,7 +246,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   std::optional<size_t> best;
   double best_N = 0;
   for (const ForceCandidate& c : candidates) {
-    CandidateScore score{c, kNaN, kNaN, kNaN, ""};
+    CandidateScore score{.candidate = c, .error_N = kNaN, .worse_N = kNaN, .worse_sd_N = kNaN, .refused = {}};
     errors.emplace_back();
     try {
       const ForceTrack track = track_of(c.signal, samples);
@@ -242,7 +254,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
           block_errors(held_out(c, track, samples, block, choice.blocks), samples, block, choice.blocks);
       score.error_N = std::accumulate(errors.back().begin(), errors.back().end(), 0.0) /
                       static_cast<double>(choice.blocks);
-      if (!best || score.error_N < best_N) {
+      if (may_be_taken(c.signal, options, samples) && (!best || score.error_N < best_N)) {
         best = choice.scores.size();
         best_N = score.error_N;
       }
@@ -273,7 +285,9 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
     score.worse_N = sum / n;
     score.worse_sd_N =
         std::sqrt(std::max(squares / n - score.worse_N * score.worse_N, 0.0) / std::max(n - 1, 1.0));
-    if (chosen == choice.scores.size() && score.worse_N <= std::max(score.worse_sd_N, kAlike * best_N))
+    score.eligible = may_be_taken(score.candidate.signal, options, samples);
+    if (score.eligible && chosen == choice.scores.size() &&
+        score.worse_N <= std::max(score.worse_sd_N, kAlike * best_N))
       chosen = k;
   }
   if (chosen == choice.scores.size()) chosen = *best;

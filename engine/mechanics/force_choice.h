@@ -19,8 +19,9 @@ struct ForceChoiceOptions {
 struct CandidateScore {
   ForceCandidate candidate;
   double error_N = 0;     ///< mean absolute, of readings held out
-  double worse_N = 0;     ///< than the best candidate's, mean over the blocks
+  double worse_N = 0;     ///< than the best eligible candidate's, mean over the blocks
   double worse_sd_N = 0;  ///< standard error of that
+  bool eligible = true;   ///< false: shown to compare only, see choose_force
   std::string refused;    ///< why it could not be fitted; empty: it was
 };
 
@@ -59,7 +60,9 @@ struct ForceChoice {
 /// signal), tries each candidate on blocks held out, and takes the simplest that is not worse than the best
 /// by more than a standard error (or 3 % of its error). Order of simplicity: line, power, spline; together,
 /// apart; gray sum, area, volume. Throws Error(Failure::Input) where too few readings are left, with what
-/// left them out, or where the fixed signal is not there.
+/// left them out, or where the fixed signal is not there. Area and volume are taken only
+/// where asked for, or where kFewestRecordings are held out one after the other: what goes with force in one
+/// recording may be its object's shape.
 ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOptions& options);
 
 }  // namespace palpate

@@ -15,7 +15,6 @@ constexpr size_t kLeastOnBranch = 7;  // readings
 constexpr double kOutlier_sd = 6;
 constexpr double kLeastScatter = 0.004;  // share of full scale below which nothing is an outlier
 constexpr double kMostOutliers = 0.1;    // more are no outliers but a curve that does not fit
-constexpr size_t kFewestRecordings = 3;  // as blocks of their own
 constexpr size_t kFewestPresses = 4;     // the same
 constexpr size_t kMostBlocks = 10;
 constexpr size_t kStretches = 8;  // of time, where there are few presses

@@ -64,6 +64,9 @@ struct ForceCurves {
 ForceCurves fit_curves(ForceModel model, bool branches, const ForceTrack& track,
                        std::span<const ForceSample> samples, const std::function<bool(size_t)>& counts);
 
+/// So many recordings or more are blocks of their own.
+inline constexpr size_t kFewestRecordings = 3;
+
 /// What is held out together: recordings where there are three or more (of several objects, each is then
 /// judged by the others), else presses, or with fewer than four of them stretches of their time.
 struct HoldOut {
