@@ -226,7 +226,7 @@ struct Camera::Impl {
     if (leasable && spare) {
       if (const size_t needed = needed_bytes(*setup.format, raw); raw.bytes.size() < needed)
         return std::to_string(raw.bytes.size()) + " bytes in place of " + std::to_string(needed);
-      if (const std::string what = too_bright(raw); !what.empty()) return what;
+      if (std::string what = too_bright(raw); !what.empty()) return what;
       frame.format = frame_format;
       frame.pages = stream->pages(filled.buffer);
       frame.leased = stream->lend(filled.buffer);

@@ -23,7 +23,8 @@ constexpr double kLeastExplained = 0.75;  // of the change in the window
 constexpr double kSecondContact = 0.25;   // change outside over the ball's own, both summed squares
 constexpr double kLargestContact = 0.98;  // contact over ball radius
 constexpr double kLeastRadius_px = 4;
-constexpr double kLeastSeen = 0.55;  // of the contact: neither masked nor black nor saturated
+constexpr double kLeastSeen =
+    0.3;  // of the contact: neither masked nor black nor saturated; dense dots hide half
 
 double median_of(std::vector<double> v) {
   if (v.empty()) return 0;
