@@ -23,8 +23,7 @@ constexpr double kLeastExplained = 0.75;  // of the change in the window
 constexpr double kSecondContact = 0.25;   // change outside over the ball's own, both summed squares
 constexpr double kLargestContact = 0.98;  // contact over ball radius
 constexpr double kLeastRadius_px = 4;
-constexpr double kLeastSeen =
-    0.3;  // of the contact: neither masked nor black nor saturated; dense dots hide half
+constexpr double kLeastSeen = 0.5;  // of the contact, neither masked nor black nor saturated: as a fit wants
 
 double median_of(std::vector<double> v) {
   if (v.empty()) return 0;
@@ -294,7 +293,8 @@ std::string coverage_refusal(const FoundBall& ball, const Frame& frame, const Fr
           out = out || image->at(c, x, y) == 0 || image->at(c, x, y) >= f.max_gray();
       extreme += out;
     }
-  if (inside - masked - extreme >= kLeastSeen * inside) return {};
+  const double disc_px = std::numbers::pi * ball.radius_px * ball.radius_px;
+  if (inside - masked - extreme >= kLeastSeen * disc_px) return {};
   return percent(extreme / std::max(inside, 1.0)) + " of the contact is saturated or black, " +
          percent(masked / std::max(inside, 1.0)) + " covered by markers";
 }
