@@ -1,6 +1,4 @@
 // palpate calibrate force: recordings beside a force gauge in, a sensor file with its force calibration out.
-#include <spdlog/spdlog.h>
-
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
@@ -15,39 +13,24 @@
 #include "viz/calibrate_force.h"
 #include "viz/command.h"
 #include "viz/command_calibrate.h"
+#include "viz/command_gauged.h"
 
 namespace palpate {
 namespace {
-
-namespace fs = std::filesystem;
 
 const std::map<std::string, ForceSignal> kSignalNames = {
     {"gray-sum", ForceSignal::GraySum}, {"area", ForceSignal::Area}, {"volume", ForceSignal::Volume}};
 const std::map<std::string, ForceModel> kModelNames = {
     {"line", ForceModel::Line}, {"power", ForceModel::Power}, {"spline", ForceModel::Spline}};
 
-struct Options {
-  std::vector<std::string> inputs, gauges, checks, check_gauges;
-  fs::path sensor, background, plots;
-  std::string align, branches = "auto";
-  double rate_Hz = 0;
+struct Options : GaugedOptions {
+  std::vector<std::string> checks, check_gauges;
+  std::string branches = "auto";
   bool keep_border = false;
   std::optional<ForceSignal> signal;
   std::optional<ForceModel> model;
   std::vector<double> images_N;
 };
-
-/// One gauge for each recording, "truth" for all of them.
-std::vector<std::string> paired(const std::vector<std::string>& inputs, std::vector<std::string> gauges,
-                                const char* option) {
-  if (gauges.size() == 1 && gauges.front() == "truth") gauges.resize(inputs.size(), "truth");
-  if (gauges.size() != inputs.size())
-    throw Error(
-        Failure::Usage, "one " + std::string(option) + " for each recording, in the same order",
-        std::to_string(inputs.size()) + " recordings and " + std::to_string(gauges.size()) + " gauge tables",
-        std::string(option) + " once more for each");
-  return gauges;
-}
 
 std::optional<bool> branches_of(const std::string& text) {
   if (text == "auto") return std::nullopt;
@@ -101,10 +84,7 @@ Report force(const Common& common, const Options& options) {
   const std::unique_ptr<gpu::Context> context = open_device(common);
   MeasuredInput first;
   const auto measure = [&](const std::string& input, const std::string& gauge) {
-    MeasuredInput found = find_input(common, input, options.sensor, options.background);
-    if (!has_scale(found.sensor))
-      throw Error(Failure::Sensor, "a sensor file to put the calibration in", "an uncalibrated camera",
-                  "--sensor FILE with at least \"pitch_mm_per_px\"");
+    MeasuredInput found = find_scaled_input(common, input, options);
     // A volume needs the surface; without it that work is saved.
     if (options.signal && options.signal != ForceSignal::Volume)
       found.outputs = static_cast<uint32_t>(Output::Force);
@@ -127,25 +107,13 @@ Report force(const Common& common, const Options& options) {
   Sensor sensor = options.sensor.empty() ? first.sensor : load_sensor(options.sensor);
   sensor.force = outcome.choice.calibration;
   save_sensor(sensor, common.out);
-  // Pictures and points lie beside the sensor file under its name.
-  const fs::path folder = options.plots.empty() ? common.out.parent_path() : options.plots;
-  if (!folder.empty()) make_output_folder(folder);
-  const std::string stem = (folder / common.out.stem()).string() + "_force";
+  const std::string stem = plot_stem(common, options, "_force");
   write_whole(stem + ".csv", std::string_view(samples_csv(outcome)));
   std::string written = "written: " + common.out.string() + ", " + stem + ".csv";
-  const auto draw = [&](const std::string& script, const std::string& file) {
-    const perf::Picture picture = perf::run_gnuplot(script);
-    if (picture.bytes.empty()) {
-      spdlog::warn("no plot {}: {}", file, picture.error);
-      return;
-    }
-    write_whole(file, std::string_view(picture.bytes));
-    written += ", " + file;
-  };
-  draw(plot_script(outcome, false), stem + ".png");
-  draw(plot_script(outcome, true), stem + ".svg");
+  draw_plot(plot_script(outcome, false), stem + ".png", written);
+  draw_plot(plot_script(outcome, true), stem + ".svg", written);
   if (!options.images_N.empty())
-    draw(write_images(first, outcome, options.images_N, stem), stem + "_images.png");
+    draw_plot(write_images(first, outcome, options.images_N, stem), stem + "_images.png", written);
   const int code = validation_clean(*context) ? 0 : kInternalError;
   return {describe(outcome) + "\n" + written, to_json(outcome, common.out.string()), code};
 }
@@ -156,21 +124,9 @@ void add_calibrate_force(CLI::App& group, Common& common, Command& chosen) {
   CLI::App* command =
       group.add_subcommand("force", "Signal to newtons, from recordings beside a force gauge");
   auto options = std::make_shared<Options>();
-  command->add_option("RECORDING", options->inputs, "Sessions, videos, folders of images, synthetic:SCENE")
-      ->required();
-  command
-      ->add_option("--gauge", options->gauges,
-                   "The gauge's table of each recording: CSV with time_s (or _ms, _us, _ns) or frame, and "
-                   "force_N (or _mN, _kN, _gf, _kgf, _lbf); 'truth' of a synthetic one")
-      ->required();
-  command->add_option("--sensor", options->sensor, "Sensor file to start from (sessions bring their own)");
-  command
-      ->add_option("--background", options->background, "Untouched image to use instead of the sensor file's")
-      ->check(CLI::ExistingFile);
-  command->add_option(
-      "--align", options->align,
-      "The gauge's clock: auto (by cross-correlation), none (it is the recording's), or seconds to "
-      "add to it (default: auto, and none for tables that count frames)");
+  add_gauged_options(
+      *command, *options, common,
+      "CSV with time_s (or _ms, _us, _ns) or frame, and force_N (or _mN, _kN, _gf, _kgf, _lbf)");
   command
       ->add_option("--signal", options->signal, "gray-sum, area or volume (default: as held-out presses say)")
       ->transform(CLI::CheckedTransformer(kSignalNames));
@@ -185,16 +141,10 @@ void add_calibrate_force(CLI::App& group, Common& common, Command& chosen) {
                     "Use contacts that reach the frame's border too (their forces say so when measured)");
   command->add_option("--check", options->checks, "Recordings to judge the result by; not used for the fit");
   command->add_option("--check-gauge", options->check_gauges, "Their gauge tables");
-  command->add_option("--rate", options->rate_Hz, "Frames a second of images, which know no time themselves")
-      ->check(CLI::PositiveNumber);
   command
       ->add_option("--images", options->images_N,
                    "Forces, N, whose frames are written and shown side by side with their gray sums")
       ->delimiter(',');
-  command->add_option("--plots", options->plots, "Folder for plot and points (default: beside --out)");
-  command->add_option("--out", common.out, "Sensor file to write")
-      ->required()
-      ->option_text("FILE (required)");
   add_common(
       *command, common,
       "  palpate calibrate force out/press --gauge gauge.csv --out pad_calibrated.json\n"
