@@ -8,8 +8,7 @@
 #include "engine/sensor.h"
 #include "engine/solve/lookup_fit.h"
 #include "viz/calibrate_origin.h"
-#include "viz/calibrate_presses.h"
-#include "viz/command.h"
+#include "viz/command_balls.h"
 #include "viz/command_calibrate.h"
 
 namespace palpate {
@@ -17,19 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
-  std::string input;
-  fs::path sensor;
-  fs::path balls;
-  fs::path background;
-  double ball_mm = 0;
-  uint64_t every = 0;
-};
-
-Report lookup(const Common& common, const Options& options) {
-  if (options.balls.empty() == (options.ball_mm == 0))
-    throw Error(Failure::Usage, "the ball's radius (--ball-mm) or a table of presses (--balls)",
-                options.balls.empty() ? "neither" : "both", "--ball-mm RADIUS");
+Report lookup(const Common& common, const BallOptions& options) {
+  check_ball_options(options);
   const Sensor original = load_sensor(options.sensor);
   if (original.channels != 1)
     throw Error(Failure::Sensor, "a gray sensor (\"channels\": 1) in " + options.sensor.string(),
@@ -38,23 +26,9 @@ Report lookup(const Common& common, const Options& options) {
   if (original.filter == Filter::None)
     throw Error(Failure::Sensor, "contact.filter 'binomial5' for a reading of one gray image", "'none'",
                 "another filter in " + options.sensor.string());
-  Sensor reading = original;
-  if (!options.background.empty()) reading.background.image = fs::absolute(options.background).string();
+  const Sensor reading = with_background(original, options);
   catch_interrupts();
-  BallPresses found;
-  if (!options.balls.empty()) {
-    found = read_presses(options.balls, options.input, reading, true);
-  } else {
-    PressSearch search;
-    search.ball_radius_mm = options.ball_mm;
-    search.every = options.every;
-    ProgressBar bar(common, "looking for the ball", 0);
-    search.progress = [&](uint64_t done, uint64_t) {
-      bar.update(done);
-      return interrupted();
-    };
-    found = find_presses(options.input, reading, search, 1);
-  }
+  const BallPresses found = presses_of(common, options, reading, true, 1);
   if (interrupted()) return {"", "", kInterrupted};
 
   LookupFit fit(reading.pitch_mm_per_px);
@@ -120,27 +94,9 @@ Report lookup(const Common& common, const Options& options) {
 void add_calibrate_lookup(CLI::App& group, Common& common, Command& chosen) {
   CLI::App* command = group.add_subcommand(
       "lookup", "Depth of a gray gel by a table over its change, from presses of a ball");
-  auto options = std::make_shared<Options>();
-  command->add_option("INPUT", options->input, "Presses: an image, a folder of images, a video, a session")
-      ->required()
-      ->check(input_exists);
-  command
-      ->add_option("--sensor", options->sensor,
-                   "Sensor file to start from: pitch, crop, quad, contact.signal")
-      ->required();
-  command->add_option("--ball-mm", options->ball_mm, "Radius of the ball, mm; its contacts are found")
-      ->check(CLI::Range(0.01, 1000.0));
-  command->add_option("--balls", options->balls,
-                      std::string("Table of presses instead, px of the rectified frame: ") + kBallColumns);
-  command
-      ->add_option("--background", options->background,
-                   "Untouched image (default: the sensor file's, or a video's first frames)")
-      ->check(CLI::ExistingFile);
-  command->add_option("--every", options->every,
-                      "Look at every n-th frame (default: so that 400 are looked at)");
-  command->add_option("--out", common.out, "Sensor file to write")
-      ->required()
-      ->option_text("FILE (required)");
+  auto options = std::make_shared<BallOptions>();
+  add_ball_options(*command, *options, common, "Presses: an image, a folder of images, a video, a session",
+                   "pitch, crop, quad, contact.signal");
   add_common(*command, common,
              "  palpate calibrate lookup press.png --sensor gel.json --ball-mm 4 --background rest.png --out "
              "gel2.json\n"

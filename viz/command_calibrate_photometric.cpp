@@ -12,8 +12,7 @@
 #include "engine/sensor.h"
 #include "engine/solve/photometric_fit.h"
 #include "viz/calibrate_origin.h"
-#include "viz/calibrate_presses.h"
-#include "viz/command.h"
+#include "viz/command_balls.h"
 #include "viz/command_calibrate.h"
 
 namespace palpate {
@@ -26,14 +25,8 @@ namespace fs = std::filesystem;
 constexpr double kUnlikeGain = 1.35, kUnlikeScatter = 3;
 constexpr size_t kEnoughToCompare = 6;
 
-struct Options {
-  std::string input;
-  fs::path sensor;
-  fs::path balls;
-  fs::path background;
-  double ball_mm = 0;
+struct Options : BallOptions {
   double rest_weight = 1;
-  uint64_t every = 0;
   NormalModel model = NormalModel::Best;
   bool keep_markers = false;
 };
@@ -49,22 +42,6 @@ nlohmann::ordered_json errors_json(const HeldOutErrors& e) {
           {"normal_angle_deg", e.normal_angle_deg},
           {"depth_rmse_mm", e.depth_rmse_mm},
           {"depth_gain", e.depth_gain}};
-}
-
-BallPresses presses_of(const Common& common, const Options& options, const Sensor& reading) {
-  if (!options.balls.empty()) {
-    return read_presses(options.balls, options.input, reading, !options.keep_markers);
-  }
-  PressSearch search;
-  search.ball_radius_mm = options.ball_mm;
-  search.mask_markers = !options.keep_markers;
-  search.every = options.every;
-  ProgressBar bar(common, "looking for the ball", 0);
-  search.progress = [&](uint64_t done, uint64_t) {
-    bar.update(done);
-    return interrupted();
-  };
-  return find_presses(options.input, reading, search, 2);
 }
 
 std::string refused_text(const BallPresses& found) {
@@ -114,9 +91,7 @@ bool refuse_other_balls(const PhotometricFitResult& result, BallPresses& found) 
 }
 
 Report photometric(const Common& common, const Options& options) {
-  if (options.balls.empty() == (options.ball_mm == 0))
-    throw Error(Failure::Usage, "the ball's radius (--ball-mm) or a table of presses (--balls)",
-                options.balls.empty() ? "neither" : "both", "--ball-mm RADIUS");
+  check_ball_options(options);
   const Sensor original = load_sensor(options.sensor);
   if (original.channels != 3)
     throw Error(Failure::Sensor, "a colour sensor (\"channels\": 3) in " + options.sensor.string(),
@@ -125,10 +100,9 @@ Report photometric(const Common& common, const Options& options) {
   if (original.background.kind == BackgroundKind::None)
     throw Error(Failure::Sensor, "a sensor with an untouched image in " + options.sensor.string(),
                 "background.source 'none'", "frames as the camera sees them: slopes need a change's sign");
-  Sensor reading = original;
-  if (!options.background.empty()) reading.background.image = fs::absolute(options.background).string();
+  const Sensor reading = with_background(original, options);
   catch_interrupts();
-  BallPresses found = presses_of(common, options, reading);
+  BallPresses found = presses_of(common, options, reading, !options.keep_markers, 2);
   if (interrupted()) return {"", "", kInterrupted};
 
   size_t masked = 0;
@@ -216,23 +190,11 @@ void add_calibrate_photometric(CLI::App& group, Common& common, Command& chosen)
   CLI::App* command =
       group.add_subcommand("photometric", "Colour to slope of a gel sensor, from presses of a known ball");
   auto options = std::make_shared<Options>();
-  command
-      ->add_option(
-          "INPUT", options->input,
-          "Presses: a folder of images, a video, a session, synthetic:SCENE?mode=gel; with --balls the "
-          "folder or video that it names presses of")
-      ->required()
-      ->check(input_exists);
-  command->add_option("--sensor", options->sensor, "Sensor file to start from: pitch, crop, quad, channels")
-      ->required();
-  command->add_option("--ball-mm", options->ball_mm, "Radius of the ball, mm; its contacts are found")
-      ->check(CLI::Range(0.01, 1000.0));
-  command->add_option("--balls", options->balls,
-                      std::string("Table of presses instead, px of the rectified frame: ") + kBallColumns);
-  command
-      ->add_option("--background", options->background,
-                   "Untouched image (default: the sensor file's, or a video's first frames)")
-      ->check(CLI::ExistingFile);
+  add_ball_options(
+      *command, *options, common,
+      "Presses: a folder of images, a video, a session, synthetic:SCENE?mode=gel; with --balls the "
+      "folder or video that it names presses of",
+      "pitch, crop, quad, channels");
   command
       ->add_option("--model", options->model,
                    "linear, table (a small correction on top), or best: by held-out error")
@@ -245,12 +207,7 @@ void add_calibrate_photometric(CLI::App& group, Common& common, Command& chosen)
                    "Weight of the untouched parts: more where the light drifts, less where it is noisy")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
-  command->add_option("--every", options->every,
-                      "Look at every n-th frame (default: so that 400 are looked at)");
   command->add_flag("--keep-markers", options->keep_markers, "Use the pixels of printed markers too");
-  command->add_option("--out", common.out, "Sensor file to write")
-      ->required()
-      ->option_text("FILE (required)");
   add_common(
       *command, common,
       "  palpate calibrate photometric presses/ --sensor gel.json --ball-mm 3 \\\n"
