@@ -50,6 +50,31 @@ inline std::vector<uint32_t> filtered_change(const Frame& image, const Frame& re
   return out;
 }
 
+/// One contact pixel of filtered value g more.
+inline void add_pixel(ContactMoments& m, uint32_t x, uint32_t y, uint32_t g, uint32_t width,
+                      uint32_t height) {
+  const int64_t cx = int64_t{x} - width / 2, cy = int64_t{y} - height / 2;
+  m.border = m.border || x == 0 || y == 0 || x + 1 == width || y + 1 == height;
+  m.area += 1;
+  m.gray += g;
+  m.gray_x += cx * g;
+  m.gray_y += cy * g;
+  m.x += cx;
+  m.y += cy;
+  m.xx += cx * cx;
+  m.xy += cx * cy;
+  m.yy += cy * cy;
+  m.peak = std::max(m.peak, g);
+}
+
+/// The brightest channel of a raw pixel is at the sensor's limit.
+inline bool is_saturated(const Frame& image, const Sensor& sensor, uint32_t x, uint32_t y) {
+  uint32_t brightest = 0;
+  for (uint32_t channel = 0; channel < image.format.channels; ++channel)
+    brightest = std::max(brightest, image.at(channel, x, y));
+  return brightest >= sensor.saturation_gray;
+}
+
 /// With BackgroundKind::None `rest` must be black.
 inline ContactMoments moments(const Frame& image, const Frame& rest, const Sensor& sensor) {
   const auto threshold = static_cast<uint32_t>(std::lround(sensor.threshold_gray * 128)) * 2;
@@ -58,24 +83,10 @@ inline ContactMoments moments(const Frame& image, const Frame& rest, const Senso
   ContactMoments m;
   for (uint32_t y = 0; y < height; ++y) {
     for (uint32_t x = 0; x < width; ++x) {
-      uint32_t brightest = 0;
-      for (uint32_t channel = 0; channel < image.format.channels; ++channel)
-        brightest = std::max(brightest, image.at(channel, x, y));
-      m.saturated += brightest >= sensor.saturation_gray;
+      m.saturated += is_saturated(image, sensor, x, y);
       const uint32_t g = filtered[size_t{y} * width + x];
       if (g < threshold) continue;
-      const int64_t cx = int64_t{x} - width / 2, cy = int64_t{y} - height / 2;
-      m.border = m.border || x == 0 || y == 0 || x + 1 == width || y + 1 == height;
-      m.area += 1;
-      m.gray += g;
-      m.gray_x += cx * g;
-      m.gray_y += cy * g;
-      m.x += cx;
-      m.y += cy;
-      m.xx += cx * cx;
-      m.xy += cx * cy;
-      m.yy += cy * cy;
-      m.peak = std::max(m.peak, g);
+      add_pixel(m, x, y, g, width, height);
     }
   }
   return m;

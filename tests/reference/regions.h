@@ -29,23 +29,8 @@ inline std::vector<Region> regions(const Frame& image, const Frame& rest, const 
         const auto [x, y] = edge.back();
         edge.pop_back();
         ContactMoments& m = region.moments;
-        const int64_t cx = int64_t{x} - width / 2, cy = int64_t{y} - height / 2;
-        const uint32_t g = filtered[size_t{y} * width + x];
-        uint32_t brightest = 0;
-        for (uint32_t channel = 0; channel < image.format.channels; ++channel)
-          brightest = std::max(brightest, image.at(channel, x, y));
-        m.saturated += brightest >= sensor.saturation_gray;
-        m.border = m.border || x == 0 || y == 0 || x + 1 == width || y + 1 == height;
-        m.area += 1;
-        m.gray += g;
-        m.gray_x += cx * g;
-        m.gray_y += cy * g;
-        m.x += cx;
-        m.y += cy;
-        m.xx += cx * cx;
-        m.xy += cx * cy;
-        m.yy += cy * cy;
-        m.peak = std::max(m.peak, g);
+        m.saturated += is_saturated(image, sensor, x, y);
+        add_pixel(m, x, y, filtered[size_t{y} * width + x], width, height);
         left = std::min(left, x);
         right = std::max(right, x);
         bottom = std::max(bottom, y);
