@@ -75,8 +75,9 @@ class Desktop {
     if (server_ == 0) {
       close(ends[0]);
       dup2(open("/dev/null", O_WRONLY), STDERR_FILENO);
-      execlp("Xvfb", "Xvfb", name.c_str(), "-displayfd", ready.c_str(), "-screen", "0", screen.c_str(),
-             nullptr);
+      execlp("Xvfb", "Xvfb", name.c_str(), "-displayfd", ready.c_str(), "-noreset", "-screen", "0",
+             screen.c_str(),
+             nullptr);  // without a reset: it is deaf for a moment after its last client left
       _exit(127);
     }
     close(ends[1]);
@@ -155,9 +156,20 @@ class WindowTest : public Program {
   }
   Ended quit(const std::string& key = "q") {
     desktop_->key(key);
-    const Ended ended = finish(child_);
-    child_ = -1;
-    return ended;
+    return ended();
+  }
+  /// Killed where it does not end: a failure, never a test that hangs.
+  Ended ended() {
+    siginfo_t state{};
+    if (!wait_for([&] {
+          state.si_pid = 0;
+          return waitid(P_PID, static_cast<id_t>(child_), &state, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+                 state.si_pid == child_;
+        })) {
+      ADD_FAILURE() << "the program does not end";
+      kill(child_, SIGKILL);
+    }
+    return finish(std::exchange(child_, -1));
   }
   Json remembered() const { return Json::parse(slurp(config())); }
 
@@ -195,8 +207,8 @@ TEST_F(WindowTest, FromTheListToATouchAndBack) {
   Desktop::rest();
   desktop_->click(200, first_recent_y);  // now with one line
   EXPECT_TRUE(titled("palpate: synthetic:press"));
-  const Ended ended = quit("Escape");
-  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  const Ended done = quit("Escape");
+  EXPECT_EQ(done.exit_code, 0) << done.err;
   const Json kept = remembered();
   ASSERT_EQ(kept["recent"].size(), 1u);
   EXPECT_TRUE(contains(kept["recent"][0]["input"], "synthetic:press"));
@@ -209,8 +221,8 @@ TEST_F(WindowTest, EveryKeyDoesWhatTheHelpSays) {
   desktop_->key("ctrl+Right ctrl+Down");
   desktop_->key("h Escape i Escape");
   desktop_->key("c ctrl+plus");
-  const Ended ended = quit();
-  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  const Ended done = quit();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
   const Json kept = remembered();
   EXPECT_EQ(kept["colours"], "strain") << "a gel reads no pressure";
   EXPECT_EQ(kept["colour_map"], "cividis");
@@ -234,8 +246,8 @@ TEST_F(WindowTest, TheSectionFollowsTheMouse) {
   const auto x = [&](double share) { return image.x + share * image.width; };
   const auto y = [&](double share) { return image.y + share * image.height; };
   desktop_->drag(x(0.08), y(0.5), x(0.3), y(0.2));
-  const Ended ended = quit();
-  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  const Ended done = quit();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
   const Json line = remembered()["section_line"];
   EXPECT_NEAR(line[0], 0.3, 0.02);
   EXPECT_NEAR(line[1], 0.2, 0.02);
@@ -253,22 +265,25 @@ TEST_F(WindowTest, ZeroMarkAndRecordAreWrittenWhereTheyBelong) {
     return contains(slurp(out / "events.csv"), ",zero,force_N=");
   }));
   desktop_->key("w");
+  fs::path session;
+  ASSERT_TRUE(wait_for([&] {
+    for (const auto& entry : fs::directory_iterator(out))
+      if (entry.path().filename().string().rfind("session-", 0) == 0) session = entry.path();
+    return !session.empty();
+  }));
   std::this_thread::sleep_for(std::chrono::seconds(1));
+  const auto logged = [&](const std::string& event) {
+    return wait_for([&] { return contains(slurp(session / "events.csv"), event); });
+  };
   desktop_->key("shift+m");
   EXPECT_TRUE(desktop_->tool("type --delay 40 'let go, q'"));  // no key of the view meanwhile
-  Desktop::rest();
   desktop_->key("Return");
+  EXPECT_TRUE(logged(",mark,\"let go, q\"")) << slurp(session / "events.csv");
   desktop_->key("shift+z");
+  EXPECT_TRUE(logged(",zero ended,")) << slurp(session / "events.csv");
   desktop_->key("w");
-  const Ended ended = quit();
-  EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  fs::path session;
-  for (const auto& entry : fs::directory_iterator(out))
-    if (entry.path().filename().string().rfind("session-", 0) == 0) session = entry.path();
-  ASSERT_FALSE(session.empty());
-  const std::string events = slurp(session / "events.csv");
-  EXPECT_TRUE(contains(events, ",mark,\"let go, q\"")) << events;
-  EXPECT_TRUE(contains(events, ",zero ended,")) << events;
+  const Ended done = quit();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
   // What was written is as it was measured: the same digits again.
   const Ended again = run({"process", session, "--out", folder_ / "again", "--as-recorded"});
   EXPECT_EQ(again.exit_code, 0) << again.err;
@@ -278,10 +293,9 @@ TEST_F(WindowTest, DamagedSettingsAreOneLineAndDefaults) {
   fs::create_directories(config().parent_path());
   spill(config(), "{\"palpate_window\": 1, \"width\": ");
   open({"live", "synthetic:still?size=160x120", "--frames", "20", "--close"});
-  const Ended ended = finish(child_);
-  child_ = -1;
-  EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_TRUE(contains(ended.err, "window.json")) << ended.err;
+  const Ended done = ended();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_TRUE(contains(done.err, "window.json")) << done.err;
   EXPECT_EQ(remembered()["width"], 1280);
 }
 

@@ -213,6 +213,15 @@ void help_window(VkExtent2D extent, float scale, bool player, bool has_surface, 
   ImGui::End();
 }
 
+void end_labelling(ViewState& state, bool mark) {
+  if (mark)
+    state.wants_mark = true;
+  else
+    state.label = {};
+  state.labelling = state.label_takes_letters = false;
+  state.early_letters.clear();
+}
+
 void label_window(const ViewRect& around, float scale, ViewState& state) {
   ImGui::SetNextWindowPos({static_cast<float>(around.x) + static_cast<float>(around.width) / 2,
                            static_cast<float>(around.y) + static_cast<float>(around.height) / 2},
@@ -223,17 +232,21 @@ void label_window(const ViewRect& around, float scale, ViewState& state) {
                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
   ImGui::SetNextItemWidth(260 * scale);
   if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
-  const bool entered = ImGui::InputText("##label", state.label.data(), state.label.size(),
-                                        ImGuiInputTextFlags_EnterReturnsTrue);
-  if (ImGui::Button("Mark") || entered) {
-    state.wants_mark = true;
-    state.labelling = false;
+  // The field takes letters two pictures from now: what is typed until then waits, in its order.
+  ImVector<ImWchar>& letters = ImGui::GetIO().InputQueueCharacters;
+  if (!state.label_takes_letters) {
+    state.early_letters.insert(state.early_letters.end(), letters.begin(), letters.end());
+    letters.resize(0);
+  } else {
+    for (auto letter = state.early_letters.rbegin(); letter != state.early_letters.rend(); ++letter)
+      letters.insert(letters.begin(), *letter);
+    state.early_letters.clear();
   }
+  ImGui::InputText("##label", state.label.data(), state.label.size());
+  state.label_takes_letters = ImGui::IsItemActive();
+  if (ImGui::Button("Mark")) end_labelling(state, true);
   ImGui::SameLine();
-  if (ImGui::Button("Cancel") || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape))) {
-    state.labelling = false;
-    state.label = {};
-  }
+  if (ImGui::Button("Cancel")) end_labelling(state, false);
   ImGui::End();
 }
 

@@ -22,6 +22,8 @@ void control_window(const ViewRect& around, float scale, bool has_surface, const
 /// The help over the middle of the whole picture.
 void help_window(VkExtent2D extent, float scale, bool player, bool has_surface, ViewState& state);
 /// Where the text of an event is typed.
+/// The text of an event is done: the event is marked with it, or it is forgotten.
+void end_labelling(ViewState& state, bool mark);
 void label_window(const ViewRect& around, float scale, ViewState& state);
 
 }  // namespace palpate::viz

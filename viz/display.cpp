@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "engine/gpu/context.h"
+#include "viz/controls.h"
 #include "viz/recording.h"
 #include "viz/settings.h"
 
@@ -105,8 +106,17 @@ void Display::handle_input() {
     }
     if (io.MouseWheel != 0) camera.magnify(std::pow(1.12, io.MouseWheel));
   }
+  // In the order of the presses, which ImGui does not keep: it sees only keys that are down when a picture
+  // begins, and says of a text that is closed for one picture more that it is typed.
+  const bool labelled = std::exchange(labelled_, state.labelling);
+  const bool typing = io.WantTextInput && !state.labelling && !labelled;
   for (const KeyPress& press : window_.take_keys()) {
-    if (!io.WantTextInput) handle_key(press);
+    if (!state.labelling) {
+      if (!typing) handle_key(press);
+      continue;
+    }
+    const bool enter = press.key == GLFW_KEY_ENTER || press.key == GLFW_KEY_KP_ENTER;
+    if (enter || press.key == GLFW_KEY_ESCAPE) end_labelling(state, enter);
   }
 }
 

@@ -92,7 +92,8 @@ class Display {
   Clock::time_point stats_due_{};
   RecentDurations recent_to_measured_, recent_to_shown_;
   Durations draw_;
-  int restless_ = 3;  ///< pictures still to draw after an input: ImGui settles over two
+  bool labelled_ = false;  ///< the picture before asked for the text of an event
+  int restless_ = 3;       ///< pictures still to draw after an input: ImGui settles over two
   std::pair<double, double> last_mouse_{-1, -1};
   std::pair<int, int> last_size_{0, 0};
   int snapshots_ = 0;

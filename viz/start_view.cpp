@@ -171,7 +171,10 @@ void StartView::handle_keys() {
                                         ViewState::kLeastTextScale, ViewState::kMostTextScale);
       continue;
     }
-    if (typing) continue;
+    if (typing) {
+      entered_ |= press.key == GLFW_KEY_ENTER || press.key == GLFW_KEY_KP_ENTER;
+      continue;
+    }
     switch (press.key) {
       case GLFW_KEY_UP:
         step(-1);
@@ -325,10 +328,10 @@ void StartView::describe() {
   scroll_ = false;
 
   ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 190 * scale);
-  if (ImGui::InputTextWithHint(
-          "##typed", "a recording, a session's folder, camera:/dev/video0?fps=60, synthetic:slide ...",
-          typed_.data(), typed_.size(), ImGuiInputTextFlags_EnterReturnsTrue))
-    open_text();
+  ImGui::InputTextWithHint("##typed",
+                           "a recording, a session's folder, camera:/dev/video0?fps=60, synthetic:slide ...",
+                           typed_.data(), typed_.size());
+  if (std::exchange(entered_, false)) open_text();
   ImGui::SameLine();
   if (ImGui::Button("Open")) open_text();
   ImGui::SameLine();

@@ -56,6 +56,7 @@ class StartView {
   bool settled_ = false;     ///< the person has moved the selection
   bool scroll_ = true;       ///< to the selection
   std::array<char, 512> typed_{};
+  bool entered_ = false;  ///< Enter was pressed in that text
   std::optional<Choice> chosen_;
 };
 

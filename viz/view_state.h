@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "engine/sensor.h"
 #include "engine/touch.h"
@@ -66,6 +67,8 @@ struct ViewState {
   bool labelling = false;        ///< a text for an event is being typed
   bool mouse_taken = false;      ///< by something that is dragged: the camera stays
   std::array<char, 64> label{};  ///< that text
+  bool label_takes_letters = false;
+  std::vector<uint16_t> early_letters;  ///< typed before the field took letters
 
   // Cleared by whoever takes them.
   bool wants_snapshot = false;

@@ -50,6 +50,10 @@ bool display_available() {
   return start_glfw() && glfwVulkanSupported();
 }
 
+std::string no_display() {
+  return glfw_message();
+}
+
 std::vector<const char*> window_extensions() {
   constexpr const char* kRemedy =
       "running on a desktop, setting DISPLAY or WAYLAND_DISPLAY, or palpate process, which needs no window";
