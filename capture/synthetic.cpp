@@ -288,6 +288,7 @@ struct SyntheticSensor::Impl : PressedPad {
     const uint32_t w = options.width, h = options.height;
     const std::vector<Touching> contacts = touching(sequence);
     std::vector<RadialTable> tables;
+    tables.reserve(contacts.size());
     for (const Touching& t : contacts) tables.push_back(slope_over_r(t.contact));
     const std::vector<SkinField> fields = skin ? skin_fields(contacts) : std::vector<SkinField>{};
     const auto pitch = static_cast<float>(pitch_mm);
