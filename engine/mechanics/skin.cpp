@@ -70,6 +70,7 @@ void leave_out_strangers(std::vector<Sample>& samples) {
     if (k == 0 || f.chi2 < best.chi2) best = f, share = c;
   }
   std::vector<double> residuals;
+  residuals.reserve(samples.size());
   for (const Sample& s : samples) residuals.push_back(residual_px(s, best, share));
   std::vector<double> sorted = residuals;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
