@@ -37,11 +37,13 @@ std::vector<double> filtered_change(const Frame& frame, const Frame& background,
   for (int y = 0; y < h; ++y)
     for (int x = 0; x < w; ++x)
       for (int k = -2; k <= 2; ++k)
-        rows[static_cast<size_t>(y * w + x)] += kBinomial[static_cast<size_t>(k + 2)] * at(change, x + k, y);
+        rows[static_cast<size_t>(y) * static_cast<size_t>(w) + static_cast<size_t>(x)] +=
+            kBinomial[static_cast<size_t>(k + 2)] * at(change, x + k, y);
   for (int y = 0; y < h; ++y)
     for (int x = 0; x < w; ++x)
       for (int k = -2; k <= 2; ++k)
-        out[static_cast<size_t>(y * w + x)] += kBinomial[static_cast<size_t>(k + 2)] * at(rows, x, y + k);
+        out[static_cast<size_t>(y) * static_cast<size_t>(w) + static_cast<size_t>(x)] +=
+            kBinomial[static_cast<size_t>(k + 2)] * at(rows, x, y + k);
   return out;
 }
 

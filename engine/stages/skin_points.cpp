@@ -169,8 +169,10 @@ std::vector<SkinTemplate> skin_templates(const std::vector<float>& image, uint32
             stride = static_cast<int>(window.stride), n = side * side;
   // Offset and tilt of the light are no part of the pattern.
   Eigen::MatrixXd light(n, 3);
-  for (int k = 0; k < n; ++k)
-    light.row(k) << 1, (k % side - side / 2) * stride, (k / side - side / 2) * stride;
+  for (int k = 0; k < n; ++k) {
+    const int column = k % side - side / 2, row = k / side - side / 2;
+    light.row(k) << 1, column * stride, row * stride;
+  }
   const Eigen::VectorXd x_px = light.col(1), y_px = light.col(2);
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(light);
   const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(n, 3);
