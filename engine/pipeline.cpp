@@ -23,6 +23,7 @@
 #include "engine/stages/contact.h"
 #include "engine/stages/datum.h"
 #include "engine/stages/elastic.h"
+#include "engine/stages/gradient.h"
 #include "engine/stages/lookup.h"
 #include "engine/stages/pad.h"
 #include "engine/stages/regions.h"
@@ -74,6 +75,9 @@ void check_fit(const Sensor& sensor, const FrameFormat& format, uint32_t outputs
             "an untouched image in which the skin's pattern is found", "background.source 'none'",
             "'untouched', or outputs without skin");
   }
+  require(!wants(outputs, Output::Gradient) || format.bit_depth == 8, sensor,
+          "frames of 8 bits, for the sum of gradients", std::to_string(format.bit_depth) + " bits",
+          "outputs without it");
   if (!wants(outputs, Output::Surface)) return;
   require(sensor.reading != Reading::None, sensor,
           "a surface reading (shading, photometric, elastic or lookup)", "none",
@@ -132,6 +136,7 @@ struct Pipeline::Impl {
     gpu::DeviceBuffer border_records;  // Reading::Elastic
     gpu::DeviceBuffer clipped;         // the other readings
     gpu::DeviceBuffer skin_records;
+    gpu::DeviceBuffer gradient_sums;
     gpu::Commands commands;
     // Only for SurfaceSolver::Exact, which leaves the GPU in between.
     gpu::DeviceBuffer right_side;
@@ -169,6 +174,7 @@ struct Pipeline::Impl {
     }
     if (follows_skin(sensor, wants(options.outputs, Output::Skin), wants(options.outputs, Output::Force)))
       skin.emplace(context, sensor, format);
+    if (needs_gradient(sensor, options.outputs)) gradient.emplace(context, sensor, format);
     if (sensor.background.kind == BackgroundKind::Untouched)
       background.emplace(context, "background", format);
     if (wants_surface && sensor.reading == Reading::Elastic) {
@@ -210,6 +216,9 @@ struct Pipeline::Impl {
   void make(Slot& slot) {
     if (pad) slot.padded = gpu::Commands(context);
     if (regions) slot.parts = regions->slot(context);
+    if (gradient)
+      slot.gradient_sums =
+          gpu::DeviceBuffer(context, "gradient sums", gradient->record_bytes(), gpu::Memory::Readback);
     if (slot.frame.staged()) {
       slot.staged = gpu::Commands(context);
       slot.staged.begin();
@@ -274,6 +283,7 @@ struct Pipeline::Impl {
     cmd.begin();
     contact.record(cmd, slot.frame, rest(slot), slot.records);
     if (regions) regions->record(cmd, slot.frame, rest(slot), slot.records, slot.parts);
+    if (gradient) gradient->record(cmd, slot.frame, rest(slot), slot.gradient_sums);
     if (skin && skin->ready()) skin->record(cmd, slot.frame, slot.skin_records);
     if (partial) partial->record(context, cmd, slot.known, slot.frame);
     const bool weights = partial && partial->solves();
@@ -372,6 +382,12 @@ struct Pipeline::Impl {
     t.contact = m.area > 0;
     set_shape(t, m, scale);
     if (regions) measure_regions(slot, records, scale, t);
+    if (gradient) {
+      slot.gradient_sums.invalidate();
+      const uint64_t units = gradient->sum(slot.gradient_sums.as<const uint32_t>());
+      t.gradient_sum = static_cast<double>(units) / shared::kGradientUnits;
+      t.has_gradient = true;
+    }
     if (wants_surface) {
       slot.datum_records.invalidate();
       const RestLevel rest =
@@ -489,6 +505,7 @@ struct Pipeline::Impl {
   std::optional<Lookup> lookup;          // in place of slope and surface
   std::optional<WeightedFrame> partial;  // where not everything is known
   ForceHistory force;
+  std::optional<Gradient> gradient;
   std::optional<Skin> skin;  // where its pattern is followed
   std::vector<float> skin_sd_px;
   SkinTracker skin_tracker;
@@ -697,8 +714,9 @@ uint64_t Pipeline::memory_bytes() const {
   for (const Impl::Slot& slot : impl_->slots) {
     bytes += WeightedFrame::memory_bytes(slot.known) + Regions::memory_bytes(slot.parts);
     bytes += slot.frame.memory_bytes() + slot.records.bytes() + slot.depth.buffer.bytes() +
-             slot.datum_records.bytes() + slot.skin_records.bytes() + slot.border_records.bytes() +
-             slot.clipped.bytes() + slot.right_side.bytes() + slot.solved.bytes();
+             slot.datum_records.bytes() + slot.skin_records.bytes() + slot.gradient_sums.bytes() +
+             slot.border_records.bytes() + slot.clipped.bytes() + slot.right_side.bytes() +
+             slot.solved.bytes();
   }
   return bytes;
 }
