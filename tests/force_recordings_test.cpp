@@ -64,8 +64,8 @@ constexpr const char* kHead =
     "object                 curve                      full scale   mean error from 1 N on\n";
 
 TEST_F(ForceRecordings, SecondTrialOfTheSameObject) {
-  // The aim is 4 %. What stands in the way while force changes is the gauge: a reading every few frames, some
-  // of them late (purple: forces bend at 12 N where nothing is seen to). Orange 1 is a poor trial.
+  // The aim is 4 %. What stands in the way while force changes is the gauge: a reading every few frames
+  // (purple: force doubles from 12 N on while the picture hardly changes). Orange 1 is a poor trial.
   const std::vector<std::pair<const char*, double>> objects{{"golf_ball", 0.075},
                                                             {"purple_ball_hardest", 0.095},
                                                             {"green_ball_softer", 0.05},
