@@ -43,6 +43,7 @@ struct FrameSlot {
   gpu::DeviceBuffer border_records;  // Reading::Elastic
   gpu::DeviceBuffer clipped;         // the other readings
   gpu::DeviceBuffer skin_records;
+  gpu::DeviceBuffer gradient_sums;
   gpu::Commands commands;
   // Only for SurfaceSolver::Exact, which leaves the GPU in between.
   gpu::DeviceBuffer right_side;

@@ -5,6 +5,7 @@
 
 #include "engine/mechanics/contact_shape.h"
 #include "engine/stages/elastic.h"
+#include "engine/stages/gradient.h"
 #include "engine/stages/skin.h"
 #include "engine/stages/slope.h"
 
@@ -50,6 +51,12 @@ Touch Measuring::measure(const FrameSlot& slot) {
   t.contact = m.area > 0;
   set_shape(t, m, scale);
   if (stages_.regions) measure_regions(slot, records, scale, t);
+  if (stages_.gradient) {
+    slot.gradient_sums.invalidate();
+    const uint64_t units = stages_.gradient->sum(slot.gradient_sums.as<const uint32_t>());
+    t.gradient_sum = static_cast<double>(units) / shared::kGradientUnits;
+    t.has_gradient = true;
+  }
   if (stages_.datum) {
     slot.datum_records.invalidate();
     const RestLevel rest = stages_.datum->rest_level(

@@ -12,6 +12,7 @@
 #include "engine/mechanics/shear.h"
 #include "engine/mechanics/skin.h"
 #include "engine/sensor.h"
+#include "engine/stages/gradient.h"
 #include "engine/stages/skin.h"
 #include "engine/stages/slope.h"
 #include "engine/touch.h"
@@ -27,6 +28,7 @@ class Measuring {
     const Datum* datum = nullptr;  ///< with any surface
     const Slope* slope = nullptr;
     const Skin* skin = nullptr;
+    const Gradient* gradient = nullptr;
     const WeightedFrame* partial = nullptr;
   };
   /// `sensor` lives longer than this.

@@ -17,6 +17,7 @@
 #include "engine/stages/contact.h"
 #include "engine/stages/datum.h"
 #include "engine/stages/elastic.h"
+#include "engine/stages/gradient.h"
 #include "engine/stages/lookup.h"
 #include "engine/stages/pad.h"
 #include "engine/stages/regions.h"
@@ -49,6 +50,7 @@ struct Pipeline::Impl {
     if (wants(options.outputs, Output::Contacts)) regions.emplace(context, contact, format);
     if (follows_skin(sensor, wants(options.outputs, Output::Skin), wants(options.outputs, Output::Force)))
       skin.emplace(context, sensor, format);
+    if (needs_gradient(sensor, options.outputs)) gradient.emplace(context, sensor, format);
     if (sensor.background.kind == BackgroundKind::Untouched)
       background.emplace(context, "background", format);
     if (wants_surface && sensor.reading == Reading::Elastic) {
@@ -86,7 +88,7 @@ struct Pipeline::Impl {
     const auto made = [](const auto& stage) { return stage ? &*stage : nullptr; };
     measuring.emplace(sensor, format,
                       Measuring::Stages{&contact, regions ? &*regions : nullptr, made(datum), made(slope),
-                                        made(skin), made(partial)});
+                                        made(skin), made(gradient), made(partial)});
     for (uint32_t i = 0; i < std::max(options.slots, 1u); ++i)
       make(slots.emplace_back(context, format, contact));
   }
@@ -94,6 +96,9 @@ struct Pipeline::Impl {
   void make(FrameSlot& slot) {
     if (pad) slot.padded = gpu::Commands(context);
     if (regions) slot.parts = regions->slot(context);
+    if (gradient)
+      slot.gradient_sums =
+          gpu::DeviceBuffer(context, "gradient sums", gradient->record_bytes(), gpu::Memory::Readback);
     if (slot.frame.staged()) {
       slot.staged = gpu::Commands(context);
       slot.staged.begin();
@@ -158,6 +163,7 @@ struct Pipeline::Impl {
     cmd.begin();
     contact.record(cmd, slot.frame, rest(slot), slot.records);
     if (regions) regions->record(cmd, slot.frame, rest(slot), slot.records, slot.parts);
+    if (gradient) gradient->record(cmd, slot.frame, rest(slot), slot.gradient_sums);
     if (skin && skin->ready()) skin->record(cmd, slot.frame, slot.skin_records);
     if (partial) partial->record(context, cmd, slot.known, slot.frame);
     const bool weights = partial && partial->solves();
@@ -259,7 +265,8 @@ struct Pipeline::Impl {
   std::optional<ElasticConvolution> convolution;
   std::optional<Lookup> lookup;          // in place of slope and surface
   std::optional<WeightedFrame> partial;  // where not everything is known
-  std::optional<Skin> skin;              // where its pattern is followed
+  std::optional<Gradient> gradient;
+  std::optional<Skin> skin;  // where its pattern is followed
   std::optional<Measuring> measuring;
   std::optional<Pad> pad;  // where leased frames are read in place
   std::deque<FrameSlot> slots;
@@ -465,8 +472,9 @@ uint64_t Pipeline::memory_bytes() const {
   for (const FrameSlot& slot : impl_->slots) {
     bytes += WeightedFrame::memory_bytes(slot.known) + Regions::memory_bytes(slot.parts);
     bytes += slot.frame.memory_bytes() + slot.records.bytes() + slot.depth.buffer.bytes() +
-             slot.datum_records.bytes() + slot.skin_records.bytes() + slot.border_records.bytes() +
-             slot.clipped.bytes() + slot.right_side.bytes() + slot.solved.bytes();
+             slot.datum_records.bytes() + slot.skin_records.bytes() + slot.gradient_sums.bytes() +
+             slot.border_records.bytes() + slot.clipped.bytes() + slot.right_side.bytes() +
+             slot.solved.bytes();
   }
   return bytes;
 }

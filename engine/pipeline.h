@@ -29,6 +29,7 @@ enum class Output : uint32_t {
   Confidence = 4,  ///< what is known of each pixel; the surface then counts each by it
   Contacts = 8,    ///< several contacts told apart and followed; with Force
   Skin = 16,       ///< how the skin moves along itself, where the sensor has a pattern on it; with Force
+  Gradient = 32,   ///< Touch::gradient_sum, of frames of 8 bits
 };
 constexpr uint32_t operator|(Output a, Output b) {
   return static_cast<uint32_t>(a) | static_cast<uint32_t>(b);
@@ -44,6 +45,14 @@ constexpr bool wants(uint32_t outputs, Output output) {
 inline bool needs_confidence(const Sensor& sensor, uint32_t outputs) {
   return wants(outputs, Output::Confidence) ||
          (wants(outputs, Output::Surface) && (sensor.pad || sensor.shadow_gray));
+}
+
+/// Whether the sum of the change's gradients is computed: where it is asked for, and where the force is read
+/// from it.
+inline bool needs_gradient(const Sensor& sensor, uint32_t outputs) {
+  return sensor.bit_depth == 8 &&
+         (wants(outputs, Output::Gradient) ||
+          (wants(outputs, Output::Force) && sensor.force && sensor.force->signal == ForceSignal::Gradient));
 }
 
 enum class SurfaceSolver {
@@ -71,8 +80,9 @@ struct PipelineOptions {
   bool warm_start = false;
   /// Only a window around the touched tiles is computed; beyond it depth is 0, and without contact
   /// everywhere. Sums and force are those of the whole frame, to the last bit. Has no effect where the window
-  /// would not do: Reading::Elastic, confidence and weights, SurfaceSolver::Exact, a threshold of 0, and
-  /// frames whose contacts lie too far apart. Each window is solved anew: warm_start is then not used.
+  /// would not do: Reading::Elastic, Output::Gradient, confidence and weights, SurfaceSolver::Exact, a
+  /// threshold of 0, and frames whose contacts lie too far apart. Each window is solved anew: warm_start is
+  /// then not used.
   bool skip_untouched = false;
   Upload upload = Upload::Auto;       ///< of leased frames; others are copied
   std::optional<Tuning> tuning = {};  ///< without one: what was measured for the device, or its defaults

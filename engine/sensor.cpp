@@ -26,6 +26,7 @@ void read_contact(const Json& json, const std::string& where, Sensor& sensor) {
   contact.choice("signal", kSignals, sensor.signal);
   contact.choice("filter", kFilters, sensor.filter);
   contact.number("threshold_gray", 0, 65535, "gray levels", sensor.threshold_gray);
+  contact.number("gradient_gray_per_px", 0, 255, "gray levels per px", sensor.gradient_gray_per_px);
   contact.whole("saturation_gray", 1, 65535, "gray levels", sensor.saturation_gray);
   contact.whole("smallest_px", 0, 1u << 26, "px", sensor.smallest_contact_px);
   contact.finish();
@@ -36,6 +37,7 @@ Json to_json(const Sensor& s) {
                {"filter", to_string(s.filter)},
                {"threshold_gray", s.threshold_gray},
                {"saturation_gray", s.saturation_gray}};
+  if (s.gradient_gray_per_px != 1) contact["gradient_gray_per_px"] = s.gradient_gray_per_px;
   if (s.smallest_contact_px != 0) contact["smallest_px"] = s.smallest_contact_px;
   Json json{{"palpate_sensor", kVersion},
             {"name", s.name},
@@ -126,6 +128,8 @@ void check_together(const Sensor& s, const std::string& where) {
             "2 knots or more for model 'spline'", std::to_string(s.force->knots.size()));
     require(s.force->signal == ForceSignal::Volume || s.force->gray_min >= 0, "force.gray_min",
             "0 or more for this signal", number_text(s.force->gray_min));
+    require(s.force->signal != ForceSignal::Gradient || s.bit_depth == 8, "force.signal",
+            "'gradient' with frames of 8 bits", std::to_string(s.bit_depth) + " bits");
     require(s.force->gray_max > s.force->gray_min, "force.gray_max", "more than gray_min",
             number_text(s.force->gray_max));
   }
@@ -262,6 +266,8 @@ const char* to_string(ForceSignal signal) {
       return "area";
     case ForceSignal::Volume:
       return "volume";
+    case ForceSignal::Gradient:
+      return "gradient";
   }
   return "?";
 }

@@ -46,9 +46,10 @@ struct Origin {
 
 /// What a force is a function of.
 enum class ForceSignal {
-  GraySum,  ///< G, gray levels
-  Area,     ///< of the contact, px
-  Volume,   ///< indented, mm^3; needs Output::Surface
+  GraySum,   ///< G, gray levels
+  Area,      ///< of the contact, px
+  Volume,    ///< indented, mm^3; needs Output::Surface
+  Gradient,  ///< Touch::gradient_sum; needs frames of 8 bits
 };
 /// F of a signal s.
 enum class ForceModel {
@@ -215,6 +216,7 @@ struct Sensor {
   Signal signal = Signal::Brighter;
   Filter filter = Filter::Binomial5;
   double threshold_gray = 4;  ///< filtered gray from which a pixel belongs to the contact, in steps of 1/128
+  double gradient_gray_per_px = 1;   ///< steeper change counts for Touch::gradient_sum, in steps of 1/128
   uint32_t saturation_gray = 255;    ///< raw pixels from here on are saturated
   uint32_t smallest_contact_px = 0;  ///< connected regions with fewer pixels are no contact of their own; 0:
                                      ///< as smallest_contact_px() says

@@ -50,6 +50,9 @@ void check_fit(const Sensor& sensor, const FrameFormat& format, uint32_t outputs
             "an untouched image in which the skin's pattern is found", "background.source 'none'",
             "'untouched', or outputs without skin");
   }
+  require(!wants(outputs, Output::Gradient) || format.bit_depth == 8, sensor,
+          "frames of 8 bits, for the sum of gradients", std::to_string(format.bit_depth) + " bits",
+          "outputs without it");
   if (!wants(outputs, Output::Surface)) return;
   require(sensor.reading != Reading::None, sensor,
           "a surface reading (shading, photometric, elastic or lookup)", "none",

@@ -4,7 +4,8 @@
 namespace palpate::sensor_json {
 namespace {
 
-constexpr std::array kForceSignals{ForceSignal::GraySum, ForceSignal::Area, ForceSignal::Volume};
+constexpr std::array kForceSignals{ForceSignal::GraySum, ForceSignal::Area, ForceSignal::Volume,
+                                   ForceSignal::Gradient};
 constexpr std::array kForceModels{ForceModel::Line, ForceModel::Power, ForceModel::Spline};
 constexpr std::array kShearSignals{ShearSignal::Centroid, ShearSignal::Skin};
 constexpr std::array kSkinKinds{SkinKind::Markers, SkinKind::Texture};

@@ -81,7 +81,7 @@ bool Skipping::possible(const Sensor& sensor, const FrameFormat& format, const P
   const bool usual =
       sensor.background.kind == BackgroundKind::Untouched && sensor.filter == Filter::Binomial5;
   const bool surface = wants(options.outputs, Output::Surface);
-  return usual && !needs_confidence(sensor, options.outputs) &&
+  return usual && !needs_confidence(sensor, options.outputs) && !needs_gradient(sensor, options.outputs) &&
          !follows_skin(sensor, wants(options.outputs, Output::Skin), wants(options.outputs, Output::Force)) &&
          !(surface && (sensor.reading == Reading::Elastic || sensor.reading == Reading::Lookup ||
                        options.solver == SurfaceSolver::Exact)) &&

@@ -110,6 +110,12 @@ struct Touch {
                            ///< them is missing
   double volume_mm3 = 0;   ///< indented volume below rest level, of touched tiles; 0 without a surface
 
+  /// Sum over the frame of how much steeper the change from the background varies from pixel to pixel than
+  /// Sensor::gradient_gray_per_px (5 x 5 derivative of all channels, root of the sum of squares): gray levels
+  /// per px, an exact multiple of 1/128. Light that changes evenly leaves it alone.
+  double gradient_sum = 0;
+  bool has_gradient = false;
+
   Estimate force_N;    ///< normal force; with several contacts (Output::Contacts) the sum of theirs
   Estimate shear_x_N;  ///< tangential force; bounded by the friction limit
   Estimate shear_y_N;

@@ -17,9 +17,11 @@
 #include "engine/solve/weighted_poisson.h"
 #include "engine/stages/contact.h"
 #include "engine/stages/elastic.h"
+#include "engine/stages/gradient.h"
 #include "engine/stages/skin.h"
 #include "engine/stages/surface.h"
 #include "engine/stages/weighted_surface.h"
+#include "perf/gradient_rival.h"
 #include "perf/measure.h"
 #include "perf/program.h"
 #include "perf/rivals.h"
@@ -352,6 +354,41 @@ class Bench {
                 std::sqrt(ours / ours_count), std::sqrt(theirs / theirs_count));
   }
 
+  /// The sum of gradients of a pressed gel.
+  void gradient(const Size& size) {
+    Scene scene = scene_for(size, SyntheticMode::Gel);
+    const FrameFormat& format = scene.background.format;
+    const Gradient stage(context_, scene.sensor, format);
+    const OpenCvGradient rival(scene.background);
+    const gpu::DeviceBuffer sums(context_, "sums", stage.record_bytes(), gpu::Memory::Readback);
+    PaddedImage rest(context_, "background", format), image(context_, "frame", format);
+    rest.write(scene.background);
+    const Frame& frame = scene.next();
+    image.write(frame);
+    gpu::Commands upload(context_), commands(context_);
+    upload.begin();
+    rest.record(upload);
+    image.record(upload);
+    upload.end();
+    upload.submit();
+    upload.wait();
+    commands.begin();
+    stage.record(commands, image, rest, sums);
+    commands.host_barrier();
+    commands.end();
+    double ours = 0, theirs = 0;
+    const auto sum = [&] {
+      commands.submit();
+      commands.wait();
+      sums.invalidate();
+      ours = static_cast<double>(stage.sum(sums.as<const uint32_t>())) / shared::kGradientUnits;
+    };
+    const double limit = scene.sensor.gradient_gray_per_px;
+    add(compare("gradient", size.text(), {"palpate", sum},
+                {"OpenCV Sobel", [&] { theirs = rival.run(frame, limit); }}, repetitions_, inner(size, 10)));
+    std::printf("  sums %.1f and %.1f gray levels x px\n", ours, theirs);
+  }
+
   /// Frames a second with several frames in flight, as `palpate process` runs.
   void throughput(const Size& size, SyntheticMode mode) {
     Scene scene = scene_for(size, mode);
@@ -440,11 +477,14 @@ int run(int argc, char** argv) {
   std::string out;
   app.add_option("--device", options.device, "index or part of a name");
   app.add_option("--repetitions", repetitions, "paired repetitions")->check(CLI::Range(3, 1000));
-  app.add_option("--out", out, "existing folder for bench.csv and throughput.csv");
+  app.add_option(
+      "--out", out,
+      "existing folder for the CSV files: bench.csv and throughput.csv, or one named by what is asked for");
   app.add_flag("--stages", options.timers,
                "GPU timers for single stages (they slow the frame down by a tenth)");
   app.add_flag("--weighted", weighted, "Weighted surfaces only: their rival takes half a minute");
-  app.add_flag("--gels", gels, "Readings of gels only: with a normal table, by a table of depth");
+  app.add_flag("--gels", gels,
+               "Gels only: sum of gradients, readings with a normal table and by a table of depth");
   app.add_flag("--skin", skin, "Following the skin's pattern only");
   app.add_flag("--contacts", contacts, "Contact, regions and moments only");
   CLI11_PARSE(app, argc, argv);
@@ -459,6 +499,7 @@ int run(int argc, char** argv) {
       continue;
     }
     if (gels) {
+      bench.gradient(size);
       bench.normal_table(size);
       bench.lookup(size);
       continue;
@@ -488,8 +529,14 @@ int run(int argc, char** argv) {
     file.commit();
   };
   if (!out.empty()) {
-    write(weighted ? "weighted.csv" : skin ? "skin.csv" : "bench.csv", bench.csv());
-    if (!weighted && !skin) write("throughput.csv", bench.throughput_csv());
+    const bool all = !weighted && !skin && !gels && !contacts;
+    write(weighted   ? "weighted.csv"
+          : skin     ? "skin.csv"
+          : gels     ? "gels.csv"
+          : contacts ? "contacts.csv"
+                     : "bench.csv",
+          bench.csv());
+    if (all) write("throughput.csv", bench.throughput_csv());
   }
   return 0;
 }

@@ -192,6 +192,29 @@ TEST(ForceChoice, IntervalHoldsWhatItSays) {
   EXPECT_GT(inside_low / double(count_low), 0.9);
 }
 
+// Where gradients were measured they compete without being asked for, also on one recording; where they do
+// not follow the force, the gray sum is taken.
+TEST(ForceChoice, GradientsOfAGel) {
+  for (const bool follow : {true, false}) {
+    std::vector<ForceSample> samples = presses(8, 0.01, 6, straight);
+    std::mt19937 random(7);
+    std::normal_distribution<double> drift(1, 0.2);
+    double light = 1;
+    for (size_t i = 0; i < samples.size(); ++i) {
+      if (i % 40 == 0) light = drift(random);  // of a camera that sets its exposure by itself
+      ForceReading& r = samples[i].reading;
+      r.has_gradient = true;
+      r.gradient_sum = 5000 * samples[i].force_N * (follow ? 1 : light);
+      if (follow) r.gray_sum *= light;
+    }
+    const ForceChoice c = choose_force(samples, {});
+    EXPECT_EQ(to_string(c.chosen.candidate),
+              follow ? "line of gradient, together" : "line of gray sum, together");
+    EXPECT_EQ(c.calibration.signal, follow ? ForceSignal::Gradient : ForceSignal::GraySum);
+    EXPECT_LT(c.chosen.error_N, 0.02);
+  }
+}
+
 TEST(ForceChoice, SaysWhatLeftTooLittle) {
   const auto said = [](std::vector<ForceSample> samples, const ForceChoiceOptions& options = {}) {
     try {
@@ -204,6 +227,7 @@ TEST(ForceChoice, SaysWhatLeftTooLittle) {
   EXPECT_NE(said({}).find("something presses"), std::string::npos) << said({});
   std::vector<ForceSample> samples = presses(2, 0, 1, straight);
   EXPECT_NE(said(samples, {.signal = ForceSignal::Volume}).find("indented volume"), std::string::npos);
+  EXPECT_NE(said(samples, {.signal = ForceSignal::Gradient}).find("sum of gradients"), std::string::npos);
   for (ForceSample& s : samples) s.left_out = LeftOut::Saturated;
   EXPECT_NE(said(samples).find("80 saturated"), std::string::npos) << said(samples);
   samples[0].left_out = samples[50].left_out = LeftOut::Used;

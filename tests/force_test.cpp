@@ -85,7 +85,7 @@ TEST(Force, BorderAndSaturationOutrankTheRange) {
   }
 }
 
-TEST(Force, VolumeNeedsASurface) {
+TEST(Force, VolumeAndGradientNeedToBeMeasured) {
   ForceCalibration c{.c1_N_per_gray = 2, .gray_max = 10, .signal = ForceSignal::Volume};
   ForceReading r;
   r.contact = true;
@@ -96,6 +96,12 @@ TEST(Force, VolumeNeedsASurface) {
   c.signal = ForceSignal::Area;
   r.area_px = 4;
   EXPECT_EQ(force_of(c, r).value, 8);
+  c.signal = ForceSignal::Gradient;
+  r.gradient_sum = 5;
+  EXPECT_EQ(force_of(c, r).validity, Validity::NotCalibrated);
+  r.has_gradient = true;
+  EXPECT_EQ(force_of(c, r).value, 10);
+  EXPECT_EQ(force_of(c, r).validity, Validity::Valid);
 }
 
 // Up the loading branch, back along the unloading one; between them just after a reversal, with an error that

@@ -28,6 +28,8 @@ const char* unit_of(ForceSignal signal) {
       return "px";
     case ForceSignal::Volume:
       return "mm3";
+    case ForceSignal::Gradient:
+      return "gray-px";
   }
   return "";
 }
@@ -77,6 +79,10 @@ std::string curve_text(const ForceCalibration& c) {
 }
 
 }  // namespace
+
+bool may_show_slopes(const Sensor& sensor, bool asked) {
+  return sensor.bit_depth == 8 && (asked || sensor.signal == Signal::Either);
+}
 
 std::vector<ForceSample> force_samples(const std::vector<GaugedRecording>& recordings, bool keep_border) {
   std::vector<ForceSample> samples;
@@ -192,7 +198,7 @@ std::string describe(const ForceOutcome& o) {
                                                   : "");
   }
   text += "\n" + curve_text(f) + "\n";
-  if (f.signal != ForceSignal::GraySum)
+  if (f.signal == ForceSignal::Area || f.signal == ForceSignal::Volume)
     text += line(
         "note: force by %s holds for objects shaped as those pressed here; --signal gray-sum where others "
         "will "
@@ -321,8 +327,9 @@ std::string to_json(const ForceOutcome& o, const std::string& sensor_file) {
 
 std::string samples_csv(const ForceOutcome& o) {
   std::string text =
-      "recording,frame,time_s,press,gray_sum,area_px,volume_mm3,force_N,fitted_N,held_out_N,unloading,left_"
-      "out\n";
+      "recording,frame,time_s,press,gray_sum,area_px,volume_mm3,gradient_sum,force_N,fitted_N,held_out_N,"
+      "unloading,"
+      "left_out\n";
   const auto cell = [](double value, const char* format) {
     return std::isfinite(value) ? line(format, value) : std::string();
   };
@@ -331,8 +338,10 @@ std::string samples_csv(const ForceOutcome& o) {
     const double w = o.choice.unloading_share[i];
     text += line("%u,%llu,", s.recording, static_cast<unsigned long long>(s.frame)) + cell(s.time_s, "%.6f") +
             line(",%u,%.2f,%.0f,", s.press, s.reading.gray_sum, s.reading.area_px) +
-            (s.reading.has_volume ? line("%.6g", s.reading.volume_mm3) : "") + "," + cell(s.force_N, "%.6g") +
-            "," + line("%.6g,", force_of(o.choice.calibration, s.reading, w).value) +
+            (s.reading.has_volume ? line("%.6g", s.reading.volume_mm3) : "") + "," +
+            (s.reading.has_gradient ? line("%.2f", s.reading.gradient_sum) : "") + "," +
+            cell(s.force_N, "%.6g") + "," +
+            line("%.6g,", force_of(o.choice.calibration, s.reading, w).value) +
             cell(o.choice.held_out_N[i], "%.6g") + line(",%.3f,%s\n", w, to_string(s.left_out));
   }
   return text;

@@ -11,6 +11,10 @@
 
 namespace palpate {
 
+/// Whether the sum of gradients is measured for a force calibration: of gels, whose pixels change with the
+/// slope; or where it is asked for and frames have 8 bits.
+bool may_show_slopes(const Sensor& sensor, bool asked = false);
+
 /// Touched frames beside their gauge readings, for the fit; saturated ones, those at the border and those
 /// without a reading stay in, marked. Presses are numbered over all recordings. `keep_border`: contacts at
 /// the border count, for pads that objects or their glow outgrow.
@@ -49,7 +53,7 @@ ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const Forc
 /// The tables that a person reads, and the same as a JSON object (text).
 std::string describe(const ForceOutcome& outcome);
 std::string to_json(const ForceOutcome& outcome, const std::string& sensor_file);
-/// One line a sample: recording, frame, time_s, press, the three signals, force_N, fitted_N, held_out_N,
+/// One line a sample: recording, frame, time_s, press, the four signals, force_N, fitted_N, held_out_N,
 /// unloading, left_out.
 std::string samples_csv(const ForceOutcome& outcome);
 /// A script for gnuplot that writes one picture to standard output, `svg` or PNG: readings of both directions

@@ -29,16 +29,19 @@ const char* axis_of(ForceSignal signal) {
       return "contact area, px";
     case ForceSignal::Volume:
       return "indented volume, mm^3";
+    case ForceSignal::Gradient:
+      return "gradients over the frame, gray levels x px";
   }
   return "";
 }
 
 ForceReading reading_at(const ForceCalibration& c, double signal) {
   ForceReading r;
-  r.contact = r.has_volume = true;
-  (c.signal == ForceSignal::GraySum ? r.gray_sum
-   : c.signal == ForceSignal::Area  ? r.area_px
-                                    : r.volume_mm3) = signal;
+  r.contact = r.has_volume = r.has_gradient = true;
+  (c.signal == ForceSignal::GraySum    ? r.gray_sum
+   : c.signal == ForceSignal::Area     ? r.area_px
+   : c.signal == ForceSignal::Gradient ? r.gradient_sum
+                                       : r.volume_mm3) = signal;
   return r;
 }
 

@@ -24,6 +24,7 @@ void add_calibrate(CLI::App& program, Common& common, Command& chosen) {
   add_calibrate_shear(*group, common, chosen);
   add_calibrate_photometric(*group, common, chosen);
   add_calibrate_lookup(*group, common, chosen);
+  add_calibrate_lights(*group, common, chosen);
 }
 
 }  // namespace palpate

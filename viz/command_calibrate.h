@@ -18,5 +18,6 @@ void add_calibrate_force(CLI::App& group, Common& common, Command& chosen);
 void add_calibrate_shear(CLI::App& group, Common& common, Command& chosen);
 void add_calibrate_photometric(CLI::App& group, Common& common, Command& chosen);
 void add_calibrate_lookup(CLI::App& group, Common& common, Command& chosen);
+void add_calibrate_lights(CLI::App& group, Common& common, Command& chosen);
 
 }  // namespace palpate

@@ -18,8 +18,10 @@
 namespace palpate {
 namespace {
 
-const std::map<std::string, ForceSignal> kSignalNames = {
-    {"gray-sum", ForceSignal::GraySum}, {"area", ForceSignal::Area}, {"volume", ForceSignal::Volume}};
+const std::map<std::string, ForceSignal> kSignalNames = {{"gray-sum", ForceSignal::GraySum},
+                                                         {"gradient", ForceSignal::Gradient},
+                                                         {"area", ForceSignal::Area},
+                                                         {"volume", ForceSignal::Volume}};
 const std::map<std::string, ForceModel> kModelNames = {
     {"line", ForceModel::Line}, {"power", ForceModel::Power}, {"spline", ForceModel::Spline}};
 
@@ -88,6 +90,9 @@ Report force(const Common& common, const Options& options) {
     // A volume needs the surface; without it that work is saved.
     if (options.signal && options.signal != ForceSignal::Volume)
       found.outputs = static_cast<uint32_t>(Output::Force);
+    if (options.signal.value_or(ForceSignal::Gradient) == ForceSignal::Gradient &&
+        may_show_slopes(found.sensor, options.signal.has_value()))
+      found.outputs |= static_cast<uint32_t>(Output::Gradient);
     if (first.input.empty()) first = found;
     request.gauge = gauge;
     return measure_beside_gauge(*context, common, found, request);
@@ -128,7 +133,9 @@ void add_calibrate_force(CLI::App& group, Common& common, Command& chosen) {
       *command, *options, common,
       "CSV with time_s (or _ms, _us, _ns) or frame, and force_N (or _mN, _kN, _gf, _kgf, _lbf)");
   command
-      ->add_option("--signal", options->signal, "gray-sum, area or volume (default: as held-out presses say)")
+      ->add_option("--signal", options->signal,
+                   "gray-sum, gradient (of gels), area or volume (default: as held-out presses "
+                   "say)")
       ->transform(CLI::CheckedTransformer(kSignalNames));
   command->add_option("--model", options->model, "line, power or spline (default: as held-out presses say)")
       ->transform(CLI::CheckedTransformer(kModelNames));

@@ -13,12 +13,15 @@
 #include "engine/stages/weighted_surface.h"
 #include "viz/command.h"
 #include "viz/input.h"
+#include "viz/integrate_lights.h"
 #include "viz/npy.h"
 
 namespace palpate {
 namespace {
 
 struct Options {
+  std::vector<std::filesystem::path> inputs;  ///< gradients, or images with lights
+  std::filesystem::path lights, truth;        ///< empty: none
   std::filesystem::path gradients;
   std::filesystem::path weights;  ///< empty: none
   bool kinks = false;
@@ -99,7 +102,19 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
           validation_clean(*context) ? 0 : kInternalError};
 }
 
-Report integrate(const Common& common, const Options& options) {
+Report integrate(const Common& common, Options options) {
+  if (!options.lights.empty()) {
+    if (!options.weights.empty() || options.kinks)
+      throw Error(Failure::Usage, "gradients for --weights and --kinks", "images under --lights",
+                  "palpate integrate without these options");
+    return integrate_lights(common, {options.inputs, options.lights, options.truth});
+  }
+  if (options.inputs.size() != 1 || !options.truth.empty())
+    throw Error(
+        Failure::Usage, "one array of gradients, or images with --lights FILE",
+        options.inputs.size() != 1 ? std::to_string(options.inputs.size()) + " files" : "--truth alone",
+        "palpate integrate --help");
+  options.gradients = options.inputs.front();
   const NpyArray array = read_npy(options.gradients);
   check_shape(array, options.gradients);
   if (!options.weights.empty() || options.kinks) return integrate_with_weights(common, options, array);
@@ -141,13 +156,18 @@ Report integrate(const Common& common, const Options& options) {
 }  // namespace
 
 void add_integrate(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command =
-      program.add_subcommand("integrate", "Turn a gradient field (NumPy array) into a height map");
+  CLI::App* command = program.add_subcommand(
+      "integrate", "Turn a gradient field (NumPy array), or images under several lights, into a height map");
   auto options = std::make_shared<Options>();
   command
-      ->add_option("GRADIENTS", options->gradients,
-                   "rows x columns x 2, float32 or float64: dz/dx (right), dz/dy (down), per pixel")
+      ->add_option("GRADIENTS", options->inputs,
+                   "rows x columns x 2, float32 or float64: dz/dx (right), dz/dy (down), per pixel; with "
+                   "--lights the gray images, in the order of the lights")
       ->required();
+  command->add_option("--lights", options->lights,
+                      "What palpate calibrate lights wrote: heights in mm from images under several lights");
+  command->add_option("--truth", options->truth,
+                      "With --lights: known heights to judge by, mm (NumPy array or TrueMap file)");
   command->add_option(
       "--weights", options->weights,
       "rows x columns, at least 0: how much each pixel's gradient counts; 0 is not known and may be NaN");
@@ -168,6 +188,7 @@ void add_integrate(CLI::App& program, Common& common, Command& chosen) {
   add_common(*command, common,
              "  palpate integrate slopes.npy --out out/height\n"
              "  palpate integrate slopes.npy --out out/height --solver exact --json\n"
+             "  palpate integrate image0*.png --lights lights.json --out out/height\n"
              "height.npy is float32, rows x columns, mean 0, in the gradients' unit times one pixel: the "
              "heights whose\n"
              "differences fit the gradients best (least squares, no rim pinned, tilt kept).\n");

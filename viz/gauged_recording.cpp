@@ -47,7 +47,10 @@ TimeAlignment align(const GaugedRecording& recording, const Gauge& gauge) {
   for (const GaugedFrame& f : recording.frames) {
     time_s.push_back(f.time_s);
     const Touch& t = f.touch;
-    signal.push_back(!t.contact ? 0 : normal ? t.gray_sum : std::hypot(t.shift_x_mm, t.shift_y_mm));
+    if (normal && t.has_gradient)
+      signal.push_back(t.gradient_sum);  // before what presses counts as contact
+    else
+      signal.push_back(!t.contact ? 0 : normal ? t.gray_sum : std::hypot(t.shift_x_mm, t.shift_y_mm));
   }
   for (size_t i = 0; i < gauge.size(); ++i)
     force.push_back(normal ? gauge.force_N[i] : std::hypot(gauge.fx_N[i], gauge.fy_N[i]));

@@ -164,7 +164,9 @@ void ContactTracker::measure(Track& track, const Touch& touch, std::span<const f
 void ContactTracker::add_up(Touch& touch) const {
   const std::vector<ContactTouch>& contacts = touch.contacts;
   if (contacts.empty()) return;
-  if (sensor_.force && sensor_.force->signal != ForceSignal::Volume && contacts.size() > 1) {
+  if (sensor_.force &&
+      (sensor_.force->signal == ForceSignal::GraySum || sensor_.force->signal == ForceSignal::Area) &&
+      contacts.size() > 1) {
     // What is wrong with the calibration is wrong with all contacts alike; single readings scatter apart.
     const ForceCalibration& calibration = *sensor_.force;
     Estimate sum{0, 0, touch.saturated_px > 0 ? Validity::Saturated : Validity::Valid};

@@ -58,13 +58,16 @@ double value_at(ForceModel model, double c1, double c0_N, double exponent, Knots
 }  // namespace
 
 ForceReading force_reading(const Touch& t) {
-  return {
-      t.gray_sum, static_cast<double>(t.area_px), t.volume_mm3, t.has_surface, t.contact, t.saturated_px > 0,
-      t.at_border};
+  return {t.gray_sum,    static_cast<double>(t.area_px),
+          t.volume_mm3,  t.has_surface,
+          t.contact,     t.saturated_px > 0,
+          t.at_border,   t.gradient_sum,
+          t.has_gradient};
 }
 
 ForceReading force_reading(const ContactTouch& c) {
-  return {c.gray_sum, static_cast<double>(c.area_px), 0, false, true, c.saturated_px > 0, c.at_border};
+  return {c.gray_sum, static_cast<double>(c.area_px), 0, false, true, c.saturated_px > 0, c.at_border, 0,
+          false};
 }
 
 double signal_of(const ForceCalibration& c, const ForceReading& r) {
@@ -75,6 +78,8 @@ double signal_of(const ForceCalibration& c, const ForceReading& r) {
       return r.area_px;
     case ForceSignal::Volume:
       return r.volume_mm3;
+    case ForceSignal::Gradient:
+      return r.gradient_sum;
   }
   return 0;
 }
@@ -112,6 +117,7 @@ double LoadDirection::update(bool contact, double signal, double width) {
 Estimate force_of(const ForceCalibration& c, const ForceReading& r, double unloading) {
   if (!r.contact) return {0, 0, Validity::NoContact};
   if (c.signal == ForceSignal::Volume && !r.has_volume) return {};
+  if (c.signal == ForceSignal::Gradient && !r.has_gradient) return {};
   const double s = signal_of(c, r);
   double value = force_at(c, s), scatter_N = c.residual_sd_N, gap_sd_N = 0;
   if (c.loading && c.unloading) {

@@ -13,11 +13,14 @@ struct ForceReading {
   double volume_mm3 = 0;  ///< indented; only with has_volume
   bool has_volume = false;
   bool contact = false;
-  bool saturated = false;  ///< pixels are at the camera's limit
-  bool at_border = false;  ///< the contact reaches the frame's border
+  bool saturated = false;   ///< pixels are at the camera's limit
+  bool at_border = false;   ///< the contact reaches the frame's border
+  double gradient_sum = 0;  ///< gray levels per px; only with has_gradient
+  bool has_gradient = false;
 };
 
-/// The reading of a frame's whole touch, and of one of several contacts (which has no volume of its own).
+/// The reading of a frame's whole touch, and of one of several contacts (which has neither volume nor
+/// gradient sum of its own).
 ForceReading force_reading(const Touch& touch);
 ForceReading force_reading(const ContactTouch& contact);
 
@@ -53,7 +56,8 @@ class LoadDirection {
 /// Normal force of one reading, standard error of a single prediction. `unloading`: as LoadDirection says;
 /// without branches in the calibration it does not matter. Between the branches the value lies between
 /// theirs, and its error grows by their mixture's, sqrt(w (1 - w)) of the gap. States, the first that holds:
-/// no contact (force 0), not calibrated (a volume is needed and there is none), saturated, at the border,
+/// no contact (force 0), not calibrated (a volume or gradient
+/// sum is needed and there is none), saturated, at the border,
 /// above or below the calibrated range.
 Estimate force_of(const ForceCalibration& calibration, const ForceReading& reading, double unloading = 0.5);
 

@@ -20,7 +20,10 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr size_t kFewestPresses = 3;  // more than recordings: their means tell a drift
 constexpr double kAlike = 0.03;       // of the least error: less of a difference is none
 
-constexpr std::array kSignals{ForceSignal::GraySum, ForceSignal::Area, ForceSignal::Volume};
+// Where pixels show slopes, what bends is what presses: gradients come first there, and are measured only
+// there.
+constexpr std::array kSignals{ForceSignal::Gradient, ForceSignal::GraySum, ForceSignal::Area,
+                              ForceSignal::Volume};
 constexpr std::array kModels{ForceModel::Line, ForceModel::Power, ForceModel::Spline};
 
 std::string why_left_out(std::span<const ForceSample> samples) {
@@ -33,12 +36,24 @@ std::string why_left_out(std::span<const ForceSample> samples) {
   return text.empty() ? text : text + ")";
 }
 
-std::vector<ForceCandidate> candidates_of(const ForceChoiceOptions& options, bool has_volume) {
+/// Whether all used readings have what a signal needs.
+bool is_there(ForceSignal signal, std::span<const ForceSample> samples) {
+  const auto lacks = [signal](const ForceSample& s) {
+    return is_used(s) && ((signal == ForceSignal::Volume && !s.reading.has_volume) ||
+                          (signal == ForceSignal::Gradient && !s.reading.has_gradient));
+  };
+  return std::any_of(samples.begin(), samples.end(), is_used) &&
+         std::none_of(samples.begin(), samples.end(), lacks);
+}
+
+std::vector<ForceCandidate> candidates_of(const ForceChoiceOptions& options,
+                                          std::span<const ForceSample> samples) {
   std::vector<ForceCandidate> list;
   for (const ForceModel model : kModels)
     for (const bool branches : {false, true})
       for (const ForceSignal signal : kSignals) {
-        if (signal == ForceSignal::Volume && !has_volume) continue;
+        const bool needs = signal == ForceSignal::Volume || signal == ForceSignal::Gradient;
+        if (needs && !is_there(signal, samples)) continue;
         if (options.signal.value_or(signal) != signal || options.model.value_or(model) != model ||
             options.branches.value_or(branches) != branches)
           continue;
@@ -51,7 +66,7 @@ std::vector<ForceCandidate> candidates_of(const ForceChoiceOptions& options, boo
 /// only recordings that are held out whole, of several objects or places, can speak for them.
 bool may_be_taken(ForceSignal signal, const ForceChoiceOptions& options,
                   std::span<const ForceSample> samples) {
-  if (signal == ForceSignal::GraySum || options.signal) return true;
+  if (signal == ForceSignal::GraySum || signal == ForceSignal::Gradient || options.signal) return true;
   std::set<uint32_t> recordings;
   for (const ForceSample& s : samples)
     if (is_used(s)) recordings.insert(s.recording);
@@ -214,14 +229,13 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   const auto count_used = [&] {
     return static_cast<size_t>(std::count_if(samples.begin(), samples.end(), is_used));
   };
-  const bool has_volume = std::any_of(samples.begin(), samples.end(), is_used) &&
-                          std::all_of(samples.begin(), samples.end(), [](const ForceSample& s) {
-                            return !is_used(s) || s.reading.has_volume;
-                          });
-  if (options.signal == ForceSignal::Volume && !has_volume)
+  if (options.signal == ForceSignal::Gradient && !is_there(ForceSignal::Gradient, samples))
+    throw Error(Failure::Input, "the sum of gradients as signal",
+                "frames of more than 8 bits, or none touched", "signal gray-sum");
+  if (options.signal == ForceSignal::Volume && !is_there(ForceSignal::Volume, samples))
     throw Error(Failure::Input, "the indented volume as signal", "a sensor without a reading of its surface",
                 "signal gray-sum or area, or a surface section in the sensor file");
-  const std::vector<ForceCandidate> candidates = candidates_of(options, has_volume);
+  const std::vector<ForceCandidate> candidates = candidates_of(options, samples);
   const size_t least = unknowns(options.model.value_or(ForceModel::Line), 0) + 1;
   if (count_used() < least)
     throw Error(

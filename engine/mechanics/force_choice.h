@@ -59,10 +59,10 @@ struct ForceChoice {
 /// Marks outliers in `samples` (readings further than six robust scatters from a flexible curve of every
 /// signal), tries each candidate on blocks held out, and takes the simplest that is not worse than the best
 /// by more than a standard error (or 3 % of its error). Order of simplicity: line, power, spline; together,
-/// apart; gray sum, area, volume. Throws Error(Failure::Input) where too few readings are left, with what
-/// left them out, or where the fixed signal is not there. Area and volume are taken only
-/// where asked for, or where kFewestRecordings are held out one after the other: what goes with force in one
-/// recording may be its object's shape.
+/// apart; gradient (where it was measured), gray sum, area, volume. Throws Error(Failure::Input) where too
+/// few readings are left, with what left them out, or where the fixed signal is not there. Area and volume
+/// are taken only where asked for, or where kFewestRecordings are held out one after the other: what goes
+/// with force in one recording may be its object's shape.
 ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOptions& options);
 
 }  // namespace palpate
