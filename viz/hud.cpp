@@ -73,12 +73,12 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
     draw_profile(under, layout.profile, *profile, doubt(content.touch.depth_validity), scale);
   measurement_panel(frame, layout, content, tared(content.touch, state.tare), state.tare);
   status_line(layout, content, scale);
+  if (state.sensor_panel) sensor_panel(layout.surface, scale, content.sensor, content.touch, state);
   if (!frame.has_window()) return;
   if (state.controls) control_window(layout.surface, scale, content.has_surface, content.live, state);
   const bool player = content.live && content.live->player;
   if (content.live) banner(layout, *content.live, scale);
   if (player) player_bar(layout, scale, *content.live->player, content.touch.time_ns, state);
-  if (state.sensor_panel) sensor_panel(layout.surface, scale, content.sensor, state);
   if (state.labelling) label_window(layout.surface, scale, state);
   if (state.help) {
     help_window(extent, scale, player, content.has_surface, state);

@@ -147,11 +147,13 @@ struct Ends {
     least = std::min(least, v);
     most = std::max(most, v);
   }
-  /// Rounded outwards, at least `smallest` long; returns the distance of ticks for `ticks` of them.
+  /// Rounded outwards at the top, at least `smallest` long; returns the distance of ticks for `ticks` of
+  /// them.
   double round(double smallest, int ticks) {
     const double length = std::max(most - least, smallest);
     const double step = nice_ceiling(length / ticks);
-    least = least < -0.02 * length ? std::floor(least / step) * step : 0;
+    // Noise below zero does not cost a whole tick of room.
+    least = least < -0.02 * length ? std::max(1.05 * least, std::floor(least / step) * step) : 0;
     most = std::max(std::ceil(1.05 * most / step), 1.0) * step;
     return step;
   }
@@ -206,8 +208,8 @@ void draw_slip_band(ImDrawList* list, ImVec2 low, ImVec2 high, const Chart& time
 }  // namespace
 
 ForceRange calibrated_range(const ForceCalibration& force) {
-  return {force_from_gray(force, force.gray_min, true, false).value,
-          force_from_gray(force, force.gray_max, true, false).value};
+  return {force_of(force, reading_at(force.gray_min)).value,
+          force_of(force, reading_at(force.gray_max)).value};
 }
 
 void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,

@@ -67,6 +67,10 @@ ForceReading force_reading(const ContactTouch& c) {
   return {c.gray_sum, static_cast<double>(c.area_px), 0, false, true, c.saturated_px > 0, c.at_border};
 }
 
+ForceReading reading_at(double signal) {
+  return {signal, signal, signal, true, true, false, false};
+}
+
 double signal_of(const ForceCalibration& c, const ForceReading& r) {
   switch (c.signal) {
     case ForceSignal::GraySum:
