@@ -9,6 +9,7 @@
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <set>
 
 #include "capture/synthetic.h"
 #include "engine/gpu/buffer.h"
@@ -28,6 +29,7 @@
 #include "viz/section.h"
 #include "viz/sensor_panel.h"
 #include "viz/settings.h"
+#include "viz/start_list.h"
 #include "viz/strip_charts.h"
 #include "viz/tare.h"
 #include "viz/words.h"
@@ -93,6 +95,54 @@ TEST(Tare, ShownIsTheDifferenceWithBothErrors) {
   untouched.force_N.validity = Validity::NoContact;
   EXPECT_FALSE(Tare().set(uncalibrated));
   EXPECT_FALSE(Tare().set(untouched));
+}
+
+TEST(Tare, EachContactHasItsOwnZero) {
+  const auto contact = [](uint32_t id, double force_N) {
+    ContactTouch c;
+    c.id = id;
+    c.force_N = {force_N, 0.003, Validity::Valid};
+    c.shear_x_N = {0.1 * force_N, 0.003, Validity::Valid};
+    return c;
+  };
+  Touch touch;
+  touch.contact = touch.has_contacts = true;
+  touch.force_N = {0.5, 0.03, Validity::Valid};
+  touch.contacts = {contact(2, 0.2), contact(4, 0.3)};
+  Tare tare;
+  ASSERT_TRUE(tare.set(touch));
+  EXPECT_EQ(
+      tare.words(),
+      "force_N=0.5 contact_2_force_N=0.2 contact_2_shear_x_N=0.020000000000000004 contact_4_force_N=0.3 "
+      "contact_4_shear_x_N=0.03");
+  // The second has left, another has come: it is shown whole.
+  touch.force_N = {0.75, 0.04, Validity::Valid};
+  touch.contacts = {contact(4, 0.35), contact(7, 0.4)};
+  const Touch shown = tared(touch, tare);
+  EXPECT_DOUBLE_EQ(shown.force_N.value, 0.25);
+  ASSERT_EQ(shown.contacts.size(), 2u);
+  EXPECT_NEAR(shown.contacts[0].force_N.value, 0.05, 1e-12);
+  EXPECT_NEAR(shown.contacts[0].force_N.standard_error, std::hypot(0.003, 0.003), 1e-12);
+  EXPECT_NEAR(shown.contacts[0].shear_x_N.value, 0.005, 1e-12);
+  EXPECT_DOUBLE_EQ(shown.contacts[1].force_N.value, 0.4);
+  EXPECT_EQ(touch.contacts[0].force_N.value, 0.35) << "as measured";
+}
+
+TEST(StartList, OffersEverySceneAndOpensEachEntry) {
+  const StartList list{Settings{}};
+  std::set<std::string> scenes;
+  for (const SourceEntry& e : list.sources()) {
+    if (e.group != SourceEntry::Group::Synthetic || e.input.empty()) continue;
+    const SyntheticOptions options = parse_synthetic(e.input);
+    scenes.insert(options.scene);
+    EXPECT_EQ(options.repeat, 0u) << e.input << " goes on until it is closed";
+    EXPECT_EQ(e.name.rfind(options.scene + ", ", 0), 0u) << e.name;
+    EXPECT_EQ(options.mode == SyntheticMode::Gel, e.name.find("gel") != std::string::npos) << e.name;
+    EXPECT_EQ(options.skin == SyntheticSkin::Markers, e.name.find("markers") != std::string::npos) << e.name;
+    EXPECT_EQ(options.skin == SyntheticSkin::Texture, e.name.find("textured") != std::string::npos) << e.name;
+    EXPECT_FALSE(e.detail.empty());
+  }
+  for (const auto& [scene, what] : synthetic_scenes()) EXPECT_TRUE(scenes.contains(scene)) << scene;
 }
 
 TEST(History, KeepsAMinuteAndStartsAnewWhenTimeJumpsBack) {

@@ -9,6 +9,7 @@
 #include "capture/measurements.h"
 #include "engine/mechanics/force.h"
 #include "viz/strip_charts.h"
+#include "viz/stroke.h"
 #include "viz/view_state.h"
 #include "viz/words.h"
 
@@ -28,8 +29,6 @@ constexpr ImU32 kSecond = IM_COL32(230, 159, 0, 255);   // unloading, x
 constexpr ImU32 kThird = IM_COL32(204, 121, 167, 255);  // y
 constexpr int kBandAlpha = 90;
 constexpr double kFarthest = 3;  // times the calibrated range: marks beyond stay at the chart's edge
-
-enum class Stroke { Solid, Dashed, Dotted };
 
 ImU32 pale(ImU32 colour) {
   return (colour & ~IM_COL32_A_MASK) | IM_COL32(0, 0, 0, kBandAlpha);
@@ -107,13 +106,8 @@ class Plot {
     if (to > from) list_->AddRectFilled({at(from, 0).x, low_.y}, {at(to, 0).x, high_.y}, kBeyond);
   }
   void line(const std::vector<ImVec2>& points, ImU32 colour, Stroke stroke) {
-    float travelled = 0;
-    for (size_t i = 1; i < points.size(); ++i) {
-      const ImVec2 a = points[i - 1], b = points[i];
-      travelled = std::fmod(travelled + std::hypot(b.x - a.x, b.y - a.y), 12 * scale_);
-      if (stroke == Stroke::Solid || travelled < (stroke == Stroke::Dashed ? 7 : 3) * scale_)
-        list_->AddLine(a, b, colour, (stroke == Stroke::Dotted ? 1.2f : 1.8f) * scale_);
-    }
+    StrokeLine drawn(list_, colour, stroke, scale_);
+    for (size_t i = 1; i < points.size(); ++i) drawn.piece(points[i - 1], points[i]);
   }
   void band(const std::vector<ImVec2>& low, const std::vector<ImVec2>& high, ImU32 colour) {
     for (size_t i = 1; i < low.size(); ++i)
@@ -124,9 +118,10 @@ class Plot {
     for (float y = low_.y; y < high_.y; y += 9 * scale_)
       list_->AddLine({at_x, y}, {at_x, std::min(y + 5 * scale_, high_.y)}, colour, scale_);
   }
-  /// A contact, its error bar of two standard errors, and its words beside it; at the edge where it lies
-  /// beyond the axes, with a point towards it.
-  void mark(double x, double y, double sd, ImU32 colour, const std::string& words, bool trusted) {
+  /// A contact, its error bar of two standard errors, and its words above it on the left or below it on the
+  /// right; at the edge where it lies beyond the axes. Hollow where it is not to be trusted.
+  void mark(double x, double y, double sd, ImU32 colour, const std::string& words, bool trusted,
+            bool wants_left = true) {
     const ImVec2 true_place = at(x, y);
     const float radius = 4.5f * scale_;
     const ImVec2 p{std::clamp(true_place.x, low_.x + radius, high_.x - radius),
@@ -140,7 +135,7 @@ class Plot {
       list_->AddCircle(p, radius, colour, 0, 2 * scale_);
     const ImVec2 size = ImGui::CalcTextSize(words.c_str());
     const float left = p.x - radius - size.x - 5 * scale_;  // above the curve there is room on the left
-    const bool above = left > low_.x;                       // else below it on the right
+    const bool above = wants_left && left > low_.x;         // else below it on the right
     const float words_x = above ? left : std::min(p.x + radius + 5 * scale_, high_.x - size.x - 2);
     const float words_y = std::clamp(above ? p.y - size.y - 1 : p.y + 2, low_.y, high_.y - size.y);
     list_->AddRectFilled({words_x - 2, words_y}, {words_x + size.x + 2, words_y + size.y},
@@ -329,18 +324,15 @@ void draw_shear_calibration(ImDrawList* list, const ViewRect& rect, const ShearC
   }
   if (normal_N)
     for (const double sign : {-1.0, 1.0}) {
-      const float y = plot.at(0, sign * c.friction * *normal_N).y;
-      std::vector<ImVec2> level;
-      for (float along = 0; along <= plot.width(); along += scale)
-        level.push_back({plot.at(plot.x().least, 0).x + along, y});
-      plot.line(level, kLimit, Stroke::Dotted);
+      const double limit_N = sign * c.friction * *normal_N;
+      plot.line({plot.at(plot.x().least, limit_N), plot.at(plot.x().most, limit_N)}, kLimit, Stroke::Dotted);
     }
   for (const bool along_x : {true, false})
     for (const CalibrationMark& m : shear_marks(c, touch, along_x)) {
       const std::string name = along_x ? "x" : "y";
       plot.mark(m.signal, m.force_N.value, m.force_N.standard_error, along_x ? kSecond : kThird,
-                m.id > 0 ? text("%s of %u", name.c_str(), m.id) : name,
-                m.force_N.validity == Validity::Valid);
+                m.id > 0 ? text("%s of %u", name.c_str(), m.id) : name, m.force_N.validity == Validity::Valid,
+                !along_x);
     }
   plot.unclip();
   plot.legend("x", kSecond);

@@ -150,8 +150,10 @@ void sensor_panel(const ViewRect& around, float scale, const Sensor& sensor, con
                ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
   ImGui::TextUnformatted(sensor.name.empty() ? "unnamed sensor" : sensor.name.c_str());
-  ImGui::TextDisabled("contact: %s, from %g gray levels; saturated from %u", to_string(sensor.signal),
-                      sensor.threshold_gray, sensor.saturation_gray);
+  ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+  ImGui::TextWrapped("contact: %s, from %g gray levels; saturated from %u gray levels",
+                     to_string(sensor.signal), sensor.threshold_gray, sensor.saturation_gray);
+  ImGui::PopStyleColor();
   calibration_charts(sensor, touch,
                      std::clamp(0.33f * static_cast<float>(around.height), 140 * scale, 260 * scale), scale,
                      state.tare.on);
