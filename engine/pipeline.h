@@ -80,9 +80,9 @@ struct PipelineOptions {
   bool warm_start = false;
   /// Only a window around the touched tiles is computed; beyond it depth is 0, and without contact
   /// everywhere. Sums and force are those of the whole frame, to the last bit. Has no effect where the window
-  /// would not do: Reading::Elastic, Output::Gradient, confidence and weights, SurfaceSolver::Exact, a
-  /// threshold of 0, and frames whose contacts lie too far apart. Each window is solved anew: warm_start is
-  /// then not used.
+  /// would not do: Reading::Elastic, Output::Gradient, a followed skin, confidence and weights,
+  /// SurfaceSolver::Exact, threshold 0, and frames whose contacts lie too far apart. Each window is solved
+  /// anew: warm_start is then not used.
   bool skip_untouched = false;
   Upload upload = Upload::Auto;       ///< of leased frames; others are copied
   std::optional<Tuning> tuning = {};  ///< without one: what was measured for the device, or its defaults

@@ -1,8 +1,10 @@
 #include "engine/sensor.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <numbers>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -219,7 +221,15 @@ uint32_t shadow_gray(const Sensor& sensor) {
 
 uint32_t smallest_contact_px(const Sensor& sensor, const FrameFormat& format) {
   if (sensor.smallest_contact_px > 0) return sensor.smallest_contact_px;
-  return std::max(9u, static_cast<uint32_t>(uint64_t{format.width} * format.height / 4000));
+  double least_px = std::max(9.0, static_cast<double>(format.width) * format.height / 4000);
+  // Where the skin moves, its pattern changes the picture too. What one marker leaves, where it was and where
+  // it is, each as wide as the filter makes it, or one patch of texture, is no touch.
+  if (sensor.skin) {
+    const bool markers = sensor.skin->kind == SkinKind::Markers;
+    const double side = markers ? sensor.skin->size_px + 4 : 2 * sensor.skin->size_px;
+    least_px = std::max(least_px, markers ? 2 * std::numbers::pi / 4 * side * side : side * side);
+  }
+  return static_cast<uint32_t>(std::min(least_px, double{1u << 26}));
 }
 
 const char* to_string(Signal signal) {

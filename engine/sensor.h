@@ -247,7 +247,7 @@ Sensor uncalibrated_sensor(const FrameFormat& format);
 /// slopes come from brightness; otherwise 0, nothing, since a dark pixel of a waveguide is an untouched one.
 uint32_t shadow_gray(const Sensor& sensor);
 
-/// The sensor's own, or 1/4000 of the frame and at least 9 px.
+/// The sensor's own, or 1/4000 of the frame, 9 px, and what one marker or patch of its skin changes at most.
 uint32_t smallest_contact_px(const Sensor& sensor, const FrameFormat& format);
 
 /// Reads and validates. Throws Error(Failure::Sensor) that names file, key, wanted, found; unknown keys are

@@ -1,12 +1,9 @@
 // palpate calibrate force and shear as their users meet them: a rig's recording and a gauge's table in, a
 // sensor file out that measures.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -15,37 +12,18 @@
 #include <vector>
 
 #include "engine/sensor.h"
+#include "tests/program_fixture.h"
 
 namespace palpate {
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-class CalibrateForce : public testing::Test {
+class CalibrateForce : public TypedProgram {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("palpate-calibrate-force-" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  /// Runs the program and returns its exit code; stdout and stderr lie in files beside.
-  int run(const std::string& arguments) const {
-    const std::string command = std::string("'") + PALPATE_PROGRAM + "' " + arguments + " > '" +
-                                at("stdout") + "' 2> '" + at("stderr") + "'";
-    const int status = std::system(command.c_str());
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-  std::string at(const std::string& name) const { return (folder_ / name).string(); }
-  std::string text(const std::string& name) const {
-    std::ifstream in(folder_ / name);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
   Json json() const { return Json::parse(text("stdout")); }
   /// A refusal is one line; what it says.
-  std::string refusal(const std::string& arguments, int code = 3) const {
+  std::string refusal(const std::string& arguments, int code = 3) {
     EXPECT_EQ(run(arguments + " --quiet"), code) << text("stderr");
     const std::string said = text("stderr");
     EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
@@ -82,8 +60,6 @@ class CalibrateForce : public testing::Test {
             << '\n';
     }
   }
-
-  fs::path folder_;
 };
 
 constexpr const char* kSmall = "size=320x240";

@@ -1,14 +1,11 @@
 // palpate calibrate photometric as its user meets it: a synthetic gel's presses in, a sensor file out that
 // measures.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -18,47 +15,26 @@
 #include <vector>
 
 #include "engine/sensor.h"
+#include "tests/program_fixture.h"
 
 namespace palpate {
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 constexpr const char* kHeader = "image,center_x_px,center_y_px,contact_radius_px,ball_radius_mm\n";
 
-class Calibrate : public testing::Test {
+class Calibrate : public TypedProgram {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("palpate-calibrate-" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  /// Runs the program and returns its exit code; stdout and stderr lie in files beside.
-  int run(const std::string& arguments) const {
-    const std::string command = std::string("'") + PALPATE_PROGRAM + "' " + arguments + " > '" +
-                                at("stdout") + "' 2> '" + at("stderr") + "'";
-    const int status = std::system(command.c_str());
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-  std::string at(const std::string& name) const { return (folder_ / name).string(); }
-  std::string text(const std::string& name) const {
-    std::ifstream in(folder_ / name);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
   std::string calibrate(const std::string& rest) const {
     return "calibrate photometric '" + at("rec/frames") + "' --sensor '" + at("rec/sensor.json") +
            "' --balls '" + at("balls.csv") + "' --background '" + at("rec/background.png") + "' --out '" +
            at("out.json") + "' " + rest;
   }
-  int simulate() const {
+  int simulate() {
     return run("simulate palpation --mode gel --size 320x240 --rate 2 --radius 5 --quiet --out '" +
                at("rec") + "'");
   }
-
-  fs::path folder_;
 };
 
 TEST_F(Calibrate, FindsTheSensorOfASyntheticGel) {

@@ -156,6 +156,15 @@ TEST(ContactTracker, SizeHasHysteresis) {
   ContactTracker usual(sensor, kFormat);
   EXPECT_TRUE(follow(usual, {region(100, 100, 75)}).contacts.empty());
   EXPECT_EQ(follow(usual, {region(100, 100, 76)}).contacts.size(), 1u);
+  // A skin's pattern changes the picture where it moves: one marker, where it was and where it is, is no
+  // contact.
+  sensor.skin = SkinPattern{};
+  sensor.skin->size_px = 8;
+  EXPECT_EQ(smallest_contact_px(sensor, kFormat), 226u);
+  sensor.skin->kind = SkinKind::Texture;
+  EXPECT_EQ(smallest_contact_px(sensor, kFormat), 256u);
+  sensor.smallest_contact_px = 20;
+  EXPECT_EQ(smallest_contact_px(sensor, kFormat), 20u);
 }
 
 TEST(ContactTracker, MergeAndSplitKeepTheLargerOnesId) {

@@ -136,6 +136,33 @@ class Program : public testing::Test {
   fs::path folder_;
 };
 
+/// The same with a whole command in one string, as it is typed: words apart by blanks, '...' one word.
+class TypedProgram : public Program {
+ protected:
+  /// Its exit code; stdout and stderr are files in folder_.
+  int run(const std::string& typed) { return Program::run(words_of(typed)).exit_code; }
+  std::string at(const std::string& name) const { return (folder_ / name).string(); }
+  std::string text(const std::string& name) const { return slurp(folder_ / name); }
+
+ private:
+  static std::vector<std::string> words_of(const std::string& typed) {
+    std::vector<std::string> words;
+    bool inside = false, quoted = false;
+    for (const char c : typed) {
+      if (c == '\'') {
+        quoted = !quoted;
+      } else if (c == ' ' && !quoted) {
+        inside = false;
+        continue;
+      }
+      if (!inside) words.emplace_back();
+      inside = true;
+      if (c != '\'') words.back() += c;
+    }
+    return words;
+  }
+};
+
 struct Table {
   std::vector<std::string> columns;
   std::vector<std::vector<std::string>> rows;

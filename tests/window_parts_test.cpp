@@ -9,13 +9,16 @@
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <set>
 
 #include "capture/synthetic.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/commands.h"
+#include "engine/mechanics/force.h"
 #include "engine/pipeline.h"
 #include "tests/gpu_fixture.h"
 #include "viz/background_work.h"
+#include "viz/calibration_chart.h"
 #include "viz/colour_map.h"
 #include "viz/controls.h"
 #include "viz/event_log.h"
@@ -26,6 +29,7 @@
 #include "viz/section.h"
 #include "viz/sensor_panel.h"
 #include "viz/settings.h"
+#include "viz/start_list.h"
 #include "viz/strip_charts.h"
 #include "viz/tare.h"
 #include "viz/words.h"
@@ -91,6 +95,54 @@ TEST(Tare, ShownIsTheDifferenceWithBothErrors) {
   untouched.force_N.validity = Validity::NoContact;
   EXPECT_FALSE(Tare().set(uncalibrated));
   EXPECT_FALSE(Tare().set(untouched));
+}
+
+TEST(Tare, EachContactHasItsOwnZero) {
+  const auto contact = [](uint32_t id, double force_N) {
+    ContactTouch c;
+    c.id = id;
+    c.force_N = {force_N, 0.003, Validity::Valid};
+    c.shear_x_N = {0.1 * force_N, 0.003, Validity::Valid};
+    return c;
+  };
+  Touch touch;
+  touch.contact = touch.has_contacts = true;
+  touch.force_N = {0.5, 0.03, Validity::Valid};
+  touch.contacts = {contact(2, 0.2), contact(4, 0.3)};
+  Tare tare;
+  ASSERT_TRUE(tare.set(touch));
+  EXPECT_EQ(
+      tare.words(),
+      "force_N=0.5 contact_2_force_N=0.2 contact_2_shear_x_N=0.020000000000000004 contact_4_force_N=0.3 "
+      "contact_4_shear_x_N=0.03");
+  // The second has left, another has come: it is shown whole.
+  touch.force_N = {0.75, 0.04, Validity::Valid};
+  touch.contacts = {contact(4, 0.35), contact(7, 0.4)};
+  const Touch shown = tared(touch, tare);
+  EXPECT_DOUBLE_EQ(shown.force_N.value, 0.25);
+  ASSERT_EQ(shown.contacts.size(), 2u);
+  EXPECT_NEAR(shown.contacts[0].force_N.value, 0.05, 1e-12);
+  EXPECT_NEAR(shown.contacts[0].force_N.standard_error, std::hypot(0.003, 0.003), 1e-12);
+  EXPECT_NEAR(shown.contacts[0].shear_x_N.value, 0.005, 1e-12);
+  EXPECT_DOUBLE_EQ(shown.contacts[1].force_N.value, 0.4);
+  EXPECT_EQ(touch.contacts[0].force_N.value, 0.35) << "as measured";
+}
+
+TEST(StartList, OffersEverySceneAndOpensEachEntry) {
+  const StartList list{Settings{}};
+  std::set<std::string> scenes;
+  for (const SourceEntry& e : list.sources()) {
+    if (e.group != SourceEntry::Group::Synthetic || e.input.empty()) continue;
+    const SyntheticOptions options = parse_synthetic(e.input);
+    scenes.insert(options.scene);
+    EXPECT_EQ(options.repeat, 0u) << e.input << " goes on until it is closed";
+    EXPECT_EQ(e.name.rfind(options.scene + ", ", 0), 0u) << e.name;
+    EXPECT_EQ(options.mode == SyntheticMode::Gel, e.name.find("gel") != std::string::npos) << e.name;
+    EXPECT_EQ(options.skin == SyntheticSkin::Markers, e.name.find("markers") != std::string::npos) << e.name;
+    EXPECT_EQ(options.skin == SyntheticSkin::Texture, e.name.find("textured") != std::string::npos) << e.name;
+    EXPECT_FALSE(e.detail.empty());
+  }
+  for (const auto& [scene, what] : synthetic_scenes()) EXPECT_TRUE(scenes.contains(scene)) << scene;
 }
 
 TEST(History, KeepsAMinuteAndStartsAnewWhenTimeJumpsBack) {
@@ -285,6 +337,99 @@ TEST(SensorPanel, SaysWhatIsMissingAndWhatWouldDo) {
   }
 }
 
+/// A calibration with two branches, of a signal that is not the gray sum.
+ForceCalibration power_of_area() {
+  ForceCalibration c;
+  c.signal = ForceSignal::Area;
+  c.model = ForceModel::Power;
+  c.c1_N_per_gray = 4e-5;
+  c.exponent = 1.5;
+  c.gray_min = 50;
+  c.gray_max = 1000;
+  c.residual_sd_N = 0.01;
+  c.loading = ForceCurve{5e-5, 0, 1.5, {}, 0.01};
+  c.unloading = ForceCurve{3e-5, 0, 1.5, {}, 0.02};
+  return c;
+}
+
+TEST(CalibrationChart, CurvesAreWhatTheContactWouldRead) {
+  const ForceCalibration c = power_of_area();
+  for (const Branch branch : {Branch::Loading, Branch::Unloading}) {
+    const std::vector<CurvePoint> points = force_curve(c, branch, c.gray_min, c.gray_max, 20);
+    ASSERT_EQ(points.size(), 20u);
+    EXPECT_EQ(points.front().signal, 50);
+    EXPECT_EQ(points.back().signal, 1000);
+    for (const CurvePoint& p : points) {
+      ContactTouch contact;
+      contact.area_px = static_cast<uint64_t>(std::llround(p.signal));
+      contact.gray_sum = 1e9;  // not what this calibration reads
+      const Estimate e = force_of(c, force_reading(contact), branch == Branch::Unloading ? 1 : 0);
+      EXPECT_NEAR(p.force_N, e.value, 2e-3 * e.value + 1e-4) << p.signal;
+      EXPECT_NEAR(p.standard_error_N, branch == Branch::Unloading ? 0.02 : 0.01, 1e-12);
+    }
+  }
+}
+
+TEST(CalibrationChart, RangeIsInNewtonsWhateverTheSignal) {
+  ForceCalibration c = power_of_area();
+  const double middle = (5e-5 + 3e-5) / 2;
+  for (const ForceSignal signal : {ForceSignal::GraySum, ForceSignal::Area, ForceSignal::Volume}) {
+    c.signal = signal;
+    EXPECT_NEAR(calibrated_range(c).least_N, middle * std::pow(50, 1.5), 1e-9) << to_string(signal);
+    EXPECT_NEAR(calibrated_range(c).most_N, middle * std::pow(1000, 1.5), 1e-9) << to_string(signal);
+  }
+}
+
+TEST(CalibrationChart, MarksAreTheContactsOfTheFrame) {
+  ForceCalibration force = power_of_area();
+  ShearCalibration shear;
+  Touch t;
+  EXPECT_TRUE(force_marks(force, t).empty());
+  EXPECT_TRUE(shear_marks(shear, t, true).empty());
+  t.contact = true;
+  t.area_px = 400;
+  t.gray_sum = 12345;
+  t.force_N = {0.4, 0.01, Validity::Valid};
+  t.shear_x_N = {0.1, 0.01, Validity::Valid};
+  t.shear_y_N = {-0.2, 0.01, Validity::Valid};
+  t.shift_x_mm = 0.3;
+  t.shift_y_mm = -0.5;
+  ASSERT_EQ(force_marks(force, t).size(), 1u);
+  EXPECT_EQ(force_marks(force, t)[0].id, 0u);
+  EXPECT_EQ(force_marks(force, t)[0].signal, 400);
+  EXPECT_EQ(shear_marks(shear, t, true)[0].signal, 0.3);
+  EXPECT_EQ(shear_marks(shear, t, false)[0].signal, -0.5);
+  EXPECT_EQ(shear_marks(shear, t, false)[0].force_N.value, -0.2);
+  // By the skin, the shift is the skin's where enough of it is followed.
+  shear.signal = ShearSignal::Skin;
+  t.has_skin = true;
+  t.skin.shift_x_mm = {0.07, 0.01, Validity::Valid};
+  EXPECT_EQ(shear_marks(shear, t, true)[0].signal, 0.3);
+  t.skin.touching = 12;
+  EXPECT_EQ(shear_marks(shear, t, true)[0].signal, 0.07);
+  // Of two contacts each has its own signal, the sum of both has none.
+  t.has_contacts = true;
+  for (const uint32_t id : {3u, 5u}) {
+    ContactTouch c;
+    c.id = id;
+    c.area_px = 100 * id;
+    c.shift_x_mm = 0.1 * id;
+    c.force_N = c.shear_x_N = {0.01 * id, 0.001, Validity::Valid};
+    t.contacts.push_back(c);
+  }
+  ASSERT_EQ(force_marks(force, t).size(), 2u);
+  EXPECT_EQ(force_marks(force, t)[1].id, 5u);
+  EXPECT_EQ(force_marks(force, t)[1].signal, 500);
+  EXPECT_TRUE(shear_marks(shear, t, true).empty());  // the skin under each is not told
+  shear.signal = ShearSignal::Centroid;
+  ASSERT_EQ(shear_marks(shear, t, true).size(), 2u);
+  EXPECT_EQ(shear_marks(shear, t, true)[0].signal, 0.1 * 3);
+  // A single contact's volume is the touch's; of several none is known.
+  force.signal = ForceSignal::Volume;
+  for (ContactTouch& c : t.contacts) c.force_N = {};
+  EXPECT_TRUE(force_marks(force, t).empty());
+}
+
 /// Pictures of measured frames, with every panel.
 class WindowPicture : public GpuTest {
  protected:
@@ -294,10 +439,12 @@ class WindowPicture : public GpuTest {
   };
   /// Frame `last` of the scene, with the frames before it in the charts.
   Run draw(const std::string& scene, uint64_t last, const PictureOptions& look,
-           const std::function<void(Touch&)>& change = {}) {
+           const std::function<void(Touch&)>& change = {},
+           const std::function<void(Sensor&)>& calibrate = {}) {
     const SyntheticOptions options = parse_synthetic(scene);
     SyntheticSensor source(options);
-    const Sensor sensor = synthetic_sensor(options);
+    Sensor sensor = synthetic_sensor(options);
+    if (calibrate) calibrate(sensor);
     const Frame background = *source.own_background();
     Pipeline pipeline(context(), sensor, source.format(), {});
     pipeline.set_background(background);
@@ -399,6 +546,21 @@ TEST_F(WindowPicture, PressureAndStrainHaveTheirColours) {
   options.map = ColourMap::Viridis;
   options.colour_range = 0.1;
   expect_as_stored(draw("synthetic:press?size=320x240&mode=gel", 60, options).image, "strain");
+}
+
+TEST_F(WindowPicture, CalibrationsAreCurvesWithTheTouchOnThem) {
+  PictureOptions options = look();
+  options.calibrations = true;
+  const Run run = draw("synthetic:slide?size=320x240", 50, options, {}, [](Sensor& s) {
+    s.force->loading = ForceCurve{s.force->c1_N_per_gray, s.force->c0_N, 1, {}, 0.02};
+    s.force->unloading = ForceCurve{0.9 * s.force->c1_N_per_gray, s.force->c0_N, 1, {}, 0.03};
+    s.force->origin.from = "a press beside a gauge";
+    s.shear->ky_N_per_mm *= 0.7;
+    s.shear->relative_sd = 0.05;
+    s.shear->shift_max_mm = 0.5;
+  });
+  EXPECT_EQ(run.touch.force_N.validity, Validity::Valid);
+  expect_as_stored(run.image, "calibrations");
 }
 
 TEST_F(WindowPicture, PressureMapIsThePressureOfTheScene) {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "viz/measurement_panel.h"
 #include "viz/words.h"
 
 namespace palpate::viz {
@@ -20,8 +21,8 @@ void status_line(const Layout& layout, const HudContent& content, float scale) {
   std::string line;
   const double time_s = 1e-9 * static_cast<double>(content.touch.time_ns);
   if (const LiveStats* live = content.live) {
-    line = text("shown %.0f/s   measured %.0f/s   captured %.0f/s   dropped %llu + %llu", live->shown_per_s,
-                live->processed_per_s, live->captured_per_s,
+    line = text("shown %.0f/s   measured %.0f/s   captured %.0f/s   not measured %llu, not shown %llu",
+                live->shown_per_s, live->processed_per_s, live->captured_per_s,
                 static_cast<unsigned long long>(live->dropped_before_engine),
                 static_cast<unsigned long long>(live->dropped_before_display));
     if (const CaptureCounts& c = live->camera; c.lost + c.damaged + c.gaps > 0)
@@ -29,7 +30,12 @@ void status_line(const Layout& layout, const HudContent& content, float scale) {
                    static_cast<unsigned long long>(c.damaged), static_cast<unsigned long long>(c.gaps));
     if (content.mesh.first) line += text("   mesh %u x %u", content.mesh.first, content.mesh.second);
     line += text("   draw %.0f ms", live->draw_ms);
-    if (!live->note.empty()) line = live->note + "   |   " + line;
+    if (!live->note.empty()) {
+      // The note may take what the rates leave, but at least half.
+      const float room = high.x - low.x - 24 * scale;
+      const float rates = ImGui::CalcTextSize(line.c_str()).x + ImGui::CalcTextSize("   |   ").x;
+      line = shortened(live->note, std::max(room - rates, room / 2)) + "   |   " + line;
+    }
   } else {
     line = text("frame %llu   t = %.3f s", static_cast<unsigned long long>(content.touch.sequence), time_s);
     if (content.mesh.first) line += text("   mesh %u x %u", content.mesh.first, content.mesh.second);

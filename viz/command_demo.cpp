@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
@@ -17,6 +16,7 @@
 #include "viz/live.h"
 #include "viz/processing.h"
 #include "viz/window.h"
+#include "viz/words.h"
 
 namespace palpate {
 namespace {
@@ -55,12 +55,6 @@ SyntheticOptions calibration_press(SyntheticOptions options, const char* scene, 
   options.force_N = force_N;
   options.seed += seed_step;
   return options;
-}
-
-std::string line(const char* format, auto... values) {
-  char text[240];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
 }
 
 /// Gray sum to force from a stepped press, shift to shear and the friction from a slide.
@@ -102,14 +96,14 @@ std::string calibrate_force(gpu::Context& context, const SyntheticOptions& judge
                                   .ky_N_per_mm = ky.k_N_per_mm,
                                   .friction = friction / static_cast<double>(slipping),
                                   .relative_sd = std::hypot(kx.relative_sd, ky.relative_sd)};
-  return line(
+  return viz::text(
              "  force: F = c1 G + c0, c1 = %.4g N/gray, c0 = %.4g N, R^2 %.6f, scatter %.2g N, from %zu "
              "frames of scene 'press'\n",
              fit.calibration.c1_N_per_gray, fit.calibration.c0_N, fit.r_squared,
              fit.calibration.residual_sd_N, gray.size()) +
-         line("  shear: K = %.4g, %.4g N/mm, friction %.3f, from %zu + %llu frames of scene 'slide'\n",
-              kx.k_N_per_mm, ky.k_N_per_mm, sensor.shear->friction, x_mm.size(),
-              static_cast<unsigned long long>(slipping));
+         viz::text("  shear: K = %.4g, %.4g N/mm, friction %.3f, from %zu + %llu frames of scene 'slide'\n",
+                   kx.k_N_per_mm, ky.k_N_per_mm, sensor.shear->friction, x_mm.size(),
+                   static_cast<unsigned long long>(slipping));
 }
 
 /// Colour to slope from presses of a larger ball at the scene's places, as `palpate calibrate photometric`
@@ -133,7 +127,7 @@ std::string calibrate_colour(const SyntheticOptions& judged, Sensor& sensor) {
   }
   const PhotometricFitResult result = fit.solve();
   sensor.photometric = result.calibration;
-  return line(
+  return viz::text(
       "  colour: %zu presses of a ball of radius %g mm, normals to %.4f (held out), depth gain %.3f\n",
       result.presses.size(), kBallRadius_mm, result.normal_rms_held_out, result.depth_gain);
 }

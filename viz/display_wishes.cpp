@@ -56,10 +56,11 @@ void Display::log_event(const char* kind, const std::string& words) {
   const std::filesystem::path folder = recording ? options_.recording->latest().folder : options_.events;
   if (folder.empty()) {
     stats_.note =
-        text("event '%s' is in this window only: --out names a folder for events.csv", words.c_str());
+        text("'%s' is in this window only: --out names a folder for events.csv", label_of(event).c_str());
     return;
   }
-  stats_.note = text("event '%s' at frame %llu", words.c_str(), static_cast<unsigned long long>(event.frame));
+  stats_.note =
+      text("'%s' at frame %llu", label_of(event).c_str(), static_cast<unsigned long long>(event.frame));
   background_.add([folder, event] {
     append_event(folder, event);
     return std::string();

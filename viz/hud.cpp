@@ -48,11 +48,15 @@ void Hud::follow(const Touch& touch) {
 void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, const HudContent& content,
                    ViewState& state, const Eye* eye, const Vec3& half_mm, const Profile* profile) {
   const float scale = frame.scale();
+  const Touch shown = tared(content.touch, state.tare);
   ImDrawList* under = ImGui::GetBackgroundDrawList();
   const SurfaceStyle style = state.style(2 * std::max(half_mm.x, half_mm.y));
   const bool section = profile && content.has_surface && eye;
   if (content.has_surface && eye) {
-    if (state.axes) draw_axes(under, *eye, layout.surface, layout.view, half_mm, style, scale);
+    // Where numbers would lie over each other, the grid alone tells lengths.
+    const bool roomy = static_cast<float>(layout.surface.width) >= 320 * scale &&
+                       static_cast<float>(layout.surface.height) >= 200 * scale;
+    if (state.axes && roomy) draw_axes(under, *eye, layout.surface, layout.view, half_mm, style, scale);
     if (section)
       draw_section(under, layout.surface, layout.view, *eye, state.line, *profile, half_mm, style, scale);
     const bool* follows = state.automatic();
@@ -63,7 +67,7 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
                  {low.x + static_cast<float>(layout.image.width) + 1,
                   low.y + static_cast<float>(layout.image.height) + 1},
                  IM_COL32(70, 78, 90, 255));
-  draw_touch(under, layout.image, content.touch, content.sensor, content.frame.format,
+  draw_touch(under, layout.image, shown, content.sensor, content.frame.format,
              {state.contacts, state.skin, full_shear_N_, scale});
   if (section) draw_section(under, layout.image, state.line, scale);
   if (layout.has_charts)
@@ -71,14 +75,14 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
                       {state.chart_span_s, scale});
   if (layout.has_profile && profile)
     draw_profile(under, layout.profile, *profile, doubt(content.touch.depth_validity), scale);
-  measurement_panel(frame, layout, content, tared(content.touch, state.tare), state.tare);
+  measurement_panel(frame, layout, content, shown, state.tare);
   status_line(layout, content, scale);
+  if (state.sensor_panel) sensor_panel(layout.surface, scale, content.sensor, content.touch, state);
   if (!frame.has_window()) return;
   if (state.controls) control_window(layout.surface, scale, content.has_surface, content.live, state);
   const bool player = content.live && content.live->player;
   if (content.live) banner(layout, *content.live, scale);
   if (player) player_bar(layout, scale, *content.live->player, content.touch.time_ns, state);
-  if (state.sensor_panel) sensor_panel(layout.surface, scale, content.sensor, state);
   if (state.labelling) label_window(layout.surface, scale, state);
   if (state.help) {
     help_window(extent, scale, player, content.has_surface, state);

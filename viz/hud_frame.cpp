@@ -122,6 +122,10 @@ void HudFrame::begin(VkExtent2D extent) {
   ImGui::NewFrame();
 }
 
+void HudFrame::abandon() {
+  ImGui::EndFrame();
+}
+
 void HudFrame::draw(VkCommandBuffer cmd) {
   ImGui::Render();
   ImGui_ImplVulkan_RenderDrawData(ImGui::GetDrawData(), cmd);

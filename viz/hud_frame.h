@@ -23,6 +23,8 @@ class HudFrame {
 
   /// Starts a picture; ImGui calls follow.
   void begin(VkExtent2D extent);
+  /// Forgets what was described since begin.
+  void abandon();
   /// Draws what was described since begin; inside the render pass.
   void draw(VkCommandBuffer cmd);
 

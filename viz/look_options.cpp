@@ -47,6 +47,9 @@ void LookOptions::add(CLI::App& command) {
       ->delimiter(',')
       ->expected(4)
       ->check(CLI::Range(0.0, 1.0));
+  command.add_flag("--calibrations", calibrations_,
+                   "Draw the sensor's calibrations over pictures, as key I does in the window: force and "
+                   "shear as curves with the present touch on them");
 }
 
 void LookOptions::apply(viz::PictureOptions& look) const {
@@ -55,6 +58,7 @@ void LookOptions::apply(viz::PictureOptions& look) const {
   look.quantity = quantity_;
   look.map = map_;
   look.colour_range = colour_range_;
+  look.calibrations = calibrations_;
   if (!section_.empty()) look.section = viz::SectionLine{section_[0], section_[1], section_[2], section_[3]};
   if (view_deg_.empty()) return;
   constexpr double kDegree = std::numbers::pi / 180;

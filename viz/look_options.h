@@ -12,7 +12,9 @@ class App;
 namespace palpate {
 
 struct LookOptions {
-  void add(CLI::App& command);  ///< --depth-range, --exaggeration, --view, --colours, --colour-map, --section
+  /// --depth-range, --exaggeration, --view, --colours, --colour-map, --colour-range, --section,
+  /// --calibrations
+  void add(CLI::App& command);
   void apply(viz::PictureOptions& look) const;
 
  private:
@@ -23,6 +25,7 @@ struct LookOptions {
   viz::ColourMap map_ = viz::ColourMap::Viridis;
   double colour_range_ = 0;
   std::vector<double> section_;
+  bool calibrations_ = false;
 };
 
 }  // namespace palpate

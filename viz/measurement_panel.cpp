@@ -2,7 +2,9 @@
 
 #include <imgui.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "viz/words.h"
 
@@ -70,17 +72,40 @@ void force_lines(HudFrame& frame, const Touch& shown, const Tare& tare) {
   ImGui::PopStyleColor();
 }
 
-void contact_table(const Touch& touch, bool scaled) {
+/// What a contact does, as short as its column.
+const char* slip_word(Slip slip) {
+  switch (slip) {
+    case Slip::NotCalibrated:
+      return "-";
+    case Slip::Incipient:
+      return "rim slips";
+    default:
+      return to_string(slip);
+  }
+}
+
+void contact_table(const Touch& touch, const Tare& tare, bool scaled) {
   constexpr size_t kMost = 10;
+  // The largest, in the order of their numbers.
+  std::vector<const ContactTouch*> listed;
+  for (const ContactTouch& c : touch.contacts) listed.push_back(&c);
+  if (listed.size() > kMost) {
+    std::nth_element(listed.begin(), listed.begin() + kMost, listed.end(),
+                     [](const ContactTouch* a, const ContactTouch* b) { return a->area_px > b->area_px; });
+    listed.resize(kMost);
+    std::sort(listed.begin(), listed.end(),
+              [](const ContactTouch* a, const ContactTouch* b) { return a->id < b->id; });
+  }
   if (!ImGui::BeginTable("contacts", 4, ImGuiTableFlags_SizingStretchProp | ImGuiTableFlags_RowBg)) return;
-  for (const float share : {0.18f, 0.36f, 0.23f, 0.23f})
+  for (const float share : {0.16f, 0.34f, 0.23f, 0.27f})
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, share);
-  for (const char* title : {"contact", "force [N]", scaled ? "area [mm\xc2\xb2]" : "area [px]", "state"}) {
+  for (const char* title : {"contact", tare.on ? "force [N], tared" : "force [N]",
+                            scaled ? "area [mm\xc2\xb2]" : "area [px]", "state"}) {
     ImGui::TableNextColumn();
     ImGui::TextDisabled("%s", title);
   }
-  for (size_t i = 0; i < touch.contacts.size() && i < kMost; ++i) {
-    const ContactTouch& c = touch.contacts[i];
+  for (const ContactTouch* contact : listed) {
+    const ContactTouch& c = *contact;
     ImGui::TableNextRow();
     ImGui::TableNextColumn();
     ImGui::Text("%u", c.id);
@@ -104,11 +129,11 @@ void contact_table(const Touch& touch, bool scaled) {
     else if (doubtful)
       ImGui::TextUnformatted(to_string(c.force_N.validity));
     else
-      ImGui::TextUnformatted(to_string(c.slip));
+      ImGui::TextUnformatted(slip_word(c.slip));
   }
   ImGui::EndTable();
   if (touch.contacts.size() > kMost)
-    ImGui::TextDisabled("and %llu more", whole(touch.contacts.size() - kMost));
+    ImGui::TextDisabled("and %llu smaller ones", whole(touch.contacts.size() - kMost));
 }
 
 void skin_rows(const Touch& t) {
@@ -184,7 +209,7 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
   }
   force_lines(frame, t, tare);
   const bool scaled = has_scale(content.sensor);
-  if (t.has_contacts && t.contacts.size() > 1) contact_table(t, scaled);
+  if (t.has_contacts && t.contacts.size() > 1) contact_table(t, tare, scaled);
   if (ImGui::BeginTable("values", 2, ImGuiTableFlags_SizingStretchProp)) {
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.36f);
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.64f);

@@ -32,6 +32,7 @@ struct PictureOptions {
   bool charts = true;
   double chart_span_s = 10;
   std::optional<SectionLine> section;  ///< with its profile
+  bool calibrations = false;           ///< the sensor's, as curves and words over the surface
   Camera camera;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/gpu/context.h"
 
@@ -42,8 +43,8 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   const FrameFormat& format = shown.frame.format;
   const bool has_surface = shown.surface.buffer != nullptr;
   longest_side_mm_ = std::max(format.width, format.height) * sensor_.pitch_mm_per_px;
-  if (!sized_) state_.follow(shown.touch, longest_side_mm_);  // the first picture already has its scales
-  sized_ = true;
+  const bool first = !std::exchange(sized_, true);
+  if (first) state_.follow(shown.touch, longest_side_mm_);  // the first picture already has its scales
 
   fit_text();
   const float scale = frame_->scale();
@@ -69,9 +70,16 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
 
   HudContent content{sensor_, shown.frame, shown.touch, has_surface, live, context_.report().name, {0, 0}};
   if (has_surface) content.mesh = SurfaceView::mesh_size(shown.surface, mesh_columns);
-  frame_->begin(extent);
-  hud_.describe(*frame_, layout_, extent, content, state_, has_surface ? &eye_ : nullptr, half_mm,
-                section ? &profile : nullptr);
+  const auto describe = [&] {
+    frame_->begin(extent);
+    hud_.describe(*frame_, layout_, extent, content, state_, has_surface ? &eye_ : nullptr, half_mm,
+                  section ? &profile : nullptr);
+  };
+  describe();
+  if (first && !window_) {  // a panel that takes the size of its words shows itself the second time
+    frame_->abandon();
+    describe();
+  }
 
   map_to_picture_barrier(cmd);
   begin_pass();

@@ -2,6 +2,10 @@
 
 #include <imgui.h>
 
+#include <algorithm>
+#include <optional>
+
+#include "viz/calibration_chart.h"
 #include "viz/strip_charts.h"
 #include "viz/words.h"
 
@@ -110,8 +114,34 @@ std::vector<CalibrationLine> calibrations(const Sensor& s) {
   return lines;
 }
 
-void sensor_panel(const ViewRect& around, float scale, const Sensor& sensor, ViewState& state) {
-  const float width = std::min(520 * scale, static_cast<float>(around.width) - 16 * scale);
+namespace {
+
+/// Force and shear, beside each other where there is room.
+void calibration_charts(const Sensor& sensor, const Touch& touch, float height, float scale, bool tared) {
+  const std::optional<double> largest_N =
+      sensor.force ? std::optional(calibrated_range(*sensor.force).most_N) : std::nullopt;
+  const float room = ImGui::GetContentRegionAvail().x, gap = 18 * scale;
+  const bool beside = sensor.force && sensor.shear && room >= 560 * scale;
+  const float width = beside ? (room - gap) / 2 : room;
+  const auto place = [&] {
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    ImGui::Dummy({width, height});
+    return ViewRect{static_cast<int32_t>(at.x), static_cast<int32_t>(at.y), static_cast<uint32_t>(width),
+                    static_cast<uint32_t>(height)};
+  };
+  if (sensor.force) draw_force_calibration(ImGui::GetWindowDrawList(), place(), *sensor.force, touch, scale);
+  if (beside) ImGui::SameLine(0, gap);
+  if (sensor.shear)
+    draw_shear_calibration(ImGui::GetWindowDrawList(), place(), *sensor.shear, largest_N, touch, scale);
+  if (tared && (sensor.force || sensor.shear))
+    ImGui::TextDisabled("Forces on these curves are as measured, not tared.");
+}
+
+}  // namespace
+
+void sensor_panel(const ViewRect& around, float scale, const Sensor& sensor, const Touch& touch,
+                  ViewState& state) {
+  const float width = std::min(680 * scale, static_cast<float>(around.width) - 16 * scale);
   ImGui::SetNextWindowPos({static_cast<float>(around.x) + static_cast<float>(around.width) / 2,
                            static_cast<float>(around.y) + static_cast<float>(around.height) / 2},
                           ImGuiCond_Always, {0.5f, 0.5f});
@@ -120,8 +150,13 @@ void sensor_panel(const ViewRect& around, float scale, const Sensor& sensor, Vie
                ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
   ImGui::TextUnformatted(sensor.name.empty() ? "unnamed sensor" : sensor.name.c_str());
-  ImGui::TextDisabled("contact: %s, from %g gray levels; saturated from %u", to_string(sensor.signal),
-                      sensor.threshold_gray, sensor.saturation_gray);
+  ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+  ImGui::TextWrapped("contact: %s, from %g gray levels; saturated from %u gray levels",
+                     to_string(sensor.signal), sensor.threshold_gray, sensor.saturation_gray);
+  ImGui::PopStyleColor();
+  calibration_charts(sensor, touch,
+                     std::clamp(0.33f * static_cast<float>(around.height), 140 * scale, 260 * scale), scale,
+                     state.tare.on);
   if (ImGui::BeginTable("calibrations", 2, ImGuiTableFlags_SizingFixedFit)) {
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed);
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/sensor.h"
+#include "engine/touch.h"
 #include "viz/layout.h"
 #include "viz/view_state.h"
 
@@ -19,6 +20,9 @@ struct CalibrationLine {
 };
 std::vector<CalibrationLine> calibrations(const Sensor& sensor);
 
-void sensor_panel(const ViewRect& around, float scale, const Sensor& sensor, ViewState& state);
+/// Over the middle of `around`: force and shear as curves with the contacts of `touch` (as measured) on them,
+/// and all calibrations in words.
+void sensor_panel(const ViewRect& around, float scale, const Sensor& sensor, const Touch& touch,
+                  ViewState& state);
 
 }  // namespace palpate::viz

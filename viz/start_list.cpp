@@ -1,6 +1,7 @@
 #include "viz/start_list.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <fstream>
 
@@ -90,6 +91,33 @@ std::vector<SensorEntry> find_sensors(const std::vector<std::string>& remembered
   return found;
 }
 
+/// What is worth a look first comes first.
+struct SimulatedTouch {
+  const char* scene;
+  const char* options;
+  const char* pad;
+};
+constexpr std::array<SimulatedTouch, 18> kSimulatedTouches{{
+    {"palpation", "", "waveguide"},
+    {"press", "mode=gel&", "gel"},
+    {"press", "", "waveguide"},
+    {"slide", "", "waveguide"},
+    {"slide", "mode=gel&", "gel"},
+    {"drag", "skin=texture&", "waveguide, textured"},
+    {"drag", "mode=gel&skin=markers&", "gel, markers"},
+    {"twist", "mode=gel&skin=markers&", "gel, markers"},
+    {"pull", "", "waveguide"},
+    {"fingers", "", "waveguide"},
+    {"fingers", "mode=gel&", "gel"},
+    {"palpation", "mode=gel&", "gel"},
+    {"rig", "hysteresis=0.04&", "waveguide"},
+    {"stick", "skin=texture&", "waveguide, textured"},
+    {"flat", "", "waveguide"},
+    {"flat", "mode=gel&", "gel"},
+    {"still", "", "waveguide"},
+    {"still", "mode=gel&", "gel"},
+}};
+
 bool is_open_by_name(const std::string& input) {
   return input.rfind("synthetic:", 0) == 0 || is_camera(input);
 }
@@ -136,12 +164,13 @@ void StartList::collect(const Settings& settings) {
   const auto add = [this](const std::string& input, const std::string& name, const std::string& detail) {
     sources_.push_back({Group::Synthetic, input, name, detail, {}, false});
   };
-  for (const auto& [scene, what] : synthetic_scenes()) {
-    add("synthetic:" + scene + "?mode=gel&repeat=0", scene + ", gel", what);
-    if (scene == "palpation" || scene == "slide")
-      add("synthetic:" + scene + "?repeat=0", scene + ", waveguide",
-          "gray glows with pressure: force, pressure, slip");
-  }
+  add("", "two kinds of pad",
+      "a waveguide glows with pressure: force, shear, slip; a gel shows depth in three colours");
+  const std::vector<std::pair<std::string, std::string>> scenes = synthetic_scenes();
+  for (const SimulatedTouch& touch : kSimulatedTouches)
+    for (const auto& [scene, what] : scenes)
+      if (scene == touch.scene)
+        add("synthetic:" + scene + "?" + touch.options + "repeat=0", scene + ", " + touch.pad, what);
   if (sensors_.empty())
     sensors_.push_back({"", "as the source brings it", "a camera is uncalibrated then", true});
 }

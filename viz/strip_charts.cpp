@@ -9,6 +9,8 @@
 
 #include "capture/measurements.h"
 #include "engine/mechanics/force.h"
+#include "viz/measurement_panel.h"
+#include "viz/stroke.h"
 #include "viz/view_state.h"
 #include "viz/words.h"
 
@@ -27,8 +29,6 @@ constexpr ImU32 kShearX = IM_COL32(230, 159, 0, 255);
 constexpr ImU32 kShearY = IM_COL32(204, 121, 167, 255);
 constexpr ImU32 kDepth = IM_COL32(0, 190, 140, 255);
 constexpr ImU32 kEvent = IM_COL32(245, 245, 245, 220);
-
-enum class Stroke { Solid, Dashed, Dotted };
 
 /// One chart: a frame with a y axis, and the shared time axis.
 class Chart {
@@ -50,22 +50,25 @@ class Chart {
 
   void paper(double step) const {
     list_->AddRectFilled(low_, high_, kPaper);
-    const double first = std::ceil(least_ / step - 1e-9) * step;
-    float last = high_.y + 1000 * scale_;
-    const auto line = [&](double v, bool always) {
-      const float y = at(end_s_, v).y;
-      list_->AddLine({low_.x, y}, {high_.x, y}, std::abs(v) < 1e-9 * step ? kFrameLine : kGridLine);
-      const std::string label = tick_text(v, step);
+    const auto first = static_cast<int>(std::ceil(least_ / step - 1e-9));
+    const auto last = static_cast<int>(std::floor(most_ / step + 1e-9));
+    // No number over another: of close ones every second, or third, counted from zero.
+    const double row = ImGui::GetFontSize(), apart = step / (most_ - least_) * double(high_.y - low_.y);
+    const int stride = std::max(1, static_cast<int>(std::ceil(0.9 * row / std::max(apart, 1e-3))));
+    for (int i = first; i <= last; ++i) {
+      const float y = at(end_s_, i * step).y;
+      list_->AddLine({low_.x, y}, {high_.x, y}, i == 0 ? kFrameLine : kGridLine);
+      if (i % stride != 0) continue;
+      const std::string label = tick_text(i * step, step);
       const ImVec2 size = ImGui::CalcTextSize(label.c_str());
-      const float middle = std::clamp(y - size.y / 2, low_.y - 2, high_.y - size.y + 2);
-      if (!always && std::abs(middle - last) < 0.85f * size.y) return;  // no number over another
-      last = middle;
-      list_->AddText({low_.x - size.x - 4 * scale_, middle}, kFaint, label.c_str());
-    };
-    for (double v = first; v <= most_ + 1e-9 * step; v += step) line(v, v == first);
+      list_->AddText(
+          {low_.x - size.x - 4 * scale_, std::clamp(y - size.y / 2, low_.y - 2, high_.y - size.y + 2)},
+          kFaint, label.c_str());
+    }
   }
   /// The title, on what is drawn already.
-  void title(const std::string& words, ImU32 colour = kText, float right = 0) const {
+  void title(const std::string& whole, ImU32 colour = kText, float right = 0) const {
+    const std::string words = shortened(whole, high_.x - low_.x - 10 * scale_);
     const ImVec2 size = ImGui::CalcTextSize(words.c_str());
     if (right > 0 && low_.x + right + size.x > high_.x) return;  // the first words are the ones that matter
     const ImVec2 place{low_.x + 5 * scale_ + right, low_.y + 1 * scale_};
@@ -88,9 +91,9 @@ class Chart {
   /// One line; `value` returns false where there is none.
   void line(const std::deque<Sample>& samples, const std::function<bool(const Sample&, double&)>& value,
             ImU32 colour, Stroke stroke) const {
+    StrokeLine drawn(list_, colour, stroke, scale_);
     ImVec2 last{};
     bool joined = false;
-    float travelled = 0;
     for (const Sample& s : samples) {
       double v = 0;
       if (!visible(s.time_s) || !value(s, v) || !std::isfinite(v)) {
@@ -100,11 +103,7 @@ class Chart {
       const ImVec2 p = at(s.time_s, v);
       if (s.gap) joined = false;
       if (joined && p.x - last.x < 1 && std::abs(p.y - last.y) < 1) continue;
-      if (joined) {
-        travelled = std::fmod(travelled + std::hypot(p.x - last.x, p.y - last.y), 12 * scale_);
-        const bool on = stroke == Stroke::Solid || travelled < (stroke == Stroke::Dashed ? 7 : 3) * scale_;
-        if (on) list_->AddLine(last, p, colour, (stroke == Stroke::Dotted ? 1.0f : 1.7f) * scale_);
-      }
+      if (joined) drawn.piece(last, p);
       last = p;
       joined = true;
     }
@@ -147,12 +146,15 @@ struct Ends {
     least = std::min(least, v);
     most = std::max(most, v);
   }
-  /// Rounded outwards, at least `smallest` long; returns the distance of ticks for `ticks` of them.
+  /// Rounded outwards at the top, at least `smallest` long; returns the distance of ticks for `ticks` of
+  /// them.
   double round(double smallest, int ticks) {
     const double length = std::max(most - least, smallest);
-    const double step = nice_ceiling(length / ticks);
-    least = least < -0.02 * length ? std::floor(least / step) * step : 0;
-    most = std::max(std::ceil(1.05 * most / step), 1.0) * step;
+    most = scale_ceiling(std::max(1.05 * most, least < 0 ? 0.1 * length : length));
+    double step = nice_ceiling((most - least) / ticks);
+    while (step > most) step = nice_ceiling(step / 2.5);  // never zero alone
+    // Noise below zero does not cost a whole tick of room.
+    least = least < -0.02 * length ? std::max(1.05 * least, std::floor(least / step) * step) : 0;
     return step;
   }
 };
@@ -206,8 +208,8 @@ void draw_slip_band(ImDrawList* list, ImVec2 low, ImVec2 high, const Chart& time
 }  // namespace
 
 ForceRange calibrated_range(const ForceCalibration& force) {
-  return {force_from_gray(force, force.gray_min, true, false).value,
-          force_from_gray(force, force.gray_max, true, false).value};
+  return {force_of(force, reading_at(force.gray_min)).value,
+          force_of(force, reading_at(force.gray_max)).value};
 }
 
 void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,
@@ -242,6 +244,8 @@ void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& hi
   const char* zeroed = tare.on ? ", tared" : "";
 
   const auto force = [&](const Sample& s) { return tare.on ? tared(s.force_N, tare.force_N) : s.force_N; };
+  // Where nothing touches, no force is what there was at the zero, with the other sign.
+  const auto untouched = [&](const Estimate& zero) { return tare.on && has_value(zero) ? -zero.value : 0.0; };
   {
     Chart chart = next();
     Ends ends;
@@ -254,7 +258,8 @@ void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& hi
           ends.take(force(s).value + 2 * force(s).standard_error);
         }
       // The limits, of one contact, come into sight when its force comes near them.
-      const bool limits = samples.empty() || !samples.back().several;
+      const bool limits = std::none_of(samples.begin(), samples.end(),
+                                       [&](const Sample& s) { return chart.visible(s.time_s) && s.several; });
       if (limits && ends.most > 0.6 * (range.most_N - zero_N)) ends.take(1.02 * (range.most_N - zero_N));
       const double step = ends.round(0.02, ticks);
       chart.set_range(ends.least, ends.most);
@@ -272,14 +277,16 @@ void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& hi
       chart.line(
           samples,
           [&](const Sample& s, double& v) {
-            v = has_value(s.force_N) ? force(s).value : 0;
+            v = has_value(s.force_N) ? force(s).value : untouched(tare.force_N);
             return s.force_N.validity != Validity::NotCalibrated;
           },
           kForce, Stroke::Solid);
       if (limits)
-        chart.level(range.most_N - zero_N, kLimit, text("calibrated to %.3g N", range.most_N - zero_N));
+        chart.level(range.most_N - zero_N, kLimit,
+                    text("calibrated to %.3g N%s", range.most_N, tare.on ? " untared" : ""));
       if (limits && range.least_N - zero_N > 0.03 * ends.most)
-        chart.level(range.least_N - zero_N, kLimit, text("from %.3g N", range.least_N - zero_N));
+        chart.level(range.least_N - zero_N, kLimit,
+                    text("from %.3g N%s", range.least_N, tare.on ? " untared" : ""));
       chart.unclip();
       chart.title(text("force [N]%s, band: 95 %%", zeroed), kForce);
     } else {
@@ -311,7 +318,11 @@ void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& hi
     for (const Sample& s : samples)
       if (chart.visible(s.time_s) && s.contact)
         for (const bool x : {true, false}) ends.take(shear(s, x).value);
-    const double reach = std::max(-ends.least, ends.most);
+    double reach = std::max(-ends.least, ends.most);
+    // The friction limit comes into sight when the shear comes near it.
+    if (!tare.on && !samples.empty() && has_value(samples.back().force_N))
+      if (const double limit_N = sensor.shear->friction * samples.back().force_N.value; reach > 0.6 * limit_N)
+        reach = std::max(reach, limit_N);
     ends = {0, reach};
     const double step = ends.round(0.01, std::max(1, ticks / 2));
     chart.set_range(-ends.most, ends.most);
@@ -332,7 +343,7 @@ void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& hi
           samples,
           [&](const Sample& s, double& v) {
             const Estimate e = shear(s, x);
-            v = has_value(e) ? e.value : 0;
+            v = has_value(e) ? e.value : untouched(x ? tare.shear_x_N : tare.shear_y_N);
             return e.validity != Validity::NotCalibrated;
           },
           x ? kShearX : kShearY, x ? Stroke::Solid : Stroke::Dashed);

@@ -1,5 +1,6 @@
 #include "viz/words.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -7,12 +8,15 @@
 namespace palpate::viz {
 
 std::string text(const char* format, ...) {
-  char buffer[240];
-  va_list arguments;
+  va_list arguments, again;
   va_start(arguments, format);
-  std::vsnprintf(buffer, sizeof buffer, format, arguments);
+  va_copy(again, arguments);
+  const int length = std::vsnprintf(nullptr, 0, format, arguments);
   va_end(arguments);
-  return buffer;
+  std::string written(static_cast<size_t>(std::max(length, 0)), '\0');
+  std::vsnprintf(written.data(), written.size() + 1, format, again);
+  va_end(again);
+  return written;
 }
 
 std::string tick_text(double value, double step) {

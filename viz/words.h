@@ -9,7 +9,7 @@
 
 namespace palpate::viz {
 
-/// printf into a string of at most 239 characters.
+/// printf into a string.
 std::string text(const char* format, ...) __attribute__((format(printf, 1, 2)));
 
 /// A number with as many decimals as a tick distance of `step` needs.

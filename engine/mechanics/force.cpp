@@ -70,6 +70,10 @@ ForceReading force_reading(const ContactTouch& c) {
           false};
 }
 
+ForceReading reading_at(double signal) {
+  return {signal, signal, signal, true, true, false, false};
+}
+
 double signal_of(const ForceCalibration& c, const ForceReading& r) {
   switch (c.signal) {
     case ForceSignal::GraySum:

@@ -24,6 +24,9 @@ struct ForceReading {
 ForceReading force_reading(const Touch& touch);
 ForceReading force_reading(const ContactTouch& contact);
 
+/// The reading of a contact inside the frame whose signal is `signal`, whichever the calibration takes.
+ForceReading reading_at(double signal);
+
 /// The calibration's signal, in its unit.
 double signal_of(const ForceCalibration& calibration, const ForceReading& reading);
 
