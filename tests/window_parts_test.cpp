@@ -370,6 +370,18 @@ TEST(CalibrationChart, CurvesAreWhatTheContactWouldRead) {
   }
 }
 
+TEST(StripCharts, EveryAxisHasATickBesideZeroAndRoomForAll) {
+  for (double most = 1e-5; most < 1e7; most *= 1.07)
+    for (const int ticks : {0, 1, 2, 3, 5, 9})
+      for (const double below : {0.0, 0.05, 1.0, 20.0}) {
+        const double least = -below * most, step = tick_step(least, most, ticks);
+        EXPECT_GT(step, 0);
+        EXPECT_LE(step, std::max(most, -least));
+        // One more than there is room for at most, where zero would stand alone.
+        EXPECT_LE((most - least) / step, std::max(ticks, 5) + 1e-6);
+      }
+}
+
 TEST(CalibrationChart, RangeIsInNewtonsWhateverTheSignal) {
   ForceCalibration c = power_of_area();
   const double middle = (5e-5 + 3e-5) / 2;

@@ -151,8 +151,7 @@ struct Ends {
   double round(double smallest, int ticks) {
     const double length = std::max(most - least, smallest);
     most = scale_ceiling(std::max(1.05 * most, least < 0 ? 0.1 * length : length));
-    double step = nice_ceiling((most - least) / ticks);
-    while (step > most) step = nice_ceiling(step / 2.5);  // never zero alone
+    const double step = tick_step(least, most, ticks);
     // Noise below zero does not cost a whole tick of room.
     least = least < -0.02 * length ? std::max(1.05 * least, std::floor(least / step) * step) : 0;
     return step;
@@ -206,6 +205,12 @@ void draw_slip_band(ImDrawList* list, ImVec2 low, ImVec2 high, const Chart& time
 }
 
 }  // namespace
+
+double tick_step(double least, double most, int ticks) {
+  double step = nice_ceiling((most - least) / std::max(ticks, 1));
+  while (step > std::max(most, -least)) step = nice_ceiling(step / 2.5);
+  return step;
+}
 
 ForceRange calibrated_range(const ForceCalibration& force) {
   return {force_of(force, reading_at(force.gray_min)).value,

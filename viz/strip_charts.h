@@ -23,6 +23,10 @@ struct ChartStyle {
 void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,
                        const Tare& tare, const ChartStyle& style);
 
+/// Distance of the ticks of an axis from `least` (0 or below) to `most` (above it): room for `ticks` of them,
+/// but never so far apart that zero stands alone.
+double tick_step(double least, double most, int ticks);
+
 /// The forces between which a calibration was made, N: at the ends of its signal's range.
 struct ForceRange {
   double least_N = 0, most_N = 0;
