@@ -112,7 +112,7 @@ struct Touch {
 
   /// Sum over the frame of how much steeper the change from the background varies from pixel to pixel than
   /// Sensor::gradient_gray_per_px (5 x 5 derivative of all channels, root of the sum of squares): gray levels
-  /// per px, an exact multiple of 1/128. Light that changes evenly leaves it alone.
+  /// times px, an exact multiple of 1/128. Light that changes evenly leaves it alone.
   double gradient_sum = 0;
   bool has_gradient = false;
 

@@ -15,7 +15,7 @@ struct ForceReading {
   bool contact = false;
   bool saturated = false;   ///< pixels are at the camera's limit
   bool at_border = false;   ///< the contact reaches the frame's border
-  double gradient_sum = 0;  ///< gray levels per px; only with has_gradient
+  double gradient_sum = 0;  ///< gray levels times px; only with has_gradient
   bool has_gradient = false;
 };
 
