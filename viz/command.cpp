@@ -88,6 +88,17 @@ constexpr std::pair<const char*, const char*> kValueNames[] = {
     {"--travel-mm", "MM,..."},
     {"--grid", "COLUMNSxROWS"},
     {"--pattern", "NAME"},
+    {"--indices", "N,..."},
+    {"--extinction", "K,..."},
+    {"--thickness-mm", "MM,..."},
+    {"--angle-deg", "DEG"},
+    {"--wavelength-nm", "NM"},
+    {"--led-layer", "LAYER"},
+    {"--vary", "LAYER:FROM:TO"},
+    {"--contact", "N,..."},
+    {"--depth-mm", "MM"},
+    {"--length-mm", "MM"},
+    {"--rays", "N"},
 };
 
 void name_values(CLI::App& command) {
