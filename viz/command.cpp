@@ -99,6 +99,15 @@ constexpr std::pair<const char*, const char*> kValueNames[] = {
     {"--depth-mm", "MM"},
     {"--length-mm", "MM"},
     {"--rays", "N"},
+    {"--shape", "NAME"},
+    {"--radius-mm", "MM"},
+    {"--radius2-mm", "MM"},
+    {"--half-angle-deg", "DEG"},
+    {"--force-N", "NEWTON"},
+    {"--young-kPa", "KPA,..."},
+    {"--poisson", "RATIO"},
+    {"--series", "NAME"},
+    {"--figure", "7|8"},
 };
 
 void name_values(CLI::App& command) {

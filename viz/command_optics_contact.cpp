@@ -175,8 +175,8 @@ Report contact(const Common& common, const Options& options) {
         "plot $n using 1:3 with lines lw 2.5 lc rgb '#0072b2' notitle\nunset multiplot\n";
     return plot;
   };
-  text += "\n" + write_results(common, "contact", csv_of(header, angles), script);
-  const std::string file = (common.out / "contact_index.csv").string();
+  text += "\n" + write_results(common, "contact_light", csv_of(header, angles), script);
+  const std::string file = (common.out / "contact_light_index.csv").string();
   write_whole(file, std::string_view(csv_of("index,leaving_per_meeting,relative", indices)));
   text += ", " + file;
   return {text, value.dump(2)};
@@ -214,7 +214,7 @@ void add_optics_contact(CLI::App& group, Common& common, Command& chosen) {
                       "Its change of gray at the exposure in question; without it, brightness is relative");
   command->add_option("--most-gray", options->most_gray, "Largest change of gray the camera can show")
       ->capture_default_str();
-  command->add_option("--out", common.out, "Folder for contact.csv, .png and .svg");
+  command->add_option("--out", common.out, "Folder for contact_light.csv, .png and .svg");
   add_common(
       *command, common,
       "  palpate optics contact --indices 1,1.39,1.40,1.41,1 --thickness-mm 2 --contact 1.33,1.4,1.5\n"

@@ -157,7 +157,8 @@ Report trapped(const Common& common, const TrappedOptions& options) {
       {"curve", {{"index", curve[0]}, {"entering", curve[1]}, {"guided", curve[2]}, {"touching", curve[3]}}}};
   const auto script = [&](bool svg) {
     return plot_head(svg, 900, 560) + plot_block("d", curve) +
-           "set yrange [0:1.02]\nset key bottom right samplen 2\nset ylabel 'share of the LED''s light'\n" +
+           "set yrange [0:1.02]\nset key outside top center horizontal samplen 2\nset ylabel 'share of the "
+           "LED''s light'\n" +
            line("set xlabel 'index of layer %zu'\nset xrange [%g:%g]\n", range.layer + 1, range.from,
                 range.to) +
            line("set arrow from %g,0 to %g,1.02 nohead dt 3 lc rgb '#555555'\n",

@@ -64,26 +64,23 @@ std::string fan_script(const Waveguide& guide, const std::vector<EdgeRay>& rays,
     const double bottom = depth + guide.layers[i].thickness_mm;
     script += line("set object %d rectangle from 0,%g to %g,%g fc rgb '%s' fs solid noborder behind\n",
                    object, depth, length_mm, bottom, i % 2 ? "#eef4f8" : "#dfeaf2");
-    script += line("set label %d 'n = %g' at %g,%g right offset -0.5,0 font 'DejaVu Sans,9'\n", object++,
+    script += line("set label %d 'n = %g' at %g,%g left offset 0.5,0 font 'DejaVu Sans,9'\n", object++,
                    guide.layers[i].index, length_mm, (depth + bottom) / 2);
     depth = bottom;
   }
-  const char* colours[] = {"#0072b2", "#009e73", "#d55e00"};
-  const char* names[] = {"meets the touched face", "guided, never meets it", "leaves"};
-  bool named[3] = {};
+  constexpr const char* kColours[] = {"#0072b2", "#009e73", "#d55e00"};
+  constexpr const char* kNames[] = {"meets the touched face", "guided, never meets it", "leaves"};
   for (size_t r = 0; r < rays.size(); ++r) {
-    const EdgeRay& ray = rays[r];
     const std::string name = "r" + std::to_string(r);
-    script += plot_block(name, {ray.x_mm, ray.depth_mm});
-    const auto kind = static_cast<size_t>(ray.fate);
-    plots +=
-        line("%s$%s with lines lw 1 lc rgb '%s' %s%s%s", r ? ", " : "", name.c_str(), colours[kind],
-             named[kind] ? "notitle" : "title '", named[kind] ? "" : names[kind], named[kind] ? "" : "'");
-    named[kind] = true;
+    script += plot_block(name, {rays[r].x_mm, rays[r].depth_mm});
+    plots += "$" + name + " with lines lw 1 lc rgb '" + kColours[static_cast<size_t>(rays[r].fate)] +
+             "' notitle, ";
   }
+  for (size_t k = 0; k < std::size(kNames); ++k)
+    plots += line("%sNaN with lines lw 3 lc rgb '%s' title '%s'", k ? ", " : "", kColours[k], kNames[k]);
   script += plot_block("m", {place.meetings.distance_mm, place.meetings.share});
   script += line(
-      "set multiplot\nset lmargin 10\nset rmargin 3\nset xrange [0:%g]\nset origin 0,0.42\nset size "
+      "set multiplot\nset lmargin 10\nset rmargin 10\nset xrange [0:%g]\nset origin 0,0.42\nset size "
       "1,0.58\n"
       "set yrange [%g:%g]\nset key outside top center horizontal samplen 2\nset xlabel ''\n"
       "set ylabel 'depth below the touched face, mm'\nunset grid\nplot ",
@@ -92,11 +89,11 @@ std::string fan_script(const Waveguide& guide, const std::vector<EdgeRay>& rays,
   for (int i = 1; i < object; ++i) script += line("unset object %d\nunset label %d\n", i, i);
   script += line(
       "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset origin 0,0\nset size 1,0.42\nset key off\n"
-      "set yrange [0:*]\nset xlabel 'distance from the edge, mm'\n"
-      "set ylabel 'share of the LED that has met the face'\n"
+      "set yrange [0:%g]\nset xlabel 'distance from the edge, mm'\n"
+      "set ylabel 'share that has met the face (dotted: all)'\n"
       "set arrow from 0,%g to %g,%g nohead dt 3 lc rgb '#555555'\n"
       "plot $m with lines lw 2.5 lc rgb '#0072b2'\nunset multiplot\n",
-      place.shares.touching, length_mm, place.shares.touching);
+      std::max(1.08 * place.shares.touching, 0.01), place.shares.touching, length_mm, place.shares.touching);
   return script;
 }
 

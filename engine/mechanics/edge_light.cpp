@@ -128,9 +128,10 @@ ContactLight contact_light(const Waveguide& guide, const EdgeLamp& lamp, const F
                  passed = contact_transmittance(guide, contact, s);
     arriving += per_mm;
     light.leaving_per_mm += per_mm * passed;
-    if (passed > 0) light.reached_to = std::max(light.reached_to, s);
   });
   light.per_meeting = arriving > 0 ? light.leaving_per_mm / arriving : 0;
+  const double most = guidance(guide, lamp.edge_index)[lamp.layer].touching_to;
+  if (light.leaving_per_mm > 0) light.reached_to = contact.index.imag() == 0 ? std::min(nc, most) : most;
   return light;
 }
 
