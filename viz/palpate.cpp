@@ -12,6 +12,7 @@
 
 #include "engine/error.h"
 #include "viz/command.h"
+#include "viz/command_contact.h"
 #include "viz/window.h"
 
 namespace {
@@ -84,6 +85,8 @@ int run(int argc, char** argv) {
   add_calibrate(program, common, chosen);
   add_profile(program, common, chosen);
   add_tune(program, common, chosen);
+  add_optics(program, common, chosen);
+  add_contact(program, common, chosen);
 
   const bool json_asked =
       std::any_of(argv + 1, argv + argc, [](const char* a) { return std::strcmp(a, "--json") == 0; });

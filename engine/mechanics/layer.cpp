@@ -6,6 +6,8 @@
 #include <numbers>
 
 #include "engine/error.h"
+#include "engine/mechanics/layer_response.h"
+#include "engine/solve/quadrature.h"
 
 namespace palpate {
 namespace {
@@ -13,39 +15,12 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr int kNodes = 24;   // of the integral equation on [0, a]
 constexpr int kTerms = 12;   // of phi in even polynomials
-constexpr int kWaves = 176;  // wave numbers; 1 - K is below 1e-12 past kWaveMax / H
-constexpr double kWaveMax = 18;
+constexpr int kWaves = 176;  // wave numbers up to kWaveMax / H
+constexpr double kWaveMax = kMissingResponseEnd;
 constexpr double kWidest = 6;      // largest a/H
 constexpr int kKernelSteps = 256;  // per thickness
 constexpr double kFarthest = 16;   // deflection grid, thicknesses
 constexpr int kFarSteps = 32;      // per thickness
-
-struct Quadrature {
-  std::vector<double> x, w;
-};
-
-/// Gauss-Legendre nodes and weights on [0, length].
-Quadrature gauss_legendre(int n, double length) {
-  Quadrature q{std::vector<double>(n), std::vector<double>(n)};
-  for (int i = 0; i < n; ++i) {
-    double x = std::cos(kPi * (i + 0.75) / (n + 0.5)), slope = 1;
-    for (int iteration = 0; iteration < 50; ++iteration) {
-      double p0 = 1, p1 = x;
-      for (int k = 2; k <= n; ++k) {
-        const double p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k;
-        p0 = p1;
-        p1 = p2;
-      }
-      slope = n * (x * p1 - p0) / (x * x - 1);
-      const double step = p1 / slope;
-      x -= step;
-      if (std::abs(step) < 1e-15) break;
-    }
-    q.x[i] = length * (1 - x) / 2;
-    q.w[i] = length / ((1 - x * x) * slope * slope);
-  }
-  return q;
-}
 
 const Quadrature& waves() {
   static const Quadrature q = gauss_legendre(kWaves, kWaveMax);
@@ -66,14 +41,6 @@ const Eigen::MatrixXd& bessel_grid() {
     return j0;
   }();
   return grid;
-}
-
-/// 1 - K(s), exact for large s where both parts of K's fraction overflow.
-double missing_response(double s, double poisson, Base base) {
-  const double e = std::exp(-2 * s);
-  if (base == Base::Frictionless) return 1 - (1 - e) * (1 - e) / (1 - e * e + 4 * s * e);
-  const double k = 3 - 4 * poisson;
-  return 1 - (k * (1 - e * e) - 4 * s * e) / (k * (1 + e * e) + (4 * s * s + 1 + k * k) * e);
 }
 
 /// Cubic through the four nearest points of an even function sampled at i / steps.
