@@ -263,8 +263,9 @@ class Bench {
     NormalTable& table = scene.sensor.photometric.table.emplace();
     table.side = kSide;
     for (uint32_t n = 0; n < kSide * kSide; ++n) {
-      table.nx.push_back(2.0 * (n % kSide) / (kSide - 1) - 1);
-      table.ny.push_back(2.0 * (n / kSide) / (kSide - 1) - 1);
+      const uint32_t column = n % kSide, row = n / kSide;
+      table.nx.push_back(2.0 * column / (kSide - 1) - 1);
+      table.ny.push_back(2.0 * row / (kSide - 1) - 1);
     }
     Pipeline with = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
     add(compare("normal table", size.text(), {"with", [&] { with.process(scene.next()); }},

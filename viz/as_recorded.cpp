@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "capture/measurements.h"
+#include "viz/words.h"
 
 namespace palpate {
 namespace {
@@ -44,8 +45,9 @@ void RecordedCheck::add(const Session& session, const Touch& touch) {
     const std::string recorded = cell(was, i), now = cell(is, static_cast<size_t>(there - today.begin()));
     if (recorded == now) continue;
     if (++different == 1)
-      first_difference = "frame " + std::to_string(touch.sequence) + ": " + names[i] + " was '" + recorded +
-                         "', is '" + now + "'";
+      first_difference =
+          viz::text("frame %llu: %s was '%s', is '%s'", static_cast<unsigned long long>(touch.sequence),
+                    names[i].c_str(), recorded.c_str(), now.c_str());
     return;
   }
   ++equal;

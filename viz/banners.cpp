@@ -64,7 +64,7 @@ void player_bar(const Layout& layout, float scale, const PlayerStats& player, in
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                    ImGuiWindowFlags_NoBackground);
   const std::string words = text("%.2f s   frame %llu of %llu   %gx", 1e-9 * static_cast<double>(time_ns),
-                                 static_cast<unsigned long long>(player.position + 1),
+                                 static_cast<unsigned long long>(player.position) + 1,
                                  static_cast<unsigned long long>(player.frames), player.speed);
   // As wide as its longest form, so that the bar does not dance.
   const float room = std::max(280 * scale, ImGui::CalcTextSize(words.c_str()).x + 12 * scale);

@@ -121,6 +121,7 @@ UntouchedImage untouched_image(const std::vector<Frame>& frames, const Sensor& s
   const FrameFormat& f = frames.front().format;
   const std::vector<cv::Mat> middle = planes(median_of(frames));
   std::vector<Difference> unlike;
+  unlike.reserve(frames.size());
   for (const Frame& frame : frames) unlike.push_back(difference(planes(frame), middle));
   const double limit = std::max(kUnlike * block_noise(frames), kLeastUnlike * f.max_gray());
   UntouchedImage out;

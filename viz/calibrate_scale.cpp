@@ -123,8 +123,8 @@ std::optional<GridView> find_grid(const Frame& picture, const Frame* rest, GridP
   GridView view;
   for (size_t i = 0; i < points.size(); ++i) {
     view.seen_px.push_back({static_cast<double>(points[i].x), static_cast<double>(points[i].y)});
-    view.grid_mm.push_back({spacing_mm * static_cast<double>(i % static_cast<size_t>(columns)),
-                            spacing_mm * static_cast<double>(i / static_cast<size_t>(columns))});
+    const size_t column = i % static_cast<size_t>(columns), row = i / static_cast<size_t>(columns);
+    view.grid_mm.push_back({spacing_mm * static_cast<double>(column), spacing_mm * static_cast<double>(row)});
   }
   return view;
 }

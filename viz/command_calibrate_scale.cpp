@@ -40,6 +40,7 @@ struct Options {
 // Pictures that are looked at for a grid; more tell nothing new.
 constexpr uint32_t kMostPictures = 40;
 
+// NOLINTNEXTLINE(bugprone-exception-escape): moving JSON throws nothing
 struct Found {
   nlohmann::ordered_json value;
   std::string text;

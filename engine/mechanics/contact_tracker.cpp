@@ -73,7 +73,7 @@ void ContactTracker::update(Touch& touch, std::span<const float> skin_sd_px) {
     Track& track = tracks_[at];
     regions[i].id = track.last.id;
     regions[i].frames = track.last.frames + track.missed;
-    track.last = std::move(regions[i]);
+    track.last = regions[i];
     track.missed = 0;
     measure(track, touch, skin_sd_px);
   }
