@@ -44,8 +44,8 @@ LevelledError levelled_error(std::span<const float> height_mm, std::span<const f
   for (size_t at = 0; at < truth_mm.size(); ++at) {
     const double e = static_cast<double>(height_mm[at]) - static_cast<double>(truth_mm[at]);
     if (!use[at] || !std::isfinite(e)) continue;
-    const Eigen::Vector3d v(1, static_cast<double>(at % width) / width - 0.5,
-                            static_cast<double>(at / width) / rows - 0.5);
+    const size_t x = at % width, y = at / width;
+    const Eigen::Vector3d v(1, static_cast<double>(x) / width - 0.5, static_cast<double>(y) / rows - 0.5);
     gram += v * v.transpose();
     to += e * v;
     squares += e * e;
