@@ -64,7 +64,8 @@ double angle_in(OpticalIndex index, double s) {
 
 std::string sweep_script(const std::vector<std::vector<double>>& sweep, bool absorbs, bool svg) {
   std::string script = plot_head(svg, 900, 620) + plot_block("d", sweep) +
-                       "set xrange [0:90]\nset xtics 10\nset yrange [0:1.02]\nset key top left samplen 2\n"
+                       "set xrange [0:90]\nset xtics 10\nset yrange [0:1.02]\nset key outside top center "
+                       "horizontal samplen 2\n"
                        "set xlabel 'angle of incidence, deg'\nset ylabel 'share of the light'\nplot ";
   script +=
       "$d using 1:4 with lines lw 2.5 lc rgb '#0072b2' title 'reflected', "
