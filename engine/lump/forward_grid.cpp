@@ -1,0 +1,141 @@
+#include "engine/lump/forward_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kColumns = 16;  // of a cell, along x and along y
+
+/// Half the length of the vertical line through (x, y) that lies inside; negative where it misses.
+double half_height(LumpShape shape, const std::array<double, 3>& size, double x, double y) {
+  const double a = size[0] / 2, b = size[1] / 2, c = size[2] / 2;
+  const double u = x * x / (a * a), v = y * y / (b * b);
+  switch (shape) {
+    case LumpShape::Sphere:
+    case LumpShape::Ellipsoid:
+      return u + v < 1 ? c * std::sqrt(1 - u - v) : -1;
+    case LumpShape::Cylinder:
+      return u + v < 1 ? c : -1;
+    case LumpShape::LyingCylinder:
+      return u < 1 && v < 1 ? c * std::sqrt(1 - v) : -1;
+  }
+  return -1;
+}
+
+}  // namespace
+
+std::array<double, 3> Inclusion::size() const {
+  switch (shape) {
+    case LumpShape::Sphere:
+      return {size_mm[0], size_mm[0], size_mm[0]};
+    case LumpShape::Ellipsoid:
+      return size_mm;
+    case LumpShape::Cylinder:
+      return {size_mm[0], size_mm[0], size_mm[2]};
+    case LumpShape::LyingCylinder:
+      return {size_mm[0], size_mm[2], size_mm[2]};
+  }
+  return size_mm;
+}
+
+double share_inside(LumpShape shape, const std::array<double, 3>& size, const std::array<double, 3>& low,
+                    const std::array<double, 3>& high) {
+  for (size_t c = 0; c < 3; ++c)
+    if (low[c] >= size[c] / 2 || high[c] <= -size[c] / 2) return 0;
+  double sum = 0;
+  for (uint32_t j = 0; j < kColumns; ++j)
+    for (uint32_t i = 0; i < kColumns; ++i) {
+      const double x = low[0] + (high[0] - low[0]) * (i + 0.5) / kColumns;
+      const double y = low[1] + (high[1] - low[1]) * (j + 0.5) / kColumns;
+      const double half = half_height(shape, size, x, y);
+      if (half > 0) sum += std::max(0.0, std::min(high[2], half) - std::max(low[2], -half));
+    }
+  return sum / (kColumns * kColumns) / (high[2] - low[2]);
+}
+
+std::vector<uint32_t> pad_layers(const ForwardScene& scene) {
+  // As fine as the tissue's cells, two at least: one could not bend.
+  const double pitch = scene.block_mm[2] / scene.cells[2];
+  std::vector<uint32_t> layers;
+  for (auto sheet = scene.pad.rbegin(); sheet != scene.pad.rend(); ++sheet)
+    layers.push_back(2 * std::max(1u, static_cast<uint32_t>(std::lround(sheet->thickness_mm / pitch / 2))));
+  return layers;
+}
+
+ForwardGrid voxelise(const ForwardScene& scene, bool quarter) {
+  ForwardGrid grid;
+  const std::vector<uint32_t> sheets = pad_layers(scene);
+  uint32_t above = 0;
+  for (size_t s = 0; s < sheets.size(); ++s) {
+    above += sheets[s];
+    grid.size_z_mm.insert(grid.size_z_mm.end(), sheets[s],
+                          scene.pad[sheets.size() - 1 - s].thickness_mm / sheets[s]);
+  }
+  const double height = scene.block_mm[2] / scene.cells[2];
+  grid.size_z_mm.insert(grid.size_z_mm.end(), scene.cells[2], height);
+  grid.cells = {scene.cells[0] / (quarter ? 2 : 1), scene.cells[1] / (quarter ? 2 : 1),
+                scene.cells[2] + above};
+  grid.size_x_mm = scene.block_mm[0] / scene.cells[0];
+  grid.size_y_mm = scene.block_mm[1] / scene.cells[1];
+  grid.young.assign(grid.cell_count(), 1.0f);
+
+  for (uint32_t k = 0, s = 0, left = sheets.empty() ? 0 : sheets[0]; k < above; ++k, --left) {
+    if (left == 0) left = sheets[++s];
+    const double young = scene.pad[sheets.size() - 1 - s].young_Pa / scene.young_Pa;
+    std::fill_n(grid.young.begin() + static_cast<std::ptrdiff_t>(grid.cell(0, 0, k)),
+                size_t{grid.cells[0]} * grid.cells[1], static_cast<float>(young));
+  }
+
+  if (!scene.inclusion) return grid;
+  const Inclusion& lump = *scene.inclusion;
+  const std::array<double, 3> size = lump.size();
+  const double left = quarter ? 0 : -scene.block_mm[0] / 2, front = quarter ? 0 : -scene.block_mm[1] / 2;
+  for (uint32_t k = 0; k < scene.cells[2]; ++k)
+    for (uint32_t j = 0; j < grid.cells[1]; ++j)
+      for (uint32_t i = 0; i < grid.cells[0]; ++i) {
+        const std::array<double, 3> low = {left + i * grid.size_x_mm - lump.offset_mm[0],
+                                           front + j * grid.size_y_mm - lump.offset_mm[1],
+                                           k * height - lump.depth_mm - size[2] / 2};
+        const double inside = share_inside(
+            lump.shape, size, low, {low[0] + grid.size_x_mm, low[1] + grid.size_y_mm, low[2] + height});
+        if (inside > 0)
+          grid.young[grid.cell(i, j, k + above)] =
+              static_cast<float>(1 / (1 - inside + inside / lump.stiffness_ratio));
+      }
+  return grid;
+}
+
+std::optional<ForwardGrid> halve(const ForwardGrid& fine) {
+  ForwardGrid coarse;
+  for (size_t c = 0; c < 3; ++c) {
+    if (fine.cells[c] % 2 != 0 || fine.cells[c] < 4) return std::nullopt;
+    coarse.cells[c] = fine.cells[c] / 2;
+  }
+  coarse.size_x_mm = 2 * fine.size_x_mm;
+  coarse.size_y_mm = 2 * fine.size_y_mm;
+  for (uint32_t k = 0; k < coarse.cells[2]; ++k)
+    coarse.size_z_mm.push_back(fine.size_z_mm[2 * k] + fine.size_z_mm[2 * k + 1]);
+  coarse.young.resize(coarse.cell_count());
+  for (uint32_t k = 0; k < coarse.cells[2]; ++k)
+    for (uint32_t j = 0; j < coarse.cells[1]; ++j)
+      for (uint32_t i = 0; i < coarse.cells[0]; ++i) {
+        double sum = 0;
+        for (uint32_t corner = 0; corner < 8; ++corner)
+          sum += double{
+              fine.young[fine.cell(2 * i + (corner & 1), 2 * j + (corner >> 1 & 1), 2 * k + (corner >> 2))]};
+        coarse.young[coarse.cell(i, j, k)] = static_cast<float>(sum / 8);
+      }
+  return coarse;
+}
+
+FixedNodes halve(const ForwardGrid& fine, const FixedNodes& fixed) {
+  FixedNodes coarse;
+  for (uint32_t k = 0; k <= fine.cells[2]; k += 2)
+    for (uint32_t j = 0; j <= fine.cells[1]; j += 2)
+      for (uint32_t i = 0; i <= fine.cells[0]; i += 2) coarse.push_back(fixed[fine.node(i, j, k)]);
+  return coarse;
+}
+
+}  // namespace palpate

@@ -1,0 +1,53 @@
+// A block as brick cells with a modulus each, and its halvings (theory S11).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "engine/lump/forward.h"
+
+namespace palpate {
+
+/// Cells are bricks in x fastest, then y, then z; nodes are their corners in the same order. A vector field
+/// has all x, then all y, then all z components: component c of node n is at c * nodes() + n.
+struct ForwardGrid {
+  std::array<uint32_t, 3> cells{};
+  double size_x_mm = 0, size_y_mm = 0;  ///< of a cell
+  std::vector<double> size_z_mm;        ///< of each layer of cells, from the top down
+  std::vector<float> young;             ///< of each cell, in any unit; > 0
+
+  size_t cell_count() const { return size_t{cells[0]} * cells[1] * cells[2]; }
+  size_t nodes() const { return size_t{cells[0] + 1} * (cells[1] + 1) * (cells[2] + 1); }
+  size_t node(uint32_t i, uint32_t j, uint32_t k) const {
+    return (size_t{k} * (cells[1] + 1) + j) * (cells[0] + 1) + i;
+  }
+  size_t cell(uint32_t i, uint32_t j, uint32_t k) const { return (size_t{k} * cells[1] + j) * cells[0] + i; }
+};
+
+/// Which displacements are given rather than sought, per node.
+enum FixedBits : uint8_t { kFixedX = 1, kFixedY = 2, kFixedZ = 4 };
+using FixedNodes = std::vector<uint8_t>;
+
+/// Share of a brick (from low to high, mm, centre of the inclusion at 0) that lies in an inclusion of these
+/// outer sizes: exact along z, 16 x 16 columns of the cell in x and y.
+double share_inside(LumpShape shape, const std::array<double, 3>& size_mm,
+                    const std::array<double, 3>& low_mm, const std::array<double, 3>& high_mm);
+
+/// Tissue and inclusion of a scene, moduli relative to the tissue's; cells that both share are mixed
+/// harmonically (springs in series: the centre pressure of the pad problem is 0.9 % low at 64 x 64 x 32, 2.4
+/// % high with whole cells, 5.4 % high with the mean). Pad sheets lie on top. `quarter`: only x, y >= the
+/// middle.
+ForwardGrid voxelise(const ForwardScene& scene, bool quarter);
+/// Layers of cells that each pad sheet has, outermost first, as voxelise() stacks them.
+std::vector<uint32_t> pad_layers(const ForwardScene& scene);
+
+/// Half the cells along each side, with the mean modulus of the eight (harmonic means here make the cycle
+/// blind to stiff inclusions). None where a side is odd or shorter than four cells.
+std::optional<ForwardGrid> halve(const ForwardGrid& fine);
+/// Nodes of the halved grid, fixed where the fine node at the same place is.
+FixedNodes halve(const ForwardGrid& fine, const FixedNodes& fixed);
+
+}  // namespace palpate
