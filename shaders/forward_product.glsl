@@ -111,7 +111,7 @@ Nine minus(Nine v, Nine w) {
 }
 
 void march() {
-  int column = int(gl_GlobalInvocationID.x), plane = int(push.plane), row = int(push.row);
+  int column = int(gl_GlobalInvocationID.x), plane = int(push.plane);
   int first = int(gl_GlobalInvocationID.y * push.segment), end = min(first + int(push.segment), int(push.planes));
   if (column >= plane) return;
   int n = int(push.lead) + (first - 1) * plane + column;
@@ -120,8 +120,8 @@ void march() {
   Stiffness s = stiffness(Real(1));
   for (int k = first; k <= end; ++k) {
     Nine below = nine(n + plane);
-    Real ea = Real(texelFetch(moduli, n - row - 1).x), eb = Real(texelFetch(moduli, n - row).x);
-    Real ed = Real(texelFetch(moduli, n - 1).x), ee = Real(texelFetch(moduli, n).x);
+    vec4 cells = texelFetch(moduli, n);
+    Real ea = Real(cells.x), eb = Real(cells.y), ed = Real(cells.z), ee = Real(cells.w);
     if (LAYERED) {
       Real height = layer_at(k - 1 + int(kForwardSpareLayers)).x, thin = layer_at(k - 1 + int(kForwardSpareLayers)).y;
       ea *= height;
@@ -147,3 +147,6 @@ void march() {
     n += plane;
   }
 }
+bool owns_column() { return gl_GlobalInvocationID.x < push.plane; }
+// Where an invocation's partial sums go.
+uint sums_place() { return gl_GlobalInvocationID.y * push.plane + gl_GlobalInvocationID.x; }

@@ -43,7 +43,7 @@ void finish(int n, vec3 x, vec3 f) {
 void main() {
   march();
 #ifdef DOT
-  if (gl_GlobalInvocationID.x < push.plane)
-    sums[gl_GlobalInvocationID.y * push.plane + gl_GlobalInvocationID.x] = uvec4(unpackDouble2x32(sum), 0, 0);
+  if (owns_column())
+    sums[sums_place()] = uvec4(unpackDouble2x32(sum), 0, 0);
 #endif
 }

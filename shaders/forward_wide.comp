@@ -33,6 +33,6 @@ void finish(int n, dvec3 x, dvec3 f) {
 
 void main() {
   march();
-  if (gl_GlobalInvocationID.x < push.plane)
-    sums[gl_GlobalInvocationID.y * push.plane + gl_GlobalInvocationID.x] = uvec4(unpackDouble2x32(sum.x), unpackDouble2x32(sum.y));
+  if (owns_column())
+    sums[sums_place()] = uvec4(unpackDouble2x32(sum.x), unpackDouble2x32(sum.y));
 }

@@ -9,12 +9,6 @@
 
 #include "engine/error.h"
 #include "engine/gpu/context.h"
-#include "shaders/forward_advance.spv.h"
-#include "shaders/forward_balance.spv.h"
-#include "shaders/forward_direction.spv.h"
-#include "shaders/forward_narrow.spv.h"
-#include "shaders/forward_scalars.spv.h"
-#include "shaders/forward_wide.spv.h"
 
 namespace palpate {
 namespace {
@@ -23,12 +17,7 @@ namespace {
 constexpr int kMostRounds = 4;
 /// Iterations of one submission while many are to come.
 constexpr uint32_t kBatch = 4;
-constexpr uint32_t kNodesEach = 8;  // of an invocation that works on vectors
 constexpr uint32_t kGroup = ForwardDeviceGrid::kWorkgroup;
-
-uint32_t vector_groups(const ForwardDeviceGrid& grid) {
-  return (grid.nodes() + kGroup * kNodesEach - 1) / (kGroup * kNodesEach);
-}
 
 }  // namespace
 
@@ -45,15 +34,18 @@ gpu::Context& checked(gpu::Context& context, const ForwardGrid& grid) {
 }
 }  // namespace
 
-ForwardDevice::ForwardDevice(gpu::Context& context, const ForwardGrid& grid, double poisson, FixedNodes fixed)
-    : context_(checked(context, grid)), fixed_(std::move(fixed)), cycle_(context, grid, poisson, fixed_) {
+ForwardDevice::ForwardDevice(gpu::Context& context, const ForwardGrid& grid, double poisson, FixedNodes fixed,
+                             std::shared_ptr<const ForwardKernels> kernels)
+    : context_(checked(context, grid)),
+      fixed_(std::move(fixed)),
+      cycle_(context, grid, poisson, fixed_, std::move(kernels)) {
   const ForwardDeviceGrid& g = cycle_.finest();
   displacement_ = g.wide_vector(context, "forward displacement");
   load_ = g.wide_vector(context, "forward load");
   residual_ = g.wide_vector(context, "forward residual");
   direction_ = g.wide_vector(context, "forward direction");
   product_ = g.wide_vector(context, "forward product");
-  const uint32_t sums = std::max(cycle_.product_sums(), vector_groups(g) * kGroup);
+  const uint32_t sums = std::max(cycle_.product_sums(), g.vector_groups()[0] * kGroup);
   sums_ = DeviceTexels(context, "forward sums", uint64_t{sums} * 16, VK_FORMAT_R32G32B32A32_UINT);
   scalars_ =
       gpu::DeviceBuffer(context, "forward scalars", sizeof(shared::ForwardScalars), gpu::Memory::Readback);
@@ -62,28 +54,6 @@ ForwardDevice::ForwardDevice(gpu::Context& context, const ForwardGrid& grid, dou
     readback_ =
         gpu::DeviceBuffer(context, "forward readback", displacement_.buffer.bytes(), gpu::Memory::Readback);
   }
-
-  using enum gpu::Binding;
-  const auto wide = [&](const gpu::Shader& shader, std::vector<gpu::Binding> bindings) {
-    return gpu::Kernel(
-        context, shader,
-        {std::move(bindings), sizeof(shared::ForwardWidePush), {kGroup, 1, 1}, {g.layered() ? 1u : 0u}});
-  };
-  const auto vectors = [&](const gpu::Shader& shader, std::vector<gpu::Binding> bindings) {
-    return gpu::Kernel(context, shader,
-                       {std::move(bindings), sizeof(shared::ForwardNodesPush), {kGroup, 1, 1}, {kNodesEach}});
-  };
-  balance_kernel_ = wide({"forward_balance", k_forward_balance},
-                         {Texels, Texels, Texels, Texels, Storage, Storage, Texels});
-  product_kernel_ =
-      wide({"forward_wide", k_forward_wide}, {Texels, Texels, Texels, Texels, Storage, Storage});
-  narrow_ = vectors({"forward_narrow", k_forward_narrow}, {Storage, Texels, Storage});
-  direction_kernel_ = vectors({"forward_direction", k_forward_direction}, {Storage, Texels, Texels, Storage});
-  advance_ = vectors({"forward_advance", k_forward_advance},
-                     {Storage, Texels, Storage, Texels, Texels, Texels, Storage, Storage, Storage});
-  scalars_kernel_ =
-      gpu::Kernel(context, {"forward_scalars", k_forward_scalars},
-                  {{Texels, Storage}, sizeof(shared::ForwardScalarPush), {kGroup, 1, 1}, {kGroup}});
 
   const auto record = [&](gpu::Commands& commands, const char* name, auto&& body) {
     commands = gpu::Commands(context);
@@ -96,14 +66,14 @@ ForwardDevice::ForwardDevice(gpu::Context& context, const ForwardGrid& grid, dou
     commands.end();
   };
   record(balance_, "forward balance", [&] {
-    balance_.dispatch(balance_kernel_,
+    balance_.dispatch(cycle_.kernels()->balance,
                       {&displacement_.texels, &g.moduli().texels, &g.wide_layers().texels,
                        &g.inverse().texels, &residual_.buffer, &sums_.buffer, &load_.texels},
                       g.wide_push(), g.product_groups());
     balance_.barrier();
     record_scalars(balance_, shared::kForwardBalance, cycle_.product_sums());
-    balance_.dispatch(narrow_, {&scalars_, &residual_.texels, &cycle_.right().buffer}, g.nodes_push(0),
-                      {vector_groups(g), 1, 1});
+    balance_.dispatch(cycle_.kernels()->narrow, {&scalars_, &residual_.texels, &cycle_.right().buffer},
+                      g.nodes_push(0), g.vector_groups());
     balance_.barrier();
   });
   record(iteration_, "forward iteration", [&] { record_iteration(iteration_); });
@@ -117,14 +87,14 @@ ForwardDevice::ForwardDevice(gpu::Context& context, const ForwardGrid& grid, dou
 }
 
 void ForwardDevice::record_scalars(gpu::Commands& commands, uint32_t stage, uint32_t sums) const {
-  commands.dispatch(scalars_kernel_, {&sums_.texels, &scalars_},
+  commands.dispatch(cycle_.kernels()->scalars, {&sums_.texels, &scalars_},
                     shared::ForwardScalarPush{stage, sums, 3 * cycle_.finest().nodes()}, {1, 1, 1});
   commands.barrier();
 }
 
 void ForwardDevice::record_product(gpu::Commands& commands) const {
   const ForwardDeviceGrid& g = cycle_.finest();
-  commands.dispatch(product_kernel_,
+  commands.dispatch(cycle_.kernels()->product,
                     {&direction_.texels, &g.moduli().texels, &g.wide_layers().texels, &g.inverse().texels,
                      &product_.buffer, &sums_.buffer},
                     g.wide_push(), g.product_groups());
@@ -133,22 +103,22 @@ void ForwardDevice::record_product(gpu::Commands& commands) const {
 
 void ForwardDevice::record_iteration(gpu::Commands& commands) const {
   const ForwardDeviceGrid& g = cycle_.finest();
-  const std::array<uint32_t, 3> groups = {vector_groups(g), 1, 1};
+  const std::array<uint32_t, 3> groups = g.vector_groups();
   cycle_.record(commands, sums_);
   record_scalars(commands, shared::kForwardDirection, cycle_.product_sums());
-  commands.dispatch(direction_kernel_,
+  commands.dispatch(cycle_.kernels()->direction,
                     {&scalars_, &cycle_.correction().texels, &direction_.texels, &direction_.buffer},
                     g.nodes_push(0), groups);
   commands.barrier();
   record_product(commands);
   record_scalars(commands, shared::kForwardLength, cycle_.product_sums());
   commands.dispatch(
-      advance_,
+      cycle_.kernels()->advance,
       {&scalars_, &residual_.texels, &cycle_.right().buffer, &direction_.texels, &product_.texels,
        &displacement_.texels, &residual_.buffer, &displacement_.buffer, &sums_.buffer},
       g.nodes_push(0), groups);
   commands.barrier();
-  record_scalars(commands, shared::kForwardLeft, vector_groups(g) * kGroup);
+  record_scalars(commands, shared::kForwardLeft, g.vector_groups()[0] * kGroup);
 }
 
 namespace {

@@ -3,11 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "engine/gpu/commands.h"
-#include "engine/gpu/kernel.h"
 #include "engine/lump/forward_device_cycle.h"
 #include "engine/lump/forward_solve.h"
 
@@ -18,9 +18,14 @@ class ForwardDevice {
   /// Why this device cannot solve this grid, one line; empty: it can.
   static std::string refusal(const gpu::Context& context, const ForwardGrid& grid);
 
-  /// Keeps the grid, which outlives it. Throws Error(Failure::Device) with the refusal, or where memory runs
-  /// out; Error(Failure::Usage) where the supports do not hold the block.
-  ForwardDevice(gpu::Context& context, const ForwardGrid& grid, double poisson, FixedNodes fixed);
+  /// Keeps the grid, which outlives it. Takes `kernels` where they fit, else compiles its own. Throws
+  /// Error(Failure::Device) with the refusal, or where memory runs out; Error(Failure::Usage) where the
+  /// supports do not hold the block.
+  ForwardDevice(gpu::Context& context, const ForwardGrid& grid, double poisson, FixedNodes fixed,
+                std::shared_ptr<const ForwardKernels> kernels = nullptr);
+
+  /// For the next solver on this device.
+  const std::shared_ptr<const ForwardKernels>& kernels() const { return cycle_.kernels(); }
 
   /// As ForwardSolver::solve: same equations, same stopping rule, equal results up to rounding.
   SolveEvidence solve(const std::vector<double>& load, std::vector<double>& displacement, double residual,
@@ -54,7 +59,6 @@ class ForwardDevice {
   DeviceTexels displacement_, load_, residual_, direction_, product_;
   DeviceTexels sums_;
   gpu::DeviceBuffer scalars_, upload_, readback_;
-  gpu::Kernel balance_kernel_, narrow_, direction_kernel_, product_kernel_, advance_, scalars_kernel_;
   mutable gpu::Commands balance_, iteration_, iterations_, single_, wide_, precondition_, transfer_;
 };
 

@@ -8,13 +8,6 @@
 #include "engine/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/lump/forward_multigrid.h"
-#include "shaders/forward_coarsest.spv.h"
-#include "shaders/forward_first.spv.h"
-#include "shaders/forward_prolong.spv.h"
-#include "shaders/forward_residual.spv.h"
-#include "shaders/forward_restrict.spv.h"
-#include "shaders/forward_step.spv.h"
-#include "shaders/forward_step_dot.spv.h"
 
 namespace palpate {
 namespace {
@@ -128,7 +121,8 @@ std::string ForwardDeviceCycle::refusal(const ForwardGrid& grid) {
 }
 
 ForwardDeviceCycle::ForwardDeviceCycle(gpu::Context& context, const ForwardGrid& grid, double poisson,
-                                       const FixedNodes& fixed) {
+                                       const FixedNodes& fixed,
+                                       std::shared_ptr<const ForwardKernels> kernels) {
   if (const std::string why = refusal(grid); !why.empty())
     throw Error(Failure::Usage, "cells that can be halved to a small grid on the device", why,
                 "64x64x32 or another power of two times 1 or 3, or --solver processor");
@@ -141,41 +135,9 @@ ForwardDeviceCycle::ForwardDeviceCycle(gpu::Context& context, const ForwardGrid&
   const std::vector<float> dense = dense_inverse(coarse.stiffness, coarse.fixed);
   dense_ = DeviceTexels(context, "forward coarsest inverse", dense.size() * sizeof(float),
                         VK_FORMAT_R32G32B32A32_SFLOAT, dense);
-
-  using enum gpu::Binding;
-  constexpr uint32_t kGroup = ForwardDeviceGrid::kWorkgroup;
-  const auto nodewise = [&](const gpu::Shader& shader, std::vector<gpu::Binding> bindings, uint32_t push) {
-    return gpu::Kernel(context, shader, {std::move(bindings), push, {kGroup, 1, 1}, {}});
-  };
-  // A layer of unequal height on the finest grid may be none on a coarser one, never the other way round.
-  const uint32_t layered = levels_.front()->device.layered() ? 1 : 0;
-  const std::vector<gpu::Binding> step_bindings = {Texels, Texels, Texels,  Texels,
-                                                   Texels, Texels, Storage, Storage};
-  const auto stepping = [&](const gpu::Shader& shader, bool keep, bool goes_on, bool dot) {
-    std::vector<gpu::Binding> bindings = step_bindings;
-    if (dot) bindings.push_back(Storage);
-    return gpu::Kernel(
-        context, shader,
-        {std::move(bindings), sizeof(shared::ForwardStepPush), {kGroup, 1, 1}, {layered, keep, goes_on}});
-  };
-  const gpu::Shader step = {"forward_step", k_forward_step};
-  first_ = nodewise({"forward_first", k_forward_first}, {Texels, Texels, Storage, Storage},
-                    sizeof(shared::ForwardNodesPush));
-  fresh_ = stepping(step, false, true, false);
-  step_ = stepping(step, true, true, false);
-  last_ = stepping(step, true, false, false);
-  last_dot_ = stepping({"forward_step_dot", k_forward_step_dot}, true, false, true);
-  residual_ = gpu::Kernel(context, {"forward_residual", k_forward_residual},
-                          {{Texels, Texels, Texels, Texels, Texels, Storage},
-                           sizeof(shared::ForwardStepPush),
-                           {kGroup, 1, 1},
-                           {layered}});
-  restrict_ = nodewise({"forward_restrict", k_forward_restrict}, {Texels, Texels, Texels, Storage},
-                       sizeof(shared::ForwardTransferPush));
-  prolong_ = nodewise({"forward_prolong", k_forward_prolong}, {Texels, Texels, Texels, Texels, Storage},
-                      sizeof(shared::ForwardTransferPush));
-  coarsest_ = nodewise({"forward_coarsest", k_forward_coarsest}, {Texels, Texels, Storage},
-                       sizeof(shared::ForwardNodesPush));
+  const bool layered = finest().layered();
+  kernels_ = kernels && (kernels->layered || !layered) ? std::move(kernels)
+                                                       : std::make_shared<ForwardKernels>(context, layered);
 }
 
 ForwardDeviceCycle::~ForwardDeviceCycle() = default;
@@ -207,7 +169,10 @@ void ForwardDeviceCycle::smooth(gpu::Commands& commands, size_t index, int first
   int from = (end - first) % 2;
   for (int s = first; s < end; ++s, from = 1 - from) {
     const bool last = s + 1 == end, dot = last && sums != nullptr;
-    const gpu::Kernel& kernel = s == 0 ? fresh_ : !last ? step_ : dot ? last_dot_ : last_;
+    const gpu::Kernel& kernel = s == 0  ? kernels_->fresh_step
+                                : !last ? kernels_->step
+                                : dot   ? kernels_->last_step_dot
+                                        : kernels_->last_step;
     std::vector<gpu::Argument> arguments = {
         &v.x[from].texels, &v.device.moduli().texels,  &v.device.layers().texels,
         &v.right.texels,   &v.device.inverse().texels, &v.step.texels,
@@ -221,7 +186,7 @@ void ForwardDeviceCycle::smooth(gpu::Commands& commands, size_t index, int first
 }
 
 void ForwardDeviceCycle::residual_of(gpu::Commands& commands, const Level& v) const {
-  commands.dispatch(residual_,
+  commands.dispatch(kernels_->residual,
                     {&v.x[0].texels, &v.device.moduli().texels, &v.device.layers().texels, &v.right.texels,
                      &v.device.inverse().texels, &v.x[1].buffer},
                     v.device.step_push(0, 0), v.device.product_groups());
@@ -231,15 +196,16 @@ void ForwardDeviceCycle::residual_of(gpu::Commands& commands, const Level& v) co
 void ForwardDeviceCycle::cycle(gpu::Commands& commands, size_t index, const DeviceTexels& sums) const {
   const Level& v = *levels_[index];
   if (index + 1 == levels_.size()) {
-    commands.dispatch(coarsest_, {&v.right.texels, &dense_.texels, &v.x[0].buffer}, v.device.nodes_push(0),
-                      v.device.node_groups());
+    commands.dispatch(kernels_->coarsest, {&v.right.texels, &dense_.texels, &v.x[0].buffer},
+                      v.device.nodes_push(0), v.device.node_groups());
     commands.barrier();
     return;
   }
   const Level& coarse = *levels_[index + 1];
   const size_t count = v.steps.size();
   commands.dispatch(
-      first_, {&v.right.texels, &v.device.inverse().texels, &v.step.buffer, &v.x[(count - 1) % 2].buffer},
+      kernels_->first,
+      {&v.right.texels, &v.device.inverse().texels, &v.step.buffer, &v.x[(count - 1) % 2].buffer},
       v.device.nodes_push(v.steps.front().gain), v.device.node_groups());
   commands.barrier();
   smooth(commands, index, 1, nullptr);
@@ -248,12 +214,12 @@ void ForwardDeviceCycle::cycle(gpu::Commands& commands, size_t index, const Devi
       v.device.row(),      v.device.plane(),      v.device.nodes(),      v.device.lead(),
       coarse.device.row(), coarse.device.plane(), coarse.device.nodes(), coarse.device.lead()};
   commands.dispatch(
-      restrict_,
+      kernels_->restriction,
       {&v.x[1].texels, &v.device.layers().texels, &coarse.device.inverse().texels, &coarse.right.buffer},
       transfer, coarse.device.node_groups());
   commands.barrier();
   cycle(commands, index + 1, sums);
-  commands.dispatch(prolong_,
+  commands.dispatch(kernels_->prolongation,
                     {&coarse.x[0].texels, &v.device.layers().texels, &v.device.inverse().texels,
                      &v.x[0].texels, &v.x[count % 2].buffer},
                     transfer, v.device.node_groups());

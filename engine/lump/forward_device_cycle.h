@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/gpu/kernel.h"
 #include "engine/lump/forward_device_grid.h"
+#include "engine/lump/forward_kernels.h"
 
 namespace palpate {
 namespace gpu {
@@ -21,9 +21,10 @@ class ForwardDeviceCycle {
   /// Why such a grid's cycle does not fit, one line; empty: it does.
   static std::string refusal(const ForwardGrid& grid);
 
-  /// Keeps `grid` and `fixed`, which outlive it. Throws Error(Failure::Usage) with the refusal, or where the
-  /// supports do not hold the block.
-  ForwardDeviceCycle(gpu::Context& context, const ForwardGrid& grid, double poisson, const FixedNodes& fixed);
+  /// Keeps `grid` and `fixed`, which outlive it. Takes `kernels` where they fit, else compiles its own.
+  /// Throws Error(Failure::Usage) with the refusal, or where the supports do not hold the block.
+  ForwardDeviceCycle(gpu::Context& context, const ForwardGrid& grid, double poisson, const FixedNodes& fixed,
+                     std::shared_ptr<const ForwardKernels> kernels);
   ~ForwardDeviceCycle();
 
   /// correction(), about the solution of K correction = right(); ends visible to what comes after. `sums`
@@ -32,12 +33,13 @@ class ForwardDeviceCycle {
   /// residual() = right() - K correction() where displacements are free.
   void record_residual(gpu::Commands& commands) const;
 
+  const std::shared_ptr<const ForwardKernels>& kernels() const { return kernels_; }
   const ForwardDeviceGrid& finest() const;
   const DeviceTexels& right() const;
   const DeviceTexels& correction() const;
   const DeviceTexels& residual() const;
   /// Partial sums that one product leaves, of two doubles each.
-  uint32_t product_sums() const { return finest().plane() * finest().segments(); }
+  uint32_t product_sums() const { return finest().columns() * finest().segments(); }
   uint64_t bytes() const;
 
  private:
@@ -49,7 +51,7 @@ class ForwardDeviceCycle {
 
   std::vector<std::unique_ptr<Level>> levels_;
   DeviceTexels dense_;  ///< inverse of the coarsest grid
-  gpu::Kernel first_, fresh_, step_, last_, last_dot_, residual_, restrict_, prolong_, coarsest_;
+  std::shared_ptr<const ForwardKernels> kernels_;
 };
 
 }  // namespace palpate

@@ -53,18 +53,21 @@ ForwardDeviceGrid::ForwardDeviceGrid(gpu::Context& context, const std::string& n
   row_ = grid.cells[0] + 1;
   plane_ = row_ * (grid.cells[1] + 1);
   planes_ = grid.cells[2] + 1;
-  segment_ = !context.is_software()    ? kSegmentOnGpu
-             : plane_ >= kColumnsOnCpu ? planes_
-                                       : std::max(kSegmentOnGpu, planes_ * plane_ / kColumnsOnCpu);
+  segment_ = !context.is_software()       ? kSegmentOnGpu
+             : columns() >= kColumnsOnCpu ? planes_
+                                          : std::max(kSegmentOnGpu, planes_ * columns() / kColumnsOnCpu);
   first_layer_ = stiffness.layer(0);
 
-  std::vector<float> moduli(nodes() + 2 * size_t{lead()});
+  // With every node the four cells around it in the layer below: one texel instead of four.
+  std::vector<float> moduli(4 * (nodes() + 2 * size_t{lead()}));
   for (uint32_t k = 0; k < grid.cells[2]; ++k)
     for (uint32_t j = 0; j < grid.cells[1]; ++j)
-      std::copy_n(grid.young.begin() + static_cast<std::ptrdiff_t>(grid.cell(0, j, k)), grid.cells[0],
-                  moduli.begin() + static_cast<std::ptrdiff_t>(lead() + grid.node(0, j, k)));
-  moduli_ =
-      DeviceTexels(context, name + " moduli", moduli.size() * sizeof(float), VK_FORMAT_R32_SFLOAT, moduli);
+      for (uint32_t i = 0; i < grid.cells[0]; ++i)
+        for (uint32_t corner = 0; corner < 4; ++corner)
+          moduli[4 * (lead() + grid.node(i + (corner & 1), j + (corner >> 1), k)) + 3 - corner] =
+              grid.young[grid.cell(i, j, k)];
+  moduli_ = DeviceTexels(context, name + " moduli", moduli.size() * sizeof(float),
+                         VK_FORMAT_R32G32B32A32_SFLOAT, moduli);
 
   const std::vector<float> blocks = stiffness.inverse_blocks(fixed);
   std::vector<float> inverse(8 * size_t{nodes()});
@@ -105,11 +108,15 @@ DeviceTexels ForwardDeviceGrid::wide_vector(gpu::Context& context, const std::st
 }
 
 std::array<uint32_t, 3> ForwardDeviceGrid::product_groups() const {
-  return {(plane_ + kWorkgroup - 1) / kWorkgroup, segments(), 1};
+  return {(columns() + kWorkgroup - 1) / kWorkgroup, segments(), 1};
 }
 
 std::array<uint32_t, 3> ForwardDeviceGrid::node_groups() const {
   return {(nodes() + kWorkgroup - 1) / kWorkgroup, 1, 1};
+}
+
+std::array<uint32_t, 3> ForwardDeviceGrid::vector_groups() const {
+  return {(nodes() + kWorkgroup * kNodesEach - 1) / (kWorkgroup * kNodesEach), 1, 1};
 }
 
 shared::ForwardStepPush ForwardDeviceGrid::step_push(double keep, double gain) const {

@@ -41,10 +41,12 @@ class ForwardDeviceGrid {
   uint32_t row() const { return row_; }
   uint32_t plane() const { return plane_; }
   bool layered() const { return layered_; }  ///< layers of unequal height
-  /// Invocations along x (columns) and y (segments of planes) of a product.
+  /// Invocations of a product: one for each column of nodes and segment of planes.
+  uint32_t columns() const { return plane_; }
   uint32_t segments() const { return (planes_ + segment_ - 1) / segment_; }
   std::array<uint32_t, 3> product_groups() const;
   std::array<uint32_t, 3> node_groups() const;
+  std::array<uint32_t, 3> vector_groups() const;  ///< of kernels that take kNodesEach nodes an invocation
 
   shared::ForwardStepPush step_push(double keep, double gain) const;
   shared::ForwardWidePush wide_push() const;
@@ -57,6 +59,7 @@ class ForwardDeviceGrid {
   uint64_t bytes() const;
 
   static constexpr uint32_t kWorkgroup = 64;
+  static constexpr uint32_t kNodesEach = 8;
 
  private:
   uint32_t row_, plane_, planes_, segment_;

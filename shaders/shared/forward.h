@@ -1,6 +1,6 @@
 // Forward model: what its kernels share, read by GLSL and C++. Node vectors have one texel a node in single precision (x, y, z,
 // spare) and two in double (x and y, z and spare), with a lead and a tail of a plane, a row and a node of finite numbers; moduli
-// have one a node, of the cell whose corner towards the origin it is, and zeros for cells that are not there.
+// have one a node too, of the four cells around it in the layer below, zero for cells that are not there.
 #ifndef PALPATE_SHARED_FORWARD_H
 #define PALPATE_SHARED_FORWARD_H
 
