@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,8 +53,8 @@ struct ForwardScene {
   bool bottom_slides = false;  ///< the floor holds the tissue's height only, not its sides
   std::optional<Inclusion> inclusion = Inclusion{};
 
-  std::vector<PadSheet> pad;  ///< from the tissue outwards; empty: the presser touches the tissue
-  bool pad_slides = false;    ///< over the tissue without friction; otherwise bonded to it
+  std::vector<PadSheet> pad;  ///< bonded to the tissue, from there outwards; empty: the presser touches the
+                              ///< tissue
 
   Presser presser = Presser::Flat;
   double ball_radius_mm = 0;           ///< of Presser::Sphere
@@ -102,8 +103,17 @@ struct ForwardResult {
   std::vector<std::string> warnings;  ///< one line each: what lies outside the model's validity
 };
 
+/// Throws Error(Failure::Usage) naming the first field that is out of range or does not fit the others.
+void check(const ForwardScene& scene);
+
 /// Solves the scene. Throws Error(Failure::Usage) naming the field that is out of range or does not fit (an
 /// inclusion that leaves the block, a grid that is too coarse or cannot be halved).
 ForwardResult solve_forward(const ForwardScene& scene, const ForwardOptions& options = {});
+
+/// Many scenes at once, each on one thread, `options.threads` of them at a time; answers in the scenes'
+/// order. `done` (may be empty) hears how many are ready, from any thread.
+std::vector<ForwardResult> solve_forward(const std::vector<ForwardScene>& scenes,
+                                         const ForwardOptions& options,
+                                         const std::function<void(size_t)>& done = {});
 
 }  // namespace palpate

@@ -55,6 +55,11 @@ double share_inside(LumpShape shape, const std::array<double, 3>& size, const st
   return sum / (kColumns * kColumns) / (high[2] - low[2]);
 }
 
+double mixed_modulus(double share, double ratio) {
+  constexpr double q = 0.8;
+  return ratio == 1 ? 1 : 1 + share / (1 / (ratio - 1) + q * (1 - share));
+}
+
 std::vector<uint32_t> pad_layers(const ForwardScene& scene) {
   // As fine as the tissue's cells, two at least: one could not bend.
   const double pitch = scene.block_mm[2] / scene.cells[2];
@@ -102,7 +107,7 @@ ForwardGrid voxelise(const ForwardScene& scene, bool quarter) {
             lump.shape, size, low, {low[0] + grid.size_x_mm, low[1] + grid.size_y_mm, low[2] + height});
         if (inside > 0)
           grid.young[grid.cell(i, j, k + above)] =
-              static_cast<float>(1 / (1 - inside + inside / lump.stiffness_ratio));
+              static_cast<float>(mixed_modulus(inside, lump.stiffness_ratio));
       }
   return grid;
 }

@@ -9,11 +9,16 @@ namespace {
 
 /// How often the recursion's residual is replaced by the true one before rounding is said to lead.
 constexpr int kMostRounds = 4;
+/// Grids with fewer nodes are not handed out.
+constexpr size_t kFewestForTeam = 4000;
 
 }  // namespace
 
 ForwardSolver::ForwardSolver(const ForwardGrid& grid, double poisson, FixedNodes fixed, WorkTeam& team)
-    : grid_(grid), fixed_(std::move(fixed)), team_(team), multigrid_(grid, poisson, fixed_, team) {
+    : grid_(grid),
+      fixed_(std::move(fixed)),
+      team_(grid.nodes() < kFewestForTeam ? alone_ : team),
+      multigrid_(grid, poisson, fixed_, team_) {
   const size_t n = 3 * grid.nodes();
   for (std::vector<double>* v : {&residual_, &direction_, &product_}) v->resize(n);
   single_residual_.resize(n);

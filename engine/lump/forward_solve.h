@@ -42,6 +42,7 @@ class ForwardSolver {
 
   const ForwardGrid& grid_;
   FixedNodes fixed_;
+  WorkTeam alone_{1};  // small grids are done faster by one thread
   WorkTeam& team_;
   ForwardMultigrid multigrid_;
   double all_forces_ = 0;  // norm of supports' and loads', as out_of_balance() found it

@@ -27,7 +27,7 @@ void wait_while(const std::atomic<uint32_t>& value, uint32_t old) {
 
 WorkTeam::WorkTeam(uint32_t members) {
   if (members == 0) members = std::max(1u, std::thread::hardware_concurrency());
-  for (uint32_t part = 1; part < members; ++part) threads_.emplace_back([this, part] { serve(part); });
+  for (uint32_t i = 1; i < members; ++i) threads_.emplace_back([this] { serve(); });
 }
 
 WorkTeam::~WorkTeam() {
@@ -39,23 +39,36 @@ WorkTeam::~WorkTeam() {
 
 void WorkTeam::run(const std::function<void(uint32_t)>& work) {
   if (threads_.empty()) return work(0);
+  const uint32_t round = round_.load(std::memory_order_relaxed) + 1;
   work_ = &work;
-  at_work_.store(static_cast<uint32_t>(threads_.size()), std::memory_order_relaxed);
-  round_.fetch_add(1, std::memory_order_release);
+  left_.store(members(), std::memory_order_relaxed);
+  next_.store(uint64_t{round} << 32, std::memory_order_release);
+  round_.store(round, std::memory_order_release);
   round_.notify_all();
-  work(0);
-  for (uint32_t left = at_work_.load(std::memory_order_acquire); left != 0;
-       left = at_work_.load(std::memory_order_acquire))
-    wait_while(at_work_, left);
+  take_parts(round);
+  for (uint32_t left = left_.load(std::memory_order_acquire); left != 0;
+       left = left_.load(std::memory_order_acquire))
+    wait_while(left_, left);
 }
 
-void WorkTeam::serve(uint32_t part) {
+// While a part is taken its round does not end, so `work_` is the round's.
+void WorkTeam::take_parts(uint32_t round) {
+  for (uint64_t next = next_.load(std::memory_order_acquire);;) {
+    const auto part = static_cast<uint32_t>(next);
+    if (next >> 32 != round || part >= members()) return;
+    if (!next_.compare_exchange_weak(next, next + 1, std::memory_order_acq_rel)) continue;
+    (*work_)(part);
+    if (left_.fetch_sub(1, std::memory_order_acq_rel) == 1) left_.notify_one();
+    next = next_.load(std::memory_order_acquire);
+  }
+}
+
+void WorkTeam::serve() {
   for (uint32_t seen = 0;;) {
     wait_while(round_, seen);
     seen = round_.load(std::memory_order_acquire);
     if (over_.load(std::memory_order_relaxed)) return;
-    (*work_)(part);
-    if (at_work_.fetch_sub(1, std::memory_order_acq_rel) == 1) at_work_.notify_one();
+    take_parts(seen);
   }
 }
 

@@ -20,8 +20,9 @@ class WorkTeam {
 
   uint32_t members() const { return static_cast<uint32_t>(threads_.size()) + 1; }
 
-  /// Calls work(part) for each part in [0, members()), each on its own thread, and returns when all are done.
-  /// `work` throws nothing. Only one thread calls run.
+  /// Calls work(part) for each part in [0, members()) and returns when all are done. Threads take parts as
+  /// they come: on a busy machine nobody waits for one that has not woken up. `work` throws nothing. Only one
+  /// thread calls run.
   void run(const std::function<void(uint32_t)>& work);
 
   /// Of `count` things, those that are `part`'s: [first, second).
@@ -32,12 +33,14 @@ class WorkTeam {
   }
 
  private:
-  void serve(uint32_t part);
+  void take_parts(uint32_t round);
+  void serve();
 
   std::vector<std::thread> threads_;
   const std::function<void(uint32_t)>* work_ = nullptr;
-  std::atomic<uint32_t> round_ = 0;    // of work handed out
-  std::atomic<uint32_t> at_work_ = 0;  // threads that are not done with it
+  std::atomic<uint64_t> next_ = 0;   // part to take, below the round's number
+  std::atomic<uint32_t> round_ = 0;  // of work handed out
+  std::atomic<uint32_t> left_ = 0;   // parts that are not done
   std::atomic<bool> over_ = false;
 };
 
