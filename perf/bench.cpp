@@ -20,6 +20,7 @@
 #include "engine/stages/skin.h"
 #include "engine/stages/surface.h"
 #include "engine/stages/weighted_surface.h"
+#include "perf/forward_rival.h"
 #include "perf/measure.h"
 #include "perf/program.h"
 #include "perf/rivals.h"
@@ -398,6 +399,18 @@ class Bench {
     return pipeline;
   }
 
+  /// The forward model's equations, device beside processor.
+  void forward(uint32_t along) {
+    ForwardRival pair(context_, along);
+    const int inner = std::max(1, static_cast<int>(20 * 64 * 64 * 64 / (along * along * along)));
+    add(pair.product(repetitions_, inner));
+    add(pair.wide_product(repetitions_, inner));
+    add(pair.cycle(std::min(repetitions_, 7), 1));
+    add(pair.solve(std::min(repetitions_, 5)));
+    std::printf("  iterations: device %u, processor %u\n", pair.device_iterations(),
+                pair.processor_iterations());
+  }
+
   /// Runs in one sample, `at_vga` of them at 640 x 480: enough that the caches are warm with the work itself,
   /// as they are when a recording runs through, and not with what the rival left.
   static int inner(const Size& size, int at_vga) {
@@ -436,7 +449,7 @@ int run(int argc, char** argv) {
   CLI::App app("Times palpate's stages beside OpenCV and FFTW in one run.");
   gpu::ContextOptions options;
   int repetitions = 21;
-  bool weighted = false, contacts = false, skin = false, gels = false;
+  bool weighted = false, contacts = false, skin = false, gels = false, forward = false;
   std::string out;
   app.add_option("--device", options.device, "index or part of a name");
   app.add_option("--repetitions", repetitions, "paired repetitions")->check(CLI::Range(3, 1000));
@@ -446,6 +459,7 @@ int run(int argc, char** argv) {
   app.add_flag("--weighted", weighted, "Weighted surfaces only: their rival takes half a minute");
   app.add_flag("--gels", gels, "Readings of gels only: with a normal table, by a table of depth");
   app.add_flag("--skin", skin, "Following the skin's pattern only");
+  app.add_flag("--forward", forward, "The forward model's product and solve only");
   app.add_flag("--contacts", contacts, "Contact, regions and moments only");
   CLI11_PARSE(app, argc, argv);
 
@@ -453,7 +467,10 @@ int run(int argc, char** argv) {
   std::printf("%s, %s\n", context.report().name.c_str(), context.report().driver.c_str());
   Bench bench(context, repetitions);
   const Size sizes[] = {{640, 480, 640, 480}, {1392, 1042, 1400, 1050}};
+  if (forward)
+    for (const uint32_t along : {32u, 64u, 96u}) bench.forward(along);
   for (const Size& size : sizes) {
+    if (forward) break;
     if (weighted) {
       bench.weighted(size);
       continue;
@@ -488,8 +505,8 @@ int run(int argc, char** argv) {
     file.commit();
   };
   if (!out.empty()) {
-    write(weighted ? "weighted.csv" : skin ? "skin.csv" : "bench.csv", bench.csv());
-    if (!weighted && !skin) write("throughput.csv", bench.throughput_csv());
+    write(forward ? "forward.csv" : weighted ? "weighted.csv" : skin ? "skin.csv" : "bench.csv", bench.csv());
+    if (!weighted && !skin && !forward) write("throughput.csv", bench.throughput_csv());
   }
   return 0;
 }

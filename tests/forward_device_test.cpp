@@ -6,6 +6,7 @@
 #include <random>
 
 #include "engine/error.h"
+#include "engine/lump/forward.h"
 #include "engine/lump/forward_device.h"
 #include "engine/lump/forward_solve.h"
 #include "tests/gpu_fixture.h"
@@ -203,6 +204,72 @@ TEST_F(ForwardDeviceTest, RefusesWhatDoesNotFit) {
   EXPECT_THAT(refusal({5, 4, 4}),
               testing::HasSubstr("a grid of 5 x 4 x 4 cells, too small or odd to be halved"));
   EXPECT_EQ(refusal({16, 16, 8}), "");
+}
+
+// Scenes as a whole: the ball's contact makes a solver for each change of its supports.
+TEST_F(ForwardDeviceTest, ScenesAreTheProcessors) {
+  ForwardScene plate;
+  plate.cells = {16, 16, 8};
+  plate.pad = {{2, 34000}};
+  ForwardScene ball;
+  ball.cells = {16, 16, 8};
+  ball.presser = Presser::Sphere;
+  ball.ball_radius_mm = 20;
+  for (const ForwardScene& scene : {plate, ball}) {
+    ForwardOptions options;
+    options.threads = 1;
+    const ForwardResult wanted = solve_forward(scene, options);
+    options.worker = ForwardWorker::Device;
+    options.device = [] { return &context(); };
+    const ForwardResult found = solve_forward(scene, options);
+    ASSERT_TRUE(wanted.converged && found.converged);
+    EXPECT_EQ(wanted.solver, "processor");
+    EXPECT_EQ(found.solver, context().report().name);
+    EXPECT_NEAR(found.force_N / wanted.force_N, 1, 1e-5);
+    EXPECT_EQ(found.contact_radius_mm, wanted.contact_radius_mm);
+    ASSERT_EQ(found.stress_Pa.values.size(), wanted.stress_Pa.values.size());
+    for (size_t i = 0; i < wanted.stress_Pa.values.size(); ++i)
+      ASSERT_NEAR(found.stress_Pa.values[i], wanted.stress_Pa.values[i], 1e-4 * wanted.center_stress_Pa) << i;
+  }
+}
+
+TEST_F(ForwardDeviceTest, AutoTriesBothOrSaysWhyNot) {
+  using testing::HasSubstr;
+  const auto who = [](ForwardScene scene, const std::function<gpu::Context*()>& device) {
+    scene.block_mm = {40, 40, 40.0 * scene.cells[2] / scene.cells[0]};
+    scene.inclusion.reset();
+    ForwardOptions options;
+    options.quarter = false;
+    options.worker = ForwardWorker::Auto;
+    options.device = device;
+    options.residual = 1e-2;
+    const ForwardResult result = solve_forward(scene, options);
+    EXPECT_TRUE(result.converged);
+    return result.solver;
+  };
+  ForwardScene scene;
+  const auto here = [] { return &context(); };
+  const auto nowhere = []() -> gpu::Context* {
+    throw Error(Failure::Device, "a card", "an empty slot", "buying one");
+  };
+  scene.cells = {64, 64, 16};
+  const std::string tried = who(scene, here);
+  EXPECT_THAT(tried, HasSubstr(" ms an iteration; "));
+  EXPECT_THAT(tried, HasSubstr("processor"));
+  EXPECT_THAT(tried, HasSubstr(context().report().name));
+  EXPECT_EQ(who(scene, nowhere),
+            "processor (device passed over: wanted a card; found an empty slot; try buying one)");
+  EXPECT_EQ(who(scene, nullptr), "processor (device passed over: none given)");
+  scene.cells = {52, 52, 24};
+  EXPECT_THAT(who(scene, here), HasSubstr("passed over: a coarsest grid of 13 x 13 x 6 cells"));
+  scene.cells = {16, 16, 8};
+  EXPECT_EQ(who(scene, here), "processor (device passed over: 2601 nodes, fewer than 60000)");
+
+  ForwardOptions insisting;
+  insisting.worker = ForwardWorker::Device;
+  EXPECT_THROW(solve_forward(scene, insisting), Error);
+  insisting.device = nowhere;
+  EXPECT_THROW(solve_forward(scene, insisting), Error);
 }
 
 }  // namespace
