@@ -373,6 +373,18 @@ class Bench {
   const std::string& csv() const { return csv_; }
   const std::string& throughput_csv() const { return throughput_csv_; }
 
+  /// The forward model's equations, device beside processor.
+  void forward(uint32_t along) {
+    ForwardRival pair(context_, along);
+    const int inner = std::max(1, static_cast<int>(20 * 64 * 64 * 64 / (along * along * along)));
+    add(pair.product(repetitions_, inner));
+    add(pair.wide_product(repetitions_, inner));
+    add(pair.cycle(std::min(repetitions_, 7), 1));
+    add(pair.solve(std::min(repetitions_, 5)));
+    std::printf("  iterations: device %u, processor %u\n", pair.device_iterations(),
+                pair.processor_iterations());
+  }
+
  private:
   /// The frame as a camera driver would hand it out: in pages mapped for it alone.
   static Frame lease(const Frame& frame) {
@@ -397,18 +409,6 @@ class Bench {
     Pipeline pipeline(context_, scene.sensor, scene.background.format, options);
     pipeline.set_background(scene.background);
     return pipeline;
-  }
-
-  /// The forward model's equations, device beside processor.
-  void forward(uint32_t along) {
-    ForwardRival pair(context_, along);
-    const int inner = std::max(1, static_cast<int>(20 * 64 * 64 * 64 / (along * along * along)));
-    add(pair.product(repetitions_, inner));
-    add(pair.wide_product(repetitions_, inner));
-    add(pair.cycle(std::min(repetitions_, 7), 1));
-    add(pair.solve(std::min(repetitions_, 5)));
-    std::printf("  iterations: device %u, processor %u\n", pair.device_iterations(),
-                pair.processor_iterations());
   }
 
   /// Runs in one sample, `at_vga` of them at 640 x 480: enough that the caches are warm with the work itself,

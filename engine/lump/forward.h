@@ -84,7 +84,7 @@ struct ForwardOptions {
 };
 
 /// A map over the tissue's surface, one value per node: height x width, row by row along x.
-struct SurfaceMap {
+struct ForwardMap {
   uint32_t width = 0, height = 0;
   std::array<double, 2> pitch_mm = {0, 0};
   std::vector<float> values;
@@ -102,8 +102,8 @@ struct ForwardResult {
   uint64_t bytes = 0;  ///< held by the solver at its largest
   std::string solver;  ///< who solved it and, where it was chosen, why
 
-  SurfaceMap stress_Pa;      ///< normal stress on the tissue's surface, pressure counts up
-  SurfaceMap deflection_mm;  ///< of the tissue's surface, into the tissue counts up
+  ForwardMap stress_Pa;      ///< normal stress on the tissue's surface, pressure counts up
+  ForwardMap deflection_mm;  ///< of the tissue's surface, into the tissue counts up
   double force_N = 0;
   double press_mm = 0;
   double center_stress_Pa = 0;   ///< on the block's middle

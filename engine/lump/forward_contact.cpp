@@ -170,11 +170,11 @@ void ForwardModel::measure(double scale, ForwardResult& result) {
   // The tissue's own answer on its surface, whatever lies on it.
   solver_.stiffness().apply_layers(displacement_.data(), force_.data(), above_, nz);
   const double cell_mm2 = grid_.size_x_mm * grid_.size_y_mm;
-  SurfaceMap stress;
+  ForwardMap stress;
   stress.width = scene_.cells[0] + 1;
   stress.height = scene_.cells[1] + 1;
   stress.pitch_mm = {grid_.size_x_mm, grid_.size_y_mm};
-  SurfaceMap deflection = stress;
+  ForwardMap deflection = stress;
   double force = 0, mean_way = 0, contact_mm2 = 0, tension_mm2 = 0, pressed_mm2 = 0;
   for (uint32_t y = 0; y < stress.height; ++y)
     for (uint32_t x = 0; x < stress.width; ++x) {
