@@ -84,6 +84,7 @@ int run(int argc, char** argv) {
   add_calibrate(program, common, chosen);
   add_profile(program, common, chosen);
   add_tune(program, common, chosen);
+  add_forward(program, common, chosen);
 
   const bool json_asked =
       std::any_of(argv + 1, argv + argc, [](const char* a) { return std::strcmp(a, "--json") == 0; });
