@@ -21,6 +21,7 @@
 #include "engine/stages/skin.h"
 #include "engine/stages/surface.h"
 #include "engine/stages/weighted_surface.h"
+#include "perf/forward_rival.h"
 #include "perf/gradient_rival.h"
 #include "perf/measure.h"
 #include "perf/program.h"
@@ -410,6 +411,18 @@ class Bench {
   const std::string& csv() const { return csv_; }
   const std::string& throughput_csv() const { return throughput_csv_; }
 
+  /// The forward model's equations, device beside processor.
+  void forward(uint32_t along) {
+    ForwardRival pair(context_, along);
+    const int inner = std::max(1, static_cast<int>(20 * 64 * 64 * 64 / (along * along * along)));
+    add(pair.product(repetitions_, inner));
+    add(pair.wide_product(repetitions_, inner));
+    add(pair.cycle(std::min(repetitions_, 7), 1));
+    add(pair.solve(std::min(repetitions_, 5)));
+    std::printf("  iterations: device %u, processor %u\n", pair.device_iterations(),
+                pair.processor_iterations());
+  }
+
  private:
   /// The frame as a camera driver would hand it out: in pages mapped for it alone.
   static Frame lease(const Frame& frame) {
@@ -474,7 +487,7 @@ int run(int argc, char** argv) {
   CLI::App app("Times palpate's stages beside OpenCV and FFTW in one run.");
   gpu::ContextOptions options;
   int repetitions = 21;
-  bool weighted = false, contacts = false, skin = false, gels = false;
+  bool weighted = false, contacts = false, skin = false, gels = false, forward = false;
   std::string out;
   app.add_option("--device", options.device, "index or part of a name");
   app.add_option("--repetitions", repetitions, "paired repetitions")->check(CLI::Range(3, 1000));
@@ -487,6 +500,7 @@ int run(int argc, char** argv) {
   app.add_flag("--gels", gels,
                "Gels only: sum of gradients, readings with a normal table and by a table of depth");
   app.add_flag("--skin", skin, "Following the skin's pattern only");
+  app.add_flag("--forward", forward, "The forward model's product and solve only");
   app.add_flag("--contacts", contacts, "Contact, regions and moments only");
   CLI11_PARSE(app, argc, argv);
 
@@ -494,7 +508,10 @@ int run(int argc, char** argv) {
   std::printf("%s, %s\n", context.report().name.c_str(), context.report().driver.c_str());
   Bench bench(context, repetitions);
   const Size sizes[] = {{640, 480, 640, 480}, {1392, 1042, 1400, 1050}};
+  if (forward)
+    for (const uint32_t along : {32u, 64u, 96u}) bench.forward(along);
   for (const Size& size : sizes) {
+    if (forward) break;
     if (weighted) {
       bench.weighted(size);
       continue;
@@ -530,8 +547,9 @@ int run(int argc, char** argv) {
     file.commit();
   };
   if (!out.empty()) {
-    const bool all = !weighted && !skin && !gels && !contacts;
-    write(weighted   ? "weighted.csv"
+    const bool all = !weighted && !forward && !skin && !gels && !contacts;
+    write(forward    ? "forward.csv"
+          : weighted ? "weighted.csv"
           : skin     ? "skin.csv"
           : gels     ? "gels.csv"
           : contacts ? "contacts.csv"

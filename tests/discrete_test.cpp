@@ -9,6 +9,7 @@
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/lump/forward.h"
 #include "engine/pipeline.h"
 #include "tests/leased_memory.h"
 
@@ -94,6 +95,20 @@ TEST_F(Discrete, NumbersAreThoseOfTheProcessor) {
       EXPECT_EQ(wanted.read_depth_mm(a), automatic.read_depth_mm(c));
     }
   }
+}
+
+TEST_F(Discrete, ForwardModelIsTheProcessors) {
+  ForwardScene scene;
+  scene.cells = {16, 16, 8};
+  ForwardOptions options;
+  options.threads = 1;
+  const ForwardResult wanted = solve_forward(scene, options);
+  options.worker = ForwardWorker::Device;
+  options.device = [&] { return card_.get(); };
+  const ForwardResult found = solve_forward(scene, options);
+  ASSERT_TRUE(wanted.converged && found.converged);
+  EXPECT_NEAR(found.force_N / wanted.force_N, 1, 1e-6);
+  EXPECT_NEAR(found.center_stress_Pa / wanted.center_stress_Pa, 1, 1e-5);
 }
 
 }  // namespace

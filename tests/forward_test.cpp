@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-double sum_of(const SurfaceMap& map) {
+double sum_of(const ForwardMap& map) {
   double sum = 0;
   for (uint32_t y = 0; y < map.height; ++y)
     for (uint32_t x = 0; x < map.width; ++x)

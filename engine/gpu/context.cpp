@@ -383,6 +383,11 @@ void Context::create_device(const ContextOptions& options) {
   const bool imports = can_import_host_memory(physical_device_);
   if (imports) extensions.push_back(VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME);
 
+  VkPhysicalDeviceFeatures offered{}, features{};
+  vkGetPhysicalDeviceFeatures(physical_device_, &offered);
+  features.shaderFloat64 = offered.shaderFloat64;
+  has_double_ = offered.shaderFloat64 == VK_TRUE;
+
   VkDeviceCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
   info.pNext = &features13;
@@ -390,6 +395,7 @@ void Context::create_device(const ContextOptions& options) {
   info.pQueueCreateInfos = &queue;
   info.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
   info.ppEnabledExtensionNames = extensions.data();
+  info.pEnabledFeatures = &features;
   check(vkCreateDevice(physical_device_, &info, nullptr, &device_), "opening the device");
   vkGetDeviceQueue(device_, queue_family_, 0, &queue_);
   push_descriptors_ = reinterpret_cast<PFN_vkCmdPushDescriptorSetKHR>(

@@ -53,6 +53,8 @@ class Context {
   const DeviceReport& report() const { return report_; }
   /// A CPU driver (lavapipe): device memory is host memory, and views adapt to what it can draw.
   bool is_software() const { return properties_.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU; }
+  /// Kernels may compute in double precision (shaderFloat64).
+  bool has_double() const { return has_double_; }
   bool timers() const { return timers_; }
   bool host_timers() const { return host_timers_; }
 
@@ -107,6 +109,7 @@ class Context {
   VkPhysicalDeviceProperties properties_{};
   VkPhysicalDeviceMemoryProperties memory_{};
   DeviceReport report_;
+  bool has_double_ = false;
   bool timers_ = false;
   bool host_timers_ = false;
   uint64_t host_import_alignment_ = 0;

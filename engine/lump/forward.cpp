@@ -114,6 +114,7 @@ std::vector<ForwardResult> solve_forward(const std::vector<ForwardScene>& scenes
   for (const ForwardScene& scene : scenes) check(scene);
   ForwardOptions each = options;
   each.threads = 1;
+  if (each.worker == ForwardWorker::Auto) each.worker = ForwardWorker::Processor;
   std::vector<ForwardResult> results(scenes.size());
   std::atomic<size_t> next = 0, ready = 0;
   std::mutex guard;

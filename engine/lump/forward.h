@@ -10,6 +10,9 @@
 #include <vector>
 
 namespace palpate {
+namespace gpu {
+class Context;
+}  // namespace gpu
 
 enum class LumpShape : uint8_t {
   Sphere,
@@ -65,16 +68,23 @@ struct ForwardScene {
   std::array<uint32_t, 3> cells = {64, 64, 32};  ///< of the tissue along x, y, z; the pad has more of its own
 };
 
+/// Who solves the equations. Auto: the faster of the two on this grid, found by a trial of each.
+enum class ForwardWorker : uint8_t { Processor, Device, Auto };
+
 /// How it is solved.
 struct ForwardOptions {
   double residual = 0;   ///< relative, 1e-12 to 1e-2; 0: 1e-6, and 1e-8 above a Poisson ratio of 0.497
   uint32_t threads = 0;  ///< 0: one per core
   bool quarter = true;   ///< scenes with two planes of symmetry are solved as a quarter
   uint32_t most_iterations = 2000;
+  ForwardWorker worker = ForwardWorker::Processor;
+  /// Opens the device of Device and Auto, once and only where it is wanted; what it returns outlives the
+  /// call. Where it throws Error(Failure::Device), Auto goes on without.
+  std::function<gpu::Context*()> device;
 };
 
 /// A map over the tissue's surface, one value per node: height x width, row by row along x.
-struct SurfaceMap {
+struct ForwardMap {
   uint32_t width = 0, height = 0;
   std::array<double, 2> pitch_mm = {0, 0};
   std::vector<float> values;
@@ -90,9 +100,10 @@ struct ForwardResult {
   uint32_t rounds = 0;      ///< of refinement and of contact search
   double wall_s = 0;
   uint64_t bytes = 0;  ///< held by the solver at its largest
+  std::string solver;  ///< who solved it and, where it was chosen, why
 
-  SurfaceMap stress_Pa;      ///< normal stress on the tissue's surface, pressure counts up
-  SurfaceMap deflection_mm;  ///< of the tissue's surface, into the tissue counts up
+  ForwardMap stress_Pa;      ///< normal stress on the tissue's surface, pressure counts up
+  ForwardMap deflection_mm;  ///< of the tissue's surface, into the tissue counts up
   double force_N = 0;
   double press_mm = 0;
   double center_stress_Pa = 0;   ///< on the block's middle
@@ -110,8 +121,9 @@ void check(const ForwardScene& scene);
 /// inclusion that leaves the block, a grid that is too coarse or cannot be halved).
 ForwardResult solve_forward(const ForwardScene& scene, const ForwardOptions& options = {});
 
-/// Many scenes at once, each on one thread, `options.threads` of them at a time; answers in the scenes'
-/// order. `done` (may be empty) hears how many are ready, from any thread.
+/// Many scenes at once, each on one thread of the processor unless the options insist on the device,
+/// `options.threads` of them at a time; answers in the scenes' order. `done` (may be empty) hears how many
+/// are ready, from any thread.
 std::vector<ForwardResult> solve_forward(const std::vector<ForwardScene>& scenes,
                                          const ForwardOptions& options,
                                          const std::function<void(size_t)>& done = {});

@@ -27,7 +27,8 @@ ForwardModel::ForwardModel(const ForwardScene& scene, const ForwardOptions& opti
       above_(grid_.cells[2] - scene.cells[2]),
       fixed_(grid_.nodes()),
       load_(3 * grid_.nodes()),
-      displacement_(3 * grid_.nodes()) {
+      displacement_(3 * grid_.nodes()),
+      solver_(grid_, scene.poisson, options, team) {
   if (options_.residual == 0) options_.residual = scene.poisson > 0.497 ? 1e-8 : 1e-6;
   const auto [nx, ny, nz] = grid_.cells;
   for (uint32_t k = 0; k <= nz; ++k)
@@ -60,21 +61,21 @@ double ForwardModel::gap_mm(uint32_t i, uint32_t j) const {
 }
 
 bool ForwardModel::solve(double residual, ForwardResult& result) {
-  if (!solver_) solver_.emplace(grid_, scene_.poisson, fixed_, team_);
-  const SolveEvidence evidence = solver_->solve(load_, displacement_, residual, options_.most_iterations);
+  solver_.hold(fixed_);
+  const SolveEvidence evidence = solver_.solve(load_, displacement_, residual, options_.most_iterations);
   result.iterations += evidence.iterations;
   ++result.rounds;
   result.residual = evidence.residual;
   result.converged = evidence.converged;
-  result.bytes =
-      std::max(result.bytes,
-               solver_->bytes() + (load_.size() + displacement_.size() + force_.size()) * sizeof(double));
+  result.solver = solver_.who();
+  result.bytes = std::max(
+      result.bytes, solver_.bytes() + (load_.size() + displacement_.size() + force_.size()) * sizeof(double));
   return evidence.converged;
 }
 
 // Lets go where the ball would pull and takes hold where it is in the tissue. True where something changed.
 bool ForwardModel::revise_contact(double way_mm) {
-  solver_->forces(displacement_, force_);
+  solver_.forces(displacement_, force_);
   const size_t nodes = grid_.nodes();
   double scale = 0;
   for (size_t n = 0; n < surface_nodes(); ++n) scale = std::max(scale, std::abs(force_[2 * nodes + n]));
@@ -93,7 +94,7 @@ bool ForwardModel::revise_contact(double way_mm) {
       }
       changed = true;
     }
-  if (changed) solver_.reset();
+  if (changed) solver_.release();
   return changed;
 }
 
@@ -167,13 +168,13 @@ void ForwardModel::measure(double scale, ForwardResult& result) {
   const auto [nx, ny, nz] = grid_.cells;
   force_.resize(3 * nodes);
   // The tissue's own answer on its surface, whatever lies on it.
-  solver_->stiffness().apply_layers(displacement_.data(), force_.data(), above_, nz);
+  solver_.stiffness().apply_layers(displacement_.data(), force_.data(), above_, nz);
   const double cell_mm2 = grid_.size_x_mm * grid_.size_y_mm;
-  SurfaceMap stress;
+  ForwardMap stress;
   stress.width = scene_.cells[0] + 1;
   stress.height = scene_.cells[1] + 1;
   stress.pitch_mm = {grid_.size_x_mm, grid_.size_y_mm};
-  SurfaceMap deflection = stress;
+  ForwardMap deflection = stress;
   double force = 0, mean_way = 0, contact_mm2 = 0, tension_mm2 = 0, pressed_mm2 = 0;
   for (uint32_t y = 0; y < stress.height; ++y)
     for (uint32_t x = 0; x < stress.width; ++x) {

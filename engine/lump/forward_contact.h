@@ -1,9 +1,7 @@
 // One scene's equations with their supports, and what their solution says about the surface.
 #pragma once
 
-#include <optional>
-
-#include "engine/lump/forward_solve.h"
+#include "engine/lump/forward_choice.h"
 
 namespace palpate {
 
@@ -35,7 +33,7 @@ class ForwardModel {
   uint32_t above_;  // layers of the pad
   FixedNodes fixed_;
   std::vector<double> load_, displacement_, force_;
-  std::optional<ForwardSolver> solver_;
+  ForwardChoice solver_;
   double way_mm_ = 0;
 };
 

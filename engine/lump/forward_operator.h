@@ -49,6 +49,7 @@ class ForwardOperator {
 
   const ForwardGrid& grid() const { return grid_; }
   double poisson() const { return poisson_; }
+  const LayerStiffness<double>& layer(uint32_t k) const { return double_[k]; }
   std::array<double, 3> cell_size_mm(uint32_t layer) const {
     return {grid_.size_x_mm, grid_.size_y_mm, grid_.size_z_mm[layer]};
   }

@@ -60,7 +60,7 @@ double GaussianFit::at(double x) const {
   return gaussian({amplitude, center_mm, width_mm, offset}, x);
 }
 
-std::array<double, 2> bump_center_mm(const SurfaceMap& map, double share) {
+std::array<double, 2> bump_center_mm(const ForwardMap& map, double share) {
   std::vector<float> sorted = map.values;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
                    sorted.end());
@@ -84,7 +84,7 @@ std::array<double, 2> bump_center_mm(const SurfaceMap& map, double share) {
   return {x / sum * map.pitch_mm[0], y / sum * map.pitch_mm[1]};
 }
 
-Profile profile_along_x(const SurfaceMap& map, double y_mm) {
+Profile profile_along_x(const ForwardMap& map, double y_mm) {
   const double row = std::clamp(y_mm / map.pitch_mm[1] + (map.height - 1) / 2.0, 0.0, map.height - 1.0);
   const auto j = std::min(static_cast<uint32_t>(row), map.height - 2);
   const double t = row - j;
