@@ -52,7 +52,7 @@ const char* to_string(Presser presser) {
 ForwardOutcome describe(const ForwardScene& scene, ForwardResult result) {
   ForwardOutcome outcome{scene, std::move(result), {}, {}};
   if (!outcome.result.converged) return outcome;
-  const SurfaceMap& stress = outcome.result.stress_Pa;
+  const ForwardMap& stress = outcome.result.stress_Pa;
   outcome.profile = profile_along_x(stress, bump_center_mm(stress)[1]);
   const Profile inner = inner_part(outcome.profile, 0.4 * scene.block_mm[0]);
   if (inner.x_mm.size() >= 6) outcome.fit = fit_gaussian(inner);
