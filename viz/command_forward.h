@@ -92,7 +92,5 @@ void draw_both(const std::string& script, int width, int height, const std::file
                std::string& written);
 /// A named block of data for gnuplot.
 std::string data_block(const std::string& name, const std::string& lines);
-/// Seven digits; NaN where it is none.
-std::string plot_number(double value);
 
 }  // namespace palpate

@@ -12,6 +12,7 @@
 #include "perf/profile/gnuplot.h"
 #include "viz/command_forward.h"
 #include "viz/npy.h"
+#include "viz/plot_script.h"
 
 namespace palpate {
 namespace {
@@ -81,13 +82,6 @@ std::string profile_script(const ForwardOutcome& o) {
 }
 
 }  // namespace
-
-std::string plot_number(double value) {
-  if (!std::isfinite(value)) return "NaN";
-  char text[32];
-  std::snprintf(text, sizeof text, "%.7g", value);
-  return text;
-}
 
 std::string data_block(const std::string& name, const std::string& lines) {
   return "$" + name + " << EOD\n" + (lines.empty() ? "NaN NaN NaN NaN\n" : lines) + "EOD\n";

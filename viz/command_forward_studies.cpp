@@ -7,6 +7,7 @@
 #include "capture/output_file.h"
 #include "engine/error.h"
 #include "viz/command_forward.h"
+#include "viz/plot_script.h"
 
 namespace palpate {
 namespace {
