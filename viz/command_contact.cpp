@@ -11,7 +11,7 @@
 
 #include "capture/output_file.h"
 #include "engine/error.h"
-#include "viz/command_contact.h"
+#include "viz/command.h"
 #include "viz/command_gauged.h"
 #include "viz/contact_answers.h"
 #include "viz/contact_figures.h"

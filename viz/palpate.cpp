@@ -12,7 +12,6 @@
 
 #include "engine/error.h"
 #include "viz/command.h"
-#include "viz/command_contact.h"
 #include "viz/window.h"
 
 namespace {
