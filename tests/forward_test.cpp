@@ -10,6 +10,7 @@
 
 #include "engine/error.h"
 #include "engine/lump/forward_solve.h"
+#include "engine/mechanics/hertz.h"
 #include "engine/mechanics/layer.h"
 
 namespace palpate {
@@ -158,6 +159,73 @@ TEST(Forward, ForceAndWayAreTheSameQuestion) {
     EXPECT_NEAR(force.center_stress_Pa, way.center_stress_Pa, 2e-3 * way.center_stress_Pa);
     EXPECT_NEAR(sum_of(force.stress_Pa), force.force_N, 1e-4 * force.force_N);
   }
+}
+
+// Boussinesq: even pressure on a square of a half space, a quarter of it with the exact displacement on the
+// outer faces. The square is eight cells wide: what a single node would carry the cells cannot follow.
+TEST(Forward, PressedSquareIsBoussinesq) {
+  constexpr uint32_t n = 32;
+  constexpr double half = 4;
+  for (const double nu : {0.3, 0.495}) {
+    const ForwardGrid grid = cube(n, 1);
+    const size_t nodes = grid.nodes();
+    FixedNodes fixed(nodes);
+    std::vector<double> load(3 * nodes), u(3 * nodes);
+    const auto point = [&](double x, double y, double z) {
+      const double r2 = x * x + y * y + z * z, r = std::sqrt(r2), c = (1 + nu) / (2 * kPi);
+      const double side = z / (r2 * r) - (1 - 2 * nu) / (r * (r + z));
+      return std::array<double, 3>{c * x * side, c * y * side, c * (z * z / (r2 * r) + 2 * (1 - nu) / r)};
+    };
+    const auto exact = [&](double x, double y, double z) {
+      std::array<double, 3> sum{};
+      for (double v = -half + 0.25; v < half; v += 0.5)
+        for (double w = -half + 0.25; w < half; w += 0.5) {
+          const auto part = point(x - v, y - w, z);
+          for (size_t c = 0; c < 3; ++c) sum[c] += 0.25 * part[c];
+        }
+      return sum;
+    };
+    for (uint32_t k = 0; k <= n; ++k)
+      for (uint32_t j = 0; j <= n; ++j)
+        for (uint32_t i = 0; i <= n; ++i) {
+          const size_t at = grid.node(i, j, k);
+          fixed[at] = static_cast<uint8_t>((i == 0 ? kFixedX : 0) | (j == 0 ? kFixedY : 0));
+          if (k == 0 && i <= half && j <= half)
+            load[2 * nodes + at] = (i == 0 || i == half ? 0.5 : 1) * (j == 0 || j == half ? 0.5 : 1);
+          if (i != n && j != n && k != n) continue;
+          fixed[at] = kFixedAll;
+          const auto there = exact(i, j, k);
+          for (size_t c = 0; c < 3; ++c) u[c * nodes + at] = there[c];
+        }
+    WorkTeam team(0);
+    ForwardSolver solver(grid, nu, fixed, team);
+    ASSERT_TRUE(solver.solve(load, u, 1e-7, 2000).converged);
+    for (const uint32_t r : {6u, 8u, 12u, 16u, 24u}) {
+      const double down = exact(r, 0, 0)[2], deep = exact(0, 0, r)[2], across = exact(r, 0, r)[0];
+      EXPECT_NEAR(u[2 * nodes + grid.node(r, 0, 0)], down, 0.02 * down) << nu << " " << r;
+      EXPECT_NEAR(u[2 * nodes + grid.node(0, 0, r)], deep, 0.02 * deep) << nu << " " << r;
+      EXPECT_NEAR(u[grid.node(r, 0, r)], across, 0.02 * across) << nu << " " << r;
+    }
+  }
+}
+
+// A ball on a thin bonded layer, where Hertz is far off, against the exact layer.
+TEST(Forward, BallOnAThinLayer) {
+  ForwardScene scene = plain_block();
+  scene.block_mm = {20, 20, 5};
+  scene.cells = {64, 64, 16};
+  scene.presser = Presser::Sphere;
+  scene.ball_radius_mm = 5;
+  scene.press_mm.reset();
+  scene.force_N = 0.01;
+  const ForwardResult result = solve_forward(scene);
+  ASSERT_TRUE(result.converged);
+  const LayerContact exact = Layer({4000e-6, 0.495}, 5).press_sphere(0.01, 5);
+  const double hertz = hertz_contact(0.01, effective_modulus_MPa({4000e-6, 0.495}), 5).indentation_mm;
+  EXPECT_NEAR(result.press_mm, exact.summary().indentation_mm, 0.03 * exact.summary().indentation_mm);
+  EXPECT_LT(result.press_mm, 0.8 * hertz);
+  EXPECT_NEAR(result.center_stress_Pa, 1e6 * exact.summary().pressure_max_MPa,
+              0.03e6 * exact.summary().pressure_max_MPa);
 }
 
 // Hertz: a rigid ball on a deep block; and the exact bonded layer, which the block truly is.

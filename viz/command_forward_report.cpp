@@ -1,5 +1,6 @@
 #include "viz/command_forward.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -55,6 +56,11 @@ ForwardOutcome describe(const ForwardScene& scene, ForwardResult result) {
   outcome.profile = profile_along_x(stress, bump_center_mm(stress)[1]);
   const Profile inner = inner_part(outcome.profile, 0.4 * scene.block_mm[0]);
   if (inner.x_mm.size() >= 6) outcome.fit = fit_gaussian(inner);
+  // What the solver left open is no bump.
+  double largest = 0;
+  for (const double stress_Pa : inner.value) largest = std::max(largest, std::abs(stress_Pa));
+  if (std::abs(outcome.fit.amplitude) < 100 * outcome.result.residual * largest) outcome.fit.found = false;
+  if (std::abs(outcome.fit.center_mm) < 1e-9) outcome.fit.center_mm = 0;
   return outcome;
 }
 

@@ -156,11 +156,17 @@ std::string write_sweep(const std::vector<SweepRow>& rows, const fs::path& folde
   std::string profile_blocks;
   int panel = 0;
   for (const Input& input : kInputs) {
-    std::string points, curves;
+    std::string points, curves, tics;
     int curve = 0;
+    double narrowest = HUGE_VAL, widest = 0;
     for (const SweepRow& row : rows) {
       if (std::string(row.input) != input.name || !row.outcome.result.converged) continue;
       const GaussianFit& f = row.outcome.fit;
+      tics += (tics.empty() ? "" : ", ") + plot_number(row.value);
+      if (f.found) {
+        narrowest = std::min(narrowest, full_width_mm(f));
+        widest = std::max(widest, full_width_mm(f));
+      }
       if (f.found)
         points += plot_number(row.value) + " " + plot_number(f.amplitude) + " " +
                   plot_number(full_width_mm(f)) + "\n";
@@ -181,7 +187,12 @@ std::string write_sweep(const std::vector<SweepRow>& rows, const fs::path& folde
     bumps +=
         std::string(log ? "set logscale x\n" : "unset logscale x\n") +
         (shapes ? "set xtics ('sphere' 0, 'ellipsoid' 1, 'cylinder' 2, 'lying' 3)\nset xrange [-0.3:3.3]\n"
-                : "set xtics auto\nset autoscale x\n") +
+         : log  ? "set xtics auto\nset autoscale x\n"
+                : "set xtics (" + tics + ")\nset autoscale x\n") +
+        // A width that does not change is not drawn as its rounding.
+        (widest < 1.01 * narrowest
+             ? "set y2range [" + plot_number(0.8 * widest) + ":" + plot_number(1.2 * widest) + "]\n"
+             : "set autoscale y2\n") +
         "set xlabel '" + input.label + "'\nset ylabel 'Gaussian a, Pa' textcolor rgb '#0072b2'\n" +
         "set y2tics\nset y2label 'full width at half height, mm' textcolor rgb '#d55e00'\nplot $b" +
         std::to_string(panel) + " using 1:2 with linespoints pt 7 ps 0.6 lc rgb '#0072b2' title 'a', $b" +
