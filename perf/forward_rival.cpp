@@ -62,7 +62,7 @@ Pair ForwardRival::product(int repetitions, int inner) {
 }
 
 Pair ForwardRival::wide_product(int repetitions, int inner) {
-  return compare("forward product, double", size(),
+  return compare("forward product double", size(),
                  {"device", [&] { device_.run(ForwardDevice::Piece::WideProduct); }},
                  {"processor",
                   [&] { processor_.stiffness().apply(displacement_.data(), force_.data(), &fixed_, team_); }},

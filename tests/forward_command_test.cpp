@@ -41,6 +41,23 @@ TEST_F(ForwardCommand, PadProblemAndItsFiles) {
     EXPECT_GT(fs::file_size(out / name), 500u) << name;
 }
 
+TEST_F(ForwardCommand, DeviceFindsWhatTheProcessorFinds) {
+  const std::vector<std::string> scene = {"--cells", "32x32x16", "--poisson", "0.45", "--solver"};
+  const auto by = [&](const char* solver) {
+    std::vector<std::string> arguments = scene;
+    arguments.insert(arguments.end(), {solver, "--validation"});
+    return answer(arguments);
+  };
+  const Json processor = by("processor"), device = by("device"), chosen = by("auto");
+  EXPECT_EQ(processor["solver"], "processor");
+  EXPECT_EQ(device["solver"].get<std::string>().find("processor"), std::string::npos) << device["solver"];
+  EXPECT_EQ(chosen["solver"], "processor (device passed over: 4913 nodes, fewer than 60000)");
+  for (const char* name : {"force_N", "center_stress_Pa", "core_strain"})
+    EXPECT_NEAR(device[name].get<double>() / processor[name].get<double>(), 1, 1e-4) << name;
+  expect_refusal({"forward", "--solver", "device", "--cells", "72x72x36", "--no-inclusion"}, 5,
+                 {"wanted", "found", "try", "with 3000 unknowns, more than 1500"});
+}
+
 // theory S13's orderings from the model itself: bigger and stiffer inclusions have the larger a.
 TEST_F(ForwardCommand, BiggerAndStifferShowMore) {
   const auto amplitude = [&](const char* size, const char* ratio) {

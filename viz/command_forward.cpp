@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/error.h"
+#include "engine/gpu/context.h"
 #include "viz/command.h"
 
 namespace palpate {
@@ -26,6 +27,9 @@ struct Options {
   std::string cells;
   double press_mm = 0, force_N = 0;
   std::string sensor;
+
+  std::mutex opening;
+  std::unique_ptr<gpu::Context> context;  ///< none before the solver wants it
 };
 
 std::array<uint32_t, 3> parse_cells(const std::string& text) {
@@ -79,6 +83,15 @@ ForwardScene scene_of(const Options& options) {
 
 /// Exit code of an answer that did not come about: no input is to blame, and no number is to be used.
 constexpr int kNotConverged = kInternalError;
+
+/// The solver opens the device when it wants it, from any of its threads.
+void offer_device(const Common& common, Options& options) {
+  options.solver.device = [&common, &options] {
+    const std::lock_guard lock(options.opening);
+    if (!options.context) options.context = open_device(common);
+    return options.context.get();
+  };
+}
 
 Report one_scene(const Common& common, const Options& options) {
   const ForwardScene scene = scene_of(options);
@@ -142,6 +155,10 @@ void add_forward(CLI::App& program, Common& common, Command& chosen) {
                                                                {"lying", LumpShape::LyingCylinder}};
   static const std::map<std::string, Presser> kPresserNames = {
       {"flat", Presser::Flat}, {"ball", Presser::Sphere}, {"pressure", Presser::Pressure}};
+  static const std::map<std::string, ForwardWorker> kWorkerNames = {{"processor", ForwardWorker::Processor},
+                                                                    {"device", ForwardWorker::Device},
+                                                                    {"auto", ForwardWorker::Auto}};
+  o->solver.worker = ForwardWorker::Auto;
   command
       ->add_option("--block-mm", o->block_mm, "Length, width and thickness of the tissue (default 40 40 20)")
       ->expected(3);
@@ -185,6 +202,13 @@ void add_forward(CLI::App& program, Common& common, Command& chosen) {
                       "Relative residual to stop at (default 1e-6; 1e-8 above a Poisson's ratio of 0.497)");
   command->add_option("--most-iterations", o->solver.most_iterations, "Of the solver, before it gives up")
       ->capture_default_str();
+  command
+      ->add_option(
+          "--solver", o->solver.worker,
+          "processor, device (Vulkan, in double precision), or auto: on large grids a trial of both, "
+          "else the processor")
+      ->transform(CLI::CheckedTransformer(kWorkerNames))
+      ->default_str("auto");
   command->add_option("--threads", o->solver.threads, "Threads; 0: one per core")
       ->capture_default_str()
       ->check(CLI::Range(0, 256));
@@ -209,9 +233,12 @@ void add_forward(CLI::App& program, Common& common, Command& chosen) {
   command->require_subcommand(0, 1);
   command->callback([o, sweeping, converging, &common, &chosen] {
     chosen = [o, &common, swept = sweeping->parsed(), tables = converging->parsed()] {
-      return swept    ? sweep_command(common, *o)
-             : tables ? convergence_command(common, *o)
-                      : one_scene(common, *o);
+      offer_device(common, *o);
+      Report report = swept    ? sweep_command(common, *o)
+                      : tables ? convergence_command(common, *o)
+                               : one_scene(common, *o);
+      if (o->context && !validation_clean(*o->context)) report.exit_code = kInternalError;
+      return report;
     };
   });
 }

@@ -88,7 +88,7 @@ Json to_json(const ForwardOutcome& o) {
   const ForwardResult& r = o.result;
   Json value = {{"scene", to_json(o.scene)},  {"converged", r.converged}, {"residual", or_null(r.residual)},
                 {"iterations", r.iterations}, {"rounds", r.rounds},       {"wall_s", r.wall_s},
-                {"memory_MB", megabytes(r)}};
+                {"memory_MB", megabytes(r)},  {"solver", r.solver}};
   if (!r.converged) return value;
   value["force_N"] = r.force_N;
   value["press_mm"] = r.press_mm;
@@ -147,6 +147,7 @@ std::string to_text(const ForwardOutcome& o) {
     text += "Gaussian        none: the line holds no bump that stands out\n";
   text += line("solved          residual %.2g, %u iterations, %.2f s, %.0f MB\n", r.residual, r.iterations,
                r.wall_s, megabytes(r));
+  text += "solver          " + r.solver + "\n";
   for (const std::string& warning : r.warnings) text += "warning         " + warning + "\n";
   return text;
 }
