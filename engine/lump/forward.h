@@ -80,7 +80,7 @@ struct ForwardOptions {
   ForwardWorker worker = ForwardWorker::Processor;
   /// Opens the device of Device and Auto, once and only where it is wanted; what it returns outlives the
   /// call. Where it throws Error(Failure::Device), Auto goes on without.
-  std::function<gpu::Context*()> device;
+  std::function<gpu::Context*()> device = {};
 };
 
 /// A map over the tissue's surface, one value per node: height x width, row by row along x.
