@@ -30,7 +30,7 @@ struct Options {
   viz::LiveOptions live;
 };
 
-Report live(const Common& common, Options options) {
+Report live(const Common& common, const Options& options) {
   if (options.record && common.out.empty())
     throw Error(Failure::Usage, "--out DIR to record to", "--record alone", "--out out/live");
   // Before anything else is opened: without a display the rest is in vain.
