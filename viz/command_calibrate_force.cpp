@@ -14,6 +14,7 @@
 #include "viz/command.h"
 #include "viz/command_calibrate.h"
 #include "viz/command_gauged.h"
+#include "viz/one_of.h"
 
 namespace palpate {
 namespace {
@@ -136,9 +137,9 @@ void add_calibrate_force(CLI::App& group, Common& common, Command& chosen) {
       ->add_option("--signal", options->signal,
                    "gray-sum, gradient (of gels), area or volume (default: as held-out presses "
                    "say)")
-      ->transform(CLI::CheckedTransformer(kSignalNames));
+      ->transform(one_of(kSignalNames));
   command->add_option("--model", options->model, "line, power or spline (default: as held-out presses say)")
-      ->transform(CLI::CheckedTransformer(kModelNames));
+      ->transform(one_of(kModelNames));
   command
       ->add_option("--branches", options->branches,
                    "Loading and unloading: apart, together, or auto (as held-out presses say)")

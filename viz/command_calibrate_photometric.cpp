@@ -14,6 +14,7 @@
 #include "viz/calibrate_origin.h"
 #include "viz/command_balls.h"
 #include "viz/command_calibrate.h"
+#include "viz/one_of.h"
 
 namespace palpate {
 namespace {
@@ -198,10 +199,8 @@ void add_calibrate_photometric(CLI::App& group, Common& common, Command& chosen)
   command
       ->add_option("--model", options->model,
                    "linear, table (a small correction on top), or best: by held-out error")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, NormalModel>{
-              {"best", NormalModel::Best}, {"linear", NormalModel::Linear}, {"table", NormalModel::Table}},
-          CLI::ignore_case));
+      ->transform(one_of(std::map<std::string, NormalModel>{
+          {"best", NormalModel::Best}, {"linear", NormalModel::Linear}, {"table", NormalModel::Table}}));
   command
       ->add_option("--rest-weight", options->rest_weight,
                    "Weight of the untouched parts: more where the light drifts, less where it is noisy")

@@ -18,6 +18,7 @@
 #include "viz/calibrate_scale.h"
 #include "viz/command.h"
 #include "viz/command_calibrate.h"
+#include "viz/one_of.h"
 
 namespace palpate {
 namespace {
@@ -214,10 +215,8 @@ void add_calibrate_scale(CLI::App& group, Common& common, Command& chosen) {
   command->add_option("--sensor", options->sensor, "Sensor file to start from")->required();
   command->add_option("--grid", options->grid, "COLUMNSxROWS of a printed grid: inner corners, or dots");
   command->add_option("--pattern", options->pattern, "What the grid is made of: chessboard or dots")
-      ->transform(
-          CLI::CheckedTransformer(std::map<std::string, GridPattern>{{"chessboard", GridPattern::Chessboard},
-                                                                     {"dots", GridPattern::Dots}},
-                                  CLI::ignore_case));
+      ->transform(one_of(std::map<std::string, GridPattern>{{"chessboard", GridPattern::Chessboard},
+                                                            {"dots", GridPattern::Dots}}));
   command->add_option("--spacing-mm", options->spacing_mm, "From one point of the grid to the next")
       ->check(CLI::Range(1e-3, 1000.0));
   command

@@ -8,6 +8,7 @@
 #include "viz/command.h"
 #include "viz/command_calibrate.h"
 #include "viz/command_gauged.h"
+#include "viz/one_of.h"
 
 namespace palpate {
 namespace {
@@ -62,7 +63,7 @@ void add_calibrate_shear(CLI::App& group, Common& common, Command& chosen) {
       ->add_option(
           "--signal", options->request.signal,
           "What moves with the force: centroid or skin (default: what follows the gauge more closely)")
-      ->transform(CLI::CheckedTransformer(kSignalNames));
+      ->transform(one_of(kSignalNames));
   command
       ->add_option("--friction", options->request.friction,
                    "Friction coefficient, where no recording slips (default: the sensor file's)")

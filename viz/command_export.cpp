@@ -6,6 +6,7 @@
 #include "engine/gpu/context.h"
 #include "viz/input.h"
 #include "viz/look_options.h"
+#include "viz/one_of.h"
 #include "viz/processing.h"
 
 namespace palpate {
@@ -129,7 +130,7 @@ void add_export(CLI::App& program, Common& common, Command& chosen) {
   command
       ->add_option("--solver", options->solver,
                    "Surface solver: live, fine, converged or exact (default: the session's; converged)")
-      ->transform(CLI::CheckedTransformer(kSolverNames));
+      ->transform(one_of(kSolverNames));
   command->add_option("--rate", request.rate_Hz, "Frames a second of images, which know no time themselves")
       ->check(CLI::PositiveNumber);
   options->look.add(*command);

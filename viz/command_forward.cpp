@@ -11,6 +11,7 @@
 #include "engine/error.h"
 #include "engine/gpu/context.h"
 #include "viz/command.h"
+#include "viz/one_of.h"
 
 namespace palpate {
 namespace {
@@ -170,7 +171,7 @@ void add_forward(CLI::App& program, Common& common, Command& chosen) {
   command
       ->add_option("--shape", o->lump.shape,
                    "sphere, ellipsoid, cylinder (upright), lying (cylinder along x)")
-      ->transform(CLI::CheckedTransformer(kShapeNames))
+      ->transform(one_of(kShapeNames))
       ->default_str("sphere");
   command
       ->add_option("--size-mm", o->size_mm,
@@ -189,7 +190,7 @@ void add_forward(CLI::App& program, Common& common, Command& chosen) {
           "each. Bonded")
       ->take_all();
   command->add_option("--presser", o->scene.presser, "flat (rigid plate), ball, pressure (even)")
-      ->transform(CLI::CheckedTransformer(kPresserNames))
+      ->transform(one_of(kPresserNames))
       ->default_str("flat");
   command->add_option("--ball-radius-mm", o->scene.ball_radius_mm, "Of --presser ball");
   CLI::Option* way = command->add_option("--press-mm", o->press_mm, "Way of the presser (default 1)")
@@ -207,7 +208,7 @@ void add_forward(CLI::App& program, Common& common, Command& chosen) {
           "--solver", o->solver.worker,
           "processor, device (Vulkan, in double precision), or auto: on large grids a trial of both, "
           "else the processor")
-      ->transform(CLI::CheckedTransformer(kWorkerNames))
+      ->transform(one_of(kWorkerNames))
       ->default_str("auto");
   command->add_option("--threads", o->solver.threads, "Threads; 0: one per core")
       ->capture_default_str()

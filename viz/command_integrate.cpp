@@ -15,6 +15,7 @@
 #include "viz/input.h"
 #include "viz/integrate_lights.h"
 #include "viz/npy.h"
+#include "viz/one_of.h"
 
 namespace palpate {
 namespace {
@@ -180,11 +181,10 @@ void add_integrate(CLI::App& program, Common& common, Command& chosen) {
           "--solver", options->solver,
           "live (one multigrid pass), fine (one cycle more), converged (default: six) or exact (cosine "
           "transform, CPU)")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, SurfaceSolver>{{"live", SurfaceSolver::Live},
-                                               {"fine", SurfaceSolver::Fine},
-                                               {"converged", SurfaceSolver::Converged},
-                                               {"exact", SurfaceSolver::Exact}}));
+      ->transform(one_of(std::map<std::string, SurfaceSolver>{{"live", SurfaceSolver::Live},
+                                                              {"fine", SurfaceSolver::Fine},
+                                                              {"converged", SurfaceSolver::Converged},
+                                                              {"exact", SurfaceSolver::Exact}}));
   add_common(*command, common,
              "  palpate integrate slopes.npy --out out/height\n"
              "  palpate integrate slopes.npy --out out/height --solver exact --json\n"

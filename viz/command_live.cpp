@@ -13,6 +13,7 @@
 #include "viz/command.h"
 #include "viz/live.h"
 #include "viz/live_report.h"
+#include "viz/one_of.h"
 #include "viz/window.h"
 
 namespace palpate {
@@ -98,7 +99,7 @@ void add_live(CLI::App& program, Common& common, Command& chosen) {
   command
       ->add_option("--solver", options->solver,
                    "Surface solver: live (default), fine, converged or exact (CPU)")
-      ->transform(CLI::CheckedTransformer(kSolverNames));
+      ->transform(one_of(kSolverNames));
   command->add_flag("--skip-untouched", options->skip_untouched,
                     "Compute only a window around the contact; beyond it depth is 0");
   command->add_option("--frames", live_options.max_frames, "End after that many frames");
@@ -112,7 +113,7 @@ void add_live(CLI::App& program, Common& common, Command& chosen) {
   command
       ->add_option("--vsync", live_options.vsync,
                    "on (default), mailbox (newest picture at each refresh), off (at once, may tear)")
-      ->transform(CLI::CheckedTransformer(viz::kVsyncNames));
+      ->transform(one_of(viz::kVsyncNames));
   add_common(*command, common,
              "  palpate live                                       a simulated palpation on a gel skin\n"
              "  palpate live --camera /dev/video0 --sensor pad.json --out out/live --record\n"

@@ -7,6 +7,7 @@
 #include "viz/camera_options.h"
 #include "viz/input.h"
 #include "viz/look_options.h"
+#include "viz/one_of.h"
 #include "viz/processing.h"
 
 namespace palpate {
@@ -92,11 +93,11 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
           "followed, with skin the pattern on the pad shows stick, slip and torsion, with confidence the "
           "surface leaves out what is not known")
       ->delimiter(',')
-      ->transform(CLI::CheckedTransformer(kOutputNames));
+      ->transform(one_of(kOutputNames));
   command
       ->add_option("--solver", request.solver,
                    "Surface solver: live, fine, converged (default) or exact (CPU)")
-      ->transform(CLI::CheckedTransformer(kSolverNames));
+      ->transform(one_of(kSolverNames));
   command->add_flag("--as-recorded", request.as_recorded,
                     "Of a session: the frames that were measured live, with the same solver and outputs, and "
                     "whether every digit is as recorded");
@@ -106,13 +107,13 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
       ->add_option("--depth", request.depth,
                    "Write each frame's depth map: png16, tiff, npy, ply, obj (repeatable)")
       ->delimiter(',')
-      ->transform(CLI::CheckedTransformer(kDepthFormats));
+      ->transform(one_of(kDepthFormats));
   command
       ->add_option(
           "--confidence", request.confidence,
           "Write what is known of each frame's pixels: png16, npy (repeatable); asks for that output too")
       ->delimiter(',')
-      ->transform(CLI::CheckedTransformer(kConfidenceFormats));
+      ->transform(one_of(kConfidenceFormats));
   command->add_flag("--pictures", request.pictures,
                     "Write pictures/NNNNNN.png: each frame as the window shows it");
   command->add_flag("--video", request.video, "Write recording.mp4: the same as a film");

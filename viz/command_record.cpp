@@ -12,6 +12,7 @@
 #include "viz/input.h"
 #include "viz/live.h"
 #include "viz/live_report.h"
+#include "viz/one_of.h"
 
 namespace palpate {
 namespace {
@@ -102,11 +103,11 @@ void add_record(CLI::App& program, Common& common, Command& chosen) {
           "--outputs", options->outputs,
           "What to measure meanwhile: force, surface (default: force, and surface where the sensor can)")
       ->delimiter(',')
-      ->transform(CLI::CheckedTransformer(kOutputNames));
+      ->transform(one_of(kOutputNames));
   command
       ->add_option("--solver", options->solver,
                    "Surface solver: live (default), fine, converged or exact (CPU)")
-      ->transform(CLI::CheckedTransformer(kSolverNames));
+      ->transform(one_of(kSolverNames));
   command->add_option("--frames", options->live.max_frames, "End after that many frames");
   command->add_option("--seconds", options->live.max_seconds, "End after so long")
       ->check(CLI::PositiveNumber);

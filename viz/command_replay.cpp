@@ -11,6 +11,7 @@
 #include "viz/input.h"
 #include "viz/live.h"
 #include "viz/live_report.h"
+#include "viz/one_of.h"
 #include "viz/window.h"
 
 namespace palpate {
@@ -83,7 +84,7 @@ void add_replay(CLI::App& program, Common& common, Command& chosen) {
   command
       ->add_option("--solver", options->solver,
                    "Surface solver: live, fine, converged or exact (default: as recorded)")
-      ->transform(CLI::CheckedTransformer(kSolverNames));
+      ->transform(one_of(kSolverNames));
   command->add_option("--speed", options->live.speed, "Times the recorded speed")
       ->capture_default_str()
       ->check(CLI::Range(viz::LiveOptions::kSlowest, viz::LiveOptions::kFastest));

@@ -1,4 +1,5 @@
 #include "viz/look_options.h"
+#include "viz/one_of.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -34,9 +35,8 @@ void LookOptions::add(CLI::App& command) {
       .add_option(
           "--colours", quantity_,
           "What colours of pictures show: depth (default), pressure (where the sensor reads it), strain")
-      ->transform(CLI::CheckedTransformer(quantities));
-  command.add_option("--colour-map", map_, "viridis (default), cividis or magma")
-      ->transform(CLI::CheckedTransformer(maps));
+      ->transform(one_of(quantities));
+  command.add_option("--colour-map", map_, "viridis (default), cividis or magma")->transform(one_of(maps));
   command
       .add_option("--colour-range", colour_range_,
                   "Pressure (MPa) or strain with the last colour (default: follows the touch; strain 0.05)")

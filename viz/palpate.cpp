@@ -109,8 +109,10 @@ int run(int argc, char** argv) {
       return fail("no command was given, and the list of sources wants a window: " + viz::no_display() +
                       "; try: palpate --help, or palpate demo --headless",
                   static_cast<int>(Failure::Usage), json_asked);
-    const auto commands = program.get_subcommands();
-    const std::string command = commands.empty() ? "" : " " + commands.front()->get_name();
+    std::string command;
+    for (auto commands = program.get_subcommands(); !commands.empty();
+         commands = commands.front()->get_subcommands())
+      command += " " + commands.front()->get_name();
     return fail(std::string(error.what()) + "; try: palpate" + command + " --help",
                 static_cast<int>(Failure::Usage), json_asked);
   }
