@@ -17,7 +17,8 @@ using Json = nlohmann::json;
 
 TEST_F(Program, UsageErrorsAreOneLine) {
   // With a display there is the list of sources.
-  expect_refusal({}, 2, {"no command was given", "DISPLAY"}, {.environment = {{"DISPLAY", ""}, {"WAYLAND_DISPLAY", ""}}});
+  expect_refusal({}, 2, {"no command was given", "DISPLAY"},
+                 {.environment = {{"DISPLAY", ""}, {"WAYLAND_DISPLAY", ""}}});
   expect_refusal({"fly"}, 2, {"fly"});
   expect_refusal({"process"}, 2, {"--out"});
   expect_refusal({"process", "--out", folder_ / "out"}, 2, {"input", "--camera"});

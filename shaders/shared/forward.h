@@ -1,6 +1,7 @@
-// Forward model: what its kernels share, read by GLSL and C++. Node vectors have one texel a node in single precision (x, y, z,
-// spare) and two in double (x and y, z and spare), with a lead and a tail of a plane, a row and a node of finite numbers; moduli
-// have one a node too, of the four cells around it in the layer below, zero for cells that are not there.
+// Forward model: what its kernels share, read by GLSL and C++. Node vectors have one texel a node in single
+// precision (x, y, z, spare) and two in double (x and y, z and spare), with a lead and a tail of a plane, a
+// row and a node of finite numbers; moduli have one a node too, of the four cells around it in the layer
+// below, zero for cells that are not there.
 #ifndef PALPATE_SHARED_FORWARD_H
 #define PALPATE_SHARED_FORWARD_H
 
@@ -22,8 +23,8 @@ struct ForwardStiffnessWide {
   double xx, yy, zz, xy, xz, yz;
 };
 
-// A grid's nodes: `row` along x, `plane` in a plane, `planes` of them; `lead` nodes before the first. `segment`: planes that an
-// invocation marches through.
+// A grid's nodes: `row` along x, `plane` in a plane, `planes` of them; `lead` nodes before the first.
+// `segment`: planes that an invocation marches through.
 struct ForwardStepPush {
   uint row, plane, planes, lead, segment;
   float keep;  // of the last step
