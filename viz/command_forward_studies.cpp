@@ -97,6 +97,7 @@ std::vector<SweepRow> sweep(const ForwardScene& scene, const ForwardOptions& opt
   check(scene);
   const std::vector<Case> cases = sweep_cases(scene);
   std::vector<ForwardScene> scenes;
+  scenes.reserve(cases.size());
   for (const Case& c : cases) scenes.push_back(c.scene);
   std::vector<ForwardResult> results =
       solve_forward(scenes, options, [&](size_t done) { progress(done, scenes.size()); });
@@ -179,8 +180,9 @@ std::string write_sweep(const std::vector<SweepRow>& rows, const fs::path& folde
       profile_blocks += data_block(name, lines);
       const std::string title =
           input.name[0] == 's' ? to_string(kShapes[static_cast<size_t>(row.value)]) : plot_number(row.value);
-      curves += (curve == 0 ? "plot $" : ", $") + name + " with lines lw 1.6 lc rgb '" + kColours[curve % 7] +
-                "' title '" + title + "'";
+      curves += curve == 0 ? "plot $" : ", $";
+      curves += name + " with lines lw 1.6 lc rgb '" + kColours[curve % 7];
+      curves += "' title '" + title + "'";
       ++curve;
     }
     blocks += data_block("b" + std::to_string(panel), points);
@@ -264,18 +266,17 @@ std::string convergence_text(const ConvergenceTables& t) {
   std::string text =
       "cells           unknowns   force N     centre Pa  against finest   iterations   wall s     MB\n";
   char line[240];
-  const ForwardResult* finest = t.grids.empty() ? nullptr : &t.grids.back().result;
   for (const ForwardOutcome& o : t.grids) {
-    const ForwardResult& r = o.result;
-    if (!r.converged || !finest->converged)
+    const ForwardResult &r = o.result, &finest = t.grids.back().result;
+    if (!r.converged || !finest.converged)
       std::snprintf(line, sizeof line, "%3u x %3u x %3u  not converged, residual %.2g\n", o.scene.cells[0],
                     o.scene.cells[1], o.scene.cells[2], r.residual);
     else
       std::snprintf(line, sizeof line,
                     "%3u x %3u x %3u %9.0f %9.6g %10.5g  %+6.2f %+6.2f %% %9u %12.3f %6.1f\n",
                     o.scene.cells[0], o.scene.cells[1], o.scene.cells[2], unknowns(o.scene), r.force_N,
-                    r.center_stress_Pa, relative_percent(r.force_N, finest->force_N),
-                    relative_percent(r.center_stress_Pa, finest->center_stress_Pa), r.iterations, r.wall_s,
+                    r.center_stress_Pa, relative_percent(r.force_N, finest.force_N),
+                    relative_percent(r.center_stress_Pa, finest.center_stress_Pa), r.iterations, r.wall_s,
                     megabytes(r));
     text += line;
   }
@@ -303,7 +304,6 @@ std::string write_convergence(const ConvergenceTables& t, const fs::path& folder
   std::string grids =
       "cells_x,cells_y,cells_z,unknowns,converged,force_N,center_stress_Pa,iterations,residual,wall_s,MB\n";
   std::string error, time;
-  const ForwardResult* finest = t.grids.empty() ? nullptr : &t.grids.back().result;
   for (const ForwardOutcome& o : t.grids) {
     const ForwardResult& r = o.result;
     const auto& c = o.scene.cells;
@@ -311,11 +311,12 @@ std::string write_convergence(const ConvergenceTables& t, const fs::path& folder
              plot_number(unknowns(o.scene)) + "," + (r.converged ? "1," : "0,") + plot_number(r.force_N) +
              "," + plot_number(r.center_stress_Pa) + "," + std::to_string(r.iterations) + "," +
              plot_number(r.residual) + "," + plot_number(r.wall_s) + "," + plot_number(megabytes(r)) + "\n";
-    if (!r.converged || !finest->converged) continue;
-    if (&r != finest)
+    const ForwardResult& finest = t.grids.back().result;
+    if (!r.converged || !finest.converged) continue;
+    if (&r != &finest)
       error += std::to_string(c[0]) + " " + plot_number(r.wall_s) + " " +
-               plot_number(std::abs(relative_percent(r.force_N, finest->force_N))) + " " +
-               plot_number(std::abs(relative_percent(r.center_stress_Pa, finest->center_stress_Pa))) + "\n";
+               plot_number(std::abs(relative_percent(r.force_N, finest.force_N))) + " " +
+               plot_number(std::abs(relative_percent(r.center_stress_Pa, finest.center_stress_Pa))) + "\n";
     time += plot_number(unknowns(o.scene)) + " " + plot_number(r.wall_s) + "\n";
   }
   std::string ranges =
