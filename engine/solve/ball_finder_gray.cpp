@@ -83,6 +83,7 @@ FoundBall find_gray_ball(const Frame& frame, const Frame& background, std::span<
   Eigen::Matrix3d normal;
   for (int iteration = 0; iteration < 30; ++iteration) {
     std::vector<double> errors;
+    errors.reserve(rim.size());
     for (const auto& [x, y] : rim) errors.push_back(std::abs(std::hypot(x - cx, y - cy) - radius));
     scale_px = std::max(1.4826 * median_of(errors), 0.02);
     normal.setZero();
