@@ -1,6 +1,4 @@
 // Pictures and files of a solved forward scene.
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -11,6 +9,7 @@
 #include "engine/error.h"
 #include "perf/profile/gnuplot.h"
 #include "viz/command_forward.h"
+#include "viz/command_gauged.h"
 #include "viz/npy.h"
 #include "viz/plot_script.h"
 
@@ -90,15 +89,10 @@ std::string data_block(const std::string& name, const std::string& lines) {
 void draw_both(const std::string& script, int width, int height, const fs::path& file, std::string& written) {
   for (const bool svg : {false, true}) {
     const std::string name = file.string() + (svg ? ".svg" : ".png");
-    const perf::Picture picture = perf::run_gnuplot(
-        std::string(svg ? "set terminal svg size " : "set terminal pngcairo size ") + std::to_string(width) +
-        "," + std::to_string(height) + " noenhanced font 'DejaVu Sans,11'\n" + script);
-    if (picture.bytes.empty()) {
-      spdlog::warn("no plot {}: {}", name, picture.error);
-      continue;
-    }
-    write_whole(name, std::string_view(picture.bytes));
-    written += ", " + name;
+    draw_plot(std::string(svg ? "set terminal svg size " : "set terminal pngcairo size ") +
+                  std::to_string(width) + "," + std::to_string(height) +
+                  " noenhanced font 'DejaVu Sans,11'\n" + script,
+              name, written);
   }
 }
 
