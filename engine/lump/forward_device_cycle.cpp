@@ -7,27 +7,10 @@
 
 #include "engine/error.h"
 #include "engine/gpu/commands.h"
-#include "engine/lump/forward_multigrid.h"
+#include "engine/lump/forward_level.h"
 
 namespace palpate {
 namespace {
-
-struct ChebyshevStep {
-  double keep, gain;
-};
-/// As ForwardMultigrid smooths a grid whose scaled matrix has no eigenvalue above `highest`.
-std::vector<ChebyshevStep> chebyshev(double highest) {
-  const double spread = ForwardMultigrid::kSpread;
-  const double center = highest * (1 + 1 / spread) / 2, half = highest * (1 - 1 / spread) / 2;
-  std::vector<ChebyshevStep> steps = {{0, 1 / center}};
-  double rho = half / center;
-  while (steps.size() < ForwardMultigrid::kSteps) {
-    const double next = 1 / (2 * center / half - rho);
-    steps.push_back({next * rho, 2 * next / half});
-    rho = next;
-  }
-  return steps;
-}
 
 /// The dense inverse as forward_coarsest.comp reads it; zero where displacements are fixed.
 std::vector<float> dense_inverse(const ForwardOperator& stiffness, const FixedNodes& fixed) {
@@ -65,43 +48,22 @@ std::vector<float> dense_inverse(const ForwardOperator& stiffness, const FixedNo
 
 }  // namespace
 
-struct ForwardDeviceCycle::Level {
-  std::optional<ForwardGrid> own_grid;  // none on the finest: it is the caller's
-  std::optional<FixedNodes> own_fixed;
-  const ForwardGrid& grid;
-  const FixedNodes& fixed;
-  ForwardOperator stiffness;
+struct ForwardDeviceCycle::Level : ForwardLevel {
   ForwardDeviceGrid device;
-  std::vector<ChebyshevStep> steps;
   DeviceTexels right, step, x[2];
 
-  Level(gpu::Context& context, const ForwardGrid& g, double poisson, const FixedNodes& f)
-      : grid(g), fixed(f), stiffness(grid, poisson), device(context, "forward", stiffness, fixed) {
-    make(context);
-  }
-  Level(gpu::Context& context, ForwardGrid&& g, double poisson, FixedNodes&& f)
-      : own_grid(std::move(g)),
-        own_fixed(std::move(f)),
-        grid(*own_grid),
-        fixed(*own_fixed),
-        stiffness(grid, poisson),
-        device(context, "forward coarse", stiffness, fixed) {
-    make(context);
-  }
-  void make(gpu::Context& context) {
-    double highest = 0;
-    for (uint32_t k = 0; k < grid.cells[2]; ++k)
-      if (k == 0 || grid.size_z_mm[k] != grid.size_z_mm[k - 1])
-        highest = std::max(highest, element_bound(stiffness.cell_size_mm(k), stiffness.poisson()));
-    steps = chebyshev(highest);
-    right = device.single_vector(context, "forward right side");
-    step = device.single_vector(context, "forward step");
-    x[0] = device.single_vector(context, "forward correction");
-    x[1] = device.single_vector(context, "forward next correction");
-  }
+  /// `Grid` and `Fixed` as ForwardLevel takes them.
+  template <typename Grid, typename Fixed>
+  Level(gpu::Context& context, const char* name, Grid&& g, double poisson, Fixed&& f)
+      : ForwardLevel(std::forward<Grid>(g), poisson, std::forward<Fixed>(f)),
+        device(context, name, stiffness, fixed),
+        right(device.single_vector(context, "forward right side")),
+        step(device.single_vector(context, "forward step")),
+        x{device.single_vector(context, "forward correction"),
+          device.single_vector(context, "forward next correction")} {}
   uint64_t bytes() const {
     return device.bytes() + right.buffer.bytes() + step.buffer.bytes() + x[0].buffer.bytes() +
-           x[1].buffer.bytes() + (own_grid ? grid.young.size() * sizeof(float) + fixed.size() : 0);
+           x[1].buffer.bytes() + own_bytes();
   }
 };
 
@@ -126,10 +88,11 @@ ForwardDeviceCycle::ForwardDeviceCycle(gpu::Context& context, const ForwardGrid&
   if (const std::string why = refusal(grid); !why.empty())
     throw Error(Failure::Usage, "cells that can be halved to a small grid on the device", why,
                 "64x64x32 or another power of two times 1 or 3, or --solver processor");
-  levels_.push_back(std::make_unique<Level>(context, grid, poisson, fixed));
+  levels_.push_back(std::make_unique<Level>(context, "forward", grid, poisson, fixed));
   while (std::optional<ForwardGrid> half = halve(levels_.back()->grid)) {
     FixedNodes half_fixed = halve(levels_.back()->grid, levels_.back()->fixed);
-    levels_.push_back(std::make_unique<Level>(context, std::move(*half), poisson, std::move(half_fixed)));
+    levels_.push_back(
+        std::make_unique<Level>(context, "forward coarse", std::move(*half), poisson, std::move(half_fixed)));
   }
   const Level& coarse = *levels_.back();
   const std::vector<float> dense = dense_inverse(coarse.stiffness, coarse.fixed);

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "engine/error.h"
+#include "engine/lump/forward_level.h"
 #include "engine/lump/forward_transfer.h"
 
 namespace palpate {
@@ -19,40 +21,18 @@ constexpr size_t kFewestForTeam = 4000;
 
 }  // namespace
 
-struct ForwardMultigrid::Level {
-  std::optional<ForwardGrid> own_grid;  // none on the finest: it is the caller's
-  std::optional<FixedNodes> own_fixed;
-  const ForwardGrid& grid;
-  const FixedNodes& fixed;
-  ForwardOperator stiffness;
-  std::vector<float> inverse;
-  double highest;  // eigenvalue of the scaled matrix, bound
-  std::vector<float> x, residual, step, product;
+struct ForwardMultigrid::Level : ForwardLevel {
+  std::vector<float> inverse, x, residual, step, product;
 
-  Level(const ForwardGrid& g, double poisson, const FixedNodes& f)
-      : grid(g), fixed(f), stiffness(grid, poisson) {
-    make();
-  }
-  Level(ForwardGrid&& g, double poisson, FixedNodes&& f)
-      : own_grid(std::move(g)),
-        own_fixed(std::move(f)),
-        grid(*own_grid),
-        fixed(*own_fixed),
-        stiffness(grid, poisson) {
-    make();
-  }
-  void make() {
-    inverse = stiffness.inverse_blocks(fixed);
-    highest = 0;
-    for (uint32_t k = 0; k < grid.cells[2]; ++k)
-      if (k == 0 || grid.size_z_mm[k] != grid.size_z_mm[k - 1])
-        highest = std::max(highest, element_bound(stiffness.cell_size_mm(k), stiffness.poisson()));
-    const size_t n = 3 * grid.nodes();
-    x.resize(n);
-    residual.resize(n);
-    step.resize(n);
-    product.resize(n);
-  }
+  /// `Grid` and `Fixed` as ForwardLevel takes them.
+  template <typename Grid, typename Fixed>
+  Level(Grid&& g, double poisson, Fixed&& f)
+      : ForwardLevel(std::forward<Grid>(g), poisson, std::forward<Fixed>(f)),
+        inverse(stiffness.inverse_blocks(fixed)),
+        x(3 * grid.nodes()),
+        residual(x.size()),
+        step(x.size()),
+        product(x.size()) {}
 };
 
 struct ForwardMultigrid::Coarsest {
@@ -135,10 +115,8 @@ uint32_t ForwardMultigrid::levels() const {
 
 uint64_t ForwardMultigrid::bytes() const {
   uint64_t sum = coarsest_->values * (sizeof(double) + sizeof(int)) + coarsest_->unknown.size() * sizeof(int);
-  for (const auto& level : levels_) {
-    sum += (level->x.size() * 4 + level->inverse.size()) * sizeof(float);
-    if (level->own_grid) sum += level->grid.young.size() * sizeof(float) + level->fixed.size();
-  }
+  for (const auto& level : levels_)
+    sum += (level->x.size() * 4 + level->inverse.size()) * sizeof(float) + level->own_bytes();
   return sum;
 }
 
@@ -146,13 +124,8 @@ uint64_t ForwardMultigrid::bytes() const {
 void ForwardMultigrid::smooth(Level& level, bool from_zero) {
   const size_t nodes = level.grid.nodes();
   WorkTeam& team = nodes < kFewestForTeam ? alone_ : team_;
-  const double center = level.highest * (1 + 1 / kSpread) / 2, half = level.highest * (1 - 1 / kSpread) / 2;
-  double rho = half / center;
-  for (int s = 0; s < kSteps; ++s) {
-    const double next = 1 / (2 * center / half - rho);
-    const auto keep = static_cast<float>(s == 0 ? 0 : next * rho);
-    const auto gain = static_cast<float>(s == 0 ? 1 / center : 2 * next / half);
-    if (s > 0) rho = next;
+  for (size_t s = 0; s < level.steps.size(); ++s) {
+    const auto keep = static_cast<float>(level.steps[s].keep), gain = static_cast<float>(level.steps[s].gain);
     const bool fresh = s == 0, set = fresh && from_zero;
     team.run([&](uint32_t part) {
       const auto [begin, end] = team.share(static_cast<uint32_t>(nodes), part);

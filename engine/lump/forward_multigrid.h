@@ -27,10 +27,6 @@ class ForwardMultigrid {
   uint32_t levels() const;
   uint64_t bytes() const;
 
-  /// Smoothing steps before and after, and the highest over the lowest eigenvalue that they are made for.
-  static constexpr int kSteps = 4;
-  static constexpr double kSpread = 6;
-
  private:
   struct Level;
   struct Coarsest;

@@ -1,0 +1,44 @@
+#include "engine/lump/forward_level.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace palpate {
+namespace {
+
+double highest_eigenvalue(const ForwardOperator& stiffness) {
+  const ForwardGrid& grid = stiffness.grid();
+  double highest = 0;
+  for (uint32_t k = 0; k < grid.cells[2]; ++k)
+    if (k == 0 || grid.size_z_mm[k] != grid.size_z_mm[k - 1])
+      highest = std::max(highest, element_bound(stiffness.cell_size_mm(k), stiffness.poisson()));
+  return highest;
+}
+
+}  // namespace
+
+std::vector<ChebyshevStep> chebyshev_steps(double highest) {
+  const double center = highest * (1 + 1 / kSmoothedSpread) / 2,
+               half = highest * (1 - 1 / kSmoothedSpread) / 2;
+  std::vector<ChebyshevStep> steps = {{0, 1 / center}};
+  double rho = half / center;
+  while (steps.size() < kSmoothingSteps) {
+    const double next = 1 / (2 * center / half - rho);
+    steps.push_back({next * rho, 2 * next / half});
+    rho = next;
+  }
+  return steps;
+}
+
+ForwardLevel::ForwardLevel(const ForwardGrid& g, double poisson, const FixedNodes& f)
+    : grid(g), fixed(f), stiffness(grid, poisson), steps(chebyshev_steps(highest_eigenvalue(stiffness))) {}
+
+ForwardLevel::ForwardLevel(ForwardGrid&& g, double poisson, FixedNodes&& f)
+    : own_grid(std::move(g)),
+      own_fixed(std::move(f)),
+      grid(*own_grid),
+      fixed(*own_fixed),
+      stiffness(grid, poisson),
+      steps(chebyshev_steps(highest_eigenvalue(stiffness))) {}
+
+}  // namespace palpate
