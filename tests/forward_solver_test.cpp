@@ -137,18 +137,26 @@ TEST(ForwardOperator, BoundHolds) {
 }
 
 // <P c, f> = <c, P^T f>, and a linear field is carried over exactly, also between layers of unequal height.
-TEST(ForwardTransfer, UpIsTheTransposeOfDown) {
+class ForwardTransfer : public testing::TestWithParam<std::optional<uint32_t>> {};
+INSTANTIATE_TEST_SUITE_P(Slits, ForwardTransfer, testing::Values(std::nullopt, 1u, 2u, 4u));
+TEST_P(ForwardTransfer, UpIsTheTransposeOfDown) {
   std::mt19937 random(4);
-  const ForwardGrid fine = random_grid(random, {8, 6, 4}, 10);
-  const ForwardGrid coarse = *halve(fine);
+  ForwardGrid fine = random_grid(random, {8, 6, GetParam() ? *GetParam() + 5 : 4}, 10);
+  fine.slit = GetParam();
+  if (fine.slit) fine.size_z_mm[*fine.slit] = 0;
+  const ForwardGrid coarse = halve(fine).value();
   FixedNodes fixed(fine.nodes());
   for (uint8_t& bits : fixed) bits = random() % 5 == 0 ? static_cast<uint8_t>(random() % 8) : 0;
-  const FixedNodes coarse_fixed = halve(fine, fixed);
+  if (fine.slit)  // both sides share what is along z
+    for (size_t at = fine.node(0, 0, *fine.slit); at < fine.node(0, 0, *fine.slit + 1); ++at)
+      fixed[at + fine.node(0, 0, 1)] = fixed[at];
+  const FixedNodes coarse_fixed = halve(fine, coarse, fixed);
   const size_t n = fine.nodes(), m = coarse.nodes();
   std::vector<float> f(3 * n), c(3 * m), up(3 * n), down(3 * m);
   std::uniform_real_distribution<float> either(-1, 1);
   for (size_t i = 0; i < 3 * n; ++i) f[i] = (fixed[i % n] >> (i / n) & 1) != 0 ? 0.0f : either(random);
   for (size_t i = 0; i < 3 * m; ++i) c[i] = (coarse_fixed[i % m] >> (i / m) & 1) != 0 ? 0.0f : either(random);
+  share_across_slit(coarse, c.data());
   WorkTeam team(2);
   prolong_add(fine, coarse, fixed, c.data(), up.data(), team);
   restrict_to(fine, coarse, coarse_fixed, f.data(), down.data(), team);
@@ -197,6 +205,37 @@ TEST(ForwardSolver, FindsWhatTheDirectSolveFinds) {
       const SolveEvidence evidence = solver.solve(load, u, 1e-10, 4000);
       EXPECT_TRUE(evidence.converged) << evidence.residual << " after " << evidence.iterations;
       EXPECT_LT(relative(u, wanted), 1e-6) << evidence.iterations;
+    }
+}
+
+// A block of three layers slides on one of eight; the upper one is thin, so that it cannot be halved upright.
+TEST(ForwardSolver, SlitIsTheDirectSolves) {
+  std::mt19937 random(6);
+  for (const double poisson : {0.3, 0.495})
+    for (const double contrast : {1.0, 30.0}) {
+      SCOPED_TRACE(testing::Message() << "nu " << poisson << " contrast " << contrast);
+      ForwardGrid grid = random_grid(random, {8, 12, 12}, contrast);
+      constexpr uint32_t kSlit = 3;
+      grid.slit = kSlit;
+      grid.size_z_mm[kSlit] = 0;
+      std::fill_n(grid.young.begin() + static_cast<std::ptrdiff_t>(grid.cell(0, 0, kSlit)), 8 * 12, 0.0f);
+      const size_t nodes = grid.nodes(), plane = 9 * 13;
+      FixedNodes fixed(nodes);
+      std::vector<double> load = random_field(random, 3 * nodes), u(3 * nodes), wanted(3 * nodes);
+      for (size_t n = 0; n < plane; ++n) {
+        fixed[n] = fixed[nodes - 1 - n] = kFixedAll;
+        u[2 * nodes + n] = wanted[2 * nodes + n] = 0.1;
+      }
+      reference::ForwardEquations(grid, poisson).solve(fixed, load, wanted);
+      // Each side of the slit gets half of what the other is loaded with.
+      double* shared = load.data() + 2 * nodes + kSlit * plane;
+      for (size_t n = 0; n < plane; ++n) shared[n] = shared[plane + n] = (shared[n] + shared[plane + n]) / 2;
+      WorkTeam team(2);
+      ForwardSolver solver(grid, poisson, fixed, team);
+      const SolveEvidence evidence = solver.solve(load, u, 1e-10, 400);
+      EXPECT_TRUE(evidence.converged) << evidence.residual << " after " << evidence.iterations;
+      EXPECT_LT(relative(u, wanted), 1e-6) << evidence.iterations;
+      EXPECT_GT(std::abs(u[kSlit * plane + 60] - u[(kSlit + 1) * plane + 60]), 1e-6);
     }
 }
 

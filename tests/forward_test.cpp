@@ -122,6 +122,42 @@ TEST(Forward, PadProblem) {
 }
 
 // A quarter, a whole, and one thread or more are the same scene.
+// A hard pad that slides is a rigid plate without friction, one that is bonded holds the surface; without
+// Poisson's ratio there is nothing to hold, and layers are springs in series.
+TEST(Forward, PadSlidesOrIsBonded) {
+  ForwardScene scene;
+  scene.cells = {32, 32, 16};
+  const ForwardResult plate = solve_forward(scene);
+  scene.pad = {{2.5, 4e8}};
+  const ForwardResult bonded = solve_forward(scene);
+  scene.pad_slides = true;
+  const ForwardResult sliding = solve_forward(scene);
+  ASSERT_TRUE(plate.converged && bonded.converged && sliding.converged);
+  EXPECT_NEAR(sliding.force_N, plate.force_N, 1e-3 * plate.force_N);
+  EXPECT_NEAR(sliding.center_stress_Pa, plate.center_stress_Pa, 1e-3 * plate.center_stress_Pa);
+  EXPECT_GT(bonded.force_N, 1.1 * plate.force_N);
+
+  // Soft sheets, and the quarter is the whole.
+  scene.pad = {{2, 3e4}, {1, 1e4}};
+  const ForwardResult quarter = solve_forward(scene);
+  ForwardOptions whole;
+  whole.quarter = false;
+  EXPECT_NEAR(solve_forward(scene, whole).force_N, quarter.force_N, 1e-5 * quarter.force_N);
+  EXPECT_LT(quarter.iterations, 100u);
+
+  scene.inclusion.reset();
+  scene.poisson = 0;
+  const double compliance = 20 / 4e3 + 2 / 3e4 + 1 / 1e4;  // mm / Pa
+  const ForwardResult springs = solve_forward(scene);
+  EXPECT_NEAR(springs.force_N, 40 * 40 * 1e-6 / compliance, 1e-5);
+
+  scene.presser = Presser::Pressure;
+  EXPECT_THROW(solve_forward(scene), Error);
+  scene.presser = Presser::Flat;
+  scene.pad.clear();
+  EXPECT_THROW(solve_forward(scene), Error);
+}
+
 TEST(Forward, QuarterIsTheWhole) {
   ForwardScene scene;
   scene.cells = {32, 32, 16};

@@ -187,8 +187,10 @@ void add_forward(CLI::App& program, Common& common, Command& chosen) {
       ->add_option(
           "--pad", o->pad,
           "A sheet of the sensor's pad, THICKNESS_MM:MODULUS_PA, from the tissue outwards; again for "
-          "each. Bonded")
+          "each. Bonded to each other and to the plate that presses")
       ->take_all();
+  command->add_flag("--pad-slides", o->scene.pad_slides,
+                    "On the tissue, without friction (default: bonded to it)");
   command->add_option("--presser", o->scene.presser, "flat (rigid plate), ball, pressure (even)")
       ->transform(one_of(kPresserNames))
       ->default_str("flat");

@@ -78,6 +78,7 @@ Json to_json(const ForwardScene& s) {
                           {"depth_mm", s.inclusion->depth_mm},
                           {"stiffness_ratio", s.inclusion->stiffness_ratio},
                           {"offset_mm", s.inclusion->offset_mm}};
+  if (!s.pad.empty()) value["pad_on_tissue"] = s.pad_slides ? "sliding" : "bonded";
   value["pad"] = Json::array();
   for (const PadSheet& sheet : s.pad)
     value["pad"].push_back({{"thickness_mm", sheet.thickness_mm}, {"young_Pa", sheet.young_Pa}});

@@ -56,8 +56,8 @@ struct ForwardScene {
   bool bottom_slides = false;  ///< the floor holds the tissue's height only, not its sides
   std::optional<Inclusion> inclusion = Inclusion{};
 
-  std::vector<PadSheet> pad;  ///< bonded to the tissue, from there outwards; empty: the presser touches the
-                              ///< tissue
+  std::vector<PadSheet> pad;  ///< from the tissue outwards; empty: the presser touches the tissue
+  bool pad_slides = false;    ///< on the tissue, without friction and without lifting off; else bonded to it
 
   Presser presser = Presser::Flat;
   double ball_radius_mm = 0;           ///< of Presser::Sphere

@@ -49,6 +49,10 @@ void check(const ForwardScene& s) {
     range("a pad sheet's thickness, mm,", sheet.thickness_mm, 0.01, 1e3);
     range("a pad sheet's Young's modulus, Pa,", sheet.young_Pa, s.young_Pa * 1e-5, s.young_Pa * 1e5);
   }
+  if (s.pad_slides && (s.pad.empty() || s.presser != Presser::Flat))
+    throw Error(Failure::Usage, "a sliding pad that is bonded to the flat plate that presses it",
+                s.pad.empty() ? "no pad" : "a pad that nothing holds sideways",
+                "the flat presser and a pad, or a bonded pad");
   if (s.presser == Presser::Sphere) range("the ball's radius, mm,", s.ball_radius_mm, 0.01, 1e5);
   if (s.press_mm.has_value() == s.force_N.has_value())
     throw Error(Failure::Usage, "either a way to press or a force", s.press_mm ? "both" : "neither",

@@ -68,6 +68,7 @@ struct ForwardDeviceCycle::Level : ForwardLevel {
 };
 
 std::string ForwardDeviceCycle::refusal(const ForwardGrid& grid) {
+  if (grid.slit) return "a pad that slides";
   std::array<uint32_t, 3> cells = grid.cells;
   // As halve() does.
   while (std::ranges::all_of(cells, [](uint32_t n) { return n % 2 == 0 && n >= 4; }))
@@ -90,7 +91,7 @@ ForwardDeviceCycle::ForwardDeviceCycle(gpu::Context& context, const ForwardGrid&
                 "64x64x32 or another power of two times 1 or 3, or --solver processor");
   levels_.push_back(std::make_unique<Level>(context, "forward", grid, poisson, fixed));
   while (std::optional<ForwardGrid> half = halve(levels_.back()->grid)) {
-    FixedNodes half_fixed = halve(levels_.back()->grid, levels_.back()->fixed);
+    FixedNodes half_fixed = halve(levels_.back()->grid, *half, levels_.back()->fixed);
     levels_.push_back(
         std::make_unique<Level>(context, "forward coarse", std::move(*half), poisson, std::move(half_fixed)));
   }

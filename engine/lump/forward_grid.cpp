@@ -78,6 +78,10 @@ ForwardGrid voxelise(const ForwardScene& scene, bool quarter) {
     grid.size_z_mm.insert(grid.size_z_mm.end(), sheets[s],
                           scene.pad[sheets.size() - 1 - s].thickness_mm / sheets[s]);
   }
+  if (scene.pad_slides && above > 0) {
+    grid.slit = above++;
+    grid.size_z_mm.push_back(0);
+  }
   const double height = scene.block_mm[2] / scene.cells[2];
   grid.size_z_mm.insert(grid.size_z_mm.end(), scene.cells[2], height);
   grid.cells = {scene.cells[0] / (quarter ? 2 : 1), scene.cells[1] / (quarter ? 2 : 1),
@@ -86,12 +90,14 @@ ForwardGrid voxelise(const ForwardScene& scene, bool quarter) {
   grid.size_y_mm = scene.block_mm[1] / scene.cells[1];
   grid.young.assign(grid.cell_count(), 1.0f);
 
-  for (uint32_t k = 0, s = 0, left = sheets.empty() ? 0 : sheets[0]; k < above; ++k, --left) {
-    if (left == 0) left = sheets[++s];
-    const double young = scene.pad[sheets.size() - 1 - s].young_Pa / scene.young_Pa;
+  const auto fill = [&](uint32_t k, double young) {
     std::fill_n(grid.young.begin() + static_cast<std::ptrdiff_t>(grid.cell(0, 0, k)),
                 size_t{grid.cells[0]} * grid.cells[1], static_cast<float>(young));
-  }
+  };
+  for (uint32_t s = 0, k = 0; s < sheets.size(); ++s)
+    for (uint32_t layer = 0; layer < sheets[s]; ++layer)
+      fill(k++, scene.pad[sheets.size() - 1 - s].young_Pa / scene.young_Pa);
+  if (grid.slit) fill(*grid.slit, 0);
 
   if (!scene.inclusion) return grid;
   const Inclusion& lump = *scene.inclusion;
@@ -113,34 +119,55 @@ ForwardGrid voxelise(const ForwardScene& scene, bool quarter) {
 }
 
 std::optional<ForwardGrid> halve(const ForwardGrid& fine) {
+  const auto halves = [](uint32_t n) { return n % 2 == 0 && n >= 4; };
+  const uint32_t above = fine.slit.value_or(0), below = fine.cells[2] - (fine.slit ? above + 1 : 0);
+  if (!halves(fine.cells[0]) || !halves(fine.cells[1]) || !halves(below)) return std::nullopt;
+  const uint32_t by_above = above % 2 == 0 ? 2 : 1;
   ForwardGrid coarse;
-  for (size_t c = 0; c < 3; ++c) {
-    if (fine.cells[c] % 2 != 0 || fine.cells[c] < 4) return std::nullopt;
-    coarse.cells[c] = fine.cells[c] / 2;
-  }
+  coarse.cells = {fine.cells[0] / 2, fine.cells[1] / 2, fine.cells[2] / 2};
   coarse.size_x_mm = 2 * fine.size_x_mm;
   coarse.size_y_mm = 2 * fine.size_y_mm;
-  for (uint32_t k = 0; k < coarse.cells[2]; ++k)
-    coarse.size_z_mm.push_back(fine.size_z_mm[2 * k] + fine.size_z_mm[2 * k + 1]);
-  coarse.young.resize(coarse.cell_count());
-  for (uint32_t k = 0; k < coarse.cells[2]; ++k)
+  if (fine.slit) {
+    coarse.slit = above / by_above;
+    coarse.cells[2] = *coarse.slit + 1 + below / 2;
+  }
+  for (uint32_t k = 0, f = 0; k < coarse.cells[2]; ++k) {
+    const uint32_t layers = coarse.slit == k ? 1 : fine.slit && f < above ? by_above : 2;
+    coarse.size_z_mm.push_back(0);
+    for (uint32_t z = 0; z < layers; ++z) coarse.size_z_mm.back() += fine.size_z_mm[f + z];
     for (uint32_t j = 0; j < coarse.cells[1]; ++j)
       for (uint32_t i = 0; i < coarse.cells[0]; ++i) {
         double sum = 0;
-        for (uint32_t corner = 0; corner < 8; ++corner)
-          sum += double{
-              fine.young[fine.cell(2 * i + (corner & 1), 2 * j + (corner >> 1 & 1), 2 * k + (corner >> 2))]};
-        coarse.young[coarse.cell(i, j, k)] = static_cast<float>(sum / 8);
+        for (uint32_t z = 0; z < layers; ++z)
+          for (uint32_t corner = 0; corner < 4; ++corner)
+            sum += double{fine.young[fine.cell(2 * i + (corner & 1), 2 * j + (corner >> 1), f + z)]};
+        coarse.young.push_back(static_cast<float>(sum / (4 * layers)));
       }
+    f += layers;
+  }
   return coarse;
 }
 
-FixedNodes halve(const ForwardGrid& fine, const FixedNodes& fixed) {
-  FixedNodes coarse;
-  for (uint32_t k = 0; k <= fine.cells[2]; k += 2)
+FixedNodes halve(const ForwardGrid& fine, const ForwardGrid& coarse, const FixedNodes& fixed) {
+  const HalvedPlanes planes(fine, coarse);
+  FixedNodes kept;
+  for (uint32_t k = 0; k <= coarse.cells[2]; ++k)
     for (uint32_t j = 0; j <= fine.cells[1]; j += 2)
-      for (uint32_t i = 0; i <= fine.cells[0]; i += 2) coarse.push_back(fixed[fine.node(i, j, k)]);
-  return coarse;
+      for (uint32_t i = 0; i <= fine.cells[0]; i += 2) kept.push_back(fixed[fine.node(i, j, planes.fine(k))]);
+  return kept;
+}
+
+HalvedPlanes::HalvedPlanes(const ForwardGrid& fine, const ForwardGrid& coarse)
+    : fine_above_(fine.slit ? *fine.slit + 1 : 0),
+      coarse_above_(coarse.slit ? *coarse.slit + 1 : 0),
+      by_above_(fine.slit ? *fine.slit / *coarse.slit : 1) {}
+
+uint32_t HalvedPlanes::fine(uint32_t plane) const {
+  return plane < coarse_above_ ? by_above_ * plane : fine_above_ + 2 * (plane - coarse_above_);
+}
+
+uint32_t HalvedPlanes::coarse(uint32_t plane) const {
+  return plane < fine_above_ ? plane / by_above_ : coarse_above_ + (plane - fine_above_) / 2;
 }
 
 }  // namespace palpate

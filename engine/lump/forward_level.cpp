@@ -10,8 +10,11 @@ double highest_eigenvalue(const ForwardOperator& stiffness) {
   const ForwardGrid& grid = stiffness.grid();
   double highest = 0;
   for (uint32_t k = 0; k < grid.cells[2]; ++k)
-    if (k == 0 || grid.size_z_mm[k] != grid.size_z_mm[k - 1])
+    if (grid.slit != k && (k == 0 || grid.size_z_mm[k] != grid.size_z_mm[k - 1]))
       highest = std::max(highest, element_bound(stiffness.cell_size_mm(k), stiffness.poisson()));
+  if (grid.slit)
+    for (const uint32_t k : {*grid.slit - 1, *grid.slit + 1})
+      highest = std::max(highest, element_bound(stiffness.cell_size_mm(k), stiffness.poisson(), true));
   return highest;
 }
 

@@ -45,12 +45,17 @@ struct ForwardMultigrid::Coarsest {
     const ForwardGrid& grid = level.grid;
     const size_t nodes = grid.nodes();
     unknown.assign(3 * nodes, -1);
+    const size_t plane = size_t{grid.cells[0] + 1} * (grid.cells[1] + 1);
+    const size_t lower = grid.slit ? (*grid.slit + 1) * plane : nodes;  // shares with the plane above it
     int count = 0;
     for (size_t n = 0; n < nodes; ++n)
       for (size_t c = 0; c < 3; ++c)
-        if ((level.fixed[n] >> c & 1) == 0) unknown[c * nodes + n] = count++;
+        if ((level.fixed[n] >> c & 1) == 0)
+          unknown[c * nodes + n] =
+              c == 2 && n >= lower && n < lower + plane ? unknown[c * nodes + n - plane] : count++;
     std::vector<Eigen::Triplet<double>> entries;
     for (uint32_t k = 0; k < grid.cells[2]; ++k) {
+      if (grid.slit == k) continue;
       const std::array<double, 576> element =
           element_matrix(level.stiffness.cell_size_mm(k), level.stiffness.poisson());
       for (uint32_t j = 0; j < grid.cells[1]; ++j)
@@ -78,8 +83,9 @@ struct ForwardMultigrid::Coarsest {
   }
 
   void solve(const float* residual, float* x) {
+    right.setZero();
     for (size_t n = 0; n < unknown.size(); ++n)
-      if (unknown[n] >= 0) right(unknown[n]) = double{residual[n]};
+      if (unknown[n] >= 0) right(unknown[n]) += double{residual[n]};
     const Eigen::VectorXd found = factor.solve(right);
     for (size_t n = 0; n < unknown.size(); ++n)
       x[n] = unknown[n] >= 0 ? static_cast<float>(found(unknown[n])) : 0.0f;
@@ -91,7 +97,7 @@ ForwardMultigrid::ForwardMultigrid(const ForwardGrid& grid, double poisson, cons
     : team_(team) {
   levels_.push_back(std::make_unique<Level>(grid, poisson, fixed));
   while (std::optional<ForwardGrid> half = halve(levels_.back()->grid)) {
-    FixedNodes half_fixed = halve(levels_.back()->grid, levels_.back()->fixed);
+    FixedNodes half_fixed = halve(levels_.back()->grid, *half, levels_.back()->fixed);
     levels_.push_back(std::make_unique<Level>(std::move(*half), poisson, std::move(half_fixed)));
   }
   const auto& coarse = levels_.back()->grid;

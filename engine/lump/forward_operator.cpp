@@ -80,18 +80,26 @@ std::array<double, 576> element_matrix(const std::array<double, 3>& size, double
   return out;
 }
 
-double element_bound(const std::array<double, 3>& size, double poisson) {
+double element_bound(const std::array<double, 3>& size, double poisson, bool at_slit) {
   const std::array<double, 576> values = element_matrix(size, poisson);
   const Eigen::MatrixXd k = Eigen::Map<const Eigen::Matrix<double, 24, 24>>(values.data());
   Eigen::MatrixXd blocks = Eigen::MatrixXd::Zero(24, 24);
   for (int corner = 0; corner < 8; ++corner)
-    blocks.block<3, 3>(3 * corner, 3 * corner) = k.block<3, 3>(3 * corner, 3 * corner);
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b)
+        if (!at_slit || (a == 2) == (b == 2))
+          blocks(3 * corner + a, 3 * corner + b) = k(3 * corner + a, 3 * corner + b);
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(k, blocks, Eigen::EigenvaluesOnly);
   return solver.eigenvalues()(23);
 }
 
 ForwardOperator::ForwardOperator(const ForwardGrid& grid, double poisson) : grid_(grid), poisson_(poisson) {
   for (uint32_t k = 0; k < grid.cells[2]; ++k) {
+    if (grid.slit == k) {
+      single_.push_back({});
+      double_.push_back({});
+      continue;
+    }
     single_.push_back(layer_stiffness<float>(cell_size_mm(k), poisson));
     double_.push_back(layer_stiffness<double>(cell_size_mm(k), poisson));
   }
@@ -108,7 +116,7 @@ void ForwardOperator::apply_as(const std::vector<LayerStiffness<Real>>& layers, 
       std::memset(force + c * nodes + begin * plane, 0, (end - begin) * plane * sizeof(Real));
     // The layer between two parts is worked through by both, each keeping its own plane of nodes.
     for (uint32_t k = begin == 0 ? 0 : begin - 1; k < std::min(end, grid_.cells[2]); ++k)
-      add_layer(layers[k], grid_, k, displacement, force, k >= begin, k + 1 < end);
+      if (grid_.slit != k) add_layer(layers[k], grid_, k, displacement, force, k >= begin, k + 1 < end);
     if (fixed == nullptr) return;
     const uint8_t* bits = fixed->data();
     for (size_t c = 0; c < 3; ++c) {
@@ -117,6 +125,7 @@ void ForwardOperator::apply_as(const std::vector<LayerStiffness<Real>>& layers, 
       for (size_t n = begin * plane; n < end * plane; ++n) f[n] = (bits[n] & bit) != 0 ? Real{0} : f[n];
     }
   });
+  share_across_slit(grid_, force);
 }
 
 void ForwardOperator::apply(const float* displacement, float* force, const FixedNodes* fixed,
@@ -132,7 +141,8 @@ void ForwardOperator::apply(const double* displacement, double* force, const Fix
 void ForwardOperator::apply_layers(const double* displacement, double* force, uint32_t first,
                                    uint32_t last) const {
   std::fill_n(force, 3 * grid_.nodes(), 0.0);
-  for (uint32_t k = first; k < last; ++k) add_layer(double_[k], grid_, k, displacement, force, true, true);
+  for (uint32_t k = first; k < last; ++k)
+    if (grid_.slit != k) add_layer(double_[k], grid_, k, displacement, force, true, true);
 }
 
 std::vector<float> ForwardOperator::inverse_blocks(const FixedNodes& fixed) const {
@@ -141,20 +151,31 @@ std::vector<float> ForwardOperator::inverse_blocks(const FixedNodes& fixed) cons
   std::vector<float> inverse(6 * nodes);
   std::vector<std::array<double, 576>> element;
   for (uint32_t k = 0; k < nz; ++k)
-    element.push_back(k > 0 && grid_.size_z_mm[k] == grid_.size_z_mm[k - 1]
+    element.push_back(grid_.slit == k ? std::array<double, 576>{}
+                      : k > 0 && grid_.size_z_mm[k] == grid_.size_z_mm[k - 1]
                           ? element.back()
                           : element_matrix(cell_size_mm(k), poisson_));
+  const auto diagonal_block = [&, nx = nx, ny = ny, nz = nz](uint32_t i, uint32_t j, uint32_t k) {
+    Eigen::Matrix3d block = Eigen::Matrix3d::Zero();
+    for (uint32_t corner = 0; corner < 8; ++corner) {
+      // This node is that corner of the cell at (i, j, k) less the corner's place.
+      const uint32_t x = i - (corner & 1), y = j - (corner >> 1 & 1), z = k - (corner >> 2);
+      if (x >= nx || y >= ny || z >= nz) continue;
+      const Eigen::Map<const Eigen::Matrix<double, 24, 24>> e(element[z].data());
+      block += double{grid_.young[grid_.cell(x, y, z)]} *
+               e.block<3, 3>(3 * static_cast<int>(corner), 3 * static_cast<int>(corner));
+    }
+    return block;
+  };
   for (uint32_t k = 0; k <= nz; ++k)
     for (uint32_t j = 0; j <= ny; ++j)
       for (uint32_t i = 0; i <= nx; ++i) {
-        Eigen::Matrix3d block = Eigen::Matrix3d::Zero();
-        for (uint32_t corner = 0; corner < 8; ++corner) {
-          // This node is that corner of the cell at (i, j, k) less the corner's place.
-          const uint32_t x = i - (corner & 1), y = j - (corner >> 1 & 1), z = k - (corner >> 2);
-          if (x >= nx || y >= ny || z >= nz) continue;
-          const Eigen::Map<const Eigen::Matrix<double, 24, 24>> e(element[z].data());
-          block += double{grid_.young[grid_.cell(x, y, z)]} *
-                   e.block<3, 3>(3 * static_cast<int>(corner), 3 * static_cast<int>(corner));
+        Eigen::Matrix3d block = diagonal_block(i, j, k);
+        if (grid_.slit && (k == *grid_.slit || k == *grid_.slit + 1)) {
+          // Both sides of the slit take the same step along z, whatever they do along x and y.
+          const uint32_t across = k == *grid_.slit ? k + 1 : k - 1;
+          block(2, 2) = (block(2, 2) + diagonal_block(i, j, across)(2, 2)) / 2;
+          block(0, 2) = block(2, 0) = block(1, 2) = block(2, 1) = 0;
         }
         const size_t n = grid_.node(i, j, k);
         for (int c = 0; c < 3; ++c)

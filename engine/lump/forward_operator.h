@@ -19,7 +19,8 @@ std::array<double, 576> element_matrix(const std::array<double, 3>& size_mm, dou
 
 /// Bound of the largest eigenvalue of a grid's matrix after scaling by its 3 x 3 diagonal blocks: that of the
 /// element, so it holds for all moduli and supports. Met by the checkerboard of a homogeneous grid.
-double element_bound(const std::array<double, 3>& size_mm, double poisson);
+/// `at_slit`: of blocks whose z stands by itself.
+double element_bound(const std::array<double, 3>& size_mm, double poisson, bool at_slit = false);
 
 /// Numbers of one layer of cells. In the basis 1, x, y, z, xy, xz, yz, xyz of the cell the element matrix is
 /// almost diagonal: a cell costs some 150 additions and multiplications instead of 576.
@@ -37,14 +38,16 @@ class ForwardOperator {
   ForwardOperator(const ForwardGrid& grid, double poisson);
 
   /// force = K displacement, each 3 x nodes. `fixed`: forces of fixed displacements are zero instead; null:
-  /// all are kept, so those of fixed ones are the reactions.
+  /// all are kept, so those of fixed ones are the reactions. Across a slit displacements along z are the same
+  /// on both sides, and each side gets half of their force.
   void apply(const float* displacement, float* force, const FixedNodes* fixed, WorkTeam& team) const;
   void apply(const double* displacement, double* force, const FixedNodes* fixed, WorkTeam& team) const;
   /// The same from the layers of cells [first, last) alone: what they do to the nodes between.
   void apply_layers(const double* displacement, double* force, uint32_t first, uint32_t last) const;
 
-  /// Inverses of the 3 x 3 diagonal blocks, six numbers of each node: xx, yy, zz, xy, xz, yz, each of all
-  /// nodes together. Rows and columns of fixed displacements are zero.
+  /// Inverses of the 3 x 3 diagonal blocks (along a slit, of x and y and of z by themselves), six numbers of
+  /// each node: xx, yy, zz, xy, xz, yz, each of all nodes together. Rows and columns of fixed displacements
+  /// are zero.
   std::vector<float> inverse_blocks(const FixedNodes& fixed) const;
 
   const ForwardGrid& grid() const { return grid_; }

@@ -18,6 +18,7 @@ float share_of_upper(const ForwardGrid& fine, uint32_t odd_plane) {
 void restrict_to(const ForwardGrid& fine, const ForwardGrid& coarse, const FixedNodes& coarse_fixed,
                  const float* fine_values, float* coarse_values, WorkTeam& team) {
   const auto [nx, ny, nz] = coarse.cells;
+  const HalvedPlanes planes(fine, coarse);
   const size_t fine_row = fine.cells[0] + 1, fine_nodes = fine.nodes(), coarse_nodes = coarse.nodes();
   team.run([&, nx = nx, ny = ny, nz = nz](uint32_t part) {
     std::vector<float> sum(fine_row + 2);  // with a zero before and behind
@@ -29,8 +30,9 @@ void restrict_to(const ForwardGrid& fine, const ForwardGrid& coarse, const Fixed
           float* s = sum.data() + 1;
           for (int dk = -1; dk <= 1; ++dk)
             for (int dj = -1; dj <= 1; ++dj) {
-              const uint32_t fk = 2 * k + dk, fj = 2 * j + dj;
+              const uint32_t fk = planes.fine(k) + dk, fj = 2 * j + dj;
               if (fk > fine.cells[2] || fj > fine.cells[1]) continue;  // also those below zero
+              if (dk != 0 && !planes.between(fk)) continue;
               const float along_z = dk == 0   ? 1.0f
                                     : dk == 1 ? share_of_upper(fine, fk)
                                               : 1 - share_of_upper(fine, fk);
@@ -46,11 +48,13 @@ void restrict_to(const ForwardGrid& fine, const ForwardGrid& coarse, const Fixed
           }
         }
   });
+  share_across_slit(coarse, coarse_values);
 }
 
 void prolong_add(const ForwardGrid& fine, const ForwardGrid& coarse, const FixedNodes& fine_fixed,
                  const float* coarse_values, float* fine_values, WorkTeam& team) {
   const auto [nx, ny, nz] = fine.cells;
+  const HalvedPlanes planes(fine, coarse);
   const size_t coarse_row = coarse.cells[0] + 1, fine_nodes = fine.nodes(), coarse_nodes = coarse.nodes();
   team.run([&, ny = ny, nz = nz](uint32_t part) {
     std::vector<float> mean(coarse_row);
@@ -58,13 +62,15 @@ void prolong_add(const ForwardGrid& fine, const ForwardGrid& coarse, const Fixed
     for (size_t c = 0; c < 3; ++c)
       for (uint32_t k = begin; k < end; ++k)
         for (uint32_t j = 0; j <= ny; ++j) {
-          const float upper = (k & 1) == 0 ? 1.0f : share_of_upper(fine, k);
+          const bool between = planes.between(k);
+          const float upper = between ? share_of_upper(fine, k) : 1.0f;
           const float near = (j & 1) == 0 ? 1.0f : 0.5f;
           const float* from[2][2];
           for (uint32_t dk = 0; dk < 2; ++dk)
             for (uint32_t dj = 0; dj < 2; ++dj)
-              from[dk][dj] = coarse_values + c * coarse_nodes +
-                             coarse.node(0, j / 2 + ((j & 1) != 0 ? dj : 0), k / 2 + ((k & 1) != 0 ? dk : 0));
+              from[dk][dj] =
+                  coarse_values + c * coarse_nodes +
+                  coarse.node(0, j / 2 + ((j & 1) != 0 ? dj : 0), planes.coarse(k) + (between ? dk : 0));
           const float a = upper * near, b = upper * (1 - near), d = (1 - upper) * near,
                       e = (1 - upper) * (1 - near);
           for (size_t i = 0; i < coarse_row; ++i)

@@ -61,6 +61,7 @@ class ForwardEquations {
     const auto nodes = static_cast<int>(grid.nodes());
     std::vector<Eigen::Triplet<double>> entries;
     for (uint32_t k = 0; k < grid.cells[2]; ++k) {
+      if (grid.slit == k) continue;
       const auto element = brick({grid.size_x_mm, grid.size_y_mm, grid.size_z_mm[k]}, poisson);
       for (uint32_t j = 0; j < grid.cells[1]; ++j)
         for (uint32_t i = 0; i < grid.cells[0]; ++i)
@@ -85,15 +86,18 @@ class ForwardEquations {
     return {f.data(), f.data() + f.size()};
   }
 
-  /// Displacements under a load; what is fixed keeps its value in `displacement`.
+  /// Displacements under a load; what is fixed keeps its value in `displacement`. Both sides of a slit have
+  /// one unknown along z.
   void solve(const FixedNodes& fixed, const std::vector<double>& load,
              std::vector<double>& displacement) const {
     const size_t nodes = grid_.nodes();
     std::vector<int> unknown(3 * nodes, -1);
     int count = 0;
+    const size_t plane = size_t{grid_.cells[0] + 1} * (grid_.cells[1] + 1);
+    const size_t lower = grid_.slit ? 2 * nodes + (*grid_.slit + 1) * plane : 3 * nodes;
     for (size_t n = 0; n < 3 * nodes; ++n)
       if ((fixed[n % nodes] >> (n / nodes) & 1) == 0) {
-        unknown[n] = count++;
+        unknown[n] = n >= lower && n < lower + plane ? unknown[n - plane] : count++;
         displacement[n] = 0;
       }
     const std::vector<double> held = forces(displacement);
@@ -104,9 +108,9 @@ class ForwardEquations {
           entries.emplace_back(unknown[it.row()], unknown[column], it.value());
     Eigen::SparseMatrix<double> free(count, count);
     free.setFromTriplets(entries.begin(), entries.end());
-    Eigen::VectorXd right(count);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(count);
     for (size_t n = 0; n < 3 * nodes; ++n)
-      if (unknown[n] >= 0) right(unknown[n]) = load[n] - held[n];
+      if (unknown[n] >= 0) right(unknown[n]) += load[n] - held[n];
     const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(free);
     if (factor.info() != Eigen::Success) throw std::runtime_error("the reference's matrix is singular");
     const Eigen::VectorXd found = factor.solve(right);
