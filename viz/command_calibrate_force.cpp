@@ -15,6 +15,7 @@
 #include "viz/command_calibrate.h"
 #include "viz/command_gauged.h"
 #include "viz/one_of.h"
+#include "viz/plot_script.h"
 
 namespace palpate {
 namespace {

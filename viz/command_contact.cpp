@@ -12,7 +12,6 @@
 #include "capture/output_file.h"
 #include "engine/error.h"
 #include "viz/command.h"
-#include "viz/command_gauged.h"
 #include "viz/contact_answers.h"
 #include "viz/contact_figures.h"
 #include "viz/plot_script.h"

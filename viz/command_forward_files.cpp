@@ -9,7 +9,6 @@
 #include "engine/error.h"
 #include "perf/profile/gnuplot.h"
 #include "viz/command_forward.h"
-#include "viz/command_gauged.h"
 #include "viz/npy.h"
 #include "viz/plot_script.h"
 

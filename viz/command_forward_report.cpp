@@ -128,6 +128,12 @@ std::string to_text(const ForwardOutcome& o) {
   } else {
     text += "inclusion       none\n";
   }
+  for (const PadSheet& sheet : s.pad)
+    text += line("%s%g mm, %g Pa%s\n", &sheet == s.pad.data() ? "pad             " : "                ",
+                 sheet.thickness_mm, sheet.young_Pa,
+                 &sheet != s.pad.data() ? ""
+                 : s.pad_slides         ? ", slides on the tissue"
+                                        : ", bonded to the tissue");
   if (!r.converged)
     return text +
            line("NOT CONVERGED   residual %.3g after %u iterations: no numbers\n", r.residual, r.iterations);

@@ -1,12 +1,9 @@
 #include "viz/command_gauged.h"
 
-#include <spdlog/spdlog.h>
-
 #include <CLI/CLI.hpp>
 
 #include "capture/output_file.h"
 #include "engine/error.h"
-#include "perf/profile/gnuplot.h"
 
 namespace palpate {
 
@@ -57,16 +54,6 @@ std::string plot_stem(const Common& common, const GaugedOptions& options, const 
   const fs::path folder = options.plots.empty() ? common.out.parent_path() : options.plots;
   if (!folder.empty()) make_output_folder(folder);
   return (folder / common.out.stem()).string() + ending;
-}
-
-void draw_plot(const std::string& script, const std::string& file, std::string& written) {
-  const perf::Picture picture = perf::run_gnuplot(script);
-  if (picture.bytes.empty()) {
-    spdlog::warn("no plot {}: {}", file, picture.error);
-    return;
-  }
-  write_whole(file, std::string_view(picture.bytes));
-  written += ", " + file;
 }
 
 }  // namespace palpate

@@ -32,7 +32,4 @@ MeasuredInput find_scaled_input(const Common& common, const std::string& input, 
 /// the folder.
 std::string plot_stem(const Common& common, const GaugedOptions& options, const std::string& ending);
 
-/// Runs gnuplot and writes what it draws; adds ", FILE" to `written`, or warns.
-void draw_plot(const std::string& script, const std::string& file, std::string& written);
-
 }  // namespace palpate

@@ -8,7 +8,7 @@
 
 #include "capture/output_file.h"
 #include "engine/error.h"
-#include "viz/command_gauged.h"
+#include "viz/plot_script.h"
 
 namespace palpate {
 

@@ -88,7 +88,8 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
   command
       ->add_option(
           "--outputs", options->outputs,
-          "What to compute: force, surface, confidence, contacts, skin (default: force and contacts, and "
+          "What to compute: force, surface, confidence, contacts, skin, gradient (default: force and "
+          "contacts, and "
           "surface and skin where the sensor can); with contacts separate contacts are told apart and "
           "followed, with skin the pattern on the pad shows stick, slip and torsion, with confidence the "
           "surface leaves out what is not known")

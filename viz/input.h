@@ -37,10 +37,8 @@ inline const std::map<std::string, SurfaceSolver> kSolverNames = {{"live", Surfa
 const char* to_string(SurfaceSolver solver);
 
 /// What can be asked for, as the command line spells it.
-inline const std::map<std::string, Output> kOutputNames = {{"force", Output::Force},
-                                                           {"surface", Output::Surface},
-                                                           {"confidence", Output::Confidence},
-                                                           {"contacts", Output::Contacts},
-                                                           {"skin", Output::Skin}};
+inline const std::map<std::string, Output> kOutputNames = {
+    {"force", Output::Force},       {"surface", Output::Surface},   {"confidence", Output::Confidence},
+    {"contacts", Output::Contacts}, {"gradient", Output::Gradient}, {"skin", Output::Skin}};
 
 }  // namespace palpate

@@ -1,9 +1,14 @@
 #include "viz/plot_script.h"
 
+#include <spdlog/spdlog.h>
+
 #include <cmath>
 #include <cstdio>
+#include <string_view>
 
 #include "capture/measurements.h"
+#include "capture/output_file.h"
+#include "perf/profile/gnuplot.h"
 
 namespace palpate {
 
@@ -45,6 +50,16 @@ std::string csv_of(const std::string& header, const std::vector<std::vector<doub
     text += "\n";
   }
   return text;
+}
+
+void draw_plot(const std::string& script, const std::string& file, std::string& written) {
+  const perf::Picture picture = perf::run_gnuplot(script);
+  if (picture.bytes.empty()) {
+    spdlog::warn("no plot {}: {}", file, picture.error);
+    return;
+  }
+  write_whole(file, std::string_view(picture.bytes));
+  written += ", " + file;
 }
 
 }  // namespace palpate

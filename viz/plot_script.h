@@ -15,6 +15,9 @@ std::string plot_block(const std::string& name, const std::vector<std::vector<do
 /// Colours that stay apart, also to colour-blind eyes and in print; cyclic.
 const char* plot_colour(size_t index);
 
+/// Runs gnuplot and writes what it draws; adds ", FILE" to `written`, or warns.
+void draw_plot(const std::string& script, const std::string& file, std::string& written);
+
 /// The same columns as CSV with a header line; NaN is an empty cell.
 std::string csv_of(const std::string& header, const std::vector<std::vector<double>>& columns);
 
