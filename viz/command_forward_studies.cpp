@@ -351,7 +351,7 @@ std::string write_convergence(const ConvergenceTables& t, const fs::path& folder
                 "\nset xlabel 'unknowns'\nset ylabel 'run time, s'\nset key top left\n"
                 "plot $time with linespoints pt 7 ps 0.7 lc rgb '#009e73' title 'solve', $time using "
                 "1:($1**1.1*2e-7) "
-                "with lines dt 2 lc rgb '#888888' title 'unknowns^{1.1}'\nunset multiplot\n",
+                "with lines dt 2 lc rgb '#888888' title 'unknowns^1.1'\nunset multiplot\n",
             1280, 420, folder / "convergence", written);
   draw_both(
       data_block("soft", by_ratio[0]) + data_block("stiff", by_ratio[1]) + data_block("rigid", by_ratio[2]) +
