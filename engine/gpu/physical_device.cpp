@@ -1,0 +1,204 @@
+#include "engine/gpu/physical_device.h"
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+
+#include "engine/error.h"
+
+namespace palpate::gpu {
+namespace {
+
+constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+
+const char* type_name(VkPhysicalDeviceType type) {
+  switch (type) {
+    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+      return "discrete GPU";
+    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+      return "integrated GPU";
+    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+      return "virtual GPU";
+    case VK_PHYSICAL_DEVICE_TYPE_CPU:
+      return "CPU";
+    default:
+      return "other";
+  }
+}
+
+std::string version_text(uint32_t v) {
+  return std::to_string(VK_API_VERSION_MAJOR(v)) + "." + std::to_string(VK_API_VERSION_MINOR(v)) + "." +
+         std::to_string(VK_API_VERSION_PATCH(v));
+}
+
+bool has_extension(VkPhysicalDevice device, const char* name) {
+  uint32_t count = 0;
+  vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
+  std::vector<VkExtensionProperties> extensions(count);
+  vkEnumerateDeviceExtensionProperties(device, nullptr, &count, extensions.data());
+  return std::any_of(extensions.begin(), extensions.end(),
+                     [&](const VkExtensionProperties& e) { return std::strcmp(e.extensionName, name) == 0; });
+}
+
+}  // namespace
+
+VkInstance make_instance(const ContextOptions& options, const VkDebugUtilsMessengerCreateInfoEXT* messenger) {
+  uint32_t loader_version = VK_API_VERSION_1_0;
+  vkEnumerateInstanceVersion(&loader_version);
+  if (loader_version < VK_API_VERSION_1_3) {
+    throw Error(Failure::Device, "a Vulkan 1.3 loader", "Vulkan " + version_text(loader_version),
+                "a newer Vulkan loader (package libvulkan1)");
+  }
+  VkApplicationInfo application{};
+  application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
+  application.pApplicationName = "palpate";
+  application.apiVersion = VK_API_VERSION_1_3;
+
+  std::vector<const char*> extensions = options.instance_extensions;
+  std::vector<const char*> layers;
+  const VkValidationFeatureEnableEXT enabled[] = {
+      VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT};
+  VkValidationFeaturesEXT validation{};
+  validation.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT;
+  validation.enabledValidationFeatureCount = 1;
+  validation.pEnabledValidationFeatures = enabled;
+  validation.pNext = messenger;
+  if (options.validation) {
+    uint32_t count = 0;
+    vkEnumerateInstanceLayerProperties(&count, nullptr);
+    std::vector<VkLayerProperties> available(count);
+    vkEnumerateInstanceLayerProperties(&count, available.data());
+    const bool found = std::any_of(available.begin(), available.end(), [](const VkLayerProperties& l) {
+      return std::strcmp(l.layerName, kValidationLayer) == 0;
+    });
+    if (!found) {
+      throw Error(Failure::Device, std::string("the layer ") + kValidationLayer, "no such layer",
+                  "installing vulkan-validationlayers, or running without --validation");
+    }
+    layers.push_back(kValidationLayer);
+    extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+  }
+
+  VkInstanceCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
+  info.pNext = options.validation ? &validation : nullptr;
+  info.pApplicationInfo = &application;
+  info.enabledLayerCount = static_cast<uint32_t>(layers.size());
+  info.ppEnabledLayerNames = layers.data();
+  info.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
+  info.ppEnabledExtensionNames = extensions.data();
+  VkInstance instance = VK_NULL_HANDLE;
+  const VkResult result = vkCreateInstance(&info, nullptr, &instance);
+  if (result == VK_ERROR_INCOMPATIBLE_DRIVER) {
+    throw Error(Failure::Device, "a Vulkan driver", "none installed",
+                "installing mesa-vulkan-drivers, which runs on any processor");
+  }
+  check(result, "creating the Vulkan instance");
+  return instance;
+}
+
+std::vector<VkPhysicalDevice> enumerate_devices(VkInstance instance) {
+  uint32_t count = 0;
+  check(vkEnumeratePhysicalDevices(instance, &count, nullptr), "counting devices");
+  std::vector<VkPhysicalDevice> devices(count);
+  check(vkEnumeratePhysicalDevices(instance, &count, devices.data()), "listing devices");
+  devices.resize(count);
+  return devices;
+}
+
+DeviceReport inspect(VkPhysicalDevice device, uint32_t index, bool presentation) {
+  VkPhysicalDeviceSubgroupProperties subgroup{
+      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES, nullptr, 0, 0, 0, 0};
+  VkPhysicalDeviceDriverProperties driver{};
+  driver.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES;
+  driver.pNext = &subgroup;
+  VkPhysicalDeviceProperties2 properties{};
+  properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
+  properties.pNext = &driver;
+  vkGetPhysicalDeviceProperties2(device, &properties);
+  const VkPhysicalDeviceProperties& p = properties.properties;
+
+  DeviceReport report;
+  report.index = index;
+  report.name = p.deviceName;
+  report.type = type_name(p.deviceType);
+  report.driver = std::string(driver.driverName) + " " + driver.driverInfo;
+  report.api_version = version_text(p.apiVersion);
+  report.subgroup_size = subgroup.subgroupSize;
+  VkPhysicalDeviceMemoryProperties memory{};
+  vkGetPhysicalDeviceMemoryProperties(device, &memory);
+  for (uint32_t i = 0; i < memory.memoryHeapCount; ++i) {
+    if (memory.memoryHeaps[i].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT)
+      report.memory_bytes = std::max<uint64_t>(report.memory_bytes, memory.memoryHeaps[i].size);
+  }
+
+  if (p.apiVersion < VK_API_VERSION_1_3) {
+    report.refusals.push_back("Vulkan " + report.api_version + ", needs 1.3");
+    return report;
+  }
+  VkPhysicalDeviceVulkan13Features features13{};
+  features13.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES;
+  VkPhysicalDeviceFeatures2 features{};
+  features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+  features.pNext = &features13;
+  vkGetPhysicalDeviceFeatures2(device, &features);
+  if (!features13.synchronization2) report.refusals.emplace_back("no synchronization2");
+  if (!features13.maintenance4) report.refusals.emplace_back("no maintenance4");
+  if (!find_queue_family(device)) report.refusals.emplace_back("no queue for both graphics and compute");
+  if (!has_extension(device, VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME))
+    report.refusals.emplace_back("no VK_KHR_push_descriptor");
+  if (presentation && !has_extension(device, VK_KHR_SWAPCHAIN_EXTENSION_NAME))
+    report.refusals.emplace_back("no VK_KHR_swapchain (cannot show a window)");
+  return report;
+}
+
+int type_score(VkPhysicalDeviceType type) {
+  switch (type) {
+    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+      return 4;
+    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+      return 3;
+    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+      return 2;
+    case VK_PHYSICAL_DEVICE_TYPE_CPU:
+      return 1;
+    default:
+      return 0;
+  }
+}
+
+std::optional<uint32_t> find_queue_family(VkPhysicalDevice device) {
+  uint32_t count = 0;
+  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
+  std::vector<VkQueueFamilyProperties> families(count);
+  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
+  constexpr VkQueueFlags kNeeded = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT;
+  for (uint32_t i = 0; i < count; ++i) {
+    if ((families[i].queueFlags & kNeeded) == kNeeded) return i;
+  }
+  return std::nullopt;
+}
+
+bool can_import_host_memory(VkPhysicalDevice device) {
+  if (!has_extension(device, VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME)) return false;
+  VkPhysicalDeviceExternalBufferInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_EXTERNAL_BUFFER_INFO;
+  info.usage = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+  info.handleType = VK_EXTERNAL_MEMORY_HANDLE_TYPE_HOST_ALLOCATION_BIT_EXT;
+  VkExternalBufferProperties found{};
+  found.sType = VK_STRUCTURE_TYPE_EXTERNAL_BUFFER_PROPERTIES;
+  vkGetPhysicalDeviceExternalBufferProperties(device, &info, &found);
+  return (found.externalMemoryProperties.externalMemoryFeatures &
+          VK_EXTERNAL_MEMORY_FEATURE_IMPORTABLE_BIT) != 0;
+}
+
+std::vector<DeviceReport> list_devices() {
+  VkInstance instance = make_instance({}, nullptr);
+  std::vector<DeviceReport> reports;
+  const std::vector<VkPhysicalDevice> devices = enumerate_devices(instance);
+  for (uint32_t i = 0; i < devices.size(); ++i) reports.push_back(inspect(devices[i], i, false));
+  vkDestroyInstance(instance, nullptr);
+  return reports;
+}
+
+}  // namespace palpate::gpu
