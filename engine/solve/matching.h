@@ -1,0 +1,82 @@
+// Which point is which: two point sets of which one is the other, bent, moved, noisy, and with points of no
+// partner on both sides (theory S8).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace palpate {
+
+/// Points of the plane (2) or of space (3), one after the other. Any unit: nothing below depends on it.
+struct PointSet {
+  uint32_t axes = 2;
+  std::vector<double> coordinates;  ///< size() x axes
+
+  size_t size() const { return coordinates.size() / axes; }
+  std::span<const double> at(size_t i) const { return std::span(coordinates).subspan(i * axes, axes); }
+};
+
+/// One template point's partner.
+struct Partner {
+  std::optional<uint32_t> target;  ///< none: nil, the point has no partner
+  double probability = 0;  ///< of this target, or of nil; 0 to 1. One target is never given to two points
+};
+
+/// Where the winning answer began.
+enum class MatchStart : uint8_t {
+  Context,  ///< where the template stands, neighbourhoods compared
+  Near,     ///< where the template stands, but for a point or two
+  Plain,    ///< where the template stands, distances alone
+  Turned,   ///< turned, scaled and moved as most neighbourhoods ask for
+};
+std::string_view to_string(MatchStart start);
+
+enum class MatchVerdict : uint8_t {
+  Reliable,
+  TooFewPoints,  ///< any order of so few points fits an affine map
+  TooVague,      ///< what is left after the warp is as large as unrelated points would leave
+  TooFewFound,   ///< most of the smaller set has no partner
+  NotSettled,    ///< the iteration ended at its limit
+};
+std::string_view to_string(MatchVerdict verdict);
+
+/// How one start ended. Lengths over the template's RMS distance from its centre.
+struct MatchAttempt {
+  MatchStart start{};
+  double turn_deg = 0;  ///< of Turned, about the last axis; in space the angle of the whole rotation
+  double energy = 0;    ///< -log posterior: the least wins; noise below 2e-3 counts as 2e-3
+  double bending = 0;   ///< the part of it that the warp costs
+  double noise_sd = 0;  ///< per axis
+  uint32_t iterations = 0;
+  bool converged = false;
+};
+
+struct MatchResult {
+  MatchVerdict verdict = MatchVerdict::TooFewPoints;
+  std::vector<Partner> partners;  ///< of each template point; all nil without a reliable match
+  PointSet warped;                ///< the template brought onto the target, in the template's order
+  uint32_t iterations = 0;        ///< of all starts
+  bool converged = false;
+  double noise_sd = 0;  ///< of the target's points about the warped template, per axis, target units
+  double target_outlier_share = 0;  ///< of the target's points, expected
+  double template_nil_share = 0;    ///< of the template's points, expected
+  double scale = 1;                 ///< template's RMS distance from its centre, in its unit
+  size_t winner = 0;                ///< of `attempts`
+  std::vector<MatchAttempt> attempts;
+
+  bool reliable() const { return verdict == MatchVerdict::Reliable; }
+};
+
+/// Neighbourhood structure (shape contexts; Belongie 2002, Zheng and Doermann 2006) and distance give soft
+/// partners with nil on both sides, balanced so that no point is shared out twice (Sinkhorn); a smooth warp
+/// (Gaussian kernels, an affine part free) follows them; their noise is estimated and anneals both. Several
+/// starts; the posterior decides. The same answer for the same points, in any order of the target up to
+/// rounding. `warped` is filled with the best try even where the verdict is not Reliable.
+/// Throws Error(Failure::Input): fewer than axes + 1 points on a side, axes that differ or are not 2 or 3,
+/// a coordinate that is not finite, all points of a side in one place.
+MatchResult match_points(const PointSet& from, const PointSet& to);
+
+}  // namespace palpate

@@ -1,0 +1,34 @@
+// Shape contexts: how a point sees its neighbours, by direction and logarithm of distance.
+#pragma once
+
+#include <Eigen/Dense>
+#include <cstdint>
+#include <vector>
+
+namespace palpate {
+
+/// The cell that each other point falls into as seen from each centre, kept so that histograms for other
+/// weights of the points are cheap. Cells overlap (linear weights), so that noise does not flip them.
+class ContextCells {
+ public:
+  /// Points x axes (2 or 3); `scale`: the length that counts as 1, about the mean distance of points.
+  ContextCells(const Eigen::MatrixXf& centres, const Eigen::MatrixXf& others, float scale);
+
+  /// cells x centres: roots of the shares of weight, so that the product of two columns is their likeness,
+  /// 0 to 1. `weight`: of each of the others.
+  Eigen::MatrixXf histograms(const Eigen::VectorXf& weight) const;
+
+ private:
+  struct Cell {
+    int16_t direction, ring;  // ring < 0: too far, or the centre itself
+    float next_direction, next_ring, height;
+  };
+  Eigen::Index centres_, others_;
+  int layers_;  // by height: 1 in the plane
+  std::vector<Cell> cells_;
+};
+
+/// Mean distance of pairs of points x axes, of at most some 10^4 of them.
+float mean_distance(const Eigen::MatrixXf& points);
+
+}  // namespace palpate
