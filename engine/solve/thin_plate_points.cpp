@@ -46,6 +46,7 @@ std::vector<size_t> merge_points(std::span<const std::array<double, D>> points,
   std::vector<size_t> group(points.size(), kNoGroup);
   if (order.empty()) return group;
   std::vector<std::array<double, D>> used;
+  used.reserve(order.size());
   for (const size_t i : order) used.push_back(points[i]);
   const double reach = share * usual_spacing<D>(used);
   std::sort(order.begin(), order.end(),
@@ -137,15 +138,19 @@ std::vector<double> to_own(const PlateFrame<D>& frame, std::span<const std::arra
   return own;
 }
 
-#define PALPATE_PLATE_POINTS(D)                                                                          \
-  template std::vector<size_t> merge_points<D>(std::span<const std::array<double, D>>,                   \
-                                               std::span<const double>, double);                         \
-  template std::vector<std::array<double, D>> group_means<D>(                                            \
-      std::span<const std::array<double, D>>, std::span<const size_t>, std::span<const double>, size_t); \
-  template PlateFrame<D> plate_frame<D>(std::span<const std::array<double, D>>, double, double&);        \
-  template std::vector<double> to_own<D>(const PlateFrame<D>&, std::span<const std::array<double, D>>);
-PALPATE_PLATE_POINTS(2)
-PALPATE_PLATE_POINTS(3)
-#undef PALPATE_PLATE_POINTS
+template std::vector<size_t> merge_points<2>(std::span<const std::array<double, 2>>, std::span<const double>,
+                                             double);
+template std::vector<std::array<double, 2>> group_means<2>(std::span<const std::array<double, 2>>,
+                                                           std::span<const size_t>, std::span<const double>,
+                                                           size_t);
+template PlateFrame<2> plate_frame<2>(std::span<const std::array<double, 2>>, double, double&);
+template std::vector<double> to_own<2>(const PlateFrame<2>&, std::span<const std::array<double, 2>>);
+template std::vector<size_t> merge_points<3>(std::span<const std::array<double, 3>>, std::span<const double>,
+                                             double);
+template std::vector<std::array<double, 3>> group_means<3>(std::span<const std::array<double, 3>>,
+                                                           std::span<const size_t>, std::span<const double>,
+                                                           size_t);
+template PlateFrame<3> plate_frame<3>(std::span<const std::array<double, 3>>, double, double&);
+template std::vector<double> to_own<3>(const PlateFrame<3>&, std::span<const std::array<double, 3>>);
 
 }  // namespace palpate
