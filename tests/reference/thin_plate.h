@@ -71,4 +71,29 @@ class Plate {
   Eigen::VectorXd solution_;
 };
 
+/// One piece of degree 3 by 3 on the unit cell from value, slopes and mixed derivative at its corners (left
+/// upper, right upper, left lower, right lower): value and both slopes at (x, y).
+inline std::array<double, 3> hermite_piece(const std::array<std::array<double, 4>, 4>& corners, double x,
+                                           double y) {
+  const auto weight = [](int end, int order, double t) {  // of the value or the slope at an end
+    if (order == 0) return end == 0 ? 2 * t * t * t - 3 * t * t + 1 : 3 * t * t - 2 * t * t * t;
+    return end == 0 ? t * t * t - 2 * t * t + t : t * t * t - t * t;
+  };
+  const auto slope = [](int end, int order, double t) {
+    if (order == 0) return end == 0 ? 6 * t * t - 6 * t : 6 * t - 6 * t * t;
+    return end == 0 ? 3 * t * t - 4 * t + 1 : 3 * t * t - 2 * t;
+  };
+  std::array<double, 3> result{};
+  for (int j = 0; j < 2; ++j)
+    for (int i = 0; i < 2; ++i)
+      for (int b = 0; b < 2; ++b)
+        for (int a = 0; a < 2; ++a) {
+          const double known = corners[static_cast<size_t>(2 * j + i)][static_cast<size_t>(2 * b + a)];
+          result[0] += known * weight(i, a, x) * weight(j, b, y);
+          result[1] += known * slope(i, a, x) * weight(j, b, y);
+          result[2] += known * weight(i, a, x) * slope(j, b, y);
+        }
+  return result;
+}
+
 }  // namespace palpate::reference
