@@ -1,0 +1,86 @@
+#include "engine/mechanics/compression.h"
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace palpate {
+namespace {
+
+/// With fewer pairs a strain tells more of single points than of the shape.
+constexpr size_t kLeastPairs = 12;
+
+PointSet in_space(std::span<const ShapePoint> points) {
+  PointSet set;
+  set.axes = 3;
+  for (const ShapePoint& p : points)
+    set.coordinates.insert(set.coordinates.end(), {p.x_mm, p.y_mm, p.depth_mm});
+  return set;
+}
+
+}  // namespace
+
+std::vector<ShapePoint> shape_points(const ControlPoints& points, double pitch_mm_per_px) {
+  std::vector<ShapePoint> shape;
+  for (const ControlPoint& p : points.points)
+    shape.push_back({p.x_px * pitch_mm_per_px, p.y_px * pitch_mm_per_px, p.depth_mm});
+  return shape;
+}
+
+Compression strain_of_pairs(std::vector<MatchedPoint> pairs, const CompressionOptions& options) {
+  Compression found;
+  found.pairs = std::move(pairs);
+  if (found.pairs.size() < kLeastPairs) {
+    found.reason = std::to_string(found.pairs.size()) + " points with a partner, fewer than " +
+                   std::to_string(kLeastPairs);
+    return found;
+  }
+  std::vector<std::array<double, 2>> places, shifts;
+  std::vector<double> weights;
+  for (const MatchedPoint& p : found.pairs) {
+    places.push_back({p.before.x_mm, p.before.y_mm});
+    shifts.push_back({p.after.x_mm - p.before.x_mm, p.after.y_mm - p.before.y_mm});
+    weights.push_back(p.probability);
+    found.deepening_mm += (p.after.depth_mm - p.before.depth_mm) / static_cast<double>(found.pairs.size());
+  }
+  found.field.emplace(places, shifts, options.lambda, weights);
+  if (found.field->evidence().rank < 2) {
+    found.reason = "the points lie on a line: they do not determine the strain across it";
+    return found;
+  }
+  found.plane = found.field->mean(places);
+  found.axial = axial_strain_by_area(found.plane.mean.area, options.poisson);
+  // The law's slope at the mean carries the error over.
+  constexpr double kStep = 1e-6;
+  const double slope =
+      (axial_strain_by_area(found.plane.mean.area + kStep, options.poisson) - found.axial) / kStep;
+  found.axial_sd = std::abs(slope) * found.plane.sd.area;
+  return found;
+}
+
+Compression compare_compressions(std::span<const ShapePoint> before, std::span<const ShapePoint> after,
+                                 const CompressionOptions& options) {
+  Compression found;
+  for (const auto& [points, which] : {std::pair{before, "first"}, std::pair{after, "second"}})
+    if (points.size() < kLeastPairs) {
+      found.reason = "the " + std::string(which) + " compression has " + std::to_string(points.size()) +
+                     " control points, fewer than " + std::to_string(kLeastPairs);
+      return found;
+    }
+  MatchResult match = match_points(in_space(before), in_space(after));
+  if (!match.reliable()) {
+    found.reason = to_string(match.verdict);
+    found.match = std::move(match);
+    return found;
+  }
+  // The partners themselves, not where the smooth warp brings a point: their scatter tells the errors.
+  std::vector<MatchedPoint> pairs;
+  for (size_t i = 0; i < before.size(); ++i)
+    if (const Partner& partner = match.partners[i]; partner.target)
+      pairs.push_back({before[i], after[*partner.target], partner.probability});
+  found = strain_of_pairs(std::move(pairs), options);
+  found.match = std::move(match);
+  return found;
+}
+
+}  // namespace palpate
