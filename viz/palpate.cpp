@@ -85,6 +85,7 @@ int run(int argc, char** argv) {
   add_profile(program, common, chosen);
   add_tune(program, common, chosen);
   add_optics(program, common, chosen);
+  add_strain(program, common, chosen);
   add_contact(program, common, chosen);
   add_forward(program, common, chosen);
 

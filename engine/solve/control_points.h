@@ -35,7 +35,7 @@ struct ControlPoints {
   std::vector<ControlPoint> points;  ///< features, then rim, then contact; fewer than asked for where the
                                      ///< contact is too small, none without contact
   double contact_mm2 = 0;            ///< touched area along the pad
-  double rim_mm = 0;                 ///< its outline's length
+  double rim_mm = 0;                 ///< its outline's length, noise's own wiggles included
   double spacing_mm = 0;             ///< mean distance of a point to its nearest; 0 for fewer than two
   double least_spacing_mm = 0;
   /// Nearest points of each, by rising distance, and those of which it is one of the nearest: i is a
