@@ -88,6 +88,7 @@ int run(int argc, char** argv) {
   add_strain(program, common, chosen);
   add_contact(program, common, chosen);
   add_forward(program, common, chosen);
+  add_match(program, common, chosen);
 
   const bool json_asked =
       std::any_of(argv + 1, argv + argc, [](const char* a) { return std::strcmp(a, "--json") == 0; });

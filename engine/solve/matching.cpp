@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <random>
 
@@ -34,8 +35,9 @@ constexpr double kCleanSdOfSpacing = 0.1, kCleanFound = 0.95;
 constexpr double kBetter = 5;
 // Larger sets are matched thinned to this many first.
 constexpr Index kCoarse = 200, kLargest = 300;
-// Of a shape as large as 1 RMS radius: more than this is left by points that have nothing to do with it.
-constexpr double kVagueSd = 0.4;
+// Nats per target point. Unrelated sets come to -0.3 to 0, a shape under noise of twice its points' spacing
+// to 0.1 and more, an exact one to 8.
+constexpr double kLeastEvidence = 0.06;
 constexpr double kLeastFound = 0.3;
 constexpr Index kLeastPoints = 5;  // beyond the axes + 1 of an affine map
 
@@ -69,6 +71,16 @@ double rms_radius(const MatrixXd& centred) {
 double log_volume(const MatrixXd& points) {
   const RowVectorXd size = points.colwise().maxCoeff() - points.colwise().minCoeff();
   return size.cwiseMax(0.1 * size.maxCoeff()).array().log().sum();
+}
+
+// -log likelihood of the target without any template: one normal distribution, or evenly over its box.
+double energy_without(const MatrixXd& to, double log_volume_) {
+  const MatrixXd covariance = to.transpose() * to / static_cast<double>(to.rows());
+  const Eigen::VectorXd spread = Eigen::SelfAdjointEigenSolver<MatrixXd>(covariance).eigenvalues();
+  const double floor = std::max(1e-6 * spread.maxCoeff(), kLeastSd * kLeastSd);
+  const double normal =
+      0.5 * (2 * std::numbers::pi * std::numbers::e * spread.cwiseMax(floor).array()).log().sum();
+  return static_cast<double>(to.rows()) * std::min(normal, log_volume_);
 }
 
 // A set thinned in an order that does not depend on how it is stored along.
@@ -297,11 +309,13 @@ MatchResult match_points(const PointSet& from, const PointSet& to) {
     const FlowProblem whole(sets.from, modes, sets.to, volume, false);
     flow(whole, {.sd = std::sqrt(state.variance), .amplitude = kAmplitude, .most_iterations = kFinishing},
          state);
+    weigh(whole, kAmplitude, state);
     result.iterations += state.iterations - before;
   }
   const double found = static_cast<double>(state.partners.sum());
   result.converged = state.converged;
   result.scale = sets.from_scale;
+  result.evidence = (energy_without(sets.to, volume) - state.energy) / static_cast<double>(m);
   result.noise_sd = std::sqrt(state.variance) * sets.unit;
   result.target_outlier_share = std::clamp(1 - found / static_cast<double>(m), 0., 1.);
   result.template_nil_share = std::clamp(1 - found / static_cast<double>(n), 0., 1.);
@@ -314,10 +328,8 @@ MatchResult match_points(const PointSet& from, const PointSet& to) {
   result.verdict = smaller < state.warped.cols() + 1 + kLeastPoints     ? MatchVerdict::TooFewPoints
                    : !state.converged                                   ? MatchVerdict::NotSettled
                    : found < kLeastFound * static_cast<double>(smaller) ? MatchVerdict::TooFewFound
-                   : std::sqrt(state.variance) >
-                           kVagueSd * rms_radius(state.warped.rowwise() - state.warped.colwise().mean())
-                       ? MatchVerdict::TooVague
-                       : MatchVerdict::Reliable;
+                   : result.evidence < kLeastEvidence                   ? MatchVerdict::TooVague
+                                                                        : MatchVerdict::Reliable;
   result.partners =
       result.reliable() ? pair_up(state.partners) : std::vector<Partner>(static_cast<size_t>(n));
   return result;

@@ -63,6 +63,9 @@ struct MatchResult {
   double noise_sd = 0;  ///< of the target's points about the warped template, per axis, target units
   double target_outlier_share = 0;  ///< of the target's points, expected
   double template_nil_share = 0;    ///< of the template's points, expected
+  /// Nats per target point by which the warped template explains the target better than one normal
+  /// distribution or an even spread does, whichever is better.
+  double evidence = 0;
   double scale = 1;                 ///< template's RMS distance from its centre, in its unit
   size_t winner = 0;                ///< of `attempts`
   std::vector<MatchAttempt> attempts;
