@@ -1,10 +1,12 @@
 #version 460
-// The raw image, planes of 8 or 16 bit, averaged over the screen pixel's footprint.
+// The raw image, planes of 8 or 16 bit, averaged over the screen pixel's footprint; over it, where it is known, a map of strain.
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/surface_view.h"
+#include "shaders/shared/colormap.h"
 
 layout(push_constant) uniform Push { ImagePush push; };
 layout(binding = 0) uniform usamplerBuffer pixels;
+layout(binding = 1) uniform samplerBuffer strain;
 layout(location = 0) in vec2 image_px;
 layout(location = 0) out vec4 color;
 
@@ -21,5 +23,14 @@ void main() {
                                 : vec3(first);
     }
   }
-  color = vec4(sum * push.scale / float(push.taps * push.taps), 1);
+  vec3 shade = sum * push.scale / float(push.taps * push.taps);
+  if (push.strain_range > 0) {
+    const ivec2 p = clamp(ivec2(image_px), ivec2(0), ivec2(push.width, push.height) - 1);
+    const float value = texelFetch(strain, p.y * int(push.strain_pitch) + p.x).x;
+    const float t = clamp(value / push.strain_range, 0.0, 1.0);
+    const int map = int(push.strain_colours);
+    const vec3 over = clamp(vec3(map_red(map, t), map_green(map, t), map_blue(map, t)), 0.0, 1.0);
+    if (!isnan(value)) shade = mix(shade, over, 0.6);
+  }
+  color = vec4(shade, 1);
 }

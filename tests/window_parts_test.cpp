@@ -200,6 +200,7 @@ TEST_F(WindowParts, SettingsComeBackAndDamagedOnesAreOneLine) {
   settings.section = true;
   settings.line = {0.1, 0.2, 0.3, 0.4};
   settings.chart_span_s = 30;
+  settings.skin_strain = SkinStrain::Shear;
   settings.remember("synthetic:slide", "");
   settings.remember(folder_ / "press", folder_ / "pad.json");
   settings.remember("synthetic:slide", "");
@@ -213,6 +214,7 @@ TEST_F(WindowParts, SettingsComeBackAndDamagedOnesAreOneLine) {
   EXPECT_TRUE(loaded.settings.section);
   EXPECT_DOUBLE_EQ(loaded.settings.line.y1, 0.4);
   EXPECT_EQ(loaded.settings.chart_span_s, 30);
+  EXPECT_EQ(loaded.settings.skin_strain, SkinStrain::Shear);
   ASSERT_EQ(loaded.settings.recent.size(), 2u) << "once each";
   EXPECT_EQ(loaded.settings.recent[0].input, "synthetic:slide");
   EXPECT_EQ(loaded.settings.recent[1].sensor, (folder_ / "pad.json").string());
@@ -320,7 +322,7 @@ TEST(KeyHelp, EveryKeyIsThereOnce) {
   for (const KeyHelp& line : key_help()) all += std::string(" ") + line.keys + " ";
   for (const char* key :
        {" R,", "T ",  " D ", " O ", " A ", " E ", "L, G, Y", " X ", " P ", "[  ]", "K, J", "Space",
-        " Z,", " W ", " S ", " M,", " I ", " V ", "F11",     " C ", " B ", " H,",  "Esc"})
+        " Z,", " W ", " S ", " M,", " N ", " I ", " V ",     "F11", " C ", " B ",  " H,",  "Esc"})
     EXPECT_NE(all.find(key), std::string::npos) << key;
 }
 

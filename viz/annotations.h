@@ -7,6 +7,7 @@
 #include "engine/touch.h"
 #include "viz/camera.h"
 #include "viz/surface_view.h"
+#include "viz/view_state.h"
 
 struct ImDrawList;
 
@@ -33,5 +34,10 @@ struct ImageMarks {
 /// where contacts are not told apart), places of the skin, what reaches the border and what is saturated.
 void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, const Sensor& sensor,
                 const FrameFormat& format, const ImageMarks& marks);
+
+/// In the upper right corner of the raw image: the colours of the skin's strain with their range and the
+/// strain's standard error, or why none is drawn.
+void draw_strain_bar(ImDrawList* list, const ViewRect& rect, const StrainTexels& strain,
+                     const ViewState& state, float scale);
 
 }  // namespace palpate::viz

@@ -70,6 +70,7 @@ constexpr std::pair<const char*, const char*> kValueNames[] = {
     {"--images", "LIST"},
     {"--every", "N"},
     {"--colours", "QUANTITY"},
+    {"--skin-strain", "COMPONENT"},
     {"--colour-map", "NAME"},
     {"--colour-range", "MOST"},
     {"--section", "X0,Y0,X1,Y1"},

@@ -92,6 +92,7 @@ const std::vector<KeyHelp>& key_help() {
       {"P", "strip charts"},
       {"[  ]", "shorter, longer time axis"},
       {"K, J", "contacts, skin shifts over the image"},
+      {"N", "strain of the skin over the image"},
       {"Space", "pause"},
       {"Left, Right", "1 s back, on (Shift: 10 s)", Where::InReplay},
       {",  .", "pause, and one frame back, on", Where::InReplay},
@@ -133,6 +134,9 @@ void control_window(const ViewRect& around, float scale, bool has_surface, const
   ImGui::SameLine();
   ImGui::Checkbox("skin", &state.skin);
   ImGui::PushItemWidth(70 * scale);
+  int strain = static_cast<int>(state.skin_strain);
+  if (ImGui::Combo("skin strain", &strain, "off\0stretch\0shear\0"))
+    state.skin_strain = static_cast<SkinStrain>(strain);
   if (ImGui::BeginCombo("time axis", text("%g s", state.chart_span_s).c_str())) {
     for (const double span_s : kChartSpans_s)
       if (ImGui::Selectable(text("%g s", span_s).c_str(), span_s == state.chart_span_s))

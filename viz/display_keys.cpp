@@ -145,6 +145,9 @@ void Display::handle_view_key(const KeyPress& press) {
     case GLFW_KEY_J:
       state.skin = !state.skin;
       break;
+    case GLFW_KEY_N:
+      state.skin_strain = static_cast<SkinStrain>((static_cast<int>(state.skin_strain) + 1) % kSkinStrains);
+      break;
     case GLFW_KEY_C:
       state.controls = !state.controls;
       break;

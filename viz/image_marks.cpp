@@ -155,4 +155,33 @@ void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, cons
   list->PopClipRect();
 }
 
+void draw_strain_bar(ImDrawList* list, const ViewRect& rect, const StrainTexels& strain,
+                     const ViewState& state, float scale) {
+  const float right = static_cast<float>(rect.x) + static_cast<float>(rect.width) - 6 * scale;
+  const float top = static_cast<float>(rect.y) + 3 * scale;
+  const auto right_text = [&](float y, const std::string& words) {
+    shadowed_text(list, {right - ImGui::CalcTextSize(words.c_str()).x, y}, IM_COL32(235, 238, 242, 255),
+                  words);
+  };
+  const std::string name = text("skin %s", to_string(state.skin_strain));
+  if (!strain.texels) {
+    right_text(top, name + ": " + strain.missing);
+    return;
+  }
+  right_text(top, std::isfinite(strain.sd) ? name + text(" \xc2\xb1 %.2g %%", 100 * strain.sd) : name);
+  const float line = ImGui::GetFontSize() + 2 * scale,
+              width = std::min(120 * scale, 0.4f * static_cast<float>(rect.width));
+  const float y = top + line, height = 8 * scale;
+  constexpr int kBands = 32;
+  for (int i = 0; i < kBands; ++i) {
+    const auto [red, green, blue] = colour_of(state.map, (i + 0.5) / kBands);
+    const float x = right - width + width * static_cast<float>(i) / kBands;
+    list->AddRectFilled({x, y}, {x + width / kBands + 1, y + height},
+                        ImGui::ColorConvertFloat4ToU32({red, green, blue, 1}));
+  }
+  list->AddRect({right - width, y}, {right, y + height}, kShadow);
+  right_text(y + height + scale, text("%g %%", 100 * state.skin_strain_range));
+  shadowed_text(list, {right - width, y + height + scale}, IM_COL32(235, 238, 242, 255), "0");
+}
+
 }  // namespace palpate::viz

@@ -16,8 +16,10 @@ namespace palpate::viz {
 ImageView::ImageView(gpu::Context& context, const RenderPass& pass, uint32_t frames_in_flight)
     : context_(context),
       pipeline_(context, pass, {"raw image", k_image_vert, k_image_frag}, sizeof(ImagePush),
-                VK_PRIMITIVE_TOPOLOGY_TRIANGLE_STRIP, false),
-      uploads_(frames_in_flight) {}
+                VK_PRIMITIVE_TOPOLOGY_TRIANGLE_STRIP, false, 2),
+      uploads_(frames_in_flight),
+      nothing_(context, "no strain", sizeof(float) * 4, gpu::Memory::Upload),
+      nothing_texels_(context, nothing_, VK_FORMAT_R32_SFLOAT) {}
 
 namespace {
 
@@ -39,7 +41,7 @@ void hatch(std::span<Pixel> planes, const FrameFormat& format, const SurfaceMap&
 }  // namespace
 
 void ImageView::draw(VkCommandBuffer cmd, const Frame& frame, const SurfaceMap& map, const ViewRect& rect,
-                     VkExtent2D extent) {
+                     VkExtent2D extent, const ImageStrain& strain) {
   const FrameFormat& format = frame.format;
   Upload& upload = uploads_[next_++ % uploads_.size()];
   const bool wide = format.bytes_per_pixel() == 2;
@@ -73,11 +75,16 @@ void ImageView::draw(VkCommandBuffer cmd, const Frame& frame, const SurfaceMap& 
   push.scale = 1.0f / static_cast<float>(format.max_gray());
   push.step_px = static_cast<float>(step_px);
 
+  push.strain_range = strain.texels ? static_cast<float>(strain.range) : 0;
+  push.strain_pitch = strain.pitch;
+  push.strain_colours = static_cast<uint32_t>(strain.map);
+
   const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
   const VkRect2D scissor{{0, 0}, extent};
   vkCmdSetViewport(cmd, 0, 1, &viewport);
   vkCmdSetScissor(cmd, 0, 1, &scissor);
-  const std::array<const gpu::TexelView*, 1> texels{&upload.texels};
+  const std::array<const gpu::TexelView*, 2> texels{&upload.texels,
+                                                    strain.texels ? strain.texels : &nothing_texels_};
   pipeline_.bind(cmd, texels, &push);
   vkCmdDraw(cmd, 4, 1, 0, 0);
 }

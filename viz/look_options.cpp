@@ -47,6 +47,15 @@ void LookOptions::add(CLI::App& command) {
       ->delimiter(',')
       ->expected(4)
       ->check(CLI::Range(0.0, 1.0));
+  const std::map<std::string, viz::SkinStrain> strains = {{"off", viz::SkinStrain::Off},
+                                                          {"stretch", viz::SkinStrain::Stretch},
+                                                          {"shear", viz::SkinStrain::Shear}};
+  command
+      .add_option(
+          "--skin-strain", skin_strain_,
+          "Draw the strain of the skin in its plane over the raw image, where a pattern on it is followed: "
+          "off (default), stretch (larger principal strain), shear")
+      ->transform(one_of(strains));
   command.add_flag("--calibrations", calibrations_,
                    "Draw the sensor's calibrations over pictures, as key I does in the window: force and "
                    "shear as curves with the present touch on them");
@@ -59,6 +68,7 @@ void LookOptions::apply(viz::PictureOptions& look) const {
   look.map = map_;
   look.colour_range = colour_range_;
   look.calibrations = calibrations_;
+  look.skin_strain = skin_strain_;
   if (!section_.empty()) look.section = viz::SectionLine{section_[0], section_[1], section_[2], section_[3]};
   if (view_deg_.empty()) return;
   constexpr double kDegree = std::numbers::pi / 180;

@@ -13,7 +13,7 @@ namespace palpate {
 
 struct LookOptions {
   /// --depth-range, --exaggeration, --view, --colours, --colour-map, --colour-range, --section,
-  /// --calibrations
+  /// --calibrations, --skin-strain
   void add(CLI::App& command);
   void apply(viz::PictureOptions& look) const;
 
@@ -26,6 +26,7 @@ struct LookOptions {
   double colour_range_ = 0;
   std::vector<double> section_;
   bool calibrations_ = false;
+  viz::SkinStrain skin_strain_ = viz::SkinStrain::Off;
 };
 
 }  // namespace palpate

@@ -11,6 +11,7 @@
 #include "viz/hud_frame.h"
 #include "viz/layout.h"
 #include "viz/live_stats.h"
+#include "viz/strain_map.h"
 #include "viz/tare.h"
 
 namespace palpate::viz {
@@ -24,6 +25,7 @@ struct HudContent {
   const LiveStats* live = nullptr;  ///< null: a picture of a recording
   std::string device;
   std::pair<uint32_t, uint32_t> mesh{0, 0};
+  const StrainTexels* strain = nullptr;  ///< over the raw image; null: not asked for
 };
 
 /// `shown`: the touch less the zero that `tare` holds.

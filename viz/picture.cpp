@@ -47,6 +47,7 @@ struct PictureRenderer::Impl {
     state.chart_span_s = o.chart_span_s;
     state.section = o.section.has_value();
     state.sensor_panel = o.calibrations;
+    state.skin_strain = o.skin_strain;
     if (o.section) state.line = *o.section;
     if (o.colour_range > 0) {
       if (o.quantity == Quantity::Pressure) state.automatic_pressure = false;

@@ -14,6 +14,7 @@
 #include "viz/colour_map.h"
 #include "viz/render_target.h"
 #include "viz/section.h"
+#include "viz/strain_map.h"
 
 namespace palpate::viz {
 
@@ -29,6 +30,7 @@ struct PictureOptions {
   ColourMap map = ColourMap::Viridis;
   Quantity quantity = Quantity::Depth;  ///< that the colours show; Pressure needs the background
   double colour_range = 0;              ///< MPa or strain with the last colour; 0: follows the touch, or 5 %
+  SkinStrain skin_strain = SkinStrain::Off;  ///< over the raw image, where the skin is followed
   bool charts = true;
   double chart_span_s = 10;
   std::optional<SectionLine> section;  ///< with its profile

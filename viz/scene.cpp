@@ -20,6 +20,7 @@ Scene::Scene(gpu::Context& context, const RenderPass& pass, const Sensor& sensor
       surface_(context, pass, frames_in_flight),
       image_(context, pass, frames_in_flight),
       pressure_(context, frames_in_flight),
+      strain_(context, frames_in_flight),
       frame_(std::make_unique<HudFrame>(context, pass, frames_in_flight, window, scale)) {
   state_.fit_to(sensor);
   if (!background) state_.can_show_pressure = false;
@@ -35,6 +36,7 @@ void Scene::fit_text() {
 
 void Scene::follow(const Touch& touch) {
   hud_.follow(touch);
+  strain_due_ = true;
   state_.follow(touch, longest_side_mm_);
 }
 
@@ -54,6 +56,16 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
     pressure = pressure_.update(shown.frame, background_, sensor_);
     state_.follow_pressure(pressure_.largest_MPa());
   }
+  ImageStrain strain;
+  if (state_.skin_strain != SkinStrain::Off) {
+    if (std::exchange(strain_due_, false) || strain_shown_ != state_.skin_strain)
+      strain_.update(shown.touch, format, state_.skin_strain);
+    if (strain_.last().texels) {
+      state_.follow_skin_strain(strain_.last().largest);
+      strain = {strain_.last().texels, strain_.last().pitch, state_.skin_strain_range, state_.map};
+    }
+  }
+  strain_shown_ = state_.skin_strain;
   const SurfaceStyle style = state_.style(longest_side_mm_);
   const Vec3 half_mm = surface_half_size_mm(format.width, format.height, sensor_.pitch_mm_per_px, style);
   // Around the pad: the axes' labels, and on the right the colour bar.
@@ -69,6 +81,7 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
         probe(context_, shown.surface, shown.touch.depth_datum_mm, sensor_.pitch_mm_per_px, state_.line);
 
   HudContent content{sensor_, shown.frame, shown.touch, has_surface, live, context_.report().name, {0, 0}};
+  if (state_.skin_strain != SkinStrain::Off) content.strain = &strain_.last();
   if (has_surface) content.mesh = SurfaceView::mesh_size(shown.surface, mesh_columns);
   const auto describe = [&] {
     frame_->begin(extent);
@@ -87,7 +100,7 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
     surface_.draw(cmd, shown.surface, shown.touch.depth_datum_mm, sensor_.pitch_mm_per_px, eye_, style,
                   layout_.view, layout_.surface, mesh_columns, pressure);
   }
-  image_.draw(cmd, shown.frame, shown.surface, layout_.image, extent);
+  image_.draw(cmd, shown.frame, shown.surface, layout_.image, extent, strain);
   frame_->draw(cmd);
 }
 

@@ -55,6 +55,9 @@ class Scene {
   SurfaceView surface_;
   ImageView image_;
   PressureMap pressure_;
+  StrainMap strain_;
+  SkinStrain strain_shown_ = SkinStrain::Off;
+  bool strain_due_ = true;
   std::unique_ptr<HudFrame> frame_;
   Hud hud_;
   ViewState state_;

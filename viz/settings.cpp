@@ -90,6 +90,7 @@ std::string trouble_of(const Json& json, Settings& s) {
   r.flag("section", s.section);
   r.flag("contacts", s.contacts);
   r.flag("skin", s.skin);
+  r.choice("skin_strain", s.skin_strain, kSkinStrains);
   r.flag("controls", s.controls);
   r.number("chart_span_s", s.chart_span_s, 1, 60);
   if (const Json* line = r.list("section_line")) {
@@ -135,6 +136,7 @@ void Settings::take_from(const ViewState& v) {
   quantity = v.quantity;
   lit = v.lit, grid = v.grid, axes = v.axes;
   charts = v.charts, section = v.section, contacts = v.contacts, skin = v.skin, controls = v.controls;
+  skin_strain = v.skin_strain;
   chart_span_s = v.chart_span_s;
   line = v.line;
 }
@@ -145,6 +147,7 @@ void Settings::apply_to(ViewState& v) const {
   v.quantity = quantity == Quantity::Pressure && !v.can_show_pressure ? Quantity::Depth : quantity;
   v.lit = lit, v.grid = grid, v.axes = axes;
   v.charts = charts, v.section = section, v.contacts = contacts, v.skin = skin, v.controls = controls;
+  v.skin_strain = skin_strain;
   v.chart_span_s = chart_span_s;
   v.line = line;
 }
@@ -214,6 +217,7 @@ void save_settings(const Settings& s, const fs::path& file) {
                      {"section", s.section},
                      {"contacts", s.contacts},
                      {"skin", s.skin},
+                     {"skin_strain", to_string(s.skin_strain)},
                      {"controls", s.controls},
                      {"chart_span_s", s.chart_span_s},
                      {"section_line", {s.line.x0, s.line.y0, s.line.x1, s.line.y1}},

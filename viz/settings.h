@@ -28,6 +28,7 @@ struct Settings {
   Quantity quantity = Quantity::Depth;
   bool lit = true, grid = true, axes = true;
   bool charts = true, section = false, contacts = true, skin = true, controls = true;
+  SkinStrain skin_strain = SkinStrain::Off;
   double chart_span_s = 10;
   SectionLine line;
   std::vector<Recent> recent;        ///< newest first

@@ -110,6 +110,12 @@ void ViewState::follow_pressure(double largest_MPa) {
   if (wanted > range_MPa || (largest_MPa > 2e-3 && wanted < 0.3 * range_MPa)) range_MPa = wanted;
 }
 
+void ViewState::follow_skin_strain(double largest) {
+  constexpr double kSmallest = 0.005;  // below it a resting skin would show only noise
+  const double wanted = std::min(scale_ceiling(std::max(largest, kSmallest)), kMostStrain);
+  if (wanted > skin_strain_range || wanted < 0.2 * skin_strain_range) skin_strain_range = wanted;
+}
+
 SurfaceStyle ViewState::style(double longest_side_mm) const {
   SurfaceStyle s;
   s.exaggeration = exaggeration;

@@ -12,6 +12,7 @@
 #include "engine/touch.h"
 #include "viz/camera.h"
 #include "viz/section.h"
+#include "viz/strain_map.h"
 #include "viz/surface_view.h"
 #include "viz/tare.h"
 
@@ -55,8 +56,10 @@ struct ViewState {
   double chart_span_s = 10;
   bool section = false;
   SectionLine line;
-  bool contacts = true;  ///< over the raw image
-  bool skin = true;      ///< over the raw image
+  bool contacts = true;                      ///< over the raw image
+  bool skin = true;                          ///< over the raw image
+  SkinStrain skin_strain = SkinStrain::Off;  ///< over the raw image
+  double skin_strain_range = 0.005;          ///< with the last colour; follows the touch
   bool controls = true;
   bool sensor_panel = false;
   bool help = false;
@@ -96,6 +99,7 @@ struct ViewState {
   /// contact, so that colours keep their meaning from frame to frame.
   void follow(const Touch& touch, double longest_side_mm);
   void follow_pressure(double largest_MPa);
+  void follow_skin_strain(double largest);
   SurfaceStyle style(double longest_side_mm) const;
 
  private:

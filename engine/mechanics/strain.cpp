@@ -116,9 +116,23 @@ MeanStrain StrainField::mean(std::span<const std::array<double, 2>> places) {
   fill_principal(result.mean);
 
   std::array<std::array<std::vector<double>, 2>, kAll> rows;
+  // At one place all rows are made of those of its two slopes.
+  std::array<std::vector<double>, 2> slope;
+  for (size_t axis = 0; axis < 2 && places.size() == 1; ++axis) {
+    const std::array<double, 2> along = {axis == 0 ? 1.0 : 0.0, axis == 1 ? 1.0 : 0.0};
+    slope[axis] = plate_.row(places, {}, std::span(&along, 1), evidence().lambda);
+  }
   for (size_t which = 0; which < kAll; ++which)
-    for (size_t field = 0; field < 2; ++field)
-      rows[which][field] = plate_.row(places, {}, answers[which][field], evidence().lambda);
+    for (size_t field = 0; field < 2; ++field) {
+      const auto& answer = answers[which][field];
+      if (places.size() > 1) {
+        rows[which][field] = plate_.row(places, {}, answer, evidence().lambda);
+        continue;
+      }
+      rows[which][field].resize(weights_.size());
+      for (size_t i = 0; i < weights_.size(); ++i)
+        rows[which][field][i] = answer[0][0] * slope[0][i] + answer[0][1] * slope[1][i];
+    }
   const auto covariance = [&](size_t a, size_t b) {
     double sum = 0;
     for (size_t field = 0; field < 2; ++field) {

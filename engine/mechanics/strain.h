@@ -61,6 +61,10 @@ class StrainField {
   StrainField(std::span<const std::array<double, 2>> points, std::span<const std::array<double, 2>> shifts,
               std::optional<double> lambda = {}, std::span<const double> weights = {});
 
+  /// Other shifts of the same points: nothing is factored again. Throws as ThinPlate.
+  void follow(std::span<const std::array<double, 2>> shifts, std::optional<double> lambda = {}) {
+    spline_ = plate_.fit<2>(shifts, lambda);
+  }
   std::vector<PlaneStrain> at(std::span<const std::array<double, 2>> places) const;
   /// Throws Error(Failure::Input) without a place.
   MeanStrain mean(std::span<const std::array<double, 2>> places);

@@ -48,23 +48,22 @@ PlateSystem::Tridiagonal::Tridiagonal(const Eigen::MatrixXd& matrix)
 
 Eigen::MatrixXd PlateSystem::Tridiagonal::solve(const Eigen::MatrixXd& right, double lambda) const {
   const Eigen::Index n = diagonal.size();
-  Eigen::VectorXd pivot(n);
-  Eigen::MatrixXd x = right;
+  Eigen::VectorXd inverse(n), factor(n);
   // Rounding may leave the least pivots at or below 0 where lambda is: no pivot is below what rounding
   // leaves.
   const double least = kEpsilon * (eigenvalues.maxCoeff() + lambda);
   for (Eigen::Index i = 0; i < n; ++i) {
-    pivot[i] = diagonal[i] + lambda;
-    if (i > 0) {
-      const double factor = side[i - 1] / pivot[i - 1];
-      pivot[i] -= factor * side[i - 1];
-      x.row(i) -= factor * x.row(i - 1);
-    }
-    pivot[i] = std::max(pivot[i], least);
+    double pivot = diagonal[i] + lambda;
+    factor[i] = i > 0 ? side[i - 1] * inverse[i - 1] : 0;
+    if (i > 0) pivot -= factor[i] * side[i - 1];
+    inverse[i] = 1 / std::max(pivot, least);
   }
-  for (Eigen::Index i = n - 1; i >= 0; --i) {
-    if (i + 1 < n) x.row(i) -= side[i] * x.row(i + 1);
-    x.row(i) /= pivot[i];
+  Eigen::MatrixXd x = right;
+  for (Eigen::Index column = 0; column < x.cols(); ++column) {
+    double* const to = x.data() + column * n;
+    for (Eigen::Index i = 1; i < n; ++i) to[i] -= factor[i] * to[i - 1];
+    to[n - 1] *= inverse[n - 1];
+    for (Eigen::Index i = n - 2; i >= 0; --i) to[i] = (to[i] - side[i] * to[i + 1]) * inverse[i];
   }
   return x;
 }

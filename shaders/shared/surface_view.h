@@ -41,15 +41,18 @@ struct ImagePush {
   float bottom;
   uint width;  // px of the image
   uint height;
-  uint channels;  // 1 or 3 planes
-  uint taps;      // samples a side averaged for one screen pixel
-  float scale;    // 1 / full scale
-  float step_px;  // image px covered by one screen pixel
+  uint channels;        // 1 or 3 planes
+  uint taps;            // samples a side averaged for one screen pixel
+  float scale;          // 1 / full scale
+  float step_px;        // image px covered by one screen pixel
+  float strain_range;   // with the last colour; 0: no strain is drawn over the image
+  uint strain_pitch;    // texels from one row of the map to the next
+  uint strain_colours;  // the colour map
 };
 
 #ifdef __cplusplus
 static_assert(sizeof(SurfacePush) == 128);
-static_assert(sizeof(ImagePush) == 40);
+static_assert(sizeof(ImagePush) == 52);
 }  // namespace palpate::viz
 #endif
 #endif
