@@ -1,0 +1,283 @@
+#include "engine/mechanics/press_model.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "engine/error.h"
+#include "engine/solve/quadrature.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kPi = std::numbers::pi, kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kMostPoisson = 0.4999;
+// Ratios of moduli: even in their logarithm.
+constexpr int kRatios = 28;
+const double kRatioFrom = std::log(PressModel::kLeastRatio);
+const double kRatioStep = (std::log(PressModel::kMostRatio) - kRatioFrom) / (kRatios - 1);
+// Radii of a ball's contact, even in their logarithm.
+constexpr int kRadii = 16;
+constexpr double kNarrowest = 0.004;
+constexpr int kRings = 28;
+
+/// Weights of the cubic through the four points around `position` in 0 to count - 1 (Lagrange).
+struct Cubic {
+  int first;
+  std::array<double, 4> weight;
+  Cubic(double position, int count) : first(std::clamp(static_cast<int>(position) - 1, 0, count - 4)) {
+    const double t = position - first;
+    weight = {-(t - 1) * (t - 2) * (t - 3) / 6, t * (t - 2) * (t - 3) / 2, -t * (t - 1) * (t - 3) / 2,
+              t * (t - 1) * (t - 2) / 6};
+  }
+};
+
+/// Deflection of a half space of E* = 1 at distance r under 1 MPa on the disc of radius c.
+double disc_deflection(double r, double c) {
+  if (c <= 0) return 0;
+  if (r <= c) return 4 * c / kPi * std::comp_ellint_2(r / c);
+  const double k = c / r;
+  return 4 * r / kPi * (std::comp_ellint_2(k) - (1 - k * k) * std::comp_ellint_1(k));
+}
+
+/// What the layer's thickness takes away from that, by quadrature: it is smooth.
+double disc_loss(const PointLoadLoss& loss, double thickness, double r, double c) {
+  static const Quadrature radial = gauss_legendre(8, 1), angular = gauss_legendre(8, kPi);
+  double sum = 0;
+  for (size_t i = 0; i < radial.x.size(); ++i)
+    for (size_t j = 0; j < angular.x.size(); ++j) {
+      const double s = radial.x[i] * c,
+                   apart = std::sqrt(std::max(0.0, r * r + s * s - 2 * r * s * std::cos(angular.x[j])));
+      sum += radial.w[i] * angular.w[j] * 2 * s * c * loss(apart / thickness);
+    }
+  return sum / (kPi * thickness);
+}
+
+/// Answer of the pad of E = 1 at the nodes to 1 N on the ring that each node stands for.
+Eigen::MatrixXd pad_compliance(const PadBody& pad, const FaceCompliance& face) {
+  const std::vector<double>& r = face.r_mm;
+  const auto n = static_cast<Eigen::Index>(r.size());
+  const double modulus = effective_modulus_MPa({1, pad.material.poisson});
+  const PointLoadLoss loss(pad.material.poisson, pad.base);
+  Eigen::MatrixXd discs(n, n + 1);  // of the discs inside of each ring's borders
+  std::vector<double> border{0};
+  for (const double area : face.area_mm2)
+    border.push_back(std::sqrt(border.back() * border.back() + area / kPi));
+  for (Eigen::Index j = 0; j <= n; ++j)
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double at = r[static_cast<size_t>(i)], c = border[static_cast<size_t>(j)];
+      discs(i, j) = disc_deflection(at, c);
+      if (std::isfinite(pad.thickness_mm) && c > 0) discs(i, j) -= disc_loss(loss, pad.thickness_mm, at, c);
+    }
+  Eigen::MatrixXd answer(n, n);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const double a = border[static_cast<size_t>(j)], b = border[static_cast<size_t>(j) + 1];
+    answer.col(j) = (discs.col(j + 1) - discs.col(j)) / (modulus * kPi * (b * b - a * a));
+  }
+  return answer;
+}
+
+}  // namespace
+
+const char* to_string(SampleShape shape) {
+  return shape == SampleShape::Sphere ? "sphere" : shape == SampleShape::Cylinder ? "cylinder" : "cube";
+}
+
+double Sample::radius_mm() const {
+  return shape == SampleShape::Cube ? size_mm / std::sqrt(kPi) : size_mm / 2;
+}
+double Sample::face_mm2() const {
+  return kPi * radius_mm() * radius_mm();
+}
+
+void check(const Sample& s, const PadBody& pad) {
+  const auto require = [](bool good, const char* wanted, double found) {
+    if (!good) throw Error(Failure::Input, wanted, std::to_string(found), "a physical value");
+  };
+  require(s.size_mm > 0 && std::isfinite(s.size_mm), "a sample's size > 0 mm", s.size_mm);
+  if (s.flat())
+    require(s.height_mm > 0 && std::isfinite(s.height_mm), "a sample's height > 0 mm", s.height_mm);
+  if (s.flat())
+    require(s.height_mm >= 0.02 * s.size_mm && s.height_mm <= 20 * s.size_mm,
+            "a height of 0.02 to 20 times the sample's width, mm", s.height_mm);
+  require(s.poisson >= 0 && s.poisson <= 0.5, "a sample's Poisson's ratio of 0 to 0.5", s.poisson);
+  require(s.relative_size_sd >= 0 && s.relative_size_sd < 0.5,
+          "a standard error of the sample's size of 0 to 0.5 of it", s.relative_size_sd);
+  require(pad.thickness_mm > 0, "a pad thickness > 0 mm", pad.thickness_mm);
+  require(pad.material.poisson >= 0 && pad.material.poisson <= 0.5, "a pad's Poisson's ratio of 0 to 0.5",
+          pad.material.poisson);
+  require(pad.material.young_MPa > 0 && std::isfinite(pad.material.young_MPa),
+          "a pad's Young's modulus > 0 MPa", pad.material.young_MPa);
+  if (s.flat())
+    require(s.radius_mm() <= 6 * pad.thickness_mm, "a face no wider than 6 pad thicknesses, mm",
+            s.radius_mm());
+}
+
+PressModel::PressModel(const PadBody& pad, const Sample& sample) : pad_(pad), sample_(sample) {
+  check(sample, pad);
+  if (sample.flat())
+    tabulate_flat();
+  else
+    tabulate_ball();
+}
+
+void PressModel::tabulate_ball() {
+  const double radius = sample_.radius_mm();
+  log_radius_from_ = std::log(kNarrowest * radius);
+  const double widest = std::min(kWidest * radius, 5.99 * pad_.thickness_mm);
+  log_radius_step_ = (std::log(widest) - log_radius_from_) / (kRadii - 1);
+  // Gauss and Chebyshev's rule of the second kind: exact for an ellipse's pressure times a polynomial.
+  constexpr int kAlong = 7;
+  for (int x = 0; x < kRatios; ++x) {
+    const Material ball{std::exp(kRatioFrom + x * kRatioStep), sample_.poisson};
+    const PadIndenter press({{1, pad_.material.poisson}, pad_.thickness_mm, pad_.base},
+                            {IndenterShape::Sphere, radius, 0, ball});
+    for (int i = 0; i < kRadii; ++i) {
+      const double a = std::exp(log_radius_from_ + i * log_radius_step_);
+      const Indentation c = press.at_radius(a);
+      double along = 0;  // int p dr: a half space's middle sinks by 2 / E* of it
+      for (int q = 1; q <= (kAlong + 1) / 2; ++q) {
+        const double angle = q * kPi / (kAlong + 1);
+        const double p = q == (kAlong + 1) / 2 ? c.pressure_max_MPa / 2
+                                               : press.pressure_MPa(c, a * std::cos(angle));
+        along += a * kPi / (kAlong + 1) * std::sin(angle) * p;
+      }
+      const double own = 2 * along / effective_modulus_MPa(ball);
+      table_[kForce].push_back(std::log(c.force_N));
+      table_[kDepth].push_back(std::log(c.depth_mm - own));
+      table_[kBall].push_back(std::log(own * ball.young_MPa));
+    }
+  }
+  // Half a ball on its equator beside the half space: the difference is as a point load's.
+  const double nu = std::min(sample_.poisson, kMostPoisson);
+  const FaceCompliance half =
+      face_compliance(half_sphere_mesh(1, graded(0, 0.4, 36, 1), 0.011), nu, Support::Sliding);
+  std::vector<double> gap;
+  for (const double r : half.r_mm) gap.push_back(1 - std::sqrt(1 - r * r));
+  const double force_N = 0.03;
+  const PadIndenter plane({{1, nu}, std::numeric_limits<double>::infinity(), Base::Bonded},
+                          {IndenterShape::Sphere, 1, 0, {}});
+  ball_lack_ =
+      (plane.at_force(force_N).depth_mm - press_faces(half.down, gap, force_N).approach_mm) / force_N;
+}
+
+void PressModel::tabulate_flat() {
+  const double b = sample_.radius_mm(), h = sample_.height_mm;
+  const double finest = 0.01 * b;
+  const int layers = std::clamp(static_cast<int>(12 * std::sqrt(h / b)), 10, 40);
+  double growth = 1.02;
+  for (; growth < 1.6; growth += 0.01)
+    if (const auto z = graded(0, h, layers, 1 / growth); h - z[static_cast<size_t>(layers) - 1] < finest)
+      break;
+  const FaceCompliance face =
+      face_compliance(cylinder_mesh(graded(0, b, kRings, 1 / 1.12), graded(0, h, layers, 1 / growth), b),
+                      std::min(sample_.poisson, kMostPoisson), sample_.table);
+  const auto n = static_cast<Eigen::Index>(face.size());
+  const Eigen::MatrixXd pad = pad_compliance(pad_, face);
+  using Rows = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+  const Rows own(face.down.data(), n, n), out(face.out.data(), n, n);
+  const Eigen::Map<const Eigen::VectorXd> area(face.area_mm2.data(), n);
+  for (int x = 0; x < kRatios; ++x) {
+    const double young = std::exp(kRatioFrom + x * kRatioStep);
+    const Eigen::MatrixXd both = pad + own / young;
+    const FaceContact c =
+        press_faces({both.data(), both.data() + n * n}, std::vector<double>(face.size(), 0), 1);
+    const Eigen::Map<const Eigen::VectorXd> force(c.force_N.data(), n);
+    const Eigen::VectorXd deep = pad * force;
+    table_[kDeepest].push_back(deep.maxCoeff());
+    table_[kMean].push_back(area.dot(deep) / area.sum());
+    table_[kShort].push_back(area.dot(own * force) / area.sum());
+    table_[kEdge].push_back((out * force)[n - 1]);
+  }
+}
+
+double PressModel::flat(Flat what, double ratio) const {
+  const Cubic c((std::log(ratio) - kRatioFrom) / kRatioStep, kRatios);
+  double value = 0;
+  for (size_t i = 0; i < 4; ++i) value += c.weight[i] * table_[what][static_cast<size_t>(c.first) + i];
+  return value;
+}
+
+double PressModel::ball(Column what, double log_ratio, double log_radius) const {
+  const Cubic x((log_ratio - kRatioFrom) / kRatioStep, kRatios),
+      a((log_radius - log_radius_from_) / log_radius_step_, kRadii);
+  double value = 0;
+  for (size_t i = 0; i < 4; ++i)
+    for (size_t j = 0; j < 4; ++j)
+      value += x.weight[i] * a.weight[j] *
+               table_[what][(static_cast<size_t>(x.first) + i) * kRadii + static_cast<size_t>(a.first) + j];
+  return value;
+}
+
+double PressModel::stiffening(double ratio) const {
+  return sample_.height_mm / sample_.face_mm2() / flat(kShort, ratio);
+}
+double PressModel::bulging(double ratio) const {
+  return flat(kEdge, ratio) / flat(kShort, ratio) * sample_.height_mm /
+         (std::min(sample_.poisson, kMostPoisson) * sample_.radius_mm());
+}
+double PressModel::mean_depth_per_force(double ratio) const {
+  return flat(kMean, ratio);
+}
+
+double PressModel::mean_over_deepest(double ratio) const {
+  return flat(kMean, ratio) / flat(kDeepest, ratio);
+}
+
+double PressModel::depth_at_radius_mm(double radius_mm, double young_MPa, double pad_MPa, double size) const {
+  const double ratio = young_MPa / pad_MPa, log_a = std::log(radius_mm / size);
+  if (sample_.flat() || !(ratio >= kLeastRatio && ratio <= kMostRatio) || !(log_a >= log_radius_from_) ||
+      !(log_a <= log_radius_from_ + (kRadii - 1) * log_radius_step_))
+    return kNaN;
+  return std::exp(ball(kDepth, std::log(ratio), log_a)) * size;
+}
+
+PressSight PressModel::at_force(double force_N, double young_MPa, double pad_MPa, double size) const {
+  const double ratio = young_MPa / pad_MPa;
+  PressSight s{kNaN, kNaN, kNaN, kNaN, kNaN};
+  if (!(ratio >= kLeastRatio && ratio <= kMostRatio) || !(force_N >= 0)) return s;
+  if (sample_.flat()) {
+    const double pad = force_N / pad_MPa / size, own = force_N / young_MPa / (size * size);
+    s.depth_mm = pad * flat(kDeepest, ratio);
+    s.mean_depth_mm = pad * flat(kMean, ratio);
+    const double shorter = own * flat(kShort, ratio);
+    s.strain = shorter / sample_.height_mm;
+    s.approach_mm = s.mean_depth_mm + shorter;
+    s.radius_mm = sample_.radius_mm() * size + own * size * flat(kEdge, ratio);
+    return s;
+  }
+  if (force_N == 0) return {0, 0, kNaN, 0, 0};
+  // The size scales the whole press: lengths with it, forces with its square.
+  const double log_ratio = std::log(ratio), wanted = std::log(force_N / pad_MPa / (size * size));
+  double low = log_radius_from_, high = low + (kRadii - 1) * log_radius_step_;
+  if (wanted > ball(kForce, log_ratio, high)) return s;
+  double log_a = 0, force = wanted;
+  if (const double least = ball(kForce, log_ratio, low); wanted < least) {
+    log_a = low + (wanted - least) / 3;  // Hertz's power, below the table
+  } else {
+    log_a = (low + high) / 2;
+    double slope = 3;
+    for (int i = 0; i < 60; ++i) {
+      force = ball(kForce, log_ratio, log_a);
+      (force < wanted ? low : high) = log_a;
+      if (std::abs(force - wanted) < 1e-11) break;
+      double next = log_a + (wanted - force) / slope;
+      if (!(next > low && next < high)) next = (low + high) / 2;
+      log_a = next;
+    }
+  }
+  const double within = std::max(log_a, log_radius_from_);
+  const double scale = size * std::exp(2 * (log_a - within));
+  const double ball_mm = std::exp(ball(kBall, log_ratio, within)) / ratio * scale;
+  s.radius_mm = std::exp(log_a) * size;
+  s.depth_mm = std::exp(ball(kDepth, log_ratio, within)) * scale;
+  const double r = sample_.radius_mm() * size, modulus = effective_modulus_MPa({young_MPa, sample_.poisson});
+  const double table_mm = std::cbrt(9 * force_N * force_N / (16 * r * modulus * modulus));
+  s.approach_mm = s.depth_mm + ball_mm + table_mm - 2 * ball_lack_ * force_N / (young_MPa * r);
+  s.strain = 0.2 * s.radius_mm / r;
+  return s;
+}
+
+}  // namespace palpate
