@@ -92,6 +92,10 @@ class Fit {
     return p.mean_depth_mm.known() ? depth_mm(p.mean_depth_mm)
                                    : depth_mm(p.depth_mm) * model_.mean_over_deepest(ratio);
   }
+  /// The contact's radius over the face's nominal one.
+  double spread(const PressFrame& p) const {
+    return p.radius_mm.known() ? radius_mm(p) / sample_.radius_mm() - shared_[kEdge] : size();
+  }
   /// How much shorter the sample is by the readings, as a share.
   double seen_strain(const PressFrame& p, double ratio) const {
     if (by_stage_) return (approach_mm(p) - pad_mean(p, ratio)) / sample_.height_mm;
@@ -276,7 +280,7 @@ double Fit::predicted(const Observation& o, double log_young, double force) cons
     case Seen::Strain:
       return force / face / (young * model_.stiffening(ratio));
     case Seen::Shortening:
-      return pad_mean(p, ratio) * size() / model_.mean_depth_per_force(ratio) / ratio * sample_.height_mm /
+      return pad_mean(p, ratio) / model_.mean_depth_per_force(ratio, spread(p)) / ratio * sample_.height_mm /
              face / model_.stiffening(ratio);
     case Seen::Modulus:
       return effective_modulus_MPa({young, sample_.poisson}, {pad_MPa(), setup_.pad.material.poisson});
@@ -338,6 +342,10 @@ void Fit::weigh(double log_young, const ScatterErrors& errors) {
       if (o.seen == Seen::Modulus) slope = measured(o, log_young) / force;
       if (std::isfinite(slope)) sd = root(sd, slope * p.force_sd_N);
     }
+    // The ratio's other side has the depth's error, times that ratio.
+    const PressReading& depth = p.mean_depth_mm.known() ? p.mean_depth_mm : p.depth_mm;
+    if (o.seen == Seen::Shortening && o.sd > 0 && std::isfinite(log_young) && depth.value > 0)
+      sd = root(sd, predicted(o, log_young, force_N(p)) / depth.value * depth.sd);
     o.weight = 1 / (sd * sd);
   }
   if (std::isfinite(log_young)) find_slopes(log_young);
@@ -418,7 +426,8 @@ ModulusFit Fit::run(ModulusFit f, ScatterErrors& errors, bool with_points) {
       return f;
     }
     f.chi2 = chi2(at, &left);
-    if (std::isfinite(given_.near) || (!scatter && frames_.front().force_sd_N <= 0)) break;
+    const bool weights_stay = !scatter && frames_.front().force_sd_N <= 0 && way_ != ModulusWay::DisplacementRatio;
+    if (std::isfinite(given_.near) || weights_stay) break;
     for (size_t k = 0; k < kSeen; ++k) {
       if (wanted[k] == 0) continue;
       double sum = 0;

@@ -22,6 +22,7 @@ const double kRatioStep = (std::log(PressModel::kMostRatio) - kRatioFrom) / (kRa
 constexpr int kRadii = 16;
 constexpr double kNarrowest = 0.004;
 constexpr int kRings = 28;
+constexpr double kSpread = 1.05;  // of a face, to see how the pad's answer goes with its width
 
 /// Weights of the cubic through the four points around `position` in 0 to count - 1 (Lagrange).
 struct Cubic {
@@ -164,32 +165,40 @@ void PressModel::tabulate_ball() {
 }
 
 void PressModel::tabulate_flat() {
-  const double b = sample_.radius_mm(), h = sample_.height_mm;
-  const double finest = 0.01 * b;
-  const int layers = std::clamp(static_cast<int>(12 * std::sqrt(h / b)), 10, 40);
-  double growth = 1.02;
-  for (; growth < 1.6; growth += 0.01)
-    if (const auto z = graded(0, h, layers, 1 / growth); h - z[static_cast<size_t>(layers) - 1] < finest)
-      break;
-  const FaceCompliance face =
-      face_compliance(cylinder_mesh(graded(0, b, kRings, 1 / 1.12), graded(0, h, layers, 1 / growth), b),
-                      std::min(sample_.poisson, kMostPoisson), sample_.table);
-  const auto n = static_cast<Eigen::Index>(face.size());
-  const Eigen::MatrixXd pad = pad_compliance(pad_, face);
-  using Rows = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
-  const Rows own(face.down.data(), n, n), out(face.out.data(), n, n);
-  const Eigen::Map<const Eigen::VectorXd> area(face.area_mm2.data(), n);
-  for (int x = 0; x < kRatios; ++x) {
-    const double young = std::exp(kRatioFrom + x * kRatioStep);
-    const Eigen::MatrixXd both = pad + own / young;
-    const FaceContact c =
-        press_faces({both.data(), both.data() + n * n}, std::vector<double>(face.size(), 0), 1);
-    const Eigen::Map<const Eigen::VectorXd> force(c.force_N.data(), n);
-    const Eigen::VectorXd deep = pad * force;
-    table_[kDeepest].push_back(deep.maxCoeff());
-    table_[kMean].push_back(area.dot(deep) / area.sum());
-    table_[kShort].push_back(area.dot(own * force) / area.sum());
-    table_[kEdge].push_back((out * force)[n - 1]);
+  const double h = sample_.height_mm;
+  for (const double spread : {1.0, kSpread}) {
+    const double b = sample_.radius_mm() * spread, finest = 0.01 * b;
+    const int layers = std::clamp(static_cast<int>(12 * std::sqrt(h / b)), 10, 40);
+    double growth = 1.02;
+    for (; growth < 1.6; growth += 0.01)
+      if (const auto z = graded(0, h, layers, 1 / growth); h - z[static_cast<size_t>(layers) - 1] < finest)
+        break;
+    const FaceCompliance face =
+        face_compliance(cylinder_mesh(graded(0, b, kRings, 1 / 1.12), graded(0, h, layers, 1 / growth), b),
+                        std::min(sample_.poisson, kMostPoisson), sample_.table);
+    const auto n = static_cast<Eigen::Index>(face.size());
+    const Eigen::MatrixXd pad = pad_compliance(pad_, face);
+    using Rows = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+    const Rows own(face.down.data(), n, n), out(face.out.data(), n, n);
+    const Eigen::Map<const Eigen::VectorXd> area(face.area_mm2.data(), n);
+    for (size_t x = 0; x < kRatios; ++x) {
+      const double young = std::exp(kRatioFrom + static_cast<double>(x) * kRatioStep);
+      const Eigen::MatrixXd both = pad + own / young;
+      const FaceContact c =
+          press_faces({both.data(), both.data() + n * n}, std::vector<double>(face.size(), 0), 1);
+      const Eigen::Map<const Eigen::VectorXd> force(c.force_N.data(), n);
+      const Eigen::VectorXd deep = pad * force;
+      const double deepest = deep.maxCoeff(), mean = area.dot(deep) / area.sum();
+      if (spread == 1) {
+        table_[kDeepest].push_back(deepest);
+        table_[kMean].push_back(mean);
+        table_[kShort].push_back(area.dot(own * force) / area.sum());
+        table_[kEdge].push_back((out * force)[n - 1]);
+      } else {
+        table_[kDeepestPower].push_back(std::log(deepest / table_[kDeepest][x]) / std::log(spread));
+        table_[kMeanPower].push_back(std::log(mean / table_[kMean][x]) / std::log(spread));
+      }
+    }
   }
 }
 
@@ -218,8 +227,8 @@ double PressModel::bulging(double ratio) const {
   return flat(kEdge, ratio) / flat(kShort, ratio) * sample_.height_mm /
          (std::min(sample_.poisson, kMostPoisson) * sample_.radius_mm());
 }
-double PressModel::mean_depth_per_force(double ratio) const {
-  return flat(kMean, ratio);
+double PressModel::mean_depth_per_force(double ratio, double spread) const {
+  return flat(kMean, ratio) * std::pow(spread, flat(kMeanPower, ratio));
 }
 
 double PressModel::mean_over_deepest(double ratio) const {
@@ -239,13 +248,14 @@ PressSight PressModel::at_force(double force_N, double young_MPa, double pad_MPa
   PressSight s{kNaN, kNaN, kNaN, kNaN, kNaN};
   if (!(ratio >= kLeastRatio && ratio <= kMostRatio) || !(force_N >= 0)) return s;
   if (sample_.flat()) {
-    const double pad = force_N / pad_MPa / size, own = force_N / young_MPa / (size * size);
-    s.depth_mm = pad * flat(kDeepest, ratio);
-    s.mean_depth_mm = pad * flat(kMean, ratio);
+    const double pad = force_N / pad_MPa, own = force_N / young_MPa / (size * size);
+    s.radius_mm = sample_.radius_mm() * size + own * size * flat(kEdge, ratio);
+    const double spread = s.radius_mm / sample_.radius_mm();
+    s.depth_mm = pad * flat(kDeepest, ratio) * std::pow(spread, flat(kDeepestPower, ratio));
+    s.mean_depth_mm = pad * mean_depth_per_force(ratio, spread);
     const double shorter = own * flat(kShort, ratio);
     s.strain = shorter / sample_.height_mm;
     s.approach_mm = s.mean_depth_mm + shorter;
-    s.radius_mm = sample_.radius_mm() * size + own * size * flat(kEdge, ratio);
     return s;
   }
   if (force_N == 0) return {0, 0, kNaN, 0, 0};

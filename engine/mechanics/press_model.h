@@ -7,7 +7,8 @@
 // short of two half spaces.
 // Cylinder and cube (taken as the cylinder of the same face): pressure by rings, the layer's answer by its
 // Green's function, the sample's by finite elements of unit modulus. How far its face's mean comes down is
-// F h / (E A) on a smooth table whatever the distribution of pressure (reciprocity with even pressure).
+// F h / (E A) on a smooth table whatever the distribution of pressure (reciprocity with even pressure). The
+// pad carries the face as wide as it has become.
 #pragma once
 
 #include <array>
@@ -75,13 +76,14 @@ class PressModel {
   double stiffening(double ratio) const;
   /// Of a flat sample: the edge's way out over that at even strain, poisson * strain * radius.
   double bulging(double ratio) const;
-  /// Of a flat sample: mean depth of the pad times its modulus over the force, 1/mm; and over the deepest.
-  double mean_depth_per_force(double ratio) const;
+  /// Of a flat sample: mean depth of the pad times its modulus over the force, 1/mm, where the contact has
+  /// widened to `spread` times the face at rest; and over the deepest.
+  double mean_depth_per_force(double ratio, double spread = 1) const;
   double mean_over_deepest(double ratio) const;
 
  private:
   enum Column : uint8_t { kForce, kDepth, kBall };            // of a ball, logarithms, at each radius
-  enum Flat : uint8_t { kDeepest, kMean, kShort, kEdge };     // of a flat sample, per force
+  enum Flat : uint8_t { kDeepest, kMean, kShort, kEdge, kDeepestPower, kMeanPower };  // per force
   void tabulate_ball();
   void tabulate_flat();
   double flat(Flat what, double ratio) const;
@@ -89,7 +91,7 @@ class PressModel {
 
   PadBody pad_;
   Sample sample_;
-  std::array<std::vector<double>, 4> table_;
+  std::array<std::vector<double>, 6> table_;
   double log_radius_from_ = 0, log_radius_step_ = 1;
   double ball_lack_ = 0;  // what half a ball is short of a half space, times E R / F
 };
