@@ -21,10 +21,11 @@ constexpr double kPi = std::numbers::pi, kNaN = std::numeric_limits<double>::qui
 // Scatter of an edge from frame to frame on the simulated waveguide, and what light that is not quite even
 // leaves.
 constexpr double kFlatEdge_px = 0.06, kBallEdge_px = 0.12;
-constexpr double kAreaEdge_px = 1;         // of a contact's radius by its area
-constexpr double kDepthNoise_mm = 0.001;   // of a depth, and as a share of it
+constexpr double kAreaEdge_px = 1;        // of a contact's radius by its area
+constexpr double kDepthNoise_mm = 0.001;  // of a depth, and as a share of it
 constexpr double kDepthShare = 0.002;
-constexpr double kInnerRim = 0.45, kOuterRim = 0.93;  // of a ball's contact: where the line is laid
+constexpr double kDarkest = 0.4;  // of half of a flat contact's light: what counts as outside of it
+constexpr double kInnerRim = 0.3, kOuterRim = 0.96;  // of a ball's contact: where the line is laid
 
 /// Change from the untouched image as touch makes it, through the sensor's filter.
 cv::Mat change_of(const Frame& frame, const Frame& background, const Sensor& sensor) {
@@ -78,7 +79,11 @@ ContactEdge find_edge(const std::vector<float>& change, uint32_t width, uint32_t
       count = next[0];
       mean = next[1];
     }
-    edge.radius_mm = std::sqrt(count / kPi) * pitch;
+    // Pixels on the edge count by their share of the light: an edge along a row would else jump by a row.
+    double area = 0;
+    for (const float g : change)
+      area += std::clamp((double{g} / edge.half_gray - kDarkest) / (2 - 2 * kDarkest), 0.0, 1.0);
+    edge.radius_mm = std::sqrt(area / kPi) * pitch;
     edge.sd_mm = kFlatEdge_px * pitch;
     return edge;
   }
@@ -97,20 +102,24 @@ ContactEdge find_edge(const std::vector<float>& change, uint32_t width, uint32_t
       ++number[ring];
     }
   for (int round = 0; round < 12; ++round) {
-    double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+    // A parabola in the squared distance: thin pads bend the line.
+    cv::Matx33d normal = cv::Matx33d::zeros();
+    cv::Vec3d right(0, 0, 0);
+    double n = 0;
     for (size_t i = 0; i < sum.size(); ++i) {
-      const double r = static_cast<double>(i) + 0.5;
-      if (r < kInnerRim * radius || r > kOuterRim * radius || number[i] == 0) continue;
-      const double p = pressure_of(sum[i] / number[i], sensor.elastic), q = r * r, weight = number[i];
-      n += weight;
-      sx += weight * q;
-      sy += weight * p * p;
-      sxx += weight * q * q;
-      sxy += weight * q * p * p;
+      const double r = (static_cast<double>(i) + 0.5) / radius;
+      if (r < kInnerRim || r > kOuterRim || number[i] == 0) continue;
+      const double p = pressure_of(sum[i] / number[i], sensor.elastic);
+      const cv::Vec3d row(1, r * r, r * r * r * r);
+      normal += number[i] * row * row.t();
+      right += number[i] * p * p * row;
+      n += number[i];
     }
-    const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx), at_zero = (sy - slope * sx) / n;
-    if (!(n > 20) || !(slope < 0) || !(at_zero > 0)) return edge;
-    const double next = std::sqrt(-at_zero / slope);
+    if (!(n > 20)) return edge;
+    const cv::Vec3d c = normal.solve(right, cv::DECOMP_CHOLESKY);
+    const double root = c[1] * c[1] - 4 * c[0] * c[2];
+    if (!(c[0] > 0) || !(root >= 0)) return edge;
+    const double next = radius * std::sqrt(2 * c[0] / (-c[1] + std::sqrt(root)));
     if (!(next < static_cast<double>(std::max(width, height)))) return edge;
     if (std::abs(next - radius) < 1e-3) break;
     radius = next;
@@ -138,8 +147,10 @@ std::optional<PressFrame> PressReader::read(const Frame& frame) {
   const Touch& t = result->touch;
   const std::vector<float> depth = t.has_surface ? pipeline_.read_depth_mm(*result) : std::vector<float>();
   pipeline_.release(*result);
-  why_not_ = !t.contact ? "nothing touches" : t.at_border ? "the contact reaches the border"
-             : t.saturated_px > 0 ? "saturated pixels" : "";
+  why_not_ = !t.contact           ? "nothing touches"
+             : t.at_border        ? "the contact reaches the border"
+             : t.saturated_px > 0 ? "saturated pixels"
+                                  : "";
   if (!why_not_.empty()) return std::nullopt;
   PressFrame p;
   p.force_N = std::max(0.0, t.force_N.value);

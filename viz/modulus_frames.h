@@ -21,9 +21,9 @@ struct ContactEdge {
   double half_gray = 0;       ///< a flat contact's: half of its mean change
 };
 
-/// By the change from the untouched image, filtered, height x width gray. A flat contact ends where half of its
-/// mean light is left; a ball's where the square of the pressure, a straight line over the squared distance,
-/// reaches zero. `sensor` is one that reads pressure (Reading::Elastic).
+/// By the change from the untouched image, filtered, height x width gray. A flat contact ends where half of
+/// its mean light is left; a ball's where the square of the pressure, a straight line over the squared
+/// distance, reaches zero. `sensor` is one that reads pressure (Reading::Elastic).
 ContactEdge find_edge(const std::vector<float>& change, uint32_t width, uint32_t height, const Sensor& sensor,
                       bool flat);
 
@@ -33,8 +33,8 @@ class PressReader {
   /// Depths need a sensor with a reading of the surface. `background`: the untouched image.
   PressReader(gpu::Context& context, const Sensor& sensor, const Frame& background, const Sample& sample);
 
-  /// Nothing where nothing touches, or the contact reaches the border or saturates. A sensor that does not read
-  /// pressure tells a contact's radius by its area.
+  /// Nothing where nothing touches, or the contact reaches the border or saturates. A sensor that does not
+  /// read pressure tells a contact's radius by its area.
   std::optional<PressFrame> read(const Frame& frame);
   bool depth_by_pressure() const { return sensor_.reading == Reading::Elastic; }
   const std::string& why_not() const { return why_not_; }
@@ -47,13 +47,14 @@ class PressReader {
   std::string why_not_;
 };
 
-/// Columns force_N, and any of radius_mm or area_mm2, depth_mm, mean_depth_mm, approach_mm, each also with _sd
-/// before its unit (force_sd_N, radius_sd_mm). Other columns are not read, empty cells are not measured. Throws
-/// Error(Failure::Input) naming file, line and column.
+/// Columns force_N, and any of radius_mm or area_mm2, depth_mm, mean_depth_mm, approach_mm, each also with
+/// _sd before its unit (force_sd_N, radius_sd_mm). Other columns are not read, empty cells are not measured.
+/// Throws Error(Failure::Input) naming file, line and column.
 std::vector<PressFrame> read_press_table(const std::filesystem::path& file);
 std::string press_table(const std::vector<PressFrame>& frames);
 
 /// Column approach_mm of a table by frame: for each of these frames, straight between rows; NaN outside.
-std::vector<double> read_approach_table(const std::filesystem::path& file, const std::vector<uint64_t>& frames);
+std::vector<double> read_approach_table(const std::filesystem::path& file,
+                                        const std::vector<uint64_t>& frames);
 
 }  // namespace palpate

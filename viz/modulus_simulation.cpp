@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kBright = 0.5, kBlur_mm = 0.04;
+constexpr double kBright = 0.4, kBlur_mm = 0.02;
 constexpr int kInPixel = 4;  // samples of the light along a side of a pixel
 
 /// Distance of the place of a disc that stands for a place of the square of the same area: rings become
@@ -47,7 +47,8 @@ Frame render_press(const SyntheticOptions& options, const TruePress& press, doub
       pressure /= kInPixel * kInPixel;
       double light = gain * pressure;
       if (options.response == SyntheticResponse::Saturating) light = limit * (1 - std::exp(-light / limit));
-      const double x_mm = (x - (format.width - 1) / 2.0) * pitch, y_mm = (y - (format.height - 1) / 2.0) * pitch;
+      const double x_mm = (x - (format.width - 1) / 2.0) * pitch,
+                   y_mm = (y - (format.height - 1) / 2.0) * pitch;
       double gray = frame.at(0, x, y) + light * field.touch(x_mm, y_mm);
       gray += sensor.noise_sd_gray(gray) * double{noise[x]};
       frame.set(0, x, y, static_cast<uint32_t>(std::lround(std::clamp(gray, 0.0, 1.0 * format.max_gray()))));
@@ -80,9 +81,10 @@ SimulatedPresses simulate_presses(const ModulusScene& scene, const PressTruth* t
         truth->press(scene.forces_N[i], scene.young_MPa, scene.sensor.pad_young_MPa * (1 + scene.pad_error)));
     const TruePress& press = out.truth.back();
     if (!press.converged)
-      throw Error(Failure::Input, "a contact that the ball's face holds",
-                  std::to_string(scene.forces_N[i]) + " N on " + std::to_string(1e3 * scene.young_MPa) + " kPa",
-                  "smaller forces");
+      throw Error(
+          Failure::Input, "a contact that the ball's face holds",
+          std::to_string(scene.forces_N[i]) + " N on " + std::to_string(1e3 * scene.young_MPa) + " kPa",
+          "smaller forces");
     out.approach_mm.push_back(press.approach_mm + scene.zero_error_mm + scene.stage_sd_mm * normal(random));
     // A rim's peak is blurred by the pixel.
     for (double r = 0; r < press.r_mm.back() - kBlur_mm; r += kBlur_mm)
@@ -95,8 +97,7 @@ SimulatedPresses simulate_presses(const ModulusScene& scene, const PressTruth* t
   out.sensor.elastic.gray_per_MPa *= light;
   if (out.sensor.force) {
     out.sensor.force->c1_N_per_gray /= light;
-    out.sensor.force->covariance = {out.sensor.force->covariance[0],
-                                    out.sensor.force->covariance[1] / light,
+    out.sensor.force->covariance = {out.sensor.force->covariance[0], out.sensor.force->covariance[1] / light,
                                     out.sensor.force->covariance[2] / (light * light)};
     out.sensor.force->gray_max *= light;
   }

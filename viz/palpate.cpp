@@ -86,6 +86,7 @@ int run(int argc, char** argv) {
   add_tune(program, common, chosen);
   add_optics(program, common, chosen);
   add_contact(program, common, chosen);
+  add_modulus(program, common, chosen);
   add_forward(program, common, chosen);
 
   const bool json_asked =

@@ -206,8 +206,7 @@ FaceContact press_faces(const std::vector<double>& compliance, const std::vector
     const double scale = compliance[0];
     for (Eigen::Index i = 0; i < m; ++i) {
       const size_t row = in[static_cast<size_t>(i)];
-      for (Eigen::Index j = 0; j < m; ++j)
-        a(i, j) = compliance[row * n + in[static_cast<size_t>(j)]] / scale;
+      for (Eigen::Index j = 0; j < m; ++j) a(i, j) = compliance[row * n + in[static_cast<size_t>(j)]] / scale;
       a(i, m) = a(m, i) = -1;
       right[i] = -gap_mm[row] / scale;
     }

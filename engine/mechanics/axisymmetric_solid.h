@@ -1,7 +1,7 @@
 // Finite elements for a solid of revolution that is pressed on its top: bilinear quadrilaterals with the
 // element's mean dilatation, which do not lock near Poisson's ratio 0.5. Small strains. What comes out is how
-// the pressed face answers forces on it, so that a contact between two solids is a small dense problem for any
-// pair of moduli. Lengths in mm, forces in N (around the whole circle), moduli in MPa.
+// the pressed face answers forces on it, so that a contact between two solids is a small dense problem for
+// any pair of moduli. Lengths in mm, forces in N (around the whole circle), moduli in MPa.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 namespace palpate {
 
 struct SolidMesh {
-  std::vector<std::array<double, 2>> nodes;   ///< r >= 0 and z, mm
+  std::vector<std::array<double, 2>> nodes;    ///< r >= 0 and z, mm
   std::vector<std::array<uint32_t, 4>> quads;  ///< in order around; two corners may coincide
   std::vector<uint32_t> top;                   ///< nodes of the pressed face, from the axis outwards
   std::vector<uint32_t> base;                  ///< nodes that the support holds

@@ -11,14 +11,14 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kResampled = 8;      // frames from which the bootstrap draws frames, not readings
-constexpr double kWidest = 0.4;         // standard error of ln E from which there is no value any more
-constexpr double kContradiction = 4;    // RMS residual over the readings' errors
-constexpr double kSmallStrain = 0.35;   // largest axial strain that the linear law is given for,
-constexpr double kRubberStrain = 0.6;   // and the rubber's
-constexpr double kLawMatters = 0.03;    // strain from which the law is worth a word
-constexpr double kMostlyFound = 0.8;    // of the replicates
-constexpr double kModelError = 0.006;   // of E: measured against finite elements of pad and sample together
+constexpr uint32_t kResampled = 8;     // frames from which the bootstrap draws frames, not readings
+constexpr double kWidest = 0.4;        // standard error of ln E from which there is no value any more
+constexpr double kContradiction = 4;   // RMS residual over the readings' errors
+constexpr double kSmallStrain = 0.35;  // largest axial strain that the linear law is given for,
+constexpr double kRubberStrain = 0.6;  // and the rubber's
+constexpr double kLawMatters = 0.03;   // strain from which the law is worth a word
+constexpr double kMostlyFound = 0.8;   // of the replicates
+constexpr double kModelError = 0.006;  // of E: measured against finite elements of pad and sample together
 
 std::string text(const char* format, auto... values) {
   char line[300];
@@ -83,7 +83,8 @@ class Bootstrap {
       : frames_(frames), setup_(setup), model_(model) {}
 
   /// Logarithms of the moduli that replicates of the press give; missing where one gives none.
-  std::vector<double> run(const ModulusFit& fit, ModulusWay way, const ScatterErrors& scatter, double inflate) {
+  std::vector<double> run(const ModulusFit& fit, ModulusWay way, const ScatterErrors& scatter,
+                          double inflate) {
     std::mt19937_64 random(setup_.seed * 4 + static_cast<uint64_t>(way));
     std::normal_distribution<double> normal;
     std::vector<double> found;
@@ -107,7 +108,7 @@ class Bootstrap {
       ModulusGiven given;
       given.pad = std::max(0.1, 1 + setup_.pad_relative_sd * normal(random));
       given.size = std::max(0.1, 1 + setup_.sample.relative_size_sd * normal(random));
-      if (setup_.sample.flat()) given.edge = kEdgeOffset * normal(random);
+      given.edge = edge_sd(setup_.sample) * normal(random);
       if (std::isfinite(setup_.zero_sd_mm)) given.zero_mm = setup_.zero_sd_mm * normal(random);
       given.near = fit.log_young;
       const double force = std::max(0.1, 1 + setup_.force_relative_sd * normal(random)),
@@ -147,13 +148,14 @@ void refuse_wide(ModulusEstimate& e, const ModulusFit& fit, const ModulusSetup& 
     e.low_MPa = std::min(std::exp(fit.bound_log_young), std::exp(fit.log_young - 1.645 * sd));
     e.high_MPa = std::numeric_limits<double>::infinity();
     set(e, ModulusState::PadLimited,
-        text("the pad gives way, not the sample: at least %.3g kPa (95 %%), %.3g times the pad's", 1e3 * e.low_MPa,
-             e.low_MPa / setup.pad.material.young_MPa));
+        text("the pad gives way, not the sample: at least %.3g kPa (95 %%), %.3g times the pad's",
+             1e3 * e.low_MPa, e.low_MPa / setup.pad.material.young_MPa));
   } else {
     e.low_MPa = std::exp(fit.log_young - 1.96 * sd);
     e.high_MPa = std::exp(fit.log_young + 1.96 * sd);
     set(e, ModulusState::NotDetermined,
-        text("the readings' errors are as large as what the sample does (strain to %.2g): press harder, or more "
+        text("the readings' errors are as large as what the sample does (strain to %.2g): press harder, or "
+             "more "
              "frames",
              fit.strain_max));
   }
@@ -176,7 +178,8 @@ ModulusEstimate estimate(ModulusWay way, const std::vector<PressFrame>& frames, 
   e.residual = std::sqrt(fit.chi2 / dof);
   const double pad_MPa = setup.pad.material.young_MPa;
   const bool stated = scatter == ScatterErrors{};
-  std::vector<double> found = Bootstrap(frames, setup, model).run(fit, way, scatter, std::max(1.0, e.residual));
+  std::vector<double> found =
+      Bootstrap(frames, setup, model).run(fit, way, scatter, std::max(1.0, e.residual));
   if (static_cast<double>(found.size()) < kMostlyFound * setup.replicates) {
     set(e, ModulusState::NotDetermined,
         text("only %zu of %u replicates of the press give a modulus", found.size(), setup.replicates));
@@ -186,7 +189,8 @@ ModulusEstimate estimate(ModulusWay way, const std::vector<PressFrame>& frames, 
     return found[static_cast<size_t>(q * static_cast<double>(found.size() - 1))];
   };
   // Half of the middle 68 % stays where some replicates run away; the tails speak where they are wider.
-  const double middle = (quantile(0.84) - quantile(0.16)) / 2, tails = (quantile(0.975) - quantile(0.025)) / 3.92;
+  const double middle = (quantile(0.84) - quantile(0.16)) / 2,
+               tails = (quantile(0.975) - quantile(0.025)) / 3.92;
   const double sd = std::max(middle, tails);
   const bool edge = std::abs(fit.log_young - std::log(PressModel::kMostRatio * pad_MPa)) < 1;
   if (sd > kWidest || edge || (fit.chi2_at_rigid < fit.chi2 + 2.71 && way != ModulusWay::DisplacementRatio)) {
@@ -222,14 +226,14 @@ ModulusEstimate estimate(ModulusWay way, const std::vector<PressFrame>& frames, 
 }  // namespace
 
 const char* to_string(ModulusWay way) {
-  constexpr std::array<const char*, kModulusWays> kNames = {"stress over strain", "displacement ratio", "Hertz",
-                                                            "joint fit"};
+  constexpr std::array<const char*, kModulusWays> kNames = {"stress over strain", "displacement ratio",
+                                                            "Hertz", "joint fit"};
   return kNames[static_cast<size_t>(way)];
 }
 
 const char* to_string(ModulusState state) {
-  constexpr std::array<const char*, 7> kNames = {"valid",       "not applicable", "too few",     "not determined",
-                                                 "pad limited", "out of range",   "does not fit"};
+  constexpr std::array<const char*, 7> kNames = {
+      "valid", "not applicable", "too few", "not determined", "pad limited", "out of range", "does not fit"};
   return kNames[static_cast<size_t>(state)];
 }
 

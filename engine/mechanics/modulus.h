@@ -83,7 +83,7 @@ const char* to_string(ModulusState state);
 struct ModulusPoint {
   uint32_t frame = 0;
   const char* quantity = "";  ///< with its unit; what `measured` and `fitted` are
-  double against = 0;         ///< the abscissa: stress in MPa of (a), pad's depth in mm of (b), else force in N
+  double against = 0;  ///< the abscissa: stress in MPa of (a), pad's depth in mm of (b), else force in N
   double measured = 0, fitted = 0, sd = 0;
 };
 
@@ -94,7 +94,7 @@ struct ModulusEstimate {
   double young_MPa = 0;  ///< of Valid and DoesNotFit
   double low_MPa = 0;    ///< 95 % interval; of PadLimited low_MPa is the lower bound and high infinite
   double high_MPa = std::numeric_limits<double>::infinity();
-  double residual = 0;   ///< RMS over the readings' standard errors
+  double residual = 0;    ///< RMS over the readings' standard errors
   double strain_max = 0;  ///< largest axial strain of the sample (a ball: 0.2 a/R)
   uint32_t readings = 0;
   std::vector<ModulusPoint> points;

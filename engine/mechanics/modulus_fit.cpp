@@ -12,8 +12,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kFirstError = 0.01;  // of the largest reading, until the scatter is known
 
-constexpr double kThinPad = 0.3;      // a / H up to which (a) takes the pad as a half space
-constexpr int kRounds = 3;            // of finding standard errors and the answer in turn
+constexpr double kThinPad = 0.3;  // a / H up to which (a) takes the pad as a half space
+constexpr int kRounds = 3;        // of finding standard errors and the answer in turn
 
 /// What is known with an error that all frames share: fitted along, held by its standard error.
 enum Shared : uint8_t { kPad, kForce, kLength, kSize, kEdge, kZero, kShared };
@@ -26,8 +26,8 @@ struct Observation {
   std::array<double, kShared> slope{};  // of measured less predicted, by what is shared
 };
 
-constexpr std::array<const char*, kSeen> kNames = {"contact radius, mm", "depth, mm",       "mean depth, mm",
-                                                   "approach, mm",       "strain",          "shortening, mm",
+constexpr std::array<const char*, kSeen> kNames = {"contact radius, mm",    "depth, mm", "mean depth, mm",
+                                                   "approach, mm",          "strain",    "shortening, mm",
                                                    "effective modulus, MPa"};
 
 double root(double a, double b) {
@@ -61,9 +61,8 @@ class Fit {
       : way_(way), frames_(frames), setup_(setup), model_(model), given_(given), sample_(setup.sample) {
     nu_ = std::min(sample_.poisson, 0.4999);
     shared_ = {given.pad, 1, 1, given.size, given.edge, given.zero_mm};
-    shared_sd_ = {setup.pad_relative_sd, setup.force_relative_sd,
-                  setup.length_relative_sd, sample_.relative_size_sd,
-                  sample_.flat() ? kEdgeOffset : 0, setup.zero_sd_mm};
+    shared_sd_ = {setup.pad_relative_sd,    setup.force_relative_sd, setup.length_relative_sd,
+                  sample_.relative_size_sd, edge_sd(sample_),        setup.zero_sd_mm};
   }
 
   /// Says why not, or returns true with the observations taken.
@@ -82,7 +81,9 @@ class Fit {
   double pad_MPa() const { return setup_.pad.material.young_MPa * shared_[kPad]; }
   double size() const { return shared_[kSize]; }
   double force_N(const PressFrame& p) const { return p.force_N * shared_[kForce]; }
-  double radius_mm(const PressFrame& p) const { return p.radius_mm.value * shared_[kLength]; }
+  double radius_mm(const PressFrame& p) const {
+    return p.radius_mm.value * shared_[kLength] * (sample_.flat() ? 1 : 1 - shared_[kEdge]);
+  }
   /// Depths that were computed with the pad's modulus go with it.
   double depth_mm(const PressReading& r) const {
     return setup_.depth_by_pressure ? r.value / shared_[kPad] : r.value;
@@ -153,9 +154,10 @@ bool Fit::take_flat(ModulusFit& f) {
       if (p.approach_mm.known()) observe(i, Seen::Approach, p.approach_mm.sd);
     }
     if (approaches == 0 && edged == 0)
-      return refuse(f, ModulusState::NotApplicable,
-                    "force and depth tell of the pad alone: the sample's shortening needs the stage's approach "
-                    "or how the contact's edge moves");
+      return refuse(
+          f, ModulusState::NotApplicable,
+          "force and depth tell of the pad alone: the sample's shortening needs the stage's approach "
+          "or how the contact's edge moves");
     return true;
   }
   by_stage_ = staged >= 2 || (staged == 1 && std::isfinite(setup_.zero_sd_mm));
@@ -169,8 +171,7 @@ bool Fit::take_flat(ModulusFit& f) {
     const PressFrame& p = frames_[i];
     const PressReading& depth = p.mean_depth_mm.known() ? p.mean_depth_mm : p.depth_mm;
     const double h = ratio ? 1 : sample_.height_mm;
-    if (by_stage_ ? p.approach_mm.known() && depth.known()
-                  : p.radius_mm.known() && (!ratio || depth.known()))
+    if (by_stage_ ? p.approach_mm.known() && depth.known() : p.radius_mm.known() && (!ratio || depth.known()))
       observe(i, ratio ? Seen::Shortening : Seen::Strain,
               by_stage_ ? both(p.approach_mm, depth, 1 / h)
                         : p.radius_mm.sd / (nu_ * sample_.radius_mm()) * (ratio ? sample_.height_mm : 1));
@@ -220,9 +221,10 @@ bool Fit::take_ball(ModulusFit& f) {
                   "the contact is wider than " + std::to_string(PressModel::kWidest).substr(0, 3) +
                       " of the ball's radius: press less hard");
   if (way_ == ModulusWay::StressStrain && widest > kThinPad * setup_.pad.thickness_mm)
-    return refuse(f, ModulusState::NotApplicable,
-                  "the pad is thin beside the contact (a / H above 0.3): stress over a / R takes it as a half "
-                  "space");
+    return refuse(
+        f, ModulusState::NotApplicable,
+        "the pad is thin beside the contact (a / H above 0.3): stress over a / R takes it as a half "
+        "space");
   return true;
 }
 
@@ -243,7 +245,7 @@ double Fit::measured(const Observation& o, double log_young) const {
   const double ratio = std::exp(log_young) / pad_MPa();
   switch (o.seen) {
     case Seen::Radius:
-      return radius_mm(p) - shared_[kEdge] * sample_.radius_mm();
+      return radius_mm(p) - (sample_.flat() ? shared_[kEdge] * sample_.radius_mm() : 0);
     case Seen::Depth:
       return depth_mm(p.depth_mm);
     case Seen::MeanDepth:
@@ -399,8 +401,8 @@ ModulusFit Fit::run(ModulusFit f, ScatterErrors& errors, bool with_points) {
     largest[k] = std::max(largest[k], std::abs(measured(o, std::log(pad_MPa()))));
   }
   f.readings = static_cast<uint32_t>(observations_.size());
-  const bool staged = all[static_cast<size_t>(Seen::Approach)] > 0 ||
-                      (by_stage_ && way_ != ModulusWay::Joint);
+  const bool staged =
+      all[static_cast<size_t>(Seen::Approach)] > 0 || (by_stage_ && way_ != ModulusWay::Joint);
   if (staged && std::isinf(setup_.zero_sd_mm)) ++f.unknowns;
   bool scatter = false;
   ScatterErrors wanted{};
@@ -426,7 +428,8 @@ ModulusFit Fit::run(ModulusFit f, ScatterErrors& errors, bool with_points) {
       return f;
     }
     f.chi2 = chi2(at, &left);
-    const bool weights_stay = !scatter && frames_.front().force_sd_N <= 0 && way_ != ModulusWay::DisplacementRatio;
+    const bool weights_stay =
+        !scatter && frames_.front().force_sd_N <= 0 && way_ != ModulusWay::DisplacementRatio;
     if (std::isfinite(given_.near) || weights_stay) break;
     for (size_t k = 0; k < kSeen; ++k) {
       if (wanted[k] == 0) continue;
@@ -459,8 +462,8 @@ ModulusFit Fit::run(ModulusFit f, ScatterErrors& errors, bool with_points) {
                            : o.seen == Seen::Depth && way_ == ModulusWay::DisplacementRatio
                                ? p.radius_mm.value
                                : p.force_N;
-    f.points.push_back({o.frame, kNames[static_cast<size_t>(o.seen)], against, y, y - left[i],
-                        1 / std::sqrt(o.weight)});
+    f.points.push_back(
+        {o.frame, kNames[static_cast<size_t>(o.seen)], against, y, y - left[i], 1 / std::sqrt(o.weight)});
     const double strain = way_ == ModulusWay::DisplacementRatio && !sample_.flat()
                               ? 0.2 * p.radius_mm.value / sample_.radius_mm()
                               : sight(p.force_N, std::exp(at)).strain;

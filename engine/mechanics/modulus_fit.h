@@ -7,15 +7,19 @@
 
 namespace palpate {
 
-/// Standard error of where a picture puts a flat contact's edge, as a share of its radius: common to a press.
-inline constexpr double kEdgeOffset = 0.015;
+/// Standard error of where a picture puts a contact's edge and of what the model makes of it, as a share of
+/// the radius; common to a press.
+inline constexpr double kFlatEdge = 0.015, kBallEdge = 0.004;
+inline double edge_sd(const Sample& sample) {
+  return sample.flat() ? kFlatEdge : kBallEdge;
+}
 
 /// What a fit takes as given, over its nominal value: for intervals these are drawn from their errors.
 struct ModulusGiven {
   double pad = 1;      ///< the pad's modulus
   double size = 1;     ///< the sample's
   double zero_mm = 0;  ///< of the approach
-  double edge = 0;     ///< how far outside the picture puts a flat contact's edge, share of its radius
+  double edge = 0;     ///< how far outside the picture puts the contact's edge: share of the radius
   /// Logarithm of a modulus (MPa) that the answer lies within a factor of 20 of; NaN: anywhere.
   double near = std::numeric_limits<double>::quiet_NaN();
 };
@@ -24,9 +28,9 @@ struct ModulusFit {
   bool found = false;
   ModulusState state = ModulusState::Valid;  ///< why not found
   std::string reason;
-  double log_young = 0;       ///< of MPa
-  double chi2 = 0;            ///< sum of squares over the standard errors
-  double chi2_at_rigid = 0;  ///< of a sample as stiff as the model goes
+  double log_young = 0;        ///< of MPa
+  double chi2 = 0;             ///< sum of squares over the standard errors
+  double chi2_at_rigid = 0;    ///< of a sample as stiff as the model goes
   double bound_log_young = 0;  ///< the least modulus with chi2 within 2.71 of the least: 95 %, one-sided
   uint32_t readings = 0, unknowns = 1;
   double strain_max = 0;

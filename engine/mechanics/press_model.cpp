@@ -83,7 +83,8 @@ Eigen::MatrixXd pad_compliance(const PadBody& pad, const FaceCompliance& face) {
 }  // namespace
 
 const char* to_string(SampleShape shape) {
-  return shape == SampleShape::Sphere ? "sphere" : shape == SampleShape::Cylinder ? "cylinder" : "cube";
+  constexpr std::array<const char*, 4> kNames = {"sphere", "cylinder", "cube", "dome"};
+  return kNames[static_cast<size_t>(shape)];
 }
 
 double Sample::radius_mm() const {
@@ -133,16 +134,18 @@ void PressModel::tabulate_ball() {
   constexpr int kAlong = 7;
   for (int x = 0; x < kRatios; ++x) {
     const Material ball{std::exp(kRatioFrom + x * kRatioStep), sample_.poisson};
-    const PadIndenter press({{1, pad_.material.poisson}, pad_.thickness_mm, pad_.base},
-                            {IndenterShape::Sphere, radius, 0, ball});
+    const PadIndenter press(
+        {{1, pad_.material.poisson}, pad_.thickness_mm, pad_.base},
+        {sample_.shape == SampleShape::Dome ? IndenterShape::Paraboloid : IndenterShape::Sphere, radius, 0,
+         ball});
     for (int i = 0; i < kRadii; ++i) {
       const double a = std::exp(log_radius_from_ + i * log_radius_step_);
       const Indentation c = press.at_radius(a);
       double along = 0;  // int p dr: a half space's middle sinks by 2 / E* of it
       for (int q = 1; q <= (kAlong + 1) / 2; ++q) {
         const double angle = q * kPi / (kAlong + 1);
-        const double p = q == (kAlong + 1) / 2 ? c.pressure_max_MPa / 2
-                                               : press.pressure_MPa(c, a * std::cos(angle));
+        const double p =
+            q == (kAlong + 1) / 2 ? c.pressure_max_MPa / 2 : press.pressure_MPa(c, a * std::cos(angle));
         along += a * kPi / (kAlong + 1) * std::sin(angle) * p;
       }
       const double own = 2 * along / effective_modulus_MPa(ball);

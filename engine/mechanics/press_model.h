@@ -24,18 +24,19 @@ enum class SampleShape : uint8_t {
   Sphere,
   Cylinder,  ///< upright
   Cube,      ///< a block with a square face
+  Dome,      ///< a paraboloid with a sphere's curvature at its tip, as the built-in sensor's scenes press
 };
 const char* to_string(SampleShape shape);
 
 struct Sample {
   SampleShape shape = SampleShape::Cube;
-  double size_mm = 10;         ///< a cube's face, side to side; diameter of cylinder or sphere
-  double height_mm = 10;       ///< of cylinder or block; a sphere's is its diameter
-  double poisson = 0.5;        ///< 0 to 0.5; the elements take 0.4999 for 0.5
-  double relative_size_sd = 0; ///< standard error of size_mm as a share
+  double size_mm = 10;          ///< a cube's face, side to side; diameter of cylinder, sphere or dome
+  double height_mm = 10;        ///< of cylinder or block; a sphere's is its diameter
+  double poisson = 0.5;         ///< 0 to 0.5; the elements take 0.4999 for 0.5
+  double relative_size_sd = 0;  ///< standard error of size_mm as a share
   Support table = Support::Sliding;
 
-  bool flat() const { return shape != SampleShape::Sphere; }
+  bool flat() const { return shape == SampleShape::Cylinder || shape == SampleShape::Cube; }
   /// Of the circle of the face's area; a sphere's own.
   double radius_mm() const;
   double face_mm2() const;
@@ -82,7 +83,7 @@ class PressModel {
   double mean_over_deepest(double ratio) const;
 
  private:
-  enum Column : uint8_t { kForce, kDepth, kBall };            // of a ball, logarithms, at each radius
+  enum Column : uint8_t { kForce, kDepth, kBall };  // of a ball, logarithms, at each radius
   enum Flat : uint8_t { kDeepest, kMean, kShort, kEdge, kDeepestPower, kMeanPower };  // per force
   void tabulate_ball();
   void tabulate_flat();

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/error.h"
+
 namespace palpate {
 namespace {
 
 constexpr double kMostPoisson = 0.4999;
-constexpr double kPadWidth = 10;     // its radius in thicknesses
-constexpr int kRounds = 2;           // of laying the pad out for a widened face
-constexpr double kBallFace = 0.52;   // radius of the ball's face in its own
+constexpr double kPadWidth = 10;    // its radius in thicknesses
+constexpr int kRounds = 2;          // of laying the pad out for a widened face
+constexpr double kBallFace = 0.52;  // radius of the ball's face in its own
 
 double finest(const std::vector<double>& at) {
   double least = at.back();
@@ -38,10 +40,9 @@ FaceCompliance pad_elements(const PadBody& body, const std::vector<double>& face
   }
   const int layers = std::max(16, nodes * 2 / 3);
   const double growth = growth_to(pad.thickness_mm, layers, std::max(finest(face), pad.thickness_mm / 400));
-  return face_compliance(
-      cylinder_mesh(radii, graded(0, pad.thickness_mm, layers, 1 / growth), face.back()),
-      std::min(pad.material.poisson, kMostPoisson),
-      pad.base == Base::Bonded ? Support::Bonded : Support::Sliding);
+  return face_compliance(cylinder_mesh(radii, graded(0, pad.thickness_mm, layers, 1 / growth), face.back()),
+                         std::min(pad.material.poisson, kMostPoisson),
+                         pad.base == Base::Bonded ? Support::Bonded : Support::Sliding);
 }
 
 }  // namespace
@@ -59,14 +60,17 @@ double TruePress::pressure_at_MPa(double r) const {
 PressTruth::PressTruth(const PadBody& pad, const Sample& sample, int nodes)
     : body_(pad), sample_(sample), nodes_(nodes) {
   check(sample, pad);
+  if (sample.shape == SampleShape::Dome)
+    throw Error(Failure::Input, "a sample of finite elements: cube, cylinder or sphere", "a dome",
+                "a sphere");
   const double radius = sample.radius_mm(), poisson = std::min(sample.poisson, kMostPoisson);
   std::vector<double> face;
   if (sample.flat()) {
     // Steps shrink towards the edge to a sixtieth of the mean.
     face = graded(0, radius, nodes, 1 / std::pow(60, 1.4 / nodes));
     const double growth = growth_to(sample.height_mm, nodes, finest(face));
-    own_ = face_compliance(
-        cylinder_mesh(face, graded(0, sample.height_mm, nodes, 1 / growth), radius), poisson, sample.table);
+    own_ = face_compliance(cylinder_mesh(face, graded(0, sample.height_mm, nodes, 1 / growth), radius),
+                           poisson, sample.table);
     gap_mm_.assign(face.size(), 0);
   } else {
     face = graded(0, std::min(kBallFace * radius, 6 * pad.thickness_mm), nodes, 1);
