@@ -181,6 +181,10 @@ ModulusEstimate estimate(ModulusWay way, const std::vector<PressFrame>& frames, 
   std::vector<double> found =
       Bootstrap(frames, setup, model).run(fit, way, scatter, std::max(1.0, e.residual));
   if (static_cast<double>(found.size()) < kMostlyFound * setup.replicates) {
+    if (fit.chi2_at_rigid < fit.chi2 + 2.71) {
+      refuse_wide(e, fit, setup, 0);
+      return e;
+    }
     set(e, ModulusState::NotDetermined,
         text("only %zu of %u replicates of the press give a modulus", found.size(), setup.replicates));
     return e;

@@ -20,6 +20,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/mechanics/press_model.h"
@@ -104,7 +105,8 @@ struct ModulusAnswer {
   std::array<ModulusEstimate, kModulusWays> ways;
   ModulusWay chosen = ModulusWay::Joint;
   std::string why;
-  const ModulusEstimate& best() const { return ways[static_cast<size_t>(chosen)]; }
+  const ModulusEstimate& best() const& { return ways[static_cast<size_t>(chosen)]; }
+  ModulusEstimate best() && { return std::move(ways[static_cast<size_t>(chosen)]); }
 };
 
 /// All ways and the chosen one: the joint fit where it is valid, else the narrowest valid interval.

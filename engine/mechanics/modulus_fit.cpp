@@ -103,7 +103,7 @@ class Fit {
     const double widened = radius_mm(p) / (sample_.radius_mm() * size()) - 1 - shared_[kEdge];
     return widened / (nu_ * model_.bulging(ratio));
   }
-  PressSight sight(double force_N, double young) const;
+  const PressSight& sight(double force_N, double young) const;
   double measured(const Observation& o, double log_young) const;
   double predicted(const Observation& o, double log_young, double force_N) const;
   double difference(const Observation& o, double log_young) const {
@@ -121,6 +121,8 @@ class Fit {
   ModulusGiven given_;
   const Sample& sample_;
   double nu_;
+  mutable std::array<double, 4> asked_{kNaN, kNaN, kNaN, kNaN};
+  mutable PressSight seen_;
   std::array<double, kShared> shared_, shared_sd_;
   bool by_stage_ = false;  // a flat sample's shortening is read from the approach, else from its edge
   std::vector<Observation> observations_;
@@ -228,13 +230,22 @@ bool Fit::take_ball(ModulusFit& f) {
   return true;
 }
 
-PressSight Fit::sight(double force_N, double young) const {
-  PressSight s = model_.at_force(force_N, young, pad_MPa(), size());
+const PressSight& Fit::sight(double force_N, double young) const {
+  // A frame's readings come one after the other.
+  const std::array<double, 4> asked{force_N, young, pad_MPa(), size()};
+  if (asked == asked_) return seen_;
+  asked_ = asked;
+  PressSight& s = seen_;
+  s = model_.at_force(force_N, young, pad_MPa(), size());
   if (sample_.flat() && setup_.law == MaterialLaw::Rubber && s.strain > 0) {
     const double length = rubber_length(s.strain), b = sample_.radius_mm() * size();
-    const double bulging = (s.radius_mm - b) / (b * nu_ * s.strain);
+    const double bulging = (s.radius_mm - b) / (b * nu_ * s.strain), ratio = young / pad_MPa();
     s.radius_mm = b * (1 + bulging * (1 / std::sqrt(length) - 1));
-    s.approach_mm = s.mean_depth_mm + sample_.height_mm * (1 - length);
+    const double mean =
+        force_N / pad_MPa() * model_.mean_depth_per_force(ratio, s.radius_mm / sample_.radius_mm());
+    s.depth_mm *= mean / s.mean_depth_mm;
+    s.mean_depth_mm = mean;
+    s.approach_mm = mean + sample_.height_mm * (1 - length);
     s.strain = 1 - length;
   }
   return s;

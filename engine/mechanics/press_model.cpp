@@ -19,7 +19,6 @@ constexpr int kRatios = 28;
 const double kRatioFrom = std::log(PressModel::kLeastRatio);
 const double kRatioStep = (std::log(PressModel::kMostRatio) - kRatioFrom) / (kRatios - 1);
 // Radii of a ball's contact, even in their logarithm.
-constexpr int kRadii = 16;
 constexpr double kNarrowest = 0.004;
 constexpr int kRings = 28;
 constexpr double kSpread = 1.05;  // of a face, to see how the pad's answer goes with its width
@@ -138,8 +137,8 @@ void PressModel::tabulate_ball() {
         {{1, pad_.material.poisson}, pad_.thickness_mm, pad_.base},
         {sample_.shape == SampleShape::Dome ? IndenterShape::Paraboloid : IndenterShape::Sphere, radius, 0,
          ball});
-    for (int i = 0; i < kRadii; ++i) {
-      const double a = std::exp(log_radius_from_ + i * log_radius_step_);
+    for (size_t i = 0; i < kRadii; ++i) {
+      const double a = std::exp(log_radius_from_ + static_cast<double>(i) * log_radius_step_);
       const Indentation c = press.at_radius(a);
       double along = 0;  // int p dr: a half space's middle sinks by 2 / E* of it
       for (int q = 1; q <= (kAlong + 1) / 2; ++q) {
@@ -212,14 +211,20 @@ double PressModel::flat(Flat what, double ratio) const {
   return value;
 }
 
-double PressModel::ball(Column what, double log_ratio, double log_radius) const {
-  const Cubic x((log_ratio - kRatioFrom) / kRatioStep, kRatios),
-      a((log_radius - log_radius_from_) / log_radius_step_, kRadii);
+std::array<double, PressModel::kRadii> PressModel::ball(Column what, double log_ratio) const {
+  const Cubic x((log_ratio - kRatioFrom) / kRatioStep, kRatios);
+  std::array<double, kRadii> column{};
+  for (size_t i = 0; i < 4; ++i) {
+    const double* row = table_[what].data() + (static_cast<size_t>(x.first) + i) * kRadii;
+    for (size_t a = 0; a < kRadii; ++a) column[a] += x.weight[i] * row[a];
+  }
+  return column;
+}
+
+double PressModel::at(const std::array<double, kRadii>& column, double log_radius) const {
+  const Cubic a((log_radius - log_radius_from_) / log_radius_step_, kRadii);
   double value = 0;
-  for (size_t i = 0; i < 4; ++i)
-    for (size_t j = 0; j < 4; ++j)
-      value += x.weight[i] * a.weight[j] *
-               table_[what][(static_cast<size_t>(x.first) + i) * kRadii + static_cast<size_t>(a.first) + j];
+  for (size_t j = 0; j < 4; ++j) value += a.weight[j] * column[static_cast<size_t>(a.first) + j];
   return value;
 }
 
@@ -243,7 +248,7 @@ double PressModel::depth_at_radius_mm(double radius_mm, double young_MPa, double
   if (sample_.flat() || !(ratio >= kLeastRatio && ratio <= kMostRatio) || !(log_a >= log_radius_from_) ||
       !(log_a <= log_radius_from_ + (kRadii - 1) * log_radius_step_))
     return kNaN;
-  return std::exp(ball(kDepth, std::log(ratio), log_a)) * size;
+  return std::exp(at(ball(kDepth, std::log(ratio)), log_a)) * size;
 }
 
 PressSight PressModel::at_force(double force_N, double young_MPa, double pad_MPa, double size) const {
@@ -264,28 +269,35 @@ PressSight PressModel::at_force(double force_N, double young_MPa, double pad_MPa
   if (force_N == 0) return {0, 0, kNaN, 0, 0};
   // The size scales the whole press: lengths with it, forces with its square.
   const double log_ratio = std::log(ratio), wanted = std::log(force_N / pad_MPa / (size * size));
+  const std::array<double, kRadii> forces = ball(kForce, log_ratio);
   double low = log_radius_from_, high = low + (kRadii - 1) * log_radius_step_;
-  if (wanted > ball(kForce, log_ratio, high)) return s;
-  double log_a = 0, force = wanted;
-  if (const double least = ball(kForce, log_ratio, low); wanted < least) {
-    log_a = low + (wanted - least) / 3;  // Hertz's power, below the table
+  if (wanted > forces.back()) return s;
+  double log_a = 0;
+  if (wanted < forces.front()) {
+    log_a = low + (wanted - forces.front()) / 3;  // Hertz's power, below the table
   } else {
-    log_a = (low + high) / 2;
-    double slope = 3;
-    for (int i = 0; i < 60; ++i) {
-      force = ball(kForce, log_ratio, log_a);
-      (force < wanted ? low : high) = log_a;
+    // Between the two radii of the table, then by secants.
+    const auto above = std::upper_bound(forces.begin() + 1, forces.end() - 1, wanted);
+    const auto i = static_cast<double>(above - forces.begin());
+    high = low + i * log_radius_step_;
+    low = high - log_radius_step_;
+    double slope = (*above - *(above - 1)) / log_radius_step_;
+    log_a = low + (wanted - *(above - 1)) / slope;
+    double before = 0, force_before = 0;
+    for (int round = 0; round < 30; ++round) {
+      const double force = at(forces, log_a);
       if (std::abs(force - wanted) < 1e-11) break;
-      double next = log_a + (wanted - force) / slope;
-      if (!(next > low && next < high)) next = (low + high) / 2;
-      log_a = next;
+      if (round > 0 && log_a != before) slope = std::max(1.0, (force - force_before) / (log_a - before));
+      before = log_a;
+      force_before = force;
+      log_a = std::clamp(log_a + (wanted - force) / slope, low, high);
     }
   }
   const double within = std::max(log_a, log_radius_from_);
   const double scale = size * std::exp(2 * (log_a - within));
-  const double ball_mm = std::exp(ball(kBall, log_ratio, within)) / ratio * scale;
+  const double ball_mm = std::exp(at(ball(kBall, log_ratio), within)) / ratio * scale;
   s.radius_mm = std::exp(log_a) * size;
-  s.depth_mm = std::exp(ball(kDepth, log_ratio, within)) * scale;
+  s.depth_mm = std::exp(at(ball(kDepth, log_ratio), within)) * scale;
   const double r = sample_.radius_mm() * size, modulus = effective_modulus_MPa({young_MPa, sample_.poisson});
   const double table_mm = std::cbrt(9 * force_N * force_N / (16 * r * modulus * modulus));
   s.approach_mm = s.depth_mm + ball_mm + table_mm - 2 * ball_lack_ * force_N / (young_MPa * r);

@@ -88,7 +88,9 @@ class PressModel {
   void tabulate_ball();
   void tabulate_flat();
   double flat(Flat what, double ratio) const;
-  double ball(Column what, double log_ratio, double log_radius) const;
+  static constexpr size_t kRadii = 16;  // of a ball's contact in the table, even in their logarithm
+  std::array<double, kRadii> ball(Column what, double log_ratio) const;
+  double at(const std::array<double, kRadii>& column, double log_radius) const;
 
   PadBody pad_;
   Sample sample_;
