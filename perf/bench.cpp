@@ -24,6 +24,8 @@
 #include "perf/forward_rival.h"
 #include "perf/gradient_rival.h"
 #include "perf/measure.h"
+#include "perf/modulus_trials.h"
+#include "perf/profile/gnuplot.h"
 #include "perf/program.h"
 #include "perf/rivals.h"
 #include "perf/scene.h"
@@ -484,11 +486,54 @@ class Bench {
   std::string throughput_csv_ = "reading,size,frames_per_s\n";
 };
 
+/// Samples from 5 kPa to 5 MPa of every shape, each at several seeds; and the paper's case, two presses.
+void modulus(gpu::Context& context, const std::string& out, int seeds) {
+  constexpr int kModuli = 13, kPresses = 8, kNodes = 60;
+  std::vector<ModulusTrial> trials, paper;
+  for (const SampleShape shape : {SampleShape::Cube, SampleShape::Cylinder, SampleShape::Sphere}) {
+    for (int i = 0; i < kModuli; ++i)
+      for (int seed = 1; seed <= seeds; ++seed) {
+        const double young_MPa = 0.005 * std::pow(1000, i / (kModuli - 1.0));
+        for (ModulusTrial& t : modulus_trial(context, shape, young_MPa, static_cast<uint64_t>(seed * 100 + i),
+                                             kPresses, kNodes))
+          trials.push_back(std::move(t));
+      }
+    std::printf("%s done\n", to_string(shape));
+    std::fflush(stdout);
+  }
+  for (int seed = 1; seed <= 10; ++seed)
+    for (ModulusTrial& t :
+         modulus_trial(context, SampleShape::Cube, 0.103, {0.8, 1.0}, static_cast<uint64_t>(seed), kNodes))
+      paper.push_back(std::move(t));
+  std::printf("%s\nthe paper's case, a cube of 103 kPa at 0.8 and 1.0 N, ten times:\n",
+              scores_text(trials).c_str());
+  for (const bool stage : {true, false}) {
+    std::vector<ModulusTrial> some;
+    for (const ModulusTrial& t : paper)
+      if (t.stage == stage) some.push_back(t);
+    const ModulusScore s = score(some, 0.01, 1);
+    std::printf("  stage %s: %zu of %zu valid, median error %.1f %%, 90th percentile %.1f %%, inside %zu\n",
+                stage ? "known" : "not known", s.valid, s.trials, 100 * s.median, 100 * s.ninety, s.inside);
+  }
+  if (out.empty()) return;
+  write_whole(out + "/trials.csv", std::string_view(trials_csv(trials)));
+  write_whole(out + "/cl2000x.csv", std::string_view(trials_csv(paper)));
+  write_whole(out + "/scores.txt", std::string_view(scores_text(trials)));
+  for (const bool svg : {false, true}) {
+    const Picture picture = run_gnuplot(trials_script(trials, svg));
+    if (picture.bytes.empty())
+      std::printf("no plot: %s\n", picture.error.c_str());
+    else
+      write_whole(out + (svg ? "/trials.svg" : "/trials.png"), std::string_view(picture.bytes));
+  }
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Times palpate's stages beside OpenCV and FFTW in one run.");
   gpu::ContextOptions options;
   int repetitions = 21;
   bool weighted = false, contacts = false, skin = false, gels = false, forward = false, splines = false;
+  bool moduli = false;
   std::string out;
   app.add_option("--device", options.device, "index or part of a name");
   app.add_option("--repetitions", repetitions, "paired repetitions")->check(CLI::Range(3, 1000));
@@ -504,6 +549,8 @@ int run(int argc, char** argv) {
   app.add_flag("--forward", forward, "The forward model's product and solve only");
   app.add_flag("--splines", splines, "Thin-plate splines only: error and time by points, kernel and lambda");
   app.add_flag("--contacts", contacts, "Contact, regions and moments only");
+  app.add_flag("--modulus", moduli,
+               "Errors and intervals of Young's modulus of simulated samples, nothing timed");
   CLI11_PARSE(app, argc, argv);
 
   const auto write = [&](const std::string& name, const std::string& text) {
@@ -521,6 +568,10 @@ int run(int argc, char** argv) {
   }
   gpu::Context context(options);
   std::printf("%s, %s\n", context.report().name.c_str(), context.report().driver.c_str());
+  if (moduli) {
+    modulus(context, out, std::min(repetitions, 3));
+    return 0;
+  }
   Bench bench(context, repetitions);
   const Size sizes[] = {{640, 480, 640, 480}, {1392, 1042, 1400, 1050}};
   if (forward)

@@ -87,6 +87,7 @@ int run(int argc, char** argv) {
   add_optics(program, common, chosen);
   add_strain(program, common, chosen);
   add_contact(program, common, chosen);
+  add_modulus(program, common, chosen);
   add_forward(program, common, chosen);
   add_match(program, common, chosen);
 
