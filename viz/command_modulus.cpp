@@ -10,7 +10,7 @@
 #include "engine/error.h"
 #include "engine/gpu/context.h"
 #include "viz/command.h"
-#include "viz/command_gauged.h"
+#include "viz/plot_script.h"
 #include "viz/input.h"
 #include "viz/modulus_frames.h"
 #include "viz/modulus_report.h"
