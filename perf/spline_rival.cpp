@@ -170,8 +170,8 @@ class Study {
 
   SplineStudy take() {
     std::string script =
-        "set terminal pngcairo size 1000,720\nset logscale xy\nset xlabel 'fit and 100 000 evaluations "
-        "[ms]'\n"
+        "set terminal pngcairo size 1000,720\nset logscale xy\nset xlabel 'fit and 100 000 evaluations, "
+        "processor time [ms]'\n"
         "set ylabel 'RMS error of the field (noise 0.002)'\nset key below maxcols 3\nset grid\nset yrange "
         "[1e-4:*]\n"
         "$data << EOD\n";
