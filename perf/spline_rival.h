@@ -13,7 +13,7 @@ struct SplineStudy {
   std::string words;  ///< a table for people
 };
 
-/// Medians of `repetitions` runs, of each pair in turn.
+/// Medians of processor time over `repetitions` runs.
 SplineStudy spline_study(int repetitions);
 
 }  // namespace palpate::perf
