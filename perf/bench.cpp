@@ -23,6 +23,7 @@
 #include "engine/stages/weighted_surface.h"
 #include "perf/forward_rival.h"
 #include "perf/gradient_rival.h"
+#include "perf/matching_rival.h"
 #include "perf/measure.h"
 #include "perf/program.h"
 #include "perf/rivals.h"
@@ -487,7 +488,7 @@ int run(int argc, char** argv) {
   CLI::App app("Times palpate's stages beside OpenCV and FFTW in one run.");
   gpu::ContextOptions options;
   int repetitions = 21;
-  bool weighted = false, contacts = false, skin = false, gels = false, forward = false;
+  bool weighted = false, contacts = false, skin = false, gels = false, forward = false, matching = false;
   std::string out;
   app.add_option("--device", options.device, "index or part of a name");
   app.add_option("--repetitions", repetitions, "paired repetitions")->check(CLI::Range(3, 1000));
@@ -501,9 +502,20 @@ int run(int argc, char** argv) {
                "Gels only: sum of gradients, readings with a normal table and by a table of depth");
   app.add_flag("--skin", skin, "Following the skin's pattern only");
   app.add_flag("--forward", forward, "The forward model's product and solve only");
+  app.add_flag("--matching", matching, "Matching of point sets beside Coherent Point Drift only: no device");
   app.add_flag("--contacts", contacts, "Contact, regions and moments only");
   CLI11_PARSE(app, argc, argv);
 
+  const auto write = [&](const std::string& name, const std::string& text) {
+    OutputFile file(out + "/" + name);
+    file.write(text);
+    file.commit();
+  };
+  if (matching) {
+    const std::string csv = compare_matching(repetitions);
+    if (!out.empty()) write("matching.csv", csv);
+    return 0;
+  }
   gpu::Context context(options);
   std::printf("%s, %s\n", context.report().name.c_str(), context.report().driver.c_str());
   Bench bench(context, repetitions);
@@ -541,11 +553,6 @@ int run(int argc, char** argv) {
     bench.throughput(size, SyntheticMode::Lambert);
     bench.throughput(size, SyntheticMode::Gel);
   }
-  const auto write = [&](const std::string& name, const std::string& text) {
-    OutputFile file(out + "/" + name);
-    file.write(text);
-    file.commit();
-  };
   if (!out.empty()) {
     const bool all = !weighted && !forward && !skin && !gels && !contacts;
     write(forward    ? "forward.csv"
