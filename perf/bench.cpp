@@ -23,6 +23,7 @@
 #include "engine/stages/weighted_surface.h"
 #include "perf/forward_rival.h"
 #include "perf/gradient_rival.h"
+#include "perf/matching_rival.h"
 #include "perf/measure.h"
 #include "perf/modulus_trials.h"
 #include "perf/profile/gnuplot.h"
@@ -533,7 +534,7 @@ int run(int argc, char** argv) {
   gpu::ContextOptions options;
   int repetitions = 21;
   bool weighted = false, contacts = false, skin = false, gels = false, forward = false, splines = false;
-  bool moduli = false;
+  bool moduli = false, matching = false;
   std::string out;
   app.add_option("--device", options.device, "index or part of a name");
   app.add_option("--repetitions", repetitions, "paired repetitions")->check(CLI::Range(3, 1000));
@@ -548,6 +549,7 @@ int run(int argc, char** argv) {
   app.add_flag("--skin", skin, "Following the skin's pattern only");
   app.add_flag("--forward", forward, "The forward model's product and solve only");
   app.add_flag("--splines", splines, "Thin-plate splines only: error and time by points, kernel and lambda");
+  app.add_flag("--matching", matching, "Matching of point sets beside Coherent Point Drift only: no device");
   app.add_flag("--contacts", contacts, "Contact, regions and moments only");
   app.add_flag("--modulus", moduli,
                "Errors and intervals of Young's modulus of simulated samples, nothing timed");
@@ -564,6 +566,11 @@ int run(int argc, char** argv) {
     if (out.empty()) return 0;
     write("splines.csv", study.csv);
     if (!study.png.empty()) write("splines.png", study.png);
+    return 0;
+  }
+  if (matching) {
+    const std::string csv = compare_matching(repetitions);
+    if (!out.empty()) write("matching.csv", csv);
     return 0;
   }
   gpu::Context context(options);

@@ -106,8 +106,13 @@ std::string partners_csv(const MatchResult& result) {
   for (size_t i = 0; i < result.partners.size(); ++i) {
     const Partner& partner = result.partners[i];
     const std::string target = partner.target ? std::to_string(*partner.target) : "";
-    std::snprintf(row, sizeof row, "%zu,%s,%.4g\n", i, target.c_str(), partner.probability);
+    std::snprintf(row, sizeof row, "%zu,%s,", i, target.c_str());
     text += row;
+    if (std::isfinite(partner.probability)) {
+      std::snprintf(row, sizeof row, "%.4g", partner.probability);
+      text += row;
+    }
+    text += "\n";
   }
   return text;
 }
@@ -227,6 +232,7 @@ Json to_json(const MatchFiles& files, const PointSet& from, const PointSet& to, 
           {"verdict", to_string(result.verdict)},
           {"pairs", pairs_of(result)},
           {"noise_sd", result.noise_sd},
+          {"noise_is_upper_bound", result.noise_below},
           {"target_outlier_share", result.target_outlier_share},
           {"template_nil_share", result.template_nil_share},
           {"evidence_nats_per_point", result.evidence},
@@ -242,13 +248,13 @@ std::string to_text(const MatchFiles& files, const PointSet& from, const PointSe
   char text[400];
   std::snprintf(text, sizeof text,
                 "  %zu template points, %zu target points, %zu pairs\n"
-                "  noise %.4g (standard deviation per axis, target units; template's RMS radius %.4g)\n"
+                "  noise %s%.4g (standard deviation per axis, target units; template's RMS radius %.4g)\n"
                 "  without a partner: %.1f %% of the template, %.1f %% of the target\n"
                 "  evidence %.3g nats a target point; %s start of %zu, %u iterations, %s\n",
-                from.size(), to.size(), pairs_of(result), result.noise_sd, result.scale,
-                100 * result.template_nil_share, 100 * result.target_outlier_share, result.evidence,
-                std::string(to_string(result.attempts[result.winner].start)).c_str(), result.attempts.size(),
-                result.iterations, result.converged ? "converged" : "not converged");
+                from.size(), to.size(), pairs_of(result), result.noise_below ? "below " : "", result.noise_sd,
+                result.scale, 100 * result.template_nil_share, 100 * result.target_outlier_share,
+                result.evidence, std::string(to_string(result.attempts[result.winner].start)).c_str(),
+                result.attempts.size(), result.iterations, result.converged ? "converged" : "not converged");
   return files.from.string() + " on " + files.to.string() + ": " + std::string(to_string(result.verdict)) +
          "\n" + text;
 }

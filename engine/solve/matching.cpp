@@ -317,6 +317,7 @@ MatchResult match_points(const PointSet& from, const PointSet& to) {
   result.scale = sets.from_scale;
   result.evidence = (energy_without(sets.to, volume) - state.energy) / static_cast<double>(m);
   result.noise_sd = std::sqrt(state.variance) * sets.unit;
+  result.noise_below = state.variance <= 1.01 * kLeastSd * kLeastSd;
   result.target_outlier_share = std::clamp(1 - found / static_cast<double>(m), 0., 1.);
   result.template_nil_share = std::clamp(1 - found / static_cast<double>(n), 0., 1.);
   result.warped.axes = from.axes;

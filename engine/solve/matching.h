@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -22,7 +23,9 @@ struct PointSet {
 /// One template point's partner.
 struct Partner {
   std::optional<uint32_t> target;  ///< none: nil, the point has no partner
-  double probability = 0;  ///< of this target, or of nil; 0 to 1. One target is never given to two points
+  double probability =
+      std::numeric_limits<double>::quiet_NaN();  ///< of this target, or of nil; 0 to 1; NaN without a
+                                                 ///< reliable match. One target is never given to two points
 };
 
 /// Where the winning answer began.
@@ -60,14 +63,15 @@ struct MatchResult {
   PointSet warped;                ///< the template brought onto the target, in the template's order
   uint32_t iterations = 0;        ///< of all starts
   bool converged = false;
-  double noise_sd = 0;  ///< of the target's points about the warped template, per axis, target units
+  double noise_sd = 0;       ///< of the target's points about the warped template, per axis, target units
+  bool noise_below = false;  ///< less noise than noise_sd is not told apart: it is an upper bound
   double target_outlier_share = 0;  ///< of the target's points, expected
   double template_nil_share = 0;    ///< of the template's points, expected
   /// Nats per target point by which the warped template explains the target better than one normal
   /// distribution or an even spread does, whichever is better.
   double evidence = 0;
-  double scale = 1;                 ///< template's RMS distance from its centre, in its unit
-  size_t winner = 0;                ///< of `attempts`
+  double scale = 1;   ///< template's RMS distance from its centre, in its unit
+  size_t winner = 0;  ///< of `attempts`
   std::vector<MatchAttempt> attempts;
 
   bool reliable() const { return verdict == MatchVerdict::Reliable; }
