@@ -63,6 +63,24 @@ TEST(Compression, MovedAndTurnedIsNotStrained) {
   EXPECT_NEAR(found.plane.mean.area, 0, 4 * found.plane.sd.area);
 }
 
+// A round contact fits itself after any turn; its points stay where they are all the same.
+TEST(Compression, RoundShapesDoNotTurn) {
+  const auto ball = [](double radius) {
+    return [radius](double x, double y) {
+      return 0.5 * (1 - ((x - 20) * (x - 20) + (y - 15) * (y - 15)) / (radius * radius));
+    };
+  };
+  for (uint64_t seed = 1; seed <= 3; ++seed) {
+    const Compression found = compare_compressions(seen(ball(5), seed, 200), seen(ball(5.5), seed + 10, 200));
+    ASSERT_EQ(found.reason, "");
+    double furthest = 0;
+    for (const MatchedPoint& p : found.pairs)
+      furthest = std::max(furthest, std::hypot(p.after.x_mm - p.before.x_mm, p.after.y_mm - p.before.y_mm));
+    EXPECT_LT(furthest, 3.0);
+    EXPECT_NEAR(found.plane.mean.area, 0.21, 4 * found.plane.sd.area);
+  }
+}
+
 // Partners that are known, with noise: the mean's standard error covers the truth as often as it says.
 TEST(Compression, KnownPairsWithinTheirErrors) {
   std::mt19937 random(3);

@@ -9,6 +9,8 @@ namespace {
 
 /// With fewer pairs a strain tells more of single points than of the shape.
 constexpr size_t kLeastPairs = 12;
+/// An object does not turn further on the pad from one compression to the next.
+constexpr double kMostTurn_deg = 45;
 
 PointSet in_space(std::span<const ShapePoint> points) {
   PointSet set;
@@ -67,7 +69,7 @@ Compression compare_compressions(std::span<const ShapePoint> before, std::span<c
                      " control points, fewer than " + std::to_string(kLeastPairs);
       return found;
     }
-  MatchResult match = match_points(in_space(before), in_space(after));
+  MatchResult match = match_points(in_space(before), in_space(after), kMostTurn_deg);
   if (!match.reliable()) {
     found.reason = to_string(match.verdict);
     found.match = std::move(match);

@@ -140,7 +140,7 @@ class Search {
     spacing_ = median_spacing(problem.from);
   }
 
-  void run(const Prepared& sets, const MatrixXd& as_it_lies, MatchResult& result) {
+  void run(const Prepared& sets, const MatrixXd& as_it_lies, double most_turn_deg, MatchResult& result) {
     if (sets.in_place) {
       attempt(MatchStart::Context, 0, as_it_lies, kContextWeight, kStartSd, result);
       if (clean()) return;
@@ -162,9 +162,11 @@ class Search {
     for (size_t k = 0; k < std::min(most, votes.size()) && votes.unlikeness(k) <= limit; ++k) {
       if (settled && votes.unlikeness(k) >= limit) break;
       const Placement place = votes.place(k);
+      if (std::abs(place.turn_deg) > most_turn_deg) continue;
       attempt(MatchStart::Turned, place.turn_deg, place.points, kContextWeight, kTurnedSd, result);
       if (clean()) return;
     }
+    if (result.attempts.empty()) attempt(MatchStart::Plain, 0, as_it_lies, 0, kPlainSd, result);
   }
 
   FlowState& best() { return best_; }
@@ -263,7 +265,7 @@ std::string_view to_string(MatchVerdict verdict) {
   return "";
 }
 
-MatchResult match_points(const PointSet& from, const PointSet& to) {
+MatchResult match_points(const PointSet& from, const PointSet& to, double most_turn_deg) {
   check(from, "template");
   check(to, "target");
   if (from.axes != to.axes)
@@ -278,7 +280,7 @@ MatchResult match_points(const PointSet& from, const PointSet& to) {
   if (std::max(n, m) <= kLargest) {
     const FlowProblem problem(sets.from, modes, sets.to, volume, true);
     Search search(problem, sets.to);
-    search.run(sets, sets.as_it_lies, result);
+    search.run(sets, sets.as_it_lies, most_turn_deg, result);
     state = std::move(search.best());
   } else {
     const double share = std::min(1., static_cast<double>(kCoarse) / static_cast<double>(std::min(n, m)));
@@ -289,7 +291,7 @@ MatchResult match_points(const PointSet& from, const PointSet& to) {
     const MatrixXd coarse_to = sets.to(part(m), Eigen::all);
     const FlowProblem coarse(sets.from(some, Eigen::all), modes, coarse_to, volume, true);
     Search search(coarse, coarse_to);
-    search.run(sets, sets.as_it_lies(some, Eigen::all), result);
+    search.run(sets, sets.as_it_lies(some, Eigen::all), most_turn_deg, result);
     const FlowProblem whole(sets.from, modes, sets.to, volume, false);
     state = std::move(search.best());
     state.warped = whole.basis * state.coefficients;

@@ -83,7 +83,8 @@ struct MatchResult {
 /// starts; the posterior decides. The same answer for the same points, in any order of the target up to
 /// rounding. `warped` is filled with the best try even where the verdict is not Reliable.
 /// Throws Error(Failure::Input): fewer than axes + 1 points on a side, axes that differ or are not 2 or 3,
-/// a coordinate that is not finite, all points of a side in one place.
-MatchResult match_points(const PointSet& from, const PointSet& to);
+/// a coordinate that is not finite, all points of a side in one place. `most_turn_deg`: starts that are
+/// turned by more are not tried; a round shape fits itself after any turn.
+MatchResult match_points(const PointSet& from, const PointSet& to, double most_turn_deg = 180);
 
 }  // namespace palpate
