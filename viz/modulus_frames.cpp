@@ -24,6 +24,7 @@ constexpr double kFlatEdge_px = 0.06, kBallEdge_px = 0.12;
 constexpr double kAreaEdge_px = 1;        // of a contact's radius by its area
 constexpr double kDepthNoise_mm = 0.001;  // of a depth, and as a share of it
 constexpr double kDepthShare = 0.002;
+constexpr double kCore = 0.8;     // of a flat contact's radius: inside of it also where it is a square
 constexpr double kDarkest = 0.4;  // of half of a flat contact's light: what counts as outside of it
 constexpr double kInnerRim = 0.3, kOuterRim = 0.96;  // of a ball's contact: where the line is laid
 
@@ -73,16 +74,23 @@ ContactEdge find_edge(const std::vector<float>& change, uint32_t width, uint32_t
   edge.radius_mm = kNaN;
   if (!(count > 20)) return edge;
   if (flat) {
+    // A stiff face presses with its rim: its middle may carry half of the mean, and is inside all the same.
     for (int i = 0; i < 4; ++i) {
-      edge.half_gray = std::max(mean / 2, threshold / 2);
-      const auto next = over(edge.half_gray);
+      const auto next = over(std::max(mean / 4, threshold));
       count = next[0];
       mean = next[1];
     }
+    edge.half_gray = std::max(mean / 2, threshold / 2);
+    edge.core_px = kCore * std::sqrt(count / kPi);
     // Pixels on the edge count by their share of the light: an edge along a row would else jump by a row.
     double area = 0;
-    for (const float g : change)
-      area += std::clamp((double{g} / edge.half_gray - kDarkest) / (2 - 2 * kDarkest), 0.0, 1.0);
+    for (uint32_t y = 0; y < height; ++y)
+      for (uint32_t x = 0; x < width; ++x)
+        area += edge.in_core(x, y)
+                    ? 1
+                    : std::clamp((double{change[size_t{y} * width + x]} / edge.half_gray - kDarkest) /
+                                     (2 - 2 * kDarkest),
+                                 0.0, 1.0);
     edge.radius_mm = std::sqrt(area / kPi) * pitch;
     edge.sd_mm = kFlatEdge_px * pitch;
     return edge;
@@ -165,7 +173,9 @@ std::optional<PressFrame> PressReader::read(const Frame& frame) {
     const ContactEdge edge = find_edge(gray, width, height, sensor_, sample_.flat());
     if (std::isfinite(edge.radius_mm)) p.radius_mm = {edge.radius_mm, edge.sd_mm};
     if (sample_.flat())
-      for (const float g : gray) inside.push_back(double{g} >= edge.half_gray);
+      for (uint32_t y = 0; y < height; ++y)
+        for (uint32_t x = 0; x < width; ++x)
+          inside.push_back(edge.in_core(x, y) || double{gray[size_t{y} * width + x]} >= edge.half_gray);
   } else if (t.area_px > 0) {
     p.radius_mm = {std::sqrt(static_cast<double>(t.area_px) / kPi) * pitch, kAreaEdge_px * pitch};
   }

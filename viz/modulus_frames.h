@@ -1,6 +1,7 @@
 // Presses of a sample as numbers: from a recording's frames, or from a table.
 #pragma once
 
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -19,6 +20,8 @@ struct ContactEdge {
   double sd_mm = 0;
   double x_px = 0, y_px = 0;  ///< its middle
   double half_gray = 0;       ///< a flat contact's: half of its mean change
+  double core_px = 0;         ///< and a radius that is surely inside
+  bool in_core(double x, double y) const { return std::hypot(x - x_px, y - y_px) < core_px; }
 };
 
 /// By the change from the untouched image, filtered, height x width gray. A flat contact ends where half of

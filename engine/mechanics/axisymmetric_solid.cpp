@@ -96,6 +96,7 @@ SolidMesh cylinder_mesh(const std::vector<double>& radii, const std::vector<doub
 
 SolidMesh half_sphere_mesh(double radius, const std::vector<double>& top_radii, double layer_mm) {
   std::vector<double> angles;
+  angles.reserve(top_radii.size());
   for (const double r : top_radii) angles.push_back(std::asin(r / radius));
   const size_t face = angles.size();
   double step = angles.back() - angles[face - 2];
@@ -133,7 +134,7 @@ FaceCompliance face_compliance(const SolidMesh& mesh, double poisson, Support su
     throw Error(Failure::Input, "a Poisson's ratio of 0 to 0.4999", std::to_string(poisson),
                 "0.4999 for a body that keeps its volume");
   const auto nodes = static_cast<int>(mesh.nodes.size());
-  std::vector<int> unknown(static_cast<size_t>(2 * nodes), 0);
+  std::vector<int> unknown(2 * mesh.nodes.size(), 0);
   for (int n = 0; n < nodes; ++n)
     if (mesh.nodes[static_cast<size_t>(n)][0] == 0) unknown[static_cast<size_t>(2 * n)] = -1;
   for (const uint32_t n : mesh.base) {
