@@ -81,6 +81,34 @@ TEST(Compression, RoundShapesDoNotTurn) {
   }
 }
 
+// Several draws tell how far one draw's pairs lead astray: a round contact grows alike in all directions.
+TEST(Compression, DrawsTellTheError) {
+  const auto grown = [](double radius) {
+    return [radius](double x, double y) {
+      return 0.5 * (1 - ((x - 20) * (x - 20) + (y - 15) * (y - 15)) / (radius * radius));
+    };
+  };
+  std::vector<std::vector<ShapePoint>> before, after;
+  for (uint64_t seed = 0; seed < 8; ++seed) {
+    before.push_back(seen(grown(5), 2 * seed, 200));
+    after.push_back(seen(grown(5.25), 2 * seed + 1, 200));
+  }
+  const Compression found = compare_draws(before, after);
+  ASSERT_EQ(found.reason, "");
+  const PlaneStrain &e = found.plane.mean, &sd = found.plane.sd;
+  EXPECT_NEAR(e.xx, 0.05125, 4 * sd.xx);
+  EXPECT_NEAR(e.yy, 0.05125, 4 * sd.yy);
+  EXPECT_NEAR(e.xy, 0, 4 * sd.xy);
+  EXPECT_NEAR(e.area, 0.1025, 4 * sd.area);
+  EXPECT_LT(sd.area, 0.015);
+  EXPECT_GT(sd.xx, 0.001);
+  EXPECT_GT(found.pairs.size(), 1200u);
+
+  before.resize(1);
+  after.resize(1);
+  EXPECT_NE(compare_draws(before, after).reason, "");
+}
+
 // Partners that are known, with noise: the mean's standard error covers the truth as often as it says.
 TEST(Compression, KnownPairsWithinTheirErrors) {
   std::mt19937 random(3);

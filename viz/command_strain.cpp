@@ -49,9 +49,9 @@ std::string text_of(const TactileShapes& shapes, const Compression& c, bool skin
   if (skin) {
     text += line("points        %zu of the skin, followed\n", c.pairs.size());
   } else {
-    text += line("points        %zu and %zu, %.3f and %.3f mm apart, %zu matched\n",
-                 shapes.before.shape.size(), shapes.after.shape.size(), shapes.before.control.spacing_mm,
-                 shapes.after.control.spacing_mm, c.pairs.size());
+    text += line("points        %zu and %zu, %.3f and %.3f mm apart, drawn %zu times, %zu pairs\n",
+                 shapes.before.control.points.size(), shapes.after.control.points.size(),
+                 shapes.before.control.spacing_mm, shapes.after.control.spacing_mm, kDraws, c.pairs.size());
     if (c.match)
       text += line("match         %s, scatter %.3f mm, %u iterations\n",
                    std::string(to_string(c.match->verdict)).c_str(), c.match->noise_sd, c.match->iterations);
@@ -76,7 +76,7 @@ Json json_of(const TactileShapes& shapes, const Compression& c, bool skin) {
                 {"force_N", s.touch.force_N.value},
                 {"force_sd_N", s.touch.force_N.standard_error},
                 {"force_state", to_string(s.touch.force_N.validity)},
-                {"points", s.shape.size()},
+                {"points", s.control.points.size()},
                 {"spacing_mm", s.control.spacing_mm},
                 {"contact_mm2", s.control.contact_mm2}};
   };
@@ -137,8 +137,8 @@ std::string points_script(const TactileShapes& shapes, const Compression& c, boo
       "$after using 1:2:3 with points pt 7 ps 0.5 lc rgb '#222222' title " + name(shapes.after);
   std::string script =
       plot_head(svg, warped.empty() ? 640 : 1200, 520) +
-      plot_block("before", columns_of(shapes.before.shape)) +
-      plot_block("after", columns_of(shapes.after.shape)) +
+      plot_block("before", columns_of(shapes.before.draws[0])) +
+      plot_block("after", columns_of(shapes.after.draws[0])) +
       "set view 55,35\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset zlabel 'depth, mm' rotate parallel\n"
       "set zrange [*:*] reverse\nset xyplane 0\n";
   if (!warped.empty()) script += plot_block("warped", columns_of(warped)) + "set multiplot layout 1,2\n";
@@ -158,7 +158,10 @@ std::string points_script(const TactileShapes& shapes, const Compression& c, boo
 std::string strain_script(const Compression& c, bool svg) {
   double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
   std::vector<std::vector<double>> arrows(4);
-  for (const MatchedPoint& p : c.pairs) {
+  constexpr size_t kArrows = 250;
+  const size_t step = 1 + c.pairs.size() / kArrows;
+  for (size_t n = 0; n < c.pairs.size(); n += step) {
+    const MatchedPoint& p = c.pairs[n];
     const double at[2] = {p.before.x_mm, p.before.y_mm}, by[2] = {p.after.x_mm - at[0], p.after.y_mm - at[1]};
     for (size_t i = 0; i < 2; ++i) {
       low[i] = std::min(low[i], at[i]), high[i] = std::max(high[i], at[i]);
@@ -205,7 +208,7 @@ std::string write_files(const std::filesystem::path& out, const TactileShapes& s
   std::string written = "pairs.csv, strain.json";
   for (const bool svg : {false, true}) {
     const std::string ending = svg ? ".svg" : ".png";
-    if (!shapes.before.shape.empty() && !shapes.after.shape.empty())
+    if (!shapes.before.control.points.empty() && !shapes.after.control.points.empty())
       draw_plot(points_script(shapes, c, svg), (out / ("points" + ending)).string(), written);
     if (c.reason.empty()) draw_plot(strain_script(c, svg), (out / ("strain" + ending)).string(), written);
   }
@@ -226,7 +229,7 @@ Report run(const Common& common, Options o) {
   const bool skin = shapes.skin && !o.by_shape;
   const Compression c = skin
                             ? strain_of_pairs(skin_pairs(shapes, input.sensor.pitch_mm_per_px), o.compression)
-                            : compare_compressions(shapes.before.shape, shapes.after.shape, o.compression);
+                            : compare_draws(shapes.before.draws, shapes.after.draws, o.compression);
   Report report;
   const Json value = json_of(shapes, c, skin);
   report.json = value.dump(2);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "capture/source.h"
@@ -108,13 +109,17 @@ TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, con
       have[i] = true;
       if (!surface) continue;
       const FrameFormat format{result.surface.width, result.surface.height, 1, 8};
-      // Each frame draws its own candidates: the same ones would look like points that did not move.
-      control.seed = request.control.seed + i;
-      const CandidateGrid grid = control_candidates(contact_box(result.touch, format), control);
-      const std::vector<float> depths =
-          sample_depths(context, result.surface, result.touch.depth_datum_mm, grid.places);
-      shape.control = choose_control_points(grid, depths, {}, control);
-      shape.shape = shape_points(shape.control, control.pitch_mm_per_px);
+      for (uint64_t draw = 0; draw < kDraws; ++draw) {
+        // Each draws its own candidates: the same ones in both frames would look like points that stand
+        // still.
+        control.seed = request.control.seed + 2 * draw + i;
+        const CandidateGrid grid = control_candidates(contact_box(result.touch, format), control);
+        const std::vector<float> depths =
+            sample_depths(context, result.surface, result.touch.depth_datum_mm, grid.places);
+        ControlPoints chosen = choose_control_points(grid, depths, {}, control);
+        shape.draws.push_back(shape_points(chosen, control.pitch_mm_per_px));
+        if (draw == 0) shape.control = std::move(chosen);
+      }
     }
     return !(have[0] && have[1]);
   });

@@ -14,9 +14,12 @@ namespace palpate {
 
 struct TactileShape {
   Touch touch;
-  ControlPoints control;          ///< empty where the sensor has no reading of the surface
-  std::vector<ShapePoint> shape;  ///< of the control points
+  ControlPoints control;  ///< of the first draw; empty where the sensor has no reading of the surface
+  std::vector<std::vector<ShapePoint>> draws;  ///< control points, drawn kDraws times
 };
+
+/// Draws of control points of each frame: their scatter tells what a strain is worth.
+inline constexpr size_t kDraws = 8;
 
 struct ShapeRequest {
   std::optional<std::array<uint64_t, 2>> frames;  ///< numbers as in the column 'frame'

@@ -9,6 +9,8 @@ namespace {
 
 /// With fewer pairs a strain tells more of single points than of the shape.
 constexpr size_t kLeastPairs = 12;
+/// Of the spline that maps the strain.
+constexpr size_t kMostInField = 800;
 /// An object does not turn further on the pad from one compression to the next.
 constexpr double kMostTurn_deg = 45;
 
@@ -18,6 +20,14 @@ PointSet in_space(std::span<const ShapePoint> points) {
   for (const ShapePoint& p : points)
     set.coordinates.insert(set.coordinates.end(), {p.x_mm, p.y_mm, p.depth_mm});
   return set;
+}
+
+void axial_of(Compression& found, double poisson) {
+  found.axial = axial_strain_by_area(found.plane.mean.area, poisson);
+  // The law's slope at the mean carries the error over.
+  constexpr double kStep = 1e-6;
+  const double slope = (axial_strain_by_area(found.plane.mean.area + kStep, poisson) - found.axial) / kStep;
+  found.axial_sd = std::abs(slope) * found.plane.sd.area;
 }
 
 }  // namespace
@@ -51,12 +61,7 @@ Compression strain_of_pairs(std::vector<MatchedPoint> pairs, const CompressionOp
     return found;
   }
   found.plane = found.field->mean(places);
-  found.axial = axial_strain_by_area(found.plane.mean.area, options.poisson);
-  // The law's slope at the mean carries the error over.
-  constexpr double kStep = 1e-6;
-  const double slope =
-      (axial_strain_by_area(found.plane.mean.area + kStep, options.poisson) - found.axial) / kStep;
-  found.axial_sd = std::abs(slope) * found.plane.sd.area;
+  axial_of(found, options.poisson);
   return found;
 }
 
@@ -82,6 +87,43 @@ Compression compare_compressions(std::span<const ShapePoint> before, std::span<c
       pairs.push_back({before[i], after[*partner.target], partner.probability});
   found = strain_of_pairs(std::move(pairs), options);
   found.match = std::move(match);
+  return found;
+}
+
+Compression compare_draws(std::span<const std::vector<ShapePoint>> before,
+                          std::span<const std::vector<ShapePoint>> after, const CompressionOptions& options) {
+  Compression found;
+  std::vector<PlaneStrain> strains;
+  std::vector<MatchedPoint> pairs;
+  double deepening = 0;
+  for (size_t d = 0; d < std::min(before.size(), after.size()); ++d) {
+    Compression one = compare_compressions(before[d], after[d], options);
+    if (d == 0 || found.match == std::nullopt) found.match = std::move(one.match);
+    if (!one.reason.empty()) {
+      found.reason = one.reason;
+      continue;
+    }
+    strains.push_back(one.plane.mean);
+    deepening += one.deepening_mm;
+    pairs.insert(pairs.end(), one.pairs.begin(), one.pairs.end());
+  }
+  const size_t draws = strains.size();
+  if (2 * draws <= before.size() || draws < 2) {
+    if (found.reason.empty()) found.reason = "fewer than two draws of control points";
+    return found;
+  }
+  // The field through some of all draws' pairs: more would cost time and say the same.
+  std::vector<MatchedPoint> some;
+  const size_t step = (pairs.size() + kMostInField - 1) / kMostInField;
+  for (size_t i = 0; i < pairs.size(); i += step) some.push_back(pairs[i]);
+  std::optional<MatchResult> match = std::move(found.match);
+  found = strain_of_pairs(std::move(some), options);
+  found.match = std::move(match);
+  found.pairs = std::move(pairs);
+  found.deepening_mm = deepening / static_cast<double>(draws);
+  if (!found.reason.empty()) return found;
+  found.plane = mean_of(strains);
+  axial_of(found, options.poisson);
   return found;
 }
 

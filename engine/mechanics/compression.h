@@ -51,6 +51,13 @@ struct Compression {
 Compression compare_compressions(std::span<const ShapePoint> before, std::span<const ShapePoint> after,
                                  const CompressionOptions& options = {});
 
+/// The same of several draws of control points of each shape, as many of one as of the other. A spline
+/// through one draw's partners follows where its points happen to lie; the mean over draws does not, and
+/// their scatter tells its error. `match` is the first draw's, `pairs` are all draws'.
+Compression compare_draws(std::span<const std::vector<ShapePoint>> before,
+                          std::span<const std::vector<ShapePoint>> after,
+                          const CompressionOptions& options = {});
+
 /// The same for points whose partners are known.
 Compression strain_of_pairs(std::vector<MatchedPoint> pairs, const CompressionOptions& options = {});
 

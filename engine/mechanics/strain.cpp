@@ -17,6 +17,32 @@ void fill_principal(PlaneStrain& e) {
   e.direction_rad = e.shear > 0 ? 0.5 * std::atan2(e.xy, half) : 0;
 }
 
+/// Of the mean's components.
+struct Covariances {
+  double xx, yy, xy, xx_yy, xx_xy, yy_xy, area;
+};
+
+void fill_errors(MeanStrain& result, const Covariances& v) {
+  result.sd.xx = std::sqrt(v.xx);
+  result.sd.yy = std::sqrt(v.yy);
+  result.sd.xy = std::sqrt(v.xy);
+  result.sd.area = std::sqrt(v.area);
+  // In the principal axes: first = n E n, second = m E m, and the turn is n E m over first - second.
+  const double c = std::cos(result.mean.direction_rad), s = std::sin(result.mean.direction_rad);
+  const auto sd_of = [&](double a, double b, double d) {  // a xx + b yy + d xy
+    return std::sqrt(std::max(0.0, a * a * v.xx + b * b * v.yy + d * d * v.xy +
+                                       2 * (a * b * v.xx_yy + a * d * v.xx_xy + b * d * v.yy_xy)));
+  };
+  result.sd.first = sd_of(c * c, s * s, 2 * s * c);
+  result.sd.second = sd_of(s * s, c * c, -2 * s * c);
+  result.sd.shear = sd_of(0.5 * (c * c - s * s), 0.5 * (s * s - c * c), 2 * s * c);
+  const double turn = sd_of(-s * c, s * c, c * c - s * s);
+  const double apart = result.mean.first - result.mean.second;
+  result.sd.direction_rad = turn < 0.5 * apart ? turn / apart : std::numeric_limits<double>::quiet_NaN();
+  if (!std::isfinite(v.xx + v.yy))  // std::max above would read an unknown as 0
+    result.sd.first = result.sd.second = result.sd.shear = std::numeric_limits<double>::quiet_NaN();
+}
+
 }  // namespace
 
 PlaneStrain plane_strain(const std::array<double, 4>& gradient) {
@@ -85,6 +111,34 @@ std::vector<PlaneStrain> StrainField::at(std::span<const std::array<double, 2>> 
   return strains;
 }
 
+MeanStrain mean_of(std::span<const PlaneStrain> draws) {
+  if (draws.size() < 2)
+    throw Error(Failure::Input, "two strains or more to average", std::to_string(draws.size()), "more draws");
+  const auto count = static_cast<double>(draws.size());
+  MeanStrain result;
+  PlaneStrain& m = result.mean;
+  for (const PlaneStrain& e : draws) {
+    m.xx += e.xx / count;
+    m.yy += e.yy / count;
+    m.xy += e.xy / count;
+    m.area += e.area / count;
+  }
+  fill_principal(m);
+  Covariances v{};
+  for (const PlaneStrain& e : draws) {
+    const double share = 1 / (count * (count - 1)), xx = e.xx - m.xx, yy = e.yy - m.yy, xy = e.xy - m.xy;
+    v.xx += share * xx * xx;
+    v.yy += share * yy * yy;
+    v.xy += share * xy * xy;
+    v.xx_yy += share * xx * yy;
+    v.xx_xy += share * xx * xy;
+    v.yy_xy += share * yy * xy;
+    v.area += share * (e.area - m.area) * (e.area - m.area);
+  }
+  fill_errors(result, v);
+  return result;
+}
+
 MeanStrain StrainField::mean(std::span<const std::array<double, 2>> places) {
   if (places.empty())
     throw Error(Failure::Input, "places to average strain over", "none", "a contact that covers some points");
@@ -142,26 +196,8 @@ MeanStrain StrainField::mean(std::span<const std::array<double, 2>> places) {
     }
     return sum;
   };
-  const double xx = covariance(kXx, kXx), yy = covariance(kYy, kYy), xy = covariance(kXy, kXy);
-  const double xx_yy = covariance(kXx, kYy), xx_xy = covariance(kXx, kXy), yy_xy = covariance(kYy, kXy);
-  result.sd.xx = std::sqrt(xx);
-  result.sd.yy = std::sqrt(yy);
-  result.sd.xy = std::sqrt(xy);
-  result.sd.area = std::sqrt(covariance(kArea, kArea));
-  // In the principal axes: first = n E n, second = m E m, and the turn is n E m over first - second.
-  const double c = std::cos(result.mean.direction_rad), s = std::sin(result.mean.direction_rad);
-  const auto sd_of = [&](double a, double b, double d) {  // a xx + b yy + d xy
-    return std::sqrt(std::max(
-        0.0, a * a * xx + b * b * yy + d * d * xy + 2 * (a * b * xx_yy + a * d * xx_xy + b * d * yy_xy)));
-  };
-  result.sd.first = sd_of(c * c, s * s, 2 * s * c);
-  result.sd.second = sd_of(s * s, c * c, -2 * s * c);
-  result.sd.shear = sd_of(0.5 * (c * c - s * s), 0.5 * (s * s - c * c), 2 * s * c);
-  const double turn = sd_of(-s * c, s * c, c * c - s * s);
-  const double apart = result.mean.first - result.mean.second;
-  result.sd.direction_rad = turn < 0.5 * apart ? turn / apart : std::numeric_limits<double>::quiet_NaN();
-  if (!std::isfinite(xx + yy))  // std::max above would read an unknown as 0
-    result.sd.first = result.sd.second = result.sd.shear = std::numeric_limits<double>::quiet_NaN();
+  fill_errors(result, {covariance(kXx, kXx), covariance(kYy, kYy), covariance(kXy, kXy), covariance(kXx, kYy),
+                       covariance(kXx, kXy), covariance(kYy, kXy), covariance(kArea, kArea)});
   return result;
 }
 

@@ -53,6 +53,10 @@ struct MeanStrain {
   PlaneStrain sd;  ///< standard errors; of direction_rad NaN where the principal strains cannot be told apart
 };
 
+/// The mean of independent estimates of one strain, its standard errors from their scatter. Throws
+/// Error(Failure::Input) for fewer than two.
+MeanStrain mean_of(std::span<const PlaneStrain> draws);
+
 /// The strain of a plane over which `points` moved by `shifts` (same unit).
 class StrainField {
  public:
