@@ -64,6 +64,8 @@ std::string text_of(const TactileShapes& shapes, const Compression& c, bool skin
                e.second, e.direction_rad * 180 / M_PI, e.area, s.area);
   text += line("axial         %+.5f +- %.5f by the change of area, Poisson's ratio %g\n", c.axial, c.axial_sd,
                poisson);
+  if (!skin)
+    text += line("turn          %+.1f +- %.1f deg\n", c.turn_rad * 180 / M_PI, c.turn_sd_rad * 180 / M_PI);
   if (!skin) text += line("depth         %+.4f mm on the mean of the matched points\n", c.deepening_mm);
   text += skin ? "meaning       strain of the pad's skin, whose points are followed"
                : "meaning       growth of the contact: points are matched by the shape, not by material";
@@ -101,6 +103,10 @@ Json json_of(const TactileShapes& shapes, const Compression& c, bool skin) {
   value["strain_sd"] = strain(c.plane.sd);
   value["axial"] = c.axial;
   value["axial_sd"] = c.axial_sd;
+  if (!skin) {
+    value["turn_rad"] = c.turn_rad;
+    value["turn_sd_rad"] = c.turn_sd_rad;
+  }
   value["deepening_mm"] = c.deepening_mm;
   const PlateEvidence& evidence = c.field->evidence();
   value["spline"] = {{"lambda", evidence.lambda},

@@ -22,6 +22,31 @@ PointSet in_space(std::span<const ShapePoint> points) {
   return set;
 }
 
+/// Turns the second places back about their middle so that, on the whole, nothing has turned. By how much,
+/// rad.
+double turn_back(std::vector<MatchedPoint>& pairs) {
+  const auto count = static_cast<double>(pairs.size());
+  ShapePoint a, b;
+  for (const MatchedPoint& p : pairs) {
+    a.x_mm += p.before.x_mm / count, a.y_mm += p.before.y_mm / count;
+    b.x_mm += p.after.x_mm / count, b.y_mm += p.after.y_mm / count;
+  }
+  double along = 0, across = 0;
+  for (const MatchedPoint& p : pairs) {
+    const double ax = p.before.x_mm - a.x_mm, ay = p.before.y_mm - a.y_mm;
+    const double bx = p.after.x_mm - b.x_mm, by = p.after.y_mm - b.y_mm;
+    along += ax * bx + ay * by;
+    across += ax * by - ay * bx;
+  }
+  const double turn = std::atan2(across, along), c = std::cos(turn), s = std::sin(turn);
+  for (MatchedPoint& p : pairs) {
+    const double x = p.after.x_mm - b.x_mm, y = p.after.y_mm - b.y_mm;
+    p.after.x_mm = b.x_mm + c * x + s * y;
+    p.after.y_mm = b.y_mm - s * x + c * y;
+  }
+  return turn;
+}
+
 void axial_of(Compression& found, double poisson) {
   found.axial = axial_strain_by_area(found.plane.mean.area, poisson);
   // The law's slope at the mean carries the error over.
@@ -94,6 +119,7 @@ Compression compare_draws(std::span<const std::vector<ShapePoint>> before,
                           std::span<const std::vector<ShapePoint>> after, const CompressionOptions& options) {
   Compression found;
   std::vector<PlaneStrain> strains;
+  std::vector<double> turns;
   std::vector<MatchedPoint> pairs;
   double deepening = 0;
   for (size_t d = 0; d < std::min(before.size(), after.size()); ++d) {
@@ -105,6 +131,7 @@ Compression compare_draws(std::span<const std::vector<ShapePoint>> before,
     }
     strains.push_back(one.plane.mean);
     deepening += one.deepening_mm;
+    turns.push_back(turn_back(one.pairs));
     pairs.insert(pairs.end(), one.pairs.begin(), one.pairs.end());
   }
   const size_t draws = strains.size();
@@ -123,6 +150,11 @@ Compression compare_draws(std::span<const std::vector<ShapePoint>> before,
   found.deepening_mm = deepening / static_cast<double>(draws);
   if (!found.reason.empty()) return found;
   found.plane = mean_of(strains);
+  for (const double turn : turns) found.turn_rad += turn / static_cast<double>(draws);
+  for (const double turn : turns)
+    found.turn_sd_rad +=
+        (turn - found.turn_rad) * (turn - found.turn_rad) / static_cast<double>(draws * (draws - 1));
+  found.turn_sd_rad = std::sqrt(found.turn_sd_rad);
   axial_of(found, options.poisson);
   return found;
 }

@@ -43,7 +43,9 @@ struct Compression {
   MeanStrain plane;                  ///< mean over the points before, standard errors
   double axial = 0, axial_sd = 0;    ///< Green-Lagrange's E_zz by the change of area (strain.h, b), negative
                                      ///< where compressed
-  double deepening_mm = 0;           ///< mean change of depth over the pairs
+  double turn_rad = 0,
+         turn_sd_rad = 0;   ///< of the shape about the pad's normal, from +x to +y; of draws only
+  double deepening_mm = 0;  ///< mean change of depth over the pairs
 };
 
 /// Matches the shapes' points in space and strains the plane with what found a partner. Never throws for what
@@ -53,7 +55,8 @@ Compression compare_compressions(std::span<const ShapePoint> before, std::span<c
 
 /// The same of several draws of control points of each shape, as many of one as of the other. A spline
 /// through one draw's partners follows where its points happen to lie; the mean over draws does not, and
-/// their scatter tells its error. `match` is the first draw's, `pairs` are all draws'.
+/// their scatter tells its error. `match` is the first draw's, `pairs` are of all draws, each turned back by
+/// its own turn: a round shape fits itself after any, and strain does not depend on it.
 Compression compare_draws(std::span<const std::vector<ShapePoint>> before,
                           std::span<const std::vector<ShapePoint>> after,
                           const CompressionOptions& options = {});
