@@ -10,12 +10,12 @@
 #include "engine/error.h"
 #include "engine/gpu/context.h"
 #include "viz/command.h"
-#include "viz/plot_script.h"
 #include "viz/input.h"
 #include "viz/modulus_frames.h"
 #include "viz/modulus_report.h"
 #include "viz/modulus_simulation.h"
 #include "viz/one_of.h"
+#include "viz/plot_script.h"
 
 namespace palpate {
 namespace {
