@@ -50,6 +50,15 @@ TEST_F(ModulusCommand, RigidPressesOfARecordingAreNoModulus) {
   EXPECT_GT(value["low_MPa"].get<double>(), 0.5);
 }
 
+// The scene presses a paraboloid: taken for a ball each way fits, and they contradict each other.
+TEST_F(ModulusCommand, AWrongShapeIsNoModulus) {
+  const Ended r = run({"modulus", "synthetic:press?seed=3", "--sample", "sphere,16mm", "--json"});
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const Json value = Json::parse(r.out);
+  EXPECT_EQ(value["state"], "does not fit") << r.out;
+  EXPECT_NE(value.dump().find("contradict each other"), std::string::npos) << r.out;
+}
+
 TEST_F(ModulusCommand, NonsenseIsRefusedInOneLine) {
   spill(folder_ / "bad.csv", "force_N,radius_mm\n1,two\n");
   spill(folder_ / "none.csv", "radius_mm\n1\n");

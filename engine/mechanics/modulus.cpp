@@ -237,6 +237,23 @@ ModulusEstimate estimate(ModulusWay way, const std::vector<PressFrame>& frames, 
   return e;
 }
 
+/// Two ways whose intervals (or bounds) have nothing in common, in words; empty: none.
+std::string contradiction(const std::array<ModulusEstimate, kModulusWays>& ways) {
+  const auto tells = [](const ModulusEstimate& e) {
+    return e.state == ModulusState::Valid || e.state == ModulusState::PadLimited;
+  };
+  const auto words = [](const ModulusEstimate& e) {
+    return to_string(e.way) + (std::isfinite(e.high_MPa)
+                                   ? text(" (%.4g to %.4g kPa)", 1e3 * e.low_MPa, 1e3 * e.high_MPa)
+                                   : text(" (above %.4g kPa)", 1e3 * e.low_MPa));
+  };
+  for (const ModulusEstimate& a : ways)
+    for (const ModulusEstimate& b : ways)
+      if (tells(a) && tells(b) && a.high_MPa < b.low_MPa)
+        return words(a) + " and " + words(b) + " contradict each other";
+  return {};
+}
+
 }  // namespace
 
 const char* to_string(ModulusWay way) {
@@ -261,8 +278,13 @@ ModulusAnswer estimate_modulus(const std::vector<PressFrame>& frames, const Modu
   ModulusAnswer answer;
   for (size_t i = 0; i < kModulusWays; ++i)
     answer.ways[i] = estimate(static_cast<ModulusWay>(i), frames, setup, model);
-  const ModulusEstimate& joint = answer.ways[static_cast<size_t>(ModulusWay::Joint)];
+  ModulusEstimate& joint = answer.ways[static_cast<size_t>(ModulusWay::Joint)];
   if (joint.state == ModulusState::Valid) {
+    if (const std::string why = contradiction(answer.ways); !why.empty()) {
+      set(joint, ModulusState::DoesNotFit, why + ": check the sample's shape and size, and the pad");
+      answer.why = "a wrong shape or pad bends each way differently, and each may fit well by itself";
+      return answer;
+    }
     answer.why = "it uses every reading, with the pad's thickness and the contact's own shape";
     return answer;
   }

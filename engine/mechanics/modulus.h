@@ -76,7 +76,8 @@ enum class ModulusState : uint8_t {
   NotDetermined,  ///< the readings' errors cover the answer: only bounds, if any
   PadLimited,     ///< the sample is too stiff beside the pad: only a lower bound
   OutOfRange,     ///< contact too wide, strain beyond small ones, ratio of moduli beyond the model
-  DoesNotFit,     ///< readings contradict each other or the model by more than their errors
+  DoesNotFit,     ///< readings, or two ways' intervals, contradict each other or the model by more than their
+                  ///< errors
 };
 const char* to_string(ModulusState state);
 
