@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "engine/error.h"
+#include "engine/lump/forward_solve.h"
 #include "engine/mechanics/press_truth.h"
 
 namespace palpate {
@@ -152,6 +153,67 @@ TEST(PressModel, OutOfRangeIsNaNAndNonsenseIsRefused) {
   s.size_mm = 100;
   EXPECT_THROW(PressModel(kPad, s), Error);
   EXPECT_THROW(PressModel({{-1, 0.5}, 6, Base::Bonded}, cylinder()), Error);
+}
+
+// The truth takes a cube for the cylinder of the same face. In three dimensions, a quarter of pad and cube as
+// bricks that slide on each other, it is that: force, the pad's mean depth and the deepest point.
+TEST(PressTruth, CubeInSpaceIsTheCylinderOfItsFace) {
+  constexpr uint32_t kHalfFace = 8, kAcross = 3 * kHalfFace, kPadLayers = 16, kSampleLayers = 16;
+  constexpr double kPoisson = 0.45;
+  for (const double young_MPa : {0.05, 0.2, 1.0}) {
+    SCOPED_TRACE(young_MPa);
+    ForwardGrid grid;
+    grid.cells = {kAcross, kAcross, kPadLayers + 1 + kSampleLayers};
+    grid.size_x_mm = grid.size_y_mm = 5.0 / kHalfFace;
+    grid.size_z_mm.assign(kPadLayers, 6.0 / kPadLayers);
+    grid.slit = kPadLayers;
+    grid.size_z_mm.push_back(0);
+    grid.size_z_mm.insert(grid.size_z_mm.end(), kSampleLayers, 10.0 / kSampleLayers);
+    for (uint32_t k = 0; k < grid.cells[2]; ++k)
+      for (uint32_t j = 0; j < kAcross; ++j)
+        for (uint32_t i = 0; i < kAcross; ++i) {
+          const float sample =
+              i < kHalfFace && j < kHalfFace ? static_cast<float>(young_MPa / kPad_MPa) : 1e-6f;
+          grid.young.push_back(k < kPadLayers ? 1.0f : k == kPadLayers ? 0.0f : sample);
+        }
+    const size_t nodes = grid.nodes();
+    FixedNodes fixed(nodes);
+    std::vector<double> u(3 * nodes), force;
+    for (uint32_t k = 0; k <= grid.cells[2]; ++k)
+      for (uint32_t j = 0; j <= kAcross; ++j)
+        for (uint32_t i = 0; i <= kAcross; ++i) {
+          const size_t n = grid.node(i, j, k);
+          fixed[n] = static_cast<uint8_t>((k == 0               ? kFixedAll
+                                           : k == grid.cells[2] ? kFixedZ
+                                                                : 0) |
+                                          (i == 0 ? kFixedX : 0) | (j == 0 ? kFixedY : 0));
+          u[2 * nodes + n] = k == 0 ? 1 : 0;
+        }
+    WorkTeam team(2);
+    ForwardSolver solver(grid, kPoisson, fixed, team);
+    ASSERT_TRUE(solver.solve(std::vector<double>(3 * nodes), u, 1e-6, 500).converged);
+    solver.forces(u, force);
+    double stiffness = 0, mean = 0, area = 0;  // N/mm; depths over the approach
+    for (uint32_t j = 0; j <= kAcross; ++j)
+      for (uint32_t i = 0; i <= kAcross; ++i) {
+        stiffness += 4 * kPad_MPa * force[2 * nodes + grid.node(i, j, 0)];
+        if (i > kHalfFace || j > kHalfFace) continue;
+        const double share = (i % kHalfFace == 0 ? 0.5 : 1) * (j % kHalfFace == 0 ? 0.5 : 1);
+        mean += share * (1 - u[2 * nodes + grid.node(i, j, kPadLayers)]);
+        area += share;
+      }
+    mean /= area;
+    PadBody pad;
+    pad.material = {kPad_MPa, kPoisson};
+    pad.thickness_mm = 6;
+    Sample cube;
+    cube.poisson = kPoisson;
+    const TruePress truth = PressTruth(pad, cube).press(0.001, young_MPa, kPad_MPa);
+    EXPECT_NEAR(std::abs(stiffness), truth.force_N / truth.approach_mm, 0.015 * std::abs(stiffness));
+    EXPECT_NEAR(mean, truth.mean_depth_mm / truth.approach_mm, 0.015 * mean);
+    const double deepest = 1 - u[2 * nodes + grid.node(0, 0, kPadLayers)];
+    EXPECT_NEAR(deepest, truth.depth_mm / truth.approach_mm, 0.015 * deepest);
+  }
 }
 
 }  // namespace
