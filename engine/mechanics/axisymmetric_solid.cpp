@@ -136,7 +136,7 @@ FaceCompliance face_compliance(const SolidMesh& mesh, double poisson, Support su
   const auto nodes = static_cast<int>(mesh.nodes.size());
   std::vector<int> unknown(2 * mesh.nodes.size(), 0);
   for (int n = 0; n < nodes; ++n)
-    if (mesh.nodes[static_cast<size_t>(n)][0] == 0) unknown[static_cast<size_t>(2 * n)] = -1;
+    if (mesh.nodes[static_cast<size_t>(n)][0] == 0) unknown[2 * static_cast<size_t>(n)] = -1;
   for (const uint32_t n : mesh.base) {
     unknown[2 * n + 1] = -1;
     if (support == Support::Bonded) unknown[2 * n] = -1;
