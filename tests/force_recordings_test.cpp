@@ -4,46 +4,18 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "tests/gpu_fixture.h"
-#include "viz/calibrate_force.h"
+#include "tests/wedge_clips.h"
 
 namespace palpate {
 namespace {
 
-namespace fs = std::filesystem;
-
-const fs::path kRoot = PALPATE_SOURCE_DIR;
-const fs::path kData = kRoot / "../shared/data/gelsight_wedge_press";
-
-class ForceRecordings : public GpuTest {
+class ForceRecordings : public WedgeClips {
  protected:
-  void SetUp() override {
-    if (!fs::is_directory(kData)) {
-      std::fprintf(stderr, "\n*** FORCE NOT CHECKED AGAINST A REAL GAUGE: no folder %s ***\n\n",
-                   fs::weakly_canonical(kData).c_str());
-      GTEST_SKIP() << "no recordings of real sensors at " << kData;
-    }
-    GpuTest::SetUp();
-  }
-  void TearDown() override {
-    if (!IsSkipped()) GpuTest::TearDown();
-  }
-  GaugedRecording measured(const std::string& clip) {
-    Common common;
-    common.quiet = true;
-    MeasuredInput input{(kData / (clip + ".avi")).string(),
-                        load_sensor(kRoot / "capture/sensors/gelsight_wedge.json"),
-                        {},
-                        Output::Force | Output::Gradient};
-    // The gauge is read a frame or two late.
-    return measure_beside_gauge(context(), common, input,
-                                {(kData / (clip + ".csv")).string(), {}, parse_alignment("auto"), 0});
-  }
+  ForceRecordings() : WedgeClips("FORCE NOT CHECKED AGAINST A REAL GAUGE") {}
   /// Mean absolute error from 1 N on, as a share of full scale, also of readings that say that they are above
   /// the calibrated range; contacts and their glow reach the border.
   static double judge(const char* object, const ForceOutcome& o, const GaugedRecording& recording) {

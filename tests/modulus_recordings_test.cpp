@@ -5,51 +5,25 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 
 #include "engine/mechanics/force.h"
-#include "tests/gpu_fixture.h"
-#include "viz/calibrate_force.h"
+#include "tests/wedge_clips.h"
 
 namespace palpate {
 namespace {
-
-namespace fs = std::filesystem;
-const fs::path kRoot = PALPATE_SOURCE_DIR;
-const fs::path kData = kRoot / "../shared/data/gelsight_wedge_press";
 
 /// From the softest to the stiffest.
 constexpr std::array kObjects = {"foam_brick", "orange_ball_softest", "green_ball_softer",
                                  "purple_ball_hardest", "golf_ball"};
 
-class ModulusRecordings : public GpuTest {
+class ModulusRecordings : public WedgeClips {
  protected:
-  void SetUp() override {
-    if (!fs::is_directory(kData)) {
-      std::fprintf(stderr, "\n*** MODULUS NOT CHECKED ON REAL OBJECTS: no folder %s ***\n\n",
-                   fs::weakly_canonical(kData).c_str());
-      GTEST_SKIP() << "no recordings of real sensors at " << kData;
-    }
-    GpuTest::SetUp();
-  }
-  void TearDown() override {
-    if (!IsSkipped()) GpuTest::TearDown();
-  }
-  GaugedRecording measured(const std::string& clip) {
-    Common common;
-    common.quiet = true;
-    MeasuredInput input{(kData / (clip + ".avi")).string(),
-                        load_sensor(kRoot / "capture/sensors/gelsight_wedge.json"),
-                        {},
-                        Output::Force | Output::Gradient};
-    return measure_beside_gauge(context(), common, input,
-                                {(kData / (clip + ".csv")).string(), {}, parse_alignment("auto"), 0});
-  }
+  ModulusRecordings() : WedgeClips("MODULUS NOT CHECKED ON REAL OBJECTS") {}
   /// One column of a clip's table, by frame: 1 the gauge's force, N, 2 the gripper's width, mm.
   static std::vector<double> column(const std::string& clip, int wanted) {
-    std::ifstream in(kData / (clip + ".csv"));
+    std::ifstream in(folder() / (clip + ".csv"));
     std::vector<double> found;
     std::string line, cell;
     std::getline(in, line);

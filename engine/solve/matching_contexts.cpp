@@ -98,7 +98,7 @@ Eigen::MatrixXf ContextCells::histograms(const Eigen::VectorXf& weight) const {
     float total = 0;
     for (int l = 0; l < layers_; ++l) {
       std::fill_n(one.data() + l * layer_cells + kDirections * kRings, kDirections, 0.f);
-      for (int k = 0; k < layer_cells; ++k) total += one[static_cast<size_t>(l * layer_cells + k)];
+      for (int k = 0; k < layer_cells; ++k) total += one[l * layer_cells + k];
     }
     const float per = total > 0 ? 1 / total : 0.f;
     sums.col(i) =
