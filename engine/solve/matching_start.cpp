@@ -39,6 +39,7 @@ MatrixXd principal_axes(const MatrixXd& points) {
 std::vector<MatrixXd> turns(const MatrixXd& from, const MatrixXd& to) {
   const Index axes = from.cols();
   std::vector<MatrixXd> all;
+  all.reserve(kTurns + 4);
   for (int k = 0; k < kTurns; ++k) all.push_back(about_last_axis(axes, 2 * std::numbers::pi * k / kTurns));
   if (axes < 3) return all;
   const MatrixXd a = principal_axes(from), b = principal_axes(to);
