@@ -495,8 +495,9 @@ void modulus(gpu::Context& context, const std::string& out, int seeds) {
     for (int i = 0; i < kModuli; ++i)
       for (int seed = 1; seed <= seeds; ++seed) {
         const double young_MPa = 0.005 * std::pow(1000, i / (kModuli - 1.0));
-        for (ModulusTrial& t : modulus_trial(context, shape, young_MPa, static_cast<uint64_t>(seed * 100 + i),
-                                             kPresses, kNodes))
+        for (ModulusTrial& t : modulus_trial(
+                 context, shape, young_MPa,
+                 uint64_t{100} * static_cast<uint64_t>(seed) + static_cast<uint64_t>(i), kPresses, kNodes))
           trials.push_back(std::move(t));
       }
     std::printf("%s done\n", to_string(shape));

@@ -92,6 +92,7 @@ std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape
   const PressModel model(pad, trial_sample(shape));
   const double most = trial_force_N(model, young_MPa, pad.material.young_MPa);
   std::vector<double> forces;
+  forces.reserve(static_cast<size_t>(presses));
   for (int i = 0; i < presses; ++i) forces.push_back(most * (0.2 + 0.8 * i / (presses - 1)));
   return modulus_trial(context, shape, young_MPa, forces, seed, nodes);
 }
