@@ -10,7 +10,6 @@
 #include "capture/output_file.h"
 #include "engine/error.h"
 #include "perf/profile/gnuplot.h"
-#include "viz/command_gauged.h"
 #include "viz/plot_script.h"
 
 namespace palpate {
