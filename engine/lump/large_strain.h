@@ -1,0 +1,62 @@
+// The forward model at large strain: neo-Hookean tissue and inclusion pressed step by step (theory S11). A
+// press of 2 N on 40 x 40 mm of 4 kPa tissue is 25 % deep, where small strain is a quarter off; and only the
+// way the map changes from load to load tells a stiff small lump from a softer larger one.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/lump/forward.h"
+
+namespace palpate {
+
+/// Where a press is to be looked at: at a way of the plate, or at a force. Exactly one of the two.
+struct PressLoad {
+  std::optional<double> press_mm;  ///< > 0, less than half of the block with its pad
+  std::optional<double> force_N;   ///< > 0
+};
+
+struct LargeStrainOptions {
+  double residual = 1e-6;      ///< forces out of balance over all forces, 1e-10 to 1e-2
+  double step_mm = 0.5;        ///< of the press, at most; cut where Newton's search does not end
+  uint32_t most_cuts = 6;      ///< halvings of one step before the press is given up
+  uint32_t threads = 0;        ///< 0: one per core
+  bool quarter = true;         ///< planes of symmetry that the scene has are used
+  std::function<bool()> stop;  ///< asked between steps; true: the press ends there
+};
+
+/// The block at one load.
+struct PressedBlock {
+  double press_mm = 0;
+  double force_N = 0;  ///< on the plate
+  /// True pressure (force over deformed area) in the frame of the plate: nodes of the block at rest, (cells +
+  /// 1) along x and y, its middle at the block's middle. What a sensor in the plate sees.
+  ForwardMap pressure_Pa;
+  double least_volume_ratio = 1;  ///< smallest det F at any quadrature point; an inverted element is an error
+  double residual = 0;
+};
+
+/// The loads reached, in their order. Where `converged` is false the press ended before the last load;
+/// `loads` holds those that are good, and the last good press and force say how far it came.
+struct LargeStrainResult {
+  bool converged = false;
+  std::vector<PressedBlock> loads;
+  double last_press_mm = 0, last_force_N = 0;
+  uint32_t steps = 0, cuts = 0, newton_rounds = 0, iterations = 0;  ///< iterations: of conjugate gradients
+  double wall_s = 0;
+  uint64_t bytes = 0;
+  std::vector<std::string> warnings;
+};
+
+/// Presses the scene's block with its flat plate (press_mm and force_N of `scene` are not used) up to each of
+/// `loads`, which rise. W = mu/2 (J^(-2/3) I1 - 3) + kappa/2 (Jm - 1)^2 with Jm the volume ratio of the whole
+/// cell (mean dilatation, Q1-P0); mu and kappa of Young's modulus and Poisson's ratio; a frictionless plate
+/// (or the pad's sheets, bonded). Throws Error(Failure::Usage) for other pressers, sliding pads, loads that
+/// do not rise, and what solve_forward() refuses.
+LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vector<PressLoad>& loads,
+                                     const LargeStrainOptions& options = {});
+
+}  // namespace palpate

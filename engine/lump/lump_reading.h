@@ -1,0 +1,56 @@
+// What a sensor tells of a block that was pressed, and what can be said of the lump in it.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/lump/forward.h"
+
+namespace palpate {
+
+/// Pressure maps of one block at rising loads, all of the same window, and what is known besides.
+struct LumpReading {
+  /// True pressure, Pa, as seen by the sensor in the plate, one map per load. The window's middle lies at
+  /// `window_mm` from the block's middle. NaN: not seen.
+  std::vector<ForwardMap> pressure_Pa;
+  std::array<double, 2> window_mm = {0, 0};
+  std::vector<double> force_N;  ///< on the whole block at each load, of the gauge
+  double noise_Pa = 0;          ///< standard deviation of a map's value, independent from node to node
+  double saturated_share = 0;   ///< of the window's values at the highest load, at the sensor's limit
+
+  std::array<double, 3> block_mm = {40, 40, 20};  ///< length, width, thickness of the tissue
+  double young_Pa = 4000;                         ///< of the tissue, known from a place without a lump
+};
+
+/// A value with the interval that holds the truth nine times out of ten.
+struct LumpValue {
+  double value = 0, low = 0, high = 0;
+};
+
+/// Why an estimate, or a part of it, is not to be used.
+enum class LumpVerdict : uint8_t {
+  Found,            ///< a lump, all of it determined
+  StiffnessOpen,    ///< a lump; the interval of its stiffness ratio spans more than a factor of four
+  NoLump,           ///< nothing that the noise alone does not make in one of 100 readings
+  OutsideTraining,  ///< the reading is not like what the model was made for
+  Unusable,         ///< saturated, too few values, not converged: see the reasons
+};
+
+struct LumpEstimate {
+  LumpVerdict verdict = LumpVerdict::Unusable;
+  double evidence = 0;          ///< for a lump; at 1 and above there is one
+  double false_alarm_rate = 0;  ///< of readings without a lump that reach this evidence
+  LumpValue size_mm;            ///< diameter; of elongated shapes the smaller one
+  LumpValue depth_mm;           ///< surface to the top
+  LumpValue stiffness_ratio;
+  LumpValue x_mm, y_mm;  ///< of its centre from the block's middle
+  LumpShape shape = LumpShape::Sphere;
+  std::array<double, 4> shape_probability{};  ///< in the order of LumpShape
+  std::string method;                         ///< who estimated: "network", "direct inversion"
+  double wall_s = 0;
+  std::vector<std::string> reasons;  ///< one line each, for people
+};
+
+}  // namespace palpate
