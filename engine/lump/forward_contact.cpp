@@ -10,12 +10,6 @@ namespace {
 constexpr int kMostContactRounds = 60;
 constexpr double kContactResidual = 1e-4;  // while the contact is still sought
 
-bool symmetric(const ForwardScene& scene) {
-  const bool centred =
-      !scene.inclusion || (scene.inclusion->offset_mm[0] == 0 && scene.inclusion->offset_mm[1] == 0);
-  return centred && scene.cells[0] % 2 == 0 && scene.cells[1] % 2 == 0;
-}
-
 }  // namespace
 
 ForwardModel::ForwardModel(const ForwardScene& scene, const ForwardOptions& options, WorkTeam& team)
@@ -25,26 +19,11 @@ ForwardModel::ForwardModel(const ForwardScene& scene, const ForwardOptions& opti
       team_(team),
       grid_(voxelise(scene, quarter_)),
       above_(grid_.cells[2] - scene.cells[2]),
-      fixed_(grid_.nodes()),
+      fixed_(supports(scene, grid_, quarter_)),
       load_(3 * grid_.nodes()),
       displacement_(3 * grid_.nodes()),
       solver_(grid_, scene.poisson, options, team) {
   if (options_.residual == 0) options_.residual = scene.poisson > 0.497 ? 1e-8 : 1e-6;
-  const auto [nx, ny, nz] = grid_.cells;
-  for (uint32_t k = 0; k <= nz; ++k)
-    for (uint32_t j = 0; j <= ny; ++j)
-      for (uint32_t i = 0; i <= nx; ++i) {
-        uint8_t& bits = fixed_[grid_.node(i, j, k)];
-        if (k == nz) bits |= scene.bottom_slides ? kFixedZ : kFixedAll;
-        if (k == 0 && scene.presser == Presser::Flat) bits |= scene.pad.empty() ? kFixedZ : kFixedAll;
-        if (quarter_ && i == 0) bits |= kFixedX;
-        if (quarter_ && j == 0) bits |= kFixedY;
-      }
-  if (scene.bottom_slides && !quarter_) {
-    // Nothing pushes sideways: two nodes keep the block from drifting and turning.
-    fixed_[grid_.node(nx / 2, ny / 2, nz)] |= kFixedX | kFixedY;
-    fixed_[grid_.node(nx, ny / 2, nz)] |= kFixedY;
-  }
 }
 
 /// Share of a node's cell-sized area that lies on the model's surface.

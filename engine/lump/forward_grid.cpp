@@ -118,6 +118,32 @@ ForwardGrid voxelise(const ForwardScene& scene, bool quarter) {
   return grid;
 }
 
+bool symmetric(const ForwardScene& scene) {
+  const bool centred =
+      !scene.inclusion || (scene.inclusion->offset_mm[0] == 0 && scene.inclusion->offset_mm[1] == 0);
+  return centred && scene.cells[0] % 2 == 0 && scene.cells[1] % 2 == 0;
+}
+
+FixedNodes supports(const ForwardScene& scene, const ForwardGrid& grid, bool quarter) {
+  const auto [nx, ny, nz] = grid.cells;
+  FixedNodes fixed(grid.nodes());
+  for (uint32_t k = 0; k <= nz; ++k)
+    for (uint32_t j = 0; j <= ny; ++j)
+      for (uint32_t i = 0; i <= nx; ++i) {
+        uint8_t& bits = fixed[grid.node(i, j, k)];
+        if (k == nz) bits |= scene.bottom_slides ? kFixedZ : kFixedAll;
+        if (k == 0 && scene.presser == Presser::Flat) bits |= scene.pad.empty() ? kFixedZ : kFixedAll;
+        if (quarter && i == 0) bits |= kFixedX;
+        if (quarter && j == 0) bits |= kFixedY;
+      }
+  if (scene.bottom_slides && !quarter) {
+    // Nothing pushes sideways: two nodes keep the block from drifting and turning.
+    fixed[grid.node(nx / 2, ny / 2, nz)] |= kFixedX | kFixedY;
+    fixed[grid.node(nx, ny / 2, nz)] |= kFixedY;
+  }
+  return fixed;
+}
+
 std::optional<ForwardGrid> halve(const ForwardGrid& fine) {
   const auto halves = [](uint32_t n) { return n % 2 == 0 && n >= 4; };
   const uint32_t above = fine.slit.value_or(0), below = fine.cells[2] - (fine.slit ? above + 1 : 0);

@@ -61,6 +61,11 @@ ForwardGrid voxelise(const ForwardScene& scene, bool quarter);
 /// Layers of cells that each pad sheet has, outermost first, as voxelise() stacks them.
 std::vector<uint32_t> pad_layers(const ForwardScene& scene);
 
+/// The scene is its own mirror image in x and in y, and its cells are.
+bool symmetric(const ForwardScene& scene);
+/// What floor, plate and planes of symmetry hold of voxelise()'s grid; a ball holds nothing yet.
+FixedNodes supports(const ForwardScene& scene, const ForwardGrid& grid, bool quarter);
+
 /// Half the cells along each side, with the mean modulus of those in each (harmonic means here make the cycle
 /// blind to stiff inclusions); an odd number of layers above a slit stays. None where a side, or what lies
 /// below a slit, is odd or shorter than four cells.

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/lump/conjugate_gradients.h"
 #include "engine/lump/forward_multigrid.h"
 
 namespace palpate {
@@ -37,8 +38,6 @@ class ForwardSolver {
 
  private:
   double out_of_balance(const std::vector<double>& load, const std::vector<double>& displacement);
-  template <typename Real>
-  double dot(const std::vector<double>& a, const std::vector<Real>& b);
 
   const ForwardGrid& grid_;
   FixedNodes fixed_;
@@ -46,8 +45,8 @@ class ForwardSolver {
   WorkTeam& team_;
   ForwardMultigrid multigrid_;
   double all_forces_ = 0;  // norm of supports' and loads', as out_of_balance() found it
-  std::vector<double> residual_, direction_, product_;
-  std::vector<float> single_residual_, correction_;
+  ConjugateGradients gradients_;
+  std::vector<double> residual_, product_;
 };
 
 }  // namespace palpate

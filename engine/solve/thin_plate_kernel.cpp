@@ -7,10 +7,7 @@
 #include <limits>
 #include <utility>
 
-#if defined(__x86_64__) && defined(__GNUC__)
-#define PALPATE_WIDE 1
-#endif
-#define PALPATE_INLINE inline __attribute__((always_inline))
+#include "engine/vector_units.h"
 
 namespace palpate {
 namespace {
@@ -176,33 +173,6 @@ struct Matrix {
         });
   }
 };
-
-template <typename Work>
-void plain(const Work& work) {
-  work.run();
-}
-#ifdef PALPATE_WIDE
-template <typename Work>
-__attribute__((target("avx2,fma"))) void wide(const Work& work) {
-  work.run();
-}
-template <typename Work>
-__attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma,prefer-vector-width=512"))) void widest(
-    const Work& work) {
-  work.run();
-}
-#endif
-
-template <typename Work>
-void run_widest(const Work& work) {
-#ifdef PALPATE_WIDE
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("avx512vl"))
-    return widest(work);
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return wide(work);
-#endif
-  plain(work);
-}
 
 }  // namespace
 

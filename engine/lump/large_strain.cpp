@@ -1,0 +1,131 @@
+#include "engine/lump/large_strain.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "engine/error.h"
+#include "engine/lump/large_strain_model.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kForceError = 1e-6;  // relative, of a force that is asked for
+constexpr int kMostForceSteps = 200;
+
+void check_loads(const ForwardScene& scene, const std::vector<PressLoad>& loads) {
+  double last_mm = 0, last_N = 0, whole = scene.block_mm[2];
+  for (const PadSheet& sheet : scene.pad) whole += sheet.thickness_mm;
+  if (loads.empty()) throw Error(Failure::Usage, "a load at least", "none", "a way or a force");
+  for (const PressLoad& load : loads) {
+    if (load.press_mm.has_value() == load.force_N.has_value())
+      throw Error(Failure::Usage, "either a way to press or a force", load.press_mm ? "both" : "neither",
+                  "one of the two");
+    const double value = load.press_mm ? *load.press_mm : *load.force_N;
+    double& last = load.press_mm ? last_mm : last_N;
+    if (!(value > last) || !std::isfinite(value))
+      throw Error(Failure::Usage, "loads that rise from above zero", std::to_string(value), "them in order");
+    if (load.press_mm && value > whole / 2)
+      throw Error(Failure::Usage, "a press of half the thickness at most",
+                  std::to_string(value) + " mm of " + std::to_string(whole), "a shorter way");
+    last = value;
+  }
+}
+
+class Press {
+ public:
+  Press(LargeStrainModel& model, const LargeStrainOptions& options, double most_mm, LargeStrainResult& result)
+      : model_(model), options_(options), most_mm_(most_mm), step_(options.step_mm), result_(result) {}
+
+  bool to_way(double press_mm) {
+    while (press_mm - model_.press_mm() > 1e-12 * press_mm) {
+      const double left = press_mm - model_.press_mm();
+      // The last two steps alike: no tiny one at the end.
+      const double step = left <= step_ ? left : left < 2 * step_ ? left / 2 : step_;
+      if (!try_step(model_.press_mm() + step)) return false;
+    }
+    return true;
+  }
+
+  bool to_force(double force_N, double first_slope) {
+    for (int step = 0; step < kMostForceSteps; ++step) {
+      const double lack = force_N - model_.force_N();
+      if (std::abs(lack) <= kForceError * force_N) return true;
+      const double slope = slope_ > 0 ? slope_ : first_slope;
+      const double way = std::clamp(lack / slope, -step_, step_);
+      if (model_.press_mm() + way > most_mm_) {
+        result_.warnings.emplace_back("a force of " + std::to_string(force_N) +
+                                      " N presses further than half the thickness");
+        return false;
+      }
+      const double from_mm = model_.press_mm(), from_N = model_.force_N();
+      if (!try_step(from_mm + way)) return false;
+      slope_ = (model_.force_N() - from_N) / (model_.press_mm() - from_mm);
+    }
+    return false;
+  }
+
+ private:
+  // One step, shorter where the search does not end; afterwards steps grow again.
+  bool try_step(double to_mm) {
+    if (options_.stop && options_.stop()) return false;
+    for (uint32_t cut = 0;; ++cut) {
+      if (model_.move_to(to_mm, result_)) break;
+      if (cut == options_.most_cuts) return false;
+      ++result_.cuts;
+      to_mm = (to_mm + model_.press_mm()) / 2;
+      step_ = std::abs(to_mm - model_.press_mm());
+    }
+    ++result_.steps;
+    step_ = std::min(2 * step_, options_.step_mm);
+    return true;
+  }
+
+  LargeStrainModel& model_;
+  const LargeStrainOptions& options_;
+  double most_mm_, step_, slope_ = 0;
+  LargeStrainResult& result_;
+};
+
+}  // namespace
+
+LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vector<PressLoad>& loads,
+                                     const LargeStrainOptions& options) {
+  check_loads(scene, loads);
+  if (!(options.residual >= 1e-10 && options.residual <= 1e-2))
+    throw Error(Failure::Usage, "a relative residual from 1e-10 to 1e-2", std::to_string(options.residual),
+                "1e-6");
+  if (!(options.step_mm > 0))
+    throw Error(Failure::Usage, "a step above 0 mm", std::to_string(options.step_mm), "0.5");
+  const auto start = std::chrono::steady_clock::now();
+  WorkTeam team(options.threads);
+  LargeStrainResult result;
+  LargeStrainModel model(scene, options, team);
+  double whole = scene.block_mm[2];
+  for (const PadSheet& sheet : scene.pad) whole += sheet.thickness_mm;
+  Press press(model, options, whole / 2, result);
+  result.converged = true;
+  for (const PressLoad& load : loads) {
+    // Bonded below and nearly incompressible, a block is stiffer than its modulus says.
+    const double slope = 2 * scene.young_Pa * 1e-6 * scene.block_mm[0] * scene.block_mm[1] / whole;
+    if (!(load.press_mm ? press.to_way(*load.press_mm) : press.to_force(*load.force_N, slope))) {
+      result.converged = false;
+      break;
+    }
+    result.loads.push_back(model.measure());
+  }
+  result.last_press_mm = model.press_mm();
+  result.last_force_N = model.force_N();
+  result.bytes = model.bytes();
+  if (!result.converged) {
+    char line[160];
+    std::snprintf(line, sizeof line, "the press ended at %.3g mm and %.3g N: no equilibrium was found beyond",
+                  result.last_press_mm, result.last_force_N);
+    result.warnings.emplace_back(line);
+  }
+  result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+}  // namespace palpate

@@ -1,0 +1,52 @@
+// Nearly incompressible neo-Hookean bricks at large strain: their forces, and how these change (theory S11).
+//
+// Energy of a cell of volume V at rest: mu/2 sum_q w_q (J^(-2/3) I1 - 3) + kappa/2 V (Jm - 1)^2 over eight
+// Gauss points q, with F = 1 + grad u, J = det F, I1 = F : F and Jm the cell's mean of J (Q1-P0: a J of each
+// point's own locks). Small displacements answer as ForwardOperator's.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "engine/lump/forward_grid.h"
+#include "engine/lump/work_team.h"
+
+namespace palpate {
+
+class NeoHookeanCells {
+ public:
+  /// Keeps a reference to the grid, which has no slit and outlives it.
+  NeoHookeanCells(const ForwardGrid& grid, double poisson);
+
+  /// Inner forces of a displacement on all nodes, 3 x nodes each, in modulus times mm^2: the derivatives of
+  /// the energy. `young`: moduli of the cells, the grid's or others (forces are proportional to them). Only
+  /// layers [first, last) act. Returns the smallest J of all points.
+  double forces(const double* displacement, double* force, const std::vector<float>& young, WorkTeam& team,
+                uint32_t first = 0, uint32_t last = ~0u) const;
+
+  /// Takes the energy's second derivatives at a displacement for apply(). 1296 bytes a cell.
+  void form_tangent(const double* displacement, WorkTeam& team);
+
+  /// force = K displacement. `fixed`: as ForwardOperator::apply.
+  void apply(const double* displacement, double* force, const FixedNodes* fixed, WorkTeam& team) const;
+
+  uint64_t bytes() const { return tangent_.size() * sizeof(float); }
+
+ private:
+  friend struct NeoHookeanForces;
+  friend struct NeoHookeanTangent;
+  friend struct NeoHookeanProduct;
+  /// Numbers of a layer's cells at each Gauss point.
+  struct Layer {
+    double weight;                                   ///< of a point, mm^3
+    std::array<std::array<double, 24>, 8> gradient;  ///< of each corner's shape, 3 x corner + component
+  };
+
+  const ForwardGrid& grid_;
+  double mu_, kappa_;  ///< of Young's modulus 1
+  std::vector<Layer> layers_;
+  uint32_t blocks_;             ///< of eight cells along a row
+  std::vector<float> tangent_;  ///< per block: 36 pairs of corners x 9 entries x 8 cells
+};
+
+}  // namespace palpate

@@ -1,0 +1,116 @@
+#include "engine/lump/pressed_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace palpate {
+namespace {
+
+/// Shares of four neighbours in the value at `t` between the middle two: a cubic through them whose slopes
+/// are those of their neighbours' chords.
+std::array<double, 4> cubic(double t) {
+  const double t2 = t * t, t3 = t2 * t;
+  return {(-t + 2 * t2 - t3) / 2, (2 - 5 * t2 + 3 * t3) / 2, (t + 4 * t2 - 3 * t3) / 2, (t3 - t2) / 2};
+}
+
+/// A place on the surface at rest, in nodes from its corner, and how to take values there.
+class Place {
+ public:
+  Place(const PressedSurface& surface, double x, double y) : width_(surface.width) {
+    set(x, surface.width, column_, along_x_);
+    set(y, surface.height, row_, along_y_);
+  }
+  double value(const std::vector<double>& of) const {
+    double sum = 0;
+    for (size_t r = 0; r < 4; ++r)
+      for (size_t c = 0; c < 4; ++c) sum += along_y_[r] * along_x_[c] * of[row_[r] * width_ + column_[c]];
+    return sum;
+  }
+
+ private:
+  static void set(double at, uint32_t count, std::array<size_t, 4>& node, std::array<double, 4>& share) {
+    const double inside = std::clamp(at, 0.0, count - 1.0);
+    const double cell = std::min(std::floor(inside), count - 2.0);
+    share = cubic(inside - cell);
+    const auto first = static_cast<long>(cell);
+    for (long n = 0; n < 4; ++n)
+      node[static_cast<size_t>(n)] = static_cast<size_t>(std::clamp(first - 1 + n, 0L, count - 1L));
+    // Beyond the rim a node is where a line through the outer two would be.
+    if (first == 0) extend(share[0], share[1], share[2]);
+    if (first == count - 2L) extend(share[3], share[2], share[1]);
+  }
+  static void extend(double& beyond, double& rim, double& inner) {
+    rim += 2 * beyond;
+    inner -= beyond;
+    beyond = 0;
+  }
+
+  size_t width_;
+  std::array<size_t, 4> column_{}, row_{};
+  std::array<double, 4> along_x_{}, along_y_{};
+};
+
+/// What each node carries of the deformed area, mm^2.
+std::vector<double> node_areas(const PressedSurface& s) {
+  std::vector<double> area(s.force_N.size());
+  const double gauss = 0.5 / std::sqrt(3.0);
+  for (uint32_t y = 0; y + 1 < s.height; ++y)
+    for (uint32_t x = 0; x + 1 < s.width; ++x) {
+      const size_t n[] = {size_t{y} * s.width + x, size_t{y} * s.width + x + 1, size_t{y + 1} * s.width + x,
+                          size_t{y + 1} * s.width + x + 1};
+      for (int point = 0; point < 4; ++point) {
+        const double a = 0.5 + (point & 1 ? gauss : -gauss), b = 0.5 + (point & 2 ? gauss : -gauss);
+        const auto slope_x = [&](const std::vector<double>& u) {
+          return ((1 - b) * (u[n[1]] - u[n[0]]) + b * (u[n[3]] - u[n[2]])) / s.pitch_mm[0];
+        };
+        const auto slope_y = [&](const std::vector<double>& u) {
+          return ((1 - a) * (u[n[2]] - u[n[0]]) + a * (u[n[3]] - u[n[1]])) / s.pitch_mm[1];
+        };
+        const double stretch =
+            (1 + slope_x(s.x_mm)) * (1 + slope_y(s.y_mm)) - slope_y(s.x_mm) * slope_x(s.y_mm);
+        const double part = stretch * s.pitch_mm[0] * s.pitch_mm[1] / 4;
+        area[n[0]] += part * (1 - a) * (1 - b);
+        area[n[1]] += part * a * (1 - b);
+        area[n[2]] += part * (1 - a) * b;
+        area[n[3]] += part * a * b;
+      }
+    }
+  return area;
+}
+
+}  // namespace
+
+double PressedSurface::sum_N() const {
+  return std::accumulate(force_N.begin(), force_N.end(), 0.0);
+}
+
+ForwardMap true_pressure(const PressedSurface& s) {
+  std::vector<double> pressure = node_areas(s);
+  for (size_t n = 0; n < pressure.size(); ++n) pressure[n] = s.force_N[n] / pressure[n] * 1e6;
+  ForwardMap map;
+  map.width = s.width;
+  map.height = s.height;
+  map.pitch_mm = s.pitch_mm;
+  map.values.reserve(pressure.size());
+  for (uint32_t j = 0; j < s.height; ++j)
+    for (uint32_t i = 0; i < s.width; ++i) {
+      // Where the tissue here was at rest: a fixed point, since tissue stretches by less than its size.
+      double x = i, y = j;
+      for (int round = 0; round < 60; ++round) {
+        const Place place(s, x, y);
+        const double to_x = i - place.value(s.x_mm) / s.pitch_mm[0];
+        const double to_y = j - place.value(s.y_mm) / s.pitch_mm[1];
+        const double moved = std::abs(to_x - x) + std::abs(to_y - y);
+        x = to_x;
+        y = to_y;
+        if (moved < 1e-10) break;
+      }
+      const double rim = 1e-9;
+      const bool tissue = x >= -rim && y >= -rim && x <= s.width - 1 + rim && y <= s.height - 1 + rim;
+      map.values.push_back(tissue ? static_cast<float>(Place(s, x, y).value(pressure)) : 0.0f);
+    }
+  return map;
+}
+
+}  // namespace palpate

@@ -1,0 +1,26 @@
+// The tissue's surface as it lies under the plate, and the pressure that a sensor in the plate sees.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "engine/lump/forward.h"
+
+namespace palpate {
+
+/// Nodes of the whole surface, height x width, row by row along x: their force and where they went.
+struct PressedSurface {
+  uint32_t width = 0, height = 0;
+  std::array<double, 2> pitch_mm = {0, 0};  ///< of the nodes at rest
+  std::vector<double> force_N;              ///< along z, pressing counts up
+  std::vector<double> x_mm, y_mm;           ///< displacement
+
+  double sum_N() const;
+};
+
+/// Force over deformed area, at the places of the nodes at rest: the frame of the plate, in which the tissue
+/// has moved. Cubic between the nodes. 0 where no tissue is.
+ForwardMap true_pressure(const PressedSurface& surface);
+
+}  // namespace palpate
