@@ -162,11 +162,16 @@ PressedSurface LargeStrainModel::surface_of(const std::vector<double>& displacem
   return surface;
 }
 
+std::array<uint32_t, 2> LargeStrainModel::map_nodes() const {
+  const auto [x, y] = options_.map_nodes;
+  return {x == 0 ? scene_.cells[0] + 1 : x, y == 0 ? scene_.cells[1] + 1 : y};
+}
+
 PressedBlock LargeStrainModel::measure() const {
   PressedBlock block;
   block.press_mm = press_mm_;
   block.force_N = force_N_;
-  block.pressure_Pa = true_pressure(surface());
+  block.pressure_Pa = true_pressure(surface(), map_nodes());
   block.least_volume_ratio = least_;
   block.residual = state_residual_;
   return block;

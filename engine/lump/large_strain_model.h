@@ -25,6 +25,7 @@ class LargeStrainModel {
   double force_N() const { return force_N_; }
   PressedSurface surface() const { return surface_of(displacement_, force_); }
   PressedBlock measure() const;
+  std::array<uint32_t, 2> map_nodes() const;
   uint64_t bytes() const;
 
   /// Changes of the surface (force and place) in this state, per unit of a parameter that changes the cells'
