@@ -153,7 +153,7 @@ void draw_maps(const std::vector<FigureRow>& rows, const std::string& title, con
   if (count == 0) return;
   draw_both(blocks + kPalette +
                 "unset key\nset size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset tics out\n"
-                "set autoscale fix\nset cblabel 'pressure, Pa'\nset cbrange [" +
+                "set autoscale fix\nset cbrange [" +
                 plot_number(std::max(0.0, low)) + ":" + plot_number(high) + "]\nset multiplot layout 1," +
                 std::to_string(count) + " title " + perf::gnuplot_quoted(title) + "\n" + plots +
                 "unset multiplot\n",
@@ -305,11 +305,11 @@ Report run(const Common& common, const Options& o) {
     write_whole(common.out / "profiles.csv", std::string_view(profiles_csv(figures, inputs)));
     write_whole(common.out / "figures.json", std::string_view(value.dump(2) + "\n"));
     std::string written = (common.out / "fits.csv").string() + ", profiles.csv, figures.json";
-    draw_maps(figures.by_size, "Fig. 19: inclusions of three sizes at 2 N", common.out / "fig19_sizes",
-              written);
+    draw_maps(figures.by_size, "Fig. 19: inclusions of three sizes at 2 N; pressure on the plate, Pa",
+              common.out / "fig19_sizes", written);
     draw_profiles(figures.by_size, "Fig. 20: by size, 2 N", common.out / "fig20_sizes", written);
-    draw_maps(figures.by_material, "Fig. 21: two materials at 2.35 N", common.out / "fig21_materials",
-              written);
+    draw_maps(figures.by_material, "Fig. 21: two materials at 2.35 N; pressure on the plate, Pa",
+              common.out / "fig21_materials", written);
     draw_profiles(figures.by_material, "Fig. 22: by material, 2.35 N", common.out / "fig22_materials",
                   written);
     if (!inputs.empty()) draw_inputs(inputs, common.out, written);
