@@ -85,16 +85,18 @@ double PressedSurface::sum_N() const {
   return std::accumulate(force_N.begin(), force_N.end(), 0.0);
 }
 
-ForwardMap true_pressure(const PressedSurface& s) {
+ForwardMap true_pressure(const PressedSurface& s, const std::array<uint32_t, 2>& nodes) {
   std::vector<double> pressure = node_areas(s);
   for (size_t n = 0; n < pressure.size(); ++n) pressure[n] = s.force_N[n] / pressure[n] * 1e6;
   ForwardMap map;
-  map.width = s.width;
-  map.height = s.height;
-  map.pitch_mm = s.pitch_mm;
-  map.values.reserve(pressure.size());
-  for (uint32_t j = 0; j < s.height; ++j)
-    for (uint32_t i = 0; i < s.width; ++i) {
+  map.width = nodes[0];
+  map.height = nodes[1];
+  const double step_x = (s.width - 1.0) / (nodes[0] - 1.0), step_y = (s.height - 1.0) / (nodes[1] - 1.0);
+  map.pitch_mm = {s.pitch_mm[0] * step_x, s.pitch_mm[1] * step_y};
+  map.values.reserve(size_t{nodes[0]} * nodes[1]);
+  for (uint32_t row = 0; row < nodes[1]; ++row)
+    for (uint32_t column = 0; column < nodes[0]; ++column) {
+      const double i = column * step_x, j = row * step_y;
       // Where the tissue here was at rest: a fixed point, since tissue stretches by less than its size.
       double x = i, y = j;
       for (int round = 0; round < 60; ++round) {

@@ -19,8 +19,8 @@ struct PressedSurface {
   double sum_N() const;
 };
 
-/// Force over deformed area, at the places of the nodes at rest: the frame of the plate, in which the tissue
-/// has moved. Cubic between the nodes. 0 where no tissue is.
-ForwardMap true_pressure(const PressedSurface& surface);
+/// Force over deformed area in the frame of the plate, in which the tissue has moved: at so many nodes along
+/// x and y over the block at rest. Cubic between the surface's nodes. 0 where no tissue is.
+ForwardMap true_pressure(const PressedSurface& surface, const std::array<uint32_t, 2>& nodes);
 
 }  // namespace palpate
