@@ -64,7 +64,6 @@ void add_contact(CLI::App& program, Common& common, Command& chosen);
 void add_strain(CLI::App& program, Common& common, Command& chosen);
 void add_match(CLI::App& program, Common& common, Command& chosen);
 void add_modulus(CLI::App& program, Common& common, Command& chosen);
-void add_lump(CLI::App& program, Common& common, Command& chosen);
 /// The list of sources in a window: what the program does without a command, where there is a display.
 Command start_command(Common& common);
 

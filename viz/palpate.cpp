@@ -91,7 +91,6 @@ int run(int argc, char** argv) {
   add_forward(program, common, chosen);
   add_lump(program, common, chosen);
   add_match(program, common, chosen);
-  add_lump(program, common, chosen);
 
   const bool json_asked =
       std::any_of(argv + 1, argv + argc, [](const char* a) { return std::strcmp(a, "--json") == 0; });
