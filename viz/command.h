@@ -59,6 +59,7 @@ void add_profile(CLI::App& program, Common& common, Command& chosen);
 void add_tune(CLI::App& program, Common& common, Command& chosen);
 void add_optics(CLI::App& program, Common& common, Command& chosen);
 void add_forward(CLI::App& program, Common& common, Command& chosen);
+void add_lump(CLI::App& program, Common& common, Command& chosen);
 void add_contact(CLI::App& program, Common& common, Command& chosen);
 void add_strain(CLI::App& program, Common& common, Command& chosen);
 void add_match(CLI::App& program, Common& common, Command& chosen);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/lump/forward.h"
+#include "engine/lump/lump_sweep.h"
 #include "engine/lump/profile.h"
 #include "engine/sensor.h"
 
@@ -34,8 +35,7 @@ inline double megabytes(const ForwardResult& result) {
   return static_cast<double>(result.bytes) / 1048576;
 }
 
-/// Names as the command line spells them: sphere, ellipsoid, cylinder, lying; flat, ball, pressure.
-const char* to_string(LumpShape shape);
+/// Names as the command line spells them: flat, ball, pressure.
 const char* to_string(Presser presser);
 
 /// Gray levels, width x height.

@@ -23,20 +23,6 @@ std::string line(const char* format, Values... values) {
 
 }  // namespace
 
-const char* to_string(LumpShape shape) {
-  switch (shape) {
-    case LumpShape::Sphere:
-      return "sphere";
-    case LumpShape::Ellipsoid:
-      return "ellipsoid";
-    case LumpShape::Cylinder:
-      return "cylinder";
-    case LumpShape::LyingCylinder:
-      return "lying";
-  }
-  return "";
-}
-
 const char* to_string(Presser presser) {
   switch (presser) {
     case Presser::Flat:

@@ -89,6 +89,7 @@ int run(int argc, char** argv) {
   add_contact(program, common, chosen);
   add_modulus(program, common, chosen);
   add_forward(program, common, chosen);
+  add_lump(program, common, chosen);
   add_match(program, common, chosen);
 
   const bool json_asked =

@@ -20,12 +20,12 @@ double highest_eigenvalue(const ForwardOperator& stiffness) {
 
 }  // namespace
 
-std::vector<ChebyshevStep> chebyshev_steps(double highest) {
-  const double center = highest * (1 + 1 / kSmoothedSpread) / 2,
-               half = highest * (1 - 1 / kSmoothedSpread) / 2;
+std::vector<ChebyshevStep> chebyshev_steps(double highest, const Smoothing& smoothing) {
+  const double center = highest * (1 + 1 / smoothing.spread) / 2,
+               half = highest * (1 - 1 / smoothing.spread) / 2;
   std::vector<ChebyshevStep> steps = {{0, 1 / center}};
   double rho = half / center;
-  while (steps.size() < kSmoothingSteps) {
+  while (steps.size() < smoothing.steps) {
     const double next = 1 / (2 * center / half - rho);
     steps.push_back({next * rho, 2 * next / half});
     rho = next;
@@ -33,15 +33,19 @@ std::vector<ChebyshevStep> chebyshev_steps(double highest) {
   return steps;
 }
 
-ForwardLevel::ForwardLevel(const ForwardGrid& g, double poisson, const FixedNodes& f)
-    : grid(g), fixed(f), stiffness(grid, poisson), steps(chebyshev_steps(highest_eigenvalue(stiffness))) {}
+ForwardLevel::ForwardLevel(const ForwardGrid& g, double poisson, const FixedNodes& f,
+                           const Smoothing& smoothing)
+    : grid(g),
+      fixed(f),
+      stiffness(grid, poisson),
+      steps(chebyshev_steps(highest_eigenvalue(stiffness), smoothing)) {}
 
-ForwardLevel::ForwardLevel(ForwardGrid&& g, double poisson, FixedNodes&& f)
+ForwardLevel::ForwardLevel(ForwardGrid&& g, double poisson, FixedNodes&& f, const Smoothing& smoothing)
     : own_grid(std::move(g)),
       own_fixed(std::move(f)),
       grid(*own_grid),
       fixed(*own_fixed),
       stiffness(grid, poisson),
-      steps(chebyshev_steps(highest_eigenvalue(stiffness))) {}
+      steps(chebyshev_steps(highest_eigenvalue(stiffness), smoothing)) {}
 
 }  // namespace palpate

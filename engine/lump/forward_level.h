@@ -14,15 +14,18 @@ struct ChebyshevStep {
   double keep, gain;
 };
 
-/// Steps before the coarser grid, and as many after it. Sixteen cost less time than four, and far fewer
-/// iterations where tissue is nearly incompressible: at nu = 0.4999 and a stiffness ratio of 1e4 218 instead
-/// of 810 to 1e-8 on 32 x 32 x 16 cells.
-inline constexpr size_t kSmoothingSteps = 16;
-/// Highest over lowest eigenvalue that they are made for.
-inline constexpr double kSmoothedSpread = 40;
+/// How a level is smoothed: by steps before the coarser grid, and as many after it, made for a spread of the
+/// highest over the lowest eigenvalue.
+struct Smoothing {
+  uint32_t steps;
+  double spread;
+};
+/// Sixteen steps cost less time than four, and far fewer iterations where tissue is nearly incompressible: at
+/// nu = 0.4999 and a stiffness ratio of 1e4 218 instead of 810 to 1e-8 on 32 x 32 x 16 cells.
+inline constexpr Smoothing kThorough = {16, 40};
 
 /// Of a grid whose scaled matrix has no eigenvalue above `highest`.
-std::vector<ChebyshevStep> chebyshev_steps(double highest);
+std::vector<ChebyshevStep> chebyshev_steps(double highest, const Smoothing& smoothing);
 
 struct ForwardLevel {
   std::optional<ForwardGrid> own_grid;  ///< none on the finest: it is the caller's
@@ -33,8 +36,10 @@ struct ForwardLevel {
   std::vector<ChebyshevStep> steps;
 
   /// Keeps both, which outlive it.
-  ForwardLevel(const ForwardGrid& grid, double poisson, const FixedNodes& fixed);
-  ForwardLevel(ForwardGrid&& grid, double poisson, FixedNodes&& fixed);
+  ForwardLevel(const ForwardGrid& grid, double poisson, const FixedNodes& fixed,
+               const Smoothing& smoothing = kThorough);
+  ForwardLevel(ForwardGrid&& grid, double poisson, FixedNodes&& fixed,
+               const Smoothing& smoothing = kThorough);
   ForwardLevel(const ForwardLevel&) = delete;
   ForwardLevel& operator=(const ForwardLevel&) = delete;
 

@@ -26,8 +26,8 @@ struct ForwardMultigrid::Level : ForwardLevel {
 
   /// `Grid` and `Fixed` as ForwardLevel takes them.
   template <typename Grid, typename Fixed>
-  Level(Grid&& g, double poisson, Fixed&& f)
-      : ForwardLevel(std::forward<Grid>(g), poisson, std::forward<Fixed>(f)),
+  Level(Grid&& g, double poisson, Fixed&& f, const Smoothing& smoothing)
+      : ForwardLevel(std::forward<Grid>(g), poisson, std::forward<Fixed>(f), smoothing),
         inverse(stiffness.inverse_blocks(fixed)),
         x(3 * grid.nodes()),
         residual(x.size()),
@@ -93,12 +93,12 @@ struct ForwardMultigrid::Coarsest {
 };
 
 ForwardMultigrid::ForwardMultigrid(const ForwardGrid& grid, double poisson, const FixedNodes& fixed,
-                                   WorkTeam& team)
+                                   WorkTeam& team, const Smoothing& smoothing)
     : team_(team) {
-  levels_.push_back(std::make_unique<Level>(grid, poisson, fixed));
+  levels_.push_back(std::make_unique<Level>(grid, poisson, fixed, smoothing));
   while (std::optional<ForwardGrid> half = halve(levels_.back()->grid)) {
     FixedNodes half_fixed = halve(levels_.back()->grid, *half, levels_.back()->fixed);
-    levels_.push_back(std::make_unique<Level>(std::move(*half), poisson, std::move(half_fixed)));
+    levels_.push_back(std::make_unique<Level>(std::move(*half), poisson, std::move(half_fixed), smoothing));
   }
   const auto& coarse = levels_.back()->grid;
   if (3 * coarse.nodes() > kMostCoarse)

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/lump/forward_level.h"
 #include "engine/lump/forward_operator.h"
 
 namespace palpate {
@@ -14,7 +15,8 @@ class ForwardMultigrid {
  public:
   /// Keeps `grid`, `fixed` and `team`, which outlive it. Throws Error(Failure::Usage) where the grid cannot
   /// be halved down to a size that a direct solve takes.
-  ForwardMultigrid(const ForwardGrid& grid, double poisson, const FixedNodes& fixed, WorkTeam& team);
+  ForwardMultigrid(const ForwardGrid& grid, double poisson, const FixedNodes& fixed, WorkTeam& team,
+                   const Smoothing& smoothing = kThorough);
   ~ForwardMultigrid();
   ForwardMultigrid(const ForwardMultigrid&) = delete;
   ForwardMultigrid& operator=(const ForwardMultigrid&) = delete;

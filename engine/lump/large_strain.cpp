@@ -96,6 +96,9 @@ LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vecto
   if (!(options.residual >= 1e-10 && options.residual <= 1e-2))
     throw Error(Failure::Usage, "a relative residual from 1e-10 to 1e-2", std::to_string(options.residual),
                 "1e-6");
+  for (const uint32_t nodes : options.map_nodes)
+    if (nodes == 1 || nodes > 4096)
+      throw Error(Failure::Usage, "2 to 4096 nodes of a map", std::to_string(nodes), "0 for the cells' own");
   if (!(options.step_mm > 0))
     throw Error(Failure::Usage, "a step above 0 mm", std::to_string(options.step_mm), "0.5");
   const auto start = std::chrono::steady_clock::now();
@@ -126,6 +129,49 @@ LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vecto
   }
   result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
+}
+
+LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::array<uint32_t, 3>& coarser,
+                                     const std::vector<PressLoad>& loads, const LargeStrainOptions& options) {
+  for (size_t c = 0; c < 3; ++c)
+    if (coarser[c] >= scene.cells[c] ||
+        uint64_t{coarser[c]} * scene.cells[0] != uint64_t{coarser[0]} * scene.cells[c])
+      throw Error(
+          Failure::Usage, "fewer cells in the same proportions",
+          std::to_string(coarser[0]) + "x" + std::to_string(coarser[1]) + "x" + std::to_string(coarser[2]),
+          "three quarters of each side's");
+  LargeStrainOptions own = options;
+  for (size_t c = 0; c < 2; ++c)
+    if (own.map_nodes[c] == 0) own.map_nodes[c] = scene.cells[c] + 1;
+  LargeStrainResult fine = solve_large_strain(scene, loads, own);
+  ForwardScene coarse_scene = scene;
+  coarse_scene.cells = coarser;
+  const LargeStrainResult coarse = solve_large_strain(coarse_scene, loads, own);
+  const double ratio = static_cast<double>(scene.cells[0]) / coarser[0], on = 1 / (ratio * ratio - 1);
+  fine.converged = fine.converged && coarse.converged;
+  fine.loads.resize(std::min(fine.loads.size(), coarse.loads.size()));
+  for (size_t l = 0; l < fine.loads.size(); ++l) {
+    PressedBlock& block = fine.loads[l];
+    const PressedBlock& rough = coarse.loads[l];
+    for (size_t n = 0; n < block.pressure_Pa.values.size(); ++n) {
+      float& value = block.pressure_Pa.values[n];
+      value += static_cast<float>(on) * (value - rough.pressure_Pa.values[n]);
+    }
+    block.force_N += on * (block.force_N - rough.force_N);
+    block.press_mm += on * (block.press_mm - rough.press_mm);
+  }
+  fine.last_press_mm = std::min(fine.last_press_mm, coarse.last_press_mm);
+  fine.last_force_N = std::min(fine.last_force_N, coarse.last_force_N);
+  fine.steps += coarse.steps;
+  fine.cuts += coarse.cuts;
+  fine.newton_rounds += coarse.newton_rounds;
+  fine.iterations += coarse.iterations;
+  fine.wall_s += coarse.wall_s;
+  fine.bytes = std::max(fine.bytes, coarse.bytes);
+  for (const std::string& line : coarse.warnings)
+    if (std::find(fine.warnings.begin(), fine.warnings.end(), line) == fine.warnings.end())
+      fine.warnings.push_back(line);
+  return fine;
 }
 
 }  // namespace palpate

@@ -11,10 +11,15 @@ namespace {
 
 constexpr uint32_t kMostNewtonRounds = 15;
 constexpr uint32_t kMostGradients = 400;    // iterations within one of them
-constexpr int kMostShorter = 5;             // halvings of one correction
+constexpr uint32_t kMostWorse = 3;          // rounds that left more out of balance than they found
 constexpr double kLeastVolumeRatio = 0.05;  // below it an element is as good as inverted
 constexpr double kCorrectionShare = 0.01;   // of the forces out of balance, left by a correction
-constexpr double kChangeShare = 1e-6;       // the same of a derivative
+// The rest state's multigrid is blind to how a press turns the directions in which volume is kept: held less
+// tightly than the tissue holds it, those cost half the iterations. And what it is blind to, more smoothing
+// does not mend.
+constexpr double kPreconditionedPoisson = 0.4;
+constexpr Smoothing kQuick = {4, 6};
+constexpr double kChangeShare = 1e-6;  // the same of a derivative
 
 const ForwardScene& allowed(const ForwardScene& scene) {
   ForwardScene any_load = scene;
@@ -42,10 +47,12 @@ LargeStrainModel::LargeStrainModel(const ForwardScene& scene, const LargeStrainO
       above_(grid_.cells[2] - scene.cells[2]),
       fixed_(supports(scene, grid_, quarter_)),
       cells_(grid_, scene.poisson),
-      multigrid_(grid_, scene.poisson, fixed_, team),
+      multigrid_(grid_, std::min(scene.poisson, kPreconditionedPoisson), fixed_, team, kQuick),
       gradients_(3 * grid_.nodes(), team),
       displacement_(3 * grid_.nodes()),
       last_(displacement_),
+      pressure_(grid_.cell_count()),
+      last_pressure_(pressure_),
       force_(displacement_),
       residual_(displacement_) {}
 
@@ -80,7 +87,8 @@ uint32_t LargeStrainModel::correct(double target_share, std::vector<double>& cor
 bool LargeStrainModel::move_to(double press_mm, LargeStrainResult& told) {
   const size_t nodes = grid_.nodes();
   const auto [nx, ny, nz] = grid_.cells;
-  std::vector<double> u = displacement_, force(u.size()), correction(u.size()), tried(u.size());
+  std::vector<double> u = displacement_, force(u.size()), correction(u.size());
+  std::vector<double> pressure = pressure_;
   if (press_mm_ == 0) {
     const double whole = std::accumulate(grid_.size_z_mm.begin(), grid_.size_z_mm.end(), 0.0);
     double depth = 0;
@@ -94,30 +102,30 @@ bool LargeStrainModel::move_to(double press_mm, LargeStrainResult& told) {
     const double way = (press_mm - press_mm_) / (press_mm_ - last_mm_);
     for (size_t n = 0; n < u.size(); ++n) u[n] += way * (displacement_[n] - last_[n]);
     for (size_t n = 0; n < grid_.node(0, 0, 1); ++n) u[2 * nodes + n] = press_mm;
+    for (size_t n = 0; n < pressure.size(); ++n) pressure[n] += way * (pressure_[n] - last_pressure_[n]);
   }
   double open = out_of_balance(u, force);
   tangent_fresh_ = false;
+  uint32_t worse = 0;
   for (uint32_t round = 0; open > options_.residual; ++round) {
-    if (round == kMostNewtonRounds || !std::isfinite(open)) return false;
-    cells_.form_tangent(u.data(), team_);
+    if (round == kMostNewtonRounds || !std::isfinite(open) || worse == kMostWorse) return false;
+    cells_.form_tangent(u.data(), pressure, team_);
     ++told.newton_rounds;
     told.iterations += correct(std::max(kCorrectionShare, 0.3 * options_.residual / open), correction);
-    double share = 1, next = HUGE_VAL;
-    for (int shorter = 0;; ++shorter, share /= 2) {
-      if (shorter == kMostShorter) return false;
-      for (size_t n = 0; n < u.size(); ++n) tried[n] = u[n] + share * correction[n];
-      next = out_of_balance(tried, force);
-      if (next < open) break;
-    }
-    u.swap(tried);
+    cells_.pressures(u.data(), correction.data(), pressure, team_);
+    for (size_t n = 0; n < u.size(); ++n) u[n] += correction[n];
+    const double next = out_of_balance(u, force);
+    worse += next > open ? 1 : 0;
     open = next;
   }
   // Far states make better lines than near ones.
   if (press_mm_ == 0 || std::abs(press_mm - press_mm_) > 0.2 * options_.step_mm) {
     last_.swap(displacement_);
+    last_pressure_.swap(pressure_);
     last_mm_ = press_mm_;
   }
   displacement_.swap(u);
+  pressure_.swap(pressure);
   press_mm_ = press_mm;
   state_residual_ = open;
   take_forces();
@@ -154,11 +162,16 @@ PressedSurface LargeStrainModel::surface_of(const std::vector<double>& displacem
   return surface;
 }
 
+std::array<uint32_t, 2> LargeStrainModel::map_nodes() const {
+  const auto [x, y] = options_.map_nodes;
+  return {x == 0 ? scene_.cells[0] + 1 : x, y == 0 ? scene_.cells[1] + 1 : y};
+}
+
 PressedBlock LargeStrainModel::measure() const {
   PressedBlock block;
   block.press_mm = press_mm_;
   block.force_N = force_N_;
-  block.pressure_Pa = true_pressure(surface());
+  block.pressure_Pa = true_pressure(surface(), map_nodes());
   block.least_volume_ratio = least_;
   block.residual = state_residual_;
   return block;
@@ -184,7 +197,7 @@ PressedSurface LargeStrainModel::change(std::vector<double>& displacement,
 
 PressedSurface LargeStrainModel::change_by_moduli(const std::vector<float>& young_change,
                                                   LargeStrainResult& told) {
-  if (!tangent_fresh_) cells_.form_tangent(displacement_.data(), team_);
+  if (!tangent_fresh_) cells_.form_tangent(displacement_.data(), pressure_, team_);
   tangent_fresh_ = true;
   std::vector<double> direct(displacement_.size()), displacement(displacement_.size());
   cells_.forces(displacement_.data(), direct.data(), young_change, team_);
@@ -195,7 +208,7 @@ PressedSurface LargeStrainModel::change_by_moduli(const std::vector<float>& youn
 }
 
 PressedSurface LargeStrainModel::change_by_press(LargeStrainResult& told) {
-  if (!tangent_fresh_) cells_.form_tangent(displacement_.data(), team_);
+  if (!tangent_fresh_) cells_.form_tangent(displacement_.data(), pressure_, team_);
   tangent_fresh_ = true;
   std::vector<double> displacement(displacement_.size());
   const size_t nodes = grid_.nodes();

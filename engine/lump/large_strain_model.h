@@ -25,6 +25,7 @@ class LargeStrainModel {
   double force_N() const { return force_N_; }
   PressedSurface surface() const { return surface_of(displacement_, force_); }
   PressedBlock measure() const;
+  std::array<uint32_t, 2> map_nodes() const;
   uint64_t bytes() const;
 
   /// Changes of the surface (force and place) in this state, per unit of a parameter that changes the cells'
@@ -54,8 +55,9 @@ class LargeStrainModel {
   NeoHookeanCells cells_;
   ForwardMultigrid multigrid_;  // of the block at rest: the tangents' preconditioner
   ConjugateGradients gradients_;
-  std::vector<double> displacement_, last_;  // at press_mm_ and before it at last_mm_
-  std::vector<double> force_;                // of the tissue alone, on all nodes
+  std::vector<double> displacement_, last_;       // at press_mm_ and before it at last_mm_
+  std::vector<double> pressure_, last_pressure_;  // of the cells, modulus' unit
+  std::vector<double> force_;                     // of the tissue alone, on all nodes
   std::vector<double> residual_;
   double press_mm_ = 0, last_mm_ = 0, force_N_ = 0, all_forces_ = 0, least_ = 1, state_residual_ = 0;
   bool tangent_fresh_ = false;  // of displacement_

@@ -184,6 +184,7 @@ double NeoHookeanCells::forces(const double* displacement, double* force, const 
 struct NeoHookeanTangent {
   const NeoHookeanCells& cells;
   const double* u;
+  const double* pressures;
   uint32_t k;
   float* out;
 
@@ -197,14 +198,11 @@ struct NeoHookeanTangent {
         Corners corners;
         gather(grid, u, i, row, k, count, corners);
         Point points[8];
-        Lanes mean = {};
-        for (int q = 0; q < 8; ++q) {
-          deform(layer.gradient[q], corners, points[q]);
-          mean += points[q].j;
-        }
-        Lanes modulus = {};
+        for (int q = 0; q < 8; ++q) deform(layer.gradient[q], corners, points[q]);
+        Lanes modulus = {}, pressure;
         for (uint32_t l = 0; l < count; ++l) modulus[l] = double{grid.young[grid.cell(i + l, row, k)]};
-        const Lanes pressure = modulus * (layer.weight * cells.kappa_) * (mean / 8.0 - 1.0);
+        load(pressures + grid.cell(i, row, k), count, pressure);
+        pressure *= layer.weight;
         const Lanes shear = modulus * (layer.weight * cells.mu_);
         alignas(64) Lanes k_sum[kPairs * 9] = {};
         Lanes swell[24] = {};  // derivative of 8 Jm
@@ -263,13 +261,61 @@ struct NeoHookeanTangent {
   }
 };
 
-void NeoHookeanCells::form_tangent(const double* displacement, WorkTeam& team) {
+struct NeoHookeanPressure {
+  const NeoHookeanCells& cells;
+  const double* u;
+  const double* change;
+  uint32_t k;
+  double* out;
+
+  PALPATE_INLINE void run() const {
+    const ForwardGrid& grid = cells.grid_;
+    for (uint32_t row = 0; row < grid.cells[1]; ++row)
+      for (uint32_t i = 0; i < grid.cells[0]; i += kLanes) {
+        const uint32_t count = std::min(kLanes, grid.cells[0] - i);
+        Corners corners, moved;
+        gather(grid, u, i, row, k, count, corners);
+        gather(grid, change, i, row, k, count, moved);
+        Lanes mean = {};
+        for (const std::array<double, 24>& gradient : cells.layers_[k].gradient) {
+          Point p;
+          deform(gradient, corners, p);
+          mean += p.j;
+          for (int r = 0; r < 3; ++r)
+            for (int c = 0; c < 3; ++c) {
+              Lanes slope = {};
+              for (int corner = 0; corner < 8; ++corner)
+                slope += moved.value[3 * corner + r] * gradient[3 * corner + c];
+              mean += p.cofactor[3 * r + c] * slope;
+            }
+        }
+        for (uint32_t l = 0; l < count; ++l) {
+          const size_t cell = grid.cell(i + l, row, k);
+          out[cell] = double{grid.young[cell]} * cells.kappa_ * (mean[l] / 8 - 1);
+        }
+      }
+  }
+};
+
+void NeoHookeanCells::pressures(const double* displacement, const double* change,
+                                std::vector<double>& pressure, WorkTeam& team) const {
+  pressure.resize(grid_.cell_count());
+  team.run([&](uint32_t part) {
+    const auto [begin, end] = team.share(grid_.cells[2], part);
+    for (uint32_t k = begin; k < end; ++k)
+      run_widest(NeoHookeanPressure{*this, displacement, change, k, pressure.data()});
+  });
+}
+
+void NeoHookeanCells::form_tangent(const double* displacement, const std::vector<double>& pressure,
+                                   WorkTeam& team) {
   const size_t layer_floats = size_t{grid_.cells[1]} * blocks_ * kBlockFloats;
   tangent_.resize(layer_floats * grid_.cells[2]);
   team.run([&](uint32_t part) {
     const auto [begin, end] = team.share(grid_.cells[2], part);
     for (uint32_t k = begin; k < end; ++k)
-      run_widest(NeoHookeanTangent{*this, displacement, k, tangent_.data() + k * layer_floats});
+      run_widest(
+          NeoHookeanTangent{*this, displacement, pressure.data(), k, tangent_.data() + k * layer_floats});
   });
 }
 

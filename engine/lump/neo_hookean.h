@@ -24,8 +24,15 @@ class NeoHookeanCells {
   double forces(const double* displacement, double* force, const std::vector<float>& young, WorkTeam& team,
                 uint32_t first = 0, uint32_t last = ~0u) const;
 
-  /// Takes the energy's second derivatives at a displacement for apply(). 1296 bytes a cell.
-  void form_tangent(const double* displacement, WorkTeam& team);
+  /// Takes the energy's second derivatives at a displacement for apply(). 1296 bytes a cell. The part of them
+  /// that is proportional to the cells' pressure kappa (Jm - 1) takes it from `pressure` instead, one of each
+  /// cell in the modulus' unit: at large kappa a displacement that is only nearly right has a pressure that
+  /// is far off.
+  void form_tangent(const double* displacement, const std::vector<double>& pressure, WorkTeam& team);
+
+  /// Pressures of a displacement to first order in its change: kappa (Jm + dJm - 1).
+  void pressures(const double* displacement, const double* change, std::vector<double>& pressure,
+                 WorkTeam& team) const;
 
   /// force = K displacement. `fixed`: as ForwardOperator::apply.
   void apply(const double* displacement, double* force, const FixedNodes* fixed, WorkTeam& team) const;
@@ -36,6 +43,7 @@ class NeoHookeanCells {
   friend struct NeoHookeanForces;
   friend struct NeoHookeanTangent;
   friend struct NeoHookeanProduct;
+  friend struct NeoHookeanPressure;
   /// Numbers of a layer's cells at each Gauss point.
   struct Layer {
     double weight;                                   ///< of a point, mm^3

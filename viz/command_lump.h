@@ -1,0 +1,13 @@
+// The commands below palpate lump, each in a file of its own.
+#pragma once
+
+#include "viz/command.h"
+
+namespace palpate {
+
+/// Each adds one command to the group `lump`.
+void add_lump_dataset(CLI::App& group, Common& common, Command& chosen);
+void add_lump_info(CLI::App& group, Common& common, Command& chosen);
+void add_lump_figures(CLI::App& group, Common& common, Command& chosen);
+
+}  // namespace palpate
