@@ -19,8 +19,9 @@ constexpr double kTold = 0.34, kFrom = 0.66;  // share of the training, for prog
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0;
   // The place that holds with one more of the kind.
-  const auto place = static_cast<size_t>(
-      std::clamp(std::ceil(share * static_cast<double>(values.size() + 1)) - 1, 0.0, static_cast<double>(values.size() - 1)));
+  const auto place =
+      static_cast<size_t>(std::clamp(std::ceil(share * static_cast<double>(values.size() + 1)) - 1, 0.0,
+                                     static_cast<double>(values.size() - 1)));
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(place), values.end());
   return values[place];
 }
@@ -45,7 +46,8 @@ LumpReading noisy(const LumpReading& ideal, size_t count, double noise_share, ui
     map.width = 2 * half_x + 1;
     map.height = 2 * half_y + 1;
     for (uint32_t y = 0; y < map.height; ++y)
-      for (uint32_t x = 0; x < map.width; ++x) map.values.push_back(from.at(from.width / 2 - half_x + x, from.height / 2 - half_y + y));
+      for (uint32_t x = 0; x < map.width; ++x)
+        map.values.push_back(from.at(from.width / 2 - half_x + x, from.height / 2 - half_y + y));
     for (const float value : map.values) peak = std::max(peak, static_cast<double>(value));
     reading.pressure_Pa.push_back(std::move(map));
     reading.force_N.push_back(ideal.force_N[load]);
@@ -83,7 +85,9 @@ void calibrate(LumpModel& model, const LumpExamples& all, const LumpTrainingOpti
   const size_t settings = kTrustLoads.size() * kTrustNoise.size();
   const size_t total = settings * (2 * options.trials + options.trials / 3);
   const auto told = [&] {
-    if (options.progress && !options.progress("calibrating intervals", kFrom + kTold * static_cast<double>(++done) / static_cast<double>(total)))
+    if (options.progress &&
+        !options.progress("calibrating intervals",
+                          kFrom + kTold * static_cast<double>(++done) / static_cast<double>(total)))
       stop = true;
   };
   for (size_t l = 0; l < kTrustLoads.size(); ++l)
@@ -95,8 +99,9 @@ void calibrate(LumpModel& model, const LumpExamples& all, const LumpTrainingOpti
         if (stop) return t;
         const std::vector<size_t>& from = lump ? lumps : plain;
         const size_t example = from[(number * 7919 + 13 * n + 5 * l) % from.size()];
-        const LumpReading reading = noisy(all.readings[example], std::min<size_t>(kTrustLoads[l], all.readings[example].force_N.size()),
-                                          kTrustNoise[n], seed + 2 * number + (lump ? 1 : 0));
+        const LumpReading reading = noisy(
+            all.readings[example], std::min<size_t>(kTrustLoads[l], all.readings[example].force_N.size()),
+            kTrustNoise[n], seed + 2 * number + (lump ? 1 : 0));
         const size_t part = ((number * 7919 + 13 * n + 5 * l) % from.size()) % parts;
         const LumpModel& judge = lump ? model : without[part];
         LumpEstimate ignored;
@@ -116,7 +121,8 @@ void calibrate(LumpModel& model, const LumpExamples& all, const LumpTrainingOpti
       trust.warmth = std::clamp(quantile(misfits, 0.6), 1.0, 30.0);
 
       trials.assign(options.trials, {});
-      in_parallel(options.threads, trials.size(), [&](size_t i) { trials[i] = trial(i, false, trust.warmth); });
+      in_parallel(options.threads, trials.size(),
+                  [&](size_t i) { trials[i] = trial(i, false, trust.warmth); });
       std::vector<double> evidence, plain_misfit;
       for (const Trial& t : trials)
         if (t.usable) {
@@ -127,7 +133,8 @@ void calibrate(LumpModel& model, const LumpExamples& all, const LumpTrainingOpti
       trust.no_lump_misfit = std::max(1.05, 1.02 * quantile(plain_misfit, 1 - model.false_alarm_rate));
 
       trials.assign(options.trials, {});
-      in_parallel(options.threads, trials.size(), [&](size_t i) { trials[i] = trial(i, true, trust.warmth); });
+      in_parallel(options.threads, trials.size(),
+                  [&](size_t i) { trials[i] = trial(i, true, trust.warmth); });
       std::array<std::vector<double>, kParameters> scores;
       std::vector<double> place, rest;
       misfits.clear();
@@ -135,20 +142,24 @@ void calibrate(LumpModel& model, const LumpExamples& all, const LumpTrainingOpti
         const Trial& t = trials[i];
         if (!t.usable || t.found.evidence < trust.evidence) continue;
         const LumpExample& truth = all.examples[lumps[(i * 7919 + 13 * n + 5 * l) % lumps.size()]];
-        const std::array<double, kParameters> wanted = {std::log(truth.size_mm), std::log(truth.depth_mm), std::log(truth.stiffness_ratio)};
+        const std::array<double, kParameters> wanted = {std::log(truth.size_mm), std::log(truth.depth_mm),
+                                                        std::log(truth.stiffness_ratio)};
         for (const LumpParameter p : {kSize, kDepth, kRatio}) {
           const double middle = t.found.posterior.quantile(p, 0.5);
           const double off = wanted[p] - middle;
-          const double half = off > 0 ? t.found.posterior.quantile(p, 0.95) - middle : middle - t.found.posterior.quantile(p, 0.05);
+          const double half = off > 0 ? t.found.posterior.quantile(p, 0.95) - middle
+                                      : middle - t.found.posterior.quantile(p, 0.05);
           scores[p].push_back(std::abs(off) / std::max(1e-4, half));
         }
         for (size_t axis = 0; axis < 2; ++axis)
-          place.push_back(std::abs(t.found.place_mm[axis] - truth.offset_mm[axis]) / (1.645 * std::max(1e-3, t.found.place_sd_mm[axis])));
+          place.push_back(std::abs(t.found.place_mm[axis] - truth.offset_mm[axis]) /
+                          (1.645 * std::max(1e-3, t.found.place_sd_mm[axis])));
         misfits.push_back(t.found.misfit);
         rest.push_back(t.found.rest);
       }
       if (scores[0].size() >= 10) {
-        for (const LumpParameter p : {kSize, kDepth, kRatio}) trust.stretch[p] = std::clamp(quantile(scores[p], kCoverage), 0.2, 30.0);
+        for (const LumpParameter p : {kSize, kDepth, kRatio})
+          trust.stretch[p] = std::clamp(quantile(scores[p], kCoverage), 0.2, 30.0);
         trust.place_stretch = std::clamp(quantile(place, kCoverage), 0.2, 30.0);
         trust.misfit = 1.1 * quantile(misfits, 1 - model.false_alarm_rate);
         trust.rest = 1.1 * quantile(rest, 1 - model.false_alarm_rate);

@@ -13,11 +13,12 @@ using Matrix5 = Eigen::Matrix<double, 5, 5>;
 constexpr double kGaugeShare = 0.005;
 constexpr double kBeyondRange = 1.1;  // of the training's ranges, where the search is turned back
 constexpr std::array<double, 5> kLongestStep = {0.4, 0.5, 0.9, 1.5, 1.5};
-constexpr double kForgiven = 30;      // misfit beyond the best's from which on a shape is no longer followed
-constexpr int kRatios = 11;           // of the posterior
+constexpr double kForgiven = 30;  // misfit beyond the best's from which on a shape is no longer followed
+constexpr int kRatios = 11;       // of the posterior
 
 /// Past `edge` by `over` a parameter costs (over / width)^2.
-void wall(double over, double width, int index, double sign, double& misfit, LumpVector* slope, Matrix5* normal) {
+void wall(double over, double width, int index, double sign, double& misfit, LumpVector* slope,
+          Matrix5* normal) {
   if (over <= 0) return;
   misfit += over * over / (width * width);
   if (slope != nullptr) {
@@ -26,7 +27,9 @@ void wall(double over, double width, int index, double sign, double& misfit, Lum
   }
 }
 
-std::array<double, 2> log_range(const std::array<double, 2>& range) { return {std::log(range[0]), std::log(range[1])}; }
+std::array<double, 2> log_range(const std::array<double, 2>& range) {
+  return {std::log(range[0]), std::log(range[1])};
+}
 
 }  // namespace
 
@@ -41,7 +44,8 @@ LumpFitter::LumpFitter(const LumpModel& model, const PressedNodes& nodes, const 
 double LumpFitter::misfit(const LumpFit& fit, LumpVector* slope, Matrix5* normal) const {
   const LumpGuess guess{fit.what.shape, fit.at(0), fit.at(1), fit.at(2)};
   std::array<Eigen::MatrixXd, 3> changes;
-  const Eigen::MatrixXd plain = bump_factors(model_, guess, view_.setting, nodes_.loads, member_, slope ? &changes : nullptr);
+  const Eigen::MatrixXd plain =
+      bump_factors(model_, guess, view_.setting, nodes_.loads, member_, slope ? &changes : nullptr);
   const Eigen::MatrixXd shift = fit.at(3) * model_.patch.along_x + fit.at(4) * model_.patch.along_y;
   const auto moved = [&shift](const Eigen::MatrixXd& factors) -> Eigen::MatrixXd {
     const Eigen::MatrixXd once = shift * factors;
@@ -52,14 +56,16 @@ double LumpFitter::misfit(const LumpFit& fit, LumpVector* slope, Matrix5* normal
   double sum = rest.squaredNorm();
   if (slope != nullptr) {
     Eigen::MatrixXd jacobian(rest.size(), 5);
-    for (size_t p = 0; p < 3; ++p) jacobian.col(static_cast<Eigen::Index>(p)) = whitener_.of_factors(moved(changes[p]));
+    for (size_t p = 0; p < 3; ++p)
+      jacobian.col(static_cast<Eigen::Index>(p)) = whitener_.of_factors(moved(changes[p]));
     jacobian.col(3) = whitener_.of_factors(-model_.patch.along_x * factors);
     jacobian.col(4) = whitener_.of_factors(-model_.patch.along_y * factors);
     *slope = jacobian.transpose() * rest;
     *normal = jacobian.transpose() * jacobian;
   }
   // What the training held is likelier than what it did not: wide bells over its ranges, walls beyond them.
-  const std::array<std::array<double, 2>, 3> ranges = {log_range(model_.size_mm), log_range(model_.depth_mm), log_range(model_.ratio)};
+  const std::array<std::array<double, 2>, 3> ranges = {log_range(model_.size_mm), log_range(model_.depth_mm),
+                                                       log_range(model_.ratio)};
   for (int p = 0; p < 3; ++p) {
     const auto [low, high] = ranges[static_cast<size_t>(p)];
     const double width = high - low + 0.1, off = fit.at(p) - 0.5 * (low + high);
@@ -114,9 +120,11 @@ LumpFit LumpFitter::start(const LumpHypothesis& what) const {
         LumpFit fit;
         fit.what = what;
         fit.at << between(model_.size_mm, s), between(model_.depth_mm, d), between(model_.ratio, r), 0, 0;
-        if (std::exp(fit.at(0)) + std::exp(fit.at(1)) > view_.setting.thickness_mm - model_.floor_mm) continue;
+        if (std::exp(fit.at(0)) + std::exp(fit.at(1)) > view_.setting.thickness_mm - model_.floor_mm)
+          continue;
         const LumpGuess guess{what.shape, fit.at(0), fit.at(1), fit.at(2)};
-        const Eigen::VectorXd factors = bump_factors(model_, guess, view_.setting, last.loads, std::max(member_, 0));
+        const Eigen::VectorXd factors =
+            bump_factors(model_, guess, view_.setting, last.loads, std::max(member_, 0));
         fit.misfit = factors.dot(sums_.gram * factors) - 2 * factors.dot(seen);
         if (fit.misfit < best.misfit) best = fit;
       }
@@ -138,7 +146,8 @@ void LumpFitter::search(LumpFit& fit, uint32_t rounds, bool ratio_held) const {
     }
     LumpVector step = matrix.ldlt().solve(slope);
     double shrink = 1;
-    for (int p = 0; p < 5; ++p) shrink = std::min(shrink, kLongestStep[static_cast<size_t>(p)] / std::max(1e-12, std::abs(step(p))));
+    for (int p = 0; p < 5; ++p)
+      shrink = std::min(shrink, kLongestStep[static_cast<size_t>(p)] / std::max(1e-12, std::abs(step(p))));
     step *= shrink;
     LumpFit next = fit;
     next.at += step;
@@ -167,7 +176,8 @@ double LumpPosterior::quantile(LumpParameter what, double share) const {
     const double middle = 0.5 * (low + high);
     double below = 0;
     for (const Bell& bell : bells)
-      below += bell.weight * 0.5 * std::erfc((bell.mean[what] - middle) / (bell.sd[what] * std::numbers::sqrt2));
+      below +=
+          bell.weight * 0.5 * std::erfc((bell.mean[what] - middle) / (bell.sd[what] * std::numbers::sqrt2));
     (below < share ? low : high) = middle;
   }
   return 0.5 * (low + high);
@@ -176,8 +186,8 @@ double LumpPosterior::quantile(LumpParameter what, double share) const {
 namespace {
 
 /// The bells of one fit: its ratio on a grid, the rest following it.
-void add_bells(const LumpModel& model, const LumpFitter& fitter, const LumpFit& fit, double warmth, std::vector<LumpPosterior::Bell>& bells,
-               std::vector<double>& log_weights) {
+void add_bells(const LumpModel& model, const LumpFitter& fitter, const LumpFit& fit, double warmth,
+               std::vector<LumpPosterior::Bell>& bells, std::vector<double>& log_weights) {
   const Matrix5 covariance = fit.normal.inverse();
   const auto [low, high] = log_range(model.ratio);
   const double sd = std::sqrt(warmth * covariance(2, 2));
@@ -190,7 +200,8 @@ void add_bells(const LumpModel& model, const LumpFitter& fitter, const LumpFit& 
     Eigen::Matrix4d rest;
     constexpr std::array<int, 4> kept = {0, 1, 3, 4};
     for (int a = 0; a < 4; ++a)
-      for (int b = 0; b < 4; ++b) rest(a, b) = at.normal(kept[static_cast<size_t>(a)], kept[static_cast<size_t>(b)]);
+      for (int b = 0; b < 4; ++b)
+        rest(a, b) = at.normal(kept[static_cast<size_t>(a)], kept[static_cast<size_t>(b)]);
     const Eigen::Matrix4d inverse = rest.inverse();
     const double volume = std::log(std::max(1e-300, std::abs(inverse.determinant())));
     // Sizes and depths were even in the training, not their logarithms.
@@ -240,9 +251,11 @@ LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, doub
   std::array<std::optional<LumpFitter>, 2> fitters;
   const double reach = model.offset_mm + 2;
   for (int pass = 0; pass < 3; ++pass) {
-    for (size_t f = 0; f < 2; ++f) fitters[f].emplace(model, nodes, PatchView(model, nodes, center, f == 1), member);
+    for (size_t f = 0; f < 2; ++f)
+      fitters[f].emplace(model, nodes, PatchView(model, nodes, center, f == 1), member);
     if (pass == 0) {
-      for (const LumpHypothesis& what : hypotheses) found.fits.push_back(fitters[what.swapped ? 1 : 0]->start(what));
+      for (const LumpHypothesis& what : hypotheses)
+        found.fits.push_back(fitters[what.swapped ? 1 : 0]->start(what));
     } else {
       for (LumpFit& fit : found.fits) fit.at(3) = fit.at(4) = 0;
     }
@@ -251,14 +264,16 @@ LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, doub
       fitters[fit.what.swapped ? 1 : 0]->search(fit, pass == 0 ? 6 : 4);
       best = std::min(best, fit.misfit);
     }
-    std::sort(found.fits.begin(), found.fits.end(), [](const LumpFit& a, const LumpFit& b) { return a.misfit < b.misfit; });
+    std::sort(found.fits.begin(), found.fits.end(),
+              [](const LumpFit& a, const LumpFit& b) { return a.misfit < b.misfit; });
     // Shapes that are far off are not followed; while the centre moves, with patience.
     const double forgiven = (pass == 0 ? 4 : 1) * kForgiven * warmth;
     std::erase_if(found.fits, [&](const LumpFit& fit) { return fit.misfit > best + forgiven; });
     const LumpFit& first = found.fits.front();
     if (std::hypot(first.at(3), first.at(4)) < 0.35 || pass == 2) break;
     const auto move = fitters[first.what.swapped ? 1 : 0]->view().to_block(first.at(3), first.at(4));
-    for (size_t axis = 0; axis < 2; ++axis) center[axis] = std::clamp(center[axis] + move[axis], -reach, reach);
+    for (size_t axis = 0; axis < 2; ++axis)
+      center[axis] = std::clamp(center[axis] + move[axis], -reach, reach);
   }
   const LumpFit& best = found.fits.front();
   const LumpFitter& fitter = *fitters[best.what.swapped ? 1 : 0];
@@ -280,7 +295,8 @@ LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, doub
   }
   const Matrix5 covariance = best.normal.inverse();
   const auto move = fitter.view().to_block(best.at(3), best.at(4));
-  const std::array<double, 2> sd = {std::sqrt(warmth * covariance(3, 3)), std::sqrt(warmth * covariance(4, 4))};
+  const std::array<double, 2> sd = {std::sqrt(warmth * covariance(3, 3)),
+                                    std::sqrt(warmth * covariance(4, 4))};
   for (size_t axis = 0; axis < 2; ++axis) {
     found.place_mm[axis] = fitter.view().center_mm[axis] + move[axis];
     found.place_sd_mm[axis] = sd[best.what.swapped ? 1 - axis : axis];

@@ -80,6 +80,7 @@ struct LumpEvidence {
 LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, double warmth, int member = -1);
 
 /// What weigh_lumps() found with the trust that its like has earned.
-void conclude(const LumpModel& model, const PressedNodes& nodes, const LumpEvidence& found, LumpEstimate& estimate);
+void conclude(const LumpModel& model, const PressedNodes& nodes, const LumpEvidence& found,
+              LumpEstimate& estimate);
 
 }  // namespace palpate

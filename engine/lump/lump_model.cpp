@@ -30,7 +30,8 @@ Taps taps_at(double place, uint32_t nodes, bool mirrored) {
 
 Eigen::Matrix<float, LumpBase::kTerms, 1> LumpBase::terms(double thickness_mm, double load) {
   const double t = (thickness_mm - 20) / 4, s = load / 0.3;
-  return Eigen::Matrix<double, kTerms, 1>{1, t, t * t, s, s * s, t * s, t * t * s, t * s * s, s * s * s}.cast<float>();
+  return Eigen::Matrix<double, kTerms, 1>{1, t, t * t, s, s * s, t * s, t * t * s, t * s * s, s * s * s}
+      .cast<float>();
 }
 
 Eigen::VectorXf LumpBase::quarter(double thickness_mm, double load) const {
@@ -38,11 +39,13 @@ Eigen::VectorXf LumpBase::quarter(double thickness_mm, double load) const {
 }
 
 double LumpBase::at(const Eigen::VectorXf& quarter, double x_mm, double y_mm) const {
-  const Taps x = taps_at(std::abs(x_mm) / pitch_mm, side, true), y = taps_at(std::abs(y_mm) / pitch_mm, side, true);
+  const Taps x = taps_at(std::abs(x_mm) / pitch_mm, side, true),
+             y = taps_at(std::abs(y_mm) / pitch_mm, side, true);
   double sum = 0;
   for (size_t j = 0; j < 4; ++j) {
     double row = 0;
-    for (size_t i = 0; i < 4; ++i) row += x.weight[i] * static_cast<double>(quarter(y.node[j] * side + x.node[i]));
+    for (size_t i = 0; i < 4; ++i)
+      row += x.weight[i] * static_cast<double>(quarter(y.node[j] * side + x.node[i]));
     sum += y.weight[j] * row;
   }
   return sum;
@@ -50,7 +53,8 @@ double LumpBase::at(const Eigen::VectorXf& quarter, double x_mm, double y_mm) co
 
 void LumpPatch::at(double u_mm, double v_mm, float* values) const {
   const double middle = (side - 1) / 2.0;
-  const Taps x = taps_at(u_mm / pitch_mm + middle, side, false), y = taps_at(v_mm / pitch_mm + middle, side, false);
+  const Taps x = taps_at(u_mm / pitch_mm + middle, side, false),
+             y = taps_at(v_mm / pitch_mm + middle, side, false);
   Eigen::Map<Eigen::VectorXf> sum(values, count());
   sum.setZero();
   for (size_t j = 0; j < 4; ++j)
@@ -72,20 +76,23 @@ void LumpPatch::find_slopes() {
       y.col(j * n + i) = (fields.col(down * n + i) - fields.col(up * n + i)) /
                          static_cast<float>(pitch_mm * static_cast<double>(down - up));
     }
-  // A bump of factors a has the slope x^T a = fields^T (fields x^T a): column of factors to column of factors.
+  // A bump of factors a has the slope x^T a = fields^T (fields x^T a): column of factors to column of
+  // factors.
   along_x = (fields * x.transpose()).cast<double>();
   along_y = (fields * y.transpose()).cast<double>();
 }
 
-Eigen::Matrix<double, kLumpFeatures, 1> lump_features(const LumpGuess& guess, const LumpSetting& setting, double load,
+Eigen::Matrix<double, kLumpFeatures, 1> lump_features(const LumpGuess& guess, const LumpSetting& setting,
+                                                      double load,
                                                       Eigen::Matrix<double, kLumpFeatures, 3>* changes) {
-  const double size = std::exp(guess.log_size), depth = std::exp(guess.log_depth), ratio = std::exp(guess.log_ratio);
+  const double size = std::exp(guess.log_size), depth = std::exp(guess.log_depth),
+               ratio = std::exp(guess.log_ratio);
   const double contrast = (ratio - 1) / (ratio + 2), below = setting.thickness_mm - depth - size;
   Eigen::Matrix<double, kLumpFeatures, 1> in;
   in << guess.log_size, guess.log_depth, guess.log_ratio, contrast, size, depth, setting.thickness_mm, below,
       size * size / ((size + depth) * (size + depth)), std::abs(setting.x_mm), std::abs(setting.y_mm), load,
-      setting.cell_mm, guess.shape == LumpShape::Ellipsoid ? 1 : 0, guess.shape == LumpShape::Cylinder ? 1 : 0,
-      guess.shape == LumpShape::LyingCylinder ? 1 : 0;
+      setting.cell_mm, guess.shape == LumpShape::Ellipsoid ? 1 : 0,
+      guess.shape == LumpShape::Cylinder ? 1 : 0, guess.shape == LumpShape::LyingCylinder ? 1 : 0;
   if (changes != nullptr) {
     changes->setZero();
     (*changes)(0, 0) = (*changes)(1, 1) = (*changes)(2, 2) = 1;
@@ -102,7 +109,8 @@ Eigen::Matrix<double, kLumpFeatures, 1> lump_features(const LumpGuess& guess, co
 }
 
 Eigen::MatrixXd bump_factors(const LumpModel& model, const LumpGuess& guess, const LumpSetting& setting,
-                             const std::vector<double>& loads, int member, std::array<Eigen::MatrixXd, 3>* changes) {
+                             const std::vector<double>& loads, int member,
+                             std::array<Eigen::MatrixXd, 3>* changes) {
   const auto count = static_cast<Eigen::Index>(loads.size());
   Eigen::MatrixXf in(kLumpFeatures, count);
   std::vector<Eigen::MatrixXf> along(changes != nullptr ? 3 : 0, Eigen::MatrixXf(kLumpFeatures, count));
@@ -112,7 +120,8 @@ Eigen::MatrixXd bump_factors(const LumpModel& model, const LumpGuess& guess, con
         lump_features(guess, setting, loads[static_cast<size_t>(k)], changes != nullptr ? &slopes : nullptr);
     in.col(k) = (features.cast<float>() - model.in_mean).array() * model.in_scale.array();
     for (size_t t = 0; t < along.size(); ++t)
-      along[t].col(k) = slopes.col(static_cast<Eigen::Index>(t)).cast<float>().array() * model.in_scale.array();
+      along[t].col(k) =
+          slopes.col(static_cast<Eigen::Index>(t)).cast<float>().array() * model.in_scale.array();
   }
   const size_t first = member < 0 ? 0 : static_cast<size_t>(member);
   const size_t last = member < 0 ? model.members.size() : first + 1;
@@ -144,7 +153,8 @@ LumpTrust trust_at(const LumpModel& model, size_t loads, double noise_share) {
   const auto place = [](const auto& knots, double value, size_t& below, double& share) {
     below = 0;
     while (below + 2 < knots.size() && value > static_cast<double>(knots[below + 1])) ++below;
-    const double low = std::log(static_cast<double>(knots[below])), high = std::log(static_cast<double>(knots[below + 1]));
+    const double low = std::log(static_cast<double>(knots[below])),
+                 high = std::log(static_cast<double>(knots[below + 1]));
     share = std::clamp((std::log(std::max(value, 1e-9)) - low) / (high - low), 0.0, 1.0);
   };
   size_t l = 0, n = 0;
@@ -157,7 +167,8 @@ LumpTrust trust_at(const LumpModel& model, size_t loads, double noise_share) {
                     a * ((1 - b) * log_at(l + 1, n) + b * log_at(l + 1, n + 1)));
   };
   LumpTrust trust;
-  for (size_t p = 0; p < kParameters; ++p) trust.stretch[p] = mix([p](const LumpTrust& t) { return t.stretch[p]; });
+  for (size_t p = 0; p < kParameters; ++p)
+    trust.stretch[p] = mix([p](const LumpTrust& t) { return t.stretch[p]; });
   trust.place_stretch = mix([](const LumpTrust& t) { return t.place_stretch; });
   trust.evidence = mix([](const LumpTrust& t) { return t.evidence; });
   trust.misfit = mix([](const LumpTrust& t) { return t.misfit; });

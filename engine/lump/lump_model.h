@@ -50,11 +50,11 @@ enum LumpParameter : uint8_t { kSize, kDepth, kRatio, kParameters };
 struct LumpTrust {
   std::array<double, kParameters> stretch{1, 1, 1};  ///< of intervals, so that they hold 90 % of the truths
   double place_stretch = 1;
-  double evidence = 10;   ///< that one in 100 readings without a lump reaches
-  double misfit = 2;      ///< that one in 100 readings with a lump exceeds
-  double rest = 2;        ///< the same of what no sum of the patch's fields can be
+  double evidence = 10;       ///< that one in 100 readings without a lump reaches
+  double misfit = 2;          ///< that one in 100 readings with a lump exceeds
+  double rest = 2;            ///< the same of what no sum of the patch's fields can be
   double no_lump_misfit = 2;  ///< that one in 100 readings without a lump exceeds, of the whole window
-  double warmth = 1;      ///< divides logarithms of likelihoods before hypotheses are weighed
+  double warmth = 1;          ///< divides logarithms of likelihoods before hypotheses are weighed
 };
 
 inline constexpr std::array<uint32_t, 3> kTrustLoads = {1, 2, 4};
@@ -98,8 +98,9 @@ struct LumpSetting {
 
 inline constexpr int kLumpFeatures = 16;
 /// The network's inputs before scaling, and optionally how they change with log_size, log_depth, log_ratio.
-Eigen::Matrix<double, kLumpFeatures, 1> lump_features(const LumpGuess& guess, const LumpSetting& setting, double load,
-                                                      Eigen::Matrix<double, kLumpFeatures, 3>* changes = nullptr);
+Eigen::Matrix<double, kLumpFeatures, 1> lump_features(
+    const LumpGuess& guess, const LumpSetting& setting, double load,
+    Eigen::Matrix<double, kLumpFeatures, 3>* changes = nullptr);
 
 /// The fields' factors of the bump (pressure over modulus) at each load, count x loads, by one member (or the
 /// mean of all: -1); `changes` (may be null) with the three logarithms.

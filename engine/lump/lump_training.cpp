@@ -36,7 +36,8 @@ void find_ranges(LumpModel& model, const LumpExamples& all) {
   for (size_t i = 0; i < all.examples.size(); ++i) {
     const LumpExample& e = all.examples[i];
     widen(model.thickness_mm, e.block_mm[2]);
-    for (size_t k = 0; k < all.readings[i].force_N.size(); ++k) widen(model.load, load_of(all.readings[i], k));
+    for (size_t k = 0; k < all.readings[i].force_N.size(); ++k)
+      widen(model.load, load_of(all.readings[i], k));
     model.cell_mm = std::min(model.cell_mm, e.cell_mm);
     if (!e.lump) continue;
     widen(model.size_mm, e.size_mm);
@@ -94,8 +95,10 @@ LumpBase fit_base(const LumpModel& model, const LumpExamples& all, const std::fu
           double sum = 0;
           for (const int sx : {-1, 1})
             for (const int sy : {-1, 1})
-              sum += static_cast<double>(map.at(static_cast<uint32_t>(middle + sx * x), static_cast<uint32_t>(middle + sy * y))) +
-                     static_cast<double>(map.at(static_cast<uint32_t>(middle + sx * y), static_cast<uint32_t>(middle + sy * x)));
+              sum += static_cast<double>(map.at(static_cast<uint32_t>(middle + sx * x),
+                                                static_cast<uint32_t>(middle + sy * y))) +
+                     static_cast<double>(map.at(static_cast<uint32_t>(middle + sx * y),
+                                                static_cast<uint32_t>(middle + sy * x)));
           value(y * n + x) = sum / 8 / (reading.young_Pa * load);
         }
       rows.emplace_back(LumpBase::terms(reading.block_mm[2], load).cast<double>());
@@ -121,7 +124,8 @@ LumpBase fit_base(const LumpModel& model, const LumpExamples& all, const std::fu
   return base;
 }
 
-LumpPatch fit_patch(const LumpModel& model, const LumpExamples& all, uint32_t count, uint64_t seed, double& missed) {
+LumpPatch fit_patch(const LumpModel& model, const LumpExamples& all, uint32_t count, uint64_t seed,
+                    double& missed) {
   LumpPatch patch;
   const auto n = static_cast<Eigen::Index>(patch.side);
   const double middle = static_cast<double>(n - 1) / 2;
@@ -132,7 +136,8 @@ LumpPatch fit_patch(const LumpModel& model, const LumpExamples& all, uint32_t co
     const LumpExample& e = all.examples[i];
     if (!e.lump) continue;
     const LumpReading& reading = all.readings[i];
-    const float peak = *std::max_element(reading.pressure_Pa.back().values.begin(), reading.pressure_Pa.back().values.end());
+    const float peak =
+        *std::max_element(reading.pressure_Pa.back().values.begin(), reading.pressure_Pa.back().values.end());
     const double sign_x = e.offset_mm[0] < 0 ? -1 : 1, sign_y = e.offset_mm[1] < 0 ? -1 : 1;
     const bool round = e.shape == LumpShape::Sphere || e.shape == LumpShape::Cylinder;
     for (size_t k = 0; k < reading.force_N.size(); ++k) {
@@ -144,10 +149,12 @@ LumpPatch fit_patch(const LumpModel& model, const LumpExamples& all, uint32_t co
           Eigen::VectorXf bump(n * n);
           for (Eigen::Index b = 0; b < n; ++b)
             for (Eigen::Index a = 0; a < n; ++a) {
-              double u = (static_cast<double>(a) - middle) * patch.pitch_mm + du, v = (static_cast<double>(b) - middle) * patch.pitch_mm + dv;
+              double u = (static_cast<double>(a) - middle) * patch.pitch_mm + du,
+                     v = (static_cast<double>(b) - middle) * patch.pitch_mm + dv;
               if (swapped) std::swap(u, v);
               const double x = e.offset_mm[0] + sign_x * u, y = e.offset_mm[1] + sign_y * v;
-              const bool on = std::abs(x) < model.block_mm[0] / 2 - 1 && std::abs(y) < model.block_mm[1] / 2 - 1;
+              const bool on =
+                  std::abs(x) < model.block_mm[0] / 2 - 1 && std::abs(y) < model.block_mm[1] / 2 - 1;
               bump(b * n + a) = on ? static_cast<float>((map_at(reading.pressure_Pa[k], x, y) -
                                                          reading.young_Pa * model.base.at(quarter, x, y)) /
                                                         static_cast<double>(peak))
@@ -166,21 +173,25 @@ LumpPatch fit_patch(const LumpModel& model, const LumpExamples& all, uint32_t co
   count = std::min<uint32_t>(count, static_cast<uint32_t>(n * n));
   patch.fields = eigen.eigenvectors().rightCols(count).rowwise().reverse().transpose().cast<float>();
   patch.find_slopes();
-  missed = std::sqrt(std::max(0.0, eigen.eigenvalues().head(n * n - count).sum()) / static_cast<double>(columns.size()));
+  missed = std::sqrt(std::max(0.0, eigen.eigenvalues().head(n * n - count).sum()) /
+                     static_cast<double>(columns.size()));
   return patch;
 }
 
-LumpNetwork train_lumps(const std::vector<LumpExample>& examples, const LumpTrainingOptions& options, LumpTrainingReport& report) {
+LumpNetwork train_lumps(const std::vector<LumpExample>& examples, const LumpTrainingOptions& options,
+                        LumpTrainingReport& report) {
   auto model = std::make_shared<LumpModel>();
   const auto refuse = [](const std::string& wanted, const std::string& found) {
-    throw Error(Failure::Input, wanted, found, "palpate lump dataset with its own ranges, more cases, or both");
+    throw Error(Failure::Input, wanted, found,
+                "palpate lump dataset with its own ranges, more cases, or both");
   };
   const auto say = [&options](const char* what, double share) {
     if (options.progress && !options.progress(what, share)) throw Stopped();
   };
-  if (options.members < 2 || options.members > 16 || options.hidden < 4 || options.hidden > 512 || options.fields < 6 || options.fields > 200 ||
-      options.rounds < 1 || options.trials < 20)
-    throw Error(Failure::Usage, "2 to 16 members, 4 to 512 hidden, 6 to 200 fields, 20 trials or more", "others", "the defaults");
+  if (options.members < 2 || options.members > 16 || options.hidden < 4 || options.hidden > 512 ||
+      options.fields < 6 || options.fields > 200 || options.rounds < 1 || options.trials < 20)
+    throw Error(Failure::Usage, "2 to 16 members, 4 to 512 hidden, 6 to 200 fields, 20 trials or more",
+                "others", "the defaults");
   LumpExamples all;
   say("reading", 0);
   for (const LumpExample& e : examples) {
@@ -189,16 +200,19 @@ LumpNetwork train_lumps(const std::vector<LumpExample>& examples, const LumpTrai
       continue;
     }
     if (all.examples.empty()) model->block_mm = {e.block_mm[0], e.block_mm[1]};
-    if (e.block_mm[0] != model->block_mm[0] || e.block_mm[1] != model->block_mm[1] || e.block_mm[0] != e.block_mm[1])
-      refuse("examples of one square block",
-             std::to_string(e.block_mm[0]) + " x " + std::to_string(e.block_mm[1]) + " mm after " + std::to_string(model->block_mm[0]) + " mm");
+    if (e.block_mm[0] != model->block_mm[0] || e.block_mm[1] != model->block_mm[1] ||
+        e.block_mm[0] != e.block_mm[1])
+      refuse("examples of one square block", std::to_string(e.block_mm[0]) + " x " +
+                                                 std::to_string(e.block_mm[1]) + " mm after " +
+                                                 std::to_string(model->block_mm[0]) + " mm");
     LumpExample bare = e;
     bare.pressure_Pa.clear();
     all.examples.push_back(std::move(bare));
     ++(e.lump ? report.lumps : report.no_lumps);
   }
   if (report.no_lumps < kFewestPlain || report.lumps < kFewestLumps)
-    refuse(std::to_string(kFewestLumps) + " blocks with a lump or more, and " + std::to_string(kFewestPlain) + " without",
+    refuse(std::to_string(kFewestLumps) + " blocks with a lump or more, and " + std::to_string(kFewestPlain) +
+               " without",
            std::to_string(report.lumps) + " and " + std::to_string(report.no_lumps));
   all.readings.resize(all.examples.size());
   std::vector<size_t> usable;

@@ -15,7 +15,7 @@ namespace palpate {
 struct LumpExample {
   bool lump = true;
   LumpShape shape = LumpShape::Sphere;
-  bool along_y = false;  ///< long shapes: their long axis is y
+  bool along_y = false;                                   ///< long shapes: their long axis is y
   double size_mm = 0, depth_mm = 0, stiffness_ratio = 1;  ///< size as in LumpEstimate
   std::array<double, 2> offset_mm{};
   std::array<double, 3> block_mm = {40, 40, 20};
@@ -31,6 +31,7 @@ struct LumpTrainingOptions {
   uint32_t hidden = 64;   ///< width of both hidden layers
   uint32_t fields = 40;   ///< that a bump is a sum of
   uint32_t rounds = 400;  ///< through the examples
+  double decay = 0.05;    ///< of weights, against what only a few examples say
   uint32_t trials = 160;  ///< readings per noise and number of loads that intervals are calibrated on
   uint32_t threads = 0;   ///< 0: one per core
   /// Told what is being done and how much of all is; false: stop (train_lumps() throws Stopped then).
@@ -39,7 +40,7 @@ struct LumpTrainingOptions {
 
 struct LumpTrainingReport {
   uint32_t lumps = 0, no_lumps = 0, left_out = 0;  ///< examples; left out: without a single load
-  double base_error = 0;     ///< RMS, share of the mean pressure
+  double base_error = 0;                           ///< RMS, share of the mean pressure
   double fields_error = 0;   ///< RMS of what the fields miss, share of the peak pressure
   double network_error = 0;  ///< RMS of the bump over the patch on unseen cases, share of the peak pressure
   double network_error_seen = 0;  ///< the same on cases that it learnt from

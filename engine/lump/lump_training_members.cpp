@@ -17,10 +17,10 @@ constexpr double kNetworkShare = 0.6;  // of the training's time, for progress
 /// One example in one of its views: a sample per load.
 struct Seen {
   size_t example = 0;
-  MatrixXf in;     ///< features x loads
-  MatrixXd out;    ///< fields x loads, over the load
-  MatrixXd whole;  ///< fields x loads
-  double peak = 0; ///< of pressure over modulus, at the highest load
+  MatrixXf in;      ///< features x loads
+  MatrixXd out;     ///< fields x loads, over the load
+  MatrixXd whole;   ///< fields x loads
+  double peak = 0;  ///< of pressure over modulus, at the highest load
   std::vector<double> loads;
 };
 
@@ -64,7 +64,8 @@ std::vector<Seen> learn_from(const LumpModel& model, const LumpExamples& all, ui
 
 }  // namespace
 
-void train_members(LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options, LumpTrainingReport& report) {
+void train_members(LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options,
+                   LumpTrainingReport& report) {
   const std::vector<Seen> seen = learn_from(model, all, options.threads);
   Eigen::Index samples = 0;
   for (const Seen& s : seen) samples += s.out.cols();
@@ -98,14 +99,18 @@ void train_members(LumpModel& model, const LumpExamples& all, const LumpTraining
     std::vector<Eigen::Index> taught;
     for (size_t s = 0; s < example_of.size(); ++s)
       if (example_of[s] % options.members != member) taught.push_back(static_cast<Eigen::Index>(s));
-    SmallNetwork network = SmallNetwork::random(
-        {kLumpFeatures, options.hidden, options.hidden, static_cast<uint32_t>(fields)}, options.seed * 1000 + member);
+    SmallNetwork network =
+        SmallNetwork::random({kLumpFeatures, options.hidden, options.hidden, static_cast<uint32_t>(fields)},
+                             options.seed * 1000 + member);
     NetworkTraining how;
     how.rounds = options.rounds;
+    how.decay = options.decay;
     how.seed = options.seed * 7919 + member;
     how.done = [&](uint32_t, double) {
-      const double share = static_cast<double>(++rounds_done) / (options.rounds * static_cast<double>(options.members));
-      if (options.progress && !options.progress("teaching the network", 0.06 + kNetworkShare * share)) stop = true;
+      const double share =
+          static_cast<double>(++rounds_done) / (options.rounds * static_cast<double>(options.members));
+      if (options.progress && !options.progress("teaching the network", 0.06 + kNetworkShare * share))
+        stop = true;
       return !stop;
     };
     train(network, in(Eigen::all, taught), out(Eigen::all, taught), weight(Eigen::all, taught), how);
@@ -130,15 +135,20 @@ void train_members(LumpModel& model, const LumpExamples& all, const LumpTraining
     const auto bump = [&](size_t member) {
       MatrixXd predicted(fields, s.out.cols());
       const MatrixXf scaled = model.in_scale.asDiagonal() * (s.in.colwise() - model.in_mean);
-      predicted = ((model.out_scale.asDiagonal() * model.members[member].apply(scaled)).colwise() + model.out_mean).cast<double>();
+      predicted =
+          ((model.out_scale.asDiagonal() * model.members[member].apply(scaled)).colwise() + model.out_mean)
+              .cast<double>();
       for (Eigen::Index k = 0; k < predicted.cols(); ++k) predicted.col(k) *= s.loads[static_cast<size_t>(k)];
       return predicted;
     };
     MatrixXd error = bump(first) - s.whole;
     unseen_squares += error.rightCols(1).squaredNorm() / (s.peak * s.peak * area);
-    seen_squares += (bump((first + 1) % options.members) - s.whole).rightCols(1).squaredNorm() / (s.peak * s.peak * area);
+    seen_squares +=
+        (bump((first + 1) % options.members) - s.whole).rightCols(1).squaredNorm() / (s.peak * s.peak * area);
     unseen_count += 1;
-    for (Eigen::Index k = 0; k < error.cols(); ++k) error.col(k) /= std::hypot(s.whole.col(k).norm(), faint * s.loads[static_cast<size_t>(k)] / s.loads.back());
+    for (Eigen::Index k = 0; k < error.cols(); ++k)
+      error.col(k) /=
+          std::hypot(s.whole.col(k).norm(), faint * s.loads[static_cast<size_t>(k)] / s.loads.back());
     squares += error * error.transpose();
     weights += static_cast<double>(error.cols());
     const MatrixXd products = error.transpose() * error;

@@ -19,10 +19,12 @@ struct LumpExamples {
 LumpBase fit_base(const LumpModel& model, const LumpExamples& all, const std::function<bool(size_t)>& used);
 
 /// The fields that bumps are best made of. `missed`: RMS share of the peak that they miss.
-LumpPatch fit_patch(const LumpModel& model, const LumpExamples& all, uint32_t count, uint64_t seed, double& missed);
+LumpPatch fit_patch(const LumpModel& model, const LumpExamples& all, uint32_t count, uint64_t seed,
+                    double& missed);
 
 /// Fills members, scales, discrepancy and correlation.
-void train_members(LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options, LumpTrainingReport& report);
+void train_members(LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options,
+                   LumpTrainingReport& report);
 
 /// Fills the tables of trust from readings of examples that the member at work has not seen.
 void calibrate(LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options);

@@ -10,12 +10,14 @@
 namespace palpate {
 namespace {
 
-constexpr double kRim_mm = 1.25;         // nearer to the rim a grid's own error is larger than a lump's trace
-constexpr double kUnseenShare = 0.1;     // of a load's values: more, and the load is left out
+constexpr double kRim_mm = 1.25;      // nearer to the rim a grid's own error is larger than a lump's trace
+constexpr double kUnseenShare = 0.1;  // of a load's values: more, and the load is left out
 constexpr size_t kFewestNodes = 100;
-constexpr double kBeyond = 0.03;         // of a range: as far outside of training as is still taken
-constexpr double kFind_mm = 2.5;         // Gaussian that looks for bumps
-constexpr double kLeastNoise = 3e-4;     // of the peak: no sensor is better
+constexpr double kBeyond = 0.03;  // of a range: as far outside of training as is still taken
+constexpr double kFind_mm = 2.5;  // Gaussian that looks for bumps
+constexpr double kModulusShare =
+    0.007;                            // standard deviation of the tissue's modulus and of the model's force
+constexpr double kLeastNoise = 3e-4;  // of the peak: no sensor is better
 
 std::string text(double value, const char* unit) {
   char buffer[48];
@@ -33,22 +35,27 @@ void check(const LumpReading& reading) {
   };
   if (reading.pressure_Pa.empty() || reading.pressure_Pa.size() > 32 ||
       reading.pressure_Pa.size() != reading.force_N.size())
-    refuse("1 to 32 pressure maps and a force for each", std::to_string(reading.pressure_Pa.size()) + " maps and " +
-                                                             std::to_string(reading.force_N.size()) + " forces");
+    refuse("1 to 32 pressure maps and a force for each",
+           std::to_string(reading.pressure_Pa.size()) + " maps and " +
+               std::to_string(reading.force_N.size()) + " forces");
   const ForwardMap& first = reading.pressure_Pa.front();
   for (const ForwardMap& map : reading.pressure_Pa)
     if (map.width != first.width || map.height != first.height || map.pitch_mm != first.pitch_mm ||
         map.values.size() != size_t{map.width} * map.height || map.width < 4 || map.height < 4)
-      refuse("maps of the same nodes, 4 x 4 or more", std::to_string(map.width) + " x " + std::to_string(map.height));
+      refuse("maps of the same nodes, 4 x 4 or more",
+             std::to_string(map.width) + " x " + std::to_string(map.height));
   for (const double pitch : first.pitch_mm)
     if (!(pitch > 0.01 && pitch < 100)) refuse("nodes 0.01 to 100 mm apart", text(pitch, "mm"));
   for (const double force : reading.force_N)
     if (!(force > 0 && force < 1e6)) refuse("forces above 0 N", text(force, "N"));
   for (size_t k = 1; k < reading.force_N.size(); ++k)
     if (!(reading.force_N[k] > reading.force_N[k - 1]))
-      refuse("forces that rise from map to map", text(reading.force_N[k - 1], "N") + ", " + text(reading.force_N[k], "N"));
-  if (!(reading.young_Pa > 0 && reading.young_Pa < 1e12)) refuse("a tissue's modulus above 0 Pa", text(reading.young_Pa, "Pa"));
-  if (!(reading.noise_Pa >= 0 && std::isfinite(reading.noise_Pa))) refuse("a noise of 0 Pa or more", text(reading.noise_Pa, "Pa"));
+      refuse("forces that rise from map to map",
+             text(reading.force_N[k - 1], "N") + ", " + text(reading.force_N[k], "N"));
+  if (!(reading.young_Pa > 0 && reading.young_Pa < 1e12))
+    refuse("a tissue's modulus above 0 Pa", text(reading.young_Pa, "Pa"));
+  if (!(reading.noise_Pa >= 0 && std::isfinite(reading.noise_Pa)))
+    refuse("a noise of 0 Pa or more", text(reading.noise_Pa, "Pa"));
 }
 
 double unseen_share(const ForwardMap& map) {
@@ -59,7 +66,8 @@ double unseen_share(const ForwardMap& map) {
 
 }  // namespace
 
-std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpReading& reading, LumpEstimate& estimate) {
+std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpReading& reading,
+                                          LumpEstimate& estimate) {
   check(reading);
   const auto end = [&](LumpVerdict verdict, const std::string& why) {
     estimate.verdict = verdict;
@@ -68,11 +76,13 @@ std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpRead
   };
   for (size_t axis = 0; axis < 2; ++axis)
     if (outside(reading.block_mm[axis], {model.block_mm[axis], model.block_mm[axis]}))
-      return end(LumpVerdict::OutsideTraining, "the block is " + text(reading.block_mm[axis], "mm") + " wide; the model knows " +
+      return end(LumpVerdict::OutsideTraining, "the block is " + text(reading.block_mm[axis], "mm") +
+                                                   " wide; the model knows " +
                                                    text(model.block_mm[axis], "mm"));
   if (outside(reading.block_mm[2], model.thickness_mm))
-    return end(LumpVerdict::OutsideTraining, "the tissue is " + text(reading.block_mm[2], "mm") + " thick; the model knows " +
-                                                 text(model.thickness_mm[0], "to ") + text(model.thickness_mm[1], "mm"));
+    return end(LumpVerdict::OutsideTraining,
+               "the tissue is " + text(reading.block_mm[2], "mm") + " thick; the model knows " +
+                   text(model.thickness_mm[0], "to ") + text(model.thickness_mm[1], "mm"));
 
   PressedNodes nodes;
   nodes.thickness_mm = reading.block_mm[2];
@@ -81,13 +91,16 @@ std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpRead
   for (const ForwardMap& map : reading.pressure_Pa) always = std::min(always, unseen_share(map));
   std::vector<size_t> used;
   for (size_t k = 0; k < reading.pressure_Pa.size(); ++k) {
-    const double load = reading.force_N[k] / (reading.block_mm[0] * reading.block_mm[1] * 1e-6 * reading.young_Pa);
+    const double load =
+        reading.force_N[k] / (reading.block_mm[0] * reading.block_mm[1] * 1e-6 * reading.young_Pa);
     const std::string name = "the load of " + text(reading.force_N[k], "N");
     if (unseen_share(reading.pressure_Pa[k]) > always + kUnseenShare)
-      nodes.reasons.push_back(name + " is left out: " +
-                              text(100 * (unseen_share(reading.pressure_Pa[k]) - always), "% of its values are saturated"));
+      nodes.reasons.push_back(
+          name + " is left out: " +
+          text(100 * (unseen_share(reading.pressure_Pa[k]) - always), "% of its values are saturated"));
     else if (outside(load, model.load))
-      nodes.reasons.push_back(name + " is left out: " + text(load, "of the tissue's modulus; the model knows ") + 
+      nodes.reasons.push_back(name +
+                              " is left out: " + text(load, "of the tissue's modulus; the model knows ") +
                               text(model.load[0], "to ") + text(model.load[1], ""));
     else {
       used.push_back(k);
@@ -114,7 +127,8 @@ std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpRead
   }
   if (!fits) {
     if (pitch > 2 * model.node_pitch_mm)
-      return end(LumpVerdict::Unusable, "nodes are " + text(pitch, "mm") + " apart; at most " + text(2 * model.node_pitch_mm, "mm") + " serve");
+      return end(LumpVerdict::Unusable, "nodes are " + text(pitch, "mm") + " apart; at most " +
+                                            text(2 * model.node_pitch_mm, "mm") + " serve");
     noise_Pa *= std::min(1.0, pitch / model.node_pitch_mm);
   }
 
@@ -125,10 +139,12 @@ std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpRead
     for (uint32_t i = 0; i < first.width; ++i) {
       const double x = reading.window_mm[0] + (i - (first.width - 1) / 2.0) * first.pitch_mm[0];
       const double y = reading.window_mm[1] + (j - (first.height - 1) / 2.0) * first.pitch_mm[1];
-      if (std::abs(x) > reading.block_mm[0] / 2 - kRim_mm + 1e-6 || std::abs(y) > reading.block_mm[1] / 2 - kRim_mm + 1e-6)
+      if (std::abs(x) > reading.block_mm[0] / 2 - kRim_mm + 1e-6 ||
+          std::abs(y) > reading.block_mm[1] / 2 - kRim_mm + 1e-6)
         continue;
       const size_t n = size_t{j} * first.width + i;
-      if (!std::all_of(maps.begin(), maps.end(), [n](const ForwardMap& map) { return std::isfinite(map.values[n]); }))
+      if (!std::all_of(maps.begin(), maps.end(),
+                       [n](const ForwardMap& map) { return std::isfinite(map.values[n]); }))
         continue;
       seen.push_back(n);
       nodes.x_mm.push_back(x);
@@ -136,17 +152,20 @@ std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpRead
       peak = std::max(peak, static_cast<double>(maps.back().values[n]));
     }
   if (seen.size() < kFewestNodes)
-    return end(LumpVerdict::Unusable, std::to_string(seen.size()) + " nodes were seen; " + std::to_string(kFewestNodes) + " are needed");
+    return end(LumpVerdict::Unusable, std::to_string(seen.size()) + " nodes were seen; " +
+                                          std::to_string(kFewestNodes) + " are needed");
   if (!(peak > 0)) return end(LumpVerdict::Unusable, "no pressure at the highest load");
 
   const auto rows = static_cast<Eigen::Index>(seen.size()), cols = static_cast<Eigen::Index>(used.size());
   nodes.total.resize(rows, cols);
   nodes.rest.resize(rows, cols);
   for (Eigen::Index k = 0; k < cols; ++k) {
-    const Eigen::VectorXf quarter = model.base.quarter(nodes.thickness_mm, nodes.loads[static_cast<size_t>(k)]);
+    const Eigen::VectorXf quarter =
+        model.base.quarter(nodes.thickness_mm, nodes.loads[static_cast<size_t>(k)]);
     for (Eigen::Index n = 0; n < rows; ++n) {
       const auto i = static_cast<size_t>(n);
-      nodes.total(n, k) = static_cast<double>(maps[static_cast<size_t>(k)].values[seen[i]]) / reading.young_Pa;
+      nodes.total(n, k) =
+          static_cast<double>(maps[static_cast<size_t>(k)].values[seen[i]]) / reading.young_Pa;
       nodes.rest(n, k) = nodes.total(n, k) - model.base.at(quarter, nodes.x_mm[i], nodes.y_mm[i]);
     }
   }
@@ -160,9 +179,12 @@ std::array<double, 2> find_bump(const LumpModel& model, const PressedNodes& node
   const auto half = static_cast<int>(std::ceil((std::max(model.block_mm[0], model.block_mm[1]) / 2) / pitch));
   const int side = 2 * half + 1;
   std::vector<double> sum(static_cast<size_t>(side) * static_cast<size_t>(side)), weight(sum.size());
-  const auto at = [&](int i, int j) { return static_cast<size_t>(j) * static_cast<size_t>(side) + static_cast<size_t>(i); };
+  const auto at = [&](int i, int j) {
+    return static_cast<size_t>(j) * static_cast<size_t>(side) + static_cast<size_t>(i);
+  };
   for (size_t n = 0; n < nodes.x_mm.size(); ++n) {
-    const int i = static_cast<int>(std::lround(nodes.x_mm[n] / pitch)) + half, j = static_cast<int>(std::lround(nodes.y_mm[n] / pitch)) + half;
+    const int i = static_cast<int>(std::lround(nodes.x_mm[n] / pitch)) + half,
+              j = static_cast<int>(std::lround(nodes.y_mm[n] / pitch)) + half;
     if (i < 0 || j < 0 || i >= side || j >= side) continue;
     double value = 0;
     for (size_t k = 0; k < nodes.loads.size(); ++k)
@@ -172,7 +194,8 @@ std::array<double, 2> find_bump(const LumpModel& model, const PressedNodes& node
   }
   const int taps = static_cast<int>(std::ceil(2.5 * kFind_mm / pitch));
   std::vector<double> gauss(static_cast<size_t>(taps) + 1);
-  for (int t = 0; t <= taps; ++t) gauss[static_cast<size_t>(t)] = std::exp(-0.5 * std::pow(t * pitch / kFind_mm, 2));
+  for (int t = 0; t <= taps; ++t)
+    gauss[static_cast<size_t>(t)] = std::exp(-0.5 * std::pow(t * pitch / kFind_mm, 2));
   const auto smooth = [&](std::vector<double>& values, bool along_x) {
     std::vector<double> out(values.size());
     for (int j = 0; j < side; ++j)
@@ -180,7 +203,8 @@ std::array<double, 2> find_bump(const LumpModel& model, const PressedNodes& node
         double s = 0;
         for (int t = -taps; t <= taps; ++t) {
           const int a = along_x ? i + t : i, b = along_x ? j : j + t;
-          if (a >= 0 && b >= 0 && a < side && b < side) s += gauss[static_cast<size_t>(std::abs(t))] * values[at(a, b)];
+          if (a >= 0 && b >= 0 && a < side && b < side)
+            s += gauss[static_cast<size_t>(std::abs(t))] * values[at(a, b)];
         }
         out[at(i, j)] = s;
       }
@@ -200,7 +224,8 @@ std::array<double, 2> find_bump(const LumpModel& model, const PressedNodes& node
     for (int j = 0; j < side; ++j)
       for (int i = 0; i < side; ++i) {
         const double x = (i - half) * pitch, y = (j - half) * pitch;
-        if (weight[at(i, j)] < least_weight || (pass == 0 && (std::abs(x) > reach || std::abs(y) > reach))) continue;
+        if (weight[at(i, j)] < least_weight || (pass == 0 && (std::abs(x) > reach || std::abs(y) > reach)))
+          continue;
         const double value = sum[at(i, j)] / weight[at(i, j)];
         if (pass == 0) {
           if (value > highest) {
@@ -232,8 +257,12 @@ double no_lump_misfit(const PressedNodes& nodes) {
   return sum / (nodes.noise * nodes.noise * static_cast<double>(nodes.rest.size()));
 }
 
-PatchView::PatchView(const LumpModel& model, const PressedNodes& nodes, std::array<double, 2> place_mm, bool swap)
-    : center_mm(place_mm), swapped(swap), sign_x_(place_mm[0] < 0 ? -1 : 1), sign_y_(place_mm[1] < 0 ? -1 : 1) {
+PatchView::PatchView(const LumpModel& model, const PressedNodes& nodes, std::array<double, 2> place_mm,
+                     bool swap)
+    : center_mm(place_mm),
+      swapped(swap),
+      sign_x_(place_mm[0] < 0 ? -1 : 1),
+      sign_y_(place_mm[1] < 0 ? -1 : 1) {
   setting.thickness_mm = nodes.thickness_mm;
   setting.cell_mm = model.cell_mm;
   setting.x_mm = std::min(std::abs(place_mm[swap ? 1 : 0]), model.offset_mm);
@@ -274,7 +303,8 @@ PatchSums sum_patch(const LumpPatch& patch, const PressedNodes& nodes, const Pat
   return sums;
 }
 
-PatchWhitener::PatchWhitener(const LumpModel& model, const PressedNodes& nodes, const PatchSums& sums, double gauge_share) {
+PatchWhitener::PatchWhitener(const LumpModel& model, const PressedNodes& nodes, const PatchSums& sums,
+                             double gauge_share) {
   const Eigen::Index count = sums.gram.rows(), loads = sums.right.cols();
   // Fields that the window cuts off are hardly seen; a trace of weight keeps the factors finite.
   Eigen::MatrixXd gram = sums.gram;
@@ -286,7 +316,8 @@ PatchWhitener::PatchWhitener(const LumpModel& model, const PressedNodes& nodes, 
   // The network's error grows with the bump and is much alike at all loads: modes over loads are independent.
   Eigen::VectorXd size(loads);
   for (Eigen::Index k = 0; k < loads; ++k)
-    size(k) = std::sqrt(std::max(0.0, seen.col(k).squaredNorm() - static_cast<double>(count) * nodes.noise * nodes.noise));
+    size(k) = std::sqrt(
+        std::max(0.0, seen.col(k).squaredNorm() - static_cast<double>(count) * nodes.noise * nodes.noise));
   Eigen::MatrixXd together = (size * size.transpose()) * model.load_correlation;
   together.diagonal() = size.array().square();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(together);
@@ -301,12 +332,14 @@ PatchWhitener::PatchWhitener(const LumpModel& model, const PressedNodes& nodes, 
     inverse_.push_back(root.matrixL().solve(Eigen::MatrixXd::Identity(count, count)));
   }
   const Eigen::MatrixXd whole = lower_.triangularView<Eigen::Lower>().solve(sums.total);
-  Eigen::MatrixXd gauge(count * loads, loads);
+  Eigen::MatrixXd gauge(count * loads, loads + 1);
   for (Eigen::Index k = 0; k < loads; ++k) {
     Eigen::MatrixXd one = Eigen::MatrixXd::Zero(count, loads);
     one.col(k) = gauge_share * whole.col(k);
     gauge.col(k) = spread(one);
   }
+  // The tissue's modulus is as uncertain, the same at all loads.
+  gauge.col(loads) = spread(kModulusShare * whole);
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(gauge, Eigen::ComputeThinU);
   const Eigen::VectorXd kept = (1 + svd.singularValues().array().square()).rsqrt();
   gauge_ = svd.matrixU();
@@ -314,7 +347,9 @@ PatchWhitener::PatchWhitener(const LumpModel& model, const PressedNodes& nodes, 
   reading_ = spread(seen);
   reading_ -= gauge_ * (gauge_kept_.asDiagonal() * (gauge_.transpose() * reading_)).eval();
   const double freedom = static_cast<double>((sums.nodes - count) * loads);
-  rest_ = freedom > 0 ? std::max(0.0, sums.rest_squares - seen.squaredNorm()) / (nodes.noise * nodes.noise * freedom) : 1;
+  rest_ = freedom > 0
+              ? std::max(0.0, sums.rest_squares - seen.squaredNorm()) / (nodes.noise * nodes.noise * freedom)
+              : 1;
 }
 
 Eigen::VectorXd PatchWhitener::spread(const Eigen::MatrixXd& lower_factors) const {

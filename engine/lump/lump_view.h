@@ -26,7 +26,8 @@ struct PressedNodes {
 
 /// Throws Error(Failure::Usage) where the reading's parts do not fit each other. Where it cannot be used, or
 /// lies outside of what the model was made for: none, and why in `estimate`.
-std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpReading& reading, LumpEstimate& estimate);
+std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpReading& reading,
+                                          LumpEstimate& estimate);
 
 /// The middle of the largest bump, mm from the block's middle.
 std::array<double, 2> find_bump(const LumpModel& model, const PressedNodes& nodes);
@@ -52,10 +53,10 @@ struct PatchView {
 
 /// The patch as sums over its nodes: all that a fit needs of it.
 struct PatchSums {
-  Eigen::MatrixXd gram;    ///< fields x fields
-  Eigen::MatrixXd right;   ///< fields x loads, of the rest
-  Eigen::MatrixXd total;   ///< fields x loads, of the whole pressure
-  double rest_squares = 0; ///< of all nodes and loads
+  Eigen::MatrixXd gram;     ///< fields x fields
+  Eigen::MatrixXd right;    ///< fields x loads, of the rest
+  Eigen::MatrixXd total;    ///< fields x loads, of the whole pressure
+  double rest_squares = 0;  ///< of all nodes and loads
   Eigen::Index nodes = 0;
 };
 PatchSums sum_patch(const LumpPatch& patch, const PressedNodes& nodes, const PatchView& view);
@@ -75,10 +76,10 @@ class PatchWhitener {
  private:
   Eigen::VectorXd spread(const Eigen::MatrixXd& lower_factors) const;
 
-  Eigen::MatrixXd lower_;                ///< gram = lower lower^T
-  Eigen::MatrixXd modes_;                ///< loads x loads
-  std::vector<Eigen::MatrixXd> inverse_; ///< one per mode
-  Eigen::MatrixXd gauge_;                ///< directions of the gauge's errors
+  Eigen::MatrixXd lower_;                 ///< gram = lower lower^T
+  Eigen::MatrixXd modes_;                 ///< loads x loads
+  std::vector<Eigen::MatrixXd> inverse_;  ///< one per mode
+  Eigen::MatrixXd gauge_;                 ///< directions of the gauge's errors
   Eigen::VectorXd gauge_kept_;
   Eigen::VectorXd reading_;
   double rest_ = 0;

@@ -17,7 +17,8 @@ constexpr double kSaturatedPixels = 0.02;  // of a node's: more, and the node is
 
 void check_range(double value, double low, double high, const char* what) {
   if (!(value >= low && value <= high))
-    throw Error(Failure::Usage, std::string(what) + " from " + std::to_string(low) + " to " + std::to_string(high),
+    throw Error(Failure::Usage,
+                std::string(what) + " from " + std::to_string(low) + " to " + std::to_string(high),
                 std::to_string(value), "a value in that range");
 }
 
@@ -61,12 +62,14 @@ LumpReading sensor_reading(const std::vector<ForwardMap>& pressure_Pa, const std
   reading.young_Pa = young_Pa;
   reading.window_mm = sensor.window_center_mm;
   const double peak_Pa = peak_of(pressure_Pa.back());
-  const double full_scale_Pa = sensor.full_scale_Pa > 0 ? sensor.full_scale_Pa : std::max(peak_Pa, 1e-9) / kExposure;
+  const double full_scale_Pa =
+      sensor.full_scale_Pa > 0 ? sensor.full_scale_Pa : std::max(peak_Pa, 1e-9) / kExposure;
   const double gray_per_Pa = 255 / full_scale_Pa;
   const std::array<double, 2> pixel_mm = {sensor.window_mm[0] / sensor.size_px[0],
                                           sensor.window_mm[1] / sensor.size_px[1]};
   const double pitch = sensor.node_pitch_mm;
-  const uint32_t width = window_nodes(sensor.window_mm[0], pitch), height = window_nodes(sensor.window_mm[1], pitch);
+  const uint32_t width = window_nodes(sensor.window_mm[0], pitch),
+                 height = window_nodes(sensor.window_mm[1], pitch);
   const auto node_of = [&](uint32_t pixel, size_t axis, uint32_t nodes) {
     const double place = (pixel + 0.5 - sensor.size_px[axis] / 2.0) * pixel_mm[axis];
     const double node = std::floor(place / pitch + nodes / 2.0);

@@ -61,7 +61,8 @@ MatrixXf SmallNetwork::apply(const MatrixXf& in, const std::vector<MatrixXf>& al
   const Eigen::Index samples = in.cols(), blocks = static_cast<Eigen::Index>(along.size()) + 1;
   MatrixXf values(in.rows(), samples * blocks);
   values.leftCols(samples) = in;
-  for (Eigen::Index t = 1; t < blocks; ++t) values.middleCols(t * samples, samples) = along[static_cast<size_t>(t - 1)];
+  for (Eigen::Index t = 1; t < blocks; ++t)
+    values.middleCols(t * samples, samples) = along[static_cast<size_t>(t - 1)];
   for (size_t l = 0; l < layers.size(); ++l) {
     MatrixXf next = layers[l].weight * values;
     next.leftCols(samples).colwise() += layers[l].bias;
@@ -73,7 +74,8 @@ MatrixXf SmallNetwork::apply(const MatrixXf& in, const std::vector<MatrixXf>& al
     values.swap(next);
   }
   changes.resize(along.size());
-  for (Eigen::Index t = 1; t < blocks; ++t) changes[static_cast<size_t>(t - 1)] = values.middleCols(t * samples, samples);
+  for (Eigen::Index t = 1; t < blocks; ++t)
+    changes[static_cast<size_t>(t - 1)] = values.middleCols(t * samples, samples);
   return values.leftCols(samples);
 }
 
@@ -87,8 +89,8 @@ void train(SmallNetwork& network, const MatrixXf& in, const MatrixXf& wanted, co
   std::vector<Means> means;
   for (const Layer& layer : network.layers)
     means.push_back({MatrixXf::Zero(layer.weight.rows(), layer.weight.cols()),
-                     MatrixXf::Zero(layer.weight.rows(), layer.weight.cols()), VectorXf::Zero(layer.bias.size()),
-                     VectorXf::Zero(layer.bias.size())});
+                     MatrixXf::Zero(layer.weight.rows(), layer.weight.cols()),
+                     VectorXf::Zero(layer.bias.size()), VectorXf::Zero(layer.bias.size())});
   const size_t depth = network.layers.size();
   std::vector<MatrixXf> values(depth + 1);
   uint64_t steps = 0;
@@ -128,6 +130,7 @@ void train(SmallNetwork& network, const MatrixXf& in, const MatrixXf& wanted, co
           below.array() *= 1 - values[l].array().square();
           slope.swap(below);
         }
+        network.layers[l].weight *= static_cast<float>(1 - step * how.decay);
         adam(network.layers[l].weight, of_weight, means[l].weight, means[l].weight_squares, now);
         adam(network.layers[l].bias, of_bias, means[l].bias, means[l].bias_squares, now);
       }

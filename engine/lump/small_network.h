@@ -33,6 +33,7 @@ struct NetworkTraining {
   uint32_t rounds = 300;  ///< through all samples
   uint32_t batch = 128;
   double first_step = 4e-3, last_step = 1e-5;  ///< of Adam; falls as a cosine
+  double decay = 0;                            ///< by which weights shrink, times the step
   uint64_t seed = 1;
   /// Told after each round, with the mean weighted square error of it; false: stop here.
   std::function<bool(uint32_t round, double error)> done = {};
