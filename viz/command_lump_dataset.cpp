@@ -19,19 +19,21 @@ namespace {
 
 struct Options {
   LumpDatasetJob job;
-  std::string file, cells;
+  std::string file, cells, coarser_cells;
   std::vector<double> size_mm, depth_mm, stiffness_ratio, thickness_mm, young_Pa, greatest_press, block_mm;
+  std::vector<uint32_t> nodes;
   std::vector<std::string> shapes;
 };
 
-std::array<uint32_t, 3> parse_cells(const std::string& text) {
+std::array<uint32_t, 3> parse_cells(const char* option, const std::string& text) {
   std::array<uint32_t, 3> cells{};
   const char* at = text.data();
   const char* end = at + text.size();
   for (size_t c = 0; c < 3; ++c) {
     const auto [next, error] = std::from_chars(at, end, cells[c]);
     if (error != std::errc() || (c < 2 ? next == end || *next != 'x' : next != end))
-      throw Error(Failure::Usage, "--cells AxBxC", "'" + text + "'", "--cells 32x32x16");
+      throw Error(Failure::Usage, std::string(option) + " AxBxC", "'" + text + "'",
+                  std::string(option) + " 32x32x16");
     at = next + 1;
   }
   return cells;
@@ -52,7 +54,12 @@ LumpSweep sweep_of(const Common& common, const Options& o) {
   set(sweep.young_Pa, o.young_Pa);
   set(sweep.greatest_press, o.greatest_press);
   if (!o.block_mm.empty()) sweep.block_mm = {o.block_mm.front(), o.block_mm.back()};
-  if (!o.cells.empty()) sweep.cells = parse_cells(o.cells);
+  if (!o.cells.empty()) sweep.cells = parse_cells("--cells", o.cells);
+  if (o.coarser_cells == "0")
+    sweep.coarser_cells = {0, 0, 0};
+  else if (!o.coarser_cells.empty())
+    sweep.coarser_cells = parse_cells("--coarser-cells", o.coarser_cells);
+  if (!o.nodes.empty()) sweep.nodes = {o.nodes.front(), o.nodes.back()};
   if (!o.shapes.empty()) {
     // In the order of LumpShape and each once: the order in which they were typed makes no other sweep.
     std::set<LumpShape> shapes;
@@ -105,7 +112,7 @@ Report dataset_command(const Common& common, Options& o) {
   LumpDatasetJob job = o.job;
   job.file = o.file;
   job.program = std::string("palpate ") + PALPATE_VERSION;
-  job.presser = solve_large_strain;
+  job.presser = press_lump;
   job.stop = interrupted;
   ProgressLine line(common);
   job.progress = [&](const LumpDatasetProgress& progress) { line.show(progress); };
@@ -147,8 +154,11 @@ void add_lump_dataset(CLI::App& group, Common& common, Command& chosen) {
   range("--greatest-press", o->greatest_press,
         "Press at the last load over the thickness (default 0.1 0.22)");
   command
-      ->add_option("--offset-mm", sweep.offset_mm,
-                   "Of the lump's centre, most, to either side in x and y. 0: centred, solved as a quarter")
+      ->add_option("--offset-mm", sweep.offset_mm, "Of the lump's centre, most, to either side in x and y.")
+      ->capture_default_str();
+  command
+      ->add_option("--centred-share", sweep.centred_share,
+                   "Share of the lumps that lie in the middle, solved as a quarter")
       ->capture_default_str();
   range("--block-mm", o->block_mm, "Length and width of the tissue (default 40 40)");
   command->add_option("--poisson", sweep.poisson, "Poisson's ratio, 0 to 0.4999")->capture_default_str();
@@ -160,7 +170,12 @@ void add_lump_dataset(CLI::App& group, Common& common, Command& chosen) {
                       "Share of the cases that are tissue alone (default 1/12)");
   command->add_option("--loads", sweep.loads, "Equal steps of the press at which it is looked at")
       ->capture_default_str();
-  command->add_option("--cells", o->cells, "Cells of the tissue, AxBxC (default 32x32x16)");
+  command->add_option("--cells", o->cells, "Cells of the tissue, AxBxC (default 40x40x20)");
+  command->add_option("--coarser-cells", o->coarser_cells,
+                      "Cells of a second grid of the same proportions, from which and the first the limit of "
+                      "no size is taken (default 24x24x12); 0: none");
+  command->add_option("--nodes", o->nodes, "Of the maps along x and y, whatever the cells (default 33 33)")
+      ->expected(1, 2);
   command->add_option("--residual", sweep.residual, "Forces out of balance over all forces to stop at")
       ->capture_default_str();
   command->add_option("--step-mm", sweep.step_mm, "Greatest step of the press")->capture_default_str();
@@ -174,7 +189,7 @@ void add_lump_dataset(CLI::App& group, Common& common, Command& chosen) {
   add_common(
       *command, common,
       "  palpate lump dataset train.h5 --count 2000\n"
-      "  palpate lump dataset held_out.h5 --count 200 --seed 2 --cells 48x48x24\n"
+      "  palpate lump dataset held_out.h5 --count 200 --seed 2 --cells 48x48x24 --coarser-cells 32x32x16\n"
       "  mpirun -n 8 palpate lump dataset train.h5 --count 2000\n"
       "  mpirun --host one:16,two:16 palpate lump dataset train.h5 --count 20000\n"
       "  palpate lump info train.h5\n"

@@ -116,14 +116,14 @@ class Writer {
         newton_(column<uint32_t>("newton_rounds", {}, "1", "of all steps")),
         iterations_(column<uint32_t>("iterations", {}, "1", "of conjugate gradients, of all rounds")),
         pressure_(
-            path, file, "pressure_Pa", n, {s.loads, s.cells[1] + 1, s.cells[0] + 1}, 1, "Pa",
+            path, file, "pressure_Pa", n, {s.loads, s.nodes[1], s.nodes[0]}, 1, "Pa",
             "true pressure on the plate (force over deformed area) at each load, in the plate's frame, at "
             "y_mm by x_mm") {
     const char* place = "of the nodes of pressure_Pa, from the block's middle";
     for (const size_t c : {0, 1}) {
-      Column<double> places(path, file, c == 0 ? "x_mm" : "y_mm", s.cells[c] + 1, {}, s.cells[c] + 1, "mm",
-                            place);
-      for (uint32_t i = 0; i <= s.cells[c]; ++i) places.add(s.block_mm[c] * (double(i) / s.cells[c] - 0.5));
+      Column<double> places(path, file, c == 0 ? "x_mm" : "y_mm", s.nodes[c], {}, s.nodes[c], "mm", place);
+      for (uint32_t i = 0; i < s.nodes[c]; ++i)
+        places.add(s.block_mm[c] * (double(i) / (s.nodes[c] - 1) - 0.5));
       places.flush();
     }
   }
@@ -158,7 +158,7 @@ class Writer {
     cuts_.add(sample.cuts);
     newton_.add(sample.newton_rounds);
     iterations_.add(sample.iterations);
-    const size_t values = size_t{sweep_.cells[0] + 1} * (sweep_.cells[1] + 1);
+    const size_t values = size_t{sweep_.nodes[0]} * sweep_.nodes[1];
     const std::vector<float> none(values, std::numeric_limits<float>::quiet_NaN());
     for (size_t l = 0; l < sweep_.loads; ++l)
       pressure_.add(l < sample.pressure_Pa.size() ? sample.pressure_Pa[l].values.data() : none.data(),

@@ -13,7 +13,7 @@ namespace palpate {
 
 /// Attributes of the file: `schema` "palpate lump dataset", `schema_version` "1", `program`, `sweep` (JSON:
 /// all ranges with their units, seed, grid, loads, the solver's options), `seed`.
-/// Datasets, N cases, L loads, W x H nodes of the surface (cells + 1), each with attributes `units` and
+/// Datasets, N cases, L loads, W x H nodes of the surface, each with attributes `units` and
 /// `description`:
 ///   number (N), state (N), shape (N), axis (N), diameter_mm (N), size_mm (N x 3), depth_mm (N),
 ///   stiffness_ratio (N), offset_mm (N x 2), thickness_mm (N), block_mm (N x 2), young_Pa (N), poisson (N),

@@ -118,7 +118,7 @@ LumpData read_lump_file(const std::filesystem::path& path) {
   data.program = file.text("program");
   data.sweep = sweep_from_json(file.text("sweep"));
   const LumpSweep& s = data.sweep;
-  const hsize_t n = file.cases(), loads = s.loads, width = s.cells[0] + 1, height = s.cells[1] + 1;
+  const hsize_t n = file.cases(), loads = s.loads, width = s.nodes[0], height = s.nodes[1];
   if (n == 0 || n > UINT32_MAX) file.refuse("no cases");
 
   const auto number = file.values<uint32_t>("number", {n});
@@ -166,7 +166,7 @@ LumpData read_lump_file(const std::filesystem::path& path) {
         ForwardMap map;
         map.width = static_cast<uint32_t>(width);
         map.height = static_cast<uint32_t>(height);
-        map.pitch_mm = {s.block_mm[0] / s.cells[0], s.block_mm[1] / s.cells[1]};
+        map.pitch_mm = s.pitch_mm();
         map.values.assign(maps.begin() + static_cast<std::ptrdiff_t>(l * values),
                           maps.begin() + static_cast<std::ptrdiff_t>((l + 1) * values));
         sample.pressure_Pa.push_back(std::move(map));

@@ -17,10 +17,16 @@ struct Head {
 };
 
 size_t map_values(const LumpSweep& sweep) {
-  return size_t{sweep.cells[0] + 1} * (sweep.cells[1] + 1);
+  return size_t{sweep.nodes[0]} * sweep.nodes[1];
 }
 
 }  // namespace
+
+LargeStrainResult press_lump(const ForwardScene& scene, const std::array<uint32_t, 3>& coarser_cells,
+                             const std::vector<PressLoad>& loads, const LargeStrainOptions& options) {
+  return coarser_cells[0] != 0 ? solve_extrapolated(scene, coarser_cells, loads, options)
+                               : solve_large_strain(scene, loads, options);
+}
 
 std::optional<LumpSample> press_case(const LumpSweep& sweep, uint32_t number, const LumpPresser& presser,
                                      const std::function<bool()>& stop) {
@@ -31,9 +37,11 @@ std::optional<LumpSample> press_case(const LumpSweep& sweep, uint32_t number, co
   LargeStrainOptions options;
   options.residual = sweep.residual;
   options.step_mm = sweep.step_mm;
+  options.map_nodes = in_scene_axes(sample.what, sweep.nodes);
   options.threads = 1;
   options.stop = stop;
-  LargeStrainResult result = presser(scene_of(sweep, sample.what), loads, options);
+  LargeStrainResult result =
+      presser(scene_of(sweep, sample.what), in_scene_axes(sample.what, sweep.coarser_cells), loads, options);
   if (!result.converged && stop && stop()) return std::nullopt;
 
   sample.state = result.converged ? LumpState::Good : LumpState::NotConverged;
@@ -51,8 +59,8 @@ std::optional<LumpSample> press_case(const LumpSweep& sweep, uint32_t number, co
     sample.residual[l] = load.residual;
     sample.least_volume_ratio[l] = load.least_volume_ratio;
     sample.pressure_Pa.push_back(in_case_axes(sample.what, std::move(load.pressure_Pa)));
-    if (sample.pressure_Pa.back().width != sweep.cells[0] + 1 ||
-        sample.pressure_Pa.back().height != sweep.cells[1] + 1)
+    if (sample.pressure_Pa.back().width != sweep.nodes[0] ||
+        sample.pressure_Pa.back().height != sweep.nodes[1])
       throw std::logic_error("a map of another size than the sweep's");
   }
   return sample;
@@ -114,9 +122,9 @@ LumpSample unpack(const LumpSweep& sweep, const std::string& bytes) {
   }
   for (uint32_t l = 0; l < head.reached; ++l) {
     ForwardMap map;
-    map.width = sweep.cells[0] + 1;
-    map.height = sweep.cells[1] + 1;
-    map.pitch_mm = {sweep.block_mm[0] / sweep.cells[0], sweep.block_mm[1] / sweep.cells[1]};
+    map.width = sweep.nodes[0];
+    map.height = sweep.nodes[1];
+    map.pitch_mm = sweep.pitch_mm();
     map.values.resize(map_values(sweep));
     get(map.values.data(), map.values.size() * sizeof(float));
     sample.pressure_Pa.push_back(std::move(map));

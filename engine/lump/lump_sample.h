@@ -28,9 +28,13 @@ struct LumpSample {
   std::vector<ForwardMap> pressure_Pa;
 };
 
-/// Who presses: solve_large_strain(), or another in tests.
-using LumpPresser = std::function<LargeStrainResult(const ForwardScene&, const std::vector<PressLoad>&,
-                                                    const LargeStrainOptions&)>;
+/// Who presses a scene, on two grids where the coarser one has cells: press_lump(), or another in tests.
+using LumpPresser =
+    std::function<LargeStrainResult(const ForwardScene& scene, const std::array<uint32_t, 3>& coarser_cells,
+                                    const std::vector<PressLoad>& loads, const LargeStrainOptions& options)>;
+/// solve_extrapolated(), or solve_large_strain() on one grid.
+LargeStrainResult press_lump(const ForwardScene& scene, const std::array<uint32_t, 3>& coarser_cells,
+                             const std::vector<PressLoad>& loads, const LargeStrainOptions& options);
 
 /// Presses a case on one thread: the same numbers wherever it runs. None where `stop` (may be empty) said so.
 std::optional<LumpSample> press_case(const LumpSweep& sweep, uint32_t number, const LumpPresser& presser,

@@ -26,7 +26,8 @@ enum Coordinate : uint8_t {
   kOffsetY,
   kYoung,
   kAxis,
-  kNoLump
+  kNoLump,
+  kCentred
 };
 
 double length_of(LumpShape shape) {
@@ -89,8 +90,19 @@ void check(const LumpSweep& s) {
   inside("the tissue below a lump, mm,", s.floor_mm, 0, 100);
   inside("the tissue beside a lump, mm,", s.rim_mm, 0, 100);
   inside("the share without a lump", s.no_lump_share, 0, 1);
+  inside("the share in the middle", s.centred_share, 0, 1);
   inside("loads", s.loads, 1, 32);
+  for (const uint32_t nodes : s.nodes) inside("nodes of a map along a side", nodes, 2, 1024);
   for (const uint32_t cells : s.cells) inside("cells along a side", cells, 4, 512);
+  if (s.two_grids())
+    for (size_t c = 0; c < 3; ++c) {
+      inside("coarser cells along a side", s.coarser_cells[c], 4, s.cells[c] - 1);
+      if (s.coarser_cells[c] * s.cells[0] != s.coarser_cells[0] * s.cells[c])
+        throw Error(
+            Failure::Usage, "coarser cells in the proportions of the cells",
+            text(s.coarser_cells[0]) + "x" + text(s.coarser_cells[1]) + "x" + text(s.coarser_cells[2]),
+            "--cells 40x40x20 --coarser-cells 24x24x12, or 0 for one grid");
+    }
   inside("the residual", s.residual, 1e-10, 1e-2);
   inside("the step of the press, mm,", s.step_mm, 0.01, 10);
   if (s.shapes.empty()) throw Error(Failure::Usage, "a shape or more", "none", "--shapes sphere");
@@ -134,7 +146,8 @@ LumpCase lump_case(const LumpSweep& s, uint32_t number) {
   lump.depth_mm = even({s.depth_mm.low, deepest_mm}, u[kDepth]);
   lump.stiffness_ratio = even_in_logarithm(s.stiffness_ratio, u[kStiffness]);
   const std::array<double, 3> size_mm = lump.size_mm();
-  for (size_t c = 0; c < 2; ++c) {
+  const bool centred = u[kCentred] < s.centred_share;
+  for (size_t c = 0; c < 2 && !centred; ++c) {
     const double most = std::max(0.0, std::min(s.offset_mm, s.block_mm[c] / 2 - s.rim_mm - size_mm[c] / 2));
     lump.offset_mm[c] = even({-most, most}, u[kOffsetX + c]);
   }
@@ -143,24 +156,21 @@ LumpCase lump_case(const LumpSweep& s, uint32_t number) {
 }
 
 ForwardScene scene_of(const LumpSweep& s, const LumpCase& what) {
-  const bool turned = what.lump && what.lump->along_y;
-  const size_t x = turned ? 1 : 0, y = 1 - x;
   ForwardScene scene;
-  scene.block_mm = {s.block_mm[x], s.block_mm[y], what.thickness_mm};
+  scene.block_mm = in_scene_axes(what, std::array{s.block_mm[0], s.block_mm[1], what.thickness_mm});
   scene.young_Pa = what.young_Pa;
   scene.poisson = s.poisson;
   scene.presser = Presser::Flat;
   scene.press_mm = what.press_mm.back();
-  scene.cells = {s.cells[x], s.cells[y], s.cells[2]};
+  scene.cells = in_scene_axes(what, s.cells);
   scene.inclusion.reset();
   if (what.lump) {
     Inclusion inclusion;
     inclusion.shape = what.lump->shape;
-    const std::array<double, 3> size_mm = what.lump->size_mm();
-    inclusion.size_mm = {size_mm[x], size_mm[y], size_mm[2]};
+    inclusion.size_mm = in_scene_axes(what, what.lump->size_mm());
     inclusion.depth_mm = what.lump->depth_mm;
     inclusion.stiffness_ratio = what.lump->stiffness_ratio;
-    inclusion.offset_mm = {what.lump->offset_mm[x], what.lump->offset_mm[y]};
+    inclusion.offset_mm = in_scene_axes(what, what.lump->offset_mm);
     scene.inclusion = inclusion;
   }
   return scene;
@@ -191,6 +201,7 @@ std::string to_json(const LumpSweep& s) {
                                 {"young_Pa", pair(s.young_Pa)},
                                 {"greatest_press_over_thickness", pair(s.greatest_press)},
                                 {"offset_mm", s.offset_mm},
+                                {"centred_share", s.centred_share},
                                 {"block_mm", s.block_mm},
                                 {"poisson", s.poisson},
                                 {"floor_mm", s.floor_mm},
@@ -199,6 +210,8 @@ std::string to_json(const LumpSweep& s) {
                                 {"no_lump_share", s.no_lump_share},
                                 {"loads", s.loads},
                                 {"cells", s.cells},
+                                {"coarser_cells", s.coarser_cells},
+                                {"nodes", s.nodes},
                                 {"residual", s.residual},
                                 {"step_mm", s.step_mm}}
       .dump();
@@ -219,6 +232,7 @@ LumpSweep sweep_from_json(const std::string& text) {
     s.young_Pa = range("young_Pa");
     s.greatest_press = range("greatest_press_over_thickness");
     s.offset_mm = v.at("offset_mm").get<double>();
+    s.centred_share = v.at("centred_share").get<double>();
     s.block_mm = v.at("block_mm").get<std::array<double, 2>>();
     s.poisson = v.at("poisson").get<double>();
     s.floor_mm = v.at("floor_mm").get<double>();
@@ -233,6 +247,8 @@ LumpSweep sweep_from_json(const std::string& text) {
     s.no_lump_share = v.at("no_lump_share").get<double>();
     s.loads = v.at("loads").get<uint32_t>();
     s.cells = v.at("cells").get<std::array<uint32_t, 3>>();
+    s.coarser_cells = v.at("coarser_cells").get<std::array<uint32_t, 3>>();
+    s.nodes = v.at("nodes").get<std::array<uint32_t, 2>>();
     s.residual = v.at("residual").get<double>();
     s.step_mm = v.at("step_mm").get<double>();
     check(s);

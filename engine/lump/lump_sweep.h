@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/lump/forward.h"
@@ -26,6 +27,8 @@ struct LumpSweep {
   LumpRange young_Pa{2000, 30000};       ///< of the tissue, even in its logarithm
   LumpRange greatest_press{0.10, 0.22};  ///< of the thickness, at the last load
   double offset_mm = 6;                  ///< of the lump's centre from the middle, to either side in x and y
+  double centred_share =
+      0.67;  ///< of the lumps, in the middle: a quarter is solved, in a quarter of the time
   std::array<double, 2> block_mm = {40, 40};
   double poisson = 0.495;
   double floor_mm = 1, rim_mm = 2;  ///< least tissue below the lump and beside it
@@ -34,8 +37,17 @@ struct LumpSweep {
                                    LumpShape::LyingCylinder};
   double no_lump_share = 1.0 / 12;               ///< of the cases, tissue alone
   uint32_t loads = 4;                            ///< equal steps of the press
-  std::array<uint32_t, 3> cells = {32, 32, 16};  ///< along x, y, z whatever the thickness
-  double residual = 1e-6, step_mm = 0.5;         ///< of the solver, see LargeStrainOptions
+  std::array<uint32_t, 3> cells = {40, 40, 20};  ///< along x, y, z whatever the thickness
+  /// What solve_extrapolated() takes beside them, of the same proportions; 0, 0, 0: one grid.
+  std::array<uint32_t, 3> coarser_cells = {24, 24, 12};
+  std::array<uint32_t, 2> nodes = {33, 33};  ///< of the maps along x and y, the first and the last on the rim
+  double residual = 1e-5, step_mm = 2;       ///< of the solver, see LargeStrainOptions
+
+  /// Between the maps' nodes.
+  std::array<double, 2> pitch_mm() const {
+    return {block_mm[0] / (nodes[0] - 1), block_mm[1] / (nodes[1] - 1)};
+  }
+  bool two_grids() const { return coarser_cells[0] != 0; }
 };
 
 /// Throws Error(Failure::Usage) naming the first field that is out of range or makes a lump that cannot fit.
@@ -63,6 +75,12 @@ LumpCase lump_case(const LumpSweep& sweep, uint32_t number);
 /// The case as the solver has it, with long shapes along x: where the case's lies along y, x and y of the
 /// scene are y and x of the case.
 ForwardScene scene_of(const LumpSweep& sweep, const LumpCase& what);
+/// Numbers along x, y (and z) of the block as that scene has them.
+template <typename Numbers>
+Numbers in_scene_axes(const LumpCase& what, Numbers numbers) {
+  if (what.lump && what.lump->along_y) std::swap(numbers[0], numbers[1]);
+  return numbers;
+}
 /// A map of that scene with the axes of the case.
 ForwardMap in_case_axes(const LumpCase& what, ForwardMap map);
 

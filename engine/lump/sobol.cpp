@@ -17,7 +17,8 @@ constexpr Direction kDirections[kSobolDimensions - 1] = {{1, 0, {1}},
                                                          {5, 2, {1, 1, 5, 5, 17}},
                                                          {5, 4, {1, 1, 5, 5, 5}},
                                                          {5, 7, {1, 1, 7, 11, 19}},
-                                                         {5, 11, {1, 1, 5, 1, 1}}};
+                                                         {5, 11, {1, 1, 5, 1, 1}},
+                                                         {5, 13, {1, 1, 1, 3, 11}}};
 
 using Matrix = std::array<std::array<uint32_t, 32>, kSobolDimensions>;
 

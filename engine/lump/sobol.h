@@ -7,7 +7,7 @@
 namespace palpate {
 
 /// Coordinates that sobol() has.
-inline constexpr uint32_t kSobolDimensions = 11;
+inline constexpr uint32_t kSobolDimensions = 12;
 
 /// Point `number` of the sequence of this seed, each coordinate in (0, 1): of any 2^k points that begin at a
 /// multiple of 2^k, each of the 2^k equal intervals of a coordinate holds one. A pure function. Direction
