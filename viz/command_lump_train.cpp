@@ -10,7 +10,6 @@
 #include "capture/output_file.h"
 #include "engine/error.h"
 #include "engine/lump/lump_examples.h"
-#include "engine/lump/lump_model.h"
 #include "viz/command_lump.h"
 #include "viz/lump_evaluation.h"
 
@@ -23,18 +22,16 @@ struct Options {
   LumpTrainingOptions training;
 };
 
-std::string trust_text(const LumpModel& model) {
+std::string trust_text(const LumpNetwork& network) {
   std::string text =
       "intervals are stretched by (size, depth, ratio), and what one in 100 readings reaches\n"
       "loads  noise    stretch             evidence  misfit\n";
   char line[160];
-  for (size_t l = 0; l < kTrustLoads.size(); ++l)
-    for (size_t n = 0; n < kTrustNoise.size(); ++n) {
-      const LumpTrust& t = model.trust[l][n];
-      std::snprintf(line, sizeof line, "%5u %5.1f %%   %4.2f  %4.2f  %4.2f   %8.3g  %6.3g\n", kTrustLoads[l],
-                    100 * kTrustNoise[n], t.stretch[0], t.stretch[1], t.stretch[2], t.evidence, t.misfit);
-      text += line;
-    }
+  for (const LumpTrustRow& t : network.trust()) {
+    std::snprintf(line, sizeof line, "%5u %5.1f %%   %4.2f  %4.2f  %4.2f   %8.3g  %6.3g\n", t.loads,
+                  100 * t.noise_share, t.stretch[0], t.stretch[1], t.stretch[2], t.evidence, t.misfit);
+    text += line;
+  }
   return text;
 }
 
@@ -54,6 +51,7 @@ Report run(const Common& common, Options& o) {
     examples.insert(examples.end(), more.begin(), more.end());
   }
   o.training.seed = common.seed;
+  o.training.made_from = made_from + "; training seed " + std::to_string(common.seed);
   const double start_s = now_s();
   std::mutex guard;
   ProgressBar bar(common, "lump network", 1000);
@@ -74,9 +72,6 @@ Report run(const Common& common, Options& o) {
   LumpNetwork network(nullptr);
   try {
     network = train_lumps(examples, o.training, report);
-    auto model = std::make_shared<LumpModel>(network.model());
-    model->made_from = made_from + "; training seed " + std::to_string(common.seed);
-    network = LumpNetwork(model);
     bytes = network.bytes();
   } catch (const Stopped&) {
     return {"interrupted: no network was written", R"({"complete": false})", kInterrupted};
@@ -93,7 +88,7 @@ Report run(const Common& common, Options& o) {
       100 * report.base_error, 100 * report.fields_error, 100 * report.network_error,
       100 * report.network_error_seen);
   Report out;
-  out.text = text + trust_text(network.model());
+  out.text = text + trust_text(network);
   nlohmann::ordered_json json{{"file", common.out.string()},
                               {"bytes", bytes.size()},
                               {"lumps", report.lumps},
@@ -103,7 +98,7 @@ Report run(const Common& common, Options& o) {
                               {"fields_error", report.fields_error},
                               {"network_error", report.network_error},
                               {"network_error_seen", report.network_error_seen},
-                              {"made_from", network.model().made_from},
+                              {"made_from", network.made_from()},
                               {"wall_s", wall_s}};
   if (!o.validate.empty()) {
     LumpEvaluationJob job;

@@ -12,11 +12,12 @@ namespace palpate {
 namespace {
 
 constexpr std::array<double, 2> kWindow_mm = {40, 30};  // of the sensors that are imitated
-constexpr double kGaugeShare = 0.005;
+constexpr double kGaugeShare = 0.001;
 constexpr double kCoverage = 0.9;
 constexpr double kTold = 0.34, kFrom = 0.66;  // share of the training, for progress
 
 double quantile(std::vector<double> values, double share) {
+  std::erase_if(values, [](double value) { return !std::isfinite(value); });
   if (values.empty()) return 0;
   // The place that holds with one more of the kind.
   const auto place =
@@ -77,7 +78,7 @@ void calibrate(LumpModel& model, const LumpExamples& all, const LumpTrainingOpti
   for (size_t p = 0; p < parts; ++p) {
     size_t number = 0;
     std::vector<bool> used(all.examples.size(), true);
-    for (const size_t i : plain) used[i] = number++ % parts != p;
+    for (const size_t i : plain) used[i] = fold_of(number++, parts) != p;
     without[p].base = fit_base(model, all, [&used](size_t i) { return used[i]; });
   }
   std::atomic<size_t> done = 0;
@@ -102,11 +103,11 @@ void calibrate(LumpModel& model, const LumpExamples& all, const LumpTrainingOpti
         const LumpReading reading = noisy(
             all.readings[example], std::min<size_t>(kTrustLoads[l], all.readings[example].force_N.size()),
             kTrustNoise[n], seed + 2 * number + (lump ? 1 : 0));
-        const size_t part = ((number * 7919 + 13 * n + 5 * l) % from.size()) % parts;
+        const size_t part = fold_of((number * 7919 + 13 * n + 5 * l) % from.size(), parts);
         const LumpModel& judge = lump ? model : without[part];
         LumpEstimate ignored;
         if (const auto nodes = pressed_nodes(judge, reading, ignored)) {
-          t.found = weigh_lumps(judge, *nodes, warmth, static_cast<int>(example % options.members));
+          t.found = weigh_lumps(judge, *nodes, warmth, static_cast<int>(fold_of(example, options.members)));
           t.usable = true;
         }
         told();
@@ -171,6 +172,12 @@ void calibrate(LumpModel& model, const LumpExamples& all, const LumpTrainingOpti
       model.trust[l][n] = trust;
       if (stop) throw Stopped();
     }
+  // Few readings lie beyond a threshold: those of other noise speak too, and what errs, errs to caution.
+  for (auto& row : model.trust) {
+    double evidence = 0;
+    for (const LumpTrust& trust : row) evidence = std::max(evidence, trust.evidence);
+    for (LumpTrust& trust : row) trust.evidence = evidence;
+  }
 }
 
 }  // namespace palpate

@@ -10,11 +10,12 @@ namespace {
 
 using Matrix5 = Eigen::Matrix<double, 5, 5>;
 
-constexpr double kGaugeShare = 0.005;
+constexpr double kGaugeShare = 0.002;
 constexpr double kBeyondRange = 1.1;  // of the training's ranges, where the search is turned back
 constexpr std::array<double, 5> kLongestStep = {0.4, 0.5, 0.9, 1.5, 1.5};
-constexpr double kForgiven = 30;  // misfit beyond the best's from which on a shape is no longer followed
-constexpr int kRatios = 11;       // of the posterior
+constexpr double kForgiven = 30;    // misfit beyond the best's from which on a shape is no longer followed
+constexpr double kHopeless = 1e30;  // misfit of what the network has no number for
+constexpr int kRatios = 11;         // of the posterior
 
 /// Past `edge` by `over` a parameter costs (over / width)^2.
 void wall(double over, double width, int index, double sign, double& misfit, LumpVector* slope,
@@ -25,6 +26,11 @@ void wall(double over, double width, int index, double sign, double& misfit, Lum
     (*slope)(index) -= sign * over / (width * width);
     (*normal)(index, index) += 1 / (width * width);
   }
+}
+
+/// Of a variance that rounding may have made nothing.
+double sd_of(double variance) {
+  return std::sqrt(std::max(variance, 1e-8));
 }
 
 std::array<double, 2> log_range(const std::array<double, 2>& range) {
@@ -47,7 +53,9 @@ double LumpFitter::misfit(const LumpFit& fit, LumpVector* slope, Matrix5* normal
   const Eigen::MatrixXd plain =
       bump_factors(model_, guess, view_.setting, nodes_.loads, member_, slope ? &changes : nullptr);
   const Eigen::MatrixXd shift = fit.at(3) * model_.patch.along_x + fit.at(4) * model_.patch.along_y;
-  const auto moved = [&shift](const Eigen::MatrixXd& factors) -> Eigen::MatrixXd {
+  const bool still = fit.at(3) == 0 && fit.at(4) == 0;
+  const auto moved = [&shift, still](const Eigen::MatrixXd& factors) -> Eigen::MatrixXd {
+    if (still) return factors;
     const Eigen::MatrixXd once = shift * factors;
     return factors - once + 0.5 * (shift * once);
   };
@@ -110,30 +118,49 @@ LumpFit LumpFitter::start(const LumpHypothesis& what) const {
     const auto [low, high] = log_range(range);
     return low + share * (high - low);
   };
-  // Highest load only: it shows most.
-  PressedNodes last;
-  last.loads = {nodes_.loads.back()};
-  const Eigen::VectorXd seen = sums_.right.rightCols(1);
+  std::vector<LumpVector> tried;
   for (const double s : {0.1, 0.4, 0.7, 0.95})
     for (const double d : {0.1, 0.4, 0.7, 0.95})
       for (const double r : {0.25, 0.75}) {
-        LumpFit fit;
-        fit.what = what;
-        fit.at << between(model_.size_mm, s), between(model_.depth_mm, d), between(model_.ratio, r), 0, 0;
-        if (std::exp(fit.at(0)) + std::exp(fit.at(1)) > view_.setting.thickness_mm - model_.floor_mm)
-          continue;
-        const LumpGuess guess{what.shape, fit.at(0), fit.at(1), fit.at(2)};
-        const Eigen::VectorXd factors =
-            bump_factors(model_, guess, view_.setting, last.loads, std::max(member_, 0));
-        fit.misfit = factors.dot(sums_.gram * factors) - 2 * factors.dot(seen);
-        if (fit.misfit < best.misfit) best = fit;
+        LumpVector at;
+        at << between(model_.size_mm, s), between(model_.depth_mm, d), between(model_.ratio, r), 0, 0;
+        if (std::exp(at(0)) + std::exp(at(1)) <= view_.setting.thickness_mm - model_.floor_mm)
+          tried.push_back(at);
       }
+  if (tried.empty()) tried.push_back(best.at);
+  // All at once, at the highest load: it shows most.
+  const double load = nodes_.loads.back();
+  Eigen::MatrixXf in(kLumpFeatures, static_cast<Eigen::Index>(tried.size()));
+  for (size_t i = 0; i < tried.size(); ++i)
+    in.col(static_cast<Eigen::Index>(i)) =
+        (lump_features({what.shape, tried[i](0), tried[i](1), tried[i](2)}, view_.setting, load)
+             .cast<float>() -
+         model_.in_mean)
+            .array() *
+        model_.in_scale.array();
+  const Eigen::MatrixXf out = model_.members[static_cast<size_t>(std::max(member_, 0))].apply(in);
+  const Eigen::MatrixXd factors =
+      load * ((model_.out_scale.asDiagonal() * out).colwise() + model_.out_mean).cast<double>();
+  const Eigen::MatrixXd weighed = sums_.gram * factors;
+  const Eigen::VectorXd seen = sums_.right.rightCols(1);
+  for (size_t i = 0; i < tried.size(); ++i) {
+    const auto column = static_cast<Eigen::Index>(i);
+    const double misfit = factors.col(column).dot(weighed.col(column) - 2 * seen);
+    if (misfit < best.misfit) {
+      best.misfit = misfit;
+      best.at = tried[i];
+    }
+  }
   return best;
 }
 
 void LumpFitter::search(LumpFit& fit, uint32_t rounds, bool ratio_held) const {
   LumpVector slope;
   fit.misfit = misfit(fit, &slope, &fit.normal);
+  if (!std::isfinite(fit.misfit)) {
+    fit.misfit = kHopeless;
+    return;
+  }
   double damping = 1e-3;
   for (uint32_t round = 0; round < rounds; ++round) {
     Matrix5 matrix = fit.normal;
@@ -190,7 +217,7 @@ void add_bells(const LumpModel& model, const LumpFitter& fitter, const LumpFit& 
                std::vector<LumpPosterior::Bell>& bells, std::vector<double>& log_weights) {
   const Matrix5 covariance = fit.normal.inverse();
   const auto [low, high] = log_range(model.ratio);
-  const double sd = std::sqrt(warmth * covariance(2, 2));
+  const double sd = sd_of(warmth * covariance(2, 2));
   const double from = std::max(low, fit.at(2) - std::clamp(3.2 * sd, 0.05, 3.0));
   const double to = std::min(high, fit.at(2) + std::clamp(4 * sd, 0.05, 3.0));
   const double centre = std::clamp(fit.at(2), from, to);
@@ -205,12 +232,13 @@ void add_bells(const LumpModel& model, const LumpFitter& fitter, const LumpFit& 
     const Eigen::Matrix4d inverse = rest.inverse();
     const double volume = std::log(std::max(1e-300, std::abs(inverse.determinant())));
     // Sizes and depths were even in the training, not their logarithms.
+    if (!std::isfinite(volume) || at.misfit >= kHopeless) return;
     log_weights.push_back(-0.5 * at.misfit / warmth + 0.5 * volume + std::log(spacing) + at.at(0) + at.at(1) +
                           std::log(fit.what.prior));
     LumpPosterior::Bell bell;
     bell.shape = fit.what.shape;
     bell.mean = {at.at(0), at.at(1), at.at(2)};
-    bell.sd = {std::sqrt(warmth * inverse(0, 0)), std::sqrt(warmth * inverse(1, 1)), 0.5 * spacing};
+    bell.sd = {sd_of(warmth * inverse(0, 0)), sd_of(warmth * inverse(1, 1)), 0.5 * spacing};
     bells.push_back(bell);
   };
   for (const double direction : {1.0, -1.0}) {
@@ -252,7 +280,7 @@ LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, doub
   const double reach = model.offset_mm + 2;
   for (int pass = 0; pass < 3; ++pass) {
     for (size_t f = 0; f < 2; ++f)
-      fitters[f].emplace(model, nodes, PatchView(model, nodes, center, f == 1), member);
+      fitters[f].emplace(model, nodes, PatchView(model, nodes, center, f == 1), std::max(member, 0));
     if (pass == 0) {
       for (const LumpHypothesis& what : hypotheses)
         found.fits.push_back(fitters[what.swapped ? 1 : 0]->start(what));
@@ -275,6 +303,13 @@ LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, doub
     for (size_t axis = 0; axis < 2; ++axis)
       center[axis] = std::clamp(center[axis] + move[axis], -reach, reach);
   }
+  // The search was one member's, which is quick and near; the answer is everyone's.
+  if (member < 0) {
+    for (auto& each : fitters) each->use(member);
+    for (LumpFit& fit : found.fits) fitters[fit.what.swapped ? 1 : 0]->search(fit, 3);
+    std::sort(found.fits.begin(), found.fits.end(),
+              [](const LumpFit& a, const LumpFit& b) { return a.misfit < b.misfit; });
+  }
   const LumpFit& best = found.fits.front();
   const LumpFitter& fitter = *fitters[best.what.swapped ? 1 : 0];
   found.evidence = fitter.no_lump() - best.misfit;
@@ -285,6 +320,10 @@ LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, doub
   for (const LumpFit& fit : found.fits)
     if (fit.misfit < best.misfit + kForgiven * warmth)
       add_bells(model, *fitters[fit.what.swapped ? 1 : 0], fit, warmth, found.posterior.bells, log_weights);
+  if (log_weights.empty()) {
+    found.evidence = 0;
+    return found;
+  }
   const double most = *std::max_element(log_weights.begin(), log_weights.end());
   double sum = 0;
   for (double& weight : log_weights) sum += weight = std::exp(weight - most);
@@ -295,8 +334,7 @@ LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, doub
   }
   const Matrix5 covariance = best.normal.inverse();
   const auto move = fitter.view().to_block(best.at(3), best.at(4));
-  const std::array<double, 2> sd = {std::sqrt(warmth * covariance(3, 3)),
-                                    std::sqrt(warmth * covariance(4, 4))};
+  const std::array<double, 2> sd = {sd_of(warmth * covariance(3, 3)), sd_of(warmth * covariance(4, 4))};
   for (size_t axis = 0; axis < 2; ++axis) {
     found.place_mm[axis] = fitter.view().center_mm[axis] + move[axis];
     found.place_sd_mm[axis] = sd[best.what.swapped ? 1 - axis : axis];

@@ -31,6 +31,8 @@ class LumpFitter {
  public:
   LumpFitter(const LumpModel& model, const PressedNodes& nodes, const PatchView& view, int member);
 
+  /// Who predicts from here on, as for the constructor.
+  void use(int member) { member_ = member; }
   const PatchView& view() const { return view_; }
   const PatchWhitener& whitener() const { return whitener_; }
   double no_lump() const { return whitener_.reading().squaredNorm(); }

@@ -58,7 +58,7 @@ struct LumpTrust {
 };
 
 inline constexpr std::array<uint32_t, 3> kTrustLoads = {1, 2, 4};
-inline constexpr std::array<double, 4> kTrustNoise = {0.003, 0.01, 0.03, 0.1};  ///< shares of the peak
+inline constexpr std::array<double, 4> kTrustNoise = {0.002, 0.005, 0.02, 0.1};  ///< shares of the peak
 
 struct LumpModel {
   std::array<double, 2> block_mm = {40, 40};
@@ -73,8 +73,8 @@ struct LumpModel {
   LumpBase base;
   LumpPatch patch;
 
-  /// In: see lump_features(). Out: the fields' factors over load, scaled. The mean of all is used; a case of
-  /// the training set was not shown to member `fold` of its number.
+  /// In: see lump_features(). Out: the fields' factors over load, scaled. The mean of all is used; each was
+  /// not shown a part of the training set.
   std::vector<SmallNetwork> members;
   Eigen::VectorXf in_mean, in_scale, out_mean, out_scale;
 

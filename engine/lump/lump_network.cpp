@@ -18,4 +18,18 @@ LumpEstimate LumpNetwork::estimate(const LumpReading& reading) const {
   return estimate;
 }
 
+std::string LumpNetwork::made_from() const {
+  return model_->made_from;
+}
+
+std::vector<LumpTrustRow> LumpNetwork::trust() const {
+  std::vector<LumpTrustRow> rows;
+  for (size_t l = 0; l < kTrustLoads.size(); ++l)
+    for (size_t n = 0; n < kTrustNoise.size(); ++n) {
+      const LumpTrust& t = model_->trust[l][n];
+      rows.push_back({kTrustLoads[l], kTrustNoise[n], t.stretch, t.evidence, t.misfit});
+    }
+  return rows;
+}
+
 }  // namespace palpate

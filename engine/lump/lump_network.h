@@ -7,15 +7,27 @@
 // served by one network, and what a reading does not determine shows as a wide interval.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "engine/lump/lump_reading.h"
 
 namespace palpate {
 
 struct LumpModel;
+
+/// How far a network is trusted at a number of loads and a noise (share of the peak).
+struct LumpTrustRow {
+  uint32_t loads = 0;
+  double noise_share = 0;
+  std::array<double, 3> stretch{};  ///< of the intervals of size, depth, ratio, so that they hold
+  double evidence = 0;              ///< that one in 100 readings without a lump reaches
+  double misfit = 0;                ///< that one in 100 readings with a lump exceeds
+};
 
 class LumpNetwork {
  public:
@@ -34,6 +46,9 @@ class LumpNetwork {
   LumpEstimate estimate(const LumpReading& reading) const;
 
   const LumpModel& model() const { return *model_; }
+  /// One line for people: data, cases, seed.
+  std::string made_from() const;
+  std::vector<LumpTrustRow> trust() const;
 
  private:
   std::shared_ptr<const LumpModel> model_;

@@ -140,7 +140,8 @@ LumpPatch fit_patch(const LumpModel& model, const LumpExamples& all, uint32_t co
         *std::max_element(reading.pressure_Pa.back().values.begin(), reading.pressure_Pa.back().values.end());
     const double sign_x = e.offset_mm[0] < 0 ? -1 : 1, sign_y = e.offset_mm[1] < 0 ? -1 : 1;
     const bool round = e.shape == LumpShape::Sphere || e.shape == LumpShape::Cylinder;
-    for (size_t k = 0; k < reading.force_N.size(); ++k) {
+    // Neighbouring loads look alike: every second is enough.
+    for (size_t k = (reading.force_N.size() + 1) % 2; k < reading.force_N.size(); k += 2) {
       const Eigen::VectorXf quarter = model.base.quarter(reading.block_mm[2], load_of(reading, k));
       for (const bool swapped : {false, true}) {
         if (!round && swapped != e.along_y) continue;
@@ -229,6 +230,7 @@ LumpNetwork train_lumps(const std::vector<LumpExample>& examples, const LumpTrai
   model->patch = fit_patch(*model, all, options.fields, options.seed, report.fields_error);
   train_members(*model, all, options, report);
   calibrate(*model, all, options);
+  model->made_from = options.made_from;
   say("done", 1);
   return LumpNetwork(std::move(model));
 }

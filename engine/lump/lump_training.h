@@ -33,6 +33,7 @@ struct LumpTrainingOptions {
   uint32_t rounds = 400;  ///< through the examples
   double decay = 0.05;    ///< of weights, against what only a few examples say
   uint32_t trials = 160;  ///< readings per noise and number of loads that intervals are calibrated on
+  std::string made_from;  ///< one line for people that the network keeps: data, cases
   uint32_t threads = 0;   ///< 0: one per core
   /// Told what is being done and how much of all is; false: stop (train_lumps() throws Stopped then).
   std::function<bool(const std::string& what, double share)> progress = {};

@@ -98,7 +98,7 @@ void train_members(LumpModel& model, const LumpExamples& all, const LumpTraining
   in_parallel(options.threads, options.members, [&](size_t member) {
     std::vector<Eigen::Index> taught;
     for (size_t s = 0; s < example_of.size(); ++s)
-      if (example_of[s] % options.members != member) taught.push_back(static_cast<Eigen::Index>(s));
+      if (fold_of(example_of[s], options.members) != member) taught.push_back(static_cast<Eigen::Index>(s));
     SmallNetwork network =
         SmallNetwork::random({kLumpFeatures, options.hidden, options.hidden, static_cast<uint32_t>(fields)},
                              options.seed * 1000 + member);
@@ -131,7 +131,7 @@ void train_members(LumpModel& model, const LumpExamples& all, const LumpTraining
     const LumpExample& e = all.examples[s.example];
     LumpSetting setting;
     setting.thickness_mm = e.block_mm[2];
-    const size_t first = s.example % options.members;
+    const size_t first = fold_of(s.example, options.members);
     const auto bump = [&](size_t member) {
       MatrixXd predicted(fields, s.out.cols());
       const MatrixXf scaled = model.in_scale.asDiagonal() * (s.in.colwise() - model.in_mean);

@@ -9,6 +9,11 @@
 
 namespace palpate {
 
+/// The member that does not learn from an example. Scrambled: a sweep's neighbours are far apart in turn.
+inline size_t fold_of(size_t example, size_t members) {
+  return ((example + 1) * 0x9e3779b97f4a7c15ULL >> 40) % members;
+}
+
 /// Ideal readings of the examples, in their order.
 struct LumpExamples {
   std::vector<LumpExample> examples;  ///< without their maps

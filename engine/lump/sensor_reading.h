@@ -20,8 +20,8 @@ struct PalpationSensor {
   double pixel_noise_gray = 1;  ///< standard deviation, before the level is rounded
   double node_pitch_mm = 1.25;  ///< of the reading: pixels are averaged around its nodes
   /// What the calibration leaves: independent noise of each node, share of the highest load's peak pressure.
-  double noise_share = 0.01;
-  double gauge_share = 0.005;  ///< standard deviation of the force, of each load by itself
+  double noise_share = 0.002;
+  double gauge_share = 0.001;  ///< standard deviation of the force, of each load by itself
 };
 
 /// Presses as this sensor reads them. `pressure_Pa` (nodes over the block, middle on its middle) and
