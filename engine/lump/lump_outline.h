@@ -31,7 +31,8 @@ struct LumpOutline {
 
 /// The outline on the highest load. Block and bump are fitted at once: even powers of x and y up to the
 /// fourth and a tilt, and an elliptical Gaussian (Gauss-Newton from several starts); the outer tenth of the
-/// block, shaped by its rim, is left out. The line at half height is drawn on map minus block. Intervals hold
+/// block, shaped by its rim, is left out. A bump counts where it is 6 standard errors and 3 % of the
+/// block's own pressure high. The line at half height is drawn on map minus block. Intervals hold
 /// nine of ten, by `repeats` maps with noise of reading.noise_Pa drawn from `seed` on top. Throws
 /// Error(Failure::Input) on fewer than 60 seen places.
 LumpOutline outline_lump(const LumpReading& reading, uint64_t seed = 1, uint32_t repeats = 40);

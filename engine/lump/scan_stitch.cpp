@@ -255,8 +255,9 @@ Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOp
   out.reading.pressure_Pa.assign(loads, empty_map(grid, nothing));
   out.disagreement_Pa = empty_map(grid, nothing);
   out.presses = empty_map(grid, 0);
-  for (uint32_t j = 0; j < grid.height; ++j)
-    for (uint32_t i = 0; i < grid.width; ++i) {
+  // A place on the rim has no whole cell around it: what a sensor tells of it is of another place.
+  for (uint32_t j = 1; j + 1 < grid.height; ++j)
+    for (uint32_t i = 1; i + 1 < grid.width; ++i) {
       const size_t node = size_t{j} * grid.width + i;
       const double x = grid.x(i), y = grid.y(j);
       bool inside = false;
@@ -291,8 +292,6 @@ Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOp
         b.noise += noise / count * (count - 1);
         out.disagreement_Pa.values[node] = static_cast<float>(std::sqrt(spread / (count - 1)));
       }
-      // A place on the rim has no whole cell around it: no sensor sees it.
-      if (i == 0 || j == 0 || i + 1 == grid.width || j + 1 == grid.height) continue;
       const bool seen = std::isfinite(out.reading.pressure_Pa.back().values[node]);
       ++b.inner;
       b.inner_seen += seen;

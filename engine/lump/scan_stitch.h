@@ -36,7 +36,7 @@ struct PressPlace {
   double misfit = 0;  ///< its rms distance from the others over what its noise makes; about 1. 0: no overlap
 };
 
-/// The block's map. Places that no press saw are NaN.
+/// The block's map. Places that no press saw are NaN, and its rim.
 struct ScanMap {
   /// Loads at the presses' common forces, window in the block's middle, as large as the block. `noise_Pa` is
   /// that of a blended value, by the presses' own noise or by how far they disagree, whichever is larger.
