@@ -81,10 +81,12 @@ class Search {
   /// The best step of the unknowns (none: of the forces and the modulus alone) from a prediction.
   Step solve(const LumpPrediction& p, double damping, bool unknowns) {
     last_ = p;
-    const Eigen::Index first = unknowns ? kLumpUnknowns : 0, loads = p.by_force.cols(),
-                       columns = first + loads + 1;
+    const Eigen::Index first = !unknowns                ? 0
+                               : options_.model.centred ? kPlaceX
+                                                        : kLumpUnknowns,
+                       loads = p.by_force.cols(), columns = first + loads + 1;
     Eigen::MatrixXd j(p.pressure_Pa.size(), columns);
-    if (unknowns) j.leftCols(first) = p.by_unknown;
+    j.leftCols(first) = p.by_unknown.leftCols(first);
     j.middleCols(first, loads) = p.by_force;
     j.col(columns - 1) = p.by_modulus;
     j /= sigma_Pa_;
@@ -94,17 +96,15 @@ class Search {
       normal(first + l, first + l) += 1 / (options_.gauge_share * options_.gauge_share);
     normal(columns - 1, columns - 1) += 1 / (options_.young_share * options_.young_share);
     Step step;
-    if (unknowns)
-      for (Eigen::Index k = 0; k < first; ++k) step.sd(k) = 0;
     Eigen::MatrixXd damped = normal;
     for (Eigen::Index k = 0; k < first; ++k) damped(k, k) *= 1 + damping;
     const Eigen::VectorXd right = j.transpose() * open;
     const Eigen::VectorXd found = damped.ldlt().solve(right);
     step.chi2 = open.squaredNorm() - 2 * found.dot(right) + found.dot(normal * found);
     if (unknowns) {
-      step.change = found.head(kLumpUnknowns);
+      step.change.head(first) = found.head(first);
       const Eigen::MatrixXd covariance = normal.ldlt().solve(Eigen::MatrixXd::Identity(columns, columns));
-      step.sd = covariance.diagonal().head(kLumpUnknowns).cwiseMax(0).cwiseSqrt();
+      step.sd.head(first) = covariance.diagonal().head(first).cwiseMax(0).cwiseSqrt();
     }
     return step;
   }
@@ -183,10 +183,11 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
   if (reading.saturated_share > kMostSaturated)
     return done(LumpVerdict::Unusable, "the sensor is saturated at the highest load: press less");
 
-  const LumpCase::Lump guess = options.start ? *options.start : first_guess(reading, options.shape);
+  LumpCase::Lump guess = options.start ? *options.start : first_guess(reading, options.shape);
+  if (options.model.centred) guess.offset_mm = {0, 0};
   std::optional<Search::State> best = search.at(search.moved(guess, Unknowns::Zero()));
   if (!best) return done(LumpVerdict::Unusable, "the model found no equilibrium at these forces");
-  double damping = 1e-3;
+  double damping = 5e-3;
   bool settled = false;
   for (uint32_t round = 0; round < options.most_rounds && !settled; ++round) {
     const Search::Step step = search.solve(best->prediction, damping, true);
@@ -197,10 +198,10 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
     if (next && next->chi2 < best->chi2) {
       settled = settled || best->chi2 - next->chi2 < 0.05;
       best = std::move(next);
-      damping = std::max(damping / 10, 1e-6);
+      damping = std::max(damping / 4, 1e-6);
     } else {
       if (damping > 1e3) break;
-      damping *= 20;
+      damping *= 6;
       settled = false;
     }
   }

@@ -22,6 +22,9 @@ struct LumpResponseOptions {
   double poisson = 0.495;
   double residual = 1e-5, step_mm = 2;
   uint32_t threads = 0;
+  /// The lump lies under the block's middle: its place is not sought, and a quarter is solved. The lump's
+  /// offset is (0, 0).
+  bool centred = false;
   double rim_mm = 4;  ///< of the block's surface that is left out: there grids differ most
 };
 
