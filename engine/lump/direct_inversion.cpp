@@ -16,6 +16,7 @@ constexpr double kChance = 15.09;         // chi2 of five unknowns that chance r
 constexpr size_t kFewestValues = 60;      // of a load
 constexpr double kMostSaturated = 0.02;
 constexpr double kOpenFactor = 4;
+constexpr double kOrderDoubt = 1.0 / 3;  // standard deviations of the change that order 2 would make
 using Unknowns = Eigen::Matrix<double, kLumpUnknowns, 1>;
 const Unknowns kLongestStep{{0.3, 0.4, 1.0, 2.0, 2.0}};
 
@@ -75,8 +76,9 @@ class Search {
 
   struct Step {
     Unknowns change = Unknowns::Zero();
-    Unknowns sd = Unknowns::Zero();
-    double chi2 = 0;  ///< of the linear model after the step
+    Unknowns sd = Unknowns::Zero();        ///< of noise
+    Unknowns by_order = Unknowns::Zero();  ///< change if the grids' order were 2
+    double chi2 = 0;                       ///< of the linear model after the step
   };
   /// The best step of the unknowns (none: of the forces and the modulus alone) from a prediction.
   Step solve(const LumpPrediction& p, double damping, bool unknowns) {
@@ -104,6 +106,7 @@ class Search {
     if (unknowns) {
       step.change.head(first) = found.head(first);
       const Eigen::MatrixXd covariance = normal.ldlt().solve(Eigen::MatrixXd::Identity(columns, columns));
+      step.by_order.head(first) = covariance.topRows(first) * (j.transpose() * p.by_order_Pa) / -sigma_Pa_;
       step.sd.head(first) = covariance.diagonal().head(first).cwiseMax(0).cwiseSqrt();
     }
     return step;
@@ -208,13 +211,16 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
   const Search::Step end = search.solve(best->prediction, 0, true);
   const double values = static_cast<double>(search.values() * reading.force_N.size());
   const double misfit = best->chi2 / std::max(1.0, values - double{kLumpUnknowns});
-  const double widen = std::sqrt(std::max(1.0, misfit));
   const LumpCase::Lump& lump = best->lump;
-  estimate.size_mm = in_logarithm(lump.diameter_mm, widen * end.sd(kLnSize));
-  estimate.depth_mm = in_logarithm(lump.depth_mm, widen * end.sd(kLnDepth));
-  estimate.stiffness_ratio = in_logarithm(lump.stiffness_ratio, widen * end.sd(kLnRatio));
-  estimate.x_mm = plain(lump.offset_mm[0], widen * end.sd(kPlaceX));
-  estimate.y_mm = plain(lump.offset_mm[1], widen * end.sd(kPlaceY));
+  // Noise, more of it where the reading fits worse, and what the grids leave open.
+  const Unknowns sd =
+      (end.sd.array().square() * std::max(1.0, misfit) + (kOrderDoubt * end.by_order.array()).square())
+          .sqrt();
+  estimate.size_mm = in_logarithm(lump.diameter_mm, sd(kLnSize));
+  estimate.depth_mm = in_logarithm(lump.depth_mm, sd(kLnDepth));
+  estimate.stiffness_ratio = in_logarithm(lump.stiffness_ratio, sd(kLnRatio));
+  estimate.x_mm = plain(lump.offset_mm[0], sd(kPlaceX));
+  estimate.y_mm = plain(lump.offset_mm[1], sd(kPlaceY));
   estimate.shape = lump.shape;
   estimate.shape_probability[static_cast<size_t>(lump.shape)] = 1;
 

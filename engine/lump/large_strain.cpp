@@ -69,8 +69,8 @@ LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vecto
   return result;
 }
 
-double extrapolation_share(uint32_t cells, uint32_t coarser) {
-  return 1 / (std::pow(static_cast<double>(cells) / coarser, kGridOrder) - 1);
+double extrapolation_share(uint32_t cells, uint32_t coarser, double order) {
+  return 1 / (std::pow(static_cast<double>(cells) / coarser, order) - 1);
 }
 
 LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::array<uint32_t, 3>& coarser,

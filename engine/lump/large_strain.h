@@ -38,6 +38,7 @@ struct PressedBlock {
   /// True pressure (force over deformed area) in the frame of the plate, its middle at the block's middle:
   /// what a sensor in the plate sees.
   ForwardMap pressure_Pa;
+  ForwardMap deflection_mm;  ///< of the tissue's surface at its nodes, cells + 1; into the tissue counts up
   double least_volume_ratio = 1;  ///< smallest det F at any quadrature point; an inverted element is an error
   double residual = 0;
 };
@@ -68,7 +69,7 @@ LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vecto
 inline constexpr double kGridOrder = 1.4;
 /// What cells of no size would give, as a share of the difference from the coarser to the finer grid that is
 /// added to the finer's: cells along one side of both.
-double extrapolation_share(uint32_t cells, uint32_t coarser);
+double extrapolation_share(uint32_t cells, uint32_t coarser, double order = kGridOrder);
 
 /// The same on the scene's cells and on `coarser` ones of the same proportions, and from the two what cells
 /// of no size would give: pressures, and forces or ways. A single grid of 32 cells along x makes lumps look

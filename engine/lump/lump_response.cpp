@@ -190,10 +190,15 @@ LumpPrediction predict(const ComparedNodes& nodes, const std::optional<LumpCase:
   if (two && prediction.converged) {
     const Pressing coarse_block(nodes.reading(), lump, options, options.coarser);
     prediction.converged = press(nodes, coarse_block, options, coarse, derivatives ? &prediction : nullptr);
-    if (prediction.converged)
-      prediction.pressure_Pa +=
-          extrapolation_share(options.cells[0], options.coarser[0]) * (prediction.pressure_Pa - coarse);
+    if (prediction.converged) {
+      const Eigen::VectorXd finer = prediction.pressure_Pa - coarse;
+      const double share = extrapolation_share(options.cells[0], options.coarser[0]);
+      prediction.pressure_Pa += share * finer;
+      prediction.by_order_Pa = (extrapolation_share(options.cells[0], options.coarser[0], 2) - share) * finer;
+    }
   }
+  if (prediction.by_order_Pa.size() == 0)
+    prediction.by_order_Pa = Eigen::VectorXd::Zero(prediction.pressure_Pa.size());
   prediction.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return prediction;
 }

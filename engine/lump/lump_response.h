@@ -37,6 +37,9 @@ struct LumpPrediction {
   /// The same per unit of the logarithm of each load's force (values x loads), and of the tissue's modulus.
   Eigen::MatrixXd by_force;
   Eigen::VectorXd by_modulus;
+  /// What the pressures would be more if errors shrank with the cells' square instead of kGridOrder: the
+  /// measure of what two grids leave open. Zero for one grid.
+  Eigen::VectorXd by_order_Pa;
   double wall_s = 0;
 };
 
