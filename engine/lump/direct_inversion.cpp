@@ -16,7 +16,8 @@ constexpr double kChance = 15.09;         // chi2 of five unknowns that chance r
 constexpr size_t kFewestValues = 60;      // of a load
 constexpr double kMostSaturated = 0.02;
 constexpr double kOpenFactor = 4;
-constexpr double kOrderDoubt = 1.0 / 3;  // standard deviations of the change that order 2 would make
+constexpr uint32_t kMostInVain = 3;
+constexpr double kOrderDoubt = 1;  // standard deviations of the change that order 2 would make
 using Unknowns = Eigen::Matrix<double, kLumpUnknowns, 1>;
 const Unknowns kLongestStep{{0.3, 0.4, 1.0, 2.0, 2.0}};
 
@@ -192,6 +193,7 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
   if (!best) return done(LumpVerdict::Unusable, "the model found no equilibrium at these forces");
   double damping = 5e-3;
   bool settled = false;
+  uint32_t in_vain = 0;  // rounds in a row
   for (uint32_t round = 0; round < options.most_rounds && !settled; ++round) {
     const Search::Step step = search.solve(best->prediction, damping, true);
     const double shorten = std::max(1.0, (step.change.cwiseAbs().cwiseQuotient(kLongestStep)).maxCoeff());
@@ -201,11 +203,12 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
     if (next && next->chi2 < best->chi2) {
       settled = settled || best->chi2 - next->chi2 < 0.05;
       best = std::move(next);
+      in_vain = 0;
       damping = std::max(damping / 4, 1e-6);
     } else {
-      if (damping > 1e3) break;
+      // Cells' borders make small ripples: where three shorter steps gain nothing, it stands in one.
       damping *= 6;
-      settled = false;
+      settled = ++in_vain == kMostInVain;
     }
   }
   const Search::Step end = search.solve(best->prediction, 0, true);
