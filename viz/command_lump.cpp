@@ -1,4 +1,4 @@
-// palpate lump: the hidden lump, from data sets of presses to estimates.
+// palpate lump: size, depth and stiffness of what lies hidden in tissue.
 #include "viz/command_lump.h"
 
 #include <CLI/CLI.hpp>
@@ -6,11 +6,11 @@
 namespace palpate {
 
 void add_lump(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* group =
-      program.add_subcommand("lump", "Size, depth and stiffness of a lump in tissue from presses");
+  CLI::App* group = program.add_subcommand("lump", "Size, depth and stiffness of a lump hidden in tissue");
   group->require_subcommand(1);
   add_lump_dataset(*group, common, chosen);
   add_lump_info(*group, common, chosen);
+  add_lump_figures(*group, common, chosen);
 }
 
 }  // namespace palpate

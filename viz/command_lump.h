@@ -8,5 +8,6 @@ namespace palpate {
 /// Each adds one command to the group `lump`.
 void add_lump_dataset(CLI::App& group, Common& common, Command& chosen);
 void add_lump_info(CLI::App& group, Common& common, Command& chosen);
+void add_lump_figures(CLI::App& group, Common& common, Command& chosen);
 
 }  // namespace palpate

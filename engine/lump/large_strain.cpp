@@ -6,13 +6,10 @@
 #include <cstdio>
 
 #include "engine/error.h"
-#include "engine/lump/large_strain_model.h"
+#include "engine/lump/plate_press.h"
 
 namespace palpate {
 namespace {
-
-constexpr double kForceError = 1e-6;  // relative, of a force that is asked for
-constexpr int kMostForceSteps = 200;
 
 void check_loads(const ForwardScene& scene, const std::vector<PressLoad>& loads) {
   double last_mm = 0, last_N = 0, whole = scene.block_mm[2];
@@ -33,61 +30,6 @@ void check_loads(const ForwardScene& scene, const std::vector<PressLoad>& loads)
   }
 }
 
-class Press {
- public:
-  Press(LargeStrainModel& model, const LargeStrainOptions& options, double most_mm, LargeStrainResult& result)
-      : model_(model), options_(options), most_mm_(most_mm), step_(options.step_mm), result_(result) {}
-
-  bool to_way(double press_mm) {
-    while (press_mm - model_.press_mm() > 1e-12 * press_mm) {
-      const double left = press_mm - model_.press_mm();
-      // The last two steps alike: no tiny one at the end.
-      const double step = left <= step_ ? left : left < 2 * step_ ? left / 2 : step_;
-      if (!try_step(model_.press_mm() + step)) return false;
-    }
-    return true;
-  }
-
-  bool to_force(double force_N, double first_slope) {
-    for (int step = 0; step < kMostForceSteps; ++step) {
-      const double lack = force_N - model_.force_N();
-      if (std::abs(lack) <= kForceError * force_N) return true;
-      const double slope = slope_ > 0 ? slope_ : first_slope;
-      const double way = std::clamp(lack / slope, -step_, step_);
-      if (model_.press_mm() + way > most_mm_) {
-        result_.warnings.emplace_back("a force of " + std::to_string(force_N) +
-                                      " N presses further than half the thickness");
-        return false;
-      }
-      const double from_mm = model_.press_mm(), from_N = model_.force_N();
-      if (!try_step(from_mm + way)) return false;
-      slope_ = (model_.force_N() - from_N) / (model_.press_mm() - from_mm);
-    }
-    return false;
-  }
-
- private:
-  // One step, shorter where the search does not end; afterwards steps grow again.
-  bool try_step(double to_mm) {
-    if (options_.stop && options_.stop()) return false;
-    for (uint32_t cut = 0;; ++cut) {
-      if (model_.move_to(to_mm, result_)) break;
-      if (cut == options_.most_cuts) return false;
-      ++result_.cuts;
-      to_mm = (to_mm + model_.press_mm()) / 2;
-      step_ = std::abs(to_mm - model_.press_mm());
-    }
-    ++result_.steps;
-    step_ = std::min(2 * step_, options_.step_mm);
-    return true;
-  }
-
-  LargeStrainModel& model_;
-  const LargeStrainOptions& options_;
-  double most_mm_, step_, slope_ = 0;
-  LargeStrainResult& result_;
-};
-
 }  // namespace
 
 LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vector<PressLoad>& loads,
@@ -105,14 +47,10 @@ LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vecto
   WorkTeam team(options.threads);
   LargeStrainResult result;
   LargeStrainModel model(scene, options, team);
-  double whole = scene.block_mm[2];
-  for (const PadSheet& sheet : scene.pad) whole += sheet.thickness_mm;
-  Press press(model, options, whole / 2, result);
+  PlatePress press(scene, model, options, result);
   result.converged = true;
   for (const PressLoad& load : loads) {
-    // Bonded below and nearly incompressible, a block is stiffer than its modulus says.
-    const double slope = 2 * scene.young_Pa * 1e-6 * scene.block_mm[0] * scene.block_mm[1] / whole;
-    if (!(load.press_mm ? press.to_way(*load.press_mm) : press.to_force(*load.force_N, slope))) {
+    if (!press.to(load)) {
       result.converged = false;
       break;
     }

@@ -12,8 +12,9 @@ namespace palpate {
 
 /// Pressure maps of one block at rising loads, all of the same window, and what is known besides.
 struct LumpReading {
-  /// True pressure, Pa, as seen by the sensor in the plate, one map per load. The window's middle lies at
-  /// `window_mm` from the block's middle. NaN: not seen.
+  /// True pressure, Pa, as seen by the sensor in the plate, one map per load: at each node the mean over a
+  /// square of the pitch around it. The window's middle lies at `window_mm` from the block's middle. NaN: not
+  /// seen.
   std::vector<ForwardMap> pressure_Pa;
   std::array<double, 2> window_mm = {0, 0};
   std::vector<double> force_N;  ///< on the whole block at each load, of the gauge

@@ -85,33 +85,44 @@ double PressedSurface::sum_N() const {
   return std::accumulate(force_N.begin(), force_N.end(), 0.0);
 }
 
+PressureField::PressureField(const PressedSurface& surface)
+    : surface_(surface), pressure_Pa_(node_areas(surface)) {
+  for (size_t n = 0; n < pressure_Pa_.size(); ++n)
+    pressure_Pa_[n] = surface.force_N[n] / pressure_Pa_[n] * 1e6;
+}
+
+double PressureField::at(double x_mm, double y_mm) const {
+  const PressedSurface& s = surface_;
+  const double i = x_mm / s.pitch_mm[0] + (s.width - 1) / 2.0,
+               j = y_mm / s.pitch_mm[1] + (s.height - 1) / 2.0;
+  // Where the tissue here was at rest: a fixed point, since tissue stretches by less than its size.
+  double x = i, y = j;
+  for (int round = 0; round < 60; ++round) {
+    const Place place(s, x, y);
+    const double to_x = i - place.value(s.x_mm) / s.pitch_mm[0];
+    const double to_y = j - place.value(s.y_mm) / s.pitch_mm[1];
+    const double moved = std::abs(to_x - x) + std::abs(to_y - y);
+    x = to_x;
+    y = to_y;
+    if (moved < 1e-7) break;
+  }
+  const double rim = 1e-6;
+  const bool tissue = x >= -rim && y >= -rim && x <= s.width - 1 + rim && y <= s.height - 1 + rim;
+  return tissue ? Place(s, x, y).value(pressure_Pa_) : 0;
+}
+
 ForwardMap true_pressure(const PressedSurface& s, const std::array<uint32_t, 2>& nodes) {
-  std::vector<double> pressure = node_areas(s);
-  for (size_t n = 0; n < pressure.size(); ++n) pressure[n] = s.force_N[n] / pressure[n] * 1e6;
+  const PressureField field(s);
   ForwardMap map;
   map.width = nodes[0];
   map.height = nodes[1];
-  const double step_x = (s.width - 1.0) / (nodes[0] - 1.0), step_y = (s.height - 1.0) / (nodes[1] - 1.0);
-  map.pitch_mm = {s.pitch_mm[0] * step_x, s.pitch_mm[1] * step_y};
+  const double length = (s.width - 1) * s.pitch_mm[0], width = (s.height - 1) * s.pitch_mm[1];
+  map.pitch_mm = {length / (nodes[0] - 1), width / (nodes[1] - 1)};
   map.values.reserve(size_t{nodes[0]} * nodes[1]);
   for (uint32_t row = 0; row < nodes[1]; ++row)
-    for (uint32_t column = 0; column < nodes[0]; ++column) {
-      const double i = column * step_x, j = row * step_y;
-      // Where the tissue here was at rest: a fixed point, since tissue stretches by less than its size.
-      double x = i, y = j;
-      for (int round = 0; round < 60; ++round) {
-        const Place place(s, x, y);
-        const double to_x = i - place.value(s.x_mm) / s.pitch_mm[0];
-        const double to_y = j - place.value(s.y_mm) / s.pitch_mm[1];
-        const double moved = std::abs(to_x - x) + std::abs(to_y - y);
-        x = to_x;
-        y = to_y;
-        if (moved < 1e-10) break;
-      }
-      const double rim = 1e-9;
-      const bool tissue = x >= -rim && y >= -rim && x <= s.width - 1 + rim && y <= s.height - 1 + rim;
-      map.values.push_back(tissue ? static_cast<float>(Place(s, x, y).value(pressure)) : 0.0f);
-    }
+    for (uint32_t column = 0; column < nodes[0]; ++column)
+      map.values.push_back(static_cast<float>(
+          field.at(column * map.pitch_mm[0] - length / 2, row * map.pitch_mm[1] - width / 2)));
   return map;
 }
 

@@ -19,8 +19,22 @@ struct PressedSurface {
   double sum_N() const;
 };
 
-/// Force over deformed area in the frame of the plate, in which the tissue has moved: at so many nodes along
-/// x and y over the block at rest. Cubic between the surface's nodes. 0 where no tissue is.
+/// Force over deformed area in the frame of the plate, in which the tissue has moved. Cubic between the
+/// surface's nodes.
+class PressureField {
+ public:
+  /// Keeps the surface, which outlives it.
+  explicit PressureField(const PressedSurface& surface);
+
+  /// Pa, at a place of the plate from the block's middle; 0 where no tissue is.
+  double at(double x_mm, double y_mm) const;
+
+ private:
+  const PressedSurface& surface_;
+  std::vector<double> pressure_Pa_;
+};
+
+/// The same at so many nodes along x and y over the block at rest.
 ForwardMap true_pressure(const PressedSurface& surface, const std::array<uint32_t, 2>& nodes);
 
 }  // namespace palpate

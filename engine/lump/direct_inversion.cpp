@@ -1,0 +1,248 @@
+#include "engine/lump/direct_inversion.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "engine/error.h"
+#include "engine/lump/profile.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kNinetyPercent = 1.645;  // standard deviations to either side
+constexpr double kChance = 15.09;         // chi2 of five unknowns that chance reaches in 1 % of readings
+constexpr size_t kFewestValues = 60;      // of a load
+constexpr double kMostSaturated = 0.02;
+constexpr double kOpenFactor = 4;
+using Unknowns = Eigen::Matrix<double, kLumpUnknowns, 1>;
+const Unknowns kLongestStep{{0.3, 0.4, 1.0, 2.0, 2.0}};
+
+void check(const LumpReading& reading) {
+  const auto refuse = [](const char* wanted, const std::string& found) {
+    throw Error(Failure::Usage, wanted, found, "a reading as the sensor makes it");
+  };
+  if (reading.pressure_Pa.empty() || reading.pressure_Pa.size() != reading.force_N.size())
+    refuse("one pressure map for each force", std::to_string(reading.pressure_Pa.size()) + " maps and " +
+                                                  std::to_string(reading.force_N.size()) + " forces");
+  for (const ForwardMap& map : reading.pressure_Pa)
+    if (map.width != reading.pressure_Pa[0].width || map.height != reading.pressure_Pa[0].height ||
+        map.values.size() != size_t{map.width} * map.height)
+      refuse("maps of one size", "others");
+  double last = 0;
+  for (const double force : reading.force_N) {
+    if (!(force > last)) refuse("forces that rise from above zero", std::to_string(force) + " N");
+    last = force;
+  }
+  if (!(reading.noise_Pa >= 0)) refuse("noise of 0 Pa or more", std::to_string(reading.noise_Pa));
+}
+
+class Search {
+ public:
+  Search(const LumpReading& reading, const DirectInversionOptions& options)
+      : reading_(reading),
+        options_(options),
+        nodes_(reading, options.model.rim_mm),
+        wanted_(nodes_.values()) {
+    const double peak = wanted_.size() > 0 ? wanted_.maxCoeff() : 0;
+    sigma_Pa_ = std::hypot(reading.noise_Pa, options.model_share * peak);
+  }
+  size_t values() const { return nodes_.count(); }
+
+  struct State {
+    LumpCase::Lump lump;
+    LumpPrediction prediction;
+    double chi2 = HUGE_VAL;  ///< with the forces and the modulus that suit it best
+  };
+
+  std::optional<State> at(const LumpCase::Lump& lump) {
+    State state{lump, predict(nodes_, lump, options_.model, true), 0};
+    if (!state.prediction.converged) return std::nullopt;
+    state.chi2 = solve(state.prediction, 0, false).chi2;
+    return state;
+  }
+
+  /// chi2 of tissue alone.
+  std::optional<double> without_lump() {
+    // Forces and modulus act on tissue alone as they do with a lump, nearly.
+    const LumpPrediction tissue = predict(nodes_, std::nullopt, options_.model, false);
+    if (!tissue.converged) return std::nullopt;
+    LumpPrediction both = last_;
+    both.pressure_Pa = tissue.pressure_Pa;
+    return solve(both, 0, false).chi2;
+  }
+
+  struct Step {
+    Unknowns change = Unknowns::Zero();
+    Unknowns sd = Unknowns::Zero();
+    double chi2 = 0;  ///< of the linear model after the step
+  };
+  /// The best step of the unknowns (none: of the forces and the modulus alone) from a prediction.
+  Step solve(const LumpPrediction& p, double damping, bool unknowns) {
+    last_ = p;
+    const Eigen::Index first = unknowns ? kLumpUnknowns : 0, loads = p.by_force.cols(),
+                       columns = first + loads + 1;
+    Eigen::MatrixXd j(p.pressure_Pa.size(), columns);
+    if (unknowns) j.leftCols(first) = p.by_unknown;
+    j.middleCols(first, loads) = p.by_force;
+    j.col(columns - 1) = p.by_modulus;
+    j /= sigma_Pa_;
+    const Eigen::VectorXd open = (wanted_ - p.pressure_Pa) / sigma_Pa_;
+    Eigen::MatrixXd normal = j.transpose() * j;
+    for (Eigen::Index l = 0; l < loads; ++l)
+      normal(first + l, first + l) += 1 / (options_.gauge_share * options_.gauge_share);
+    normal(columns - 1, columns - 1) += 1 / (options_.young_share * options_.young_share);
+    Step step;
+    if (unknowns)
+      for (Eigen::Index k = 0; k < first; ++k) step.sd(k) = 0;
+    Eigen::MatrixXd damped = normal;
+    for (Eigen::Index k = 0; k < first; ++k) damped(k, k) *= 1 + damping;
+    const Eigen::VectorXd right = j.transpose() * open;
+    const Eigen::VectorXd found = damped.ldlt().solve(right);
+    step.chi2 = open.squaredNorm() - 2 * found.dot(right) + found.dot(normal * found);
+    if (unknowns) {
+      step.change = found.head(kLumpUnknowns);
+      const Eigen::MatrixXd covariance = normal.ldlt().solve(Eigen::MatrixXd::Identity(columns, columns));
+      step.sd = covariance.diagonal().head(kLumpUnknowns).cwiseMax(0).cwiseSqrt();
+    }
+    return step;
+  }
+
+  /// A lump that the block can hold.
+  LumpCase::Lump moved(const LumpCase::Lump& from, const Unknowns& by) const {
+    LumpCase::Lump lump = from;
+    const double thickness = reading_.block_mm[2];
+    lump.diameter_mm = std::clamp(from.diameter_mm * std::exp(by(kLnSize)), 1.0, 0.8 * thickness);
+    lump.depth_mm =
+        std::clamp(from.depth_mm * std::exp(by(kLnDepth)), 0.3, 0.97 * thickness - lump.diameter_mm);
+    lump.stiffness_ratio = std::clamp(from.stiffness_ratio * std::exp(by(kLnRatio)), 0.02, 1000.0);
+    const std::array<double, 3> size = lump.size_mm();
+    for (size_t c = 0; c < 2; ++c) {
+      const double room = std::max(0.0, 0.98 * (reading_.block_mm[c] - size[c]) / 2);
+      lump.offset_mm[c] =
+          std::clamp(from.offset_mm[c] + by(kPlaceX + static_cast<Eigen::Index>(c)), -room, room);
+    }
+    return lump;
+  }
+
+ private:
+  const LumpReading& reading_;
+  const DirectInversionOptions& options_;
+  ComparedNodes nodes_;
+  Eigen::VectorXd wanted_;
+  double sigma_Pa_ = 1;
+  LumpPrediction last_;
+};
+
+LumpCase::Lump first_guess(const LumpReading& reading, LumpShape shape) {
+  LumpCase::Lump lump;
+  lump.shape = shape;
+  lump.diameter_mm = 0.4 * reading.block_mm[2];
+  lump.depth_mm = 0.25 * reading.block_mm[2];
+  lump.stiffness_ratio = 6;
+  ForwardMap map = reading.pressure_Pa.back();
+  double sum = 0, seen = 0;
+  for (const float value : map.values)
+    if (std::isfinite(value)) {
+      sum += double{value};
+      seen += 1;
+    }
+  for (float& value : map.values)
+    if (!std::isfinite(value)) value = static_cast<float>(sum / std::max(seen, 1.0));
+  const std::array<double, 2> bump = bump_center_mm(map, 0.7);
+  lump.offset_mm = {reading.window_mm[0] + bump[0], reading.window_mm[1] + bump[1]};
+  return lump;
+}
+
+LumpValue in_logarithm(double value, double sd) {
+  return {value, value * std::exp(-kNinetyPercent * sd), value * std::exp(kNinetyPercent * sd)};
+}
+LumpValue plain(double value, double sd) {
+  return {value, value - kNinetyPercent * sd, value + kNinetyPercent * sd};
+}
+
+}  // namespace
+
+LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOptions& options) {
+  check(reading);
+  const auto start = std::chrono::steady_clock::now();
+  LumpEstimate estimate;
+  estimate.method = "direct inversion";
+  estimate.false_alarm_rate = 0.01;
+  const auto done = [&](LumpVerdict verdict, const std::string& reason) {
+    estimate.verdict = verdict;
+    if (!reason.empty()) estimate.reasons.push_back(reason);
+    estimate.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return estimate;
+  };
+  Search search(reading, options);
+  if (search.values() < kFewestValues)
+    return done(LumpVerdict::Unusable,
+                "only " + std::to_string(search.values()) + " places were seen at every load");
+  if (reading.saturated_share > kMostSaturated)
+    return done(LumpVerdict::Unusable, "the sensor is saturated at the highest load: press less");
+
+  const LumpCase::Lump guess = options.start ? *options.start : first_guess(reading, options.shape);
+  std::optional<Search::State> best = search.at(search.moved(guess, Unknowns::Zero()));
+  if (!best) return done(LumpVerdict::Unusable, "the model found no equilibrium at these forces");
+  double damping = 1e-3;
+  bool settled = false;
+  for (uint32_t round = 0; round < options.most_rounds && !settled; ++round) {
+    const Search::Step step = search.solve(best->prediction, damping, true);
+    const double shorten = std::max(1.0, (step.change.cwiseAbs().cwiseQuotient(kLongestStep)).maxCoeff());
+    const Unknowns change = step.change / shorten;
+    settled = (change.cwiseAbs() - 0.1 * step.sd).maxCoeff() <= 0 || change.cwiseAbs().maxCoeff() < 2e-3;
+    std::optional<Search::State> next = search.at(search.moved(best->lump, change));
+    if (next && next->chi2 < best->chi2) {
+      settled = settled || best->chi2 - next->chi2 < 0.05;
+      best = std::move(next);
+      damping = std::max(damping / 10, 1e-6);
+    } else {
+      if (damping > 1e3) break;
+      damping *= 20;
+      settled = false;
+    }
+  }
+  const Search::Step end = search.solve(best->prediction, 0, true);
+  const double values = static_cast<double>(search.values() * reading.force_N.size());
+  const double misfit = best->chi2 / std::max(1.0, values - double{kLumpUnknowns});
+  const double widen = std::sqrt(std::max(1.0, misfit));
+  const LumpCase::Lump& lump = best->lump;
+  estimate.size_mm = in_logarithm(lump.diameter_mm, widen * end.sd(kLnSize));
+  estimate.depth_mm = in_logarithm(lump.depth_mm, widen * end.sd(kLnDepth));
+  estimate.stiffness_ratio = in_logarithm(lump.stiffness_ratio, widen * end.sd(kLnRatio));
+  estimate.x_mm = plain(lump.offset_mm[0], widen * end.sd(kPlaceX));
+  estimate.y_mm = plain(lump.offset_mm[1], widen * end.sd(kPlaceY));
+  estimate.shape = lump.shape;
+  estimate.shape_probability[static_cast<size_t>(lump.shape)] = 1;
+
+  char line[200];
+  const std::optional<double> nothing = search.without_lump();
+  if (nothing) estimate.evidence = std::max(0.0, *nothing - best->chi2) / (kChance * std::max(1.0, misfit));
+  if (estimate.evidence < 1) return done(LumpVerdict::NoLump, "tissue alone answers as well, but for chance");
+  if (!settled) {
+    std::snprintf(line, sizeof line, "the search did not end in %u rounds: the values are where it stood",
+                  options.most_rounds);
+    return done(LumpVerdict::Unusable, line);
+  }
+  if (misfit > 4) {
+    std::snprintf(
+        line, sizeof line,
+        "the best lump misses the reading by %.1f times its noise: not a lump of this shape in such "
+        "tissue",
+        std::sqrt(misfit));
+    return done(LumpVerdict::OutsideTraining, line);
+  }
+  const LumpValue& ratio = estimate.stiffness_ratio;
+  if (ratio.high > kOpenFactor * ratio.low) {
+    std::snprintf(
+        line, sizeof line,
+        "its stiffness ratio may be anything from %.2g to %.2g: more loads or deeper ones tell more",
+        ratio.low, ratio.high);
+    return done(LumpVerdict::StiffnessOpen, line);
+  }
+  return done(LumpVerdict::Found, "");
+}
+
+}  // namespace palpate

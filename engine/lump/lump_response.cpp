@@ -1,0 +1,201 @@
+#include "engine/lump/lump_response.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "engine/lump/plate_press.h"
+
+namespace palpate {
+namespace {
+
+/// Half the difference over which moduli are taken to change in proportion: logarithms, and mm.
+constexpr std::array<double, kLumpUnknowns> kHalfDifference = {0.02, 0.02, 0.02, 0.05, 0.05};
+
+struct Pressing {
+  LumpSweep sweep;
+  LumpCase block;
+  bool turned = false;  ///< the scene's x is the reading's y
+
+  Pressing(const LumpReading& reading, const std::optional<LumpCase::Lump>& lump,
+           const LumpResponseOptions& options, const std::array<uint32_t, 3>& cells) {
+    sweep.block_mm = {reading.block_mm[0], reading.block_mm[1]};
+    sweep.poisson = options.poisson;
+    sweep.cells = cells;
+    block.lump = lump;
+    block.thickness_mm = reading.block_mm[2];
+    block.young_Pa = reading.young_Pa;
+    block.press_mm = {reading.block_mm[2] / 10};
+    turned = lump && lump->along_y;
+  }
+  ForwardScene scene() const { return scene_of(sweep, block); }
+
+  /// Moduli with one unknown changed.
+  std::vector<float> moduli(size_t unknown, double by) const {
+    Pressing other = *this;
+    LumpCase::Lump& lump = *other.block.lump;
+    switch (unknown) {
+      case kLnSize:
+        lump.diameter_mm *= std::exp(by);
+        break;
+      case kLnDepth:
+        lump.depth_mm *= std::exp(by);
+        break;
+      case kLnRatio:
+        lump.stiffness_ratio *= std::exp(by);
+        break;
+      default:
+        lump.offset_mm[unknown - kPlaceX] += by;
+    }
+    return voxelise(other.scene(), false).young;
+  }
+};
+
+/// Means over a square of the pitch around each node.
+Eigen::VectorXd read(const PressedSurface& surface, const ComparedNodes& nodes, bool turned) {
+  const PressureField field(surface);
+  const ForwardMap& map = nodes.reading().pressure_Pa.front();
+  const double gauss = 0.5 / std::sqrt(3.0), dx = gauss * map.pitch_mm[0], dy = gauss * map.pitch_mm[1];
+  Eigen::VectorXd values(static_cast<Eigen::Index>(nodes.count()));
+  for (size_t n = 0; n < nodes.count(); ++n) {
+    double sum = 0;
+    for (int point = 0; point < 4; ++point) {
+      const double x = nodes.x_mm(n) + (point & 1 ? dx : -dx), y = nodes.y_mm(n) + (point & 2 ? dy : -dy);
+      sum += turned ? field.at(y, x) : field.at(x, y);
+    }
+    values(static_cast<Eigen::Index>(n)) = sum / 4;
+  }
+  return values;
+}
+
+PressedSurface plus(const PressedSurface& a, double factor, const PressedSurface& b) {
+  PressedSurface sum = a;
+  for (size_t n = 0; n < a.force_N.size(); ++n) {
+    sum.force_N[n] += factor * b.force_N[n];
+    sum.x_mm[n] += factor * b.x_mm[n];
+    sum.y_mm[n] += factor * b.y_mm[n];
+  }
+  return sum;
+}
+
+/// Change of what is read per unit of a change of the surface.
+Eigen::VectorXd change_read(const PressedSurface& surface, const PressedSurface& change,
+                            const ComparedNodes& nodes, bool turned) {
+  double largest = 1e-12;
+  for (size_t n = 0; n < change.x_mm.size(); ++n)
+    largest = std::max({largest, std::abs(change.x_mm[n]), std::abs(change.y_mm[n])});
+  const double step = std::min(1e-2, 1e-3 / largest);
+  return (read(plus(surface, step, change), nodes, turned) -
+          read(plus(surface, -step, change), nodes, turned)) /
+         (2 * step);
+}
+
+/// One grid's answers, and with `into` their derivatives.
+bool press(const ComparedNodes& nodes, const Pressing& pressing, const LumpResponseOptions& options,
+           Eigen::VectorXd& values, LumpPrediction* into) {
+  const LumpReading& reading = nodes.reading();
+  LargeStrainOptions solver;
+  solver.residual = options.residual;
+  solver.step_mm = options.step_mm;
+  solver.threads = options.threads;
+  solver.quarter = into == nullptr;
+  const ForwardScene scene = pressing.scene();
+  WorkTeam team(options.threads);
+  LargeStrainModel model(scene, solver, team);
+  LargeStrainResult told;
+  PlatePress plate(scene, model, solver, told);
+  std::vector<std::vector<float>> by_unknown;
+  if (into != nullptr)
+    for (size_t p = 0; p < kLumpUnknowns; ++p) {
+      std::vector<float> change = pressing.moduli(p, kHalfDifference[p]);
+      const std::vector<float> below = pressing.moduli(p, -kHalfDifference[p]);
+      for (size_t c = 0; c < change.size(); ++c)
+        change[c] = (change[c] - below[c]) / static_cast<float>(2 * kHalfDifference[p]);
+      by_unknown.push_back(std::move(change));
+    }
+  const auto count = static_cast<Eigen::Index>(nodes.count());
+  const auto loads = static_cast<Eigen::Index>(reading.force_N.size());
+  values.resize(count * loads);
+  if (into != nullptr) {
+    into->by_unknown = Eigen::MatrixXd::Zero(count * loads, kLumpUnknowns);
+    into->by_force = Eigen::MatrixXd::Zero(count * loads, loads);
+    into->by_modulus = Eigen::VectorXd::Zero(count * loads);
+  }
+  for (Eigen::Index l = 0; l < loads; ++l) {
+    const double force = reading.force_N[static_cast<size_t>(l)];
+    if (!plate.to({std::nullopt, force})) return false;
+    const PressedSurface surface = model.surface();
+    values.segment(l * count, count) = read(surface, nodes, pressing.turned);
+    if (into == nullptr) continue;
+    const PressedSurface by_press = model.change_by_press(told);
+    const double slope = by_press.sum_N();
+    for (size_t p = 0; p < kLumpUnknowns; ++p) {
+      const PressedSurface change = model.change_by_moduli(by_unknown[p], told);
+      // The plate gives way so that the force stays.
+      into->by_unknown.col(static_cast<Eigen::Index>(p)).segment(l * count, count) =
+          change_read(surface, plus(change, -change.sum_N() / slope, by_press), nodes, pressing.turned);
+    }
+    into->by_force.col(l).segment(l * count, count) =
+        change_read(surface, by_press, nodes, pressing.turned) * (force / slope);
+    into->by_modulus.segment(l * count, count) =
+        values.segment(l * count, count) - into->by_force.col(l).segment(l * count, count);
+  }
+  return true;
+}
+
+}  // namespace
+
+ComparedNodes::ComparedNodes(const LumpReading& reading, double rim_mm) : reading_(reading) {
+  const ForwardMap& first = reading.pressure_Pa.front();
+  for (size_t n = 0; n < first.values.size(); ++n) {
+    nodes_.push_back(n);
+    const size_t last = nodes_.size() - 1;
+    const bool inside = std::abs(x_mm(last)) <= reading.block_mm[0] / 2 - rim_mm &&
+                        std::abs(y_mm(last)) <= reading.block_mm[1] / 2 - rim_mm;
+    const bool seen = std::all_of(reading.pressure_Pa.begin(), reading.pressure_Pa.end(),
+                                  [n](const ForwardMap& map) { return std::isfinite(map.values[n]); });
+    if (!inside || !seen) nodes_.pop_back();
+  }
+}
+
+double ComparedNodes::x_mm(size_t node) const {
+  const ForwardMap& map = reading_.pressure_Pa.front();
+  return reading_.window_mm[0] +
+         (static_cast<double>(nodes_[node] % map.width) - (map.width - 1) / 2.0) * map.pitch_mm[0];
+}
+
+double ComparedNodes::y_mm(size_t node) const {
+  const ForwardMap& map = reading_.pressure_Pa.front();
+  return reading_.window_mm[1] +
+         (static_cast<double>(nodes_[node] / map.width) - (map.height - 1) / 2.0) * map.pitch_mm[1];
+}
+
+Eigen::VectorXd ComparedNodes::values() const {
+  Eigen::VectorXd all(static_cast<Eigen::Index>(nodes_.size() * reading_.pressure_Pa.size()));
+  Eigen::Index at = 0;
+  for (const ForwardMap& map : reading_.pressure_Pa)
+    for (const size_t n : nodes_) all(at++) = double{map.values[n]};
+  return all;
+}
+
+LumpPrediction predict(const ComparedNodes& nodes, const std::optional<LumpCase::Lump>& lump,
+                       const LumpResponseOptions& options, bool derivatives) {
+  const auto start = std::chrono::steady_clock::now();
+  LumpPrediction prediction;
+  const bool two = options.coarser[0] != 0;
+  Eigen::VectorXd coarse;
+  const Pressing fine_block(nodes.reading(), lump, options, options.cells);
+  prediction.converged =
+      press(nodes, fine_block, options, prediction.pressure_Pa, derivatives && !two ? &prediction : nullptr);
+  if (two && prediction.converged) {
+    const Pressing coarse_block(nodes.reading(), lump, options, options.coarser);
+    prediction.converged = press(nodes, coarse_block, options, coarse, derivatives ? &prediction : nullptr);
+    const double ratio = static_cast<double>(options.cells[0]) / options.coarser[0];
+    if (prediction.converged)
+      prediction.pressure_Pa += (prediction.pressure_Pa - coarse) / (ratio * ratio - 1);
+  }
+  prediction.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return prediction;
+}
+
+}  // namespace palpate

@@ -1,0 +1,75 @@
+#include "engine/lump/map_sampling.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace palpate {
+namespace {
+
+struct Taps {
+  std::array<uint32_t, 4> node;
+  std::array<double, 4> weight;
+};
+
+Taps taps_at(double place_mm, double pitch_mm, uint32_t nodes) {
+  const double i = std::clamp(place_mm / pitch_mm + (nodes - 1) / 2.0, 0.0, nodes - 1.0);
+  const uint32_t cell = std::min(static_cast<uint32_t>(i), nodes - 2);
+  Taps taps;
+  for (uint32_t k = 0; k < 4; ++k)
+    taps.node[k] = static_cast<uint32_t>(
+        std::clamp<int64_t>(int64_t{cell} + k - 1, 0, static_cast<int64_t>(nodes) - 1));
+  taps.weight = cubic_weights(i - cell);
+  return taps;
+}
+
+}  // namespace
+
+double map_at(const ForwardMap& map, double x_mm, double y_mm) {
+  const Taps x = taps_at(x_mm, map.pitch_mm[0], map.width), y = taps_at(y_mm, map.pitch_mm[1], map.height);
+  double sum = 0;
+  for (size_t j = 0; j < 4; ++j) {
+    if (y.weight[j] == 0) continue;
+    double row = 0;
+    for (size_t i = 0; i < 4; ++i)
+      if (x.weight[i] != 0) row += x.weight[i] * static_cast<double>(map.at(x.node[i], y.node[j]));
+    sum += y.weight[j] * row;
+  }
+  return sum;
+}
+
+uint32_t window_nodes(double window_mm, double pitch_mm) {
+  return 2 * static_cast<uint32_t>(std::floor(window_mm / (2 * pitch_mm) + 1e-9)) + 1;
+}
+
+ForwardMap node_means(const ForwardMap& map, std::array<double, 2> center_mm, std::array<double, 2> window_mm,
+                      double pitch_mm, uint32_t samples) {
+  ForwardMap out;
+  out.width = window_nodes(window_mm[0], pitch_mm);
+  out.height = window_nodes(window_mm[1], pitch_mm);
+  out.pitch_mm = {pitch_mm, pitch_mm};
+  out.values.resize(size_t{out.width} * out.height);
+  const double reach_x = map.pitch_mm[0] * (map.width - 1) / 2 + 1e-9,
+               reach_y = map.pitch_mm[1] * (map.height - 1) / 2 + 1e-9;
+  for (uint32_t j = 0; j < out.height; ++j)
+    for (uint32_t i = 0; i < out.width; ++i) {
+      const double x = (i - (out.width - 1) / 2.0) * pitch_mm, y = (j - (out.height - 1) / 2.0) * pitch_mm;
+      double sum = 0;
+      uint32_t count = 0;
+      if (std::abs(x + center_mm[0]) <= reach_x && std::abs(y + center_mm[1]) <= reach_y)
+        for (uint32_t b = 0; b < samples; ++b)
+          for (uint32_t a = 0; a < samples; ++a) {
+            const double px = x + ((a + 0.5) / samples - 0.5) * pitch_mm,
+                         py = y + ((b + 0.5) / samples - 0.5) * pitch_mm;
+            if (std::abs(px) > window_mm[0] / 2 || std::abs(py) > window_mm[1] / 2) continue;
+            if (std::abs(px + center_mm[0]) > reach_x || std::abs(py + center_mm[1]) > reach_y) continue;
+            sum += map_at(map, px + center_mm[0], py + center_mm[1]);
+            ++count;
+          }
+      out.values[size_t{j} * out.width + i] =
+          count > 0 ? static_cast<float>(sum / count) : std::numeric_limits<float>::quiet_NaN();
+    }
+  return out;
+}
+
+}  // namespace palpate

@@ -1,0 +1,31 @@
+// Maps between their nodes, and maps on other nodes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "engine/lump/forward.h"
+
+namespace palpate {
+
+/// The weights of four neighbours of a place between the middle two, `t` in [0, 1] from the second on
+/// (Catmull and Rom): exact for squares, and without the blur of straight lines between nodes.
+inline std::array<double, 4> cubic_weights(double t) {
+  return {0.5 * t * (-1 + t * (2 - t)), 0.5 * (2 + t * t * (-5 + 3 * t)), 0.5 * t * (1 + t * (4 - 3 * t)),
+          0.5 * t * t * (t - 1)};
+}
+
+/// The map at a place from its middle, mm; places beyond the outer nodes have the value of the border, and the
+/// outermost cells take the border's node twice. NaN where a node that counts is NaN. 4 x 4 nodes or more.
+double map_at(const ForwardMap& map, double x_mm, double y_mm);
+
+/// Nodes `pitch_mm` apart, as many as fit into `window_mm` around `center_mm` (from the map's middle) with one
+/// in its middle or beside it, each the mean over the cell around it that lies in the window, from
+/// `samples` x `samples` places of it. NaN for nodes beyond the map's border.
+ForwardMap node_means(const ForwardMap& map, std::array<double, 2> center_mm, std::array<double, 2> window_mm,
+                      double pitch_mm, uint32_t samples = 4);
+
+/// Nodes along one side of a window: odd, so that one lies in the middle.
+uint32_t window_nodes(double window_mm, double pitch_mm);
+
+}  // namespace palpate
