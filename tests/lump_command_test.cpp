@@ -1,4 +1,5 @@
 // palpate lump dataset as its user meets it: alone, under mpirun, killed, and read from Python.
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -17,22 +18,16 @@ class LumpCommand : public Program {
   /// A tiny sweep: some 20 ms a case.
   std::vector<std::string> small(const std::string& name, int count,
                                  const std::vector<std::string>& more = {}) {
-    std::vector<std::string> words = {"lump",
-                                      "dataset",
-                                      at(name),
-                                      "--count",
-                                      std::to_string(count),
-                                      "--cells",
-                                      "8x8x4",
-                                      "--coarser-cells",
-                                      "0",
-                                      "--nodes",
-                                      "9",
-                                      "--loads",
-                                      "2",
-                                      "--greatest-press",
-                                      "0.05",
-                                      "--quiet"};
+    std::vector<std::string> words = {"lump", "dataset", at(name), "--quiet"};
+    const std::vector<std::pair<std::string, std::string>> usual = {{"--count", std::to_string(count)},
+                                                                    {"--cells", "8x8x4"},
+                                                                    {"--coarser-cells", "0"},
+                                                                    {"--nodes", "9"},
+                                                                    {"--loads", "2"},
+                                                                    {"--greatest-press", "0.05"}};
+    for (const auto& [option, value] : usual)
+      if (std::find(more.begin(), more.end(), option) == more.end())
+        words.insert(words.end(), {option, value});
     words.insert(words.end(), more.begin(), more.end());
     return words;
   }
@@ -76,12 +71,12 @@ TEST_F(LumpCommand, ThreadsAndProcessesMakeTheSameFile) {
   const std::string one = slurp(at("one.h5"));
   ASSERT_GT(one.size(), 10000u);
   ASSERT_EQ(run(small("two.h5", 14, {"--threads", "2"})).exit_code, 0);
-  EXPECT_EQ(slurp(at("two.h5")), one);
+  EXPECT_TRUE(slurp(at("two.h5")) == one);
   if (without("mpirun --version")) GTEST_SKIP() << "NO mpirun HERE: processes are not tested";
   for (const int processes : {1, 2, 3}) {
     const std::string name = "mpi" + std::to_string(processes) + ".h5";
     EXPECT_EQ(together(processes, small(name, 14, {"--json"})), 0) << slurp(at("mpi_err"));
-    EXPECT_EQ(slurp(at(name)), one) << processes;
+    EXPECT_TRUE(slurp(at(name)) == one) << processes;
     const Json said = Json::parse(slurp(at("mpi_out")));  // of several processes one speaks
     EXPECT_EQ(said["processes"], processes);
     EXPECT_EQ(said["done_now"], 14);
@@ -110,7 +105,7 @@ TEST_F(LumpCommand, GoesOnAfterKills) {
   const Json rest = Json::parse(run(small("set.h5", 40, {"--json"})).out);
   EXPECT_TRUE(rest["complete"]);
   EXPECT_EQ(rest["done_now"], 40 - half["done"].get<int>());
-  EXPECT_EQ(slurp(at("set.h5")), slurp(at("whole.h5")));
+  EXPECT_TRUE(slurp(at("set.h5")) == slurp(at("whole.h5")));
   EXPECT_FALSE(fs::exists(at("set.h5.part")));
 }
 
@@ -127,7 +122,7 @@ TEST_F(LumpCommand, ProcessesGoOnAfterAKillOfOne) {
   EXPECT_EQ(pressing.size(), 3u);
   EXPECT_NE(code, 0);
   EXPECT_EQ(together(2, small("set.h5", 200)), 0) << slurp(at("mpi_err"));
-  EXPECT_EQ(slurp(at("set.h5")), slurp(at("whole.h5")));
+  EXPECT_TRUE(slurp(at("set.h5")) == slurp(at("whole.h5")));
 }
 
 TEST_F(LumpCommand, CtrlCSaysHowToGoOn) {
