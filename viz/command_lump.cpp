@@ -11,6 +11,7 @@ void add_lump(CLI::App& program, Common& common, Command& chosen) {
   add_lump_dataset(*group, common, chosen);
   add_lump_info(*group, common, chosen);
   add_lump_figures(*group, common, chosen);
+  add_lump_scan(*group, common, chosen);
 }
 
 }  // namespace palpate

@@ -9,5 +9,6 @@ namespace palpate {
 void add_lump_dataset(CLI::App& group, Common& common, Command& chosen);
 void add_lump_info(CLI::App& group, Common& common, Command& chosen);
 void add_lump_figures(CLI::App& group, Common& common, Command& chosen);
+void add_lump_scan(CLI::App& group, Common& common, Command& chosen);
 
 }  // namespace palpate
