@@ -8,6 +8,7 @@
 #include "capture/images.h"
 #include "capture/session.h"
 #include "capture/synthetic.h"
+#include "capture/synthetic_tissue.h"
 #include "capture/video.h"
 #include "engine/error.h"
 
@@ -19,7 +20,11 @@ namespace {
 constexpr const char* kSynthetic = "synthetic:";
 
 std::unique_ptr<Source> open_synthetic(const std::string& input, const Sensor& sensor) {
-  auto source = std::make_unique<SyntheticSensor>(parse_synthetic(input));
+  std::unique_ptr<Source> source;
+  if (is_tissue(input))
+    source = std::make_unique<TissueSensor>(parse_tissue(input));
+  else
+    source = std::make_unique<SyntheticSensor>(parse_synthetic(input));
   const FrameFormat format = source->format();
   if (sensor.crop_px || sensor.quad_px || sensor.lens || sensor.flat)
     throw Error(Failure::Input, "a sensor without crop_px, quad_px, lens and flat for a synthetic input",

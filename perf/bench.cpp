@@ -23,6 +23,7 @@
 #include "engine/stages/weighted_surface.h"
 #include "perf/forward_rival.h"
 #include "perf/gradient_rival.h"
+#include "perf/lump_scaling.h"
 #include "perf/matching_rival.h"
 #include "perf/measure.h"
 #include "perf/modulus_trials.h"
@@ -535,7 +536,7 @@ int run(int argc, char** argv) {
   gpu::ContextOptions options;
   int repetitions = 21, seeds = 2;
   bool weighted = false, contacts = false, skin = false, gels = false, forward = false, splines = false;
-  bool moduli = false, matching = false;
+  bool moduli = false, matching = false, lumps = false;
   std::string out;
   app.add_option("--device", options.device, "index or part of a name");
   app.add_option("--repetitions", repetitions, "paired repetitions")->check(CLI::Range(3, 1000));
@@ -551,6 +552,8 @@ int run(int argc, char** argv) {
   app.add_flag("--forward", forward, "The forward model's product and solve only");
   app.add_flag("--splines", splines, "Thin-plate splines only: error and time by points, kernel and lambda");
   app.add_flag("--matching", matching, "Matching of point sets beside Coherent Point Drift only: no device");
+  app.add_flag("--lump-scaling", lumps,
+               "Data sets of lumps only: cases a minute by threads and processes, beyond that a model");
   app.add_flag("--contacts", contacts, "Contact, regions and moments only");
   app.add_flag("--modulus", moduli,
                "Errors and intervals of Young's modulus of simulated samples, nothing timed");
@@ -569,6 +572,17 @@ int run(int argc, char** argv) {
     if (out.empty()) return 0;
     write("splines.csv", study.csv);
     if (!study.png.empty()) write("splines.png", study.png);
+    return 0;
+  }
+  if (lumps) {
+    const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe");
+    const LumpScaling study = lump_scaling(self.parent_path() / "palpate");
+    std::printf("%s", study.words.c_str());
+    if (out.empty()) return 0;
+    write("scaling.csv", study.csv);
+    write("scaling.txt", study.words);
+    if (!study.png.empty()) write("scaling.png", study.png);
+    if (!study.svg.empty()) write("scaling.svg", study.svg);
     return 0;
   }
   if (matching) {

@@ -101,7 +101,7 @@ double error_Pa(const ScanMap& map) {
 TEST(ScanStitch, NineWindowsAreTheBlock) {
   const ScanMap map = stitch(press(nine()));
   EXPECT_TRUE(map.warnings.empty()) << map.warnings[0];
-  EXPECT_GT(map.seen_share, 0.97);
+  EXPECT_GT(map.seen_share, 0.99);
   ASSERT_EQ(map.reading.pressure_Pa.size(), 4u);
   EXPECT_NEAR(map.reading.force_N.back(), 2, 0.1);
   EXPECT_EQ(map.reading.pressure_Pa[0].width, 33u);
@@ -178,7 +178,7 @@ TEST(ScanStitch, OneSaturatedPressIsFilledByTheOthers) {
   dim.full_scale_Pa = 1600;
   presses[4] = press(dim)[4];
   const ScanMap map = stitch(presses);
-  EXPECT_GT(map.seen_share, 0.97);
+  EXPECT_GT(map.seen_share, 0.99);
   EXPECT_EQ(map.reading.saturated_share, 0);
   EXPECT_LT(error_Pa(map), 0.012 * 2200);
 }
@@ -208,7 +208,7 @@ TEST(ScanStitch, OnePressIsAMapOfItsWindow) {
   EXPECT_EQ(map.places[0].shift_mm[0], 0);
   EXPECT_EQ(map.between_presses_Pa, 0);
   EXPECT_NEAR(map.reading.noise_Pa, presses[0].reading.noise_Pa, 1e-6 * presses[0].reading.noise_Pa);
-  EXPECT_NEAR(map.seen_share, 27.84 * 20.88 / 1600, 0.04);
+  EXPECT_NEAR(map.seen_share, 27.84 * 20.88 / 1600, 0.06);
 }
 
 TEST(ScanStitch, RefusesWhatMakesNoSense) {

@@ -200,6 +200,14 @@ void add_forward(CLI::App& program, Common& common, Command& chosen) {
   command->add_option("--force-N", o->force_N, "Force instead of a way")
       ->check(CLI::PositiveNumber)
       ->excludes(way);
+  CLI::Option* large =
+      command->add_flag("--large-strain", o->solver.large_strain,
+                        "Neo-Hookean tissue pressed in steps: beyond 10 % of the thickness the only one "
+                        "that holds (flat presser, bonded pad)");
+  command->add_option("--step-mm", o->solver.step_mm, "Of --large-strain, at most")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber)
+      ->needs(large);
   command->add_option("--cells", o->cells, "Cells of the tissue, AxBxC (default 64x64x32)");
   command->add_option("--residual", o->solver.residual,
                       "Relative residual to stop at (default 1e-6; 1e-8 above a Poisson's ratio of 0.497)");
@@ -218,15 +226,16 @@ void add_forward(CLI::App& program, Common& common, Command& chosen) {
   command->add_option("--sensor", o->sensor,
                       "Sensor file whose picture is wanted (default: the built-in sensor's)");
   command->add_option("--out", common.out, "Folder for maps, profile, tactile image and plots");
-  add_common(*command, common,
-             "  palpate forward --out out/lump\n"
-             "  palpate forward --size-mm 12 --force-N 2 --json\n"
-             "  palpate forward --shape ellipsoid --size-mm 10 10 5 --depth-mm 3 --stiffness-ratio 25\n"
-             "  palpate forward --pad 2:34000 --pad 2:80000 --pad 2:140000\n"
-             "  palpate forward sweep --cells 48x48x24 --out out/sweep\n"
-             "  palpate forward convergence --out out/convergence\n"
-             "Linear elasticity, small strains, no friction; an answer that did not converge is not shown\n"
-             "(exit code 1).\n");
+  add_common(
+      *command, common,
+      "  palpate forward --out out/lump\n"
+      "  palpate forward --size-mm 12 --force-N 2 --large-strain --json\n"
+      "  palpate forward --shape ellipsoid --size-mm 10 10 5 --depth-mm 3 --stiffness-ratio 25\n"
+      "  palpate forward --pad 2:34000 --pad 2:80000 --pad 2:140000\n"
+      "  palpate forward sweep --cells 48x48x24 --out out/sweep\n"
+      "  palpate forward convergence --out out/convergence\n"
+      "Linear elasticity unless --large-strain; no friction; an answer that did not converge is not shown\n"
+      "(exit code 1).\n");
   CLI::App* sweeping =
       command->add_subcommand("sweep", "Each of the six inputs (d, h, E_r, shape, t, l) by itself")
           ->fallthrough();

@@ -121,11 +121,13 @@ std::string to_text(const ForwardOutcome& o) {
                  : s.pad_slides         ? ", slides on the tissue"
                                         : ", bonded to the tissue");
   if (!r.converged)
-    return text +
-           line("NOT CONVERGED   residual %.3g after %u iterations: no numbers\n", r.residual, r.iterations);
+    return text + (r.press_mm > 0 ? line("NOT CONVERGED   good up to %.4g mm and %.5g N (%s)\n", r.press_mm,
+                                         r.force_N, r.solver.c_str())
+                                  : line("NOT CONVERGED   residual %.3g after %u iterations: no numbers\n",
+                                         r.residual, r.iterations));
   text += line("press           %s, %.4g mm, %.5g N\n", to_string(s.presser), r.press_mm, r.force_N);
-  text += line("stress          %.5g Pa in the middle, strain in the core %.4g\n", r.center_stress_Pa,
-               r.core_strain);
+  text += line("stress          %.5g Pa in the middle", r.center_stress_Pa);
+  text += std::isfinite(r.core_strain) ? line(", strain in the core %.4g\n", r.core_strain) : "\n";
   if (s.presser == Presser::Sphere)
     text += line("contact         radius %.4g mm, +- half a cell of %.3g mm\n", r.contact_radius_mm,
                  r.stress_Pa.pitch_mm[0]);

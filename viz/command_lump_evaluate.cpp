@@ -21,7 +21,8 @@ struct Options {
 LumpEstimator estimator_of(const Options& o, std::shared_ptr<const LumpNetwork> network) {
   if (o.method == "network")
     return [network](const LumpReading& reading) { return network->estimate(reading); };
-  throw Error(Failure::Usage, "--method network", "'" + o.method + "'", "--method network");
+  if (o.method == "direct") return direct_estimator();
+  throw Error(Failure::Usage, "--method network or direct", "'" + o.method + "'", "--method network");
 }
 
 Report run(const Common& common, Options& o) {
@@ -64,7 +65,7 @@ void add_lump_evaluate(CLI::App& group, Common& common, Command& chosen) {
       ->required();
   command->add_option("--network", o->network,
                       "A file of palpate lump train (default: the built-in network)");
-  command->add_option("--method", o->method, "Who estimates: network")->capture_default_str();
+  command->add_option("--method", o->method, "Who estimates: network, or direct: the finite elements, some ten seconds a reading")->capture_default_str();
   command
       ->add_option("--noise", o->job.sensor.noise_share,
                    "Of each node, share of the highest load's peak pressure")

@@ -3,6 +3,7 @@
 #include "capture/camera.h"
 #include "capture/session.h"
 #include "capture/synthetic.h"
+#include "capture/synthetic_tissue.h"
 #include "engine/error.h"
 
 namespace palpate {
@@ -23,7 +24,12 @@ MeasuredInput find_input(const Common& common, const std::string& input,
     throw Error(Failure::Usage, "--sensor FILE for '" + input + "'", "none",
                 "a sensor file as README.md describes it");
   }
-  if (synthetic) {
+  if (is_tissue(input)) {
+    TissueOptions options = parse_tissue(input);
+    if (input.find("seed=") == std::string::npos) options.seed = common.seed;
+    found.input = to_string(options);
+    if (sensor_file.empty()) found.sensor = tissue_sensor(options);
+  } else if (synthetic) {
     SyntheticOptions options = parse_synthetic(input);
     if (input.find("seed=") == std::string::npos) options.seed = common.seed;
     found.input = to_string(options);

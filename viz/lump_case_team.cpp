@@ -38,8 +38,10 @@ std::optional<LumpCaseTeam::Done> LumpCaseTeam::take(double most_s) {
   std::unique_lock lock(guard_);
   done_.wait_for(lock, std::chrono::duration<double>(most_s),
                  [this] { return !results_.empty() || failure_; });
-  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
-  if (results_.empty()) return std::nullopt;
+  if (results_.empty()) {
+    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+    return std::nullopt;
+  }
   Done done = std::move(results_.front());
   results_.pop_front();
   return done;

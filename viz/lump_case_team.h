@@ -34,7 +34,8 @@ class LumpCaseTeam {
   void give(uint32_t number);
   /// Threads without a case.
   uint32_t idle() const;
-  /// A case that is done; none where none is within `most_s`. Throws what a press threw.
+  /// A case that is done; none where none is within `most_s`. Throws what a press threw, once
+  /// those that are done were taken.
   std::optional<Done> take(double most_s);
 
  private:

@@ -161,6 +161,8 @@ class Lead {
       report_.progress.wall_s = std::chrono::duration<double>(Clock::now() - start).count();
       if (job_.progress) job_.progress(report_.progress);
     }
+    // What came in since, and what the threads have ready, is done as well.
+    while (const auto done = team.take(0)) keep(done->packed, done->wall_s);
   }
 
   void hear(const Processes::Message& message, std::deque<uint32_t>& ready) {

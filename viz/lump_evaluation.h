@@ -7,13 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "engine/lump/lump_estimator.h"
 #include "engine/lump/lump_training.h"
 #include "engine/lump/sensor_reading.h"
 
 namespace palpate {
-
-/// Who estimates: the network, or another.
-using LumpEstimator = std::function<LumpEstimate(const LumpReading&)>;
 
 struct LumpEvaluationJob {
   LumpEstimator estimator;

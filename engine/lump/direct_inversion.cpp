@@ -16,6 +16,8 @@ constexpr double kChance = 15.09;         // chi2 of five unknowns that chance r
 constexpr size_t kFewestValues = 60;      // of a load
 constexpr double kMostSaturated = 0.02;
 constexpr double kOpenFactor = 4;
+constexpr uint32_t kMostInVain = 3;
+constexpr double kOrderDoubt = 1;  // standard deviations of the change that order 2 would make
 using Unknowns = Eigen::Matrix<double, kLumpUnknowns, 1>;
 const Unknowns kLongestStep{{0.3, 0.4, 1.0, 2.0, 2.0}};
 
@@ -75,16 +77,19 @@ class Search {
 
   struct Step {
     Unknowns change = Unknowns::Zero();
-    Unknowns sd = Unknowns::Zero();
-    double chi2 = 0;  ///< of the linear model after the step
+    Unknowns sd = Unknowns::Zero();        ///< of noise
+    Unknowns by_order = Unknowns::Zero();  ///< change if the grids' order were 2
+    double chi2 = 0;                       ///< of the linear model after the step
   };
   /// The best step of the unknowns (none: of the forces and the modulus alone) from a prediction.
   Step solve(const LumpPrediction& p, double damping, bool unknowns) {
     last_ = p;
-    const Eigen::Index first = unknowns ? kLumpUnknowns : 0, loads = p.by_force.cols(),
-                       columns = first + loads + 1;
+    const Eigen::Index first = !unknowns                ? 0
+                               : options_.model.centred ? kPlaceX
+                                                        : kLumpUnknowns,
+                       loads = p.by_force.cols(), columns = first + loads + 1;
     Eigen::MatrixXd j(p.pressure_Pa.size(), columns);
-    if (unknowns) j.leftCols(first) = p.by_unknown;
+    j.leftCols(first) = p.by_unknown.leftCols(first);
     j.middleCols(first, loads) = p.by_force;
     j.col(columns - 1) = p.by_modulus;
     j /= sigma_Pa_;
@@ -94,17 +99,16 @@ class Search {
       normal(first + l, first + l) += 1 / (options_.gauge_share * options_.gauge_share);
     normal(columns - 1, columns - 1) += 1 / (options_.young_share * options_.young_share);
     Step step;
-    if (unknowns)
-      for (Eigen::Index k = 0; k < first; ++k) step.sd(k) = 0;
     Eigen::MatrixXd damped = normal;
     for (Eigen::Index k = 0; k < first; ++k) damped(k, k) *= 1 + damping;
     const Eigen::VectorXd right = j.transpose() * open;
     const Eigen::VectorXd found = damped.ldlt().solve(right);
     step.chi2 = open.squaredNorm() - 2 * found.dot(right) + found.dot(normal * found);
     if (unknowns) {
-      step.change = found.head(kLumpUnknowns);
+      step.change.head(first) = found.head(first);
       const Eigen::MatrixXd covariance = normal.ldlt().solve(Eigen::MatrixXd::Identity(columns, columns));
-      step.sd = covariance.diagonal().head(kLumpUnknowns).cwiseMax(0).cwiseSqrt();
+      step.by_order.head(first) = covariance.topRows(first) * (j.transpose() * p.by_order_Pa) / -sigma_Pa_;
+      step.sd.head(first) = covariance.diagonal().head(first).cwiseMax(0).cwiseSqrt();
     }
     return step;
   }
@@ -183,11 +187,13 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
   if (reading.saturated_share > kMostSaturated)
     return done(LumpVerdict::Unusable, "the sensor is saturated at the highest load: press less");
 
-  const LumpCase::Lump guess = options.start ? *options.start : first_guess(reading, options.shape);
+  LumpCase::Lump guess = options.start ? *options.start : first_guess(reading, options.shape);
+  if (options.model.centred) guess.offset_mm = {0, 0};
   std::optional<Search::State> best = search.at(search.moved(guess, Unknowns::Zero()));
   if (!best) return done(LumpVerdict::Unusable, "the model found no equilibrium at these forces");
-  double damping = 1e-3;
+  double damping = 5e-3;
   bool settled = false;
+  uint32_t in_vain = 0;  // rounds in a row
   for (uint32_t round = 0; round < options.most_rounds && !settled; ++round) {
     const Search::Step step = search.solve(best->prediction, damping, true);
     const double shorten = std::max(1.0, (step.change.cwiseAbs().cwiseQuotient(kLongestStep)).maxCoeff());
@@ -197,23 +203,27 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
     if (next && next->chi2 < best->chi2) {
       settled = settled || best->chi2 - next->chi2 < 0.05;
       best = std::move(next);
-      damping = std::max(damping / 10, 1e-6);
+      in_vain = 0;
+      damping = std::max(damping / 4, 1e-6);
     } else {
-      if (damping > 1e3) break;
-      damping *= 20;
-      settled = false;
+      // Cells' borders make small ripples: where three shorter steps gain nothing, it stands in one.
+      damping *= 6;
+      settled = ++in_vain == kMostInVain;
     }
   }
   const Search::Step end = search.solve(best->prediction, 0, true);
   const double values = static_cast<double>(search.values() * reading.force_N.size());
   const double misfit = best->chi2 / std::max(1.0, values - double{kLumpUnknowns});
-  const double widen = std::sqrt(std::max(1.0, misfit));
   const LumpCase::Lump& lump = best->lump;
-  estimate.size_mm = in_logarithm(lump.diameter_mm, widen * end.sd(kLnSize));
-  estimate.depth_mm = in_logarithm(lump.depth_mm, widen * end.sd(kLnDepth));
-  estimate.stiffness_ratio = in_logarithm(lump.stiffness_ratio, widen * end.sd(kLnRatio));
-  estimate.x_mm = plain(lump.offset_mm[0], widen * end.sd(kPlaceX));
-  estimate.y_mm = plain(lump.offset_mm[1], widen * end.sd(kPlaceY));
+  // Noise, more of it where the reading fits worse, and what the grids leave open.
+  const Unknowns sd =
+      (end.sd.array().square() * std::max(1.0, misfit) + (kOrderDoubt * end.by_order.array()).square())
+          .sqrt();
+  estimate.size_mm = in_logarithm(lump.diameter_mm, sd(kLnSize));
+  estimate.depth_mm = in_logarithm(lump.depth_mm, sd(kLnDepth));
+  estimate.stiffness_ratio = in_logarithm(lump.stiffness_ratio, sd(kLnRatio));
+  estimate.x_mm = plain(lump.offset_mm[0], sd(kPlaceX));
+  estimate.y_mm = plain(lump.offset_mm[1], sd(kPlaceY));
   estimate.shape = lump.shape;
   estimate.shape_probability[static_cast<size_t>(lump.shape)] = 1;
 

@@ -12,7 +12,7 @@ struct DirectInversionOptions {
   std::optional<LumpCase::Lump> start;
   LumpShape shape = LumpShape::Sphere;  ///< where there is no start
   uint32_t most_rounds = 10;
-  double gauge_share = 0.005;   ///< standard deviation of a force of the reading
+  double gauge_share = 0.001;   ///< standard deviation of a force of the reading
   double young_share = 0.01;    ///< of the tissue's modulus
   double model_share = 0.0015;  ///< of the reading's peak, what the elements' own values are off
 };

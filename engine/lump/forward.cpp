@@ -11,6 +11,7 @@
 
 #include "engine/error.h"
 #include "engine/lump/forward_contact.h"
+#include "engine/lump/large_strain.h"
 
 namespace palpate {
 namespace {
@@ -41,14 +42,14 @@ void press_to_force(ForwardModel& model, const ForwardScene& scene, ForwardResul
   result.converged = false;
 }
 
-void warn(const ForwardScene& scene, ForwardResult& result) {
+void warn(const ForwardScene& scene, bool large_strain, ForwardResult& result) {
   char line[200];
   const double strain = result.press_mm / scene.block_mm[2];
-  if (strain > 0.1) {
-    std::snprintf(
-        line, sizeof line,
-        "pressed by %.0f %% of the thickness: the model is linear, real tissue stiffens from about 10 %%",
-        100 * strain);
+  if (strain > 0.1 && !large_strain) {
+    std::snprintf(line, sizeof line,
+                  "pressed by %.0f %% of the thickness: the model is linear, real tissue stiffens from about "
+                  "10 %%: large strain",
+                  100 * strain);
     result.warnings.emplace_back(line);
   }
   if (result.tension_share > 0.001) {
@@ -79,6 +80,37 @@ void warn(const ForwardScene& scene, ForwardResult& result) {
   }
 }
 
+ForwardResult solve_at_large_strain(const ForwardScene& scene, const ForwardOptions& options) {
+  LargeStrainOptions large;
+  if (options.residual != 0) large.residual = std::max(options.residual, 1e-10);
+  large.step_mm = options.step_mm;
+  large.threads = options.threads;
+  large.quarter = options.quarter;
+  const LargeStrainResult pressed = solve_large_strain(scene, {{scene.press_mm, scene.force_N}}, large);
+  ForwardResult result;
+  result.converged = pressed.converged;
+  result.iterations = pressed.iterations;
+  result.rounds = pressed.newton_rounds;
+  result.wall_s = pressed.wall_s;
+  result.bytes = pressed.bytes;
+  result.warnings = pressed.warnings;
+  result.solver = "processor, large strain in " + std::to_string(pressed.steps) + " steps";
+  result.press_mm = pressed.last_press_mm;
+  result.force_N = pressed.last_force_N;
+  if (!pressed.converged) return result;
+  const PressedBlock& block = pressed.loads.back();
+  result.residual = block.residual;
+  result.stress_Pa = block.pressure_Pa;
+  result.deflection_mm = block.deflection_mm;
+  const ForwardMap& stress = result.stress_Pa;
+  result.center_stress_Pa = double{stress.at((stress.width - 1) / 2, (stress.height - 1) / 2)};
+  result.core_strain = std::nan("");
+  const auto pulls = std::count_if(stress.values.begin(), stress.values.end(), [](float p) { return p < 0; });
+  result.tension_share = static_cast<double>(pulls) / static_cast<double>(stress.values.size());
+  warn(scene, true, result);
+  return result;
+}
+
 }  // namespace
 
 ForwardResult solve_forward(const ForwardScene& scene, const ForwardOptions& options) {
@@ -87,6 +119,7 @@ ForwardResult solve_forward(const ForwardScene& scene, const ForwardOptions& opt
     throw Error(Failure::Usage, "a relative residual from 1e-12 to 1e-2", std::to_string(options.residual),
                 "1e-6");
   const auto start = std::chrono::steady_clock::now();
+  if (options.large_strain) return solve_at_large_strain(scene, options);
   WorkTeam team(options.threads);
   ForwardResult result;
   ForwardModel model(scene, options, team);
@@ -103,7 +136,7 @@ ForwardResult solve_forward(const ForwardScene& scene, const ForwardOptions& opt
       if (scale != 1) model.measure(scale, result);
     }
   }
-  if (result.converged) warn(scene, result);
+  if (result.converged) warn(scene, options.large_strain, result);
   result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }

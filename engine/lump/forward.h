@@ -1,5 +1,5 @@
-// The forward model: what a block of tissue with a lump in it answers to a press (theory S11). Linear
-// elasticity on a regular grid; small strains, frictionless contact.
+// The forward model: what a block of tissue with a lump in it answers to a press (theory S11). Elasticity on
+// a regular grid, linear or at large strain; frictionless contact.
 #pragma once
 
 #include <array>
@@ -75,7 +75,11 @@ enum class ForwardWorker : uint8_t { Processor, Device, Auto };
 struct ForwardOptions {
   double residual = 0;   ///< relative, 1e-12 to 1e-2; 0: 1e-6, and 1e-8 above a Poisson ratio of 0.497
   uint32_t threads = 0;  ///< 0: one per core
-  bool quarter = true;   ///< scenes with two planes of symmetry are solved as a quarter
+  /// Neo-Hookean tissue in steps of at most `step_mm` instead of the linear model, see large_strain.h: the
+  /// flat plate only, on the processor.
+  bool large_strain = false;
+  double step_mm = 0.5;
+  bool quarter = true;  ///< scenes with two planes of symmetry are solved as a quarter
   uint32_t most_iterations = 2000;
   ForwardWorker worker = ForwardWorker::Processor;
   /// Opens the device of Device and Auto, once and only where it is wanted; what it returns outlives the
@@ -108,7 +112,8 @@ struct ForwardResult {
   double press_mm = 0;
   double center_stress_Pa = 0;   ///< on the block's middle
   double contact_radius_mm = 0;  ///< of Presser::Sphere, of the circle of the same area
-  double core_strain = 0;        ///< eps_zz in the inclusion's middle (block's, without one), stretch > 0
+  double core_strain = 0;        ///< eps_zz in the inclusion's middle (block's, without one), stretch > 0;
+                                 ///< NaN at large strain
   double tension_share = 0;      ///< of the pressed area where the presser would have to pull: what
                                  ///< real contact would lift off
   std::vector<std::string> warnings;  ///< one line each: what lies outside the model's validity

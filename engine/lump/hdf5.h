@@ -70,9 +70,8 @@ class Hdf5Quiet {
 /// What went wrong at the bottom of the last call that failed.
 std::string hdf5_reason();
 
-/// A text of fixed length as attribute of a file or a dataset. False where it failed.
+/// A text as attribute of a file or a dataset. False where it failed.
 bool put_attribute(hid_t object, const char* name, const std::string& text);
-bool put_attribute(hid_t object, const char* name, double value);
 /// Empty where there is none.
 std::string text_attribute(hid_t object, const char* name);
 

@@ -69,6 +69,10 @@ LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vecto
   return result;
 }
 
+double extrapolation_share(uint32_t cells, uint32_t coarser, double order) {
+  return 1 / (std::pow(static_cast<double>(cells) / coarser, order) - 1);
+}
+
 LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::array<uint32_t, 3>& coarser,
                                      const std::vector<PressLoad>& loads, const LargeStrainOptions& options) {
   for (size_t c = 0; c < 3; ++c)
@@ -85,7 +89,7 @@ LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::array
   ForwardScene coarse_scene = scene;
   coarse_scene.cells = coarser;
   const LargeStrainResult coarse = solve_large_strain(coarse_scene, loads, own);
-  const double ratio = static_cast<double>(scene.cells[0]) / coarser[0], on = 1 / (ratio * ratio - 1);
+  const double on = extrapolation_share(scene.cells[0], coarser[0]);
   fine.converged = fine.converged && coarse.converged;
   fine.loads.resize(std::min(fine.loads.size(), coarse.loads.size()));
   for (size_t l = 0; l < fine.loads.size(); ++l) {

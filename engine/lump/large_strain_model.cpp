@@ -19,7 +19,7 @@ constexpr double kCorrectionShare = 0.01;   // of the forces out of balance, lef
 // does not mend.
 constexpr double kPreconditionedPoisson = 0.4;
 constexpr Smoothing kQuick = {4, 6};
-constexpr double kChangeShare = 1e-4;  // the same of a derivative
+constexpr double kChangeShare = 1e-5;  // the same of a derivative
 
 const ForwardScene& allowed(const ForwardScene& scene) {
   ForwardScene any_load = scene;
@@ -141,7 +141,7 @@ void LargeStrainModel::take_forces() {
 PressedSurface LargeStrainModel::surface_of(const std::vector<double>& displacement,
                                             const std::vector<double>& force) const {
   PressedSurface surface{
-      scene_.cells[0] + 1, scene_.cells[1] + 1, {grid_.size_x_mm, grid_.size_y_mm}, {}, {}, {}};
+      scene_.cells[0] + 1, scene_.cells[1] + 1, {grid_.size_x_mm, grid_.size_y_mm}, {}, {}, {}, {}};
   const size_t nodes = grid_.nodes();
   const double to_N = scene_.young_Pa * 1e-6;
   const auto side = [&](uint32_t at, uint32_t cells) {
@@ -158,6 +158,7 @@ PressedSurface LargeStrainModel::surface_of(const std::vector<double>& displacem
       surface.force_N.push_back(force[2 * nodes + n] * to_N * (left == 0 ? 2 : 1) * (front == 0 ? 2 : 1));
       surface.x_mm.push_back(left * displacement[n]);
       surface.y_mm.push_back(front * displacement[nodes + n]);
+      surface.z_mm.push_back(displacement[2 * nodes + n]);
     }
   return surface;
 }
@@ -171,7 +172,12 @@ PressedBlock LargeStrainModel::measure() const {
   PressedBlock block;
   block.press_mm = press_mm_;
   block.force_N = force_N_;
-  block.pressure_Pa = true_pressure(surface(), map_nodes());
+  const PressedSurface tissue = surface();
+  block.pressure_Pa = true_pressure(tissue, map_nodes());
+  block.deflection_mm.width = tissue.width;
+  block.deflection_mm.height = tissue.height;
+  block.deflection_mm.pitch_mm = tissue.pitch_mm;
+  block.deflection_mm.values.assign(tissue.z_mm.begin(), tissue.z_mm.end());
   block.least_volume_ratio = least_;
   block.residual = state_residual_;
   return block;

@@ -204,7 +204,12 @@ void write_lump_file(const std::filesystem::path& path, const LumpSweep& sweep, 
   const std::filesystem::path partial =
       folder / ("." + path.filename().string() + "." + std::to_string(::getpid()) + ".partial");
   try {
-    Hdf5 file(H5Fcreate(partial.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
+    // Of this version on, the library puts check sums to its own tables too, not only to our values.
+    const Hdf5 how(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    if (H5Pset_libver_bounds(how, H5F_LIBVER_V110, H5F_LIBVER_V110) < 0) cannot_write(path, hdf5_reason());
+    const Hdf5 timeless(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+    if (H5Pset_obj_track_times(timeless, false) < 0) cannot_write(path, hdf5_reason());
+    Hdf5 file(H5Fcreate(partial.c_str(), H5F_ACC_TRUNC, timeless, how), H5Fclose);
     if (!file.good()) cannot_write(path, hdf5_reason());
     if (!put_attribute(file, "schema", kSchema) || !put_attribute(file, "schema_version", kSchemaVersion) ||
         !put_attribute(file, "program", program) || !put_attribute(file, "sweep", to_json(sweep)) ||

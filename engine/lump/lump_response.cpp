@@ -31,7 +31,7 @@ struct Pressing {
   ForwardScene scene() const { return scene_of(sweep, block); }
 
   /// Moduli with one unknown changed.
-  std::vector<float> moduli(size_t unknown, double by) const {
+  std::vector<float> moduli(size_t unknown, double by, bool quarter) const {
     Pressing other = *this;
     LumpCase::Lump& lump = *other.block.lump;
     switch (unknown) {
@@ -47,7 +47,7 @@ struct Pressing {
       default:
         lump.offset_mm[unknown - kPlaceX] += by;
     }
-    return voxelise(other.scene(), false).young;
+    return voxelise(other.scene(), quarter).young;
   }
 };
 
@@ -98,7 +98,7 @@ bool press(const ComparedNodes& nodes, const Pressing& pressing, const LumpRespo
   solver.residual = options.residual;
   solver.step_mm = options.step_mm;
   solver.threads = options.threads;
-  solver.quarter = into == nullptr;
+  solver.quarter = into == nullptr || options.centred;
   const ForwardScene scene = pressing.scene();
   WorkTeam team(options.threads);
   LargeStrainModel model(scene, solver, team);
@@ -106,9 +106,9 @@ bool press(const ComparedNodes& nodes, const Pressing& pressing, const LumpRespo
   PlatePress plate(scene, model, solver, told);
   std::vector<std::vector<float>> by_unknown;
   if (into != nullptr)
-    for (size_t p = 0; p < kLumpUnknowns; ++p) {
-      std::vector<float> change = pressing.moduli(p, kHalfDifference[p]);
-      const std::vector<float> below = pressing.moduli(p, -kHalfDifference[p]);
+    for (size_t p = 0; p < (options.centred ? kPlaceX : kLumpUnknowns); ++p) {
+      std::vector<float> change = pressing.moduli(p, kHalfDifference[p], model.quarter());
+      const std::vector<float> below = pressing.moduli(p, -kHalfDifference[p], model.quarter());
       for (size_t c = 0; c < change.size(); ++c)
         change[c] = (change[c] - below[c]) / static_cast<float>(2 * kHalfDifference[p]);
       by_unknown.push_back(std::move(change));
@@ -129,7 +129,7 @@ bool press(const ComparedNodes& nodes, const Pressing& pressing, const LumpRespo
     if (into == nullptr) continue;
     const PressedSurface by_press = model.change_by_press(told);
     const double slope = by_press.sum_N();
-    for (size_t p = 0; p < kLumpUnknowns; ++p) {
+    for (size_t p = 0; p < by_unknown.size(); ++p) {
       const PressedSurface change = model.change_by_moduli(by_unknown[p], told);
       // The plate gives way so that the force stays.
       into->by_unknown.col(static_cast<Eigen::Index>(p)).segment(l * count, count) =
@@ -190,10 +190,15 @@ LumpPrediction predict(const ComparedNodes& nodes, const std::optional<LumpCase:
   if (two && prediction.converged) {
     const Pressing coarse_block(nodes.reading(), lump, options, options.coarser);
     prediction.converged = press(nodes, coarse_block, options, coarse, derivatives ? &prediction : nullptr);
-    const double ratio = static_cast<double>(options.cells[0]) / options.coarser[0];
-    if (prediction.converged)
-      prediction.pressure_Pa += (prediction.pressure_Pa - coarse) / (ratio * ratio - 1);
+    if (prediction.converged) {
+      const Eigen::VectorXd finer = prediction.pressure_Pa - coarse;
+      const double share = extrapolation_share(options.cells[0], options.coarser[0]);
+      prediction.pressure_Pa += share * finer;
+      prediction.by_order_Pa = (extrapolation_share(options.cells[0], options.coarser[0], 2) - share) * finer;
+    }
   }
+  if (prediction.by_order_Pa.size() == 0)
+    prediction.by_order_Pa = Eigen::VectorXd::Zero(prediction.pressure_Pa.size());
   prediction.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return prediction;
 }

@@ -22,6 +22,9 @@ struct LumpResponseOptions {
   double poisson = 0.495;
   double residual = 1e-5, step_mm = 2;
   uint32_t threads = 0;
+  /// The lump lies under the block's middle: its place is not sought, and a quarter is solved. The lump's
+  /// offset is (0, 0).
+  bool centred = false;
   double rim_mm = 4;  ///< of the block's surface that is left out: there grids differ most
 };
 
@@ -34,6 +37,9 @@ struct LumpPrediction {
   /// The same per unit of the logarithm of each load's force (values x loads), and of the tissue's modulus.
   Eigen::MatrixXd by_force;
   Eigen::VectorXd by_modulus;
+  /// What the pressures would be more if errors shrank with the cells' square instead of kGridOrder: the
+  /// measure of what two grids leave open. Zero for one grid.
+  Eigen::VectorXd by_order_Pa;
   double wall_s = 0;
 };
 

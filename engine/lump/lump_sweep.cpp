@@ -94,15 +94,19 @@ void check(const LumpSweep& s) {
   inside("loads", s.loads, 1, 32);
   for (const uint32_t nodes : s.nodes) inside("nodes of a map along a side", nodes, 2, 1024);
   for (const uint32_t cells : s.cells) inside("cells along a side", cells, 4, 512);
-  if (s.two_grids())
-    for (size_t c = 0; c < 3; ++c) {
-      inside("coarser cells along a side", s.coarser_cells[c], 4, s.cells[c] - 1);
+  if (s.two_grids()) {
+    for (size_t c = 0; c < 3; ++c)
       if (s.coarser_cells[c] * s.cells[0] != s.coarser_cells[0] * s.cells[c])
         throw Error(
             Failure::Usage, "coarser cells in the proportions of the cells",
             text(s.coarser_cells[0]) + "x" + text(s.coarser_cells[1]) + "x" + text(s.coarser_cells[2]),
             "--cells 40x40x20 --coarser-cells 24x24x12, or 0 for one grid");
-    }
+    for (size_t c = 0; c < 3; ++c)
+      inside("coarser cells along a side", s.coarser_cells[c], 4, std::max(4u, s.cells[c] - 1));
+    if (s.coarser_cells[0] >= s.cells[0])
+      throw Error(Failure::Usage, "coarser cells fewer than the cells", "as many",
+                  "--coarser-cells 0 for one grid");
+  }
   inside("the residual", s.residual, 1e-10, 1e-2);
   inside("the step of the press, mm,", s.step_mm, 0.01, 10);
   if (s.shapes.empty()) throw Error(Failure::Usage, "a shape or more", "none", "--shapes sphere");

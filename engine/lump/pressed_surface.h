@@ -14,7 +14,7 @@ struct PressedSurface {
   uint32_t width = 0, height = 0;
   std::array<double, 2> pitch_mm = {0, 0};  ///< of the nodes at rest
   std::vector<double> force_N;              ///< along z, pressing counts up
-  std::vector<double> x_mm, y_mm;           ///< displacement
+  std::vector<double> x_mm, y_mm, z_mm;     ///< displacement, z into the tissue
 
   double sum_N() const;
 };

@@ -15,7 +15,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kReach = 1.1;          // farther beyond a press's highest force nothing is told
 constexpr double kWorstMisfit = 4;      // of a press that saw the same as the others
-constexpr double kWholeBlock = 0.97;    // seen: all but some of the rim
+constexpr double kWholeBlock = 0.99;    // of its places seen, all but the rim
 constexpr double kLeastFeather = 0.05;  // of the weight on a window's very edge
 
 std::string text(const char* format, double a, double b = 0) {
@@ -243,7 +243,8 @@ ForwardMap empty_map(const Grid& grid, float value) {
 struct Blend {
   double variance = 0;                         // of a blended value by the presses' noise, summed
   double between = 0, freedom = 0, noise = 0;  // squares between presses; their number; what noise makes
-  size_t seen = 0, covered = 0, lost = 0;      // lost: covered by a window and not seen, off the rim
+  size_t seen = 0, inner = 0, inner_seen = 0;  // of places off the rim
+  size_t covered = 0, lost = 0;                // lost: covered by a window and not seen, off the rim
 };
 
 Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOptions& options,
@@ -254,8 +255,9 @@ Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOp
   out.reading.pressure_Pa.assign(loads, empty_map(grid, nothing));
   out.disagreement_Pa = empty_map(grid, nothing);
   out.presses = empty_map(grid, 0);
-  for (uint32_t j = 0; j < grid.height; ++j)
-    for (uint32_t i = 0; i < grid.width; ++i) {
+  // A place on the rim has no whole cell around it: what a sensor tells of it is of another place.
+  for (uint32_t j = 1; j + 1 < grid.height; ++j)
+    for (uint32_t i = 1; i + 1 < grid.width; ++i) {
       const size_t node = size_t{j} * grid.width + i;
       const double x = grid.x(i), y = grid.y(j);
       bool inside = false;
@@ -290,9 +292,11 @@ Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOp
         b.noise += noise / count * (count - 1);
         out.disagreement_Pa.values[node] = static_cast<float>(std::sqrt(spread / (count - 1)));
       }
-      if (i == 0 || j == 0 || i + 1 == grid.width || j + 1 == grid.height || !inside) continue;
-      ++b.covered;
-      b.lost += !std::isfinite(out.reading.pressure_Pa.back().values[node]);
+      const bool seen = std::isfinite(out.reading.pressure_Pa.back().values[node]);
+      ++b.inner;
+      b.inner_seen += seen;
+      b.covered += inside;
+      b.lost += inside && !seen;
     }
   return b;
 }
@@ -365,7 +369,7 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
     out.reading.noise_Pa = worse * std::sqrt(b.variance / static_cast<double>(b.seen));
     if (b.freedom > 0) out.between_presses_Pa = std::sqrt(b.between / b.freedom);
   }
-  out.seen_share = static_cast<double>(b.seen) / (static_cast<double>(grid.width) * grid.height);
+  out.seen_share = static_cast<double>(b.inner_seen) / static_cast<double>(std::max<size_t>(1, b.inner));
   const bool saturated = std::any_of(presses.begin(), presses.end(),
                                      [](const ScanPress& p) { return p.reading.saturated_share > 0; });
   if (saturated && b.covered > 0)

@@ -36,14 +36,14 @@ struct PressPlace {
   double misfit = 0;  ///< its rms distance from the others over what its noise makes; about 1. 0: no overlap
 };
 
-/// The block's map. Places that no press saw are NaN.
+/// The block's map. Places that no press saw are NaN, and its rim.
 struct ScanMap {
   /// Loads at the presses' common forces, window in the block's middle, as large as the block. `noise_Pa` is
   /// that of a blended value, by the presses' own noise or by how far they disagree, whichever is larger.
   LumpReading reading;
   ForwardMap disagreement_Pa;      ///< at the highest load: standard deviation between presses; NaN below two
   ForwardMap presses;              ///< how many saw each place at the highest load
-  double seen_share = 0;           ///< of the block's places
+  double seen_share = 0;           ///< of the block's places, but its rim, which no sensor sees
   double between_presses_Pa = 0;   ///< pooled standard deviation between presses, 0: no overlap
   std::vector<PressPlace> places;  ///< in the presses' order
   std::vector<std::string> warnings;

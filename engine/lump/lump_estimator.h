@@ -1,0 +1,16 @@
+// Who tells what lies behind a reading.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "engine/lump/lump_reading.h"
+
+namespace palpate {
+
+using LumpEstimator = std::function<LumpEstimate(const LumpReading&)>;
+
+/// Some ten seconds a reading. `threads` 0: one per core.
+LumpEstimator direct_estimator(uint32_t threads = 0);
+
+}  // namespace palpate
