@@ -148,8 +148,9 @@ TEST(LumpNetwork, FindsLumpsOfAFormulaWithIntervalsThatHoldAndDoubtsWhereTheyBel
   // Noise widens.
   const LumpExample e = example(1003, true);
   const LumpEstimate quiet = network.estimate(read(e, 0.002, 1)), loud = network.estimate(read(e, 0.05, 1));
-  if (loud.evidence >= 1)
+  if (loud.evidence >= 1) {
     EXPECT_GT(loud.depth_mm.high / loud.depth_mm.low, quiet.depth_mm.high / quiet.depth_mm.low);
+  }
 
   // No lump: no numbers either.
   int none = 0;
