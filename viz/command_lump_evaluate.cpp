@@ -65,7 +65,10 @@ void add_lump_evaluate(CLI::App& group, Common& common, Command& chosen) {
       ->required();
   command->add_option("--network", o->network,
                       "A file of palpate lump train (default: the built-in network)");
-  command->add_option("--method", o->method, "Who estimates: network, or direct: the finite elements, some ten seconds a reading")->capture_default_str();
+  command
+      ->add_option("--method", o->method,
+                   "Who estimates: network, or direct: the finite elements, some ten seconds a reading")
+      ->capture_default_str();
   command
       ->add_option("--noise", o->job.sensor.noise_share,
                    "Of each node, share of the highest load's peak pressure")

@@ -9,6 +9,7 @@
 
 #include "engine/error.h"
 #include "engine/lump/large_strain.h"
+#include "engine/lump/lump_network.h"
 #include "viz/command_forward.h"
 #include "viz/command_lump.h"
 #include "viz/one_of.h"
@@ -17,7 +18,7 @@
 namespace palpate {
 namespace {
 
-enum class Method : uint8_t { Direct, None };
+enum class Method : uint8_t { Network, Direct, None };
 
 struct Options {
   Options() { plan.scene.cells = {32, 32, 16}; }
@@ -145,6 +146,9 @@ Report run(const Common& common, const Options& o) {
   if (o.method == Method::Direct) {
     report.model = "direct inversion by finite elements";
     estimator = direct_estimator(o.threads);
+  } else if (o.method == Method::Network) {
+    report.model = "network " + LumpNetwork::built_in().made_from();
+    estimator = [](const LumpReading& reading) { return LumpNetwork::built_in().estimate(reading); };
   }
   report.answer = evaluate_scan(presses, o.stitch, estimator, common.seed);
   report.answer.warnings.insert(report.answer.warnings.end(), notes.begin(), notes.end());
@@ -159,7 +163,8 @@ void add_lump_scan(CLI::App& group, Common& common, Command& chosen) {
   CLI::App* command =
       group.add_subcommand("scan", "Several presses of a block: map, outline, estimate, report");
   auto o = std::make_shared<Options>();
-  static const std::map<std::string, Method> kMethods = {{"direct", Method::Direct}, {"none", Method::None}};
+  static const std::map<std::string, Method> kMethods = {
+      {"network", Method::Network}, {"direct", Method::Direct}, {"none", Method::None}};
   static const std::map<std::string, LumpShape> kShapeNames = {{"sphere", LumpShape::Sphere},
                                                                {"ellipsoid", LumpShape::Ellipsoid},
                                                                {"cylinder", LumpShape::Cylinder},
@@ -177,7 +182,9 @@ void add_lump_scan(CLI::App& group, Common& common, Command& chosen) {
   command->add_option("--pitch-mm", o->recorded.pitch_mm, "Of the map, of recordings")
       ->capture_default_str()
       ->check(CLI::Range(0.2, 5.0));
-  command->add_option("--method", o->method, "Who estimates: direct (finite elements, some 20 s), none")
+  command
+      ->add_option("--method", o->method,
+                   "Who estimates: network (milliseconds), direct (finite elements, some 20 s), none")
       ->transform(one_of(kMethods))
       ->default_str("direct");
   command->add_flag("--simulate", o->simulate, "Scan a synthetic block");
