@@ -10,6 +10,9 @@ void add_lump(CLI::App& program, Common& common, Command& chosen) {
   group->require_subcommand(1);
   add_lump_dataset(*group, common, chosen);
   add_lump_info(*group, common, chosen);
+  add_lump_train(*group, common, chosen);
+  add_lump_estimate(*group, common, chosen);
+  add_lump_evaluate(*group, common, chosen);
   add_lump_figures(*group, common, chosen);
   add_lump_scan(*group, common, chosen);
 }

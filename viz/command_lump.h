@@ -8,6 +8,9 @@ namespace palpate {
 /// Each adds one command to the group `lump`.
 void add_lump_dataset(CLI::App& group, Common& common, Command& chosen);
 void add_lump_info(CLI::App& group, Common& common, Command& chosen);
+void add_lump_train(CLI::App& group, Common& common, Command& chosen);
+void add_lump_estimate(CLI::App& group, Common& common, Command& chosen);
+void add_lump_evaluate(CLI::App& group, Common& common, Command& chosen);
 void add_lump_figures(CLI::App& group, Common& common, Command& chosen);
 void add_lump_scan(CLI::App& group, Common& common, Command& chosen);
 

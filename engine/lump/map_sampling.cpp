@@ -17,8 +17,8 @@ Taps taps_at(double place_mm, double pitch_mm, uint32_t nodes) {
   const uint32_t cell = std::min(static_cast<uint32_t>(i), nodes - 2);
   Taps taps;
   for (uint32_t k = 0; k < 4; ++k)
-    taps.node[k] = static_cast<uint32_t>(
-        std::clamp<int64_t>(int64_t{cell} + k - 1, 0, static_cast<int64_t>(nodes) - 1));
+    taps.node[k] =
+        static_cast<uint32_t>(std::clamp<int64_t>(int64_t{cell} + k - 1, 0, static_cast<int64_t>(nodes) - 1));
   taps.weight = cubic_weights(i - cell);
   return taps;
 }
@@ -39,7 +39,7 @@ double map_at(const ForwardMap& map, double x_mm, double y_mm) {
 }
 
 uint32_t window_nodes(double window_mm, double pitch_mm) {
-  return 2 * static_cast<uint32_t>(std::floor(window_mm / (2 * pitch_mm) + 1e-9)) + 1;
+  return 2 * static_cast<uint32_t>(std::max(0.0, std::floor((window_mm / pitch_mm - 1) / 2 + 1e-9))) + 1;
 }
 
 ForwardMap node_means(const ForwardMap& map, std::array<double, 2> center_mm, std::array<double, 2> window_mm,
@@ -56,13 +56,12 @@ ForwardMap node_means(const ForwardMap& map, std::array<double, 2> center_mm, st
       const double x = (i - (out.width - 1) / 2.0) * pitch_mm, y = (j - (out.height - 1) / 2.0) * pitch_mm;
       double sum = 0;
       uint32_t count = 0;
-      if (std::abs(x + center_mm[0]) <= reach_x && std::abs(y + center_mm[1]) <= reach_y)
+      const double cell = pitch_mm * (0.5 - 0.5 / samples);  // to its outermost place
+      if (std::abs(x + center_mm[0]) + cell <= reach_x && std::abs(y + center_mm[1]) + cell <= reach_y)
         for (uint32_t b = 0; b < samples; ++b)
           for (uint32_t a = 0; a < samples; ++a) {
             const double px = x + ((a + 0.5) / samples - 0.5) * pitch_mm,
                          py = y + ((b + 0.5) / samples - 0.5) * pitch_mm;
-            if (std::abs(px) > window_mm[0] / 2 || std::abs(py) > window_mm[1] / 2) continue;
-            if (std::abs(px + center_mm[0]) > reach_x || std::abs(py + center_mm[1]) > reach_y) continue;
             sum += map_at(map, px + center_mm[0], py + center_mm[1]);
             ++count;
           }

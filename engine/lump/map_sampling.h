@@ -15,17 +15,18 @@ inline std::array<double, 4> cubic_weights(double t) {
           0.5 * t * t * (t - 1)};
 }
 
-/// The map at a place from its middle, mm; places beyond the outer nodes have the value of the border, and the
-/// outermost cells take the border's node twice. NaN where a node that counts is NaN. 4 x 4 nodes or more.
+/// The map at a place from its middle, mm; places beyond the outer nodes have the value of the border, and
+/// the outermost cells take the border's node twice. NaN where a node that counts is NaN. 4 x 4 nodes or
+/// more.
 double map_at(const ForwardMap& map, double x_mm, double y_mm);
 
-/// Nodes `pitch_mm` apart, as many as fit into `window_mm` around `center_mm` (from the map's middle) with one
-/// in its middle or beside it, each the mean over the cell around it that lies in the window, from
-/// `samples` x `samples` places of it. NaN for nodes beyond the map's border.
+/// Nodes `pitch_mm` apart, one of them in the middle of `window_mm` around `center_mm` (from the map's
+/// middle) and as many as fit with their cells; each the mean over its cell, from `samples` x `samples`
+/// places of it. NaN for nodes whose cell lies over the map's border.
 ForwardMap node_means(const ForwardMap& map, std::array<double, 2> center_mm, std::array<double, 2> window_mm,
                       double pitch_mm, uint32_t samples = 4);
 
-/// Nodes along one side of a window: odd, so that one lies in the middle.
+/// Nodes along one side of a window whose cells lie in it: odd, as one lies in the middle.
 uint32_t window_nodes(double window_mm, double pitch_mm);
 
 }  // namespace palpate

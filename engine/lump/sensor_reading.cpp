@@ -12,11 +12,13 @@ namespace palpate {
 namespace {
 
 constexpr double kExposure = 0.9;          // of the full scale, at the highest load's peak
+constexpr double kWholeCell = 0.9;         // of a cell's pixels: fewer, and the node is not seen
 constexpr double kSaturatedPixels = 0.02;  // of a node's: more, and the node is not seen
 
 void check_range(double value, double low, double high, const char* what) {
   if (!(value >= low && value <= high))
-    throw Error(Failure::Usage, std::string(what) + " from " + std::to_string(low) + " to " + std::to_string(high),
+    throw Error(Failure::Usage,
+                std::string(what) + " from " + std::to_string(low) + " to " + std::to_string(high),
                 std::to_string(value), "a value in that range");
 }
 
@@ -60,12 +62,14 @@ LumpReading sensor_reading(const std::vector<ForwardMap>& pressure_Pa, const std
   reading.young_Pa = young_Pa;
   reading.window_mm = sensor.window_center_mm;
   const double peak_Pa = peak_of(pressure_Pa.back());
-  const double full_scale_Pa = sensor.full_scale_Pa > 0 ? sensor.full_scale_Pa : std::max(peak_Pa, 1e-9) / kExposure;
+  const double full_scale_Pa =
+      sensor.full_scale_Pa > 0 ? sensor.full_scale_Pa : std::max(peak_Pa, 1e-9) / kExposure;
   const double gray_per_Pa = 255 / full_scale_Pa;
   const std::array<double, 2> pixel_mm = {sensor.window_mm[0] / sensor.size_px[0],
                                           sensor.window_mm[1] / sensor.size_px[1]};
   const double pitch = sensor.node_pitch_mm;
-  const uint32_t width = window_nodes(sensor.window_mm[0], pitch), height = window_nodes(sensor.window_mm[1], pitch);
+  const uint32_t width = window_nodes(sensor.window_mm[0], pitch),
+                 height = window_nodes(sensor.window_mm[1], pitch);
   const auto node_of = [&](uint32_t pixel, size_t axis, uint32_t nodes) {
     const double place = (pixel + 0.5 - sensor.size_px[axis] / 2.0) * pixel_mm[axis];
     const double node = std::floor(place / pitch + nodes / 2.0);
@@ -73,6 +77,8 @@ LumpReading sensor_reading(const std::vector<ForwardMap>& pressure_Pa, const std
   };
   const double noise_Pa = sensor.noise_share * peak_Pa;
   const double reach_x = block_mm[0] / 2 + 1e-9, reach_y = block_mm[1] / 2 + 1e-9;
+  // A node that sees only a part of its cell would tell of another place.
+  const double pixels_of_cell = pitch * pitch / (pixel_mm[0] * pixel_mm[1]);
   double pixels_per_node = 0;
   for (size_t k = 0; k < pressure_Pa.size(); ++k) {
     NodeSums nodes(size_t{width} * height);
@@ -101,7 +107,7 @@ LumpReading sensor_reading(const std::vector<ForwardMap>& pressure_Pa, const std
     map.values.assign(size_t{width} * height, std::numeric_limits<float>::quiet_NaN());
     size_t seen = 0, saturated = 0;
     for (size_t n = 0; n < map.values.size(); ++n) {
-      if (nodes.pixels[n] == 0) continue;
+      if (nodes.pixels[n] < kWholeCell * pixels_of_cell) continue;
       ++seen;
       pixels_per_node += nodes.pixels[n];
       const double noise = noise_Pa * normal(random);

@@ -9,23 +9,25 @@
 
 namespace palpate {
 
-/// A palpation sensor in the plate: light grows with pressure in proportion, a camera looks at a window of the
-/// plate, and the calibration turns gray levels back into pressure.
+/// A palpation sensor in the plate: light grows with pressure in proportion, a camera looks at a window of
+/// the plate, and the calibration turns gray levels back into pressure.
 struct PalpationSensor {
   std::array<uint32_t, 2> size_px = {640, 480};
-  std::array<double, 2> window_mm = {40, 30};        ///< what the camera sees of the plate
-  std::array<double, 2> window_center_mm = {0, 0};   ///< from the block's middle
-  double full_scale_Pa = 0;     ///< of gray level 255; 0: exposed so that the highest load's peak is at 90 % of it
+  std::array<double, 2> window_mm = {40, 30};       ///< what the camera sees of the plate
+  std::array<double, 2> window_center_mm = {0, 0};  ///< from the block's middle
+  double full_scale_Pa =
+      0;  ///< of gray level 255; 0: exposed so that the highest load's peak is at 90 % of it
   double pixel_noise_gray = 1;  ///< standard deviation, before the level is rounded
   double node_pitch_mm = 1.25;  ///< of the reading: pixels are averaged around its nodes
   /// What the calibration leaves: independent noise of each node, share of the highest load's peak pressure.
-  double noise_share = 0.01;
-  double gauge_share = 0.005;  ///< standard deviation of the force, of each load by itself
+  double noise_share = 0.002;
+  double gauge_share = 0.001;  ///< standard deviation of the force, of each load by itself
 };
 
-/// Presses as this sensor reads them. `pressure_Pa` (nodes over the block, middle on its middle) and `force_N`
-/// at rising loads. Values with more than one pixel in fifty at level 255 are NaN (not seen) and counted in
-/// `saturated_share`. Deterministic by seed. Throws Error(Failure::Usage) naming a field that is out of range.
+/// Presses as this sensor reads them. `pressure_Pa` (nodes over the block, middle on its middle) and
+/// `force_N` at rising loads. Values with more than one pixel in fifty at level 255 are NaN (not seen) and
+/// counted in `saturated_share`. Deterministic by seed. Throws Error(Failure::Usage) naming a field that is
+/// out of range.
 LumpReading sensor_reading(const std::vector<ForwardMap>& pressure_Pa, const std::vector<double>& force_N,
                            std::array<double, 3> block_mm, double young_Pa, const PalpationSensor& sensor,
                            uint64_t seed);

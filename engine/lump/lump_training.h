@@ -1,0 +1,58 @@
+// How a lump network is made from pressed blocks.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "engine/lump/lump_network.h"
+
+namespace palpate {
+
+/// A block whose lump is known.
+struct LumpExample {
+  bool lump = true;
+  LumpShape shape = LumpShape::Sphere;
+  bool along_y = false;                                   ///< long shapes: their long axis is y
+  double size_mm = 0, depth_mm = 0, stiffness_ratio = 1;  ///< size as in LumpEstimate
+  std::array<double, 2> offset_mm{};
+  std::array<double, 3> block_mm = {40, 40, 20};
+  double young_Pa = 4000;
+  double cell_mm = 1.25;  ///< of the grid that it was solved on, along x
+  std::vector<ForwardMap> pressure_Pa;
+  std::vector<double> force_N;
+};
+
+struct LumpTrainingOptions {
+  uint64_t seed = 1;
+  uint32_t members = 4;   ///< networks whose mean is used; each leaves a part of the cases to judge by
+  uint32_t hidden = 64;   ///< width of both hidden layers
+  uint32_t fields = 40;   ///< that a bump is a sum of
+  uint32_t rounds = 400;  ///< through the examples
+  double decay = 0.05;    ///< of weights, against what only a few examples say
+  uint32_t trials = 160;  ///< readings per noise and number of loads that intervals are calibrated on
+  std::string made_from;  ///< one line for people that the network keeps: data, cases
+  uint32_t threads = 0;   ///< 0: one per core
+  /// Told what is being done and how much of all is; false: stop (train_lumps() throws Stopped then).
+  std::function<bool(const std::string& what, double share)> progress = {};
+};
+
+struct LumpTrainingReport {
+  uint32_t lumps = 0, no_lumps = 0, left_out = 0;  ///< examples; left out: without a single load
+  double base_error = 0;                           ///< RMS, share of the mean pressure
+  double fields_error = 0;   ///< RMS of what the fields miss, share of the peak pressure
+  double network_error = 0;  ///< RMS of the bump over the patch on unseen cases, share of the peak pressure
+  double network_error_seen = 0;  ///< the same on cases that it learnt from
+};
+
+/// Thrown where LumpTrainingOptions::progress asked to stop.
+struct Stopped {};
+
+/// Deterministic by seed, whatever the number of threads. Throws Error(Failure::Input) where the examples do
+/// not do: other blocks, too few, no blocks without a lump.
+LumpNetwork train_lumps(const std::vector<LumpExample>& examples, const LumpTrainingOptions& options,
+                        LumpTrainingReport& report);
+
+}  // namespace palpate

@@ -1,0 +1,40 @@
+// The steps of training, each by itself.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "engine/lump/lump_model.h"
+#include "engine/lump/lump_training.h"
+
+namespace palpate {
+
+/// The member that does not learn from an example. Scrambled: a sweep's neighbours are far apart in turn.
+inline size_t fold_of(size_t example, size_t members) {
+  return ((example + 1) * 0x9e3779b97f4a7c15ULL >> 40) % members;
+}
+
+/// Ideal readings of the examples, in their order.
+struct LumpExamples {
+  std::vector<LumpExample> examples;  ///< without their maps
+  std::vector<LumpReading> readings;
+};
+
+/// The base fitted to the examples without a lump for which `used` is true.
+LumpBase fit_base(const LumpModel& model, const LumpExamples& all, const std::function<bool(size_t)>& used);
+
+/// The fields that bumps are best made of. `missed`: RMS share of the peak that they miss.
+LumpPatch fit_patch(const LumpModel& model, const LumpExamples& all, uint32_t count, uint64_t seed,
+                    double& missed);
+
+/// Fills members, scales, discrepancy and correlation.
+void train_members(LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options,
+                   LumpTrainingReport& report);
+
+/// Fills the tables of trust from readings of examples that the member at work has not seen.
+void calibrate(LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options);
+
+/// Calls work(i) for i in [0, count) on `threads` threads (0: one per core).
+void in_parallel(uint32_t threads, size_t count, const std::function<void(size_t)>& work);
+
+}  // namespace palpate

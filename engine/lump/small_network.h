@@ -1,0 +1,46 @@
+// A small network of fully connected layers: smooth functions of a few numbers, learnt from samples.
+#pragma once
+
+#include <Eigen/Dense>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace palpate {
+
+/// tanh between layers, none after the last. Samples are columns.
+struct SmallNetwork {
+  struct Layer {
+    Eigen::MatrixXf weight;  ///< outputs x inputs
+    Eigen::VectorXf bias;
+  };
+  std::vector<Layer> layers;
+
+  /// Random weights of the usual size, deterministic by seed. `sizes`: inputs, hidden ..., outputs.
+  static SmallNetwork random(const std::vector<uint32_t>& sizes, uint64_t seed);
+
+  uint32_t inputs() const { return static_cast<uint32_t>(layers.front().weight.cols()); }
+  uint32_t outputs() const { return static_cast<uint32_t>(layers.back().weight.rows()); }
+
+  Eigen::MatrixXf apply(const Eigen::MatrixXf& in) const;
+  /// The same, and how the outputs change along directions of the inputs: `along[t]` inputs x samples each,
+  /// `changes[t]` outputs x samples.
+  Eigen::MatrixXf apply(const Eigen::MatrixXf& in, const std::vector<Eigen::MatrixXf>& along,
+                        std::vector<Eigen::MatrixXf>& changes) const;
+};
+
+struct NetworkTraining {
+  uint32_t rounds = 300;  ///< through all samples
+  uint32_t batch = 128;
+  double first_step = 4e-3, last_step = 1e-5;  ///< of Adam; falls as a cosine
+  double decay = 0;                            ///< by which weights shrink, times the step
+  uint64_t seed = 1;
+  /// Told after each round, with the mean weighted square error of it; false: stop here.
+  std::function<bool(uint32_t round, double error)> done = {};
+};
+
+/// Least squares, sum over samples and outputs of (weight(output, sample) (network - wanted))^2, by Adam.
+void train(SmallNetwork& network, const Eigen::MatrixXf& in, const Eigen::MatrixXf& wanted,
+           const Eigen::MatrixXf& weight, const NetworkTraining& how);
+
+}  // namespace palpate
