@@ -38,8 +38,9 @@ const char* verdict_text(LumpVerdict verdict) {
 }
 
 bool has_values(const LumpEstimate& e) {
-  return e.verdict == LumpVerdict::Found || e.verdict == LumpVerdict::StiffnessOpen ||
-         e.verdict == LumpVerdict::OutsideTraining;
+  return (e.verdict == LumpVerdict::Found || e.verdict == LumpVerdict::StiffnessOpen ||
+          e.verdict == LumpVerdict::OutsideTraining) &&
+         std::isfinite(e.size_mm.value) && std::isfinite(e.depth_mm.value);
 }
 
 std::string value_text(const LumpValue& v) {
