@@ -109,6 +109,7 @@ Serial serial_costs(const fs::path& folder) {
                   static_cast<uint32_t>(data.samples.size()),
                   [&](uint32_t number) { return journal.read(number); });
   serial.write_s = since(start) / n;
+  journal.remove();
   return serial;
 }
 

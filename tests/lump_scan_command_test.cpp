@@ -108,9 +108,9 @@ TEST_F(LumpScanCommand, RefusesWhatMakesNoSense) {
                  {"other"});
   expect_refusal({"lump", "scan", "--positions", places("recording,x_mm,y_mm\nsynthetic:press,1,2\n")}, 2,
                  {"gauge"});
-  expect_refusal(
-      {"lump", "scan", "--positions", places("recording,x_mm,y_mm\nsynthetic:press?mode=gel,1,2\n")}, 4,
-      {"pressure"});
+  expect_refusal({"lump", "scan", "--positions",
+                  places("recording,x_mm,y_mm\nsynthetic:press?mode=gel,1,2\n"), "--gauge", "truth"},
+                 4, {"pressure"});
   expect_refusal({"process", "synthetic:tissue?d=90", "--out", (folder_ / "x").string()}, 3, {"block"});
 }
 

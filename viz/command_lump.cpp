@@ -14,6 +14,7 @@ void add_lump(CLI::App& program, Common& common, Command& chosen) {
   add_lump_estimate(*group, common, chosen);
   add_lump_evaluate(*group, common, chosen);
   add_lump_figures(*group, common, chosen);
+  add_lump_stability(*group, common, chosen);
   add_lump_scan(*group, common, chosen);
 }
 

@@ -12,6 +12,7 @@ void add_lump_train(CLI::App& group, Common& common, Command& chosen);
 void add_lump_estimate(CLI::App& group, Common& common, Command& chosen);
 void add_lump_evaluate(CLI::App& group, Common& common, Command& chosen);
 void add_lump_figures(CLI::App& group, Common& common, Command& chosen);
+void add_lump_stability(CLI::App& group, Common& common, Command& chosen);
 void add_lump_scan(CLI::App& group, Common& common, Command& chosen);
 
 }  // namespace palpate

@@ -177,7 +177,9 @@ std::vector<std::pair<std::string, std::string>> estimate_rows(const LumpEstimat
     rows.emplace_back("shape", std::string(shape_name(static_cast<size_t>(e.shape))) + " (" + shapes + ")");
   }
   for (const std::string& reason : e.reasons) rows.emplace_back("reason", reason);
-  if (!e.method.empty()) rows.emplace_back("method", e.method + text(", %.3g ms", 1000 * e.wall_s));
+  if (!e.method.empty())
+    rows.emplace_back("method", e.method + (e.wall_s < 1 ? text(", %.3g ms", 1000 * e.wall_s)
+                                                         : text(", %.3g s", e.wall_s)));
   return rows;
 }
 

@@ -78,9 +78,6 @@ const Sensor& check_sensor(const Sensor& sensor, const std::string& recording) {
 }
 
 void take_gauge(const RecordedPress& press, Timeline& t, std::vector<std::string>& notes) {
-  if (press.gauge.empty())
-    throw Error(Failure::Usage, "a gauge's table for '" + press.recording + "'", "none",
-                "--gauge FILE, or a column gauge in the table of places");
   if (press.gauge == "truth") {
     const std::string made_of = t.input.session ? t.input.session->input : t.input.input;
     if (!is_tissue(made_of))
@@ -117,6 +114,9 @@ double mean_light(const Frame& frame, const Frame& background) {
 
 Timeline measure(const Common& common, const RecordedPress& press, const RecordedOptions& options,
                  std::vector<std::string>& notes) {
+  if (press.gauge.empty())
+    throw Error(Failure::Usage, "a gauge's table for '" + press.recording + "'", "none",
+                "--gauge FILE, or a column gauge in the table of places");
   Timeline t;
   t.input = find_input(common, press.recording, options.sensor, {});
   check_sensor(t.input.sensor, press.recording);

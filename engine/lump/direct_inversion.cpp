@@ -17,6 +17,9 @@ constexpr size_t kFewestValues = 60;      // of a load
 constexpr double kMostSaturated = 0.02;
 constexpr double kOpenFactor = 4;
 constexpr uint32_t kMostInVain = 3;
+constexpr double kFits = 1.2;    // chi2 of a value, of a reading that the lump explains
+constexpr double kNoGain = 0.5;  // of chi2: a quarter of a standard deviation
+constexpr double kHeaviest = 1e3;
 constexpr double kOrderDoubt = 1;  // standard deviations of the change that order 2 would make
 using Unknowns = Eigen::Matrix<double, kLumpUnknowns, 1>;
 const Unknowns kLongestStep{{0.3, 0.4, 1.0, 2.0, 2.0}};
@@ -198,7 +201,10 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
     const Search::Step step = search.solve(best->prediction, damping, true);
     const double shorten = std::max(1.0, (step.change.cwiseAbs().cwiseQuotient(kLongestStep)).maxCoeff());
     const Unknowns change = step.change / shorten;
-    settled = (change.cwiseAbs() - 0.1 * step.sd).maxCoeff() <= 0 || change.cwiseAbs().maxCoeff() < 2e-3;
+    const double values = static_cast<double>(search.values() * reading.force_N.size());
+    const bool fits = best->chi2 < kFits * values;
+    settled = (fits && best->chi2 - step.chi2 < kNoGain) ||
+              (change.cwiseAbs() - 0.1 * step.sd).maxCoeff() <= 0 || change.cwiseAbs().maxCoeff() < 2e-3;
     std::optional<Search::State> next = search.at(search.moved(best->lump, change));
     if (next && next->chi2 < best->chi2) {
       settled = settled || best->chi2 - next->chi2 < 0.05;
@@ -208,7 +214,8 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
     } else {
       // Cells' borders make small ripples: where three shorter steps gain nothing, it stands in one.
       damping *= 6;
-      settled = ++in_vain == kMostInVain;
+      settled = ++in_vain >= kMostInVain && fits;
+      if (damping > kHeaviest) break;
     }
   }
   const Search::Step end = search.solve(best->prediction, 0, true);

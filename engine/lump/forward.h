@@ -55,6 +55,7 @@ struct ForwardScene {
   double poisson = 0.495;      ///< 0 to 0.4999, of tissue, inclusion and pad
   bool bottom_slides = false;  ///< the floor holds the tissue's height only, not its sides
   std::optional<Inclusion> inclusion = Inclusion{};
+  std::vector<Inclusion> others;  ///< more of them, apart from it and from each other
 
   std::vector<PadSheet> pad;  ///< from the tissue outwards; empty: the presser touches the tissue
   bool pad_slides = false;    ///< on the tissue, without friction and without lifting off; else bonded to it

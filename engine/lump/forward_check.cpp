@@ -19,6 +19,24 @@ void range(const char* what, double value, double low, double high) {
               "a value in that range");
 }
 
+void check(const ForwardScene& s, const Inclusion& lump) {
+  const std::array<double, 3> size = lump.size();
+  for (size_t c = 0; c < 3; ++c)
+    range("the inclusion's size, mm,", size[c], 1e-3 * s.block_mm[c], s.block_mm[c]);
+  range("the inclusion's depth, mm,", lump.depth_mm, 0, s.block_mm[2]);
+  range("the stiffness ratio", lump.stiffness_ratio, 0.01, 1e5);
+  if (lump.depth_mm + size[2] > s.block_mm[2] * (1 + 1e-9))
+    throw Error(Failure::Usage, "an inclusion above the block's bottom at " + text(s.block_mm[2]) + " mm",
+                "one that reaches down to " + text(lump.depth_mm + size[2]) + " mm",
+                "less depth or size, or a thicker block");
+  for (size_t c = 0; c < 2; ++c)
+    if (!(std::abs(lump.offset_mm[c]) + size[c] / 2 <= s.block_mm[c] / 2 * (1 + 1e-9)))
+      throw Error(Failure::Usage, "an inclusion inside the block's sides",
+                  "one that reaches " + text(std::abs(lump.offset_mm[c]) + size[c] / 2) +
+                      " mm from the middle of " + text(s.block_mm[c]) + " mm",
+                  "a smaller offset or size, or a wider block");
+}
+
 }  // namespace
 
 void check(const ForwardScene& s) {
@@ -27,24 +45,8 @@ void check(const ForwardScene& s) {
   range("the tissue's Young's modulus, Pa,", s.young_Pa, 1, 1e12);
   range("Poisson's ratio", s.poisson, 0, 0.4999);
   for (size_t c = 0; c < 3; ++c) range("cells along a side", s.cells[c], 4, 512);
-  if (s.inclusion) {
-    const Inclusion& lump = *s.inclusion;
-    const std::array<double, 3> size = lump.size();
-    for (size_t c = 0; c < 3; ++c)
-      range("the inclusion's size, mm,", size[c], 1e-3 * s.block_mm[c], s.block_mm[c]);
-    range("the inclusion's depth, mm,", lump.depth_mm, 0, s.block_mm[2]);
-    range("the stiffness ratio", lump.stiffness_ratio, 0.01, 1e5);
-    if (lump.depth_mm + size[2] > s.block_mm[2] * (1 + 1e-9))
-      throw Error(Failure::Usage, "an inclusion above the block's bottom at " + text(s.block_mm[2]) + " mm",
-                  "one that reaches down to " + text(lump.depth_mm + size[2]) + " mm",
-                  "less depth or size, or a thicker block");
-    for (size_t c = 0; c < 2; ++c)
-      if (!(std::abs(lump.offset_mm[c]) + size[c] / 2 <= s.block_mm[c] / 2 * (1 + 1e-9)))
-        throw Error(Failure::Usage, "an inclusion inside the block's sides",
-                    "one that reaches " + text(std::abs(lump.offset_mm[c]) + size[c] / 2) +
-                        " mm from the middle of " + text(s.block_mm[c]) + " mm",
-                    "a smaller offset or size, or a wider block");
-  }
+  if (s.inclusion) check(s, *s.inclusion);
+  for (const Inclusion& lump : s.others) check(s, lump);
   for (const PadSheet& sheet : s.pad) {
     range("a pad sheet's thickness, mm,", sheet.thickness_mm, 0.01, 1e3);
     range("a pad sheet's Young's modulus, Pa,", sheet.young_Pa, s.young_Pa * 1e-5, s.young_Pa * 1e5);

@@ -99,28 +99,31 @@ ForwardGrid voxelise(const ForwardScene& scene, bool quarter) {
       fill(k++, scene.pad[sheets.size() - 1 - s].young_Pa / scene.young_Pa);
   if (grid.slit) fill(*grid.slit, 0);
 
-  if (!scene.inclusion) return grid;
-  const Inclusion& lump = *scene.inclusion;
-  const std::array<double, 3> size = lump.size();
+  std::vector<Inclusion> lumps = scene.others;
+  if (scene.inclusion) lumps.push_back(*scene.inclusion);
   const double left = quarter ? 0 : -scene.block_mm[0] / 2, front = quarter ? 0 : -scene.block_mm[1] / 2;
-  for (uint32_t k = 0; k < scene.cells[2]; ++k)
-    for (uint32_t j = 0; j < grid.cells[1]; ++j)
-      for (uint32_t i = 0; i < grid.cells[0]; ++i) {
-        const std::array<double, 3> low = {left + i * grid.size_x_mm - lump.offset_mm[0],
-                                           front + j * grid.size_y_mm - lump.offset_mm[1],
-                                           k * height - lump.depth_mm - size[2] / 2};
-        const double inside = share_inside(
-            lump.shape, size, low, {low[0] + grid.size_x_mm, low[1] + grid.size_y_mm, low[2] + height});
-        if (inside > 0)
-          grid.young[grid.cell(i, j, k + above)] =
-              static_cast<float>(mixed_modulus(inside, lump.stiffness_ratio));
-      }
+  for (const Inclusion& lump : lumps) {
+    const std::array<double, 3> size = lump.size();
+    for (uint32_t k = 0; k < scene.cells[2]; ++k)
+      for (uint32_t j = 0; j < grid.cells[1]; ++j)
+        for (uint32_t i = 0; i < grid.cells[0]; ++i) {
+          const std::array<double, 3> low = {left + i * grid.size_x_mm - lump.offset_mm[0],
+                                             front + j * grid.size_y_mm - lump.offset_mm[1],
+                                             k * height - lump.depth_mm - size[2] / 2};
+          const double inside = share_inside(
+              lump.shape, size, low, {low[0] + grid.size_x_mm, low[1] + grid.size_y_mm, low[2] + height});
+          if (inside > 0)
+            grid.young[grid.cell(i, j, k + above)] =
+                static_cast<float>(mixed_modulus(inside, lump.stiffness_ratio));
+        }
+  }
   return grid;
 }
 
 bool symmetric(const ForwardScene& scene) {
-  const bool centred =
-      !scene.inclusion || (scene.inclusion->offset_mm[0] == 0 && scene.inclusion->offset_mm[1] == 0);
+  const auto in_middle = [](const Inclusion& lump) { return lump.offset_mm == std::array{0.0, 0.0}; };
+  const bool centred = (!scene.inclusion || in_middle(*scene.inclusion)) &&
+                       std::all_of(scene.others.begin(), scene.others.end(), in_middle);
   return centred && scene.cells[0] % 2 == 0 && scene.cells[1] % 2 == 0;
 }
 

@@ -1,13 +1,56 @@
 #include "engine/lump/lump_estimator.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "engine/lump/direct_inversion.h"
+#include "engine/lump/lump_network.h"
 
 namespace palpate {
+namespace {
+
+constexpr double kReach_mm = 12;  // around a bump
+
+/// Whether the bump at a place is longer along y than along x.
+bool longer_along_y(const LumpReading& reading, double x_mm, double y_mm) {
+  const ForwardMap& map = reading.pressure_Pa.back();
+  std::vector<float> seen;
+  std::copy_if(map.values.begin(), map.values.end(), std::back_inserter(seen),
+               [](float p) { return std::isfinite(p); });
+  if (seen.empty()) return false;
+  std::nth_element(seen.begin(), seen.begin() + static_cast<std::ptrdiff_t>(seen.size() / 2), seen.end());
+  const auto level = double{seen[seen.size() / 2]};
+  double along_x = 0, along_y = 0;
+  for (uint32_t row = 0; row < map.height; ++row)
+    for (uint32_t column = 0; column < map.width; ++column) {
+      const double x = reading.window_mm[0] + (column - (map.width - 1) / 2.0) * map.pitch_mm[0] - x_mm;
+      const double y = reading.window_mm[1] + (row - (map.height - 1) / 2.0) * map.pitch_mm[1] - y_mm;
+      const double above = double{map.at(column, row)} - level;
+      if (!(above > 0) || x * x + y * y > kReach_mm * kReach_mm) continue;
+      along_x += above * x * x;
+      along_y += above * y * y;
+    }
+  return along_y > along_x;
+}
+
+}  // namespace
 
 LumpEstimator direct_estimator(uint32_t threads) {
   return [threads](const LumpReading& reading) {
     DirectInversionOptions options;
     options.model.threads = threads;
+    const LumpEstimate first = LumpNetwork::built_in().estimate(reading);
+    if (first.size_mm.value > 0 && first.depth_mm.value > 0) {
+      LumpCase::Lump start;
+      start.shape = first.shape;
+      start.diameter_mm = first.size_mm.value;
+      start.depth_mm = first.depth_mm.value;
+      start.stiffness_ratio = first.stiffness_ratio.value;
+      start.offset_mm = {first.x_mm.value, first.y_mm.value};
+      start.along_y = (first.shape == LumpShape::Ellipsoid || first.shape == LumpShape::LyingCylinder) &&
+                      longer_along_y(reading, first.x_mm.value, first.y_mm.value);
+      options.start = start;
+    }
     return invert_directly(reading, options);
   };
 }

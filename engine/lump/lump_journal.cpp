@@ -7,6 +7,7 @@
 #include <zlib.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -19,6 +20,8 @@ namespace {
 constexpr char kMagic[] = "palpate lumps 1\n";
 constexpr size_t kMagicBytes = sizeof kMagic - 1;
 constexpr uint32_t kMostHeadBytes = 1 << 20;
+// Waiting for the disk after each case would be the limit of many processes.
+constexpr std::chrono::milliseconds kSyncEvery{200};
 constexpr const char* kRemedy = "another name for the data set, or to remove this file";
 
 struct Frame {
@@ -135,7 +138,9 @@ LumpJournal::LumpJournal(const std::filesystem::path& path, const LumpSweep& swe
 }
 
 LumpJournal::~LumpJournal() {
-  if (file_ >= 0) ::close(file_);
+  if (file_ < 0) return;
+  ::fdatasync(file_);
+  ::close(file_);
 }
 
 // Records have one length, so that a damaged one does not hide those behind it.
@@ -166,9 +171,12 @@ void LumpJournal::append(const std::string& packed) {
     if (put < 0) cannot_write(path_, errno);
     done += static_cast<size_t>(put);
   }
-  if (::fdatasync(file_) != 0 && errno != EINVAL && errno != EROFS) cannot_write(path_, errno);
   at_.emplace(number, end_);
   end_ += record.size();
+  const auto now = std::chrono::steady_clock::now();
+  if (now - synced_ < kSyncEvery) return;
+  if (::fdatasync(file_) != 0 && errno != EINVAL && errno != EROFS) cannot_write(path_, errno);
+  synced_ = now;
 }
 
 LumpSample LumpJournal::read(uint32_t number) const {

@@ -1,6 +1,7 @@
 // Cases that are done, kept as they come: what survives a kill at any byte.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -10,8 +11,9 @@
 namespace palpate {
 
 /// A file beside a data set that is being made: a head that names sweep and program, then a record of one
-/// length per case with a check sum, appended and on the disk when append() returns. A record that is cut off
-/// or damaged is one that is not there. Only one process has it open.
+/// length per case with a check sum, whole when append() returns whatever kills the process, on the disk
+/// within 0.2 s of the next case. A record that is cut off or damaged is one that is not there. Only one
+/// process has it open.
 class LumpJournal {
  public:
   /// Opens it, or makes it. Throws Error(Failure::Input) where it belongs to another sweep or program, is no
@@ -50,6 +52,7 @@ class LumpJournal {
   uint64_t end_ = 0;                 // of the last whole record
   std::map<uint32_t, uint64_t> at_;  // case, begin of its record
   size_t damaged_ = 0;
+  std::chrono::steady_clock::time_point synced_{};
 };
 
 }  // namespace palpate

@@ -197,7 +197,7 @@ double area_of(const std::vector<std::array<double, 2>>& points) {
 }
 
 /// The middle nine tenths of repeats, moved to lie around the value itself.
-LumpValue interval(double value, std::vector<double> repeats) {
+LumpValue interval(double value, const std::vector<double>& repeats) {
   if (repeats.size() < 5)
     return {value, -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   double mean = 0, squares = 0;

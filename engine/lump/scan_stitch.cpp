@@ -313,6 +313,7 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
   std::vector<double> pitches, noises;
   for (size_t k = 0; k < first.force_N.size(); ++k) {
     std::vector<double> forces;
+    forces.reserve(presses.size());
     for (const ScanPress& p : presses) forces.push_back(p.reading.force_N[k]);
     out.reading.force_N.push_back(median(forces));
   }

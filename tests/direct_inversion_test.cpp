@@ -1,0 +1,121 @@
+// The direct inversion: finite elements asked which lump a reading has, on other cells than made it.
+#include "engine/lump/direct_inversion.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/error.h"
+#include "engine/lump/sensor_reading.h"
+
+namespace palpate {
+namespace {
+
+struct Block {
+  std::vector<ForwardMap> maps;
+  std::vector<double> forces;
+  ForwardScene scene;
+};
+
+Block press(const std::optional<Inclusion>& lump, std::initializer_list<double> ways_mm, uint32_t cells = 32,
+            uint32_t coarser = 24) {
+  Block block;
+  block.scene.inclusion = lump;
+  block.scene.cells = {cells, cells, cells / 2};
+  LargeStrainOptions options;
+  options.map_nodes = {33, 33};
+  options.residual = 1e-5;
+  options.step_mm = 2;
+  std::vector<PressLoad> loads;
+  for (const double way : ways_mm) loads.push_back({way, std::nullopt});
+  for (const PressedBlock& state :
+       solve_extrapolated(block.scene, {coarser, coarser, coarser / 2}, loads, options).loads) {
+    block.maps.push_back(state.pressure_Pa);
+    block.forces.push_back(state.force_N);
+  }
+  return block;
+}
+
+LumpReading read(const Block& block, double noise) {
+  PalpationSensor sensor;
+  sensor.noise_share = noise;
+  sensor.gauge_share = 0.001;
+  return sensor_reading(block.maps, block.forces, block.scene.block_mm, block.scene.young_Pa, sensor, 3);
+}
+
+Inclusion lump() {
+  Inclusion lump;
+  lump.size_mm = {10, 10, 10};
+  lump.depth_mm = 4;
+  lump.stiffness_ratio = 5;
+  return lump;
+}
+
+DirectInversionOptions quick() {
+  DirectInversionOptions options;
+  options.model.cells = {24, 24, 12};
+  options.model.coarser = {16, 16, 8};
+  options.model.centred = true;
+  return options;
+}
+
+bool holds(const LumpValue& interval, double truth) {
+  return interval.low <= truth && truth <= interval.high;
+}
+
+TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
+  Inclusion hard;  // 8 mm, 5 mm deep
+  hard.stiffness_ratio = 10;
+  const LumpReading reading = read(press(hard, {2, 4}, 48, 32), 0.002);
+  DirectInversionOptions options = quick();
+  options.model.cells = {32, 32, 16};
+  options.model.coarser = {24, 24, 12};
+  options.start = LumpCase::Lump{};
+  options.start->diameter_mm = 9;
+  options.start->depth_mm = 4.4;
+  options.start->stiffness_ratio = 7;
+  const LumpEstimate estimate = invert_directly(reading, options);
+  EXPECT_EQ(estimate.verdict, LumpVerdict::Found) << (estimate.reasons.empty() ? "" : estimate.reasons[0]);
+  EXPECT_GT(estimate.evidence, 10);
+  // Six cells across: what such grids are good for.
+  EXPECT_NEAR(estimate.size_mm.value, 8, 0.25);
+  EXPECT_NEAR(estimate.depth_mm.value, 5, 0.2);
+  EXPECT_NEAR(std::log(estimate.stiffness_ratio.value / 10), 0, 0.35);
+  EXPECT_TRUE(holds(estimate.stiffness_ratio, 10))
+      << estimate.stiffness_ratio.low << " to " << estimate.stiffness_ratio.high;
+  EXPECT_LT(estimate.size_mm.low, estimate.size_mm.value);
+  EXPECT_GT(estimate.size_mm.high, estimate.size_mm.value);
+}
+
+TEST(DirectInversion, OneLoadAndNoiseLeaveTheStiffnessOpen) {
+  const LumpEstimate estimate = invert_directly(read(press(lump(), {1}), 0.01), quick());
+  EXPECT_EQ(estimate.verdict, LumpVerdict::StiffnessOpen);
+  EXPECT_GT(estimate.stiffness_ratio.high, 4 * estimate.stiffness_ratio.low);
+  ASSERT_FALSE(estimate.reasons.empty());
+}
+
+TEST(DirectInversion, TissueAloneIsNoLump) {
+  const LumpEstimate estimate = invert_directly(read(press(std::nullopt, {1.5, 3}), 0.01), quick());
+  EXPECT_EQ(estimate.verdict, LumpVerdict::NoLump) << estimate.evidence;
+}
+
+TEST(DirectInversion, WhatCannotBeReadIsUnusable) {
+  const Block block = press(lump(), {1.5, 3});
+  LumpReading reading = read(block, 0.002);
+  reading.saturated_share = 0.1;
+  EXPECT_EQ(invert_directly(reading, quick()).verdict, LumpVerdict::Unusable);
+  reading.saturated_share = 0;
+  for (ForwardMap& map : reading.pressure_Pa) std::fill(map.values.begin(), map.values.end(), std::nanf(""));
+  EXPECT_EQ(invert_directly(reading, quick()).verdict, LumpVerdict::Unusable);
+
+  LumpReading broken = read(block, 0.002);
+  broken.force_N.pop_back();
+  EXPECT_THROW(invert_directly(broken, quick()), Error);
+  broken = read(block, 0.002);
+  std::swap(broken.force_N[0], broken.force_N[1]);
+  EXPECT_THROW(invert_directly(broken, quick()), Error);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,204 @@
+// palpate lump stability: what estimates are worth at the edges, and what a press costs.
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "capture/output_file.h"
+#include "engine/lump/lump_network.h"
+#include "viz/command_lump.h"
+#include "viz/lump_stability.h"
+#include "viz/one_of.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  bool direct = false;
+  double noise = 0.002;
+  uint32_t threads = 0;
+  bool costs = false;
+};
+
+const char* verdict_text(LumpVerdict verdict) {
+  switch (verdict) {
+    case LumpVerdict::Found:
+      return "found";
+    case LumpVerdict::StiffnessOpen:
+      return "stiffness open";
+    case LumpVerdict::NoLump:
+      return "no lump";
+    case LumpVerdict::OutsideTraining:
+      return "outside training";
+    case LumpVerdict::Unusable:
+      return "unusable";
+  }
+  return "";
+}
+
+bool has_values(const LumpEstimate& e) {
+  return (e.verdict == LumpVerdict::Found || e.verdict == LumpVerdict::StiffnessOpen ||
+          e.verdict == LumpVerdict::OutsideTraining) &&
+         std::isfinite(e.size_mm.value) && std::isfinite(e.depth_mm.value);
+}
+
+std::string value_text(const LumpValue& v) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.3g (%.3g-%.3g)", v.value, v.low, v.high);
+  return text;
+}
+
+std::string table(const std::vector<StabilityRow>& rows) {
+  std::string text;
+  char line[400];
+  std::snprintf(line, sizeof line, "%-16s %-38s %-17s %-18s %-18s %-18s\n", "group", "block", "verdict",
+                "size, mm", "depth, mm", "stiffness ratio");
+  text += line;
+  for (const StabilityRow& row : rows) {
+    const LumpEstimate& e = row.estimate;
+    const bool values = row.pressed && has_values(e);
+    std::snprintf(line, sizeof line, "%-16s %-38s %-17s %-18s %-18s %-18s\n", row.what.group.c_str(),
+                  row.what.name.c_str(), row.pressed ? verdict_text(e.verdict) : "not pressed",
+                  values ? value_text(e.size_mm).c_str() : "", values ? value_text(e.depth_mm).c_str() : "",
+                  values ? value_text(e.stiffness_ratio).c_str() : "");
+    text += line;
+  }
+  return text;
+}
+
+std::string costs_table(const std::vector<CostRow>& rows) {
+  std::string text = "\nchoice      name                            time      largest error   force\n";
+  char line[200];
+  for (const CostRow& row : rows) {
+    std::snprintf(line, sizeof line, "%-11s %-30s %6.2f s   %6.2f %% of peak   %+.2f %%\n",
+                  row.choice.c_str(), row.name.c_str(), row.wall_s, 100 * row.map_error,
+                  100 * row.force_error);
+    text += line;
+  }
+  return text;
+}
+
+Json to_json(const LumpValue& v) {
+  return {{"value", v.value}, {"low", v.low}, {"high", v.high}};
+}
+
+Json to_json(const StabilityRow& row) {
+  const LumpEstimate& e = row.estimate;
+  Json value = {{"group", row.what.group}, {"name", row.what.name},
+                {"pressed", row.pressed},  {"verdict", row.pressed ? verdict_text(e.verdict) : "not pressed"},
+                {"evidence", e.evidence},  {"reasons", e.reasons}};
+  if (row.what.scene.inclusion) {
+    const Inclusion& lump = *row.what.scene.inclusion;
+    value["truth"] = {
+        {"size_mm", lump.size()[0]}, {"depth_mm", lump.depth_mm}, {"stiffness_ratio", lump.stiffness_ratio}};
+  }
+  if (row.pressed && has_values(e)) {
+    value["size_mm"] = to_json(e.size_mm);
+    value["depth_mm"] = to_json(e.depth_mm);
+    value["stiffness_ratio"] = to_json(e.stiffness_ratio);
+  }
+  return value;
+}
+
+std::string csv(const std::vector<StabilityRow>& rows) {
+  std::string text =
+      "group,block,true_size_mm,true_depth_mm,true_stiffness_ratio,verdict,size_mm,size_low_mm,size_high_mm,"
+      "depth_mm,depth_low_mm,depth_high_mm,stiffness_ratio,stiffness_ratio_low,stiffness_ratio_high\n";
+  char line[400];
+  for (const StabilityRow& row : rows) {
+    text += '"' + row.what.group + "\",\"" + row.what.name + "\",";
+    if (row.what.scene.inclusion) {
+      const Inclusion& lump = *row.what.scene.inclusion;
+      std::snprintf(line, sizeof line, "%g,%g,%g,", lump.size()[0], lump.depth_mm, lump.stiffness_ratio);
+      text += line;
+    } else {
+      text += ",,,";
+    }
+    text += row.pressed ? verdict_text(row.estimate.verdict) : "not pressed";
+    for (const LumpValue* v :
+         {&row.estimate.size_mm, &row.estimate.depth_mm, &row.estimate.stiffness_ratio}) {
+      std::snprintf(line, sizeof line, ",%.5g,%.5g,%.5g", v->value, v->low, v->high);
+      text += row.pressed && has_values(row.estimate) ? line : ",,,";
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+void write(const std::filesystem::path& path, const std::string& text) {
+  OutputFile file(path);
+  file.write(text);
+  file.commit();
+}
+
+Report stability(const Common& common, const Options& options) {
+  const LumpEstimator estimator =
+      options.direct ? direct_estimator(options.threads)
+                     : [](const LumpReading& reading) { return LumpNetwork::built_in().estimate(reading); };
+  const std::vector<StabilityCase> cases = stability_cases(options.noise);
+  std::vector<StabilityRow> rows;
+  {
+    ProgressBar bar(common, "pressing", cases.size());
+    rows = judge_stability(cases, estimator, common.seed, options.threads,
+                           [&](uint64_t done) { bar.update(done); });
+  }
+  Json value = {{"method", options.direct ? "direct" : "network"}, {"noise_share", options.noise}};
+  for (const StabilityRow& row : rows) value["blocks"].push_back(to_json(row));
+  std::string text = table(rows);
+  std::vector<CostRow> costs;
+  if (options.costs) {
+    costs = press_costs(options.threads);
+    text += costs_table(costs);
+    for (const CostRow& row : costs)
+      value["costs"].push_back({{"choice", row.choice},
+                                {"name", row.name},
+                                {"wall_s", row.wall_s},
+                                {"largest_error_of_peak", row.map_error},
+                                {"force_error", row.force_error}});
+  }
+  if (!common.out.empty()) {
+    make_output_folder(common.out);
+    write(common.out / "stability.csv", csv(rows));
+    text += "written: " + (common.out / "stability.csv").string();
+    if (options.costs) {
+      std::string lines = "choice,name,wall_s,largest_error_of_peak,force_error\n";
+      char line[200];
+      for (const CostRow& row : costs) {
+        std::snprintf(line, sizeof line, "%s,\"%s\",%.4g,%.4g,%.4g\n", row.choice.c_str(), row.name.c_str(),
+                      row.wall_s, row.map_error, row.force_error);
+        lines += line;
+      }
+      write(common.out / "press_costs.csv", lines);
+      text += ", " + (common.out / "press_costs.csv").string();
+    }
+    text += "\n";
+  }
+  return {text, value.dump(2)};
+}
+
+}  // namespace
+
+void add_lump_stability(CLI::App& group, Common& common, Command& chosen) {
+  CLI::App* command = group.add_subcommand(
+      "stability", "Estimates at the edges: stiff, soft, shallow, wide, two, none, noisy, wrong tissue");
+  const auto o = std::make_shared<Options>();
+  command
+      ->add_option_function<std::string>(
+          "--method", [o](const std::string& name) { o->direct = name == "direct"; },
+          "network, or direct (finite elements; a minute a block)")
+      ->check(CLI::IsMember({"network", "direct"}))
+      ->default_str("network");
+  command->add_option("--noise", o->noise, "Of a reading's node, share of the highest load's peak")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
+  command->add_option("--threads", o->threads, "0: one per core")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 256));
+  command->add_flag("--costs", o->costs, "Also error against run time of grids and strain models");
+  command->add_option("--out", common.out, "Folder for stability.csv and press_costs.csv");
+  add_common(*command, common, "  palpate lump stability --costs --out out/stability\n");
+  command->callback([o, &common, &chosen] { chosen = [o, &common] { return stability(common, *o); }; });
+}
+
+}  // namespace palpate
