@@ -33,7 +33,7 @@ struct Options {
   std::vector<std::string> recordings;
   std::string positions, gauge;
   RecordedOptions recorded;
-  Method method = Method::Direct;
+  Method method = Method::Network;
   bool force_given = false;
 };
 
@@ -184,9 +184,9 @@ void add_lump_scan(CLI::App& group, Common& common, Command& chosen) {
       ->check(CLI::Range(0.2, 5.0));
   command
       ->add_option("--method", o->method,
-                   "Who estimates: network (milliseconds), direct (finite elements, some 20 s), none")
+                   "Who estimates: network (milliseconds), direct (finite elements, a minute or more), none")
       ->transform(one_of(kMethods))
-      ->default_str("direct");
+      ->default_str("network");
   command->add_flag("--simulate", o->simulate, "Scan a synthetic block");
   command
       ->add_option("--block-mm", o->block_mm, "Length, width and thickness of the tissue (default 40 40 20)")

@@ -11,7 +11,7 @@ struct DirectInversionOptions {
   /// Where the search starts; the place of the bump where there is none. Shape and axis stay as given.
   std::optional<LumpCase::Lump> start;
   LumpShape shape = LumpShape::Sphere;  ///< where there is no start
-  uint32_t most_rounds = 10;
+  uint32_t most_rounds = 16;
   double gauge_share = 0.001;   ///< standard deviation of a force of the reading
   double young_share = 0.01;    ///< of the tissue's modulus
   double model_share = 0.0015;  ///< of the reading's peak, what the elements' own values are off
