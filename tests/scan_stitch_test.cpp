@@ -41,7 +41,7 @@ struct Plan {
   double noise = 0.01;
   double full_scale_Pa = 0;
 };
-/// A window of 28.8 x 21.3 mm at three by three places: overlaps of about half.
+/// A window of 27.84 x 20.88 mm at three by three places: overlaps of about half.
 Plan nine() {
   Plan plan;
   for (const double y : {-10.0, 0.0, 10.0})
@@ -63,7 +63,8 @@ std::vector<ScanPress> press(const Plan& plan, uint64_t seed = 1) {
     }
     PalpationSensor sensor;
     sensor.size_px = {320, 240};
-    sensor.window_mm = {28.8, 21.3};
+    sensor.window_mm = {27.84, 20.88};
+    sensor.least_cell = 0;
     sensor.window_center_mm = {plan.stage_mm[p][0] + plan.error_mm[p][0],
                                plan.stage_mm[p][1] + plan.error_mm[p][1]};
     sensor.noise_share = plan.noise;

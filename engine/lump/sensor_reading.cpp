@@ -12,7 +12,6 @@ namespace palpate {
 namespace {
 
 constexpr double kExposure = 0.9;          // of the full scale, at the highest load's peak
-constexpr double kWholeCell = 0.9;         // of a cell's pixels: fewer, and the node is not seen
 constexpr double kSaturatedPixels = 0.02;  // of a node's: more, and the node is not seen
 
 void check_range(double value, double low, double high, const char* what) {
@@ -31,6 +30,7 @@ void check(const PalpationSensor& sensor, size_t maps, size_t forces) {
   check_range(sensor.full_scale_Pa, 0, 1e9, "a sensor's full scale in Pa");
   check_range(sensor.pixel_noise_gray, 0, 100, "pixel noise in gray levels");
   check_range(sensor.node_pitch_mm, 0.05, 10, "a reading's pitch in mm");
+  check_range(sensor.least_cell, 0, 0.98, "the share of a node's square that must be seen");
   check_range(sensor.noise_share, 0, 1, "a reading's noise as a share of the peak");
   check_range(sensor.gauge_share, 0, 1, "a gauge's error as a share");
 }
@@ -68,8 +68,10 @@ LumpReading sensor_reading(const std::vector<ForwardMap>& pressure_Pa, const std
   const std::array<double, 2> pixel_mm = {sensor.window_mm[0] / sensor.size_px[0],
                                           sensor.window_mm[1] / sensor.size_px[1]};
   const double pitch = sensor.node_pitch_mm;
-  const uint32_t width = window_nodes(sensor.window_mm[0], pitch),
-                 height = window_nodes(sensor.window_mm[1], pitch);
+  // Nodes at the window's edge see half of their square, or the window is cut so that none lies there.
+  const double margin = sensor.least_cell > 0.5 ? 0 : pitch;
+  const uint32_t width = window_nodes(sensor.window_mm[0] + margin, pitch),
+                 height = window_nodes(sensor.window_mm[1] + margin, pitch);
   const auto node_of = [&](uint32_t pixel, size_t axis, uint32_t nodes) {
     const double place = (pixel + 0.5 - sensor.size_px[axis] / 2.0) * pixel_mm[axis];
     const double node = std::floor(place / pitch + nodes / 2.0);
@@ -78,7 +80,7 @@ LumpReading sensor_reading(const std::vector<ForwardMap>& pressure_Pa, const std
   const double noise_Pa = sensor.noise_share * peak_Pa;
   const double reach_x = block_mm[0] / 2 + 1e-9, reach_y = block_mm[1] / 2 + 1e-9;
   // A node that sees only a part of its cell would tell of another place.
-  const double pixels_of_cell = pitch * pitch / (pixel_mm[0] * pixel_mm[1]);
+  const double least_pixels = std::max(1e-6, sensor.least_cell) * pitch * pitch / (pixel_mm[0] * pixel_mm[1]);
   double pixels_per_node = 0;
   for (size_t k = 0; k < pressure_Pa.size(); ++k) {
     NodeSums nodes(size_t{width} * height);
@@ -107,7 +109,7 @@ LumpReading sensor_reading(const std::vector<ForwardMap>& pressure_Pa, const std
     map.values.assign(size_t{width} * height, std::numeric_limits<float>::quiet_NaN());
     size_t seen = 0, saturated = 0;
     for (size_t n = 0; n < map.values.size(); ++n) {
-      if (nodes.pixels[n] < kWholeCell * pixels_of_cell) continue;
+      if (nodes.pixels[n] < least_pixels) continue;
       ++seen;
       pixels_per_node += nodes.pixels[n];
       const double noise = noise_Pa * normal(random);

@@ -19,6 +19,7 @@ struct PalpationSensor {
       0;  ///< of gray level 255; 0: exposed so that the highest load's peak is at 90 % of it
   double pixel_noise_gray = 1;  ///< standard deviation, before the level is rounded
   double node_pitch_mm = 1.25;  ///< of the reading: pixels are averaged around its nodes
+  double least_cell = 0.9;  ///< share of the square around a node that the camera must see for it to count
   /// What the calibration leaves: independent noise of each node, share of the highest load's peak pressure.
   double noise_share = 0.002;
   double gauge_share = 0.001;  ///< standard deviation of the force, of each load by itself
