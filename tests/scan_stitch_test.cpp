@@ -168,8 +168,7 @@ TEST(ScanStitch, SaturatedPlacesStayOpen) {
   const ScanMap map = stitch(press(plan));
   EXPECT_GT(map.reading.saturated_share, 0.01);
   EXPECT_TRUE(std::isnan(map.reading.pressure_Pa.back().at(18, 14)));
-  for (const float value : map.reading.pressure_Pa.back().values)
-    EXPECT_FALSE(value > 1750) << value;
+  for (const float value : map.reading.pressure_Pa.back().values) EXPECT_FALSE(value > 1750) << value;
   EXPECT_FALSE(map.warnings.empty());
 }
 
