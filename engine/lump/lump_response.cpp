@@ -166,8 +166,8 @@ double ComparedNodes::x_mm(size_t node) const {
 
 double ComparedNodes::y_mm(size_t node) const {
   const ForwardMap& map = reading_.pressure_Pa.front();
-  return reading_.window_mm[1] +
-         (static_cast<double>(nodes_[node] / map.width) - (map.height - 1) / 2.0) * map.pitch_mm[1];
+  const size_t row = nodes_[node] / map.width;
+  return reading_.window_mm[1] + (static_cast<double>(row) - (map.height - 1) / 2.0) * map.pitch_mm[1];
 }
 
 Eigen::VectorXd ComparedNodes::values() const {

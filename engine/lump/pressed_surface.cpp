@@ -4,15 +4,10 @@
 #include <cmath>
 #include <numeric>
 
+#include "engine/lump/map_sampling.h"
+
 namespace palpate {
 namespace {
-
-/// Shares of four neighbours in the value at `t` between the middle two: a cubic through them whose slopes
-/// are those of their neighbours' chords.
-std::array<double, 4> cubic(double t) {
-  const double t2 = t * t, t3 = t2 * t;
-  return {(-t + 2 * t2 - t3) / 2, (2 - 5 * t2 + 3 * t3) / 2, (t + 4 * t2 - 3 * t3) / 2, (t3 - t2) / 2};
-}
 
 /// A place on the surface at rest, in nodes from its corner, and how to take values there.
 class Place {
@@ -32,7 +27,7 @@ class Place {
   static void set(double at, uint32_t count, std::array<size_t, 4>& node, std::array<double, 4>& share) {
     const double inside = std::clamp(at, 0.0, count - 1.0);
     const double cell = std::min(std::floor(inside), count - 2.0);
-    share = cubic(inside - cell);
+    share = cubic_weights(inside - cell);
     const auto first = static_cast<long>(cell);
     for (long n = 0; n < 4; ++n)
       node[static_cast<size_t>(n)] = static_cast<size_t>(std::clamp(first - 1 + n, 0L, count - 1L));
