@@ -6,26 +6,10 @@
 #include <cmath>
 
 #include "engine/error.h"
+#include "tests/press_slightly.h"
 
 namespace palpate {
 namespace {
-
-LargeStrainResult press_slightly(const ForwardScene& scene, const std::vector<PressLoad>& loads) {
-  ForwardScene slight = scene;
-  slight.press_mm.reset();
-  slight.force_N = 1;
-  const ForwardResult one = solve_forward(slight);
-  LargeStrainResult result;
-  result.converged = one.converged;
-  for (const PressLoad& load : loads) {
-    PressedBlock block;
-    block.force_N = *load.force_N;
-    block.pressure_Pa = one.stress_Pa;
-    for (float& value : block.pressure_Pa.values) value *= static_cast<float>(*load.force_N);
-    result.loads.push_back(std::move(block));
-  }
-  return result;
-}
 
 ScanPlan plan() {
   ScanPlan p;

@@ -11,6 +11,7 @@
 #include "engine/error.h"
 #include "engine/gpu/context.h"
 #include "viz/command.h"
+#include "viz/forward_options.h"
 #include "viz/one_of.h"
 
 namespace palpate {
@@ -32,19 +33,6 @@ struct Options {
   std::mutex opening;
   std::unique_ptr<gpu::Context> context;  ///< none before the solver wants it
 };
-
-std::array<uint32_t, 3> parse_cells(const std::string& text) {
-  std::array<uint32_t, 3> cells{};
-  const char* at = text.data();
-  const char* end = at + text.size();
-  for (size_t c = 0; c < 3; ++c) {
-    const auto [next, error] = std::from_chars(at, end, cells[c]);
-    if (error != std::errc() || (c < 2 ? next == end || *next != 'x' : next != end))
-      throw Error(Failure::Usage, "--cells AxBxC", "'" + text + "'", "--cells 64x64x32");
-    at = next + 1;
-  }
-  return cells;
-}
 
 /// THICKNESS_MM:MODULUS_PA
 PadSheet parse_sheet(const std::string& text) {
@@ -73,7 +61,7 @@ ForwardScene scene_of(const Options& options) {
   }
   std::copy_n(options.block_mm.begin(), options.block_mm.size(), scene.block_mm.begin());
   for (const std::string& sheet : options.pad) scene.pad.push_back(parse_sheet(sheet));
-  if (!options.cells.empty()) scene.cells = parse_cells(options.cells);
+  if (!options.cells.empty()) scene.cells = parse_cells("--cells", options.cells, "64x64x32");
   if (options.force_N != 0) {
     scene.force_N = options.force_N;
     scene.press_mm.reset();
@@ -150,10 +138,6 @@ void add_forward(CLI::App& program, Common& common, Command& chosen) {
   CLI::App* command = program.add_subcommand(
       "forward", "Press a plate, a ball or a pressure on a model of tissue with a lump");
   auto o = std::make_shared<Options>();
-  static const std::map<std::string, LumpShape> kShapeNames = {{"sphere", LumpShape::Sphere},
-                                                               {"ellipsoid", LumpShape::Ellipsoid},
-                                                               {"cylinder", LumpShape::Cylinder},
-                                                               {"lying", LumpShape::LyingCylinder}};
   static const std::map<std::string, Presser> kPresserNames = {
       {"flat", Presser::Flat}, {"ball", Presser::Sphere}, {"pressure", Presser::Pressure}};
   static const std::map<std::string, ForwardWorker> kWorkerNames = {{"processor", ForwardWorker::Processor},
@@ -171,7 +155,7 @@ void add_forward(CLI::App& program, Common& common, Command& chosen) {
   command
       ->add_option("--shape", o->lump.shape,
                    "sphere, ellipsoid, cylinder (upright), lying (cylinder along x)")
-      ->transform(one_of(kShapeNames))
+      ->transform(one_of(lump_shapes()))
       ->default_str("sphere");
   command
       ->add_option("--size-mm", o->size_mm,

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,7 @@
 
 #include "engine/error.h"
 #include "viz/command_lump.h"
+#include "viz/forward_options.h"
 #include "viz/lump_dataset.h"
 #include "viz/lump_dataset_report.h"
 
@@ -24,20 +24,6 @@ struct Options {
   std::vector<uint32_t> nodes;
   std::vector<std::string> shapes;
 };
-
-std::array<uint32_t, 3> parse_cells(const char* option, const std::string& text) {
-  std::array<uint32_t, 3> cells{};
-  const char* at = text.data();
-  const char* end = at + text.size();
-  for (size_t c = 0; c < 3; ++c) {
-    const auto [next, error] = std::from_chars(at, end, cells[c]);
-    if (error != std::errc() || (c < 2 ? next == end || *next != 'x' : next != end))
-      throw Error(Failure::Usage, std::string(option) + " AxBxC", "'" + text + "'",
-                  std::string(option) + " 32x32x16");
-    at = next + 1;
-  }
-  return cells;
-}
 
 /// One number stands for a range without width.
 void set(LumpRange& range, const std::vector<double>& given) {
@@ -54,11 +40,11 @@ LumpSweep sweep_of(const Common& common, const Options& o) {
   set(sweep.young_Pa, o.young_Pa);
   set(sweep.greatest_press, o.greatest_press);
   if (!o.block_mm.empty()) sweep.block_mm = {o.block_mm.front(), o.block_mm.back()};
-  if (!o.cells.empty()) sweep.cells = parse_cells("--cells", o.cells);
+  if (!o.cells.empty()) sweep.cells = parse_cells("--cells", o.cells, "32x32x16");
   if (o.coarser_cells == "0")
     sweep.coarser_cells = {0, 0, 0};
   else if (!o.coarser_cells.empty())
-    sweep.coarser_cells = parse_cells("--coarser-cells", o.coarser_cells);
+    sweep.coarser_cells = parse_cells("--coarser-cells", o.coarser_cells, "32x32x16");
   if (!o.nodes.empty()) sweep.nodes = {o.nodes.front(), o.nodes.back()};
   if (!o.shapes.empty()) {
     // In the order of LumpShape and each once: the order in which they were typed makes no other sweep.

@@ -12,6 +12,7 @@
 #include "engine/lump/lump_network.h"
 #include "viz/command_forward.h"
 #include "viz/command_lump.h"
+#include "viz/forward_options.h"
 #include "viz/one_of.h"
 #include "viz/scan_recording.h"
 
@@ -165,10 +166,6 @@ void add_lump_scan(CLI::App& group, Common& common, Command& chosen) {
   auto o = std::make_shared<Options>();
   static const std::map<std::string, Method> kMethods = {
       {"network", Method::Network}, {"direct", Method::Direct}, {"none", Method::None}};
-  static const std::map<std::string, LumpShape> kShapeNames = {{"sphere", LumpShape::Sphere},
-                                                               {"ellipsoid", LumpShape::Ellipsoid},
-                                                               {"cylinder", LumpShape::Cylinder},
-                                                               {"lying", LumpShape::LyingCylinder}};
   command->add_option("RECORDING", o->recordings,
                       "Sessions or videos, one press each (default: all in --positions)");
   command
@@ -198,7 +195,7 @@ void add_lump_scan(CLI::App& group, Common& common, Command& chosen) {
       ->capture_default_str();
   command->add_flag("--no-inclusion", o->no_inclusion, "Tissue alone");
   command->add_option("--shape", o->lump.shape, "sphere, ellipsoid, cylinder (upright), lying")
-      ->transform(one_of(kShapeNames))
+      ->transform(one_of(lump_shapes()))
       ->default_str("sphere");
   command->add_option("--size-mm", o->size_mm, "Diameter of the lump, or its sizes along x, y, z (default 8)")
       ->expected(1, 3);

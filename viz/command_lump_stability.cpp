@@ -6,8 +6,8 @@
 #include "capture/output_file.h"
 #include "engine/lump/lump_network.h"
 #include "viz/command_lump.h"
+#include "viz/lump_evaluation.h"
 #include "viz/lump_stability.h"
-#include "viz/one_of.h"
 
 namespace palpate {
 namespace {
@@ -20,22 +20,6 @@ struct Options {
   uint32_t threads = 0;
   bool costs = false;
 };
-
-const char* verdict_text(LumpVerdict verdict) {
-  switch (verdict) {
-    case LumpVerdict::Found:
-      return "found";
-    case LumpVerdict::StiffnessOpen:
-      return "stiffness open";
-    case LumpVerdict::NoLump:
-      return "no lump";
-    case LumpVerdict::OutsideTraining:
-      return "outside training";
-    case LumpVerdict::Unusable:
-      return "unusable";
-  }
-  return "";
-}
 
 bool has_values(const LumpEstimate& e) {
   return (e.verdict == LumpVerdict::Found || e.verdict == LumpVerdict::StiffnessOpen ||
@@ -59,7 +43,7 @@ std::string table(const std::vector<StabilityRow>& rows) {
     const LumpEstimate& e = row.estimate;
     const bool values = row.pressed && has_values(e);
     std::snprintf(line, sizeof line, "%-16s %-38s %-17s %-18s %-18s %-18s\n", row.what.group.c_str(),
-                  row.what.name.c_str(), row.pressed ? verdict_text(e.verdict) : "not pressed",
+                  row.what.name.c_str(), row.pressed ? to_string(e.verdict) : "not pressed",
                   values ? value_text(e.size_mm).c_str() : "", values ? value_text(e.depth_mm).c_str() : "",
                   values ? value_text(e.stiffness_ratio).c_str() : "");
     text += line;
@@ -86,7 +70,7 @@ Json to_json(const LumpValue& v) {
 Json to_json(const StabilityRow& row) {
   const LumpEstimate& e = row.estimate;
   Json value = {{"group", row.what.group}, {"name", row.what.name},
-                {"pressed", row.pressed},  {"verdict", row.pressed ? verdict_text(e.verdict) : "not pressed"},
+                {"pressed", row.pressed},  {"verdict", row.pressed ? to_string(e.verdict) : "not pressed"},
                 {"evidence", e.evidence},  {"reasons", e.reasons}};
   if (row.what.scene.inclusion) {
     const Inclusion& lump = *row.what.scene.inclusion;
@@ -115,7 +99,7 @@ std::string csv(const std::vector<StabilityRow>& rows) {
     } else {
       text += ",,,";
     }
-    text += row.pressed ? verdict_text(row.estimate.verdict) : "not pressed";
+    text += row.pressed ? to_string(row.estimate.verdict) : "not pressed";
     for (const LumpValue* v :
          {&row.estimate.size_mm, &row.estimate.depth_mm, &row.estimate.stiffness_ratio}) {
       std::snprintf(line, sizeof line, ",%.5g,%.5g,%.5g", v->value, v->low, v->high);

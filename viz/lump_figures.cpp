@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "engine/error.h"
+#include "engine/lump/lump_sweep.h"
 #include "viz/plot_script.h"
 
 namespace palpate {
@@ -95,7 +96,6 @@ void compare(const std::vector<FigureRow>& rows, std::vector<std::string>& broke
 
 constexpr LumpShape kShapes[] = {LumpShape::Sphere, LumpShape::Ellipsoid, LumpShape::Cylinder,
                                  LumpShape::LyingCylinder};
-constexpr const char* kShapeNames[] = {"sphere", "ellipsoid", "cylinder", "lying"};
 
 struct Change {
   std::string input;
@@ -124,7 +124,7 @@ std::vector<Change> changes(const ForwardScene& base) {
     add("E_r", ratio, text("%g", ratio),
         [&](ForwardScene&, Inclusion& lump) { lump.stiffness_ratio = ratio; });
   for (size_t i = 0; i < std::size(kShapes); ++i)
-    add("s", static_cast<double>(i), kShapeNames[i], [&](ForwardScene&, Inclusion& lump) {
+    add("s", static_cast<double>(i), to_string(kShapes[i]), [&](ForwardScene&, Inclusion& lump) {
       lump.shape = kShapes[i];
       const double d = lump.size_mm[0];
       if (kShapes[i] == LumpShape::Ellipsoid) lump.size_mm = {1.5 * d, d, d};
