@@ -7,6 +7,7 @@
 #include "engine/lump/lump_examples.h"
 #include "viz/command_lump.h"
 #include "viz/lump_evaluation.h"
+#include "viz/lump_method.h"
 
 namespace palpate {
 namespace {
@@ -17,18 +18,8 @@ struct Options {
   uint32_t count = 0;
 };
 
-/// Who may estimate, by name.
-LumpEstimator estimator_of(const Options& o, std::shared_ptr<const LumpNetwork> network) {
-  if (o.method == "network")
-    return [network](const LumpReading& reading) { return network->estimate(reading); };
-  if (o.method == "direct") return direct_estimator();
-  throw Error(Failure::Usage, "--method network or direct", "'" + o.method + "'", "--method network");
-}
-
 Report run(const Common& common, Options& o) {
-  const auto network = o.network.empty() ? std::make_shared<const LumpNetwork>(LumpNetwork::built_in())
-                                         : std::make_shared<const LumpNetwork>(LumpNetwork::read(o.network));
-  o.job.estimator = estimator_of(o, network);
+  o.job.estimator = lump_estimator(o.method, lump_network(o.network));
   std::vector<LumpExample> examples = lump_examples(read_lump_file(o.file));
   if (o.count > 0 && o.count < examples.size()) examples.resize(o.count);
   if (examples.empty())
@@ -65,10 +56,7 @@ void add_lump_evaluate(CLI::App& group, Common& common, Command& chosen) {
       ->required();
   command->add_option("--network", o->network,
                       "A file of palpate lump train (default: the built-in network)");
-  command
-      ->add_option("--method", o->method,
-                   "Who estimates: network, or direct: the finite elements, some ten seconds a reading")
-      ->capture_default_str();
+  command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();
   command
       ->add_option("--noise", o->job.sensor.noise_share,
                    "Of each node, share of the highest load's peak pressure")
