@@ -9,6 +9,7 @@
 
 #include "engine/error.h"
 #include "engine/lump/large_strain.h"
+#include "viz/block_options.h"
 #include "viz/command_forward.h"
 #include "viz/command_lump.h"
 #include "viz/forward_options.h"
@@ -178,12 +179,7 @@ void add_lump_scan(CLI::App& group, Common& common, Command& chosen) {
       ->check(CLI::IsMember({"network", "refined", "direct", "none"}))
       ->capture_default_str();
   command->add_flag("--simulate", o->simulate, "Scan a synthetic block");
-  command
-      ->add_option("--block-mm", o->block_mm, "Length, width and thickness of the tissue (default 40 40 20)")
-      ->expected(3);
-  command->add_option("--young-Pa", o->plan.scene.young_Pa, "Young's modulus of the tissue")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+  add_block(*command, o->block_mm, o->plan.scene.young_Pa)->capture_default_str();
   command->add_option("--poisson", o->plan.scene.poisson, "Poisson's ratio of the tissue")
       ->capture_default_str();
   command->add_flag("--no-inclusion", o->no_inclusion, "Tissue alone");
