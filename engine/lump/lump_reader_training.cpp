@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <numbers>
+#include <numeric>
 #include <random>
 
 #include "engine/lump/lump_reader.h"
@@ -352,7 +352,7 @@ double teach_reader(LumpModel& model, const LumpTrainingOptions& options) {
   };
   reader.members.resize(options.readers);
   std::atomic<uint32_t> rounds = 0;
-  std::atomic<double> last = 0;
+  std::vector<double> last(options.readers);
   in_parallel(options.threads, options.readers, [&](size_t member) {
     SmallNetwork network = SmallNetwork::random({static_cast<uint32_t>(in.rows()), options.reader_hidden,
                                                  options.reader_hidden, static_cast<uint32_t>(at::kCount)},
@@ -366,7 +366,7 @@ double teach_reader(LumpModel& model, const LumpTrainingOptions& options) {
     how.last_step = 1e-6;
     how.seed = options.seed * 7919 + 500 + member;
     how.done = [&](uint32_t, double error) {
-      last = error;
+      last[member] = error;
       const double share = ++rounds / (static_cast<double>(options.readers) * options.reader_rounds);
       if (options.progress && !options.progress("teaching the reader", kFrom + kMade + kTaught * share))
         stop = true;
@@ -376,7 +376,7 @@ double teach_reader(LumpModel& model, const LumpTrainingOptions& options) {
     reader.members[member] = std::move(network);
   });
   if (stop) throw Stopped();
-  return last;
+  return std::accumulate(last.begin(), last.end(), 0.0) / options.readers;
 }
 
 }  // namespace palpate

@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-constexpr size_t kFewestPlain = 6, kFewestLumps = 24;
+constexpr size_t kFewestPlain = 6, kFewestLumps = 24, kFewestAside = 4;
 constexpr double kShift_mm = 0.7;  // of copies that teach the fields how bumps move
 
 double load_of(const LumpReading& reading, size_t k) {
@@ -221,6 +221,12 @@ LumpNetwork train_lumps(const std::vector<LumpExample>& examples, const LumpTrai
     refuse(std::to_string(kFewestLumps) + " blocks with a lump or more, and " + std::to_string(kFewestPlain) +
                " without",
            std::to_string(report.lumps) + " and " + std::to_string(report.no_lumps));
+  size_t aside = 0;
+  for (size_t i = 0; i < all.examples.size(); ++i) aside += all.examples[i].lump && kept_aside(i);
+  if (aside < kFewestAside)
+    refuse("so many blocks with a lump that " + std::to_string(kFewestAside) +
+               " of them can be kept aside, one in six",
+           std::to_string(aside) + " of " + std::to_string(report.lumps));
   all.readings.resize(all.examples.size());
   std::vector<size_t> usable;
   for (size_t i = 0; i < examples.size(); ++i)
