@@ -24,6 +24,7 @@ SyntheticOptions optics_of(const TissueOptions& o) {
   s.height = o.height;
   s.seed = o.seed;
   s.noise = o.noise;
+  s.falloff = o.falloff;
   s.rate_Hz = o.rate_Hz;
   return s;
 }
@@ -48,6 +49,7 @@ std::shared_ptr<const LargeStrainResult> solved(const TissueOptions& o) {
   TissueOptions block = o;
   block.x_mm = block.y_mm = 0;
   block.seed = 1;
+  block.falloff = 0;
   block.width = block.height = 64;
   const std::string key = to_string(block);
   const std::lock_guard lock(guard);

@@ -22,7 +22,8 @@ struct TissueOptions {
   uint64_t seed = 1;                   ///< of the noise
   double rate_Hz = 30;
   bool noise = true;
-  uint32_t repeat = 1;  ///< 0: without end
+  double falloff = 0.015;  ///< share of the light lost in the corners, as a flat field correction leaves it
+  uint32_t repeat = 1;     ///< 0: without end
 
   double force_N = 2;         ///< highest, on the whole block
   uint32_t loads = 4;         ///< even steps up to it, each held, 1 to 8
@@ -38,9 +39,9 @@ inline constexpr const char* kTissueScene = "a window in a plate presses a block
 
 /// Whether an input is a synthetic block: "synthetic:tissue", alone or followed by "?...".
 bool is_tissue(const std::string& input);
-/// Keys: size, seed, rate, noise, repeat, force, loads, x, y (of the window), lump (a shape, or none), d
-/// (diameter), h (depth), ratio, lx, ly (of the lump), thickness, young, cells (along the block's length: a
-/// multiple of 8). Throws Error(Failure::Input) that lists them.
+/// Keys: size, seed, rate, noise, falloff, repeat, force, loads, x, y (of the window), lump (a shape, or
+/// none), d (diameter), h (depth), ratio, lx, ly (of the lump), thickness, young, cells (along the block's
+/// length: a multiple of 8). Throws Error(Failure::Input) that lists them.
 TissueOptions parse_tissue(const std::string& input);
 /// The inverse, with every key.
 std::string to_string(const TissueOptions& options);

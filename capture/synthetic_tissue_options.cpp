@@ -12,7 +12,8 @@ namespace {
 
 constexpr const char* kPrefix = "synthetic:tissue";
 constexpr const char* kKeys =
-    "size=WxH, seed=N, rate=HZ, noise=on|off, repeat=N, force=N, loads=N, x=MM, y=MM (of the window), "
+    "size=WxH, seed=N, rate=HZ, noise=on|off, falloff=SHARE, repeat=N, force=N, loads=N, x=MM, y=MM (of the "
+    "window), "
     "lump=sphere|ellipsoid|cylinder|lying|none, d=MM, h=MM, ratio=E_R, lx=MM, ly=MM (of the lump), "
     "thickness=MM, "
     "young=PA, cells=N";
@@ -58,6 +59,7 @@ TissueOptions parse_tissue(const std::string& input) {
                       value = equals == std::string::npos ? "" : pair.substr(equals + 1);
     const std::map<std::string, double*> lengths = {{"rate", &o.rate_Hz},
                                                     {"force", &o.force_N},
+                                                    {"falloff", &o.falloff},
                                                     {"x", &o.x_mm},
                                                     {"y", &o.y_mm},
                                                     {"d", &d},
@@ -99,6 +101,7 @@ TissueOptions parse_tissue(const std::string& input) {
   check(o.width >= 32 && o.width <= kMaxSide_px, "a width of 32 px or more", o.width, "size=640x480");
   check(o.height >= 32 && o.height <= kMaxSide_px, "a height of 32 px or more", o.height, "size=640x480");
   check(o.rate_Hz >= 1 && o.rate_Hz <= 1000, "a rate of 1 to 1000 Hz", o.rate_Hz, "rate=30");
+  check(o.falloff >= 0 && o.falloff <= 0.5, "a falloff of 0 to 0.5", o.falloff, "falloff=0.015");
   check(o.force_N > 0 && o.force_N <= 100, "a force above 0, up to 100 N", o.force_N, "force=2");
   check(o.loads >= 1 && o.loads <= 8, "1 to 8 loads", o.loads, "loads=4");
   check(std::abs(o.x_mm) <= 40 && std::abs(o.y_mm) <= 40, "its window within 40 mm of its middle",
@@ -123,9 +126,9 @@ std::string to_string(const TissueOptions& o) {
   std::ostringstream s;
   s.precision(12);
   s << kPrefix << "?size=" << o.width << 'x' << o.height << "&seed=" << o.seed << "&rate=" << o.rate_Hz
-    << "&noise=" << (o.noise ? "on" : "off") << "&repeat=" << o.repeat << "&force=" << o.force_N
-    << "&loads=" << o.loads << "&x=" << o.x_mm << "&y=" << o.y_mm << "&thickness=" << o.scene.block_mm[2]
-    << "&young=" << o.scene.young_Pa << "&cells=" << o.scene.cells[0];
+    << "&noise=" << (o.noise ? "on" : "off") << "&falloff=" << o.falloff << "&repeat=" << o.repeat
+    << "&force=" << o.force_N << "&loads=" << o.loads << "&x=" << o.x_mm << "&y=" << o.y_mm
+    << "&thickness=" << o.scene.block_mm[2] << "&young=" << o.scene.young_Pa << "&cells=" << o.scene.cells[0];
   if (!o.scene.inclusion) {
     s << "&lump=none";
     return s.str();

@@ -39,7 +39,8 @@ TEST(PressDetector, PressedAgainBeforeItWasTakenAway) {
             (std::vector{Step::Began, Step::Over, Step::Rest, Step::Rest, Step::Began, Step::Pressing}));
   detector.break_off();
   EXPECT_FALSE(detector.pressing());
-  EXPECT_EQ(detector.add(0.9), Step::Rest) << "a press that was given up does not begin again by itself";
+  EXPECT_EQ(steps(detector, {0.9, 1.5, 2, 1.9, 0.5}), std::vector(5, Step::Rest))
+      << "a press that was given up does not begin again by itself";
   EXPECT_EQ(steps(detector, {0, 0.4}), (std::vector{Step::Rest, Step::Began}));
 }
 
@@ -109,13 +110,17 @@ TEST(PressReading, NodesAreMeansOfPressure) {
   EXPECT_EQ(limited, 0);
   EXPECT_GT(noise_Pa, 0);
   double largest = 0;
+  int seen = 0;
   for (uint32_t j = 1; j + 1 < map.height; ++j)
     for (uint32_t i = 1; i + 1 < map.width; ++i) {
+      if (!std::isfinite(map.at(i, j))) continue;  // few pixels: not all of them see 0.9 of their square
+      ++seen;
       const double truth = bench.source.pressure_Pa(at, (i - 11.0) * 1.25, (j - 8.0) * 1.25);
       largest = std::max(largest, truth);
-      EXPECT_NEAR(static_cast<double>(map.at(i, j)), truth, 0.03 * truth + 0.5 * nodes.Pa_per_gray())
+      EXPECT_NEAR(static_cast<double>(map.at(i, j)), truth, 0.04 * truth + 0.5 * nodes.Pa_per_gray())
           << i << " " << j;
     }
+  EXPECT_GT(seen, 60);
   EXPECT_GT(largest, 1000);
   // At the camera's limit values are not seen, and counted.
   Sensor dim = bench.sensor;
@@ -142,6 +147,22 @@ TEST(PressWatch, APressTellsWhatLiesBehindIt) {
   EXPECT_NEAR(a.estimate->y_mm.value, 0, 1);
   EXPECT_NE(describe(a).find("press 1, frames "), std::string::npos);
   EXPECT_NE(describe(a).find("4 loads up to 1.59 N: "), std::string::npos) << describe(a);
+}
+
+// Light that is 1.5 % weaker in the corners makes a bump in a single window: nothing that is told as a lump.
+TEST(PressWatch, TissueAloneIsNoLump) {
+  const std::vector<PressAnswer> answers = Bench("lump=none").all();
+  ASSERT_EQ(answers.size(), 1u);
+  ASSERT_TRUE(answers[0].estimate);
+  EXPECT_NE(answers[0].estimate->verdict, LumpVerdict::Found) << describe(answers[0]);
+  EXPECT_NE(answers[0].estimate->verdict, LumpVerdict::StiffnessOpen) << describe(answers[0]);
+}
+
+TEST(PressWatch, EvenLightOfTissueAloneTellsSo) {
+  const std::vector<PressAnswer> answers = Bench("lump=none&falloff=0").all();
+  ASSERT_EQ(answers.size(), 1u);
+  ASSERT_TRUE(answers[0].estimate);
+  EXPECT_EQ(answers[0].estimate->verdict, LumpVerdict::NoLump) << describe(answers[0]);
 }
 
 TEST(PressWatch, StatusFollowsThePress) {
@@ -180,7 +201,7 @@ TEST(PressWatch, WhatCannotBeToldSaysWhy) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   };
   Bench bench;
-  holds(trouble(bench.all(13)), "too few loads");
+  holds(trouble(bench.all(40)), "too few loads");
   bench.gap_at = 50;
   holds(trouble(bench.all()), "frames are missing");
   bench.gap_at = UINT64_MAX;
@@ -191,10 +212,12 @@ TEST(PressWatch, WhatCannotBeToldSaysWhy) {
   bench.setup.force = [&](uint64_t sequence) { return sequence < 50 ? force(sequence) : std::nullopt; };
   holds(trouble(bench.all()), "the gauge has no reading");
   bench.setup.force = force;
-  Bench light("force=0.12");
-  light.sensor.elastic.gray_per_MPa *= 0.05;  // as a camera that was set up for harder presses
-  light.sensor.saturation_gray = 255;
-  holds(trouble(light.all()), "too light");
+  // A touch of less than 0.1 N, seen by a sensor that is set up for 1.6 N, and off again.
+  bench.setup.block.young_Pa = 2000;  // softer: it is a press from 0.03 N on
+  PressWatch light(bench.sensor, *bench.source.own_background(), bench.setup);
+  bench.play(light, 0, 12);
+  bench.play(light, *bench.source.frame_count() - 5, *bench.source.frame_count());
+  holds(trouble(light.finish()), "too light");
 }
 
 TEST(PressWatch, SaturationIsToldWithItsShare) {

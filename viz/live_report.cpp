@@ -92,7 +92,8 @@ Json to_json(const std::vector<viz::PressAnswer>& presses) {
                   {"time_s", p.time_s},
                   {"highest_N", p.highest_N},
                   {"loads_N", p.loads_N},
-                  {"saturated_share", p.saturated_share}};
+                  {"saturated_share", p.saturated_share},
+                  {"finished", !p.unfinished}};
     if (p.estimate)
       press["estimate"] = Json::parse(estimate_json(*p.estimate));
     else

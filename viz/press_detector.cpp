@@ -13,6 +13,11 @@ PressDetector::Step PressDetector::add(double force_N) {
       lowest_N_ = force_N;
       return Step::Over;
     case State::Leaving:
+      if (lowest_N_ < 0) {  // given up: while it goes on it is not a new one
+        highest_N_ = std::max(highest_N_, force_N);
+        if (force_N >= kOver * highest_N_) return Step::Rest;
+        lowest_N_ = force_N;
+      }
       lowest_N_ = std::min(lowest_N_, force_N);
       if (force_N < least_N_) state_ = State::Rest;
       // Pressed again before the sensor was taken away: what merely falls is no press.
@@ -29,7 +34,7 @@ PressDetector::Step PressDetector::add(double force_N) {
 
 void PressDetector::break_off() {
   if (state_ != State::Pressing) return;
-  lowest_N_ = highest_N_;
+  lowest_N_ = -1;
   state_ = State::Leaving;
 }
 

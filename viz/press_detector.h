@@ -30,7 +30,7 @@ class PressDetector {
   enum class State : unsigned char { Rest, Pressing, Leaving };
   double least_N_;
   State state_ = State::Rest;
-  double highest_N_ = 0, lowest_N_ = 0;  ///< lowest: since the last press was over
+  double highest_N_ = 0, lowest_N_ = 0;  ///< lowest: since the last press was over; below 0: given up
 };
 
 }  // namespace palpate

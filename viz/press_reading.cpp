@@ -4,10 +4,14 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/lump/lump_network.h"
 #include "engine/stages/elastic.h"
+#include "viz/words.h"
 
 namespace palpate {
 namespace {
+
+using viz::text;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr size_t kMostFrames = 12;  // averaged for one load
@@ -32,6 +36,29 @@ std::vector<uint32_t> nodes_of(uint32_t pixels, double pixel_mm, double pitch_mm
     node[i] = n >= 0 && n < long{nodes} ? static_cast<uint32_t>(n) : nodes;
   }
   return node;
+}
+
+/// `share`: by which the middle is made brighter than the corners; the mean stays.
+LumpReading with_field(LumpReading reading, double share) {
+  for (ForwardMap& map : reading.pressure_Pa) {
+    const double x_half = (map.width - 1) / 2.0, y_half = (map.height - 1) / 2.0;
+    const double corner = x_half * x_half + y_half * y_half;
+    for (uint32_t j = 0; j < map.height; ++j)
+      for (uint32_t i = 0; i < map.width; ++i) {
+        const double r = ((i - x_half) * (i - x_half) + (j - y_half) * (j - y_half)) / corner;
+        map.values[size_t{j} * map.width + i] *= static_cast<float>(1 + share * (1.0 / 3 - r));
+      }
+  }
+  return reading;
+}
+
+bool has_numbers(const LumpEstimate& e) {
+  return e.verdict == LumpVerdict::Found || e.verdict == LumpVerdict::StiffnessOpen;
+}
+
+void widen(LumpValue& value, const LumpValue& other) {
+  value.low = std::min(value.low, other.low);
+  value.high = std::max(value.high, other.high);
 }
 
 }  // namespace
@@ -144,8 +171,7 @@ ForwardMap PressureNodes::map(const NodeSums& sums, double& noise_Pa, double& li
     }
   limited_share = seen > 0 ? static_cast<double>(limited) / static_cast<double>(seen) : 1;
   // What the calibration leaves, and rounding to gray levels that averaging does not take away.
-  noise_Pa = std::hypot((sensor_.elastic.relative_sd > 0 ? sensor_.elastic.relative_sd : 0.01) * peak_Pa,
-                        0.3 * Pa_per_gray());
+  noise_Pa = std::hypot(relative_sd() * peak_Pa, 0.3 * Pa_per_gray());
   return map;
 }
 
@@ -194,6 +220,36 @@ LumpReading press_reading(const PressureNodes& nodes, const std::vector<LoadSums
           map.values[size_t{j} * map.width + i] = static_cast<float>(kNaN);
       }
   return r;
+}
+
+LumpEstimate estimate_window(const LumpReading& reading, double uneven_sd) {
+  constexpr double kNormal90 = 1.645;
+  constexpr double kOpen = 4;  // as LumpVerdict::StiffnessOpen has it
+  const LumpNetwork& network = LumpNetwork::built_in();
+  LumpEstimate e = network.estimate(reading);
+  if (!has_numbers(e)) return e;
+  for (const double share : {-kNormal90 * uneven_sd, kNormal90 * uneven_sd}) {
+    const LumpEstimate other = network.estimate(with_field(reading, share));
+    e.wall_s += other.wall_s;
+    if (other.verdict == LumpVerdict::NoLump) {
+      e.verdict = LumpVerdict::Unusable;
+      e.reasons = {text("a lump, or no more than the sensor's own unevenness, which is known to %.2g %%",
+                        100 * uneven_sd)};
+      return e;
+    }
+    if (!has_numbers(other)) continue;
+    widen(e.size_mm, other.size_mm);
+    widen(e.depth_mm, other.depth_mm);
+    widen(e.stiffness_ratio, other.stiffness_ratio);
+    widen(e.x_mm, other.x_mm);
+    widen(e.y_mm, other.y_mm);
+  }
+  const LumpValue& ratio = e.stiffness_ratio;
+  if (e.verdict == LumpVerdict::Found && ratio.high > kOpen * ratio.low) {
+    e.verdict = LumpVerdict::StiffnessOpen;
+    e.reasons.push_back(text("the stiffness ratio is not determined: %.3g to %.3g", ratio.low, ratio.high));
+  }
+  return e;
 }
 
 }  // namespace palpate

@@ -47,6 +47,8 @@ class PressureNodes {
   ForwardMap map(const NodeSums& sums, double& noise_Pa, double& limited_share) const;
   /// Of a gray level, at small pressures.
   double Pa_per_gray() const { return 1e6 / sensor_.elastic.gray_per_MPa; }
+  /// What the calibration leaves, share of a pressure.
+  double relative_sd() const { return sensor_.elastic.relative_sd > 0 ? sensor_.elastic.relative_sd : 0.01; }
 
  private:
   template <typename Pixel>
@@ -76,5 +78,11 @@ struct LoadSums {
 /// Loads at rising forces as a reading; nodes beside the block are not seen.
 LumpReading press_reading(const PressureNodes& nodes, const std::vector<LoadSums>& loads,
                           const BlockSetting& block);
+
+/// What the network tells of a single window, whose light may be uneven: its middle brighter than its corners
+/// by a share with standard deviation `uneven_sd`, or darker. A lump's bump in one window looks much the
+/// same. The estimate is made with 1.645 of that each way too: intervals hold all three, and where a lump
+/// goes away the verdict is Unusable and says why. Throws as LumpNetwork::estimate.
+LumpEstimate estimate_window(const LumpReading& reading, double uneven_sd);
 
 }  // namespace palpate

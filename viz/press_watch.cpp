@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "engine/error.h"
-#include "engine/lump/lump_network.h"
 #include "viz/lump_scan.h"
 #include "viz/pressure_map.h"
 #include "viz/words.h"
@@ -64,11 +63,6 @@ void read_press(const PressureNodes& nodes, const PressFrames& frames, const Pre
     answer.loads_N.push_back(load.force_N);
     loads.push_back(std::move(load));
   }
-  if (loads.size() < kFewestLoads) {
-    answer.trouble = text("too few loads: frames near %zu of %u while the force rose; press more slowly",
-                          loads.size(), setup.loads);
-    return;
-  }
   const LumpReading reading = press_reading(nodes, loads, setup.block);
   answer.saturated_share = reading.saturated_share;
   const double peak_gray = peak_of(reading.pressure_Pa.back()) / nodes.Pa_per_gray();
@@ -77,8 +71,13 @@ void read_press(const PressureNodes& nodes, const PressFrames& frames, const Pre
         text("press too light: %.2g gray levels at its peak, %g are needed", peak_gray, kLeastPeak_gray);
     return;
   }
+  if (loads.size() < kFewestLoads) {
+    answer.trouble = text("too few loads: frames near %zu of %u while the force rose; press more slowly",
+                          loads.size(), setup.loads);
+    return;
+  }
   try {
-    answer.estimate = LumpNetwork::built_in().estimate(reading);
+    answer.estimate = estimate_window(reading, nodes.relative_sd());
   } catch (const Error& error) {
     answer.trouble = error.what();
   }
@@ -203,7 +202,10 @@ PressStatus PressWatch::status() const {
 }
 
 std::vector<PressAnswer> PressWatch::finish() {
-  if (detector_.pressing()) end("");
+  if (detector_.pressing()) {
+    now_.unfinished = true;
+    end("");
+  }
   background_.finish();
   const std::lock_guard lock(mutex_);
   status_.pressing = false;
@@ -214,6 +216,7 @@ std::string describe(const PressAnswer& a) {
   std::string line =
       text("press %llu, frames %llu to %llu, ", static_cast<unsigned long long>(a.press),
            static_cast<unsigned long long>(a.first_frame), static_cast<unsigned long long>(a.last_frame));
+  if (a.unfinished) line += "not over at the end, ";
   if (!a.estimate) return line + text("up to %.3g N: ", a.highest_N) + a.trouble;
   line += text("%zu loads up to %.3g N: ", a.loads_N.size(), a.loads_N.back());
   if (a.saturated_share > 0) line += text("%.2g %% of the window saturated; ", 100 * a.saturated_share);

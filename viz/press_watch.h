@@ -25,6 +25,7 @@ struct PressAnswer {
   std::vector<double> loads_N;               ///< that the estimate was made from
   double saturated_share = 0;                ///< of the window's nodes, at the highest load
   std::array<double, 2> window_mm = {0, 0};  ///< the window's middle from the block's
+  bool unfinished = false;                   ///< frames ended while it still pressed
   std::string trouble;                       ///< why there is no estimate; empty: there is one
   std::optional<LumpEstimate> estimate;
 };
