@@ -73,6 +73,39 @@ TEST(LumpScan, TissueAloneHasNoOutline) {
   }
 }
 
+TEST(LumpScan, TwoLumpsAreOutlinedBothAndPressesThatSeeOneAreAsked) {
+  ScanPlan p = plan();
+  p.scene.inclusion->offset_mm = {-8, 0};
+  p.scene.others = {*p.scene.inclusion};
+  p.scene.others[0].offset_mm = {8, 0};
+  p.sensor.window_mm = {17, 17};
+  const ScanAnswer answer =
+      evaluate_scan(simulate_scan(p, press_slightly), {}, [](const LumpReading& reading) {
+        LumpEstimate estimate;
+        estimate.verdict = LumpVerdict::Found;
+        estimate.size_mm = {reading.window_mm[0], 0, 0};
+        return estimate;
+      });
+  ASSERT_TRUE(answer.second_outline);
+  ASSERT_TRUE(answer.outline.found && answer.second_outline->found)
+      << answer.outline.reason << answer.second_outline->reason;
+  const double one = answer.outline.x_mm.value, other = answer.second_outline->x_mm.value;
+  EXPECT_NEAR(std::min(one, other), -8, 1);
+  EXPECT_NEAR(std::max(one, other), 8, 1);
+  EXPECT_NEAR(answer.outline.y_mm.value, 0, 1);
+  ASSERT_FALSE(answer.presses.empty());
+  for (const PressAnswer& press : answer.presses) {
+    EXPECT_NEAR(std::abs(press.bump_mm[0]), 8, 2);
+    // Its window is on the side of the bump that it tells of.
+    EXPECT_GT(press.bump_mm[0] * press.estimate.size_mm.value, 0) << press.name;
+  }
+  // One lump is one.
+  p.scene.others.clear();
+  const ScanAnswer single = evaluate_scan(simulate_scan(p, press_slightly), {}, {});
+  EXPECT_FALSE(single.second_outline);
+  EXPECT_TRUE(single.presses.empty());
+}
+
 TEST(LumpScan, SaysWhatItDoesNotKnow) {
   LumpEstimate e;
   e.verdict = LumpVerdict::StiffnessOpen;
