@@ -69,7 +69,9 @@ TEST(LumpEvaluationTable, RowsAreOfTheirSettings) {
       EXPECT_EQ(rows[r].score.coverage[0], 0);
       EXPECT_EQ(rows[r].score.coverage[1], 1);
     }
-    if (what == LumpScoreOver::Noise) EXPECT_GT(heard.back().noise, 20 * heard.front().noise);
+    if (what == LumpScoreOver::Noise) {
+      EXPECT_GT(heard.back().noise, 20 * heard.front().noise);
+    }
     if (what == LumpScoreOver::Exposure) {
       EXPECT_EQ(heard.front().saturated, 0);
       EXPECT_GT(rows.back().saturated_share, 0.5);

@@ -420,14 +420,18 @@ std::string write_scan(const ScanReport& r, const fs::path& folder) {
   write_npy(folder / "disagreement_Pa.npy", map.disagreement_Pa.values, {top.height, top.width});
   write_whole(folder / "map.csv", std::string_view(map_csv(map)));
   write_whole(folder / "presses.csv", std::string_view(places_csv(map)));
-  std::string outline = "x_mm,y_mm\n";
-  for (const auto& p : r.answer.outline.points_mm)
-    outline += plot_number(p[0]) + "," + plot_number(p[1]) + "\n";
-  write_whole(folder / "outline.csv", std::string_view(outline));
+  const auto write_outline = [&folder](const LumpOutline& outline, const char* name) {
+    std::string csv = "x_mm,y_mm\n";
+    for (const auto& p : outline.points_mm) csv += plot_number(p[0]) + "," + plot_number(p[1]) + "\n";
+    write_whole(folder / name, std::string_view(csv));
+  };
+  write_outline(r.answer.outline, "outline.csv");
+  fs::remove(folder / "outline_2.csv");
+  if (r.answer.second_outline) write_outline(*r.answer.second_outline, "outline_2.csv");
   write_whole(folder / "scan.json", std::string_view(scan_json(r).dump(2) + "\n"));
   std::string written =
-      (folder / "report.html").string() +
-      ", scan.json, map.csv, presses.csv, outline.csv, pressure_Pa.npy, disagreement_Pa.npy";
+      (folder / "report.html").string() + ", scan.json, map.csv, presses.csv, outline.csv, " +
+      (r.answer.second_outline ? "outline_2.csv, " : "") + "pressure_Pa.npy, disagreement_Pa.npy";
   for (const char* old : {"map.svg", "map.png", "profile.svg", "profile.png"}) fs::remove(folder / old);
   draw_both(map_script(r), 1120, 520, folder / "map", written);
   draw_both(profile_script(r.answer), 640, 420, folder / "profile", written);

@@ -156,8 +156,10 @@ ScanAnswer evaluate_scan(const std::vector<ScanPress>& presses, const StitchOpti
   ScanAnswer answer;
   answer.map = stitch(presses, options);
   const auto two = told_second_bump(LumpNetwork::built_in().model(), answer.map.reading);
-  answer.outline = outline_lump(
-      two ? without_place(answer.map.reading, two->place_mm[1], two->place_mm[0]) : answer.map.reading, seed);
+  // Of two bumps the profile's fit is of the higher one.
+  const LumpReading first =
+      two ? without_place(answer.map.reading, two->place_mm[1], two->place_mm[0]) : answer.map.reading;
+  answer.outline = outline_lump(first, seed);
   if (two)
     answer.second_outline =
         outline_lump(without_place(answer.map.reading, two->place_mm[0], two->place_mm[1]), seed);
@@ -167,8 +169,9 @@ ScanAnswer evaluate_scan(const std::vector<ScanPress>& presses, const StitchOpti
   answer.profile = profile_along_x(answer.map.reading.pressure_Pa.back(), y_mm);
   answer.block = profile_along_x(answer.outline.block_Pa, y_mm);
   Profile bump;
+  const Profile own = profile_along_x(first.pressure_Pa.back(), y_mm);
   for (size_t i = 0; i < answer.profile.x_mm.size(); ++i) {
-    if (!std::isfinite(answer.profile.value[i])) continue;
+    if (!std::isfinite(own.value[i])) continue;
     bump.x_mm.push_back(answer.profile.x_mm[i]);
     bump.value.push_back(answer.profile.value[i] - answer.block.value[i]);
   }
