@@ -33,6 +33,9 @@ struct TissueOptions {
   TissueOptions() { scene.cells = {24, 24, 12}; }
 };
 
+/// One line of what happens.
+inline constexpr const char* kTissueScene = "a window in a plate presses a block of tissue with a lump in it";
+
 /// Whether an input is a synthetic block: "synthetic:tissue", alone or followed by "?...".
 bool is_tissue(const std::string& input);
 /// Keys: size, seed, rate, noise, repeat, force, loads, x, y (of the window), lump (a shape, or none), d

@@ -12,6 +12,7 @@
 #include <set>
 
 #include "capture/synthetic.h"
+#include "capture/synthetic_tissue.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/commands.h"
 #include "engine/mechanics/force.h"
@@ -133,6 +134,12 @@ TEST(StartList, OffersEverySceneAndOpensEachEntry) {
   std::set<std::string> scenes;
   for (const SourceEntry& e : list.sources()) {
     if (e.group != SourceEntry::Group::Synthetic || e.input.empty()) continue;
+    if (is_tissue(e.input)) {
+      EXPECT_EQ(parse_tissue(e.input).repeat, 0u);
+      EXPECT_EQ(e.name.rfind("tissue, ", 0), 0u);
+      scenes.insert("tissue");
+      continue;
+    }
     const SyntheticOptions options = parse_synthetic(e.input);
     scenes.insert(options.scene);
     EXPECT_EQ(options.repeat, 0u) << e.input << " goes on until it is closed";
@@ -143,6 +150,7 @@ TEST(StartList, OffersEverySceneAndOpensEachEntry) {
     EXPECT_FALSE(e.detail.empty());
   }
   for (const auto& [scene, what] : synthetic_scenes()) EXPECT_TRUE(scenes.contains(scene)) << scene;
+  EXPECT_TRUE(scenes.contains("tissue"));
 }
 
 TEST(History, KeepsAMinuteAndStartsAnewWhenTimeJumpsBack) {

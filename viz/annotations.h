@@ -6,6 +6,7 @@
 #include "engine/sensor.h"
 #include "engine/touch.h"
 #include "viz/camera.h"
+#include "viz/press_watch.h"
 #include "viz/surface_view.h"
 #include "viz/view_state.h"
 
@@ -34,6 +35,11 @@ struct ImageMarks {
 /// where contacts are not told apart), places of the skin, what reaches the border and what is saturated.
 void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, const Sensor& sensor,
                 const FrameFormat& format, const ImageMarks& marks);
+
+/// Over the raw image: the outline of a found lump seen from above, a circle of its size, with the interval
+/// of its centre as a cross.
+void draw_lump(ImDrawList* list, const ViewRect& rect, const PressAnswer& answer, const Sensor& sensor,
+               const FrameFormat& format, float scale);
 
 /// In the upper right corner of the raw image: the colours of the skin's strain with their range and the
 /// strain's standard error, or why none is drawn.

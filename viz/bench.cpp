@@ -39,6 +39,8 @@ OpenInput open_input(const Common& common, const BenchRequest& request,
   open.source = open_source(open.measured.input, open.measured.sensor);
   open.source->watch(cancelled);
   open.background = load_background(open.measured.input, open.measured.sensor, *open.source);
+  open.presses = watch_presses(request.block, open.measured, open.background,
+                               request.live.loop ? open.source->frame_count().value_or(0) : 0);
   return open;
 }
 
@@ -53,6 +55,7 @@ BenchReport run_bench(gpu::Context& context, BenchRequest request, OpenInput ope
       .outputs = input.outputs, .solver = request.solver, .skip_untouched = request.skip_untouched};
   BenchReport report{.measured = input, .format = first->format(), .live = {}, .sessions = {}};
   viz::LiveOptions& live = request.live;
+  live.presses = opened.presses.get();
   std::optional<Measurements> measurements;
   std::optional<ContactRows> contacts;
   std::optional<viz::Recording> recording;

@@ -11,6 +11,7 @@
 
 #include "capture/session.h"
 #include "capture/source.h"
+#include "viz/block_options.h"
 #include "viz/command.h"
 #include "viz/input.h"
 #include "viz/live.h"
@@ -49,6 +50,7 @@ struct BenchRequest {
       recordings;       ///< for sessions, snapshots and events where `out` is empty; may be empty
   bool record = false;  ///< from the start; needs `out`
   SessionOptions session;
+  BlockChoice block;  ///< that is pressed
   viz::LiveOptions live;
 };
 
@@ -57,6 +59,7 @@ struct OpenInput {
   MeasuredInput measured;
   std::unique_ptr<Source> source;
   Frame background;
+  std::unique_ptr<viz::PressWatch> presses;  ///< null: no block of tissue is known
 };
 
 /// May take seconds with a camera; any thread. `cancelled` ends the waiting for frames. Throws Error.

@@ -28,6 +28,7 @@ struct Options {
   bool skip_untouched = false;
   bool record = false;
   SessionOptions session;
+  BlockChoice block;
   viz::LiveOptions live;
 };
 
@@ -45,6 +46,7 @@ Report live(const Common& common, const Options& options) {
                        .recordings = {},
                        .record = options.record,
                        .session = options.session,
+                       .block = options.block,
                        .live = options.live};
   OpenInput opened = open_input(common, request, interrupted);
   const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
@@ -114,11 +116,13 @@ void add_live(CLI::App& program, Common& common, Command& chosen) {
       ->add_option("--vsync", live_options.vsync,
                    "on (default), mailbox (newest picture at each refresh), off (at once, may tear)")
       ->transform(one_of(viz::kVsyncNames));
+  options->block.add_to(*command);
   add_common(*command, common,
              "  palpate live                                       a simulated palpation on a gel skin\n"
              "  palpate live --camera /dev/video0 --sensor pad.json --out out/live --record\n"
              "  palpate live press.avi --sensor gel.json --loop    a recording, again and again\n"
              "  palpate live synthetic:slide --seconds 6 --close --out out/live --json\n"
+             "  palpate live synthetic:tissue?repeat=0             presses of a block with a lump in it\n"
              "In the window: drag to orbit, right-drag to pan, wheel to zoom, W to record, H for all keys.\n"
              "Live, the newest frame wins: frames that come too fast are dropped, counted and shown.\n");
   command->callback(

@@ -6,11 +6,11 @@
 
 #include "capture/output_file.h"
 #include "engine/error.h"
-#include "engine/lump/lump_network.h"
 #include "engine/lump/lump_sweep.h"
 #include "engine/lump/saturated_loads.h"
 #include "viz/command_lump.h"
 #include "viz/lump_maps.h"
+#include "viz/lump_method.h"
 #include "viz/plot_script.h"
 
 namespace palpate {
@@ -20,7 +20,7 @@ struct Options {
   std::vector<std::string> maps;
   std::vector<double> force_N, window_mm, block_mm;
   double pitch_mm = 1.25, young_Pa = 0, thickness_mm = 20, noise_Pa = -1;
-  std::string network;
+  std::string network, method = "network";
 };
 
 LumpReading reading_of(const Options& o) {
@@ -78,8 +78,7 @@ std::string script_of(const LumpReading& reading, const LumpEstimate& e) {
 
 Report run(const Common& common, const Options& o) {
   const LumpReading reading = reading_of(o);
-  const LumpEstimate estimate = o.network.empty() ? LumpNetwork::built_in().estimate(reading)
-                                                  : LumpNetwork::read(o.network).estimate(reading);
+  const LumpEstimate estimate = lump_estimator(o.method, lump_network(o.network))(reading);
   Report report{estimate_text(estimate), estimate_json(estimate)};
   if (!common.out.empty()) {
     make_output_folder(common.out);
@@ -135,6 +134,7 @@ void add_lump_estimate(CLI::App& group, Common& common, Command& chosen) {
       ->check(CLI::Range(0.0, 1e9));
   command->add_option("--network", o->network,
                       "A file of palpate lump train (default: the built-in network)");
+  command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();
   command->add_option("--out", common.out, "Folder for lump.json, lump.csv and a plot");
   add_common(*command, common,
              "  palpate lump estimate a.npy b.npy c.npy d.npy --force-N 0.5,1,1.5,2 --young-Pa 4000 "

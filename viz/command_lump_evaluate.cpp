@@ -10,6 +10,7 @@
 #include "viz/command_lump.h"
 #include "viz/lump_evaluation.h"
 #include "viz/lump_evaluation_table.h"
+#include "viz/lump_method.h"
 #include "viz/one_of.h"
 
 namespace palpate {
@@ -23,14 +24,6 @@ struct Options {
   uint32_t count = 0;
 };
 
-/// Who may estimate, by name.
-LumpEstimator estimator_of(const Options& o, std::shared_ptr<const LumpNetwork> network) {
-  if (o.method == "network")
-    return [network](const LumpReading& reading) { return network->estimate(reading); };
-  if (o.method == "direct") return direct_estimator();
-  throw Error(Failure::Usage, "--method network or direct", "'" + o.method + "'", "--method network");
-}
-
 Report table_report(const Common& common, const std::vector<LumpScoreRow>& rows) {
   Report report{rows_text(rows), rows_json(rows)};
   if (!common.out.empty()) {
@@ -42,9 +35,7 @@ Report table_report(const Common& common, const std::vector<LumpScoreRow>& rows)
 }
 
 Report run(const Common& common, Options& o) {
-  const auto network = o.network.empty() ? std::make_shared<const LumpNetwork>(LumpNetwork::built_in())
-                                         : std::make_shared<const LumpNetwork>(LumpNetwork::read(o.network));
-  o.job.estimator = estimator_of(o, network);
+  o.job.estimator = lump_estimator(o.method, lump_network(o.network));
   std::vector<LumpExample> examples;
   for (const std::string& file : o.files) {
     std::vector<LumpExample> more = lump_examples(read_lump_file(file));
@@ -90,10 +81,7 @@ void add_lump_evaluate(CLI::App& group, Common& common, Command& chosen) {
       ->required();
   command->add_option("--network", o->network,
                       "A file of palpate lump train (default: the built-in network)");
-  command
-      ->add_option("--method", o->method,
-                   "Who estimates: network, or direct: the finite elements, some ten seconds a reading")
-      ->capture_default_str();
+  command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();
   command
       ->add_option("--noise", o->job.sensor.noise_share,
                    "Of each node, share of the highest load's peak pressure")

@@ -9,17 +9,16 @@
 
 #include "engine/error.h"
 #include "engine/lump/large_strain.h"
-#include "engine/lump/lump_network.h"
+#include "viz/block_options.h"
 #include "viz/command_forward.h"
 #include "viz/command_lump.h"
 #include "viz/forward_options.h"
+#include "viz/lump_method.h"
 #include "viz/one_of.h"
 #include "viz/scan_recording.h"
 
 namespace palpate {
 namespace {
-
-enum class Method : uint8_t { Network, Direct, None };
 
 struct Options {
   Options() { plan.scene.cells = {32, 32, 16}; }
@@ -34,7 +33,7 @@ struct Options {
   std::vector<std::string> recordings;
   std::string positions, gauge;
   RecordedOptions recorded;
-  Method method = Method::Network;
+  std::string method = "network";
   bool force_given = false;
 };
 
@@ -148,12 +147,11 @@ Report run(const Common& common, const Options& o) {
       o.simulate ? simulated(common, o, report) : recorded(common, o, report, notes);
   if (interrupted()) return {"interrupted\n", R"({"complete": false})", kInterrupted};
   LumpEstimator estimator;
-  if (o.method == Method::Direct) {
-    report.model = "direct inversion by finite elements";
-    estimator = direct_estimator(o.threads);
-  } else if (o.method == Method::Network) {
-    report.model = "network " + LumpNetwork::built_in().made_from();
-    estimator = [](const LumpReading& reading) { return LumpNetwork::built_in().estimate(reading); };
+  if (o.method != "none") {
+    const auto network = lump_network("");
+    report.model =
+        o.method == "direct" ? "direct inversion by finite elements" : o.method + ": " + network->made_from();
+    estimator = lump_estimator(o.method, network, o.threads);
   }
   report.answer = evaluate_scan(presses, o.stitch, estimator, common.seed);
   report.answer.warnings.insert(report.answer.warnings.end(), notes.begin(), notes.end());
@@ -168,8 +166,6 @@ void add_lump_scan(CLI::App& group, Common& common, Command& chosen) {
   CLI::App* command =
       group.add_subcommand("scan", "Several presses of a block: map, outline, estimate, report");
   auto o = std::make_shared<Options>();
-  static const std::map<std::string, Method> kMethods = {
-      {"network", Method::Network}, {"direct", Method::Direct}, {"none", Method::None}};
   command->add_option("RECORDING", o->recordings,
                       "Sessions or videos, one press each (default: all in --positions)");
   command
@@ -183,18 +179,11 @@ void add_lump_scan(CLI::App& group, Common& common, Command& chosen) {
   command->add_option("--pitch-mm", o->recorded.pitch_mm, "Of the map, of recordings")
       ->capture_default_str()
       ->check(CLI::Range(0.2, 5.0));
-  command
-      ->add_option("--method", o->method,
-                   "Who estimates: network (milliseconds), direct (finite elements, a minute or more), none")
-      ->transform(one_of(kMethods))
-      ->default_str("network");
+  command->add_option("--method", o->method, std::string(kLumpMethodHelp) + ", none")
+      ->check(CLI::IsMember({"network", "refined", "direct", "none"}))
+      ->capture_default_str();
   command->add_flag("--simulate", o->simulate, "Scan a synthetic block");
-  command
-      ->add_option("--block-mm", o->block_mm, "Length, width and thickness of the tissue (default 40 40 20)")
-      ->expected(3);
-  command->add_option("--young-Pa", o->plan.scene.young_Pa, "Young's modulus of the tissue")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+  add_block(*command, o->block_mm, o->plan.scene.young_Pa)->capture_default_str();
   command->add_option("--poisson", o->plan.scene.poisson, "Poisson's ratio of the tissue")
       ->capture_default_str();
   command->add_flag("--no-inclusion", o->no_inclusion, "Tissue alone");

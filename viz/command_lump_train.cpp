@@ -24,12 +24,15 @@ struct Options {
 
 std::string trust_text(const LumpNetwork& network) {
   std::string text =
-      "intervals are stretched by (size, depth, ratio), and what one in 100 readings reaches\n"
-      "loads  noise    stretch             evidence  misfit\n";
-  char line[160];
+      "of size, depth and ratio on what was kept aside: median errors, and by what intervals are stretched\n"
+      "method   loads  noise    median error, %     shape    stretch             evidence  misfit\n";
+  char line[200];
   for (const LumpTrustRow& t : network.trust()) {
-    std::snprintf(line, sizeof line, "%5u %5.1f %%   %4.2f  %4.2f  %4.2f   %8.3g  %6.3g\n", t.loads,
-                  100 * t.noise_share, t.stretch[0], t.stretch[1], t.stretch[2], t.evidence, t.misfit);
+    std::snprintf(line, sizeof line,
+                  "%-8s %5u %5.1f %%   %4.1f  %4.1f  %4.1f   %3.0f %%   %4.2f  %4.2f  %4.2f   %8.3g  %6.3g\n",
+                  t.method == LumpMethod::Network ? "network" : "refined", t.loads, 100 * t.noise_share,
+                  100 * t.median_error[0], 100 * t.median_error[1], 100 * t.median_error[2],
+                  100 * t.shape_rate, t.stretch[0], t.stretch[1], t.stretch[2], t.evidence, t.misfit);
     text += line;
   }
   return text;
@@ -78,15 +81,18 @@ Report run(const Common& common, Options& o) {
   }
   const double wall_s = now_s() - start_s;
   write_whole(common.out, std::string_view(bytes));
-  char text[900];
-  std::snprintf(
-      text, sizeof text,
-      "%s: %zu bytes, from %u blocks with a lump and %u without, in %.0f s\n"
-      "the block alone is known to %.3g %% of its pressure, fields miss %.3g %% of the peak,\n"
-      "the network is off by %.3g %% of the peak on cases that it had not seen (%.3g %% on those it had)\n\n",
-      common.out.string().c_str(), bytes.size(), report.lumps, report.no_lumps, wall_s,
-      100 * report.base_error, 100 * report.fields_error, 100 * report.network_error,
-      100 * report.network_error_seen);
+  char text[1200];
+  std::snprintf(text, sizeof text,
+                "%s: %zu bytes, from %u blocks with a lump and %u without, in %.0f s\n"
+                "the block alone is known to %.3g %% of its pressure, fields miss %.3g %% of the peak,\n"
+                "the emulators' mean is off by %.3g %% of the peak, RMS (median of blocks: %.3g %%), on the "
+                "%u blocks that\n"
+                "were kept aside, %.2g times what they differ by (%.3g %% on those seen); the network's loss "
+                "is %.3g\n\n",
+                common.out.string().c_str(), bytes.size(), report.lumps, report.no_lumps, wall_s,
+                100 * report.base_error, 100 * report.fields_error, 100 * report.network_error,
+                100 * report.mean_error, report.kept_aside, report.error_over_spread,
+                100 * report.network_error_seen, report.reader_loss);
   Report out;
   out.text = text + trust_text(network);
   nlohmann::ordered_json json{{"file", common.out.string()},
@@ -98,6 +104,9 @@ Report run(const Common& common, Options& o) {
                               {"fields_error", report.fields_error},
                               {"network_error", report.network_error},
                               {"network_error_seen", report.network_error_seen},
+                              {"mean_error", report.mean_error},
+                              {"kept_aside", report.kept_aside},
+                              {"reader_loss", report.reader_loss},
                               {"made_from", network.made_from()},
                               {"wall_s", wall_s}};
   if (!o.validate.empty()) {
@@ -121,10 +130,12 @@ void add_lump_train(CLI::App& group, Common& common, Command& chosen) {
   command->add_option("DATA", o->files, "Data sets of palpate lump dataset, *.h5")->required();
   command->add_option("--out", common.out, "The network's file, *.lump");
   command->add_option("--validate", o->validate, "A data set that it has not seen: how good it is there");
-  command->add_option("--members", o->training.members, "Networks whose mean is used")
+  command
+      ->add_option("--members", o->training.members,
+                   "Emulators, from lumps to their bumps, whose mean is used")
       ->capture_default_str()
       ->check(CLI::Range(2, 16));
-  command->add_option("--hidden", o->training.hidden, "Width of both hidden layers")
+  command->add_option("--hidden", o->training.hidden, "Width of both hidden layers of emulators")
       ->capture_default_str()
       ->check(CLI::Range(4, 512));
   command->add_option("--fields", o->training.fields, "Fields that a bump is a sum of")
@@ -136,6 +147,18 @@ void add_lump_train(CLI::App& group, Common& common, Command& chosen) {
   command->add_option("--decay", o->training.decay, "Of weights")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 100.0));
+  command->add_option("--readings", o->training.readings, "That the emulators make for the network")
+      ->capture_default_str()
+      ->check(CLI::Range(1000, 10000000));
+  command->add_option("--reader-hidden", o->training.reader_hidden, "Width of the network's hidden layers")
+      ->capture_default_str()
+      ->check(CLI::Range(4, 1024));
+  command->add_option("--reader-rounds", o->training.reader_rounds, "Through the emulators' readings")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10000));
+  command->add_option("--readers", o->training.readers, "Networks from readings to lumps")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 16));
   command
       ->add_option("--trials", o->training.trials,
                    "Readings for each noise and number of loads to calibrate intervals on")

@@ -4,6 +4,7 @@
 
 #include "engine/error.h"
 #include "engine/gpu/context.h"
+#include "viz/block_options.h"
 #include "viz/camera_options.h"
 #include "viz/input.h"
 #include "viz/look_options.h"
@@ -22,6 +23,7 @@ struct Options {
   std::filesystem::path sensor;
   std::filesystem::path background;
   std::vector<Output> outputs;
+  BlockChoice block;
   LookOptions look;
 };
 
@@ -56,6 +58,7 @@ Report process(const Common& common, Options options) {
                 options.outputs.empty() ? "a sensor file with \"reading\"" : "--outputs force,surface");
   }
   options.look.apply(request.look);
+  request.watch = [&](const Frame& background) { return watch_presses(options.block, input, background); };
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const ProcessSummary summary = process_recording(*context, common, sensor, request, common.out);
   Report report;
@@ -124,6 +127,7 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
       ->capture_default_str()
       ->check(CLI::Range(uint64_t{1}, uint64_t{1000000}));
   options->look.add(*command);
+  options->block.add_to(*command);
   command->add_option("--rate", request.rate_Hz, "Frames a second of images, which know no time themselves")
       ->check(CLI::PositiveNumber);
   command->add_option("--frames", request.frames, "Stop after that many frames");

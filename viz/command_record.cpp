@@ -7,8 +7,10 @@
 #include "capture/source.h"
 #include "engine/error.h"
 #include "engine/gpu/context.h"
+#include "viz/block_options.h"
 #include "viz/camera_options.h"
 #include "viz/command.h"
+#include "viz/event_log.h"
 #include "viz/input.h"
 #include "viz/live.h"
 #include "viz/live_report.h"
@@ -25,6 +27,7 @@ struct Options {
   std::vector<Output> outputs;
   SurfaceSolver solver = SurfaceSolver::Live;
   SessionOptions session;
+  BlockChoice block;
   viz::LiveOptions live;
 };
 
@@ -36,6 +39,8 @@ Report record(const Common& common, Options options) {
   std::unique_ptr<Source> source = open_source(input.input, input.sensor);
   source->watch(interrupted);
   const Frame background = load_background(input.input, input.sensor, *source);
+  const std::unique_ptr<viz::PressWatch> presses = watch_presses(options.block, input, background);
+  options.live.presses = presses.get();
   const std::unique_ptr<gpu::Context> context = open_device(common);
   PipelineOptions pipeline{.outputs = input.outputs, .solver = options.solver};
   if (!options.outputs.empty()) {
@@ -67,6 +72,8 @@ Report record(const Common& common, Options options) {
   viz::LiveReport report =
       viz::run_without_window(*context, open, input.sensor, background, pipeline, options.live);
   const std::vector<viz::Recording::Written> sessions = recording.finish();
+  for (const viz::PressAnswer& press : report.presses)
+    viz::append_event(common.out, {press.last_frame, press.time_s, "lump", describe(press)});
   report.interrupted = interrupted();
   const std::string error = recording_error(sessions);
   if (!error.empty()) spdlog::error("the recording ended early: {}", error);
@@ -118,6 +125,7 @@ void add_record(CLI::App& program, Common& common, Command& chosen) {
       ->check(CLI::PositiveNumber);
   command->add_flag("--no-drop", options->session.no_drop,
                     "Let frames wait for the recorder instead of dropping them from the recording");
+  options->block.add_to(*command);
   add_common(
       *command, common,
       "  palpate record --camera /dev/video0 --sensor pad.json --out out/press1     until Ctrl-C\n"

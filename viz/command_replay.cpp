@@ -6,6 +6,7 @@
 #include "engine/error.h"
 #include "engine/gpu/context.h"
 #include "viz/bench.h"
+#include "viz/block_options.h"
 #include "viz/command.h"
 #include "viz/event_log.h"
 #include "viz/input.h"
@@ -22,6 +23,7 @@ struct Options {
   std::filesystem::path sensor;
   std::optional<SurfaceSolver> solver;
   double from_s = 0;
+  BlockChoice block;
   viz::LiveOptions live;
 };
 
@@ -33,6 +35,9 @@ Report replay(const Common& common, Options options) {
   const MeasuredInput input = find_input(common, options.session.string(), options.sensor);
   auto session = std::make_unique<Session>(options.session, input.sensor);
   const Frame background = load_background(input.input, input.sensor, *session);
+  const std::unique_ptr<viz::PressWatch> presses = watch_presses(
+      options.block, input, background, options.live.loop ? session->frame_count().value_or(0) : 0);
+  options.live.presses = presses.get();
   if (options.from_s > 0) {
     const auto index = static_cast<uint64_t>(options.from_s * session->rate_Hz());
     if (!session->seek(index))
@@ -96,6 +101,7 @@ void add_replay(CLI::App& program, Common& common, Command& chosen) {
   command->add_flag("--loop", options->live.loop, "Start again at its end");
   command->add_flag("--close", options->live.close_at_end, "Close the window at its end");
   command->add_option("--out", common.out, "Folder for snapshots");
+  options->block.add_to(*command);
   add_common(
       *command, common,
       "  palpate replay out/press1\n"

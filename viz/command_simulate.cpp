@@ -1,13 +1,17 @@
 // palpate simulate: a recording of the built-in sensor on disk, lossless, with what was really there beside
 // it.
 #include <CLI/CLI.hpp>
+#include <array>
 #include <charconv>
+#include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "capture/images.h"
 #include "capture/measurements.h"
 #include "capture/output_file.h"
 #include "capture/synthetic.h"
+#include "capture/synthetic_tissue.h"
 #include "engine/error.h"
 #include "engine/sensor.h"
 #include "viz/command.h"
@@ -76,18 +80,65 @@ void append_contacts(LineFile& file, const Truth& truth) {
                 "," + shortest(c.center_x_px) + "," + shortest(c.center_y_px) + "," + shortest(c.radius_px));
 }
 
-Report simulate(const Common& common, const Options& options) {
-  SyntheticOptions synthetic = options.synthetic;
-  parse_size(options.size, synthetic.width, synthetic.height);
+/// What is played, and how it is read.
+struct Scene {
+  std::unique_ptr<Source> source;
+  Sensor sensor;
+  std::string input;
+  std::function<double(uint64_t sequence)> block_force_N;  ///< of a block of tissue; null: of other scenes
+  std::string block;                                       ///< options that tell of it
+};
+
+Scene open_touch(SyntheticOptions synthetic, const Options& options) {
   // The keys of synthetic: inputs say the rest, so that one parser knows them.
   const SyntheticOptions words = parse_synthetic("synthetic:" + synthetic.scene + "?mode=" + options.mode +
                                                  "&response=" + options.response + "&skin=" + options.skin);
   synthetic.mode = words.mode;
   synthetic.response = words.response;
   synthetic.skin = words.skin;
+  return {std::make_unique<SyntheticSensor>(synthetic),
+          synthetic_sensor(synthetic),
+          to_string(synthetic),
+          {},
+          {}};
+}
+
+/// "tissue", or with keys of its own: "tissue?d=6&h=4".
+Scene open_tissue(const SyntheticOptions& synthetic, const Options& options) {
+  const SyntheticOptions other;
+  if (synthetic.bit_depth != other.bit_depth || options.mode != "waveguide" || options.response != "linear" ||
+      options.skin != "none" || synthetic.hysteresis != 0 || synthetic.drift_per_min != 0 ||
+      synthetic.indenter_radius_mm != 0 || options.depth)
+    throw Error(Failure::Usage,
+                "a block of tissue with --size, --rate, --repeat, --force, --noiseless, --seed",
+                "an option of the other scenes", "'tissue?d=6&h=4&ratio=8' for what it has besides");
+  TissueOptions tissue = parse_tissue("synthetic:" + synthetic.scene);
+  tissue.width = synthetic.width;
+  tissue.height = synthetic.height;
+  tissue.rate_Hz = synthetic.rate_Hz;
+  tissue.repeat = synthetic.repeat;
+  tissue.seed = synthetic.seed;
+  tissue.noise = synthetic.noise;
+  if (synthetic.force_N > 0) tissue.force_N = synthetic.force_N;
+  tissue = parse_tissue(to_string(tissue));  // which checks ranges
+  auto source = std::make_unique<TissueSensor>(tissue);
+  const TissueSensor* block = source.get();
+  const std::array<double, 3>& size = tissue.scene.block_mm;
+  return {std::move(source), tissue_sensor(tissue), to_string(tissue),
+          [block](uint64_t sequence) { return block->block_force_N(sequence); },
+          " --block-mm " + shortest(size[0]) + " " + shortest(size[1]) + " " + shortest(size[2]) +
+              " --young-Pa " + shortest(tissue.scene.young_Pa) + " --window-at-mm " + shortest(tissue.x_mm) +
+              " " + shortest(tissue.y_mm)};
+}
+
+Report simulate(const Common& common, const Options& options) {
+  SyntheticOptions synthetic = options.synthetic;
+  parse_size(options.size, synthetic.width, synthetic.height);
   synthetic.seed = common.seed;
   synthetic.noise = !options.noiseless;
-  SyntheticSensor source(synthetic);
+  const bool tissue = is_tissue("synthetic:" + synthetic.scene);
+  Scene scene = tissue ? open_tissue(synthetic, options) : open_touch(synthetic, options);
+  Source& source = *scene.source;
 
   uint64_t limit = options.frames;
   if (options.seconds > 0)
@@ -101,13 +152,13 @@ Report simulate(const Common& common, const Options& options) {
   make_output_folder(out);
   make_output_folder(out / "frames");
   clear_numbered_files(out / "frames");
-  for (const char* name : {"truth.csv", "truth_contacts.csv", "sensor.json", "background.png"})
+  for (const char* name : {"truth.csv", "truth_contacts.csv", "sensor.json", "background.png", "gauge.csv"})
     fs::remove(out / name);
   if (options.depth) {
     make_output_folder(out / "depth");
     clear_numbered_files(out / "depth");
   }
-  Sensor sensor = synthetic_sensor(synthetic);
+  Sensor& sensor = scene.sensor;
   if (const std::optional<Frame> background = source.own_background()) {
     write_png(out / "background.png", *background);
     sensor.background.image = "background.png";
@@ -118,6 +169,8 @@ Report simulate(const Common& common, const Options& options) {
   truth_file.append(kTruthHeader);
   LineFile contacts_file(out / "truth_contacts.csv");
   contacts_file.append(kContactsHeader);
+  std::optional<LineFile> gauge_file;
+  if (scene.block_force_N) gauge_file.emplace(out / "gauge.csv").append("frame,force_N");
   ProgressBar progress(common, "simulating", total);
   Frame frame;
   uint64_t done = 0;
@@ -130,23 +183,29 @@ Report simulate(const Common& common, const Options& options) {
     }
     truth_file.append(truth_row(*truth));
     append_contacts(contacts_file, *truth);
+    if (gauge_file)
+      gauge_file->append(std::to_string(frame.sequence) + "," +
+                         shortest(scene.block_force_N(frame.sequence)));
     progress.update(++done);
   }
   truth_file.close();
   contacts_file.close();
+  if (gauge_file) gauge_file->close();
 
   const bool complete = done == total;
-  const nlohmann::ordered_json value = {{"input", to_string(synthetic)},
-                                        {"complete", complete},
-                                        {"frames", done},
-                                        {"frames_folder", (out / "frames").string()},
-                                        {"sensor", (out / "sensor.json").string()},
-                                        {"truth", (out / "truth.csv").string()},
-                                        {"truth_contacts", (out / "truth_contacts.csv").string()}};
+  nlohmann::ordered_json value = {{"input", scene.input},
+                                  {"complete", complete},
+                                  {"frames", done},
+                                  {"frames_folder", (out / "frames").string()},
+                                  {"sensor", (out / "sensor.json").string()},
+                                  {"truth", (out / "truth.csv").string()},
+                                  {"truth_contacts", (out / "truth_contacts.csv").string()}};
+  if (gauge_file) value["gauge"] = (out / "gauge.csv").string();
   std::string text = std::to_string(done) + " frames in " + (out / "frames").string() +
                      (complete ? "" : " (ended early)") + "\nmeasure them: palpate process " +
                      (out / "frames").string() + " --sensor " + (out / "sensor.json").string() + " --rate " +
                      shortest(synthetic.rate_Hz) + " --out " + (out / "measured").string();
+  if (gauge_file) text += scene.block + " --gauge " + (out / "gauge.csv").string();
   return {text, value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
           complete ? 0 : kInterrupted};
 }
@@ -164,10 +223,14 @@ void add_simulate(CLI::App& program, Common& common, Command& chosen) {
         .append(12 - std::min<size_t>(11, name.size()), ' ')
         .append(description)
         .append("\n");
+  scenes += std::string("  tissue      ") + kTissueScene +
+            ";\n              gauge.csv is the force on the block; 'tissue?d=6&h=4' names keys of its own\n";
   command->add_option("SCENE", synthetic.scene, "What happens (listed below)")->required();
   command
-      ->add_option("--out", common.out,
-                   "Folder for frames/, truth.csv, truth_contacts.csv, sensor.json, background.png")
+      ->add_option(
+          "--out", common.out,
+          "Folder for frames/, truth.csv, truth_contacts.csv, sensor.json, background.png, of tissue "
+          "gauge.csv")
       ->required();
   command->add_option("--size", options->size, "WIDTHxHEIGHT, px")->capture_default_str();
   command->add_option("--bits", synthetic.bit_depth, "Bits of a pixel, 8 to 16 (gel: 8)")
@@ -213,6 +276,7 @@ void add_simulate(CLI::App& program, Common& common, Command& chosen) {
              "  palpate simulate slide --mode gel --seconds 3 --depth --out out/gel\n"
              "  palpate simulate drag --skin texture --out out/drag\n"
              "  palpate simulate rig --hysteresis 0.04 --drift 0.01 --out out/rig\n"
+             "  palpate simulate tissue --out out/tissue\n"
              "Scenes:\n" +
                  scenes +
                  "Frames are lossless PNG (more than 8 bits: 16-bit files with the value in the low bits); "

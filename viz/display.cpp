@@ -140,6 +140,7 @@ void Display::update_stats() {
     stats_.note = *note;
     restless_ = 3;
   }
+  if (options_.presses) update_presses();
   if (now < stats_due_) return;
   stats_due_ = now + milliseconds(250);
   stats_.captured = session_.captured;

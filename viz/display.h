@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "viz/background_work.h"
+#include "viz/event_log.h"
 #include "viz/live.h"
 #include "viz/live_session.h"
 #include "viz/scene.h"
@@ -46,6 +47,8 @@ class Display {
 
   /// Shows what comes until the window is closed or the session ends; rethrows what the other threads threw.
   LiveReport run();
+  /// What presses told since, once no more frames come.
+  void finish_presses();
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -70,6 +73,8 @@ class Display {
   void switch_zero(bool on);
   void mark_event();
   void log_event(const char* kind, const std::string& words);
+  void update_presses();
+  bool write_event(const Event& event);
   void update_stats();
   void update_player();
   void give_back(Measured& m) {
@@ -98,6 +103,7 @@ class Display {
   std::pair<int, int> last_size_{0, 0};
   int snapshots_ = 0;
   int marks_ = 0;
+  uint64_t presses_ = 0;  ///< answers that were seen
   bool wants_sources_ = false;
   BackgroundWork background_;  ///< last: what it still does may use the rest
 };

@@ -48,23 +48,46 @@ void Display::switch_recording() {
   }
 }
 
-void Display::log_event(const char* kind, const std::string& words) {
-  const Touch& touch = current_->result.touch;
-  Event event{touch.sequence, 1e-9 * static_cast<double>(touch.time_ns), kind, words};
+/// To the session that is being written, or beside it; false where there is no place.
+bool Display::write_event(const Event& event) {
   scene_.mark({event.time_s, label_of(event)});
   const bool recording = options_.recording && options_.recording->on();
   const std::filesystem::path folder = recording ? options_.recording->latest().folder : options_.events;
-  if (folder.empty()) {
-    stats_.note =
-        text("'%s' is in this window only: --out names a folder for events.csv", label_of(event).c_str());
-    return;
-  }
-  stats_.note =
-      text("'%s' at frame %llu", label_of(event).c_str(), static_cast<unsigned long long>(event.frame));
+  if (folder.empty()) return false;
   background_.add([folder, event] {
     append_event(folder, event);
     return std::string();
   });
+  return true;
+}
+
+void Display::log_event(const char* kind, const std::string& words) {
+  const Touch& touch = current_->result.touch;
+  const Event event{touch.sequence, 1e-9 * static_cast<double>(touch.time_ns), kind, words};
+  stats_.note =
+      write_event(event)
+          ? text("'%s' at frame %llu", label_of(event).c_str(), static_cast<unsigned long long>(event.frame))
+          : text("'%s' is in this window only: --out names a folder for events.csv", label_of(event).c_str());
+}
+
+/// What presses told since the last look.
+void Display::update_presses() {
+  stats_.press = options_.presses->status();
+  const std::optional<PressAnswer>& last = stats_.press->last;
+  if (!last || last->press == presses_) return;
+  presses_ = last->press;
+  restless_ = 3;
+  const Event event{last->last_frame, last->time_s, "lump", viz::describe(*last)};
+  // A recording tells the same each time it is played: nothing that its own list should grow by.
+  if (options_.replay)
+    scene_.mark({event.time_s, label_of(event)});
+  else
+    write_event(event);
+}
+
+void Display::finish_presses() {
+  update_presses();
+  background_.finish();
 }
 
 void Display::mark_event() {

@@ -1,4 +1,5 @@
-// events.csv: what a person marked, and the zeros that the window took, beside the measurements.
+// events.csv: what a person marked, the zeros that the window took, and what presses told, beside the
+// measurements.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +12,10 @@ namespace palpate::viz {
 struct Event {
   uint64_t frame = 0;
   double time_s = 0;
-  std::string kind;  ///< "mark", "zero" or "zero ended"
-  std::string
-      text;  ///< of a mark: what was typed, else its number; of a zero: what was subtracted from then on
+  std::string kind;  ///< "mark", "zero", "zero ended" or "lump"
+  /// Of a mark: what was typed, else its number; of a zero: what was subtracted from then on; of a lump: what
+  /// a press told.
+  std::string text;
 };
 
 /// What stands beside the event in a chart: a mark's text, else its kind.

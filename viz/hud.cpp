@@ -69,6 +69,8 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
                  IM_COL32(70, 78, 90, 255));
   draw_touch(under, layout.image, shown, content.sensor, content.frame.format,
              {state.contacts, state.skin, full_shear_N_, scale});
+  if (content.live && content.live->press && content.live->press->last)
+    draw_lump(under, layout.image, *content.live->press->last, content.sensor, content.frame.format, scale);
   if (content.strain) draw_strain_bar(under, layout.image, *content.strain, state, scale);
   if (section) draw_section(under, layout.image, state.line, scale);
   if (layout.has_charts)

@@ -18,6 +18,7 @@ constexpr ImU32 kArrow = IM_COL32(92, 200, 255, 255);
 constexpr ImU32 kSkin = IM_COL32(240, 140, 200, 235);
 constexpr ImU32 kLost = IM_COL32(150, 150, 150, 160);
 constexpr ImU32 kWarning = IM_COL32(255, 120, 60, 255);
+constexpr ImU32 kLump = IM_COL32(0, 208, 148, 255);
 constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 170);
 
 /// From pixels of the frame to the screen. Pixel (0, 0) has its centre at 0, its corner at -0.5.
@@ -152,6 +153,36 @@ void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, cons
                   2 * scale);
     shadowed_text(list, {low.x + 5 * scale, high.y - ImGui::GetFontSize() - 4 * scale}, kWarning, warnings);
   }
+  list->PopClipRect();
+}
+
+void draw_lump(ImDrawList* list, const ViewRect& rect, const PressAnswer& answer, const Sensor& sensor,
+               const FrameFormat& format, float scale) {
+  if (!answer.estimate || !has_scale(sensor)) return;
+  const LumpEstimate& e = *answer.estimate;
+  if (e.verdict != LumpVerdict::Found && e.verdict != LumpVerdict::StiffnessOpen) return;
+  const ImVec2 low{static_cast<float>(rect.x), static_cast<float>(rect.y)};
+  const Place place{low, static_cast<double>(rect.width) / format.width};
+  const auto at = [&](double x_mm, double y_mm) {
+    return place.at((x_mm - answer.window_mm[0]) / sensor.pitch_mm_per_px + (format.width - 1) / 2.0,
+                    (y_mm - answer.window_mm[1]) / sensor.pitch_mm_per_px + (format.height - 1) / 2.0);
+  };
+  list->PushClipRect(low, {low.x + static_cast<float>(rect.width), low.y + static_cast<float>(rect.height)},
+                     true);
+  const ImVec2 centre = at(e.x_mm.value, e.y_mm.value);
+  const auto radius = static_cast<float>(0.5 * e.size_mm.value * place.zoom / sensor.pitch_mm_per_px);
+  for (const auto& [colour, width] : {std::pair{kShadow, 3.6f * scale}, std::pair{kLump, 1.8f * scale}}) {
+    list->AddCircle(centre, radius, colour, 48, width);
+    list->AddLine(at(e.x_mm.low, e.y_mm.value), at(e.x_mm.high, e.y_mm.value), colour, width);
+    list->AddLine(at(e.x_mm.value, e.y_mm.low), at(e.x_mm.value, e.y_mm.high), colour, width);
+  }
+  const std::string words = text("lump %.1f mm", e.size_mm.value);
+  const ImVec2 size = ImGui::CalcTextSize(words.c_str());
+  // Below the circle, or above it where the image ends.
+  const float below = centre.y + radius + 3 * scale;
+  const float foot = low.y + static_cast<float>(rect.height);
+  const float y = below + size.y < foot ? below : centre.y - radius - size.y - 3 * scale;
+  shadowed_text(list, {centre.x - size.x / 2, y}, kLump, words);
   list->PopClipRect();
 }
 

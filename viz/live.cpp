@@ -41,6 +41,7 @@ void engine_loop(LiveSession& session, Pipeline& pipeline, const LiveOptions& op
     // A frame that is not leased was copied, or made, by its source.
     session.copies += result.copies + (leased ? 0 : 1);
     if (options.recording) options.recording->measured(result.touch, times.measured_ns);
+    if (options.presses) options.presses->add((*captured)->frame, result.touch);
     if (options.on_result) options.on_result(result.touch);
     if (auto displaced = session.to_display.put({std::move(*captured), result, times})) {
       latency.add(displaced->times);
@@ -144,6 +145,10 @@ LiveReport run(gpu::Context& context, const std::function<std::unique_ptr<Source
   threads.join();
   session.rethrow();
   latency.close();
+  if (options.presses) {
+    report.presses = options.presses->finish();
+    if (display) display->finish_presses();
+  }
   report.captured = session.captured;
   report.processed = session.processed;
   report.dropped_before_engine = session.to_engine.displaced() + session.passed_over;

@@ -14,6 +14,7 @@
 #include "engine/sensor.h"
 #include "viz/history.h"
 #include "viz/latency.h"
+#include "viz/press_watch.h"
 #include "viz/view_state.h"
 
 namespace palpate::gpu {
@@ -50,6 +51,7 @@ struct LiveOptions {
   bool from_list = false;                 ///< the person chose this source in the window
   std::filesystem::path latency_file;     ///< CSV with the times of every measured frame; empty: none
   Recording* recording = nullptr;         ///< what is written meanwhile; null: nothing can be
+  PressWatch* presses = nullptr;          ///< hears every measured frame; null: no block is pressed
   std::function<bool()> interrupted;      ///< polled; true ends the session cleanly (Ctrl-C)
   std::function<void(const Touch&)> on_result;  ///< every measured frame, in order, on the engine's thread
   std::function<void(const FrameTimes&)> on_times;  ///< every measured frame once its fate is known, one call
@@ -76,7 +78,8 @@ struct LiveReport {
   Percentiles to_shown;                ///< from there to the finished picture, handed to the display
   bool latency_from_exposure = false;  ///< false: the source only knows when it delivered a frame
   double draw_median_ms = 0;
-  uint32_t mesh_columns = 0;  ///< of the last picture
+  uint32_t mesh_columns = 0;         ///< of the last picture
+  std::vector<PressAnswer> presses;  ///< what each press of a block told
   bool interrupted = false;
   bool wants_sources = false;  ///< the person asked for the list of sources
 };

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/gpu/context.h"
+#include "viz/lump_maps.h"
 
 namespace palpate {
 namespace {
@@ -77,8 +78,28 @@ std::string describe(const viz::LiveReport& report, const std::vector<viz::Recor
                   report.copies_per_frame);
     text += line;
   }
+  for (const viz::PressAnswer& press : report.presses) text += describe(press) + "\n";
   for (const viz::Recording::Written& session : sessions) text += "session " + describe(session) + "\n";
   return text;
+}
+
+Json to_json(const std::vector<viz::PressAnswer>& presses) {
+  Json all = Json::array();
+  for (const viz::PressAnswer& p : presses) {
+    Json press = {{"press", p.press},
+                  {"first_frame", p.first_frame},
+                  {"last_frame", p.last_frame},
+                  {"time_s", p.time_s},
+                  {"highest_N", p.highest_N},
+                  {"loads_N", p.loads_N},
+                  {"saturated_share", p.saturated_share}};
+    if (p.estimate)
+      press["estimate"] = Json::parse(estimate_json(*p.estimate));
+    else
+      press["trouble"] = p.trouble;
+    all.push_back(std::move(press));
+  }
+  return all;
 }
 
 Json to_json(const viz::LiveReport& report, const std::vector<viz::Recording::Written>& sessions) {
@@ -99,6 +120,7 @@ Json to_json(const viz::LiveReport& report, const std::vector<viz::Recording::Wr
                 {"latency_to_shown", to_json(report.to_shown)},
                 {"draw_median_ms", report.draw_median_ms},
                 {"sessions", Json::array()}};
+  if (!report.presses.empty()) value["presses"] = to_json(report.presses);
   for (const viz::Recording::Written& s : sessions) {
     value["sessions"].push_back({{"folder", s.folder.string()},
                                  {"recorded", s.status.recorded},

@@ -19,6 +19,9 @@ std::string describe(const viz::LiveReport& report, const std::vector<viz::Recor
 nlohmann::ordered_json to_json(const viz::LiveReport& report,
                                const std::vector<viz::Recording::Written>& sessions);
 
+/// An array, one object a press.
+nlohmann::ordered_json to_json(const std::vector<viz::PressAnswer>& presses);
+
 /// The first error of a session that ended early; empty where all are whole.
 std::string recording_error(const std::vector<viz::Recording::Written>& sessions);
 

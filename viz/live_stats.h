@@ -8,6 +8,7 @@
 #include "capture/session.h"
 #include "capture/source.h"
 #include "viz/latency.h"
+#include "viz/press_watch.h"
 
 namespace palpate::viz {
 
@@ -37,8 +38,9 @@ struct LiveStats {
   bool recording = false;
   SessionStatus session;  ///< of the session in hand, or of the last one
   std::optional<PlayerStats> player;
-  std::string note;        ///< "end of recording", "paused", "wrote ..."
-  bool from_list = false;  ///< the person chose this source in the window and can go back
+  std::optional<PressStatus> press;  ///< where a block of tissue is known
+  std::string note;                  ///< "end of recording", "paused", "wrote ..."
+  bool from_list = false;            ///< the person chose this source in the window and can go back
 };
 
 }  // namespace palpate::viz

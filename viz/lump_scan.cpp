@@ -19,11 +19,6 @@ std::string text(const char* format, double a, double b = 0, double c = 0) {
   return line;
 }
 
-const char* shape_name(size_t shape) {
-  constexpr const char* kNames[] = {"sphere", "ellipsoid", "upright cylinder", "lying cylinder"};
-  return kNames[shape];
-}
-
 std::vector<double> along(double block_mm, double window_mm, double overlap) {
   // Over the rim by so much: what lies beside a window's own rim is seen in part only.
   constexpr double kOver_mm = 1.5;
@@ -187,6 +182,11 @@ ScanAnswer evaluate_scan(const std::vector<ScanPress>& presses, const StitchOpti
   return answer;
 }
 
+const char* shape_words(LumpShape shape) {
+  constexpr const char* kNames[] = {"sphere", "ellipsoid", "upright cylinder", "lying cylinder"};
+  return kNames[static_cast<size_t>(shape)];
+}
+
 std::string interval_text(const LumpValue& v, const char* unit) {
   char line[160];
   std::snprintf(line, sizeof line, "%.3g%s%s (90 %%: %.3g to %.3g)", v.value, *unit ? " " : "", unit, v.low,
@@ -215,8 +215,9 @@ std::vector<std::pair<std::string, std::string>> estimate_rows(const LumpEstimat
     rows.emplace_back("centre y", interval_text(e.y_mm, "mm"));
     std::string shapes;
     for (size_t i = 0; i < e.shape_probability.size(); ++i)
-      shapes += (i ? ", " : "") + std::string(shape_name(i)) + text(" %.0f %%", 100 * e.shape_probability[i]);
-    rows.emplace_back("shape", std::string(shape_name(static_cast<size_t>(e.shape))) + " (" + shapes + ")");
+      shapes += (i ? ", " : "") + std::string(shape_words(static_cast<LumpShape>(i))) +
+                text(" %.0f %%", 100 * e.shape_probability[i]);
+    rows.emplace_back("shape", std::string(shape_words(e.shape)) + " (" + shapes + ")");
   }
   for (const std::string& reason : e.reasons) rows.emplace_back("reason", reason);
   if (!e.method.empty())

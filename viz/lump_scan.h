@@ -60,6 +60,8 @@ struct ScanAnswer {
 ScanAnswer evaluate_scan(const std::vector<ScanPress>& presses, const StitchOptions& options,
                          const LumpEstimator& estimator, uint64_t seed = 1);
 
+/// A shape in words: "sphere", "upright cylinder", ...
+const char* shape_words(LumpShape shape);
 /// "8.1 mm (90 %: 7.6 to 8.7)"; with `open`, what the interval says alone.
 std::string interval_text(const LumpValue& value, const char* unit);
 /// The rows of a table for people: what it is and what is known of it.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "viz/press_panel.h"
 #include "viz/words.h"
 
 namespace palpate::viz {
@@ -208,6 +209,8 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
                           (frame.has_window() ? 0 : ImGuiWindowFlags_NoScrollbar));
   }
   force_lines(frame, t, tare);
+  if (content.live && content.live->press)
+    press_lines(*content.live->press, 1e-9 * static_cast<double>(t.time_ns));
   const bool scaled = has_scale(content.sensor);
   if (t.has_contacts && t.contacts.size() > 1) contact_table(t, tare, scaled);
   if (ImGui::BeginTable("values", 2, ImGuiTableFlags_SizingStretchProp)) {

@@ -15,6 +15,7 @@
 #include "engine/error.h"
 #include "engine/gpu/context.h"
 #include "viz/input.h"
+#include "viz/live_report.h"
 #include "viz/picture.h"
 
 namespace palpate {
@@ -284,6 +285,7 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
       context, sensor, source->format(),
       {.outputs = request.outputs, .solver = request.solver, .skip_untouched = request.skip_untouched});
   pipeline.set_background(background);
+  const std::unique_ptr<viz::PressWatch> presses = request.watch ? request.watch(background) : nullptr;
 
   make_output_folder(out);
   for (const char* stale : {"summary.json", "recording.mp4", "contacts.csv"})
@@ -301,6 +303,7 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
   const auto finish = [&] {
     summary.seconds = now_s() - start_s;
     summary.warning = source->warning();
+    if (presses) summary.presses = presses->finish();
     recorder.close();
     write_whole(out / "summary.json", std::string_view(to_json(summary, request, sensor, context) + "\n"));
   };
@@ -311,6 +314,7 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
         *source, pipeline, request.frames,
         [&](const Result& result, const Frame& frame) {
           recorder.add(result, frame);
+          if (presses) presses->add(frame, result.touch);
           progress.update(++done);
         },
         request.range.end);
@@ -382,6 +386,7 @@ std::string describe(const ProcessSummary& s) {
             std::to_string(s.recorded->different) + " different\n";
     if (s.recorded->different) text += "first difference in " + s.recorded->first_difference + "\n";
   }
+  for (const viz::PressAnswer& press : s.presses) text += describe(press) + "\n";
   if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
   if (s.comparison) text += "\n" + s.comparison->table();
   return text;
@@ -412,6 +417,7 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
     value["force_states"] = s.force_states;
   }
   if (s.largest_force_N) value["largest_force_N"] = *s.largest_force_N;
+  if (!s.presses.empty()) value["presses"] = to_json(s.presses);
   if (s.largest_depth_mm) {
     value["largest_depth_mm"] = *s.largest_depth_mm;
     value["clipped_frames"] = s.clipped_frames;

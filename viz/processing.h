@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +18,7 @@
 #include "viz/depth_files.h"
 #include "viz/frame_range.h"
 #include "viz/picture.h"
+#include "viz/press_watch.h"
 
 namespace palpate {
 
@@ -41,6 +44,8 @@ struct ProcessRequest {
   std::vector<uint64_t>
       picture_frames;        ///< pictures of these frames only, ascending; empty: as picture_every says
   viz::PictureOptions look;  ///< of pictures and film: scale of the depth, viewpoint
+  /// What watches presses of a block of tissue, from the untouched image; may be null, and may return null.
+  std::function<std::unique_ptr<viz::PressWatch>(const Frame& background)> watch;
 };
 
 /// What was seen, frame by frame counted.
@@ -66,6 +71,7 @@ struct ProcessSummary {
   std::string ended_by;                   ///< why, where not complete
   std::optional<Comparison> comparison;   ///< of inputs that know the truth
   std::optional<RecordedCheck> recorded;  ///< with as_recorded
+  std::vector<viz::PressAnswer> presses;  ///< of a block of tissue
   std::string warning;                    ///< of the source: a session that was cut short
 };
 

@@ -9,15 +9,9 @@
 
 #include "engine/lump/scan_stitch.h"
 #include "viz/command.h"
+#include "viz/press_timeline.h"
 
 namespace palpate {
-
-/// One press of a scan as the table of places has it.
-struct RecordedPress {
-  std::string recording;                    ///< session, video, or synthetic:tissue?...
-  std::array<double, 2> place_mm = {0, 0};  ///< of the window's middle from the block's
-  std::string gauge;  ///< CSV of the force on the whole block (see capture/gauge.h), or "truth"
-};
 
 /// The table of places: a header line with recording, x_mm, y_mm and, where --gauge does not say it for all,
 /// gauge. `recordings` (may be empty: all rows) names those wanted; a row belongs to a recording of the same

@@ -8,6 +8,7 @@
 #include "capture/camera.h"
 #include "capture/session.h"
 #include "capture/synthetic.h"
+#include "capture/synthetic_tissue.h"
 #include "capture/v4l2_device.h"
 #include "engine/error.h"
 #include "engine/sensor.h"
@@ -171,6 +172,7 @@ void StartList::collect(const Settings& settings) {
     for (const auto& [scene, what] : scenes)
       if (scene == touch.scene)
         add("synthetic:" + scene + "?" + touch.options + "repeat=0", scene + ", " + touch.pad, what);
+  add("synthetic:tissue?repeat=0", "tissue, waveguide in a plate", kTissueScene);
   if (sensors_.empty())
     sensors_.push_back({"", "as the source brings it", "a camera is uncalibrated then", true});
 }

@@ -17,6 +17,8 @@ constexpr size_t kFewestValues = 60;      // of a load
 constexpr double kMostSaturated = 0.02;
 constexpr double kOpenFactor = 4;
 constexpr uint32_t kMostInVain = 3;
+constexpr uint32_t kMostCorrections = 3;
+constexpr double kStands = 0.1;  // standard deviations that count as none
 constexpr double kFits = 1.2;    // chi2 of a value, of a reading that the lump explains
 constexpr double kNoGain = 0.5;  // of chi2: a quarter of a standard deviation
 constexpr double kHeaviest = 1e3;
@@ -57,36 +59,59 @@ class Search {
 
   struct State {
     LumpCase::Lump lump;
+    LumpCells cells;
     LumpPrediction prediction;
     double chi2 = HUGE_VAL;  ///< with the forces and the modulus that suit it best
   };
 
-  std::optional<State> at(const LumpCase::Lump& lump) {
-    State state{lump, predict(nodes_, lump, options_.model, true), 0};
+  /// In cells that follow other lumps too, so that states compare, and under the last correction.
+  std::optional<State> at(const LumpCase::Lump& lump, const LumpCells& cells) const {
+    State state{lump, cells, predict(nodes_, FittedLump{lump, cells}, options_.model, true), 0};
     if (!state.prediction.converged) return std::nullopt;
+    state.prediction.pressure_Pa += correction_.add_Pa;
     state.chi2 = solve(state.prediction, 0, false).chi2;
     return state;
   }
 
-  /// chi2 of tissue alone.
-  std::optional<double> without_lump() {
-    // Forces and modulus act on tissue alone as they do with a lump, nearly.
+  /// In cells of its own, with what a finer grid says there; both go on to the states after it.
+  std::optional<State> corrected_at(const LumpCase::Lump& lump) {
+    const LumpCells cells = response_cells(reading_, lump, options_.model);
+    GridCorrection now = grid_correction(nodes_, FittedLump{lump, cells}, options_.model);
+    if (!now.converged) return std::nullopt;
+    std::swap(now, correction_);
+    std::optional<State> state = at(lump, cells);
+    if (!state) std::swap(now, correction_);
+    return state;
+  }
+  /// Whether that gave the state new numbers.
+  bool correct(State& state) {
+    GridCorrection now = grid_correction(nodes_, FittedLump{state.lump, state.cells}, options_.model);
+    if (!now.converged) return false;
+    state.prediction.pressure_Pa += now.add_Pa - correction_.add_Pa;
+    correction_ = std::move(now);
+    state.chi2 = solve(state.prediction, 0, false).chi2;
+    return true;
+  }
+  bool suits(const State& state) const { return suit(state.cells, reading_, state.lump, options_.model); }
+
+  /// chi2 of tissue alone, on which forces and modulus act as they do with a lump, nearly.
+  std::optional<double> without_lump(LumpPrediction with_lump) const {
     const LumpPrediction tissue = predict(nodes_, std::nullopt, options_.model, false);
     if (!tissue.converged) return std::nullopt;
-    LumpPrediction both = last_;
-    both.pressure_Pa = tissue.pressure_Pa;
-    return solve(both, 0, false).chi2;
+    const GridCorrection grids = grid_correction(nodes_, std::nullopt, options_.model);
+    if (!grids.converged) return std::nullopt;
+    with_lump.pressure_Pa = tissue.pressure_Pa + grids.add_Pa;
+    return solve(with_lump, 0, false).chi2;
   }
 
   struct Step {
     Unknowns change = Unknowns::Zero();
     Unknowns sd = Unknowns::Zero();        ///< of noise
-    Unknowns by_order = Unknowns::Zero();  ///< change if the grids' order were 2
+    Unknowns by_order = Unknowns::Zero();  ///< change if the grids' order were lower
     double chi2 = 0;                       ///< of the linear model after the step
   };
   /// The best step of the unknowns (none: of the forces and the modulus alone) from a prediction.
-  Step solve(const LumpPrediction& p, double damping, bool unknowns) {
-    last_ = p;
+  Step solve(const LumpPrediction& p, double damping, bool unknowns) const {
     const Eigen::Index first = !unknowns                ? 0
                                : options_.model.centred ? kPlaceX
                                                         : kLumpUnknowns,
@@ -110,7 +135,8 @@ class Search {
     if (unknowns) {
       step.change.head(first) = found.head(first);
       const Eigen::MatrixXd covariance = normal.ldlt().solve(Eigen::MatrixXd::Identity(columns, columns));
-      step.by_order.head(first) = covariance.topRows(first) * (j.transpose() * p.by_order_Pa) / -sigma_Pa_;
+      step.by_order.head(first) =
+          covariance.topRows(first) * (j.transpose() * correction_.by_order_Pa) / -sigma_Pa_;
       step.sd.head(first) = covariance.diagonal().head(first).cwiseMax(0).cwiseSqrt();
     }
     return step;
@@ -139,7 +165,7 @@ class Search {
   ComparedNodes nodes_;
   Eigen::VectorXd wanted_;
   double sigma_Pa_ = 1;
-  LumpPrediction last_;
+  GridCorrection correction_;
 };
 
 LumpCase::Lump first_guess(const LumpReading& reading, LumpShape shape) {
@@ -169,6 +195,43 @@ LumpValue plain(double value, double sd) {
   return {value, value - kNinetyPercent * sd, value + kNinetyPercent * sd};
 }
 
+/// From one lump to another.
+Unknowns difference(const LumpCase::Lump& to, const LumpCase::Lump& from) {
+  return Unknowns{{std::log(to.diameter_mm / from.diameter_mm), std::log(to.depth_mm / from.depth_mm),
+                   std::log(to.stiffness_ratio / from.stiffness_ratio), to.offset_mm[0] - from.offset_mm[0],
+                   to.offset_mm[1] - from.offset_mm[1]}};
+}
+
+/// Moves the state to the best one under the search's correction; false where `rounds` ran out before.
+bool descend(Search& search, Search::State& best, uint32_t& rounds) {
+  double damping = 5e-3;
+  uint32_t in_vain = 0;  // rounds in a row
+  const auto values = static_cast<double>(best.prediction.pressure_Pa.size());
+  for (; rounds > 0; --rounds) {
+    const Search::Step step = search.solve(best.prediction, damping, true);
+    const double shorten = std::max(1.0, (step.change.cwiseAbs().cwiseQuotient(kLongestStep)).maxCoeff());
+    const Unknowns change = step.change / shorten;
+    const bool fits = best.chi2 < kFits * values;
+    if ((fits && best.chi2 - step.chi2 < kNoGain) ||
+        (change.cwiseAbs() - kStands * step.sd).maxCoeff() <= 0 || change.cwiseAbs().maxCoeff() < 2e-3)
+      return true;
+    std::optional<Search::State> next = search.at(search.moved(best.lump, change), best.cells);
+    if (next && next->chi2 < best.chi2) {
+      const bool settled = best.chi2 - next->chi2 < 0.05;
+      best = std::move(*next);
+      if (!search.suits(best))
+        if (std::optional<Search::State> fresh = search.corrected_at(best.lump)) best = std::move(*fresh);
+      if (settled) return true;
+      in_vain = 0;
+      damping = std::max(damping / 4, 1e-6);
+    } else {
+      damping *= 6;
+      if ((++in_vain >= kMostInVain && fits) || damping > kHeaviest) return fits;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOptions& options) {
@@ -192,31 +255,16 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
 
   LumpCase::Lump guess = options.start ? *options.start : first_guess(reading, options.shape);
   if (options.model.centred) guess.offset_mm = {0, 0};
-  std::optional<Search::State> best = search.at(search.moved(guess, Unknowns::Zero()));
+  std::optional<Search::State> best = search.corrected_at(search.moved(guess, Unknowns::Zero()));
   if (!best) return done(LumpVerdict::Unusable, "the model found no equilibrium at these forces");
-  double damping = 5e-3;
-  bool settled = false;
-  uint32_t in_vain = 0;  // rounds in a row
-  for (uint32_t round = 0; round < options.most_rounds && !settled; ++round) {
-    const Search::Step step = search.solve(best->prediction, damping, true);
-    const double shorten = std::max(1.0, (step.change.cwiseAbs().cwiseQuotient(kLongestStep)).maxCoeff());
-    const Unknowns change = step.change / shorten;
-    const double values = static_cast<double>(search.values() * reading.force_N.size());
-    const bool fits = best->chi2 < kFits * values;
-    settled = (fits && best->chi2 - step.chi2 < kNoGain) ||
-              (change.cwiseAbs() - 0.1 * step.sd).maxCoeff() <= 0 || change.cwiseAbs().maxCoeff() < 2e-3;
-    std::optional<Search::State> next = search.at(search.moved(best->lump, change));
-    if (next && next->chi2 < best->chi2) {
-      settled = settled || best->chi2 - next->chi2 < 0.05;
-      best = std::move(next);
-      in_vain = 0;
-      damping = std::max(damping / 4, 1e-6);
-    } else {
-      // Cells' borders make small ripples: where three shorter steps gain nothing, it stands in one.
-      damping *= 6;
-      settled = ++in_vain >= kMostInVain && fits;
-      if (damping > kHeaviest) break;
-    }
+  uint32_t rounds = options.most_rounds;
+  bool settled = descend(search, *best, rounds);
+  for (uint32_t again = 0; again < kMostCorrections && settled; ++again) {
+    const LumpCase::Lump from = best->lump;
+    if (!search.correct(*best)) break;
+    settled = descend(search, *best, rounds);
+    const Unknowns sd = search.solve(best->prediction, 0, true).sd;
+    if ((difference(best->lump, from).cwiseAbs() - kStands * sd).maxCoeff() <= 0) break;
   }
   const Search::Step end = search.solve(best->prediction, 0, true);
   const double values = static_cast<double>(search.values() * reading.force_N.size());
@@ -235,7 +283,7 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
   estimate.shape_probability[static_cast<size_t>(lump.shape)] = 1;
 
   char line[200];
-  const std::optional<double> nothing = search.without_lump();
+  const std::optional<double> nothing = search.without_lump(std::move(best->prediction));
   if (nothing) estimate.evidence = std::max(0.0, *nothing - best->chi2) / (kChance * std::max(1.0, misfit));
   if (estimate.evidence < 1) return done(LumpVerdict::NoLump, "tissue alone answers as well, but for chance");
   if (!settled) {

@@ -18,6 +18,9 @@ struct ForwardGrid {
   double size_x_mm = 0, size_y_mm = 0;  ///< of a cell
   std::vector<double> size_z_mm;        ///< of each layer of cells, from the top down
   std::vector<float> young;             ///< of each cell, in any unit; > 0
+  /// Where the nodes lie at rest, 3 x nodes, from the block's middle and its surface down, if cells are no
+  /// bricks (see fitted_grid.h); only the model of large strain and solve_large_strain() look. Else empty.
+  std::vector<double> place_mm;
   /// A layer of cells that is not there: what lies above slides on what lies below, their nodes on either
   /// side share their movement along z. Its height and its moduli are 0; neither first nor last.
   std::optional<uint32_t> slit;

@@ -38,12 +38,12 @@ const ForwardScene& allowed(const ForwardScene& scene) {
 }  // namespace
 
 LargeStrainModel::LargeStrainModel(const ForwardScene& scene, const LargeStrainOptions& options,
-                                   WorkTeam& team)
+                                   WorkTeam& team, std::optional<ForwardGrid> cells)
     : scene_(allowed(scene)),
       options_(options),
       quarter_(options.quarter && symmetric(scene)),
       team_(team),
-      grid_(voxelise(scene, quarter_)),
+      grid_(cells ? std::move(*cells) : voxelise(scene, quarter_)),
       above_(grid_.cells[2] - scene.cells[2]),
       fixed_(supports(scene, grid_, quarter_)),
       cells_(grid_, scene.poisson),
@@ -201,12 +201,16 @@ PressedSurface LargeStrainModel::change(std::vector<double>& displacement,
   return surface_of(displacement, force);
 }
 
-PressedSurface LargeStrainModel::change_by_moduli(const std::vector<float>& young_change,
-                                                  LargeStrainResult& told) {
+PressedSurface LargeStrainModel::change_by_grids(const ForwardGrid& below, const ForwardGrid& above,
+                                                 double span, LargeStrainResult& told) {
   if (!tangent_fresh_) cells_.form_tangent(displacement_.data(), pressure_, team_);
   tangent_fresh_ = true;
   std::vector<double> direct(displacement_.size()), displacement(displacement_.size());
-  cells_.forces(displacement_.data(), direct.data(), young_change, team_);
+  NeoHookeanCells(below, scene_.poisson)
+      .forces(displacement_.data(), displacement.data(), below.young, team_);
+  NeoHookeanCells(above, scene_.poisson).forces(displacement_.data(), direct.data(), above.young, team_);
+  for (size_t n = 0; n < direct.size(); ++n) direct[n] = (direct[n] - displacement[n]) / span;
+  std::fill(displacement.begin(), displacement.end(), 0.0);
   const size_t nodes = grid_.nodes();
   for (size_t n = 0; n < direct.size(); ++n)
     residual_[n] = (fixed_[n % nodes] >> (n / nodes) & 1) != 0 ? 0 : -direct[n];

@@ -1,6 +1,7 @@
 // One block at large strain: pressed step by step, its surface, and how both answer small changes.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -14,8 +15,10 @@ namespace palpate {
 
 class LargeStrainModel {
  public:
-  /// Throws as solve_large_strain() does. Keeps the team, which outlives it.
-  LargeStrainModel(const ForwardScene& scene, const LargeStrainOptions& options, WorkTeam& team);
+  /// Throws as solve_large_strain() does. Keeps the team, which outlives it. `cells`: of this scene, whole or
+  /// the quarter that the options ask for; voxelise()'s where there are none.
+  LargeStrainModel(const ForwardScene& scene, const LargeStrainOptions& options, WorkTeam& team,
+                   std::optional<ForwardGrid> cells = std::nullopt);
 
   /// Moves the plate to `press_mm` in one step of Newton's search. False where that does not end: the block
   /// is as it was. `told` gathers rounds and iterations.
@@ -28,9 +31,10 @@ class LargeStrainModel {
   std::array<uint32_t, 2> map_nodes() const;
   uint64_t bytes() const;
 
-  /// Changes of the surface (force and place) in this state, per unit of a parameter that changes the cells'
-  /// moduli by `young_change` (grid().young's layout), the plate held.
-  PressedSurface change_by_moduli(const std::vector<float>& young_change, LargeStrainResult& told);
+  /// Changes of the surface (force and place) in this state, the plate held, per unit of a parameter that
+  /// makes the grid `below` and `above` (their moduli and places) at either end of `span` of it.
+  PressedSurface change_by_grids(const ForwardGrid& below, const ForwardGrid& above, double span,
+                                 LargeStrainResult& told);
   /// The same per mm of the plate.
   PressedSurface change_by_press(LargeStrainResult& told);
 

@@ -21,9 +21,9 @@ std::string text(const char* format, double a, double b = 0, double c = 0) {
 
 }  // namespace
 
-void conclude(const LumpModel& model, const PressedNodes& nodes, const LumpEvidence& found,
+void conclude(const LumpModel& model, const PressedNodes& nodes, LumpMethod method, const LumpEvidence& found,
               LumpEstimate& estimate) {
-  const LumpTrust trust = trust_at(model, nodes.loads.size(), nodes.noise_share);
+  const LumpTrust trust = trust_at(model, method, nodes.loads.size(), nodes.noise_share);
   estimate.evidence = std::max(0.0, found.evidence) / trust.evidence;
   estimate.false_alarm_rate = model.false_alarm_rate;
   estimate.shape_probability = found.posterior.shape_probability;

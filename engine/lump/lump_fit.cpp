@@ -10,12 +10,13 @@ namespace {
 
 using Matrix5 = Eigen::Matrix<double, 5, 5>;
 
-constexpr double kGaugeShare = 0.002;
 constexpr double kBeyondRange = 1.1;  // of the training's ranges, where the search is turned back
 constexpr std::array<double, 5> kLongestStep = {0.4, 0.5, 0.9, 1.5, 1.5};
 constexpr double kForgiven = 30;    // misfit beyond the best's from which on a shape is no longer followed
 constexpr double kHopeless = 1e30;  // misfit of what the network has no number for
 constexpr int kRatios = 11;         // of the posterior
+constexpr double kUnlikely = 1e-3;  // probability of a shape from which on it is not tried
+constexpr uint32_t kRefining = 12, kChecking = 3;  // rounds
 
 /// Past `edge` by `over` a parameter costs (over / width)^2.
 void wall(double over, double width, int index, double sign, double& misfit, LumpVector* slope,
@@ -39,19 +40,12 @@ std::array<double, 2> log_range(const std::array<double, 2>& range) {
 
 }  // namespace
 
-LumpFitter::LumpFitter(const LumpModel& model, const PressedNodes& nodes, const PatchView& view, int member)
-    : model_(model),
-      nodes_(nodes),
-      view_(view),
-      sums_(sum_patch(model.patch, nodes, view)),
-      whitener_(model, nodes, sums_, kGaugeShare),
-      member_(member) {}
-
 double LumpFitter::misfit(const LumpFit& fit, LumpVector* slope, Matrix5* normal) const {
-  const LumpGuess guess{fit.what.shape, fit.at(0), fit.at(1), fit.at(2)};
+  const LumpGuess guess{fit.shape, fit.at(0), fit.at(1), fit.at(2)};
+  const PatchWhitener& whitener = patch_.whitener;
   std::array<Eigen::MatrixXd, 3> changes;
   const Eigen::MatrixXd plain =
-      bump_factors(model_, guess, view_.setting, nodes_.loads, member_, slope ? &changes : nullptr);
+      bump_factors(model_, guess, patch_.view.setting, nodes_.loads, -1, slope ? &changes : nullptr);
   const Eigen::MatrixXd shift = fit.at(3) * model_.patch.along_x + fit.at(4) * model_.patch.along_y;
   const bool still = fit.at(3) == 0 && fit.at(4) == 0;
   const auto moved = [&shift, still](const Eigen::MatrixXd& factors) -> Eigen::MatrixXd {
@@ -60,14 +54,14 @@ double LumpFitter::misfit(const LumpFit& fit, LumpVector* slope, Matrix5* normal
     return factors - once + 0.5 * (shift * once);
   };
   const Eigen::MatrixXd factors = moved(plain);
-  const Eigen::VectorXd rest = whitener_.reading() - whitener_.of_factors(factors);
+  const Eigen::VectorXd rest = whitener.reading() - whitener.of_factors(factors);
   double sum = rest.squaredNorm();
   if (slope != nullptr) {
     Eigen::MatrixXd jacobian(rest.size(), 5);
     for (size_t p = 0; p < 3; ++p)
-      jacobian.col(static_cast<Eigen::Index>(p)) = whitener_.of_factors(moved(changes[p]));
-    jacobian.col(3) = whitener_.of_factors(-model_.patch.along_x * factors);
-    jacobian.col(4) = whitener_.of_factors(-model_.patch.along_y * factors);
+      jacobian.col(static_cast<Eigen::Index>(p)) = whitener.of_factors(moved(changes[p]));
+    jacobian.col(3) = whitener.of_factors(-model_.patch.along_x * factors);
+    jacobian.col(4) = whitener.of_factors(-model_.patch.along_y * factors);
     *slope = jacobian.transpose() * rest;
     *normal = jacobian.transpose() * jacobian;
   }
@@ -95,7 +89,7 @@ double LumpFitter::misfit(const LumpFit& fit, LumpVector* slope, Matrix5* normal
   }
   // A lump does not reach through the floor.
   const double size = std::exp(fit.at(0)), depth = std::exp(fit.at(1));
-  const double over = size + depth - (view_.setting.thickness_mm - 0.9 * model_.floor_mm);
+  const double over = size + depth - (patch_.view.setting.thickness_mm - 0.9 * model_.floor_mm);
   if (over > 0) {
     const double width = 0.2;
     sum += over * over / (width * width);
@@ -108,50 +102,6 @@ double LumpFitter::misfit(const LumpFit& fit, LumpVector* slope, Matrix5* normal
     }
   }
   return sum;
-}
-
-LumpFit LumpFitter::start(const LumpHypothesis& what) const {
-  LumpFit best;
-  best.what = what;
-  best.misfit = std::numeric_limits<double>::infinity();
-  const auto between = [](const std::array<double, 2>& range, double share) {
-    const auto [low, high] = log_range(range);
-    return low + share * (high - low);
-  };
-  std::vector<LumpVector> tried;
-  for (const double s : {0.1, 0.4, 0.7, 0.95})
-    for (const double d : {0.1, 0.4, 0.7, 0.95})
-      for (const double r : {0.25, 0.75}) {
-        LumpVector at;
-        at << between(model_.size_mm, s), between(model_.depth_mm, d), between(model_.ratio, r), 0, 0;
-        if (std::exp(at(0)) + std::exp(at(1)) <= view_.setting.thickness_mm - model_.floor_mm)
-          tried.push_back(at);
-      }
-  if (tried.empty()) tried.push_back(best.at);
-  // All at once, at the highest load: it shows most.
-  const double load = nodes_.loads.back();
-  Eigen::MatrixXf in(kLumpFeatures, static_cast<Eigen::Index>(tried.size()));
-  for (size_t i = 0; i < tried.size(); ++i)
-    in.col(static_cast<Eigen::Index>(i)) =
-        (lump_features({what.shape, tried[i](0), tried[i](1), tried[i](2)}, view_.setting, load)
-             .cast<float>() -
-         model_.in_mean)
-            .array() *
-        model_.in_scale.array();
-  const Eigen::MatrixXf out = model_.members[static_cast<size_t>(std::max(member_, 0))].apply(in);
-  const Eigen::MatrixXd factors =
-      load * ((model_.out_scale.asDiagonal() * out).colwise() + model_.out_mean).cast<double>();
-  const Eigen::MatrixXd weighed = sums_.gram * factors;
-  const Eigen::VectorXd seen = sums_.right.rightCols(1);
-  for (size_t i = 0; i < tried.size(); ++i) {
-    const auto column = static_cast<Eigen::Index>(i);
-    const double misfit = factors.col(column).dot(weighed.col(column) - 2 * seen);
-    if (misfit < best.misfit) {
-      best.misfit = misfit;
-      best.at = tried[i];
-    }
-  }
-  return best;
 }
 
 void LumpFitter::search(LumpFit& fit, uint32_t rounds, bool ratio_held) const {
@@ -195,16 +145,15 @@ void LumpFitter::search(LumpFit& fit, uint32_t rounds, bool ratio_held) const {
 
 double LumpPosterior::quantile(LumpParameter what, double share) const {
   double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const Bell& bell : bells) {
-    low = std::min(low, bell.mean[what] - 6 * bell.sd[what]);
-    high = std::max(high, bell.mean[what] + 6 * bell.sd[what]);
+  for (const Part& part : parts) {
+    const LumpBell& bell = part.bells[what];
+    low = std::min(low, bell.middle - 6 * bell.below);
+    high = std::max(high, bell.middle + 6 * bell.above);
   }
   for (int step = 0; step < 40; ++step) {
     const double middle = 0.5 * (low + high);
     double below = 0;
-    for (const Bell& bell : bells)
-      below +=
-          bell.weight * 0.5 * std::erfc((bell.mean[what] - middle) / (bell.sd[what] * std::numbers::sqrt2));
+    for (const Part& part : parts) below += part.weight * part.bells[what].share_to(middle);
     (below < share ? low : high) = middle;
   }
   return 0.5 * (low + high);
@@ -214,7 +163,7 @@ namespace {
 
 /// The bells of one fit: its ratio on a grid, the rest following it.
 void add_bells(const LumpModel& model, const LumpFitter& fitter, const LumpFit& fit, double warmth,
-               std::vector<LumpPosterior::Bell>& bells, std::vector<double>& log_weights) {
+               std::vector<LumpPosterior::Part>& parts, std::vector<double>& log_weights) {
   const Matrix5 covariance = fit.normal.inverse();
   const auto [low, high] = log_range(model.ratio);
   const double sd = sd_of(warmth * covariance(2, 2));
@@ -233,13 +182,13 @@ void add_bells(const LumpModel& model, const LumpFitter& fitter, const LumpFit& 
     const double volume = std::log(std::max(1e-300, std::abs(inverse.determinant())));
     // Sizes and depths were even in the training, not their logarithms.
     if (!std::isfinite(volume) || at.misfit >= kHopeless) return;
-    log_weights.push_back(-0.5 * at.misfit / warmth + 0.5 * volume + std::log(spacing) + at.at(0) + at.at(1) +
-                          std::log(fit.what.prior));
-    LumpPosterior::Bell bell;
-    bell.shape = fit.what.shape;
-    bell.mean = {at.at(0), at.at(1), at.at(2)};
-    bell.sd = {sd_of(warmth * inverse(0, 0)), sd_of(warmth * inverse(1, 1)), 0.5 * spacing};
-    bells.push_back(bell);
+    log_weights.push_back(-0.5 * at.misfit / warmth + 0.5 * volume + std::log(spacing) + at.at(0) + at.at(1));
+    LumpPosterior::Part part;
+    part.shape = fit.shape;
+    const std::array<double, kParameters> sds = {sd_of(warmth * inverse(0, 0)), sd_of(warmth * inverse(1, 1)),
+                                                 0.5 * spacing};
+    for (const LumpParameter p : {kSize, kDepth, kRatio}) part.bells[p] = {at.at(p), sds[p], sds[p]};
+    parts.push_back(part);
   };
   for (const double direction : {1.0, -1.0}) {
     LumpFit at = fit;
@@ -261,83 +210,69 @@ void add_bells(const LumpModel& model, const LumpFitter& fitter, const LumpFit& 
 
 }  // namespace
 
-LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, double warmth, int member) {
+LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, LumpMethod method,
+                         double warmth) {
+  const LumpLook look = look_for_lump(model, nodes);
+  const LumpFitter fitter(model, nodes, look.patch);
+  const LumpAnswer& answer = look.answer;
+  const auto start = [&answer](size_t shape) {
+    LumpFit fit;
+    fit.shape = static_cast<LumpShape>(shape);
+    for (const LumpParameter p : {kSize, kDepth, kRatio}) fit.at(p) = answer.bells[shape][p].middle;
+    fit.at(3) = answer.shift_mm[0];
+    fit.at(4) = answer.shift_mm[1];
+    return fit;
+  };
+  const auto likeliest =
+      static_cast<size_t>(std::max_element(answer.shape_probability.begin(), answer.shape_probability.end()) -
+                          answer.shape_probability.begin());
+  std::vector<LumpFit> fits;
+  for (size_t s = 0; s < 4; ++s) {
+    const bool tried = method == LumpMethod::Refined && answer.shape_probability[s] > kUnlikely;
+    if (!model.shapes[s] || (s != likeliest && !tried)) continue;
+    fits.push_back(start(s));
+    fitter.search(fits.back(), method == LumpMethod::Refined ? kRefining : kChecking);
+  }
+  const LumpFit& best = *std::min_element(
+      fits.begin(), fits.end(), [](const LumpFit& a, const LumpFit& b) { return a.misfit < b.misfit; });
   LumpEvidence found;
   found.no_lump_misfit = no_lump_misfit(nodes);
-  std::vector<LumpHypothesis> hypotheses;
-  const auto add = [&](LumpShape shape, bool both) {
-    if (!model.shapes[static_cast<size_t>(shape)]) return;
-    for (const bool swapped : {false, true})
-      if (!swapped || both) hypotheses.push_back({shape, swapped, both ? 0.5 : 1});
-  };
-  add(LumpShape::Sphere, false);
-  add(LumpShape::Ellipsoid, true);
-  add(LumpShape::Cylinder, false);
-  add(LumpShape::LyingCylinder, true);
-
-  std::array<double, 2> center = find_bump(model, nodes);
-  std::array<std::optional<LumpFitter>, 2> fitters;
-  const double reach = model.offset_mm + 2;
-  for (int pass = 0; pass < 3; ++pass) {
-    for (size_t f = 0; f < 2; ++f)
-      fitters[f].emplace(model, nodes, PatchView(model, nodes, center, f == 1), std::max(member, 0));
-    if (pass == 0) {
-      for (const LumpHypothesis& what : hypotheses)
-        found.fits.push_back(fitters[what.swapped ? 1 : 0]->start(what));
-    } else {
-      for (LumpFit& fit : found.fits) fit.at(3) = fit.at(4) = 0;
-    }
-    double best = std::numeric_limits<double>::infinity();
-    for (LumpFit& fit : found.fits) {
-      fitters[fit.what.swapped ? 1 : 0]->search(fit, pass == 0 ? 6 : 4);
-      best = std::min(best, fit.misfit);
-    }
-    std::sort(found.fits.begin(), found.fits.end(),
-              [](const LumpFit& a, const LumpFit& b) { return a.misfit < b.misfit; });
-    // Shapes that are far off are not followed; while the centre moves, with patience.
-    const double forgiven = (pass == 0 ? 4 : 1) * kForgiven * warmth;
-    std::erase_if(found.fits, [&](const LumpFit& fit) { return fit.misfit > best + forgiven; });
-    const LumpFit& first = found.fits.front();
-    if (std::hypot(first.at(3), first.at(4)) < 0.35 || pass == 2) break;
-    const auto move = fitters[first.what.swapped ? 1 : 0]->view().to_block(first.at(3), first.at(4));
-    for (size_t axis = 0; axis < 2; ++axis)
-      center[axis] = std::clamp(center[axis] + move[axis], -reach, reach);
-  }
-  // The search was one member's, which is quick and near; the answer is everyone's.
-  if (member < 0) {
-    for (auto& each : fitters) each->use(member);
-    for (LumpFit& fit : found.fits) fitters[fit.what.swapped ? 1 : 0]->search(fit, 3);
-    std::sort(found.fits.begin(), found.fits.end(),
-              [](const LumpFit& a, const LumpFit& b) { return a.misfit < b.misfit; });
-  }
-  const LumpFit& best = found.fits.front();
-  const LumpFitter& fitter = *fitters[best.what.swapped ? 1 : 0];
   found.evidence = fitter.no_lump() - best.misfit;
-  found.misfit = best.misfit / static_cast<double>(std::max<Eigen::Index>(1, fitter.whitener().size() - 5));
-  found.rest = fitter.whitener().rest();
-
-  std::vector<double> log_weights;
-  for (const LumpFit& fit : found.fits)
-    if (fit.misfit < best.misfit + kForgiven * warmth)
-      add_bells(model, *fitters[fit.what.swapped ? 1 : 0], fit, warmth, found.posterior.bells, log_weights);
-  if (log_weights.empty()) {
-    found.evidence = 0;
-    return found;
+  found.misfit = best.misfit / static_cast<double>(std::max<Eigen::Index>(1, look.patch.whitener.size() - 5));
+  found.rest = look.patch.whitener.rest();
+  std::array<double, 2> shift = answer.shift_mm, sd = answer.shift_sd_mm;
+  LumpPosterior& posterior = found.posterior;
+  if (method == LumpMethod::Network) {
+    posterior.shape_probability = answer.shape_probability;
+    for (size_t s = 0; s < 4; ++s)
+      if (model.shapes[s])
+        posterior.parts.push_back({answer.shape_probability[s], static_cast<LumpShape>(s), answer.bells[s]});
+  } else {
+    std::vector<double> log_weights;
+    for (const LumpFit& fit : fits)
+      if (fit.misfit < best.misfit + kForgiven * warmth)
+        add_bells(model, fitter, fit, warmth, posterior.parts, log_weights);
+    if (log_weights.empty()) {
+      found.evidence = 0;
+      return found;
+    }
+    const double most = *std::max_element(log_weights.begin(), log_weights.end());
+    double sum = 0;
+    for (double& weight : log_weights) sum += weight = std::exp(weight - most);
+    for (size_t i = 0; i < log_weights.size(); ++i) {
+      LumpPosterior::Part& part = posterior.parts[i];
+      part.weight = log_weights[i] / sum;
+      posterior.shape_probability[static_cast<size_t>(part.shape)] += part.weight;
+    }
+    const Matrix5 covariance = best.normal.inverse();
+    shift = {best.at(3), best.at(4)};
+    sd = {sd_of(warmth * covariance(3, 3)), sd_of(warmth * covariance(4, 4))};
   }
-  const double most = *std::max_element(log_weights.begin(), log_weights.end());
-  double sum = 0;
-  for (double& weight : log_weights) sum += weight = std::exp(weight - most);
-  for (size_t i = 0; i < log_weights.size(); ++i) {
-    LumpPosterior::Bell& bell = found.posterior.bells[i];
-    bell.weight = log_weights[i] / sum;
-    found.posterior.shape_probability[static_cast<size_t>(bell.shape)] += bell.weight;
-  }
-  const Matrix5 covariance = best.normal.inverse();
-  const auto move = fitter.view().to_block(best.at(3), best.at(4));
-  const std::array<double, 2> sd = {sd_of(warmth * covariance(3, 3)), sd_of(warmth * covariance(4, 4))};
+  const PatchView& view = look.patch.view;
+  const auto move = view.to_block(shift[0], shift[1]);
   for (size_t axis = 0; axis < 2; ++axis) {
-    found.place_mm[axis] = fitter.view().center_mm[axis] + move[axis];
-    found.place_sd_mm[axis] = sd[best.what.swapped ? 1 - axis : axis];
+    found.place_mm[axis] = view.center_mm[axis] + move[axis];
+    found.place_sd_mm[axis] = sd[view.swapped ? 1 - axis : axis];
   }
   return found;
 }

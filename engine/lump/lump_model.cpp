@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "engine/lump/map_sampling.h"
 
@@ -108,6 +109,19 @@ Eigen::Matrix<double, kLumpFeatures, 1> lump_features(const LumpGuess& guess, co
   return in;
 }
 
+double lump_amplitude(const LumpGuess& guess, std::array<double, 3>* changes) {
+  const double size = std::exp(guess.log_size), depth = std::exp(guess.log_depth),
+               ratio = std::exp(guess.log_ratio);
+  const double wide = size / (size + depth);
+  // Nothing is divided by nothing: a lump as soft as the tissue still has a little.
+  const double contrast = std::abs(ratio - 1) / (ratio + 2) + 0.02;
+  if (changes != nullptr) {
+    const double slope = (ratio < 1 ? -3 : 3) * ratio / ((ratio + 2) * (ratio + 2));
+    *changes = {2 * (1 - wide), -2 * (1 - wide), slope / contrast};
+  }
+  return contrast * wide * wide;
+}
+
 Eigen::MatrixXd bump_factors(const LumpModel& model, const LumpGuess& guess, const LumpSetting& setting,
                              const std::vector<double>& loads, int member,
                              std::array<Eigen::MatrixXd, 3>* changes) {
@@ -140,16 +154,26 @@ Eigen::MatrixXd bump_factors(const LumpModel& model, const LumpGuess& guess, con
   const auto share = 1 / static_cast<float>(last - first);
   const Eigen::VectorXf scale = share * model.out_scale;
   Eigen::MatrixXd factors = ((scale.asDiagonal() * sum).colwise() + model.out_mean).cast<double>();
-  for (Eigen::Index k = 0; k < count; ++k) factors.col(k) *= loads[static_cast<size_t>(k)];
+  std::array<double, 3> slopes{};
+  const double amplitude = lump_amplitude(guess, &slopes);
+  const Eigen::VectorXd size = amplitude * Eigen::Map<const Eigen::VectorXd>(loads.data(), count);
+  factors *= size.asDiagonal();
   if (changes != nullptr)
-    for (size_t t = 0; t < 3; ++t) {
-      (*changes)[t] = (scale.asDiagonal() * change_sum[t]).cast<double>();
-      for (Eigen::Index k = 0; k < count; ++k) (*changes)[t].col(k) *= loads[static_cast<size_t>(k)];
-    }
+    for (size_t t = 0; t < 3; ++t)
+      (*changes)[t] =
+          (scale.asDiagonal() * change_sum[t]).cast<double>() * size.asDiagonal() + slopes[t] * factors;
   return factors;
 }
 
-LumpTrust trust_at(const LumpModel& model, size_t loads, double noise_share) {
+double LumpBell::share_to(double value) const {
+  const double left = below / (below + above);
+  const double off = value - middle;
+  const double half = off < 0 ? below : above;
+  const double beyond = std::erfc(std::abs(off) / (half * std::numbers::sqrt2));
+  return off < 0 ? left * beyond : 1 - (1 - left) * beyond;
+}
+
+LumpTrust trust_at(const LumpModel& model, LumpMethod method, size_t loads, double noise_share) {
   const auto place = [](const auto& knots, double value, size_t& below, double& share) {
     below = 0;
     while (below + 2 < knots.size() && value > static_cast<double>(knots[below + 1])) ++below;
@@ -157,12 +181,13 @@ LumpTrust trust_at(const LumpModel& model, size_t loads, double noise_share) {
                  high = std::log(static_cast<double>(knots[below + 1]));
     share = std::clamp((std::log(std::max(value, 1e-9)) - low) / (high - low), 0.0, 1.0);
   };
+  const LumpModel::TrustTable& table = model.trust[static_cast<size_t>(method)];
   size_t l = 0, n = 0;
   double a = 0, b = 0;
   place(kTrustLoads, static_cast<double>(loads), l, a);
   place(kTrustNoise, noise_share, n, b);
   const auto mix = [&](auto member) {
-    const auto log_at = [&](size_t i, size_t j) { return std::log(member(model.trust[i][j])); };
+    const auto log_at = [&](size_t i, size_t j) { return std::log(member(table[i][j])); };
     return std::exp((1 - a) * ((1 - b) * log_at(l, n) + b * log_at(l, n + 1)) +
                     a * ((1 - b) * log_at(l + 1, n) + b * log_at(l + 1, n + 1)));
   };

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/lump/forward.h"
+#include "engine/lump/lump_reading.h"
 #include "engine/lump/small_network.h"
 
 namespace palpate {
@@ -54,8 +55,37 @@ struct LumpTrust {
   double misfit = 2;          ///< that one in 100 readings with a lump exceeds
   double rest = 2;            ///< the same of what no sum of the patch's fields can be
   double no_lump_misfit = 2;  ///< that one in 100 readings without a lump exceeds, of the whole window
-  double warmth = 1;          ///< divides logarithms of likelihoods before hypotheses are weighed
+  // For people: relative errors of the values, and how often the shape was right.
+  std::array<double, kParameters> median_error{};
+  double shape_rate = 0;
+  double warmth = 1;  ///< divides logarithms of likelihoods before hypotheses are weighed
 };
+
+/// A bell of two halves that meet in the middle.
+struct LumpBell {
+  double middle = 0, below = 1, above = 1;  ///< standard deviations of the two halves
+
+  /// Share of it up to a value.
+  double share_to(double value) const;
+};
+
+/// The network from a reading's patch to its lump. A bump over all loads is a middle and a sum of a few ways
+/// to differ from it; their likeliest weights are what the network sees.
+struct LumpReader {
+  static constexpr Eigen::Index kOthers = 8;  ///< inputs besides: size, thickness, place, loads, noise
+  static constexpr Eigen::Index kOpen = 10;   ///< first ways of which is told how open they are
+
+  std::array<double, 4> loads{};  ///< of the ways: force over area and modulus
+  /// (loads x fields) x ways, the bumps' factors over load at each of the loads, scaled so that bumps'
+  /// weights are of unit variance; and their middle.
+  Eigen::MatrixXf ways;
+  Eigen::VectorXf middle;
+  Eigen::VectorXf in_mean, in_scale;
+  std::array<double, kParameters> mean{}, scale{};  ///< of the logarithms, of the outputs
+  std::vector<SmallNetwork> members;                ///< the mean of their outputs is used
+};
+
+inline constexpr size_t kLumpMethods = 2;
 
 inline constexpr std::array<uint32_t, 3> kTrustLoads = {1, 2, 4};
 inline constexpr std::array<double, 4> kTrustNoise = {0.002, 0.005, 0.02, 0.1};  ///< shares of the peak
@@ -73,15 +103,20 @@ struct LumpModel {
   LumpBase base;
   LumpPatch patch;
 
-  /// In: see lump_features(). Out: the fields' factors over load, scaled. The mean of all is used; each was
-  /// not shown a part of the training set.
+  /// The emulator. In: see lump_features(). Out: the fields' factors over load and lump_amplitude(), scaled.
+  /// The mean of all is used; each was not shown a part of the training set.
   std::vector<SmallNetwork> members;
   Eigen::VectorXf in_mean, in_scale, out_mean, out_scale;
 
-  Eigen::MatrixXd discrepancy;  ///< of the fields' factors, where the bump's are one in all (squares)
-  double load_correlation = 0;  ///< of the discrepancy at one load with that at another
+  /// Of the mean's error: squares of the fields' factors, where the bump's are one in all.
+  Eigen::MatrixXd discrepancy;
+  double load_correlation = 0;   ///< of the discrepancy at one load with that at another
+  double error_over_spread = 1;  ///< of the members' mean, over how far they differ
 
-  std::array<std::array<LumpTrust, kTrustNoise.size()>, kTrustLoads.size()> trust;
+  LumpReader reader;
+
+  using TrustTable = std::array<std::array<LumpTrust, kTrustNoise.size()>, kTrustLoads.size()>;
+  std::array<TrustTable, kLumpMethods> trust;  ///< by LumpMethod
   double false_alarm_rate = 0.01;
 
   std::string made_from;  ///< one line for people: data, cases, seed, version
@@ -102,6 +137,10 @@ Eigen::Matrix<double, kLumpFeatures, 1> lump_features(
     const LumpGuess& guess, const LumpSetting& setting, double load,
     Eigen::Matrix<double, kLumpFeatures, 3>* changes = nullptr);
 
+/// About how large a bump is over its load, by which the emulator's outputs are divided: stiff lumps, and
+/// those that are large beside their depth, show most. Optionally how its logarithm changes with the three.
+double lump_amplitude(const LumpGuess& guess, std::array<double, 3>* changes = nullptr);
+
 /// The fields' factors of the bump (pressure over modulus) at each load, count x loads, by one member (or the
 /// mean of all: -1); `changes` (may be null) with the three logarithms.
 Eigen::MatrixXd bump_factors(const LumpModel& model, const LumpGuess& guess, const LumpSetting& setting,
@@ -109,6 +148,6 @@ Eigen::MatrixXd bump_factors(const LumpModel& model, const LumpGuess& guess, con
                              std::array<Eigen::MatrixXd, 3>* changes = nullptr);
 
 /// The trust at a number of loads and a noise (share of the peak), between the tables' places.
-LumpTrust trust_at(const LumpModel& model, size_t loads, double noise_share);
+LumpTrust trust_at(const LumpModel& model, LumpMethod method, size_t loads, double noise_share);
 
 }  // namespace palpate

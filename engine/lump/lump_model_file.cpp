@@ -9,13 +9,14 @@
 #include "engine/error.h"
 #include "engine/lump/lump_model.h"
 #include "engine/lump/lump_network.h"
+#include "engine/lump/lump_reader.h"
 
 namespace palpate {
 namespace {
 
 using Json = nlohmann::json;
 
-constexpr const char* kMagic = "palpate lump network 1\n";
+constexpr const char* kMagic = "palpate lump network 2\n";
 constexpr size_t kLargest = size_t{64} << 20;
 static_assert(std::endian::native == std::endian::little);
 
@@ -33,6 +34,13 @@ class Weights {
     const Eigen::MatrixXf values = matrix.template cast<float>();
     bytes.append(reinterpret_cast<const char*>(values.data()),
                  static_cast<size_t>(values.size()) * sizeof(float));
+  }
+  void put(const std::vector<SmallNetwork>& networks) {
+    for (const SmallNetwork& network : networks)
+      for (const SmallNetwork::Layer& layer : network.layers) {
+        put(layer.weight);
+        put(layer.bias);
+      }
   }
   std::string bytes;
 };
@@ -52,6 +60,25 @@ class Taken {
     at_ += bytes;
     left_ -= bytes;
   }
+  /// Networks of one make: inputs, hidden layers, outputs.
+  std::vector<SmallNetwork> take_networks(size_t members, Eigen::Index inputs,
+                                          const std::vector<Eigen::Index>& hidden, Eigen::Index outputs) {
+    if (members < 1 || members > 64 || hidden.empty() || hidden.size() > 8)
+      throw std::runtime_error("networks out of range");
+    std::vector<SmallNetwork> networks(members);
+    for (SmallNetwork& network : networks) {
+      Eigen::Index from = inputs;
+      for (size_t l = 0; l <= hidden.size(); ++l) {
+        const Eigen::Index to = l < hidden.size() ? hidden[l] : outputs;
+        SmallNetwork::Layer layer;
+        take(layer.weight, to, from);
+        take(layer.bias, to, 1);
+        network.layers.push_back(std::move(layer));
+        from = to;
+      }
+    }
+    return networks;
+  }
   size_t left() const { return left_; }
 
  private:
@@ -59,11 +86,26 @@ class Taken {
   size_t left_;
 };
 
+/// By LumpMethod.
+constexpr std::array<const char*, kLumpMethods> kMethods = {"network", "refined"};
+
+Json hidden_of(const std::vector<SmallNetwork>& networks) {
+  Json widths = Json::array();
+  for (size_t l = 0; l + 1 < networks.front().layers.size(); ++l)
+    widths.push_back(networks.front().layers[l].weight.rows());
+  return widths;
+}
+
 Json trust_json(const LumpTrust& t) {
-  return {{"stretch", t.stretch},   {"place_stretch", t.place_stretch},
-          {"evidence", t.evidence}, {"misfit", t.misfit},
-          {"rest", t.rest},         {"no_lump_misfit", t.no_lump_misfit},
-          {"warmth", t.warmth}};
+  return {{"stretch", t.stretch},
+          {"place_stretch", t.place_stretch},
+          {"evidence", t.evidence},
+          {"misfit", t.misfit},
+          {"rest", t.rest},
+          {"no_lump_misfit", t.no_lump_misfit},
+          {"warmth", t.warmth},
+          {"median_error", t.median_error},
+          {"shape_rate", t.shape_rate}};
 }
 
 double positive(const Json& json, const char* key) {
@@ -83,6 +125,8 @@ LumpTrust read_trust(const Json& json) {
   t.rest = positive(json, "rest");
   t.no_lump_misfit = positive(json, "no_lump_misfit");
   t.warmth = positive(json, "warmth");
+  json.at("median_error").get_to(t.median_error);
+  t.shape_rate = json.at("shape_rate").get<double>();
   return t;
 }
 
@@ -90,6 +134,28 @@ void read_range(const Json& json, const char* key, std::array<double, 2>& range)
   json.at(key).get_to(range);
   if (!(range[0] > 0 && range[1] >= range[0] && range[1] < 1e6))
     throw std::runtime_error(std::string(key) + " out of range");
+}
+
+void read_reader(const Json& json, Taken& weights, Eigen::Index fields, LumpReader& reader) {
+  json.at("loads").get_to(reader.loads);
+  json.at("mean").get_to(reader.mean);
+  json.at("scale").get_to(reader.scale);
+  for (size_t q = 0; q < reader.loads.size(); ++q)
+    if (!(reader.loads[q] > (q > 0 ? reader.loads[q - 1] : 0.0) && reader.loads[q] < 1e3))
+      throw std::runtime_error("the reader's loads do not rise");
+  for (size_t p = 0; p < kParameters; ++p)
+    if (!(std::abs(reader.mean[p]) < 100) || !(reader.scale[p] > 0 && reader.scale[p] < 100))
+      throw std::runtime_error("the reader's scale out of range");
+  const auto ways = json.at("ways").get<Eigen::Index>();
+  const Eigen::Index rows = static_cast<Eigen::Index>(reader.loads.size()) * fields,
+                     inputs = ways + LumpReader::kOthers + LumpReader::kOpen;
+  weights.take(reader.ways, rows, ways);
+  weights.take(reader.middle, rows, 1);
+  weights.take(reader.in_mean, inputs, 1);
+  weights.take(reader.in_scale, inputs, 1);
+  reader.members =
+      weights.take_networks(json.at("members").get<size_t>(), inputs,
+                            json.at("hidden").get<std::vector<Eigen::Index>>(), reader_output::kCount);
 }
 
 std::shared_ptr<const LumpModel> read_model(const Json& json, Taken& weights) {
@@ -107,13 +173,16 @@ std::shared_ptr<const LumpModel> read_model(const Json& json, Taken& weights) {
   m.cell_mm = positive(json, "cell_mm");
   json.at("shapes").get_to(m.shapes);
   m.load_correlation = json.at("load_correlation").get<double>();
+  m.error_over_spread = positive(json, "error_over_spread");
   if (!(m.offset_mm >= 0 && m.offset_mm < 1e3) || !(m.floor_mm >= 0 && m.floor_mm < 1e3) ||
       !(m.load_correlation >= 0 && m.load_correlation < 1))
     throw std::runtime_error("numbers out of range");
   m.false_alarm_rate = positive(json, "false_alarm_rate");
   m.made_from = json.at("made_from").get<std::string>();
-  for (size_t l = 0; l < kTrustLoads.size(); ++l)
-    for (size_t n = 0; n < kTrustNoise.size(); ++n) m.trust[l][n] = read_trust(json.at("trust").at(l).at(n));
+  for (size_t method = 0; method < kLumpMethods; ++method)
+    for (size_t l = 0; l < kTrustLoads.size(); ++l)
+      for (size_t n = 0; n < kTrustNoise.size(); ++n)
+        m.trust[method][l][n] = read_trust(json.at("trust").at(kMethods[method]).at(l).at(n));
   m.base.pitch_mm = m.node_pitch_mm;
   m.base.side = json.at("base_side").get<uint32_t>();
   m.patch.pitch_mm = positive(json, "patch_pitch_mm");
@@ -121,8 +190,7 @@ std::shared_ptr<const LumpModel> read_model(const Json& json, Taken& weights) {
   const auto fields = json.at("fields").get<Eigen::Index>();
   const auto hidden = json.at("hidden").get<std::vector<Eigen::Index>>();
   const auto members = json.at("members").get<size_t>();
-  if (m.base.side < 4 || m.base.side > 200 || m.patch.side < 4 || m.patch.side > 200 || members < 1 ||
-      members > 64 || hidden.empty() || hidden.size() > 8)
+  if (m.base.side < 4 || m.base.side > 200 || m.patch.side < 4 || m.patch.side > 200)
     throw std::runtime_error("sizes out of range");
   weights.take(m.base.factors, m.base.side * m.base.side, LumpBase::kTerms);
   weights.take(m.patch.fields, fields, m.patch.side * m.patch.side);
@@ -131,19 +199,8 @@ std::shared_ptr<const LumpModel> read_model(const Json& json, Taken& weights) {
   weights.take(m.out_mean, fields, 1);
   weights.take(m.out_scale, fields, 1);
   weights.take(m.discrepancy, fields, fields);
-  for (size_t member = 0; member < members; ++member) {
-    SmallNetwork network;
-    Eigen::Index from = kLumpFeatures;
-    for (size_t l = 0; l <= hidden.size(); ++l) {
-      const Eigen::Index to = l < hidden.size() ? hidden[l] : fields;
-      SmallNetwork::Layer layer;
-      weights.take(layer.weight, to, from);
-      weights.take(layer.bias, to, 1);
-      network.layers.push_back(std::move(layer));
-      from = to;
-    }
-    m.members.push_back(std::move(network));
-  }
+  m.members = weights.take_networks(members, kLumpFeatures, hidden, fields);
+  read_reader(json.at("reader"), weights, fields, m.reader);
   if (weights.left() != 0) throw std::runtime_error("more weights than it says");
   m.patch.find_slopes();
   return model;
@@ -165,6 +222,7 @@ std::string LumpNetwork::bytes() const {
             {"cell_mm", m.cell_mm},
             {"shapes", m.shapes},
             {"load_correlation", m.load_correlation},
+            {"error_over_spread", m.error_over_spread},
             {"false_alarm_rate", m.false_alarm_rate},
             {"made_from", m.made_from},
             {"base_side", m.base.side},
@@ -172,15 +230,19 @@ std::string LumpNetwork::bytes() const {
             {"patch_side", m.patch.side},
             {"fields", m.patch.count()},
             {"members", m.members.size()}};
-  json["hidden"] = Json::array();
-  for (size_t l = 0; l + 1 < m.members.front().layers.size(); ++l)
-    json["hidden"].push_back(m.members.front().layers[l].weight.rows());
-  json["trust"] = Json::array();
-  for (const auto& row : m.trust) {
-    Json list = Json::array();
-    for (const LumpTrust& t : row) list.push_back(trust_json(t));
-    json["trust"].push_back(list);
-  }
+  json["hidden"] = hidden_of(m.members);
+  for (size_t method = 0; method < kLumpMethods; ++method)
+    for (const auto& row : m.trust[method]) {
+      Json list = Json::array();
+      for (const LumpTrust& t : row) list.push_back(trust_json(t));
+      json["trust"][kMethods[method]].push_back(list);
+    }
+  json["reader"] = {{"loads", m.reader.loads},
+                    {"ways", m.reader.ways.cols()},
+                    {"mean", m.reader.mean},
+                    {"scale", m.reader.scale},
+                    {"hidden", hidden_of(m.reader.members)},
+                    {"members", m.reader.members.size()}};
   Weights weights;
   weights.put(m.base.factors);
   weights.put(m.patch.fields);
@@ -189,11 +251,12 @@ std::string LumpNetwork::bytes() const {
   weights.put(m.out_mean);
   weights.put(m.out_scale);
   weights.put(m.discrepancy);
-  for (const SmallNetwork& network : m.members)
-    for (const SmallNetwork::Layer& layer : network.layers) {
-      weights.put(layer.weight);
-      weights.put(layer.bias);
-    }
+  weights.put(m.members);
+  weights.put(m.reader.ways);
+  weights.put(m.reader.middle);
+  weights.put(m.reader.in_mean);
+  weights.put(m.reader.in_scale);
+  weights.put(m.reader.members);
   std::string all = kMagic + json.dump() + "\n" + weights.bytes;
   const uint64_t sum = check_sum(all.data(), all.size());
   all.append(reinterpret_cast<const char*>(&sum), sizeof sum);
@@ -202,7 +265,7 @@ std::string LumpNetwork::bytes() const {
 
 LumpNetwork LumpNetwork::parse(const std::string& bytes, const std::string& name) {
   const auto refuse = [&name](const std::string& found) {
-    throw Error(Failure::Input, "a lump network of version 1", name + ", " + found,
+    throw Error(Failure::Input, "a lump network of version 2", name + ", " + found,
                 "palpate lump train, which makes one");
   };
   const size_t magic = std::strlen(kMagic);

@@ -1,10 +1,11 @@
-// The inverse of the forward model by a trained network: pressure maps in, the lump behind them out, in a few
+// The inverse of the forward model by trained networks: pressure maps in, the lump behind them out, in a few
 // milliseconds.
 //
-// The network learns the forward way: from a lump, the tissue's thickness and the load to the bump that the
-// lump makes. A reading is inverted through it by least squares with the reading's own noise, once for each
-// shape; all shapes and stiffness ratios together give the intervals. So any number of loads and any noise is
-// served by one network, and what a reading does not determine shows as a wide interval.
+// Two kinds of network serve each other. The emulator learns the forward way from pressed blocks: from a
+// lump, the tissue's thickness and the load to the bump that the lump makes. The reader learns the way back
+// from any number of readings that the emulator makes, with noise and windows of all kinds, and says how sure
+// it is. Refined answers go on from the reader's by least squares through the emulator with the reading's own
+// noise.
 #pragma once
 
 #include <array>
@@ -20,13 +21,16 @@ namespace palpate {
 
 struct LumpModel;
 
-/// How far a network is trusted at a number of loads and a noise (share of the peak).
+/// How far a method is trusted at a number of loads and a noise (share of the peak).
 struct LumpTrustRow {
+  LumpMethod method = LumpMethod::Network;
   uint32_t loads = 0;
   double noise_share = 0;
-  std::array<double, 3> stretch{};  ///< of the intervals of size, depth, ratio, so that they hold
-  double evidence = 0;              ///< that one in 100 readings without a lump reaches
-  double misfit = 0;                ///< that one in 100 readings with a lump exceeds
+  std::array<double, 3> stretch{};       ///< of the intervals of size, depth, ratio, so that they hold
+  double evidence = 0;                   ///< that one in 100 readings without a lump reaches
+  double misfit = 0;                     ///< that one in 100 readings with a lump exceeds
+  std::array<double, 3> median_error{};  ///< of size, depth, ratio on what was kept aside, share
+  double shape_rate = 0;                 ///< of shapes there that were right
 };
 
 class LumpNetwork {
@@ -43,7 +47,7 @@ class LumpNetwork {
 
   /// What lies behind a reading. Throws Error(Failure::Usage) where the reading's parts do not fit each other
   /// (see lump_reading.h); what cannot be told is a verdict.
-  LumpEstimate estimate(const LumpReading& reading) const;
+  LumpEstimate estimate(const LumpReading& reading, LumpMethod method = LumpMethod::Network) const;
 
   const LumpModel& model() const { return *model_; }
   /// One line for people: data, cases, seed.

@@ -25,6 +25,12 @@ struct LumpReading {
   double young_Pa = 4000;                         ///< of the tissue, known from a place without a lump
 };
 
+/// How a trained model answers.
+enum class LumpMethod : uint8_t {
+  Network,  ///< the network from readings to lumps alone
+  Refined,  ///< its answer, refined by least squares through the network from lumps to readings
+};
+
 /// A value with the interval that holds the truth nine times out of ten.
 struct LumpValue {
   double value = 0, low = 0, high = 0;
@@ -59,7 +65,7 @@ struct LumpEstimate {
   LumpValue x_mm, y_mm;  ///< of its centre from the block's middle
   LumpShape shape = LumpShape::Sphere;
   std::array<double, 4> shape_probability{};  ///< in the order of LumpShape
-  std::string method;                         ///< who estimated: "network", "direct inversion"
+  std::string method;                         ///< who estimated: "network", "refined", "direct inversion"
   double wall_s = 0;
   /// Where the reading has several bumps: their tops from the block's middle, the highest first. Else empty.
   std::vector<std::array<double, 2>> bumps_mm;

@@ -1,7 +1,6 @@
 #include "engine/lump/lump_response.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "engine/lump/plate_press.h"
@@ -9,8 +8,13 @@
 namespace palpate {
 namespace {
 
-/// Half the difference over which moduli are taken to change in proportion: logarithms, and mm.
-constexpr std::array<double, kLumpUnknowns> kHalfDifference = {0.02, 0.02, 0.02, 0.05, 0.05};
+/// Half the difference over which cells are taken to change in proportion: logarithms, and mm.
+constexpr std::array<double, kLumpUnknowns> kHalfDifference = {0.002, 0.002, 0.002, 0.01, 0.01};
+/// A lump this near is taken to lie in the block's middle where two grids are compared: what is between them
+/// hardly changes over such a way, and a quarter of the block is enough.
+constexpr double kNearMiddle_mm = 0.3;
+constexpr double kFittedOrder = 2;   // of cells that follow the lump's surface
+constexpr double kLeastOrder = 1.5;  // where corners and the block's rim have a say
 
 struct Pressing {
   LumpSweep sweep;
@@ -30,8 +34,8 @@ struct Pressing {
   }
   ForwardScene scene() const { return scene_of(sweep, block); }
 
-  /// Moduli with one unknown changed.
-  std::vector<float> moduli(size_t unknown, double by, bool quarter) const {
+  /// Cells as they are with one unknown changed, the lump's the same ones.
+  std::optional<ForwardGrid> changed(size_t unknown, double by, const LumpCells& cells, bool quarter) const {
     Pressing other = *this;
     LumpCase::Lump& lump = *other.block.lump;
     switch (unknown) {
@@ -47,7 +51,7 @@ struct Pressing {
       default:
         lump.offset_mm[unknown - kPlaceX] += by;
     }
-    return voxelise(other.scene(), quarter).young;
+    return fit(other.scene(), cells, quarter);
   }
 };
 
@@ -90,29 +94,41 @@ Eigen::VectorXd change_read(const PressedSurface& surface, const PressedSurface&
          (2 * step);
 }
 
+struct Change {
+  ForwardGrid below, above;
+  double span;
+};
+
 /// One grid's answers, and with `into` their derivatives.
-bool press(const ComparedNodes& nodes, const Pressing& pressing, const LumpResponseOptions& options,
-           Eigen::VectorXd& values, LumpPrediction* into) {
+bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
+           const std::array<uint32_t, 3>& cells, const LumpResponseOptions& options, Eigen::VectorXd& values,
+           LumpPrediction* into) {
   const LumpReading& reading = nodes.reading();
+  const Pressing pressing(reading, lump ? std::optional(lump->lump) : std::nullopt, options, cells);
   LargeStrainOptions solver;
   solver.residual = options.residual;
   solver.step_mm = options.step_mm;
   solver.threads = options.threads;
   solver.quarter = into == nullptr || options.centred;
   const ForwardScene scene = pressing.scene();
+  const bool quarter = solver.quarter && symmetric(scene);
+  std::optional<ForwardGrid> grid;
+  std::vector<Change> by_unknown;
+  if (lump) {
+    const LumpCells own = lump->cells.times(cells[0] / options.coarsest()[0]);
+    if (!(grid = fit(scene, own, quarter))) return false;
+    for (size_t p = 0; into != nullptr && p < (options.centred ? kPlaceX : kLumpUnknowns); ++p) {
+      const double half = kHalfDifference[p];
+      std::optional<ForwardGrid> below = pressing.changed(p, -half, own, quarter),
+                                 above = pressing.changed(p, half, own, quarter);
+      if (!below || !above) return false;
+      by_unknown.push_back({std::move(*below), std::move(*above), 2 * half});
+    }
+  }
   WorkTeam team(options.threads);
-  LargeStrainModel model(scene, solver, team);
+  LargeStrainModel model(scene, solver, team, std::move(grid));
   LargeStrainResult told;
   PlatePress plate(scene, model, solver, told);
-  std::vector<std::vector<float>> by_unknown;
-  if (into != nullptr)
-    for (size_t p = 0; p < (options.centred ? kPlaceX : kLumpUnknowns); ++p) {
-      std::vector<float> change = pressing.moduli(p, kHalfDifference[p], model.quarter());
-      const std::vector<float> below = pressing.moduli(p, -kHalfDifference[p], model.quarter());
-      for (size_t c = 0; c < change.size(); ++c)
-        change[c] = (change[c] - below[c]) / static_cast<float>(2 * kHalfDifference[p]);
-      by_unknown.push_back(std::move(change));
-    }
   const auto count = static_cast<Eigen::Index>(nodes.count());
   const auto loads = static_cast<Eigen::Index>(reading.force_N.size());
   values.resize(count * loads);
@@ -130,7 +146,8 @@ bool press(const ComparedNodes& nodes, const Pressing& pressing, const LumpRespo
     const PressedSurface by_press = model.change_by_press(told);
     const double slope = by_press.sum_N();
     for (size_t p = 0; p < by_unknown.size(); ++p) {
-      const PressedSurface change = model.change_by_moduli(by_unknown[p], told);
+      const PressedSurface change =
+          model.change_by_grids(by_unknown[p].below, by_unknown[p].above, by_unknown[p].span, told);
       // The plate gives way so that the force stays.
       into->by_unknown.col(static_cast<Eigen::Index>(p)).segment(l * count, count) =
           change_read(surface, plus(change, -change.sum_N() / slope, by_press), nodes, pressing.turned);
@@ -178,29 +195,44 @@ Eigen::VectorXd ComparedNodes::values() const {
   return all;
 }
 
-LumpPrediction predict(const ComparedNodes& nodes, const std::optional<LumpCase::Lump>& lump,
+LumpCells response_cells(const LumpReading& reading, const LumpCase::Lump& lump,
+                         const LumpResponseOptions& options) {
+  return lump_cells(Pressing(reading, lump, options, options.coarsest()).scene());
+}
+
+bool suit(const LumpCells& cells, const LumpReading& reading, const LumpCase::Lump& lump,
+          const LumpResponseOptions& options) {
+  return suit(cells, Pressing(reading, lump, options, options.coarsest()).scene());
+}
+
+LumpPrediction predict(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
                        const LumpResponseOptions& options, bool derivatives) {
-  const auto start = std::chrono::steady_clock::now();
   LumpPrediction prediction;
-  const bool two = options.coarser[0] != 0;
-  Eigen::VectorXd coarse;
-  const Pressing fine_block(nodes.reading(), lump, options, options.cells);
-  prediction.converged =
-      press(nodes, fine_block, options, prediction.pressure_Pa, derivatives && !two ? &prediction : nullptr);
-  if (two && prediction.converged) {
-    const Pressing coarse_block(nodes.reading(), lump, options, options.coarser);
-    prediction.converged = press(nodes, coarse_block, options, coarse, derivatives ? &prediction : nullptr);
-    if (prediction.converged) {
-      const Eigen::VectorXd finer = prediction.pressure_Pa - coarse;
-      const double share = extrapolation_share(options.cells[0], options.coarser[0]);
-      prediction.pressure_Pa += share * finer;
-      prediction.by_order_Pa = (extrapolation_share(options.cells[0], options.coarser[0], 2) - share) * finer;
-    }
-  }
-  if (prediction.by_order_Pa.size() == 0)
-    prediction.by_order_Pa = Eigen::VectorXd::Zero(prediction.pressure_Pa.size());
-  prediction.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  prediction.converged = press(nodes, lump, options.coarsest(), options, prediction.pressure_Pa,
+                               derivatives ? &prediction : nullptr);
   return prediction;
+}
+
+GridCorrection grid_correction(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
+                               const LumpResponseOptions& options) {
+  GridCorrection correction;
+  const size_t values = nodes.count() * nodes.reading().force_N.size();
+  correction.add_Pa = correction.by_order_Pa = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(values));
+  correction.converged = options.coarser[0] == 0;
+  if (correction.converged) return correction;
+  std::optional<FittedLump> what = lump;
+  if (what && std::hypot(what->lump.offset_mm[0], what->lump.offset_mm[1]) < kNearMiddle_mm)
+    what->lump.offset_mm = {0, 0};
+  Eigen::VectorXd fine, coarse;
+  correction.converged = press(nodes, what, options.cells, options, fine, nullptr) &&
+                         press(nodes, what, options.coarser, options, coarse, nullptr);
+  if (!correction.converged) return correction;
+  fine -= coarse;
+  const double share = extrapolation_share(options.cells[0], options.coarser[0], kFittedOrder);
+  correction.add_Pa = (1 + share) * fine;
+  correction.by_order_Pa =
+      (extrapolation_share(options.cells[0], options.coarser[0], kLeastOrder) - share) * fine;
+  return correction;
 }
 
 }  // namespace palpate

@@ -7,6 +7,7 @@
 
 #include <Eigen/Dense>
 
+#include "engine/lump/fitted_grid.h"
 #include "engine/lump/large_strain.h"
 #include "engine/lump/lump_reading.h"
 #include "engine/lump/lump_sweep.h"
@@ -18,7 +19,8 @@ enum LumpUnknown : uint8_t { kLnSize, kLnDepth, kLnRatio, kPlaceX, kPlaceY, kLum
 
 struct LumpResponseOptions {
   std::array<uint32_t, 3> cells = {32, 32, 16};
-  std::array<uint32_t, 3> coarser = {24, 24, 12};  ///< extrapolated with; {0, 0, 0}: one grid
+  /// Extrapolated with; `cells` are a whole multiple of them. {0, 0, 0}: one grid.
+  std::array<uint32_t, 3> coarser = {16, 16, 8};
   double poisson = 0.495;
   double residual = 1e-5, step_mm = 2;
   uint32_t threads = 0;
@@ -26,6 +28,8 @@ struct LumpResponseOptions {
   /// offset is (0, 0).
   bool centred = false;
   double rim_mm = 4;  ///< of the block's surface that is left out: there grids differ most
+
+  const std::array<uint32_t, 3>& coarsest() const { return coarser[0] != 0 ? coarser : cells; }
 };
 
 /// Values that a reading has within the block less its rim, load after load.
@@ -37,10 +41,15 @@ struct LumpPrediction {
   /// The same per unit of the logarithm of each load's force (values x loads), and of the tissue's modulus.
   Eigen::MatrixXd by_force;
   Eigen::VectorXd by_modulus;
-  /// What the pressures would be more if errors shrank with the cells' square instead of kGridOrder: the
-  /// measure of what two grids leave open. Zero for one grid.
+};
+
+/// What is between a prediction and cells of no size, by a finer grid. Zeros where there is but one grid.
+struct GridCorrection {
+  bool converged = false;
+  Eigen::VectorXd add_Pa;
+  /// What would have to be added more if errors shrank with the cells' power of 1.5 instead of their square:
+  /// the measure of what two grids leave open.
   Eigen::VectorXd by_order_Pa;
-  double wall_s = 0;
 };
 
 /// Nodes of a reading that are compared: seen, finite at every load, within the block less its rim.
@@ -59,9 +68,27 @@ class ComparedNodes {
   std::vector<size_t> nodes_;
 };
 
-/// Presses the lump's block (`lump` empty: tissue alone) to the reading's forces. `derivatives`: all of the
-/// prediction, on the coarser grid. Throws as solve_large_strain().
-LumpPrediction predict(const ComparedNodes& nodes, const std::optional<LumpCase::Lump>& lump,
+/// A lump and which cells of the coarsest grid follow it. Predictions from the same cells change smoothly
+/// with the lump.
+struct FittedLump {
+  LumpCase::Lump lump;
+  LumpCells cells;
+};
+
+LumpCells response_cells(const LumpReading& reading, const LumpCase::Lump& lump,
+                         const LumpResponseOptions& options);
+/// Whether these cells still follow the lump without much bending.
+bool suit(const LumpCells& cells, const LumpReading& reading, const LumpCase::Lump& lump,
+          const LumpResponseOptions& options);
+
+/// Presses the lump's block (`lump` empty: tissue alone) to the reading's forces, on the coarsest grid.
+/// `derivatives`: all of the prediction. Not converged where there is no equilibrium, or the cells cannot
+/// follow the lump. Throws as solve_large_strain().
+LumpPrediction predict(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
                        const LumpResponseOptions& options, bool derivatives);
+
+/// The same on both grids. It changes so slowly with the lump that predictions of others nearby share it.
+GridCorrection grid_correction(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
+                               const LumpResponseOptions& options);
 
 }  // namespace palpate

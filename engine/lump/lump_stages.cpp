@@ -36,6 +36,20 @@ std::vector<uint32_t> widths_of(const SmallNetwork& network) {
   return widths;
 }
 
+LumpStage reader_stage(const LumpReader& reader, uint32_t shapes) {
+  const std::string ways = std::to_string(reader.ways.cols()), open = std::to_string(LumpReader::kOpen);
+  return {LumpStage::Kind::Network,
+          "from a bump to its lump",
+          {ways + " ways in which bumps differ, weights over all loads",
+           "how open noise leaves the first " + open, "size of the bump, thickness, mm",
+           "|x| and |y|, mm; loads; noise"},
+          widths_of(reader.members.front()),
+          {"shape and how it lies",
+           "of each of " + std::to_string(shapes) + " shapes: ln size, ln depth, ln E_r, with spreads",
+           "shift of the centre, mm"},
+          static_cast<uint32_t>(reader.members.size())};
+}
+
 }  // namespace
 
 std::vector<LumpStage> lump_stages(const LumpModel& model) {
@@ -61,6 +75,7 @@ std::vector<LumpStage> lump_stages(const LumpModel& model) {
                     {"what stands out, over modulus"},
                     {patch, fields},
                     {factors + " of each load"}});
+  if (!model.reader.members.empty()) stages.push_back(reader_stage(model.reader, shapes));
   if (!model.members.empty()) {
     LumpStage emulator{Kind::Network,
                        "from a lump to its bump",
@@ -74,8 +89,8 @@ std::vector<LumpStage> lump_stages(const LumpModel& model) {
     stages.push_back(std::move(emulator));
   }
   stages.push_back({Kind::Search,
-                    "the lumps that explain it",
-                    {factors + ", read and from the network"},
+                    "refined, where that is asked for",
+                    {"both networks' answers and the patch"},
                     {fields, static_cast<uint32_t>(LumpVector::SizeAtCompileTime)},
                     {"ln size, ln depth, ln E_r, x, y of each of " + std::to_string(shapes) + " shapes"}});
   stages.push_back({Kind::Formula,

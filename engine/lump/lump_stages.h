@@ -25,8 +25,8 @@ struct LumpStage {
   uint32_t copies = 1;               ///< networks of one kind whose mean is used
 };
 
-/// In the order of work: the reading without its block, the emulator from a lump to its bump, the search that
-/// compares both, and the answer.
+/// In the order of work: the reading without its block, the network from bumps to lumps, the emulator from
+/// lumps to bumps, the search that compares both, and the answer.
 std::vector<LumpStage> lump_stages(const LumpModel& model);
 
 }  // namespace palpate

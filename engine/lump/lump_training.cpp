@@ -134,7 +134,7 @@ LumpPatch fit_patch(const LumpModel& model, const LumpExamples& all, uint32_t co
   std::vector<Eigen::VectorXf> bumps;
   for (size_t i = 0; i < all.examples.size(); ++i) {
     const LumpExample& e = all.examples[i];
-    if (!e.lump) continue;
+    if (!e.lump || kept_aside(i)) continue;
     const LumpReading& reading = all.readings[i];
     const float peak =
         *std::max_element(reading.pressure_Pa.back().values.begin(), reading.pressure_Pa.back().values.end());
@@ -193,6 +193,12 @@ LumpNetwork train_lumps(const std::vector<LumpExample>& examples, const LumpTrai
       options.fields < 6 || options.fields > 200 || options.rounds < 1 || options.trials < 20)
     throw Error(Failure::Usage, "2 to 16 members, 4 to 512 hidden, 6 to 200 fields, 20 trials or more",
                 "others", "the defaults");
+  if (options.readings < 1000 || options.readings > 10000000 || options.readers < 1 || options.readers > 16 ||
+      options.reader_hidden < 4 || options.reader_hidden > 1024 || options.reader_rounds < 1 ||
+      options.ways < static_cast<uint32_t>(LumpReader::kOpen) || options.ways > 400)
+    throw Error(Failure::Usage,
+                "1000 to 10000000 readings, 1 to 16 readers of 4 to 1024 hidden, 10 to 400 ways", "others",
+                "the defaults");
   LumpExamples all;
   say("reading", 0);
   for (const LumpExample& e : examples) {
@@ -229,6 +235,7 @@ LumpNetwork train_lumps(const std::vector<LumpExample>& examples, const LumpTrai
   report.base_error = model->base.residual;
   model->patch = fit_patch(*model, all, options.fields, options.seed, report.fields_error);
   train_members(*model, all, options, report);
+  report.reader_loss = teach_reader(*model, options);
   calibrate(*model, all, options);
   model->made_from = options.made_from;
   say("done", 1);

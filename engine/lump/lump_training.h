@@ -27,14 +27,19 @@ struct LumpExample {
 
 struct LumpTrainingOptions {
   uint64_t seed = 1;
-  uint32_t members = 4;   ///< networks whose mean is used; each leaves a part of the cases to judge by
-  uint32_t hidden = 64;   ///< width of both hidden layers
-  uint32_t fields = 40;   ///< that a bump is a sum of
-  uint32_t rounds = 400;  ///< through the examples
-  double decay = 0.05;    ///< of weights, against what only a few examples say
-  uint32_t trials = 160;  ///< readings per noise and number of loads that intervals are calibrated on
-  std::string made_from;  ///< one line for people that the network keeps: data, cases
-  uint32_t threads = 0;   ///< 0: one per core
+  uint32_t members = 4;          ///< networks whose mean is used; each leaves a part of the cases to judge by
+  uint32_t hidden = 64;          ///< width of both hidden layers
+  uint32_t fields = 40;          ///< that a bump is a sum of
+  uint32_t rounds = 400;         ///< through the examples
+  double decay = 0.05;           ///< of weights, against what only a few examples say
+  uint32_t readings = 150000;    ///< that the emulator makes for the network from readings to lumps
+  uint32_t readers = 2;          ///< such networks, whose mean is used
+  uint32_t reader_hidden = 128;  ///< width of their hidden layers
+  uint32_t reader_rounds = 20;   ///< through those readings
+  uint32_t ways = 48;            ///< in which bumps differ, for their inputs
+  uint32_t trials = 200;         ///< readings per noise and number of loads that intervals are calibrated on
+  std::string made_from;         ///< one line for people that the network keeps: data, cases
+  uint32_t threads = 0;          ///< 0: one per core
   /// Told what is being done and how much of all is; false: stop (train_lumps() throws Stopped then).
   std::function<bool(const std::string& what, double share)> progress = {};
 };
@@ -42,9 +47,14 @@ struct LumpTrainingOptions {
 struct LumpTrainingReport {
   uint32_t lumps = 0, no_lumps = 0, left_out = 0;  ///< examples; left out: without a single load
   double base_error = 0;                           ///< RMS, share of the mean pressure
-  double fields_error = 0;   ///< RMS of what the fields miss, share of the peak pressure
-  double network_error = 0;  ///< RMS of the bump over the patch on unseen cases, share of the peak pressure
+  double fields_error = 0;  ///< RMS of what the fields miss, share of the peak pressure
+  /// RMS of the emulators' mean over the patch on blocks that were kept aside, share of the peak pressure.
+  double network_error = 0;
   double network_error_seen = 0;  ///< the same on cases that it learnt from
+  uint32_t kept_aside = 0;        ///< blocks with a lump that only the calibration sees
+  double mean_error = 0;          ///< the same as network_error, median over the blocks
+  double error_over_spread = 0;   ///< see LumpModel
+  double reader_loss = 0;         ///< mean of -log likelihood, see teach_reader()
 };
 
 /// Thrown where LumpTrainingOptions::progress asked to stop.

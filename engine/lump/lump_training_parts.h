@@ -9,9 +9,14 @@
 
 namespace palpate {
 
-/// The member that does not learn from an example. Scrambled: a sweep's neighbours are far apart in turn.
-inline size_t fold_of(size_t example, size_t members) {
-  return ((example + 1) * 0x9e3779b97f4a7c15ULL >> 40) % members;
+/// The part of several that an example is in. Scrambled: a sweep's neighbours are far apart in turn.
+inline size_t part_of(size_t example, size_t parts) {
+  return ((example + 1) * 0x9e3779b97f4a7c15ULL >> 40) % parts;
+}
+
+/// One example in six teaches nothing: intervals are calibrated on it.
+inline bool kept_aside(size_t example) {
+  return ((example + 1) * 0xd1b54a32d192ed03ULL >> 33) % 6 == 0;
 }
 
 /// Ideal readings of the examples, in their order.
@@ -27,11 +32,15 @@ LumpBase fit_base(const LumpModel& model, const LumpExamples& all, const std::fu
 LumpPatch fit_patch(const LumpModel& model, const LumpExamples& all, uint32_t count, uint64_t seed,
                     double& missed);
 
-/// Fills members, scales, discrepancy and correlation.
+/// The emulator: fills members, scales, discrepancy and correlation.
 void train_members(LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options,
                    LumpTrainingReport& report);
 
-/// Fills the tables of trust from readings of examples that the member at work has not seen.
+/// The network from readings to lumps: fills the reader. Returns its loss at the end: the mean of -log
+/// likelihoods of shape, logarithms (in units of LumpReader::scale) and shift (mm).
+double teach_reader(LumpModel& model, const LumpTrainingOptions& options);
+
+/// Fills the tables of trust from readings of examples that were kept aside.
 void calibrate(LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options);
 
 /// Calls work(i) for i in [0, count) on `threads` threads (0: one per core).

@@ -2,81 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
-#include "engine/vector_units.h"
+#include "engine/lump/neo_hookean_shapes.h"
 
 namespace palpate {
 namespace {
 
-// Eight cells of a row at a time, each in a lane.
-constexpr uint32_t kLanes = 8;
-using Lanes = double __attribute__((vector_size(kLanes * sizeof(double))));
-using NarrowLanes = float __attribute__((vector_size(kLanes * sizeof(float))));
 constexpr size_t kPairs = 36;  // of corners, each with itself and those behind it
 constexpr size_t kBlockFloats = kPairs * 9 * kLanes;
-
-/// `count` of the eight numbers at `from`, zeros behind.
-PALPATE_INLINE void load(const double* from, uint32_t count, Lanes& to) {
-  to = Lanes{};
-  if (count == kLanes)
-    std::memcpy(&to, from, sizeof to);
-  else
-    std::memcpy(&to, from, count * sizeof(double));
-}
-
-struct Corners {
-  Lanes value[24];
-};
-
-/// Displacements at the corners of a block's cells, 3 x corner + component.
-PALPATE_INLINE void gather(const ForwardGrid& grid, const double* u, uint32_t i, uint32_t j, uint32_t k,
-                           uint32_t count, Corners& out) {
-  const size_t nodes = grid.nodes();
-  for (uint32_t corner = 0; corner < 8; ++corner) {
-    const size_t n = grid.node(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2));
-    for (uint32_t c = 0; c < 3; ++c) load(u + c * nodes + n, count, out.value[3 * corner + c]);
-  }
-}
-
-/// Adds the corners' forces to the nodes of the planes above and below that are wanted.
-PALPATE_INLINE void scatter(const ForwardGrid& grid, double* f, uint32_t i, uint32_t j, uint32_t k,
-                            uint32_t count, const Corners& in, bool upper, bool lower) {
-  const size_t nodes = grid.nodes();
-  for (uint32_t corner = 0; corner < 8; ++corner) {
-    if (!(corner < 4 ? upper : lower)) continue;
-    const size_t n = grid.node(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2));
-    for (uint32_t c = 0; c < 3; ++c) {
-      double* to = f + c * nodes + n;
-      Lanes sum;
-      load(to, count, sum);
-      sum += in.value[3 * corner + c];
-      std::memcpy(to, &sum, count * sizeof(double));
-    }
-  }
-}
-
-/// What a Gauss point knows of its deformation.
-struct Point {
-  Lanes f[9];         // F, row by row
-  Lanes cofactor[9];  // J F^-T
-  Lanes j;
-};
-
-PALPATE_INLINE void deform(const std::array<double, 24>& gradient, const Corners& u, Point& p) {
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) {
-      Lanes sum = Lanes{} + (r == c ? 1.0 : 0.0);
-      for (int corner = 0; corner < 8; ++corner) sum += u.value[3 * corner + r] * gradient[3 * corner + c];
-      p.f[3 * r + c] = sum;
-    }
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) {
-      const int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
-      p.cofactor[3 * r + c] = p.f[3 * r1 + c1] * p.f[3 * r2 + c2] - p.f[3 * r1 + c2] * p.f[3 * r2 + c1];
-    }
-  p.j = p.f[0] * p.cofactor[0] + p.f[1] * p.cofactor[1] + p.f[2] * p.cofactor[2];
-}
 
 /// j^(-2/3) by Newton's iteration for j^(-1/3) from 1: exact to rounding for j from 0.3 to 3, and outside
 /// that no element is one any more.
@@ -97,7 +30,7 @@ NeoHookeanCells::NeoHookeanCells(const ForwardGrid& grid, double poisson)
   const double gauss = 1 / std::sqrt(3.0);
   for (const double height : grid.size_z_mm) {
     const double size[] = {grid.size_x_mm, grid.size_y_mm, height};
-    Layer layer{size[0] * size[1] * size[2] / 8, {}};
+    NeoHookeanLayer layer{size[0] * size[1] * size[2] / 8, {}};
     for (int point = 0; point < 8; ++point)
       for (int corner = 0; corner < 8; ++corner)
         for (int c = 0; c < 3; ++c) {
@@ -112,6 +45,15 @@ NeoHookeanCells::NeoHookeanCells(const ForwardGrid& grid, double poisson)
   }
 }
 
+template <template <typename> class Work, typename... Parts>
+void NeoHookeanCells::run_on_shapes(const Parts&... parts) const {
+  if (grid_.place_mm.empty())
+    run_widest(Work<BrickShapes>{*this, parts...});
+  else
+    run_widest(Work<BentShapes>{*this, parts...});
+}
+
+template <typename Shapes>
 struct NeoHookeanForces {
   const NeoHookeanCells& cells;
   const double* u;
@@ -123,35 +65,36 @@ struct NeoHookeanForces {
 
   PALPATE_INLINE void run() const {
     const ForwardGrid& grid = cells.grid_;
-    const NeoHookeanCells::Layer& layer = cells.layers_[k];
+    const NeoHookeanLayer& layer = cells.layers_[k];
     Lanes low = Lanes{} + *least;
     for (uint32_t row = 0; row < grid.cells[1]; ++row)
       for (uint32_t i = 0; i < grid.cells[0]; i += kLanes) {
         const uint32_t count = std::min(kLanes, grid.cells[0] - i);
         Corners corners;
         gather(grid, u, i, row, k, count, corners);
+        const Shapes shapes(grid, layer, i, row, k, count);
         Point points[8];
-        Lanes mean = {};
+        Lanes volume = {};
         for (int q = 0; q < 8; ++q) {
-          deform(layer.gradient[q], corners, points[q]);
-          mean += points[q].j;
+          deform(shapes.gradient(q), corners, points[q]);
+          volume += shapes.weight(q) * points[q].j;
           low = points[q].j < low ? points[q].j : low;
         }
         Lanes modulus = {};
         for (uint32_t l = 0; l < count; ++l) modulus[l] = double{young[grid.cell(i + l, row, k)]};
-        const Lanes pressure = modulus * (layer.weight * cells.kappa_) * (mean / 8.0 - 1.0);
-        const Lanes shear = modulus * (layer.weight * cells.mu_);
+        const Lanes pressure = modulus * cells.kappa_ * (volume / shapes.volume() - 1.0);
+        const Lanes shear = modulus * cells.mu_;
         Corners out = {};
         for (int q = 0; q < 8; ++q) {
           const Point& p = points[q];
           Lanes squares = {}, factor;
           for (const Lanes& x : p.f) squares += x * x;
           isochoric(p.j, factor);
-          factor *= shear;
-          const Lanes along = pressure - factor * squares / (3.0 * p.j);
+          factor *= shear * shapes.weight(q);
+          const Lanes along = shapes.weight(q) * pressure - factor * squares / (3.0 * p.j);
           Lanes stress[9];  // first Piola-Kirchhoff times the point's volume
           for (int s = 0; s < 9; ++s) stress[s] = factor * p.f[s] + along * p.cofactor[s];
-          const std::array<double, 24>& g = layer.gradient[q];
+          const auto* g = shapes.gradient(q);
           for (int corner = 0; corner < 8; ++corner)
             for (int c = 0; c < 3; ++c)
               out.value[3 * corner + c] += stress[3 * c] * g[3 * corner] +
@@ -175,12 +118,13 @@ double NeoHookeanCells::forces(const double* displacement, double* force, const 
     for (size_t c = 0; c < 3; ++c) std::fill_n(force + c * nodes + begin * plane, (end - begin) * plane, 0.0);
     // The layer between two parts is worked through by both, each keeping its own plane of nodes.
     for (uint32_t k = std::max(first, begin == 0 ? 0 : begin - 1); k < std::min(end, last); ++k)
-      run_widest(NeoHookeanForces{*this, displacement, force, young.data(), k, k >= begin, k + 1 < end,
-                                  &least[part]});
+      run_on_shapes<NeoHookeanForces>(displacement, force, young.data(), k, k >= begin, k + 1 < end,
+                                      &least[part]);
   });
   return *std::min_element(least.begin(), least.end());
 }
 
+template <typename Shapes>
 struct NeoHookeanTangent {
   const NeoHookeanCells& cells;
   const double* u;
@@ -190,29 +134,29 @@ struct NeoHookeanTangent {
 
   PALPATE_INLINE void run() const {
     const ForwardGrid& grid = cells.grid_;
-    const NeoHookeanCells::Layer& layer = cells.layers_[k];
+    const NeoHookeanLayer& layer = cells.layers_[k];
     float* to = out;
     for (uint32_t row = 0; row < grid.cells[1]; ++row)
       for (uint32_t i = 0; i < grid.cells[0]; i += kLanes, to += kBlockFloats) {
         const uint32_t count = std::min(kLanes, grid.cells[0] - i);
         Corners corners;
         gather(grid, u, i, row, k, count, corners);
-        Point points[8];
-        for (int q = 0; q < 8; ++q) deform(layer.gradient[q], corners, points[q]);
-        Lanes modulus = {}, pressure;
+        const Shapes shapes(grid, layer, i, row, k, count);
+        Lanes modulus = {}, cell_pressure;
         for (uint32_t l = 0; l < count; ++l) modulus[l] = double{grid.young[grid.cell(i + l, row, k)]};
-        load(pressures + grid.cell(i, row, k), count, pressure);
-        pressure *= layer.weight;
-        const Lanes shear = modulus * (layer.weight * cells.mu_);
+        load(pressures + grid.cell(i, row, k), count, cell_pressure);
+        const Lanes shear = modulus * cells.mu_;
         alignas(64) Lanes k_sum[kPairs * 9] = {};
-        Lanes swell[24] = {};  // derivative of 8 Jm
+        Lanes swell[24] = {};  // derivative of V Jm
         for (int q = 0; q < 8; ++q) {
-          const Point& p = points[q];
-          const std::array<double, 24>& g = layer.gradient[q];
+          const auto* g = shapes.gradient(q);
+          Point p;
+          deform(g, corners, p);
+          const Lanes pressure = cell_pressure * shapes.weight(q);
           Lanes squares = {}, factor;
           for (const Lanes& x : p.f) squares += x * x;
           isochoric(p.j, factor);
-          factor *= shear;
+          factor *= shear * shapes.weight(q);
           // dP = factor [dF - 2/3 (G:dF) F - 2/3 (F:dF) G + 2/9 I1 (G:dF) G + I1/3 G dF^T G]
           //      + pressure J [(G:dF) G - G dF^T G],  G = F^-T
           const Lanes per_j = 1.0 / p.j;
@@ -221,12 +165,12 @@ struct NeoHookeanTangent {
           Lanes b[24], s[24], t[24];
           for (int corner = 0; corner < 8; ++corner)
             for (int c = 0; c < 3; ++c) {
-              const double* at = g.data() + 3 * corner;
+              const auto* at = g + 3 * corner;
               const Lanes cofactor =
                   p.cofactor[3 * c] * at[0] + p.cofactor[3 * c + 1] * at[1] + p.cofactor[3 * c + 2] * at[2];
               const Lanes a = p.f[3 * c] * at[0] + p.f[3 * c + 1] * at[1] + p.f[3 * c + 2] * at[2];
               const int n = 3 * corner + c;
-              swell[n] += cofactor;
+              swell[n] += cofactor * shapes.weight(q);
               b[n] = cofactor * per_j;
               s[n] = half * b[n] - factor * a * (2.0 / 3);
               t[n] = twist * b[n];
@@ -234,7 +178,7 @@ struct NeoHookeanTangent {
           Lanes* entry = k_sum;
           for (int a = 0; a < 8; ++a)
             for (int c = a; c < 8; ++c, entry += 9) {
-              const double dot =
+              const auto dot =
                   g[3 * a] * g[3 * c] + g[3 * a + 1] * g[3 * c + 1] + g[3 * a + 2] * g[3 * c + 2];
               const Lanes straight = factor * dot;
               for (int x = 0; x < 3; ++x)
@@ -246,7 +190,7 @@ struct NeoHookeanTangent {
                 }
             }
         }
-        const Lanes bulk = modulus * (layer.weight * cells.kappa_ / 8);
+        const Lanes bulk = modulus * cells.kappa_ / shapes.volume();
         const Lanes* entry = k_sum;
         float* block = to;
         for (int a = 0; a < 8; ++a)
@@ -261,6 +205,7 @@ struct NeoHookeanTangent {
   }
 };
 
+template <typename Shapes>
 struct NeoHookeanPressure {
   const NeoHookeanCells& cells;
   const double* u;
@@ -276,22 +221,26 @@ struct NeoHookeanPressure {
         Corners corners, moved;
         gather(grid, u, i, row, k, count, corners);
         gather(grid, change, i, row, k, count, moved);
-        Lanes mean = {};
-        for (const std::array<double, 24>& gradient : cells.layers_[k].gradient) {
+        const Shapes shapes(grid, cells.layers_[k], i, row, k, count);
+        Lanes volume = {};
+        for (int q = 0; q < 8; ++q) {
+          const auto* gradient = shapes.gradient(q);
           Point p;
           deform(gradient, corners, p);
-          mean += p.j;
+          Lanes grown = p.j;
           for (int r = 0; r < 3; ++r)
             for (int c = 0; c < 3; ++c) {
               Lanes slope = {};
               for (int corner = 0; corner < 8; ++corner)
                 slope += moved.value[3 * corner + r] * gradient[3 * corner + c];
-              mean += p.cofactor[3 * r + c] * slope;
+              grown += p.cofactor[3 * r + c] * slope;
             }
+          volume += grown * shapes.weight(q);
         }
+        const Lanes strain = volume / shapes.volume() - 1.0;
         for (uint32_t l = 0; l < count; ++l) {
           const size_t cell = grid.cell(i + l, row, k);
-          out[cell] = double{grid.young[cell]} * cells.kappa_ * (mean[l] / 8 - 1);
+          out[cell] = double{grid.young[cell]} * cells.kappa_ * strain[l];
         }
       }
   }
@@ -303,7 +252,7 @@ void NeoHookeanCells::pressures(const double* displacement, const double* change
   team.run([&](uint32_t part) {
     const auto [begin, end] = team.share(grid_.cells[2], part);
     for (uint32_t k = begin; k < end; ++k)
-      run_widest(NeoHookeanPressure{*this, displacement, change, k, pressure.data()});
+      run_on_shapes<NeoHookeanPressure>(displacement, change, k, pressure.data());
   });
 }
 
@@ -314,8 +263,7 @@ void NeoHookeanCells::form_tangent(const double* displacement, const std::vector
   team.run([&](uint32_t part) {
     const auto [begin, end] = team.share(grid_.cells[2], part);
     for (uint32_t k = begin; k < end; ++k)
-      run_widest(
-          NeoHookeanTangent{*this, displacement, pressure.data(), k, tangent_.data() + k * layer_floats});
+      run_on_shapes<NeoHookeanTangent>(displacement, pressure.data(), k, tangent_.data() + k * layer_floats);
   });
 }
 

@@ -2,7 +2,7 @@
 //
 // Energy of a cell of volume V at rest: mu/2 sum_q w_q (J^(-2/3) I1 - 3) + kappa/2 V (Jm - 1)^2 over eight
 // Gauss points q, with F = 1 + grad u, J = det F, I1 = F : F and Jm the cell's mean of J (Q1-P0: a J of each
-// point's own locks). Small displacements answer as ForwardOperator's.
+// point's own locks). Small displacements of bricks answer as ForwardOperator's.
 #pragma once
 
 #include <array>
@@ -12,6 +12,12 @@
 #include "engine/lump/work_team.h"
 
 namespace palpate {
+
+/// Numbers of a layer's bricks at each Gauss point.
+struct NeoHookeanLayer {
+  double weight;                                   ///< of a point, mm^3
+  std::array<std::array<double, 24>, 8> gradient;  ///< of each corner's shape, 3 x corner + component
+};
 
 class NeoHookeanCells {
  public:
@@ -40,19 +46,19 @@ class NeoHookeanCells {
   uint64_t bytes() const { return tangent_.size() * sizeof(float); }
 
  private:
+  template <typename Shapes>
   friend struct NeoHookeanForces;
+  template <typename Shapes>
   friend struct NeoHookeanTangent;
-  friend struct NeoHookeanProduct;
+  template <typename Shapes>
   friend struct NeoHookeanPressure;
-  /// Numbers of a layer's cells at each Gauss point.
-  struct Layer {
-    double weight;                                   ///< of a point, mm^3
-    std::array<std::array<double, 24>, 8> gradient;  ///< of each corner's shape, 3 x corner + component
-  };
+  /// Work on one layer for bricks or for bent cells, whichever the grid has.
+  template <template <typename> class Work, typename... Parts>
+  void run_on_shapes(const Parts&... parts) const;
 
   const ForwardGrid& grid_;
   double mu_, kappa_;  ///< of Young's modulus 1
-  std::vector<Layer> layers_;
+  std::vector<NeoHookeanLayer> layers_;
   uint32_t blocks_;             ///< of eight cells along a row
   std::vector<float> tangent_;  ///< per block: 36 pairs of corners x 9 entries x 8 cells
 };

@@ -79,8 +79,7 @@ MatrixXf SmallNetwork::apply(const MatrixXf& in, const std::vector<MatrixXf>& al
   return values.leftCols(samples);
 }
 
-void train(SmallNetwork& network, const MatrixXf& in, const MatrixXf& wanted, const MatrixXf& weight,
-           const NetworkTraining& how) {
+void train(SmallNetwork& network, const MatrixXf& in, const NetworkLoss& loss, const NetworkTraining& how) {
   const Eigen::Index samples = in.cols();
   const Eigen::Index batch = std::min<Eigen::Index>(how.batch, samples);
   std::vector<Eigen::Index> order(static_cast<size_t>(samples));
@@ -93,6 +92,7 @@ void train(SmallNetwork& network, const MatrixXf& in, const MatrixXf& wanted, co
                      VectorXf::Zero(layer.bias.size()), VectorXf::Zero(layer.bias.size())});
   const size_t depth = network.layers.size();
   std::vector<MatrixXf> values(depth + 1);
+  MatrixXf slope;
   uint64_t steps = 0;
   for (uint32_t round = 0; round < how.rounds; ++round) {
     for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
@@ -101,27 +101,21 @@ void train(SmallNetwork& network, const MatrixXf& in, const MatrixXf& wanted, co
         how.last_step + (how.first_step - how.last_step) * 0.5 * (1 + std::cos(std::numbers::pi * share));
     double error = 0;
     for (Eigen::Index first = 0; first + batch <= samples; first += batch) {
-      MatrixXf target(wanted.rows(), batch), scale(wanted.rows(), batch);
+      const std::span<const Eigen::Index> now(order.data() + first, static_cast<size_t>(batch));
       values[0].resize(in.rows(), batch);
-      for (Eigen::Index b = 0; b < batch; ++b) {
-        const Eigen::Index sample = order[static_cast<size_t>(first + b)];
-        values[0].col(b) = in.col(sample);
-        target.col(b) = wanted.col(sample);
-        scale.col(b) = weight.col(sample);
-      }
+      for (Eigen::Index b = 0; b < batch; ++b) values[0].col(b) = in.col(now[static_cast<size_t>(b)]);
       for (size_t l = 0; l < depth; ++l) {
         values[l + 1].noalias() = network.layers[l].weight * values[l];
         values[l + 1].colwise() += network.layers[l].bias;
         if (l + 1 < depth) values[l + 1] = values[l + 1].array().tanh();
       }
-      MatrixXf slope = (values[depth] - target).array() * scale.array();
-      error += static_cast<double>(slope.squaredNorm());
-      slope.array() *= scale.array() / static_cast<float>(batch);
+      error += loss(values[depth], now, slope);
+      slope /= static_cast<float>(batch);
       ++steps;
       // Adam's means start at zero and are too small at first.
       const double steady = std::sqrt(1 - std::pow(double{kKeepSquares}, static_cast<double>(steps))) /
                             (1 - std::pow(double{kKeep}, static_cast<double>(steps)));
-      const auto now = static_cast<float>(step * steady);
+      const auto paced = static_cast<float>(step * steady);
       for (size_t l = depth; l-- > 0;) {
         const MatrixXf of_weight = slope * values[l].transpose();
         const VectorXf of_bias = slope.rowwise().sum();
@@ -131,13 +125,30 @@ void train(SmallNetwork& network, const MatrixXf& in, const MatrixXf& wanted, co
           slope.swap(below);
         }
         network.layers[l].weight *= static_cast<float>(1 - step * how.decay);
-        adam(network.layers[l].weight, of_weight, means[l].weight, means[l].weight_squares, now);
-        adam(network.layers[l].bias, of_bias, means[l].bias, means[l].bias_squares, now);
+        adam(network.layers[l].weight, of_weight, means[l].weight, means[l].weight_squares, paced);
+        adam(network.layers[l].bias, of_bias, means[l].bias, means[l].bias_squares, paced);
       }
     }
     const auto batches = static_cast<double>(samples / batch);
     if (how.done && !how.done(round, error / (batches * static_cast<double>(batch)))) return;
   }
+}
+
+void train(SmallNetwork& network, const MatrixXf& in, const MatrixXf& wanted, const MatrixXf& weight,
+           const NetworkTraining& how) {
+  const NetworkLoss squares = [&](const MatrixXf& out, std::span<const Eigen::Index> samples,
+                                  MatrixXf& slope) {
+    slope.resize(out.rows(), out.cols());
+    double sum = 0;
+    for (Eigen::Index b = 0; b < out.cols(); ++b) {
+      const Eigen::Index sample = samples[static_cast<size_t>(b)];
+      slope.col(b) = (out.col(b) - wanted.col(sample)).array() * weight.col(sample).array();
+      sum += static_cast<double>(slope.col(b).squaredNorm());
+      slope.col(b).array() *= weight.col(sample).array();
+    }
+    return sum;
+  };
+  train(network, in, squares, how);
 }
 
 }  // namespace palpate

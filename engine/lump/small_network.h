@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 namespace palpate {
@@ -35,11 +36,18 @@ struct NetworkTraining {
   double first_step = 4e-3, last_step = 1e-5;  ///< of Adam; falls as a cosine
   double decay = 0;                            ///< by which weights shrink, times the step
   uint64_t seed = 1;
-  /// Told after each round, with the mean weighted square error of it; false: stop here.
+  /// Told after each round, with the mean loss of its samples; false: stop here.
   std::function<bool(uint32_t round, double error)> done = {};
 };
 
-/// Least squares, sum over samples and outputs of (weight(output, sample) (network - wanted))^2, by Adam.
+/// What is to become small, summed over a batch: `out` outputs x batch, of the samples with these numbers.
+/// Sets `slope` (outputs x batch) to how the sum changes with each output.
+using NetworkLoss = std::function<double(const Eigen::MatrixXf& out, std::span<const Eigen::Index> samples,
+                                         Eigen::MatrixXf& slope)>;
+/// By Adam. Samples beyond the last whole batch of a round wait for another round's order.
+void train(SmallNetwork& network, const Eigen::MatrixXf& in, const NetworkLoss& loss,
+           const NetworkTraining& how);
+/// Least squares, sum over samples and outputs of (weight(output, sample) (network - wanted))^2.
 void train(SmallNetwork& network, const Eigen::MatrixXf& in, const Eigen::MatrixXf& wanted,
            const Eigen::MatrixXf& weight, const NetworkTraining& how);
 

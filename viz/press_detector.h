@@ -1,0 +1,36 @@
+// Presses in a force over time: when one begins, and when it is over.
+#pragma once
+
+namespace palpate {
+
+class PressDetector {
+ public:
+  static constexpr double kOver = 0.6;  ///< share of the highest force below which a press is over
+  /// Rise after it, share of the last press's highest force, that is a new one though nothing was taken away.
+  static constexpr double kAgain = 0.15;
+
+  /// `least_N`: from which force on something presses, above 0.
+  explicit PressDetector(double least_N) : least_N_(least_N) {}
+
+  enum class Step : unsigned char {
+    Rest,      ///< nothing presses, or a press is being taken away
+    Began,     ///< this frame is the first of a press
+    Pressing,  ///< and this one goes on with it
+    Over,      ///< this frame no longer belongs to the press
+  };
+  /// `force_N`: of the next frame, on the whole block.
+  Step add(double force_N);
+  /// What presses now is given up: the next press begins after a rest.
+  void break_off();
+
+  bool pressing() const { return state_ == State::Pressing; }
+  double highest_N() const { return highest_N_; }  ///< of this press, or the last one
+
+ private:
+  enum class State : unsigned char { Rest, Pressing, Leaving };
+  double least_N_;
+  State state_ = State::Rest;
+  double highest_N_ = 0, lowest_N_ = 0;  ///< lowest: since the last press was over
+};
+
+}  // namespace palpate
