@@ -11,10 +11,10 @@ namespace {
 
 // The picture's own units: 1280 x 760 pixels are 128 x 76.
 constexpr double kWide = 128, kHigh = 76;
-constexpr double kBoxLow = 2, kBoxHigh = 22;   // the inverse way
-constexpr double kTopLow = 65, kTopHigh = 72;  // the forward way
-constexpr double kNetLow = 31, kNetHigh = 58;  // the network between them
-constexpr double kNetLeft = 46, kNetRight = 96;
+constexpr double kBoxLow = 2, kBoxHigh = 22;         // the inverse way
+constexpr double kTopLow = 65, kTopHigh = 72;        // the forward way
+constexpr double kNetLow = 31, kNetHigh = 58;        // the network between them
+constexpr double kNamesLeft = 22, kNamesRight = 17;  // beside the dots, for what goes in and out
 constexpr size_t kLettersOfBox = 31;
 constexpr uint32_t kMostDots = 14;  // of a layer; of more the first and last are drawn
 
@@ -89,13 +89,15 @@ std::vector<double> dots(uint32_t width) {
 }
 
 /// The layers as columns of dots, all joined with all of the next.
-std::string network(const LumpStage& stage, std::string& blocks) {
+std::string network(const LumpStage& stage, double from, double to, const std::string& name,
+                    std::string& blocks) {
+  const double left = from + kNamesLeft, right = to - kNamesRight;
   constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
   std::string script;
   std::vector<std::vector<double>> columns, nodes(2), links(2);
-  const auto add = [](std::vector<std::vector<double>>& to, double x, double y) {
-    to[0].push_back(x);
-    to[1].push_back(y);
+  const auto add = [](std::vector<std::vector<double>>& block, double x, double y) {
+    block[0].push_back(x);
+    block[1].push_back(y);
   };
   for (const uint32_t width : stage.widths) columns.push_back(dots(width));
   // Inputs have names: all of them are drawn.
@@ -107,14 +109,14 @@ std::string network(const LumpStage& stage, std::string& blocks) {
                                 (kNetHigh - kNetLow) * static_cast<double>(i) /
                                     static_cast<double>(std::max<size_t>(1, stage.inputs.size() - 1)));
   }
-  const double step = (kNetRight - kNetLeft) / static_cast<double>(std::max<size_t>(1, columns.size() - 1));
+  const double step = (right - left) / static_cast<double>(std::max<size_t>(1, columns.size() - 1));
   for (size_t c = 0; c < columns.size(); ++c) {
-    const double x = kNetLeft + step * static_cast<double>(c);
+    const double x = left + step * static_cast<double>(c);
     for (const double y : columns[c]) {
       add(nodes, x, y);
-      for (const double to : c + 1 < columns.size() ? columns[c + 1] : std::vector<double>()) {
+      for (const double next : c + 1 < columns.size() ? columns[c + 1] : std::vector<double>()) {
         add(links, x, y);
-        add(links, x + step, to);
+        add(links, x + step, next);
         add(links, kGap, kGap);
       }
     }
@@ -125,19 +127,26 @@ std::string network(const LumpStage& stage, std::string& blocks) {
                     x, kNetLow - 2, "center");
     if (stage.widths[c] > columns[c].size()) script += label("...", x, (kNetLow + kNetHigh) / 2, "center");
   }
-  for (size_t i = 0; i < stage.inputs.size(); ++i)
-    script += label(stage.inputs[i], kNetLeft - 1.2, named ? columns.front()[i] : (kNetLow + kNetHigh) / 2,
-                    "right");
-  double y = (kNetLow + kNetHigh) / 2 + 3;
-  for (const std::string& out : stage.outputs)
-    for (const std::string& line : wrapped(out, 22)) {
-      script += label(line, kNetRight + 1.2, y, "left");
-      y -= 1.6;
+  const double middle = (kNetLow + kNetHigh) / 2;
+  const auto beside = [&](const std::vector<std::string>& texts, double at_x, const char* place,
+                          size_t letters) {
+    std::vector<std::string> lines;
+    for (const std::string& text : texts)
+      for (std::string& line : wrapped(text, letters)) lines.push_back(std::move(line));
+    double y = middle + 0.8 * static_cast<double>(lines.size());
+    for (const std::string& line : lines) {
+      script += label(line, at_x, y, place);
+      y -= 1.7;
     }
+  };
+  for (size_t i = 0; named && i < stage.inputs.size(); ++i)
+    script += label(stage.inputs[i], left - 1.2, columns.front()[i], "right");
+  if (!named) beside(stage.inputs, left - 1.2, "right", 28);
+  beside(stage.outputs, right + 1.2, "left", 21);
   script += label(
       stage.name + (stage.copies > 1 ? ": the mean of " + std::to_string(stage.copies) + " networks" : ""),
-      (kNetLeft + kNetRight) / 2, kNetHigh + 2.2, "center", "font ',11'");
-  blocks += plot_block("nodes", nodes) + plot_block("links", links);
+      (left + right) / 2, kNetHigh + 2.2, "center", "font ',11'");
+  blocks += plot_block(name + "nodes", nodes) + plot_block(name + "links", links);
   return script;
 }
 
@@ -145,14 +154,9 @@ std::string network(const LumpStage& stage, std::string& blocks) {
 
 std::string network_figure(const std::vector<LumpStage>& stages, const std::string& made_from) {
   std::string blocks, script;
-  std::vector<const LumpStage*> row;
-  const LumpStage* emulator = nullptr;
-  for (const LumpStage& stage : stages) {
-    if (stage.kind == LumpStage::Kind::Network && emulator == nullptr)
-      emulator = &stage;
-    else
-      row.push_back(&stage);
-  }
+  std::vector<const LumpStage*> row, networks;
+  for (const LumpStage& stage : stages)
+    (stage.kind == LumpStage::Kind::Network ? networks : row).push_back(&stage);
   const double gap = 2.6, width = (kWide - 4 - gap * static_cast<double>(row.size() - 1)) /
                                   static_cast<double>(std::max<size_t>(1, row.size()));
   double search = kWide / 2;
@@ -163,7 +167,7 @@ std::string network_figure(const std::vector<LumpStage>& stages, const std::stri
     if (row[i]->kind == LumpStage::Kind::Search) search = left + width / 2;
   }
   script += label("the inverse way: from a reading to the lump", 2, kBoxHigh + 1.6, "left", "font ',12'");
-  script += label("the forward way: finite elements at large strain, then a network that stands for them", 2,
+  script += label("the forward way: finite elements at large strain, and networks taught by them", 2,
                   kTopHigh + 2, "left", "font ',12'");
   script += "set object rectangle from " + at(2, kTopLow) + " to " + at(kWide - 2, kTopHigh) +
             " behind fc rgb '#e3f4ec' fs solid border lc rgb '#666666'\n";
@@ -172,19 +176,24 @@ std::string network_figure(const std::vector<LumpStage>& stages, const std::stri
     script += label(line, 3, y, "left");
     y -= 1.7;
   }
-  if (emulator != nullptr) {
-    script += network(*emulator, blocks);
-    script += arrow((kNetLeft + kNetRight) / 2, kTopLow, (kNetLeft + kNetRight) / 2, kNetHigh + 3.6);
-    script += arrow(search, kNetLow - 3.4, search, kBoxHigh);
+  std::string plots;
+  const double share = kWide / static_cast<double>(std::max<size_t>(1, networks.size()));
+  for (size_t n = 0; n < networks.size(); ++n) {
+    const double from = share * static_cast<double>(n),
+                 middle = from + (share + kNamesLeft - kNamesRight) / 2;
+    const std::string name = "n" + std::to_string(n);
+    script += network(*networks[n], from, from + share, name, blocks);
+    script += arrow(middle, kTopLow, middle, kNetHigh + 3.6);
+    script += arrow(middle, kNetLow - 3.4, search + (n == 0 ? -3 : 3), kBoxHigh);
+    plots += (plots.empty() ? "plot $" : ", $") + name +
+             "links using 1:2 with lines lw 0.3 lc rgb '#c8c8c8', $" + name +
+             "nodes using 1:2 with points pt 7 ps 0.8 lc rgb '#0072b2'";
   }
   return blocks +
          "set lmargin 0\nset rmargin 0\nset tmargin 0\nset bmargin 0\nunset border\nunset tics\nunset grid\n"
          "unset key\nset xrange [0:" +
          plot_number(kWide) + "]\nset yrange [0:" + plot_number(kHigh) + "]\n" + script +
-         (emulator != nullptr
-              ? "plot $links using 1:2 with lines lw 0.3 lc rgb '#c8c8c8', $nodes using 1:2 with "
-                "points pt 7 ps 0.8 lc rgb '#0072b2'\n"
-              : "plot NaN\n");
+         (plots.empty() ? "plot NaN" : plots) + "\n";
 }
 
 }  // namespace palpate
