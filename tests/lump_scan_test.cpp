@@ -56,6 +56,8 @@ TEST(LumpScan, FromPressesToNumbers) {
   EXPECT_NEAR(answer.outline.y_mm.value, -3, 0.5);
   EXPECT_TRUE(answer.fit.found);
   EXPECT_NEAR(answer.fit.center_mm, 4, 0.5);
+  EXPECT_FALSE(answer.second_outline);
+  EXPECT_TRUE(answer.presses.empty());
   EXPECT_EQ(std::count(answer.warnings.begin(), answer.warnings.end(), "a reason"), 1);
   // The same seed is the same scan.
   const std::vector<ScanPress> again = simulate_scan(p, press_slightly);
@@ -70,6 +72,34 @@ TEST(LumpScan, TissueAloneHasNoOutline) {
     EXPECT_FALSE(answer.outline.found) << p.seed << " " << answer.outline.height_Pa.value;
     EXPECT_FALSE(answer.estimate.has_value());
     EXPECT_FALSE(answer.warnings.empty());
+  }
+}
+
+TEST(LumpScan, TwoLumpsAreOutlinedBothAndPressesThatSeeOneAreAsked) {
+  ScanPlan p = plan();
+  p.scene.inclusion->offset_mm = {-8, 0};
+  p.scene.others = {*p.scene.inclusion};
+  p.scene.others[0].offset_mm = {8, 0};
+  p.sensor.window_mm = {20, 20};
+  const ScanAnswer answer =
+      evaluate_scan(simulate_scan(p, press_slightly), {}, [](const LumpReading& reading) {
+        LumpEstimate estimate;
+        estimate.verdict = LumpVerdict::Found;
+        estimate.size_mm = {reading.window_mm[0], 0, 0};
+        return estimate;
+      });
+  ASSERT_TRUE(answer.second_outline);
+  ASSERT_TRUE(answer.outline.found && answer.second_outline->found)
+      << answer.outline.reason << answer.second_outline->reason;
+  const double one = answer.outline.x_mm.value, other = answer.second_outline->x_mm.value;
+  EXPECT_NEAR(std::min(one, other), -8, 1);
+  EXPECT_NEAR(std::max(one, other), 8, 1);
+  EXPECT_NEAR(answer.outline.y_mm.value, 0, 1);
+  ASSERT_FALSE(answer.presses.empty());
+  for (const PressAnswer& press : answer.presses) {
+    EXPECT_NEAR(std::abs(press.bump_mm[0]), 8, 2);
+    // Its window is on the side of the bump that it tells of.
+    EXPECT_GT(press.bump_mm[0] * press.estimate.size_mm.value, 0) << press.name;
   }
 }
 

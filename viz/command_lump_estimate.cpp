@@ -7,6 +7,7 @@
 #include "capture/output_file.h"
 #include "engine/error.h"
 #include "engine/lump/lump_sweep.h"
+#include "engine/lump/saturated_loads.h"
 #include "viz/command_lump.h"
 #include "viz/lump_maps.h"
 #include "viz/lump_method.h"
@@ -39,10 +40,7 @@ LumpReading reading_of(const Options& o) {
   reading.block_mm = {o.block_mm.empty() ? 40 : o.block_mm.front(),
                       o.block_mm.empty() ? 40 : o.block_mm.back(), o.thickness_mm};
   reading.noise_Pa = o.noise_Pa >= 0 ? o.noise_Pa : noise_of(reading.pressure_Pa.back());
-  size_t unseen = 0;
-  for (const float value : reading.pressure_Pa.back().values) unseen += !std::isfinite(value);
-  reading.saturated_share =
-      static_cast<double>(unseen) / static_cast<double>(reading.pressure_Pa.back().values.size());
+  reading.saturated_share = saturated_share(reading.pressure_Pa);
   return reading;
 }
 
@@ -55,13 +53,15 @@ std::string script_of(const LumpReading& reading, const LumpEstimate& e) {
       pixels[1].push_back(reading.window_mm[1] + (y - (map.height - 1) / 2.0) * map.pitch_mm[1]);
       pixels[2].push_back(static_cast<double>(map.at(x, y)));
     }
-  const bool seen = e.evidence >= 1 && std::isfinite(e.size_mm.value) && e.verdict != LumpVerdict::Unusable;
+  const bool seen =
+      e.evidence >= 1 && std::isfinite(e.size_mm.value) && e.verdict != LumpVerdict::SeveralLumps;
   for (int i = 0; i <= 72 && seen; ++i) {
     outline[0].push_back(e.x_mm.value + 0.5 * e.size_mm.value * std::cos(i * std::numbers::pi / 36));
     outline[1].push_back(e.y_mm.value + 0.5 * e.size_mm.value * std::sin(i * std::numbers::pi / 36));
   }
   std::string script = plot_block("map", pixels) + plot_block("outline", outline);
-  char title[200] = "no lump";
+  char title[200];
+  std::snprintf(title, sizeof title, "%s", verdict_words(e.verdict));
   if (seen)
     std::snprintf(title, sizeof title, "%s: %.3g mm wide, %.3g mm deep, ratio %.3g to %.3g",
                   to_string(e.shape), e.size_mm.value, e.depth_mm.value, e.stiffness_ratio.low,

@@ -2,32 +2,53 @@
 #include <CLI/CLI.hpp>
 #include <map>
 #include <mutex>
+#include <optional>
 
+#include "capture/output_file.h"
 #include "engine/error.h"
 #include "engine/lump/lump_examples.h"
 #include "viz/command_lump.h"
 #include "viz/lump_evaluation.h"
+#include "viz/lump_evaluation_table.h"
 #include "viz/lump_method.h"
+#include "viz/one_of.h"
 
 namespace palpate {
 namespace {
 
 struct Options {
-  std::string file, network, method = "network";
+  std::vector<std::string> files;
+  std::string network, method = "network";
+  std::optional<LumpScoreOver> over;
   LumpEvaluationJob job;
   uint32_t count = 0;
 };
 
+Report table_report(const Common& common, const std::vector<LumpScoreRow>& rows) {
+  Report report{rows_text(rows), rows_json(rows)};
+  if (!common.out.empty()) {
+    make_output_folder(common.out);
+    write_whole(common.out / "lump_rows.csv", std::string_view(rows_csv(rows)));
+    report.text += "wrote " + (common.out / "lump_rows.csv").string() + "\n";
+  }
+  return report;
+}
+
 Report run(const Common& common, Options& o) {
   o.job.estimator = lump_estimator(o.method, lump_network(o.network));
-  std::vector<LumpExample> examples = lump_examples(read_lump_file(o.file));
-  if (o.count > 0 && o.count < examples.size()) examples.resize(o.count);
-  if (examples.empty())
-    throw Error(Failure::Input, "a data set with a finished case", o.file + " without one",
-                "palpate lump info " + o.file);
+  std::vector<LumpExample> examples;
+  for (const std::string& file : o.files) {
+    std::vector<LumpExample> more = lump_examples(read_lump_file(file));
+    if (more.empty())
+      throw Error(Failure::Input, "a data set with a finished case", file + " without one",
+                  "palpate lump info " + file);
+    if (o.count > 0 && o.count < more.size()) more.resize(o.count);
+    examples.insert(examples.end(), std::make_move_iterator(more.begin()),
+                    std::make_move_iterator(more.end()));
+  }
   o.job.seed = common.seed;
   std::mutex guard;
-  ProgressBar bar(common, "readings", examples.size());
+  ProgressBar bar(common, "readings", examples.size() * (o.over ? rows_of(*o.over) : 1));
   o.job.progress = [&](size_t done) {
     const std::scoped_lock lock(guard);
     bar.update(done);
@@ -35,6 +56,7 @@ Report run(const Common& common, Options& o) {
   };
   std::vector<LumpJudged> judged;
   try {
+    if (o.over) return table_report(common, scores_over(*o.over, examples, o.job));
     judged = judge_lumps(examples, o.job);
   } catch (const Stopped&) {
     return {"interrupted", R"({"complete": false})", kInterrupted};
@@ -51,8 +73,11 @@ void add_lump_evaluate(CLI::App& group, Common& common, Command& chosen) {
   CLI::App* command =
       group.add_subcommand("evaluate", "How good estimates are: a known data set through a synthetic sensor");
   auto o = std::make_shared<Options>();
+  static const std::map<std::string, LumpScoreOver> kOver = {{"noise", LumpScoreOver::Noise},
+                                                             {"exposure", LumpScoreOver::Exposure},
+                                                             {"loads", LumpScoreOver::Loads}};
   command
-      ->add_option("DATA", o->file, "A data set of palpate lump dataset, *.h5, that the network has not seen")
+      ->add_option("DATA", o->files, "Data sets of palpate lump dataset, *.h5, that the network has not seen")
       ->required();
   command->add_option("--network", o->network,
                       "A file of palpate lump train (default: the built-in network)");
@@ -82,14 +107,27 @@ void add_lump_evaluate(CLI::App& group, Common& common, Command& chosen) {
   command->add_option("--loads", o->job.loads, "The highest so many loads; 0: all")
       ->capture_default_str()
       ->check(CLI::Range(0, 32));
-  command->add_option("--count", o->count, "Cases, from the first; 0: all")->capture_default_str();
+  command
+      ->add_option("--exposure", o->job.sensor.exposure,
+                   "The highest load's peak over full scale; above 1 its top is saturated")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 100.0));
+  command
+      ->add_option(
+          "--over", o->over,
+          "A table instead of one score: noise (0.1 to 10 %, 1, 2 and 4 loads), exposure (the peak at 90 "
+          "to 300 % of full scale, 1 and 4 loads), loads (1, 2 and 4)")
+      ->transform(one_of(kOver));
+  command->add_option("--count", o->count, "Cases of each data set, from the first; 0: all")
+      ->capture_default_str();
   command->add_option("--threads", o->job.threads, "More than one makes the times untrue")
       ->capture_default_str()
       ->check(CLI::Range(1, 256));
-  command->add_option("--out", common.out, "Folder for lump_evaluation.csv and plots");
+  command->add_option("--out", common.out, "Folder for lump_evaluation.csv and plots, or lump_rows.csv");
   add_common(*command, common,
              "  palpate lump evaluate held_out.h5 --out out/lump\n"
              "  palpate lump evaluate held_out.h5 --noise 0.05 --loads 1\n"
+             "  palpate lump evaluate held_out.h5 no_lump.h5 --over noise --threads 2 --out out/noise\n"
              "  palpate lump evaluate held_out.h5 --network my.lump --modulus-error 0.3 --json\n");
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
 }

@@ -1,4 +1,4 @@
-// palpate lump figures: the paper's Figures 17 and 19 to 22 from the forward model.
+// palpate lump figures: the paper's Figures 17 to 22 from the forward model and the network.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -6,11 +6,13 @@
 
 #include "capture/output_file.h"
 #include "engine/error.h"
+#include "engine/lump/lump_network.h"
 #include "perf/profile/gnuplot.h"
 #include "viz/command.h"
 #include "viz/command_forward.h"
 #include "viz/command_lump.h"
 #include "viz/lump_figures.h"
+#include "viz/lump_network_figure.h"
 #include "viz/plot_script.h"
 
 namespace palpate {
@@ -313,6 +315,9 @@ Report run(const Common& common, const Options& o) {
     draw_profiles(figures.by_material, "Fig. 22: by material, 2.35 N", common.out / "fig22_materials",
                   written);
     if (!inputs.empty()) draw_inputs(inputs, common.out, written);
+    const LumpNetwork& network = LumpNetwork::built_in();
+    draw_both(network_figure(lump_stages(network.model()), network.made_from()), 1280, 760,
+              common.out / "fig18_network", written);
     text += "written: " + written + "\n";
   }
   const bool all = std::all_of(figures.by_size.begin(), figures.by_size.end(),
@@ -325,8 +330,8 @@ Report run(const Common& common, const Options& o) {
 }  // namespace
 
 void add_lump_figures(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
-      group.add_subcommand("figures", "The paper's Figures 17 and 19 to 22 from the forward model");
+  CLI::App* command = group.add_subcommand(
+      "figures", "The paper's Figures 17 to 22 from the forward model and the built-in network");
   auto o = std::make_shared<Options>();
   command->add_option("--young-Pa", o->figures.tissue_Pa, "Young's modulus of the tissue")
       ->capture_default_str()

@@ -27,7 +27,7 @@ struct Options {
   StitchOptions stitch;
   Inclusion lump;
   bool simulate = false, no_inclusion = false;
-  std::vector<double> block_mm, window_mm, size_mm, offset_mm;
+  std::vector<double> block_mm, window_mm, size_mm, offset_mm, second_mm;
   std::vector<uint32_t> cells, size_px, leave_out;
   uint32_t threads = 0;
   std::vector<std::string> recordings;
@@ -67,6 +67,10 @@ ScanPlan plan_of(const Common& common, const Options& o) {
     if (o.size_mm.size() == 2) throw Error(Failure::Usage, "one size or three", "2", "--size-mm 8");
     std::copy_n(o.offset_mm.begin(), o.offset_mm.size(), lump.offset_mm.begin());
     plan.scene.inclusion = lump;
+    if (!o.second_mm.empty()) {
+      std::copy_n(o.second_mm.begin(), o.second_mm.size(), lump.offset_mm.begin());
+      plan.scene.others = {lump};
+    }
   }
   check(plan.scene);
   return plan;
@@ -193,6 +197,10 @@ void add_lump_scan(CLI::App& group, Common& common, Command& chosen) {
   command->add_option("--stiffness-ratio", o->lump.stiffness_ratio, "Lump's modulus over the tissue's")
       ->capture_default_str();
   command->add_option("--offset-mm", o->offset_mm, "Lump's centre from the block's middle, x y")->expected(2);
+  command
+      ->add_option("--second-mm", o->second_mm,
+                   "A second lump of the same kind, its centre x y from the middle")
+      ->expected(2);
   command->add_option("--cells", o->cells, "Cells of the tissue along x, y, z (default 32 32 16)")
       ->expected(3);
   CLI::Option* force = command

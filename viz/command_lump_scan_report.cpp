@@ -39,9 +39,9 @@ Json to_json(const LumpValue& v) {
   return {{"value", or_null(v.value)}, {"low", or_null(v.low)}, {"high", or_null(v.high)}};
 }
 
-Rows felt_rows(const ScanAnswer& a) {
+/// What is felt of one bump; `fit`: of the profile through it, may be null.
+Rows felt_rows(const LumpOutline& o, const GaussianFit* fit) {
   Rows rows;
-  const LumpOutline& o = a.outline;
   if (!o.found) {
     rows.emplace_back("outline", o.reason);
     return rows;
@@ -55,11 +55,67 @@ Rows felt_rows(const ScanAnswer& a) {
   } else {
     rows.emplace_back("outline", o.reason);
   }
-  if (a.fit.found)
+  if (fit && fit->found)
     rows.emplace_back("Gaussian of the profile",
-                      line("a = %.4g +- %.2g Pa, s^2 = %.4g +- %.2g mm2", a.fit.amplitude, a.fit.sd[0],
-                           a.fit.width_mm * a.fit.width_mm, 2 * a.fit.width_mm * a.fit.sd[2]));
+                      line("a = %.4g +- %.2g Pa, s^2 = %.4g +- %.2g mm2", fit->amplitude, fit->sd[0],
+                           fit->width_mm * fit->width_mm, 2 * fit->width_mm * fit->sd[2]));
   return rows;
+}
+Rows felt_rows(const ScanAnswer& a) {
+  Rows rows = felt_rows(a.outline, &a.fit);
+  if (!a.second_outline) return rows;
+  rows.emplace_back("a second bump", "");
+  for (auto& row : felt_rows(*a.second_outline, nullptr)) rows.push_back(std::move(row));
+  return rows;
+}
+
+/// Presses that see one of two bumps alone: a line each.
+Rows press_rows(const ScanAnswer& a) {
+  Rows rows;
+  for (const PressAnswer& p : a.presses) {
+    const LumpEstimate& e = p.estimate;
+    std::string words =
+        line("the bump at %.3g, %.3g mm: %s", p.bump_mm[0], p.bump_mm[1], verdict_words(e.verdict));
+    if (tells_numbers(e.verdict))
+      words += "; size " + interval_text(e.size_mm, "mm") + ", depth " + interval_text(e.depth_mm, "mm") +
+               line(", stiffness ratio %.3g to %.3g", e.stiffness_ratio.low, e.stiffness_ratio.high);
+    rows.emplace_back(p.name, words);
+  }
+  return rows;
+}
+
+Json to_json(const LumpOutline& o) {
+  Json value = {{"found", o.found}, {"closed", o.closed}, {"significance", or_null(o.significance)}};
+  if (!o.reason.empty()) value["reason"] = o.reason;
+  if (o.found) {
+    value["x_mm"] = to_json(o.x_mm);
+    value["y_mm"] = to_json(o.y_mm);
+    value["height_Pa"] = to_json(o.height_Pa);
+  }
+  if (o.closed) {
+    value["area_mm2"] = to_json(o.area_mm2);
+    value["width_mm"] = to_json(o.width_mm);
+    value["points_mm"] = o.points_mm;
+  }
+  return value;
+}
+
+Json to_json(const LumpEstimate& e) {
+  Json v = {{"verdict", verdict_words(e.verdict)},
+            {"method", e.method},
+            {"evidence", or_null(e.evidence)},
+            {"false_alarm_rate", e.false_alarm_rate},
+            {"reasons", e.reasons}};
+  if (!e.bumps_mm.empty()) v["bumps_mm"] = e.bumps_mm;
+  if (!tells_numbers(e.verdict)) return v;
+  v["size_mm"] = to_json(e.size_mm);
+  v["depth_mm"] = to_json(e.depth_mm);
+  v["stiffness_ratio"] = to_json(e.stiffness_ratio);
+  v["x_mm"] = to_json(e.x_mm);
+  v["y_mm"] = to_json(e.y_mm);
+  v["shape"] = to_string(e.shape);
+  v["shape_probability"] = e.shape_probability;
+  return v;
 }
 
 Rows map_rows(const ScanMap& map) {
@@ -80,13 +136,18 @@ Rows map_rows(const ScanMap& map) {
 
 Rows truth_rows(const ForwardScene& s) {
   if (!s.inclusion) return {{"lump", "none"}};
-  const Inclusion& lump = *s.inclusion;
-  const auto size = lump.size();
-  return {{"shape", to_string(lump.shape)},
-          {"size", line("%g x %g x %g mm", size[0], size[1], size[2])},
-          {"depth of its top", line("%g mm", lump.depth_mm)},
-          {"stiffness over the tissue's", line("%g", lump.stiffness_ratio)},
-          {"centre", line("%g, %g mm", lump.offset_mm[0], lump.offset_mm[1])}};
+  Rows rows;
+  std::vector<Inclusion> lumps = {*s.inclusion};
+  lumps.insert(lumps.end(), s.others.begin(), s.others.end());
+  for (const Inclusion& lump : lumps) {
+    const auto size = lump.size();
+    rows.emplace_back("shape", to_string(lump.shape));
+    rows.emplace_back("size", line("%g x %g x %g mm", size[0], size[1], size[2]));
+    rows.emplace_back("depth of its top", line("%g mm", lump.depth_mm));
+    rows.emplace_back("stiffness over the tissue's", line("%g", lump.stiffness_ratio));
+    rows.emplace_back("centre", line("%g, %g mm", lump.offset_mm[0], lump.offset_mm[1]));
+  }
+  return rows;
 }
 
 std::string table(const std::string& title, const Rows& rows) {
@@ -161,25 +222,30 @@ std::string map_script(const ScanReport& r) {
   std::string blocks = data_block("map", matrix(reading.pressure_Pa.back())) +
                        data_block("spread", matrix(a.map.disagreement_Pa));
   std::string over;
-  if (a.outline.closed) {
+  const auto draw = [&](const LumpOutline& outline, const char* name, const char* title) {
+    if (!outline.closed) return;
     std::string lines;
-    for (size_t i = 0; i <= a.outline.points_mm.size(); ++i) {
-      const auto& p = a.outline.points_mm[i % a.outline.points_mm.size()];
+    for (size_t i = 0; i <= outline.points_mm.size(); ++i) {
+      const auto& p = outline.points_mm[i % outline.points_mm.size()];
       lines += plot_number(p[0]) + " " + plot_number(p[1]) + "\n";
     }
-    blocks += data_block("outline", lines);
-    over += ", $outline using 1:2 with lines lw 2.5 lc rgb '#ff5a5f' title 'felt: half height'";
-  }
-  if (a.estimate &&
-      (a.estimate->verdict == LumpVerdict::Found || a.estimate->verdict == LumpVerdict::StiffnessOpen)) {
+    blocks += data_block(name, lines);
+    over += line(", $%s using 1:2 with lines lw 2.5 lc rgb '#ff5a5f' %s", name, title);
+  };
+  draw(a.outline, "outline", "title 'felt: half height'");
+  if (a.second_outline) draw(*a.second_outline, "outline2", "notitle");
+  if (a.estimate && tells_numbers(a.estimate->verdict)) {
     const LumpEstimate& e = *a.estimate;
     blocks += data_block("lump", ellipse(e.x_mm.value, e.y_mm.value, e.size_mm.value, e.size_mm.value));
     over += ", $lump using 1:2 with lines lw 2.5 dt 2 lc rgb '#00e5ff' title 'estimated size'";
   }
   if (r.truth && r.truth->inclusion) {
-    const Inclusion& lump = *r.truth->inclusion;
-    blocks +=
-        data_block("truth", ellipse(lump.offset_mm[0], lump.offset_mm[1], lump.size()[0], lump.size()[1]));
+    std::vector<Inclusion> lumps = {*r.truth->inclusion};
+    lumps.insert(lumps.end(), r.truth->others.begin(), r.truth->others.end());
+    std::string lines;
+    for (const Inclusion& lump : lumps)
+      lines += ellipse(lump.offset_mm[0], lump.offset_mm[1], lump.size()[0], lump.size()[1]) + "\n";
+    blocks += data_block("truth", lines);
     over += ", $truth using 1:2 with lines lw 2 dt 3 lc rgb '#ffffff' title 'true size'";
   }
   std::string windows;
@@ -248,6 +314,7 @@ std::string html(const ScanReport& r, const fs::path& folder) {
           (a.estimate ? html_rows(estimate_rows(*a.estimate))
                       : std::string("<p>Not estimated: no model was asked.</p>\n")) +
           "</section><section><h2>What is felt</h2>\n" + html_rows(felt_rows(a)) + "</section></div>\n";
+  if (!a.presses.empty()) body += "<h2>Presses that see one bump alone</h2>\n" + html_rows(press_rows(a));
   body += "<figure>" + svg_of(folder / "map.svg") + "</figure>\n<div class=\"two\"><figure>" +
           svg_of(folder / "profile.svg") + "</figure>\n<section><h2>The map</h2>\n" +
           html_rows(map_rows(a.map));
@@ -294,6 +361,7 @@ std::string scan_text(const ScanReport& r) {
   std::string text = table("map of the block", map_rows(a.map)) + table("felt", felt_rows(a));
   text += a.estimate ? table("estimate (" + r.model + ")", estimate_rows(*a.estimate))
                      : std::string("not estimated: no model was asked\n");
+  if (!a.presses.empty()) text += table("presses that see one bump alone", press_rows(a));
   if (r.truth) text += table("truth of the synthetic block", truth_rows(*r.truth));
   for (const std::string& warning : a.warnings) text += "warning: " + warning + "\n";
   return text + kNotice + "\n";
@@ -326,37 +394,14 @@ Json scan_json(const ScanReport& r) {
       press["reason"] = p.reason;
     value["map"]["presses"].push_back(press);
   }
-  const LumpOutline& o = a.outline;
-  value["outline"] = {{"found", o.found}, {"closed", o.closed}, {"significance", or_null(o.significance)}};
-  if (!o.reason.empty()) value["outline"]["reason"] = o.reason;
-  if (o.found) {
-    value["outline"]["x_mm"] = to_json(o.x_mm);
-    value["outline"]["y_mm"] = to_json(o.y_mm);
-    value["outline"]["height_Pa"] = to_json(o.height_Pa);
-  }
-  if (o.closed) {
-    value["outline"]["area_mm2"] = to_json(o.area_mm2);
-    value["outline"]["width_mm"] = to_json(o.width_mm);
-    value["outline"]["points_mm"] = o.points_mm;
-  }
+  value["outline"] = to_json(a.outline);
+  if (a.second_outline) value["second_outline"] = to_json(*a.second_outline);
   value["estimate"] = nullptr;
-  if (a.estimate) {
-    const LumpEstimate& e = *a.estimate;
-    value["estimate"] = {{"verdict", verdict_words(e.verdict)},
-                         {"method", e.method},
-                         {"evidence", or_null(e.evidence)},
-                         {"false_alarm_rate", e.false_alarm_rate},
-                         {"reasons", e.reasons}};
-    if (e.verdict == LumpVerdict::Found || e.verdict == LumpVerdict::StiffnessOpen) {
-      Json& v = value["estimate"];
-      v["size_mm"] = to_json(e.size_mm);
-      v["depth_mm"] = to_json(e.depth_mm);
-      v["stiffness_ratio"] = to_json(e.stiffness_ratio);
-      v["x_mm"] = to_json(e.x_mm);
-      v["y_mm"] = to_json(e.y_mm);
-      v["shape"] = to_string(e.shape);
-      v["shape_probability"] = e.shape_probability;
-    }
+  if (a.estimate) value["estimate"] = to_json(*a.estimate);
+  for (const PressAnswer& p : a.presses) {
+    Json press = {{"name", p.name}, {"bump_mm", p.bump_mm}};
+    press["estimate"] = to_json(p.estimate);
+    value["presses_of_one_bump"].push_back(press);
   }
   if (r.truth) value["truth"] = to_json(*r.truth);
   value["warnings"] = a.warnings;
@@ -375,14 +420,18 @@ std::string write_scan(const ScanReport& r, const fs::path& folder) {
   write_npy(folder / "disagreement_Pa.npy", map.disagreement_Pa.values, {top.height, top.width});
   write_whole(folder / "map.csv", std::string_view(map_csv(map)));
   write_whole(folder / "presses.csv", std::string_view(places_csv(map)));
-  std::string outline = "x_mm,y_mm\n";
-  for (const auto& p : r.answer.outline.points_mm)
-    outline += plot_number(p[0]) + "," + plot_number(p[1]) + "\n";
-  write_whole(folder / "outline.csv", std::string_view(outline));
+  const auto write_outline = [&folder](const LumpOutline& outline, const char* name) {
+    std::string csv = "x_mm,y_mm\n";
+    for (const auto& p : outline.points_mm) csv += plot_number(p[0]) + "," + plot_number(p[1]) + "\n";
+    write_whole(folder / name, std::string_view(csv));
+  };
+  write_outline(r.answer.outline, "outline.csv");
+  fs::remove(folder / "outline_2.csv");
+  if (r.answer.second_outline) write_outline(*r.answer.second_outline, "outline_2.csv");
   write_whole(folder / "scan.json", std::string_view(scan_json(r).dump(2) + "\n"));
   std::string written =
-      (folder / "report.html").string() +
-      ", scan.json, map.csv, presses.csv, outline.csv, pressure_Pa.npy, disagreement_Pa.npy";
+      (folder / "report.html").string() + ", scan.json, map.csv, presses.csv, outline.csv, " +
+      (r.answer.second_outline ? "outline_2.csv, " : "") + "pressure_Pa.npy, disagreement_Pa.npy";
   for (const char* old : {"map.svg", "map.png", "profile.svg", "profile.png"}) fs::remove(folder / old);
   draw_both(map_script(r), 1120, 520, folder / "map", written);
   draw_both(profile_script(r.answer), 640, 420, folder / "profile", written);

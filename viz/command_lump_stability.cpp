@@ -6,7 +6,7 @@
 #include "capture/output_file.h"
 #include "engine/lump/lump_network.h"
 #include "viz/command_lump.h"
-#include "viz/lump_evaluation.h"
+#include "viz/lump_evaluation_table.h"
 #include "viz/lump_stability.h"
 
 namespace palpate {
@@ -22,8 +22,7 @@ struct Options {
 };
 
 bool has_values(const LumpEstimate& e) {
-  return (e.verdict == LumpVerdict::Found || e.verdict == LumpVerdict::StiffnessOpen ||
-          e.verdict == LumpVerdict::OutsideTraining) &&
+  return (tells_numbers(e.verdict) || e.verdict == LumpVerdict::OutsideTraining) &&
          std::isfinite(e.size_mm.value) && std::isfinite(e.depth_mm.value);
 }
 
@@ -131,9 +130,22 @@ Report stability(const Common& common, const Options& options) {
   for (const StabilityRow& row : rows) value["blocks"].push_back(to_json(row));
   std::string text = table(rows);
   std::vector<CostRow> costs;
+  std::vector<LumpScoreRow> by_loads;
   if (options.costs) {
     costs = press_costs(options.threads);
     text += costs_table(costs);
+    LumpEvaluationJob job;
+    job.estimator = estimator;
+    job.sensor.noise_share = options.noise;
+    job.seed = common.seed;
+    ProgressBar bar(common, "pressing balls", 12);
+    by_loads = scores_over(LumpScoreOver::Loads,
+                           pressed_balls(options.threads, [&](uint64_t done) { bar.update(done); }), job);
+    text +=
+        "\nthe estimator by number of loads, on balls of 6 to 12 mm, 3 and 6 mm deep, 3 and 10 times as "
+        "stiff\n" +
+        rows_text(by_loads);
+    value["by_loads"] = Json::parse(rows_json(by_loads));
     for (const CostRow& row : costs)
       value["costs"].push_back({{"choice", row.choice},
                                 {"name", row.name},
@@ -154,7 +166,8 @@ Report stability(const Common& common, const Options& options) {
         lines += line;
       }
       write(common.out / "press_costs.csv", lines);
-      text += ", " + (common.out / "press_costs.csv").string();
+      write(common.out / "estimate_costs.csv", rows_csv(by_loads));
+      text += ", " + (common.out / "press_costs.csv").string() + ", estimate_costs.csv";
     }
     text += "\n";
   }
@@ -179,8 +192,10 @@ void add_lump_stability(CLI::App& group, Common& common, Command& chosen) {
   command->add_option("--threads", o->threads, "0: one per core")
       ->capture_default_str()
       ->check(CLI::Range(0, 256));
-  command->add_flag("--costs", o->costs, "Also error against run time of grids and strain models");
-  command->add_option("--out", common.out, "Folder for stability.csv and press_costs.csv");
+  command->add_flag("--costs", o->costs,
+                    "Also error against run time of grids, strain models and numbers of loads");
+  command->add_option("--out", common.out,
+                      "Folder for stability.csv, press_costs.csv and estimate_costs.csv");
   add_common(*command, common, "  palpate lump stability --costs --out out/stability\n");
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return stability(common, *o); }; });
 }

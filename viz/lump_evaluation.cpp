@@ -58,22 +58,6 @@ std::vector<std::array<double, 2>> roc_of(const std::vector<LumpJudged>& judged)
 
 }  // namespace
 
-const char* to_string(LumpVerdict verdict) {
-  switch (verdict) {
-    case LumpVerdict::Found:
-      return "found";
-    case LumpVerdict::StiffnessOpen:
-      return "stiffness open";
-    case LumpVerdict::NoLump:
-      return "no lump";
-    case LumpVerdict::OutsideTraining:
-      return "outside training";
-    case LumpVerdict::Unusable:
-      return "unusable";
-  }
-  return "";
-}
-
 std::vector<LumpJudged> judge_lumps(const std::vector<LumpExample>& examples, const LumpEvaluationJob& job) {
   std::vector<LumpJudged> judged(examples.size());
   std::atomic<size_t> next = 0, done = 0;
@@ -96,6 +80,7 @@ std::vector<LumpJudged> judge_lumps(const std::vector<LumpExample>& examples, co
       for (size_t k = 1; k < count; ++k)
         reading.force_N[k] = std::max(reading.force_N[k], 1.0001 * reading.force_N[k - 1]);
       judged[i].estimate = job.estimator(reading);
+      judged[i].saturated_share = reading.saturated_share;
       judged[i].truth = e;
       judged[i].truth.pressure_Pa.clear();
       if (job.progress && !job.progress(++done)) stop = true;
@@ -204,7 +189,7 @@ std::string score_text(const LumpScore& s) {
       "told so: %.1f %%\n",
       100 * s.sensitivity, s.goal_lumps, 100 * s.goal_sensitivity, 100 * s.specificity);
   text += "verdicts (with a lump, without):";
-  for (size_t v = 0; v < 5; ++v)
+  for (size_t v = 0; v < kLumpVerdicts; ++v)
     text += line("%s %s %zu, %zu", v > 0 ? ";" : "", to_string(static_cast<LumpVerdict>(v)), s.verdicts[v],
                  s.plain_verdicts[v]);
   return text + "\n";
@@ -244,7 +229,7 @@ std::string score_json(const LumpScore& s, const std::string& method, const Lump
                                 {"lumps", r.count},
                                 {"median_error", three(r.median)}});
   json["verdicts"] = Json::object();
-  for (size_t v = 0; v < 5; ++v)
+  for (size_t v = 0; v < kLumpVerdicts; ++v)
     json["verdicts"][to_string(static_cast<LumpVerdict>(v))] = {{"lump", s.verdicts[v]},
                                                                 {"none", s.plain_verdicts[v]}};
   json["roc"] = s.roc;

@@ -26,6 +26,7 @@ struct LumpEvaluationJob {
 struct LumpJudged {
   LumpExample truth;  ///< without its maps
   LumpEstimate estimate;
+  double saturated_share = 0;  ///< of the reading
 };
 
 struct LumpErrorRange {
@@ -36,8 +37,9 @@ struct LumpErrorRange {
 
 struct LumpScore {
   size_t lumps = 0, plain = 0;
-  std::array<size_t, 5> verdicts{}, plain_verdicts{};  ///< by LumpVerdict, of blocks with and without a lump
-  size_t judged = 0;  ///< lumps that were found (evidence of 1 and more): errors are theirs
+  std::array<size_t, kLumpVerdicts> verdicts{},
+      plain_verdicts{};  ///< by LumpVerdict, of blocks with and without a lump
+  size_t judged = 0;     ///< lumps that were found (evidence of 1 and more): errors are theirs
   std::array<double, 3> median{}, ninetieth{};  ///< relative errors of size, depth, ratio (2 <= ratio <= 20)
   std::array<double, 3> coverage{};             ///< of the intervals
   std::array<double, 3> determined_median{};    ///< of those with verdict Found alone
@@ -61,7 +63,5 @@ std::string score_json(const LumpScore& score, const std::string& method, const 
 /// lump_evaluation.csv, estimates.{png,svg}, quality.{png,svg}; their names for people.
 std::string write_score(const LumpScore& score, const std::vector<LumpJudged>& judged,
                         const std::string& folder);
-
-const char* to_string(LumpVerdict verdict);  ///< "found", "stiffness open", ...
 
 }  // namespace palpate

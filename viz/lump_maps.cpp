@@ -9,7 +9,7 @@
 
 #include "engine/error.h"
 #include "engine/lump/lump_sweep.h"
-#include "viz/lump_evaluation.h"
+#include "engine/median.h"
 #include "viz/npy.h"
 
 namespace palpate {
@@ -86,10 +86,8 @@ double noise_of(const ForwardMap& map) {
           sum += kSecond[a] * kSecond[b] * static_cast<double>(map.at(x + a - 1, y + b - 1));
       if (std::isfinite(sum)) sizes.push_back(std::abs(sum));
     }
-  if (sizes.empty()) return 0;
-  std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2), sizes.end());
-  return sizes[sizes.size() / 2] /
-         (0.6745 * 6);  // median of a normal variable's size; root of the squares' sum, 36
+  // Median of a normal variable's size; root of the squares' sum, 36.
+  return median(sizes) / (0.6745 * 6);
 }
 
 std::string estimate_text(const LumpEstimate& e) {
@@ -99,7 +97,8 @@ std::string estimate_text(const LumpEstimate& e) {
                 "evidence for a lump: %.3g (1 and more in %.3g %% of readings without one)\n", e.evidence,
                 100 * e.false_alarm_rate);
   text += line;
-  if (e.evidence >= 1 && e.verdict != LumpVerdict::Unusable) {
+  if (e.evidence >= 1 && std::isfinite(e.size_mm.value)) {
+    if (!tells_numbers(e.verdict)) text += "of one lump as the model knows it, which this is not:\n";
     text += "                     value    90 % interval\n";
     const auto row = [&](const char* name, const LumpValue& v, const char* unit) {
       std::snprintf(line, sizeof line, "%-18s %7.3g    %.3g to %.3g %s\n", name, v.value, v.low, v.high,
@@ -144,6 +143,7 @@ std::string estimate_json(const LumpEstimate& e) {
     json["shape_probability"][to_string(static_cast<LumpShape>(s))] = e.shape_probability[s];
   json["method"] = e.method;
   json["wall_s"] = e.wall_s;
+  json["bumps_mm"] = e.bumps_mm;
   json["reasons"] = e.reasons;
   return json.dump(2);
 }

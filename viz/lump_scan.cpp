@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <random>
 
 #include "engine/error.h"
+#include "engine/lump/lump_network.h"
+#include "engine/lump/second_bump.h"
 
 namespace palpate {
 namespace {
@@ -43,6 +46,49 @@ std::vector<ForwardMap> maps_at(const LargeStrainResult& solved, const std::vect
     maps.push_back(std::move(map));
   }
   return maps;
+}
+
+/// Without what lies nearer to `hidden` than half of its way to `kept`: the smooth block under one bump is
+/// not to be fitted to the other.
+LumpReading without_place(LumpReading reading, const std::array<double, 2>& hidden,
+                          const std::array<double, 2>& kept) {
+  const double reach = 0.5 * std::hypot(hidden[0] - kept[0], hidden[1] - kept[1]);
+  for (ForwardMap& map : reading.pressure_Pa)
+    for (uint32_t j = 0; j < map.height; ++j)
+      for (uint32_t i = 0; i < map.width; ++i) {
+        const double x = reading.window_mm[0] + (i - (map.width - 1) / 2.0) * map.pitch_mm[0],
+                     y = reading.window_mm[1] + (j - (map.height - 1) / 2.0) * map.pitch_mm[1];
+        if (std::hypot(x - hidden[0], y - hidden[1]) < reach)
+          map.values[size_t{j} * map.width + i] = std::numeric_limits<float>::quiet_NaN();
+      }
+  return reading;
+}
+
+/// Whether a place lies in a press's window, off its edge.
+bool sees(const LumpReading& press, const std::array<double, 2>& place) {
+  constexpr double kEdge_mm = 4;  // nearer to a window's edge a bump is cut
+  const ForwardMap& map = press.pressure_Pa.back();
+  return std::abs(place[0] - press.window_mm[0]) < map.pitch_mm[0] * (map.width - 1) / 2 - kEdge_mm &&
+         std::abs(place[1] - press.window_mm[1]) < map.pitch_mm[1] * (map.height - 1) / 2 - kEdge_mm;
+}
+
+/// Those with one bump well in their window and the other far off it.
+std::vector<PressAnswer> press_answers(const std::vector<ScanPress>& presses, const ScanMap& map,
+                                       const SecondBump& bumps, const LumpEstimator& estimator) {
+  std::vector<PressAnswer> answers;
+  for (size_t p = 0; p < presses.size(); ++p) {
+    const LumpReading& reading = presses[p].reading;
+    const ForwardMap& window = reading.pressure_Pa.back();
+    if (!map.places[p].used) continue;
+    for (size_t b = 0; b < 2; ++b) {
+      const auto &own = bumps.place_mm[b], &other = bumps.place_mm[1 - b];
+      const bool other_in =
+          std::abs(other[0] - reading.window_mm[0]) < window.pitch_mm[0] * (window.width - 1) / 2 &&
+          std::abs(other[1] - reading.window_mm[1]) < window.pitch_mm[1] * (window.height - 1) / 2;
+      if (sees(reading, own) && !other_in) answers.push_back({presses[p].name, own, estimator(reading)});
+    }
+  }
+  return answers;
 }
 
 }  // namespace
@@ -104,20 +150,32 @@ ScanAnswer evaluate_scan(const std::vector<ScanPress>& presses, const StitchOpti
                          const LumpEstimator& estimator, uint64_t seed) {
   ScanAnswer answer;
   answer.map = stitch(presses, options);
-  answer.outline = outline_lump(answer.map.reading, seed);
+  const auto two = told_second_bump(LumpNetwork::built_in().model(), answer.map.reading);
+  // Of two bumps the profile's fit is of the higher one.
+  const LumpReading first =
+      two ? without_place(answer.map.reading, two->place_mm[1], two->place_mm[0]) : answer.map.reading;
+  answer.outline = outline_lump(first, seed);
+  if (two)
+    answer.second_outline =
+        outline_lump(without_place(answer.map.reading, two->place_mm[0], two->place_mm[1]), seed);
   if (estimator) answer.estimate = estimator(answer.map.reading);
+  if (estimator && two) answer.presses = press_answers(presses, answer.map, *two, estimator);
   const double y_mm = answer.outline.found ? answer.outline.y_mm.value : 0;
   answer.profile = profile_along_x(answer.map.reading.pressure_Pa.back(), y_mm);
   answer.block = profile_along_x(answer.outline.block_Pa, y_mm);
   Profile bump;
+  const Profile own = profile_along_x(first.pressure_Pa.back(), y_mm);
   for (size_t i = 0; i < answer.profile.x_mm.size(); ++i) {
-    if (!std::isfinite(answer.profile.value[i])) continue;
+    if (!std::isfinite(own.value[i])) continue;
     bump.x_mm.push_back(answer.profile.x_mm[i]);
     bump.value.push_back(answer.profile.value[i] - answer.block.value[i]);
   }
   bump = inner_part(bump, 0.45 * answer.map.reading.block_mm[0]);
   if (bump.x_mm.size() >= 6) answer.fit = fit_gaussian(bump);
   answer.warnings = answer.map.warnings;
+  if (two)
+    answer.warnings.push_back(
+        text("two bumps, %.3g mm apart: estimates of one lump do not hold for the block", two->distance_mm));
   if (!answer.outline.reason.empty()) answer.warnings.push_back("no outline: " + answer.outline.reason);
   if (answer.estimate)
     for (const std::string& reason : answer.estimate->reasons) answer.warnings.push_back(reason);
@@ -127,22 +185,6 @@ ScanAnswer evaluate_scan(const std::vector<ScanPress>& presses, const StitchOpti
 const char* shape_words(LumpShape shape) {
   constexpr const char* kNames[] = {"sphere", "ellipsoid", "upright cylinder", "lying cylinder"};
   return kNames[static_cast<size_t>(shape)];
-}
-
-const char* verdict_words(LumpVerdict verdict) {
-  switch (verdict) {
-    case LumpVerdict::Found:
-      return "a lump";
-    case LumpVerdict::StiffnessOpen:
-      return "a lump whose stiffness cannot be told";
-    case LumpVerdict::NoLump:
-      return "no lump";
-    case LumpVerdict::OutsideTraining:
-      return "unlike what the model was made for: no numbers";
-    case LumpVerdict::Unusable:
-      return "not usable";
-  }
-  return "";
 }
 
 std::string interval_text(const LumpValue& v, const char* unit) {
@@ -159,7 +201,7 @@ std::vector<std::pair<std::string, std::string>> estimate_rows(const LumpEstimat
   std::snprintf(line, sizeof line, "%.3g of the threshold 1, which %.2g %% of readings without a lump reach",
                 e.evidence, 100 * e.false_alarm_rate);
   if (e.verdict != LumpVerdict::Unusable) rows.emplace_back("evidence", line);
-  if (e.verdict == LumpVerdict::Found || e.verdict == LumpVerdict::StiffnessOpen) {
+  if (tells_numbers(e.verdict)) {
     rows.emplace_back("size", interval_text(e.size_mm, "mm"));
     rows.emplace_back("depth of its top", interval_text(e.depth_mm, "mm"));
     if (e.verdict == LumpVerdict::Found) {

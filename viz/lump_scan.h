@@ -38,10 +38,19 @@ std::vector<std::array<double, 2>> scan_places(const std::array<double, 3>& bloc
 /// no sense, and where the press did not converge up to the highest force: with how far it came.
 std::vector<ScanPress> simulate_scan(const ScanPlan& plan, const PressSolver& solver);
 
+/// What a press tells by itself, of a block with more than one lump.
+struct PressAnswer {
+  std::string name;
+  std::array<double, 2> bump_mm{};  ///< the one that it sees, from the block's middle
+  LumpEstimate estimate;
+};
+
 /// All that a scan tells.
 struct ScanAnswer {
   ScanMap map;
-  LumpOutline outline;
+  LumpOutline outline;  ///< of the higher bump where there are two
+  std::optional<LumpOutline> second_outline;
+  std::vector<PressAnswer> presses;      ///< of two bumps: who sees one of them alone, with an estimator
   std::optional<LumpEstimate> estimate;  ///< none without an estimator
   Profile profile;                       ///< pressure at the highest load along x through the bump
   Profile block;                         ///< of the smooth block under it
@@ -51,8 +60,6 @@ struct ScanAnswer {
 ScanAnswer evaluate_scan(const std::vector<ScanPress>& presses, const StitchOptions& options,
                          const LumpEstimator& estimator, uint64_t seed = 1);
 
-/// A verdict in words: "a lump", "a lump of open stiffness", "no lump", ...
-const char* verdict_words(LumpVerdict verdict);
 /// A shape in words: "sphere", "upright cylinder", ...
 const char* shape_words(LumpShape shape);
 /// "8.1 mm (90 %: 7.6 to 8.7)"; with `open`, what the interval says alone.

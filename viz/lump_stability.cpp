@@ -79,15 +79,23 @@ std::vector<StabilityCase> stability_cases(double noise) {
     c.sensor.window_mm = {10, 7.5};
   });
   add("number", "no lump", [](StabilityCase& c) { c.scene.inclusion.reset(); });
-  add("number", "two, 16 mm apart", [](StabilityCase& c) {
-    c.scene.inclusion->offset_mm = {-8, 0};
-    c.scene.others = {*c.scene.inclusion};
-    c.scene.others[0].offset_mm = {8, 0};
-  });
+  for (const double apart : {10.0, 16.0, 24.0})
+    add("number", text("two, %g mm apart", apart), [&](StabilityCase& c) {
+      c.scene.inclusion->offset_mm = {-apart / 2, 0};
+      c.scene.others = {*c.scene.inclusion};
+      c.scene.others[0].offset_mm = {apart / 2, 0};
+    });
   for (const double share : {0.001, 0.002, 0.005, 0.01, 0.03, 0.1})
     add("noise", text("%g %% of the peak", 100 * share),
         [&](StabilityCase& c) { c.sensor.noise_share = share; });
-  add("sensor", "saturated at 80 % of the peak", [](StabilityCase& c) { c.sensor.full_scale_Pa = -0.8; });
+  add("sensor", "saturated at 80 % of the peak", [](StabilityCase& c) { c.sensor.exposure = 1 / 0.8; });
+  for (const double peak : {1.5, 2.0, 3.0})
+    add("sensor", text("peak at %g %% of full scale", 100 * peak),
+        [&](StabilityCase& c) { c.sensor.exposure = peak; });
+  add("sensor", "the same at the last load alone", [](StabilityCase& c) {
+    c.sensor.exposure = 3;
+    c.loads = 1;
+  });
   for (const double told : {0.7, 0.9, 1.1, 1.3})
     add("tissue modulus", text("told %+.0f %%", 100 * (told - 1)),
         [&](StabilityCase& c) { c.told_modulus = told; });
@@ -116,13 +124,8 @@ std::vector<StabilityRow> judge_stability(const std::vector<StabilityCase>& case
         maps.push_back(block->result.loads[l].pressure_Pa);
         forces.push_back(block->result.loads[l].force_N);
       }
-      PalpationSensor sensor = what.sensor;
-      // Below zero: a share of the peak.
-      if (sensor.full_scale_Pa < 0)
-        sensor.full_scale_Pa *=
-            -double{*std::max_element(maps.back().values.begin(), maps.back().values.end())};
       row.estimate = estimator(sensor_reading(maps, forces, what.scene.block_mm,
-                                              what.told_modulus * what.scene.young_Pa, sensor, seed));
+                                              what.told_modulus * what.scene.young_Pa, what.sensor, seed));
     } else {
       row.estimate.reasons = block->result.warnings;
     }
@@ -130,6 +133,33 @@ std::vector<StabilityRow> judge_stability(const std::vector<StabilityCase>& case
     progress(rows.size());
   }
   return rows;
+}
+
+std::vector<LumpExample> pressed_balls(uint32_t threads, const std::function<void(uint64_t done)>& progress) {
+  std::vector<LumpExample> examples;
+  uint64_t done = 0;
+  for (const double size_mm : {6.0, 8.0, 12.0})
+    for (const double depth_mm : {3.0, 6.0})
+      for (const double ratio : {3.0, 10.0}) {
+        ForwardScene scene;
+        scene.cells = kCells;
+        scene.inclusion->size_mm = {size_mm, size_mm, size_mm};
+        scene.inclusion->depth_mm = depth_mm;
+        scene.inclusion->stiffness_ratio = ratio;
+        const LargeStrainResult result = press(scene, threads);
+        progress(++done);
+        if (!result.converged) continue;
+        LumpExample example;
+        example.size_mm = size_mm;
+        example.depth_mm = depth_mm;
+        example.stiffness_ratio = ratio;
+        for (const PressedBlock& load : result.loads) {
+          example.pressure_Pa.push_back(load.pressure_Pa);
+          example.force_N.push_back(load.force_N);
+        }
+        examples.push_back(std::move(example));
+      }
+  return examples;
 }
 
 std::vector<CostRow> press_costs(uint32_t threads) {

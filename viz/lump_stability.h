@@ -8,6 +8,7 @@
 
 #include "engine/lump/forward.h"
 #include "engine/lump/lump_estimator.h"
+#include "engine/lump/lump_training.h"
 #include "engine/lump/sensor_reading.h"
 
 namespace palpate {
@@ -44,6 +45,10 @@ struct CostRow {
   double map_error = 0;    ///< largest difference from the finest, share of the peak, inner half of the block
   double force_error = 0;  ///< relative, at the same way
 };
+/// Balls of 6, 8 and 12 mm, 3 and 6 mm deep, three and ten times as stiff, pressed as stability_cases() are:
+/// what an estimator's errors and times are measured on where no data set is there.
+std::vector<LumpExample> pressed_balls(uint32_t threads, const std::function<void(uint64_t done)>& progress);
+
 /// Grids, alone and extrapolated, and the strain model, for the middle block at a fifth of its thickness.
 std::vector<CostRow> press_costs(uint32_t threads);
 

@@ -3,6 +3,8 @@
 #include <chrono>
 
 #include "engine/lump/lump_fit.h"
+#include "engine/lump/saturated_loads.h"
+#include "engine/lump/second_bump.h"
 
 namespace palpate {
 
@@ -10,9 +12,11 @@ LumpEstimate LumpNetwork::estimate(const LumpReading& reading, LumpMethod method
   const auto start = std::chrono::steady_clock::now();
   LumpEstimate estimate;
   estimate.method = method == LumpMethod::Network ? "network" : "refined";
-  if (const auto nodes = pressed_nodes(*model_, reading, estimate)) {
+  const auto seen = without_saturated_loads(reading, estimate);
+  if (const auto nodes = seen ? pressed_nodes(*model_, *seen, estimate) : std::nullopt) {
     const double warmth = trust_at(*model_, method, nodes->loads.size(), nodes->noise_share).warmth;
     conclude(*model_, *nodes, method, weigh_lumps(*model_, *nodes, method, warmth), estimate);
+    tell_second_bump(*nodes, estimate);
   }
   estimate.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return estimate;

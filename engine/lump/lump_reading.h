@@ -42,8 +42,18 @@ enum class LumpVerdict : uint8_t {
   StiffnessOpen,    ///< a lump; the interval of its stiffness ratio spans more than a factor of four
   NoLump,           ///< nothing that the noise alone does not make in one of 100 readings
   OutsideTraining,  ///< the reading is not like what the model was made for
-  Unusable,         ///< saturated, too few values, not converged: see the reasons
+  SeveralLumps,     ///< bumps at two places or more: what an estimate says of one lump is not to be trusted
+  Saturated,        ///< the highest pressure is beyond the sensor's limit in every load: no numbers
+  Unusable,         ///< too few values, not converged: see the reasons
 };
+inline constexpr size_t kLumpVerdicts = 7;
+
+const char* to_string(LumpVerdict verdict);      ///< "found", "stiffness open", ...
+const char* verdict_words(LumpVerdict verdict);  ///< for people: "a lump", "no lump", ...
+/// Whether an estimate's numbers may be shown as what they are; of StiffnessOpen all but the ratio's middle.
+constexpr bool tells_numbers(LumpVerdict verdict) {
+  return verdict == LumpVerdict::Found || verdict == LumpVerdict::StiffnessOpen;
+}
 
 struct LumpEstimate {
   LumpVerdict verdict = LumpVerdict::Unusable;
@@ -57,6 +67,8 @@ struct LumpEstimate {
   std::array<double, 4> shape_probability{};  ///< in the order of LumpShape
   std::string method;                         ///< who estimated: "network", "refined", "direct inversion"
   double wall_s = 0;
+  /// Where the reading has several bumps: their tops from the block's middle, the highest first. Else empty.
+  std::vector<std::array<double, 2>> bumps_mm;
   std::vector<std::string> reasons;  ///< one line each, for people
 };
 

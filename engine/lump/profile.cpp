@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "engine/error.h"
+#include "engine/median.h"
 
 namespace palpate {
 namespace {
@@ -61,17 +62,14 @@ double GaussianFit::at(double x) const {
 }
 
 std::array<double, 2> bump_center_mm(const ForwardMap& map, double share) {
-  std::vector<float> sorted = map.values;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
-                   sorted.end());
-  const double median = static_cast<double>(sorted[sorted.size() / 2]);
+  const auto level = static_cast<double>(median(map.values));
   const double middle_x = (map.width - 1) / 2.0, middle_y = (map.height - 1) / 2.0;
   double sum = 0, x = 0, y = 0, largest = 0;
   const auto visit = [&](auto&& take) {
     for (uint32_t j = 0; j < map.height; ++j)
       for (uint32_t i = 0; i < map.width; ++i)
         if (std::abs(i - middle_x) <= share * middle_x && std::abs(j - middle_y) <= share * middle_y)
-          take(i - middle_x, j - middle_y, std::abs(static_cast<double>(map.at(i, j)) - median));
+          take(i - middle_x, j - middle_y, std::abs(static_cast<double>(map.at(i, j)) - level));
   };
   visit([&](double, double, double bump) { largest = std::max(largest, bump); });
   visit([&](double i, double j, double bump) {

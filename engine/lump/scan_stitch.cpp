@@ -8,6 +8,7 @@
 
 #include "engine/error.h"
 #include "engine/lump/map_sampling.h"
+#include "engine/median.h"
 
 namespace palpate {
 namespace {
@@ -53,12 +54,6 @@ void check(const std::vector<ScanPress>& presses) {
                std::to_string(map.width) + " x " + std::to_string(map.height));
     if (!(r.noise_Pa >= 0)) refuse(p.name, "a noise of 0 or more", text("%g Pa", r.noise_Pa));
   }
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// The maps at other forces: pressure over force is nearly straight in force.

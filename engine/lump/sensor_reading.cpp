@@ -11,7 +11,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kExposure = 0.9;          // of the full scale, at the highest load's peak
 constexpr double kSaturatedPixels = 0.02;  // of a node's: more, and the node is not seen
 
 void check_range(double value, double low, double high, const char* what) {
@@ -28,6 +27,7 @@ void check(const PalpationSensor& sensor, size_t maps, size_t forces) {
   for (const uint32_t side : sensor.size_px) check_range(side, 16, 16384, "a sensor's pixels along a side");
   for (const double side : sensor.window_mm) check_range(side, 1, 1000, "a sensor's window in mm");
   check_range(sensor.full_scale_Pa, 0, 1e9, "a sensor's full scale in Pa");
+  check_range(sensor.exposure, 0.01, 100, "the peak's exposure over full scale");
   check_range(sensor.pixel_noise_gray, 0, 100, "pixel noise in gray levels");
   check_range(sensor.node_pitch_mm, 0.05, 10, "a reading's pitch in mm");
   check_range(sensor.least_cell, 0, 0.98, "the share of a node's square that must be seen");
@@ -63,7 +63,7 @@ LumpReading sensor_reading(const std::vector<ForwardMap>& pressure_Pa, const std
   reading.window_mm = sensor.window_center_mm;
   const double peak_Pa = peak_of(pressure_Pa.back());
   const double full_scale_Pa =
-      sensor.full_scale_Pa > 0 ? sensor.full_scale_Pa : std::max(peak_Pa, 1e-9) / kExposure;
+      sensor.full_scale_Pa > 0 ? sensor.full_scale_Pa : std::max(peak_Pa, 1e-9) / sensor.exposure;
   const double gray_per_Pa = 255 / full_scale_Pa;
   const std::array<double, 2> pixel_mm = {sensor.window_mm[0] / sensor.size_px[0],
                                           sensor.window_mm[1] / sensor.size_px[1]};

@@ -1,0 +1,32 @@
+// What a lump network is made of, step by step, as its file has it: for pictures and for people.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace palpate {
+
+struct LumpModel;
+
+/// One step from a reading to what lies behind it.
+struct LumpStage {
+  enum class Kind : uint8_t {
+    Given,    ///< what a reading or a lump is told by
+    Formula,  ///< a fixed rule with fitted numbers
+    Network,  ///< layers, tanh between them
+    Search,   ///< repeated until the two sides agree
+  };
+  Kind kind = Kind::Formula;
+  std::string name;                  ///< "the block alone"
+  std::vector<std::string> inputs;   ///< with units: "thickness, mm"
+  std::vector<uint32_t> widths;      ///< numbers in, of each layer between, and out
+  std::vector<std::string> outputs;  ///< with units
+  uint32_t copies = 1;               ///< networks of one kind whose mean is used
+};
+
+/// In the order of work: the reading without its block, the network from bumps to lumps, the emulator from
+/// lumps to bumps, the search that compares both, and the answer.
+std::vector<LumpStage> lump_stages(const LumpModel& model);
+
+}  // namespace palpate
