@@ -55,7 +55,7 @@ Inclusion lump() {
 DirectInversionOptions quick() {
   DirectInversionOptions options;
   options.model.cells = {24, 24, 12};
-  options.model.coarser = {16, 16, 8};
+  options.model.coarser = {12, 12, 6};
   options.model.centred = true;
   return options;
 }
@@ -70,7 +70,7 @@ TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
   const LumpReading reading = read(press(hard, {2, 4}, 48, 32), 0.002);
   DirectInversionOptions options = quick();
   options.model.cells = {32, 32, 16};
-  options.model.coarser = {24, 24, 12};
+  options.model.coarser = {16, 16, 8};
   options.start = LumpCase::Lump{};
   options.start->diameter_mm = 9;
   options.start->depth_mm = 4.4;
@@ -119,6 +119,9 @@ TEST(DirectInversion, WhatCannotBeReadIsUnusable) {
   broken = read(block, 0.002);
   std::swap(broken.force_N[0], broken.force_N[1]);
   EXPECT_THROW(invert_directly(broken, quick()), Error);
+  DirectInversionOptions apart = quick();
+  apart.model.coarser = {16, 16, 8};
+  EXPECT_THROW(invert_directly(read(block, 0.002), apart), Error);
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ struct LumpPrediction {
 struct GridCorrection {
   bool converged = false;
   Eigen::VectorXd add_Pa;
-  /// What would have to be added more if errors shrank with the cells' power of 1.5 instead of their square:
+  /// What would have to be added more if errors shrank with the cells' power of 1.8 instead of their square:
   /// the measure of what two grids leave open.
   Eigen::VectorXd by_order_Pa;
 };
