@@ -52,7 +52,7 @@ void check(const LumpResponseOptions& model) {
     if (fine[0] / coarse[0] < 2 || fine[c] != fine[0] / coarse[0] * coarse[c])
       throw Error(Failure::Usage, "cells that are a whole multiple of the coarser ones",
                   std::to_string(fine[c]) + " and " + std::to_string(coarse[c]) + " along a side",
-                  "32x32x16 and 16x16x8");
+                  "40x40x20 and 20x20x10");
 }
 
 class Search {

@@ -18,9 +18,9 @@ namespace palpate {
 enum LumpUnknown : uint8_t { kLnSize, kLnDepth, kLnRatio, kPlaceX, kPlaceY, kLumpUnknowns };
 
 struct LumpResponseOptions {
-  std::array<uint32_t, 3> cells = {32, 32, 16};
+  std::array<uint32_t, 3> cells = {40, 40, 20};
   /// Extrapolated with; `cells` are a whole multiple of them. {0, 0, 0}: one grid.
-  std::array<uint32_t, 3> coarser = {16, 16, 8};
+  std::array<uint32_t, 3> coarser = {20, 20, 10};
   double poisson = 0.495;
   double residual = 1e-5, step_mm = 2;
   uint32_t threads = 0;
