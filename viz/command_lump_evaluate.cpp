@@ -67,7 +67,7 @@ void add_lump_evaluate(CLI::App& group, Common& common, Command& chosen) {
                       "A file of palpate lump train (default: the built-in network)");
   command
       ->add_option("--method", o->method,
-                   "Who estimates: network, or direct: the finite elements, some ten seconds a reading")
+                   "Who estimates: network, or direct: the finite elements, about a minute a reading")
       ->capture_default_str();
   command
       ->add_option("--noise", o->job.sensor.noise_share,

@@ -14,7 +14,7 @@ constexpr std::array<double, kLumpUnknowns> kHalfDifference = {0.002, 0.002, 0.0
 /// hardly changes over such a way, and a quarter of the block is enough.
 constexpr double kNearMiddle_mm = 0.3;
 constexpr double kFittedOrder = 2;   // of cells that follow the lump's surface
-constexpr double kLeastOrder = 1.8;  // of what two grids leave open, about
+constexpr double kLeastOrder = 1.8;  // what two grids leave open, about
 
 struct Pressing {
   LumpSweep sweep;
