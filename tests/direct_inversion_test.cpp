@@ -55,7 +55,7 @@ Inclusion lump() {
 DirectInversionOptions quick() {
   DirectInversionOptions options;
   options.model.cells = {24, 24, 12};
-  options.model.coarser = {16, 16, 8};
+  options.model.coarser = {12, 12, 6};
   options.model.centred = true;
   return options;
 }
@@ -69,8 +69,8 @@ TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
   hard.stiffness_ratio = 10;
   const LumpReading reading = read(press(hard, {2, 4}, 48, 32), 0.002);
   DirectInversionOptions options = quick();
-  options.model.cells = {32, 32, 16};
-  options.model.coarser = {24, 24, 12};
+  options.model.cells = {40, 40, 20};
+  options.model.coarser = {20, 20, 10};
   options.start = LumpCase::Lump{};
   options.start->diameter_mm = 9;
   options.start->depth_mm = 4.4;
@@ -82,10 +82,10 @@ TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
                                   : LumpVerdict::Found)
       << (estimate.reasons.empty() ? "" : estimate.reasons[0]);
   EXPECT_GT(estimate.evidence, 10);
-  // Six cells across: what such grids are good for.
-  EXPECT_NEAR(estimate.size_mm.value, 8, 0.25);
-  EXPECT_NEAR(estimate.depth_mm.value, 5, 0.2);
-  EXPECT_NEAR(std::log(estimate.stiffness_ratio.value / 10), 0, 0.35);
+  // The reading has errors of its own: 48 and 32 cells that do not follow the lump made it.
+  EXPECT_NEAR(estimate.size_mm.value, 8, 0.1);
+  EXPECT_NEAR(estimate.depth_mm.value, 5, 0.1);
+  EXPECT_NEAR(std::log(estimate.stiffness_ratio.value / 10), 0, 0.15);
   EXPECT_TRUE(holds(estimate.stiffness_ratio, 10))
       << estimate.stiffness_ratio.low << " to " << estimate.stiffness_ratio.high;
   EXPECT_LT(estimate.size_mm.low, estimate.size_mm.value);
@@ -119,6 +119,9 @@ TEST(DirectInversion, WhatCannotBeReadIsUnusable) {
   broken = read(block, 0.002);
   std::swap(broken.force_N[0], broken.force_N[1]);
   EXPECT_THROW(invert_directly(broken, quick()), Error);
+  DirectInversionOptions apart = quick();
+  apart.model.coarser = {16, 16, 8};
+  EXPECT_THROW(invert_directly(read(block, 0.002), apart), Error);
 }
 
 }  // namespace

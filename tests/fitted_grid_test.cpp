@@ -8,7 +8,7 @@
 
 #include "engine/lump/large_strain_model.h"
 #include "engine/lump/neo_hookean.h"
-#include "engine/lump/plate_press.h"
+#include "engine/lump/pressed_surface.h"
 #include "tests/reference/neo_hookean.h"
 
 namespace palpate {
@@ -109,34 +109,27 @@ TEST(FittedGrid, CellsThatWouldTurnInsideOutAreNotMade) {
   EXPECT_FALSE(fit(scene, {{1, 1, 1}, {13, 13, 3}}, false));
 }
 
-struct Pressed {
-  std::vector<float> pressure_Pa;
-  double force_N;
-};
-
-Pressed press(const ForwardScene& scene, std::optional<ForwardGrid> grid) {
+/// Pressure on the middle, 2 mm pressed.
+double press(const ForwardScene& scene, std::optional<ForwardGrid> grid) {
   WorkTeam team(1);
   LargeStrainOptions options;
-  options.map_nodes = {33, 33};
   LargeStrainModel model(scene, options, team, std::move(grid));
   LargeStrainResult told;
-  EXPECT_TRUE(PlatePress(scene, model, options, told).to({2, std::nullopt}));
-  return {model.measure().pressure_Pa.values, model.force_N()};
+  EXPECT_TRUE(model.move_to(2, told));
+  const PressedSurface surface = model.surface();
+  return PressureField(surface, true).at(0, 0);
 }
 
-// Against 64 x 64 x 32 cells that follow it.
-TEST(FittedGrid, FewCellsThatFollowALumpBeatManyThatDoNot) {
-  const auto fine = [](uint32_t cells, bool fitted) {
-    const ForwardScene coarse = scene_with(LumpShape::Sphere),
-                       scene = scene_with(LumpShape::Sphere, {0, 0}, cells);
-    return press(scene, fitted ? fit(scene, lump_cells(coarse).times(cells / 16), true) : std::nullopt);
+TEST(FittedGrid, HalfTheCellsSizeIsMoreThanTwiceAsNear) {
+  const ForwardScene coarsest = scene_with(LumpShape::Sphere);
+  const auto with = [&](uint32_t finer) {
+    const ForwardScene scene = scene_with(LumpShape::Sphere, {0, 0}, 16 * finer);
+    return press(scene, fit(scene, lump_cells(coarsest).times(finer), true));
   };
-  const Pressed best = fine(48, true), few = fine(16, true), many = fine(24, false);
-  const auto off = [&](const Pressed& p) {
-    return std::abs(p.pressure_Pa[16 * 33 + 16] - best.pressure_Pa[16 * 33 + 16]);
-  };
-  EXPECT_LT(off(few), off(many));
-  EXPECT_LT(off(few), 0.05 * best.pressure_Pa[16 * 33 + 16]);
+  const double once = with(1), twice = with(2), thrice = with(3);
+  const double none = thrice + (thrice - twice) / (9.0 / 4 - 1);
+  EXPECT_LT(std::abs(twice - none), 0.35 * std::abs(once - none));
+  EXPECT_NEAR((twice + (twice - once) / 3) / none, 1, 0.02);
 }
 
 TEST(FittedGrid, ChangesOfTheLumpAreTheDifferencesThatTheyMake) {

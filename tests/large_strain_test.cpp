@@ -9,6 +9,7 @@
 #include "engine/error.h"
 #include "engine/lump/forward_operator.h"
 #include "engine/lump/large_strain_model.h"
+#include "engine/lump/pressed_surface.h"
 #include "tests/reference/neo_hookean.h"
 
 namespace palpate {
@@ -233,6 +234,25 @@ TEST(LargeStrain, TwoGridsAreNearerThanEither) {
   const double fine = peak(solve_large_strain(block(32), ways({3}), options));
   const double two = peak(solve_extrapolated(block(32), {24, 24, 12}, ways({3}), options));
   EXPECT_LT(std::abs(two - truth), 0.4 * std::abs(fine - truth)) << fine << ' ' << two << ' ' << truth;
+}
+
+// Nodes' forces of a pressure that is a paraboloid, each weighted by the node's shape.
+TEST(PressureField, SharpenedIsThePressureItself) {
+  PressedSurface surface{9, 9, {0.5, 0.8}, {}, {}, {}, {}};
+  surface.x_mm.resize(81);
+  surface.y_mm = surface.z_mm = surface.x_mm;
+  const auto pressure = [](double x, double y) { return 1000 - 30 * x * x - 20 * y * y; };
+  const double mean = (60 * 0.25 + 40 * 0.64) / 12;  // what a node's mean lacks
+  for (int y = -4; y <= 4; ++y)
+    for (int x = -4; x <= 4; ++x)
+      surface.force_N.push_back((pressure(0.5 * x, 0.8 * y) - mean) * 0.4e-6 * (std::abs(x) == 4 ? 0.5 : 1) *
+                                (std::abs(y) == 4 ? 0.5 : 1));
+  const PressureField plain(surface), sharpened(surface, true);
+  for (int y = -2; y <= 2; ++y)
+    for (int x = -2; x <= 2; ++x) {
+      EXPECT_NEAR(plain.at(0.5 * x, 0.8 * y), pressure(0.5 * x, 0.8 * y) - mean, 1e-8);
+      EXPECT_NEAR(sharpened.at(0.5 * x, 0.8 * y), pressure(0.5 * x, 0.8 * y), 1e-8);
+    }
 }
 
 // The derivatives of the direct inversion, against presses of changed blocks.

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <tuple>
 
 #include "engine/error.h"
 #include "engine/lump/profile.h"
@@ -43,6 +44,15 @@ void check(const LumpReading& reading) {
     last = force;
   }
   if (!(reading.noise_Pa >= 0)) refuse("noise of 0 Pa or more", std::to_string(reading.noise_Pa));
+}
+
+void check(const LumpResponseOptions& model) {
+  const auto& [fine, coarse] = std::tie(model.cells, model.coarser);
+  for (size_t c = 0; c < 3 && coarse[0] != 0; ++c)
+    if (fine[0] / coarse[0] < 2 || fine[c] != fine[0] / coarse[0] * coarse[c])
+      throw Error(Failure::Usage, "cells that are a whole multiple of the coarser ones",
+                  std::to_string(fine[c]) + " and " + std::to_string(coarse[c]) + " along a side",
+                  "40x40x20 and 20x20x10");
 }
 
 class Search {
@@ -236,6 +246,7 @@ bool descend(Search& search, Search::State& best, uint32_t& rounds) {
 
 LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOptions& options) {
   check(reading);
+  check(options.model);
   const auto start = std::chrono::steady_clock::now();
   LumpEstimate estimate;
   estimate.method = "direct inversion";

@@ -10,8 +10,8 @@ namespace palpate {
 
 using LumpEstimator = std::function<LumpEstimate(const LumpReading&)>;
 
-/// The direct inversion, started where the built-in network says, for the shape that it says. Some ten
-/// seconds a reading. `threads` 0: one per core.
+/// The direct inversion, started where the built-in network says, for the shape that it says. About a
+/// minute a reading. `threads` 0: one per core.
 LumpEstimator direct_estimator(uint32_t threads = 0);
 
 }  // namespace palpate

@@ -14,7 +14,7 @@ constexpr std::array<double, kLumpUnknowns> kHalfDifference = {0.002, 0.002, 0.0
 /// hardly changes over such a way, and a quarter of the block is enough.
 constexpr double kNearMiddle_mm = 0.3;
 constexpr double kFittedOrder = 2;   // of cells that follow the lump's surface
-constexpr double kLeastOrder = 1.5;  // where corners and the block's rim have a say
+constexpr double kLeastOrder = 1.8;  // what two grids leave open, about
 
 struct Pressing {
   LumpSweep sweep;
@@ -57,7 +57,7 @@ struct Pressing {
 
 /// Means over a square of the pitch around each node.
 Eigen::VectorXd read(const PressedSurface& surface, const ComparedNodes& nodes, bool turned) {
-  const PressureField field(surface);
+  const PressureField field(surface, true);
   const ForwardMap& map = nodes.reading().pressure_Pa.front();
   const double gauss = 0.5 / std::sqrt(3.0), dx = gauss * map.pitch_mm[0], dy = gauss * map.pitch_mm[1];
   Eigen::VectorXd values(static_cast<Eigen::Index>(nodes.count()));

@@ -18,9 +18,9 @@ namespace palpate {
 enum LumpUnknown : uint8_t { kLnSize, kLnDepth, kLnRatio, kPlaceX, kPlaceY, kLumpUnknowns };
 
 struct LumpResponseOptions {
-  std::array<uint32_t, 3> cells = {32, 32, 16};
+  std::array<uint32_t, 3> cells = {40, 40, 20};
   /// Extrapolated with; `cells` are a whole multiple of them. {0, 0, 0}: one grid.
-  std::array<uint32_t, 3> coarser = {16, 16, 8};
+  std::array<uint32_t, 3> coarser = {20, 20, 10};
   double poisson = 0.495;
   double residual = 1e-5, step_mm = 2;
   uint32_t threads = 0;
@@ -47,7 +47,7 @@ struct LumpPrediction {
 struct GridCorrection {
   bool converged = false;
   Eigen::VectorXd add_Pa;
-  /// What would have to be added more if errors shrank with the cells' power of 1.5 instead of their square:
+  /// What would have to be added more if errors shrank with the cells' power of 1.8 instead of their square:
   /// the measure of what two grids leave open.
   Eigen::VectorXd by_order_Pa;
 };
