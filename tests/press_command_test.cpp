@@ -68,14 +68,13 @@ TEST_F(PressCommand, FramesAndAGaugesTableTellTheSame) {
                                             "--sensor",  (rec / "sensor.json").string(),
                                             "--rate",    "15",
                                             "--outputs", "force",
-                                            "--out",     (folder_ / "out").string(),
-                                            "--json"};
+                                            "--out",     (folder_ / "out").string()};
   const auto with = [&](std::vector<std::string> more) {
     more.insert(more.begin(), measure.begin(), measure.end());
     return more;
   };
-  EXPECT_FALSE(json(measure).contains("presses")) << "no block is known";
-  const Json read = json(with({"--young-Pa", "4000", "--gauge", (rec / "gauge.csv").string()}));
+  EXPECT_FALSE(json(with({"--json"})).contains("presses")) << "no block is known";
+  const Json read = json(with({"--young-Pa", "4000", "--gauge", (rec / "gauge.csv").string(), "--json"}));
   const Json known = json({"process", "synthetic:tissue?cells=16&force=1.6&size=96x72&rate=15", "--outputs",
                            "force", "--out", (folder_ / "known").string(), "--json"});
   ASSERT_EQ(read["presses"].size(), 1u);

@@ -40,6 +40,7 @@ LumpEstimator direct_estimator(uint32_t threads) {
     DirectInversionOptions options;
     options.model.threads = threads;
     const LumpEstimate first = LumpNetwork::built_in().estimate(reading);
+    if (first.verdict == LumpVerdict::SeveralLumps || first.verdict == LumpVerdict::Saturated) return first;
     if (first.size_mm.value > 0 && first.depth_mm.value > 0) {
       LumpCase::Lump start;
       start.shape = first.shape;
