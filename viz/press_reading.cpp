@@ -52,15 +52,6 @@ LumpReading with_field(LumpReading reading, double share) {
   return reading;
 }
 
-bool has_numbers(const LumpEstimate& e) {
-  return e.verdict == LumpVerdict::Found || e.verdict == LumpVerdict::StiffnessOpen;
-}
-
-void widen(LumpValue& value, const LumpValue& other) {
-  value.low = std::min(value.low, other.low);
-  value.high = std::max(value.high, other.high);
-}
-
 }  // namespace
 
 void NodeSums::add(const NodeSums& other) {
@@ -224,10 +215,9 @@ LumpReading press_reading(const PressureNodes& nodes, const std::vector<LoadSums
 
 LumpEstimate estimate_window(const LumpReading& reading, double uneven_sd) {
   constexpr double kNormal90 = 1.645;
-  constexpr double kOpen = 4;  // as LumpVerdict::StiffnessOpen has it
   const LumpNetwork& network = LumpNetwork::built_in();
   LumpEstimate e = network.estimate(reading);
-  if (!has_numbers(e)) return e;
+  if (!tells_numbers(e.verdict)) return e;
   for (const double share : {-kNormal90 * uneven_sd, kNormal90 * uneven_sd}) {
     const LumpEstimate other = network.estimate(with_field(reading, share));
     e.wall_s += other.wall_s;
@@ -237,18 +227,14 @@ LumpEstimate estimate_window(const LumpReading& reading, double uneven_sd) {
                         100 * uneven_sd)};
       return e;
     }
-    if (!has_numbers(other)) continue;
+    if (!tells_numbers(other.verdict)) continue;
     widen(e.size_mm, other.size_mm);
     widen(e.depth_mm, other.depth_mm);
     widen(e.stiffness_ratio, other.stiffness_ratio);
     widen(e.x_mm, other.x_mm);
     widen(e.y_mm, other.y_mm);
   }
-  const LumpValue& ratio = e.stiffness_ratio;
-  if (e.verdict == LumpVerdict::Found && ratio.high > kOpen * ratio.low) {
-    e.verdict = LumpVerdict::StiffnessOpen;
-    e.reasons.push_back(text("the stiffness ratio is not determined: %.3g to %.3g", ratio.low, ratio.high));
-  }
+  open_wide_ratio(e);
   return e;
 }
 

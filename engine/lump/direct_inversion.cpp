@@ -16,7 +16,6 @@ constexpr double kNinetyPercent = 1.645;  // standard deviations to either side
 constexpr double kChance = 15.09;         // chi2 of five unknowns that chance reaches in 1 % of readings
 constexpr size_t kFewestValues = 60;      // of a load
 constexpr double kMostSaturated = 0.02;
-constexpr double kOpenFactor = 4;
 constexpr uint32_t kMostInVain = 3;
 constexpr uint32_t kMostCorrections = 3;
 constexpr double kStands = 0.1;  // standard deviations that count as none
@@ -311,7 +310,7 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
     return done(LumpVerdict::OutsideTraining, line);
   }
   const LumpValue& ratio = estimate.stiffness_ratio;
-  if (ratio.high > kOpenFactor * ratio.low) {
+  if (ratio.high > kOpenRatio * ratio.low) {
     std::snprintf(
         line, sizeof line,
         "its stiffness ratio may be anything from %.2g to %.2g: more loads or deeper ones tell more",

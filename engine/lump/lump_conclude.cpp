@@ -9,7 +9,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kOpen = 4;     // an interval of the ratio that spans more: not determined
 constexpr double kEdge = 0.05;  // of a range: an estimate further beyond it lies outside
 constexpr double kNormal90 = 1.645;
 
@@ -91,16 +90,12 @@ void conclude(const LumpModel& model, const PressedNodes& nodes, LumpMethod meth
         text("the lump's centre lies %.3g mm from the block's middle, the model knows %.3g mm to each side",
              std::hypot(found.place_mm[0], found.place_mm[1]), model.offset_mm));
   }
-  const LumpValue& ratio = estimate.stiffness_ratio;
   estimate.verdict = outside ? LumpVerdict::OutsideTraining : LumpVerdict::Found;
-  if (ratio.high > kOpen * ratio.low || ratio.high >= model.ratio[1] * 0.999) {
-    const bool open = ratio.high > kOpen * ratio.low;
-    estimate.reasons.push_back(
-        open ? text("the stiffness ratio is not determined: %.3g to %.3g", ratio.low, ratio.high)
-             : text("the stiffness ratio is %.3g or more: beyond %.3g the model does not tell", ratio.low,
-                    ratio.high));
-    if (open && !outside) estimate.verdict = LumpVerdict::StiffnessOpen;
-  }
+  open_wide_ratio(estimate);
+  const LumpValue& ratio = estimate.stiffness_ratio;
+  if (estimate.verdict != LumpVerdict::StiffnessOpen && ratio.high >= model.ratio[1] * 0.999)
+    estimate.reasons.push_back(text(
+        "the stiffness ratio is %.3g or more: beyond %.3g the model does not tell", ratio.low, ratio.high));
 }
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "engine/lump/direct_inversion.h"
 #include "engine/lump/lump_network.h"
@@ -33,6 +34,23 @@ bool longer_along_y(const LumpReading& reading, double x_mm, double y_mm) {
   return along_y > along_x;
 }
 
+/// Cells are too coarse for some lumps, which nothing in their own fit tells: where a value lies outside of
+/// the network's interval, one of the two is wrong, and the interval holds both.
+void hold_against(const LumpEstimate& network, LumpEstimate& direct) {
+  const auto hold = [&direct](const char* name, const LumpValue& other, LumpValue& value) {
+    if (value.value >= other.low && value.value <= other.high) return;
+    char text[200];
+    std::snprintf(text, sizeof text, "%s of %.3g lies outside of the network's 90 %% interval, %.3g to %.3g",
+                  name, value.value, other.low, other.high);
+    direct.reasons.emplace_back(text);
+    widen(value, other);
+  };
+  hold("the size, mm,", network.size_mm, direct.size_mm);
+  hold("the depth, mm,", network.depth_mm, direct.depth_mm);
+  hold("the stiffness ratio", network.stiffness_ratio, direct.stiffness_ratio);
+  open_wide_ratio(direct);
+}
+
 }  // namespace
 
 LumpEstimator direct_estimator(uint32_t threads) {
@@ -52,7 +70,9 @@ LumpEstimator direct_estimator(uint32_t threads) {
                       longer_along_y(reading, first.x_mm.value, first.y_mm.value);
       options.start = start;
     }
-    return invert_directly(reading, options);
+    LumpEstimate estimate = invert_directly(reading, options);
+    if (tells_numbers(first.verdict) && tells_numbers(estimate.verdict)) hold_against(first, estimate);
+    return estimate;
   };
 }
 

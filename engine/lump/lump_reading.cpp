@@ -1,5 +1,7 @@
 #include "engine/lump/lump_reading.h"
 
+#include <algorithm>
+
 namespace palpate {
 
 const char* to_string(LumpVerdict verdict) {
@@ -40,6 +42,19 @@ const char* verdict_words(LumpVerdict verdict) {
       return "not usable";
   }
   return "";
+}
+
+void widen(LumpValue& value, const LumpValue& other) {
+  value.low = std::min(value.low, other.low);
+  value.high = std::max(value.high, other.high);
+}
+
+void open_wide_ratio(LumpEstimate& estimate) {
+  const LumpValue& ratio = estimate.stiffness_ratio;
+  if (estimate.verdict != LumpVerdict::Found || ratio.high <= kOpenRatio * ratio.low) return;
+  estimate.verdict = LumpVerdict::StiffnessOpen;
+  estimate.reasons.emplace_back(
+      "the stiffness ratio is not determined: its interval spans more than a factor of four");
 }
 
 }  // namespace palpate

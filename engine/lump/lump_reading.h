@@ -36,6 +36,9 @@ struct LumpValue {
   double value = 0, low = 0, high = 0;
 };
 
+/// An interval of the stiffness ratio that spans more than this factor leaves it open.
+inline constexpr double kOpenRatio = 4;
+
 /// Why an estimate, or a part of it, is not to be used.
 enum class LumpVerdict : uint8_t {
   Found,            ///< a lump, all of it determined
@@ -71,5 +74,10 @@ struct LumpEstimate {
   std::vector<std::array<double, 2>> bumps_mm;
   std::vector<std::string> reasons;  ///< one line each, for people
 };
+
+/// Makes an interval hold another.
+void widen(LumpValue& value, const LumpValue& other);
+/// A lump that was found is StiffnessOpen, with a reason, where the ratio's interval spans too much.
+void open_wide_ratio(LumpEstimate& estimate);
 
 }  // namespace palpate
