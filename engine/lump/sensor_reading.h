@@ -15,8 +15,8 @@ struct PalpationSensor {
   std::array<uint32_t, 2> size_px = {640, 480};
   std::array<double, 2> window_mm = {40, 30};       ///< what the camera sees of the plate
   std::array<double, 2> window_center_mm = {0, 0};  ///< from the block's middle
-  double full_scale_Pa = 0;  ///< of gray level 255; 0: by the exposure
-  double exposure = 0.9;     ///< the highest load's peak over full scale; above 1 its top is saturated
+  double full_scale_Pa = 0;                         ///< of gray level 255; 0: by the exposure
+  double exposure = 0.9;        ///< the highest load's peak over full scale; above 1 its top is saturated
   double pixel_noise_gray = 1;  ///< standard deviation, before the level is rounded
   double node_pitch_mm = 1.25;  ///< of the reading: pixels are averaged around its nodes
   double least_cell = 0.9;  ///< share of the square around a node that the camera must see for it to count
