@@ -13,7 +13,7 @@ namespace palpate {
 namespace {
 
 constexpr std::array<double, 2> kWindow_mm = {40, 30};  // of the sensors that are imitated
-constexpr double kGaugeShare = 0.001;
+constexpr double kSensorGauge = 0.001;
 constexpr double kCoverage = 0.9;
 constexpr double kTold = 0.2, kFrom = 0.8;  // share of the training, for progress
 
@@ -57,7 +57,7 @@ LumpReading noisy(const LumpReading& ideal, size_t count, double noise_share, ui
   reading.noise_Pa = noise_share * peak;
   for (ForwardMap& map : reading.pressure_Pa)
     for (float& value : map.values) value += static_cast<float>(reading.noise_Pa * normal(random));
-  for (double& force : reading.force_N) force *= 1 + kGaugeShare * normal(random);
+  for (double& force : reading.force_N) force *= 1 + kSensorGauge * normal(random);
   for (size_t k = 1; k < reading.force_N.size(); ++k)
     reading.force_N[k] = std::max(reading.force_N[k], reading.force_N[k - 1] * 1.0001);
   return reading;

@@ -6,8 +6,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kGaugeShare = 0.002;  // standard deviation of a load's force
-constexpr double kNear_mm = 0.3;       // a patch that lies as near to its lump is not moved again
+constexpr double kNear_mm = 0.3;  // a patch that lies as near to its lump is not moved again
 constexpr int kMostMoves = 3;
 
 /// The ways' factors at a load, fields x ways: the cubic through those at the reader's own loads.

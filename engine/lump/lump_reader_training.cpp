@@ -19,7 +19,6 @@ using Eigen::VectorXd;
 
 constexpr double kFrom = 0.4, kMade = 0.15, kTaught = 0.25;  // shares of the training, for progress
 constexpr std::array<double, 2> kNoise = {3e-4, 0.15};       // of the peak
-constexpr double kGauge = 0.002, kModulus = 0.007;           // standard deviations, as the whitener has them
 constexpr double kNear_mm = 0.25;    // of patches that the network has moved to their lumps already
 constexpr double kEverywhere = 0.3;  // of the typical discrepancy
 constexpr uint32_t kWayBumps = 4000;
@@ -195,9 +194,9 @@ Made ReadingMaker::make(uint32_t number, std::mt19937_64& random) const {
   }
   nodes.noise_share = kNoise[0] * std::pow(kNoise[1] / kNoise[0], share(random));
   nodes.noise = nodes.noise_share * nodes.total.rightCols(1).maxCoeff();
-  const double modulus = kModulus * normal(random);
+  const double modulus = kModulusShare * normal(random);
   for (Eigen::Index k = 0; k < loads; ++k) {
-    const double scale = modulus + kGauge * normal(random);
+    const double scale = modulus + kGaugeShare * normal(random);
     for (Eigen::Index n = 0; n < count; ++n) {
       const double off = scale * nodes.total(n, k) + nodes.noise * normal(random);
       nodes.rest(n, k) += off;

@@ -13,10 +13,8 @@ namespace {
 constexpr double kRim_mm = 1.25;      // nearer to the rim a grid's own error is larger than a lump's trace
 constexpr double kUnseenShare = 0.1;  // of a load's values: more, and the load is left out
 constexpr size_t kFewestNodes = 100;
-constexpr double kBeyond = 0.03;  // of a range: as far outside of training as is still taken
-constexpr double kFind_mm = 2.5;  // Gaussian that looks for bumps
-constexpr double kModulusShare =
-    0.007;                            // standard deviation of the tissue's modulus and of the model's force
+constexpr double kBeyond = 0.03;      // of a range: as far outside of training as is still taken
+constexpr double kFind_mm = 2.5;      // Gaussian that looks for bumps
 constexpr double kLeastNoise = 3e-4;  // of the peak: no sensor is better
 
 std::string text(double value, const char* unit) {

@@ -12,6 +12,10 @@
 
 namespace palpate {
 
+// Standard deviations that readings are weighed by, and that the reader is taught with.
+inline constexpr double kGaugeShare = 0.002;    ///< of a load's force, each by itself
+inline constexpr double kModulusShare = 0.007;  ///< of the tissue's modulus and of the model's force
+
 /// Nodes that all loads saw, away from the rim.
 struct PressedNodes {
   std::vector<double> x_mm, y_mm;  ///< from the block's middle
