@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "capture/csv_line.h"
 #include "engine/error.h"
 
 namespace palpate {
@@ -34,13 +35,6 @@ struct Header {
   std::string text, name, unit;
 };
 
-std::string trimmed(std::string_view text) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '"'; };
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-  return std::string(text);
-}
-
 std::string lower(std::string text) {
   for (char& c : text)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
@@ -48,7 +42,7 @@ std::string lower(std::string text) {
 }
 
 Header header_of(const std::string& cell) {
-  Header h{trimmed(cell), "", ""};
+  Header h{cell, "", ""};
   const size_t bracket = h.text.find_first_of("[(");
   const size_t split = bracket != std::string::npos ? bracket : h.text.rfind('_');
   h.name = lower(trimmed(std::string_view(h.text).substr(0, split)));
@@ -57,17 +51,6 @@ Header header_of(const std::string& cell) {
     h.unit = trimmed(std::string_view(h.text).substr(split + 1, end - split));
   }
   return h;
-}
-
-std::vector<std::string> cells_of(const std::string& line, char separator) {
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    if (c == separator)
-      cells.emplace_back();
-    else
-      cells.back() += c;
-  }
-  return cells;
 }
 
 std::string printable(std::string text) {
@@ -155,7 +138,7 @@ class Table {
       if (line.find(separator) != std::string::npos) break;
     }
     std::vector<Header> headers;
-    for (const std::string& cell : cells_of(line, separator_)) headers.push_back(header_of(cell));
+    for (const std::string& cell : csv_cells(line, {&separator_, 1})) headers.push_back(header_of(cell));
     time_ = column(headers, {"time", "t"}, kTimeUnits);
     if (!time_)
       for (size_t i = 0; i < headers.size(); ++i)
@@ -184,7 +167,7 @@ class Table {
   }
 
   double number(const std::vector<std::string>& cells, const Column& column, size_t row) const {
-    std::string cell = column.index < static_cast<int>(cells.size()) ? trimmed(cells[column.index]) : "";
+    std::string cell = column.index < static_cast<int>(cells.size()) ? cells[column.index] : "";
     if (separator_ == ';') std::replace(cell.begin(), cell.end(), ',', '.');
     if (!cell.empty() && cell.front() == '+') cell.erase(0, 1);
     double value = 0;
@@ -197,7 +180,7 @@ class Table {
   }
 
   void add(const std::string& line, size_t row) {
-    const std::vector<std::string> cells = cells_of(line, separator_);
+    const std::vector<std::string> cells = csv_cells(line, {&separator_, 1});
     const std::string where = "line " + std::to_string(row) + " of " + file_;
     if (time_) {
       const double time_s = number(cells, time_, row);

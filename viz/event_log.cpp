@@ -5,6 +5,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "capture/csv_line.h"
 #include "capture/measurements.h"
 #include "capture/output_file.h"
 #include "engine/error.h"
@@ -16,7 +17,8 @@ constexpr const char* kName = "events.csv";
 constexpr const char* kHeader = "frame,time_s,event,text";
 
 std::string quoted(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  const bool padded = !text.empty() && (text.front() == ' ' || text.back() == ' ');
+  if (!padded && text.find_first_of(",\"\n\r\t") == std::string::npos) return text;
   std::string cell = "\"";
   for (const char c : text) {
     if (c == '\n' || c == '\r') {
@@ -26,24 +28,6 @@ std::string quoted(const std::string& text) {
     }
   }
   return cell + "\"";
-}
-
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells(1);
-  bool inside = false;
-  for (size_t i = 0; i < line.size(); ++i) {
-    const char c = line[i];
-    if (c == '"' && inside && i + 1 < line.size() && line[i + 1] == '"') {
-      cells.back() += line[++i];
-    } else if (c == '"') {
-      inside = !inside;
-    } else if (c == ',' && !inside) {
-      cells.emplace_back();
-    } else if (c != '\r') {
-      cells.back() += c;
-    }
-  }
-  return cells;
 }
 
 }  // namespace
@@ -71,7 +55,7 @@ std::vector<Event> read_events(const std::filesystem::path& folder) {
   std::vector<Event> events;
   std::ifstream in(folder / kName, std::ios::binary);
   for (std::string line; std::getline(in, line);) {
-    const std::vector<std::string> cells = cells_of(line);
+    const std::vector<std::string> cells = csv_cells(line);
     if (cells.size() < 4) continue;
     char* end = nullptr;
     const unsigned long long frame = std::strtoull(cells[0].c_str(), &end, 10);

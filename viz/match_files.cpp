@@ -7,6 +7,7 @@
 #include <fstream>
 #include <map>
 
+#include "capture/csv_line.h"
 #include "capture/output_file.h"
 #include "engine/error.h"
 #include "perf/profile/gnuplot.h"
@@ -20,21 +21,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr uintmax_t kLargestFile_B = 64u << 20;
 constexpr size_t kMostPoints = 20000;
-
-std::string trimmed(const std::string& text) {
-  const size_t first = text.find_first_not_of(" \t\r\""), last = text.find_last_not_of(" \t\r\"");
-  return first == std::string::npos ? std::string() : text.substr(first, last - first + 1);
-}
-
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells;
-  for (size_t at = 0; at <= line.size();) {
-    const size_t comma = std::min(line.find(',', at), line.size());
-    cells.push_back(trimmed(line.substr(at, comma - at)));
-    at = comma + 1;
-  }
-  return cells;
-}
 
 struct Rows {
   std::vector<std::string> header;
@@ -54,7 +40,7 @@ Rows read_rows(const fs::path& file, const std::string& wanted) {
   for (size_t number = 1; std::getline(in, line); ++number) {
     if (number == 1 && line.rfind("\xef\xbb\xbf", 0) == 0) line.erase(0, 3);
     if (trimmed(line).empty()) continue;
-    std::vector<std::string> cells = cells_of(line);
+    std::vector<std::string> cells = csv_cells(line);
     if (table.header.empty()) {
       table.header = std::move(cells);
       continue;

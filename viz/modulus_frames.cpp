@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
+#include "capture/csv_line.h"
 #include "capture/images.h"
 #include "capture/measurements.h"
 #include "engine/error.h"
@@ -197,17 +198,6 @@ std::optional<PressFrame> PressReader::read(const Frame& frame) {
 
 namespace {
 
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    if (c == ',' || c == ';' || c == '\t')
-      cells.emplace_back();
-    else if (c != ' ' && c != '\r' && c != '"')
-      cells.back() += c;
-  }
-  return cells;
-}
-
 struct Table {
   std::vector<std::string> columns;
   std::vector<std::vector<double>> rows;  ///< NaN: empty
@@ -221,7 +211,7 @@ Table read_table(const std::filesystem::path& file, const std::string& wanted) {
   for (std::string line; std::getline(in, line);) {
     ++number;
     if (line.empty() || line.front() == '#' || line == "\r") continue;
-    const std::vector<std::string> cells = cells_of(line);
+    const std::vector<std::string> cells = csv_cells(line, ",;\t");
     const std::string where = "'" + file.string() + "' line " + std::to_string(number);
     if (table.columns.empty()) {
       table.columns = cells;
