@@ -23,13 +23,6 @@ double quantile(std::vector<double> values, double share) {
   return values[place];
 }
 
-std::array<double, 3> truth_of(const LumpExample& e) {
-  return {e.size_mm, e.depth_mm, e.stiffness_ratio};
-}
-std::array<LumpValue, 3> values_of(const LumpEstimate& e) {
-  return {e.size_mm, e.depth_mm, e.stiffness_ratio};
-}
-
 template <typename... Values>
 std::string line(const char* format, Values... values) {
   char text[300];
@@ -57,6 +50,13 @@ std::vector<std::array<double, 2>> roc_of(const std::vector<LumpJudged>& judged)
 }
 
 }  // namespace
+
+std::array<double, 3> truth_of(const LumpExample& e) {
+  return {e.size_mm, e.depth_mm, e.stiffness_ratio};
+}
+std::array<LumpValue, 3> values_of(const LumpEstimate& e) {
+  return {e.size_mm, e.depth_mm, e.stiffness_ratio};
+}
 
 std::vector<LumpJudged> judge_lumps(const std::vector<LumpExample>& examples, const LumpEvaluationJob& job) {
   std::vector<LumpJudged> judged(examples.size());

@@ -54,6 +54,10 @@ struct LumpScore {
   double wall_ms = 0, wall_p95_ms = 0;
 };
 
+/// Size, depth, ratio.
+std::array<double, 3> truth_of(const LumpExample& example);
+std::array<LumpValue, 3> values_of(const LumpEstimate& estimate);
+
 /// Estimates each example as the sensor reads it; in their order. Deterministic by seed.
 std::vector<LumpJudged> judge_lumps(const std::vector<LumpExample>& examples, const LumpEvaluationJob& job);
 LumpScore score_of(const std::vector<LumpJudged>& judged);

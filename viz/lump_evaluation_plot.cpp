@@ -19,13 +19,6 @@ struct Axis {
 constexpr std::array<Axis, 3> kAxes = {Axis{"size", "size, mm", false}, Axis{"depth", "depth, mm", false},
                                        Axis{"ratio", "stiffness ratio", true}};
 
-const LumpValue& value_of(const LumpEstimate& e, size_t p) {
-  return p == 0 ? e.size_mm : p == 1 ? e.depth_mm : e.stiffness_ratio;
-}
-double truth_of(const LumpExample& e, size_t p) {
-  return p == 0 ? e.size_mm : p == 1 ? e.depth_mm : e.stiffness_ratio;
-}
-
 std::string table(const std::vector<LumpJudged>& judged) {
   std::string csv =
       "lump,shape,size_mm,depth_mm,stiffness_ratio,x_mm,y_mm,thickness_mm,young_Pa,verdict,evidence,size_"
@@ -40,15 +33,15 @@ std::string table(const std::vector<LumpJudged>& judged) {
     const bool lump = j.truth.lump;
     const LumpEstimate& e = j.estimate;
     csv += lump ? std::string("1,") + to_string(j.truth.shape) + "," : "0,,";
-    for (size_t p = 0; p < 3; ++p) cell(truth_of(j.truth, p), lump);
+    for (const double v : truth_of(j.truth)) cell(v, lump);
     for (const double offset : j.truth.offset_mm) cell(offset, lump);
     cell(j.truth.block_mm[2]);
     cell(j.truth.young_Pa);
     csv += std::string(to_string(e.verdict)) + ",";
     cell(e.evidence);
     const bool seen = e.evidence >= 1;
-    for (size_t p = 0; p < 3; ++p)
-      for (const double v : {value_of(e, p).value, value_of(e, p).low, value_of(e, p).high}) cell(v, seen);
+    for (const LumpValue& v : values_of(e))
+      for (const double part : {v.value, v.low, v.high}) cell(part, seen);
     cell(e.x_mm.value, seen);
     cell(e.y_mm.value, seen);
     csv += (seen ? to_string(e.shape) : "") + std::string(",");
@@ -63,9 +56,9 @@ std::string estimates_script(const LumpScore& s, const std::vector<LumpJudged>& 
   for (size_t p = 0; p < 3; ++p) {
     std::vector<std::vector<double>> columns(4);
     for (const LumpJudged& j : judged) {
-      const LumpValue& v = value_of(j.estimate, p);
+      const LumpValue v = values_of(j.estimate)[p];
       if (!j.truth.lump || j.estimate.evidence < 1 || !std::isfinite(v.value)) continue;
-      const std::array<double, 4> row = {truth_of(j.truth, p), v.value, v.low, v.high};
+      const std::array<double, 4> row = {truth_of(j.truth)[p], v.value, v.low, v.high};
       for (size_t c = 0; c < 4; ++c) columns[c].push_back(row[c]);
     }
     if (columns[0].empty())

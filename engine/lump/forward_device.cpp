@@ -13,8 +13,6 @@
 namespace palpate {
 namespace {
 
-/// As ForwardSolver: how often the recursion's residual is replaced by the true one.
-constexpr int kMostRounds = 4;
 /// Iterations of one submission while many are to come.
 constexpr uint32_t kBatch = 4;
 constexpr uint32_t kGroup = ForwardDeviceGrid::kWorkgroup;

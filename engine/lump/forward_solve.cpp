@@ -7,8 +7,6 @@
 namespace palpate {
 namespace {
 
-/// How often the recursion's residual is replaced by the true one before rounding is said to lead.
-constexpr int kMostRounds = 4;
 /// Grids with fewer nodes are not handed out.
 constexpr size_t kFewestForTeam = 4000;
 

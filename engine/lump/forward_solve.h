@@ -18,6 +18,9 @@ struct SolveEvidence {
   uint32_t iterations = 0;
 };
 
+/// How often the recursion's residual is replaced by the true one before rounding is said to lead.
+inline constexpr int kMostRounds = 4;
+
 class ForwardSolver {
  public:
   /// Keeps the grid, which outlives it.
