@@ -117,7 +117,7 @@ double press(const ForwardScene& scene, std::optional<ForwardGrid> grid) {
   LargeStrainResult told;
   EXPECT_TRUE(model.move_to(2, told));
   const PressedSurface surface = model.surface();
-  return PressureField(surface, true).at(0, 0);
+  return PressureField(surface).at(0, 0);
 }
 
 TEST(FittedGrid, HalfTheCellsSizeIsMoreThanTwiceAsNear) {

@@ -89,7 +89,9 @@ LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::array
   ForwardScene coarse_scene = scene;
   coarse_scene.cells = coarser;
   const LargeStrainResult coarse = solve_large_strain(coarse_scene, loads, own);
-  const double on = extrapolation_share(scene.cells[0], coarser[0]);
+  const auto pressure_on =
+      static_cast<float>(extrapolation_share(scene.cells[0], coarser[0], kPressureOrder));
+  const double force_on = extrapolation_share(scene.cells[0], coarser[0], kForceOrder);
   fine.converged = fine.converged && coarse.converged;
   fine.loads.resize(std::min(fine.loads.size(), coarse.loads.size()));
   for (size_t l = 0; l < fine.loads.size(); ++l) {
@@ -97,10 +99,10 @@ LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::array
     const PressedBlock& rough = coarse.loads[l];
     for (size_t n = 0; n < block.pressure_Pa.values.size(); ++n) {
       float& value = block.pressure_Pa.values[n];
-      value += static_cast<float>(on) * (value - rough.pressure_Pa.values[n]);
+      value += pressure_on * (value - rough.pressure_Pa.values[n]);
     }
-    block.force_N += on * (block.force_N - rough.force_N);
-    block.press_mm += on * (block.press_mm - rough.press_mm);
+    block.force_N += force_on * (block.force_N - rough.force_N);
+    block.press_mm += force_on * (block.press_mm - rough.press_mm);
   }
   fine.last_press_mm = std::min(fine.last_press_mm, coarse.last_press_mm);
   fine.last_force_N = std::min(fine.last_force_N, coarse.last_force_N);

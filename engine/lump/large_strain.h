@@ -63,13 +63,15 @@ struct LargeStrainResult {
 LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vector<PressLoad>& loads,
                                      const LargeStrainOptions& options = {});
 
-/// How the error of a grid shrinks with its cells around a lump: with this power of their size, found on 24
-/// to 96 cells along x for lumps of 6 to 10 mm and stiffness ratios of 4 to 18 (a body's bent border in
-/// straight cells costs most; in smooth tissue it is 2).
-inline constexpr double kGridOrder = 1.4;
+/// How a grid's errors shrink with its cells: with these powers of their size, found on 24 to 64 cells along x
+/// against cells that follow the lump's surface (engine/lump/fitted_grid.h), for five lumps of 6 to 10 mm and
+/// stiffness ratios of 5 to 15. In smooth tissue it is 2; a lump's bent border in straight cells costs the
+/// pressure some, the block's rim the force more.
+inline constexpr double kPressureOrder = 1.8;
+inline constexpr double kForceOrder = 1.5;
 /// What cells of no size would give, as a share of the difference from the coarser to the finer grid that is
 /// added to the finer's: cells along one side of both.
-double extrapolation_share(uint32_t cells, uint32_t coarser, double order = kGridOrder);
+double extrapolation_share(uint32_t cells, uint32_t coarser, double order);
 
 /// The same on the scene's cells and on `coarser` ones of the same proportions, and from the two what cells
 /// of no size would give: pressures, and forces or ways. A single grid of 32 cells along x makes lumps look

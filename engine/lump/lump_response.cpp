@@ -57,7 +57,7 @@ struct Pressing {
 
 /// Means over a square of the pitch around each node.
 Eigen::VectorXd read(const PressedSurface& surface, const ComparedNodes& nodes, bool turned) {
-  const PressureField field(surface, true);
+  const PressureField field(surface);
   const ForwardMap& map = nodes.reading().pressure_Pa.front();
   const double gauss = 0.5 / std::sqrt(3.0), dx = gauss * map.pitch_mm[0], dy = gauss * map.pitch_mm[1];
   Eigen::VectorXd values(static_cast<Eigen::Index>(nodes.count()));

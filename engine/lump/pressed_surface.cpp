@@ -80,11 +80,10 @@ double PressedSurface::sum_N() const {
   return std::accumulate(force_N.begin(), force_N.end(), 0.0);
 }
 
-PressureField::PressureField(const PressedSurface& surface, bool sharpened)
+PressureField::PressureField(const PressedSurface& surface)
     : surface_(surface), pressure_Pa_(node_areas(surface)) {
   for (size_t n = 0; n < pressure_Pa_.size(); ++n)
     pressure_Pa_[n] = surface.force_N[n] / pressure_Pa_[n] * 1e6;
-  if (!sharpened) return;
   const std::vector<double> mean = pressure_Pa_;
   for (uint32_t y = 1; y + 1 < surface.height; ++y)
     for (uint32_t x = 1; x + 1 < surface.width; ++x) {

@@ -24,8 +24,8 @@ struct PressedSurface {
 class PressureField {
  public:
   /// Keeps the surface, which outlives it. A node's force over its area is a mean of the pressure around it,
-  /// low on a bump by pitch^2 / 12 of its curvature; `sharpened` takes that back inside the rim.
-  explicit PressureField(const PressedSurface& surface, bool sharpened = false);
+  /// low on a bump by pitch^2 / 12 of its curvature: taken back inside the rim.
+  explicit PressureField(const PressedSurface& surface);
 
   /// Pa, at a place of the plate from the block's middle; 0 where no tissue is.
   double at(double x_mm, double y_mm) const;
