@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/output_file.h"
-#include "engine/lump/lump_network.h"
 #include "viz/command_lump.h"
 #include "viz/lump_evaluation_table.h"
+#include "viz/lump_method.h"
 #include "viz/lump_stability.h"
 
 namespace palpate {
@@ -117,8 +117,7 @@ void write(const std::filesystem::path& path, const std::string& text) {
 
 Report stability(const Common& common, const Options& options) {
   const LumpEstimator estimator =
-      options.direct ? direct_estimator(options.threads)
-                     : [](const LumpReading& reading) { return LumpNetwork::built_in().estimate(reading); };
+      lump_estimator(options.direct ? "direct" : "network", lump_network(""), options.threads);
   const std::vector<StabilityCase> cases = stability_cases(options.noise);
   std::vector<StabilityRow> rows;
   {

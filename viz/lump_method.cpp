@@ -1,5 +1,7 @@
 #include "viz/lump_method.h"
 
+#include <utility>
+
 #include "engine/error.h"
 
 namespace palpate {
@@ -11,7 +13,7 @@ std::shared_ptr<const LumpNetwork> lump_network(const std::string& file) {
 
 LumpEstimator lump_estimator(const std::string& method, std::shared_ptr<const LumpNetwork> network,
                              uint32_t threads) {
-  if (method == "direct") return direct_estimator(threads);
+  if (method == "direct") return direct_estimator(std::move(network), threads);
   if (method != "network" && method != "refined")
     throw Error(Failure::Usage, "--method network, refined or direct", "'" + method + "'",
                 "--method network");

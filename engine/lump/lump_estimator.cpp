@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "engine/lump/direct_inversion.h"
-#include "engine/lump/lump_network.h"
 
 namespace palpate {
 namespace {
@@ -53,11 +53,11 @@ void hold_against(const LumpEstimate& network, LumpEstimate& direct) {
 
 }  // namespace
 
-LumpEstimator direct_estimator(uint32_t threads) {
-  return [threads](const LumpReading& reading) {
+LumpEstimator direct_estimator(std::shared_ptr<const LumpNetwork> network, uint32_t threads) {
+  return [network = std::move(network), threads](const LumpReading& reading) {
     DirectInversionOptions options;
     options.model.threads = threads;
-    const LumpEstimate first = LumpNetwork::built_in().estimate(reading);
+    const LumpEstimate first = network->estimate(reading);
     if (first.verdict == LumpVerdict::SeveralLumps || first.verdict == LumpVerdict::Saturated) return first;
     if (first.size_mm.value > 0 && first.depth_mm.value > 0) {
       LumpCase::Lump start;

@@ -3,15 +3,16 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 
-#include "engine/lump/lump_reading.h"
+#include "engine/lump/lump_network.h"
 
 namespace palpate {
 
 using LumpEstimator = std::function<LumpEstimate(const LumpReading&)>;
 
-/// The direct inversion, started where the built-in network says, for the shape that it says. About a
-/// minute a reading. `threads` 0: one per core.
-LumpEstimator direct_estimator(uint32_t threads = 0);
+/// The direct inversion, started where a network says, for the shape that it says, and held against its
+/// intervals. About a minute a reading. `threads` 0: one per core.
+LumpEstimator direct_estimator(std::shared_ptr<const LumpNetwork> network, uint32_t threads = 0);
 
 }  // namespace palpate

@@ -9,6 +9,7 @@
 #include "engine/lump/lump_reader.h"
 #include "engine/lump/lump_sweep.h"
 #include "engine/lump/lump_training_parts.h"
+#include "engine/lump/saturated_loads.h"
 
 namespace palpate {
 namespace {
@@ -19,6 +20,7 @@ using Eigen::VectorXd;
 
 constexpr double kFrom = 0.4, kMade = 0.15, kTaught = 0.25;  // shares of the training, for progress
 constexpr std::array<double, 2> kNoise = {3e-4, 0.15};       // of the peak
+constexpr double kSaturated = 0.25;                          // of the readings: a bump without its top
 constexpr double kNear_mm = 0.25;    // of patches that the network has moved to their lumps already
 constexpr double kEverywhere = 0.3;  // of the typical discrepancy
 constexpr uint32_t kWayBumps = 4000;
@@ -143,6 +145,28 @@ std::vector<double> ReadingMaker::choose_loads(std::mt19937_64& random) const {
   return loads;
 }
 
+/// The highest values of the highest load as a saturated sensor sees them: not at all.
+void hide_top(PressedNodes& nodes, double share) {
+  const auto count = nodes.x_mm.size(),
+             kept = count - static_cast<size_t>(share * static_cast<double>(count));
+  std::vector<Eigen::Index> by_height(count);
+  std::iota(by_height.begin(), by_height.end(), 0);
+  const VectorXd highest = nodes.total.rightCols(1);
+  std::sort(by_height.begin(), by_height.end(),
+            [&](Eigen::Index a, Eigen::Index b) { return highest(a) < highest(b); });
+  nodes.noise_share = nodes.noise / highest(by_height[kept - 1]);
+  by_height.resize(kept);
+  std::sort(by_height.begin(), by_height.end());
+  for (size_t n = 0; n < kept; ++n) {
+    nodes.x_mm[n] = nodes.x_mm[static_cast<size_t>(by_height[n])];
+    nodes.y_mm[n] = nodes.y_mm[static_cast<size_t>(by_height[n])];
+  }
+  nodes.x_mm.resize(kept);
+  nodes.y_mm.resize(kept);
+  nodes.rest = nodes.rest(by_height, Eigen::all).eval();
+  nodes.total = nodes.total(by_height, Eigen::all).eval();
+}
+
 Made ReadingMaker::make(uint32_t number, std::mt19937_64& random) const {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> share(0, 1);
@@ -156,13 +180,17 @@ Made ReadingMaker::make(uint32_t number, std::mt19937_64& random) const {
   const auto count = static_cast<Eigen::Index>(nodes.x_mm.size()),
              loads = static_cast<Eigen::Index>(nodes.loads.size());
   PatchView view(model_, nodes, lump.offset_mm, lump.along_y);
-  MatrixXd factors = bump_factors(model_, guess_of(lump), view.setting, nodes.loads, -1);
-  // The mean is off where members differ, and a little everywhere.
-  const MatrixXd mean = factors;
+  std::vector<MatrixXd> of_member;
   for (size_t m = 0; m < model_.members.size(); ++m)
-    factors += model_.error_over_spread / std::sqrt(static_cast<double>(model_.members.size()) - 1) *
-               normal(random) *
-               (bump_factors(model_, guess_of(lump), view.setting, nodes.loads, static_cast<int>(m)) - mean);
+    of_member.push_back(bump_factors(model_, guess_of(lump), view.setting, nodes.loads, static_cast<int>(m)));
+  MatrixXd mean = of_member.front();
+  for (size_t m = 1; m < of_member.size(); ++m) mean += of_member[m];
+  const auto members = static_cast<double>(of_member.size());
+  mean /= members;
+  // The mean is off where members differ, and a little everywhere.
+  MatrixXd factors = mean;
+  for (const MatrixXd& own : of_member)
+    factors += model_.error_over_spread / std::sqrt(members - 1) * normal(random) * (own - mean);
   const auto some = [&] {
     VectorXd values(factors.rows());
     for (double& value : values) value = normal(random);
@@ -194,10 +222,11 @@ Made ReadingMaker::make(uint32_t number, std::mt19937_64& random) const {
   }
   nodes.noise_share = kNoise[0] * std::pow(kNoise[1] / kNoise[0], share(random));
   nodes.noise = nodes.noise_share * nodes.total.rightCols(1).maxCoeff();
+  if (share(random) < kSaturated) hide_top(nodes, kMostSaturation * share(random));
   const double modulus = kModulusShare * normal(random);
   for (Eigen::Index k = 0; k < loads; ++k) {
     const double scale = modulus + kGaugeShare * normal(random);
-    for (Eigen::Index n = 0; n < count; ++n) {
+    for (Eigen::Index n = 0; n < nodes.total.rows(); ++n) {
       const double off = scale * nodes.total(n, k) + nodes.noise * normal(random);
       nodes.rest(n, k) += off;
       nodes.total(n, k) += off;
