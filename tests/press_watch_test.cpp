@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "capture/synthetic_tissue.h"
+#include "engine/error.h"
 #include "viz/press_panel.h"
 
 namespace palpate::viz {
@@ -168,7 +169,7 @@ TEST(PressWatch, EvenLightOfTissueAloneTellsSo) {
 TEST(PressWatch, StatusFollowsThePress) {
   Bench bench;
   PressWatch watch(bench.sensor, *bench.source.own_background(), bench.setup);
-  EXPECT_EQ(watch.status().block, "40 x 40 x 20 mm, 4000 Pa");
+  EXPECT_EQ(watch.status().block.young_Pa, 4000);
   EXPECT_FALSE(watch.status().last);
   bench.play(watch, 0, 40);
   const PressStatus status = watch.status();
@@ -187,6 +188,35 @@ TEST(PressWatch, StatusFollowsThePress) {
   EXPECT_FALSE(watch.status().pressing);
   EXPECT_FALSE(watch.status().estimating);
   ASSERT_TRUE(watch.status().last);
+}
+
+TEST(PressWatch, AnotherBlockIsTakenBetweenPresses) {
+  Bench bench;
+  PressWatch watch(bench.sensor, *bench.source.own_background(), bench.setup);
+  BlockSetting block = bench.setup.block;
+  block.young_Pa = 0;
+  EXPECT_THROW(watch.set_block(block), Error);
+  block.young_Pa = 5000;
+  block.block_mm[2] = NAN;
+  EXPECT_THROW(watch.set_block(block), Error);
+  block.block_mm[2] = 18;
+  bench.play(watch, 0, 40);
+  watch.set_block(block);
+  bench.play(watch, 40, 45);
+  EXPECT_EQ(watch.status().block.young_Pa, 4000) << "not while it presses";
+  bench.play(watch, 45, *bench.source.frame_count());
+  bench.play(watch, 0, 1);
+  EXPECT_EQ(watch.status().block.young_Pa, 5000);
+  EXPECT_EQ(watch.status().block.block_mm[2], 18);
+  watch.finish();
+  // A block that the window no longer sees all of needs a gauge.
+  bench.setup.force = {};
+  bench.setup.block.block_mm = {4, 4, 20};
+  PressWatch own(bench.sensor, *bench.source.own_background(), bench.setup);
+  EXPECT_EQ(own.status().trouble, "");
+  own.set_block(block);
+  bench.play(own, 0, 1);
+  EXPECT_NE(own.status().trouble.find("--gauge"), std::string::npos);
 }
 
 TEST(PressWatch, WhatCannotBeToldSaysWhy) {

@@ -71,6 +71,30 @@ void surface_settings(ViewState& state, float scale) {
   ImGui::Checkbox("section", &state.section);
 }
 
+/// What presses are read with, as far as the window can say it.
+void block_settings(const BlockSetting& now, float scale, ViewState& state) {
+  BlockSetting draft = state.block_draft.value_or(now);
+  bool active = false;
+  const auto field = [&](const char* label, double& value, const char* format) {
+    ImGui::PushItemWidth(70 * scale);
+    ImGui::InputDouble(label, &value, 0, 0, format);
+    ImGui::PopItemWidth();
+    active = active || ImGui::IsItemActive();
+    if (ImGui::IsItemDeactivatedAfterEdit()) state.wants_block = draft;
+  };
+  ImGui::Separator();
+  ImGui::TextDisabled("block of tissue, from the next press on");
+  field("modulus, Pa", draft.young_Pa, "%.0f");
+  field("thickness, mm", draft.block_mm[2], "%.2f");
+  field("length, mm", draft.block_mm[0], "%.2f");
+  field("width, mm", draft.block_mm[1], "%.2f");
+  if (active)
+    state.block_draft = draft;
+  else
+    state.block_draft.reset();
+  ImGui::Separator();
+}
+
 }  // namespace
 
 const std::vector<KeyHelp>& key_help() {
@@ -128,6 +152,7 @@ void control_window(const ViewRect& around, float scale, bool has_surface, const
                ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove |
                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
   if (has_surface) surface_settings(state, scale);
+  if (live && live->press) block_settings(live->press->block, scale, state);
   ImGui::Checkbox("charts", &state.charts);
   ImGui::SameLine();
   ImGui::Checkbox("contacts", &state.contacts);

@@ -133,6 +133,15 @@ void Display::fulfil_wishes() {
   if (asked(state.wants_zero_cleared)) switch_zero(false);
   if (asked(state.wants_mark)) mark_event();
   if (asked(state.wants_full_screen)) window_.switch_full_screen();
+  if (const auto block = std::exchange(state.wants_block, {}); block && options_.presses) {
+    try {
+      options_.presses->set_block(*block);
+      stats_.note = "the block is known so from the next press on";
+    } catch (const Error& error) {
+      stats_.note = error.what();
+    }
+    restless_ = 3;
+  }
   if (asked(state.wants_sources)) {
     wants_sources_ = options_.from_list;
     if (!options_.from_list) stats_.note = "the list of sources is that of palpate without a command";

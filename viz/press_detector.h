@@ -12,6 +12,9 @@ class PressDetector {
   /// `least_N`: from which force on something presses, above 0.
   explicit PressDetector(double least_N) : least_N_(least_N) {}
 
+  /// From the next frame on.
+  void set_least(double least_N) { least_N_ = least_N; }
+
   enum class Step : unsigned char {
     Rest,      ///< nothing presses, or a press is being taken away
     Began,     ///< this frame is the first of a press

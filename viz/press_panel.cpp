@@ -59,7 +59,9 @@ ImVec4 colour_of(Tone tone) {
 
 std::vector<PressRow> press_rows(const PressStatus& s, double time_s) {
   std::vector<PressRow> rows;
-  rows.push_back({Tone::Faint, "tissue", s.block});
+  const std::array<double, 3>& size = s.block.block_mm;
+  rows.push_back(
+      {Tone::Faint, "tissue", text("%g x %g x %g mm, %g Pa", size[0], size[1], size[2], s.block.young_Pa)});
   if (!s.trouble.empty()) rows.push_back({Tone::Doubtful, "", s.trouble});
   if (s.pressing) {
     rows.push_back({Tone::Plain, "pressing", text("%.2f N, loads %u of %u", s.force_N, s.loads, s.wanted)});

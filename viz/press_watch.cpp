@@ -85,19 +85,39 @@ void read_press(const PressureNodes& nodes, const PressFrames& frames, const Pre
 
 PressWatch::PressWatch(const Sensor& sensor, const Frame& background, PressSetup setup)
     : setup_(std::move(setup)), detector_(least_N(setup_.block)) {
-  const BlockSetting& b = setup_.block;
-  status_.block = text("%g x %g x %g mm, %g Pa", b.block_mm[0], b.block_mm[1], b.block_mm[2], b.young_Pa);
   status_.wanted = setup_.loads;
-  if (!reads_pressure(sensor) || !(sensor.pitch_mm_per_px > 0) || background.format.channels != 1) {
-    status_.trouble = "not calibrated in pascals: needs a sensor file with surface.reading elastic";
-    return;
-  }
-  nodes_.emplace(sensor, background, kPitch_mm);
-  const std::array<double, 2> window_mm = nodes_->window_mm();
-  if (setup_.force || sees_all(window_mm, b)) return;
-  status_.trouble = text("needs the force on the whole block (the window sees %.3g x %.3g mm of it): --gauge",
-                         window_mm[0], window_mm[1]);
-  nodes_.reset();
+  if (reads_pressure(sensor) && sensor.pitch_mm_per_px > 0 && background.format.channels == 1)
+    nodes_.emplace(sensor, background, kPitch_mm);
+  next_block_ = setup_.block;
+  take_block();
+}
+
+void PressWatch::set_block(const BlockSetting& block) {
+  bool right = block.young_Pa > 0 && std::isfinite(block.young_Pa);
+  for (const double side : block.block_mm) right = right && side > 0 && std::isfinite(side);
+  if (!right)
+    throw Error(Failure::Usage, "a block's sizes and modulus above 0",
+                text("%g x %g x %g mm, %g Pa", block.block_mm[0], block.block_mm[1], block.block_mm[2],
+                     block.young_Pa),
+                "what was measured at a place without a lump");
+  const std::lock_guard lock(mutex_);
+  next_block_ = block;
+  next_block_->window_mm = status_.block.window_mm;
+}
+
+/// The block that is said last, between two presses.
+void PressWatch::take_block() {
+  const std::lock_guard lock(mutex_);
+  if (!next_block_ || detector_.pressing()) return;
+  setup_.block = status_.block = *std::exchange(next_block_, {});
+  detector_.set_least(least_N(setup_.block));
+  lacking_.clear();
+  if (!nodes_)
+    lacking_ = "not calibrated in pascals: needs a sensor file with surface.reading elastic";
+  else if (const auto window_mm = nodes_->window_mm(); !setup_.force && !sees_all(window_mm, setup_.block))
+    lacking_ = text("needs the force on the whole block (the window sees %.3g x %.3g mm of it): --gauge",
+                    window_mm[0], window_mm[1]);
+  status_.trouble = lacking_;
 }
 
 std::optional<double> PressWatch::force_at(const Frame& frame, std::optional<NodeSums>& read) const {
@@ -115,7 +135,8 @@ void PressWatch::begin() {
 }
 
 void PressWatch::add(const Frame& frame, const Touch& touch) {
-  if (!nodes_) return;
+  take_block();
+  if (!lacking_.empty()) return;
   using Step = PressDetector::Step;
   if (frame.after_gap && detector_.pressing()) end("broken off: frames are missing");
   std::optional<NodeSums> read;
@@ -170,8 +191,8 @@ void PressWatch::end(const std::string& trouble) {
     status_.estimating = true;
   }
   auto frames = std::make_shared<PressFrames>(std::exchange(frames_, {}));
-  background_.add([this, frames, answer]() mutable {
-    if (answer.trouble.empty()) read_press(*nodes_, *frames, setup_, answer);
+  background_.add([this, frames, answer, setup = setup_]() mutable {
+    if (answer.trouble.empty()) read_press(*nodes_, *frames, setup, answer);
     publish(std::move(answer));
     return std::string();
   });

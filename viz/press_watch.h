@@ -32,7 +32,7 @@ struct PressAnswer {
 
 /// How it stands, for the window.
 struct PressStatus {
-  std::string block;    ///< what presses are read with: "block 40 x 40 x 20 mm, 4000 Pa"
+  BlockSetting block;   ///< what presses are read with
   std::string trouble;  ///< why nothing can be told at present; empty: it can
   bool pressing = false, estimating = false;
   double force_N = 0, highest_N = 0;  ///< on the whole block, of this press
@@ -65,6 +65,9 @@ class PressWatch {
   /// status().
   PressWatch(const Sensor& sensor, const Frame& background, PressSetup setup);
 
+  /// Presses that begin from now on are read with this block; the window's place in it stays. Any thread.
+  /// Throws Error(Failure::Usage) where a size or the modulus is not above 0.
+  void set_block(const BlockSetting& block);
   /// The next frame and what was measured in it, from one thread; never waits for an estimate.
   void add(const Frame& frame, const Touch& touch);
   /// Any thread.
@@ -75,13 +78,15 @@ class PressWatch {
  private:
   std::optional<double> force_at(const Frame& frame, std::optional<NodeSums>& read) const;
   void begin();
+  void take_block();
   void keep(double force_N, NodeSums nodes);
   void end(const std::string& trouble);
   void publish(PressAnswer answer);
   void report(std::optional<double> force_N, uint64_t frame);
 
   PressSetup setup_;
-  std::optional<PressureNodes> nodes_;
+  std::optional<PressureNodes> nodes_;  ///< none where the sensor is not calibrated in pascals
+  std::string lacking_;                 ///< why nothing can be told of any press with this block
   PressDetector detector_;
   PressFrames frames_;
   PressAnswer now_;                  ///< of the press that goes on
@@ -90,6 +95,7 @@ class PressWatch {
   uint64_t presses_ = 0;
   mutable std::mutex mutex_;  ///< of what follows
   PressStatus status_;
+  std::optional<BlockSetting> next_block_;
   uint64_t pending_ = 0;
   std::vector<PressAnswer> answers_;
   BackgroundWork background_;  ///< last: what it still does uses the rest

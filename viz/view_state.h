@@ -11,6 +11,7 @@
 #include "engine/sensor.h"
 #include "engine/touch.h"
 #include "viz/camera.h"
+#include "viz/press_reading.h"
 #include "viz/section.h"
 #include "viz/strain_map.h"
 #include "viz/surface_view.h"
@@ -81,6 +82,8 @@ struct ViewState {
   bool wants_mark = false;     ///< with the text in `label`, which may be empty
   bool wants_sources = false;  ///< back to the list
   bool wants_full_screen = false;
+  std::optional<BlockSetting> block_draft;  ///< as typed, while it is
+  std::optional<BlockSetting> wants_block;
   std::optional<uint64_t> seek_to;  ///< frame of a replay
 
   /// To the next quantity that this sensor has.
