@@ -28,10 +28,11 @@ struct TissueOptions {
   double force_N = 2;         ///< highest, on the whole block
   uint32_t loads = 4;         ///< even steps up to it, each held, 1 to 8
   double x_mm = 0, y_mm = 0;  ///< of the window's middle from the block's
-  /// The block and its lump; press, presser and pad are not used. 24 x 24 x 12 cells.
+  /// The block and its lump; press, presser and pad are not used. 40 x 40 x 20 cells, extrapolated with half
+  /// as many along each side: one grid of so few makes lumps look soft.
   ForwardScene scene;
 
-  TissueOptions() { scene.cells = {24, 24, 12}; }
+  TissueOptions() { scene.cells = {40, 40, 20}; }
 };
 
 /// One line of what happens.

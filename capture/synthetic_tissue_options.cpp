@@ -87,7 +87,7 @@ TissueOptions parse_tissue(const std::string& input) {
     } else if (key == "cells") {
       const auto cells = number<uint32_t>(key, value);
       check(cells >= 16 && cells <= 64 && cells % 8 == 0, "16 to 64 cells along its length, a multiple of 8",
-            cells, "cells=24");
+            cells, "cells=40");
       o.scene.cells = {cells, cells, cells / 2};
     } else if (key == "noise" && (value == "on" || value == "off")) {
       o.noise = value == "on";

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <sstream>
 
+#include "capture/csv_line.h"
 #include "capture/synthetic_tissue.h"
 #include "engine/error.h"
 #include "viz/press_reading.h"
@@ -20,16 +20,6 @@ std::string text(const char* format, double a, double b = 0) {
   char line[120];
   std::snprintf(line, sizeof line, format, a, b);
   return line;
-}
-
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream in(line);
-  for (std::string cell; std::getline(in, cell, ',');) {
-    const size_t first = cell.find_first_not_of(" \t\r\""), last = cell.find_last_not_of(" \t\r\"");
-    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
-  }
-  return cells;
 }
 
 double number(const fs::path& table, size_t line, const std::string& column, const std::string& cell) {
@@ -98,7 +88,7 @@ std::vector<RecordedPress> read_places(const fs::path& table, const std::vector<
   std::vector<RecordedPress> all;
   for (size_t number_of = 1; std::getline(in, line); ++number_of) {
     if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
-    const std::vector<std::string> cells = cells_of(line);
+    const std::vector<std::string> cells = csv_cells(line);
     if (names.empty()) {
       names = cells;
       for (const char* wanted : {"recording", "x_mm", "y_mm"})
