@@ -10,6 +10,7 @@
 #include "capture/synthetic.h"
 #include "engine/error.h"
 #include "tests/gpu_fixture.h"
+#include "tests/test_folder.h"
 #include "viz/as_recorded.h"
 #include "viz/live.h"
 #include "viz/recording.h"
@@ -84,11 +85,7 @@ class LiveCaptureTest : public GpuTest {
  protected:
   void SetUp() override {
     GpuTest::SetUp();
-    folder_ = std::filesystem::temp_directory_path() /
-              ("palpate-live-" + std::to_string(getpid()) + "-" +
-               testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
+    folder_ = test_folder("live");
   }
   void TearDown() override {
     if (!HasFailure()) std::filesystem::remove_all(folder_);

@@ -17,6 +17,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/test_folder.h"
+
 namespace palpate {
 
 namespace fs = std::filesystem;
@@ -48,13 +50,7 @@ struct Surroundings {
 /// A folder of its own for each test.
 class Program : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ =
-        fs::temp_directory_path() / ("palpate-program-" + std::to_string(getpid()) + "-" + info->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
+  void SetUp() override { folder_ = test_folder("program"); }
   void TearDown() override {
     if (!HasFailure()) fs::remove_all(folder_);
   }

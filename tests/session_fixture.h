@@ -2,7 +2,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -13,6 +12,7 @@
 #include "capture/session.h"
 #include "capture/session_info.h"
 #include "engine/error.h"
+#include "tests/test_folder.h"
 
 namespace palpate {
 
@@ -71,13 +71,7 @@ inline SessionInfo plain_info(const FrameFormat& format) {
 /// A folder of its own for each test.
 class Sessions : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ =
-        fs::temp_directory_path() / ("palpate-session-" + std::to_string(getpid()) + "-" + info->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
+  void SetUp() override { folder_ = test_folder("session"); }
   void TearDown() override {
     if (!HasFailure()) fs::remove_all(folder_);
   }

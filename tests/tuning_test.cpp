@@ -16,6 +16,7 @@
 #include "engine/pipeline.h"
 #include "engine/stages/contact.h"
 #include "tests/gpu_fixture.h"
+#include "tests/test_folder.h"
 
 namespace palpate {
 namespace {
@@ -32,10 +33,7 @@ class TuningTest : public GpuTest {
  protected:
   void SetUp() override {
     GpuTest::SetUp();
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / ("palpate-tuning-" + std::to_string(getpid()) + "-" + info->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
+    folder_ = test_folder("tuning");
   }
   void TearDown() override {
     fs::remove_all(folder_);
