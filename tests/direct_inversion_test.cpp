@@ -71,10 +71,11 @@ TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
   DirectInversionOptions options = quick();
   options.model.cells = {40, 40, 20};
   options.model.coarser = {20, 20, 10};
-  options.start = LumpCase::Lump{};
-  options.start->diameter_mm = 9;
-  options.start->depth_mm = 4.4;
-  options.start->stiffness_ratio = 7;
+  LumpCase::Lump start;
+  start.diameter_mm = 9;
+  start.depth_mm = 4.4;
+  start.stiffness_ratio = 7;
+  options.starts = {{start, 1}};
   const LumpEstimate estimate = invert_directly(reading, options);
   // What such grids leave open of the ratio may be more than a factor of four, and then it says so.
   EXPECT_EQ(estimate.verdict, estimate.stiffness_ratio.high > 4 * estimate.stiffness_ratio.low

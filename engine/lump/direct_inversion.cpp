@@ -22,7 +22,12 @@ constexpr double kStands = 0.1;  // standard deviations that count as none
 constexpr double kFits = 1.2;    // chi2 of a value, of a reading that the lump explains
 constexpr double kNoGain = 0.5;  // of chi2: a quarter of a standard deviation
 constexpr double kHeaviest = 1e3;
+constexpr double kFaceDoubt =
+    0.04;                          // of the finer cells' sides: by how much elements misplace a lump's faces
+constexpr double kRival = 0.1;     // likelihood beside the best shape's from which on a shape counts
 constexpr double kOrderDoubt = 1;  // standard deviations of the change that order 2 would make
+constexpr double kDoubtPitch_mm = 4,
+                 kDoubtSigma_mm = 3;  // of Gaussians that the elements' errors are sums of
 using Unknowns = Eigen::Matrix<double, kLumpUnknowns, 1>;
 const Unknowns kLongestStep{{0.3, 0.4, 1.0, 2.0, 2.0}};
 
@@ -54,13 +59,45 @@ void check(const LumpResponseOptions& model) {
                   "40x40x20 and 20x20x10");
 }
 
+/// Gaussians over the nodes, on a grid, scaled so that factors of unit variance make unit variance
+/// everywhere; last what is the same everywhere.
+Eigen::MatrixXd doubt_fields(const ComparedNodes& nodes) {
+  std::array<double, 2> low = {HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL};
+  for (size_t n = 0; n < nodes.count(); ++n) {
+    const std::array<double, 2> at = {nodes.x_mm(n), nodes.y_mm(n)};
+    for (size_t c = 0; c < 2; ++c) low[c] = std::min(low[c], at[c]), high[c] = std::max(high[c], at[c]);
+  }
+  std::vector<std::array<double, 2>> centres;
+  for (double y = low[1]; y <= high[1] + kDoubtPitch_mm; y += kDoubtPitch_mm)
+    for (double x = low[0]; x <= high[0] + kDoubtPitch_mm; x += kDoubtPitch_mm) centres.push_back({x, y});
+  const auto gaussians = static_cast<Eigen::Index>(centres.size());
+  Eigen::MatrixXd fields = Eigen::MatrixXd::Ones(static_cast<Eigen::Index>(nodes.count()), gaussians + 1);
+  for (Eigen::Index n = 0; n < fields.rows(); ++n) {
+    const auto node = static_cast<size_t>(n);
+    for (Eigen::Index k = 0; k < gaussians; ++k) {
+      const auto& [x, y] = centres[static_cast<size_t>(k)];
+      fields(n, k) = std::exp(-0.5 * (std::pow(nodes.x_mm(node) - x, 2) + std::pow(nodes.y_mm(node) - y, 2)) /
+                              (kDoubtSigma_mm * kDoubtSigma_mm));
+    }
+    fields.row(n).head(gaussians).normalize();
+  }
+  return fields;
+}
+
+double median(Eigen::VectorXd values) {
+  const auto middle = values.begin() + values.size() / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 class Search {
  public:
   Search(const LumpReading& reading, const DirectInversionOptions& options)
       : reading_(reading),
         options_(options),
         nodes_(reading, options.model.rim_mm),
-        wanted_(nodes_.values()) {
+        wanted_(nodes_.values()),
+        doubt_(nodes_.count() > 0 ? doubt_fields(nodes_) : Eigen::MatrixXd()) {
     const double peak = wanted_.size() > 0 ? wanted_.maxCoeff() : 0;
     sigma_Pa_ = std::hypot(reading.noise_Pa, options.model_share * peak);
   }
@@ -124,17 +161,20 @@ class Search {
     const Eigen::Index first = !unknowns                ? 0
                                : options_.model.centred ? kPlaceX
                                                         : kLumpUnknowns,
-                       loads = p.by_force.cols(), columns = first + loads + 1;
+                       loads = p.by_force.cols(), doubts = first + loads + 1,
+                       columns = doubts + 2 * doubt_.cols();
     Eigen::MatrixXd j(p.pressure_Pa.size(), columns);
     j.leftCols(first) = p.by_unknown.leftCols(first);
     j.middleCols(first, loads) = p.by_force;
-    j.col(columns - 1) = p.by_modulus;
+    j.col(doubts - 1) = p.by_modulus;
+    j.rightCols(2 * doubt_.cols()) = doubted(p.pressure_Pa);
     j /= sigma_Pa_;
     const Eigen::VectorXd open = (wanted_ - p.pressure_Pa) / sigma_Pa_;
     Eigen::MatrixXd normal = j.transpose() * j;
     for (Eigen::Index l = 0; l < loads; ++l)
       normal(first + l, first + l) += 1 / (options_.gauge_share * options_.gauge_share);
-    normal(columns - 1, columns - 1) += 1 / (options_.young_share * options_.young_share);
+    normal(doubts - 1, doubts - 1) += 1 / (options_.young_share * options_.young_share);
+    normal.diagonal().tail(2 * doubt_.cols()).array() += 1;
     Step step;
     Eigen::MatrixXd damped = normal;
     for (Eigen::Index k = 0; k < first; ++k) damped(k, k) *= 1 + damping;
@@ -169,17 +209,34 @@ class Search {
   }
 
  private:
+  /// What a prediction may be off by, per factor of unit variance.
+  Eigen::MatrixXd doubted(const Eigen::VectorXd& pressure_Pa) const {
+    const Eigen::Index count = doubt_.rows(), fields = doubt_.cols();
+    Eigen::MatrixXd by_factor(pressure_Pa.size(), 2 * fields);
+    const std::vector<double>& force_N = reading_.force_N;
+    for (Eigen::Index l = 0; l < static_cast<Eigen::Index>(force_N.size()); ++l) {
+      const auto of_load = pressure_Pa.segment(l * count, count);
+      const Eigen::ArrayXd bump = of_load.array() - median(of_load);
+      const double change = force_N[static_cast<size_t>(l)] / force_N.back() - 0.5;
+      by_factor.block(l * count, 0, count, fields) =
+          options_.bump_share * (doubt_.array().colwise() * bump).matrix();
+      by_factor.block(l * count, fields, count, fields) =
+          options_.bump_change_share * change * (doubt_.array().colwise() * bump).matrix();
+    }
+    return by_factor;
+  }
+
   const LumpReading& reading_;
   const DirectInversionOptions& options_;
   ComparedNodes nodes_;
   Eigen::VectorXd wanted_;
+  Eigen::MatrixXd doubt_;  ///< nodes x fields
   double sigma_Pa_ = 1;
   GridCorrection correction_;
 };
 
-LumpCase::Lump first_guess(const LumpReading& reading, LumpShape shape) {
+LumpCase::Lump first_guess(const LumpReading& reading) {
   LumpCase::Lump lump;
-  lump.shape = shape;
   lump.diameter_mm = 0.4 * reading.block_mm[2];
   lump.depth_mm = 0.25 * reading.block_mm[2];
   lump.stiffness_ratio = 6;
@@ -241,20 +298,22 @@ bool descend(Search& search, Search::State& best, uint32_t& rounds) {
   return false;
 }
 
-}  // namespace
-
-LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOptions& options) {
-  check(reading);
-  check(options.model);
-  const auto start = std::chrono::steady_clock::now();
+/// One start's answer.
+struct Answer {
   LumpEstimate estimate;
+  double chi2 = HUGE_VAL;
+};
+
+Answer invert_from(const LumpCase::Lump& start, const LumpReading& reading,
+                   const DirectInversionOptions& options) {
+  Answer answer;
+  LumpEstimate& estimate = answer.estimate;
   estimate.method = "direct inversion";
   estimate.false_alarm_rate = 0.01;
   const auto done = [&](LumpVerdict verdict, const std::string& reason) {
     estimate.verdict = verdict;
     if (!reason.empty()) estimate.reasons.push_back(reason);
-    estimate.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return estimate;
+    return answer;
   };
   Search search(reading, options);
   if (search.values() < kFewestValues)
@@ -263,7 +322,7 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
   if (reading.saturated_share > kMostSaturated)
     return done(LumpVerdict::Unusable, "the sensor is saturated at the highest load: press less");
 
-  LumpCase::Lump guess = options.start ? *options.start : first_guess(reading, options.shape);
+  LumpCase::Lump guess = start;
   if (options.model.centred) guess.offset_mm = {0, 0};
   std::optional<Search::State> best = search.corrected_at(search.moved(guess, Unknowns::Zero()));
   if (!best) return done(LumpVerdict::Unusable, "the model found no equilibrium at these forces");
@@ -280,10 +339,14 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
   const double values = static_cast<double>(search.values() * reading.force_N.size());
   const double misfit = best->chi2 / std::max(1.0, values - double{kLumpUnknowns});
   const LumpCase::Lump& lump = best->lump;
+  answer.chi2 = best->chi2;
   // Noise, more of it where the reading fits worse, and what the grids leave open.
-  const Unknowns sd =
+  Unknowns sd =
       (end.sd.array().square() * std::max(1.0, misfit) + (kOrderDoubt * end.by_order.array()).square())
           .sqrt();
+  const double faces_mm = kFaceDoubt * reading.block_mm[0] / options.model.cells[0];
+  sd(kLnSize) = std::hypot(sd(kLnSize), faces_mm / lump.diameter_mm);
+  sd(kLnDepth) = std::hypot(sd(kLnDepth), faces_mm / lump.depth_mm);
   estimate.size_mm = in_logarithm(lump.diameter_mm, sd(kLnSize));
   estimate.depth_mm = in_logarithm(lump.depth_mm, sd(kLnDepth));
   estimate.stiffness_ratio = in_logarithm(lump.stiffness_ratio, sd(kLnRatio));
@@ -309,15 +372,48 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
         std::sqrt(misfit));
     return done(LumpVerdict::OutsideTraining, line);
   }
-  const LumpValue& ratio = estimate.stiffness_ratio;
-  if (ratio.high > kOpenRatio * ratio.low) {
-    std::snprintf(
-        line, sizeof line,
-        "its stiffness ratio may be anything from %.2g to %.2g: more loads or deeper ones tell more",
-        ratio.low, ratio.high);
-    return done(LumpVerdict::StiffnessOpen, line);
-  }
   return done(LumpVerdict::Found, "");
+}
+
+}  // namespace
+
+LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOptions& options) {
+  check(reading);
+  check(options.model);
+  const auto begin = std::chrono::steady_clock::now();
+  std::vector<DirectInversionOptions::Start> starts = options.starts;
+  if (starts.empty()) starts.push_back({first_guess(reading), 1});
+  std::vector<Answer> answers;
+  for (const DirectInversionOptions::Start& start : starts) {
+    answers.push_back(invert_from(start.lump, reading, options));
+    answers.back().chi2 -= 2 * std::log(std::max(start.odds, 1e-300));
+  }
+  // A search that did not end is no rival of one that did.
+  const auto better = [](const Answer& a, const Answer& b) {
+    const bool tells = tells_numbers(a.estimate.verdict);
+    return tells != tells_numbers(b.estimate.verdict) ? tells : a.chi2 < b.chi2;
+  };
+  const Answer& best = *std::min_element(answers.begin(), answers.end(), better);
+  LumpEstimate estimate = best.estimate;
+  if (tells_numbers(estimate.verdict)) {
+    double sum = 1;
+    for (const Answer& other : answers) {
+      if (&other == &best || !tells_numbers(other.estimate.verdict)) continue;
+      const double likely = std::exp(0.5 * (best.chi2 - other.chi2));
+      sum += likely;
+      estimate.shape_probability[static_cast<size_t>(other.estimate.shape)] += likely;
+      if (likely < kRival) continue;
+      widen(estimate.size_mm, other.estimate.size_mm);
+      widen(estimate.depth_mm, other.estimate.depth_mm);
+      widen(estimate.stiffness_ratio, other.estimate.stiffness_ratio);
+      estimate.reasons.push_back(std::string("one of shape ") + to_string(other.estimate.shape) +
+                                 " answers as well: intervals hold both");
+    }
+    for (double& probability : estimate.shape_probability) probability /= sum;
+    open_wide_ratio(estimate);
+  }
+  estimate.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return estimate;
 }
 
 }  // namespace palpate

@@ -15,6 +15,9 @@ namespace {
 constexpr std::array<double, 2> kWindow_mm = {40, 30};  // of the sensors that are imitated
 constexpr double kSensorGauge = 0.001;
 constexpr double kCoverage = 0.9;
+// Of readings that were kept aside, the ones that the model explains least: they are called strange too,
+// which lumps in the corners of its ranges, where it errs most, deserve.
+constexpr double kStrange = 0.03;
 constexpr double kTold = 0.2, kFrom = 0.8;  // share of the training, for progress
 
 double quantile(std::vector<double> values, double share) {
@@ -201,8 +204,8 @@ LumpTrust Calibrator::trust(LumpMethod method, size_t loads, size_t noise) const
   }
   trust.shape_rate = right / static_cast<double>(misfits.size());
   trust.place_stretch = std::clamp(quantile(place, kCoverage), 0.2, 30.0);
-  trust.misfit = 1.1 * quantile(misfits, 1 - false_alarms);
-  trust.rest = 1.1 * quantile(rest, 1 - false_alarms);
+  trust.misfit = 1.1 * quantile(misfits, 1 - kStrange);
+  trust.rest = 1.1 * quantile(rest, 1 - kStrange);
   return trust;
 }
 

@@ -10,7 +10,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kReach_mm = 12;  // around a bump
+constexpr double kReach_mm = 12;    // around a bump
+constexpr double kLeastOdds = 0.1;  // of a shape that is worth a search
 
 /// Whether the bump at a place is longer along y than along x.
 bool longer_along_y(const LumpReading& reading, double x_mm, double y_mm) {
@@ -57,18 +58,22 @@ LumpEstimator direct_estimator(std::shared_ptr<const LumpNetwork> network, uint3
   return [network = std::move(network), threads](const LumpReading& reading) {
     DirectInversionOptions options;
     options.model.threads = threads;
-    const LumpEstimate first = network->estimate(reading);
+    LumpEstimate first = network->estimate(reading);
     if (first.verdict == LumpVerdict::SeveralLumps || first.verdict == LumpVerdict::Saturated) return first;
     if (first.size_mm.value > 0 && first.depth_mm.value > 0) {
       LumpCase::Lump start;
-      start.shape = first.shape;
       start.diameter_mm = first.size_mm.value;
       start.depth_mm = first.depth_mm.value;
       start.stiffness_ratio = first.stiffness_ratio.value;
       start.offset_mm = {first.x_mm.value, first.y_mm.value};
-      start.along_y = (first.shape == LumpShape::Ellipsoid || first.shape == LumpShape::LyingCylinder) &&
-                      longer_along_y(reading, first.x_mm.value, first.y_mm.value);
-      options.start = start;
+      const bool along_y = longer_along_y(reading, first.x_mm.value, first.y_mm.value);
+      for (size_t s = 0; s < first.shape_probability.size(); ++s) {
+        if (first.shape_probability[s] < kLeastOdds) continue;
+        start.shape = static_cast<LumpShape>(s);
+        start.along_y =
+            along_y && (start.shape == LumpShape::Ellipsoid || start.shape == LumpShape::LyingCylinder);
+        options.starts.push_back({start, first.shape_probability[s]});
+      }
     }
     LumpEstimate estimate = invert_directly(reading, options);
     if (tells_numbers(first.verdict) && tells_numbers(estimate.verdict)) hold_against(first, estimate);

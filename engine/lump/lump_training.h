@@ -32,9 +32,9 @@ struct LumpTrainingOptions {
   uint32_t fields = 40;          ///< that a bump is a sum of
   uint32_t rounds = 1000;        ///< through the examples
   double decay = 0.15;           ///< of weights, against what only a few examples say
-  uint32_t readings = 200000;    ///< that the emulator makes for the network from readings to lumps
+  uint32_t readings = 300000;    ///< that the emulator makes for the network from readings to lumps
   uint32_t readers = 2;          ///< such networks, whose mean is used
-  uint32_t reader_hidden = 224;  ///< width of their hidden layers
+  uint32_t reader_hidden = 256;  ///< width of their hidden layers
   uint32_t reader_rounds = 24;   ///< through those readings
   uint32_t ways = 48;            ///< in which bumps differ, for their inputs
   uint32_t trials = 200;         ///< readings per noise and number of loads that intervals are calibrated on
