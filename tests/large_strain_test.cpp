@@ -249,8 +249,7 @@ TEST(PressureField, IsThePressureAtAPlaceAndNotAMeanAroundIt) {
                                 (std::abs(y) == 4 ? 0.5 : 1));
   const PressureField field(surface);
   for (int y = -2; y <= 2; ++y)
-    for (int x = -2; x <= 2; ++x)
-      EXPECT_NEAR(field.at(0.5 * x, 0.8 * y), pressure(0.5 * x, 0.8 * y), 1e-8);
+    for (int x = -2; x <= 2; ++x) EXPECT_NEAR(field.at(0.5 * x, 0.8 * y), pressure(0.5 * x, 0.8 * y), 1e-8);
 }
 
 // The derivatives of the direct inversion, against presses of changed blocks.

@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::array<uint32_t, 3> kCells = {64, 64, 32}, kCoarser = {40, 40, 20};
+constexpr std::array<uint32_t, 3> kCells = {56, 56, 28}, kCoarser = {28, 28, 14};
 constexpr double kDeepest = 0.2;  // of the thickness
 constexpr uint32_t kLoads = 4;
 

@@ -244,7 +244,8 @@ std::string describe(const PressAnswer& a) {
   bool first = true;
   for (const auto& [name, value] : estimate_rows(*a.estimate)) {
     if (name == "evidence" || name == "method") continue;
-    line += std::exchange(first, false) ? value : "; " + (name == "reason" ? "" : name + " ") + value;
+    if (!std::exchange(first, false)) line += name == "reason" ? "; " : "; " + name + " ";
+    line += value;
   }
   return line;
 }

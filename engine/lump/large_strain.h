@@ -63,10 +63,10 @@ struct LargeStrainResult {
 LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vector<PressLoad>& loads,
                                      const LargeStrainOptions& options = {});
 
-/// How a grid's errors shrink with its cells: with these powers of their size, found on 24 to 64 cells along x
-/// against cells that follow the lump's surface (engine/lump/fitted_grid.h), for five lumps of 6 to 10 mm and
-/// stiffness ratios of 5 to 15. In smooth tissue it is 2; a lump's bent border in straight cells costs the
-/// pressure some, the block's rim the force more.
+/// How a grid's errors shrink with its cells: with these powers of their size, found on 24 to 64 cells along
+/// x against cells that follow the lump's surface (engine/lump/fitted_grid.h), for five lumps of 6 to 10 mm
+/// and stiffness ratios of 5 to 15. In smooth tissue it is 2; a lump's bent border in straight cells costs
+/// the pressure some, the block's rim the force more.
 inline constexpr double kPressureOrder = 1.8;
 inline constexpr double kForceOrder = 1.5;
 /// What cells of no size would give, as a share of the difference from the coarser to the finer grid that is
