@@ -22,8 +22,9 @@ constexpr double kStands = 0.1;  // standard deviations that count as none
 constexpr double kFits = 1.2;    // chi2 of a value, of a reading that the lump explains
 constexpr double kNoGain = 0.5;  // of chi2: a quarter of a standard deviation
 constexpr double kHeaviest = 1e3;
-constexpr double kFaceDoubt =
-    0.04;                          // of the finer cells' sides: by how much elements misplace a lump's faces
+// By how much elements misplace a lump's faces, shares of the finer cells' sides; more where a box of cells
+// becomes an upright cylinder, whose edges bend them most. Found on blocks that other cells had pressed.
+constexpr double kFaceDoubt = 0.06, kUprightDoubt = 0.2;
 constexpr double kRival = 0.1;     // likelihood beside the best shape's from which on a shape counts
 constexpr double kOrderDoubt = 1;  // standard deviations of the change that order 2 would make
 constexpr double kDoubtPitch_mm = 4,
@@ -344,7 +345,8 @@ Answer invert_from(const LumpCase::Lump& start, const LumpReading& reading,
   Unknowns sd =
       (end.sd.array().square() * std::max(1.0, misfit) + (kOrderDoubt * end.by_order.array()).square())
           .sqrt();
-  const double faces_mm = kFaceDoubt * reading.block_mm[0] / options.model.cells[0];
+  const double faces_mm = (lump.shape == LumpShape::Cylinder ? kUprightDoubt : kFaceDoubt) *
+                          reading.block_mm[0] / options.model.cells[0];
   sd(kLnSize) = std::hypot(sd(kLnSize), faces_mm / lump.diameter_mm);
   sd(kLnDepth) = std::hypot(sd(kLnDepth), faces_mm / lump.depth_mm);
   estimate.size_mm = in_logarithm(lump.diameter_mm, sd(kLnSize));
