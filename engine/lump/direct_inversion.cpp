@@ -27,8 +27,8 @@ constexpr double kHeaviest = 1e3;
 constexpr double kFaceDoubt = 0.06, kUprightDoubt = 0.2;
 constexpr double kRival = 0.1;     // likelihood beside the best shape's from which on a shape counts
 constexpr double kOrderDoubt = 1;  // standard deviations of the change that order 2 would make
-constexpr double kDoubtPitch_mm = 4,
-                 kDoubtSigma_mm = 3;  // of Gaussians that the elements' errors are sums of
+// Of Gaussians that the elements' errors are sums of.
+constexpr double kDoubtPitch_mm = 4, kDoubtSigma_mm = 3;
 using Unknowns = Eigen::Matrix<double, kLumpUnknowns, 1>;
 const Unknowns kLongestStep{{0.3, 0.4, 1.0, 2.0, 2.0}};
 
