@@ -22,16 +22,24 @@ bool longer_along_y(const LumpReading& reading, double x_mm, double y_mm) {
   if (seen.empty()) return false;
   std::nth_element(seen.begin(), seen.begin() + static_cast<std::ptrdiff_t>(seen.size() / 2), seen.end());
   const auto level = double{seen[seen.size() / 2]};
+  const auto each = [&](const auto& take) {
+    for (uint32_t row = 0; row < map.height; ++row)
+      for (uint32_t column = 0; column < map.width; ++column) {
+        const double x = reading.window_mm[0] + (column - (map.width - 1) / 2.0) * map.pitch_mm[0] - x_mm;
+        const double y = reading.window_mm[1] + (row - (map.height - 1) / 2.0) * map.pitch_mm[1] - y_mm;
+        const auto value = double{map.at(column, row)};
+        if (std::isfinite(value) && x * x + y * y <= kReach_mm * kReach_mm) take(x, y, value);
+      }
+  };
+  // What stands out less than half as high as the top is the block's own as much as the lump's.
+  double top = level;
+  each([&](double, double, double value) { top = std::max(top, value); });
   double along_x = 0, along_y = 0;
-  for (uint32_t row = 0; row < map.height; ++row)
-    for (uint32_t column = 0; column < map.width; ++column) {
-      const double x = reading.window_mm[0] + (column - (map.width - 1) / 2.0) * map.pitch_mm[0] - x_mm;
-      const double y = reading.window_mm[1] + (row - (map.height - 1) / 2.0) * map.pitch_mm[1] - y_mm;
-      const double above = double{map.at(column, row)} - level;
-      if (!(above > 0) || x * x + y * y > kReach_mm * kReach_mm) continue;
-      along_x += above * x * x;
-      along_y += above * y * y;
-    }
+  each([&](double x, double y, double value) {
+    const double above = std::max(0.0, value - (level + top) / 2);
+    along_x += above * x * x;
+    along_y += above * y * y;
+  });
   return along_y > along_x;
 }
 
