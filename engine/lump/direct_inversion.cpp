@@ -8,6 +8,7 @@
 
 #include "engine/error.h"
 #include "engine/lump/profile.h"
+#include "engine/median.h"
 
 namespace palpate {
 namespace {
@@ -83,12 +84,6 @@ Eigen::MatrixXd doubt_fields(const ComparedNodes& nodes) {
     fields.row(n).head(gaussians).normalize();
   }
   return fields;
-}
-
-double median(Eigen::VectorXd values) {
-  const auto middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 class Search {
@@ -217,7 +212,8 @@ class Search {
     const std::vector<double>& force_N = reading_.force_N;
     for (Eigen::Index l = 0; l < static_cast<Eigen::Index>(force_N.size()); ++l) {
       const auto of_load = pressure_Pa.segment(l * count, count);
-      const Eigen::ArrayXd bump = of_load.array() - median(of_load);
+      const Eigen::ArrayXd bump =
+          of_load.array() - median(std::vector<double>(of_load.begin(), of_load.end()));
       const double change = force_N[static_cast<size_t>(l)] / force_N.back() - 0.5;
       by_factor.block(l * count, 0, count, fields) =
           options_.bump_share * (doubt_.array().colwise() * bump).matrix();
