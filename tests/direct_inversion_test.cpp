@@ -93,6 +93,20 @@ TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
   EXPECT_GT(estimate.size_mm.high, estimate.size_mm.value);
 }
 
+TEST(DirectInversion, StartsDoNotDisturbEachOther) {
+  const LumpReading reading = read(press(lump(), {1.5, 3}), 0.002);
+  DirectInversionOptions once = quick();
+  once.starts = {{LumpCase::Lump{}, 1}};
+  DirectInversionOptions twice = once;
+  twice.starts.push_back(once.starts[0]);
+  const LumpEstimate alone = invert_directly(reading, once), both = invert_directly(reading, twice);
+  EXPECT_EQ(alone.verdict, both.verdict);
+  EXPECT_DOUBLE_EQ(alone.size_mm.value, both.size_mm.value);
+  EXPECT_DOUBLE_EQ(alone.stiffness_ratio.high, both.stiffness_ratio.high);
+  EXPECT_DOUBLE_EQ(alone.evidence, both.evidence);
+  EXPECT_DOUBLE_EQ(both.shape_probability[0], 1);
+}
+
 TEST(DirectInversion, OneLoadAndNoiseLeaveTheStiffnessOpen) {
   const LumpEstimate estimate = invert_directly(read(press(lump(), {1}), 0.01), quick());
   EXPECT_EQ(estimate.verdict, LumpVerdict::StiffnessOpen);

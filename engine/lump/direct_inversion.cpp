@@ -137,12 +137,15 @@ class Search {
   bool suits(const State& state) const { return suit(state.cells, reading_, state.lump, options_.model); }
 
   /// chi2 of tissue alone, on which forces and modulus act as they do with a lump, nearly.
-  std::optional<double> without_lump(LumpPrediction with_lump) const {
-    const LumpPrediction tissue = predict(nodes_, std::nullopt, options_.model, false);
-    if (!tissue.converged) return std::nullopt;
-    const GridCorrection grids = grid_correction(nodes_, std::nullopt, options_.model);
-    if (!grids.converged) return std::nullopt;
-    with_lump.pressure_Pa = tissue.pressure_Pa + grids.add_Pa;
+  std::optional<double> without_lump(LumpPrediction with_lump) {
+    if (tissue_Pa_.size() == 0) {
+      const LumpPrediction tissue = predict(nodes_, std::nullopt, options_.model, false);
+      if (!tissue.converged) return std::nullopt;
+      const GridCorrection grids = grid_correction(nodes_, std::nullopt, options_.model);
+      if (!grids.converged) return std::nullopt;
+      tissue_Pa_ = tissue.pressure_Pa + grids.add_Pa;
+    }
+    with_lump.pressure_Pa = tissue_Pa_;
     return solve(with_lump, 0, false).chi2;
   }
 
@@ -227,7 +230,8 @@ class Search {
   const DirectInversionOptions& options_;
   ComparedNodes nodes_;
   Eigen::VectorXd wanted_;
-  Eigen::MatrixXd doubt_;  ///< nodes x fields
+  Eigen::MatrixXd doubt_;      ///< nodes x fields
+  Eigen::VectorXd tissue_Pa_;  ///< of tissue alone, once it was asked for
   double sigma_Pa_ = 1;
   GridCorrection correction_;
 };
@@ -301,7 +305,7 @@ struct Answer {
   double chi2 = HUGE_VAL;
 };
 
-Answer invert_from(const LumpCase::Lump& start, const LumpReading& reading,
+Answer invert_from(const LumpCase::Lump& start, Search& search, const LumpReading& reading,
                    const DirectInversionOptions& options) {
   Answer answer;
   LumpEstimate& estimate = answer.estimate;
@@ -312,7 +316,6 @@ Answer invert_from(const LumpCase::Lump& start, const LumpReading& reading,
     if (!reason.empty()) estimate.reasons.push_back(reason);
     return answer;
   };
-  Search search(reading, options);
   if (search.values() < kFewestValues)
     return done(LumpVerdict::Unusable,
                 "only " + std::to_string(search.values()) + " places were seen at every load");
@@ -381,9 +384,10 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
   const auto begin = std::chrono::steady_clock::now();
   std::vector<DirectInversionOptions::Start> starts = options.starts;
   if (starts.empty()) starts.push_back({first_guess(reading), 1});
+  Search search(reading, options);
   std::vector<Answer> answers;
   for (const DirectInversionOptions::Start& start : starts) {
-    answers.push_back(invert_from(start.lump, reading, options));
+    answers.push_back(invert_from(start.lump, search, reading, options));
     answers.back().chi2 -= 2 * std::log(std::max(start.odds, 1e-300));
   }
   // A search that did not end is no rival of one that did.

@@ -52,7 +52,7 @@ struct LumpTrust {
   std::array<double, kParameters> stretch{1, 1, 1};  ///< of intervals, so that they hold 90 % of the truths
   double place_stretch = 1;
   double evidence = 10;       ///< that one in 100 readings without a lump reaches
-  double misfit = 2;          ///< that one in 100 readings with a lump exceeds
+  double misfit = 2;          ///< that three in 100 readings with a lump exceed
   double rest = 2;            ///< the same of what no sum of the patch's fields can be
   double no_lump_misfit = 2;  ///< that one in 100 readings without a lump exceeds, of the whole window
   // For people: relative errors of the values, and how often the shape was right.
