@@ -154,7 +154,8 @@ void draw_maps(const std::vector<FigureRow>& rows, const std::string& title, con
   }
   if (count == 0) return;
   draw_both(blocks + kPalette +
-                "unset key\nset size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset tics out\n"
+                "unset key\nset size ratio -1\nset rmargin 4\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset "
+                "tics out\n"
                 "set autoscale fix\nset cbrange [" +
                 plot_number(std::max(0.0, low)) + ":" + plot_number(high) + "]\nset multiplot layout 1," +
                 std::to_string(count) + " title " + perf::gnuplot_quoted(title) + "\n" + plots +
