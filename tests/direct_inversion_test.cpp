@@ -54,8 +54,9 @@ Inclusion lump() {
 
 DirectInversionOptions quick() {
   DirectInversionOptions options;
-  options.model.cells = {24, 24, 12};
-  options.model.coarser = {12, 12, 6};
+  options.model.cells = {12, 12, 6};
+  options.model.grids = {1, 2};
+  options.model.searched = 1;
   options.model.centred = true;
   return options;
 }
@@ -67,10 +68,9 @@ bool holds(const LumpValue& interval, double truth) {
 TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
   Inclusion hard;  // 8 mm, 5 mm deep
   hard.stiffness_ratio = 10;
-  const LumpReading reading = read(press(hard, {2, 4}, 48, 32), 0.002);
-  DirectInversionOptions options = quick();
-  options.model.cells = {40, 40, 20};
-  options.model.coarser = {20, 20, 10};
+  const LumpReading reading = read(press(hard, {2, 4}, 40, 20), 0.002);
+  DirectInversionOptions options;
+  options.model.centred = true;
   LumpCase::Lump start;
   start.diameter_mm = 9;
   start.depth_mm = 4.4;
@@ -83,7 +83,7 @@ TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
                                   : LumpVerdict::Found)
       << (estimate.reasons.empty() ? "" : estimate.reasons[0]);
   EXPECT_GT(estimate.evidence, 10);
-  // The reading has errors of its own: 48 and 32 cells that do not follow the lump made it.
+  // The reading has errors of its own: 40 and 20 cells made it.
   EXPECT_NEAR(estimate.size_mm.value, 8, 0.1);
   EXPECT_NEAR(estimate.depth_mm.value, 5, 0.1);
   EXPECT_NEAR(std::log(estimate.stiffness_ratio.value / 10), 0, 0.15);
@@ -135,7 +135,7 @@ TEST(DirectInversion, WhatCannotBeReadIsUnusable) {
   std::swap(broken.force_N[0], broken.force_N[1]);
   EXPECT_THROW(invert_directly(broken, quick()), Error);
   DirectInversionOptions apart = quick();
-  apart.model.coarser = {16, 16, 8};
+  apart.model.grids = {2, 1};
   EXPECT_THROW(invert_directly(read(block, 0.002), apart), Error);
 }
 

@@ -236,6 +236,55 @@ TEST(LargeStrain, TwoGridsAreNearerThanEither) {
   EXPECT_LT(std::abs(two - truth), 0.4 * std::abs(fine - truth)) << fine << ' ' << two << ' ' << truth;
 }
 
+// Faces between the planes of straight cells are felt where the planes are, not where the faces are.
+TEST(LargeStrain, AFacesDepthIsFeltWhereverItLies) {
+  LargeStrainOptions options;
+  options.map_nodes = {17, 17};
+  options.residual = 1e-5;
+  ForwardScene scene = block(24);
+  scene.inclusion->shape = LumpShape::Cylinder;
+  scene.inclusion->size_mm = {8, 8, 8};
+  const auto peak = [&](double depth_mm, uint32_t coarser, bool follows) {
+    scene.inclusion->depth_mm = depth_mm;
+    const LargeStrainResult pressed =
+        solve_extrapolated(scene, {coarser, coarser, coarser / 2}, ways({2}), options);
+    EXPECT_EQ(pressed.follows_lump, follows);
+    return double{pressed.loads.at(0).pressure_Pa.at(8, 8)};
+  };
+  const auto unevenness = [&](uint32_t coarser, bool follows) {
+    std::vector<double> steps;
+    for (double depth_mm = 3; depth_mm < 4.6; depth_mm += 0.4)
+      steps.push_back(peak(depth_mm, coarser, follows) - peak(depth_mm + 0.4, coarser, follows));
+    double worst = 0;
+    for (size_t s = 1; s < steps.size(); ++s) worst = std::max(worst, std::abs(steps[s] / steps[s - 1] - 1));
+    return worst;
+  };
+  EXPECT_LT(unevenness(12, true), 0.25);
+  EXPECT_GT(unevenness(16, false), 0.5);
+}
+
+TEST(LargeStrain, CellsFollowOneLumpStraightOnTheTissue) {
+  const auto follows = [](const ForwardScene& scene) {
+    LargeStrainOptions options;
+    options.residual = 1e-4;
+    return solve_extrapolated(scene, {12, 12, 6}, ways({1}), options).follows_lump;
+  };
+  ForwardScene scene = block(24);
+  EXPECT_TRUE(follows(scene));
+  ForwardScene two = scene;
+  two.inclusion->offset_mm = {-8, 0};
+  two.others = {two.inclusion.value()};
+  two.others[0].offset_mm = {8, 0};
+  EXPECT_FALSE(follows(two));
+  ForwardScene padded = scene;
+  padded.pad = {{}};
+  padded.pad[0].thickness_mm = 2;
+  padded.pad[0].young_Pa = 4000;
+  EXPECT_FALSE(follows(padded));
+  scene.inclusion.reset();
+  EXPECT_FALSE(follows(scene));
+}
+
 // Nodes' forces of a pressure that is a paraboloid, each weighted by the node's shape.
 TEST(PressureField, IsThePressureAtAPlaceAndNotAMeanAroundIt) {
   PressedSurface surface{9, 9, {0.5, 0.8}, {}, {}, {}, {}};

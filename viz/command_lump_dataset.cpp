@@ -159,7 +159,8 @@ void add_lump_dataset(CLI::App& group, Common& common, Command& chosen) {
   command->add_option("--cells", o->cells, "Cells of the tissue, AxBxC (default 40x40x20)");
   command->add_option("--coarser-cells", o->coarser_cells,
                       "Cells of a second grid of the same proportions, from which and the first the limit of "
-                      "no size is taken (default 24x24x12); 0: none");
+                      "no size is taken (default 24x24x12); 0: none. Where both are multiples of a grid "
+                      "of 12 cells or more, their cells follow the lump's surface");
   command->add_option("--nodes", o->nodes, "Of the maps along x and y, whatever the cells (default 33 33)")
       ->expected(1, 2);
   command->add_option("--residual", sweep.residual, "Forces out of balance over all forces to stop at")
@@ -175,7 +176,7 @@ void add_lump_dataset(CLI::App& group, Common& common, Command& chosen) {
   add_common(
       *command, common,
       "  palpate lump dataset train.h5 --count 2000\n"
-      "  palpate lump dataset held_out.h5 --count 200 --seed 2 --cells 48x48x24 --coarser-cells 32x32x16\n"
+      "  palpate lump dataset held_out.h5 --count 200 --seed 2 --cells 72x72x36 --coarser-cells 36x36x18\n"
       "  mpirun -n 8 palpate lump dataset train.h5 --count 2000\n"
       "  mpirun --host one:16,two:16 palpate lump dataset train.h5 --count 20000\n"
       "  palpate lump info train.h5\n"

@@ -51,8 +51,9 @@ std::string sweep_text(const LumpSweep& s) {
   const auto grid = [](const std::array<uint32_t, 3>& c) { return print("%u x %u x %u", c[0], c[1], c[2]); };
   return "sweep           seed " + std::to_string(s.seed) + ", " + grid(s.cells) +
          (s.two_grids() ? " and " + grid(s.coarser_cells) : "") +
-         print(" cells, maps of %u x %u nodes, %u loads to %.3g to %.3g %% of the thickness\n", s.nodes[0],
-               s.nodes[1], s.loads, 100 * s.greatest_press.low, 100 * s.greatest_press.high) +
+         print(" cells%s, maps of %u x %u nodes, %u loads to %.3g to %.3g %% of the thickness\n",
+               s.follows_lumps() ? " that follow the lump" : "", s.nodes[0], s.nodes[1], s.loads,
+               100 * s.greatest_press.low, 100 * s.greatest_press.high) +
          "                " + shapes_of(s) +
          print("; %.3g %% without a lump, %.3g %% of the lumps in the middle\n", 100 * s.no_lump_share,
                100 * s.centred_share);

@@ -18,16 +18,17 @@ constexpr double kChance = 15.09;         // chi2 of five unknowns that chance r
 constexpr size_t kFewestValues = 60;      // of a load
 constexpr double kMostSaturated = 0.02;
 constexpr uint32_t kMostInVain = 3;
-constexpr uint32_t kMostCorrections = 3;
-constexpr double kStands = 0.1;  // standard deviations that count as none
+constexpr uint32_t kMostCorrections = 4;
+constexpr double kStands = 0.2;  // standard deviations that count as none
 constexpr double kFits = 1.2;    // chi2 of a value, of a reading that the lump explains
-constexpr double kNoGain = 0.5;  // of chi2: a quarter of a standard deviation
+constexpr double kNoGain = 0.3;  // of chi2, before the finer grids are asked again
 constexpr double kHeaviest = 1e3;
 // By how much elements misplace a lump's faces, shares of the finer cells' sides; more where a box of cells
 // becomes an upright cylinder, whose edges bend them most. Found on blocks that other cells had pressed.
-constexpr double kFaceDoubt = 0.06, kUprightDoubt = 0.2;
-constexpr double kRival = 0.1;     // likelihood beside the best shape's from which on a shape counts
-constexpr double kOrderDoubt = 1;  // standard deviations of the change that order 2 would make
+constexpr double kFaceDoubt = 0.06, kUprightDoubt = 0.1;
+constexpr double kUprightRatioDoubt = 0.06;  // of the logarithm
+constexpr double kRival = 0.1;    // likelihood beside the best shape's from which on a shape counts
+constexpr double kGridDoubt = 2;  // standard deviations of the change that fewer grids would make
 // Of Gaussians that the elements' errors are sums of.
 constexpr double kDoubtPitch_mm = 4, kDoubtSigma_mm = 3;
 using Unknowns = Eigen::Matrix<double, kLumpUnknowns, 1>;
@@ -53,12 +54,16 @@ void check(const LumpReading& reading) {
 }
 
 void check(const LumpResponseOptions& model) {
-  const auto& [fine, coarse] = std::tie(model.cells, model.coarser);
-  for (size_t c = 0; c < 3 && coarse[0] != 0; ++c)
-    if (fine[0] / coarse[0] < 2 || fine[c] != fine[0] / coarse[0] * coarse[c])
-      throw Error(Failure::Usage, "cells that are a whole multiple of the coarser ones",
-                  std::to_string(fine[c]) + " and " + std::to_string(coarse[c]) + " along a side",
-                  "40x40x20 and 20x20x10");
+  uint32_t last = 0;
+  for (const uint32_t times : model.grids) {
+    if (times <= last || times > 8)
+      throw Error(Failure::Usage, "grids of rising multiples of the cells, from 1 to 8",
+                  std::to_string(times) + " after " + std::to_string(last), "1, 2, 3");
+    last = times;
+  }
+  if (std::find(model.grids.begin(), model.grids.end(), model.searched) == model.grids.end())
+    throw Error(Failure::Usage, "a grid to search on that is one of the grids",
+                std::to_string(model.searched), "2 of 1, 2, 3");
 }
 
 /// Gaussians over the nodes, on a grid, scaled so that factors of unit variance make unit variance
@@ -152,7 +157,7 @@ class Search {
   struct Step {
     Unknowns change = Unknowns::Zero();
     Unknowns sd = Unknowns::Zero();        ///< of noise
-    Unknowns by_order = Unknowns::Zero();  ///< change if the grids' order were lower
+    Unknowns by_grids = Unknowns::Zero();  ///< change by what the grids leave open
     double chi2 = 0;                       ///< of the linear model after the step
   };
   /// The best step of the unknowns (none: of the forces and the modulus alone) from a prediction.
@@ -183,8 +188,8 @@ class Search {
     if (unknowns) {
       step.change.head(first) = found.head(first);
       const Eigen::MatrixXd covariance = normal.ldlt().solve(Eigen::MatrixXd::Identity(columns, columns));
-      step.by_order.head(first) =
-          covariance.topRows(first) * (j.transpose() * correction_.by_order_Pa) / -sigma_Pa_;
+      step.by_grids.head(first) =
+          covariance.topRows(first) * (j.transpose() * correction_.open_Pa) / -sigma_Pa_;
       step.sd.head(first) = covariance.diagonal().head(first).cwiseMax(0).cwiseSqrt();
     }
     return step;
@@ -342,12 +347,12 @@ Answer invert_from(const LumpCase::Lump& start, Search& search, const LumpReadin
   answer.chi2 = best->chi2;
   // Noise, more of it where the reading fits worse, and what the grids leave open.
   Unknowns sd =
-      (end.sd.array().square() * std::max(1.0, misfit) + (kOrderDoubt * end.by_order.array()).square())
-          .sqrt();
-  const double faces_mm = (lump.shape == LumpShape::Cylinder ? kUprightDoubt : kFaceDoubt) *
-                          reading.block_mm[0] / options.model.cells[0];
+      (end.sd.array().square() * std::max(1.0, misfit) + (kGridDoubt * end.by_grids.array()).square()).sqrt();
+  const double finest_mm = reading.block_mm[0] / (options.model.cells[0] * options.model.grids.back());
+  const double faces_mm = (lump.shape == LumpShape::Cylinder ? kUprightDoubt : kFaceDoubt) * finest_mm;
   sd(kLnSize) = std::hypot(sd(kLnSize), faces_mm / lump.diameter_mm);
   sd(kLnDepth) = std::hypot(sd(kLnDepth), faces_mm / lump.depth_mm);
+  if (lump.shape == LumpShape::Cylinder) sd(kLnRatio) = std::hypot(sd(kLnRatio), kUprightRatioDoubt);
   estimate.size_mm = in_logarithm(lump.diameter_mm, sd(kLnSize));
   estimate.depth_mm = in_logarithm(lump.depth_mm, sd(kLnDepth));
   estimate.stiffness_ratio = in_logarithm(lump.stiffness_ratio, sd(kLnRatio));

@@ -4,12 +4,15 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 
 #include "engine/error.h"
 #include "engine/lump/plate_press.h"
 
 namespace palpate {
 namespace {
+
+constexpr uint32_t kLeastCommon = 12;  // cells along x and y of the grid whose cells are chosen; half along z
 
 void check_loads(const ForwardScene& scene, const std::vector<PressLoad>& loads) {
   double last_mm = 0, last_N = 0, whole = scene.block_mm[2];
@@ -30,6 +33,23 @@ void check_loads(const ForwardScene& scene, const std::vector<PressLoad>& loads)
   }
 }
 
+/// Cells of both grids that follow the scene's inclusion alike.
+struct SharedCells {
+  LumpCells fine, coarse;
+};
+std::optional<SharedCells> shared_cells(const ForwardScene& scene, const ForwardScene& coarser,
+                                        bool quarter) {
+  const auto common = common_cells(scene.cells, coarser.cells);
+  if (!common || !scene.inclusion || !scene.others.empty() || !scene.pad.empty()) return std::nullopt;
+  ForwardScene shared = scene;
+  shared.cells = *common;
+  const LumpCells cells = lump_cells(shared);
+  const SharedCells both{cells.times(scene.cells[0] / (*common)[0]),
+                         cells.times(coarser.cells[0] / (*common)[0])};
+  if (!fit(scene, both.fine, quarter) || !fit(coarser, both.coarse, quarter)) return std::nullopt;
+  return both;
+}
+
 }  // namespace
 
 LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vector<PressLoad>& loads,
@@ -46,7 +66,14 @@ LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vecto
   const auto start = std::chrono::steady_clock::now();
   WorkTeam team(options.threads);
   LargeStrainResult result;
-  LargeStrainModel model(scene, options, team);
+  std::optional<ForwardGrid> followed;
+  if (options.lump_cells) {
+    followed = fit(scene, *options.lump_cells, options.quarter && symmetric(scene));
+    if (!followed)
+      throw Error(Failure::Usage, "cells that can follow the lump", "some that would be turned inside out",
+                  "more cells, or straight ones");
+  }
+  LargeStrainModel model(scene, options, team, std::move(followed));
   PlatePress press(scene, model, options, result);
   result.converged = true;
   for (const PressLoad& load : loads) {
@@ -56,6 +83,7 @@ LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vecto
     }
     result.loads.push_back(model.measure());
   }
+  result.follows_lump = options.lump_cells.has_value();
   result.last_press_mm = model.press_mm();
   result.last_force_N = model.force_N();
   result.bytes = model.bytes();
@@ -73,6 +101,17 @@ double extrapolation_share(uint32_t cells, uint32_t coarser, double order) {
   return 1 / (std::pow(static_cast<double>(cells) / coarser, order) - 1);
 }
 
+std::optional<std::array<uint32_t, 3>> common_cells(const std::array<uint32_t, 3>& cells,
+                                                    const std::array<uint32_t, 3>& coarser) {
+  const uint32_t times = cells[0] / std::gcd(cells[0], coarser[0]);
+  std::array<uint32_t, 3> common{};
+  for (size_t c = 0; c < 3; ++c) {
+    common[c] = cells[c] / times;
+    if (cells[c] % times != 0 || common[c] < (c < 2 ? kLeastCommon : kLeastCommon / 2)) return std::nullopt;
+  }
+  return common;
+}
+
 LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::array<uint32_t, 3>& coarser,
                                      const std::vector<PressLoad>& loads, const LargeStrainOptions& options) {
   for (size_t c = 0; c < 3; ++c)
@@ -82,15 +121,19 @@ LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::array
           Failure::Usage, "fewer cells in the same proportions",
           std::to_string(coarser[0]) + "x" + std::to_string(coarser[1]) + "x" + std::to_string(coarser[2]),
           "three quarters of each side's");
+  ForwardScene coarse_scene = scene;
+  coarse_scene.cells = coarser;
   LargeStrainOptions own = options;
   for (size_t c = 0; c < 2; ++c)
     if (own.map_nodes[c] == 0) own.map_nodes[c] = scene.cells[c] + 1;
+  const std::optional<SharedCells> shared =
+      shared_cells(scene, coarse_scene, options.quarter && symmetric(scene));
+  if (shared) own.lump_cells = shared->fine;
   LargeStrainResult fine = solve_large_strain(scene, loads, own);
-  ForwardScene coarse_scene = scene;
-  coarse_scene.cells = coarser;
+  if (shared) own.lump_cells = shared->coarse;
   const LargeStrainResult coarse = solve_large_strain(coarse_scene, loads, own);
-  const auto pressure_on =
-      static_cast<float>(extrapolation_share(scene.cells[0], coarser[0], kPressureOrder));
+  const auto pressure_on = static_cast<float>(
+      extrapolation_share(scene.cells[0], coarser[0], shared ? kFittedOrder : kPressureOrder));
   const double force_on = extrapolation_share(scene.cells[0], coarser[0], kForceOrder);
   fine.converged = fine.converged && coarse.converged;
   fine.loads.resize(std::min(fine.loads.size(), coarse.loads.size()));

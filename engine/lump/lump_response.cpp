@@ -13,8 +13,7 @@ constexpr std::array<double, kLumpUnknowns> kHalfDifference = {0.002, 0.002, 0.0
 /// A lump this near is taken to lie in the block's middle where two grids are compared: what is between them
 /// hardly changes over such a way, and a quarter of the block is enough.
 constexpr double kNearMiddle_mm = 0.3;
-constexpr double kFittedOrder = 2;   // of cells that follow the lump's surface
-constexpr double kLeastOrder = 1.8;  // what two grids leave open, about
+constexpr double kLeastOrder = 1.8;  // for what two grids leave open
 
 struct Pressing {
   LumpSweep sweep;
@@ -100,10 +99,11 @@ struct Change {
 };
 
 /// One grid's answers, and with `into` their derivatives.
-bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
-           const std::array<uint32_t, 3>& cells, const LumpResponseOptions& options, Eigen::VectorXd& values,
-           LumpPrediction* into) {
+bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump, uint32_t times,
+           const LumpResponseOptions& options, Eigen::VectorXd& values, LumpPrediction* into) {
   const LumpReading& reading = nodes.reading();
+  std::array<uint32_t, 3> cells = options.cells;
+  for (uint32_t& side : cells) side *= times;
   const Pressing pressing(reading, lump ? std::optional(lump->lump) : std::nullopt, options, cells);
   LargeStrainOptions solver;
   solver.residual = options.residual;
@@ -115,7 +115,7 @@ bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
   std::optional<ForwardGrid> grid;
   std::vector<Change> by_unknown;
   if (lump) {
-    const LumpCells own = lump->cells.times(cells[0] / options.coarsest()[0]);
+    const LumpCells own = lump->cells.times(times);
     if (!(grid = fit(scene, own, quarter))) return false;
     for (size_t p = 0; into != nullptr && p < (options.centred ? kPlaceX : kLumpUnknowns); ++p) {
       const double half = kHalfDifference[p];
@@ -160,6 +160,19 @@ bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
   return true;
 }
 
+/// Shares of grids of so many times the same cells in what cells of no size would give: the polynomial in
+/// the square of the cells' size through all of them.
+std::vector<double> at_no_size(const std::vector<uint32_t>& times) {
+  std::vector<double> share;
+  for (const uint32_t own : times) {
+    double product = 1;
+    for (const uint32_t other : times)
+      if (other != own) product *= 1 / (1 - std::pow(static_cast<double>(other) / own, 2));
+    share.push_back(product);
+  }
+  return share;
+}
+
 }  // namespace
 
 ComparedNodes::ComparedNodes(const LumpReading& reading, double rim_mm) : reading_(reading) {
@@ -197,18 +210,18 @@ Eigen::VectorXd ComparedNodes::values() const {
 
 LumpCells response_cells(const LumpReading& reading, const LumpCase::Lump& lump,
                          const LumpResponseOptions& options) {
-  return lump_cells(Pressing(reading, lump, options, options.coarsest()).scene());
+  return lump_cells(Pressing(reading, lump, options, options.cells).scene());
 }
 
 bool suit(const LumpCells& cells, const LumpReading& reading, const LumpCase::Lump& lump,
           const LumpResponseOptions& options) {
-  return suit(cells, Pressing(reading, lump, options, options.coarsest()).scene());
+  return suit(cells, Pressing(reading, lump, options, options.cells).scene());
 }
 
 LumpPrediction predict(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
                        const LumpResponseOptions& options, bool derivatives) {
   LumpPrediction prediction;
-  prediction.converged = press(nodes, lump, options.coarsest(), options, prediction.pressure_Pa,
+  prediction.converged = press(nodes, lump, options.searched, options, prediction.pressure_Pa,
                                derivatives ? &prediction : nullptr);
   return prediction;
 }
@@ -216,22 +229,30 @@ LumpPrediction predict(const ComparedNodes& nodes, const std::optional<FittedLum
 GridCorrection grid_correction(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
                                const LumpResponseOptions& options) {
   GridCorrection correction;
-  const size_t values = nodes.count() * nodes.reading().force_N.size();
-  correction.add_Pa = correction.by_order_Pa = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(values));
-  correction.converged = options.coarser[0] == 0;
-  if (correction.converged) return correction;
   std::optional<FittedLump> what = lump;
   if (what && std::hypot(what->lump.offset_mm[0], what->lump.offset_mm[1]) < kNearMiddle_mm)
     what->lump.offset_mm = {0, 0};
-  Eigen::VectorXd fine, coarse;
-  correction.converged = press(nodes, what, options.cells, options, fine, nullptr) &&
-                         press(nodes, what, options.coarser, options, coarse, nullptr);
-  if (!correction.converged) return correction;
-  fine -= coarse;
-  const double share = extrapolation_share(options.cells[0], options.coarser[0], kFittedOrder);
-  correction.add_Pa = (1 + share) * fine;
-  correction.by_order_Pa =
-      (extrapolation_share(options.cells[0], options.coarser[0], kLeastOrder) - share) * fine;
+  const std::vector<uint32_t>& grids = options.grids;
+  const std::vector<double> share = at_no_size(grids);
+  std::vector<double> open = share;
+  if (grids.size() > 2) {
+    const std::vector<double> finer = at_no_size({grids.begin() + 1, grids.end()});
+    for (size_t g = 0; g < finer.size(); ++g) open[g + 1] -= finer[g];
+  } else if (grids.size() == 2) {
+    open[1] -= 1 + extrapolation_share(grids[1], grids[0], kLeastOrder);
+    open[0] = -open[1];
+  } else {
+    open[0] = 0;
+  }
+  const size_t values = nodes.count() * nodes.reading().force_N.size();
+  correction.add_Pa = correction.open_Pa = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(values));
+  for (size_t g = 0; g < grids.size() && grids.size() > 1; ++g) {
+    Eigen::VectorXd pressure_Pa;
+    if (!press(nodes, what, grids[g], options, pressure_Pa, nullptr)) return correction;
+    correction.add_Pa += (share[g] - (grids[g] == options.searched ? 1 : 0)) * pressure_Pa;
+    correction.open_Pa += open[g] * pressure_Pa;
+  }
+  correction.converged = true;
   return correction;
 }
 

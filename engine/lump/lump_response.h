@@ -18,9 +18,12 @@ namespace palpate {
 enum LumpUnknown : uint8_t { kLnSize, kLnDepth, kLnRatio, kPlaceX, kPlaceY, kLumpUnknowns };
 
 struct LumpResponseOptions {
-  std::array<uint32_t, 3> cells = {40, 40, 20};
-  /// Extrapolated with; `cells` are a whole multiple of them. {0, 0, 0}: one grid.
-  std::array<uint32_t, 3> coarser = {20, 20, 10};
+  /// Which follow the lump is chosen on these.
+  std::array<uint32_t, 3> cells = {16, 16, 8};
+  /// Grids of so many times these cells along each side, rising. What cells of no size would give is taken
+  /// from all of them, errors as sums of even powers of the cells' size; `searched` is one of them.
+  std::vector<uint32_t> grids = {1, 2, 3};
+  uint32_t searched = 2;
   double poisson = 0.495;
   double residual = 1e-5, step_mm = 2;
   uint32_t threads = 0;
@@ -28,8 +31,6 @@ struct LumpResponseOptions {
   /// offset is (0, 0).
   bool centred = false;
   double rim_mm = 4;  ///< of the block's surface that is left out: there grids differ most
-
-  const std::array<uint32_t, 3>& coarsest() const { return coarser[0] != 0 ? coarser : cells; }
 };
 
 /// Values that a reading has within the block less its rim, load after load.
@@ -43,13 +44,13 @@ struct LumpPrediction {
   Eigen::VectorXd by_modulus;
 };
 
-/// What is between a prediction and cells of no size, by a finer grid. Zeros where there is but one grid.
+/// What is between a prediction and cells of no size, by finer grids. Zeros where there is but one grid.
 struct GridCorrection {
   bool converged = false;
   Eigen::VectorXd add_Pa;
-  /// What would have to be added more if errors shrank with the cells' power of 1.8 instead of their square:
-  /// the measure of what two grids leave open.
-  Eigen::VectorXd by_order_Pa;
+  /// What the grids leave open: how much less would be added without the coarsest of three or more; of two,
+  /// if errors shrank with the cells' power of 1.8 instead of their square.
+  Eigen::VectorXd open_Pa;
 };
 
 /// Nodes of a reading that are compared: seen, finite at every load, within the block less its rim.
@@ -68,7 +69,7 @@ class ComparedNodes {
   std::vector<size_t> nodes_;
 };
 
-/// A lump and which cells of the coarsest grid follow it. Predictions from the same cells change smoothly
+/// A lump and which of the options' cells follow it. Predictions from the same cells change smoothly
 /// with the lump.
 struct FittedLump {
   LumpCase::Lump lump;
@@ -81,13 +82,14 @@ LumpCells response_cells(const LumpReading& reading, const LumpCase::Lump& lump,
 bool suit(const LumpCells& cells, const LumpReading& reading, const LumpCase::Lump& lump,
           const LumpResponseOptions& options);
 
-/// Presses the lump's block (`lump` empty: tissue alone) to the reading's forces, on the coarsest grid.
+/// Presses the lump's block (`lump` empty: tissue alone) to the reading's forces, on the grid that is
+/// searched.
 /// `derivatives`: all of the prediction. Not converged where there is no equilibrium, or the cells cannot
 /// follow the lump. Throws as solve_large_strain().
 LumpPrediction predict(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
                        const LumpResponseOptions& options, bool derivatives);
 
-/// The same on both grids. It changes so slowly with the lump that predictions of others nearby share it.
+/// The same on all grids. It changes so slowly with the lump that predictions of others nearby share it.
 GridCorrection grid_correction(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
                                const LumpResponseOptions& options);
 

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "engine/error.h"
+#include "engine/lump/large_strain.h"
 #include "engine/lump/sobol.h"
 
 namespace palpate {
@@ -75,6 +76,10 @@ double longest(const LumpSweep& s) {
 
 const char* to_string(LumpShape shape) {
   return kShapeNames[static_cast<size_t>(shape)];
+}
+
+bool LumpSweep::follows_lumps() const {
+  return two_grids() && common_cells(cells, coarser_cells).has_value();
 }
 
 void check(const LumpSweep& s) {
@@ -215,6 +220,7 @@ std::string to_json(const LumpSweep& s) {
                                 {"loads", s.loads},
                                 {"cells", s.cells},
                                 {"coarser_cells", s.coarser_cells},
+                                {"cells_follow_lumps", s.follows_lumps()},
                                 {"nodes", s.nodes},
                                 {"residual", s.residual},
                                 {"step_mm", s.step_mm}}

@@ -48,6 +48,8 @@ struct LumpSweep {
     return {block_mm[0] / (nodes[0] - 1), block_mm[1] / (nodes[1] - 1)};
   }
   bool two_grids() const { return coarser_cells[0] != 0; }
+  /// Their cells follow each lump's surface, see solve_extrapolated(); else they are straight.
+  bool follows_lumps() const;
 };
 
 /// Throws Error(Failure::Usage) naming the first field that is out of range or makes a lump that cannot fit.

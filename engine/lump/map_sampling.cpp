@@ -5,34 +5,37 @@
 #include <limits>
 
 namespace palpate {
-namespace {
-
-struct Taps {
-  std::array<uint32_t, 4> node;
-  std::array<double, 4> weight;
-};
-
-Taps taps_at(double place_mm, double pitch_mm, uint32_t nodes) {
-  const double i = std::clamp(place_mm / pitch_mm + (nodes - 1) / 2.0, 0.0, nodes - 1.0);
+MapTaps map_taps(double place, uint32_t nodes) {
+  const double i = std::clamp(place, 0.0, nodes - 1.0);
   const uint32_t cell = std::min(static_cast<uint32_t>(i), nodes - 2);
-  Taps taps;
-  for (uint32_t k = 0; k < 4; ++k)
-    taps.node[k] =
-        static_cast<uint32_t>(std::clamp<int64_t>(int64_t{cell} + k - 1, 0, static_cast<int64_t>(nodes) - 1));
-  taps.weight = cubic_weights(i - cell);
+  const uint32_t half = std::min({3u, cell + 1, nodes - 1 - cell});
+  // Of each node: one over the product of its distances, with signs, from the others.
+  static constexpr std::array<std::array<double, 6>, 3> kShare = {
+      {{-1, 1},
+       {-1. / 6, 1. / 2, -1. / 2, 1. / 6},
+       {-1. / 120, 1. / 24, -1. / 12, 1. / 12, -1. / 24, 1. / 120}}};
+  MapTaps taps{cell + 1 - half, 2 * half, kShare[half - 1]};
+  const double from_first = i - taps.first;
+  double before = 1, after = 1;
+  for (uint32_t k = 0; k < taps.count; ++k) {
+    const uint32_t last = taps.count - 1 - k;
+    taps.weight[k] *= before;
+    taps.weight[last] *= after;
+    before *= from_first - k;
+    after *= from_first - last;
+  }
   return taps;
 }
 
-}  // namespace
-
 double map_at(const ForwardMap& map, double x_mm, double y_mm) {
-  const Taps x = taps_at(x_mm, map.pitch_mm[0], map.width), y = taps_at(y_mm, map.pitch_mm[1], map.height);
+  const MapTaps x = map_taps(x_mm / map.pitch_mm[0] + (map.width - 1) / 2.0, map.width),
+                y = map_taps(y_mm / map.pitch_mm[1] + (map.height - 1) / 2.0, map.height);
   double sum = 0;
-  for (size_t j = 0; j < 4; ++j) {
+  for (uint32_t j = 0; j < y.count; ++j) {
     if (y.weight[j] == 0) continue;
     double row = 0;
-    for (size_t i = 0; i < 4; ++i)
-      if (x.weight[i] != 0) row += x.weight[i] * static_cast<double>(map.at(x.node[i], y.node[j]));
+    for (uint32_t i = 0; i < x.count; ++i)
+      if (x.weight[i] != 0) row += x.weight[i] * static_cast<double>(map.at(x.first + i, y.first + j));
     sum += y.weight[j] * row;
   }
   return sum;

@@ -15,9 +15,17 @@ inline std::array<double, 4> cubic_weights(double t) {
           0.5 * t * t * (t - 1)};
 }
 
-/// The map at a place from its middle, mm; places beyond the outer nodes have the value of the border, and
-/// the outermost cells take the border's node twice. NaN where a node that counts is NaN. 4 x 4 nodes or
-/// more.
+/// Nodes around a place along one side and their weights: Lagrange's polynomial through three on either side;
+/// two next to the border's cells, in which it is a straight line.
+struct MapTaps {
+  uint32_t first = 0, count = 0;
+  std::array<double, 6> weight{};
+};
+/// `place` in nodes from the first one, held within them. Two nodes or more.
+MapTaps map_taps(double place, uint32_t nodes);
+
+/// The map at a place from its middle, mm; places beyond the outer nodes have the value of the border. NaN
+/// where a node that counts is NaN.
 double map_at(const ForwardMap& map, double x_mm, double y_mm);
 
 /// Nodes `pitch_mm` apart, one of them in the middle of `window_mm` around `center_mm` (from the map's

@@ -12,38 +12,22 @@ namespace {
 /// A place on the surface at rest, in nodes from its corner, and how to take values there.
 class Place {
  public:
-  Place(const PressedSurface& surface, double x, double y) : width_(surface.width) {
-    set(x, surface.width, column_, along_x_);
-    set(y, surface.height, row_, along_y_);
-  }
+  Place(const PressedSurface& surface, double x, double y)
+      : width_(surface.width), x_(map_taps(x, surface.width)), y_(map_taps(y, surface.height)) {}
   double value(const std::vector<double>& of) const {
     double sum = 0;
-    for (size_t r = 0; r < 4; ++r)
-      for (size_t c = 0; c < 4; ++c) sum += along_y_[r] * along_x_[c] * of[row_[r] * width_ + column_[c]];
+    for (uint32_t r = 0; r < y_.count; ++r) {
+      const double* const row = of.data() + (size_t{y_.first} + r) * width_ + x_.first;
+      double along = 0;
+      for (uint32_t c = 0; c < x_.count; ++c) along += x_.weight[c] * row[c];
+      sum += y_.weight[r] * along;
+    }
     return sum;
   }
 
  private:
-  static void set(double at, uint32_t count, std::array<size_t, 4>& node, std::array<double, 4>& share) {
-    const double inside = std::clamp(at, 0.0, count - 1.0);
-    const double cell = std::min(std::floor(inside), count - 2.0);
-    share = cubic_weights(inside - cell);
-    const auto first = static_cast<long>(cell);
-    for (long n = 0; n < 4; ++n)
-      node[static_cast<size_t>(n)] = static_cast<size_t>(std::clamp(first - 1 + n, 0L, count - 1L));
-    // Beyond the rim a node is where a line through the outer two would be.
-    if (first == 0) extend(share[0], share[1], share[2]);
-    if (first == count - 2L) extend(share[3], share[2], share[1]);
-  }
-  static void extend(double& beyond, double& rim, double& inner) {
-    rim += 2 * beyond;
-    inner -= beyond;
-    beyond = 0;
-  }
-
   size_t width_;
-  std::array<size_t, 4> column_{}, row_{};
-  std::array<double, 4> along_x_{}, along_y_{};
+  MapTaps x_, y_;
 };
 
 /// What each node carries of the deformed area, mm^2.
