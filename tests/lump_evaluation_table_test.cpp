@@ -87,5 +87,42 @@ TEST(LumpEvaluationTable, RowsAreOfTheirSettings) {
   }
 }
 
+TEST(LumpEvaluation, SomeOfTheBlocksAreJudgedAsAmongAll) {
+  LumpEvaluationJob job;
+  job.sensor.size_px = {64, 48};
+  job.estimator = [](const LumpReading& reading) {
+    LumpEstimate e;
+    e.size_mm.value = double{reading.pressure_Pa.back().values.front()};  // noise: of its seed
+    return e;
+  };
+  const std::vector<LumpExample> examples(7, example(true));
+  const std::vector<LumpJudged> all = judge_lumps(examples, job);
+  ASSERT_EQ(all.size(), 7u);
+  EXPECT_NE(all[1].estimate.size_mm.value, all[4].estimate.size_mm.value);
+  job.first = 1;
+  job.every = 3;
+  EXPECT_EQ(count_judged(examples.size(), job), 2u);
+  const std::vector<LumpJudged> some = judge_lumps(examples, job);
+  ASSERT_EQ(some.size(), 2u);
+  EXPECT_EQ(some[1].number, 4u);
+  EXPECT_EQ(some[0].estimate.size_mm.value, all[1].estimate.size_mm.value);
+  EXPECT_EQ(some[1].estimate.size_mm.value, all[4].estimate.size_mm.value);
+  job.first = 7;
+  EXPECT_EQ(count_judged(examples.size(), job), 0u);
+  EXPECT_TRUE(judge_lumps(examples, job).empty());
+}
+
+TEST(LumpEvaluation, WhatWasJudgedBeforeAStopIsKept) {
+  LumpEvaluationJob job;
+  job.sensor.size_px = {64, 48};
+  job.estimator = [](const LumpReading&) { return LumpEstimate{}; };
+  job.progress = [](size_t done) { return done < 2; };
+  const std::vector<LumpExample> examples(5, example(true));
+  const std::vector<LumpJudged> judged = judge_lumps(examples, job);
+  ASSERT_EQ(judged.size(), 2u);
+  EXPECT_EQ(judged[1].number, 1u);
+  EXPECT_THROW(scores_over(LumpScoreOver::Loads, examples, job), Stopped);
+}
+
 }  // namespace
 }  // namespace palpate

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <map>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "capture/output_file.h"
@@ -47,22 +48,34 @@ Report run(const Common& common, Options& o) {
                     std::make_move_iterator(more.end()));
   }
   o.job.seed = common.seed;
+  const size_t readings = count_judged(examples.size(), o.job);
+  if (readings == 0)
+    throw Error(Failure::Usage, "a first block below " + std::to_string(examples.size()),
+                "--first " + std::to_string(o.job.first), "--first 0");
   std::mutex guard;
-  ProgressBar bar(common, "readings", examples.size() * (o.over ? rows_of(*o.over) : 1));
+  ProgressBar bar(common, "readings", readings * (o.over ? rows_of(*o.over) : 1));
   o.job.progress = [&](size_t done) {
     const std::scoped_lock lock(guard);
     bar.update(done);
     return !interrupted();
   };
-  std::vector<LumpJudged> judged;
-  try {
-    if (o.over) return table_report(common, scores_over(*o.over, examples, o.job));
-    judged = judge_lumps(examples, o.job);
-  } catch (const Stopped&) {
-    return {"interrupted", R"({"complete": false})", kInterrupted};
-  }
+  if (o.over) try {
+      return table_report(common, scores_over(*o.over, examples, o.job));
+    } catch (const Stopped&) {
+      return {"interrupted", R"({"complete": false})", kInterrupted};
+    }
+  const std::vector<LumpJudged> judged = judge_lumps(examples, o.job);
+  const bool complete = judged.size() == readings;
+  if (judged.empty()) return {"interrupted", R"({"complete": false})", kInterrupted};
   const LumpScore score = score_of(judged);
-  Report report{score_text(score), score_json(score, o.method, o.job)};
+  nlohmann::ordered_json json = nlohmann::ordered_json::parse(score_json(score, o.method, o.job));
+  json["complete"] = complete;
+  Report report{score_text(score), json.dump()};
+  if (!complete) {
+    report.text = "interrupted after " + std::to_string(judged.size()) + " of " + std::to_string(readings) +
+                  " readings: of those\n" + report.text;
+    report.exit_code = kInterrupted;
+  }
   if (!common.out.empty()) report.text += "wrote " + write_score(score, judged, common.out.string()) + "\n";
   return report;
 }
@@ -120,6 +133,11 @@ void add_lump_evaluate(CLI::App& group, Common& common, Command& chosen) {
       ->transform(one_of(kOver));
   command->add_option("--count", o->count, "Cases of each data set, from the first; 0: all")
       ->capture_default_str();
+  command->add_option("--first", o->job.first, "The first case that is read, of all data sets together")
+      ->capture_default_str();
+  command->add_option("--every", o->job.every, "Each so many cases one is read")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000000));
   command->add_option("--threads", o->job.threads, "More than one makes the times untrue")
       ->capture_default_str()
       ->check(CLI::Range(1, 256));
@@ -127,6 +145,7 @@ void add_lump_evaluate(CLI::App& group, Common& common, Command& chosen) {
   add_common(*command, common,
              "  palpate lump evaluate held_out.h5 --out out/lump\n"
              "  palpate lump evaluate held_out.h5 --noise 0.05 --loads 1\n"
+             "  palpate lump evaluate held_out.h5 --method direct --every 10 --out out/direct\n"
              "  palpate lump evaluate held_out.h5 no_lump.h5 --over noise --threads 2 --out out/noise\n"
              "  palpate lump evaluate held_out.h5 --network my.lump --modulus-error 0.3 --json\n");
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
 #include "engine/lump/lump_sweep.h"
@@ -58,12 +59,17 @@ std::array<LumpValue, 3> values_of(const LumpEstimate& e) {
   return {e.size_mm, e.depth_mm, e.stiffness_ratio};
 }
 
+size_t count_judged(size_t examples, const LumpEvaluationJob& job) {
+  return job.first < examples ? (examples - job.first - 1) / job.every + 1 : 0;
+}
+
 std::vector<LumpJudged> judge_lumps(const std::vector<LumpExample>& examples, const LumpEvaluationJob& job) {
-  std::vector<LumpJudged> judged(examples.size());
+  std::vector<std::optional<LumpJudged>> found(count_judged(examples.size(), job));
   std::atomic<size_t> next = 0, done = 0;
   std::atomic<bool> stop = false;
   const auto serve = [&] {
-    for (size_t i = next++; i < examples.size() && !stop; i = next++) {
+    for (size_t n = next++; n < found.size() && !stop; n = next++) {
+      const size_t i = job.first + n * job.every;
       const LumpExample& e = examples[i];
       std::vector<ForwardMap> maps;
       std::vector<double> forces;
@@ -79,10 +85,9 @@ std::vector<LumpJudged> judge_lumps(const std::vector<LumpExample>& examples, co
       // A gauge's error must not turn the order of near loads.
       for (size_t k = 1; k < count; ++k)
         reading.force_N[k] = std::max(reading.force_N[k], 1.0001 * reading.force_N[k - 1]);
-      judged[i].estimate = job.estimator(reading);
-      judged[i].saturated_share = reading.saturated_share;
-      judged[i].truth = e;
-      judged[i].truth.pressure_Pa.clear();
+      LumpJudged judged{i, e, job.estimator(reading), reading.saturated_share};
+      judged.truth.pressure_Pa.clear();
+      found[n] = std::move(judged);
       if (job.progress && !job.progress(++done)) stop = true;
     }
   };
@@ -90,7 +95,9 @@ std::vector<LumpJudged> judge_lumps(const std::vector<LumpExample>& examples, co
   for (uint32_t t = 1; t < job.threads; ++t) team.emplace_back(serve);
   serve();
   team.clear();
-  if (stop) throw Stopped();
+  std::vector<LumpJudged> judged;
+  for (std::optional<LumpJudged>& one : found)
+    if (one) judged.push_back(std::move(*one));
   return judged;
 }
 

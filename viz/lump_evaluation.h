@@ -16,14 +16,16 @@ namespace palpate {
 struct LumpEvaluationJob {
   LumpEstimator estimator;
   PalpationSensor sensor;
-  uint32_t loads = 0;        ///< the highest so many of each example, evenly; 0: all
-  double modulus_error = 0;  ///< share by which the tissue's modulus is told wrong
+  uint32_t loads = 0;           ///< the highest so many of each example, evenly; 0: all
+  double modulus_error = 0;     ///< share by which the tissue's modulus is told wrong
+  size_t first = 0, every = 1;  ///< of the examples: that one, and each so many after it
   uint64_t seed = 1;
   uint32_t threads = 1;
   std::function<bool(size_t done)> progress = {};  ///< from any thread; false: stop
 };
 
 struct LumpJudged {
+  size_t number = 0;  ///< of the example among all
   LumpExample truth;  ///< without its maps
   LumpEstimate estimate;
   double saturated_share = 0;  ///< of the reading
@@ -58,7 +60,10 @@ struct LumpScore {
 std::array<double, 3> truth_of(const LumpExample& example);
 std::array<LumpValue, 3> values_of(const LumpEstimate& estimate);
 
-/// Estimates each example as the sensor reads it; in their order. Deterministic by seed.
+size_t count_judged(size_t examples, const LumpEvaluationJob& job);
+/// Estimates each of the job's examples as the sensor reads it; in their order. Deterministic by seed, and
+/// the same for an example whatever others are judged. Fewer than count_judged() where progress() said stop:
+/// those that were done.
 std::vector<LumpJudged> judge_lumps(const std::vector<LumpExample>& examples, const LumpEvaluationJob& job);
 LumpScore score_of(const std::vector<LumpJudged>& judged);
 

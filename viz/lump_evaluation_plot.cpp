@@ -21,7 +21,8 @@ constexpr std::array<Axis, 3> kAxes = {Axis{"size", "size, mm", false}, Axis{"de
 
 std::string table(const std::vector<LumpJudged>& judged) {
   std::string csv =
-      "lump,shape,size_mm,depth_mm,stiffness_ratio,x_mm,y_mm,thickness_mm,young_Pa,verdict,evidence,size_"
+      "block,lump,shape,size_mm,depth_mm,stiffness_ratio,x_mm,y_mm,thickness_mm,young_Pa,verdict,evidence,"
+      "size_"
       "estimate_mm,size_low_mm,"
       "size_high_mm,depth_estimate_mm,depth_low_mm,depth_high_mm,ratio_estimate,ratio_low,ratio_high,x_"
       "estimate_mm,y_estimate_mm,"
@@ -32,6 +33,7 @@ std::string table(const std::vector<LumpJudged>& judged) {
     };
     const bool lump = j.truth.lump;
     const LumpEstimate& e = j.estimate;
+    csv += std::to_string(j.number) + ",";
     csv += lump ? std::string("1,") + to_string(j.truth.shape) + "," : "0,,";
     for (const double v : truth_of(j.truth)) cell(v, lump);
     for (const double offset : j.truth.offset_mm) cell(offset, lump);

@@ -90,9 +90,10 @@ std::vector<LumpScoreRow> scores_over(LumpScoreOver what, const std::vector<Lump
     one.sensor.noise_share = setting.noise_share;
     one.sensor.exposure = setting.exposure;
     one.loads = setting.loads;
-    const size_t before = rows.size() * examples.size();
+    const size_t each = count_judged(examples.size(), job), before = rows.size() * each;
     if (job.progress) one.progress = [&](size_t done) { return job.progress(before + done); };
     const std::vector<LumpJudged> judged = judge_lumps(examples, one);
+    if (judged.size() < each) throw Stopped();
     rows.push_back(
         {setting.noise_share, setting.exposure, setting.loads, median_saturated(judged), score_of(judged)});
   }

@@ -22,7 +22,8 @@ struct LumpScoreRow {
   LumpScore score;
 };
 
-/// Judges all examples once a row; `job`'s own numbers hold for what is not changed. As judge_lumps().
+/// Judges the job's examples once a row; its own numbers hold for what is not changed. Throws Stopped where
+/// progress() said stop.
 std::vector<LumpScoreRow> scores_over(LumpScoreOver what, const std::vector<LumpExample>& examples,
                                       const LumpEvaluationJob& job);
 /// How many times `job.progress` will be told of one.
