@@ -57,8 +57,7 @@ std::shared_ptr<const LargeStrainResult> solved(const TissueOptions& o) {
   if (result) return result;
   std::vector<PressLoad> loads;
   for (const double share : {0.1, 0.25, 0.5, 0.75, 1.0}) loads.push_back({{}, share * o.force_N});
-  const std::array<uint32_t, 3>& cells = o.scene.cells;
-  LargeStrainResult found = solve_extrapolated(o.scene, {cells[0] / 2, cells[1] / 2, cells[2] / 2}, loads);
+  LargeStrainResult found = solve_extrapolated(o.scene, loads);
   if (!found.converged)
     throw Error(Failure::Input,
                 "a synthetic block that can be pressed with " + std::to_string(o.force_N) + " N",

@@ -105,8 +105,7 @@ std::vector<ScanPress> simulated(const Common& common, const Options& o, ScanRep
   solver.stop = interrupted;
   std::vector<ScanPress> presses =
       simulate_scan(plan, [&](const ForwardScene& scene, const std::vector<PressLoad>& loads) {
-        const std::array<uint32_t, 3>& cells = scene.cells;
-        return solve_extrapolated(scene, {cells[0] / 2, cells[1] / 2, cells[2] / 2}, loads, solver);
+        return solve_extrapolated(scene, loads, solver);
       });
   for (const uint32_t press : o.leave_out)
     if (press < 1 || press > presses.size())

@@ -161,4 +161,10 @@ LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::array
   return fine;
 }
 
+LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::vector<PressLoad>& loads,
+                                     const LargeStrainOptions& options) {
+  return solve_extrapolated(scene, {scene.cells[0] / 2, scene.cells[1] / 2, scene.cells[2] / 2}, loads,
+                            options);
+}
+
 }  // namespace palpate

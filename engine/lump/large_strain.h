@@ -94,5 +94,8 @@ std::optional<std::array<uint32_t, 3>> common_cells(const std::array<uint32_t, 3
 LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::array<uint32_t, 3>& coarser,
                                      const std::vector<PressLoad>& loads,
                                      const LargeStrainOptions& options = {});
+/// On the scene's cells, an even number along each side, and half as many.
+LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::vector<PressLoad>& loads,
+                                     const LargeStrainOptions& options = {});
 
 }  // namespace palpate

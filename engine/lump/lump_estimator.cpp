@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/lump/direct_inversion.h"
+#include "engine/median.h"
 
 namespace palpate {
 namespace {
@@ -20,8 +21,7 @@ bool longer_along_y(const LumpReading& reading, double x_mm, double y_mm) {
   std::copy_if(map.values.begin(), map.values.end(), std::back_inserter(seen),
                [](float p) { return std::isfinite(p); });
   if (seen.empty()) return false;
-  std::nth_element(seen.begin(), seen.begin() + static_cast<std::ptrdiff_t>(seen.size() / 2), seen.end());
-  const auto level = double{seen[seen.size() / 2]};
+  const auto level = double{median(std::move(seen))};
   const auto each = [&](const auto& take) {
     for (uint32_t row = 0; row < map.height; ++row)
       for (uint32_t column = 0; column < map.width; ++column) {
