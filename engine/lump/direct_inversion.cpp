@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <tuple>
 
 #include "engine/error.h"
 #include "engine/lump/profile.h"

@@ -19,7 +19,7 @@ constexpr double kCorrectionShare = 0.01;   // of the forces out of balance, lef
 // does not mend.
 constexpr double kPreconditionedPoisson = 0.4;
 constexpr Smoothing kQuick = {4, 6};
-constexpr double kChangeShare = 3e-4;  // the same of a derivative
+constexpr double kChangeShare = 5e-5;  // the same of a derivative
 
 const ForwardScene& allowed(const ForwardScene& scene) {
   ForwardScene any_load = scene;
