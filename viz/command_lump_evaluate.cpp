@@ -59,18 +59,21 @@ Report run(const Common& common, Options& o) {
     bar.update(done);
     return !interrupted();
   };
-  if (o.over) try {
+  const Report nothing{"interrupted", R"({"complete": false})", kInterrupted};
+  if (o.over) {
+    try {
       return table_report(common, scores_over(*o.over, examples, o.job));
     } catch (const Stopped&) {
-      return {"interrupted", R"({"complete": false})", kInterrupted};
+      return nothing;
     }
+  }
   const std::vector<LumpJudged> judged = judge_lumps(examples, o.job);
+  if (judged.empty()) return nothing;
   const bool complete = judged.size() == readings;
-  if (judged.empty()) return {"interrupted", R"({"complete": false})", kInterrupted};
   const LumpScore score = score_of(judged);
-  nlohmann::ordered_json json = nlohmann::ordered_json::parse(score_json(score, o.method, o.job));
+  nlohmann::ordered_json json = score_json(score, o.method, o.job);
   json["complete"] = complete;
-  Report report{score_text(score), json.dump()};
+  Report report{score_text(score), json.dump(2)};
   if (!complete) {
     report.text = "interrupted after " + std::to_string(judged.size()) + " of " + std::to_string(readings) +
                   " readings: of those\n" + report.text;

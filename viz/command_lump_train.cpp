@@ -115,7 +115,7 @@ Report run(const Common& common, Options& o) {
     job.seed = common.seed;
     const LumpScore score = score_of(judge_lumps(lump_examples(read_lump_file(o.validate)), job));
     out.text += "\n" + o.validate + " through a synthetic sensor, 1 % noise:\n" + score_text(score);
-    json["validation"] = nlohmann::ordered_json::parse(score_json(score, "network", job));
+    json["validation"] = score_json(score, "network", job);
   }
   out.json = json.dump(2);
   return out;

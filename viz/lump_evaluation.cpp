@@ -202,7 +202,8 @@ std::string score_text(const LumpScore& s) {
   return text + "\n";
 }
 
-std::string score_json(const LumpScore& s, const std::string& method, const LumpEvaluationJob& job) {
+nlohmann::ordered_json score_json(const LumpScore& s, const std::string& method,
+                                  const LumpEvaluationJob& job) {
   using Json = nlohmann::ordered_json;
   const auto number = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
   const auto three = [&number](const std::array<double, 3>& v) {
@@ -213,6 +214,8 @@ std::string score_json(const LumpScore& s, const std::string& method, const Lump
             {"gauge_share", job.sensor.gauge_share},
             {"loads", job.loads},
             {"modulus_error", job.modulus_error},
+            {"first", job.first},
+            {"every", job.every},
             {"seed", job.seed},
             {"lumps", s.lumps},
             {"without_lump", s.plain},
@@ -240,7 +243,7 @@ std::string score_json(const LumpScore& s, const std::string& method, const Lump
     json["verdicts"][to_string(static_cast<LumpVerdict>(v))] = {{"lump", s.verdicts[v]},
                                                                 {"none", s.plain_verdicts[v]}};
   json["roc"] = s.roc;
-  return json.dump(2);
+  return json;
 }
 
 }  // namespace palpate

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -68,7 +69,8 @@ std::vector<LumpJudged> judge_lumps(const std::vector<LumpExample>& examples, co
 LumpScore score_of(const std::vector<LumpJudged>& judged);
 
 std::string score_text(const LumpScore& score);
-std::string score_json(const LumpScore& score, const std::string& method, const LumpEvaluationJob& job);
+nlohmann::ordered_json score_json(const LumpScore& score, const std::string& method,
+                                  const LumpEvaluationJob& job);
 /// lump_evaluation.csv, estimates.{png,svg}, quality.{png,svg}; their names for people.
 std::string write_score(const LumpScore& score, const std::vector<LumpJudged>& judged,
                         const std::string& folder);

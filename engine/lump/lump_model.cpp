@@ -1,10 +1,9 @@
 #include "engine/lump/lump_model.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
-
-#include "engine/lump/map_sampling.h"
 
 namespace palpate {
 namespace {
@@ -13,6 +12,13 @@ struct Taps {
   std::array<Eigen::Index, 4> node;
   std::array<double, 4> weight;
 };
+
+/// The weights of four neighbours of a place between the middle two, `t` in [0, 1] from the second on
+/// (Catmull and Rom): exact for squares, and without the blur of straight lines between nodes.
+std::array<double, 4> cubic_weights(double t) {
+  return {0.5 * t * (-1 + t * (2 - t)), 0.5 * (2 + t * t * (-5 + 3 * t)), 0.5 * t * (1 + t * (4 - 3 * t)),
+          0.5 * t * t * (t - 1)};
+}
 
 /// Of a place in nodes from the first; `mirrored`: the first node is a plane of symmetry.
 Taps taps_at(double place, uint32_t nodes, bool mirrored) {

@@ -5,6 +5,7 @@
 
 #include "engine/lump/lump_training_parts.h"
 #include "engine/lump/lump_view.h"
+#include "engine/median.h"
 
 namespace palpate {
 namespace {
@@ -104,8 +105,7 @@ void judge_members(LumpModel& model, const LumpExamples& all, const std::vector<
                    LumpTrainingReport& report) {
   std::vector<double> sizes;
   for (const Seen& s : seen) sizes.push_back(s.whole.rightCols(1).norm());
-  std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2), sizes.end());
-  const double faint = 0.2 * sizes[sizes.size() / 2];
+  const double faint = 0.2 * median(std::move(sizes));
   const auto area = static_cast<double>(model.patch.fields.cols());
   const auto of_peak = [area](const Seen& s, const MatrixXd& error) {
     return error.rightCols(1).squaredNorm() / (s.peak * s.peak * area);

@@ -8,13 +8,6 @@
 
 namespace palpate {
 
-/// The weights of four neighbours of a place between the middle two, `t` in [0, 1] from the second on
-/// (Catmull and Rom): exact for squares, and without the blur of straight lines between nodes.
-inline std::array<double, 4> cubic_weights(double t) {
-  return {0.5 * t * (-1 + t * (2 - t)), 0.5 * (2 + t * t * (-5 + 3 * t)), 0.5 * t * (1 + t * (4 - 3 * t)),
-          0.5 * t * t * (t - 1)};
-}
-
 /// Nodes around a place along one side and their weights: Lagrange's polynomial through three on either side;
 /// two next to the border's cells, in which it is a straight line.
 struct MapTaps {
