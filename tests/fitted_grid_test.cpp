@@ -91,6 +91,24 @@ TEST(FittedGrid, AQuarterIsAQuarterOfTheWhole) {
       }
 }
 
+TEST(FittedGrid, ALumpInTheMiddleHasCellsInTheMiddleHoweverLong) {
+  for (double length = 2; length < 39; length += 0.3) {
+    ForwardScene scene = scene_with(LumpShape::LyingCylinder);
+    scene.inclusion->size_mm = {length, 6, 6};
+    const LumpCells cells = lump_cells(scene);
+    EXPECT_TRUE(cells.in_middle(scene.cells)) << length;
+    EXPECT_TRUE(fit(scene, cells, true)) << length;
+  }
+}
+
+TEST(FittedGrid, CellsBesideTheMiddleHaveNoQuarter) {
+  const ForwardScene scene = scene_with(LumpShape::Sphere);
+  LumpCells cells = lump_cells(scene);
+  ++cells.last[0];
+  EXPECT_TRUE(fit(scene, cells, false));
+  EXPECT_FALSE(fit(scene, cells, true));
+}
+
 TEST(FittedGrid, CellsSuitLumpsLikeTheirsAndNoOthers) {
   ForwardScene scene = scene_with(LumpShape::Sphere, {1, 2});
   const LumpCells cells = lump_cells(scene);

@@ -166,6 +166,10 @@ LumpCells LumpCells::times(uint32_t finer) const {
   return more;
 }
 
+bool LumpCells::in_middle(const std::array<uint32_t, 3>& of) const {
+  return first[0] + last[0] == of[0] && first[1] + last[1] == of[1];
+}
+
 LumpCells lump_cells(const ForwardScene& scene) {
   LumpCells cells;
   const auto box = best_box(scene);
@@ -175,7 +179,7 @@ LumpCells lump_cells(const ForwardScene& scene) {
         c < 2 && scene.cells[c] % 2 == 0 && std::abs(low + high - scene.cells[c]) <= 2 * kMiddle;
     const auto all = static_cast<long>(scene.cells[c]);
     long count = middle ? 2 * std::lround((high - low) / 2) : std::lround(high - low);
-    count = std::clamp(count, 2L, all - kAbove - 1);
+    count = std::clamp(count, 2L, all - 1 - (c < 2 ? 1 : kAbove));
     const long first =
         middle ? (all - count) / 2 : std::lround((low + high - static_cast<double>(count)) / 2);
     cells.first[c] = static_cast<uint32_t>(std::clamp(first, c < 2 ? 1L : kAbove, all - 1 - count));
@@ -195,6 +199,7 @@ bool suit(const LumpCells& cells, const ForwardScene& scene) {
 }
 
 std::optional<ForwardGrid> fit(const ForwardScene& scene, const LumpCells& cells, bool quarter) {
+  if (quarter && !cells.in_middle(scene.cells)) return std::nullopt;
   ForwardScene tissue = scene;
   tissue.inclusion.reset();
   ForwardGrid grid = voxelise(tissue, quarter);

@@ -14,6 +14,8 @@ struct LumpCells {
   std::array<uint32_t, 3> first{}, last{};
 
   LumpCells times(uint32_t finer) const;
+  /// Whether a quarter of so many cells tells the whole.
+  bool in_middle(const std::array<uint32_t, 3>& of) const;
   bool operator==(const LumpCells&) const = default;
 };
 
@@ -26,8 +28,8 @@ bool suit(const LumpCells& cells, const ForwardScene& scene);
 
 /// The scene with its inclusion in these cells: their outer faces lie on the inclusion's surface, scaled so
 /// that they enclose its volume; what lies beyond gives way, and the block's faces keep an even grid. For a
-/// scene without pad and without other inclusions. `quarter` as voxelise(). None where a cell would be
-/// turned inside out.
+/// scene without pad and without other inclusions. `quarter` as voxelise(), of cells in the block's
+/// middle alone. None where a cell would be turned inside out, or a quarter does not tell the whole.
 std::optional<ForwardGrid> fit(const ForwardScene& scene, const LumpCells& cells, bool quarter);
 
 }  // namespace palpate

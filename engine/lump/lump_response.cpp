@@ -109,9 +109,10 @@ bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump, ui
   solver.residual = options.residual;
   solver.step_mm = options.step_mm;
   solver.threads = options.threads;
-  solver.quarter = into == nullptr || options.centred;
   const ForwardScene scene = pressing.scene();
-  const bool quarter = solver.quarter && symmetric(scene);
+  const bool quarter = (into == nullptr || options.centred) && symmetric(scene) &&
+                       (!lump || lump->cells.times(times).in_middle(scene.cells));
+  solver.quarter = quarter;
   std::optional<ForwardGrid> grid;
   std::vector<Change> by_unknown;
   if (lump) {
@@ -230,7 +231,9 @@ GridCorrection grid_correction(const ComparedNodes& nodes, const std::optional<F
                                const LumpResponseOptions& options) {
   GridCorrection correction;
   std::optional<FittedLump> what = lump;
-  if (what && std::hypot(what->lump.offset_mm[0], what->lump.offset_mm[1]) < kNearMiddle_mm)
+  if (what &&
+      what->cells.in_middle(Pressing(nodes.reading(), what->lump, options, options.cells).scene().cells) &&
+      std::hypot(what->lump.offset_mm[0], what->lump.offset_mm[1]) < kNearMiddle_mm)
     what->lump.offset_mm = {0, 0};
   const std::vector<uint32_t>& grids = options.grids;
   const std::vector<double> share = at_no_size(grids);
