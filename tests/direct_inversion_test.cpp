@@ -96,7 +96,11 @@ TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
 TEST(DirectInversion, StartsDoNotDisturbEachOther) {
   const LumpReading reading = read(press(lump(), {1.5, 3}), 0.002);
   DirectInversionOptions once = quick();
-  once.starts = {{LumpCase::Lump{}, 1}};
+  LumpCase::Lump start;
+  start.diameter_mm = 9;
+  start.depth_mm = 4.4;
+  start.stiffness_ratio = 7;
+  once.starts = {{start, 1}};
   DirectInversionOptions twice = once;
   twice.starts.push_back(once.starts[0]);
   const LumpEstimate alone = invert_directly(reading, once), both = invert_directly(reading, twice);
@@ -112,6 +116,31 @@ TEST(DirectInversion, OneLoadAndNoiseLeaveTheStiffnessOpen) {
   EXPECT_EQ(estimate.verdict, LumpVerdict::StiffnessOpen);
   EXPECT_GT(estimate.stiffness_ratio.high, 4 * estimate.stiffness_ratio.low);
   ASSERT_FALSE(estimate.reasons.empty());
+}
+
+// Above a ratio of ten hardly anything changes, below three much does: the curvature at the best lump, the
+// same to either side, cannot tell.
+TEST(DirectInversion, AnOpenRatioIsMoreOpenUpwards) {
+  Inclusion small;
+  small.size_mm = {6, 6, 6};
+  small.depth_mm = 6;
+  small.stiffness_ratio = 12;
+  const LumpReading reading = read(press(small, {2, 4}, 48, 24), 0.005);
+  DirectInversionOptions options = quick();
+  options.model.cells = {16, 16, 8};
+  LumpCase::Lump start;
+  start.diameter_mm = 6.8;
+  start.depth_mm = 5.6;
+  start.stiffness_ratio = 3;
+  options.starts = {{start, 1}};
+  const LumpEstimate estimate = invert_directly(reading, options);
+  EXPECT_EQ(estimate.verdict, LumpVerdict::StiffnessOpen);
+  EXPECT_TRUE(holds(estimate.stiffness_ratio, 12));
+  EXPECT_TRUE(holds(estimate.size_mm, 6)) << estimate.size_mm.low << " to " << estimate.size_mm.high;
+  EXPECT_TRUE(holds(estimate.depth_mm, 6)) << estimate.depth_mm.low << " to " << estimate.depth_mm.high;
+  const auto& [value, low, high] = estimate.stiffness_ratio;
+  EXPECT_GT(low, 2);
+  EXPECT_GT(std::log(high / value), 2 * std::log(value / low)) << low << ", " << value << ", " << high;
 }
 
 TEST(DirectInversion, TissueAloneIsNoLump) {

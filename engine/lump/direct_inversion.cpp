@@ -6,8 +6,8 @@
 #include <cstdio>
 
 #include "engine/error.h"
+#include "engine/lump/direct_search.h"
 #include "engine/lump/profile.h"
-#include "engine/median.h"
 
 namespace palpate {
 namespace {
@@ -16,22 +16,17 @@ constexpr double kNinetyPercent = 1.645;  // standard deviations to either side
 constexpr double kChance = 15.09;         // chi2 of five unknowns that chance reaches in 1 % of readings
 constexpr size_t kFewestValues = 60;      // of a load
 constexpr double kMostSaturated = 0.02;
-constexpr uint32_t kMostInVain = 3;
 constexpr uint32_t kMostCorrections = 4;
 constexpr double kStands = 0.2;  // standard deviations that count as none
-constexpr double kFits = 1.2;    // chi2 of a value, of a reading that the lump explains
-constexpr double kNoGain = 0.3;  // of chi2, before the finer grids are asked again
-constexpr double kHeaviest = 1e3;
 // By how much elements misplace a lump's faces, shares of the finer cells' sides; more where a box of cells
 // becomes an upright cylinder, whose edges bend them most. Found on blocks that other cells had pressed.
 constexpr double kFaceDoubt = 0.06, kUprightDoubt = 0.1;
 constexpr double kUprightRatioDoubt = 0.06;  // of the logarithm
-constexpr double kRival = 0.1;    // likelihood beside the best shape's from which on a shape counts
-constexpr double kGridDoubt = 2;  // standard deviations of the change that fewer grids would make
-// Of Gaussians that the elements' errors are sums of.
-constexpr double kDoubtPitch_mm = 4, kDoubtSigma_mm = 3;
-using Unknowns = Eigen::Matrix<double, kLumpUnknowns, 1>;
-const Unknowns kLongestStep{{0.3, 0.4, 1.0, 2.0, 2.0}};
+constexpr double kRival = 0.1;  // likelihood beside the best shape's from which on a shape counts
+// Standard deviations of the ratio's logarithm, from which on the curvature at the best lump says too little
+// of its likelihood further away.
+constexpr double kCurved = 0.2;
+constexpr uint32_t kMostBetter = 2;  // times that a better lump is found on the way along the ratios
 
 void check(const LumpReading& reading) {
   const auto refuse = [](const char* wanted, const std::string& found) {
@@ -65,181 +60,6 @@ void check(const LumpResponseOptions& model) {
                 std::to_string(model.searched), "2 of 1, 2, 3");
 }
 
-/// Gaussians over the nodes, on a grid, scaled so that factors of unit variance make unit variance
-/// everywhere; last what is the same everywhere.
-Eigen::MatrixXd doubt_fields(const ComparedNodes& nodes) {
-  std::array<double, 2> low = {HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL};
-  for (size_t n = 0; n < nodes.count(); ++n) {
-    const std::array<double, 2> at = {nodes.x_mm(n), nodes.y_mm(n)};
-    for (size_t c = 0; c < 2; ++c) low[c] = std::min(low[c], at[c]), high[c] = std::max(high[c], at[c]);
-  }
-  std::vector<std::array<double, 2>> centres;
-  for (double y = low[1]; y <= high[1] + kDoubtPitch_mm; y += kDoubtPitch_mm)
-    for (double x = low[0]; x <= high[0] + kDoubtPitch_mm; x += kDoubtPitch_mm) centres.push_back({x, y});
-  const auto gaussians = static_cast<Eigen::Index>(centres.size());
-  Eigen::MatrixXd fields = Eigen::MatrixXd::Ones(static_cast<Eigen::Index>(nodes.count()), gaussians + 1);
-  for (Eigen::Index n = 0; n < fields.rows(); ++n) {
-    const auto node = static_cast<size_t>(n);
-    for (Eigen::Index k = 0; k < gaussians; ++k) {
-      const auto& [x, y] = centres[static_cast<size_t>(k)];
-      fields(n, k) = std::exp(-0.5 * (std::pow(nodes.x_mm(node) - x, 2) + std::pow(nodes.y_mm(node) - y, 2)) /
-                              (kDoubtSigma_mm * kDoubtSigma_mm));
-    }
-    fields.row(n).head(gaussians).normalize();
-  }
-  return fields;
-}
-
-class Search {
- public:
-  Search(const LumpReading& reading, const DirectInversionOptions& options)
-      : reading_(reading),
-        options_(options),
-        nodes_(reading, options.model.rim_mm),
-        wanted_(nodes_.values()),
-        doubt_(nodes_.count() > 0 ? doubt_fields(nodes_) : Eigen::MatrixXd()) {
-    const double peak = wanted_.size() > 0 ? wanted_.maxCoeff() : 0;
-    sigma_Pa_ = std::hypot(reading.noise_Pa, options.model_share * peak);
-  }
-  size_t values() const { return nodes_.count(); }
-
-  struct State {
-    LumpCase::Lump lump;
-    LumpCells cells;
-    LumpPrediction prediction;
-    double chi2 = HUGE_VAL;  ///< with the forces and the modulus that suit it best
-  };
-
-  /// In cells that follow other lumps too, so that states compare, and under the last correction.
-  std::optional<State> at(const LumpCase::Lump& lump, const LumpCells& cells) const {
-    State state{lump, cells, predict(nodes_, FittedLump{lump, cells}, options_.model, true), 0};
-    if (!state.prediction.converged) return std::nullopt;
-    state.prediction.pressure_Pa += correction_.add_Pa;
-    state.chi2 = solve(state.prediction, 0, false).chi2;
-    return state;
-  }
-
-  /// In cells of its own, with what a finer grid says there; both go on to the states after it.
-  std::optional<State> corrected_at(const LumpCase::Lump& lump) {
-    const LumpCells cells = response_cells(reading_, lump, options_.model);
-    GridCorrection now = grid_correction(nodes_, FittedLump{lump, cells}, options_.model);
-    if (!now.converged) return std::nullopt;
-    std::swap(now, correction_);
-    std::optional<State> state = at(lump, cells);
-    if (!state) std::swap(now, correction_);
-    return state;
-  }
-  /// Whether that gave the state new numbers.
-  bool correct(State& state) {
-    GridCorrection now = grid_correction(nodes_, FittedLump{state.lump, state.cells}, options_.model);
-    if (!now.converged) return false;
-    state.prediction.pressure_Pa += now.add_Pa - correction_.add_Pa;
-    correction_ = std::move(now);
-    state.chi2 = solve(state.prediction, 0, false).chi2;
-    return true;
-  }
-  bool suits(const State& state) const { return suit(state.cells, reading_, state.lump, options_.model); }
-
-  /// chi2 of tissue alone, on which forces and modulus act as they do with a lump, nearly.
-  std::optional<double> without_lump(LumpPrediction with_lump) {
-    if (tissue_Pa_.size() == 0) {
-      const LumpPrediction tissue = predict(nodes_, std::nullopt, options_.model, false);
-      if (!tissue.converged) return std::nullopt;
-      const GridCorrection grids = grid_correction(nodes_, std::nullopt, options_.model);
-      if (!grids.converged) return std::nullopt;
-      tissue_Pa_ = tissue.pressure_Pa + grids.add_Pa;
-    }
-    with_lump.pressure_Pa = tissue_Pa_;
-    return solve(with_lump, 0, false).chi2;
-  }
-
-  struct Step {
-    Unknowns change = Unknowns::Zero();
-    Unknowns sd = Unknowns::Zero();        ///< of noise
-    Unknowns by_grids = Unknowns::Zero();  ///< change by what the grids leave open
-    double chi2 = 0;                       ///< of the linear model after the step
-  };
-  /// The best step of the unknowns (none: of the forces and the modulus alone) from a prediction.
-  Step solve(const LumpPrediction& p, double damping, bool unknowns) const {
-    const Eigen::Index first = !unknowns                ? 0
-                               : options_.model.centred ? kPlaceX
-                                                        : kLumpUnknowns,
-                       loads = p.by_force.cols(), doubts = first + loads + 1,
-                       columns = doubts + 2 * doubt_.cols();
-    Eigen::MatrixXd j(p.pressure_Pa.size(), columns);
-    j.leftCols(first) = p.by_unknown.leftCols(first);
-    j.middleCols(first, loads) = p.by_force;
-    j.col(doubts - 1) = p.by_modulus;
-    j.rightCols(2 * doubt_.cols()) = doubted(p.pressure_Pa);
-    j /= sigma_Pa_;
-    const Eigen::VectorXd open = (wanted_ - p.pressure_Pa) / sigma_Pa_;
-    Eigen::MatrixXd normal = j.transpose() * j;
-    for (Eigen::Index l = 0; l < loads; ++l)
-      normal(first + l, first + l) += 1 / (options_.gauge_share * options_.gauge_share);
-    normal(doubts - 1, doubts - 1) += 1 / (options_.young_share * options_.young_share);
-    normal.diagonal().tail(2 * doubt_.cols()).array() += 1;
-    Step step;
-    Eigen::MatrixXd damped = normal;
-    for (Eigen::Index k = 0; k < first; ++k) damped(k, k) *= 1 + damping;
-    const Eigen::VectorXd right = j.transpose() * open;
-    const Eigen::VectorXd found = damped.ldlt().solve(right);
-    step.chi2 = open.squaredNorm() - 2 * found.dot(right) + found.dot(normal * found);
-    if (unknowns) {
-      step.change.head(first) = found.head(first);
-      const Eigen::MatrixXd covariance = normal.ldlt().solve(Eigen::MatrixXd::Identity(columns, columns));
-      step.by_grids.head(first) =
-          covariance.topRows(first) * (j.transpose() * correction_.open_Pa) / -sigma_Pa_;
-      step.sd.head(first) = covariance.diagonal().head(first).cwiseMax(0).cwiseSqrt();
-    }
-    return step;
-  }
-
-  /// A lump that the block can hold.
-  LumpCase::Lump moved(const LumpCase::Lump& from, const Unknowns& by) const {
-    LumpCase::Lump lump = from;
-    const double thickness = reading_.block_mm[2];
-    lump.diameter_mm = std::clamp(from.diameter_mm * std::exp(by(kLnSize)), 1.0, 0.8 * thickness);
-    lump.depth_mm =
-        std::clamp(from.depth_mm * std::exp(by(kLnDepth)), 0.3, 0.97 * thickness - lump.diameter_mm);
-    lump.stiffness_ratio = std::clamp(from.stiffness_ratio * std::exp(by(kLnRatio)), 0.02, 1000.0);
-    const std::array<double, 3> size = lump.size_mm();
-    for (size_t c = 0; c < 2; ++c) {
-      const double room = std::max(0.0, 0.98 * (reading_.block_mm[c] - size[c]) / 2);
-      lump.offset_mm[c] =
-          std::clamp(from.offset_mm[c] + by(kPlaceX + static_cast<Eigen::Index>(c)), -room, room);
-    }
-    return lump;
-  }
-
- private:
-  /// What a prediction may be off by, per factor of unit variance.
-  Eigen::MatrixXd doubted(const Eigen::VectorXd& pressure_Pa) const {
-    const Eigen::Index count = doubt_.rows(), fields = doubt_.cols();
-    Eigen::MatrixXd by_factor(pressure_Pa.size(), 2 * fields);
-    const std::vector<double>& force_N = reading_.force_N;
-    for (Eigen::Index l = 0; l < static_cast<Eigen::Index>(force_N.size()); ++l) {
-      const auto of_load = pressure_Pa.segment(l * count, count);
-      const Eigen::ArrayXd bump =
-          of_load.array() - median(std::vector<double>(of_load.begin(), of_load.end()));
-      const double change = force_N[static_cast<size_t>(l)] / force_N.back() - 0.5;
-      by_factor.block(l * count, 0, count, fields) =
-          options_.bump_share * (doubt_.array().colwise() * bump).matrix();
-      by_factor.block(l * count, fields, count, fields) =
-          options_.bump_change_share * change * (doubt_.array().colwise() * bump).matrix();
-    }
-    return by_factor;
-  }
-
-  const LumpReading& reading_;
-  const DirectInversionOptions& options_;
-  ComparedNodes nodes_;
-  Eigen::VectorXd wanted_;
-  Eigen::MatrixXd doubt_;      ///< nodes x fields
-  Eigen::VectorXd tissue_Pa_;  ///< of tissue alone, once it was asked for
-  double sigma_Pa_ = 1;
-  GridCorrection correction_;
-};
-
 LumpCase::Lump first_guess(const LumpReading& reading) {
   LumpCase::Lump lump;
   lump.diameter_mm = 0.4 * reading.block_mm[2];
@@ -266,50 +86,74 @@ LumpValue plain(double value, double sd) {
   return {value, value - kNinetyPercent * sd, value + kNinetyPercent * sd};
 }
 
-/// From one lump to another.
-Unknowns difference(const LumpCase::Lump& to, const LumpCase::Lump& from) {
-  return Unknowns{{std::log(to.diameter_mm / from.diameter_mm), std::log(to.depth_mm / from.depth_mm),
-                   std::log(to.stiffness_ratio / from.stiffness_ratio), to.offset_mm[0] - from.offset_mm[0],
-                   to.offset_mm[1] - from.offset_mm[1]}};
-}
-
-/// Moves the state to the best one under the search's correction; false where `rounds` ran out before.
-bool descend(Search& search, Search::State& best, uint32_t& rounds) {
-  double damping = 5e-3;
-  uint32_t in_vain = 0;  // rounds in a row
-  const auto values = static_cast<double>(best.prediction.pressure_Pa.size());
-  for (; rounds > 0; --rounds) {
-    const Search::Step step = search.solve(best.prediction, damping, true);
-    const double shorten = std::max(1.0, (step.change.cwiseAbs().cwiseQuotient(kLongestStep)).maxCoeff());
-    const Unknowns change = step.change / shorten;
-    const bool fits = best.chi2 < kFits * values;
-    if ((fits && best.chi2 - step.chi2 < kNoGain) ||
-        (change.cwiseAbs() - kStands * step.sd).maxCoeff() <= 0 || change.cwiseAbs().maxCoeff() < 2e-3)
-      return true;
-    std::optional<Search::State> next = search.at(search.moved(best.lump, change), best.cells);
-    if (next && next->chi2 < best.chi2) {
-      const bool settled = best.chi2 - next->chi2 < 0.05;
-      best = std::move(*next);
-      if (!search.suits(best))
-        if (std::optional<Search::State> fresh = search.corrected_at(best.lump)) best = std::move(*fresh);
-      if (settled) return true;
-      in_vain = 0;
-      damping = std::max(damping / 4, 1e-6);
-    } else {
-      damping *= 6;
-      if ((++in_vain >= kMostInVain && fits) || damping > kHeaviest) return fits;
-    }
-  }
-  return false;
-}
-
 /// One start's answer.
 struct Answer {
   LumpEstimate estimate;
   double chi2 = HUGE_VAL;
 };
 
-Answer invert_from(const LumpCase::Lump& start, Search& search, const LumpReading& reading,
+/// Moves the state to the best lump, the finer grids asked as often as they change it. False where the search
+/// did not end.
+bool settle(DirectSearch& search, DirectSearch::State& best, uint32_t& rounds) {
+  bool settled = search.descend(best, rounds);
+  for (uint32_t again = 0; again < kMostCorrections && settled; ++again) {
+    const LumpCase::Lump from = best.lump;
+    if (!search.correct(best)) break;
+    settled = search.descend(best, rounds);
+    const LumpStep sd = search.solve(best, 0, DirectSearch::Sought::Lump).sd;
+    if ((difference(best.lump, from).cwiseAbs() - kStands * sd).maxCoeff() <= 0) break;
+  }
+  return settled;
+}
+
+/// Standard deviations at the best lump.
+struct Spread {
+  LumpStep noise;  ///< of all that chi2 knows, more of it where the reading fits worse
+  LumpStep cells;  ///< by how much cells misplace a lump's faces
+};
+
+Spread spread_at(const DirectSearch& search, const DirectSearch::State& best, double misfit,
+                 const LumpReading& reading, const LumpResponseOptions& model) {
+  const DirectSearch::Step end = search.solve(best, 0, DirectSearch::Sought::Lump);
+  Spread spread{end.sd * std::sqrt(std::max(1.0, misfit)), LumpStep::Zero()};
+  const LumpCase::Lump& lump = best.lump;
+  const bool upright = lump.shape == LumpShape::Cylinder;
+  const double finest_mm = reading.block_mm[0] / (model.cells[0] * model.grids.back());
+  const double faces_mm = (upright ? kUprightDoubt : kFaceDoubt) * finest_mm;
+  LumpStep& cells = spread.cells;
+  cells(kLnSize) = faces_mm / lump.diameter_mm;
+  cells(kLnDepth) = faces_mm / lump.depth_mm;
+  if (upright) cells(kLnRatio) = kUprightRatioDoubt;
+  return spread;
+}
+
+void take(const LumpCase::Lump& lump, const Spread& spread, LumpEstimate& into) {
+  const LumpStep sd = (spread.noise.array().square() + spread.cells.array().square()).sqrt();
+  into.size_mm = in_logarithm(lump.diameter_mm, sd(kLnSize));
+  into.depth_mm = in_logarithm(lump.depth_mm, sd(kLnDepth));
+  into.stiffness_ratio = in_logarithm(lump.stiffness_ratio, sd(kLnRatio));
+  into.x_mm = plain(lump.offset_mm[0], sd(kPlaceX));
+  into.y_mm = plain(lump.offset_mm[1], sd(kPlaceY));
+  into.shape = lump.shape;
+}
+
+/// Intervals from the lumps at both ends of the likelihood along the ratio; those of size and depth hold
+/// them.
+void take_ends(const LumpCase::Lump& lump, const std::array<LumpCase::Lump, 2>& ends, const Spread& spread,
+               LumpEstimate& into) {
+  const auto away = [&](const LumpCase::Lump& end) {
+    return std::exp(std::hypot(std::log(end.stiffness_ratio / lump.stiffness_ratio),
+                               kNinetyPercent * spread.cells(kLnRatio)));
+  };
+  into.stiffness_ratio.low = lump.stiffness_ratio / away(ends[0]);
+  into.stiffness_ratio.high = lump.stiffness_ratio * away(ends[1]);
+  for (const LumpCase::Lump& end : ends) {
+    widen(into.size_mm, {end.diameter_mm, end.diameter_mm, end.diameter_mm});
+    widen(into.depth_mm, {end.depth_mm, end.depth_mm, end.depth_mm});
+  }
+}
+
+Answer invert_from(const LumpCase::Lump& start, DirectSearch& search, const LumpReading& reading,
                    const DirectInversionOptions& options) {
   Answer answer;
   LumpEstimate& estimate = answer.estimate;
@@ -328,41 +172,42 @@ Answer invert_from(const LumpCase::Lump& start, Search& search, const LumpReadin
 
   LumpCase::Lump guess = start;
   if (options.model.centred) guess.offset_mm = {0, 0};
-  std::optional<Search::State> best = search.corrected_at(search.moved(guess, Unknowns::Zero()));
+  std::optional<DirectSearch::State> best = search.state_at(search.moved(guess, LumpStep::Zero()));
   if (!best) return done(LumpVerdict::Unusable, "the model found no equilibrium at these forces");
-  uint32_t rounds = options.most_rounds;
-  bool settled = descend(search, *best, rounds);
-  for (uint32_t again = 0; again < kMostCorrections && settled; ++again) {
-    const LumpCase::Lump from = best->lump;
-    if (!search.correct(*best)) break;
-    settled = descend(search, *best, rounds);
-    const Unknowns sd = search.solve(best->prediction, 0, true).sd;
-    if ((difference(best->lump, from).cwiseAbs() - kStands * sd).maxCoeff() <= 0) break;
-  }
-  const Search::Step end = search.solve(best->prediction, 0, true);
   const double values = static_cast<double>(search.values() * reading.force_N.size());
-  const double misfit = best->chi2 / std::max(1.0, values - double{kLumpUnknowns});
-  const LumpCase::Lump& lump = best->lump;
-  answer.chi2 = best->chi2;
-  // Noise, more of it where the reading fits worse, and what the grids leave open.
-  Unknowns sd =
-      (end.sd.array().square() * std::max(1.0, misfit) + (kGridDoubt * end.by_grids.array()).square()).sqrt();
-  const double finest_mm = reading.block_mm[0] / (options.model.cells[0] * options.model.grids.back());
-  const double faces_mm = (lump.shape == LumpShape::Cylinder ? kUprightDoubt : kFaceDoubt) * finest_mm;
-  sd(kLnSize) = std::hypot(sd(kLnSize), faces_mm / lump.diameter_mm);
-  sd(kLnDepth) = std::hypot(sd(kLnDepth), faces_mm / lump.depth_mm);
-  if (lump.shape == LumpShape::Cylinder) sd(kLnRatio) = std::hypot(sd(kLnRatio), kUprightRatioDoubt);
-  estimate.size_mm = in_logarithm(lump.diameter_mm, sd(kLnSize));
-  estimate.depth_mm = in_logarithm(lump.depth_mm, sd(kLnDepth));
-  estimate.stiffness_ratio = in_logarithm(lump.stiffness_ratio, sd(kLnRatio));
-  estimate.x_mm = plain(lump.offset_mm[0], sd(kPlaceX));
-  estimate.y_mm = plain(lump.offset_mm[1], sd(kPlaceY));
-  estimate.shape = lump.shape;
-  estimate.shape_probability[static_cast<size_t>(lump.shape)] = 1;
+  double misfit = 1;
+  bool settled = true;
+  for (uint32_t better = 0; settled; ++better) {
+    uint32_t rounds = options.most_rounds;
+    settled = settle(search, *best, rounds);
+    misfit = best->chi2 / std::max(1.0, values - double{kLumpUnknowns});
+    answer.chi2 = best->chi2;
+    const Spread spread = spread_at(search, *best, misfit, reading, options.model);
+    take(best->lump, spread, estimate);
+    estimate.evidence = 0;
+    if (const std::optional<double> nothing = search.without_lump(*best))
+      estimate.evidence = std::max(0.0, *nothing - best->chi2) / (kChance * std::max(1.0, misfit));
+    if (estimate.evidence < 1 || !settled || spread.noise(kLnRatio) < kCurved) break;
+    // Along the ratios all grids are asked everywhere, so here too: on a flat way the search stops early.
+    if (search.correct(*best)) answer.chi2 = best->chi2;
+    const double allowed = kNinetyPercent * kNinetyPercent * std::max(1.0, misfit);
+    const double step = kNinetyPercent * spread.noise(kLnRatio);
+    std::array<LumpCase::Lump, 2> ends;
+    std::optional<DirectSearch::State> lower;
+    for (size_t side = 0; side < 2 && !lower; ++side) {
+      DirectSearch::RatioEnd end = search.ratio_end(*best, side == 0 ? -1 : 1, allowed, step);
+      ends[side] = end.lump;
+      if (better < kMostBetter) lower = std::move(end.lower);
+    }
+    if (!lower) {
+      take_ends(best->lump, ends, spread, estimate);
+      break;
+    }
+    best = std::move(lower);
+  }
+  estimate.shape_probability[static_cast<size_t>(estimate.shape)] = 1;
 
   char line[200];
-  const std::optional<double> nothing = search.without_lump(std::move(best->prediction));
-  if (nothing) estimate.evidence = std::max(0.0, *nothing - best->chi2) / (kChance * std::max(1.0, misfit));
   if (estimate.evidence < 1) return done(LumpVerdict::NoLump, "tissue alone answers as well, but for chance");
   if (!settled) {
     std::snprintf(line, sizeof line, "the search did not end in %u rounds: the values are where it stood",
@@ -388,7 +233,7 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
   const auto begin = std::chrono::steady_clock::now();
   std::vector<DirectInversionOptions::Start> starts = options.starts;
   if (starts.empty()) starts.push_back({first_guess(reading), 1});
-  Search search(reading, options);
+  DirectSearch search(reading, options);
   std::vector<Answer> answers;
   for (const DirectInversionOptions::Start& start : starts) {
     answers.push_back(invert_from(start.lump, search, reading, options));

@@ -11,8 +11,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kReach_mm = 12;    // around a bump
-constexpr double kLeastOdds = 0.1;  // of a shape that is worth a search
+constexpr double kReach_mm = 12;     // around a bump
+constexpr double kLeastOdds = 0.05;  // of a shape that is worth a search
 
 /// Whether the bump at a place is longer along y than along x.
 bool longer_along_y(const LumpReading& reading, double x_mm, double y_mm) {
