@@ -204,7 +204,7 @@ TEST(LumpSweep, RefusesWhatCannotBe) {
   refused([](LumpSweep& s) { s.loads = 0; }, "loads");
   refused([](LumpSweep& s) { s.cells = {32, 3, 16}; }, "cells");
   refused([](LumpSweep& s) { s.coarser_cells = {24, 24, 16}; }, "proportions");
-  refused([](LumpSweep& s) { s.coarser_cells = {40, 40, 20}; }, "coarser cells");
+  refused([](LumpSweep& s) { s.coarser_cells = {48, 48, 24}; }, "coarser cells");
   refused([](LumpSweep& s) { s.nodes = {33, 1}; }, "nodes");
   refused([](LumpSweep& s) { s.centred_share = -0.1; }, "middle");
   refused([](LumpSweep& s) { s.shapes.clear(); }, "shape");

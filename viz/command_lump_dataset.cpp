@@ -156,7 +156,7 @@ void add_lump_dataset(CLI::App& group, Common& common, Command& chosen) {
                       "Share of the cases that are tissue alone (default 1/12)");
   command->add_option("--loads", sweep.loads, "Equal steps of the press at which it is looked at")
       ->capture_default_str();
-  command->add_option("--cells", o->cells, "Cells of the tissue, AxBxC (default 40x40x20)");
+  command->add_option("--cells", o->cells, "Cells of the tissue, AxBxC (default 48x48x24)");
   command->add_option("--coarser-cells", o->coarser_cells,
                       "Cells of a second grid of the same proportions, from which and the first the limit of "
                       "no size is taken (default 24x24x12); 0: none. Where both are multiples of a grid "

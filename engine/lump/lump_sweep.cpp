@@ -105,7 +105,7 @@ void check(const LumpSweep& s) {
         throw Error(
             Failure::Usage, "coarser cells in the proportions of the cells",
             text(s.coarser_cells[0]) + "x" + text(s.coarser_cells[1]) + "x" + text(s.coarser_cells[2]),
-            "--cells 40x40x20 --coarser-cells 24x24x12, or 0 for one grid");
+            "--cells 48x48x24 --coarser-cells 24x24x12, or 0 for one grid");
     for (size_t c = 0; c < 3; ++c)
       inside("coarser cells along a side", s.coarser_cells[c], 4, std::max(4u, s.cells[c] - 1));
     if (s.coarser_cells[0] >= s.cells[0])

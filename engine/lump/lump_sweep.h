@@ -37,7 +37,7 @@ struct LumpSweep {
                                    LumpShape::LyingCylinder};
   double no_lump_share = 1.0 / 12;               ///< of the cases, tissue alone
   uint32_t loads = 4;                            ///< equal steps of the press
-  std::array<uint32_t, 3> cells = {40, 40, 20};  ///< along x, y, z whatever the thickness
+  std::array<uint32_t, 3> cells = {48, 48, 24};  ///< along x, y, z whatever the thickness
   /// What solve_extrapolated() takes beside them, of the same proportions; 0, 0, 0: one grid.
   std::array<uint32_t, 3> coarser_cells = {24, 24, 12};
   std::array<uint32_t, 2> nodes = {33, 33};  ///< of the maps along x and y, the first and the last on the rim
