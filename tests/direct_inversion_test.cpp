@@ -61,6 +61,14 @@ DirectInversionOptions quick() {
   return options;
 }
 
+LumpCase::Lump ball(double diameter_mm, double depth_mm, double ratio) {
+  LumpCase::Lump lump;
+  lump.diameter_mm = diameter_mm;
+  lump.depth_mm = depth_mm;
+  lump.stiffness_ratio = ratio;
+  return lump;
+}
+
 bool holds(const LumpValue& interval, double truth) {
   return interval.low <= truth && truth <= interval.high;
 }
@@ -71,11 +79,7 @@ TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
   const LumpReading reading = read(press(hard, {2, 4}, 40, 20), 0.002);
   DirectInversionOptions options;
   options.model.centred = true;
-  LumpCase::Lump start;
-  start.diameter_mm = 9;
-  start.depth_mm = 4.4;
-  start.stiffness_ratio = 7;
-  options.starts = {{start, 1}};
+  options.starts = {{ball(9, 4.4, 7), 1}};
   const LumpEstimate estimate = invert_directly(reading, options);
   // What such grids leave open of the ratio may be more than a factor of four, and then it says so.
   EXPECT_EQ(estimate.verdict, estimate.stiffness_ratio.high > 4 * estimate.stiffness_ratio.low
@@ -96,11 +100,7 @@ TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
 TEST(DirectInversion, StartsDoNotDisturbEachOther) {
   const LumpReading reading = read(press(lump(), {1.5, 3}), 0.002);
   DirectInversionOptions once = quick();
-  LumpCase::Lump start;
-  start.diameter_mm = 9;
-  start.depth_mm = 4.4;
-  start.stiffness_ratio = 7;
-  once.starts = {{start, 1}};
+  once.starts = {{ball(9, 4.4, 7), 1}};
   DirectInversionOptions twice = once;
   twice.starts.push_back(once.starts[0]);
   const LumpEstimate alone = invert_directly(reading, once), both = invert_directly(reading, twice);
@@ -128,11 +128,7 @@ TEST(DirectInversion, AnOpenRatioIsMoreOpenUpwards) {
   const LumpReading reading = read(press(small, {2, 4}, 48, 24), 0.005);
   DirectInversionOptions options = quick();
   options.model.cells = {16, 16, 8};
-  LumpCase::Lump start;
-  start.diameter_mm = 6.8;
-  start.depth_mm = 5.6;
-  start.stiffness_ratio = 3;
-  options.starts = {{start, 1}};
+  options.starts = {{ball(6.8, 5.6, 3), 1}};
   const LumpEstimate estimate = invert_directly(reading, options);
   EXPECT_EQ(estimate.verdict, LumpVerdict::StiffnessOpen);
   EXPECT_TRUE(holds(estimate.stiffness_ratio, 12));

@@ -86,30 +86,21 @@ LumpValue plain(double value, double sd) {
   return {value, value - kNinetyPercent * sd, value + kNinetyPercent * sd};
 }
 
-/// One start's answer.
-struct Answer {
-  LumpEstimate estimate;
-  double chi2 = HUGE_VAL;
-};
-
-/// Moves the state to the best lump, the finer grids asked as often as they change it. False where the search
-/// did not end.
-bool settle(DirectSearch& search, DirectSearch::State& best, uint32_t& rounds) {
-  bool settled = search.descend(best, rounds);
-  for (uint32_t again = 0; again < kMostCorrections && settled; ++again) {
-    const LumpCase::Lump from = best.lump;
-    if (!search.correct(best)) break;
-    settled = search.descend(best, rounds);
-    const LumpStep sd = search.solve(best, 0, DirectSearch::Sought::Lump).sd;
-    if ((difference(best.lump, from).cwiseAbs() - kStands * sd).maxCoeff() <= 0) break;
-  }
-  return settled;
-}
-
 /// Standard deviations at the best lump.
 struct Spread {
   LumpStep noise;  ///< of all that chi2 knows, more of it where the reading fits worse
   LumpStep cells;  ///< by how much cells misplace a lump's faces
+};
+
+/// One start's answer.
+struct Answer {
+  LumpEstimate estimate;
+  std::optional<DirectSearch::State> best;
+  Spread spread;
+  double odds_chi2 = 0;  ///< what the start's odds are worth
+
+  bool tells() const { return tells_numbers(estimate.verdict); }
+  double chi2() const { return best ? best->chi2 + odds_chi2 : HUGE_VAL; }
 };
 
 Spread spread_at(const DirectSearch& search, const DirectSearch::State& best, double misfit,
@@ -153,76 +144,117 @@ void take_ends(const LumpCase::Lump& lump, const std::array<LumpCase::Lump, 2>& 
   }
 }
 
-Answer invert_from(const LumpCase::Lump& start, DirectSearch& search, const LumpReading& reading,
-                   const DirectInversionOptions& options) {
-  Answer answer;
-  LumpEstimate& estimate = answer.estimate;
-  estimate.method = "direct inversion";
-  estimate.false_alarm_rate = 0.01;
-  const auto done = [&](LumpVerdict verdict, const std::string& reason) {
-    estimate.verdict = verdict;
-    if (!reason.empty()) estimate.reasons.push_back(reason);
+class Inversion {
+ public:
+  Inversion(const LumpReading& reading, const DirectInversionOptions& options)
+      : reading_(reading), options_(options), search_(reading, options) {}
+
+  Answer from(const DirectInversionOptions::Start& start) {
+    Answer answer;
+    answer.estimate.method = "direct inversion";
+    answer.estimate.false_alarm_rate = 0.01;
+    answer.odds_chi2 = -2 * std::log(std::max(start.odds, 1e-300));
+    if (search_.values() < kFewestValues)
+      conclude(answer, LumpVerdict::Unusable,
+               "only " + std::to_string(search_.values()) + " places were seen at every load");
+    else if (reading_.saturated_share > kMostSaturated)
+      conclude(answer, LumpVerdict::Unusable, "the sensor is saturated at the highest load: press less");
+    else {
+      LumpCase::Lump guess = start.lump;
+      if (options_.model.centred) guess.offset_mm = {0, 0};
+      answer.best = search_.state_at(search_.moved(guess, LumpStep::Zero()));
+      if (answer.best)
+        settle(answer);
+      else
+        conclude(answer, LumpVerdict::Unusable, "the model found no equilibrium at these forces");
+    }
     return answer;
-  };
-  if (search.values() < kFewestValues)
-    return done(LumpVerdict::Unusable,
-                "only " + std::to_string(search.values()) + " places were seen at every load");
-  if (reading.saturated_share > kMostSaturated)
-    return done(LumpVerdict::Unusable, "the sensor is saturated at the highest load: press less");
+  }
 
-  LumpCase::Lump guess = start;
-  if (options.model.centred) guess.offset_mm = {0, 0};
-  std::optional<DirectSearch::State> best = search.state_at(search.moved(guess, LumpStep::Zero()));
-  if (!best) return done(LumpVerdict::Unusable, "the model found no equilibrium at these forces");
-  const double values = static_cast<double>(search.values() * reading.force_N.size());
-  double misfit = 1;
-  bool settled = true;
-  for (uint32_t better = 0; settled; ++better) {
-    uint32_t rounds = options.most_rounds;
-    settled = settle(search, *best, rounds);
-    misfit = best->chi2 / std::max(1.0, values - double{kLumpUnknowns});
-    answer.chi2 = best->chi2;
-    const Spread spread = spread_at(search, *best, misfit, reading, options.model);
-    take(best->lump, spread, estimate);
+  /// Intervals from the likelihood along the ratio, where the curvature says too little of it.
+  void follow_ratio(Answer& answer) {
+    for (uint32_t better = 0; answer.tells() && answer.spread.noise(kLnRatio) >= kCurved; ++better) {
+      // Along the ratios all grids are asked everywhere, so here too: on a flat way the search stops early.
+      search_.correct(*answer.best);
+      const double allowed = kNinetyPercent * kNinetyPercent * std::max(1.0, misfit(answer));
+      const double step = kNinetyPercent * answer.spread.noise(kLnRatio);
+      std::array<LumpCase::Lump, 2> ends;
+      std::optional<DirectSearch::State> lower;
+      for (size_t side = 0; side < 2 && !lower; ++side) {
+        DirectSearch::RatioEnd end = search_.ratio_end(*answer.best, side == 0 ? -1 : 1, allowed, step);
+        ends[side] = end.lump;
+        if (better < kMostBetter) lower = std::move(end.lower);
+      }
+      if (!lower) return take_ends(answer.best->lump, ends, answer.spread, answer.estimate);
+      answer.best = std::move(lower);
+      settle(answer);
+    }
+  }
+
+ private:
+  double misfit(const Answer& answer) const {
+    const auto values = static_cast<double>(search_.values() * reading_.force_N.size());
+    return answer.best->chi2 / std::max(1.0, values - double{kLumpUnknowns});
+  }
+
+  static void conclude(Answer& answer, LumpVerdict verdict, const std::string& reason) {
+    answer.estimate.verdict = verdict;
+    answer.estimate.reasons.clear();
+    if (!reason.empty()) answer.estimate.reasons.push_back(reason);
+  }
+
+  /// The best lump near the answer's, the finer grids asked as often as they change it.
+  void settle(Answer& answer) {
+    DirectSearch::State& best = *answer.best;
+    uint32_t rounds = options_.most_rounds;
+    bool settled = search_.descend(best, rounds);
+    for (uint32_t again = 0; again < kMostCorrections && settled; ++again) {
+      const LumpCase::Lump from = best.lump;
+      if (!search_.correct(best)) break;
+      settled = search_.descend(best, rounds);
+      const LumpStep sd = search_.solve(best, 0, DirectSearch::Sought::Lump).sd;
+      if ((difference(best.lump, from).cwiseAbs() - kStands * sd).maxCoeff() <= 0) break;
+    }
+    LumpEstimate& estimate = answer.estimate;
+    const double share = misfit(answer);
+    answer.spread = spread_at(search_, best, share, reading_, options_.model);
+    take(best.lump, answer.spread, estimate);
+    estimate.shape_probability = {};
+    estimate.shape_probability[static_cast<size_t>(estimate.shape)] = 1;
     estimate.evidence = 0;
-    if (const std::optional<double> nothing = search.without_lump(*best))
-      estimate.evidence = std::max(0.0, *nothing - best->chi2) / (kChance * std::max(1.0, misfit));
-    if (estimate.evidence < 1 || !settled || spread.noise(kLnRatio) < kCurved) break;
-    // Along the ratios all grids are asked everywhere, so here too: on a flat way the search stops early.
-    if (search.correct(*best)) answer.chi2 = best->chi2;
-    const double allowed = kNinetyPercent * kNinetyPercent * std::max(1.0, misfit);
-    const double step = kNinetyPercent * spread.noise(kLnRatio);
-    std::array<LumpCase::Lump, 2> ends;
-    std::optional<DirectSearch::State> lower;
-    for (size_t side = 0; side < 2 && !lower; ++side) {
-      DirectSearch::RatioEnd end = search.ratio_end(*best, side == 0 ? -1 : 1, allowed, step);
-      ends[side] = end.lump;
-      if (better < kMostBetter) lower = std::move(end.lower);
+    if (const std::optional<double> nothing = search_.without_lump(best))
+      estimate.evidence = std::max(0.0, *nothing - best.chi2) / (kChance * std::max(1.0, share));
+    char line[200];
+    if (estimate.evidence < 1)
+      return conclude(answer, LumpVerdict::NoLump, "tissue alone answers as well, but for chance");
+    if (!settled) {
+      std::snprintf(line, sizeof line, "the search did not end in %u rounds: the values are where it stood",
+                    options_.most_rounds);
+      return conclude(answer, LumpVerdict::Unusable, line);
     }
-    if (!lower) {
-      take_ends(best->lump, ends, spread, estimate);
-      break;
+    if (share > 4) {
+      std::snprintf(line, sizeof line,
+                    "the best lump misses the reading by %.1f times its noise: not a lump of this shape in "
+                    "such tissue",
+                    std::sqrt(share));
+      return conclude(answer, LumpVerdict::OutsideTraining, line);
     }
-    best = std::move(lower);
+    conclude(answer, LumpVerdict::Found, "");
   }
-  estimate.shape_probability[static_cast<size_t>(estimate.shape)] = 1;
 
-  char line[200];
-  if (estimate.evidence < 1) return done(LumpVerdict::NoLump, "tissue alone answers as well, but for chance");
-  if (!settled) {
-    std::snprintf(line, sizeof line, "the search did not end in %u rounds: the values are where it stood",
-                  options.most_rounds);
-    return done(LumpVerdict::Unusable, line);
-  }
-  if (misfit > 4) {
-    std::snprintf(
-        line, sizeof line,
-        "the best lump misses the reading by %.1f times its noise: not a lump of this shape in such "
-        "tissue",
-        std::sqrt(misfit));
-    return done(LumpVerdict::OutsideTraining, line);
-  }
-  return done(LumpVerdict::Found, "");
+  const LumpReading& reading_;
+  const DirectInversionOptions& options_;
+  DirectSearch search_;
+};
+
+// A search that did not end is no rival of one that did.
+bool better(const Answer& a, const Answer& b) {
+  return a.tells() != b.tells() ? a.tells() : a.chi2() < b.chi2();
+}
+
+/// Of the best answer beside another.
+double likelihood(const Answer& answer, const Answer& best) {
+  return answer.tells() ? std::exp(0.5 * (best.chi2() - answer.chi2())) : 0;
 }
 
 }  // namespace
@@ -233,24 +265,20 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
   const auto begin = std::chrono::steady_clock::now();
   std::vector<DirectInversionOptions::Start> starts = options.starts;
   if (starts.empty()) starts.push_back({first_guess(reading), 1});
-  DirectSearch search(reading, options);
+  Inversion inversion(reading, options);
   std::vector<Answer> answers;
-  for (const DirectInversionOptions::Start& start : starts) {
-    answers.push_back(invert_from(start.lump, search, reading, options));
-    answers.back().chi2 -= 2 * std::log(std::max(start.odds, 1e-300));
-  }
-  // A search that did not end is no rival of one that did.
-  const auto better = [](const Answer& a, const Answer& b) {
-    const bool tells = tells_numbers(a.estimate.verdict);
-    return tells != tells_numbers(b.estimate.verdict) ? tells : a.chi2 < b.chi2;
-  };
+  for (const DirectInversionOptions::Start& start : starts) answers.push_back(inversion.from(start));
+  const Answer settled = *std::min_element(answers.begin(), answers.end(), better);
+  for (Answer& answer : answers)
+    if (likelihood(answer, settled) >= kRival) inversion.follow_ratio(answer);
+
   const Answer& best = *std::min_element(answers.begin(), answers.end(), better);
   LumpEstimate estimate = best.estimate;
-  if (tells_numbers(estimate.verdict)) {
+  if (best.tells()) {
     double sum = 1;
     for (const Answer& other : answers) {
-      if (&other == &best || !tells_numbers(other.estimate.verdict)) continue;
-      const double likely = std::exp(0.5 * (best.chi2 - other.chi2));
+      if (&other == &best) continue;
+      const double likely = likelihood(other, best);
       sum += likely;
       estimate.shape_probability[static_cast<size_t>(other.estimate.shape)] += likely;
       if (likely < kRival) continue;

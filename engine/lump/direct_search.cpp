@@ -13,8 +13,10 @@ constexpr double kStands = 0.2;  // standard deviations that count as none
 constexpr double kFits = 1.2;    // chi2 of a value, of a reading that the lump explains
 constexpr double kNoGain = 0.3;  // of chi2, before the finer grids are asked again
 constexpr double kHeaviest = 1e3;
-constexpr LumpRange kRatios{0.02, 1000};  // beyond, nothing changes any more
+constexpr LumpRange kRatios{0.02, 1000};   // beyond, nothing changes any more
+constexpr LumpRange kAnyRatios{0.1, 100};  // beyond, a ratio counts as open: hardly anything changes any more
 constexpr uint32_t kMostAlongRatio = 6;
+constexpr double kWorthAnother = 1;         // of chi2, that a second step at a ratio gains
 constexpr LumpRange kAlongRatio{0.2, 1.2};  // a step of the ratio's logarithm there
 constexpr double kLower = 0.5;              // of chi2: a better lump than the best
 constexpr double kGridDoubt = 2;            // standard deviations of the change that fewer grids would make
@@ -232,7 +234,7 @@ DirectSearch::RatioEnd DirectSearch::ratio_end(const State& best, double directi
     std::optional<State> next = moved_to(moved(here.lump, shortened(way)), here);
     if (!next) break;
     Step rest = solve(*next, 0, Sought::LumpOfThisRatio);
-    if (next->chi2 - rest.chi2 > kNoGain)
+    if (next->chi2 - rest.chi2 > kWorthAnother)
       if (std::optional<State> nearer = moved_to(moved(next->lump, shortened(rest.change)), *next);
           nearer && nearer->chi2 < next->chi2)
         next = std::move(nearer);
@@ -243,13 +245,13 @@ DirectSearch::RatioEnd DirectSearch::ratio_end(const State& best, double directi
       break;
     }
     const double to = std::abs(std::log(next->lump.stiffness_ratio / best.lump.stiffness_ratio));
-    if (to - reached < 1e-6) break;  // a ratio's limit
     const double root = std::sqrt(std::max(0.0, rest.chi2 - least)), wanted = std::sqrt(allowed);
     if (root >= wanted) {
       const double share = (wanted - risen) / (root - risen);
       end.lump = moved(here.lump, difference(next->lump, here.lump) * share);
       break;
     }
+    if (next->lump.stiffness_ratio < kAnyRatios.low || next->lump.stiffness_ratio > kAnyRatios.high) break;
     step = root > risen ? (wanted - root) * (to - reached) / (root - risen) * 1.05 : kAlongRatio.high;
     reached = to;
     risen = root;

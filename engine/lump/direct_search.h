@@ -62,7 +62,7 @@ class DirectSearch {
     std::optional<State> lower;  ///< a better lump than the best, found on the way
   };
   /// From the best lump along lumps that are the best of their ratios (the likelihood's profile), to higher
-  /// ratios (`direction` 1) or lower ones (-1), until chi2 has risen by `allowed`. An end at 0.02 or 1000 is
+  /// ratios (`direction` 1) or lower ones (-1), until chi2 has risen by `allowed`. A lump of 0.02 or 1000 is
   /// none. `step`: of the ratio's logarithm, the first one.
   RatioEnd ratio_end(const State& best, double direction, double allowed, double step) const;
 
