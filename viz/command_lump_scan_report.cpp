@@ -350,7 +350,10 @@ std::string html(const ScanReport& r, const fs::path& folder) {
          "margin: 0.3em 0; font-size: 0.88em; }\n"
          ".two { display: grid; grid-template-columns: 1fr 1fr; gap: 0 2em; } figure { margin: 0.4em 0; } "
          "svg { max-width: 100%; height: auto; }\n"
-         ".small { color: #555; font-size: 0.85em; }\n</style>\n</head>\n<body>\n" +
+         ".small { color: #555; font-size: 0.85em; }\n"
+         "@page { size: A4; margin: 10mm; }\n"  // all on one page
+         "@media print { body { font-size: 9.5px; margin: 0; padding: 0; print-color-adjust: exact; } "
+         "svg { max-height: 54mm; } }\n</style>\n</head>\n<body>\n" +
          body + "</body>\n</html>\n";
 }
 
