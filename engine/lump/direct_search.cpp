@@ -15,10 +15,10 @@ constexpr double kNoGain = 0.3;  // of chi2, before the finer grids are asked ag
 constexpr double kHeaviest = 1e3;
 constexpr LumpRange kRatios{0.02, 1000};   // beyond, nothing changes any more
 constexpr LumpRange kAnyRatios{0.1, 100};  // beyond, a ratio counts as open: hardly anything changes any more
-constexpr uint32_t kMostAlongRatio = 6;
+constexpr uint32_t kMostAlongRatio = 5;
 constexpr double kWorthAnother = 1;         // of chi2, that a second step at a ratio gains
 constexpr LumpRange kAlongRatio{0.2, 1.2};  // a step of the ratio's logarithm there
-constexpr double kLower = 0.5;              // of chi2: a better lump than the best
+constexpr double kLower = 1;                // of chi2: a better lump than the best
 constexpr double kGridDoubt = 2;            // standard deviations of the change that fewer grids would make
 // Of Gaussians that the elements' errors are sums of.
 constexpr double kDoubtPitch_mm = 4, kDoubtSigma_mm = 3;
@@ -224,8 +224,10 @@ bool DirectSearch::descend(State& best, uint32_t& rounds) const {
 DirectSearch::RatioEnd DirectSearch::ratio_end(const State& best, double direction, double allowed,
                                                double step) const {
   const double least = solve(best, 0, Sought::LumpOfThisRatio).chi2;
-  const LumpStep only_ratio = LumpStep::Unit(kLnRatio) * direction;
-  RatioEnd end{moved(best.lump, only_ratio * std::log(kRatios.high / kRatios.low)), std::nullopt};
+  const auto at_limit = [&](const LumpCase::Lump& lump) {
+    return moved(lump, LumpStep::Unit(kLnRatio) * (direction * std::log(kRatios.high / kRatios.low)));
+  };
+  RatioEnd end{at_limit(best.lump), std::nullopt};
   State here = best;
   double reached = 0, risen = 0;  // of the ratio's logarithm, and the root of what chi2 rose by
   for (uint32_t round = 0; round < kMostAlongRatio; ++round) {
@@ -251,6 +253,7 @@ DirectSearch::RatioEnd DirectSearch::ratio_end(const State& best, double directi
       end.lump = moved(here.lump, difference(next->lump, here.lump) * share);
       break;
     }
+    end.lump = at_limit(next->lump);
     if (next->lump.stiffness_ratio < kAnyRatios.low || next->lump.stiffness_ratio > kAnyRatios.high) break;
     step = root > risen ? (wanted - root) * (to - reached) / (root - risen) * 1.05 : kAlongRatio.high;
     reached = to;
