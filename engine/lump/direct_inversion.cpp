@@ -267,6 +267,7 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
   if (starts.empty()) starts.push_back({first_guess(reading), 1});
   Inversion inversion(reading, options);
   std::vector<Answer> answers;
+  answers.reserve(starts.size());
   for (const DirectInversionOptions::Start& start : starts) answers.push_back(inversion.from(start));
   const Answer settled = *std::min_element(answers.begin(), answers.end(), better);
   for (Answer& answer : answers)
