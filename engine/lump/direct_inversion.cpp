@@ -21,7 +21,7 @@ constexpr double kStands = 0.2;  // standard deviations that count as none
 // By how much elements misplace a lump's faces, shares of the finer cells' sides; more where a box of cells
 // becomes an upright cylinder, whose edges bend them most. Found on blocks that other cells had pressed.
 constexpr double kFaceDoubt = 0.06, kUprightDoubt = 0.1;
-constexpr double kUprightRatioDoubt = 0.06;  // of the logarithm
+constexpr double kUprightRatioDoubt = 0.06, kLyingRatioDoubt = 0.04;  // of the logarithm
 constexpr double kRival = 0.1;  // likelihood beside the best shape's from which on a shape counts
 // Standard deviations of the ratio's logarithm, from which on the curvature at the best lump says too little
 // of its likelihood further away.
@@ -115,6 +115,7 @@ Spread spread_at(const DirectSearch& search, const DirectSearch::State& best, do
   cells(kLnSize) = faces_mm / lump.diameter_mm;
   cells(kLnDepth) = faces_mm / lump.depth_mm;
   if (upright) cells(kLnRatio) = kUprightRatioDoubt;
+  if (lump.shape == LumpShape::LyingCylinder) cells(kLnRatio) = kLyingRatioDoubt;
   return spread;
 }
 
