@@ -16,8 +16,6 @@ constexpr double kNinetyPercent = 1.645;  // standard deviations to either side
 constexpr double kChance = 15.09;         // chi2 of five unknowns that chance reaches in 1 % of readings
 constexpr size_t kFewestValues = 60;      // of a load
 constexpr double kMostSaturated = 0.02;
-constexpr uint32_t kMostCorrections = 4;
-constexpr double kStands = 0.2;  // standard deviations that count as none
 // By how much elements misplace a lump's faces, shares of the finer cells' sides; more where a box of cells
 // becomes an upright cylinder, whose edges bend them most. Found on blocks that other cells had pressed.
 constexpr double kFaceDoubt = 0.06, kUprightDoubt = 0.1;
@@ -204,18 +202,10 @@ class Inversion {
     if (!reason.empty()) answer.estimate.reasons.push_back(reason);
   }
 
-  /// The best lump near the answer's, the finer grids asked as often as they change it.
+  /// The best lump near the answer's, and what it is worth.
   void settle(Answer& answer) {
     DirectSearch::State& best = *answer.best;
-    uint32_t rounds = options_.most_rounds;
-    bool settled = search_.descend(best, rounds);
-    for (uint32_t again = 0; again < kMostCorrections && settled; ++again) {
-      const LumpCase::Lump from = best.lump;
-      if (!search_.correct(best)) break;
-      settled = search_.descend(best, rounds);
-      const LumpStep sd = search_.solve(best, 0, DirectSearch::Sought::Lump).sd;
-      if ((difference(best.lump, from).cwiseAbs() - kStands * sd).maxCoeff() <= 0) break;
-    }
+    const bool settled = search_.settle(best);
     LumpEstimate& estimate = answer.estimate;
     const double share = misfit(answer);
     answer.spread = spread_at(search_, best, share, reading_, options_.model);

@@ -31,7 +31,8 @@ struct DirectInversionOptions {
 /// at the end, widened where the reading fits worse than its noise; where the ratio is little determined,
 /// from its likelihood's profile. StiffnessOpen, NoLump, Unusable as LumpVerdict says; NoLump where the lump
 /// gains less than chance does in one of 100 readings. One to four minutes of one processor for four loads
-/// and each start. Throws Error(Failure::Usage) where the reading's parts do not fit together.
+/// and each start, up to ten where the ratio is open or there is no lump. Throws Error(Failure::Usage) where
+/// the reading's parts do not fit together.
 LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOptions& options = {});
 
 }  // namespace palpate

@@ -8,6 +8,7 @@
 namespace palpate {
 namespace {
 
+constexpr uint32_t kMostCorrections = 4;
 constexpr uint32_t kMostInVain = 3;
 constexpr double kStands = 0.2;  // standard deviations that count as none
 constexpr double kFits = 1.2;    // chi2 of a value, of a reading that the lump explains
@@ -219,6 +220,19 @@ bool DirectSearch::descend(State& best, uint32_t& rounds) const {
     }
   }
   return false;
+}
+
+bool DirectSearch::settle(State& best) const {
+  uint32_t rounds = options_.most_rounds;
+  bool settled = descend(best, rounds);
+  for (uint32_t again = 0; again < kMostCorrections && settled; ++again) {
+    const LumpCase::Lump from = best.lump;
+    if (!correct(best)) break;
+    settled = descend(best, rounds);
+    const LumpStep sd = solve(best, 0, Sought::Lump).sd;
+    if ((difference(best.lump, from).cwiseAbs() - kStands * sd).maxCoeff() <= 0) break;
+  }
+  return settled;
 }
 
 DirectSearch::RatioEnd DirectSearch::ratio_end(const State& best, double direction, double allowed,

@@ -53,9 +53,9 @@ class DirectSearch {
   };
   Step solve(const State& from, double damping, Sought sought) const;
 
-  /// Moves the state to the best one that shares its correction, or its last one where other cells became
-  /// needed; false where `rounds` ran out before.
-  bool descend(State& best, uint32_t& rounds) const;
+  /// Moves the state to the best lump near it, all grids asked again as often as they change it. False where
+  /// that did not end within the options' rounds.
+  bool settle(State& best) const;
 
   struct RatioEnd {
     LumpCase::Lump lump;         ///< whose chi2 is higher than the best's by what was allowed
@@ -70,6 +70,9 @@ class DirectSearch {
   std::optional<double> without_lump(const State& with_lump);
 
  private:
+  /// Moves the state to the best one that shares its correction, or its last one where other cells became
+  /// needed; false where `rounds` ran out before.
+  bool descend(State& best, uint32_t& rounds) const;
   std::optional<State> moved_to(const LumpCase::Lump& lump, const State& from) const;
   void judge(State& state) const;
   bool suits(const State& state) const;
