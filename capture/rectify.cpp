@@ -5,8 +5,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "capture/images.h"
-#include "engine/error.h"
+#include "capture/files/images.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 
-#include "engine/frame.h"
-#include "engine/sensor.h"
+#include "palpate/frame.h"
+#include "palpate/sensor.h"
 
 namespace cv {
 class Mat;

@@ -4,13 +4,13 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "capture/camera.h"
-#include "capture/images.h"
-#include "capture/session.h"
-#include "capture/synthetic.h"
-#include "capture/synthetic_tissue.h"
-#include "capture/video.h"
-#include "engine/error.h"
+#include "capture/v4l2/camera.h"
+#include "capture/files/images.h"
+#include "capture/session/session.h"
+#include "capture/synthetic/synthetic.h"
+#include "capture/synthetic/tissue.h"
+#include "capture/files/video.h"
+#include "palpate/error.h"
 
 namespace fs = std::filesystem;
 

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "capture/truth.h"
-#include "engine/frame.h"
-#include "engine/sensor.h"
+#include "capture/synthetic/truth.h"
+#include "palpate/frame.h"
+#include "palpate/sensor.h"
 
 namespace palpate {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "engine/error.h"
+#include "palpate/error.h"
 #include "engine/gpu/context.h"
 
 namespace palpate::gpu {

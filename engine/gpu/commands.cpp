@@ -5,7 +5,7 @@
 #include <chrono>
 #include <utility>
 
-#include "engine/error.h"
+#include "palpate/error.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/kernel.h"

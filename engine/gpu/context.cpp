@@ -6,7 +6,7 @@
 #include <fstream>
 #include <optional>
 
-#include "engine/error.h"
+#include "palpate/error.h"
 #include "engine/gpu/physical_device.h"
 
 namespace palpate::gpu {

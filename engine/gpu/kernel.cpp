@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "engine/error.h"
+#include "palpate/error.h"
 #include "engine/gpu/context.h"
 
 namespace palpate::gpu {

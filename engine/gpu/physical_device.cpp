@@ -4,7 +4,7 @@
 #include <cstring>
 #include <string>
 
-#include "engine/error.h"
+#include "palpate/error.h"
 
 namespace palpate::gpu {
 namespace {

@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "engine/frame.h"
+#include "palpate/frame.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
-#include "engine/sensor.h"
+#include "palpate/sensor.h"
 #include "engine/stages/surface.h"
 #include "engine/stages/upload.h"
 #include "shaders/shared/confidence.h"

@@ -5,12 +5,12 @@
 #include <cstdint>
 #include <span>
 
-#include "engine/frame.h"
+#include "palpate/frame.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
-#include "engine/sensor.h"
+#include "palpate/sensor.h"
 #include "engine/stages/upload.h"
-#include "engine/tuning.h"
+#include "engine/gpu/tuning.h"
 #include "shaders/shared/contact.h"
 
 namespace palpate {

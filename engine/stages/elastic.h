@@ -1,5 +1,5 @@
 // Elastic stage: a picture of contact pressure to the deflection of the pad's surface (theory S7), by the
-// pyramid of engine/solve/elastic_plan.h. Depths are absolute: 0 is the surface far from the contact, no rest
+// pyramid of engine/elasticity/elastic_plan.h. Depths are absolute: 0 is the surface far from the contact, no rest
 // level is looked for.
 #pragma once
 
@@ -9,10 +9,10 @@
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
-#include "engine/sensor.h"
-#include "engine/solve/elastic_plan.h"
+#include "palpate/sensor.h"
+#include "engine/elasticity/elastic_plan.h"
 #include "engine/stages/surface.h"
-#include "engine/tuning.h"
+#include "engine/gpu/tuning.h"
 
 namespace palpate {
 class Contact;

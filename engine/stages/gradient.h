@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <span>
 
-#include "engine/frame.h"
+#include "palpate/frame.h"
 #include "engine/gpu/kernel.h"
-#include "engine/sensor.h"
+#include "palpate/sensor.h"
 #include "engine/stages/upload.h"
 #include "shaders/shared/gradient.h"
 

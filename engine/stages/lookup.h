@@ -7,9 +7,9 @@
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
-#include "engine/sensor.h"
+#include "palpate/sensor.h"
 #include "engine/stages/surface.h"
-#include "engine/tuning.h"
+#include "engine/gpu/tuning.h"
 #include "shaders/shared/lookup.h"
 
 namespace palpate {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/frame.h"
+#include "palpate/frame.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
 #include "engine/stages/contact.h"

@@ -1,18 +1,18 @@
 // Skin stage: follows the points of the pattern on the pad's skin from frame to frame, each by fitting its
-// untouched window to the frame (shaders/skin.comp).
+// untouched window to the frame (shaders/frame/skin.comp).
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "engine/frame.h"
+#include "palpate/frame.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
-#include "engine/sensor.h"
+#include "palpate/sensor.h"
 #include "engine/stages/skin_points.h"
 #include "engine/stages/upload.h"
-#include "engine/touch.h"
+#include "palpate/touch.h"
 
 namespace palpate {
 namespace gpu {

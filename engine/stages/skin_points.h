@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/frame.h"
-#include "engine/sensor.h"
+#include "palpate/frame.h"
+#include "palpate/sensor.h"
 
 namespace palpate {
 

@@ -8,9 +8,9 @@
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/kernel.h"
-#include "engine/sensor.h"
+#include "palpate/sensor.h"
 #include "engine/stages/surface.h"
-#include "engine/tuning.h"
+#include "engine/gpu/tuning.h"
 #include "shaders/shared/slope.h"
 
 namespace palpate {

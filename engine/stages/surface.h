@@ -8,8 +8,8 @@
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
-#include "engine/pipeline.h"
-#include "engine/tuning.h"
+#include "palpate/pipeline.h"
+#include "engine/gpu/tuning.h"
 #include "shaders/shared/grid.h"
 
 namespace palpate {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "engine/error.h"
+#include "palpate/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "shaders/thin_plate.spv.h"

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "engine/frame.h"
+#include "palpate/frame.h"
 #include "engine/gpu/buffer.h"
 
 namespace palpate {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "engine/gpu/context.h"
-#include "engine/solve/weighted_poisson.h"
+#include "engine/numeric/weighted_poisson.h"
 
 namespace palpate {
 namespace {

@@ -9,10 +9,10 @@
 #include "engine/gpu/commands.h"
 #include "engine/stages/confidence.h"
 #include "engine/stages/contact.h"
-#include "engine/stages/datum.h"
+#include "engine/stages/rest_level.h"
 #include "engine/stages/slope.h"
 #include "engine/stages/weighted_surface.h"
-#include "engine/touch.h"
+#include "palpate/touch.h"
 
 namespace palpate {
 

@@ -6,7 +6,7 @@
 //
 // A face takes the smaller weight of its two pixels. Faces of weight 0 say nothing: pixels without any other
 // are filled smoothly from around, and the height between parts that only such faces join is not determined
-// by the data (see engine/solve/islands.h).
+// by the data (see engine/numeric/islands.h).
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
-#include "engine/solve/islands.h"
+#include "engine/numeric/islands.h"
 #include "engine/stages/surface.h"
 #include "shaders/shared/weighted.h"
 

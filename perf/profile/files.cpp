@@ -1,7 +1,7 @@
 #include "perf/profile/files.h"
 
-#include "capture/output_file.h"
-#include "perf/profile/gnuplot.h"
+#include "capture/files/output_file.h"
+#include "viz/report/gnuplot.h"
 #include "perf/profile/plots.h"
 #include "perf/profile/report.h"
 #include "perf/profile/tables.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "capture/synthetic.h"
+#include "capture/synthetic/synthetic.h"
 
 namespace palpate::perf {
 namespace {

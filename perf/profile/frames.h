@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "engine/sensor.h"
-#include "perf/scene.h"
+#include "palpate/sensor.h"
+#include "perf/profile/scene.h"
 
 namespace palpate::perf {
 

@@ -4,7 +4,7 @@
 
 #include "engine/gpu/context.h"
 #include "engine/stages/contact.h"
-#include "engine/tuning.h"
+#include "engine/gpu/tuning.h"
 
 namespace palpate::perf {
 namespace {

@@ -2,8 +2,8 @@
 
 #include "engine/gpu/context.h"
 #include "perf/profile/frames.h"
-#include "viz/live.h"
-#include "viz/picture.h"
+#include "viz/live/live.h"
+#include "viz/render/picture.h"
 
 namespace palpate::perf {
 namespace {

@@ -3,7 +3,7 @@
 #include <deque>
 
 #include "engine/gpu/context.h"
-#include "engine/pipeline.h"
+#include "palpate/pipeline.h"
 #include "perf/profile/frames.h"
 
 namespace palpate::perf {

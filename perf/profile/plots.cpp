@@ -7,7 +7,7 @@
 #include <functional>
 #include <map>
 
-#include "perf/profile/gnuplot.h"
+#include "viz/report/gnuplot.h"
 #include "perf/profile/tables.h"
 
 namespace palpate::perf {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "engine/sensor.h"
+#include "palpate/sensor.h"
 #include "perf/profile/profile.h"
 #include "perf/profile/sampling.h"
 #include "perf/profile/sizes.h"

@@ -6,10 +6,10 @@
 #include <fstream>
 #include <map>
 
-#include "engine/error.h"
+#include "palpate/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
-#include "engine/pipeline.h"
+#include "palpate/pipeline.h"
 #include "perf/profile/frames.h"
 #include "perf/profile/growth.h"
 

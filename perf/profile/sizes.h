@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/sensor.h"
+#include "palpate/sensor.h"
 #include "perf/profile/profile.h"
 #include "perf/profile/sampling.h"
 

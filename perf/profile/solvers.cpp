@@ -3,10 +3,10 @@
 #include <memory>
 
 #include "engine/gpu/context.h"
-#include "engine/solve/poisson_dct.h"
+#include "engine/numeric/poisson_dct.h"
 #include "perf/profile/gpu_solvers.h"
 #include "perf/profile/truths.h"
-#include "perf/rivals.h"
+#include "perf/rivals/rivals.h"
 
 namespace palpate::perf {
 namespace {

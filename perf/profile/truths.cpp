@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "capture/heights.h"
+#include "capture/synthetic/heights.h"
 
 namespace palpate::perf {
 namespace {

@@ -11,7 +11,7 @@ namespace palpate::shared {
 using uint = uint32_t;
 #endif
 
-// A cell's numbers, as LayerStiffness in engine/lump/forward_operator.h, for a layer of relative height 1.
+// A cell's numbers, as LayerStiffness in engine/fem/linear/stiffness.h, for a layer of relative height 1.
 struct ForwardStiffness {
   float bulk, twice_mu;
   float gx, gy, gz;

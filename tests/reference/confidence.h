@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "engine/frame.h"
-#include "engine/sensor.h"
+#include "palpate/frame.h"
+#include "palpate/sensor.h"
 
 namespace palpate::reference {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/frame.h"
-#include "engine/sensor.h"
+#include "palpate/frame.h"
+#include "palpate/sensor.h"
 #include "engine/stages/contact.h"
 
 namespace palpate::reference {

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "engine/lump/forward_grid.h"
+#include "engine/fem/linear/grid.h"
 
 namespace palpate::reference {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "engine/frame.h"
+#include "palpate/frame.h"
 #include "shaders/shared/gradient.h"
 
 namespace palpate::reference {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/lump/forward_grid.h"
+#include "engine/fem/linear/grid.h"
 
 namespace palpate::reference {
 

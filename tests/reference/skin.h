@@ -1,4 +1,4 @@
-// The skin stage in plain loops and double precision: shaders/skin.comp, point by point.
+// The skin stage in plain loops and double precision: shaders/frame/skin.comp, point by point.
 #pragma once
 
 #include <algorithm>

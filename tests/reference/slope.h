@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/frame.h"
-#include "engine/sensor.h"
+#include "palpate/frame.h"
+#include "palpate/sensor.h"
 #include "tests/reference/contact.h"
 
 namespace palpate::reference {

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/solve/thin_plate_kernel.h"
+#include "engine/numeric/thin_plate_kernel.h"
 
 namespace palpate::reference {
 

@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "engine/solve/matching.h"
+#include "engine/numeric/matching.h"
 
 namespace palpate {
 

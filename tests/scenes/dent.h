@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "viz/npy.h"
+#include "capture/files/npy.h"
 
 namespace palpate {
 

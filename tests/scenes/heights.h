@@ -2,4 +2,4 @@
 // on.
 #pragma once
 
-#include "capture/heights.h"  // IWYU pragma: export
+#include "capture/synthetic/heights.h"  // IWYU pragma: export

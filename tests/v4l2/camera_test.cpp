@@ -2,7 +2,7 @@
 #include <map>
 #include <thread>
 
-#include "engine/error.h"
+#include "palpate/error.h"
 #include "tests/v4l2/guest.h"
 
 namespace palpate {

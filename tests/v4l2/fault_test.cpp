@@ -9,7 +9,7 @@
 #include <fstream>
 #include <thread>
 
-#include "engine/error.h"
+#include "palpate/error.h"
 #include "tests/v4l2/guest.h"
 
 namespace palpate {

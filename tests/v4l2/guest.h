@@ -17,8 +17,8 @@
 #include <thread>
 #include <vector>
 
-#include "capture/camera.h"
-#include "capture/v4l2_device.h"
+#include "capture/v4l2/camera.h"
+#include "capture/v4l2/device.h"
 
 namespace palpate {
 

@@ -11,7 +11,7 @@
 #include <set>
 #include <thread>
 
-#include "capture/synthetic.h"
+#include "capture/synthetic/synthetic.h"
 #include "tests/reference/contact.h"
 #include "tests/v4l2/guest.h"
 

@@ -1,0 +1,225 @@
+#include "capture/calibrate/background.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "capture/source.h"
+#include "palpate/error.h"
+
+namespace palpate {
+namespace {
+
+constexpr size_t kForMedian = 15;
+constexpr int kBlock = 8;
+constexpr double kUnlike = 8;           // a block's difference over what noise makes of it
+constexpr double kLeastUnlike = 0.006;  // of full scale
+constexpr double kThreshold = 1.5;      // over the largest change that noise makes
+
+cv::Mat plane(const Frame& frame, uint32_t channel) {
+  const FrameFormat& f = frame.format;
+  cv::Mat out;
+  cv::Mat(static_cast<int>(f.height), static_cast<int>(f.width), f.bit_depth > 8 ? CV_16UC1 : CV_8UC1,
+          const_cast<uint8_t*>(frame.row(channel, 0)))
+      .convertTo(out, CV_32F);
+  return out;
+}
+
+cv::Mat blocks(const cv::Mat& image) {
+  cv::Mat small;
+  cv::resize(image, small, {(image.cols + kBlock - 1) / kBlock, (image.rows + kBlock - 1) / kBlock}, 0, 0,
+             cv::INTER_AREA);
+  return small;
+}
+
+struct Difference {
+  double gray = 0;
+  cv::Point at;
+};
+
+/// The largest difference between 8 x 8 px means of two images of all planes.
+Difference difference(const std::vector<cv::Mat>& a, const std::vector<cv::Mat>& b) {
+  Difference largest;
+  for (size_t c = 0; c < a.size(); ++c) {
+    cv::Mat d;
+    cv::absdiff(blocks(a[c]), blocks(b[c]), d);
+    double value = 0;
+    cv::Point at;
+    cv::minMaxLoc(d, nullptr, &value, nullptr, &at);
+    if (value > largest.gray) largest = {value, at * kBlock};
+  }
+  return largest;
+}
+
+std::vector<cv::Mat> planes(const Frame& frame) {
+  std::vector<cv::Mat> all;
+  for (uint32_t c = 0; c < frame.format.channels; ++c) all.push_back(plane(frame, c));
+  return all;
+}
+
+std::vector<cv::Mat> mean_of(const std::vector<const Frame*>& frames) {
+  std::vector<cv::Mat> sum;
+  for (const Frame* frame : frames) {
+    const std::vector<cv::Mat> next = planes(*frame);
+    if (sum.empty())
+      sum = next;
+    else
+      for (size_t c = 0; c < next.size(); ++c) sum[c] += next[c];
+  }
+  for (cv::Mat& s : sum) s /= static_cast<double>(frames.size());
+  return sum;
+}
+
+Frame median_of(const std::vector<Frame>& frames) {
+  const size_t count = std::min(frames.size(), kForMedian), step = frames.size() / count;
+  Frame median;
+  median.reshape(frames.front().format);
+  const FrameFormat& f = median.format;
+  std::vector<uint32_t> values(count);
+  for (uint32_t c = 0; c < f.channels; ++c)
+    for (uint32_t y = 0; y < f.height; ++y)
+      for (uint32_t x = 0; x < f.width; ++x) {
+        for (size_t i = 0; i < count; ++i) values[i] = frames[i * step].at(c, x, y);
+        const auto middle = values.begin() + static_cast<std::ptrdiff_t>(count / 2);
+        std::nth_element(values.begin(), middle, values.end());
+        median.set(c, x, y, *middle);
+      }
+  return median;
+}
+
+/// Standard deviation of an 8 x 8 px mean, from one frame to the next: touch that comes and goes does not
+/// count, as most blocks of most frames know nothing of it.
+double block_noise(const std::vector<Frame>& frames) {
+  std::vector<float> steps;
+  std::vector<cv::Mat> before;
+  for (const Frame& frame : frames) {
+    std::vector<cv::Mat> now;
+    for (const cv::Mat& p : planes(frame)) now.push_back(blocks(p));
+    for (size_t c = 0; c < before.size(); ++c) {
+      const cv::Mat step = cv::abs(now[c] - before[c]);
+      steps.insert(steps.end(), step.begin<float>(), step.end<float>());
+    }
+    before = std::move(now);
+  }
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return static_cast<double>(*middle) / (0.6745 * std::sqrt(2.0));
+}
+
+std::string place_text(const Difference& d) {
+  char text[96];
+  std::snprintf(text, sizeof text, "by %.1f gray near (%d, %d) px", d.gray, d.at.x, d.at.y);
+  return text;
+}
+
+}  // namespace
+
+UntouchedImage untouched_image(const std::vector<Frame>& frames, const Sensor& sensor) {
+  if (frames.size() < 2)
+    throw Error(Failure::Input, "two untouched frames or more, so that noise is known",
+                std::to_string(frames.size()), "a longer recording, or more --frames");
+  const FrameFormat& f = frames.front().format;
+  const std::vector<cv::Mat> middle = planes(median_of(frames));
+  std::vector<Difference> unlike;
+  unlike.reserve(frames.size());
+  for (const Frame& frame : frames) unlike.push_back(difference(planes(frame), middle));
+  const double limit = std::max(kUnlike * block_noise(frames), kLeastUnlike * f.max_gray());
+  UntouchedImage out;
+  std::vector<const Frame*> used;
+  Difference worst;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    if (unlike[i].gray <= limit) {
+      used.push_back(&frames[i]);
+    } else {
+      ++out.left_out;
+      if (unlike[i].gray > worst.gray) worst = unlike[i];
+    }
+  }
+  out.used = used.size();
+  if (2 * used.size() < frames.size() || used.size() < 2)
+    throw Error(Failure::Input, "frames in which nothing touches the pad",
+                std::to_string(out.left_out) + " of " + std::to_string(frames.size()) +
+                    " unlike the others, " + place_text(worst),
+                "fewer --frames from the start, or a recording at rest");
+  const std::vector<cv::Mat> mean = mean_of(used);
+  out.mean.reshape(f);
+  double square = 0;
+  for (uint32_t c = 0; c < f.channels; ++c) {
+    for (uint32_t y = 0; y < f.height; ++y)
+      for (uint32_t x = 0; x < f.width; ++x)
+        out.mean.set(
+            c, x, y,
+            static_cast<uint32_t>(std::lround(mean[c].at<float>(static_cast<int>(y), static_cast<int>(x)))));
+  }
+  for (uint32_t y = 0; y < f.height; ++y)
+    for (uint32_t x = 0; x < f.width; ++x) {
+      bool saturated = false;
+      for (uint32_t c = 0; c < f.channels; ++c)
+        saturated = saturated || out.mean.at(c, x, y) >= sensor.saturation_gray;
+      out.saturated_px += saturated;
+    }
+  const cv::Mat binomial = (cv::Mat_<float>(5, 1) << 1 / 16.f, 4 / 16.f, 6 / 16.f, 4 / 16.f, 1 / 16.f);
+  for (const Frame* frame : used) {
+    const std::vector<cv::Mat> now = planes(*frame);
+    for (uint32_t c = 0; c < f.channels; ++c) {
+      const cv::Mat change = now[c] - mean[c];
+      square += cv::norm(change, cv::NORM_L2SQR);
+      cv::Mat counted;
+      if (sensor.signal == Signal::Either)
+        counted = cv::abs(change);
+      else
+        counted = cv::max(sensor.signal == Signal::Darker ? cv::Mat(-change) : change, 0.0);
+      if (sensor.filter == Filter::Binomial5)
+        cv::sepFilter2D(counted, counted, CV_32F, binomial, binomial, {-1, -1}, 0, cv::BORDER_REPLICATE);
+      double largest = 0;
+      cv::minMaxLoc(counted, nullptr, &largest);
+      out.largest_change_gray = std::max(out.largest_change_gray, largest);
+    }
+  }
+  out.noise_gray = std::sqrt(square / (static_cast<double>(f.width) * f.height * f.channels *
+                                       (static_cast<double>(used.size()) - 1)));
+  out.threshold_gray = std::ceil(kThreshold * std::max(out.largest_change_gray, 1.0) * 128) / 128;
+  const size_t third = std::max<size_t>(1, used.size() / 3);
+  const Difference drift =
+      difference(mean_of({used.begin(), used.begin() + static_cast<std::ptrdiff_t>(third)}),
+                 mean_of({used.end() - static_cast<std::ptrdiff_t>(third), used.end()}));
+  out.drift_gray = drift.gray;
+  // What noise alone makes of the largest of many differences of such means.
+  const double drift_noise = 6 * out.noise_gray / kBlock * std::sqrt(2.0 / static_cast<double>(third));
+  if (out.left_out > 0)
+    out.warning = std::to_string(out.left_out) + " of " + std::to_string(frames.size()) +
+                  " frames were left out: something touches or moves, " + place_text(worst);
+  else if (drift.gray > std::max(kLeastUnlike * f.max_gray(), drift_noise))
+    out.warning = "the image changes from the first to the last frames, " + place_text(drift) +
+                  ": light that drifts, or a touch that stays";
+  else if (out.saturated_px > 0)
+    out.warning = std::to_string(out.saturated_px) + " pixels are saturated without touch";
+  return out;
+}
+
+std::vector<Frame> take_frames(const std::string& input, const Sensor& sensor, uint32_t wanted,
+                               uint32_t every, const std::function<bool(uint64_t)>& more) {
+  const std::unique_ptr<Source> source = open_source(input, sensor);
+  std::vector<Frame> frames;
+  Frame frame;
+  for (uint64_t n = 0; frames.size() < wanted && source->next(frame); ++n) {
+    if (n % std::max(1u, every) != 0) continue;
+    Frame own;
+    own.reshape(frame.format);
+    std::copy_n(frame.pixels(), frame.format.frame_bytes(), own.bytes.data());
+    frames.push_back(std::move(own));
+    if (!more(frames.size())) break;
+  }
+  return frames;
+}
+
+Sensor unrectified(Sensor sensor) {
+  sensor.crop_px.reset();
+  sensor.quad_px.reset();
+  sensor.lens.reset();
+  sensor.flat.reset();
+  sensor.size_px = {};
+  return sensor;
+}
+
+}  // namespace palpate

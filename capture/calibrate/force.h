@@ -1,0 +1,63 @@
+// palpate calibrate force without its command line: recordings beside gauges in, a force calibration out, and
+// what a person wants to know before believing it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/calibrate/force_choice.h"
+#include "capture/calibrate/gauged_recording.h"
+
+namespace palpate {
+
+/// Whether the sum of gradients is measured for a force calibration: of gels, whose pixels change with the
+/// slope; or where it is asked for and frames have 8 bits.
+bool may_show_slopes(const Sensor& sensor, bool asked = false);
+
+/// Touched frames beside their gauge readings, for the fit; saturated ones, those at the border and those
+/// without a reading stay in, marked. Presses are numbered over all recordings. `keep_border`: contacts at
+/// the border count, for pads that objects or their glow outgrow.
+std::vector<ForceSample> force_samples(const std::vector<GaugedRecording>& recordings,
+                                       bool keep_border = false);
+
+/// A calibration on a recording that it was not made from.
+struct ForceCheck {
+  std::string input, gauge;
+  size_t readings = 0;         ///< valid estimates beside a gauge reading
+  size_t flagged = 0;          ///< touched frames whose estimate says of itself that it is not valid
+  double flagged_error_N = 0;  ///< their mean absolute error
+  double mean_error_N = 0;     ///< absolute
+  double rms_error_N = 0;
+  double median_relative =
+      0;               ///< absolute error over the gauge's reading, of readings above 5 % of full scale
+  double above_N = 0;  ///< of readings from this force on (1 N, or a tenth of the full scale below 10 N):
+  size_t above_readings = 0;
+  double above_error_N = 0;  ///< their mean absolute error
+  double coverage = 0;       ///< share within the stated 95 % interval
+};
+ForceCheck check_force(const ForceCalibration& calibration, const GaugedRecording& recording,
+                       bool keep_border = false);
+
+struct ForceOutcome {
+  std::vector<GaugedRecording> recordings;
+  std::vector<ForceSample> samples;
+  ForceChoice choice;
+  std::vector<ForceCheck> checks;
+};
+
+/// The whole of it for recordings that are measured already. Fills the calibration's origin.
+ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const ForceChoiceOptions& options,
+                             bool keep_border = false);
+
+/// The tables that a person reads, and the same as a JSON object (text).
+std::string describe(const ForceOutcome& outcome);
+std::string to_json(const ForceOutcome& outcome, const std::string& sensor_file);
+/// One line a sample: recording, frame, time_s, press, the four signals, force_N, fitted_N, held_out_N,
+/// unloading, left_out.
+std::string samples_csv(const ForceOutcome& outcome);
+/// A script for gnuplot that writes one picture to standard output, `svg` or PNG: readings of both directions
+/// with their curves and the 95 % interval, and the residuals below.
+std::string plot_script(const ForceOutcome& outcome, bool svg);
+
+}  // namespace palpate

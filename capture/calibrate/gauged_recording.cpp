@@ -1,0 +1,186 @@
+#include "capture/calibrate/gauged_recording.h"
+
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <limits>
+
+#include "capture/v4l2/camera.h"
+#include "capture/source.h"
+#include "palpate/error.h"
+#include "palpate/pipeline.h"
+#include "capture/run/processing.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr const char* kTruth = "truth";
+
+std::string number(double value, const char* format = "%.4g") {
+  char text[32];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+std::string counted(size_t count, const char* what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+void take_truth(const Source& source, GaugedRecording& recording) {
+  for (GaugedFrame& f : recording.frames) {
+    const std::optional<Truth> truth = source.truth(f.touch.sequence);
+    if (!truth)
+      throw Error(Failure::Input, "a gauge's table for '" + recording.input + "'",
+                  "'truth', which only synthetic recordings know", "--gauge FILE.csv");
+    f.force_N = truth->force_N;
+    f.fx_N = truth->shear_x_N;
+    f.fy_N = truth->shear_y_N;
+  }
+}
+
+/// What both sides saw, for the clocks: the normal force, or without one how far the contact is pulled.
+TimeAlignment align(const GaugedRecording& recording, const Gauge& gauge) {
+  std::vector<double> time_s, signal, force;
+  const bool normal = !gauge.force_N.empty();
+  for (const GaugedFrame& f : recording.frames) {
+    time_s.push_back(f.time_s);
+    const Touch& t = f.touch;
+    if (normal && t.has_gradient)
+      signal.push_back(t.gradient_sum);  // before what presses counts as contact
+    else
+      signal.push_back(!t.contact ? 0 : normal ? t.gray_sum : std::hypot(t.shift_x_mm, t.shift_y_mm));
+  }
+  for (size_t i = 0; i < gauge.size(); ++i)
+    force.push_back(normal ? gauge.force_N[i] : std::hypot(gauge.fx_N[i], gauge.fy_N[i]));
+  std::vector<std::pair<double, double>> breaks;
+  for (const GaugeGap& gap : gauge.gaps) breaks.emplace_back(gap.from_s, gap.to_s);
+  return align_in_time(time_s, signal, gauge.time_s, force, breaks);
+}
+
+void take_gauge(const GaugeRequest& request, GaugedRecording& recording) {
+  Gauge gauge = read_gauge(request.gauge, request.columns);
+  if (gauge.by_frame() && request.alignment.kind != Alignment::Kind::None && request.alignment.asked) {
+    // A gauge that is read late counts the right frames and is late all the same.
+    const GaugedFrame& last = recording.frames.back();
+    if (!(last.time_s > 0) || last.touch.sequence == 0)
+      throw Error(Failure::Input, "times of the frames of '" + recording.input + "', for --align",
+                  "images, which know none", "--rate HZ, or --align none");
+    const double step_s = last.time_s / static_cast<double>(last.touch.sequence);
+    for (const uint64_t frame : gauge.frames) gauge.time_s.push_back(static_cast<double>(frame) * step_s);
+  }
+  if (const std::string gaps = describe_gaps(gauge); !gaps.empty())
+    recording.notes.push_back(gaps + ": frames there are left out");
+  if (!gauge.by_frame()) {
+    if (!std::isfinite(recording.frames.front().time_s))
+      throw Error(Failure::Input, "times of the frames of '" + recording.input + "', as the gauge has times",
+                  "images, which know none", "--rate HZ, or a gauge table with a column frame");
+    if (request.alignment.kind == Alignment::Kind::Fixed) recording.offset_s = request.alignment.offset_s;
+    if (request.alignment.kind == Alignment::Kind::Auto) {
+      recording.alignment = align(recording, gauge);
+      recording.offset_s = recording.alignment->offset_s;
+    }
+  }
+  size_t without = 0;
+  for (GaugedFrame& f : recording.frames) {
+    const auto at = [&](const std::vector<double>& column) {
+      const std::optional<double> value = gauge.by_frame()
+                                              ? gauge_at_frame(gauge, column, f.touch.sequence)
+                                              : gauge_at(gauge, column, f.time_s - recording.offset_s);
+      return value.value_or(kNaN);
+    };
+    f.force_N = at(gauge.force_N);
+    f.fx_N = at(gauge.fx_N);
+    f.fy_N = at(gauge.fy_N);
+    without += std::isnan(f.force_N) && std::isnan(f.fx_N);
+  }
+  if (without == recording.frames.size())
+    throw Error(Failure::Input, "gauge readings at the times of the frames of '" + recording.input + "'",
+                gauge.file + ", which has none there",
+                "--align auto, or the gauge's table of this recording");
+  if (without > 0)
+    recording.notes.push_back(counted(without, "frame") + " of " + std::to_string(recording.frames.size()) +
+                              " without a gauge reading");
+}
+
+}  // namespace
+
+Alignment parse_alignment(const std::string& text) {
+  if (text.empty()) return {};
+  if (text == "auto") return {Alignment::Kind::Auto, 0, true};
+  if (text == "none") return {Alignment::Kind::None, 0, true};
+  double seconds = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(seconds))
+    throw Error(Failure::Usage, "--align auto, none or seconds to add to the gauge's times", "'" + text + "'",
+                "--align auto");
+  return {Alignment::Kind::Fixed, seconds, true};
+}
+
+GaugedRecording measure_beside_gauge(gpu::Context& context, const Common& common, const MeasuredInput& input,
+                                     const GaugeRequest& request) {
+  if (is_camera(input.input))
+    throw Error(Failure::Usage, "a recording beside its gauge's table", "a camera",
+                "palpate record first, then the session");
+  GaugedRecording recording;
+  recording.input = input.input;
+  recording.gauge = request.gauge;
+  if (request.gauge != kTruth) read_gauge(request.gauge, request.columns);  // before minutes of measuring
+  const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
+  source->watch(interrupted);
+  const Frame background = load_background(input.input, input.sensor, *source);
+  Pipeline pipeline(context, input.sensor, source->format(),
+                    {.outputs = input.outputs, .solver = SurfaceSolver::Converged});
+  pipeline.set_background(background);
+  const double rate_Hz = source->rate_Hz() > 0 ? source->rate_Hz() : request.rate_Hz;
+  ProgressBar progress(common, "measuring", source->frame_count().value_or(0));
+  run_recording(*source, pipeline, 0, [&](const Result& result, const Frame& frame) {
+    GaugedFrame f{result.touch, kNaN, kNaN, kNaN, kNaN};
+    f.touch.contacts.clear();
+    f.touch.skin_points.clear();
+    if (source->rate_Hz() > 0)
+      f.time_s = static_cast<double>(frame.time_ns) * 1e-9;
+    else if (rate_Hz > 0)
+      f.time_s = static_cast<double>(frame.sequence) / rate_Hz;
+    recording.frames.push_back(std::move(f));
+    progress.update(recording.frames.size());
+  });
+  if (recording.frames.empty())
+    throw Error(Failure::Input, "frames in '" + input.input + "'", "none", "another recording");
+  if (const std::string warning = source->warning(); !warning.empty()) recording.notes.push_back(warning);
+  if (request.gauge == kTruth)
+    take_truth(*source, recording);
+  else
+    take_gauge(request, recording);
+  return recording;
+}
+
+std::string describe(const GaugedRecording& recording) {
+  std::string text =
+      recording.input + " beside " + recording.gauge + ": " + counted(recording.frames.size(), "frame");
+  if (const std::optional<TimeAlignment>& a = recording.alignment)
+    text += ", gauge's clock " + number(a->offset_s, "%+.4f") + " s +- " + number(a->sd_s, "%.2g") +
+            " s (correlation " + number(a->correlation, "%.4f") + ")";
+  else if (recording.offset_s != 0)
+    text += ", gauge's clock " + number(recording.offset_s, "%+.4f") + " s as given";
+  text += "\n";
+  for (const std::string& note : recording.notes) text += "  " + note + "\n";
+  return text;
+}
+
+Origin origin_of(const std::vector<GaugedRecording>& recordings, const std::string& note) {
+  Origin origin;
+  for (const GaugedRecording& r : recordings)
+    origin.from += (origin.from.empty() ? "" : "; ") + r.input + " beside " + r.gauge;
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  origin.made = text;
+  origin.note = note;
+  return origin;
+}
+
+}  // namespace palpate

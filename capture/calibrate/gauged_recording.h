@@ -1,0 +1,60 @@
+// A recording measured from end to end, and beside each frame what a force gauge read.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/files/gauge.h"
+#include "engine/calibrate/time_alignment.h"
+#include "palpate/touch.h"
+#include "viz/commands/command.h"
+#include "capture/run/input.h"
+
+namespace palpate {
+
+/// How the gauge's clock is brought to the recording's.
+struct Alignment {
+  enum class Kind { Auto, None, Fixed } kind = Kind::Auto;
+  double offset_s = 0;  ///< Kind::Fixed: added to the gauge's times
+  bool asked = false;   ///< otherwise a table that counts frames is taken as it is
+};
+/// "auto", "none" or seconds; empty: auto for tables with times. Throws Error(Failure::Usage).
+Alignment parse_alignment(const std::string& text);
+
+struct GaugedFrame {
+  Touch touch;                             ///< without its lists of contacts and skin points
+  double time_s = 0;                       ///< since the recording began; NaN: not known
+  double force_N = 0, fx_N = 0, fy_N = 0;  ///< NaN: the gauge does not say
+};
+
+struct GaugedRecording {
+  std::string input;
+  std::string gauge;  ///< its file, or "truth"
+  std::vector<GaugedFrame> frames;
+  std::optional<TimeAlignment> alignment;  ///< where the clocks were compared
+  double offset_s = 0;                     ///< that was added to the gauge's times
+  std::vector<std::string> notes;          ///< what to know of it, one line each
+};
+
+struct GaugeRequest {
+  std::string gauge;  ///< CSV file, or "truth" of a synthetic recording
+  GaugeColumns columns = GaugeColumns::Normal;
+  Alignment alignment;
+  double rate_Hz = 0;  ///< of images, which know no times
+};
+
+/// Measures every frame (a camera is refused) and reads the gauge at its time: straight between its readings,
+/// not across gaps and not beyond its ends. Tables that count frames need no clock. Throws
+/// Error(Failure::Input) where the two cannot be brought together.
+GaugedRecording measure_beside_gauge(gpu::Context& context, const Common& common, const MeasuredInput& input,
+                                     const GaugeRequest& request);
+
+/// "offset 0.1234 s +- 0.0004 s (correlation 0.9991)" and the notes, a line each.
+std::string describe(const GaugedRecording& recording);
+
+/// What made a calibration, for its sensor file: recordings, gauges, the time now.
+Origin origin_of(const std::vector<GaugedRecording>& recordings, const std::string& note);
+
+}  // namespace palpate

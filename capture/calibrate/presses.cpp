@@ -1,0 +1,268 @@
+#include "capture/calibrate/presses.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <tuple>
+
+#include "capture/files/images.h"
+#include "capture/source.h"
+#include "palpate/error.h"
+#include "capture/calibrate/markers.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr uint64_t kMostLooked = 400;
+constexpr size_t kMostPresses = 200;
+constexpr double kMoved = 0.5;         // of the contact's radius: another press
+constexpr double kDeeper = 1.0 / 6;    // change of the radius: another press
+constexpr double kUnlikeOthers = 1.8;  // a press's ramp over the median of all
+constexpr size_t kEnoughToCompare = 4;
+
+std::string count_text(size_t count, const char* what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+void refuse_without_background(const std::string& input, const Sensor& sensor, const Source& source) {
+  if (sensor.background.image.empty() && source.frame_count() == 1)
+    throw Error(Failure::Input, "an untouched image to compare " + input + " with", "none",
+                "--background IMAGE, or \"background\": {\"image\": ...} in the sensor file");
+}
+
+/// What most presses were refused for, for the one line that says why there are too few.
+std::string main_reason(const BallPresses& found) {
+  std::map<std::string, size_t> counts;
+  for (const RefusedPress& r : found.refused) ++counts[r.reason.substr(0, r.reason.find(':'))];
+  std::string reason;
+  size_t most = 0;
+  for (const RefusedPress& r : found.refused) {
+    const size_t count = counts[r.reason.substr(0, r.reason.find(':'))];
+    if (count > most) most = count, reason = r.label + ": " + r.reason;
+  }
+  return reason;
+}
+
+void add(BallPresses& found, BallPress press, const Frame& background) {
+  if (!found.presses.empty()) {
+    BallPress& last = found.presses.back();
+    const FoundBall &a = last.ball, &b = press.ball;
+    const bool same_file =
+        last.label.substr(0, last.label.rfind('#')) == press.label.substr(0, press.label.rfind('#'));
+    if (same_file &&
+        std::hypot(a.center_x_px - b.center_x_px, a.center_y_px - b.center_y_px) < kMoved * a.radius_px &&
+        std::abs(a.radius_px - b.radius_px) < kDeeper * a.radius_px) {
+      if (b.radius_px > a.radius_px) last = std::move(press);
+      return;
+    }
+  }
+  if (found.presses.size() >= kMostPresses) return;
+  found.presses.push_back(std::move(press));
+  found.backgrounds.push_back(background);
+}
+
+/// Balls of one size under one light change the colour at one rate; what does not is no such ball.
+void refuse_unlike(BallPresses& found) {
+  if (found.presses.size() < kEnoughToCompare) return;
+  std::vector<double> ramps;
+  for (const BallPress& p : found.presses) ramps.push_back(p.ball.ramp_gray_per_px);
+  std::nth_element(ramps.begin(), ramps.begin() + static_cast<std::ptrdiff_t>(ramps.size() / 2), ramps.end());
+  const double median = ramps[ramps.size() / 2];
+  for (size_t i = found.presses.size(); i-- > 0;) {
+    const double ratio = found.presses[i].ball.ramp_gray_per_px / median;
+    if (ratio < kUnlikeOthers && ratio > 1 / kUnlikeOthers) continue;
+    char text[128];
+    std::snprintf(text, sizeof text, "its colour changes %.2f times as fast as the others': another ball",
+                  ratio);
+    found.refused.push_back({found.presses[i].label, text});
+    found.presses.erase(found.presses.begin() + static_cast<std::ptrdiff_t>(i));
+    found.backgrounds.erase(found.backgrounds.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+}
+
+bool parse(std::string_view text, auto& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells(1);
+  for (const char c : line) {
+    if (c == ',')
+      cells.emplace_back();
+    else if (c != '\r')
+      cells.back() += c;
+  }
+  return cells;
+}
+
+/// One row of the table: a frame and the ball pressed in it.
+struct Row {
+  std::string image;  // as written
+  fs::path file;
+  uint64_t frame = 0;
+  std::array<double, 4> numbers{};  // center x, y, contact radius (px), ball radius (mm)
+};
+
+/// "name.png" or "name.avi#12" below a folder, "12" of a single file.
+void locate(Row& row, const fs::path& input, const std::string& where) {
+  const bool folder = fs::is_directory(input);
+  const size_t hash = row.image.rfind('#');
+  const std::string number =
+      hash == std::string::npos ? (folder ? "" : row.image) : row.image.substr(hash + 1);
+  const std::string name = hash == std::string::npos ? row.image : row.image.substr(0, hash);
+  row.file = folder ? input / name : input;
+  if (!number.empty() || !folder) {
+    if (!parse(number, row.frame))
+      throw Error(
+          Failure::Input, "a frame number in " + where, "'" + row.image + "'",
+          folder ? "FILE or FILE#FRAME, frames counted from 0" : "the frame's number, counted from 0");
+  }
+}
+
+std::vector<Row> read_rows(const fs::path& file, const fs::path& input) {
+  std::ifstream stream(file);
+  if (!stream)
+    throw Error(Failure::Input, "a table of pressed balls", "no readable file " + file.string(),
+                std::string("a CSV file with the columns ") + kBallColumns);
+  std::vector<Row> rows;
+  std::string line;
+  for (size_t number = 1; std::getline(stream, line); ++number) {
+    const std::string where = file.string() + " line " + std::to_string(number);
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (number == 1) {
+      if (line != kBallColumns)
+        throw Error(Failure::Input, std::string("the header ") + kBallColumns, "'" + line + "'",
+                    "naming the columns of " + file.string() + " so");
+      continue;
+    }
+    if (line.empty() || line.front() == '#') continue;
+    const std::vector<std::string> cells = split(line);
+    Row row;
+    bool good = cells.size() == 5 && !cells[0].empty();
+    for (size_t i = 0; good && i < 4; ++i)
+      good = parse(cells[i + 1], row.numbers[i]) && std::isfinite(row.numbers[i]);
+    if (!good)
+      throw Error(Failure::Input, "an image and four numbers in " + where, "'" + line + "'",
+                  std::string("columns ") + kBallColumns);
+    row.image = cells[0];
+    locate(row, input, where);
+    rows.push_back(std::move(row));
+  }
+  if (rows.empty())
+    throw Error(Failure::Input, "pressed balls in " + file.string(), "no rows",
+                std::string("rows of ") + kBallColumns);
+  return rows;
+}
+
+}  // namespace
+
+BallPresses find_presses(const std::string& input, const Sensor& sensor, const PressSearch& search,
+                         size_t least) {
+  const std::unique_ptr<Source> source = open_source(input, sensor);
+  if (source->live())
+    throw Error(Failure::Input, "a recording of presses", "a camera", "palpate record first");
+  refuse_without_background(input, sensor, *source);
+  BallPresses found;
+  found.format = source->format();
+  found.background = load_background(input, sensor, *source);
+  const auto* images = dynamic_cast<const ImageSequence*>(source.get());
+  const uint64_t count = source->frame_count().value_or(0);
+  const uint64_t every =
+      search.every > 0 ? search.every : std::max<uint64_t>(1, (count + kMostLooked - 1) / kMostLooked);
+  const std::vector<uint8_t> rest_mask =
+      search.mask_markers ? find_markers(found.background, sensor) : std::vector<uint8_t>{};
+  const BallSearch ball_search{search.ball_radius_mm, sensor.pitch_mm_per_px, sensor.threshold_gray};
+
+  Frame frame;
+  uint64_t looked = 0;
+  for (uint64_t n = 0; source->next(frame); ++n) {
+    if (n % every != 0) continue;
+    if (search.progress && search.progress(++looked, count / every)) break;
+    BallPress press;
+    press.label = images ? images->files()[n].filename().string() : "frame #" + std::to_string(n);
+    press.ball_radius_mm = search.ball_radius_mm;
+    press.mask = rest_mask;
+    if (!rest_mask.empty()) press.mask = either(find_markers(frame, sensor), rest_mask);
+    press.ball = sensor.channels == 3
+                     ? find_ball(frame, found.background, press.mask, ball_search)
+                     : find_gray_ball(frame, found.background, press.mask, sensor.signal, ball_search);
+    if (press.ball.good()) {
+      press.frame = frame;
+      add(found, std::move(press), found.background);
+    } else if (press.ball.refusal.rfind("nothing is pressed", 0) == 0) {
+      ++found.untouched;
+    } else {
+      found.refused.push_back({press.label, press.ball.refusal});
+    }
+  }
+  if (sensor.channels == 3) refuse_unlike(found);
+  if (found.presses.size() < least) {
+    std::string what = std::to_string(found.presses.size()) + " usable";
+    what += ", " + count_text(found.untouched, "untouched frame") + ", " +
+            std::to_string(found.refused.size()) + " refused";
+    if (!found.refused.empty()) what += " (" + main_reason(found) + ")";
+    const bool too_wide = main_reason(found).find("does not fit a ball") != std::string::npos;
+    throw Error(Failure::Input,
+                (least == 1 ? "a press" : std::to_string(least) + " presses or more") + " of a ball of " +
+                    std::to_string(search.ball_radius_mm) + " mm radius in " + input,
+                what,
+                too_wide ? "the ball's radius (not its diameter), and pitch_mm_per_px of the sensor file"
+                : found.untouched > 0 && found.refused.empty()
+                    ? "presses deep enough to be seen, and an untouched --background"
+                    : "single presses of one ball away from the border, or --balls TABLE");
+  }
+  return found;
+}
+
+BallPresses read_presses(const fs::path& file, const fs::path& input, const Sensor& sensor,
+                         bool mask_markers) {
+  std::vector<Row> rows = read_rows(file, input);
+  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
+    return std::tie(a.file, a.frame) < std::tie(b.file, b.frame);
+  });
+  BallPresses found;
+  // Each file is opened once and read to the last frame that it is wanted for.
+  for (size_t i = 0; i < rows.size();) {
+    const fs::path from = rows[i].file;
+    const std::unique_ptr<Source> source = open_source(from.string(), sensor);
+    refuse_without_background(from.string(), sensor, *source);
+    const Frame background = load_background(from.string(), sensor, *source);
+    if (found.presses.empty()) {
+      found.format = source->format();
+      found.background = background;
+    }
+    const std::vector<uint8_t> rest_mask =
+        mask_markers ? find_markers(background, sensor) : std::vector<uint8_t>{};
+    Frame frame;
+    uint64_t next = 0;
+    for (; i < rows.size() && rows[i].file == from; ++i) {
+      const Row& row = rows[i];
+      bool there = next > row.frame;
+      while (next <= row.frame && (there = source->next(frame))) ++next;
+      if (!there || next != row.frame + 1)
+        throw Error(Failure::Input, "frame " + std::to_string(row.frame) + " of " + from.string(),
+                    std::to_string(next) + " frames", "frame numbers counted from 0");
+      BallPress press;
+      press.label = row.image;
+      press.frame = frame;
+      press.ball.center_x_px = row.numbers[0];
+      press.ball.center_y_px = row.numbers[1];
+      press.ball.radius_px = row.numbers[2];
+      press.ball_radius_mm = row.numbers[3];
+      if (!rest_mask.empty()) press.mask = either(find_markers(frame, sensor), rest_mask);
+      found.presses.push_back(std::move(press));
+      found.backgrounds.push_back(background);
+    }
+  }
+  return found;
+}
+
+}  // namespace palpate

@@ -1,0 +1,62 @@
+// Presses of a ball in a recording: found by themselves in every frame, or named in a table.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpate/frame.h"
+#include "palpate/sensor.h"
+#include "engine/calibrate/ball_finder.h"
+
+namespace palpate {
+
+/// One press with its picture.
+struct BallPress {
+  std::string label;  ///< file, or file and frame
+  Frame frame;
+  FoundBall ball;
+  double ball_radius_mm = 0;
+  std::vector<uint8_t> mask;  ///< height x width, 1: a printed marker; empty: none
+};
+
+struct RefusedPress {
+  std::string label;
+  std::string reason;
+};
+
+struct BallPresses {
+  FrameFormat format;
+  Frame background;  ///< of the first file, for pictures; each press was compared with its own
+  std::vector<BallPress> presses;
+  std::vector<Frame> backgrounds;     ///< one for each press
+  std::vector<RefusedPress> refused;  ///< frames in which something is pressed that cannot be used
+  uint64_t untouched = 0;             ///< frames in which nothing is
+};
+
+struct PressSearch {
+  double ball_radius_mm = 0;
+  bool mask_markers = true;
+  uint64_t every = 0;  ///< looks at every n-th frame of a video; 0: so that at most 400 are looked at
+  /// Called with frames looked at and their number (0: not known), and true ends the search.
+  std::function<bool(uint64_t, uint64_t)> progress;
+};
+
+inline constexpr const char* kBallColumns = "image,center_x_px,center_y_px,contact_radius_px,ball_radius_mm";
+
+/// Looks at every frame of `input` (folder of images, image, video, session, synthetic scene). Of a press
+/// that lasts several frames the deepest counts: a new one begins where the contact has moved by half its
+/// radius, or its radius changed by a sixth. With colour, presses whose change grows unlike the others' are
+/// refused. Throws Error(Failure::Input) where there are fewer than `least` presses, with what was found
+/// instead.
+BallPresses find_presses(const std::string& input, const Sensor& sensor, const PressSearch& search,
+                         size_t least);
+
+/// The presses that the table `file` names (kBallColumns), below the folder `input` or in the one file that
+/// it is. Throws Error(Failure::Input).
+BallPresses read_presses(const std::filesystem::path& file, const std::filesystem::path& input,
+                         const Sensor& sensor, bool mask_markers);
+
+}  // namespace palpate

@@ -1,0 +1,45 @@
+// palpate calibrate shear without its command line: recordings beside a tangential gauge in, K_x, K_y and the
+// friction out.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/calibrate/shear_fit.h"
+#include "capture/calibrate/gauged_recording.h"
+
+namespace palpate {
+
+struct ShearOutcome {
+  std::vector<GaugedRecording> recordings;
+  std::vector<ShearSample> samples;  ///< of the chosen signal
+  ShearSignal signal = ShearSignal::Centroid;
+  ShearFit fit;
+  std::optional<ShearFit> other;  ///< of the signal that was not chosen, where it could be fitted
+  ShearCalibration calibration;
+  std::string friction_from;  ///< "from slip", "from the sensor file" or "given"
+};
+
+/// What is fixed.
+struct ShearRequest {
+  std::optional<ShearSignal> signal;  ///< none: the one that leaves less of the force unexplained
+  std::optional<double> friction;     ///< where no recording slips
+};
+
+/// Touched frames beside their gauge readings. A contact whose normal force is not in the gauge's table has
+/// the sensor's own, where that is valid.
+std::vector<ShearSample> shear_samples(const std::vector<GaugedRecording>& recordings, ShearSignal signal);
+
+/// The whole of it. `sensor`: pitch, and the friction to keep where nothing slips. Throws
+/// Error(Failure::Input) where a direction is not pulled in, or where there is no friction to be had.
+ShearOutcome calibrate_shear(std::vector<GaugedRecording> recordings, const Sensor& sensor,
+                             const ShearRequest& request);
+
+std::string describe(const ShearOutcome& outcome);
+std::string to_json(const ShearOutcome& outcome, const std::string& sensor_file);
+/// A script for gnuplot: force against shift of both directions, with what was left out as slip, and the
+/// ratio to the normal force. `svg` or PNG.
+std::string plot_script(const ShearOutcome& outcome, bool svg);
+
+}  // namespace palpate

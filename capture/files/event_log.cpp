@@ -1,0 +1,70 @@
+#include "capture/files/event_log.h"
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+
+#include "capture/files/csv_line.h"
+#include "capture/files/measurements.h"
+#include "capture/files/output_file.h"
+#include "palpate/error.h"
+
+namespace palpate::viz {
+namespace {
+
+constexpr const char* kName = "events.csv";
+constexpr const char* kHeader = "frame,time_s,event,text";
+
+std::string quoted(const std::string& text) {
+  const bool padded = !text.empty() && (text.front() == ' ' || text.back() == ' ');
+  if (!padded && text.find_first_of(",\"\n\r\t") == std::string::npos) return text;
+  std::string cell = "\"";
+  for (const char c : text) {
+    if (c == '\n' || c == '\r') {
+      cell += ' ';  // one row a line
+    } else {
+      cell += c == '"' ? "\"\"" : std::string(1, c);
+    }
+  }
+  return cell + "\"";
+}
+
+}  // namespace
+
+std::string label_of(const Event& event) {
+  return event.kind == "mark" ? event.text : event.kind;
+}
+
+void append_event(const std::filesystem::path& folder, const Event& event) {
+  make_output_folder(folder);
+  const std::filesystem::path file = folder / kName;
+  std::error_code code;
+  const bool is_new = !std::filesystem::exists(file, code);
+  std::ofstream out(file, std::ios::app | std::ios::binary);
+  if (is_new) out << kHeader << '\n';
+  out << event.frame << ',' << shortest(event.time_s) << ',' << quoted(event.kind) << ','
+      << quoted(event.text) << '\n';
+  out.close();
+  if (!out)
+    throw Error(Failure::Output, "to write '" + file.string() + "'", std::strerror(errno),
+                "a writable folder with room");
+}
+
+std::vector<Event> read_events(const std::filesystem::path& folder) {
+  std::vector<Event> events;
+  std::ifstream in(folder / kName, std::ios::binary);
+  for (std::string line; std::getline(in, line);) {
+    const std::vector<std::string> cells = csv_cells(line);
+    if (cells.size() < 4) continue;
+    char* end = nullptr;
+    const unsigned long long frame = std::strtoull(cells[0].c_str(), &end, 10);
+    if (end == cells[0].c_str() || *end != 0) continue;
+    const double time_s = std::strtod(cells[1].c_str(), &end);
+    if (end == cells[1].c_str() || *end != 0) continue;
+    events.push_back({frame, time_s, cells[2], cells[3]});
+  }
+  return events;
+}
+
+}  // namespace palpate::viz

@@ -1,0 +1,173 @@
+#include "capture/files/images.h"
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <iostream>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "capture/files/image_header.h"
+#include "capture/files/jpeg.h"
+#include "palpate/error.h"
+
+namespace fs = std::filesystem;
+
+namespace palpate {
+namespace {
+
+constexpr const char* kKinds = "PNG, TIFF, PGM, PPM, JPEG or BMP";
+// The largest frame in 16-bit colour with alpha, and then some for the format.
+constexpr uintmax_t kMaxFile_bytes = uintmax_t{kMaxSide_px} * kMaxSide_px * 8 + (1 << 20);
+
+std::vector<uint8_t> read_bytes(const fs::path& file) {
+  std::error_code error;
+  const uintmax_t size = fs::file_size(file, error);
+  if (error)
+    throw Error(Failure::Input, "an image file", file.string() + ": " + error.message(), "checking the path");
+  if (size > kMaxFile_bytes)
+    throw Error(Failure::Input, "an image file of at most 2 GiB",
+                file.string() + " of " + std::to_string(size) + " bytes", "another file");
+  std::vector<uint8_t> bytes(size);
+  std::ifstream in(file, std::ios::binary);
+  if (!in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size)))
+    throw Error(Failure::Input, "a readable image file", file.string() + ", which cannot be read",
+                "checking its permissions");
+  return bytes;
+}
+
+/// OpenCV's decoders tell std::cerr of damage; what we throw says it in one line.
+class QuietDecoders {
+ public:
+  QuietDecoders() : stream_(std::cerr.rdbuf(nullptr)) {}
+  ~QuietDecoders() { std::cerr.rdbuf(stream_); }
+  QuietDecoders(const QuietDecoders&) = delete;
+  QuietDecoders& operator=(const QuietDecoders&) = delete;
+
+ private:
+  std::streambuf* stream_;
+};
+
+}  // namespace
+
+cv::Mat read_image(const fs::path& file) {
+  const std::vector<uint8_t> bytes = read_bytes(file);
+  const auto header = read_image_header(bytes);
+  if (!header)
+    throw Error(Failure::Input, std::string("an image (") + kKinds + ")",
+                file.string() + ", which is none or is cut short", "another file");
+  const std::string size = std::to_string(header->width) + "x" + std::to_string(header->height) + " px";
+  if (header->width == 0 || header->height == 0 || header->width > kMaxSide_px ||
+      header->height > kMaxSide_px)
+    throw Error(Failure::Input, "an image with sides of 1 to " + std::to_string(kMaxSide_px) + " px",
+                file.string() + " of " + size, "a smaller image");
+  const auto damaged = [&] {
+    return Error(Failure::Input, "a whole " + header->kind + " image",
+                 file.string() + ", which is damaged or cut short", "copying it again");
+  };
+  if (!header->whole) throw damaged();
+  cv::Mat image;
+  const QuietDecoders quiet;
+  try {
+    image = header->kind == "JPEG" ? decode_jpeg(bytes) : cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) {
+    throw damaged();
+  }
+  if (image.empty()) throw damaged();
+  if (image.channels() == 4) cv::cvtColor(image, image, cv::COLOR_BGRA2BGR);
+  return image;
+}
+
+cv::Mat to_image(const Frame& frame) {
+  const FrameFormat& f = frame.format;
+  const int rows = static_cast<int>(f.height), columns = static_cast<int>(f.width);
+  std::vector<cv::Mat> planes;
+  for (uint32_t channel = f.channels; channel-- > 0;)
+    planes.emplace_back(rows, columns, f.bytes_per_pixel() == 1 ? CV_8UC1 : CV_16UC1,
+                        const_cast<uint8_t*>(frame.row(channel, 0)));
+  if (planes.size() == 1) return planes.front();
+  cv::Mat image;
+  cv::merge(planes, image);
+  return image;
+}
+
+std::vector<uint8_t> encode_image(const Frame& frame, const std::string& ending) {
+  const cv::Mat image = to_image(frame);
+  std::vector<uint8_t> bytes;
+  // Level 1: a third of the time of the usual level for files a few percent larger.
+  if (!cv::imencode(ending, image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1}))
+    throw Error(Failure::Output, "to write an image file '" + ending + "'", "an encoder that refuses",
+                "another format");
+  return bytes;
+}
+
+bool has_image_name(const fs::path& file) {
+  std::string end = file.extension().string();
+  std::transform(end.begin(), end.end(), end.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  constexpr std::array kEnds = {".png", ".tif", ".tiff", ".pgm", ".ppm", ".pnm", ".jpg", ".jpeg", ".bmp"};
+  return std::find(kEnds.begin(), kEnds.end(), end) != kEnds.end();
+}
+
+bool natural_less(const std::string& a, const std::string& b) {
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  size_t i = 0, k = 0;
+  while (i < a.size() && k < b.size()) {
+    if (digit(a[i]) && digit(b[k])) {
+      while (i < a.size() && a[i] == '0') ++i;
+      while (k < b.size() && b[k] == '0') ++k;
+      size_t in = i, kn = k;
+      while (in < a.size() && digit(a[in])) ++in;
+      while (kn < b.size() && digit(b[kn])) ++kn;
+      if (in - i != kn - k) return in - i < kn - k;
+      const int order = a.compare(i, in - i, b, k, kn - k);
+      if (order != 0) return order < 0;
+      i = in;
+      k = kn;
+    } else {
+      if (a[i] != b[k]) return a[i] < b[k];
+      ++i;
+      ++k;
+    }
+  }
+  const size_t left = a.size() - i, right = b.size() - k;
+  return left != right ? left < right : a < b;  // "01" and "1" differ in something
+}
+
+ImageSequence::ImageSequence(const fs::path& file_or_folder, const Sensor& sensor) {
+  std::error_code error;
+  if (fs::is_directory(file_or_folder, error)) {
+    for (const auto& entry : fs::directory_iterator(file_or_folder, error)) {
+      if (!entry.is_regular_file(error) || !has_image_name(entry.path())) continue;
+      const std::string& background = sensor.background.image;
+      if (!background.empty() && fs::equivalent(entry.path(), background, error)) continue;
+      files_.push_back(entry.path());
+    }
+    if (files_.empty())
+      throw Error(Failure::Input, std::string("a folder with images (") + kKinds + ")",
+                  "none in " + file_or_folder.string(), "the folder that holds the frames");
+    std::sort(files_.begin(), files_.end(), [](const fs::path& a, const fs::path& b) {
+      return natural_less(a.filename().string(), b.filename().string());
+    });
+  } else {
+    files_.push_back(file_or_folder);
+  }
+  first_ = std::make_unique<cv::Mat>(read_image(files_[0]));
+  rectifier_.emplace(sensor, *first_, files_[0].string());
+}
+
+ImageSequence::~ImageSequence() = default;
+
+bool ImageSequence::next(Frame& frame) {
+  if (next_ >= files_.size()) return false;
+  const fs::path& file = files_[next_];
+  const cv::Mat image = next_ == 0 ? *first_ : read_image(file);
+  first_.reset();
+  rectifier_->apply(image, file.string(), frame);
+  frame.sequence = next_++;
+  frame.time_ns = 0;
+  return true;
+}
+
+}  // namespace palpate

@@ -1,0 +1,151 @@
+#include "capture/files/lump_maps.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "palpate/error.h"
+#include "engine/lump/dataset/sweep.h"
+#include "engine/base/statistics.h"
+#include "capture/files/npy.h"
+
+namespace palpate {
+namespace {
+
+constexpr size_t kMostNodes = 4096;  // along a side
+
+ForwardMap read_table(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  const auto refuse = [&file](const std::string& found) {
+    throw Error(Failure::Input, "a table of pressures in Pa, as many numbers in each line",
+                found + " in " + file.string(), "a .npy file or a table of numbers");
+  };
+  if (!in) refuse("no readable file");
+  ForwardMap map;
+  std::string line;
+  while (std::getline(in, line)) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.empty()) continue;
+    uint32_t cells = 0;
+    size_t at = 0;
+    for (bool more = true; more;) {
+      const size_t comma = line.find_first_of(",;\t", at);
+      more = comma != std::string::npos;
+      const std::string cell = line.substr(at, more ? comma - at : std::string::npos);
+      at = comma + 1;
+      float value = std::numeric_limits<float>::quiet_NaN();
+      const size_t first = cell.find_first_not_of(' ');
+      if (first != std::string::npos && cell.compare(first, 3, "nan") != 0 &&
+          cell.compare(first, 3, "NaN") != 0) {
+        const char* end = cell.data() + cell.find_last_not_of(' ') + 1;
+        const auto [stop, error] = std::from_chars(cell.data() + first, end, value);
+        if (error != std::errc() || stop != end) refuse("'" + cell.substr(0, 40) + "'");
+      }
+      map.values.push_back(value);
+      if (++cells > kMostNodes) refuse("a line of more than 4096 numbers");
+    }
+    if (map.height == 0) map.width = cells;
+    if (cells != map.width)
+      refuse("lines of " + std::to_string(map.width) + " and of " + std::to_string(cells) + " numbers");
+    if (++map.height > kMostNodes) refuse("more than 4096 lines");
+  }
+  if (map.height == 0) refuse("nothing");
+  return map;
+}
+
+}  // namespace
+
+ForwardMap read_pressure_map(const std::filesystem::path& file, double pitch_mm) {
+  ForwardMap map;
+  if (file.extension() == ".npy") {
+    NpyArray array = read_npy(file);
+    if (array.shape.size() != 2 || array.shape[0] > kMostNodes || array.shape[1] > kMostNodes)
+      throw Error(Failure::Input, "a map of height x width values",
+                  describe_shape(array.shape) + " in " + file.string(), "one map a file");
+    map.height = static_cast<uint32_t>(array.shape[0]);
+    map.width = static_cast<uint32_t>(array.shape[1]);
+    map.values = std::move(array.values);
+  } else {
+    map = read_table(file);
+  }
+  map.pitch_mm = {pitch_mm, pitch_mm};
+  return map;
+}
+
+double noise_of(const ForwardMap& map) {
+  std::vector<double> sizes;
+  for (uint32_t y = 1; y + 1 < map.height; ++y)
+    for (uint32_t x = 1; x + 1 < map.width; ++x) {
+      constexpr std::array<double, 3> kSecond = {1, -2, 1};
+      double sum = 0;
+      for (uint32_t b = 0; b < 3; ++b)
+        for (uint32_t a = 0; a < 3; ++a)
+          sum += kSecond[a] * kSecond[b] * static_cast<double>(map.at(x + a - 1, y + b - 1));
+      if (std::isfinite(sum)) sizes.push_back(std::abs(sum));
+    }
+  // Median of a normal variable's size; root of the squares' sum, 36.
+  return median(sizes) / (0.6745 * 6);
+}
+
+std::string estimate_text(const LumpEstimate& e) {
+  char line[240];
+  std::string text = std::string("verdict: ") + to_string(e.verdict) + "\n";
+  std::snprintf(line, sizeof line,
+                "evidence for a lump: %.3g (1 and more in %.3g %% of readings without one)\n", e.evidence,
+                100 * e.false_alarm_rate);
+  text += line;
+  if (e.evidence >= 1 && std::isfinite(e.size_mm.value)) {
+    if (!tells_numbers(e.verdict)) text += "of one lump as the model knows it, which this is not:\n";
+    text += "                     value    90 % interval\n";
+    const auto row = [&](const char* name, const LumpValue& v, const char* unit) {
+      std::snprintf(line, sizeof line, "%-18s %7.3g    %.3g to %.3g %s\n", name, v.value, v.low, v.high,
+                    unit);
+      text += line;
+    };
+    row("size", e.size_mm, "mm");
+    row("depth of its top", e.depth_mm, "mm");
+    row("stiffness ratio", e.stiffness_ratio, "times the tissue's modulus");
+    row("centre x", e.x_mm, "mm from the block's middle");
+    row("centre y", e.y_mm, "mm from the block's middle");
+    text += "shape:";
+    for (size_t s = 0; s < 4; ++s) {
+      std::snprintf(line, sizeof line, "%s %s %.0f %%", s > 0 ? "," : "",
+                    to_string(static_cast<LumpShape>(s)), 100 * e.shape_probability[s]);
+      text += line;
+    }
+    text += "\n";
+  }
+  for (const std::string& reason : e.reasons) text += "note: " + reason + "\n";
+  std::snprintf(line, sizeof line, "by the %s, in %.2f ms\n", e.method.c_str(), 1e3 * e.wall_s);
+  return text + line + "For research, not a diagnosis.\n";
+}
+
+std::string estimate_json(const LumpEstimate& e) {
+  using Json = nlohmann::ordered_json;
+  const auto value = [](const LumpValue& v) {
+    return std::isfinite(v.value) && v.high > 0 - 1e300 && (v.value != 0 || v.low != 0 || v.high != 0)
+               ? Json{{"value", v.value}, {"low", v.low}, {"high", v.high}}
+               : Json(nullptr);
+  };
+  Json json{{"verdict", to_string(e.verdict)},
+            {"evidence", e.evidence},
+            {"false_alarm_rate", e.false_alarm_rate},
+            {"size_mm", value(e.size_mm)},
+            {"depth_mm", value(e.depth_mm)},
+            {"stiffness_ratio", value(e.stiffness_ratio)},
+            {"x_mm", value(e.x_mm)},
+            {"y_mm", value(e.y_mm)},
+            {"shape", to_string(e.shape)}};
+  for (size_t s = 0; s < 4; ++s)
+    json["shape_probability"][to_string(static_cast<LumpShape>(s))] = e.shape_probability[s];
+  json["method"] = e.method;
+  json["wall_s"] = e.wall_s;
+  json["bumps_mm"] = e.bumps_mm;
+  json["reasons"] = e.reasons;
+  return json.dump(2);
+}
+
+}  // namespace palpate

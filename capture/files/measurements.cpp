@@ -1,0 +1,200 @@
+#include "capture/files/measurements.h"
+
+#include <charconv>
+#include <cmath>
+
+#include "palpate/pipeline.h"
+
+namespace palpate {
+namespace {
+
+constexpr const char* kMeasured =
+    "contact,gray_sum,force_N,force_sd_N,force_state,centroid_x_px,centroid_y_px,area_px,area_"
+    "mm2,"
+    "ellipse_major_mm,ellipse_minor_mm,ellipse_angle_rad,peak_gray,saturated_px,shear_x_N,shear_x_sd_N,shear_"
+    "y_N,"
+    "shear_y_sd_N,shear_state,shift_x_mm,shift_y_mm,slip,depth_max_mm,depth_sd_mm,depth_state,depth_"
+    "reference,unknown_px,shadowed_px,outside_px,islands,weighted_residual,weighted_misfit,clipped_px,"
+    "contacts,volume_mm3,skin_points,skin_lost,skin_shift_x_mm,skin_shift_x_sd_mm,skin_shift_y_mm,"
+    "skin_shift_y_sd_mm,torsion_rad,torsion_sd_rad,stick_share,stick_share_sd,gradient_sum";
+constexpr const char* kOfContact =
+    "frame,time_s,id,frames,gray_sum,force_N,force_sd_N,force_state,centroid_x_px,centroid_y_px,area_px,"
+    "area_mm2,ellipse_major_mm,ellipse_minor_mm,ellipse_angle_rad,peak_gray,saturated_px,shear_x_N,"
+    "shear_x_sd_N,shear_y_N,shear_y_sd_N,shear_state,shift_x_mm,shift_y_mm,slip,at_border,box_x_px,"
+    "box_y_px,box_width_px,box_height_px";
+constexpr const char* kTrue =
+    ",true_contact,true_force_N,true_shear_x_N,true_shear_y_N,true_slip,true_center_x_px,true_center_y_px,"
+    "true_radius_px,true_depth_max_mm,depth_rms_error_mm,true_contacts,true_volume_mm3,true_torsion_rad,"
+    "true_stick_share";
+
+/// Builds one line cell by cell.
+class Row {
+ public:
+  void text(const std::string& value) {
+    if (!first_) line_ += ',';
+    first_ = false;
+    line_ += value;
+  }
+  void empty() { text(""); }
+  void whole(uint64_t value) { text(std::to_string(value)); }
+  void number(double value) { text(std::isfinite(value) ? shortest(value) : ""); }
+  void number_if(bool known, double value) { known ? number(value) : empty(); }
+  const std::string& line() const { return line_; }
+
+ private:
+  std::string line_;
+  bool first_ = true;
+};
+
+// What a frame's whole touch and one contact have in common, in the columns' order.
+template <typename Shape>
+void add_shape(Row& row, const Shape& shape, bool contact) {
+  row.number(shape.gray_sum);
+  row.number_if(has_value(shape.force_N), shape.force_N.value);
+  row.number_if(has_value(shape.force_N), shape.force_N.standard_error);
+  row.text(to_string(shape.force_N.validity));
+  row.number_if(contact, shape.centroid_x_px);
+  row.number_if(contact, shape.centroid_y_px);
+  row.whole(shape.area_px);
+  row.number(shape.area_mm2);
+  row.number_if(contact, shape.ellipse.major_mm);
+  row.number_if(contact, shape.ellipse.minor_mm);
+  row.number_if(contact, shape.ellipse.angle_rad);
+  row.number(shape.peak_gray);
+  row.whole(shape.saturated_px);
+  for (const Estimate* shear : {&shape.shear_x_N, &shape.shear_y_N}) {
+    row.number_if(has_value(*shear), shear->value);
+    row.number_if(has_value(*shear), shear->standard_error);
+  }
+  row.text(to_string(shape.shear_x_N.validity));
+  row.number_if(contact, shape.shift_x_mm);
+  row.number_if(contact, shape.shift_y_mm);
+  row.text(to_string(shape.slip));
+}
+
+void add_contact(Row& row, const Touch& touch) {
+  row.whole(touch.contact ? 1 : 0);
+  add_shape(row, touch, touch.contact);
+}
+
+// More regions than there was room for: how many contacts there are is not known.
+bool counted(const Touch& touch) {
+  return touch.has_contacts && !touch.regions_overflow;
+}
+
+void add_skin(Row& row, const Touch& touch) {
+  const SkinMotion& skin = touch.skin;
+  for (const uint32_t points : {skin.points, skin.lost}) touch.has_skin ? row.whole(points) : row.empty();
+  for (const Estimate* one : {&skin.shift_x_mm, &skin.shift_y_mm, &skin.torsion_rad, &skin.stick_share}) {
+    const bool known = touch.has_skin && has_value(*one);
+    row.number_if(known, one->value);
+    row.number_if(known, one->standard_error);
+  }
+}
+
+void add_truth(Row& row, const Truth* truth, std::optional<double> depth_rms_error_mm) {
+  constexpr int kColumns = 14;
+  if (!truth) {
+    for (int i = 0; i < kColumns; ++i) row.empty();
+    return;
+  }
+  row.whole(truth->contact ? 1 : 0);
+  row.number(truth->force_N);
+  row.number(truth->shear_x_N);
+  row.number(truth->shear_y_N);
+  row.whole(truth->slipping ? 1 : 0);
+  row.number_if(truth->contact, truth->center_x_px);
+  row.number_if(truth->contact, truth->center_y_px);
+  row.number(truth->radius_px);
+  row.number(truth->indentation_mm);
+  row.number_if(depth_rms_error_mm.has_value(), depth_rms_error_mm.value_or(0));
+  // A scene with one contact may leave the list to its single fields.
+  row.whole(truth->contacts.empty() ? (truth->contact ? 1 : 0) : truth->contacts.size());
+  row.number(truth->volume_mm3);
+  row.number(truth->torsion_rad);
+  row.number_if(truth->contact, truth->stick_share);
+}
+
+}  // namespace
+
+std::string shortest(double value) {
+  char text[40];
+  const auto end = std::to_chars(text, text + sizeof text, value).ptr;
+  return std::string(text, end);
+}
+
+bool has_value(const Estimate& estimate) {
+  return estimate.validity != Validity::NotCalibrated && estimate.validity != Validity::NoContact;
+}
+
+std::string Measurements::header(bool truth) {
+  return "frame,time_s," + cell_names() + (truth ? kTrue : "");
+}
+
+std::string Measurements::cell_names() {
+  return kMeasured;
+}
+
+Measurements::Measurements(const std::filesystem::path& file, const Columns& columns)
+    : file_(file), columns_(columns) {
+  file_.append(header(columns.truth));
+}
+
+std::string Measurements::cells(const Touch& touch, uint32_t outputs) {
+  Row row;
+  if (outputs & static_cast<uint32_t>(Output::Force)) {
+    add_contact(row, touch);
+  } else {
+    constexpr int kContactColumns = 22;
+    for (int i = 0; i < kContactColumns; ++i) row.empty();
+  }
+  row.number_if(touch.has_surface, touch.depth_max_mm);
+  row.number_if(touch.has_surface && touch.depth_sd_mm > 0, touch.depth_sd_mm);
+  row.text(touch.has_surface ? to_string(touch.depth_validity) : "");
+  row.text(!touch.has_surface ? "" : touch.datum_from_rest ? "rest" : "mean");
+  for (const uint64_t count : {touch.unknown_px, touch.shadowed_px, touch.outside_px})
+    touch.has_confidence ? row.whole(count) : row.empty();
+  touch.weighted ? row.whole(touch.islands) : row.empty();
+  row.number_if(touch.weighted, touch.weighted_residual);
+  row.number_if(touch.weighted, touch.weighted_misfit);
+  touch.has_surface ? row.whole(touch.clipped_px) : row.empty();
+  counted(touch) ? row.whole(touch.contacts.size()) : row.empty();
+  row.number_if(touch.has_surface, touch.volume_mm3);
+  add_skin(row, touch);
+  row.number_if(touch.has_gradient, touch.gradient_sum);
+  return row.line();
+}
+
+void Measurements::add(const Touch& touch, const Truth* truth, std::optional<double> depth_rms_error_mm) {
+  Row row;
+  row.whole(touch.sequence);
+  row.number_if(columns_.time, static_cast<double>(touch.time_ns) / 1e9);
+  row.text(cells(touch, columns_.outputs));
+  if (columns_.truth) add_truth(row, truth, depth_rms_error_mm);
+  file_.append(row.line());
+}
+
+ContactRows::ContactRows(const std::filesystem::path& file, bool time) : file_(file), time_(time) {
+  file_.append(header());
+}
+
+std::string ContactRows::header() {
+  return kOfContact;
+}
+
+void ContactRows::add(const Touch& touch) {
+  for (const ContactTouch& contact : touch.contacts) {
+    Row row;
+    row.whole(touch.sequence);
+    row.number_if(time_, static_cast<double>(touch.time_ns) / 1e9);
+    row.whole(contact.id);
+    row.whole(contact.frames);
+    add_shape(row, contact, true);
+    row.whole(contact.at_border ? 1 : 0);
+    for (const uint32_t side : {contact.box.x, contact.box.y, contact.box.width, contact.box.height})
+      row.whole(side);
+    file_.append(row.line());
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,319 @@
+#include "capture/run/modulus_frames.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+
+#include "capture/files/csv_line.h"
+#include "capture/files/images.h"
+#include "capture/files/measurements.h"
+#include "palpate/error.h"
+#include "engine/stages/elastic.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kPi = std::numbers::pi, kNaN = std::numeric_limits<double>::quiet_NaN();
+// Scatter of an edge from frame to frame on the simulated waveguide, and what light that is not quite even
+// leaves.
+constexpr double kFlatEdge_px = 0.06, kBallEdge_px = 0.12;
+constexpr double kAreaEdge_px = 1;        // of a contact's radius by its area
+constexpr double kDepthNoise_mm = 0.001;  // of a depth, and as a share of it
+constexpr double kDepthShare = 0.002;
+constexpr double kCore = 0.8;     // of a flat contact's radius: inside of it also where it is a square
+constexpr double kDarkest = 0.4;  // of half of a flat contact's light: what counts as outside of it
+constexpr double kInnerRim = 0.3, kOuterRim = 0.96;  // of a ball's contact: where the line is laid
+
+/// Change from the untouched image as touch makes it, through the sensor's filter.
+cv::Mat change_of(const Frame& frame, const Frame& background, const Sensor& sensor) {
+  cv::Mat image, rest, change;
+  to_image(frame).convertTo(image, CV_32F);
+  if (sensor.background.kind == BackgroundKind::None) {
+    change = image;
+  } else {
+    to_image(background).convertTo(rest, CV_32F);
+    change = sensor.signal == Signal::Darker ? cv::Mat(rest - image) : cv::Mat(image - rest);
+  }
+  const cv::Mat binomial = (cv::Mat_<float>(1, 5) << 1, 4, 6, 4, 1) / 16.0f;
+  cv::sepFilter2D(change, change, CV_32F, binomial, binomial, {-1, -1}, 0, cv::BORDER_REPLICATE);
+  return change;
+}
+
+double pressure_of(double gray, const ElasticCalibration& pad) {
+  if (!(pad.limit_gray > 0)) return gray / pad.gray_per_MPa;
+  const double share = std::min(gray, double{Elastic::largest_readable_gray(pad)}) / pad.limit_gray;
+  return -std::log(1 - share) * pad.limit_gray / pad.gray_per_MPa;
+}
+
+}  // namespace
+
+ContactEdge find_edge(const std::vector<float>& change, uint32_t width, uint32_t height, const Sensor& sensor,
+                      bool flat) {
+  ContactEdge edge;
+  const auto over = [&](double least) {
+    double n = 0, sum = 0, x_sum = 0, y_sum = 0;
+    for (uint32_t y = 0; y < height; ++y)
+      for (uint32_t x = 0; x < width; ++x) {
+        const double g = double{change[size_t{y} * width + x]};
+        if (g < least) continue;
+        ++n;
+        sum += g;
+        x_sum += x;
+        y_sum += y;
+      }
+    edge.x_px = x_sum / n;
+    edge.y_px = y_sum / n;
+    return std::array<double, 2>{n, sum / n};
+  };
+  const double threshold = sensor.threshold_gray, pitch = sensor.pitch_mm_per_px;
+  auto [count, mean] = over(threshold);
+  edge.radius_mm = kNaN;
+  if (!(count > 20)) return edge;
+  if (flat) {
+    // A stiff face presses with its rim: its middle may carry half of the mean, and is inside all the same.
+    for (int i = 0; i < 4; ++i) {
+      const auto next = over(std::max(mean / 4, threshold));
+      count = next[0];
+      mean = next[1];
+    }
+    edge.half_gray = std::max(mean / 2, threshold / 2);
+    edge.core_px = kCore * std::sqrt(count / kPi);
+    // Pixels on the edge count by their share of the light: an edge along a row would else jump by a row.
+    double area = 0;
+    for (uint32_t y = 0; y < height; ++y)
+      for (uint32_t x = 0; x < width; ++x)
+        area += edge.in_core(x, y)
+                    ? 1
+                    : std::clamp((double{change[size_t{y} * width + x]} / edge.half_gray - kDarkest) /
+                                     (2 - 2 * kDarkest),
+                                 0.0, 1.0);
+    edge.radius_mm = std::sqrt(area / kPi) * pitch;
+    edge.sd_mm = kFlatEdge_px * pitch;
+    return edge;
+  }
+  // Rings one pixel wide: pressure by distance.
+  double radius = std::sqrt(count / kPi);
+  std::vector<double> sum, number;
+  for (uint32_t y = 0; y < height; ++y)
+    for (uint32_t x = 0; x < width; ++x) {
+      const auto ring = static_cast<size_t>(std::hypot(x - edge.x_px, y - edge.y_px));
+      if (ring > 2 * static_cast<size_t>(radius) + 8) continue;
+      if (ring >= sum.size()) {
+        sum.resize(ring + 1);
+        number.resize(ring + 1);
+      }
+      sum[ring] += double{change[size_t{y} * width + x]};
+      ++number[ring];
+    }
+  for (int round = 0; round < 12; ++round) {
+    // A parabola in the squared distance: thin pads bend the line.
+    cv::Matx33d normal = cv::Matx33d::zeros();
+    cv::Vec3d right(0, 0, 0);
+    double n = 0;
+    for (size_t i = 0; i < sum.size(); ++i) {
+      const double r = (static_cast<double>(i) + 0.5) / radius;
+      if (r < kInnerRim || r > kOuterRim || number[i] == 0) continue;
+      const double p = pressure_of(sum[i] / number[i], sensor.elastic);
+      const cv::Vec3d row(1, r * r, r * r * r * r);
+      normal += number[i] * row * row.t();
+      right += number[i] * p * p * row;
+      n += number[i];
+    }
+    if (!(n > 20)) return edge;
+    const cv::Vec3d c = normal.solve(right, cv::DECOMP_CHOLESKY);
+    const double root = c[1] * c[1] - 4 * c[0] * c[2];
+    if (!(c[0] > 0) || !(root >= 0)) return edge;
+    const double next = radius * std::sqrt(2 * c[0] / (-c[1] + std::sqrt(root)));
+    if (!(next < static_cast<double>(std::max(width, height)))) return edge;
+    if (std::abs(next - radius) < 1e-3) break;
+    radius = next;
+  }
+  edge.radius_mm = radius * pitch;
+  edge.sd_mm = kBallEdge_px * pitch;
+  return edge;
+}
+
+PressReader::PressReader(gpu::Context& context, const Sensor& sensor, const Frame& background,
+                         const Sample& sample)
+    : sensor_(sensor),
+      sample_(sample),
+      background_(background),
+      pipeline_(context, sensor, background.format,
+                {.outputs = sensor.reading == Reading::None ? static_cast<uint32_t>(Output::Force)
+                                                            : Output::Force | Output::Surface,
+                 .solver = SurfaceSolver::Converged}) {
+  pipeline_.set_background(background);
+}
+
+std::optional<PressFrame> PressReader::read(const Frame& frame) {
+  pipeline_.submit(frame);
+  const std::optional<Result> result = pipeline_.wait();
+  const Touch& t = result->touch;
+  const std::vector<float> depth = t.has_surface ? pipeline_.read_depth_mm(*result) : std::vector<float>();
+  pipeline_.release(*result);
+  why_not_ = !t.contact           ? "nothing touches"
+             : t.at_border        ? "the contact reaches the border"
+             : t.saturated_px > 0 ? "saturated pixels"
+                                  : "";
+  if (!why_not_.empty()) return std::nullopt;
+  PressFrame p;
+  p.force_N = std::max(0.0, t.force_N.value);
+  // The part of the force's error that all frames share is the setup's.
+  p.force_sd_N = sensor_.force ? sensor_.force->residual_sd_N : 0;
+  const uint32_t width = frame.format.width, height = frame.format.height;
+  const double pitch = sensor_.pitch_mm_per_px;
+  std::vector<char> inside;
+  if (sensor_.reading == Reading::Elastic) {
+    const cv::Mat change = change_of(frame, background_, sensor_);
+    const std::vector<float> gray(change.begin<float>(), change.end<float>());
+    const ContactEdge edge = find_edge(gray, width, height, sensor_, sample_.flat());
+    if (std::isfinite(edge.radius_mm)) p.radius_mm = {edge.radius_mm, edge.sd_mm};
+    if (sample_.flat())
+      for (uint32_t y = 0; y < height; ++y)
+        for (uint32_t x = 0; x < width; ++x)
+          inside.push_back(edge.in_core(x, y) || double{gray[size_t{y} * width + x]} >= edge.half_gray);
+  } else if (t.area_px > 0) {
+    p.radius_mm = {std::sqrt(static_cast<double>(t.area_px) / kPi) * pitch, kAreaEdge_px * pitch};
+  }
+  if (t.has_surface) {
+    const auto with_sd = [](double depth_mm) {
+      return PressReading{depth_mm, std::hypot(kDepthNoise_mm, kDepthShare * depth_mm)};
+    };
+    p.depth_mm = with_sd(t.depth_max_mm);
+    double sum = 0, n = 0;
+    for (size_t i = 0; i < inside.size(); ++i) {
+      if (!inside[i]) continue;
+      sum += double{depth[i]};
+      ++n;
+    }
+    if (n > 0) p.mean_depth_mm = with_sd(sum / n);
+  }
+  return p;
+}
+
+namespace {
+
+struct Table {
+  std::vector<std::string> columns;
+  std::vector<std::vector<double>> rows;  ///< NaN: empty
+};
+
+Table read_table(const std::filesystem::path& file, const std::string& wanted) {
+  std::ifstream in(file);
+  if (!in) throw Error(Failure::Input, "a table '" + file.string() + "'", "no such file", "another path");
+  Table table;
+  size_t number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    if (line.empty() || line.front() == '#' || line == "\r") continue;
+    const std::vector<std::string> cells = csv_cells(line, ",;\t");
+    const std::string where = "'" + file.string() + "' line " + std::to_string(number);
+    if (table.columns.empty()) {
+      table.columns = cells;
+      continue;
+    }
+    if (cells.size() != table.columns.size())
+      throw Error(Failure::Input, std::to_string(table.columns.size()) + " cells in " + where,
+                  std::to_string(cells.size()), "one cell for each column");
+    std::vector<double> row;
+    for (size_t i = 0; i < cells.size(); ++i) {
+      double value = kNaN;
+      if (!cells[i].empty()) {
+        const auto [end, error] = std::from_chars(cells[i].data(), cells[i].data() + cells[i].size(), value);
+        if (error != std::errc() || end != cells[i].data() + cells[i].size() || !std::isfinite(value))
+          throw Error(Failure::Input, "a number in column " + table.columns[i] + " of " + where,
+                      "'" + cells[i].substr(0, 40) + "'", "a number with a decimal point, or an empty cell");
+      }
+      row.push_back(value);
+    }
+    table.rows.push_back(std::move(row));
+  }
+  if (table.rows.empty())
+    throw Error(Failure::Input, wanted + " in '" + file.string() + "'", "no rows", "a header line and rows");
+  return table;
+}
+
+std::optional<size_t> column(const Table& table, const std::string& name) {
+  const auto found = std::find(table.columns.begin(), table.columns.end(), name);
+  if (found == table.columns.end()) return std::nullopt;
+  return static_cast<size_t>(found - table.columns.begin());
+}
+
+}  // namespace
+
+std::vector<PressFrame> read_press_table(const std::filesystem::path& file) {
+  const Table table = read_table(file, "presses");
+  const auto force = column(table, "force_N"), force_sd = column(table, "force_sd_N");
+  if (!force)
+    throw Error(Failure::Input, "a column force_N in '" + file.string() + "'", "none",
+                "force_N, and radius_mm or area_mm2, depth_mm, mean_depth_mm, approach_mm");
+  std::vector<PressFrame> frames;
+  for (const std::vector<double>& row : table.rows) {
+    const auto at = [&](std::optional<size_t> c) { return c ? row[*c] : kNaN; };
+    const auto reading = [&](const char* name) {
+      const std::string stem(name);
+      const double sd = at(column(table, stem + "_sd_mm"));
+      return PressReading{at(column(table, stem + "_mm")), sd == sd ? sd : 0};
+    };
+    PressFrame f;
+    f.force_N = at(force);
+    if (f.force_N != f.force_N)
+      throw Error(Failure::Input, "a force in every row of '" + file.string() + "'", "an empty cell",
+                  "rows without a force left out");
+    f.force_sd_N = at(force_sd) == at(force_sd) ? at(force_sd) : 0;
+    f.radius_mm = reading("radius");
+    if (const double area = at(column(table, "area_mm2")); !f.radius_mm.known() && area >= 0) {
+      const double sd = at(column(table, "area_sd_mm2"));
+      f.radius_mm.value = std::sqrt(area / kPi);
+      if (sd == sd && area > 0) f.radius_mm.sd = sd / (2 * kPi * f.radius_mm.value);
+    }
+    f.depth_mm = reading("depth");
+    f.mean_depth_mm = reading("mean_depth");
+    f.approach_mm = reading("approach");
+    frames.push_back(f);
+  }
+  return frames;
+}
+
+std::string press_table(const std::vector<PressFrame>& frames) {
+  std::string text =
+      "force_N,force_sd_N,radius_mm,radius_sd_mm,depth_mm,depth_sd_mm,mean_depth_mm,mean_depth_sd_mm,"
+      "approach_mm,approach_sd_mm\n";
+  for (const PressFrame& f : frames) {
+    text += shortest(f.force_N) + "," + shortest(f.force_sd_N);
+    for (const PressReading* r : {&f.radius_mm, &f.depth_mm, &f.mean_depth_mm, &f.approach_mm})
+      text += r->known() ? "," + shortest(r->value) + "," + shortest(r->sd) : ",,";
+    text += "\n";
+  }
+  return text;
+}
+
+std::vector<double> read_approach_table(const std::filesystem::path& file,
+                                        const std::vector<uint64_t>& frames) {
+  const Table table = read_table(file, "approaches");
+  const auto frame = column(table, "frame"), approach = column(table, "approach_mm");
+  if (!frame || !approach)
+    throw Error(Failure::Input, "columns frame and approach_mm in '" + file.string() + "'",
+                frame ? "no approach_mm" : "no frame", "a table of both");
+  std::vector<double> found;
+  for (const uint64_t wanted : frames) {
+    double value = kNaN;
+    const auto at = static_cast<double>(wanted);
+    for (size_t i = 0; i < table.rows.size(); ++i) {
+      const double x = table.rows[i][*frame], y = table.rows[i][*approach];
+      if (x == at) value = y;
+      if (i == 0) continue;
+      const double x0 = table.rows[i - 1][*frame], y0 = table.rows[i - 1][*approach];
+      if (x0 < at && at < x) value = y0 + (y - y0) * (at - x0) / (x - x0);
+    }
+    found.push_back(value);
+  }
+  return found;
+}
+
+}  // namespace palpate

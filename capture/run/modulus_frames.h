@@ -1,0 +1,63 @@
+// Presses of a sample as numbers: from a recording's frames, or from a table.
+#pragma once
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/elasticity/modulus/modulus.h"
+#include "palpate/pipeline.h"
+#include "palpate/sensor.h"
+
+namespace palpate {
+
+/// Where a contact ends, by the picture.
+struct ContactEdge {
+  double radius_mm = 0;  ///< of the circle of the same area; NaN: not told
+  double sd_mm = 0;
+  double x_px = 0, y_px = 0;  ///< its middle
+  double half_gray = 0;       ///< a flat contact's: half of its mean change
+  double core_px = 0;         ///< and a radius that is surely inside
+  bool in_core(double x, double y) const { return std::hypot(x - x_px, y - y_px) < core_px; }
+};
+
+/// By the change from the untouched image, filtered, height x width gray. A flat contact ends where half of
+/// its mean light is left; a ball's where the square of the pressure, a straight line over the squared
+/// distance, reaches zero. `sensor` is one that reads pressure (Reading::Elastic).
+ContactEdge find_edge(const std::vector<float>& change, uint32_t width, uint32_t height, const Sensor& sensor,
+                      bool flat);
+
+/// Reads single frames. Not thread safe.
+class PressReader {
+ public:
+  /// Depths need a sensor with a reading of the surface. `background`: the untouched image.
+  PressReader(gpu::Context& context, const Sensor& sensor, const Frame& background, const Sample& sample);
+
+  /// Nothing where nothing touches, or the contact reaches the border or saturates. A sensor that does not
+  /// read pressure tells a contact's radius by its area.
+  std::optional<PressFrame> read(const Frame& frame);
+  bool depth_by_pressure() const { return sensor_.reading == Reading::Elastic; }
+  const std::string& why_not() const { return why_not_; }
+
+ private:
+  Sensor sensor_;
+  Sample sample_;
+  Frame background_;
+  Pipeline pipeline_;
+  std::string why_not_;
+};
+
+/// Columns force_N, and any of radius_mm or area_mm2, depth_mm, mean_depth_mm, approach_mm, each also with
+/// _sd before its unit (force_sd_N, radius_sd_mm). Other columns are not read, empty cells are not measured.
+/// Throws Error(Failure::Input) naming file, line and column.
+std::vector<PressFrame> read_press_table(const std::filesystem::path& file);
+std::string press_table(const std::vector<PressFrame>& frames);
+
+/// Column approach_mm of a table by frame: for each of these frames, straight between rows; NaN outside.
+std::vector<double> read_approach_table(const std::filesystem::path& file,
+                                        const std::vector<uint64_t>& frames);
+
+}  // namespace palpate

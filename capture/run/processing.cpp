@@ -1,0 +1,439 @@
+#include "capture/run/processing.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "capture/files/images.h"
+#include "capture/files/measurements.h"
+#include "capture/files/output_file.h"
+#include "palpate/error.h"
+#include "engine/gpu/context.h"
+#include "capture/run/input.h"
+#include "viz/report/live_report.h"
+#include "viz/render/picture.h"
+
+namespace palpate {
+namespace {
+
+/// "1 frame", "2 frames".
+std::string counted(uint64_t count, const char* what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+double rms_difference(std::span<const float> a, std::span<const float> b) {
+  double squares = 0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    const double d = double{a[i]} - double{b[i]};
+    squares += d * d;
+  }
+  return a.empty() ? 0 : std::sqrt(squares / static_cast<double>(a.size()));
+}
+
+/// Whether a format holds depths of a limited range only.
+bool has_range(DepthFormat format) {
+  return format == DepthFormat::Png16 || format == DepthFormat::Tiff;
+}
+
+/// What measures images of frames again, which are rectified already: the sensor without what rectifies, and
+/// the untouched image.
+void write_image_setting(Sensor sensor, const Frame& background, const std::filesystem::path& out) {
+  sensor.crop_px.reset();
+  sensor.quad_px.reset();
+  sensor.lens.reset();
+  sensor.flat.reset();
+  sensor.size_px = {};
+  if (sensor.background.kind == BackgroundKind::Untouched) {
+    write_whole(out / "background.png", encode_image(background, ".png"));
+    sensor.background.image = "background.png";
+  }
+  if (std::isfinite(sensor.pitch_mm_per_px)) save_sensor(sensor, out / "sensor.json");
+}
+
+/// Turns results into files and counts, one frame after the other.
+class Recorder {
+ public:
+  /// `session`: to compare with what it recorded, or null.
+  Recorder(gpu::Context& context, const Sensor& sensor, const ProcessRequest& request, const Source& source,
+           const Session* session, const Pipeline& pipeline, const std::filesystem::path& out,
+           const Frame& background, ProcessSummary& summary)
+      : sensor_(sensor),
+        request_(request),
+        source_(source),
+        session_(session),
+        pipeline_(pipeline),
+        out_(out),
+        summary_(summary),
+        has_truth_(source.truth(0).has_value()),
+        rate_Hz_(source.rate_Hz() > 0 ? source.rate_Hz() : request.rate_Hz) {
+    if (request.rows)
+      measurements_.emplace(out / "measurements.csv",
+                            Measurements::Columns{request.outputs, has_truth_, rate_Hz_ > 0});
+    if (request.rows && wants(request.outputs, Output::Contacts))
+      contacts_.emplace(out / "contacts.csv", rate_Hz_ > 0);
+    if (has_truth_) summary.comparison.emplace();
+    if (session_) summary.recorded.emplace();
+    const auto empty_folder = [&](const char* name) {
+      make_output_folder(out / name);
+      clear_numbered_files(out / name);
+    };
+    if (!request.depth.empty()) empty_folder("depth");
+    if (!request.confidence.empty()) empty_folder("confidence");
+    if (request.pictures) empty_folder("pictures");
+    if (!request.images.empty()) empty_folder("images");
+    if (request.pictures || request.video) renderer_.emplace(context, sensor, request.look, &background);
+  }
+
+  void add(const Result& result, const Frame& frame) {
+    Touch touch = result.touch;
+    if (!request_.range.contains(touch.sequence)) return;
+    if (source_.rate_Hz() <= 0 && rate_Hz_ > 0) {
+      touch.time_ns = std::llround(static_cast<double>(touch.sequence) / rate_Hz_ * 1e9);
+    }
+    std::optional<Truth> truth = has_truth_ ? source_.truth(touch.sequence) : std::nullopt;
+    std::optional<double> depth_rms_error_mm;
+    const bool compare_depth =
+        truth && touch.has_surface && truth->depth_mm.size() == size_t{map_width()} * map_height();
+    if (touch.has_surface && (!request_.depth.empty() || compare_depth)) {
+      depth_mm_ = pipeline_.read_depth_mm(result);
+      if (compare_depth) depth_rms_error_mm = rms_difference(depth_mm_, truth->depth_mm);
+      write_depths(touch.sequence);
+    }
+    if (!request_.confidence.empty()) {
+      const std::vector<uint16_t> pixels = pipeline_.read_confidence(result);
+      for (const DepthFormat format : request_.confidence)
+        write_confidence(out_ / "confidence" / numbered_name(touch.sequence, extension(format)), pixels,
+                         map_width(), map_height(), format);
+    }
+    if (!request_.images.empty())
+      write_whole(out_ / "images" / (numbered_name(touch.sequence, request_.images.substr(1))),
+                  encode_image(frame, request_.images));
+    if (measurements_) measurements_->add(touch, truth ? &*truth : nullptr, depth_rms_error_mm);
+    if (contacts_) contacts_->add(touch);
+    if (session_) summary_.recorded->add(*session_, touch);
+    if (truth) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
+    if (renderer_) draw(result, frame, touch);
+    count(touch);
+  }
+
+  void close() {
+    if (measurements_) measurements_->close();
+    if (contacts_) contacts_->close();
+    if (film_) film_->finish();
+    if (!request_.confidence.empty())
+      write_whole(
+          out_ / "confidence" / "confidence.json",
+          std::string_view(describe_confidence_folder(map_width(), map_height(), request_.confidence)));
+    if (!request_.depth.empty()) {
+      write_whole(out_ / "depth" / "depth.json",
+                  std::string_view(describe_depth_folder(view(), request_.depth, clipped_px_)));
+    }
+  }
+
+ private:
+  uint32_t map_width() const { return pipeline_.format().width; }
+  uint32_t map_height() const { return pipeline_.format().height; }
+  DepthView view() const { return {depth_mm_, map_width(), map_height(), sensor_.pitch_mm_per_px}; }
+
+  void write_depths(uint64_t sequence) {
+    for (const DepthFormat format : request_.depth) {
+      const uint64_t clipped =
+          write_depth(out_ / "depth" / numbered_name(sequence, extension(format)), view(), format);
+      if (has_range(format)) clipped_px_[format] += clipped;
+      summary_.depth_clipped_px += clipped;
+    }
+  }
+
+  void draw(const Result& result, const Frame& frame, const Touch& touch) {
+    const uint64_t sequence = result.touch.sequence;
+    const bool in_step = sequence % request_.picture_every == 0;
+    const std::vector<uint64_t>& chosen = request_.picture_frames;
+    const bool to_file =
+        request_.pictures &&
+        (chosen.empty() ? in_step : std::binary_search(chosen.begin(), chosen.end(), sequence));
+    const bool to_film = request_.video && in_step;
+    if (!to_file && !to_film) {
+      renderer_->follow(touch);
+      return;
+    }
+    const viz::RgbImage image = renderer_->render(frame, touch, result.surface);
+    if (to_file) viz::write_png(image, out_ / "pictures" / numbered_name(sequence, "png"));
+    if (!to_film) return;
+    if (!film_) {
+      constexpr double kFolderRate_Hz = 30;
+      const double rate_Hz = rate_Hz_ > 0 ? rate_Hz_ : kFolderRate_Hz;
+      film_.emplace(out_ / "recording.mp4", image.width, image.height,
+                    rate_Hz / static_cast<double>(request_.picture_every * request_.range.step));
+    }
+    film_->add(image);
+  }
+
+  void count(const Touch& touch) {
+    ++summary_.frames;
+    if (wants(request_.outputs, Output::Force)) {
+      if (touch.contact && !touching_) ++summary_.contacts;
+      touching_ = touch.contact;
+      summary_.contact_frames += touch.contact;
+      summary_.saturated_frames += touch.saturated_px > 0;
+      summary_.most_contacts = std::max<uint64_t>(summary_.most_contacts, touch.contacts.size());
+      summary_.overflow_frames += touch.regions_overflow;
+      for (const ContactTouch& contact : touch.contacts) ids_.insert(contact.id);
+      summary_.contact_ids = static_cast<uint32_t>(ids_.size());
+      summary_.slip_frames += touch.slip == Slip::Slip;
+      ++summary_.force_states[to_string(touch.force_N.validity)];
+      if (has_value(touch.force_N)) {
+        summary_.largest_force_N =
+            std::max(summary_.largest_force_N.value_or(touch.force_N.value), touch.force_N.value);
+      }
+    }
+    summary_.clipped_frames += touch.depth_validity == Validity::Clipped;
+    summary_.weighted_frames += touch.weighted;
+    summary_.island_frames += touch.depth_validity == Validity::Apart;
+    if (touch.has_surface) {
+      summary_.largest_depth_mm =
+          std::max(summary_.largest_depth_mm.value_or(touch.depth_max_mm), touch.depth_max_mm);
+    }
+  }
+
+  const Sensor& sensor_;
+  const ProcessRequest& request_;
+  const Source& source_;
+  const Session* session_;
+  const Pipeline& pipeline_;
+  std::filesystem::path out_;
+  ProcessSummary& summary_;
+  bool has_truth_;
+  double rate_Hz_;
+  std::optional<Measurements> measurements_;
+  std::optional<ContactRows> contacts_;
+  std::set<uint32_t> ids_;
+  std::optional<viz::PictureRenderer> renderer_;
+  std::optional<viz::Film> film_;
+  std::vector<float> depth_mm_;
+  std::map<DepthFormat, uint64_t> clipped_px_;
+  bool touching_ = false;
+};
+
+}  // namespace
+
+uint64_t run_recording(Source& source, Pipeline& pipeline, uint64_t limit,
+                       const std::function<void(const Result&, const Frame&)>& on_result, uint64_t end) {
+  std::deque<Frame> in_flight;  // frames whose results are not out yet, oldest first
+  std::vector<Frame> spare;     // their memory, to use again
+  uint64_t done = 0;
+  const auto finish_oldest = [&](std::optional<Result> result) {
+    if (!result) return false;
+    on_result(*result, in_flight.front());
+    pipeline.release(*result);
+    in_flight.front().give_back();  // not when its memory is used again
+    spare.push_back(std::move(in_flight.front()));
+    in_flight.pop_front();
+    ++done;
+    return true;
+  };
+  const auto finish_all = [&] {
+    while (finish_oldest(pipeline.wait())) {
+    }
+  };
+  try {
+    for (uint64_t taken = 0; (limit == 0 || taken < limit) && !interrupted(); ++taken) {
+      Frame frame;
+      if (!spare.empty()) {
+        frame = std::move(spare.back());
+        spare.pop_back();
+      }
+      if (!source.next(frame) || frame.sequence >= end) break;
+      while (!pipeline.submit(frame)) finish_oldest(pipeline.wait());
+      in_flight.push_back(std::move(frame));
+      while (finish_oldest(pipeline.poll())) {
+      }
+    }
+  } catch (const Error& error) {
+    // A recording damaged at frame n still has n good frames.
+    if (error.failure() == Failure::Input) finish_all();
+    throw;
+  }
+  finish_all();
+  return done;
+}
+
+ProcessSummary process_recording(gpu::Context& context, const Common& common, const Sensor& sensor,
+                                 const ProcessRequest& request, const std::filesystem::path& out) {
+  for (const char* folder : {"depth", "confidence", "pictures", "images"}) {
+    std::error_code code;
+    if (std::filesystem::equivalent(request.input, out / folder, code)) {
+      throw Error(Failure::Usage, "an --out folder that is not the input's", "'" + out.string() + "'",
+                  "another --out folder");
+    }
+  }
+  std::unique_ptr<Session> session;
+  std::unique_ptr<Source> source;
+  if (request.as_recorded) {
+    session = std::make_unique<Session>(request.input, sensor);
+    source = std::make_unique<MeasuredFrames>(*session);
+  } else {
+    source = open_source(request.input, sensor);
+  }
+  source->watch(interrupted);
+  const Frame background = load_background(request.input, sensor, *source);
+  Pipeline pipeline(
+      context, sensor, source->format(),
+      {.outputs = request.outputs, .solver = request.solver, .skip_untouched = request.skip_untouched});
+  pipeline.set_background(background);
+  const std::unique_ptr<viz::PressWatch> presses = request.watch ? request.watch(background) : nullptr;
+
+  make_output_folder(out);
+  for (const char* stale : {"summary.json", "recording.mp4", "contacts.csv"})
+    std::filesystem::remove(out / stale);
+  ProcessSummary summary;
+  Recorder recorder(context, sensor, request, *source, session.get(), pipeline, out, background, summary);
+  uint64_t total = source->frame_count().value_or(0);
+  if (request.frames != 0) total = total == 0 ? request.frames : std::min(total, request.frames);
+  if (!request.images.empty()) write_image_setting(sensor, background, out);
+  // Depth is each frame's own; what is followed from frame to frame is so from the first one on.
+  const bool followed = request.rows || request.pictures || request.video;
+  if (!followed && request.range.first > 0) seek_frame(*source, request.range.first);
+
+  const double start_s = now_s();
+  const auto finish = [&] {
+    summary.seconds = now_s() - start_s;
+    summary.warning = source->warning();
+    if (presses) summary.presses = presses->finish();
+    recorder.close();
+    write_whole(out / "summary.json", std::string_view(to_json(summary, request, sensor, context) + "\n"));
+  };
+  try {
+    ProgressBar progress(common, "processing", total);
+    uint64_t done = 0;
+    run_recording(
+        *source, pipeline, request.frames,
+        [&](const Result& result, const Frame& frame) {
+          recorder.add(result, frame);
+          if (presses) presses->add(frame, result.touch);
+          progress.update(++done);
+        },
+        request.range.end);
+  } catch (const Error& error) {
+    // A damaged recording or a lost device ends the run; the frames before it are whole.
+    const bool kept = error.failure() == Failure::Input || error.failure() == Failure::Device;
+    if (!kept || summary.frames == 0) throw;
+    summary.ended_by = error.what();
+    finish();
+    throw;
+  }
+  summary.complete = !interrupted();
+  if (!summary.complete) summary.ended_by = "interrupted";
+  if (summary.complete && summary.frames == 0) {
+    const std::string range = to_string(request.range);
+    throw Error(Failure::Input, "frames" + (range.empty() ? "" : " " + range) + " in '" + request.input + "'",
+                "none", range.empty() ? "another recording" : "a range within the recording");
+  }
+  finish();
+  return summary;
+}
+
+std::string describe(const ProcessSummary& s) {
+  char line[200];
+  std::snprintf(line, sizeof line, "%s in %.2f s (%.1f frames/s)", counted(s.frames, "frame").c_str(),
+                s.seconds, s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0);
+  std::string text = line;
+  text += s.complete ? "\n" : ", ended early: " + s.ended_by + "\n";
+  if (!s.force_states.empty()) {
+    text += counted(s.contacts, "contact") + ", touching in " + counted(s.contact_frames, "frame");
+    if (s.slip_frames) text += ", slipping in " + std::to_string(s.slip_frames);
+    text += "\n";
+    if (s.most_contacts > 1)
+      text += "most contacts at once: " + std::to_string(s.most_contacts) + ", " +
+              counted(s.contact_ids, "id") + " in all\n";
+    if (s.overflow_frames)
+      text += "too many regions to tell contacts apart in " + counted(s.overflow_frames, "frame") +
+              ": a higher contact.threshold_gray would leave the noise out\n";
+    if (s.largest_force_N) {
+      std::snprintf(line, sizeof line, "largest force %.4g N\n", *s.largest_force_N);
+      text += line;
+    }
+    for (const auto& [state, frames] : s.force_states)
+      text += "force " + state + ": " + counted(frames, "frame") + "\n";
+    if (s.saturated_frames) {
+      text += "saturated pixels in " + counted(s.saturated_frames, "frame") +
+              ": their force is a lower bound; lower the exposure or the light\n";
+    }
+  }
+  if (s.largest_depth_mm) {
+    std::snprintf(line, sizeof line, "largest depth %.4g mm\n", *s.largest_depth_mm);
+    text += line;
+  }
+  if (s.clipped_frames) {
+    text += "slopes steeper than max_slope were clipped in " + counted(s.clipped_frames, "frame") +
+            ": their depth is a lower bound\n";
+  }
+  if (s.weighted_frames)
+    text += "unknown pixels left out of the surface in " + counted(s.weighted_frames, "frame") + "\n";
+  if (s.island_frames) {
+    text += "unknown pixels cut the surface into islands in " + counted(s.island_frames, "frame") +
+            ": heights between them are not determined\n";
+  }
+  if (s.depth_clipped_px) {
+    text += counted(s.depth_clipped_px, "pixel") + " outside the 16-bit depth range, clipped\n";
+  }
+  if (s.recorded) {
+    text += counted(s.recorded->equal, "measurement") + " equal to the recorded one, to the last digit; " +
+            std::to_string(s.recorded->different) + " different\n";
+    if (s.recorded->different) text += "first difference in " + s.recorded->first_difference + "\n";
+  }
+  for (const viz::PressAnswer& press : s.presses) text += describe(press) + "\n";
+  if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
+  if (s.comparison) text += "\n" + s.comparison->table();
+  return text;
+}
+
+std::string to_json(const ProcessSummary& s, const ProcessRequest& request, const Sensor& sensor,
+                    const gpu::Context& context) {
+  nlohmann::ordered_json value = {{"input", request.input},
+                                  {"sensor", sensor.name},
+                                  {"device", context.report().name},
+                                  {"solver", to_string(request.solver)},
+                                  {"complete", s.complete}};
+  if (!s.complete) value["ended_by"] = s.ended_by;
+  if (const std::string range = to_string(request.range); !range.empty()) value["range"] = range;
+  value["frames"] = s.frames;
+  value["seconds"] = s.seconds;
+  value["frames_per_s"] = s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0;
+  if (!s.force_states.empty()) {
+    value["contacts"] = s.contacts;
+    value["contact_frames"] = s.contact_frames;
+    value["slip_frames"] = s.slip_frames;
+    if (wants(request.outputs, Output::Contacts)) {
+      value["most_contacts"] = s.most_contacts;
+      value["contact_ids"] = s.contact_ids;
+      value["overflow_frames"] = s.overflow_frames;
+    }
+    value["saturated_frames"] = s.saturated_frames;
+    value["force_states"] = s.force_states;
+  }
+  if (s.largest_force_N) value["largest_force_N"] = *s.largest_force_N;
+  if (!s.presses.empty()) value["presses"] = to_json(s.presses);
+  if (s.largest_depth_mm) {
+    value["largest_depth_mm"] = *s.largest_depth_mm;
+    value["clipped_frames"] = s.clipped_frames;
+  }
+  if (wants(request.outputs, Output::Confidence) || s.weighted_frames) {
+    value["weighted_frames"] = s.weighted_frames;
+    value["island_frames"] = s.island_frames;
+  }
+  if (!request.depth.empty()) value["depth_clipped_px"] = s.depth_clipped_px;
+  if (s.recorded)
+    value["as_recorded"] = {{"equal", s.recorded->equal},
+                            {"different", s.recorded->different},
+                            {"first_difference", s.recorded->first_difference}};
+  if (!s.warning.empty()) value["warning"] = s.warning;
+  if (s.comparison) value["measured_minus_true"] = nlohmann::ordered_json::parse(s.comparison->json());
+  return value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace palpate

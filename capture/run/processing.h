@@ -1,0 +1,97 @@
+// A recording from its first frame to its last: measurements, depth maps, pictures. Nothing is dropped.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/source.h"
+#include "palpate/pipeline.h"
+#include "capture/run/verify_recording.h"
+#include "viz/commands/command.h"
+#include "viz/report/comparison.h"
+#include "capture/files/depth_files.h"
+#include "capture/files/frame_range.h"
+#include "viz/render/picture.h"
+#include "engine/palpation/press_monitor.h"
+
+namespace palpate {
+
+struct ProcessRequest {
+  std::string input;  ///< as open_source takes it
+  uint32_t outputs = Output::Force | Output::Surface;
+  SurfaceSolver solver = SurfaceSolver::Converged;
+  bool skip_untouched = false;  ///< as in PipelineOptions
+  /// Of a session the frames that were measured when it was recorded, with its outputs and its solver;
+  /// compared with what was recorded.
+  bool as_recorded = false;
+  std::vector<DepthFormat> depth;       ///< one file a frame of each
+  std::vector<DepthFormat> confidence;  ///< the same: PNG and NumPy only
+  bool pictures = false;                ///< PNGs as the window would show the frames
+  bool video = false;                   ///< the same as recording.mp4
+  bool rows = true;                     ///< measurements.csv, and contacts.csv with Output::Contacts
+  std::string images;                   ///< ".png" or ".tif": the frames themselves too; empty: not
+  double rate_Hz = 0;                   ///< of inputs without one (images); 0: their times stay unknown
+  uint64_t frames = 0;                  ///< at most that many; 0: all
+  /// Frames that are counted and written; those before are measured only where shear, slip and shift need it.
+  FrameRange range;
+  uint64_t picture_every = 1;  ///< one picture and one video frame for that many frames
+  std::vector<uint64_t>
+      picture_frames;        ///< pictures of these frames only, ascending; empty: as picture_every says
+  viz::PictureOptions look;  ///< of pictures and film: scale of the depth, viewpoint
+  /// What watches presses of a block of tissue, from the untouched image; may be null, and may return null.
+  std::function<std::unique_ptr<viz::PressWatch>(const Frame& background)> watch;
+};
+
+/// What was seen, frame by frame counted.
+struct ProcessSummary {
+  uint64_t frames = 0;
+  uint64_t contacts = 0;  ///< onsets: frames that touch after one that does not
+  uint64_t contact_frames = 0;
+  uint64_t most_contacts = 0;  ///< told apart in one frame (Output::Contacts)
+  uint32_t contact_ids = 0;    ///< given out in the frames counted
+  uint64_t overflow_frames =
+      0;  ///< with more regions than there was room for: their contacts are not counted
+  uint64_t saturated_frames = 0;  ///< with at least one saturated pixel
+  uint64_t slip_frames = 0;
+  std::map<std::string, uint64_t> force_states;  ///< frames in each state of the force
+  std::optional<double> largest_force_N;
+  std::optional<double> largest_depth_mm;
+  uint64_t depth_clipped_px = 0;
+  uint64_t clipped_frames = 0;            ///< whose depth is too small because slopes were clipped
+  uint64_t weighted_frames = 0;           ///< whose surface was solved with unknown pixels left out
+  uint64_t island_frames = 0;             ///< in which unknown pixels cut the touched surface into parts
+  double seconds = 0;                     ///< wall time from the first frame to the last result
+  bool complete = false;                  ///< false: Ctrl-C or a damaged recording ended it early
+  std::string ended_by;                   ///< why, where not complete
+  std::optional<Comparison> comparison;   ///< of inputs that know the truth
+  std::optional<RecordedCheck> recorded;  ///< with as_recorded
+  std::vector<viz::PressAnswer> presses;  ///< of a block of tissue
+  std::string warning;                    ///< of the source: a session that was cut short
+};
+
+/// Every frame of `source` through `pipeline`, in order, each slot in use; `on_result` is called for each in
+/// order, with the frame it came from, before its slot is released. Stops after `limit` frames (0: none),
+/// before frame number `end`, or on Ctrl-C. Returns the number of frames.
+uint64_t run_recording(Source& source, Pipeline& pipeline, uint64_t limit,
+                       const std::function<void(const Result&, const Frame&)>& on_result,
+                       uint64_t end = UINT64_MAX);
+
+/// Processes `request.input` with `sensor` into folder `out`: measurements.csv and contacts.csv row by row,
+/// depth/, pictures/, recording.mp4, images/ with the sensor.json and background.png that measure them again,
+/// and at the end summary.json. A damaged recording keeps the rows before the damage, writes a summary that
+/// says so, and throws.
+ProcessSummary process_recording(gpu::Context& context, const Common& common, const Sensor& sensor,
+                                 const ProcessRequest& request, const std::filesystem::path& out);
+
+/// The summary for a person, and as a JSON object.
+std::string describe(const ProcessSummary& summary);
+std::string to_json(const ProcessSummary& summary, const ProcessRequest& request, const Sensor& sensor,
+                    const gpu::Context& context);
+
+}  // namespace palpate

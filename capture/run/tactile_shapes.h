@@ -1,0 +1,43 @@
+// Two frames of a recording as tactile shapes: their control points, and the followed points of the pad's
+// skin.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "engine/measure/compression.h"
+#include "palpate/touch.h"
+#include "capture/run/input.h"
+
+namespace palpate {
+
+struct TactileShape {
+  Touch touch;
+  ControlPoints control;  ///< of the first draw; empty where the sensor has no reading of the surface
+  std::vector<std::vector<ShapePoint>> draws;  ///< control points, drawn kDraws times
+};
+
+/// Draws of control points of each frame: their scatter tells what a strain is worth.
+inline constexpr size_t kDraws = 8;
+
+struct ShapeRequest {
+  std::optional<std::array<uint64_t, 2>> frames;  ///< numbers as in the column 'frame'
+  std::optional<std::array<double, 2>> forces_N;  ///< the frames nearest to these, up to the peak; neither:
+                                                  ///< half of the peak and the peak
+  ControlOptions control;                         ///< the pitch is the sensor's
+};
+
+struct TactileShapes {
+  TactileShape before, after;
+  bool skin = false;  ///< the skin's points were followed from the first frame on
+};
+
+/// Reads the recording, twice where frames are chosen by force. Throws Error(Failure::Input) where a frame or
+/// a force is not there, Error(Failure::Usage) of a camera and of a sensor without surface and skin.
+TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, const ShapeRequest& request);
+
+/// Skin points that were followed in both frames and lie in the contact of the second.
+std::vector<MatchedPoint> skin_pairs(const TactileShapes& shapes, double pitch_mm_per_px);
+
+}  // namespace palpate

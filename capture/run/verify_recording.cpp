@@ -1,0 +1,56 @@
+#include "capture/run/verify_recording.h"
+
+#include <algorithm>
+#include <sstream>
+#include <vector>
+
+#include "capture/files/measurements.h"
+#include "viz/panels/format.h"
+
+namespace palpate {
+namespace {
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream in(line);
+  for (std::string cell; std::getline(in, cell, ',');) cells.push_back(cell);
+  return cells;
+}
+
+}  // namespace
+
+bool MeasuredFrames::next(Frame& frame) {
+  while (session_.next(frame)) {
+    gap_ = gap_ || frame.after_gap;
+    if (!session_.recorded(frame.sequence)) continue;
+    frame.after_gap = gap_;
+    gap_ = false;
+    return true;
+  }
+  return false;
+}
+
+// Columns by their names: a session that was recorded before there were others is compared in those it has.
+void RecordedCheck::add(const Session& session, const Touch& touch) {
+  const std::vector<std::string> names = split(session.recorded_names()),
+                                 was = split(session.recorded(touch.sequence).value_or("")),
+                                 today = split(Measurements::cell_names()),
+                                 is = split(Measurements::cells(touch, session.info().outputs));
+  const auto cell = [](const std::vector<std::string>& cells, size_t i) {
+    return i < cells.size() ? cells[i] : std::string();  // empty ones at the end are not split off
+  };
+  for (size_t i = 0; i < names.size(); ++i) {
+    const auto there = std::ranges::find(today, names[i]);
+    if (there == today.end()) continue;
+    const std::string recorded = cell(was, i), now = cell(is, static_cast<size_t>(there - today.begin()));
+    if (recorded == now) continue;
+    if (++different == 1)
+      first_difference =
+          viz::text("frame %llu: %s was '%s', is '%s'", static_cast<unsigned long long>(touch.sequence),
+                    names[i].c_str(), recorded.c_str(), now.c_str());
+    return;
+  }
+  ++equal;
+}
+
+}  // namespace palpate

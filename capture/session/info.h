@@ -1,0 +1,40 @@
+// session.json: what a session is, as text.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "capture/session/session.h"
+
+namespace palpate {
+
+inline constexpr const char* kSessionJson = "session.json";
+inline constexpr const char* kSessionFrames = "frames.mkv";
+inline constexpr const char* kSessionRows = "frames.csv";
+inline constexpr const char* kSessionBackground = "background.png";
+
+/// What is known of a session at its end only.
+struct SessionEnd {
+  bool complete = false;
+  uint64_t frames = 0;
+  uint64_t dropped = 0;
+  uint64_t measured = 0;
+  uint64_t unmatched = 0;
+  uint64_t video_bytes = 0;
+  std::string ended_by;  ///< why, where not complete
+};
+
+struct SessionText {
+  SessionInfo info;
+  SessionEnd end;
+  bool has_background = false;
+};
+
+/// `started`: date and time, ISO 8601.
+std::string to_text(const SessionInfo& info, const SessionEnd& end, const std::string& started);
+/// `where` names the text in messages. Keys that this version does not know are ignored, those it needs must
+/// be there. Throws Error(Failure::Input), of a newer version too; Error(Failure::Sensor) for its sensor.
+SessionText session_from_text(const std::string& text, const std::string& where);
+
+}  // namespace palpate

@@ -1,0 +1,60 @@
+// What libav's packets and images of a session's video look like; shared by its writer and its reader.
+#pragma once
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavutil/frame.h>
+#include <libavutil/pixfmt.h>
+}
+
+#include <memory>
+#include <optional>
+
+#include "capture/session/video.h"
+
+namespace palpate {
+
+struct FreeCodec {
+  void operator()(AVCodecContext* codec) const { avcodec_free_context(&codec); }
+};
+struct FreeFrame {
+  void operator()(AVFrame* frame) const { av_frame_free(&frame); }
+};
+struct FreePacket {
+  void operator()(AVPacket* packet) const { av_packet_free(&packet); }
+};
+using CodecPtr = std::unique_ptr<AVCodecContext, FreeCodec>;
+using FramePtr = std::unique_ptr<AVFrame, FreeFrame>;
+using PacketPtr = std::unique_ptr<AVPacket, FreePacket>;
+
+/// Name of the tag that holds the session's text.
+inline constexpr const char* kSessionTag = "PALPATE_SESSION";
+
+/// libav's own lines on stderr say nothing that our errors do not.
+void silence_libav();
+
+/// The pixels as FFV1 stores them: the smallest of its gray formats that holds the bits (values stay as they
+/// are), or interleaved blue, green, red and a byte of nothing.
+AVPixelFormat pixel_format(const FrameFormat& format);
+/// FFV1 of libavcodec 59 loses the pixels of images of one row or column: smaller frames lie in the corner of
+/// an image with sides of that many px.
+inline constexpr uint32_t kLeastSide_px = 8;
+inline bool is_tiny(const FrameFormat& format) {
+  return format.width < kLeastSide_px || format.height < kLeastSide_px;
+}
+void put_pixels(const Frame& frame, AVFrame& image);
+/// The corner of `image` that is `frame`, which has its format already.
+void take_pixels(const AVFrame& image, Frame& frame);
+
+/// Adds the frame's record, with check sums of the packet's data and of the pixels, as Matroska's
+/// BlockAdditional 1. Less than 0: libav's error.
+int add_record(AVPacket& packet, const Frame& frame);
+struct PacketRecord {
+  FrameStamp stamp;
+  uint32_t pixels_crc = 0;
+};
+/// The record of a packet whose data and record are whole.
+std::optional<PacketRecord> find_record(const AVPacket& packet);
+uint32_t crc_of(const Frame& frame);
+
+}  // namespace palpate

@@ -1,0 +1,125 @@
+// The built-in sensor: a scripted indenter on an elastic pad, seen by a camera with its faults, and the truth
+// beside it.
+//
+// Mechanics: frictionless contact with a bonded incompressible layer (engine/elasticity/layer.h). Tangentially
+// the contact sticks as a spring, F_t = K u, up to Coulomb's |F_t| = mu F_z, then slips; the contact's centre
+// travels with the indenter. The skin's own displacement along the surface has the core's size F_t / K and
+// Cattaneo's shape (capture/synthetic/skin.h): with Q < mu P the part within c = a (1 - Q / (mu P))^(1/3)
+// sticks. It depends on the present load alone, not on how that was reached. Contacts of several indenters
+// are solved apart and added. Optics: gray = stray light + field(x, y) response(p); shot and read noise in
+// electrons; clipping at full scale. Frame k depends on the options and k alone, so that any frame can be
+// made by itself, on any thread, bit for bit.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "capture/source.h"
+#include "engine/elasticity/layer.h"
+
+namespace palpate {
+
+enum class SyntheticMode {
+  Waveguide,  ///< gray, glows with contact pressure; touch light within 2 % of uniform (falloff)
+  Gel,        ///< three coloured lights at 120 degrees on a Lambertian skin: red, green, blue planes
+  Lambert,    ///< gray, the contact shows facing_gray * n_z and nothing glows around it: the truth of
+              ///< Reading::Shading
+};
+
+/// Contact pressure to light.
+enum class SyntheticResponse {
+  Linear,      ///< gray = s p: the gray sum is linear in force
+  Saturating,  ///< gray = S (1 - exp(-s p / S)), S 180 gray of 8 bit: light trapped per area has a limit
+};
+
+/// What shows how the skin moves along itself. Under printed or rough skin the light varies with it.
+enum class SyntheticSkin {
+  None,
+  Markers,  ///< dark dots 1 mm apart, 0.34 mm across
+  Texture,  ///< random, 20 % of the light, grains of about 0.2 mm
+};
+
+/// Camera, pad and script. Ranges are checked; a bad value is Error(Failure::Input).
+struct SyntheticOptions {
+  std::string scene = "palpation";  ///< one of synthetic_scenes()
+  uint32_t width = 640;             ///< px; the field of view is always 27.84 mm wide
+  uint32_t height = 480;
+  uint32_t bit_depth = 8;  ///< 8 to 16; 8 in SyntheticMode::Gel
+  SyntheticMode mode = SyntheticMode::Waveguide;
+  SyntheticResponse response = SyntheticResponse::Linear;
+  uint64_t seed = 1;  ///< of all noise, fixed pattern included
+  double rate_Hz = 30;
+  uint32_t repeat = 1;  ///< the scene is played so many times; 0: without end
+  bool noise = true;    ///< shot and read noise, fixed pattern
+  /// Share of the touch light lost in the corners, as a flat field correction in the camera leaves it.
+  double falloff = 0.015;
+  double force_N = 0;                        ///< largest force of the scene; 0: the scene's own
+  double indenter_radius_mm = 0;             ///< of the sphere or the flat end; 0: the scene's own
+  SyntheticSkin skin = SyntheticSkin::None;  ///< others need frames at least 320 px wide
+  /// Waveguide: unloading glows as a force larger by up to this share of the scene's largest force does while
+  /// loading; the difference is largest at half of that force and does not depend on speed.
+  double hysteresis = 0;
+  double drift_per_min = 0;  ///< Waveguide: share by which the touch light grows in a minute
+
+  double pad_young_MPa = 0.2;
+  double pad_thickness_mm = 6;
+  double friction = 0.5;
+};
+
+/// "synthetic:SCENE?size=640x480&bits=8&mode=waveguide&seed=1&rate=30&..." with any of the keys size, bits,
+/// mode (waveguide, gel, lambert), response (linear, saturating), seed, rate, repeat, noise (on, off),
+/// falloff, force, radius, skin (none, markers,
+/// texture), hysteresis, drift. Throws Error(Failure::Input) that lists what exists.
+SyntheticOptions parse_synthetic(const std::string& input);
+/// The inverse, with every key.
+std::string to_string(const SyntheticOptions& options);
+/// Names of the scenes, each with one line of what happens.
+std::vector<std::pair<std::string, std::string>> synthetic_scenes();
+
+/// The sensor that fits the options, with what is known of it by construction: pitch, shear stiffness and
+/// friction, force per gray sum (Waveguide, Linear; good to 1 % over the field), facing gray (Lambert),
+/// photometric coefficients (Gel), gray per pressure and the pad (Waveguide, where a pixel is no larger than
+/// a quarter of the pad's thickness), the skin's pattern. Dark markers leave out light: force per gray sum is
+/// then that of their mean, good to 5 %.
+Sensor synthetic_sensor(const SyntheticOptions& options);
+
+/// Throws Error(Failure::Input) on options out of range.
+void validate(const SyntheticOptions& options);
+/// Tangential stiffness of the pad: Mindlin at the contact radius of the scene's largest force, constant over
+/// the scene.
+double shear_stiffness_N_per_mm(const SyntheticOptions& options);
+/// Gray per MPa of contact pressure at the centre of the field (Waveguide, small pressures).
+double gray_per_MPa(const SyntheticOptions& options);
+
+class SyntheticSensor : public Source {
+ public:
+  /// Throws Error(Failure::Input) on options out of range.
+  explicit SyntheticSensor(const SyntheticOptions& options);
+  ~SyntheticSensor() override;
+
+  FrameFormat format() const override;
+  double rate_Hz() const override;
+  std::optional<uint64_t> frame_count() const override;
+  bool next(Frame& frame) override;
+  /// The untouched image without temporal noise, rounded.
+  std::optional<Frame> own_background() const override;
+  std::optional<Truth> truth(uint64_t sequence) const override;
+
+  /// Frame `sequence`, whatever `next` delivered so far. Safe to call from any thread. False past the end.
+  bool render(uint64_t sequence, Frame& frame) const;
+  /// How far the skin's point that rests at a place of the untouched image has moved along the surface, px.
+  std::array<double, 2> skin_shift_px(uint64_t sequence, double x_px, double y_px) const;
+  /// The solved contact of that frame (with several indenters the first one's); force 0 without contact.
+  LayerContact contact(uint64_t sequence) const;
+  /// Standard deviation of a pixel's temporal noise where its mean is `gray`, before rounding.
+  double noise_sd_gray(double gray) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+  uint64_t next_sequence_ = 0;
+};
+
+}  // namespace palpate

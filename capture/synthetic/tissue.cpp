@@ -1,0 +1,251 @@
+#include "capture/synthetic/tissue.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <mutex>
+
+#include "capture/synthetic/optics.h"
+#include "capture/synthetic/scene.h"
+#include "palpate/error.h"
+#include "engine/fem/large_strain/large_strain.h"
+#include "engine/numeric/map_sampling.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kStep_s = 0.5, kHold_s = 0.5, kRest_s = 0.6, kLift_s = 0.8;
+constexpr double kEvenShare = 0.25;  // of 255 gray, by a block without a lump
+
+/// The optics' field and noise know the built-in sensor's options.
+SyntheticOptions optics_of(const TissueOptions& o) {
+  SyntheticOptions s;
+  s.width = o.width;
+  s.height = o.height;
+  s.seed = o.seed;
+  s.noise = o.noise;
+  s.falloff = o.falloff;
+  s.rate_Hz = o.rate_Hz;
+  return s;
+}
+
+Script script_of(const TissueOptions& o) {
+  Script script = {{0, 0, 0, 0}, {kRest_s, 0, 0, 0}};
+  double t = kRest_s;
+  for (uint32_t k = 1; k <= o.loads; ++k) {
+    const double force_N = o.force_N * k / o.loads;
+    script.push_back({t += kStep_s, 0, 0, force_N});
+    script.push_back({t += kHold_s, 0, 0, force_N});
+  }
+  script.push_back({t += kLift_s, 0, 0, 0});
+  script.push_back({t += kRest_s, 0, 0, 0});
+  return script;
+}
+
+/// A window pressed by a block is the same block for every window: its solution is kept.
+std::shared_ptr<const LargeStrainResult> solved(const TissueOptions& o) {
+  static std::mutex guard;
+  static std::map<std::string, std::shared_ptr<const LargeStrainResult>> kept;
+  TissueOptions block = o;
+  block.x_mm = block.y_mm = 0;
+  block.seed = 1;
+  block.falloff = 0;
+  block.width = block.height = 64;
+  const std::string key = to_string(block);
+  const std::lock_guard lock(guard);
+  auto& result = kept[key];
+  if (result) return result;
+  std::vector<PressLoad> loads;
+  for (const double share : {0.1, 0.25, 0.5, 0.75, 1.0}) loads.push_back({{}, share * o.force_N});
+  LargeStrainResult found = solve_extrapolated(o.scene, loads);
+  if (!found.converged)
+    throw Error(Failure::Input,
+                "a synthetic block that can be pressed with " + std::to_string(o.force_N) + " N",
+                "no convergence beyond " + std::to_string(found.last_force_N) + " N", "a smaller force=");
+  if (kept.size() > 8) kept.clear();
+  return kept[key] = std::make_shared<const LargeStrainResult>(std::move(found));
+}
+
+}  // namespace
+
+struct TissueSensor::Impl {
+  TissueOptions options;
+  SyntheticOptions optics_options;
+  Script script;
+  uint64_t frames;
+  std::shared_ptr<const LargeStrainResult> press;
+  double pitch_mm, gray_per_Pa;
+  optics::Field field;
+  optics::NormalNoise normal;
+
+  explicit Impl(const TissueOptions& o)
+      : options(o),
+        optics_options(optics_of(o)),
+        script(script_of(o)),
+        frames(static_cast<uint64_t>(std::round(script.back().time_s * o.rate_Hz))),
+        press(solved(o)),
+        pitch_mm(optics::pitch_mm(optics_options)),
+        gray_per_Pa(1e-6 * tissue_gray_per_MPa(o)),
+        field(optics_options) {}
+
+  bool past_end(uint64_t sequence) const {
+    return options.repeat != 0 && sequence / frames >= options.repeat;
+  }
+  double force_N(uint64_t sequence) const {
+    return at(script, static_cast<double>(sequence % frames) / options.rate_Hz).force_N;
+  }
+  /// Pressure over the block at a force.
+  ForwardMap map_at_force(double force_N) const {
+    const std::vector<PressedBlock>& loads = press->loads;
+    size_t k = 0;
+    while (k + 2 < loads.size() && loads[k + 1].force_N < force_N) ++k;
+    const PressedBlock &a = loads[k], &b = loads[k + 1];
+    const double t = (force_N - a.force_N) / (b.force_N - a.force_N);
+    ForwardMap map = a.pressure_Pa;
+    for (size_t i = 0; i < map.values.size(); ++i)
+      map.values[i] =
+          static_cast<float>(force_N * ((1 - t) * static_cast<double>(a.pressure_Pa.values[i]) / a.force_N +
+                                        t * static_cast<double>(b.pressure_Pa.values[i]) / b.force_N));
+    return map;
+  }
+  /// 0 beside the block.
+  double pressure_Pa(const ForwardMap& map, double x_mm, double y_mm) const {
+    const double x = x_mm + options.x_mm, y = y_mm + options.y_mm;
+    if (std::abs(x) > options.scene.block_mm[0] / 2 || std::abs(y) > options.scene.block_mm[1] / 2) return 0;
+    return std::max(0.0, palpate::map_at(map, x, y));
+  }
+
+  /// `force_N` 0: untouched. `sequence`: of the noise; none: without.
+  void render(double force_N, std::optional<uint64_t> sequence, Frame& frame) const {
+    const uint32_t w = options.width, h = options.height;
+    const ForwardMap map = force_N > 0 ? map_at_force(force_N) : ForwardMap{};
+    const double per_e = 255 / optics::kFullWell_e, read_gray = per_e * optics::kReadNoise_e;
+    std::vector<float> noise(w, 0.0f), pattern(w);
+    for (uint32_t y = 0; y < h; ++y) {
+      normal.row(options.seed * 2 + 1, 0, y, w, pattern.data());
+      const bool noisy = options.noise && sequence;
+      if (noisy) normal.row(options.seed * 2, *sequence, y, w, noise.data());
+      const double y_mm = (y - (h - 1) / 2.0) * pitch_mm;
+      uint8_t* row = frame.row(0, y);
+      for (uint32_t x = 0; x < w; ++x) {
+        const double x_mm = (x - (w - 1) / 2.0) * pitch_mm;
+        double gray = field.stray_gray(x_mm, y_mm);
+        if (options.noise) gray += optics::kPattern_gray * static_cast<double>(pattern[x]);
+        if (force_N > 0) gray += gray_per_Pa * pressure_Pa(map, x_mm, y_mm) * field.touch(x_mm, y_mm);
+        if (noisy)
+          gray += static_cast<double>(noise[x]) *
+                  std::sqrt(read_gray * read_gray + per_e * std::max(0.0, gray - optics::kBlack_gray));
+        row[x] = static_cast<uint8_t>(std::clamp(std::lround(gray), 0L, 255L));
+      }
+    }
+  }
+};
+
+double tissue_gray_per_MPa(const TissueOptions& o) {
+  const double even_MPa = o.force_N / (o.scene.block_mm[0] * o.scene.block_mm[1]);
+  return kEvenShare * 255 / even_MPa;
+}
+
+Sensor tissue_sensor(const TissueOptions& o) {
+  Sensor s;
+  s.name = "synthetic palpation window";
+  s.pitch_mm_per_px = optics::pitch_mm(optics_of(o));
+  s.size_px = {o.width, o.height};
+  s.channels = 1;
+  s.bit_depth = 8;
+  s.signal = Signal::Brighter;
+  s.threshold_gray = 4;
+  s.saturation_gray = 255;
+  s.reading = Reading::Elastic;
+  s.elastic.gray_per_MPa = tissue_gray_per_MPa(o);
+  // A soft pad on a stiff window: its own deflection is what the surface shows.
+  s.elastic.young_MPa = 0.03;
+  s.elastic.thickness_mm = 2;
+  s.elastic.relative_sd = 0.01;
+  ForceCalibration f;
+  f.c1_N_per_gray = s.pitch_mm_per_px * s.pitch_mm_per_px / s.elastic.gray_per_MPa;
+  f.gray_max = 1.5 * o.force_N / f.c1_N_per_gray;
+  f.residual_sd_N = 0.003 * o.force_N;
+  f.covariance = {0, 0, 0.01 * 0.01 * f.c1_N_per_gray * f.c1_N_per_gray};
+  s.force = f;
+  return s;
+}
+
+TissueSensor::TissueSensor(const TissueOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+TissueSensor::~TissueSensor() = default;
+
+FrameFormat TissueSensor::format() const {
+  return {impl_->options.width, impl_->options.height, 1, 8};
+}
+double TissueSensor::rate_Hz() const {
+  return impl_->options.rate_Hz;
+}
+std::optional<uint64_t> TissueSensor::frame_count() const {
+  if (impl_->options.repeat == 0) return std::nullopt;
+  return impl_->frames * impl_->options.repeat;
+}
+
+bool TissueSensor::next(Frame& frame) {
+  if (impl_->past_end(next_sequence_)) return false;
+  frame.reshape(format());
+  frame.sequence = next_sequence_;
+  frame.time_ns = std::llround(static_cast<double>(next_sequence_) / impl_->options.rate_Hz * 1e9);
+  impl_->render(impl_->force_N(next_sequence_), next_sequence_, frame);
+  ++next_sequence_;
+  return true;
+}
+
+bool TissueSensor::seek(uint64_t index) {
+  if (impl_->past_end(index)) return false;
+  next_sequence_ = index;
+  return true;
+}
+
+std::optional<Frame> TissueSensor::own_background() const {
+  Frame frame;
+  frame.reshape(format());
+  impl_->render(0, std::nullopt, frame);
+  return frame;
+}
+
+double TissueSensor::block_force_N(uint64_t sequence) const {
+  return impl_->force_N(sequence);
+}
+
+double TissueSensor::pressure_Pa(uint64_t sequence, double x_mm, double y_mm) const {
+  const double force_N = impl_->force_N(sequence);
+  return force_N > 0 ? impl_->pressure_Pa(impl_->map_at_force(force_N), x_mm, y_mm) : 0;
+}
+
+std::optional<Truth> TissueSensor::truth(uint64_t sequence) const {
+  if (impl_->past_end(sequence)) return std::nullopt;
+  Truth t;
+  t.sequence = sequence;
+  t.time_s = static_cast<double>(sequence) / impl_->options.rate_Hz;
+  const double block_N = impl_->force_N(sequence);
+  t.contact = block_N > 0;
+  t.depth_mm.assign(size_t{impl_->options.width} * impl_->options.height, 0.0f);
+  if (!t.contact) return t;
+  const ForwardMap map = impl_->map_at_force(block_N);
+  const uint32_t w = impl_->options.width, h = impl_->options.height;
+  constexpr uint32_t kEvery = 4;
+  double sum = 0, x_sum = 0, y_sum = 0;
+  for (uint32_t y = kEvery / 2; y < h; y += kEvery)
+    for (uint32_t x = kEvery / 2; x < w; x += kEvery) {
+      const double p = impl_->pressure_Pa(map, (x - (w - 1) / 2.0) * impl_->pitch_mm,
+                                          (y - (h - 1) / 2.0) * impl_->pitch_mm);
+      sum += p;
+      x_sum += p * x;
+      y_sum += p * y;
+    }
+  t.force_N = 1e-6 * sum * std::pow(kEvery * impl_->pitch_mm, 2);
+  if (sum > 0) {
+    t.center_x_px = x_sum / sum;
+    t.center_y_px = y_sum / sum;
+  }
+  t.radius_px = std::sqrt(double(w) * h / 3.14159265358979);
+  t.contacts = {{t.force_N, t.center_x_px, t.center_y_px, t.radius_px}};
+  return t;
+}
+
+}  // namespace palpate

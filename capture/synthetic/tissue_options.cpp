@@ -1,0 +1,144 @@
+// The synthetic block's options as text.
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <sstream>
+
+#include "capture/synthetic/tissue.h"
+#include "palpate/error.h"
+
+namespace palpate {
+namespace {
+
+constexpr const char* kPrefix = "synthetic:tissue";
+constexpr const char* kKeys =
+    "size=WxH, seed=N, rate=HZ, noise=on|off, falloff=SHARE, repeat=N, force=N, loads=N, x=MM, y=MM (of the "
+    "window), "
+    "lump=sphere|ellipsoid|cylinder|lying|none, d=MM, h=MM, ratio=E_R, lx=MM, ly=MM (of the lump), "
+    "thickness=MM, "
+    "young=PA, cells=N";
+
+const std::map<std::string, LumpShape> kShapes = {{"sphere", LumpShape::Sphere},
+                                                  {"ellipsoid", LumpShape::Ellipsoid},
+                                                  {"cylinder", LumpShape::Cylinder},
+                                                  {"lying", LumpShape::LyingCylinder}};
+
+template <class Number>
+Number number(const std::string& key, const std::string& text) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size())
+    throw Error(Failure::Input, "a number for '" + key + "' of the synthetic block", "'" + text + "'", kKeys);
+  return value;
+}
+
+void check(bool good, const std::string& wanted, double found, const char* remedy) {
+  if (good) return;
+  std::ostringstream text;
+  text << found;
+  throw Error(Failure::Input, "a synthetic block with " + wanted, text.str(), remedy);
+}
+
+}  // namespace
+
+bool is_tissue(const std::string& input) {
+  const std::string prefix = kPrefix;
+  return input == prefix || input.rfind(prefix + "?", 0) == 0;
+}
+
+TissueOptions parse_tissue(const std::string& input) {
+  TissueOptions o;
+  Inclusion lump;
+  bool has_lump = true;
+  double d = 8;
+  const size_t question = input.find('?');
+  std::istringstream pairs(question == std::string::npos ? "" : input.substr(question + 1));
+  for (std::string pair; std::getline(pairs, pair, '&');) {
+    const size_t equals = pair.find('=');
+    const std::string key = pair.substr(0, equals),
+                      value = equals == std::string::npos ? "" : pair.substr(equals + 1);
+    const std::map<std::string, double*> lengths = {{"rate", &o.rate_Hz},
+                                                    {"force", &o.force_N},
+                                                    {"falloff", &o.falloff},
+                                                    {"x", &o.x_mm},
+                                                    {"y", &o.y_mm},
+                                                    {"d", &d},
+                                                    {"h", &lump.depth_mm},
+                                                    {"ratio", &lump.stiffness_ratio},
+                                                    {"lx", &lump.offset_mm[0]},
+                                                    {"ly", &lump.offset_mm[1]},
+                                                    {"thickness", &o.scene.block_mm[2]},
+                                                    {"young", &o.scene.young_Pa}};
+    if (const auto there = lengths.find(key); there != lengths.end()) {
+      *there->second = number<double>(key, value);
+    } else if (key == "size") {
+      const size_t cross = value.find('x');
+      if (cross == std::string::npos)
+        throw Error(Failure::Input, "size=WIDTHxHEIGHT of the synthetic block", "'" + value + "'",
+                    "size=640x480");
+      o.width = number<uint32_t>(key, value.substr(0, cross));
+      o.height = number<uint32_t>(key, value.substr(cross + 1));
+    } else if (key == "seed") {
+      o.seed = number<uint64_t>(key, value);
+    } else if (key == "repeat") {
+      o.repeat = number<uint32_t>(key, value);
+    } else if (key == "loads") {
+      o.loads = number<uint32_t>(key, value);
+    } else if (key == "cells") {
+      const auto cells = number<uint32_t>(key, value);
+      check(cells >= 16 && cells <= 64 && cells % 8 == 0, "16 to 64 cells along its length, a multiple of 8",
+            cells, "cells=40");
+      o.scene.cells = {cells, cells, cells / 2};
+    } else if (key == "noise" && (value == "on" || value == "off")) {
+      o.noise = value == "on";
+    } else if (key == "lump" && (value == "none" || kShapes.count(value))) {
+      has_lump = value != "none";
+      if (has_lump) lump.shape = kShapes.at(value);
+    } else {
+      throw Error(Failure::Input, "an option of the synthetic block", "'" + pair + "'", kKeys);
+    }
+  }
+  check(o.width >= 32 && o.width <= kMaxSide_px, "a width of 32 px or more", o.width, "size=640x480");
+  check(o.height >= 32 && o.height <= kMaxSide_px, "a height of 32 px or more", o.height, "size=640x480");
+  check(o.rate_Hz >= 1 && o.rate_Hz <= 1000, "a rate of 1 to 1000 Hz", o.rate_Hz, "rate=30");
+  check(o.falloff >= 0 && o.falloff <= 0.5, "a falloff of 0 to 0.5", o.falloff, "falloff=0.015");
+  check(o.force_N > 0 && o.force_N <= 100, "a force above 0, up to 100 N", o.force_N, "force=2");
+  check(o.loads >= 1 && o.loads <= 8, "1 to 8 loads", o.loads, "loads=4");
+  check(std::abs(o.x_mm) <= 40 && std::abs(o.y_mm) <= 40, "its window within 40 mm of its middle",
+        std::max(std::abs(o.x_mm), std::abs(o.y_mm)), "x=6");
+  o.scene.inclusion.reset();
+  if (has_lump) {
+    lump.size_mm = {d, d, d};
+    if (lump.shape == LumpShape::Ellipsoid) lump.size_mm[0] = 1.5 * d;
+    if (lump.shape == LumpShape::LyingCylinder) lump.size_mm[0] = 2.5 * d;
+    o.scene.inclusion = lump;
+  }
+  try {
+    palpate::check(o.scene);
+  } catch (const Error& error) {
+    throw Error(Failure::Input, "a synthetic block that can be built",
+                std::string("one that is refused (") + error.what() + ")", kKeys);
+  }
+  return o;
+}
+
+std::string to_string(const TissueOptions& o) {
+  std::ostringstream s;
+  s.precision(12);
+  s << kPrefix << "?size=" << o.width << 'x' << o.height << "&seed=" << o.seed << "&rate=" << o.rate_Hz
+    << "&noise=" << (o.noise ? "on" : "off") << "&falloff=" << o.falloff << "&repeat=" << o.repeat
+    << "&force=" << o.force_N << "&loads=" << o.loads << "&x=" << o.x_mm << "&y=" << o.y_mm
+    << "&thickness=" << o.scene.block_mm[2] << "&young=" << o.scene.young_Pa << "&cells=" << o.scene.cells[0];
+  if (!o.scene.inclusion) {
+    s << "&lump=none";
+    return s.str();
+  }
+  const Inclusion& lump = *o.scene.inclusion;
+  for (const auto& [name, shape] : kShapes)
+    if (shape == lump.shape) s << "&lump=" << name;
+  s << "&d=" << lump.size_mm[2] << "&h=" << lump.depth_mm << "&ratio=" << lump.stiffness_ratio
+    << "&lx=" << lump.offset_mm[0] << "&ly=" << lump.offset_mm[1];
+  return s.str();
+}
+
+}  // namespace palpate

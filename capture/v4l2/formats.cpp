@@ -1,0 +1,195 @@
+#include "capture/v4l2/formats.h"
+
+#include <linux/videodev2.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstring>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "capture/files/jpeg.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::array kFormats = {
+    PixelFormat{V4L2_PIX_FMT_GREY, "GREY", PixelLayout::Gray8, 8, 1},
+    PixelFormat{V4L2_PIX_FMT_Y10, "Y10", PixelLayout::Gray16, 10, 1},
+    PixelFormat{V4L2_PIX_FMT_Y12, "Y12", PixelLayout::Gray16, 12, 1},
+    PixelFormat{V4L2_PIX_FMT_Y16, "Y16", PixelLayout::Gray16, 16, 1},
+    PixelFormat{V4L2_PIX_FMT_YUYV, "YUYV", PixelLayout::Yuyv, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_UYVY, "UYVY", PixelLayout::Uyvy, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_NV12, "NV12", PixelLayout::Nv12, 8, 1},
+    PixelFormat{V4L2_PIX_FMT_SRGGB8, "RGGB8", PixelLayout::Bayer8, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_SGRBG8, "GRBG8", PixelLayout::Bayer8, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_SGBRG8, "GBRG8", PixelLayout::Bayer8, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_SBGGR8, "BGGR8", PixelLayout::Bayer8, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_MJPEG, "MJPEG", PixelLayout::Jpeg, 8, 3},
+    PixelFormat{V4L2_PIX_FMT_JPEG, "JPEG", PixelLayout::Jpeg, 8, 3},
+};
+
+std::string upper(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return out;
+}
+
+/// OpenCV names a mosaic by the second row's second and third pixel.
+int demosaicing(uint32_t fourcc, bool gray) {
+  switch (fourcc) {
+    case V4L2_PIX_FMT_SRGGB8:
+      return gray ? cv::COLOR_BayerBG2GRAY : cv::COLOR_BayerBG2BGR;
+    case V4L2_PIX_FMT_SGRBG8:
+      return gray ? cv::COLOR_BayerGB2GRAY : cv::COLOR_BayerGB2BGR;
+    case V4L2_PIX_FMT_SGBRG8:
+      return gray ? cv::COLOR_BayerGR2GRAY : cv::COLOR_BayerGR2BGR;
+    default:
+      return gray ? cv::COLOR_BayerRG2GRAY : cv::COLOR_BayerRG2BGR;
+  }
+}
+
+/// The buffer's rows without a copy. OpenCV does not write through a source.
+cv::Mat view(const RawImage& raw, uint32_t width, int type) {
+  return {static_cast<int>(raw.height), static_cast<int>(width), type, const_cast<uint8_t*>(raw.bytes.data()),
+          raw.stride_bytes};
+}
+
+std::string size_text(int64_t width, int64_t height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+std::string decode_motion_jpeg(const RawImage& raw, uint32_t channels, cv::Mat& image) {
+  const cv::Mat decoded = decode_jpeg(raw.bytes);
+  if (decoded.empty()) return "a damaged JPEG";
+  if (decoded.cols != static_cast<int>(raw.width) || decoded.rows != static_cast<int>(raw.height))
+    return "a JPEG of " + size_text(decoded.cols, decoded.rows) + " px";
+  if (decoded.channels() == static_cast<int>(channels)) {
+    decoded.copyTo(image);
+  } else if (channels == 1) {
+    cv::cvtColor(decoded, image, cv::COLOR_BGR2GRAY);
+  } else {
+    return "a gray JPEG";
+  }
+  return {};
+}
+
+}  // namespace
+
+std::span<const PixelFormat> pixel_formats() {
+  return kFormats;
+}
+
+const PixelFormat* find_pixel_format(uint32_t fourcc) {
+  const auto found = std::find_if(kFormats.begin(), kFormats.end(),
+                                  [&](const PixelFormat& format) { return format.fourcc == fourcc; });
+  return found == kFormats.end() ? nullptr : &*found;
+}
+
+const PixelFormat* find_pixel_format(std::string_view name) {
+  const std::string wanted = upper(name);
+  const auto found = std::find_if(kFormats.begin(), kFormats.end(), [&](const PixelFormat& format) {
+    return wanted == format.name || wanted == fourcc_text(format.fourcc);
+  });
+  return found == kFormats.end() ? nullptr : &*found;
+}
+
+std::string fourcc_text(uint32_t fourcc) {
+  std::string text;
+  for (int i = 0; i < 4; ++i) {
+    const auto c = static_cast<unsigned char>(fourcc >> 8 * i & 0x7f);
+    text += std::isprint(c) ? static_cast<char>(c) : '?';
+  }
+  while (!text.empty() && text.back() == ' ') text.pop_back();
+  if (fourcc >> 31) text += "-BE";
+  return text;
+}
+
+size_t least_stride_bytes(const PixelFormat& format, uint32_t width) {
+  switch (format.layout) {
+    case PixelLayout::Gray16:
+      return size_t{width} * 2;
+    case PixelLayout::Yuyv:
+    case PixelLayout::Uyvy:
+      return (size_t{width} + 1) / 2 * 4;
+    case PixelLayout::Jpeg:
+      return 0;
+    default:
+      return width;
+  }
+}
+
+size_t needed_bytes(const PixelFormat& format, const RawImage& raw) {
+  if (format.layout == PixelLayout::Jpeg || raw.height == 0) return 0;
+  return size_t{raw.stride_bytes} * (raw.height - 1) + least_stride_bytes(format, raw.width);
+}
+
+uint32_t largest_value(const RawImage& raw) {
+  uint32_t largest = 0;
+  for (uint32_t y = 0; y < raw.height; ++y) {
+    const uint8_t* row = raw.bytes.data() + size_t{raw.stride_bytes} * y;
+    uint16_t in_row = 0;
+    for (uint32_t x = 0; x < raw.width; ++x) {
+      uint16_t value = 0;
+      std::memcpy(&value, row + size_t{x} * 2, sizeof value);
+      in_row = std::max(in_row, value);
+    }
+    largest = std::max<uint32_t>(largest, in_row);
+  }
+  return largest;
+}
+
+std::string decode(const PixelFormat& format, const RawImage& raw, uint32_t channels, cv::Mat& image) {
+  if (channels != 1 && (channels != 3 || format.channels != 3)) return "gray pixels";
+  if (format.layout == PixelLayout::Jpeg) return decode_motion_jpeg(raw, channels, image);
+  if (raw.width == 0 || raw.height == 0 || raw.stride_bytes < least_stride_bytes(format, raw.width))
+    return "rows of " + std::to_string(raw.stride_bytes) + " bytes";
+  if (const size_t needed = needed_bytes(format, raw); raw.bytes.size() < needed)
+    return std::to_string(raw.bytes.size()) + " bytes in place of " + std::to_string(needed);
+  const int width = static_cast<int>(raw.width), height = static_cast<int>(raw.height);
+  switch (format.layout) {
+    case PixelLayout::Gray8:
+    case PixelLayout::Nv12:
+      view(raw, raw.width, CV_8UC1).copyTo(image);
+      break;
+    case PixelLayout::Gray16: {
+      const uint32_t largest = format.bit_depth < 16 ? largest_value(raw) : 0;
+      if (largest >> format.bit_depth)
+        return "a value of " + std::to_string(largest) + " in " + std::to_string(format.bit_depth) + " bits";
+      image.create(height, width, CV_16UC1);
+      for (int y = 0; y < height; ++y)  // by rows: padding may have an odd number of bytes
+        std::memcpy(image.ptr(y), raw.bytes.data() + size_t{raw.stride_bytes} * static_cast<size_t>(y),
+                    size_t{raw.width} * 2);
+      break;
+    }
+    case PixelLayout::Yuyv:
+    case PixelLayout::Uyvy: {
+      const bool y_first = format.layout == PixelLayout::Yuyv;
+      if (channels == 1) {
+        image.create(height, width, CV_8UC1);
+        cv::extractChannel(view(raw, raw.width, CV_8UC2), image, y_first ? 0 : 1);
+        break;
+      }
+      const int code = y_first ? cv::COLOR_YUV2BGR_YUYV : cv::COLOR_YUV2BGR_UYVY;
+      if (width % 2 == 0) {
+        cv::cvtColor(view(raw, raw.width, CV_8UC2), image, code);
+      } else {  // the last pixel's partner is padding
+        cv::Mat wider;
+        cv::cvtColor(view(raw, raw.width + 1, CV_8UC2), wider, code);
+        wider.colRange(0, width).copyTo(image);
+      }
+      break;
+    }
+    case PixelLayout::Bayer8:
+      if (width < 3 || height < 3) return "a mosaic of " + size_text(width, height) + " px";
+      cv::cvtColor(view(raw, raw.width, CV_8UC1), image, demosaicing(format.fourcc, channels == 1));
+      break;
+    case PixelLayout::Jpeg:
+      break;
+  }
+  return {};
+}
+
+}  // namespace palpate

@@ -1,0 +1,44 @@
+// What the finders of balls in colour and in gray gels have in common: the change that a press makes, and why
+// a picture is no press of one ball.
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/calibrate/ball_finder.h"
+
+namespace palpate::ball {
+
+inline constexpr double kLeastExplained = 0.75;  ///< of the change around the contact
+inline constexpr double kSecondContact = 0.25;   ///< change outside over the ball's own, both summed squares
+inline constexpr double kLeastRadius_px = 4;
+
+/// 0 where there are no values.
+double median_of(std::vector<double> values);
+
+/// The change of a frame from the background, box means of 5 x 5 pixels that leave out what is masked.
+struct Change {
+  int width = 0, height = 0;
+  std::array<std::vector<float>, 3> smooth;  ///< per channel; 0 where nothing is known
+  std::vector<float> size2;                  ///< squared length over the channels
+  uint32_t channels = 0;
+};
+Change change_of(const Frame& frame, const Frame& background, std::span<const uint8_t> mask);
+
+/// Throws Error(Failure::Input) where the two do not go together, or with the mask.
+void check_pair(const Frame& frame, const Frame& background, uint32_t channels,
+                std::span<const uint8_t> mask);
+
+/// Why a circle cannot be the contact of the ball; empty: it can.
+std::string circle_refusal(const FoundBall& ball, const FrameFormat& format, const BallSearch& search);
+/// Why too little of a contact can be used; empty: enough can.
+std::string coverage_refusal(const FoundBall& ball, const Frame& frame, const Frame& background,
+                             std::span<const uint8_t> mask);
+
+/// "12 %", "3.4".
+std::string percent(double share);
+std::string tenths(double value);
+
+}  // namespace palpate::ball

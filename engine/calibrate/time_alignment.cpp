@@ -1,0 +1,236 @@
+#include "engine/calibrate/time_alignment.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <vector>
+
+#include "palpate/error.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kLeastOverlap = 0.6;
+constexpr double kLeastCorrelation = 0.8;
+constexpr double kRivalExplains = 1.5;  // times the best offset's unexplained share
+constexpr double kValley = 0.05;        // a peak of its own has this much lower ground around it
+constexpr size_t kCoarse = 2000;        // samples, and steps of the offset
+
+std::string number(double value, const char* format = "%.4g") {
+  char text[32];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+struct Series {
+  std::vector<double> time_s, value;
+};
+
+double usual_step(std::span<const double> time_s) {
+  std::vector<double> steps;
+  for (size_t i = 1; i < time_s.size(); ++i) steps.push_back(time_s[i] - time_s[i - 1]);
+  std::nth_element(steps.begin(), steps.begin() + static_cast<ptrdiff_t>(steps.size() / 2), steps.end());
+  return steps[steps.size() / 2];
+}
+
+bool varies(std::span<const double> values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return *high > *low;
+}
+
+/// Pairs of values at one offset, and what a straight line between them leaves.
+struct Fit {
+  size_t pairs = 0;
+  double correlation = -2;
+  double slope = 0, mean_first = 0, mean_second = 0;
+};
+
+class Matcher {
+ public:
+  Matcher(std::span<const double> time_s, std::span<const double> value,
+          std::span<const std::pair<double, double>> breaks)
+      : time_s_(time_s), value_(value), breaks_(breaks) {}
+
+  /// The second's value on the first clock's time, NaN where it has none.
+  double at(double time_s, size_t& hint) const {
+    if (!(time_s >= time_s_.front() && time_s <= time_s_.back())) return kNaN;
+    while (hint + 2 < time_s_.size() && time_s_[hint + 1] < time_s) ++hint;
+    for (const auto& [from, to] : breaks_)
+      if (time_s > from && time_s < to) return kNaN;
+    const double share = (time_s - time_s_[hint]) / (time_s_[hint + 1] - time_s_[hint]);
+    return value_[hint] + share * (value_[hint + 1] - value_[hint]);
+  }
+
+  Fit fit(const Series& first, double offset_s, size_t least_pairs) const {
+    Fit f;
+    double a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+    size_t hint = 0;
+    for (size_t i = 0; i < first.time_s.size(); ++i) {
+      const double y = at(first.time_s[i] - offset_s, hint);
+      if (std::isnan(y)) continue;
+      const double x = first.value[i];
+      ++f.pairs;
+      a += x;
+      b += y;
+      aa += x * x;
+      bb += y * y;
+      ab += x * y;
+    }
+    if (f.pairs < least_pairs || f.pairs < 3) return f;
+    const auto n = static_cast<double>(f.pairs);
+    const double var_a = aa - a * a / n, var_b = bb - b * b / n, cov = ab - a * b / n;
+    if (!(var_a > 1e-12 * aa) || !(var_b > 1e-12 * bb)) return f;
+    f.correlation = cov / std::sqrt(var_a * var_b);
+    f.slope = cov / var_b;
+    f.mean_first = a / n;
+    f.mean_second = b / n;
+    return f;
+  }
+
+  /// Standard error of the offset: what is left over, against how steeply the second changes.
+  double offset_sd(const Series& first, double offset_s, double step_s, const Fit& f) const {
+    double squares = 0, steep = 0, lagged = 0, before = kNaN;
+    size_t hint = 0, hint_left = 0, hint_right = 0;
+    for (size_t i = 0; i < first.time_s.size(); ++i) {
+      const double t = first.time_s[i] - offset_s;
+      const double y = at(t, hint), left = at(t - step_s, hint_left), right = at(t + step_s, hint_right);
+      if (std::isnan(y) || std::isnan(left) || std::isnan(right)) continue;
+      const double r = first.value[i] - f.mean_first - f.slope * (y - f.mean_second);
+      const double slope = f.slope * (right - left) / (2 * step_s);
+      squares += r * r;
+      steep += slope * slope;
+      if (!std::isnan(before)) lagged += r * before;
+      before = r;
+    }
+    if (!(steep > 0)) return kInfinity;
+    const double rho = squares > 0 ? std::clamp(lagged / squares, 0.0, 0.98) : 0;
+    const double n = static_cast<double>(std::max<size_t>(f.pairs, 3)) - 2;
+    return std::sqrt(squares / n * (1 + rho) / (1 - rho) / steep);
+  }
+
+  static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+ private:
+  std::span<const double> time_s_, value_;
+  std::span<const std::pair<double, double>> breaks_;
+};
+
+Series thinned(std::span<const double> time_s, std::span<const double> value) {
+  // About the mean: correlations of 1e8 gray levels keep their digits.
+  double mean = 0;
+  for (const double v : value) mean += v / static_cast<double>(value.size());
+  const size_t step = (time_s.size() + kCoarse - 1) / kCoarse;
+  Series series;
+  for (size_t i = 0; i < time_s.size(); i += step) {
+    series.time_s.push_back(time_s[i]);
+    series.value.push_back(value[i] - mean);
+  }
+  return series;
+}
+
+}  // namespace
+
+TimeAlignment align_in_time(std::span<const double> first_time_s, std::span<const double> first,
+                            std::span<const double> second_time_s, std::span<const double> second,
+                            std::span<const std::pair<double, double>> breaks) {
+  assert(first_time_s.size() == first.size() && second_time_s.size() == second.size());
+  const char* wanted = "a recording and a gauge that saw the same presses";
+  if (first.size() < 10 || second.size() < 10)
+    throw Error(Failure::Input, wanted,
+                std::to_string(first.size()) + " frames and " + std::to_string(second.size()) + " readings",
+                "longer ones, or --align none where the clocks agree");
+  if (!varies(first))
+    throw Error(Failure::Input, wanted, "a recording in which nothing is pressed", "another recording");
+  if (!varies(second))
+    throw Error(Failure::Input, wanted, "a gauge that reads the same all the time",
+                "its recording of these presses");
+
+  const Matcher matcher(second_time_s, second, breaks);
+  const double length_first = first_time_s.back() - first_time_s.front(),
+               length_second = second_time_s.back() - second_time_s.front();
+  const double shorter = std::min(length_first, length_second);
+  // Offsets from the second's end at the first's start to the reverse.
+  const double lowest = first_time_s.front() - second_time_s.back() + kLeastOverlap * shorter,
+               highest = first_time_s.back() - second_time_s.front() - kLeastOverlap * shorter;
+  const Series coarse = thinned(first_time_s, first);
+  const double frame_s = usual_step(first_time_s), coarse_s = usual_step(coarse.time_s);
+  const auto least = static_cast<size_t>(kLeastOverlap * std::min(1.0, shorter / length_first) * 0.8 *
+                                         static_cast<double>(coarse.time_s.size()));
+  const double step_s = std::max((highest - lowest) / (2 * kCoarse), 0.5 * std::min(frame_s, coarse_s));
+  const auto steps = static_cast<size_t>(std::ceil((highest - lowest) / step_s)) + 1;
+  std::vector<double> score(steps);
+  for (size_t i = 0; i < steps; ++i)
+    score[i] = matcher.fit(coarse, lowest + static_cast<double>(i) * step_s, least).correlation;
+  const auto best = static_cast<size_t>(std::max_element(score.begin(), score.end()) - score.begin());
+  if (score[best] < -1)
+    throw Error(Failure::Input, wanted, "too little time in common", "the gauge's table of this recording");
+
+  // Best of the peaks that lower ground parts from this one.
+  TimeAlignment found;
+  found.rival = -1;
+  const auto walk = [&](ptrdiff_t direction) {
+    double valley = score[best];
+    for (ptrdiff_t i = static_cast<ptrdiff_t>(best); i >= 0 && i < static_cast<ptrdiff_t>(steps);
+         i += direction) {
+      const double s = score[static_cast<size_t>(i)];
+      valley = std::min(valley, s);
+      if (s > valley + kValley && s > found.rival && valley < score[best] - kValley) {
+        found.rival = s;
+        found.rival_s = lowest + static_cast<double>(i) * step_s;
+      }
+    }
+  };
+  walk(-1);
+  walk(1);
+
+  // All frames, ever smaller steps around the best one, then the parabola through the last three.
+  Series all;
+  double mean = 0;
+  for (const double v : first) mean += v / static_cast<double>(first.size());
+  all.time_s.assign(first_time_s.begin(), first_time_s.end());
+  for (const double v : first) all.value.push_back(v - mean);
+  double at = lowest + static_cast<double>(best) * step_s;
+  const double finest_s = 0.25 * frame_s;
+  for (double h = step_s;; h = std::max(0.5 * h, finest_s)) {
+    double top = at, top_score = matcher.fit(all, at, 3).correlation;
+    for (int k = -3; k <= 3; ++k) {
+      const double s = matcher.fit(all, at + k * h, 3).correlation;
+      if (s > top_score) {
+        top_score = s;
+        top = at + k * h;
+      }
+    }
+    at = top;
+    if (h <= finest_s) break;
+  }
+  const double wide_s = std::max(finest_s, 0.5 * frame_s);
+  const double left = matcher.fit(all, at - wide_s, 3).correlation,
+               middle = matcher.fit(all, at, 3).correlation,
+               right = matcher.fit(all, at + wide_s, 3).correlation;
+  const double bend = left - 2 * middle + right;
+  if (bend < 0 && left > -1 && right > -1) at += std::clamp(0.5 * (left - right) / bend, -1.0, 1.0) * wide_s;
+  const Fit fit = matcher.fit(all, at, 3);
+  found.offset_s = at;
+  found.correlation = fit.correlation;
+  found.sd_s = matcher.offset_sd(all, at, 0.5 * frame_s, fit);
+
+  if (!(found.correlation >= kLeastCorrelation))
+    throw Error(
+        Failure::Input,
+        "a gauge that goes with the signal (correlation " + number(kLeastCorrelation) + " or more)",
+        number(found.correlation, "%.3f") + " at best, at an offset of " + number(found.offset_s) + " s",
+        "the gauge's table of this recording, or --align SECONDS where the offset is known");
+  const auto unexplained = [](double r) { return 1 - std::max(r, 0.0) * std::max(r, 0.0); };
+  if (found.rival > 0 && unexplained(found.rival) < kRivalExplains * unexplained(found.correlation))
+    throw Error(Failure::Input, "one offset between the clocks",
+                "two that fit alike: " + number(found.offset_s) + " s (correlation " +
+                    number(found.correlation, "%.4f") + ") and " + number(found.rival_s) + " s (" +
+                    number(found.rival, "%.4f") + ")",
+                "presses of different lengths and forces, or --align SECONDS where the offset is known");
+  return found;
+}
+
+}  // namespace palpate

@@ -1,0 +1,70 @@
+// One block at large strain: pressed step by step, its surface, and how both answer small changes.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/numeric/conjugate_gradients.h"
+#include "engine/fem/linear/multigrid.h"
+#include "engine/fem/large_strain/large_strain.h"
+#include "engine/fem/large_strain/neo_hookean.h"
+#include "engine/fem/large_strain/pressed_surface.h"
+
+namespace palpate {
+
+class LargeStrainModel {
+ public:
+  /// Throws as solve_large_strain() does. Keeps the team, which outlives it. `cells`: of this scene, whole or
+  /// the quarter that the options ask for; voxelise()'s where there are none.
+  LargeStrainModel(const ForwardScene& scene, const LargeStrainOptions& options, WorkTeam& team,
+                   std::optional<ForwardGrid> cells = std::nullopt);
+
+  /// Moves the plate to `press_mm` in one step of Newton's search. False where that does not end: the block
+  /// is as it was. `told` gathers rounds and iterations.
+  bool move_to(double press_mm, LargeStrainResult& told);
+
+  double press_mm() const { return press_mm_; }
+  double force_N() const { return force_N_; }
+  PressedSurface surface() const { return surface_of(displacement_, force_); }
+  PressedBlock measure() const;
+  std::array<uint32_t, 2> map_nodes() const;
+  uint64_t bytes() const;
+
+  /// Changes of the surface (force and place) in this state, the plate held, per unit of a parameter that
+  /// makes the grid `below` and `above` (their moduli and places) at either end of `span` of it.
+  PressedSurface change_by_grids(const ForwardGrid& below, const ForwardGrid& above, double span,
+                                 LargeStrainResult& told);
+  /// The same per mm of the plate.
+  PressedSurface change_by_press(LargeStrainResult& told);
+
+  const ForwardGrid& grid() const { return grid_; }
+  bool quarter() const { return quarter_; }
+
+ private:
+  double out_of_balance(const std::vector<double>& displacement, std::vector<double>& force);
+  void take_forces();
+  PressedSurface surface_of(const std::vector<double>& displacement, const std::vector<double>& force) const;
+  uint32_t correct(double target_share, std::vector<double>& correction);
+  PressedSurface change(std::vector<double>& displacement, const std::vector<double>& plus_force,
+                        LargeStrainResult& told);
+
+  ForwardScene scene_;
+  LargeStrainOptions options_;
+  bool quarter_;
+  WorkTeam& team_;
+  ForwardGrid grid_;
+  uint32_t above_;  // layers of the pad
+  FixedNodes fixed_;
+  NeoHookeanCells cells_;
+  ForwardMultigrid multigrid_;  // of the block at rest: the tangents' preconditioner
+  ConjugateGradients gradients_;
+  std::vector<double> displacement_, last_;       // at press_mm_ and before it at last_mm_
+  std::vector<double> pressure_, last_pressure_;  // of the cells, modulus' unit
+  std::vector<double> force_;                     // of the tissue alone, on all nodes
+  std::vector<double> residual_;
+  double press_mm_ = 0, last_mm_ = 0, force_N_ = 0, all_forces_ = 0, least_ = 1, state_residual_ = 0;
+  bool tangent_fresh_ = false;  // of displacement_
+};
+
+}  // namespace palpate

@@ -1,0 +1,29 @@
+// The way of the plate from load to load, in steps that the block's search for equilibrium follows.
+#pragma once
+
+#include "engine/fem/large_strain/model.h"
+
+namespace palpate {
+
+class PlatePress {
+ public:
+  /// Keeps all four, which outlive it; `result` gathers steps, cuts and why it ended.
+  PlatePress(const ForwardScene& scene, LargeStrainModel& model, const LargeStrainOptions& options,
+             LargeStrainResult& result);
+
+  /// False where the load is not reached: the model stands at the last good state.
+  bool to(const PressLoad& load);
+
+ private:
+  bool to_way(double press_mm);
+  bool to_force(double force_N);
+  bool try_step(double to_mm);
+
+  LargeStrainModel& model_;
+  const LargeStrainOptions& options_;
+  double most_mm_, step_mm_;
+  double slope_N_per_mm_;  // of the last step
+  LargeStrainResult& result_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,40 @@
+// One scene's equations with their supports, and what their solution says about the surface.
+#pragma once
+
+#include "engine/fem/solver_choice.h"
+
+namespace palpate {
+
+class ForwardModel {
+ public:
+  ForwardModel(const ForwardScene& scene, const ForwardOptions& options, WorkTeam& team);
+
+  /// Presses by a way, mm, from where the last press left the solution. `result` gathers iterations, rounds
+  /// and bytes; converged and residual are of this press.
+  void press(double way_mm, ForwardResult& result);
+
+  /// What `scene` asks of the last press: maps, force, strain. All scale with the press but under a ball.
+  void measure(double scale, ForwardResult& result);
+
+ private:
+  bool by_ball() const { return scene_.presser == Presser::Sphere; }
+  size_t surface_nodes() const { return size_t{grid_.cells[0] + 1} * (grid_.cells[1] + 1); }
+  double rim_share(uint32_t i, uint32_t j) const;
+  double gap_mm(uint32_t i, uint32_t j) const;
+  double core_strain() const;
+  bool solve(double residual, ForwardResult& result);
+  bool revise_contact(double way_mm);
+
+  ForwardScene scene_;
+  ForwardOptions options_;
+  bool quarter_;
+  WorkTeam& team_;
+  ForwardGrid grid_;
+  uint32_t above_;  // layers of the pad
+  FixedNodes fixed_;
+  std::vector<double> load_, displacement_, force_;
+  ForwardChoice solver_;
+  double way_mm_ = 0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,202 @@
+#include "engine/fem/linear/grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kColumns = 16;  // of a cell, along x and along y
+
+/// Half the length of the vertical line through (x, y) that lies inside; negative where it misses.
+double half_height(LumpShape shape, const std::array<double, 3>& size, double x, double y) {
+  const double a = size[0] / 2, b = size[1] / 2, c = size[2] / 2;
+  const double u = x * x / (a * a), v = y * y / (b * b);
+  switch (shape) {
+    case LumpShape::Sphere:
+    case LumpShape::Ellipsoid:
+      return u + v < 1 ? c * std::sqrt(1 - u - v) : -1;
+    case LumpShape::Cylinder:
+      return u + v < 1 ? c : -1;
+    case LumpShape::LyingCylinder:
+      return u < 1 && v < 1 ? c * std::sqrt(1 - v) : -1;
+  }
+  return -1;
+}
+
+}  // namespace
+
+std::array<double, 3> Inclusion::size() const {
+  switch (shape) {
+    case LumpShape::Sphere:
+      return {size_mm[0], size_mm[0], size_mm[0]};
+    case LumpShape::Ellipsoid:
+      return size_mm;
+    case LumpShape::Cylinder:
+      return {size_mm[0], size_mm[0], size_mm[2]};
+    case LumpShape::LyingCylinder:
+      return {size_mm[0], size_mm[2], size_mm[2]};
+  }
+  return size_mm;
+}
+
+double share_inside(LumpShape shape, const std::array<double, 3>& size, const std::array<double, 3>& low,
+                    const std::array<double, 3>& high) {
+  for (size_t c = 0; c < 3; ++c)
+    if (low[c] >= size[c] / 2 || high[c] <= -size[c] / 2) return 0;
+  double sum = 0;
+  for (uint32_t j = 0; j < kColumns; ++j)
+    for (uint32_t i = 0; i < kColumns; ++i) {
+      const double x = low[0] + (high[0] - low[0]) * (i + 0.5) / kColumns;
+      const double y = low[1] + (high[1] - low[1]) * (j + 0.5) / kColumns;
+      const double half = half_height(shape, size, x, y);
+      if (half > 0) sum += std::max(0.0, std::min(high[2], half) - std::max(low[2], -half));
+    }
+  return sum / (kColumns * kColumns) / (high[2] - low[2]);
+}
+
+double mixed_modulus(double share, double ratio) {
+  constexpr double q = 0.8;
+  return ratio == 1 ? 1 : 1 + share / (1 / (ratio - 1) + q * (1 - share));
+}
+
+std::vector<uint32_t> pad_layers(const ForwardScene& scene) {
+  // As fine as the tissue's cells, two at least: one could not bend.
+  const double pitch = scene.block_mm[2] / scene.cells[2];
+  std::vector<uint32_t> layers;
+  for (auto sheet = scene.pad.rbegin(); sheet != scene.pad.rend(); ++sheet)
+    layers.push_back(2 * std::max(1u, static_cast<uint32_t>(std::lround(sheet->thickness_mm / pitch / 2))));
+  return layers;
+}
+
+ForwardGrid voxelise(const ForwardScene& scene, bool quarter) {
+  ForwardGrid grid;
+  const std::vector<uint32_t> sheets = pad_layers(scene);
+  uint32_t above = 0;
+  for (size_t s = 0; s < sheets.size(); ++s) {
+    above += sheets[s];
+    grid.size_z_mm.insert(grid.size_z_mm.end(), sheets[s],
+                          scene.pad[sheets.size() - 1 - s].thickness_mm / sheets[s]);
+  }
+  if (scene.pad_slides && above > 0) {
+    grid.slit = above++;
+    grid.size_z_mm.push_back(0);
+  }
+  const double height = scene.block_mm[2] / scene.cells[2];
+  grid.size_z_mm.insert(grid.size_z_mm.end(), scene.cells[2], height);
+  grid.cells = {scene.cells[0] / (quarter ? 2 : 1), scene.cells[1] / (quarter ? 2 : 1),
+                scene.cells[2] + above};
+  grid.size_x_mm = scene.block_mm[0] / scene.cells[0];
+  grid.size_y_mm = scene.block_mm[1] / scene.cells[1];
+  grid.young.assign(grid.cell_count(), 1.0f);
+
+  const auto fill = [&](uint32_t k, double young) {
+    std::fill_n(grid.young.begin() + static_cast<std::ptrdiff_t>(grid.cell(0, 0, k)),
+                size_t{grid.cells[0]} * grid.cells[1], static_cast<float>(young));
+  };
+  for (uint32_t s = 0, k = 0; s < sheets.size(); ++s)
+    for (uint32_t layer = 0; layer < sheets[s]; ++layer)
+      fill(k++, scene.pad[sheets.size() - 1 - s].young_Pa / scene.young_Pa);
+  if (grid.slit) fill(*grid.slit, 0);
+
+  std::vector<Inclusion> lumps = scene.others;
+  if (scene.inclusion) lumps.push_back(*scene.inclusion);
+  const double left = quarter ? 0 : -scene.block_mm[0] / 2, front = quarter ? 0 : -scene.block_mm[1] / 2;
+  for (const Inclusion& lump : lumps) {
+    const std::array<double, 3> size = lump.size();
+    for (uint32_t k = 0; k < scene.cells[2]; ++k)
+      for (uint32_t j = 0; j < grid.cells[1]; ++j)
+        for (uint32_t i = 0; i < grid.cells[0]; ++i) {
+          const std::array<double, 3> low = {left + i * grid.size_x_mm - lump.offset_mm[0],
+                                             front + j * grid.size_y_mm - lump.offset_mm[1],
+                                             k * height - lump.depth_mm - size[2] / 2};
+          const double inside = share_inside(
+              lump.shape, size, low, {low[0] + grid.size_x_mm, low[1] + grid.size_y_mm, low[2] + height});
+          if (inside > 0)
+            grid.young[grid.cell(i, j, k + above)] =
+                static_cast<float>(mixed_modulus(inside, lump.stiffness_ratio));
+        }
+  }
+  return grid;
+}
+
+bool symmetric(const ForwardScene& scene) {
+  const auto in_middle = [](const Inclusion& lump) { return lump.offset_mm == std::array{0.0, 0.0}; };
+  const bool centred = (!scene.inclusion || in_middle(*scene.inclusion)) &&
+                       std::all_of(scene.others.begin(), scene.others.end(), in_middle);
+  return centred && scene.cells[0] % 2 == 0 && scene.cells[1] % 2 == 0;
+}
+
+FixedNodes supports(const ForwardScene& scene, const ForwardGrid& grid, bool quarter) {
+  const auto [nx, ny, nz] = grid.cells;
+  FixedNodes fixed(grid.nodes());
+  for (uint32_t k = 0; k <= nz; ++k)
+    for (uint32_t j = 0; j <= ny; ++j)
+      for (uint32_t i = 0; i <= nx; ++i) {
+        uint8_t& bits = fixed[grid.node(i, j, k)];
+        if (k == nz) bits |= scene.bottom_slides ? kFixedZ : kFixedAll;
+        if (k == 0 && scene.presser == Presser::Flat) bits |= scene.pad.empty() ? kFixedZ : kFixedAll;
+        if (quarter && i == 0) bits |= kFixedX;
+        if (quarter && j == 0) bits |= kFixedY;
+      }
+  if (scene.bottom_slides && !quarter) {
+    // Nothing pushes sideways: two nodes keep the block from drifting and turning.
+    fixed[grid.node(nx / 2, ny / 2, nz)] |= kFixedX | kFixedY;
+    fixed[grid.node(nx, ny / 2, nz)] |= kFixedY;
+  }
+  return fixed;
+}
+
+std::optional<ForwardGrid> halve(const ForwardGrid& fine) {
+  const auto halves = [](uint32_t n) { return n % 2 == 0 && n >= 4; };
+  const uint32_t above = fine.slit.value_or(0), below = fine.cells[2] - (fine.slit ? above + 1 : 0);
+  if (!halves(fine.cells[0]) || !halves(fine.cells[1]) || !halves(below)) return std::nullopt;
+  const uint32_t by_above = above % 2 == 0 ? 2 : 1;
+  ForwardGrid coarse;
+  coarse.cells = {fine.cells[0] / 2, fine.cells[1] / 2, fine.cells[2] / 2};
+  coarse.size_x_mm = 2 * fine.size_x_mm;
+  coarse.size_y_mm = 2 * fine.size_y_mm;
+  if (fine.slit) {
+    coarse.slit = above / by_above;
+    coarse.cells[2] = *coarse.slit + 1 + below / 2;
+  }
+  for (uint32_t k = 0, f = 0; k < coarse.cells[2]; ++k) {
+    const uint32_t layers = coarse.slit == k ? 1 : fine.slit && f < above ? by_above : 2;
+    coarse.size_z_mm.push_back(0);
+    for (uint32_t z = 0; z < layers; ++z) coarse.size_z_mm.back() += fine.size_z_mm[f + z];
+    for (uint32_t j = 0; j < coarse.cells[1]; ++j)
+      for (uint32_t i = 0; i < coarse.cells[0]; ++i) {
+        double sum = 0;
+        for (uint32_t z = 0; z < layers; ++z)
+          for (uint32_t corner = 0; corner < 4; ++corner)
+            sum += double{fine.young[fine.cell(2 * i + (corner & 1), 2 * j + (corner >> 1), f + z)]};
+        coarse.young.push_back(static_cast<float>(sum / (4 * layers)));
+      }
+    f += layers;
+  }
+  return coarse;
+}
+
+FixedNodes halve(const ForwardGrid& fine, const ForwardGrid& coarse, const FixedNodes& fixed) {
+  const HalvedPlanes planes(fine, coarse);
+  FixedNodes kept;
+  for (uint32_t k = 0; k <= coarse.cells[2]; ++k)
+    for (uint32_t j = 0; j <= fine.cells[1]; j += 2)
+      for (uint32_t i = 0; i <= fine.cells[0]; i += 2) kept.push_back(fixed[fine.node(i, j, planes.fine(k))]);
+  return kept;
+}
+
+HalvedPlanes::HalvedPlanes(const ForwardGrid& fine, const ForwardGrid& coarse)
+    : fine_above_(fine.slit ? *fine.slit + 1 : 0),
+      coarse_above_(coarse.slit ? *coarse.slit + 1 : 0),
+      by_above_(fine.slit ? *fine.slit / *coarse.slit : 1) {}
+
+uint32_t HalvedPlanes::fine(uint32_t plane) const {
+  return plane < coarse_above_ ? by_above_ * plane : fine_above_ + 2 * (plane - coarse_above_);
+}
+
+uint32_t HalvedPlanes::coarse(uint32_t plane) const {
+  return plane < fine_above_ ? plane / by_above_ : coarse_above_ + (plane - fine_above_) / 2;
+}
+
+}  // namespace palpate

@@ -1,0 +1,118 @@
+#include "engine/fem/solver_choice.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+
+#include "palpate/error.h"
+#include "engine/gpu/context.h"
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kTrialIterations = 2;
+
+template <typename Solver>
+double trial_ms(Solver& solver, const std::vector<double>& load, std::vector<double> displacement) {
+  const auto start = std::chrono::steady_clock::now();
+  const SolveEvidence evidence = solver.solve(load, displacement, 0, kTrialIterations);
+  const double ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return ms / std::max(1u, evidence.iterations);
+}
+
+}  // namespace
+
+ForwardChoice::ForwardChoice(const ForwardGrid& grid, double poisson, const ForwardOptions& options,
+                             WorkTeam& team)
+    : grid_(grid),
+      poisson_(poisson),
+      options_(options),
+      team_(team),
+      stiffness_(grid, poisson),
+      worker_(options.worker),
+      who_("processor") {
+  if (worker_ == ForwardWorker::Processor) return;
+  if (worker_ == ForwardWorker::Device) {
+    if (!options.device)
+      throw Error(Failure::Device, "a device to solve on", "none given", "--solver processor");
+    context_ = options.device();
+    who_ = context_->report().name;
+    return;
+  }
+  context_ = device_for_auto();
+  if (context_ == nullptr) worker_ = ForwardWorker::Processor;
+}
+
+/// Null, with the reason in who_, where a device is passed over without trying it.
+gpu::Context* ForwardChoice::device_for_auto() {
+  const auto pass_over = [&](const std::string& why) -> gpu::Context* {
+    who_ = "processor (device passed over: " + why + ")";
+    return nullptr;
+  };
+  if (!options_.device) return pass_over("none given");
+  if (grid_.nodes() < kFewestForDevice)
+    return pass_over(std::to_string(grid_.nodes()) + " nodes, fewer than " +
+                     std::to_string(kFewestForDevice));
+  if (const std::string why = ForwardDeviceCycle::refusal(grid_); !why.empty()) return pass_over(why);
+  try {
+    gpu::Context* context = options_.device();
+    const std::string why = ForwardDevice::refusal(*context, grid_);
+    return why.empty() ? context : pass_over(why);
+  } catch (const Error& error) {
+    if (error.failure() != Failure::Device) throw;
+    return pass_over(error.what());
+  }
+}
+
+void ForwardChoice::hold(const FixedNodes& fixed) {
+  if (worker_ != ForwardWorker::Device && !processor_)
+    processor_ = std::make_unique<ForwardSolver>(grid_, poisson_, fixed, team_);
+  if (worker_ != ForwardWorker::Processor && !device_) {
+    device_ = std::make_unique<ForwardDevice>(*context_, grid_, poisson_, fixed, kernels_);
+    kernels_ = device_->kernels();
+  }
+}
+
+void ForwardChoice::release() {
+  processor_.reset();
+  device_.reset();
+}
+
+void ForwardChoice::choose(const std::vector<double>& load, const std::vector<double>& displacement) {
+  device_->run(ForwardDevice::Piece::Iteration);  // some drivers compile a kernel when it first runs
+  const double device_ms = trial_ms(*device_, load, displacement);
+  const double processor_ms = trial_ms(*processor_, load, displacement);
+  const bool faster = device_ms < processor_ms;
+  const std::string name = context_->report().name;
+  char line[200];
+  std::snprintf(line, sizeof line, "%s (%.3g ms an iteration; %s %.3g ms)",
+                faster ? name.c_str() : "processor", std::min(device_ms, processor_ms),
+                faster ? "processor" : name.c_str(), std::max(device_ms, processor_ms));
+  who_ = line;
+  worker_ = faster ? ForwardWorker::Device : ForwardWorker::Processor;
+  if (faster) {
+    processor_.reset();
+  } else {
+    device_.reset();
+    kernels_.reset();
+  }
+}
+
+SolveEvidence ForwardChoice::solve(const std::vector<double>& load, std::vector<double>& displacement,
+                                   double residual, uint32_t most_iterations) {
+  if (worker_ == ForwardWorker::Auto) choose(load, displacement);
+  return device_ ? device_->solve(load, displacement, residual, most_iterations)
+                 : processor_->solve(load, displacement, residual, most_iterations);
+}
+
+void ForwardChoice::forces(const std::vector<double>& displacement, std::vector<double>& force) {
+  force.resize(displacement.size());
+  stiffness_.apply(displacement.data(), force.data(), nullptr, team_);
+}
+
+uint64_t ForwardChoice::bytes() const {
+  return (processor_ ? processor_->bytes() : 0) + (device_ ? device_->bytes() : 0);
+}
+
+}  // namespace palpate

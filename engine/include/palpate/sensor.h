@@ -1,0 +1,274 @@
+// One sensor's calibration as plain data: a JSON file, see README.md for a commented example.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpate/frame.h"
+#include "engine/sensor/outline.h"
+
+namespace palpate {
+
+/// How touch changes a pixel relative to the background (untouched) image.
+enum class Signal {
+  Brighter,  ///< waveguide: glows where pressed; g = max(0, image - background)
+  Darker,    ///< ink or translucent gel: g = max(0, background - image)
+  Either,    ///< colour gel: g = |image - background|, the largest of the channels
+};
+
+/// What smooths the change before threshold and sums.
+enum class Filter {
+  Binomial5,  ///< 5 x 5 binomial, weights 1 4 6 4 1
+  None,       ///< for frames without noise, or smoothed by the camera; no reading of one gray image
+};
+
+/// How an image becomes a surface (theory S7).
+enum class Reading {
+  None,         ///< the sensor measures contact and force only
+  Shading,      ///< one gray image, Lambertian, light along the viewing axis (the paper, Eq. 61-63)
+  Photometric,  ///< three coloured lights, linear per-pixel calibration from known normals
+  Elastic,      ///< one gray image of contact pressure, convolved with the pad's answer to a load
+  Lookup,       ///< one gray image whose change is the depth, by a table from presses of a known ball
+};
+
+/// Where a calibration came from, for people and records.
+struct Origin {
+  std::string from;  ///< the recordings and tables that it rests on
+  std::string made;  ///< UTC, such as 2017-03-14T15:16:17Z
+  std::string note;  ///< one line: how many samples, what was chosen, what was left out
+
+  bool empty() const { return from.empty() && made.empty() && note.empty(); }
+};
+
+/// What a force is a function of.
+enum class ForceSignal {
+  GraySum,   ///< G, gray levels
+  Area,      ///< of the contact, px
+  Volume,    ///< indented, mm^3; needs Output::Surface
+  Gradient,  ///< Touch::gradient_sum; needs frames of 8 bits
+};
+/// F of a signal s.
+enum class ForceModel {
+  Line,    ///< F = c1 s + c0 (Eq. 54)
+  Power,   ///< F = c1 s^exponent + c0
+  Spline,  ///< monotone cubic (Fritsch and Carlson) through the knots
+};
+
+/// One direction of a force calibration; the model is the calibration's.
+struct ForceCurve {
+  double c1 = 0;  ///< N per unit of the signal (to the exponent)
+  double c0_N = 0;
+  double exponent = 1;                         ///< ForceModel::Power
+  std::vector<std::array<double, 2>> knots{};  ///< ForceModel::Spline: signal, N; both rise
+  double residual_sd_N = 0;                    ///< scatter of single readings about the curve
+};
+
+/// Signal to normal force, for loading and unloading together and, where they differ, apart. The names of
+/// c1, gray_min and gray_max are those of the usual signal; with another they are in its unit.
+struct ForceCalibration {
+  double c1_N_per_gray = 0;
+  double c0_N = 0;
+  double residual_sd_N = 0;            ///< scatter of single readings about the curve, both directions
+  std::array<double, 3> covariance{};  ///< var(c0), cov(c0, c1), var(c1)
+  double gray_min = 0;                 ///< calibrated range of the signal
+  double gray_max = 0;
+  ForceSignal signal = ForceSignal::GraySum;
+  ForceModel model = ForceModel::Line;
+  double exponent = 1;                         ///< ForceModel::Power
+  std::vector<std::array<double, 2>> knots{};  ///< ForceModel::Spline: signal, N; both rise
+  std::optional<ForceCurve> loading{}, unloading{};
+  double force_max_N = 0;      ///< full scale: largest force of the gauge; 0: not stated
+  double hysteresis = 0;       ///< largest difference between the directions, share of full scale
+  double drift_N_per_min = 0;  ///< of the residual over the calibration's time
+  double r_squared = 0;        ///< 0: not stated
+  double residual_share = 0;   ///< scatter that grows with the force: its share, added in squares
+  Origin origin{};
+};
+
+/// What moves with the tangential force.
+enum class ShearSignal {
+  Centroid,  ///< of the contact, since its onset
+  Skin,      ///< of the pad itself under the contact, by its markers or texture
+};
+
+/// Shift to tangential force, F = K u (Eq. 59-60), limited by friction.
+struct ShearCalibration {
+  double kx_N_per_mm = 0;
+  double ky_N_per_mm = 0;
+  double friction = 0;     ///< Coulomb coefficient: slip when |F_t| >= friction * F_z
+  double relative_sd = 0;  ///< relative standard error of K
+  ShearSignal signal = ShearSignal::Centroid;
+  double friction_sd = 0;   ///< standard error of the coefficient; 0: not stated
+  double shift_max_mm = 0;  ///< largest shift of the calibration; 0: not stated
+  Origin origin{};
+};
+
+enum class SkinKind {
+  Markers,  ///< printed dots, found in the untouched image
+  Texture,  ///< anything random that is fixed to the skin, followed on a grid
+};
+
+/// The pattern on the pad's skin that shows how the skin moves along itself (Output::Skin).
+struct SkinPattern {
+  SkinKind kind = SkinKind::Markers;
+  double spacing_px = 24;  ///< between neighbouring markers; of the grid
+  double size_px = 8;      ///< diameter of a marker; texture: half the side of the window that is compared
+  double shift_sd_px = 0;  ///< of one point's shift, while nothing moves; 0: from the fit itself
+};
+
+/// Brightness to slope, for Reading::Shading: cos(slope angle) = gray / facing_gray.
+struct ShadingCalibration {
+  double facing_gray = 0;  ///< filtered gray of a facet that faces the light, gray levels
+  double depth_gain = 1;   ///< scale on the slopes, from a ball of known radius; 1 is the paper's reading
+};
+
+/// Colour change to normal, for Reading::Photometric. With c over red, green, blue, dI_c the change of
+/// channel c from the background in units of full scale, and X, Y in [-1, 1] across the frame (pixel centres,
+/// right and down):
+///   n_x = sum_c (wx[c][0] + wx[c][1] X + wx[c][2] Y) dI_c,  likewise n_y,  n_z = sqrt(1 - n_x^2 - n_y^2),
+/// and d(depth)/dx = n_x / n_z, d(depth)/dy = n_y / n_z: n points into the pad where depth grows along +x.
+/// What the linear normal misses, by a table over it: the corrected (n_x, n_y) at the nodes of a square grid
+/// over n_x, n_y in [-reach, reach], n_x fastest, bilinear between; beyond, the value at the edge plus what
+/// lies beyond.
+struct NormalTable {
+  double reach = 1;   ///< of the grid, in components of the linear normal
+  uint32_t side = 0;  ///< nodes along each axis, odd
+  std::vector<double> nx, ny;
+};
+
+struct PhotometricCalibration {
+  std::array<std::array<double, 3>, 3> wx{};
+  std::array<std::array<double, 3>, 3> wy{};
+  double normal_sd = 0;              ///< RMS error of (n_x, n_y) on held-out presses
+  std::optional<NormalTable> table;  ///< applied to the linear normal
+  Origin origin{};
+};
+
+/// Filtered change to depth, for Reading::Lookup: straight between the points, 0 at and below the first,
+/// the last one's depth (and Validity::AboveRange) beyond it.
+struct LookupCalibration {
+  std::vector<std::array<double, 2>> points;  ///< gray levels, mm; gray rises, depth does not fall
+  double depth_sd_mm = 0;                     ///< RMS error on held-out presses
+  Origin origin{};
+};
+
+/// A lens with distortion, as OpenCV has it; undone on the cropped image, before the quad.
+struct Lens {
+  double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
+  std::array<double, 5> distortion{};  ///< k1, k2, p1, p2, k3
+  double residual_px = 0;              ///< RMS of the grid's points about the model
+  Origin origin{};
+};
+
+/// Uneven light, undone after rectification: gray' = gray * gain * image, rounded and clipped; a saturated
+/// pixel stays saturated. The background is treated alike.
+struct FlatField {
+  std::string image;  ///< one plane of 16 bits, of the rectified size; in the file relative to it
+  double gain = 0;    ///< per gray level of the image
+  Origin origin{};
+};
+
+/// Brightness to contact pressure, and the pad that answers it, for Reading::Elastic: gray = gray_per_MPa *
+/// p, or with a limit gray = limit_gray (1 - exp(-gray_per_MPa p / limit_gray)).
+struct ElasticCalibration {
+  double gray_per_MPa = 0;  ///< filtered gray per contact pressure, for small pressures
+  double limit_gray = 0;    ///< that no pressure exceeds; 0: the response is linear
+  double young_MPa = 0;     ///< of the pad
+  double poisson = 0.5;     ///< 0 to 0.5
+  double thickness_mm = 0;  ///< of a pad bonded to a rigid base; 0: a half space
+  double relative_sd = 0;   ///< relative standard error of gray_per_MPa times young_MPa, hence of depths
+};
+
+/// Whether there is an untouched image to subtract.
+enum class BackgroundKind {
+  Untouched,  ///< subtracted from every frame
+  None,       ///< frames hold the change already: nothing is subtracted, and no image is kept for it
+};
+
+/// Where the untouched image comes from.
+struct BackgroundSource {
+  BackgroundKind kind = BackgroundKind::Untouched;
+  std::string image;  ///< in the file relative to it, absolute once loaded; empty: from the recording itself
+  uint32_t first_frames = 1;  ///< without an image: mean of that many first frames
+};
+
+struct Sensor {
+  std::string name;
+  double pitch_mm_per_px = 0;     ///< of the rectified frame, square pixels; NaN: not known, see has_scale
+  double pitch_sd_mm_per_px = 0;  ///< its standard error; 0: not stated
+
+  // From the camera's image to the rectified frame.
+  std::optional<std::array<uint32_t, 4>> crop_px;  ///< x, y, width, height, applied first
+  std::optional<std::array<std::array<double, 2>, 4>>
+      quad_px;                        ///< corners top left, top right, bottom right, bottom left (after crop)
+  std::optional<Lens> lens;           ///< undone between crop and quad
+  std::array<uint32_t, 2> size_px{};  ///< width, height of the rectified frame; needed with quad_px
+  std::optional<FlatField> flat;
+  uint32_t channels = 1;   ///< what the engine gets: 1 (colour input is turned gray) or 3
+  uint32_t bit_depth = 8;  ///< of the pixel values, 8 to 16
+
+  BackgroundSource background;
+
+  Signal signal = Signal::Brighter;
+  Filter filter = Filter::Binomial5;
+  double threshold_gray = 4;  ///< filtered gray from which a pixel belongs to the contact, in steps of 1/128
+  double gradient_gray_per_px = 1;   ///< steeper change counts for Touch::gradient_sum, in steps of 1/128
+  uint32_t saturation_gray = 255;    ///< raw pixels from here on are saturated
+  uint32_t smallest_contact_px = 0;  ///< connected regions with fewer pixels are no contact of their own; 0:
+                                     ///< as smallest_contact_px() says
+
+  Reading reading = Reading::None;
+  ShadingCalibration shading;
+  PhotometricCalibration photometric;
+  ElasticCalibration elastic;
+  LookupCalibration lookup;
+  double max_slope = 10;  ///< slopes steeper than this are clipped
+  /// Brightest channel, gray levels, up to which a pixel is too dark to carry a slope; from there to twice
+  /// that it counts in part.
+  std::optional<uint32_t> shadow_gray;
+  std::optional<PadOutline> pad;  ///< what lies beyond is not known; none: the whole frame is pad
+
+  std::optional<SkinPattern> skin;  ///< none: the skin shows no pattern
+  std::optional<ForceCalibration> force;
+  std::optional<ShearCalibration> shear;
+};
+
+/// False for a camera of which nothing is known yet: areas and places are in px only, lengths are NaN.
+bool has_scale(const Sensor& sensor);
+/// A camera of which nothing is known but its format: contact is what changes against the first frames by
+/// more than 2 % of full scale; no scale, no calibration, no surface.
+Sensor uncalibrated_sensor(const FrameFormat& format);
+
+/// The sensor's own, or what is sensible for its reading: 2 % of full scale for Reading::Photometric, whose
+/// slopes come from brightness; otherwise 0, nothing, since a dark pixel of a waveguide is an untouched one.
+uint32_t shadow_gray(const Sensor& sensor);
+
+/// The sensor's own, or 1/4000 of the frame, 9 px, and what one marker or patch of its skin changes at most.
+uint32_t smallest_contact_px(const Sensor& sensor, const FrameFormat& format);
+
+/// Reads and validates. Throws Error(Failure::Sensor) that names file, key, wanted, found; unknown keys are
+/// errors.
+Sensor load_sensor(const std::filesystem::path& file);
+/// Validates a sensor made in code; `where` names it in messages.
+void validate(const Sensor& sensor, const std::string& where);
+/// Writes atomically (temporary file, then rename). Throws Error(Failure::Output).
+void save_sensor(const Sensor& sensor, const std::filesystem::path& file);
+/// The text of a sensor file, and a sensor from such a text; `where` names it in messages. Paths stay as they
+/// are. Throw Error(Failure::Sensor).
+std::string sensor_text(const Sensor& sensor);
+Sensor sensor_from_text(const std::string& text, const std::string& where);
+
+const char* to_string(Signal signal);
+const char* to_string(Filter filter);
+const char* to_string(BackgroundKind kind);
+const char* to_string(Reading reading);
+const char* to_string(ForceSignal signal);
+const char* to_string(ForceModel model);
+const char* to_string(ShearSignal signal);
+const char* to_string(SkinKind kind);
+
+}  // namespace palpate

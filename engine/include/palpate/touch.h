@@ -1,0 +1,159 @@
+// What one frame says about the touch, in physical units, with what is known of its error.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "palpate/frame.h"
+
+namespace palpate {
+
+/// How far a number may be trusted. Shown to the user beside the number, never dropped.
+enum class Validity : uint8_t {
+  Valid,
+  NotCalibrated,  ///< the sensor file has no calibration for this quantity
+  NoContact,      ///< nothing touches the pad, the quantity has no meaning
+  BelowRange,     ///< smaller than anything seen in calibration
+  AboveRange,     ///< larger than anything seen in calibration
+  Saturated,      ///< pixels are at the camera's limit (see saturated_px): the value may be too low
+  AtBorder,       ///< the contact reaches the frame's border: what presses outside is missing
+  Clipped,        ///< much of the contact is steeper than max_slope (see clipped_px): depths are too low
+  OnsetUnseen,    ///< the contact began while no frames came: shear counts from where it was first seen
+  Apart,          ///< unknown pixels cut the known ones into islands: heights between them are not determined
+};
+const char* to_string(Validity validity);
+
+/// A value with its standard error (one sigma, same unit).
+struct Estimate {
+  double value = 0;
+  double standard_error = 0;
+  Validity validity = Validity::NotCalibrated;
+};
+
+/// Stick and slip, as told by the friction limit or by the skin's own movement (theory S6).
+enum class Slip : uint8_t {
+  NoContact,
+  Stick,
+  Slip,
+  NotCalibrated,
+  Incipient,  ///< the contact's rim slides, its core still sticks; told only where the skin is followed
+};
+const char* to_string(Slip slip);
+
+/// Ellipse with the same second moments as the contact area.
+struct Ellipse {
+  double major_mm = 0;   ///< full major axis
+  double minor_mm = 0;   ///< full minor axis
+  double angle_rad = 0;  ///< of the major axis from +x towards +y (downwards in the image), (-pi/2, pi/2]
+};
+
+/// One of several contacts: a connected region of contact pixels (8 neighbours), followed from frame to
+/// frame. Fields mean what those of Touch mean, of this region alone.
+struct ContactTouch {
+  uint32_t id = 0;      ///< from 1, in order of appearance; never used again
+  uint64_t frames = 0;  ///< since its onset, this one included
+  double gray_sum = 0;
+  double centroid_x_px = 0;
+  double centroid_y_px = 0;
+  uint64_t area_px = 0;
+  double area_mm2 = 0;
+  Ellipse ellipse;
+  double peak_gray = 0;
+  uint64_t saturated_px = 0;  ///< of its own pixels
+  bool at_border = false;     ///< reaches the frame's border
+  PixelRect box;              ///< around its pixels
+  Estimate force_N;
+  Estimate shear_x_N;
+  Estimate shear_y_N;
+  double shift_x_mm = 0;
+  double shift_y_mm = 0;
+  Slip slip = Slip::NotCalibrated;
+};
+
+/// One followed place of the pad's skin.
+struct SkinPoint {
+  float rest_x_px = 0;  ///< where it is in the untouched image
+  float rest_y_px = 0;
+  float shift_x_px = 0;  ///< from there to this frame
+  float shift_y_px = 0;
+  float trust = 0;  ///< 0: lost, its shift is not known; to 1: the picture is the untouched one, shifted
+};
+
+/// How the skin moves along itself, from the points that lie in the contact (Output::Skin).
+struct SkinMotion {
+  uint32_t points = 0;  ///< followed in this frame, whole pad
+  uint32_t lost = 0;
+  uint32_t touching = 0;  ///< followed ones under the contact; less than 3: nothing below is known
+  Estimate shift_x_mm;    ///< of the contact's core since the contact's onset
+  Estimate shift_y_mm;
+  Estimate torsion_rad;  ///< turn about the normal since onset, from +x towards +y
+  Estimate stick_share;  ///< radius of the part that still sticks over the contact's, 0 to 1
+};
+
+/// Measurements of one frame. Pixel coordinates are of pixel centres: (0, 0) is the centre of the top left
+/// pixel.
+struct Touch {
+  uint64_t sequence = 0;
+  int64_t time_ns = 0;
+
+  bool contact = false;  ///< some pixel of the filtered, background-subtracted image reached the threshold
+  double gray_sum = 0;   ///< G: sum of filtered gray over the contact, gray levels (exact multiple of 1/256)
+  double centroid_x_px = 0;  ///< gray-weighted; NaN without contact
+  double centroid_y_px = 0;
+  uint64_t area_px = 0;
+  double area_mm2 = 0;
+  Ellipse ellipse;
+  double peak_gray = 0;       ///< largest filtered gray, gray levels
+  uint64_t saturated_px = 0;  ///< raw pixels at or above the sensor's saturation level, whole frame
+
+  bool at_border = false;  ///< contact pixels in the frame's outermost rows or columns: what presses beyond
+                           ///< them is missing
+  double volume_mm3 = 0;   ///< indented volume below rest level, of touched tiles; 0 without a surface
+
+  /// Sum over the frame of how much steeper the change from the background varies from pixel to pixel than
+  /// Sensor::gradient_gray_per_px (5 x 5 derivative of all channels, root of the sum of squares): gray levels
+  /// times px, an exact multiple of 1/128. Light that changes evenly leaves it alone.
+  double gradient_sum = 0;
+  bool has_gradient = false;
+
+  Estimate force_N;    ///< normal force; with several contacts (Output::Contacts) the sum of theirs
+  Estimate shear_x_N;  ///< tangential force; bounded by the friction limit
+  Estimate shear_y_N;
+  double shift_x_mm = 0;  ///< centroid since the onset of this contact
+  double shift_y_mm = 0;
+  Slip slip = Slip::NotCalibrated;
+
+  bool has_contacts = false;           ///< contacts were told apart
+  std::vector<ContactTouch> contacts;  ///< rising id
+  uint64_t small_regions = 0;          ///< regions too small to count as contacts
+  bool regions_overflow = false;       ///< more regions than there was room for: contacts are incomplete
+
+  bool has_skin = false;  ///< the skin's pattern was followed
+  std::vector<SkinPoint> skin_points;
+  SkinMotion skin;
+
+  bool has_surface = false;
+  Validity depth_validity = Validity::NotCalibrated;  ///< of the whole depth map
+  double depth_sd_mm =
+      0;  ///< standard error of depth_max_mm by the sensor's calibration; 0: not stated there
+  double depth_max_mm = 0;    ///< deepest point below the rest level, of touched tiles and the frame's border
+  double depth_datum_mm = 0;  ///< add to a value of the height map to get depth: rest level is depth 0
+  bool datum_from_rest =
+      false;  ///< false: no untouched tile, the rest level is the mean over the whole frame
+
+  /// Pixels steeper than the sensor's max_slope, whose slope was clipped to it; in the whole frame or, with
+  /// PipelineOptions::skip_untouched, its window.
+  uint64_t clipped_px = 0;
+
+  bool has_confidence = false;   ///< confidence of pixels was asked for, or the surface needs it
+  uint64_t unknown_px = 0;       ///< pixels of confidence 0
+  uint64_t shadowed_px = 0;      ///< too dark to carry a slope, wholly or in part
+  uint64_t outside_px = 0;       ///< beyond the pad's outline
+  bool weighted = false;         ///< the surface was solved with the confidence as weights
+  double weighted_residual = 0;  ///< relative RMS that this solve leaves of its normal equations
+  double weighted_misfit = 0;    ///< share of the weighted slopes that no surface explains, 0 to 1
+  uint32_t islands = 0;          ///< parts of the frame that nothing known joins
+  uint32_t touched_islands = 0;  ///< of those, with contact
+};
+
+}  // namespace palpate

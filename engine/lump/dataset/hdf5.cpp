@@ -1,0 +1,57 @@
+#include "engine/lump/dataset/hdf5.h"
+
+namespace palpate {
+
+Hdf5Quiet::Hdf5Quiet() {
+  // After a damaged file the library's own end finds handles that it cannot close, and prints so.
+  [[maybe_unused]] static const herr_t kNoEnd = H5dont_atexit();
+  H5Eget_auto2(H5E_DEFAULT, &print_, &data_);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
+Hdf5Quiet::~Hdf5Quiet() {
+  H5Eset_auto2(H5E_DEFAULT, print_, data_);
+}
+
+std::string hdf5_reason() {
+  std::string reason;
+  const auto keep = [](unsigned, const H5E_error2_t* error, void* to) -> herr_t {
+    if (error->desc != nullptr) *static_cast<std::string*>(to) = error->desc;
+    return 0;
+  };
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, keep, &reason);
+  return reason.empty() ? "no reason from HDF5" : reason;
+}
+
+bool put_attribute(hid_t object, const char* name, const std::string& text) {
+  const Hdf5 kind(H5Tcopy(H5T_C_S1), H5Tclose), space(H5Screate(H5S_SCALAR), H5Sclose);
+  // Of variable length: other readers take those of a fixed one for bytes without an encoding.
+  if (!kind.good() || !space.good() || H5Tset_size(kind, H5T_VARIABLE) < 0 ||
+      H5Tset_cset(kind, H5T_CSET_UTF8) < 0)
+    return false;
+  const Hdf5 attribute(H5Acreate2(object, name, kind, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const char* const value = text.c_str();
+  return attribute.good() && H5Awrite(attribute, kind, static_cast<const void*>(&value)) >= 0;
+}
+
+std::string text_attribute(hid_t object, const char* name) {
+  if (H5Aexists(object, name) <= 0) return {};
+  const Hdf5 attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
+  if (!attribute.good()) return {};
+  const Hdf5 kind(H5Aget_type(attribute), H5Tclose);
+  if (!kind.good() || H5Tget_class(kind) != H5T_STRING) return {};
+  if (H5Tis_variable_str(kind) > 0) {
+    char* value = nullptr;
+    if (H5Aread(attribute, kind, static_cast<void*>(&value)) < 0 || value == nullptr) return {};
+    std::string text = value;
+    H5free_memory(value);
+    return text;
+  }
+  const size_t bytes = H5Tget_size(kind);
+  if (bytes == 0 || bytes > (1u << 20)) return {};
+  std::string text(bytes, '\0');
+  if (H5Aread(attribute, kind, text.data()) < 0) return {};
+  return text.substr(0, text.find('\0'));
+}
+
+}  // namespace palpate

@@ -1,0 +1,275 @@
+#include "engine/lump/dataset/sweep.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "palpate/error.h"
+#include "engine/fem/large_strain/large_strain.h"
+#include "engine/numeric/sobol.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kEllipsoidLength = 1.5, kLyingLength = 2.5;  // over the diameter
+constexpr const char* kShapeNames[] = {"sphere", "ellipsoid", "cylinder", "lying"};
+
+/// Coordinates of the sequence, the best filled first.
+enum Coordinate : uint8_t {
+  kDiameter,
+  kDepth,
+  kStiffness,
+  kShape,
+  kThickness,
+  kGreatestPress,
+  kOffsetX,
+  kOffsetY,
+  kYoung,
+  kAxis,
+  kNoLump,
+  kCentred
+};
+
+double length_of(LumpShape shape) {
+  return shape == LumpShape::Ellipsoid       ? kEllipsoidLength
+         : shape == LumpShape::LyingCylinder ? kLyingLength
+                                             : 1;
+}
+
+double even(const LumpRange& range, double u) {
+  return range.low + u * (range.high - range.low);
+}
+
+double even_in_logarithm(const LumpRange& range, double u) {
+  return range.low * std::pow(range.high / range.low, u);
+}
+
+std::string text(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
+void inside(const std::string& what, double value, double low, double high) {
+  if (value >= low && value <= high) return;
+  throw Error(Failure::Usage, what + " from " + text(low) + " to " + text(high), text(value),
+              "a value in that range");
+}
+
+void inside(const std::string& what, const LumpRange& range, double low, double high) {
+  inside("the least " + what, range.low, low, high);
+  inside("the greatest " + what, range.high, low, high);
+  if (!(range.low <= range.high))
+    throw Error(Failure::Usage, "a range of the " + what + " that rises",
+                text(range.low) + " to " + text(range.high), "the lower one first");
+}
+
+/// The longest side of the smallest lump of the longest shape.
+double longest(const LumpSweep& s) {
+  double length = 1;
+  for (const LumpShape shape : s.shapes) length = std::max(length, length_of(shape));
+  return length;
+}
+
+}  // namespace
+
+const char* to_string(LumpShape shape) {
+  return kShapeNames[static_cast<size_t>(shape)];
+}
+
+bool LumpSweep::follows_lumps() const {
+  return two_grids() && common_cells(cells, coarser_cells).has_value();
+}
+
+void check(const LumpSweep& s) {
+  inside("diameter, mm,", s.size_mm, 0.5, 100);
+  inside("depth, mm,", s.depth_mm, 0, 100);
+  inside("stiffness ratio", s.stiffness_ratio, 0.01, 1e5);
+  inside("thickness, mm,", s.thickness_mm, 1, 1000);
+  inside("modulus of the tissue, Pa,", s.young_Pa, 1, 1e9);
+  inside("press as a share of the thickness", s.greatest_press, 1e-4, 0.45);
+  inside("the offset to either side, mm,", s.offset_mm, 0, 500);
+  for (const double side : s.block_mm) inside("the block's length and width, mm,", side, 1, 1000);
+  inside("Poisson's ratio", s.poisson, 0, 0.4999);
+  inside("the tissue below a lump, mm,", s.floor_mm, 0, 100);
+  inside("the tissue beside a lump, mm,", s.rim_mm, 0, 100);
+  inside("the share without a lump", s.no_lump_share, 0, 1);
+  inside("the share in the middle", s.centred_share, 0, 1);
+  inside("loads", s.loads, 1, 32);
+  for (const uint32_t nodes : s.nodes) inside("nodes of a map along a side", nodes, 2, 1024);
+  for (const uint32_t cells : s.cells) inside("cells along a side", cells, 4, 512);
+  if (s.two_grids()) {
+    for (size_t c = 0; c < 3; ++c)
+      if (s.coarser_cells[c] * s.cells[0] != s.coarser_cells[0] * s.cells[c])
+        throw Error(
+            Failure::Usage, "coarser cells in the proportions of the cells",
+            text(s.coarser_cells[0]) + "x" + text(s.coarser_cells[1]) + "x" + text(s.coarser_cells[2]),
+            "--cells 48x48x24 --coarser-cells 24x24x12, or 0 for one grid");
+    for (size_t c = 0; c < 3; ++c)
+      inside("coarser cells along a side", s.coarser_cells[c], 4, std::max(4u, s.cells[c] - 1));
+    if (s.coarser_cells[0] >= s.cells[0])
+      throw Error(Failure::Usage, "coarser cells fewer than the cells", "as many",
+                  "--coarser-cells 0 for one grid");
+  }
+  inside("the residual", s.residual, 1e-10, 1e-2);
+  inside("the step of the press, mm,", s.step_mm, 0.01, 10);
+  if (s.shapes.empty()) throw Error(Failure::Usage, "a shape or more", "none", "--shapes sphere");
+  const double high = s.floor_mm + s.depth_mm.low + s.size_mm.low;
+  if (high > s.thickness_mm.low)
+    throw Error(Failure::Usage, "blocks that hold the smallest lump, " + text(high) + " mm thick",
+                text(s.thickness_mm.low) + " mm", "thicker blocks, or a smaller diameter or depth");
+  const double wide = 2 * s.rim_mm + longest(s) * s.size_mm.low;
+  const double side = std::min(s.block_mm[0], s.block_mm[1]);
+  if (wide > side)
+    throw Error(Failure::Usage, "blocks that hold the smallest lump, " + text(wide) + " mm wide",
+                text(side) + " mm", "wider blocks, a smaller diameter, or fewer --shapes");
+}
+
+std::array<double, 3> LumpCase::Lump::size_mm() const {
+  const double length = length_of(shape) * diameter_mm;
+  return along_y ? std::array{diameter_mm, length, diameter_mm}
+                 : std::array{length, diameter_mm, diameter_mm};
+}
+
+LumpCase lump_case(const LumpSweep& s, uint32_t number) {
+  const std::array<double, kSobolDimensions> u = sobol(s.seed, number);
+  LumpCase what;
+  what.number = number;
+  what.thickness_mm = even(s.thickness_mm, u[kThickness]);
+  what.young_Pa = even_in_logarithm(s.young_Pa, u[kYoung]);
+  const double greatest_mm = even(s.greatest_press, u[kGreatestPress]) * what.thickness_mm;
+  for (uint32_t load = 1; load <= s.loads; ++load) what.press_mm.push_back(greatest_mm * load / s.loads);
+  if (u[kNoLump] < s.no_lump_share) return what;
+
+  LumpCase::Lump lump;
+  lump.shape = s.shapes[std::min(s.shapes.size() - 1,
+                                 static_cast<size_t>(u[kShape] * static_cast<double>(s.shapes.size())))];
+  const double length = length_of(lump.shape);
+  lump.along_y = length > 1 && u[kAxis] < 0.5;
+  const double narrow_mm = std::min(s.block_mm[0], s.block_mm[1]) - 2 * s.rim_mm;
+  const double thickest_mm = what.thickness_mm - s.floor_mm;
+  const double largest_mm = std::min({s.size_mm.high, thickest_mm - s.depth_mm.low, narrow_mm / length});
+  lump.diameter_mm = even({s.size_mm.low, largest_mm}, u[kDiameter]);
+  const double deepest_mm = std::min(s.depth_mm.high, thickest_mm - lump.diameter_mm);
+  lump.depth_mm = even({s.depth_mm.low, deepest_mm}, u[kDepth]);
+  lump.stiffness_ratio = even_in_logarithm(s.stiffness_ratio, u[kStiffness]);
+  const std::array<double, 3> size_mm = lump.size_mm();
+  const bool centred = u[kCentred] < s.centred_share;
+  for (size_t c = 0; c < 2 && !centred; ++c) {
+    const double most = std::max(0.0, std::min(s.offset_mm, s.block_mm[c] / 2 - s.rim_mm - size_mm[c] / 2));
+    lump.offset_mm[c] = even({-most, most}, u[kOffsetX + c]);
+  }
+  what.lump = lump;
+  return what;
+}
+
+ForwardScene scene_of(const LumpSweep& s, const LumpCase& what) {
+  ForwardScene scene;
+  scene.block_mm = in_scene_axes(what, std::array{s.block_mm[0], s.block_mm[1], what.thickness_mm});
+  scene.young_Pa = what.young_Pa;
+  scene.poisson = s.poisson;
+  scene.presser = Presser::Flat;
+  scene.press_mm = what.press_mm.back();
+  scene.cells = in_scene_axes(what, s.cells);
+  scene.inclusion.reset();
+  if (what.lump) {
+    Inclusion inclusion;
+    inclusion.shape = what.lump->shape;
+    inclusion.size_mm = in_scene_axes(what, what.lump->size_mm());
+    inclusion.depth_mm = what.lump->depth_mm;
+    inclusion.stiffness_ratio = what.lump->stiffness_ratio;
+    inclusion.offset_mm = in_scene_axes(what, what.lump->offset_mm);
+    scene.inclusion = inclusion;
+  }
+  return scene;
+}
+
+ForwardMap in_case_axes(const LumpCase& what, ForwardMap map) {
+  if (!what.lump || !what.lump->along_y) return map;
+  ForwardMap turned;
+  turned.width = map.height;
+  turned.height = map.width;
+  turned.pitch_mm = {map.pitch_mm[1], map.pitch_mm[0]};
+  turned.values.resize(map.values.size());
+  for (uint32_t y = 0; y < turned.height; ++y)
+    for (uint32_t x = 0; x < turned.width; ++x) turned.values[size_t{y} * turned.width + x] = map.at(y, x);
+  return turned;
+}
+
+std::string to_json(const LumpSweep& s) {
+  const auto pair = [](const LumpRange& r) { return nlohmann::ordered_json::array({r.low, r.high}); };
+  nlohmann::ordered_json shapes = nlohmann::ordered_json::array();
+  for (const LumpShape shape : s.shapes) shapes.push_back(to_string(shape));
+  return nlohmann::ordered_json{{"sequence", "sobol, scrambled"},
+                                {"seed", s.seed},
+                                {"diameter_mm", pair(s.size_mm)},
+                                {"depth_mm", pair(s.depth_mm)},
+                                {"stiffness_ratio", pair(s.stiffness_ratio)},
+                                {"thickness_mm", pair(s.thickness_mm)},
+                                {"young_Pa", pair(s.young_Pa)},
+                                {"greatest_press_over_thickness", pair(s.greatest_press)},
+                                {"offset_mm", s.offset_mm},
+                                {"centred_share", s.centred_share},
+                                {"block_mm", s.block_mm},
+                                {"poisson", s.poisson},
+                                {"floor_mm", s.floor_mm},
+                                {"rim_mm", s.rim_mm},
+                                {"shapes", shapes},
+                                {"no_lump_share", s.no_lump_share},
+                                {"loads", s.loads},
+                                {"cells", s.cells},
+                                {"coarser_cells", s.coarser_cells},
+                                {"cells_follow_lumps", s.follows_lumps()},
+                                {"nodes", s.nodes},
+                                {"residual", s.residual},
+                                {"step_mm", s.step_mm}}
+      .dump();
+}
+
+LumpSweep sweep_from_json(const std::string& text) {
+  LumpSweep s;
+  try {
+    const nlohmann::json v = nlohmann::json::parse(text);
+    const auto range = [&](const char* key) {
+      return LumpRange{v.at(key).at(0).get<double>(), v.at(key).at(1).get<double>()};
+    };
+    s.seed = v.at("seed").get<uint64_t>();
+    s.size_mm = range("diameter_mm");
+    s.depth_mm = range("depth_mm");
+    s.stiffness_ratio = range("stiffness_ratio");
+    s.thickness_mm = range("thickness_mm");
+    s.young_Pa = range("young_Pa");
+    s.greatest_press = range("greatest_press_over_thickness");
+    s.offset_mm = v.at("offset_mm").get<double>();
+    s.centred_share = v.at("centred_share").get<double>();
+    s.block_mm = v.at("block_mm").get<std::array<double, 2>>();
+    s.poisson = v.at("poisson").get<double>();
+    s.floor_mm = v.at("floor_mm").get<double>();
+    s.rim_mm = v.at("rim_mm").get<double>();
+    s.shapes.clear();
+    for (const nlohmann::json& name : v.at("shapes")) {
+      const auto* const found =
+          std::find(std::begin(kShapeNames), std::end(kShapeNames), name.get<std::string>());
+      if (found == std::end(kShapeNames)) throw Error(Failure::Input, "a shape", name.dump(), "another file");
+      s.shapes.push_back(static_cast<LumpShape>(found - kShapeNames));
+    }
+    s.no_lump_share = v.at("no_lump_share").get<double>();
+    s.loads = v.at("loads").get<uint32_t>();
+    s.cells = v.at("cells").get<std::array<uint32_t, 3>>();
+    s.coarser_cells = v.at("coarser_cells").get<std::array<uint32_t, 3>>();
+    s.nodes = v.at("nodes").get<std::array<uint32_t, 2>>();
+    s.residual = v.at("residual").get<double>();
+    s.step_mm = v.at("step_mm").get<double>();
+    check(s);
+  } catch (const nlohmann::json::exception& error) {
+    throw Error(Failure::Input, "a sweep of lumps as JSON", error.what(),
+                "a file that `palpate lump dataset` wrote");
+  } catch (const Error& error) {
+    throw Error(Failure::Input, "a sweep of lumps as JSON", std::string("one that fails: ") + error.what(),
+                "a file that `palpate lump dataset` wrote");
+  }
+  return s;
+}
+
+}  // namespace palpate

@@ -1,0 +1,96 @@
+// Which blocks with which lumps a data set holds: an even sweep over everything that changes a press.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/fem/solve.h"
+
+namespace palpate {
+
+struct LumpRange {
+  double low = 0, high = 0;
+};
+
+/// What is swept. Diameters, depths and offsets are drawn from what fits into the block that was drawn
+/// before: a range is squeezed, never refilled, so that the sweep stays even.
+struct LumpSweep {
+  uint64_t seed = 1;
+  LumpRange size_mm{4, 14};              ///< diameter
+  LumpRange depth_mm{1.5, 10};           ///< surface to the top
+  LumpRange stiffness_ratio{1.3, 40};    ///< even in its logarithm
+  LumpRange thickness_mm{16, 24};        ///< of the tissue
+  LumpRange young_Pa{2000, 30000};       ///< of the tissue, even in its logarithm
+  LumpRange greatest_press{0.10, 0.22};  ///< of the thickness, at the last load
+  double offset_mm = 6;                  ///< of the lump's centre from the middle, to either side in x and y
+  double centred_share =
+      0.67;  ///< of the lumps, in the middle: a quarter is solved, in a quarter of the time
+  std::array<double, 2> block_mm = {40, 40};
+  double poisson = 0.495;
+  double floor_mm = 1, rim_mm = 2;  ///< least tissue below the lump and beside it
+  /// d is the diameter: a ball; d high and wide and 1.5 d long; d high and wide upright; 2.5 d long lying.
+  std::vector<LumpShape> shapes = {LumpShape::Sphere, LumpShape::Ellipsoid, LumpShape::Cylinder,
+                                   LumpShape::LyingCylinder};
+  double no_lump_share = 1.0 / 12;               ///< of the cases, tissue alone
+  uint32_t loads = 4;                            ///< equal steps of the press
+  std::array<uint32_t, 3> cells = {48, 48, 24};  ///< along x, y, z whatever the thickness
+  /// What solve_extrapolated() takes beside them, of the same proportions; 0, 0, 0: one grid.
+  std::array<uint32_t, 3> coarser_cells = {24, 24, 12};
+  std::array<uint32_t, 2> nodes = {33, 33};  ///< of the maps along x and y, the first and the last on the rim
+  double residual = 1e-5, step_mm = 2;       ///< of the solver, see LargeStrainOptions
+
+  /// Between the maps' nodes.
+  std::array<double, 2> pitch_mm() const {
+    return {block_mm[0] / (nodes[0] - 1), block_mm[1] / (nodes[1] - 1)};
+  }
+  bool two_grids() const { return coarser_cells[0] != 0; }
+  /// Their cells follow each lump's surface, see solve_extrapolated(); else they are straight.
+  bool follows_lumps() const;
+};
+
+/// Throws Error(Failure::Usage) naming the first field that is out of range or makes a lump that cannot fit.
+void check(const LumpSweep& sweep);
+
+/// One block.
+struct LumpCase {
+  struct Lump {
+    LumpShape shape = LumpShape::Sphere;
+    bool along_y = false;  ///< long shapes: their long axis is y
+    double diameter_mm = 0, depth_mm = 0, stiffness_ratio = 1;
+    std::array<double, 2> offset_mm = {0, 0};
+    /// Outer sizes along the block's x, y, z.
+    std::array<double, 3> size_mm() const;
+  };
+  uint32_t number = 0;
+  std::optional<Lump> lump;
+  double thickness_mm = 0, young_Pa = 0;
+  std::vector<double> press_mm;  ///< one per load, rising
+};
+
+/// Case `number` of the sweep: a pure function of both. The sweep has been checked.
+LumpCase lump_case(const LumpSweep& sweep, uint32_t number);
+
+/// The case as the solver has it, with long shapes along x: where the case's lies along y, x and y of the
+/// scene are y and x of the case.
+ForwardScene scene_of(const LumpSweep& sweep, const LumpCase& what);
+/// Numbers along x, y (and z) of the block as that scene has them.
+template <typename Numbers>
+Numbers in_scene_axes(const LumpCase& what, Numbers numbers) {
+  if (what.lump && what.lump->along_y) std::swap(numbers[0], numbers[1]);
+  return numbers;
+}
+/// A map of that scene with the axes of the case.
+ForwardMap in_case_axes(const LumpCase& what, ForwardMap map);
+
+const char* to_string(LumpShape shape);  ///< "sphere", "ellipsoid", "cylinder", "lying"
+
+/// All of a sweep in one line of JSON, the same for equal sweeps; and back. Throws Error(Failure::Input)
+/// where the text is not such a line.
+std::string to_json(const LumpSweep& sweep);
+LumpSweep sweep_from_json(const std::string& text);
+
+}  // namespace palpate

@@ -1,0 +1,92 @@
+#include "engine/lump/estimator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "engine/lump/fem_inverse/inversion.h"
+#include "engine/base/statistics.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kReach_mm = 12;     // around a bump
+constexpr double kLeastOdds = 0.05;  // of a shape that is worth a search
+
+/// Whether the bump at a place is longer along y than along x.
+bool longer_along_y(const LumpReading& reading, double x_mm, double y_mm) {
+  const ForwardMap& map = reading.pressure_Pa.back();
+  std::vector<float> seen;
+  std::copy_if(map.values.begin(), map.values.end(), std::back_inserter(seen),
+               [](float p) { return std::isfinite(p); });
+  if (seen.empty()) return false;
+  const auto level = double{median(std::move(seen))};
+  const auto each = [&](const auto& take) {
+    for (uint32_t row = 0; row < map.height; ++row)
+      for (uint32_t column = 0; column < map.width; ++column) {
+        const double x = reading.window_mm[0] + (column - (map.width - 1) / 2.0) * map.pitch_mm[0] - x_mm;
+        const double y = reading.window_mm[1] + (row - (map.height - 1) / 2.0) * map.pitch_mm[1] - y_mm;
+        const auto value = double{map.at(column, row)};
+        if (std::isfinite(value) && x * x + y * y <= kReach_mm * kReach_mm) take(x, y, value);
+      }
+  };
+  // What stands out less than half as high as the top is the block's own as much as the lump's.
+  double top = level;
+  each([&](double, double, double value) { top = std::max(top, value); });
+  double along_x = 0, along_y = 0;
+  each([&](double x, double y, double value) {
+    const double above = std::max(0.0, value - (level + top) / 2);
+    along_x += above * x * x;
+    along_y += above * y * y;
+  });
+  return along_y > along_x;
+}
+
+/// Cells are too coarse for some lumps, which nothing in their own fit tells: where a value lies outside of
+/// the network's interval, one of the two is wrong, and the interval holds both.
+void hold_against(const LumpEstimate& network, LumpEstimate& direct) {
+  const auto hold = [&direct](const char* name, const LumpValue& other, LumpValue& value) {
+    if (value.value >= other.low && value.value <= other.high) return;
+    char text[200];
+    std::snprintf(text, sizeof text, "%s of %.3g lies outside of the network's 90 %% interval, %.3g to %.3g",
+                  name, value.value, other.low, other.high);
+    direct.reasons.emplace_back(text);
+    widen(value, other);
+  };
+  hold("the size, mm,", network.size_mm, direct.size_mm);
+  hold("the depth, mm,", network.depth_mm, direct.depth_mm);
+  hold("the stiffness ratio", network.stiffness_ratio, direct.stiffness_ratio);
+  open_wide_ratio(direct);
+}
+
+}  // namespace
+
+LumpEstimator direct_estimator(std::shared_ptr<const LumpNetwork> network, uint32_t threads) {
+  return [network = std::move(network), threads](const LumpReading& reading) {
+    DirectInversionOptions options;
+    options.model.threads = threads;
+    LumpEstimate first = network->estimate(reading);
+    if (first.verdict == LumpVerdict::SeveralLumps || first.verdict == LumpVerdict::Saturated) return first;
+    if (first.size_mm.value > 0 && first.depth_mm.value > 0) {
+      LumpCase::Lump start;
+      start.diameter_mm = first.size_mm.value;
+      start.depth_mm = first.depth_mm.value;
+      start.stiffness_ratio = first.stiffness_ratio.value;
+      start.offset_mm = {first.x_mm.value, first.y_mm.value};
+      const bool along_y = longer_along_y(reading, first.x_mm.value, first.y_mm.value);
+      for (size_t s = 0; s < first.shape_probability.size(); ++s) {
+        if (first.shape_probability[s] < kLeastOdds) continue;
+        start.shape = static_cast<LumpShape>(s);
+        start.along_y =
+            along_y && (start.shape == LumpShape::Ellipsoid || start.shape == LumpShape::LyingCylinder);
+        options.starts.push_back({start, first.shape_probability[s]});
+      }
+    }
+    LumpEstimate estimate = invert_directly(reading, options);
+    if (tells_numbers(first.verdict) && tells_numbers(estimate.verdict)) hold_against(first, estimate);
+    return estimate;
+  };
+}
+
+}  // namespace palpate

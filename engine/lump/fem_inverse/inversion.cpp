@@ -1,0 +1,290 @@
+#include "engine/lump/fem_inverse/inversion.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "palpate/error.h"
+#include "engine/lump/fem_inverse/search.h"
+#include "engine/lump/observation/gaussian_profile.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kNinetyPercent = 1.645;  // standard deviations to either side
+constexpr double kChance = 15.09;         // chi2 of five unknowns that chance reaches in 1 % of readings
+constexpr size_t kFewestValues = 60;      // of a load
+constexpr double kMostSaturated = 0.02;
+// By how much elements misplace a lump's faces, shares of the finer cells' sides; more where a box of cells
+// becomes an upright cylinder, whose edges bend them most. Found on blocks that other cells had pressed.
+constexpr double kFaceDoubt = 0.06, kUprightDoubt = 0.1;
+constexpr double kUprightRatioDoubt = 0.06, kLyingRatioDoubt = 0.04;  // of the logarithm
+constexpr double kRival = 0.1;  // likelihood beside the best shape's from which on a shape counts
+// Standard deviations of the ratio's logarithm, from which on the curvature at the best lump says too little
+// of its likelihood further away.
+constexpr double kCurved = 0.2;
+constexpr uint32_t kMostBetter = 2;  // times that a better lump is found on the way along the ratios
+
+void check(const LumpReading& reading) {
+  const auto refuse = [](const char* wanted, const std::string& found) {
+    throw Error(Failure::Usage, wanted, found, "a reading as the sensor makes it");
+  };
+  if (reading.pressure_Pa.empty() || reading.pressure_Pa.size() != reading.force_N.size())
+    refuse("one pressure map for each force", std::to_string(reading.pressure_Pa.size()) + " maps and " +
+                                                  std::to_string(reading.force_N.size()) + " forces");
+  for (const ForwardMap& map : reading.pressure_Pa)
+    if (map.width != reading.pressure_Pa[0].width || map.height != reading.pressure_Pa[0].height ||
+        map.values.size() != size_t{map.width} * map.height)
+      refuse("maps of one size", "others");
+  double last = 0;
+  for (const double force : reading.force_N) {
+    if (!(force > last)) refuse("forces that rise from above zero", std::to_string(force) + " N");
+    last = force;
+  }
+  if (!(reading.noise_Pa >= 0)) refuse("noise of 0 Pa or more", std::to_string(reading.noise_Pa));
+}
+
+void check(const LumpResponseOptions& model) {
+  uint32_t last = 0;
+  for (const uint32_t times : model.grids) {
+    if (times <= last || times > 8)
+      throw Error(Failure::Usage, "grids of rising multiples of the cells, from 1 to 8",
+                  std::to_string(times) + " after " + std::to_string(last), "1, 2, 3");
+    last = times;
+  }
+  if (std::find(model.grids.begin(), model.grids.end(), model.searched) == model.grids.end())
+    throw Error(Failure::Usage, "a grid to search on that is one of the grids",
+                std::to_string(model.searched), "2 of 1, 2, 3");
+}
+
+LumpCase::Lump first_guess(const LumpReading& reading) {
+  LumpCase::Lump lump;
+  lump.diameter_mm = 0.4 * reading.block_mm[2];
+  lump.depth_mm = 0.25 * reading.block_mm[2];
+  lump.stiffness_ratio = 6;
+  ForwardMap map = reading.pressure_Pa.back();
+  double sum = 0, seen = 0;
+  for (const float value : map.values)
+    if (std::isfinite(value)) {
+      sum += double{value};
+      seen += 1;
+    }
+  for (float& value : map.values)
+    if (!std::isfinite(value)) value = static_cast<float>(sum / std::max(seen, 1.0));
+  const std::array<double, 2> bump = bump_center_mm(map, 0.7);
+  lump.offset_mm = {reading.window_mm[0] + bump[0], reading.window_mm[1] + bump[1]};
+  return lump;
+}
+
+LumpValue in_logarithm(double value, double sd) {
+  return {value, value * std::exp(-kNinetyPercent * sd), value * std::exp(kNinetyPercent * sd)};
+}
+LumpValue plain(double value, double sd) {
+  return {value, value - kNinetyPercent * sd, value + kNinetyPercent * sd};
+}
+
+/// Standard deviations at the best lump.
+struct Spread {
+  LumpStep noise;  ///< of all that chi2 knows, more of it where the reading fits worse
+  LumpStep cells;  ///< by how much cells misplace a lump's faces
+};
+
+/// One start's answer.
+struct Answer {
+  LumpEstimate estimate;
+  std::optional<DirectSearch::State> best;
+  Spread spread;
+  double odds_chi2 = 0;  ///< what the start's odds are worth
+
+  bool tells() const { return tells_numbers(estimate.verdict); }
+  double chi2() const { return best ? best->chi2 + odds_chi2 : HUGE_VAL; }
+};
+
+Spread spread_at(const DirectSearch& search, const DirectSearch::State& best, double misfit,
+                 const LumpReading& reading, const LumpResponseOptions& model) {
+  const DirectSearch::Step end = search.solve(best, 0, DirectSearch::Sought::Lump);
+  Spread spread{end.sd * std::sqrt(std::max(1.0, misfit)), LumpStep::Zero()};
+  const LumpCase::Lump& lump = best.lump;
+  const bool upright = lump.shape == LumpShape::Cylinder;
+  const double finest_mm = reading.block_mm[0] / (model.cells[0] * model.grids.back());
+  const double faces_mm = (upright ? kUprightDoubt : kFaceDoubt) * finest_mm;
+  LumpStep& cells = spread.cells;
+  cells(kLnSize) = faces_mm / lump.diameter_mm;
+  cells(kLnDepth) = faces_mm / lump.depth_mm;
+  if (upright) cells(kLnRatio) = kUprightRatioDoubt;
+  if (lump.shape == LumpShape::LyingCylinder) cells(kLnRatio) = kLyingRatioDoubt;
+  return spread;
+}
+
+void take(const LumpCase::Lump& lump, const Spread& spread, LumpEstimate& into) {
+  const LumpStep sd = (spread.noise.array().square() + spread.cells.array().square()).sqrt();
+  into.size_mm = in_logarithm(lump.diameter_mm, sd(kLnSize));
+  into.depth_mm = in_logarithm(lump.depth_mm, sd(kLnDepth));
+  into.stiffness_ratio = in_logarithm(lump.stiffness_ratio, sd(kLnRatio));
+  into.x_mm = plain(lump.offset_mm[0], sd(kPlaceX));
+  into.y_mm = plain(lump.offset_mm[1], sd(kPlaceY));
+  into.shape = lump.shape;
+}
+
+/// Intervals from the lumps at both ends of the likelihood along the ratio; those of size and depth hold
+/// them.
+void take_ends(const LumpCase::Lump& lump, const std::array<LumpCase::Lump, 2>& ends, const Spread& spread,
+               LumpEstimate& into) {
+  const auto away = [&](const LumpCase::Lump& end) {
+    return std::exp(std::hypot(std::log(end.stiffness_ratio / lump.stiffness_ratio),
+                               kNinetyPercent * spread.cells(kLnRatio)));
+  };
+  into.stiffness_ratio.low = lump.stiffness_ratio / away(ends[0]);
+  into.stiffness_ratio.high = lump.stiffness_ratio * away(ends[1]);
+  for (const LumpCase::Lump& end : ends) {
+    widen(into.size_mm, {end.diameter_mm, end.diameter_mm, end.diameter_mm});
+    widen(into.depth_mm, {end.depth_mm, end.depth_mm, end.depth_mm});
+  }
+}
+
+class Inversion {
+ public:
+  Inversion(const LumpReading& reading, const DirectInversionOptions& options)
+      : reading_(reading), options_(options), search_(reading, options) {}
+
+  Answer from(const DirectInversionOptions::Start& start) {
+    Answer answer;
+    answer.estimate.method = "direct inversion";
+    answer.estimate.false_alarm_rate = 0.01;
+    answer.odds_chi2 = -2 * std::log(std::max(start.odds, 1e-300));
+    if (search_.values() < kFewestValues)
+      conclude(answer, LumpVerdict::Unusable,
+               "only " + std::to_string(search_.values()) + " places were seen at every load");
+    else if (reading_.saturated_share > kMostSaturated)
+      conclude(answer, LumpVerdict::Unusable, "the sensor is saturated at the highest load: press less");
+    else {
+      LumpCase::Lump guess = start.lump;
+      if (options_.model.centred) guess.offset_mm = {0, 0};
+      answer.best = search_.state_at(search_.moved(guess, LumpStep::Zero()));
+      if (answer.best)
+        settle(answer);
+      else
+        conclude(answer, LumpVerdict::Unusable, "the model found no equilibrium at these forces");
+    }
+    return answer;
+  }
+
+  /// Intervals from the likelihood along the ratio, where the curvature says too little of it.
+  void follow_ratio(Answer& answer) {
+    for (uint32_t better = 0; answer.tells() && answer.spread.noise(kLnRatio) >= kCurved; ++better) {
+      // Along the ratios all grids are asked everywhere, so here too: on a flat way the search stops early.
+      search_.correct(*answer.best);
+      const double allowed = kNinetyPercent * kNinetyPercent * std::max(1.0, misfit(answer));
+      const double step = kNinetyPercent * answer.spread.noise(kLnRatio);
+      std::array<LumpCase::Lump, 2> ends;
+      std::optional<DirectSearch::State> lower;
+      for (size_t side = 0; side < 2 && !lower; ++side) {
+        DirectSearch::RatioEnd end = search_.ratio_end(*answer.best, side == 0 ? -1 : 1, allowed, step);
+        ends[side] = end.lump;
+        if (better < kMostBetter) lower = std::move(end.lower);
+      }
+      if (!lower) return take_ends(answer.best->lump, ends, answer.spread, answer.estimate);
+      answer.best = std::move(lower);
+      settle(answer);
+    }
+  }
+
+ private:
+  double misfit(const Answer& answer) const {
+    const auto values = static_cast<double>(search_.values() * reading_.force_N.size());
+    return answer.best->chi2 / std::max(1.0, values - double{kLumpUnknowns});
+  }
+
+  static void conclude(Answer& answer, LumpVerdict verdict, const std::string& reason) {
+    answer.estimate.verdict = verdict;
+    answer.estimate.reasons.clear();
+    if (!reason.empty()) answer.estimate.reasons.push_back(reason);
+  }
+
+  /// The best lump near the answer's, and what it is worth.
+  void settle(Answer& answer) {
+    DirectSearch::State& best = *answer.best;
+    const bool settled = search_.settle(best);
+    LumpEstimate& estimate = answer.estimate;
+    const double share = misfit(answer);
+    answer.spread = spread_at(search_, best, share, reading_, options_.model);
+    take(best.lump, answer.spread, estimate);
+    estimate.shape_probability = {};
+    estimate.shape_probability[static_cast<size_t>(estimate.shape)] = 1;
+    estimate.evidence = 0;
+    if (const std::optional<double> nothing = search_.without_lump(best))
+      estimate.evidence = std::max(0.0, *nothing - best.chi2) / (kChance * std::max(1.0, share));
+    char line[200];
+    if (estimate.evidence < 1)
+      return conclude(answer, LumpVerdict::NoLump, "tissue alone answers as well, but for chance");
+    if (!settled) {
+      std::snprintf(line, sizeof line, "the search did not end in %u rounds: the values are where it stood",
+                    options_.most_rounds);
+      return conclude(answer, LumpVerdict::Unusable, line);
+    }
+    if (share > 4) {
+      std::snprintf(line, sizeof line,
+                    "the best lump misses the reading by %.1f times its noise: not a lump of this shape in "
+                    "such tissue",
+                    std::sqrt(share));
+      return conclude(answer, LumpVerdict::OutsideTraining, line);
+    }
+    conclude(answer, LumpVerdict::Found, "");
+  }
+
+  const LumpReading& reading_;
+  const DirectInversionOptions& options_;
+  DirectSearch search_;
+};
+
+// A search that did not end is no rival of one that did.
+bool better(const Answer& a, const Answer& b) {
+  return a.tells() != b.tells() ? a.tells() : a.chi2() < b.chi2();
+}
+
+/// Of the best answer beside another.
+double likelihood(const Answer& answer, const Answer& best) {
+  return answer.tells() ? std::exp(0.5 * (best.chi2() - answer.chi2())) : 0;
+}
+
+}  // namespace
+
+LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOptions& options) {
+  check(reading);
+  check(options.model);
+  const auto begin = std::chrono::steady_clock::now();
+  std::vector<DirectInversionOptions::Start> starts = options.starts;
+  if (starts.empty()) starts.push_back({first_guess(reading), 1});
+  Inversion inversion(reading, options);
+  std::vector<Answer> answers;
+  answers.reserve(starts.size());
+  for (const DirectInversionOptions::Start& start : starts) answers.push_back(inversion.from(start));
+  const Answer settled = *std::min_element(answers.begin(), answers.end(), better);
+  for (Answer& answer : answers)
+    if (likelihood(answer, settled) >= kRival) inversion.follow_ratio(answer);
+
+  const Answer& best = *std::min_element(answers.begin(), answers.end(), better);
+  LumpEstimate estimate = best.estimate;
+  if (best.tells()) {
+    double sum = 1;
+    for (const Answer& other : answers) {
+      if (&other == &best) continue;
+      const double likely = likelihood(other, best);
+      sum += likely;
+      estimate.shape_probability[static_cast<size_t>(other.estimate.shape)] += likely;
+      if (likely < kRival) continue;
+      widen(estimate.size_mm, other.estimate.size_mm);
+      widen(estimate.depth_mm, other.estimate.depth_mm);
+      widen(estimate.stiffness_ratio, other.estimate.stiffness_ratio);
+      estimate.reasons.push_back(std::string("one of shape ") + to_string(other.estimate.shape) +
+                                 " answers as well: intervals hold both");
+    }
+    for (double& probability : estimate.shape_probability) probability /= sum;
+    open_wide_ratio(estimate);
+  }
+  estimate.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return estimate;
+}
+
+}  // namespace palpate

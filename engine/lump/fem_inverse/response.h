@@ -1,0 +1,96 @@
+// What a block with a lump answers to known forces, as a sensor reads it, and how the answer changes with the
+// lump: the finite elements behind the direct inversion (theory S12).
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "engine/fem/large_strain/fitted_grid.h"
+#include "engine/fem/large_strain/large_strain.h"
+#include "engine/lump/observation/observation.h"
+#include "engine/lump/dataset/sweep.h"
+
+namespace palpate {
+
+/// What is sought. Logarithms, so that no step leaves what makes sense, and places from the block's middle.
+enum LumpUnknown : uint8_t { kLnSize, kLnDepth, kLnRatio, kPlaceX, kPlaceY, kLumpUnknowns };
+
+struct LumpResponseOptions {
+  /// Which follow the lump is chosen on these.
+  std::array<uint32_t, 3> cells = {16, 16, 8};
+  /// Grids of so many times these cells along each side, rising. What cells of no size would give is taken
+  /// from all of them, errors as sums of even powers of the cells' size; `searched` is one of them.
+  std::vector<uint32_t> grids = {1, 2, 3};
+  uint32_t searched = 2;
+  double poisson = 0.495;
+  double residual = 1e-5, step_mm = 2;
+  uint32_t threads = 0;
+  /// The lump lies under the block's middle: its place is not sought, and a quarter is solved. The lump's
+  /// offset is (0, 0).
+  bool centred = false;
+  double rim_mm = 4;  ///< of the block's surface that is left out: there grids differ most
+};
+
+/// Values that a reading has within the block less its rim, load after load.
+struct LumpPrediction {
+  bool converged = false;
+  Eigen::VectorXd pressure_Pa;
+  /// Changes per unit of each unknown at the same forces. Empty where they were not asked for.
+  Eigen::MatrixXd by_unknown;
+  /// The same per unit of the logarithm of each load's force (values x loads), and of the tissue's modulus.
+  Eigen::MatrixXd by_force;
+  Eigen::VectorXd by_modulus;
+};
+
+/// What is between a prediction and cells of no size, by finer grids. Zeros where there is but one grid.
+struct GridCorrection {
+  bool converged = false;
+  Eigen::VectorXd add_Pa;
+  /// What the grids leave open: how much less would be added without the coarsest of three or more; of two,
+  /// if errors shrank with the cells' power of 1.8 instead of their square.
+  Eigen::VectorXd open_Pa;
+};
+
+/// Nodes of a reading that are compared: seen, finite at every load, within the block less its rim.
+class ComparedNodes {
+ public:
+  ComparedNodes(const LumpReading& reading, double rim_mm);
+
+  size_t count() const { return nodes_.size(); }  ///< of each load
+  Eigen::VectorXd values() const;                 ///< of the reading, load after load
+  double x_mm(size_t node) const;                 ///< from the block's middle
+  double y_mm(size_t node) const;
+  const LumpReading& reading() const { return reading_; }
+
+ private:
+  const LumpReading& reading_;
+  std::vector<size_t> nodes_;
+};
+
+/// A lump and which of the options' cells follow it. Predictions from the same cells change smoothly
+/// with the lump.
+struct FittedLump {
+  LumpCase::Lump lump;
+  LumpCells cells;
+};
+
+LumpCells response_cells(const LumpReading& reading, const LumpCase::Lump& lump,
+                         const LumpResponseOptions& options);
+/// Whether these cells still follow the lump without much bending.
+bool suit(const LumpCells& cells, const LumpReading& reading, const LumpCase::Lump& lump,
+          const LumpResponseOptions& options);
+
+/// Presses the lump's block (`lump` empty: tissue alone) to the reading's forces, on the grid that is
+/// searched.
+/// `derivatives`: all of the prediction. Not converged where there is no equilibrium, or the cells cannot
+/// follow the lump. Throws as solve_large_strain().
+LumpPrediction predict(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
+                       const LumpResponseOptions& options, bool derivatives);
+
+/// The same on all grids. It changes so slowly with the lump that predictions of others nearby share it.
+GridCorrection grid_correction(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
+                               const LumpResponseOptions& options);
+
+}  // namespace palpate

@@ -1,0 +1,282 @@
+#include "engine/lump/fem_inverse/search.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/statistics.h"
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kMostCorrections = 4;
+constexpr uint32_t kMostInVain = 3;
+constexpr double kStands = 0.2;  // standard deviations that count as none
+constexpr double kFits = 1.2;    // chi2 of a value, of a reading that the lump explains
+constexpr double kNoGain = 0.3;  // of chi2, before the finer grids are asked again
+constexpr double kHeaviest = 1e3;
+constexpr LumpRange kRatios{0.02, 1000};   // beyond, nothing changes any more
+constexpr LumpRange kAnyRatios{0.1, 100};  // beyond, a ratio counts as open: hardly anything changes any more
+constexpr uint32_t kMostAlongRatio = 5;
+constexpr double kWorthAnother = 1;         // of chi2, that a second step at a ratio gains
+constexpr LumpRange kAlongRatio{0.2, 1.2};  // a step of the ratio's logarithm there
+constexpr double kLower = 1;                // of chi2: a better lump than the best
+constexpr double kGridDoubt = 2;            // standard deviations of the change that fewer grids would make
+// Of Gaussians that the elements' errors are sums of.
+constexpr double kDoubtPitch_mm = 4, kDoubtSigma_mm = 3;
+const LumpStep kLongestStep{{0.3, 0.4, 1.0, 2.0, 2.0}};
+
+LumpStep shortened(const LumpStep& step) {
+  return step / std::max(1.0, step.cwiseAbs().cwiseQuotient(kLongestStep).maxCoeff());
+}
+
+/// Gaussians over the nodes, on a grid, scaled so that factors of unit variance make unit variance
+/// everywhere; last what is the same everywhere.
+Eigen::MatrixXd doubt_fields(const ComparedNodes& nodes) {
+  std::array<double, 2> low = {HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL};
+  for (size_t n = 0; n < nodes.count(); ++n) {
+    const std::array<double, 2> at = {nodes.x_mm(n), nodes.y_mm(n)};
+    for (size_t c = 0; c < 2; ++c) low[c] = std::min(low[c], at[c]), high[c] = std::max(high[c], at[c]);
+  }
+  std::vector<std::array<double, 2>> centres;
+  for (double y = low[1]; y <= high[1] + kDoubtPitch_mm; y += kDoubtPitch_mm)
+    for (double x = low[0]; x <= high[0] + kDoubtPitch_mm; x += kDoubtPitch_mm) centres.push_back({x, y});
+  const auto gaussians = static_cast<Eigen::Index>(centres.size());
+  Eigen::MatrixXd fields = Eigen::MatrixXd::Ones(static_cast<Eigen::Index>(nodes.count()), gaussians + 1);
+  for (Eigen::Index n = 0; n < fields.rows(); ++n) {
+    const auto node = static_cast<size_t>(n);
+    for (Eigen::Index k = 0; k < gaussians; ++k) {
+      const auto& [x, y] = centres[static_cast<size_t>(k)];
+      fields(n, k) = std::exp(-0.5 * (std::pow(nodes.x_mm(node) - x, 2) + std::pow(nodes.y_mm(node) - y, 2)) /
+                              (kDoubtSigma_mm * kDoubtSigma_mm));
+    }
+    fields.row(n).head(gaussians).normalize();
+  }
+  return fields;
+}
+
+}  // namespace
+
+LumpStep difference(const LumpCase::Lump& to, const LumpCase::Lump& from) {
+  return LumpStep{{std::log(to.diameter_mm / from.diameter_mm), std::log(to.depth_mm / from.depth_mm),
+                   std::log(to.stiffness_ratio / from.stiffness_ratio), to.offset_mm[0] - from.offset_mm[0],
+                   to.offset_mm[1] - from.offset_mm[1]}};
+}
+
+DirectSearch::DirectSearch(const LumpReading& reading, const DirectInversionOptions& options)
+    : reading_(reading),
+      options_(options),
+      nodes_(reading, options.model.rim_mm),
+      wanted_(nodes_.values()),
+      doubt_(nodes_.count() > 0 ? doubt_fields(nodes_) : Eigen::MatrixXd()) {
+  const double peak = wanted_.size() > 0 ? wanted_.maxCoeff() : 0;
+  sigma_Pa_ = std::hypot(reading.noise_Pa, options.model_share * peak);
+}
+
+void DirectSearch::judge(State& state) const {
+  state.chi2 = solve(state, 0, Sought::Nothing).chi2;
+}
+
+std::optional<DirectSearch::State> DirectSearch::moved_to(const LumpCase::Lump& lump,
+                                                          const State& from) const {
+  State state{lump, from.cells, from.grids,
+              predict(nodes_, FittedLump{lump, from.cells}, options_.model, true)};
+  if (!state.prediction.converged) return std::nullopt;
+  state.prediction.pressure_Pa += state.grids->add_Pa;
+  judge(state);
+  return state;
+}
+
+std::optional<DirectSearch::State> DirectSearch::state_at(const LumpCase::Lump& lump) const {
+  State first;
+  first.cells = response_cells(reading_, lump, options_.model);
+  auto grids = std::make_shared<const GridCorrection>(
+      grid_correction(nodes_, FittedLump{lump, first.cells}, options_.model));
+  if (!grids->converged) return std::nullopt;
+  first.grids = std::move(grids);
+  return moved_to(lump, first);
+}
+
+bool DirectSearch::correct(State& state) const {
+  auto grids = std::make_shared<const GridCorrection>(
+      grid_correction(nodes_, FittedLump{state.lump, state.cells}, options_.model));
+  if (!grids->converged) return false;
+  state.prediction.pressure_Pa += grids->add_Pa - state.grids->add_Pa;
+  state.grids = std::move(grids);
+  judge(state);
+  return true;
+}
+
+bool DirectSearch::suits(const State& state) const {
+  return suit(state.cells, reading_, state.lump, options_.model);
+}
+
+std::optional<double> DirectSearch::without_lump(const State& with_lump) {
+  if (tissue_Pa_.size() == 0) {
+    const LumpPrediction tissue = predict(nodes_, std::nullopt, options_.model, false);
+    if (!tissue.converged) return std::nullopt;
+    const GridCorrection grids = grid_correction(nodes_, std::nullopt, options_.model);
+    if (!grids.converged) return std::nullopt;
+    tissue_Pa_ = tissue.pressure_Pa + grids.add_Pa;
+  }
+  State tissue = with_lump;
+  tissue.prediction.pressure_Pa = tissue_Pa_;
+  return solve(tissue, 0, Sought::Nothing).chi2;
+}
+
+DirectSearch::Step DirectSearch::solve(const State& from, double damping, Sought sought) const {
+  const LumpPrediction& p = from.prediction;
+  const Eigen::MatrixXd doubted_by = doubted(from);
+  const Eigen::Index first = sought == Sought::Nothing ? 0
+                             : options_.model.centred  ? kPlaceX
+                                                       : kLumpUnknowns,
+                     loads = p.by_force.cols(), doubts = first + loads + 1,
+                     columns = doubts + doubted_by.cols();
+  Eigen::MatrixXd j(p.pressure_Pa.size(), columns);
+  j.leftCols(first) = p.by_unknown.leftCols(first);
+  j.middleCols(first, loads) = p.by_force;
+  j.col(doubts - 1) = p.by_modulus;
+  j.rightCols(doubted_by.cols()) = doubted_by;
+  if (sought == Sought::LumpOfThisRatio) j.col(kLnRatio).setZero();
+  j /= sigma_Pa_;
+  const Eigen::VectorXd open = (wanted_ - p.pressure_Pa) / sigma_Pa_;
+  Eigen::MatrixXd normal = j.transpose() * j;
+  for (Eigen::Index l = 0; l < loads; ++l)
+    normal(first + l, first + l) += 1 / (options_.gauge_share * options_.gauge_share);
+  normal(doubts - 1, doubts - 1) += 1 / (options_.young_share * options_.young_share);
+  normal.diagonal().tail(doubted_by.cols()).array() += 1;
+  if (sought == Sought::LumpOfThisRatio) normal(kLnRatio, kLnRatio) = 1;
+  Step step;
+  Eigen::MatrixXd damped = normal;
+  for (Eigen::Index k = 0; k < first; ++k) damped(k, k) *= 1 + damping;
+  const Eigen::VectorXd right = j.transpose() * open;
+  const Eigen::VectorXd found = damped.ldlt().solve(right);
+  step.chi2 = open.squaredNorm() - 2 * found.dot(right) + found.dot(normal * found);
+  step.change.head(first) = found.head(first);
+  if (sought != Sought::Lump) return step;
+  const Eigen::MatrixXd covariance = normal.ldlt().solve(Eigen::MatrixXd::Identity(columns, columns));
+  step.sd.head(first) = covariance.diagonal().head(first).cwiseMax(0).cwiseSqrt();
+  step.by_ratio.head(first) = covariance.col(kLnRatio).head(first) / covariance(kLnRatio, kLnRatio);
+  return step;
+}
+
+LumpCase::Lump DirectSearch::moved(const LumpCase::Lump& from, const LumpStep& by) const {
+  LumpCase::Lump lump = from;
+  const double thickness = reading_.block_mm[2];
+  lump.diameter_mm = std::clamp(from.diameter_mm * std::exp(by(kLnSize)), 1.0, 0.8 * thickness);
+  lump.depth_mm =
+      std::clamp(from.depth_mm * std::exp(by(kLnDepth)), 0.3, 0.97 * thickness - lump.diameter_mm);
+  lump.stiffness_ratio = std::clamp(from.stiffness_ratio * std::exp(by(kLnRatio)), kRatios.low, kRatios.high);
+  const std::array<double, 3> size = lump.size_mm();
+  for (size_t c = 0; c < 2; ++c) {
+    const double room = std::max(0.0, 0.98 * (reading_.block_mm[c] - size[c]) / 2);
+    lump.offset_mm[c] =
+        std::clamp(from.offset_mm[c] + by(kPlaceX + static_cast<Eigen::Index>(c)), -room, room);
+  }
+  return lump;
+}
+
+/// What a prediction may be off by, per factor of unit variance.
+Eigen::MatrixXd DirectSearch::doubted(const State& state) const {
+  const Eigen::VectorXd& pressure_Pa = state.prediction.pressure_Pa;
+  const Eigen::Index count = doubt_.rows(), fields = doubt_.cols();
+  Eigen::MatrixXd by_factor(pressure_Pa.size(), 2 * fields + 1);
+  by_factor.rightCols(1) = kGridDoubt * state.grids->open_Pa;
+  const std::vector<double>& force_N = reading_.force_N;
+  for (Eigen::Index l = 0; l < static_cast<Eigen::Index>(force_N.size()); ++l) {
+    const auto of_load = pressure_Pa.segment(l * count, count);
+    const Eigen::ArrayXd bump = of_load.array() - median(std::vector<double>(of_load.begin(), of_load.end()));
+    const double change = force_N[static_cast<size_t>(l)] / force_N.back() - 0.5;
+    by_factor.block(l * count, 0, count, fields) =
+        options_.bump_share * (doubt_.array().colwise() * bump).matrix();
+    by_factor.block(l * count, fields, count, fields) =
+        options_.bump_change_share * change * (doubt_.array().colwise() * bump).matrix();
+  }
+  return by_factor;
+}
+
+bool DirectSearch::descend(State& best, uint32_t& rounds) const {
+  double damping = 5e-3;
+  uint32_t in_vain = 0;  // rounds in a row
+  const auto all = static_cast<double>(best.prediction.pressure_Pa.size());
+  for (; rounds > 0; --rounds) {
+    const Step step = solve(best, damping, Sought::Lump);
+    const LumpStep change = shortened(step.change);
+    const bool fits = best.chi2 < kFits * all;
+    if ((fits && best.chi2 - step.chi2 < kNoGain) ||
+        (change.cwiseAbs() - kStands * step.sd).maxCoeff() <= 0 || change.cwiseAbs().maxCoeff() < 2e-3)
+      return true;
+    std::optional<State> next = moved_to(moved(best.lump, change), best);
+    if (next && next->chi2 < best.chi2) {
+      const bool settled = best.chi2 - next->chi2 < 0.05;
+      best = std::move(*next);
+      if (!suits(best))
+        if (std::optional<State> fresh = state_at(best.lump)) best = std::move(*fresh);
+      if (settled) return true;
+      in_vain = 0;
+      damping = std::max(damping / 4, 1e-6);
+    } else {
+      damping *= 6;
+      if ((++in_vain >= kMostInVain && fits) || damping > kHeaviest) return fits;
+    }
+  }
+  return false;
+}
+
+bool DirectSearch::settle(State& best) const {
+  uint32_t rounds = options_.most_rounds;
+  bool settled = descend(best, rounds);
+  for (uint32_t again = 0; again < kMostCorrections && settled; ++again) {
+    const LumpCase::Lump from = best.lump;
+    if (!correct(best)) break;
+    settled = descend(best, rounds);
+    const LumpStep sd = solve(best, 0, Sought::Lump).sd;
+    if ((difference(best.lump, from).cwiseAbs() - kStands * sd).maxCoeff() <= 0) break;
+  }
+  return settled;
+}
+
+DirectSearch::RatioEnd DirectSearch::ratio_end(const State& best, double direction, double allowed,
+                                               double step) const {
+  const double least = solve(best, 0, Sought::LumpOfThisRatio).chi2;
+  const auto at_limit = [&](const LumpCase::Lump& lump) {
+    return moved(lump, LumpStep::Unit(kLnRatio) * (direction * std::log(kRatios.high / kRatios.low)));
+  };
+  RatioEnd end{at_limit(best.lump), std::nullopt};
+  State here = best;
+  double reached = 0, risen = 0;  // of the ratio's logarithm, and the root of what chi2 rose by
+  for (uint32_t round = 0; round < kMostAlongRatio; ++round) {
+    step = std::clamp(step, kAlongRatio.low, kAlongRatio.high);
+    const LumpStep way = solve(here, 0, Sought::Lump).by_ratio * (direction * step);
+    std::optional<State> next = moved_to(moved(here.lump, shortened(way)), here);
+    if (!next) break;
+    Step rest = solve(*next, 0, Sought::LumpOfThisRatio);
+    if (next->chi2 - rest.chi2 > kWorthAnother)
+      if (std::optional<State> nearer = moved_to(moved(next->lump, shortened(rest.change)), *next);
+          nearer && nearer->chi2 < next->chi2)
+        next = std::move(nearer);
+    if (!correct(*next)) break;
+    rest = solve(*next, 0, Sought::LumpOfThisRatio);
+    if (rest.chi2 < least - kLower && next->chi2 < best.chi2 - kLower) {
+      end.lower = std::move(next);
+      break;
+    }
+    const double to = std::abs(std::log(next->lump.stiffness_ratio / best.lump.stiffness_ratio));
+    const double root = std::sqrt(std::max(0.0, rest.chi2 - least)), wanted = std::sqrt(allowed);
+    if (root >= wanted) {
+      const double share = (wanted - risen) / (root - risen);
+      end.lump = moved(here.lump, difference(next->lump, here.lump) * share);
+      break;
+    }
+    end.lump = at_limit(next->lump);
+    if (next->lump.stiffness_ratio < kAnyRatios.low || next->lump.stiffness_ratio > kAnyRatios.high) break;
+    step = root > risen ? (wanted - root) * (to - reached) / (root - risen) * 1.05 : kAlongRatio.high;
+    reached = to;
+    risen = root;
+    here = std::move(*next);
+    if (!suits(here))
+      if (std::optional<State> fresh = state_at(here.lump)) here = std::move(*fresh);
+  }
+  return end;
+}
+
+}  // namespace palpate

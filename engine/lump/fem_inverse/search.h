@@ -1,0 +1,90 @@
+// Which lump explains a reading best, and which others explain it nearly as well: the search behind the
+// direct inversion (theory S12).
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include <Eigen/Dense>
+
+#include "engine/lump/fem_inverse/inversion.h"
+#include "engine/lump/fem_inverse/response.h"
+
+namespace palpate {
+
+/// Changes of what is sought: see LumpUnknown.
+using LumpStep = Eigen::Matrix<double, kLumpUnknowns, 1>;
+
+/// From one lump to another.
+LumpStep difference(const LumpCase::Lump& to, const LumpCase::Lump& from);
+
+/// chi2 below is over all values of the reading, with the forces, the modulus and the elements' errors that
+/// suit a lump best within what the options allow them.
+class DirectSearch {
+ public:
+  /// Keeps both.
+  DirectSearch(const LumpReading& reading, const DirectInversionOptions& options);
+
+  size_t values() const { return nodes_.count(); }  ///< of each load
+
+  /// States that come of each other share cells, so that they compare, and what the grids said of the first.
+  struct State {
+    LumpCase::Lump lump;
+    LumpCells cells;
+    std::shared_ptr<const GridCorrection> grids;
+    LumpPrediction prediction;  ///< with the correction
+    double chi2 = HUGE_VAL;
+  };
+  /// In cells of its own, all grids asked. None where there is no equilibrium.
+  std::optional<State> state_at(const LumpCase::Lump& lump) const;
+  /// Asks all grids again. Whether that gave the state new numbers.
+  bool correct(State& state) const;
+  /// A lump that the block can hold.
+  LumpCase::Lump moved(const LumpCase::Lump& from, const LumpStep& by) const;
+
+  enum class Sought : uint8_t { Nothing, LumpOfThisRatio, Lump };
+  struct Step {
+    LumpStep change = LumpStep::Zero();
+    double chi2 = 0;  ///< of the linear model after the step
+    // Of Sought::Lump alone:
+    LumpStep sd = LumpStep::Zero();        ///< standard deviations
+    LumpStep by_ratio = LumpStep::Zero();  ///< of the best lump, per unit of the ratio's logarithm
+  };
+  Step solve(const State& from, double damping, Sought sought) const;
+
+  /// Moves the state to the best lump near it, all grids asked again as often as they change it. False where
+  /// that did not end within the options' rounds.
+  bool settle(State& best) const;
+
+  struct RatioEnd {
+    LumpCase::Lump lump;         ///< whose chi2 is higher than the best's by what was allowed
+    std::optional<State> lower;  ///< a better lump than the best, found on the way
+  };
+  /// From the best lump along lumps that are the best of their ratios (the likelihood's profile), to higher
+  /// ratios (`direction` 1) or lower ones (-1), until chi2 has risen by `allowed`. A lump of 0.02 or 1000 is
+  /// none. `step`: of the ratio's logarithm, the first one.
+  RatioEnd ratio_end(const State& best, double direction, double allowed, double step) const;
+
+  /// chi2 of tissue alone, on which forces and modulus act as they do with a lump, nearly.
+  std::optional<double> without_lump(const State& with_lump);
+
+ private:
+  /// Moves the state to the best one that shares its correction, or its last one where other cells became
+  /// needed; false where `rounds` ran out before.
+  bool descend(State& best, uint32_t& rounds) const;
+  std::optional<State> moved_to(const LumpCase::Lump& lump, const State& from) const;
+  void judge(State& state) const;
+  bool suits(const State& state) const;
+  Eigen::MatrixXd doubted(const State& state) const;
+
+  const LumpReading& reading_;
+  const DirectInversionOptions& options_;
+  ComparedNodes nodes_;
+  Eigen::VectorXd wanted_;
+  Eigen::MatrixXd doubt_;      // nodes x fields
+  Eigen::VectorXd tissue_Pa_;  // of tissue alone, once it was asked for
+  double sigma_Pa_ = 1;
+};
+
+}  // namespace palpate

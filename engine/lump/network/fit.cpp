@@ -1,0 +1,280 @@
+#include "engine/lump/network/fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+namespace palpate {
+namespace {
+
+using Matrix5 = Eigen::Matrix<double, 5, 5>;
+
+constexpr double kBeyondRange = 1.1;  // of the training's ranges, where the search is turned back
+constexpr std::array<double, 5> kLongestStep = {0.4, 0.5, 0.9, 1.5, 1.5};
+constexpr double kForgiven = 30;    // misfit beyond the best's from which on a shape is no longer followed
+constexpr double kHopeless = 1e30;  // misfit of what the network has no number for
+constexpr int kRatios = 11;         // of the posterior
+constexpr double kUnlikely = 1e-3;  // probability of a shape from which on it is not tried
+constexpr uint32_t kRefining = 12, kChecking = 3;  // rounds
+
+/// Past `edge` by `over` a parameter costs (over / width)^2.
+void wall(double over, double width, int index, double sign, double& misfit, LumpVector* slope,
+          Matrix5* normal) {
+  if (over <= 0) return;
+  misfit += over * over / (width * width);
+  if (slope != nullptr) {
+    (*slope)(index) -= sign * over / (width * width);
+    (*normal)(index, index) += 1 / (width * width);
+  }
+}
+
+/// Of a variance that rounding may have made nothing.
+double sd_of(double variance) {
+  return std::sqrt(std::max(variance, 1e-8));
+}
+
+std::array<double, 2> log_range(const std::array<double, 2>& range) {
+  return {std::log(range[0]), std::log(range[1])};
+}
+
+}  // namespace
+
+double LumpFitter::misfit(const LumpFit& fit, LumpVector* slope, Matrix5* normal) const {
+  const LumpGuess guess{fit.shape, fit.at(0), fit.at(1), fit.at(2)};
+  const PatchWhitener& whitener = patch_.whitener;
+  std::array<Eigen::MatrixXd, 3> changes;
+  const Eigen::MatrixXd plain =
+      bump_factors(model_, guess, patch_.view.setting, nodes_.loads, -1, slope ? &changes : nullptr);
+  const Eigen::MatrixXd shift = fit.at(3) * model_.patch.along_x + fit.at(4) * model_.patch.along_y;
+  const bool still = fit.at(3) == 0 && fit.at(4) == 0;
+  const auto moved = [&shift, still](const Eigen::MatrixXd& factors) -> Eigen::MatrixXd {
+    if (still) return factors;
+    const Eigen::MatrixXd once = shift * factors;
+    return factors - once + 0.5 * (shift * once);
+  };
+  const Eigen::MatrixXd factors = moved(plain);
+  const Eigen::VectorXd rest = whitener.reading() - whitener.of_factors(factors);
+  double sum = rest.squaredNorm();
+  if (slope != nullptr) {
+    Eigen::MatrixXd jacobian(rest.size(), 5);
+    for (size_t p = 0; p < 3; ++p)
+      jacobian.col(static_cast<Eigen::Index>(p)) = whitener.of_factors(moved(changes[p]));
+    jacobian.col(3) = whitener.of_factors(-model_.patch.along_x * factors);
+    jacobian.col(4) = whitener.of_factors(-model_.patch.along_y * factors);
+    *slope = jacobian.transpose() * rest;
+    *normal = jacobian.transpose() * jacobian;
+  }
+  // What the training held is likelier than what it did not: wide bells over its ranges, walls beyond them.
+  const std::array<std::array<double, 2>, 3> ranges = {log_range(model_.size_mm), log_range(model_.depth_mm),
+                                                       log_range(model_.ratio)};
+  for (int p = 0; p < 3; ++p) {
+    const auto [low, high] = ranges[static_cast<size_t>(p)];
+    const double width = high - low + 0.1, off = fit.at(p) - 0.5 * (low + high);
+    sum += off * off / (width * width);
+    if (slope != nullptr) {
+      (*slope)(p) -= off / (width * width);
+      (*normal)(p, p) += 1 / (width * width);
+    }
+    const double beyond = std::log(kBeyondRange);
+    wall(fit.at(p) - high - beyond, 0.03, p, 1, sum, slope, normal);
+    wall(low - beyond - fit.at(p), 0.03, p, -1, sum, slope, normal);
+  }
+  for (int p = 3; p < 5; ++p) {
+    sum += fit.at(p) * fit.at(p) / 16;
+    if (slope != nullptr) {
+      (*slope)(p) -= fit.at(p) / 16;
+      (*normal)(p, p) += 1.0 / 16;
+    }
+  }
+  // A lump does not reach through the floor.
+  const double size = std::exp(fit.at(0)), depth = std::exp(fit.at(1));
+  const double over = size + depth - (patch_.view.setting.thickness_mm - 0.9 * model_.floor_mm);
+  if (over > 0) {
+    const double width = 0.2;
+    sum += over * over / (width * width);
+    if (slope != nullptr) {
+      LumpVector by = LumpVector::Zero();
+      by(0) = size / width;
+      by(1) = depth / width;
+      *slope -= by * over / width;
+      *normal += by * by.transpose();
+    }
+  }
+  return sum;
+}
+
+void LumpFitter::search(LumpFit& fit, uint32_t rounds, bool ratio_held) const {
+  LumpVector slope;
+  fit.misfit = misfit(fit, &slope, &fit.normal);
+  if (!std::isfinite(fit.misfit)) {
+    fit.misfit = kHopeless;
+    return;
+  }
+  double damping = 1e-3;
+  for (uint32_t round = 0; round < rounds; ++round) {
+    Matrix5 matrix = fit.normal;
+    matrix.diagonal() *= 1 + damping;
+    if (ratio_held) {
+      matrix.row(2).setZero();
+      matrix.col(2).setZero();
+      matrix(2, 2) = 1;
+      slope(2) = 0;
+    }
+    LumpVector step = matrix.ldlt().solve(slope);
+    double shrink = 1;
+    for (int p = 0; p < 5; ++p)
+      shrink = std::min(shrink, kLongestStep[static_cast<size_t>(p)] / std::max(1e-12, std::abs(step(p))));
+    step *= shrink;
+    LumpFit next = fit;
+    next.at += step;
+    LumpVector next_slope;
+    next.misfit = misfit(next, &next_slope, &next.normal);
+    if (std::isfinite(next.misfit) && next.misfit < fit.misfit) {
+      const double gain = fit.misfit - next.misfit;
+      fit = next;
+      slope = next_slope;
+      damping = std::max(1e-6, damping * 0.2);
+      if (gain < 0.02 && shrink == 1) break;
+    } else {
+      if (step.cwiseAbs().maxCoeff() < 1e-4) break;
+      damping = std::max(damping * 10, 1e-2);
+    }
+  }
+}
+
+double LumpPosterior::quantile(LumpParameter what, double share) const {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Part& part : parts) {
+    const LumpBell& bell = part.bells[what];
+    low = std::min(low, bell.middle - 6 * bell.below);
+    high = std::max(high, bell.middle + 6 * bell.above);
+  }
+  for (int step = 0; step < 40; ++step) {
+    const double middle = 0.5 * (low + high);
+    double below = 0;
+    for (const Part& part : parts) below += part.weight * part.bells[what].share_to(middle);
+    (below < share ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+namespace {
+
+/// The bells of one fit: its ratio on a grid, the rest following it.
+void add_bells(const LumpModel& model, const LumpFitter& fitter, const LumpFit& fit, double warmth,
+               std::vector<LumpPosterior::Part>& parts, std::vector<double>& log_weights) {
+  const Matrix5 covariance = fit.normal.inverse();
+  const auto [low, high] = log_range(model.ratio);
+  const double sd = sd_of(warmth * covariance(2, 2));
+  const double from = std::max(low, fit.at(2) - std::clamp(3.2 * sd, 0.05, 3.0));
+  const double to = std::min(high, fit.at(2) + std::clamp(4 * sd, 0.05, 3.0));
+  const double centre = std::clamp(fit.at(2), from, to);
+  const double spacing = std::max(1e-3, (to - from) / (kRatios - 1));
+  LumpVector along = covariance.col(2) / covariance(2, 2);
+  const auto add = [&](const LumpFit& at) {
+    Eigen::Matrix4d rest;
+    constexpr std::array<int, 4> kept = {0, 1, 3, 4};
+    for (int a = 0; a < 4; ++a)
+      for (int b = 0; b < 4; ++b)
+        rest(a, b) = at.normal(kept[static_cast<size_t>(a)], kept[static_cast<size_t>(b)]);
+    const Eigen::Matrix4d inverse = rest.inverse();
+    const double volume = std::log(std::max(1e-300, std::abs(inverse.determinant())));
+    // Sizes and depths were even in the training, not their logarithms.
+    if (!std::isfinite(volume) || at.misfit >= kHopeless) return;
+    log_weights.push_back(-0.5 * at.misfit / warmth + 0.5 * volume + std::log(spacing) + at.at(0) + at.at(1));
+    LumpPosterior::Part part;
+    part.shape = fit.shape;
+    const std::array<double, kParameters> sds = {sd_of(warmth * inverse(0, 0)), sd_of(warmth * inverse(1, 1)),
+                                                 0.5 * spacing};
+    for (const LumpParameter p : {kSize, kDepth, kRatio}) part.bells[p] = {at.at(p), sds[p], sds[p]};
+    parts.push_back(part);
+  };
+  for (const double direction : {1.0, -1.0}) {
+    LumpFit at = fit;
+    at.at += (centre - fit.at(2)) * along;
+    for (int i = direction > 0 ? 0 : 1; i < kRatios; ++i) {
+      const double ratio = centre + direction * spacing * i;
+      if (ratio > to + 1e-9 || ratio < from - 1e-9) break;
+      at.at += (ratio - at.at(2)) * along;
+      at.at(2) = ratio;
+      fitter.search(at, 1, true);
+      add(at);
+      if (at.misfit > fit.misfit + 16 * warmth) break;
+      // The direction in which size and depth give way for the next ratio.
+      const Matrix5 here = at.normal.inverse();
+      along = here.col(2) / here(2, 2);
+    }
+  }
+}
+
+}  // namespace
+
+LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, LumpMethod method,
+                         double warmth) {
+  const LumpLook look = look_for_lump(model, nodes);
+  const LumpFitter fitter(model, nodes, look.patch);
+  const LumpAnswer& answer = look.answer;
+  const auto start = [&answer](size_t shape) {
+    LumpFit fit;
+    fit.shape = static_cast<LumpShape>(shape);
+    for (const LumpParameter p : {kSize, kDepth, kRatio}) fit.at(p) = answer.bells[shape][p].middle;
+    fit.at(3) = answer.shift_mm[0];
+    fit.at(4) = answer.shift_mm[1];
+    return fit;
+  };
+  const auto likeliest =
+      static_cast<size_t>(std::max_element(answer.shape_probability.begin(), answer.shape_probability.end()) -
+                          answer.shape_probability.begin());
+  std::vector<LumpFit> fits;
+  for (size_t s = 0; s < 4; ++s) {
+    const bool tried = method == LumpMethod::Refined && answer.shape_probability[s] > kUnlikely;
+    if (!model.shapes[s] || (s != likeliest && !tried)) continue;
+    fits.push_back(start(s));
+    fitter.search(fits.back(), method == LumpMethod::Refined ? kRefining : kChecking);
+  }
+  const LumpFit& best = *std::min_element(
+      fits.begin(), fits.end(), [](const LumpFit& a, const LumpFit& b) { return a.misfit < b.misfit; });
+  LumpEvidence found;
+  found.no_lump_misfit = no_lump_misfit(nodes);
+  found.evidence = fitter.no_lump() - best.misfit;
+  found.misfit = best.misfit / static_cast<double>(std::max<Eigen::Index>(1, look.patch.whitener.size() - 5));
+  found.rest = look.patch.whitener.rest();
+  std::array<double, 2> shift = answer.shift_mm, sd = answer.shift_sd_mm;
+  LumpPosterior& posterior = found.posterior;
+  if (method == LumpMethod::Network) {
+    posterior.shape_probability = answer.shape_probability;
+    for (size_t s = 0; s < 4; ++s)
+      if (model.shapes[s])
+        posterior.parts.push_back({answer.shape_probability[s], static_cast<LumpShape>(s), answer.bells[s]});
+  } else {
+    std::vector<double> log_weights;
+    for (const LumpFit& fit : fits)
+      if (fit.misfit < best.misfit + kForgiven * warmth)
+        add_bells(model, fitter, fit, warmth, posterior.parts, log_weights);
+    if (log_weights.empty()) {
+      found.evidence = 0;
+      return found;
+    }
+    const double most = *std::max_element(log_weights.begin(), log_weights.end());
+    double sum = 0;
+    for (double& weight : log_weights) sum += weight = std::exp(weight - most);
+    for (size_t i = 0; i < log_weights.size(); ++i) {
+      LumpPosterior::Part& part = posterior.parts[i];
+      part.weight = log_weights[i] / sum;
+      posterior.shape_probability[static_cast<size_t>(part.shape)] += part.weight;
+    }
+    const Matrix5 covariance = best.normal.inverse();
+    shift = {best.at(3), best.at(4)};
+    sd = {sd_of(warmth * covariance(3, 3)), sd_of(warmth * covariance(4, 4))};
+  }
+  const PatchView& view = look.patch.view;
+  const auto move = view.to_block(shift[0], shift[1]);
+  for (size_t axis = 0; axis < 2; ++axis) {
+    found.place_mm[axis] = view.center_mm[axis] + move[axis];
+    found.place_sd_mm[axis] = sd[view.swapped ? 1 - axis : axis];
+  }
+  return found;
+}
+
+}  // namespace palpate

@@ -1,0 +1,125 @@
+#include "engine/lump/network/inverse_network.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr double kNear_mm = 0.3;  // a patch that lies as near to its lump is not moved again
+constexpr int kMostMoves = 3;
+
+/// The ways' factors at a load, fields x ways: the cubic through those at the reader's own loads.
+Eigen::MatrixXd ways_at(const LumpReader& reader, Eigen::Index fields, double load) {
+  const auto ways = reader.ways.cols();
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(fields, ways + 1);
+  for (size_t q = 0; q < reader.loads.size(); ++q) {
+    double weight = load;
+    for (size_t other = 0; other < reader.loads.size(); ++other)
+      if (other != q) weight *= (load - reader.loads[other]) / (reader.loads[q] - reader.loads[other]);
+    const auto first = static_cast<Eigen::Index>(q) * fields;
+    sum.leftCols(ways) += weight * reader.ways.middleRows(first, fields).cast<double>();
+    sum.col(ways) += weight * reader.middle.segment(first, fields).cast<double>();
+  }
+  return sum;
+}
+
+}  // namespace
+
+PatchReading::PatchReading(const LumpModel& model, const PressedNodes& nodes, const PatchView& from)
+    : view(from), sums(sum_patch(model.patch, nodes, from)), whitener(model, nodes, sums, kGaugeShare) {}
+
+Eigen::VectorXf reader_features(const LumpModel& model, const PressedNodes& nodes,
+                                const PatchReading& patch) {
+  const LumpReader& reader = model.reader;
+  const Eigen::Index fields = model.patch.count(), ways = reader.ways.cols();
+  const auto loads = static_cast<Eigen::Index>(nodes.loads.size());
+  std::vector<Eigen::MatrixXd> at_load;
+  for (const double load : nodes.loads) at_load.push_back(ways_at(reader, fields, load));
+  // The likeliest make-up, as a bell over all bumps has it: least squares with unit weight on each way.
+  Eigen::MatrixXd shown(patch.whitener.size(), ways + 1);
+  Eigen::MatrixXd factors(fields, loads);
+  for (Eigen::Index w = 0; w <= ways; ++w) {
+    for (Eigen::Index k = 0; k < loads; ++k) factors.col(k) = at_load[static_cast<size_t>(k)].col(w);
+    shown.col(w) = patch.whitener.of_factors(factors);
+  }
+  const auto ways_shown = shown.leftCols(ways);
+  Eigen::MatrixXd normal = ways_shown.transpose() * ways_shown;
+  normal.diagonal().array() += 1;
+  const Eigen::LLT<Eigen::MatrixXd> root(normal);
+  const Eigen::VectorXd make_up =
+      root.solve(ways_shown.transpose() * (patch.whitener.reading() - shown.col(ways)));
+  const Eigen::MatrixXd inverse = root.matrixL().solve(Eigen::MatrixXd::Identity(ways, ways));
+
+  Eigen::VectorXd in(ways + LumpReader::kOthers + LumpReader::kOpen);
+  const double size = std::max(1e-9, make_up.norm());
+  in.head(ways) = make_up / size;
+  for (Eigen::Index w = 0; w < LumpReader::kOpen; ++w)
+    in(ways + w) = w < ways ? std::log(inverse.col(w).norm()) : 0;
+  in.tail(LumpReader::kOthers) << std::log(size), patch.view.setting.thickness_mm, patch.view.setting.x_mm,
+      patch.view.setting.y_mm, nodes.loads.back(), std::log(nodes.loads.front() / nodes.loads.back()),
+      std::log(static_cast<double>(loads)), std::log(nodes.noise_share);
+  return in.cast<float>();
+}
+
+LumpAnswer answer_of(const LumpModel& model, const Eigen::VectorXf& features) {
+  namespace at = reader_output;
+  const LumpReader& reader = model.reader;
+  const Eigen::MatrixXf in = (features - reader.in_mean).array() * reader.in_scale.array();
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(at::kCount);
+  for (const SmallNetwork& member : reader.members)
+    out += member.apply(in).cast<double>() / static_cast<double>(reader.members.size());
+  LumpAnswer answer;
+  const double most = out.head(at::kClasses).maxCoeff();
+  double sum = 0;
+  for (Eigen::Index c = 0; c < at::kClasses; ++c) {
+    const auto shape = static_cast<size_t>(at::shape_of(c));
+    const double probability = model.shapes[shape] ? std::exp(out(c) - most) : 0;
+    sum += probability;
+    answer.shape_probability[shape] += probability;
+    if (c >= 4) answer.across_probability[shape] = probability;
+  }
+  for (size_t s = 0; s < 4; ++s) {
+    answer.across_probability[s] /= std::max(1e-300, answer.shape_probability[s]);
+    answer.shape_probability[s] /= sum;
+    for (size_t p = 0; p < kParameters; ++p) {
+      const auto first = at::kBells + 3 * static_cast<Eigen::Index>(kParameters * s + p);
+      const double scale = reader.scale[p];
+      answer.bells[s][p] = {reader.mean[p] + scale * out(first), scale * std::exp(out(first + 1)),
+                            scale * std::exp(out(first + 2))};
+    }
+  }
+  for (size_t axis = 0; axis < 2; ++axis) {
+    const auto place = at::kShift + static_cast<Eigen::Index>(axis);
+    answer.shift_mm[axis] = out(place);
+    answer.shift_sd_mm[axis] = std::exp(out(place + 2));
+  }
+  return answer;
+}
+
+LumpLook look_for_lump(const LumpModel& model, const PressedNodes& nodes) {
+  const double reach = model.offset_mm + 2;
+  PatchView view(model, nodes, find_bump(model, nodes), false);
+  bool turned = false;
+  for (int move = 0;; ++move) {
+    PatchReading patch(model, nodes, view);
+    const LumpAnswer answer = answer_of(model, reader_features(model, nodes, patch));
+    double along = 0, across = 0;  // only long shapes have a say
+    for (const LumpShape shape : {LumpShape::Ellipsoid, LumpShape::LyingCylinder}) {
+      const auto s = static_cast<size_t>(shape);
+      across += answer.shape_probability[s] * answer.across_probability[s];
+      along += answer.shape_probability[s] * (1 - answer.across_probability[s]);
+    }
+    const bool turn = !turned && across > along;
+    if (move == kMostMoves || (!turn && std::hypot(answer.shift_mm[0], answer.shift_mm[1]) < kNear_mm))
+      return {std::move(patch), answer};
+    turned |= turn;
+    const auto shift = view.to_block(answer.shift_mm[0], answer.shift_mm[1]);
+    std::array<double, 2> place = view.center_mm;
+    for (size_t axis = 0; axis < 2; ++axis)
+      place[axis] = std::clamp(place[axis] + shift[axis], -reach, reach);
+    view = PatchView(model, nodes, place, view.swapped != turn);
+  }
+}
+
+}  // namespace palpate

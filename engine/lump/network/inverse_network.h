@@ -1,0 +1,54 @@
+// The network from a reading to its lump: what the patch around a bump looks like, in a few numbers, and what
+// the network says of them.
+#pragma once
+
+#include <Eigen/Dense>
+#include <array>
+
+#include "engine/lump/network/model.h"
+#include "engine/lump/network/view.h"
+
+namespace palpate {
+
+/// A patch of a reading with what all methods need of it.
+struct PatchReading {
+  PatchView view;
+  PatchSums sums;
+  PatchWhitener whitener;
+
+  PatchReading(const LumpModel& model, const PressedNodes& nodes, const PatchView& from);
+};
+
+/// The reader's inputs of one patch, before scaling: the bump's likeliest make-up (see LumpReader::ways),
+/// what noise leaves open of it, place, thickness, loads, noise.
+Eigen::VectorXf reader_features(const LumpModel& model, const PressedNodes& nodes, const PatchReading& patch);
+
+/// What the network says of a patch.
+struct LumpAnswer {
+  std::array<double, 4> shape_probability{};                 ///< in the order of LumpShape
+  std::array<double, 4> across_probability{};                ///< of each shape, that it lies across the patch
+  std::array<std::array<LumpBell, kParameters>, 4> bells{};  ///< of the logarithms, were it this shape
+  std::array<double, 2> shift_mm{}, shift_sd_mm{};           ///< of the lump's centre, in the patch's axes
+};
+LumpAnswer answer_of(const LumpModel& model, const Eigen::VectorXf& features);
+
+/// A reading's bump in the patch that fits it: looked for, then moved and turned as the network says.
+struct LumpLook {
+  PatchReading patch;
+  LumpAnswer answer;
+};
+LumpLook look_for_lump(const LumpModel& model, const PressedNodes& nodes);
+
+/// The outputs' places.
+namespace reader_output {
+inline constexpr Eigen::Index kClasses = 6;  ///< four shapes along the patch, then two long ones across it
+inline constexpr Eigen::Index kBells = kClasses;     ///< four shapes x three logarithms x middle, log sds
+inline constexpr Eigen::Index kShift = kBells + 36;  ///< two middles, two log sds
+inline constexpr Eigen::Index kCount = kShift + 4;
+/// A class's shape, and whether it lies across.
+constexpr LumpShape shape_of(Eigen::Index of) {
+  return of < 4 ? static_cast<LumpShape>(of) : of == 4 ? LumpShape::Ellipsoid : LumpShape::LyingCylinder;
+}
+}  // namespace reader_output
+
+}  // namespace palpate

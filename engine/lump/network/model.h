@@ -1,0 +1,153 @@
+// What a lump network holds: the pressure without a lump, the shapes that bumps have, the network from a lump
+// to its bump, and what was found about all three on cases that they had not seen.
+#pragma once
+
+#include <Eigen/Dense>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "engine/fem/solve.h"
+#include "engine/lump/observation/observation.h"
+#include "engine/numeric/mlp.h"
+
+namespace palpate {
+
+/// Pressure on a block without a lump, over Young's modulus: load times a polynomial of thickness and load at
+/// each node of one quarter of the block.
+struct LumpBase {
+  static constexpr int kTerms = 9;
+  double pitch_mm = 1.25;
+  uint32_t side = 17;       ///< nodes from the middle to the rim
+  Eigen::MatrixXf factors;  ///< side^2 x kTerms
+  double residual = 0;      ///< RMS of what it misses, share of the load
+
+  static Eigen::Matrix<float, kTerms, 1> terms(double thickness_mm, double load);
+  /// The quarter at a load (force over area and modulus), x fastest.
+  Eigen::VectorXf quarter(double thickness_mm, double load) const;
+  /// Of a quarter, at a place from the block's middle.
+  double at(const Eigen::VectorXf& quarter, double x_mm, double y_mm) const;
+};
+
+/// Bumps around a lump's centre as sums of a few fields on a square patch.
+struct LumpPatch {
+  double pitch_mm = 1;
+  uint32_t side = 27;
+  Eigen::MatrixXf fields;            ///< count x side^2, orthonormal rows; x fastest
+  Eigen::MatrixXd along_x, along_y;  ///< the fields' slopes as sums of the fields, per mm
+
+  Eigen::Index count() const { return fields.rows(); }
+  double reach_mm() const { return pitch_mm * (side - 1) / 2; }
+  /// All fields at a place within reach from the centre.
+  void at(double u_mm, double v_mm, float* values) const;
+  void find_slopes();
+};
+
+/// One parameter of the lump that is estimated.
+enum LumpParameter : uint8_t { kSize, kDepth, kRatio, kParameters };
+
+/// What was found on unseen readings of one number of loads and one noise.
+struct LumpTrust {
+  std::array<double, kParameters> stretch{1, 1, 1};  ///< of intervals, so that they hold 90 % of the truths
+  double place_stretch = 1;
+  double evidence = 10;       ///< that one in 100 readings without a lump reaches
+  double misfit = 2;          ///< that three in 100 readings with a lump exceed
+  double rest = 2;            ///< the same of what no sum of the patch's fields can be
+  double no_lump_misfit = 2;  ///< that one in 100 readings without a lump exceeds, of the whole window
+  // For people: relative errors of the values, and how often the shape was right.
+  std::array<double, kParameters> median_error{};
+  double shape_rate = 0;
+  double warmth = 1;  ///< divides logarithms of likelihoods before hypotheses are weighed
+};
+
+/// A bell of two halves that meet in the middle.
+struct LumpBell {
+  double middle = 0, below = 1, above = 1;  ///< standard deviations of the two halves
+
+  /// Share of it up to a value.
+  double share_to(double value) const;
+};
+
+/// The network from a reading's patch to its lump. A bump over all loads is a middle and a sum of a few ways
+/// to differ from it; their likeliest weights are what the network sees.
+struct LumpReader {
+  static constexpr Eigen::Index kOthers = 8;  ///< inputs besides: size, thickness, place, loads, noise
+  static constexpr Eigen::Index kOpen = 10;   ///< first ways of which is told how open they are
+
+  std::array<double, 4> loads{};  ///< of the ways: force over area and modulus
+  /// (loads x fields) x ways, the bumps' factors over load at each of the loads, scaled so that bumps'
+  /// weights are of unit variance; and their middle.
+  Eigen::MatrixXf ways;
+  Eigen::VectorXf middle;
+  Eigen::VectorXf in_mean, in_scale;
+  std::array<double, kParameters> mean{}, scale{};  ///< of the logarithms, of the outputs
+  std::vector<SmallNetwork> members;                ///< the mean of their outputs is used
+};
+
+inline constexpr size_t kLumpMethods = 2;
+
+inline constexpr std::array<uint32_t, 3> kTrustLoads = {1, 2, 4};
+inline constexpr std::array<double, 4> kTrustNoise = {0.002, 0.005, 0.02, 0.1};  ///< shares of the peak
+
+struct LumpModel {
+  std::array<double, 2> block_mm = {40, 40};
+  double node_pitch_mm = 1.25;  ///< of readings
+  // Ranges of the training set: low, high.
+  std::array<double, 2> size_mm{}, depth_mm{}, ratio{}, thickness_mm{}, load{};
+  double offset_mm = 0;
+  double floor_mm = 1;  ///< least tissue below a lump
+  double cell_mm = 1;   ///< of the grid to speak for: the finest of the training set
+  std::array<bool, 4> shapes{};
+
+  LumpBase base;
+  LumpPatch patch;
+
+  /// The emulator. In: see lump_features(). Out: the fields' factors over load and lump_amplitude(), scaled.
+  /// The mean of all is used; each was not shown a part of the training set.
+  std::vector<SmallNetwork> members;
+  Eigen::VectorXf in_mean, in_scale, out_mean, out_scale;
+
+  /// Of the mean's error: squares of the fields' factors, where the bump's are one in all.
+  Eigen::MatrixXd discrepancy;
+  double load_correlation = 0;   ///< of the discrepancy at one load with that at another
+  double error_over_spread = 1;  ///< of the members' mean, over how far they differ
+
+  LumpReader reader;
+
+  using TrustTable = std::array<std::array<LumpTrust, kTrustNoise.size()>, kTrustLoads.size()>;
+  std::array<TrustTable, kLumpMethods> trust;  ///< by LumpMethod
+  double false_alarm_rate = 0.01;
+
+  std::string made_from;  ///< one line for people: data, cases, seed, version
+};
+
+/// A lump as the network sees it; sizes as logarithms. `x_mm`, `y_mm`: of its centre, in the patch's axes.
+struct LumpGuess {
+  LumpShape shape = LumpShape::Sphere;
+  double log_size = 0, log_depth = 0, log_ratio = 0;
+};
+struct LumpSetting {
+  double thickness_mm = 20, x_mm = 0, y_mm = 0, cell_mm = 1;
+};
+
+inline constexpr int kLumpFeatures = 16;
+/// The network's inputs before scaling, and optionally how they change with log_size, log_depth, log_ratio.
+Eigen::Matrix<double, kLumpFeatures, 1> lump_features(
+    const LumpGuess& guess, const LumpSetting& setting, double load,
+    Eigen::Matrix<double, kLumpFeatures, 3>* changes = nullptr);
+
+/// About how large a bump is over its load, by which the emulator's outputs are divided: stiff lumps, and
+/// those that are large beside their depth, show most. Optionally how its logarithm changes with the three.
+double lump_amplitude(const LumpGuess& guess, std::array<double, 3>* changes = nullptr);
+
+/// The fields' factors of the bump (pressure over modulus) at each load, count x loads, by one member (or the
+/// mean of all: -1); `changes` (may be null) with the three logarithms.
+Eigen::MatrixXd bump_factors(const LumpModel& model, const LumpGuess& guess, const LumpSetting& setting,
+                             const std::vector<double>& loads, int member,
+                             std::array<Eigen::MatrixXd, 3>* changes = nullptr);
+
+/// The trust at a number of loads and a noise (share of the peak), between the tables' places.
+LumpTrust trust_at(const LumpModel& model, LumpMethod method, size_t loads, double noise_share);
+
+}  // namespace palpate

@@ -1,0 +1,310 @@
+// A lump network as a file: a line that names it, a line of JSON (what it was made for and is worth), the
+// weights as 32-bit numbers, little endian, and a check sum of all before.
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "palpate/error.h"
+#include "engine/lump/network/model.h"
+#include "engine/lump/network/network.h"
+#include "engine/lump/network/inverse_network.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr const char* kMagic = "palpate lump network 2\n";
+constexpr size_t kLargest = size_t{64} << 20;
+static_assert(std::endian::native == std::endian::little);
+
+uint64_t check_sum(const char* bytes, size_t count) {
+  uint64_t sum = 0xcbf29ce484222325;  // FNV-1a
+  for (size_t i = 0; i < count; ++i) sum = (sum ^ static_cast<uint8_t>(bytes[i])) * 0x100000001b3;
+  return sum;
+}
+
+/// Matrices one after the other, each preceded by nothing: their sizes are in the JSON.
+class Weights {
+ public:
+  template <typename Matrix>
+  void put(const Matrix& matrix) {
+    const Eigen::MatrixXf values = matrix.template cast<float>();
+    bytes.append(reinterpret_cast<const char*>(values.data()),
+                 static_cast<size_t>(values.size()) * sizeof(float));
+  }
+  void put(const std::vector<SmallNetwork>& networks) {
+    for (const SmallNetwork& network : networks)
+      for (const SmallNetwork::Layer& layer : network.layers) {
+        put(layer.weight);
+        put(layer.bias);
+      }
+  }
+  std::string bytes;
+};
+
+class Taken {
+ public:
+  Taken(const char* at, size_t count) : at_(at), left_(count) {}
+  template <typename Matrix>
+  void take(Matrix& matrix, Eigen::Index rows, Eigen::Index cols) {
+    if (rows < 1 || cols < 1 || rows > 4096 || cols > 65536) throw std::runtime_error("a matrix of no size");
+    const size_t bytes = static_cast<size_t>(rows * cols) * sizeof(float);
+    if (bytes > left_) throw std::runtime_error("fewer weights than it says");
+    Eigen::MatrixXf values(rows, cols);
+    std::memcpy(values.data(), at_, bytes);
+    if (!values.allFinite()) throw std::runtime_error("weights that are no numbers");
+    matrix = values.cast<typename Matrix::Scalar>();
+    at_ += bytes;
+    left_ -= bytes;
+  }
+  /// Networks of one make: inputs, hidden layers, outputs.
+  std::vector<SmallNetwork> take_networks(size_t members, Eigen::Index inputs,
+                                          const std::vector<Eigen::Index>& hidden, Eigen::Index outputs) {
+    if (members < 1 || members > 64 || hidden.empty() || hidden.size() > 8)
+      throw std::runtime_error("networks out of range");
+    std::vector<SmallNetwork> networks(members);
+    for (SmallNetwork& network : networks) {
+      Eigen::Index from = inputs;
+      for (size_t l = 0; l <= hidden.size(); ++l) {
+        const Eigen::Index to = l < hidden.size() ? hidden[l] : outputs;
+        SmallNetwork::Layer layer;
+        take(layer.weight, to, from);
+        take(layer.bias, to, 1);
+        network.layers.push_back(std::move(layer));
+        from = to;
+      }
+    }
+    return networks;
+  }
+  size_t left() const { return left_; }
+
+ private:
+  const char* at_;
+  size_t left_;
+};
+
+/// By LumpMethod.
+constexpr std::array<const char*, kLumpMethods> kMethods = {"network", "refined"};
+
+Json hidden_of(const std::vector<SmallNetwork>& networks) {
+  Json widths = Json::array();
+  for (size_t l = 0; l + 1 < networks.front().layers.size(); ++l)
+    widths.push_back(networks.front().layers[l].weight.rows());
+  return widths;
+}
+
+Json trust_json(const LumpTrust& t) {
+  return {{"stretch", t.stretch},
+          {"place_stretch", t.place_stretch},
+          {"evidence", t.evidence},
+          {"misfit", t.misfit},
+          {"rest", t.rest},
+          {"no_lump_misfit", t.no_lump_misfit},
+          {"warmth", t.warmth},
+          {"median_error", t.median_error},
+          {"shape_rate", t.shape_rate}};
+}
+
+double positive(const Json& json, const char* key) {
+  const double value = json.at(key).get<double>();
+  if (!(value > 0 && value < 1e12)) throw std::runtime_error(std::string(key) + " out of range");
+  return value;
+}
+
+LumpTrust read_trust(const Json& json) {
+  LumpTrust t;
+  json.at("stretch").get_to(t.stretch);
+  for (const double s : t.stretch)
+    if (!(s > 0 && s < 1e6)) throw std::runtime_error("stretch out of range");
+  t.place_stretch = positive(json, "place_stretch");
+  t.evidence = positive(json, "evidence");
+  t.misfit = positive(json, "misfit");
+  t.rest = positive(json, "rest");
+  t.no_lump_misfit = positive(json, "no_lump_misfit");
+  t.warmth = positive(json, "warmth");
+  json.at("median_error").get_to(t.median_error);
+  t.shape_rate = json.at("shape_rate").get<double>();
+  return t;
+}
+
+void read_range(const Json& json, const char* key, std::array<double, 2>& range) {
+  json.at(key).get_to(range);
+  if (!(range[0] > 0 && range[1] >= range[0] && range[1] < 1e6))
+    throw std::runtime_error(std::string(key) + " out of range");
+}
+
+void read_reader(const Json& json, Taken& weights, Eigen::Index fields, LumpReader& reader) {
+  json.at("loads").get_to(reader.loads);
+  json.at("mean").get_to(reader.mean);
+  json.at("scale").get_to(reader.scale);
+  for (size_t q = 0; q < reader.loads.size(); ++q)
+    if (!(reader.loads[q] > (q > 0 ? reader.loads[q - 1] : 0.0) && reader.loads[q] < 1e3))
+      throw std::runtime_error("the reader's loads do not rise");
+  for (size_t p = 0; p < kParameters; ++p)
+    if (!(std::abs(reader.mean[p]) < 100) || !(reader.scale[p] > 0 && reader.scale[p] < 100))
+      throw std::runtime_error("the reader's scale out of range");
+  const auto ways = json.at("ways").get<Eigen::Index>();
+  const Eigen::Index rows = static_cast<Eigen::Index>(reader.loads.size()) * fields,
+                     inputs = ways + LumpReader::kOthers + LumpReader::kOpen;
+  weights.take(reader.ways, rows, ways);
+  weights.take(reader.middle, rows, 1);
+  weights.take(reader.in_mean, inputs, 1);
+  weights.take(reader.in_scale, inputs, 1);
+  reader.members =
+      weights.take_networks(json.at("members").get<size_t>(), inputs,
+                            json.at("hidden").get<std::vector<Eigen::Index>>(), reader_output::kCount);
+}
+
+std::shared_ptr<const LumpModel> read_model(const Json& json, Taken& weights) {
+  auto model = std::make_shared<LumpModel>();
+  LumpModel& m = *model;
+  read_range(json, "size_mm", m.size_mm);
+  read_range(json, "depth_mm", m.depth_mm);
+  read_range(json, "stiffness_ratio", m.ratio);
+  read_range(json, "thickness_mm", m.thickness_mm);
+  read_range(json, "load", m.load);
+  read_range(json, "block_mm", m.block_mm);
+  m.node_pitch_mm = positive(json, "node_pitch_mm");
+  m.offset_mm = json.at("offset_mm").get<double>();
+  m.floor_mm = json.at("floor_mm").get<double>();
+  m.cell_mm = positive(json, "cell_mm");
+  json.at("shapes").get_to(m.shapes);
+  m.load_correlation = json.at("load_correlation").get<double>();
+  m.error_over_spread = positive(json, "error_over_spread");
+  if (!(m.offset_mm >= 0 && m.offset_mm < 1e3) || !(m.floor_mm >= 0 && m.floor_mm < 1e3) ||
+      !(m.load_correlation >= 0 && m.load_correlation < 1))
+    throw std::runtime_error("numbers out of range");
+  m.false_alarm_rate = positive(json, "false_alarm_rate");
+  m.made_from = json.at("made_from").get<std::string>();
+  for (size_t method = 0; method < kLumpMethods; ++method)
+    for (size_t l = 0; l < kTrustLoads.size(); ++l)
+      for (size_t n = 0; n < kTrustNoise.size(); ++n)
+        m.trust[method][l][n] = read_trust(json.at("trust").at(kMethods[method]).at(l).at(n));
+  m.base.pitch_mm = m.node_pitch_mm;
+  m.base.side = json.at("base_side").get<uint32_t>();
+  m.patch.pitch_mm = positive(json, "patch_pitch_mm");
+  m.patch.side = json.at("patch_side").get<uint32_t>();
+  const auto fields = json.at("fields").get<Eigen::Index>();
+  const auto hidden = json.at("hidden").get<std::vector<Eigen::Index>>();
+  const auto members = json.at("members").get<size_t>();
+  if (m.base.side < 4 || m.base.side > 200 || m.patch.side < 4 || m.patch.side > 200)
+    throw std::runtime_error("sizes out of range");
+  weights.take(m.base.factors, m.base.side * m.base.side, LumpBase::kTerms);
+  weights.take(m.patch.fields, fields, m.patch.side * m.patch.side);
+  weights.take(m.in_mean, kLumpFeatures, 1);
+  weights.take(m.in_scale, kLumpFeatures, 1);
+  weights.take(m.out_mean, fields, 1);
+  weights.take(m.out_scale, fields, 1);
+  weights.take(m.discrepancy, fields, fields);
+  m.members = weights.take_networks(members, kLumpFeatures, hidden, fields);
+  read_reader(json.at("reader"), weights, fields, m.reader);
+  if (weights.left() != 0) throw std::runtime_error("more weights than it says");
+  m.patch.find_slopes();
+  return model;
+}
+
+}  // namespace
+
+std::string LumpNetwork::bytes() const {
+  const LumpModel& m = *model_;
+  Json json{{"size_mm", m.size_mm},
+            {"depth_mm", m.depth_mm},
+            {"stiffness_ratio", m.ratio},
+            {"thickness_mm", m.thickness_mm},
+            {"load", m.load},
+            {"block_mm", m.block_mm},
+            {"node_pitch_mm", m.node_pitch_mm},
+            {"offset_mm", m.offset_mm},
+            {"floor_mm", m.floor_mm},
+            {"cell_mm", m.cell_mm},
+            {"shapes", m.shapes},
+            {"load_correlation", m.load_correlation},
+            {"error_over_spread", m.error_over_spread},
+            {"false_alarm_rate", m.false_alarm_rate},
+            {"made_from", m.made_from},
+            {"base_side", m.base.side},
+            {"patch_pitch_mm", m.patch.pitch_mm},
+            {"patch_side", m.patch.side},
+            {"fields", m.patch.count()},
+            {"members", m.members.size()}};
+  json["hidden"] = hidden_of(m.members);
+  for (size_t method = 0; method < kLumpMethods; ++method)
+    for (const auto& row : m.trust[method]) {
+      Json list = Json::array();
+      for (const LumpTrust& t : row) list.push_back(trust_json(t));
+      json["trust"][kMethods[method]].push_back(list);
+    }
+  json["reader"] = {{"loads", m.reader.loads},
+                    {"ways", m.reader.ways.cols()},
+                    {"mean", m.reader.mean},
+                    {"scale", m.reader.scale},
+                    {"hidden", hidden_of(m.reader.members)},
+                    {"members", m.reader.members.size()}};
+  Weights weights;
+  weights.put(m.base.factors);
+  weights.put(m.patch.fields);
+  weights.put(m.in_mean);
+  weights.put(m.in_scale);
+  weights.put(m.out_mean);
+  weights.put(m.out_scale);
+  weights.put(m.discrepancy);
+  weights.put(m.members);
+  weights.put(m.reader.ways);
+  weights.put(m.reader.middle);
+  weights.put(m.reader.in_mean);
+  weights.put(m.reader.in_scale);
+  weights.put(m.reader.members);
+  std::string all = kMagic + json.dump() + "\n" + weights.bytes;
+  const uint64_t sum = check_sum(all.data(), all.size());
+  all.append(reinterpret_cast<const char*>(&sum), sizeof sum);
+  return all;
+}
+
+LumpNetwork LumpNetwork::parse(const std::string& bytes, const std::string& name) {
+  const auto refuse = [&name](const std::string& found) {
+    throw Error(Failure::Input, "a lump network of version 2", name + ", " + found,
+                "palpate lump train, which makes one");
+  };
+  const size_t magic = std::strlen(kMagic);
+  if (bytes.compare(0, magic, kMagic) != 0)
+    refuse(bytes.compare(0, magic - 2, kMagic, magic - 2) == 0 ? "a lump network of another version"
+                                                               : "which is none");
+  const size_t line = bytes.find('\n', magic);
+  if (line == std::string::npos || bytes.size() < line + 1 + sizeof(uint64_t)) refuse("which is cut off");
+  const size_t end = bytes.size() - sizeof(uint64_t);
+  uint64_t sum = 0;
+  std::memcpy(&sum, bytes.data() + end, sizeof sum);
+  if (sum != check_sum(bytes.data(), end)) refuse("which is damaged: its check sum is another");
+  try {
+    Taken weights(bytes.data() + line + 1, end - line - 1);
+    return LumpNetwork(read_model(Json::parse(bytes.begin() + static_cast<std::ptrdiff_t>(magic),
+                                              bytes.begin() + static_cast<std::ptrdiff_t>(line)),
+                                  weights));
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    refuse(std::string("which does not hold what one holds: ") + error.what());
+  }
+  return LumpNetwork(nullptr);
+}
+
+LumpNetwork LumpNetwork::read(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string bytes;
+  if (in) {
+    char buffer[65536];
+    while (in.read(buffer, sizeof buffer) || in.gcount() > 0) {
+      bytes.append(buffer, static_cast<size_t>(in.gcount()));
+      if (bytes.size() > kLargest) break;
+    }
+  }
+  if (!in.is_open() || bytes.empty())
+    throw Error(Failure::Input, "a lump network", "no readable file " + file.string(),
+                "the path of one, or none for the built-in one");
+  return parse(bytes, file.string());
+}
+
+}  // namespace palpate

@@ -1,0 +1,61 @@
+// The inverse of the forward model by trained networks: pressure maps in, the lump behind them out, in a few
+// milliseconds.
+//
+// Two kinds of network serve each other. The emulator learns the forward way from pressed blocks: from a
+// lump, the tissue's thickness and the load to the bump that the lump makes. The reader learns the way back
+// from any number of readings that the emulator makes, with noise and windows of all kinds, and says how sure
+// it is. Refined answers go on from the reader's by least squares through the emulator with the reading's own
+// noise.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/lump/observation/observation.h"
+
+namespace palpate {
+
+struct LumpModel;
+
+/// How far a method is trusted at a number of loads and a noise (share of the peak).
+struct LumpTrustRow {
+  LumpMethod method = LumpMethod::Network;
+  uint32_t loads = 0;
+  double noise_share = 0;
+  std::array<double, 3> stretch{};       ///< of the intervals of size, depth, ratio, so that they hold
+  double evidence = 0;                   ///< that one in 100 readings without a lump reaches
+  double misfit = 0;                     ///< that three in 100 readings with a lump exceed
+  std::array<double, 3> median_error{};  ///< of size, depth, ratio on what was kept aside, share
+  double shape_rate = 0;                 ///< of shapes there that were right
+};
+
+class LumpNetwork {
+ public:
+  explicit LumpNetwork(std::shared_ptr<const LumpModel> model) : model_(std::move(model)) {}
+
+  /// The one that comes with the program.
+  static const LumpNetwork& built_in();
+  /// Throws Error(Failure::Input) for a file that is no such network, of another version or damaged.
+  static LumpNetwork read(const std::filesystem::path& file);
+  /// All bytes of such a file; `name` is for messages.
+  static LumpNetwork parse(const std::string& bytes, const std::string& name);
+  std::string bytes() const;
+
+  /// What lies behind a reading. Throws Error(Failure::Usage) where the reading's parts do not fit each other
+  /// (see lump_reading.h); what cannot be told is a verdict.
+  LumpEstimate estimate(const LumpReading& reading, LumpMethod method = LumpMethod::Network) const;
+
+  const LumpModel& model() const { return *model_; }
+  /// One line for people: data, cases, seed.
+  std::string made_from() const;
+  std::vector<LumpTrustRow> trust() const;
+
+ private:
+  std::shared_ptr<const LumpModel> model_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,101 @@
+// From evidence to an answer: intervals that hold what they promise, and what is not to be used.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "engine/lump/network/fit.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kEdge = 0.05;  // of a range: an estimate further beyond it lies outside
+constexpr double kNormal90 = 1.645;
+
+std::string text(const char* format, double a, double b = 0, double c = 0) {
+  char buffer[200];
+  std::snprintf(buffer, sizeof buffer, format, a, b, c);  // NOLINT(clang-diagnostic-format-nonliteral)
+  return buffer;
+}
+
+}  // namespace
+
+void conclude(const LumpModel& model, const PressedNodes& nodes, LumpMethod method, const LumpEvidence& found,
+              LumpEstimate& estimate) {
+  const LumpTrust trust = trust_at(model, method, nodes.loads.size(), nodes.noise_share);
+  estimate.evidence = std::max(0.0, found.evidence) / trust.evidence;
+  estimate.false_alarm_rate = model.false_alarm_rate;
+  estimate.shape_probability = found.posterior.shape_probability;
+  const auto likeliest =
+      std::max_element(estimate.shape_probability.begin(), estimate.shape_probability.end());
+  estimate.shape = static_cast<LumpShape>(likeliest - estimate.shape_probability.begin());
+  bool outside = false;
+  const auto value = [&](LumpParameter what, const std::array<double, 2>& range, const char* name) {
+    const double middle = found.posterior.quantile(what, 0.5);
+    const double low = middle - trust.stretch[what] * (middle - found.posterior.quantile(what, 0.05));
+    const double high = middle + trust.stretch[what] * (found.posterior.quantile(what, 0.95) - middle);
+    if (std::exp(low) > range[1] * (1 + kEdge) || std::exp(high) < range[0] * (1 - kEdge) ||
+        std::exp(middle) > range[1] * (1 + 1.6 * kEdge) || std::exp(middle) < range[0] * (1 - 1.6 * kEdge)) {
+      outside = true;
+      estimate.reasons.push_back(
+          text((std::string(name) + " of %.3g lies outside of the model's %.3g to %.3g").c_str(),
+               std::exp(middle), range[0], range[1]));
+    }
+    const auto in_range = [&range](double log_value) {
+      return std::clamp(std::exp(log_value), range[0], range[1]);
+    };
+    return LumpValue{in_range(middle), in_range(low), in_range(high)};
+  };
+  const auto nothing = [&] {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    for (LumpValue* v :
+         {&estimate.size_mm, &estimate.depth_mm, &estimate.stiffness_ratio, &estimate.x_mm, &estimate.y_mm})
+      *v = {nan, nan, nan};
+  };
+  if (estimate.evidence < 1) {
+    nothing();
+    if (found.no_lump_misfit > trust.no_lump_misfit) {
+      estimate.verdict = LumpVerdict::OutsideTraining;
+      estimate.reasons.push_back(
+          text("the pressure is neither that of tissue alone nor that of a lump the model knows "
+               "(%.3g times the noise expected, %.3g allowed)",
+               std::sqrt(found.no_lump_misfit), std::sqrt(trust.no_lump_misfit)));
+      return;
+    }
+    estimate.verdict = LumpVerdict::NoLump;
+    estimate.reasons.push_back(text("no lump: evidence %.3g of what %.3g %% of readings without one reach",
+                                    estimate.evidence, 100 * model.false_alarm_rate));
+    return;
+  }
+  estimate.size_mm = value(kSize, model.size_mm, "a size in mm");
+  estimate.depth_mm = value(kDepth, model.depth_mm, "a depth in mm");
+  estimate.stiffness_ratio = value(kRatio, model.ratio, "a stiffness ratio");
+  for (size_t axis = 0; axis < 2; ++axis) {
+    const double half = kNormal90 * trust.place_stretch * found.place_sd_mm[axis];
+    (axis == 0 ? estimate.x_mm : estimate.y_mm) = {found.place_mm[axis], found.place_mm[axis] - half,
+                                                   found.place_mm[axis] + half};
+  }
+  if (found.misfit > trust.misfit || found.rest > trust.rest) {
+    outside = true;
+    estimate.reasons.push_back(
+        found.misfit > trust.misfit
+            ? text("no lump that the model knows makes this pressure (misfit %.3g, %.3g allowed)",
+                   found.misfit, trust.misfit)
+            : text("the pressure has detail that no lump makes (%.3g of the noise, %.3g allowed)", found.rest,
+                   trust.rest));
+  }
+  if (std::hypot(found.place_mm[0], found.place_mm[1]) > 1.5 * model.offset_mm + 2) {
+    outside = true;
+    estimate.reasons.push_back(
+        text("the lump's centre lies %.3g mm from the block's middle, the model knows %.3g mm to each side",
+             std::hypot(found.place_mm[0], found.place_mm[1]), model.offset_mm));
+  }
+  estimate.verdict = outside ? LumpVerdict::OutsideTraining : LumpVerdict::Found;
+  open_wide_ratio(estimate);
+  const LumpValue& ratio = estimate.stiffness_ratio;
+  if (estimate.verdict != LumpVerdict::StiffnessOpen && ratio.high >= model.ratio[1] * 0.999)
+    estimate.reasons.push_back(text(
+        "the stiffness ratio is %.3g or more: beyond %.3g the model does not tell", ratio.low, ratio.high));
+}
+
+}  // namespace palpate

@@ -1,0 +1,368 @@
+#include "engine/lump/network/view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "palpate/error.h"
+#include "engine/numeric/map_sampling.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kRim_mm = 1.25;      // nearer to the rim a grid's own error is larger than a lump's trace
+constexpr double kUnseenShare = 0.1;  // of a load's values: more, and the load is left out
+constexpr size_t kFewestNodes = 100;
+constexpr double kBeyond = 0.03;      // of a range: as far outside of training as is still taken
+constexpr double kFind_mm = 2.5;      // Gaussian that looks for bumps
+constexpr double kLeastNoise = 3e-4;  // of the peak: no sensor is better
+
+std::string text(double value, const char* unit) {
+  char buffer[48];
+  std::snprintf(buffer, sizeof buffer, "%.3g%s%s", value, *unit ? " " : "", unit);
+  return buffer;
+}
+
+bool outside(double value, const std::array<double, 2>& range) {
+  return !(value >= range[0] * (1 - kBeyond) && value <= range[1] * (1 + kBeyond));
+}
+
+void check(const LumpReading& reading) {
+  const auto refuse = [](const std::string& wanted, const std::string& found) {
+    throw Error(Failure::Usage, wanted, found, "a reading whose maps, forces and sizes fit each other");
+  };
+  if (reading.pressure_Pa.empty() || reading.pressure_Pa.size() > 32 ||
+      reading.pressure_Pa.size() != reading.force_N.size())
+    refuse("1 to 32 pressure maps and a force for each",
+           std::to_string(reading.pressure_Pa.size()) + " maps and " +
+               std::to_string(reading.force_N.size()) + " forces");
+  const ForwardMap& first = reading.pressure_Pa.front();
+  for (const ForwardMap& map : reading.pressure_Pa)
+    if (map.width != first.width || map.height != first.height || map.pitch_mm != first.pitch_mm ||
+        map.values.size() != size_t{map.width} * map.height || map.width < 4 || map.height < 4)
+      refuse("maps of the same nodes, 4 x 4 or more",
+             std::to_string(map.width) + " x " + std::to_string(map.height));
+  for (const double pitch : first.pitch_mm)
+    if (!(pitch > 0.01 && pitch < 100)) refuse("nodes 0.01 to 100 mm apart", text(pitch, "mm"));
+  for (const double force : reading.force_N)
+    if (!(force > 0 && force < 1e6)) refuse("forces above 0 N", text(force, "N"));
+  for (size_t k = 1; k < reading.force_N.size(); ++k)
+    if (!(reading.force_N[k] > reading.force_N[k - 1]))
+      refuse("forces that rise from map to map",
+             text(reading.force_N[k - 1], "N") + ", " + text(reading.force_N[k], "N"));
+  if (!(reading.young_Pa > 0 && reading.young_Pa < 1e12))
+    refuse("a tissue's modulus above 0 Pa", text(reading.young_Pa, "Pa"));
+  if (!(reading.noise_Pa >= 0 && std::isfinite(reading.noise_Pa)))
+    refuse("a noise of 0 Pa or more", text(reading.noise_Pa, "Pa"));
+}
+
+double unseen_share(const ForwardMap& map) {
+  size_t unseen = 0;
+  for (const float value : map.values) unseen += !std::isfinite(value);
+  return static_cast<double>(unseen) / static_cast<double>(map.values.size());
+}
+
+}  // namespace
+
+std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpReading& reading,
+                                          LumpEstimate& estimate) {
+  check(reading);
+  const auto end = [&](LumpVerdict verdict, const std::string& why) {
+    estimate.verdict = verdict;
+    estimate.reasons.push_back(why);
+    return std::nullopt;
+  };
+  for (size_t axis = 0; axis < 2; ++axis)
+    if (outside(reading.block_mm[axis], {model.block_mm[axis], model.block_mm[axis]}))
+      return end(LumpVerdict::OutsideTraining, "the block is " + text(reading.block_mm[axis], "mm") +
+                                                   " wide; the model knows " +
+                                                   text(model.block_mm[axis], "mm"));
+  if (outside(reading.block_mm[2], model.thickness_mm))
+    return end(LumpVerdict::OutsideTraining,
+               "the tissue is " + text(reading.block_mm[2], "mm") + " thick; the model knows " +
+                   text(model.thickness_mm[0], "to ") + text(model.thickness_mm[1], "mm"));
+
+  PressedNodes nodes;
+  nodes.thickness_mm = reading.block_mm[2];
+  // A window's edge that lies off the block is unseen at all loads; what only some loads miss is saturated.
+  double always = 1;
+  for (const ForwardMap& map : reading.pressure_Pa) always = std::min(always, unseen_share(map));
+  std::vector<size_t> used;
+  for (size_t k = 0; k < reading.pressure_Pa.size(); ++k) {
+    const double load =
+        reading.force_N[k] / (reading.block_mm[0] * reading.block_mm[1] * 1e-6 * reading.young_Pa);
+    const std::string name = "the load of " + text(reading.force_N[k], "N");
+    if (unseen_share(reading.pressure_Pa[k]) > always + kUnseenShare)
+      nodes.reasons.push_back(
+          name + " is left out: " +
+          text(100 * (unseen_share(reading.pressure_Pa[k]) - always), "% of its values are saturated"));
+    else if (outside(load, model.load))
+      nodes.reasons.push_back(name +
+                              " is left out: " + text(load, "of the tissue's modulus; the model knows ") +
+                              text(model.load[0], "to ") + text(model.load[1], ""));
+    else {
+      used.push_back(k);
+      nodes.loads.push_back(load);
+    }
+  }
+  estimate.reasons.insert(estimate.reasons.end(), nodes.reasons.begin(), nodes.reasons.end());
+  if (used.empty()) {
+    bool saturated = false;
+    for (const ForwardMap& map : reading.pressure_Pa) saturated |= unseen_share(map) > always + kUnseenShare;
+    return end(saturated ? LumpVerdict::Unusable : LumpVerdict::OutsideTraining, "no load is left");
+  }
+
+  std::vector<ForwardMap> maps;
+  double noise_Pa = reading.noise_Pa;
+  const double pitch = reading.pressure_Pa.front().pitch_mm[0];
+  const bool fits = std::abs(pitch / model.node_pitch_mm - 1) < 0.02 &&
+                    std::abs(reading.pressure_Pa.front().pitch_mm[1] / model.node_pitch_mm - 1) < 0.02;
+  for (const size_t k : used) {
+    const ForwardMap& map = reading.pressure_Pa[k];
+    maps.push_back(fits ? map
+                        : node_means(map, {0, 0}, {map.width * map.pitch_mm[0], map.height * map.pitch_mm[1]},
+                                     model.node_pitch_mm));
+  }
+  if (!fits) {
+    if (pitch > 2 * model.node_pitch_mm)
+      return end(LumpVerdict::Unusable, "nodes are " + text(pitch, "mm") + " apart; at most " +
+                                            text(2 * model.node_pitch_mm, "mm") + " serve");
+    noise_Pa *= std::min(1.0, pitch / model.node_pitch_mm);
+  }
+
+  double peak = 0;
+  const ForwardMap& first = maps.front();
+  std::vector<size_t> seen;
+  for (uint32_t j = 0; j < first.height; ++j)
+    for (uint32_t i = 0; i < first.width; ++i) {
+      const double x = reading.window_mm[0] + (i - (first.width - 1) / 2.0) * first.pitch_mm[0];
+      const double y = reading.window_mm[1] + (j - (first.height - 1) / 2.0) * first.pitch_mm[1];
+      if (std::abs(x) > reading.block_mm[0] / 2 - kRim_mm + 1e-6 ||
+          std::abs(y) > reading.block_mm[1] / 2 - kRim_mm + 1e-6)
+        continue;
+      const size_t n = size_t{j} * first.width + i;
+      if (!std::all_of(maps.begin(), maps.end(),
+                       [n](const ForwardMap& map) { return std::isfinite(map.values[n]); }))
+        continue;
+      seen.push_back(n);
+      nodes.x_mm.push_back(x);
+      nodes.y_mm.push_back(y);
+      peak = std::max(peak, static_cast<double>(maps.back().values[n]));
+    }
+  if (seen.size() < kFewestNodes)
+    return end(LumpVerdict::Unusable, std::to_string(seen.size()) + " nodes were seen; " +
+                                          std::to_string(kFewestNodes) + " are needed");
+  if (!(peak > 0)) return end(LumpVerdict::Unusable, "no pressure at the highest load");
+
+  const auto rows = static_cast<Eigen::Index>(seen.size()), cols = static_cast<Eigen::Index>(used.size());
+  nodes.total.resize(rows, cols);
+  nodes.rest.resize(rows, cols);
+  for (Eigen::Index k = 0; k < cols; ++k) {
+    const Eigen::VectorXf quarter =
+        model.base.quarter(nodes.thickness_mm, nodes.loads[static_cast<size_t>(k)]);
+    for (Eigen::Index n = 0; n < rows; ++n) {
+      const auto i = static_cast<size_t>(n);
+      nodes.total(n, k) =
+          static_cast<double>(maps[static_cast<size_t>(k)].values[seen[i]]) / reading.young_Pa;
+      nodes.rest(n, k) = nodes.total(n, k) - model.base.at(quarter, nodes.x_mm[i], nodes.y_mm[i]);
+    }
+  }
+  nodes.noise_share = std::max(noise_Pa / peak, kLeastNoise);
+  nodes.noise = nodes.noise_share * peak / reading.young_Pa;
+  return nodes;
+}
+
+std::array<double, 2> find_bump(const LumpModel& model, const PressedNodes& nodes) {
+  const double pitch = model.node_pitch_mm, reach = model.offset_mm + 2;
+  const auto half = static_cast<int>(std::ceil((std::max(model.block_mm[0], model.block_mm[1]) / 2) / pitch));
+  const int side = 2 * half + 1;
+  std::vector<double> sum(static_cast<size_t>(side) * static_cast<size_t>(side)), weight(sum.size());
+  const auto at = [&](int i, int j) {
+    return static_cast<size_t>(j) * static_cast<size_t>(side) + static_cast<size_t>(i);
+  };
+  for (size_t n = 0; n < nodes.x_mm.size(); ++n) {
+    const int i = static_cast<int>(std::lround(nodes.x_mm[n] / pitch)) + half,
+              j = static_cast<int>(std::lround(nodes.y_mm[n] / pitch)) + half;
+    if (i < 0 || j < 0 || i >= side || j >= side) continue;
+    double value = 0;
+    for (size_t k = 0; k < nodes.loads.size(); ++k)
+      value += nodes.loads[k] * nodes.rest(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(k));
+    sum[at(i, j)] += value;
+    weight[at(i, j)] += 1;
+  }
+  const int taps = static_cast<int>(std::ceil(2.5 * kFind_mm / pitch));
+  std::vector<double> gauss(static_cast<size_t>(taps) + 1);
+  for (int t = 0; t <= taps; ++t)
+    gauss[static_cast<size_t>(t)] = std::exp(-0.5 * std::pow(t * pitch / kFind_mm, 2));
+  const auto smooth = [&](std::vector<double>& values, bool along_x) {
+    std::vector<double> out(values.size());
+    for (int j = 0; j < side; ++j)
+      for (int i = 0; i < side; ++i) {
+        double s = 0;
+        for (int t = -taps; t <= taps; ++t) {
+          const int a = along_x ? i + t : i, b = along_x ? j : j + t;
+          if (a >= 0 && b >= 0 && a < side && b < side)
+            s += gauss[static_cast<size_t>(std::abs(t))] * values[at(a, b)];
+        }
+        out[at(i, j)] = s;
+      }
+    values.swap(out);
+  };
+  for (std::vector<double>* values : {&sum, &weight}) {
+    smooth(*values, true);
+    smooth(*values, false);
+  }
+  const double least_weight = 0.4 * *std::max_element(weight.begin(), weight.end());
+  double highest = -std::numeric_limits<double>::infinity();
+  std::array<double, 2> place{};
+  for (int pass = 0; pass < 2; ++pass) {
+    double mass = 0;
+    std::array<double, 2> moment{};
+    const std::array<double, 2> peak = place;
+    for (int j = 0; j < side; ++j)
+      for (int i = 0; i < side; ++i) {
+        const double x = (i - half) * pitch, y = (j - half) * pitch;
+        if (weight[at(i, j)] < least_weight || (pass == 0 && (std::abs(x) > reach || std::abs(y) > reach)))
+          continue;
+        const double value = sum[at(i, j)] / weight[at(i, j)];
+        if (pass == 0) {
+          if (value > highest) {
+            highest = value;
+            place = {x, y};
+          }
+        } else if (value > 0.6 * highest && std::hypot(x - peak[0], y - peak[1]) < 11) {
+          // Long and flat bumps have no sharp top: the middle of their upper part.
+          const double w = value - 0.6 * highest;
+          mass += w;
+          moment[0] += w * x;
+          moment[1] += w * y;
+        }
+      }
+    if (pass == 1 && mass > 0)
+      place = {std::clamp(moment[0] / mass, -reach, reach), std::clamp(moment[1] / mass, -reach, reach)};
+  }
+  return place;
+}
+
+double no_lump_misfit(const PressedNodes& nodes) {
+  double sum = 0;
+  for (Eigen::Index k = 0; k < nodes.rest.cols(); ++k) {
+    // The gauge's error scales what the block alone shows.
+    const Eigen::VectorXd plain = nodes.total.col(k) - nodes.rest.col(k);
+    const double scale = plain.dot(nodes.rest.col(k)) / plain.squaredNorm();
+    sum += (nodes.rest.col(k) - scale * plain).squaredNorm();
+  }
+  return sum / (nodes.noise * nodes.noise * static_cast<double>(nodes.rest.size()));
+}
+
+PatchView::PatchView(const LumpModel& model, const PressedNodes& nodes, std::array<double, 2> place_mm,
+                     bool swap)
+    : center_mm(place_mm),
+      swapped(swap),
+      sign_x_(place_mm[0] < 0 ? -1 : 1),
+      sign_y_(place_mm[1] < 0 ? -1 : 1) {
+  setting.thickness_mm = nodes.thickness_mm;
+  setting.cell_mm = model.cell_mm;
+  setting.x_mm = std::min(std::abs(place_mm[swap ? 1 : 0]), model.offset_mm);
+  setting.y_mm = std::min(std::abs(place_mm[swap ? 0 : 1]), model.offset_mm);
+}
+
+std::array<double, 2> PatchView::to_patch(double x_mm, double y_mm) const {
+  const double u = sign_x_ * (x_mm - center_mm[0]), v = sign_y_ * (y_mm - center_mm[1]);
+  return swapped ? std::array{v, u} : std::array{u, v};
+}
+
+std::array<double, 2> PatchView::to_block(double u_mm, double v_mm) const {
+  if (swapped) std::swap(u_mm, v_mm);
+  return {sign_x_ * u_mm, sign_y_ * v_mm};
+}
+
+PatchSums sum_patch(const LumpPatch& patch, const PressedNodes& nodes, const PatchView& view) {
+  const double reach = patch.reach_mm() + 1e-6;
+  std::vector<Eigen::Index> inside;
+  Eigen::MatrixXf fields(patch.count(), static_cast<Eigen::Index>(nodes.x_mm.size()));
+  for (size_t n = 0; n < nodes.x_mm.size(); ++n) {
+    const auto [u, v] = view.to_patch(nodes.x_mm[n], nodes.y_mm[n]);
+    if (std::abs(u) > reach || std::abs(v) > reach) continue;
+    patch.at(u, v, fields.col(static_cast<Eigen::Index>(inside.size())).data());
+    inside.push_back(static_cast<Eigen::Index>(n));
+  }
+  PatchSums sums;
+  sums.nodes = static_cast<Eigen::Index>(inside.size());
+  const Eigen::MatrixXd rest = nodes.rest(inside, Eigen::all), total = nodes.total(inside, Eigen::all);
+  const auto used = fields.leftCols(sums.nodes);
+  Eigen::MatrixXf gram = Eigen::MatrixXf::Zero(patch.count(), patch.count());
+  gram.selfadjointView<Eigen::Lower>().rankUpdate(used);
+  const Eigen::MatrixXf whole = gram.selfadjointView<Eigen::Lower>();
+  sums.gram = whole.cast<double>();
+  sums.right = (used * rest.cast<float>()).cast<double>();
+  sums.total = (used * total.cast<float>()).cast<double>();
+  sums.rest_squares = rest.squaredNorm();
+  return sums;
+}
+
+PatchWhitener::PatchWhitener(const LumpModel& model, const PressedNodes& nodes, const PatchSums& sums,
+                             double gauge_share) {
+  const Eigen::Index count = sums.gram.rows(), loads = sums.right.cols();
+  // Fields that the window cuts off are hardly seen; a trace of weight keeps the factors finite.
+  Eigen::MatrixXd gram = sums.gram;
+  gram.diagonal().array() += 1e-4 * gram.diagonal().maxCoeff();
+  const Eigen::LLT<Eigen::MatrixXd> llt(gram);
+  lower_ = llt.matrixL();
+  const Eigen::MatrixXd seen = lower_.triangularView<Eigen::Lower>().solve(sums.right);
+
+  // The network's error grows with the bump and is much alike at all loads: modes over loads are independent.
+  Eigen::VectorXd size(loads);
+  for (Eigen::Index k = 0; k < loads; ++k)
+    size(k) = std::sqrt(
+        std::max(0.0, seen.col(k).squaredNorm() - static_cast<double>(count) * nodes.noise * nodes.noise));
+  Eigen::MatrixXd together = (size * size.transpose()) * model.load_correlation;
+  together.diagonal() = size.array().square();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(together);
+  modes_ = eigen.eigenvectors();
+  // size is measured in the sums' weights: per unit of the patch's own.
+  const double per_area = static_cast<double>(count) / std::max(1e-12, sums.gram.trace());
+  const Eigen::MatrixXd error = lower_.transpose() * model.discrepancy * lower_ * per_area;
+  for (Eigen::Index m = 0; m < loads; ++m) {
+    Eigen::MatrixXd covariance = std::max(0.0, eigen.eigenvalues()(m)) * error;
+    covariance.diagonal().array() += nodes.noise * nodes.noise;
+    const Eigen::LLT<Eigen::MatrixXd> root(covariance);
+    inverse_.push_back(root.matrixL().solve(Eigen::MatrixXd::Identity(count, count)));
+  }
+  const Eigen::MatrixXd whole = lower_.triangularView<Eigen::Lower>().solve(sums.total);
+  Eigen::MatrixXd gauge(count * loads, loads + 1);
+  for (Eigen::Index k = 0; k < loads; ++k) {
+    Eigen::MatrixXd one = Eigen::MatrixXd::Zero(count, loads);
+    one.col(k) = gauge_share * whole.col(k);
+    gauge.col(k) = spread(one);
+  }
+  // The tissue's modulus is as uncertain, the same at all loads.
+  gauge.col(loads) = spread(kModulusShare * whole);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(gauge, Eigen::ComputeThinU);
+  const Eigen::VectorXd kept = (1 + svd.singularValues().array().square()).rsqrt();
+  gauge_ = svd.matrixU();
+  gauge_kept_ = 1 - kept.array();
+  reading_ = spread(seen);
+  reading_ -= gauge_ * (gauge_kept_.asDiagonal() * (gauge_.transpose() * reading_)).eval();
+  const double freedom = static_cast<double>((sums.nodes - count) * loads);
+  rest_ = freedom > 0
+              ? std::max(0.0, sums.rest_squares - seen.squaredNorm()) / (nodes.noise * nodes.noise * freedom)
+              : 1;
+}
+
+Eigen::VectorXd PatchWhitener::spread(const Eigen::MatrixXd& lower_factors) const {
+  const Eigen::MatrixXd mixed = lower_factors * modes_;
+  Eigen::VectorXd out(mixed.size());
+  for (Eigen::Index m = 0; m < mixed.cols(); ++m)
+    out.segment(m * mixed.rows(), mixed.rows()).noalias() =
+        inverse_[static_cast<size_t>(m)].triangularView<Eigen::Lower>() * mixed.col(m);
+  return out;
+}
+
+Eigen::VectorXd PatchWhitener::of_factors(const Eigen::MatrixXd& factors) const {
+  Eigen::VectorXd out = spread(lower_.transpose() * factors);
+  out -= gauge_ * (gauge_kept_.asDiagonal() * (gauge_.transpose() * out)).eval();
+  return out;
+}
+
+}  // namespace palpate

@@ -1,0 +1,113 @@
+#include "engine/lump/observation/saturated_loads.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace palpate {
+namespace {
+
+double unseen_share(const ForwardMap& map) {
+  const auto unseen =
+      std::count_if(map.values.begin(), map.values.end(), [](float value) { return !std::isfinite(value); });
+  return map.values.empty() ? 0 : static_cast<double>(unseen) / static_cast<double>(map.values.size());
+}
+
+/// Unseen nodes from which a way over unseen nodes leads to the map's border.
+std::vector<bool> open_to_border(const ForwardMap& map) {
+  std::vector<bool> open(map.values.size());
+  std::vector<size_t> next;
+  const auto visit = [&](uint32_t i, uint32_t j) {
+    const size_t n = size_t{j} * map.width + i;
+    if (open[n] || std::isfinite(map.values[n])) return;
+    open[n] = true;
+    next.push_back(n);
+  };
+  for (uint32_t i = 0; i < map.width; ++i) {
+    visit(i, 0);
+    visit(i, map.height - 1);
+  }
+  for (uint32_t j = 0; j < map.height; ++j) {
+    visit(0, j);
+    visit(map.width - 1, j);
+  }
+  while (!next.empty()) {
+    const auto i = static_cast<uint32_t>(next.back() % map.width),
+               j = static_cast<uint32_t>(next.back() / map.width);
+    next.pop_back();
+    if (i > 0) visit(i - 1, j);
+    if (j > 0) visit(i, j - 1);
+    if (i + 1 < map.width) visit(i + 1, j);
+    if (j + 1 < map.height) visit(i, j + 1);
+  }
+  return open;
+}
+
+std::string load_text(const char* format, double force_N, double share) {
+  char line[160];
+  std::snprintf(line, sizeof line, format, force_N,
+                100 * share);  // NOLINT(clang-diagnostic-format-nonliteral)
+  return line;
+}
+
+}  // namespace
+
+std::vector<double> saturated_shares(const LumpReading& reading) {
+  std::vector<double> shares;
+  for (const ForwardMap& map : reading.pressure_Pa) shares.push_back(unseen_share(map));
+  if (shares.empty()) return shares;
+  const double saturated = std::clamp(reading.saturated_share, 0.0, 1.0);
+  // The highest load's unseen nodes are saturated ones and those that no load sees.
+  double never = saturated < 1 ? (shares.back() - saturated) / (1 - saturated) : 0;
+  never = std::clamp(never, 0.0, *std::min_element(shares.begin(), shares.end()));
+  for (double& share : shares) share = never < 1 ? (share - never) / (1 - never) : 0;
+  return shares;
+}
+
+double saturated_share(const std::vector<ForwardMap>& pressure_Pa) {
+  if (pressure_Pa.empty() || pressure_Pa.back().values.empty()) return 0;
+  const ForwardMap &first = pressure_Pa.front(), &last = pressure_Pa.back();
+  const std::vector<bool> open = open_to_border(last);
+  const bool same = first.values.size() == last.values.size();
+  size_t saturated = 0, seen = 0;
+  for (size_t n = 0; n < last.values.size(); ++n) {
+    if (std::isfinite(last.values[n]))
+      ++seen;
+    else if (!open[n] || (same && std::isfinite(first.values[n])))
+      ++saturated;
+  }
+  return static_cast<double>(saturated) / static_cast<double>(std::max<size_t>(1, seen + saturated));
+}
+
+std::optional<LumpReading> without_saturated_loads(const LumpReading& reading, LumpEstimate& estimate) {
+  if (reading.pressure_Pa.size() != reading.force_N.size() || reading.pressure_Pa.empty()) return reading;
+  const std::vector<double> shares = saturated_shares(reading);
+  LumpReading seen = reading;
+  seen.pressure_Pa.clear();
+  seen.force_N.clear();
+  for (size_t k = 0; k < shares.size(); ++k) {
+    const double force_N = reading.force_N[k];
+    if (shares[k] > kMostSaturation) {
+      estimate.reasons.push_back(
+          load_text("the load of %.3g N is left out: the sensor is saturated in %.2g %% of the window, where "
+                    "the pressure is "
+                    "highest",
+                    force_N, shares[k]));
+      continue;
+    }
+    if (shares[k] >= kToldSaturation)
+      estimate.reasons.push_back(
+          load_text("at %.3g N the sensor is saturated in %.2g %% of the window", force_N, shares[k]));
+    seen.pressure_Pa.push_back(reading.pressure_Pa[k]);
+    seen.force_N.push_back(force_N);
+  }
+  if (seen.force_N.empty()) {
+    estimate.verdict = LumpVerdict::Saturated;
+    estimate.reasons.emplace_back("no load is left: a larger full scale (less light), or press less");
+    return std::nullopt;
+  }
+  seen.saturated_share = seen.force_N.back() == reading.force_N.back() ? reading.saturated_share : 0;
+  return seen;
+}
+
+}  // namespace palpate

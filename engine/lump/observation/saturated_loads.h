@@ -1,0 +1,28 @@
+// What a sensor's limit hides of a reading: the highest pressures, and so the top of a bump.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "engine/lump/observation/observation.h"
+
+namespace palpate {
+
+/// From here on a load's saturated nodes are told: a share of the window's.
+inline constexpr double kToldSaturation = 0.01;
+/// From here on a load is left out: the top that it hides is what tells size, depth and ratio apart.
+inline constexpr double kMostSaturation = 0.03;
+
+/// Of each load, the share of the window's nodes that the sensor's limit hides. What no load sees, and the
+/// highest one does not count as saturated, is no part of the window.
+std::vector<double> saturated_shares(const LumpReading& reading);
+
+/// Of the last one of maps whose sensor is not known: unseen nodes that an earlier map has seen, and holes
+/// with seen nodes all around. Share of what is not unseen for another reason.
+double saturated_share(const std::vector<ForwardMap>& pressure_Pa);
+
+/// The reading without the loads whose top is hidden. `estimate` gets a reason for each of them and for those
+/// that stay with kToldSaturation and more. None where no load is left: verdict Saturated.
+std::optional<LumpReading> without_saturated_loads(const LumpReading& reading, LumpEstimate& estimate);
+
+}  // namespace palpate

@@ -1,0 +1,404 @@
+#include "engine/lump/observation/scan_stitch.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "palpate/error.h"
+#include "engine/numeric/map_sampling.h"
+#include "engine/base/statistics.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kReach = 1.1;          // farther beyond a press's highest force nothing is told
+constexpr double kWorstMisfit = 4;      // of a press that saw the same as the others
+constexpr double kWholeBlock = 0.99;    // of its places seen, all but the rim
+constexpr double kLeastFeather = 0.05;  // of the weight on a window's very edge
+
+std::string text(const char* format, double a, double b = 0) {
+  char line[120];
+  std::snprintf(line, sizeof line, format, a, b);
+  return line;
+}
+
+void refuse(const std::string& name, const std::string& wanted, const std::string& found) {
+  throw Error(Failure::Input, wanted + " in press '" + name + "'", found,
+              "the press again, or leaving it out");
+}
+
+void check(const std::vector<ScanPress>& presses) {
+  if (presses.empty()) throw Error(Failure::Input, "presses to stitch", "none", "one or more");
+  const LumpReading& first = presses[0].reading;
+  for (const ScanPress& p : presses) {
+    const LumpReading& r = p.reading;
+    if (r.block_mm != first.block_mm || r.young_Pa != first.young_Pa)
+      refuse(p.name, "the block of the first press", "another block");
+    if (r.pressure_Pa.empty() || r.pressure_Pa.size() != r.force_N.size())
+      refuse(p.name, "a map for each force",
+             std::to_string(r.pressure_Pa.size()) + " maps, " + std::to_string(r.force_N.size()) + " forces");
+    if (r.force_N.size() != first.force_N.size())
+      refuse(p.name, std::to_string(first.force_N.size()) + " loads, as in the first press",
+             std::to_string(r.force_N.size()));
+    for (size_t k = 0; k < r.force_N.size(); ++k)
+      if (!(r.force_N[k] > (k > 0 ? r.force_N[k - 1] : 0)))
+        refuse(p.name, "forces that rise", text("%g N", r.force_N[k]));
+    for (const ForwardMap& map : r.pressure_Pa)
+      if (map.width < 4 || map.height < 4 || map.values.size() != size_t{map.width} * map.height ||
+          !(map.pitch_mm[0] > 0) || !(map.pitch_mm[1] > 0) || map.width != r.pressure_Pa[0].width ||
+          map.height != r.pressure_Pa[0].height)
+        refuse(p.name, "maps of one size of at least 4 x 4 nodes",
+               std::to_string(map.width) + " x " + std::to_string(map.height));
+    if (!(r.noise_Pa >= 0)) refuse(p.name, "a noise of 0 or more", text("%g Pa", r.noise_Pa));
+  }
+}
+
+/// The maps at other forces: pressure over force is nearly straight in force.
+std::vector<ForwardMap> at_forces(const LumpReading& r, const std::vector<double>& forces_N) {
+  std::vector<ForwardMap> maps;
+  for (const double force_N : forces_N) {
+    ForwardMap map = r.pressure_Pa[0];
+    size_t k = 0;
+    while (k + 2 < r.force_N.size() && r.force_N[k + 1] < force_N) ++k;
+    const bool one = r.force_N.size() == 1;
+    const double low = r.force_N[k], high = one ? low : r.force_N[k + 1];
+    const double t = one ? 0 : (force_N - low) / (high - low);
+    const ForwardMap &a = r.pressure_Pa[k], &b = r.pressure_Pa[one ? k : k + 1];
+    for (size_t i = 0; i < map.values.size(); ++i)
+      map.values[i] = static_cast<float>(force_N * ((1 - t) * static_cast<double>(a.values[i]) / low +
+                                                    t * static_cast<double>(b.values[i]) / high));
+    maps.push_back(std::move(map));
+  }
+  return maps;
+}
+
+/// A press while it is put into its place.
+struct Placed {
+  std::vector<ForwardMap> maps;  // at the common forces
+  std::array<double, 2> stage_mm;
+  double noise_Pa;
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  // shift x, y, ln gain
+  double misfit = 0;
+  bool used = false;
+
+  /// At a place of the block; NaN off the window and where nothing was seen.
+  double at(size_t load, double x_mm, double y_mm) const {
+    const ForwardMap& map = maps[load];
+    const double x = x_mm - stage_mm[0] - place(0), y = y_mm - stage_mm[1] - place(1);
+    if (edge_mm(x_mm, y_mm) < -1e-9) return kNaN;
+    return map_at(map, x, y) * std::exp(-place(2));
+  }
+  /// How far inside the window; < 0: outside.
+  double edge_mm(double x_mm, double y_mm) const {
+    const ForwardMap& map = maps[0];
+    const double x = x_mm - stage_mm[0] - place(0), y = y_mm - stage_mm[1] - place(1);
+    return std::min(map.pitch_mm[0] * (map.width - 1) / 2 - std::abs(x),
+                    map.pitch_mm[1] * (map.height - 1) / 2 - std::abs(y));
+  }
+  /// The same; beside places that were not seen, the mean of the seen corners of its cell where they are the
+  /// nearer half. Else a window that reaches over the block's rim would cost the rim.
+  double near(size_t load, double x_mm, double y_mm) const {
+    if (const double v = at(load, x_mm, y_mm); std::isfinite(v) || edge_mm(x_mm, y_mm) < -1e-9) return v;
+    const ForwardMap& map = maps[load];
+    const double i = (x_mm - stage_mm[0] - place(0)) / map.pitch_mm[0] + (map.width - 1) / 2.0,
+                 j = (y_mm - stage_mm[1] - place(1)) / map.pitch_mm[1] + (map.height - 1) / 2.0;
+    const uint32_t i0 = std::min(static_cast<uint32_t>(std::max(0.0, i)), map.width - 2),
+                   j0 = std::min(static_cast<uint32_t>(std::max(0.0, j)), map.height - 2);
+    double sum = 0, seen = 0;
+    for (const uint32_t b : {0u, 1u})
+      for (const uint32_t a : {0u, 1u}) {
+        const double v = static_cast<double>(map.at(i0 + a, j0 + b));
+        const double w = (a ? i - i0 : 1 - (i - i0)) * (b ? j - j0 : 1 - (j - j0));
+        if (!std::isfinite(v)) continue;
+        sum += w * v;
+        seen += w;
+      }
+    return seen >= 0.5 ? sum / seen * std::exp(-place(2)) : kNaN;
+  }
+  double weight() const { return 1 / (noise_Pa * noise_Pa); }
+};
+
+/// Nodes of the block.
+struct Grid {
+  uint32_t width, height;
+  double pitch_mm;
+  double x(uint32_t i) const { return (i - (width - 1) / 2.0) * pitch_mm; }
+  double y(uint32_t j) const { return (j - (height - 1) / 2.0) * pitch_mm; }
+};
+
+/// Refines places and scales; `covariance` of them in the end, by the presses' noise and the priors.
+class Registration {
+ public:
+  Registration(std::vector<Placed>& presses, const Grid& grid, const StitchOptions& options)
+      : presses_(presses), grid_(grid), options_(options) {}
+
+  void run() {
+    for (int round = 0; round < 12; ++round) {
+      assemble();
+      const Eigen::VectorXd step = normal_.ldlt().solve(right_);
+      if (!step.allFinite()) break;
+      double largest = 0;
+      for (size_t p = 0; p < presses_.size(); ++p) {
+        Eigen::Vector3d s = step.segment<3>(static_cast<Eigen::Index>(3 * p));
+        const double length = s.head<2>().norm();
+        if (length > grid_.pitch_mm) s *= grid_.pitch_mm / length;
+        presses_[p].place += s;
+        largest = std::max(largest, s.cwiseAbs().maxCoeff());
+      }
+      if (largest < 1e-4) break;
+    }
+    assemble();
+    covariance = normal_.inverse();
+  }
+  Eigen::MatrixXd covariance;
+
+ private:
+  void assemble() {
+    const auto unknowns = static_cast<Eigen::Index>(3 * presses_.size());
+    normal_ = Eigen::MatrixXd::Zero(unknowns, unknowns);
+    right_ = Eigen::VectorXd::Zero(unknowns);
+    std::vector<double> squares(presses_.size(), 0), counts(presses_.size(), 0);
+    for (uint32_t j = 0; j < grid_.height; ++j)
+      for (uint32_t i = 0; i < grid_.width; ++i) add_node(grid_.x(i), grid_.y(j), squares, counts);
+    for (size_t p = 0; p < presses_.size(); ++p) {
+      Placed& press = presses_[p];
+      press.misfit = counts[p] > 0 ? std::sqrt(squares[p] / counts[p]) : 0;
+      const auto at = static_cast<Eigen::Index>(3 * p);
+      for (Eigen::Index c = 0; c < 3; ++c) {
+        const double sd = c < 2 ? options_.stage_sd_mm : options_.gain_sd;
+        // Cauchy: what lies far off is believed to be wrong, not everything else by a little.
+        const double off = press.place(c) / (2 * sd), weight = 1 / (sd * sd * (1 + off * off));
+        normal_(at + c, at + c) += weight;
+        right_(at + c) -= weight * press.place(c);
+      }
+    }
+  }
+
+  /// The place's true value is taken out: presses are held against their weighted mean. How that changes is
+  /// taken from the mean as well: from a press's own noise it would favour scales that make all of it small.
+  void add_node(double x, double y, std::vector<double>& squares, std::vector<double>& counts) {
+    constexpr double kStep_mm = 0.1;
+    struct Seen {
+      size_t press;
+      double value, weight;
+    };
+    std::vector<Seen> seen;
+    for (size_t k = 0; k < presses_[0].maps.size(); ++k) {
+      seen.clear();
+      double weights = 0;
+      Eigen::Vector3d mean = Eigen::Vector3d::Zero();  // slopes along x and y, value
+      for (size_t p = 0; p < presses_.size(); ++p) {
+        const Placed& press = presses_[p];
+        // The outermost cells' interpolation has half its neighbours.
+        if (!press.used || press.edge_mm(x, y) < press.maps[0].pitch_mm[0]) continue;
+        const double v = press.at(k, x, y);
+        const double dx = (press.at(k, x + kStep_mm, y) - press.at(k, x - kStep_mm, y)) / (2 * kStep_mm);
+        const double dy = (press.at(k, x, y + kStep_mm) - press.at(k, x, y - kStep_mm)) / (2 * kStep_mm);
+        if (!std::isfinite(v + dx + dy)) continue;
+        seen.push_back({p, v, press.weight()});
+        mean += press.weight() * Eigen::Vector3d(dx, dy, v);
+        weights += press.weight();
+      }
+      if (seen.size() < 2) continue;
+      mean /= weights;
+      const Eigen::Matrix3d square = mean * mean.transpose();
+      for (const Seen& a : seen) {
+        const auto at = static_cast<Eigen::Index>(3 * a.press);
+        const double off = a.value - mean(2);
+        squares[a.press] += a.weight * off * off;
+        counts[a.press] += 1 - a.weight / weights;
+        right_.segment<3>(at) += a.weight * off * mean;
+        for (const Seen& b : seen) {
+          const auto to = static_cast<Eigen::Index>(3 * b.press);
+          const double share = (a.press == b.press ? a.weight : 0) - a.weight * b.weight / weights;
+          normal_.block<3, 3>(at, to) += share * square;
+        }
+      }
+    }
+  }
+
+  std::vector<Placed>& presses_;
+  const Grid& grid_;
+  const StitchOptions& options_;
+  Eigen::MatrixXd normal_;
+  Eigen::VectorXd right_;
+};
+
+ForwardMap empty_map(const Grid& grid, float value) {
+  return {grid.width,
+          grid.height,
+          {grid.pitch_mm, grid.pitch_mm},
+          std::vector<float>(size_t{grid.width} * grid.height, value)};
+}
+
+/// What the blending tells besides the maps.
+struct Blend {
+  double variance = 0;                         // of a blended value by the presses' noise, summed
+  double between = 0, freedom = 0, noise = 0;  // squares between presses; their number; what noise makes
+  size_t seen = 0, inner = 0, inner_seen = 0;  // of places off the rim
+  size_t covered = 0, lost = 0;                // lost: covered by a window and not seen, off the rim
+};
+
+Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOptions& options,
+            ScanMap& out) {
+  Blend b;
+  const size_t loads = presses[0].maps.size();
+  const auto nothing = static_cast<float>(kNaN);
+  out.reading.pressure_Pa.assign(loads, empty_map(grid, nothing));
+  out.disagreement_Pa = empty_map(grid, nothing);
+  out.presses = empty_map(grid, 0);
+  // A place on the rim has no whole cell around it: what a sensor tells of it is of another place.
+  for (uint32_t j = 1; j + 1 < grid.height; ++j)
+    for (uint32_t i = 1; i + 1 < grid.width; ++i) {
+      const size_t node = size_t{j} * grid.width + i;
+      const double x = grid.x(i), y = grid.y(j);
+      bool inside = false;
+      for (size_t k = 0; k < loads; ++k) {
+        double sum = 0, weights = 0, variance = 0, plain = 0, squares = 0, noise = 0;
+        int count = 0;
+        for (const Placed& p : presses) {
+          if (!p.used) continue;
+          const double edge = p.edge_mm(x, y);
+          inside = inside || edge >= 0;
+          const double v = p.near(k, x, y);
+          if (!std::isfinite(v)) continue;
+          const double w = p.weight() * std::clamp(edge / options.feather_mm, kLeastFeather, 1.0);
+          sum += w * v;
+          weights += w;
+          variance += w * w / p.weight();
+          plain += v;
+          squares += v * v;
+          noise += 1 / p.weight();
+          ++count;
+        }
+        if (count == 0) continue;
+        out.reading.pressure_Pa[k].values[node] = static_cast<float>(sum / weights);
+        if (k + 1 < loads) continue;
+        ++b.seen;
+        b.variance += variance / (weights * weights);
+        out.presses.values[node] = static_cast<float>(count);
+        if (count < 2) continue;
+        const double spread = std::max(0.0, squares - plain * plain / count);
+        b.between += spread;
+        b.freedom += count - 1;
+        b.noise += noise / count * (count - 1);
+        out.disagreement_Pa.values[node] = static_cast<float>(std::sqrt(spread / (count - 1)));
+      }
+      const bool seen = std::isfinite(out.reading.pressure_Pa.back().values[node]);
+      ++b.inner;
+      b.inner_seen += seen;
+      b.covered += inside;
+      b.lost += inside && !seen;
+    }
+  return b;
+}
+
+}  // namespace
+
+ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& options) {
+  check(presses);
+  ScanMap out;
+  const LumpReading& first = presses[0].reading;
+  out.reading.block_mm = first.block_mm;
+  out.reading.young_Pa = first.young_Pa;
+
+  std::vector<double> pitches, noises;
+  for (size_t k = 0; k < first.force_N.size(); ++k) {
+    std::vector<double> forces;
+    forces.reserve(presses.size());
+    for (const ScanPress& p : presses) forces.push_back(p.reading.force_N[k]);
+    out.reading.force_N.push_back(median(forces));
+  }
+  for (const ScanPress& p : presses) {
+    pitches.push_back(p.reading.pressure_Pa[0].pitch_mm[0]);
+    if (p.reading.noise_Pa > 0) noises.push_back(p.reading.noise_Pa);
+  }
+  const double pitch_mm = options.pitch_mm > 0 ? options.pitch_mm : median(pitches);
+  const Grid grid{2 * static_cast<uint32_t>(std::floor(first.block_mm[0] / (2 * pitch_mm) + 1e-9)) + 1,
+                  2 * static_cast<uint32_t>(std::floor(first.block_mm[1] / (2 * pitch_mm) + 1e-9)) + 1,
+                  pitch_mm};
+
+  std::vector<Placed> placed;
+  for (const ScanPress& p : presses) {
+    PressPlace place;
+    place.name = p.name;
+    place.stage_mm = p.reading.window_mm;
+    place.used = kReach * p.reading.force_N.back() >= out.reading.force_N.back();
+    if (!place.used)
+      place.reason =
+          text("it reached %.3g N, the scan %.3g N", p.reading.force_N.back(), out.reading.force_N.back());
+    Placed one{place.used ? at_forces(p.reading, out.reading.force_N) : p.reading.pressure_Pa,
+               p.reading.window_mm,
+               p.reading.noise_Pa > 0 ? p.reading.noise_Pa
+               : noises.empty()       ? 1
+                                      : median(noises)};
+    one.used = place.used;
+    placed.push_back(std::move(one));
+    out.places.push_back(std::move(place));
+  }
+
+  Registration registration(placed, grid, options);
+  registration.run();
+  // One that saw something else spoils the others' mean as well: the worst goes first.
+  for (size_t left_out = 0; left_out < presses.size() / 3; ++left_out) {
+    size_t worst = 0;
+    std::vector<double> misfits;
+    for (size_t p = 0; p < placed.size(); ++p) {
+      if (placed[p].used && placed[p].misfit > 0) misfits.push_back(placed[p].misfit);
+      if (placed[p].used && placed[p].misfit > placed[worst].misfit) worst = p;
+    }
+    if (misfits.size() < 3 || placed[worst].misfit < kWorstMisfit * std::max(1.0, median(misfits))) break;
+    placed[worst].used = false;
+    out.places[worst].used = false;
+    out.places[worst].reason = text(
+        "it is unlike what the others saw of the same places (%.1f times the noise)", placed[worst].misfit);
+    for (Placed& p : placed) p.place.setZero();
+    registration.run();
+  }
+
+  const Blend b = blend(placed, grid, options, out);
+  if (b.seen > 0) {
+    const double worse = b.noise > 0 ? std::max(1.0, std::sqrt(b.between / b.noise)) : 1;
+    out.reading.noise_Pa = worse * std::sqrt(b.variance / static_cast<double>(b.seen));
+    if (b.freedom > 0) out.between_presses_Pa = std::sqrt(b.between / b.freedom);
+  }
+  out.seen_share = static_cast<double>(b.inner_seen) / static_cast<double>(std::max<size_t>(1, b.inner));
+  const bool saturated = std::any_of(presses.begin(), presses.end(),
+                                     [](const ScanPress& p) { return p.reading.saturated_share > 0; });
+  if (saturated && b.covered > 0)
+    out.reading.saturated_share = static_cast<double>(b.lost) / static_cast<double>(b.covered);
+
+  for (size_t p = 0; p < placed.size(); ++p) {
+    PressPlace& place = out.places[p];
+    const auto at = static_cast<Eigen::Index>(3 * p);
+    if (!place.used) {
+      out.warnings.push_back("press '" + place.name + "' is left out: " + place.reason);
+      continue;
+    }
+    for (int c = 0; c < 2; ++c) {
+      place.shift_mm[static_cast<size_t>(c)] = placed[p].place(c);
+      place.shift_sd_mm[static_cast<size_t>(c)] = std::sqrt(registration.covariance(at + c, at + c));
+    }
+    place.gain = std::exp(placed[p].place(2));
+    place.gain_sd = place.gain * std::sqrt(registration.covariance(at + 2, at + 2));
+    place.misfit = placed[p].misfit;
+    const double shift = std::hypot(place.shift_mm[0], place.shift_mm[1]);
+    if (shift > 3 * options.stage_sd_mm)
+      out.warnings.push_back("press '" + place.name + "' lies " +
+                             text("%.2f mm from where it was said to be", shift));
+    if (std::abs(placed[p].place(2)) > 3 * options.gain_sd)
+      out.warnings.push_back("press '" + place.name + "' reads " +
+                             text("%+.1f %% beside the others", 100 * (place.gain - 1)));
+    if (presses[p].reading.saturated_share > 0)
+      out.warnings.push_back("press '" + place.name + "' was saturated in " +
+                             text("%.2g %% of its window", 100 * presses[p].reading.saturated_share));
+  }
+  if (out.seen_share < kWholeBlock)
+    out.warnings.push_back(text("%.3g %% of the block was not seen", 100 * (1 - out.seen_share)));
+  return out;
+}
+
+}  // namespace palpate

@@ -1,0 +1,59 @@
+// Several presses of one block, each seen through a window at another place of the plate, as one reading of
+// the block.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "engine/lump/observation/observation.h"
+
+namespace palpate {
+
+/// One press of a scan. `reading.window_mm` is where the stage says that the window's middle was; all presses
+/// tell the same block. Their forces may differ: pressure over force is interpolated to common ones.
+struct ScanPress {
+  std::string name;  ///< for people
+  LumpReading reading;
+};
+
+struct StitchOptions {
+  double stage_sd_mm = 0.2;  ///< of a stated position, along x and along y
+  double gain_sd = 0.02;     ///< of a press's scale: calibration and gauge
+  double feather_mm = 3;     ///< from a window's edge on, its weight grows over so much
+  double pitch_mm = 0;       ///< of the map; 0: the presses' (the median)
+};
+
+/// How a press was put into the map.
+struct PressPlace {
+  std::string name;
+  bool used = false;
+  std::string reason;                          ///< where it is not used
+  std::array<double, 2> stage_mm = {0, 0};     ///< as stated
+  std::array<double, 2> shift_mm = {0, 0};     ///< found by the overlaps, added to the stated place
+  std::array<double, 2> shift_sd_mm = {0, 0};  ///< as large as the stage's where nothing tells more
+  double gain = 1, gain_sd = 0;                ///< its pressure over the scan's
+  double misfit = 0;  ///< its rms distance from the others over what its noise makes; about 1. 0: no overlap
+};
+
+/// The block's map. Places that no press saw are NaN, and its rim.
+struct ScanMap {
+  /// Loads at the presses' common forces, window in the block's middle, as large as the block. `noise_Pa` is
+  /// that of a blended value, by the presses' own noise or by how far they disagree, whichever is larger.
+  LumpReading reading;
+  ForwardMap disagreement_Pa;      ///< at the highest load: standard deviation between presses; NaN below two
+  ForwardMap presses;              ///< how many saw each place at the highest load
+  double seen_share = 0;           ///< of the block's places, but its rim, which no sensor sees
+  double between_presses_Pa = 0;   ///< pooled standard deviation between presses, 0: no overlap
+  std::vector<PressPlace> places;  ///< in the presses' order
+  std::vector<std::string> warnings;
+};
+
+/// Positions and scales are refined by the overlaps, all at once, against what stage and calibration are good
+/// for (Gauss-Newton; one press far from its stated place does not drag the others). A press that ended far
+/// below the others' forces, or that is unlike what the others saw of the same places, is left out and says
+/// why. Throws Error(Failure::Input) on no presses, presses of different blocks, maps that do not match their
+/// forces, or forces that do not rise.
+ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& options = {});
+
+}  // namespace palpate

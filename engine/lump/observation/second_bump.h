@@ -1,0 +1,38 @@
+// Whether a block's pressure stands out at two places: an estimate is of one lump only.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "engine/lump/observation/observation.h"
+
+namespace palpate {
+
+struct LumpModel;
+struct PressedNodes;
+
+/// Two tops of what stands out of the block alone, with lower ground on every way from one to the other.
+struct SecondBump {
+  std::array<std::array<double, 2>, 2> place_mm{};  ///< from the block's middle, the higher one first
+  double distance_mm = 0;
+  double height = 0;  ///< of the lower top, over the higher one's
+  double fall = 0;    ///< from the lower top to the highest way between them, over the higher one's height
+  double noises = 0;  ///< the same fall over the noise of what is compared
+};
+
+/// The pair with the greatest fall, all loads together. Tops at the edge of what was seen do not count: there
+/// the rim's own error is. None where there is one top alone; noise makes small falls.
+std::optional<SecondBump> find_second_bump(const PressedNodes& nodes);
+
+/// Whether a fall is beyond what noise and single lumps make. Of 666 single lumps of all shapes one is told
+/// as two, at one load; two balls of 8 mm, 5 mm deep, are told from 10 mm apart on, noise of 5 % included.
+bool tells_two(const SecondBump& bump);
+
+/// Both of a reading, told by the model's block alone. None also where the reading cannot be used.
+std::optional<SecondBump> told_second_bump(const LumpModel& model, const LumpReading& reading);
+
+/// Says so in the estimate of a reading that has two bumps: verdict, places and reason. Others stay as they
+/// are.
+void tell_second_bump(const PressedNodes& nodes, LumpEstimate& estimate);
+
+}  // namespace palpate

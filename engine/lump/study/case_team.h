@@ -1,0 +1,57 @@
+// Threads of one process that press cases, one case each.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "engine/lump/dataset/sample.h"
+
+namespace palpate {
+
+class LumpCaseTeam {
+ public:
+  struct Done {
+    std::string packed;
+    double wall_s = 0;
+  };
+
+  /// `stop` is asked by all threads.
+  LumpCaseTeam(uint32_t threads, const LumpSweep& sweep, LumpPresser presser, std::function<bool()> stop);
+  /// Abandons what is not done.
+  ~LumpCaseTeam();
+  LumpCaseTeam(const LumpCaseTeam&) = delete;
+  LumpCaseTeam& operator=(const LumpCaseTeam&) = delete;
+
+  void give(uint32_t number);
+  /// Threads without a case.
+  uint32_t idle() const;
+  /// A case that is done; none where none is within `most_s`. Throws what a press threw, once
+  /// those that are done were taken.
+  std::optional<Done> take(double most_s);
+
+ private:
+  void serve();
+
+  LumpSweep sweep_;
+  LumpPresser presser_;
+  std::function<bool()> stop_;
+  std::atomic<bool> over_ = false;
+  mutable std::mutex guard_;
+  std::condition_variable wanted_, done_;
+  std::deque<uint32_t> numbers_;
+  std::deque<Done> results_;
+  std::exception_ptr failure_;
+  uint32_t busy_ = 0;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,249 @@
+#include "engine/lump/study/evaluation.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
+
+#include "engine/lump/dataset/sweep.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::array<double, 6> kRatioEdges = {1, 2, 5, 10, 20, 1e9};
+constexpr double kGoalSize_mm = 6, kGoalDepth_mm = 8;  // lumps that a person wants found
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return kNaN;
+  const auto place = static_cast<size_t>(std::floor(share * static_cast<double>(values.size() - 1) + 0.5));
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(place), values.end());
+  return values[place];
+}
+
+template <typename... Values>
+std::string line(const char* format, Values... values) {
+  char text[300];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+std::vector<std::array<double, 2>> roc_of(const std::vector<LumpJudged>& judged) {
+  std::vector<std::pair<double, bool>> order;  // evidence, of a lump
+  double lumps = 0, plain = 0;
+  for (const LumpJudged& j : judged) {
+    if (j.truth.lump && (j.truth.size_mm < kGoalSize_mm || j.truth.depth_mm > kGoalDepth_mm)) continue;
+    order.emplace_back(j.estimate.evidence, j.truth.lump);
+    (j.truth.lump ? lumps : plain) += 1;
+  }
+  std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<std::array<double, 2>> roc = {{0, 0}};
+  double found = 0, alarms = 0;
+  for (size_t i = 0; i < order.size(); ++i) {
+    (order[i].second ? found : alarms) += 1;
+    if (i + 1 == order.size() || order[i + 1].first != order[i].first)
+      roc.push_back({plain > 0 ? alarms / plain : 0, lumps > 0 ? found / lumps : 0});
+  }
+  return roc;
+}
+
+}  // namespace
+
+std::array<double, 3> truth_of(const LumpExample& e) {
+  return {e.size_mm, e.depth_mm, e.stiffness_ratio};
+}
+std::array<LumpValue, 3> values_of(const LumpEstimate& e) {
+  return {e.size_mm, e.depth_mm, e.stiffness_ratio};
+}
+
+size_t count_judged(size_t examples, const LumpEvaluationJob& job) {
+  return job.first < examples ? (examples - job.first - 1) / job.every + 1 : 0;
+}
+
+std::vector<LumpJudged> judge_lumps(const std::vector<LumpExample>& examples, const LumpEvaluationJob& job) {
+  std::vector<std::optional<LumpJudged>> found(count_judged(examples.size(), job));
+  std::atomic<size_t> next = 0, done = 0;
+  std::atomic<bool> stop = false;
+  const auto serve = [&] {
+    for (size_t n = next++; n < found.size() && !stop; n = next++) {
+      const size_t i = job.first + n * job.every;
+      const LumpExample& e = examples[i];
+      std::vector<ForwardMap> maps;
+      std::vector<double> forces;
+      const size_t all = e.force_N.size(), count = job.loads == 0 ? all : std::min<size_t>(job.loads, all);
+      for (size_t k = 0; k < count; ++k) {
+        const size_t load = all - 1 - (count - 1 - k) * all / count;
+        maps.push_back(e.pressure_Pa[load]);
+        forces.push_back(e.force_N[load]);
+      }
+      LumpReading reading =
+          sensor_reading(maps, forces, e.block_mm, e.young_Pa, job.sensor, job.seed * 1000003 + i);
+      reading.young_Pa *= 1 + job.modulus_error;
+      // A gauge's error must not turn the order of near loads.
+      for (size_t k = 1; k < count; ++k)
+        reading.force_N[k] = std::max(reading.force_N[k], 1.0001 * reading.force_N[k - 1]);
+      LumpJudged judged{i, e, job.estimator(reading), reading.saturated_share};
+      judged.truth.pressure_Pa.clear();
+      found[n] = std::move(judged);
+      if (job.progress && !job.progress(++done)) stop = true;
+    }
+  };
+  std::vector<std::jthread> team;
+  for (uint32_t t = 1; t < job.threads; ++t) team.emplace_back(serve);
+  serve();
+  team.clear();
+  std::vector<LumpJudged> judged;
+  for (std::optional<LumpJudged>& one : found)
+    if (one) judged.push_back(std::move(*one));
+  return judged;
+}
+
+LumpScore score_of(const std::vector<LumpJudged>& judged) {
+  LumpScore score;
+  std::array<std::vector<double>, 3> errors, determined;
+  std::array<size_t, 3> covered{};
+  std::vector<double> walls;
+  size_t shapes_right = 0, found = 0, goal_found = 0, plain_right = 0;
+  std::array<std::array<std::vector<double>, 3>, kRatioEdges.size() - 1> by_ratio;
+  for (const LumpJudged& j : judged) {
+    const LumpEstimate& e = j.estimate;
+    walls.push_back(1e3 * e.wall_s);
+    const bool seen = e.evidence >= 1;
+    if (!j.truth.lump) {
+      ++score.plain;
+      ++score.plain_verdicts[static_cast<size_t>(e.verdict)];
+      plain_right += !seen;
+      continue;
+    }
+    ++score.lumps;
+    ++score.verdicts[static_cast<size_t>(e.verdict)];
+    found += seen;
+    if (j.truth.size_mm >= kGoalSize_mm && j.truth.depth_mm <= kGoalDepth_mm) {
+      ++score.goal_lumps;
+      goal_found += seen;
+    }
+    if (!seen || e.verdict == LumpVerdict::Unusable || !std::isfinite(e.size_mm.value)) continue;
+    ++score.judged;
+    const auto truth = truth_of(j.truth);
+    const auto values = values_of(e);
+    size_t range = 0;
+    while (range + 2 < kRatioEdges.size() && truth[2] >= kRatioEdges[range + 1]) ++range;
+    for (size_t p = 0; p < 3; ++p) {
+      const double error = std::abs(values[p].value / truth[p] - 1);
+      covered[p] += truth[p] >= values[p].low && truth[p] <= values[p].high;
+      by_ratio[range][p].push_back(error);
+      if (p == 2 && (truth[2] < 2 || truth[2] > 20)) continue;
+      errors[p].push_back(error);
+      if (e.verdict == LumpVerdict::Found) determined[p].push_back(error);
+    }
+    ++score.shapes[static_cast<size_t>(j.truth.shape)][static_cast<size_t>(e.shape)];
+    shapes_right += j.truth.shape == e.shape;
+  }
+  const auto share = [](size_t part, size_t whole) {
+    return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : kNaN;
+  };
+  for (size_t p = 0; p < 3; ++p) {
+    score.median[p] = quantile(errors[p], 0.5);
+    score.ninetieth[p] = quantile(errors[p], 0.9);
+    score.determined_median[p] = quantile(determined[p], 0.5);
+    score.coverage[p] = share(covered[p], score.judged);
+  }
+  for (size_t r = 0; r < by_ratio.size(); ++r) {
+    LumpErrorRange range;
+    range.low = kRatioEdges[r];
+    range.high = kRatioEdges[r + 1];
+    range.count = by_ratio[r][0].size();
+    for (size_t p = 0; p < 3; ++p) range.median[p] = quantile(by_ratio[r][p], 0.5);
+    score.by_ratio.push_back(range);
+  }
+  score.shape_rate = share(shapes_right, score.judged);
+  score.sensitivity = share(found, score.lumps);
+  score.goal_sensitivity = share(goal_found, score.goal_lumps);
+  score.specificity = share(plain_right, score.plain);
+  score.roc = roc_of(judged);
+  score.wall_ms = quantile(walls, 0.5);
+  score.wall_p95_ms = quantile(walls, 0.95);
+  return score;
+}
+
+std::string score_text(const LumpScore& s) {
+  std::string text = line("%zu blocks with a lump, %zu without; %.2f ms each (95 %%: %.2f ms)\n\n", s.lumps,
+                          s.plain, s.wall_ms, s.wall_p95_ms);
+  text += "                       size     depth   stiffness ratio (of 2 to 20)\n";
+  const auto row = [&text](const char* name, const std::array<double, 3>& v) {
+    text += line("%-20s %5.1f %%   %5.1f %%   %5.1f %%\n", name, 100 * v[0], 100 * v[1], 100 * v[2]);
+  };
+  row("median error", s.median);
+  row("90 % of errors below", s.ninetieth);
+  row("median, where found", s.determined_median);
+  row("intervals hold", s.coverage);
+  text += "\ntrue ratio     lumps   median error of size, depth, ratio\n";
+  for (const LumpErrorRange& r : s.by_ratio)
+    text += line("%3.0f to %-7s %5zu   %5.1f %%  %5.1f %%  %5.1f %%\n", r.low,
+                 r.high < 1e8 ? line("%.0f", r.high).c_str() : "more", r.count, 100 * r.median[0],
+                 100 * r.median[1], 100 * r.median[2]);
+  text += line("\nshape right in %.1f %%; truth by answer:\n%-10s", 100 * s.shape_rate, "");
+  for (size_t b = 0; b < 4; ++b) text += line(" %9s", to_string(static_cast<LumpShape>(b)));
+  for (size_t a = 0; a < 4; ++a) {
+    text += line("\n%-10s", to_string(static_cast<LumpShape>(a)));
+    for (const size_t n : s.shapes[a]) text += line(" %9zu", n);
+  }
+  text += line(
+      "\n\nlumps detected: %.1f %%; of 6 mm and more at 8 mm and less (%zu): %.1f %%; blocks without one "
+      "told so: %.1f %%\n",
+      100 * s.sensitivity, s.goal_lumps, 100 * s.goal_sensitivity, 100 * s.specificity);
+  text += "verdicts (with a lump, without):";
+  for (size_t v = 0; v < kLumpVerdicts; ++v)
+    text += line("%s %s %zu, %zu", v > 0 ? ";" : "", to_string(static_cast<LumpVerdict>(v)), s.verdicts[v],
+                 s.plain_verdicts[v]);
+  return text + "\n";
+}
+
+nlohmann::ordered_json score_json(const LumpScore& s, const std::string& method,
+                                  const LumpEvaluationJob& job) {
+  using Json = nlohmann::ordered_json;
+  const auto number = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
+  const auto three = [&number](const std::array<double, 3>& v) {
+    return Json{{"size", number(v[0])}, {"depth", number(v[1])}, {"stiffness_ratio", number(v[2])}};
+  };
+  Json json{{"method", method},
+            {"noise_share", job.sensor.noise_share},
+            {"gauge_share", job.sensor.gauge_share},
+            {"loads", job.loads},
+            {"modulus_error", job.modulus_error},
+            {"first", job.first},
+            {"every", job.every},
+            {"seed", job.seed},
+            {"lumps", s.lumps},
+            {"without_lump", s.plain},
+            {"judged", s.judged},
+            {"median_error", three(s.median)},
+            {"p90_error", three(s.ninetieth)},
+            {"median_error_where_found", three(s.determined_median)},
+            {"coverage", three(s.coverage)},
+            {"shape_rate", number(s.shape_rate)},
+            {"shapes", s.shapes},
+            {"sensitivity", number(s.sensitivity)},
+            {"goal_lumps", s.goal_lumps},
+            {"goal_sensitivity", number(s.goal_sensitivity)},
+            {"specificity", number(s.specificity)},
+            {"wall_ms", number(s.wall_ms)},
+            {"wall_p95_ms", number(s.wall_p95_ms)}};
+  json["by_ratio"] = Json::array();
+  for (const LumpErrorRange& r : s.by_ratio)
+    json["by_ratio"].push_back({{"low", r.low},
+                                {"high", r.high < 1e8 ? Json(r.high) : Json(nullptr)},
+                                {"lumps", r.count},
+                                {"median_error", three(r.median)}});
+  json["verdicts"] = Json::object();
+  for (size_t v = 0; v < kLumpVerdicts; ++v)
+    json["verdicts"][to_string(static_cast<LumpVerdict>(v))] = {{"lump", s.verdicts[v]},
+                                                                {"none", s.plain_verdicts[v]}};
+  json["roc"] = s.roc;
+  return json;
+}
+
+}  // namespace palpate

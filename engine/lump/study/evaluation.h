@@ -1,0 +1,78 @@
+// How good estimates of lumps are: known blocks through a synthetic sensor, judged against the truth.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "engine/lump/estimator.h"
+#include "engine/lump/training/training.h"
+#include "engine/lump/observation/sensor_model.h"
+
+namespace palpate {
+
+struct LumpEvaluationJob {
+  LumpEstimator estimator;
+  PalpationSensor sensor;
+  uint32_t loads = 0;           ///< the highest so many of each example, evenly; 0: all
+  double modulus_error = 0;     ///< share by which the tissue's modulus is told wrong
+  size_t first = 0, every = 1;  ///< of the examples: that one, and each so many after it
+  uint64_t seed = 1;
+  uint32_t threads = 1;
+  std::function<bool(size_t done)> progress = {};  ///< from any thread; false: stop
+};
+
+struct LumpJudged {
+  size_t number = 0;  ///< of the example among all
+  LumpExample truth;  ///< without its maps
+  LumpEstimate estimate;
+  double saturated_share = 0;  ///< of the reading
+};
+
+struct LumpErrorRange {
+  double low = 0, high = 0;  ///< of the true stiffness ratio
+  size_t count = 0;
+  std::array<double, 3> median{};  ///< relative errors of size, depth, ratio; NaN where there are none
+};
+
+struct LumpScore {
+  size_t lumps = 0, plain = 0;
+  std::array<size_t, kLumpVerdicts> verdicts{},
+      plain_verdicts{};  ///< by LumpVerdict, of blocks with and without a lump
+  size_t judged = 0;     ///< lumps that were found (evidence of 1 and more): errors are theirs
+  std::array<double, 3> median{}, ninetieth{};  ///< relative errors of size, depth, ratio (2 <= ratio <= 20)
+  std::array<double, 3> coverage{};             ///< of the intervals
+  std::array<double, 3> determined_median{};    ///< of those with verdict Found alone
+  std::vector<LumpErrorRange> by_ratio;
+  std::array<std::array<size_t, 4>, 4> shapes{};  ///< truth x answer, by LumpShape
+  double shape_rate = 0;
+  double sensitivity = 0;  ///< of all lumps
+  size_t goal_lumps = 0;   ///< of 6 mm and more at 8 mm and less
+  double goal_sensitivity = 0, specificity = 0;
+  std::vector<std::array<double, 2>>
+      roc;  ///< false alarms, detections of the goal's lumps; by falling evidence
+  double wall_ms = 0, wall_p95_ms = 0;
+};
+
+/// Size, depth, ratio.
+std::array<double, 3> truth_of(const LumpExample& example);
+std::array<LumpValue, 3> values_of(const LumpEstimate& estimate);
+
+size_t count_judged(size_t examples, const LumpEvaluationJob& job);
+/// Estimates each of the job's examples as the sensor reads it; in their order. Deterministic by seed, and
+/// the same for an example whatever others are judged. Fewer than count_judged() where progress() said stop:
+/// those that were done.
+std::vector<LumpJudged> judge_lumps(const std::vector<LumpExample>& examples, const LumpEvaluationJob& job);
+LumpScore score_of(const std::vector<LumpJudged>& judged);
+
+std::string score_text(const LumpScore& score);
+nlohmann::ordered_json score_json(const LumpScore& score, const std::string& method,
+                                  const LumpEvaluationJob& job);
+/// lump_evaluation.csv, estimates.{png,svg}, quality.{png,svg}; their names for people.
+std::string write_score(const LumpScore& score, const std::vector<LumpJudged>& judged,
+                        const std::string& folder);
+
+}  // namespace palpate

@@ -1,0 +1,216 @@
+#include "engine/lump/study/stability.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "engine/fem/large_strain/large_strain.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::array<uint32_t, 3> kCells = {56, 56, 28}, kCoarser = {28, 28, 14};
+constexpr double kDeepest = 0.2;  // of the thickness
+constexpr uint32_t kLoads = 4;
+
+struct Pressed {
+  ForwardScene scene;
+  LargeStrainResult result;
+};
+
+bool same_block(const ForwardScene& a, const ForwardScene& b) {
+  const auto same = [](const Inclusion& x, const Inclusion& y) {
+    return x.shape == y.shape && x.size_mm == y.size_mm && x.depth_mm == y.depth_mm &&
+           x.stiffness_ratio == y.stiffness_ratio && x.offset_mm == y.offset_mm;
+  };
+  return a.block_mm == b.block_mm && a.young_Pa == b.young_Pa && a.poisson == b.poisson &&
+         a.inclusion.has_value() == b.inclusion.has_value() &&
+         (!a.inclusion || same(*a.inclusion, *b.inclusion)) && a.others.size() == b.others.size() &&
+         std::equal(a.others.begin(), a.others.end(), b.others.begin(), same);
+}
+
+LargeStrainResult press(const ForwardScene& scene, uint32_t threads) {
+  std::vector<PressLoad> loads;
+  for (uint32_t l = 1; l <= kLoads; ++l)
+    loads.push_back({kDeepest * scene.block_mm[2] * l / kLoads, std::nullopt});
+  LargeStrainOptions options;
+  options.threads = threads;
+  options.residual = 1e-5;
+  options.step_mm = 2;
+  options.map_nodes = {33, 33};
+  return solve_extrapolated(scene, kCoarser, loads, options);
+}
+
+}  // namespace
+
+std::vector<StabilityCase> stability_cases(double noise) {
+  StabilityCase middle;
+  middle.scene.cells = kCells;
+  middle.scene.inclusion->stiffness_ratio = 6;
+  middle.sensor.noise_share = noise;
+  middle.sensor.gauge_share = 0.001;
+  std::vector<StabilityCase> cases;
+  const auto add = [&](const char* group, const std::string& name, auto change) {
+    cases.push_back(middle);
+    cases.back().group = group;
+    cases.back().name = name;
+    change(cases.back());
+  };
+  const auto text = [](const char* format, double value) {
+    char line[64];
+    std::snprintf(line, sizeof line, format, value);
+    return std::string(line);
+  };
+  add("reference", "sphere 8 mm, 5 mm deep, E_r 6", [](StabilityCase&) {});
+  for (const double ratio : {0.1, 0.5, 1.5, 3.0, 12.0, 30.0, 100.0, 1e4})
+    add("stiffness ratio", text("E_r %g", ratio),
+        [&](StabilityCase& c) { c.scene.inclusion->stiffness_ratio = ratio; });
+  for (const double poisson : {0.45, 0.48, 0.499, 0.4999})
+    add("Poisson's ratio", text("nu %g", poisson), [&](StabilityCase& c) { c.scene.poisson = poisson; });
+  for (const double depth : {0.0, 1.0, 9.0})
+    add("depth", text("%g mm deep", depth), [&](StabilityCase& c) { c.scene.inclusion->depth_mm = depth; });
+  add("size", "16 mm, 2 mm deep", [](StabilityCase& c) {
+    c.scene.inclusion->size_mm = {16, 16, 16};
+    c.scene.inclusion->depth_mm = 2;
+  });
+  add("size", "window of 10 x 7.5 mm on a lump of 14", [](StabilityCase& c) {
+    c.scene.inclusion->size_mm = {14, 14, 14};
+    c.scene.inclusion->depth_mm = 3;
+    c.sensor.window_mm = {10, 7.5};
+  });
+  add("number", "no lump", [](StabilityCase& c) { c.scene.inclusion.reset(); });
+  for (const double apart : {10.0, 16.0, 24.0})
+    add("number", text("two, %g mm apart", apart), [&](StabilityCase& c) {
+      c.scene.inclusion->offset_mm = {-apart / 2, 0};
+      c.scene.others = {*c.scene.inclusion};
+      c.scene.others[0].offset_mm = {apart / 2, 0};
+    });
+  for (const double share : {0.001, 0.002, 0.005, 0.01, 0.03, 0.1})
+    add("noise", text("%g %% of the peak", 100 * share),
+        [&](StabilityCase& c) { c.sensor.noise_share = share; });
+  add("sensor", "saturated at 80 % of the peak", [](StabilityCase& c) { c.sensor.exposure = 1 / 0.8; });
+  for (const double peak : {1.5, 2.0, 3.0})
+    add("sensor", text("peak at %g %% of full scale", 100 * peak),
+        [&](StabilityCase& c) { c.sensor.exposure = peak; });
+  add("sensor", "the same at the last load alone", [](StabilityCase& c) {
+    c.sensor.exposure = 3;
+    c.loads = 1;
+  });
+  for (const double told : {0.7, 0.9, 1.1, 1.3})
+    add("tissue modulus", text("told %+.0f %%", 100 * (told - 1)),
+        [&](StabilityCase& c) { c.told_modulus = told; });
+  for (const uint32_t loads : {1u, 2u})
+    add("loads", std::to_string(loads) + " of 4", [&](StabilityCase& c) { c.loads = loads; });
+  return cases;
+}
+
+std::vector<StabilityRow> judge_stability(const std::vector<StabilityCase>& cases,
+                                          const LumpEstimator& estimator, uint64_t seed, uint32_t threads,
+                                          const std::function<void(uint64_t done)>& progress) {
+  std::vector<Pressed> solved;
+  std::vector<StabilityRow> rows;
+  for (const StabilityCase& what : cases) {
+    auto block = std::find_if(solved.begin(), solved.end(),
+                              [&](const Pressed& p) { return same_block(p.scene, what.scene); });
+    if (block == solved.end()) {
+      solved.push_back({what.scene, press(what.scene, threads)});
+      block = solved.end() - 1;
+    }
+    StabilityRow row{what, block->result.converged, {}};
+    if (row.pressed) {
+      std::vector<ForwardMap> maps;
+      std::vector<double> forces;
+      for (size_t l = kLoads - what.loads; l < kLoads; ++l) {
+        maps.push_back(block->result.loads[l].pressure_Pa);
+        forces.push_back(block->result.loads[l].force_N);
+      }
+      row.estimate = estimator(sensor_reading(maps, forces, what.scene.block_mm,
+                                              what.told_modulus * what.scene.young_Pa, what.sensor, seed));
+    } else {
+      row.estimate.reasons = block->result.warnings;
+    }
+    rows.push_back(std::move(row));
+    progress(rows.size());
+  }
+  return rows;
+}
+
+std::vector<LumpExample> pressed_balls(uint32_t threads, const std::function<void(uint64_t done)>& progress) {
+  std::vector<LumpExample> examples;
+  uint64_t done = 0;
+  for (const double size_mm : {6.0, 8.0, 12.0})
+    for (const double depth_mm : {3.0, 6.0})
+      for (const double ratio : {3.0, 10.0}) {
+        ForwardScene scene;
+        scene.cells = kCells;
+        scene.inclusion->size_mm = {size_mm, size_mm, size_mm};
+        scene.inclusion->depth_mm = depth_mm;
+        scene.inclusion->stiffness_ratio = ratio;
+        const LargeStrainResult result = press(scene, threads);
+        progress(++done);
+        if (!result.converged) continue;
+        LumpExample example;
+        example.size_mm = size_mm;
+        example.depth_mm = depth_mm;
+        example.stiffness_ratio = ratio;
+        for (const PressedBlock& load : result.loads) {
+          example.pressure_Pa.push_back(load.pressure_Pa);
+          example.force_N.push_back(load.force_N);
+        }
+        examples.push_back(std::move(example));
+      }
+  return examples;
+}
+
+std::vector<CostRow> press_costs(uint32_t threads) {
+  ForwardScene scene;
+  scene.inclusion->stiffness_ratio = 6;
+  const double way = kDeepest * scene.block_mm[2];
+  LargeStrainOptions options;
+  options.threads = threads;
+  options.residual = 1e-5;
+  options.step_mm = 2;
+  options.map_nodes = {33, 33};
+  const std::vector<PressLoad> loads = {{way, std::nullopt}};
+  const auto cells = [](uint32_t n) { return std::array<uint32_t, 3>{n, n, n / 2}; };
+  scene.cells = cells(64);
+  const PressedBlock truth = solve_extrapolated(scene, cells(48), loads, options).loads.at(0);
+  std::vector<CostRow> rows;
+  const auto add = [&](const char* choice, const std::string& name, double wall_s, const ForwardMap& map,
+                       double force_N) {
+    CostRow row{choice, name, wall_s, 0, force_N / truth.force_N - 1};
+    const auto at = [](const ForwardMap& m, uint32_t x, uint32_t y) {
+      return double{m.at(x * (m.width - 1) / 32, y * (m.height - 1) / 32)};
+    };
+    for (uint32_t y = 8; y <= 24; ++y)
+      for (uint32_t x = 8; x <= 24; ++x)
+        row.map_error = std::max(row.map_error, std::abs(at(map, x, y) - at(truth.pressure_Pa, x, y)) /
+                                                    at(truth.pressure_Pa, 16, 16));
+    rows.push_back(row);
+  };
+  for (const uint32_t n : {16u, 24u, 32u, 48u}) {
+    scene.cells = cells(n);
+    const LargeStrainResult one = solve_large_strain(scene, loads, options);
+    if (one.converged)
+      add("grid", std::to_string(n) + " x " + std::to_string(n) + " x " + std::to_string(n / 2), one.wall_s,
+          one.loads[0].pressure_Pa, one.loads[0].force_N);
+  }
+  for (const auto& [fine, coarse] :
+       {std::pair{24u, 16u}, std::pair{32u, 24u}, std::pair{40u, 24u}, std::pair{48u, 32u}}) {
+    scene.cells = cells(fine);
+    const LargeStrainResult two = solve_extrapolated(scene, cells(coarse), loads, options);
+    if (two.converged)
+      add("two grids", std::to_string(fine) + " and " + std::to_string(coarse) + " along x", two.wall_s,
+          two.loads[0].pressure_Pa, two.loads[0].force_N);
+  }
+  scene.cells = cells(32);
+  scene.press_mm = way;
+  ForwardOptions linear;
+  linear.threads = threads;
+  const ForwardResult small = solve_forward(scene, linear);
+  if (small.converged)
+    add("strain", "small strain, 32 x 32 x 16", small.wall_s, small.stress_Pa, small.force_N);
+  return rows;
+}
+
+}  // namespace palpate

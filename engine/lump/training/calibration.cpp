@@ -1,0 +1,239 @@
+// What answers are worth, from readings of cases that were kept aside.
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "engine/lump/network/fit.h"
+#include "engine/lump/training/steps.h"
+#include "engine/numeric/map_sampling.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::array<double, 2> kWindow_mm = {40, 30};  // of the sensors that are imitated
+constexpr double kSensorGauge = 0.001;
+constexpr double kCoverage = 0.9;
+// Of readings that were kept aside, the ones that the model explains least: they are called strange too,
+// which lumps in the corners of its ranges, where it errs most, deserve.
+constexpr double kStrange = 0.03;
+constexpr double kTold = 0.2, kFrom = 0.8;  // share of the training, for progress
+
+double quantile(std::vector<double> values, double share) {
+  std::erase_if(values, [](double value) { return !std::isfinite(value); });
+  if (values.empty()) return 0;
+  // The place that holds with one more of the kind.
+  const auto place =
+      static_cast<size_t>(std::clamp(std::ceil(share * static_cast<double>(values.size() + 1)) - 1, 0.0,
+                                     static_cast<double>(values.size() - 1)));
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(place), values.end());
+  return values[place];
+}
+
+/// The example as a noisy sensor with a window reads it, at `count` of its loads.
+LumpReading noisy(const LumpReading& ideal, size_t count, double noise_share, uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  LumpReading reading = ideal;
+  const size_t all = ideal.force_N.size();
+  reading.pressure_Pa.clear();
+  reading.force_N.clear();
+  const ForwardMap& last = ideal.pressure_Pa.back();
+  double peak = 0;
+  const uint32_t half_x = std::min(window_nodes(kWindow_mm[0], last.pitch_mm[0]), last.width) / 2,
+                 half_y = std::min(window_nodes(kWindow_mm[1], last.pitch_mm[1]), last.height) / 2;
+  for (size_t k = 0; k < count; ++k) {
+    const size_t load = all - 1 - (count - 1 - k) * all / count;
+    const ForwardMap& from = ideal.pressure_Pa[load];
+    ForwardMap map;
+    map.pitch_mm = from.pitch_mm;
+    map.width = 2 * half_x + 1;
+    map.height = 2 * half_y + 1;
+    for (uint32_t y = 0; y < map.height; ++y)
+      for (uint32_t x = 0; x < map.width; ++x)
+        map.values.push_back(from.at(from.width / 2 - half_x + x, from.height / 2 - half_y + y));
+    for (const float value : map.values) peak = std::max(peak, static_cast<double>(value));
+    reading.pressure_Pa.push_back(std::move(map));
+    reading.force_N.push_back(ideal.force_N[load]);
+  }
+  reading.noise_Pa = noise_share * peak;
+  for (ForwardMap& map : reading.pressure_Pa)
+    for (float& value : map.values) value += static_cast<float>(reading.noise_Pa * normal(random));
+  for (double& force : reading.force_N) force *= 1 + kSensorGauge * normal(random);
+  for (size_t k = 1; k < reading.force_N.size(); ++k)
+    reading.force_N[k] = std::max(reading.force_N[k], reading.force_N[k - 1] * 1.0001);
+  return reading;
+}
+
+struct Trial {
+  bool usable = false;
+  LumpEvidence found;
+};
+
+/// Trials of one method at one number of loads and one noise.
+class Calibrator {
+ public:
+  Calibrator(const LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options);
+
+  LumpTrust trust(LumpMethod method, size_t loads, size_t noise) const;
+  /// Told after each trial; false stops all.
+  std::function<bool()> told = [] { return true; };
+
+ private:
+  struct Setting {
+    LumpMethod method;
+    size_t loads, noise;
+  };
+  Trial trial(const Setting& at, size_t number, bool lump, double warmth) const;
+  std::vector<Trial> trials(const Setting& at, size_t count, bool lump, double warmth) const;
+  size_t example(const Setting& at, size_t number, bool lump) const {
+    const std::vector<size_t>& from = lump ? lumps_ : plain_;
+    return from[(number * 7919 + 13 * at.noise + 5 * at.loads) % from.size()];
+  }
+
+  const LumpModel& model_;
+  const LumpExamples& all_;
+  const LumpTrainingOptions& options_;
+  std::vector<size_t> lumps_, plain_;
+  std::vector<size_t> part_;        ///< by example: who judges it, where it holds no lump
+  std::vector<LumpModel> without_;  ///< with bases that were made without a part of the blocks without a lump
+};
+
+Calibrator::Calibrator(const LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options)
+    : model_(model), all_(all), options_(options), part_(all.examples.size()) {
+  for (size_t i = 0; i < all.examples.size(); ++i) {
+    if (!all.examples[i].lump)
+      plain_.push_back(i);
+    else if (kept_aside(i))
+      lumps_.push_back(i);
+  }
+  // All are needed for the base: blocks without a lump are judged by one that was made without them.
+  const size_t parts = std::min<size_t>(options.members, plain_.size());
+  for (size_t p = 0; p < plain_.size(); ++p) part_[plain_[p]] = part_of(p, parts);
+  without_.assign(parts, model);
+  for (size_t p = 0; p < parts; ++p)
+    without_[p].base = fit_base(model, all, [&](size_t i) { return part_[i] != p; });
+}
+
+Trial Calibrator::trial(const Setting& at, size_t number, bool lump, double warmth) const {
+  const uint64_t seed = options_.seed * 1000003 + (at.loads * kTrustNoise.size() + at.noise) * 100000;
+  const size_t example = this->example(at, number, lump);
+  const LumpReading& ideal = all_.readings[example];
+  const LumpReading reading = noisy(ideal, std::min<size_t>(kTrustLoads[at.loads], ideal.force_N.size()),
+                                    kTrustNoise[at.noise], seed + 2 * number + (lump ? 1 : 0));
+  const LumpModel& judge = lump ? model_ : without_[part_[example]];
+  Trial t;
+  LumpEstimate ignored;
+  if (const auto nodes = pressed_nodes(judge, reading, ignored)) {
+    t.found = weigh_lumps(judge, *nodes, at.method, warmth);
+    t.usable = true;
+  }
+  return t;
+}
+
+std::vector<Trial> Calibrator::trials(const Setting& at, size_t count, bool lump, double warmth) const {
+  std::vector<Trial> found(count);
+  std::atomic<bool> stop = false;
+  in_parallel(options_.threads, count, [&](size_t i) {
+    if (stop) return;
+    found[i] = trial(at, i, lump, warmth);
+    if (!told()) stop = true;
+  });
+  if (stop) throw Stopped();
+  return found;
+}
+
+LumpTrust Calibrator::trust(LumpMethod method, size_t loads, size_t noise) const {
+  const Setting at{method, loads, noise};
+  const double false_alarms = model_.false_alarm_rate;
+  LumpTrust trust;
+  std::vector<double> misfits;
+  if (method == LumpMethod::Refined) {
+    // How much larger misfits are than noise and emulator account for.
+    for (const Trial& t : trials(at, options_.trials / 3, true, 1))
+      if (t.usable) misfits.push_back(t.found.misfit);
+    trust.warmth = std::clamp(quantile(misfits, 0.6), 1.0, 30.0);
+    misfits.clear();
+  }
+  std::vector<double> evidence, plain_misfit;
+  for (const Trial& t : trials(at, options_.trials, false, trust.warmth))
+    if (t.usable) {
+      evidence.push_back(t.found.evidence);
+      plain_misfit.push_back(t.found.no_lump_misfit);
+    }
+  trust.evidence = std::max(6.0, quantile(evidence, 1 - false_alarms));
+  trust.no_lump_misfit = std::max(1.05, 1.02 * quantile(plain_misfit, 1 - false_alarms));
+
+  std::array<std::vector<double>, kParameters> scores, errors;
+  std::vector<double> place, rest;
+  double right = 0;
+  const std::vector<Trial> lumps = trials(at, options_.trials, true, trust.warmth);
+  for (size_t i = 0; i < lumps.size(); ++i) {
+    const Trial& t = lumps[i];
+    if (!t.usable || t.found.evidence < trust.evidence) continue;
+    const LumpExample& truth = all_.examples[example(at, i, true)];
+    const std::array<double, kParameters> wanted = {std::log(truth.size_mm), std::log(truth.depth_mm),
+                                                    std::log(truth.stiffness_ratio)};
+    for (const LumpParameter p : {kSize, kDepth, kRatio}) {
+      const double middle = t.found.posterior.quantile(p, 0.5);
+      const double off = wanted[p] - middle;
+      const double half = off > 0 ? t.found.posterior.quantile(p, 0.95) - middle
+                                  : middle - t.found.posterior.quantile(p, 0.05);
+      scores[p].push_back(std::abs(off) / std::max(1e-4, half));
+      errors[p].push_back(std::abs(std::expm1(-off)));
+    }
+    for (size_t axis = 0; axis < 2; ++axis)
+      place.push_back(std::abs(t.found.place_mm[axis] - truth.offset_mm[axis]) /
+                      (1.645 * std::max(1e-3, t.found.place_sd_mm[axis])));
+    misfits.push_back(t.found.misfit);
+    rest.push_back(t.found.rest);
+    const auto& probability = t.found.posterior.shape_probability;
+    right += std::max_element(probability.begin(), probability.end()) - probability.begin() ==
+             static_cast<std::ptrdiff_t>(truth.shape);
+  }
+  if (scores[0].size() < 10) {
+    // Too much noise to find lumps at all: nothing was learnt, and what is found nevertheless is doubted.
+    trust.stretch.fill(3);
+    trust.place_stretch = 3;
+    return trust;
+  }
+  for (const LumpParameter p : {kSize, kDepth, kRatio}) {
+    trust.stretch[p] = std::clamp(quantile(scores[p], kCoverage), 0.2, 30.0);
+    trust.median_error[p] = quantile(errors[p], 0.5);
+  }
+  trust.shape_rate = right / static_cast<double>(misfits.size());
+  trust.place_stretch = std::clamp(quantile(place, kCoverage), 0.2, 30.0);
+  trust.misfit = 1.1 * quantile(misfits, 1 - kStrange);
+  trust.rest = 1.1 * quantile(rest, 1 - kStrange);
+  return trust;
+}
+
+}  // namespace
+
+void calibrate(LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options) {
+  Calibrator calibrator(model, all, options);
+  const size_t settings = kTrustLoads.size() * kTrustNoise.size();
+  const size_t total = settings * (4 * options.trials + options.trials / 3);
+  std::atomic<size_t> done = 0;
+  if (options.progress)
+    calibrator.told = [&] {
+      return options.progress("calibrating intervals",
+                              kFrom + kTold * static_cast<double>(++done) / static_cast<double>(total));
+    };
+  decltype(model.trust) tables;
+  for (const LumpMethod method : {LumpMethod::Network, LumpMethod::Refined})
+    for (size_t l = 0; l < kTrustLoads.size(); ++l)
+      for (size_t n = 0; n < kTrustNoise.size(); ++n)
+        tables[static_cast<size_t>(method)][l][n] = calibrator.trust(method, l, n);
+  // Few readings lie beyond a threshold: those of other noise speak too, and what errs, errs to caution.
+  for (LumpModel::TrustTable& table : tables)
+    for (auto& row : table) {
+      double evidence = 0;
+      for (const LumpTrust& trust : row) evidence = std::max(evidence, trust.evidence);
+      for (LumpTrust& trust : row) trust.evidence = evidence;
+    }
+  model.trust = tables;
+}
+
+}  // namespace palpate

@@ -1,0 +1,31 @@
+#include "engine/lump/training/examples.h"
+
+namespace palpate {
+
+std::vector<LumpExample> lump_examples(const LumpData& data) {
+  std::vector<LumpExample> examples;
+  for (const LumpSample& sample : data.samples) {
+    if (sample.pressure_Pa.empty()) continue;
+    LumpExample e;
+    e.lump = sample.what.lump.has_value();
+    if (e.lump) {
+      const LumpCase::Lump& lump = *sample.what.lump;
+      e.shape = lump.shape;
+      e.along_y = lump.along_y;
+      e.size_mm = lump.diameter_mm;
+      e.depth_mm = lump.depth_mm;
+      e.stiffness_ratio = lump.stiffness_ratio;
+      e.offset_mm = lump.offset_mm;
+    }
+    e.block_mm = {data.sweep.block_mm[0], data.sweep.block_mm[1], sample.what.thickness_mm};
+    e.young_Pa = sample.what.young_Pa;
+    e.cell_mm = data.sweep.block_mm[0] / data.sweep.cells[0];
+    e.pressure_Pa = sample.pressure_Pa;
+    e.force_N.assign(sample.force_N.begin(),
+                     sample.force_N.begin() + static_cast<std::ptrdiff_t>(sample.pressure_Pa.size()));
+    examples.push_back(std::move(e));
+  }
+  return examples;
+}
+
+}  // namespace palpate

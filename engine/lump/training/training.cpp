@@ -1,0 +1,251 @@
+#include "engine/lump/training/training.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <exception>
+#include <mutex>
+#include <random>
+#include <thread>
+
+#include "palpate/error.h"
+#include "engine/lump/training/steps.h"
+#include "engine/numeric/map_sampling.h"
+#include "engine/lump/observation/sensor_model.h"
+
+namespace palpate {
+namespace {
+
+constexpr size_t kFewestPlain = 6, kFewestLumps = 24, kFewestAside = 4;
+constexpr double kShift_mm = 0.7;  // of copies that teach the fields how bumps move
+
+double load_of(const LumpReading& reading, size_t k) {
+  return reading.force_N[k] / (reading.block_mm[0] * reading.block_mm[1] * 1e-6 * reading.young_Pa);
+}
+
+void widen(std::array<double, 2>& range, double value) {
+  range = {std::min(range[0], value), std::max(range[1], value)};
+}
+
+/// What the examples span.
+void find_ranges(LumpModel& model, const LumpExamples& all) {
+  constexpr std::array<double, 2> kNothing = {1e30, -1e30};
+  model.size_mm = model.depth_mm = model.ratio = model.thickness_mm = model.load = kNothing;
+  model.cell_mm = 1e30;
+  model.floor_mm = 1e30;
+  for (size_t i = 0; i < all.examples.size(); ++i) {
+    const LumpExample& e = all.examples[i];
+    widen(model.thickness_mm, e.block_mm[2]);
+    for (size_t k = 0; k < all.readings[i].force_N.size(); ++k)
+      widen(model.load, load_of(all.readings[i], k));
+    model.cell_mm = std::min(model.cell_mm, e.cell_mm);
+    if (!e.lump) continue;
+    widen(model.size_mm, e.size_mm);
+    widen(model.depth_mm, e.depth_mm);
+    widen(model.ratio, e.stiffness_ratio);
+    model.floor_mm = std::min(model.floor_mm, e.block_mm[2] - e.depth_mm - e.size_mm);
+    for (const double offset : e.offset_mm) model.offset_mm = std::max(model.offset_mm, std::abs(offset));
+    model.shapes[static_cast<size_t>(e.shape)] = true;
+  }
+  model.floor_mm = std::max(0.0, model.floor_mm);
+}
+
+}  // namespace
+
+void in_parallel(uint32_t threads, size_t count, const std::function<void(size_t)>& work) {
+  if (threads == 0) threads = std::max(1U, std::thread::hardware_concurrency());
+  std::atomic<size_t> next = 0;
+  std::mutex guard;
+  std::exception_ptr failure;
+  const auto serve = [&] {
+    for (size_t i = next++; i < count; i = next++) {
+      try {
+        work(i);
+      } catch (...) {
+        const std::scoped_lock lock(guard);
+        failure = std::current_exception();
+        next = count;
+      }
+    }
+  };
+  std::vector<std::jthread> team;
+  for (uint32_t t = 1; t < threads && t < count; ++t) team.emplace_back(serve);
+  serve();
+  team.clear();
+  if (failure) std::rethrow_exception(failure);
+}
+
+LumpBase fit_base(const LumpModel& model, const LumpExamples& all, const std::function<bool(size_t)>& used) {
+  LumpBase base;
+  base.pitch_mm = model.node_pitch_mm;
+  base.side = (window_nodes(model.block_mm[0], model.node_pitch_mm) + 1) / 2;
+  const auto n = static_cast<Eigen::Index>(base.side);
+  std::vector<Eigen::VectorXd> rows, values;
+  for (size_t i = 0; i < all.examples.size(); ++i) {
+    if (all.examples[i].lump || !used(i)) continue;
+    const LumpReading& reading = all.readings[i];
+    for (size_t k = 0; k < reading.force_N.size(); ++k) {
+      const ForwardMap& map = reading.pressure_Pa[k];
+      const double load = load_of(reading, k);
+      // All eight images of the quarter's node: the block looks the same from every side.
+      Eigen::VectorXd value(n * n);
+      const auto middle = static_cast<int>(base.side) - 1;
+      for (int y = 0; y <= middle; ++y)
+        for (int x = 0; x <= middle; ++x) {
+          double sum = 0;
+          for (const int sx : {-1, 1})
+            for (const int sy : {-1, 1})
+              sum += static_cast<double>(map.at(static_cast<uint32_t>(middle + sx * x),
+                                                static_cast<uint32_t>(middle + sy * y))) +
+                     static_cast<double>(map.at(static_cast<uint32_t>(middle + sx * y),
+                                                static_cast<uint32_t>(middle + sy * x)));
+          value(y * n + x) = sum / 8 / (reading.young_Pa * load);
+        }
+      rows.emplace_back(LumpBase::terms(reading.block_mm[2], load).cast<double>());
+      values.push_back(value);
+    }
+  }
+  Eigen::MatrixXd left(static_cast<Eigen::Index>(rows.size()), LumpBase::kTerms), right(left.rows(), n * n);
+  for (size_t r = 0; r < rows.size(); ++r) {
+    left.row(static_cast<Eigen::Index>(r)) = rows[r];
+    right.row(static_cast<Eigen::Index>(r)) = values[r];
+  }
+  // A little weight on small factors: few blocks must not make terms of them that nothing asks for.
+  Eigen::MatrixXd normal = left.transpose() * left;
+  normal.diagonal().array() += 1e-6 * static_cast<double>(left.rows());
+  const Eigen::MatrixXd factors = normal.ldlt().solve(left.transpose() * right);
+  base.factors = factors.transpose().cast<float>();
+  const Eigen::MatrixXd error = left * factors - right;
+  const Eigen::Index inner = n - 1;  // without the rim's node
+  double squares = 0;
+  for (Eigen::Index y = 0; y < inner; ++y)
+    for (Eigen::Index x = 0; x < inner; ++x) squares += error.col(y * n + x).squaredNorm();
+  base.residual = std::sqrt(squares / static_cast<double>(inner * inner * error.rows()));
+  return base;
+}
+
+LumpPatch fit_patch(const LumpModel& model, const LumpExamples& all, uint32_t count, uint64_t seed,
+                    double& missed) {
+  LumpPatch patch;
+  const auto n = static_cast<Eigen::Index>(patch.side);
+  const double middle = static_cast<double>(n - 1) / 2;
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> any(-kShift_mm, kShift_mm);
+  std::vector<Eigen::VectorXf> bumps;
+  for (size_t i = 0; i < all.examples.size(); ++i) {
+    const LumpExample& e = all.examples[i];
+    if (!e.lump || kept_aside(i)) continue;
+    const LumpReading& reading = all.readings[i];
+    const float peak =
+        *std::max_element(reading.pressure_Pa.back().values.begin(), reading.pressure_Pa.back().values.end());
+    const double sign_x = e.offset_mm[0] < 0 ? -1 : 1, sign_y = e.offset_mm[1] < 0 ? -1 : 1;
+    const bool round = e.shape == LumpShape::Sphere || e.shape == LumpShape::Cylinder;
+    // Neighbouring loads look alike: every second is enough.
+    for (size_t k = (reading.force_N.size() + 1) % 2; k < reading.force_N.size(); k += 2) {
+      const Eigen::VectorXf quarter = model.base.quarter(reading.block_mm[2], load_of(reading, k));
+      for (const bool swapped : {false, true}) {
+        if (!round && swapped != e.along_y) continue;
+        for (const bool moved : {false, true}) {
+          const double du = moved ? any(random) : 0, dv = moved ? any(random) : 0;
+          Eigen::VectorXf bump(n * n);
+          for (Eigen::Index b = 0; b < n; ++b)
+            for (Eigen::Index a = 0; a < n; ++a) {
+              double u = (static_cast<double>(a) - middle) * patch.pitch_mm + du,
+                     v = (static_cast<double>(b) - middle) * patch.pitch_mm + dv;
+              if (swapped) std::swap(u, v);
+              const double x = e.offset_mm[0] + sign_x * u, y = e.offset_mm[1] + sign_y * v;
+              const bool on =
+                  std::abs(x) < model.block_mm[0] / 2 - 1 && std::abs(y) < model.block_mm[1] / 2 - 1;
+              bump(b * n + a) = on ? static_cast<float>((map_at(reading.pressure_Pa[k], x, y) -
+                                                         reading.young_Pa * model.base.at(quarter, x, y)) /
+                                                        static_cast<double>(peak))
+                                   : 0;
+            }
+          bumps.push_back(std::move(bump));
+        }
+      }
+    }
+  }
+  Eigen::MatrixXf columns(n * n, static_cast<Eigen::Index>(bumps.size()));
+  for (size_t i = 0; i < bumps.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = bumps[i];
+  Eigen::MatrixXf products = Eigen::MatrixXf::Zero(n * n, n * n);
+  products.selfadjointView<Eigen::Lower>().rankUpdate(columns);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(products.cast<double>());
+  count = std::min<uint32_t>(count, static_cast<uint32_t>(n * n));
+  patch.fields = eigen.eigenvectors().rightCols(count).rowwise().reverse().transpose().cast<float>();
+  patch.find_slopes();
+  missed = std::sqrt(std::max(0.0, eigen.eigenvalues().head(n * n - count).sum()) /
+                     static_cast<double>(columns.size()));
+  return patch;
+}
+
+LumpNetwork train_lumps(const std::vector<LumpExample>& examples, const LumpTrainingOptions& options,
+                        LumpTrainingReport& report) {
+  auto model = std::make_shared<LumpModel>();
+  const auto refuse = [](const std::string& wanted, const std::string& found) {
+    throw Error(Failure::Input, wanted, found,
+                "palpate lump dataset with its own ranges, more cases, or both");
+  };
+  const auto say = [&options](const char* what, double share) {
+    if (options.progress && !options.progress(what, share)) throw Stopped();
+  };
+  if (options.members < 2 || options.members > 16 || options.hidden < 4 || options.hidden > 512 ||
+      options.fields < 6 || options.fields > 200 || options.rounds < 1 || options.trials < 20)
+    throw Error(Failure::Usage, "2 to 16 members, 4 to 512 hidden, 6 to 200 fields, 20 trials or more",
+                "others", "the defaults");
+  if (options.readings < 1000 || options.readings > 10000000 || options.readers < 1 || options.readers > 16 ||
+      options.reader_hidden < 4 || options.reader_hidden > 1024 || options.reader_rounds < 1 ||
+      options.ways < static_cast<uint32_t>(LumpReader::kOpen) || options.ways > 400)
+    throw Error(Failure::Usage,
+                "1000 to 10000000 readings, 1 to 16 readers of 4 to 1024 hidden, 10 to 400 ways", "others",
+                "the defaults");
+  LumpExamples all;
+  say("reading", 0);
+  for (const LumpExample& e : examples) {
+    if (e.pressure_Pa.empty()) {
+      ++report.left_out;
+      continue;
+    }
+    if (all.examples.empty()) model->block_mm = {e.block_mm[0], e.block_mm[1]};
+    if (e.block_mm[0] != model->block_mm[0] || e.block_mm[1] != model->block_mm[1] ||
+        e.block_mm[0] != e.block_mm[1])
+      refuse("examples of one square block", std::to_string(e.block_mm[0]) + " x " +
+                                                 std::to_string(e.block_mm[1]) + " mm after " +
+                                                 std::to_string(model->block_mm[0]) + " mm");
+    LumpExample bare = e;
+    bare.pressure_Pa.clear();
+    all.examples.push_back(std::move(bare));
+    ++(e.lump ? report.lumps : report.no_lumps);
+  }
+  if (report.no_lumps < kFewestPlain || report.lumps < kFewestLumps)
+    refuse(std::to_string(kFewestLumps) + " blocks with a lump or more, and " + std::to_string(kFewestPlain) +
+               " without",
+           std::to_string(report.lumps) + " and " + std::to_string(report.no_lumps));
+  size_t aside = 0;
+  for (size_t i = 0; i < all.examples.size(); ++i) aside += all.examples[i].lump && kept_aside(i);
+  if (aside < kFewestAside)
+    refuse("so many blocks with a lump that " + std::to_string(kFewestAside) +
+               " of them can be kept aside, one in six",
+           std::to_string(aside) + " of " + std::to_string(report.lumps));
+  all.readings.resize(all.examples.size());
+  std::vector<size_t> usable;
+  for (size_t i = 0; i < examples.size(); ++i)
+    if (!examples[i].pressure_Pa.empty()) usable.push_back(i);
+  in_parallel(options.threads, usable.size(), [&](size_t i) {
+    const LumpExample& e = examples[usable[i]];
+    all.readings[i] = ideal_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, model->node_pitch_mm);
+  });
+  find_ranges(*model, all);
+  say("finding fields", 0.04);
+  model->base = fit_base(*model, all, [](size_t) { return true; });
+  report.base_error = model->base.residual;
+  model->patch = fit_patch(*model, all, options.fields, options.seed, report.fields_error);
+  train_members(*model, all, options, report);
+  report.reader_loss = teach_reader(*model, options);
+  calibrate(*model, all, options);
+  model->made_from = options.made_from;
+  say("done", 1);
+  return LumpNetwork(std::move(model));
+}
+
+}  // namespace palpate

@@ -1,0 +1,211 @@
+#include "engine/measure/contact_tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "engine/numeric/assignment.h"
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kNone = UINT32_MAX;
+
+double radius_px(const ContactTouch& contact) {
+  return std::sqrt(static_cast<double>(contact.area_px) / std::numbers::pi);
+}
+
+// How far a contact may have gone from one frame to the next.
+double gate_px(const ContactTouch& a, const ContactTouch& b) {
+  return 2 * std::max(radius_px(a), radius_px(b)) + 4;
+}
+
+double squared_way(const ContactTouch& a, const ContactTouch& b) {
+  const double dx = a.centroid_x_px - b.centroid_x_px, dy = a.centroid_y_px - b.centroid_y_px;
+  return dx * dx + dy * dy;
+}
+
+// What one contact's number lacks, the sum lacks: the gravest first.
+Validity graver(Validity a, Validity b) {
+  constexpr Validity kGravest[] = {Validity::NotCalibrated, Validity::Saturated,  Validity::AtBorder,
+                                   Validity::OnsetUnseen,   Validity::AboveRange, Validity::BelowRange};
+  for (const Validity validity : kGravest)
+    if (a == validity || b == validity) return validity;
+  return Validity::Valid;
+}
+
+}  // namespace
+
+ContactTracker::ContactTracker(const Sensor& sensor, const FrameFormat& format)
+    : sensor_(sensor), smallest_px_(smallest_contact_px(sensor, format)) {}
+
+void ContactTracker::interrupt() {
+  tracks_.clear();
+  interrupted_ = true;
+}
+
+void ContactTracker::update(Touch& touch, std::span<const float> skin_sd_px) {
+  std::vector<ContactTouch> regions = std::exchange(touch.contacts, {});
+  choose(touch, regions);
+  const std::vector<uint32_t> track_of = match(regions);
+  for (Track& track : tracks_) ++track.missed;
+  for (size_t i = 0; i < regions.size(); ++i) {
+    uint32_t at = track_of[i];
+    if (at == kNone) {
+      if (regions[i].area_px < smallest_px_) {
+        ++touch.small_regions;
+        continue;
+      }
+      at = static_cast<uint32_t>(tracks_.size());
+      tracks_.push_back({.last = {},
+                         .missed = 1,
+                         .force = {},
+                         .shear = ShearTracker(sensor_.pitch_mm_per_px),
+                         .skin = SkinTracker(sensor_.pitch_mm_per_px)});
+      tracks_.back().last.id = ++last_id_;
+      if (interrupted_) {
+        tracks_.back().force.interrupt();
+        tracks_.back().shear.interrupt();
+        tracks_.back().skin.interrupt();
+      }
+    }
+    Track& track = tracks_[at];
+    regions[i].id = track.last.id;
+    regions[i].frames = track.last.frames + track.missed;
+    track.last = regions[i];
+    track.missed = 0;
+    measure(track, touch, skin_sd_px);
+  }
+  interrupted_ = false;
+  std::erase_if(tracks_, [](const Track& track) { return track.missed > kHeldFrames; });
+  for (const Track& track : tracks_)
+    if (track.missed == 0) touch.contacts.push_back(track.last);
+  if (touch.has_skin && !touch.contacts.empty()) {
+    SkinMotion whole;
+    const Estimate unknown{0, 0, Validity::NoContact};
+    whole.shift_x_mm = whole.shift_y_mm = whole.torsion_rad = whole.stick_share = unknown;
+    if (touch.contacts.size() == 1)
+      whole = std::ranges::find(tracks_, 0u, &Track::missed)->motion;
+    else
+      for (const Track& track : tracks_)
+        if (track.missed == 0) whole.touching += track.motion.touching;
+    whole.points = touch.skin.points;
+    whole.lost = touch.skin.lost;
+    touch.skin = whole;
+  }
+  add_up(touch);
+}
+
+// Leaves the regions that may be contacts, the largest where there are too many, in their order.
+void ContactTracker::choose(Touch& touch, std::vector<ContactTouch>& regions) const {
+  touch.small_regions +=
+      std::erase_if(regions, [&](const ContactTouch& region) { return 2 * region.area_px < smallest_px_; });
+  if (regions.size() <= kMostContacts) return;
+  touch.regions_overflow = true;
+  std::ranges::stable_sort(regions, std::ranges::greater{}, &ContactTouch::area_px);
+  regions.resize(kMostContacts);
+}
+
+// The track of each region, or kNone.
+std::vector<uint32_t> ContactTracker::match(const std::vector<ContactTouch>& regions) const {
+  std::vector<uint32_t> track_of(regions.size(), kNone);
+  const auto rows = static_cast<uint32_t>(tracks_.size());
+  const auto count = static_cast<uint32_t>(regions.size());
+  if (rows == 0 || count == 0) return track_of;
+  double most = 1;
+  for (const Track& track : tracks_)
+    for (const ContactTouch& region : regions)
+      most = std::max(most, std::pow(gate_px(track.last, region), 2));
+  // After the regions a column for each track that ends: dearer than any way, and dearest for one that was
+  // there a frame ago.
+  const double never = 1e3 * most * (rows + 1);
+  const uint32_t columns = count + rows;
+  std::vector<double> cost(size_t{rows} * columns, never);
+  for (uint32_t row = 0; row < rows; ++row) {
+    const Track& track = tracks_[row];
+    for (uint32_t i = 0; i < count; ++i) {
+      const double way = squared_way(track.last, regions[i]);
+      if (way <= std::pow(gate_px(track.last, regions[i]), 2)) cost[size_t{row} * columns + i] = way;
+    }
+    cost[size_t{row} * columns + count + row] = (track.missed == 0 ? 4 : 2) * most;
+  }
+  const std::vector<uint32_t> column_of = assign(cost, rows, columns);
+  for (uint32_t row = 0; row < rows; ++row)
+    if (column_of[row] < count) track_of[column_of[row]] = row;
+  return track_of;
+}
+
+void ContactTracker::measure(Track& track, const Touch& touch, std::span<const float> skin_sd_px) const {
+  ContactTouch& c = track.last;
+  c.force_N = sensor_.force ? track.force.update(*sensor_.force, force_reading(c)) : Estimate{};
+  // The one contact of a touch is all that ShearTracker knows.
+  Touch alone;
+  alone.contact = true;
+  alone.centroid_x_px = c.centroid_x_px;
+  alone.centroid_y_px = c.centroid_y_px;
+  alone.at_border = c.at_border;
+  alone.force_N = c.force_N;
+  if (touch.has_skin) {
+    const double per_px = 1 / sensor_.pitch_mm_per_px;
+    const ContactOutline outline{c.centroid_x_px, c.centroid_y_px, c.ellipse.major_mm * per_px,
+                                 c.ellipse.minor_mm * per_px, c.ellipse.angle_rad};
+    alone.has_skin = true;
+    alone.skin = track.motion = track.skin.update(&outline, touch.skin_points, skin_sd_px);
+  }
+  track.shear.update(sensor_.shear ? &*sensor_.shear : nullptr, alone);
+  c.shear_x_N = alone.shear_x_N;
+  c.shear_y_N = alone.shear_y_N;
+  c.shift_x_mm = alone.shift_x_mm;
+  c.shift_y_mm = alone.shift_y_mm;
+  c.slip = alone.slip;
+}
+
+void ContactTracker::add_up(Touch& touch) const {
+  const std::vector<ContactTouch>& contacts = touch.contacts;
+  if (contacts.empty()) return;
+  if (sensor_.force &&
+      (sensor_.force->signal == ForceSignal::GraySum || sensor_.force->signal == ForceSignal::Area) &&
+      contacts.size() > 1) {
+    // What is wrong with the calibration is wrong with all contacts alike; single readings scatter apart.
+    const ForceCalibration& calibration = *sensor_.force;
+    Estimate sum{0, 0, touch.saturated_px > 0 ? Validity::Saturated : Validity::Valid};
+    double scatter = 0, common_N = 0;
+    for (const ContactTouch& contact : contacts) {
+      const Estimate& force = contact.force_N;
+      const double total = force.standard_error * force.standard_error;
+      const double own = std::min(total, std::pow(calibration.residual_sd_N, 2) +
+                                             std::pow(calibration.residual_share * force.value, 2));
+      sum.value += force.value;
+      sum.validity = graver(sum.validity, force.validity);
+      scatter += own;
+      common_N += std::sqrt(total - own);
+    }
+    sum.standard_error = std::hypot(std::sqrt(scatter), common_N);
+    touch.force_N = sum;
+  }
+  if (!sensor_.shear) return;
+  Estimate x{0, 0, Validity::Valid}, y = x;
+  Slip slip = Slip::Stick;
+  const auto add = [](Estimate& sum, const Estimate& more) {
+    sum.value += more.value;
+    sum.standard_error = std::hypot(sum.standard_error, more.standard_error);
+    sum.validity = graver(sum.validity, more.validity);
+  };
+  for (const ContactTouch& contact : contacts) {
+    add(x, contact.shear_x_N);
+    add(y, contact.shear_y_N);
+    if (contact.slip == Slip::NotCalibrated || slip == Slip::NotCalibrated)
+      slip = Slip::NotCalibrated;
+    else if (contact.slip != Slip::Stick && slip != Slip::Slip)
+      slip = contact.slip;
+  }
+  touch.shear_x_N = x;
+  touch.shear_y_N = y;
+  touch.slip = slip;
+  if (contacts.size() > 1) return;
+  touch.shift_x_mm = contacts.front().shift_x_mm;
+  touch.shift_y_mm = contacts.front().shift_y_mm;
+}
+
+}  // namespace palpate

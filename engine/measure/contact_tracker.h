@@ -1,0 +1,63 @@
+// Several contacts followed from frame to frame, each with an id, a force and a shear of its own.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/measure/force.h"
+#include "engine/measure/shear.h"
+#include "engine/measure/skin_motion.h"
+#include "palpate/sensor.h"
+#include "palpate/touch.h"
+
+namespace palpate {
+
+/// Regions become contacts. A region that belongs to no contact of before and has smallest_contact_px() or
+/// more is a new one; a contact goes on in regions of half that, so that one about the threshold does not
+/// flicker. Regions and contacts are matched so that as many contacts as possible go on and the sum of their
+/// squared ways is least; a contact's centroid moves by at most twice the larger radius (of a circle of its
+/// area) and 4 px a frame. Where two contacts merge, the nearer centroid's id goes on, which is the larger
+/// one's; where one splits, likewise. A contact that is away for kHeldFrames frames or less keeps its id and
+/// its onset. At most kMostContacts are followed, the largest.
+class ContactTracker {
+ public:
+  static constexpr uint32_t kHeldFrames = 3;
+  static constexpr uint32_t kMostContacts = 64;
+
+  ContactTracker(const Sensor& sensor, const FrameFormat& format);
+
+  /// What follows does not continue what was: all contacts end, and those that are there at once began
+  /// unseen.
+  void interrupt();
+
+  /// Frames in order. In: touch.contacts are the frame's regions with their shapes, in a fixed order. Out:
+  /// the contacts, with ids, forces and shears, and small_regions. Where there are several contacts the force
+  /// of `touch` becomes the sum of theirs, where there is one or more the shear as well: no contact that
+  /// comes or goes then looks like a motion. Where the skin is followed (`skin_sd_px`: of each of its points)
+  /// each contact has its own part of it; Touch::skin is that of the one contact, and of several has counts
+  /// only. Forces of an indented volume are the whole touch's only.
+  void update(Touch& touch, std::span<const float> skin_sd_px = {});
+
+ private:
+  struct Track {
+    ContactTouch last;
+    uint32_t missed = 0;  ///< frames since `last`
+    ForceHistory force;
+    ShearTracker shear;
+    SkinTracker skin;
+    SkinMotion motion = {};  ///< in `last`
+  };
+  void choose(Touch& touch, std::vector<ContactTouch>& regions) const;
+  std::vector<uint32_t> match(const std::vector<ContactTouch>& regions) const;
+  void measure(Track& track, const Touch& touch, std::span<const float> skin_sd_px) const;
+  void add_up(Touch& touch) const;
+
+  Sensor sensor_;
+  uint64_t smallest_px_;
+  uint32_t last_id_ = 0;
+  bool interrupted_ = false;
+  std::vector<Track> tracks_;  // rising id
+};
+
+}  // namespace palpate

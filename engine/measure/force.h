@@ -1,0 +1,82 @@
+// A contact's signal to newtons, with what the calibration knows of its error (theory S5).
+#pragma once
+
+#include "palpate/sensor.h"
+#include "palpate/touch.h"
+
+namespace palpate {
+
+/// What a normal force is read from: one contact in one frame.
+struct ForceReading {
+  double gray_sum = 0;    ///< gray levels
+  double area_px = 0;     ///< of the contact
+  double volume_mm3 = 0;  ///< indented; only with has_volume
+  bool has_volume = false;
+  bool contact = false;
+  bool saturated = false;   ///< pixels are at the camera's limit
+  bool at_border = false;   ///< the contact reaches the frame's border
+  double gradient_sum = 0;  ///< gray levels times px; only with has_gradient
+  bool has_gradient = false;
+};
+
+/// The reading of a frame's whole touch, and of one of several contacts (which has neither volume nor
+/// gradient sum of its own).
+ForceReading force_reading(const Touch& touch);
+ForceReading force_reading(const ContactTouch& contact);
+
+/// The reading of a contact inside the frame whose signal is `signal`, whichever the calibration takes.
+ForceReading reading_at(double signal);
+
+/// The calibration's signal, in its unit.
+double signal_of(const ForceCalibration& calibration, const ForceReading& reading);
+
+/// Force at a signal, N: both directions together, and by one direction's curve. A spline ends level: beyond
+/// its knots it stays at the last one's force.
+double force_at(const ForceCalibration& calibration, double signal);
+double force_at(ForceModel model, const ForceCurve& curve, double signal);
+
+/// Share of the calibrated range that the signal has to turn back by until the contact counts as on the other
+/// branch.
+inline constexpr double kTurn_share = 0.05;
+
+/// Which branch a contact is on: 0 loading, 1 unloading, between them just after a reversal. A play of width
+/// kTurn_share of the calibrated range: noise that is smaller does not make it flicker.
+class LoadDirection {
+ public:
+  /// The next contact began unseen: its branch is not known until it has moved.
+  void interrupt();
+  /// One frame of one contact, in order; `width`: of the play, in the signal's unit. Returns unloading().
+  double update(bool contact, double signal, double width);
+  double unloading() const { return unloading_; }
+
+ private:
+  bool in_contact_ = false;
+  bool interrupted_ = false;
+  double last_ = 0;
+  double unloading_ = 0;
+};
+
+/// Normal force of one reading, standard error of a single prediction. `unloading`: as LoadDirection says;
+/// without branches in the calibration it does not matter. Between the branches the value lies between
+/// theirs, and its error grows by their mixture's, sqrt(w (1 - w)) of the gap. States, the first that holds:
+/// no contact (force 0), not calibrated (a volume or gradient
+/// sum is needed and there is none), saturated, at the border,
+/// above or below the calibrated range.
+Estimate force_of(const ForceCalibration& calibration, const ForceReading& reading, double unloading = 0.5);
+
+/// Follows one contact from its onset and tells its force from frame to frame.
+class ForceHistory {
+ public:
+  /// What follows does not continue what was.
+  void interrupt() { direction_.interrupt(); }
+  Estimate update(const ForceCalibration& calibration, const ForceReading& reading);
+  double unloading() const { return direction_.unloading(); }
+
+ private:
+  LoadDirection direction_;
+};
+
+/// force_of for a calibration of the gray sum, of a reading that is all inside the frame (Eq. 54).
+Estimate force_from_gray(const ForceCalibration& calibration, double gray_sum, bool contact, bool saturated);
+
+}  // namespace palpate

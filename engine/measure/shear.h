@@ -1,0 +1,42 @@
+// Centroid shift to tangential force, with stick told from slip (theory S6).
+#pragma once
+
+#include "engine/measure/slip.h"
+#include "palpate/sensor.h"
+#include "palpate/touch.h"
+
+namespace palpate {
+
+/// Follows one contact from its onset. While it sticks, F_t = K u with u the centroid's shift since onset
+/// (Eq. 59-60). Where |F_t| would pass friction * F_z the contact slips: the force stays at that limit and
+/// the anchor of u is dragged along, so that the force never grows without bound and falls at once when the
+/// motion turns back.
+///
+/// Where the skin is followed (Touch::has_skin) and enough of its points lie under the contact, stick,
+/// incipient slip and slide are told by its motion, and with ShearSignal::Skin u is that of the skin: while
+/// the contact slides the skin stays, bent by the friction. The limit holds all the same.
+class ShearTracker {
+ public:
+  explicit ShearTracker(double pitch_mm_per_px)
+      : pitch_mm_per_px_(pitch_mm_per_px), slip_watch_(pitch_mm_per_px) {}
+
+  /// What follows does not continue what was: a contact that is there at once began unseen, and its shear
+  /// counts from where it is first seen (Validity::OnsetUnseen).
+  void interrupt();
+  /// Fills shift, shear and slip of `touch` from its centroid, force and skin. Frames in order; a new contact
+  /// is a new onset. `calibration` may be null: then only the shift is known.
+  void update(const ShearCalibration* calibration, Touch& touch);
+
+ private:
+  double pitch_mm_per_px_;
+  SlipWatch slip_watch_;
+  Slip told_ = Slip::Stick;  // by the skin, of the present contact
+  bool in_contact_ = false;
+  bool interrupted_ = false;   // no frame since
+  bool onset_unseen_ = false;  // of the present contact
+  bool anchor_at_border_ = false;
+  double onset_x_mm_ = 0, onset_y_mm_ = 0;
+  double anchor_x_mm_ = 0, anchor_y_mm_ = 0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,52 @@
+// The skin's points under a contact to the motion of its core: shift, turn about the normal, and how much of
+// the contact still sticks.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "palpate/touch.h"
+
+namespace palpate {
+
+/// Tangential displacement at r of a circular contact of radius 1 that sticks within c, as a share of the
+/// core's: what the tractions sqrt(1 - r^2) less sqrt(c^2 - r^2) do through the kernel 1/r (Cattaneo 1938,
+/// Mindlin 1949; Johnson, Contact Mechanics, Eq. 3.42 and 7.27). It leaves out that u_x differs between
+/// directions where Poisson's ratio is not 0. Within c it is 1; c = 0 slides, c = 1 sticks everywhere.
+double cattaneo_share(double r, double c);
+
+/// Where a contact is: the ellipse of its area, px.
+struct ContactOutline {
+  double x_px = 0, y_px = 0;
+  double major_px = 0, minor_px = 0;  ///< full axes
+  double angle_rad = 0;               ///< of the major axis, from +x towards +y
+};
+
+/// Follows the skin under one contact. While nothing touches, it learns where the points rest. Under a
+/// contact the points' motions since then are fitted by shift * cattaneo_share + turn x place, for stick
+/// shares from 0 to 1; what is returned are means and standard errors over all of them, each weighted by how
+/// well it explains the points. Points that disagree with the others are left out.
+class SkinTracker {
+ public:
+  explicit SkinTracker(double pitch_mm_per_px) : pitch_mm_per_px_(pitch_mm_per_px) {}
+
+  /// What follows does not continue what was: motion counts from the next frame on.
+  void interrupt() { interrupted_ = true; }
+  /// `outline` is null without contact. `sd_px`: standard error of each point. With fewer than three points
+  /// under the contact only the counts are filled (Validity::NoContact); a stick share that the motion is too
+  /// small to tell is BelowRange.
+  SkinMotion update(const ContactOutline* outline, std::span<const SkinPoint> points,
+                    std::span<const float> sd_px);
+
+ private:
+  struct Rest {
+    double x_px = 0, y_px = 0;
+  };
+  double pitch_mm_per_px_;
+  bool interrupted_ = false;
+  bool onset_unseen_ = false;
+  bool touching_ = false;
+  std::vector<Rest> rest_;
+};
+
+}  // namespace palpate

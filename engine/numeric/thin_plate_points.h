@@ -1,0 +1,37 @@
+// What is done to a spline's points before anything is solved: near-coincident ones merged, all centred,
+// scaled and reduced to the axes that they determine.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "engine/numeric/thin_plate.h"
+
+namespace palpate {
+
+constexpr size_t kNoGroup = static_cast<size_t>(-1);
+
+/// Which group each point belongs to, in order of first appearance; kNoGroup where the weight is 0. Two
+/// points of a group are within 2 `share` of the usual spacing of each other, that of the nearer half of the
+/// points if they were spread evenly over their disc or ball.
+template <size_t D>
+std::vector<size_t> merge_points(std::span<const std::array<double, D>> points,
+                                 std::span<const double> weights, double share);
+
+/// Weighted means of `groups` groups.
+template <size_t D>
+std::vector<std::array<double, D>> group_means(std::span<const std::array<double, D>> points,
+                                               std::span<const size_t> group, std::span<const double> weights,
+                                               size_t groups);
+
+/// Centre, scale and axes of the points; `flatness`: least over widest spread along principal axes.
+template <size_t D>
+PlateFrame<D> plate_frame(std::span<const std::array<double, D>> points, double flat_share, double& flatness);
+
+/// In own coordinates: rank x points.
+template <size_t D>
+std::vector<double> to_own(const PlateFrame<D>& frame, std::span<const std::array<double, D>> points);
+
+}  // namespace palpate

@@ -1,0 +1,88 @@
+// Frames of a force-calibrated sensor in a plate that presses a block of tissue, as a reading of what lies in
+// the block.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "palpate/frame.h"
+#include "engine/lump/observation/observation.h"
+#include "palpate/sensor.h"
+
+namespace palpate {
+
+/// A block of tissue under a sensor's window, as a person knows it.
+struct BlockSetting {
+  std::array<double, 3> block_mm = {40, 40, 20};  ///< length, width, thickness
+  double young_Pa = 4000;                         ///< of the tissue
+  std::array<double, 2> window_mm = {0, 0};       ///< the window's middle from the block's
+};
+
+/// Sums over the pixels around each node of a window, over some frames.
+struct NodeSums {
+  std::vector<double> pressure_Pa;
+  std::vector<double> limited;  ///< pixels at the camera's limit
+  double window_Pa = 0;         ///< all pixels of the window
+  uint32_t frames = 0;
+
+  void add(const NodeSums& other);
+};
+
+/// Gray less the untouched image, by the sensor's calibration to pressure, around nodes of the window.
+class PressureNodes {
+ public:
+  /// The sensor reads pressure (viz::reads_pressure) and has a scale; `background` has the frames' format.
+  PressureNodes(const Sensor& sensor, const Frame& background, double pitch_mm);
+
+  /// About 0.3 ms at 640 x 480.
+  NodeSums read(const Frame& frame) const;
+  /// On what the window sees, mean of the frames.
+  double window_force_N(const NodeSums& sums) const;
+  std::array<double, 2> window_mm() const;
+
+  /// Mean pressure, Pa. Nodes with more than one in fifty pixels at the camera's limit are NaN (not seen)
+  /// and counted, as a share, in `limited_share`. `noise_Pa`: of a value, what the calibration leaves and
+  /// rounding to gray levels.
+  ForwardMap map(const NodeSums& sums, double& noise_Pa, double& limited_share) const;
+  /// Of a gray level, at small pressures.
+  double Pa_per_gray() const { return 1e6 / sensor_.elastic.gray_per_MPa; }
+  /// What the calibration leaves, share of a pressure.
+  double relative_sd() const { return sensor_.elastic.relative_sd > 0 ? sensor_.elastic.relative_sd : 0.01; }
+
+ private:
+  template <typename Pixel>
+  void read_rows(const Frame& frame, NodeSums& sums) const;
+
+  Sensor sensor_;
+  Frame background_;
+  double pitch_mm_;
+  uint32_t width_ = 0, height_ = 0;            ///< nodes
+  std::vector<uint32_t> first_x_, node_of_y_;  ///< pixels where the nodes' columns begin; rows' nodes
+  std::vector<float> table_;                   ///< pressure over change of gray, from -max_gray on
+};
+
+/// Frames while a press loads whose force lies within 4 % of `highest_N` around `at_N`, the nearest first, at
+/// most twelve. `force_N`: of each frame; after the highest one and the hold at it the press no longer loads.
+std::vector<size_t> frames_near(const std::vector<double>& force_N, double at_N, double highest_N);
+/// By how much frames of a load may lie beside it, share of the highest force.
+inline constexpr double kLoadWidth = 0.04;
+/// Forces up to `top_N` in even shares.
+std::vector<double> even_loads(double top_N, uint32_t count);
+
+/// Frames of one load.
+struct LoadSums {
+  NodeSums nodes;
+  double force_N = 0;  ///< on the whole block, mean of the frames
+};
+/// Loads at rising forces as a reading; nodes beside the block are not seen.
+LumpReading press_reading(const PressureNodes& nodes, const std::vector<LoadSums>& loads,
+                          const BlockSetting& block);
+
+/// What the network tells of a single window, whose light may be uneven: its middle brighter than its corners
+/// by a share with standard deviation `uneven_sd`, or darker. A lump's bump in one window looks much the
+/// same. The estimate is made with 1.645 of that each way too: intervals hold all three, and where a lump
+/// goes away the verdict is Unusable and says why. Throws as LumpNetwork::estimate.
+LumpEstimate estimate_window(const LumpReading& reading, double uneven_sd);
+
+}  // namespace palpate

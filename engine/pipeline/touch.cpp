@@ -1,0 +1,47 @@
+#include "palpate/touch.h"
+
+namespace palpate {
+
+const char* to_string(Validity validity) {
+  switch (validity) {
+    case Validity::Valid:
+      return "valid";
+    case Validity::NotCalibrated:
+      return "not calibrated";
+    case Validity::NoContact:
+      return "no contact";
+    case Validity::BelowRange:
+      return "below calibrated range";
+    case Validity::AboveRange:
+      return "above calibrated range";
+    case Validity::Saturated:
+      return "saturated";
+    case Validity::AtBorder:
+      return "reaches the border";
+    case Validity::Clipped:
+      return "slopes clipped";
+    case Validity::OnsetUnseen:
+      return "onset unseen";
+    case Validity::Apart:
+      return "apart";
+  }
+  return "?";
+}
+
+const char* to_string(Slip slip) {
+  switch (slip) {
+    case Slip::NoContact:
+      return "no contact";
+    case Slip::Stick:
+      return "stick";
+    case Slip::Slip:
+      return "slip";
+    case Slip::Incipient:
+      return "incipient slip";
+    case Slip::NotCalibrated:
+      return "not calibrated";
+  }
+  return "?";
+}
+
+}  // namespace palpate

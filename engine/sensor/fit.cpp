@@ -1,0 +1,70 @@
+#include "engine/sensor/fit.h"
+
+#include <string>
+
+#include "palpate/error.h"
+#include "engine/sensor/outline.h"
+#include "palpate/pipeline.h"
+#include "engine/stages/contact.h"
+#include "engine/stages/skin.h"
+
+namespace palpate {
+namespace {
+
+void require(bool fits, const Sensor& sensor, const std::string& wanted, const std::string& found,
+             const std::string& remedy) {
+  if (!fits) throw Error(Failure::Sensor, "sensor '" + sensor.name + "' with " + wanted, found, remedy);
+}
+
+}  // namespace
+
+void check_fit(const Sensor& sensor, const FrameFormat& format, uint32_t outputs) {
+  const uint64_t pixels = uint64_t{format.width} * format.height;
+  require(
+      pixels > 0 && pixels <= kMaxPixels && format.width <= kMaxSide_px && format.height <= kMaxSide_px,
+      sensor,
+      "frames of 1 to " + std::to_string(kMaxPixels) + " pixels, sides up to " + std::to_string(kMaxSide_px),
+      std::to_string(format.width) + " x " + std::to_string(format.height), "a crop in the sensor file");
+  require(format.channels == 1 || (format.channels == 3 && format.bit_depth == 8), sensor,
+          "gray frames, or colour of 8 bits",
+          std::to_string(format.channels) + " channels of " + std::to_string(format.bit_depth) + " bits",
+          "channels 1, or bit_depth 8");
+  require(
+      format.channels == sensor.channels && format.bit_depth == sensor.bit_depth, sensor,
+      "its " + std::to_string(sensor.channels) + " channels of " + std::to_string(sensor.bit_depth) + " bits",
+      "frames of " + std::to_string(format.channels) + " channels of " + std::to_string(format.bit_depth) +
+          " bits",
+      "frame.channels and frame.bit_depth in the sensor file");
+  if (sensor.pad) {
+    bool seen = false;
+    for (uint32_t y = 0; y < format.height && !seen; ++y)
+      for (uint32_t x = 0; x < format.width && !seen; ++x) seen = contains(*sensor.pad, x, y);
+    require(seen, sensor, "a pad outline that covers some pixel",
+            "none inside " + std::to_string(format.width) + " x " + std::to_string(format.height) + " px",
+            "'pad' in px of the rectified frame");
+  }
+  if (follows_skin(sensor, wants(outputs, Output::Skin), wants(outputs, Output::Force))) {
+    require(sensor.skin.has_value(), sensor, "a pattern on the skin", "none",
+            "'skin' in the sensor file, or outputs without skin");
+    require(sensor.background.kind == BackgroundKind::Untouched, sensor,
+            "an untouched image in which the skin's pattern is found", "background.source 'none'",
+            "'untouched', or outputs without skin");
+  }
+  require(!wants(outputs, Output::Gradient) || format.bit_depth == 8, sensor,
+          "frames of 8 bits, for the sum of gradients", std::to_string(format.bit_depth) + " bits",
+          "outputs without it");
+  if (!wants(outputs, Output::Surface)) return;
+  require(sensor.reading != Reading::None, sensor,
+          "a surface reading (shading, photometric, elastic or lookup)", "none",
+          "asking for force only, or adding 'surface' to the sensor file");
+  require(sensor.reading != Reading::Photometric || format.channels == 3, sensor,
+          "colour frames for reading 'photometric'", "gray frames", "channels 3 in the sensor file");
+  require(sensor.reading != Reading::Shading || format.channels == 1, sensor,
+          "gray frames for reading 'shading'", "colour frames", "channels 1 in the sensor file");
+  require(sensor.reading != Reading::Elastic || format.channels == 1, sensor,
+          "gray frames for reading 'elastic'", "colour frames", "channels 1 in the sensor file");
+  require(sensor.reading != Reading::Lookup || format.channels == 1, sensor,
+          "gray frames for reading 'lookup'", "colour frames", "channels 1 in the sensor file");
+}
+
+}  // namespace palpate

@@ -1,0 +1,386 @@
+#include "palpate/sensor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <set>
+#include <sstream>
+
+#include "palpate/error.h"
+#include "engine/sensor/json.h"
+#include "engine/elasticity/elastic_kernel.h"
+
+namespace palpate {
+namespace {
+
+using namespace sensor_json;
+
+constexpr int kVersion = 1;
+
+constexpr std::array kSignals{Signal::Brighter, Signal::Darker, Signal::Either};
+constexpr std::array kFilters{Filter::Binomial5, Filter::None};
+
+void read_contact(const Json& json, const std::string& where, Sensor& sensor) {
+  Reader contact(json, where);
+  contact.choice("signal", kSignals, sensor.signal);
+  contact.choice("filter", kFilters, sensor.filter);
+  contact.number("threshold_gray", 0, 65535, "gray levels", sensor.threshold_gray);
+  contact.number("gradient_gray_per_px", 0, 255, "gray levels per px", sensor.gradient_gray_per_px);
+  contact.whole("saturation_gray", 1, 65535, "gray levels", sensor.saturation_gray);
+  contact.whole("smallest_px", 0, 1u << 26, "px", sensor.smallest_contact_px);
+  contact.finish();
+}
+
+Json to_json(const Sensor& s) {
+  Json contact{{"signal", to_string(s.signal)},
+               {"filter", to_string(s.filter)},
+               {"threshold_gray", s.threshold_gray},
+               {"saturation_gray", s.saturation_gray}};
+  if (s.gradient_gray_per_px != 1) contact["gradient_gray_per_px"] = s.gradient_gray_per_px;
+  if (s.smallest_contact_px != 0) contact["smallest_px"] = s.smallest_contact_px;
+  Json json{{"palpate_sensor", kVersion},
+            {"name", s.name},
+            {"pitch_mm_per_px", s.pitch_mm_per_px},
+            {"frame", frame_json(s)},
+            {"background", background_json(s.background)},
+            {"contact", contact},
+            {"surface", surface_json(s)}};
+  if (s.pitch_sd_mm_per_px != 0) json["pitch_sd_mm_per_px"] = s.pitch_sd_mm_per_px;
+  if (s.pad) json["pad"] = pad_json(*s.pad);
+  if (s.skin) json["skin"] = skin_json(*s.skin);
+  if (s.force) json["force"] = force_json(*s.force);
+  if (s.shear) json["shear"] = shear_json(*s.shear);
+  return json;
+}
+
+/// What no single key can tell: that the keys fit each other.
+void check_together(const Sensor& s, const std::string& where) {
+  const auto require = [&](bool fits, const char* key, const std::string& wanted, const std::string& found) {
+    if (!fits) fail(where + "." + key, wanted, found);
+  };
+  require(s.channels == 1 || s.channels == 3, "frame.channels", "1 or 3", std::to_string(s.channels));
+  require(s.channels == 1 || s.bit_depth == 8, "frame.bit_depth", "8 for colour",
+          std::to_string(s.bit_depth));
+  require(!s.quad_px || (s.size_px[0] > 0 && s.size_px[1] > 0), "frame.size_px",
+          "the size of the rectified frame, with quad_px", "none");
+  const double full_scale = (1u << s.bit_depth) - 1;
+  require(s.threshold_gray >= 0 && s.threshold_gray <= full_scale, "contact.threshold_gray",
+          "0 to " + number_text(full_scale) + " gray levels", number_text(s.threshold_gray));
+  require(s.saturation_gray >= 1 && s.saturation_gray <= full_scale, "contact.saturation_gray",
+          "1 to " + number_text(full_scale) + " gray levels", std::to_string(s.saturation_gray));
+  require(!s.shadow_gray || *s.shadow_gray * 2 <= full_scale, "surface.shadow_gray",
+          "0 to " + number_text(std::floor(full_scale / 2)) + " gray levels",
+          std::to_string(s.shadow_gray.value_or(0)));
+  if (s.pad) {
+    const auto* rectangle = std::get_if<PadRectangle>(&*s.pad);
+    const auto* ellipse = std::get_if<PadEllipse>(&*s.pad);
+    const auto* polygon = std::get_if<PadPolygon>(&*s.pad);
+    require(!rectangle || (rectangle->width >= 1 && rectangle->height >= 1), "pad.rectangle_px",
+            "width and height of at least 1 px", "less");
+    require(!ellipse || (ellipse->radius_x > 0 && ellipse->radius_y > 0), "pad", "radii of more than 0 px",
+            "less");
+    require(!polygon || polygon->corners.size() >= 3, "pad.polygon_px", "three corners or more", "fewer");
+  }
+  if (s.background.kind == BackgroundKind::None) {
+    const std::string change = "frames hold the change already (background.source 'none')";
+    require(s.signal != Signal::Darker, "contact.signal", "brighter or either where " + change,
+            to_string(s.signal));
+    require(s.reading != Reading::Photometric, "surface.reading", "no photometric reading where " + change,
+            "one: a change's sign is needed");
+    require(s.shadow_gray.value_or(0) == 0, "surface.shadow_gray", "0 or none where " + change,
+            std::to_string(s.shadow_gray.value_or(0)));
+  }
+  require(s.filter != Filter::None || s.reading == Reading::None || s.reading == Reading::Photometric,
+          "contact.filter", "'binomial5' for reading '" + std::string(to_string(s.reading)) + "'", "'none'");
+  if (s.reading == Reading::Shading)
+    require(s.shading.facing_gray > 0, "surface.shading.facing_gray", "more than 0 gray levels",
+            number_text(s.shading.facing_gray));
+  if (s.reading == Reading::Elastic) {
+    require(s.channels == 1, "frame.channels", "1 for reading 'elastic'", std::to_string(s.channels));
+    require(s.elastic.gray_per_MPa > 0, "surface.elastic", "this section, for reading 'elastic'", "none");
+    require(s.elastic.thickness_mm == 0 ||
+                s.elastic.thickness_mm >= ElasticKernel::kThinnest_px * s.pitch_mm_per_px,
+            "surface.elastic.thickness_mm", "at least 4 pixels (pitch_mm_per_px), or none for a half space",
+            number_text(s.elastic.thickness_mm));
+  }
+  if (s.reading == Reading::Photometric) {
+    require(s.channels == 3, "frame.channels", "3 for reading 'photometric'", std::to_string(s.channels));
+    double largest = 0;
+    for (const auto* weights : {&s.photometric.wx, &s.photometric.wy})
+      for (const auto& row : *weights)
+        for (const double weight : row) largest = std::max(largest, std::abs(weight));
+    require(largest > 0, "surface.photometric", "weights that are not all 0", "none");
+  }
+  if (s.reading == Reading::Lookup) {
+    require(s.channels == 1, "frame.channels", "1 for reading 'lookup'", std::to_string(s.channels));
+    require(s.lookup.points.size() >= 2, "surface.lookup", "this section, for reading 'lookup'", "none");
+    for (size_t i = 1; i < s.lookup.points.size(); ++i)
+      require(s.lookup.points[i][0] > s.lookup.points[i - 1][0] &&
+                  s.lookup.points[i][1] >= s.lookup.points[i - 1][1],
+              "surface.lookup.points", "gray that rises and depth that does not fall from point to point",
+              number_text(s.lookup.points[i][0]) + ", " + number_text(s.lookup.points[i][1]) + " mm");
+  }
+  if (s.force) {
+    require(s.force->model == ForceModel::Spline || s.force->c1_N_per_gray != 0, "force.c1_N_per_gray",
+            "not 0", "0");
+    require(s.force->model != ForceModel::Spline || s.force->knots.size() >= 2, "force.knots",
+            "2 knots or more for model 'spline'", std::to_string(s.force->knots.size()));
+    require(s.force->signal == ForceSignal::Volume || s.force->gray_min >= 0, "force.gray_min",
+            "0 or more for this signal", number_text(s.force->gray_min));
+    require(s.force->signal != ForceSignal::Gradient || s.bit_depth == 8, "force.signal",
+            "'gradient' with frames of 8 bits", std::to_string(s.bit_depth) + " bits");
+    require(s.force->gray_max > s.force->gray_min, "force.gray_max", "more than gray_min",
+            number_text(s.force->gray_max));
+  }
+}
+
+/// A file holds a sensor of which at least the scale is known.
+void require_scale(const Sensor& sensor, const std::string& where) {
+  if (!has_scale(sensor)) fail(where + ".pitch_mm_per_px", "a scale", "none");
+}
+
+Sensor from_json(const Json& json, const std::string& where, const std::string& default_name) {
+  Reader reader(json, where);
+  const double version = reader.number("palpate_sensor", 0, 1000, "(version of the format)");
+  if (version != kVersion)
+    fail(where + ".palpate_sensor", "version " + std::to_string(kVersion), number_text(version),
+         "a newer palpate");
+  Sensor sensor;
+  sensor.name = reader.has("name") ? reader.text("name") : default_name;
+  sensor.pitch_mm_per_px = reader.number("pitch_mm_per_px", 1e-6, 100, "mm per px");
+  reader.number("pitch_sd_mm_per_px", 0, 100, "mm per px", sensor.pitch_sd_mm_per_px);
+  if (reader.has("frame")) read_frame(reader.at("frame"), reader.path("frame"), sensor);
+  sensor.saturation_gray = (1u << sensor.bit_depth) - 1;
+  if (reader.has("background"))
+    read_background(reader.at("background"), reader.path("background"), sensor.background);
+  if (reader.has("contact")) read_contact(reader.at("contact"), reader.path("contact"), sensor);
+  if (reader.has("surface")) read_surface(reader.at("surface"), reader.path("surface"), sensor);
+  if (reader.has("pad")) sensor.pad = read_pad(reader.at("pad"), reader.path("pad"));
+  if (reader.has("skin")) sensor.skin = read_skin(reader.at("skin"), reader.path("skin"));
+  if (reader.has("force")) sensor.force = read_force(reader.at("force"), reader.path("force"));
+  if (reader.has("shear")) sensor.shear = read_shear(reader.at("shear"), reader.path("shear"));
+  reader.finish();
+  check_together(sensor, where);
+  return sensor;
+}
+
+/// Throws where the text is no JSON or writes a key twice.
+Json parse(const std::string& text, const std::filesystem::path& file) {
+  std::vector<std::set<std::string>> keys;
+  const auto no_key_twice = [&](int, Json::parse_event_t event, Json& parsed) {
+    if (event == Json::parse_event_t::object_start) keys.emplace_back();
+    if (event == Json::parse_event_t::object_end) keys.pop_back();
+    if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second)
+      fail(file.string(), "each key once", shown(parsed) + " twice", "removing one of them");
+    return true;
+  };
+  try {
+    return Json::parse(text, no_key_twice, true, true);  // comments are allowed
+  } catch (const Json::exception& e) {
+    std::string what = e.what();
+    const size_t at = what.find("at line"), after_code = what.find("] ");
+    if (at != std::string::npos)
+      what = "an error " + what.substr(at);
+    else if (after_code != std::string::npos)
+      what = what.substr(after_code + 2);
+    for (char& c : what)
+      if (c < ' ' || c > '~') c = '?';  // a damaged file's bytes are no text
+    fail(file.string(), "valid JSON", what.size() > 160 ? what.substr(0, 157) + "..." : what,
+         "correcting it there");
+  }
+}
+
+}  // namespace
+
+bool has_scale(const Sensor& sensor) {
+  return !std::isnan(sensor.pitch_mm_per_px);
+}
+
+Sensor uncalibrated_sensor(const FrameFormat& format) {
+  Sensor sensor;
+  sensor.name = "uncalibrated camera";
+  sensor.pitch_mm_per_px = std::numeric_limits<double>::quiet_NaN();
+  sensor.size_px = {format.width, format.height};
+  sensor.channels = format.channels;
+  sensor.bit_depth = format.bit_depth;
+  sensor.signal = Signal::Either;
+  sensor.threshold_gray = 0.02 * format.max_gray();
+  sensor.saturation_gray = format.max_gray();
+  sensor.background.first_frames = 10;
+  return sensor;
+}
+
+uint32_t shadow_gray(const Sensor& sensor) {
+  if (sensor.shadow_gray) return *sensor.shadow_gray;
+  constexpr uint32_t kPerCent = 2;
+  return sensor.reading == Reading::Photometric ? ((1u << sensor.bit_depth) - 1) * kPerCent / 100 : 0;
+}
+
+uint32_t smallest_contact_px(const Sensor& sensor, const FrameFormat& format) {
+  if (sensor.smallest_contact_px > 0) return sensor.smallest_contact_px;
+  double least_px = std::max(9.0, static_cast<double>(format.width) * format.height / 4000);
+  // Where the skin moves, its pattern changes the picture too. What one marker leaves, where it was and where
+  // it is, each as wide as the filter makes it, or one patch of texture, is no touch.
+  if (sensor.skin) {
+    const bool markers = sensor.skin->kind == SkinKind::Markers;
+    const double side = markers ? sensor.skin->size_px + 4 : 2 * sensor.skin->size_px;
+    least_px = std::max(least_px, markers ? 2 * std::numbers::pi / 4 * side * side : side * side);
+  }
+  return static_cast<uint32_t>(std::min(least_px, double{1u << 26}));
+}
+
+const char* to_string(Signal signal) {
+  switch (signal) {
+    case Signal::Brighter:
+      return "brighter";
+    case Signal::Darker:
+      return "darker";
+    case Signal::Either:
+      return "either";
+  }
+  return "?";
+}
+
+const char* to_string(Filter filter) {
+  return filter == Filter::Binomial5 ? "binomial5" : "none";
+}
+
+const char* to_string(BackgroundKind kind) {
+  return kind == BackgroundKind::Untouched ? "untouched" : "none";
+}
+
+const char* to_string(Reading reading) {
+  switch (reading) {
+    case Reading::None:
+      return "none";
+    case Reading::Shading:
+      return "shading";
+    case Reading::Photometric:
+      return "photometric";
+    case Reading::Elastic:
+      return "elastic";
+    case Reading::Lookup:
+      return "lookup";
+  }
+  return "?";
+}
+
+const char* to_string(ForceSignal signal) {
+  switch (signal) {
+    case ForceSignal::GraySum:
+      return "gray sum";
+    case ForceSignal::Area:
+      return "area";
+    case ForceSignal::Volume:
+      return "volume";
+    case ForceSignal::Gradient:
+      return "gradient";
+  }
+  return "?";
+}
+
+const char* to_string(ForceModel model) {
+  switch (model) {
+    case ForceModel::Line:
+      return "line";
+    case ForceModel::Power:
+      return "power";
+    case ForceModel::Spline:
+      return "spline";
+  }
+  return "?";
+}
+
+const char* to_string(ShearSignal signal) {
+  return signal == ShearSignal::Centroid ? "centroid" : "skin";
+}
+
+const char* to_string(SkinKind kind) {
+  return kind == SkinKind::Markers ? "markers" : "texture";
+}
+
+void validate(const Sensor& sensor, const std::string& where) {
+  if (has_scale(sensor)) {
+    from_json(to_json(sensor), where, "");
+    return;
+  }
+  if (sensor.reading != Reading::None || sensor.shear)
+    fail(where + ".pitch_mm_per_px", "a scale, for surfaces and shear", "none");
+  Sensor scaled = sensor;  // no other key depends on the scale then
+  scaled.pitch_mm_per_px = 1;
+  from_json(to_json(scaled), where, "");
+}
+
+// A path in the file is relative to the file, whatever the working directory.
+static std::string beside(const std::filesystem::path& file, const std::string& image) {
+  return (std::filesystem::absolute(file).parent_path() / image).lexically_normal().string();
+}
+
+Sensor load_sensor(const std::filesystem::path& file) {
+  constexpr uintmax_t kMaxBytes = 1 << 20;
+  std::error_code error;
+  const uintmax_t bytes = std::filesystem::file_size(file, error);
+  if (error) fail(file.string(), "a sensor file (JSON)", error.message(), "checking the path");
+  if (bytes > kMaxBytes)
+    fail(file.string(), "a sensor file of at most 1 MiB", std::to_string(bytes) + " bytes", "another file");
+  std::ifstream in(file, std::ios::binary);
+  std::string text(static_cast<size_t>(bytes), '\0');
+  if (!in.read(text.data(), static_cast<std::streamsize>(text.size())))
+    fail(file.string(), "a readable sensor file", "a read error", "checking its permissions");
+
+  Sensor sensor = from_json(parse(text, file), file.filename().string(), file.stem().string());
+  if (!sensor.background.image.empty()) sensor.background.image = beside(file, sensor.background.image);
+  if (sensor.flat) sensor.flat->image = beside(file, sensor.flat->image);
+  return sensor;
+}
+
+std::string sensor_text(const Sensor& sensor) {
+  require_scale(sensor, "sensor");
+  validate(sensor, "sensor");
+  return to_json(sensor).dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+Sensor sensor_from_text(const std::string& text, const std::string& where) {
+  return from_json(parse(text, where), where, "");
+}
+
+void save_sensor(const Sensor& given, const std::filesystem::path& file) {
+  require_scale(given, file.filename().string());
+  validate(given, file.filename().string());
+  Sensor sensor = given;
+  // So that folder and sensor file can move together; an image elsewhere keeps its whole path.
+  const auto shorten = [&](std::string& path) {
+    const std::filesystem::path image = path;
+    if (!image.is_absolute()) return;
+    const auto near =
+        image.lexically_relative(std::filesystem::absolute(file).lexically_normal().parent_path());
+    if (!near.empty() && *near.begin() != "..") path = near.string();
+  };
+  shorten(sensor.background.image);
+  if (sensor.flat) shorten(sensor.flat->image);
+  const auto fail_to_write = [&](const std::string& why) {
+    throw Error(Failure::Output, "to write " + file.string(), why, "another folder, or freeing disk space");
+  };
+  auto temporary = file;
+  temporary += ".tmp";
+  std::error_code error, ignored;
+  {
+    std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
+    out << to_json(sensor).dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+    out.close();
+    if (!out) {
+      std::filesystem::remove(temporary, ignored);
+      fail_to_write("it cannot be written");
+    }
+  }
+  std::filesystem::rename(temporary, file, error);
+  if (error) {
+    std::filesystem::remove(temporary, ignored);
+    fail_to_write(error.message());
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,230 @@
+#include "perf/rivals/lump_scaling.h"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "palpate/error.h"
+#include "engine/lump/dataset/file.h"
+#include "engine/lump/dataset/journal.h"
+#include "viz/report/gnuplot.h"
+#include "viz/report/plot_script.h"
+
+namespace palpate::perf {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr int kRepetitions = 3, kQuickCases = 40, kUsualCases = 6;
+constexpr double kModelCases = 10000;
+constexpr const char* kQuick = "--cells 24x24x12 --coarser-cells 0";
+
+double since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+struct Run {
+  double wall_s = 0;   ///< of the whole command
+  double press_s = 0;  ///< while cases were pressed
+  double busy_s = 0;   ///< of all workers
+};
+
+/// One way to run the command, and what it took.
+struct Way {
+  const char* how;
+  int workers;
+  std::string start;  ///< before the program's name
+  std::string more;
+  std::vector<Run> runs = {};
+
+  double median(double Run::*value) const {
+    std::vector<double> values;
+    for (const Run& run : runs) values.push_back(run.*value);
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+  }
+};
+
+class Folder {
+ public:
+  Folder() : path(fs::temp_directory_path() / ("palpate-lumps-" + std::to_string(::getpid()))) {
+    fs::create_directories(path);
+  }
+  ~Folder() {
+    std::error_code error;
+    fs::remove_all(path, error);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  const fs::path path;
+};
+
+bool succeeds(const std::string& command) {
+  const int status = std::system(command.c_str());  // NOLINT(cert-env33-c): mpirun is a program to start
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+Run timed(const std::string& program, const Way& way, int cases, const fs::path& folder) {
+  const std::string file = (folder / "set.h5").string(), said = (folder / "said.json").string();
+  fs::remove(file);
+  const auto start = Clock::now();
+  if (!succeeds(way.start + " '" + program + "' lump dataset " + file + " --json --quiet --count " +
+                std::to_string(cases) + " " + way.more + " > " + said + " 2> /dev/null"))
+    throw Error(Failure::Input, "a data set of lumps",
+                std::string("a run that failed: ") + way.start + " " + program, "the same by hand");
+  Run run;
+  run.wall_s = since(start);
+  std::ifstream in(said);
+  const nlohmann::json value = nlohmann::json::parse(in);
+  run.press_s = value.at("wall_s").get<double>();
+  run.busy_s = value.at("busy_s").get<double>();
+  return run;
+}
+
+/// What the first process does alone, for each case.
+struct Serial {
+  double keep_s = 0;   ///< received, unpacked, on the disk
+  double write_s = 0;  ///< from the journal into the file
+};
+
+Serial serial_costs(const fs::path& folder) {
+  const LumpData data = read_lump_file(folder / "set.h5");
+  const auto n = static_cast<double>(data.samples.size());
+  Serial serial;
+  LumpJournal journal(folder / "again.part", data.sweep, data.program);
+  auto start = Clock::now();
+  for (const LumpSample& sample : data.samples) journal.append(pack(data.sweep, sample));
+  serial.keep_s = since(start) / n;
+  start = Clock::now();
+  write_lump_file(folder / "again.h5", data.sweep, data.program, data.first,
+                  static_cast<uint32_t>(data.samples.size()),
+                  [&](uint32_t number) { return journal.read(number); });
+  serial.write_s = since(start) / n;
+  journal.remove();
+  return serial;
+}
+
+/// Wall time of many cases on workers with a core each. While they press, the first process keeps; at the end
+/// some wait for the longest case, about twice the mean (blocks that are not solved as a quarter); then the
+/// file is written.
+double model_s(double case_s, const Serial& serial, double start_s, double workers) {
+  const double pressing = kModelCases * std::max(case_s / workers, serial.keep_s);
+  const double waiting = workers > 1 ? 2 * case_s : 0;
+  return start_s + pressing + waiting + kModelCases * serial.write_s;
+}
+
+std::string print(const char* format, auto... values) {
+  char text[300];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+}  // namespace
+
+LumpScaling lump_scaling(const fs::path& program) {
+  const Folder folder;
+  std::vector<Way> ways = {{"threads", 1, "", std::string(kQuick) + " --threads 1"},
+                           {"threads", 2, "", std::string(kQuick) + " --threads 2"}};
+  const bool together = succeeds("mpirun --version > /dev/null 2>&1");
+  if (together)
+    for (const int n : {1, 2})
+      ways.push_back({"processes", n,
+                      "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n " +
+                          std::to_string(n),
+                      kQuick});
+  for (int i = 0; i < kRepetitions; ++i)
+    for (Way& way : ways) way.runs.push_back(timed(program.string(), way, kQuickCases, folder.path));
+
+  LumpScaling result;
+  result.csv = "kind,sweep,how,workers,cases,cases_per_min,speed_up\n";
+  result.words =
+      print("%d cases of a quick sweep (%s), medians of %d runs:\n", kQuickCases, kQuick, kRepetitions);
+  std::vector<std::vector<double>> measured[2];
+  for (size_t w = 0; w < ways.size(); ++w) {
+    const Way& way = ways[w];
+    const double per_min = 60 * kQuickCases / way.median(&Run::press_s);
+    const double alone = 60 * kQuickCases / ways[w - w % 2].median(&Run::press_s);
+    const double start_s = way.median(&Run::wall_s) - way.median(&Run::press_s);
+    result.csv += print("measured,quick,%s,%d,%d,%.4g,%.3f\n", way.how, way.workers, kQuickCases, per_min,
+                        per_min / alone);
+    result.words += print(
+        "  %d %-10s %7.1f cases a minute, %.2f times one; start and end %.2f s; %.1f ms of a core a case\n",
+        way.workers, way.how, per_min, per_min / alone, start_s,
+        1e3 * way.median(&Run::busy_s) / kQuickCases);
+    std::vector<std::vector<double>>& columns = measured[w / 2];
+    columns.resize(2);
+    columns[0].push_back(way.workers);
+    columns[1].push_back(per_min);
+  }
+  const Serial serial = serial_costs(folder.path);
+  const Way& widest = ways.back();
+  const double start_s = std::max(
+      0.0, widest.median(&Run::wall_s) - widest.median(&Run::press_s) - kQuickCases * serial.write_s);
+  const double quick_s = widest.median(&Run::busy_s) / kQuickCases;
+  Way usual{"threads", 2, "", "--threads 2"};
+  usual.runs.push_back(timed(program.string(), usual, kUsualCases, folder.path));
+  const double usual_s = usual.runs[0].busy_s / kUsualCases;
+  const Serial usual_serial = serial_costs(folder.path);
+
+  std::string blocks;
+  const struct {
+    const char* name;
+    double case_s;
+    const Serial& serial;
+  } models[] = {{"quick", quick_s, serial}, {"default", usual_s, usual_serial}};
+  for (const auto& m : models) {
+    std::vector<std::vector<double>> columns(2);
+    const double one_s = model_s(m.case_s, m.serial, start_s, 1);
+    for (double workers = 1; workers <= 4096; workers *= 2) {
+      const double wall_s = model_s(m.case_s, m.serial, start_s, workers);
+      columns[0].push_back(workers);
+      columns[1].push_back(60 * kModelCases / wall_s);
+      result.csv += print("model,%s,processes,%.0f,%.0f,%.4g,%.3f\n", m.name, workers, kModelCases,
+                          columns[1].back(), one_s / wall_s);
+    }
+    blocks += plot_block(std::string("model_") + m.name, columns);
+    const double share =
+        (m.serial.keep_s + m.serial.write_s) / (m.case_s + m.serial.keep_s + m.serial.write_s);
+    result.words += print(
+        "%s sweep: %.3g s of a core a case; the first process alone: %.2f ms to keep it, %.2f ms to write "
+        "it, a share of %.2g: "
+        "the disk is the limit from %.0f workers on (model)\n",
+        m.name, m.case_s, 1e3 * m.serial.keep_s, 1e3 * m.serial.write_s, share, m.case_s / m.serial.keep_s);
+  }
+  if (!together) result.words += "no mpirun here: processes are not measured\n";
+
+  for (const bool svg : {false, true}) {
+    std::string script = plot_head(svg, 900, 620) + blocks + plot_block("threads", measured[0]);
+    if (together) script += plot_block("processes", measured[1]);
+    script +=
+        "set logscale xy\nset xlabel 'workers (a core each)'\nset ylabel 'cases a minute'\nset key top "
+        "left\nset xrange [0.8:5000]\n"
+        "set title 'Data sets of lumps: measured on 1 and 2 cores, beyond that a model of 10000 "
+        "cases'\nplot ";
+    for (size_t i = 0; i < 2; ++i) {
+      script += std::string("$model_") + models[i].name + " using 1:2 with lines lw 2 lc rgb '" +
+                plot_colour(i) + "' title " +
+                gnuplot_quoted(std::string("model, ") + models[i].name + " sweep") + ", ";
+      script += print("%g*x with lines dt 3 lc rgb '%s' title '%s without a serial part', ",
+                      60 / models[i].case_s, plot_colour(i), models[i].name);
+    }
+    script += std::string("$threads using 1:2 with points pt 7 ps 1.3 lc rgb '") + plot_colour(4) +
+              "' title 'measured, quick sweep, threads'";
+    if (together)
+      script += std::string(", $processes using 1:2 with points pt 4 ps 1.8 lw 2 lc rgb '") + plot_colour(2) +
+                "' title 'measured, quick sweep, processes'";
+    (svg ? result.svg : result.png) = run_gnuplot(script + "\n").bytes;
+  }
+  return result;
+}
+
+}  // namespace palpate::perf

@@ -1,0 +1,211 @@
+#include "perf/rivals/modulus_trials.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <random>
+
+#include "engine/gpu/context.h"
+#include "capture/run/modulus_frames.h"
+#include "viz/report/plot_script.h"
+
+namespace palpate::perf {
+namespace {
+
+constexpr double kPadSd = 0.01, kForceSd = 0.01, kSizeSd = 0.005, kZero_mm = 0.1, kStage_mm = 0.005;
+constexpr double kMostStrain = 0.08, kWidest = 0.33, kMostForce_N = 2;
+
+std::string text(const char* format, auto... values) {
+  char line[300];
+  std::snprintf(line, sizeof line, format, values...);
+  return line;
+}
+
+PadBody trial_pad() {
+  const SyntheticOptions options;
+  return {{options.pad_young_MPa, 0.5}, options.pad_thickness_mm, Base::Bonded};
+}
+
+}  // namespace
+
+Sample trial_sample(SampleShape shape) {
+  Sample s;
+  s.shape = shape;
+  s.size_mm = shape == SampleShape::Sphere ? 16 : 10;
+  s.height_mm = 10;
+  s.relative_size_sd = kSizeSd;
+  return s;
+}
+
+double trial_force_N(const PressModel& model, double young_MPa, double pad_MPa) {
+  double force = kMostForce_N;
+  for (;; force *= 0.97) {
+    const PressSight s = model.at_force(force, young_MPa, pad_MPa);
+    if (model.sample().flat() ? s.strain <= kMostStrain : s.radius_mm <= kWidest * model.sample().radius_mm())
+      return force;
+  }
+}
+
+std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape, double young_MPa,
+                                        const std::vector<double>& forces_N, uint64_t seed, int nodes) {
+  std::mt19937_64 random(seed * 7919 + static_cast<uint64_t>(shape));
+  std::normal_distribution<double> normal;
+  ModulusScene scene;
+  scene.sample = trial_sample(shape);
+  scene.young_MPa = young_MPa;
+  scene.forces_N = forces_N;
+  scene.sensor.seed = seed;
+  scene.pad_error = kPadSd * normal(random);
+  scene.size_error = kSizeSd * normal(random);
+  scene.zero_error_mm = kZero_mm * normal(random);
+  scene.stage_sd_mm = kStage_mm;
+  Sample true_sample = scene.sample;
+  true_sample.size_mm *= 1 + scene.size_error;
+  const PressTruth truth(trial_pad(), true_sample, nodes);
+  const SimulatedPresses presses = simulate_presses(scene, &truth);
+
+  ModulusSetup setup;
+  setup.pad = trial_pad();
+  setup.sample = scene.sample;
+  setup.pad_relative_sd = kPadSd;
+  setup.force_relative_sd = kForceSd;
+  setup.seed = seed;
+  PressReader reader(context, presses.sensor, presses.background, setup.sample);
+  setup.depth_by_pressure = reader.depth_by_pressure();
+  std::vector<PressFrame> staged, blind;
+  for (size_t i = 0; i < presses.frames.size(); ++i) {
+    std::optional<PressFrame> p = reader.read(presses.frames[i]);
+    if (!p) continue;
+    blind.push_back(*p);
+    p->approach_mm = {presses.approach_mm[i], kStage_mm};
+    staged.push_back(*p);
+  }
+  const PressModel model(setup.pad, setup.sample);
+  return {{shape, true, young_MPa, forces_N.back(), estimate_modulus(staged, setup, model)},
+          {shape, false, young_MPa, forces_N.back(), estimate_modulus(blind, setup, model)}};
+}
+
+std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape, double young_MPa,
+                                        uint64_t seed, int presses, int nodes) {
+  const PadBody pad = trial_pad();
+  const PressModel model(pad, trial_sample(shape));
+  const double most = trial_force_N(model, young_MPa, pad.material.young_MPa);
+  std::vector<double> forces;
+  forces.reserve(static_cast<size_t>(presses));
+  for (int i = 0; i < presses; ++i) forces.push_back(most * (0.2 + 0.8 * i / (presses - 1)));
+  return modulus_trial(context, shape, young_MPa, forces, seed, nodes);
+}
+
+ModulusScore score(const std::vector<ModulusTrial>& trials, double from_MPa, double to_MPa) {
+  ModulusScore s;
+  std::vector<double> errors;
+  for (const ModulusTrial& t : trials) {
+    if (t.truth_MPa < from_MPa * 0.999 || t.truth_MPa > to_MPa * 1.001) continue;
+    ++s.trials;
+    if (t.answer.best().state == ModulusState::PadLimited) {
+      ++s.bounds;
+      s.bounds_hold += t.answer.best().low_MPa <= t.truth_MPa;
+    }
+    if (!t.valid()) continue;
+    ++s.valid;
+    s.inside += t.inside();
+    errors.push_back(std::abs(t.error()));
+  }
+  std::sort(errors.begin(), errors.end());
+  const auto quantile = [&](double q) {
+    if (errors.empty()) return std::nan("");
+    const double at = q * static_cast<double>(errors.size() - 1);
+    const auto i = static_cast<size_t>(at);
+    const double next = errors[std::min(i + 1, errors.size() - 1)];
+    return errors[i] + (at - static_cast<double>(i)) * (next - errors[i]);
+  };
+  s.median = quantile(0.5);
+  s.ninety = quantile(0.9);
+  return s;
+}
+
+std::string trials_csv(const std::vector<ModulusTrial>& trials) {
+  std::string csv =
+      "shape,stage,truth_kPa,force_max_N,chosen,state,young_kPa,low_kPa,high_kPa,error,inside,residual_sd";
+  for (size_t i = 0; i < kModulusWays; ++i) csv += text(",%s kPa", to_string(static_cast<ModulusWay>(i)));
+  csv += "\n";
+  for (const ModulusTrial& t : trials) {
+    const ModulusEstimate& e = t.answer.best();
+    csv += text("%s,%d,%.6g,%.4g,%s,%s,", to_string(t.shape), t.stage, 1e3 * t.truth_MPa, t.force_max_N,
+                to_string(t.answer.chosen), to_string(e.state));
+    csv += t.valid() ? text("%.5g", 1e3 * e.young_MPa) : "";
+    csv += e.low_MPa > 0 ? text(",%.5g", 1e3 * e.low_MPa) : ",";
+    csv += e.low_MPa > 0 && std::isfinite(e.high_MPa) ? text(",%.5g", 1e3 * e.high_MPa) : ",";
+    csv += t.valid() ? text(",%.4f,%d", t.error(), t.inside()) : ",,";
+    csv += text(",%.3f", e.residual);
+    for (const ModulusEstimate& w : t.answer.ways)
+      csv += w.state == ModulusState::Valid ? text(",%.5g", 1e3 * w.young_MPa) : ",";
+    csv += "\n";
+  }
+  return csv;
+}
+
+std::string scores_text(const std::vector<ModulusTrial>& trials) {
+  std::string out = text("%-9s %-14s %-16s %6s %6s %8s %8s %8s   %s\n", "shape", "stage", "range, kPa",
+                         "trials", "valid", "median", "90th", "inside", "bounds that hold");
+  const auto row = [&](const char* shape, const char* stage, const std::vector<ModulusTrial>& of) {
+    for (const auto& [from, to] : {std::pair{0.01, 1.0}, std::pair{0.005, 5.0}}) {
+      const ModulusScore s = score(of, from, to);
+      out += text("%-9s %-14s %5g to %-7g %6zu %6zu %6.1f %% %6.1f %% %6.1f %%   %zu of %zu\n", shape, stage,
+                  1e3 * from, 1e3 * to, s.trials, s.valid, 100 * s.median, 100 * s.ninety,
+                  s.valid ? 100.0 * static_cast<double>(s.inside) / static_cast<double>(s.valid) : 0.0,
+                  s.bounds_hold, s.bounds);
+    }
+  };
+  for (const bool stage : {true, false}) {
+    const char* word = stage ? "known" : "not known";
+    std::vector<ModulusTrial> all;
+    for (const SampleShape shape : {SampleShape::Cube, SampleShape::Cylinder, SampleShape::Sphere}) {
+      std::vector<ModulusTrial> some;
+      for (const ModulusTrial& t : trials)
+        if (t.shape == shape && t.stage == stage) some.push_back(t);
+      all.insert(all.end(), some.begin(), some.end());
+      row(to_string(shape), word, some);
+    }
+    row("all", word, all);
+  }
+  row("all", "both", trials);
+  return out;
+}
+
+std::string trials_script(const std::vector<ModulusTrial>& trials, bool svg) {
+  std::string script = plot_head(svg, 1160, 520), plots[2];
+  size_t colour = 0;
+  for (const bool stage : {true, false})
+    for (const SampleShape shape : {SampleShape::Cube, SampleShape::Cylinder, SampleShape::Sphere}) {
+      std::vector<std::vector<double>> columns(4);
+      for (const ModulusTrial& t : trials) {
+        if (t.shape != shape || t.stage != stage || !t.valid()) continue;
+        // Side by side, not one upon the other.
+        const double aside = 1 + 0.06 * (static_cast<double>(colour % 3) - 1);
+        columns[0].push_back(1e3 * t.truth_MPa * aside);
+        columns[1].push_back(1e3 * t.answer.best().young_MPa);
+        columns[2].push_back(1e3 * t.answer.best().low_MPa);
+        columns[3].push_back(1e3 * t.answer.best().high_MPa);
+      }
+      if (!columns[0].empty()) {
+        const std::string name = text("t%zu", colour);
+        script += plot_block(name, columns);
+        plots[stage ? 0 : 1] += ", $" + name + " using 1:2:3:4 with yerrorbars pt 7 ps 0.5 lc rgb '" +
+                                plot_colour(colour % 3) + "' title '" + to_string(shape) + "'";
+      }
+      ++colour;
+    }
+  script +=
+      "set multiplot layout 1,2\nset logscale xy\nset xrange [4:7000]\nset yrange [3:9000]\nset key top "
+      "left\n"
+      "set xlabel 'true modulus, kPa'\nset ylabel 'estimate and 95 % interval, kPa'\n";
+  for (const bool stage : {true, false})
+    script += text("set title 'stage %s'\nplot x with lines lw 1.5 lc rgb '#444444' title 'truth'",
+                   stage ? "beside the camera" : "not known: camera alone") +
+              plots[stage ? 0 : 1] + "\n";
+  return script + "unset multiplot\n";
+}
+
+}  // namespace palpate::perf

@@ -1,0 +1,60 @@
+// Samples of known modulus under the simulated sensor, estimated: how far off, how wide, how often inside.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "engine/elasticity/modulus/modulus.h"
+#include "capture/synthetic/modulus_press.h"
+
+namespace palpate {
+namespace gpu {
+class Context;
+}
+}  // namespace palpate
+
+namespace palpate::perf {
+
+/// One estimate of one press of one sample.
+struct ModulusTrial {
+  SampleShape shape = SampleShape::Cube;
+  bool stage = false;  ///< the approach was known, without its zero
+  double truth_MPa = 0;
+  double force_max_N = 0;
+  ModulusAnswer answer;
+
+  bool valid() const { return answer.best().state == ModulusState::Valid; }
+  double error() const { return answer.best().young_MPa / truth_MPa - 1; }
+  bool inside() const { return answer.best().low_MPa <= truth_MPa && truth_MPa <= answer.best().high_MPa; }
+};
+
+/// The usual bench: cube of 10 mm, cylinder 10 x 10 mm, sphere of 16 mm.
+Sample trial_sample(SampleShape shape);
+/// Largest force of a press as a person would choose it: 8 % strain, a contact of 0.33 of a ball's radius, or
+/// 2 N.
+double trial_force_N(const PressModel& model, double young_MPa, double pad_MPa);
+
+/// `presses` from a fifth of the largest force up, on a pad whose modulus (1 %), a sample whose size (0.5 %)
+/// and a stage whose zero (0.1 mm) are drawn by `seed`; then estimated with these errors stated, beside the
+/// stage and without it. `nodes`: of the finite elements' face.
+std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape, double young_MPa,
+                                        uint64_t seed, int presses, int nodes);
+/// At forces chosen.
+std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape, double young_MPa,
+                                        const std::vector<double>& forces_N, uint64_t seed, int nodes);
+
+/// Error and coverage over trials.
+struct ModulusScore {
+  size_t trials = 0, valid = 0, inside = 0;
+  double median = 0, ninety = 0;       ///< of the absolute error of valid ones, as a share
+  size_t bounds = 0, bounds_hold = 0;  ///< pad-limited ones, and those whose bound holds
+};
+ModulusScore score(const std::vector<ModulusTrial>& trials, double from_MPa, double to_MPa);
+
+std::string trials_csv(const std::vector<ModulusTrial>& trials);
+/// Rows of shape, stage, range with the score.
+std::string scores_text(const std::vector<ModulusTrial>& trials);
+/// Estimates over truths with their intervals, for gnuplot.
+std::string trials_script(const std::vector<ModulusTrial>& trials, bool svg);
+
+}  // namespace palpate::perf

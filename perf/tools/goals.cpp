@@ -1,0 +1,376 @@
+// The speed that the frame pipeline is built for: each goal beside its rival, paired in one run. A row that
+// is short is a finding, not a failure: the exit code does not judge.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <sstream>
+
+#include "capture/files/output_file.h"
+#include "engine/gpu/commands.h"
+#include "engine/gpu/context.h"
+#include "palpate/pipeline.h"
+#include "engine/stages/contact.h"
+#include "engine/pipeline/contact_tiles.h"
+#include "engine/stages/upload.h"
+#include "perf/profile/measure.h"
+#include "perf/profile/frames.h"
+#include "perf/profile/gpu_solvers.h"
+#include "perf/tools/program.h"
+#include "perf/rivals/rivals.h"
+#include "perf/profile/scene.h"
+
+namespace palpate::perf {
+namespace {
+
+constexpr Size kSmall{640, 480, 640, 480};
+constexpr Size kLarge{1392, 1042, 1400, 1050};
+constexpr double kPoissonError = 1e-3;
+constexpr double kSameError = 1e-5;  // below it warm and cold starts are as good as each other
+
+struct Row {
+  std::string name;
+  std::string goal;
+  double figure = 0;
+  double low = 0;  ///< half of all paired repetitions lie between low and high
+  double high = 0;
+  bool met = false;
+  std::string note = {};
+};
+
+/// The same work, or there is nothing to compare.
+struct Check {
+  std::string what;
+  double apart = 0;  ///< relative
+  double allowed = 0;
+  bool holds() const { return apart <= allowed; }  // false for NaN too
+};
+
+double apart(double a, double b) {
+  return std::abs(a - b) / std::max(std::abs(b), 1e-300);
+}
+
+/// RMS difference of two height maps about their means, relative to the second.
+double apart(const std::vector<float>& a, const std::vector<float>& b) {
+  double mean_a = 0, mean_b = 0, wrong = 0, whole = 0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    mean_a += double{a[i]};
+    mean_b += double{b[i]};
+  }
+  mean_a /= static_cast<double>(a.size());
+  mean_b /= static_cast<double>(b.size());
+  for (size_t i = 0; i < a.size(); ++i) {
+    const double x = double{a[i]} - mean_a, y = double{b[i]} - mean_b;
+    wrong += (x - y) * (x - y);
+    whole += y * y;
+  }
+  return std::sqrt(wrong / whole);
+}
+
+std::string text(const char* format, double a, double b = 0) {
+  char buffer[160];
+  std::snprintf(buffer, sizeof buffer, format, a, b);
+  return buffer;
+}
+
+class Goals {
+ public:
+  Goals(gpu::Context& context, int repetitions) : context_(context), repetitions_(repetitions) {}
+
+  void run() {
+    contact();
+    for (const Size& size : {kSmall, kLarge}) surface(size, size.width == kSmall.width ? 0.6 : 0.33);
+    for (const Size& size : {kSmall, kLarge}) {
+      frame(size, SyntheticMode::Lambert);
+      frame(size, SyntheticMode::Gel);
+      throughput(size, size.width == kSmall.width ? 200 : 35);
+    }
+    moving(kSmall);
+    for (const Size& size : {kSmall, kLarge}) few_tiles(size);
+    force_only(kLarge);
+  }
+
+  const std::vector<Row>& rows() const { return rows_; }
+  const std::vector<Check>& checks() const { return checks_; }
+
+ private:
+  Pipeline pipeline_for(const Sensor& sensor, const Frame& background, PipelineOptions options) {
+    options.slots = std::max(options.slots, 1u);
+    Pipeline pipeline(context_, sensor, background.format, options);
+    pipeline.set_background(background);
+    return pipeline;
+  }
+  static std::vector<float> heights(Pipeline& pipeline, const Frame& image) {
+    pipeline.submit(image);
+    const Result result = *pipeline.wait();
+    std::vector<float> depth = pipeline.read_depth_mm(result);
+    pipeline.release(result);
+    return depth;
+  }
+
+  /// Runs in one sample: enough for warm caches, few enough for the minute.
+  static int inner(const Size& size) { return size.width > kSmall.width ? 2 : 5; }
+
+  void at_most(const std::string& name, double limit, const Pair& pair, bool also = true,
+               const std::string& note = "") {
+    const Quartiles& q = pair.cpu_ratios;
+    rows_.push_back({name, text("<= %.2f x ", limit) + pair.rival.name, q.median, q.low, q.high,
+                     q.median <= limit && also,
+                     text("CPU %.2f and %.2f ms", pair.ours.cpu_ms.median, pair.rival.cpu_ms.median) +
+                         (note.empty() ? "" : "; " + note)});
+  }
+
+  void contact() {
+    const Size size = kLarge;
+    Scene scene = scene_for(size, SyntheticMode::Lambert);
+    PipelineOptions force;
+    force.outputs = static_cast<uint32_t>(Output::Force);
+    Pipeline pipeline = pipeline_for(scene.sensor, scene.background, force);
+    OpenCvContact rival(scene.background, scene.sensor);
+    const Touch touch = pipeline.process(scene.frames[0]);
+    // In 8 bits the filter rounds; in floats a pixel darker than the background counts against its
+    // neighbours.
+    check("gray sum, OpenCV 8 bit", apart(rival.run_8bit(scene.frames[0]), touch.gray_sum), 5e-3);
+    check("gray sum, OpenCV float", apart(rival.run_float(scene.frames[0]), touch.gray_sum), 1e-3);
+    check("area, OpenCV float", apart(rival.area_px(), static_cast<double>(touch.area_px)), 1e-3);
+
+    const Work ours{"palpate", [&] { pipeline.process(scene.next()); }};
+    at_most("contact " + size.text(), 1.05,
+            compare("", "", ours, {"OpenCV 8 bit", [&] { sink_ += rival.run_8bit(scene.next()); }},
+                    repetitions_, 4));
+    const Pair wide = compare("", "", ours, {"OpenCV float", [&] { sink_ += rival.run_float(scene.next()); }},
+                              repetitions_, 2);
+    const Quartiles& q = wide.cpu_ratios;
+    rows_.push_back({"contact " + size.text(), ">= 8 x faster than OpenCV float", 1 / q.median, 1 / q.high,
+                     1 / q.low, 1 / q.median >= 8,
+                     text("CPU %.2f and %.2f ms", wide.ours.cpu_ms.median, wide.rival.cpu_ms.median)});
+    moments(scene, rival);
+  }
+
+  // The rival's own image, filtered and 0 without contact, summed by a sensor without background and filter.
+  // Ours gives the area's moments, the peak and the saturated pixels too.
+  void moments(const Scene& scene, OpenCvContact& rival) {
+    rival.run_8bit(scene.frames[0]);
+    const Frame image = rival.contact_8bit();
+    Sensor sensor = scene.sensor;
+    sensor.reading = Reading::None;
+    sensor.filter = Filter::None;
+    sensor.background = {BackgroundKind::None, "", 1};
+    const Contact contact(context_, sensor, image.format, false, load_tuning(context_).tuning);
+    PaddedImage frame(context_, "frame", image.format);
+    frame.write(image);
+    const gpu::DeviceBuffer records(context_, "records", contact.record_bytes(), gpu::Memory::Readback);
+    gpu::Commands load(context_), commands(context_);
+    load.begin();
+    frame.record(load);
+    load.end();
+    load.submit();
+    load.wait();
+    commands.begin();
+    contact.record(commands, frame, frame, records);
+    commands.host_barrier();
+    commands.end();
+    ContactMoments m;
+    const Work ours{"palpate", [&] {
+                      commands.submit();
+                      commands.wait();
+                      records.invalidate();
+                      m = contact.sum(records.as<const shared::ContactRecord>());
+                    }};
+    at_most(
+        "moments alone " + kLarge.text(), 0.5,
+        compare("", "", ours, {"cv::moments 8 bit", [&] { sink_ += rival.moments_8bit(); }}, repetitions_, 4),
+        true, "ours also area, peak, saturated");
+    check("gray sum of moments alone", apart(rival.moments_8bit(), static_cast<double>(m.gray) / 256), 1e-12);
+  }
+
+  void surface(const Size& size, double limit) {
+    const FrameSize frame{size.width, size.height};
+    const std::vector<Truth> truths = make_truths(frame);
+    const Truth& smooth = truths.front();
+    GpuSlopes slopes(context_, frame);
+    MultigridSolver live(context_, slopes, SurfaceSolver::Live),
+        pixels(context_, slopes, SurfaceSolver::Fine);
+    slopes.load(smooth);
+    live.prepare();
+    pixels.prepare();
+    const std::vector<float> right = pixels.right_side();
+    std::vector<float> z(right.size());
+    FftwPoisson rival(size.width, size.height, size.padded_width, size.padded_height);
+    const Pair pair =
+        compare("", "", {"palpate", [&] { live.solve(); }},
+                {"FFTW " + std::to_string(size.padded_width) + "x" + std::to_string(size.padded_height),
+                 [&] { rival.solve(right.data(), z.data()); }},
+                repetitions_, inner(size));
+    const double ours_error = live.errors(smooth).relative_rms;
+    const double rival_error = errors_of(smooth, frame, [&](uint32_t x, uint32_t y) {
+                                 return double{z[size_t{y} * size.width + x]};
+                               }).relative_rms;
+    at_most("Poisson " + size.text(), limit, pair, ours_error <= kPoissonError,
+            text("relative RMS error %.1e and %.1e", ours_error, rival_error));
+    check("heights, FFTW " + size.text(), rival_error, kPoissonError);
+  }
+
+  void frame(const Size& size, SyntheticMode mode) {
+    Scene scene = scene_for(size, mode);
+    const std::string reading = to_string(scene.sensor.reading);
+    Pipeline pipeline = pipeline_for(scene.sensor, scene.background, {});
+    OpenCvFftwFrame rival(scene.background, scene.sensor, size.padded_width, size.padded_height);
+    const Pair pair =
+        compare("", "", {"palpate", [&] { pipeline.process(scene.next()); }},
+                {"OpenCV + FFTW", [&] { sink_ += rival.run(scene.next()); }}, repetitions_, inner(size));
+    rival.run(scene.frames[0]);
+    const double difference = apart(heights(pipeline, scene.frames[0]), rival.heights_mm());
+    at_most("frame to height " + size.text() + ", " + reading, 0.45, pair, true,
+            text("heights %.1e apart", difference));
+    // Shading: the rival takes the direction of a slope from a pixel's neighbours, noise and all; the same
+    // amount of work, not the same heights.
+    if (scene.sensor.reading == Reading::Photometric)
+      check("heights of a frame " + size.text() + ", " + reading, difference, 0.02);
+  }
+
+  /// Wall time with three frames in flight, as `palpate process` runs; the spread is that of tenths of the
+  /// run.
+  void throughput(const Size& size, double wanted) {
+    Scene scene = scene_for(size, SyntheticMode::Lambert);
+    Pipeline pipeline = pipeline_for(scene.sensor, scene.background, {});
+    const int frames = repetitions_ == 1 ? 3 : size.width > kSmall.width ? 10 : 30;
+    std::vector<double> rates;
+    for (int part = 0; part < std::min(repetitions_, 10); ++part) {
+      const Sample s = time_runs(
+          [&] {
+            while (!pipeline.submit(scene.next())) pipeline.release(*pipeline.wait());
+          },
+          frames);
+      rates.push_back(1e3 / s.wall_ms);
+    }
+    while (const auto result = pipeline.wait()) pipeline.release(*result);
+    const Quartiles q = quartiles(rates);
+    rows_.push_back({"throughput " + size.text(), text(">= %.0f frames/s", wanted), q.median, q.low, q.high,
+                     q.median >= wanted, "wall time, three in flight"});
+  }
+
+  /// Frames of a slide, one after the other, each solved until the error is single precision's.
+  void moving(const Size& size) {
+    Scene scene = scene_for(size, SyntheticMode::Gel, true);
+    PipelineOptions cold, warm, exact;
+    cold.solver = warm.solver = SurfaceSolver::Converged;
+    exact.solver = SurfaceSolver::Exact;
+    warm.warm_start = true;
+    Pipeline reference = pipeline_for(scene.sensor, scene.background, exact);
+    Pipeline from_last = pipeline_for(scene.sensor, scene.background, warm);
+    Pipeline from_nothing = pipeline_for(scene.sensor, scene.background, cold);
+    double warm_error = 0, cold_error = 0;
+    for (const Frame& image : scene.frames) {
+      const std::vector<float> truth = heights(reference, image);
+      const std::vector<float> followed = heights(from_last, image);
+      // The first frame follows nothing.
+      if (&image != &scene.frames.front()) warm_error = std::max(warm_error, apart(followed, truth));
+      cold_error = std::max(cold_error, apart(heights(from_nothing, image), truth));
+    }
+    Scene again = scene;
+    const Pair pair = compare("", "", {"palpate", [&] { from_last.process(scene.next()); }},
+                              {"cold start", [&] { from_nothing.process(again.next()); }}, repetitions_,
+                              static_cast<int>(scene.frames.size()));
+    at_most("moving scene, warm start " + size.text(), 0.5, pair,
+            warm_error <= std::max(2 * cold_error, kSameError),
+            text("worst error %.1e and %.1e of the exact solve", warm_error, cold_error));
+  }
+
+  void few_tiles(const Size& size) {
+    Scene scene = timing_scene(size.width, size.height, Reading::Shading, 0.1);
+    Touched touched(scene.sensor, scene.background.format);
+    touched.set_background(scene.background);
+    const TouchedTiles& tiles = touched.find(scene.frames.front());
+    PipelineOptions skipping;
+    skipping.skip_untouched = true;
+    Pipeline pipeline = pipeline_for(scene.sensor, scene.background, skipping);
+    Pipeline all = pipeline_for(scene.sensor, scene.background, {});
+    const Touch part = pipeline.process(scene.frames.front()), whole = all.process(scene.frames.front());
+    check("gray sum, window " + size.text(), part.gray_sum == whole.gray_sum ? 0 : 1, 0);
+    Scene again = scene;
+    at_most("10 % of the tiles in contact " + size.text(), 0.3,
+            compare("", "", {"palpate", [&] { pipeline.process(scene.next()); }},
+                    {"dense frame", [&] { all.process(again.next()); }}, repetitions_, inner(size)),
+            true,
+            text("%.0f of %.0f tiles touched", static_cast<double>(tiles.count),
+                 static_cast<double>(tiles.touched.size())));
+  }
+
+  void force_only(const Size& size) {
+    Scene scene = scene_for(size, SyntheticMode::Lambert);
+    PipelineOptions force;
+    force.outputs = static_cast<uint32_t>(Output::Force);
+    Pipeline few = pipeline_for(scene.sensor, scene.background, force);
+    Pipeline full = pipeline_for(scene.sensor, scene.background, {});
+    const double few_MB = static_cast<double>(few.memory_bytes()) / 1e6,
+                 full_MB = static_cast<double>(full.memory_bytes()) / 1e6;
+    // Frames in flight and background are what is left; not one float a pixel of height or slope.
+    const bool lean = few.memory_bytes() < uint64_t{4} * size.width * size.height * 2;
+    at_most("force only " + size.text(), 0.2,
+            compare("", "", {"palpate", [&] { few.process(scene.next()); }},
+                    {"full frame", [&] { full.process(scene.next()); }}, repetitions_, 3),
+            lean, text("%.1f of %.1f MB on the device", few_MB, full_MB));
+  }
+
+  void check(const std::string& what, double by, double allowed) { checks_.push_back({what, by, allowed}); }
+
+  gpu::Context& context_;
+  int repetitions_;
+  double sink_ = 0;
+  std::vector<Row> rows_;
+  std::vector<Check> checks_;
+};
+
+std::string csv(const std::vector<Row>& rows) {
+  std::ostringstream out;
+  out.precision(4);
+  out << "row,goal,figure,lower_quartile,upper_quartile,verdict,note\n";
+  for (const Row& row : rows)
+    out << '"' << row.name << "\",\"" << row.goal << "\"," << row.figure << ',' << row.low << ',' << row.high
+        << ',' << (row.met ? "met" : "short") << ",\"" << row.note << "\"\n";
+  return out.str();
+}
+
+int run(int argc, char** argv) {
+  CLI::App app(
+      "The frame pipeline's goals beside their rivals, paired in one run, by CPU time of the process.");
+  gpu::ContextOptions options;
+  int repetitions = 15;
+  std::string out;
+  app.add_option("--device", options.device, "index or part of a name");
+  app.add_option("--repetitions", repetitions, "paired repetitions of each row")->check(CLI::Range(1, 1000));
+  app.add_option("--out", out, "existing folder for goals.csv");
+  CLI11_PARSE(app, argc, argv);
+
+  const auto start = std::chrono::steady_clock::now();
+  gpu::Context context(options);
+  std::printf("%s, %s\n", context.report().name.c_str(), context.report().driver.c_str());
+  Goals goals(context, repetitions);
+  goals.run();
+  for (const Check& c : goals.checks())
+    std::printf("same work: %-44s %.1e apart, %.0e allowed%s\n", c.what.c_str(), c.apart, c.allowed,
+                c.holds() ? "" : "  DIFFERENT WORK");
+  std::printf("\n%-44s| %-32s| %8s | %-15s | %-5s | %s\n", "row", "goal", "figure", "spread", "", "");
+  for (const Row& row : goals.rows())
+    std::printf("%-44s| %-32s| %8.3g | %6.3g to %-6.3g| %-5s | %s\n", row.name.c_str(), row.goal.c_str(),
+                row.figure, row.low, row.high, row.met ? "met" : "short", row.note.c_str());
+  std::printf("%.0f s\n", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  if (!out.empty()) {
+    OutputFile file(out + "/goals.csv");
+    file.write(csv(goals.rows()));
+    file.commit();
+  }
+  const bool same =
+      std::all_of(goals.checks().begin(), goals.checks().end(), [](const Check& c) { return c.holds(); });
+  return same ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace palpate::perf
+
+int main(int argc, char** argv) {
+  return palpate::perf::run_program("palpate_goals", palpate::perf::run, argc, argv);
+}

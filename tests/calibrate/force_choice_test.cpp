@@ -1,0 +1,257 @@
+// Which curve is chosen, what is said of it, and what is refused: on readings whose law is known.
+#include "engine/calibrate/force_choice.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+#include <string>
+
+#include "palpate/error.h"
+#include "engine/calibrate/force_fit.h"
+#include "engine/calibrate/force_scatter.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kGray_per_N = 1e6;
+
+/// Presses to different heights, up and down, 40 readings each, 20 a second; `gray` of force and direction.
+std::vector<ForceSample> presses(int count, double noise_N, uint32_t seed,
+                                 const std::function<double(double, bool)>& gray) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal(0, 1);
+  std::vector<ForceSample> samples;
+  for (int p = 0; p < count; ++p) {
+    const double height_N = 1.2 + 0.8 * p / std::max(count - 1, 1);
+    for (int i = 0; i < 40; ++i) {
+      const bool up = i < 20;
+      const double force_N = height_N * (up ? 0.05 + 0.05 * i : 1 - 0.05 * (i - 20));
+      ForceSample s;
+      s.reading.contact = true;
+      s.reading.gray_sum = gray(force_N, up);
+      s.reading.area_px = 3000 * std::sqrt(s.reading.gray_sum / kGray_per_N);
+      s.force_N = force_N + noise_N * normal(random);
+      s.frame = static_cast<uint64_t>(60 * p + i);
+      s.time_s = static_cast<double>(s.frame) / 20;
+      s.press = static_cast<uint32_t>(p);
+      samples.push_back(s);
+    }
+  }
+  return samples;
+}
+double straight(double force_N, bool) {
+  return kGray_per_N * (force_N + 0.1);
+}
+
+TEST(ForceFit, FindsEachLaw) {
+  std::vector<double> s, f, w;
+  for (int i = 0; i <= 60; ++i) {
+    s.push_back(1e5 * i);
+    f.push_back(3e-5 * std::pow(1e5 * i, 0.7) - 0.05);
+  }
+  const CurveFit power = fit_curve(ForceModel::Power, s, f);
+  EXPECT_NEAR(power.curve.exponent, 0.7, 1e-4);
+  EXPECT_NEAR(power.curve.c0_N, -0.05, 1e-4);
+  EXPECT_LT(power.residual_sd_N, 1e-5);
+  const CurveFit spline = fit_curve(ForceModel::Spline, s, f);
+  for (const double at : {3.3e5, 1.71e6, 5.05e6})
+    EXPECT_NEAR(force_at(ForceModel::Spline, spline.curve, at), 3e-5 * std::pow(at, 0.7) - 0.05, 0.02) << at;
+  // Weights choose: half the readings are another line's.
+  for (size_t i = 0; i < s.size(); ++i) {
+    w.push_back(i % 2 ? 1 : 0);
+    f[i] = i % 2 ? 2e-6 * s[i] + 0.1 : 77;
+  }
+  const CurveFit line = fit_curve(ForceModel::Line, s, f, w);
+  EXPECT_NEAR(line.curve.c1, 2e-6, 1e-12);
+  EXPECT_NEAR(line.curve.c0_N, 0.1, 1e-7);
+}
+
+TEST(ForceFit, SplineNeverFalls) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0, 0.3);
+  for (int round = 0; round < 20; ++round) {
+    std::vector<double> s, f;
+    for (int i = 0; i < 80; ++i) {
+      s.push_back(i + 0.1 * round);
+      f.push_back(std::min(1.0, i / 30.0) + noise(random));
+    }
+    const ForceCurve curve = fit_curve(ForceModel::Spline, s, f).curve;
+    double last = force_at(ForceModel::Spline, curve, -10);
+    EXPECT_EQ(last, curve.knots.front()[1]);
+    for (double x = -5; x < 90; x += 0.5) {
+      const double now = force_at(ForceModel::Spline, curve, x);
+      EXPECT_GE(now, last - 1e-12) << "round " << round << " at " << x;
+      last = now;
+    }
+    EXPECT_EQ(last, curve.knots.back()[1]) << "level beyond the last knot";
+  }
+}
+
+TEST(ForceFit, RefusesFewerReadingsThanUnknowns) {
+  const std::vector<double> two{1, 2}, three{1, 2, 3}, four{1, 2, 3, 4}, flat{2, 2, 2}, down{3, 2, 1};
+  EXPECT_THROW(fit_curve(ForceModel::Line, two, two), Error);
+  EXPECT_NO_THROW(fit_curve(ForceModel::Line, three, three));
+  EXPECT_THROW(fit_curve(ForceModel::Power, three, three), Error);
+  EXPECT_THROW(fit_curve(ForceModel::Spline, four, four), Error);
+  EXPECT_THROW(fit_curve(ForceModel::Line, flat, three), Error);
+  EXPECT_THROW(fit_curve(ForceModel::Line, three, flat), Error);
+  EXPECT_THROW(fit_curve(ForceModel::Line, three, down), Error);
+}
+
+TEST(ForceChoice, TakesTheSimplestThatWillDo) {
+  std::vector<ForceSample> samples = presses(8, 0.01, 1, straight);
+  const ForceChoice c = choose_force(samples, {});
+  EXPECT_EQ(to_string(c.chosen.candidate), "line of gray sum, together");
+  EXPECT_STREQ(c.blocks_are, "presses");
+  EXPECT_EQ(c.blocks, 8u);
+  EXPECT_EQ(c.readings, 320u);
+  EXPECT_NEAR(c.calibration.c1_N_per_gray, 1e-6, 1e-8);
+  EXPECT_NEAR(c.calibration.c0_N, -0.1, 0.005);
+  EXPECT_GT(c.calibration.r_squared, 0.999);
+  EXPECT_LT(c.calibration.hysteresis, 0.005);
+  EXPECT_LT(std::abs(c.calibration.drift_N_per_min), 4 * c.drift_sd_N_per_min);
+  EXPECT_NEAR(c.calibration.residual_sd_N, 0.01, 0.002);
+  EXPECT_NEAR(c.interval_coverage, 0.95, 0.03);
+
+  samples = presses(8, 0.01, 2, [](double f, bool) { return kGray_per_N * std::pow(f, 1.6); });
+  EXPECT_EQ(choose_force(samples, {.signal = ForceSignal::GraySum}).chosen.candidate.model,
+            ForceModel::Power);
+}
+
+TEST(ForceChoice, TellsLoadingFromUnloading) {
+  // Coming back the pad glows more: at equal gray the force is less, by up to 0.1 N of 2 N.
+  const auto lossy = [](double f, bool up) { return kGray_per_N * (f + (up ? 0 : 0.2 * f * (2 - f))); };
+  std::vector<ForceSample> samples = presses(8, 0.003, 3, lossy);
+  for (ForceSample& s : samples) s.force_N *= 2 / 1.2 / (1 + 0.8 / 1.2 * s.press / 7);  // all to 2 N
+  for (ForceSample& s : samples) {
+    const bool up = s.frame % 60 < 20;
+    s.reading.gray_sum = lossy(s.force_N, up);
+  }
+  const ForceChoice c = choose_force(samples, {});
+  EXPECT_TRUE(c.chosen.candidate.branches) << to_string(c.chosen.candidate);
+  ASSERT_TRUE(c.has_hysteresis);
+  // Largest at f = 1 of 2: 0.2 gray more, which reads as 0.2 / 1.0 N too much along the branch's slope of 1.
+  EXPECT_NEAR(c.calibration.hysteresis, 0.085, 0.02);
+  ASSERT_TRUE(c.loading && c.unloading);
+  EXPECT_GT(c.loading->curve.c1, 0);
+  // The evaluator follows the branches: a press that the fit did not see, up and down.
+  ForceHistory history;
+  double worst_N = 0;
+  for (int i = 0; i <= 80; ++i) {
+    const bool up = i <= 40;
+    const double f = up ? 0.1 + 1.9 * i / 40 : 2 - 1.9 * (i - 40) / 40;
+    ForceReading r;
+    r.contact = true;
+    r.gray_sum = lossy(f, up);
+    r.area_px = 3000 * std::sqrt(r.gray_sum / kGray_per_N);
+    const Estimate e = history.update(c.calibration, r);
+    if (e.validity == Validity::Valid) worst_N = std::max(worst_N, std::abs(e.value - f));
+  }
+  EXPECT_LT(worst_N, 0.06);
+}
+
+TEST(ForceChoice, FindsDriftAndOutliers) {
+  std::vector<ForceSample> samples = presses(10, 0.004, 4, straight);
+  for (ForceSample& s : samples) s.force_N += 0.3 * s.time_s / 60;
+  samples[57].force_N += 0.8;
+  samples[301].reading.gray_sum *= 0.4;
+  samples[301].reading.area_px *= 0.4;
+  const ForceChoice c = choose_force(samples, {.model = ForceModel::Line, .branches = false});
+  EXPECT_NEAR(c.calibration.drift_N_per_min, 0.3, 0.05);
+  EXPECT_LT(c.drift_sd_N_per_min, 0.05);
+  for (size_t i = 0; i < samples.size(); ++i)
+    EXPECT_EQ(samples[i].left_out, i == 57 || i == 301 ? LeftOut::Outlier : LeftOut::Used) << i;
+}
+
+// Noise that grows with the force: the interval is wide where it must be and narrow where it may.
+TEST(ForceChoice, IntervalHoldsWhatItSays) {
+  int inside = 0, inside_low = 0, count = 0, count_low = 0;
+  for (uint32_t seed = 0; seed < 6; ++seed) {
+    std::mt19937 random(50 + seed);
+    std::normal_distribution<double> normal(0, 1);
+    std::vector<ForceSample> samples = presses(8, 0, seed, straight);
+    for (ForceSample& s : samples) s.force_N *= 1 + 0.03 * normal(random);
+    const ForceCalibration c = choose_force(samples, {.signal = ForceSignal::GraySum}).calibration;
+    for (int i = 0; i < 400; ++i) {
+      const double f = 0.1 + 1.8 * i / 400;
+      ForceReading r;
+      r.contact = true;
+      r.gray_sum = straight(f, true);
+      const Estimate e = force_of(c, r, 0);
+      const bool in = std::abs(e.value - f * (1 + 0.03 * normal(random))) <= 1.96 * e.standard_error;
+      inside += in;
+      ++count;
+      if (f > 0.5) continue;
+      inside_low += in;
+      ++count_low;
+    }
+  }
+  EXPECT_NEAR(inside / double(count), 0.95, 0.03);
+  EXPECT_GT(inside_low / double(count_low), 0.9);
+}
+
+// Where gradients were measured they compete without being asked for, also on one recording; where they do
+// not follow the force, the gray sum is taken.
+TEST(ForceChoice, GradientsOfAGel) {
+  for (const bool follow : {true, false}) {
+    std::vector<ForceSample> samples = presses(8, 0.01, 6, straight);
+    std::mt19937 random(7);
+    std::normal_distribution<double> drift(1, 0.2);
+    double light = 1;
+    for (size_t i = 0; i < samples.size(); ++i) {
+      if (i % 40 == 0) light = drift(random);  // of a camera that sets its exposure by itself
+      ForceReading& r = samples[i].reading;
+      r.has_gradient = true;
+      r.gradient_sum = 5000 * samples[i].force_N * (follow ? 1 : light);
+      if (follow) r.gray_sum *= light;
+    }
+    const ForceChoice c = choose_force(samples, {});
+    EXPECT_EQ(to_string(c.chosen.candidate),
+              follow ? "line of gradient, together" : "line of gray sum, together");
+    EXPECT_EQ(c.calibration.signal, follow ? ForceSignal::Gradient : ForceSignal::GraySum);
+    EXPECT_LT(c.chosen.error_N, 0.02);
+  }
+}
+
+TEST(ForceChoice, SaysWhatLeftTooLittle) {
+  const auto said = [](std::vector<ForceSample> samples, const ForceChoiceOptions& options = {}) {
+    try {
+      choose_force(samples, options);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("not refused");
+  };
+  EXPECT_NE(said({}).find("something presses"), std::string::npos) << said({});
+  std::vector<ForceSample> samples = presses(2, 0, 1, straight);
+  EXPECT_NE(said(samples, {.signal = ForceSignal::Volume}).find("indented volume"), std::string::npos);
+  EXPECT_NE(said(samples, {.signal = ForceSignal::Gradient}).find("sum of gradients"), std::string::npos);
+  for (ForceSample& s : samples) s.left_out = LeftOut::Saturated;
+  EXPECT_NE(said(samples).find("80 saturated"), std::string::npos) << said(samples);
+  samples[0].left_out = samples[50].left_out = LeftOut::Used;
+  EXPECT_NE(said(samples).find("2 of 80 (left out: 78 saturated)"), std::string::npos) << said(samples);
+  samples = presses(4, 0, 1, straight);
+  for (ForceSample& s : samples) s.force_N = -s.force_N;
+  EXPECT_NE(said(samples).find("grows with force"), std::string::npos) << said(samples);
+}
+
+TEST(ForceScatter, ConstantAndGrowing) {
+  std::mt19937 random(8);
+  std::normal_distribution<double> normal(0, 1);
+  for (const auto& [still_N, share] : {std::pair{0.02, 0.0}, {0.01, 0.05}}) {
+    std::vector<double> residual, force;
+    for (int i = 0; i < 5000; ++i) {
+      force.push_back(2.0 * i / 5000);
+      residual.push_back(std::hypot(still_N, share * force.back()) * normal(random));
+    }
+    const Scatter scatter = fit_scatter(residual, force);
+    EXPECT_NEAR(scatter.at(0), still_N, 0.15 * still_N + 0.001);
+    EXPECT_NEAR(scatter.at(2), std::hypot(still_N, 2 * share), 0.1 * std::hypot(still_N, 2 * share));
+    EXPECT_NEAR(widening(scatter, residual, force), 1, 0.05);
+  }
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,127 @@
+// A gauge's table: what is read, and what is refused with one clear line.
+#include "capture/files/gauge.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "palpate/error.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+class GaugeFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    file_ = fs::temp_directory_path() / ("palpate-gauge-" + std::to_string(getpid()) + ".csv");
+  }
+  void TearDown() override { fs::remove(file_); }
+  Gauge read(const std::string& text, GaugeColumns wanted = GaugeColumns::Normal) const {
+    std::ofstream(file_) << text;
+    return read_gauge(file_, wanted);
+  }
+  /// What is said of a table that cannot be used.
+  std::string refusal(const std::string& text, GaugeColumns wanted = GaugeColumns::Normal) const {
+    try {
+      read(text, wanted);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.failure(), Failure::Input);
+      const std::string what = error.what();
+      EXPECT_EQ(std::count(what.begin(), what.end(), '\n'), 0) << what;
+      return what;
+    }
+    ADD_FAILURE() << "not refused: " << text;
+    return {};
+  }
+  fs::path file_;
+};
+
+TEST_F(GaugeFile, UnitsComeFromTheHeader) {
+  for (const auto& [header, time, force] : {std::tuple{"time_s,force_N", 1.0, 1.0},
+                                            {"time_ms,force_mN", 1e-3, 1e-3},
+                                            {"time_us,fz_kN", 1e-6, 1e3},
+                                            {"Time [ns],Force [gf]", 1e-9, 9.80665e-3},
+                                            {"t (s),load (kgf)", 1.0, 9.80665},
+                                            {"\"time_s\",force_lbf", 1.0, 4.4482216152605}}) {
+    const Gauge g = read(std::string(header) + "\n1,0\n2,10\n3,-5\n");
+    ASSERT_EQ(g.size(), 3u) << header;
+    EXPECT_NEAR(g.time_s[2], 3 * time, 1e-12 * time) << header;
+    EXPECT_NEAR(g.force_N[1], 10 * force, 1e-12 * force) << header;
+    EXPECT_NEAR(g.force_N[2], -5 * force, 1e-12 * force) << header;
+    EXPECT_FALSE(g.by_frame());
+  }
+}
+
+TEST_F(GaugeFile, TablesAsProgramsWriteThem) {
+  // Byte order mark, comments, foreign columns, line ends and decimal commas of other countries.
+  const Gauge g =
+      read("\xef\xbb\xbf# rig 3\r\nframe;width_mm;force_N\r\n0;50,6;0,25\r\n\r\n7;50,5;+1,5e0\r\n9;x;2\r\n");
+  EXPECT_TRUE(g.by_frame());
+  EXPECT_EQ(g.frames, (std::vector<uint64_t>{0, 7, 9}));
+  EXPECT_EQ(g.force_N, (std::vector<double>{0.25, 1.5, 2}));
+  EXPECT_EQ(gauge_at_frame(g, g.force_N, 7), 1.5);
+  EXPECT_FALSE(gauge_at_frame(g, g.force_N, 8));
+  const Gauge shear =
+      read("time_s\tshear_mN\tdirection_deg\n0\t0\t0\n1\t2000\t90\n2\t1000\t180\n", GaugeColumns::Tangential);
+  EXPECT_NEAR(shear.fy_N[1], 2, 1e-12);
+  EXPECT_NEAR(shear.fx_N[1], 0, 1e-12);
+  EXPECT_NEAR(shear.fx_N[2], -1, 1e-12);
+  EXPECT_TRUE(shear.force_N.empty());
+}
+
+TEST_F(GaugeFile, GapsAreNotBridged) {
+  std::string text = "time_s,force_N\n";
+  for (int i = 0; i < 100; ++i)
+    if (i < 40 || i >= 60) text += std::to_string(0.01 * i) + "," + std::to_string(i) + "\n";
+  const Gauge g = read(text);
+  ASSERT_EQ(g.gaps.size(), 1u);
+  EXPECT_NEAR(g.gaps[0].from_s, 0.39, 1e-9);
+  EXPECT_NEAR(g.gaps[0].to_s, 0.60, 1e-9);
+  EXPECT_NE(describe_gaps(g).find("0.21 s in all, the longest from 0.39 s to 0.6 s"), std::string::npos)
+      << describe_gaps(g);
+  EXPECT_NEAR(*gauge_at(g, g.force_N, 0.205), 20.5, 1e-6);
+  EXPECT_FALSE(gauge_at(g, g.force_N, 0.5));
+  EXPECT_TRUE(gauge_at(g, g.force_N, 0.60));
+  EXPECT_FALSE(gauge_at(g, g.force_N, -0.001));
+  EXPECT_FALSE(gauge_at(g, g.force_N, 1.0));
+}
+
+TEST_F(GaugeFile, RefusesWithWhatIsWrong) {
+  const auto says = [&](const std::string& text, const std::string& part,
+                        GaugeColumns wanted = GaugeColumns::Normal) {
+    const std::string said = refusal(text, wanted);
+    EXPECT_NE(said.find(part), std::string::npos) << said;
+  };
+  says("", "an empty file");
+  says("# only remarks\n", "an empty file");
+  says("time_s,force_N\n", "at least 3 readings");
+  says("time_s,force_N\n0,1\n1,2\n", "at least 3 readings");
+  says("time_s,force\n0,1\n1,2\n2,3\n", "a unit (N, mN, kN, gf, kgf, lbf) in the header of column 'force'");
+  says("time_s,force_oz\n0,1\n1,2\n2,3\n", "found 'oz'");
+  says("time_h,force_N\n0,1\n1,2\n2,3\n", "found 'h'");
+  says("time,force_N\n0,1\n1,2\n2,3\n", "a unit (s, ms, us, ns)");
+  says("seconds,force_N\n0,1\n1,2\n2,3\n", "a column time_s");
+  says("time_s,newton\n0,1\n1,2\n2,3\n", "a column force_N");
+  says("0,1\n1,2\n2,3\n", "a column time_s");
+  says("time_s,force_N\n0,1\n2,2\n1,3\n", "1 s after 2 s in line 4");
+  says("time_s,force_N\n0,1\n1,2\n1,3\n", "times that rise");
+  says("time_s,force_N\n0,1\n1,nan\n2,3\n", "column 'force_N', line 3");
+  says("time_s,force_N\n0,1\n1,inf\n2,3\n", "found 'inf'");
+  says("time_s,force_N\n0,1\n1\n2,3\n", "found none");
+  says("time_s,force_N\n0,1\n1,2 N\n2,3\n", "found '2 N'");
+  says("frame,force_N\n0,1\n0,2\n2,3\n", "frames that rise");
+  says("frame,force_N\n0,1\n1.5,2\n2,3\n", "whole frame numbers");
+  says("frame,force_N\n-1,1\n1,2\n2,3\n", "whole frame numbers");
+  says("time_s,force_N\n0,1\n1,2\n2,3\n", "tangential forces", GaugeColumns::Tangential);
+  says("time_s,shear_N,direction\n0,1,0\n1,2,0\n2,3,0\n", "a unit (rad, deg)", GaugeColumns::Tangential);
+  EXPECT_THROW(read_gauge("/nowhere/gauge.csv", GaugeColumns::Normal), Error);
+  EXPECT_THROW(read_gauge(fs::temp_directory_path(), GaugeColumns::Normal), Error);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,128 @@
+// Scores over noise, exposure and loads: each row is of its own setting.
+#include "engine/lump/study/evaluation_table.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+namespace palpate {
+namespace {
+
+LumpExample example(bool lump) {
+  LumpExample e;
+  e.lump = lump;
+  e.size_mm = 8;
+  e.depth_mm = 5;
+  e.stiffness_ratio = 6;
+  for (int k = 1; k <= 4; ++k) {
+    ForwardMap map{33, 33, {1.25, 1.25}, {}};
+    for (int n = 0; n < 33 * 33; ++n)
+      map.values.push_back(static_cast<float>(
+          250 * k *
+          (1 + (lump ? 0.8 : 0.0) * std::exp(-(std::pow(n % 33 - 16, 2) + std::pow(n / 33 - 16, 2)) / 20))));
+    e.pressure_Pa.push_back(std::move(map));
+    e.force_N.push_back(0.5 * k);
+  }
+  return e;
+}
+
+struct Heard {
+  size_t loads;
+  double noise, saturated;
+};
+
+TEST(LumpEvaluationTable, RowsAreOfTheirSettings) {
+  std::vector<Heard> heard;
+  LumpEvaluationJob job;
+  job.sensor.size_px = {64, 48};
+  job.sensor.noise_share = 0.003;
+  job.estimator = [&](const LumpReading& reading) {
+    heard.push_back({reading.force_N.size(), reading.noise_Pa, reading.saturated_share});
+    LumpEstimate e;
+    e.verdict = reading.saturated_share > 0.5 ? LumpVerdict::Saturated : LumpVerdict::Found;
+    e.evidence = 2;
+    e.size_mm = {4, 3, 5};
+    e.depth_mm = {5, 4, 6};
+    e.stiffness_ratio = {6, 5, 7};
+    return e;
+  };
+  size_t told = 0;
+  job.progress = [&told](size_t done) {
+    told = done;
+    return true;
+  };
+  const std::vector<LumpExample> examples = {example(true), example(false)};
+  for (const LumpScoreOver what : {LumpScoreOver::Noise, LumpScoreOver::Exposure, LumpScoreOver::Loads}) {
+    heard.clear();
+    const std::vector<LumpScoreRow> rows = scores_over(what, examples, job);
+    ASSERT_EQ(rows.size(), rows_of(what));
+    ASSERT_EQ(heard.size(), 2 * rows.size());
+    EXPECT_EQ(told, heard.size());
+    for (size_t r = 0; r < rows.size(); ++r) {
+      EXPECT_EQ(heard[2 * r].loads, rows[r].loads);
+      EXPECT_NEAR(rows[r].saturated_share, heard[2 * r].saturated, 1e-12);
+      EXPECT_EQ(rows[r].score.lumps, 1u);
+      EXPECT_EQ(rows[r].score.plain, 1u);
+      EXPECT_NEAR(rows[r].score.median[0], 0.5, 1e-12);
+      EXPECT_EQ(rows[r].score.coverage[0], 0);
+      EXPECT_EQ(rows[r].score.coverage[1], 1);
+    }
+    if (what == LumpScoreOver::Noise) {
+      EXPECT_GT(heard.back().noise, 20 * heard.front().noise);
+    }
+    if (what == LumpScoreOver::Exposure) {
+      EXPECT_EQ(heard.front().saturated, 0);
+      EXPECT_GT(rows.back().saturated_share, 0.5);
+      EXPECT_EQ(rows.back().score.verdicts[static_cast<size_t>(LumpVerdict::Saturated)], 1u);
+    }
+    const auto json = nlohmann::json::parse(rows_json(rows));
+    ASSERT_EQ(json.size(), rows.size());
+    EXPECT_EQ(json[0]["loads"], rows[0].loads);
+    const std::string csv = rows_csv(rows), text = rows_text(rows);
+    EXPECT_EQ(static_cast<size_t>(std::count(csv.begin(), csv.end(), '\n')), rows.size() + 1);
+    EXPECT_EQ(csv.find("nan"), std::string::npos);
+    EXPECT_EQ(static_cast<size_t>(std::count(text.begin(), text.end(), '\n')), rows.size() + 2);
+  }
+}
+
+TEST(LumpEvaluation, SomeOfTheBlocksAreJudgedAsAmongAll) {
+  LumpEvaluationJob job;
+  job.sensor.size_px = {64, 48};
+  job.estimator = [](const LumpReading& reading) {
+    LumpEstimate e;
+    e.size_mm.value = double{reading.pressure_Pa.back().values.front()};  // noise: of its seed
+    return e;
+  };
+  const std::vector<LumpExample> examples(7, example(true));
+  const std::vector<LumpJudged> all = judge_lumps(examples, job);
+  ASSERT_EQ(all.size(), 7u);
+  EXPECT_NE(all[1].estimate.size_mm.value, all[4].estimate.size_mm.value);
+  job.first = 1;
+  job.every = 3;
+  EXPECT_EQ(count_judged(examples.size(), job), 2u);
+  const std::vector<LumpJudged> some = judge_lumps(examples, job);
+  ASSERT_EQ(some.size(), 2u);
+  EXPECT_EQ(some[1].number, 4u);
+  EXPECT_EQ(some[0].estimate.size_mm.value, all[1].estimate.size_mm.value);
+  EXPECT_EQ(some[1].estimate.size_mm.value, all[4].estimate.size_mm.value);
+  job.first = 7;
+  EXPECT_EQ(count_judged(examples.size(), job), 0u);
+  EXPECT_TRUE(judge_lumps(examples, job).empty());
+}
+
+TEST(LumpEvaluation, WhatWasJudgedBeforeAStopIsKept) {
+  LumpEvaluationJob job;
+  job.sensor.size_px = {64, 48};
+  job.estimator = [](const LumpReading&) { return LumpEstimate{}; };
+  job.progress = [](size_t done) { return done < 2; };
+  const std::vector<LumpExample> examples(5, example(true));
+  const std::vector<LumpJudged> judged = judge_lumps(examples, job);
+  ASSERT_EQ(judged.size(), 2u);
+  EXPECT_EQ(judged[1].number, 1u);
+  EXPECT_THROW(scores_over(LumpScoreOver::Loads, examples, job), Stopped);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,55 @@
+// The cases at the edges: what each of them measures, and that it reaches the estimator.
+#include "engine/lump/study/stability.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+namespace palpate {
+namespace {
+
+TEST(LumpStability, CasesCoverTheEdges) {
+  const std::vector<StabilityCase> cases = stability_cases(0.002);
+  std::set<std::string> names, groups;
+  for (const StabilityCase& c : cases) {
+    EXPECT_TRUE(names.insert(c.group + c.name).second) << c.name;
+    groups.insert(c.group);
+    ForwardScene scene = c.scene;
+    EXPECT_NO_THROW(check(scene)) << c.name;
+  }
+  for (const char* group : {"stiffness ratio", "Poisson's ratio", "depth", "size", "number", "noise",
+                            "sensor", "tissue modulus", "loads"})
+    EXPECT_TRUE(groups.count(group)) << group;
+}
+
+TEST(LumpStability, EstimatorSeesWhatTheCaseSays) {
+  const std::vector<StabilityCase> all = stability_cases(0.002);
+  std::vector<StabilityCase> few;
+  for (const char* name :
+       {"sphere 8 mm, 5 mm deep, E_r 6", "saturated at 80 % of the peak", "told -30 %", "1 of 4"})
+    few.push_back(
+        *std::find_if(all.begin(), all.end(), [&](const StabilityCase& c) { return c.name == name; }));
+  std::vector<LumpReading> readings;
+  uint64_t last = 0;
+  const std::vector<StabilityRow> rows = judge_stability(
+      few,
+      [&](const LumpReading& reading) {
+        readings.push_back(reading);
+        return LumpEstimate{};
+      },
+      1, 0, [&](uint64_t done) { last = done; });
+  ASSERT_EQ(rows.size(), 4u);
+  ASSERT_EQ(readings.size(), 4u);
+  EXPECT_EQ(last, 4u);
+  EXPECT_EQ(readings[0].saturated_share, 0);
+  EXPECT_GT(readings[1].saturated_share, 0);
+  EXPECT_DOUBLE_EQ(readings[0].young_Pa, 4000);
+  EXPECT_NEAR(readings[2].young_Pa, 2800, 1e-9);
+  EXPECT_EQ(readings[0].force_N.size(), 4u);
+  EXPECT_EQ(readings[3].force_N.size(), 1u);
+  EXPECT_NEAR(readings[3].force_N[0], readings[0].force_N[3], 0.01 * readings[0].force_N[3]);
+}
+
+}  // namespace
+}  // namespace palpate

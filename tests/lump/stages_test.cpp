@@ -1,0 +1,50 @@
+// What a network says of its own make, and the picture drawn from it.
+#include "engine/lump/network/stages.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/lump/network/model.h"
+#include "engine/lump/network/network.h"
+#include "viz/report/lump_network_figure.h"
+
+namespace palpate {
+namespace {
+
+LumpStage network_of(const std::vector<LumpStage>& stages, const std::string& name) {
+  for (const LumpStage& stage : stages)
+    if (stage.kind == LumpStage::Kind::Network && stage.name == name) return stage;
+  throw std::runtime_error("no network " + name);
+}
+constexpr const char* kEmulator = "from a lump to its bump";
+
+TEST(LumpStages, AreTheModelsOwn) {
+  const LumpModel& model = LumpNetwork::built_in().model();
+  const LumpStage stage = network_of(lump_stages(model), kEmulator);
+  ASSERT_FALSE(model.members.empty());
+  EXPECT_EQ(stage.copies, model.members.size());
+  EXPECT_EQ(stage.widths.front(), model.members[0].inputs());
+  EXPECT_EQ(stage.widths.back(), model.members[0].outputs());
+  EXPECT_EQ(stage.widths.size(), model.members[0].layers.size() + 1);
+  EXPECT_EQ(stage.inputs.size(), static_cast<size_t>(kLumpFeatures));  // each has a name
+  const LumpStage reader = network_of(lump_stages(model), "from a bump to its lump");
+  ASSERT_FALSE(model.reader.members.empty());
+  EXPECT_EQ(reader.copies, model.reader.members.size());
+  EXPECT_EQ(reader.widths.front(), model.reader.members[0].inputs());
+  EXPECT_EQ(reader.widths.back(), model.reader.members[0].outputs());
+}
+
+TEST(LumpStages, OfAnotherModelAreOthers) {
+  LumpModel model = LumpNetwork::built_in().model();
+  model.members.assign(3, SmallNetwork::random({5, 11, 7, 9, 2}, 1));
+  const LumpStage stage = network_of(lump_stages(model), kEmulator);
+  EXPECT_EQ(stage.copies, 3u);
+  EXPECT_EQ(stage.widths, (std::vector<uint32_t>{5, 11, 7, 9, 2}));
+  EXPECT_EQ(stage.inputs.size(), 1u);  // names are of other inputs: told by their number
+  const std::string script = network_figure(lump_stages(model), "nothing");
+  for (const char* word :
+       {"11 tanh", "7 tanh", "9 tanh", "mean of 3 networks", "taught by presses of known lumps: nothing"})
+    EXPECT_NE(script.find(word), std::string::npos) << word;
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,219 @@
+// Matching of bent point sets against known partners.
+#include "engine/numeric/matching.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
+#include <string>
+
+#include "palpate/error.h"
+#include "tests/scenes/bent_points.h"
+
+namespace palpate {
+namespace {
+
+struct Score {
+  double miss = 0,
+         right = 0;  // means over trials: distance over scale; share of named partners that are right
+  int reliable = 0, trials = 0;
+};
+
+Score score(BentScene scene, int trials) {
+  Score s;
+  for (int t = 0; t < trials; ++t) {
+    scene.seed = static_cast<uint32_t>(100 + t);
+    const BentPoints points = bent(scene);
+    const MatchResult result = match_points(points.from, points.to);
+    s.miss += mean_miss(result.warped, points.truth) / scene.scale / trials;
+    s.reliable += result.reliable();
+    ++s.trials;
+    size_t right = 0, named = 0;
+    std::set<uint32_t> taken;
+    for (size_t i = 0; i < result.partners.size(); ++i) {
+      const Partner& p = result.partners[i];
+      if (!result.reliable()) continue;
+      EXPECT_GE(p.probability, 0);
+      EXPECT_LE(p.probability, 1);
+      if (!p.target) continue;
+      EXPECT_TRUE(taken.insert(*p.target).second)
+          << "target " << *p.target << " given twice, seed " << scene.seed;
+      ++named;
+      right += static_cast<int64_t>(*p.target) == points.target_of_from[i];
+    }
+    s.right += named > 0 ? static_cast<double>(right) / static_cast<double>(named) / trials : 0;
+  }
+  return s;
+}
+
+TEST(Matching, BentShapesPointByPoint) {
+  const Score s = score({.bend = 0.06}, 10);
+  EXPECT_EQ(s.reliable, 10);
+  EXPECT_LT(s.miss, 0.001);
+  EXPECT_GT(s.right, 0.99);
+}
+
+TEST(Matching, StronglyBentShapes) {
+  const Score s = score({.bend = 0.08}, 10);
+  EXPECT_LT(s.miss, 0.008);
+  EXPECT_GT(s.right, 0.9);
+}
+
+TEST(Matching, NoiseIsSmoothedAndEstimated) {
+  const Score s = score({.noise_sd = 0.03}, 8);
+  EXPECT_EQ(s.reliable, 8);
+  EXPECT_LT(s.miss, 0.0165);
+  const Score more = score({.noise_sd = 0.05}, 8);
+  EXPECT_EQ(more.reliable, 8);
+  EXPECT_LT(more.miss, 0.027);
+  const BentPoints points = bent({.noise_sd = 0.03, .seed = 3});
+  EXPECT_NEAR(match_points(points.from, points.to).noise_sd, 0.03, 0.012);
+}
+
+TEST(Matching, StrangersAmongTheTarget) {
+  const Score s = score({.outlier_ratio = 1}, 8);
+  EXPECT_LT(s.miss, 0.008);
+  EXPECT_GT(s.right, 0.9);
+  const BentPoints points = bent({.bend = 0.03, .outlier_ratio = 2, .seed = 7});
+  const MatchResult result = match_points(points.from, points.to);
+  EXPECT_TRUE(result.reliable());
+  EXPECT_NEAR(result.target_outlier_share, 2. / 3, 0.05);
+}
+
+TEST(Matching, EightStrangersInTenOnAShapeThatMovedLittle) {
+  const Score s = score({.bend = 0.02, .outlier_ratio = 4}, 4);
+  EXPECT_LT(s.miss, 0.01);
+  EXPECT_GT(s.right, 0.8);
+}
+
+TEST(Matching, MissingPointsGoToNil) {
+  const BentPoints points = bent({.missing_share = 0.2, .seed = 4});
+  const MatchResult result = match_points(points.from, points.to);
+  ASSERT_TRUE(result.reliable());
+  size_t missing = 0, nil = 0;
+  for (size_t i = 0; i < points.from.size(); ++i)
+    if (points.target_of_from[i] < 0) {
+      ++missing;
+      nil += !result.partners[i].target;
+    }
+  EXPECT_GT(missing, 10u);
+  EXPECT_GE(static_cast<double>(nil), 0.9 * static_cast<double>(missing));
+  EXPECT_NEAR(result.template_nil_share, 0.2, 0.06);
+}
+
+class MatchingTurns : public testing::TestWithParam<double> {};
+TEST_P(MatchingTurns, AreFound) {
+  const Score s = score({.bend = 0.04, .turn_deg = GetParam()}, 3);
+  EXPECT_EQ(s.reliable, 3);
+  EXPECT_LT(s.miss, 0.002);
+}
+INSTANTIATE_TEST_SUITE_P(Degrees, MatchingTurns, testing::Values(30., 45., 90., 135., 180., 285.),
+                         [](const auto& at) { return std::to_string(static_cast<int>(at.param)); });
+
+TEST(Matching, SpaceAsThePlane) {
+  const Score s = score({.axes = 3}, 5);
+  EXPECT_EQ(s.reliable, 5);
+  EXPECT_LT(s.miss, 0.002);
+  EXPECT_GT(s.right, 0.97);
+  const Score turned = score({.axes = 3, .turn_deg = 120}, 3);
+  EXPECT_LT(turned.miss, 0.002);
+}
+
+TEST(Matching, UnitsAndPlacesDoNotMatter) {
+  const BentPoints unit = bent({.seed = 5});
+  const MatchResult expected = match_points(unit.from, unit.to);
+  for (const double scale : {1e-3, 1e5}) {
+    const BentPoints points = bent({.scale = scale, .seed = 5});
+    const MatchResult result = match_points(points.from, points.to);
+    EXPECT_TRUE(result.reliable());
+    EXPECT_LT(mean_miss(result.warped, points.truth) / scale, 0.001) << scale;
+    EXPECT_EQ(result.winner, expected.winner);
+  }
+  const BentPoints far = bent({.shift = 1e6, .seed = 5});
+  EXPECT_LT(mean_miss(match_points(far.from, far.to).warped, far.truth), 0.001);
+}
+
+TEST(Matching, ATargetSomewhereElseAndOfAnotherSize) {
+  BentPoints points = bent({.bend = 0.03, .turn_deg = 60, .seed = 6});
+  for (PointSet* set : {&points.to, &points.truth})
+    for (double& v : set->coordinates) v = 250 * v - 4000;
+  const MatchResult result = match_points(points.from, points.to);
+  EXPECT_TRUE(result.reliable()) << to_string(result.verdict);
+  EXPECT_LT(mean_miss(result.warped, points.truth) / 250, 0.002);
+}
+
+TEST(Matching, UnrelatedSetsAreNoMatch) {
+  std::mt19937 random(9);
+  for (int trial = 0; trial < 8; ++trial) {
+    PointSet strangers;
+    for (int k = 0; k < 200; ++k)
+      strangers.coordinates.push_back(static_cast<double>(random()) / 4294967296.0);
+    const MatchResult result = match_points(character(2), strangers);
+    EXPECT_FALSE(result.reliable()) << trial << ", evidence " << result.evidence;
+    for (const Partner& p : result.partners) EXPECT_FALSE(p.target.has_value());
+  }
+}
+
+TEST(Matching, TheSamePointsTheSameAnswer) {
+  const BentPoints points = bent({.noise_sd = 0.02, .outlier_ratio = 0.5, .seed = 8});
+  const MatchResult a = match_points(points.from, points.to), b = match_points(points.from, points.to);
+  EXPECT_EQ(a.warped.coordinates, b.warped.coordinates);
+  EXPECT_EQ(a.iterations, b.iterations);
+}
+
+TEST(Matching, DegenerateSetsEndAndSayWhatTheyAre) {
+  const PointSet three{2, {0, 0, 1, 0, 0, 1}};
+  const MatchResult few = match_points(three, three);
+  EXPECT_EQ(few.verdict, MatchVerdict::TooFewPoints);
+
+  PointSet straight;  // on a line, unevenly: its order along the line is what can be found
+  for (int k = 0; k < 40; ++k) {
+    const double t = k + 0.4 * std::sin(1.7 * k);
+    straight.coordinates.insert(straight.coordinates.end(), {t, 2 * t});
+  }
+  const MatchResult line = match_points(straight, straight);
+  EXPECT_LT(mean_miss(line.warped, straight), 0.05);
+
+  BentPoints doubled = bent({.seed = 11});
+  const size_t n = doubled.from.size();
+  for (size_t k = 0; k < 20; ++k) doubled.from.coordinates.push_back(doubled.from.coordinates[k]);
+  const MatchResult result = match_points(doubled.from, doubled.to);
+  ASSERT_EQ(result.partners.size(), n + 10);
+  for (const double v : result.warped.coordinates) EXPECT_TRUE(std::isfinite(v));
+  EXPECT_TRUE(result.reliable());
+}
+
+TEST(Matching, AThousandPoints) {
+  BentPoints points;
+  std::mt19937 random(12);
+  for (int k = 0; k < 1000; ++k) {
+    const double x = static_cast<double>(random()) / 4294967296.0,
+                 y = static_cast<double>(random()) / 4294967296.0;
+    points.from.coordinates.insert(points.from.coordinates.end(), {x, y});
+    const double bend = 0.04 * std::exp(-8 * (std::pow(x - 0.4, 2) + std::pow(y - 0.5, 2)));
+    points.truth.coordinates.insert(points.truth.coordinates.end(), {x + bend, y - 0.7 * bend});
+  }
+  points.to = points.truth;
+  std::reverse(points.to.coordinates.begin(), points.to.coordinates.end());
+  for (size_t i = 0; i < points.to.size(); ++i)
+    std::swap(points.to.coordinates[2 * i], points.to.coordinates[2 * i + 1]);
+  const MatchResult result = match_points(points.from, points.to);
+  EXPECT_TRUE(result.reliable());
+  EXPECT_LT(mean_miss(result.warped, points.truth), 0.001);
+}
+
+TEST(Matching, NonsenseIsRefused) {
+  const PointSet good = character(2);
+  PointSet nan = good;
+  nan.coordinates[7] = std::numeric_limits<double>::quiet_NaN();
+  const PointSet bad = nan, two{2, {0, 0, 1, 1}}, space = character(3), same{2, {1, 1, 1, 1, 1, 1}},
+                 none{2, {}};
+  for (const PointSet* other : {&bad, &two, &space, &same, &none}) {
+    EXPECT_THROW(match_points(good, *other), Error);
+    EXPECT_THROW(match_points(*other, good), Error);
+  }
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,164 @@
+// palpate calibrate force and shear as their users meet them: a rig's recording and a gauge's table in, a
+// sensor file out that measures.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "palpate/sensor.h"
+#include "tests/support/program_fixture.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::json;
+
+class CalibrateForce : public TypedProgram {
+ protected:
+  Json json() const { return Json::parse(text("stdout")); }
+  /// A refusal is one line; what it says.
+  std::string refusal(const std::string& arguments, int code = 3) {
+    EXPECT_EQ(run(arguments + " --quiet"), code) << text("stderr");
+    const std::string said = text("stderr");
+    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
+    EXPECT_FALSE(fs::exists(folder_ / "out.json"));
+    return said;
+  }
+  /// The truth of a synthetic recording as a gauge with a clock of its own, 50 readings a second, has it.
+  void write_gauge(const std::string& scene, const std::string& name, double offset_s) {
+    ASSERT_EQ(run("simulate " + scene + " --quiet --out '" + at("rec") + "'"), 0) << text("stderr");
+    std::istringstream truth(text("rec/truth.csv"));
+    std::string line;
+    std::getline(truth, line);
+    std::vector<std::string> names;
+    std::istringstream header(line);
+    for (std::string cell; std::getline(header, cell, ',');) names.push_back(cell);
+    const auto column = [&](const char* wanted) {
+      return static_cast<size_t>(std::find(names.begin(), names.end(), wanted) - names.begin());
+    };
+    std::vector<double> time_s, force_N;
+    while (std::getline(truth, line)) {
+      std::vector<std::string> cells;
+      std::istringstream row(line);
+      for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+      time_s.push_back(std::stod(cells[column("time_s")]));
+      force_N.push_back(std::stod(cells[column("true_force_N")]));
+    }
+    std::ofstream gauge(folder_ / name);
+    gauge << "time_ms,force_mN\n";
+    size_t i = 0;
+    for (double t = 0; t < time_s.back(); t += 0.02) {
+      while (i + 2 < time_s.size() && time_s[i + 1] < t) ++i;
+      const double share = (t - time_s[i]) / (time_s[i + 1] - time_s[i]);
+      gauge << 1e3 * (t - offset_s) << ',' << 1e3 * (force_N[i] + share * (force_N[i + 1] - force_N[i]))
+            << '\n';
+    }
+  }
+};
+
+constexpr const char* kSmall = "size=320x240";
+
+TEST_F(CalibrateForce, ReadsOtherSeedsToOnePercent) {
+  const std::string calibrate = std::string("calibrate force 'synthetic:press?seed=11&") + kSmall +
+                                "' 'synthetic:press?seed=12&" + kSmall + "' --gauge truth --out '" +
+                                at("out.json") + "' --json --quiet --check 'synthetic:palpation?seed=13&" +
+                                kSmall + "' --check-gauge truth";
+  ASSERT_EQ(run(calibrate), 0) << text("stderr");
+  const Json found = json();
+  EXPECT_GT(found["r_squared"], 0.999);
+  EXPECT_LT(found["checks"][0]["median_relative_error"], 0.01);
+  EXPECT_GT(found["checks"][0]["readings"], 100);
+  EXPECT_GE(found["candidates"].size(), 12u);
+  for (const char* file : {"out_force.csv", "out_force.png", "out_force.svg"})
+    EXPECT_GT(fs::file_size(folder_ / file), 2000u) << file;
+  const Sensor sensor = load_sensor(folder_ / "out.json");
+  ASSERT_TRUE(sensor.force);
+  EXPECT_FALSE(sensor.force->origin.empty());
+  EXPECT_NE(sensor.force->origin.from.find("seed=11"), std::string::npos);
+}
+
+TEST_F(CalibrateForce, FindsHysteresisDriftAndTheClock) {
+  ASSERT_EQ(run(std::string("calibrate force 'synthetic:rig?seed=21&hysteresis=0.05&drift=0.02&") + kSmall +
+                "' --gauge truth --signal gray-sum --json --quiet --out '" + at("h.json") + "'"),
+            0)
+      << text("stderr");
+  const Json lossy = json();
+  EXPECT_NEAR(lossy["hysteresis"].get<double>(), 0.05, 0.015);
+  EXPECT_LT(lossy["drift_N_per_min"], 0);  // more light: the gauge falls behind the curve
+  ASSERT_NO_FATAL_FAILURE(write_gauge("rig --size 320x240 --seed 21", "gauge.csv", 0.731));
+  ASSERT_EQ(run("calibrate force '" + at("rec/frames") + "' --background '" + at("rec/background.png") +
+                "' --gauge '" + at("gauge.csv") + "' --sensor '" + at("rec/sensor.json") +
+                "' --rate 30 --signal gray-sum --json --quiet --out '" + at("out.json") + "'"),
+            0)
+      << text("stderr");
+  const Json found = json();
+  EXPECT_NEAR(found["recordings"][0]["offset_s"].get<double>(), 0.731, 0.005);
+  EXPECT_LT(found["hysteresis"], 0.01);
+  EXPECT_GT(found["r_squared"], 0.999);
+}
+
+TEST_F(CalibrateForce, RefusesWhatItCannotUse) {
+  const std::string to = " --out '" + at("out.json") + "'",
+                    small = std::string("'synthetic:press?") + kSmall + "'";
+  const auto with = [&](const std::string& table) {
+    std::ofstream(folder_ / "gauge.csv") << table;
+    return refusal("calibrate force " + small + " --gauge '" + at("gauge.csv") + "'" + to);
+  };
+  EXPECT_NE(with("time_s,force\n0,1\n1,2\n2,3\n").find("a unit"), std::string::npos);
+  EXPECT_NE(with("time_s,force_N\n0,1\n2,2\n1,3\n").find("times that rise"), std::string::npos);
+  EXPECT_NE(with("frame,force_N\n0,1\n1,2\n").find("at least 3 readings"), std::string::npos);
+  EXPECT_NE(with("frame,force_N\n9000,1\n9001,2\n9002,2\n").find("none there"), std::string::npos);
+  EXPECT_NE(with("frame,force_N\n0,0\n1,0\n60,1\n").find("at least"), std::string::npos);
+  std::string noise = "time_s,force_N\n";
+  for (int i = 0; i < 200; ++i)
+    noise += std::to_string(i * 0.05) + "," + std::to_string((i * 7919) % 101) + "\n";
+  EXPECT_NE(with(noise).find("at best"), std::string::npos);
+  // Nothing touches; and too much light.
+  EXPECT_NE(
+      refusal(std::string("calibrate force 'synthetic:press?force=0.0001&") + kSmall + "' --gauge truth" + to)
+          .find("something presses"),
+      std::string::npos);
+  EXPECT_NE(
+      refusal("calibrate force " + small + " " + small + " --gauge a.csv --gauge b.csv --gauge c.csv" + to, 2)
+          .find("2 recordings and 3 gauge tables"),
+      std::string::npos);
+  EXPECT_NE(refusal("calibrate force " + small + " --gauge truth --align soon" + to, 2).find("--align auto"),
+            std::string::npos);
+  EXPECT_NE(refusal("calibrate shear " + small + " --gauge truth" + to).find("none along x"),
+            std::string::npos);
+}
+
+TEST_F(CalibrateForce, ShearOfTheSyntheticPad) {
+  ASSERT_EQ(
+      run(std::string("calibrate shear 'synthetic:pull?seed=5&") + kSmall + "' 'synthetic:slide?seed=6&" +
+          kSmall + "' --gauge truth --json --quiet --out '" + at("out.json") + "'"),
+      0)
+      << text("stderr");
+  const Json found = json();
+  const Sensor sensor = load_sensor(folder_ / "out.json");
+  ASSERT_TRUE(sensor.shear);
+  EXPECT_NEAR(sensor.shear->friction, 0.5, 0.01);
+  EXPECT_EQ(found["friction_from"], "from slip");
+  EXPECT_GT(found["x"]["r_squared"], 0.99);
+  EXPECT_GT(found["y"]["r_squared"], 0.99);
+  EXPECT_GT(fs::file_size(folder_ / "out_shear.png"), 2000u);
+  // Turns and slides far longer than the pad stretches: no softer spring.
+  ASSERT_EQ(
+      run(std::string("calibrate shear 'synthetic:pull?seed=5&") + kSmall + "' 'synthetic:drag?seed=5&" +
+          kSmall + "' --gauge truth --quiet --out '" + at("drag.json") + "'"),
+      0)
+      << text("stderr");
+  const Sensor dragged = load_sensor(folder_ / "drag.json");
+  EXPECT_NEAR(dragged.shear->kx_N_per_mm, sensor.shear->kx_N_per_mm, 0.05 * sensor.shear->kx_N_per_mm);
+  EXPECT_NEAR(dragged.shear->ky_N_per_mm, sensor.shear->ky_N_per_mm, 0.05 * sensor.shear->ky_N_per_mm);
+  EXPECT_NEAR(dragged.shear->friction, 0.5, 0.02);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,212 @@
+// palpate calibrate photometric as its user meets it: a synthetic gel's presses in, a sensor file out that
+// measures.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "palpate/sensor.h"
+#include "tests/support/program_fixture.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr const char* kHeader = "image,center_x_px,center_y_px,contact_radius_px,ball_radius_mm\n";
+
+class Calibrate : public TypedProgram {
+ protected:
+  std::string calibrate(const std::string& rest) const {
+    return "calibrate photometric '" + at("rec/frames") + "' --sensor '" + at("rec/sensor.json") +
+           "' --balls '" + at("balls.csv") + "' --background '" + at("rec/background.png") + "' --out '" +
+           at("out.json") + "' " + rest;
+  }
+  int simulate() {
+    return run("simulate palpation --mode gel --size 320x240 --rate 2 --radius 5 --quiet --out '" +
+               at("rec") + "'");
+  }
+};
+
+TEST_F(Calibrate, FindsTheSensorOfASyntheticGel) {
+  ASSERT_EQ(simulate(), 0) << text("stderr");
+  std::ofstream balls(folder_ / "balls.csv");
+  balls << kHeader;
+  std::istringstream truth(text("rec/truth.csv"));
+  std::string line;
+  std::getline(truth, line);
+  ASSERT_EQ(line.rfind("frame,time_s,true_contact,", 0), 0u) << line;
+  int presses = 0;
+  while (std::getline(truth, line)) {
+    std::vector<std::string> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+    if (cells[2] != "1" || std::stod(cells[9]) < 20) continue;
+    char name[32];
+    std::snprintf(name, sizeof name, "%06d.png", std::stoi(cells[0]));
+    balls << name << ',' << cells[7] << ',' << cells[8] << ',' << cells[9] << ",5\n";
+    ++presses;
+  }
+  balls.close();
+  ASSERT_GE(presses, 10);
+
+  ASSERT_EQ(run(calibrate("--json")), 0) << text("stderr");
+  const Json found = Json::parse(text("stdout"));
+  EXPECT_EQ(found["presses"].size(), static_cast<size_t>(presses));
+  EXPECT_EQ(found["ridge"], 0);
+  EXPECT_LT(found["normal_rms_held_out"], 0.03);
+  EXPECT_NEAR(found["depth_gain_held_out"], 1, 0.03);
+  EXPECT_LT(found["depth_rmse_held_out_mm"], 0.02);
+
+  // The simulator knows its own coefficients; near the middle ours say the same of a colour change.
+  const Sensor ours = load_sensor(folder_ / "out.json"), its = load_sensor(folder_ / "rec/sensor.json");
+  EXPECT_EQ(ours.reading, Reading::Photometric);
+  EXPECT_EQ(ours.pitch_mm_per_px, its.pitch_mm_per_px);
+  EXPECT_EQ(ours.background.image, at("rec/background.png"));
+  double difference = 0, size = 0;
+  for (int c = 0; c < 3; ++c) {
+    difference += std::pow(ours.photometric.wx[c][0] - its.photometric.wx[c][0], 2);
+    size += std::pow(its.photometric.wx[c][0], 2);
+  }
+  EXPECT_LT(std::sqrt(difference / size), 0.1);
+}
+
+TEST_F(Calibrate, FindsTheBallsByItself) {
+  ASSERT_EQ(simulate(), 0) << text("stderr");
+  const std::string rest = "' --sensor '" + at("rec/sensor.json") + "' --background '" +
+                           at("rec/background.png") + "' --out '" + at("out.json") + "' ";
+  const std::string frames = "calibrate photometric '" + at("rec/frames") + rest;
+  ASSERT_EQ(run(frames + "--ball-mm 5 --json"), 0) << text("stderr");
+  const Json found = Json::parse(text("stdout"));
+  EXPECT_GE(found["presses"].size(), 8u);
+  EXPECT_GE(found["untouched_frames"], 2);
+  EXPECT_FALSE(found["markers_masked"]);
+  std::printf("held out: depth %.4f mm, normals %.2f deg, gain %.3f\n",
+              found["depth_rmse_held_out_mm"].get<double>(), found["normal_angle_deg_held_out"].get<double>(),
+              found["depth_gain_held_out"].get<double>());
+  EXPECT_LT(found["depth_rmse_held_out_mm"], 0.006);
+  EXPECT_LT(found["normal_angle_deg_held_out"], 1.5);
+  EXPECT_NEAR(found["depth_gain_held_out"], 1, 0.01);
+  const Sensor ours = load_sensor(folder_ / "out.json");
+  EXPECT_EQ(ours.size_px, (std::array<uint32_t, 2>{320, 240}));
+  EXPECT_FALSE(ours.photometric.origin.empty());
+
+  // Where each press stands in the truth is where it was found.
+  std::map<int, std::array<double, 3>> truth;
+  std::istringstream rows(text("rec/truth.csv"));
+  std::string line;
+  std::getline(rows, line);
+  while (std::getline(rows, line)) {
+    std::vector<std::string> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+    if (cells[2] == "1")
+      truth[std::stoi(cells[0])] = {std::stod(cells[7]), std::stod(cells[8]), std::stod(cells[9])};
+  }
+  for (const Json& p : found["presses"]) {
+    const auto it = truth.find(std::stoi(p["press"].get<std::string>()));
+    ASSERT_NE(it, truth.end()) << p["press"];
+    EXPECT_NEAR(p["center_x_px"], it->second[0], 0.3);
+    EXPECT_NEAR(p["center_y_px"], it->second[1], 0.3);
+    EXPECT_NEAR(p["contact_radius_px"], it->second[2], 0.03 * it->second[2]);
+  }
+  fs::remove(folder_ / "out.json");
+
+  const auto refused = [&](const std::string& arguments, int code, const std::string& says) {
+    EXPECT_EQ(run(arguments + " --quiet"), code) << arguments;
+    EXPECT_NE(text("stderr").find(says), std::string::npos) << text("stderr");
+    EXPECT_FALSE(fs::exists(folder_ / "out.json"));
+  };
+  refused(frames + "--ball-mm 1", 3, "does not fit a ball");
+  refused(frames, 2, "--ball-mm");
+  // Nothing but untouched frames.
+  fs::create_directories(folder_ / "rest");
+  for (const char* name : {"1.png", "2.png", "3.png"})
+    fs::copy_file(folder_ / "rec/background.png", folder_ / "rest" / name);
+  refused("calibrate photometric '" + at("rest") + rest + "--ball-mm 5", 3, "3 untouched frames");
+  // A sensor file of another size, another number of channels.
+  Sensor other = load_sensor(folder_ / "rec/sensor.json");
+  other.size_px = {640, 480};
+  other.background.image.clear();
+  save_sensor(other, folder_ / "other.json");
+  refused("calibrate photometric '" + at("rec/frames") + "' --ball-mm 5 --sensor '" + at("other.json") +
+              "' --out '" + at("out.json") + "'",
+          3, "640x480");
+  refused("calibrate lookup '" + at("rec/frames") + rest + "--ball-mm 5", 4, "gray sensor");
+}
+
+TEST_F(Calibrate, BackgroundFlatAndScaleWriteSensorFilesThatLoad) {
+  ASSERT_EQ(run("simulate press --mode waveguide --size 160x120 --rate 20 --quiet --out '" + at("rec") + "'"),
+            0)
+      << text("stderr");
+  const std::string frames =
+      " '" + at("rec/frames") + "' --sensor '" + at("rec/sensor.json") + "' --out '" + at("out.json") + "' ";
+  ASSERT_EQ(run("calibrate background" + frames + "--frames 6 --set-threshold --json"), 0) << text("stderr");
+  Json found = Json::parse(text("stdout"));
+  EXPECT_EQ(found["frames_used"], 6);
+  EXPECT_EQ(found["warning"], "");
+  EXPECT_GT(found["noise_gray"], 0.2);
+  EXPECT_LT(found["noise_gray"], 3);
+  const Sensor with = load_sensor(folder_ / "out.json");
+  EXPECT_EQ(with.background.image, at("out_background.png"));
+  EXPECT_EQ(with.threshold_gray, found["suggested_threshold_gray"]);
+  // Over the whole recording a ball presses most of the time.
+  EXPECT_EQ(run("calibrate background" + frames + "--frames 150 --quiet"), 3);
+  EXPECT_NE(text("stderr").find("nothing touches"), std::string::npos) << text("stderr");
+
+  ASSERT_EQ(run("calibrate flat" + frames + "--frames 6 --json"), 0) << text("stderr");
+  found = Json::parse(text("stdout"));
+  EXPECT_LT(found["unevenness_after"], 0.3 * found["unevenness_before"].get<double>());
+  EXPECT_EQ(load_sensor(folder_ / "out.json").flat->image, at("out_flat.png"));
+
+  fs::remove(folder_ / "out.json");
+  EXPECT_EQ(run("calibrate scale" + frames + "--grid 9x6 --spacing-mm 2 --quiet"), 3);
+  EXPECT_EQ(run("calibrate scale" + frames + "--grid 9by6 --spacing-mm 2 --quiet"), 2);
+  EXPECT_EQ(run("calibrate scale" + frames + "--quiet"), 2);
+  // A ball alone: refused, with what it does say.
+  EXPECT_EQ(
+      run("calibrate scale" + frames + "--ball-mm 8 --background '" + at("rec/background.png") + "' --quiet"),
+      3);
+  EXPECT_NE(text("stderr").find("pitch is below"), std::string::npos) << text("stderr");
+  EXPECT_FALSE(fs::exists(folder_ / "out.json"));
+}
+
+TEST_F(Calibrate, RefusesWhatItCannotUse) {
+  ASSERT_EQ(simulate(), 0) << text("stderr");
+  const auto with = [&](const std::string& rows) {
+    std::ofstream(folder_ / "balls.csv") << rows;
+    const int code = run(calibrate("--quiet"));
+    const std::string said = text("stderr");
+    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
+    EXPECT_FALSE(fs::exists(folder_ / "out.json"));
+    return code;
+  };
+  const std::string press = "000015.png,199.7,148.2,31.1,5\n";
+  EXPECT_EQ(with(""), 3);
+  EXPECT_EQ(with("image,x,y,r,R\n" + press), 3);
+  EXPECT_EQ(with(kHeader), 3);
+  EXPECT_EQ(with(kHeader + press), 3);  // one press: none to judge by
+  EXPECT_EQ(with(kHeader + press + "000015.png,199.7,148.2,31.1\n"), 3);
+  EXPECT_EQ(with(kHeader + press + "000015.png,199.7,148.2,nan,5\n"), 3);
+  EXPECT_EQ(with(kHeader + press + "000015.png,199.7,148.2,31.1 px,5\n"), 3);
+  EXPECT_EQ(with(kHeader + press + "000015.png,199.7,148.2,80,5\n"), 3);      // larger than the ball
+  EXPECT_EQ(with(kHeader + press + "000015.png,-400,148.2,31.1,5\n"), 3);     // outside the frame
+  EXPECT_EQ(with(kHeader + press + "000015.png#1,199.7,148.2,31.1,5\n"), 3);  // an image has one frame
+  EXPECT_EQ(with(kHeader + press + "nothing.png,199.7,148.2,31.1,5\n"), 3);
+  // Nobody presses in frames 0 and 1: no colour changes to learn from.
+  EXPECT_EQ(with(kHeader + std::string("000000.png,100,100,30,5\n000001.png,200,100,30,5\n")), 3);
+  EXPECT_EQ(run("calibrate photometric '" + at("nowhere") + "' --sensor a --balls b --out c"), 2);
+  EXPECT_EQ(run("calibrate"), 2);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,108 @@
+// palpate lump estimate, evaluate and train as their user meets them.
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/program_fixture.h"
+#include "capture/files/lump_maps.h"
+#include "capture/files/npy.h"
+
+namespace palpate {
+namespace {
+
+const std::string kReadings = PALPATE_SOURCE_DIR "/tests/data/lump/";
+
+std::vector<std::string> estimate_of(const std::string& name, const std::string& forces,
+                                     const std::string& young, const std::string& thick) {
+  std::vector<std::string> words = {"lump", "estimate"};
+  for (const char* load : {"1", "2", "3", "4"}) words.push_back(kReadings + name + "_" + load + ".npy");
+  for (const std::string& word : {std::string("--force-N"), forces, std::string("--young-Pa"), young,
+                                  std::string("--thickness-mm"), thick, std::string("--json")})
+    words.push_back(word);
+  return words;
+}
+
+using LumpEstimateCommand = Program;
+
+// Presses that the network has not seen, solved on a finer grid and read through the synthetic sensor.
+TEST_F(LumpEstimateCommand, TheBuiltInNetworkReadsStoredPresses) {
+  const auto truths = nlohmann::json::parse(slurp(kReadings + "truth.json"));
+  ASSERT_GE(truths.size(), 3u);
+  for (const auto& truth : truths) {
+    const Ended ended =
+        run(estimate_of(truth["name"], truth["forces"], truth["young_Pa"], truth["thickness_mm"]));
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    const auto found = nlohmann::json::parse(ended.out);
+    if (truth["size_mm"].is_null()) {
+      EXPECT_EQ(found["verdict"], "no lump") << ended.out;
+      EXPECT_TRUE(found["size_mm"].is_null());
+      continue;
+    }
+    EXPECT_GE(found["evidence"], 1);
+    EXPECT_NEAR(found["size_mm"]["value"].get<double>() / truth["size_mm"].get<double>(), 1, 0.15)
+        << ended.out;
+    EXPECT_NEAR(found["depth_mm"]["value"].get<double>() / truth["depth_mm"].get<double>(), 1, 0.25)
+        << ended.out;
+    const double ratio = truth["stiffness_ratio"];
+    EXPECT_LE(found["stiffness_ratio"]["low"], ratio * 1.5);
+    EXPECT_GE(found["stiffness_ratio"]["high"], ratio / 1.5);
+  }
+}
+
+TEST_F(LumpEstimateCommand, EstimateWritesATableAPlotAndWordsForPeople) {
+  const auto truth = nlohmann::json::parse(slurp(kReadings + "truth.json")).at(0);
+  std::vector<std::string> words =
+      estimate_of(truth["name"], truth["forces"], truth["young_Pa"], truth["thickness_mm"]);
+  words.back() = "--out";
+  words.push_back(folder_ / "lump");
+  const Ended ended = run(words);
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  for (const char* part : {"verdict: ", "evidence", "size", "90 % interval", "For research, not a diagnosis"})
+    EXPECT_TRUE(contains(ended.out, part)) << part;
+  EXPECT_TRUE(contains(slurp(folder_ / "lump/lump.csv"), "stiffness_ratio,"));
+  EXPECT_GT(fs::file_size(folder_ / "lump/lump.json"), 100u);
+}
+
+TEST_F(LumpEstimateCommand, RefusesNonsenseInOneLine) {
+  spill(folder_ / "words.csv", "1,2,3\n4,five,6\n");
+  spill(folder_ / "ragged.csv", "1,2,3\n4,5\n");
+  spill(folder_ / "no.lump", "hello");
+  const std::string map = folder_ / "map.npy";
+  write_npy(map, std::vector<float>(961, 100.0F), {31, 31});
+  const std::vector<std::string> rest = {"--force-N", "1", "--young-Pa", "4000"};
+  const auto with = [&rest](std::vector<std::string> words) {
+    words.insert(words.end(), rest.begin(), rest.end());
+    return words;
+  };
+  expect_refusal(with({"lump", "estimate", folder_ / "words.csv"}), 3, {"'five'", "words.csv"});
+  expect_refusal(with({"lump", "estimate", folder_ / "ragged.csv"}), 3, {"lines of 3 and of 2"});
+  expect_refusal(with({"lump", "estimate", folder_ / "none.npy"}), 3, {"none.npy"});
+  expect_refusal(with({"lump", "estimate", map, map}), 2, {"a force for each of 2 maps"});
+  expect_refusal(with({"lump", "estimate", map, "--network", folder_ / "no.lump"}), 3,
+                 {"no.lump", "palpate lump train"});
+  expect_refusal({"lump", "estimate", map, "--force-N", "-1", "--young-Pa", "4000"}, 2, {"forces above 0 N"});
+  expect_refusal({"lump", "estimate", map, "--force-N", "1", "--young-Pa", "nothing"}, 2, {"--young-Pa"});
+  expect_refusal({"lump", "train", folder_ / "no.lump"}, 2, {"--out"});
+  expect_refusal({"lump", "train", folder_ / "no.lump", "--out", folder_ / "x.lump"}, 3, {"no.lump"});
+  expect_refusal({"lump", "evaluate", folder_ / "no.lump"}, 3, {"no.lump"});
+}
+
+TEST(LumpMaps, NoiseIsThatOfTheMapWhateverItsShape) {
+  ForwardMap map;
+  map.width = 60;
+  map.height = 50;
+  uint64_t state = 1;
+  for (uint32_t y = 0; y < map.height; ++y)
+    for (uint32_t x = 0; x < map.width; ++x) {
+      double noise = -6;  // twelve even numbers make a normal one
+      for (int i = 0; i < 12; ++i) {
+        state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+        noise += static_cast<double>(state >> 11) / 9007199254740992.0;
+      }
+      map.values.push_back(static_cast<float>(
+          500 * std::exp(-((x - 30.0) * (x - 30.0) + (y - 20.0) * (y - 20.0)) / 100) + 3 * noise));
+    }
+  EXPECT_NEAR(noise_of(map), 3, 0.3);
+}
+
+}  // namespace
+}  // namespace palpate

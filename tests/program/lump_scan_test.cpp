@@ -1,0 +1,131 @@
+// palpate lump scan and figures as their user meets them.
+#include <nlohmann/json.hpp>
+
+#include "capture/synthetic/tissue.h"
+#include "tests/support/program_fixture.h"
+#include "capture/files/npy.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::json;
+
+class LumpScanCommand : public Program {};
+
+const std::vector<std::string> kSmall = {
+    "lump",      "scan", "--simulate",  "--cells", "16", "16",         "8",
+    "--size",    "160",  "120",         "--loads", "2",  "--method",   "none",
+    "--force-N", "0.5",  "--offset-mm", "4",       "-3", "--depth-mm", "3"};
+std::vector<std::string> with(std::vector<std::string> arguments, const std::vector<std::string>& more) {
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+TEST_F(LumpScanCommand, LeavesAReportThatNeedsNothingBeside) {
+  const fs::path out = folder_ / "scan";
+  const Ended ended = run(with(kSmall, {"--out", out.string(), "--json"}));
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const Json value = Json::parse(ended.out);
+  EXPECT_GT(value["map"]["seen_share"], 0.99);
+  EXPECT_TRUE(value["outline"]["found"]);
+  EXPECT_NEAR(value["outline"]["x_mm"]["value"].get<double>(), 4, 1);
+  EXPECT_NEAR(value["outline"]["y_mm"]["value"].get<double>(), -3, 1);
+  EXPECT_TRUE(value["estimate"].is_null());
+  const NpyArray maps = read_npy(out / "pressure_Pa.npy");
+  ASSERT_EQ(maps.shape.size(), 3u);
+  EXPECT_EQ(maps.shape[0], 2u);
+  const std::string html = slurp(out / "report.html");
+  for (const char* part : {"not a diagnosis", "<svg", "What is felt", "seed 1", "palpate 0", "mm2"})
+    EXPECT_TRUE(contains(html, part)) << part;
+  for (const char* outside : {"href=\"http", "src=\"http", "<script", "<link", "<img"})
+    EXPECT_FALSE(contains(html, outside)) << outside;
+  for (const char* file :
+       {"map.csv", "presses.csv", "outline.csv", "scan.json", "map.png", "map.svg", "profile.png"})
+    EXPECT_TRUE(fs::exists(out / file)) << file;
+}
+
+TEST_F(LumpScanCommand, MissingPressesStayOpen) {
+  const Ended ended = run(with(kSmall, {"--leave-out", "1", "2", "--json"}));
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const Json value = Json::parse(ended.out);
+  EXPECT_LT(value["map"]["seen_share"], 0.9);
+  EXPECT_TRUE(contains(value["warnings"].dump(), "not seen"));
+}
+
+// Camera to report: recordings of the synthetic block, one of them a session, by a table of places.
+TEST_F(LumpScanCommand, RecordingsBecomeAMap) {
+  const std::string block = "synthetic:tissue?size=160x120&cells=16&force=0.5&loads=2&rate=15&lx=4&ly=-3&h=3";
+  const fs::path session = folder_ / "session";
+  const Ended recorded =
+      run({"record", block + "&x=7&y=-5", "--out", session.string(), "--outputs", "force"});
+  ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
+  // Beside the session a gauge whose clock is a quarter of a second late.
+  const TissueSensor block_of(parse_tissue(block));
+  std::string gauge = "time_s,force_N\n";
+  for (uint64_t frame = 0; frame < *block_of.frame_count(); ++frame)
+    gauge += std::to_string(static_cast<double>(frame) / 15 + 0.25) + "," +
+             std::to_string(block_of.block_force_N(frame)) + "\n";
+  spill(folder_ / "gauge.csv", gauge);
+  std::string table = "recording,x_mm,y_mm,gauge\nsession,7,-5,gauge.csv\n";
+  for (const char* place : {"-7 -5", "7 5", "-7 5"}) {
+    const std::string text = place;
+    const std::string x = text.substr(0, text.find(' ')), y = text.substr(text.find(' ') + 1);
+    table += block + "&x=" + x + "&y=" + y + "," + x + "," + y + "\n";
+  }
+  spill(folder_ / "places.csv", table);
+  const Ended ended = run({"lump", "scan", "--positions", (folder_ / "places.csv").string(), "--gauge",
+                           "truth", "--loads", "2", "--method", "none", "--json"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const Json value = Json::parse(ended.out);
+  ASSERT_EQ(value["map"]["presses"].size(), 4u);
+  for (const Json& press : value["map"]["presses"]) {
+    EXPECT_TRUE(press["used"]);
+    EXPECT_NEAR(press["gain"].get<double>(), 1, 0.03);
+  }
+  EXPECT_NEAR(value["map"]["force_N"][1].get<double>(), 0.5, 0.02);
+  EXPECT_TRUE(contains(value["warnings"].dump(), "gauge's clock -0.2")) << value["warnings"];
+  EXPECT_TRUE(value["outline"]["found"]);
+  EXPECT_NEAR(value["outline"]["x_mm"]["value"].get<double>(), 4, 1);
+  EXPECT_NEAR(value["outline"]["y_mm"]["value"].get<double>(), -3, 1);
+}
+
+TEST_F(LumpScanCommand, RefusesWhatMakesNoSense) {
+  expect_refusal({"lump", "scan"}, 2, {"--simulate"});
+  expect_refusal({"lump", "scan", "--simulate", "--size-mm", "3", "4"}, 2, {"one size or three"});
+  expect_refusal({"lump", "scan", "--simulate", "--depth-mm", "18"}, 2, {"bottom"});
+  expect_refusal({"lump", "scan", "--simulate", "--window-mm", "1", "1"}, 2, {"presses"});
+  expect_refusal(with(kSmall, {"--leave-out", "40"}), 2, {"leave out"});
+  expect_refusal({"lump", "scan", "--simulate", "--method", "oracle"}, 2, {"oracle"});
+  const auto places = [&](const std::string& text) {
+    spill(folder_ / "places.csv", text);
+    return (folder_ / "places.csv").string();
+  };
+  expect_refusal({"lump", "scan", "--positions", places("recording,x_mm\n")}, 3, {"y_mm"});
+  expect_refusal({"lump", "scan", "--positions", places("recording,x_mm,y_mm\n")}, 3, {"places"});
+  expect_refusal({"lump", "scan", "--positions", places("recording,x_mm,y_mm\na,1,far\n")}, 3,
+                 {"line 2", "y_mm"});
+  expect_refusal({"lump", "scan", "other", "--positions", places("recording,x_mm,y_mm\na,1,2\n")}, 3,
+                 {"other"});
+  expect_refusal({"lump", "scan", "--positions", places("recording,x_mm,y_mm\nsynthetic:press,1,2\n")}, 2,
+                 {"gauge"});
+  expect_refusal({"lump", "scan", "--positions",
+                  places("recording,x_mm,y_mm\nsynthetic:press?mode=gel,1,2\n"), "--gauge", "truth"},
+                 4, {"pressure"});
+  expect_refusal({"process", "synthetic:tissue?d=90", "--out", (folder_ / "x").string()}, 3, {"block"});
+}
+
+TEST_F(LumpScanCommand, FiguresAreWritten) {
+  const fs::path out = folder_ / "figures";
+  const Ended ended =
+      run({"lump", "figures", "--no-inputs", "--cells", "16", "16", "8", "--out", out.string(), "--json"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const Json value = Json::parse(ended.out);
+  EXPECT_EQ(value["figure_20"].size(), 3u);
+  EXPECT_EQ(value["figure_22"].size(), 2u);
+  EXPECT_TRUE(value["broken_orderings"].empty());
+  EXPECT_TRUE(fs::exists(out / "fig20_sizes.svg") && fs::exists(out / "fits.csv"));
+  expect_refusal({"lump", "figures", "--young-Pa", "-1"}, 2, {"--young-Pa"});
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,85 @@
+// palpate modulus as its user meets it.
+#include <nlohmann/json.hpp>
+
+#include "tests/support/program_fixture.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::json;
+
+class ModulusCommand : public Program {};
+
+TEST_F(ModulusCommand, TableOfPresses) {
+  // Hertz on a deep pad as hard as the sample: E* = 2/3 of it each, 2/3 / 2 together.
+  std::string table = "# presses\nforce_N,radius_mm,radius_sd_mm,note\n";
+  for (const double force : {0.001, 0.002, 0.003, 0.004}) {
+    const double modulus = 0.1 / 0.75 / 2, radius = std::cbrt(3 * force * 8 / (4 * modulus));
+    table += std::to_string(force) + "," + std::to_string(radius) + ",0.002,\n";
+  }
+  spill(folder_ / "presses.csv", table);
+  const Ended r = run({"modulus", "--frames", (folder_ / "presses.csv").string(), "--sample", "sphere,16mm",
+                       "--pad-kPa", "100", "--json", "--out", (folder_ / "out").string()});
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const Json value = Json::parse(r.out);
+  EXPECT_EQ(value["state"], "valid");
+  EXPECT_NEAR(value["young_MPa"].get<double>(), 0.1, 0.003);
+  EXPECT_LT(value["low_MPa"].get<double>(), 0.1);
+  EXPECT_GT(value["high_MPa"].get<double>(), 0.1);
+  EXPECT_EQ(value["ways"].size(), 4u);
+  for (const char* file : {"modulus.csv", "presses.csv", "points.csv", "modulus.json", "modulus.png",
+                           "modulus.svg", "residuals.png", "residuals.svg"})
+    EXPECT_GT(fs::file_size(folder_ / "out" / file), 100u) << file;
+}
+
+TEST_F(ModulusCommand, SimulatedSampleIsFound) {
+  const Ended r =
+      run({"modulus", "--simulate", "103", "--sample", "cube,10mm", "--forces", "0.8,1.0", "--json"});
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const Json value = Json::parse(r.out);
+  EXPECT_EQ(value["state"], "valid");
+  EXPECT_NEAR(value["young_MPa"].get<double>(), 0.103, 0.05 * 0.103);
+}
+
+TEST_F(ModulusCommand, RigidPressesOfARecordingAreNoModulus) {
+  const Ended r = run({"modulus", "synthetic:press?seed=3", "--sample", "dome,16mm", "--json"});
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const Json value = Json::parse(r.out);
+  EXPECT_EQ(value["state"], "pad limited") << r.out;
+  EXPECT_TRUE(value["young_MPa"].is_null());
+  EXPECT_GT(value["low_MPa"].get<double>(), 0.5);
+}
+
+// The scene presses a paraboloid: taken for a ball each way fits, and they contradict each other.
+TEST_F(ModulusCommand, AWrongShapeIsNoModulus) {
+  const Ended r = run({"modulus", "synthetic:press?seed=3", "--sample", "sphere,16mm", "--json"});
+  ASSERT_EQ(r.exit_code, 0) << r.err;
+  const Json value = Json::parse(r.out);
+  EXPECT_EQ(value["state"], "does not fit") << r.out;
+  EXPECT_NE(value.dump().find("contradict each other"), std::string::npos) << r.out;
+}
+
+TEST_F(ModulusCommand, NonsenseIsRefusedInOneLine) {
+  spill(folder_ / "bad.csv", "force_N,radius_mm\n1,two\n");
+  spill(folder_ / "none.csv", "radius_mm\n1\n");
+  const std::string bad = (folder_ / "bad.csv").string(), none = (folder_ / "none.csv").string();
+  const std::vector<std::pair<std::vector<std::string>, int>> cases = {
+      {{"modulus"}, 2},
+      {{"modulus", "--simulate", "100"}, 2},
+      {{"modulus", "--simulate", "100", "--sample", "pyramid,4mm"}, 2},
+      {{"modulus", "--simulate", "100", "--sample", "cube,10"}, 2},
+      {{"modulus", "--frames", bad, "--simulate", "100", "--sample", "cube,10mm"}, 2},
+      {{"modulus", "--frames", bad, "--sample", "cube,10mm"}, 3},
+      {{"modulus", "--frames", none, "--sample", "cube,10mm"}, 3},
+      {{"modulus", "--frames", bad + "x", "--sample", "cube,10mm"}, 3},
+      {{"modulus", "--simulate", "1", "--sample", "sphere,16mm", "--forces", "2"}, 3},
+      {{"modulus", "--simulate", "100", "--sample", "cube,-3mm"}, 3}};
+  for (const auto& [arguments, code] : cases) {
+    const Ended r = run(arguments);
+    EXPECT_EQ(r.exit_code, code) << arguments.back() << ": " << r.err;
+    EXPECT_FALSE(r.err.empty());
+  }
+}
+
+}  // namespace
+}  // namespace palpate

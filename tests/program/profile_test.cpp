@@ -1,0 +1,540 @@
+// palpate profile: the arithmetic on known data, files that are not profiles, and a small run on a real
+// device.
+#include "perf/profile/profile.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "palpate/error.h"
+#include "engine/gpu/context.h"
+#include "perf/profile/compare.h"
+#include "perf/profile/files.h"
+#include "viz/report/gnuplot.h"
+#include "perf/profile/growth.h"
+#include "perf/profile/report.h"
+#include "perf/profile/run.h"
+#include "perf/profile/solvers.h"
+#include "perf/profile/tables.h"
+#include "perf/profile/truths.h"
+#include "perf/rivals/rivals.h"
+#include "tests/support/program_fixture.h"
+
+namespace palpate::perf {
+namespace {
+
+using Json = nlohmann::json;
+
+Distribution around(double median_ms) {
+  return {20,
+          0.8 * median_ms,
+          0.9 * median_ms,
+          median_ms,
+          1.1 * median_ms,
+          1.4 * median_ms,
+          1.5 * median_ms,
+          2 * median_ms};
+}
+
+SizeFigure size_figure(uint32_t width_px, uint32_t height_px, double frame_ms) {
+  SizeFigure size;
+  size.reading = "shading";
+  size.width_px = width_px;
+  size.height_px = height_px;
+  size.latency = around(frame_ms);
+  size.histogram = histogram_of({0.9 * frame_ms, frame_ms, 1.1 * frame_ms}, 4);
+  size.cpu_ms = 1.5 * frame_ms;
+  size.frames_per_s = 1200 / frame_ms;
+  size.memory_bytes = uint64_t{30} * width_px * height_px;
+  size.setup_ms = 100;
+  StageFigure stage;
+  stage.stage = "contact";
+  stage.time = around(0.3 * frame_ms);
+  stage.read_bytes = uint64_t{2} * width_px * height_px;
+  stage.written_bytes = 1000;
+  stage.dispatches = 1;
+  stage.GB_per_s = 3;
+  stage.ceiling_fraction = 0.3;
+  size.stages = {stage};
+  return size;
+}
+
+/// A whole profile whose frames take `slowness` ms at 640 x 480.
+Profile made_up(const std::string& device, double slowness) {
+  Profile profile;
+  profile.complete = true;
+  profile.budget_s = 10;
+  profile.elapsed_s = 9;
+  profile.machine.device = device;
+  profile.machine.palpate = "0.1.0";
+  profile.machine.cpu = "some CPU";
+  profile.machine.driver = "driver 1";
+  profile.ceiling = {{{1 << 20, 20, 15}, {64 << 20, 10, 9}}, 10, "GPU", 0.98, 0.1};
+  profile.sizes = {size_figure(640, 480, slowness), size_figure(1280, 960, 4 * slowness)};
+  profile.growth = growth_of(profile.sizes);
+  SolverFigure solver;
+  solver.truth = "smooth";
+  solver.width_px = 640;
+  solver.height_px = 480;
+  solver.solver = "live";
+  solver.where = "GPU";
+  solver.relative_rms_error = 1e-4;
+  solver.peak_to_valley_error = 2e-4;
+  solver.time = around(slowness / 2);
+  solver.on_front = true;
+  profile.solvers = {solver};
+  OutputFigure output;
+  output.outputs = "force only (10 % touched)";
+  output.reading = "shading";
+  output.width_px = 640;
+  output.height_px = 480;
+  output.touched_fraction = 0.1;
+  output.time = around(slowness / 5);
+  output.cpu_ratio = 0.2;
+  output.memory_bytes = 1000000;
+  profile.outputs = {output};
+  LiveFigure live;
+  live.reading = "shading";
+  live.width_px = 640;
+  live.height_px = 480;
+  live.rate_Hz = 60;
+  live.frames = 120;
+  live.dropped_before_display = 3;
+  live.to_measured = around(2 * slowness);
+  live.to_picture = around(5 * slowness);
+  profile.live = {live};
+  profile.skipped = {{"8192 x 8192, shading", "needs about 24 s"}};
+  return profile;
+}
+
+TEST(Profile, PowerFitFindsExponentAndItsError) {
+  const std::array<double, 5> x{1e4, 4e4, 3e5, 1.5e6, 6.7e7};
+  std::array<double, 5> y{};
+  for (size_t i = 0; i < x.size(); ++i) y[i] = 3e-5 * std::pow(x[i], 1.25);
+  const PowerFit exact = fit_power(x, y);
+  EXPECT_NEAR(exact.exponent, 1.25, 1e-12);
+  EXPECT_NEAR(exact.constant, 3e-5, 1e-15);
+  EXPECT_LT(exact.standard_error, 1e-12);
+
+  // By hand: log x = 0, 1, 2 and log y = 0, 1.3, 2 give slope 1, left over (-0.1, 0.2, -0.1), so
+  // s^2 = 0.06 / 1 and the slope's error sqrt(0.06 / 2).
+  const std::array<double, 3> three{1, std::exp(1), std::exp(2)};
+  const std::array<double, 3> noisy{1, std::exp(1.3), std::exp(2)};
+  const PowerFit fit = fit_power(three, noisy);
+  EXPECT_NEAR(fit.exponent, 1, 1e-12);
+  EXPECT_NEAR(fit.standard_error, std::sqrt(0.06 / 2), 1e-12);
+}
+
+TEST(Profile, PowerFitRefusesWhatHasNoExponent) {
+  const std::array<double, 2> same{5, 5}, good{1, 2}, negative{-1, 2};
+  const std::array<double, 1> one{1};
+  EXPECT_THROW(fit_power(same, good), std::invalid_argument);
+  EXPECT_THROW(fit_power(good, negative), std::invalid_argument);
+  EXPECT_THROW(fit_power(one, one), std::invalid_argument);
+}
+
+TEST(Profile, GrowthFitsLargeFramesApart) {
+  // A fixed cost of 1 ms hides the growth of small frames.
+  std::vector<SizeFigure> sizes;
+  for (const uint32_t side : {64u, 128u, 1024u, 2048u, 4096u})
+    sizes.push_back(size_figure(side, side, 1 + 1e-4 * side * side));
+  const std::vector<Growth> growth = growth_of(sizes);
+  ASSERT_EQ(growth.size(), 4u);  // frame and contact, all and large
+  EXPECT_EQ(growth[0].stage, "frame");
+  EXPECT_EQ(growth[0].sizes, 5u);
+  EXPECT_LT(growth[0].exponent, 0.9);
+  EXPECT_EQ(growth[1].from_px, kLargeFrame_px);
+  EXPECT_EQ(growth[1].sizes, 3u);
+  EXPECT_NEAR(growth[1].exponent, 1, 0.01);
+}
+
+TEST(Profile, FrontHoldsWhatNothingBeats) {
+  const std::array<double, 6> time{1, 2, 3, 4, 1, 5};
+  const std::array<double, 6> error{9, 4, 5, 1, 9, 1};
+  // 3 is slower and worse than 2; 5 is slower than 4 and no better; two equal points both stay.
+  EXPECT_EQ(pareto_front(time, error), (std::vector<bool>{true, true, false, true, true, false}));
+  EXPECT_EQ(pareto_front({}, {}), std::vector<bool>{});
+}
+
+TEST(Profile, DistributionAndHistogramOfKnownSamples) {
+  std::vector<double> samples;
+  for (int i = 100; i >= 0; --i) samples.push_back(i + 1);
+  const Distribution d = distribution_of(samples);
+  EXPECT_EQ(d.samples, 101u);
+  EXPECT_DOUBLE_EQ(d.min_ms, 1);
+  EXPECT_DOUBLE_EQ(d.q25_ms, 26);
+  EXPECT_DOUBLE_EQ(d.median_ms, 51);
+  EXPECT_DOUBLE_EQ(d.p95_ms, 96);
+  EXPECT_DOUBLE_EQ(d.p99_ms, 100);
+  EXPECT_DOUBLE_EQ(d.max_ms, 101);
+  const Histogram h = histogram_of(samples, 7);
+  ASSERT_EQ(h.edges_ms.size(), 8u);
+  ASSERT_EQ(h.counts.size(), 7u);
+  uint64_t all = 0;
+  for (size_t i = 0; i < h.counts.size(); ++i) {
+    const auto inside = std::count_if(samples.begin(), samples.end(), [&](double s) {
+      return s >= h.edges_ms[i] * (1 - 1e-12) && s < h.edges_ms[i + 1] * (1 - 1e-12);
+    });
+    EXPECT_EQ(h.counts[i], static_cast<uint64_t>(inside)) << "bin " << i;
+    all += h.counts[i];
+  }
+  EXPECT_EQ(all, samples.size());
+  EXPECT_EQ(histogram_of({2, 2, 2}, 3).counts, (std::vector<uint64_t>{3, 0, 0}));
+}
+
+TEST(Profile, LineIntegralIsExactOnAPlaneAndTruthsHaveTheirGradients) {
+  const FrameSize size{40, 30};
+  for (const Truth& truth : make_truths(size)) {
+    std::vector<float> z(size_t{40} * 30);
+    line_integral(truth.gradients.data(), 40, 30, z.data());
+    const SurfaceErrors errors =
+        errors_of(truth, size, [&](uint32_t x, uint32_t y) { return z[y * 40 + x]; });
+    if (truth.name == "tilted") {
+      EXPECT_LT(errors.relative_rms, 1e-6);
+    }
+    if (truth.name == "smooth") {
+      EXPECT_LT(errors.relative_rms, 0.1);
+    }
+    const SurfaceErrors none =
+        errors_of(truth, size, [&](uint32_t x, uint32_t y) { return truth.height[y * 40 + x] + 7; });
+    EXPECT_LT(none.relative_rms, 1e-12) << truth.name;
+  }
+}
+
+TEST(Profile, JsonComesBackAsItWas) {
+  const Profile profile = made_up("a device", 2);
+  const fs::path file = fs::temp_directory_path() / ("palpate-profile-" + std::to_string(getpid()) + ".json");
+  spill(file, to_json(profile));
+  const Profile back = load_profile(file);
+  fs::remove(file);
+  EXPECT_EQ(to_json(back), to_json(profile));
+  EXPECT_EQ(back.machine.device, "a device");
+  EXPECT_EQ(back.sizes.at(1).stages.at(0).time.q75_ms, profile.sizes[1].stages[0].time.q75_ms);
+}
+
+TEST(Profile, CompareGivesRatiosWithTheirSpread) {
+  const MachineComparison same = compare_profiles(made_up("A", 2), made_up("A", 2));
+  ASSERT_TRUE(same.frame_ratio);
+  EXPECT_NEAR(*same.frame_ratio, 1, 1e-12);
+  EXPECT_NEAR(same.frame_ratio_spread, 1, 1e-12);
+  EXPECT_NE(same.name_a, same.name_b) << "two machines must be told apart";
+
+  Profile slow = made_up("B", 6);
+  slow.machine.palpate = "0.2.0";
+  slow.complete = false;
+  slow.sizes.push_back(size_figure(4096, 4096, 100));
+  const MachineComparison compared = compare_profiles(made_up("A", 2), slow);
+  EXPECT_NEAR(*compared.frame_ratio, 3, 1e-12);
+  const auto frame = std::find_if(compared.figures.begin(), compared.figures.end(),
+                                  [](const ComparedFigure& f) { return f.what == "frame"; });
+  ASSERT_NE(frame, compared.figures.end());
+  EXPECT_NEAR(frame->ratio, 3, 1e-12);
+  EXPECT_NEAR(frame->ratio_low, 3 * 0.9 / 1.1, 1e-12);
+  EXPECT_NEAR(frame->ratio_high, 3 * 1.1 / 0.9, 1e-12);
+  const std::string text = describe(compared);
+  for (const char* said :
+       {"version of palpate differs: A 0.1.0, B 0.2.0", "B was ended before it was complete",
+        "only in B: 4096 x 4096 shading", "3.00 times as long on B"})
+    EXPECT_TRUE(contains(text, said)) << said << "\n" << text;
+}
+
+TEST(Profile, CompareSaysWhereNothingIsInCommon) {
+  Profile other = made_up("B", 2);
+  other.sizes = {size_figure(100, 100, 1)};
+  const MachineComparison compared = compare_profiles(made_up("A", 2), other);
+  EXPECT_FALSE(compared.frame_ratio);
+  EXPECT_TRUE(contains(describe(compared), "no size and reading in common"));
+}
+
+TEST(Profile, CsvNamesUnitsAndHoldsWholeRows) {
+  for (const auto& [name, text] : csv_files(made_up("x, \"y\"", 2))) {
+    const palpate::Table table(text);
+    table.expect_whole();
+    EXPECT_FALSE(table.rows.empty()) << name;
+    for (const std::string& column : table.columns) {
+      const bool quantity = contains(column, "time") || contains(column, "memory") ||
+                            contains(column, "width") || contains(column, "read_") ||
+                            contains(column, "rate") || contains(column, "median");
+      if (!quantity) continue;
+      EXPECT_TRUE(column.ends_with("_ms") || column.ends_with("_bytes") || column.ends_with("_px") ||
+                  column.ends_with("_GB_per_s") || column.ends_with("_Hz"))
+          << name << ": " << column;
+    }
+  }
+}
+
+TEST(Profile, FiguresAndBytesAreReadable) {
+  EXPECT_EQ(figure(0), "0");
+  EXPECT_EQ(figure(12.345), "12.3");
+  EXPECT_EQ(figure(0.012345), "0.0123");
+  EXPECT_EQ(figure(1234.5), "1234");
+  EXPECT_EQ(figure(1.2e-8), "1.2e-08");
+  EXPECT_EQ(bytes_text(999), "999 B");
+  EXPECT_EQ(bytes_text(1500000), "1.50 MB");
+  EXPECT_EQ(csv_cell("a,\"b\""), "\"a,\"\"b\"\"\"");
+}
+
+/// No way out of the page: nothing is loaded, nothing runs.
+void expect_self_contained(const std::string& html) {
+  for (const char* way :
+       {"src=", "<script", "<link", "@import", "url(http", "<iframe", "file:/", "/home/", "/tmp/"})
+    EXPECT_FALSE(contains(html, way)) << way;
+  for (size_t at = html.find("href="); at != std::string::npos; at = html.find("href=", at + 1))
+    EXPECT_EQ(html[at + 6], '#') << html.substr(at, 60);  // only to shapes of the same picture
+  EXPECT_TRUE(contains(html, "</html>"));
+}
+
+TEST(Profile, ReportIsSelfContainedAndEscapesNames) {
+  const Profile profile = made_up("<script>alert('x')</script> & \"co\"", 2);
+  std::vector<DrawnPlot> drawn;
+  for (const Plot& plot : plots_of(profile)) {
+    const Picture picture = run_gnuplot(full_script(plot, PictureKind::Svg));
+    if (picture.missing) break;
+    EXPECT_EQ(picture.error, "") << plot.name;
+    EXPECT_TRUE(contains(picture.bytes, "</svg>")) << plot.name;
+    drawn.push_back({plot, picture.bytes});
+  }
+  const std::string html = html_report(profile, drawn);
+  expect_self_contained(html);
+  EXPECT_TRUE(contains(html, "&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt; &amp; &quot;co&quot;"));
+  EXPECT_TRUE(contains(html, "8192 x 8192, shading"));
+  EXPECT_EQ(contains(html, "<svg"), !drawn.empty());
+
+  const MachineComparison compared = compare_profiles(profile, made_up("it's $HOME `B`", 4));
+  for (const Plot& plot : comparison_plots(compared.a, compared.b, compared.name_a, compared.name_b)) {
+    const Picture picture = run_gnuplot(full_script(plot, PictureKind::Png));
+    if (picture.missing) break;
+    EXPECT_EQ(picture.error, "") << plot.name;
+    EXPECT_TRUE(contains(picture.bytes.substr(0, 8), "PNG"));
+  }
+  expect_self_contained(html_report(compared, {}));
+}
+
+TEST(Profile, GnuplotFailuresAreWords) {
+  const Picture bad = run_gnuplot("set terminal svg\nplot nonsense(\n");
+  EXPECT_TRUE(bad.bytes.empty());
+  EXPECT_FALSE(bad.error.empty());
+  EXPECT_EQ(bad.error.find('\n'), std::string::npos);
+  EXPECT_EQ(gnuplot_quoted("it's\nB"), "'it''s B'");
+}
+
+TEST(Profile, SmallRunOnARealDevice) {
+  gpu::ContextOptions device;
+  device.validation = true;
+  ProfileRequest request;
+  request.sizes = {{64, 48}, {160, 120}};
+  request.quick = true;
+  request.budget_s = 4;
+  Watch watch;
+  uint64_t contexts = 0;
+  watch.leave = [&](const gpu::Context& context) {
+    ++contexts;
+    for (const std::string& message : context.validation_messages()) ADD_FAILURE() << message;
+  };
+  int kept = 0;
+  const Profile profile = run_profile(device, request, watch, [&](const Profile&) { ++kept; });
+  EXPECT_TRUE(profile.complete);
+  EXPECT_EQ(kept, 5);
+  EXPECT_GE(contexts, 6u);
+  EXPECT_GT(profile.ceiling.GB_per_s, 0);
+  double best_GB_per_s = 0;
+  for (const CeilingPoint& p : profile.ceiling.points)
+    best_GB_per_s = std::max({best_GB_per_s, p.copy_GB_per_s, p.stream_GB_per_s});
+  std::map<std::string, int> readings;
+  for (const SizeFigure& size : profile.sizes) {
+    ++readings[size.reading];
+    EXPECT_GT(size.latency.min_ms, 0);
+    EXPECT_LE(size.latency.min_ms, size.latency.median_ms);
+    EXPECT_LE(size.latency.p99_ms, size.latency.max_ms);
+    EXPECT_GT(size.cpu_ms, 0);
+    EXPECT_GT(size.frames_per_s, 0);
+    EXPECT_GT(size.memory_bytes, uint64_t{size.width_px} * size.height_px);
+    EXPECT_GE(size.stages.size(), 3u);
+    for (const StageFigure& stage : size.stages) {
+      EXPECT_GT(stage.time.median_ms, 0) << stage.stage;
+      EXPECT_GT(stage.read_bytes, 0u) << stage.stage;
+      EXPECT_GT(stage.written_bytes, 0u) << stage.stage;
+      EXPECT_LT(stage.GB_per_s, 3 * best_GB_per_s) << stage.stage;
+    }
+  }
+  // A machine that is busy leaves sizes out and says so.
+  EXPECT_EQ(profile.sizes.size() + profile.skipped.size(), 6u);
+  EXPECT_EQ(readings.size(), 3u);
+  // What the solvers are known to reach, on the smooth truth at 160 x 120.
+  std::map<std::string, double> error;
+  for (const SolverFigure& s : profile.solvers)
+    if (s.truth == "smooth") error[s.solver] = s.relative_rms_error;
+  EXPECT_LT(error.at("converged"), 1e-4);
+  EXPECT_LT(error.at("exact"), 1e-4);
+  EXPECT_LT(error.at("FFTW"), 1e-4);
+  EXPECT_LT(error.at("fine"), 1e-2);
+  EXPECT_LT(error.at("live"), 3e-2);
+  EXPECT_LT(error.at("warm start"), 1e-3);
+  for (const SolverFigure& f : profile.solvers)
+    EXPECT_TRUE(std::isfinite(f.peak_to_valley_error)) << f.solver;
+  for (const OutputFigure& o : profile.outputs) {
+    EXPECT_GT(o.time.median_ms, 0);
+    EXPECT_GT(o.cpu_ratio, 0);
+    if (o.outputs == "force only" && o.reading == profile.outputs.front().reading) {
+      EXPECT_LT(o.memory_bytes, profile.outputs.front().memory_bytes);
+    }
+  }
+  EXPECT_EQ(profile.live.size(), 2u);
+  for (const LiveFigure& l : profile.live) {
+    EXPECT_GT(l.to_measured.min_ms, 0);
+    EXPECT_GT(l.to_picture.median_ms, l.to_measured.min_ms);
+    EXPECT_LE(l.to_measured.samples + l.dropped_before_engine, l.frames);
+    EXPECT_LE(l.to_picture.samples, l.to_measured.samples);
+  }
+}
+
+TEST(Profile, HostClockTimesTheSameStages) {
+  gpu::ContextOptions options;
+  options.validation = true;
+  options.host_timers = true;
+  Profile profile;
+  profile.ceiling.clock = "host";
+  profile.ceiling.GB_per_s = 10;
+  Watch watch;
+  watch.leave = [&](const gpu::Context& context) {
+    for (const std::string& message : context.validation_messages()) ADD_FAILURE() << message;
+  };
+  measure_sizes(options, {{160, 120}}, {Reading::Photometric}, 0.2, watch, profile);
+  ASSERT_EQ(profile.sizes.size(), 1u);
+  std::vector<std::string> stages;
+  for (const StageFigure& s : profile.sizes[0].stages) {
+    stages.push_back(s.stage);
+    EXPECT_GT(s.time.min_ms, 0);
+  }
+  EXPECT_EQ(stages, (std::vector<std::string>{"contact", "slope", "surface", "datum"}));
+}
+
+TEST(Profile, StoppedKeepsWhatIsFinished) {
+  ProfileRequest request;
+  request.sizes = {{64, 48}, {96, 64}};
+  request.budget_s = 1;
+  Watch watch;
+  int said = 0;
+  watch.say = [&](const std::string&) { ++said; };
+  watch.stopped = [&] { return said >= 2; };  // after the ceiling and the first size
+  const Profile profile = run_profile({}, request, watch, [](const Profile&) {});
+  EXPECT_FALSE(profile.complete);
+  EXPECT_EQ(profile.sizes.size(), 1u);
+  EXPECT_TRUE(profile.solvers.empty());
+}
+
+TEST(Profile, SizesThatDoNotFitTheBudgetAreNamed) {
+  Profile profile;
+  profile.ceiling.clock = "GPU";
+  measure_sizes({}, {{64, 48}, {4096, 4096}}, {Reading::Shading}, 0.05, {}, profile);
+  EXPECT_EQ(profile.sizes.size(), 1u);
+  ASSERT_EQ(profile.skipped.size(), 1u);
+  EXPECT_EQ(profile.skipped[0].what, "4096 x 4096, shading");
+  EXPECT_TRUE(contains(profile.skipped[0].why, "of the budget are left")) << profile.skipped[0].why;
+}
+
+class ProfileProgram : public Program {
+ protected:
+  fs::path file(const std::string& name, const std::string& text) {
+    spill(folder_ / name, text);
+    return folder_ / name;
+  }
+};
+
+TEST_F(ProfileProgram, RefusesFilesThatAreNoProfiles) {
+  const std::string good = to_json(made_up("A", 2));
+  const fs::path a = file("a.json", good);
+  const auto changed = [&](const std::string& name, const std::function<void(Json&)>& change) {
+    Json value = Json::parse(good);
+    change(value);
+    return file(name, value.dump());
+  };
+  const auto refuse = [&](const fs::path& b, const std::vector<std::string>& words) {
+    expect_refusal({"profile", "--compare", a, b}, 3, words);
+  };
+  refuse(folder_ / "none.json", {"none.json", "no such file"});
+  refuse(folder_, {"no such file"});
+  refuse(file("cut.json", good.substr(0, good.size() / 2)), {"cut.json", "damaged JSON at byte"});
+  refuse(file("empty.json", ""), {"damaged JSON"});
+  std::string nan = good;
+  nan.replace(nan.find("\"GB_per_s\": "), 14, "\"GB_per_s\": NaN");
+  refuse(file("nan.json", nan), {"damaged JSON at byte"});
+  refuse(file("other.json", "{\"devices\": []}"), {"JSON of another kind"});
+  refuse(file("list.json", "[1, 2]"), {"JSON of another kind"});
+  refuse(changed("version.json", [](Json& v) { v["palpate_profile"] = 99; }), {"version 99"});
+  refuse(changed("null.json", [](Json& v) { v["sizes"][0]["latency"]["median_ms"] = nullptr; }),
+         {"null at /sizes/0/latency/median_ms"});
+  refuse(changed("negative.json", [](Json& v) { v["sizes"][1]["cpu_ms"] = -1.5; }),
+         {"-1.5 at /sizes/1/cpu_ms"});
+  refuse(changed("missing.json", [](Json& v) { v["machine"].erase("driver"); }), {"'driver' not found"});
+  refuse(changed("text.json", [](Json& v) { v["sizes"][0]["width_px"] = "wide"; }), {"must be number"});
+  refuse(changed("zero.json", [](Json& v) { v["sizes"][0]["width_px"] = 0; }), {"no size"});
+}
+
+TEST_F(ProfileProgram, ComparesTwoFiles) {
+  const fs::path a = file("a.json", to_json(made_up("A", 2))), b = file("b.json", to_json(made_up("B", 3)));
+  const Ended ended = run({"profile", "--compare", a, b, "--out", folder_ / "out"});
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_TRUE(contains(ended.out, "1.50 times as long on B"));
+  expect_self_contained(slurp(folder_ / "out" / "compare.html"));
+  const palpate::Table table(slurp(folder_ / "out" / "compare.csv"));
+  table.expect_whole();
+  EXPECT_EQ(table.at(0, "ratio"), "1.5");
+  const Json json = Json::parse(run({"profile", "--compare", a, b, "--json"}).out);
+  EXPECT_NEAR(json.at("frame_ratio"), 1.5, 1e-9);
+}
+
+TEST_F(ProfileProgram, WritesAFolderEvenWithoutGnuplot) {
+  const fs::path out = folder_ / "out";
+  fs::create_directories(folder_ / "no-programs");
+  Surroundings around;
+  around.environment["PATH"] = folder_ / "no-programs";
+  const Ended ended =
+      run({"profile", "--quick", "--sizes", "64x48", "--budget", "1", "--out", out, "--json"}, around);
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_TRUE(contains(ended.err, "gnuplot is not installed")) << ended.err;
+  EXPECT_EQ(Json::parse(ended.out), Json::parse(slurp(out / "profile.json")));
+  EXPECT_TRUE(load_profile(out / "profile.json").complete);
+  for (const char* name :
+       {"frames.csv", "stages.csv", "solvers.csv", "outputs.csv", "ceiling.csv", "latency.csv", "live.csv"})
+    EXPECT_FALSE(palpate::Table(slurp(out / name)).rows.empty()) << name;
+  const std::string html = slurp(out / "report.html");
+  expect_self_contained(html);
+  EXPECT_TRUE(contains(html, "No plots"));
+  for (const auto& entry : fs::directory_iterator(out))
+    EXPECT_FALSE(contains(entry.path().filename().string(), "partial")) << entry.path();
+}
+
+TEST_F(ProfileProgram, CtrlCKeepsWhatIsFinished) {
+  const fs::path out = folder_ / "out";
+  const pid_t child =
+      start({"profile", "--out", out, "--budget", "600", "--sizes", "64x48,640x480", "--quiet"});
+  for (int i = 0; i < 600 && !fs::exists(out / "profile.json"); ++i) usleep(100000);
+  kill(child, SIGINT);
+  const Ended ended = finish(child);
+  EXPECT_EQ(ended.exit_code, 130) << ended.err;
+  const Profile profile = load_profile(out / "profile.json");
+  EXPECT_FALSE(profile.complete);
+  EXPECT_GT(profile.ceiling.GB_per_s, 0);
+  EXPECT_TRUE(contains(slurp(out / "report.html"), "ended before it was complete"));
+}
+
+TEST_F(ProfileProgram, RefusesBadCommandLines) {
+  expect_refusal({"profile"}, 2, {"--out"});
+  const std::string out = folder_ / "out";
+  expect_refusal({"profile", "--out", out, "--sizes", "640"}, 2, {"'640'"});
+  expect_refusal({"profile", "--out", out, "--sizes", "640x480,0x5"}, 2, {"'0x5'"});
+  expect_refusal({"profile", "--out", out, "--sizes", "20000x10"}, 2, {"20000x10"});
+  expect_refusal({"profile", "--out", out, "--budget", "0"}, 2, {"--budget"});
+  expect_refusal({"profile", "--compare", "a.json"}, 2, {"--compare"});
+  expect_refusal({"profile", "--compare", "a.json", "b.json", "--quick"}, 2, {"--compare"});
+  expect_refusal({"profile", "--out", out, "--all-devices", "--device", "0"}, 2, {"--device"});
+  expect_refusal({"profile", "--out", out, "--device", "no such thing"}, 5, {"no such thing"});
+  EXPECT_FALSE(fs::exists(out));
+}
+
+}  // namespace
+}  // namespace palpate::perf

@@ -1,0 +1,219 @@
+// What the program does when all is well: files, tables and numbers of each command.
+#include "tests/support/program_fixture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "tests/scenes/dent.h"
+#include "capture/files/npy.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::json;
+
+const std::vector<std::string> kCommands = {"live",      "process", "export", "simulate",
+                                            "integrate", "devices", "demo",   "profile"};
+
+TEST_F(Program, EveryCommandExplainsItself) {
+  for (const std::string& command : kCommands) {
+    const Ended ended = run({command, "--help"});
+    EXPECT_EQ(ended.exit_code, 0) << command;
+    EXPECT_EQ(ended.err, "") << command;
+    for (const char* part :
+         {"Examples:", "Exit codes:", "--json", "--out", "--device", "--seed", "--quiet", "--validation"}) {
+      EXPECT_TRUE(contains(ended.out, part)) << command << " lacks " << part;
+    }
+    EXPECT_TRUE(contains(ended.out, "palpate " + command)) << command << " has no example of itself";
+  }
+  const Ended ended = run({"--help"});
+  EXPECT_EQ(ended.exit_code, 0);
+  for (const std::string& command : kCommands) EXPECT_TRUE(contains(ended.out, command));
+}
+
+TEST_F(Program, DevicesAreListed) {
+  const Ended ended = run({"devices", "--json", "--out", folder_});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const Json value = Json::parse(ended.out);
+  EXPECT_GE(value.at("devices").size(), 1u);
+  EXPECT_TRUE(value.at("usable").get<bool>());
+  for (const char* key :
+       {"index", "name", "type", "driver", "api_version", "memory_bytes", "usable", "refusals"}) {
+    EXPECT_TRUE(value.at("devices")[0].contains(key)) << key;
+  }
+  EXPECT_EQ(Json::parse(slurp(folder_ / "devices.json")), value);
+}
+
+TEST_F(Program, SimulatedRecordingComesBackAsMeasurements) {
+  constexpr int kFrames = 40;
+  const fs::path rec = recording(kFrames);
+  const Table truth(slurp(rec / "truth.csv"));
+  ASSERT_EQ(truth.rows.size(), size_t{kFrames});
+  truth.expect_whole();
+  size_t images = 0;
+  for (const auto& entry : fs::directory_iterator(rec / "frames"))
+    images += entry.path().extension() == ".png";
+  EXPECT_EQ(images, size_t{kFrames});
+  EXPECT_TRUE(fs::exists(rec / "background.png"));
+
+  const fs::path out = folder_ / "out";
+  const Ended ended = run({"process", rec / "frames", "--sensor", rec / "sensor.json", "--out", out,
+                           "--outputs", "force", "--rate", "4", "--json", "--validation"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const Json summary = Json::parse(ended.out);
+  EXPECT_EQ(summary.at("frames"), kFrames);
+  EXPECT_TRUE(summary.at("complete").get<bool>());
+  EXPECT_EQ(Json::parse(slurp(out / "summary.json")), summary);
+
+  const Table table(slurp(out / "measurements.csv"));
+  table.expect_whole();
+  ASSERT_EQ(table.rows.size(), size_t{kFrames});
+  for (const char* column : {"frame", "time_s", "gray_sum", "force_N", "centroid_x_px", "centroid_y_px",
+                             "area_px", "saturated_px"}) {
+    table.at(0, column);
+  }
+  size_t touching = 0, together = 0;
+  for (size_t i = 0; i < table.rows.size(); ++i) {
+    EXPECT_EQ(table.at(i, "frame"), std::to_string(i));
+    EXPECT_EQ(std::stod(table.at(i, "time_s")), static_cast<double>(i) / 4);
+    const bool contact = table.at(i, "contact") == "1";
+    EXPECT_EQ(table.at(i, "centroid_x_px").empty(), !contact) << "row " << i;
+    EXPECT_EQ(table.at(i, "ellipse_major_mm").empty(), !contact) << "row " << i;
+    EXPECT_EQ(table.at(i, "depth_max_mm"), "") << "not asked for";
+    EXPECT_EQ(table.at(i, "gray_sum").find("nan"), std::string::npos);
+    touching += contact;
+    if (!contact || truth.at(i, "true_contact") != "1") continue;
+    ++together;
+    EXPECT_NEAR(std::stod(table.at(i, "centroid_x_px")), std::stod(truth.at(i, "true_center_x_px")), 1.0)
+        << "row " << i;
+    EXPECT_NEAR(std::stod(table.at(i, "centroid_y_px")), std::stod(truth.at(i, "true_center_y_px")), 1.0)
+        << "row " << i;
+  }
+  EXPECT_GT(together, 5u) << "of " << touching << " that touch";
+}
+
+TEST_F(Program, SameSeedSameFrames) {
+  const fs::path a = folder_ / "a", b = folder_ / "b", c = folder_ / "c";
+  for (const auto& [folder, seed] :
+       std::vector<std::pair<fs::path, std::string>>{{a, "5"}, {b, "5"}, {c, "6"}}) {
+    ASSERT_EQ(
+        run({"simulate", "palpation", "--out", folder, "--size", "64x48", "--frames", "2", "--seed", seed})
+            .exit_code,
+        0);
+  }
+  EXPECT_EQ(slurp(a / "frames" / "000001.png"), slurp(b / "frames" / "000001.png"));
+  EXPECT_NE(slurp(a / "frames" / "000001.png"), slurp(c / "frames" / "000001.png"));
+}
+
+TEST_F(Program, DepthFilesAgreeWithEachOther) {
+  const fs::path rec = folder_ / "rec", out = folder_ / "out";
+  ASSERT_EQ(run({"simulate", "palpation", "--mode", "gel", "--out", rec, "--size", "96x80", "--frames", "8"})
+                .exit_code,
+            0);
+  fs::create_directories(out / "depth");
+  spill(out / "depth" / "000900.npy", "left by a longer run");
+  const Ended ended = run({"process", rec / "frames", "--sensor", rec / "sensor.json", "--out", out,
+                           "--depth", "png16", "--depth", "npy", "--depth", "ply"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_FALSE(fs::exists(out / "depth" / "000900.npy"));
+  const NpyArray map = read_npy(out / "depth" / "000007.npy");
+  EXPECT_EQ(map.shape, (std::vector<size_t>{80, 96}));
+  const std::string ply = slurp(out / "depth" / "000007.ply");
+  const size_t body = ply.find("end_header\n") + 11;
+  ASSERT_EQ(ply.size() - body, size_t{96} * 80 * 12 + size_t{2} * 95 * 79 * 13);
+  for (size_t i = 0; i < map.values.size(); i += 97) {
+    float z = 0;
+    std::memcpy(&z, ply.data() + body + 12 * i + 8, sizeof z);
+    EXPECT_EQ(z, map.values[i]);
+  }
+  const Json about = Json::parse(slurp(out / "depth" / "depth.json"));
+  EXPECT_EQ(about.at("png").at("zero_count"), 8192);
+  EXPECT_DOUBLE_EQ(about.at("png").at("step_mm"), 0.0002);
+  EXPECT_TRUE(fs::exists(out / "depth" / "000007.png"));
+}
+
+TEST_F(Program, GradientsBecomeHeights) {
+  constexpr size_t kRows = 97, kColumns = 71;
+  constexpr double kSigma = 9, kDepth = 12;
+  const NpyArray slopes = gaussian_slopes(kRows, kColumns, kSigma, kDepth);
+  write_npy(folder_ / "slopes.npy", slopes.values, slopes.shape);
+  for (const std::string solver : {"converged", "exact"}) {
+    const fs::path out = folder_ / solver;
+    const Ended ended = run(
+        {"integrate", folder_ / "slopes.npy", "--out", out, "--solver", solver, "--json", "--validation"});
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_TRUE(Json::parse(ended.out).contains("residual"));
+    const NpyArray height = read_npy(out / "height.npy");
+    ASSERT_EQ(height.shape, (std::vector<size_t>{kRows, kColumns}));
+    const auto [low, high] = std::minmax_element(height.values.begin(), height.values.end());
+    double true_low = kDepth, true_high = 0;
+    for (size_t y = 0; y < kRows; ++y) {
+      for (size_t x = 0; x < kColumns; ++x) {
+        const double dx = static_cast<double>(x) - 30.25, dy = static_cast<double>(y) - 41.5;
+        const double z = kDepth * std::exp(-(dx * dx + dy * dy) / (2 * kSigma * kSigma));
+        true_low = std::min(true_low, z);
+        true_high = std::max(true_high, z);
+      }
+    }
+    EXPECT_NEAR(*high - *low, true_high - true_low, 0.001 * kDepth) << solver;
+  }
+}
+
+TEST_F(Program, SyntheticInputIsComparedWithItsTruth) {
+  const fs::path out = folder_ / "out";
+  const Ended ended =
+      run({"process", "synthetic:palpation", "--out", out, "--frames", "60", "--json", "--outputs", "force"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const Json summary = Json::parse(ended.out);
+  EXPECT_EQ(summary.at("frames"), 60);
+  EXPECT_TRUE(summary.contains("measured_minus_true"));
+  const Table table(slurp(out / "measurements.csv"));
+  for (const char* column : {"true_force_N", "true_center_x_px", "true_depth_max_mm"}) table.at(0, column);
+}
+
+TEST_F(Program, ImagesWithoutRateHaveNoTime) {
+  const fs::path rec = recording(2), out = folder_ / "out";
+  ASSERT_EQ(run({"process", rec / "frames", "--sensor", rec / "sensor.json", "--out", out}).exit_code, 0);
+  EXPECT_EQ(Table(slurp(out / "measurements.csv")).at(1, "time_s"), "");
+}
+
+TEST_F(Program, FilmAndPicturesAreWritten) {
+  const fs::path out = folder_ / "out";
+  const Ended ended = run({"process", "synthetic:press?size=160x120&mode=gel", "--out", out, "--frames", "4",
+                           "--pictures", "--video", "--picture-every", "2", "--validation"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_TRUE(fs::exists(out / "pictures" / "000000.png"));
+  EXPECT_FALSE(fs::exists(out / "pictures" / "000001.png"));
+  EXPECT_TRUE(fs::exists(out / "pictures" / "000002.png"));
+  EXPECT_GT(fs::file_size(out / "recording.mp4"), 1000u);
+  // A later run without a film does not leave this one beside its own measurements.
+  ASSERT_EQ(
+      run({"process", "synthetic:press?size=160x120&mode=gel", "--out", out, "--frames", "2"}).exit_code, 0);
+  EXPECT_FALSE(fs::exists(out / "recording.mp4"));
+}
+
+TEST_F(Program, DemoMeasuresWhatItWasNotCalibratedOn) {
+  const fs::path out = folder_ / "out";
+  const Ended ended =
+      run({"demo", "--headless", "--frames", "70", "--picture-every", "35", "--out", out, "--json"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const Json value = Json::parse(ended.out);
+  const Json& felt = value.at("waveguide").at("measured_minus_true");
+  const double full_scale_N = felt.at("force_N").at("full_scale");
+  EXPECT_GT(full_scale_N, 0.5);
+  EXPECT_LT(felt.at("force_N").at("rms_error").get<double>(), 0.01 * full_scale_N);
+  EXPECT_GT(felt.at("force_N").at("rms_error").get<double>(), 0) << "too good to be measured";
+  EXPECT_LT(felt.at("center_px").at("rms_error").get<double>(), 0.1);
+  const Json& seen = value.at("gel").at("measured_minus_true");
+  EXPECT_LT(seen.at("depth_max_mm").at("rms_error").get<double>(),
+            0.05 * seen.at("depth_max_mm").at("full_scale").get<double>());
+  for (const char* file : {"waveguide.json", "gel.json", "waveguide/measurements.csv", "gel/measurements.csv",
+                           "gel/recording.mp4", "gel/pictures/000039.png"}) {
+    EXPECT_TRUE(fs::exists(out / file)) << file;
+  }
+}
+
+}  // namespace
+}  // namespace palpate

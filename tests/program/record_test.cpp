@@ -1,0 +1,165 @@
+// Sessions as a person makes and uses them: record, process, replay, and what happens in between.
+#include <thread>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support/program_fixture.h"
+#include "viz/render/window.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::json;
+
+class RecordProgram : public Program {
+ protected:
+  const std::string scene_ = "synthetic:slide?mode=lambert&size=160x120&rate=60";
+
+  fs::path record(const std::vector<std::string>& more = {}) {
+    const fs::path session = folder_ / "session";
+    std::vector<std::string> arguments{"record", scene_, "--out", session, "--frames", "90"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Ended ended = run(arguments);
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    return session;
+  }
+  Json as_recorded(const fs::path& session) {
+    const Ended ended = run({"process", session, "--as-recorded", "--json", "--out", folder_ / "again"});
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    return Json::parse(ended.out);
+  }
+};
+
+TEST_F(RecordProgram, ASessionMeasuresAgainToTheLastDigit) {
+  const fs::path session = record();
+  for (const char* file : {"frames.mkv", "frames.csv", "session.json"})
+    EXPECT_TRUE(fs::exists(session / file)) << file;
+  const Table rows(slurp(session / "frames.csv"));
+  rows.expect_whole();
+  ASSERT_EQ(rows.rows.size(), 90u);
+  for (size_t i = 0; i < rows.rows.size(); ++i) {
+    EXPECT_EQ(rows.at(i, "frame"), std::to_string(i));
+    EXPECT_EQ(rows.at(i, "measured"), "1");
+  }
+  const Json value = as_recorded(session);
+  EXPECT_EQ(value["as_recorded"]["equal"], 90);
+  EXPECT_EQ(value["as_recorded"]["different"], 0) << value["as_recorded"]["first_difference"];
+}
+
+TEST_F(RecordProgram, AChangedRowIsNoticed) {
+  const fs::path session = record();
+  std::string rows = slurp(session / "frames.csv");
+  const Table table(rows);
+  const std::string depth = table.at(60, "depth_max_mm");
+  ASSERT_GT(depth.size(), 4u);
+  std::string wrong = depth;
+  wrong.back() = wrong.back() == '1' ? '2' : '1';
+  rows.replace(rows.find(depth), depth.size(), wrong);
+  spill(session / "frames.csv", rows);
+  const Json value = as_recorded(session);
+  EXPECT_EQ(value["as_recorded"]["different"], 1);
+  EXPECT_TRUE(contains(value["as_recorded"]["first_difference"], "frame 60: depth_max_mm")) << value;
+}
+
+TEST_F(RecordProgram, ProcessingASessionIsProcessingWhatWasRecorded) {
+  const fs::path session = record();
+  ASSERT_EQ(run({"process", session, "--out", folder_ / "a"}).exit_code, 0);
+  ASSERT_EQ(run({"process", scene_, "--frames", "90", "--out", folder_ / "b"}).exit_code, 0);
+  const Table a(slurp(folder_ / "a" / "measurements.csv")), b(slurp(folder_ / "b" / "measurements.csv"));
+  ASSERT_EQ(a.rows.size(), 90u);
+  ASSERT_EQ(b.rows.size(), 90u);
+  for (size_t i = 0; i < 90; ++i) {
+    for (const std::string& column : a.columns) {
+      if (column.rfind("shear", 0) == 0) continue;  // a session begins with a gap
+      EXPECT_EQ(a.at(i, column), b.at(i, column)) << "frame " << i << ", " << column;
+    }
+  }
+}
+
+TEST_F(RecordProgram, PlayedAtARateAllFramesAreThereAndTheMeasuredOnesAgain) {
+  const fs::path session = record({"--rate", "240"});
+  const Json value = as_recorded(session);
+  const Json json = Json::parse(slurp(session / "session.json"));
+  EXPECT_EQ(json["complete"], true);
+  EXPECT_EQ(value["as_recorded"]["different"], 0) << value["as_recorded"]["first_difference"];
+  EXPECT_GT(value["as_recorded"]["equal"], 10);
+}
+
+TEST_F(RecordProgram, RefusesWhatWouldLoseOrMeansNothing) {
+  const fs::path session = record();
+  expect_refusal({"record", scene_, "--out", session}, 7, {session, "session"});
+  EXPECT_EQ(Table(slurp(session / "frames.csv")).rows.size(), 90u);
+  expect_refusal({"record", "--out", folder_ / "new"}, 2, {"--camera"});
+  expect_refusal({"record", "--camera", "/dev/video97", "--out", folder_ / "new"}, 5, {"/dev/video97"});
+  expect_refusal({"process", scene_, "--as-recorded", "--out", folder_ / "out"}, 2,
+                 {"--as-recorded", "session"});
+}
+
+TEST_F(RecordProgram, CtrlCEndsARecordingThatIsWhole) {
+  const fs::path session = folder_ / "session";
+  const pid_t child = start(
+      {"record", "synthetic:slide?mode=lambert&size=160x120&repeat=0", "--rate", "120", "--out", session});
+  for (int i = 0;
+       i < 200 && (!fs::exists(session / "frames.csv") || fs::file_size(session / "frames.csv") < 6000); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  kill(child, SIGINT);
+  const Ended ended = finish(child);
+  EXPECT_EQ(ended.exit_code, 130) << ended.err;
+  EXPECT_EQ(Json::parse(slurp(session / "session.json"))["complete"], true);
+  EXPECT_EQ(as_recorded(session)["as_recorded"]["different"], 0);
+}
+
+TEST_F(RecordProgram, KilledItKeepsWhatItHad) {
+  const fs::path session = folder_ / "session";
+  const pid_t child = start(
+      {"record", "synthetic:slide?mode=lambert&size=160x120&repeat=0", "--rate", "120", "--out", session});
+  for (int i = 0;
+       i < 200 && (!fs::exists(session / "frames.mkv") || fs::file_size(session / "frames.mkv") < 200000);
+       ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  kill(child, SIGKILL);
+  EXPECT_EQ(finish(child).exit_code, 1000 + SIGKILL);
+  const Ended processed = run({"process", session, "--json", "--out", folder_ / "out"});
+  EXPECT_EQ(processed.exit_code, 0) << processed.err;
+  const Json value = Json::parse(processed.out);
+  EXPECT_GT(value["frames"], 5);
+  EXPECT_TRUE(value.contains("warning")) << value;
+}
+
+TEST_F(RecordProgram, AFullDiskEndsTheRecordingAndSaysSo) {
+  const fs::path session = folder_ / "session";
+  Surroundings full;
+  full.largest_file_bytes = 200'000;
+  const Ended ended = run({"record", scene_, "--out", session, "--json"}, full);
+  EXPECT_EQ(ended.exit_code, 7) << ended.err;
+  const Json value = Json::parse(ended.out);
+  EXPECT_EQ(value["complete"], false);
+  EXPECT_FALSE(value["sessions"][0]["error"].get<std::string>().empty());
+  const Ended processed = run({"process", session, "--json", "--out", folder_ / "out"});
+  EXPECT_EQ(processed.exit_code, 0) << processed.err;
+  EXPECT_GT(Json::parse(processed.out)["frames"], 5);
+}
+
+TEST_F(RecordProgram, LiveRecordsAndReplayShows) {
+  if (!viz::display_available()) GTEST_SKIP() << "no display";
+  const Ended live =
+      run({"live", scene_, "--frames", "80", "--close", "--out", folder_ / "live", "--record", "--json"});
+  ASSERT_EQ(live.exit_code, 0) << live.err;
+  const Json value = Json::parse(live.out);
+  ASSERT_EQ(value["sessions"].size(), 1u);
+  const Json& recorded = value["sessions"][0];
+  EXPECT_EQ(recorded["recorded"].get<int>() + recorded["dropped"].get<int>(), 80);
+  EXPECT_EQ(Table(slurp(folder_ / "live" / "latency.csv")).rows.size(), value["processed"].get<size_t>());
+  const fs::path session = recorded["folder"].get<std::string>();
+  EXPECT_EQ(as_recorded(session)["as_recorded"]["different"], 0);
+
+  const Ended replay = run({"replay", session, "--speed", "4", "--close", "--json"});
+  EXPECT_EQ(replay.exit_code, 0) << replay.err;
+  EXPECT_EQ(Json::parse(replay.out)["captured"], recorded["written"]);
+  EXPECT_GT(Json::parse(replay.out)["shown"], 0);
+  expect_refusal({"replay", scene_}, 3, {"session", scene_});
+  expect_refusal({"replay", session, "--from", "1000"}, 2, {"--from"});
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,399 @@
+// Depth of real sensors, calibrated and judged as a user would: balls found in the pictures, errors on what
+// the fit has not seen. The recordings are not part of the repository: the tests look for them beside it and
+// say loudly when they are skipped.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+
+#include "capture/source.h"
+#include "palpate/pipeline.h"
+#include "engine/calibrate/ball_finder.h"
+#include "engine/calibrate/light_stack.h"
+#include "engine/calibrate/lookup_fit.h"
+#include "engine/calibrate/photometric_fit.h"
+#include "tests/support/gpu_fixture.h"
+#include "capture/calibrate/markers.h"
+#include "capture/calibrate/presses.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kSensors = fs::path(PALPATE_SOURCE_DIR) / "capture/sensors";
+const fs::path kData = fs::path(PALPATE_SOURCE_DIR) / "../shared/data";
+
+class DepthRecordings : public GpuTest {
+ protected:
+  void SetUp() override {
+    if (!fs::is_directory(kData)) {
+      std::fprintf(stderr, "\n*** DEPTH NOT CHECKED ON REAL SENSORS: no folder %s ***\n\n",
+                   fs::weakly_canonical(kData).c_str());
+      GTEST_SKIP() << "no recordings of real sensors at " << kData;
+    }
+    GpuTest::SetUp();
+  }
+  void TearDown() override {
+    if (!IsSkipped()) GpuTest::TearDown();
+  }
+
+  static Frame frame_of(const fs::path& file, const Sensor& sensor) {
+    Frame frame;
+    const auto source = open_source(file.string(), sensor);
+    EXPECT_TRUE(source->next(frame)) << file;
+    return frame;
+  }
+  static Frame background_of(const fs::path& file, const Sensor& sensor) {
+    const auto source = open_source(file.string(), sensor);
+    return load_background(file.string(), sensor, *source);
+  }
+  static std::vector<fs::path> files(const fs::path& folder, const std::string& start) {
+    std::vector<fs::path> list;
+    for (const auto& entry : fs::directory_iterator(folder))
+      if (entry.path().filename().string().rfind(start, 0) == 0) list.push_back(entry.path());
+    std::sort(list.begin(), list.end());
+    return list;
+  }
+
+  struct Depth {
+    Touch touch;
+    uint32_t width = 0;
+    std::vector<float> mm;
+    double at(int x, int y) const { return mm[static_cast<size_t>(y) * width + static_cast<size_t>(x)]; }
+  };
+  static Depth depth_of(const Frame& frame, const Frame& background, const Sensor& sensor) {
+    PipelineOptions options;
+    options.solver = SurfaceSolver::Converged;
+    Pipeline pipeline(context(), sensor, frame.format, options);
+    pipeline.set_background(background);
+    EXPECT_TRUE(pipeline.submit(frame));
+    const auto result = pipeline.wait();
+    Depth depth{result->touch, frame.format.width, pipeline.read_depth_mm(*result)};
+    pipeline.release(*result);
+    return depth;
+  }
+};
+
+/// A press whose ball was found, ready for the fit.
+struct Pressed {
+  std::string name;
+  Frame frame;
+  FoundBall ball;
+  std::vector<uint8_t> mask;
+};
+
+PhotometricFitResult fit_without(const std::vector<Pressed>& presses, size_t without, const Frame& background,
+                                 const Sensor& sensor, double ball_mm, double rest_weight) {
+  PhotometricFit fit(background.format, sensor.pitch_mm_per_px);
+  for (size_t i = 0; i < presses.size(); ++i) {
+    if (i == without) continue;
+    const Pressed& p = presses[i];
+    fit.add_ball(p.frame, background, p.ball.center_x_px, p.ball.center_y_px, p.ball.radius_px, ball_mm,
+                 p.name, p.mask);
+  }
+  return fit.solve(rest_weight, NormalModel::Best);
+}
+
+TEST_F(DepthRecordings, GelShapesAfterCalibrationOnFoundBalls) {
+  const fs::path folder = kData / "gelsight-sim2real";
+  Sensor sensor = load_sensor(kSensors / "gelsight_sim2real.json");
+  sensor.background.image = (folder / "background_real.png").string();
+  const double pitch = sensor.pitch_mm_per_px, ball_mm = 2.92;
+  std::vector<Pressed> presses;
+  Frame background;
+  for (const fs::path& file : files(folder, "calib_")) {
+    if (file.extension() != ".png") continue;
+    Pressed p{file.filename().string(), frame_of(file, sensor), {}, {}};
+    if (presses.empty()) background = background_of(file, sensor);
+    p.ball = find_ball(p.frame, background, {}, {ball_mm, pitch, sensor.threshold_gray});
+    EXPECT_TRUE(p.ball.good()) << p.name << ": " << p.ball.refusal;
+    presses.push_back(std::move(p));
+  }
+  ASSERT_EQ(presses.size(), 22u);
+  const PhotometricFitResult fit = fit_without(presses, presses.size(), background, sensor, ball_mm, 10);
+  std::printf("balls held out: depth %.4f mm RMS, normals %.2f deg (linear %.4f mm, %.2f deg)\n",
+              fit.depth_rmse_mm, fit.normal_angle_deg, fit.linear.depth_rmse_mm, fit.linear.normal_angle_deg);
+  EXPECT_EQ(fit.model, NormalModel::Table);
+  EXPECT_LT(fit.depth_rmse_mm, 0.045);
+  EXPECT_LT(fit.normal_angle_deg, 5.5);
+  sensor.photometric = fit.calibration;
+
+  double sum = 0, worst = 0;
+  for (const std::string shape : {"sphere", "large_sphere", "prism", "triangle"})
+    for (const char* commanded : {"0.25", "0.5", "0.75", "1.0"}) {
+      const double d = std::stod(commanded);
+      const Depth map =
+          depth_of(frame_of(folder / (shape + "_" + commanded + "_real.png"), sensor), background, sensor);
+      double square = 0, mean = 0;
+      int n = 0;
+      for (int y = 0; y < 320; ++y)
+        for (int x = 0; x < 320; ++x) {
+          double truth = d;
+          if (shape == "prism") {
+            if (x < 172 || x > 242 || y < 114 || y > 220) continue;
+          } else if (shape == "triangle") {
+            const auto left_of = [&](int ax, int ay, int bx, int by) {
+              return (bx - ax) * (y - ay) - (by - ay) * (x - ax) >= 0;
+            };
+            if (!left_of(161, 137, 212, 132) || !left_of(212, 132, 250, 193) || !left_of(250, 193, 161, 137))
+              continue;
+          } else {
+            const double ball = shape == "sphere" ? 2.92 : 4.925, cx = shape == "sphere" ? 208 : 203,
+                         cy = shape == "sphere" ? 166 : 167;
+            const double r = std::hypot(x - cx, y - cy) * pitch;
+            if (r > 0.85 * std::sqrt(ball * ball - (ball - d) * (ball - d))) continue;
+            truth = std::sqrt(ball * ball - r * r) - (ball - d);
+          }
+          const double error = map.at(x, y) - truth;
+          square += error * error;
+          mean += error;
+          ++n;
+        }
+      const double rmse = std::sqrt(square / n);
+      std::printf("%-14s %4s mm: RMSE %.3f, mean %+.3f\n", shape.c_str(), commanded, rmse, mean / n);
+      sum += rmse / 16;
+      worst = std::max(worst, rmse);
+    }
+  std::printf("mean RMSE %.3f mm, worst %.3f mm\n", sum, worst);
+  EXPECT_LT(worst, 0.10);
+  EXPECT_LT(sum, 0.062);
+}
+
+/// Sphere that fits a disc of a depth map best, tilt and offset free: its radius.
+double sphere_radius_mm(const std::vector<double>& depth, const std::vector<std::array<double, 2>>& at_mm) {
+  double best = 0, least = 1e300;
+  double reach = 0;
+  for (const auto& p : at_mm) reach = std::max(reach, std::hypot(p[0], p[1]));
+  for (double radius = 1.02 * reach; radius < 40; radius *= 1.003) {
+    double n = 0, s0 = 0, sx = 0, sy = 0, mx = 0, my = 0, xx = 0, yy = 0, xy = 0, ss = 0;
+    for (const auto& p : at_mm) mx += p[0], my += p[1];
+    mx /= static_cast<double>(at_mm.size()), my /= static_cast<double>(at_mm.size());
+    for (size_t i = 0; i < depth.size(); ++i) {
+      const double x = at_mm[i][0] - mx, y = at_mm[i][1] - my;
+      const double r2 = at_mm[i][0] * at_mm[i][0] + at_mm[i][1] * at_mm[i][1];
+      const double e = depth[i] - (std::sqrt(radius * radius - r2) - radius);
+      n += 1, s0 += e, sx += e * x, sy += e * y, xx += x * x, yy += y * y, xy += x * y, ss += e * e;
+    }
+    const double det = xx * yy - xy * xy;
+    const double a = (sx * yy - sy * xy) / det, b = (sy * xx - sx * xy) / det;
+    const double residual = ss - s0 * s0 / n - a * sx - b * sy;
+    if (residual < least) least = residual, best = radius;
+  }
+  return best;
+}
+
+TEST_F(DepthRecordings, MarkedGelBallsHeldOut) {
+  const fs::path folder = kData / "gelslim-balls";
+  Sensor sensor = load_sensor(kSensors / "gelslim_balls.json");
+  sensor.background.image = (folder / "ref.jpg").string();
+  const double ball_mm = 3.8, pitch = sensor.pitch_mm_per_px;
+  std::vector<Pressed> presses;
+  Frame background;
+  std::vector<uint8_t> rest_mask;
+  double widest_px = 0;
+  for (const fs::path& file : files(folder, "sample_")) {
+    Pressed p{file.filename().string(), frame_of(file, sensor), {}, {}};
+    if (presses.empty()) {
+      background = background_of(file, sensor);
+      rest_mask = find_markers(background, sensor);
+      ASSERT_FALSE(rest_mask.empty());
+    }
+    p.mask = either(find_markers(p.frame, sensor), rest_mask);
+    p.ball = find_ball(p.frame, background, p.mask, {ball_mm, pitch, sensor.threshold_gray});
+    EXPECT_TRUE(p.ball.good()) << p.name << ": " << p.ball.refusal;
+    widest_px = std::max(widest_px, p.ball.radius_px);
+    presses.push_back(std::move(p));
+  }
+  ASSERT_EQ(presses.size(), 10u);
+  // What the ball itself says of the scale: no contact is wider than it.
+  std::printf("widest contact %.1f px: pitch below %.4f mm/px (the authors' %.5f)\n", widest_px,
+              ball_mm / widest_px, pitch);
+  EXPECT_LT(pitch, ball_mm / widest_px);
+  const PhotometricFitResult all = fit_without(presses, presses.size(), background, sensor, ball_mm, 1);
+  std::printf("held out: depth %.4f mm RMS, gain %.3f, normals %.2f deg (linear %.4f mm, %.2f deg)\n",
+              all.depth_rmse_mm, all.depth_gain, all.normal_angle_deg, all.linear.depth_rmse_mm,
+              all.linear.normal_angle_deg);
+  EXPECT_LT(all.depth_rmse_mm, 0.15);
+  EXPECT_LT(all.normal_angle_deg, 9.5);
+
+  // Curvature, each ball by the calibration of the nine others, outside of the markers.
+  double mean = 0, square = 0;
+  for (size_t i = 0; i < presses.size(); ++i) {
+    const Pressed& p = presses[i];
+    const PhotometricFitResult fit = fit_without(presses, i, background, sensor, ball_mm, 1);
+    Sensor held_out = sensor;
+    held_out.photometric = fit.calibration;
+    const Depth map = depth_of(p.frame, background, held_out);
+    std::vector<double> depth;
+    std::vector<std::array<double, 2>> at;
+    for (int y = 0; y < 320; ++y)
+      for (int x = 0; x < 427; ++x) {
+        const double dx = x - p.ball.center_x_px, dy = y - p.ball.center_y_px;
+        if (std::hypot(dx, dy) > 0.9 * p.ball.radius_px ||
+            p.mask[static_cast<size_t>(y) * 427 + static_cast<size_t>(x)])
+          continue;
+        depth.push_back(map.at(x, y));
+        at.push_back({dx * pitch, dy * pitch});
+      }
+    const double radius = sphere_radius_mm(depth, at);
+    std::printf("%-14s sphere of %.2f mm, curvature error %+.3f per mm\n", p.name.c_str(), radius,
+                1 / radius - 1 / ball_mm);
+    mean += radius / 10;
+    square += std::pow(1 / radius - 1 / ball_mm, 2) / 10;
+  }
+  std::printf("mean radius %.2f mm (true %.1f), curvature error %.3f per mm RMS of %.3f\n", mean, ball_mm,
+              std::sqrt(square), 1 / ball_mm);
+  EXPECT_NEAR(mean, ball_mm, 0.4);
+  EXPECT_LT(std::sqrt(square), 0.06);
+}
+
+TEST_F(DepthRecordings, GrayGelBallOnTheOtherHalf) {
+  for (const auto& [unit, pitch] :
+       {std::pair{"sensor_1", 0.0510151}, {"sensor_2", 0.049995}, {"sensor_123", 0.06378904}}) {
+    const fs::path folder = kData / "9dtact" / unit / "depth_calibration";
+    Sensor sensor = load_sensor(kSensors / "9dtact.json");
+    sensor.pitch_mm_per_px = pitch;
+    sensor.size_px = {};
+    sensor.reading = Reading::None;
+    sensor.background.image = (folder / "rectify_crop_ref.png").string();
+    const fs::path file = folder / "rectify_crop_sample.png";
+    const Frame frame = frame_of(file, sensor), background = background_of(file, sensor);
+    const FoundBall ball = find_gray_ball(frame, background, {}, Signal::Darker, {4.0, pitch, 3});
+    ASSERT_TRUE(ball.good()) << unit << ": " << ball.refusal;
+    LookupFit fit(pitch);
+    fit.add_ball(frame, background, Signal::Darker, ball.center_x_px, ball.center_y_px, ball.radius_px, 4.0,
+                 unit);
+    const LookupFitResult result = fit.solve();
+    std::printf("%-11s contact %.1f px, %.3f mm deep: depth %.4f mm RMS on sectors not used\n", unit,
+                ball.radius_px, result.presses[0].largest_depth_mm, result.depth_rmse_mm);
+    EXPECT_LT(result.depth_rmse_mm, 0.09) << unit;
+
+    // The engine says the same of the whole ball as the table does.
+    sensor.reading = Reading::Lookup;
+    sensor.lookup = result.calibration;
+    const Depth map = depth_of(frame, background, sensor);
+    double square = 0;
+    int n = 0;
+    const double rim_mm = ball.radius_px * pitch, rim = std::sqrt(16 - rim_mm * rim_mm);
+    for (int y = 0; y < static_cast<int>(frame.format.height); ++y)
+      for (int x = 0; x < static_cast<int>(frame.format.width); ++x) {
+        const double r = std::hypot(x - ball.center_x_px, y - ball.center_y_px) * pitch;
+        if (r > rim_mm) continue;
+        square += std::pow(map.at(x, y) - (std::sqrt(16 - r * r) - rim), 2);
+        ++n;
+      }
+    std::printf("%-11s engine: %.4f mm RMS over the ball, deepest %.3f mm\n", unit, std::sqrt(square / n),
+                map.touch.depth_max_mm);
+    EXPECT_LT(std::sqrt(square / n), 0.09) << unit;
+  }
+}
+
+/// The vendor's height map: a text line, a comment, columns and rows, four lengths, then heights in mm.
+std::vector<float> read_height_map(const fs::path& file, uint32_t& width, uint32_t& height) {
+  std::ifstream in(file, std::ios::binary);
+  in.seekg(32);
+  for (char c = 1; c != 0 && in.get(c);) {
+  }
+  in.read(reinterpret_cast<char*>(&width), 4);
+  in.read(reinterpret_cast<char*>(&height), 4);
+  in.seekg(16, std::ios::cur);
+  std::vector<float> heights(size_t{width} * height);
+  in.read(reinterpret_cast<char*>(heights.data()),
+          static_cast<std::streamsize>(heights.size() * sizeof(float)));
+  EXPECT_TRUE(in.good()) << file;
+  return heights;
+}
+
+TEST_F(DepthRecordings, SixLightsGiveTheGrooveOnHeldOutPixels) {
+  const fs::path folder = kData / "gelsight-groove";
+  constexpr double kPitch_mm = 0.027458113509339;
+  Sensor gray;
+  gray.name = "one light";
+  gray.pitch_mm_per_px = kPitch_mm;
+  LightImages images;
+  for (int k = 1; k <= 6; ++k) {
+    const Frame frame = frame_of(folder / ("image0" + std::to_string(k) + ".png"), gray);
+    images.width = frame.format.width;
+    images.height = frame.format.height;
+    images.images.emplace_back(frame.bytes.begin(), frame.bytes.end());
+  }
+  uint32_t width = 0, height = 0;
+  const std::vector<float> truth = read_height_map(folder / "heightmap.tmd", width, height);
+  ASSERT_EQ(width, images.width);
+  ASSERT_EQ(height, images.height);
+  // RMS of the heights over what the fit did not use, a plane removed.
+  const auto error_um = [&](const auto& held, int order, std::vector<float>* heights = nullptr) {
+    std::vector<uint8_t> use(truth.size());
+    for (uint32_t y = 0; y < height; ++y)
+      for (uint32_t x = 0; x < width; ++x) use[size_t{y} * width + x] = !held(x, y);
+    const LightStack stack = fit_light_stack(images, truth, use, kPitch_mm, order);
+    const std::vector<float> z = integrate_slopes(slopes_of(stack, images), width, height, kPitch_mm);
+    if (heights) *heights = z;
+    // Least squares of 1, x, y on the held-out pixels.
+    std::array<std::array<double, 4>, 3> m{};
+    double square = 0, n = 0;
+    for (uint32_t y = 0; y < height; ++y)
+      for (uint32_t x = 0; x < width; ++x) {
+        if (!held(x, y)) continue;
+        const std::array<double, 3> v = {1, static_cast<double>(x) / width - 0.5,
+                                         static_cast<double>(y) / height - 0.5};
+        const double e =
+            static_cast<double>(z[size_t{y} * width + x]) - static_cast<double>(truth[size_t{y} * width + x]);
+        for (size_t i = 0; i < 3; ++i) {
+          for (size_t j = 0; j < 3; ++j) m[i][j] += v[i] * v[j];
+          m[i][3] += v[i] * e;
+        }
+        square += e * e;
+        n += 1;
+      }
+    const auto before = m;
+    for (size_t i = 0; i < 3; ++i)
+      for (size_t j = 0; j < 3; ++j) {
+        if (i == j) continue;
+        const double f = m[j][i] / m[i][i];
+        for (size_t k = 0; k < 4; ++k) m[j][k] -= f * m[i][k];
+      }
+    for (size_t i = 0; i < 3; ++i) square -= before[i][3] * m[i][3] / m[i][i];
+    return 1e3 * std::sqrt(std::max(0.0, square) / n);
+  };
+  std::vector<float> heights;
+  for (const uint32_t odd : {0u, 1u}) {
+    const double bands = error_um([&](uint32_t, uint32_t y) { return y / 64 % 2 == odd; }, 2, &heights);
+    const double half = error_um([&](uint32_t, uint32_t y) { return (y < height / 2) == (odd == 0); }, 1);
+    std::printf("held out every other 64 rows: %.1f um RMS; the %s half: %.1f um\n", bands,
+                odd == 0 ? "upper" : "lower", half);
+    EXPECT_LT(bands, 6);
+    EXPECT_LT(half, 25.5);
+  }
+  // The groove along the vendor's own line, levelled beside it as the vendor does.
+  const auto depth_um = [&](const std::vector<float>& z) {
+    const double x0 = 219.25, y0 = 257.75, x1 = 367, y1 = 256.25,
+                 length = std::hypot(x1 - x0, y1 - y0) * kPitch_mm;
+    double n = 0, st = 0, sz = 0, stt = 0, stz = 0;
+    std::vector<std::array<double, 2>> line;
+    for (int i = 0; i <= 600; ++i) {
+      const double a = i / 600.0;
+      const auto x = static_cast<size_t>(std::lround(x0 + a * (x1 - x0))),
+                 y = static_cast<size_t>(std::lround(y0 + a * (y1 - y0)));
+      line.push_back({a * length, static_cast<double>(z[y * width + x])});
+      const double t = line.back()[0];
+      if (!((t > 0.3 && t < 0.9) || (t > 3.1 && t < 3.6))) continue;
+      n += 1, st += t, sz += line.back()[1], stt += t * t, stz += t * line.back()[1];
+    }
+    const double slope = (n * stz - st * sz) / (n * stt - st * st), offset = (sz - slope * st) / n;
+    double lowest = 0;
+    for (const auto& [t, h] : line) lowest = std::min(lowest, h - offset - slope * t);
+    return -1e3 * lowest;
+  };
+  std::printf("groove %.1f um deep, in the vendor's heights %.1f um\n", depth_um(heights), depth_um(truth));
+  EXPECT_NEAR(depth_um(heights), depth_um(truth), 10);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,89 @@
+// Matching on the point sets of Chui and Rangarajan, which the literature compares methods by. They are not
+// part of the repository: looked for beside it, and skipped loudly.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <sstream>
+#include <string>
+
+#include "engine/numeric/matching.h"
+#include "tests/scenes/bent_points.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+const fs::path kData = fs::path(PALPATE_SOURCE_DIR) / ".." / "shared" / "data" / "registration";
+
+struct Trial {
+  PointSet from, truth, seen;
+};
+
+std::map<int, Trial> read_trials(const std::string& level) {
+  const std::string command = "zcat '" + (kData / ("fish_" + level + ".csv.gz")).string() + "'";
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
+  std::map<int, Trial> trials;
+  char line[256];
+  while (pipe && std::fgets(line, sizeof line, pipe.get())) {
+    int trial = 0, index = 0;
+    char set[8] = {};
+    double x = 0, y = 0;
+    if (std::sscanf(line, "%d,%7[^,],%d,%lf,%lf", &trial, set, &index, &x, &y) != 5) continue;
+    Trial& t = trials[trial];
+    const std::string name = set;
+    PointSet* into = name == "x1" ? &t.from : name == "y2" ? &t.truth : name == "y2a" ? &t.seen : nullptr;
+    if (into) into->coordinates.insert(into->coordinates.end(), {x, y});
+  }
+  return trials;
+}
+
+// The observed points come in the template's order, which a mistake could hide behind.
+PointSet shuffled(const PointSet& set, uint32_t seed) {
+  std::vector<size_t> order(set.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::mt19937 random(seed);
+  for (size_t i = order.size() - 1; i > 0; --i) std::swap(order[i], order[random() % (i + 1)]);
+  PointSet result;
+  for (const size_t i : order)
+    result.coordinates.insert(result.coordinates.end(), {set.at(i)[0], set.at(i)[1]});
+  return result;
+}
+
+struct Level {
+  const char* name;
+  double most_miss;
+  int most_failures;  // of 20 trials above 0.05
+};
+
+class FishMatching : public testing::TestWithParam<Level> {};
+TEST_P(FishMatching, HoldsTheGoal) {
+  if (!fs::exists(kData)) GTEST_SKIP() << "no point sets at " << kData;
+  const std::map<int, Trial> trials = read_trials(GetParam().name);
+  ASSERT_EQ(trials.size(), 20u);
+  double sum = 0;
+  int failures = 0;
+  for (const auto& [number, trial] : trials) {
+    const MatchResult result = match_points(trial.from, shuffled(trial.seen, static_cast<uint32_t>(number)));
+    const double miss = mean_miss(result.warped, trial.truth);
+    EXPECT_TRUE(result.reliable()) << number << ": " << to_string(result.verdict);
+    sum += miss;
+    failures += miss > 0.05;
+  }
+  std::printf("fish %s: mean distance %.4f, above 0.05: %d of 20\n", GetParam().name, sum / 20, failures);
+  EXPECT_LE(sum / 20, GetParam().most_miss);
+  EXPECT_LE(failures, GetParam().most_failures);
+}
+INSTANTIATE_TEST_SUITE_P(Levels, FishMatching,
+                         testing::Values(Level{"def_3", 0.0005, 0}, Level{"def_5", 0.008, 0},
+                                         Level{"noise_4", 0.0165, 0}, Level{"noise_6", 0.027, 1},
+                                         Level{"outlier_3", 0.008, 0}, Level{"outlier_5", 0.010, 0},
+                                         Level{"rot_4", 0.002, 0}),
+                         [](const auto& level) { return std::string(level.param.name); });
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,202 @@
+#include "engine/stages/slope.h"
+
+#include <random>
+
+#include "tests/support/gpu_fixture.h"
+#include "tests/reference/slope.h"
+#include "tests/support/stage_run.h"
+
+namespace palpate {
+namespace {
+
+class SlopeTest : public GpuTest {
+ protected:
+  /// The GPU's right side for one frame: of its pixels, height x width, or of cells of two by two of them.
+  static std::vector<float> right_side(const Frame& image, const Frame& rest, const Sensor& sensor,
+                                       RightSides which) {
+    const FrameFormat& format = image.format;
+    const Tuning tuning = default_tuning(context());
+    const Contact contact(context(), sensor, format, sensor.reading == Reading::Shading, tuning);
+    const Slope slope(context(), sensor, format, contact, which, tuning);
+    FrameOnGpu images(context(), format);
+    images.write(image, rest);
+    const Surface surface(context(), format.width, format.height, SurfaceSolver::Live, tuning, true);
+    const bool pixels = which == RightSides::Pixels;
+    const Grid grid = pixels ? surface.grid() : coarser(surface.grid());
+    const gpu::DeviceBuffer records(context(), "records", contact.record_bytes(), gpu::Memory::Readback);
+    const gpu::DeviceBuffer host(context(), "readback", grid.bytes(), gpu::Memory::Readback);
+    const gpu::DeviceBuffer clipped(context(), "clipped", slope.clipped_bytes(), gpu::Memory::Readback);
+    gpu::Commands commands(context());
+    commands.begin();
+    images.record(commands);
+    contact.record(commands, images.frame, images.background, records);
+    slope.record(commands, images.frame, images.background, surface, clipped);
+    commands.copy((pixels ? surface.right_side() : surface.coarse_right_side()).buffer, host, grid.bytes());
+    commands.host_barrier();
+    commands.end();
+    commands.submit();
+    commands.wait();
+    clipped_px = slope.clipped_px(clipped.as<const uint32_t>());
+    std::vector<float> out;
+    for (uint32_t y = 0; y < grid.height; ++y)
+      for (uint32_t x = 0; x < grid.width; ++x)
+        out.push_back(host.as<const float>()[size_t{y} * grid.pitch * 4 + x]);
+    return out;
+  }
+
+  static inline uint64_t clipped_px = 0;  ///< of the last frame
+
+  /// Sums over two by two pixels.
+  static std::vector<double> cell_sums(const std::vector<double>& pixels, uint32_t width, uint32_t height) {
+    const uint32_t across = (width + 1) / 2;
+    std::vector<double> cells(size_t{across} * ((height + 1) / 2));
+    for (uint32_t y = 0; y < height; ++y)
+      for (uint32_t x = 0; x < width; ++x)
+        cells[size_t{y / 2} * across + x / 2] += pixels[size_t{y} * width + x];
+    return cells;
+  }
+
+  static void expect_reference(const Frame& image, const Frame& rest, const Sensor& sensor,
+                               const reference::Slopes& slopes, double tolerance) {
+    const auto [width, height, channels, bits] = image.format;
+    const std::string scene =
+        std::to_string(width) + "x" + std::to_string(height) + " bits " + std::to_string(bits);
+    const auto wanted = reference::right_side(slopes, width, height, sensor.pitch_mm_per_px);
+    expect_near(right_side(image, rest, sensor, RightSides::Pixels), wanted, tolerance, scene, width);
+    expect_clipped(slopes, scene);
+    expect_near(right_side(image, rest, sensor, RightSides::Cells), cell_sums(wanted, width, height),
+                tolerance, scene + " cells", (width + 1) / 2);
+    expect_clipped(slopes, scene + " cells");
+  }
+
+  static void expect_clipped(const reference::Slopes& slopes, const std::string& scene) {
+    EXPECT_GE(clipped_px, slopes.clipped - std::min(slopes.clipped, slopes.on_the_edge)) << scene;
+    EXPECT_LE(clipped_px, slopes.clipped + slopes.on_the_edge) << scene;
+  }
+
+  static void expect_near(const std::vector<float>& got, const std::vector<double>& wanted, double tolerance,
+                          const std::string& scene, uint32_t width) {
+    double scale = 0;
+    for (const double w : wanted) scale = std::max(scale, std::abs(w));
+    for (size_t i = 0; i < wanted.size(); ++i)
+      ASSERT_NEAR(double{got[i]}, wanted[i], tolerance * std::max(scale, 1e-6))
+          << scene << " at " << i % width << ", " << i / width;
+  }
+};
+
+const std::vector<std::pair<uint32_t, uint32_t>> kSizes{{1, 1}, {2, 1},   {1, 5},   {3, 3},   {4, 4},
+                                                        {5, 9}, {16, 16}, {17, 40}, {67, 33}, {130, 71}};
+
+TEST_F(SlopeTest, PhotometricEqualsReference) {
+  std::mt19937 random(11);
+  uint64_t clipped = 0, on_the_edge = 0;
+  for (int i = 0; i < 60; ++i) {
+    const auto& [width, height] = kSizes[static_cast<size_t>(i) % kSizes.size()];
+    const FrameFormat format{width, height, 3, 8};
+    Frame image, rest;
+    image.reshape(format);
+    rest.reshape(format);
+    for (uint8_t& byte : image.bytes) byte = static_cast<uint8_t>(random());
+    for (uint8_t& byte : rest.bytes) byte = static_cast<uint8_t>(random());
+    Sensor sensor;
+    sensor.pitch_mm_per_px = 0.05;
+    sensor.channels = 3;
+    sensor.reading = Reading::Photometric;
+    sensor.max_slope = i % 2 ? 10 : 0.5;  // the low limit clips most pixels
+    std::uniform_real_distribution<double> weight(-0.3, 0.3);
+    for (auto* weights : {&sensor.photometric.wx, &sensor.photometric.wy})
+      for (auto& row : *weights)
+        for (double& w : row) w = weight(random);
+    const reference::Slopes slopes = reference::photometric_slopes(image, rest, sensor);
+    expect_reference(image, rest, sensor, slopes, 1e-4);
+    clipped += slopes.clipped;
+    on_the_edge += slopes.on_the_edge;
+  }
+  EXPECT_GT(clipped, 400u);
+  EXPECT_LT(on_the_edge, 5u);
+}
+
+TEST_F(SlopeTest, NormalTableEqualsReference) {
+  std::mt19937 random(13);
+  uint64_t clipped = 0;
+  for (int i = 0; i < 6; ++i) {
+    const auto& [width, height] = kSizes[kSizes.size() - 1 - static_cast<size_t>(i)];  // the largest six
+    const FrameFormat format{width, height, 3, 8};
+    Frame image, rest;
+    image.reshape(format);
+    rest.reshape(format);
+    for (uint8_t& byte : image.bytes) byte = static_cast<uint8_t>(random());
+    for (uint8_t& byte : rest.bytes) byte = static_cast<uint8_t>(random());
+    Sensor sensor;
+    sensor.pitch_mm_per_px = 0.05;
+    sensor.channels = 3;
+    sensor.reading = Reading::Photometric;
+    sensor.max_slope = i % 3 ? 0.2 : 10;
+    std::uniform_real_distribution<double> weight(-0.3, 0.3);
+    for (auto* weights : {&sensor.photometric.wx, &sensor.photometric.wy})
+      for (auto& row : *weights)
+        for (double& w : row) w = weight(random);
+    // A grid that some normals lie beyond, with values that are nothing like the identity.
+    NormalTable& table = sensor.photometric.table.emplace();
+    table.side = std::array{3u, 9u, 17u}[static_cast<size_t>(i) % 3];
+    table.reach = 0.3;
+    for (uint32_t n = 0; n < table.side * table.side; ++n) {
+      table.nx.push_back(weight(random));
+      table.ny.push_back(weight(random));
+    }
+    const reference::Slopes slopes = reference::photometric_slopes(image, rest, sensor);
+    expect_reference(image, rest, sensor, slopes, 2e-4);
+    clipped += slopes.clipped;
+    // A table that is the identity changes nothing.
+    Sensor plain = sensor;
+    plain.photometric.table.reset();
+    table.nx.clear();
+    table.ny.clear();
+    for (uint32_t n = 0; n < table.side * table.side; ++n) {
+      table.nx.push_back(table.reach * (2.0 * (n % table.side) / (table.side - 1) - 1));
+      table.ny.push_back(table.reach * (2.0 * (n / table.side) / (table.side - 1) - 1));
+    }
+    const std::vector<float> with = right_side(image, rest, sensor, RightSides::Pixels);
+    const std::vector<float> without = right_side(image, rest, plain, RightSides::Pixels);
+    expect_near(with, std::vector<double>(without.begin(), without.end()), 1e-4, "identity", width);
+  }
+  EXPECT_GT(clipped, 20u);
+}
+
+TEST_F(SlopeTest, ShadingEqualsReference) {
+  std::mt19937 random(12);
+  uint64_t clipped = 0;
+  for (int i = 0; i < 60; ++i) {
+    const auto& [width, height] = kSizes[static_cast<size_t>(i) % kSizes.size()];
+    const uint32_t bits = std::array{8u, 12u, 16u}[static_cast<size_t>(i) % 3];
+    const FrameFormat format{width, height, 1, bits};
+    Frame image, rest;
+    image.reshape(format);
+    rest.reshape(format);
+    const double top = format.max_gray();
+    // A smooth blob: on white noise the direction of the slope hangs on the last bit of a vanishing gradient.
+    for (uint32_t y = 0; y < height; ++y) {
+      for (uint32_t x = 0; x < width; ++x) {
+        const double r2 = std::pow(x - 0.4 * width, 2) + std::pow(y - 0.6 * height, 2);
+        image.set(0, x, y,
+                  static_cast<uint32_t>(0.1 * top + 0.8 * top * std::exp(-r2 / (0.1 * width * height + 1))));
+        rest.set(0, x, y, static_cast<uint32_t>(0.1 * top));
+      }
+    }
+    Sensor sensor;
+    sensor.pitch_mm_per_px = 0.05;
+    sensor.bit_depth = bits;
+    sensor.saturation_gray = format.max_gray();
+    sensor.reading = Reading::Shading;
+    sensor.threshold_gray = 0.05 * top;
+    sensor.shading = {0.8 * top, 0.5};
+    sensor.max_slope = i % 4 ? 5 : 1;
+    const reference::Slopes slopes = reference::shading_slopes(image, rest, sensor);
+    expect_reference(image, rest, sensor, slopes, 1e-3);
+    clipped += slopes.clipped;
+  }
+  EXPECT_GT(clipped, 1000u);
+}
+
+}  // namespace
+}  // namespace palpate

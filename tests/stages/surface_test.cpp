@@ -1,0 +1,229 @@
+#include "engine/stages/surface.h"
+
+#include <algorithm>
+#include <random>
+
+#include "palpate/error.h"
+#include "engine/gpu/commands.h"
+#include "engine/stages/slope.h"
+#include "tests/support/gpu_fixture.h"
+#include "tests/scenes/heights.h"
+
+namespace palpate {
+namespace {
+
+struct Misfit {
+  double peak_to_valley = 0;  ///< relative error of the height between the truth's top and valley
+  double extremes = 0;        ///< relative error of largest minus smallest height, ringing at kinks included
+  double rms = 0;  ///< of the difference without its mean, relative to the truth's RMS about its mean
+};
+
+Misfit misfit(const std::vector<float>& got, const std::vector<double>& truth) {
+  double mean_got = 0, mean_truth = 0;
+  for (size_t i = 0; i < truth.size(); ++i) {
+    mean_got += double{got[i]};
+    mean_truth += truth[i];
+  }
+  mean_got /= double(truth.size());
+  mean_truth /= double(truth.size());
+  double wrong = 0, whole = 0;
+  for (size_t i = 0; i < truth.size(); ++i) {
+    const double t = truth[i] - mean_truth, g = double{got[i]} - mean_got;
+    wrong += (g - t) * (g - t);
+    whole += t * t;
+  }
+  // The range between the places of the truth's top and valley. A valley that is a plane (around a cap) is
+  // read at its median: where a slope jumps between two pixels their samples cannot tell where, and the
+  // heights beside the rim ring by a tenth of a pixel.
+  const auto [low, high] = std::minmax_element(truth.begin(), truth.end());
+  std::vector<double> valley;
+  for (size_t i = 0; i < truth.size(); ++i)
+    if (truth[i] == *low) valley.push_back(double{got[i]});
+  std::nth_element(valley.begin(), valley.begin() + static_cast<std::ptrdiff_t>(valley.size() / 2),
+                   valley.end());
+  const double range = double{got[static_cast<size_t>(high - truth.begin())]} - valley[valley.size() / 2];
+  const auto [got_low, got_high] = std::minmax_element(got.begin(), got.end());
+  return {std::abs(range / (*high - *low) - 1),
+          std::abs((double{*got_high} - double{*got_low}) / (*high - *low) - 1), std::sqrt(wrong / whole)};
+}
+
+std::vector<double> heights(const scenes::HeightField& field, uint32_t rows, uint32_t cols) {
+  std::vector<double> out;
+  for (uint32_t y = 0; y < rows; ++y)
+    for (uint32_t x = 0; x < cols; ++x) out.push_back(field.height(x, y));
+  return out;
+}
+
+std::vector<scenes::HeightField> fields(double width, double height) {
+  const double side = std::min(width, height);
+  return {scenes::tilt(), scenes::gaussian(width * 0.45, height * 0.55, side / 10, side / 20),
+          scenes::broad_press(width, height, side / 20),
+          scenes::cap(width * 0.52, height * 0.48, side * 0.4, side * 0.25)};
+}
+
+using SurfaceTest = GpuTest;
+
+// Peak-to-valley within 0.1 % of the truth from exact gradients.
+TEST_F(SurfaceTest, ConvergedAndExactHitTheTruth) {
+  for (const auto& [cols, rows] : {std::pair{640u, 480u}, {1392u, 1042u}, {333u, 251u}}) {
+    for (const auto& field : fields(cols, rows)) {
+      const auto given = scenes::gradients(field, rows, cols);
+      const auto truth = heights(field, rows, cols);
+      for (const SurfaceSolver solver :
+           {SurfaceSolver::Exact, SurfaceSolver::Converged, SurfaceSolver::Fine, SurfaceSolver::Live}) {
+        const Heights got = integrate_gradients(context(), given, rows, cols, solver);
+        const Misfit m = misfit(got.values, truth);
+        const char* name = solver == SurfaceSolver::Exact       ? "exact"
+                           : solver == SurfaceSolver::Converged ? "converged"
+                           : solver == SurfaceSolver::Fine      ? "fine"
+                                                                : "live";
+        std::printf("%4u x %4u %-14s %-9s peak-to-valley %.1e  extremes %.1e  rms %.1e  residual %.1e\n",
+                    cols, rows, field.name.c_str(), name, m.peak_to_valley, m.extremes, m.rms,
+                    got.evidence.residual);
+        // What stops early is within 1e-3 of smooth fields; a kink keeps it a little longer.
+        const bool whole = solver == SurfaceSolver::Exact || solver == SurfaceSolver::Converged;
+        const bool kink = field.name == "spherical cap";
+        EXPECT_LT(m.peak_to_valley, 1e-3) << field.name << " " << cols << " " << name;
+        EXPECT_LT(m.extremes, whole ? 8e-3 : 1.2e-2) << field.name << " " << cols << " " << name;
+        EXPECT_LT(m.rms, !kink ? 1e-3 : whole ? 3e-3 : 4e-3) << field.name << " " << cols << " " << name;
+      }
+    }
+  }
+}
+
+// GPU multigrid and CPU cosine transform solve the same equations: they agree on rough data, of all sizes and
+// shapes.
+TEST_F(SurfaceTest, ConvergedEqualsExactOnNoise) {
+  std::mt19937 random(4);
+  std::normal_distribution<float> normal(0, 1);
+  for (const auto& [cols, rows] : {std::pair{1u, 1u},
+                                   {2u, 1u},
+                                   {1u, 3u},
+                                   {3u, 3u},
+                                   {5u, 7u},
+                                   {16u, 16u},
+                                   {17u, 33u},
+                                   {64u, 48u},
+                                   {101u, 37u},
+                                   {257u, 129u},
+                                   {640u, 480u},
+                                   {1000u, 3u},
+                                   {3u, 1000u},
+                                   {2048u, 16u}}) {
+    std::vector<float> given(size_t{2} * rows * cols);
+    for (float& g : given) g = normal(random);
+    const Heights exact = integrate_gradients(context(), given, rows, cols, SurfaceSolver::Exact);
+    const Heights converged = integrate_gradients(context(), given, rows, cols, SurfaceSolver::Converged);
+    const double range = exact.evidence.peak_to_valley;
+    double worst = 0;
+    for (size_t i = 0; i < exact.values.size(); ++i)
+      worst = std::max(worst, std::abs(double{exact.values[i]} - double{converged.values[i]}));
+    std::printf("%4u x %4u worst difference %.1e of the range, residual %.1e\n", cols, rows,
+                range > 0 ? worst / range : worst, converged.evidence.residual);
+    EXPECT_LE(worst, 1e-3 * std::max(range, 1e-9)) << cols << " x " << rows;
+  }
+}
+
+// Slopes in, heights out, on one surface stage for frame after frame.
+class Frames {
+ public:
+  Frames(gpu::Context& context, uint32_t cols, uint32_t rows, bool warm_start)
+      : grid_(grid_for(cols, rows)),
+        surface_(context, cols, rows, SurfaceSolver::Converged, default_tuning(context), false, warm_start),
+        slope_(context, cols, rows, surface_.right_sides(), default_tuning(context)),
+        p_(context, "d/dx", grid_),
+        q_(context, "d/dy", grid_),
+        depth_(context, "heights", grid_),
+        staging_p_(context, "d/dx upload", grid_.bytes(), gpu::Memory::Upload),
+        staging_q_(context, "d/dy upload", grid_.bytes(), gpu::Memory::Upload),
+        heights_(context, "readback", grid_.bytes(), gpu::Memory::Readback),
+        commands_(context) {
+    commands_.begin();
+    commands_.copy(staging_p_, p_.buffer, grid_.bytes());
+    commands_.copy(staging_q_, q_.buffer, grid_.bytes());
+    commands_.barrier();
+    slope_.record_given(commands_, p_, q_, surface_);
+    surface_.record(commands_, depth_);
+    commands_.copy(depth_.buffer, heights_, grid_.bytes());
+    commands_.host_barrier();
+    commands_.end();
+  }
+
+  std::vector<float> solve(const std::vector<float>& gradients) {
+    for (uint32_t y = 0; y < grid_.height; ++y) {
+      for (uint32_t x = 0; x < grid_.width; ++x) {
+        const size_t from = 2 * (size_t{y} * grid_.width + x), to = size_t{y} * grid_.pitch * 4 + x;
+        staging_p_.as<float>()[to] = gradients[from];
+        staging_q_.as<float>()[to] = gradients[from + 1];
+      }
+    }
+    staging_p_.flush();
+    staging_q_.flush();
+    commands_.submit();
+    commands_.wait();
+    heights_.invalidate();
+    std::vector<float> out;
+    for (uint32_t y = 0; y < grid_.height; ++y)
+      for (uint32_t x = 0; x < grid_.width; ++x)
+        out.push_back(heights_.as<const float>()[size_t{y} * grid_.pitch * 4 + x]);
+    return out;
+  }
+
+ private:
+  Grid grid_;
+  Surface surface_;
+  Slope slope_;
+  FloatMap p_, q_, depth_;
+  gpu::DeviceBuffer staging_p_, staging_q_, heights_;
+  gpu::Commands commands_;
+};
+
+// A moving scene: from the last frame's heights one cycle comes as close as two or three from nothing.
+TEST_F(SurfaceTest, WarmStartFollowsAMovingScene) {
+  for (const auto& [cols, rows] : {std::pair{640u, 480u}, {333u, 251u}}) {
+    Frames cold(context(), cols, rows, false), warm(context(), cols, rows, true);
+    for (int t = 0; t < 8; ++t) {
+      const double shift = 3.0 * t, side = rows;
+      const auto field =
+          scenes::gaussian(0.4 * cols + shift, 0.5 * rows + 0.3 * shift, side / 10, side / 20 + t);
+      const auto given = scenes::gradients(field, rows, cols);
+      const auto truth = heights(field, rows, cols);
+      const double cold_rms = misfit(cold.solve(given), truth).rms,
+                   warm_rms = misfit(warm.solve(given), truth).rms;
+      std::printf("%4u x %4u frame %d: rms cold %.1e, warm %.1e\n", cols, rows, t, cold_rms, warm_rms);
+      EXPECT_LT(warm_rms, t == 0 ? 1e-4 : cols % 2 == 0 ? 2e-6 : 2e-5) << cols << " frame " << t;
+    }
+  }
+}
+
+// Rounding adds up in a heights' mean, which no slope determines; it must stay far below the heights.
+TEST_F(SurfaceTest, WarmStartDoesNotDrift) {
+  constexpr uint32_t kCols = 64, kRows = 48;
+  Frames warm(context(), kCols, kRows, true);
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> place(0.3, 0.7);
+  double first_mean = 0, mean = 0, worst = 0;
+  constexpr int kFrames = 3000;
+  for (int t = 0; t < kFrames; ++t) {
+    const auto field = scenes::gaussian(kCols * place(random), kRows * place(random), 6, 4);
+    const auto got = warm.solve(scenes::gradients(field, kRows, kCols));
+    mean = 0;
+    for (const float z : got) mean += double{z};
+    mean /= double(got.size());
+    if (t == 0) first_mean = mean;
+    if (t % 100 == 99) worst = std::max(worst, misfit(got, heights(field, kRows, kCols)).rms);
+  }
+  std::printf("after %d frames: mean moved %.1e px, worst rms %.1e\n", kFrames, mean - first_mean, worst);
+  EXPECT_LT(std::abs(mean - first_mean), 1e-2);
+  EXPECT_LT(worst, 5e-3);  // jumps from place to place are not small changes
+}
+
+TEST_F(SurfaceTest, RefusesWhatIsNoField) {
+  const std::vector<float> none;
+  EXPECT_THROW(integrate_gradients(context(), none, 0, 0, SurfaceSolver::Live), Error);
+  const std::vector<float> few(6);
+  EXPECT_THROW(integrate_gradients(context(), few, 2, 2, SurfaceSolver::Live), Error);
+}
+
+}  // namespace
+}  // namespace palpate

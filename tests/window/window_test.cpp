@@ -1,0 +1,351 @@
+// The window as a person uses it: the program on a display of its own, with real key presses and mouse
+// movements (xdotool); judged by what it writes, remembers and shows.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <thread>
+
+#include "tests/support/program_fixture.h"
+#include "viz/render/layout.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::json;
+using viz::Layout;
+using viz::ViewRect;
+
+/// A display that no other test draws on.
+class Desktop {
+ public:
+  Desktop(uint32_t width, uint32_t height) {
+    // A number of its own: the lowest free one may be taken by another test at the same moment.
+    for (int attempt = 0; attempt < 5 && name_.empty(); ++attempt)
+      start(width, height, 100 + (getpid() + 131 * attempt) % 900);
+  }
+  ~Desktop() { stop(); }
+  Desktop(const Desktop&) = delete;
+  Desktop& operator=(const Desktop&) = delete;
+
+  const std::string& name() const { return name_; }
+  /// False where xdotool failed.
+  bool tool(const std::string& words) const {
+    return std::system(("DISPLAY=" + name_ + " xdotool " + words + " >/dev/null 2>&1").c_str()) == 0;
+  }
+  void key(const std::string& keys) const {
+    EXPECT_TRUE(tool("key --delay 60 " + keys)) << keys;
+    rest();
+  }
+  void click(int x, int y) const {
+    EXPECT_TRUE(tool("mousemove " + std::to_string(x) + " " + std::to_string(y)));
+    rest();
+    EXPECT_TRUE(tool("mousedown 1"));
+    rest();
+    EXPECT_TRUE(tool("mouseup 1"));
+    rest();
+  }
+  void drag(double x0, double y0, double x1, double y1) const {
+    const auto move = [&](double x, double y) {
+      EXPECT_TRUE(tool("mousemove " + std::to_string(std::lround(x)) + " " + std::to_string(std::lround(y))));
+      rest();
+    };
+    move(x0, y0);
+    EXPECT_TRUE(tool("mousedown 1"));
+    rest();
+    for (const double t : {0.25, 0.5, 0.75, 1.0}) move(x0 + t * (x1 - x0), y0 + t * (y1 - y0));
+    EXPECT_TRUE(tool("mouseup 1"));
+    rest();
+  }
+  static void rest() { std::this_thread::sleep_for(std::chrono::milliseconds(250)); }
+
+ private:
+  void start(uint32_t width, uint32_t height, int number) {
+    int ends[2];
+    if (pipe(ends) != 0) return;
+    const std::string screen = std::to_string(width) + "x" + std::to_string(height) + "x24";
+    const std::string name = ":" + std::to_string(number), ready = std::to_string(ends[1]);
+    server_ = fork();
+    if (server_ == 0) {
+      close(ends[0]);
+      dup2(open("/dev/null", O_WRONLY), STDERR_FILENO);
+      execlp("Xvfb", "Xvfb", name.c_str(), "-displayfd", ready.c_str(), "-noreset", "-screen", "0",
+             screen.c_str(),
+             nullptr);  // without a reset: it is deaf for a moment after its last client left
+      _exit(127);
+    }
+    close(ends[1]);
+    // To the end of its line: a server whose word nobody takes gives up.
+    for (char said = 0; read(ends[0], &said, 1) == 1;) {
+      if (said != '\n') continue;
+      name_ = name;
+      break;
+    }
+    close(ends[0]);
+    for (int i = 0; i < 20 && !name_.empty(); ++i) {
+      if (tool("getdisplaygeometry")) return;
+      rest();
+    }
+    stop();
+  }
+  void stop() {
+    if (server_ > 0) {
+      kill(server_, SIGTERM);
+      waitpid(server_, nullptr, 0);
+    }
+    server_ = -1;
+    name_.clear();
+  }
+
+  std::string name_;
+  pid_t server_ = -1;
+};
+
+class WindowTest : public Program {
+ protected:
+  void SetUp() override {
+    Program::SetUp();
+    if (std::system("command -v xdotool >/dev/null && command -v Xvfb >/dev/null") != 0)
+      GTEST_SKIP() << "no xdotool or no Xvfb";
+  }
+  void TearDown() override {
+    if (child_ > 0) {
+      kill(child_, SIGKILL);
+      waitpid(child_, nullptr, 0);
+    }
+    Program::TearDown();
+  }
+  fs::path config() const { return folder_ / "config" / "window.json"; }
+  fs::path home() const { return folder_ / "home"; }
+
+  void open(const std::vector<std::string>& arguments, uint32_t width = 1280, uint32_t height = 800) {
+    desktop_.emplace(width, height);
+    ASSERT_FALSE(desktop_->name().empty()) << "no Xvfb";
+    fs::create_directories(home());
+    child_ = start(arguments, {.environment = {{"DISPLAY", desktop_->name()},
+                                               {"WAYLAND_DISPLAY", ""},
+                                               {"HOME", home()},
+                                               {"PALPATE_CONFIG", config()}}});
+  }
+  static bool wait_for(const std::function<bool()>& what) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(40);
+    while (std::chrono::steady_clock::now() < end) {
+      if (what()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return false;
+  }
+  bool titled(const std::string& pattern) const {
+    return wait_for([&] { return desktop_->tool("search --name '" + pattern + "'"); });
+  }
+  static bool exists(const fs::path& file) {
+    return wait_for([&] { return fs::exists(file); });
+  }
+  /// Pictures come: a snapshot was asked for and written to `folder`.
+  bool drawn(const fs::path& folder) const {
+    return titled("palpate: ") && wait_for([&] {
+             desktop_->key("s");
+             return fs::exists(folder / "palpate-0001.csv");
+           });
+  }
+  Ended quit(const std::string& key = "q") {
+    desktop_->key(key);
+    return ended();
+  }
+  /// Killed where it does not end: a failure, never a test that hangs.
+  Ended ended() {
+    siginfo_t state{};
+    if (!wait_for([&] {
+          state.si_pid = 0;
+          return waitid(P_PID, static_cast<id_t>(child_), &state, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+                 state.si_pid == child_;
+        })) {
+      ADD_FAILURE() << "the program does not end";
+      kill(child_, SIGKILL);
+    }
+    return finish(std::exchange(child_, -1));
+  }
+  Json remembered() const { return Json::parse(slurp(config())); }
+
+  std::optional<Desktop> desktop_;
+  pid_t child_ = -1;
+};
+
+TEST_F(WindowTest, FromTheListToATouchAndBack) {
+  open({});
+  ASSERT_TRUE(titled("^palpate$"));
+  Desktop::rest();
+  // A file that is not there: one line in the window, and the list goes on.
+  const int typed_y = 646, first_recent_y = 129;
+  desktop_->click(300, typed_y);
+  EXPECT_TRUE(desktop_->tool("type --delay 20 /nowhere/touch.avi"));
+  Desktop::rest();
+  desktop_->key("Return");
+  Desktop::rest();
+  EXPECT_TRUE(desktop_->tool("search --name '^palpate$'"));
+  desktop_->click(1200, 500);  // out of the text
+  desktop_->key("Down Return");
+  ASSERT_TRUE(titled("palpate: synthetic:press"));
+  EXPECT_TRUE(drawn(home() / "palpate"));
+  desktop_->key("m");
+  EXPECT_TRUE(exists(home() / "palpate" / "events.csv"));
+  EXPECT_TRUE(contains(slurp(home() / "palpate" / "events.csv"), ",mark,1"));
+  const cv::Mat picture = cv::imread(home() / "palpate" / "palpate-0001.png");
+  EXPECT_EQ(picture.cols, 1280);
+  EXPECT_EQ(picture.rows, 720);
+  EXPECT_EQ(cv::imread(home() / "palpate" / "palpate-0001-frame.png", cv::IMREAD_UNCHANGED).cols, 640);
+  Table(slurp(home() / "palpate" / "palpate-0001.csv")).expect_whole();
+
+  desktop_->key("b");
+  ASSERT_TRUE(titled("^palpate$"));
+  Desktop::rest();
+  desktop_->click(200, first_recent_y);  // now with one line
+  EXPECT_TRUE(titled("palpate: synthetic:press"));
+  const Ended done = quit("Escape");
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  const Json kept = remembered();
+  ASSERT_EQ(kept["recent"].size(), 1u);
+  EXPECT_TRUE(contains(kept["recent"][0]["input"], "synthetic:press"));
+}
+
+TEST_F(WindowTest, EveryKeyDoesWhatTheHelpSays) {
+  open({"live", "synthetic:press?size=320x240&mode=gel&repeat=0", "--out", folder_ / "out"});
+  ASSERT_TRUE(drawn(folder_ / "out"));
+  desktop_->key("d o x l g y p k j n bracketright");
+  desktop_->key("ctrl+Right ctrl+Down");
+  desktop_->key("h Escape i Escape");
+  desktop_->key("c ctrl+plus");
+  const Ended done = quit();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  const Json kept = remembered();
+  EXPECT_EQ(kept["colours"], "strain") << "a gel reads no pressure";
+  EXPECT_EQ(kept["colour_map"], "cividis");
+  EXPECT_EQ(kept["section"], true);
+  for (const char* off : {"light", "grid", "axes", "charts", "contacts", "skin", "controls"})
+    EXPECT_EQ(kept[off], false) << off;
+  EXPECT_EQ(kept["skin_strain"], "stretch");
+  EXPECT_EQ(kept["chart_span_s"], 30);
+  EXPECT_NEAR(kept["section_line"][0], 0.09, 1e-9);
+  EXPECT_NEAR(kept["section_line"][1], 0.51, 1e-9);
+  EXPECT_NEAR(kept["text_scale"], 1.15, 1e-3);
+}
+
+TEST_F(WindowTest, TheSectionFollowsTheMouse) {
+  fs::create_directories(config().parent_path());
+  spill(config(),
+        R"({"palpate_window": 1, "section": true, "controls": false, "width": 1000, "height": 640})");
+  open({"live", "synthetic:press?size=320x240&mode=gel&repeat=0", "--out", folder_ / "out"});
+  ASSERT_TRUE(drawn(folder_ / "out"));
+  const Layout layout = viz::make_layout({1000, 640}, 1, {320, 240, 3, 8}, true, {true, true});
+  const ViewRect& image = layout.image;
+  const auto x = [&](double share) { return image.x + share * image.width; };
+  const auto y = [&](double share) { return image.y + share * image.height; };
+  desktop_->drag(x(0.08), y(0.5), x(0.3), y(0.2));
+  const Ended done = quit();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  const Json line = remembered()["section_line"];
+  EXPECT_NEAR(line[0], 0.3, 0.02);
+  EXPECT_NEAR(line[1], 0.2, 0.02);
+  EXPECT_NEAR(line[2], 0.92, 1e-9) << "the other end stays";
+  EXPECT_EQ(remembered()["width"], 1000);
+}
+
+TEST_F(WindowTest, ZeroMarkAndRecordAreWrittenWhereTheyBelong) {
+  const fs::path out = folder_ / "out";
+  open({"live", "synthetic:slide?size=320x240&repeat=0", "--out", out});
+  ASSERT_TRUE(titled("palpate: synthetic"));
+  // Zeroing takes a touch: until there is one.
+  EXPECT_TRUE(wait_for([&] {
+    desktop_->key("z");
+    return contains(slurp(out / "events.csv"), ",zero,force_N=");
+  }));
+  desktop_->key("w");
+  fs::path session;
+  ASSERT_TRUE(wait_for([&] {
+    for (const auto& entry : fs::directory_iterator(out))
+      if (entry.path().filename().string().rfind("session-", 0) == 0) session = entry.path();
+    return !session.empty();
+  }));
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  const auto logged = [&](const std::string& event) {
+    return wait_for([&] { return contains(slurp(session / "events.csv"), event); });
+  };
+  desktop_->key("shift+m");
+  EXPECT_TRUE(desktop_->tool("type --delay 40 'let go, q'"));  // no key of the view meanwhile
+  desktop_->key("Return");
+  EXPECT_TRUE(logged(",mark,\"let go, q\"")) << slurp(session / "events.csv");
+  desktop_->key("shift+z");
+  EXPECT_TRUE(logged(",zero ended,")) << slurp(session / "events.csv");
+  desktop_->key("w");
+  const Ended done = quit();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  // What was written is as it was measured: the same digits again.
+  const Ended again = run({"process", session, "--out", folder_ / "again", "--as-recorded"});
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+}
+
+TEST_F(WindowTest, DamagedSettingsAreOneLineAndDefaults) {
+  fs::create_directories(config().parent_path());
+  spill(config(), "{\"palpate_window\": 1, \"width\": ");
+  open({"live", "synthetic:still?size=160x120", "--frames", "20", "--close"});
+  const Ended done = ended();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_TRUE(contains(done.err, "window.json")) << done.err;
+  EXPECT_EQ(remembered()["width"], 1280);
+}
+
+TEST_F(WindowTest, AReplayedFrameIsShownAsStored) {
+  const fs::path rec = folder_ / "rec";
+  ASSERT_EQ(
+      run({"record", "synthetic:press?size=320x240&mode=gel", "--out", rec, "--frames", "80"}).exit_code, 0);
+  fs::create_directories(config().parent_path());
+  spill(config(), R"({"palpate_window": 1, "section": true, "colour_map": "magma"})");
+  open({"replay", rec, "--from", "2", "--out", folder_ / "out"});
+  ASSERT_TRUE(titled("palpate: "));
+  // On a slow machine keys wait for the first pictures: until a snapshot shows the last frame, at rest.
+  std::string stem, frame;
+  for (int attempt = 1; attempt <= 8 && (frame != "79" || attempt <= 2); ++attempt) {
+    desktop_->key("End");
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    desktop_->key("s");
+    stem = (folder_ / "out" / ("palpate-000" + std::to_string(attempt))).string();
+    ASSERT_TRUE(exists(stem + ".csv"));
+    frame = Table(slurp(stem + ".csv")).at(0, "frame");
+  }
+  EXPECT_EQ(frame, "79");
+  EXPECT_EQ(quit().exit_code, 0);
+  const cv::Mat picture = cv::imread(stem + ".png");
+  ASSERT_FALSE(picture.empty());
+  // The surface and the raw image; rates, latencies and the charts' past differ from run to run.
+  const Layout layout = viz::make_layout({1280, 720}, 1, {320, 240, 3, 8}, true, {true, true});
+  cv::Mat shown(picture.rows, picture.cols, picture.type(), cv::Scalar::all(0));
+  for (const ViewRect& part : {layout.surface, layout.image}) {
+    const cv::Rect rect(part.x, part.y, static_cast<int>(part.width), static_cast<int>(part.height));
+    picture(rect).copyTo(shown(rect));
+  }
+  cv::resize(shown, shown, {}, 0.25, 0.25, cv::INTER_AREA);
+  const fs::path file = fs::path(PALPATE_SOURCE_DIR) / "tests" / "data" / "window" / "replay.png";
+  if (std::getenv("PALPATE_STORE_PICTURES")) {
+    cv::imwrite(file, shown);
+    GTEST_SKIP() << "stored " << file;
+  }
+  const cv::Mat stored = cv::imread(file);
+  ASSERT_EQ(stored.size(), shown.size());
+  cv::Mat difference;
+  cv::absdiff(stored, shown, difference);
+  cv::blur(difference, difference, {5, 5});
+  double largest = 0;
+  cv::minMaxLoc(difference.reshape(1), nullptr, &largest);
+  const cv::Scalar mean = cv::mean(difference);
+  EXPECT_LT((mean[0] + mean[1] + mean[2]) / 3, 2);
+  EXPECT_LT(largest, 60);  // the mesh adapts to the machine's speed
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,42 @@
+// Options of a pressed block of tissue on the command line, and what watches presses of it.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "viz/commands/command.h"
+#include "capture/run/input.h"
+#include "engine/palpation/press_monitor.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace palpate {
+
+/// --block-mm and --young-Pa, the latter returned.
+CLI::Option* add_block(CLI::App& command, std::vector<double>& block_mm, double& young_Pa);
+
+/// What the person says of the block. Nothing: only what an input knows itself.
+struct BlockChoice {
+  std::vector<double> block_mm;   ///< length, width, thickness; empty: 40 40 20
+  double young_Pa = 0;            ///< of the tissue; 0: not said
+  std::vector<double> window_mm;  ///< the window's middle from the block's; empty: 0 0
+  std::string gauge;  ///< CSV of the force on the block, or "truth" of a synthetic block; empty: not said
+
+  /// The choice must outlive the parsing.
+  void add_to(CLI::App& command);
+  bool given() const { return !block_mm.empty() || young_Pa > 0 || !window_mm.empty() || !gauge.empty(); }
+};
+
+/// Watches presses where a block is known: from `choice`, or because the input is the synthetic one. Null
+/// where it is not. A gauge's table that counts time is brought together with a recording, which is read once
+/// for that. `round`: frames after which the numbers of a looped recording begin anew; 0: never. Throws
+/// Error(Failure::Usage) on a block without a modulus and on a gauge beside a camera, and what measure_press
+/// throws.
+std::unique_ptr<viz::PressWatch> watch_presses(const BlockChoice& choice, const MeasuredInput& input,
+                                               const Frame& background, uint64_t round = 0);
+
+}  // namespace palpate

@@ -1,0 +1,30 @@
+// palpate calibrate: known touches in, a field of the sensor file out.
+#include "viz/commands/calibrate/calibrate.h"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+
+namespace palpate {
+
+std::string input_exists(const std::string& input) {
+  std::error_code error;
+  if (input.rfind("synthetic:", 0) == 0 || input.rfind("camera:", 0) == 0 ||
+      std::filesystem::exists(input, error))
+    return {};
+  return "nothing at '" + input + "'";
+}
+
+void add_calibrate(CLI::App& program, Common& common, Command& chosen) {
+  CLI::App* group = program.add_subcommand("calibrate", "Find a sensor's calibration from known touches");
+  group->require_subcommand(1);
+  add_calibrate_background(*group, common, chosen);
+  add_calibrate_flat(*group, common, chosen);
+  add_calibrate_scale(*group, common, chosen);
+  add_calibrate_force(*group, common, chosen);
+  add_calibrate_shear(*group, common, chosen);
+  add_calibrate_photometric(*group, common, chosen);
+  add_calibrate_lookup(*group, common, chosen);
+  add_calibrate_lights(*group, common, chosen);
+}
+
+}  // namespace palpate

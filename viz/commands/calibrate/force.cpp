@@ -1,0 +1,169 @@
+// palpate calibrate force: recordings beside a force gauge in, a sensor file with its force calibration out.
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "capture/files/images.h"
+#include "capture/files/output_file.h"
+#include "capture/source.h"
+#include "palpate/error.h"
+#include "engine/gpu/context.h"
+#include "viz/report/gnuplot.h"
+#include "capture/calibrate/force.h"
+#include "viz/commands/command.h"
+#include "viz/commands/calibrate/calibrate.h"
+#include "viz/commands/calibrate/gauged.h"
+#include "viz/commands/one_of.h"
+#include "viz/report/plot_script.h"
+
+namespace palpate {
+namespace {
+
+const std::map<std::string, ForceSignal> kSignalNames = {{"gray-sum", ForceSignal::GraySum},
+                                                         {"gradient", ForceSignal::Gradient},
+                                                         {"area", ForceSignal::Area},
+                                                         {"volume", ForceSignal::Volume}};
+const std::map<std::string, ForceModel> kModelNames = {
+    {"line", ForceModel::Line}, {"power", ForceModel::Power}, {"spline", ForceModel::Spline}};
+
+struct Options : GaugedOptions {
+  std::vector<std::string> checks, check_gauges;
+  std::string branches = "auto";
+  bool keep_border = false;
+  std::optional<ForceSignal> signal;
+  std::optional<ForceModel> model;
+  std::vector<double> images_N;
+};
+
+std::optional<bool> branches_of(const std::string& text) {
+  if (text == "auto") return std::nullopt;
+  return text == "apart";
+}
+
+/// The frames of the first recording that come nearest to some forces while loading, as files, and a script
+/// that shows them side by side with their force and gray sum (as the paper's Fig. 11 does).
+std::string write_images(const MeasuredInput& input, const ForceOutcome& outcome,
+                         const std::vector<double>& forces_N, const std::string& stem) {
+  std::map<uint64_t, const ForceSample*> wanted;  // by frame
+  for (const double force_N : forces_N) {
+    const ForceSample* nearest = nullptr;
+    for (size_t i = 0; i < outcome.samples.size(); ++i) {
+      const ForceSample& s = outcome.samples[i];
+      if (s.recording != 0 || s.left_out != LeftOut::Used || outcome.choice.unloading_share[i] > 0.5)
+        continue;
+      if (!nearest || std::abs(s.force_N - force_N) < std::abs(nearest->force_N - force_N)) nearest = &s;
+    }
+    constexpr double kNear = 0.02;
+    if (!nearest || std::abs(nearest->force_N - force_N) > kNear * outcome.choice.calibration.force_max_N) {
+      char text[64];
+      std::snprintf(text, sizeof text, "%.4g N", force_N);
+      throw Error(Failure::Usage, "--images at forces that the first recording has while loading",
+                  std::string("none near ") + text, "other forces");
+    }
+    wanted[nearest->frame] = nearest;
+  }
+  const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
+  std::string plots;
+  for (Frame frame; source->next(frame) && frame.sequence <= wanted.rbegin()->first;) {
+    const auto found = wanted.find(frame.sequence);
+    if (found == wanted.end()) continue;
+    const std::string file = stem + "_" + numbered_name(frame.sequence, "png");
+    write_whole(file, encode_image(frame, ".png"));
+    char title[120];
+    std::snprintf(title, sizeof title, "%.3f N, G = %.4g gray levels", found->second->force_N,
+                  found->second->reading.gray_sum);
+    plots += "set title " + perf::gnuplot_quoted(title) + "\nplot " + perf::gnuplot_quoted(file) +
+             " binary filetype=png with rgbimage notitle\n";
+  }
+  return "set terminal pngcairo size " + std::to_string(420 * wanted.size()) +
+         ",380 noenhanced font 'DejaVu Sans,11'\nset multiplot layout 1," + std::to_string(wanted.size()) +
+         "\nset size ratio -1\nunset xtics\nunset ytics\n" + plots + "unset multiplot\n";
+}
+
+Report force(const Common& common, const Options& options) {
+  const std::vector<std::string> gauges = paired(options.inputs, options.gauges, "--gauge"),
+                                 check_gauges = paired(options.checks, options.check_gauges, "--check-gauge");
+  GaugeRequest request{"", GaugeColumns::Normal, parse_alignment(options.align), options.rate_Hz};
+  const std::unique_ptr<gpu::Context> context = open_device(common);
+  MeasuredInput first;
+  const auto measure = [&](const std::string& input, const std::string& gauge) {
+    MeasuredInput found = find_scaled_input(common, input, options);
+    // A volume needs the surface; without it that work is saved.
+    if (options.signal && options.signal != ForceSignal::Volume)
+      found.outputs = static_cast<uint32_t>(Output::Force);
+    if (options.signal.value_or(ForceSignal::Gradient) == ForceSignal::Gradient &&
+        may_show_slopes(found.sensor, options.signal.has_value()))
+      found.outputs |= static_cast<uint32_t>(Output::Gradient);
+    if (first.input.empty()) first = found;
+    request.gauge = gauge;
+    return measure_beside_gauge(*context, common, found, request);
+  };
+  std::vector<GaugedRecording> recordings;
+  for (size_t i = 0; i < options.inputs.size(); ++i)
+    recordings.push_back(measure(options.inputs[i], gauges[i]));
+  if (interrupted()) return {"", "", kInterrupted};
+  ForceOutcome outcome =
+      calibrate_force(std::move(recordings), {options.signal, options.model, branches_of(options.branches)},
+                      options.keep_border);
+  for (size_t i = 0; i < options.checks.size(); ++i)
+    outcome.checks.push_back(check_force(outcome.choice.calibration,
+                                         measure(options.checks[i], check_gauges[i]), options.keep_border));
+  if (interrupted()) return {"", "", kInterrupted};
+
+  Sensor sensor = options.sensor.empty() ? first.sensor : load_sensor(options.sensor);
+  sensor.force = outcome.choice.calibration;
+  save_sensor(sensor, common.out);
+  const std::string stem = plot_stem(common, options, "_force");
+  write_whole(stem + ".csv", std::string_view(samples_csv(outcome)));
+  std::string written = "written: " + common.out.string() + ", " + stem + ".csv";
+  draw_plot(plot_script(outcome, false), stem + ".png", written);
+  draw_plot(plot_script(outcome, true), stem + ".svg", written);
+  if (!options.images_N.empty())
+    draw_plot(write_images(first, outcome, options.images_N, stem), stem + "_images.png", written);
+  const int code = validation_clean(*context) ? 0 : kInternalError;
+  return {describe(outcome) + "\n" + written, to_json(outcome, common.out.string()), code};
+}
+
+}  // namespace
+
+void add_calibrate_force(CLI::App& group, Common& common, Command& chosen) {
+  CLI::App* command =
+      group.add_subcommand("force", "Signal to newtons, from recordings beside a force gauge");
+  auto options = std::make_shared<Options>();
+  add_gauged_options(
+      *command, *options, common,
+      "CSV with time_s (or _ms, _us, _ns) or frame, and force_N (or _mN, _kN, _gf, _kgf, _lbf)");
+  command
+      ->add_option("--signal", options->signal,
+                   "gray-sum, gradient (of gels), area or volume (default: as held-out presses "
+                   "say)")
+      ->transform(one_of(kSignalNames));
+  command->add_option("--model", options->model, "line, power or spline (default: as held-out presses say)")
+      ->transform(one_of(kModelNames));
+  command
+      ->add_option("--branches", options->branches,
+                   "Loading and unloading: apart, together, or auto (as held-out presses say)")
+      ->check(CLI::IsMember({"auto", "apart", "together"}))
+      ->capture_default_str();
+  command->add_flag("--keep-border", options->keep_border,
+                    "Use contacts that reach the frame's border too (their forces say so when measured)");
+  command->add_option("--check", options->checks, "Recordings to judge the result by; not used for the fit");
+  command->add_option("--check-gauge", options->check_gauges, "Their gauge tables");
+  command
+      ->add_option("--images", options->images_N,
+                   "Forces, N, whose frames are written and shown side by side with their gray sums")
+      ->delimiter(',');
+  add_common(
+      *command, common,
+      "  palpate calibrate force out/press --gauge gauge.csv --out pad_calibrated.json\n"
+      "  palpate calibrate force a.avi b.avi --gauge a.csv --gauge b.csv --sensor gel.json --out gel2.json\n"
+      "  palpate calibrate force a.avi --gauge a.csv --check b.avi --check-gauge b.csv --sensor gel.json \\\n"
+      "      --out gel2.json\n"
+      "  palpate calibrate force synthetic:press --gauge truth --out pad.json\n"
+      "Beside --out lie its plot (OUT_force.png, .svg) and its points (OUT_force.csv).\n");
+  command->callback(
+      [&common, &chosen, options] { chosen = [&common, options] { return force(common, *options); }; });
+}
+
+}  // namespace palpate

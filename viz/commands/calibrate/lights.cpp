@@ -1,0 +1,116 @@
+// palpate calibrate lights: images of a known shape, each under a light of its own, in; what turns such
+// images into slopes out.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "palpate/error.h"
+#include "engine/calibrate/light_stack_check.h"
+#include "capture/calibrate/origin.h"
+#include "viz/commands/command.h"
+#include "viz/commands/calibrate/calibrate.h"
+#include "capture/files/light_files.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::vector<fs::path> images;
+  fs::path height;
+  double pitch_mm_per_px = 0;
+  std::optional<int> order;
+};
+
+Report lights(const Common& common, const Options& options) {
+  const LightImages images = read_light_images(options.images);
+  const std::vector<float> truth_mm = read_heights(options.height, images);
+  catch_interrupts();
+  std::vector<HeldOutHeights> tried;
+  const int lowest = options.order.value_or(0), highest = options.order.value_or(2);
+  ProgressBar bar(common, "orders tried", static_cast<uint64_t>(highest - lowest + 1));
+  for (int order = lowest; order <= highest; ++order) {
+    tried.push_back(judge_light_stack(images, truth_mm, options.pitch_mm_per_px, order));
+    bar.update(tried.size());
+    if (interrupted()) return {"", "", kInterrupted};
+  }
+  const HeldOutHeights best = *std::min_element(
+      tried.begin(), tried.end(),
+      [](const HeldOutHeights& a, const HeldOutHeights& b) { return a.bands_mm < b.bands_mm; });
+  LightCalibration calibration;
+  const std::vector<uint8_t> all(truth_mm.size(), 1);
+  calibration.stack = fit_light_stack(images, truth_mm, all, options.pitch_mm_per_px, best.order);
+  calibration.width = images.width;
+  calibration.height = images.height;
+  calibration.pitch_mm_per_px = options.pitch_mm_per_px;
+  calibration.bands_mm = best.bands_mm;
+  calibration.halves_mm = best.halves_mm;
+  char line[300];
+  std::snprintf(line, sizeof line, "%zu lights, order %d, heights %.1f um RMS on bands held out",
+                images.images.size(), best.order, 1e3 * best.bands_mm);
+  calibration.origin = origin_now(options.images.front().parent_path().filename().string() + " beside " +
+                                      options.height.filename().string(),
+                                  line);
+  save_light_calibration(calibration, common.out);
+
+  nlohmann::ordered_json orders = nlohmann::ordered_json::array();
+  std::string text = "order of the light over the frame   held-out bands, um RMS   held-out halves, um RMS\n";
+  for (const HeldOutHeights& h : tried) {
+    orders.push_back({{"order", h.order}, {"bands_rms_mm", h.bands_mm}, {"halves_rms_mm", h.halves_mm}});
+    std::snprintf(line, sizeof line, "%-33d %24.1f %25.1f%s\n", h.order, 1e3 * h.bands_mm, 1e3 * h.halves_mm,
+                  h.order == best.order && tried.size() > 1 ? "   <- taken" : "");
+    text += line;
+  }
+  std::snprintf(line, sizeof line,
+                "slopes explained: %.1f %% across, %.1f %% down; %u x %u px at %.6g mm/px\nwritten: ",
+                100 * calibration.stack.explained_x, 100 * calibration.stack.explained_y, images.width,
+                images.height, options.pitch_mm_per_px);
+  const nlohmann::ordered_json value = {{"lights_file", common.out.string()},
+                                        {"lights", images.images.size()},
+                                        {"order", best.order},
+                                        {"orders", orders},
+                                        {"explained_x", calibration.stack.explained_x},
+                                        {"explained_y", calibration.stack.explained_y},
+                                        {"bands_rms_mm", best.bands_mm},
+                                        {"halves_rms_mm", best.halves_mm}};
+  return {text + line + common.out.string(),
+          value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace), 0};
+}
+
+}  // namespace
+
+void add_calibrate_lights(CLI::App& group, Common& common, Command& chosen) {
+  CLI::App* command = group.add_subcommand(
+      "lights", "Photometric stereo with three lights or more, one gray image each, from a known shape");
+  auto options = std::make_shared<Options>();
+  command->add_option("IMAGE", options->images, "Gray images of one size, in the order of the lights")
+      ->required();
+  command
+      ->add_option("--height", options->height,
+                   "Heights of what the images show, mm: NumPy array, rows x columns (NaN: not known), or a "
+                   "scanner's TrueMap file (.tmd)")
+      ->required();
+  command->add_option("--pitch", options->pitch_mm_per_px, "mm per px")
+      ->required()
+      ->check(CLI::Range(1e-6, 100.0));
+  command
+      ->add_option("--order", options->order,
+                   "Of the polynomial by which the light varies over the frame, 0 to 3 (default: 0, 1 or 2, "
+                   "as held-out bands say)")
+      ->check(CLI::Range(0, 3));
+  command->add_option("--out", common.out, "File to write")->required()->option_text("FILE (required)");
+  add_common(*command, common,
+             "  palpate calibrate lights image0*.png --height heights.npy --pitch 0.0275 --out lights.json\n"
+             "  palpate integrate other0*.png --lights lights.json --out out/height\n"
+             "Errors are of heights on pixels that the fit did not use, offset and tilt removed: every other "
+             "eighth of the\n"
+             "rows (places seen, shapes not), and the upper or the lower half (places not seen either).\n");
+  command->callback(
+      [&common, &chosen, options] { chosen = [&common, options] { return lights(common, *options); }; });
+}
+
+}  // namespace palpate

@@ -1,0 +1,110 @@
+// palpate calibrate lookup: presses of a known ball into a gray gel in, its table of depth over change out.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "palpate/error.h"
+#include "palpate/sensor.h"
+#include "engine/calibrate/lookup_fit.h"
+#include "capture/calibrate/origin.h"
+#include "viz/commands/calibrate/balls.h"
+#include "viz/commands/calibrate/calibrate.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+Report lookup(const Common& common, const BallOptions& options) {
+  check_ball_options(options);
+  const Sensor original = load_sensor(options.sensor);
+  if (original.channels != 1)
+    throw Error(Failure::Sensor, "a gray sensor (\"channels\": 1) in " + options.sensor.string(),
+                std::to_string(original.channels) + " channels",
+                "palpate calibrate photometric for a colour gel, or \"channels\": 1");
+  if (original.filter == Filter::None)
+    throw Error(Failure::Sensor, "contact.filter 'binomial5' for a reading of one gray image", "'none'",
+                "another filter in " + options.sensor.string());
+  const Sensor reading = with_background(original, options);
+  catch_interrupts();
+  const BallPresses found = presses_of(common, options, reading, true, 1);
+  if (interrupted()) return {"", "", kInterrupted};
+
+  LookupFit fit(reading.pitch_mm_per_px);
+  for (size_t i = 0; i < found.presses.size(); ++i) {
+    const BallPress& p = found.presses[i];
+    fit.add_ball(p.frame, found.backgrounds[i], original.signal, p.ball.center_x_px, p.ball.center_y_px,
+                 p.ball.radius_px, p.ball_radius_mm, p.label, p.mask);
+  }
+  const LookupFitResult result = fit.solve();
+  char note[160];
+  std::snprintf(note, sizeof note, "%zu presses, held out %s: depth %.4f mm RMS", result.presses.size(),
+                result.by_press ? "one at a time" : "by sectors of one press", result.depth_rmse_mm);
+  Sensor calibrated = original;
+  calibrated.reading = Reading::Lookup;
+  calibrated.lookup = result.calibration;
+  calibrated.lookup.origin = origin_now(fs::path(options.input).filename().string(), note);
+  calibrated.size_px = {found.format.width, found.format.height};
+  save_sensor(calibrated, common.out);
+
+  nlohmann::ordered_json presses = nlohmann::ordered_json::array(), refused = presses;
+  std::string text =
+      "press                       center_px       radius_px   depth_mm  rmse_mm   mean_mm   (held out)\n";
+  for (size_t i = 0; i < result.presses.size(); ++i) {
+    const HeldOutLookup& p = result.presses[i];
+    const FoundBall& ball = found.presses[i].ball;
+    presses.push_back({{"press", p.label},
+                       {"center_x_px", ball.center_x_px},
+                       {"center_y_px", ball.center_y_px},
+                       {"contact_radius_px", ball.radius_px},
+                       {"contact_px", p.contact_px},
+                       {"largest_depth_mm", p.largest_depth_mm},
+                       {"depth_rmse_mm", p.depth_rmse_mm},
+                       {"depth_error_mm", p.depth_error_mm}});
+    char row[256];
+    std::snprintf(row, sizeof row, "%-26.80s %7.1f %7.1f %9.1f %10.3f %8.4f %9.4f\n", p.label.c_str(),
+                  ball.center_x_px, ball.center_y_px, ball.radius_px, p.largest_depth_mm, p.depth_rmse_mm,
+                  p.depth_error_mm);
+    text += row;
+  }
+  for (const RefusedPress& r : found.refused) {
+    refused.push_back({{"press", r.label}, {"reason", r.reason}});
+    text += "not used: " + r.label + ": " + r.reason + "\n";
+  }
+  const auto& points = result.calibration.points;
+  const nlohmann::ordered_json value = {{"sensor", common.out.string()},
+                                        {"presses", presses},
+                                        {"refused", refused},
+                                        {"points", points.size()},
+                                        {"gray_max", points.back()[0]},
+                                        {"depth_max_mm", points.back()[1]},
+                                        {"held_out", result.by_press ? "press" : "sector"},
+                                        {"depth_rmse_held_out_mm", result.depth_rmse_mm}};
+  char all[256];
+  std::snprintf(all, sizeof all,
+                "all: depth %.4f mm RMS, held out %s; %zu points up to %.1f gray and %.3f mm\nwritten: ",
+                result.depth_rmse_mm, result.by_press ? "press by press" : "by sectors of the one press",
+                points.size(), points.back()[0], points.back()[1]);
+  return {text + all + common.out.string(), value.dump(2), 0};
+}
+
+}  // namespace
+
+void add_calibrate_lookup(CLI::App& group, Common& common, Command& chosen) {
+  CLI::App* command = group.add_subcommand(
+      "lookup", "Depth of a gray gel by a table over its change, from presses of a ball");
+  auto options = std::make_shared<BallOptions>();
+  add_ball_options(*command, *options, common, "Presses: an image, a folder of images, a video, a session",
+                   "pitch, crop, quad, contact.signal");
+  add_common(*command, common,
+             "  palpate calibrate lookup press.png --sensor gel.json --ball-mm 4 --background rest.png --out "
+             "gel2.json\n"
+             "Depth 0 is the rim of the contact, where the gray begins to change. Errors are of presses that "
+             "the table did\n"
+             "not use; of one press alone, of every other of eight sectors.\n");
+  command->callback(
+      [&common, &chosen, options] { chosen = [&common, options] { return lookup(common, *options); }; });
+}
+
+}  // namespace palpate

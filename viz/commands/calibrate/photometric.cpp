@@ -1,0 +1,227 @@
+// palpate calibrate photometric: presses of a known ball in, a sensor file with its colour calibration out.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "palpate/error.h"
+#include "palpate/sensor.h"
+#include "engine/calibrate/photometric_fit.h"
+#include "capture/calibrate/origin.h"
+#include "viz/commands/calibrate/balls.h"
+#include "viz/commands/calibrate/calibrate.h"
+#include "viz/commands/one_of.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A press is of another ball where its held-out depth gain lies so far from the median (logarithms): by a
+// factor, and by so many times the usual scatter. And how many presses it takes to tell.
+constexpr double kUnlikeGain = 1.35, kUnlikeScatter = 3;
+constexpr size_t kEnoughToCompare = 6;
+
+struct Options : BallOptions {
+  double rest_weight = 1;
+  NormalModel model = NormalModel::Best;
+  bool keep_markers = false;
+};
+
+std::string fixed(double value, int digits) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+nlohmann::ordered_json errors_json(const HeldOutErrors& e) {
+  return {{"normal_rms", e.normal_rms},
+          {"normal_angle_deg", e.normal_angle_deg},
+          {"depth_rmse_mm", e.depth_rmse_mm},
+          {"depth_gain", e.depth_gain}};
+}
+
+std::string refused_text(const BallPresses& found) {
+  constexpr size_t kShown = 12;
+  std::string text;
+  for (size_t i = 0; i < found.refused.size() && i < kShown; ++i)
+    text += "not used: " + found.refused[i].label + ": " + found.refused[i].reason + "\n";
+  if (found.refused.size() > kShown)
+    text += "not used: " + std::to_string(found.refused.size() - kShown) + " more\n";
+  return text;
+}
+
+PhotometricFitResult fit_presses(const BallPresses& found, const Sensor& reading, const Options& options) {
+  PhotometricFit fit(found.format, reading.pitch_mm_per_px);
+  for (size_t i = 0; i < found.presses.size(); ++i) {
+    const BallPress& p = found.presses[i];
+    fit.add_ball(p.frame, found.backgrounds[i], p.ball.center_x_px, p.ball.center_y_px, p.ball.radius_px,
+                 p.ball_radius_mm, p.label, p.mask);
+  }
+  return fit.solve(options.rest_weight, options.model);
+}
+
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Takes out presses whose depth is read unlike the others'; true where there are any.
+bool refuse_other_balls(const PhotometricFitResult& result, BallPresses& found) {
+  if (result.presses.size() < kEnoughToCompare) return false;
+  std::vector<double> gains, apart;
+  for (const HeldOutPress& p : result.presses) gains.push_back(std::log(std::max(p.depth_gain, 1e-3)));
+  const double usual = median_of(gains);
+  for (const double gain : gains) apart.push_back(std::abs(gain - usual));
+  const double limit = std::max(std::log(kUnlikeGain), kUnlikeScatter * 1.4826 * median_of(apart));
+  bool any = false;
+  for (size_t i = gains.size(); i-- > 0;) {
+    if (apart[i] <= limit) continue;
+    any = true;
+    found.refused.push_back({found.presses[i].label, "reads " + fixed(std::exp(gains[i] - usual), 2) +
+                                                         " times the depth that others do: another ball"});
+    found.presses.erase(found.presses.begin() + static_cast<std::ptrdiff_t>(i));
+    found.backgrounds.erase(found.backgrounds.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  return any;
+}
+
+Report photometric(const Common& common, const Options& options) {
+  check_ball_options(options);
+  const Sensor original = load_sensor(options.sensor);
+  if (original.channels != 3)
+    throw Error(Failure::Sensor, "a colour sensor (\"channels\": 3) in " + options.sensor.string(),
+                std::to_string(original.channels) + " channel",
+                "palpate calibrate lookup for a gray gel, or another sensor file");
+  if (original.background.kind == BackgroundKind::None)
+    throw Error(Failure::Sensor, "a sensor with an untouched image in " + options.sensor.string(),
+                "background.source 'none'", "frames as the camera sees them: slopes need a change's sign");
+  const Sensor reading = with_background(original, options);
+  catch_interrupts();
+  BallPresses found = presses_of(common, options, reading, !options.keep_markers, 2);
+  if (interrupted()) return {"", "", kInterrupted};
+
+  size_t masked = 0;
+  for (const BallPress& p : found.presses) masked += !p.mask.empty();
+  PhotometricFitResult result = fit_presses(found, reading, options);
+  // Each round sees the rest more clearly.
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds && options.balls.empty() && refuse_other_balls(result, found); ++round)
+    result = fit_presses(found, reading, options);
+  const std::string model = result.model == NormalModel::Table ? "table" : "linear";
+
+  Sensor calibrated = original;
+  calibrated.reading = Reading::Photometric;
+  calibrated.photometric = result.calibration;
+  calibrated.photometric.origin =
+      origin_now(fs::path(options.input).filename().string(),
+                 std::to_string(found.presses.size()) + " presses, " + model + " model, held out: depth " +
+                     fixed(result.depth_rmse_mm, 4) + " mm RMS, normals " +
+                     fixed(result.normal_angle_deg, 2) + " deg" + (masked > 0 ? ", markers left out" : ""));
+  // Weights vary across the frame: another size of frame is another camera mode.
+  calibrated.size_px = {found.format.width, found.format.height};
+  save_sensor(calibrated, common.out);
+
+  nlohmann::ordered_json presses = nlohmann::ordered_json::array(), refused = presses;
+  std::string text =
+      "press                       center_px       radius_px  normal_deg  depth_rmse_mm  depth_gain   "
+      "(fitted "
+      "without it)\n";
+  for (size_t i = 0; i < result.presses.size(); ++i) {
+    const HeldOutPress& p = result.presses[i];
+    const FoundBall& ball = found.presses[i].ball;
+    presses.push_back({{"press", p.label},
+                       {"center_x_px", ball.center_x_px},
+                       {"center_y_px", ball.center_y_px},
+                       {"contact_radius_px", ball.radius_px},
+                       {"center_sd_px", ball.center_sd_px},
+                       {"contact_radius_sd_px", ball.radius_sd_px},
+                       {"contact_px", p.contact_px},
+                       {"normal_rms", p.normal_rms},
+                       {"normal_angle_deg", p.normal_angle_deg},
+                       {"depth_rmse_mm", p.depth_rmse_mm},
+                       {"depth_gain", p.depth_gain}});
+    char row[256];
+    std::snprintf(row, sizeof row, "%-26.80s %7.1f %7.1f %9.1f %11.2f %14.4f %11.3f\n", p.label.c_str(),
+                  ball.center_x_px, ball.center_y_px, ball.radius_px, p.normal_angle_deg, p.depth_rmse_mm,
+                  p.depth_gain);
+    text += row;
+  }
+  for (const RefusedPress& r : found.refused) refused.push_back({{"press", r.label}, {"reason", r.reason}});
+  text += refused_text(found);
+  nlohmann::ordered_json value = {
+      {"sensor", common.out.string()},       {"presses", presses},           {"refused", refused},
+      {"untouched_frames", found.untouched}, {"markers_masked", masked > 0}, {"model", model},
+      {"linear", errors_json(result.linear)}};
+  if (result.table.normal_rms > 0) value["table"] = errors_json(result.table);
+  value.update({{"contact_px", result.contact_px},
+                {"rest_weight", options.rest_weight},
+                {"condition", result.condition},
+                {"ridge", result.ridge},
+                {"explained_x", result.explained_x},
+                {"explained_y", result.explained_y},
+                {"normal_rms_fitted", result.normal_rms_fitted},
+                {"normal_rms_held_out", result.normal_rms_held_out},
+                {"normal_angle_deg_held_out", result.normal_angle_deg},
+                {"depth_rmse_held_out_mm", result.depth_rmse_mm},
+                {"depth_gain_held_out", result.depth_gain}});
+  text += "all: normals " + fixed(result.normal_rms_held_out, 4) + " (fitted " +
+          fixed(result.normal_rms_fitted, 4) + "), " + fixed(result.normal_angle_deg, 2) + " deg, depth " +
+          fixed(result.depth_rmse_mm, 4) + " mm RMS on presses held out, depth gain " +
+          fixed(result.depth_gain, 3) + ", " + fixed(100 * result.explained_x, 1) + " / " +
+          fixed(100 * result.explained_y, 1) + " % of n_x / n_y explained, condition " +
+          fixed(result.condition, 1) + (result.ridge > 0 ? ", regularised" : "") +
+          (masked > 0 ? ", markers left out" : "") + "\nmodel: " + model;
+  if (result.table.normal_rms > 0)
+    text += " (held out: linear " + fixed(result.linear.normal_angle_deg, 2) + " deg, " +
+            fixed(result.linear.depth_rmse_mm, 4) + " mm; table " + fixed(result.table.normal_angle_deg, 2) +
+            " deg, " + fixed(result.table.depth_rmse_mm, 4) + " mm)";
+  text += "\nwritten: " + common.out.string();
+  return {text, value.dump(2), 0};
+}
+
+}  // namespace
+
+void add_calibrate_photometric(CLI::App& group, Common& common, Command& chosen) {
+  CLI::App* command =
+      group.add_subcommand("photometric", "Colour to slope of a gel sensor, from presses of a known ball");
+  auto options = std::make_shared<Options>();
+  add_ball_options(
+      *command, *options, common,
+      "Presses: a folder of images, a video, a session, synthetic:SCENE?mode=gel; with --balls the "
+      "folder or video that it names presses of",
+      "pitch, crop, quad, channels");
+  command
+      ->add_option("--model", options->model,
+                   "linear, table (a small correction on top), or best: by held-out error")
+      ->transform(one_of(std::map<std::string, NormalModel>{
+          {"best", NormalModel::Best}, {"linear", NormalModel::Linear}, {"table", NormalModel::Table}}));
+  command
+      ->add_option("--rest-weight", options->rest_weight,
+                   "Weight of the untouched parts: more where the light drifts, less where it is noisy")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
+  command->add_flag("--keep-markers", options->keep_markers, "Use the pixels of printed markers too");
+  add_common(
+      *command, common,
+      "  palpate calibrate photometric presses/ --sensor gel.json --ball-mm 3 \\\n"
+      "      --background presses/untouched.png --out gel_calibrated.json\n"
+      "  palpate calibrate photometric 'synthetic:palpation?mode=gel' --sensor gel.json --ball-mm 8 "
+      "--out out.json\n"
+      "In a table of balls `image` is a file below INPUT, FILE#FRAME for a frame of a video (from 0), or "
+      "the frame's\n"
+      "number where INPUT is one video. Errors are of presses that the fit did not use, left out one "
+      "at a time;\n"
+      "depth_gain is measured over true depth within the contact, 1 is right. A wrong ball radius or pitch "
+      "scales\n"
+      "all slopes alike and shows only where a contact would be wider than its ball.\n");
+  command->callback(
+      [&common, &chosen, options] { chosen = [&common, options] { return photometric(common, *options); }; });
+}
+
+}  // namespace palpate

@@ -1,0 +1,84 @@
+// palpate calibrate shear: recordings of a pulled contact beside a tangential gauge in, a sensor file with
+// stiffness and friction out.
+#include <CLI/CLI.hpp>
+#include <map>
+
+#include "engine/gpu/context.h"
+#include "capture/calibrate/shear.h"
+#include "viz/commands/command.h"
+#include "viz/commands/calibrate/calibrate.h"
+#include "viz/commands/calibrate/gauged.h"
+#include "viz/commands/one_of.h"
+#include "viz/report/plot_script.h"
+
+namespace palpate {
+namespace {
+
+const std::map<std::string, ShearSignal> kSignalNames = {{"centroid", ShearSignal::Centroid},
+                                                         {"skin", ShearSignal::Skin}};
+
+struct Options : GaugedOptions {
+  ShearRequest request;
+};
+
+Report shear(const Common& common, const Options& options) {
+  const std::vector<std::string> gauges = paired(options.inputs, options.gauges, "--gauge");
+  const std::unique_ptr<gpu::Context> context = open_device(common);
+  Sensor sensor;
+  std::vector<GaugedRecording> recordings;
+  for (size_t i = 0; i < options.inputs.size(); ++i) {
+    MeasuredInput found = find_scaled_input(common, options.inputs[i], options);
+    found.outputs = static_cast<uint32_t>(Output::Force);
+    if (found.sensor.skin && options.request.signal != ShearSignal::Centroid)
+      found.outputs = found.outputs | Output::Skin;
+    if (i == 0) sensor = found.sensor;
+    recordings.push_back(measure_beside_gauge(
+        *context, common, found,
+        {gauges[i], GaugeColumns::Tangential, parse_alignment(options.align), options.rate_Hz}));
+  }
+  if (interrupted()) return {"", "", kInterrupted};
+  if (!options.sensor.empty()) sensor = load_sensor(options.sensor);
+  const ShearOutcome outcome = calibrate_shear(std::move(recordings), sensor, options.request);
+  sensor.shear = outcome.calibration;
+  save_sensor(sensor, common.out);
+
+  const std::string stem = plot_stem(common, options, "_shear");
+  std::string written = "written: " + common.out.string();
+  draw_plot(plot_script(outcome, false), stem + ".png", written);
+  draw_plot(plot_script(outcome, true), stem + ".svg", written);
+  const int code = validation_clean(*context) ? 0 : kInternalError;
+  return {describe(outcome) + "\n" + written, to_json(outcome, common.out.string()), code};
+}
+
+}  // namespace
+
+void add_calibrate_shear(CLI::App& group, Common& common, Command& chosen) {
+  CLI::App* command =
+      group.add_subcommand("shear", "Shift to tangential force and friction, from pulls beside a gauge");
+  auto options = std::make_shared<Options>();
+  add_gauged_options(
+      *command, *options, common,
+      "CSV with time_s or frame, fx_N and fy_N (or shear_N and direction_deg), and force_N for the "
+      "friction");
+  command
+      ->add_option(
+          "--signal", options->request.signal,
+          "What moves with the force: centroid or skin (default: what follows the gauge more closely)")
+      ->transform(one_of(kSignalNames));
+  command
+      ->add_option("--friction", options->request.friction,
+                   "Friction coefficient, where no recording slips (default: the sensor file's)")
+      ->check(CLI::Range(0.0, 100.0));
+  add_common(
+      *command, common,
+      "  palpate calibrate shear out/pull --gauge gauge.csv --out pad_calibrated.json\n"
+      "  palpate calibrate shear out/pull out/slide --gauge pull.csv --gauge slide.csv --out pad.json\n"
+      "  palpate calibrate shear synthetic:pull synthetic:slide --gauge truth --out pad.json\n"
+      "K comes from frames that stick, friction from those that slip; x is to the right in the image, y "
+      "down.\n"
+      "Beside --out lies its plot (OUT_shear.png, .svg).\n");
+  command->callback(
+      [&common, &chosen, options] { chosen = [&common, options] { return shear(common, *options); }; });
+}
+
+}  // namespace palpate

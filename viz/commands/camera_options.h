@@ -1,0 +1,38 @@
+// Options of a camera on the command line, composed into the one string that opens it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace palpate {
+
+/// What the person asked of a camera; texts as capture/v4l2/camera.h reads them.
+struct CameraChoice {
+  std::string node;
+  std::string format;
+  std::string size;
+  std::string rate;
+  std::string exposure;
+  std::string gain;
+  std::string white_balance;
+  std::string timeout;
+  std::string buffers;
+  std::vector<std::string> controls;  ///< NAME=VALUE
+
+  /// Adds --camera, --format, --size, --fps, --exposure, --gain, --white-balance, --control,
+  /// --camera-timeout, --camera-buffers. The choice must outlive the parsing.
+  void add_to(CLI::App& command);
+  /// "camera:..." where --camera is given, else `input`. Throws Error(Failure::Usage) where both are, where
+  /// options of a camera come without one, or a value makes no sense. An `input` that is a camera itself
+  /// takes no options beside it.
+  std::string input(const std::string& input) const;
+
+ private:
+  CLI::App* command_ = nullptr;
+};
+
+}  // namespace palpate

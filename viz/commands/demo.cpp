@@ -1,0 +1,260 @@
+// palpate demo: calibrate on some simulated touches, measure others, and show how far the numbers are from
+// the truth.
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "capture/files/output_file.h"
+#include "capture/synthetic/synthetic.h"
+#include "palpate/error.h"
+#include "engine/gpu/context.h"
+#include "engine/calibrate/linear_fit.h"
+#include "engine/calibrate/photometric_fit.h"
+#include "viz/live/live.h"
+#include "capture/run/processing.h"
+#include "viz/render/window.h"
+#include "viz/panels/format.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  bool headless = false;
+  uint64_t frames = 0;  ///< of the palpation; 0: all 600
+  uint64_t picture_every = 4;
+};
+
+/// What the engine saw in one frame beside what the gauge (here: the truth) said.
+struct GaugedFrame {
+  Touch touch;
+  Truth truth;
+};
+
+std::vector<GaugedFrame> read_all(gpu::Context& context, const SyntheticOptions& options,
+                                  const Sensor& sensor) {
+  SyntheticSensor source(options);
+  Pipeline pipeline(context, sensor, source.format(), {.outputs = static_cast<uint32_t>(Output::Force)});
+  pipeline.set_background(*source.own_background());
+  std::vector<GaugedFrame> readings;
+  run_recording(source, pipeline, 0, [&](const Result& result, const Frame&) {
+    readings.push_back({result.touch, *source.truth(result.touch.sequence)});
+  });
+  return readings;
+}
+
+/// Scene and seed of the calibration presses: another touch than the one that is judged, a little harder so
+/// that its forces lie inside the calibrated range.
+SyntheticOptions calibration_press(SyntheticOptions options, const char* scene, double force_N,
+                                   uint64_t seed_step) {
+  options.scene = scene;
+  options.force_N = force_N;
+  options.seed += seed_step;
+  return options;
+}
+
+/// Gray sum to force from a stepped press, shift to shear and the friction from a slide.
+/// Readings below `smallest_N` are left out: lighter touches then count as below the calibrated range.
+std::string calibrate_force(gpu::Context& context, const SyntheticOptions& judged, double smallest_N,
+                            Sensor& sensor) {
+  constexpr double kForce_N = 1.6;
+  sensor.force.reset();
+  sensor.shear.reset();
+  std::vector<double> gray, force_N;
+  for (const GaugedFrame& r : read_all(context, calibration_press(judged, "press", kForce_N, 1000), sensor)) {
+    if (!r.touch.contact || !r.truth.contact || r.touch.saturated_px > 0) continue;
+    if (r.truth.force_N < smallest_N) continue;
+    gray.push_back(r.touch.gray_sum);
+    force_N.push_back(r.truth.force_N);
+  }
+  const ForceFit fit = fit_force(gray, force_N);
+  sensor.force = fit.calibration;
+
+  std::vector<double> x_mm, y_mm, fx_N, fy_N;
+  double friction = 0;
+  uint64_t slipping = 0;
+  for (const GaugedFrame& r : read_all(context, calibration_press(judged, "slide", 0, 2000), sensor)) {
+    if (!r.touch.contact || !r.truth.contact) continue;
+    if (r.truth.slipping) {
+      friction += std::hypot(r.truth.shear_x_N, r.truth.shear_y_N) / r.truth.force_N;
+      ++slipping;
+    } else if (slipping == 0) {  // after the slip the shift holds the way slipped
+      x_mm.push_back(r.touch.shift_x_mm);
+      y_mm.push_back(r.touch.shift_y_mm);
+      fx_N.push_back(r.truth.shear_x_N);
+      fy_N.push_back(r.truth.shear_y_N);
+    }
+  }
+  const StiffnessFit kx = fit_stiffness(x_mm, fx_N), ky = fit_stiffness(y_mm, fy_N);
+  if (slipping == 0)
+    throw Error(Failure::Input, "a slide that slips", "one that only sticks", "a lower friction");
+  sensor.shear = ShearCalibration{.kx_N_per_mm = kx.k_N_per_mm,
+                                  .ky_N_per_mm = ky.k_N_per_mm,
+                                  .friction = friction / static_cast<double>(slipping),
+                                  .relative_sd = std::hypot(kx.relative_sd, ky.relative_sd)};
+  return viz::text(
+             "  force: F = c1 G + c0, c1 = %.4g N/gray, c0 = %.4g N, R^2 %.6f, scatter %.2g N, from %zu "
+             "frames of scene 'press'\n",
+             fit.calibration.c1_N_per_gray, fit.calibration.c0_N, fit.r_squared,
+             fit.calibration.residual_sd_N, gray.size()) +
+         viz::text("  shear: K = %.4g, %.4g N/mm, friction %.3f, from %zu + %llu frames of scene 'slide'\n",
+                   kx.k_N_per_mm, ky.k_N_per_mm, sensor.shear->friction, x_mm.size(),
+                   static_cast<unsigned long long>(slipping));
+}
+
+/// Colour to slope from presses of a larger ball at the scene's places, as `palpate calibrate photometric`
+/// does it.
+std::string calibrate_colour(const SyntheticOptions& judged, Sensor& sensor) {
+  constexpr double kBallRadius_mm = 14;
+  constexpr double kForce_N = 0.8;
+  constexpr uint64_t kStep = 10;
+  SyntheticOptions presses = calibration_press(judged, "palpation", kForce_N, 3000);
+  presses.indenter_radius_mm = kBallRadius_mm;
+  SyntheticSensor source(presses);
+  PhotometricFit fit(source.format(), sensor.pitch_mm_per_px);
+  const Frame background = *source.own_background();
+  Frame frame;
+  for (uint64_t sequence = 0; source.render(sequence, frame); sequence += kStep) {
+    const std::optional<Truth> truth = source.truth(sequence);
+    constexpr double kSmallest_mm = 1;  // smaller contacts hold too few pixels
+    if (!truth->contact || truth->radius_px * sensor.pitch_mm_per_px < kSmallest_mm) continue;
+    fit.add_ball(frame, background, truth->center_x_px, truth->center_y_px, truth->radius_px, kBallRadius_mm,
+                 "frame " + std::to_string(sequence));
+  }
+  const PhotometricFitResult result = fit.solve();
+  sensor.photometric = result.calibration;
+  return viz::text(
+      "  colour: %zu presses of a ball of radius %g mm, normals to %.4f (held out), depth gain %.3f\n",
+      result.presses.size(), kBallRadius_mm, result.normal_rms_held_out, result.depth_gain);
+}
+
+/// The frame in the middle of each contact's hardest stretch: what is worth a picture.
+std::vector<uint64_t> hardest_frames(const SyntheticSensor& source) {
+  std::vector<uint64_t> chosen;
+  double hardest_N = 0;
+  uint64_t first = 0, last = 0;
+  for (uint64_t k = 0; k < source.frame_count().value_or(0); ++k) {
+    const double force_N = source.contact(k).summary().force_N;
+    if (force_N > hardest_N) {
+      hardest_N = force_N;
+      first = k;
+    }
+    if (force_N > 0 && force_N == hardest_N) last = k;
+    if (force_N <= 0 && hardest_N > 0) {
+      chosen.push_back((first + last) / 2);
+      hardest_N = 0;
+    }
+  }
+  return chosen;
+}
+
+/// Shows the palpation once, as it happens, until its end or until the window is closed.
+void show(const Common& common, const SyntheticOptions& options, const Sensor& sensor, uint64_t frames) {
+  const std::vector<const char*> extensions = viz::window_extensions();
+  const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
+  viz::LiveOptions live;
+  live.title = "palpate: a simulated palpation of 20 s";
+  live.max_frames = frames;
+  live.close_at_end = true;
+  live.snapshots = common.out;
+  live.interrupted = interrupted;
+  const auto open = [&] { return std::unique_ptr<Source>(new SyntheticSensor(options)); };
+  viz::run_live(*context, open, sensor, *SyntheticSensor(options).own_background(), {}, live);
+}
+
+Report demo(const Common& common, const Options& options) {
+  SyntheticOptions pad{.scene = "palpation"};
+  pad.seed = common.seed;
+  SyntheticOptions gel = pad;
+  gel.mode = SyntheticMode::Gel;
+
+  make_output_folder(common.out);
+  const std::unique_ptr<gpu::Context> context = open_device(common);
+
+  // The gel's gray sum follows the slopes, not the pressure, and bends away from the line at light touch.
+  constexpr double kGelSmallest_N = 0.05;
+  Sensor pad_sensor = synthetic_sensor(pad);
+  Sensor gel_sensor = synthetic_sensor(gel);
+  spdlog::info("calibrating on other touches than those that are judged");
+  const std::string calibration = "waveguide pad\n" + calibrate_force(*context, pad, 0, pad_sensor) +
+                                  "gel skin\n" + calibrate_force(*context, gel, kGelSmallest_N, gel_sensor) +
+                                  calibrate_colour(gel, gel_sensor);
+  save_sensor(pad_sensor, common.out / "waveguide.json");
+  save_sensor(gel_sensor, common.out / "gel.json");
+
+  const bool window = !options.headless && viz::display_available();
+  if (window) {
+    spdlog::info("the palpation once in a window, then (or when the window is closed) the table");
+    show(common, gel, gel_sensor, options.frames);
+  } else if (!options.headless) {
+    spdlog::info("no display: pictures and a film instead of a window");
+  }
+
+  ProcessRequest pressure;
+  pressure.input = to_string(pad);
+  pressure.solver = SurfaceSolver::Live;
+  pressure.frames = options.frames;
+  ProcessRequest surface;
+  surface.input = to_string(gel);
+  surface.solver = SurfaceSolver::Live;  // what the window shows
+  surface.frames = options.frames;
+  surface.pictures = surface.video = !window;
+  surface.picture_every = options.picture_every;
+  surface.picture_frames = hardest_frames(SyntheticSensor(gel));
+
+  spdlog::info("the palpation as the waveguide pad sees it: force, shear, slip, centre, depth from pressure");
+  const ProcessSummary felt =
+      process_recording(*context, common, pad_sensor, pressure, common.out / "waveguide");
+  std::optional<ProcessSummary> seen;
+  if (felt.complete) {
+    spdlog::info("the same palpation as the gel skin sees it: surface, depth from slopes");
+    seen = process_recording(*context, common, gel_sensor, surface, common.out / "gel");
+  }
+
+  Report report;
+  report.text =
+      "calibration (other touches, other noise)\n" + calibration + "\nwaveguide pad: " + describe(felt);
+  nlohmann::ordered_json value = {
+      {"complete", seen && seen->complete},
+      {"waveguide", nlohmann::ordered_json::parse(to_json(felt, pressure, pad_sensor, *context))}};
+  if (seen) {
+    report.text += "\ngel skin: " + describe(*seen) + "\nwritten to " + common.out.string() +
+                   ": waveguide.json, waveguide/measurements.csv, gel.json, gel/measurements.csv" +
+                   (window ? "" : ", gel/pictures/, gel/recording.mp4");
+    value["gel"] = nlohmann::ordered_json::parse(to_json(*seen, surface, gel_sensor, *context));
+  }
+  report.json = value.dump(2);
+  report.exit_code = !seen || !seen->complete     ? kInterrupted
+                     : validation_clean(*context) ? 0
+                                                  : kInternalError;
+  return report;
+}
+
+}  // namespace
+
+void add_demo(CLI::App& program, Common& common, Command& chosen) {
+  CLI::App* command =
+      program.add_subcommand("demo", "Measure a 20 s simulated palpation and compare with the truth");
+  auto options = std::make_shared<Options>();
+  command->add_option("--out", common.out,
+                      "Folder for measurements, pictures and the film (default: out/demo)");
+  command->add_flag("--headless", options->headless, "No window, even where there is a display");
+  command->add_option("--frames", options->frames, "Only that many frames of the palpation");
+  command->add_option("--picture-every", options->picture_every, "One frame of the film for that many frames")
+      ->capture_default_str()
+      ->check(CLI::Range(uint64_t{1}, uint64_t{1000}));
+  add_common(*command, common,
+             "  palpate demo                           a window where there is a display, then the table\n"
+             "  palpate demo --headless --out out/demo pictures and a film instead\n"
+             "Calibration uses other touches and other noise than the palpation that is judged.\n");
+  command->callback([&common, &chosen, options] {
+    if (common.out.empty()) common.out = "out/demo";
+    chosen = [&common, options] { return demo(common, *options); };
+  });
+}
+
+}  // namespace palpate

@@ -1,0 +1,151 @@
+// palpate export: a recording in the formats of other programs.
+#include <CLI/CLI.hpp>
+
+#include "capture/session/session.h"
+#include "palpate/error.h"
+#include "engine/gpu/context.h"
+#include "capture/run/input.h"
+#include "viz/commands/look_options.h"
+#include "viz/commands/one_of.h"
+#include "capture/run/processing.h"
+
+namespace palpate {
+namespace {
+
+struct Options {
+  ProcessRequest request;
+  std::filesystem::path sensor;
+  std::filesystem::path background;
+  std::optional<SurfaceSolver> solver;
+  std::map<DepthFormat, bool> depth;
+  bool csv = false;
+  std::string images;
+  std::string range;
+  uint64_t every = 0;
+  LookOptions look;
+};
+
+FrameRange chosen_frames(const Options& options) {
+  FrameRange range;
+  if (!options.range.empty()) range = parse_frame_range(options.range);
+  if (options.every == 0) return range;
+  if (range.step != 1)
+    throw Error(Failure::Usage, "one step", "--frames " + options.range + " and --every", "one of them");
+  range.step = options.every;
+  return range;
+}
+
+// A session is measured with the settings of its recording, for what is asked for.
+void choose_outputs(const Options& options, const MeasuredInput& input, ProcessRequest& request) {
+  const auto surface = static_cast<uint32_t>(Output::Surface);
+  if (!request.depth.empty() && !(input.outputs & surface))
+    throw Error(Failure::Usage, "a surface for depth files", "a sensor without a reading of the surface",
+                "--csv, --mp4 or --images, or a sensor file with \"reading\"");
+  request.outputs = request.rows || request.video ? input.outputs : static_cast<uint32_t>(Output::Force);
+  if (input.session) {
+    const SessionInfo& info = *input.session;
+    if (info.outputs != 0 && request.rows && !request.video) request.outputs = info.outputs;
+    request.solver = info.solver;
+    request.skip_untouched = info.skip_untouched;
+  }
+  if (!request.depth.empty()) request.outputs |= surface;
+  if (options.solver) request.solver = *options.solver;
+}
+
+std::string list_of_files(const ProcessRequest& request) {
+  std::string files = "summary.json";
+  if (request.rows) files += ", measurements.csv";
+  if (request.rows && wants(request.outputs, Output::Contacts)) files += ", contacts.csv";
+  for (const DepthFormat format : request.depth) files += ", depth/*." + std::string(extension(format));
+  if (request.video) files += ", recording.mp4";
+  if (!request.images.empty()) files += ", images/*" + request.images + ", sensor.json, background.png";
+  return files;
+}
+
+Report run_export(const Common& common, const Options& options) {
+  ProcessRequest request = options.request;
+  request.rows = options.csv;
+  if (!options.images.empty()) request.images = options.images == "tiff" ? ".tif" : ".png";
+  for (const auto& [format, wanted] : options.depth)
+    if (wanted) request.depth.push_back(format);
+  if (!request.rows && request.depth.empty() && !request.video && request.images.empty())
+    throw Error(Failure::Usage, "what to export", "nothing asked for",
+                "some of --csv, --npy, --png16, --tiff, --ply, --obj, --mp4, --images png");
+  request.range = chosen_frames(options);
+  const MeasuredInput input = find_input(common, request.input, options.sensor, options.background);
+  request.input = input.input;
+  choose_outputs(options, input, request);
+  options.look.apply(request.look);
+  const std::unique_ptr<gpu::Context> context = open_device(common);
+  const ProcessSummary summary = process_recording(*context, common, input.sensor, request, common.out);
+  Report report;
+  report.json = to_json(summary, request, input.sensor, *context);
+  report.text = std::to_string(summary.frames) + (summary.frames == 1 ? " frame" : " frames") +
+                " exported to " + common.out.string() + ": " + list_of_files(request);
+  if (!summary.complete) report.text += "\nended early: " + summary.ended_by;
+  if (summary.depth_clipped_px)
+    report.text += "\n" + std::to_string(summary.depth_clipped_px) +
+                   " pixels outside the range of 16-bit depth, clipped";
+  if (!summary.warning.empty()) report.text += "\nwarning: " + summary.warning;
+  report.exit_code = !summary.complete ? kInterrupted : validation_clean(*context) ? 0 : kInternalError;
+  return report;
+}
+
+}  // namespace
+
+void add_export(CLI::App& program, Common& common, Command& chosen) {
+  CLI::App* command =
+      program.add_subcommand("export", "A session, or any recording, in the formats of other programs");
+  auto options = std::make_shared<Options>();
+  ProcessRequest& request = options->request;
+  command
+      ->add_option("INPUT", request.input,
+                   "Session folder, video file, image file, folder of images, or synthetic:SCENE")
+      ->required();
+  command->add_option("--out", common.out, "Folder for the files")->required();
+  command->add_flag("--csv", options->csv, "measurements.csv: one row a frame");
+  command->add_flag("--npy", options->depth[DepthFormat::Npy], "depth/NNNNNN.npy: float32, mm");
+  command->add_flag("--png16", options->depth[DepthFormat::Png16],
+                    "depth/NNNNNN.png: 16 bits, 0.2 um a count (depth.json says from where)");
+  command->add_flag("--tiff", options->depth[DepthFormat::Tiff],
+                    "depth/NNNNNN.tif: signed 16 bits, 1 um a count, with its scale in its tags");
+  command->add_flag("--ply", options->depth[DepthFormat::Ply], "depth/NNNNNN.ply: mesh in mm, binary");
+  command->add_flag("--obj", options->depth[DepthFormat::Obj], "depth/NNNNNN.obj: mesh in mm, text");
+  command->add_flag("--mp4", request.video, "recording.mp4: each frame as the window shows it");
+  command
+      ->add_option("--images", options->images,
+                   "images/NNNNNN: the frames without loss, png or tiff, with sensor.json and "
+                   "background.png, which palpate process reads")
+      ->check(CLI::IsMember({"png", "tiff"}));
+  command->add_option("--frames", options->range,
+                      "Of the recording FIRST:END or FIRST:END:STEP, END not included, or one number; as in "
+                      "the column 'frame' (default: all)");
+  command->add_option("--every", options->every, "Every N-th of those frames")
+      ->check(CLI::Range(uint64_t{1}, uint64_t{1000000000}));
+  command->add_option("--sensor", options->sensor, "Sensor file (default: the session's own)");
+  command
+      ->add_option("--background", options->background,
+                   "Untouched image (default: the session's, the sensor file's, or the first frames)")
+      ->check(CLI::ExistingFile);
+  command
+      ->add_option("--solver", options->solver,
+                   "Surface solver: live, fine, converged or exact (default: the session's; converged)")
+      ->transform(one_of(kSolverNames));
+  command->add_option("--rate", request.rate_Hz, "Frames a second of images, which know no time themselves")
+      ->check(CLI::PositiveNumber);
+  options->look.add(*command);
+  add_common(
+      *command, common,
+      "  palpate export out/press --out out/csv --csv\n"
+      "  palpate export out/press --out out/mesh --ply --frames 40:60:5\n"
+      "  palpate export out/press --out out/depth --tiff --npy --every 10\n"
+      "  palpate export out/press --out out/film --mp4 --view 30,40\n"
+      "  palpate export out/press --out out/raw --images png\n"
+      "  palpate process out/raw/images --sensor out/raw/sensor.json --out out/again\n"
+      "Shear, slip and shift are followed from frame to frame: with --csv and --mp4 all frames before\n"
+      "the first one are measured too. Numbered files of an earlier run are replaced.\n");
+  command->callback(
+      [&common, &chosen, options] { chosen = [&common, options] { return run_export(common, *options); }; });
+}
+
+}  // namespace palpate

@@ -1,0 +1,242 @@
+// palpate forward: what a lump in tissue shows on the surface (theory S11).
+#include "viz/commands/forward/forward.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+
+#include "palpate/error.h"
+#include "engine/gpu/context.h"
+#include "viz/commands/command.h"
+#include "viz/commands/forward_options.h"
+#include "viz/commands/one_of.h"
+
+namespace palpate {
+namespace {
+
+struct Options {
+  ForwardScene scene;
+  ForwardOptions solver;
+  Inclusion lump;
+  bool no_inclusion = false;
+  std::vector<double> size_mm;
+  std::vector<double> block_mm;
+  std::vector<double> offset_mm;
+  std::vector<std::string> pad;
+  std::string cells;
+  double press_mm = 0, force_N = 0;
+  std::string sensor;
+
+  std::mutex opening;
+  std::unique_ptr<gpu::Context> context;  ///< none before the solver wants it
+};
+
+/// THICKNESS_MM:MODULUS_PA
+PadSheet parse_sheet(const std::string& text) {
+  PadSheet sheet;
+  const char* end = text.data() + text.size();
+  const auto [colon, error] = std::from_chars(text.data(), end, sheet.thickness_mm);
+  if (error != std::errc() || colon == end || *colon != ':' ||
+      std::from_chars(colon + 1, end, sheet.young_Pa).ptr != end)
+    throw Error(Failure::Usage, "--pad THICKNESS_MM:MODULUS_PA", "'" + text + "'", "--pad 2:34000");
+  return sheet;
+}
+
+ForwardScene scene_of(const Options& options) {
+  ForwardScene scene = options.scene;
+  scene.inclusion.reset();
+  if (!options.no_inclusion) {
+    Inclusion lump = options.lump;
+    if (options.size_mm.size() == 1)
+      lump.size_mm.fill(options.size_mm[0]);
+    else if (options.size_mm.size() == 3)
+      std::copy_n(options.size_mm.begin(), 3, lump.size_mm.begin());
+    else if (!options.size_mm.empty())
+      throw Error(Failure::Usage, "one size or three", std::to_string(options.size_mm.size()), "--size-mm 8");
+    std::copy_n(options.offset_mm.begin(), options.offset_mm.size(), lump.offset_mm.begin());
+    scene.inclusion = lump;
+  }
+  std::copy_n(options.block_mm.begin(), options.block_mm.size(), scene.block_mm.begin());
+  for (const std::string& sheet : options.pad) scene.pad.push_back(parse_sheet(sheet));
+  if (!options.cells.empty()) scene.cells = parse_cells("--cells", options.cells, "64x64x32");
+  if (options.force_N != 0) {
+    scene.force_N = options.force_N;
+    scene.press_mm.reset();
+  }
+  if (options.press_mm != 0) scene.press_mm = options.press_mm;
+  return scene;
+}
+
+/// Exit code of an answer that did not come about: no input is to blame, and no number is to be used.
+constexpr int kNotConverged = kInternalError;
+
+/// The solver opens the device when it wants it, from any of its threads.
+void offer_device(const Common& common, Options& options) {
+  options.solver.device = [&common, &options] {
+    const std::lock_guard lock(options.opening);
+    if (!options.context) options.context = open_device(common);
+    return options.context.get();
+  };
+}
+
+Report one_scene(const Common& common, const Options& options) {
+  const ForwardScene scene = scene_of(options);
+  std::optional<Sensor> sensor;
+  if (!options.sensor.empty()) sensor = load_sensor(options.sensor);
+  const ForwardOutcome outcome = describe(scene, solve_forward(scene, options.solver));
+  nlohmann::ordered_json value = to_json(outcome);
+  std::string text = to_text(outcome);
+  if (!outcome.result.converged) return {text, value.dump(2), kNotConverged};
+  const TactileImage image = tactile_image(outcome.result.stress_Pa, sensor ? &*sensor : nullptr);
+  value["tactile_image"] = {{"sensor", image.source},
+                            {"width_px", image.width},
+                            {"height_px", image.height},
+                            {"pitch_mm_per_px", image.pitch_mm_per_px},
+                            {"brightest_change_gray", image.brightest_change},
+                            {"clipped_px", image.clipped_px}};
+  char line[200];
+  std::snprintf(line, sizeof line, "tactile image   %u x %u px, brightest change %.3g gray of 255%s (%s)\n",
+                image.width, image.height, image.brightest_change,
+                image.brightest_change < 1 ? ": below one step" : "", image.source.c_str());
+  text += line;
+  if (image.clipped_px > 0)
+    text += "warning         " + std::to_string(image.clipped_px) + " px of the tactile image are clipped\n";
+  if (!common.out.empty()) text += "written: " + write_files(outcome, image, common.out) + "\n";
+  return {text, value.dump(2)};
+}
+
+Report sweep_command(const Common& common, const Options& options) {
+  std::unique_ptr<ProgressBar> bar;
+  std::mutex guard;
+  const std::vector<SweepRow> rows =
+      sweep(scene_of(options), options.solver, [&](uint64_t done, uint64_t total) {
+        const std::lock_guard lock(guard);
+        if (!bar) bar = std::make_unique<ProgressBar>(common, "solving", total);
+        bar->update(done);
+      });
+  bar.reset();
+  std::string text = sweep_text(rows);
+  if (!common.out.empty()) text += "written: " + write_sweep(rows, common.out) + "\n";
+  const bool all =
+      std::all_of(rows.begin(), rows.end(), [](const SweepRow& row) { return row.outcome.result.converged; });
+  return {text, sweep_json(rows).dump(2), all ? 0 : kNotConverged};
+}
+
+Report convergence_command(const Common& common, const Options& options) {
+  const ConvergenceTables tables = converge(scene_of(options), options.solver);
+  std::string text = convergence_text(tables);
+  if (!common.out.empty()) text += "written: " + write_convergence(tables, common.out) + "\n";
+  return {text, convergence_json(tables).dump(2)};
+}
+
+}  // namespace
+
+void add_forward(CLI::App& program, Common& common, Command& chosen) {
+  CLI::App* command = program.add_subcommand(
+      "forward", "Press a plate, a ball or a pressure on a model of tissue with a lump");
+  auto o = std::make_shared<Options>();
+  static const std::map<std::string, Presser> kPresserNames = {
+      {"flat", Presser::Flat}, {"ball", Presser::Sphere}, {"pressure", Presser::Pressure}};
+  static const std::map<std::string, ForwardWorker> kWorkerNames = {{"processor", ForwardWorker::Processor},
+                                                                    {"device", ForwardWorker::Device},
+                                                                    {"auto", ForwardWorker::Auto}};
+  o->solver.worker = ForwardWorker::Auto;
+  command
+      ->add_option("--block-mm", o->block_mm, "Length, width and thickness of the tissue (default 40 40 20)")
+      ->expected(3);
+  command->add_option("--young-Pa", o->scene.young_Pa, "Young's modulus of the tissue")
+      ->capture_default_str();
+  command->add_option("--poisson", o->scene.poisson, "Poisson's ratio, 0 to 0.4999")->capture_default_str();
+  command->add_flag("--bottom-slides", o->scene.bottom_slides, "The floor holds the tissue's height only");
+  command->add_flag("--no-inclusion", o->no_inclusion, "Tissue alone");
+  command
+      ->add_option("--shape", o->lump.shape,
+                   "sphere, ellipsoid, cylinder (upright), lying (cylinder along x)")
+      ->transform(one_of(lump_shapes()))
+      ->default_str("sphere");
+  command
+      ->add_option("--size-mm", o->size_mm,
+                   "Diameter of the inclusion, or its sizes along x, y, z (default 8)")
+      ->expected(1, 3);
+  command->add_option("--depth-mm", o->lump.depth_mm, "From the surface to the inclusion's top")
+      ->capture_default_str();
+  command->add_option("--stiffness-ratio", o->lump.stiffness_ratio, "Inclusion's modulus over the tissue's")
+      ->capture_default_str();
+  command->add_option("--offset-mm", o->offset_mm, "Inclusion's centre from the block's middle, x y")
+      ->expected(2);
+  command
+      ->add_option(
+          "--pad", o->pad,
+          "A sheet of the sensor's pad, THICKNESS_MM:MODULUS_PA, from the tissue outwards; again for "
+          "each. Bonded to each other and to the plate that presses")
+      ->take_all();
+  command->add_flag("--pad-slides", o->scene.pad_slides,
+                    "On the tissue, without friction (default: bonded to it)");
+  command->add_option("--presser", o->scene.presser, "flat (rigid plate), ball, pressure (even)")
+      ->transform(one_of(kPresserNames))
+      ->default_str("flat");
+  command->add_option("--ball-radius-mm", o->scene.ball_radius_mm, "Of --presser ball");
+  CLI::Option* way = command->add_option("--press-mm", o->press_mm, "Way of the presser (default 1)")
+                         ->check(CLI::PositiveNumber);
+  command->add_option("--force-N", o->force_N, "Force instead of a way")
+      ->check(CLI::PositiveNumber)
+      ->excludes(way);
+  CLI::Option* large =
+      command->add_flag("--large-strain", o->solver.large_strain,
+                        "Neo-Hookean tissue pressed in steps: beyond 10 % of the thickness the only one "
+                        "that holds (flat presser, bonded pad)");
+  command->add_option("--step-mm", o->solver.step_mm, "Of --large-strain, at most")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber)
+      ->needs(large);
+  command->add_option("--cells", o->cells, "Cells of the tissue, AxBxC (default 64x64x32)");
+  command->add_option("--residual", o->solver.residual,
+                      "Relative residual to stop at (default 1e-6; 1e-8 above a Poisson's ratio of 0.497)");
+  command->add_option("--most-iterations", o->solver.most_iterations, "Of the solver, before it gives up")
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--solver", o->solver.worker,
+          "processor, device (Vulkan, in double precision), or auto: on large grids a trial of both, "
+          "else the processor")
+      ->transform(one_of(kWorkerNames))
+      ->default_str("auto");
+  command->add_option("--threads", o->solver.threads, "Threads; 0: one per core")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 256));
+  command->add_option("--sensor", o->sensor,
+                      "Sensor file whose picture is wanted (default: the built-in sensor's)");
+  command->add_option("--out", common.out, "Folder for maps, profile, tactile image and plots");
+  add_common(
+      *command, common,
+      "  palpate forward --out out/lump\n"
+      "  palpate forward --size-mm 12 --force-N 2 --large-strain --json\n"
+      "  palpate forward --shape ellipsoid --size-mm 10 10 5 --depth-mm 3 --stiffness-ratio 25\n"
+      "  palpate forward --pad 2:34000 --pad 2:80000 --pad 2:140000\n"
+      "  palpate forward sweep --cells 48x48x24 --out out/sweep\n"
+      "  palpate forward convergence --out out/convergence\n"
+      "Linear elasticity unless --large-strain; no friction; an answer that did not converge is not shown\n"
+      "(exit code 1).\n");
+  CLI::App* sweeping =
+      command->add_subcommand("sweep", "Each of the six inputs (d, h, E_r, shape, t, l) by itself")
+          ->fallthrough();
+  CLI::App* converging =
+      command->add_subcommand("convergence", "Error by grid and run time; iterations over the model's range")
+          ->fallthrough();
+  command->require_subcommand(0, 1);
+  command->callback([o, sweeping, converging, &common, &chosen] {
+    chosen = [o, &common, swept = sweeping->parsed(), tables = converging->parsed()] {
+      offer_device(common, *o);
+      Report report = swept    ? sweep_command(common, *o)
+                      : tables ? convergence_command(common, *o)
+                               : one_scene(common, *o);
+      if (o->context && !validation_clean(*o->context)) report.exit_code = kInternalError;
+      return report;
+    };
+  });
+}
+
+}  // namespace palpate

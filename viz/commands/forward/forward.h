@@ -1,0 +1,96 @@
+// What `palpate forward` tells of a solved scene: numbers, files, plots, and the picture that a sensor would
+// take.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/fem/solve.h"
+#include "engine/lump/dataset/sweep.h"
+#include "engine/lump/observation/gaussian_profile.h"
+#include "palpate/sensor.h"
+
+namespace palpate {
+
+/// A solved scene with the line through its bump. The fit leaves out the outer tenth of the block at each
+/// end, where its rim shapes the stress.
+struct ForwardOutcome {
+  ForwardScene scene;
+  ForwardResult result;
+  Profile profile;  ///< stress, Pa, along x through the bump
+  GaussianFit fit;
+};
+/// Throws nothing of its own: a result that did not converge has no profile and no fit.
+ForwardOutcome describe(const ForwardScene& scene, ForwardResult result);
+
+nlohmann::ordered_json to_json(const ForwardScene& scene);
+nlohmann::ordered_json to_json(const ForwardOutcome& outcome);
+std::string to_text(const ForwardOutcome& outcome);
+
+inline double megabytes(const ForwardResult& result) {
+  return static_cast<double>(result.bytes) / 1048576;
+}
+
+/// Names as the command line spells them: flat, ball, pressure.
+const char* to_string(Presser presser);
+
+/// Gray levels, width x height.
+struct TactileImage {
+  uint32_t width = 0, height = 0;
+  double pitch_mm_per_px = 0;
+  std::vector<float> gray;      ///< not clipped, without noise
+  std::string source;           ///< whose optics, in words
+  double brightest_change = 0;  ///< by the press, gray levels
+  uint64_t clipped_px = 0;      ///< above what 8 bits hold
+};
+/// What the camera of the built-in sensor (the synthetic pad's light, 27.84 mm across) sees of the middle of
+/// the surface; or, of a sensor with a straight force calibration of the gray sum, the light that gives the
+/// same force: pressure times a pixel's area over c1. Throws Error(Failure::Sensor) where its calibration is
+/// of another kind or has no scale.
+TactileImage tactile_image(const ForwardMap& stress_Pa, const Sensor* sensor);
+
+/// Writes stress_Pa.npy, deflection_mm.npy, profile.csv, tactile.npy, tactile.png, forward.json and the plots
+/// maps and profile (PNG and SVG) into `folder`. Returns their names in words.
+std::string write_files(const ForwardOutcome& outcome, const TactileImage& image,
+                        const std::filesystem::path& folder);
+
+/// How the answer changes with each of the six inputs: one row per scene.
+struct SweepRow {
+  const char* input;  ///< "d", "h", "E_r", "s", "t", "l"
+  double value;       ///< mm, or a ratio; of shapes their number
+  ForwardOutcome outcome;
+};
+/// Scenes around `scene` (which has an inclusion), each input by itself through a range that fits the block;
+/// solved many at once. `progress` hears how many are ready.
+std::vector<SweepRow> sweep(const ForwardScene& scene, const ForwardOptions& options,
+                            const std::function<void(uint64_t done, uint64_t total)>& progress);
+std::string sweep_text(const std::vector<SweepRow>& rows);
+nlohmann::ordered_json sweep_json(const std::vector<SweepRow>& rows);
+/// sweep.csv, and plots: sweep (amplitude and width of the Gaussian by each input), sweep_profiles.
+std::string write_sweep(const std::vector<SweepRow>& rows, const std::filesystem::path& folder);
+
+/// One scene on finer and finer grids, and over the range of Poisson's ratio, stiffness ratio, depth and
+/// shape.
+struct ConvergenceTables {
+  std::vector<ForwardOutcome> grids;   ///< 16 cells along x to four times the scene's over two
+  std::vector<ForwardOutcome> ranges;  ///< on half the scene's cells
+};
+ConvergenceTables converge(const ForwardScene& scene, const ForwardOptions& options);
+std::string convergence_text(const ConvergenceTables& tables);
+nlohmann::ordered_json convergence_json(const ConvergenceTables& tables);
+/// convergence.csv, stability.csv, and plots: convergence (error by grid and by time), stability
+/// (iterations).
+std::string write_convergence(const ConvergenceTables& tables, const std::filesystem::path& folder);
+
+/// Runs gnuplot on `script` twice, to FILE.png and FILE.svg; adds their names to `written`, or warns.
+/// `script` has no terminal of its own.
+void draw_both(const std::string& script, int width, int height, const std::filesystem::path& file,
+               std::string& written);
+/// A named block of data for gnuplot.
+std::string data_block(const std::string& name, const std::string& lines);
+
+}  // namespace palpate

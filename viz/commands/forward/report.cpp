@@ -1,0 +1,150 @@
+#include "viz/commands/forward/forward.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json or_null(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+template <typename... Values>
+std::string line(const char* format, Values... values) {
+  char text[300];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+}  // namespace
+
+const char* to_string(Presser presser) {
+  switch (presser) {
+    case Presser::Flat:
+      return "flat";
+    case Presser::Sphere:
+      return "ball";
+    case Presser::Pressure:
+      return "pressure";
+  }
+  return "";
+}
+
+ForwardOutcome describe(const ForwardScene& scene, ForwardResult result) {
+  ForwardOutcome outcome{scene, std::move(result), {}, {}};
+  if (!outcome.result.converged) return outcome;
+  const ForwardMap& stress = outcome.result.stress_Pa;
+  outcome.profile = profile_along_x(stress, bump_center_mm(stress)[1]);
+  const Profile inner = inner_part(outcome.profile, 0.4 * scene.block_mm[0]);
+  if (inner.x_mm.size() >= 6) outcome.fit = fit_gaussian(inner);
+  // What the solver left open is no bump.
+  double largest = 0;
+  for (const double stress_Pa : inner.value) largest = std::max(largest, std::abs(stress_Pa));
+  if (std::abs(outcome.fit.amplitude) < 100 * outcome.result.residual * largest) outcome.fit.found = false;
+  if (std::abs(outcome.fit.center_mm) < 1e-9) outcome.fit.center_mm = 0;
+  return outcome;
+}
+
+Json to_json(const ForwardScene& s) {
+  Json value = {{"block_mm", s.block_mm}, {"young_Pa", s.young_Pa},
+                {"poisson", s.poisson},   {"bottom", s.bottom_slides ? "sliding" : "bonded"},
+                {"cells", s.cells},       {"presser", to_string(s.presser)}};
+  if (s.presser == Presser::Sphere) value["ball_radius_mm"] = s.ball_radius_mm;
+  if (s.press_mm) value["press_mm"] = *s.press_mm;
+  if (s.force_N) value["force_N"] = *s.force_N;
+  value["inclusion"] = nullptr;
+  if (s.inclusion)
+    value["inclusion"] = {{"shape", to_string(s.inclusion->shape)},
+                          {"size_mm", s.inclusion->size()},
+                          {"depth_mm", s.inclusion->depth_mm},
+                          {"stiffness_ratio", s.inclusion->stiffness_ratio},
+                          {"offset_mm", s.inclusion->offset_mm}};
+  if (!s.pad.empty()) value["pad_on_tissue"] = s.pad_slides ? "sliding" : "bonded";
+  value["pad"] = Json::array();
+  for (const PadSheet& sheet : s.pad)
+    value["pad"].push_back({{"thickness_mm", sheet.thickness_mm}, {"young_Pa", sheet.young_Pa}});
+  return value;
+}
+
+Json to_json(const ForwardOutcome& o) {
+  const ForwardResult& r = o.result;
+  Json value = {{"scene", to_json(o.scene)},  {"converged", r.converged}, {"residual", or_null(r.residual)},
+                {"iterations", r.iterations}, {"rounds", r.rounds},       {"wall_s", r.wall_s},
+                {"memory_MB", megabytes(r)},  {"solver", r.solver}};
+  if (!r.converged) return value;
+  value["force_N"] = r.force_N;
+  value["press_mm"] = r.press_mm;
+  value["center_stress_Pa"] = r.center_stress_Pa;
+  value["core_strain"] = r.core_strain;
+  value["tension_share"] = r.tension_share;
+  if (o.scene.presser == Presser::Sphere) value["contact_radius_mm"] = r.contact_radius_mm;
+  const GaussianFit& f = o.fit;
+  value["gaussian"] = {{"found", f.found},
+                       {"amplitude_Pa", or_null(f.amplitude)},
+                       {"amplitude_sd_Pa", or_null(f.sd[0])},
+                       {"center_mm", or_null(f.center_mm)},
+                       {"center_sd_mm", or_null(f.sd[1])},
+                       {"s_mm", or_null(f.width_mm)},
+                       {"s_sd_mm", or_null(f.sd[2])},
+                       {"s2_mm2", or_null(f.width_mm * f.width_mm)},
+                       {"offset_Pa", or_null(f.offset)},
+                       {"offset_sd_Pa", or_null(f.sd[3])},
+                       {"residual_rms_Pa", or_null(f.residual_rms)},
+                       {"r_squared", or_null(f.r_squared)}};
+  value["warnings"] = r.warnings;
+  return value;
+}
+
+std::string to_text(const ForwardOutcome& o) {
+  const ForwardResult& r = o.result;
+  const ForwardScene& s = o.scene;
+  std::string text =
+      line("tissue          %g x %g x %g mm, %g Pa, Poisson's ratio %g, %u x %u x %u cells\n", s.block_mm[0],
+           s.block_mm[1], s.block_mm[2], s.young_Pa, s.poisson, s.cells[0], s.cells[1], s.cells[2]);
+  if (s.inclusion) {
+    const auto size = s.inclusion->size();
+    text += line("inclusion       %s %g x %g x %g mm, %g mm deep, %g times as stiff\n",
+                 to_string(s.inclusion->shape), size[0], size[1], size[2], s.inclusion->depth_mm,
+                 s.inclusion->stiffness_ratio);
+  } else {
+    text += "inclusion       none\n";
+  }
+  for (const PadSheet& sheet : s.pad)
+    text += line("%s%g mm, %g Pa%s\n", &sheet == s.pad.data() ? "pad             " : "                ",
+                 sheet.thickness_mm, sheet.young_Pa,
+                 &sheet != s.pad.data() ? ""
+                 : s.pad_slides         ? ", slides on the tissue"
+                                        : ", bonded to the tissue");
+  if (!r.converged)
+    return text + (r.press_mm > 0 ? line("NOT CONVERGED   good up to %.4g mm and %.5g N (%s)\n", r.press_mm,
+                                         r.force_N, r.solver.c_str())
+                                  : line("NOT CONVERGED   residual %.3g after %u iterations: no numbers\n",
+                                         r.residual, r.iterations));
+  text += line("press           %s, %.4g mm, %.5g N\n", to_string(s.presser), r.press_mm, r.force_N);
+  text += line("stress          %.5g Pa in the middle", r.center_stress_Pa);
+  text += std::isfinite(r.core_strain) ? line(", strain in the core %.4g\n", r.core_strain) : "\n";
+  if (s.presser == Presser::Sphere)
+    text += line("contact         radius %.4g mm, +- half a cell of %.3g mm\n", r.contact_radius_mm,
+                 r.stress_Pa.pitch_mm[0]);
+  const GaussianFit& f = o.fit;
+  if (f.found)
+    text += line(
+        "Gaussian        a %.4g +- %.2g Pa, s %.4g +- %.2g mm (s^2 %.4g mm^2), at %.3g +- %.2g mm,\n"
+        "                offset %.4g +- %.2g Pa, R^2 %.4f (errors: how far the line is from a Gaussian)\n",
+        f.amplitude, f.sd[0], f.width_mm, f.sd[2], f.width_mm * f.width_mm, f.center_mm, f.sd[1], f.offset,
+        f.sd[3], f.r_squared);
+  else
+    text += "Gaussian        none: the line holds no bump that stands out\n";
+  text += line("solved          residual %.2g, %u iterations, %.2f s, %.0f MB\n", r.residual, r.iterations,
+               r.wall_s, megabytes(r));
+  text += "solver          " + r.solver + "\n";
+  for (const std::string& warning : r.warnings) text += "warning         " + warning + "\n";
+  return text;
+}
+
+}  // namespace palpate

@@ -1,0 +1,20 @@
+// What the command lines of the forward model and of lumps share.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "engine/fem/solve.h"
+
+namespace palpate {
+
+/// "AxBxC" of an option. Throws Error(Failure::Usage) with `example` as what to try.
+std::array<uint32_t, 3> parse_cells(const std::string& option, const std::string& text,
+                                    const std::string& example);
+
+/// sphere, ellipsoid, cylinder, lying.
+const std::map<std::string, LumpShape>& lump_shapes();
+
+}  // namespace palpate

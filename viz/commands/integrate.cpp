@@ -1,0 +1,199 @@
+// palpate integrate: any gradient field in, a height map out.
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "capture/files/output_file.h"
+#include "palpate/error.h"
+#include "palpate/frame.h"
+#include "engine/gpu/context.h"
+#include "engine/stages/surface.h"
+#include "engine/stages/weighted_surface.h"
+#include "viz/commands/command.h"
+#include "capture/run/input.h"
+#include "capture/calibrate/integrate_lights.h"
+#include "capture/files/npy.h"
+#include "viz/commands/one_of.h"
+
+namespace palpate {
+namespace {
+
+struct Options {
+  std::vector<std::filesystem::path> inputs;  ///< gradients, or images with lights
+  std::filesystem::path lights, truth;        ///< empty: none
+  std::filesystem::path gradients;
+  std::filesystem::path weights;  ///< empty: none
+  bool kinks = false;
+  SurfaceSolver solver = SurfaceSolver::Converged;
+};
+
+/// Throws where a height map cannot be made of such a shape.
+void check_shape(const NpyArray& array, const std::filesystem::path& file) {
+  const std::vector<size_t>& shape = array.shape;
+  const bool fits = shape.size() == 3 && shape[2] == 2 && shape[0] >= 1 && shape[1] >= 1 &&
+                    shape[0] <= kMaxSide_px && shape[1] <= kMaxSide_px;
+  if (!fits) {
+    throw Error(Failure::Input,
+                "gradients of rows x columns x 2 (dz/dx, dz/dy), each side 1 to " +
+                    std::to_string(kMaxSide_px) + ", in '" + file.string() + "'",
+                describe_shape(shape), "numpy.stack([dz_dx, dz_dy], axis=-1)");
+  }
+}
+
+NpyArray read_weights(const Options& options, const NpyArray& gradients) {
+  if (options.weights.empty())
+    return {{gradients.shape[0], gradients.shape[1]},
+            std::vector<float>(gradients.shape[0] * gradients.shape[1], 1.0f)};
+  NpyArray weights = read_npy(options.weights);
+  const std::vector<size_t> wanted{gradients.shape[0], gradients.shape[1]};
+  if (weights.shape != wanted) {
+    throw Error(Failure::Input,
+                "weights of " + describe_shape(wanted) + ", one for each pixel, in '" +
+                    options.weights.string() + "'",
+                describe_shape(weights.shape), "an array of the gradients' rows and columns");
+  }
+  return weights;
+}
+
+/// The same with a weight for each pixel.
+Report integrate_with_weights(const Common& common, const Options& options, const NpyArray& array) {
+  const NpyArray weights = read_weights(options, array);
+  const auto rows = static_cast<uint32_t>(array.shape[0]), cols = static_cast<uint32_t>(array.shape[1]);
+  const std::unique_ptr<gpu::Context> context = open_device(common);
+  const double start_s = now_s();
+  const WeightedHeights heights =
+      integrate_weighted(*context, array.values, weights.values, rows, cols, options.solver, options.kinks);
+  const double seconds = now_s() - start_s;
+  make_output_folder(common.out);
+  const std::filesystem::path file = common.out / "height.npy";
+  write_npy(file, heights.values, {rows, cols});
+  const WeightedEvidence& evidence = heights.evidence;
+  const nlohmann::ordered_json value = {{"height", file.string()},
+                                        {"rows", rows},
+                                        {"columns", cols},
+                                        {"solver", to_string(options.solver)},
+                                        {"device", context->report().name},
+                                        {"residual", evidence.residual},
+                                        {"inconsistency", evidence.misfit},
+                                        {"iterations", evidence.iterations},
+                                        {"converged", evidence.converged},
+                                        {"unknown_px", heights.islands.unknown_px},
+                                        {"islands", heights.islands.count},
+                                        {"kinks", heights.kinks},
+                                        {"peak_to_valley", heights.peak_to_valley},
+                                        {"seconds", seconds},
+                                        {"complete", true}};
+  char text[300];
+  std::snprintf(
+      text, sizeof text,
+      "%u x %u heights, peak to valley %.6g, relative residual %.2g after %u iterations, inconsistency %.2g, "
+      "%llu px unknown, %.3f s\n",
+      rows, cols, heights.peak_to_valley, evidence.residual, evidence.iterations, evidence.misfit,
+      static_cast<unsigned long long>(heights.islands.unknown_px), seconds);
+  if (heights.islands.apart()) {
+    spdlog::warn("unknown pixels cut the field into {} islands: heights between them are not determined",
+                 heights.islands.count);
+  }
+  if (!evidence.converged && options.solver != SurfaceSolver::Live && options.solver != SurfaceSolver::Fine)
+    spdlog::warn("not converged: weights of too many orders of magnitude; --solver exact may go further");
+  return {text + ("written: " + file.string()),
+          value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
+          validation_clean(*context) ? 0 : kInternalError};
+}
+
+Report integrate(const Common& common, Options options) {
+  if (!options.lights.empty()) {
+    if (!options.weights.empty() || options.kinks)
+      throw Error(Failure::Usage, "gradients for --weights and --kinks", "images under --lights",
+                  "palpate integrate without these options");
+    return integrate_lights(common, {options.inputs, options.lights, options.truth});
+  }
+  if (options.inputs.size() != 1 || !options.truth.empty())
+    throw Error(
+        Failure::Usage, "one array of gradients, or images with --lights FILE",
+        options.inputs.size() != 1 ? std::to_string(options.inputs.size()) + " files" : "--truth alone",
+        "palpate integrate --help");
+  options.gradients = options.inputs.front();
+  const NpyArray array = read_npy(options.gradients);
+  check_shape(array, options.gradients);
+  if (!options.weights.empty() || options.kinks) return integrate_with_weights(common, options, array);
+  const auto rows = static_cast<uint32_t>(array.shape[0]), cols = static_cast<uint32_t>(array.shape[1]);
+  const std::unique_ptr<gpu::Context> context = open_device(common);
+  const double start_s = now_s();
+  const Heights heights = integrate_gradients(*context, array.values, rows, cols, options.solver);
+  const double seconds = now_s() - start_s;
+
+  make_output_folder(common.out);
+  const std::filesystem::path file = common.out / "height.npy";
+  write_npy(file, heights.values, {rows, cols});
+  const nlohmann::ordered_json value = {{"height", file.string()},
+                                        {"rows", rows},
+                                        {"columns", cols},
+                                        {"solver", to_string(options.solver)},
+                                        {"device", context->report().name},
+                                        {"residual", heights.evidence.residual},
+                                        {"inconsistency", heights.evidence.inconsistency},
+                                        {"peak_to_valley", heights.evidence.peak_to_valley},
+                                        {"seconds", seconds},
+                                        {"complete", true}};
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "%u x %u heights, peak to valley %.6g, relative residual %.2g, inconsistency %.2g, %.3f s\n",
+                rows, cols, heights.evidence.peak_to_valley, heights.evidence.residual,
+                heights.evidence.inconsistency, seconds);
+  constexpr double kTurning = 0.3;
+  if (heights.evidence.inconsistency > kTurning) {
+    spdlog::warn(
+        "{:.0f} % of the gradients belong to no surface: check order (dz/dx, dz/dy), signs and noise",
+        100 * heights.evidence.inconsistency);
+  }
+  return {text + ("written: " + file.string()),
+          value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
+          validation_clean(*context) ? 0 : kInternalError};
+}
+
+}  // namespace
+
+void add_integrate(CLI::App& program, Common& common, Command& chosen) {
+  CLI::App* command = program.add_subcommand(
+      "integrate", "Turn a gradient field (NumPy array), or images under several lights, into a height map");
+  auto options = std::make_shared<Options>();
+  command
+      ->add_option("GRADIENTS", options->inputs,
+                   "rows x columns x 2, float32 or float64: dz/dx (right), dz/dy (down), per pixel; with "
+                   "--lights the gray images, in the order of the lights")
+      ->required();
+  command->add_option("--lights", options->lights,
+                      "What palpate calibrate lights wrote: heights in mm from images under several lights");
+  command->add_option("--truth", options->truth,
+                      "With --lights: known heights to judge by, mm (NumPy array or TrueMap file)");
+  command->add_option(
+      "--weights", options->weights,
+      "rows x columns, at least 0: how much each pixel's gradient counts; 0 is not known and may be NaN");
+  command->add_flag("--kinks", options->kinks,
+                    "Look for places where the slope jumps (the rim of a pressed ball) and keep heights "
+                    "beside from ringing");
+  command->add_option("--out", common.out, "Folder for height.npy")->required();
+  command
+      ->add_option(
+          "--solver", options->solver,
+          "live (one multigrid pass), fine (one cycle more), converged (default: six) or exact (cosine "
+          "transform, CPU)")
+      ->transform(one_of(std::map<std::string, SurfaceSolver>{{"live", SurfaceSolver::Live},
+                                                              {"fine", SurfaceSolver::Fine},
+                                                              {"converged", SurfaceSolver::Converged},
+                                                              {"exact", SurfaceSolver::Exact}}));
+  add_common(*command, common,
+             "  palpate integrate slopes.npy --out out/height\n"
+             "  palpate integrate slopes.npy --out out/height --solver exact --json\n"
+             "  palpate integrate image0*.png --lights lights.json --out out/height\n"
+             "height.npy is float32, rows x columns, mean 0, in the gradients' unit times one pixel: the "
+             "heights whose\n"
+             "differences fit the gradients best (least squares, no rim pinned, tilt kept).\n");
+  command->callback(
+      [&common, &chosen, options] { chosen = [&common, options] { return integrate(common, *options); }; });
+}
+
+}  // namespace palpate

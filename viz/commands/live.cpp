@@ -1,0 +1,132 @@
+// palpate live: the surface and the measurements while they happen.
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <tuple>
+#include <utility>
+
+#include "palpate/error.h"
+#include "engine/gpu/context.h"
+#include "viz/live/run.h"
+#include "viz/commands/camera_options.h"
+#include "viz/commands/command.h"
+#include "viz/live/live.h"
+#include "viz/report/live_report.h"
+#include "viz/commands/one_of.h"
+#include "viz/render/window.h"
+
+namespace palpate {
+namespace {
+
+struct Options {
+  std::string input = "synthetic:palpation?mode=gel&repeat=0";
+  CameraChoice camera;
+  std::filesystem::path sensor;
+  std::filesystem::path background;
+  SurfaceSolver solver = SurfaceSolver::Live;
+  bool skip_untouched = false;
+  bool record = false;
+  SessionOptions session;
+  BlockChoice block;
+  viz::LiveOptions live;
+};
+
+Report live(const Common& common, const Options& options) {
+  if (options.record && common.out.empty())
+    throw Error(Failure::Usage, "--out DIR to record to", "--record alone", "--out out/live");
+  // Before anything else is opened: without a display the rest is in vain.
+  const std::vector<const char*> extensions = viz::window_extensions();
+  BenchRequest request{.input = options.camera.input(options.input),
+                       .sensor = options.sensor,
+                       .background = options.background,
+                       .solver = options.solver,
+                       .skip_untouched = options.skip_untouched,
+                       .out = common.out,
+                       .recordings = {},
+                       .record = options.record,
+                       .session = options.session,
+                       .block = options.block,
+                       .live = options.live};
+  OpenInput opened = open_input(common, request, interrupted);
+  const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
+  Remembered remembered;
+  remembered.settings.remember(request.input, request.sensor);
+  request.live.settings = &remembered.settings;
+  request.live.title = "palpate: " + opened.measured.input;
+  request.live.interrupted = interrupted;
+  const BenchReport bench = run_bench(*context, std::move(request), std::move(opened));
+  const MeasuredInput& input = bench.measured;
+  const auto& [report, sessions] = std::tie(bench.live, bench.sessions);
+  if (const std::string error = recording_error(sessions); !error.empty()) spdlog::error("{}", error);
+
+  nlohmann::ordered_json value = {{"input", input.input},
+                                  {"sensor", input.sensor.name},
+                                  {"device", context->report().name},
+                                  {"width_px", bench.format.width},
+                                  {"height_px", bench.format.height}};
+  value.update(to_json(report, sessions));
+  return {describe(report, sessions), value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
+          report.interrupted                   ? kInterrupted
+          : !recording_error(sessions).empty() ? static_cast<int>(Failure::Output)
+          : validation_clean(*context)         ? 0
+                                               : kInternalError};
+}
+
+}  // namespace
+
+void add_live(CLI::App& program, Common& common, Command& chosen) {
+  CLI::App* command = program.add_subcommand("live", "Show surface and measurements live in a window");
+  auto options = std::make_shared<Options>();
+  viz::LiveOptions& live_options = options->live;
+  command->add_option("INPUT", options->input,
+                      "Video, folder of images, session, or synthetic:SCENE (default: a simulated "
+                      "palpation, without end)");
+  options->camera.add_to(*command);
+  command->add_option("--sensor", options->sensor,
+                      "Sensor file (JSON, see README.md); synthetic inputs and sessions need none, a camera "
+                      "without one is uncalibrated");
+  command
+      ->add_option("--background", options->background,
+                   "Untouched image (default: the sensor file's, or the first frames)")
+      ->check(CLI::ExistingFile);
+  command->add_option(
+      "--out", common.out,
+      "Folder for measurements.csv and contacts.csv (frames that were measured), latency.csv, events.csv, "
+      "sessions and snapshots");
+  command->add_flag("--record", options->record,
+                    "Write a session from the start; in the window W starts and stops one");
+  command->add_flag("--no-drop", options->session.no_drop,
+                    "Let frames wait for the recorder instead of dropping them from the recording");
+  command
+      ->add_option("--solver", options->solver,
+                   "Surface solver: live (default), fine, converged or exact (CPU)")
+      ->transform(one_of(kSolverNames));
+  command->add_flag("--skip-untouched", options->skip_untouched,
+                    "Compute only a window around the contact; beyond it depth is 0");
+  command->add_option("--frames", live_options.max_frames, "End after that many frames");
+  command->add_option("--seconds", live_options.max_seconds, "End after so long")->check(CLI::PositiveNumber);
+  command
+      ->add_option("--rate", live_options.rate_Hz,
+                   "Frames a second of a recording (default: its own times, 10 for images)")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--loop", live_options.loop, "Start a recording again at its end");
+  command->add_flag("--close", live_options.close_at_end, "Close the window at the end of the recording");
+  command
+      ->add_option("--vsync", live_options.vsync,
+                   "on (default), mailbox (newest picture at each refresh), off (at once, may tear)")
+      ->transform(one_of(viz::kVsyncNames));
+  options->block.add_to(*command);
+  add_common(*command, common,
+             "  palpate live                                       a simulated palpation on a gel skin\n"
+             "  palpate live --camera /dev/video0 --sensor pad.json --out out/live --record\n"
+             "  palpate live press.avi --sensor gel.json --loop    a recording, again and again\n"
+             "  palpate live synthetic:slide --seconds 6 --close --out out/live --json\n"
+             "  palpate live synthetic:tissue?repeat=0             presses of a block with a lump in it\n"
+             "In the window: drag to orbit, right-drag to pan, wheel to zoom, W to record, H for all keys.\n"
+             "Live, the newest frame wins: frames that come too fast are dropped, counted and shown.\n");
+  command->callback(
+      [&common, &chosen, options] { chosen = [&common, options] { return live(common, *options); }; });
+}
+
+}  // namespace palpate

@@ -1,0 +1,32 @@
+// How pictures look, as commands that draw without a window spell it.
+#pragma once
+
+#include <vector>
+
+#include "viz/render/picture.h"
+
+namespace CLI {
+class App;
+}
+
+namespace palpate {
+
+struct LookOptions {
+  /// --depth-range, --exaggeration, --view, --colours, --colour-map, --colour-range, --section,
+  /// --calibrations, --skin-strain
+  void add(CLI::App& command);
+  void apply(viz::PictureOptions& look) const;
+
+ private:
+  double range_mm_ = 0;
+  double exaggeration_ = 0;
+  std::vector<double> view_deg_;
+  viz::Quantity quantity_ = viz::Quantity::Depth;
+  viz::ColourMap map_ = viz::ColourMap::Viridis;
+  double colour_range_ = 0;
+  std::vector<double> section_;
+  bool calibrations_ = false;
+  viz::SkinStrain skin_strain_ = viz::SkinStrain::Off;
+};
+
+}  // namespace palpate

@@ -1,0 +1,202 @@
+// palpate lump dataset: presses of many lumps at large strain in one HDF5 file.
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "palpate/error.h"
+#include "viz/commands/lump/lump.h"
+#include "viz/commands/forward_options.h"
+#include "engine/lump/study/dataset_run.h"
+#include "engine/lump/study/dataset_report.h"
+
+namespace palpate {
+namespace {
+
+struct Options {
+  LumpDatasetJob job;
+  std::string file, cells, coarser_cells;
+  std::vector<double> size_mm, depth_mm, stiffness_ratio, thickness_mm, young_Pa, greatest_press, block_mm;
+  std::vector<uint32_t> nodes;
+  std::vector<std::string> shapes;
+};
+
+/// One number stands for a range without width.
+void set(LumpRange& range, const std::vector<double>& given) {
+  if (!given.empty()) range = {given.front(), given.back()};
+}
+
+LumpSweep sweep_of(const Common& common, const Options& o) {
+  LumpSweep sweep = o.job.sweep;
+  sweep.seed = common.seed;
+  set(sweep.size_mm, o.size_mm);
+  set(sweep.depth_mm, o.depth_mm);
+  set(sweep.stiffness_ratio, o.stiffness_ratio);
+  set(sweep.thickness_mm, o.thickness_mm);
+  set(sweep.young_Pa, o.young_Pa);
+  set(sweep.greatest_press, o.greatest_press);
+  if (!o.block_mm.empty()) sweep.block_mm = {o.block_mm.front(), o.block_mm.back()};
+  if (!o.cells.empty()) sweep.cells = parse_cells("--cells", o.cells, "32x32x16");
+  if (o.coarser_cells == "0")
+    sweep.coarser_cells = {0, 0, 0};
+  else if (!o.coarser_cells.empty())
+    sweep.coarser_cells = parse_cells("--coarser-cells", o.coarser_cells, "32x32x16");
+  if (!o.nodes.empty()) sweep.nodes = {o.nodes.front(), o.nodes.back()};
+  if (!o.shapes.empty()) {
+    // In the order of LumpShape and each once: the order in which they were typed makes no other sweep.
+    std::set<LumpShape> shapes;
+    for (const std::string& name : o.shapes) {
+      bool known = false;
+      for (const LumpShape shape : LumpSweep().shapes)
+        if (name == to_string(shape)) known = shapes.insert(shape).second || true;
+      if (!known)
+        throw Error(Failure::Usage, "--shapes of sphere, ellipsoid, cylinder, lying", "'" + name + "'",
+                    "--shapes sphere,lying");
+    }
+    sweep.shapes.assign(shapes.begin(), shapes.end());
+  }
+  return sweep;
+}
+
+/// One line that is drawn over itself on a terminal, a line now and then elsewhere.
+class ProgressLine {
+ public:
+  explicit ProgressLine(const Common& common) : quiet_(common.quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
+  ~ProgressLine() {
+    if (drawn_ && terminal_) std::fputs("\r\x1b[K", stderr);
+  }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  void show(const LumpDatasetProgress& progress) {
+    const double every_s = terminal_ ? 0.5 : 30;
+    if (quiet_ || progress.wall_s < next_s_) return;
+    next_s_ = progress.wall_s + every_s;
+    const std::string line = progress_text(progress);
+    if (terminal_) {
+      std::fprintf(stderr, "\r\x1b[K%s", line.c_str());
+      std::fflush(stderr);
+    } else {
+      spdlog::info("{}", line);
+    }
+    drawn_ = true;
+  }
+
+ private:
+  bool quiet_, terminal_, drawn_ = false;
+  double next_s_ = 0;
+};
+
+Report dataset_command(const Common& common, Options& o) {
+  const Processes processes;
+  // Of several processes one speaks.
+  if (processes.rank() != 0) spdlog::set_level(spdlog::level::off);
+  LumpDatasetJob job = o.job;
+  job.file = o.file;
+  job.program = std::string("palpate ") + PALPATE_VERSION;
+  job.presser = press_lump;
+  job.stop = interrupted;
+  ProgressLine line(common);
+  job.progress = [&](const LumpDatasetProgress& progress) { line.show(progress); };
+  // What the command line alone shows to be wrong is found by all, told by the first, and ends them all.
+  try {
+    job.sweep = sweep_of(common, o);
+  } catch (const Error&) {
+    if (processes.rank() == 0) throw;
+    return {};
+  }
+  const LumpDatasetReport made = make_lump_dataset(job, processes);
+  if (!made.leads) return {};
+  const int code = made.complete || job.assemble_only ? 0 : kInterrupted;
+  return {dataset_text(job, made), dataset_json(job, made), code};
+}
+
+}  // namespace
+
+void add_lump_dataset(CLI::App& group, Common& common, Command& chosen) {
+  CLI::App* command = group.add_subcommand(
+      "dataset", "Press an even sweep of lumps at large strain; maps and truth in one HDF5 file");
+  auto o = std::make_shared<Options>();
+  LumpSweep& sweep = o->job.sweep;
+  o->job.count = 1000;
+  command->add_option("FILE", o->file, "The data set, *.h5. While it is made: FILE.part beside it")
+      ->required();
+  command->add_option("--count", o->job.count, "Cases")->capture_default_str();
+  command->add_option("--first", o->job.first, "Number of the first case in the sweep")
+      ->capture_default_str();
+  const auto range = [&](const char* name, std::vector<double>& to, const char* words) {
+    command->add_option(name, to, words)->expected(1, 2);
+  };
+  range("--size-mm", o->size_mm, "Least and greatest diameter (default 4 14)");
+  range("--depth-mm", o->depth_mm, "From the surface to the lump's top (default 1.5 10)");
+  range("--stiffness-ratio", o->stiffness_ratio,
+        "Lump's modulus over the tissue's, even in its logarithm (default 1.3 40)");
+  range("--thickness-mm", o->thickness_mm, "Of the tissue (default 16 24)");
+  range("--young-Pa", o->young_Pa, "Of the tissue, even in its logarithm (default 2000 30000)");
+  range("--greatest-press", o->greatest_press,
+        "Press at the last load over the thickness (default 0.1 0.22)");
+  command
+      ->add_option("--offset-mm", sweep.offset_mm, "Of the lump's centre, most, to either side in x and y.")
+      ->capture_default_str();
+  command
+      ->add_option("--centred-share", sweep.centred_share,
+                   "Share of the lumps that lie in the middle, solved as a quarter")
+      ->capture_default_str();
+  range("--block-mm", o->block_mm, "Length and width of the tissue (default 40 40)");
+  command->add_option("--poisson", sweep.poisson, "Poisson's ratio, 0 to 0.4999")->capture_default_str();
+  command->add_option("--floor-mm", sweep.floor_mm, "Least tissue below a lump")->capture_default_str();
+  command->add_option("--rim-mm", sweep.rim_mm, "Least tissue beside a lump")->capture_default_str();
+  command->add_option("--shapes", o->shapes, "Of sphere, ellipsoid, cylinder (upright), lying (default: all)")
+      ->delimiter(',');
+  command->add_option("--no-lump-share", sweep.no_lump_share,
+                      "Share of the cases that are tissue alone (default 1/12)");
+  command->add_option("--loads", sweep.loads, "Equal steps of the press at which it is looked at")
+      ->capture_default_str();
+  command->add_option("--cells", o->cells, "Cells of the tissue, AxBxC (default 48x48x24)");
+  command->add_option("--coarser-cells", o->coarser_cells,
+                      "Cells of a second grid of the same proportions, from which and the first the limit of "
+                      "no size is taken (default 24x24x12); 0: none. Where both are multiples of a grid "
+                      "of 12 cells or more, their cells follow the lump's surface");
+  command->add_option("--nodes", o->nodes, "Of the maps along x and y, whatever the cells (default 33 33)")
+      ->expected(1, 2);
+  command->add_option("--residual", sweep.residual, "Forces out of balance over all forces to stop at")
+      ->capture_default_str();
+  command->add_option("--step-mm", sweep.step_mm, "Greatest step of the press")->capture_default_str();
+  command
+      ->add_option("--threads", o->job.threads,
+                   "Of each process, a case each; 0: one per core, under mpirun 1")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 256));
+  command->add_flag("--assemble", o->job.assemble_only,
+                    "Press nothing: write FILE from the cases that are done");
+  add_common(
+      *command, common,
+      "  palpate lump dataset train.h5 --count 2000\n"
+      "  palpate lump dataset held_out.h5 --count 200 --seed 2 --cells 72x72x36 --coarser-cells 36x36x18\n"
+      "  mpirun -n 8 palpate lump dataset train.h5 --count 2000\n"
+      "  mpirun --host one:16,two:16 palpate lump dataset train.h5 --count 20000\n"
+      "  palpate lump info train.h5\n"
+      "The same command goes on after a kill, and with a larger --count after its end. The file has the\n"
+      "same bytes whatever the number of processes and threads. Only the first process uses the disk.\n");
+  command->callback([o, &common, &chosen] { chosen = [o, &common] { return dataset_command(common, *o); }; });
+}
+
+void add_lump_info(CLI::App& group, Common& common, Command& chosen) {
+  CLI::App* command =
+      group.add_subcommand("info", "What a data set of lumps holds, also one that is being made");
+  auto file = std::make_shared<std::string>();
+  command->add_option("FILE", *file, "*.h5")->required();
+  add_common(*command, common, "  palpate lump info train.h5\n");
+  command->callback([file, &common, &chosen] {
+    chosen = [file] {
+      const LumpDatasetInfo info = dataset_info(*file);
+      return Report{info.text, info.json};
+    };
+  });
+}
+
+}  // namespace palpate

@@ -1,0 +1,146 @@
+// palpate lump estimate: the lump behind pressure maps.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "capture/files/output_file.h"
+#include "palpate/error.h"
+#include "engine/lump/dataset/sweep.h"
+#include "engine/lump/observation/saturated_loads.h"
+#include "viz/commands/lump/lump.h"
+#include "capture/files/lump_maps.h"
+#include "viz/commands/lump/method.h"
+#include "viz/report/plot_script.h"
+
+namespace palpate {
+namespace {
+
+struct Options {
+  std::vector<std::string> maps;
+  std::vector<double> force_N, window_mm, block_mm;
+  double pitch_mm = 1.25, young_Pa = 0, thickness_mm = 20, noise_Pa = -1;
+  std::string network, method = "network";
+};
+
+LumpReading reading_of(const Options& o) {
+  if (o.force_N.size() != o.maps.size())
+    throw Error(Failure::Usage, "a force for each of " + std::to_string(o.maps.size()) + " maps",
+                std::to_string(o.force_N.size()), "--force-N F1,F2,...");
+  LumpReading reading;
+  std::vector<size_t> order(o.maps.size());
+  for (size_t k = 0; k < order.size(); ++k) order[k] = k;
+  std::sort(order.begin(), order.end(), [&o](size_t a, size_t b) { return o.force_N[a] < o.force_N[b]; });
+  for (const size_t k : order) {
+    reading.pressure_Pa.push_back(read_pressure_map(o.maps[k], o.pitch_mm));
+    reading.force_N.push_back(o.force_N[k]);
+  }
+  reading.young_Pa = o.young_Pa;
+  if (o.window_mm.size() == 2) reading.window_mm = {o.window_mm[0], o.window_mm[1]};
+  reading.block_mm = {o.block_mm.empty() ? 40 : o.block_mm.front(),
+                      o.block_mm.empty() ? 40 : o.block_mm.back(), o.thickness_mm};
+  reading.noise_Pa = o.noise_Pa >= 0 ? o.noise_Pa : noise_of(reading.pressure_Pa.back());
+  reading.saturated_share = saturated_share(reading.pressure_Pa);
+  return reading;
+}
+
+std::string script_of(const LumpReading& reading, const LumpEstimate& e) {
+  const ForwardMap& map = reading.pressure_Pa.back();
+  std::vector<std::vector<double>> pixels(3), outline(2);
+  for (uint32_t y = 0; y < map.height; ++y)
+    for (uint32_t x = 0; x < map.width; ++x) {
+      pixels[0].push_back(reading.window_mm[0] + (x - (map.width - 1) / 2.0) * map.pitch_mm[0]);
+      pixels[1].push_back(reading.window_mm[1] + (y - (map.height - 1) / 2.0) * map.pitch_mm[1]);
+      pixels[2].push_back(static_cast<double>(map.at(x, y)));
+    }
+  const bool seen =
+      e.evidence >= 1 && std::isfinite(e.size_mm.value) && e.verdict != LumpVerdict::SeveralLumps;
+  for (int i = 0; i <= 72 && seen; ++i) {
+    outline[0].push_back(e.x_mm.value + 0.5 * e.size_mm.value * std::cos(i * std::numbers::pi / 36));
+    outline[1].push_back(e.y_mm.value + 0.5 * e.size_mm.value * std::sin(i * std::numbers::pi / 36));
+  }
+  std::string script = plot_block("map", pixels) + plot_block("outline", outline);
+  char title[200];
+  std::snprintf(title, sizeof title, "%s", verdict_words(e.verdict));
+  if (seen)
+    std::snprintf(title, sizeof title, "%s: %.3g mm wide, %.3g mm deep, ratio %.3g to %.3g",
+                  to_string(e.shape), e.size_mm.value, e.depth_mm.value, e.stiffness_ratio.low,
+                  e.stiffness_ratio.high);
+  script += std::string("set title '") + title +
+            "'\nset key off\nset size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset tics out\nset "
+            "autoscale fix\n"
+            "set palette defined (0 '#440154', 1 '#3b528b', 2 '#21918c', 3 '#5ec962', 4 '#fde725')\nset "
+            "cblabel 'pressure at the highest load, Pa'\n"
+            "plot $map using 1:2:3 with image";
+  if (seen) script += ", $outline with lines lw 2 lc rgb '#ffffff'";
+  return script + "\n";
+}
+
+Report run(const Common& common, const Options& o) {
+  const LumpReading reading = reading_of(o);
+  const LumpEstimate estimate = lump_estimator(o.method, lump_network(o.network))(reading);
+  Report report{estimate_text(estimate), estimate_json(estimate)};
+  if (!common.out.empty()) {
+    make_output_folder(common.out);
+    write_whole(common.out / "lump.json", std::string_view(report.json + "\n"));
+    std::string csv = "quantity,value,low,high,unit\n", written = (common.out / "lump.json").string();
+    const auto row = [&csv](const char* name, const LumpValue& v, const char* unit) {
+      csv += std::string(name) + "," + plot_number(v.value) + "," + plot_number(v.low) + "," +
+             plot_number(v.high) + "," + unit + "\n";
+    };
+    if (estimate.evidence >= 1) {
+      row("size", estimate.size_mm, "mm");
+      row("depth", estimate.depth_mm, "mm");
+      row("stiffness_ratio", estimate.stiffness_ratio, "");
+      row("x", estimate.x_mm, "mm");
+      row("y", estimate.y_mm, "mm");
+    }
+    write_whole(common.out / "lump.csv", std::string_view(csv));
+    written += ", lump.csv";
+    for (const bool svg : {false, true})
+      draw_plot(plot_head(svg, 760, 600) + script_of(reading, estimate),
+                (common.out / (svg ? "lump.svg" : "lump.png")).string(), written);
+    report.text += "wrote " + written + "\n";
+  }
+  return report;
+}
+
+}  // namespace
+
+void add_lump_estimate(CLI::App& group, Common& common, Command& chosen) {
+  CLI::App* command = group.add_subcommand(
+      "estimate", "The lump behind pressure maps: size, depth, stiffness, shape, each with its interval");
+  auto o = std::make_shared<Options>();
+  command->add_option("MAPS", o->maps, "Pressure in Pa, a file per load: .npy (height x width) or .csv")
+      ->required();
+  command->add_option("--force-N", o->force_N, "On the whole block, one per map")->delimiter(',')->required();
+  command->add_option("--young-Pa", o->young_Pa, "Of the tissue, from a place without a lump")
+      ->required()
+      ->check(CLI::Range(1.0, 1e9));
+  command->add_option("--pitch-mm", o->pitch_mm, "Between a map's nodes")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 10.0));
+  command->add_option("--thickness-mm", o->thickness_mm, "Of the tissue")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 1000.0));
+  command->add_option("--block-mm", o->block_mm, "Length and width of the tissue (default 40 40)")
+      ->expected(1, 2);
+  command
+      ->add_option("--window-mm", o->window_mm, "The maps' middle from the block's middle, x y (default 0 0)")
+      ->expected(2);
+  command
+      ->add_option("--noise-Pa", o->noise_Pa,
+                   "Of a value, standard deviation (default: from the last map's roughness)")
+      ->check(CLI::Range(0.0, 1e9));
+  command->add_option("--network", o->network,
+                      "A file of palpate lump train (default: the built-in network)");
+  command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();
+  command->add_option("--out", common.out, "Folder for lump.json, lump.csv and a plot");
+  add_common(*command, common,
+             "  palpate lump estimate a.npy b.npy c.npy d.npy --force-N 0.5,1,1.5,2 --young-Pa 4000 "
+             "--thickness-mm 20\n"
+             "  palpate lump estimate press.csv --pitch-mm 1 --force-N 2 --young-Pa 5200 --out out/lump\n");
+  command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
+}
+
+}  // namespace palpate

@@ -1,0 +1,157 @@
+// palpate lump evaluate: how good estimates of lumps are, on blocks that are known.
+#include <CLI/CLI.hpp>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "capture/files/output_file.h"
+#include "palpate/error.h"
+#include "engine/lump/training/examples.h"
+#include "viz/commands/lump/lump.h"
+#include "engine/lump/study/evaluation.h"
+#include "engine/lump/study/evaluation_table.h"
+#include "viz/commands/lump/method.h"
+#include "viz/commands/one_of.h"
+
+namespace palpate {
+namespace {
+
+struct Options {
+  std::vector<std::string> files;
+  std::string network, method = "network";
+  std::optional<LumpScoreOver> over;
+  LumpEvaluationJob job;
+  uint32_t count = 0;
+};
+
+Report table_report(const Common& common, const std::vector<LumpScoreRow>& rows) {
+  Report report{rows_text(rows), rows_json(rows)};
+  if (!common.out.empty()) {
+    make_output_folder(common.out);
+    write_whole(common.out / "lump_rows.csv", std::string_view(rows_csv(rows)));
+    report.text += "wrote " + (common.out / "lump_rows.csv").string() + "\n";
+  }
+  return report;
+}
+
+Report run(const Common& common, Options& o) {
+  o.job.estimator = lump_estimator(o.method, lump_network(o.network));
+  std::vector<LumpExample> examples;
+  for (const std::string& file : o.files) {
+    std::vector<LumpExample> more = lump_examples(read_lump_file(file));
+    if (more.empty())
+      throw Error(Failure::Input, "a data set with a finished case", file + " without one",
+                  "palpate lump info " + file);
+    if (o.count > 0 && o.count < more.size()) more.resize(o.count);
+    examples.insert(examples.end(), std::make_move_iterator(more.begin()),
+                    std::make_move_iterator(more.end()));
+  }
+  o.job.seed = common.seed;
+  const size_t readings = count_judged(examples.size(), o.job);
+  if (readings == 0)
+    throw Error(Failure::Usage, "a first block below " + std::to_string(examples.size()),
+                "--first " + std::to_string(o.job.first), "--first 0");
+  std::mutex guard;
+  ProgressBar bar(common, "readings", readings * (o.over ? rows_of(*o.over) : 1));
+  o.job.progress = [&](size_t done) {
+    const std::scoped_lock lock(guard);
+    bar.update(done);
+    return !interrupted();
+  };
+  const Report nothing{"interrupted", R"({"complete": false})", kInterrupted};
+  if (o.over) {
+    try {
+      return table_report(common, scores_over(*o.over, examples, o.job));
+    } catch (const Stopped&) {
+      return nothing;
+    }
+  }
+  const std::vector<LumpJudged> judged = judge_lumps(examples, o.job);
+  if (judged.empty()) return nothing;
+  const bool complete = judged.size() == readings;
+  const LumpScore score = score_of(judged);
+  nlohmann::ordered_json json = score_json(score, o.method, o.job);
+  json["complete"] = complete;
+  Report report{score_text(score), json.dump(2)};
+  if (!complete) {
+    report.text = "interrupted after " + std::to_string(judged.size()) + " of " + std::to_string(readings) +
+                  " readings: of those\n" + report.text;
+    report.exit_code = kInterrupted;
+  }
+  if (!common.out.empty()) report.text += "wrote " + write_score(score, judged, common.out.string()) + "\n";
+  return report;
+}
+
+}  // namespace
+
+void add_lump_evaluate(CLI::App& group, Common& common, Command& chosen) {
+  CLI::App* command =
+      group.add_subcommand("evaluate", "How good estimates are: a known data set through a synthetic sensor");
+  auto o = std::make_shared<Options>();
+  static const std::map<std::string, LumpScoreOver> kOver = {{"noise", LumpScoreOver::Noise},
+                                                             {"exposure", LumpScoreOver::Exposure},
+                                                             {"loads", LumpScoreOver::Loads}};
+  command
+      ->add_option("DATA", o->files, "Data sets of palpate lump dataset, *.h5, that the network has not seen")
+      ->required();
+  command->add_option("--network", o->network,
+                      "A file of palpate lump train (default: the built-in network)");
+  command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();
+  command
+      ->add_option("--noise", o->job.sensor.noise_share,
+                   "Of each node, share of the highest load's peak pressure")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
+  command->add_option("--gauge-error", o->job.sensor.gauge_share, "Of each force, share")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
+  command
+      ->add_option("--modulus-error", o->job.modulus_error,
+                   "The tissue's modulus is told wrong by this share")
+      ->capture_default_str()
+      ->check(CLI::Range(-0.9, 10.0));
+  command
+      ->add_option("--full-scale-Pa", o->job.sensor.full_scale_Pa,
+                   "Of gray level 255; 0: the highest peak at 90 % of it")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e9));
+  command
+      ->add_option("--window-mm", o->job.sensor.window_mm,
+                   "What the camera sees of the plate (default 40 30)")
+      ->expected(2);
+  command->add_option("--loads", o->job.loads, "The highest so many loads; 0: all")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 32));
+  command
+      ->add_option("--exposure", o->job.sensor.exposure,
+                   "The highest load's peak over full scale; above 1 its top is saturated")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 100.0));
+  command
+      ->add_option(
+          "--over", o->over,
+          "A table instead of one score: noise (0.1 to 10 %, 1, 2 and 4 loads), exposure (the peak at 90 "
+          "to 300 % of full scale, 1 and 4 loads), loads (1, 2 and 4)")
+      ->transform(one_of(kOver));
+  command->add_option("--count", o->count, "Cases of each data set, from the first; 0: all")
+      ->capture_default_str();
+  command->add_option("--first", o->job.first, "The first case that is read, of all data sets together")
+      ->capture_default_str();
+  command->add_option("--every", o->job.every, "Each so many cases one is read")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000000));
+  command->add_option("--threads", o->job.threads, "More than one makes the times untrue")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 256));
+  command->add_option("--out", common.out, "Folder for lump_evaluation.csv and plots, or lump_rows.csv");
+  add_common(*command, common,
+             "  palpate lump evaluate held_out.h5 --out out/lump\n"
+             "  palpate lump evaluate held_out.h5 --noise 0.05 --loads 1\n"
+             "  palpate lump evaluate held_out.h5 --method direct --every 10 --out out/direct\n"
+             "  palpate lump evaluate held_out.h5 no_lump.h5 --over noise --threads 2 --out out/noise\n"
+             "  palpate lump evaluate held_out.h5 --network my.lump --modulus-error 0.3 --json\n");
+  command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
+}
+
+}  // namespace palpate

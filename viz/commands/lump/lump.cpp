@@ -1,0 +1,21 @@
+// palpate lump: size, depth and stiffness of what lies hidden in tissue.
+#include "viz/commands/lump/lump.h"
+
+#include <CLI/CLI.hpp>
+
+namespace palpate {
+
+void add_lump(CLI::App& program, Common& common, Command& chosen) {
+  CLI::App* group = program.add_subcommand("lump", "Size, depth and stiffness of a lump hidden in tissue");
+  group->require_subcommand(1);
+  add_lump_dataset(*group, common, chosen);
+  add_lump_info(*group, common, chosen);
+  add_lump_train(*group, common, chosen);
+  add_lump_estimate(*group, common, chosen);
+  add_lump_evaluate(*group, common, chosen);
+  add_lump_figures(*group, common, chosen);
+  add_lump_stability(*group, common, chosen);
+  add_lump_scan(*group, common, chosen);
+}
+
+}  // namespace palpate

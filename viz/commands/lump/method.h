@@ -1,0 +1,25 @@
+// Who estimates a lump, by the names that commands take.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "engine/lump/estimator.h"
+#include "engine/lump/network/network.h"
+
+namespace palpate {
+
+/// What --method takes, for its help.
+inline constexpr const char* kLumpMethodHelp =
+    "Who estimates: network (milliseconds), refined (its answer, refined by least squares), direct (finite "
+    "elements, a minute or so)";
+
+/// The file's network, or the built-in one where there is no file.
+std::shared_ptr<const LumpNetwork> lump_network(const std::string& file);
+
+/// "network", "refined" or "direct", which asks the network where to start. Throws Error(Failure::Usage) for
+/// others. `threads` is for the finite elements; 0: one per core.
+LumpEstimator lump_estimator(const std::string& method, std::shared_ptr<const LumpNetwork> network,
+                             uint32_t threads = 0);
+
+}  // namespace palpate

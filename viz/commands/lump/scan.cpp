@@ -1,0 +1,256 @@
+// palpate lump scan: several presses of one block as a map, an outline, an estimate and a report.
+#include "viz/commands/lump/scan.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <ctime>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "palpate/error.h"
+#include "engine/fem/large_strain/large_strain.h"
+#include "viz/commands/block_options.h"
+#include "viz/commands/forward/forward.h"
+#include "viz/commands/lump/lump.h"
+#include "viz/commands/forward_options.h"
+#include "viz/commands/lump/method.h"
+#include "viz/commands/one_of.h"
+#include "capture/run/scan_recording.h"
+
+namespace palpate {
+namespace {
+
+struct Options {
+  Options() { plan.scene.cells = {40, 40, 20}; }
+
+  ScanPlan plan;
+  StitchOptions stitch;
+  Inclusion lump;
+  bool simulate = false, no_inclusion = false;
+  std::vector<double> block_mm, window_mm, size_mm, offset_mm, second_mm;
+  std::vector<uint32_t> cells, size_px, leave_out;
+  uint32_t threads = 0;
+  std::vector<std::string> recordings;
+  std::string positions, gauge;
+  RecordedOptions recorded;
+  std::string method = "network";
+  bool force_given = false;
+};
+
+std::string text(const char* format, double a, double b = 0, double c = 0) {
+  char line[120];
+  std::snprintf(line, sizeof line, format, a, b, c);
+  return line;
+}
+
+std::string now_utc() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char line[32];
+  std::strftime(line, sizeof line, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return line;
+}
+
+ScanPlan plan_of(const Common& common, const Options& o) {
+  ScanPlan plan = o.plan;
+  plan.seed = common.seed;
+  std::copy_n(o.block_mm.begin(), o.block_mm.size(), plan.scene.block_mm.begin());
+  std::copy_n(o.window_mm.begin(), o.window_mm.size(), plan.sensor.window_mm.begin());
+  std::copy_n(o.size_px.begin(), o.size_px.size(), plan.sensor.size_px.begin());
+  std::copy_n(o.cells.begin(), o.cells.size(), plan.scene.cells.begin());
+  for (const uint32_t cells : plan.scene.cells)
+    if (cells % 2 != 0)
+      throw Error(Failure::Usage, "even numbers of cells", std::to_string(cells), "--cells 40 40 20");
+  plan.scene.inclusion.reset();
+  if (!o.no_inclusion) {
+    Inclusion lump = o.lump;
+    if (o.size_mm.size() == 1) lump.size_mm.fill(o.size_mm[0]);
+    if (o.size_mm.size() == 3) std::copy_n(o.size_mm.begin(), 3, lump.size_mm.begin());
+    if (o.size_mm.size() == 2) throw Error(Failure::Usage, "one size or three", "2", "--size-mm 8");
+    std::copy_n(o.offset_mm.begin(), o.offset_mm.size(), lump.offset_mm.begin());
+    plan.scene.inclusion = lump;
+    if (!o.second_mm.empty()) {
+      std::copy_n(o.second_mm.begin(), o.second_mm.size(), lump.offset_mm.begin());
+      plan.scene.others = {lump};
+    }
+  }
+  check(plan.scene);
+  return plan;
+}
+
+void add_inputs(const ScanPlan& plan, ScanReport& report) {
+  const ForwardScene& s = plan.scene;
+  report.inputs = {{"block", text("%g x %g x %g mm", s.block_mm[0], s.block_mm[1], s.block_mm[2])},
+                   {"tissue", text("Young's modulus %g Pa, Poisson's ratio %g", s.young_Pa, s.poisson)},
+                   {"loads", text("%g up to %g N on the block, presses differ by %.2g %%", plan.loads,
+                                  plan.force_N, 100 * plan.force_sd)},
+                   {"window", text("%g x %g mm", plan.sensor.window_mm[0], plan.sensor.window_mm[1]) +
+                                  text(", %g x %g px", plan.sensor.size_px[0], plan.sensor.size_px[1])},
+                   {"noise of the sensor", text("%g gray a pixel, %.2g %% of the peak a node",
+                                                plan.sensor.pixel_noise_gray, 100 * plan.sensor.noise_share)},
+                   {"stage", text("good to %g mm", plan.stage_sd_mm)},
+                   {"source", "a synthetic block, " +
+                                  text("%g x %g x %g cells, extrapolated with half as many, seed ",
+                                       s.cells[0], s.cells[1], s.cells[2]) +
+                                  std::to_string(plan.seed)}};
+}
+
+std::vector<ScanPress> simulated(const Common& common, const Options& o, ScanReport& report) {
+  if (!o.recordings.empty() || !o.positions.empty())
+    throw Error(Failure::Usage, "recordings, or --simulate", "both", "one of them");
+  const ScanPlan plan = plan_of(common, o);
+  LargeStrainOptions solver;
+  solver.threads = o.threads;
+  solver.stop = interrupted;
+  std::vector<ScanPress> presses =
+      simulate_scan(plan, [&](const ForwardScene& scene, const std::vector<PressLoad>& loads) {
+        return solve_extrapolated(scene, loads, solver);
+      });
+  for (const uint32_t press : o.leave_out)
+    if (press < 1 || press > presses.size())
+      throw Error(Failure::Usage, "presses to leave out, 1 to " + std::to_string(presses.size()),
+                  std::to_string(press), "--leave-out 2");
+  std::erase_if(presses, [&](const ScanPress& p) {
+    return std::any_of(o.leave_out.begin(), o.leave_out.end(),
+                       [&](uint32_t n) { return p.name == "press " + std::to_string(n); });
+  });
+  report.truth = plan.scene;
+  add_inputs(plan, report);
+  return presses;
+}
+
+std::vector<ScanPress> recorded(const Common& common, const Options& o, ScanReport& report,
+                                std::vector<std::string>& notes) {
+  if (o.positions.empty())
+    throw Error(Failure::Usage, "--simulate, or --positions FILE with the recordings' places", "neither",
+                "palpate lump scan --simulate");
+  RecordedOptions options = o.recorded;
+  std::copy_n(o.block_mm.begin(), o.block_mm.size(), options.block_mm.begin());
+  options.young_Pa = o.plan.scene.young_Pa;
+  options.loads = o.plan.loads;
+  options.force_N = o.force_given ? o.plan.force_N : 0;
+  const std::vector<RecordedPress> rows = read_places(o.positions, o.recordings, o.gauge);
+  std::vector<ScanPress> presses = read_presses(common, rows, options, notes);
+  report.inputs = {
+      {"block", text("%g x %g x %g mm", options.block_mm[0], options.block_mm[1], options.block_mm[2])},
+      {"tissue", text("Young's modulus %g Pa", options.young_Pa)},
+      {"places", o.positions}};
+  for (const RecordedPress& row : rows)
+    report.inputs.emplace_back(
+        "press",
+        row.recording + text(" at %g, %g mm, force of ", row.place_mm[0], row.place_mm[1]) + row.gauge);
+  return presses;
+}
+
+Report run(const Common& common, const Options& o) {
+  ScanReport report;
+  report.made = now_utc();
+  std::vector<std::string> notes;
+  const std::vector<ScanPress> presses =
+      o.simulate ? simulated(common, o, report) : recorded(common, o, report, notes);
+  if (interrupted()) return {"interrupted\n", R"({"complete": false})", kInterrupted};
+  LumpEstimator estimator;
+  if (o.method != "none") {
+    const auto network = lump_network("");
+    report.model =
+        o.method == "direct" ? "direct inversion by finite elements" : o.method + ": " + network->made_from();
+    estimator = lump_estimator(o.method, network, o.threads);
+  }
+  report.answer = evaluate_scan(presses, o.stitch, estimator, common.seed);
+  report.answer.warnings.insert(report.answer.warnings.end(), notes.begin(), notes.end());
+  std::string words = scan_text(report);
+  if (!common.out.empty()) words += "written: " + write_scan(report, common.out) + "\n";
+  return {words, scan_json(report).dump(2)};
+}
+
+}  // namespace
+
+void add_lump_scan(CLI::App& group, Common& common, Command& chosen) {
+  CLI::App* command =
+      group.add_subcommand("scan", "Several presses of a block: map, outline, estimate, report");
+  auto o = std::make_shared<Options>();
+  command->add_option("RECORDING", o->recordings,
+                      "Sessions or videos, one press each (default: all in --positions)");
+  command
+      ->add_option("--positions", o->positions,
+                   "CSV: recording,x_mm,y_mm[,gauge], places of the window's middle")
+      ->check(CLI::ExistingFile);
+  command->add_option(
+      "--gauge", o->gauge,
+      "CSV of the force on the block, where --positions names none; truth: of synthetic blocks");
+  command->add_option("--sensor", o->recorded.sensor, "Sensor file (default: the sessions' own)");
+  command->add_option("--pitch-mm", o->recorded.pitch_mm, "Of the map, of recordings")
+      ->capture_default_str()
+      ->check(CLI::Range(0.2, 5.0));
+  command->add_option("--method", o->method, std::string(kLumpMethodHelp) + ", none")
+      ->check(CLI::IsMember({"network", "refined", "direct", "none"}))
+      ->capture_default_str();
+  command->add_flag("--simulate", o->simulate, "Scan a synthetic block");
+  add_block(*command, o->block_mm, o->plan.scene.young_Pa)->capture_default_str();
+  command->add_option("--poisson", o->plan.scene.poisson, "Poisson's ratio of the tissue")
+      ->capture_default_str();
+  command->add_flag("--no-inclusion", o->no_inclusion, "Tissue alone");
+  command->add_option("--shape", o->lump.shape, "sphere, ellipsoid, cylinder (upright), lying")
+      ->transform(one_of(lump_shapes()))
+      ->default_str("sphere");
+  command->add_option("--size-mm", o->size_mm, "Diameter of the lump, or its sizes along x, y, z (default 8)")
+      ->expected(1, 3);
+  command->add_option("--depth-mm", o->lump.depth_mm, "From the surface to the lump's top")
+      ->capture_default_str();
+  command->add_option("--stiffness-ratio", o->lump.stiffness_ratio, "Lump's modulus over the tissue's")
+      ->capture_default_str();
+  command->add_option("--offset-mm", o->offset_mm, "Lump's centre from the block's middle, x y")->expected(2);
+  command
+      ->add_option("--second-mm", o->second_mm,
+                   "A second lump of the same kind, its centre x y from the middle")
+      ->expected(2);
+  command
+      ->add_option("--cells", o->cells,
+                   "Cells of the tissue along x, y, z, even numbers (default 40 40 20); half as many are "
+                   "solved besides and extrapolated with")
+      ->expected(3);
+  CLI::Option* force = command
+                           ->add_option("--force-N", o->plan.force_N,
+                                        "Highest force on the block (recordings: what all reached)")
+                           ->capture_default_str()
+                           ->check(CLI::PositiveNumber);
+  command->add_option("--loads", o->plan.loads, "Loads of each press, 1 to 8")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 8));
+  command->add_option("--window-mm", o->window_mm, "What the sensor sees of the plate (default 27.84 20.88)")
+      ->expected(2);
+  command->add_option("--size", o->size_px, "Its pixels (default 640 480)")->expected(2);
+  command
+      ->add_option("--noise", o->plan.sensor.noise_share, "Of a value after calibration, share of the peak")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
+  command
+      ->add_option("--full-scale-Pa", o->plan.sensor.full_scale_Pa,
+                   "Pressure at the camera's limit (default: the peak at 90 %)")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--stage-error-mm", o->plan.stage_sd_mm, "By how far the window misses its places")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 10.0));
+  command->add_option("--leave-out", o->leave_out, "Numbers of presses that are missing");
+  command
+      ->add_option("--stage-sd-mm", o->stitch.stage_sd_mm,
+                   "What the stitching takes the stage to be good for")
+      ->capture_default_str()
+      ->check(CLI::Range(1e-4, 10.0));
+  command->add_option("--threads", o->threads, "Threads; 0: one per core")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 256));
+  command->add_option("--out", common.out, "Folder for the report, maps and tables");
+  add_common(*command, common,
+             "  palpate lump scan --simulate --out out/scan                  then open out/scan/report.html\n"
+             "  palpate lump scan --simulate --offset-mm 6 -4 --stiffness-ratio 5\n"
+             "  palpate lump scan out/press1 out/press2 --positions places.csv --gauge truth --out out/scan\n"
+             "Research use, not a diagnosis.\n");
+  command->callback([o, force, &common, &chosen] {
+    o->force_given = force->count() > 0;
+    chosen = [o, &common] { return run(common, *o); };
+  });
+}
+
+}  // namespace palpate

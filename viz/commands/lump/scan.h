@@ -1,0 +1,33 @@
+// What `palpate lump scan` leaves: files, plots and a one-page report.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/palpation/scan.h"
+
+namespace palpate {
+
+/// A scan with all that people want to know of it.
+struct ScanReport {
+  ScanAnswer answer;
+  std::vector<std::pair<std::string, std::string>> inputs;  ///< name and value, for people
+  std::string model;                  ///< who estimated, with its version; empty: nobody
+  std::optional<ForwardScene> truth;  ///< of a synthetic block
+  std::string made;                   ///< when, UTC
+};
+
+/// Tables for people.
+std::string scan_text(const ScanReport& report);
+nlohmann::ordered_json scan_json(const ScanReport& report);
+
+/// Writes pressure_Pa.npy (loads x height x width), disagreement_Pa.npy, map.csv, presses.csv, outline.csv
+/// (of two bumps also outline_2.csv), scan.json, the plots map and profile (PNG and SVG) and report.html,
+/// which needs nothing beside it. Returns their names in words.
+std::string write_scan(const ScanReport& report, const std::filesystem::path& folder);
+
+}  // namespace palpate

@@ -1,0 +1,445 @@
+// A scan as tables, files, plots and one page.
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "capture/files/output_file.h"
+#include "viz/report/gnuplot.h"
+#include "perf/profile/report.h"
+#include "viz/commands/forward/forward.h"
+#include "viz/commands/lump/scan.h"
+#include "capture/files/npy.h"
+#include "viz/report/plot_script.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using Rows = std::vector<std::pair<std::string, std::string>>;
+
+constexpr const char* kNotice = "For research use. This is not a diagnosis.";
+constexpr const char* kLook =
+    "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\nset tics textcolor rgb '#222222'\n";
+
+template <typename... Values>
+std::string line(const char* format, Values... values) {
+  char text[300];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+Json or_null(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+Json to_json(const LumpValue& v) {
+  return {{"value", or_null(v.value)}, {"low", or_null(v.low)}, {"high", or_null(v.high)}};
+}
+
+/// What is felt of one bump; `fit`: of the profile through it, may be null.
+Rows felt_rows(const LumpOutline& o, const GaussianFit* fit) {
+  Rows rows;
+  if (!o.found) {
+    rows.emplace_back("outline", o.reason);
+    return rows;
+  }
+  rows.emplace_back("height above the block", interval_text(o.height_Pa, "Pa"));
+  rows.emplace_back("centre x, as pressed", interval_text(o.x_mm, "mm"));
+  rows.emplace_back("centre y, as pressed", interval_text(o.y_mm, "mm"));
+  if (o.closed) {
+    rows.emplace_back("area at half height", interval_text(o.area_mm2, "mm2"));
+    rows.emplace_back("width at half height", interval_text(o.width_mm, "mm"));
+  } else {
+    rows.emplace_back("outline", o.reason);
+  }
+  if (fit && fit->found)
+    rows.emplace_back("Gaussian of the profile",
+                      line("a = %.4g +- %.2g Pa, s^2 = %.4g +- %.2g mm2", fit->amplitude, fit->sd[0],
+                           fit->width_mm * fit->width_mm, 2 * fit->width_mm * fit->sd[2]));
+  return rows;
+}
+Rows felt_rows(const ScanAnswer& a) {
+  Rows rows = felt_rows(a.outline, &a.fit);
+  if (!a.second_outline) return rows;
+  rows.emplace_back("a second bump", "");
+  for (auto& row : felt_rows(*a.second_outline, nullptr)) rows.push_back(std::move(row));
+  return rows;
+}
+
+/// Presses that see one of two bumps alone: a line each.
+Rows press_rows(const ScanAnswer& a) {
+  Rows rows;
+  for (const PressAnswer& p : a.presses) {
+    const LumpEstimate& e = p.estimate;
+    std::string words =
+        line("the bump at %.3g, %.3g mm: %s", p.bump_mm[0], p.bump_mm[1], verdict_words(e.verdict));
+    if (tells_numbers(e.verdict))
+      words += "; size " + interval_text(e.size_mm, "mm") + ", depth " + interval_text(e.depth_mm, "mm") +
+               line(", stiffness ratio %.3g to %.3g", e.stiffness_ratio.low, e.stiffness_ratio.high);
+    rows.emplace_back(p.name, words);
+  }
+  return rows;
+}
+
+Json to_json(const LumpOutline& o) {
+  Json value = {{"found", o.found}, {"closed", o.closed}, {"significance", or_null(o.significance)}};
+  if (!o.reason.empty()) value["reason"] = o.reason;
+  if (o.found) {
+    value["x_mm"] = to_json(o.x_mm);
+    value["y_mm"] = to_json(o.y_mm);
+    value["height_Pa"] = to_json(o.height_Pa);
+  }
+  if (o.closed) {
+    value["area_mm2"] = to_json(o.area_mm2);
+    value["width_mm"] = to_json(o.width_mm);
+    value["points_mm"] = o.points_mm;
+  }
+  return value;
+}
+
+Json to_json(const LumpEstimate& e) {
+  Json v = {{"verdict", verdict_words(e.verdict)},
+            {"method", e.method},
+            {"evidence", or_null(e.evidence)},
+            {"false_alarm_rate", e.false_alarm_rate},
+            {"reasons", e.reasons}};
+  if (!e.bumps_mm.empty()) v["bumps_mm"] = e.bumps_mm;
+  if (!tells_numbers(e.verdict)) return v;
+  v["size_mm"] = to_json(e.size_mm);
+  v["depth_mm"] = to_json(e.depth_mm);
+  v["stiffness_ratio"] = to_json(e.stiffness_ratio);
+  v["x_mm"] = to_json(e.x_mm);
+  v["y_mm"] = to_json(e.y_mm);
+  v["shape"] = to_string(e.shape);
+  v["shape_probability"] = e.shape_probability;
+  return v;
+}
+
+Rows map_rows(const ScanMap& map) {
+  Rows rows;
+  std::string forces;
+  for (const double force_N : map.reading.force_N)
+    forces += (forces.empty() ? "" : ", ") + line("%.3g", force_N);
+  const auto used =
+      std::count_if(map.places.begin(), map.places.end(), [](const PressPlace& p) { return p.used; });
+  rows.emplace_back("presses", line("%ld of %zu used", static_cast<long>(used), map.places.size()));
+  rows.emplace_back("forces on the block", forces + " N");
+  rows.emplace_back("seen", line("%.1f %% of the block, its rim aside", 100 * map.seen_share));
+  rows.emplace_back("noise of a value", line("%.3g Pa", map.reading.noise_Pa));
+  rows.emplace_back("presses differ by", map.between_presses_Pa > 0 ? line("%.3g Pa", map.between_presses_Pa)
+                                                                    : std::string("not known: no overlap"));
+  return rows;
+}
+
+Rows truth_rows(const ForwardScene& s) {
+  if (!s.inclusion) return {{"lump", "none"}};
+  Rows rows;
+  std::vector<Inclusion> lumps = {*s.inclusion};
+  lumps.insert(lumps.end(), s.others.begin(), s.others.end());
+  for (const Inclusion& lump : lumps) {
+    const auto size = lump.size();
+    rows.emplace_back("shape", to_string(lump.shape));
+    rows.emplace_back("size", line("%g x %g x %g mm", size[0], size[1], size[2]));
+    rows.emplace_back("depth of its top", line("%g mm", lump.depth_mm));
+    rows.emplace_back("stiffness over the tissue's", line("%g", lump.stiffness_ratio));
+    rows.emplace_back("centre", line("%g, %g mm", lump.offset_mm[0], lump.offset_mm[1]));
+  }
+  return rows;
+}
+
+std::string table(const std::string& title, const Rows& rows) {
+  std::string text = title + "\n";
+  for (const auto& [name, value] : rows) text += line("  %-28s ", name.c_str()) + value + "\n";
+  return text;
+}
+
+std::string places_csv(const ScanMap& map) {
+  std::string csv =
+      "press,used,stage_x_mm,stage_y_mm,shift_x_mm,shift_x_sd_mm,shift_y_mm,shift_y_sd_mm,gain,gain_sd,"
+      "misfit,"
+      "reason\n";
+  for (const PressPlace& p : map.places) {
+    csv += "\"" + p.name + "\"," + (p.used ? "1," : "0,") + plot_number(p.stage_mm[0]) + "," +
+           plot_number(p.stage_mm[1]) + ",";
+    if (p.used)
+      csv += plot_number(p.shift_mm[0]) + "," + plot_number(p.shift_sd_mm[0]) + "," +
+             plot_number(p.shift_mm[1]) + "," + plot_number(p.shift_sd_mm[1]) + "," + plot_number(p.gain) +
+             "," + plot_number(p.gain_sd) + "," + plot_number(p.misfit) + ",\n";
+    else
+      csv += ",,,,,,,\"" + p.reason + "\"\n";
+  }
+  return csv;
+}
+
+double place(uint32_t i, uint32_t count, double pitch_mm) {
+  return (i - (count - 1) / 2.0) * pitch_mm;
+}
+
+std::string map_csv(const ScanMap& map) {
+  std::string csv = "x_mm,y_mm,presses";
+  for (const double force_N : map.reading.force_N) csv += line(",pressure_Pa_at_%.4g_N", force_N);
+  csv += ",between_presses_Pa\n";
+  const ForwardMap& top = map.reading.pressure_Pa.back();
+  const auto cell = [](float value) {
+    return std::isfinite(value) ? plot_number(static_cast<double>(value)) : std::string();
+  };
+  for (uint32_t j = 0; j < top.height; ++j)
+    for (uint32_t i = 0; i < top.width; ++i) {
+      csv += plot_number(place(i, top.width, top.pitch_mm[0])) + "," +
+             plot_number(place(j, top.height, top.pitch_mm[1])) + "," + cell(map.presses.at(i, j));
+      for (const ForwardMap& load : map.reading.pressure_Pa) csv += "," + cell(load.at(i, j));
+      csv += "," + cell(map.disagreement_Pa.at(i, j)) + "\n";
+    }
+  return csv;
+}
+
+std::string ellipse(double x, double y, double width, double height) {
+  std::string lines;
+  for (int i = 0; i <= 72; ++i) {
+    const double angle = 2 * std::numbers::pi * i / 72;
+    lines += plot_number(x + width / 2 * std::cos(angle)) + " " +
+             plot_number(y + height / 2 * std::sin(angle)) + "\n";
+  }
+  return lines;
+}
+
+std::string matrix(const ForwardMap& map) {
+  std::string lines;
+  for (uint32_t j = 0; j < map.height; ++j, lines += "\n")
+    for (uint32_t i = 0; i < map.width; ++i)
+      lines += plot_number(place(i, map.width, map.pitch_mm[0])) + " " +
+               plot_number(place(j, map.height, map.pitch_mm[1])) + " " +
+               plot_number(static_cast<double>(map.at(i, j))) + "\n";
+  return lines;
+}
+
+std::string map_script(const ScanReport& r) {
+  const ScanAnswer& a = r.answer;
+  const LumpReading& reading = a.map.reading;
+  std::string blocks = data_block("map", matrix(reading.pressure_Pa.back())) +
+                       data_block("spread", matrix(a.map.disagreement_Pa));
+  std::string over;
+  const auto draw = [&](const LumpOutline& outline, const char* name, const char* title) {
+    if (!outline.closed) return;
+    std::string lines;
+    for (size_t i = 0; i <= outline.points_mm.size(); ++i) {
+      const auto& p = outline.points_mm[i % outline.points_mm.size()];
+      lines += plot_number(p[0]) + " " + plot_number(p[1]) + "\n";
+    }
+    blocks += data_block(name, lines);
+    over += line(", $%s using 1:2 with lines lw 2.5 lc rgb '#ff5a5f' %s", name, title);
+  };
+  draw(a.outline, "outline", "title 'felt: half height'");
+  if (a.second_outline) draw(*a.second_outline, "outline2", "notitle");
+  if (a.estimate && tells_numbers(a.estimate->verdict)) {
+    const LumpEstimate& e = *a.estimate;
+    blocks += data_block("lump", ellipse(e.x_mm.value, e.y_mm.value, e.size_mm.value, e.size_mm.value));
+    over += ", $lump using 1:2 with lines lw 2.5 dt 2 lc rgb '#00e5ff' title 'estimated size'";
+  }
+  if (r.truth && r.truth->inclusion) {
+    std::vector<Inclusion> lumps = {*r.truth->inclusion};
+    lumps.insert(lumps.end(), r.truth->others.begin(), r.truth->others.end());
+    std::string lines;
+    for (const Inclusion& lump : lumps)
+      lines += ellipse(lump.offset_mm[0], lump.offset_mm[1], lump.size()[0], lump.size()[1]) + "\n";
+    blocks += data_block("truth", lines);
+    over += ", $truth using 1:2 with lines lw 2 dt 3 lc rgb '#ffffff' title 'true size'";
+  }
+  std::string windows;
+  for (const PressPlace& p : a.map.places)
+    windows += plot_number(p.stage_mm[0] + p.shift_mm[0]) + " " + plot_number(p.stage_mm[1] + p.shift_mm[1]) +
+               " " + (p.used ? "1" : "0") + "\n";
+  blocks += data_block("windows", windows);
+  return blocks +
+         "set palette defined (0 '#440154', 1 '#3b528b', 2 '#21918c', 3 '#5ec962', 4 '#fde725')\n"
+         "set size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset tics out\nset autoscale fix\n"
+         "set object 1 rectangle from graph 0,0 to graph 1,1 behind fc rgb '#cccccc' fs solid noborder\n"
+         "set key top left samplen 2 textcolor rgb '#ffffff'\nset multiplot layout 1,2\n"
+         "set title " +
+         perf::gnuplot_quoted(
+             line("pressure at %.3g N on the block, Pa (gray: not seen)", reading.force_N.back())) +
+         "\nplot $map using 1:2:3 with image notitle" + over +
+         "\nset title 'spread between presses, Pa; crosses: the windows'' middles'\n"
+         "plot $spread using 1:2:3 with image notitle, $windows using 1:2 with points pt 1 ps 1.2 lw 2 lc "
+         "rgb '#ffffff' notitle\n"
+         "unset multiplot\n";
+}
+
+std::string profile_script(const ScanAnswer& a) {
+  std::string points, block, curve;
+  for (size_t i = 0; i < a.profile.x_mm.size(); ++i) {
+    points += plot_number(a.profile.x_mm[i]) + " " + plot_number(a.profile.value[i]) + " " +
+              plot_number(a.map.reading.noise_Pa) + "\n";
+    block += plot_number(a.block.x_mm[i]) + " " + plot_number(a.block.value[i]) + "\n";
+    if (a.fit.found)
+      curve += plot_number(a.profile.x_mm[i]) + " " +
+               plot_number(a.block.value[i] + a.fit.at(a.profile.x_mm[i])) + "\n";
+  }
+  std::string script =
+      data_block("points", points) + data_block("block", block) + data_block("curve", curve) + kLook +
+      "set xlabel 'x, mm'\nset ylabel 'pressure, Pa'\nset key top right\nset offsets 0, 0, graph 0.2, 0\nset "
+      "title " +
+      perf::gnuplot_quoted(line("through y = %.2f mm at %.3g N", a.outline.found ? a.outline.y_mm.value : 0.0,
+                                a.map.reading.force_N.back())) +
+      "\nplot $points using 1:2:3 with yerrorbars pt 7 ps 0.6 lc rgb '#0072b2' title 'map, with its noise', "
+      "$block with lines lw 1.5 dt 2 lc rgb '#888888' title 'smooth block'";
+  if (a.fit.found)
+    script += ", $curve with lines lw 2 lc rgb '#d55e00' title " +
+              perf::gnuplot_quoted(line("with Gaussian: a %.4g Pa, s^2 %.3g mm^2", a.fit.amplitude,
+                                        a.fit.width_mm * a.fit.width_mm));
+  return script + "\n";
+}
+
+std::string html_rows(const Rows& rows) {
+  std::string text = "<table>\n";
+  for (const auto& [name, value] : rows)
+    text += "<tr><th>" + perf::html_escaped(name) + "</th><td>" + perf::html_escaped(value) + "</td></tr>\n";
+  return text + "</table>\n";
+}
+
+std::string svg_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  return text.empty() ? "<p>no plot: gnuplot is not there</p>\n" : perf::svg_element(text);
+}
+
+std::string html(const ScanReport& r, const fs::path& folder) {
+  const ScanAnswer& a = r.answer;
+  std::string body =
+      "<h1>Scan of a tissue block</h1>\n<p class=\"notice\">" + std::string(kNotice) + "</p>\n";
+  body += "<div class=\"two\"><section><h2>What lies behind it</h2>\n" +
+          (a.estimate ? html_rows(estimate_rows(*a.estimate))
+                      : std::string("<p>Not estimated: no model was asked.</p>\n")) +
+          "</section><section><h2>What is felt</h2>\n" + html_rows(felt_rows(a)) + "</section></div>\n";
+  if (!a.presses.empty()) body += "<h2>Presses that see one bump alone</h2>\n" + html_rows(press_rows(a));
+  body += "<figure>" + svg_of(folder / "map.svg") + "</figure>\n<div class=\"two\"><figure>" +
+          svg_of(folder / "profile.svg") + "</figure>\n<section><h2>The map</h2>\n" +
+          html_rows(map_rows(a.map));
+  if (r.truth) body += "<h2>The synthetic block's truth</h2>\n" + html_rows(truth_rows(*r.truth));
+  body += "</section></div>\n";
+  if (!a.warnings.empty()) {
+    body += "<h2>Warnings</h2>\n<ul class=\"warning\">\n";
+    for (const std::string& warning : a.warnings) body += "<li>" + perf::html_escaped(warning) + "</li>\n";
+    body += "</ul>\n";
+  }
+  Rows inputs = r.inputs;
+  inputs.emplace_back("program", "palpate " PALPATE_VERSION);
+  inputs.emplace_back("model", r.model.empty() ? "none" : r.model);
+  inputs.emplace_back("made", r.made);
+  body += "<h2>Inputs</h2>\n" + html_rows(inputs);
+  body +=
+      "<p class=\"small\">Intervals hold nine of ten truths where the model's assumptions hold: one lump, "
+      "even tissue of the "
+      "stated modulus and thickness, a plate without friction. " +
+      std::string(kNotice) + "</p>\n";
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>Scan of a tissue "
+         "block</title>\n<style>\n"
+         "body { font: 14px/1.4 'DejaVu Sans', Verdana, sans-serif; color: #222; max-width: 1120px; margin: "
+         "1em auto; padding: 0 1em; }\n"
+         "h1 { font-size: 1.5em; margin: 0.3em 0; } h2 { font-size: 1.05em; margin: 0.8em 0 0.3em; "
+         "border-bottom: 1px solid #ddd; }\n"
+         "table { border-collapse: collapse; font-size: 0.88em; } th, td { text-align: left; padding: 0.1em "
+         "0.8em 0.1em 0; vertical-align: top; "
+         "font-weight: normal; } th { color: #555; white-space: nowrap; }\n"
+         ".notice { background: #e8f0f8; border-left: 4px solid #0072b2; padding: 0.3em 0.8em; margin: 0.3em "
+         "0; }\n"
+         ".warning { background: #fff3d6; border-left: 4px solid #e69f00; padding: 0.3em 0.8em 0.3em 2em; "
+         "margin: 0.3em 0; font-size: 0.88em; }\n"
+         ".two { display: grid; grid-template-columns: 1fr 1fr; gap: 0 2em; } figure { margin: 0.4em 0; } "
+         "svg { max-width: 100%; height: auto; }\n"
+         ".small { color: #555; font-size: 0.85em; }\n"
+         "@page { size: A4; margin: 10mm; }\n"  // all on one page
+         "@media print { body { font-size: 9.5px; margin: 0; padding: 0; print-color-adjust: exact; } "
+         "svg { max-height: 54mm; } }\n</style>\n</head>\n<body>\n" +
+         body + "</body>\n</html>\n";
+}
+
+}  // namespace
+
+std::string scan_text(const ScanReport& r) {
+  const ScanAnswer& a = r.answer;
+  std::string text = table("map of the block", map_rows(a.map)) + table("felt", felt_rows(a));
+  text += a.estimate ? table("estimate (" + r.model + ")", estimate_rows(*a.estimate))
+                     : std::string("not estimated: no model was asked\n");
+  if (!a.presses.empty()) text += table("presses that see one bump alone", press_rows(a));
+  if (r.truth) text += table("truth of the synthetic block", truth_rows(*r.truth));
+  for (const std::string& warning : a.warnings) text += "warning: " + warning + "\n";
+  return text + kNotice + "\n";
+}
+
+Json scan_json(const ScanReport& r) {
+  const ScanAnswer& a = r.answer;
+  Json value = {
+      {"inputs", Json::object()}, {"program_version", PALPATE_VERSION}, {"model", r.model}, {"made", r.made}};
+  for (const auto& [name, text] : r.inputs) value["inputs"][name] = text;
+  const LumpReading& reading = a.map.reading;
+  value["map"] = {{"force_N", reading.force_N},
+                  {"width", reading.pressure_Pa.back().width},
+                  {"height", reading.pressure_Pa.back().height},
+                  {"pitch_mm", reading.pressure_Pa.back().pitch_mm[0]},
+                  {"seen_share", a.map.seen_share},
+                  {"saturated_share", reading.saturated_share},
+                  {"noise_Pa", reading.noise_Pa},
+                  {"between_presses_Pa", a.map.between_presses_Pa},
+                  {"presses", Json::array()}};
+  for (const PressPlace& p : a.map.places) {
+    Json press = {{"name", p.name}, {"used", p.used}, {"stage_mm", p.stage_mm}};
+    if (p.used)
+      press.update({{"shift_mm", p.shift_mm},
+                    {"shift_sd_mm", p.shift_sd_mm},
+                    {"gain", p.gain},
+                    {"gain_sd", p.gain_sd},
+                    {"misfit", p.misfit}});
+    else
+      press["reason"] = p.reason;
+    value["map"]["presses"].push_back(press);
+  }
+  value["outline"] = to_json(a.outline);
+  if (a.second_outline) value["second_outline"] = to_json(*a.second_outline);
+  value["estimate"] = nullptr;
+  if (a.estimate) value["estimate"] = to_json(*a.estimate);
+  for (const PressAnswer& p : a.presses) {
+    Json press = {{"name", p.name}, {"bump_mm", p.bump_mm}};
+    press["estimate"] = to_json(p.estimate);
+    value["presses_of_one_bump"].push_back(press);
+  }
+  if (r.truth) value["truth"] = to_json(*r.truth);
+  value["warnings"] = a.warnings;
+  value["notice"] = kNotice;
+  return value;
+}
+
+std::string write_scan(const ScanReport& r, const fs::path& folder) {
+  make_output_folder(folder);
+  const ScanMap& map = r.answer.map;
+  std::vector<float> loads;
+  for (const ForwardMap& load : map.reading.pressure_Pa)
+    loads.insert(loads.end(), load.values.begin(), load.values.end());
+  const ForwardMap& top = map.reading.pressure_Pa.back();
+  write_npy(folder / "pressure_Pa.npy", loads, {map.reading.pressure_Pa.size(), top.height, top.width});
+  write_npy(folder / "disagreement_Pa.npy", map.disagreement_Pa.values, {top.height, top.width});
+  write_whole(folder / "map.csv", std::string_view(map_csv(map)));
+  write_whole(folder / "presses.csv", std::string_view(places_csv(map)));
+  const auto write_outline = [&folder](const LumpOutline& outline, const char* name) {
+    std::string csv = "x_mm,y_mm\n";
+    for (const auto& p : outline.points_mm) csv += plot_number(p[0]) + "," + plot_number(p[1]) + "\n";
+    write_whole(folder / name, std::string_view(csv));
+  };
+  write_outline(r.answer.outline, "outline.csv");
+  fs::remove(folder / "outline_2.csv");
+  if (r.answer.second_outline) write_outline(*r.answer.second_outline, "outline_2.csv");
+  write_whole(folder / "scan.json", std::string_view(scan_json(r).dump(2) + "\n"));
+  std::string written =
+      (folder / "report.html").string() + ", scan.json, map.csv, presses.csv, outline.csv, " +
+      (r.answer.second_outline ? "outline_2.csv, " : "") + "pressure_Pa.npy, disagreement_Pa.npy";
+  for (const char* old : {"map.svg", "map.png", "profile.svg", "profile.png"}) fs::remove(folder / old);
+  draw_both(map_script(r), 1120, 520, folder / "map", written);
+  draw_both(profile_script(r.answer), 640, 420, folder / "profile", written);
+  write_whole(folder / "report.html", std::string_view(html(r, folder)));
+  return written;
+}
+
+}  // namespace palpate

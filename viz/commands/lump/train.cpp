@@ -1,0 +1,179 @@
+// palpate lump train: the network that finds lumps, from pressed blocks.
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <mutex>
+#include <nlohmann/json.hpp>
+
+#include "capture/files/output_file.h"
+#include "palpate/error.h"
+#include "engine/lump/training/examples.h"
+#include "viz/commands/lump/lump.h"
+#include "engine/lump/study/evaluation.h"
+
+namespace palpate {
+namespace {
+
+struct Options {
+  std::vector<std::string> files;
+  std::string validate;
+  LumpTrainingOptions training;
+};
+
+std::string trust_text(const LumpNetwork& network) {
+  std::string text =
+      "of size, depth and ratio on what was kept aside: median errors, and by what intervals are stretched\n"
+      "method   loads  noise    median error, %     shape    stretch             evidence  misfit\n";
+  char line[200];
+  for (const LumpTrustRow& t : network.trust()) {
+    std::snprintf(line, sizeof line,
+                  "%-8s %5u %5.1f %%   %4.1f  %4.1f  %4.1f   %3.0f %%   %4.2f  %4.2f  %4.2f   %8.3g  %6.3g\n",
+                  t.method == LumpMethod::Network ? "network" : "refined", t.loads, 100 * t.noise_share,
+                  100 * t.median_error[0], 100 * t.median_error[1], 100 * t.median_error[2],
+                  100 * t.shape_rate, t.stretch[0], t.stretch[1], t.stretch[2], t.evidence, t.misfit);
+    text += line;
+  }
+  return text;
+}
+
+Report run(const Common& common, Options& o) {
+  if (common.out.empty()) throw Error(Failure::Usage, "--out FILE for the network", "none", "--out my.lump");
+  std::vector<LumpExample> examples;
+  std::string made_from;
+  for (const std::string& file : o.files) {
+    const LumpData data = read_lump_file(file);
+    const std::vector<LumpExample> more = lump_examples(data);
+    char text[200];
+    std::snprintf(text, sizeof text, "%s%zu cases of seed %llu (%u x %u x %u cells, %s)",
+                  made_from.empty() ? "" : "; ", more.size(),
+                  static_cast<unsigned long long>(data.sweep.seed), data.sweep.cells[0], data.sweep.cells[1],
+                  data.sweep.cells[2], data.program.c_str());
+    made_from += text;
+    examples.insert(examples.end(), more.begin(), more.end());
+  }
+  o.training.seed = common.seed;
+  o.training.made_from = made_from + "; training seed " + std::to_string(common.seed);
+  const double start_s = now_s();
+  std::mutex guard;
+  ProgressBar bar(common, "lump network", 1000);
+  double told = 0;
+  o.training.progress = [&](const std::string& what, double share) {
+    const std::scoped_lock lock(guard);
+    bar.update(static_cast<uint64_t>(1000 * share));
+    if (share > told + 0.2) {
+      told = share;
+      const double wall_s = now_s() - start_s;
+      if (share < 1)
+        spdlog::info("{}: {:.0f} %, {:.0f} s left", what, 100 * share, wall_s * (1 - share) / share);
+    }
+    return !interrupted();
+  };
+  LumpTrainingReport report;
+  std::string bytes;
+  LumpNetwork network(nullptr);
+  try {
+    network = train_lumps(examples, o.training, report);
+    bytes = network.bytes();
+  } catch (const Stopped&) {
+    return {"interrupted: no network was written", R"({"complete": false})", kInterrupted};
+  }
+  const double wall_s = now_s() - start_s;
+  write_whole(common.out, std::string_view(bytes));
+  char text[1200];
+  std::snprintf(text, sizeof text,
+                "%s: %zu bytes, from %u blocks with a lump and %u without, in %.0f s\n"
+                "the block alone is known to %.3g %% of its pressure, fields miss %.3g %% of the peak,\n"
+                "the emulators' mean is off by %.3g %% of the peak, RMS (median of blocks: %.3g %%), on the "
+                "%u blocks that\n"
+                "were kept aside, %.2g times what they differ by (%.3g %% on those seen); the network's loss "
+                "is %.3g\n\n",
+                common.out.string().c_str(), bytes.size(), report.lumps, report.no_lumps, wall_s,
+                100 * report.base_error, 100 * report.fields_error, 100 * report.network_error,
+                100 * report.mean_error, report.kept_aside, report.error_over_spread,
+                100 * report.network_error_seen, report.reader_loss);
+  Report out;
+  out.text = text + trust_text(network);
+  nlohmann::ordered_json json{{"file", common.out.string()},
+                              {"bytes", bytes.size()},
+                              {"lumps", report.lumps},
+                              {"without_lump", report.no_lumps},
+                              {"left_out", report.left_out},
+                              {"base_error", report.base_error},
+                              {"fields_error", report.fields_error},
+                              {"network_error", report.network_error},
+                              {"network_error_seen", report.network_error_seen},
+                              {"mean_error", report.mean_error},
+                              {"kept_aside", report.kept_aside},
+                              {"reader_loss", report.reader_loss},
+                              {"made_from", network.made_from()},
+                              {"wall_s", wall_s}};
+  if (!o.validate.empty()) {
+    LumpEvaluationJob job;
+    job.estimator = [&network](const LumpReading& reading) { return network.estimate(reading); };
+    job.seed = common.seed;
+    const LumpScore score = score_of(judge_lumps(lump_examples(read_lump_file(o.validate)), job));
+    out.text += "\n" + o.validate + " through a synthetic sensor, 1 % noise:\n" + score_text(score);
+    json["validation"] = score_json(score, "network", job);
+  }
+  out.json = json.dump(2);
+  return out;
+}
+
+}  // namespace
+
+void add_lump_train(CLI::App& group, Common& common, Command& chosen) {
+  CLI::App* command =
+      group.add_subcommand("train", "Teach a network what lumps show, from data sets of pressed blocks");
+  auto o = std::make_shared<Options>();
+  command->add_option("DATA", o->files, "Data sets of palpate lump dataset, *.h5")->required();
+  command->add_option("--out", common.out, "The network's file, *.lump");
+  command->add_option("--validate", o->validate, "A data set that it has not seen: how good it is there");
+  command
+      ->add_option("--members", o->training.members,
+                   "Emulators, from lumps to their bumps, whose mean is used")
+      ->capture_default_str()
+      ->check(CLI::Range(2, 16));
+  command->add_option("--hidden", o->training.hidden, "Width of both hidden layers of emulators")
+      ->capture_default_str()
+      ->check(CLI::Range(4, 512));
+  command->add_option("--fields", o->training.fields, "Fields that a bump is a sum of")
+      ->capture_default_str()
+      ->check(CLI::Range(6, 200));
+  command->add_option("--rounds", o->training.rounds, "Through all examples")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100000));
+  command->add_option("--decay", o->training.decay, "Of weights")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 100.0));
+  command->add_option("--readings", o->training.readings, "That the emulators make for the network")
+      ->capture_default_str()
+      ->check(CLI::Range(1000, 10000000));
+  command->add_option("--reader-hidden", o->training.reader_hidden, "Width of the network's hidden layers")
+      ->capture_default_str()
+      ->check(CLI::Range(4, 1024));
+  command->add_option("--reader-rounds", o->training.reader_rounds, "Through the emulators' readings")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10000));
+  command->add_option("--readers", o->training.readers, "Networks from readings to lumps")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 16));
+  command
+      ->add_option("--trials", o->training.trials,
+                   "Readings for each noise and number of loads to calibrate intervals on")
+      ->capture_default_str()
+      ->check(CLI::Range(20, 100000));
+  command->add_option("--threads", o->training.threads, "0: one per core")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 256));
+  add_common(
+      *command, common,
+      "  palpate lump dataset train.h5 --count 1200\n"
+      "  palpate lump train train.h5 --out my.lump\n"
+      "  palpate lump train train.h5 --out my.lump --validate held_out.h5\n"
+      "  palpate lump estimate press_1.npy press_2.npy --network my.lump --force-N 0.5,1 --young-Pa 4000\n");
+  command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
+}
+
+}  // namespace palpate

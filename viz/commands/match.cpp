@@ -1,0 +1,77 @@
+// palpate match: which point of one set is which of another, bent one.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "palpate/error.h"
+#include "viz/commands/command.h"
+#include "capture/files/match_files.h"
+
+namespace palpate {
+namespace {
+
+struct Options {
+  std::vector<std::string> sets;
+  std::string list;
+};
+
+std::vector<MatchFiles> pairs_of(const Options& options) {
+  if (options.list.empty()) {
+    if (options.sets.size() != 2)
+      throw Error(Failure::Usage, "TEMPLATE.csv and TARGET.csv, or --list",
+                  std::to_string(options.sets.size()) + " files",
+                  "palpate match a.csv b.csv --out out/match");
+    return {{options.sets[0], options.sets[1]}};
+  }
+  if (!options.sets.empty())
+    throw Error(Failure::Usage, "either two files or --list", "both", "leaving one out");
+  return read_pairs(options.list);
+}
+
+Report match(const Common& common, const Options& options) {
+  const std::vector<MatchFiles> pairs = pairs_of(options);
+  Report report;
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  ProgressBar bar(common, "matching", pairs.size());
+  for (size_t k = 0; k < pairs.size() && !interrupted(); ++k) {
+    const PointSet from = read_points(pairs[k].from), to = read_points(pairs[k].to);
+    const MatchResult result = match_points(from, to);
+    report.text += to_text(pairs[k], from, to, result);
+    all.push_back(to_json(pairs[k], from, to, result));
+    if (!common.out.empty()) {
+      char name[16];
+      std::snprintf(name, sizeof name, "%04zu", k + 1);
+      const auto folder = options.list.empty() ? common.out : common.out / name;
+      report.text += "written: " + write_match(folder, pairs[k], from, to, result) + "\n";
+    }
+    bar.update(k + 1);
+  }
+  report.json = (options.list.empty() ? all.at(0) : all).dump(2);
+  if (interrupted()) report.exit_code = kInterrupted;
+  return report;
+}
+
+}  // namespace
+
+void add_match(CLI::App& program, Common& common, Command& chosen) {
+  CLI::App* command = program.add_subcommand(
+      "match", "Find which point of a set is which of another that is the first, bent");
+  auto options = std::make_shared<Options>();
+  command->add_option("SETS", options->sets, "TEMPLATE.csv and TARGET.csv: columns x,y or x,y,z")
+      ->expected(0, 2);
+  command->add_option("--list", options->list,
+                      "CSV file with columns template,target: many pairs; names count from its folder");
+  command->add_option("--out", common.out,
+                      "Folder for warped.csv, partners.csv, match.json, match.png and .svg; with --list for "
+                      "folders 0001, 0002, ... of them");
+  add_common(*command, common,
+             "  palpate match rest.csv pressed.csv --out out/match\n"
+             "  palpate match rest.csv pressed.csv --json\n"
+             "  palpate match --list pairs.csv --out out/pairs\n"
+             "Order and number of points are free; points without a partner stay without one. Without a\n"
+             "reliable match no partners are named, and the best try is called unreliable_warped.csv.\n");
+  command->callback(
+      [&common, &chosen, options] { chosen = [&common, options] { return match(common, *options); }; });
+}
+
+}  // namespace palpate

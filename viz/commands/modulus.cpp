@@ -1,0 +1,285 @@
+// palpate modulus: Young's modulus of a sample from presses against the pad: of a recording, a table, or a
+// simulated sample.
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <map>
+
+#include "capture/files/gauge.h"
+#include "capture/files/output_file.h"
+#include "capture/source.h"
+#include "palpate/error.h"
+#include "engine/gpu/context.h"
+#include "viz/commands/command.h"
+#include "capture/run/input.h"
+#include "capture/run/modulus_frames.h"
+#include "viz/report/modulus_report.h"
+#include "capture/synthetic/modulus_press.h"
+#include "viz/commands/one_of.h"
+#include "viz/report/plot_script.h"
+
+namespace palpate {
+namespace {
+
+constexpr size_t kMostPresses = 80;   // of a recording that are fitted, evenly over their forces
+constexpr double kLeastForce = 0.05;  // of the largest: below it a contact is only beginning
+constexpr double kStageSd_mm = 0.005;
+
+struct Options {
+  std::string input, sample, gauge, approach;
+  std::filesystem::path sensor, background, frames;
+  double poisson = 0.5, pad_kPa = 0, pad_thickness_mm = 0, pad_poisson = 0.5;
+  double pad_sd = 0.02, force_sd = 0.01, size_sd = 0.005, scale_sd = 0, stage_sd_mm = kStageSd_mm;
+  double zero_sd_mm = std::numeric_limits<double>::infinity(), expected_kPa = 0, simulate_kPa = 0;
+  std::vector<double> forces_N = {0.8, 1.0};
+  Support table = Support::Sliding;
+  MaterialLaw law = MaterialLaw::Linear;
+  uint32_t replicates = 200;
+};
+
+/// The pad by the options, else by the sensor file.
+void set_pad(const Options& o, const Sensor* sensor, ModulusSetup& setup) {
+  const bool known = sensor && sensor->reading == Reading::Elastic;
+  double young_MPa = o.pad_kPa * 1e-3, thickness_mm = o.pad_thickness_mm, poisson = o.pad_poisson;
+  if (known && !(young_MPa > 0)) {
+    young_MPa = sensor->elastic.young_MPa;
+    poisson = sensor->elastic.poisson;
+  }
+  if (known && !(thickness_mm > 0)) thickness_mm = sensor->elastic.thickness_mm;
+  if (!(young_MPa > 0))
+    throw Error(Failure::Usage, "the pad's modulus", "none",
+                "--pad-kPa 200 --pad-thickness-mm 6, or a sensor file "
+                "with surface.elastic");
+  setup.pad = {{young_MPa, poisson},
+               thickness_mm > 0 ? thickness_mm : std::numeric_limits<double>::infinity(),
+               Base::Bonded};
+}
+
+ModulusSetup setup_of(const Common& common, const Options& o) {
+  ModulusSetup s;
+  if (o.sample.empty()) throw Error(Failure::Usage, "--sample", "none", "--sample cube,10mm");
+  s.sample = parse_sample(o.sample);
+  s.sample.poisson = o.poisson;
+  s.sample.relative_size_sd = o.size_sd;
+  s.sample.table = o.table;
+  s.pad_relative_sd = o.pad_sd;
+  s.force_relative_sd = o.force_sd;
+  s.length_relative_sd = o.scale_sd;
+  s.zero_sd_mm = o.zero_sd_mm;
+  s.law = o.law;
+  s.seed = common.seed;
+  s.replicates = o.replicates;
+  return s;
+}
+
+/// A recording's presses, by force; what was passed over becomes a note.
+void read_recording(gpu::Context& context, const Common& common, const Options& o, ModulusReport& r) {
+  const MeasuredInput input = find_input(common, o.input, o.sensor, o.background);
+  if (!has_scale(input.sensor))
+    throw Error(Failure::Sensor, "a sensor with a scale", "none", "palpate calibrate scale");
+  if (o.gauge.empty() && !input.sensor.force)
+    throw Error(Failure::Sensor, "a force: a sensor file with a force calibration, or --gauge", "neither",
+                "palpate calibrate force");
+  set_pad(o, &input.sensor, r.setup);
+  if (!(o.scale_sd > 0) && input.sensor.pitch_sd_mm_per_px > 0)
+    r.setup.length_relative_sd = input.sensor.pitch_sd_mm_per_px / input.sensor.pitch_mm_per_px;
+  std::optional<Gauge> gauge;
+  if (!o.gauge.empty()) gauge = read_gauge(o.gauge, GaugeColumns::Normal);
+  const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
+  source->watch(interrupted);
+  const Frame background = load_background(input.input, input.sensor, *source);
+  PressReader reader(context, input.sensor, background, r.setup.sample);
+  r.setup.depth_by_pressure = reader.depth_by_pressure();
+  std::map<std::string, size_t> left;
+  std::vector<uint64_t> numbers;
+  std::vector<PressFrame> all;
+  ProgressBar progress(common, "measuring", source->frame_count().value_or(0));
+  uint64_t done = 0;
+  for (Frame frame; !interrupted() && source->next(frame);) {
+    progress.update(++done);
+    std::optional<PressFrame> p = reader.read(frame);
+    if (!p) {
+      ++left[reader.why_not()];
+      continue;
+    }
+    if (gauge) {
+      const auto force = gauge->by_frame()
+                             ? gauge_at_frame(*gauge, gauge->force_N, frame.sequence)
+                             : gauge_at(*gauge, gauge->force_N, static_cast<double>(frame.time_ns) * 1e-9);
+      if (!force) {
+        ++left["the gauge has no reading"];
+        continue;
+      }
+      p->force_N = std::max(0.0, *force);
+      p->force_sd_N = 0;
+    }
+    all.push_back(*p);
+    numbers.push_back(frame.sequence);
+  }
+  if (!o.approach.empty()) {
+    const std::vector<double> approach = read_approach_table(o.approach, numbers);
+    for (size_t i = 0; i < all.size(); ++i) all[i].approach_mm = {approach[i], o.stage_sd_mm};
+  }
+  double largest = 0;
+  for (const PressFrame& p : all) largest = std::max(largest, p.force_N);
+  std::erase_if(all, [&](const PressFrame& p) { return p.force_N < kLeastForce * largest; });
+  std::sort(all.begin(), all.end(), [](auto& a, auto& b) { return a.force_N < b.force_N; });
+  const double step = std::max(1.0, static_cast<double>(all.size()) / kMostPresses);
+  for (double i = 0; i < static_cast<double>(all.size()); i += step)
+    r.frames.push_back(all[static_cast<size_t>(i)]);
+  for (const auto& [why, count] : left) r.notes.push_back(std::to_string(count) + " frames left out: " + why);
+  if (r.frames.size() < all.size())
+    r.notes.push_back(std::to_string(r.frames.size()) + " of " + std::to_string(all.size()) +
+                      " presses taken, evenly over their forces");
+  if (r.frames.empty())
+    throw Error(Failure::Input, "presses in '" + o.input + "'", "no frame with a contact that can be read",
+                "a recording of the sample being pressed");
+}
+
+void simulate(gpu::Context& context, const Common& common, const Options& o, ModulusReport& r) {
+  ModulusScene scene;
+  scene.sample = r.setup.sample;
+  scene.young_MPa = o.simulate_kPa * 1e-3;
+  scene.forces_N = o.forces_N;
+  scene.stage_sd_mm = o.stage_sd_mm;
+  scene.sensor.seed = common.seed;
+  if (o.pad_kPa > 0) scene.sensor.pad_young_MPa = o.pad_kPa * 1e-3;
+  if (o.pad_thickness_mm > 0) scene.sensor.pad_thickness_mm = o.pad_thickness_mm;
+  const SimulatedPresses presses = simulate_presses(scene);
+  set_pad(o, &presses.sensor, r.setup);
+  PressReader reader(context, presses.sensor, presses.background, r.setup.sample);
+  r.setup.depth_by_pressure = reader.depth_by_pressure();
+  for (size_t i = 0; i < presses.frames.size(); ++i) {
+    std::optional<PressFrame> p = reader.read(presses.frames[i]);
+    if (!p) {
+      r.notes.push_back("press " + std::to_string(i) + " left out: " + reader.why_not());
+      continue;
+    }
+    if (o.stage_sd_mm > 0) p->approach_mm = {presses.approach_mm[i], o.stage_sd_mm};
+    r.frames.push_back(*p);
+  }
+  r.expected_MPa = scene.young_MPa;
+  r.notes.push_back("simulated by finite elements of pad and sample, seen through the simulated waveguide" +
+                    std::string(o.stage_sd_mm > 0 ? ", beside a stage" : ", without a stage"));
+}
+
+Report run(const Common& common, const Options& o) {
+  ModulusReport r;
+  r.setup = setup_of(common, o);
+  if ((!o.input.empty()) + (!o.frames.empty()) + (o.simulate_kPa > 0) != 1)
+    throw Error(Failure::Usage, "one of RECORDING, --frames FILE.csv and --simulate KPA",
+                o.input.empty() && o.frames.empty() && !(o.simulate_kPa > 0) ? "none" : "several",
+                "palpate modulus --help");
+  r.expected_MPa = o.expected_kPa * 1e-3;
+  int code = 0;
+  if (!o.frames.empty()) {
+    r.frames = read_press_table(o.frames);
+    std::optional<Sensor> sensor;
+    if (!o.sensor.empty()) sensor = load_sensor(o.sensor);
+    set_pad(o, sensor ? &*sensor : nullptr, r.setup);
+  } else {
+    const std::unique_ptr<gpu::Context> context = open_device(common);
+    if (o.simulate_kPa > 0)
+      simulate(*context, common, o, r);
+    else
+      read_recording(*context, common, o, r);
+    if (interrupted()) return {"", "", kInterrupted};
+    if (!validation_clean(*context)) code = kInternalError;
+  }
+  r.answer = estimate_modulus(r.frames, r.setup);
+  std::string text = describe(r);
+  if (!common.out.empty()) {
+    make_output_folder(common.out);
+    const auto file = [&](const char* name) { return (common.out / name).string(); };
+    write_whole(file("modulus.csv"), std::string_view(ways_csv(r.answer)));
+    write_whole(file("presses.csv"), std::string_view(press_table(r.frames)));
+    write_whole(file("points.csv"), std::string_view(points_csv(r.answer)));
+    write_whole(file("modulus.json"), std::string_view(to_json(r)));
+    std::string written = "written: " + file("modulus.csv") + ", presses.csv, points.csv, modulus.json";
+    for (const bool svg : {false, true}) {
+      draw_plot(modulus_script(r, svg), file(svg ? "modulus.svg" : "modulus.png"), written);
+      draw_plot(residual_script(r, svg), file(svg ? "residuals.svg" : "residuals.png"), written);
+    }
+    text += written;
+  }
+  return {text, to_json(r), code};
+}
+
+}  // namespace
+
+void add_modulus(CLI::App& program, Common& common, Command& chosen) {
+  CLI::App* command = program.add_subcommand(
+      "modulus", "Young's modulus of a sample pressed between the pad and a rigid table, with its interval");
+  auto o = std::make_shared<Options>();
+  const auto share = CLI::Range(0.0, 0.49);
+  command->add_option("RECORDING", o->input, "A recording of two presses or more, as process takes it");
+  command->add_option("--frames", o->frames,
+                      "Instead: CSV of presses: force_N, and radius_mm or area_mm2, depth_mm, mean_depth_mm, "
+                      "approach_mm; each also with its standard error (force_sd_N, radius_sd_mm, ...)");
+  command->add_option("--simulate", o->simulate_kPa, "Instead: a simulated sample of this modulus, kPa")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--forces", o->forces_N, "Of the simulated presses, N")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber);
+  command->add_option("--sample", o->sample,
+                      "cube,10mm; block,10x8mm (width x height); cylinder,12x10mm (diameter x height); "
+                      "sphere,16mm (diameter)");
+  command->add_option("--sample-poisson", o->poisson, "Its Poisson's ratio, 0 to 0.5")->capture_default_str();
+  command->add_option("--size-sd", o->size_sd, "Standard error of its size, as a share")
+      ->check(share)
+      ->capture_default_str();
+  command
+      ->add_option("--table", o->table,
+                   "sliding: the sample is free to widen on the table; bonded: it sticks")
+      ->transform(
+          one_of(std::map<std::string, Support>{{"sliding", Support::Sliding}, {"bonded", Support::Bonded}}));
+  command
+      ->add_option("--law", o->law,
+                   "linear, or rubber: incompressible neo-Hookean, for strains beyond some %")
+      ->transform(one_of(std::map<std::string, MaterialLaw>{{"linear", MaterialLaw::Linear},
+                                                            {"rubber", MaterialLaw::Rubber}}));
+  command->add_option("--sensor", o->sensor,
+                      "Sensor file: force calibration, scale and, of a waveguide, the pad");
+  command->add_option("--background", o->background, "Image of the untouched sensor");
+  command->add_option("--pad-kPa", o->pad_kPa, "The pad's Young's modulus (default: the sensor file's)")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--pad-thickness-mm", o->pad_thickness_mm, "Its thickness, bonded to a rigid base")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--pad-poisson", o->pad_poisson, "Its Poisson's ratio")->capture_default_str();
+  command->add_option("--pad-sd", o->pad_sd, "Standard error of its modulus, as a share")
+      ->check(share)
+      ->capture_default_str();
+  command->add_option("--force-sd", o->force_sd, "Standard error of the force's scale, as a share")
+      ->check(share)
+      ->capture_default_str();
+  command->add_option("--scale-sd", o->scale_sd, "Standard error of the camera's scale, as a share")
+      ->check(share);
+  command->add_option("--gauge", o->gauge,
+                      "CSV of a force gauge beside the recording, instead of the image's force");
+  command->add_option("--approach", o->approach, "CSV with frame and approach_mm: the stage's way");
+  command
+      ->add_option("--stage-sd-mm", o->stage_sd_mm,
+                   "Standard error of one reading of the stage; 0 with "
+                   "--simulate: no stage")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command
+      ->add_option("--zero-sd-mm", o->zero_sd_mm,
+                   "Standard error of the approach's zero, first touch (default: not known)")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--expected-kPa", o->expected_kPa, "A known modulus to compare with")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--replicates", o->replicates, "Of the bootstrap")
+      ->check(CLI::Range(50, 10000))
+      ->capture_default_str();
+  command->add_option("--out", common.out,
+                      "Folder for modulus.csv, presses.csv, points.csv, modulus.json and plots");
+  add_common(
+      *command, common,
+      "  palpate modulus --simulate 103 --sample cube,10mm --forces 0.8,1.0 --out out/cl2000x\n"
+      "  palpate modulus --frames presses.csv --sample sphere,16mm --pad-kPa 200 --pad-thickness-mm 6\n"
+      "  palpate modulus out/press --sample cube,10mm --approach stage.csv --out out/modulus\n"
+      "  palpate modulus press.avi --sensor pad.json --gauge gauge.csv --sample sphere,50mm --json\n");
+  command->callback([&common, &chosen, o] { chosen = [&common, o] { return run(common, *o); }; });
+}
+
+}  // namespace palpate

@@ -1,0 +1,228 @@
+// palpate optics contact: which light different objects let out of the pad, and how bright they look.
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <limits>
+
+#include "capture/files/output_file.h"
+#include "palpate/error.h"
+#include "viz/commands/optics/optics.h"
+#include "viz/report/plot_script.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  MediaOptions media;
+  LampOptions lamp;
+  std::vector<double> contacts, extinction, albedo, gap_nm;
+  double wavelength_nm = 630;
+  double reference_index = 1.4, reference_extinction = 0, reference_albedo = 1;
+  std::optional<double> reference_gray;
+  double most_gray = 255;
+};
+
+/// One value for each contact: given for each, for all, or not at all.
+std::vector<double> for_each(const std::vector<double>& given, size_t count, double otherwise,
+                             const char* option) {
+  if (given.empty()) return std::vector<double>(count, otherwise);
+  if (given.size() == 1) return std::vector<double>(count, given.front());
+  if (given.size() != count)
+    throw Error(Failure::Usage, std::string("one ") + option + " for each of --contact, or one for all",
+                std::to_string(count) + " contacts and " + std::to_string(given.size()) + " values",
+                "lists of equal length");
+  return given;
+}
+
+std::string name_of(const FaceContact& c) {
+  std::string name = line("n = %g", c.index.real());
+  if (c.index.imag() != 0) name += line(" - %gi", -c.index.imag());
+  if (c.gap_nm > 0) name += line(", gap %g nm", c.gap_nm);
+  return name;
+}
+
+constexpr const char* kAssumptions[] = {
+    "light is unpolarised, and lies along the guide as the LED's cone and the layers make it: none is "
+    "scattered, absorbed or sent back by the far edge",
+    "a contact takes what passes the interface at each meeting, and is so small that it meets undiminished "
+    "light (compare its size with the way between meetings)",
+    "of the light that enters an object the share `albedo` comes back diffusely; the camera sees the same "
+    "part "
+    "of it for every object",
+    "gray is in proportion to light, and the reference was taken at the same place, LED current and "
+    "exposure"};
+
+Report contact(const Common& common, const Options& options) {
+  const Waveguide guide = guide_of(options.media, true);
+  const EdgeLamp lamp = lamp_of(options.lamp, guide);
+  const size_t count = options.contacts.size();
+  const std::vector<double> extinction = for_each(options.extinction, count, 0, "--contact-extinction"),
+                            albedo = for_each(options.albedo, count, 1, "--albedo"),
+                            gap_nm = for_each(options.gap_nm, count, 0, "--gap-nm");
+  std::vector<FaceContact> contacts;
+  for (size_t i = 0; i < count; ++i)
+    contacts.push_back({optical_index(options.contacts[i], extinction[i]), gap_nm[i], options.wavelength_nm});
+  const LampShares shares = lamp_shares(guide, lamp);
+  if (!(shares.touching > 0))
+    throw Error(Failure::Input, "a guide whose light meets the touched face", "none that does",
+                "an outside of lower index, or --led-layer 1");
+  GrayReference reference;
+  reference.light =
+      contact_light(guide, lamp, {optical_index(options.reference_index, options.reference_extinction)});
+  reference.albedo = options.reference_albedo;
+  const bool calibrated = options.reference_gray.has_value();
+  reference.gray = calibrated ? *options.reference_gray : 1;
+  reference.most_gray = calibrated ? options.most_gray : std::numeric_limits<double>::max();
+
+  const double top = guide.layers.front().index;
+  const LayerGuidance band = guidance(guide, lamp.edge_index)[lamp.layer];
+  std::string text = line(
+      "%.4f of the LED's light is guided and meets the face: %.3g of it per mm of the guide's length\n"
+      "reference: n = %g, albedo %g%s\n\n"
+      "contact                     albedo   leaves up to, deg   leaves per meeting   per mm    relative%s\n",
+      shares.touching, shares.arriving_per_mm, options.reference_index, options.reference_albedo,
+      calibrated ? line(", gray %g of at most %g", reference.gray, reference.most_gray).c_str() : "",
+      calibrated ? "       gray" : "");
+  Json rows = Json::array();
+  for (size_t i = 0; i < count; ++i) {
+    const ContactLight light = contact_light(guide, lamp, contacts[i]);
+    const PredictedGray gray = predict_gray(reference, light, albedo[i]);
+    const double relative = gray.unlimited / reference.gray;
+    const double to_deg = degrees(std::asin(std::min(1.0, light.reached_to / top)));
+    const bool leaves = light.leaving_per_mm > 0;
+    text += line("%-26s %7.3g %19s %20.6f %8.2e %11.6f", name_of(contacts[i]).c_str(), albedo[i],
+                 leaves ? line("%.3f", to_deg).c_str() : "nothing leaves", light.per_meeting,
+                 light.leaving_per_mm, relative);
+    if (calibrated) text += line("   %8.2f%s", gray.gray, gray.saturated ? " saturated" : "");
+    text += "\n";
+    Json row = {{"index", contacts[i].index.real()},
+                {"extinction", -contacts[i].index.imag()},
+                {"gap_nm", contacts[i].gap_nm},
+                {"albedo", albedo[i]},
+                {"leaving_per_meeting", light.per_meeting},
+                {"leaving_per_mm", light.leaving_per_mm},
+                {"leaves_up_to_deg", leaves ? Json(to_deg) : Json(nullptr)},
+                {"relative", relative}};
+    if (calibrated) {
+      row["gray"] = gray.gray;
+      row["gray_without_saturation"] = gray.unlimited;
+      row["saturated"] = gray.saturated;
+    }
+    rows.push_back(row);
+  }
+  const double from_deg = degrees(std::asin(std::min(1.0, band.touching_from / top)));
+  const double most_deg = degrees(std::asin(std::min(1.0, band.touching_to / top)));
+  text += line(
+      "\nangles are from the normal in the touched layer; guided light meets the face from %.3f to %.3f "
+      "deg\nassumed:\n",
+      from_deg, most_deg);
+  Json assumed = Json::array();
+  for (const char* assumption : kAssumptions) {
+    text += std::string("- ") + assumption + "\n";
+    assumed.push_back(assumption);
+  }
+  Json value = {{"led", to_json(lamp)},
+                {"touching", shares.touching},
+                {"arriving_per_mm", shares.arriving_per_mm},
+                {"touching_deg", {from_deg, most_deg}},
+                {"reference",
+                 {{"index", options.reference_index},
+                  {"albedo", options.reference_albedo},
+                  {"gray", calibrated ? Json(reference.gray) : Json(nullptr)},
+                  {"leaving_per_meeting", reference.light.per_meeting}}},
+                {"contacts", rows},
+                {"assumed", assumed}};
+  if (common.out.empty()) return {text, value.dump(2)};
+
+  // Left: what passes at each angle; right: brightness against the contact's index.
+  std::vector<std::vector<double>> angles(1 + count), indices(3);
+  constexpr int kSteps = 400;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double deg = from_deg + (90 - from_deg) * i / kSteps, s = top * std::sin(radians(deg));
+    angles[0].push_back(deg);
+    for (size_t c = 0; c < count; ++c)
+      angles[1 + c].push_back(i == kSteps ? 0 : contact_transmittance(guide, contacts[c], s));
+  }
+  for (int i = 0; i <= kSteps / 4; ++i) {
+    const double n = 1 + 1.5 * i / (kSteps / 4.0);
+    const ContactLight light = contact_light(guide, lamp, {optical_index(n)});
+    indices[0].push_back(n);
+    indices[1].push_back(light.per_meeting);
+    indices[2].push_back(predict_gray(reference, light, 1).unlimited / reference.gray);
+  }
+  std::string header = "angle_deg";
+  for (const FaceContact& c : contacts) {
+    std::string name = line(",transmittance_n%g", c.index.real());
+    if (c.index.imag() != 0) name += line("_k%g", -c.index.imag());
+    if (c.gap_nm > 0) name += line("_gap%gnm", c.gap_nm);
+    header += name;
+  }
+  const auto script = [&](bool svg) {
+    std::string plot =
+        plot_head(svg, 1200, 520) + plot_block("a", angles) + plot_block("n", indices) +
+        "set multiplot layout 1,2\nset yrange [0:1.02]\nset key bottom left samplen 2\n" +
+        line("set xrange [%.4f:90]\n", from_deg) +
+        line("set arrow 1 from %.5f,0 to %.5f,1.02 nohead dt 3 lc rgb '#555555'\n", most_deg, most_deg) +
+        "set xlabel 'angle in the touched layer, deg (dotted: no light reaches the face beyond)'"
+        "\nset ylabel 'share that leaves at one meeting'\nplot ";
+    for (size_t c = 0; c < count; ++c)
+      plot += line("%s$a using 1:%zu with lines lw 2 lc rgb '%s' title '%s'", c ? ", " : "", c + 2,
+                   plot_colour(c), name_of(contacts[c]).c_str());
+    plot +=
+        "\nunset arrow 1\nset xrange [1:2.5]\nset yrange [0:*]\nset key bottom right\n"
+        "set xlabel 'index of the contact'\nset ylabel 'brightness, relative to the reference (albedo 1)'\n"
+        "plot $n using 1:3 with lines lw 2.5 lc rgb '#0072b2' notitle\nunset multiplot\n";
+    return plot;
+  };
+  text += "\n" + write_results(common, "contact_light", csv_of(header, angles), script);
+  const std::string file = (common.out / "contact_light_index.csv").string();
+  write_whole(file, std::string_view(csv_of("index,leaving_per_meeting,relative", indices)));
+  text += ", " + file;
+  return {text, value.dump(2)};
+}
+
+}  // namespace
+
+void add_optics_contact(CLI::App& group, Common& common, Command& chosen) {
+  CLI::App* command =
+      group.add_subcommand("contact", "Which light contacts let out, and how bright they look to the camera");
+  auto options = std::make_shared<Options>();
+  add_media(*command, options->media, true);
+  add_lamp(*command, options->lamp);
+  command
+      ->add_option("--contact", options->contacts, "Indices of what touches (water 1.33, skin 1.38 to 1.45)")
+      ->delimiter(',')
+      ->required();
+  command
+      ->add_option("--contact-extinction", options->extinction,
+                   "Their extinction coefficients k (metals, ink), each or one for all")
+      ->delimiter(',');
+  command->add_option("--albedo", options->albedo, "Share of light they send back, each or one for all")
+      ->delimiter(',');
+  command
+      ->add_option("--gap-nm", options->gap_nm,
+                   "Gap of the outside's medium left below them, nm, each or one for all")
+      ->delimiter(',');
+  command->add_option("--wavelength-nm", options->wavelength_nm, "Wavelength, nm; matters with a gap")
+      ->capture_default_str();
+  command->add_option("--reference-index", options->reference_index, "Index of the reference contact")
+      ->capture_default_str();
+  command->add_option("--reference-extinction", options->reference_extinction, "Its extinction coefficient");
+  command->add_option("--reference-albedo", options->reference_albedo, "Its albedo")->capture_default_str();
+  command->add_option("--reference-gray", options->reference_gray,
+                      "Its change of gray at the exposure in question; without it, brightness is relative");
+  command->add_option("--most-gray", options->most_gray, "Largest change of gray the camera can show")
+      ->capture_default_str();
+  command->add_option("--out", common.out, "Folder for contact_light.csv, .png and .svg");
+  add_common(
+      *command, common,
+      "  palpate optics contact --indices 1,1.39,1.40,1.41,1 --thickness-mm 2 --contact 1.33,1.4,1.5\n"
+      "  palpate optics contact --indices 1,1.41,1 --thickness-mm 6 --contact 1.33,1.4 --albedo 0.3,0.6 "
+      "\\\n      --reference-index 1.4 --reference-albedo 0.8 --reference-gray 120 --json\n"
+      "  palpate optics contact --indices 1,1.41,1 --thickness-mm 6 --contact 1.4 --gap-nm 100\n");
+  command->callback(
+      [&common, &chosen, options] { chosen = [&common, options] { return contact(common, *options); }; });
+}
+
+}  // namespace palpate

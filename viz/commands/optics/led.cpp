@@ -1,0 +1,196 @@
+// palpate optics led: where to put a LED at the pad's edge, seen by its rays.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+
+#include "palpate/error.h"
+#include "engine/optics/ray_fan.h"
+#include "viz/commands/optics/optics.h"
+#include "viz/report/plot_script.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  MediaOptions media;
+  LampOptions lamp;
+  std::optional<double> depth_mm;
+  double length_mm = 30;
+  int rays = 21;
+};
+
+double total_mm(const Waveguide& guide) {
+  double sum = 0;
+  for (const GuideLayer& layer : guide.layers) sum += layer.thickness_mm;
+  return sum;
+}
+
+double middle_of(const Waveguide& guide, size_t layer) {
+  double depth = guide.layers[layer].thickness_mm / 2;
+  for (size_t i = 0; i < layer; ++i) depth += guide.layers[i].thickness_mm;
+  return depth;
+}
+
+Json or_null(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+std::string or_dash(double value) {
+  return std::isfinite(value) ? line("%.3f", value) : "-";
+}
+
+struct Place {
+  LampShares shares;
+  FirstMeetings meetings;
+};
+Json place_json(const Place& p, double depth_mm) {
+  return {{"depth_mm", depth_mm},
+          {"entering", p.shares.entering},
+          {"guided", p.shares.guided},
+          {"touching", p.shares.touching},
+          {"nearest_mm", or_null(p.meetings.nearest_mm)},
+          {"half_has_met_mm", or_null(p.meetings.distance_of(0.5, p.shares.touching))},
+          {"nine_tenths_have_met_mm", or_null(p.meetings.distance_of(0.9, p.shares.touching))}};
+}
+
+std::string fan_script(const Waveguide& guide, const std::vector<EdgeRay>& rays, const Place& place,
+                       double length_mm, bool svg) {
+  const double total = total_mm(guide);
+  std::string script = plot_head(svg, 1100, 760), plots;
+  double depth = 0;
+  int object = 1;
+  for (size_t i = 0; i < guide.layers.size(); ++i) {
+    const double bottom = depth + guide.layers[i].thickness_mm;
+    script += line("set object %d rectangle from 0,%g to %g,%g fc rgb '%s' fs solid noborder behind\n",
+                   object, depth, length_mm, bottom, i % 2 ? "#eef4f8" : "#dfeaf2");
+    script += line("set label %d 'n = %g' at %g,%g left offset 0.5,0 font 'DejaVu Sans,9'\n", object++,
+                   guide.layers[i].index, length_mm, (depth + bottom) / 2);
+    depth = bottom;
+  }
+  constexpr const char* kColours[] = {"#0072b2", "#009e73", "#d55e00"};
+  constexpr const char* kNames[] = {"meets the touched face", "guided, never meets it", "leaves"};
+  for (size_t r = 0; r < rays.size(); ++r) {
+    const std::string name = "r" + std::to_string(r);
+    script += plot_block(name, {rays[r].x_mm, rays[r].depth_mm});
+    plots += "$" + name + " with lines lw 1 lc rgb '" + kColours[static_cast<size_t>(rays[r].fate)] +
+             "' notitle, ";
+  }
+  for (size_t k = 0; k < std::size(kNames); ++k)
+    plots += line("%sNaN with lines lw 3 lc rgb '%s' title '%s'", k ? ", " : "", kColours[k], kNames[k]);
+  script += plot_block("m", {place.meetings.distance_mm, place.meetings.share});
+  script += line(
+      "set multiplot\nset lmargin 10\nset rmargin 10\nset xrange [0:%g]\nset origin 0,0.42\nset size "
+      "1,0.58\n"
+      "set yrange [%g:%g]\nset key outside top center horizontal samplen 2\nset xlabel ''\n"
+      "set ylabel 'depth below the touched face, mm'\nunset grid\nplot ",
+      length_mm, total * 1.02, -0.02 * total);
+  script += plots + "\n";
+  for (int i = 1; i < object; ++i) script += line("unset object %d\nunset label %d\n", i, i);
+  script += line(
+      "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset origin 0,0\nset size 1,0.42\nset key off\n"
+      "set yrange [0:%g]\nset xlabel 'distance from the edge, mm'\n"
+      "set ylabel 'share that has met the face (dotted: all)'\n"
+      "set arrow from 0,%g to %g,%g nohead dt 3 lc rgb '#555555'\n"
+      "plot $m with lines lw 2.5 lc rgb '#0072b2'\nunset multiplot\n",
+      std::max(1.08 * place.shares.touching, 0.01), place.shares.touching, length_mm, place.shares.touching);
+  return script;
+}
+
+Report led(const Common& common, const Options& options) {
+  const Waveguide guide = guide_of(options.media, true);
+  EdgeLamp lamp = lamp_of(options.lamp, guide);
+  const double depth = options.depth_mm.value_or(middle_of(guide, lamp.layer));
+  if (options.depth_mm) {
+    const size_t layer = layer_at(guide, depth);
+    if (options.lamp.layer && layer != lamp.layer)
+      throw Error(Failure::Usage, "--depth-mm in the layer of --led-layer",
+                  line("%g mm is in layer %zu", depth, layer + 1), "one of the two");
+    lamp.layer = layer;
+  }
+  const auto place_at = [&](size_t layer, double depth_mm) {
+    EdgeLamp here = lamp;
+    here.layer = layer;
+    return Place{lamp_shares(guide, here), first_meetings(guide, here, depth_mm, options.length_mm)};
+  };
+  const Place place = place_at(lamp.layer, depth);
+  std::vector<EdgeRay> rays;
+  const double widest = std::min(lamp.half_angle_rad, radians(89));
+  for (int i = 0; i < options.rays; ++i) {
+    const double angle = options.rays == 1 ? 0 : widest * (2.0 * i / (options.rays - 1) - 1);
+    rays.push_back(trace_ray(guide, lamp, depth, angle, options.length_mm));
+  }
+
+  std::string text = line(
+      "a LED (cos^%.3g, up to %g deg) at the edge of layer %zu, %.4g mm below the touched face, n = %g "
+      "between\n\n"
+      "LED at layer   depth, mm    enters    guided   meets face   first at, mm   half by, mm   90 %% by, "
+      "mm\n",
+      lamp.order, degrees(lamp.half_angle_rad), lamp.layer + 1, depth, lamp.edge_index);
+  const auto row = [&](const std::string& name, double depth_mm, const Place& p) {
+    text +=
+        line("%-13s %10.4g %9.5f %9.5f %12.5f %14s %13s %13s\n", name.c_str(), depth_mm, p.shares.entering,
+             p.shares.guided, p.shares.touching, or_dash(p.meetings.nearest_mm).c_str(),
+             or_dash(p.meetings.distance_of(0.5, p.shares.touching)).c_str(),
+             or_dash(p.meetings.distance_of(0.9, p.shares.touching)).c_str());
+  };
+  row("chosen", depth, place);
+  Json places = Json::array();
+  for (size_t i = 0; i < guide.layers.size(); ++i) {
+    const Place other = place_at(i, middle_of(guide, i));
+    row(line("middle of %zu", i + 1), middle_of(guide, i), other);
+    places.push_back(place_json(other, middle_of(guide, i)));
+  }
+  text += line(
+      "\nnearer than \"first at\" the face gets no guided light in the LED's plane: let the pad begin "
+      "that far from what is\nmeasured. -: not within %g mm\n",
+      options.length_mm);
+  std::string ray_csv = "angle_deg,n_sin,fate,entering,first_mm,hop_mm\n";
+  Json ray_list = Json::array();
+  for (const EdgeRay& ray : rays) {
+    const std::string first = std::isfinite(ray.first_mm) ? line("%.9g", ray.first_mm) : "";
+    ray_csv += line("%.9g,%.9g,%s,%.9g,%s,%.9g\n", degrees(ray.angle_rad), ray.tangential_index,
+                    to_string(ray.fate), ray.entering, first.c_str(), ray.hop_mm);
+    ray_list.push_back({{"angle_deg", degrees(ray.angle_rad)},
+                        {"n_sin", ray.tangential_index},
+                        {"fate", to_string(ray.fate)},
+                        {"entering", ray.entering},
+                        {"first_mm", or_null(ray.first_mm)},
+                        {"hop_mm", ray.hop_mm}});
+  }
+  const Json value = {{"led", to_json(lamp)},
+                      {"length_mm", options.length_mm},
+                      {"place", place_json(place, depth)},
+                      {"middle_of_layers", places},
+                      {"rays", ray_list}};
+  if (!common.out.empty())
+    text += "\n" + write_results(common, "led", ray_csv, [&](bool svg) {
+              return fan_script(guide, rays, place, options.length_mm, svg);
+            });
+  return {text, value.dump(2)};
+}
+
+}  // namespace
+
+void add_optics_led(CLI::App& group, Common& common, Command& chosen) {
+  CLI::App* command = group.add_subcommand(
+      "led", "Where a LED's rays go from the edge: what stays, and where it first meets the face");
+  auto options = std::make_shared<Options>();
+  add_media(*command, options->media, true);
+  add_lamp(*command, options->lamp);
+  command->add_option("--depth-mm", options->depth_mm,
+                      "The LED's depth below the touched face, mm (default: the middle of its layer)");
+  command->add_option("--length-mm", options->length_mm, "Length of the pad from this edge, mm")
+      ->capture_default_str();
+  command->add_option("--rays", options->rays, "Rays drawn, evenly spread in angle")
+      ->check(CLI::Range(1, 500))
+      ->capture_default_str();
+  command->add_option("--out", common.out, "Folder for led.csv, .png and .svg");
+  add_common(*command, common,
+             "  palpate optics led --indices 1,1.39,1.40,1.41,1 --thickness-mm 2,2,2 --out out/pad\n"
+             "  palpate optics led --indices 1,1.41,1 --thickness-mm 6 --depth-mm 1 --edge-index 1.41\n");
+  command->callback(
+      [&common, &chosen, options] { chosen = [&common, options] { return led(common, *options); }; });
+}
+
+}  // namespace palpate

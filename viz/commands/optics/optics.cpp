@@ -1,0 +1,133 @@
+// palpate optics: a pad designed as a waveguide.
+#include "viz/commands/optics/optics.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdarg>
+#include <cstdio>
+#include <numbers>
+
+#include "capture/files/output_file.h"
+#include "palpate/error.h"
+#include "viz/report/plot_script.h"
+
+namespace palpate {
+
+void add_media(CLI::App& command, MediaOptions& media, bool thickness) {
+  command
+      .add_option("--indices", media.indices,
+                  "Refractive indices: outside of the touched face, layers, outside towards the camera")
+      ->delimiter(',')
+      ->required();
+  if (thickness)
+    command
+        .add_option("--thickness-mm", media.thickness_mm, "Thickness of the layers, mm: each, or one for all")
+        ->delimiter(',');
+}
+
+std::vector<double> layer_thickness(const MediaOptions& media, bool needed) {
+  const size_t given = media.indices.size();
+  if (given < 2)
+    throw Error(Failure::Usage, "at least two --indices", std::to_string(given),
+                "--indices 1,1.39,1.40,1.41,1");
+  const size_t layers = given - 2, found = media.thickness_mm.size();
+  if (found == 0 && !needed) return std::vector<double>(layers, 1.0);
+  if (found == 1) return std::vector<double>(layers, media.thickness_mm.front());
+  if (found != layers)
+    throw Error(
+        Failure::Usage, "one --thickness-mm for each layer, or one for all",
+        std::to_string(layers) + " layers between the outsides and " + std::to_string(found) + " thicknesses",
+        "as many thicknesses as indices less two");
+  return media.thickness_mm;
+}
+
+Waveguide guide_of(const MediaOptions& media, bool needs_thickness) {
+  const std::vector<double> thickness = layer_thickness(media, needs_thickness);
+  Waveguide guide;
+  guide.above = media.indices.front();
+  guide.below = media.indices.back();
+  for (size_t i = 0; i < thickness.size(); ++i) guide.layers.push_back({media.indices[i + 1], thickness[i]});
+  check_waveguide(guide);
+  return guide;
+}
+
+void add_lamp(CLI::App& command, LampOptions& lamp) {
+  command.add_option("--led-layer", lamp.layer,
+                     "The layer whose edge the LED lights, from 1 at the touched face (default: the middle)");
+  command
+      .add_option("--edge-index", lamp.edge_index,
+                  "Index between LED and edge: 1 is air, the layer's own a LED that is cast in")
+      ->capture_default_str();
+  CLI::Option* order = command.add_option(
+      "--led-order", lamp.order, "The LED shines as cos^ORDER of the angle (default 1: Lambert's law)");
+  command
+      .add_option("--led-half-intensity-deg", lamp.half_intensity_deg,
+                  "Instead: the angle off its axis at which half the intensity is left, deg")
+      ->excludes(order);
+  command.add_option("--led-half-angle-deg", lamp.half_angle_deg, "No light beyond this angle, deg")
+      ->capture_default_str();
+}
+
+EdgeLamp lamp_of(const LampOptions& options, const Waveguide& guide) {
+  EdgeLamp lamp;
+  const size_t layer = options.layer.value_or((guide.layers.size() + 1) / 2);
+  if (layer < 1 || layer > guide.layers.size())
+    throw Error(Failure::Usage, "--led-layer from 1 to " + std::to_string(guide.layers.size()),
+                std::to_string(layer), "1 for the layer that is touched");
+  lamp.layer = layer - 1;
+  lamp.edge_index = options.edge_index;
+  if (options.order) lamp.order = *options.order;
+  if (options.half_intensity_deg)
+    lamp.order = order_from_half_intensity(radians(*options.half_intensity_deg));
+  lamp.half_angle_rad = options.half_angle_deg == 90 ? std::numbers::pi / 2 : radians(options.half_angle_deg);
+  check_lamp(guide, lamp);
+  return lamp;
+}
+
+nlohmann::ordered_json to_json(const EdgeLamp& lamp) {
+  return {{"layer", lamp.layer + 1},
+          {"edge_index", lamp.edge_index},
+          {"order", lamp.order},
+          {"half_angle_deg", degrees(lamp.half_angle_rad)}};
+}
+
+double degrees(double rad) {
+  return rad * 180 / std::numbers::pi;
+}
+
+double radians(double deg) {
+  return deg * std::numbers::pi / 180;
+}
+
+std::string line(const char* format, ...) {
+  char text[600];
+  va_list values;
+  va_start(values, format);
+  std::vsnprintf(text, sizeof text, format, values);
+  va_end(values);
+  return text;
+}
+
+std::string write_results(const Common& common, const std::string& name, const std::string& csv,
+                          const std::function<std::string(bool svg)>& script) {
+  if (common.out.empty()) return {};
+  make_output_folder(common.out);
+  const std::string stem = (common.out / name).string();
+  write_whole(stem + ".csv", std::string_view(csv));
+  std::string written = "written: " + stem + ".csv";
+  draw_plot(script(false), stem + ".png", written);
+  draw_plot(script(true), stem + ".svg", written);
+  return written;
+}
+
+void add_optics(CLI::App& program, Common& common, Command& chosen) {
+  CLI::App* group = program.add_subcommand("optics", "Design the pad as a waveguide: what light does in it");
+  group->require_subcommand(1);
+  add_optics_stack(*group, common, chosen);
+  add_optics_critical(*group, common, chosen);
+  add_optics_trapped(*group, common, chosen);
+  add_optics_contact(*group, common, chosen);
+  add_optics_led(*group, common, chosen);
+  add_optics_index(*group, common, chosen);
+}
+
+}  // namespace palpate

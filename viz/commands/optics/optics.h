@@ -1,0 +1,55 @@
+// What the commands of `palpate optics` share: how media and lamps are named on the command line.
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/optics/edge_light.h"
+#include "viz/commands/command.h"
+
+namespace palpate {
+
+/// The media that light meets, and their layers.
+struct MediaOptions {
+  std::vector<double> indices, extinction, thickness_mm;
+};
+/// --indices, and --thickness-mm where `thickness` says so.
+void add_media(CLI::App& command, MediaOptions& media, bool thickness);
+/// Thicknesses of the layers: one for all, or one each. Throws Error(Failure::Usage) where their numbers do
+/// not fit, or none is given although `needed`; then 1 mm each stands for "of no effect".
+std::vector<double> layer_thickness(const MediaOptions& media, bool needed);
+/// The media as a waveguide, first outside = touched side.
+Waveguide guide_of(const MediaOptions& media, bool needs_thickness);
+
+struct LampOptions {
+  std::optional<size_t> layer;  ///< from 1
+  double edge_index = 1;
+  std::optional<double> order, half_intensity_deg;
+  double half_angle_deg = 90;
+};
+/// --led-layer, --edge-index, --led-order or --led-half-intensity-deg, --led-half-angle-deg.
+void add_lamp(CLI::App& command, LampOptions& lamp);
+EdgeLamp lamp_of(const LampOptions& options, const Waveguide& guide);
+nlohmann::ordered_json to_json(const EdgeLamp& lamp);
+
+double degrees(double rad);
+double radians(double deg);
+/// printf into a string.
+std::string line(const char* format, ...) __attribute__((format(printf, 1, 2)));
+
+/// Files of a command that draws: NAME.csv, NAME.png and NAME.svg in `common.out`. `script` gets whether SVG
+/// is wanted. Returns the line that names what was written; empty without --out.
+std::string write_results(const Common& common, const std::string& name, const std::string& csv,
+                          const std::function<std::string(bool svg)>& script);
+
+void add_optics_stack(CLI::App& group, Common& common, Command& chosen);
+void add_optics_critical(CLI::App& group, Common& common, Command& chosen);
+void add_optics_index(CLI::App& group, Common& common, Command& chosen);
+void add_optics_trapped(CLI::App& group, Common& common, Command& chosen);
+void add_optics_contact(CLI::App& group, Common& common, Command& chosen);
+void add_optics_led(CLI::App& group, Common& common, Command& chosen);
+
+}  // namespace palpate

@@ -1,0 +1,149 @@
+// palpate process: a recording in, measurements out.
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "palpate/error.h"
+#include "engine/gpu/context.h"
+#include "viz/commands/block_options.h"
+#include "viz/commands/camera_options.h"
+#include "capture/run/input.h"
+#include "viz/commands/look_options.h"
+#include "viz/commands/one_of.h"
+#include "capture/run/processing.h"
+
+namespace palpate {
+namespace {
+
+const std::map<std::string, DepthFormat> kConfidenceFormats = {{"png16", DepthFormat::Png16},
+                                                               {"npy", DepthFormat::Npy}};
+
+struct Options {
+  ProcessRequest request;
+  CameraChoice camera;
+  std::filesystem::path sensor;
+  std::filesystem::path background;
+  std::vector<Output> outputs;
+  BlockChoice block;
+  LookOptions look;
+};
+
+Report process(const Common& common, Options options) {
+  ProcessRequest& request = options.request;
+  request.input = options.camera.input(request.input);
+  if (request.input.empty())
+    throw Error(Failure::Usage, "an input", "none", "a recording, or --camera /dev/video0");
+  const MeasuredInput input = find_input(common, request.input, options.sensor, options.background);
+  const Sensor& sensor = input.sensor;
+  request.input = input.input;
+  request.outputs = input.outputs;
+  if (!options.outputs.empty()) {
+    request.outputs = 0;
+    for (const Output output : options.outputs) request.outputs |= static_cast<uint32_t>(output);
+    if (wants(request.outputs, Output::Contacts) || wants(request.outputs, Output::Skin))
+      request.outputs |= static_cast<uint32_t>(Output::Force);
+  }
+  if (request.as_recorded) {
+    if (!input.session)
+      throw Error(Failure::Usage, "a session for --as-recorded", "'" + request.input + "'",
+                  "a folder that palpate record wrote");
+    const SessionInfo& info = *input.session;
+    request.outputs = info.outputs;
+    request.solver = info.solver;
+    request.skip_untouched = info.skip_untouched;
+  }
+  if (!request.confidence.empty()) request.outputs |= static_cast<uint32_t>(Output::Confidence);
+  if (!request.depth.empty() && !(request.outputs & static_cast<uint32_t>(Output::Surface))) {
+    throw Error(Failure::Usage, "a surface for --depth",
+                options.outputs.empty() ? "a sensor without a reading of the surface" : "--outputs force",
+                options.outputs.empty() ? "a sensor file with \"reading\"" : "--outputs force,surface");
+  }
+  options.look.apply(request.look);
+  request.watch = [&](const Frame& background) { return watch_presses(options.block, input, background); };
+  const std::unique_ptr<gpu::Context> context = open_device(common);
+  const ProcessSummary summary = process_recording(*context, common, sensor, request, common.out);
+  Report report;
+  report.json = to_json(summary, request, sensor, *context);
+  report.text = describe(summary) + "\nwritten: " + (common.out / "measurements.csv").string() +
+                (wants(request.outputs, Output::Contacts) ? ", contacts.csv" : "") + ", summary.json";
+  report.exit_code = !summary.complete ? kInterrupted : validation_clean(*context) ? 0 : kInternalError;
+  return report;
+}
+
+}  // namespace
+
+void add_process(CLI::App& program, Common& common, Command& chosen) {
+  CLI::App* command = program.add_subcommand(
+      "process", "Measure a recording: video, image, folder of images, session, or synthetic:SCENE");
+  auto options = std::make_shared<Options>();
+  ProcessRequest& request = options->request;
+  command->add_option("INPUT", request.input,
+                      "Video file, image file, folder of images, session folder, or synthetic:SCENE");
+  options->camera.add_to(*command);
+  command->add_option("--sensor", options->sensor, "Sensor file (JSON, see README.md)");
+  command
+      ->add_option("--background", options->background,
+                   "Untouched image (default: the sensor file's, or a recording's first frames)")
+      ->check(CLI::ExistingFile);
+  command
+      ->add_option("--out", common.out,
+                   "Folder for measurements.csv, summary.json and what else is asked for")
+      ->required();
+  command
+      ->add_option(
+          "--outputs", options->outputs,
+          "What to compute: force, surface, confidence, contacts, skin, gradient (default: force and "
+          "contacts, and "
+          "surface and skin where the sensor can); with contacts separate contacts are told apart and "
+          "followed, with skin the pattern on the pad shows stick, slip and torsion, with confidence the "
+          "surface leaves out what is not known")
+      ->delimiter(',')
+      ->transform(one_of(kOutputNames));
+  command
+      ->add_option("--solver", request.solver,
+                   "Surface solver: live, fine, converged (default) or exact (CPU)")
+      ->transform(one_of(kSolverNames));
+  command->add_flag("--as-recorded", request.as_recorded,
+                    "Of a session: the frames that were measured live, with the same solver and outputs, and "
+                    "whether every digit is as recorded");
+  command->add_flag("--skip-untouched", request.skip_untouched,
+                    "Compute only a window around the contact; beyond it depth is 0 (sums stay exact)");
+  command
+      ->add_option("--depth", request.depth,
+                   "Write each frame's depth map: png16, tiff, npy, ply, obj (repeatable)")
+      ->delimiter(',')
+      ->transform(one_of(kDepthFormats));
+  command
+      ->add_option(
+          "--confidence", request.confidence,
+          "Write what is known of each frame's pixels: png16, npy (repeatable); asks for that output too")
+      ->delimiter(',')
+      ->transform(one_of(kConfidenceFormats));
+  command->add_flag("--pictures", request.pictures,
+                    "Write pictures/NNNNNN.png: each frame as the window shows it");
+  command->add_flag("--video", request.video, "Write recording.mp4: the same as a film");
+  command
+      ->add_option("--picture-every", request.picture_every,
+                   "One picture (and film frame) for that many frames")
+      ->capture_default_str()
+      ->check(CLI::Range(uint64_t{1}, uint64_t{1000000}));
+  options->look.add(*command);
+  options->block.add_to(*command);
+  command->add_option("--rate", request.rate_Hz, "Frames a second of images, which know no time themselves")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--frames", request.frames, "Stop after that many frames");
+  add_common(
+      *command, common,
+      "  palpate process press.avi --sensor gel.json --out out/press\n"
+      "  palpate process frames/ --sensor pad.json --out out/run --outputs force --json\n"
+      "  palpate process press.avi --sensor gel.json --out out/press --depth png16 --depth ply --video\n"
+      "  palpate process press.avi --sensor gel.json --out out/press --confidence png16\n"
+      "  palpate process --camera /dev/video0 --sensor pad.json --out out/press     until Ctrl-C\n"
+      "  palpate process synthetic:palpation --out out/check        adds true_* columns and an error table\n"
+      "Rows of measurements.csv are whole as they are written; summary.json appears at the end and tells\n"
+      "whether the recording was processed to its end (\"complete\"). Numbered files of an earlier run in\n"
+      "depth/, confidence/ and pictures/ are replaced.\n");
+  command->callback(
+      [&common, &chosen, options] { chosen = [&common, options] { return process(common, *options); }; });
+}
+
+}  // namespace palpate

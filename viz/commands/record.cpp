@@ -1,0 +1,140 @@
+// palpate record: frames and measurements into a session folder, without a window.
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "capture/source.h"
+#include "palpate/error.h"
+#include "engine/gpu/context.h"
+#include "viz/commands/block_options.h"
+#include "viz/commands/camera_options.h"
+#include "viz/commands/command.h"
+#include "capture/files/event_log.h"
+#include "capture/run/input.h"
+#include "viz/live/live.h"
+#include "viz/report/live_report.h"
+#include "viz/commands/one_of.h"
+
+namespace palpate {
+namespace {
+
+struct Options {
+  std::string input;
+  CameraChoice camera;
+  std::filesystem::path sensor;
+  std::filesystem::path background;
+  std::vector<Output> outputs;
+  SurfaceSolver solver = SurfaceSolver::Live;
+  SessionOptions session;
+  BlockChoice block;
+  viz::LiveOptions live;
+};
+
+Report record(const Common& common, Options options) {
+  const std::string from = options.camera.input(options.input);
+  if (from.empty())
+    throw Error(Failure::Usage, "INPUT or --camera NODE", "neither", "palpate cameras, which lists them");
+  const MeasuredInput input = find_input(common, from, options.sensor, options.background);
+  std::unique_ptr<Source> source = open_source(input.input, input.sensor);
+  source->watch(interrupted);
+  const Frame background = load_background(input.input, input.sensor, *source);
+  const std::unique_ptr<viz::PressWatch> presses = watch_presses(options.block, input, background);
+  options.live.presses = presses.get();
+  const std::unique_ptr<gpu::Context> context = open_device(common);
+  PipelineOptions pipeline{.outputs = input.outputs, .solver = options.solver};
+  if (!options.outputs.empty()) {
+    pipeline.outputs = 0;
+    for (const Output output : options.outputs) pipeline.outputs |= static_cast<uint32_t>(output);
+    if (wants(pipeline.outputs, Output::Contacts) || wants(pipeline.outputs, Output::Skin))
+      pipeline.outputs |= static_cast<uint32_t>(Output::Force);
+  }
+  // A recording can wait; a camera, or what plays one at a rate, cannot.
+  const bool can_wait = !source->live() && options.live.rate_Hz <= 0;
+  options.live.unpaced = options.live.measure_all = can_wait;
+  options.session.no_drop = options.session.no_drop || can_wait;
+
+  viz::Recording recording([&] { return common.out; },
+                           session_info(input, *source, background, pipeline, *context), options.session);
+  recording.watch(interrupted);
+  recording.start();
+  const uint64_t total =
+      options.live.max_frames != 0 ? options.live.max_frames : source->frame_count().value_or(0);
+  ProgressBar progress(common, "recording", total);
+  options.live.recording = &recording;
+  bool failed = false;
+  options.live.interrupted = [&] {
+    failed = failed || !recording.latest().status.error.empty();
+    return interrupted() || failed;
+  };
+  options.live.on_progress = [&](uint64_t captured) { progress.update(captured); };
+  const auto open = [&] { return source ? std::move(source) : open_source(input.input, input.sensor); };
+  viz::LiveReport report =
+      viz::run_without_window(*context, open, input.sensor, background, pipeline, options.live);
+  const std::vector<viz::Recording::Written> sessions = recording.finish();
+  for (const viz::PressAnswer& press : report.presses)
+    viz::append_event(common.out, {press.last_frame, press.time_s, "lump", describe(press)});
+  report.interrupted = interrupted();
+  const std::string error = recording_error(sessions);
+  if (!error.empty()) spdlog::error("the recording ended early: {}", error);
+
+  nlohmann::ordered_json value = {
+      {"input", input.input}, {"sensor", input.sensor.name}, {"device", context->report().name}};
+  value.update(to_json(report, sessions));
+  value["complete"] = !report.interrupted && error.empty();
+  return {describe(report, sessions), value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
+          !error.empty()               ? static_cast<int>(Failure::Output)
+          : report.interrupted         ? kInterrupted
+          : validation_clean(*context) ? 0
+                                       : kInternalError};
+}
+
+}  // namespace
+
+void add_record(CLI::App& program, Common& common, Command& chosen) {
+  CLI::App* command =
+      program.add_subcommand("record", "Write a session: lossless frames and their measurements");
+  auto options = std::make_shared<Options>();
+  command->add_option("INPUT", options->input, "Video, folder of images, session, or synthetic:SCENE");
+  options->camera.add_to(*command);
+  command->add_option("--sensor", options->sensor,
+                      "Sensor file; a camera without one is recorded as it is, uncalibrated");
+  command
+      ->add_option("--background", options->background,
+                   "Untouched image (default: the sensor file's, or the first frames)")
+      ->check(CLI::ExistingFile);
+  command->add_option("--out", common.out, "Session folder to make; it must not hold a session yet")
+      ->required();
+  command
+      ->add_option(
+          "--outputs", options->outputs,
+          "What to measure meanwhile: force, surface (default: force, and surface where the sensor can)")
+      ->delimiter(',')
+      ->transform(one_of(kOutputNames));
+  command
+      ->add_option("--solver", options->solver,
+                   "Surface solver: live (default), fine, converged or exact (CPU)")
+      ->transform(one_of(kSolverNames));
+  command->add_option("--frames", options->live.max_frames, "End after that many frames");
+  command->add_option("--seconds", options->live.max_seconds, "End after so long")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--rate", options->live.rate_Hz,
+                   "Play a recording at that many frames a second, as a camera would (default: as fast as "
+                   "all of it can be measured and written)")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--no-drop", options->session.no_drop,
+                    "Let frames wait for the recorder instead of dropping them from the recording");
+  options->block.add_to(*command);
+  add_common(
+      *command, common,
+      "  palpate record --camera /dev/video0 --sensor pad.json --out out/press1     until Ctrl-C\n"
+      "  palpate record --camera /dev/video0 --seconds 20 --out out/grid            uncalibrated\n"
+      "  palpate record synthetic:palpation --out out/session\n"
+      "A session is whole after every crash but its last second; `palpate process`, `replay` and `export`\n"
+      "take it without any other file. See README.md.\n");
+  command->callback(
+      [&common, &chosen, options] { chosen = [&common, options] { return record(common, *options); }; });
+}
+
+}  // namespace palpate

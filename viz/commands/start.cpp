@@ -1,0 +1,111 @@
+// palpate without a command: the list of sources in a window, and from there to what is chosen and back.
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <future>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "capture/session/session.h"
+#include "palpate/error.h"
+#include "engine/gpu/context.h"
+#include "viz/live/run.h"
+#include "viz/commands/command.h"
+#include "viz/report/live_report.h"
+#include "viz/panels/start_view.h"
+#include "viz/render/window.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Where recordings and snapshots go; made when the first is written. Empty: nowhere.
+fs::path folder_of(const viz::Settings& settings) {
+  if (!settings.folder.empty()) return settings.folder;
+  const char* home = std::getenv("HOME");
+  return home && *home ? fs::path(home) / "palpate" : fs::path();
+}
+
+/// Opens the choice while the window stays alive; none where the person gave up.
+std::optional<OpenInput> open_choice(const Common& common, const BenchRequest& request,
+                                     viz::StartView& view) {
+  std::atomic<bool> cancelled{false};
+  std::future<OpenInput> opening = std::async(std::launch::async, [&] {
+    return open_input(common, request, [&cancelled] { return cancelled || interrupted(); });
+  });
+  const bool kept = view.wait(request.input, [&] {
+    return interrupted() || opening.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  });
+  cancelled = !kept;
+  OpenInput opened = opening.get();
+  if (!kept) return std::nullopt;
+  opened.source->watch(interrupted);  // the flag above goes
+  return opened;
+}
+
+BenchRequest request_of(const viz::Choice& choice, const fs::path& folder, viz::Window& window,
+                        viz::Settings& settings) {
+  BenchRequest request;
+  request.input = choice.input;
+  request.sensor = choice.sensor;
+  request.recordings = folder;
+  request.live.title = "palpate: " + choice.input;
+  request.live.window = &window;
+  request.live.settings = &settings;
+  request.live.from_list = true;
+  request.live.interrupted = interrupted;
+  request.live.replay = is_session(choice.input);
+  return request;
+}
+
+Report start(const Common& common) {
+  const std::vector<const char*> extensions = viz::window_extensions();
+  const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
+  Remembered remembered;
+  viz::Settings& settings = remembered.settings;
+  viz::Window window(*context, {"palpate", settings.width, settings.height, viz::Vsync::On});
+  const fs::path folder = folder_of(settings);
+  std::string message = remembered.warning, text;
+  while (!window.wants_close() && !interrupted()) {
+    BenchRequest request;
+    std::optional<OpenInput> opened;
+    {
+      viz::StartView view(*context, window, settings, std::exchange(message, ""), folder.string());
+      const std::optional<viz::Choice> choice = view.choose(interrupted);
+      if (!choice) break;
+      request = request_of(*choice, folder, window, settings);
+      try {
+        opened = open_choice(common, request, view);
+      } catch (const std::exception& e) {
+        message = e.what();
+      }
+    }
+    if (!opened) continue;
+    settings.remember(request.input, request.sensor);
+    try {
+      const BenchReport bench = run_bench(*context, std::move(request), std::move(*opened));
+      text += bench.measured.input + ": " + describe(bench.live, bench.sessions);
+      message = recording_error(bench.sessions);
+      if (!bench.live.wants_sources) break;
+    } catch (const Error& e) {
+      // A camera that is gone or a damaged file: back to the list, with a reason.
+      if (e.failure() == Failure::Display) throw;
+      message = e.what();
+    }
+    remembered.save();
+  }
+  std::tie(settings.width, settings.height) = window.size();
+  return {text, nlohmann::ordered_json{{"complete", true}}.dump(),
+          interrupted()                ? kInterrupted
+          : validation_clean(*context) ? 0
+                                       : kInternalError};
+}
+
+}  // namespace
+
+Command start_command(Common& common) {
+  return [&common] { return start(common); };
+}
+
+}  // namespace palpate

@@ -1,0 +1,296 @@
+// palpate strain: how an object's tactile shape changes from one compression to the next.
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "capture/files/output_file.h"
+#include "palpate/error.h"
+#include "engine/gpu/context.h"
+#include "viz/report/gnuplot.h"
+#include "viz/report/plot_script.h"
+#include "capture/run/tactile_shapes.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  std::string input;
+  std::filesystem::path sensor, background;
+  std::vector<uint64_t> frames;
+  std::vector<double> forces_N;
+  ShapeRequest request;
+  CompressionOptions compression;
+  double lambda = -1;
+  bool by_shape = false;
+};
+
+std::string line(const char* format, auto... values) {
+  char text[400];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+std::string force_text(const Touch& touch) {
+  const Estimate& f = touch.force_N;
+  if (f.validity == Validity::NotCalibrated) return "force not calibrated";
+  std::string text = line("%.4g +- %.2g N", f.value, f.standard_error);
+  if (f.validity != Validity::Valid) text += std::string(" (") + to_string(f.validity) + ")";
+  return text;
+}
+
+std::string text_of(const TactileShapes& shapes, const Compression& c, bool skin, double poisson) {
+  std::string text = line(
+      "compressions  frame %llu, %s; frame %llu, %s\n",
+      static_cast<unsigned long long>(shapes.before.touch.sequence), force_text(shapes.before.touch).c_str(),
+      static_cast<unsigned long long>(shapes.after.touch.sequence), force_text(shapes.after.touch).c_str());
+  if (skin) {
+    text += line("points        %zu of the skin, followed\n", c.pairs.size());
+  } else {
+    text += line("points        %zu and %zu, %.3f and %.3f mm apart, drawn %zu times, %zu pairs\n",
+                 shapes.before.control.points.size(), shapes.after.control.points.size(),
+                 shapes.before.control.spacing_mm, shapes.after.control.spacing_mm, kDraws, c.pairs.size());
+    if (c.match)
+      text += line("match         %s, scatter %.3f mm, %u iterations\n",
+                   std::string(to_string(c.match->verdict)).c_str(), c.match->noise_sd, c.match->iterations);
+  }
+  if (!c.reason.empty()) return text + "NO STRAIN     " + c.reason;
+  const PlaneStrain &e = c.plane.mean, &s = c.plane.sd;
+  text += line("in the plane  xx %+.5f +- %.5f, yy %+.5f +- %.5f, xy %+.5f +- %.5f\n", e.xx, s.xx, e.yy, s.yy,
+               e.xy, s.xy);
+  text += line("principal     %+.5f and %+.5f, the first at %.1f deg; area %+.5f +- %.5f\n", e.first,
+               e.second, e.direction_rad * 180 / M_PI, e.area, s.area);
+  text += line("axial         %+.5f +- %.5f by the change of area, Poisson's ratio %g\n", c.axial, c.axial_sd,
+               poisson);
+  if (!skin)
+    text += line("turn          %+.1f +- %.1f deg\n", c.turn_rad * 180 / M_PI, c.turn_sd_rad * 180 / M_PI);
+  if (!skin) text += line("depth         %+.4f mm on the mean of the matched points\n", c.deepening_mm);
+  text += skin ? "meaning       strain of the pad's skin, whose points are followed"
+               : "meaning       growth of the contact: points are matched by the shape, not by material";
+  return text;
+}
+
+Json json_of(const TactileShapes& shapes, const Compression& c, bool skin) {
+  const auto frame = [](const TactileShape& s) {
+    return Json{{"frame", s.touch.sequence},
+                {"force_N", s.touch.force_N.value},
+                {"force_sd_N", s.touch.force_N.standard_error},
+                {"force_state", to_string(s.touch.force_N.validity)},
+                {"points", s.control.points.size()},
+                {"spacing_mm", s.control.spacing_mm},
+                {"contact_mm2", s.control.contact_mm2}};
+  };
+  Json value = {{"before", frame(shapes.before)},
+                {"after", frame(shapes.after)},
+                {"points", skin ? "skin, followed" : "shape, matched"},
+                {"pairs", c.pairs.size()},
+                {"reason", c.reason.empty() ? Json(nullptr) : Json(c.reason)}};
+  if (c.match)
+    value["match"] = {{"verdict", to_string(c.match->verdict)},
+                      {"scatter_mm", c.match->noise_sd},
+                      {"iterations", c.match->iterations},
+                      {"converged", c.match->converged}};
+  if (!c.reason.empty()) return value;
+  const auto strain = [](const PlaneStrain& e) {
+    return Json{{"xx", e.xx}, {"yy", e.yy}, {"xy", e.xy}, {"area", e.area}};
+  };
+  value["strain"] = strain(c.plane.mean);
+  value["strain"]["first"] = c.plane.mean.first;
+  value["strain"]["second"] = c.plane.mean.second;
+  value["strain"]["direction_rad"] = c.plane.mean.direction_rad;
+  value["strain_sd"] = strain(c.plane.sd);
+  value["axial"] = c.axial;
+  value["axial_sd"] = c.axial_sd;
+  if (!skin) {
+    value["turn_rad"] = c.turn_rad;
+    value["turn_sd_rad"] = c.turn_sd_rad;
+  }
+  value["deepening_mm"] = c.deepening_mm;
+  const PlateEvidence& evidence = c.field->evidence();
+  value["spline"] = {{"lambda", evidence.lambda},
+                     {"by_data", evidence.lambda_by_data},
+                     {"residual_sd_mm", evidence.residual_sd}};
+  return value;
+}
+
+std::vector<std::vector<double>> columns_of(std::span<const ShapePoint> points) {
+  std::vector<std::vector<double>> columns(3);
+  for (const ShapePoint& p : points) {
+    columns[0].push_back(p.x_mm);
+    columns[1].push_back(p.y_mm);
+    columns[2].push_back(p.depth_mm);
+  }
+  return columns;
+}
+
+/// Figs. 14 and 15: the points of both compressions before registration and after.
+std::string points_script(const TactileShapes& shapes, const Compression& c, bool svg) {
+  std::vector<ShapePoint> warped;
+  if (c.match && c.match->reliable())
+    for (size_t i = 0; i < c.match->warped.size(); ++i) {
+      const auto at = c.match->warped.at(i);
+      warped.push_back({at[0], at[1], at[2]});
+    }
+  const auto name = [](const TactileShape& s) {
+    const Estimate& f = s.touch.force_N;
+    return perf::gnuplot_quoted(f.validity == Validity::NotCalibrated
+                                    ? line("frame %llu", static_cast<unsigned long long>(s.touch.sequence))
+                                    : line("%.3g N", f.value));
+  };
+  const std::string after =
+      "$after using 1:2:3 with points pt 7 ps 0.5 lc rgb '#222222' title " + name(shapes.after);
+  std::string script =
+      plot_head(svg, warped.empty() ? 640 : 1200, 520) +
+      plot_block("before", columns_of(shapes.before.draws[0])) +
+      plot_block("after", columns_of(shapes.after.draws[0])) +
+      "set view 55,35\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset zlabel 'depth, mm' rotate parallel\n"
+      "set zrange [*:*] reverse\nset xyplane 0\n";
+  if (!warped.empty()) script += plot_block("warped", columns_of(warped)) + "set multiplot layout 1,2\n";
+  script +=
+      "set title 'control points before registration'\nsplot $before using 1:2:3 with points pt 7 ps 0.5 lc "
+      "rgb '#d62728' title " +
+      name(shapes.before) + ", " + after + "\n";
+  if (!warped.empty())
+    script +=
+        "set title 'and after it'\nsplot $warped using 1:2:3 with points pt 7 ps 0.5 lc rgb '#d62728' "
+        "title " +
+        name(shapes.before) + ", " + after + "\nunset multiplot\n";
+  return script;
+}
+
+/// Where the points went, over the strain of the area between them.
+std::string strain_script(const Compression& c, bool svg) {
+  double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
+  std::vector<std::vector<double>> arrows(4);
+  constexpr size_t kArrows = 250;
+  const size_t step = 1 + c.pairs.size() / kArrows;
+  for (size_t n = 0; n < c.pairs.size(); n += step) {
+    const MatchedPoint& p = c.pairs[n];
+    const double at[2] = {p.before.x_mm, p.before.y_mm}, by[2] = {p.after.x_mm - at[0], p.after.y_mm - at[1]};
+    for (size_t i = 0; i < 2; ++i) {
+      low[i] = std::min(low[i], at[i]), high[i] = std::max(high[i], at[i]);
+      arrows[i].push_back(at[i]);
+      arrows[2 + i].push_back(by[i]);
+    }
+  }
+  constexpr size_t kAcross = 60;
+  std::vector<std::array<double, 2>> places;
+  for (size_t j = 0; j <= kAcross; ++j)
+    for (size_t i = 0; i <= kAcross; ++i)
+      places.push_back({low[0] + (high[0] - low[0]) * static_cast<double>(i) / kAcross,
+                        low[1] + (high[1] - low[1]) * static_cast<double>(j) / kAcross});
+  const std::vector<PlaneStrain> strain = c.field->at(places);
+  std::string script = plot_head(svg, 760, 620) + plot_block("arrows", arrows) + "$map << EOD\n";
+  for (size_t i = 0; i < places.size(); ++i) {
+    script += plot_number(places[i][0]) + " " + plot_number(places[i][1]) + " " +
+              plot_number(100 * strain[i].area) + "\n";
+    if ((i + 1) % (kAcross + 1) == 0) script += "\n";
+  }
+  return script +
+         "EOD\nset xlabel 'x, mm'\nset ylabel 'y, mm' \nset cblabel 'change of area, %'\nset size ratio -1\n"
+         "set yrange [*:*] reverse\nset palette defined (-1 '#2166ac', 0 '#f7f7f7', 1 '#b2182b')\n"
+         "stats $map using 3 nooutput\nm = abs(STATS_max) > abs(STATS_min) ? abs(STATS_max) : "
+         "abs(STATS_min)\n"
+         "set cbrange [m > 0 ? -m : -1 : m > 0 ? m : 1]\nset title 'displacement and change of area'\n"
+         "plot $map using 1:2:3 with image notitle, $arrows using 1:2:3:4 with vectors filled lc rgb "
+         "'#222222' notitle\n";
+}
+
+std::string write_files(const std::filesystem::path& out, const TactileShapes& shapes, const Compression& c,
+                        const Json& value) {
+  make_output_folder(out);
+  std::vector<std::vector<double>> columns(7);
+  for (const MatchedPoint& p : c.pairs) {
+    const double row[] = {p.before.x_mm, p.before.y_mm,    p.before.depth_mm, p.after.x_mm,
+                          p.after.y_mm,  p.after.depth_mm, p.probability};
+    for (size_t i = 0; i < 7; ++i) columns[i].push_back(row[i]);
+  }
+  write_whole(out / "pairs.csv",
+              std::string_view(
+                  csv_of("x_mm,y_mm,depth_mm,after_x_mm,after_y_mm,after_depth_mm,probability", columns)));
+  write_whole(out / "strain.json", std::string_view(value.dump(2) + "\n"));
+  std::string written = "pairs.csv, strain.json";
+  for (const bool svg : {false, true}) {
+    const std::string ending = svg ? ".svg" : ".png";
+    if (!shapes.before.control.points.empty() && !shapes.after.control.points.empty())
+      draw_plot(points_script(shapes, c, svg), (out / ("points" + ending)).string(), written);
+    if (c.reason.empty()) draw_plot(strain_script(c, svg), (out / ("strain" + ending)).string(), written);
+  }
+  return written;
+}
+
+Report run(const Common& common, Options o) {
+  if (!o.frames.empty()) o.request.frames = {o.frames[0], o.frames[1]};
+  if (!o.forces_N.empty()) o.request.forces_N = {o.forces_N[0], o.forces_N[1]};
+  if (o.lambda >= 0) o.compression.lambda = o.lambda;
+  o.request.control.seed = common.seed;
+  const MeasuredInput input = find_input(common, o.input, o.sensor, o.background);
+  if (!has_scale(input.sensor))
+    throw Error(Failure::Sensor, "pitch_mm_per_px", "a sensor without a scale", "palpate calibrate scale");
+  const std::unique_ptr<gpu::Context> context = open_device(common);
+  const TactileShapes shapes = read_shapes(*context, input, o.request);
+  if (interrupted()) return {"", "", kInterrupted};
+  const bool skin = shapes.skin && !o.by_shape;
+  const Compression c = skin
+                            ? strain_of_pairs(skin_pairs(shapes, input.sensor.pitch_mm_per_px), o.compression)
+                            : compare_draws(shapes.before.draws, shapes.after.draws, o.compression);
+  Report report;
+  const Json value = json_of(shapes, c, skin);
+  report.json = value.dump(2);
+  report.text = text_of(shapes, c, skin, o.compression.poisson);
+  if (!common.out.empty())
+    report.text += "\nwritten to " + common.out.string() + ": " + write_files(common.out, shapes, c, value);
+  report.exit_code = validation_clean(*context) ? 0 : kInternalError;
+  return report;
+}
+
+}  // namespace
+
+void add_strain(CLI::App& program, Common& common, Command& chosen) {
+  CLI::App* command =
+      program.add_subcommand("strain", "How an object's shape changes from one compression to the next");
+  auto o = std::make_shared<Options>();
+  command->add_option("INPUT", o->input, "Session folder, video file, folder of images, or synthetic:SCENE")
+      ->required();
+  command->add_option("--sensor", o->sensor, "Sensor file (default: the session's own)");
+  command
+      ->add_option("--background", o->background,
+                   "Untouched image (default: the session's, the sensor file's, or the first frames)")
+      ->check(CLI::ExistingFile);
+  CLI::Option* frames =
+      command->add_option("--frames", o->frames, "The two frames, A,B")->delimiter(',')->expected(2);
+  command
+      ->add_option("--forces-N", o->forces_N,
+                   "The two forces, A,B: the frames nearest to them while loading (default: half of the peak "
+                   "and the peak)")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::PositiveNumber)
+      ->excludes(frames);
+  command->add_option("--points", o->request.control.count, "Control points of each shape, 50 to 2000")
+      ->check(CLI::Range(50, 2000))
+      ->capture_default_str();
+  command->add_option("--contact-mm", o->request.control.contact_mm, "What is deeper counts as touched")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      ->add_option("--lambda", o->lambda,
+                   "Stiffness of the spline, 0: through all points (default: chosen by the data)")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--poisson", o->compression.poisson, "For the axial strain")
+      ->check(CLI::Range(0.0, 0.5))
+      ->capture_default_str();
+  command->add_flag("--by-shape", o->by_shape, "Match the shapes although the skin's points were followed");
+  command->add_option("--out", common.out, "Folder for pairs.csv, strain.json and plots");
+  add_common(
+      *command, common,
+      "  palpate strain synthetic:palpation --forces-N 0.8,1 --out out/strain\n"
+      "  palpate strain out/press --frames 120,240 --points 400 --json\n"
+      "A bare pad's points are matched by their shape: in the plane that is the growth of the contact.\n"
+      "Where the pad shows a pattern its followed points are taken: that is the strain of its skin.\n");
+  command->callback([&common, &chosen, o] { chosen = [&common, o] { return run(common, *o); }; });
+}
+
+}  // namespace palpate

@@ -1,0 +1,102 @@
+// What the threads of a live session share: two mailboxes onwards, two trays back.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "capture/source.h"
+#include "palpate/frame.h"
+#include "palpate/pipeline.h"
+#include "viz/live/latency.h"
+#include "viz/live/mailbox.h"
+
+namespace palpate::viz {
+
+struct Captured {
+  Frame frame;
+  uint64_t gaps = 0;  ///< interruptions of the stream up to here: dropped frames may have carried the mark
+};
+using CapturedPtr = std::unique_ptr<Captured>;
+
+struct Measured {
+  CapturedPtr captured;
+  Result result;
+  FrameTimes times;
+};
+
+/// Things handed back to the thread that owns them.
+template <typename T>
+class ReturnTray {
+ public:
+  void put(T item) {
+    const std::lock_guard lock(mutex_);
+    items_.push_back(std::move(item));
+  }
+  std::vector<T> take_all() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(items_, {});
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<T> items_;
+};
+
+/// What a person at a recording asks of the thread that reads it, and where it is. Frames count from 0.
+struct Transport {
+  static constexpr int64_t kNowhere = -1;
+  std::atomic<double> speed{1};            ///< of the recording's own time
+  std::atomic<int64_t> seek_to{kNowhere};  ///< frame to go to, taken by the reader
+  std::atomic<int> steps{0};               ///< frames to go, forwards or back, while paused
+  std::atomic<uint64_t> position{0};       ///< frame that was delivered last
+  std::atomic<bool> at_end{false};
+};
+
+/// What the threads share. Threads end when `stop` is set or their input is finished; the first error wins.
+struct LiveSession {
+  Mailbox<CapturedPtr> to_engine;
+  Mailbox<Measured> to_display;
+  ReturnTray<Result> results;      ///< back to the engine, which releases their slots
+  ReturnTray<CapturedPtr> frames;  ///< back to capture, which fills them again
+  std::atomic<bool> stop{false};
+  std::atomic<bool> paused{false};
+  std::atomic<uint64_t> captured{0};
+  std::atomic<uint64_t> passed_over{0};  ///< captured, but the recorder had no room: not measured either
+  std::atomic<uint64_t> processed{0};
+  std::atomic<uint64_t> copies{
+      0};  ///< of whole frames by the processor, from the source's memory to the engine's
+  Transport transport;
+
+  /// Where frames come from at present; another object in each round of a loop. It stops waiting with the
+  /// session.
+  std::shared_ptr<Source> source() const {
+    const std::lock_guard lock(mutex_);
+    return source_;
+  }
+  void use(std::shared_ptr<Source> source) {
+    source->watch([this] { return stop.load(); });
+    const std::lock_guard lock(mutex_);
+    source_ = std::move(source);
+  }
+
+  void fail(std::exception_ptr error) {
+    const std::lock_guard lock(mutex_);
+    if (!error_) error_ = std::move(error);
+  }
+  void rethrow() {
+    const std::lock_guard lock(mutex_);
+    if (error_) std::rethrow_exception(error_);
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::exception_ptr error_;
+  std::shared_ptr<Source> source_;
+};
+
+}  // namespace palpate::viz

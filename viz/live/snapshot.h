@@ -1,0 +1,27 @@
+// A snapshot: what the window shows, the frame it shows and the numbers of that frame.
+#pragma once
+
+#include <filesystem>
+
+#include "palpate/frame.h"
+#include "palpate/touch.h"
+#include "viz/render/render_target.h"
+
+namespace palpate::viz {
+
+struct Snapshot {
+  RgbImage picture;
+  Frame frame;  ///< with pixels of its own
+  Touch touch;  ///< as measured, whatever zero the picture shows
+  uint32_t outputs = 0;
+};
+
+/// The first of palpate-0001, palpate-0002, ... in `folder`, from `number` on, of which nothing exists;
+/// `number` becomes its number.
+std::filesystem::path next_snapshot(const std::filesystem::path& folder, int& number);
+
+/// Writes STEM.png (the picture), STEM-frame.png (the frame, values as they are) and STEM.csv (header and row
+/// of measurements.csv). Makes the folder. Throws Error(Failure::Output).
+void write_snapshot(const Snapshot& snapshot, const std::filesystem::path& stem);
+
+}  // namespace palpate::viz

@@ -1,0 +1,46 @@
+// How a live session runs, as the window tells it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "capture/session/session.h"
+#include "capture/source.h"
+#include "viz/live/latency.h"
+#include "engine/palpation/press_monitor.h"
+
+namespace palpate::viz {
+
+/// Where a replay is.
+struct PlayerStats {
+  uint64_t frames = 0;    ///< of the recording
+  uint64_t position = 0;  ///< frame that was read last, from 0
+  double speed = 1;
+  bool at_end = false;
+};
+
+/// How a live session runs; shown at the window's foot.
+struct LiveStats {
+  double captured_per_s = 0;
+  double processed_per_s = 0;
+  double shown_per_s = 0;
+  Percentiles to_measured;  ///< from the frame's exposure, where it is known, else its delivery
+  Percentiles to_shown;     ///< from there to the picture handed to the display
+  uint64_t captured = 0;
+  uint64_t processed = 0;
+  uint64_t shown = 0;
+  uint64_t dropped_before_engine = 0;   ///< newer frames came while the engine was busy
+  uint64_t dropped_before_display = 0;  ///< measured, but newer results came before they were shown
+  double draw_ms = 0;                   ///< host time from submission to fence of a typical picture
+  CaptureCounts camera;                 ///< what never got here
+  std::string state;                    ///< why no frames come; empty while they do
+  bool recording = false;
+  SessionStatus session;  ///< of the session in hand, or of the last one
+  std::optional<PlayerStats> player;
+  std::optional<PressStatus> press;  ///< where a block of tissue is known
+  std::string note;                  ///< "end of recording", "paused", "wrote ..."
+  bool from_list = false;            ///< the person chose this source in the window and can go back
+};
+
+}  // namespace palpate::viz

@@ -1,0 +1,111 @@
+#include "viz/panels/banners.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "viz/panels/measurement.h"
+#include "viz/panels/format.h"
+
+namespace palpate::viz {
+
+void status_line(const Layout& layout, const HudContent& content, float scale) {
+  ImDrawList* list = ImGui::GetForegroundDrawList();
+  const ImVec2 low{static_cast<float>(layout.status.x), static_cast<float>(layout.status.y)};
+  const ImVec2 high{low.x + static_cast<float>(layout.status.width),
+                    low.y + static_cast<float>(layout.status.height)};
+  list->AddRectFilled(low, high, IM_COL32(15, 17, 20, 255));
+  std::string line;
+  const double time_s = 1e-9 * static_cast<double>(content.touch.time_ns);
+  if (const LiveStats* live = content.live) {
+    line = text("shown %.0f/s   measured %.0f/s   captured %.0f/s   not measured %llu, not shown %llu",
+                live->shown_per_s, live->processed_per_s, live->captured_per_s,
+                static_cast<unsigned long long>(live->dropped_before_engine),
+                static_cast<unsigned long long>(live->dropped_before_display));
+    if (const CaptureCounts& c = live->camera; c.lost + c.damaged + c.gaps > 0)
+      line += text("   camera: %llu lost, %llu damaged, %llu gaps", static_cast<unsigned long long>(c.lost),
+                   static_cast<unsigned long long>(c.damaged), static_cast<unsigned long long>(c.gaps));
+    if (content.mesh.first) line += text("   mesh %u x %u", content.mesh.first, content.mesh.second);
+    line += text("   draw %.0f ms", live->draw_ms);
+    if (!live->note.empty()) {
+      // The note may take what the rates leave, but at least half.
+      const float room = high.x - low.x - 24 * scale;
+      const float rates = ImGui::CalcTextSize(line.c_str()).x + ImGui::CalcTextSize("   |   ").x;
+      line = shortened(live->note, std::max(room - rates, room / 2)) + "   |   " + line;
+    }
+  } else {
+    line = text("frame %llu   t = %.3f s", static_cast<unsigned long long>(content.touch.sequence), time_s);
+    if (content.mesh.first) line += text("   mesh %u x %u", content.mesh.first, content.mesh.second);
+  }
+  const float y = low.y + (high.y - low.y - ImGui::GetFontSize()) / 2;
+  const float device_width = ImGui::CalcTextSize(content.device.c_str()).x;
+  const float line_width = ImGui::CalcTextSize(line.c_str()).x;
+  const float margin = 12 * scale;
+  list->PushClipRect(low, high);
+  list->AddText({low.x + margin, y}, IM_COL32(190, 197, 207, 255), line.c_str());
+  // The device's name only where it has room.
+  if (line_width + device_width + 4 * margin < high.x - low.x)
+    list->AddText({high.x - margin - device_width, y}, IM_COL32(130, 138, 150, 255), content.device.c_str());
+  list->PopClipRect();
+}
+
+/// Time, place and speed of a replay, along the foot of the surface.
+void player_bar(const Layout& layout, float scale, const PlayerStats& player, int64_t time_ns,
+                ViewState& state) {
+  const float height = 34 * scale;
+  ImGui::SetNextWindowPos(
+      {static_cast<float>(layout.surface.x),
+       static_cast<float>(layout.surface.y) + static_cast<float>(layout.surface.height) - height});
+  ImGui::SetNextWindowSize({static_cast<float>(layout.surface.width), height});
+  ImGui::Begin("player", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+                   ImGuiWindowFlags_NoBackground);
+  const std::string words = text("%.2f s   frame %llu of %llu   %gx", 1e-9 * static_cast<double>(time_ns),
+                                 static_cast<unsigned long long>(player.position) + 1,
+                                 static_cast<unsigned long long>(player.frames), player.speed);
+  // As wide as its longest form, so that the bar does not dance.
+  const float room = std::max(280 * scale, ImGui::CalcTextSize(words.c_str()).x + 12 * scale);
+  ImGui::SetNextItemWidth(std::max(40 * scale, ImGui::GetContentRegionAvail().x - room));
+  auto position = static_cast<int>(player.position);
+  const int last = std::max(1, static_cast<int>(player.frames) - 1);
+  if (ImGui::SliderInt("##position", &position, 0, last, "", ImGuiSliderFlags_AlwaysClamp))
+    state.seek_to = static_cast<uint64_t>(position);
+  ImGui::SameLine();
+  ImGui::TextUnformatted(words.c_str());
+  ImGui::End();
+}
+
+/// What a person must see at once: that it records, that recording failed, that no frames come.
+void banner(const Layout& layout, const LiveStats& live, float scale) {
+  std::vector<std::pair<std::string, ImU32>> lines;
+  constexpr ImU32 kRed = IM_COL32(255, 96, 88, 255), kAmber = IM_COL32(255, 190, 70, 255);
+  const SessionStatus& s = live.session;
+  if (!s.error.empty()) lines.emplace_back("RECORDING FAILED: " + s.error, kRed);
+  if (live.recording && s.error.empty()) {
+    std::string words = text("REC  %llu frames  %.0f MB", static_cast<unsigned long long>(s.recorded),
+                             1e-6 * static_cast<double>(s.written_bytes));
+    if (s.dropped > 0) words += text("  %llu DROPPED", static_cast<unsigned long long>(s.dropped));
+    lines.emplace_back(words, s.dropped > 0 ? kAmber : kRed);
+  }
+  if (!live.state.empty()) lines.emplace_back(live.state, kAmber);
+  ImDrawList* list = ImGui::GetForegroundDrawList();
+  float y = static_cast<float>(layout.surface.y) + 12 * scale;
+  const float left = static_cast<float>(layout.surface.x) + 12 * scale;
+  const float right = static_cast<float>(layout.surface.x) + static_cast<float>(layout.surface.width) -
+                      static_cast<float>(kColourBarRoom_px) * scale;
+  for (const auto& [whole, tint] : lines) {
+    const std::string words = shortened(whole, right - left - 30 * scale);
+    const ImVec2 room = ImGui::CalcTextSize(words.c_str());
+    const float x = std::max(left, right - room.x - 12 * scale);
+    list->AddRectFilled({x - 22 * scale, y - 4 * scale}, {x + room.x + 10 * scale, y + room.y + 4 * scale},
+                        IM_COL32(15, 17, 20, 225), 5 * scale);
+    list->AddCircleFilled({x - 9 * scale, y + room.y / 2}, 5 * scale, tint);
+    list->AddText({x, y}, tint, words.c_str());
+    y += room.y + 14 * scale;
+  }
+}
+
+}  // namespace palpate::viz

@@ -1,0 +1,21 @@
+// What lies over the foot and the head of the window: state of the session, replay bar, warnings.
+#pragma once
+
+#include <cstdint>
+
+#include "viz/render/layout.h"
+#include "viz/live/stats.h"
+#include "viz/panels/measurement.h"
+#include "viz/render/view_state.h"
+
+namespace palpate::viz {
+
+/// One line at the foot: rates, drops, the last note; of a recording's picture its frame and time.
+void status_line(const Layout& layout, const HudContent& content, float scale);
+/// Time, place and speed of a replay, along the foot of the surface.
+void player_bar(const Layout& layout, float scale, const PlayerStats& player, int64_t time_ns,
+                ViewState& state);
+/// What a person must see at once: that it records, that recording failed, that no frames come.
+void banner(const Layout& layout, const LiveStats& live, float scale);
+
+}  // namespace palpate::viz

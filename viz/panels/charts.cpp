@@ -1,0 +1,416 @@
+#include "viz/panels/charts.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "capture/files/measurements.h"
+#include "engine/measure/force.h"
+#include "viz/panels/measurement.h"
+#include "viz/panels/line_style.h"
+#include "viz/render/view_state.h"
+#include "viz/panels/format.h"
+
+namespace palpate::viz {
+namespace {
+
+constexpr ImU32 kPaper = IM_COL32(26, 30, 36, 255);
+constexpr ImU32 kGridLine = IM_COL32(58, 64, 74, 255);
+constexpr ImU32 kFrameLine = IM_COL32(84, 92, 104, 255);
+constexpr ImU32 kText = IM_COL32(205, 211, 220, 255);
+constexpr ImU32 kFaint = IM_COL32(150, 158, 170, 255);
+constexpr ImU32 kForce = IM_COL32(86, 180, 233, 255);
+constexpr ImU32 kBand = IM_COL32(86, 180, 233, 70);
+constexpr ImU32 kLimit = IM_COL32(240, 228, 66, 200);
+constexpr ImU32 kShearX = IM_COL32(230, 159, 0, 255);
+constexpr ImU32 kShearY = IM_COL32(204, 121, 167, 255);
+constexpr ImU32 kDepth = IM_COL32(0, 190, 140, 255);
+constexpr ImU32 kEvent = IM_COL32(245, 245, 245, 220);
+
+/// One chart: a frame with a y axis, and the shared time axis.
+class Chart {
+ public:
+  Chart(ImDrawList* list, ImVec2 low, ImVec2 high, double end_s, double span_s, float scale)
+      : list_(list), low_(low), high_(high), end_s_(end_s), span_s_(span_s), scale_(scale) {}
+
+  void set_range(double least, double most) {
+    least_ = least;
+    most_ = most > least ? most : least + 1;
+  }
+  ImVec2 at(double time_s, double value) const {
+    const double x = 1 - (end_s_ - time_s) / span_s_;
+    const double y = (value - least_) / (most_ - least_);
+    return {low_.x + static_cast<float>(x) * (high_.x - low_.x),
+            high_.y - static_cast<float>(std::clamp(y, -0.1, 1.1)) * (high_.y - low_.y)};
+  }
+  bool visible(double time_s) const { return time_s >= end_s_ - 1.02 * span_s_; }
+
+  void paper(double step) const {
+    list_->AddRectFilled(low_, high_, kPaper);
+    const auto first = static_cast<int>(std::ceil(least_ / step - 1e-9));
+    const auto last = static_cast<int>(std::floor(most_ / step + 1e-9));
+    // No number over another: of close ones every second, or third, counted from zero.
+    const double row = ImGui::GetFontSize(), apart = step / (most_ - least_) * double(high_.y - low_.y);
+    const int stride = std::max(1, static_cast<int>(std::ceil(0.9 * row / std::max(apart, 1e-3))));
+    for (int i = first; i <= last; ++i) {
+      const float y = at(end_s_, i * step).y;
+      list_->AddLine({low_.x, y}, {high_.x, y}, i == 0 ? kFrameLine : kGridLine);
+      if (i % stride != 0) continue;
+      const std::string label = tick_text(i * step, step);
+      const ImVec2 size = ImGui::CalcTextSize(label.c_str());
+      list_->AddText(
+          {low_.x - size.x - 4 * scale_, std::clamp(y - size.y / 2, low_.y - 2, high_.y - size.y + 2)},
+          kFaint, label.c_str());
+    }
+  }
+  /// The title, on what is drawn already.
+  void title(const std::string& whole, ImU32 colour = kText, float right = 0) const {
+    const std::string words = shortened(whole, high_.x - low_.x - 10 * scale_);
+    const ImVec2 size = ImGui::CalcTextSize(words.c_str());
+    if (right > 0 && low_.x + right + size.x > high_.x) return;  // the first words are the ones that matter
+    const ImVec2 place{low_.x + 5 * scale_ + right, low_.y + 1 * scale_};
+    list_->AddRectFilled({place.x - 2, place.y}, {place.x + size.x + 2, place.y + size.y},
+                         IM_COL32(26, 30, 36, 200));
+    list_->AddText(place, colour, words.c_str());
+  }
+  void level(double value, ImU32 colour, const std::string& label) const {
+    if (value < least_ || value > most_) return;
+    const float y = at(end_s_, value).y;
+    for (float x = low_.x; x < high_.x; x += 9 * scale_)
+      list_->AddLine({x, y}, {std::min(x + 5 * scale_, high_.x), y}, colour);
+    const ImVec2 size = ImGui::CalcTextSize(label.c_str());
+    const float above = y - size.y - 1 < low_.y ? y + 1 : y - size.y - 1;
+    list_->AddText({high_.x - size.x - 4 * scale_, above}, colour, label.c_str());
+  }
+  void clip() const { list_->PushClipRect(low_, high_, true); }
+  void unclip() const { list_->PopClipRect(); }
+
+  /// One line; `value` returns false where there is none.
+  void line(const std::deque<Sample>& samples, const std::function<bool(const Sample&, double&)>& value,
+            ImU32 colour, Stroke stroke) const {
+    StrokeLine drawn(list_, colour, stroke, scale_);
+    ImVec2 last{};
+    bool joined = false;
+    for (const Sample& s : samples) {
+      double v = 0;
+      if (!visible(s.time_s) || !value(s, v) || !std::isfinite(v)) {
+        joined = false;
+        continue;
+      }
+      const ImVec2 p = at(s.time_s, v);
+      if (s.gap) joined = false;
+      if (joined && p.x - last.x < 1 && std::abs(p.y - last.y) < 1) continue;
+      if (joined) drawn.piece(last, p);
+      last = p;
+      joined = true;
+    }
+  }
+  void band(const std::deque<Sample>& samples,
+            const std::function<bool(const Sample&, double&, double&)>& ends, ImU32 colour) const {
+    ImVec2 low{}, high{};
+    bool joined = false;
+    for (const Sample& s : samples) {
+      double least = 0, most = 0;
+      if (!visible(s.time_s) || !ends(s, least, most)) {
+        joined = false;
+        continue;
+      }
+      const ImVec2 a = at(s.time_s, least), b = at(s.time_s, most);
+      if (s.gap) joined = false;
+      if (joined && a.x - low.x < 1) continue;
+      if (joined) list_->AddQuadFilled(high, b, a, low, colour);
+      low = a;
+      high = b;
+      joined = true;
+    }
+  }
+  void frame() const { list_->AddRect(low_, high_, kFrameLine); }
+  ImVec2 low() const { return low_; }
+  ImVec2 high() const { return high_; }
+
+ private:
+  ImDrawList* list_;
+  ImVec2 low_, high_;
+  double end_s_, span_s_;
+  float scale_;
+  double least_ = 0, most_ = 1;
+};
+
+struct Ends {
+  double least = 0, most = 0;
+  void take(double v) {
+    if (!std::isfinite(v)) return;
+    least = std::min(least, v);
+    most = std::max(most, v);
+  }
+  /// Rounded outwards at the top, at least `smallest` long; returns the distance of ticks for `ticks` of
+  /// them.
+  double round(double smallest, int ticks) {
+    const double length = std::max(most - least, smallest);
+    most = scale_ceiling(std::max(1.05 * most, least < 0 ? 0.1 * length : length));
+    const double step = tick_step(least, most, ticks);
+    // Noise below zero does not cost a whole tick of room.
+    least = least < -0.02 * length ? std::max(1.05 * least, std::floor(least / step) * step) : 0;
+    return step;
+  }
+};
+
+/// Stick, incipient slip and slip along the time axis: colour, hatching and letters.
+void draw_slip_band(ImDrawList* list, ImVec2 low, ImVec2 high, const Chart& time,
+                    const std::deque<Sample>& samples, float scale) {
+  list->AddRectFilled(low, high, kPaper);
+  list->PushClipRect(low, high, true);
+  const auto flush = [&](float from, float to, Slip slip) {
+    if (slip == Slip::NoContact || slip == Slip::NotCalibrated || to <= from) return;
+    const Verdict v = slip_verdict(slip);
+    const ImU32 full = IM_COL32(v.red, v.green, v.blue, 255), pale = IM_COL32(v.red, v.green, v.blue, 110);
+    list->AddRectFilled({from, low.y}, {to, high.y}, slip == Slip::Stick ? pale : full);
+    const float height = high.y - low.y;
+    if (slip == Slip::Incipient) {
+      for (float x = std::floor((from - height) / (7 * scale)) * 7 * scale; x < to; x += 7 * scale) {
+        list->PushClipRect({from, low.y}, {to, high.y}, true);
+        list->AddLine({x, high.y}, {x + height, low.y}, IM_COL32(0, 0, 0, 255), 1.4f * scale);
+        list->PopClipRect();
+      }
+    } else if (slip == Slip::Slip) {
+      for (float x = std::ceil(from / (4 * scale)) * 4 * scale; x < to; x += 4 * scale)
+        list->AddLine({x, low.y}, {x, high.y}, IM_COL32(0, 0, 0, 160), scale);
+    }
+    const char* letters = slip == Slip::Stick ? "stick" : slip == Slip::Slip ? "SLIP" : "rim slips";
+    const ImVec2 size = ImGui::CalcTextSize(letters);
+    if (to - from < size.x + 8 * scale) return;
+    const ImVec2 at{(from + to - size.x) / 2, (low.y + high.y - size.y) / 2};
+    list->AddRectFilled({at.x - 3, low.y}, {at.x + size.x + 3, high.y}, IM_COL32(12, 14, 18, 215));
+    list->AddText(at, full, letters);
+  };
+  float from = low.x;
+  Slip now = Slip::NoContact;
+  float last = low.x;
+  for (const Sample& s : samples) {
+    if (!time.visible(s.time_s)) continue;
+    const float x = std::max(low.x, time.at(s.time_s, 0).x);
+    if (s.slip != now || s.gap) {
+      flush(from, s.gap ? last : x, now);
+      from = x;
+      now = s.slip;
+    }
+    last = x;
+  }
+  flush(from, last, now);
+  list->PopClipRect();
+  list->AddRect(low, high, kFrameLine);
+}
+
+}  // namespace
+
+double tick_step(double least, double most, int ticks) {
+  double step = nice_ceiling((most - least) / std::max(ticks, 1));
+  while (step > std::max(most, -least)) step = nice_ceiling(step / 2.5);
+  return step;
+}
+
+ForceRange calibrated_range(const ForceCalibration& force) {
+  return {force_of(force, reading_at(force.gray_min)).value,
+          force_of(force, reading_at(force.gray_max)).value};
+}
+
+void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,
+                       const Tare& tare, const ChartStyle& style) {
+  const float scale = style.scale, row = ImGui::GetFontSize();
+  const ImVec2 low{static_cast<float>(rect.x), static_cast<float>(rect.y)};
+  const ImVec2 high{low.x + static_cast<float>(rect.width), low.y + static_cast<float>(rect.height)};
+  list->AddRectFilled(low, high, IM_COL32(17, 20, 24, 255));
+  list->PushClipRect(low, high, true);
+  const std::deque<Sample>& samples = history.samples();
+  const double end_s = samples.empty() ? style.span_s : std::max(samples.back().time_s, style.span_s);
+  // Without a force there is no friction limit, and shear is not told.
+  const bool has_shear = sensor.shear && sensor.force;
+  const bool has_depth = sensor.reading != Reading::None;
+
+  const float left = low.x + 52 * scale, right = high.x - 10 * scale;
+  const float axis = row + 5 * scale, band = has_shear ? row + 3 * scale : 0;
+  const float bottom = high.y - axis - band - (has_shear ? 3 * scale : 0);
+  const float room = bottom - low.y - 5 * scale;
+  // Each chart needs room for its title and two numbers.
+  const int possible = std::max(1, static_cast<int>(room / (2.4f * row)));
+  const int wanted = 1 + (has_shear ? 1 : 0) + (has_depth ? 1 : 0);
+  const int count = std::min(possible, wanted);
+  const float gap = 5 * scale,
+              height = (room - gap * static_cast<float>(count - 1)) / static_cast<float>(count);
+  int index = 0;
+  const auto next = [&] {
+    const float y = low.y + 5 * scale + static_cast<float>(index++) * (height + gap);
+    return Chart(list, {left, y}, {right, y + height}, end_s, style.span_s, scale);
+  };
+  const int ticks = std::max(1, static_cast<int>(height / (1.7f * row)));
+  const char* zeroed = tare.on ? ", tared" : "";
+
+  const auto force = [&](const Sample& s) { return tare.on ? tared(s.force_N, tare.force_N) : s.force_N; };
+  // Where nothing touches, no force is what there was at the zero, with the other sign.
+  const auto untouched = [&](const Estimate& zero) { return tare.on && has_value(zero) ? -zero.value : 0.0; };
+  {
+    Chart chart = next();
+    Ends ends;
+    if (sensor.force) {
+      const ForceRange range = calibrated_range(*sensor.force);
+      const double zero_N = tare.on && has_value(tare.force_N) ? tare.force_N.value : 0;
+      for (const Sample& s : samples)
+        if (chart.visible(s.time_s) && s.contact) {
+          ends.take(force(s).value - 2 * force(s).standard_error);
+          ends.take(force(s).value + 2 * force(s).standard_error);
+        }
+      // The limits, of one contact, come into sight when its force comes near them.
+      const bool limits = std::none_of(samples.begin(), samples.end(),
+                                       [&](const Sample& s) { return chart.visible(s.time_s) && s.several; });
+      if (limits && ends.most > 0.6 * (range.most_N - zero_N)) ends.take(1.02 * (range.most_N - zero_N));
+      const double step = ends.round(0.02, ticks);
+      chart.set_range(ends.least, ends.most);
+      chart.paper(step);
+      chart.clip();
+      chart.band(
+          samples,
+          [&](const Sample& s, double& a, double& b) {
+            const Estimate e = force(s);
+            a = e.value - 2 * e.standard_error;
+            b = e.value + 2 * e.standard_error;
+            return has_value(e);
+          },
+          kBand);
+      chart.line(
+          samples,
+          [&](const Sample& s, double& v) {
+            v = has_value(s.force_N) ? force(s).value : untouched(tare.force_N);
+            return s.force_N.validity != Validity::NotCalibrated;
+          },
+          kForce, Stroke::Solid);
+      if (limits)
+        chart.level(range.most_N - zero_N, kLimit,
+                    text("calibrated to %.3g N%s", range.most_N, tare.on ? " untared" : ""));
+      if (limits && range.least_N - zero_N > 0.03 * ends.most)
+        chart.level(range.least_N - zero_N, kLimit,
+                    text("from %.3g N%s", range.least_N, tare.on ? " untared" : ""));
+      chart.unclip();
+      chart.title(text("force [N]%s, band: 95 %%", zeroed), kForce);
+    } else {
+      for (const Sample& s : samples)
+        if (chart.visible(s.time_s)) ends.take(1e-3 * s.gray_sum);
+      const double step = ends.round(0.01, ticks);
+      chart.set_range(ends.least, ends.most);
+      chart.paper(step);
+      chart.clip();
+      chart.line(
+          samples,
+          [](const Sample& s, double& v) {
+            v = 1e-3 * s.gray_sum;
+            return true;
+          },
+          kForce, Stroke::Solid);
+      chart.unclip();
+      chart.title("gray sum G [1000 gray levels], force not calibrated", kForce);
+    }
+    chart.frame();
+  }
+  if (has_shear && index < count) {
+    Chart chart = next();
+    Ends ends;
+    const auto shear = [&](const Sample& s, bool x) {
+      const Estimate& e = x ? s.shear_x_N : s.shear_y_N;
+      return tare.on ? tared(e, x ? tare.shear_x_N : tare.shear_y_N) : e;
+    };
+    for (const Sample& s : samples)
+      if (chart.visible(s.time_s) && s.contact)
+        for (const bool x : {true, false}) ends.take(shear(s, x).value);
+    double reach = std::max(-ends.least, ends.most);
+    // The friction limit comes into sight when the shear comes near it.
+    if (!tare.on && !samples.empty() && has_value(samples.back().force_N))
+      if (const double limit_N = sensor.shear->friction * samples.back().force_N.value; reach > 0.6 * limit_N)
+        reach = std::max(reach, limit_N);
+    ends = {0, reach};
+    const double step = ends.round(0.01, std::max(1, ticks / 2));
+    chart.set_range(-ends.most, ends.most);
+    chart.paper(step);
+    chart.clip();
+    const double friction = sensor.shear->friction;
+    for (const double sign : {-1.0, 1.0})
+      if (!tare.on)
+        chart.line(
+            samples,
+            [&](const Sample& s, double& v) {
+              v = sign * friction * s.force_N.value;
+              return has_value(s.force_N);
+            },
+            kLimit, Stroke::Dotted);
+    for (const bool x : {true, false})
+      chart.line(
+          samples,
+          [&](const Sample& s, double& v) {
+            const Estimate e = shear(s, x);
+            v = has_value(e) ? e.value : untouched(x ? tare.shear_x_N : tare.shear_y_N);
+            return e.validity != Validity::NotCalibrated;
+          },
+          x ? kShearX : kShearY, x ? Stroke::Solid : Stroke::Dashed);
+    chart.unclip();
+    const std::string first = text("shear [N]%s: x", zeroed);
+    chart.title(first, kShearX);
+    float along = ImGui::CalcTextSize(first.c_str()).x + 8 * scale;
+    chart.title("y (dashed)", kShearY, along);
+    along += ImGui::CalcTextSize("y (dashed)").x + 8 * scale;
+    if (!tare.on) chart.title("friction limit (dotted)", kLimit, along);
+    chart.frame();
+  }
+  if (has_depth && index < count) {
+    Chart chart = next();
+    Ends ends;
+    for (const Sample& s : samples)
+      if (chart.visible(s.time_s)) ends.take(s.depth_mm);
+    const double step = ends.round(0.02, ticks);
+    chart.set_range(ends.least, ends.most);
+    chart.paper(step);
+    chart.clip();
+    chart.line(
+        samples,
+        [](const Sample& s, double& v) {
+          v = s.depth_mm;
+          return s.has_depth;
+        },
+        kDepth, Stroke::Solid);
+    chart.unclip();
+    chart.title("deepest [mm]", kDepth);
+    chart.frame();
+  }
+
+  const Chart time(list, {left, bottom}, {right, high.y}, end_s, style.span_s, scale);
+  if (has_shear)
+    draw_slip_band(list, {left, bottom + 3 * scale}, {right, bottom + 3 * scale + band}, time, samples,
+                   scale);
+  const double step = nice_ceiling(style.span_s / std::max(2.0, (right - left) / (70.0 * scale)));
+  for (double t = std::ceil((end_s - style.span_s) / step) * step; t <= end_s + 1e-9; t += step) {
+    const float x = time.at(t, 0).x;
+    list->AddLine({x, high.y - axis}, {x, high.y - axis + 3 * scale}, kFrameLine);
+    const std::string label = tick_text(t, step);
+    const ImVec2 size = ImGui::CalcTextSize(label.c_str());
+    if (x + size.x / 2 > right - 44 * scale) continue;  // the axis' title stands there
+    list->AddText({x - size.x / 2, high.y - axis + 4 * scale}, kFaint, label.c_str());
+  }
+  const char* title = "time [s]";
+  list->AddText({right - ImGui::CalcTextSize(title).x, high.y - axis + 4 * scale}, kFaint, title);
+
+  for (const EventMark& e : history.events()) {
+    if (e.time_s > end_s || !time.visible(e.time_s)) continue;
+    const float x = time.at(e.time_s, 0).x;
+    if (x < left) continue;
+    for (float y = low.y + 5 * scale; y < high.y - axis; y += 6 * scale)
+      list->AddLine({x, y}, {x, y + 3 * scale}, kEvent, 1.2f * scale);
+    const ImVec2 size = ImGui::CalcTextSize(e.label.c_str());
+    const float at = std::min(x + 2 * scale, right - size.x);
+    list->AddRectFilled({at - 1, bottom - size.y - 1}, {at + size.x + 2, bottom - 1},
+                        IM_COL32(245, 245, 245, 225));
+    list->AddText({at, bottom - size.y - 1}, IM_COL32(10, 12, 16, 255), e.label.c_str());
+  }
+  list->PopClipRect();
+}
+
+}  // namespace palpate::viz

@@ -1,0 +1,36 @@
+// Force, shear, depth and stick or slip over the last seconds: with units, error band, calibrated limits, one
+// axis of time, and the events.
+#pragma once
+
+#include "palpate/sensor.h"
+#include "viz/live/history.h"
+#include "viz/render/layout.h"
+#include "viz/live/tare.h"
+
+struct ImDrawList;
+
+namespace palpate::viz {
+
+/// How the charts look.
+struct ChartStyle {
+  double span_s = 10;  ///< of the time axis
+  float scale = 1;     ///< of text
+};
+
+/// Draws into `rect`. Force: line, band of two standard errors, the calibrated range as dashed lines (without
+/// a calibration the gray sum). Shear: x solid, y dashed, the friction limit dotted. Depth where there is a
+/// surface. Where the rectangle is low the last charts are left out. `tare` moves force and shear.
+void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,
+                       const Tare& tare, const ChartStyle& style);
+
+/// Distance of the ticks of an axis from `least` (0 or below) to `most` (above it): room for `ticks` of them,
+/// but never so far apart that zero stands alone.
+double tick_step(double least, double most, int ticks);
+
+/// The forces between which a calibration was made, N: at the ends of its signal's range.
+struct ForceRange {
+  double least_N = 0, most_N = 0;
+};
+ForceRange calibrated_range(const ForceCalibration& force);
+
+}  // namespace palpate::viz

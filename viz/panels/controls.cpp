@@ -1,0 +1,282 @@
+#include "viz/panels/controls.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "viz/panels/format.h"
+
+namespace palpate::viz {
+namespace {
+
+using Where = KeyHelp::Where;
+
+void range_setting(ViewState& state, float auto_column) {
+  const auto slider = [&](const char* label, double& value, double unit, double least, double most,
+                          const char* format) {
+    auto shown = static_cast<float>(value * unit);
+    if (ImGui::SliderFloat(label, &shown, static_cast<float>(least * unit), static_cast<float>(most * unit),
+                           format, ImGuiSliderFlags_Logarithmic)) {
+      value = shown / unit;
+      if (bool* follows = state.automatic()) *follows = false;
+    }
+  };
+  if (state.quantity == Quantity::Pressure)
+    slider("range", state.range_MPa, 1e3, ViewState::kLeastRange_MPa, ViewState::kMostRange_MPa, "%.2f kPa");
+  else if (state.quantity == Quantity::Strain)
+    slider("range", state.strain_range, 100, ViewState::kLeastStrain, ViewState::kMostStrain, "%.1f %%");
+  else
+    slider("range", state.range_mm, 1, ViewState::kLeastRange_mm, ViewState::kMostRange_mm, "%.3f mm");
+  if (bool* follows = state.automatic()) {
+    ImGui::SameLine(auto_column);
+    ImGui::Checkbox("auto##range", follows);
+  }
+}
+
+void surface_settings(ViewState& state, float scale) {
+  const float auto_column = 232 * scale;
+  ImGui::PushItemWidth(120 * scale);
+  if (ImGui::BeginCombo("colours", to_string(state.quantity))) {
+    for (int i = 0; i < kQuantities; ++i) {
+      const auto q = static_cast<Quantity>(i);
+      if (q == Quantity::Pressure && !state.can_show_pressure) continue;
+      const char* words = q == Quantity::Strain ? "strain (area, from slopes)" : to_string(q);
+      if (ImGui::Selectable(words, q == state.quantity)) state.quantity = q;
+    }
+    ImGui::EndCombo();
+  }
+  if (ImGui::BeginCombo("colour map", to_string(state.map))) {
+    for (int i = 0; i < kColourMaps; ++i) {
+      const auto map = static_cast<ColourMap>(i);
+      if (ImGui::Selectable(to_string(map), map == state.map)) state.map = map;
+    }
+    ImGui::EndCombo();
+  }
+  range_setting(state, auto_column);
+  auto exaggeration = static_cast<float>(state.exaggeration);
+  if (ImGui::SliderFloat("vertical", &exaggeration, 1, 200, "x %.1f", ImGuiSliderFlags_Logarithmic)) {
+    state.exaggeration = exaggeration;
+    state.automatic_exaggeration = false;
+  }
+  ImGui::SameLine(auto_column);
+  ImGui::Checkbox("auto##exaggeration", &state.automatic_exaggeration);
+  ImGui::PopItemWidth();
+  ImGui::Checkbox("light", &state.lit);
+  ImGui::SameLine();
+  ImGui::Checkbox("grid", &state.grid);
+  ImGui::SameLine();
+  ImGui::Checkbox("axes", &state.axes);
+  ImGui::SameLine();
+  ImGui::Checkbox("section", &state.section);
+}
+
+/// What presses are read with, as far as the window can say it.
+void block_settings(const BlockSetting& now, float scale, ViewState& state) {
+  BlockSetting draft = state.block_draft.value_or(now);
+  bool active = false;
+  const auto field = [&](const char* label, double& value, const char* format) {
+    ImGui::PushItemWidth(70 * scale);
+    ImGui::InputDouble(label, &value, 0, 0, format);
+    ImGui::PopItemWidth();
+    active = active || ImGui::IsItemActive();
+    if (ImGui::IsItemDeactivatedAfterEdit()) state.wants_block = draft;
+  };
+  ImGui::Separator();
+  ImGui::TextDisabled("block of tissue, from the next press on");
+  field("modulus, Pa", draft.young_Pa, "%.0f");
+  field("thickness, mm", draft.block_mm[2], "%.2f");
+  field("length, mm", draft.block_mm[0], "%.2f");
+  field("width, mm", draft.block_mm[1], "%.2f");
+  if (active)
+    state.block_draft = draft;
+  else
+    state.block_draft.reset();
+  ImGui::Separator();
+}
+
+}  // namespace
+
+const std::vector<KeyHelp>& key_help() {
+  static const std::vector<KeyHelp> lines{
+      {"drag", "orbit", Where::WithSurface},
+      {"right drag, Shift + drag", "pan", Where::WithSurface},
+      {"wheel", "zoom", Where::WithSurface},
+      {"R, T", "reset the view, view from the top", Where::WithSurface},
+      {"D", "colours show depth, pressure, strain", Where::WithSurface},
+      {"O", "colour map: viridis, cividis, magma", Where::WithSurface},
+      {"A", "automatic colour range", Where::WithSurface},
+      {"Page up, down", "wider, narrower colour range", Where::WithSurface},
+      {"E", "automatic vertical exaggeration", Where::WithSurface},
+      {"+  -", "exaggerate more, less", Where::WithSurface},
+      {"L, G, Y", "light, grid, axes", Where::WithSurface},
+      {"X", "section line; drag its ends or middle", Where::WithSurface},
+      {"Ctrl + arrows", "move the section", Where::WithSurface},
+      {"Ctrl + Shift + Left, Right", "turn the section", Where::WithSurface},
+      {"P", "strip charts"},
+      {"[  ]", "shorter, longer time axis"},
+      {"K, J", "contacts, skin shifts over the image"},
+      {"N", "strain of the skin over the image"},
+      {"Space", "pause"},
+      {"Left, Right", "1 s back, on (Shift: 10 s)", Where::InReplay},
+      {",  .", "pause, and one frame back, on", Where::InReplay},
+      {"Up, Down", "twice, half the speed", Where::InReplay},
+      {"Home, End", "first, last frame", Where::InReplay},
+      {"Z, Shift + Z", "zero force and shear, end that"},
+      {"W", "write a session: start, stop", Where::NotInReplay},
+      {"S", "snapshot: picture, frame, numbers"},
+      {"M, Shift + M", "mark an event, with a text"},
+      {"I", "sensor and its calibrations"},
+      {"V", "vsync: on, mailbox, off"},
+      {"Ctrl + plus, minus", "larger, smaller text"},
+      {"F11", "full screen"},
+      {"C", "settings on, off"},
+      {"B", "back to the list of sources"},
+      {"H, F1", "this help"},
+      {"Esc, Q", "close what is open; quit"},
+  };
+  return lines;
+}
+
+void control_window(const ViewRect& around, float scale, bool has_surface, const LiveStats* live,
+                    ViewState& state) {
+  ImGui::SetNextWindowPos(
+      {static_cast<float>(around.x) + 12 * scale, static_cast<float>(around.y) + 12 * scale});
+  // Small windows start with the title alone.
+  const bool roomy =
+      static_cast<float>(around.width) >= 620 * scale && static_cast<float>(around.height) >= 330 * scale;
+  ImGui::SetNextWindowCollapsed(!roomy, ImGuiCond_Once);
+  ImGui::SetNextWindowSizeConstraints({0, 0}, {static_cast<float>(around.width) - 24 * scale,
+                                               static_cast<float>(around.height) - 24 * scale});
+  ImGui::Begin("Settings", nullptr,
+               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove |
+                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
+  if (has_surface) surface_settings(state, scale);
+  if (live && live->press) block_settings(live->press->block, scale, state);
+  ImGui::Checkbox("charts", &state.charts);
+  ImGui::SameLine();
+  ImGui::Checkbox("contacts", &state.contacts);
+  ImGui::SameLine();
+  ImGui::Checkbox("skin", &state.skin);
+  ImGui::PushItemWidth(70 * scale);
+  int strain = static_cast<int>(state.skin_strain);
+  if (ImGui::Combo("skin strain", &strain, "off\0stretch\0shear\0"))
+    state.skin_strain = static_cast<SkinStrain>(strain);
+  if (ImGui::BeginCombo("time axis", text("%g s", state.chart_span_s).c_str())) {
+    for (const double span_s : kChartSpans_s)
+      if (ImGui::Selectable(text("%g s", span_s).c_str(), span_s == state.chart_span_s))
+        state.chart_span_s = span_s;
+    ImGui::EndCombo();
+  }
+  ImGui::SameLine();
+  int vsync = static_cast<int>(state.vsync);
+  if (ImGui::Combo("vsync", &vsync, "on\0mailbox\0off\0")) state.vsync = static_cast<Vsync>(vsync);
+  ImGui::PopItemWidth();
+  if (ImGui::Button(state.paused ? "Continue" : "Pause")) state.paused = !state.paused;
+  ImGui::SameLine();
+  if (live && !live->player) {
+    if (ImGui::Button(live->recording ? "Stop##record" : "Record##record"))
+      state.wants_recording_switched = true;
+    ImGui::SameLine();
+  }
+  if (ImGui::Button("Snapshot")) state.wants_snapshot = true;
+  ImGui::SameLine();
+  if (ImGui::Button("Mark")) state.wants_mark = true;
+  ImGui::SameLine();
+  if (ImGui::Button("Text")) state.labelling = true;
+  if (ImGui::Button(state.tare.on ? "End zero" : "Zero"))
+    (state.tare.on ? state.wants_zero_cleared : state.wants_zero) = true;
+  ImGui::SameLine();
+  if (ImGui::Button("Sensor")) state.sensor_panel = !state.sensor_panel;
+  if (has_surface) {
+    ImGui::SameLine();
+    if (ImGui::Button("View")) state.camera = {};
+  }
+  if (live && live->from_list) {
+    ImGui::SameLine();
+    if (ImGui::Button("Sources")) state.wants_sources = true;
+  }
+  ImGui::SameLine();
+  if (ImGui::Button("Help")) state.help = !state.help;
+  ImGui::Text("text");
+  ImGui::SameLine();
+  if (ImGui::SmallButton(" - ##text"))
+    state.text_scale = std::max(state.text_scale / 1.15f, ViewState::kLeastTextScale);
+  ImGui::SameLine();
+  if (ImGui::SmallButton(" + ##text"))
+    state.text_scale = std::min(state.text_scale * 1.15f, ViewState::kMostTextScale);
+  ImGui::SameLine();
+  if (ImGui::SmallButton("full screen")) state.wants_full_screen = true;
+  ImGui::End();
+}
+
+void help_window(VkExtent2D extent, float scale, bool player, bool has_surface, ViewState& state) {
+  std::vector<const KeyHelp*> lines;
+  for (const KeyHelp& line : key_help()) {
+    const bool fits = line.where == Where::Always || (line.where == Where::InReplay && player) ||
+                      (line.where == Where::NotInReplay && !player) ||
+                      (line.where == Where::WithSurface && has_surface);
+    if (fits) lines.push_back(&line);
+  }
+  const auto width = static_cast<float>(extent.width), height = static_cast<float>(extent.height);
+  ImGui::SetNextWindowPos({width / 2, height / 2}, ImGuiCond_Always, {0.5f, 0.5f});
+  ImGui::SetNextWindowSizeConstraints({0, 0}, {width - 8, height - 8});
+  ImGui::Begin("Keys and mouse", &state.help,
+               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
+                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
+  const bool two = width > 700 * scale;
+  const size_t rows = two ? (lines.size() + 1) / 2 : lines.size();
+  if (ImGui::BeginTable("keys", two ? 4 : 2, ImGuiTableFlags_SizingFixedFit)) {
+    for (size_t i = 0; i < rows; ++i) {
+      ImGui::TableNextRow();
+      for (size_t at = i; at < lines.size(); at += rows) {
+        ImGui::TableNextColumn();
+        ImGui::TextUnformatted(lines[at]->keys);
+        ImGui::TableNextColumn();
+        ImGui::TextDisabled("%s", lines[at]->what);
+      }
+    }
+    ImGui::EndTable();
+  }
+  ImGui::Dummy({1, 2 * scale});
+  ImGui::End();
+}
+
+void end_labelling(ViewState& state, bool mark) {
+  if (mark)
+    state.wants_mark = true;
+  else
+    state.label = {};
+  state.labelling = state.label_takes_letters = false;
+  state.early_letters.clear();
+}
+
+void label_window(const ViewRect& around, float scale, ViewState& state) {
+  ImGui::SetNextWindowPos({static_cast<float>(around.x) + static_cast<float>(around.width) / 2,
+                           static_cast<float>(around.y) + static_cast<float>(around.height) / 2},
+                          ImGuiCond_Always, {0.5f, 0.5f});
+  ImGui::SetNextWindowFocus();
+  ImGui::Begin("Text of the event", nullptr,
+               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
+                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
+  ImGui::SetNextItemWidth(260 * scale);
+  if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
+  // The field takes letters two pictures from now: what is typed until then waits, in its order.
+  ImVector<ImWchar>& letters = ImGui::GetIO().InputQueueCharacters;
+  if (!state.label_takes_letters) {
+    state.early_letters.insert(state.early_letters.end(), letters.begin(), letters.end());
+    letters.resize(0);
+  } else {
+    for (auto letter = state.early_letters.rbegin(); letter != state.early_letters.rend(); ++letter)
+      letters.insert(letters.begin(), *letter);
+    state.early_letters.clear();
+  }
+  ImGui::InputText("##label", state.label.data(), state.label.size());
+  state.label_takes_letters = ImGui::IsItemActive();
+  if (ImGui::Button("Mark")) end_labelling(state, true);
+  ImGui::SameLine();
+  if (ImGui::Button("Cancel")) end_labelling(state, false);
+  ImGui::End();
+}
+
+}  // namespace palpate::viz

@@ -1,0 +1,29 @@
+// Every setting of the view by mouse, and the help that names its key.
+#pragma once
+
+#include "viz/render/layout.h"
+#include "viz/live/stats.h"
+#include "viz/render/view_state.h"
+
+namespace palpate::viz {
+
+/// One line of the help.
+struct KeyHelp {
+  const char* keys;
+  const char* what;
+  enum class Where { Always, NotInReplay, InReplay, WithSurface } where = Where::Always;
+};
+/// All keys and mouse movements of the view, in the order of the help.
+const std::vector<KeyHelp>& key_help();
+
+/// The window of settings in the surface's upper left corner.
+void control_window(const ViewRect& around, float scale, bool has_surface, const LiveStats* live,
+                    ViewState& state);
+/// The help over the middle of the whole picture.
+void help_window(VkExtent2D extent, float scale, bool player, bool has_surface, ViewState& state);
+/// Where the text of an event is typed.
+/// The text of an event is done: the event is marked with it, or it is forgotten.
+void end_labelling(ViewState& state, bool mark);
+void label_window(const ViewRect& around, float scale, ViewState& state);
+
+}  // namespace palpate::viz

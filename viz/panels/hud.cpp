@@ -1,0 +1,101 @@
+#include "viz/panels/hud.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "viz/render/annotations.h"
+#include "viz/panels/banners.h"
+#include "viz/panels/controls.h"
+#include "viz/panels/sensor.h"
+#include "viz/panels/charts.h"
+
+namespace palpate::viz {
+namespace {
+
+/// Why depths along the section may be wrong; empty where they are not.
+std::string doubt(Validity depth) {
+  switch (depth) {
+    case Validity::Saturated:
+      return "saturated: at least this";
+    case Validity::AtBorder:
+      return "at border: at least this";
+    case Validity::Clipped:
+      return "slopes clipped: at least this";
+    case Validity::AboveRange:
+      return "above range: at least this";
+    case Validity::Apart:
+      return "islands: not determined";
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
+void Hud::follow(const Touch& touch) {
+  history_.add(touch);
+  const auto reach = [this](const Estimate& x, const Estimate& y) {
+    const double shear_N = std::hypot(x.value, y.value);
+    if (x.validity != Validity::NotCalibrated && std::isfinite(shear_N))
+      full_shear_N_ = std::max(full_shear_N_, shear_N);
+  };
+  reach(touch.shear_x_N, touch.shear_y_N);
+  for (const ContactTouch& c : touch.contacts) reach(c.shear_x_N, c.shear_y_N);
+}
+
+void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, const HudContent& content,
+                   ViewState& state, const Eye* eye, const Vec3& half_mm, const Profile* profile) {
+  const float scale = frame.scale();
+  const Touch shown = tared(content.touch, state.tare);
+  ImDrawList* under = ImGui::GetBackgroundDrawList();
+  const SurfaceStyle style = state.style(2 * std::max(half_mm.x, half_mm.y));
+  const bool section = profile && content.has_surface && eye;
+  if (content.has_surface && eye) {
+    // Where numbers would lie over each other, the grid alone tells lengths.
+    const bool roomy = static_cast<float>(layout.surface.width) >= 320 * scale &&
+                       static_cast<float>(layout.surface.height) >= 200 * scale;
+    if (state.axes && roomy) draw_axes(under, *eye, layout.surface, layout.view, half_mm, style, scale);
+    if (section)
+      draw_section(under, layout.surface, layout.view, *eye, state.line, *profile, half_mm, style, scale);
+    const bool* follows = state.automatic();
+    draw_colour_bar(under, layout.surface, style, follows && *follows, scale);
+  }
+  const ImVec2 low{static_cast<float>(layout.image.x), static_cast<float>(layout.image.y)};
+  under->AddRect({low.x - 1, low.y - 1},
+                 {low.x + static_cast<float>(layout.image.width) + 1,
+                  low.y + static_cast<float>(layout.image.height) + 1},
+                 IM_COL32(70, 78, 90, 255));
+  draw_touch(under, layout.image, shown, content.sensor, content.frame.format,
+             {state.contacts, state.skin, full_shear_N_, scale});
+  if (content.live && content.live->press && content.live->press->last)
+    draw_lump(under, layout.image, *content.live->press->last, content.sensor, content.frame.format, scale);
+  if (content.strain) draw_strain_bar(under, layout.image, *content.strain, state, scale);
+  if (section) draw_section(under, layout.image, state.line, scale);
+  if (layout.has_charts)
+    draw_strip_charts(under, layout.charts, history_, content.sensor, state.tare,
+                      {state.chart_span_s, scale});
+  if (layout.has_profile && profile)
+    draw_profile(under, layout.profile, *profile, doubt(content.touch.depth_validity), scale);
+  measurement_panel(frame, layout, content, shown, state.tare);
+  status_line(layout, content, scale);
+  if (state.sensor_panel) sensor_panel(layout.surface, scale, content.sensor, content.touch, state);
+  if (!frame.has_window()) return;
+  if (state.controls) control_window(layout.surface, scale, content.has_surface, content.live, state);
+  const bool player = content.live && content.live->player;
+  if (content.live) banner(layout, *content.live, scale);
+  if (player) player_bar(layout, scale, *content.live->player, content.touch.time_ns, state);
+  if (state.labelling) label_window(layout.surface, scale, state);
+  if (state.help) {
+    help_window(extent, scale, player, content.has_surface, state);
+  } else {
+    const float foot = static_cast<float>(layout.surface.height) - (player ? 52 : 20) * scale;
+    under->AddText({14 * scale, foot}, IM_COL32(120, 128, 140, 255),
+                   content.has_surface ? "drag: orbit   wheel: zoom   H: help" : "H: help");
+  }
+  state.mouse_taken = section && section_mouse_.follow(state.line, layout.image, layout.surface, layout.view,
+                                                       eye, half_mm, scale);
+}
+
+}  // namespace palpate::viz

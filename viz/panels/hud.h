@@ -1,0 +1,33 @@
+// Everything around and over the surface: measurements, marks on the raw image, strip charts, section,
+// settings, help.
+#pragma once
+
+#include "viz/live/history.h"
+#include "viz/render/hud_frame.h"
+#include "viz/render/layout.h"
+#include "viz/live/stats.h"
+#include "viz/panels/measurement.h"
+#include "viz/panels/section.h"
+#include "viz/render/surface_view.h"
+#include "viz/render/view_state.h"
+#include "viz/panels/format.h"
+
+namespace palpate::viz {
+
+class Hud {
+ public:
+  /// Remembers this frame for the charts; once a result, however often it is drawn.
+  void follow(const Touch& touch);
+  void mark(EventMark event) { history_.mark(std::move(event)); }
+  /// Describes everything to ImGui between HudFrame::begin and draw; may change `state` (a person moved a
+  /// slider). `eye`: null without a surface; `profile`: null without a section.
+  void describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, const HudContent& content,
+                ViewState& state, const Eye* eye, const Vec3& half_mm, const Profile* profile);
+
+ private:
+  History history_;
+  SectionMouse section_mouse_;
+  double full_shear_N_ = 0.1;  ///< largest tangential force seen: the length of the arrow
+};
+
+}  // namespace palpate::viz

@@ -1,0 +1,254 @@
+#include "viz/panels/measurement.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "viz/panels/press.h"
+#include "viz/panels/format.h"
+
+namespace palpate::viz {
+namespace {
+
+ImVec4 colour(const Verdict& v) {
+  return ImGui::ColorConvertU32ToFloat4(IM_COL32(v.red, v.green, v.blue, 255));
+}
+
+void row(const char* label, const std::string& value, const ImVec4* tint = nullptr) {
+  ImGui::TableNextRow();
+  ImGui::TableNextColumn();
+  ImGui::TextDisabled("%s", label);
+  ImGui::TableNextColumn();
+  const float slack = ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(value.c_str()).x;
+  if (slack > 0) ImGui::SetCursorPosX(ImGui::GetCursorPosX() + slack);
+  if (tint) {
+    ImGui::PushStyleColor(ImGuiCol_Text, *tint);
+    ImGui::TextWrapped("%s", value.c_str());
+    ImGui::PopStyleColor();
+  } else {
+    ImGui::TextUnformatted(value.c_str());
+  }
+}
+
+std::string percentiles_text(const Percentiles& p) {
+  if (p.count == 0) return "-";
+  return text("%.1f / %.1f / %.1f ms", p.p50_ms, p.p95_ms, p.p99_ms);
+}
+
+unsigned long long whole(uint64_t value) {
+  return value;
+}
+
+/// The force in large figures with its uncertainty and what it is worth.
+void force_lines(HudFrame& frame, const Touch& shown, const Tare& tare) {
+  const float scale = frame.scale();
+  const Verdict verdict = force_verdict(shown.force_N.validity);
+  const bool has_force =
+      shown.force_N.validity != Validity::NotCalibrated && shown.force_N.validity != Validity::NoContact;
+  ImGui::PushFont(frame.large());
+  if (has_force) {
+    ImGui::TextUnformatted(text("%.3f N", shown.force_N.value).c_str());
+  } else if (shown.force_N.validity == Validity::NotCalibrated) {
+    ImGui::TextUnformatted(text("G %.0f", shown.gray_sum).c_str());
+  } else {
+    ImGui::TextDisabled("no contact");
+  }
+  ImGui::PopFont();
+  const ImVec2 high = ImGui::GetItemRectMax();
+  const auto beside = [&](const std::string& words, ImU32 tint, float lines_up) {
+    ImGui::GetWindowDrawList()->AddText(
+        {high.x + 8 * scale, high.y - (1 + lines_up) * ImGui::GetFontSize() - 3 * scale}, tint,
+        words.c_str());
+  };
+  if (has_force)
+    beside(text("\xc2\xb1 %.3f N", shown.force_N.standard_error), ImGui::GetColorU32(ImGuiCol_TextDisabled),
+           0);
+  if (shown.force_N.validity == Validity::NotCalibrated)
+    beside("gray levels", ImGui::GetColorU32(ImGuiCol_TextDisabled), 0);
+  if (tare.on) beside("TARED (Shift+Z ends)", IM_COL32(240, 228, 66, 255), 1);
+  ImGui::PushStyleColor(ImGuiCol_Text, colour(verdict));
+  ImGui::TextWrapped("%s", verdict.words);
+  ImGui::PopStyleColor();
+}
+
+/// What a contact does, as short as its column.
+const char* slip_word(Slip slip) {
+  switch (slip) {
+    case Slip::NotCalibrated:
+      return "-";
+    case Slip::Incipient:
+      return "rim slips";
+    default:
+      return to_string(slip);
+  }
+}
+
+void contact_table(const Touch& touch, const Tare& tare, bool scaled) {
+  constexpr size_t kMost = 10;
+  // The largest, in the order of their numbers.
+  std::vector<const ContactTouch*> listed;
+  for (const ContactTouch& c : touch.contacts) listed.push_back(&c);
+  if (listed.size() > kMost) {
+    std::nth_element(listed.begin(), listed.begin() + kMost, listed.end(),
+                     [](const ContactTouch* a, const ContactTouch* b) { return a->area_px > b->area_px; });
+    listed.resize(kMost);
+    std::sort(listed.begin(), listed.end(),
+              [](const ContactTouch* a, const ContactTouch* b) { return a->id < b->id; });
+  }
+  if (!ImGui::BeginTable("contacts", 4, ImGuiTableFlags_SizingStretchProp | ImGuiTableFlags_RowBg)) return;
+  for (const float share : {0.16f, 0.34f, 0.23f, 0.27f})
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, share);
+  for (const char* title : {"contact", tare.on ? "force [N], tared" : "force [N]",
+                            scaled ? "area [mm\xc2\xb2]" : "area [px]", "state"}) {
+    ImGui::TableNextColumn();
+    ImGui::TextDisabled("%s", title);
+  }
+  for (const ContactTouch* contact : listed) {
+    const ContactTouch& c = *contact;
+    ImGui::TableNextRow();
+    ImGui::TableNextColumn();
+    ImGui::Text("%u", c.id);
+    ImGui::TableNextColumn();
+    if (c.force_N.validity == Validity::NotCalibrated)
+      ImGui::TextDisabled("-");
+    else
+      ImGui::Text("%.3f \xc2\xb1 %.3f", c.force_N.value, c.force_N.standard_error);
+    ImGui::TableNextColumn();
+    if (scaled)
+      ImGui::Text("%.2f", c.area_mm2);
+    else
+      ImGui::Text("%llu", whole(c.area_px));
+    ImGui::TableNextColumn();
+    const bool doubtful =
+        c.force_N.validity != Validity::Valid && c.force_N.validity != Validity::NotCalibrated;
+    if (c.saturated_px > 0)
+      ImGui::TextUnformatted("saturated");
+    else if (c.at_border)
+      ImGui::TextUnformatted("at border");
+    else if (doubtful)
+      ImGui::TextUnformatted(to_string(c.force_N.validity));
+    else
+      ImGui::TextUnformatted(slip_word(c.slip));
+  }
+  ImGui::EndTable();
+  if (touch.contacts.size() > kMost)
+    ImGui::TextDisabled("and %llu smaller ones", whole(touch.contacts.size() - kMost));
+}
+
+void skin_rows(const Touch& t) {
+  const SkinMotion& skin = t.skin;
+  row("skin points", text("%u followed, %u lost", skin.points, skin.lost));
+  const auto known = [](const Estimate& e) {
+    return e.validity != Validity::NotCalibrated && e.validity != Validity::NoContact;
+  };
+  if (known(skin.shift_x_mm))
+    row("skin moved", text("%+.3f, %+.3f mm", skin.shift_x_mm.value, skin.shift_y_mm.value));
+  if (known(skin.torsion_rad))
+    row("twist", text("%+.2f \xc2\xb1 %.2f deg", 57.29578 * skin.torsion_rad.value,
+                      57.29578 * skin.torsion_rad.standard_error));
+  if (known(skin.stick_share))
+    row("still sticks", text("%.0f \xc2\xb1 %.0f %% of radius", 100 * skin.stick_share.value,
+                             100 * skin.stick_share.standard_error));
+}
+
+void surface_rows(const Touch& t) {
+  const bool doubtful = t.depth_validity != Validity::Valid && t.depth_validity != Validity::NoContact &&
+                        t.depth_validity != Validity::NotCalibrated;
+  const ImVec4 depth_tint = colour(force_verdict(t.depth_validity));
+  row("deepest", t.has_surface ? depth_text(t) : "-", doubtful ? &depth_tint : nullptr);
+  if (t.has_surface && t.contact && t.volume_mm3 > 0) row("volume", text("%.2f mm\xc2\xb3", t.volume_mm3));
+  if (t.clipped_px > 0) {
+    const ImVec4 tint = colour(force_verdict(Validity::Clipped));
+    row("clipped slopes", text("%llu px", whole(t.clipped_px)),
+        t.depth_validity == Validity::Clipped ? &tint : nullptr);
+  }
+}
+
+}  // namespace
+
+std::string shortened(const std::string& whole_text, float width) {
+  std::string result = whole_text;
+  for (size_t length = whole_text.size(); length > 0 && ImGui::CalcTextSize(result.c_str()).x > width;
+       --length) {
+    // Never within a character of several bytes.
+    while (length > 1 && (static_cast<unsigned char>(whole_text[length - 1]) & 0xC0) == 0x80) --length;
+    result = whole_text.substr(0, length - 1) + "...";
+  }
+  return result;
+}
+
+void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& content, const Touch& t,
+                       const Tare& tare) {
+  const float scale = frame.scale();
+  const ViewRect& panel = layout.panel;
+  ImGui::SetNextWindowPos({static_cast<float>(panel.x), static_cast<float>(panel.y)});
+  ImGui::SetNextWindowSize({static_cast<float>(panel.width), static_cast<float>(panel.height)});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
+  // Scrolls where the numbers have no room.
+  ImGui::Begin("measurements", nullptr,
+               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
+                   ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+                   ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoBringToFrontOnFocus |
+                   ImGuiWindowFlags_NoNav | (frame.has_window() ? 0 : ImGuiWindowFlags_NoScrollbar));
+  ImGui::PopStyleVar();
+  const std::string format = text("%u x %u px", content.frame.format.width, content.frame.format.height);
+  const float format_width = ImGui::CalcTextSize(format.c_str()).x;
+  const std::string name = content.sensor.name.empty() ? "unnamed sensor" : content.sensor.name;
+  ImGui::TextUnformatted(
+      shortened(name, ImGui::GetContentRegionAvail().x - format_width - 12 * scale).c_str());
+  ImGui::SameLine(ImGui::GetWindowWidth() - format_width - 14 * scale);
+  ImGui::TextDisabled("%s", format.c_str());
+  if (content.has_surface) {
+    // The image stays where it is while the numbers scroll.
+    ImGui::SetCursorPosY(static_cast<float>(layout.image.y) + static_cast<float>(layout.image.height) +
+                         6 * scale);
+    ImGui::BeginChild("numbers", {0, 0}, false,
+                      ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoNav |
+                          (frame.has_window() ? 0 : ImGuiWindowFlags_NoScrollbar));
+  }
+  force_lines(frame, t, tare);
+  if (content.live && content.live->press)
+    press_lines(*content.live->press, 1e-9 * static_cast<double>(t.time_ns));
+  const bool scaled = has_scale(content.sensor);
+  if (t.has_contacts && t.contacts.size() > 1) contact_table(t, tare, scaled);
+  if (ImGui::BeginTable("values", 2, ImGuiTableFlags_SizingStretchProp)) {
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.36f);
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.64f);
+    const ImVec4 slip_tint = colour(slip_verdict(t.slip));
+    row("shear x", newtons_text(t.shear_x_N));
+    row("shear y", newtons_text(t.shear_y_N));
+    row("stick or slip", slip_verdict(t.slip).words, &slip_tint);
+    if (t.has_skin) skin_rows(t);
+    if (content.has_surface) surface_rows(t);
+    const std::string area =
+        scaled ? text("%.2f mm\xc2\xb2", t.area_mm2) : text("%llu px (no scale)", whole(t.area_px));
+    row("contact area", t.contact ? area : "-");
+    if (t.has_contacts)
+      row("contacts", text("%llu%s", whole(t.contacts.size()), t.regions_overflow ? ", and more" : ""));
+    row("ellipse",
+        t.contact && scaled ? text("%.2f x %.2f mm", t.ellipse.major_mm, t.ellipse.minor_mm) : "-");
+    row("centroid", t.contact ? text("%.2f, %.2f px", t.centroid_x_px, t.centroid_y_px) : "-");
+    row("moved", t.contact && scaled ? text("%+.3f, %+.3f mm", t.shift_x_mm, t.shift_y_mm) : "-");
+    row("peak", text("%.1f gray levels", t.peak_gray));
+    const ImVec4 red = colour(force_verdict(Validity::Saturated));
+    row("saturated", text("%llu px", whole(t.saturated_px)), t.saturated_px ? &red : nullptr);
+    if (t.has_confidence) {
+      const ImVec4 tint_apart = colour(force_verdict(Validity::Apart));
+      std::string unknown = text("%llu px", whole(t.unknown_px));
+      if (t.islands > 1) unknown += text(", %u islands", t.islands);
+      row("unknown", unknown, t.islands > 1 ? &tint_apart : nullptr);
+    }
+    if (content.live && content.live->to_measured.count > 0) {
+      row("latency", "50 / 95 / 99 %");
+      row("to measured", percentiles_text(content.live->to_measured));
+      row("to shown", percentiles_text(content.live->to_shown));
+    }
+    ImGui::EndTable();
+  }
+  if (content.has_surface) ImGui::EndChild();
+  ImGui::End();
+}
+
+}  // namespace palpate::viz

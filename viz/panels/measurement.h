@@ -1,0 +1,38 @@
+// The panel on the right: every number of the frame with unit, uncertainty and state.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+
+#include "palpate/frame.h"
+#include "palpate/sensor.h"
+#include "palpate/touch.h"
+#include "viz/render/hud_frame.h"
+#include "viz/render/layout.h"
+#include "viz/live/stats.h"
+#include "viz/render/strain_view.h"
+#include "viz/live/tare.h"
+
+namespace palpate::viz {
+
+/// What the display is about in this picture.
+struct HudContent {
+  const Sensor& sensor;
+  const Frame& frame;
+  const Touch& touch;  ///< as measured
+  bool has_surface = false;
+  const LiveStats* live = nullptr;  ///< null: a picture of a recording
+  std::string device;
+  std::pair<uint32_t, uint32_t> mesh{0, 0};
+  const StrainTexels* strain = nullptr;  ///< over the raw image; null: not asked for
+};
+
+/// `shown`: the touch less the zero that `tare` holds.
+void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& content, const Touch& shown,
+                       const Tare& tare);
+
+/// As much of `whole` as fits into `width` px, with dots where something is missing.
+std::string shortened(const std::string& whole, float width);
+
+}  // namespace palpate::viz

@@ -1,0 +1,27 @@
+// The part of the measurement panel that is about presses of a block of tissue.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/palpation/press_monitor.h"
+
+namespace palpate::viz {
+
+/// One line of it: what, and what of it; without a name it goes over the whole width.
+struct PressRow {
+  enum class Tone : uint8_t { Plain, Good, Doubtful, Faint } tone = Tone::Plain;
+  std::string name;
+  std::string value;
+};
+
+/// What the panel says, in its order: the press that goes on, then what the last one told and how old that is
+/// at `time_s`. Intervals hold the truth nine times out of ten.
+std::vector<PressRow> press_rows(const PressStatus& status, double time_s);
+
+/// Describes them to ImGui, within the panel.
+void press_lines(const PressStatus& status, double time_s);
+
+}  // namespace palpate::viz

@@ -1,0 +1,182 @@
+#include "viz/panels/sensor.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "viz/panels/calibration_chart.h"
+#include "viz/panels/charts.h"
+#include "viz/panels/format.h"
+
+namespace palpate::viz {
+namespace {
+
+std::string origin_words(const Origin& origin) {
+  std::string words;
+  const auto add = [&](const std::string& part) {
+    if (!part.empty()) words += (words.empty() ? "" : "; ") + part;
+  };
+  if (!origin.from.empty()) add("from " + origin.from);
+  add(origin.made);
+  add(origin.note);
+  return words;
+}
+
+CalibrationLine scale_line(const Sensor& s) {
+  if (!has_scale(s)) return {"scale", false, "px only; palpate calibrate scale gives mm", {}};
+  std::string what = text("%.5g", s.pitch_mm_per_px);
+  if (s.pitch_sd_mm_per_px > 0) what += text(" \xc2\xb1 %.2g", s.pitch_sd_mm_per_px);
+  return {"scale", true, what + " mm/px", {}};
+}
+
+CalibrationLine force_line(const Sensor& s) {
+  if (!s.force) return {"force", false, "gray sum only; palpate calibrate force gives newtons", {}};
+  const ForceCalibration& f = *s.force;
+  const ForceRange range = calibrated_range(f);
+  std::string what = text("%s of %s, %.3g to %.3g N, scatter %.2g N", to_string(f.model), to_string(f.signal),
+                          range.least_N, range.most_N, f.residual_sd_N);
+  if (f.r_squared > 0) what += text(", R\xc2\xb2 %.4f", f.r_squared);
+  if (f.loading && f.unloading) what += text(", hysteresis %.2g %% of full scale", 100 * f.hysteresis);
+  if (f.drift_N_per_min != 0) what += text(", drift %.2g N/min", f.drift_N_per_min);
+  return {"force", true, what, origin_words(f.origin)};
+}
+
+CalibrationLine shear_line(const Sensor& s) {
+  if (!s.shear)
+    return {"shear", false, "shift in mm only; palpate calibrate shear gives newtons and slip", {}};
+  std::string what = text("%.3g, %.3g N/mm \xc2\xb1 %.2g %%, friction %.3g", s.shear->kx_N_per_mm,
+                          s.shear->ky_N_per_mm, 100 * s.shear->relative_sd, s.shear->friction);
+  if (s.shear->friction_sd > 0) what += text(" \xc2\xb1 %.2g", s.shear->friction_sd);
+  if (s.shear->shift_max_mm > 0) what += text(", to %.3g mm", s.shear->shift_max_mm);
+  return {"shear", true, what + text(", by %s", to_string(s.shear->signal)), origin_words(s.shear->origin)};
+}
+
+CalibrationLine surface_line(const Sensor& s) {
+  switch (s.reading) {
+    case Reading::Shading:
+      return {"surface",
+              true,
+              text("shading: facing gray %.4g gray levels, depth gain %.4g", s.shading.facing_gray,
+                   s.shading.depth_gain),
+              {}};
+    case Reading::Photometric:
+      return {"surface", true,
+              text("photometric%s: normal to %.3g (held out)", s.photometric.table ? ", with table" : "",
+                   s.photometric.normal_sd),
+              origin_words(s.photometric.origin)};
+    case Reading::Elastic: {
+      std::string what =
+          text("elastic: %.4g gray/MPa, E %.3g MPa", s.elastic.gray_per_MPa, s.elastic.young_MPa);
+      if (s.elastic.thickness_mm > 0) what += text(", %.3g mm thick", s.elastic.thickness_mm);
+      if (s.elastic.relative_sd > 0) what += text(", depth \xc2\xb1 %.2g %%", 100 * s.elastic.relative_sd);
+      return {"surface", true, what, {}};
+    }
+    case Reading::Lookup:
+      return {"surface", !s.lookup.points.empty(),
+              s.lookup.points.empty() ? std::string("lookup without points")
+                                      : text("lookup: to %.3g mm \xc2\xb1 %.2g mm", s.lookup.points.back()[1],
+                                             s.lookup.depth_sd_mm),
+              origin_words(s.lookup.origin)};
+    default:
+      return {"surface", false, "none: contact and force only", {}};
+  }
+}
+
+}  // namespace
+
+std::vector<CalibrationLine> calibrations(const Sensor& s) {
+  std::vector<CalibrationLine> lines{scale_line(s), force_line(s), shear_line(s), surface_line(s)};
+  if (s.skin)
+    lines.push_back(
+        {"skin", true, text("%s, every %.3g px", to_string(s.skin->kind), s.skin->spacing_px), {}});
+  else
+    lines.push_back({"skin", false, "no pattern: slip is told by the friction limit alone", {}});
+  if (s.lens)
+    lines.push_back({"lens", true, text("distortion undone, to %.2g px", s.lens->residual_px),
+                     origin_words(s.lens->origin)});
+  else
+    lines.push_back({"lens", false, "taken as free of distortion; palpate calibrate scale finds it", {}});
+  if (s.flat)
+    lines.push_back({"flat field", true, "uneven light undone", origin_words(s.flat->origin)});
+  else
+    lines.push_back({"flat field", false, "uneven light is not undone; palpate calibrate flat", {}});
+  if (s.background.kind == BackgroundKind::None)
+    lines.push_back({"background", true, "none needed: frames hold the change", {}});
+  else if (!s.background.image.empty())
+    lines.push_back({"background", true, "untouched image in a file", s.background.image});
+  else
+    lines.push_back({"background",
+                     true,
+                     text("the first %u frame%s of each recording: keep the pad untouched then",
+                          s.background.first_frames, s.background.first_frames == 1 ? "" : "s"),
+                     {}});
+  return lines;
+}
+
+namespace {
+
+/// Force and shear, beside each other where there is room.
+void calibration_charts(const Sensor& sensor, const Touch& touch, float height, float scale, bool tared) {
+  const std::optional<double> largest_N =
+      sensor.force ? std::optional(calibrated_range(*sensor.force).most_N) : std::nullopt;
+  const float room = ImGui::GetContentRegionAvail().x, gap = 18 * scale;
+  const bool beside = sensor.force && sensor.shear && room >= 560 * scale;
+  const float width = beside ? (room - gap) / 2 : room;
+  const auto place = [&] {
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    ImGui::Dummy({width, height});
+    return ViewRect{static_cast<int32_t>(at.x), static_cast<int32_t>(at.y), static_cast<uint32_t>(width),
+                    static_cast<uint32_t>(height)};
+  };
+  if (sensor.force) draw_force_calibration(ImGui::GetWindowDrawList(), place(), *sensor.force, touch, scale);
+  if (beside) ImGui::SameLine(0, gap);
+  if (sensor.shear)
+    draw_shear_calibration(ImGui::GetWindowDrawList(), place(), *sensor.shear, largest_N, touch, scale);
+  if (tared && (sensor.force || sensor.shear))
+    ImGui::TextDisabled("Forces on these curves are as measured, not tared.");
+}
+
+}  // namespace
+
+void sensor_panel(const ViewRect& around, float scale, const Sensor& sensor, const Touch& touch,
+                  ViewState& state) {
+  const float width = std::min(680 * scale, static_cast<float>(around.width) - 16 * scale);
+  ImGui::SetNextWindowPos({static_cast<float>(around.x) + static_cast<float>(around.width) / 2,
+                           static_cast<float>(around.y) + static_cast<float>(around.height) / 2},
+                          ImGuiCond_Always, {0.5f, 0.5f});
+  ImGui::SetNextWindowSizeConstraints({width, 0}, {width, static_cast<float>(around.height) - 8});
+  ImGui::Begin("Sensor and calibrations", &state.sensor_panel,
+               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
+                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
+  ImGui::TextUnformatted(sensor.name.empty() ? "unnamed sensor" : sensor.name.c_str());
+  ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+  ImGui::TextWrapped("contact: %s, from %g gray levels; saturated from %u gray levels",
+                     to_string(sensor.signal), sensor.threshold_gray, sensor.saturation_gray);
+  ImGui::PopStyleColor();
+  calibration_charts(sensor, touch,
+                     std::clamp(0.33f * static_cast<float>(around.height), 140 * scale, 260 * scale), scale,
+                     state.tare.on);
+  if (ImGui::BeginTable("calibrations", 2, ImGuiTableFlags_SizingFixedFit)) {
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed);
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch);
+    for (const CalibrationLine& line : calibrations(sensor)) {
+      ImGui::TableNextRow();
+      ImGui::TableNextColumn();
+      ImGui::TextUnformatted(line.name);
+      ImGui::TableNextColumn();
+      const ImVec4 missing = ImGui::ColorConvertU32ToFloat4(IM_COL32(230, 159, 0, 255));
+      ImGui::PushStyleColor(ImGuiCol_Text, line.present ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : missing);
+      ImGui::TextWrapped("%s%s", line.present ? "" : "missing: ", line.what.c_str());
+      ImGui::PopStyleColor();
+      if (line.origin.empty()) continue;
+      ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+      ImGui::TextWrapped("%s", line.origin.c_str());
+      ImGui::PopStyleColor();
+    }
+    ImGui::EndTable();
+  }
+  ImGui::End();
+}
+
+}  // namespace palpate::viz

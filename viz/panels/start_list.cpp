@@ -1,0 +1,226 @@
+#include "viz/panels/start_list.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <fstream>
+
+#include "capture/v4l2/camera.h"
+#include "capture/session/session.h"
+#include "capture/synthetic/synthetic.h"
+#include "capture/synthetic/tissue.h"
+#include "capture/v4l2/device.h"
+#include "palpate/error.h"
+#include "palpate/sensor.h"
+#include "viz/panels/format.h"
+
+namespace palpate::viz {
+namespace {
+
+namespace fs = std::filesystem;
+using Group = SourceEntry::Group;
+
+std::vector<SourceEntry> find_cameras() {
+  std::vector<SourceEntry> found;
+  std::string trouble;
+  for (const v4l2::NodeReport& node : v4l2::list_nodes()) {
+    if (node.capture) {
+      const std::string busy = v4l2::holders_of(node.path);
+      found.push_back({Group::Cameras,
+                       "camera:" + node.path,
+                       node.identity.card,
+                       node.path + (busy.empty() ? "" : ", in use by " + busy),
+                       {},
+                       false});
+    } else if (!node.trouble.empty()) {
+      trouble = node.path + ": " + node.trouble;
+    }
+  }
+  if (found.empty())
+    found.push_back({Group::Cameras,
+                     "",
+                     "no camera found",
+                     trouble.empty() ? "plug one in, then F5" : trouble,
+                     {},
+                     false});
+  return found;
+}
+
+SensorEntry describe_sensor(const fs::path& file) {
+  SensorEntry entry{file.string(), file.filename().string(), file.string(), true};
+  try {
+    const Sensor sensor = load_sensor(file);
+    entry.name = sensor.name;
+  } catch (const std::exception& e) {
+    entry.usable = false;
+    entry.detail = e.what();
+  }
+  return entry;
+}
+
+/// Files of the working folder that say of themselves that they are sensors.
+std::vector<fs::path> sensor_files_here() {
+  constexpr size_t kMost = 20;
+  constexpr uintmax_t kLargest_bytes = 1 << 20;
+  std::vector<fs::path> files;
+  std::error_code code;
+  const fs::path here = fs::current_path(code);
+  if (code) return files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(here, code)) {
+    if (entry.path().extension() != ".json" || !entry.is_regular_file(code)) continue;
+    if (entry.file_size(code) > kLargest_bytes || code) continue;
+    std::ifstream in(entry.path(), std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    if (text.find("\"palpate_sensor\"") != std::string::npos) files.push_back(entry.path());
+    if (files.size() == kMost) break;
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::vector<SensorEntry> find_sensors(const std::vector<std::string>& remembered) {
+  std::vector<SensorEntry> found;
+  const auto add = [&](const fs::path& file) {
+    const std::string name = file.lexically_normal().string();
+    if (std::none_of(found.begin(), found.end(), [&](const SensorEntry& e) { return e.file == name; }))
+      found.push_back(describe_sensor(name));
+  };
+  std::error_code code;
+  for (const std::string& file : remembered)
+    if (fs::exists(file, code)) add(file);
+  for (const fs::path& file : sensor_files_here()) add(file);
+  return found;
+}
+
+/// What is worth a look first comes first.
+struct SimulatedTouch {
+  const char* scene;
+  const char* options;
+  const char* pad;
+};
+constexpr std::array<SimulatedTouch, 18> kSimulatedTouches{{
+    {"palpation", "", "waveguide"},
+    {"press", "mode=gel&", "gel"},
+    {"press", "", "waveguide"},
+    {"slide", "", "waveguide"},
+    {"slide", "mode=gel&", "gel"},
+    {"drag", "skin=texture&", "waveguide, textured"},
+    {"drag", "mode=gel&skin=markers&", "gel, markers"},
+    {"twist", "mode=gel&skin=markers&", "gel, markers"},
+    {"pull", "", "waveguide"},
+    {"fingers", "", "waveguide"},
+    {"fingers", "mode=gel&", "gel"},
+    {"palpation", "mode=gel&", "gel"},
+    {"rig", "hysteresis=0.04&", "waveguide"},
+    {"stick", "skin=texture&", "waveguide, textured"},
+    {"flat", "", "waveguide"},
+    {"flat", "mode=gel&", "gel"},
+    {"still", "", "waveguide"},
+    {"still", "mode=gel&", "gel"},
+}};
+
+bool is_open_by_name(const std::string& input) {
+  return input.rfind("synthetic:", 0) == 0 || is_camera(input);
+}
+
+template <typename T>
+bool is_ready(const std::future<T>& future) {
+  return future.valid() && future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+}  // namespace
+
+StartList::StartList(const Settings& settings) {
+  refresh(settings);
+}
+
+void StartList::refresh(const Settings& settings) {
+  collect(settings);
+  // A look that is still going on is as good as a new one.
+  if (!cameras_.valid()) cameras_ = std::async(std::launch::async, find_cameras);
+  if (!files_.valid())
+    files_ = std::async(std::launch::async, [files = settings.sensors] { return find_sensors(files); });
+}
+
+void StartList::collect(const Settings& settings) {
+  std::vector<SourceEntry> cameras;
+  for (const SourceEntry& e : sources_)
+    if (e.group == Group::Cameras) cameras.push_back(e);
+  sources_ = std::move(cameras);
+  if (sources_.empty()) sources_.push_back({Group::Cameras, "", "looking for cameras", "", {}, false});
+  for (const Settings::Recent& r : settings.recent) {
+    SourceEntry entry = from_text(r.input);
+    entry.sensor = r.sensor;
+    if (!r.sensor.empty()) entry.detail += "   with " + fs::path(r.sensor).filename().string();
+    entry.group = Group::Recent;
+    sources_.push_back(entry);
+  }
+  if (settings.recent.empty())
+    sources_.push_back({Group::Recent,
+                        "",
+                        "nothing yet",
+                        "drop a recording or a session on this window, or type its place",
+                        {},
+                        false});
+  const auto add = [this](const std::string& input, const std::string& name, const std::string& detail) {
+    sources_.push_back({Group::Synthetic, input, name, detail, {}, false});
+  };
+  add("", "two kinds of pad",
+      "a waveguide glows with pressure: force, shear, slip; a gel shows depth in three colours");
+  const std::vector<std::pair<std::string, std::string>> scenes = synthetic_scenes();
+  for (const SimulatedTouch& touch : kSimulatedTouches)
+    for (const auto& [scene, what] : scenes)
+      if (scene == touch.scene)
+        add("synthetic:" + scene + "?" + touch.options + "repeat=0", scene + ", " + touch.pad, what);
+  add("synthetic:tissue?repeat=0", "tissue, waveguide in a plate", kTissueScene);
+  if (sensors_.empty())
+    sensors_.push_back({"", "as the source brings it", "a camera is uncalibrated then", true});
+}
+
+bool StartList::update() {
+  bool changed = false;
+  if (is_ready(cameras_)) {
+    std::erase_if(sources_, [](const SourceEntry& e) { return e.group == Group::Cameras; });
+    const std::vector<SourceEntry> found = cameras_.get();
+    sources_.insert(sources_.begin(), found.begin(), found.end());
+    changed = true;
+  }
+  if (is_ready(files_)) {
+    for (SensorEntry& e : files_.get())
+      if (std::none_of(sensors_.begin(), sensors_.end(),
+                       [&](const SensorEntry& s) { return s.file == e.file; }))
+        sensors_.push_back(std::move(e));
+    changed = true;
+  }
+  return changed;
+}
+
+SourceEntry StartList::from_text(const std::string& input) {
+  SourceEntry entry;
+  entry.input = input;
+  if (is_open_by_name(input)) {
+    entry.name = input.substr(0, input.find('?'));
+    entry.detail = input.find('?') == std::string::npos ? "" : input.substr(input.find('?') + 1);
+    return entry;
+  }
+  const fs::path path(input);
+  const fs::path last = path.filename().empty() ? path.parent_path() : path;
+  entry.name = last.filename().string();
+  entry.detail = last.parent_path().string();
+  std::error_code code;
+  entry.missing = !fs::exists(path, code);
+  if (entry.missing) entry.detail = "no longer there: " + entry.detail;
+  return entry;
+}
+
+size_t StartList::add_sensor(const fs::path& file) {
+  std::error_code code;
+  const fs::path whole = fs::absolute(file, code).lexically_normal();
+  const std::string name = code ? file.string() : whole.string();
+  for (size_t i = 0; i < sensors_.size(); ++i)
+    if (sensors_[i].file == name) return i;
+  sensors_.push_back(describe_sensor(name));
+  return sensors_.size() - 1;
+}
+
+}  // namespace palpate::viz

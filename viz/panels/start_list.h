@@ -1,0 +1,61 @@
+// What can be opened: cameras of this machine, what was opened before, simulated touches; and the sensor
+// files to read it with.
+#pragma once
+
+#include <filesystem>
+#include <future>
+#include <string>
+#include <vector>
+
+#include "viz/live/settings.h"
+
+namespace palpate::viz {
+
+/// One line of the list.
+struct SourceEntry {
+  enum class Group { Cameras, Recent, Synthetic } group = Group::Recent;
+  std::string input;     ///< as open_source takes it; empty: a remark that cannot be opened
+  std::string name;      ///< what a person reads first
+  std::string detail;    ///< and after it
+  std::string sensor;    ///< sensor file that was used with it; empty: none
+  bool missing = false;  ///< a recording that is no longer where it was
+};
+
+/// A sensor file that can be chosen.
+struct SensorEntry {
+  std::string file;    ///< empty: none, what the source brings itself
+  std::string name;    ///< the sensor's own
+  std::string detail;  ///< the file, or why it cannot be used
+  bool usable = true;
+};
+
+class StartList {
+ public:
+  /// Looks for cameras and sensor files on threads of their own: those that `settings` remembers, and those
+  /// in the working folder.
+  explicit StartList(const Settings& settings);
+
+  /// Looks again.
+  void refresh(const Settings& settings);
+  /// Takes over what the threads found meanwhile; true where something changed.
+  bool update();
+
+  const std::vector<SourceEntry>& sources() const { return sources_; }
+  const std::vector<SensorEntry>& sensors() const { return sensors_; }
+  bool looking() const { return cameras_.valid() || files_.valid(); }
+
+  /// A source that a person typed or dropped: a session, a recording, camera:..., synthetic:...
+  static SourceEntry from_text(const std::string& text);
+  /// Adds a sensor file; returns its place in sensors().
+  size_t add_sensor(const std::filesystem::path& file);
+
+ private:
+  void collect(const Settings& settings);
+
+  std::vector<SourceEntry> sources_;
+  std::vector<SensorEntry> sensors_;
+  std::future<std::vector<SourceEntry>> cameras_;
+  std::future<std::vector<SensorEntry>> files_;
+};
+
+}  // namespace palpate::viz

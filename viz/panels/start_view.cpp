@@ -1,0 +1,362 @@
+#include "viz/panels/start_view.h"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <utility>
+
+#include "engine/gpu/context.h"
+#include "viz/panels/measurement.h"
+#include "viz/panels/format.h"
+
+namespace palpate::viz {
+namespace {
+
+constexpr ImGuiWindowFlags kWhole = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBackground |
+                                    ImGuiWindowFlags_NoNav;
+
+const char* title_of(SourceEntry::Group group) {
+  switch (group) {
+    case SourceEntry::Group::Cameras:
+      return "Cameras";
+    case SourceEntry::Group::Recent:
+      return "Recent";
+    default:
+      return "Simulated touches";
+  }
+}
+
+/// One line of a list, its name in front and the rest faint; true where it was clicked.
+bool list_line(const char* id, const std::string& name, const std::string& detail, bool selected, bool usable,
+               float name_width, bool& doubled) {
+  ImGui::PushID(id);
+  const float from = ImGui::GetCursorPosX();
+  ImGui::PushStyleColor(ImGuiCol_HeaderHovered, ImVec4{0.16f, 0.25f, 0.36f, 1});  // faint words stay legible
+  const bool clicked = ImGui::Selectable("##line", selected, ImGuiSelectableFlags_AllowDoubleClick);
+  const bool pointed_at = ImGui::IsItemHovered();
+  ImGui::PopStyleColor();
+  doubled = clicked && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left);
+  ImGui::SameLine(from);
+  const std::string shown = shortened(name, name_width - 8);
+  if (usable)
+    ImGui::TextUnformatted(shown.c_str());
+  else
+    ImGui::TextDisabled("%s", shown.c_str());
+  ImGui::SameLine(from + name_width);
+  const std::string rest = shortened(detail, ImGui::GetContentRegionAvail().x);
+  ImGui::TextDisabled("%s", rest.c_str());
+  if (pointed_at && (shown != name || rest != detail)) {  // what had no room
+    ImGui::BeginTooltip();
+    ImGui::PushTextWrapPos(0.9f * ImGui::GetIO().DisplaySize.x);
+    ImGui::Text("%s   %s", name.c_str(), detail.c_str());
+    ImGui::PopTextWrapPos();
+    ImGui::EndTooltip();
+  }
+  ImGui::PopID();
+  return clicked;
+}
+
+}  // namespace
+
+StartView::StartView(gpu::Context& context, Window& window, Settings& settings, std::string message,
+                     std::string folder)
+    : context_(context),
+      window_(window),
+      settings_(settings),
+      list_(settings),
+      message_(std::move(message)),
+      folder_(std::move(folder)) {
+  window_.set_title("palpate");
+}
+
+StartView::~StartView() {
+  while (window_.poll_finished(true)) {
+  }
+}
+
+/// One picture; false where there is nothing to draw to.
+bool StartView::draw(const std::function<void()>& content) {
+  const float scale = window_.scale() * settings_.text_scale;
+  if (!frame_ || std::abs(frame_->scale() / scale - 1) > 1e-3f) {
+    frame_.reset();
+    frame_ = std::make_unique<HudFrame>(context_, window_.pass(), Window::kPicturesInFlight, window_.handle(),
+                                        scale);
+  }
+  while (window_.in_flight() >= Window::kPicturesInFlight) window_.poll_finished(true);
+  if (!window_.begin_picture()) return false;
+  frame_->begin(window_.extent());
+  content();
+  window_.begin_pass();
+  frame_->draw(window_.cmd());
+  window_.end_picture(false);
+  return true;
+}
+
+std::optional<Choice> StartView::choose(const std::function<bool()>& interrupted) {
+  int restless = 3, quiet = 0;
+  while (!window_.wants_close() && !(interrupted && interrupted())) {
+    // Sleeps until something happens; what the threads find is looked at ten times a second.
+    glfwWaitEventsTimeout(restless > 0 ? 0.01 : 0.1);
+    const ImGuiIO* io = frame_ ? &ImGui::GetIO() : nullptr;
+    if (!io || list_.update() || list_.looking() || window_.has_keys() || window_.has_drops() ||
+        io->MouseDelta.x != 0 || io->MouseDelta.y != 0 || io->MouseWheel != 0 || io->WantTextInput)
+      restless = 3;
+    double x = 0, y = 0;
+    glfwGetCursorPos(window_.handle(), &x, &y);
+    if (io && (io->MousePos.x != static_cast<float>(x) || io->MousePos.y != static_cast<float>(y)))
+      restless = 3;
+    for (const int button : {GLFW_MOUSE_BUTTON_LEFT, GLFW_MOUSE_BUTTON_RIGHT})
+      if (glfwGetMouseButton(window_.handle(), button) == GLFW_PRESS) restless = 3;
+    if (static_cast<uint32_t>(io ? io->DisplaySize.x : 0) != window_.extent().width) restless = 3;
+    if (window_.minimised()) continue;
+    if (restless-- <= 0) {
+      restless = 0;
+      // A picture a second also at rest: a window that was covered may have lost its content.
+      if (++quiet % 10 != 0) continue;
+    }
+    take_drops();
+    draw([this] {
+      handle_keys();
+      describe();
+    });
+    if (chosen_) return std::exchange(chosen_, {});
+  }
+  return std::nullopt;
+}
+
+bool StartView::wait(const std::string& what, const std::function<bool()>& done) {
+  while (!done()) {
+    if (window_.wants_close()) return false;
+    glfwWaitEventsTimeout(0.05);
+    bool given_up = false;
+    draw([&] {
+      for (const KeyPress& press : window_.take_keys()) given_up = given_up || press.key == GLFW_KEY_ESCAPE;
+      const ImVec2 size = ImGui::GetIO().DisplaySize;
+      ImGui::SetNextWindowPos({size.x / 2, size.y / 2}, ImGuiCond_Always, {0.5f, 0.5f});
+      ImGui::Begin("opening", nullptr, kWhole | ImGuiWindowFlags_AlwaysAutoResize);
+      ImGui::TextUnformatted(("opening " + shortened(what, 0.7f * size.x)).c_str());
+      if (ImGui::Button("Cancel (Esc)")) given_up = true;
+      ImGui::End();
+    });
+    if (given_up) return false;
+  }
+  return true;
+}
+
+void StartView::step(int by) {
+  settled_ = scroll_ = true;
+  if (in_sensors_) {
+    const auto last = static_cast<int>(list_.sensors().size()) - 1;
+    sensor_ = static_cast<size_t>(std::clamp(static_cast<int>(sensor_) + by, 0, std::max(last, 0)));
+    return;
+  }
+  // Remarks are passed over.
+  const auto& sources = list_.sources();
+  const int direction = by < 0 ? -1 : 1;
+  auto at = static_cast<int>(source_);
+  for (int left = std::abs(by); left > 0;) {
+    int next = at + direction;
+    while (next >= 0 && next < static_cast<int>(sources.size()) &&
+           sources[static_cast<size_t>(next)].input.empty())
+      next += direction;
+    if (next < 0 || next >= static_cast<int>(sources.size())) break;
+    at = next;
+    --left;
+  }
+  source_ = static_cast<size_t>(at);
+}
+
+void StartView::handle_keys() {
+  const bool typing = ImGui::GetIO().WantTextInput;
+  for (const KeyPress& press : window_.take_keys()) {
+    if (press.control && (press.key == GLFW_KEY_EQUAL || press.key == GLFW_KEY_MINUS ||
+                          press.key == GLFW_KEY_KP_ADD || press.key == GLFW_KEY_KP_SUBTRACT)) {
+      const bool larger = press.key == GLFW_KEY_EQUAL || press.key == GLFW_KEY_KP_ADD;
+      settings_.text_scale = std::clamp(settings_.text_scale * (larger ? 1.15f : 1 / 1.15f),
+                                        ViewState::kLeastTextScale, ViewState::kMostTextScale);
+      continue;
+    }
+    if (typing) {
+      entered_ |= press.key == GLFW_KEY_ENTER || press.key == GLFW_KEY_KP_ENTER;
+      continue;
+    }
+    switch (press.key) {
+      case GLFW_KEY_UP:
+        step(-1);
+        break;
+      case GLFW_KEY_DOWN:
+        step(1);
+        break;
+      case GLFW_KEY_PAGE_UP:
+        step(-8);
+        break;
+      case GLFW_KEY_PAGE_DOWN:
+        step(8);
+        break;
+      case GLFW_KEY_TAB:
+      case GLFW_KEY_LEFT:
+      case GLFW_KEY_RIGHT:
+        in_sensors_ = !in_sensors_;
+        scroll_ = true;
+        break;
+      case GLFW_KEY_ENTER:
+      case GLFW_KEY_KP_ENTER:
+        open_selected();
+        break;
+      case GLFW_KEY_F5:
+        list_.refresh(settings_);
+        break;
+      case GLFW_KEY_F11:
+        window_.switch_full_screen();
+        break;
+      case GLFW_KEY_DELETE:
+        if (source_ < list_.sources().size() &&
+            list_.sources()[source_].group == SourceEntry::Group::Recent) {
+          settings_.forget({list_.sources()[source_].input, {}});
+          list_.refresh(settings_);
+        }
+        break;
+      case GLFW_KEY_ESCAPE:
+      case GLFW_KEY_Q:
+        glfwSetWindowShouldClose(window_.handle(), GLFW_TRUE);
+        break;
+      default:
+        break;
+    }
+  }
+}
+
+void StartView::open_selected() {
+  if (source_ >= list_.sources().size() || list_.sources()[source_].input.empty()) return;
+  const SourceEntry& source = list_.sources()[source_];
+  const SensorEntry& sensor = list_.sensors()[std::min(sensor_, list_.sensors().size() - 1)];
+  if (!sensor.usable) {
+    message_ = sensor.detail;
+    return;
+  }
+  chosen_ = Choice{source.input, sensor.file.empty() ? source.sensor : sensor.file};
+}
+
+void StartView::open_text() {
+  const std::string input = typed_.data();
+  if (input.empty()) return;
+  const SensorEntry& sensor = list_.sensors()[std::min(sensor_, list_.sensors().size() - 1)];
+  chosen_ = Choice{input, sensor.file};
+}
+
+/// A sensor file becomes the chosen one, anything else is opened.
+void StartView::take_drops() {
+  for (const std::string& path : window_.take_drops()) {
+    if (std::filesystem::path(path).extension() == ".json") {
+      sensor_ = list_.add_sensor(path);
+    } else {
+      std::snprintf(typed_.data(), typed_.size(), "%s", path.c_str());
+      open_text();
+    }
+  }
+}
+
+void StartView::describe_sources(float scale) {
+  const auto& sources = list_.sources();
+  // The first line that can be opened, until the person chooses.
+  if (!settled_ || source_ >= sources.size())
+    for (source_ = 0; source_ + 1 < sources.size() && sources[source_].input.empty();) ++source_;
+  const float name_width = std::min(0.45f * ImGui::GetContentRegionAvail().x, 260 * scale);
+  for (size_t i = 0; i < sources.size(); ++i) {
+    const SourceEntry& e = sources[i];
+    if (i == 0 || sources[i - 1].group != e.group) {
+      if (i > 0) ImGui::Dummy({1, 4 * scale});
+      ImGui::TextColored({0.34f, 0.71f, 0.91f, 1}, "%s", title_of(e.group));
+    }
+    bool doubled = false;
+    const bool usable = !e.input.empty() && !e.missing;
+    if (list_line(std::to_string(i).c_str(), e.name, e.detail, i == source_ && !e.input.empty(), usable,
+                  name_width, doubled) &&
+        !e.input.empty()) {
+      source_ = i;
+      settled_ = true;
+      in_sensors_ = false;
+      open_selected();  // one click is enough
+    }
+    if (i == source_ && scroll_ && !in_sensors_) ImGui::SetScrollHereY();
+  }
+}
+
+void StartView::describe_sensors(float scale) {
+  const auto& sensors = list_.sensors();
+  const float name_width = std::min(0.5f * ImGui::GetContentRegionAvail().x, 200 * scale);
+  for (size_t i = 0; i < sensors.size(); ++i) {
+    bool doubled = false;
+    if (list_line(std::to_string(i).c_str(), sensors[i].name, sensors[i].detail, i == sensor_,
+                  sensors[i].usable, name_width, doubled)) {
+      sensor_ = i;
+      in_sensors_ = true;
+    }
+    if (i == sensor_ && scroll_ && in_sensors_) ImGui::SetScrollHereY();
+  }
+}
+
+void StartView::describe() {
+  const float scale = frame_->scale();
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({0, 0});
+  ImGui::SetNextWindowSize(size);
+  ImGui::Begin("start", nullptr, kWhole | ImGuiWindowFlags_NoBringToFrontOnFocus);
+  ImGui::PushFont(frame_->large());
+  ImGui::TextUnformatted("palpate");
+  ImGui::PopFont();
+  ImGui::SameLine();
+  ImGui::TextDisabled("what is to be touched?");
+  if (!message_.empty()) {
+    ImGui::PushStyleColor(ImGuiCol_Text, ImVec4{1, 0.47f, 0.24f, 1});
+    ImGui::TextWrapped("%s", message_.c_str());
+    ImGui::PopStyleColor();
+  }
+  const float foot = 3.2f * ImGui::GetFrameHeightWithSpacing();
+  const float height = std::max(ImGui::GetContentRegionAvail().y - foot, 60 * scale);
+  const bool side_by_side = size.x > 760 * scale;
+  const float list_width = side_by_side ? 0.62f * ImGui::GetContentRegionAvail().x : 0;
+  const ImVec4 border = ImGui::GetStyleColorVec4(ImGuiCol_Border), chosen{0.34f, 0.71f, 0.91f, 1};
+  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? border : chosen);
+  ImGui::BeginChild("sources", {list_width, side_by_side ? height : 0.62f * height}, true,
+                    ImGuiWindowFlags_NoNav);
+  describe_sources(scale);
+  ImGui::EndChild();
+  ImGui::PopStyleColor();
+  if (side_by_side) ImGui::SameLine();
+  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? chosen : border);
+  ImGui::BeginChild("sensors", {0, side_by_side ? height : 0.36f * height}, true, ImGuiWindowFlags_NoNav);
+  ImGui::TextColored({0.34f, 0.71f, 0.91f, 1}, "Sensor file");
+  describe_sensors(scale);
+  ImGui::EndChild();
+  ImGui::PopStyleColor();
+  scroll_ = false;
+
+  ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 190 * scale);
+  ImGui::InputTextWithHint("##typed",
+                           "a recording, a session's folder, camera:/dev/video0?fps=60, synthetic:slide ...",
+                           typed_.data(), typed_.size());
+  if (std::exchange(entered_, false)) open_text();
+  ImGui::SameLine();
+  if (ImGui::Button("Open")) open_text();
+  ImGui::SameLine();
+  if (ImGui::Button("Look again")) list_.refresh(settings_);
+  ImGui::TextDisabled(
+      "%s", shortened("Click, or arrows and Enter; Tab: sensor files; F5: look again; Del: forget; Ctrl + "
+                      "plus, minus: text; Esc: quit",
+                      ImGui::GetContentRegionAvail().x)
+                .c_str());
+  ImGui::TextDisabled("%s", shortened(folder_.empty() ? "recordings and snapshots: nowhere to write"
+                                                      : "recordings and snapshots go to " + folder_,
+                                      ImGui::GetContentRegionAvail().x)
+                                .c_str());
+  ImGui::End();
+}
+
+}  // namespace palpate::viz

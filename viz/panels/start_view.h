@@ -1,0 +1,63 @@
+// The list of sources in the window: what `palpate` shows when it is not told what to open.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "viz/render/hud_frame.h"
+#include "viz/live/settings.h"
+#include "viz/panels/start_list.h"
+#include "viz/render/window.h"
+
+namespace palpate::viz {
+
+struct Choice {
+  std::string input;   ///< as open_source takes it
+  std::string sensor;  ///< sensor file; empty: none
+};
+
+/// Main thread. One at a time, and none while a Scene draws into the same window.
+class StartView {
+ public:
+  /// `settings` gives the recent sources and takes the text's size. `message`: what went wrong with the last
+  /// choice, in one line; empty: nothing. `folder`: where sessions and snapshots will go.
+  StartView(gpu::Context& context, Window& window, Settings& settings, std::string message,
+            std::string folder);
+  ~StartView();
+
+  /// Until a person has chosen; none where the window was closed or `interrupted` says so.
+  std::optional<Choice> choose(const std::function<bool()>& interrupted);
+  /// Shows that `what` is being opened until `done`; false where the person gave up (Escape).
+  bool wait(const std::string& what, const std::function<bool()>& done);
+
+ private:
+  bool draw(const std::function<void()>& describe);
+  void describe();
+  void describe_sources(float scale);
+  void describe_sensors(float scale);
+  void handle_keys();
+  void step(int by);
+  void open_selected();
+  void open_text();
+  void take_drops();
+
+  gpu::Context& context_;
+  Window& window_;
+  Settings& settings_;
+  StartList list_;
+  std::unique_ptr<HudFrame> frame_;
+  std::string message_;
+  std::string folder_;
+  size_t source_ = 0;        ///< selected, in list_.sources()
+  size_t sensor_ = 0;        ///< selected, in list_.sensors()
+  bool in_sensors_ = false;  ///< the arrows move in the sensor files
+  bool settled_ = false;     ///< the person has moved the selection
+  bool scroll_ = true;       ///< to the selection
+  std::array<char, 512> typed_{};
+  bool entered_ = false;  ///< Enter was pressed in that text
+  std::optional<Choice> chosen_;
+};
+
+}  // namespace palpate::viz

@@ -1,0 +1,156 @@
+#include "viz/render/annotations.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <string>
+
+#include "viz/render/colour_map.h"
+#include "viz/render/view_state.h"
+#include "viz/panels/format.h"
+
+namespace palpate::viz {
+namespace {
+
+constexpr ImU32 kLine = IM_COL32(170, 178, 190, 255);
+constexpr ImU32 kText = IM_COL32(205, 211, 220, 255);
+
+ImU32 map_colour(ColourMap map, double t) {
+  const auto [red, green, blue] = colour_of(map, t);
+  return ImGui::ColorConvertFloat4ToU32({red, green, blue, 1});
+}
+
+void centred_text(ImDrawList* list, ImVec2 at, const std::string& words, ImU32 colour = kText) {
+  const ImVec2 size = ImGui::CalcTextSize(words.c_str());
+  list->AddText({std::round(at.x - size.x / 2), std::round(at.y - size.y / 2)}, colour, words.c_str());
+}
+
+// Draws lines and labels given in world mm.
+class Pen {
+ public:
+  Pen(ImDrawList* list, const Eye& eye, const ViewRect& rect) : list_(list), eye_(eye), rect_(rect) {}
+
+  bool at(const Vec3& world, ImVec2& screen) const {
+    const Projected p = eye_.project(world);
+    screen = {static_cast<float>(rect_.x + p.x * rect_.width),
+              static_cast<float>(rect_.y + p.y * rect_.height)};
+    return p.in_front;
+  }
+  void line(const Vec3& a, const Vec3& b, float width) const {
+    ImVec2 from, to;
+    if (at(a, from) && at(b, to)) list_->AddLine(from, to, kLine, width);
+  }
+  // The label sits beyond `world`, on the side away from `inside`, by as many pixels whatever the zoom.
+  void label(const Vec3& world, const Vec3& inside, float away_px, const std::string& words) const {
+    ImVec2 p, q;
+    if (!at(world, p) || !at(inside, q)) return;
+    const float dx = p.x - q.x, dy = p.y - q.y;
+    const float length = std::max(std::hypot(dx, dy), 1e-3f);
+    centred_text(list_, {p.x + dx / length * away_px, p.y + dy / length * away_px}, words);
+  }
+
+ private:
+  ImDrawList* list_;
+  const Eye& eye_;
+  const ViewRect& rect_;
+};
+
+}  // namespace
+
+void draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip, const ViewRect& view,
+               const Vec3& half_mm, const SurfaceStyle& style, float scale) {
+  const auto left = static_cast<float>(clip.x), top = static_cast<float>(clip.y);
+  list->PushClipRect({left, top},
+                     {left + static_cast<float>(clip.width), top + static_cast<float>(clip.height)});
+  const Pen pen(list, eye, view);
+  const double side_x = eye.backward.x >= 0 ? 1 : -1, side_y = eye.backward.y >= 0 ? 1 : -1;
+  const double step = nice_ceiling(std::max(half_mm.x, half_mm.y) / 3.5);
+  const double tick = 0.025 * std::max(half_mm.x, half_mm.y);
+  const float near_px = 15 * scale, far_px = 34 * scale;
+
+  const double y = side_y * half_mm.y, x = side_x * half_mm.x;
+  pen.line({-half_mm.x, y, 0}, {half_mm.x, y, 0}, scale);
+  for (double v = -std::floor(half_mm.x / step) * step; v <= half_mm.x + 1e-9; v += step) {
+    pen.line({v, y, 0}, {v, y + side_y * tick, 0}, scale);
+    pen.label({v, y + side_y * tick, 0}, {v, y - side_y * half_mm.y, 0}, near_px, tick_text(v, step));
+  }
+  const double between = 0.5 * step;  // titles stand between two numbers
+  pen.label({between, y + side_y * tick, 0}, {between, y - side_y * half_mm.y, 0}, far_px, "x [mm]");
+  pen.line({x, -half_mm.y, 0}, {x, half_mm.y, 0}, scale);
+  for (double v = -std::floor(half_mm.y / step) * step; v <= half_mm.y + 1e-9; v += step) {
+    pen.line({x, v, 0}, {x + side_x * tick, v, 0}, scale);
+    pen.label({x + side_x * tick, v, 0}, {x - side_x * half_mm.x, v, 0}, near_px, tick_text(-v, step));
+  }
+  pen.label({x + side_x * tick, between, 0}, {x - side_x * half_mm.x, between, 0}, far_px, "y [mm]");
+
+  // Depth hangs from the lower of the two outer corners: nothing hides it there, and no other label is below.
+  if (std::abs(eye.backward.z) < 0.97) {
+    const Vec3 a{-side_x * half_mm.x, side_y * half_mm.y, 0}, b{side_x * half_mm.x, -side_y * half_mm.y, 0};
+    const bool first = eye.project(a).y > eye.project(b).y;
+    const Vec3 corner = first ? a : b;
+    const double side = dot(corner, eye.right) < 0 ? -1 : 1;
+    const double depth_step = nice_ceiling(style.range_mm / 4);
+    const auto below = [&](double depth_mm) { return corner + Vec3{0, 0, -depth_mm * style.exaggeration}; };
+    pen.line(corner, below(style.range_mm), scale);
+    const Vec3 outward = eye.right * (side * tick);
+    float last_y = -1e6f;
+    for (double d = 0; d <= style.range_mm * (1 + 1e-9); d += depth_step) {
+      pen.line(below(d), below(d) + outward, scale);
+      ImVec2 at;
+      // Seen from above the axis is short: no number over another.
+      if (d <= 0 || !pen.at(below(d), at) || std::abs(at.y - last_y) < 0.9f * ImGui::GetFontSize()) continue;
+      last_y = at.y;
+      pen.label(below(d) + outward, below(d), near_px, tick_text(d, depth_step));
+    }
+    char title[48];
+    std::snprintf(title, sizeof title, "depth [mm] x%.3g", style.exaggeration);
+    ImVec2 end;
+    if (pen.at(below(style.range_mm), end)) centred_text(list, {end.x, end.y + 14 * scale}, title);
+  }
+  list->PopClipRect();
+}
+
+void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle& style, bool automatic,
+                     float scale) {
+  constexpr int kBands = 64;
+  const float width = 16 * scale;
+  const float height = std::min(0.42f * static_cast<float>(rect.height), 280 * scale);
+  const float x = static_cast<float>(rect.x) + static_cast<float>(rect.width) - 72 * scale;
+  const float y = static_cast<float>(rect.y) + 44 * scale;
+  for (int i = 0; i < kBands; ++i) {
+    const double t0 = static_cast<double>(i) / kBands, t1 = static_cast<double>(i + 1) / kBands;
+    const ImU32 above = map_colour(style.map, t0), below = map_colour(style.map, t1);
+    list->AddRectFilledMultiColor({x, y + static_cast<float>(t0) * height},
+                                  {x + width, y + static_cast<float>(t1) * height}, above, above, below,
+                                  below);
+  }
+  list->AddRect({x, y}, {x + width, y + height}, kLine);
+  const double unit = style.quantity == Quantity::Pressure ? 1e3
+                      : style.quantity == Quantity::Strain ? 100
+                                                           : 1;
+  const double range = unit * last_colour(style);
+  const double step = nice_ceiling(range / 5);
+  for (int i = 0; i * step <= range * (1 + 1e-9); ++i) {
+    const float at = y + static_cast<float>(i * step / range) * height;
+    list->AddLine({x + width, at}, {x + width + 4 * scale, at}, kLine);
+    const std::string words = tick_text(i * step, step);
+    list->AddText({x + width + 8 * scale, at - ImGui::GetFontSize() / 2}, kText, words.c_str());
+  }
+  const float middle = x + width / 2 + 6 * scale;
+  const char* title = style.quantity == Quantity::Pressure ? "p [kPa]"
+                      : style.quantity == Quantity::Strain ? "strain [%]"
+                                                           : "depth [mm]";
+  centred_text(list, {middle, y - 18 * scale}, title);
+  float below = y + height + 13 * scale;
+  if (automatic) {
+    centred_text(list, {middle, below}, "auto", kLine);
+    below += 18 * scale;
+  }
+  if (style.grid_mm > 0) centred_text(list, {middle, below}, text("grid %g mm", style.grid_mm), kLine);
+}
+
+}  // namespace palpate::viz

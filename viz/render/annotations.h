@@ -1,0 +1,49 @@
+// Numbers and lines over the pictures: axes and colour bar in mm on the surface, the measured contact on the
+// raw image.
+#pragma once
+
+#include "palpate/frame.h"
+#include "palpate/sensor.h"
+#include "palpate/touch.h"
+#include "viz/render/orbit.h"
+#include "engine/palpation/press_monitor.h"
+#include "viz/render/surface_view.h"
+#include "viz/render/view_state.h"
+
+struct ImDrawList;
+
+namespace palpate::viz {
+
+/// Axes along the pad's near edges and down its left corner, ticks in mm; x and y from the pad's centre, y
+/// down the image.
+void draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip, const ViewRect& view,
+               const Vec3& half_mm, const SurfaceStyle& style, float scale);
+
+/// Vertical bar, rest at the top, ticks of what the colours show: mm of depth, kPa, or % of strain.
+void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle& style, bool automatic,
+                     float scale);
+
+/// How the raw image is drawn over.
+struct ImageMarks {
+  bool contacts = true;     ///< outlines, ids, centroids, shear
+  bool skin = true;         ///< followed places of the skin and how far they have moved
+  double full_shear_N = 1;  ///< tangential force of an arrow of full length
+  float scale = 1;          ///< of text and lines
+};
+
+/// Over the raw image in `rect`: each contact's ellipse, number and tangential force (of the whole touch
+/// where contacts are not told apart), places of the skin, what reaches the border and what is saturated.
+void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, const Sensor& sensor,
+                const FrameFormat& format, const ImageMarks& marks);
+
+/// Over the raw image: the outline of a found lump seen from above, a circle of its size, with the interval
+/// of its centre as a cross.
+void draw_lump(ImDrawList* list, const ViewRect& rect, const PressAnswer& answer, const Sensor& sensor,
+               const FrameFormat& format, float scale);
+
+/// In the upper right corner of the raw image: the colours of the skin's strain with their range and the
+/// strain's standard error, or why none is drawn.
+void draw_strain_bar(ImDrawList* list, const ViewRect& rect, const StrainTexels& strain,
+                     const ViewState& state, float scale);
+
+}  // namespace palpate::viz

@@ -1,0 +1,218 @@
+// What is drawn over the raw image; declared in annotations.h.
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "viz/render/annotations.h"
+#include "viz/panels/format.h"
+
+namespace palpate::viz {
+namespace {
+
+constexpr ImU32 kMarker = IM_COL32(240, 190, 70, 255);
+constexpr ImU32 kArrow = IM_COL32(92, 200, 255, 255);
+constexpr ImU32 kSkin = IM_COL32(240, 140, 200, 235);
+constexpr ImU32 kLost = IM_COL32(150, 150, 150, 160);
+constexpr ImU32 kWarning = IM_COL32(255, 120, 60, 255);
+constexpr ImU32 kLump = IM_COL32(0, 208, 148, 255);
+constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 170);
+
+/// From pixels of the frame to the screen. Pixel (0, 0) has its centre at 0, its corner at -0.5.
+struct Place {
+  ImVec2 low;
+  double zoom;
+  ImVec2 at(double x_px, double y_px) const {
+    return {low.x + static_cast<float>((x_px + 0.5) * zoom), low.y + static_cast<float>((y_px + 0.5) * zoom)};
+  }
+};
+
+void shadowed_text(ImDrawList* list, ImVec2 at, ImU32 colour, const std::string& words) {
+  const ImVec2 size = ImGui::CalcTextSize(words.c_str());
+  list->AddRectFilled({at.x - 2, at.y}, {at.x + size.x + 2, at.y + size.y}, IM_COL32(0, 0, 0, 165), 3);
+  list->AddText(at, colour, words.c_str());
+}
+
+void draw_ellipse(ImDrawList* list, ImVec2 centre, const Ellipse& ellipse, double px_per_mm, bool at_border,
+                  float scale) {
+  const double a = 0.5 * ellipse.major_mm * px_per_mm, b = 0.5 * ellipse.minor_mm * px_per_mm;
+  if (!std::isfinite(a) || !std::isfinite(b)) return;  // without a scale there are no lengths
+  const double c = std::cos(ellipse.angle_rad), s = std::sin(ellipse.angle_rad);
+  std::array<ImVec2, 64> outline;
+  for (size_t i = 0; i < outline.size(); ++i) {
+    const double phase = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(outline.size());
+    const double u = a * std::cos(phase), v = b * std::sin(phase);
+    outline[i] = {centre.x + static_cast<float>(c * u - s * v), centre.y + static_cast<float>(s * u + c * v)};
+  }
+  list->AddPolyline(outline.data(), static_cast<int>(outline.size()), kShadow, ImDrawFlags_Closed,
+                    3.5f * scale);
+  if (!at_border) {
+    list->AddPolyline(outline.data(), static_cast<int>(outline.size()), kMarker, ImDrawFlags_Closed,
+                      1.6f * scale);
+    return;
+  }
+  for (size_t i = 0; i < outline.size(); i += 2)  // broken: part of the contact is not seen
+    list->AddLine(outline[i], outline[(i + 1) % outline.size()], kWarning, 1.8f * scale);
+}
+
+void draw_cross(ImDrawList* list, ImVec2 centre, float scale) {
+  const float arm = 6 * scale;
+  for (const auto& [colour, width] : {std::pair{kShadow, 3.2f * scale}, std::pair{kMarker, 1.6f * scale}}) {
+    list->AddLine({centre.x - arm, centre.y}, {centre.x + arm, centre.y}, colour, width);
+    list->AddLine({centre.x, centre.y - arm}, {centre.x, centre.y + arm}, colour, width);
+  }
+}
+
+void draw_arrow(ImDrawList* list, ImVec2 from, ImVec2 reach, ImU32 colour, float width, float scale) {
+  const float length = std::hypot(reach.x, reach.y);
+  if (length < 1) return;
+  const ImVec2 tip{from.x + reach.x, from.y + reach.y}, along{reach.x / length, reach.y / length};
+  const float head = std::min(3.6f * width, length);
+  list->AddLine(from, tip, kShadow, width + 2 * scale);
+  list->AddLine(from, tip, colour, width);
+  list->AddTriangleFilled(
+      tip, {tip.x - head * (along.x + 0.5f * along.y), tip.y - head * (along.y - 0.5f * along.x)},
+      {tip.x - head * (along.x - 0.5f * along.y), tip.y - head * (along.y + 0.5f * along.x)}, colour);
+}
+
+void draw_shear(ImDrawList* list, const ViewRect& rect, ImVec2 centre, const Estimate& x, const Estimate& y,
+                const ImageMarks& marks) {
+  if (x.validity == Validity::NotCalibrated || x.validity == Validity::NoContact) return;
+  const double shear_N = std::hypot(x.value, y.value);
+  if (!(marks.full_shear_N > 0) || !(shear_N > 0.05 * marks.full_shear_N)) return;
+  const double px_per_N = 0.3 * std::min(rect.width, rect.height) / marks.full_shear_N;
+  draw_arrow(list, centre, {static_cast<float>(x.value * px_per_N), static_cast<float>(y.value * px_per_N)},
+             kArrow, 2.5f * marks.scale, marks.scale);
+}
+
+void draw_skin(ImDrawList* list, const Place& place, const Touch& touch, float scale) {
+  // Shifts of a few tenths of a pixel are what there is to see: as long as makes the largest a third of the
+  // points' distance, in steps so that lengths stay comparable.
+  double largest = 0;
+  for (const SkinPoint& p : touch.skin_points)
+    if (p.trust > 0) largest = std::max<double>(largest, std::hypot(p.shift_x_px, p.shift_y_px));
+  double longer = 1;
+  while (longer < 16 && largest * longer * 2 < 12) longer *= 2;
+  for (const SkinPoint& p : touch.skin_points) {
+    const ImVec2 at = place.at(p.rest_x_px, p.rest_y_px);
+    if (!(p.trust > 0)) {
+      const float arm = 2.2f * scale;
+      list->AddLine({at.x - arm, at.y - arm}, {at.x + arm, at.y + arm}, kLost, scale);
+      list->AddLine({at.x - arm, at.y + arm}, {at.x + arm, at.y - arm}, kLost, scale);
+      continue;
+    }
+    const auto k = static_cast<float>(longer * place.zoom);
+    const ImVec2 tip{at.x + p.shift_x_px * k, at.y + p.shift_y_px * k};
+    list->AddLine(at, tip, kSkin, 1.2f * scale);
+    list->AddCircleFilled(tip, 1.7f * scale, kSkin, 6);
+  }
+  shadowed_text(list, {place.low.x + 5 * scale, place.low.y + 3 * scale}, kSkin,
+                text("skin shift x%g", longer));
+}
+
+}  // namespace
+
+void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, const Sensor& sensor,
+                const FrameFormat& format, const ImageMarks& marks) {
+  const float scale = marks.scale;
+  const ImVec2 low{static_cast<float>(rect.x), static_cast<float>(rect.y)};
+  const ImVec2 high{low.x + static_cast<float>(rect.width), low.y + static_cast<float>(rect.height)};
+  const Place place{low, static_cast<double>(rect.width) / format.width};
+  const double px_per_mm = place.zoom / sensor.pitch_mm_per_px;  // NaN without a scale
+  list->PushClipRect(low, high, true);
+  if (marks.skin && touch.has_skin) draw_skin(list, place, touch, scale);
+  if (marks.contacts && touch.has_contacts) {
+    for (const ContactTouch& c : touch.contacts) {
+      const ImVec2 centre = place.at(c.centroid_x_px, c.centroid_y_px);
+      draw_ellipse(list, centre, c.ellipse, px_per_mm, c.at_border, scale);
+      draw_cross(list, centre, scale);
+      draw_shear(list, rect, centre, c.shear_x_N, c.shear_y_N, marks);
+    }
+    for (const ContactTouch& c : touch.contacts) {  // on top of all outlines
+      const ImVec2 centre = place.at(c.centroid_x_px, c.centroid_y_px);
+      shadowed_text(list, {centre.x + 7 * scale, centre.y - ImGui::GetFontSize() - 4 * scale},
+                    c.saturated_px ? kWarning : kMarker, text(c.saturated_px ? "%u sat." : "%u", c.id));
+    }
+  } else if (marks.contacts && touch.contact && std::isfinite(touch.centroid_x_px)) {
+    const ImVec2 centre = place.at(touch.centroid_x_px, touch.centroid_y_px);
+    draw_ellipse(list, centre, touch.ellipse, px_per_mm, touch.at_border, scale);
+    draw_cross(list, centre, scale);
+    draw_shear(list, rect, centre, touch.shear_x_N, touch.shear_y_N, marks);
+  }
+  std::string warnings;
+  if (touch.at_border) warnings += "AT BORDER";
+  if (touch.saturated_px > 0)
+    warnings += text("%sSATURATED %llu px", warnings.empty() ? "" : "  ",
+                     static_cast<unsigned long long>(touch.saturated_px));
+  if (touch.regions_overflow) warnings += std::string(warnings.empty() ? "" : "  ") + "TOO MANY REGIONS";
+  if (!warnings.empty()) {
+    list->AddRect({low.x + scale, low.y + scale}, {high.x - scale, high.y - scale}, kWarning, 0, 0,
+                  2 * scale);
+    shadowed_text(list, {low.x + 5 * scale, high.y - ImGui::GetFontSize() - 4 * scale}, kWarning, warnings);
+  }
+  list->PopClipRect();
+}
+
+void draw_lump(ImDrawList* list, const ViewRect& rect, const PressAnswer& answer, const Sensor& sensor,
+               const FrameFormat& format, float scale) {
+  if (!answer.estimate || !has_scale(sensor)) return;
+  const LumpEstimate& e = *answer.estimate;
+  if (!tells_numbers(e.verdict)) return;
+  const ImVec2 low{static_cast<float>(rect.x), static_cast<float>(rect.y)};
+  const Place place{low, static_cast<double>(rect.width) / format.width};
+  const auto at = [&](double x_mm, double y_mm) {
+    return place.at((x_mm - answer.window_mm[0]) / sensor.pitch_mm_per_px + (format.width - 1) / 2.0,
+                    (y_mm - answer.window_mm[1]) / sensor.pitch_mm_per_px + (format.height - 1) / 2.0);
+  };
+  list->PushClipRect(low, {low.x + static_cast<float>(rect.width), low.y + static_cast<float>(rect.height)},
+                     true);
+  const ImVec2 centre = at(e.x_mm.value, e.y_mm.value);
+  const auto radius = static_cast<float>(0.5 * e.size_mm.value * place.zoom / sensor.pitch_mm_per_px);
+  for (const auto& [colour, width] : {std::pair{kShadow, 3.6f * scale}, std::pair{kLump, 1.8f * scale}}) {
+    list->AddCircle(centre, radius, colour, 48, width);
+    list->AddLine(at(e.x_mm.low, e.y_mm.value), at(e.x_mm.high, e.y_mm.value), colour, width);
+    list->AddLine(at(e.x_mm.value, e.y_mm.low), at(e.x_mm.value, e.y_mm.high), colour, width);
+  }
+  const std::string words = text("lump %.1f mm", e.size_mm.value);
+  const ImVec2 size = ImGui::CalcTextSize(words.c_str());
+  // Below the circle, or above it where the image ends.
+  const float below = centre.y + radius + 3 * scale;
+  const float foot = low.y + static_cast<float>(rect.height);
+  const float y = below + size.y < foot ? below : centre.y - radius - size.y - 3 * scale;
+  shadowed_text(list, {centre.x - size.x / 2, y}, kLump, words);
+  list->PopClipRect();
+}
+
+void draw_strain_bar(ImDrawList* list, const ViewRect& rect, const StrainTexels& strain,
+                     const ViewState& state, float scale) {
+  const float right = static_cast<float>(rect.x) + static_cast<float>(rect.width) - 6 * scale;
+  const float top = static_cast<float>(rect.y) + 3 * scale;
+  const auto right_text = [&](float y, const std::string& words) {
+    shadowed_text(list, {right - ImGui::CalcTextSize(words.c_str()).x, y}, IM_COL32(235, 238, 242, 255),
+                  words);
+  };
+  const std::string name = text("skin %s", to_string(state.skin_strain));
+  if (!strain.texels) {
+    right_text(top, name + ": " + strain.missing);
+    return;
+  }
+  right_text(top, std::isfinite(strain.sd) ? name + text(" \xc2\xb1 %.2g %%", 100 * strain.sd) : name);
+  const float line = ImGui::GetFontSize() + 2 * scale,
+              width = std::min(120 * scale, 0.4f * static_cast<float>(rect.width));
+  const float y = top + line, height = 8 * scale;
+  constexpr int kBands = 32;
+  for (int i = 0; i < kBands; ++i) {
+    const auto [red, green, blue] = colour_of(state.map, (i + 0.5) / kBands);
+    const float x = right - width + width * static_cast<float>(i) / kBands;
+    list->AddRectFilled({x, y}, {x + width / kBands + 1, y + height},
+                        ImGui::ColorConvertFloat4ToU32({red, green, blue, 1}));
+  }
+  list->AddRect({right - width, y}, {right, y + height}, kShadow);
+  right_text(y + height + scale, text("%g %%", 100 * state.skin_strain_range));
+  shadowed_text(list, {right - width, y + height + scale}, IM_COL32(235, 238, 242, 255), "0");
+}
+
+}  // namespace palpate::viz

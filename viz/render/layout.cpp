@@ -1,0 +1,54 @@
+#include "viz/render/layout.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::viz {
+
+Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bool has_surface,
+                   const Panels& panels) {
+  const auto px = [scale](double value) { return static_cast<uint32_t>(std::lround(value * scale)); };
+  const uint32_t width = std::max(extent.width, 2u), height = std::max(extent.height, 2u);
+  const uint32_t status = std::min(px(24), height / 2);
+  const uint32_t panel =
+      std::min(std::clamp(static_cast<uint32_t>(0.27 * width), px(270), px(380)), width / 2);
+  const uint32_t above = height - status, left = width - panel;
+  const double aspect = static_cast<double>(format.width) / format.height;
+  Layout l;
+  const bool wants_foot = panels.charts || (panels.profile && has_surface);
+  uint32_t foot = std::clamp(static_cast<uint32_t>(0.30 * above), px(130), px(230));
+  if (!wants_foot || foot + px(140) > above) foot = 0;
+  l.surface = {0, 0, left, above - foot};
+  if (foot > 0) {
+    l.has_charts = panels.charts;
+    l.has_profile = panels.profile && has_surface;
+    const uint32_t profile = !l.has_profile ? 0 : l.has_charts ? left * 2 / 5 : left;
+    const auto y = static_cast<int32_t>(above - foot);
+    if (l.has_charts) l.charts = {0, y, left - profile, foot};
+    if (l.has_profile) l.profile = {static_cast<int32_t>(left - profile), y, profile, foot};
+  }
+  l.view = l.surface;
+  // Its middle is the middle of what the colour bar leaves.
+  l.view.x -= static_cast<int32_t>(px(kColourBarRoom_px));
+  l.view.width += px(kColourBarRoom_px);
+  l.panel = {static_cast<int32_t>(left), 0, panel, above};
+  l.status = {0, static_cast<int32_t>(above), width, status};
+  // The image leaves room for the numbers below it.
+  const uint32_t numbers = px(360);
+  const uint32_t image_room =
+      std::clamp(above > numbers ? above - numbers : 0u, std::min(px(110), above / 3), px(300));
+  const ViewRect room =
+      has_surface ? ViewRect{l.panel.x + static_cast<int32_t>(px(12)), static_cast<int32_t>(px(36)),
+                             panel - std::min(px(24), panel - 1), std::max(1u, image_room)}
+                  : ViewRect{static_cast<int32_t>(px(12)), static_cast<int32_t>(px(12)),
+                             std::max(1u, l.surface.width - std::min(px(24), l.surface.width - 1)),
+                             std::max(1u, l.surface.height - std::min(px(24), l.surface.height - 1))};
+  const double fit = std::min(room.width / aspect, static_cast<double>(room.height));
+  l.image.height = std::max(1u, static_cast<uint32_t>(fit));
+  l.image.width = std::max(1u, std::min(room.width, static_cast<uint32_t>(std::lround(fit * aspect))));
+  l.image.x = room.x + static_cast<int32_t>((room.width - l.image.width) / 2);
+  l.image.y = has_surface ? room.y : room.y + static_cast<int32_t>((room.height - l.image.height) / 2);
+  return l;
+}
+
+}  // namespace palpate::viz

@@ -1,0 +1,42 @@
+// Contact pressure over the frame for the colours of the surface, where the sensor's gray is pressure
+// (Reading::Elastic).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "palpate/frame.h"
+#include "engine/gpu/buffer.h"
+#include "palpate/sensor.h"
+#include "viz/render/surface_view.h"
+
+namespace palpate::viz {
+
+/// True where the colours can show pressure.
+bool reads_pressure(const Sensor& sensor);
+
+class PressureMap {
+ public:
+  static constexpr uint32_t kMostColumns = 640;  ///< of the map; larger frames are averaged down to it
+
+  /// `frames_in_flight`: maps kept, one for each picture that may be drawing.
+  PressureMap(gpu::Context& context, uint32_t frames_in_flight);
+
+  /// The pressure that the sensor reads in a frame of one plane, through the same 5 x 5 filter as the
+  /// measurement; on the host, about 1 ms at 640 x 480. The texels stay until as many further updates.
+  PressureTexels update(const Frame& frame, const Frame& background, const Sensor& sensor);
+  /// Largest pressure of the last update, MPa.
+  double largest_MPa() const { return largest_MPa_; }
+
+ private:
+  struct Upload {
+    gpu::DeviceBuffer values;
+    gpu::TexelView texels;
+  };
+  gpu::Context& context_;
+  std::vector<Upload> uploads_;
+  size_t next_ = 0;
+  double largest_MPa_ = 0;
+};
+
+}  // namespace palpate::viz

@@ -1,0 +1,70 @@
+// One whole picture: surface, raw image and measurements, the same on the window and off-screen.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "palpate/frame.h"
+#include "palpate/pipeline.h"
+#include "palpate/sensor.h"
+#include "viz/panels/hud.h"
+#include "viz/render/image_view.h"
+#include "viz/render/pressure_view.h"
+#include "viz/render/surface_view.h"
+#include "viz/render/view_state.h"
+
+namespace palpate::viz {
+
+/// One measured frame to be shown. All three must outlive the drawing of the picture.
+struct Shown {
+  const Frame& frame;
+  const Touch& touch;
+  SurfaceMap surface;  ///< buffer null: only the raw image is shown
+};
+
+class Scene {
+ public:
+  /// `window`: null off-screen. `scale`: of text and panels, times ViewState::text_scale. `background`: the
+  /// untouched image, for the colours of pressure; null: they cannot be shown.
+  Scene(gpu::Context& context, const RenderPass& pass, const Sensor& sensor, const Frame* background,
+        uint32_t frames_in_flight, GLFWwindow* window, float scale);
+
+  /// A new result has come: scales and traces follow it.
+  void follow(const Touch& touch);
+  void mark(EventMark event) { hud_.mark(std::move(event)); }
+  /// Records the picture; `begin_pass` is called once, between the barriers and the drawing.
+  void record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, uint32_t mesh_columns,
+              const LiveStats* live, const std::function<void()>& begin_pass);
+
+  ViewState& state() { return state_; }
+  const Layout& layout() const { return layout_; }
+  const Eye& eye() const { return eye_; }
+
+ private:
+  void fit_text();
+
+  gpu::Context& context_;
+  const RenderPass& pass_;
+  const Sensor sensor_;
+  const uint32_t frames_in_flight_;
+  GLFWwindow* const window_;
+  const float scale_;
+  Frame background_;
+  SurfaceView surface_;
+  ImageView image_;
+  PressureMap pressure_;
+  StrainMap strain_;
+  SkinStrain strain_shown_ = SkinStrain::Off;
+  bool strain_due_ = true;
+  std::unique_ptr<HudFrame> frame_;
+  Hud hud_;
+  ViewState state_;
+  Layout layout_;
+  Eye eye_;
+  double longest_side_mm_ = 1;
+  bool sized_ = false;
+};
+
+}  // namespace palpate::viz

@@ -1,0 +1,298 @@
+#include "viz/render/surface_view.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+
+#include "palpate/error.h"
+#include "engine/gpu/commands.h"
+#include "engine/gpu/context.h"
+#include "shaders/shared/surface_view.h"
+#include "shaders/surface_frag.spv.h"
+#include "shaders/surface_vert.spv.h"
+
+namespace palpate::viz {
+namespace {
+
+constexpr std::array<uint32_t, 8> kLevels{48, 64, 96, 128, 192, 256, 384, 512};
+constexpr size_t kFirstLevel = 2;
+
+VkShaderModule make_module(gpu::Context& context, std::span<const uint32_t> spirv, const char* name) {
+  VkShaderModuleCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
+  info.codeSize = spirv.size_bytes();
+  info.pCode = spirv.data();
+  VkShaderModule module = VK_NULL_HANDLE;
+  gpu::check(vkCreateShaderModule(context.device(), &info, nullptr, &module), name);
+  return module;
+}
+
+}  // namespace
+
+Vec3 surface_half_size_mm(uint32_t width, uint32_t height, double pitch_mm_per_px,
+                          const SurfaceStyle& style) {
+  return {0.5 * width * pitch_mm_per_px, 0.5 * height * pitch_mm_per_px,
+          0.5 * style.range_mm * style.exaggeration};
+}
+
+TexelPipeline::TexelPipeline(gpu::Context& context, const RenderPass& pass, const Shaders& shaders,
+                             uint32_t push_bytes, VkPrimitiveTopology topology, bool depth_test,
+                             uint32_t buffers, const std::vector<int32_t>& constants)
+    : context_(context), push_bytes_(push_bytes) {
+  constexpr VkShaderStageFlags kBoth = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
+  std::vector<VkDescriptorSetLayoutBinding> bindings;
+  for (uint32_t i = 0; i < buffers; ++i)
+    bindings.push_back({i, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1, kBoth, nullptr});
+  VkDescriptorSetLayoutCreateInfo set{};
+  set.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
+  set.flags = VK_DESCRIPTOR_SET_LAYOUT_CREATE_PUSH_DESCRIPTOR_BIT_KHR;
+  set.bindingCount = buffers;
+  set.pBindings = bindings.data();
+  gpu::check(vkCreateDescriptorSetLayout(context.device(), &set, nullptr, &set_layout_), shaders.name);
+  const VkPushConstantRange range{kBoth, 0, push_bytes};
+  VkPipelineLayoutCreateInfo layout{};
+  layout.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
+  layout.setLayoutCount = 1;
+  layout.pSetLayouts = &set_layout_;
+  layout.pushConstantRangeCount = 1;
+  layout.pPushConstantRanges = &range;
+  gpu::check(vkCreatePipelineLayout(context.device(), &layout, nullptr, &layout_), shaders.name);
+
+  std::array<VkPipelineShaderStageCreateInfo, 2> stages{};
+  for (auto& stage : stages) {
+    stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
+    stage.pName = "main";
+  }
+  stages[0].stage = VK_SHADER_STAGE_VERTEX_BIT;
+  stages[0].module = make_module(context, shaders.vertex, shaders.name);
+  stages[1].stage = VK_SHADER_STAGE_FRAGMENT_BIT;
+  stages[1].module = make_module(context, shaders.fragment, shaders.name);
+  std::vector<VkSpecializationMapEntry> entries;
+  for (uint32_t i = 0; i < constants.size(); ++i)
+    entries.push_back({i, i * static_cast<uint32_t>(sizeof(int32_t)), sizeof(int32_t)});
+  const VkSpecializationInfo special{static_cast<uint32_t>(entries.size()), entries.data(),
+                                     constants.size() * sizeof(int32_t), constants.data()};
+  if (!constants.empty()) stages[1].pSpecializationInfo = &special;
+
+  VkPipelineVertexInputStateCreateInfo no_vertices{};
+  no_vertices.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO;
+  VkPipelineInputAssemblyStateCreateInfo assembly{};
+  assembly.sType = VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO;
+  assembly.topology = topology;
+  VkPipelineViewportStateCreateInfo viewport{};
+  viewport.sType = VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO;
+  viewport.viewportCount = 1;
+  viewport.scissorCount = 1;
+  VkPipelineRasterizationStateCreateInfo raster{};
+  raster.sType = VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO;
+  raster.polygonMode = VK_POLYGON_MODE_FILL;
+  raster.cullMode = VK_CULL_MODE_NONE;  // the surface is seen from both sides
+  raster.frontFace = VK_FRONT_FACE_CLOCKWISE;
+  raster.lineWidth = 1;
+  VkPipelineMultisampleStateCreateInfo multisample{};
+  multisample.sType = VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO;
+  multisample.rasterizationSamples = pass.samples();
+  VkPipelineDepthStencilStateCreateInfo depth{};
+  depth.sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO;
+  depth.depthTestEnable = depth_test;
+  depth.depthWriteEnable = depth_test;
+  depth.depthCompareOp = VK_COMPARE_OP_LESS;
+  VkPipelineColorBlendAttachmentState opaque{};
+  opaque.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT |
+                          VK_COLOR_COMPONENT_A_BIT;
+  VkPipelineColorBlendStateCreateInfo blend{};
+  blend.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO;
+  blend.attachmentCount = 1;
+  blend.pAttachments = &opaque;
+  const std::array<VkDynamicState, 2> states{VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR};
+  VkPipelineDynamicStateCreateInfo dynamic{};
+  dynamic.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO;
+  dynamic.dynamicStateCount = static_cast<uint32_t>(states.size());
+  dynamic.pDynamicStates = states.data();
+
+  VkGraphicsPipelineCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO;
+  info.stageCount = static_cast<uint32_t>(stages.size());
+  info.pStages = stages.data();
+  info.pVertexInputState = &no_vertices;
+  info.pInputAssemblyState = &assembly;
+  info.pViewportState = &viewport;
+  info.pRasterizationState = &raster;
+  info.pMultisampleState = &multisample;
+  info.pDepthStencilState = &depth;
+  info.pColorBlendState = &blend;
+  info.pDynamicState = &dynamic;
+  info.layout = layout_;
+  info.renderPass = pass.handle();
+  const VkResult result =
+      vkCreateGraphicsPipelines(context.device(), context.pipeline_cache(), 1, &info, nullptr, &pipeline_);
+  for (const auto& stage : stages) vkDestroyShaderModule(context.device(), stage.module, nullptr);
+  gpu::check(result, shaders.name);
+}
+
+TexelPipeline::~TexelPipeline() {
+  vkDestroyPipeline(context_.device(), pipeline_, nullptr);
+  vkDestroyPipelineLayout(context_.device(), layout_, nullptr);
+  vkDestroyDescriptorSetLayout(context_.device(), set_layout_, nullptr);
+}
+
+void TexelPipeline::bind(VkCommandBuffer cmd, std::span<const gpu::TexelView* const> texels,
+                         const void* push) const {
+  constexpr size_t kMost = 4;
+  std::array<VkBufferView, kMost> views{};
+  std::array<VkWriteDescriptorSet, kMost> writes{};
+  assert(texels.size() <= kMost);
+  for (size_t i = 0; i < texels.size(); ++i) {
+    views[i] = texels[i]->handle();
+    writes[i].sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+    writes[i].dstBinding = static_cast<uint32_t>(i);
+    writes[i].descriptorCount = 1;
+    writes[i].descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+    writes[i].pTexelBufferView = &views[i];
+  }
+  vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline_);
+  context_.push_descriptors()(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0,
+                              static_cast<uint32_t>(texels.size()), writes.data());
+  vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, push_bytes_,
+                     push);
+}
+
+SurfaceView::SurfaceView(gpu::Context& context, const RenderPass& pass, uint32_t frames_in_flight)
+    : context_(context), pass_(pass), frames_in_flight_(frames_in_flight) {
+  pipeline({});
+}
+
+const TexelPipeline& SurfaceView::pipeline(const SurfaceStyle& style) {
+  std::unique_ptr<TexelPipeline>& made = pipelines_[{style.map, style.quantity}];
+  if (!made)
+    made = std::make_unique<TexelPipeline>(
+        context_, pass_, TexelPipeline::Shaders{"surface view", k_surface_vert, k_surface_frag},
+        sizeof(SurfacePush), VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST, true, 2u,
+        std::vector<int32_t>{static_cast<int32_t>(style.map), static_cast<int32_t>(style.quantity)});
+  return *made;
+}
+
+std::pair<uint32_t, uint32_t> SurfaceView::mesh_size(const SurfaceMap& map, uint32_t mesh_columns) {
+  const uint32_t limit = mesh_columns ? mesh_columns : kMaxMeshColumns;
+  const uint32_t longest = std::max(map.width, map.height);
+  const double step = std::max(1.0, static_cast<double>(longest) / limit);
+  const auto vertices = [&](uint32_t texels) {
+    return std::max(2u, static_cast<uint32_t>(std::lround(texels / step)));
+  };
+  return {vertices(map.width), vertices(map.height)};
+}
+
+// Two triangles a cell, in square blocks, so that a vertex is shaded once while its block lasts.
+const SurfaceView::Mesh& SurfaceView::mesh(uint32_t columns, uint32_t rows) {
+  auto [found, is_new] = meshes_.try_emplace({columns, rows});
+  Mesh& mesh = found->second;
+  if (!is_new) return mesh;
+  constexpr uint32_t kBlock = 14;
+  std::vector<uint32_t> indices;
+  indices.reserve(size_t{6} * (columns - 1) * (rows - 1));
+  for (uint32_t y0 = 0; y0 + 1 < rows; y0 += kBlock) {
+    for (uint32_t x0 = 0; x0 + 1 < columns; x0 += kBlock) {
+      for (uint32_t y = y0; y < std::min(y0 + kBlock, rows - 1); ++y) {
+        for (uint32_t x = x0; x < std::min(x0 + kBlock, columns - 1); ++x) {
+          const uint32_t a = y * columns + x, b = a + columns;
+          indices.insert(indices.end(), {a, a + 1, b, b, a + 1, b + 1});
+        }
+      }
+    }
+  }
+  mesh.count = static_cast<uint32_t>(indices.size());
+  const uint64_t bytes = indices.size() * sizeof(uint32_t);
+  mesh.indices = gpu::DeviceBuffer(context_, "surface mesh", bytes, gpu::Memory::Device);
+  if (mesh.indices.mapped()) {
+    std::memcpy(mesh.indices.as<uint32_t>().data(), indices.data(), bytes);
+    mesh.indices.flush();
+    return mesh;
+  }
+  gpu::DeviceBuffer staging(context_, "surface mesh staging", bytes, gpu::Memory::Upload);
+  std::memcpy(staging.as<uint32_t>().data(), indices.data(), bytes);
+  staging.flush();
+  gpu::Commands commands(context_);
+  commands.begin();
+  commands.copy(staging, mesh.indices, bytes);
+  commands.end();
+  commands.submit();
+  commands.wait();
+  return mesh;
+}
+
+void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double datum_mm, double pitch_mm_per_px,
+                       const Eye& eye, const SurfaceStyle& style, const ViewRect& view, const ViewRect& clip,
+                       uint32_t mesh_columns, const PressureTexels& pressure) {
+  views_.emplace_back(context_, *map.buffer, VK_FORMAT_R32_SFLOAT);
+  if (views_.size() > frames_in_flight_ + 1) views_.pop_front();
+  const auto [columns, rows] = mesh_size(map, mesh_columns);
+
+  SurfacePush push{};
+  push.clip_from_world = eye.clip_from_world;
+  push.eye_x_mm = static_cast<float>(eye.position.x);
+  push.eye_y_mm = static_cast<float>(eye.position.y);
+  push.eye_z_mm = static_cast<float>(eye.position.z);
+  push.grid_mm = static_cast<float>(style.grid_mm);
+  push.pitch_mm = static_cast<float>(pitch_mm_per_px);
+  push.exaggeration = static_cast<float>(style.exaggeration);
+  push.datum_mm = static_cast<float>(datum_mm);
+  push.colour_range = static_cast<float>(last_colour(style));
+  push.width = map.width;
+  push.height = map.height;
+  push.row_pitch = map.pitch;
+  const PixelRect held = map.window.value_or(PixelRect{0, 0, map.width, map.height});
+  push.window_place = held.x | held.y << 16;
+  push.window_size = held.width | held.height << 16;
+  push.mesh_size = columns | rows << 16;
+  push.pressure_size = std::max(pressure.width, 1u) | std::max(pressure.height, 1u) << 16;
+  push.lit = style.lit ? 1 : 0;
+
+  const VkViewport viewport{static_cast<float>(view.x),
+                            static_cast<float>(view.y),
+                            static_cast<float>(view.width),
+                            static_cast<float>(view.height),
+                            0,
+                            1};
+  const VkRect2D scissor{{clip.x, clip.y}, {clip.width, clip.height}};
+  vkCmdSetViewport(cmd, 0, 1, &viewport);
+  vkCmdSetScissor(cmd, 0, 1, &scissor);
+  const Mesh& grid = mesh(columns, rows);
+  // Without pressure the second buffer is not read, but must be one.
+  const gpu::TexelView* const heights = &views_.back();
+  const std::array texels{heights, pressure.texels ? pressure.texels : heights};
+  assert(pressure.texels || style.quantity != Quantity::Pressure);
+  pipeline(style).bind(cmd, texels, &push);
+  vkCmdBindIndexBuffer(cmd, grid.indices.handle(), 0, VK_INDEX_TYPE_UINT32);
+  vkCmdDrawIndexed(cmd, grid.count, 1, 0, 0, 0);
+}
+
+MeshGovernor::MeshGovernor(bool fixed, double budget_ms)
+    : fixed_(fixed), budget_ms_(budget_ms), level_(kFirstLevel) {}
+
+uint32_t MeshGovernor::columns() const {
+  return fixed_ ? 0 : kLevels[level_];
+}
+
+void MeshGovernor::record(double draw_ms) {
+  constexpr size_t kWindow = 8;
+  constexpr int kPatience = 40;
+  recent_ms_.push_back(draw_ms);
+  if (recent_ms_.size() < kWindow) {
+    if (typical_ms_ == 0) typical_ms_ = draw_ms;
+    return;
+  }
+  std::nth_element(recent_ms_.begin(), recent_ms_.begin() + kWindow / 2, recent_ms_.end());
+  typical_ms_ = recent_ms_[kWindow / 2];
+  recent_ms_.clear();
+  wait_ = std::max(0, wait_ - static_cast<int>(kWindow));
+  if (typical_ms_ > 1.15 * budget_ms_ && level_ > 0) {
+    --level_;
+    wait_ = kPatience;
+  } else if (typical_ms_ < 0.55 * budget_ms_ && level_ + 1 < kLevels.size() && wait_ == 0) {
+    ++level_;
+  }
+}
+
+}  // namespace palpate::viz

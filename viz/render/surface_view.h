@@ -1,0 +1,134 @@
+// The live 3D tactile surface, drawn into any render pass: window or off-screen.
+#pragma once
+
+#include <vulkan/vulkan.h>
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "engine/gpu/buffer.h"
+#include "palpate/pipeline.h"
+#include "viz/render/orbit.h"
+#include "viz/render/colour_map.h"
+#include "viz/render/render_target.h"
+
+namespace palpate::viz {
+
+/// How the surface looks, apart from the camera.
+struct SurfaceStyle {
+  double exaggeration = 8;  ///< of depth against x and y
+  double range_mm = 1;      ///< depth at the foot of the drawn box, > 0; with Quantity::Depth its last colour
+  Quantity quantity = Quantity::Depth;
+  ColourMap map = ColourMap::Viridis;
+  double colour_range = 1;  ///< of another quantity (MPa, strain) with the last colour, > 0
+  double grid_mm = 0;       ///< spacing of the lines on the surface; 0: none
+  bool lit = true;          ///< false: plain colours of the colour bar
+};
+
+/// Value with the last colour, in the quantity's unit: mm, MPa, or strain as a fraction.
+inline double last_colour(const SurfaceStyle& style) {
+  return style.quantity == Quantity::Depth ? style.range_mm : style.colour_range;
+}
+
+/// A rectangle of the picture, px from the top left.
+struct ViewRect {
+  int32_t x = 0, y = 0;
+  uint32_t width = 1, height = 1;
+  double aspect() const { return static_cast<double>(width) / height; }
+};
+
+/// Half sizes of the box that holds a surface: what the camera fits, mm.
+Vec3 surface_half_size_mm(uint32_t width, uint32_t height, double pitch_mm_per_px, const SurfaceStyle& style);
+
+/// One graphics pipeline with texel buffers at bindings 0, 1, ... and push constants for both stages.
+class TexelPipeline {
+ public:
+  struct Shaders {
+    const char* name;
+    std::span<const uint32_t> vertex, fragment;
+  };
+  /// `buffers`: bound texel buffers. `constants`: of the fragment shader, by their constant_id from 0.
+  TexelPipeline(gpu::Context& context, const RenderPass& pass, const Shaders& shaders, uint32_t push_bytes,
+                VkPrimitiveTopology topology, bool depth_test, uint32_t buffers = 1,
+                const std::vector<int32_t>& constants = {});
+  ~TexelPipeline();
+  TexelPipeline(const TexelPipeline&) = delete;
+  TexelPipeline& operator=(const TexelPipeline&) = delete;
+  /// As many texel buffers as the pipeline was made for.
+  void bind(VkCommandBuffer cmd, std::span<const gpu::TexelView* const> texels, const void* push) const;
+
+ private:
+  gpu::Context& context_;
+  uint32_t push_bytes_;
+  VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
+  VkPipelineLayout layout_ = VK_NULL_HANDLE;
+  VkPipeline pipeline_ = VK_NULL_HANDLE;
+};
+
+/// Contact pressure over the frame, MPa, in rows of `width` texels; of any size.
+struct PressureTexels {
+  const gpu::TexelView* texels = nullptr;
+  uint32_t width = 0;
+  uint32_t height = 0;
+};
+
+class SurfaceView {
+ public:
+  /// `frames_in_flight`: how many pictures may be drawing at once; what a draw uses lives that long.
+  SurfaceView(gpu::Context& context, const RenderPass& pass, uint32_t frames_in_flight);
+
+  /// Draws the map as the eye sees it in `view`, within `clip`. `mesh_columns`: vertices across (rows follow
+  /// from the map's shape); 0: every texel, up to kMaxMeshColumns. The map must stay untouched until the
+  /// picture is finished, and so must `pressure`, which Quantity::Pressure needs.
+  void draw(VkCommandBuffer cmd, const SurfaceMap& map, double datum_mm, double pitch_mm_per_px,
+            const Eye& eye, const SurfaceStyle& style, const ViewRect& view, const ViewRect& clip,
+            uint32_t mesh_columns, const PressureTexels& pressure = {});
+
+  static constexpr uint32_t kMaxMeshColumns = 1536;
+  /// Vertices across and down that `draw` uses for this map.
+  static std::pair<uint32_t, uint32_t> mesh_size(const SurfaceMap& map, uint32_t mesh_columns);
+
+ private:
+  struct Mesh {
+    gpu::DeviceBuffer indices;
+    uint32_t count = 0;
+  };
+  const Mesh& mesh(uint32_t columns, uint32_t rows);
+  const TexelPipeline& pipeline(const SurfaceStyle& style);
+
+  gpu::Context& context_;
+  const RenderPass& pass_;
+  uint32_t frames_in_flight_;
+  std::map<std::pair<ColourMap, Quantity>, std::unique_ptr<TexelPipeline>>
+      pipelines_;  // made when first shown
+  std::map<std::pair<uint32_t, uint32_t>, Mesh> meshes_;
+  std::deque<gpu::TexelView> views_;  // of the last pictures: the map's buffer may be another each time
+};
+
+/// Chooses the mesh so that drawing keeps within a budget of host time, with hysteresis: coarser at once when
+/// it is slow, finer only when it has been fast for a while.
+class MeshGovernor {
+ public:
+  /// `fixed`: a device that draws in hardware shows every texel.
+  MeshGovernor(bool fixed, double budget_ms);
+  /// Vertices across for the next picture; 0: every texel.
+  uint32_t columns() const;
+  /// Host time that the last picture took to draw.
+  void record(double draw_ms);
+  double typical_ms() const { return typical_ms_; }
+
+ private:
+  bool fixed_;
+  double budget_ms_;
+  size_t level_;
+  std::vector<double> recent_ms_;
+  double typical_ms_ = 0;
+  int wait_ = 0;  ///< pictures before the mesh may become finer again
+};
+
+}  // namespace palpate::viz

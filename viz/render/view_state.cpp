@@ -1,0 +1,131 @@
+#include "viz/render/view_state.h"
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+
+#include "viz/render/pressure_view.h"
+
+namespace palpate::viz {
+
+const char* to_string(Vsync vsync) {
+  switch (vsync) {
+    case Vsync::On:
+      return "on";
+    case Vsync::Mailbox:
+      return "mailbox";
+    default:
+      return "off";
+  }
+}
+
+namespace {
+double ceiling_of(std::initializer_list<double> series, double value) {
+  const double power = std::pow(10.0, std::floor(std::log10(std::max(value, 1e-9))));
+  for (const double step : series) {
+    if (value <= step * power * (1 + 1e-9)) return step * power;
+  }
+  return 10 * power;
+}
+}  // namespace
+
+double nice_ceiling(double value) {
+  return ceiling_of({1, 2, 5}, value);
+}
+
+double scale_ceiling(double value) {
+  return ceiling_of({1, 1.5, 2, 2.5, 3, 4, 5, 6, 8}, value);
+}
+
+void ViewState::follow(const Touch& touch, double longest_side_mm) {
+  constexpr double kSmallest_mm = 0.05;  // below it a resting pad would show only noise
+  constexpr int64_t kPatience_ns = 8'000'000'000;
+  if (automatic_range && touch.has_surface) {
+    const double wanted_mm = scale_ceiling(std::max(touch.depth_max_mm, kSmallest_mm));
+    if (wanted_mm > range_mm) range_mm = wanted_mm;
+    // A pad at rest says nothing about the next touch: only a lasting lighter contact narrows the range.
+    if (!touch.contact || wanted_mm >= range_mm) {
+      smaller_ = false;
+    } else if (!smaller_) {
+      smaller_ = true;
+      smaller_since_ns_ = touch.time_ns;
+      smaller_peak_mm_ = wanted_mm;
+    } else {
+      smaller_peak_mm_ = std::max(smaller_peak_mm_, wanted_mm);
+      if (touch.time_ns - smaller_since_ns_ > kPatience_ns) {
+        range_mm = smaller_peak_mm_;
+        smaller_ = false;
+      }
+    }
+  }
+  if (automatic_exaggeration) {
+    constexpr double kRelief = 0.17;  // deepest colour, as a fraction of the pad's longest side
+    const double wanted = kRelief * longest_side_mm / range_mm;
+    exaggeration = std::clamp(scale_ceiling(0.8 * wanted), 1.0, 200.0);
+  }
+}
+
+void ViewState::next_quantity() {
+  quantity = static_cast<Quantity>((static_cast<int>(quantity) + 1) % kQuantities);
+  if (quantity == Quantity::Pressure && !can_show_pressure) quantity = Quantity::Strain;
+}
+
+bool* ViewState::automatic() {
+  if (quantity == Quantity::Strain) return nullptr;
+  return quantity == Quantity::Pressure ? &automatic_pressure : &automatic_range;
+}
+
+void ViewState::widen_range(double factor) {
+  if (bool* follows = automatic()) *follows = false;
+  switch (quantity) {
+    case Quantity::Pressure:
+      range_MPa = std::clamp(range_MPa * factor, kLeastRange_MPa, kMostRange_MPa);
+      break;
+    case Quantity::Strain:
+      strain_range = std::clamp(strain_range * factor, kLeastStrain, kMostStrain);
+      break;
+    default:
+      range_mm = std::clamp(range_mm * factor, kLeastRange_mm, kMostRange_mm);
+  }
+}
+
+void ViewState::change_chart_span(int steps) {
+  const auto at = std::min_element(kChartSpans_s.begin(), kChartSpans_s.end(), [this](double a, double b) {
+    return std::abs(a - chart_span_s) < std::abs(b - chart_span_s);
+  });
+  const auto last = static_cast<int>(kChartSpans_s.size()) - 1;
+  chart_span_s = kChartSpans_s[static_cast<size_t>(
+      std::clamp(static_cast<int>(at - kChartSpans_s.begin()) + steps, 0, last))];
+}
+
+void ViewState::fit_to(const Sensor& sensor) {
+  can_show_pressure = reads_pressure(sensor);
+  if (quantity == Quantity::Pressure && !can_show_pressure) quantity = Quantity::Depth;
+}
+
+void ViewState::follow_pressure(double largest_MPa) {
+  if (!automatic_pressure) return;
+  const double wanted = scale_ceiling(std::max(largest_MPa, 1e-3));
+  // Grows at once; narrows when the touch is far below, so that colours keep their meaning.
+  if (wanted > range_MPa || (largest_MPa > 2e-3 && wanted < 0.3 * range_MPa)) range_MPa = wanted;
+}
+
+void ViewState::follow_skin_strain(double largest) {
+  constexpr double kSmallest = 0.005;  // below it a resting skin would show only noise
+  const double wanted = std::min(scale_ceiling(std::max(largest, kSmallest)), kMostStrain);
+  if (wanted > skin_strain_range || wanted < 0.2 * skin_strain_range) skin_strain_range = wanted;
+}
+
+SurfaceStyle ViewState::style(double longest_side_mm) const {
+  SurfaceStyle s;
+  s.exaggeration = exaggeration;
+  s.range_mm = range_mm;
+  s.quantity = quantity;
+  s.map = map;
+  s.colour_range = quantity == Quantity::Pressure ? range_MPa : strain_range;
+  s.grid_mm = grid ? nice_ceiling(longest_side_mm / 20) : 0;
+  s.lit = lit;
+  return s;
+}
+
+}  // namespace palpate::viz

@@ -1,0 +1,114 @@
+// What the person at the window has chosen, and the scales that follow the touch by themselves.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpate/sensor.h"
+#include "palpate/touch.h"
+#include "viz/render/orbit.h"
+#include "engine/palpation/press_reading.h"
+#include "viz/panels/section.h"
+#include "viz/render/strain_view.h"
+#include "viz/render/surface_view.h"
+#include "viz/live/tare.h"
+
+namespace palpate::viz {
+
+enum class Vsync : int { On, Mailbox, Off };  ///< FIFO; newest picture at each refresh; at once (may tear)
+const char* to_string(Vsync vsync);
+/// As the command line spells them.
+inline const std::map<std::string, Vsync> kVsyncNames = {
+    {"on", Vsync::On}, {"mailbox", Vsync::Mailbox}, {"off", Vsync::Off}};
+
+/// 1, 2 or 5 times a power of ten, at least `value`: distances of ticks.
+double nice_ceiling(double value);
+/// A round number of a finer series (1, 1.5, 2, 2.5, 3, 4, 5, 6, 8), at least `value`: ends of scales.
+double scale_ceiling(double value);
+
+/// Seconds of the strip charts' time axis that a person can choose.
+inline constexpr std::array<double, 4> kChartSpans_s{5, 10, 30, 60};
+
+struct ViewState {
+  static constexpr double kLeastRange_mm = 0.02, kMostRange_mm = 10;
+  static constexpr double kLeastRange_MPa = 1e-4, kMostRange_MPa = 10;
+  static constexpr double kLeastStrain = 0.001, kMostStrain = 10;
+  static constexpr float kLeastTextScale = 0.6f, kMostTextScale = 4;
+
+  Camera camera;
+  bool automatic_range = true;     ///< of depth
+  bool automatic_pressure = true;  ///< range of pressure
+  double range_mm = 0.1;           ///< depth with the last colour, and at the foot of the drawn box
+  double range_MPa = 0.01;         ///< pressure with the last colour
+  double strain_range = 0.05;      ///< strain with the last colour; set by hand
+  bool automatic_exaggeration = true;
+  double exaggeration = 10;
+  Quantity quantity = Quantity::Depth;
+  ColourMap map = ColourMap::Viridis;
+  bool can_show_pressure = false;  ///< the sensor reads it
+  bool lit = true;
+  bool grid = true;
+  bool axes = true;
+  bool charts = true;
+  double chart_span_s = 10;
+  bool section = false;
+  SectionLine line;
+  bool contacts = true;                      ///< over the raw image
+  bool skin = true;                          ///< over the raw image
+  SkinStrain skin_strain = SkinStrain::Off;  ///< over the raw image
+  double skin_strain_range = 0.005;          ///< with the last colour; follows the touch
+  bool controls = true;
+  bool sensor_panel = false;
+  bool help = false;
+  bool paused = false;
+  Vsync vsync = Vsync::On;
+  float text_scale = 1;  ///< on top of the screen's own
+  Tare tare;
+  bool labelling = false;        ///< a text for an event is being typed
+  bool mouse_taken = false;      ///< by something that is dragged: the camera stays
+  std::array<char, 64> label{};  ///< that text
+  bool label_takes_letters = false;
+  std::vector<uint16_t> early_letters;  ///< typed before the field took letters
+
+  // Cleared by whoever takes them.
+  bool wants_snapshot = false;
+  bool wants_recording_switched = false;
+  bool wants_zero = false;
+  bool wants_zero_cleared = false;
+  bool wants_mark = false;     ///< with the text in `label`, which may be empty
+  bool wants_sources = false;  ///< back to the list
+  bool wants_full_screen = false;
+  std::optional<BlockSetting> block_draft;  ///< as typed, while it is
+  std::optional<BlockSetting> wants_block;
+  std::optional<uint64_t> seek_to;  ///< frame of a replay
+
+  /// To the next quantity that this sensor has.
+  void next_quantity();
+  /// Range of the colours of the quantity that is shown, times `factor`, within its limits; no longer
+  /// automatic.
+  void widen_range(double factor);
+  /// Longer or shorter strip charts.
+  void change_chart_span(int steps);
+  /// Whether the colours' range follows the touch; null for what is set by hand.
+  bool* automatic();
+  /// What this sensor cannot show gives way.
+  void fit_to(const Sensor& sensor);
+
+  /// Follows the touch where automatic: the range grows at once and shrinks only after seconds of lighter
+  /// contact, so that colours keep their meaning from frame to frame.
+  void follow(const Touch& touch, double longest_side_mm);
+  void follow_pressure(double largest_MPa);
+  void follow_skin_strain(double largest);
+  SurfaceStyle style(double longest_side_mm) const;
+
+ private:
+  int64_t smaller_since_ns_ = 0;
+  bool smaller_ = false;
+  double smaller_peak_mm_ = 0;
+};
+
+}  // namespace palpate::viz

@@ -1,0 +1,199 @@
+#include "viz/report/lump_network_figure.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "viz/report/gnuplot.h"
+#include "viz/report/plot_script.h"
+
+namespace palpate {
+namespace {
+
+// The picture's own units: 1280 x 760 pixels are 128 x 76.
+constexpr double kWide = 128, kHigh = 76;
+constexpr double kBoxLow = 2, kBoxHigh = 22;         // the inverse way
+constexpr double kTopLow = 65, kTopHigh = 72;        // the forward way
+constexpr double kNetLow = 31, kNetHigh = 58;        // the network between them
+constexpr double kNamesLeft = 22, kNamesRight = 17;  // beside the dots, for what goes in and out
+constexpr size_t kLettersOfBox = 31;
+constexpr uint32_t kMostDots = 14;  // of a layer; of more the first and last are drawn
+
+std::string at(double x, double y) {
+  return plot_number(x) + "," + plot_number(y);
+}
+
+std::string label(const std::string& text, double x, double y, const char* place,
+                  const char* look = "font ',9'") {
+  return "set label " + perf::gnuplot_quoted(text) + " at " + at(x, y) + " " + place + " front " + look +
+         "\n";
+}
+
+/// Lines of at most so many letters, broken between words.
+std::vector<std::string> wrapped(const std::string& text, size_t letters) {
+  std::vector<std::string> lines = {""};
+  for (size_t from = 0; from < text.size();) {
+    const size_t end = std::min(text.find(' ', from), text.size());
+    const std::string word = text.substr(from, end - from);
+    if (!lines.back().empty() && lines.back().size() + 1 + word.size() > letters) lines.emplace_back();
+    lines.back() += (lines.back().empty() ? "" : " ") + word;
+    from = end + 1;
+  }
+  return lines;
+}
+
+std::string widths_text(const LumpStage& stage) {
+  std::string text;
+  for (const uint32_t width : stage.widths) text += (text.empty() ? "" : ", ") + std::to_string(width);
+  return text.empty() ? "" : "numbers: " + text;
+}
+
+/// A box with its name, what goes in and what comes out.
+std::string box(const LumpStage& stage, double left, double right, double low, double high) {
+  std::string script = "set object rectangle from " + at(left, low) + " to " + at(right, high) +
+                       " behind fc rgb '" + (stage.kind == LumpStage::Kind::Search ? "#fdebd0" : "#e8f0f8") +
+                       "' fs solid border lc rgb '#666666'\n";
+  double y = high - 1.3;
+  for (const std::string& line : wrapped(stage.name, kLettersOfBox - 4)) {
+    script += label(line, (left + right) / 2, y, "center", "font ',11'");
+    y -= 1.9;
+  }
+  const auto lines = [&](const std::string& text, const char* look) {
+    for (const std::string& line : wrapped(text, kLettersOfBox)) {
+      script += label(line, left + 0.8, y, "left", look);
+      y -= 1.6;
+    }
+  };
+  for (const std::string& in : stage.inputs) lines("in: " + in, "font ',9' tc rgb '#444444'");
+  if (!stage.widths.empty()) lines(widths_text(stage), "font ',9' tc rgb '#0072b2'");
+  for (const std::string& out : stage.outputs)
+    lines((stage.inputs.empty() ? "" : "out: ") + out, "font ',9'");
+  return script;
+}
+
+std::string arrow(double x0, double y0, double x1, double y1, const char* look = "") {
+  return "set arrow from " + at(x0, y0) + " to " + at(x1, y1) + " lw 1.6 lc rgb '#444444' size 1,20 filled " +
+         look + "\n";
+}
+
+/// Where the drawn dots of a layer lie; NaN for the gap.
+std::vector<double> dots(uint32_t width) {
+  const uint32_t drawn = std::min(width, kMostDots);
+  const double step = (kNetHigh - kNetLow) / kMostDots;
+  std::vector<double> places;
+  for (uint32_t i = 0; i < drawn; ++i) {
+    // A gap where not all are drawn.
+    const double gap = width > drawn ? (i < drawn / 2 ? 0.4 : -0.4) : 0;
+    places.push_back((kNetLow + kNetHigh) / 2 + ((drawn - 1) / 2.0 - i + gap) * step);
+  }
+  return places;
+}
+
+/// The layers as columns of dots, all joined with all of the next.
+std::string network(const LumpStage& stage, double from, double to, const std::string& name,
+                    std::string& blocks) {
+  const double left = from + kNamesLeft, right = to - kNamesRight;
+  constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
+  std::string script;
+  std::vector<std::vector<double>> columns, nodes(2), links(2);
+  const auto add = [](std::vector<std::vector<double>>& block, double x, double y) {
+    block[0].push_back(x);
+    block[1].push_back(y);
+  };
+  for (const uint32_t width : stage.widths) columns.push_back(dots(width));
+  // Inputs have names: all of them are drawn.
+  const bool named = stage.inputs.size() == stage.widths.front();
+  if (named) {
+    columns.front().clear();
+    for (size_t i = 0; i < stage.inputs.size(); ++i)
+      columns.front().push_back(kNetHigh -
+                                (kNetHigh - kNetLow) * static_cast<double>(i) /
+                                    static_cast<double>(std::max<size_t>(1, stage.inputs.size() - 1)));
+  }
+  const double step = (right - left) / static_cast<double>(std::max<size_t>(1, columns.size() - 1));
+  for (size_t c = 0; c < columns.size(); ++c) {
+    const double x = left + step * static_cast<double>(c);
+    for (const double y : columns[c]) {
+      add(nodes, x, y);
+      for (const double next : c + 1 < columns.size() ? columns[c + 1] : std::vector<double>()) {
+        add(links, x, y);
+        add(links, x + step, next);
+        add(links, kGap, kGap);
+      }
+    }
+    const bool hidden = c > 0 && c + 1 < columns.size();
+    script += label(std::to_string(stage.widths[c]) + (hidden   ? " tanh"
+                                                       : c == 0 ? " in"
+                                                                : " out"),
+                    x, kNetLow - 2, "center");
+    if (stage.widths[c] > columns[c].size()) script += label("...", x, (kNetLow + kNetHigh) / 2, "center");
+  }
+  const double middle = (kNetLow + kNetHigh) / 2;
+  const auto beside = [&](const std::vector<std::string>& texts, double at_x, const char* place,
+                          size_t letters) {
+    std::vector<std::string> lines;
+    for (const std::string& text : texts)
+      for (std::string& line : wrapped(text, letters)) lines.push_back(std::move(line));
+    double y = middle + 0.8 * static_cast<double>(lines.size());
+    for (const std::string& line : lines) {
+      script += label(line, at_x, y, place);
+      y -= 1.7;
+    }
+  };
+  for (size_t i = 0; named && i < stage.inputs.size(); ++i)
+    script += label(stage.inputs[i], left - 1.2, columns.front()[i], "right");
+  if (!named) beside(stage.inputs, left - 1.2, "right", 28);
+  beside(stage.outputs, right + 1.2, "left", 21);
+  script += label(
+      stage.name + (stage.copies > 1 ? ": the mean of " + std::to_string(stage.copies) + " networks" : ""),
+      (left + right) / 2, kNetHigh + 2.2, "center", "font ',11'");
+  blocks += plot_block(name + "nodes", nodes) + plot_block(name + "links", links);
+  return script;
+}
+
+}  // namespace
+
+std::string network_figure(const std::vector<LumpStage>& stages, const std::string& made_from) {
+  std::string blocks, script;
+  std::vector<const LumpStage*> row, networks;
+  for (const LumpStage& stage : stages)
+    (stage.kind == LumpStage::Kind::Network ? networks : row).push_back(&stage);
+  const double gap = 2.6, width = (kWide - 4 - gap * static_cast<double>(row.size() - 1)) /
+                                  static_cast<double>(std::max<size_t>(1, row.size()));
+  double search = kWide / 2;
+  for (size_t i = 0; i < row.size(); ++i) {
+    const double left = 2 + (width + gap) * static_cast<double>(i);
+    script += box(*row[i], left, left + width, kBoxLow, kBoxHigh);
+    if (i > 0) script += arrow(left - gap, (kBoxLow + kBoxHigh) / 2, left, (kBoxLow + kBoxHigh) / 2);
+    if (row[i]->kind == LumpStage::Kind::Search) search = left + width / 2;
+  }
+  script += label("the inverse way: from a reading to the lump", 2, kBoxHigh + 1.6, "left", "font ',12'");
+  script += label("the forward way: finite elements at large strain, and networks taught by them", 2,
+                  kTopHigh + 2, "left", "font ',12'");
+  script += "set object rectangle from " + at(2, kTopLow) + " to " + at(kWide - 2, kTopHigh) +
+            " behind fc rgb '#e3f4ec' fs solid border lc rgb '#666666'\n";
+  double y = kTopHigh - 1.5;
+  for (const std::string& line : wrapped("taught by presses of known lumps: " + made_from, 190)) {
+    script += label(line, 3, y, "left");
+    y -= 1.7;
+  }
+  std::string plots;
+  const double share = kWide / static_cast<double>(std::max<size_t>(1, networks.size()));
+  for (size_t n = 0; n < networks.size(); ++n) {
+    const double from = share * static_cast<double>(n),
+                 middle = from + (share + kNamesLeft - kNamesRight) / 2;
+    const std::string name = "n" + std::to_string(n);
+    script += network(*networks[n], from, from + share, name, blocks);
+    script += arrow(middle, kTopLow, middle, kNetHigh + 3.6);
+    script += arrow(middle, kNetLow - 3.4, search + (n == 0 ? -3 : 3), kBoxHigh);
+    plots += (plots.empty() ? "plot $" : ", $") + name +
+             "links using 1:2 with lines lw 0.3 lc rgb '#c8c8c8', $" + name +
+             "nodes using 1:2 with points pt 7 ps 0.8 lc rgb '#0072b2'";
+  }
+  return blocks +
+         "set lmargin 0\nset rmargin 0\nset tmargin 0\nset bmargin 0\nunset border\nunset tics\nunset grid\n"
+         "unset key\nset xrange [0:" +
+         plot_number(kWide) + "]\nset yrange [0:" + plot_number(kHigh) + "]\n" + script +
+         (plots.empty() ? "plot NaN" : plots) + "\n";
+}
+
+}  // namespace palpate

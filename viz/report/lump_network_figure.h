@@ -1,0 +1,14 @@
+// The paper's Figure 18 of our own: the forward and the inverse way, from a network's own numbers.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "engine/lump/network/stages.h"
+
+namespace palpate {
+
+/// Script for gnuplot, after plot_head(). `made_from`: what the network was taught by, one line.
+std::string network_figure(const std::vector<LumpStage>& stages, const std::string& made_from);
+
+}  // namespace palpate

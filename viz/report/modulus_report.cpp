@@ -1,0 +1,270 @@
+#include "viz/report/modulus_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "palpate/error.h"
+#include "viz/report/plot_script.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string line(const char* format, auto... values) {
+  char text[500];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+/// kPa with four digits, an empty cell where there is none.
+std::string kilo(double value_MPa) {
+  return value_MPa > 0 && std::isfinite(value_MPa) ? line("%.4g", 1e3 * value_MPa) : "";
+}
+
+std::string interval(const ModulusEstimate& e) {
+  if (e.state == ModulusState::PadLimited) return "above " + kilo(e.low_MPa);
+  if (!(e.low_MPa > 0) || !std::isfinite(e.high_MPa)) return "-";
+  return kilo(e.low_MPa) + " to " + kilo(e.high_MPa);
+}
+
+bool has_value(const ModulusEstimate& e) {
+  return e.state == ModulusState::Valid;
+}
+
+Json or_null(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+std::string sample_words(const Sample& s) {
+  return s.flat() ? line("%s %g mm, %g mm high", to_string(s.shape), s.size_mm, s.height_mm)
+                  : line("%s of %g mm diameter", to_string(s.shape), s.size_mm);
+}
+
+}  // namespace
+
+Sample parse_sample(const std::string& text) {
+  const auto refuse = [&] {
+    return Error(Failure::Usage, "--sample SHAPE,SIZE", "'" + text.substr(0, 60) + "'",
+                 "cube,10mm or block,10x8mm or cylinder,12x10mm or sphere,16mm");
+  };
+  Sample s;
+  const size_t comma = text.find(',');
+  if (comma == std::string::npos) throw refuse();
+  const std::string name = text.substr(0, comma);
+  double size = 0, height = 0;
+  char unit[4] = "", rest = 0;
+  const char* numbers = text.c_str() + comma + 1;
+  const bool two = std::sscanf(numbers, "%lfx%lf%3[m]%c", &size, &height, unit, &rest) == 3;
+  if (!two && std::sscanf(numbers, "%lf%3[m]%c", &size, unit, &rest) != 2) throw refuse();
+  if (std::string(unit) != "mm") throw refuse();
+  if (name == "cube" && !two)
+    s.shape = SampleShape::Cube;
+  else if (name == "block" && two)
+    s.shape = SampleShape::Cube;
+  else if (name == "cylinder" && two)
+    s.shape = SampleShape::Cylinder;
+  else if (name == "sphere" && !two)
+    s.shape = SampleShape::Sphere;
+  else if (name == "dome" && !two)
+    s.shape = SampleShape::Dome;
+  else
+    throw refuse();
+  s.size_mm = size;
+  s.height_mm = two ? height : size;
+  return s;
+}
+
+std::string describe(const ModulusReport& r) {
+  const Material& pad = r.setup.pad.material;
+  std::string text = sample_words(r.setup.sample) +
+                     line(", Poisson %g, on a pad of %g kPa, ", r.setup.sample.poisson, 1e3 * pad.young_MPa) +
+                     (std::isfinite(r.setup.pad.thickness_mm) ? line("%g mm thick", r.setup.pad.thickness_mm)
+                                                              : std::string("a half space")) +
+                     line("; %zu presses", r.frames.size());
+  if (!r.frames.empty()) {
+    const auto [least, most] = std::minmax_element(r.frames.begin(), r.frames.end(),
+                                                   [](auto& a, auto& b) { return a.force_N < b.force_N; });
+    text += line(", %.4g to %.4g N", least->force_N, most->force_N);
+  }
+  text += "\n";
+  for (const std::string& note : r.notes) text += "  " + note + "\n";
+  text +=
+      "\nway                 state           E, kPa   95 % interval, kPa   residual   strain   readings\n";
+  for (const ModulusEstimate& e : r.answer.ways) {
+    text +=
+        line("%-19s %-14s %7s   %-18s %8s %7.1f %%   %8u\n", to_string(e.way), to_string(e.state),
+             has_value(e) ? kilo(e.young_MPa).c_str() : "-", interval(e).c_str(),
+             e.points.empty() ? "-" : line("%.2f sd", e.residual).c_str(), 100 * e.strain_max, e.readings);
+    if (!e.reason.empty()) text += "                    " + e.reason + "\n";
+  }
+  const ModulusEstimate& best = r.answer.best();
+  if (has_value(best)) {
+    text += "\nYoung's modulus " + kilo(best.young_MPa) + " kPa (" + interval(best) + ", 95 %), by the " +
+            to_string(best.way) + ": " + r.answer.why + "\n";
+    if (r.expected_MPa > 0)
+      text += line("expected %.4g kPa: %+.1f %%, %s the interval\n", 1e3 * r.expected_MPa,
+                   100 * (best.young_MPa / r.expected_MPa - 1),
+                   best.low_MPa <= r.expected_MPa && r.expected_MPa <= best.high_MPa ? "inside" : "outside");
+  } else {
+    text += std::string("\nno modulus: ") + to_string(best.state) + "; " + best.reason + "\n";
+  }
+  return text;
+}
+
+std::string to_json(const ModulusReport& r) {
+  const Sample& s = r.setup.sample;
+  Json ways = Json::array();
+  for (const ModulusEstimate& e : r.answer.ways)
+    ways.push_back({{"way", to_string(e.way)},
+                    {"state", to_string(e.state)},
+                    {"reason", e.reason.empty() ? Json(nullptr) : Json(e.reason)},
+                    {"young_MPa", has_value(e) ? Json(e.young_MPa) : Json(nullptr)},
+                    {"low_MPa", e.low_MPa > 0 ? Json(e.low_MPa) : Json(nullptr)},
+                    {"high_MPa", or_null(e.high_MPa)},
+                    {"residual_sd", e.points.empty() ? Json(nullptr) : Json(e.residual)},
+                    {"strain_max", e.strain_max},
+                    {"readings", e.readings}});
+  const ModulusEstimate& best = r.answer.best();
+  const Json value = {{"sample",
+                       {{"shape", to_string(s.shape)},
+                        {"size_mm", s.size_mm},
+                        {"height_mm", s.flat() ? Json(s.height_mm) : Json(nullptr)},
+                        {"poisson", s.poisson}}},
+                      {"pad",
+                       {{"young_MPa", r.setup.pad.material.young_MPa},
+                        {"poisson", r.setup.pad.material.poisson},
+                        {"thickness_mm", or_null(r.setup.pad.thickness_mm)}}},
+                      {"presses", r.frames.size()},
+                      {"chosen", to_string(r.answer.chosen)},
+                      {"why", r.answer.why},
+                      {"state", to_string(best.state)},
+                      {"reason", best.reason.empty() ? Json(nullptr) : Json(best.reason)},
+                      {"young_MPa", has_value(best) ? Json(best.young_MPa) : Json(nullptr)},
+                      {"low_MPa", best.low_MPa > 0 ? Json(best.low_MPa) : Json(nullptr)},
+                      {"high_MPa", or_null(best.high_MPa)},
+                      {"expected_MPa", r.expected_MPa > 0 ? Json(r.expected_MPa) : Json(nullptr)},
+                      {"ways", ways},
+                      {"notes", r.notes}};
+  return value.dump(2);
+}
+
+std::string ways_csv(const ModulusAnswer& answer) {
+  std::string text = "way,state,young_MPa,low_MPa,high_MPa,residual_sd,strain_max,readings,chosen\n";
+  for (const ModulusEstimate& e : answer.ways) {
+    const auto cell = [](double v) { return v > 0 && std::isfinite(v) ? line("%.7g", v) : std::string(); };
+    text += std::string(to_string(e.way)) + "," + to_string(e.state) + "," +
+            (has_value(e) ? cell(e.young_MPa) : "") + "," + cell(e.low_MPa) + "," + cell(e.high_MPa) +
+            line(",%.5g,%.5g,%u,%d\n", e.residual, e.strain_max, e.readings, e.way == answer.chosen);
+  }
+  return text;
+}
+
+std::string points_csv(const ModulusAnswer& answer) {
+  std::string text = "way,press,quantity,against,measured,fitted,residual,sd\n";
+  for (const ModulusEstimate& e : answer.ways)
+    for (const ModulusPoint& p : e.points)
+      text +=
+          std::string(to_string(e.way)) + line(",%u,\"%s\",", p.frame, p.quantity) +
+          line("%.7g,%.7g,%.7g,%.7g,%.7g\n", p.against, p.measured, p.fitted, p.measured - p.fitted, p.sd);
+  return text;
+}
+
+std::string residual_script(const ModulusReport& r, bool svg) {
+  std::string blocks, plots;
+  size_t colour = 0;
+  for (const ModulusEstimate& e : r.answer.ways) {
+    std::map<std::string, std::vector<std::vector<double>>> groups;
+    for (const ModulusPoint& p : e.points) {
+      auto& columns = groups[p.quantity];
+      columns.resize(2);
+      columns[0].push_back(r.frames[p.frame].force_N);
+      columns[1].push_back((p.measured - p.fitted) / p.sd);
+    }
+    for (const auto& [quantity, columns] : groups) {
+      const std::string name = line("d%zu", colour);
+      blocks += plot_block(name, columns);
+      plots += std::string(plots.empty() ? "plot " : ", ") + "$" + name +
+               " using 1:2 with linespoints pt 7 ps 0.8 lc rgb '" + plot_colour(colour) + "' title '" +
+               to_string(e.way) + ": " + quantity + "'";
+      ++colour;
+    }
+  }
+  return plot_head(svg, 860, 520) + blocks +
+         "set key outside right top samplen 1\nset xlabel 'force, N'\nset ylabel 'measured less fitted, "
+         "standard "
+         "errors'\nset xzeroaxis lw 1 lc rgb '#444444'\n" +
+         (plots.empty() ? "set yrange [-1:1]\nset xrange [0:1]\nset label 'no way has a fit' at graph "
+                          "0.4,0.5\nplot NaN notitle"
+                        : plots) +
+         "\n";
+}
+
+std::string modulus_script(const ModulusReport& r, bool svg) {
+  std::string text = plot_head(svg, 1100, 460) + "set multiplot layout 1,2\n";
+  // A flat sample's stress over its strain, else what the chosen way compared.
+  const ModulusEstimate* shown = &r.answer.ways[static_cast<size_t>(ModulusWay::StressStrain)];
+  if (shown->points.empty()) shown = &r.answer.best();
+  std::map<std::string, std::vector<std::vector<double>>> groups;
+  for (const ModulusPoint& p : shown->points) {
+    auto& columns = groups[p.quantity];
+    columns.resize(4);
+    columns[0].push_back(p.against);
+    columns[1].push_back(p.measured);
+    columns[2].push_back(p.fitted);
+    columns[3].push_back(p.sd);
+  }
+  const bool stress = shown->way == ModulusWay::StressStrain && r.setup.sample.flat();
+  std::string plots;
+  size_t colour = 0;
+  for (const auto& [quantity, columns] : groups) {
+    const std::string name = line("m%zu", colour);
+    text += plot_block(name, columns);
+    const std::string points = stress ? "2:(1e3*$1):4 with xerrorbars" : "1:2:4 with yerrorbars",
+                      fit = stress ? "3:(1e3*$1)" : "1:3";
+    plots += std::string(plots.empty() ? "plot " : ", ") + "$" + name + " using " + points +
+             " pt 7 ps 0.7 lc rgb '" + plot_colour(colour) + "' title '" + (stress ? "measured" : quantity) +
+             "', $" + name + " using " + fit + " with lines lw 2 lc rgb '" + plot_colour(colour) +
+             "' title 'fit'";
+    ++colour;
+  }
+  text +=
+      "set key top left\nset title '" + std::string(to_string(shown->way)) + "'\nset xlabel '" +
+      (stress                                        ? "axial strain"
+       : shown->way == ModulusWay::DisplacementRatio ? "pad or contact, mm"
+                                                     : "force, N") +
+      "'\nset ylabel '" + (stress ? "stress, kPa" : "measured and fitted") + "'\n" +
+      (plots.empty()
+           ? "set xrange [0:1]\nset yrange [0:1]\nset label 1 'no fit' at graph 0.45,0.5\nplot NaN notitle"
+           : plots) +
+      "\nunset label\nset autoscale\n";
+  std::vector<std::vector<double>> found(4);
+  std::string tics;
+  for (size_t i = 0; i < kModulusWays; ++i) {
+    const ModulusEstimate& e = r.answer.ways[i];
+    tics += line("%s'%s' %zu", i ? ", " : "", to_string(e.way), i);
+    if (!has_value(e)) continue;
+    found[0].push_back(static_cast<double>(i));
+    found[1].push_back(1e3 * e.young_MPa);
+    found[2].push_back(1e3 * e.low_MPa);
+    found[3].push_back(1e3 * e.high_MPa);
+  }
+  const bool any = !found[0].empty();
+  if (any) text += plot_block("e", found);
+  text +=
+      "set title 'Young''s modulus by each way, 95 % intervals'\nset xrange [-0.5:3.5]\nset yrange "
+      "[0:*]\nset xtics (" +
+      tics + ") font ',9'\nset xlabel ''\nset ylabel 'kPa'\nset key top right\n";
+  std::string curves;
+  if (any) curves = "$e using 1:2:3:4 with yerrorbars pt 6 ps 1.4 lw 1.5 lc rgb '#0072b2' title 'measured'";
+  if (r.expected_MPa > 0)
+    curves += std::string(any ? ", " : "") +
+              line("%.7g with lines lw 2 lc rgb '#d55e00' title 'known'", 1e3 * r.expected_MPa);
+  if (curves.empty()) text += "set yrange [0:1]\n";
+  return text + "plot " + (curves.empty() ? "NaN notitle" : curves) + "\nunset multiplot\n";
+}
+
+}  // namespace palpate

@@ -1,0 +1,35 @@
+// What palpate modulus says: tables, JSON and pictures of an answer.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "engine/elasticity/modulus/modulus.h"
+
+namespace palpate {
+
+struct ModulusReport {
+  ModulusSetup setup;
+  std::vector<PressFrame> frames;
+  ModulusAnswer answer;
+  double expected_MPa = 0;         ///< known beforehand, to compare with; 0: not
+  std::vector<std::string> notes;  ///< one line each
+};
+
+/// "cube,10mm", "block,10x8mm" (width x height), "cylinder,12x10mm" (diameter x height), "sphere,16mm" (its
+/// diameter). Throws Error(Failure::Usage).
+Sample parse_sample(const std::string& text);
+
+std::string describe(const ModulusReport& report);
+std::string to_json(const ModulusReport& report);
+/// One line a way, and one line a reading of each way: measured, fitted, residual.
+std::string ways_csv(const ModulusAnswer& answer);
+std::string points_csv(const ModulusAnswer& answer);
+
+/// Scripts for gnuplot: residuals of all ways over the force; and of the chosen way what was measured beside
+/// the fit, with the moduli and their intervals on the right (as the paper's Fig. 16).
+std::string residual_script(const ModulusReport& report, bool svg);
+std::string modulus_script(const ModulusReport& report, bool svg);
+
+}  // namespace palpate
