@@ -56,7 +56,6 @@ Answer measure(gpu::Context& context, const Press& press, uint32_t outputs, Surf
   EXPECT_TRUE(pipeline.submit(press.frame));  // the second one must not disturb what the first one leaves
   const Result result = *pipeline.wait();
   Answer answer{result.touch, pipeline.read_depth_mm(result), pipeline.read_confidence(result)};
-  pipeline.release(result);
   const Result second = *pipeline.wait();
   EXPECT_EQ(second.touch.weighted_residual, answer.touch.weighted_residual);
   EXPECT_EQ(pipeline.read_depth_mm(second), answer.depth_mm);

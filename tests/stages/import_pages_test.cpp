@@ -243,15 +243,12 @@ TEST_F(LeasedFrames, AreMeasuredLikeCopies) {
     EXPECT_EQ(a.touch.force_N.value, b.touch.force_N.value);
     EXPECT_EQ(copying.read_depth_mm(a), importing.read_depth_mm(b)) << "frame " << k;
     EXPECT_EQ(importing.times(b).front().name, "upload");
-    copying.release(a);
-    importing.release(b);
   }
   // Frames that are not leased go the other way, in between too.
   const Frame plain = image(3);
   ASSERT_TRUE(importing.submit(plain));
   const Result result = *importing.wait();
   EXPECT_EQ(result.copies, 1u);
-  importing.release(result);
 }
 
 TEST_F(LeasedFrames, AreGivenBackWhenTheyAreFinishedAndNotEarlier) {
@@ -273,7 +270,6 @@ TEST_F(LeasedFrames, AreGivenBackWhenTheyAreFinishedAndNotEarlier) {
     for (int i = 1; i <= 2; ++i) {
       const Result result = *importing.wait();
       EXPECT_EQ(returned, 1 + i) << "back before its result is released";
-      importing.release(result);
     }
     EXPECT_EQ(ring[2].use_count(), 2) << "the frame in flight holds its pages";
   }
@@ -312,11 +308,9 @@ TEST_F(LeasedFrames, ReuseOfABufferHarmsNoFrame) {
     EXPECT_EQ(returned, 1);
     std::memset(const_cast<uint8_t*>(pages->begin()), 255, pages->bytes());
     const std::vector<float> depth = importing.read_depth_mm(*result);
-    importing.release(*result);
     ASSERT_TRUE(copying.submit(plain));
     const Result wanted = *copying.wait();
     EXPECT_EQ(depth, copying.read_depth_mm(wanted));
-    copying.release(wanted);
   }
 }
 
@@ -345,7 +339,6 @@ TEST_F(LeasedWindows, AreCutOutByTheProcessor) {
     else
       EXPECT_EQ(result.copies, 0u);
     (result.copies == 2 ? touched : untouched) = true;
-    skipping.release(result);
   }
   EXPECT_TRUE(touched && untouched);
   EXPECT_EQ(returned, 41);
