@@ -1,6 +1,6 @@
 // The pipeline where not everything is known, on the synthetic sensor: what is masked does no harm, and what
 // is not there costs nothing.
-#include "engine/stages/weighted_frame.h"
+#include "engine/stages/weighted_surface.h"
 
 #include <algorithm>
 #include <cmath>
