@@ -115,6 +115,12 @@ TEST(Allocation, NoneInAFrameWithContactsSkinAndSurface) {
   expect_no_allocation({"synthetic:fingers?size=320x240&skin=markers&mode=gel", {.outputs = kAll}});
 }
 
+TEST(Allocation, NoneInAWindowThatStaysWhereItIs) {
+  expect_no_allocation({.input = "synthetic:press?size=640x480&radius=3",
+                        .options = {.outputs = Output::Force | Output::Surface, .skip_untouched = true},
+                        .frames = 300});
+}
+
 TEST(Allocation, NoneWhereOnlyPartOfTheFrameIsKnown) {
   expect_no_allocation({.input = "synthetic:press?size=240x180&mode=gel",
                         .options = {.outputs = Output::Force | Output::Surface},

@@ -536,6 +536,27 @@ TEST_F(PipelineTest, FullSlotsRefuseAndResultsComeInOrder) {
   EXPECT_EQ(next.touch.sequence, 106u);
 }
 
+TEST_F(PipelineTest, AResultGivesItsSlotBackWhereverItEnds) {
+  Bench bench("press?size=320x240");
+  std::optional<Result> last;
+  {
+    Pipeline pipeline = bench.pipeline(context(), force_only(1));
+    ASSERT_TRUE(pipeline.submit(bench.frame(100)));
+    Result result = *pipeline.wait();
+    EXPECT_FALSE(pipeline.submit(bench.frame(101))) << "held";
+    Result moved = std::move(result);
+    result = {};
+    EXPECT_FALSE(pipeline.submit(bench.frame(101))) << "held by the one that it went to";
+    std::thread([ends = std::move(moved)] {}).join();
+    EXPECT_TRUE(pipeline.submit(bench.frame(101)));
+    last = pipeline.wait();
+    last = std::nullopt;
+    EXPECT_TRUE(pipeline.submit(bench.frame(102)));
+    last = pipeline.wait();
+  }
+  EXPECT_EQ(last->touch.sequence, 102u) << "it may outlive the pipeline, with its numbers";
+}
+
 // One held result among many frames: its map must not change, its buffer must not be given to another.
 TEST_F(PipelineTest, HeldMapStaysIntact) {
   for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Exact}) {
