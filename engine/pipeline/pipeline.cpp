@@ -8,6 +8,7 @@
 
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/gpu/tuning.h"
 #include "engine/pipeline/history.h"
 #include "engine/pipeline/windowed_frame.h"
 #include "engine/sensor/fit.h"
