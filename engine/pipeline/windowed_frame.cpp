@@ -5,10 +5,11 @@
 #include <cstring>
 #include <limits>
 
-#include "palpate/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/measure/force.h"
+#include "engine/sensor/fit.h"
 #include "engine/stages/skin.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

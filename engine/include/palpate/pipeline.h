@@ -12,7 +12,7 @@
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
-#include "engine/gpu/tuning.h"
+#include "palpate/tuning.h"
 
 namespace palpate {
 namespace gpu {
