@@ -13,7 +13,6 @@
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
 #include "palpate/error.h"
-#include "capture/files/depth_files.h"
 
 namespace palpate {
 namespace {

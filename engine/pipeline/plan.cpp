@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/pipeline/windowed_frame.h"
-#include "engine/stages/skin.h"
+#include "engine/sensor/fit.h"
 
 namespace palpate {
 namespace {
