@@ -30,7 +30,7 @@ Video small_video(const fs::path& file, uint64_t frames, bool finished) {
     }
     if (finished) writer.finish();
   }
-  video.bytes = file_text(file);
+  video.bytes = slurp(file);
   return video;
 }
 
@@ -57,7 +57,7 @@ TEST_F(SessionDamage, CutAtEveryByteGivesEveryWholeFrameBefore) {
     const Video video = small_video(folder_ / (finished ? "whole.mkv" : "open.mkv"), kFrames, finished);
     EXPECT_TRUE(finished || video.ends.back() == video.bytes.size());
     const fs::path cut = folder_ / "cut.mkv";
-    write_file(cut, video.bytes);
+    spill(cut, video.bytes);
     for (size_t length = video.bytes.size() + 1; length-- > 0;) {
       fs::resize_file(cut, length);
       std::vector<uint64_t> found;
@@ -81,7 +81,7 @@ TEST_F(SessionDamage, AChangedByteCostsItsFrameOnly) {
   const fs::path changed = folder_ / "changed.mkv";
   std::mt19937 random(5);
   size_t lost_beside = 0;
-  write_file(changed, video.bytes);
+  spill(changed, video.bytes);
   const auto put = [&](size_t at, char byte) {
     std::fstream file(changed, std::ios::in | std::ios::out | std::ios::binary);
     file.seekp(static_cast<std::streamoff>(at)).put(byte);
@@ -167,7 +167,7 @@ TEST_F(SessionDamage, SessionsCutShortSayHowMuchThereIs) {
 
 TEST_F(SessionDamage, RowsCutAtEveryByteGiveEveryWholeRow) {
   const fs::path session = whole_session(folder_ / "s");
-  const std::string rows = file_text(session / kSessionRows);
+  const std::string rows = slurp(session / kSessionRows);
   for (size_t length = rows.size(); length-- > 0;) {
     fs::resize_file(session / kSessionRows, length);
     const auto lines = std::count(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(length), '\n');
@@ -198,7 +198,7 @@ TEST_F(SessionDamage, WhatAPowerCutLeavesBehindTheLastFrameDoesNotMatter) {
 
 TEST_F(SessionDamage, NonsenseIsRefusedInOneLine) {
   const fs::path good = whole_session(folder_ / "good");
-  const std::string json = file_text(good / kSessionJson);
+  const std::string json = slurp(good / kSessionJson);
   const auto changed = [&](const std::string& from, const std::string& to) {
     std::string text = json;
     const size_t at = text.find(from);
@@ -209,7 +209,7 @@ TEST_F(SessionDamage, NonsenseIsRefusedInOneLine) {
   const auto refuse = [&](const std::string& text, const std::string& word, int exit_code = 3) {
     const fs::path bad = folder_ / ("bad" + std::to_string(cases++));
     fs::copy(good, bad);
-    write_file(bad / kSessionJson, text);
+    spill(bad / kSessionJson, text);
     const Refusal refused = refusal([&] { Session session(bad); });
     expect_one_line(refused, exit_code);
     EXPECT_NE(refused.line.find(word), std::string::npos) << refused.line;
@@ -240,7 +240,7 @@ TEST_F(SessionDamage, NonsenseIsRefusedInOneLine) {
   // What a later program may add is passed over.
   const fs::path more = folder_ / "more";
   fs::copy(good, more);
-  write_file(more / kSessionJson,
+  spill(more / kSessionJson,
              changed("\"complete\": true", "\"weather\": {\"rain\": 1}, \"complete\": true"));
   EXPECT_EQ(read_everything(more), kFrames);
 }
@@ -257,12 +257,12 @@ TEST_F(SessionDamage, MissingAndExchangedFilesAreRefusedInOneLine) {
     EXPECT_NE(refused.line.find(word), std::string::npos) << refused.line;
   };
   const auto remove = [](const fs::path& file) { fs::remove(file); };
-  const auto empty = [](const fs::path& file) { write_file(file, ""); };
+  const auto empty = [](const fs::path& file) { spill(file, ""); };
   const auto folder = [](const fs::path& file) {
     fs::remove(file);
     fs::create_directory(file);
   };
-  const auto text = [](const fs::path& file) { write_file(file, "this is no such file\nat all\n"); };
+  const auto text = [](const fs::path& file) { spill(file, "this is no such file\nat all\n"); };
   refuse(kSessionFrames, remove, "frames.mkv");
   refuse(kSessionFrames, empty, "frames.mkv");
   refuse(kSessionFrames, folder, "frames.mkv");
@@ -301,7 +301,7 @@ TEST_F(SessionDamage, RandomHarmNeverGivesWrongPixelsNorAHang) {
   std::mt19937 random(11);
   const auto below = [&](size_t end) { return std::uniform_int_distribution<size_t>(0, end - 1)(random); };
   for (const char* name : {kSessionFrames, kSessionJson, kSessionRows}) {
-    const std::string whole = file_text(good / name);
+    const std::string whole = slurp(good / name);
     for (int round = 0; round < 300; ++round) {
       std::string text = whole;
       for (size_t i = 0, changes = 1 + below(8); i < changes; ++i) {
@@ -324,14 +324,14 @@ TEST_F(SessionDamage, RandomHarmNeverGivesWrongPixelsNorAHang) {
         }
         if (text.empty()) text = "x";
       }
-      write_file(bad / name, text);
+      spill(bad / name, text);
       const Refusal refused = refusal([&] { read_everything(bad); });
       if (refused.exit_code != 0) {
         expect_one_line(refused, refused.exit_code == 4 ? 4 : 3);  // 4: the sensor's part of session.json
       }
       ASSERT_FALSE(HasFailure()) << name << " round " << round;
     }
-    write_file(bad / name, whole);
+    spill(bad / name, whole);
   }
 }
 }  // namespace

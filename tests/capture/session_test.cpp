@@ -146,7 +146,7 @@ TEST_F(SessionTest, OneRowAFrameInOrderWithWhatWasMeasured) {
     EXPECT_EQ(status.queued, 0u);
     EXPECT_EQ(status.written_bytes, fs::file_size(folder_ / "s" / kSessionFrames));
   }
-  std::istringstream lines(file_text(folder_ / "s" / kSessionRows));
+  std::istringstream lines(slurp(folder_ / "s" / kSessionRows));
   std::string line;
   ASSERT_TRUE(std::getline(lines, line));
   EXPECT_EQ(
@@ -212,7 +212,7 @@ TEST_F(SessionTest, DropsAreCountedExactlyAndTheRestIsWhole) {
   EXPECT_EQ(status.recorded + status.dropped, kFrames);
   EXPECT_EQ(status.written, status.recorded);
   EXPECT_EQ(read_numbers(folder_ / "s", frames.frame), taken);
-  EXPECT_NE(file_text(folder_ / "s" / kSessionJson).find("\"dropped\": " + std::to_string(status.dropped)),
+  EXPECT_NE(slurp(folder_ / "s" / kSessionJson).find("\"dropped\": " + std::to_string(status.dropped)),
             std::string::npos);
 }
 
@@ -311,17 +311,17 @@ TEST_F(SessionTest, FramesThatDoNotFitEndTheRecordingAndSayWhy) {
 
 TEST_F(SessionTest, ARecordingIsNeverOverwritten) {
   const fs::path session = record("s", plain_info(kGray), 2);
-  const std::string before = file_text(session / kSessionFrames);
+  const std::string before = slurp(session / kSessionFrames);
   for (const char* left : {kSessionJson, kSessionFrames, kSessionRows}) {
     const fs::path folder = folder_ / (std::string("only-") + left);
     fs::create_directories(folder);
     fs::copy_file(session / left, folder / left);
     expect_one_line(refusal([&] { SessionWriter(folder, plain_info(kGray)); }), 7);
-    EXPECT_EQ(file_text(folder / left), file_text(session / left));
+    EXPECT_EQ(slurp(folder / left), slurp(session / left));
   }
   expect_one_line(refusal([&] { SessionWriter(session, plain_info(kGray)); }), 7);
-  EXPECT_EQ(file_text(session / kSessionFrames), before);
-  write_file(folder_ / "file", "");
+  EXPECT_EQ(slurp(session / kSessionFrames), before);
+  spill(folder_ / "file", "");
   expect_one_line(refusal([&] { SessionWriter(folder_ / "file", plain_info(kGray)); }), 7);
 }
 

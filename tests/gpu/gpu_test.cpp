@@ -22,6 +22,7 @@
 #include "shaders/shared/contact.h"
 #include "shaders/shared/grid.h"
 #include "tests/support/gpu_fixture.h"
+#include "tests/support/text_file.h"
 
 namespace palpate::gpu {
 namespace {
@@ -124,27 +125,27 @@ TEST_F(Gpu, KernelsAreCheckedAgainstTheirShader) {
   };
   KernelInterface wrong = datum_interface();
   wrong.bindings.pop_back();
-  expect_words(refused(wrong), {"'datum'", "2 bindings", "found binding 2"});
+  expect_words(refused(wrong), {"'rest_level'", "2 bindings", "found binding 2"});
   wrong = datum_interface();
   wrong.bindings.push_back(Binding::Storage);
-  expect_words(refused(wrong), {"'datum'", "binding 3", "no such binding"});
+  expect_words(refused(wrong), {"'rest_level'", "binding 3", "no such binding"});
   wrong = datum_interface();
   wrong.bindings[0] = Binding::Storage;
-  expect_words(refused(wrong), {"'datum'", "binding 0 as storage buffer", "texel buffer"});
+  expect_words(refused(wrong), {"'rest_level'", "binding 0 as storage buffer", "texel buffer"});
   wrong = datum_interface();
   wrong.bindings[1] = Binding::Texels;
-  expect_words(refused(wrong), {"'datum'", "binding 1 as texel buffer", "storage buffer"});
+  expect_words(refused(wrong), {"'rest_level'", "binding 1 as texel buffer", "storage buffer"});
   for (const uint32_t bytes : {0u, 24u, 40u}) {
     wrong = datum_interface();
     wrong.push_bytes = bytes;
-    expect_words(refused(wrong), {"'datum'", std::to_string(bytes) + " bytes of push constants", "32 bytes"});
+    expect_words(refused(wrong), {"'rest_level'", std::to_string(bytes) + " bytes of push constants", "32 bytes"});
   }
   std::vector<uint32_t> damaged(std::begin(k_rest_level), std::end(k_rest_level));
   damaged[0] ^= 1;
   expect_words(refusal([&] { Kernel(context(), {"damaged", damaged}, datum_interface()); }), {"'damaged'"});
   expect_words(refusal([&] { Kernel(context(), {"empty", {}}, datum_interface()); }), {"'empty'"});
   Kernel right(context(), kShader, datum_interface());
-  EXPECT_STREQ(right.name(), "datum");
+  EXPECT_STREQ(right.name(), "rest_level");
   EXPECT_NE(right.pipeline(), VK_NULL_HANDLE);
   Kernel moved = std::move(right);
   EXPECT_NE(moved.pipeline(), VK_NULL_HANDLE);
@@ -317,10 +318,6 @@ class PipelineCache : public testing::Test {
     for (const auto& entry : fs::directory_iterator(folder_ / "palpate")) found.push_back(entry.path());
     EXPECT_EQ(found.size(), 1u) << "one file, no temporary ones";
     return found.at(0);
-  }
-  static std::string slurp(const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
   }
 
   std::string before_;

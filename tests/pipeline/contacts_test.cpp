@@ -6,8 +6,8 @@
 #include <map>
 #include <set>
 
-#include "capture/synthetic/synthetic.h"
 #include "palpate/pipeline.h"
+#include "tests/scenes/synthetic_run.h"
 #include "tests/support/gpu_fixture.h"
 
 namespace palpate {
@@ -17,21 +17,12 @@ constexpr uint32_t kContacts = Output::Force | Output::Contacts;
 
 /// A synthetic scene and a pipeline for it.
 struct Rig {
-  Rig(gpu::Context& context, const std::string& text, PipelineOptions options)
-      : source(parse_synthetic("synthetic:" + text)),
-        pipeline(context, synthetic_sensor(parse_synthetic("synthetic:" + text)), source.format(), options) {
-    pipeline.set_background(*source.own_background());
-  }
-  Touch at(uint64_t frame) {
-    EXPECT_TRUE(source.render(frame, frame_));
-    return pipeline.process(frame_);
-  }
+  Rig(gpu::Context& context, const std::string& text, const PipelineOptions& options)
+      : run(text), pipeline(run.pipeline(context, options)) {}
+  Touch at(uint64_t frame) { return pipeline.process(run.frame(frame)); }
 
-  SyntheticSensor source;
+  SyntheticRun run;
   Pipeline pipeline;
-
- private:
-  Frame frame_;
 };
 
 PipelineOptions options_of(uint32_t outputs, bool skip_untouched = false) {
@@ -67,8 +58,8 @@ TEST_F(Contacts, FingersAreFoundAndFollowed) {
   std::set<uint32_t> present;
   std::vector<double> force_error_N, place_error_px;
   size_t most = 0;
-  for (uint64_t k = 0; k < *rig.source.frame_count(); ++k) {
-    const Truth truth = *rig.source.truth(k);
+  for (uint64_t k = 0; k < *rig.run.source.frame_count(); ++k) {
+    const Truth truth = *rig.run.source.truth(k);
     const Touch touch = rig.at(k);
     ASSERT_TRUE(touch.has_contacts);
     EXPECT_FALSE(touch.regions_overflow);
@@ -157,7 +148,7 @@ TEST_F(Contacts, WindowsTellTheSameApart) {
   for (const std::string scene : {"fingers?size=320x240&rate=4", "slide?size=320x240&rate=4&mode=gel"}) {
     const uint32_t outputs = scene.starts_with("slide") ? kContacts | Output::Surface : kContacts;
     Rig whole(context(), scene, options_of(outputs)), windows(context(), scene, options_of(outputs, true));
-    for (uint64_t k = 0; k < 28 && k < *whole.source.frame_count(); ++k) {
+    for (uint64_t k = 0; k < 28 && k < *whole.run.source.frame_count(); ++k) {
       const Touch a = whole.at(k), b = windows.at(k);
       const std::string frame = scene + " frame " + std::to_string(k);
       ASSERT_TRUE(b.has_contacts);
@@ -243,7 +234,7 @@ TEST_F(Contacts, SlotsDoNotMixTheirRegions) {
   Frame frame;
   for (uint64_t k = 20; k < 60; k += 3) {
     for (uint64_t i = 0; i < 3; ++i) {
-      ASSERT_TRUE(many.source.render(k + i, frame));
+      ASSERT_TRUE(many.run.source.render(k + i, frame));
       ASSERT_TRUE(many.pipeline.submit(frame));
     }
     for (uint64_t i = 0; i < 3; ++i) {

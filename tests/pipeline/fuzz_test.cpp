@@ -6,12 +6,13 @@
 #include "tests/pipeline/fuzz_cases.h"
 #include "tests/pipeline/fuzz_files.h"
 #include "tests/support/gpu_fixture.h"
+#include "tests/support/thorough.h"
 
 namespace palpate::fuzz {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr auto kLongest = std::chrono::seconds(12);
+const auto kLongest = std::chrono::seconds(of_sweep(12, 5));
 
 class Fuzz : public GpuTest {
  protected:

@@ -16,6 +16,7 @@
 #include "tests/support/program_fixture.h"
 #include "tests/scenes/dent.h"
 #include "tests/support/stage_run.h"
+#include "tests/support/thorough.h"
 
 namespace palpate {
 namespace {
@@ -130,8 +131,10 @@ TEST_F(FailingDevice, EveryCallOfAPipelineMayFail) {
   options.outputs = Output::Force | Output::Surface;
   options.slots = 1;
   options.solver = SurfaceSolver::Exact;
-  EXPECT_GT(fail_everywhere([&] { record(options); }), 90u);
-  options.solver = SurfaceSolver::Live;
+  if (thorough()) {  // each failure compiles the kernels of a pipeline again
+    EXPECT_GT(fail_everywhere([&] { record(options); }), 90u);
+    options.solver = SurfaceSolver::Live;
+  }
   for (const char* call : kTelling) EXPECT_GT(fail_each(call, true, [&] { record(options); }), 1u) << call;
 }
 

@@ -9,10 +9,10 @@
 #include <cstring>
 #include <thread>
 
-#include "capture/synthetic/synthetic.h"
-#include "palpate/error.h"
-#include "engine/gpu/commands.h"
 #include "engine/calibrate/linear_fit.h"
+#include "engine/gpu/commands.h"
+#include "palpate/error.h"
+#include "tests/scenes/synthetic_run.h"
 #include "tests/support/gpu_fixture.h"
 #include "tests/support/stage_run.h"
 
@@ -24,35 +24,6 @@ constexpr auto kForceOnly = static_cast<uint32_t>(Output::Force);
 PipelineOptions force_only(uint32_t slots = 1) {
   return {kForceOnly, SurfaceSolver::Live, slots};
 }
-
-/// A synthetic sensor with its calibration, untouched image and frames.
-struct Bench {
-  explicit Bench(const std::string& text)
-      : options(parse_synthetic("synthetic:" + text)),
-        source(options),
-        sensor(synthetic_sensor(options)),
-        background(*source.own_background()) {}
-
-  const Frame& frame(uint64_t k) {
-    if (!source.render(k, frame_)) throw std::runtime_error("past the end");
-    return frame_;
-  }
-  Truth truth(uint64_t k) const { return *source.truth(k); }
-  uint64_t count() const { return *source.frame_count(); }
-  Pipeline pipeline(gpu::Context& context, const PipelineOptions& pipeline_options) const {
-    Pipeline made(context, sensor, source.format(), pipeline_options);
-    made.set_background(background);
-    return made;
-  }
-
-  SyntheticOptions options;
-  SyntheticSensor source;
-  Sensor sensor;
-  Frame background;
-
- private:
-  Frame frame_;
-};
 
 /// Equal to the last bit: everything that comes from integer sums.
 void expect_identical(const Touch& a, const Touch& b, const std::string& what) {
@@ -89,7 +60,7 @@ class PipelineTest : public GpuTest {};
 // the force is within 0.5 mN.
 TEST_F(PipelineTest, ForceAndPlaceHitTheTruth) {
   for (const char* text : {"press?size=640x480&bits=8", "press?size=1392x1042&bits=12"}) {
-    Bench bench(text);
+    SyntheticRun bench(text);
     const uint64_t step = bench.options.width > 1000 ? 6 : 3;
     Pipeline reading = bench.pipeline(context(), force_only());
     std::vector<double> gray, force;
@@ -141,7 +112,7 @@ TEST_F(PipelineTest, ForceAndPlaceHitTheTruth) {
 // The sensor file that fits by construction, at places all over the pad: the field is not quite even, and the
 // stated error says so.
 TEST_F(PipelineTest, ForceHoldsAllOverThePad) {
-  Bench bench("palpation");
+  SyntheticRun bench("palpation");
   Pipeline pipeline = bench.pipeline(context(), force_only());
   double worst = 0;
   int frames = 0, inside = 0;
@@ -162,7 +133,7 @@ TEST_F(PipelineTest, ForceHoldsAllOverThePad) {
 
 // Stick, slip 7 mm, hold, lift: every frame in order.
 TEST_F(PipelineTest, ShearFollowsTheTruthThroughStickAndSlip) {
-  Bench bench("slide");
+  SyntheticRun bench("slide");
   Pipeline pipeline = bench.pipeline(context(), force_only());
   double worst_N = 0, squares = 0, largest_N = 0;
   int judged = 0, slip_frames = 0, wrong = 0, wrong_far = 0;
@@ -207,8 +178,8 @@ TEST_F(PipelineTest, ShearFollowsTheTruthThroughStickAndSlip) {
 // ---- What it says when it cannot know
 
 TEST_F(PipelineTest, NothingTouchesNothingIsMeasured) {
-  Bench bench("still");
-  bench.sensor.force = Bench("press").sensor.force;
+  SyntheticRun bench("still");
+  bench.sensor.force = SyntheticRun("press").sensor.force;
   for (const bool calibrated : {true, false}) {
     if (!calibrated) {
       bench.sensor.force.reset();
@@ -230,7 +201,7 @@ TEST_F(PipelineTest, NothingTouchesNothingIsMeasured) {
 }
 
 TEST_F(PipelineTest, ForceOutsideTheCalibrationIsMarked) {
-  Bench bench("press");
+  SyntheticRun bench("press");
   const double gray_per_N = 1 / bench.sensor.force->c1_N_per_gray;
   bench.sensor.force->gray_min = 0.4 * gray_per_N;
   bench.sensor.force->gray_max = 1.2 * gray_per_N;
@@ -255,7 +226,7 @@ TEST_F(PipelineTest, ForceOutsideTheCalibrationIsMarked) {
 // Pressed so hard that the image clips: the force is marked, and is a lower bound.
 TEST_F(PipelineTest, ClippedImagesAreMarked) {
   for (const char* text : {"press?force=6", "press?force=6&bits=12"}) {
-    Bench bench(text);
+    SyntheticRun bench(text);
     Pipeline pipeline = bench.pipeline(context(), force_only());
     int clipped = 0;
     for (uint64_t k = 30; k < bench.count(); k += 10) {
@@ -394,7 +365,7 @@ struct Solved {
   std::vector<float> depth_mm;
 };
 
-Solved solve(gpu::Context& context, Bench& bench, uint64_t k, SurfaceSolver solver) {
+Solved solve(gpu::Context& context, SyntheticRun& bench, uint64_t k, SurfaceSolver solver) {
   Pipeline pipeline = bench.pipeline(context, {Output::Force | Output::Surface, solver, 1});
   if (!pipeline.submit(bench.frame(k))) throw std::runtime_error("no free slot");
   const std::optional<Result> result = pipeline.wait();
@@ -420,7 +391,7 @@ void expect_solvers_agree(const std::array<Solved, 3>& solved, double live_mm, d
 // from the frame's border.
 TEST_F(PipelineTest, PhotometricDepthIsTheTruth) {
   for (const char* text : {"press?mode=gel&force=0.5", "press?mode=gel&size=320x240&force=1"}) {
-    Bench bench(text);
+    SyntheticRun bench(text);
     constexpr uint64_t kDeepest = 130;
     const Truth truth = bench.truth(kDeepest);
     std::array<Solved, 3> solved;
@@ -450,7 +421,7 @@ TEST_F(PipelineTest, ShadingDepthIsTheCapOfTheTruth) {
   for (const char* text :
        {"press?mode=lambert&noise=off", "press?mode=lambert&size=1392x1042&bits=12&noise=off",
         "press?mode=lambert", "press?mode=lambert&size=1392x1042&bits=12"}) {
-    Bench bench(text);
+    SyntheticRun bench(text);
     constexpr uint64_t kDeepest = 130;
     Truth truth = bench.truth(kDeepest);
     const double radius_px = truth.radius_px, pitch_mm = bench.sensor.pitch_mm_per_px;
@@ -481,7 +452,7 @@ TEST_F(PipelineTest, ShadingDepthIsTheCapOfTheTruth) {
 // ---- Outputs
 
 TEST_F(PipelineTest, WhatIsNotAskedForIsNotBuilt) {
-  Bench bench("press?mode=gel");
+  SyntheticRun bench("press?mode=gel");
   Pipeline both = bench.pipeline(context(), {Output::Force | Output::Surface, SurfaceSolver::Live, 3});
   Pipeline force = bench.pipeline(context(), force_only(3));
   std::printf("memory with surface %.1f MiB, without %.1f MiB\n",
@@ -512,7 +483,7 @@ TEST_F(PipelineTest, WhatIsNotAskedForIsNotBuilt) {
 // ---- Slots
 
 TEST_F(PipelineTest, FullSlotsRefuseAndResultsComeInOrder) {
-  Bench bench("press?size=320x240");
+  SyntheticRun bench("press?size=320x240");
   Pipeline pipeline = bench.pipeline(context(), force_only(3));
   EXPECT_FALSE(pipeline.poll());
   EXPECT_FALSE(pipeline.wait());
@@ -560,7 +531,7 @@ TEST_F(PipelineTest, AResultGivesItsSlotBackWhereverItEnds) {
 // One held result among many frames: its map must not change, its buffer must not be given to another.
 TEST_F(PipelineTest, HeldMapStaysIntact) {
   for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Exact}) {
-    Bench bench("press?mode=gel&size=320x240&force=0.5");
+    SyntheticRun bench("press?mode=gel&size=320x240&force=0.5");
     Pipeline pipeline = bench.pipeline(context(), {Output::Force | Output::Surface, solver, 3});
     ASSERT_TRUE(pipeline.submit(bench.frame(130)));
     const Result held = *pipeline.wait();
@@ -577,7 +548,7 @@ TEST_F(PipelineTest, HeldMapStaysIntact) {
 }
 
 TEST_F(PipelineTest, PollNeverWaits) {
-  Bench bench("press?size=1392x1042");
+  SyntheticRun bench("press?size=1392x1042");
   Pipeline pipeline = bench.pipeline(context(), force_only(3));
   std::vector<Frame> frames;
   for (uint64_t k = 0; k < 6; ++k) frames.push_back(bench.frame(100 + k));
@@ -596,7 +567,7 @@ TEST_F(PipelineTest, PollNeverWaits) {
 }
 
 TEST_F(PipelineTest, NumbersDoNotDependOnSlotsOrRuns) {
-  Bench bench("slide?size=320x240");
+  SyntheticRun bench("slide?size=320x240");
   std::vector<Frame> frames;
   for (uint64_t k = 0; k < bench.count(); k += 4) frames.push_back(bench.frame(k));
   const auto run = [&](uint32_t slots) {
@@ -622,7 +593,7 @@ TEST_F(PipelineTest, NumbersDoNotDependOnSlotsOrRuns) {
 }
 
 TEST_F(PipelineTest, SurfaceIsTheSameInEveryRun) {
-  Bench bench("press?mode=gel&size=333x251&force=0.5");
+  SyntheticRun bench("press?mode=gel&size=333x251&force=0.5");
   const auto run = [&](uint32_t slots) {
     Pipeline pipeline =
         bench.pipeline(context(), {Output::Force | Output::Surface, SurfaceSolver::Live, slots});
@@ -639,7 +610,7 @@ TEST_F(PipelineTest, SurfaceIsTheSameInEveryRun) {
 
 // A new background counts from the next frame on, also while frames are under way.
 TEST_F(PipelineTest, BackgroundCanBeTakenAnew) {
-  Bench bench("press?size=320x240");
+  SyntheticRun bench("press?size=320x240");
   Pipeline pipeline = bench.pipeline(context(), force_only(3));
   const Frame pressed = bench.frame(130);
   const double gray_sum = pipeline.process(pressed).gray_sum;
@@ -667,7 +638,7 @@ void expect_refused(Failure failure, const std::vector<std::string>& words, cons
 }
 
 TEST_F(PipelineTest, FramesOfAnotherFormatAreRefused) {
-  Bench bench("press?size=320x240");
+  SyntheticRun bench("press?size=320x240");
   Pipeline pipeline(context(), bench.sensor, bench.source.format(), force_only());
   expect_refused(Failure::Input, {"background"}, [&] { pipeline.submit(bench.frame(0)); });
   Frame other;
@@ -689,7 +660,7 @@ TEST_F(PipelineTest, FramesOfAnotherFormatAreRefused) {
 }
 
 TEST_F(PipelineTest, SensorsThatDoNotFitAreRefused) {
-  const Bench gray("press?size=320x240"), gel("press?mode=gel&size=320x240"),
+  const SyntheticRun gray("press?size=320x240"), gel("press?mode=gel&size=320x240"),
       lambert("press?mode=lambert&size=320x240");
   const PipelineOptions surface;
   const auto make = [&](const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options) {

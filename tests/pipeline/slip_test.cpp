@@ -9,10 +9,10 @@
 #include <cstdlib>
 #include <random>
 
-#include "capture/synthetic/synthetic.h"
 #include "engine/measure/contact_tracker.h"
 #include "engine/measure/skin_motion.h"
 #include "palpate/pipeline.h"
+#include "tests/scenes/synthetic_run.h"
 #include "tests/support/gpu_fixture.h"
 
 namespace palpate {
@@ -270,16 +270,11 @@ struct SkinScene : GpuTest {
     Truth truth;
   };
   std::vector<Seen> play(const std::string& text, uint64_t first = 0, uint64_t last = UINT64_MAX) {
-    const SyntheticOptions o = parse_synthetic("synthetic:" + text);
-    SyntheticSensor source(o);
-    PipelineOptions options;
-    options.outputs = Output::Force | Output::Skin;
-    Pipeline pipeline(context(), synthetic_sensor(o), source.format(), options);
-    pipeline.set_background(*source.own_background());
+    SyntheticRun run(text);
+    Pipeline pipeline = run.pipeline(context(), {.outputs = Output::Force | Output::Skin});
     std::vector<Seen> seen;
-    Frame frame;
-    for (uint64_t k = first; k < last && source.render(k, frame); ++k) {
-      seen.push_back({pipeline.process(frame), *source.truth(k)});
+    for (uint64_t k = first; k < std::min(last, run.count()); ++k) {
+      seen.push_back({pipeline.process(run.frame(k)), run.truth(k)});
       seen.back().truth.depth_mm = {};
     }
     return seen;

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -33,23 +32,8 @@ class CalibrateForce : public TypedProgram {
   /// The truth of a synthetic recording as a gauge with a clock of its own, 50 readings a second, has it.
   void write_gauge(const std::string& scene, const std::string& name, double offset_s) {
     ASSERT_EQ(run("simulate " + scene + " --quiet --out '" + at("rec") + "'"), 0) << text("stderr");
-    std::istringstream truth(text("rec/truth.csv"));
-    std::string line;
-    std::getline(truth, line);
-    std::vector<std::string> names;
-    std::istringstream header(line);
-    for (std::string cell; std::getline(header, cell, ',');) names.push_back(cell);
-    const auto column = [&](const char* wanted) {
-      return static_cast<size_t>(std::find(names.begin(), names.end(), wanted) - names.begin());
-    };
-    std::vector<double> time_s, force_N;
-    while (std::getline(truth, line)) {
-      std::vector<std::string> cells;
-      std::istringstream row(line);
-      for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
-      time_s.push_back(std::stod(cells[column("time_s")]));
-      force_N.push_back(std::stod(cells[column("true_force_N")]));
-    }
+    const Table truth(text("rec/truth.csv"));
+    const std::vector<double> time_s = truth.numbers("time_s"), force_N = truth.numbers("true_force_N");
     std::ofstream gauge(folder_ / name);
     gauge << "time_ms,force_mN\n";
     size_t i = 0;

@@ -10,7 +10,6 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -41,15 +40,13 @@ TEST_F(Calibrate, FindsTheSensorOfASyntheticGel) {
   ASSERT_EQ(simulate(), 0) << text("stderr");
   std::ofstream balls(folder_ / "balls.csv");
   balls << kHeader;
-  std::istringstream truth(text("rec/truth.csv"));
-  std::string line;
-  std::getline(truth, line);
-  ASSERT_EQ(line.rfind("frame,time_s,true_contact,", 0), 0u) << line;
+  const Table truth(text("rec/truth.csv"));
+  ASSERT_GE(truth.columns.size(), 3u);
+  ASSERT_EQ(truth.columns[0], "frame");
+  ASSERT_EQ(truth.columns[1], "time_s");
+  ASSERT_EQ(truth.columns[2], "true_contact");
   int presses = 0;
-  while (std::getline(truth, line)) {
-    std::vector<std::string> cells;
-    std::istringstream row(line);
-    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+  for (const std::vector<std::string>& cells : truth.rows) {
     if (cells[2] != "1" || std::stod(cells[9]) < 20) continue;
     char name[32];
     std::snprintf(name, sizeof name, "%06d.png", std::stoi(cells[0]));
@@ -102,13 +99,7 @@ TEST_F(Calibrate, FindsTheBallsByItself) {
 
   // Where each press stands in the truth is where it was found.
   std::map<int, std::array<double, 3>> truth;
-  std::istringstream rows(text("rec/truth.csv"));
-  std::string line;
-  std::getline(rows, line);
-  while (std::getline(rows, line)) {
-    std::vector<std::string> cells;
-    std::istringstream row(line);
-    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+  for (const std::vector<std::string>& cells : Table(text("rec/truth.csv")).rows) {
     if (cells[2] == "1")
       truth[std::stoi(cells[0])] = {std::stod(cells[7]), std::stod(cells[8]), std::stod(cells[9])};
   }

@@ -6,7 +6,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
+
+#include "tests/support/text_file.h"
 
 namespace palpate {
 namespace {
@@ -14,11 +15,6 @@ namespace {
 #ifdef PALPATE_GOALS
 
 namespace fs = std::filesystem;
-
-std::string slurp(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 TEST(Goals, PrintEveryRow) {
   const fs::path folder = fs::temp_directory_path() / ("palpate-goals-" + std::to_string(getpid()));

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
-#include <sstream>
 
 #include "engine/measure/force.h"
 #include "tests/recordings/wedge_clips.h"
+#include "tests/support/csv_table.h"
+#include "tests/support/text_file.h"
 
 namespace palpate {
 namespace {
@@ -22,17 +22,9 @@ class ModulusRecordings : public WedgeClips {
  protected:
   ModulusRecordings() : WedgeClips("MODULUS NOT CHECKED ON REAL OBJECTS") {}
   /// One column of a clip's table, by frame: 1 the gauge's force, N, 2 the gripper's width, mm.
-  static std::vector<double> column(const std::string& clip, int wanted) {
-    std::ifstream in(folder() / (clip + ".csv"));
-    std::vector<double> found;
-    std::string line, cell;
-    std::getline(in, line);
-    while (std::getline(in, line)) {
-      std::istringstream cells(line);
-      for (int i = 0; i <= wanted; ++i) std::getline(cells, cell, ',');
-      found.push_back(std::stod(cell));
-    }
-    return found;
+  static std::vector<double> column(const std::string& clip, size_t wanted) {
+    const Table table(slurp(folder() / (clip + ".csv")));
+    return table.numbers(table.columns.at(wanted));
   }
   /// Force over the way that the gripper closes while it closes, between 2 and 20 N, N/mm. The contacts reach
   /// the gel's border and are wider than half of the balls' radius, where a modulus is refused; the order of

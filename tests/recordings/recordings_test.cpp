@@ -16,7 +16,9 @@
 #include "engine/calibrate/photometric_fit.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
+#include "tests/support/csv_table.h"
 #include "tests/support/gpu_fixture.h"
+#include "tests/support/text_file.h"
 
 namespace palpate {
 namespace {
@@ -102,19 +104,7 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 
 /// Column `name` of a CSV file of numbers.
 std::vector<double> column(const fs::path& file, const std::string& name) {
-  std::ifstream in(file);
-  std::string line, cell;
-  std::getline(in, line);
-  std::istringstream header(line);
-  size_t wanted = 0;
-  while (std::getline(header, cell, ',') && cell != name) ++wanted;
-  std::vector<double> values;
-  while (std::getline(in, line)) {
-    std::istringstream row(line);
-    for (size_t i = 0; i <= wanted; ++i) std::getline(row, cell, ',');
-    values.push_back(std::stod(cell));
-  }
-  return values;
+  return Table(slurp(file)).numbers(name);
 }
 
 struct Press {

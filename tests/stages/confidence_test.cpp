@@ -12,6 +12,7 @@
 #include "engine/gpu/commands.h"
 #include "tests/support/gpu_fixture.h"
 #include "tests/reference/confidence.h"
+#include "tests/support/thorough.h"
 
 namespace palpate {
 namespace {
@@ -60,7 +61,7 @@ TEST_F(ConfidenceTest, EqualsReference) {
   std::mt19937 random(21);
   const std::vector<std::pair<uint32_t, uint32_t>> sizes{{1, 1},  {2, 1},   {1, 5},   {3, 3},   {15, 4},
                                                          {16, 9}, {17, 16}, {33, 40}, {67, 33}, {130, 71}};
-  for (int i = 0; i < 120; ++i) {
+  for (int i = 0; i < of_sweep(120, 40); ++i) {
     const auto& [width, height] = sizes[static_cast<size_t>(i) % sizes.size()];
     const bool colour = i % 3 == 0;
     const uint32_t bits = colour ? 8 : std::array{8u, 12u, 16u}[static_cast<size_t>(i / 3) % 3];

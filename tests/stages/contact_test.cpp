@@ -3,8 +3,9 @@
 #include <random>
 
 #include "engine/gpu/commands.h"
-#include "tests/support/gpu_fixture.h"
 #include "tests/reference/contact.h"
+#include "tests/support/gpu_fixture.h"
+#include "tests/support/thorough.h"
 
 namespace palpate {
 namespace {
@@ -73,8 +74,8 @@ class ContactTest : public GpuTest {
   }
 };
 
-// Hundreds of random frames of all sizes, depths, signals and thresholds: equal to the reference to the last
-// bit.
+// Random frames of all sizes, depths, signals and thresholds: equal to the reference to the last bit. A
+// kernel is compiled for each.
 TEST_F(ContactTest, EqualsReferenceExactly) {
   std::mt19937 random(1);
   const std::array<uint32_t, 12> sides{1, 2, 3, 5, 15, 16, 17, 31, 33, 64, 67, 129};
@@ -99,7 +100,7 @@ TEST_F(ContactTest, EqualsReferenceExactly) {
                               std::to_string(sensor.threshold_gray);
     expect_equal(run(image, rest, sensor, false).moments, reference::moments(image, rest, sensor), scene);
   };
-  for (int i = 0; i < 300 && !HasFailure(); ++i) {
+  for (int i = 0; i < of_sweep(300, 100) && !HasFailure(); ++i) {
     const bool color = i % 4 == 3;
     run_scene(pick(sides), pick(sides), color ? 3 : 1,
               color ? 8 : pick(std::array<uint32_t, 4>{8, 10, 12, 16}));
@@ -147,7 +148,7 @@ TEST_F(ContactTest, WithoutFilterOrBackgroundEqualsReferenceExactly) {
         std::to_string(sensor.threshold_gray) + " saturation " + std::to_string(sensor.saturation_gray);
     expect_equal(run(image, rest, sensor, false).moments, reference::moments(image, rest, sensor), scene);
   };
-  for (int i = 0; i < 150 && !HasFailure(); ++i) {
+  for (int i = 0; i < of_sweep(150, 50) && !HasFailure(); ++i) {
     const bool color = i % 8 == 7;
     run_scene(pick(sides), pick(sides), color ? 3 : 1,
               color ? 8 : pick(std::array<uint32_t, 6>{8, 8, 8, 10, 12, 16}), leaner[i % 3]);

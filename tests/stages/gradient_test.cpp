@@ -10,11 +10,11 @@
 #include <utility>
 #include <vector>
 
-#include "capture/synthetic/synthetic.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
-#include "tests/support/gpu_fixture.h"
 #include "tests/reference/gradient.h"
+#include "tests/scenes/synthetic_run.h"
+#include "tests/support/gpu_fixture.h"
 
 namespace palpate {
 namespace {
@@ -100,16 +100,11 @@ TEST_F(GradientStage, EvenLightIsNoTouch) {
 }
 
 TEST_F(GradientStage, GrowsWithThePressOnAGel) {
-  const SyntheticOptions options = parse_synthetic("synthetic:press?mode=gel&size=320x240");
-  const SyntheticSensor source(options);
-  Pipeline pipeline(context(), synthetic_sensor(options), source.format(), wanted());
-  pipeline.set_background(*source.own_background());
-  Frame frame;
+  SyntheticRun run("press?mode=gel&size=320x240");
+  Pipeline pipeline = run.pipeline(context(), wanted());
   std::vector<std::pair<double, double>> seen;
-  for (uint64_t i = 0; i < *source.frame_count(); i += 10) {
-    ASSERT_TRUE(source.render(i, frame));
-    seen.emplace_back(source.truth(i)->force_N, pipeline.process(frame).gradient_sum);
-  }
+  for (uint64_t i = 0; i < run.count(); i += 10)
+    seen.emplace_back(run.truth(i).force_N, pipeline.process(run.frame(i)).gradient_sum);
   std::sort(seen.begin(), seen.end());
   ASSERT_GT(seen.back().first, 1);
   for (size_t i = 1; i < seen.size(); ++i) {

@@ -4,15 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <random>
 #include <string>
 
-#include "capture/session/session.h"
 #include "capture/session/info.h"
+#include "capture/session/session.h"
 #include "palpate/error.h"
 #include "tests/support/test_folder.h"
+#include "tests/support/text_file.h"
 
 namespace palpate {
 
@@ -47,15 +46,6 @@ inline void expect_same(const Frame& found, const Frame& wanted) {
   EXPECT_EQ(found.exposed_ns, wanted.exposed_ns);
   EXPECT_EQ(found.delivered_ns, wanted.delivered_ns);
   EXPECT_EQ(found.after_gap, wanted.after_gap);
-}
-
-inline std::string file_text(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-inline void write_file(const fs::path& file, const std::string& text) {
-  std::ofstream(file, std::ios::binary) << text;
 }
 
 inline SessionInfo plain_info(const FrameFormat& format) {
