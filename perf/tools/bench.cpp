@@ -2,7 +2,6 @@
 // method.
 #include <sys/mman.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -10,10 +9,9 @@
 
 #include "capture/files/output_file.h"
 #include "capture/synthetic/synthetic.h"
+#include "engine/base/mapped_pages.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
-#include "engine/base/mapped_pages.h"
-#include "palpate/pipeline.h"
 #include "engine/numeric/weighted_poisson.h"
 #include "engine/stages/contact.h"
 #include "engine/stages/elastic.h"
@@ -21,19 +19,21 @@
 #include "engine/stages/skin.h"
 #include "engine/stages/surface.h"
 #include "engine/stages/weighted_surface.h"
+#include "palpate/pipeline.h"
+#include "perf/profile/measure.h"
+#include "perf/profile/scene.h"
 #include "perf/rivals/forward_rival.h"
 #include "perf/rivals/gradient_rival.h"
 #include "perf/rivals/lump_scaling.h"
 #include "perf/rivals/matching_rival.h"
-#include "perf/profile/measure.h"
 #include "perf/rivals/modulus_trials.h"
-#include "viz/report/gnuplot.h"
-#include "perf/tools/program.h"
 #include "perf/rivals/rivals.h"
-#include "perf/profile/scene.h"
 #include "perf/rivals/skin_rival.h"
 #include "perf/rivals/spline_rival.h"
 #include "perf/rivals/weighted_rival.h"
+#include "perf/tools/program.h"
+#include "viz/commands/options.h"
+#include "viz/report/gnuplot.h"
 
 namespace palpate::perf {
 namespace {
@@ -532,14 +532,14 @@ void modulus(gpu::Context& context, const std::string& out, int seeds) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app("Times palpate's stages beside OpenCV and FFTW in one run.");
+  CommandLine app("Times palpate's stages beside OpenCV and FFTW in one run.");
   gpu::ContextOptions options;
   int repetitions = 21, seeds = 2;
   bool weighted = false, contacts = false, skin = false, gels = false, forward = false, splines = false;
   bool moduli = false, matching = false, lumps = false;
   std::string out;
   app.add_option("--device", options.device, "index or part of a name");
-  app.add_option("--repetitions", repetitions, "paired repetitions")->check(CLI::Range(3, 1000));
+  app.add_option("--repetitions", repetitions, "paired repetitions")->check(Check::range(3, 1000));
   app.add_option(
       "--out", out,
       "existing folder for the CSV files: bench.csv and throughput.csv, or one named by what is asked for");
@@ -558,8 +558,8 @@ int run(int argc, char** argv) {
   app.add_flag("--modulus", moduli,
                "Errors and intervals of Young's modulus of simulated samples, nothing timed");
   app.add_option("--seeds", seeds, "samples of each shape and modulus, with --modulus")
-      ->check(CLI::Range(1, 100));
-  CLI11_PARSE(app, argc, argv);
+      ->check(Check::range(1, 100));
+  if (const std::optional<int> code = app.parse_or_exit(argc, argv)) return *code;
 
   const auto write = [&](const std::string& name, const std::string& text) {
     OutputFile file(out + "/" + name);

@@ -2,21 +2,21 @@
 // the truth.
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "capture/files/output_file.h"
+#include "capture/run/processing.h"
 #include "capture/synthetic/synthetic.h"
-#include "palpate/error.h"
-#include "engine/gpu/context.h"
 #include "engine/calibrate/linear_fit.h"
 #include "engine/calibrate/photometric_fit.h"
+#include "engine/gpu/context.h"
+#include "palpate/error.h"
+#include "viz/commands/options.h"
 #include "viz/live/live.h"
-#include "capture/run/processing.h"
-#include "viz/render/window.h"
 #include "viz/panels/format.h"
+#include "viz/render/window.h"
 
 namespace palpate {
 namespace {
@@ -236,8 +236,8 @@ Report demo(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_demo(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_demo(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command =
       program.add_subcommand("demo", "Measure a 20 s simulated palpation and compare with the truth");
   auto options = std::make_shared<Options>();
   command->add_option("--out", common.out,
@@ -246,7 +246,7 @@ void add_demo(CLI::App& program, Common& common, Command& chosen) {
   command->add_option("--frames", options->frames, "Only that many frames of the palpation");
   command->add_option("--picture-every", options->picture_every, "One frame of the film for that many frames")
       ->capture_default_str()
-      ->check(CLI::Range(uint64_t{1}, uint64_t{1000}));
+      ->check(Check::range(uint64_t{1}, uint64_t{1000}));
   add_common(*command, common,
              "  palpate demo                           a window where there is a display, then the table\n"
              "  palpate demo --headless --out out/demo pictures and a film instead\n"

@@ -1,14 +1,14 @@
 // palpate calibrate shear: recordings of a pulled contact beside a tangential gauge in, a sensor file with
 // stiffness and friction out.
-#include <CLI/CLI.hpp>
 #include <map>
 
-#include "engine/gpu/context.h"
 #include "capture/calibrate/shear.h"
-#include "viz/commands/command.h"
+#include "engine/gpu/context.h"
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/calibrate/gauged.h"
+#include "viz/commands/command.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/options.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
@@ -52,8 +52,8 @@ Report shear(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_calibrate_shear(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_calibrate_shear(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command =
       group.add_subcommand("shear", "Shift to tangential force and friction, from pulls beside a gauge");
   auto options = std::make_shared<Options>();
   add_gauged_options(
@@ -68,7 +68,7 @@ void add_calibrate_shear(CLI::App& group, Common& common, Command& chosen) {
   command
       ->add_option("--friction", options->request.friction,
                    "Friction coefficient, where no recording slips (default: the sensor file's)")
-      ->check(CLI::Range(0.0, 100.0));
+      ->check(Check::range(0.0, 100.0));
   add_common(
       *command, common,
       "  palpate calibrate shear out/pull --gauge gauge.csv --out pad_calibrated.json\n"
