@@ -2,7 +2,6 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
@@ -12,6 +11,7 @@
 
 #include "palpate/error.h"
 #include "viz/commands/command.h"
+#include "viz/commands/options.h"
 #include "viz/render/window.h"
 
 namespace {
@@ -55,8 +55,14 @@ int fail(const std::string& message, int exit_code, bool json) {
   return exit_code;
 }
 
+/// In the order of the help.
+constexpr void (*kCommands[])(CommandLine& program, Common& common, Command& chosen) = {
+    add_live,    add_record,  add_replay,  add_process,   add_export,  add_simulate, add_integrate,
+    add_devices, add_cameras, add_demo,    add_calibrate, add_profile, add_tune,     add_optics,
+    add_strain,  add_contact, add_modulus, add_forward,   add_lump,    add_match};
+
 int run(int argc, char** argv) {
-  CLI::App program("palpate: a camera behind a silicone pad as a calibrated touch instrument.", "palpate");
+  CommandLine program("palpate: a camera behind a silicone pad as a calibrated touch instrument.", "palpate");
   program.set_version_flag("--version", std::string("palpate ") + PALPATE_VERSION);
   // Without a command there is the list of sources, where it can be shown.
   const bool start = argc == 1 && viz::display_available();
@@ -71,54 +77,27 @@ int run(int argc, char** argv) {
       "  palpate COMMAND --help                options and examples of one command\n");
   Common common;
   Command chosen;
-  add_live(program, common, chosen);
-  add_record(program, common, chosen);
-  add_replay(program, common, chosen);
-  add_process(program, common, chosen);
-  add_export(program, common, chosen);
-  add_simulate(program, common, chosen);
-  add_integrate(program, common, chosen);
-  add_devices(program, common, chosen);
-  add_cameras(program, common, chosen);
-  add_demo(program, common, chosen);
-  add_calibrate(program, common, chosen);
-  add_profile(program, common, chosen);
-  add_tune(program, common, chosen);
-  add_optics(program, common, chosen);
-  add_strain(program, common, chosen);
-  add_contact(program, common, chosen);
-  add_modulus(program, common, chosen);
-  add_forward(program, common, chosen);
-  add_lump(program, common, chosen);
-  add_match(program, common, chosen);
+  for (const auto add : kCommands) add(program, common, chosen);
 
   const bool json_asked =
       std::any_of(argv + 1, argv + argc, [](const char* a) { return std::strcmp(a, "--json") == 0; });
-  try {
-    program.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) {
-      std::ostringstream text;
-      program.exit(error, text, text);
-      print(text.str());
-      return 0;
-    }
-    const auto known = program.get_subcommands([](const CLI::App*) { return true; });
-    const auto named = [&](const CLI::App* c) { return c->get_name() == argv[1]; };
-    if (argc > 1 && argv[1][0] != '-' && std::none_of(known.begin(), known.end(), named)) {
-      return fail(std::string("there is no command '") + argv[1] + "'; try: palpate --help",
-                  static_cast<int>(Failure::Usage), json_asked);
-    }
+  const Parsed parsed = program.parse(argc, argv);
+  if (parsed.help) {
+    print(parsed.text);
+    return 0;
+  }
+  if (!parsed.done) {
+    const auto usage = static_cast<int>(Failure::Usage);
+    if (argc > 1 && argv[1][0] != '-' && !program.has_command(argv[1]))
+      return fail(std::string("there is no command '") + argv[1] + "'; try: palpate --help", usage,
+                  json_asked);
     if (argc == 1)
       return fail("no command was given, and the list of sources wants a window: " + viz::no_display() +
                       "; try: palpate --help, or palpate demo --headless",
-                  static_cast<int>(Failure::Usage), json_asked);
+                  usage, json_asked);
     std::string command;
-    for (auto commands = program.get_subcommands(); !commands.empty();
-         commands = commands.front()->get_subcommands())
-      command += " " + commands.front()->get_name();
-    return fail(std::string(error.what()) + "; try: palpate" + command + " --help",
-                static_cast<int>(Failure::Usage), json_asked);
+    for (const std::string& name : parsed.commands) command += " " + name;
+    return fail(parsed.text + "; try: palpate" + command + " --help", usage, json_asked);
   }
   if (start) chosen = start_command(common);
   if (common.quiet) spdlog::set_level(spdlog::level::err);

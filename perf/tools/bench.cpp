@@ -2,7 +2,6 @@
 // method.
 #include <sys/mman.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -33,6 +32,7 @@
 #include "perf/rivals/spline_rival.h"
 #include "perf/rivals/weighted_rival.h"
 #include "perf/tools/program.h"
+#include "viz/commands/options.h"
 #include "viz/report/gnuplot.h"
 
 namespace palpate::perf {
@@ -532,14 +532,14 @@ void modulus(gpu::Context& context, const std::string& out, int seeds) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app("Times palpate's stages beside OpenCV and FFTW in one run.");
+  CommandLine app("Times palpate's stages beside OpenCV and FFTW in one run.");
   gpu::ContextOptions options;
   int repetitions = 21, seeds = 2;
   bool weighted = false, contacts = false, skin = false, gels = false, forward = false, splines = false;
   bool moduli = false, matching = false, lumps = false;
   std::string out;
   app.add_option("--device", options.device, "index or part of a name");
-  app.add_option("--repetitions", repetitions, "paired repetitions")->check(CLI::Range(3, 1000));
+  app.add_option("--repetitions", repetitions, "paired repetitions")->check(Check::range(3, 1000));
   app.add_option(
       "--out", out,
       "existing folder for the CSV files: bench.csv and throughput.csv, or one named by what is asked for");
@@ -558,8 +558,8 @@ int run(int argc, char** argv) {
   app.add_flag("--modulus", moduli,
                "Errors and intervals of Young's modulus of simulated samples, nothing timed");
   app.add_option("--seeds", seeds, "samples of each shape and modulus, with --modulus")
-      ->check(CLI::Range(1, 100));
-  CLI11_PARSE(app, argc, argv);
+      ->check(Check::range(1, 100));
+  if (const std::optional<int> code = app.parse_or_exit(argc, argv)) return *code;
 
   const auto write = [&](const std::string& name, const std::string& text) {
     OutputFile file(out + "/" + name);

@@ -1,6 +1,5 @@
 // The speed that the frame pipeline is built for: each goal beside its rival, paired in one run. A row that
 // is short is a finding, not a failure: the exit code does not judge.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -21,6 +20,7 @@
 #include "perf/profile/scene.h"
 #include "perf/rivals/rivals.h"
 #include "perf/tools/program.h"
+#include "viz/commands/options.h"
 
 namespace palpate::perf {
 namespace {
@@ -335,15 +335,16 @@ std::string csv(const std::vector<Row>& rows) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app(
+  CommandLine app(
       "The frame pipeline's goals beside their rivals, paired in one run, by CPU time of the process.");
   gpu::ContextOptions options;
   int repetitions = 15;
   std::string out;
   app.add_option("--device", options.device, "index or part of a name");
-  app.add_option("--repetitions", repetitions, "paired repetitions of each row")->check(CLI::Range(1, 1000));
+  app.add_option("--repetitions", repetitions, "paired repetitions of each row")
+      ->check(palpate::Check::range(1, 1000));
   app.add_option("--out", out, "existing folder for goals.csv");
-  CLI11_PARSE(app, argc, argv);
+  if (const std::optional<int> code = app.parse_or_exit(argc, argv)) return *code;
 
   const auto start = std::chrono::steady_clock::now();
   gpu::Context context(options);

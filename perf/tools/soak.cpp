@@ -3,7 +3,6 @@
 #include <dirent.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -12,12 +11,13 @@
 
 #include "capture/files/output_file.h"
 #include "capture/synthetic/synthetic.h"
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
-#include "viz/report/gnuplot.h"
+#include "palpate/error.h"
 #include "perf/tools/program.h"
+#include "viz/commands/options.h"
 #include "viz/live/live.h"
 #include "viz/live/recorder.h"
+#include "viz/report/gnuplot.h"
 
 namespace palpate::perf {
 namespace {
@@ -202,16 +202,16 @@ double growth_MB_per_h(const std::vector<Sample>& samples) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app("A simulated camera for hours, compressed as far as the machine allows.");
+  CommandLine app("A simulated camera for hours, compressed as far as the machine allows.");
   Options options;
-  app.add_option("--hours", options.hours, "of simulated time")->check(CLI::PositiveNumber);
-  app.add_option("--rate", options.rate_Hz, "of the simulated camera, Hz")->check(CLI::PositiveNumber);
-  app.add_option("--width", options.width, "px")->check(CLI::Range(16, 4096));
-  app.add_option("--height", options.height, "px")->check(CLI::Range(16, 4096));
+  app.add_option("--hours", options.hours, "of simulated time")->check(Check::positive());
+  app.add_option("--rate", options.rate_Hz, "of the simulated camera, Hz")->check(Check::positive());
+  app.add_option("--width", options.width, "px")->check(Check::range(16, 4096));
+  app.add_option("--height", options.height, "px")->check(Check::range(16, 4096));
   app.add_option("--device", options.device, "index or part of a name");
   app.add_option("--out", options.out, "folder for soak.csv and soak.png; sessions pass through it")
       ->required();
-  CLI11_PARSE(app, argc, argv);
+  if (const std::optional<int> code = app.parse_or_exit(argc, argv)) return *code;
 
   Sensor sensor;
   Frame background;

@@ -4,11 +4,10 @@
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>
 
-#include <CLI/CLI.hpp>
-
 #include "capture/v4l2/camera_clock.h"
 #include "capture/v4l2/camera_setup.h"
 #include "palpate/error.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -73,7 +72,7 @@ TEST(CameraOptions, NonsenseIsRefusedByName) {
 
 /// What the command line becomes.
 std::string composed(const std::vector<std::string>& arguments) {
-  CLI::App command;
+  CommandLine command;
   CameraChoice choice;
   std::string input = "synthetic:palpation";
   command.add_option("INPUT", input);

@@ -2,16 +2,16 @@
 // Prints seed and place of a difference and the smallest case that still shows it.
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <map>
 
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 #include "tests/pipeline/fuzz_cases.h"
 #include "tests/pipeline/fuzz_files.h"
+#include "viz/commands/options.h"
 
 namespace {
 
@@ -92,18 +92,18 @@ int fuzz_stages(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App program("palpate_fuzz: random cases against plain loops; damaged files against their readers.",
-                   "palpate_fuzz");
+  CommandLine program("palpate_fuzz: random cases against plain loops; damaged files against their readers.",
+                      "palpate_fuzz");
   Options options;
   program.add_option("--cases", options.cases, "How many (files: of each kind)")->capture_default_str();
   program.add_option("--seed", options.seed, "Of the first case; the others follow it")
       ->capture_default_str();
   program.add_option("--stage", options.stage, "contact, slope, surface or pipeline (default: a mixture)")
-      ->check(CLI::IsMember(kStages));
+      ->check(Check::one_of(std::vector<std::string>{"contact", "pipeline", "slope", "surface"}));
   program.add_flag("--files", options.files, "Damaged files instead of stages");
   program.add_option("--device", options.device, "Index or part of a name");
   program.add_flag("--validation", options.validation, "Under the Vulkan validation layer");
-  CLI11_PARSE(program, argc, argv);
+  if (const std::optional<int> code = program.parse_or_exit(argc, argv)) return *code;
   try {
     return options.files ? fuzz_files(options) : fuzz_stages(options);
   } catch (const Error& error) {

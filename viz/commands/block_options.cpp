@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -13,6 +12,7 @@
 #include "capture/synthetic/tissue.h"
 #include "capture/v4l2/camera.h"
 #include "palpate/error.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -60,15 +60,15 @@ Force force_of(const BlockChoice& choice, const MeasuredInput& input,
 
 }  // namespace
 
-CLI::Option* add_block(CLI::App& command, std::vector<double>& block_mm, double& young_Pa) {
+CommandOption* add_block(CommandLine& command, std::vector<double>& block_mm, double& young_Pa) {
   command.add_option("--block-mm", block_mm, "Length, width and thickness of the tissue (default 40 40 20)")
       ->expected(3)
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
   return command.add_option("--young-Pa", young_Pa, "Young's modulus of the tissue")
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
 }
 
-void BlockChoice::add_to(CLI::App& command) {
+void BlockChoice::add_to(CommandLine& command) {
   add_block(command, block_mm, young_Pa);
   command
       .add_option("--window-at-mm", window_mm,

@@ -5,19 +5,17 @@
 #include <string>
 #include <vector>
 
-#include "viz/commands/command.h"
 #include "capture/run/input.h"
 #include "engine/palpation/press_monitor.h"
-
-namespace CLI {
-class App;
-class Option;
-}  // namespace CLI
+#include "viz/commands/command.h"
 
 namespace palpate {
 
+class CommandLine;
+class CommandOption;
+
 /// --block-mm and --young-Pa, the latter returned.
-CLI::Option* add_block(CLI::App& command, std::vector<double>& block_mm, double& young_Pa);
+CommandOption* add_block(CommandLine& command, std::vector<double>& block_mm, double& young_Pa);
 
 /// What the person says of the block. Nothing: only what an input knows itself.
 struct BlockChoice {
@@ -27,7 +25,7 @@ struct BlockChoice {
   std::string gauge;  ///< CSV of the force on the block, or "truth" of a synthetic block; empty: not said
 
   /// The choice must outlive the parsing.
-  void add_to(CLI::App& command);
+  void add_to(CommandLine& command);
   bool given() const { return !block_mm.empty() || young_Pa > 0 || !window_mm.empty() || !gauge.empty(); }
 };
 

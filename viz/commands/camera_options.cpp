@@ -1,10 +1,10 @@
 #include "viz/commands/camera_options.h"
 
-#include <CLI/CLI.hpp>
 #include <utility>
 
 #include "capture/v4l2/camera.h"
 #include "palpate/error.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -13,7 +13,7 @@ constexpr const char* kGroup = "Camera";
 
 }  // namespace
 
-void CameraChoice::add_to(CLI::App& command) {
+void CameraChoice::add_to(CommandLine& command) {
   command_ = &command;
   const auto add = [&](const char* name, std::string& value, const char* about) {
     command.add_option(name, value, about)->group(kGroup);
@@ -51,7 +51,7 @@ std::string CameraChoice::input(const std::string& input) const {
   if (node.empty() && mark == '?') return input;
   if (node.empty())
     throw Error(Failure::Usage, "--camera NODE for the options of a camera", "none", "--camera /dev/video0");
-  const CLI::Option* positional = command_ ? command_->get_option_no_throw("INPUT") : nullptr;
+  const CommandOption* positional = command_ ? command_->get_option("INPUT") : nullptr;
   if (positional && positional->count() > 0)
     throw Error(Failure::Usage, "one input", "--camera " + node + " and '" + input + "'", "either of them");
   return to_string(parse_camera(composed));

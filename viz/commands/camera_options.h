@@ -4,11 +4,9 @@
 #include <string>
 #include <vector>
 
-namespace CLI {
-class App;
-}
-
 namespace palpate {
+
+class CommandLine;
 
 /// What the person asked of a camera; texts as capture/v4l2/camera.h reads them.
 struct CameraChoice {
@@ -25,14 +23,14 @@ struct CameraChoice {
 
   /// Adds --camera, --format, --size, --fps, --exposure, --gain, --white-balance, --control,
   /// --camera-timeout, --camera-buffers. The choice must outlive the parsing.
-  void add_to(CLI::App& command);
+  void add_to(CommandLine& command);
   /// "camera:..." where --camera is given, else `input`. Throws Error(Failure::Usage) where both are, where
   /// options of a camera come without one, or a value makes no sense. An `input` that is a camera itself
   /// takes no options beside it.
   std::string input(const std::string& input) const;
 
  private:
-  CLI::App* command_ = nullptr;
+  CommandLine* command_ = nullptr;
 };
 
 }  // namespace palpate

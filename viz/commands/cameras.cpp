@@ -1,13 +1,13 @@
 // palpate cameras: the cameras of this machine, what they deliver and what can be set.
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "capture/v4l2/camera_setup.h"
 #include "capture/files/output_file.h"
+#include "capture/v4l2/camera_setup.h"
 #include "capture/v4l2/device.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -162,8 +162,8 @@ Report list(const Common& common, const std::string& asked) {
 
 }  // namespace
 
-void add_cameras(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command = program.add_subcommand(
+void add_cameras(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand(
       "cameras", "List cameras: formats, sizes, rates, and controls with their ranges");
   auto node = std::make_shared<std::string>();
   command->add_option("NODE", *node, "One of them, /dev/videoN or N (default: all)");

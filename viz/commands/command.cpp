@@ -4,7 +4,6 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
 #include <utility>
@@ -12,6 +11,7 @@
 #include "capture/clock.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/tuning.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -111,23 +111,9 @@ constexpr std::pair<const char*, const char*> kValueNames[] = {
     {"--figure", "7|8"},
 };
 
-void name_values(CLI::App& command) {
-  for (CLI::Option* option : command.get_options(nullptr)) {
-    const bool flag = option->get_items_expected_max() == 0;
-    if (flag || !option->get_option_text().empty()) continue;
-    std::string text;
-    for (const auto& [name, value] : kValueNames) {
-      if (option->get_name() == name) text = value;
-    }
-    if (option->get_required()) text += text.empty() ? "(required)" : " (required)";
-    if (!option->get_default_str().empty()) text += " [" + option->get_default_str() + "]";
-    if (!text.empty()) option->option_text(text);
-  }
-}
-
 }  // namespace
 
-void add_common(CLI::App& command, Common& common, const std::string& examples) {
+void add_common(CommandLine& command, Common& common, const std::string& examples) {
   command.add_flag("--json", common.json, "Print one JSON value on stdout and nothing else");
   command.add_flag("--quiet", common.quiet, "No progress, no log except errors");
   command.add_option("--device", common.device,
@@ -135,7 +121,7 @@ void add_common(CLI::App& command, Common& common, const std::string& examples) 
   command.add_option("--seed", common.seed, "Seed of everything random")->capture_default_str();
   command.add_flag("--validation", common.validation,
                    "Run under the Vulkan validation layer; any message fails the run");
-  name_values(command);
+  command.name_values(kValueNames, std::size(kValueNames));
   command.footer("Examples:\n" + examples + "\n" + kExitCodes + "\n");
 }
 

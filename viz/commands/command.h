@@ -8,11 +8,9 @@
 #include <string>
 #include <vector>
 
-namespace CLI {
-class App;
-}
-
 namespace palpate {
+
+class CommandLine;
 namespace gpu {
 class Context;
 }
@@ -41,29 +39,29 @@ struct Report {
 using Command = std::function<Report()>;
 
 /// Adds the common options to a command, and to its footer the exit codes.
-void add_common(CLI::App& command, Common& common, const std::string& examples);
+void add_common(CommandLine& command, Common& common, const std::string& examples);
 
 /// Each adds one command to the program; `chosen` is what to run once the command line is parsed.
-void add_devices(CLI::App& program, Common& common, Command& chosen);
-void add_cameras(CLI::App& program, Common& common, Command& chosen);
-void add_process(CLI::App& program, Common& common, Command& chosen);
-void add_export(CLI::App& program, Common& common, Command& chosen);
-void add_simulate(CLI::App& program, Common& common, Command& chosen);
-void add_integrate(CLI::App& program, Common& common, Command& chosen);
-void add_live(CLI::App& program, Common& common, Command& chosen);
-void add_record(CLI::App& program, Common& common, Command& chosen);
-void add_replay(CLI::App& program, Common& common, Command& chosen);
-void add_demo(CLI::App& program, Common& common, Command& chosen);
-void add_calibrate(CLI::App& program, Common& common, Command& chosen);
-void add_profile(CLI::App& program, Common& common, Command& chosen);
-void add_tune(CLI::App& program, Common& common, Command& chosen);
-void add_optics(CLI::App& program, Common& common, Command& chosen);
-void add_forward(CLI::App& program, Common& common, Command& chosen);
-void add_lump(CLI::App& program, Common& common, Command& chosen);
-void add_contact(CLI::App& program, Common& common, Command& chosen);
-void add_strain(CLI::App& program, Common& common, Command& chosen);
-void add_match(CLI::App& program, Common& common, Command& chosen);
-void add_modulus(CLI::App& program, Common& common, Command& chosen);
+void add_devices(CommandLine& program, Common& common, Command& chosen);
+void add_cameras(CommandLine& program, Common& common, Command& chosen);
+void add_process(CommandLine& program, Common& common, Command& chosen);
+void add_export(CommandLine& program, Common& common, Command& chosen);
+void add_simulate(CommandLine& program, Common& common, Command& chosen);
+void add_integrate(CommandLine& program, Common& common, Command& chosen);
+void add_live(CommandLine& program, Common& common, Command& chosen);
+void add_record(CommandLine& program, Common& common, Command& chosen);
+void add_replay(CommandLine& program, Common& common, Command& chosen);
+void add_demo(CommandLine& program, Common& common, Command& chosen);
+void add_calibrate(CommandLine& program, Common& common, Command& chosen);
+void add_profile(CommandLine& program, Common& common, Command& chosen);
+void add_tune(CommandLine& program, Common& common, Command& chosen);
+void add_optics(CommandLine& program, Common& common, Command& chosen);
+void add_forward(CommandLine& program, Common& common, Command& chosen);
+void add_lump(CommandLine& program, Common& common, Command& chosen);
+void add_contact(CommandLine& program, Common& common, Command& chosen);
+void add_strain(CommandLine& program, Common& common, Command& chosen);
+void add_match(CommandLine& program, Common& common, Command& chosen);
+void add_modulus(CommandLine& program, Common& common, Command& chosen);
 /// The list of sources in a window: what the program does without a command, where there is a display.
 Command start_command(Common& common);
 

@@ -1,6 +1,5 @@
 // palpate contact: what an indenter does to the pad, by every formula that there is for it, and how far each
 // is off.
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -12,6 +11,7 @@
 #include "capture/files/output_file.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
+#include "viz/commands/options.h"
 #include "viz/report/contact_answers.h"
 #include "viz/report/contact_figures.h"
 #include "viz/report/plot_script.h"
@@ -247,18 +247,19 @@ Report figure(const Common& common, int number) {
 
 }  // namespace
 
-void add_contact(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command = program.add_subcommand(
+void add_contact(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand(
       "contact",
       "Force, depth and pressure of a ball, cone or punch on the pad, and what each formula is worth");
   auto options = std::make_shared<Options>();
   command->add_option("--shape", options->shape, "sphere, cone or flat (a cylinder's end)")
-      ->check(CLI::IsMember({"sphere", "cone", "flat"}))
+      ->check(Check::one_of({"sphere", "cone", "flat"}))
       ->capture_default_str();
   command->add_option("--radius-mm", options->radius_mm, "Radius of sphere or punch, mm");
   command->add_option("--radius2-mm", options->radius2_mm, "Radius of a domed pad, mm (default: flat)");
   command->add_option("--half-angle-deg", options->half_angle_deg, "A cone's angle from axis to side, deg");
-  CLI::Option* force = command->add_option("--force-N", options->force_N, "Normal force, N: depth is wanted");
+  CommandOption* force =
+      command->add_option("--force-N", options->force_N, "Normal force, N: depth is wanted");
   command->add_option("--depth-mm", options->depth_mm, "Depth, mm: force is wanted")->excludes(force);
   command->add_option("--young-kPa", options->young_kPa, "Young's modulus of the pad, kPa, or of each layer")
       ->delimiter(',');
@@ -271,18 +272,18 @@ void add_contact(CLI::App& program, Common& common, Command& chosen) {
   command
       ->add_option("--series", options->series,
                    "Several layers as one: thickness, sum(t)/sum(t/E), or paper, 1/sum(1/E)")
-      ->check(CLI::IsMember({"thickness", "paper"}))
+      ->check(Check::one_of({"thickness", "paper"}))
       ->capture_default_str();
   command->add_option("--indenter-young-MPa", options->indenter_young_MPa,
                       "Young's modulus of the indenter, MPa (default: rigid)");
   command->add_option("--indenter-poisson", options->indenter_poisson, "Its Poisson's ratio")
       ->capture_default_str();
-  CLI::Option* bonded =
+  CommandOption* bonded =
       command->add_flag("--bonded", options->bonded, "The pad is glued to its base (default)");
   command->add_flag("--sliding", options->sliding, "The pad slides on its base")->excludes(bonded);
   command->add_flag("--example", options->example, "The paper's worked example, with its arithmetic mended");
   command->add_option("--figure", options->figure, "7 or 8: the paper's figure as data and plot")
-      ->check(CLI::IsMember({7, 8}));
+      ->check(Check::one_of({7, 8}));
   command->add_option("--out", common.out,
                       "Folder for contact.csv, .png, .svg (the pressure), or the figure");
   add_common(*command, common,

@@ -2,7 +2,6 @@
 // the truth.
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -15,6 +14,7 @@
 #include "engine/calibrate/photometric_fit.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
+#include "viz/commands/options.h"
 #include "viz/commands/run_watch.h"
 #include "viz/display/recording_pictures.h"
 #include "viz/display/run_live.h"
@@ -241,8 +241,8 @@ Report demo(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_demo(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_demo(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command =
       program.add_subcommand("demo", "Measure a 20 s simulated palpation and compare with the truth");
   auto options = std::make_shared<Options>();
   command->add_option("--out", common.out,
@@ -251,7 +251,7 @@ void add_demo(CLI::App& program, Common& common, Command& chosen) {
   command->add_option("--frames", options->frames, "Only that many frames of the palpation");
   command->add_option("--picture-every", options->picture_every, "One frame of the film for that many frames")
       ->capture_default_str()
-      ->check(CLI::Range(uint64_t{1}, uint64_t{1000}));
+      ->check(Check::range(uint64_t{1}, uint64_t{1000}));
   add_common(*command, common,
              "  palpate demo                           a window where there is a display, then the table\n"
              "  palpate demo --headless --out out/demo pictures and a film instead\n"

@@ -1,11 +1,11 @@
 // palpate devices: what this machine offers and why some of it is refused.
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "capture/files/output_file.h"
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 #include "viz/commands/command.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -58,8 +58,8 @@ Report list(const Common& common) {
 
 }  // namespace
 
-void add_devices(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command = program.add_subcommand("devices", "List Vulkan devices, and why one is refused");
+void add_devices(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand("devices", "List Vulkan devices, and why one is refused");
   command->add_option("--out", common.out, "Folder for devices.json");
   add_common(*command, common,
              "  palpate devices                     what is there\n"

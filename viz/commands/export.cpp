@@ -1,5 +1,4 @@
 // palpate export: a recording in the formats of other programs.
-#include <CLI/CLI.hpp>
 
 #include "capture/run/input.h"
 #include "capture/run/processing.h"
@@ -8,6 +7,7 @@
 #include "palpate/error.h"
 #include "viz/commands/look_options.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/options.h"
 #include "viz/commands/run_watch.h"
 #include "viz/display/recording_pictures.h"
 
@@ -98,8 +98,8 @@ Report run_export(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_export(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_export(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command =
       program.add_subcommand("export", "A session, or any recording, in the formats of other programs");
   auto options = std::make_shared<Options>();
   ProcessRequest& request = options->request;
@@ -121,23 +121,23 @@ void add_export(CLI::App& program, Common& common, Command& chosen) {
       ->add_option("--images", options->images,
                    "images/NNNNNN: the frames without loss, png or tiff, with sensor.json and "
                    "background.png, which palpate process reads")
-      ->check(CLI::IsMember({"png", "tiff"}));
+      ->check(Check::one_of({"png", "tiff"}));
   command->add_option("--frames", options->range,
                       "Of the recording FIRST:END or FIRST:END:STEP, END not included, or one number; as in "
                       "the column 'frame' (default: all)");
   command->add_option("--every", options->every, "Every N-th of those frames")
-      ->check(CLI::Range(uint64_t{1}, uint64_t{1000000000}));
+      ->check(Check::range(uint64_t{1}, uint64_t{1000000000}));
   command->add_option("--sensor", options->sensor, "Sensor file (default: the session's own)");
   command
       ->add_option("--background", options->background,
                    "Untouched image (default: the session's, the sensor file's, or the first frames)")
-      ->check(CLI::ExistingFile);
+      ->check(Check::existing_file());
   command
       ->add_option("--solver", options->solver,
                    "Surface solver: live, fine, converged or exact (default: the session's; converged)")
       ->transform(one_of(kSolverNames));
   command->add_option("--rate", request.rate_Hz, "Frames a second of images, which know no time themselves")
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
   options->look.add(*command);
   add_common(
       *command, common,

@@ -1,7 +1,6 @@
 // palpate integrate: any gradient field in, a height map out.
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -16,6 +15,7 @@
 #include "viz/commands/command.h"
 #include "viz/commands/integrate_lights.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -156,8 +156,8 @@ Report integrate(const Common& common, Options options) {
 
 }  // namespace
 
-void add_integrate(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command = program.add_subcommand(
+void add_integrate(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand(
       "integrate", "Turn a gradient field (NumPy array), or images under several lights, into a height map");
   auto options = std::make_shared<Options>();
   command

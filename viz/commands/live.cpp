@@ -1,7 +1,6 @@
 // palpate live: the surface and the measurements while they happen.
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 #include <tuple>
 #include <utility>
@@ -12,6 +11,7 @@
 #include "viz/commands/command.h"
 #include "viz/commands/live_run.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/options.h"
 #include "viz/live/live.h"
 #include "viz/live/live_report.h"
 #include "viz/render/window.h"
@@ -75,8 +75,8 @@ Report live(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_live(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command = program.add_subcommand("live", "Show surface and measurements live in a window");
+void add_live(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand("live", "Show surface and measurements live in a window");
   auto options = std::make_shared<Options>();
   viz::LiveOptions& live_options = options->live;
   command->add_option("INPUT", options->input,
@@ -89,7 +89,7 @@ void add_live(CLI::App& program, Common& common, Command& chosen) {
   command
       ->add_option("--background", options->background,
                    "Untouched image (default: the sensor file's, or the first frames)")
-      ->check(CLI::ExistingFile);
+      ->check(Check::existing_file());
   command->add_option(
       "--out", common.out,
       "Folder for measurements.csv and contacts.csv (frames that were measured), latency.csv, events.csv, "
@@ -105,11 +105,11 @@ void add_live(CLI::App& program, Common& common, Command& chosen) {
   command->add_flag("--skip-untouched", options->skip_untouched,
                     "Compute only a window around the contact; beyond it depth is 0");
   command->add_option("--frames", live_options.max_frames, "End after that many frames");
-  command->add_option("--seconds", live_options.max_seconds, "End after so long")->check(CLI::PositiveNumber);
+  command->add_option("--seconds", live_options.max_seconds, "End after so long")->check(Check::positive());
   command
       ->add_option("--rate", live_options.rate_Hz,
                    "Frames a second of a recording (default: its own times, 10 for images)")
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
   command->add_flag("--loop", live_options.loop, "Start a recording again at its end");
   command->add_flag("--close", live_options.close_at_end, "Close the window at the end of the recording");
   command

@@ -1,7 +1,7 @@
 #include "viz/commands/look_options.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/options.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <map>
 #include <numbers>
@@ -9,22 +9,22 @@
 
 namespace palpate {
 
-void LookOptions::add(CLI::App& command) {
+void LookOptions::add(CommandLine& command) {
   command
       .add_option("--depth-range", range_mm_,
                   "Depth with the last colour of pictures, mm (default: follows the touch)")
-      ->check(CLI::Range(1e-4, 100.0));
+      ->check(Check::range(1e-4, 100.0));
   command
       .add_option("--exaggeration", exaggeration_,
                   "Of depth in pictures, 1 is true to scale (default: follows the range)")
-      ->check(CLI::Range(0.1, 1000.0));
+      ->check(Check::range(0.1, 1000.0));
   command
       .add_option("--view", view_deg_,
                   "Viewpoint of pictures: azimuth,elevation in degrees; 0,90 is straight above, negative "
                   "elevations look from inside the pad")
       ->delimiter(',')
       ->expected(2)
-      ->check(CLI::Range(-180.0, 180.0));
+      ->check(Check::range(-180.0, 180.0));
   const std::map<std::string, viz::Quantity> quantities = {{"depth", viz::Quantity::Depth},
                                                            {"pressure", viz::Quantity::Pressure},
                                                            {"strain", viz::Quantity::Strain}};
@@ -40,13 +40,13 @@ void LookOptions::add(CLI::App& command) {
   command
       .add_option("--colour-range", colour_range_,
                   "Pressure (MPa) or strain with the last colour (default: follows the touch; strain 0.05)")
-      ->check(CLI::Range(1e-4, 10.0));
+      ->check(Check::range(1e-4, 10.0));
   command
       .add_option("--section", section_,
                   "Draw a section of the depth in pictures: x0,y0,x1,y1 as fractions of the frame")
       ->delimiter(',')
       ->expected(4)
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(Check::range(0.0, 1.0));
   const std::map<std::string, viz::SkinStrain> strains = {{"off", viz::SkinStrain::Off},
                                                           {"stretch", viz::SkinStrain::Stretch},
                                                           {"shear", viz::SkinStrain::Shear}};

@@ -5,16 +5,14 @@
 
 #include "viz/display/picture.h"
 
-namespace CLI {
-class App;
-}
-
 namespace palpate {
+
+class CommandLine;
 
 struct LookOptions {
   /// --depth-range, --exaggeration, --view, --colours, --colour-map, --colour-range, --section,
   /// --calibrations, --skin-strain
-  void add(CLI::App& command);
+  void add(CommandLine& command);
   void apply(viz::PictureOptions& look) const;
 
  private:

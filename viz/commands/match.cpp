@@ -1,11 +1,11 @@
 // palpate match: which point of one set is which of another, bent one.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "capture/files/match_files.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
+#include "viz/commands/options.h"
 #include "viz/report/match_plot.h"
 
 namespace palpate {
@@ -56,8 +56,8 @@ Report match(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_match(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command = program.add_subcommand(
+void add_match(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand(
       "match", "Find which point of a set is which of another that is the first, bent");
   auto options = std::make_shared<Options>();
   command->add_option("SETS", options->sets, "TEMPLATE.csv and TARGET.csv: columns x,y or x,y,z")

@@ -1,6 +1,5 @@
 // palpate modulus: Young's modulus of a sample from presses against the pad: of a recording, a table, or a
 // simulated sample.
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <map>
 
@@ -14,6 +13,7 @@
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/options.h"
 #include "viz/report/modulus_report.h"
 #include "viz/report/plot_script.h"
 
@@ -206,20 +206,20 @@ Report run(const Common& common, const Options& o) {
 
 }  // namespace
 
-void add_modulus(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command = program.add_subcommand(
+void add_modulus(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand(
       "modulus", "Young's modulus of a sample pressed between the pad and a rigid table, with its interval");
   auto o = std::make_shared<Options>();
-  const auto share = CLI::Range(0.0, 0.49);
+  const auto share = Check::range(0.0, 0.49);
   command->add_option("RECORDING", o->input, "A recording of two presses or more, as process takes it");
   command->add_option("--frames", o->frames,
                       "Instead: CSV of presses: force_N, and radius_mm or area_mm2, depth_mm, mean_depth_mm, "
                       "approach_mm; each also with its standard error (force_sd_N, radius_sd_mm, ...)");
   command->add_option("--simulate", o->simulate_kPa, "Instead: a simulated sample of this modulus, kPa")
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
   command->add_option("--forces", o->forces_N, "Of the simulated presses, N")
       ->delimiter(',')
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
   command->add_option("--sample", o->sample,
                       "cube,10mm; block,10x8mm (width x height); cylinder,12x10mm (diameter x height); "
                       "sphere,16mm (diameter)");
@@ -241,9 +241,9 @@ void add_modulus(CLI::App& program, Common& common, Command& chosen) {
                       "Sensor file: force calibration, scale and, of a waveguide, the pad");
   command->add_option("--background", o->background, "Image of the untouched sensor");
   command->add_option("--pad-kPa", o->pad_kPa, "The pad's Young's modulus (default: the sensor file's)")
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
   command->add_option("--pad-thickness-mm", o->pad_thickness_mm, "Its thickness, bonded to a rigid base")
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
   command->add_option("--pad-poisson", o->pad_poisson, "Its Poisson's ratio")->capture_default_str();
   command->add_option("--pad-sd", o->pad_sd, "Standard error of its modulus, as a share")
       ->check(share)
@@ -260,16 +260,16 @@ void add_modulus(CLI::App& program, Common& common, Command& chosen) {
       ->add_option("--stage-sd-mm", o->stage_sd_mm,
                    "Standard error of one reading of the stage; 0 with "
                    "--simulate: no stage")
-      ->check(CLI::NonNegativeNumber)
+      ->check(Check::non_negative())
       ->capture_default_str();
   command
       ->add_option("--zero-sd-mm", o->zero_sd_mm,
                    "Standard error of the approach's zero, first touch (default: not known)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(Check::non_negative());
   command->add_option("--expected-kPa", o->expected_kPa, "A known modulus to compare with")
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
   command->add_option("--replicates", o->replicates, "Of the bootstrap")
-      ->check(CLI::Range(50, 10000))
+      ->check(Check::range(50, 10000))
       ->capture_default_str();
   command->add_option("--out", common.out,
                       "Folder for modulus.csv, presses.csv, points.csv, modulus.json and plots");

@@ -1,5 +1,4 @@
 // palpate process: a recording in, measurements out.
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "capture/run/input.h"
@@ -10,6 +9,7 @@
 #include "viz/commands/camera_options.h"
 #include "viz/commands/look_options.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/options.h"
 #include "viz/commands/run_watch.h"
 #include "viz/display/recording_pictures.h"
 #include "viz/report/process_report.h"
@@ -76,8 +76,8 @@ Report process(const Common& common, Options options) {
 
 }  // namespace
 
-void add_process(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command = program.add_subcommand(
+void add_process(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand(
       "process", "Measure a recording: video, image, folder of images, session, or synthetic:SCENE");
   auto options = std::make_shared<Options>();
   ProcessRequest& request = options->request;
@@ -88,7 +88,7 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
   command
       ->add_option("--background", options->background,
                    "Untouched image (default: the sensor file's, or a recording's first frames)")
-      ->check(CLI::ExistingFile);
+      ->check(Check::existing_file());
   command
       ->add_option("--out", common.out,
                    "Folder for measurements.csv, summary.json and what else is asked for")
@@ -130,11 +130,11 @@ void add_process(CLI::App& program, Common& common, Command& chosen) {
       ->add_option("--picture-every", request.picture_every,
                    "One picture (and film frame) for that many frames")
       ->capture_default_str()
-      ->check(CLI::Range(uint64_t{1}, uint64_t{1000000}));
+      ->check(Check::range(uint64_t{1}, uint64_t{1000000}));
   options->look.add(*command);
   options->block.add_to(*command);
   command->add_option("--rate", request.rate_Hz, "Frames a second of images, which know no time themselves")
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
   command->add_option("--frames", request.frames, "Stop after that many frames");
   add_common(
       *command, common,

@@ -1,8 +1,6 @@
 // palpate profile: what a device can do with our frames, and two machines side by side.
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
-
 #include "capture/files/output_file.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -11,6 +9,7 @@
 #include "perf/profile/run.h"
 #include "perf/profile/tables.h"
 #include "viz/commands/command.h"
+#include "viz/commands/options.h"
 #include "viz/display/picture.h"
 
 namespace palpate {
@@ -110,8 +109,8 @@ Report profile(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_profile(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command = program.add_subcommand(
+void add_profile(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand(
       "profile", "Measure speed, bandwidth, error and memory of this machine, or compare two");
   auto options = std::make_shared<Options>();
   command->add_option("--out", common.out, "Folder for profile.json, CSV files, plots and report.html");
@@ -121,7 +120,7 @@ void add_profile(CLI::App& program, Common& common, Command& chosen) {
   command
       ->add_option("--budget", options->budget_s,
                    "Time for one device, about; what does not fit is skipped and said [180]")
-      ->check(CLI::Range(1.0, 86400.0))
+      ->check(Check::range(1.0, 86400.0))
       ->option_text("S");
   auto* quick = command->add_flag("--quick", options->quick, "Three small sizes in 20 s");
   auto* all = command->add_flag("--all-devices", options->all_devices,

@@ -1,7 +1,6 @@
 // palpate record: frames and measurements into a session folder, without a window.
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "capture/files/event_log.h"
@@ -13,6 +12,7 @@
 #include "viz/commands/camera_options.h"
 #include "viz/commands/command.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/options.h"
 #include "viz/live/live.h"
 #include "viz/live/live_report.h"
 
@@ -91,8 +91,8 @@ Report record(const Common& common, Options options) {
 
 }  // namespace
 
-void add_record(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_record(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command =
       program.add_subcommand("record", "Write a session: lossless frames and their measurements");
   auto options = std::make_shared<Options>();
   command->add_option("INPUT", options->input, "Video, folder of images, session, or synthetic:SCENE");
@@ -102,7 +102,7 @@ void add_record(CLI::App& program, Common& common, Command& chosen) {
   command
       ->add_option("--background", options->background,
                    "Untouched image (default: the sensor file's, or the first frames)")
-      ->check(CLI::ExistingFile);
+      ->check(Check::existing_file());
   command->add_option("--out", common.out, "Session folder to make; it must not hold a session yet")
       ->required();
   command
@@ -116,13 +116,12 @@ void add_record(CLI::App& program, Common& common, Command& chosen) {
                    "Surface solver: live (default), fine, converged or exact (CPU)")
       ->transform(one_of(kSolverNames));
   command->add_option("--frames", options->live.max_frames, "End after that many frames");
-  command->add_option("--seconds", options->live.max_seconds, "End after so long")
-      ->check(CLI::PositiveNumber);
+  command->add_option("--seconds", options->live.max_seconds, "End after so long")->check(Check::positive());
   command
       ->add_option("--rate", options->live.rate_Hz,
                    "Play a recording at that many frames a second, as a camera would (default: as fast as "
                    "all of it can be measured and written)")
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
   command->add_flag("--no-drop", options->session.no_drop,
                     "Let frames wait for the recorder instead of dropping them from the recording");
   options->block.add_to(*command);

@@ -1,5 +1,4 @@
 // palpate replay: a recorded session in the window of `live`, with the keys of a player.
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "capture/files/event_log.h"
@@ -12,6 +11,7 @@
 #include "viz/commands/command.h"
 #include "viz/commands/live_run.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/options.h"
 #include "viz/display/run_live.h"
 #include "viz/live/live_report.h"
 #include "viz/render/window.h"
@@ -81,8 +81,8 @@ Report replay(const Common& common, Options options) {
 
 }  // namespace
 
-void add_replay(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command = program.add_subcommand(
+void add_replay(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand(
       "replay", "Show a recorded session: its own speed, faster, slower, step by step");
   auto options = std::make_shared<Options>();
   command->add_option("SESSION", options->session, "Session folder")->required();
@@ -93,12 +93,11 @@ void add_replay(CLI::App& program, Common& common, Command& chosen) {
       ->transform(one_of(kSolverNames));
   command->add_option("--speed", options->live.speed, "Times the recorded speed")
       ->capture_default_str()
-      ->check(CLI::Range(viz::LiveOptions::kSlowest, viz::LiveOptions::kFastest));
+      ->check(Check::range(viz::LiveOptions::kSlowest, viz::LiveOptions::kFastest));
   command->add_option("--from", options->from_s, "Start so many seconds into the session")
-      ->check(CLI::NonNegativeNumber);
+      ->check(Check::non_negative());
   command->add_option("--frames", options->live.max_frames, "End after that many frames");
-  command->add_option("--seconds", options->live.max_seconds, "End after so long")
-      ->check(CLI::PositiveNumber);
+  command->add_option("--seconds", options->live.max_seconds, "End after so long")->check(Check::positive());
   command->add_flag("--loop", options->live.loop, "Start again at its end");
   command->add_flag("--close", options->live.close_at_end, "Close the window at its end");
   command->add_option("--out", common.out, "Folder for snapshots");

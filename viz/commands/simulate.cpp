@@ -1,6 +1,5 @@
 // palpate simulate: a recording of the built-in sensor on disk, lossless, with what was really there beside
 // it.
-#include <CLI/CLI.hpp>
 #include <array>
 #include <charconv>
 #include <functional>
@@ -9,13 +8,14 @@
 
 #include "capture/files/images.h"
 #include "capture/files/measurements.h"
+#include "capture/files/npy.h"
 #include "capture/files/output_file.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
 #include "viz/commands/command.h"
-#include "capture/files/npy.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -212,8 +212,8 @@ Report simulate(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_simulate(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command = program.add_subcommand("simulate", "Write a synthetic recording with its truth");
+void add_simulate(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand("simulate", "Write a synthetic recording with its truth");
   auto options = std::make_shared<Options>();
   SyntheticOptions& synthetic = options->synthetic;
   std::string scenes;
@@ -235,21 +235,21 @@ void add_simulate(CLI::App& program, Common& common, Command& chosen) {
   command->add_option("--size", options->size, "WIDTHxHEIGHT, px")->capture_default_str();
   command->add_option("--bits", synthetic.bit_depth, "Bits of a pixel, 8 to 16 (gel: 8)")
       ->capture_default_str()
-      ->check(CLI::Range(8, 16));
+      ->check(Check::range(8, 16));
   command
       ->add_option("--mode", options->mode,
                    "waveguide (glows with pressure), gel (three colours), lambert (gray shading)")
       ->capture_default_str()
-      ->check(CLI::IsMember({"waveguide", "gel", "lambert"}));
+      ->check(Check::one_of({"waveguide", "gel", "lambert"}));
   command->add_option("--response", options->response, "Pressure to light: linear, saturating")
       ->capture_default_str()
-      ->check(CLI::IsMember({"linear", "saturating"}));
+      ->check(Check::one_of({"linear", "saturating"}));
   command
       ->add_option(
           "--skin", options->skin,
           "What shows how the skin moves along itself: none, markers, texture (from 320 px width on)")
       ->capture_default_str()
-      ->check(CLI::IsMember({"none", "markers", "texture"}));
+      ->check(Check::one_of({"none", "markers", "texture"}));
   command
       ->add_option("--hysteresis", synthetic.hysteresis,
                    "Waveguide: how much more light unloading gives, as a share of the largest force")
@@ -261,10 +261,10 @@ void add_simulate(CLI::App& program, Common& common, Command& chosen) {
       ->add_option("--repeat", synthetic.repeat,
                    "Play the scene that many times; 0: until --frames or --seconds")
       ->capture_default_str();
-  CLI::Option* frames = command->add_option("--frames", options->frames, "At most that many frames");
+  CommandOption* frames = command->add_option("--frames", options->frames, "At most that many frames");
   command->add_option("--seconds", options->seconds, "At most that long")
       ->excludes(frames)
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
   command->add_option("--force", synthetic.force_N, "Largest force, N (default: the scene's)");
   command->add_option("--radius", synthetic.indenter_radius_mm, "Indenter radius, mm (default: the scene's)");
   command->add_flag("--noiseless", options->noiseless, "No shot, read or fixed-pattern noise");

@@ -1,5 +1,4 @@
 // palpate strain: how an object's tactile shape changes from one compression to the next.
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -9,6 +8,7 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
+#include "viz/commands/options.h"
 #include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
 
@@ -249,8 +249,8 @@ Report run(const Common& common, Options o) {
 
 }  // namespace
 
-void add_strain(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_strain(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command =
       program.add_subcommand("strain", "How an object's shape changes from one compression to the next");
   auto o = std::make_shared<Options>();
   command->add_option("INPUT", o->input, "Session folder, video file, folder of images, or synthetic:SCENE")
@@ -259,8 +259,8 @@ void add_strain(CLI::App& program, Common& common, Command& chosen) {
   command
       ->add_option("--background", o->background,
                    "Untouched image (default: the session's, the sensor file's, or the first frames)")
-      ->check(CLI::ExistingFile);
-  CLI::Option* frames =
+      ->check(Check::existing_file());
+  CommandOption* frames =
       command->add_option("--frames", o->frames, "The two frames, A,B")->delimiter(',')->expected(2);
   command
       ->add_option("--forces-N", o->forces_N,
@@ -268,20 +268,20 @@ void add_strain(CLI::App& program, Common& common, Command& chosen) {
                    "and the peak)")
       ->delimiter(',')
       ->expected(2)
-      ->check(CLI::PositiveNumber)
+      ->check(Check::positive())
       ->excludes(frames);
   command->add_option("--points", o->request.control.count, "Control points of each shape, 50 to 2000")
-      ->check(CLI::Range(50, 2000))
+      ->check(Check::range(50, 2000))
       ->capture_default_str();
   command->add_option("--contact-mm", o->request.control.contact_mm, "What is deeper counts as touched")
-      ->check(CLI::PositiveNumber)
+      ->check(Check::positive())
       ->capture_default_str();
   command
       ->add_option("--lambda", o->lambda,
                    "Stiffness of the spline, 0: through all points (default: chosen by the data)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(Check::non_negative());
   command->add_option("--poisson", o->compression.poisson, "For the axial strain")
-      ->check(CLI::Range(0.0, 0.5))
+      ->check(Check::range(0.0, 0.5))
       ->capture_default_str();
   command->add_flag("--by-shape", o->by_shape, "Match the shapes although the skin's points were followed");
   command->add_option("--out", common.out, "Folder for pairs.csv, strain.json and plots");

@@ -1,16 +1,16 @@
 // palpate tune: the kernels' constants for one device, measured once and kept.
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "engine/gpu/context.h"
+#include "engine/gpu/tuning.h"
+#include "engine/stages/contact.h"
 #include "palpate/error.h"
 #include "palpate/frame.h"
-#include "engine/gpu/context.h"
-#include "engine/stages/contact.h"
-#include "engine/gpu/tuning.h"
 #include "perf/profile/tune.h"
 #include "viz/commands/command.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -157,15 +157,15 @@ Report tune(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_tune(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_tune(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command =
       program.add_subcommand("tune", "Measure which kernel constants suit a device, and keep them");
   auto options = std::make_shared<Options>();
   command->add_option("--sizes", options->sizes, "Frame sizes that count, e.g. 640x480,1392x1042")
       ->delimiter(',')
       ->expected(1, 8);
   command->add_option("--repetitions", options->repetitions, "Pairs that decide for or against a candidate")
-      ->check(CLI::Range(3, 200))
+      ->check(Check::range(3, 200))
       ->capture_default_str();
   command->add_flag("--dry-run", options->dry_run, "Measure and print, write nothing");
   command->add_flag("--force", options->force, "Measure even where the device was measured before");

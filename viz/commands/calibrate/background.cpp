@@ -1,17 +1,17 @@
 // palpate calibrate background: untouched frames in, the untouched image and what it says of noise out.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "capture/calibrate/background.h"
 #include "capture/files/images.h"
 #include "capture/files/output_file.h"
 #include "capture/session/session.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
-#include "capture/calibrate/background.h"
-#include "viz/commands/command.h"
 #include "viz/commands/calibrate/calibrate.h"
+#include "viz/commands/command.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -82,8 +82,8 @@ Report background(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_calibrate_background(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_calibrate_background(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command =
       group.add_subcommand("background", "The untouched image, its noise, and a threshold that fits");
   auto options = std::make_shared<Options>();
   command
@@ -93,9 +93,9 @@ void add_calibrate_background(CLI::App& group, Common& common, Command& chosen) 
       ->check(input_exists);
   command->add_option("--sensor", options->sensor, "Sensor file to start from")->required();
   command->add_option("--frames", options->frames, "How many frames")
-      ->check(CLI::Range(2, 1000))
+      ->check(Check::range(2, 1000))
       ->capture_default_str();
-  command->add_option("--every", options->every, "Take every n-th frame")->check(CLI::Range(1, 10000));
+  command->add_option("--every", options->every, "Take every n-th frame")->check(Check::range(1, 10000));
   command->add_flag("--set-threshold", options->set_threshold,
                     "Also set contact.threshold_gray as suggested");
   command->add_option("--out", common.out, "Sensor file to write; the image goes beside it")

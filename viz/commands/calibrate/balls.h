@@ -9,6 +9,8 @@
 
 namespace palpate {
 
+class CommandLine;
+
 struct BallOptions {
   std::string input;
   std::filesystem::path sensor, balls, background;
@@ -19,7 +21,7 @@ struct BallOptions {
 /// INPUT (`input` says what it may be), --sensor (`start`: what it has to hold), --ball-mm, --balls,
 /// --background,
 /// --every and --out.
-void add_ball_options(CLI::App& command, BallOptions& options, Common& common, const std::string& input,
+void add_ball_options(CommandLine& command, BallOptions& options, Common& common, const std::string& input,
                       const std::string& start);
 
 /// Throws Error(Failure::Usage) unless the presses are either found by a radius or named by a table.

@@ -1,7 +1,7 @@
 // palpate calibrate: known touches in, a field of the sensor file out.
 #include "viz/commands/calibrate/calibrate.h"
+#include "viz/commands/options.h"
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 
 namespace palpate {
@@ -14,8 +14,8 @@ std::string input_exists(const std::string& input) {
   return "nothing at '" + input + "'";
 }
 
-void add_calibrate(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* group = program.add_subcommand("calibrate", "Find a sensor's calibration from known touches");
+void add_calibrate(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* group = program.add_subcommand("calibrate", "Find a sensor's calibration from known touches");
   group->require_subcommand(1);
   add_calibrate_background(*group, common, chosen);
   add_calibrate_flat(*group, common, chosen);

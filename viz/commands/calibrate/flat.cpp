@@ -1,5 +1,4 @@
 // palpate calibrate flat: frames of what should look even in, a field that evens the light out.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -15,6 +14,7 @@
 #include "palpate/sensor.h"
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/command.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -89,8 +89,8 @@ Report flat(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_calibrate_flat(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_calibrate_flat(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command =
       group.add_subcommand("flat", "Uneven light, as a field that every frame is multiplied with");
   auto options = std::make_shared<Options>();
   command
@@ -101,9 +101,9 @@ void add_calibrate_flat(CLI::App& group, Common& common, Command& chosen) {
       ->check(input_exists);
   command->add_option("--sensor", options->sensor, "Sensor file to start from")->required();
   command->add_option("--frames", options->frames, "How many frames")
-      ->check(CLI::Range(2, 1000))
+      ->check(Check::range(2, 1000))
       ->capture_default_str();
-  command->add_option("--every", options->every, "Take every n-th frame")->check(CLI::Range(1, 10000));
+  command->add_option("--every", options->every, "Take every n-th frame")->check(Check::range(1, 10000));
   command->add_flag(
       "--change", options->change,
       "Even out the change from the untouched image: a waveguide, whose light shows where it is pressed");

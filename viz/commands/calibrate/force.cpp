@@ -1,5 +1,4 @@
 // palpate calibrate force: recordings beside a force gauge in, a sensor file with its force calibration out.
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -14,6 +13,7 @@
 #include "viz/commands/calibrate/gauged.h"
 #include "viz/commands/command.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/options.h"
 #include "viz/commands/run_watch.h"
 #include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
@@ -128,8 +128,8 @@ Report force(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_calibrate_force(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_calibrate_force(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command =
       group.add_subcommand("force", "Signal to newtons, from recordings beside a force gauge");
   auto options = std::make_shared<Options>();
   add_gauged_options(
@@ -145,7 +145,7 @@ void add_calibrate_force(CLI::App& group, Common& common, Command& chosen) {
   command
       ->add_option("--branches", options->branches,
                    "Loading and unloading: apart, together, or auto (as held-out presses say)")
-      ->check(CLI::IsMember({"auto", "apart", "together"}))
+      ->check(Check::one_of({"auto", "apart", "together"}))
       ->capture_default_str();
   command->add_flag("--keep-border", options->keep_border,
                     "Use contacts that reach the frame's border too (their forces say so when measured)");

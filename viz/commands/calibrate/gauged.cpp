@@ -1,15 +1,15 @@
 #include "viz/commands/calibrate/gauged.h"
 
-#include <CLI/CLI.hpp>
-
 #include "capture/files/output_file.h"
 #include "palpate/error.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 
 namespace fs = std::filesystem;
 
-void add_gauged_options(CLI::App& command, GaugedOptions& options, Common& common, const std::string& table) {
+void add_gauged_options(CommandLine& command, GaugedOptions& options, Common& common,
+                        const std::string& table) {
   command.add_option("RECORDING", options.inputs, "Sessions, videos, folders of images, synthetic:SCENE")
       ->required();
   command
@@ -19,13 +19,13 @@ void add_gauged_options(CLI::App& command, GaugedOptions& options, Common& commo
   command.add_option("--sensor", options.sensor, "Sensor file to start from (sessions bring their own)");
   command
       .add_option("--background", options.background, "Untouched image to use instead of the sensor file's")
-      ->check(CLI::ExistingFile);
+      ->check(Check::existing_file());
   command.add_option(
       "--align", options.align,
       "The gauge's clock: auto (by cross-correlation), none (it is the recording's), or seconds to "
       "add to it (default: auto, and none for tables that count frames)");
   command.add_option("--rate", options.rate_Hz, "Frames a second of images, which know no time themselves")
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
   command.add_option("--plots", options.plots, "Folder for plots and points (default: beside --out)");
   command.add_option("--out", common.out, "Sensor file to write")->required()->option_text("FILE (required)");
 }

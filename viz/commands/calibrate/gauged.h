@@ -5,10 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "viz/commands/command.h"
 #include "capture/run/input.h"
+#include "viz/commands/command.h"
 
 namespace palpate {
+
+class CommandLine;
 
 struct GaugedOptions {
   std::vector<std::string> inputs, gauges;
@@ -19,7 +21,8 @@ struct GaugedOptions {
 
 /// RECORDING, --gauge (`table` says what it holds), --sensor, --background, --align, --rate, --plots and
 /// --out.
-void add_gauged_options(CLI::App& command, GaugedOptions& options, Common& common, const std::string& table);
+void add_gauged_options(CommandLine& command, GaugedOptions& options, Common& common,
+                        const std::string& table);
 
 /// One gauge for each recording, "truth" for all of them. Throws Error(Failure::Usage) that names `option`.
 std::vector<std::string> paired(const std::vector<std::string>& inputs, std::vector<std::string> gauges,

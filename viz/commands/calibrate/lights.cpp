@@ -1,18 +1,18 @@
 // palpate calibrate lights: images of a known shape, each under a light of its own, in; what turns such
 // images into slopes out.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "palpate/error.h"
-#include "engine/calibrate/light_stack_check.h"
 #include "capture/calibrate/origin.h"
-#include "viz/commands/command.h"
-#include "viz/commands/calibrate/calibrate.h"
 #include "capture/files/light_files.h"
+#include "engine/calibrate/light_stack_check.h"
+#include "palpate/error.h"
+#include "viz/commands/calibrate/calibrate.h"
+#include "viz/commands/command.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -83,8 +83,8 @@ Report lights(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_calibrate_lights(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command = group.add_subcommand(
+void add_calibrate_lights(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command = group.add_subcommand(
       "lights", "Photometric stereo with three lights or more, one gray image each, from a known shape");
   auto options = std::make_shared<Options>();
   command->add_option("IMAGE", options->images, "Gray images of one size, in the order of the lights")
@@ -96,12 +96,12 @@ void add_calibrate_lights(CLI::App& group, Common& common, Command& chosen) {
       ->required();
   command->add_option("--pitch", options->pitch_mm_per_px, "mm per px")
       ->required()
-      ->check(CLI::Range(1e-6, 100.0));
+      ->check(Check::range(1e-6, 100.0));
   command
       ->add_option("--order", options->order,
                    "Of the polynomial by which the light varies over the frame, 0 to 3 (default: 0, 1 or 2, "
                    "as held-out bands say)")
-      ->check(CLI::Range(0, 3));
+      ->check(Check::range(0, 3));
   command->add_option("--out", common.out, "File to write")->required()->option_text("FILE (required)");
   add_common(*command, common,
              "  palpate calibrate lights image0*.png --height heights.npy --pitch 0.0275 --out lights.json\n"

@@ -1,15 +1,15 @@
 // palpate calibrate lookup: presses of a known ball into a gray gel in, its table of depth over change out.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "capture/calibrate/origin.h"
+#include "engine/calibrate/lookup_fit.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
-#include "engine/calibrate/lookup_fit.h"
-#include "capture/calibrate/origin.h"
 #include "viz/commands/calibrate/balls.h"
 #include "viz/commands/calibrate/calibrate.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -91,8 +91,8 @@ Report lookup(const Common& common, const BallOptions& options) {
 
 }  // namespace
 
-void add_calibrate_lookup(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command = group.add_subcommand(
+void add_calibrate_lookup(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command = group.add_subcommand(
       "lookup", "Depth of a gray gel by a table over its change, from presses of a ball");
   auto options = std::make_shared<BallOptions>();
   add_ball_options(*command, *options, common, "Presses: an image, a folder of images, a video, a session",

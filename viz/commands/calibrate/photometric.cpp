@@ -1,5 +1,4 @@
 // palpate calibrate photometric: presses of a known ball in, a sensor file with its colour calibration out.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -8,13 +7,14 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "capture/calibrate/origin.h"
+#include "engine/calibrate/photometric_fit.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
-#include "engine/calibrate/photometric_fit.h"
-#include "capture/calibrate/origin.h"
 #include "viz/commands/calibrate/balls.h"
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -187,8 +187,8 @@ Report photometric(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_calibrate_photometric(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_calibrate_photometric(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command =
       group.add_subcommand("photometric", "Colour to slope of a gel sensor, from presses of a known ball");
   auto options = std::make_shared<Options>();
   add_ball_options(
@@ -204,7 +204,7 @@ void add_calibrate_photometric(CLI::App& group, Common& common, Command& chosen)
   command
       ->add_option("--rest-weight", options->rest_weight,
                    "Weight of the untouched parts: more where the light drifts, less where it is noisy")
-      ->check(CLI::Range(0.0, 1000.0))
+      ->check(Check::range(0.0, 1000.0))
       ->capture_default_str();
   command->add_flag("--keep-markers", options->keep_markers, "Use the pixels of printed markers too");
   add_common(

@@ -1,5 +1,4 @@
 // palpate calibrate scale: something of known size in, mm per pixel and the lens's distortion out.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -19,6 +18,7 @@
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/command.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -205,8 +205,8 @@ Report scale(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_calibrate_scale(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_calibrate_scale(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command =
       group.add_subcommand("scale", "mm per pixel and lens distortion, from a grid, a ring or a ball");
   auto options = std::make_shared<Options>();
   command->add_option("INPUT", options->input, "Pictures: an image, a folder of images, a video")
@@ -218,16 +218,16 @@ void add_calibrate_scale(CLI::App& group, Common& common, Command& chosen) {
       ->transform(one_of(std::map<std::string, GridPattern>{{"chessboard", GridPattern::Chessboard},
                                                             {"dots", GridPattern::Dots}}));
   command->add_option("--spacing-mm", options->spacing_mm, "From one point of the grid to the next")
-      ->check(CLI::Range(1e-3, 1000.0));
+      ->check(Check::range(1e-3, 1000.0));
   command
       ->add_option("--spacing-sd", options->spacing_sd,
                    "Relative standard error of that, as printers have it")
-      ->check(CLI::Range(0.0, 0.5))
+      ->check(Check::range(0.0, 0.5))
       ->capture_default_str();
   command->add_option("--ring-mm", options->ring_mm, "Outer diameter of a ring or disc pressed into the pad")
-      ->check(CLI::Range(1e-3, 1000.0));
+      ->check(Check::range(1e-3, 1000.0));
   command->add_option("--ball-mm", options->ball_mm, "Radius of a ball pressed several times")
-      ->check(CLI::Range(1e-3, 1000.0));
+      ->check(Check::range(1e-3, 1000.0));
   command
       ->add_option("--travel-mm", options->travel_mm,
                    "How deep each press of the ball went, in order, any zero")
@@ -235,7 +235,7 @@ void add_calibrate_scale(CLI::App& group, Common& common, Command& chosen) {
   command
       ->add_option("--background", options->background,
                    "Untouched image; a grid is then looked for in the change")
-      ->check(CLI::ExistingFile);
+      ->check(Check::existing_file());
   command->add_option("--out", common.out, "Sensor file to write")
       ->required()
       ->option_text("FILE (required)");

@@ -1,6 +1,5 @@
 // palpate calibrate shear: recordings of a pulled contact beside a tangential gauge in, a sensor file with
 // stiffness and friction out.
-#include <CLI/CLI.hpp>
 #include <map>
 
 #include "capture/calibrate/shear.h"
@@ -9,6 +8,7 @@
 #include "viz/commands/calibrate/gauged.h"
 #include "viz/commands/command.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/options.h"
 #include "viz/commands/run_watch.h"
 #include "viz/report/plot_script.h"
 
@@ -54,8 +54,8 @@ Report shear(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_calibrate_shear(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_calibrate_shear(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command =
       group.add_subcommand("shear", "Shift to tangential force and friction, from pulls beside a gauge");
   auto options = std::make_shared<Options>();
   add_gauged_options(
@@ -70,7 +70,7 @@ void add_calibrate_shear(CLI::App& group, Common& common, Command& chosen) {
   command
       ->add_option("--friction", options->request.friction,
                    "Friction coefficient, where no recording slips (default: the sensor file's)")
-      ->check(CLI::Range(0.0, 100.0));
+      ->check(Check::range(0.0, 100.0));
   add_common(
       *command, common,
       "  palpate calibrate shear out/pull --gauge gauge.csv --out pad_calibrated.json\n"

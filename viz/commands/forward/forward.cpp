@@ -2,7 +2,6 @@
 #include "viz/commands/forward/forward.h"
 #include "engine/fem/solve.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
 #include <map>
@@ -14,6 +13,7 @@
 #include "viz/commands/command.h"
 #include "viz/commands/forward_options.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -135,8 +135,8 @@ Report convergence_command(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_forward(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* command = program.add_subcommand(
+void add_forward(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* command = program.add_subcommand(
       "forward", "Press a plate, a ball or a pressure on a model of tissue with a lump");
   auto o = std::make_shared<Options>();
   static const std::map<std::string, Presser> kPresserNames = {
@@ -180,18 +180,18 @@ void add_forward(CLI::App& program, Common& common, Command& chosen) {
       ->transform(one_of(kPresserNames))
       ->default_str("flat");
   command->add_option("--ball-radius-mm", o->scene.ball_radius_mm, "Of --presser ball");
-  CLI::Option* way = command->add_option("--press-mm", o->press_mm, "Way of the presser (default 1)")
-                         ->check(CLI::PositiveNumber);
+  CommandOption* way = command->add_option("--press-mm", o->press_mm, "Way of the presser (default 1)")
+                           ->check(Check::positive());
   command->add_option("--force-N", o->force_N, "Force instead of a way")
-      ->check(CLI::PositiveNumber)
+      ->check(Check::positive())
       ->excludes(way);
-  CLI::Option* large =
+  CommandOption* large =
       command->add_flag("--large-strain", o->solver.large_strain,
                         "Neo-Hookean tissue pressed in steps: beyond 10 % of the thickness the only one "
                         "that holds (flat presser, bonded pad)");
   command->add_option("--step-mm", o->solver.step_mm, "Of --large-strain, at most")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber)
+      ->check(Check::positive())
       ->needs(large);
   command->add_option("--cells", o->cells, "Cells of the tissue, AxBxC (default 64x64x32)");
   command->add_option("--residual", o->solver.residual,
@@ -207,7 +207,7 @@ void add_forward(CLI::App& program, Common& common, Command& chosen) {
       ->default_str("auto");
   command->add_option("--threads", o->solver.threads, "Threads; 0: one per core")
       ->capture_default_str()
-      ->check(CLI::Range(0, 256));
+      ->check(Check::range(0, 256));
   command->add_option("--sensor", o->sensor,
                       "Sensor file whose picture is wanted (default: the built-in sensor's)");
   command->add_option("--out", common.out, "Folder for maps, profile, tactile image and plots");
@@ -221,10 +221,10 @@ void add_forward(CLI::App& program, Common& common, Command& chosen) {
       "  palpate forward convergence --out out/convergence\n"
       "Linear elasticity unless --large-strain; no friction; an answer that did not converge is not shown\n"
       "(exit code 1).\n");
-  CLI::App* sweeping =
+  CommandLine* sweeping =
       command->add_subcommand("sweep", "Each of the six inputs (d, h, E_r, shape, t, l) by itself")
           ->fallthrough();
-  CLI::App* converging =
+  CommandLine* converging =
       command->add_subcommand("convergence", "Error by grid and run time; iterations over the model's range")
           ->fallthrough();
   command->require_subcommand(0, 1);

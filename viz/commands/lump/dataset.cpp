@@ -2,17 +2,17 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "palpate/error.h"
-#include "viz/commands/lump/lump.h"
-#include "viz/commands/forward_options.h"
-#include "engine/lump/study/dataset_run.h"
 #include "engine/lump/study/dataset_report.h"
+#include "engine/lump/study/dataset_run.h"
+#include "palpate/error.h"
+#include "viz/commands/forward_options.h"
+#include "viz/commands/lump/lump.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -117,8 +117,8 @@ Report dataset_command(const Common& common, Options& o) {
 
 }  // namespace
 
-void add_lump_dataset(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command = group.add_subcommand(
+void add_lump_dataset(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command = group.add_subcommand(
       "dataset", "Press an even sweep of lumps at large strain; maps and truth in one HDF5 file");
   auto o = std::make_shared<Options>();
   LumpSweep& sweep = o->job.sweep;
@@ -170,7 +170,7 @@ void add_lump_dataset(CLI::App& group, Common& common, Command& chosen) {
       ->add_option("--threads", o->job.threads,
                    "Of each process, a case each; 0: one per core, under mpirun 1")
       ->capture_default_str()
-      ->check(CLI::Range(0, 256));
+      ->check(Check::range(0, 256));
   command->add_flag("--assemble", o->job.assemble_only,
                     "Press nothing: write FILE from the cases that are done");
   add_common(
@@ -185,8 +185,8 @@ void add_lump_dataset(CLI::App& group, Common& common, Command& chosen) {
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return dataset_command(common, *o); }; });
 }
 
-void add_lump_info(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_lump_info(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command =
       group.add_subcommand("info", "What a data set of lumps holds, also one that is being made");
   auto file = std::make_shared<std::string>();
   command->add_option("FILE", *file, "*.h5")->required();

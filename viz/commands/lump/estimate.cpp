@@ -1,16 +1,16 @@
 // palpate lump estimate: the lump behind pressure maps.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "capture/files/lump_maps.h"
 #include "capture/files/output_file.h"
-#include "palpate/error.h"
 #include "engine/lump/dataset/sweep.h"
 #include "engine/lump/observation/saturated_loads.h"
+#include "palpate/error.h"
 #include "viz/commands/lump/lump.h"
-#include "capture/files/lump_maps.h"
 #include "viz/commands/lump/method.h"
+#include "viz/commands/options.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
@@ -107,8 +107,8 @@ Report run(const Common& common, const Options& o) {
 
 }  // namespace
 
-void add_lump_estimate(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command = group.add_subcommand(
+void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command = group.add_subcommand(
       "estimate", "The lump behind pressure maps: size, depth, stiffness, shape, each with its interval");
   auto o = std::make_shared<Options>();
   command->add_option("MAPS", o->maps, "Pressure in Pa, a file per load: .npy (height x width) or .csv")
@@ -116,13 +116,13 @@ void add_lump_estimate(CLI::App& group, Common& common, Command& chosen) {
   command->add_option("--force-N", o->force_N, "On the whole block, one per map")->delimiter(',')->required();
   command->add_option("--young-Pa", o->young_Pa, "Of the tissue, from a place without a lump")
       ->required()
-      ->check(CLI::Range(1.0, 1e9));
+      ->check(Check::range(1.0, 1e9));
   command->add_option("--pitch-mm", o->pitch_mm, "Between a map's nodes")
       ->capture_default_str()
-      ->check(CLI::Range(0.01, 10.0));
+      ->check(Check::range(0.01, 10.0));
   command->add_option("--thickness-mm", o->thickness_mm, "Of the tissue")
       ->capture_default_str()
-      ->check(CLI::Range(1.0, 1000.0));
+      ->check(Check::range(1.0, 1000.0));
   command->add_option("--block-mm", o->block_mm, "Length and width of the tissue (default 40 40)")
       ->expected(1, 2);
   command
@@ -131,7 +131,7 @@ void add_lump_estimate(CLI::App& group, Common& common, Command& chosen) {
   command
       ->add_option("--noise-Pa", o->noise_Pa,
                    "Of a value, standard deviation (default: from the last map's roughness)")
-      ->check(CLI::Range(0.0, 1e9));
+      ->check(Check::range(0.0, 1e9));
   command->add_option("--network", o->network,
                       "A file of palpate lump train (default: the built-in network)");
   command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();

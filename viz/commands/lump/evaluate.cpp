@@ -1,18 +1,18 @@
 // palpate lump evaluate: how good estimates of lumps are, on blocks that are known.
-#include <CLI/CLI.hpp>
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "capture/files/output_file.h"
-#include "palpate/error.h"
-#include "engine/lump/training/examples.h"
-#include "viz/commands/lump/lump.h"
 #include "engine/lump/study/evaluation.h"
 #include "engine/lump/study/evaluation_table.h"
+#include "engine/lump/training/examples.h"
+#include "palpate/error.h"
+#include "viz/commands/lump/lump.h"
 #include "viz/commands/lump/method.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -85,8 +85,8 @@ Report run(const Common& common, Options& o) {
 
 }  // namespace
 
-void add_lump_evaluate(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_lump_evaluate(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command =
       group.add_subcommand("evaluate", "How good estimates are: a known data set through a synthetic sensor");
   auto o = std::make_shared<Options>();
   static const std::map<std::string, LumpScoreOver> kOver = {{"noise", LumpScoreOver::Noise},
@@ -102,32 +102,32 @@ void add_lump_evaluate(CLI::App& group, Common& common, Command& chosen) {
       ->add_option("--noise", o->job.sensor.noise_share,
                    "Of each node, share of the highest load's peak pressure")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(Check::range(0.0, 1.0));
   command->add_option("--gauge-error", o->job.sensor.gauge_share, "Of each force, share")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(Check::range(0.0, 1.0));
   command
       ->add_option("--modulus-error", o->job.modulus_error,
                    "The tissue's modulus is told wrong by this share")
       ->capture_default_str()
-      ->check(CLI::Range(-0.9, 10.0));
+      ->check(Check::range(-0.9, 10.0));
   command
       ->add_option("--full-scale-Pa", o->job.sensor.full_scale_Pa,
                    "Of gray level 255; 0: the highest peak at 90 % of it")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 1e9));
+      ->check(Check::range(0.0, 1e9));
   command
       ->add_option("--window-mm", o->job.sensor.window_mm,
                    "What the camera sees of the plate (default 40 30)")
       ->expected(2);
   command->add_option("--loads", o->job.loads, "The highest so many loads; 0: all")
       ->capture_default_str()
-      ->check(CLI::Range(0, 32));
+      ->check(Check::range(0, 32));
   command
       ->add_option("--exposure", o->job.sensor.exposure,
                    "The highest load's peak over full scale; above 1 its top is saturated")
       ->capture_default_str()
-      ->check(CLI::Range(0.01, 100.0));
+      ->check(Check::range(0.01, 100.0));
   command
       ->add_option(
           "--over", o->over,
@@ -140,10 +140,10 @@ void add_lump_evaluate(CLI::App& group, Common& common, Command& chosen) {
       ->capture_default_str();
   command->add_option("--every", o->job.every, "Each so many cases one is read")
       ->capture_default_str()
-      ->check(CLI::Range(1, 1000000));
+      ->check(Check::range(1, 1000000));
   command->add_option("--threads", o->job.threads, "More than one makes the times untrue")
       ->capture_default_str()
-      ->check(CLI::Range(1, 256));
+      ->check(Check::range(1, 256));
   command->add_option("--out", common.out, "Folder for lump_evaluation.csv and plots, or lump_rows.csv");
   add_common(*command, common,
              "  palpate lump evaluate held_out.h5 --out out/lump\n"

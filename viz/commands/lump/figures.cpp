@@ -1,5 +1,4 @@
 // palpate lump figures: the paper's Figures 17 to 22 from the forward model and the network.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,7 @@
 #include "viz/commands/command.h"
 #include "viz/commands/forward/forward.h"
 #include "viz/commands/lump/lump.h"
+#include "viz/commands/options.h"
 #include "viz/report/gnuplot.h"
 #include "viz/report/lump_network_figure.h"
 #include "viz/report/plot_script.h"
@@ -330,24 +330,24 @@ Report run(const Common& common, const Options& o) {
 
 }  // namespace
 
-void add_lump_figures(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command = group.add_subcommand(
+void add_lump_figures(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command = group.add_subcommand(
       "figures", "The paper's Figures 17 to 22 from the forward model and the built-in network");
   auto o = std::make_shared<Options>();
   command->add_option("--young-Pa", o->figures.tissue_Pa, "Young's modulus of the tissue")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
   command->add_option("--play-doh-Pa", o->figures.play_doh_Pa, "Young's modulus of Play-Doh")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
   command->add_option("--rubber-Pa", o->figures.rubber_Pa, "Young's modulus of rubber")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
   command->add_option("--cells", o->cells, "Cells of the tissue along x, y, z (default 32 32 16)")
       ->expected(3);
   command->add_option("--threads", o->solver.threads, "Threads; 0: one per core")
       ->capture_default_str()
-      ->check(CLI::Range(0, 256));
+      ->check(Check::range(0, 256));
   command->add_flag("!--no-inputs", o->inputs, "Without Fig. 17, which takes most of the time");
   command->add_option("--out", common.out, "Folder for plots and tables");
   add_common(*command, common,

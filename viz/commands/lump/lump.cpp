@@ -1,12 +1,11 @@
 // palpate lump: size, depth and stiffness of what lies hidden in tissue.
 #include "viz/commands/lump/lump.h"
-
-#include <CLI/CLI.hpp>
+#include "viz/commands/options.h"
 
 namespace palpate {
 
-void add_lump(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* group = program.add_subcommand("lump", "Size, depth and stiffness of a lump hidden in tissue");
+void add_lump(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* group = program.add_subcommand("lump", "Size, depth and stiffness of a lump hidden in tissue");
   group->require_subcommand(1);
   add_lump_dataset(*group, common, chosen);
   add_lump_info(*group, common, chosen);

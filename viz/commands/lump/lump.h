@@ -5,14 +5,16 @@
 
 namespace palpate {
 
+class CommandLine;
+
 /// Each adds one command to the group `lump`.
-void add_lump_dataset(CLI::App& group, Common& common, Command& chosen);
-void add_lump_info(CLI::App& group, Common& common, Command& chosen);
-void add_lump_train(CLI::App& group, Common& common, Command& chosen);
-void add_lump_estimate(CLI::App& group, Common& common, Command& chosen);
-void add_lump_evaluate(CLI::App& group, Common& common, Command& chosen);
-void add_lump_figures(CLI::App& group, Common& common, Command& chosen);
-void add_lump_stability(CLI::App& group, Common& common, Command& chosen);
-void add_lump_scan(CLI::App& group, Common& common, Command& chosen);
+void add_lump_dataset(CommandLine& group, Common& common, Command& chosen);
+void add_lump_info(CommandLine& group, Common& common, Command& chosen);
+void add_lump_train(CommandLine& group, Common& common, Command& chosen);
+void add_lump_estimate(CommandLine& group, Common& common, Command& chosen);
+void add_lump_evaluate(CommandLine& group, Common& common, Command& chosen);
+void add_lump_figures(CommandLine& group, Common& common, Command& chosen);
+void add_lump_stability(CommandLine& group, Common& common, Command& chosen);
+void add_lump_scan(CommandLine& group, Common& common, Command& chosen);
 
 }  // namespace palpate

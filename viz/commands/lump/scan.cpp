@@ -1,7 +1,6 @@
 // palpate lump scan: several presses of one block as a map, an outline, an estimate and a report.
 #include "viz/commands/lump/scan.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <ctime>
 #include <map>
@@ -16,6 +15,7 @@
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/lump/method.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/options.h"
 #include "viz/commands/run_watch.h"
 
 namespace palpate {
@@ -168,8 +168,8 @@ Report run(const Common& common, const Options& o) {
 
 }  // namespace
 
-void add_lump_scan(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_lump_scan(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command =
       group.add_subcommand("scan", "Several presses of a block: map, outline, estimate, report");
   auto o = std::make_shared<Options>();
   command->add_option("RECORDING", o->recordings,
@@ -177,16 +177,16 @@ void add_lump_scan(CLI::App& group, Common& common, Command& chosen) {
   command
       ->add_option("--positions", o->positions,
                    "CSV: recording,x_mm,y_mm[,gauge], places of the window's middle")
-      ->check(CLI::ExistingFile);
+      ->check(Check::existing_file());
   command->add_option(
       "--gauge", o->gauge,
       "CSV of the force on the block, where --positions names none; truth: of synthetic blocks");
   command->add_option("--sensor", o->recorded.sensor, "Sensor file (default: the sessions' own)");
   command->add_option("--pitch-mm", o->recorded.pitch_mm, "Of the map, of recordings")
       ->capture_default_str()
-      ->check(CLI::Range(0.2, 5.0));
+      ->check(Check::range(0.2, 5.0));
   command->add_option("--method", o->method, std::string(kLumpMethodHelp) + ", none")
-      ->check(CLI::IsMember({"network", "refined", "direct", "none"}))
+      ->check(Check::one_of({"network", "refined", "direct", "none"}))
       ->capture_default_str();
   command->add_flag("--simulate", o->simulate, "Scan a synthetic block");
   add_block(*command, o->block_mm, o->plan.scene.young_Pa)->capture_default_str();
@@ -212,37 +212,37 @@ void add_lump_scan(CLI::App& group, Common& common, Command& chosen) {
                    "Cells of the tissue along x, y, z, even numbers (default 40 40 20); half as many are "
                    "solved besides and extrapolated with")
       ->expected(3);
-  CLI::Option* force = command
-                           ->add_option("--force-N", o->plan.force_N,
-                                        "Highest force on the block (recordings: what all reached)")
-                           ->capture_default_str()
-                           ->check(CLI::PositiveNumber);
+  CommandOption* force = command
+                             ->add_option("--force-N", o->plan.force_N,
+                                          "Highest force on the block (recordings: what all reached)")
+                             ->capture_default_str()
+                             ->check(Check::positive());
   command->add_option("--loads", o->plan.loads, "Loads of each press, 1 to 8")
       ->capture_default_str()
-      ->check(CLI::Range(1, 8));
+      ->check(Check::range(1, 8));
   command->add_option("--window-mm", o->window_mm, "What the sensor sees of the plate (default 27.84 20.88)")
       ->expected(2);
   command->add_option("--size", o->size_px, "Its pixels (default 640 480)")->expected(2);
   command
       ->add_option("--noise", o->plan.sensor.noise_share, "Of a value after calibration, share of the peak")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(Check::range(0.0, 1.0));
   command
       ->add_option("--full-scale-Pa", o->plan.sensor.full_scale_Pa,
                    "Pressure at the camera's limit (default: the peak at 90 %)")
-      ->check(CLI::PositiveNumber);
+      ->check(Check::positive());
   command->add_option("--stage-error-mm", o->plan.stage_sd_mm, "By how far the window misses its places")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 10.0));
+      ->check(Check::range(0.0, 10.0));
   command->add_option("--leave-out", o->leave_out, "Numbers of presses that are missing");
   command
       ->add_option("--stage-sd-mm", o->stitch.stage_sd_mm,
                    "What the stitching takes the stage to be good for")
       ->capture_default_str()
-      ->check(CLI::Range(1e-4, 10.0));
+      ->check(Check::range(1e-4, 10.0));
   command->add_option("--threads", o->threads, "Threads; 0: one per core")
       ->capture_default_str()
-      ->check(CLI::Range(0, 256));
+      ->check(Check::range(0, 256));
   command->add_option("--out", common.out, "Folder for the report, maps and tables");
   add_common(*command, common,
              "  palpate lump scan --simulate --out out/scan                  then open out/scan/report.html\n"

@@ -1,13 +1,13 @@
 // palpate lump stability: what estimates are worth at the edges, and what a press costs.
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "capture/files/output_file.h"
-#include "viz/commands/lump/lump.h"
 #include "engine/lump/study/evaluation_table.h"
-#include "viz/commands/lump/method.h"
 #include "engine/lump/study/stability.h"
+#include "viz/commands/lump/lump.h"
+#include "viz/commands/lump/method.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -175,22 +175,22 @@ Report stability(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_lump_stability(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command = group.add_subcommand(
+void add_lump_stability(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command = group.add_subcommand(
       "stability", "Estimates at the edges: stiff, soft, shallow, wide, two, none, noisy, wrong tissue");
   const auto o = std::make_shared<Options>();
   command
-      ->add_option_function<std::string>(
+      ->add_option_function(
           "--method", [o](const std::string& name) { o->direct = name == "direct"; },
           "network, or direct (finite elements; a minute a block)")
-      ->check(CLI::IsMember({"network", "direct"}))
+      ->check(Check::one_of({"network", "direct"}))
       ->default_str("network");
   command->add_option("--noise", o->noise, "Of a reading's node, share of the highest load's peak")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(Check::range(0.0, 1.0));
   command->add_option("--threads", o->threads, "0: one per core")
       ->capture_default_str()
-      ->check(CLI::Range(0, 256));
+      ->check(Check::range(0, 256));
   command->add_flag("--costs", o->costs,
                     "Also error against run time of grids, strain models and numbers of loads");
   command->add_option("--out", common.out,

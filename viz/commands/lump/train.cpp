@@ -1,17 +1,17 @@
 // palpate lump train: the network that finds lumps, from pressed blocks.
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "capture/files/output_file.h"
-#include "palpate/error.h"
-#include "engine/lump/training/examples.h"
-#include "viz/commands/lump/lump.h"
 #include "engine/lump/study/evaluation.h"
+#include "engine/lump/training/examples.h"
+#include "palpate/error.h"
+#include "viz/commands/lump/lump.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -123,8 +123,8 @@ Report run(const Common& common, Options& o) {
 
 }  // namespace
 
-void add_lump_train(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_lump_train(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command =
       group.add_subcommand("train", "Teach a network what lumps show, from data sets of pressed blocks");
   auto o = std::make_shared<Options>();
   command->add_option("DATA", o->files, "Data sets of palpate lump dataset, *.h5")->required();
@@ -134,39 +134,39 @@ void add_lump_train(CLI::App& group, Common& common, Command& chosen) {
       ->add_option("--members", o->training.members,
                    "Emulators, from lumps to their bumps, whose mean is used")
       ->capture_default_str()
-      ->check(CLI::Range(2, 16));
+      ->check(Check::range(2, 16));
   command->add_option("--hidden", o->training.hidden, "Width of both hidden layers of emulators")
       ->capture_default_str()
-      ->check(CLI::Range(4, 512));
+      ->check(Check::range(4, 512));
   command->add_option("--fields", o->training.fields, "Fields that a bump is a sum of")
       ->capture_default_str()
-      ->check(CLI::Range(6, 200));
+      ->check(Check::range(6, 200));
   command->add_option("--rounds", o->training.rounds, "Through all examples")
       ->capture_default_str()
-      ->check(CLI::Range(1, 100000));
+      ->check(Check::range(1, 100000));
   command->add_option("--decay", o->training.decay, "Of weights")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 100.0));
+      ->check(Check::range(0.0, 100.0));
   command->add_option("--readings", o->training.readings, "That the emulators make for the network")
       ->capture_default_str()
-      ->check(CLI::Range(1000, 10000000));
+      ->check(Check::range(1000, 10000000));
   command->add_option("--reader-hidden", o->training.reader_hidden, "Width of the network's hidden layers")
       ->capture_default_str()
-      ->check(CLI::Range(4, 1024));
+      ->check(Check::range(4, 1024));
   command->add_option("--reader-rounds", o->training.reader_rounds, "Through the emulators' readings")
       ->capture_default_str()
-      ->check(CLI::Range(1, 10000));
+      ->check(Check::range(1, 10000));
   command->add_option("--readers", o->training.readers, "Networks from readings to lumps")
       ->capture_default_str()
-      ->check(CLI::Range(1, 16));
+      ->check(Check::range(1, 16));
   command
       ->add_option("--trials", o->training.trials,
                    "Readings for each noise and number of loads to calibrate intervals on")
       ->capture_default_str()
-      ->check(CLI::Range(20, 100000));
+      ->check(Check::range(20, 100000));
   command->add_option("--threads", o->training.threads, "0: one per core")
       ->capture_default_str()
-      ->check(CLI::Range(0, 256));
+      ->check(Check::range(0, 256));
   add_common(
       *command, common,
       "  palpate lump dataset train.h5 --count 1200\n"

@@ -1,11 +1,11 @@
 // palpate optics contact: which light different objects let out of the pad, and how bright they look.
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <limits>
 
 #include "capture/files/output_file.h"
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
+#include "viz/commands/options.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
@@ -184,8 +184,8 @@ Report contact(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_optics_contact(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_optics_contact(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command =
       group.add_subcommand("contact", "Which light contacts let out, and how bright they look to the camera");
   auto options = std::make_shared<Options>();
   add_media(*command, options->media, true);

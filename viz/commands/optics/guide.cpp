@@ -1,11 +1,11 @@
 // palpate optics critical and trapped: which light a pad holds, and how much of a LED's.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
+#include "viz/commands/options.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
@@ -174,8 +174,8 @@ Report trapped(const Common& common, const TrappedOptions& options) {
 
 }  // namespace
 
-void add_optics_critical(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_optics_critical(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command =
       group.add_subcommand("critical", "Critical angles, numerical aperture and acceptance of each layer");
   auto options = std::make_shared<CriticalOptions>();
   add_media(*command, options->media, false);
@@ -187,8 +187,8 @@ void add_optics_critical(CLI::App& group, Common& common, Command& chosen) {
   command->callback([&chosen, options] { chosen = [options] { return critical(*options); }; });
 }
 
-void add_optics_trapped(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_optics_trapped(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command =
       group.add_subcommand("trapped", "How much of a LED's light the layers hold, against their indices");
   auto options = std::make_shared<TrappedOptions>();
   add_media(*command, options->media, false);

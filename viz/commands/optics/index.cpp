@@ -1,11 +1,11 @@
 // palpate optics index: the refractive index of a silicone from laser spots on a wall.
-#include <CLI/CLI.hpp>
 #include <cmath>
 
 #include "capture/files/output_file.h"
-#include "palpate/error.h"
 #include "engine/optics/refractive_index.h"
+#include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
+#include "viz/commands/options.h"
 
 namespace palpate {
 namespace {
@@ -91,8 +91,8 @@ Report index(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_optics_index(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_optics_index(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command =
       group.add_subcommand("index", "Refractive index of a silicone from laser spots on a wall");
   auto options = std::make_shared<Options>();
   const auto list = [&](const char* name, std::vector<double>& values, const char* what) {

@@ -1,11 +1,11 @@
 // palpate optics led: where to put a LED at the pad's edge, seen by its rays.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/error.h"
 #include "engine/optics/ray_fan.h"
+#include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
+#include "viz/commands/options.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
@@ -172,8 +172,8 @@ Report led(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_optics_led(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command = group.add_subcommand(
+void add_optics_led(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command = group.add_subcommand(
       "led", "Where a LED's rays go from the edge: what stays, and where it first meets the face");
   auto options = std::make_shared<Options>();
   add_media(*command, options->media, true);
@@ -183,7 +183,7 @@ void add_optics_led(CLI::App& group, Common& common, Command& chosen) {
   command->add_option("--length-mm", options->length_mm, "Length of the pad from this edge, mm")
       ->capture_default_str();
   command->add_option("--rays", options->rays, "Rays drawn, evenly spread in angle")
-      ->check(CLI::Range(1, 500))
+      ->check(Check::range(1, 500))
       ->capture_default_str();
   command->add_option("--out", common.out, "Folder for led.csv, .png and .svg");
   add_common(*command, common,

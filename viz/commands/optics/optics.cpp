@@ -1,18 +1,18 @@
 // palpate optics: a pad designed as a waveguide.
 #include "viz/commands/optics/optics.h"
 
-#include <CLI/CLI.hpp>
 #include <cstdarg>
 #include <cstdio>
 #include <numbers>
 
 #include "capture/files/output_file.h"
 #include "palpate/error.h"
+#include "viz/commands/options.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
 
-void add_media(CLI::App& command, MediaOptions& media, bool thickness) {
+void add_media(CommandLine& command, MediaOptions& media, bool thickness) {
   command
       .add_option("--indices", media.indices,
                   "Refractive indices: outside of the touched face, layers, outside towards the camera")
@@ -50,14 +50,14 @@ Waveguide guide_of(const MediaOptions& media, bool needs_thickness) {
   return guide;
 }
 
-void add_lamp(CLI::App& command, LampOptions& lamp) {
+void add_lamp(CommandLine& command, LampOptions& lamp) {
   command.add_option("--led-layer", lamp.layer,
                      "The layer whose edge the LED lights, from 1 at the touched face (default: the middle)");
   command
       .add_option("--edge-index", lamp.edge_index,
                   "Index between LED and edge: 1 is air, the layer's own a LED that is cast in")
       ->capture_default_str();
-  CLI::Option* order = command.add_option(
+  CommandOption* order = command.add_option(
       "--led-order", lamp.order, "The LED shines as cos^ORDER of the angle (default 1: Lambert's law)");
   command
       .add_option("--led-half-intensity-deg", lamp.half_intensity_deg,
@@ -119,8 +119,9 @@ std::string write_results(const Common& common, const std::string& name, const s
   return written;
 }
 
-void add_optics(CLI::App& program, Common& common, Command& chosen) {
-  CLI::App* group = program.add_subcommand("optics", "Design the pad as a waveguide: what light does in it");
+void add_optics(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* group =
+      program.add_subcommand("optics", "Design the pad as a waveguide: what light does in it");
   group->require_subcommand(1);
   add_optics_stack(*group, common, chosen);
   add_optics_critical(*group, common, chosen);

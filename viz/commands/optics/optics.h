@@ -12,12 +12,14 @@
 
 namespace palpate {
 
+class CommandLine;
+
 /// The media that light meets, and their layers.
 struct MediaOptions {
   std::vector<double> indices, extinction, thickness_mm;
 };
 /// --indices, and --thickness-mm where `thickness` says so.
-void add_media(CLI::App& command, MediaOptions& media, bool thickness);
+void add_media(CommandLine& command, MediaOptions& media, bool thickness);
 /// Thicknesses of the layers: one for all, or one each. Throws Error(Failure::Usage) where their numbers do
 /// not fit, or none is given although `needed`; then 1 mm each stands for "of no effect".
 std::vector<double> layer_thickness(const MediaOptions& media, bool needed);
@@ -31,7 +33,7 @@ struct LampOptions {
   double half_angle_deg = 90;
 };
 /// --led-layer, --edge-index, --led-order or --led-half-intensity-deg, --led-half-angle-deg.
-void add_lamp(CLI::App& command, LampOptions& lamp);
+void add_lamp(CommandLine& command, LampOptions& lamp);
 EdgeLamp lamp_of(const LampOptions& options, const Waveguide& guide);
 nlohmann::ordered_json to_json(const EdgeLamp& lamp);
 
@@ -45,11 +47,11 @@ std::string line(const char* format, ...) __attribute__((format(printf, 1, 2)));
 std::string write_results(const Common& common, const std::string& name, const std::string& csv,
                           const std::function<std::string(bool svg)>& script);
 
-void add_optics_stack(CLI::App& group, Common& common, Command& chosen);
-void add_optics_critical(CLI::App& group, Common& common, Command& chosen);
-void add_optics_index(CLI::App& group, Common& common, Command& chosen);
-void add_optics_trapped(CLI::App& group, Common& common, Command& chosen);
-void add_optics_contact(CLI::App& group, Common& common, Command& chosen);
-void add_optics_led(CLI::App& group, Common& common, Command& chosen);
+void add_optics_stack(CommandLine& group, Common& common, Command& chosen);
+void add_optics_critical(CommandLine& group, Common& common, Command& chosen);
+void add_optics_index(CommandLine& group, Common& common, Command& chosen);
+void add_optics_trapped(CommandLine& group, Common& common, Command& chosen);
+void add_optics_contact(CommandLine& group, Common& common, Command& chosen);
+void add_optics_led(CommandLine& group, Common& common, Command& chosen);
 
 }  // namespace palpate

@@ -1,12 +1,12 @@
 // palpate optics stack: reflectance, transmittance and absorptance of plane layers.
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
-#include "palpate/error.h"
 #include "engine/optics/optical_stack.h"
+#include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
+#include "viz/commands/options.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
@@ -150,8 +150,8 @@ Report stack(const Common& common, const Options& options) {
 
 }  // namespace
 
-void add_optics_stack(CLI::App& group, Common& common, Command& chosen) {
-  CLI::App* command =
+void add_optics_stack(CommandLine& group, Common& common, Command& chosen) {
+  CommandLine* command =
       group.add_subcommand("stack", "What layers reflect, pass and absorb at an angle, by polarisation");
   auto options = std::make_shared<Options>();
   add_media(*command, options->media, true);

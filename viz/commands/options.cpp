@@ -1,0 +1,269 @@
+#include "viz/commands/options.h"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <sstream>
+
+namespace palpate {
+
+Check::Check(CLI::Validator validator)
+    : validator_(std::make_shared<const CLI::Validator>(std::move(validator))) {}
+
+Check::Check(std::string (*refusal)(const std::string& text))
+    : Check(CLI::Validator([refusal](std::string& text) { return refusal(text); }, "")) {}
+
+Check Check::range(int least, int most) {
+  return Check(CLI::Range(least, most));
+}
+Check Check::range(uint64_t least, uint64_t most) {
+  return Check(CLI::Range(least, most));
+}
+Check Check::range(double least, double most) {
+  return Check(CLI::Range(least, most));
+}
+Check Check::positive() {
+  return Check(CLI::PositiveNumber);
+}
+Check Check::non_negative() {
+  return Check(CLI::NonNegativeNumber);
+}
+Check Check::existing_file() {
+  return Check(CLI::ExistingFile);
+}
+Check Check::one_of(std::initializer_list<const char*> words) {
+  return one_of(std::vector<std::string>(words.begin(), words.end()));
+}
+Check Check::one_of(const std::vector<std::string>& words) {
+  return Check(CLI::IsMember(words));
+}
+Check Check::one_of(std::initializer_list<int> numbers) {
+  return Check(CLI::IsMember(std::vector<int>(numbers)));
+}
+Check Check::number_of(const std::map<std::string, int>& names) {
+  std::string known;
+  for (const auto& [name, value] : names) known += (known.empty() ? "" : ", ") + name;
+  return Check(CLI::Validator(
+      [names, known](std::string& word) {
+        const auto there = names.find(CLI::detail::to_lower(word));
+        if (there == names.end()) return "wanted one of " + known + "; found '" + word + "'";
+        word = std::to_string(there->second);
+        return std::string();
+      },
+      ""));
+}
+
+CommandOption* CommandOption::required() {
+  option_->required();
+  return this;
+}
+CommandOption* CommandOption::capture_default_str() {
+  option_->capture_default_str();
+  return this;
+}
+CommandOption* CommandOption::take_all() {
+  option_->take_all();
+  return this;
+}
+CommandOption* CommandOption::description(const std::string& text) {
+  option_->description(text);
+  return this;
+}
+CommandOption* CommandOption::default_str(const std::string& text) {
+  option_->default_str(text);
+  return this;
+}
+CommandOption* CommandOption::option_text(const std::string& text) {
+  option_->option_text(text);
+  return this;
+}
+CommandOption* CommandOption::group(const std::string& name) {
+  option_->group(name);
+  return this;
+}
+CommandOption* CommandOption::check(const Check& check) {
+  option_->check(check.validator());
+  return this;
+}
+CommandOption* CommandOption::transform(const Check& check) {
+  option_->transform(check.validator());
+  return this;
+}
+CommandOption* CommandOption::delimiter(char mark) {
+  option_->delimiter(mark);
+  return this;
+}
+CommandOption* CommandOption::expected(int count) {
+  option_->expected(count);
+  return this;
+}
+CommandOption* CommandOption::expected(int least, int most) {
+  option_->expected(least, most);
+  return this;
+}
+CommandOption* CommandOption::excludes(CommandOption* other) {
+  option_->excludes(other->option_);
+  return this;
+}
+CommandOption* CommandOption::needs(CommandOption* other) {
+  option_->needs(other->option_);
+  return this;
+}
+size_t CommandOption::count() const {
+  return option_->count();
+}
+
+CommandLine::CommandLine(const std::string& description, const std::string& name)
+    : own_(std::make_unique<CLI::App>(description, name)), app_(own_.get()) {}
+
+CommandLine::CommandLine(CLI::App* app) : app_(app) {}
+
+CommandLine::~CommandLine() = default;
+
+CommandLine* CommandLine::add_subcommand(const std::string& name, const std::string& description) {
+  CLI::App* app = app_->add_subcommand(name, description);
+  return below_.emplace_back(new CommandLine(app)).get();
+}
+CommandLine* CommandLine::require_subcommand(int count) {
+  app_->require_subcommand(count);
+  return this;
+}
+CommandLine* CommandLine::require_subcommand(int least, int most) {
+  app_->require_subcommand(static_cast<size_t>(least), static_cast<size_t>(most));
+  return this;
+}
+CommandLine* CommandLine::fallthrough() {
+  app_->fallthrough();
+  return this;
+}
+CommandLine* CommandLine::footer(const std::string& text) {
+  app_->footer(text);
+  return this;
+}
+CommandLine* CommandLine::callback(std::function<void()> action) {
+  app_->callback(std::move(action));
+  return this;
+}
+CommandLine* CommandLine::description(const std::string& text) {
+  app_->description(text);
+  return this;
+}
+void CommandLine::set_version_flag(const std::string& name, const std::string& text) {
+  app_->set_version_flag(name, text);
+}
+
+CommandOption* CommandLine::keep(CLI::Option* option) {
+  auto& kept = options_[option];
+  if (!kept) kept = std::make_unique<CommandOption>(option);
+  return kept.get();
+}
+
+template <typename Value>
+CommandOption* CommandLine::add_plain(const std::string& name, Value& value, const std::string& description) {
+  return keep(app_->add_option(name, value, description));
+}
+
+#define PALPATE_PLAIN(TYPE) \
+  template CommandOption* CommandLine::add_plain(const std::string&, TYPE&, const std::string&)
+PALPATE_PLAIN(int);
+PALPATE_PLAIN(uint32_t);
+PALPATE_PLAIN(uint64_t);
+PALPATE_PLAIN(float);
+PALPATE_PLAIN(double);
+PALPATE_PLAIN(std::string);
+PALPATE_PLAIN(std::filesystem::path);
+PALPATE_PLAIN(std::vector<int>);
+PALPATE_PLAIN(std::vector<uint32_t>);
+PALPATE_PLAIN(std::vector<uint64_t>);
+PALPATE_PLAIN(std::vector<double>);
+PALPATE_PLAIN(std::vector<std::string>);
+PALPATE_PLAIN(std::vector<std::filesystem::path>);
+PALPATE_PLAIN(std::optional<int>);
+PALPATE_PLAIN(std::optional<double>);
+PALPATE_PLAIN(std::optional<std::string>);
+#undef PALPATE_PLAIN
+
+CommandOption* CommandLine::add_texts(const std::string& name, bool takes_many,
+                                      const std::string& description,
+                                      std::function<bool(const std::vector<std::string>&)> take,
+                                      std::function<std::string()> now) {
+  CLI::Option* option = app_->add_option(name, std::move(take), description, false, std::move(now));
+  option->type_name("ENUM");
+  option->type_size(1, 1);
+  option->expected(takes_many ? CLI::detail::expected_max_vector_size : 1);
+  option->run_callback_for_default();
+  return keep(option);
+}
+
+CommandOption* CommandLine::add_flag(const std::string& name, bool& value, const std::string& description) {
+  return keep(app_->add_flag(name, value, description));
+}
+
+CommandOption* CommandLine::add_option_function(const std::string& name,
+                                                std::function<void(const std::string&)> take,
+                                                const std::string& description) {
+  return keep(app_->add_option_function<std::string>(name, take, description));
+}
+
+CommandOption* CommandLine::get_option(const std::string& name) {
+  CLI::Option* option = app_->get_option_no_throw(name);
+  return option ? keep(option) : nullptr;
+}
+
+bool CommandLine::parsed() const {
+  return app_->parsed();
+}
+
+bool CommandLine::has_command(const std::string& name) const {
+  for (const CLI::App* command : app_->get_subcommands([](const CLI::App*) { return true; }))
+    if (command->get_name() == name) return true;
+  return false;
+}
+
+Parsed CommandLine::read(const std::function<void()>& parse) {
+  Parsed parsed;
+  try {
+    parse();
+  } catch (const CLI::ParseError& error) {
+    parsed.done = false;
+    parsed.help = error.get_exit_code() == 0;
+    std::ostringstream text;
+    if (parsed.help) app_->exit(error, text, text);
+    parsed.text = parsed.help ? text.str() : error.what();
+  }
+  for (auto commands = app_->get_subcommands(); !commands.empty();
+       commands = commands.front()->get_subcommands())
+    parsed.commands.push_back(commands.front()->get_name());
+  return parsed;
+}
+
+Parsed CommandLine::parse(const std::vector<std::string>& arguments) {
+  return read([&] { app_->parse(std::vector<std::string>(arguments.rbegin(), arguments.rend())); });
+}
+
+Parsed CommandLine::parse(int argc, const char* const* argv) {
+  return read([&] { app_->parse(argc, argv); });
+}
+
+std::optional<int> CommandLine::parse_or_exit(int argc, const char* const* argv) {
+  try {
+    app_->parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app_->exit(error);
+  }
+  return std::nullopt;
+}
+
+void CommandLine::name_values(const std::pair<const char*, const char*>* names, size_t count) {
+  for (CLI::Option* option : app_->get_options(nullptr)) {
+    const bool flag = option->get_items_expected_max() == 0;
+    if (flag || !option->get_option_text().empty()) continue;
+    std::string text;
+    for (size_t i = 0; i < count; ++i)
+      if (option->get_name() == names[i].first) text = names[i].second;
+    if (option->get_required()) text += text.empty() ? "(required)" : " (required)";
+    if (!option->get_default_str().empty()) text += " [" + option->get_default_str() + "]";
+    if (!text.empty()) option->option_text(text);
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,187 @@
+// Command line: commands, their options and checks of values. The library behind it is seen by options.cpp
+// alone.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace CLI {
+class App;
+class Option;
+class Validator;
+}  // namespace CLI
+
+namespace palpate {
+
+/// A rule for an option's value, which help names beside it; a value that breaks it is a usage error.
+class Check {
+ public:
+  explicit Check(CLI::Validator validator);
+  /// `refusal` says what is wrong with a text, or nothing.
+  Check(std::string (*refusal)(const std::string& text));
+  const CLI::Validator& validator() const { return *validator_; }
+
+  /// From `least` to `most`, both of them included; the type is that of the option's value.
+  static Check range(int least, int most);
+  static Check range(uint64_t least, uint64_t most);
+  static Check range(double least, double most);
+  static Check positive();
+  static Check non_negative();
+  static Check existing_file();
+  static Check one_of(std::initializer_list<const char*> words);
+  static Check one_of(const std::vector<std::string>& words);
+  static Check one_of(std::initializer_list<int> numbers);
+  /// Turns a name, in any case, into the text of its number; another word is refused with what there is.
+  static Check number_of(const std::map<std::string, int>& names);
+
+ private:
+  std::shared_ptr<const CLI::Validator> validator_;
+};
+
+/// One option of a command. Every setter returns the option itself.
+class CommandOption {
+ public:
+  explicit CommandOption(CLI::Option* option) : option_(option) {}
+
+  CommandOption* required();
+  /// Help shows the value that the variable has now, or the text given.
+  CommandOption* capture_default_str();
+  /// Of values given several times all count; otherwise that is an error.
+  CommandOption* take_all();
+  CommandOption* description(const std::string& text);
+  CommandOption* default_str(const std::string& text);
+  /// What help shows in place of type, checks and default.
+  CommandOption* option_text(const std::string& text);
+  CommandOption* group(const std::string& name);
+  CommandOption* check(const Check& check);
+  /// A check that may change the value's text.
+  CommandOption* transform(const Check& check);
+  /// Values in one argument, separated by `mark`.
+  CommandOption* delimiter(char mark);
+  CommandOption* expected(int count);
+  CommandOption* expected(int least, int most);
+  CommandOption* excludes(CommandOption* other);
+  CommandOption* needs(CommandOption* other);
+  /// How often it was given; after parsing.
+  size_t count() const;
+
+ private:
+  CLI::Option* option_;
+};
+
+/// What parsing a command line ended with.
+struct Parsed {
+  bool done = true;  ///< false: `text` is all there is to say
+  bool help =
+      false;  ///< help or version was asked for: `text` belongs to stdout; else it is an error's reason
+  std::string text;
+  std::vector<std::string>
+      commands;  ///< names of the command and what is below it, as far as they were known
+};
+
+/// A program, or one of its commands.
+class CommandLine {
+ public:
+  /// Of a whole program.
+  CommandLine(const std::string& description, const std::string& name);
+  explicit CommandLine(const std::string& description = "") : CommandLine(description, "") {}
+  ~CommandLine();
+  CommandLine(const CommandLine&) = delete;
+  CommandLine& operator=(const CommandLine&) = delete;
+
+  /// The same address for as long as this lives.
+  CommandLine* add_subcommand(const std::string& name, const std::string& description);
+  /// Exactly `count` of the commands below (0: any number).
+  CommandLine* require_subcommand(int count);
+  CommandLine* require_subcommand(int least, int most);
+  /// Options that a command does not know are taken as its group's.
+  CommandLine* fallthrough();
+  CommandLine* footer(const std::string& text);
+  CommandLine* callback(std::function<void()> action);
+  CommandLine* description(const std::string& text);
+  void set_version_flag(const std::string& name, const std::string& text);
+
+  /// `value` takes what is given; it has to live until parsing is over. Defined for bool, int, uint32_t,
+  /// uint64_t, float, double, std::string, std::filesystem::path, their vectors and std::optional of them,
+  /// and for enums behind Check::number_of (see one_of.h).
+  template <typename Value>
+  CommandOption* add_option(const std::string& name, Value& value, const std::string& description = "");
+  CommandOption* add_flag(const std::string& name, bool& value, const std::string& description);
+  /// The text goes to `take`.
+  CommandOption* add_option_function(const std::string& name, std::function<void(const std::string&)> take,
+                                     const std::string& description);
+  /// An option of this command by its name; null where there is none.
+  CommandOption* get_option(const std::string& name);
+
+  bool parsed() const;
+  /// Whether the word names a command right below.
+  bool has_command(const std::string& name) const;
+  /// Reads the arguments (without the program's name) and calls the callbacks of what was chosen.
+  Parsed parse(const std::vector<std::string>& arguments);
+  Parsed parse(int argc, const char* const* argv);
+  /// For programs without commands: prints help or the error, and returns the exit code to end with.
+  std::optional<int> parse_or_exit(int argc, const char* const* argv);
+
+  /// Gives every option without a text of its own the name of its value from `names` (option, value name),
+  /// and its default.
+  void name_values(const std::pair<const char*, const char*>* names, size_t count);
+
+ private:
+  explicit CommandLine(CLI::App* app);
+  /// An option whose parts are taken as they come; `takes_many`: any number of them.
+  CommandOption* add_texts(const std::string& name, bool takes_many, const std::string& description,
+                           std::function<bool(const std::vector<std::string>&)> take,
+                           std::function<std::string()> now);
+  CommandOption* keep(CLI::Option* option);
+  Parsed read(const std::function<void()>& parse);
+
+  std::unique_ptr<CLI::App> own_;
+  CLI::App* app_;
+  std::vector<std::unique_ptr<CommandLine>> below_;
+  std::map<const CLI::Option*, std::unique_ptr<CommandOption>> options_;
+
+  template <typename Value>
+  CommandOption* add_plain(const std::string& name, Value& value, const std::string& description);
+
+  template <typename Value>
+  struct IsVector : std::false_type {};
+  template <typename Value>
+  struct IsVector<std::vector<Value>> : std::is_enum<Value> {
+    using Part = Value;
+  };
+};
+
+template <typename Value>
+CommandOption* CommandLine::add_option(const std::string& name, Value& value,
+                                       const std::string& description) {
+  if constexpr (std::is_enum_v<Value>) {
+    return add_texts(
+        name, false, description,
+        [&value](const std::vector<std::string>& texts) {
+          value = static_cast<Value>(std::stoi(texts.back()));
+          return true;
+        },
+        [&value] { return std::to_string(static_cast<int>(value)); });
+  } else if constexpr (IsVector<Value>::value) {
+    return add_texts(name, true, description,
+                     [&value](const std::vector<std::string>& texts) {
+                       value.clear();
+                       for (const std::string& text : texts)
+                         value.push_back(static_cast<typename IsVector<Value>::Part>(std::stoi(text)));
+                       return true;
+                     },
+                     {});
+  } else {
+    return add_plain(name, value, description);
+  }
+}
+
+}  // namespace palpate
