@@ -62,8 +62,9 @@ constexpr Arrow kArrows[] = {
     {"perf/measure", "engine/base"},
     {"perf/rivals", "perf/measure viz/report"},
     {"perf/profile", "perf/rivals viz/live"},
-    {"perf/tools", "perf/profile"},
-    {"viz/commands", "viz/display perf/profile"},
+    {"viz/commands/options", "engine/include"},
+    {"perf/tools", "perf/profile viz/commands/options"},
+    {"viz/commands", "viz/display perf/profile viz/commands/options"},
     {"viz/main", "viz/commands"},
 };
 

@@ -10,8 +10,8 @@
 #include <set>
 #include <span>
 
-#include "palpate/error.h"
 #include "engine/calibrate/force_scatter.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {
@@ -223,39 +223,32 @@ Scatter find_interval(std::span<const ForceSample> samples, std::span<const size
   return scatter;
 }
 
-}  // namespace
+size_t count_used(std::span<const ForceSample> samples) {
+  return static_cast<size_t>(std::count_if(samples.begin(), samples.end(), is_used));
+}
 
-ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOptions& options) {
-  const auto count_used = [&] {
-    return static_cast<size_t>(std::count_if(samples.begin(), samples.end(), is_used));
-  };
+/// Throws Error where the signal that is asked for is not there, or too few readings are.
+void check_readings(std::span<const ForceSample> samples, const ForceChoiceOptions& options) {
   if (options.signal == ForceSignal::Gradient && !is_there(ForceSignal::Gradient, samples))
     throw Error(Failure::Input, "the sum of gradients as signal",
                 "frames of more than 8 bits, or none touched", "signal gray-sum");
   if (options.signal == ForceSignal::Volume && !is_there(ForceSignal::Volume, samples))
     throw Error(Failure::Input, "the indented volume as signal", "a sensor without a reading of its surface",
                 "signal gray-sum or area, or a surface section in the sensor file");
-  const std::vector<ForceCandidate> candidates = candidates_of(options, samples);
   const size_t least = unknowns(options.model.value_or(ForceModel::Line), 0) + 1;
-  if (count_used() < least)
+  if (count_used(samples) < least)
     throw Error(
         Failure::Input, "at least " + std::to_string(least) + " frames of a contact beside gauge readings",
-        std::to_string(count_used()) + " of " + std::to_string(samples.size()) + why_left_out(samples),
+        std::to_string(count_used(samples)) + " of " + std::to_string(samples.size()) + why_left_out(samples),
         samples.empty() ? "a recording in which something presses"
                         : "a recording with more presses, less light, and the contact inside the frame");
+}
 
-  std::vector<ForceSignal> signals;
-  for (const ForceSignal signal : kSignals)
-    if (std::any_of(candidates.begin(), candidates.end(),
-                    [&](const ForceCandidate& c) { return c.signal == signal; }))
-      signals.push_back(signal);
-  mark_outliers(samples, signals);
-
-  ForceChoice choice;
-  const HoldOut held = hold_out(samples);
-  choice.blocks = held.blocks;
-  choice.blocks_are = held.blocks_are;
-  const std::vector<size_t>& block = held.block;
+/// Every candidate judged by held-out readings into choice.scores, and the one that is taken: its place in
+/// them. Throws Error where none can be judged.
+size_t score_candidates(std::span<const ForceCandidate> candidates, std::span<const ForceSample> samples,
+                        std::span<const size_t> block, const ForceChoiceOptions& options,
+                        ForceChoice& choice) {
   std::vector<std::vector<double>> errors;
   std::optional<size_t> best;
   double best_N = 0;
@@ -283,7 +276,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
     fit_curves(candidates.front().model, candidates.front().branches,
                track_of(candidates.front().signal, samples), samples, [](size_t) { return true; });
     throw Error(Failure::Input, "readings enough to judge a fit by those it does not see",
-                std::to_string(count_used()) + why_left_out(samples), "a recording with more presses");
+                std::to_string(count_used(samples)) + why_left_out(samples), "a recording with more presses");
   }
   size_t chosen = choice.scores.size();
   for (size_t k = 0; k < choice.scores.size(); ++k) {
@@ -304,7 +297,49 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
         score.worse_N <= std::max(score.worse_sd_N, kAlike * best_N))
       chosen = k;
   }
-  if (chosen == choice.scores.size()) chosen = *best;
+  return chosen == choice.scores.size() ? *best : chosen;
+}
+
+/// Residuals of the fitted curves, N (0 where a sample is not used), and what they say of the fit.
+std::vector<double> judge_residuals(std::span<const ForceSample> samples, const ForceTrack& track,
+                                    const ForceCurves& curves, ForceChoice& choice) {
+  ForceCalibration& f = choice.calibration;
+  std::vector<double> residual_N(samples.size());
+  double squares = 0, sum = 0, about = 0;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    if (!is_used(samples[i])) continue;
+    f.force_max_N = std::max(f.force_max_N, samples[i].force_N);
+    residual_N[i] = samples[i].force_N - curves.at(track.signal[i], track.unloading[i]);
+    choice.largest_residual_N = std::max(choice.largest_residual_N, std::abs(residual_N[i]));
+    squares += residual_N[i] * residual_N[i];
+    sum += samples[i].force_N;
+    ++choice.readings;
+  }
+  const double mean = sum / static_cast<double>(choice.readings);
+  for (const ForceSample& s : samples)
+    if (is_used(s)) about += (s.force_N - mean) * (s.force_N - mean);
+  choice.residual_rms_N = std::sqrt(squares / static_cast<double>(choice.readings));
+  f.r_squared = about > 0 ? 1 - squares / about : 0;
+  return residual_N;
+}
+
+}  // namespace
+
+ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOptions& options) {
+  check_readings(samples, options);
+  const std::vector<ForceCandidate> candidates = candidates_of(options, samples);
+  std::vector<ForceSignal> signals;
+  for (const ForceSignal signal : kSignals)
+    if (std::any_of(candidates.begin(), candidates.end(),
+                    [&](const ForceCandidate& c) { return c.signal == signal; }))
+      signals.push_back(signal);
+  mark_outliers(samples, signals);
+
+  ForceChoice choice;
+  const HoldOut held = hold_out(samples);
+  choice.blocks = held.blocks;
+  choice.blocks_are = held.blocks_are;
+  const size_t chosen = score_candidates(candidates, samples, held.block, options, choice);
   choice.chosen = choice.scores[chosen];
   const ForceCandidate& c = choice.chosen.candidate;
   // What only the chosen signal shows as an outlier counts for it alone.
@@ -328,22 +363,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   f.covariance = curves.together.covariance;
   f.gray_min = track.low;
   f.gray_max = track.high;
-  std::vector<double> residual_N(samples.size());
-  double squares = 0, sum = 0, about = 0;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    if (!is_used(samples[i])) continue;
-    f.force_max_N = std::max(f.force_max_N, samples[i].force_N);
-    residual_N[i] = samples[i].force_N - curves.at(track.signal[i], track.unloading[i]);
-    choice.largest_residual_N = std::max(choice.largest_residual_N, std::abs(residual_N[i]));
-    squares += residual_N[i] * residual_N[i];
-    sum += samples[i].force_N;
-    ++choice.readings;
-  }
-  const double mean = sum / static_cast<double>(choice.readings);
-  for (const ForceSample& s : samples)
-    if (is_used(s)) about += (s.force_N - mean) * (s.force_N - mean);
-  choice.residual_rms_N = std::sqrt(squares / static_cast<double>(choice.readings));
-  f.r_squared = about > 0 ? 1 - squares / about : 0;
+  const std::vector<double> residual_N = judge_residuals(samples, track, curves, choice);
 
   const Scatter scatter = find_interval(samples, final_block, choice.blocks, f.force_max_N, choice);
   f.residual_sd_N = scatter.still_N;

@@ -204,6 +204,255 @@ void draw_slip_band(ImDrawList* list, ImVec2 low, ImVec2 high, const Chart& time
   list->AddRect(low, high, kFrameLine);
 }
 
+/// All that the charts of one picture share.
+class StripCharts {
+ public:
+  StripCharts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,
+              const Tare& tare, const ChartStyle& style)
+      : list_(list),
+        history_(history),
+        samples_(history.samples()),
+        sensor_(sensor),
+        tare_(tare),
+        style_(style),
+        scale_(style.scale),
+        low_(static_cast<float>(rect.x), static_cast<float>(rect.y)),
+        high_(low_.x + static_cast<float>(rect.width), low_.y + static_cast<float>(rect.height)),
+        end_s_(samples_.empty() ? style.span_s : std::max(samples_.back().time_s, style.span_s)),
+        has_shear_(sensor.shear && sensor.force),
+        has_depth_(sensor.reading != Reading::None) {
+    const float row = ImGui::GetFontSize();
+    left_ = low_.x + 52 * scale_;
+    right_ = high_.x - 10 * scale_;
+    axis_ = row + 5 * scale_;
+    band_ = has_shear_ ? row + 3 * scale_ : 0;
+    bottom_ = high_.y - axis_ - band_ - (has_shear_ ? 3 * scale_ : 0);
+    const float room = bottom_ - low_.y - 5 * scale_;
+    // Each chart needs room for its title and two numbers.
+    const int possible = std::max(1, static_cast<int>(room / (2.4f * row)));
+    const int wanted = 1 + (has_shear_ ? 1 : 0) + (has_depth_ ? 1 : 0);
+    count_ = std::min(possible, wanted);
+    gap_ = 5 * scale_;
+    height_ = (room - gap_ * static_cast<float>(count_ - 1)) / static_cast<float>(count_);
+    ticks_ = std::max(1, static_cast<int>(height_ / (1.7f * row)));
+  }
+
+  void draw() {
+    list_->AddRectFilled(low_, high_, IM_COL32(17, 20, 24, 255));
+    list_->PushClipRect(low_, high_, true);
+    if (sensor_.force)
+      draw_force();
+    else
+      draw_gray_sum();
+    if (has_shear_ && index_ < count_) draw_shear();
+    if (has_depth_ && index_ < count_) draw_depth();
+    draw_time_axis();
+    draw_events();
+    list_->PopClipRect();
+  }
+
+ private:
+  Chart next() {
+    const float y = low_.y + 5 * scale_ + static_cast<float>(index_++) * (height_ + gap_);
+    return Chart(list_, {left_, y}, {right_, y + height_}, end_s_, style_.span_s, scale_);
+  }
+  const char* zeroed() const { return tare_.on ? ", tared" : ""; }
+  Estimate force(const Sample& s) const { return tare_.on ? tared(s.force_N, tare_.force_N) : s.force_N; }
+  Estimate shear(const Sample& s, bool x) const {
+    const Estimate& e = x ? s.shear_x_N : s.shear_y_N;
+    return tare_.on ? tared(e, x ? tare_.shear_x_N : tare_.shear_y_N) : e;
+  }
+  /// Where nothing touches, no force is what there was at the zero, with the other sign.
+  double untouched(const Estimate& zero) const { return tare_.on && has_value(zero) ? -zero.value : 0.0; }
+
+  void draw_force();
+  void draw_gray_sum();
+  void draw_shear();
+  void draw_depth();
+  void draw_time_axis();
+  void draw_events();
+
+  ImDrawList* list_;
+  const History& history_;
+  const std::deque<Sample>& samples_;
+  const Sensor& sensor_;
+  const Tare& tare_;
+  const ChartStyle& style_;
+  float scale_;
+  ImVec2 low_, high_;
+  double end_s_;
+  bool has_shear_;  // without a force there is no friction limit, and shear is not told
+  bool has_depth_;
+  float left_ = 0, right_ = 0, axis_ = 0, band_ = 0, bottom_ = 0, gap_ = 0, height_ = 0;  // px
+  int count_ = 0, index_ = 0, ticks_ = 0;
+};
+
+void StripCharts::draw_force() {
+  Chart chart = next();
+  Ends ends;
+  const ForceRange range = calibrated_range(*sensor_.force);
+  const double zero_N = tare_.on && has_value(tare_.force_N) ? tare_.force_N.value : 0;
+  for (const Sample& s : samples_)
+    if (chart.visible(s.time_s) && s.contact) {
+      ends.take(force(s).value - 2 * force(s).standard_error);
+      ends.take(force(s).value + 2 * force(s).standard_error);
+    }
+  // The limits, of one contact, come into sight when its force comes near them.
+  const bool limits = std::none_of(samples_.begin(), samples_.end(),
+                                   [&](const Sample& s) { return chart.visible(s.time_s) && s.several; });
+  if (limits && ends.most > 0.6 * (range.most_N - zero_N)) ends.take(1.02 * (range.most_N - zero_N));
+  const double step = ends.round(0.02, ticks_);
+  chart.set_range(ends.least, ends.most);
+  chart.paper(step);
+  chart.clip();
+  chart.band(
+      samples_,
+      [&](const Sample& s, double& a, double& b) {
+        const Estimate e = force(s);
+        a = e.value - 2 * e.standard_error;
+        b = e.value + 2 * e.standard_error;
+        return has_value(e);
+      },
+      kBand);
+  chart.line(
+      samples_,
+      [&](const Sample& s, double& v) {
+        v = has_value(s.force_N) ? force(s).value : untouched(tare_.force_N);
+        return s.force_N.validity != Validity::NotCalibrated;
+      },
+      kForce, Stroke::Solid);
+  if (limits)
+    chart.level(range.most_N - zero_N, kLimit,
+                text("calibrated to %.3g N%s", range.most_N, tare_.on ? " untared" : ""));
+  if (limits && range.least_N - zero_N > 0.03 * ends.most)
+    chart.level(range.least_N - zero_N, kLimit,
+                text("from %.3g N%s", range.least_N, tare_.on ? " untared" : ""));
+  chart.unclip();
+  chart.title(text("force [N]%s, band: 95 %%", zeroed()), kForce);
+  chart.frame();
+}
+
+void StripCharts::draw_gray_sum() {
+  Chart chart = next();
+  Ends ends;
+  for (const Sample& s : samples_)
+    if (chart.visible(s.time_s)) ends.take(1e-3 * s.gray_sum);
+  const double step = ends.round(0.01, ticks_);
+  chart.set_range(ends.least, ends.most);
+  chart.paper(step);
+  chart.clip();
+  chart.line(
+      samples_,
+      [](const Sample& s, double& v) {
+        v = 1e-3 * s.gray_sum;
+        return true;
+      },
+      kForce, Stroke::Solid);
+  chart.unclip();
+  chart.title("gray sum G [1000 gray levels], force not calibrated", kForce);
+  chart.frame();
+}
+
+void StripCharts::draw_shear() {
+  Chart chart = next();
+  Ends ends;
+  for (const Sample& s : samples_)
+    if (chart.visible(s.time_s) && s.contact)
+      for (const bool x : {true, false}) ends.take(shear(s, x).value);
+  double reach = std::max(-ends.least, ends.most);
+  // The friction limit comes into sight when the shear comes near it.
+  if (!tare_.on && !samples_.empty() && has_value(samples_.back().force_N))
+    if (const double limit_N = sensor_.shear->friction * samples_.back().force_N.value; reach > 0.6 * limit_N)
+      reach = std::max(reach, limit_N);
+  ends = {0, reach};
+  const double step = ends.round(0.01, std::max(1, ticks_ / 2));
+  chart.set_range(-ends.most, ends.most);
+  chart.paper(step);
+  chart.clip();
+  const double friction = sensor_.shear->friction;
+  for (const double sign : {-1.0, 1.0})
+    if (!tare_.on)
+      chart.line(
+          samples_,
+          [&](const Sample& s, double& v) {
+            v = sign * friction * s.force_N.value;
+            return has_value(s.force_N);
+          },
+          kLimit, Stroke::Dotted);
+  for (const bool x : {true, false})
+    chart.line(
+        samples_,
+        [&](const Sample& s, double& v) {
+          const Estimate e = shear(s, x);
+          v = has_value(e) ? e.value : untouched(x ? tare_.shear_x_N : tare_.shear_y_N);
+          return e.validity != Validity::NotCalibrated;
+        },
+        x ? kShearX : kShearY, x ? Stroke::Solid : Stroke::Dashed);
+  chart.unclip();
+  const std::string first = text("shear [N]%s: x", zeroed());
+  chart.title(first, kShearX);
+  float along = ImGui::CalcTextSize(first.c_str()).x + 8 * scale_;
+  chart.title("y (dashed)", kShearY, along);
+  along += ImGui::CalcTextSize("y (dashed)").x + 8 * scale_;
+  if (!tare_.on) chart.title("friction limit (dotted)", kLimit, along);
+  chart.frame();
+}
+
+void StripCharts::draw_depth() {
+  Chart chart = next();
+  Ends ends;
+  for (const Sample& s : samples_)
+    if (chart.visible(s.time_s)) ends.take(s.depth_mm);
+  const double step = ends.round(0.02, ticks_);
+  chart.set_range(ends.least, ends.most);
+  chart.paper(step);
+  chart.clip();
+  chart.line(
+      samples_,
+      [](const Sample& s, double& v) {
+        v = s.depth_mm;
+        return s.has_depth;
+      },
+      kDepth, Stroke::Solid);
+  chart.unclip();
+  chart.title("deepest [mm]", kDepth);
+  chart.frame();
+}
+
+void StripCharts::draw_time_axis() {
+  const Chart time(list_, {left_, bottom_}, {right_, high_.y}, end_s_, style_.span_s, scale_);
+  if (has_shear_)
+    draw_slip_band(list_, {left_, bottom_ + 3 * scale_}, {right_, bottom_ + 3 * scale_ + band_}, time,
+                   samples_, scale_);
+  const double step = nice_ceiling(style_.span_s / std::max(2.0, (right_ - left_) / (70.0 * scale_)));
+  for (double t = std::ceil((end_s_ - style_.span_s) / step) * step; t <= end_s_ + 1e-9; t += step) {
+    const float x = time.at(t, 0).x;
+    list_->AddLine({x, high_.y - axis_}, {x, high_.y - axis_ + 3 * scale_}, kFrameLine);
+    const std::string label = tick_text(t, step);
+    const ImVec2 size = ImGui::CalcTextSize(label.c_str());
+    if (x + size.x / 2 > right_ - 44 * scale_) continue;  // the axis' title stands there
+    list_->AddText({x - size.x / 2, high_.y - axis_ + 4 * scale_}, kFaint, label.c_str());
+  }
+  const char* title = "time [s]";
+  list_->AddText({right_ - ImGui::CalcTextSize(title).x, high_.y - axis_ + 4 * scale_}, kFaint, title);
+}
+
+void StripCharts::draw_events() {
+  const Chart time(list_, {left_, bottom_}, {right_, high_.y}, end_s_, style_.span_s, scale_);
+  for (const EventMark& e : history_.events()) {
+    if (e.time_s > end_s_ || !time.visible(e.time_s)) continue;
+    const float x = time.at(e.time_s, 0).x;
+    if (x < left_) continue;
+    for (float y = low_.y + 5 * scale_; y < high_.y - axis_; y += 6 * scale_)
+      list_->AddLine({x, y}, {x, y + 3 * scale_}, kEvent, 1.2f * scale_);
+    const ImVec2 size = ImGui::CalcTextSize(e.label.c_str());
+    const float at = std::min(x + 2 * scale_, right_ - size.x);
+    list_->AddRectFilled({at - 1, bottom_ - size.y - 1}, {at + size.x + 2, bottom_ - 1},
+                         IM_COL32(245, 245, 245, 225));
+    list_->AddText({at, bottom_ - size.y - 1}, IM_COL32(10, 12, 16, 255), e.label.c_str());
+  }
+}
+
 }  // namespace
 
 double tick_step(double least, double most, int ticks) {
@@ -219,198 +468,7 @@ ForceRange calibrated_range(const ForceCalibration& force) {
 
 void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,
                        const Tare& tare, const ChartStyle& style) {
-  const float scale = style.scale, row = ImGui::GetFontSize();
-  const ImVec2 low{static_cast<float>(rect.x), static_cast<float>(rect.y)};
-  const ImVec2 high{low.x + static_cast<float>(rect.width), low.y + static_cast<float>(rect.height)};
-  list->AddRectFilled(low, high, IM_COL32(17, 20, 24, 255));
-  list->PushClipRect(low, high, true);
-  const std::deque<Sample>& samples = history.samples();
-  const double end_s = samples.empty() ? style.span_s : std::max(samples.back().time_s, style.span_s);
-  // Without a force there is no friction limit, and shear is not told.
-  const bool has_shear = sensor.shear && sensor.force;
-  const bool has_depth = sensor.reading != Reading::None;
-
-  const float left = low.x + 52 * scale, right = high.x - 10 * scale;
-  const float axis = row + 5 * scale, band = has_shear ? row + 3 * scale : 0;
-  const float bottom = high.y - axis - band - (has_shear ? 3 * scale : 0);
-  const float room = bottom - low.y - 5 * scale;
-  // Each chart needs room for its title and two numbers.
-  const int possible = std::max(1, static_cast<int>(room / (2.4f * row)));
-  const int wanted = 1 + (has_shear ? 1 : 0) + (has_depth ? 1 : 0);
-  const int count = std::min(possible, wanted);
-  const float gap = 5 * scale,
-              height = (room - gap * static_cast<float>(count - 1)) / static_cast<float>(count);
-  int index = 0;
-  const auto next = [&] {
-    const float y = low.y + 5 * scale + static_cast<float>(index++) * (height + gap);
-    return Chart(list, {left, y}, {right, y + height}, end_s, style.span_s, scale);
-  };
-  const int ticks = std::max(1, static_cast<int>(height / (1.7f * row)));
-  const char* zeroed = tare.on ? ", tared" : "";
-
-  const auto force = [&](const Sample& s) { return tare.on ? tared(s.force_N, tare.force_N) : s.force_N; };
-  // Where nothing touches, no force is what there was at the zero, with the other sign.
-  const auto untouched = [&](const Estimate& zero) { return tare.on && has_value(zero) ? -zero.value : 0.0; };
-  {
-    Chart chart = next();
-    Ends ends;
-    if (sensor.force) {
-      const ForceRange range = calibrated_range(*sensor.force);
-      const double zero_N = tare.on && has_value(tare.force_N) ? tare.force_N.value : 0;
-      for (const Sample& s : samples)
-        if (chart.visible(s.time_s) && s.contact) {
-          ends.take(force(s).value - 2 * force(s).standard_error);
-          ends.take(force(s).value + 2 * force(s).standard_error);
-        }
-      // The limits, of one contact, come into sight when its force comes near them.
-      const bool limits = std::none_of(samples.begin(), samples.end(),
-                                       [&](const Sample& s) { return chart.visible(s.time_s) && s.several; });
-      if (limits && ends.most > 0.6 * (range.most_N - zero_N)) ends.take(1.02 * (range.most_N - zero_N));
-      const double step = ends.round(0.02, ticks);
-      chart.set_range(ends.least, ends.most);
-      chart.paper(step);
-      chart.clip();
-      chart.band(
-          samples,
-          [&](const Sample& s, double& a, double& b) {
-            const Estimate e = force(s);
-            a = e.value - 2 * e.standard_error;
-            b = e.value + 2 * e.standard_error;
-            return has_value(e);
-          },
-          kBand);
-      chart.line(
-          samples,
-          [&](const Sample& s, double& v) {
-            v = has_value(s.force_N) ? force(s).value : untouched(tare.force_N);
-            return s.force_N.validity != Validity::NotCalibrated;
-          },
-          kForce, Stroke::Solid);
-      if (limits)
-        chart.level(range.most_N - zero_N, kLimit,
-                    text("calibrated to %.3g N%s", range.most_N, tare.on ? " untared" : ""));
-      if (limits && range.least_N - zero_N > 0.03 * ends.most)
-        chart.level(range.least_N - zero_N, kLimit,
-                    text("from %.3g N%s", range.least_N, tare.on ? " untared" : ""));
-      chart.unclip();
-      chart.title(text("force [N]%s, band: 95 %%", zeroed), kForce);
-    } else {
-      for (const Sample& s : samples)
-        if (chart.visible(s.time_s)) ends.take(1e-3 * s.gray_sum);
-      const double step = ends.round(0.01, ticks);
-      chart.set_range(ends.least, ends.most);
-      chart.paper(step);
-      chart.clip();
-      chart.line(
-          samples,
-          [](const Sample& s, double& v) {
-            v = 1e-3 * s.gray_sum;
-            return true;
-          },
-          kForce, Stroke::Solid);
-      chart.unclip();
-      chart.title("gray sum G [1000 gray levels], force not calibrated", kForce);
-    }
-    chart.frame();
-  }
-  if (has_shear && index < count) {
-    Chart chart = next();
-    Ends ends;
-    const auto shear = [&](const Sample& s, bool x) {
-      const Estimate& e = x ? s.shear_x_N : s.shear_y_N;
-      return tare.on ? tared(e, x ? tare.shear_x_N : tare.shear_y_N) : e;
-    };
-    for (const Sample& s : samples)
-      if (chart.visible(s.time_s) && s.contact)
-        for (const bool x : {true, false}) ends.take(shear(s, x).value);
-    double reach = std::max(-ends.least, ends.most);
-    // The friction limit comes into sight when the shear comes near it.
-    if (!tare.on && !samples.empty() && has_value(samples.back().force_N))
-      if (const double limit_N = sensor.shear->friction * samples.back().force_N.value; reach > 0.6 * limit_N)
-        reach = std::max(reach, limit_N);
-    ends = {0, reach};
-    const double step = ends.round(0.01, std::max(1, ticks / 2));
-    chart.set_range(-ends.most, ends.most);
-    chart.paper(step);
-    chart.clip();
-    const double friction = sensor.shear->friction;
-    for (const double sign : {-1.0, 1.0})
-      if (!tare.on)
-        chart.line(
-            samples,
-            [&](const Sample& s, double& v) {
-              v = sign * friction * s.force_N.value;
-              return has_value(s.force_N);
-            },
-            kLimit, Stroke::Dotted);
-    for (const bool x : {true, false})
-      chart.line(
-          samples,
-          [&](const Sample& s, double& v) {
-            const Estimate e = shear(s, x);
-            v = has_value(e) ? e.value : untouched(x ? tare.shear_x_N : tare.shear_y_N);
-            return e.validity != Validity::NotCalibrated;
-          },
-          x ? kShearX : kShearY, x ? Stroke::Solid : Stroke::Dashed);
-    chart.unclip();
-    const std::string first = text("shear [N]%s: x", zeroed);
-    chart.title(first, kShearX);
-    float along = ImGui::CalcTextSize(first.c_str()).x + 8 * scale;
-    chart.title("y (dashed)", kShearY, along);
-    along += ImGui::CalcTextSize("y (dashed)").x + 8 * scale;
-    if (!tare.on) chart.title("friction limit (dotted)", kLimit, along);
-    chart.frame();
-  }
-  if (has_depth && index < count) {
-    Chart chart = next();
-    Ends ends;
-    for (const Sample& s : samples)
-      if (chart.visible(s.time_s)) ends.take(s.depth_mm);
-    const double step = ends.round(0.02, ticks);
-    chart.set_range(ends.least, ends.most);
-    chart.paper(step);
-    chart.clip();
-    chart.line(
-        samples,
-        [](const Sample& s, double& v) {
-          v = s.depth_mm;
-          return s.has_depth;
-        },
-        kDepth, Stroke::Solid);
-    chart.unclip();
-    chart.title("deepest [mm]", kDepth);
-    chart.frame();
-  }
-
-  const Chart time(list, {left, bottom}, {right, high.y}, end_s, style.span_s, scale);
-  if (has_shear)
-    draw_slip_band(list, {left, bottom + 3 * scale}, {right, bottom + 3 * scale + band}, time, samples,
-                   scale);
-  const double step = nice_ceiling(style.span_s / std::max(2.0, (right - left) / (70.0 * scale)));
-  for (double t = std::ceil((end_s - style.span_s) / step) * step; t <= end_s + 1e-9; t += step) {
-    const float x = time.at(t, 0).x;
-    list->AddLine({x, high.y - axis}, {x, high.y - axis + 3 * scale}, kFrameLine);
-    const std::string label = tick_text(t, step);
-    const ImVec2 size = ImGui::CalcTextSize(label.c_str());
-    if (x + size.x / 2 > right - 44 * scale) continue;  // the axis' title stands there
-    list->AddText({x - size.x / 2, high.y - axis + 4 * scale}, kFaint, label.c_str());
-  }
-  const char* title = "time [s]";
-  list->AddText({right - ImGui::CalcTextSize(title).x, high.y - axis + 4 * scale}, kFaint, title);
-
-  for (const EventMark& e : history.events()) {
-    if (e.time_s > end_s || !time.visible(e.time_s)) continue;
-    const float x = time.at(e.time_s, 0).x;
-    if (x < left) continue;
-    for (float y = low.y + 5 * scale; y < high.y - axis; y += 6 * scale)
-      list->AddLine({x, y}, {x, y + 3 * scale}, kEvent, 1.2f * scale);
-    const ImVec2 size = ImGui::CalcTextSize(e.label.c_str());
-    const float at = std::min(x + 2 * scale, right - size.x);
-    list->AddRectFilled({at - 1, bottom - size.y - 1}, {at + size.x + 2, bottom - 1},
-                        IM_COL32(245, 245, 245, 225));
-    list->AddText({at, bottom - size.y - 1}, IM_COL32(10, 12, 16, 255), e.label.c_str());
-  }
-  list->PopClipRect();
+  StripCharts(list, rect, history, sensor, tare, style).draw();
 }
 
 }  // namespace palpate::viz
