@@ -1,6 +1,7 @@
 #include "viz/commands/options.h"
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <filesystem>
 #include <sstream>
 
@@ -177,7 +178,11 @@ PALPATE_PLAIN(std::vector<uint64_t>);
 PALPATE_PLAIN(std::vector<double>);
 PALPATE_PLAIN(std::vector<std::string>);
 PALPATE_PLAIN(std::vector<std::filesystem::path>);
+
+PALPATE_PLAIN(std::array<double, 2>);
+
 PALPATE_PLAIN(std::optional<int>);
+PALPATE_PLAIN(std::optional<uint64_t>);
 PALPATE_PLAIN(std::optional<double>);
 PALPATE_PLAIN(std::optional<std::string>);
 #undef PALPATE_PLAIN

@@ -152,11 +152,13 @@ class CommandLine {
   CommandOption* add_plain(const std::string& name, Value& value, const std::string& description);
 
   template <typename Value>
-  struct IsVector : std::false_type {};
+  struct IsEnums : std::false_type {};
   template <typename Value>
-  struct IsVector<std::vector<Value>> : std::is_enum<Value> {
-    using Part = Value;
-  };
+  struct IsEnums<std::vector<Value>> : std::is_enum<Value> {};
+  template <typename Value>
+  struct IsOptionalEnum : std::false_type {};
+  template <typename Value>
+  struct IsOptionalEnum<std::optional<Value>> : std::is_enum<Value> {};
 };
 
 template <typename Value>
@@ -170,12 +172,19 @@ CommandOption* CommandLine::add_option(const std::string& name, Value& value,
           return true;
         },
         [&value] { return std::to_string(static_cast<int>(value)); });
-  } else if constexpr (IsVector<Value>::value) {
+  } else if constexpr (IsOptionalEnum<Value>::value) {
+    return add_texts(name, false, description,
+                     [&value](const std::vector<std::string>& texts) {
+                       value = static_cast<typename Value::value_type>(std::stoi(texts.back()));
+                       return true;
+                     },
+                     {});
+  } else if constexpr (IsEnums<Value>::value) {
     return add_texts(name, true, description,
                      [&value](const std::vector<std::string>& texts) {
                        value.clear();
                        for (const std::string& text : texts)
-                         value.push_back(static_cast<typename IsVector<Value>::Part>(std::stoi(text)));
+                         value.push_back(static_cast<typename Value::value_type>(std::stoi(text)));
                        return true;
                      },
                      {});
