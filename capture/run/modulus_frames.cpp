@@ -155,7 +155,6 @@ std::optional<PressFrame> PressReader::read(const Frame& frame) {
   const std::optional<Result> result = pipeline_.wait();
   const Touch& t = result->touch;
   const std::vector<float> depth = t.has_surface ? pipeline_.read_depth_mm(*result) : std::vector<float>();
-  pipeline_.release(*result);
   why_not_ = !t.contact           ? "nothing touches"
              : t.at_border        ? "the contact reaches the border"
              : t.saturated_px > 0 ? "saturated pixels"

@@ -229,7 +229,6 @@ uint64_t run_recording(Source& source, Pipeline& pipeline, uint64_t limit,
   const auto finish_oldest = [&](std::optional<Result> result) {
     if (!result) return false;
     on_result(*result, in_flight.front());
-    pipeline.release(*result);
     in_flight.front().give_back();  // not when its memory is used again
     spare.push_back(std::move(in_flight.front()));
     in_flight.pop_front();

@@ -76,7 +76,7 @@ struct ProcessSummary {
 };
 
 /// Every frame of `source` through `pipeline`, in order, each slot in use; `on_result` is called for each in
-/// order, with the frame it came from, before its slot is released. Stops after `limit` frames (0: none),
+/// order, with the frame it came from. Stops after `limit` frames (0: none),
 /// before frame number `end`, or on Ctrl-C. Returns the number of frames.
 uint64_t run_recording(Source& source, Pipeline& pipeline, uint64_t limit,
                        const std::function<void(const Result&, const Frame&)>& on_result,

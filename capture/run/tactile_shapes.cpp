@@ -29,7 +29,6 @@ void each_frame(gpu::Context& context, const MeasuredInput& input, uint32_t outp
     pipeline.submit(frame);
     const std::optional<Result> result = pipeline.wait();
     more = with(*result);
-    pipeline.release(*result);
   }
 }
 

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
-
-#include "engine/numeric/assignment.h"
 
 namespace palpate {
 namespace {
@@ -38,102 +37,137 @@ Validity graver(Validity a, Validity b) {
 }  // namespace
 
 ContactTracker::ContactTracker(const Sensor& sensor, const FrameFormat& format)
-    : sensor_(sensor), smallest_px_(smallest_contact_px(sensor, format)) {}
+    : sensor_(sensor), smallest_px_(smallest_contact_px(sensor, format)) {
+  // Those that are away for some frames are followed as well.
+  constexpr size_t kTracks = kMostContacts * (kHeldFrames + 2);
+  tracks_.reserve(kTracks);
+  spare_skins_.reserve(kTracks);
+  chosen_.reserve(kMostContacts);
+  regions_.reserve(kMostContacts);
+  track_of_.reserve(kMostContacts);
+  cost_.reserve(2 * size_t{kMostContacts} * kMostContacts);
+}
 
 void ContactTracker::interrupt() {
-  tracks_.clear();
+  for (Track& track : tracks_) track.missed = kHeldFrames + 1;
+  end_missing();
   interrupted_ = true;
 }
 
 void ContactTracker::update(Touch& touch, std::span<const float> skin_sd_px) {
-  std::vector<ContactTouch> regions = std::exchange(touch.contacts, {});
-  choose(touch, regions);
-  const std::vector<uint32_t> track_of = match(regions);
+  std::swap(regions_, touch.contacts);
+  touch.contacts.clear();
+  choose(touch);
+  match();
   for (Track& track : tracks_) ++track.missed;
-  for (size_t i = 0; i < regions.size(); ++i) {
-    uint32_t at = track_of[i];
-    if (at == kNone) {
-      if (regions[i].area_px < smallest_px_) {
-        ++touch.small_regions;
-        continue;
-      }
-      at = static_cast<uint32_t>(tracks_.size());
-      tracks_.push_back({.last = {},
-                         .missed = 1,
-                         .force = {},
-                         .shear = ShearTracker(sensor_.pitch_mm_per_px),
-                         .skin = SkinTracker(sensor_.pitch_mm_per_px)});
-      tracks_.back().last.id = ++last_id_;
-      if (interrupted_) {
-        tracks_.back().force.interrupt();
-        tracks_.back().shear.interrupt();
-        tracks_.back().skin.interrupt();
-      }
+  for (size_t i = 0; i < regions_.size(); ++i) {
+    if (track_of_[i] == kNone && regions_[i].area_px < smallest_px_) {
+      ++touch.small_regions;
+      continue;
     }
-    Track& track = tracks_[at];
-    regions[i].id = track.last.id;
-    regions[i].frames = track.last.frames + track.missed;
-    track.last = regions[i];
+    Track& track = track_of_[i] == kNone ? begin() : tracks_[track_of_[i]];
+    regions_[i].id = track.last.id;
+    regions_[i].frames = track.last.frames + track.missed;
+    track.last = regions_[i];
     track.missed = 0;
     measure(track, touch, skin_sd_px);
   }
   interrupted_ = false;
-  std::erase_if(tracks_, [](const Track& track) { return track.missed > kHeldFrames; });
+  end_missing();
   for (const Track& track : tracks_)
     if (track.missed == 0) touch.contacts.push_back(track.last);
-  if (touch.has_skin && !touch.contacts.empty()) {
-    SkinMotion whole;
-    const Estimate unknown{0, 0, Validity::NoContact};
-    whole.shift_x_mm = whole.shift_y_mm = whole.torsion_rad = whole.stick_share = unknown;
-    if (touch.contacts.size() == 1)
-      whole = std::ranges::find(tracks_, 0u, &Track::missed)->motion;
-    else
-      for (const Track& track : tracks_)
-        if (track.missed == 0) whole.touching += track.motion.touching;
-    whole.points = touch.skin.points;
-    whole.lost = touch.skin.lost;
-    touch.skin = whole;
-  }
+  if (touch.has_skin && !touch.contacts.empty()) sum_skin(touch);
   add_up(touch);
 }
 
-// Leaves the regions that may be contacts, the largest where there are too many, in their order.
-void ContactTracker::choose(Touch& touch, std::vector<ContactTouch>& regions) const {
+// Leaves the regions that may be contacts, the largest where there are too many.
+void ContactTracker::choose(Touch& touch) {
   touch.small_regions +=
-      std::erase_if(regions, [&](const ContactTouch& region) { return 2 * region.area_px < smallest_px_; });
-  if (regions.size() <= kMostContacts) return;
+      std::erase_if(regions_, [&](const ContactTouch& region) { return 2 * region.area_px < smallest_px_; });
+  if (regions_.size() <= kMostContacts) return;
   touch.regions_overflow = true;
-  std::ranges::stable_sort(regions, std::ranges::greater{}, &ContactTouch::area_px);
-  regions.resize(kMostContacts);
+  largest_.resize(regions_.size());
+  std::iota(largest_.begin(), largest_.end(), 0u);
+  // Equal ones in their order.
+  std::ranges::sort(largest_, [&](uint32_t a, uint32_t b) {
+    return regions_[a].area_px != regions_[b].area_px ? regions_[a].area_px > regions_[b].area_px : a < b;
+  });
+  chosen_.clear();
+  for (size_t i = 0; i < kMostContacts; ++i) chosen_.push_back(regions_[largest_[i]]);
+  std::swap(regions_, chosen_);
 }
 
 // The track of each region, or kNone.
-std::vector<uint32_t> ContactTracker::match(const std::vector<ContactTouch>& regions) const {
-  std::vector<uint32_t> track_of(regions.size(), kNone);
+void ContactTracker::match() {
+  track_of_.assign(regions_.size(), kNone);
   const auto rows = static_cast<uint32_t>(tracks_.size());
-  const auto count = static_cast<uint32_t>(regions.size());
-  if (rows == 0 || count == 0) return track_of;
+  const auto count = static_cast<uint32_t>(regions_.size());
+  if (rows == 0 || count == 0) return;
   double most = 1;
   for (const Track& track : tracks_)
-    for (const ContactTouch& region : regions)
+    for (const ContactTouch& region : regions_)
       most = std::max(most, std::pow(gate_px(track.last, region), 2));
   // After the regions a column for each track that ends: dearer than any way, and dearest for one that was
   // there a frame ago.
   const double never = 1e3 * most * (rows + 1);
   const uint32_t columns = count + rows;
-  std::vector<double> cost(size_t{rows} * columns, never);
+  cost_.assign(size_t{rows} * columns, never);
   for (uint32_t row = 0; row < rows; ++row) {
     const Track& track = tracks_[row];
     for (uint32_t i = 0; i < count; ++i) {
-      const double way = squared_way(track.last, regions[i]);
-      if (way <= std::pow(gate_px(track.last, regions[i]), 2)) cost[size_t{row} * columns + i] = way;
+      const double way = squared_way(track.last, regions_[i]);
+      if (way <= std::pow(gate_px(track.last, regions_[i]), 2)) cost_[size_t{row} * columns + i] = way;
     }
-    cost[size_t{row} * columns + count + row] = (track.missed == 0 ? 4 : 2) * most;
+    cost_[size_t{row} * columns + count + row] = (track.missed == 0 ? 4 : 2) * most;
   }
-  const std::vector<uint32_t> column_of = assign(cost, rows, columns);
+  const std::vector<uint32_t>& column_of = assignment_.solve(cost_, rows, columns);
   for (uint32_t row = 0; row < rows; ++row)
-    if (column_of[row] < count) track_of[column_of[row]] = row;
-  return track_of;
+    if (column_of[row] < count) track_of_[column_of[row]] = row;
+}
+
+// A new contact.
+ContactTracker::Track& ContactTracker::begin() {
+  SkinTracker skin(sensor_.pitch_mm_per_px);
+  if (!spare_skins_.empty()) {
+    skin = std::move(spare_skins_.back());
+    spare_skins_.pop_back();
+  }
+  Track& track = tracks_.emplace_back(Track{.last = {},
+                                            .missed = 1,
+                                            .force = {},
+                                            .shear = ShearTracker(sensor_.pitch_mm_per_px),
+                                            .skin = std::move(skin)});
+  track.last.id = ++last_id_;
+  if (interrupted_) {
+    track.force.interrupt();
+    track.shear.interrupt();
+    track.skin.interrupt();
+  }
+  return track;
+}
+
+void ContactTracker::end_missing() {
+  const auto gone = [](const Track& track) { return track.missed > kHeldFrames; };
+  for (Track& track : tracks_) {
+    if (!gone(track)) continue;
+    track.skin.restart();
+    spare_skins_.push_back(std::move(track.skin));
+  }
+  std::erase_if(tracks_, gone);
+}
+
+void ContactTracker::sum_skin(Touch& touch) const {
+  SkinMotion whole;
+  const Estimate unknown{0, 0, Validity::NoContact};
+  whole.shift_x_mm = whole.shift_y_mm = whole.torsion_rad = whole.stick_share = unknown;
+  if (touch.contacts.size() == 1)
+    whole = std::ranges::find(tracks_, 0u, &Track::missed)->motion;
+  else
+    for (const Track& track : tracks_)
+      if (track.missed == 0) whole.touching += track.motion.touching;
+  whole.points = touch.skin.points;
+  whole.lost = touch.skin.lost;
+  touch.skin = whole;
 }
 
 void ContactTracker::measure(Track& track, const Touch& touch, std::span<const float> skin_sd_px) const {

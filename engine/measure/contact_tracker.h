@@ -8,6 +8,7 @@
 #include "engine/measure/force.h"
 #include "engine/measure/shear.h"
 #include "engine/measure/skin_motion.h"
+#include "engine/numeric/assignment.h"
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
 
@@ -48,8 +49,11 @@ class ContactTracker {
     SkinTracker skin;
     SkinMotion motion = {};  ///< in `last`
   };
-  void choose(Touch& touch, std::vector<ContactTouch>& regions) const;
-  std::vector<uint32_t> match(const std::vector<ContactTouch>& regions) const;
+  void choose(Touch& touch);
+  void match();
+  Track& begin();
+  void end_missing();
+  void sum_skin(Touch& touch) const;
   void measure(Track& track, const Touch& touch, std::span<const float> skin_sd_px) const;
   void add_up(Touch& touch) const;
 
@@ -58,6 +62,13 @@ class ContactTracker {
   uint32_t last_id_ = 0;
   bool interrupted_ = false;
   std::vector<Track> tracks_;  // rising id
+  // Of the present frame; kept so that frames allocate nothing.
+  std::vector<ContactTouch> regions_, chosen_;
+  std::vector<uint32_t> largest_;
+  std::vector<uint32_t> track_of_;  // of each region, or kNone
+  std::vector<double> cost_;
+  Assignment assignment_;
+  std::vector<SkinTracker> spare_skins_;  // of contacts that have ended
 };
 
 }  // namespace palpate

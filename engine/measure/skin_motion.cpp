@@ -22,24 +22,17 @@ double hertzian(double r, double a) {
   return (2 * a * a - r * r) * std::asin(a / r) + a * std::sqrt(r * r - a * a);
 }
 
-struct Sample {
-  double dx, dy;  // from the contact's centre, px
-  double mx, my;  // motion, px
-  double rho;     // of the contact's radius
-  double weight;
-};
-
 struct Fit {
   Eigen::Vector3d value = Eigen::Vector3d::Zero();  // shift x, y in px, turn in rad
   Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();
   double chi2 = 0;
 };
 
-Fit fit(const std::vector<Sample>& samples, double stick_share) {
+Fit fit(std::span<const SkinSample> samples, double stick_share) {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   double squares = 0;
-  for (const Sample& s : samples) {
+  for (const SkinSample& s : samples) {
     const double f = cattaneo_share(s.rho, stick_share);
     const Eigen::Vector3d x(f, 0, -s.dy), y(0, f, s.dx);
     normal += s.weight * (x * x.transpose() + y * y.transpose());
@@ -55,31 +48,10 @@ Fit fit(const std::vector<Sample>& samples, double stick_share) {
   return result;
 }
 
-double residual_px(const Sample& s, const Fit& f, double stick_share) {
+double residual_px(const SkinSample& s, const Fit& f, double stick_share) {
   const double share = cattaneo_share(s.rho, stick_share);
   return std::hypot(s.mx - share * f.value[0] + s.dy * f.value[2],
                     s.my - share * f.value[1] - s.dx * f.value[2]);
-}
-
-void leave_out_strangers(std::vector<Sample>& samples) {
-  Fit best;
-  double share = 0;
-  for (int k = 0; k < kShares; k += 4) {
-    const double c = static_cast<double>(k) / (kShares - 1);
-    const Fit f = fit(samples, c);
-    if (k == 0 || f.chi2 < best.chi2) best = f, share = c;
-  }
-  std::vector<double> residuals;
-  residuals.reserve(samples.size());
-  for (const Sample& s : samples) residuals.push_back(residual_px(s, best, share));
-  std::vector<double> sorted = residuals;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
-                   sorted.end());
-  const double most_px = 0.15 + 4 * sorted[sorted.size() / 2];
-  size_t kept = 0;
-  for (size_t i = 0; i < samples.size(); ++i)
-    if (residuals[i] <= most_px) samples[kept++] = samples[i];
-  samples.resize(kept);
 }
 
 }  // namespace
@@ -90,10 +62,40 @@ double cattaneo_share(double r, double c) {
   return (hertzian(r, 1) - (c > 0 ? hertzian(r, c) : 0)) / (std::numbers::pi * (1 - c * c));
 }
 
+void SkinTracker::restart() {
+  interrupted_ = onset_unseen_ = touching_ = false;
+  rest_.clear();
+}
+
+void SkinTracker::leave_out_strangers() {
+  Fit best;
+  double share = 0;
+  for (int k = 0; k < kShares; k += 4) {
+    const double c = static_cast<double>(k) / (kShares - 1);
+    const Fit f = fit(samples_, c);
+    if (k == 0 || f.chi2 < best.chi2) best = f, share = c;
+  }
+  residuals_.clear();
+  for (const SkinSample& s : samples_) residuals_.push_back(residual_px(s, best, share));
+  sorted_ = residuals_;
+  std::nth_element(sorted_.begin(), sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2),
+                   sorted_.end());
+  const double most_px = 0.15 + 4 * sorted_[sorted_.size() / 2];
+  size_t kept = 0;
+  for (size_t i = 0; i < samples_.size(); ++i)
+    if (residuals_[i] <= most_px) samples_[kept++] = samples_[i];
+  samples_.resize(kept);
+}
+
 SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const SkinPoint> points,
                                std::span<const float> sd_px) {
   SkinMotion motion;
-  if (rest_.size() != points.size()) rest_.assign(points.size(), {});
+  if (rest_.size() != points.size()) {
+    rest_.assign(points.size(), {});
+    samples_.reserve(points.size());
+    residuals_.reserve(points.size());
+    sorted_.reserve(points.size());
+  }
   if (std::exchange(interrupted_, false)) {
     touching_ = false;
     onset_unseen_ = outline != nullptr;
@@ -101,7 +103,7 @@ SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const Sk
       for (size_t i = 0; i < points.size(); ++i)
         if (points[i].trust > 0) rest_[i] = {double{points[i].shift_x_px}, double{points[i].shift_y_px}};
   }
-  std::vector<Sample> samples;
+  samples_.clear();
   for (size_t i = 0; i < points.size(); ++i) {
     const SkinPoint& p = points[i];
     if (!(p.trust > 0)) {
@@ -122,8 +124,8 @@ SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const Sk
                                   (c * dy - s * dx) / std::max(outline->minor_px / 2, 0.5));
     if (rho > 1) continue;
     const double sd = std::hypot(double{sd_px[i]}, kPointFloor_px);
-    samples.push_back({dx, dy, double{p.shift_x_px} - rest_[i].x_px, double{p.shift_y_px} - rest_[i].y_px,
-                       rho, 1 / (sd * sd)});
+    samples_.push_back({dx, dy, double{p.shift_x_px} - rest_[i].x_px, double{p.shift_y_px} - rest_[i].y_px,
+                        rho, 1 / (sd * sd)});
   }
   if (!outline) {
     touching_ = onset_unseen_ = false;
@@ -132,9 +134,9 @@ SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const Sk
     return motion;
   }
   touching_ = true;
-  if (samples.size() >= 6) leave_out_strangers(samples);
-  motion.touching = static_cast<uint32_t>(samples.size());
-  if (samples.size() < 3) {
+  if (samples_.size() >= 6) leave_out_strangers();
+  motion.touching = static_cast<uint32_t>(samples_.size());
+  if (samples_.size() < 3) {
     for (Estimate* e : {&motion.shift_x_mm, &motion.shift_y_mm, &motion.torsion_rad, &motion.stick_share})
       e->validity = Validity::NoContact;
     return motion;
@@ -143,11 +145,11 @@ SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const Sk
   std::array<Fit, kShares> fits;
   double least = -1;
   for (int k = 0; k < kShares; ++k) {
-    fits[k] = fit(samples, static_cast<double>(k) / (kShares - 1));
+    fits[k] = fit(samples_, static_cast<double>(k) / (kShares - 1));
     if (k == 0 || fits[k].chi2 < least) least = fits[k].chi2;
   }
   // The points' own scatter about the best fit is the noise, where it is larger than theirs.
-  const double freedom = std::max(1.0, 2 * static_cast<double>(samples.size()) - 4);
+  const double freedom = std::max(1.0, 2 * static_cast<double>(samples_.size()) - 4);
   const double noise2 = std::max(least / freedom, 1.0);
   double weights = 0, share = 0, share2 = 0;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero(), square = Eigen::Vector3d::Zero();

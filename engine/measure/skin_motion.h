@@ -22,6 +22,14 @@ struct ContactOutline {
   double angle_rad = 0;               ///< of the major axis, from +x towards +y
 };
 
+/// A point under a contact.
+struct SkinSample {
+  double dx, dy;  ///< from the contact's centre, px
+  double mx, my;  ///< motion, px
+  double rho;     ///< of the contact's radius
+  double weight;
+};
+
 /// Follows the skin under one contact. While nothing touches, it learns where the points rest. Under a
 /// contact the points' motions since then are fitted by shift * cattaneo_share + turn x place, for stick
 /// shares from 0 to 1; what is returned are means and standard errors over all of them, each weighted by how
@@ -32,6 +40,8 @@ class SkinTracker {
 
   /// What follows does not continue what was: motion counts from the next frame on.
   void interrupt() { interrupted_ = true; }
+  /// As new, for another contact.
+  void restart();
   /// `outline` is null without contact. `sd_px`: standard error of each point. With fewer than three points
   /// under the contact only the counts are filled (Validity::NoContact); a stick share that the motion is too
   /// small to tell is BelowRange.
@@ -39,6 +49,8 @@ class SkinTracker {
                     std::span<const float> sd_px);
 
  private:
+  void leave_out_strangers();
+
   struct Rest {
     double x_px = 0, y_px = 0;
   };
@@ -47,6 +59,9 @@ class SkinTracker {
   bool onset_unseen_ = false;
   bool touching_ = false;
   std::vector<Rest> rest_;
+  // Of the present frame; kept so that frames allocate nothing.
+  std::vector<SkinSample> samples_;
+  std::vector<double> residuals_, sorted_;
 };
 
 }  // namespace palpate

@@ -18,8 +18,28 @@ struct Islands {
   bool apart() const { return count > 1; }
 };
 
-/// `known` is height x width, not 0 where a pixel is known. `touched` (may be empty: nowhere) tells for a
-/// pixel. `labels`, if given, becomes height x width: 0 for unknown, else the island from 1.
+/// Keeps its working memory, so that a frame allocates nothing.
+class IslandFinder {
+ public:
+  /// `known` is height x width, not 0 where a pixel is known. `touched` (may be empty: nowhere) tells for a
+  /// pixel. `labels`, if given, becomes height x width: 0 for unknown, else the island from 1.
+  Islands find(std::span<const uint8_t> known, uint32_t width, uint32_t height,
+               const std::function<bool(uint32_t x, uint32_t y)>& touched = {},
+               std::vector<uint32_t>* labels = nullptr);
+
+ private:
+  /// Known pixels side by side in a row, columns first to last.
+  struct Run {
+    uint32_t y, first, last;
+  };
+  uint32_t root(uint32_t run);
+
+  std::vector<Run> runs_;
+  std::vector<uint32_t> parent_, number_;
+  std::vector<uint8_t> has_touch_;
+};
+
+/// The same once.
 Islands find_islands(std::span<const uint8_t> known, uint32_t width, uint32_t height,
                      const std::function<bool(uint32_t x, uint32_t y)>& touched = {},
                      std::vector<uint32_t>* labels = nullptr);

@@ -8,8 +8,8 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kTile = Touched::kTile_px;
-constexpr uint32_t kReach = Touched::kReach_px;
+constexpr uint32_t kTile = ContactTiles::kTile_px;
+constexpr uint32_t kReach = ContactTiles::kReach_px;
 constexpr uint32_t kOutput =
     kTile + 2 * kReach;  // filtered pixels that a raw pixel of the tile takes part in
 constexpr uint32_t kInput = kOutput + 2 * kReach;
@@ -82,7 +82,7 @@ void filter_down(const Sum* a, const Sum* b, const Sum* c, const Sum* d, const S
 
 }  // namespace
 
-Touched::Touched(const Sensor& sensor, const FrameFormat& format)
+ContactTiles::ContactTiles(const Sensor& sensor, const FrameFormat& format)
     : signal_(sensor.signal),
       reach_(static_cast<uint32_t>(std::lround(sensor.threshold_gray * 128)) * 2),
       saturation_(sensor.saturation_gray),
@@ -96,7 +96,7 @@ Touched::Touched(const Sensor& sensor, const FrameFormat& format)
   tiles_.touched.resize(size_t{tiles_.columns} * tiles_.rows);
 }
 
-const TouchedTiles& Touched::find(const Frame& frame) {
+const TouchedTiles& ContactTiles::find(const Frame& frame) {
   assert(frame.format == background_.format);
   const bool wide = frame.format.bit_depth > 8;
   switch (signal_) {
@@ -114,7 +114,7 @@ const TouchedTiles& Touched::find(const Frame& frame) {
 }
 
 template <typename Pixel, Signal kSignal>
-void Touched::find_as(const Frame& frame) {
+void ContactTiles::find_as(const Frame& frame) {
   const FrameFormat& format = frame.format;
   auto* change_row = reinterpret_cast<Pixel*>(change_.data());
   auto* bright_row = reinterpret_cast<Pixel*>(bright_.data());
@@ -164,7 +164,7 @@ void Touched::find_as(const Frame& frame) {
 // Filters the loud tiles of columns x0 to x1 and the pixels beside them, and leaves in most_ the largest
 // value of each column.
 template <typename Pixel, Signal kSignal>
-void Touched::filter_run(const Frame& frame, uint32_t x0, uint32_t x1, uint32_t y0) {
+void ContactTiles::filter_run(const Frame& frame, uint32_t x0, uint32_t x1, uint32_t y0) {
   using Sum = typename Wide<Pixel>::Sum;
   const FrameFormat& format = frame.format;
   const uint32_t left = std::max(x0, kReach) - kReach, right = std::min(x1 + kReach, format.width);
@@ -200,7 +200,7 @@ void Touched::filter_run(const Frame& frame, uint32_t x0, uint32_t x1, uint32_t 
 }
 
 template <typename Pixel>
-uint64_t Touched::saturated(const Frame& frame, const PixelRect& tile) const {
+uint64_t ContactTiles::saturated(const Frame& frame, const PixelRect& tile) const {
   uint64_t count = 0;
   for (uint32_t y = tile.y; y < tile.y + tile.height; ++y) {
     std::array<Pixel, kTile> brightest{};

@@ -24,14 +24,14 @@ struct TouchedTiles {
 /// Finds tiles of 32 x 32 px with contact: pixels whose filtered change from the background reaches the
 /// sensor's threshold, by the contact stage's own integers. Most tiles are decided by their largest raw
 /// change, which no mean over it can exceed; the others are filtered. Not thread safe.
-class Touched {
+class ContactTiles {
  public:
   static constexpr uint32_t kTile_px = 32;
   /// Every contact pixel lies in a touched tile or so far from one at most: a pixel takes part in the
   /// filtered value of those two beside it.
   static constexpr uint32_t kReach_px = 2;
 
-  Touched(const Sensor& sensor, const FrameFormat& format);
+  ContactTiles(const Sensor& sensor, const FrameFormat& format);
 
   void set_background(const Frame& background) { background_ = background; }
   /// Of a frame of the background's format. The answer holds until the next call.

@@ -1,24 +1,45 @@
-// A frame on its way through the device.
+// Frame slot: everything that one frame in flight owns.
 #pragma once
 
-#include <chrono>
 #include <memory>
+#include <vector>
 
 #include "engine/gpu/commands.h"
-#include "engine/gpu/context.h"
-#include "palpate/pipeline.h"
+#include "engine/pipeline/weighted_solve.h"
+#include "engine/stages/confidence.h"
 #include "engine/stages/contact.h"
-#include "engine/stages/rest_level.h"
 #include "engine/stages/regions.h"
+#include "engine/stages/rest_level.h"
 #include "engine/stages/upload.h"
-#include "engine/stages/weighted_frame.h"
 
 namespace palpate {
 
-/// Everything one frame in flight owns. Its commands are recorded once and submitted for every frame.
+/// The part of the surface method. What a method does not need stays empty.
+struct SurfaceSlot {
+  FloatMap depth;
+  gpu::DeviceBuffer rest_records;
+  gpu::DeviceBuffer clipped;         ///< of slopes
+  gpu::DeviceBuffer border_records;  ///< of pressure
+  // SurfaceSolver::Exact leaves the GPU in between.
+  gpu::DeviceBuffer right_side;
+  gpu::DeviceBuffer solved;
+  gpu::Commands after_solve;
+  WeightedSolve::Slot weighted;
+};
+
+struct ConfidenceSlot {
+  ConfidenceMap map;
+  gpu::DeviceBuffer records;
+  ConfidenceCounts counts;  ///< of the frame that is measured
+};
+
+/// Commands are recorded once and submitted for every frame.
 struct FrameSlot {
-  FrameSlot(gpu::Context& context, const FrameFormat& format, const Contact& contact)
+  /// `untouched`: the image that is subtracted, or null.
+  FrameSlot(gpu::Context& context, const FrameFormat& format, const Contact& contact,
+            const PaddedImage* untouched)
       : frame(context, "frame", format),
+        background(untouched ? *untouched : frame),
         records(context, "contact records", contact.record_bytes(), gpu::Memory::Readback),
         commands(context) {}
 
@@ -28,42 +49,32 @@ struct FrameSlot {
   }
 
   PaddedImage frame;
+  const PaddedImage& background;  ///< where nothing is subtracted the frame itself: it is not read
   // What comes before `commands`: moving what the processor wrote, where device memory is not mapped, or
   // padding what is read in place.
   gpu::Commands staged;
   gpu::Commands padded;
-  gpu::Commands* first = nullptr;  // the one of them that went with the last frame
+  gpu::Commands* first = nullptr;  ///< the one of them that went with the last frame
   // Of a frame that is read in place, until it is finished.
   std::shared_ptr<MappedPages> pages;
-  std::shared_ptr<const uint8_t> lease;  // given back before the pages, wherever both go
+  std::shared_ptr<const uint8_t> lease;  ///< given back before the pages, wherever both go
   uint32_t copies = 0;
+
   gpu::DeviceBuffer records;
-  FloatMap depth;
-  gpu::DeviceBuffer datum_records;
-  gpu::DeviceBuffer border_records;  // Reading::Elastic
-  gpu::DeviceBuffer clipped;         // the other readings
-  gpu::DeviceBuffer skin_records;
+  Regions::Slot regions;
   gpu::DeviceBuffer gradient_sums;
+  gpu::DeviceBuffer skin_records;
+  std::vector<float> skin_sd_px;  ///< standard error of each point of the frame that is measured
+  ConfidenceSlot confidence;
+  SurfaceSlot surface;
   gpu::Commands commands;
-  // Only for SurfaceSolver::Exact, which leaves the GPU in between.
-  gpu::DeviceBuffer right_side;
-  gpu::DeviceBuffer solved;
-  gpu::Commands after_solve;
-
-  Regions::Slot parts;        // with Output::Contacts
-  WeightedFrame::Slot known;  // where not everything is
-
-  FramePlace place;  // for which the commands were recorded
-  bool free = true;
-  uint64_t sequence = 0;
-  int64_t time_ns = 0;
-  bool after_gap = false;
-  std::chrono::steady_clock::time_point submitted;
+  FramePlace place;  ///< for which the commands were recorded
 
   /// Sides of the frame's image that are not sides of the whole frame.
   InnerEdges inner_edges(const FrameFormat& format) const {
-    return {place.x > 0, place.x + format.width<place.frame_width, place.y> 0,
-            place.y + format.height < place.frame_height};
+    const bool right = place.x + format.width < place.frame_width;
+    const bool bottom = place.y + format.height < place.frame_height;
+    return {.left = place.x > 0, .right = right, .top = place.y > 0, .bottom = bottom};
   }
 };
 

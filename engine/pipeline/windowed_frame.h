@@ -1,19 +1,15 @@
-// A pipeline that leaves out what nothing touches: the host finds the touched tiles, and a window around them
-// is computed as a small frame of its own.
+// Windowed frame: what nothing touches is left out. The host finds the touched tiles, and a window around
+// them is computed as a small frame of its own.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <optional>
 #include <vector>
 
 #include "engine/gpu/buffer.h"
-#include "engine/measure/contact_tracker.h"
-#include "engine/measure/force.h"
-#include "engine/measure/shear.h"
-#include "palpate/pipeline.h"
 #include "engine/pipeline/contact_tiles.h"
+#include "engine/pipeline/whole_frame.h"
 
 namespace palpate {
 
@@ -28,70 +24,54 @@ PixelRect with_margin(const PixelRect& box, const FrameFormat& format);
 PixelRect place_window(const PixelRect& size, const PixelRect& box, const std::optional<PixelRect>& last,
                        const FrameFormat& format);
 
-/// What Pipeline does with PipelineOptions::skip_untouched; its functions are Pipeline's.
-class Skipping {
+class WindowedFrame : public Frames {
  public:
-  /// Whether a window gives what the whole frame would: not where a pixel's depth depends on pressure far
-  /// away (Reading::Elastic) or is absolute (Reading::Lookup), where pixels are weighted, where heights are
-  /// solved on the host, and where everything is contact (a threshold of 0) or nothing is subtracted or
-  /// filtered.
-  static bool possible(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options);
+  /// Where can_window(). `sensor` lives longer than this.
+  WindowedFrame(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const FramePlan& plan,
+                const Tuning& tuning);
 
-  Skipping(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
-           const PipelineOptions& options);
-
-  void set_background(const Frame& background);
-  bool submit(const Frame& frame);
-  std::optional<Result> poll();
-  std::optional<Result> wait();
-  void release(const Result& result);
-  std::vector<float> read_depth_mm(const Result& result) const;
-  std::vector<gpu::ScopeTime> times(const Result& result) const;
-  std::vector<gpu::ScopeTraffic> traffic() const;
-  uint64_t memory_bytes() const;
-  const FrameFormat& format() const { return format_; }
-  const Sensor& sensor() const { return sensor_; }
+  void set_background(const Frame& background) override;
+  void submit(uint32_t slot, const Frame& frame) override;
+  bool finished(uint32_t slot) const override;
+  void wait(uint32_t slot) override;
+  FrameMeasurement measure(uint32_t slot, Touch& touch) override;
+  std::vector<float> read_depth_mm(uint32_t slot, double rest_mm) const override;
+  std::vector<uint16_t> read_confidence(uint32_t) const override { return {}; }
+  std::vector<gpu::ScopeTime> times(uint32_t slot) const override;
+  std::vector<gpu::ScopeTraffic> traffic() const override { return whole_.traffic(); }
+  uint64_t memory_bytes() const override;
 
  private:
   /// A size of window with the machine for its frames.
   struct Window {
+    Window(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const FramePlan& plan,
+           const Tuning& tuning)
+        : size{0, 0, format.width, format.height}, frames(context, sensor, format, plan, tuning) {}
     PixelRect size;
-    Pipeline pipeline;
+    WholeFrame frames;
     std::optional<PixelRect> place;  ///< of the background it has; none: not used yet
   };
-  /// A frame in flight or held by the caller.
+  /// Which machine has the slot's frame, in a slot of the same number.
   struct Slot {
-    bool free = true;
-    Pipeline* pipeline = nullptr;  ///< that computes it; none: nothing is touched
+    WholeFrame* frames = nullptr;  ///< none: nothing is touched
     PixelRect place;
     uint64_t saturated_px = 0;
-    Result result;  ///< as the slot's pipeline gave it
-    uint64_t sequence = 0;
-    int64_t time_ns = 0;
-    bool after_gap = false;
-    std::chrono::steady_clock::time_point submitted;
   };
 
   Window* window_for(const PixelRect& box);
   void move(Window& window, const PixelRect& place);
   const Frame& crop(const Frame& frame, const PixelRect& place);
-  Result finish(uint32_t index);
-  Touch untouched(const Slot& slot) const;
+  void measure_untouched(Touch& touch) const;
 
-  Sensor sensor_;
   FrameFormat format_;
-  bool wants_surface_;
-  Touched touched_;
+  bool contacts_, surface_;
+  ContactTiles tiles_;
   Frame background_;
-  Pipeline whole_;
+  WholeFrame whole_;
   std::deque<Window> windows_;  ///< smallest first
   Frame part_;
   gpu::DeviceBuffer flat_;  ///< the map of a frame without contact: no pixel of it is in its window
-  std::optional<ContactTracker> tracker_;
-  ForceHistory force_;
-  ShearTracker shear_;
   std::vector<Slot> slots_;
-  std::deque<uint32_t> in_flight_;
 };
 
 }  // namespace palpate

@@ -2,11 +2,11 @@
 
 #include <string>
 
-#include "palpate/error.h"
 #include "engine/sensor/outline.h"
-#include "palpate/pipeline.h"
 #include "engine/stages/contact.h"
 #include "engine/stages/skin.h"
+#include "palpate/error.h"
+#include "palpate/options.h"
 
 namespace palpate {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "palpate/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 #include "shaders/import_pages.spv.h"
 #include "shaders/shared/import_pages.h"
 
@@ -53,7 +53,7 @@ void PageImport::let_go() noexcept {
   buffer_ = {};
 }
 
-Pad::Pad(gpu::Context& context, const FrameFormat& format)
+ImportPages::ImportPages(gpu::Context& context, const FrameFormat& format)
     : context_(context), format_(format), layout_(format) {
   kernel_ = gpu::Kernel(context, {"import_pages", k_import_pages},
                         {{gpu::Binding::Texels, gpu::Binding::Texels, gpu::Binding::Storage},
@@ -63,11 +63,11 @@ Pad::Pad(gpu::Context& context, const FrameFormat& format)
 }
 
 // While this waits for one that its pages' end has begun to let go, that end waits to unmap.
-Pad::~Pad() {
+ImportPages::~ImportPages() {
   for (const Known& known : known_) known.import->let_go();
 }
 
-const PageImport* Pad::find(const Frame& frame) {
+const PageImport* ImportPages::find(const Frame& frame) {
   if (!frame.leased || !frame.pages || !holds(*frame.pages, frame)) return nullptr;
   for (const Known& known : known_)
     if (same(known.pages, frame.pages)) return *known.import ? known.import.get() : nullptr;
@@ -83,8 +83,8 @@ const PageImport* Pad::find(const Frame& frame) {
   return *import ? import.get() : nullptr;
 }
 
-void Pad::record(gpu::Commands& commands, const Frame& frame, const PageImport& import,
-                 const PaddedImage& image) const {
+void ImportPages::record(gpu::Commands& commands, const Frame& frame, const PageImport& import,
+                         const PaddedImage& image) const {
   const uint32_t rows = format_.height * format_.channels;
   const shared::PadPush push{static_cast<uint32_t>(offset_in(*frame.pages, frame)),
                              static_cast<uint32_t>(format_.row_bytes()), rows, layout_.pitch,

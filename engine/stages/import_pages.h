@@ -7,11 +7,11 @@
 #include <mutex>
 #include <vector>
 
-#include "palpate/frame.h"
+#include "engine/base/mapped_pages.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
-#include "engine/base/mapped_pages.h"
 #include "engine/stages/upload.h"
+#include "palpate/frame.h"
 
 namespace palpate {
 namespace gpu {
@@ -39,15 +39,15 @@ class PageImport : public PageUser {
   gpu::TexelView words_;
 };
 
-class Pad {
+class ImportPages {
  public:
   /// Pages remembered at a time: as many buffers as a V4L2 driver gives.
   static constexpr size_t kMostImports = 32;
 
-  Pad(gpu::Context& context, const FrameFormat& format);
-  ~Pad();
-  Pad(const Pad&) = delete;
-  Pad& operator=(const Pad&) = delete;
+  ImportPages(gpu::Context& context, const FrameFormat& format);
+  ~ImportPages();
+  ImportPages(const ImportPages&) = delete;
+  ImportPages& operator=(const ImportPages&) = delete;
 
   /// The pages in which a leased frame lies, as the device reads them; null where that is not possible (the
   /// frame is then copied). Pages are imported when they are first seen, and those that the device refused

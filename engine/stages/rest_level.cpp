@@ -15,7 +15,7 @@ constexpr uint32_t kEdges = 4;
 struct Mean {
   double sum = 0;
   double count = 0;
-  void add(const shared::DatumRecord& r) {
+  void add(const shared::RestLevelRecord& r) {
     sum += double{r.mean} * r.pixels;
     count += r.pixels;
   }
@@ -23,7 +23,7 @@ struct Mean {
 
 }  // namespace
 
-Datum::Datum(gpu::Context& context, const Contact& contact, const Grid& grid, const Tuning& tuning)
+RestLevel::RestLevel(gpu::Context& context, const Contact& contact, const Grid& grid, const Tuning& tuning)
     : workgroup_(tuning.datum_workgroup) {
   push_.width = grid.width;
   push_.height = grid.height;
@@ -39,14 +39,14 @@ Datum::Datum(gpu::Context& context, const Contact& contact, const Grid& grid, co
                          {}});
 }
 
-uint64_t Datum::record_bytes() const {
-  return (uint64_t{push_.tiles_x} * push_.tiles_y + kEdges) * sizeof(shared::DatumRecord);
+uint64_t RestLevel::record_bytes() const {
+  return (uint64_t{push_.tiles_x} * push_.tiles_y + kEdges) * sizeof(shared::RestLevelRecord);
 }
 
-void Datum::record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& contact,
-                   const gpu::DeviceBuffer& records, InnerEdges edges) const {
+void RestLevel::record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& contact,
+                       const gpu::DeviceBuffer& records, InnerEdges edges) const {
   const auto scope = commands.scope("datum");
-  shared::DatumPush push = push_;
+  shared::RestLevelPush push = push_;
   push.edges = edges.any() ? 1 : 0;
   const uint32_t tiles = push.tiles_x * push.tiles_y + push.edges * kEdges;
   commands.dispatch(kernel_, {&depth.texels, &contact, &records}, push,
@@ -54,8 +54,8 @@ void Datum::record(gpu::Commands& commands, const FloatMap& depth, const gpu::De
   commands.barrier();
 }
 
-RestLevel Datum::rest_level(std::span<const shared::ContactRecord> contact,
-                            std::span<const shared::DatumRecord> records, InnerEdges edges) const {
+RestHeight RestLevel::find(std::span<const shared::ContactRecord> contact,
+                           std::span<const shared::RestLevelRecord> records, InnerEdges edges) const {
   Mean inner, border, untouched, all;
   double highest = std::numeric_limits<double>::lowest();
   const uint32_t tiles = push_.tiles_x * push_.tiles_y;
@@ -63,7 +63,7 @@ RestLevel Datum::rest_level(std::span<const shared::ContactRecord> contact,
   for (uint32_t side = 0; side < kEdges; ++side)
     if (is_inner[side]) inner.add(records[tiles + side]);
   for (uint32_t tile = 0; tile < tiles; ++tile) {
-    const shared::DatumRecord& r = records[tile];
+    const shared::RestLevelRecord& r = records[tile];
     highest = std::max(highest, double{r.highest});
     all.add(r);
     if (contact[tile].area > 0) continue;
@@ -79,8 +79,8 @@ RestLevel Datum::rest_level(std::span<const shared::ContactRecord> contact,
   return {chosen.sum / chosen.count, highest, inner.count > 0 || untouched.count > 0};
 }
 
-double Datum::volume_px_mm(std::span<const shared::ContactRecord> contact,
-                           std::span<const shared::DatumRecord> records, double level_mm) const {
+double RestLevel::volume_px_mm(std::span<const shared::ContactRecord> contact,
+                               std::span<const shared::RestLevelRecord> records, double level_mm) const {
   double volume = 0;
   for (uint32_t tile = 0; tile < push_.tiles_x * push_.tiles_y; ++tile)
     if (contact[tile].area > 0) volume += (double{records[tile].mean} - level_mm) * records[tile].pixels;

@@ -8,8 +8,7 @@
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
-#include "palpate/pipeline.h"
-#include "engine/gpu/tuning.h"
+#include "palpate/options.h"
 #include "shaders/shared/grid.h"
 
 namespace palpate {

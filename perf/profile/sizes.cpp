@@ -78,9 +78,10 @@ class SizeMeter {
     const double flow_s = wall_now_s();
     for (int i = 0; i < count; ++i) {
       if (watch_.stopped()) return false;
-      while (!pipeline.submit(scene.next())) pipeline.release(*pipeline.wait());
+      while (!pipeline.submit(scene.next())) pipeline.wait();
     }
-    while (const auto result = pipeline.wait()) pipeline.release(*result);
+    while (pipeline.wait()) {
+    }
     figure.frames_per_s = count / (wall_now_s() - flow_s);
     return true;
   }
@@ -98,7 +99,6 @@ class SizeMeter {
       for (const gpu::ScopeTime& t : pipeline.times(*result)) frame_ms[t.name] += t.ms;
       if (i >= 0)  // the first one is cold
         for (const auto& [name, ms] : frame_ms) samples[name].push_back(ms);
-      pipeline.release(*result);
     }
     for (const gpu::ScopeTraffic& traffic : pipeline.traffic())
       add_stage(traffic, samples[traffic.name], figure);

@@ -24,7 +24,7 @@ constexpr double kLeastGain = 0.01;
 constexpr double kSample_ms = 3;  // long enough for the clock of CPU time, and for warm caches
 constexpr int kSweeps = 2;        // over all constants; the second only over those whose neighbours changed
 
-enum class Stage { Contact, ContactKeeping, Slope, Surface, Datum };
+enum class Stage { Contact, ContactKeeping, Slope, Surface, RestLevel };
 
 /// Which stages a constant shapes, and which constants shape each other.
 struct Reach {
@@ -39,11 +39,11 @@ std::vector<Stage> stages_of(const std::string& field) {
       {"slope", {Stage::Slope}},
       {"surface", {Stage::Surface}},
       {"coarsest", {Stage::Surface}},
-      {"datum", {Stage::Datum}},
+      {"datum", {Stage::RestLevel}},
   };
   for (const Reach& reach : kReaches)
     if (field.starts_with(reach.prefix)) return reach.stages;
-  return {Stage::Contact, Stage::ContactKeeping, Stage::Slope, Stage::Surface, Stage::Datum};
+  return {Stage::Contact, Stage::ContactKeeping, Stage::Slope, Stage::Surface, Stage::RestLevel};
 }
 
 /// One frame with contact of one sensor on the GPU, and every stage's input.
@@ -123,14 +123,15 @@ class Run {
       fill.submit();
       fill.wait();
     } else {
-      datum_.emplace(context_, *scene.contact, scene.surface->grid(), tuning);
-      records_ = gpu::DeviceBuffer(context_, "datum records", datum_->record_bytes(), gpu::Memory::Readback);
+      rest_level_.emplace(context_, *scene.contact, scene.surface->grid(), tuning);
+      records_ =
+          gpu::DeviceBuffer(context_, "datum records", rest_level_->record_bytes(), gpu::Memory::Readback);
     }
     commands_.begin();
     if (contact_) contact_->record(commands_, *scene.frame, *scene.background, records_);
     if (slope_) slope_->record(commands_, *scene.frame, *scene.background, *scene.surface, clipped_);
     if (surface_) surface_->record(commands_, scene.depth);
-    if (datum_) datum_->record(commands_, scene.depth, scene.records, records_);
+    if (rest_level_) rest_level_->record(commands_, scene.depth, scene.records, records_);
     commands_.end();
     once();  // what the driver does at a first run is not the kernel's time
     const double ms = std::max(time_runs([this] { once(); }, 1).wall_ms, 1e-3);
@@ -164,7 +165,7 @@ class Run {
   std::optional<Slope> slope_;
   gpu::DeviceBuffer clipped_;
   std::optional<Surface> surface_;
-  std::optional<Datum> datum_;
+  std::optional<RestLevel> rest_level_;
   gpu::DeviceBuffer records_;
   gpu::Commands commands_;
   int runs_ = 1;

@@ -403,9 +403,10 @@ class Bench {
     constexpr int kFrames = 150;
     const auto start = std::chrono::steady_clock::now();
     for (int i = 0; i < kFrames; ++i) {
-      while (!pipeline.submit(scene.next())) pipeline.release(*pipeline.wait());
+      while (!pipeline.submit(scene.next())) pipeline.wait();
     }
-    while (const auto result = pipeline.wait()) pipeline.release(*result);
+    while (pipeline.wait()) {
+    }
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     throughput_csv_ += std::string(to_string(scene.sensor.reading)) + "," + size.text() + "," +
                        std::to_string(std::lround(kFrames / seconds)) + "\n";
@@ -467,7 +468,6 @@ class Bench {
     std::printf("  stages of %s, %s:", work.c_str(), size.text().c_str());
     for (const gpu::ScopeTime& t : pipeline.times(*result)) std::printf(" %s %.2f ms", t.name.c_str(), t.ms);
     std::printf("\n");
-    pipeline.release(*result);
   }
 
   void add(const Pair& p) {

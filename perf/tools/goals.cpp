@@ -106,7 +106,6 @@ class Goals {
     pipeline.submit(image);
     const Result result = *pipeline.wait();
     std::vector<float> depth = pipeline.read_depth_mm(result);
-    pipeline.release(result);
     return depth;
   }
 
@@ -241,12 +240,13 @@ class Goals {
     for (int part = 0; part < std::min(repetitions_, 10); ++part) {
       const Sample s = time_runs(
           [&] {
-            while (!pipeline.submit(scene.next())) pipeline.release(*pipeline.wait());
+            while (!pipeline.submit(scene.next())) pipeline.wait();
           },
           frames);
       rates.push_back(1e3 / s.wall_ms);
     }
-    while (const auto result = pipeline.wait()) pipeline.release(*result);
+    while (pipeline.wait()) {
+    }
     const Quartiles q = quartiles(rates);
     rows_.push_back({"throughput " + size.text(), text(">= %.0f frames/s", wanted), q.median, q.low, q.high,
                      q.median >= wanted, "wall time, three in flight"});
@@ -281,7 +281,7 @@ class Goals {
 
   void few_tiles(const Size& size) {
     Scene scene = timing_scene(size.width, size.height, Reading::Shading, 0.1);
-    Touched touched(scene.sensor, scene.background.format);
+    ContactTiles touched(scene.sensor, scene.background.format);
     touched.set_background(scene.background);
     const TouchedTiles& tiles = touched.find(scene.frames.front());
     PipelineOptions skipping;

@@ -29,7 +29,7 @@ struct CoarsestPush {
   uint texels;  // of the level
 };
 
-struct DatumPush {
+struct RestLevelPush {
   uint width;    // px
   uint height;   // px
   uint pitch;    // texels of the height map
@@ -41,7 +41,7 @@ struct DatumPush {
 };
 
 // What the height map says about one tile.
-struct DatumRecord {
+struct RestLevelRecord {
   float mean;     // mm, over the tile's pixels that were read
   float highest;  // mm
   uint pixels;    // of the tile inside the frame

@@ -6,10 +6,10 @@
 #include "shaders/shared/grid.h"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
-layout(push_constant) uniform Push { DatumPush push; };
+layout(push_constant) uniform Push { RestLevelPush push; };
 layout(binding = 0) uniform samplerBuffer depth_texels;
 layout(binding = 1) readonly buffer Contact { ContactRecord contact[]; };
-layout(binding = 2) writeonly buffer Out { DatumRecord records[]; };
+layout(binding = 2) writeonly buffer Out { RestLevelRecord records[]; };
 
 void main() {
   uint tile = gl_GlobalInvocationID.x;
@@ -40,7 +40,7 @@ void main() {
     }
   }
   int columns = max(0, min(int(push.width) - 4 * t0, 4 * texels));
-  DatumRecord record;
+  RestLevelRecord record;
   record.mean = (sum.x + sum.y + sum.z + sum.w) / max(float(columns * (y1 - y0)), 1.0);
   record.highest = max(max(highest.x, highest.y), max(highest.z, highest.w));
   record.pixels = uint(columns * max(0, min(edge ? rows : int(push.tile_rows), int(push.height) - y0)));

@@ -82,9 +82,6 @@ TEST_F(Discrete, NumbersAreThoseOfTheProcessor) {
         EXPECT_EQ(depth, staged.read_depth_mm(b)) << "frame " << k;
         EXPECT_EQ(depth, automatic.read_depth_mm(c)) << "frame " << k;
         EXPECT_EQ(staged.times(b).front().name, "upload");
-        wanted.release(a);
-        staged.release(b);
-        automatic.release(c);
       }
       // Frames that are not leased, after some that were: the staged pixels are these.
       Frame image;

@@ -32,11 +32,12 @@ namespace fs = std::filesystem;
 /// record for each tile.
 const Shader kShader{"rest_level", k_rest_level};
 KernelInterface datum_interface() {
-  return {{Binding::Texels, Binding::Storage, Binding::Storage}, sizeof(shared::DatumPush), {64, 1, 1}, {}};
+  return {
+      {Binding::Texels, Binding::Storage, Binding::Storage}, sizeof(shared::RestLevelPush), {64, 1, 1}, {}};
 }
 constexpr uint32_t kTiles = 64;
 /// 64 tiles of one texel of four pixels, in one row: record k holds the sum, lowest and highest of texel k.
-const shared::DatumPush kPush{4 * kTiles, 1, kTiles, kTiles, 1, 1, 1, 0};
+const shared::RestLevelPush kPush{4 * kTiles, 1, kTiles, kTiles, 1, 1, 1, 0};
 /// Contact records of tiles that nothing touches.
 DeviceBuffer no_contact(Context& context) {
   DeviceBuffer records(context, "no contact", sizeof(shared::ContactRecord) * kTiles, Memory::Upload);
@@ -201,7 +202,7 @@ TEST_F(Gpu, CommandsRunAsOftenAsSubmittedAndTellTheirTimes) {
   const Kernel kernel(context(), kShader, datum_interface());
   DeviceBuffer in(context(), "in", 16 * kTiles, Memory::Upload);
   const DeviceBuffer touched = no_contact(context());
-  const DeviceBuffer out(context(), "out", sizeof(shared::DatumRecord) * kTiles, Memory::Readback);
+  const DeviceBuffer out(context(), "out", sizeof(shared::RestLevelRecord) * kTiles, Memory::Readback);
   const TexelView view(context(), in, VK_FORMAT_R32G32B32A32_SFLOAT);
   Commands commands(context());
   EXPECT_TRUE(commands.finished());
@@ -225,7 +226,7 @@ TEST_F(Gpu, CommandsRunAsOftenAsSubmittedAndTellTheirTimes) {
     commands.wait();
     EXPECT_TRUE(commands.finished());
     out.invalidate();
-    const auto records = out.as<const shared::DatumRecord>();
+    const auto records = out.as<const shared::RestLevelRecord>();
     for (uint32_t k = 0; k < kTiles; ++k) {
       const float first = offset + static_cast<float>(4 * k);
       ASSERT_EQ(records[k].highest, first + 3);

@@ -306,7 +306,6 @@ TEST_F(TuningTest, SurfacesAgreeWithinTheStatedError) {
       const Result result = *pipeline.wait();
       touch = result.touch;
       std::vector<float> depth = pipeline.read_depth_mm(result);
-      pipeline.release(result);
       double mean = 0;
       for (const float d : depth) mean += double{d};
       for (float& d : depth) d -= static_cast<float>(mean / static_cast<double>(depth.size()));

@@ -63,7 +63,7 @@ const FrameFormat kFormats[] = {{64, 64, 1, 8}, {97, 70, 1, 8}, {31, 5, 1, 8},  
 constexpr Signal kSignals[] = {Signal::Brighter, Signal::Darker, Signal::Either};
 
 // No contact pixel is missed, no tile without one is touched, and the count of saturated pixels is exact.
-TEST(Touched, FindsExactlyTheTilesWithContact) {
+TEST(ContactTiles, FindsExactlyTheTilesWithContact) {
   std::mt19937 random(1);
   uint64_t touched = 0, untouched = 0;
   for (const FrameFormat& format : kFormats) {
@@ -74,7 +74,7 @@ TEST(Touched, FindsExactlyTheTilesWithContact) {
                                  " x " + std::to_string(format.channels) + ", " +
                                  std::to_string(format.bit_depth) + " bits, " + to_string(signal) + ", " +
                                  std::to_string(blobs) + " blobs";
-        Touched finder(scene.sensor, format);
+        ContactTiles finder(scene.sensor, format);
         finder.set_background(scene.background);
         finder.find(scene.background);  // what an earlier frame leaves does not matter
         const TouchedTiles& tiles = finder.find(scene.frame);
@@ -88,9 +88,10 @@ TEST(Touched, FindsExactlyTheTilesWithContact) {
             bool near = false;
             for (int dy = -2; dy <= 2; ++dy) {
               for (int dx = -2; dx <= 2; ++dx) {
-                const auto tx = std::clamp<int64_t>(int64_t{x} + dx, 0, format.width - 1) / Touched::kTile_px;
+                const auto tx =
+                    std::clamp<int64_t>(int64_t{x} + dx, 0, format.width - 1) / ContactTiles::kTile_px;
                 const auto ty =
-                    std::clamp<int64_t>(int64_t{y} + dy, 0, format.height - 1) / Touched::kTile_px;
+                    std::clamp<int64_t>(int64_t{y} + dy, 0, format.height - 1) / ContactTiles::kTile_px;
                 const auto at = static_cast<size_t>(ty * tiles.columns + tx);
                 wanted[at] = 1;
                 near = near || tiles.touched[at];
@@ -130,7 +131,7 @@ TEST(Touched, FindsExactlyTheTilesWithContact) {
 }
 
 // Noise whose single pixels pass the threshold now and then, but no filtered one does.
-TEST(Touched, NoiseTouchesNothing) {
+TEST(ContactTiles, NoiseTouchesNothing) {
   std::mt19937 random(2);
   for (const FrameFormat& format : {FrameFormat{640, 480, 1, 8}, FrameFormat{200, 150, 1, 12}}) {
     const Scene scene = random_scene(format, Signal::Either, 2, 0, random);
@@ -140,7 +141,7 @@ TEST(Touched, NoiseTouchesNothing) {
         loudest =
             std::max(loudest, reference::change_at(scene.frame, scene.background, Signal::Either, x, y));
     EXPECT_GT(loudest, scene.sensor.threshold_gray);
-    Touched finder(scene.sensor, format);
+    ContactTiles finder(scene.sensor, format);
     finder.set_background(scene.background);
     EXPECT_EQ(finder.find(scene.frame).count, 0u);
     EXPECT_EQ(finder.find(scene.frame).box, PixelRect{});

@@ -252,7 +252,6 @@ TEST_F(Contacts, SlotsDoNotMixTheirRegions) {
       ASSERT_EQ(result->touch.contacts.size(), wanted.contacts.size());
       for (size_t c = 0; c < wanted.contacts.size(); ++c)
         expect_same_shape(result->touch.contacts[c], wanted.contacts[c], "frame " + std::to_string(k + i));
-      many.pipeline.release(*result);
     }
   }
 }

@@ -307,7 +307,6 @@ std::string pipeline_difference(gpu::Context& context, const Case& c) {
       if (!std::isfinite(t.depth_max_mm) || !std::isfinite(t.depth_datum_mm))
         return place + unequal("depth_max_mm", t.depth_max_mm, "a number");
     }
-    pipeline.release(result);
   }
   return {};
 }

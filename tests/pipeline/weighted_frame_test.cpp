@@ -1,6 +1,6 @@
 // The pipeline where not everything is known, on the synthetic sensor: what is masked does no harm, and what
 // is not there costs nothing.
-#include "engine/stages/weighted_frame.h"
+#include "engine/stages/weighted_surface.h"
 
 #include <algorithm>
 #include <cmath>
@@ -56,7 +56,6 @@ Answer measure(gpu::Context& context, const Press& press, uint32_t outputs, Surf
   EXPECT_TRUE(pipeline.submit(press.frame));  // the second one must not disturb what the first one leaves
   const Result result = *pipeline.wait();
   Answer answer{result.touch, pipeline.read_depth_mm(result), pipeline.read_confidence(result)};
-  pipeline.release(result);
   const Result second = *pipeline.wait();
   EXPECT_EQ(second.touch.weighted_residual, answer.touch.weighted_residual);
   EXPECT_EQ(pipeline.read_depth_mm(second), answer.depth_mm);

@@ -156,8 +156,6 @@ class SkipUntouchedTest : public GpuTest {
         window = s.surface.window.value_or(window);
         compare_depth(d, s, what, tolerance);
       }
-      dense.release(d);
-      skipped.release(s);
       return window;
     }
 
@@ -317,7 +315,6 @@ TEST_F(SkipUntouchedTest, ALongSlideKeepsItsOrder) {
       EXPECT_NEAR(*std::ranges::max_element(depth), result->touch.depth_max_mm, 1e-6) << skipped.size();
       places += result->surface.window != last;
       last = result->surface.window;
-      both.skipped.release(*result);
     };
     for (const Frame& frame : frames) {
       while (!both.skipped.submit(frame)) take(both.skipped.wait());
@@ -345,39 +342,38 @@ TEST_F(SkipUntouchedTest, HeldMapsStayAsTheyAre) {
   for (int i = 0; i < 4; ++i) {
     ASSERT_TRUE(both.skipped.submit(i % 2 ? here : there));
     EXPECT_FALSE(both.skipped.submit(here)) << "both slots are taken";
-    both.skipped.release(*both.skipped.wait());
+    both.skipped.wait();
   }
   EXPECT_EQ(both.skipped.read_depth_mm(held), before);
-  both.skipped.release(held);
 }
 
 // Where a window would not do, the option changes nothing.
 TEST_F(SkipUntouchedTest, HasNoEffectWhereTheWholeFrameIsNeeded) {
   const FrameFormat format{320, 240, 1, 8};
   const PipelineOptions plain{.skip_untouched = true};
-  EXPECT_TRUE(Skipping::possible(shading_sensor(8), format, plain));
-  EXPECT_FALSE(Skipping::possible(shading_sensor(8), {80, 60, 1, 8}, plain));
+  EXPECT_TRUE(can_window(shading_sensor(8), format, plain));
+  EXPECT_FALSE(can_window(shading_sensor(8), {80, 60, 1, 8}, plain));
   PipelineOptions options = plain;
   options.solver = SurfaceSolver::Exact;
-  EXPECT_FALSE(Skipping::possible(shading_sensor(8), format, options));
+  EXPECT_FALSE(can_window(shading_sensor(8), format, options));
   options = plain;
   options.outputs = options.outputs | Output::Confidence;
-  EXPECT_FALSE(Skipping::possible(shading_sensor(8), format, options));
+  EXPECT_FALSE(can_window(shading_sensor(8), format, options));
   Sensor sensor = shading_sensor(8);
   sensor.threshold_gray = 0;
-  EXPECT_FALSE(Skipping::possible(sensor, format, plain));
+  EXPECT_FALSE(can_window(sensor, format, plain));
   sensor = shading_sensor(8);
   sensor.shadow_gray = 3;
-  EXPECT_FALSE(Skipping::possible(sensor, format, plain));
+  EXPECT_FALSE(can_window(sensor, format, plain));
   sensor = shading_sensor(8);
   sensor.background.kind = BackgroundKind::None;
-  EXPECT_FALSE(Skipping::possible(sensor, format, plain));
+  EXPECT_FALSE(can_window(sensor, format, plain));
   sensor = shading_sensor(8);
   sensor.reading = Reading::Elastic;
-  EXPECT_FALSE(Skipping::possible(sensor, format, plain));
+  EXPECT_FALSE(can_window(sensor, format, plain));
   options = plain;
   options.outputs = static_cast<uint32_t>(Output::Force);
-  EXPECT_TRUE(Skipping::possible(sensor, format, options)) << "force does not need the surface";
+  EXPECT_TRUE(can_window(sensor, format, options)) << "force does not need the surface";
 
   Both both(context(), shading_sensor(8), 80, 60);
   const PixelRect window =

@@ -125,7 +125,6 @@ class Export : public Program {
       EXPECT_TRUE(pipeline.submit(frame));
       const Result result = *pipeline.wait();
       depths[frame.sequence] = pipeline.read_depth_mm(result);
-      pipeline.release(result);
     }
     return depths;
   }

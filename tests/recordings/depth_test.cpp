@@ -75,7 +75,6 @@ class DepthRecordings : public GpuTest {
     EXPECT_TRUE(pipeline.submit(frame));
     const auto result = pipeline.wait();
     Depth depth{result->touch, frame.format.width, pipeline.read_depth_mm(*result)};
-    pipeline.release(*result);
     return depth;
   }
 };

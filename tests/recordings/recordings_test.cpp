@@ -69,7 +69,6 @@ DepthMap depth_of(gpu::Context& context, const fs::path& file, const Sensor& sen
   const std::optional<Result> result = pipeline.wait();
   DepthMap map{result->touch, source->format().width, source->format().height,
                pipeline.read_depth_mm(*result)};
-  pipeline.release(*result);
   return map;
 }
 

@@ -412,7 +412,6 @@ TEST_F(ElasticTest, WaveguideSceneAgainstItsTruth) {
       pipeline.submit(frame);
       const auto result = pipeline.wait();
       const std::vector<float> depth = pipeline.read_depth_mm(*result);
-      pipeline.release(*result);
       double squares = 0;
       for (size_t k = 0; k < depth.size(); ++k) {
         ASSERT_TRUE(std::isfinite(depth[k]));

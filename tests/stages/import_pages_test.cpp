@@ -47,7 +47,7 @@ class PadTest : public GpuTest {
     return read(image, true);
   }
 
-  static std::vector<uint8_t> in_place(const Pad& pad, const Frame& frame, const PageImport& import) {
+  static std::vector<uint8_t> in_place(const ImportPages& pad, const Frame& frame, const PageImport& import) {
     PaddedImage image(context(), "in place", frame.format);
     if (image.buffer().mapped()) std::ranges::fill(image.buffer().as<uint8_t>(), uint8_t{0xa5});
     gpu::Commands commands(context());
@@ -71,7 +71,7 @@ TEST_F(PadTest, EveryWidthAndPlaceIsPaddedAsByTheProcessor) {
       const auto pages = map_pages(3 * kPage);
       // What lies around the pixels is of no account.
       std::memset(const_cast<uint8_t*>(pages->begin()), 0x5b, pages->bytes());
-      Pad pad(context(), format);
+      ImportPages pad(context(), format);
       // At the pages' beginning and end, across two, and at bytes that are no pixel's or texel's.
       for (const size_t offset : {size_t{0}, size_t{1}, size_t{6}, size_t{16}, size_t{kPage - 3},
                                   pages->bytes() - format.frame_bytes()}) {
@@ -95,7 +95,7 @@ TEST_F(PadTest, LargeFramesArePaddedAsByTheProcessor) {
     const Frame image = random_frame(format, 0, format.max_gray(), random);
     const auto pages = map_pages(format.frame_bytes() + 100);
     const Frame frame = lease(image, pages, 100);
-    Pad pad(context(), format);
+    ImportPages pad(context(), format);
     const PageImport* import = pad.find(frame);
     ASSERT_NE(import, nullptr);
     EXPECT_EQ(in_place(pad, frame, *import), copied(image)) << format.width;
@@ -105,7 +105,7 @@ TEST_F(PadTest, LargeFramesArePaddedAsByTheProcessor) {
 TEST_F(PadTest, PagesAreImportedOnceAndWhatCannotBeIsRefused) {
   const FrameFormat format{40, 30, 1, 8};
   const Frame image = uniform_frame(format, 7);
-  Pad pad(context(), format);
+  ImportPages pad(context(), format);
   EXPECT_EQ(pad.find(image), nullptr) << "not leased";
   const auto pages = map_pages(2 * kPage), others = map_pages(2 * kPage);
   Frame frame = lease(image, pages, 0);
@@ -140,9 +140,9 @@ TEST_F(PadTest, ALengthIsThatOfItsWholePages) {
 TEST_F(PadTest, RoomForMorePagesComesWhenOthersGo) {
   const FrameFormat format{40, 30, 1, 8};
   const Frame image = uniform_frame(format, 7);
-  Pad pad(context(), format);
+  ImportPages pad(context(), format);
   std::vector<std::shared_ptr<MappedPages>> all;
-  for (size_t i = 0; i < Pad::kMostImports; ++i) {
+  for (size_t i = 0; i < ImportPages::kMostImports; ++i) {
     all.push_back(map_pages(kPage));
     EXPECT_NE(pad.find(lease(image, all.back(), 0)), nullptr) << i;
   }
@@ -156,7 +156,7 @@ TEST_F(PadTest, RoomForMorePagesComesWhenOthersGo) {
 TEST_F(PadTest, PagesMappedAnewAtTheSameAddressAreReadAnew) {
   const FrameFormat format{100, 50, 1, 8};
   std::mt19937 random(13);
-  Pad pad(context(), format);
+  ImportPages pad(context(), format);
   std::atomic<int> unmapped = 0;
   auto pages = map_pages(2 * kPage, nullptr, &unmapped);
   auto* address = const_cast<uint8_t*>(pages->begin());
@@ -182,7 +182,7 @@ TEST_F(PadTest, PagesAndTheirReaderMayGoAtTheSameTime) {
   std::atomic<int> unmapped = 0;
   constexpr int kRounds = 100;
   for (int round = 0; round < kRounds; ++round) {
-    auto pad = std::make_unique<Pad>(context(), format);
+    auto pad = std::make_unique<ImportPages>(context(), format);
     auto pages = map_pages(kPage, nullptr, &unmapped);
     pad->find(lease(image, pages, 0));
     const auto next = map_pages(kPage);
@@ -243,15 +243,12 @@ TEST_F(LeasedFrames, AreMeasuredLikeCopies) {
     EXPECT_EQ(a.touch.force_N.value, b.touch.force_N.value);
     EXPECT_EQ(copying.read_depth_mm(a), importing.read_depth_mm(b)) << "frame " << k;
     EXPECT_EQ(importing.times(b).front().name, "upload");
-    copying.release(a);
-    importing.release(b);
   }
   // Frames that are not leased go the other way, in between too.
   const Frame plain = image(3);
   ASSERT_TRUE(importing.submit(plain));
   const Result result = *importing.wait();
   EXPECT_EQ(result.copies, 1u);
-  importing.release(result);
 }
 
 TEST_F(LeasedFrames, AreGivenBackWhenTheyAreFinishedAndNotEarlier) {
@@ -273,7 +270,6 @@ TEST_F(LeasedFrames, AreGivenBackWhenTheyAreFinishedAndNotEarlier) {
     for (int i = 1; i <= 2; ++i) {
       const Result result = *importing.wait();
       EXPECT_EQ(returned, 1 + i) << "back before its result is released";
-      importing.release(result);
     }
     EXPECT_EQ(ring[2].use_count(), 2) << "the frame in flight holds its pages";
   }
@@ -312,11 +308,9 @@ TEST_F(LeasedFrames, ReuseOfABufferHarmsNoFrame) {
     EXPECT_EQ(returned, 1);
     std::memset(const_cast<uint8_t*>(pages->begin()), 255, pages->bytes());
     const std::vector<float> depth = importing.read_depth_mm(*result);
-    importing.release(*result);
     ASSERT_TRUE(copying.submit(plain));
     const Result wanted = *copying.wait();
     EXPECT_EQ(depth, copying.read_depth_mm(wanted));
-    copying.release(wanted);
   }
 }
 
@@ -345,7 +339,6 @@ TEST_F(LeasedWindows, AreCutOutByTheProcessor) {
     else
       EXPECT_EQ(result.copies, 0u);
     (result.copies == 2 ? touched : untouched) = true;
-    skipping.release(result);
   }
   EXPECT_TRUE(touched && untouched);
   EXPECT_EQ(returned, 41);

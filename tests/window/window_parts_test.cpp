@@ -481,7 +481,6 @@ class WindowPicture : public GpuTest {
         renderer.follow(result.touch);
       else
         run = {renderer.render(frame, result.touch, result.surface), result.touch};
-      pipeline.release(result);
     }
     return run;
   }

@@ -77,10 +77,7 @@ class Display {
   bool write_event(const Event& event);
   void update_stats();
   void update_player();
-  void give_back(Measured& m) {
-    session_.results.put(m.result);
-    session_.frames.put(std::move(m.captured));
-  }
+  void give_back(Measured& m) { session_.frames.put(std::move(m.captured)); }
 
   const LiveOptions& options_;
   LiveSession& session_;

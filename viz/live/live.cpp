@@ -17,12 +17,8 @@ namespace {
 using std::chrono::milliseconds;
 
 void engine_loop(LiveSession& session, Pipeline& pipeline, const LiveOptions& options, LatencyLog& latency) {
-  const auto release_returned = [&] {
-    for (const Result& r : session.results.take_all()) pipeline.release(r);
-  };
   uint64_t gaps = 0;
   while (!session.stop && !session.to_engine.finished()) {
-    release_returned();
     auto captured = session.to_engine.take(milliseconds(20));
     if (!captured) continue;
     Frame& frame = (*captured)->frame;
@@ -33,7 +29,6 @@ void engine_loop(LiveSession& session, Pipeline& pipeline, const LiveOptions& op
     while (!pipeline.submit(frame)) {
       if (session.stop) return;
       std::this_thread::sleep_for(milliseconds(1));  // every slot is held by the display
-      release_returned();
     }
     Result result = pipeline.wait().value();
     const FrameTimes times(frame, monotonic_ns());
@@ -43,9 +38,8 @@ void engine_loop(LiveSession& session, Pipeline& pipeline, const LiveOptions& op
     if (options.recording) options.recording->measured(result.touch, times.measured_ns);
     if (options.presses) options.presses->add((*captured)->frame, result.touch);
     if (options.on_result) options.on_result(result.touch);
-    if (auto displaced = session.to_display.put({std::move(*captured), result, times})) {
+    if (auto displaced = session.to_display.put({std::move(*captured), std::move(result), times})) {
       latency.add(displaced->times);
-      pipeline.release(displaced->result);
       session.frames.put(std::move(displaced->captured));
     }
   }
@@ -109,7 +103,6 @@ LiveReport run_headless(LiveSession& session, const LiveOptions& options, Latenc
     }
     end_ns = monotonic_ns();
     latency.add(newest->times);
-    session.results.put(newest->result);
     session.frames.put(std::move(newest->captured));
   }
   report.seconds = 1e-9 * static_cast<double>(end_ns - start_ns);

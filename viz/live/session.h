@@ -61,7 +61,6 @@ struct Transport {
 struct LiveSession {
   Mailbox<CapturedPtr> to_engine;
   Mailbox<Measured> to_display;
-  ReturnTray<Result> results;      ///< back to the engine, which releases their slots
   ReturnTray<CapturedPtr> frames;  ///< back to capture, which fills them again
   std::atomic<bool> stop{false};
   std::atomic<bool> paused{false};

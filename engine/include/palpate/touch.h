@@ -134,12 +134,10 @@ struct Touch {
 
   bool has_surface = false;
   Validity depth_validity = Validity::NotCalibrated;  ///< of the whole depth map
-  double depth_sd_mm =
-      0;  ///< standard error of depth_max_mm by the sensor's calibration; 0: not stated there
+  double depth_sd_mm = 0;     ///< standard error of depth_max_mm by calibration; 0: not stated there
   double depth_max_mm = 0;    ///< deepest point below the rest level, of touched tiles and the frame's border
   double depth_datum_mm = 0;  ///< add to a value of the height map to get depth: rest level is depth 0
-  bool datum_from_rest =
-      false;  ///< false: no untouched tile, the rest level is the mean over the whole frame
+  bool datum_from_rest = false;  ///< false: no untouched tile, rest level is the mean over the whole frame
 
   /// Pixels steeper than the sensor's max_slope, whose slope was clipped to it; in the whole frame or, with
   /// PipelineOptions::skip_untouched, its window.

@@ -1,0 +1,37 @@
+// Touch history: what follows from the frames before, of whole frames and windows alike: contacts' ids, the
+// force's branch, shear and slip.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "engine/measure/contact_tracker.h"
+#include "engine/measure/force.h"
+#include "engine/measure/shear.h"
+#include "engine/measure/skin_motion.h"
+#include "palpate/sensor.h"
+#include "palpate/touch.h"
+
+namespace palpate {
+
+class TouchHistory {
+ public:
+  /// `contacts`: they are told apart. `sensor` lives longer than this.
+  TouchHistory(const Sensor& sensor, const FrameFormat& format, bool contacts);
+
+  /// Frames in order, as Frames::measure leaves them. `after_gap`: the frames before are not the predecessors
+  /// of this one. `skin_sd_px`: standard error of each of Touch::skin_points.
+  void follow(Touch& touch, bool after_gap, std::span<const float> skin_sd_px = {});
+
+ private:
+  void interrupt();
+  void follow_skin(Touch& touch, std::span<const float> skin_sd_px);
+
+  const Sensor& sensor_;
+  ForceHistory force_;
+  SkinTracker skin_;
+  ShearTracker shear_;
+  std::optional<ContactTracker> contacts_;
+};
+
+}  // namespace palpate

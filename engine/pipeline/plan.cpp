@@ -1,0 +1,72 @@
+#include "engine/pipeline/plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/pipeline/windowed_frame.h"
+#include "engine/stages/skin.h"
+
+namespace palpate {
+namespace {
+
+// Where confidence is asked for, and where a surface may have to do without some pixels.
+bool needs_confidence(const Sensor& sensor, uint32_t outputs) {
+  return wants(outputs, Output::Confidence) ||
+         (wants(outputs, Output::Surface) && (sensor.pad || sensor.shadow_gray));
+}
+
+// Where the sum of the change's gradients is asked for, and where the force is read from it.
+bool needs_gradient(const Sensor& sensor, uint32_t outputs) {
+  return sensor.bit_depth == 8 &&
+         (wants(outputs, Output::Gradient) ||
+          (wants(outputs, Output::Force) && sensor.force && sensor.force->signal == ForceSignal::Gradient));
+}
+
+bool needs_skin(const Sensor& sensor, uint32_t outputs) {
+  return follows_skin(sensor, wants(outputs, Output::Skin), wants(outputs, Output::Force));
+}
+
+SurfaceKind surface_kind(const Sensor& sensor, uint32_t outputs) {
+  if (!wants(outputs, Output::Surface)) return SurfaceKind::None;
+  if (sensor.reading == Reading::Elastic) return SurfaceKind::Elastic;
+  if (sensor.reading == Reading::Lookup) return SurfaceKind::Lookup;
+  return SurfaceKind::Gradient;
+}
+
+}  // namespace
+
+FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options) {
+  FramePlan plan;
+  plan.windowed = options.skip_untouched && can_window(sensor, format, options);
+  plan.background = sensor.background.kind == BackgroundKind::Untouched;
+  plan.regions = wants(options.outputs, Output::Contacts);
+  plan.gradient = needs_gradient(sensor, options.outputs);
+  plan.skin = needs_skin(sensor, options.outputs);
+  plan.confidence = needs_confidence(sensor, options.outputs);
+  plan.surface = surface_kind(sensor, options.outputs);
+  plan.keep_filtered = plan.surface != SurfaceKind::None && sensor.reading != Reading::Photometric;
+  if (plan.surface == SurfaceKind::Gradient && plan.confidence) {
+    // The host solves each frame by itself, with weights or without.
+    const bool always = sensor.pad && options.solver != SurfaceSolver::Exact;
+    plan.weights = always ? Weights::Always : Weights::WhereNeeded;
+  }
+  plan.solver = options.solver;
+  // A window's frames do not follow each other: it moves in between.
+  plan.warm_start = options.warm_start && !plan.windowed;
+  plan.upload = options.upload;
+  plan.slots = std::max(options.slots, 1u);
+  return plan;
+}
+
+bool can_window(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options) {
+  if (sensor.background.kind != BackgroundKind::Untouched || sensor.filter != Filter::Binomial5) return false;
+  if (needs_confidence(sensor, options.outputs) || needs_gradient(sensor, options.outputs) ||
+      needs_skin(sensor, options.outputs))
+    return false;
+  const SurfaceKind surface = surface_kind(sensor, options.outputs);
+  if (surface == SurfaceKind::Elastic || surface == SurfaceKind::Lookup) return false;
+  if (surface == SurfaceKind::Gradient && options.solver == SurfaceSolver::Exact) return false;
+  return std::lround(sensor.threshold_gray * 128) > 0 && !window_sizes(format).empty();
+}
+
+}  // namespace palpate

@@ -1,0 +1,52 @@
+// Plan of a pipeline: which stages exist for a sensor, a format and the options. Decided here once; nothing
+// else asks the options again.
+#pragma once
+
+#include <cstdint>
+
+#include "palpate/frame.h"
+#include "palpate/options.h"
+#include "palpate/sensor.h"
+
+namespace palpate {
+
+/// How a frame becomes heights (engine/pipeline/surface_*.h).
+enum class SurfaceKind {
+  None,
+  Gradient,  ///< slopes, integrated: Reading::Shading and Photometric
+  Elastic,   ///< pressure to deflection
+  Lookup,    ///< gray to depth, pixel by pixel
+};
+
+/// Whether the surface counts each pixel by its confidence.
+enum class Weights {
+  None,
+  WhereNeeded,  ///< once more, for frames in which some pixel turns out to be unknown
+  Always,       ///< in place of the solve without weights: a pad's outline leaves pixels that are never known
+};
+
+struct FramePlan {
+  bool windowed = false;    ///< WindowedFrame, else WholeFrame
+  bool background = false;  ///< an untouched image is subtracted
+  bool regions = false;     ///< contacts are told apart
+  bool gradient = false;
+  bool skin = false;
+  bool confidence = false;
+  bool keep_filtered = false;  ///< the surface is made of the contact stage's filtered image
+  SurfaceKind surface = SurfaceKind::None;
+  Weights weights = Weights::None;
+  SurfaceSolver solver = SurfaceSolver::Live;
+  bool warm_start = false;
+  Upload upload = Upload::Auto;
+  uint32_t slots = 1;
+};
+
+/// `sensor` is valid, and fits format and outputs (check_fit).
+FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options);
+
+/// Whether a window gives what the whole frame would: not where a pixel's depth depends on pressure far away
+/// (Reading::Elastic) or is absolute (Reading::Lookup), where pixels are weighted, where heights are solved
+/// on the host, and where everything is contact (a threshold of 0) or nothing is subtracted or filtered.
+bool can_window(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options);
+
+}  // namespace palpate

@@ -1,0 +1,90 @@
+#include "engine/pipeline/surface_gradient.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace palpate {
+namespace {
+
+// Whether so much of the contact is clipped that its depth cannot be right: a share of its area, and in
+// Reading::Shading more than what the 5 x 5 filter leaves dark along its rim, whatever its slope.
+bool too_many_clipped(const Touch& t, const Sensor& sensor) {
+  constexpr double kShare = 0.01, kRim_px = 4;
+  double allowed_px = kShare * static_cast<double>(t.area_px);
+  if (sensor.reading == Reading::Shading) {
+    // The circumference of an ellipse lies below that of the circle with the same root mean square of axes.
+    const double across_px = std::hypot(t.ellipse.major_mm, t.ellipse.minor_mm) / sensor.pitch_mm_per_px;
+    allowed_px += kRim_px * std::numbers::pi * across_px / std::numbers::sqrt2;
+  }
+  return static_cast<double>(t.clipped_px) > allowed_px;
+}
+
+std::optional<Surface> plain_surface(gpu::Context& context, const FrameFormat& format, const FramePlan& plan,
+                                     const Tuning& tuning) {
+  if (plan.weights == Weights::Always) return std::nullopt;
+  return std::make_optional<Surface>(context, format.width, format.height, plan.solver, tuning, false,
+                                     plan.warm_start);
+}
+
+}  // namespace
+
+GradientSurface::GradientSurface(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+                                 const FramePlan& plan, const Contact& contact, const Confidence* confidence,
+                                 const Tuning& tuning)
+    : SurfaceMethod(context, sensor, format, contact, tuning),
+      surface_(plain_surface(context, format, plan, tuning)),
+      slope_(context, sensor, format, contact, surface_ ? surface_->right_sides() : RightSides::Cells,
+             tuning) {
+  if (plan.solver == SurfaceSolver::Exact) dct_.emplace(format.width, format.height);
+  if (plan.weights == Weights::None) return;
+  slope_.prepare_slopes(context);
+  weighted_.emplace(context, sensor, format, plan, *confidence, contact, slope_, rest_level_);
+}
+
+void GradientSurface::make(FrameSlot& slot) const {
+  SurfaceMethod::make(slot);
+  slot.surface.clipped =
+      gpu::DeviceBuffer(context_, "clipped pixels", slope_.clipped_bytes(), gpu::Memory::Readback);
+  if (dct_) make_host_solve(slot, surface_->right_side().buffer);
+  if (weighted_) weighted_->make(slot.surface.weighted);
+}
+
+void GradientSurface::record(gpu::Commands& commands, FrameSlot& slot) {
+  if (weighted_) weighted_->record(commands, slot);
+  if (!surface_) return;
+  slope_.record(commands, slot.frame, slot.background, *surface_, slot.surface.clipped);
+  if (dct_) return record_host_solve(commands, surface_->right_side().buffer, slot);
+  surface_->record(commands, slot.surface.depth);
+  record_rest_level(commands, slot);
+}
+
+void GradientSurface::solve(FrameSlot& slot) {
+  if (weighted_) weighted_->solve(slot, grid_.pitch * 4);
+  if (!dct_) return;
+  if (!slot.surface.weighted.used) {
+    slot.surface.right_side.invalidate();
+    dct_->solve(slot.surface.right_side.as<float>().data(), slot.surface.solved.as<float>().data(),
+                grid_.pitch * 4);
+  }
+  finish_host_solve(slot);
+}
+
+void GradientSurface::measure(const FrameSlot& slot, Touch& touch) const {
+  measure_heights(slot, touch);
+  slot.surface.clipped.invalidate();
+  touch.clipped_px = slope_.clipped_px(slot.surface.clipped.as<const uint32_t>());
+  if (touch.depth_validity == Validity::Valid && too_many_clipped(touch, sensor_))
+    touch.depth_validity = Validity::Clipped;
+  if (weighted_) weighted_->measure(slot.surface.weighted, touch);
+}
+
+void GradientSurface::add_times(const FrameSlot& slot, std::vector<gpu::ScopeTime>& times) const {
+  SurfaceMethod::add_times(slot, times);
+  if (weighted_) weighted_->add_times(slot.surface.weighted, times);
+}
+
+uint64_t GradientSurface::memory_bytes() const {
+  return (surface_ ? surface_->memory_bytes() : 0) + (weighted_ ? weighted_->memory_bytes() : 0);
+}
+
+}  // namespace palpate

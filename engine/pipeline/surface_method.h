@@ -1,0 +1,66 @@
+// Surface method: a frame to heights, with all that belongs to it: weights, what the host solves, and the
+// rest level.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "engine/pipeline/frame_slot.h"
+#include "engine/pipeline/plan.h"
+
+namespace palpate {
+
+class SurfaceMethod {
+ public:
+  virtual ~SurfaceMethod() = default;
+
+  /// Buffers of a slot.
+  virtual void make(FrameSlot& slot) const;
+  /// After the contact stage, and the confidence where there is one.
+  virtual void record(gpu::Commands& commands, FrameSlot& slot) = 0;
+  /// The host's part of a frame that the device has finished, to its end.
+  virtual void solve(FrameSlot& slot);
+  /// Depth, volume and their validity; `touch` has the contact already.
+  virtual void measure(const FrameSlot& slot, Touch& touch) const = 0;
+  /// Frames recorded from here on are parts of larger ones.
+  virtual void place(const FramePlace&) {}
+
+  const Grid& grid() const { return grid_; }  ///< of the depth
+  /// Times of what is submitted apart from the slot's own commands.
+  virtual void add_times(const FrameSlot& slot, std::vector<gpu::ScopeTime>& times) const;
+  virtual uint64_t memory_bytes() const = 0;
+  virtual uint64_t memory_bytes(const FrameSlot& slot) const;
+
+ protected:
+  /// `sensor` and `contact` live longer than this.
+  SurfaceMethod(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+                const Contact& contact, const Tuning& tuning);
+
+  void record_rest_level(gpu::Commands& commands, FrameSlot& slot) const;
+  /// Fills what every method measures, with heights counted from the rest level that the map shows.
+  RestHeight measure_heights(const FrameSlot& slot, Touch& touch) const;
+  /// For methods whose heights are depths: 0 is the untouched pad, whatever the map's own rest level.
+  static void count_from_zero(const RestHeight& map, Touch& touch);
+  double volume_mm3(const FrameSlot& slot, double level_mm) const;
+
+  // SurfaceSolver::Exact: `from` goes to the host, and the slot's `solved` comes back from there.
+  void make_host_solve(FrameSlot& slot, const gpu::DeviceBuffer& from) const;
+  void record_host_solve(gpu::Commands& commands, const gpu::DeviceBuffer& from, FrameSlot& slot) const;
+  /// Moves what the host has solved to the device, and waits for its rest level.
+  static void finish_host_solve(FrameSlot& slot);
+
+  gpu::Context& context_;
+  const Sensor& sensor_;
+  FrameFormat format_;
+  Grid grid_;
+  RestLevel rest_level_;
+};
+
+/// The method that the plan names; null where it names none. `confidence` is null where the plan has none;
+/// everything lives longer than the method.
+std::unique_ptr<SurfaceMethod> make_surface(gpu::Context& context, const Sensor& sensor,
+                                            const FrameFormat& format, const FramePlan& plan,
+                                            const Contact& contact, const Confidence* confidence,
+                                            const Tuning& tuning);
+
+}  // namespace palpate

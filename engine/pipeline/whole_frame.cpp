@@ -1,0 +1,295 @@
+#include "engine/pipeline/whole_frame.h"
+
+#include "engine/gpu/context.h"
+#include "engine/measure/contact_shape.h"
+
+namespace palpate {
+namespace {
+
+// Where the processor's own driver would only copy them once more, pages are not imported.
+bool reads_in_place(const gpu::Context& context, Upload upload) {
+  const bool wanted = upload == Upload::Import || (upload == Upload::Auto && !context.is_software());
+  return wanted && context.host_import_alignment() > 0;
+}
+
+// Sums over a slot's image, with places counted from the centre of the frame that it is part of.
+ContactMoments in_frame(const ContactMoments& moments, const FramePlace& at, const FrameFormat& format) {
+  return moved(moments, int64_t{at.x} + format.width / 2 - int64_t{at.frame_width / 2},
+               int64_t{at.y} + format.height / 2 - int64_t{at.frame_height / 2});
+}
+
+}  // namespace
+
+WholeFrame::WholeFrame(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+                       const FramePlan& plan, const Tuning& tuning)
+    : context_(context),
+      format_(format),
+      pitch_mm_per_px_(sensor.pitch_mm_per_px),
+      place_{0, 0, format.width, format.height},
+      contact_(context, sensor, format, plan.keep_filtered, tuning, plan.regions) {
+  if (plan.background) background_.emplace(context, "background", format);
+  if (plan.regions) regions_.emplace(context, contact_, format);
+  if (plan.gradient) gradient_.emplace(context, sensor, format);
+  if (plan.skin) skin_.emplace(context, sensor, format);
+  if (plan.confidence) confidence_.emplace(context, sensor, format);
+  surface_ =
+      make_surface(context, sensor, format, plan, contact_, confidence_ ? &*confidence_ : nullptr, tuning);
+  if (confidence_ && !background_) {
+    Frame black;
+    black.reshape(format);
+    confidence_->set_background(black);
+  }
+  if (reads_in_place(context, plan.upload)) pages_.emplace(context, format);
+  for (uint32_t i = 0; i < plan.slots; ++i)
+    make(slots_.emplace_back(context, format, contact_, background_ ? &*background_ : nullptr));
+}
+
+WholeFrame::~WholeFrame() {
+  for (FrameSlot& slot : slots_) {
+    slot.commands.settle();
+    slot.surface.weighted.commands.settle();
+  }
+}
+
+void WholeFrame::make(FrameSlot& slot) {
+  const auto readback = [this](const char* name, uint64_t bytes) {
+    return gpu::DeviceBuffer(context_, name, bytes, gpu::Memory::Readback);
+  };
+  if (pages_) slot.padded = gpu::Commands(context_);
+  if (slot.frame.staged()) {
+    slot.staged = gpu::Commands(context_);
+    slot.staged.begin();
+    {
+      const auto scope = slot.staged.scope("upload");
+      slot.frame.record(slot.staged);
+      slot.staged.barrier();
+    }
+    slot.staged.end();
+  }
+  if (regions_) slot.regions = regions_->slot(context_);
+  if (gradient_) slot.gradient_sums = readback("gradient sums", gradient_->record_bytes());
+  if (confidence_) {
+    slot.confidence.map = ConfidenceMap(context_, confidence_->map_bytes());
+    slot.confidence.records = readback("confidence records", confidence_->record_bytes());
+  }
+  if (surface_) surface_->make(slot);
+  record(slot);
+}
+
+// The whole machine, in order.
+void WholeFrame::record(FrameSlot& slot) {
+  slot.place = place_;
+  gpu::Commands& cmd = slot.commands;
+  cmd.begin();
+  contact_.record(cmd, slot.frame, slot.background, slot.records);
+  if (regions_) regions_->record(cmd, slot.frame, slot.background, slot.records, slot.regions);
+  if (gradient_) gradient_->record(cmd, slot.frame, slot.background, slot.gradient_sums);
+  if (skin_ && skin_->ready()) skin_->record(cmd, slot.frame, slot.skin_records);
+  if (confidence_) confidence_->record(cmd, slot.frame, slot.confidence.map, slot.confidence.records);
+  if (surface_) surface_->record(cmd, slot);
+  cmd.host_barrier();
+  cmd.end();
+}
+
+void WholeFrame::place(const FramePlace& place) {
+  place_ = place;
+  if (surface_) surface_->place(place);
+}
+
+void WholeFrame::set_background(const Frame& background) {
+  for (const FrameSlot& slot : slots_) slot.commands.wait();
+  background_->write(background);
+  gpu::Commands commands(context_);
+  commands.begin();
+  background_->record(commands);
+  commands.end();
+  commands.submit();
+  commands.wait();
+  if (confidence_) confidence_->set_background(background);
+  if (skin_) find_skin(background);
+}
+
+// Where the skin's pattern is in the untouched image; commands know how many points there are.
+void WholeFrame::find_skin(const Frame& untouched) {
+  skin_->set_background(untouched);
+  for (FrameSlot& slot : slots_) {
+    slot.skin_records =
+        gpu::DeviceBuffer(context_, "skin motions", skin_->record_bytes(), gpu::Memory::Readback);
+    slot.skin_sd_px.reserve(skin_->points());
+    record(slot);
+  }
+}
+
+void WholeFrame::submit(uint32_t index, const Frame& frame) {
+  FrameSlot& slot = slots_[index];
+  if (slot.place != place_) record(slot);
+  try {
+    upload(slot, frame);
+    if (regions_) Regions::start(slot.regions);
+    slot.commands.submit(slot.first);
+  } catch (...) {
+    slot.give_back();
+    throw;
+  }
+}
+
+// The frame's pixels on their way into the slot's padded image.
+void WholeFrame::upload(FrameSlot& slot, const Frame& frame) {
+  const PageImport* import = pages_ ? pages_->find(frame) : nullptr;
+  slot.copies = import ? 0 : 1;
+  if (import) {
+    slot.padded.begin();
+    {
+      const auto scope = slot.padded.scope("upload");
+      pages_->record(slot.padded, frame, *import, slot.frame);
+    }
+    slot.padded.end();
+    slot.first = &slot.padded;
+    slot.pages = frame.pages;
+    slot.lease = frame.leased;
+  } else {
+    slot.frame.write(frame);
+    slot.first = slot.frame.staged() ? &slot.staged : nullptr;
+  }
+}
+
+bool WholeFrame::finished(uint32_t slot) const {
+  return slots_[slot].commands.finished();
+}
+
+void WholeFrame::wait(uint32_t slot) {
+  slots_[slot].commands.wait();
+  slots_[slot].give_back();
+}
+
+FrameMeasurement WholeFrame::measure(uint32_t index, Touch& touch) {
+  FrameSlot& slot = slots_[index];
+  FrameMeasurement measured;
+  measured.copies = slot.copies;
+  if (confidence_) {
+    slot.confidence.records.invalidate();
+    slot.confidence.counts = confidence_->sum(slot.confidence.records.as<const shared::ConfidenceRecord>());
+    touch.has_confidence = true;
+    touch.unknown_px = slot.confidence.counts.unknown;
+    touch.shadowed_px = slot.confidence.counts.shadowed;
+    touch.outside_px = slot.confidence.counts.outside;
+    slot.confidence.map.buffer.invalidate();
+    measured.surface.confidence = slot.confidence.map.buffer.as<const uint16_t>();
+    measured.surface.confidence_pitch = confidence_->pitch();
+  }
+  if (surface_) surface_->solve(slot);
+  measure_contact(slot, touch);
+  if (gradient_) {
+    slot.gradient_sums.invalidate();
+    const uint64_t units = gradient_->sum(slot.gradient_sums.as<const uint32_t>());
+    touch.gradient_sum = static_cast<double>(units) / shared::kGradientUnits;
+    touch.has_gradient = true;
+  }
+  if (skin_) {
+    slot.skin_records.invalidate();
+    skin_->read(slot.skin_records.as<const Skin::Motion>(), touch.skin_points, slot.skin_sd_px);
+    touch.has_skin = true;
+    measured.skin_sd_px = slot.skin_sd_px;
+  }
+  if (surface_) {
+    surface_->measure(slot, touch);
+    const Grid& grid = surface_->grid();
+    measured.surface.buffer = &slot.surface.depth.buffer;
+    measured.surface.width = grid.width;
+    measured.surface.height = grid.height;
+    measured.surface.pitch = grid.pitch * 4;
+  }
+  return measured;
+}
+
+void WholeFrame::measure_contact(const FrameSlot& slot, Touch& touch) {
+  slot.records.invalidate();
+  const FramePlace& at = slot.place;
+  const ShapeScale scale{static_cast<double>(at.frame_width / 2), static_cast<double>(at.frame_height / 2),
+                         pitch_mm_per_px_};
+  const ContactMoments sums = contact_.sum(slot.records.as<const shared::ContactRecord>());
+  touch.contact = sums.area > 0;
+  set_shape(touch, in_frame(sums, at, format_), scale);
+  if (regions_) measure_regions(slot, scale, touch);
+}
+
+void WholeFrame::measure_regions(const FrameSlot& slot, const ShapeScale& scale, Touch& touch) {
+  const FramePlace& at = slot.place;
+  touch.has_contacts = true;
+  touch.regions_overflow =
+      !regions_->find(slot.regions, slot.records.as<const shared::ContactRecord>(), found_);
+  for (const Region& region : found_) {
+    ContactTouch& one = touch.contacts.emplace_back();
+    set_shape(one, in_frame(region.moments, at, format_), scale);
+    one.box = {region.box.x + at.x, region.box.y + at.y, region.box.width, region.box.height};
+  }
+}
+
+std::vector<float> WholeFrame::read_depth_mm(uint32_t slot, double rest_mm) const {
+  const Grid& grid = surface_->grid();
+  const gpu::DeviceBuffer* from = &slots_[slot].surface.depth.buffer;
+  gpu::DeviceBuffer staging;
+  if (!from->mapped()) {
+    staging = gpu::DeviceBuffer(context_, "depth readback", grid.bytes(), gpu::Memory::Readback);
+    gpu::Commands commands(context_);
+    commands.begin();
+    commands.copy(*from, staging, grid.bytes());
+    commands.host_barrier();
+    commands.end();
+    commands.submit();
+    commands.wait();
+    from = &staging;
+  }
+  from->invalidate();
+  const std::span<const float> raw = from->as<const float>();
+  const auto rest = static_cast<float>(rest_mm);
+  std::vector<float> depth_mm;
+  depth_mm.reserve(size_t{grid.width} * grid.height);
+  for (uint32_t y = 0; y < grid.height; ++y) {
+    const auto row = raw.subspan(size_t{y} * grid.pitch * 4, grid.width);
+    for (const float value : row) depth_mm.push_back(value + rest);
+  }
+  return depth_mm;
+}
+
+std::vector<uint16_t> WholeFrame::read_confidence(uint32_t slot) const {
+  return confidence_ ? confidence_->unpack(slots_[slot].confidence.map) : std::vector<uint16_t>{};
+}
+
+std::vector<gpu::ScopeTime> WholeFrame::times(uint32_t index) const {
+  const FrameSlot& slot = slots_[index];
+  std::vector<gpu::ScopeTime> times;
+  if (slot.first) times = slot.first->times();
+  const auto main = slot.commands.times();
+  times.insert(times.end(), main.begin(), main.end());
+  if (surface_) surface_->add_times(slot, times);
+  return times;
+}
+
+std::vector<gpu::ScopeTraffic> WholeFrame::traffic() const {
+  const FrameSlot& slot = slots_.front();
+  std::vector<gpu::ScopeTraffic> traffic;
+  for (const gpu::Commands* part : {&slot.staged, &slot.commands, &slot.surface.after_solve}) {
+    const auto more = part->traffic();
+    traffic.insert(traffic.end(), more.begin(), more.end());
+  }
+  return traffic;
+}
+
+uint64_t WholeFrame::memory_bytes() const {
+  uint64_t bytes = contact_.filtered().bytes() + contact_.marks().bytes();
+  if (regions_) bytes += regions_->memory_bytes();
+  if (background_) bytes += background_->memory_bytes();
+  if (skin_) bytes += skin_->memory_bytes();
+  if (confidence_) bytes += confidence_->memory_bytes();
+  if (surface_) bytes += surface_->memory_bytes();
+  for (const FrameSlot& slot : slots_) {
+    bytes += slot.frame.memory_bytes() + slot.records.bytes() + Regions::memory_bytes(slot.regions) +
+             slot.gradient_sums.bytes() + slot.skin_records.bytes() + slot.confidence.map.buffer.bytes() +
+             slot.confidence.records.bytes();
+    if (surface_) bytes += surface_->memory_bytes(slot);
+  }
+  return bytes;
+}
+
+}  // namespace palpate
