@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "capture/synthetic/truth.h"
+#include "capture/truth.h"
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
 
@@ -61,15 +61,5 @@ class Source {
   /// Truth of frame `sequence`; only synthetic sources have one. Safe to call from any thread.
   virtual std::optional<Truth> truth(uint64_t /*sequence*/) const { return std::nullopt; }
 };
-
-/// Opens a video file, an image file, a folder of images, "synthetic:SCENE" (see synthetic.h), or
-/// "camera:NODE" (see camera.h).
-/// Throws Error(Failure::Input).
-std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sensor);
-
-/// The untouched image to subtract: the sensor's background image, else the source's own, else the mean of
-/// its first frames. For the last a recording is opened a second time, so that `source` loses no frame; a
-/// camera cannot be, and gives its own next frames. Black where the sensor has none.
-Frame load_background(const std::string& input, const Sensor& sensor, Source& source);
 
 }  // namespace palpate

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "capture/source.h"
+#include "capture/open_source.h"
 #include "palpate/error.h"
 
 namespace palpate {

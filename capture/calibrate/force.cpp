@@ -6,8 +6,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "engine/base/text.h"
 #include "palpate/error.h"
-#include "viz/panels/format.h"
 
 namespace palpate {
 namespace {
@@ -62,12 +62,12 @@ std::string curve_text(const ForceCalibration& c) {
   const char* unit = unit_of(c.signal);
   switch (c.model) {
     case ForceModel::Line:
-      return viz::text("F = %.5g N/%s s %+.5g N", c.c1_N_per_gray, unit, c.c0_N);
+      return palpate::text("F = %.5g N/%s s %+.5g N", c.c1_N_per_gray, unit, c.c0_N);
     case ForceModel::Power:
-      return viz::text("F = %.5g (s/%s)^%.4g N %+.5g N", c.c1_N_per_gray, unit, c.exponent, c.c0_N);
+      return palpate::text("F = %.5g (s/%s)^%.4g N %+.5g N", c.c1_N_per_gray, unit, c.exponent, c.c0_N);
     case ForceModel::Spline:
-      return viz::text("F rises through %zu knots from %.4g N to %.4g N", c.knots.size(), c.knots.front()[1],
-                       c.knots.back()[1]);
+      return palpate::text("F rises through %zu knots from %.4g N to %.4g N", c.knots.size(),
+                           c.knots.front()[1], c.knots.back()[1]);
   }
   return "";
 }
@@ -161,9 +161,9 @@ ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const Forc
   o.choice = choose_force(o.samples, options);
   const size_t left_out = o.samples.size() - o.choice.readings;
   o.choice.calibration.origin =
-      origin_of(o.recordings, viz::text("%s, %zu readings, %zu left out, held-out error %.3g N",
-                                        to_string(o.choice.chosen.candidate).c_str(), o.choice.readings,
-                                        left_out, o.choice.chosen.error_N));
+      origin_of(o.recordings, palpate::text("%s, %zu readings, %zu left out, held-out error %.3g N",
+                                            to_string(o.choice.chosen.candidate).c_str(), o.choice.readings,
+                                            left_out, o.choice.chosen.error_N));
   return o;
 }
 
@@ -173,69 +173,70 @@ std::string describe(const ForceOutcome& o) {
   const double full_N = full_scale(o);
   std::string text;
   for (const GaugedRecording& r : o.recordings) text += describe(r);
-  text += viz::text("%zu touched frames, %zu used", o.samples.size(), c.readings);
+  text += palpate::text("%zu touched frames, %zu used", o.samples.size(), c.readings);
   for (const auto& [why, count] : counts_of(o))
-    if (why != LeftOut::Used) text += viz::text(", %zu %s", count, to_string(why));
+    if (why != LeftOut::Used) text += palpate::text(", %zu %s", count, to_string(why));
   if (const std::string frames = outliers(o); !frames.empty()) text += " (frames " + frames + ")";
-  text += viz::text("\n\nheld out: %zu blocks of %s, one after the other\n", c.blocks, c.blocks_are);
+  text += palpate::text("\n\nheld out: %zu blocks of %s, one after the other\n", c.blocks, c.blocks_are);
   text += "curve                              error, N   worse than the best, N\n";
   for (const CandidateScore& s : c.scores) {
     const std::string name = to_string(s.candidate);
     const ForceCandidate &a = s.candidate, &b = c.chosen.candidate;
     const bool chosen = a.signal == b.signal && a.model == b.model && a.branches == b.branches;
     if (!s.refused.empty())
-      text += viz::text("%-32s          -   not fitted: %.200s\n", name.c_str(), s.refused.c_str());
+      text += palpate::text("%-32s          -   not fitted: %.200s\n", name.c_str(), s.refused.c_str());
     else
-      text += viz::text("%-32s %10.4g   %.3g +- %.2g%s\n", name.c_str(), s.error_N, s.worse_N, s.worse_sd_N,
+      text +=
+          palpate::text("%-32s %10.4g   %.3g +- %.2g%s\n", name.c_str(), s.error_N, s.worse_N, s.worse_sd_N,
                         chosen                         ? "   <- chosen: the simplest within a standard error"
                         : !s.eligible && s.worse_N < 0 ? "   (only with --signal: see README)"
                                                        : "");
   }
   text += "\n" + curve_text(f) + "\n";
   if (f.signal == ForceSignal::Area || f.signal == ForceSignal::Volume)
-    text += viz::text(
+    text += palpate::text(
         "note: force by %s holds for objects shaped as those pressed here; --signal gray-sum where others "
         "will "
         "press\n",
         to_string(f.signal));
-  text += viz::text("R^2 %.6f, residual %.3g N RMS (largest %.3g N), held out %.3g N RMS\n", f.r_squared,
-                    c.residual_rms_N, c.largest_residual_N, c.held_out_rms_N);
-  text += viz::text(
+  text += palpate::text("R^2 %.6f, residual %.3g N RMS (largest %.3g N), held out %.3g N RMS\n", f.r_squared,
+                        c.residual_rms_N, c.largest_residual_N, c.held_out_rms_N);
+  text += palpate::text(
       "95 %% interval: +- %.3g N at %.3g N (full scale), +- %.3g N near 0; it held %.1f %% of held-out "
       "readings\n",
       c.interval_full_N, full_N, 1.96 * f.residual_sd_N, 100 * c.interval_coverage);
-  text += viz::text("calibrated from %.6g to %.6g %s (%s), forces up to %.4g N\n", f.gray_min, f.gray_max,
-                    unit_of(f.signal), to_string(f.signal), full_N);
+  text += palpate::text("calibrated from %.6g to %.6g %s (%s), forces up to %.4g N\n", f.gray_min, f.gray_max,
+                        unit_of(f.signal), to_string(f.signal), full_N);
   if (c.has_hysteresis)
-    text += viz::text("hysteresis %.2f %% of full scale, at %.5g %s\n", 100 * f.hysteresis,
-                      c.hysteresis_signal, unit_of(f.signal));
+    text += palpate::text("hysteresis %.2f %% of full scale, at %.5g %s\n", 100 * f.hysteresis,
+                          c.hysteresis_signal, unit_of(f.signal));
   else
     text += "hysteresis: not determined, loading and unloading were not both seen over a common range\n";
   if (std::isfinite(c.drift_sd_N_per_min))
-    text += viz::text("drift %+.3g N/min +- %.2g\n", f.drift_N_per_min, c.drift_sd_N_per_min);
+    text += palpate::text("drift %+.3g N/min +- %.2g\n", f.drift_N_per_min, c.drift_sd_N_per_min);
   else
     text += "drift: not determined, times are not known or do not differ\n";
-  text += viz::text("\nthe line F = c1 s + c0 (Eq. 54)      c1, N/%-8s c0, N        R^2   readings\n",
-                    unit_of(f.signal));
+  text += palpate::text("\nthe line F = c1 s + c0 (Eq. 54)      c1, N/%-8s c0, N        R^2   readings\n",
+                        unit_of(f.signal));
   const auto row = [&](const char* name, const std::optional<BranchLine>& l) {
     if (l)
-      text += viz::text("%-32s %13.6g %12.5g %10.6f %8zu\n", name, l->curve.c1, l->curve.c0_N, l->r_squared,
-                        l->readings);
+      text += palpate::text("%-32s %13.6g %12.5g %10.6f %8zu\n", name, l->curve.c1, l->curve.c0_N,
+                            l->r_squared, l->readings);
     else
-      text += viz::text("%-32s             too few readings\n", name);
+      text += palpate::text("%-32s             too few readings\n", name);
   };
   row("together", c.line);
   row("loading", c.loading);
   row("unloading", c.unloading);
   for (const ForceCheck& k : o.checks) {
-    text += viz::text(
+    text += palpate::text(
         "\non %s, not used above: mean error %.3g N (%.2f %% of full scale), RMS %.3g N, from %.3g N on "
         "%.3g N (%.2f %%), median %.2f %% of the reading; the 95 %% interval held %.1f %% of %zu readings",
         k.input.c_str(), k.mean_error_N, 100 * k.mean_error_N / full_N, k.rms_error_N, k.above_N,
         k.above_error_N, 100 * k.above_error_N / full_N, 100 * k.median_relative, 100 * k.coverage,
         k.readings);
     if (k.flagged)
-      text += viz::text(
+      text += palpate::text(
           "; %zu more say that they are out of range, saturated or at the border (mean error %.3g N)",
           k.flagged, k.flagged_error_N);
     text += "\n";
@@ -325,19 +326,19 @@ std::string samples_csv(const ForceOutcome& o) {
       "unloading,"
       "left_out\n";
   const auto cell = [](double value, const char* format) {
-    return std::isfinite(value) ? viz::text(format, value) : std::string();
+    return std::isfinite(value) ? palpate::text(format, value) : std::string();
   };
   for (size_t i = 0; i < o.samples.size(); ++i) {
     const ForceSample& s = o.samples[i];
     const double w = o.choice.unloading_share[i];
-    text += viz::text("%u,%llu,", s.recording, static_cast<unsigned long long>(s.frame)) +
+    text += palpate::text("%u,%llu,", s.recording, static_cast<unsigned long long>(s.frame)) +
             cell(s.time_s, "%.6f") +
-            viz::text(",%u,%.2f,%.0f,", s.press, s.reading.gray_sum, s.reading.area_px) +
-            (s.reading.has_volume ? viz::text("%.6g", s.reading.volume_mm3) : "") + "," +
-            (s.reading.has_gradient ? viz::text("%.2f", s.reading.gradient_sum) : "") + "," +
+            palpate::text(",%u,%.2f,%.0f,", s.press, s.reading.gray_sum, s.reading.area_px) +
+            (s.reading.has_volume ? palpate::text("%.6g", s.reading.volume_mm3) : "") + "," +
+            (s.reading.has_gradient ? palpate::text("%.2f", s.reading.gradient_sum) : "") + "," +
             cell(s.force_N, "%.6g") + "," +
-            viz::text("%.6g,", force_of(o.choice.calibration, s.reading, w).value) +
-            cell(o.choice.held_out_N[i], "%.6g") + viz::text(",%.3f,%s\n", w, to_string(s.left_out));
+            palpate::text("%.6g,", force_of(o.choice.calibration, s.reading, w).value) +
+            cell(o.choice.held_out_N[i], "%.6g") + palpate::text(",%.3f,%s\n", w, to_string(s.left_out));
   }
   return text;
 }

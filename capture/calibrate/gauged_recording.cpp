@@ -6,11 +6,11 @@
 #include <ctime>
 #include <limits>
 
+#include "capture/open_source.h"
+#include "capture/run/run_recording.h"
 #include "capture/v4l2/camera.h"
-#include "capture/source.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
-#include "capture/run/processing.h"
 
 namespace palpate {
 namespace {
@@ -118,8 +118,8 @@ Alignment parse_alignment(const std::string& text) {
   return {Alignment::Kind::Fixed, seconds, true};
 }
 
-GaugedRecording measure_beside_gauge(gpu::Context& context, const Common& common, const MeasuredInput& input,
-                                     const GaugeRequest& request) {
+GaugedRecording measure_beside_gauge(gpu::Context& context, const MeasuredInput& input,
+                                     const GaugeRequest& request, const RunWatch& watch) {
   if (is_camera(input.input))
     throw Error(Failure::Usage, "a recording beside its gauge's table", "a camera",
                 "palpate record first, then the session");
@@ -128,14 +128,14 @@ GaugedRecording measure_beside_gauge(gpu::Context& context, const Common& common
   recording.gauge = request.gauge;
   if (request.gauge != kTruth) read_gauge(request.gauge, request.columns);  // before minutes of measuring
   const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
-  source->watch(interrupted);
+  source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(input.input, input.sensor, *source);
   Pipeline pipeline(context, input.sensor, source->format(),
                     {.outputs = input.outputs, .solver = SurfaceSolver::Converged});
   pipeline.set_background(background);
   const double rate_Hz = source->rate_Hz() > 0 ? source->rate_Hz() : request.rate_Hz;
-  ProgressBar progress(common, "measuring", source->frame_count().value_or(0));
-  run_recording(*source, pipeline, 0, [&](const Result& result, const Frame& frame) {
+  const RunWatch::Progress progress = watch.begin("measuring", source->frame_count().value_or(0));
+  run_recording(*source, pipeline, 0, watch.stop, [&](const Result& result, const Frame& frame) {
     GaugedFrame f{result.touch, kNaN, kNaN, kNaN, kNaN};
     f.touch.contacts.clear();
     f.touch.skin_points.clear();
@@ -144,7 +144,7 @@ GaugedRecording measure_beside_gauge(gpu::Context& context, const Common& common
     else if (rate_Hz > 0)
       f.time_s = static_cast<double>(frame.sequence) / rate_Hz;
     recording.frames.push_back(std::move(f));
-    progress.update(recording.frames.size());
+    progress(recording.frames.size());
   });
   if (recording.frames.empty())
     throw Error(Failure::Input, "frames in '" + input.input + "'", "none", "another recording");

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "capture/files/gauge.h"
+#include "capture/run/input.h"
+#include "capture/run/run_watch.h"
 #include "engine/calibrate/time_alignment.h"
 #include "palpate/touch.h"
-#include "viz/commands/command.h"
-#include "capture/run/input.h"
 
 namespace palpate {
 
@@ -48,8 +48,8 @@ struct GaugeRequest {
 /// Measures every frame (a camera is refused) and reads the gauge at its time: straight between its readings,
 /// not across gaps and not beyond its ends. Tables that count frames need no clock. Throws
 /// Error(Failure::Input) where the two cannot be brought together.
-GaugedRecording measure_beside_gauge(gpu::Context& context, const Common& common, const MeasuredInput& input,
-                                     const GaugeRequest& request);
+GaugedRecording measure_beside_gauge(gpu::Context& context, const MeasuredInput& input,
+                                     const GaugeRequest& request, const RunWatch& watch);
 
 /// "offset 0.1234 s +- 0.0004 s (correlation 0.9991)" and the notes, a line each.
 std::string describe(const GaugedRecording& recording);

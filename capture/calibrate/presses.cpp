@@ -10,10 +10,11 @@
 #include <memory>
 #include <tuple>
 
-#include "capture/files/images.h"
-#include "capture/source.h"
-#include "palpate/error.h"
 #include "capture/calibrate/markers.h"
+#include "capture/files/image_sequence.h"
+#include "capture/files/images.h"
+#include "capture/open_source.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

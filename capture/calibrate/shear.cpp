@@ -5,8 +5,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "engine/base/text.h"
 #include "palpate/error.h"
-#include "viz/panels/format.h"
 
 namespace palpate {
 namespace {
@@ -125,42 +125,43 @@ ShearOutcome calibrate_shear(std::vector<GaugedRecording> recordings, const Sens
   } else {
     throw Error(Failure::Input, "a recording in which the contact slips, for the friction",
                 "only sticking, or no normal force beside it (tangential force up to " +
-                    viz::text("%.3g", o.fit.largest_ratio) + " of the normal one)",
+                    palpate::text("%.3g", o.fit.largest_ratio) + " of the normal one)",
                 "a further recording that slides, a gauge table with force_N too, or --friction");
   }
   for (const auto& [axis, s] : {std::pair{'x', &o.fit.x}, std::pair{'y', &o.fit.y}})
     if (std::abs(s->offset_N) > kOffset * largest_force(o))
-      o.recordings.front().notes.push_back(viz::text(
+      o.recordings.front().notes.push_back(palpate::text(
           "the gauge's f%c reads %.3g N where nothing is shifted: was it tared?", axis, s->offset_N));
-  c.origin = origin_of(o.recordings, viz::text("signal %s, %zu frames that stick, %zu that slip, friction %s",
-                                               to_string(o.signal), o.fit.x.readings, o.fit.slip_readings,
-                                               o.friction_from.c_str()));
+  c.origin =
+      origin_of(o.recordings, palpate::text("signal %s, %zu frames that stick, %zu that slip, friction %s",
+                                            to_string(o.signal), o.fit.x.readings, o.fit.slip_readings,
+                                            o.friction_from.c_str()));
   return o;
 }
 
 std::string describe(const ShearOutcome& o) {
   std::string text;
   for (const GaugedRecording& r : o.recordings) text += describe(r);
-  text +=
-      viz::text("%zu touched frames: %zu stick, %zu slip, %zu in between after a slip (left out)\n",
-                o.samples.size(), count(o, Phase::Sticks), count(o, Phase::Slips), count(o, Phase::Departs));
-  text += viz::text("\nF = K u, u the shift of the %s since onset\n",
-                    o.signal == ShearSignal::Skin ? "skin" : "centroid");
+  text += palpate::text("%zu touched frames: %zu stick, %zu slip, %zu in between after a slip (left out)\n",
+                        o.samples.size(), count(o, Phase::Sticks), count(o, Phase::Slips),
+                        count(o, Phase::Departs));
+  text += palpate::text("\nF = K u, u the shift of the %s since onset\n",
+                        o.signal == ShearSignal::Skin ? "skin" : "centroid");
   text += "         K, N/mm   standard error      R^2   residual, N   largest shift, mm\n";
   for (const auto& [axis, s] : {std::pair{'x', &o.fit.x}, std::pair{'y', &o.fit.y}})
-    text += viz::text("%c  %13.5g   %14.2g %8.5f %13.3g %19.3g\n", axis, s->k_N_per_mm, s->sd_N_per_mm,
-                      s->r_squared, s->residual_N, s->shift_max_mm);
+    text += palpate::text("%c  %13.5g   %14.2g %8.5f %13.3g %19.3g\n", axis, s->k_N_per_mm, s->sd_N_per_mm,
+                          s->r_squared, s->residual_N, s->shift_max_mm);
   if (o.other)
-    text += viz::text("by the %s instead: R^2 %.5f and %.5f\n",
-                      o.signal == ShearSignal::Skin ? "centroid" : "skin", o.other->x.r_squared,
-                      o.other->y.r_squared);
-  text += viz::text("friction %.4g", o.calibration.friction);
-  if (o.calibration.friction_sd > 0) text += viz::text(" +- %.2g", o.calibration.friction_sd);
+    text += palpate::text("by the %s instead: R^2 %.5f and %.5f\n",
+                          o.signal == ShearSignal::Skin ? "centroid" : "skin", o.other->x.r_squared,
+                          o.other->y.r_squared);
+  text += palpate::text("friction %.4g", o.calibration.friction);
+  if (o.calibration.friction_sd > 0) text += palpate::text(" +- %.2g", o.calibration.friction_sd);
   if (o.friction_from == "from slip")
-    text += viz::text(", from %zu frames that slip\n", o.fit.slip_readings);
+    text += palpate::text(", from %zu frames that slip\n", o.fit.slip_readings);
   else
-    text += viz::text(", %s; it stuck up to %.3g of the normal force\n", o.friction_from.c_str(),
-                      o.fit.largest_ratio);
+    text += palpate::text(", %s; it stuck up to %.3g of the normal force\n", o.friction_from.c_str(),
+                          o.fit.largest_ratio);
   return text;
 }
 
@@ -199,10 +200,11 @@ std::string plot_script(const ShearOutcome& o, bool svg) {
   for (size_t i = 0; i < o.samples.size(); ++i) {
     const ShearSample& s = o.samples[i];
     const bool stuck = s.phase == Phase::Sticks;
-    (stuck ? sticks : rest)[0] += viz::text("%.6g %.6g\n", s.ux_mm, s.fx_N);
-    (stuck ? sticks : rest)[1] += viz::text("%.6g %.6g\n", s.uy_mm, s.fy_N);
+    (stuck ? sticks : rest)[0] += palpate::text("%.6g %.6g\n", s.ux_mm, s.fx_N);
+    (stuck ? sticks : rest)[1] += palpate::text("%.6g %.6g\n", s.uy_mm, s.fy_N);
     if (s.normal_N > 0)
-      ratio[s.phase == Phase::Slips] += viz::text("%zu %.6g\n", i, std::hypot(s.fx_N, s.fy_N) / s.normal_N);
+      ratio[s.phase == Phase::Slips] +=
+          palpate::text("%zu %.6g\n", i, std::hypot(s.fx_N, s.fy_N) / s.normal_N);
   }
   std::string s = svg ? "set terminal svg size 1000,760" : "set terminal pngcairo size 1000,760";
   s += " noenhanced font 'DejaVu Sans,11'\n";
@@ -213,10 +215,11 @@ std::string plot_script(const ShearOutcome& o, bool svg) {
       "set key top left samplen 2\nset multiplot\n";
   for (const auto& [axis, stiffness, left] :
        {std::tuple{'x', &o.fit.x, "0"}, std::tuple{'y', &o.fit.y, "0.5"}}) {
-    s += viz::text("set origin %s,0.42\nset size 0.5,0.58\nset title 'K_%c = %.4g +- %.2g N/mm, R^2 %.5f'\n",
-                   left, axis, stiffness->k_N_per_mm, stiffness->sd_N_per_mm, stiffness->r_squared);
-    s += viz::text("set xlabel 'shift u_%c, mm'\nset ylabel 'tangential force F_%c, N'\n", axis, axis);
-    s += viz::text(
+    s += palpate::text(
+        "set origin %s,0.42\nset size 0.5,0.58\nset title 'K_%c = %.4g +- %.2g N/mm, R^2 %.5f'\n", left, axis,
+        stiffness->k_N_per_mm, stiffness->sd_N_per_mm, stiffness->r_squared);
+    s += palpate::text("set xlabel 'shift u_%c, mm'\nset ylabel 'tangential force F_%c, N'\n", axis, axis);
+    s += palpate::text(
         "plot $r%c with points pt 6 ps 0.6 lc rgb '#d55e00' title 'after the first slip', $s%c with points "
         "pt 7 "
         "ps 0.5 lc rgb '#0072b2' title 'sticks', [%.6g:%.6g] %.8g*x with lines lw 2 lc rgb '#000000' title "
@@ -226,8 +229,8 @@ std::string plot_script(const ShearOutcome& o, bool svg) {
   s += "set origin 0,0\nset size 1,0.43\nset title 'tangential over normal force'\nset xlabel 'touched "
        "frame'\nset "
        "ylabel '|F_t| / F_z'\nset yrange [0:" +
-       viz::text("%.6g", 1.15 * std::max(o.calibration.friction, o.fit.largest_ratio)) + "]\n";
-  s += viz::text(
+       palpate::text("%.6g", 1.15 * std::max(o.calibration.friction, o.fit.largest_ratio)) + "]\n";
+  s += palpate::text(
       "plot $held with points pt 7 ps 0.4 lc rgb '#0072b2' title 'not used for the friction', $slid with "
       "points "
       "pt 6 ps 0.6 lc rgb '#d55e00' title 'slips', %.8g with lines lw 2 lc rgb '#000000' title 'friction "

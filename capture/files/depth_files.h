@@ -8,15 +8,9 @@
 #include <string>
 #include <string_view>
 
-namespace palpate {
+#include "capture/files/depth_view.h"
 
-/// A depth map on the host: height x width floats, mm below the pad's rest level.
-struct DepthView {
-  std::span<const float> depth_mm;
-  uint32_t width = 0;   ///< px
-  uint32_t height = 0;  ///< px
-  double pitch_mm_per_px = 0;
-};
+namespace palpate {
 
 enum class DepthFormat : uint8_t { Png16, Tiff, Npy, Ply, Obj };
 /// As the command line spells them.

@@ -9,7 +9,6 @@
 
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
-#include "capture/files/depth_files.h"
 
 namespace palpate {
 namespace {

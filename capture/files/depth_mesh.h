@@ -4,9 +4,9 @@
 
 #include <filesystem>
 
-namespace palpate {
+#include "capture/files/depth_view.h"
 
-struct DepthView;
+namespace palpate {
 
 /// PLY, binary. Throws Error(Failure::Output), as write_obj.
 void write_ply(const std::filesystem::path& file, const DepthView& map);

@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <filesystem>
 
-namespace palpate {
+#include "capture/files/depth_view.h"
 
-struct DepthView;
+namespace palpate {
 
 /// Signed counts of 1 um, from -32.768 mm to 32.767 mm, one strip of LZW. The description says so, and the
 /// resolution holds the pixels to a centimetre. Returns how many pixels did not fit (they are written as the

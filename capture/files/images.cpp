@@ -15,7 +15,6 @@ namespace fs = std::filesystem;
 namespace palpate {
 namespace {
 
-constexpr const char* kKinds = "PNG, TIFF, PGM, PPM, JPEG or BMP";
 // The largest frame in 16-bit colour with alpha, and then some for the format.
 constexpr uintmax_t kMaxFile_bytes = uintmax_t{kMaxSide_px} * kMaxSide_px * 8 + (1 << 20);
 
@@ -41,7 +40,7 @@ cv::Mat read_image(const fs::path& file) {
   const std::vector<uint8_t> bytes = read_bytes(file);
   const auto header = read_image_header(bytes);
   if (!header)
-    throw Error(Failure::Input, std::string("an image (") + kKinds + ")",
+    throw Error(Failure::Input, std::string("an image (") + kImageKinds + ")",
                 file.string() + ", which is none or is cut short", "another file");
   const std::string size = std::to_string(header->width) + "x" + std::to_string(header->height) + " px";
   if (header->width == 0 || header->height == 0 || header->width > kMaxSide_px ||
@@ -120,41 +119,6 @@ bool natural_less(const std::string& a, const std::string& b) {
   }
   const size_t left = a.size() - i, right = b.size() - k;
   return left != right ? left < right : a < b;  // "01" and "1" differ in something
-}
-
-ImageSequence::ImageSequence(const fs::path& file_or_folder, const Sensor& sensor) {
-  std::error_code error;
-  if (fs::is_directory(file_or_folder, error)) {
-    for (const auto& entry : fs::directory_iterator(file_or_folder, error)) {
-      if (!entry.is_regular_file(error) || !has_image_name(entry.path())) continue;
-      const std::string& background = sensor.background.image;
-      if (!background.empty() && fs::equivalent(entry.path(), background, error)) continue;
-      files_.push_back(entry.path());
-    }
-    if (files_.empty())
-      throw Error(Failure::Input, std::string("a folder with images (") + kKinds + ")",
-                  "none in " + file_or_folder.string(), "the folder that holds the frames");
-    std::sort(files_.begin(), files_.end(), [](const fs::path& a, const fs::path& b) {
-      return natural_less(a.filename().string(), b.filename().string());
-    });
-  } else {
-    files_.push_back(file_or_folder);
-  }
-  first_ = std::make_unique<cv::Mat>(read_image(files_[0]));
-  rectifier_.emplace(sensor, *first_, files_[0].string());
-}
-
-ImageSequence::~ImageSequence() = default;
-
-bool ImageSequence::next(Frame& frame) {
-  if (next_ >= files_.size()) return false;
-  const fs::path& file = files_[next_];
-  const cv::Mat image = next_ == 0 ? *first_ : read_image(file);
-  first_.reset();
-  rectifier_->apply(image, file.string(), frame);
-  frame.sequence = next_++;
-  frame.time_ns = 0;
-  return true;
 }
 
 }  // namespace palpate

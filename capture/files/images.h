@@ -1,13 +1,21 @@
-// Images as a recording: one file, or a folder whose files are taken in natural order (2 before 10).
+// Image files, and frames as images.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
-#include "capture/rectify.h"
-#include "capture/source.h"
+#include "palpate/frame.h"
+
+namespace cv {
+class Mat;
+}
 
 namespace palpate {
+
+/// That can be read.
+inline constexpr const char* kImageKinds = "PNG, TIFF, PGM, PPM, JPEG or BMP";
 
 /// Reads one image file (8 or 16 bit, gray or colour; alpha is dropped) as it is, without rotation by EXIF.
 /// Throws Error(Failure::Input) that names the file where it is missing, no image, cut short or larger than
@@ -27,27 +35,5 @@ bool has_image_name(const std::filesystem::path& file);
 
 /// Order of file names in which runs of digits count as numbers.
 bool natural_less(const std::string& a, const std::string& b);
-
-class ImageSequence : public Source {
- public:
-  /// The sensor's background image, if it lies in the same folder, is not a frame. Throws
-  /// Error(Failure::Input).
-  ImageSequence(const std::filesystem::path& file_or_folder, const Sensor& sensor);
-  ~ImageSequence() override;
-
-  FrameFormat format() const override { return rectifier_->format(); }
-  double rate_Hz() const override { return 0; }
-  std::optional<uint64_t> frame_count() const override { return files_.size(); }
-  /// The time of every frame is 0: image files carry none.
-  bool next(Frame& frame) override;
-
-  const std::vector<std::filesystem::path>& files() const { return files_; }
-
- private:
-  std::vector<std::filesystem::path> files_;
-  std::unique_ptr<cv::Mat> first_;  // read to learn the format, handed out by the first `next`
-  std::optional<Rectifier> rectifier_;
-  uint64_t next_ = 0;
-};
 
 }  // namespace palpate

@@ -10,8 +10,6 @@
 #include "capture/files/csv_line.h"
 #include "capture/files/output_file.h"
 #include "palpate/error.h"
-#include "viz/report/gnuplot.h"
-#include "viz/report/plot_script.h"
 
 namespace palpate {
 namespace {
@@ -105,48 +103,6 @@ std::string partners_csv(const MatchResult& result) {
 size_t pairs_of(const MatchResult& result) {
   return static_cast<size_t>(std::count_if(result.partners.begin(), result.partners.end(),
                                            [](const Partner& p) { return p.target.has_value(); }));
-}
-
-std::vector<std::vector<double>> columns_of(const PointSet& set) {
-  std::vector<std::vector<double>> columns(set.axes);
-  for (size_t i = 0; i < set.size(); ++i)
-    for (uint32_t c = 0; c < set.axes; ++c) columns[c].push_back(set.at(i)[c]);
-  return columns;
-}
-
-// Left the sets as they came and who is whose partner, right the template on the target.
-std::string plot(bool svg, const PointSet& from, const PointSet& to, const MatchResult& result) {
-  constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
-  std::vector<std::vector<double>> lines(from.axes);
-  for (size_t i = 0; i < result.partners.size(); ++i) {
-    if (!result.partners[i].target) continue;
-    for (uint32_t c = 0; c < from.axes; ++c) {
-      lines[c].push_back(from.at(i)[c]);
-      lines[c].push_back(to.at(*result.partners[i].target)[c]);
-      lines[c].push_back(kGap);
-    }
-  }
-  if (lines[0].empty())
-    for (auto& column : lines) column.push_back(kGap);
-  const bool flat = from.axes == 2;
-  const std::string with = flat ? "plot " : "splot ", columns = flat ? " using 1:2 " : " using 1:2:3 ";
-  char title[160];
-  std::snprintf(title, sizeof title, "%zu pairs; noise %.3g, evidence %.3g nats a point", pairs_of(result),
-                result.noise_sd, result.evidence);
-  std::string s = plot_head(svg, 1200, 620) + plot_block("from", columns_of(from)) +
-                  plot_block("to", columns_of(to)) + plot_block("warped", columns_of(result.warped)) +
-                  plot_block("lines", lines);
-  s += "set multiplot layout 1,2\nset key outside bottom center horizontal\n";
-  s += flat ? "set size ratio -1\nset xlabel 'x'\nset ylabel 'y'\n"
-            : "set view equal xyz\nset xlabel 'x'\nset ylabel 'y'\nset zlabel 'z'\n";
-  s += "set title " + perf::gnuplot_quoted(std::string(to_string(result.verdict))) + "\n" + with + "$lines" +
-       columns + "with lines lw 0.7 lc rgb '#aaaaaa' notitle, $to" + columns +
-       "with points pt 7 ps 0.5 lc rgb '" + plot_colour(1) + "' title 'target', $from" + columns +
-       "with points pt 6 ps 0.7 lc rgb '" + plot_colour(0) + "' title 'template'\n";
-  s += "set title " + perf::gnuplot_quoted(title) + "\n" + with + "$to" + columns +
-       "with points pt 7 ps 0.5 lc rgb '" + plot_colour(1) + "' title 'target', $warped" + columns +
-       "with points pt 6 ps 0.7 lc rgb '" + plot_colour(0) + "' title 'warped template'\nunset multiplot\n";
-  return s;
 }
 
 }  // namespace
@@ -254,11 +210,8 @@ std::string write_match(const fs::path& folder, const MatchFiles& files, const P
   write_whole(warped, points_csv(result.warped));
   write_whole(folder / "partners.csv", partners_csv(result));
   write_whole(folder / "match.json", to_json(files, from, to, result).dump(2) + "\n");
-  std::string written =
-      warped.string() + ", " + (folder / "partners.csv").string() + ", " + (folder / "match.json").string();
-  draw_plot(plot(false, from, to, result), (folder / "match.png").string(), written);
-  draw_plot(plot(true, from, to, result), (folder / "match.svg").string(), written);
-  return written;
+  return warped.string() + ", " + (folder / "partners.csv").string() + ", " +
+         (folder / "match.json").string();
 }
 
 }  // namespace palpate

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "capture/files/output_file.h"
-#include "capture/synthetic/truth.h"
+#include "capture/truth.h"
 #include "palpate/touch.h"
 
 namespace palpate {

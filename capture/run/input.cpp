@@ -1,15 +1,15 @@
 #include "capture/run/input.h"
 
-#include "capture/v4l2/camera.h"
 #include "capture/session/session.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
+#include "capture/v4l2/camera.h"
 #include "palpate/error.h"
 
 namespace palpate {
 
-MeasuredInput find_input(const Common& common, const std::string& input,
-                         const std::filesystem::path& sensor_file, const std::filesystem::path& background) {
+MeasuredInput find_input(uint64_t seed, const std::string& input, const std::filesystem::path& sensor_file,
+                         const std::filesystem::path& background) {
   constexpr const char* kSynthetic = "synthetic:";
   MeasuredInput found{.input = input, .sensor = {}, .session = {}};
   const bool synthetic = input.rfind(kSynthetic, 0) == 0;
@@ -26,12 +26,12 @@ MeasuredInput find_input(const Common& common, const std::string& input,
   }
   if (is_tissue(input)) {
     TissueOptions options = parse_tissue(input);
-    if (input.find("seed=") == std::string::npos) options.seed = common.seed;
+    if (input.find("seed=") == std::string::npos) options.seed = seed;
     found.input = to_string(options);
     if (sensor_file.empty()) found.sensor = tissue_sensor(options);
   } else if (synthetic) {
     SyntheticOptions options = parse_synthetic(input);
-    if (input.find("seed=") == std::string::npos) options.seed = common.seed;
+    if (input.find("seed=") == std::string::npos) options.seed = seed;
     found.input = to_string(options);
     if (sensor_file.empty()) found.sensor = synthetic_sensor(options);
   }

@@ -1,6 +1,7 @@
 // An input together with the sensor that reads it and what can be computed from it.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -9,7 +10,6 @@
 #include "capture/session/session.h"
 #include "palpate/pipeline.h"
 #include "palpate/sensor.h"
-#include "viz/commands/command.h"
 
 namespace palpate {
 
@@ -20,13 +20,12 @@ struct MeasuredInput {
   uint32_t outputs = 0;                ///< force, and the surface where the sensor has a reading of it
 };
 
-/// Loads `sensor_file`; synthetic inputs without one get what is known of them by construction, and the seed
-/// of the options where they name none. Sessions bring their sensor; a camera or session without one is
+/// Loads `sensor_file`; synthetic inputs without one get what is known of them by construction, and `seed`
+/// where they name none. Sessions bring their sensor; a camera or session without one is
 /// uncalibrated. `background` is the untouched image to use instead of the sensor
 /// file's; empty: as the sensor file says. Throws Error(Failure::Usage) where another input has no sensor
 /// file.
-MeasuredInput find_input(const Common& common, const std::string& input,
-                         const std::filesystem::path& sensor_file,
+MeasuredInput find_input(uint64_t seed, const std::string& input, const std::filesystem::path& sensor_file,
                          const std::filesystem::path& background = {});
 
 /// The solvers as the command line spells them.

@@ -7,9 +7,10 @@
 #include <utility>
 
 #include "capture/files/gauge.h"
-#include "palpate/error.h"
+#include "capture/open_source.h"
 #include "engine/calibrate/time_alignment.h"
-#include "viz/render/pressure_view.h"
+#include "engine/sensor/fit.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {
@@ -25,7 +26,7 @@ std::string text(const char* format, double a, double b) {
 }
 
 const Sensor& check_sensor(const Sensor& sensor, const std::string& recording) {
-  if (!viz::reads_pressure(sensor) || !(sensor.pitch_mm_per_px > 0))
+  if (!reads_pressure(sensor) || !(sensor.pitch_mm_per_px > 0))
     throw Error(
         Failure::Sensor,
         "a sensor that reads pressure (surface.reading elastic) with a scale, for '" + recording + "'",
@@ -74,24 +75,24 @@ std::optional<TissueOptions> tissue_behind(const MeasuredInput& input) {
   return is_tissue(made_of) ? std::optional(parse_tissue(made_of)) : std::nullopt;
 }
 
-PressTimeline measure_press(const Common& common, const RecordedPress& press, const fs::path& sensor,
-                            std::vector<std::string>& notes) {
+PressTimeline measure_press(uint64_t seed, const RecordedPress& press, const fs::path& sensor,
+                            std::vector<std::string>& notes, const RunWatch& watch) {
   if (press.gauge.empty())
     throw Error(Failure::Usage, "a gauge's table for '" + press.recording + "'", "none",
                 "--gauge FILE, or a column gauge in the table of places");
-  return measure_press(press, find_input(common, press.recording, sensor, {}), notes);
+  return measure_press(press, find_input(seed, press.recording, sensor, {}), notes, watch);
 }
 
-PressTimeline measure_press(const RecordedPress& press, MeasuredInput input,
-                            std::vector<std::string>& notes) {
+PressTimeline measure_press(const RecordedPress& press, MeasuredInput input, std::vector<std::string>& notes,
+                            const RunWatch& watch) {
   PressTimeline t;
   t.input = std::move(input);
   check_sensor(t.input.sensor, press.recording);
   const std::unique_ptr<Source> source = open_source(t.input.input, t.input.sensor);
-  source->watch(interrupted);
+  source->watch([&watch] { return watch.stopped(); });
   t.background = load_background(t.input.input, t.input.sensor, *source);
   Frame frame;
-  while (!interrupted() && source->next(frame)) {
+  while (!watch.stopped() && source->next(frame)) {
     t.time_s.push_back(static_cast<double>(frame.time_ns) * 1e-9);
     t.sequence.push_back(frame.sequence);
     t.light.push_back(mean_light(frame, t.background));

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "capture/run/input.h"
+#include "capture/run/run_watch.h"
 #include "capture/synthetic/tissue.h"
 #include "palpate/frame.h"
-#include "viz/commands/command.h"
-#include "capture/run/input.h"
 
 namespace palpate {
 
@@ -35,12 +35,14 @@ struct PressTimeline {
 };
 
 /// Reads the recording once. Clocks of recording and gauge are brought together by the window's light;
-/// `notes` hears by how much. `sensor`: empty, the recording's own. Throws Error(Failure::Sensor) on a sensor
+/// `notes` hears by how much. `sensor`: empty, the recording's own. `seed`: of synthetic
+/// recordings that name none. Throws Error(Failure::Sensor) on a sensor
 /// that does not read pressure, Error(Failure::Input) without frames or on a gauge that does not belong to
 /// it.
-PressTimeline measure_press(const Common& common, const RecordedPress& press,
-                            const std::filesystem::path& sensor, std::vector<std::string>& notes);
+PressTimeline measure_press(uint64_t seed, const RecordedPress& press, const std::filesystem::path& sensor,
+                            std::vector<std::string>& notes, const RunWatch& watch);
 /// The same of an input that is known already; `press.recording` is its name.
-PressTimeline measure_press(const RecordedPress& press, MeasuredInput input, std::vector<std::string>& notes);
+PressTimeline measure_press(const RecordedPress& press, MeasuredInput input, std::vector<std::string>& notes,
+                            const RunWatch& watch);
 
 }  // namespace palpate

@@ -4,27 +4,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <deque>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "capture/clock.h"
 #include "capture/files/images.h"
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
-#include "palpate/error.h"
-#include "engine/gpu/context.h"
+#include "capture/open_source.h"
 #include "capture/run/input.h"
-#include "viz/report/live_report.h"
-#include "viz/render/picture.h"
+#include "capture/run/press_json.h"
+#include "capture/run/run_recording.h"
+#include "engine/gpu/context.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {
-
-/// "1 frame", "2 frames".
-std::string counted(uint64_t count, const char* what) {
-  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
-}
 
 double rms_difference(std::span<const float> a, std::span<const float> b) {
   double squares = 0;
@@ -86,7 +81,12 @@ class Recorder {
     if (!request.confidence.empty()) empty_folder("confidence");
     if (request.pictures) empty_folder("pictures");
     if (!request.images.empty()) empty_folder("images");
-    if (request.pictures || request.video) renderer_.emplace(context, sensor, request.look, &background);
+    if (request.pictures || request.video) {
+      constexpr double kFolderRate_Hz = 30;
+      const double rate_Hz = (rate_Hz_ > 0 ? rate_Hz_ : kFolderRate_Hz) /
+                             static_cast<double>(request.picture_every * request.range.step);
+      pictures_ = request.draw(context, {sensor, background, out / "recording.mp4", rate_Hz});
+    }
   }
 
   void add(const Result& result, const Frame& frame) {
@@ -117,14 +117,14 @@ class Recorder {
     if (contacts_) contacts_->add(touch);
     if (session_) summary_.recorded->add(*session_, touch);
     if (truth) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
-    if (renderer_) draw(result, frame, touch);
+    if (pictures_) draw(result, frame, touch);
     count(touch);
   }
 
   void close() {
     if (measurements_) measurements_->close();
     if (contacts_) contacts_->close();
-    if (film_) film_->finish();
+    if (pictures_) pictures_->finish();
     if (!request_.confidence.empty())
       write_whole(
           out_ / "confidence" / "confidence.json",
@@ -158,19 +158,12 @@ class Recorder {
         (chosen.empty() ? in_step : std::binary_search(chosen.begin(), chosen.end(), sequence));
     const bool to_film = request_.video && in_step;
     if (!to_file && !to_film) {
-      renderer_->follow(touch);
+      pictures_->follow(touch);
       return;
     }
-    const viz::RgbImage image = renderer_->render(frame, touch, result.surface);
-    if (to_file) viz::write_png(image, out_ / "pictures" / numbered_name(sequence, "png"));
-    if (!to_film) return;
-    if (!film_) {
-      constexpr double kFolderRate_Hz = 30;
-      const double rate_Hz = rate_Hz_ > 0 ? rate_Hz_ : kFolderRate_Hz;
-      film_.emplace(out_ / "recording.mp4", image.width, image.height,
-                    rate_Hz / static_cast<double>(request_.picture_every * request_.range.step));
-    }
-    film_->add(image);
+    pictures_->draw(frame, touch, result.surface,
+                    to_file ? out_ / "pictures" / numbered_name(sequence, "png") : std::filesystem::path(),
+                    to_film);
   }
 
   void count(const Touch& touch) {
@@ -212,8 +205,7 @@ class Recorder {
   std::optional<Measurements> measurements_;
   std::optional<ContactRows> contacts_;
   std::set<uint32_t> ids_;
-  std::optional<viz::PictureRenderer> renderer_;
-  std::optional<viz::Film> film_;
+  std::unique_ptr<RecordingPictures> pictures_;
   std::vector<float> depth_mm_;
   std::map<DepthFormat, uint64_t> clipped_px_;
   bool touching_ = false;
@@ -221,48 +213,8 @@ class Recorder {
 
 }  // namespace
 
-uint64_t run_recording(Source& source, Pipeline& pipeline, uint64_t limit,
-                       const std::function<void(const Result&, const Frame&)>& on_result, uint64_t end) {
-  std::deque<Frame> in_flight;  // frames whose results are not out yet, oldest first
-  std::vector<Frame> spare;     // their memory, to use again
-  uint64_t done = 0;
-  const auto finish_oldest = [&](std::optional<Result> result) {
-    if (!result) return false;
-    on_result(*result, in_flight.front());
-    in_flight.front().give_back();  // not when its memory is used again
-    spare.push_back(std::move(in_flight.front()));
-    in_flight.pop_front();
-    ++done;
-    return true;
-  };
-  const auto finish_all = [&] {
-    while (finish_oldest(pipeline.wait())) {
-    }
-  };
-  try {
-    for (uint64_t taken = 0; (limit == 0 || taken < limit) && !interrupted(); ++taken) {
-      Frame frame;
-      if (!spare.empty()) {
-        frame = std::move(spare.back());
-        spare.pop_back();
-      }
-      if (!source.next(frame) || frame.sequence >= end) break;
-      while (!pipeline.submit(frame)) finish_oldest(pipeline.wait());
-      in_flight.push_back(std::move(frame));
-      while (finish_oldest(pipeline.poll())) {
-      }
-    }
-  } catch (const Error& error) {
-    // A recording damaged at frame n still has n good frames.
-    if (error.failure() == Failure::Input) finish_all();
-    throw;
-  }
-  finish_all();
-  return done;
-}
-
-ProcessSummary process_recording(gpu::Context& context, const Common& common, const Sensor& sensor,
-                                 const ProcessRequest& request, const std::filesystem::path& out) {
+ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, const ProcessRequest& request,
+                                 const std::filesystem::path& out, const RunWatch& watch) {
   for (const char* folder : {"depth", "confidence", "pictures", "images"}) {
     std::error_code code;
     if (std::filesystem::equivalent(request.input, out / folder, code)) {
@@ -278,7 +230,7 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
   } else {
     source = open_source(request.input, sensor);
   }
-  source->watch(interrupted);
+  source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(request.input, sensor, *source);
   Pipeline pipeline(
       context, sensor, source->format(),
@@ -298,23 +250,23 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
   const bool followed = request.rows || request.pictures || request.video;
   if (!followed && request.range.first > 0) seek_frame(*source, request.range.first);
 
-  const double start_s = now_s();
+  const int64_t start_ns = monotonic_ns();
   const auto finish = [&] {
-    summary.seconds = now_s() - start_s;
+    summary.seconds = 1e-9 * static_cast<double>(monotonic_ns() - start_ns);
     summary.warning = source->warning();
     if (presses) summary.presses = presses->finish();
     recorder.close();
     write_whole(out / "summary.json", std::string_view(to_json(summary, request, sensor, context) + "\n"));
   };
   try {
-    ProgressBar progress(common, "processing", total);
+    const RunWatch::Progress progress = watch.begin("processing", total);
     uint64_t done = 0;
     run_recording(
-        *source, pipeline, request.frames,
+        *source, pipeline, request.frames, watch.stop,
         [&](const Result& result, const Frame& frame) {
           recorder.add(result, frame);
           if (presses) presses->add(frame, result.touch);
-          progress.update(++done);
+          progress(++done);
         },
         request.range.end);
   } catch (const Error& error) {
@@ -325,7 +277,7 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
     finish();
     throw;
   }
-  summary.complete = !interrupted();
+  summary.complete = !watch.stopped();
   if (!summary.complete) summary.ended_by = "interrupted";
   if (summary.complete && summary.frames == 0) {
     const std::string range = to_string(request.range);
@@ -334,61 +286,6 @@ ProcessSummary process_recording(gpu::Context& context, const Common& common, co
   }
   finish();
   return summary;
-}
-
-std::string describe(const ProcessSummary& s) {
-  char line[200];
-  std::snprintf(line, sizeof line, "%s in %.2f s (%.1f frames/s)", counted(s.frames, "frame").c_str(),
-                s.seconds, s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0);
-  std::string text = line;
-  text += s.complete ? "\n" : ", ended early: " + s.ended_by + "\n";
-  if (!s.force_states.empty()) {
-    text += counted(s.contacts, "contact") + ", touching in " + counted(s.contact_frames, "frame");
-    if (s.slip_frames) text += ", slipping in " + std::to_string(s.slip_frames);
-    text += "\n";
-    if (s.most_contacts > 1)
-      text += "most contacts at once: " + std::to_string(s.most_contacts) + ", " +
-              counted(s.contact_ids, "id") + " in all\n";
-    if (s.overflow_frames)
-      text += "too many regions to tell contacts apart in " + counted(s.overflow_frames, "frame") +
-              ": a higher contact.threshold_gray would leave the noise out\n";
-    if (s.largest_force_N) {
-      std::snprintf(line, sizeof line, "largest force %.4g N\n", *s.largest_force_N);
-      text += line;
-    }
-    for (const auto& [state, frames] : s.force_states)
-      text += "force " + state + ": " + counted(frames, "frame") + "\n";
-    if (s.saturated_frames) {
-      text += "saturated pixels in " + counted(s.saturated_frames, "frame") +
-              ": their force is a lower bound; lower the exposure or the light\n";
-    }
-  }
-  if (s.largest_depth_mm) {
-    std::snprintf(line, sizeof line, "largest depth %.4g mm\n", *s.largest_depth_mm);
-    text += line;
-  }
-  if (s.clipped_frames) {
-    text += "slopes steeper than max_slope were clipped in " + counted(s.clipped_frames, "frame") +
-            ": their depth is a lower bound\n";
-  }
-  if (s.weighted_frames)
-    text += "unknown pixels left out of the surface in " + counted(s.weighted_frames, "frame") + "\n";
-  if (s.island_frames) {
-    text += "unknown pixels cut the surface into islands in " + counted(s.island_frames, "frame") +
-            ": heights between them are not determined\n";
-  }
-  if (s.depth_clipped_px) {
-    text += counted(s.depth_clipped_px, "pixel") + " outside the 16-bit depth range, clipped\n";
-  }
-  if (s.recorded) {
-    text += counted(s.recorded->equal, "measurement") + " equal to the recorded one, to the last digit; " +
-            std::to_string(s.recorded->different) + " different\n";
-    if (s.recorded->different) text += "first difference in " + s.recorded->first_difference + "\n";
-  }
-  for (const viz::PressAnswer& press : s.presses) text += describe(press) + "\n";
-  if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
-  if (s.comparison) text += "\n" + s.comparison->table();
-  return text;
 }
 
 std::string to_json(const ProcessSummary& s, const ProcessRequest& request, const Sensor& sensor,
@@ -416,7 +313,7 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
     value["force_states"] = s.force_states;
   }
   if (s.largest_force_N) value["largest_force_N"] = *s.largest_force_N;
-  if (!s.presses.empty()) value["presses"] = to_json(s.presses);
+  if (!s.presses.empty()) value["presses"] = nlohmann::ordered_json::parse(to_json(s.presses));
   if (s.largest_depth_mm) {
     value["largest_depth_mm"] = *s.largest_depth_mm;
     value["clipped_frames"] = s.clipped_frames;

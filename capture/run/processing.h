@@ -10,17 +10,36 @@
 #include <string>
 #include <vector>
 
-#include "capture/source.h"
-#include "palpate/pipeline.h"
-#include "capture/run/verify_recording.h"
-#include "viz/commands/command.h"
-#include "viz/report/comparison.h"
 #include "capture/files/depth_files.h"
 #include "capture/files/frame_range.h"
-#include "viz/render/picture.h"
+#include "capture/run/comparison.h"
+#include "capture/run/run_watch.h"
+#include "capture/run/verify_recording.h"
 #include "engine/palpation/press_monitor.h"
+#include "palpate/pipeline.h"
 
 namespace palpate {
+
+/// What pictures of a recording are made from; all must outlive them.
+struct PictureSetting {
+  const Sensor& sensor;
+  const Frame& background;     ///< the untouched image
+  std::filesystem::path film;  ///< file of the film, made with its first picture
+  double film_rate_Hz = 30;
+};
+
+/// Draws the frames of a recording, in order.
+class RecordingPictures {
+ public:
+  virtual ~RecordingPictures() = default;
+  /// A frame that is measured but not drawn.
+  virtual void follow(const Touch& touch) = 0;
+  /// `png`: the picture's file, empty for none. Throws Error(Failure::Output), as finish().
+  virtual void draw(const Frame& frame, const Touch& touch, const SurfaceMap& surface,
+                    const std::filesystem::path& png, bool to_film) = 0;
+  /// Ends the film.
+  virtual void finish() = 0;
+};
 
 struct ProcessRequest {
   std::string input;  ///< as open_source takes it
@@ -42,8 +61,9 @@ struct ProcessRequest {
   FrameRange range;
   uint64_t picture_every = 1;  ///< one picture and one video frame for that many frames
   std::vector<uint64_t>
-      picture_frames;        ///< pictures of these frames only, ascending; empty: as picture_every says
-  viz::PictureOptions look;  ///< of pictures and film: scale of the depth, viewpoint
+      picture_frames;  ///< pictures of these frames only, ascending; empty: as picture_every says
+  /// Who draws pictures and film, where these are asked for.
+  std::function<std::unique_ptr<RecordingPictures>(gpu::Context&, const PictureSetting&)> draw;
   /// What watches presses of a block of tissue, from the untouched image; may be null, and may return null.
   std::function<std::unique_ptr<viz::PressWatch>(const Frame& background)> watch;
 };
@@ -67,7 +87,7 @@ struct ProcessSummary {
   uint64_t weighted_frames = 0;           ///< whose surface was solved with unknown pixels left out
   uint64_t island_frames = 0;             ///< in which unknown pixels cut the touched surface into parts
   double seconds = 0;                     ///< wall time from the first frame to the last result
-  bool complete = false;                  ///< false: Ctrl-C or a damaged recording ended it early
+  bool complete = false;                  ///< false: it was stopped, or a damaged recording ended it early
   std::string ended_by;                   ///< why, where not complete
   std::optional<Comparison> comparison;   ///< of inputs that know the truth
   std::optional<RecordedCheck> recorded;  ///< with as_recorded
@@ -75,22 +95,14 @@ struct ProcessSummary {
   std::string warning;                    ///< of the source: a session that was cut short
 };
 
-/// Every frame of `source` through `pipeline`, in order, each slot in use; `on_result` is called for each in
-/// order, with the frame it came from. Stops after `limit` frames (0: none),
-/// before frame number `end`, or on Ctrl-C. Returns the number of frames.
-uint64_t run_recording(Source& source, Pipeline& pipeline, uint64_t limit,
-                       const std::function<void(const Result&, const Frame&)>& on_result,
-                       uint64_t end = UINT64_MAX);
-
 /// Processes `request.input` with `sensor` into folder `out`: measurements.csv and contacts.csv row by row,
 /// depth/, pictures/, recording.mp4, images/ with the sensor.json and background.png that measure them again,
 /// and at the end summary.json. A damaged recording keeps the rows before the damage, writes a summary that
 /// says so, and throws.
-ProcessSummary process_recording(gpu::Context& context, const Common& common, const Sensor& sensor,
-                                 const ProcessRequest& request, const std::filesystem::path& out);
+ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, const ProcessRequest& request,
+                                 const std::filesystem::path& out, const RunWatch& watch);
 
-/// The summary for a person, and as a JSON object.
-std::string describe(const ProcessSummary& summary);
+/// The summary as a JSON object.
 std::string to_json(const ProcessSummary& summary, const ProcessRequest& request, const Sensor& sensor,
                     const gpu::Context& context);
 

@@ -7,9 +7,10 @@
 #include <fstream>
 
 #include "capture/files/csv_line.h"
+#include "capture/open_source.h"
 #include "capture/synthetic/tissue.h"
-#include "palpate/error.h"
 #include "engine/palpation/press_reading.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {
@@ -130,17 +131,17 @@ std::vector<RecordedPress> read_places(const fs::path& table, const std::vector<
   return chosen;
 }
 
-std::vector<ScanPress> read_presses(const Common& common, const std::vector<RecordedPress>& presses,
-                                    const RecordedOptions& options, std::vector<std::string>& notes) {
+std::vector<ScanPress> read_presses(const std::vector<RecordedPress>& presses, const RecordedOptions& options,
+                                    std::vector<std::string>& notes, const RunWatch& watch) {
   std::vector<PressTimeline> timelines;
   std::vector<double> most;
   {
-    ProgressBar bar(common, "reading presses", presses.size());
+    const RunWatch::Progress progress = watch.begin("reading presses", presses.size());
     for (const RecordedPress& press : presses) {
-      timelines.push_back(measure_press(common, press, options.sensor, notes));
+      timelines.push_back(measure_press(options.seed, press, options.sensor, notes, watch));
       most.push_back(highest(timelines.back()));
-      if (interrupted()) return {};
-      bar.update(timelines.size());
+      if (watch.stopped()) return {};
+      progress(timelines.size());
     }
   }
   // One press that ended early does not lower all others: stitching leaves it out and says so.
@@ -154,11 +155,11 @@ std::vector<ScanPress> read_presses(const Common& common, const std::vector<Reco
   if (!(top_N > 0))
     throw Error(Failure::Input, "presses with a force", "none above 0 N", "the gauge of these recordings");
   std::vector<ScanPress> out;
-  ProgressBar bar(common, "averaging frames", presses.size());
+  const RunWatch::Progress progress = watch.begin("averaging frames", presses.size());
   for (size_t p = 0; p < presses.size(); ++p) {
     const double own_N = std::min(top_N, 0.995 * most[p]);
     out.push_back(press_of(timelines[p], presses[p], even_loads(own_N, options.loads), options));
-    bar.update(p + 1);
+    progress(p + 1);
   }
   return out;
 }

@@ -7,9 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/lump/observation/scan_stitch.h"
-#include "viz/commands/command.h"
 #include "capture/run/press_timeline.h"
+#include "engine/lump/observation/scan_stitch.h"
 
 namespace palpate {
 
@@ -22,6 +21,7 @@ std::vector<RecordedPress> read_places(const std::filesystem::path& table,
 
 struct RecordedOptions {
   std::filesystem::path sensor;  ///< empty: the recording's own
+  uint64_t seed = 1;             ///< of synthetic recordings that name none
   uint32_t loads = 4;            ///< even shares of the highest force that every press reached
   double force_N = 0;            ///< instead of that highest force
   double pitch_mm = 1.25;        ///< of the maps
@@ -34,7 +34,7 @@ struct RecordedOptions {
 /// together by the window's light. Nodes with more than one in fifty pixels at the camera's limit are not
 /// seen. `notes` hears what to know of them. Throws Error(Failure::Input) on a sensor that does not read
 /// pressure, a press without a frame near a force, or a gauge that does not belong to it.
-std::vector<ScanPress> read_presses(const Common& common, const std::vector<RecordedPress>& presses,
-                                    const RecordedOptions& options, std::vector<std::string>& notes);
+std::vector<ScanPress> read_presses(const std::vector<RecordedPress>& presses, const RecordedOptions& options,
+                                    std::vector<std::string>& notes, const RunWatch& watch);
 
 }  // namespace palpate

@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "capture/source.h"
-#include "palpate/error.h"
+#include "capture/open_source.h"
 #include "engine/pipeline/surface_sample.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {
@@ -18,14 +18,15 @@ constexpr double kNearForce = 0.03;
 
 /// Calls `with(result)` for each frame until it says that it has seen enough.
 template <typename With>
-void each_frame(gpu::Context& context, const MeasuredInput& input, uint32_t outputs, const With& with) {
+void each_frame(gpu::Context& context, const MeasuredInput& input, uint32_t outputs, const RunWatch& watch,
+                const With& with) {
   const std::unique_ptr<Source> source = open_source(input.input, input.sensor);
   if (source->live()) throw Error(Failure::Usage, "a recording", "a camera", "palpate record first");
   Pipeline pipeline(context, input.sensor, source->format(),
                     {.outputs = outputs, .solver = SurfaceSolver::Converged});
   pipeline.set_background(load_background(input.input, input.sensor, *source));
   bool more = true;
-  for (Frame frame; more && !interrupted() && source->next(frame);) {
+  for (Frame frame; more && !watch.stopped() && source->next(frame);) {
     pipeline.submit(frame);
     const std::optional<Result> result = pipeline.wait();
     more = with(*result);
@@ -33,13 +34,13 @@ void each_frame(gpu::Context& context, const MeasuredInput& input, uint32_t outp
 }
 
 std::array<uint64_t, 2> frames_by_force(gpu::Context& context, const MeasuredInput& input,
-                                        const ShapeRequest& request) {
+                                        const ShapeRequest& request, const RunWatch& watch) {
   struct Seen {
     uint64_t frame;
     double force_N;
   };
   std::vector<Seen> seen;
-  each_frame(context, input, static_cast<uint32_t>(Output::Force), [&](const Result& result) {
+  each_frame(context, input, static_cast<uint32_t>(Output::Force), watch, [&](const Result& result) {
     const Touch& t = result.touch;
     if (t.contact && std::isfinite(t.force_N.value) && t.force_N.validity != Validity::NotCalibrated)
       seen.push_back({t.sequence, t.force_N.value});
@@ -82,13 +83,14 @@ PixelRect contact_box(const Touch& touch, const FrameFormat& format) {
 
 }  // namespace
 
-TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, const ShapeRequest& request) {
+TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, const ShapeRequest& request,
+                          const RunWatch& watch) {
   const bool surface = wants(input.outputs, Output::Surface), skin = input.sensor.skin.has_value();
   if (!surface && !skin)
     throw Error(Failure::Usage, "a sensor with a reading of the surface or a pattern on its skin", "neither",
                 "a sensor file with \"reading\" or \"skin\"");
   const std::array<uint64_t, 2> frames =
-      request.frames ? *request.frames : frames_by_force(context, input, request);
+      request.frames ? *request.frames : frames_by_force(context, input, request, watch);
   if (frames[0] == frames[1])
     throw Error(Failure::Input, "two compressions", "one and the same frame, " + std::to_string(frames[0]),
                 "other forces or frames");
@@ -100,7 +102,7 @@ TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, con
   TactileShapes found;
   found.skin = skin;
   std::array<bool, 2> have{};
-  each_frame(context, input, outputs, [&](const Result& result) {
+  each_frame(context, input, outputs, watch, [&](const Result& result) {
     for (size_t i = 0; i < 2; ++i) {
       if (result.touch.sequence != frames[i]) continue;
       TactileShape& shape = i == 0 ? found.before : found.after;
@@ -123,7 +125,7 @@ TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, con
     return !(have[0] && have[1]);
   });
   for (size_t i = 0; i < 2; ++i)
-    if (!have[i] && !interrupted())
+    if (!have[i] && !watch.stopped())
       throw Error(Failure::Input, "frame " + std::to_string(frames[i]) + " in " + input.input,
                   "no such frame", "numbers from the column 'frame' of palpate process");
   return found;

@@ -6,9 +6,10 @@
 #include <cstdint>
 #include <optional>
 
+#include "capture/run/input.h"
+#include "capture/run/run_watch.h"
 #include "engine/measure/compression.h"
 #include "palpate/touch.h"
-#include "capture/run/input.h"
 
 namespace palpate {
 
@@ -35,7 +36,8 @@ struct TactileShapes {
 
 /// Reads the recording, twice where frames are chosen by force. Throws Error(Failure::Input) where a frame or
 /// a force is not there, Error(Failure::Usage) of a camera and of a sensor without surface and skin.
-TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, const ShapeRequest& request);
+TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, const ShapeRequest& request,
+                          const RunWatch& watch);
 
 /// Skin points that were followed in both frames and lie in the contact of the second.
 std::vector<MatchedPoint> skin_pairs(const TactileShapes& shapes, double pitch_mm_per_px);

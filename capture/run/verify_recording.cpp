@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "capture/files/measurements.h"
-#include "viz/panels/format.h"
+#include "engine/base/text.h"
 
 namespace palpate {
 namespace {
@@ -46,8 +46,8 @@ void RecordedCheck::add(const Session& session, const Touch& touch) {
     if (recorded == now) continue;
     if (++different == 1)
       first_difference =
-          viz::text("frame %llu: %s was '%s', is '%s'", static_cast<unsigned long long>(touch.sequence),
-                    names[i].c_str(), recorded.c_str(), now.c_str());
+          text("frame %llu: %s was '%s', is '%s'", static_cast<unsigned long long>(touch.sequence),
+               names[i].c_str(), recorded.c_str(), now.c_str());
     return;
   }
   ++equal;

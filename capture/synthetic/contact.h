@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "capture/synthetic/synthetic.h"
+#include "capture/synthetic/options.h"
 #include "capture/synthetic/scene.h"
 #include "engine/elasticity/layer.h"
 

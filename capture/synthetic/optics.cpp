@@ -1,4 +1,5 @@
 #include "capture/synthetic/optics.h"
+#include "palpate/frame.h"
 
 #include <cmath>
 #include <numbers>

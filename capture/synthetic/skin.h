@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "capture/synthetic/synthetic.h"
+#include "capture/synthetic/options.h"
 
 namespace palpate {
 

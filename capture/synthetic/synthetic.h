@@ -1,14 +1,14 @@
 // The built-in sensor: a scripted indenter on an elastic pad, seen by a camera with its faults, and the truth
 // beside it.
 //
-// Mechanics: frictionless contact with a bonded incompressible layer (engine/elasticity/layer.h). Tangentially
-// the contact sticks as a spring, F_t = K u, up to Coulomb's |F_t| = mu F_z, then slips; the contact's centre
-// travels with the indenter. The skin's own displacement along the surface has the core's size F_t / K and
-// Cattaneo's shape (capture/synthetic/skin.h): with Q < mu P the part within c = a (1 - Q / (mu P))^(1/3)
-// sticks. It depends on the present load alone, not on how that was reached. Contacts of several indenters
-// are solved apart and added. Optics: gray = stray light + field(x, y) response(p); shot and read noise in
-// electrons; clipping at full scale. Frame k depends on the options and k alone, so that any frame can be
-// made by itself, on any thread, bit for bit.
+// Mechanics: frictionless contact with a bonded incompressible layer (engine/elasticity/layer.h).
+// Tangentially the contact sticks as a spring, F_t = K u, up to Coulomb's |F_t| = mu F_z, then slips; the
+// contact's centre travels with the indenter. The skin's own displacement along the surface has the core's
+// size F_t / K and Cattaneo's shape (capture/synthetic/skin.h): with Q < mu P the part within c = a (1 - Q /
+// (mu P))^(1/3) sticks. It depends on the present load alone, not on how that was reached. Contacts of
+// several indenters are solved apart and added. Optics: gray = stray light + field(x, y) response(p); shot
+// and read noise in electrons; clipping at full scale. Frame k depends on the options and k alone, so that
+// any frame can be made by itself, on any thread, bit for bit.
 #pragma once
 
 #include <array>
@@ -17,56 +17,10 @@
 #include <vector>
 
 #include "capture/source.h"
+#include "capture/synthetic/options.h"
 #include "engine/elasticity/layer.h"
 
 namespace palpate {
-
-enum class SyntheticMode {
-  Waveguide,  ///< gray, glows with contact pressure; touch light within 2 % of uniform (falloff)
-  Gel,        ///< three coloured lights at 120 degrees on a Lambertian skin: red, green, blue planes
-  Lambert,    ///< gray, the contact shows facing_gray * n_z and nothing glows around it: the truth of
-              ///< Reading::Shading
-};
-
-/// Contact pressure to light.
-enum class SyntheticResponse {
-  Linear,      ///< gray = s p: the gray sum is linear in force
-  Saturating,  ///< gray = S (1 - exp(-s p / S)), S 180 gray of 8 bit: light trapped per area has a limit
-};
-
-/// What shows how the skin moves along itself. Under printed or rough skin the light varies with it.
-enum class SyntheticSkin {
-  None,
-  Markers,  ///< dark dots 1 mm apart, 0.34 mm across
-  Texture,  ///< random, 20 % of the light, grains of about 0.2 mm
-};
-
-/// Camera, pad and script. Ranges are checked; a bad value is Error(Failure::Input).
-struct SyntheticOptions {
-  std::string scene = "palpation";  ///< one of synthetic_scenes()
-  uint32_t width = 640;             ///< px; the field of view is always 27.84 mm wide
-  uint32_t height = 480;
-  uint32_t bit_depth = 8;  ///< 8 to 16; 8 in SyntheticMode::Gel
-  SyntheticMode mode = SyntheticMode::Waveguide;
-  SyntheticResponse response = SyntheticResponse::Linear;
-  uint64_t seed = 1;  ///< of all noise, fixed pattern included
-  double rate_Hz = 30;
-  uint32_t repeat = 1;  ///< the scene is played so many times; 0: without end
-  bool noise = true;    ///< shot and read noise, fixed pattern
-  /// Share of the touch light lost in the corners, as a flat field correction in the camera leaves it.
-  double falloff = 0.015;
-  double force_N = 0;                        ///< largest force of the scene; 0: the scene's own
-  double indenter_radius_mm = 0;             ///< of the sphere or the flat end; 0: the scene's own
-  SyntheticSkin skin = SyntheticSkin::None;  ///< others need frames at least 320 px wide
-  /// Waveguide: unloading glows as a force larger by up to this share of the scene's largest force does while
-  /// loading; the difference is largest at half of that force and does not depend on speed.
-  double hysteresis = 0;
-  double drift_per_min = 0;  ///< Waveguide: share by which the touch light grows in a minute
-
-  double pad_young_MPa = 0.2;
-  double pad_thickness_mm = 6;
-  double friction = 0.5;
-};
 
 /// "synthetic:SCENE?size=640x480&bits=8&mode=waveguide&seed=1&rate=30&..." with any of the keys size, bits,
 /// mode (waveguide, gel, lambert), response (linear, saturating), seed, rate, repeat, noise (on, off),

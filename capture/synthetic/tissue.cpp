@@ -7,9 +7,9 @@
 
 #include "capture/synthetic/optics.h"
 #include "capture/synthetic/scene.h"
-#include "palpate/error.h"
 #include "engine/fem/large_strain/large_strain.h"
-#include "engine/numeric/map_sampling.h"
+#include "engine/fem/map_sampling.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

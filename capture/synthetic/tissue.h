@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "capture/source.h"
-#include "engine/fem/solve.h"
+#include "engine/fem/scene.h"
 
 namespace palpate {
 

@@ -3,8 +3,9 @@
 #include <cmath>
 #include <sstream>
 
-#include "capture/v4l2/camera.h"
+#include "capture/v4l2/camera_options.h"
 #include "palpate/error.h"
+#include "palpate/frame.h"
 
 namespace palpate {
 namespace {

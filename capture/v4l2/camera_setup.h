@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "capture/v4l2/camera.h"
+#include "capture/v4l2/camera_options.h"
 #include "capture/v4l2/device.h"
 
 namespace palpate {

@@ -8,8 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "engine/calibrate/ball_press.h"
-
 namespace palpate {
 namespace {
 

@@ -4,33 +4,12 @@
 
 #include <cstdint>
 #include <span>
-#include <string>
 
+#include "engine/calibrate/ball_press.h"
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
 
 namespace palpate {
-
-/// A ball's contact, px of the rectified frame. With a refusal the numbers are what the search ended with.
-struct FoundBall {
-  double center_x_px = 0;
-  double center_y_px = 0;
-  double radius_px = 0;     ///< of the contact, where the pad leaves the ball
-  double center_sd_px = 0;  ///< standard error along x or y, from the fit's residuals
-  double radius_sd_px = 0;
-  double explained = 0;         ///< share of the change around the contact that one ball explains, 0 to 1
-  double ramp_gray_per_px = 0;  ///< colour: how fast the change grows across the contact; the same for every
-                                ///< press of one ball where the light is even
-  std::string refusal;          ///< why this is no press of one ball; empty: it is
-
-  bool good() const { return refusal.empty(); }
-};
-
-struct BallSearch {
-  double ball_radius_mm = 0;
-  double pitch_mm_per_px = 0;
-  double threshold_gray = 0;  ///< least filtered change that counts as touch; 0: from the picture's noise
-};
 
 /// Colour gel: inside the contact the normals are a sphere's, so each channel's change is linear in the
 /// distance from the centre (and in 1 - n_z); beyond the rim the pad goes back as an elastic half space does,

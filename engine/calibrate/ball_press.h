@@ -3,13 +3,37 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "engine/calibrate/ball_finder.h"
+#include "palpate/frame.h"
 
-namespace palpate::ball {
+namespace palpate {
+
+/// A ball's contact, px of the rectified frame. With a refusal the numbers are what the search ended with.
+struct FoundBall {
+  double center_x_px = 0;
+  double center_y_px = 0;
+  double radius_px = 0;     ///< of the contact, where the pad leaves the ball
+  double center_sd_px = 0;  ///< standard error along x or y, from the fit's residuals
+  double radius_sd_px = 0;
+  double explained = 0;         ///< share of the change around the contact that one ball explains, 0 to 1
+  double ramp_gray_per_px = 0;  ///< colour: how fast the change grows across the contact; the same for every
+                                ///< press of one ball where the light is even
+  std::string refusal;          ///< why this is no press of one ball; empty: it is
+
+  bool good() const { return refusal.empty(); }
+};
+
+struct BallSearch {
+  double ball_radius_mm = 0;
+  double pitch_mm_per_px = 0;
+  double threshold_gray = 0;  ///< least filtered change that counts as touch; 0: from the picture's noise
+};
+
+namespace ball {
 
 inline constexpr double kLeastExplained = 0.75;  ///< of the change around the contact
 inline constexpr double kSecondContact = 0.25;   ///< change outside over the ball's own, both summed squares
@@ -41,4 +65,5 @@ std::string coverage_refusal(const FoundBall& ball, const Frame& frame, const Fr
 std::string percent(double share);
 std::string tenths(double value);
 
-}  // namespace palpate::ball
+}  // namespace ball
+}  // namespace palpate

@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <numbers>
 
+#include "engine/sensor/lookup_depth.h"
 #include "palpate/error.h"
-#include "engine/stages/lookup.h"
 
 namespace palpate {
 namespace {

@@ -33,7 +33,7 @@ ElasticKernel::ElasticKernel(const ElasticCalibration& pad, double pitch_mm_per_
                         (std::numbers::pi * effective_modulus_MPa({pad.young_MPa, pad.poisson}))) {
   if (pad.thickness_mm <= 0) return;
   thickness_px_ = pad.thickness_mm / pitch_mm_per_px;
-  if (thickness_px_ < kThinnest_px)
+  if (thickness_px_ < ElasticCalibration::kThinnest_px)
     throw Error(Failure::Sensor, "a pad of at least 4 pixels' thickness",
                 std::to_string(thickness_px_) + " px (surface.elastic.thickness_mm, pitch_mm_per_px)",
                 "correcting one of them");

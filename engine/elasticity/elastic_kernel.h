@@ -16,10 +16,8 @@ double love_pixel(double dx, double dy);
 /// what a bonded layer of finite thickness takes away (engine/elasticity/layer.h).
 class ElasticKernel {
  public:
-  /// Throws Error(Failure::Sensor) where the layer is thinner than kThinnest_px.
+  /// Throws Error(Failure::Sensor) where the layer is thinner than ElasticCalibration::kThinnest_px.
   ElasticKernel(const ElasticCalibration& pad, double pitch_mm_per_px);
-
-  static constexpr double kThinnest_px = 4;
 
   /// Deflection at (dx, dy) pixels from the middle of a pixel that carries 1 MPa, mm.
   double at(double dx, double dy) const {

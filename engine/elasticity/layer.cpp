@@ -5,9 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "palpate/error.h"
-#include "engine/elasticity/layer_response.h"
 #include "engine/numeric/quadrature.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -13,13 +13,9 @@
 #include <vector>
 
 #include "engine/elasticity/hertz.h"
+#include "engine/elasticity/layer_response.h"
 
 namespace palpate {
-
-enum class Base {
-  Bonded,        ///< the pad is glued to its rigid base
-  Frictionless,  ///< the pad slides on it
-};
 
 /// How far a layer falls short of the half space under a point load: F deflects the half space by F / (pi E*
 /// r), the layer of thickness H by F / (pi E*) (1 / r - loss(r / H) / H).

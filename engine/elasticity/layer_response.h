@@ -1,9 +1,12 @@
 // How an elastic layer on a rigid base answers a wave of pressure on its surface (see layer.h for K).
 #pragma once
 
-#include "engine/elasticity/layer.h"
-
 namespace palpate {
+
+enum class Base {
+  Bonded,        ///< the pad is glued to its rigid base
+  Frictionless,  ///< the pad slides on it
+};
 
 /// 1 - K(s) at the wave number s / H, s >= 0: 0 for short waves, which feel a half space, 1 (bonded,
 /// incompressible) for long ones. Poisson's ratio in [0, 0.5].

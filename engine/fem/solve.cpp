@@ -9,9 +9,9 @@
 #include <mutex>
 #include <thread>
 
-#include "palpate/error.h"
-#include "engine/fem/linear/contact.h"
 #include "engine/fem/large_strain/large_strain.h"
+#include "engine/fem/model.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

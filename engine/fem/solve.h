@@ -2,126 +2,12 @@
 // a regular grid, linear or at large strain; frictionless contact.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <functional>
-#include <optional>
-#include <string>
 #include <vector>
 
+#include "engine/fem/scene.h"
+
 namespace palpate {
-namespace gpu {
-class Context;
-}  // namespace gpu
-
-enum class LumpShape : uint8_t {
-  Sphere,
-  Ellipsoid,      ///< axes along x, y and z
-  Cylinder,       ///< upright: its round faces look up and down
-  LyingCylinder,  ///< its axis is x
-};
-
-/// A stiffer or softer body in the tissue, bonded to it. Poisson's ratio is the tissue's.
-struct Inclusion {
-  LumpShape shape = LumpShape::Sphere;
-  std::array<double, 3> size_mm = {8, 8,
-                                   8};  ///< along x, y, z; of a sphere the first, of a cylinder see size()
-  double depth_mm = 5;                  ///< from the tissue's surface to the inclusion's top, >= 0
-  double stiffness_ratio = 10;          ///< its Young's modulus over the tissue's, 0.01 to 1e5; 1: none
-  std::array<double, 2> offset_mm = {0, 0};  ///< of its centre from the block's middle
-
-  /// Outer sizes along x, y and z: a sphere is as wide everywhere; an upright cylinder is size_mm[0] across
-  /// and size_mm[2] high, a lying one size_mm[2] across and size_mm[0] long.
-  std::array<double, 3> size() const;
-};
-
-/// One sheet of the sensor's pad, bonded to the sheets beside it.
-struct PadSheet {
-  double thickness_mm = 0;
-  double young_Pa = 0;
-};
-
-/// What presses. The rim of the block is free; its bottom is bonded to a rigid floor.
-enum class Presser : uint8_t {
-  Flat,      ///< a rigid plate over the whole surface; with a pad: the plate that the pad is bonded to
-  Sphere,    ///< a rigid ball on the middle of the surface; contact where it presses, found node by node
-  Pressure,  ///< the same pressure everywhere on the surface
-};
-
-/// The question. Lengths in mm, x and y along the surface, z down from it.
-struct ForwardScene {
-  std::array<double, 3> block_mm = {40, 40, 20};  ///< length, width, thickness of the tissue
-  double young_Pa = 4000;
-  double poisson = 0.495;      ///< 0 to 0.4999, of tissue, inclusion and pad
-  bool bottom_slides = false;  ///< the floor holds the tissue's height only, not its sides
-  std::optional<Inclusion> inclusion = Inclusion{};
-  std::vector<Inclusion> others;  ///< more of them, apart from it and from each other
-
-  std::vector<PadSheet> pad;  ///< from the tissue outwards; empty: the presser touches the tissue
-  bool pad_slides = false;    ///< on the tissue, without friction and without lifting off; else bonded to it
-
-  Presser presser = Presser::Flat;
-  double ball_radius_mm = 0;           ///< of Presser::Sphere
-  std::optional<double> press_mm = 1;  ///< way of the presser from first touch (mean way of the surface under
-                                       ///< Presser::Pressure), > 0
-  std::optional<double> force_N;       ///< instead of press_mm, > 0
-
-  std::array<uint32_t, 3> cells = {64, 64, 32};  ///< of the tissue along x, y, z; the pad has more of its own
-};
-
-/// Who solves the equations. Auto: the faster of the two on this grid, found by a trial of each.
-enum class ForwardWorker : uint8_t { Processor, Device, Auto };
-
-/// How it is solved.
-struct ForwardOptions {
-  double residual = 0;   ///< relative, 1e-12 to 1e-2; 0: 1e-6, and 1e-8 above a Poisson ratio of 0.497
-  uint32_t threads = 0;  ///< 0: one per core
-  /// Neo-Hookean tissue in steps of at most `step_mm` instead of the linear model, see large_strain.h: the
-  /// flat plate only, on the processor.
-  bool large_strain = false;
-  double step_mm = 0.5;
-  bool quarter = true;  ///< scenes with two planes of symmetry are solved as a quarter
-  uint32_t most_iterations = 2000;
-  ForwardWorker worker = ForwardWorker::Processor;
-  /// Opens the device of Device and Auto, once and only where it is wanted; what it returns outlives the
-  /// call. Where it throws Error(Failure::Device), Auto goes on without.
-  std::function<gpu::Context*()> device = {};
-};
-
-/// A map over the tissue's surface, one value per node: height x width, row by row along x.
-struct ForwardMap {
-  uint32_t width = 0, height = 0;
-  std::array<double, 2> pitch_mm = {0, 0};
-  std::vector<float> values;
-
-  float at(uint32_t x, uint32_t y) const { return values[size_t{y} * width + x]; }
-};
-
-/// The answer. Where `converged` is false no number in it is to be used but `residual`.
-struct ForwardResult {
-  bool converged = false;
-  double residual = 0;      ///< of the equations in double precision, relative to the right side
-  uint32_t iterations = 0;  ///< conjugate gradients', of all rounds
-  uint32_t rounds = 0;      ///< of refinement and of contact search
-  double wall_s = 0;
-  uint64_t bytes = 0;  ///< held by the solver at its largest
-  std::string solver;  ///< who solved it and, where it was chosen, why
-
-  ForwardMap stress_Pa;      ///< normal stress on the tissue's surface, pressure counts up
-  ForwardMap deflection_mm;  ///< of the tissue's surface, into the tissue counts up
-  double force_N = 0;
-  double press_mm = 0;
-  double center_stress_Pa = 0;   ///< on the block's middle
-  double contact_radius_mm = 0;  ///< of Presser::Sphere, of the circle of the same area
-  double core_strain = 0;        ///< eps_zz in the inclusion's middle (block's, without one), stretch > 0;
-                                 ///< NaN at large strain
-  double tension_share = 0;      ///< of the pressed area where the presser would have to pull: what
-                                 ///< real contact would lift off
-  std::vector<std::string> warnings;  ///< one line each: what lies outside the model's validity
-};
-
-/// Throws Error(Failure::Usage) naming the first field that is out of range or does not fit the others.
-void check(const ForwardScene& scene);
 
 /// Solves the scene. Throws Error(Failure::Usage) naming the field that is out of range or does not fit (an
 /// inclusion that leaves the block, a grid that is too coarse or cannot be halved).

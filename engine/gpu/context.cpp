@@ -7,33 +7,9 @@
 #include <optional>
 
 #include "palpate/error.h"
-#include "engine/gpu/physical_device.h"
 
 namespace palpate::gpu {
 namespace {
-
-const char* result_name(VkResult result) {
-  switch (result) {
-    case VK_ERROR_OUT_OF_HOST_MEMORY:
-      return "out of host memory";
-    case VK_ERROR_OUT_OF_DEVICE_MEMORY:
-      return "out of device memory";
-    case VK_ERROR_INITIALIZATION_FAILED:
-      return "initialisation failed";
-    case VK_ERROR_DEVICE_LOST:
-      return "device lost";
-    case VK_ERROR_LAYER_NOT_PRESENT:
-      return "layer not present";
-    case VK_ERROR_EXTENSION_NOT_PRESENT:
-      return "extension not present";
-    case VK_ERROR_INCOMPATIBLE_DRIVER:
-      return "no compatible driver";
-    case VK_ERROR_SURFACE_LOST_KHR:
-      return "surface lost";
-    default:
-      return "Vulkan error";
-  }
-}
 
 std::filesystem::path pipeline_cache_file(const VkPhysicalDeviceProperties& properties) {
   const std::filesystem::path folder = cache_folder();
@@ -60,17 +36,6 @@ std::filesystem::path cache_folder() {
   if (const char* home = std::getenv("HOME"); home && *home)
     return std::filesystem::path(home) / ".cache" / "palpate";
   return {};
-}
-
-void check(VkResult result, const char* what) {
-  if (result == VK_SUCCESS) return;
-  const char* remedy = "another device (palpate devices), or a newer driver";
-  if (result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_OUT_OF_DEVICE_MEMORY)
-    remedy = "a smaller frame or crop, or another device (palpate devices)";
-  if (result == VK_ERROR_DEVICE_LOST)
-    remedy = "starting again; if it comes back, another device (palpate devices) or a newer driver";
-  throw Error(Failure::Device, what, std::string(result_name(result)) + " (" + std::to_string(result) + ")",
-              remedy);
 }
 
 VKAPI_ATTR VkBool32 VKAPI_CALL Context::on_message(VkDebugUtilsMessageSeverityFlagBitsEXT,

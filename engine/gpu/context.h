@@ -1,8 +1,6 @@
 // The Vulkan device: which one, why not the others, and what the validation layer said.
 #pragma once
 
-#include <vulkan/vulkan.h>
-
 #include <cstdint>
 #include <filesystem>
 #include <mutex>
@@ -10,30 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "engine/gpu/physical_device.h"
+
 namespace palpate::gpu {
-
-struct ContextOptions {
-  std::string device;       ///< index (one or two digits) or part of a name; empty: the best one
-  bool validation = false;  ///< validation layer with synchronisation validation; messages are collected
-  bool timers = false;      ///< GPU timestamps around every scope
-  /// Every scope is submitted by itself and timed by the host's clock, where GPU timestamps cannot be
-  /// trusted. Slow: a submission waits for each of its scopes.
-  bool host_timers = false;
-  std::vector<const char*> instance_extensions;  ///< what a window needs (glfwGetRequiredInstanceExtensions)
-  bool presentation = false;                     ///< ask for VK_KHR_swapchain
-};
-
-/// One physical device as `palpate devices` lists it.
-struct DeviceReport {
-  uint32_t index = 0;
-  std::string name;
-  std::string type;  ///< "discrete GPU", "integrated GPU", "virtual GPU", "CPU"
-  std::string driver;
-  std::string api_version;
-  uint64_t memory_bytes = 0;  ///< largest device-local heap
-  uint32_t subgroup_size = 0;
-  std::vector<std::string> refusals;  ///< what it lacks; empty: usable
-};
 
 class Context {
  public:
@@ -126,11 +103,5 @@ class Context {
 /// palpate's folder in the user's cache (XDG_CACHE_HOME or ~/.cache); empty: there is none. May not exist
 /// yet.
 std::filesystem::path cache_folder();
-
-/// Every Vulkan device of the machine, usable or not.
-std::vector<DeviceReport> list_devices();
-
-/// Throws Error(Failure::Device) naming `what` unless `result` is VK_SUCCESS.
-void check(VkResult result, const char* what);
 
 }  // namespace palpate::gpu

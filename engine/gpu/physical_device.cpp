@@ -11,6 +11,29 @@ namespace {
 
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 
+const char* result_name(VkResult result) {
+  switch (result) {
+    case VK_ERROR_OUT_OF_HOST_MEMORY:
+      return "out of host memory";
+    case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+      return "out of device memory";
+    case VK_ERROR_INITIALIZATION_FAILED:
+      return "initialisation failed";
+    case VK_ERROR_DEVICE_LOST:
+      return "device lost";
+    case VK_ERROR_LAYER_NOT_PRESENT:
+      return "layer not present";
+    case VK_ERROR_EXTENSION_NOT_PRESENT:
+      return "extension not present";
+    case VK_ERROR_INCOMPATIBLE_DRIVER:
+      return "no compatible driver";
+    case VK_ERROR_SURFACE_LOST_KHR:
+      return "surface lost";
+    default:
+      return "Vulkan error";
+  }
+}
+
 const char* type_name(VkPhysicalDeviceType type) {
   switch (type) {
     case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
@@ -190,6 +213,17 @@ bool can_import_host_memory(VkPhysicalDevice device) {
   vkGetPhysicalDeviceExternalBufferProperties(device, &info, &found);
   return (found.externalMemoryProperties.externalMemoryFeatures &
           VK_EXTERNAL_MEMORY_FEATURE_IMPORTABLE_BIT) != 0;
+}
+
+void check(VkResult result, const char* what) {
+  if (result == VK_SUCCESS) return;
+  const char* remedy = "another device (palpate devices), or a newer driver";
+  if (result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_OUT_OF_DEVICE_MEMORY)
+    remedy = "a smaller frame or crop, or another device (palpate devices)";
+  if (result == VK_ERROR_DEVICE_LOST)
+    remedy = "starting again; if it comes back, another device (palpate devices) or a newer driver";
+  throw Error(Failure::Device, what, std::string(result_name(result)) + " (" + std::to_string(result) + ")",
+              remedy);
 }
 
 std::vector<DeviceReport> list_devices() {

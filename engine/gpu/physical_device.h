@@ -1,12 +1,37 @@
 // The machine's Vulkan devices before one is opened: what each is and what it lacks.
 #pragma once
 
+#include <vulkan/vulkan.h>
+
+#include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
-#include "engine/gpu/context.h"
-
 namespace palpate::gpu {
+
+struct ContextOptions {
+  std::string device;       ///< index (one or two digits) or part of a name; empty: the best one
+  bool validation = false;  ///< validation layer with synchronisation validation; messages are collected
+  bool timers = false;      ///< GPU timestamps around every scope
+  /// Every scope is submitted by itself and timed by the host's clock, where GPU timestamps cannot be
+  /// trusted. Slow: a submission waits for each of its scopes.
+  bool host_timers = false;
+  std::vector<const char*> instance_extensions;  ///< what a window needs (glfwGetRequiredInstanceExtensions)
+  bool presentation = false;                     ///< ask for VK_KHR_swapchain
+};
+
+/// One physical device as `palpate devices` lists it.
+struct DeviceReport {
+  uint32_t index = 0;
+  std::string name;
+  std::string type;  ///< "discrete GPU", "integrated GPU", "virtual GPU", "CPU"
+  std::string driver;
+  std::string api_version;
+  uint64_t memory_bytes = 0;  ///< largest device-local heap
+  uint32_t subgroup_size = 0;
+  std::vector<std::string> refusals;  ///< what it lacks; empty: usable
+};
 
 /// With the validation layer and its `messenger` where the options ask for it. Throws Error(Failure::Device).
 VkInstance make_instance(const ContextOptions& options, const VkDebugUtilsMessengerCreateInfoEXT* messenger);
@@ -24,5 +49,11 @@ std::optional<uint32_t> find_queue_family(VkPhysicalDevice device);
 
 /// Whether buffers of the kernels' kinds can lie in memory that the host has mapped elsewhere.
 bool can_import_host_memory(VkPhysicalDevice device);
+
+/// Every Vulkan device of the machine, usable or not.
+std::vector<DeviceReport> list_devices();
+
+/// Throws Error(Failure::Device) naming `what` unless `result` is VK_SUCCESS.
+void check(VkResult result, const char* what);
 
 }  // namespace palpate::gpu

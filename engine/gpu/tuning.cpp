@@ -11,9 +11,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
-#include "engine/stages/contact.h"
+#include "palpate/error.h"
+#include "palpate/frame.h"
 #include "shaders/fingerprint.h"
 #include "shaders/shared/contact.h"
 

@@ -2,7 +2,7 @@
 // for one of several contacts.
 #pragma once
 
-#include "engine/stages/contact.h"
+#include "engine/measure/moments.h"
 #include "palpate/touch.h"
 
 namespace palpate {

@@ -3,9 +3,8 @@
 #include <cmath>
 #include <string>
 
-#include "palpate/error.h"
-#include "engine/numeric/thin_plate_points.h"
 #include "engine/numeric/thin_plate_system.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

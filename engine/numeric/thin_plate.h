@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/numeric/thin_plate_kernel.h"
+#include "engine/numeric/thin_plate_points.h"
 
 namespace palpate {
 
@@ -51,14 +52,6 @@ struct PlateEvidence {
   uint32_t rank =
       0;  ///< axes that the points determine: below D they lie in a plane, on a line or in one place
   double flatness = 1;  ///< least spread over widest, 0 to 1
-};
-
-/// Points' own coordinates: t = axes * (x - centre), `rank` rows that also scale.
-template <size_t D>
-struct PlateFrame {
-  std::array<double, D> centre{};
-  std::array<std::array<double, D>, D> axes{};
-  uint32_t rank = 0;
 };
 
 /// A fitted spline of one or several fields over the same points: sum of kernels and a linear polynomial.

@@ -4,12 +4,19 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
-#include "engine/numeric/thin_plate.h"
-
 namespace palpate {
+
+/// Points' own coordinates: t = axes * (x - centre), `rank` rows that also scale.
+template <size_t D>
+struct PlateFrame {
+  std::array<double, D> centre{};
+  std::array<std::array<double, D>, D> axes{};
+  uint32_t rank = 0;
+};
 
 constexpr size_t kNoGroup = static_cast<size_t>(-1);
 

@@ -5,10 +5,10 @@
 #include <memory>
 #include <utility>
 
-#include "palpate/error.h"
+#include "engine/base/text.h"
 #include "engine/palpation/scan.h"
-#include "viz/render/pressure_view.h"
-#include "viz/panels/format.h"
+#include "engine/sensor/fit.h"
+#include "palpate/error.h"
 
 namespace palpate::viz {
 namespace {

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "palpate/touch.h"
-#include "viz/live/background_work.h"
+#include "engine/base/background_work.h"
 #include "engine/palpation/press_detector.h"
 #include "engine/palpation/press_reading.h"
+#include "palpate/touch.h"
 
 namespace palpate::viz {
 

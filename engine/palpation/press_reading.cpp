@@ -4,14 +4,12 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/text.h"
 #include "engine/lump/network/network.h"
 #include "engine/stages/elastic.h"
-#include "viz/panels/format.h"
 
 namespace palpate {
 namespace {
-
-using viz::text;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr size_t kMostFrames = 12;  // averaged for one load

@@ -6,9 +6,9 @@
 #include <limits>
 #include <random>
 
-#include "palpate/error.h"
 #include "engine/lump/network/network.h"
-#include "engine/lump/observation/second_bump.h"
+#include "engine/lump/network/second_bump.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "engine/lump/estimator.h"
-#include "engine/lump/observation/outline.h"
-#include "engine/lump/observation/observation.h"
 #include "engine/lump/observation/gaussian_profile.h"
+#include "engine/lump/observation/observation.h"
+#include "engine/lump/observation/outline.h"
 #include "engine/lump/observation/scan_stitch.h"
 #include "engine/lump/observation/sensor_model.h"
-#include "viz/report/lump_figures.h"
+#include "engine/lump/study/figures.h"
 
 namespace palpate {
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/pipeline/windowed_frame.h"
+#include "engine/sensor/fit.h"
 #include "engine/stages/skin.h"
 
 namespace palpate {

@@ -3,8 +3,6 @@
 #include <string>
 
 #include "engine/sensor/outline.h"
-#include "engine/stages/contact.h"
-#include "engine/stages/skin.h"
 #include "palpate/error.h"
 #include "palpate/options.h"
 

@@ -7,6 +7,17 @@
 
 namespace palpate {
 
+/// Whether the sensor's gray is a pressure, pixel by pixel.
+inline bool reads_pressure(const Sensor& sensor) {
+  return sensor.reading == Reading::Elastic && sensor.channels == 1;
+}
+
+/// Whether the skin is followed: where it is asked for, and where shear is calibrated by it.
+inline bool follows_skin(const Sensor& sensor, bool wants_skin, bool wants_force) {
+  return wants_skin ||
+         (wants_force && sensor.skin && sensor.shear && sensor.shear->signal == ShearSignal::Skin);
+}
+
 /// Throws Error(Failure::Sensor), which says what would do. `outputs` is a sum of Output values.
 void check_fit(const Sensor& sensor, const FrameFormat& format, uint32_t outputs);
 

@@ -9,9 +9,8 @@
 #include <set>
 #include <sstream>
 
-#include "palpate/error.h"
 #include "engine/sensor/json.h"
-#include "engine/elasticity/elastic_kernel.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {
@@ -102,7 +101,7 @@ void check_together(const Sensor& s, const std::string& where) {
     require(s.channels == 1, "frame.channels", "1 for reading 'elastic'", std::to_string(s.channels));
     require(s.elastic.gray_per_MPa > 0, "surface.elastic", "this section, for reading 'elastic'", "none");
     require(s.elastic.thickness_mm == 0 ||
-                s.elastic.thickness_mm >= ElasticKernel::kThinnest_px * s.pitch_mm_per_px,
+                s.elastic.thickness_mm >= ElasticCalibration::kThinnest_px * s.pitch_mm_per_px,
             "surface.elastic.thickness_mm", "at least 4 pixels (pitch_mm_per_px), or none for a half space",
             number_text(s.elastic.thickness_mm));
   }

@@ -4,6 +4,7 @@
 
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/sensor/outline.h"
 #include "shaders/confidence.spv.h"
 #include "shaders/confidence_color.spv.h"
 #include "shaders/confidence_weights.spv.h"

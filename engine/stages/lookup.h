@@ -7,9 +7,9 @@
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
-#include "palpate/sensor.h"
-#include "engine/stages/surface.h"
 #include "engine/gpu/tuning.h"
+#include "engine/stages/surface.h"
+#include "palpate/sensor.h"
 #include "shaders/shared/lookup.h"
 
 namespace palpate {
@@ -17,10 +17,6 @@ class Contact;
 namespace gpu {
 class Commands;
 }
-
-/// Depth at a filtered change, mm: straight between the points, 0 at and below the first, the last one's
-/// depth beyond it.
-double lookup_depth_mm(const LookupCalibration& lookup, double gray);
 
 class Lookup {
  public:

@@ -6,12 +6,12 @@
 #include <span>
 #include <vector>
 
-#include "palpate/frame.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
-#include "palpate/sensor.h"
 #include "engine/stages/skin_points.h"
 #include "engine/stages/upload.h"
+#include "palpate/frame.h"
+#include "palpate/sensor.h"
 #include "palpate/touch.h"
 
 namespace palpate {
@@ -19,12 +19,6 @@ namespace gpu {
 class Commands;
 class Context;
 }  // namespace gpu
-
-/// Whether the skin is followed: where it is asked for, and where shear is calibrated by it.
-inline bool follows_skin(const Sensor& sensor, bool wants_skin, bool wants_force) {
-  return wants_skin ||
-         (wants_force && sensor.skin && sensor.shear && sensor.shear->signal == ShearSignal::Skin);
-}
 
 class Skin {
  public:

@@ -3,7 +3,6 @@
 #include "engine/gpu/context.h"
 #include "perf/profile/frames.h"
 #include "viz/live/live.h"
-#include "viz/render/picture.h"
 
 namespace palpate::perf {
 namespace {
@@ -32,16 +31,14 @@ class SceneSource : public Source {
 
 }  // namespace
 
-void measure_live(const gpu::ContextOptions& device, const std::vector<FrameSize>& sizes, double seconds,
-                  const Watch& watch, Profile& profile) {
+void measure_live(const gpu::ContextOptions& device, const std::vector<FrameSize>& sizes,
+                  const MakeDrawer& drawer, double seconds, const Watch& watch, Profile& profile) {
   constexpr double kRates_Hz[] = {30, 60};
   gpu::Context context(device);
   const double each_s = seconds / static_cast<double>(sizes.size() * std::size(kRates_Hz));
   for (const FrameSize& size : sizes) {
     Scene scene = timing_scene(size.width_px, size.height_px, Reading::Shading, 1);
-    viz::PictureOptions look;
-    look.smooth = false;  // as the window draws on CPU drivers
-    viz::PictureRenderer renderer(context, scene.sensor, look);
+    const DrawResult draw = drawer(context, scene.sensor);
     for (const double rate_Hz : kRates_Hz) {
       if (watch.stopped()) return;
       std::vector<double> to_measured_ms, to_picture_ms;
@@ -49,9 +46,7 @@ void measure_live(const gpu::ContextOptions& device, const std::vector<FrameSize
       options.rate_Hz = rate_Hz;
       options.max_seconds = each_s;
       options.interrupted = watch.stopped;
-      options.draw = [&](const Frame& frame, const Result& result) {
-        renderer.render(frame, result.touch, result.surface);
-      };
+      options.draw = draw;
       options.on_times = [&](const viz::FrameTimes& times) {
         to_measured_ms.push_back(times.to_measured_ms());
         if (times.shown_ns != 0) to_picture_ms.push_back(times.to_shown_ms());

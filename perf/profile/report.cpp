@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "perf/profile/tables.h"
+#include "viz/report/html.h"
 
 namespace palpate::perf {
 namespace {
@@ -139,39 +140,6 @@ std::string html_report(const MachineComparison& comparison, const std::vector<D
   body += figures_html(plots);
   for (const Table& table : tables_of(comparison)) body += section(table);
   return page("palpate profile: two machines", body);
-}
-
-std::string html_escaped(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      case '\'':
-        escaped += "&#39;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
-}
-
-std::string svg_element(const std::string& svg) {
-  const size_t start = svg.find("<svg");
-  const size_t end = svg.rfind("</svg>");
-  if (start == std::string::npos || end == std::string::npos) return "";
-  return svg.substr(start, end + 6 - start);
 }
 
 }  // namespace palpate::perf

@@ -20,9 +20,4 @@ struct DrawnPlot {
 std::string html_report(const Profile& profile, const std::vector<DrawnPlot>& plots);
 std::string html_report(const MachineComparison& comparison, const std::vector<DrawnPlot>& plots);
 
-/// Text as HTML shows it: no tag, entity or attribute can come out of it.
-std::string html_escaped(const std::string& text);
-/// The <svg> element alone, without the XML declaration before it.
-std::string svg_element(const std::string& svg);
-
 }  // namespace palpate::perf

@@ -5,7 +5,6 @@
 
 #include "engine/gpu/context.h"
 #include "perf/profile/ceiling.h"
-#include "perf/profile/live.h"
 #include "perf/profile/machine.h"
 #include "perf/profile/outputs.h"
 #include "perf/profile/solvers.h"
@@ -58,7 +57,7 @@ Profile run_profile(const gpu::ContextOptions& device, const ProfileRequest& req
   if (!finished()) return profile;
   measure_outputs(device, cameras.back(), kOutputs * profile.budget_s, watch, profile);
   if (!finished()) return profile;
-  measure_live(device, cameras, kLive * profile.budget_s, watch, profile);
+  measure_live(device, cameras, request.drawer, kLive * profile.budget_s, watch, profile);
   profile.complete = !watch.stopped();
   finished();
   return profile;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "palpate/sensor.h"
+#include "perf/profile/live.h"
 #include "perf/profile/profile.h"
 #include "perf/profile/sampling.h"
 #include "perf/profile/sizes.h"
@@ -19,6 +20,7 @@ struct ProfileRequest {
   std::vector<Reading> readings{Reading::Shading, Reading::Photometric, Reading::Elastic};
   bool quick = false;
   double budget_s = 0;  ///< 0: 180, or 20 where quick. Sizes that would not fit are skipped, and said to be
+  MakeDrawer drawer;    ///< draws what a live camera's frames show
 };
 
 /// Measures, in this order: ceiling, sizes, solvers, outputs, live. On a stop (watch.stopped) what is

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/gpu/tuning.h"
-#include "perf/profile/measure.h"
+#include "perf/measure.h"
 
 namespace palpate::perf {
 

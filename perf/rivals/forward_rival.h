@@ -7,7 +7,7 @@
 
 #include "engine/fem/device/solver.h"
 #include "engine/fem/linear/solver.h"
-#include "perf/profile/measure.h"
+#include "perf/measure.h"
 
 namespace palpate::perf {
 

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <vector>
 
-#include "perf/profile/measure.h"
-#include "tests/scenes/bent_points.h"
+#include "capture/synthetic/bent_points.h"
+#include "perf/measure.h"
 
 namespace palpate::perf {
 namespace {

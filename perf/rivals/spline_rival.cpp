@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "engine/numeric/thin_plate.h"
-#include "perf/profile/measure.h"
+#include "perf/measure.h"
 #include "viz/report/gnuplot.h"
 
 namespace palpate::perf {

@@ -11,16 +11,16 @@
 #include "capture/files/output_file.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
-#include "palpate/pipeline.h"
-#include "engine/stages/contact.h"
 #include "engine/pipeline/contact_tiles.h"
+#include "engine/stages/contact.h"
 #include "engine/stages/upload.h"
-#include "perf/profile/measure.h"
+#include "palpate/pipeline.h"
+#include "perf/measure.h"
 #include "perf/profile/frames.h"
 #include "perf/profile/gpu_solvers.h"
-#include "perf/tools/program.h"
-#include "perf/rivals/rivals.h"
 #include "perf/profile/scene.h"
+#include "perf/rivals/rivals.h"
+#include "perf/tools/program.h"
 
 namespace palpate::perf {
 namespace {

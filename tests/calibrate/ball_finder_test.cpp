@@ -11,11 +11,11 @@
 #include <tuple>
 #include <vector>
 
-#include "capture/source.h"
-#include "capture/synthetic/synthetic.h"
-#include "palpate/error.h"
-#include "engine/calibrate/photometric_fit.h"
 #include "capture/calibrate/presses.h"
+#include "capture/open_source.h"
+#include "capture/synthetic/synthetic.h"
+#include "engine/calibrate/photometric_fit.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

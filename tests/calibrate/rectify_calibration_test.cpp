@@ -9,14 +9,14 @@
 #include <memory>
 #include <random>
 
-#include "capture/files/images.h"
-#include "capture/files/output_file.h"
-#include "capture/source.h"
-#include "palpate/error.h"
-#include "engine/calibrate/grid_fit.h"
 #include "capture/calibrate/background.h"
 #include "capture/calibrate/flat.h"
 #include "capture/calibrate/scale.h"
+#include "capture/files/images.h"
+#include "capture/files/output_file.h"
+#include "capture/open_source.h"
+#include "engine/calibrate/grid_fit.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

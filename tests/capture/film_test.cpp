@@ -6,7 +6,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "palpate/error.h"
-#include "viz/render/picture.h"
+#include "viz/display/picture.h"
 
 namespace palpate::viz {
 namespace {

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "capture/files/measurements.h"
+#include "capture/open_source.h"
 #include "tests/support/session_fixture.h"
 
 namespace palpate {

@@ -1,5 +1,5 @@
 // Recordings from files: what is read is what was written, and every bad input is one clear line.
-#include "capture/source.h"
+#include "capture/open_source.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

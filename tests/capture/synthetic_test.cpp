@@ -1,6 +1,7 @@
 // The synthetic sensor: its physics against theory, its camera against the stated noise, its truth against
 // its images.
 #include "capture/synthetic/synthetic.h"
+#include "capture/open_source.h"
 
 #include <gtest/gtest.h>
 

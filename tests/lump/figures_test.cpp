@@ -1,6 +1,6 @@
 // The paper's figures from the forward model: the orderings by size and by material, and what is said where a
 // press does not get there.
-#include "viz/report/lump_figures.h"
+#include "engine/lump/study/figures.h"
 
 #include <gtest/gtest.h>
 

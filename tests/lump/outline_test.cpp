@@ -1,6 +1,7 @@
 // The outline of a bump on a block's map: where it is, how wide, with intervals that hold; and no outline
 // where there is none.
 #include "engine/lump/observation/outline.h"
+#include "engine/fem/solve.h"
 
 #include <gtest/gtest.h>
 

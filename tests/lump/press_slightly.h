@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/fem/large_strain/large_strain.h"
+#include "engine/fem/solve.h"
 
 namespace palpate {
 

@@ -1,13 +1,14 @@
 // Presses at several places stitched to one map, against the map they were cut from.
 #include "engine/lump/observation/scan_stitch.h"
+#include "engine/fem/solve.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "palpate/error.h"
-#include "engine/numeric/map_sampling.h"
+#include "engine/fem/map_sampling.h"
 #include "engine/lump/observation/sensor_model.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -1,5 +1,6 @@
 // Two lumps are told, one lump of any shape and noise are not.
-#include "engine/lump/observation/second_bump.h"
+#include "engine/lump/network/second_bump.h"
+#include "engine/fem/solve.h"
 
 #include <gtest/gtest.h>
 

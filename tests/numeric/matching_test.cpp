@@ -8,8 +8,8 @@
 #include <set>
 #include <string>
 
+#include "capture/synthetic/bent_points.h"
 #include "palpate/error.h"
-#include "tests/scenes/bent_points.h"
 
 namespace palpate {
 namespace {

@@ -11,10 +11,10 @@
 #include <random>
 
 #include "capture/files/images.h"
-#include "capture/source.h"
+#include "capture/files/npy.h"
+#include "capture/open_source.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
-#include "capture/files/npy.h"
 
 namespace palpate::fuzz {
 namespace {

@@ -2,8 +2,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "capture/synthetic/bent_points.h"
 #include "tests/support/program_fixture.h"
-#include "tests/scenes/bent_points.h"
 
 namespace palpate {
 namespace {

@@ -9,11 +9,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 #include "perf/profile/compare.h"
 #include "perf/profile/files.h"
-#include "viz/report/gnuplot.h"
 #include "perf/profile/growth.h"
 #include "perf/profile/report.h"
 #include "perf/profile/run.h"
@@ -22,6 +21,8 @@
 #include "perf/profile/truths.h"
 #include "perf/rivals/rivals.h"
 #include "tests/support/program_fixture.h"
+#include "viz/display/picture.h"
+#include "viz/report/gnuplot.h"
 
 namespace palpate::perf {
 namespace {
@@ -328,6 +329,7 @@ TEST(Profile, SmallRunOnARealDevice) {
   request.sizes = {{64, 48}, {160, 120}};
   request.quick = true;
   request.budget_s = 4;
+  request.drawer = viz::timed_drawer;
   Watch watch;
   uint64_t contexts = 0;
   watch.leave = [&](const gpu::Context& context) {

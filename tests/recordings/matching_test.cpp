@@ -11,8 +11,8 @@
 #include <sstream>
 #include <string>
 
+#include "capture/synthetic/bent_points.h"
 #include "engine/numeric/matching.h"
-#include "tests/scenes/bent_points.h"
 
 namespace palpate {
 namespace {

@@ -12,10 +12,10 @@
 #include <set>
 #include <sstream>
 
-#include "capture/source.h"
+#include "capture/open_source.h"
+#include "engine/calibrate/photometric_fit.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
-#include "engine/calibrate/photometric_fit.h"
 #include "tests/support/gpu_fixture.h"
 
 namespace palpate {

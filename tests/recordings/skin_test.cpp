@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "capture/source.h"
+#include "capture/open_source.h"
 #include "palpate/pipeline.h"
 #include "tests/support/gpu_fixture.h"
 

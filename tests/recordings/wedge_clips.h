@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <string>
 
-#include "tests/support/gpu_fixture.h"
 #include "capture/calibrate/force.h"
+#include "tests/support/gpu_fixture.h"
 
 namespace palpate {
 
@@ -34,16 +34,14 @@ class WedgeClips : public GpuTest {
     return std::filesystem::path(PALPATE_SOURCE_DIR) / "../shared/data/gelsight_wedge_press";
   }
   static GaugedRecording measured(const std::string& clip) {
-    Common common;
-    common.quiet = true;
     MeasuredInput input{
         (folder() / (clip + ".avi")).string(),
         load_sensor(std::filesystem::path(PALPATE_SOURCE_DIR) / "capture/sensors/gelsight_wedge.json"),
         {},
         Output::Force | Output::Gradient};
     // The gauge is read a frame or two late.
-    return measure_beside_gauge(context(), common, input,
-                                {(folder() / (clip + ".csv")).string(), {}, parse_alignment("auto"), 0});
+    return measure_beside_gauge(context(), input,
+                                {(folder() / (clip + ".csv")).string(), {}, parse_alignment("auto"), 0}, {});
   }
 
  private:

@@ -5,10 +5,11 @@
 
 #include <random>
 
+#include "engine/sensor/lookup_depth.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
-#include "tests/support/gpu_fixture.h"
 #include "tests/reference/contact.h"
+#include "tests/support/gpu_fixture.h"
 
 namespace palpate {
 namespace {

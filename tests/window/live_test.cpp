@@ -1,4 +1,4 @@
-#include "viz/live/live.h"
+#include "viz/display/run_live.h"
 #include "viz/render/window.h"
 
 #include <gtest/gtest.h>
@@ -6,8 +6,8 @@
 #include <atomic>
 
 #include "capture/synthetic/synthetic.h"
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 
 namespace palpate::viz {
 namespace {

@@ -6,12 +6,12 @@
 #include <cstdlib>
 #include <functional>
 
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 #include "shaders/shared/colormap.h"
 #include "tests/support/gpu_fixture.h"
+#include "viz/display/picture.h"
 #include "viz/panels/hud.h"
-#include "viz/render/picture.h"
 #include "viz/render/view_state.h"
 #include "viz/render/window.h"
 

@@ -8,11 +8,11 @@
 #include <map>
 #include <utility>
 
-#include "capture/v4l2/camera.h"
 #include "capture/files/gauge.h"
-#include "capture/synthetic/tissue.h"
-#include "palpate/error.h"
 #include "capture/run/press_timeline.h"
+#include "capture/synthetic/tissue.h"
+#include "capture/v4l2/camera.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {
@@ -32,7 +32,7 @@ Force gauge_force(const std::string& file, const MeasuredInput& input) {
   if (gauge->by_frame())
     return [gauge](uint64_t sequence) { return gauge_at_frame(*gauge, gauge->force_N, sequence); };
   std::vector<std::string> notes;
-  const PressTimeline t = measure_press({input.input, {}, file}, input, notes);
+  const PressTimeline t = measure_press({input.input, {}, file}, input, notes, {.stop = interrupted});
   for (const std::string& note : notes) spdlog::info("{}", note);
   auto forces = std::make_shared<std::map<uint64_t, double>>();
   for (size_t i = 0; i < t.sequence.size(); ++i)

@@ -8,15 +8,19 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/files/output_file.h"
+#include "capture/run/processing.h"
+#include "capture/run/run_recording.h"
 #include "capture/synthetic/synthetic.h"
-#include "palpate/error.h"
-#include "engine/gpu/context.h"
 #include "engine/calibrate/linear_fit.h"
 #include "engine/calibrate/photometric_fit.h"
-#include "viz/live/live.h"
-#include "capture/run/processing.h"
+#include "engine/gpu/context.h"
+#include "palpate/error.h"
+#include "viz/commands/run_watch.h"
+#include "viz/display/recording_pictures.h"
+#include "viz/display/run_live.h"
+#include "viz/render/format.h"
 #include "viz/render/window.h"
-#include "viz/panels/format.h"
+#include "viz/report/process_report.h"
 
 namespace palpate {
 namespace {
@@ -41,7 +45,7 @@ std::vector<GaugedFrame> read_all(gpu::Context& context, const SyntheticOptions&
   Pipeline pipeline(context, sensor, source.format(), {.outputs = static_cast<uint32_t>(Output::Force)});
   pipeline.set_background(*source.own_background());
   std::vector<GaugedFrame> readings;
-  run_recording(source, pipeline, 0, [&](const Result& result, const Frame&) {
+  run_recording(source, pipeline, 0, interrupted, [&](const Result& result, const Frame&) {
     readings.push_back({result.touch, *source.truth(result.touch.sequence)});
   });
   return readings;
@@ -96,14 +100,14 @@ std::string calibrate_force(gpu::Context& context, const SyntheticOptions& judge
                                   .ky_N_per_mm = ky.k_N_per_mm,
                                   .friction = friction / static_cast<double>(slipping),
                                   .relative_sd = std::hypot(kx.relative_sd, ky.relative_sd)};
-  return viz::text(
+  return text(
              "  force: F = c1 G + c0, c1 = %.4g N/gray, c0 = %.4g N, R^2 %.6f, scatter %.2g N, from %zu "
              "frames of scene 'press'\n",
              fit.calibration.c1_N_per_gray, fit.calibration.c0_N, fit.r_squared,
              fit.calibration.residual_sd_N, gray.size()) +
-         viz::text("  shear: K = %.4g, %.4g N/mm, friction %.3f, from %zu + %llu frames of scene 'slide'\n",
-                   kx.k_N_per_mm, ky.k_N_per_mm, sensor.shear->friction, x_mm.size(),
-                   static_cast<unsigned long long>(slipping));
+         text("  shear: K = %.4g, %.4g N/mm, friction %.3f, from %zu + %llu frames of scene 'slide'\n",
+              kx.k_N_per_mm, ky.k_N_per_mm, sensor.shear->friction, x_mm.size(),
+              static_cast<unsigned long long>(slipping));
 }
 
 /// Colour to slope from presses of a larger ball at the scene's places, as `palpate calibrate photometric`
@@ -127,7 +131,7 @@ std::string calibrate_colour(const SyntheticOptions& judged, Sensor& sensor) {
   }
   const PhotometricFitResult result = fit.solve();
   sensor.photometric = result.calibration;
-  return viz::text(
+  return text(
       "  colour: %zu presses of a ball of radius %g mm, normals to %.4f (held out), depth gain %.3f\n",
       result.presses.size(), kBallRadius_mm, result.normal_rms_held_out, result.depth_gain);
 }
@@ -203,16 +207,17 @@ Report demo(const Common& common, const Options& options) {
   surface.solver = SurfaceSolver::Live;  // what the window shows
   surface.frames = options.frames;
   surface.pictures = surface.video = !window;
+  surface.draw = viz::recording_pictures({});
   surface.picture_every = options.picture_every;
   surface.picture_frames = hardest_frames(SyntheticSensor(gel));
 
   spdlog::info("the palpation as the waveguide pad sees it: force, shear, slip, centre, depth from pressure");
   const ProcessSummary felt =
-      process_recording(*context, common, pad_sensor, pressure, common.out / "waveguide");
+      process_recording(*context, pad_sensor, pressure, common.out / "waveguide", run_watch(common));
   std::optional<ProcessSummary> seen;
   if (felt.complete) {
     spdlog::info("the same palpation as the gel skin sees it: surface, depth from slopes");
-    seen = process_recording(*context, common, gel_sensor, surface, common.out / "gel");
+    seen = process_recording(*context, gel_sensor, surface, common.out / "gel", run_watch(common));
   }
 
   Report report;

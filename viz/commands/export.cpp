@@ -1,13 +1,15 @@
 // palpate export: a recording in the formats of other programs.
 #include <CLI/CLI.hpp>
 
-#include "capture/session/session.h"
-#include "palpate/error.h"
-#include "engine/gpu/context.h"
 #include "capture/run/input.h"
+#include "capture/run/processing.h"
+#include "capture/session/session.h"
+#include "engine/gpu/context.h"
+#include "palpate/error.h"
 #include "viz/commands/look_options.h"
 #include "viz/commands/one_of.h"
-#include "capture/run/processing.h"
+#include "viz/commands/run_watch.h"
+#include "viz/display/recording_pictures.h"
 
 namespace palpate {
 namespace {
@@ -72,12 +74,15 @@ Report run_export(const Common& common, const Options& options) {
     throw Error(Failure::Usage, "what to export", "nothing asked for",
                 "some of --csv, --npy, --png16, --tiff, --ply, --obj, --mp4, --images png");
   request.range = chosen_frames(options);
-  const MeasuredInput input = find_input(common, request.input, options.sensor, options.background);
+  const MeasuredInput input = find_input(common.seed, request.input, options.sensor, options.background);
   request.input = input.input;
   choose_outputs(options, input, request);
-  options.look.apply(request.look);
+  viz::PictureOptions look;
+  options.look.apply(look);
+  request.draw = viz::recording_pictures(look);
   const std::unique_ptr<gpu::Context> context = open_device(common);
-  const ProcessSummary summary = process_recording(*context, common, input.sensor, request, common.out);
+  const ProcessSummary summary =
+      process_recording(*context, input.sensor, request, common.out, run_watch(common));
   Report report;
   report.json = to_json(summary, request, input.sensor, *context);
   report.text = std::to_string(summary.frames) + (summary.frames == 1 ? " frame" : " frames") +

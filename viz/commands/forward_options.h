@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-#include "engine/fem/solve.h"
+#include "engine/fem/scene.h"
 
 namespace palpate {
 

@@ -5,16 +5,16 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "capture/files/npy.h"
 #include "capture/files/output_file.h"
-#include "palpate/error.h"
-#include "palpate/frame.h"
+#include "capture/run/input.h"
 #include "engine/gpu/context.h"
 #include "engine/stages/surface.h"
 #include "engine/stages/weighted_surface.h"
+#include "palpate/error.h"
+#include "palpate/frame.h"
 #include "viz/commands/command.h"
-#include "capture/run/input.h"
-#include "capture/calibrate/integrate_lights.h"
-#include "capture/files/npy.h"
+#include "viz/commands/integrate_lights.h"
 #include "viz/commands/one_of.h"
 
 namespace palpate {

@@ -6,14 +6,14 @@
 #include <tuple>
 #include <utility>
 
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
-#include "viz/live/run.h"
+#include "palpate/error.h"
 #include "viz/commands/camera_options.h"
 #include "viz/commands/command.h"
-#include "viz/live/live.h"
-#include "viz/report/live_report.h"
+#include "viz/commands/live_run.h"
 #include "viz/commands/one_of.h"
+#include "viz/live/live.h"
+#include "viz/live/live_report.h"
 #include "viz/render/window.h"
 
 namespace palpate {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "viz/render/picture.h"
+#include "viz/display/picture.h"
 
 namespace CLI {
 class App;

@@ -3,9 +3,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "capture/files/match_files.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
-#include "capture/files/match_files.h"
+#include "viz/report/match_plot.h"
 
 namespace palpate {
 namespace {
@@ -42,7 +43,9 @@ Report match(const Common& common, const Options& options) {
       char name[16];
       std::snprintf(name, sizeof name, "%04zu", k + 1);
       const auto folder = options.list.empty() ? common.out : common.out / name;
-      report.text += "written: " + write_match(folder, pairs[k], from, to, result) + "\n";
+      std::string written = write_match(folder, pairs[k], from, to, result);
+      draw_match(folder, from, to, result, written);
+      report.text += "written: " + written + "\n";
     }
     bar.update(k + 1);
   }

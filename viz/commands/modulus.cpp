@@ -6,15 +6,15 @@
 
 #include "capture/files/gauge.h"
 #include "capture/files/output_file.h"
-#include "capture/source.h"
-#include "palpate/error.h"
-#include "engine/gpu/context.h"
-#include "viz/commands/command.h"
+#include "capture/open_source.h"
 #include "capture/run/input.h"
 #include "capture/run/modulus_frames.h"
-#include "viz/report/modulus_report.h"
 #include "capture/synthetic/modulus_press.h"
+#include "engine/gpu/context.h"
+#include "palpate/error.h"
+#include "viz/commands/command.h"
 #include "viz/commands/one_of.h"
+#include "viz/report/modulus_report.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
@@ -73,7 +73,7 @@ ModulusSetup setup_of(const Common& common, const Options& o) {
 
 /// A recording's presses, by force; what was passed over becomes a note.
 void read_recording(gpu::Context& context, const Common& common, const Options& o, ModulusReport& r) {
-  const MeasuredInput input = find_input(common, o.input, o.sensor, o.background);
+  const MeasuredInput input = find_input(common.seed, o.input, o.sensor, o.background);
   if (!has_scale(input.sensor))
     throw Error(Failure::Sensor, "a sensor with a scale", "none", "palpate calibrate scale");
   if (o.gauge.empty() && !input.sensor.force)

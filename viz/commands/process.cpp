@@ -2,14 +2,17 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "palpate/error.h"
+#include "capture/run/input.h"
+#include "capture/run/processing.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 #include "viz/commands/block_options.h"
 #include "viz/commands/camera_options.h"
-#include "capture/run/input.h"
 #include "viz/commands/look_options.h"
 #include "viz/commands/one_of.h"
-#include "capture/run/processing.h"
+#include "viz/commands/run_watch.h"
+#include "viz/display/recording_pictures.h"
+#include "viz/report/process_report.h"
 
 namespace palpate {
 namespace {
@@ -32,7 +35,7 @@ Report process(const Common& common, Options options) {
   request.input = options.camera.input(request.input);
   if (request.input.empty())
     throw Error(Failure::Usage, "an input", "none", "a recording, or --camera /dev/video0");
-  const MeasuredInput input = find_input(common, request.input, options.sensor, options.background);
+  const MeasuredInput input = find_input(common.seed, request.input, options.sensor, options.background);
   const Sensor& sensor = input.sensor;
   request.input = input.input;
   request.outputs = input.outputs;
@@ -57,10 +60,12 @@ Report process(const Common& common, Options options) {
                 options.outputs.empty() ? "a sensor without a reading of the surface" : "--outputs force",
                 options.outputs.empty() ? "a sensor file with \"reading\"" : "--outputs force,surface");
   }
-  options.look.apply(request.look);
+  viz::PictureOptions look;
+  options.look.apply(look);
+  request.draw = viz::recording_pictures(look);
   request.watch = [&](const Frame& background) { return watch_presses(options.block, input, background); };
   const std::unique_ptr<gpu::Context> context = open_device(common);
-  const ProcessSummary summary = process_recording(*context, common, sensor, request, common.out);
+  const ProcessSummary summary = process_recording(*context, sensor, request, common.out, run_watch(common));
   Report report;
   report.json = to_json(summary, request, sensor, *context);
   report.text = describe(summary) + "\nwritten: " + (common.out / "measurements.csv").string() +

@@ -4,13 +4,14 @@
 #include <CLI/CLI.hpp>
 
 #include "capture/files/output_file.h"
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 #include "perf/profile/compare.h"
 #include "perf/profile/files.h"
 #include "perf/profile/run.h"
 #include "perf/profile/tables.h"
 #include "viz/commands/command.h"
+#include "viz/display/picture.h"
 
 namespace palpate {
 namespace {
@@ -64,6 +65,7 @@ std::pair<perf::Profile, bool> measure(const Common& common, const Options& opti
   perf::ProfileRequest request;
   request.quick = options.quick;
   request.budget_s = options.budget_s;
+  request.drawer = viz::timed_drawer;
   for (const std::string& size : options.sizes) request.sizes.push_back(perf::parse_size(size));
   perf::Watch watch;
   watch.stopped = interrupted;

@@ -4,17 +4,17 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "capture/source.h"
-#include "palpate/error.h"
+#include "capture/files/event_log.h"
+#include "capture/open_source.h"
+#include "capture/run/input.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 #include "viz/commands/block_options.h"
 #include "viz/commands/camera_options.h"
 #include "viz/commands/command.h"
-#include "capture/files/event_log.h"
-#include "capture/run/input.h"
-#include "viz/live/live.h"
-#include "viz/report/live_report.h"
 #include "viz/commands/one_of.h"
+#include "viz/live/live.h"
+#include "viz/live/live_report.h"
 
 namespace palpate {
 namespace {
@@ -35,7 +35,7 @@ Report record(const Common& common, Options options) {
   const std::string from = options.camera.input(options.input);
   if (from.empty())
     throw Error(Failure::Usage, "INPUT or --camera NODE", "neither", "palpate cameras, which lists them");
-  const MeasuredInput input = find_input(common, from, options.sensor, options.background);
+  const MeasuredInput input = find_input(common.seed, from, options.sensor, options.background);
   std::unique_ptr<Source> source = open_source(input.input, input.sensor);
   source->watch(interrupted);
   const Frame background = load_background(input.input, input.sensor, *source);

@@ -2,17 +2,18 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "capture/files/event_log.h"
+#include "capture/open_source.h"
+#include "capture/run/input.h"
 #include "capture/session/session.h"
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
-#include "viz/live/run.h"
+#include "palpate/error.h"
 #include "viz/commands/block_options.h"
 #include "viz/commands/command.h"
-#include "capture/files/event_log.h"
-#include "capture/run/input.h"
-#include "viz/live/live.h"
-#include "viz/report/live_report.h"
+#include "viz/commands/live_run.h"
 #include "viz/commands/one_of.h"
+#include "viz/display/run_live.h"
+#include "viz/live/live_report.h"
 #include "viz/render/window.h"
 
 namespace palpate {
@@ -32,7 +33,7 @@ Report replay(const Common& common, Options options) {
   if (!is_session(options.session))
     throw Error(Failure::Input, "a session folder", "'" + options.session.string() + "', which is none",
                 "palpate live for other recordings, or palpate record to make a session");
-  const MeasuredInput input = find_input(common, options.session.string(), options.sensor);
+  const MeasuredInput input = find_input(common.seed, options.session.string(), options.sensor);
   auto session = std::make_unique<Session>(options.session, input.sensor);
   const Frame background = load_background(input.input, input.sensor, *session);
   const std::unique_ptr<viz::PressWatch> presses = watch_presses(

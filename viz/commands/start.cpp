@@ -7,11 +7,11 @@
 #include <utility>
 
 #include "capture/session/session.h"
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
-#include "viz/live/run.h"
+#include "palpate/error.h"
 #include "viz/commands/command.h"
-#include "viz/report/live_report.h"
+#include "viz/commands/live_run.h"
+#include "viz/live/live_report.h"
 #include "viz/panels/start_view.h"
 #include "viz/render/window.h"
 

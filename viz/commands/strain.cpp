@@ -5,11 +5,12 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/files/output_file.h"
-#include "palpate/error.h"
+#include "capture/run/tactile_shapes.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
+#include "viz/commands/command.h"
 #include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
-#include "capture/run/tactile_shapes.h"
 
 namespace palpate {
 namespace {
@@ -135,9 +136,9 @@ std::string points_script(const TactileShapes& shapes, const Compression& c, boo
     }
   const auto name = [](const TactileShape& s) {
     const Estimate& f = s.touch.force_N;
-    return perf::gnuplot_quoted(f.validity == Validity::NotCalibrated
-                                    ? line("frame %llu", static_cast<unsigned long long>(s.touch.sequence))
-                                    : line("%.3g N", f.value));
+    return gnuplot_quoted(f.validity == Validity::NotCalibrated
+                              ? line("frame %llu", static_cast<unsigned long long>(s.touch.sequence))
+                              : line("%.3g N", f.value));
   };
   const std::string after =
       "$after using 1:2:3 with points pt 7 ps 0.5 lc rgb '#222222' title " + name(shapes.after);
@@ -226,11 +227,11 @@ Report run(const Common& common, Options o) {
   if (!o.forces_N.empty()) o.request.forces_N = {o.forces_N[0], o.forces_N[1]};
   if (o.lambda >= 0) o.compression.lambda = o.lambda;
   o.request.control.seed = common.seed;
-  const MeasuredInput input = find_input(common, o.input, o.sensor, o.background);
+  const MeasuredInput input = find_input(common.seed, o.input, o.sensor, o.background);
   if (!has_scale(input.sensor))
     throw Error(Failure::Sensor, "pitch_mm_per_px", "a sensor without a scale", "palpate calibrate scale");
   const std::unique_ptr<gpu::Context> context = open_device(common);
-  const TactileShapes shapes = read_shapes(*context, input, o.request);
+  const TactileShapes shapes = read_shapes(*context, input, o.request, {.stop = interrupted});
   if (interrupted()) return {"", "", kInterrupted};
   const bool skin = shapes.skin && !o.by_shape;
   const Compression c = skin

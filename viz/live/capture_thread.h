@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "viz/live/live.h"
+#include "viz/live/live_options.h"
 #include "viz/live/session.h"
 
 namespace palpate::viz {

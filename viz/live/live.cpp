@@ -3,13 +3,9 @@
 #include <exception>
 #include <thread>
 
-#include "engine/gpu/context.h"
-#include "viz/live/display.h"
 #include "viz/live/capture_thread.h"
-#include "viz/live/session.h"
 #include "viz/live/recorder.h"
-#include "viz/live/settings.h"
-#include "viz/render/window.h"
+#include "viz/live/session.h"
 
 namespace palpate::viz {
 namespace {
@@ -85,62 +81,62 @@ class Threads {
 };
 
 /// What the display does with results when there is none.
-LiveReport run_headless(LiveSession& session, const LiveOptions& options, LatencyLog& latency) {
-  LiveReport report;
-  int64_t start_ns = 0, end_ns = 0;
-  while (!session.stop && !session.to_display.finished()) {
-    if (options.interrupted && options.interrupted()) report.interrupted = true;
-    const bool over = options.max_seconds > 0 && start_ns != 0 &&
-                      1e-9 * static_cast<double>(monotonic_ns() - start_ns) >= options.max_seconds;
-    if (report.interrupted || over) break;
-    auto newest = session.to_display.take(milliseconds(20));
-    if (options.on_progress) options.on_progress(session.captured);
-    if (!newest) continue;
-    if (start_ns == 0) start_ns = newest->captured->frame.delivered_ns;
-    if (options.draw) {
-      options.draw(newest->captured->frame, newest->result);
-      newest->times.shown_ns = monotonic_ns();
-    }
-    end_ns = monotonic_ns();
-    latency.add(newest->times);
-    session.frames.put(std::move(newest->captured));
-  }
-  report.seconds = 1e-9 * static_cast<double>(end_ns - start_ns);
-  return report;
-}
+class NoWindow : public LiveViewer {
+ public:
+  NoWindow(LiveSession& session, const LiveOptions& options, LatencyLog& latency)
+      : session_(session), options_(options), latency_(latency) {}
 
-LiveReport run(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
-               const Sensor& sensor, const Frame& background, const PipelineOptions& pipeline_options,
-               const LiveOptions& options, bool with_window) {
+  LiveReport run() override {
+    LiveReport report;
+    int64_t start_ns = 0, end_ns = 0;
+    while (!session_.stop && !session_.to_display.finished()) {
+      if (options_.interrupted && options_.interrupted()) report.interrupted = true;
+      const bool over = options_.max_seconds > 0 && start_ns != 0 &&
+                        1e-9 * static_cast<double>(monotonic_ns() - start_ns) >= options_.max_seconds;
+      if (report.interrupted || over) break;
+      auto newest = session_.to_display.take(milliseconds(20));
+      if (options_.on_progress) options_.on_progress(session_.captured);
+      if (!newest) continue;
+      if (start_ns == 0) start_ns = newest->captured->frame.delivered_ns;
+      if (options_.draw) {
+        options_.draw(newest->captured->frame, newest->result);
+        newest->times.shown_ns = monotonic_ns();
+      }
+      end_ns = monotonic_ns();
+      latency_.add(newest->times);
+      session_.frames.put(std::move(newest->captured));
+    }
+    report.seconds = 1e-9 * static_cast<double>(end_ns - start_ns);
+    return report;
+  }
+
+ private:
+  LiveSession& session_;
+  const LiveOptions& options_;
+  LatencyLog& latency_;
+};
+
+}  // namespace
+
+LiveReport run_session(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
+                       const Sensor& sensor, const Frame& background, const PipelineOptions& pipeline_options,
+                       const LiveOptions& options, const MakeViewer& make_viewer) {
   LiveSession session;
   session.transport.speed = options.speed;
   session.use(open());
   Pipeline pipeline(context, sensor, session.source()->format(), pipeline_options);
   pipeline.set_background(background);
   LatencyLog latency(options.latency_file, options.on_times);
-  std::unique_ptr<Window> own_window;
-  std::optional<Display> display;
-  if (with_window) {
-    Window* window = options.window;
-    if (!window) {
-      WindowOptions as{options.title, options.width, options.height, options.vsync};
-      if (options.settings) as.width = options.settings->width, as.height = options.settings->height;
-      own_window = std::make_unique<Window>(context, as);
-      window = own_window.get();
-    }
-    window->set_title(options.title);
-    display.emplace(context, *window, DisplayedSensor{sensor, background, pipeline_options.outputs}, options,
-                    session, latency);
-  }
+  const std::unique_ptr<LiveViewer> viewer = make_viewer(session, latency);
 
   Threads threads(session, pipeline, open, options, latency);
-  LiveReport report = display ? display->run() : run_headless(session, options, latency);
+  LiveReport report = viewer->run();
   threads.join();
   session.rethrow();
   latency.close();
   if (options.presses) {
     report.presses = options.presses->finish();
-    if (display) display->finish_presses();
+    viewer->finish_presses();
   }
   report.captured = session.captured;
   report.processed = session.processed;
@@ -155,21 +151,13 @@ LiveReport run(gpu::Context& context, const std::function<std::unique_ptr<Source
   return report;
 }
 
-}  // namespace
-
-LiveReport run_live(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
-                    const Sensor& sensor, const Frame& background, PipelineOptions pipeline_options,
-                    const LiveOptions& options) {
-  // Current picture, pictures in flight, mailbox, engine.
-  pipeline_options.slots =
-      std::max(pipeline_options.slots, context.is_software() ? 4u : Window::kPicturesInFlight + 3);
-  return run(context, open, sensor, background, pipeline_options, options, true);
-}
-
 LiveReport run_without_window(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
                               const Sensor& sensor, const Frame& background,
                               const PipelineOptions& pipeline_options, const LiveOptions& options) {
-  return run(context, open, sensor, background, pipeline_options, options, false);
+  return run_session(context, open, sensor, background, pipeline_options, options,
+                     [&](LiveSession& session, LatencyLog& latency) {
+                       return std::make_unique<NoWindow>(session, options, latency);
+                     });
 }
 
 }  // namespace palpate::viz

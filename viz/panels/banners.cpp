@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "viz/panels/measurement.h"
-#include "viz/panels/format.h"
+#include "viz/render/format.h"
 
 namespace palpate::viz {
 

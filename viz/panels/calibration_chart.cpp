@@ -10,8 +10,8 @@
 #include "engine/measure/force.h"
 #include "viz/panels/charts.h"
 #include "viz/panels/line_style.h"
+#include "viz/render/format.h"
 #include "viz/render/view_state.h"
-#include "viz/panels/format.h"
 
 namespace palpate::viz {
 namespace {

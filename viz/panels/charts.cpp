@@ -9,10 +9,10 @@
 
 #include "capture/files/measurements.h"
 #include "engine/measure/force.h"
-#include "viz/panels/measurement.h"
 #include "viz/panels/line_style.h"
+#include "viz/panels/measurement.h"
+#include "viz/render/format.h"
 #include "viz/render/view_state.h"
-#include "viz/panels/format.h"
 
 namespace palpate::viz {
 namespace {

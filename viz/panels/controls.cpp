@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "viz/panels/format.h"
+#include "viz/render/format.h"
 
 namespace palpate::viz {
 namespace {

@@ -3,14 +3,14 @@
 #pragma once
 
 #include "viz/live/history.h"
-#include "viz/render/hud_frame.h"
-#include "viz/render/layout.h"
 #include "viz/live/stats.h"
 #include "viz/panels/measurement.h"
 #include "viz/panels/section.h"
+#include "viz/render/format.h"
+#include "viz/render/hud_frame.h"
+#include "viz/render/layout.h"
 #include "viz/render/surface_view.h"
 #include "viz/render/view_state.h"
-#include "viz/panels/format.h"
 
 namespace palpate::viz {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "viz/panels/press.h"
-#include "viz/panels/format.h"
+#include "viz/render/format.h"
 
 namespace palpate::viz {
 namespace {

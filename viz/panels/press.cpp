@@ -3,7 +3,7 @@
 #include <imgui.h>
 
 #include "engine/palpation/scan.h"
-#include "viz/panels/format.h"
+#include "viz/render/format.h"
 
 namespace palpate::viz {
 namespace {

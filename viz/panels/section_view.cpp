@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "viz/panels/section.h"
+#include "viz/render/format.h"
 #include "viz/render/view_state.h"
-#include "viz/panels/format.h"
 
 namespace palpate::viz {
 namespace {

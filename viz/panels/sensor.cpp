@@ -7,7 +7,7 @@
 
 #include "viz/panels/calibration_chart.h"
 #include "viz/panels/charts.h"
-#include "viz/panels/format.h"
+#include "viz/render/format.h"
 
 namespace palpate::viz {
 namespace {

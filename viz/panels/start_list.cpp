@@ -5,14 +5,14 @@
 #include <chrono>
 #include <fstream>
 
-#include "capture/v4l2/camera.h"
 #include "capture/session/session.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
+#include "capture/v4l2/camera.h"
 #include "capture/v4l2/device.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
-#include "viz/panels/format.h"
+#include "viz/render/format.h"
 
 namespace palpate::viz {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "viz/live/settings.h"
+#include "viz/panels/settings.h"
 
 namespace palpate::viz {
 

@@ -12,7 +12,7 @@
 
 #include "engine/gpu/context.h"
 #include "viz/panels/measurement.h"
-#include "viz/panels/format.h"
+#include "viz/render/format.h"
 
 namespace palpate::viz {
 namespace {

@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "viz/render/hud_frame.h"
-#include "viz/live/settings.h"
+#include "viz/panels/settings.h"
 #include "viz/panels/start_list.h"
+#include "viz/render/hud_frame.h"
 #include "viz/render/window.h"
 
 namespace palpate::viz {

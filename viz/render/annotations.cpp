@@ -10,8 +10,8 @@
 #include <string>
 
 #include "viz/render/colour_map.h"
+#include "viz/render/format.h"
 #include "viz/render/view_state.h"
-#include "viz/panels/format.h"
 
 namespace palpate::viz {
 namespace {

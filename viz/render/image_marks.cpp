@@ -8,7 +8,7 @@
 #include <string>
 
 #include "viz/render/annotations.h"
-#include "viz/panels/format.h"
+#include "viz/render/format.h"
 
 namespace palpate::viz {
 namespace {

@@ -11,10 +11,6 @@
 
 namespace palpate::viz {
 
-bool reads_pressure(const Sensor& sensor) {
-  return sensor.reading == Reading::Elastic && sensor.channels == 1;
-}
-
 PressureMap::PressureMap(gpu::Context& context, uint32_t frames_in_flight)
     : context_(context), uploads_(frames_in_flight + 1) {}
 

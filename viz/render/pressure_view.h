@@ -5,15 +5,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "palpate/frame.h"
 #include "engine/gpu/buffer.h"
+#include "palpate/frame.h"
 #include "palpate/sensor.h"
 #include "viz/render/surface_view.h"
 
 namespace palpate::viz {
-
-/// True where the colours can show pressure.
-bool reads_pressure(const Sensor& sensor);
 
 class PressureMap {
  public:

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "engine/gpu/context.h"
-#include "viz/panels/format.h"
+#include "viz/render/format.h"
 
 namespace palpate::viz {
 

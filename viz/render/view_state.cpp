@@ -4,20 +4,9 @@
 #include <cmath>
 #include <initializer_list>
 
-#include "viz/render/pressure_view.h"
+#include "engine/sensor/fit.h"
 
 namespace palpate::viz {
-
-const char* to_string(Vsync vsync) {
-  switch (vsync) {
-    case Vsync::On:
-      return "on";
-    case Vsync::Mailbox:
-      return "mailbox";
-    default:
-      return "off";
-  }
-}
 
 namespace {
 double ceiling_of(std::initializer_list<double> series, double value) {

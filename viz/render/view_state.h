@@ -3,27 +3,21 @@
 
 #include <array>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/palpation/press_reading.h"
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
+#include "viz/live/tare.h"
+#include "viz/live/vsync.h"
 #include "viz/render/orbit.h"
-#include "engine/palpation/press_reading.h"
-#include "viz/panels/section.h"
+#include "viz/render/section_line.h"
 #include "viz/render/strain_view.h"
 #include "viz/render/surface_view.h"
-#include "viz/live/tare.h"
 
 namespace palpate::viz {
-
-enum class Vsync : int { On, Mailbox, Off };  ///< FIFO; newest picture at each refresh; at once (may tear)
-const char* to_string(Vsync vsync);
-/// As the command line spells them.
-inline const std::map<std::string, Vsync> kVsyncNames = {
-    {"on", Vsync::On}, {"mailbox", Vsync::Mailbox}, {"off", Vsync::Off}};
 
 /// 1, 2 or 5 times a power of ten, at least `value`: distances of ticks.
 double nice_ceiling(double value);

@@ -12,7 +12,7 @@
 
 extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX wants the program to declare it
 
-namespace palpate::perf {
+namespace palpate {
 namespace {
 
 /// A file in memory that a child can write to or read from.
@@ -89,4 +89,4 @@ std::string gnuplot_quoted(const std::string& text) {
   return quoted + "'";
 }
 
-}  // namespace palpate::perf
+}  // namespace palpate

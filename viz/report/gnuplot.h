@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace palpate::perf {
+namespace palpate {
 
 struct Picture {
   std::string bytes;     ///< empty where it failed
@@ -17,4 +17,4 @@ Picture run_gnuplot(const std::string& script);
 /// Text in single quotes, as gnuplot's strings without enhanced mode want it.
 std::string gnuplot_quoted(const std::string& text);
 
-}  // namespace palpate::perf
+}  // namespace palpate

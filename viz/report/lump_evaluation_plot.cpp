@@ -4,8 +4,8 @@
 
 #include "capture/files/output_file.h"
 #include "engine/lump/dataset/sweep.h"
-#include "viz/report/gnuplot.h"
 #include "engine/lump/study/evaluation.h"
+#include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
@@ -72,8 +72,8 @@ std::string estimates_script(const LumpScore& s, const std::vector<LumpJudged>& 
     char title[160];
     std::snprintf(title, sizeof title, "%s: median error %.1f %%, 90 %% intervals hold %.0f %%",
                   kAxes[p].name, 100 * s.median[p], 100 * s.coverage[p]);
-    script += std::string("set title ") + perf::gnuplot_quoted(title) + "\nset xlabel 'true " +
-              kAxes[p].title + "'\nset ylabel 'estimated " + kAxes[p].title + "'\n";
+    script += std::string("set title ") + gnuplot_quoted(title) + "\nset xlabel 'true " + kAxes[p].title +
+              "'\nset ylabel 'estimated " + kAxes[p].title + "'\n";
     script += kAxes[p].logarithmic ? "set logscale xy\nset xrange [1:50]\nset yrange [1:50]\n"
                                    : "unset logscale\nset xrange [0:*]\nset yrange [0:*]\n";
     script += std::string("plot $") + kAxes[p].name +
@@ -135,7 +135,7 @@ std::string quality_script(const LumpScore& s) {
   std::snprintf(title, sizeof title, "detection (d >= 6 mm, h <= 8 mm): %.1f %% at specificity %.1f %%",
                 100 * s.goal_sensitivity, 100 * s.specificity);
   script += std::string("\nset key off\nset xtics auto\nset xrange [0:100]\nset yrange [0:101]\nset title ") +
-            perf::gnuplot_quoted(title) +
+            gnuplot_quoted(title) +
             "\nset xlabel 'false alarms, %'\nset ylabel 'lumps detected, %'\nplot $roc with steps lw 2 lc "
             "rgb '#0072b2', x with lines dt 2 lc rgb '#888888'\n";
   std::snprintf(title, sizeof title, "shape right in %.1f %%", 100 * s.shape_rate);
@@ -143,7 +143,7 @@ std::string quality_script(const LumpScore& s) {
   for (size_t i = 0; i < 4; ++i)
     names +=
         std::string(i > 0 ? "," : "") + "'" + to_string(static_cast<LumpShape>(i)) + "' " + std::to_string(i);
-  script += std::string("set title ") + perf::gnuplot_quoted(title) +
+  script += std::string("set title ") + gnuplot_quoted(title) +
             "\nset xlabel 'answer'\nset ylabel 'truth'\nset xtics (" + names +
             ") rotate by 30 right\nset ytics (" + names +
             ")\nset xrange [-0.5:3.5]\nset yrange [3.5:-0.5]\nunset grid\nset cbrange [0:100]\nset cblabel "

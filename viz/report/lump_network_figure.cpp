@@ -24,8 +24,7 @@ std::string at(double x, double y) {
 
 std::string label(const std::string& text, double x, double y, const char* place,
                   const char* look = "font ',9'") {
-  return "set label " + perf::gnuplot_quoted(text) + " at " + at(x, y) + " " + place + " front " + look +
-         "\n";
+  return "set label " + gnuplot_quoted(text) + " at " + at(x, y) + " " + place + " front " + look + "\n";
 }
 
 /// Lines of at most so many letters, broken between words.

@@ -53,7 +53,7 @@ std::string csv_of(const std::string& header, const std::vector<std::vector<doub
 }
 
 void draw_plot(const std::string& script, const std::string& file, std::string& written) {
-  const perf::Picture picture = perf::run_gnuplot(script);
+  const Picture picture = run_gnuplot(script);
   if (picture.bytes.empty()) {
     spdlog::warn("no plot {}: {}", file, picture.error);
     return;

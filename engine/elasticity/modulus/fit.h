@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "engine/elasticity/modulus/modulus.h"
+#include "engine/elasticity/modulus/press_frames.h"
 
 namespace palpate {
 

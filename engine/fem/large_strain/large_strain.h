@@ -5,60 +5,12 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
-#include <string>
 #include <vector>
 
-#include "engine/fem/large_strain/fitted_grid.h"
-#include "engine/fem/solve.h"
+#include "engine/fem/large_strain/press.h"
 
 namespace palpate {
-
-/// Where a press is to be looked at: at a way of the plate, or at a force. Exactly one of the two.
-struct PressLoad {
-  std::optional<double> press_mm;  ///< > 0, less than half of the block with its pad
-  std::optional<double> force_N;   ///< > 0
-};
-
-struct LargeStrainOptions {
-  double residual = 1e-6;  ///< forces out of balance over all forces, 1e-10 to 1e-2
-  double step_mm = 0.5;    ///< of the press, at most; cut where Newton's search does not end
-  uint32_t most_cuts = 6;  ///< halvings of one step before the press is given up
-  uint32_t threads = 0;    ///< 0: one per core
-  /// Nodes of the pressure maps along x and y, first and last on the block's rim at rest; 0: the cells' own.
-  std::array<uint32_t, 2> map_nodes = {0, 0};
-  bool quarter = true;  ///< planes of symmetry that the scene has are used
-  /// Cells of the scene's that follow its inclusion's surface as the inclusion's own. None: cells are
-  /// straight bricks, and those on the border are as stiff as their share of both.
-  std::optional<LumpCells> lump_cells;
-  std::function<bool()> stop;  ///< asked between steps; true: the press ends there
-};
-
-/// The block at one load.
-struct PressedBlock {
-  double press_mm = 0;
-  double force_N = 0;  ///< on the plate
-  /// True pressure (force over deformed area) in the frame of the plate, its middle at the block's middle:
-  /// what a sensor in the plate sees.
-  ForwardMap pressure_Pa;
-  ForwardMap deflection_mm;  ///< of the tissue's surface at its nodes, cells + 1; into the tissue counts up
-  double least_volume_ratio = 1;  ///< smallest det F at any quadrature point; an inverted element is an error
-  double residual = 0;
-};
-
-/// The loads reached, in their order. Where `converged` is false the press ended before the last load;
-/// `loads` holds those that are good, and the last good press and force say how far it came.
-struct LargeStrainResult {
-  bool converged = false;
-  std::vector<PressedBlock> loads;
-  double last_press_mm = 0, last_force_N = 0;
-  uint32_t steps = 0, cuts = 0, newton_rounds = 0, iterations = 0;  ///< iterations: of conjugate gradients
-  double wall_s = 0;
-  uint64_t bytes = 0;
-  bool follows_lump = false;  ///< the cells do
-  std::vector<std::string> warnings;
-};
 
 /// Presses the scene's block with its flat plate (press_mm and force_N of `scene` are not used) up to each of
 /// `loads`, which rise. W = mu/2 (J^(-2/3) I1 - 3) + kappa/2 (Jm - 1)^2 with Jm the volume ratio of the whole

@@ -5,11 +5,11 @@
 #include <span>
 #include <vector>
 
-#include "engine/numeric/conjugate_gradients.h"
-#include "engine/fem/linear/multigrid.h"
-#include "engine/fem/large_strain/large_strain.h"
 #include "engine/fem/large_strain/neo_hookean.h"
+#include "engine/fem/large_strain/press.h"
 #include "engine/fem/large_strain/pressed_surface.h"
+#include "engine/fem/linear/multigrid.h"
+#include "engine/numeric/conjugate_gradients.h"
 
 namespace palpate {
 

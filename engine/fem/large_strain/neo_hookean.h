@@ -8,16 +8,11 @@
 #include <array>
 #include <vector>
 
-#include "engine/fem/linear/grid.h"
 #include "engine/base/work_team.h"
+#include "engine/fem/large_strain/neo_hookean_layer.h"
+#include "engine/fem/linear/grid.h"
 
 namespace palpate {
-
-/// Numbers of a layer's bricks at each Gauss point.
-struct NeoHookeanLayer {
-  double weight;                                   ///< of a point, mm^3
-  std::array<std::array<double, 24>, 8> gradient;  ///< of each corner's shape, 3 x corner + component
-};
 
 class NeoHookeanCells {
  public:

@@ -5,8 +5,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "engine/fem/large_strain/neo_hookean.h"
 #include "engine/base/simd.h"
+#include "engine/fem/large_strain/neo_hookean_layer.h"
+#include "engine/fem/linear/grid.h"
 
 namespace palpate {
 

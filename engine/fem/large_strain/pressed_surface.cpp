@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "engine/numeric/map_sampling.h"
+#include "engine/fem/map_sampling.h"
 
 namespace palpate {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/fem/solve.h"
+#include "engine/fem/scene.h"
 
 namespace palpate {
 

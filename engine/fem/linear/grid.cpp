@@ -26,20 +26,6 @@ double half_height(LumpShape shape, const std::array<double, 3>& size, double x,
 
 }  // namespace
 
-std::array<double, 3> Inclusion::size() const {
-  switch (shape) {
-    case LumpShape::Sphere:
-      return {size_mm[0], size_mm[0], size_mm[0]};
-    case LumpShape::Ellipsoid:
-      return size_mm;
-    case LumpShape::Cylinder:
-      return {size_mm[0], size_mm[0], size_mm[2]};
-    case LumpShape::LyingCylinder:
-      return {size_mm[0], size_mm[2], size_mm[2]};
-  }
-  return size_mm;
-}
-
 double share_inside(LumpShape shape, const std::array<double, 3>& size, const std::array<double, 3>& low,
                     const std::array<double, 3>& high) {
   for (size_t c = 0; c < 3; ++c)

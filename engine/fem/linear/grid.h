@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "engine/fem/solve.h"
+#include "engine/fem/scene.h"
 
 namespace palpate {
 

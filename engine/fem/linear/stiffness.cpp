@@ -6,8 +6,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "engine/fem/linear/stiffness_row.h"
-
 namespace palpate {
 namespace {
 

@@ -6,8 +6,9 @@
 #include <array>
 #include <vector>
 
-#include "engine/fem/linear/grid.h"
 #include "engine/base/work_team.h"
+#include "engine/fem/linear/grid.h"
+#include "engine/fem/linear/stiffness_row.h"
 
 namespace palpate {
 
@@ -21,16 +22,6 @@ std::array<double, 576> element_matrix(const std::array<double, 3>& size_mm, dou
 /// element, so it holds for all moduli and supports. Met by the checkerboard of a homogeneous grid.
 /// `at_slit`: of blocks whose z stands by itself.
 double element_bound(const std::array<double, 3>& size_mm, double poisson, bool at_slit = false);
-
-/// Numbers of one layer of cells. In the basis 1, x, y, z, xy, xz, yz, xyz of the cell the element matrix is
-/// almost diagonal: a cell costs some 150 additions and multiplications instead of 576.
-template <typename Real>
-struct LayerStiffness {
-  Real bulk;                    ///< (kappa - 2 mu / 3) V / 64
-  Real twice_mu;                ///< 2 mu V / 64
-  Real gx, gy, gz;              ///< 2 / size
-  Real xx, yy, zz, xy, xz, yz;  ///< mu V / 64 g g
-};
 
 class ForwardOperator {
  public:

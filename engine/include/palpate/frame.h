@@ -14,6 +14,8 @@ class MappedPages;
 
 /// Largest side of a frame, px. Sums of the contact stage are proven exact up to this size.
 inline constexpr uint32_t kMaxSide_px = 16384;
+/// Most pixels of a frame.
+inline constexpr uint64_t kMaxPixels = uint64_t{1} << 26;
 
 /// A rectangle of whole pixels of a frame; empty where width is 0.
 struct PixelRect {
@@ -70,8 +72,8 @@ struct Frame {
   /// Pixels in another's memory, such as a camera driver's buffer, which goes back when the last copy of this
   /// pointer is gone; from any thread.
   std::shared_ptr<const uint8_t> leased;
-  /// The mapped pages (engine/base/mapped_pages.h) that hold the leased pixels, where a device may read them in
-  /// place: nothing writes there until the lease is back. Without it the pixels are copied.
+  /// The mapped pages (engine/base/mapped_pages.h) that hold the leased pixels, where a device may read them
+  /// in place: nothing writes there until the lease is back. Without it the pixels are copied.
   std::shared_ptr<MappedPages> pages;
 
   /// Gives leased pixels back; own ones stay.

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "engine/gpu/tuning.h"
+#include "palpate/tuning.h"
 
 namespace palpate {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "palpate/frame.h"
-#include "engine/sensor/outline.h"
+#include "palpate/outline.h"
 
 namespace palpate {
 
@@ -175,11 +175,12 @@ struct FlatField {
 /// Brightness to contact pressure, and the pad that answers it, for Reading::Elastic: gray = gray_per_MPa *
 /// p, or with a limit gray = limit_gray (1 - exp(-gray_per_MPa p / limit_gray)).
 struct ElasticCalibration {
+  static constexpr double kThinnest_px = 4;
   double gray_per_MPa = 0;  ///< filtered gray per contact pressure, for small pressures
   double limit_gray = 0;    ///< that no pressure exceeds; 0: the response is linear
   double young_MPa = 0;     ///< of the pad
   double poisson = 0.5;     ///< 0 to 0.5
-  double thickness_mm = 0;  ///< of a pad bonded to a rigid base; 0: a half space
+  double thickness_mm = 0;  ///< of a pad bonded to a rigid base, kThinnest_px at least; 0: a half space
   double relative_sd = 0;   ///< relative standard error of gray_per_MPa times young_MPa, hence of depths
 };
 

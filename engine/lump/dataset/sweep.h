@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/fem/solve.h"
+#include "engine/fem/scene.h"
 
 namespace palpate {
 

@@ -8,8 +8,7 @@
 
 #include <Eigen/Dense>
 
-#include "engine/lump/fem_inverse/inversion.h"
-#include "engine/lump/fem_inverse/response.h"
+#include "engine/lump/fem_inverse/options.h"
 
 namespace palpate {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/fem/solve.h"
+#include "engine/fem/scene.h"
 #include "engine/lump/observation/observation.h"
 #include "engine/numeric/mlp.h"
 

@@ -3,8 +3,8 @@
 #include <chrono>
 
 #include "engine/lump/network/fit.h"
+#include "engine/lump/network/second_bump.h"
 #include "engine/lump/observation/saturated_loads.h"
-#include "engine/lump/observation/second_bump.h"
 
 namespace palpate {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/fem/map_sampling.h"
 #include "palpate/error.h"
-#include "engine/numeric/map_sampling.h"
 
 namespace palpate {
 namespace {

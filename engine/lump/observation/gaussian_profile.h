@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/fem/solve.h"
+#include "engine/fem/scene.h"
 
 namespace palpate {
 

@@ -9,8 +9,8 @@
 #include <optional>
 #include <random>
 
+#include "engine/fem/map_sampling.h"
 #include "palpate/error.h"
-#include "engine/numeric/map_sampling.h"
 
 namespace palpate {
 namespace {

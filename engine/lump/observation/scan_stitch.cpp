@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <limits>
 
-#include "palpate/error.h"
-#include "engine/numeric/map_sampling.h"
 #include "engine/base/statistics.h"
+#include "engine/fem/map_sampling.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -5,8 +5,8 @@
 #include <limits>
 #include <random>
 
+#include "engine/fem/map_sampling.h"
 #include "palpate/error.h"
-#include "engine/numeric/map_sampling.h"
 
 namespace palpate {
 namespace {

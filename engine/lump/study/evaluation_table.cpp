@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "engine/base/statistics.h"
-#include "viz/report/plot_script.h"
+#include "engine/base/text.h"
 
 namespace palpate {
 namespace {
@@ -132,7 +132,7 @@ std::string rows_csv(const std::vector<LumpScoreRow>& rows) {
       for (const auto& [name, value] : all) csv += (csv.empty() ? "" : ",") + std::string(name);
     std::string line;
     for (const auto& [name, value] : all)
-      line += (line.empty() ? "\n" : ",") + (std::isfinite(value) ? plot_number(value) : "");
+      line += (line.empty() ? "\n" : ",") + (std::isfinite(value) ? text("%.7g", value) : "");
     csv += line;
   }
   return csv + "\n";

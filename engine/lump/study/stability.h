@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "engine/fem/solve.h"
+#include "engine/fem/scene.h"
 #include "engine/lump/estimator.h"
-#include "engine/lump/training/training.h"
 #include "engine/lump/observation/sensor_model.h"
+#include "engine/lump/training/training.h"
 
 namespace palpate {
 

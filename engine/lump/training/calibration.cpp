@@ -5,9 +5,9 @@
 #include <functional>
 #include <random>
 
+#include "engine/fem/map_sampling.h"
 #include "engine/lump/network/fit.h"
 #include "engine/lump/training/steps.h"
-#include "engine/numeric/map_sampling.h"
 
 namespace palpate {
 namespace {

@@ -8,10 +8,10 @@
 #include <random>
 #include <thread>
 
-#include "palpate/error.h"
-#include "engine/lump/training/steps.h"
-#include "engine/numeric/map_sampling.h"
+#include "engine/fem/map_sampling.h"
 #include "engine/lump/observation/sensor_model.h"
+#include "engine/lump/training/steps.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

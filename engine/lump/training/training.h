@@ -1,64 +1,11 @@
 // How a lump network is made from pressed blocks.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <functional>
-#include <string>
 #include <vector>
 
-#include "engine/lump/network/network.h"
+#include "engine/lump/training/options.h"
 
 namespace palpate {
-
-/// A block whose lump is known.
-struct LumpExample {
-  bool lump = true;
-  LumpShape shape = LumpShape::Sphere;
-  bool along_y = false;                                   ///< long shapes: their long axis is y
-  double size_mm = 0, depth_mm = 0, stiffness_ratio = 1;  ///< size as in LumpEstimate
-  std::array<double, 2> offset_mm{};
-  std::array<double, 3> block_mm = {40, 40, 20};
-  double young_Pa = 4000;
-  double cell_mm = 1.25;  ///< of the grid that it was solved on, along x
-  std::vector<ForwardMap> pressure_Pa;
-  std::vector<double> force_N;
-};
-
-struct LumpTrainingOptions {
-  uint64_t seed = 1;
-  uint32_t members = 4;          ///< emulators whose mean is used
-  uint32_t hidden = 96;          ///< width of both hidden layers
-  uint32_t fields = 40;          ///< that a bump is a sum of
-  uint32_t rounds = 1000;        ///< through the examples
-  double decay = 0.15;           ///< of weights, against what only a few examples say
-  uint32_t readings = 300000;    ///< that the emulator makes for the network from readings to lumps
-  uint32_t readers = 2;          ///< such networks, whose mean is used
-  uint32_t reader_hidden = 256;  ///< width of their hidden layers
-  uint32_t reader_rounds = 24;   ///< through those readings
-  uint32_t ways = 48;            ///< in which bumps differ, for their inputs
-  uint32_t trials = 200;         ///< readings per noise and number of loads that intervals are calibrated on
-  std::string made_from;         ///< one line for people that the network keeps: data, cases
-  uint32_t threads = 0;          ///< 0: one per core
-  /// Told what is being done and how much of all is; false: stop (train_lumps() throws Stopped then).
-  std::function<bool(const std::string& what, double share)> progress = {};
-};
-
-struct LumpTrainingReport {
-  uint32_t lumps = 0, no_lumps = 0, left_out = 0;  ///< examples; left out: without a single load
-  double base_error = 0;                           ///< RMS, share of the mean pressure
-  double fields_error = 0;  ///< RMS of what the fields miss, share of the peak pressure
-  /// RMS of the emulators' mean over the patch on blocks that were kept aside, share of the peak pressure.
-  double network_error = 0;
-  double network_error_seen = 0;  ///< the same on cases that it learnt from
-  uint32_t kept_aside = 0;        ///< blocks with a lump that only the calibration sees
-  double mean_error = 0;          ///< the same as network_error, median over the blocks
-  double error_over_spread = 0;   ///< see LumpModel
-  double reader_loss = 0;         ///< mean of -log likelihood, see teach_reader()
-};
-
-/// Thrown where LumpTrainingOptions::progress asked to stop.
-struct Stopped {};
 
 /// Deterministic by seed, whatever the number of threads. Throws Error(Failure::Input) where the examples do
 /// not do: other blocks, too few, no blocks without a lump.

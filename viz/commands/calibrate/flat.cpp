@@ -4,17 +4,17 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "capture/files/images.h"
-#include "capture/files/output_file.h"
-#include "capture/source.h"
-#include "palpate/error.h"
-#include "palpate/sensor.h"
 #include "capture/calibrate/background.h"
 #include "capture/calibrate/flat.h"
 #include "capture/calibrate/markers.h"
 #include "capture/calibrate/origin.h"
-#include "viz/commands/command.h"
+#include "capture/files/images.h"
+#include "capture/files/output_file.h"
+#include "capture/open_source.h"
+#include "palpate/error.h"
+#include "palpate/sensor.h"
 #include "viz/commands/calibrate/calibrate.h"
+#include "viz/commands/command.h"
 
 namespace palpate {
 namespace {

@@ -4,17 +4,18 @@
 #include <cstdio>
 #include <map>
 
+#include "capture/calibrate/force.h"
 #include "capture/files/images.h"
 #include "capture/files/output_file.h"
-#include "capture/source.h"
-#include "palpate/error.h"
+#include "capture/open_source.h"
 #include "engine/gpu/context.h"
-#include "viz/report/gnuplot.h"
-#include "capture/calibrate/force.h"
-#include "viz/commands/command.h"
+#include "palpate/error.h"
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/calibrate/gauged.h"
+#include "viz/commands/command.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/run_watch.h"
+#include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
@@ -73,7 +74,7 @@ std::string write_images(const MeasuredInput& input, const ForceOutcome& outcome
     char title[120];
     std::snprintf(title, sizeof title, "%.3f N, G = %.4g gray levels", found->second->force_N,
                   found->second->reading.gray_sum);
-    plots += "set title " + perf::gnuplot_quoted(title) + "\nplot " + perf::gnuplot_quoted(file) +
+    plots += "set title " + gnuplot_quoted(title) + "\nplot " + gnuplot_quoted(file) +
              " binary filetype=png with rgbimage notitle\n";
   }
   return "set terminal pngcairo size " + std::to_string(420 * wanted.size()) +
@@ -97,7 +98,7 @@ Report force(const Common& common, const Options& options) {
       found.outputs |= static_cast<uint32_t>(Output::Gradient);
     if (first.input.empty()) first = found;
     request.gauge = gauge;
-    return measure_beside_gauge(*context, common, found, request);
+    return measure_beside_gauge(*context, found, request, run_watch(common));
   };
   std::vector<GaugedRecording> recordings;
   for (size_t i = 0; i < options.inputs.size(); ++i)

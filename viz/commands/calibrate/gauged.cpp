@@ -43,7 +43,7 @@ std::vector<std::string> paired(const std::vector<std::string>& inputs, std::vec
 
 MeasuredInput find_scaled_input(const Common& common, const std::string& input,
                                 const GaugedOptions& options) {
-  MeasuredInput found = find_input(common, input, options.sensor, options.background);
+  MeasuredInput found = find_input(common.seed, input, options.sensor, options.background);
   if (!has_scale(found.sensor))
     throw Error(Failure::Sensor, "a sensor file to put the calibration in", "an uncalibrated camera",
                 "--sensor FILE with at least \"pitch_mm_per_px\"");

@@ -9,15 +9,15 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "capture/source.h"
-#include "palpate/error.h"
-#include "palpate/sensor.h"
 #include "capture/calibrate/background.h"
 #include "capture/calibrate/origin.h"
 #include "capture/calibrate/presses.h"
 #include "capture/calibrate/scale.h"
-#include "viz/commands/command.h"
+#include "capture/open_source.h"
+#include "palpate/error.h"
+#include "palpate/sensor.h"
 #include "viz/commands/calibrate/calibrate.h"
+#include "viz/commands/command.h"
 #include "viz/commands/one_of.h"
 
 namespace palpate {

@@ -3,12 +3,13 @@
 #include <CLI/CLI.hpp>
 #include <map>
 
-#include "engine/gpu/context.h"
 #include "capture/calibrate/shear.h"
-#include "viz/commands/command.h"
+#include "engine/gpu/context.h"
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/calibrate/gauged.h"
+#include "viz/commands/command.h"
 #include "viz/commands/one_of.h"
+#include "viz/commands/run_watch.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
@@ -33,8 +34,9 @@ Report shear(const Common& common, const Options& options) {
       found.outputs = found.outputs | Output::Skin;
     if (i == 0) sensor = found.sensor;
     recordings.push_back(measure_beside_gauge(
-        *context, common, found,
-        {gauges[i], GaugeColumns::Tangential, parse_alignment(options.align), options.rate_Hz}));
+        *context, found,
+        {gauges[i], GaugeColumns::Tangential, parse_alignment(options.align), options.rate_Hz},
+        run_watch(common)));
   }
   if (interrupted()) return {"", "", kInterrupted};
   if (!options.sensor.empty()) sensor = load_sensor(options.sensor);

@@ -4,12 +4,12 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/files/images.h"
+#include "capture/files/npy.h"
 #include "capture/files/output_file.h"
 #include "capture/synthetic/optics.h"
 #include "palpate/error.h"
-#include "viz/report/gnuplot.h"
 #include "viz/commands/forward/forward.h"
-#include "capture/files/npy.h"
+#include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
@@ -72,7 +72,7 @@ std::string profile_script(const ForwardOutcome& o) {
   std::snprintf(title, sizeof title, "%.4g N, %.4g mm; Gaussian: a %.4g Pa, s %.3g mm, R^2 %.4f",
                 o.result.force_N, o.result.press_mm, o.fit.amplitude, o.fit.width_mm, o.fit.r_squared);
   std::string s = data_block("points", points) + data_block("curve", curve) + kLook;
-  s += "set title " + perf::gnuplot_quoted(title) +
+  s += "set title " + gnuplot_quoted(title) +
        "\nset xlabel 'x, mm'\nset ylabel 'stress on the surface, Pa'\nset key top right\n"
        "plot $points with linespoints pt 7 ps 0.5 lc rgb '#0072b2' title 'model'";
   if (o.fit.found) s += ", $curve with lines lw 2 lc rgb '#d55e00' title 'Gaussian'";

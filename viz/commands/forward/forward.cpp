@@ -1,5 +1,6 @@
 // palpate forward: what a lump in tissue shows on the surface (theory S11).
 #include "viz/commands/forward/forward.h"
+#include "engine/fem/solve.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -8,8 +9,8 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/forward_options.h"
 #include "viz/commands/one_of.h"

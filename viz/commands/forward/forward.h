@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/fem/solve.h"
+#include "engine/fem/scene.h"
 #include "engine/lump/dataset/sweep.h"
 #include "engine/lump/observation/gaussian_profile.h"
 #include "palpate/sensor.h"

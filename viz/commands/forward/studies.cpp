@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/files/output_file.h"
+#include "engine/fem/solve.h"
 #include "palpate/error.h"
 #include "viz/commands/forward/forward.h"
 #include "viz/report/plot_script.h"

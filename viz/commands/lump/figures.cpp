@@ -5,13 +5,13 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/files/output_file.h"
-#include "palpate/error.h"
 #include "engine/lump/network/network.h"
-#include "viz/report/gnuplot.h"
+#include "engine/lump/study/figures.h"
+#include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/forward/forward.h"
 #include "viz/commands/lump/lump.h"
-#include "viz/report/lump_figures.h"
+#include "viz/report/gnuplot.h"
 #include "viz/report/lump_network_figure.h"
 #include "viz/report/plot_script.h"
 
@@ -110,12 +110,12 @@ void draw_profiles(const std::vector<FigureRow>& rows, const std::string& title,
       const std::string colour = plot_colour(i);
       plots[bump] += (plots[bump].empty() ? "plot $" : ", $") + name + " with points pt 7 ps 0.5 lc rgb '" +
                      colour + "' title " +
-                     perf::gnuplot_quoted(p.name + ": " + fit_text(bump ? p.bump_fit : p.fit)) + ", $" + fit +
+                     gnuplot_quoted(p.name + ": " + fit_text(bump ? p.bump_fit : p.fit)) + ", $" + fit +
                      " with lines lw 2 lc rgb '" + colour + "' notitle";
     }
   }
   if (plots[0].empty()) return;
-  draw_both(blocks + kLook + "set multiplot layout 1,2 title " + perf::gnuplot_quoted(title) +
+  draw_both(blocks + kLook + "set multiplot layout 1,2 title " + gnuplot_quoted(title) +
                 "\nset xlabel 'x, mm'\nset key top left reverse Left samplen 1 font ',9'\nset ylabel "
                 "'pressure on the "
                 "plate, Pa'\nset offsets graph 0, 0, graph 0.3, 0\nset title 'profile (points) and Gaussian "
@@ -148,8 +148,8 @@ void draw_maps(const std::vector<FigureRow>& rows, const std::string& title, con
     const std::string name = "m" + std::to_string(count++);
     blocks += data_block(name, lines);
     plots += "set title " +
-             perf::gnuplot_quoted(line("%s, E_r %.3g, %.3g N", p.name.c_str(),
-                                       p.scene.inclusion->stiffness_ratio, p.press.force_N)) +
+             gnuplot_quoted(line("%s, E_r %.3g, %.3g N", p.name.c_str(), p.scene.inclusion->stiffness_ratio,
+                                 p.press.force_N)) +
              "\nplot $" + name + " using 1:2:3 with image\n";
   }
   if (count == 0) return;
@@ -158,7 +158,7 @@ void draw_maps(const std::vector<FigureRow>& rows, const std::string& title, con
                 "tics out\n"
                 "set autoscale fix\nset cbrange [" +
                 plot_number(std::max(0.0, low)) + ":" + plot_number(high) + "]\nset multiplot layout 1," +
-                std::to_string(count) + " title " + perf::gnuplot_quoted(title) + "\n" + plots +
+                std::to_string(count) + " title " + gnuplot_quoted(title) + "\n" + plots +
                 "unset multiplot\n",
             static_cast<int>(430 * count), 400, file, written);
 }
@@ -184,7 +184,7 @@ void draw_inputs(const std::vector<InputRow>& rows, const fs::path& folder, std:
       const std::string name = "c" + std::to_string(number++);
       blocks += data_block(name, points(row.press.profile));
       lines += (lines.empty() ? "plot $" : ", $") + name + " with lines lw 1.8 lc rgb '" +
-               plot_colour(colour) + "' title " + perf::gnuplot_quoted(row.press.name);
+               plot_colour(colour) + "' title " + gnuplot_quoted(row.press.name);
       if (row.small_strain) {
         blocks += data_block(name + "s", points(*row.small_strain));
         lines += ", $" + name + "s with lines lw 1.2 dt 2 lc rgb '" + plot_colour(colour) + "' notitle";

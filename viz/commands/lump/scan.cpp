@@ -7,15 +7,16 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "palpate/error.h"
+#include "capture/run/scan_recording.h"
 #include "engine/fem/large_strain/large_strain.h"
+#include "palpate/error.h"
 #include "viz/commands/block_options.h"
 #include "viz/commands/forward/forward.h"
-#include "viz/commands/lump/lump.h"
 #include "viz/commands/forward_options.h"
+#include "viz/commands/lump/lump.h"
 #include "viz/commands/lump/method.h"
 #include "viz/commands/one_of.h"
-#include "capture/run/scan_recording.h"
+#include "viz/commands/run_watch.h"
 
 namespace palpate {
 namespace {
@@ -128,10 +129,11 @@ std::vector<ScanPress> recorded(const Common& common, const Options& o, ScanRepo
   RecordedOptions options = o.recorded;
   std::copy_n(o.block_mm.begin(), o.block_mm.size(), options.block_mm.begin());
   options.young_Pa = o.plan.scene.young_Pa;
+  options.seed = common.seed;
   options.loads = o.plan.loads;
   options.force_N = o.force_given ? o.plan.force_N : 0;
   const std::vector<RecordedPress> rows = read_places(o.positions, o.recordings, o.gauge);
-  std::vector<ScanPress> presses = read_presses(common, rows, options, notes);
+  std::vector<ScanPress> presses = read_presses(rows, options, notes, run_watch(common));
   report.inputs = {
       {"block", text("%g x %g x %g mm", options.block_mm[0], options.block_mm[1], options.block_mm[2])},
       {"tissue", text("Young's modulus %g Pa", options.young_Pa)},

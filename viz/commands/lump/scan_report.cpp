@@ -6,12 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "capture/files/npy.h"
 #include "capture/files/output_file.h"
-#include "viz/report/gnuplot.h"
-#include "perf/profile/report.h"
 #include "viz/commands/forward/forward.h"
 #include "viz/commands/lump/scan.h"
-#include "capture/files/npy.h"
+#include "viz/report/gnuplot.h"
+#include "viz/report/html.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
@@ -259,7 +259,7 @@ std::string map_script(const ScanReport& r) {
          "set object 1 rectangle from graph 0,0 to graph 1,1 behind fc rgb '#cccccc' fs solid noborder\n"
          "set key top left samplen 2 textcolor rgb '#ffffff'\nset multiplot layout 1,2\n"
          "set title " +
-         perf::gnuplot_quoted(
+         gnuplot_quoted(
              line("pressure at %.3g N on the block, Pa (gray: not seen)", reading.force_N.back())) +
          "\nplot $map using 1:2:3 with image notitle" + over +
          "\nset title 'spread between presses, Pa; crosses: the windows'' middles'\n"
@@ -282,28 +282,28 @@ std::string profile_script(const ScanAnswer& a) {
       data_block("points", points) + data_block("block", block) + data_block("curve", curve) + kLook +
       "set xlabel 'x, mm'\nset ylabel 'pressure, Pa'\nset key top right\nset offsets 0, 0, graph 0.2, 0\nset "
       "title " +
-      perf::gnuplot_quoted(line("through y = %.2f mm at %.3g N", a.outline.found ? a.outline.y_mm.value : 0.0,
-                                a.map.reading.force_N.back())) +
+      gnuplot_quoted(line("through y = %.2f mm at %.3g N", a.outline.found ? a.outline.y_mm.value : 0.0,
+                          a.map.reading.force_N.back())) +
       "\nplot $points using 1:2:3 with yerrorbars pt 7 ps 0.6 lc rgb '#0072b2' title 'map, with its noise', "
       "$block with lines lw 1.5 dt 2 lc rgb '#888888' title 'smooth block'";
   if (a.fit.found)
     script += ", $curve with lines lw 2 lc rgb '#d55e00' title " +
-              perf::gnuplot_quoted(line("with Gaussian: a %.4g Pa, s^2 %.3g mm^2", a.fit.amplitude,
-                                        a.fit.width_mm * a.fit.width_mm));
+              gnuplot_quoted(line("with Gaussian: a %.4g Pa, s^2 %.3g mm^2", a.fit.amplitude,
+                                  a.fit.width_mm * a.fit.width_mm));
   return script + "\n";
 }
 
 std::string html_rows(const Rows& rows) {
   std::string text = "<table>\n";
   for (const auto& [name, value] : rows)
-    text += "<tr><th>" + perf::html_escaped(name) + "</th><td>" + perf::html_escaped(value) + "</td></tr>\n";
+    text += "<tr><th>" + html_escaped(name) + "</th><td>" + html_escaped(value) + "</td></tr>\n";
   return text + "</table>\n";
 }
 
 std::string svg_of(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
-  return text.empty() ? "<p>no plot: gnuplot is not there</p>\n" : perf::svg_element(text);
+  return text.empty() ? "<p>no plot: gnuplot is not there</p>\n" : svg_element(text);
 }
 
 std::string html(const ScanReport& r, const fs::path& folder) {
@@ -322,7 +322,7 @@ std::string html(const ScanReport& r, const fs::path& folder) {
   body += "</section></div>\n";
   if (!a.warnings.empty()) {
     body += "<h2>Warnings</h2>\n<ul class=\"warning\">\n";
-    for (const std::string& warning : a.warnings) body += "<li>" + perf::html_escaped(warning) + "</li>\n";
+    for (const std::string& warning : a.warnings) body += "<li>" + html_escaped(warning) + "</li>\n";
     body += "</ul>\n";
   }
   Rows inputs = r.inputs;

@@ -1,0 +1,116 @@
+#include "capture/open_source.h"
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "capture/files/image_sequence.h"
+#include "capture/files/images.h"
+#include "capture/files/video.h"
+#include "capture/session/session.h"
+#include "capture/synthetic/synthetic.h"
+#include "capture/synthetic/tissue.h"
+#include "capture/v4l2/camera.h"
+#include "palpate/error.h"
+
+namespace fs = std::filesystem;
+
+namespace palpate {
+namespace {
+
+constexpr const char* kSynthetic = "synthetic:";
+
+std::unique_ptr<Source> open_synthetic(const std::string& input, const Sensor& sensor) {
+  std::unique_ptr<Source> source;
+  if (is_tissue(input))
+    source = std::make_unique<TissueSensor>(parse_tissue(input));
+  else
+    source = std::make_unique<SyntheticSensor>(parse_synthetic(input));
+  const FrameFormat format = source->format();
+  if (sensor.crop_px || sensor.quad_px || sensor.lens || sensor.flat)
+    throw Error(Failure::Input, "a sensor without crop_px, quad_px, lens and flat for a synthetic input",
+                "sensor '" + sensor.name + "'", "a synthetic sensor file (palpate simulate writes one)");
+  if (sensor.channels != format.channels || sensor.bit_depth != format.bit_depth ||
+      (sensor.size_px[0] != 0 && (sensor.size_px[0] != format.width || sensor.size_px[1] != format.height)))
+    throw Error(
+        Failure::Input, "a synthetic input that fits the sensor '" + sensor.name + "'",
+        std::to_string(format.channels) + " channels of " + std::to_string(format.bit_depth) + " bits, " +
+            std::to_string(format.width) + "x" + std::to_string(format.height) + " px",
+        "other mode, bits and size after " + input.substr(0, input.find('?')) + "?, or another sensor file");
+  return source;
+}
+
+/// Mean of the first frames, rounded.
+Frame mean_of_first(const std::string& input, const Sensor& sensor, Source& open) {
+  const uint32_t wanted = std::max(1u, sensor.background.first_frames);
+  std::unique_ptr<Source> again;
+  if (!open.live()) again = open_source(input, sensor);
+  Source* source = again ? again.get() : &open;
+  if (source->frame_count() == 1)
+    throw Error(Failure::Input, "an untouched image to subtract", "only the one image " + input,
+                "\"background\": {\"image\": \"FILE\"} in the sensor file");
+  Frame frame;
+  std::vector<uint32_t> sums;
+  for (uint32_t n = 0; n < wanted; ++n) {
+    if (!source->next(frame))
+      throw Error(Failure::Input, std::to_string(wanted) + " first frames for the background",
+                  std::to_string(n) + " in " + input, "fewer first_frames in the sensor file");
+    const FrameFormat& f = frame.format;
+    sums.resize(size_t{f.width} * f.height * f.channels);
+    size_t i = 0;
+    for (uint32_t c = 0; c < f.channels; ++c)
+      for (uint32_t y = 0; y < f.height; ++y)
+        for (uint32_t x = 0; x < f.width; ++x) sums[i++] += frame.at(c, x, y);
+  }
+  Frame mean;
+  mean.reshape(frame.format);
+  const FrameFormat& f = mean.format;
+  size_t i = 0;
+  for (uint32_t c = 0; c < f.channels; ++c)
+    for (uint32_t y = 0; y < f.height; ++y)
+      for (uint32_t x = 0; x < f.width; ++x) mean.set(c, x, y, (sums[i++] + wanted / 2) / wanted);
+  return mean;
+}
+
+}  // namespace
+
+std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sensor) {
+  if (input.rfind(kSynthetic, 0) == 0) return open_synthetic(input, sensor);
+  if (is_camera(input)) return std::make_unique<Camera>(parse_camera(input), sensor);
+  std::error_code error;
+  const fs::path path(input);
+  if (!fs::exists(path, error))
+    throw Error(Failure::Input,
+                "a video, an image, a folder of images, a session, camera:NODE or synthetic:SCENE",
+                "nothing at '" + input + "'", "checking the path");
+  if (is_session(path)) return std::make_unique<Session>(path, sensor);
+  if (fs::is_directory(path, error) || has_image_name(path))
+    return std::make_unique<ImageSequence>(path, sensor);
+  return std::make_unique<VideoFile>(path, sensor);
+}
+
+Frame load_background(const std::string& input, const Sensor& sensor, Source& source) {
+  Frame background;
+  if (sensor.background.kind == BackgroundKind::None) {
+    background.reshape(source.format());  // black: there is nothing to subtract
+    return background;
+  }
+  if (const std::string& file = sensor.background.image; !file.empty()) {
+    const cv::Mat image = read_image(file);
+    Rectifier(sensor, image, file).apply(image, file, background);
+  } else if (std::optional<Frame> own = source.own_background()) {
+    background = std::move(*own);
+  } else {
+    background = mean_of_first(input, sensor, source);
+  }
+  const FrameFormat wanted = source.format(), &found = background.format;
+  if (found != wanted)
+    throw Error(Failure::Input,
+                "a background of the frames' size " + std::to_string(wanted.width) + "x" +
+                    std::to_string(wanted.height) + " px",
+                std::to_string(found.width) + "x" + std::to_string(found.height) + " px",
+                "the background of this sensor");
+  return background;
+}
+
+}  // namespace palpate

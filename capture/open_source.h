@@ -1,0 +1,21 @@
+// Opens whatever delivers frames, by the text that names it.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "capture/source.h"
+
+namespace palpate {
+
+/// Opens a video file, an image file, a folder of images, "synthetic:SCENE" (see synthetic.h), or
+/// "camera:NODE" (see camera.h).
+/// Throws Error(Failure::Input).
+std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sensor);
+
+/// The untouched image to subtract: the sensor's background image, else the source's own, else the mean of
+/// its first frames. For the last a recording is opened a second time, so that `source` loses no frame; a
+/// camera cannot be, and gives its own next frames. Black where the sensor has none.
+Frame load_background(const std::string& input, const Sensor& sensor, Source& source);
+
+}  // namespace palpate

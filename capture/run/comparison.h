@@ -1,0 +1,68 @@
+// Measured against true: the errors of a synthetic recording.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "capture/truth.h"
+#include "palpate/touch.h"
+
+namespace palpate {
+
+/// Errors of one quantity over the frames in which both sides have it. The unit is the quantity's.
+class ErrorStatistics {
+ public:
+  void add(double error, double truth);
+  uint64_t count() const { return count_; }
+  double mean() const { return count_ ? sum_ / static_cast<double>(count_) : 0; }
+  double rms() const;
+  double largest() const { return largest_; }        ///< of the absolute error
+  double full_scale() const { return full_scale_; }  ///< largest absolute truth
+
+ private:
+  uint64_t count_ = 0;
+  double sum_ = 0;
+  double sum_of_squares_ = 0;
+  double largest_ = 0;
+  double full_scale_ = 0;
+};
+
+/// Collects frame by frame. Forces and depths that the engine itself flags (saturated, out of range, at the
+/// border) are counted, not averaged in.
+class Comparison {
+ public:
+  void add(const Touch& touch, const Truth& truth, std::optional<double> depth_rms_error_mm);
+
+  /// As a JSON object (text).
+  std::string json() const;
+
+  struct Counts {
+    uint64_t frames = 0;
+    uint64_t contact_agrees = 0;
+    uint64_t contact_missed = 0;    ///< truth says contact, we do not
+    uint64_t contact_invented = 0;  ///< the reverse
+    double largest_missed_N = 0;
+    uint64_t flagged = 0;  ///< forces
+    uint64_t depth_flagged = 0;
+    uint64_t slip_agrees = 0;
+    uint64_t slip_judged = 0;
+  };
+  const Counts& counts() const { return counts_; }
+
+  const ErrorStatistics& force_N() const { return force_N_; }
+  const ErrorStatistics& shear_x_N() const { return shear_x_N_; }
+  const ErrorStatistics& shear_y_N() const { return shear_y_N_; }
+  const ErrorStatistics& torsion_rad() const { return torsion_rad_; }
+  const ErrorStatistics& stick_share() const { return stick_share_; }
+  const ErrorStatistics& center_px() const { return center_px_; }
+  const ErrorStatistics& depth_mm() const { return depth_mm_; }
+  const ErrorStatistics& depth_map_mm() const { return depth_map_mm_; }
+
+ private:
+  Counts counts_;
+  ErrorStatistics force_N_, shear_x_N_, shear_y_N_, torsion_rad_, stick_share_, center_px_, depth_mm_,
+      depth_map_mm_;
+};
+
+}  // namespace palpate

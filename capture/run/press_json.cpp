@@ -1,0 +1,31 @@
+#include "capture/run/press_json.h"
+
+#include <nlohmann/json.hpp>
+
+#include "capture/files/lump_maps.h"
+
+namespace palpate {
+
+using Json = nlohmann::ordered_json;
+
+std::string to_json(const std::vector<viz::PressAnswer>& presses) {
+  Json all = Json::array();
+  for (const viz::PressAnswer& p : presses) {
+    Json press = {{"press", p.press},
+                  {"first_frame", p.first_frame},
+                  {"last_frame", p.last_frame},
+                  {"time_s", p.time_s},
+                  {"highest_N", p.highest_N},
+                  {"loads_N", p.loads_N},
+                  {"saturated_share", p.saturated_share},
+                  {"finished", !p.unfinished}};
+    if (p.estimate)
+      press["estimate"] = Json::parse(estimate_json(*p.estimate));
+    else
+      press["trouble"] = p.trouble;
+    all.push_back(std::move(press));
+  }
+  return all.dump();
+}
+
+}  // namespace palpate

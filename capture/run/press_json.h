@@ -1,0 +1,14 @@
+// Presses of a block of tissue for programs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "engine/palpation/press_monitor.h"
+
+namespace palpate {
+
+/// A JSON array (text), one object a press.
+std::string to_json(const std::vector<viz::PressAnswer>& presses);
+
+}  // namespace palpate

@@ -1,0 +1,234 @@
+// The synthetic sensor's options as text, and the sensor that fits them.
+#include <charconv>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <sstream>
+
+#include "capture/synthetic/optics.h"
+#include "capture/synthetic/scene.h"
+#include "capture/synthetic/skin.h"
+#include "capture/synthetic/synthetic.h"
+#include "engine/elasticity/elastic_kernel.h"
+#include "palpate/error.h"
+
+namespace palpate {
+namespace {
+
+constexpr const char* kKeys =
+    "size=WxH, bits=8..16, mode=waveguide|gel|lambert, response=linear|saturating, seed=N, rate=HZ, "
+    "repeat=N, noise=on|off, "
+    "falloff=SHARE, force=N, radius=MM, skin=none|markers|texture, hysteresis=SHARE, drift=SHARE_PER_MIN";
+
+template <class Number>
+Number parse_number(const std::string& key, const std::string& text) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size())
+    throw Error(Failure::Input, "a number for '" + key + "' of the synthetic sensor", "'" + text + "'",
+                kKeys);
+  return value;
+}
+
+template <class Value>
+Value choose(const std::string& key, const std::string& text, const std::map<std::string, Value>& choices) {
+  const auto found = choices.find(text);
+  if (found != choices.end()) return found->second;
+  std::string names;
+  for (const auto& [name, value] : choices) names += (names.empty() ? "" : ", ") + name;
+  throw Error(Failure::Input, "a value for '" + key + "' of the synthetic sensor", "'" + text + "'",
+              "one of " + names);
+}
+
+const std::map<std::string, SyntheticMode> kModes = {{"waveguide", SyntheticMode::Waveguide},
+                                                     {"gel", SyntheticMode::Gel},
+                                                     {"lambert", SyntheticMode::Lambert}};
+const std::map<std::string, SyntheticResponse> kResponses = {{"linear", SyntheticResponse::Linear},
+                                                             {"saturating", SyntheticResponse::Saturating}};
+const std::map<std::string, SyntheticSkin> kSkins = {
+    {"none", SyntheticSkin::None}, {"markers", SyntheticSkin::Markers}, {"texture", SyntheticSkin::Texture}};
+const std::map<std::string, bool> kSwitch = {{"on", true}, {"off", false}};
+
+template <class Value>
+std::string name_of(Value value, const std::map<std::string, Value>& choices) {
+  for (const auto& [name, v] : choices)
+    if (v == value) return name;
+  return {};
+}
+
+void set_size(SyntheticOptions& o, const std::string& text) {
+  const size_t cross = text.find('x');
+  if (cross == std::string::npos)
+    throw Error(Failure::Input, "size=WIDTHxHEIGHT of the synthetic sensor", "'" + text + "'",
+                "size=640x480 or size=1392x1042");
+  o.width = parse_number<uint32_t>("size", text.substr(0, cross));
+  o.height = parse_number<uint32_t>("size", text.substr(cross + 1));
+}
+
+PhotometricCalibration gel_calibration() {
+  // With lights at equal elevation and azimuths 120 degrees apart, sum_c cos(azimuth_c) dI_c / A_c = 3/2
+  // cos(elevation) n_x exactly: n_z drops out. 1 / A_c is linearised across the frame; the square of its
+  // gradient goes to the constant.
+  PhotometricCalibration p;
+  const double flat = std::cos(optics::kLightElevation_rad), e = optics::kGelGradient;
+  for (int c = 0; c < 3; ++c) {
+    const auto light = optics::gel_light(c);
+    const double cx = light[0] / flat, cy = light[1] / flat;
+    const double unit = 2 / (3 * flat * optics::kGelBrightness);
+    const std::array<double, 3> inverse = {1 + e * e / 3, -e * cx, -e * cy};
+    for (int k = 0; k < 3; ++k) {
+      p.wx[c][k] = unit * cx * inverse[k];
+      p.wy[c][k] = unit * cy * inverse[k];
+    }
+  }
+  // Pixel noise of the three channels through the weights; the linearisation adds less.
+  const double full = 255, gray = optics::kGelBrightness * 0.7 * full;
+  const double sd_e = std::hypot(optics::kReadNoise_e, std::sqrt(gray / full * optics::kFullWell_e));
+  p.normal_sd = sd_e / optics::kFullWell_e * std::sqrt(1.5) * 2 / (3 * flat * optics::kGelBrightness);
+  return p;
+}
+
+}  // namespace
+
+SyntheticOptions parse_synthetic(const std::string& input) {
+  SyntheticOptions o;
+  std::string rest = input;
+  if (rest.rfind("synthetic:", 0) == 0) rest = rest.substr(10);
+  const size_t question = rest.find('?');
+  if (const std::string scene = rest.substr(0, question); !scene.empty()) o.scene = scene;
+  find_scene(o.scene);
+  std::istringstream pairs(question == std::string::npos ? "" : rest.substr(question + 1));
+  for (std::string pair; std::getline(pairs, pair, '&');) {
+    const size_t equals = pair.find('=');
+    const std::string key = pair.substr(0, equals),
+                      value = equals == std::string::npos ? "" : pair.substr(equals + 1);
+    if (key == "size")
+      set_size(o, value);
+    else if (key == "bits")
+      o.bit_depth = parse_number<uint32_t>(key, value);
+    else if (key == "mode")
+      o.mode = choose(key, value, kModes);
+    else if (key == "response")
+      o.response = choose(key, value, kResponses);
+    else if (key == "seed")
+      o.seed = parse_number<uint64_t>(key, value);
+    else if (key == "rate")
+      o.rate_Hz = parse_number<double>(key, value);
+    else if (key == "repeat")
+      o.repeat = parse_number<uint32_t>(key, value);
+    else if (key == "noise")
+      o.noise = choose(key, value, kSwitch);
+    else if (key == "falloff")
+      o.falloff = parse_number<double>(key, value);
+    else if (key == "force")
+      o.force_N = parse_number<double>(key, value);
+    else if (key == "radius")
+      o.indenter_radius_mm = parse_number<double>(key, value);
+    else if (key == "skin")
+      o.skin = choose(key, value, kSkins);
+    else if (key == "hysteresis")
+      o.hysteresis = parse_number<double>(key, value);
+    else if (key == "drift")
+      o.drift_per_min = parse_number<double>(key, value);
+    else
+      throw Error(Failure::Input, "an option of the synthetic sensor", "'" + key + "'", kKeys);
+  }
+  return o;
+}
+
+std::string to_string(const SyntheticOptions& o) {
+  std::ostringstream s;
+  s << "synthetic:" << o.scene << "?size=" << o.width << 'x' << o.height << "&bits=" << o.bit_depth
+    << "&mode=" << name_of(o.mode, kModes) << "&response=" << name_of(o.response, kResponses)
+    << "&seed=" << o.seed << "&rate=" << o.rate_Hz << "&repeat=" << o.repeat
+    << "&noise=" << name_of(o.noise, kSwitch) << "&falloff=" << o.falloff << "&force=" << o.force_N
+    << "&radius=" << o.indenter_radius_mm;
+  // What is new says nothing where it is not used: recordings keep their names.
+  if (o.skin != SyntheticSkin::None) s << "&skin=" << name_of(o.skin, kSkins);
+  if (o.hysteresis != 0) s << "&hysteresis=" << o.hysteresis;
+  if (o.drift_per_min != 0) s << "&drift=" << o.drift_per_min;
+  return s.str();
+}
+
+std::vector<std::pair<std::string, std::string>> synthetic_scenes() {
+  std::vector<std::pair<std::string, std::string>> list;
+  for (const Scene& scene : scenes()) list.emplace_back(scene.name, scene.description);
+  return list;
+}
+
+Sensor synthetic_sensor(const SyntheticOptions& o) {
+  validate(o);
+  const double scale = optics::scale(o.bit_depth),
+               largest = std::ldexp(1.0, static_cast<int>(o.bit_depth)) - 1;
+  const Scene& scene = find_scene(o.scene);
+  const double force_N = o.force_N > 0 ? o.force_N : scene.largest_force_N();
+
+  Sensor s;
+  s.name = "synthetic " + name_of(o.mode, kModes);
+  s.pitch_mm_per_px = optics::pitch_mm(o);
+  s.size_px = {o.width, o.height};
+  s.channels = o.mode == SyntheticMode::Gel ? 3 : 1;
+  s.bit_depth = o.bit_depth;
+  s.signal = o.mode == SyntheticMode::Gel ? Signal::Either : Signal::Brighter;
+  // Gel: of three noisy channels the largest change counts, about 2.5 gray where nothing touches.
+  s.threshold_gray = (o.mode == SyntheticMode::Gel ? 6 : 4) * scale;
+  s.saturation_gray = static_cast<uint32_t>(largest);
+  if (o.mode == SyntheticMode::Lambert) {
+    s.reading = Reading::Shading;
+    s.shading.facing_gray = optics::kFacing_gray * scale;
+    s.max_slope = 0.5;  // the scenes' contacts end at slopes of 0.4; the blurred rim must not read as a cliff
+  } else if (o.mode == SyntheticMode::Gel) {
+    s.reading = Reading::Photometric;
+    s.photometric = gel_calibration();
+  }
+  // Frames of less than 19 px across do not resolve the pad's thickness.
+  if (o.mode == SyntheticMode::Waveguide &&
+      o.pad_thickness_mm >= ElasticCalibration::kThinnest_px * s.pitch_mm_per_px) {
+    s.reading = Reading::Elastic;
+    s.elastic.gray_per_MPa = gray_per_MPa(o);
+    if (o.response == SyntheticResponse::Saturating)
+      s.elastic.limit_gray = optics::kResponseLimit_gray * scale;
+    s.elastic.young_MPa = o.pad_young_MPa;
+    s.elastic.thickness_mm = o.pad_thickness_mm;
+    s.elastic.relative_sd = 0.01;  // the field's non-uniformity
+  }
+  if (o.mode == SyntheticMode::Waveguide && o.response == SyntheticResponse::Linear && force_N > 0) {
+    // Summed over the contact, gray = s p field and the pressure's integral is the force.
+    ForceCalibration f;
+    f.c1_N_per_gray = s.pitch_mm_per_px * s.pitch_mm_per_px / gray_per_MPa(o);
+    f.gray_max = force_N / f.c1_N_per_gray;
+    f.residual_sd_N = 0.003 * force_N;
+    const double relative = 0.004;  // the field's non-uniformity where the scenes press
+    f.covariance = {0, 0, relative * relative * f.c1_N_per_gray * f.c1_N_per_gray};
+    s.force = f;
+  }
+  if (o.skin != SyntheticSkin::None) {
+    const double light = SkinMap(o).mean();
+    SkinPattern pattern;
+    if (o.skin == SyntheticSkin::Markers) {
+      pattern.spacing_px = skin::kSpacing_mm / s.pitch_mm_per_px;
+      pattern.size_px = 2 * skin::kRadius_mm / s.pitch_mm_per_px;
+      // What a moved marker uncovers is no touch.
+      s.threshold_gray *= 2;
+    } else {
+      pattern.kind = SkinKind::Texture;
+      pattern.spacing_px = std::max(0.6 / s.pitch_mm_per_px, 8.0);
+      pattern.size_px = std::max(0.4 / s.pitch_mm_per_px, 6.0);
+    }
+    s.skin = pattern;
+    s.elastic.gray_per_MPa *= light;
+    if (s.force) {
+      // How much pattern lies under a contact differs from place to place.
+      const double relative = o.skin == SyntheticSkin::Markers ? 0.02 : 0.01;
+      s.force->c1_N_per_gray /= light;
+      s.force->gray_max *= light;
+      s.force->covariance[2] = relative * relative * s.force->c1_N_per_gray * s.force->c1_N_per_gray;
+    }
+  }
+  const double stiffness = shear_stiffness_N_per_mm(o);
+  s.shear = ShearCalibration{stiffness, stiffness, o.friction, 0.005};
+  if (s.skin) s.shear->signal = ShearSignal::Skin;
+  return s;
+}
+
+}  // namespace palpate

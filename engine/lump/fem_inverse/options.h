@@ -1,0 +1,31 @@
+// What a direct inversion starts from and reckons with.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/lump/fem_inverse/response.h"
+
+namespace palpate {
+
+struct DirectInversionOptions {
+  LumpResponseOptions model;
+  /// Where a search starts; its shape and axis stay as given.
+  struct Start {
+    LumpCase::Lump lump;
+    double odds = 1;  ///< how likely this shape is before it is fitted, beside the others
+  };
+  /// Each is searched from: shapes that fit as well widen the best one's intervals. Empty: a sphere at the
+  /// place of the bump.
+  std::vector<Start> starts;
+  uint32_t most_rounds = 16;
+  double gauge_share = 0.001;   ///< standard deviation of a force of the reading
+  double young_share = 0.01;    ///< of the tissue's modulus
+  double model_share = 0.0015;  ///< of the reading's peak, what the elements' own values are off
+  /// Of a bump's height at each place, what elements are off by: once for the whole bump, and once in common
+  /// with neighbours within some 3 mm. The same at all loads, and what of it changes from the first load to
+  /// the last. As 64 and 40 cells that do not follow a lump differ from those that do.
+  double bump_share = 0.008, bump_change_share = 0.003;
+};
+
+}  // namespace palpate

@@ -1,0 +1,177 @@
+// The rooms of the source tree and the arrows between them: what a file includes lies in its own room or in
+// one below, and no two components (a header with the source of its name) need each other.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arrow {
+  const char* rooms;
+  const char* below;  ///< and all that is below these
+};
+// A room is a folder or a single component; a file belongs to the longest name that fits.
+constexpr Arrow kArrows[] = {
+    {"shaders engine/include", ""},
+    {"engine/base", "engine/include"},
+    {"engine/gpu", "engine/base shaders"},
+    {"engine/sensor", "engine/base"},
+    {"engine/numeric", "engine/gpu engine/sensor"},
+    {"engine/elasticity engine/optics", "engine/numeric"},
+    {"engine/measure", "engine/elasticity"},
+    {"engine/stages", "engine/measure"},
+    {"engine/pipeline", "engine/stages"},
+    {"engine/calibrate", "engine/measure engine/optics"},
+    {"engine/fem/scene", "engine/numeric"},
+    {"engine/fem/map_sampling", "engine/fem/scene"},
+    {"engine/fem/linear", "engine/fem/map_sampling"},
+    {"engine/fem/device engine/fem/large_strain", "engine/fem/linear"},
+    {"engine/fem", "engine/fem/device engine/fem/large_strain"},
+    {"engine/lump/observation", "engine/fem"},
+    {"engine/lump/dataset engine/lump/network", "engine/lump/observation"},
+    {"engine/lump/fem_inverse engine/lump/training", "engine/lump/dataset engine/lump/network"},
+    {"engine/lump", "engine/lump/fem_inverse"},
+    {"engine/lump/study", "engine/lump engine/lump/training"},
+    {"engine/palpation", "engine/lump/study engine/pipeline"},
+    {"capture/truth capture/clock", "engine/base"},
+    {"capture/source", "capture/truth"},
+    {"capture/files/image_header capture/files/jpeg", "capture/source"},
+    {"capture/files/images", "capture/files/image_header capture/files/jpeg"},
+    {"capture/rectify", "capture/files/images"},
+    {"capture/files", "capture/rectify capture/clock engine/calibrate engine/palpation"},
+    {"capture/session capture/v4l2 capture/synthetic", "capture/files"},
+    {"capture/open_source", "capture/session capture/v4l2 capture/synthetic"},
+    {"capture/run", "capture/open_source"},
+    {"capture/calibrate", "capture/run"},
+    {"viz/report viz/live", "capture/calibrate"},
+    {"viz/render", "viz/live"},
+    {"viz/panels", "viz/render"},
+    {"viz/display", "viz/panels viz/report"},
+    {"perf/measure", "engine/base"},
+    {"perf/rivals", "perf/measure viz/report"},
+    {"perf/profile", "perf/rivals viz/live"},
+    {"perf/tools", "perf/profile"},
+    {"viz/commands", "viz/display perf/profile"},
+    {"viz/main", "viz/commands"},
+};
+
+using Names = std::set<std::string>;
+
+std::vector<std::string> words(const std::string& text) {
+  std::istringstream in(text);
+  return {std::istream_iterator<std::string>(in), {}};
+}
+
+/// Each room with all that is below it.
+std::map<std::string, Names> rooms() {
+  std::map<std::string, Names> all;
+  for (const Arrow& arrow : kArrows) {
+    Names below;
+    for (const std::string& room : words(arrow.below)) {
+      below.insert(room);
+      below.merge(Names(all.at(room)));  // throws where a row comes before those below it
+    }
+    for (const std::string& room : words(arrow.rooms)) all[room] = below;
+  }
+  return all;
+}
+
+/// The file without its ending: a header and the source of its name are one component.
+std::string component(const fs::path& file) {
+  return fs::path(file).replace_extension().generic_string();
+}
+
+/// Empty where a file lies in no room.
+std::string room_of(const std::map<std::string, Names>& all, const std::string& file) {
+  for (fs::path at = component(file); !at.empty(); at = at.parent_path())
+    if (all.contains(at.generic_string())) return at.generic_string();
+  return {};
+}
+
+/// Our own files that a file includes, by their paths from the root of the tree.
+std::vector<std::string> includes_of(const fs::path& root, const fs::path& file) {
+  std::vector<std::string> found;
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) {
+    if (line.rfind("#include ", 0) != 0) continue;
+    const size_t from = line.find_first_of("\"<") + 1, to = line.find_first_of("\">", from);
+    const fs::path named = line.substr(from, to - from);
+    for (const fs::path& base :
+         {fs::path(), fs::path("engine/include"), fs::relative(file, root).parent_path()})
+      if (fs::exists(root / base / named)) {
+        found.push_back((base / named).lexically_normal().generic_string());
+        break;
+      }
+  }
+  return found;
+}
+
+class Layers : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const fs::path root = PALPATE_SOURCE_DIR;
+    for (const char* top : {"engine", "capture", "viz", "perf", "shaders"})
+      for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
+        const fs::path& file = entry.path();
+        if (file.extension() == ".h" || file.extension() == ".cpp")
+          includes_[fs::relative(file, root).generic_string()] = includes_of(root, file);
+      }
+  }
+
+  static std::map<std::string, std::vector<std::string>> includes_;
+};
+std::map<std::string, std::vector<std::string>> Layers::includes_;
+
+TEST_F(Layers, IncludesPointDown) {
+  const std::map<std::string, Names> all = rooms();
+  ASSERT_GT(includes_.size(), 400u);
+  for (const auto& [file, included] : includes_) {
+    const std::string room = room_of(all, file);
+    EXPECT_NE(room, "") << file << " lies in no room of the table";
+    for (const std::string& other : included) {
+      const std::string below = room_of(all, other);
+      EXPECT_TRUE(room == below || (!room.empty() && all.at(room).contains(below)))
+          << file << " includes " << other << ": '" << room << "' is not above '" << below << "'";
+    }
+  }
+}
+
+TEST_F(Layers, ComponentsDoNotNeedEachOther) {
+  std::map<std::string, Names> needs;
+  for (const auto& [file, included] : includes_)
+    for (const std::string& other : included)
+      if (component(other) != component(file)) needs[component(file)].insert(component(other));
+  // Depth first; what is met again on the way down closes a circle.
+  Names done;
+  std::vector<std::string> way;
+  const std::function<void(const std::string&)> visit = [&](const std::string& at) {
+    const auto met = std::find(way.begin(), way.end(), at);
+    if (met != way.end()) {
+      std::string circle;
+      for (auto step = met; step != way.end(); ++step) circle += *step + " -> ";
+      ADD_FAILURE() << "a circle of includes: " << circle << at;
+      return;
+    }
+    if (done.contains(at)) return;
+    way.push_back(at);
+    for (const std::string& next : needs[at]) visit(next);
+    way.pop_back();
+    done.insert(at);
+  };
+  for (const auto& [file, included] : includes_) visit(component(file));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,83 @@
+// One input measured in a window, from its opening to its report: what `live`, `replay` and the list of
+// sources share.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/run/input.h"
+#include "capture/session/session.h"
+#include "capture/source.h"
+#include "viz/commands/block_options.h"
+#include "viz/commands/command.h"
+#include "viz/live/live_options.h"
+#include "viz/live/recorder.h"
+#include "viz/panels/settings.h"
+
+namespace palpate {
+
+/// The window's settings for one run of the program: read at its start, written at its end; trouble with
+/// the file is a line in the log.
+class Remembered {
+ public:
+  Remembered();
+  ~Remembered();
+  Remembered(const Remembered&) = delete;
+  Remembered& operator=(const Remembered&) = delete;
+
+  viz::Settings settings;
+  std::string warning;  ///< of a damaged file
+  /// Writes them now.
+  void save() const;
+
+ private:
+  std::filesystem::path file_;
+};
+
+/// What is to be measured and how.
+struct BenchRequest {
+  std::string input;                 ///< as open_source takes it
+  std::filesystem::path sensor;      ///< empty: the input's own
+  std::filesystem::path background;  ///< empty: the sensor file's, or the first frames
+  SurfaceSolver solver = SurfaceSolver::Live;
+  bool skip_untouched = false;
+  std::filesystem::path out;  ///< for measurements.csv and all else; empty: none of it
+  std::filesystem::path
+      recordings;       ///< for sessions, snapshots and events where `out` is empty; may be empty
+  bool record = false;  ///< from the start; needs `out`
+  SessionOptions session;
+  BlockChoice block;  ///< that is pressed
+  viz::LiveOptions live;
+};
+
+/// An input that is open: everything slow that needs no device.
+struct OpenInput {
+  MeasuredInput measured;
+  std::unique_ptr<Source> source;
+  Frame background;
+  std::unique_ptr<viz::PressWatch> presses;  ///< null: no block of tissue is known
+};
+
+/// May take seconds with a camera; any thread. `cancelled` ends the waiting for frames. Throws Error.
+OpenInput open_input(const Common& common, const BenchRequest& request,
+                     const std::function<bool()>& cancelled);
+
+struct BenchReport {
+  MeasuredInput measured;
+  FrameFormat format;
+  viz::LiveReport live;
+  std::vector<viz::Recording::Written> sessions;
+};
+
+/// Main thread. request.live.replay: a session is shown with the keys of a player, its events are read, and
+/// what is marked is added to them. Throws Error.
+BenchReport run_bench(gpu::Context& context, BenchRequest request, OpenInput opened);
+
+/// The folder of a session that is named by itself or by its frames.mkv.
+std::filesystem::path session_folder(const std::filesystem::path& session);
+
+}  // namespace palpate

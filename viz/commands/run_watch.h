@@ -1,0 +1,12 @@
+// How a command watches a long run.
+#pragma once
+
+#include "capture/run/run_watch.h"
+#include "viz/commands/command.h"
+
+namespace palpate {
+
+/// Ctrl-C stops the run, a progress bar follows it.
+RunWatch run_watch(const Common& common);
+
+}  // namespace palpate

@@ -1,0 +1,241 @@
+#include "viz/display/display.h"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "engine/gpu/context.h"
+#include "viz/live/recorder.h"
+#include "viz/panels/controls.h"
+#include "viz/panels/settings.h"
+
+namespace palpate::viz {
+namespace {
+
+using std::chrono::milliseconds;
+
+// Of a picture on a CPU driver, so that measuring has its share of the cores at 25 pictures a second.
+constexpr double kDrawBudget_ms = 22;
+
+double seconds_between(std::chrono::steady_clock::time_point a, std::chrono::steady_clock::time_point b) {
+  return std::chrono::duration<double>(b - a).count();
+}
+
+}  // namespace
+
+double Rate::update(uint64_t count, std::chrono::steady_clock::time_point now) {
+  marks_.push_back({now, count});
+  while (marks_.size() > 2 && seconds_between(marks_.front().at, now) > 2) marks_.pop_front();
+  const double span_s = seconds_between(marks_.front().at, now);
+  return span_s > 0.2 ? static_cast<double>(count - marks_.front().count) / span_s : 0;
+}
+
+Display::Display(gpu::Context& context, Window& window, const DisplayedSensor& what,
+                 const LiveOptions& options, LiveSession& session, LatencyLog& latency)
+    : options_(options),
+      session_(session),
+      latency_(latency),
+      window_(window),
+      outputs_(what.outputs),
+      scene_(context, window_.pass(), what.sensor, &what.background, Window::kPicturesInFlight,
+             window_.handle(), window_.scale()),
+      governor_(!context.is_software(), kDrawBudget_ms) {
+  if (options.settings) options.settings->apply_to(scene_.state());
+  scene_.state().vsync = window_.vsync();
+  for (const EventMark& event : options.known_events) scene_.mark(event);
+  stats_.from_list = options.from_list;
+}
+
+void Display::retire(const Finished& finished) {
+  draw_.add(finished.draw_ms);
+  governor_.record(finished.draw_ms);
+  Drawing done = std::move(drawing_.front());
+  drawing_.pop_front();
+  if (done.is_new) {
+    done.times.shown_ns =
+        std::chrono::duration_cast<std::chrono::nanoseconds>(finished.at.time_since_epoch()).count();
+    latency_.add(done.times);
+    recent_to_measured_.add(done.times.to_measured_ms());
+    recent_to_shown_.add(done.times.to_shown_ms());
+    ++stats_.shown;
+  }
+  // Whatever this picture's result replaced was drawn before it, and is finished too.
+  for (Measured& m : done.replaced) give_back(m);
+}
+
+bool Display::draw(bool is_new) {
+  while (window_.in_flight() >= Window::kPicturesInFlight) retire(*window_.poll_finished(true));
+  if (!window_.begin_picture()) return false;
+  Drawing d;
+  d.is_new = is_new;
+  d.times = current_->times;
+  scene_.record(window_.cmd(), window_.extent(),
+                {current_->captured->frame, current_->result.touch, current_->result.surface},
+                governor_.columns(), &stats_, [&] {
+                  handle_input();  // between ImGui's begin and end, while its input is fresh
+                  window_.begin_pass();
+                });
+  const bool snapshot = std::exchange(scene_.state().wants_snapshot, false);
+  d.picture = window_.end_picture(snapshot);
+  d.replaced = std::exchange(replaced_, {});
+  drawing_.push_back(std::move(d));
+  if (snapshot) save_snapshot();
+  return true;
+}
+
+void Display::handle_input() {
+  ViewState& state = scene_.state();
+  const ImGuiIO& io = ImGui::GetIO();
+  Camera& camera = state.camera;
+  if (!io.WantCaptureMouse && !state.mouse_taken) {
+    const double height = std::max(1.0, static_cast<double>(scene_.layout().surface.height));
+    // In the picture of the click itself the mouse may have come from anywhere.
+    const auto held = [&](int button) { return io.MouseDownDuration[button] > 0; };
+    const bool left = held(0), right = held(1) || held(2);
+    if (left && !io.KeyShift) {
+      camera.orbit(-0.008 * io.MouseDelta.x, 0.008 * io.MouseDelta.y);
+    } else if (left || right) {
+      const Eye& eye = scene_.eye();
+      const double mm_per_px = 2 * eye.distance_mm * std::tan(Camera::kFieldOfView_rad / 2) / height;
+      camera.target =
+          camera.target - eye.right * (io.MouseDelta.x * mm_per_px) + eye.up * (io.MouseDelta.y * mm_per_px);
+    }
+    if (io.MouseWheel != 0) camera.magnify(std::pow(1.12, io.MouseWheel));
+  }
+  // In the order of the presses, which ImGui does not keep: it sees only keys that are down when a picture
+  // begins, and says of a text that is closed for one picture more that it is typed.
+  const bool labelled = std::exchange(labelled_, state.labelling);
+  const bool typing = io.WantTextInput && !state.labelling && !labelled;
+  for (const KeyPress& press : window_.take_keys()) {
+    if (!state.labelling) {
+      if (!typing) handle_key(press);
+      continue;
+    }
+    const bool enter = press.key == GLFW_KEY_ENTER || press.key == GLFW_KEY_KP_ENTER;
+    if (enter || press.key == GLFW_KEY_ESCAPE) end_labelling(state, enter);
+  }
+}
+
+void Display::update_player() {
+  const Transport& transport = session_.transport;
+  PlayerStats now{.frames = session_.source()->frame_count().value_or(0),
+                  .position = transport.position,
+                  .speed = transport.speed,
+                  .at_end = transport.at_end};
+  if (stats_.player && now.at_end != stats_.player->at_end) {
+    stats_.note = now.at_end ? "end of recording" : scene_.state().paused ? "paused" : "";
+    restless_ = 3;
+  }
+  if (stats_.player && now.speed != stats_.player->speed) restless_ = 3;
+  stats_.player = now;
+}
+
+void Display::update_stats() {
+  const Clock::time_point now = Clock::now();
+  if (const auto note = background_.take_note()) {
+    stats_.note = *note;
+    restless_ = 3;
+  }
+  if (options_.presses) update_presses();
+  if (now < stats_due_) return;
+  stats_due_ = now + milliseconds(250);
+  stats_.captured = session_.captured;
+  stats_.processed = session_.processed;
+  stats_.dropped_before_engine = session_.to_engine.displaced() + session_.passed_over;
+  stats_.dropped_before_display = session_.to_display.displaced();
+  stats_.captured_per_s = captured_rate_.update(stats_.captured, now);
+  stats_.processed_per_s = processed_rate_.update(stats_.processed, now);
+  stats_.shown_per_s = shown_rate_.update(stats_.shown, now);
+  stats_.to_measured = recent_to_measured_.percentiles();
+  stats_.to_shown = recent_to_shown_.percentiles();
+  const std::shared_ptr<Source> source = session_.source();
+  stats_.camera = source->counts();
+  stats_.state = source->state();
+  if (options_.recording) {
+    stats_.recording = options_.recording->on();
+    stats_.session = options_.recording->latest().status;
+  }
+  stats_.draw_ms = governor_.typical_ms();
+}
+
+LiveReport Display::run() {
+  LiveReport report;
+  Clock::time_point start = Clock::now(), end = start;
+  bool started = false, at_end = false;
+  while (!window_.wants_close() && !session_.stop) {
+    glfwPollEvents();
+    double x = 0, y = 0;
+    int width = 0, height = 0;
+    glfwGetCursorPos(window_.handle(), &x, &y);
+    glfwGetFramebufferSize(window_.handle(), &width, &height);
+    const ImGuiIO& io = ImGui::GetIO();
+    if (options_.replay) update_player();
+    if (last_mouse_ != std::pair{x, y} || last_size_ != std::pair{width, height} || window_.has_keys() ||
+        io.MouseWheel != 0 || glfwGetMouseButton(window_.handle(), GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS ||
+        glfwGetMouseButton(window_.handle(), GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS) {
+      restless_ = 3;
+    }
+    last_mouse_ = {x, y};
+    last_size_ = {width, height};
+
+    if (options_.interrupted && options_.interrupted()) report.interrupted = true;
+    if (report.interrupted) break;
+    if (options_.max_seconds > 0 && seconds_between(start, Clock::now()) >= options_.max_seconds) break;
+    while (auto finished = window_.poll_finished(false)) retire(*finished);
+    if (drawing_.empty()) {
+      for (Measured& m : std::exchange(replaced_, {})) give_back(m);
+    }
+
+    auto newest = session_.to_display.take(restless_ > 0 ? milliseconds(0) : milliseconds(5));
+    const bool is_new = newest.has_value();
+    if (is_new) {
+      if (current_) replaced_.push_back(std::move(*current_));
+      current_ = std::move(newest);
+      scene_.follow(current_->result.touch);
+      if (!started) start = Clock::now();
+      started = true;
+      end = Clock::now();
+    } else if (!at_end && session_.to_display.finished()) {
+      at_end = true;
+      stats_.note = "end of recording";
+      restless_ = 3;
+      if (options_.close_at_end) break;
+    }
+    update_stats();
+    if (!current_ || (!is_new && restless_ == 0)) {
+      if (at_end) glfwWaitEventsTimeout(0.05);  // a closed mailbox no longer waits for us
+      continue;
+    }
+    if (!is_new) --restless_;
+
+    if (window_.minimised()) {
+      glfwWaitEventsTimeout(0.05);
+      continue;
+    }
+    if (!draw(is_new)) continue;
+    fulfil_wishes();
+    if (wants_sources_) break;
+  }
+  while (auto finished = window_.poll_finished(true)) retire(*finished);
+  if (options_.settings) {
+    options_.settings->take_from(scene_.state());
+    std::tie(options_.settings->width, options_.settings->height) = window_.size();
+  }
+  background_.finish();
+  session_.rethrow();
+
+  update_stats();
+  report.shown = stats_.shown;
+  report.seconds = started ? seconds_between(start, end) : 0;
+  report.shown_per_s = report.seconds > 0 ? static_cast<double>(report.shown) / report.seconds : 0;
+  report.draw_median_ms = draw_.percentiles().p50_ms;
+  report.mesh_columns = governor_.columns();
+  report.wants_sources = wants_sources_;
+  return report;
+}
+
+}  // namespace palpate::viz

@@ -1,0 +1,108 @@
+// The main thread of a live session: window, mouse, keys, pictures, statistics.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "capture/files/event_log.h"
+#include "engine/base/background_work.h"
+#include "viz/display/scene.h"
+#include "viz/live/live_options.h"
+#include "viz/live/session.h"
+#include "viz/render/window.h"
+
+namespace palpate::viz {
+
+/// Events a second over the last second or two.
+class Rate {
+ public:
+  /// `count`: events so far.
+  double update(uint64_t count, std::chrono::steady_clock::time_point now);
+
+ private:
+  struct Mark {
+    std::chrono::steady_clock::time_point at;
+    uint64_t count;
+  };
+  std::deque<Mark> marks_;
+};
+
+/// What is measured, for those who show it.
+struct DisplayedSensor {
+  const Sensor& sensor;
+  const Frame& background;
+  uint32_t outputs = 0;
+};
+
+class Display {
+ public:
+  /// All must outlive it.
+  Display(gpu::Context& context, Window& window, const DisplayedSensor& what, const LiveOptions& options,
+          LiveSession& session, LatencyLog& latency);
+
+  /// Shows what comes until the window is closed or the session ends; rethrows what the other threads threw.
+  LiveReport run();
+  /// What presses told since, once no more frames come.
+  void finish_presses();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Drawing {
+    uint64_t picture = 0;
+    bool is_new = false;  ///< first picture of its result
+    FrameTimes times;
+    std::vector<Measured> replaced;  ///< earlier result, in use until this picture's predecessor is finished
+  };
+
+  bool draw(bool is_new);
+  void retire(const Finished& finished);
+  void handle_input();
+  void handle_key(const KeyPress& press);
+  void handle_view_key(const KeyPress& press);
+  bool handle_section_key(const KeyPress& press);
+  void handle_player_key(const KeyPress& press);
+  void jump(double seconds);
+  void fulfil_wishes();
+  void switch_recording();
+  void save_snapshot();
+  void switch_zero(bool on);
+  void mark_event();
+  void log_event(const char* kind, const std::string& words);
+  void update_presses();
+  bool write_event(const Event& event);
+  void update_stats();
+  void update_player();
+  void give_back(Measured& m) { session_.frames.put(std::move(m.captured)); }
+
+  const LiveOptions& options_;
+  LiveSession& session_;
+  LatencyLog& latency_;
+  Window& window_;
+  const uint32_t outputs_;
+  Scene scene_;
+  MeshGovernor governor_;
+  std::optional<Measured> current_;
+  std::vector<Measured> replaced_;  ///< no longer current; perhaps still read by pictures in flight
+  std::deque<Drawing> drawing_;
+  LiveStats stats_;
+  Rate captured_rate_, processed_rate_, shown_rate_;
+  Clock::time_point stats_due_{};
+  RecentDurations recent_to_measured_, recent_to_shown_;
+  Durations draw_;
+  bool labelled_ = false;  ///< the picture before asked for the text of an event
+  int restless_ = 3;       ///< pictures still to draw after an input: ImGui settles over two
+  std::pair<double, double> last_mouse_{-1, -1};
+  std::pair<int, int> last_size_{0, 0};
+  int snapshots_ = 0;
+  int marks_ = 0;
+  uint64_t presses_ = 0;  ///< answers that were seen
+  bool wants_sources_ = false;
+  BackgroundWork background_;  ///< last: what it still does may use the rest
+};
+
+}  // namespace palpate::viz

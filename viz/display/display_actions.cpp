@@ -1,0 +1,157 @@
+// What a person asks of the live window beyond the view: recording, snapshots, zeros, events.
+#include <algorithm>
+#include <utility>
+
+#include "capture/files/event_log.h"
+#include "palpate/error.h"
+#include "viz/display/display.h"
+#include "viz/display/snapshot.h"
+#include "viz/live/recorder.h"
+#include "viz/render/format.h"
+
+namespace palpate::viz {
+
+void Display::save_snapshot() {
+  auto image = window_.captured();
+  if (!image) {
+    stats_.note = "this display gives no snapshots";
+    return;
+  }
+  const Frame& shown = current_->captured->frame;
+  Snapshot snapshot{std::move(*image), {}, current_->result.touch, outputs_};
+  // A copy: the frame's own memory goes back to the camera.
+  snapshot.frame.format = shown.format;
+  snapshot.frame.bytes.assign(shown.pixels(), shown.pixels() + shown.format.frame_bytes());
+  background_.add([snapshot = std::make_shared<Snapshot>(std::move(snapshot)),
+                   stem = next_snapshot(options_.snapshots, snapshots_)] {
+    write_snapshot(*snapshot, stem);
+    return "wrote " + stem.string() + ".png, -frame.png, .csv";
+  });
+}
+
+void Display::switch_recording() {
+  if (!options_.recording) {
+    stats_.note =
+        options_.replay ? "a replay is not recorded again" : "nothing to record to: --out names a folder";
+    return;
+  }
+  try {
+    if (options_.recording->on()) {
+      options_.recording->stop();
+      stats_.note = "wrote " + options_.recording->latest().folder.string();
+    } else {
+      options_.recording->start();
+      stats_.note.clear();
+    }
+  } catch (const Error& e) {
+    stats_.note = e.what();  // a full disk must not end a measurement
+  }
+}
+
+/// To the session that is being written, or beside it; false where there is no place.
+bool Display::write_event(const Event& event) {
+  scene_.mark({event.time_s, label_of(event)});
+  const bool recording = options_.recording && options_.recording->on();
+  const std::filesystem::path folder = recording ? options_.recording->latest().folder : options_.events;
+  if (folder.empty()) return false;
+  background_.add([folder, event] {
+    append_event(folder, event);
+    return std::string();
+  });
+  return true;
+}
+
+void Display::log_event(const char* kind, const std::string& words) {
+  const Touch& touch = current_->result.touch;
+  const Event event{touch.sequence, 1e-9 * static_cast<double>(touch.time_ns), kind, words};
+  stats_.note =
+      write_event(event)
+          ? text("'%s' at frame %llu", label_of(event).c_str(), static_cast<unsigned long long>(event.frame))
+          : text("'%s' is in this window only: --out names a folder for events.csv", label_of(event).c_str());
+}
+
+/// What presses told since the last look.
+void Display::update_presses() {
+  stats_.press = options_.presses->status();
+  const std::optional<PressAnswer>& last = stats_.press->last;
+  if (!last || last->press == presses_) return;
+  presses_ = last->press;
+  restless_ = 3;
+  const Event event{last->last_frame, last->time_s, "lump", viz::describe(*last)};
+  // A recording tells the same each time it is played: nothing that its own list should grow by.
+  if (options_.replay)
+    scene_.mark({event.time_s, label_of(event)});
+  else
+    write_event(event);
+}
+
+void Display::finish_presses() {
+  update_presses();
+  background_.finish();
+}
+
+void Display::mark_event() {
+  ViewState& state = scene_.state();
+  ++marks_;
+  const std::string typed = state.label.data();
+  state.label = {};
+  log_event("mark", typed.empty() ? std::to_string(marks_) : typed);
+}
+
+void Display::switch_zero(bool on) {
+  ViewState& state = scene_.state();
+  if (!on) {
+    if (!state.tare.on) return;
+    state.tare = {};
+    log_event("zero ended", "as measured");
+    return;
+  }
+  if (!state.tare.set(current_->result.touch)) {
+    const bool touches = current_->result.touch.contact;
+    stats_.note = touches ? "nothing to zero: this sensor has no force calibration"
+                          : "nothing to zero: nothing touches the pad";
+    return;
+  }
+  log_event("zero", state.tare.words());
+}
+
+/// Between two pictures.
+void Display::fulfil_wishes() {
+  ViewState& state = scene_.state();
+  window_.set_vsync(state.vsync);
+  state.vsync = window_.vsync();
+  const auto asked = [this](bool& wish) {
+    if (!std::exchange(wish, false)) return false;
+    restless_ = 3;
+    return true;
+  };
+  if (asked(state.wants_recording_switched)) {
+    switch_recording();
+    stats_due_ = {};
+  }
+  if (asked(state.wants_zero)) switch_zero(true);
+  if (asked(state.wants_zero_cleared)) switch_zero(false);
+  if (asked(state.wants_mark)) mark_event();
+  if (asked(state.wants_full_screen)) window_.switch_full_screen();
+  if (const auto block = std::exchange(state.wants_block, {}); block && options_.presses) {
+    try {
+      options_.presses->set_block(*block);
+      stats_.note = "the block is known so from the next press on";
+    } catch (const Error& error) {
+      stats_.note = error.what();
+    }
+    restless_ = 3;
+  }
+  if (asked(state.wants_sources)) {
+    wants_sources_ = options_.from_list;
+    if (!options_.from_list) stats_.note = "the list of sources is that of palpate without a command";
+  }
+  if (state.seek_to) session_.transport.seek_to = static_cast<int64_t>(*std::exchange(state.seek_to, {}));
+  if (state.paused != session_.paused) {
+    session_.paused = state.paused;
+    stats_.note = state.paused ? "paused" : "";
+    restless_ = 3;
+  }
+}
+
+}  // namespace palpate::viz

@@ -1,0 +1,53 @@
+#include "viz/display/run_live.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "engine/gpu/context.h"
+#include "viz/display/display.h"
+#include "viz/live/live.h"
+#include "viz/panels/settings.h"
+#include "viz/render/window.h"
+
+namespace palpate::viz {
+namespace {
+
+class WindowViewer : public LiveViewer {
+ public:
+  WindowViewer(gpu::Context& context, const DisplayedSensor& what, const LiveOptions& options,
+               LiveSession& session, LatencyLog& latency) {
+    Window* window = options.window;
+    if (!window) {
+      WindowOptions as{options.title, options.width, options.height, options.vsync};
+      if (options.settings) as.width = options.settings->width, as.height = options.settings->height;
+      own_window_ = std::make_unique<Window>(context, as);
+      window = own_window_.get();
+    }
+    window->set_title(options.title);
+    display_.emplace(context, *window, what, options, session, latency);
+  }
+
+  LiveReport run() override { return display_->run(); }
+  void finish_presses() override { display_->finish_presses(); }
+
+ private:
+  std::unique_ptr<Window> own_window_;
+  std::optional<Display> display_;
+};
+
+}  // namespace
+
+LiveReport run_live(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
+                    const Sensor& sensor, const Frame& background, PipelineOptions pipeline_options,
+                    const LiveOptions& options) {
+  // Current picture, pictures in flight, mailbox, engine.
+  pipeline_options.slots =
+      std::max(pipeline_options.slots, context.is_software() ? 4u : Window::kPicturesInFlight + 3);
+  const DisplayedSensor what{sensor, background, pipeline_options.outputs};
+  return run_session(context, open, sensor, background, pipeline_options, options,
+                     [&](LiveSession& session, LatencyLog& latency) {
+                       return std::make_unique<WindowViewer>(context, what, options, session, latency);
+                     });
+}
+
+}  // namespace palpate::viz

@@ -1,0 +1,107 @@
+#include "viz/display/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "engine/gpu/context.h"
+
+namespace palpate::viz {
+
+Scene::Scene(gpu::Context& context, const RenderPass& pass, const Sensor& sensor, const Frame* background,
+             uint32_t frames_in_flight, GLFWwindow* window, float scale)
+    : context_(context),
+      pass_(pass),
+      sensor_(sensor),
+      frames_in_flight_(frames_in_flight),
+      window_(window),
+      scale_(scale),
+      background_(background ? *background : Frame{}),
+      surface_(context, pass, frames_in_flight),
+      image_(context, pass, frames_in_flight),
+      pressure_(context, frames_in_flight),
+      strain_(context, frames_in_flight),
+      frame_(std::make_unique<HudFrame>(context, pass, frames_in_flight, window, scale)) {
+  state_.fit_to(sensor);
+  if (!background) state_.can_show_pressure = false;
+}
+
+/// Fonts of another size are made anew, between two pictures.
+void Scene::fit_text() {
+  const float wanted = scale_ * state_.text_scale;
+  if (std::abs(frame_->scale() / wanted - 1) < 1e-3f) return;
+  frame_.reset();  // there is one at a time: it owns the window's callbacks
+  frame_ = std::make_unique<HudFrame>(context_, pass_, frames_in_flight_, window_, wanted);
+}
+
+void Scene::follow(const Touch& touch) {
+  hud_.follow(touch);
+  strain_due_ = true;
+  state_.follow(touch, longest_side_mm_);
+}
+
+void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, uint32_t mesh_columns,
+                   const LiveStats* live, const std::function<void()>& begin_pass) {
+  const FrameFormat& format = shown.frame.format;
+  const bool has_surface = shown.surface.buffer != nullptr;
+  longest_side_mm_ = std::max(format.width, format.height) * sensor_.pitch_mm_per_px;
+  const bool first = !std::exchange(sized_, true);
+  if (first) state_.follow(shown.touch, longest_side_mm_);  // the first picture already has its scales
+
+  fit_text();
+  const float scale = frame_->scale();
+  layout_ = make_layout(extent, scale, format, has_surface, {state_.charts, state_.section});
+  PressureTexels pressure;
+  if (has_surface && state_.quantity == Quantity::Pressure) {
+    pressure = pressure_.update(shown.frame, background_, sensor_);
+    state_.follow_pressure(pressure_.largest_MPa());
+  }
+  ImageStrain strain;
+  if (state_.skin_strain != SkinStrain::Off) {
+    if (std::exchange(strain_due_, false) || strain_shown_ != state_.skin_strain)
+      strain_.update(shown.touch, format, state_.skin_strain);
+    if (strain_.last().texels) {
+      state_.follow_skin_strain(strain_.last().largest);
+      strain = {strain_.last().texels, strain_.last().pitch, state_.skin_strain_range, state_.map};
+    }
+  }
+  strain_shown_ = state_.skin_strain;
+  const SurfaceStyle style = state_.style(longest_side_mm_);
+  const Vec3 half_mm = surface_half_size_mm(format.width, format.height, sensor_.pitch_mm_per_px, style);
+  // Around the pad: the axes' labels, and on the right the colour bar.
+  const double labels_px = 2 * kLabelRoom_px * scale, bar_px = kColourBarRoom_px * scale;
+  const ViewRect& view = layout_.view;
+  eye_ =
+      place(state_.camera, half_mm, view.aspect(), std::max(0.3, 1 - (labels_px + 2 * bar_px) / view.width),
+            std::max(0.3, 1 - labels_px / view.height));
+  Profile profile;
+  const bool section = has_surface && state_.section;
+  if (section)
+    profile =
+        probe(context_, shown.surface, shown.touch.depth_datum_mm, sensor_.pitch_mm_per_px, state_.line);
+
+  HudContent content{sensor_, shown.frame, shown.touch, has_surface, live, context_.report().name, {0, 0}};
+  if (state_.skin_strain != SkinStrain::Off) content.strain = &strain_.last();
+  if (has_surface) content.mesh = SurfaceView::mesh_size(shown.surface, mesh_columns);
+  const auto describe = [&] {
+    frame_->begin(extent);
+    hud_.describe(*frame_, layout_, extent, content, state_, has_surface ? &eye_ : nullptr, half_mm,
+                  section ? &profile : nullptr);
+  };
+  describe();
+  if (first && !window_) {  // a panel that takes the size of its words shows itself the second time
+    frame_->abandon();
+    describe();
+  }
+
+  map_to_picture_barrier(cmd);
+  begin_pass();
+  if (has_surface) {
+    surface_.draw(cmd, shown.surface, shown.touch.depth_datum_mm, sensor_.pitch_mm_per_px, eye_, style,
+                  layout_.view, layout_.surface, mesh_columns, pressure);
+  }
+  image_.draw(cmd, shown.frame, shown.surface, layout_.image, extent, strain);
+  frame_->draw(cmd);
+}
+
+}  // namespace palpate::viz

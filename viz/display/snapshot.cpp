@@ -1,0 +1,30 @@
+#include "viz/display/snapshot.h"
+
+#include "capture/files/images.h"
+#include "capture/files/measurements.h"
+#include "capture/files/output_file.h"
+#include "viz/display/picture.h"
+#include "viz/render/format.h"
+
+namespace palpate::viz {
+
+std::filesystem::path next_snapshot(const std::filesystem::path& folder, int& number) {
+  std::filesystem::path stem;
+  do {
+    stem = folder / text("palpate-%04d", ++number);
+  } while (std::filesystem::exists(stem.string() + ".png") ||
+           std::filesystem::exists(stem.string() + ".csv"));
+  return stem;
+}
+
+void write_snapshot(const Snapshot& snapshot, const std::filesystem::path& stem) {
+  make_output_folder(stem.has_parent_path() ? stem.parent_path() : ".");
+  write_png(snapshot.picture, stem.string() + ".png");
+  write_whole(stem.string() + "-frame.png", encode_image(snapshot.frame, ".png"));
+  const Touch& t = snapshot.touch;
+  const std::string row = std::to_string(t.sequence) + "," + shortest(1e-9 * static_cast<double>(t.time_ns)) +
+                          "," + Measurements::cells(t, snapshot.outputs);
+  write_whole(stem.string() + ".csv", Measurements::header(false) + "\n" + row + "\n");
+}
+
+}  // namespace palpate::viz

@@ -1,0 +1,81 @@
+// How a live session runs, and what it did.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "capture/source.h"
+#include "engine/palpation/press_monitor.h"
+#include "palpate/frame.h"
+#include "palpate/pipeline.h"
+#include "viz/live/history.h"
+#include "viz/live/latency.h"
+#include "viz/live/vsync.h"
+
+namespace palpate::viz {
+
+class Recording;
+class Window;
+struct Settings;
+
+struct LiveOptions {
+  static constexpr double kSlowest = 1.0 / 64, kFastest = 64;
+  std::string title = "palpate";
+  uint32_t width = 1280;  ///< px of the window
+  uint32_t height = 720;  ///< px
+  Vsync vsync = Vsync::On;
+  uint64_t max_frames = 0;    ///< ends after so many captured frames; 0: no limit
+  double max_seconds = 0;     ///< ends after so long; 0: no limit
+  bool loop = false;          ///< starts a recording again at its end
+  bool close_at_end = false;  ///< false: the last picture stays until the window is closed
+  double rate_Hz = 0;         ///< pace of a recording; 0: its own times (10 Hz where it has none)
+  bool unpaced = false;       ///< a recording as fast as it can be read
+  /// A recording waits for the engine, so that every frame is measured; cameras do not wait.
+  bool measure_all = false;
+  bool replay = false;                    ///< the keys of a player: step, jump, speed
+  double speed = 1;                       ///< of a replay, kSlowest to kFastest
+  std::filesystem::path snapshots = ".";  ///< folder of palpate-NNNN.png and its companions
+  std::filesystem::path events;           ///< folder of events.csv while nothing is recorded; empty: none
+  std::vector<EventMark> known_events;    ///< of a replay: what its events.csv holds
+  Window* window = nullptr;               ///< shown in it; null: a window of its own
+  Settings* settings = nullptr;           ///< how the view starts, and how it was left; null: defaults
+  bool from_list = false;                 ///< the person chose this source in the window
+  std::filesystem::path latency_file;     ///< CSV with the times of every measured frame; empty: none
+  Recording* recording = nullptr;         ///< what is written meanwhile; null: nothing can be
+  PressWatch* presses = nullptr;          ///< hears every measured frame; null: no block is pressed
+  std::function<bool()> interrupted;      ///< polled; true ends the session cleanly (Ctrl-C)
+  std::function<void(const Touch&)> on_result;  ///< every measured frame, in order, on the engine's thread
+  std::function<void(const FrameTimes&)> on_times;  ///< every measured frame once its fate is known, one call
+                                                    ///< at a time
+  // Without a window, on the caller's thread:
+  std::function<void(uint64_t captured)> on_progress;     ///< now and then
+  std::function<void(const Frame&, const Result&)> draw;  ///< the newest result, in place of a display
+};
+
+/// What a session did.
+struct LiveReport {
+  uint64_t captured = 0;
+  uint64_t processed = 0;
+  uint64_t shown = 0;
+  uint64_t dropped_before_engine = 0;  ///< newer ones came first, or the recorder had no room for them
+  uint64_t dropped_before_display = 0;
+  CaptureCounts camera;
+  /// By the processor, from the source's memory (a camera driver's buffer, or what a decoder filled: that
+  /// counts as one) to the engine's; the recorder's own is not counted.
+  double copies_per_frame = 0;
+  double seconds = 0;  ///< from the first frame delivered to the end
+  double shown_per_s = 0;
+  Percentiles to_measured;             ///< from exposure (or delivery) to the measurement
+  Percentiles to_shown;                ///< from there to the finished picture, handed to the display
+  bool latency_from_exposure = false;  ///< false: the source only knows when it delivered a frame
+  double draw_median_ms = 0;
+  uint32_t mesh_columns = 0;         ///< of the last picture
+  std::vector<PressAnswer> presses;  ///< what each press of a block told
+  bool interrupted = false;
+  bool wants_sources = false;  ///< the person asked for the list of sources
+};
+
+}  // namespace palpate::viz

@@ -1,0 +1,79 @@
+#include "viz/render/format.h"
+
+#include <cmath>
+
+#include "engine/base/text.h"
+
+namespace palpate::viz {
+
+std::string tick_text(double value, double step) {
+  const int decimals = step >= 1 ? 0 : static_cast<int>(std::ceil(-std::log10(step) - 1e-9));
+  return text("%.*f", decimals, std::abs(value) < 1e-9 ? 0.0 : value);
+}
+
+Verdict force_verdict(Validity validity) {
+  switch (validity) {
+    case Validity::Valid:
+      return {"normal force, within calibration", 86, 200, 200};
+    case Validity::NoContact:
+      return {"nothing touches the pad", 150, 158, 170};
+    case Validity::BelowRange:
+      return {"normal force BELOW the calibrated range", 240, 228, 66};
+    case Validity::AboveRange:
+      return {"normal force ABOVE the calibrated range", 230, 159, 0};
+    case Validity::Saturated:
+      return {"SATURATED pixels: force is at least this", 255, 120, 60};
+    case Validity::AtBorder:
+      return {"contact reaches the BORDER: force is at least this", 230, 159, 0};
+    case Validity::Clipped:
+      return {"slopes CLIPPED at max_slope: depth is too small", 230, 159, 0};
+    case Validity::OnsetUnseen:
+      return {"contact began UNSEEN: shear counts from there", 240, 228, 66};
+    case Validity::Apart:
+      return {"unknown pixels cut the surface into ISLANDS", 230, 159, 0};
+    default:
+      return {"force not calibrated: gray sum only", 150, 158, 170};
+  }
+}
+
+Verdict slip_verdict(Slip slip) {
+  switch (slip) {
+    case Slip::Stick:
+      return {"sticks", 86, 180, 233};
+    case Slip::Incipient:
+      return {"BEGINS TO SLIP: the rim slides", 240, 228, 66};
+    case Slip::Slip:
+      return {"SLIPS: force at the friction limit", 255, 120, 60};
+    case Slip::NoContact:
+      return {"no contact", 150, 158, 170};
+    default:
+      return {"not calibrated", 150, 158, 170};
+  }
+}
+
+std::string newtons_text(const Estimate& e, int digits) {
+  if (e.validity == Validity::NotCalibrated || e.validity == Validity::NoContact) return "-";
+  return text("%+.*f \xc2\xb1 %.*f N", digits, e.value, digits, e.standard_error);
+}
+
+std::string depth_text(const Touch& t) {
+  std::string shown = text("%.3f", t.depth_max_mm);
+  if (t.depth_sd_mm > 0) shown += text(" \xc2\xb1 %.3f", t.depth_sd_mm);
+  shown += " mm";
+  if (t.depth_validity == Validity::Saturated) shown += ", saturated";
+  if (t.depth_validity == Validity::AtBorder) shown += ", at border";
+  if (t.depth_validity == Validity::Clipped) shown += ", slopes clipped";
+  if (t.depth_validity == Validity::AboveRange) shown += ", above range";
+  if (t.depth_validity == Validity::Apart) shown += ", on an island";
+  if (!t.datum_from_rest) shown += " (no rest level)";
+  return shown;
+}
+
+std::string time_text(double time_s) {
+  if (time_s < 60) return text("%.1f s", time_s);
+  const int minutes = static_cast<int>(time_s / 60);
+  if (minutes < 60) return text("%d:%04.1f min", minutes, time_s - 60.0 * minutes);
+  return text("%d:%02d:%04.1f h", minutes / 60, minutes % 60, time_s - 60.0 * minutes);
+}
+
+}  // namespace palpate::viz

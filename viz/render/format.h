@@ -1,0 +1,32 @@
+// How the window words numbers and states: with unit and uncertainty, in colours that colour-blind people
+// tell apart and never by colour alone.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "engine/base/text.h"
+#include "palpate/touch.h"
+
+namespace palpate::viz {
+
+/// A number with as many decimals as a tick distance of `step` needs.
+std::string tick_text(double value, double step);
+
+/// Words and colour (red, green, blue, 0 to 255) for a state. Colours are those of Okabe and Ito.
+struct Verdict {
+  const char* words;
+  uint8_t red, green, blue;
+};
+/// How far a force may be trusted.
+Verdict force_verdict(Validity validity);
+Verdict slip_verdict(Slip slip);
+
+/// "+0.123 ± 0.004 N"; "-" where there is none. `digits`: after the point.
+std::string newtons_text(const Estimate& estimate, int digits = 3);
+/// "0.42 ± 0.02 mm" and why it may be wrong.
+std::string depth_text(const Touch& touch);
+/// Seconds as 1:02:03.4 or 2:03.4 from a minute on, else "3.4 s".
+std::string time_text(double time_s);
+
+}  // namespace palpate::viz

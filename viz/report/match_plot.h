@@ -1,0 +1,15 @@
+// A match of two point sets as a picture.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "engine/numeric/matching.h"
+
+namespace palpate {
+
+/// Into `folder`: match.png and match.svg. Adds ", FILE" of each to `written`, or warns.
+void draw_match(const std::filesystem::path& folder, const PointSet& from, const PointSet& to,
+                const MatchResult& result, std::string& written);
+
+}  // namespace palpate

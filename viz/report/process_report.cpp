@@ -1,0 +1,125 @@
+#include "viz/report/process_report.h"
+
+#include <array>
+#include <cstdio>
+#include <utility>
+
+namespace palpate {
+namespace {
+
+/// "1 frame", "2 frames".
+std::string counted(uint64_t count, const char* what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+std::string table_of(const Comparison& c) {
+  const Comparison::Counts& n = c.counts();
+  const std::array<std::pair<const char*, const ErrorStatistics*>, 8> lines = {
+      {{"force, N", &c.force_N()},
+       {"shear x, N", &c.shear_x_N()},
+       {"shear y, N", &c.shear_y_N()},
+       {"torsion, rad", &c.torsion_rad()},
+       {"stick share", &c.stick_share()},
+       {"centre, px", &c.center_px()},
+       {"depth, mm", &c.depth_mm()},
+       {"depth map RMS, mm", &c.depth_map_mm()}}};
+  std::string text = "measured - true        frames   mean error    RMS error      largest   full scale\n";
+  char line[160];
+  for (const auto& [name, errors] : lines) {
+    if (errors->count() == 0) continue;
+    std::snprintf(line, sizeof line, "%-20s %8llu %12.4f %12.4f %12.4f ", name,
+                  static_cast<unsigned long long>(errors->count()), errors->mean(), errors->rms(),
+                  errors->largest());
+    text += line;
+    if (errors->full_scale() > 0) {
+      std::snprintf(line, sizeof line, "%12.4f\n", errors->full_scale());
+      text += line;
+    } else {
+      text += "           -\n";
+    }
+  }
+  std::snprintf(line, sizeof line, "contact told right in %llu of %llu frames",
+                static_cast<unsigned long long>(n.contact_agrees), static_cast<unsigned long long>(n.frames));
+  text += line;
+  if (n.contact_missed) {
+    std::snprintf(line, sizeof line, "; %llu touches of up to %.4f N were too light to see",
+                  static_cast<unsigned long long>(n.contact_missed), n.largest_missed_N);
+    text += line;
+  }
+  if (n.contact_invented)
+    text += "; " + std::to_string(n.contact_invented) + " frames without touch were taken for one";
+  text += "\n";
+  if (n.slip_judged) {
+    text += "stick or slip told right in " + std::to_string(n.slip_agrees) + " of " +
+            std::to_string(n.slip_judged) + " frames\n";
+  }
+  if (n.flagged) {
+    text += std::to_string(n.flagged) +
+            " frames with a flagged force (out of range or saturated) are not in the force line\n";
+  }
+  if (n.depth_flagged) {
+    text += std::to_string(n.depth_flagged) +
+            " frames with a flagged depth (saturated, at the border or slopes clipped) are not in the depth "
+            "lines\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string describe(const ProcessSummary& s) {
+  char line[200];
+  std::snprintf(line, sizeof line, "%s in %.2f s (%.1f frames/s)", counted(s.frames, "frame").c_str(),
+                s.seconds, s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0);
+  std::string text = line;
+  text += s.complete ? "\n" : ", ended early: " + s.ended_by + "\n";
+  if (!s.force_states.empty()) {
+    text += counted(s.contacts, "contact") + ", touching in " + counted(s.contact_frames, "frame");
+    if (s.slip_frames) text += ", slipping in " + std::to_string(s.slip_frames);
+    text += "\n";
+    if (s.most_contacts > 1)
+      text += "most contacts at once: " + std::to_string(s.most_contacts) + ", " +
+              counted(s.contact_ids, "id") + " in all\n";
+    if (s.overflow_frames)
+      text += "too many regions to tell contacts apart in " + counted(s.overflow_frames, "frame") +
+              ": a higher contact.threshold_gray would leave the noise out\n";
+    if (s.largest_force_N) {
+      std::snprintf(line, sizeof line, "largest force %.4g N\n", *s.largest_force_N);
+      text += line;
+    }
+    for (const auto& [state, frames] : s.force_states)
+      text += "force " + state + ": " + counted(frames, "frame") + "\n";
+    if (s.saturated_frames) {
+      text += "saturated pixels in " + counted(s.saturated_frames, "frame") +
+              ": their force is a lower bound; lower the exposure or the light\n";
+    }
+  }
+  if (s.largest_depth_mm) {
+    std::snprintf(line, sizeof line, "largest depth %.4g mm\n", *s.largest_depth_mm);
+    text += line;
+  }
+  if (s.clipped_frames) {
+    text += "slopes steeper than max_slope were clipped in " + counted(s.clipped_frames, "frame") +
+            ": their depth is a lower bound\n";
+  }
+  if (s.weighted_frames)
+    text += "unknown pixels left out of the surface in " + counted(s.weighted_frames, "frame") + "\n";
+  if (s.island_frames) {
+    text += "unknown pixels cut the surface into islands in " + counted(s.island_frames, "frame") +
+            ": heights between them are not determined\n";
+  }
+  if (s.depth_clipped_px) {
+    text += counted(s.depth_clipped_px, "pixel") + " outside the 16-bit depth range, clipped\n";
+  }
+  if (s.recorded) {
+    text += counted(s.recorded->equal, "measurement") + " equal to the recorded one, to the last digit; " +
+            std::to_string(s.recorded->different) + " different\n";
+    if (s.recorded->different) text += "first difference in " + s.recorded->first_difference + "\n";
+  }
+  for (const viz::PressAnswer& press : s.presses) text += describe(press) + "\n";
+  if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
+  if (s.comparison) text += "\n" + table_of(*s.comparison);
+  return text;
+}
+
+}  // namespace palpate

@@ -1,0 +1,14 @@
+// A processed recording for a person.
+#pragma once
+
+#include <string>
+
+#include "capture/run/processing.h"
+
+namespace palpate {
+
+/// What was seen, and of inputs that know the truth a table of errors: a line for each quantity with frames,
+/// mean error, RMS error, largest error and full scale.
+std::string describe(const ProcessSummary& summary);
+
+}  // namespace palpate
