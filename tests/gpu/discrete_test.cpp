@@ -6,10 +6,11 @@
 #include <cstdlib>
 
 #include "capture/synthetic/synthetic.h"
+#include "engine/fem/solve.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
-#include "engine/fem/solve.h"
+#include "engine/gpu/tuning.h"
 #include "palpate/pipeline.h"
 #include "tests/support/leased_memory.h"
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "engine/sensor/outline.h"
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
 

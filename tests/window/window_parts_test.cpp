@@ -34,6 +34,7 @@
 #include "viz/render/colour_map.h"
 #include "viz/render/format.h"
 #include "viz/render/layout.h"
+#include "viz/render/pressure_view.h"
 
 namespace palpate::viz {
 namespace {
