@@ -10,7 +10,7 @@
 #include "capture/rectify.h"
 #include "capture/session/info.h"
 #include "capture/session/session.h"
-#include "capture/session/video.h"
+#include "capture/video/session_video.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;

@@ -13,7 +13,7 @@
 #include "capture/files/output_file.h"
 #include "capture/session/info.h"
 #include "capture/session/session.h"
-#include "capture/session/video.h"
+#include "capture/video/session_video.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;

@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "capture/session/video.h"
+#include "capture/video/session_video.h"
 
 namespace palpate {
 

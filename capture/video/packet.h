@@ -10,7 +10,7 @@ extern "C" {
 #include <memory>
 #include <optional>
 
-#include "capture/session/video.h"
+#include "capture/video/session_video.h"
 
 namespace palpate {
 

@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "capture/session/video.h"
+#include "capture/video/session_video.h"
 #include "tests/support/session_fixture.h"
 
 namespace palpate {
