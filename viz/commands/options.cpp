@@ -177,7 +177,10 @@ PALPATE_PLAIN(std::vector<uint64_t>);
 PALPATE_PLAIN(std::vector<double>);
 PALPATE_PLAIN(std::vector<std::string>);
 PALPATE_PLAIN(std::vector<std::filesystem::path>);
+using Pair = std::array<double, 2>;
+PALPATE_PLAIN(Pair);
 PALPATE_PLAIN(std::optional<int>);
+PALPATE_PLAIN(std::optional<uint64_t>);
 PALPATE_PLAIN(std::optional<double>);
 PALPATE_PLAIN(std::optional<std::string>);
 #undef PALPATE_PLAIN

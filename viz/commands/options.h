@@ -2,6 +2,7 @@
 // alone.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
@@ -81,10 +82,9 @@ class CommandOption {
 struct Parsed {
   bool done = true;  ///< false: `text` is all there is to say
   bool help =
-      false;  ///< help or version was asked for: `text` belongs to stdout; else it is an error's reason
+      false;  ///< `text` is the help or version asked for and belongs to stdout; else an error's reason
   std::string text;
-  std::vector<std::string>
-      commands;  ///< names of the command and what is below it, as far as they were known
+  std::vector<std::string> commands;  ///< the command and what is below it, as far as known
 };
 
 /// A program, or one of its commands.
@@ -110,8 +110,8 @@ class CommandLine {
   void set_version_flag(const std::string& name, const std::string& text);
 
   /// `value` takes what is given; it has to live until parsing is over. Defined for bool, int, uint32_t,
-  /// uint64_t, float, double, std::string, std::filesystem::path, their vectors and std::optional of them,
-  /// and for enums behind Check::number_of (see one_of.h).
+  /// uint64_t, float, double, std::string, std::filesystem::path, vectors, pairs (std::array) and
+  /// std::optional of them, and for enums, their vectors and std::optional, behind a transform by one_of.
   template <typename Value>
   CommandOption* add_option(const std::string& name, Value& value, const std::string& description = "");
   CommandOption* add_flag(const std::string& name, bool& value, const std::string& description);
@@ -152,11 +152,13 @@ class CommandLine {
   CommandOption* add_plain(const std::string& name, Value& value, const std::string& description);
 
   template <typename Value>
-  struct IsVector : std::false_type {};
+  struct Enums : std::false_type {};
   template <typename Value>
-  struct IsVector<std::vector<Value>> : std::is_enum<Value> {
-    using Part = Value;
-  };
+  struct Enums<std::vector<Value>> : std::is_enum<Value> {};
+  template <typename Value>
+  struct OptionalEnum : std::false_type {};
+  template <typename Value>
+  struct OptionalEnum<std::optional<Value>> : std::is_enum<Value> {};
 };
 
 template <typename Value>
@@ -170,12 +172,19 @@ CommandOption* CommandLine::add_option(const std::string& name, Value& value,
           return true;
         },
         [&value] { return std::to_string(static_cast<int>(value)); });
-  } else if constexpr (IsVector<Value>::value) {
+  } else if constexpr (OptionalEnum<Value>::value) {
+    return add_texts(name, false, description,
+                     [&value](const std::vector<std::string>& texts) {
+                       value = static_cast<typename Value::value_type>(std::stoi(texts.back()));
+                       return true;
+                     },
+                     {});
+  } else if constexpr (Enums<Value>::value) {
     return add_texts(name, true, description,
                      [&value](const std::vector<std::string>& texts) {
                        value.clear();
                        for (const std::string& text : texts)
-                         value.push_back(static_cast<typename IsVector<Value>::Part>(std::stoi(text)));
+                         value.push_back(static_cast<typename Value::value_type>(std::stoi(text)));
                        return true;
                      },
                      {});
