@@ -47,6 +47,15 @@ class Check {
   std::shared_ptr<const CLI::Validator> validator_;
 };
 
+/// Turns a name into its value; another word is refused with what there is. For CommandOption::transform of
+/// an option that holds a Value (an enum, or several).
+template <typename Value>
+Check one_of(const std::map<std::string, Value>& names) {
+  std::map<std::string, int> numbers;
+  for (const auto& [name, value] : names) numbers[name] = static_cast<int>(value);
+  return Check::number_of(numbers);
+}
+
 /// One option of a command. Every setter returns the option itself.
 class CommandOption {
  public:
