@@ -1,62 +1,19 @@
 #include "capture/files/depth_tiff.h"
 
-#include <tiffio.h>
-
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "capture/files/depth_files.h"
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
+#include "capture/files/tiff_memory.h"
 #include "palpate/error.h"
 
 namespace palpate {
-namespace {
-
-// A file in memory, so that the one on the disk appears whole.
-struct Memory {
-  std::vector<uint8_t> bytes;
-  size_t place = 0;
-};
-
-tmsize_t read_some(thandle_t handle, void* to, tmsize_t count) {
-  auto& memory = *static_cast<Memory*>(handle);
-  const size_t there = memory.bytes.size() - std::min(memory.place, memory.bytes.size());
-  const size_t read = std::min(there, static_cast<size_t>(count));
-  if (read) std::memcpy(to, memory.bytes.data() + memory.place, read);
-  memory.place += read;
-  return static_cast<tmsize_t>(read);
-}
-
-tmsize_t write_some(thandle_t handle, void* from, tmsize_t count) {
-  auto& memory = *static_cast<Memory*>(handle);
-  const size_t end = memory.place + static_cast<size_t>(count);
-  if (end > memory.bytes.size()) memory.bytes.resize(end);
-  std::memcpy(memory.bytes.data() + memory.place, from, static_cast<size_t>(count));
-  memory.place = end;
-  return count;
-}
-
-toff_t seek_to(thandle_t handle, toff_t offset, int whence) {
-  auto& memory = *static_cast<Memory*>(handle);
-  const size_t base = whence == SEEK_SET ? 0 : whence == SEEK_CUR ? memory.place : memory.bytes.size();
-  return memory.place = base + offset;
-}
-
-toff_t size_of(thandle_t handle) {
-  return static_cast<Memory*>(handle)->bytes.size();
-}
-
-int close_nothing(thandle_t) {
-  return 0;
-}
-
-}  // namespace
-
 uint64_t write_depth_tiff(const std::filesystem::path& file, const DepthView& map) {
   constexpr double kLowest = std::numeric_limits<int16_t>::min(),
                    kHighest = std::numeric_limits<int16_t>::max();
@@ -70,11 +27,8 @@ uint64_t write_depth_tiff(const std::filesystem::path& file, const DepthView& ma
         static_cast<int16_t>(std::isnan(depth_um) ? kLowest : std::clamp(depth_um, kLowest, kHighest)));
   }
 
-  Memory memory;
-  const std::unique_ptr<TIFF, decltype(&TIFFClose)> tiff(
-      TIFFClientOpen("depth", "wl", &memory, read_some, write_some, seek_to, close_nothing, size_of, nullptr,
-                     nullptr),
-      &TIFFClose);
+  TiffMemory memory;
+  const TiffPtr tiff = memory.create();
   const std::string about =
       "depth below the pad's rest level, unit um (1 count = 1 um, signed); pixels are " +
       shortest(map.pitch_mm_per_px) + " mm apart";
@@ -95,7 +49,7 @@ uint64_t write_depth_tiff(const std::filesystem::path& file, const DepthView& ma
   if (!written)
     throw Error(Failure::Output, "to write '" + file.string() + "'", "a TIFF encoder that refuses",
                 "npy files");
-  write_whole(file, memory.bytes);
+  write_whole(file, memory.take());
   return clipped;
 }
 

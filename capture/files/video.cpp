@@ -1,13 +1,10 @@
 #include "capture/files/video.h"
 
 #include <cmath>
-#include <cstdlib>
-#include <mutex>
 #include <opencv2/core.hpp>
-#include <opencv2/core/utils/logger.hpp>
-#include <opencv2/videoio.hpp>
 
 #include "capture/files/image_header.h"
+#include "capture/video/module.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;
@@ -15,44 +12,29 @@ namespace fs = std::filesystem;
 namespace palpate {
 namespace {
 
-/// The decoders' own lines on stderr say nothing that our errors do not.
-void silence_decoders() {
-  static std::once_flag once;
-  std::call_once(once, [] {
-    setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
-    cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-  });
-}
-
-bool read(cv::VideoCapture& video, cv::Mat& image) {
-  try {
-    return video.read(image) && !image.empty();
-  } catch (const cv::Exception&) {
-    return false;
-  }
+/// The frame of the last `grab`, over the decoder's memory. False where it cannot be shown.
+bool show(VideoDecoder& video, cv::Mat& image) {
+  const std::optional<BgrView> view = video.picture();
+  if (!view) return false;
+  image = cv::Mat(static_cast<int>(view->height), static_cast<int>(view->width), CV_8UC3,
+                  const_cast<uint8_t*>(view->pixels), view->row_bytes);
+  return !image.empty();
 }
 
 }  // namespace
 
 VideoFile::VideoFile(const fs::path& file, const Sensor& sensor)
-    : file_(file), video_(std::make_unique<cv::VideoCapture>()), image_(std::make_unique<cv::Mat>()) {
-  silence_decoders();
-  bool open = false;
-  try {
-    open = video_->open(file.string(), cv::CAP_FFMPEG);
-  } catch (const cv::Exception&) {
-  }
-  if (!open)
+    : file_(file), video_(video_module().decode(file)), image_(std::make_unique<cv::Mat>()) {
+  if (!video_)
     throw Error(Failure::Input, "a video, an image or a folder of images",
                 file.string() + ", which cannot be decoded",
                 "playing it with another program, or copying it again");
-  const double width = video_->get(cv::CAP_PROP_FRAME_WIDTH), height = video_->get(cv::CAP_PROP_FRAME_HEIGHT);
-  if (!(width <= kMaxSide_px && height <= kMaxSide_px))
+  const uint32_t width = video_->width(), height = video_->height();
+  if (width > kMaxSide_px || height > kMaxSide_px)
     throw Error(Failure::Input, "a video with sides of at most " + std::to_string(kMaxSide_px) + " px",
-                file.string() + " of " + std::to_string(std::llround(width)) + "x" +
-                    std::to_string(std::llround(height)) + " px",
+                file.string() + " of " + std::to_string(width) + "x" + std::to_string(height) + " px",
                 "a smaller video");
-  if (!read(*video_, *image_))
+  if (!video_->grab() || !show(*video_, *image_))
     throw Error(Failure::Input, "a video with frames", file.string() + ", of which no frame decodes",
                 "copying it again");
   if (sensor.bit_depth > 8)
@@ -61,10 +43,8 @@ VideoFile::VideoFile(const fs::path& file, const Sensor& sensor)
                 file.string() + ", a video, which is decoded to 8 bits",
                 "a folder of 16-bit images, or \"bit_depth\": 8 in the sensor file");
   rectifier_.emplace(sensor, *image_, file.string());
-  packets_ = std::make_unique<cv::VideoCapture>();
-  if (!packets_->open(file.string(), cv::CAP_FFMPEG) || !packets_->set(cv::CAP_PROP_FORMAT, -1))
-    packets_.reset();
-  const double rate = video_->get(cv::CAP_PROP_FPS), count = video_->get(cv::CAP_PROP_FRAME_COUNT);
+  packets_ = video_module().packets(file);
+  const double rate = video_->rate_Hz(), count = video_->frame_count();
   if (rate > 0 && rate < 1e6) rate_Hz_ = rate;
   if (count >= 1 && count < 1e12) announced_ = static_cast<uint64_t>(count);
 }
@@ -73,9 +53,9 @@ VideoFile::~VideoFile() = default;
 
 /// Looks at the packet of the frame that `next` is about to hand out. Throws where its size changed.
 bool VideoFile::packet_is_whole() {
-  cv::Mat packet;
-  if (!packets_ || !read(*packets_, packet)) return true;
-  const auto header = read_image_header({packet.data, packet.total() * packet.elemSize()});
+  const std::span<const uint8_t> packet = packets_ ? packets_->next() : std::span<const uint8_t>();
+  if (packet.empty()) return true;
+  const auto header = read_image_header(packet);
   if (next_ == 0) {
     if (header) {
       packet_size_px_ = {header->width, header->height};
@@ -99,7 +79,7 @@ bool VideoFile::packet_is_whole() {
 }
 
 bool VideoFile::next(Frame& frame) {
-  if (ended_ || (next_ > 0 && !read(*video_, *image_)) || !packet_is_whole()) {
+  if (ended_ || (next_ > 0 && !(video_->grab() && show(*video_, *image_))) || !packet_is_whole()) {
     ended_ = true;
     return false;
   }

@@ -1,4 +1,4 @@
-// A video file as a recording, decoded by OpenCV's FFmpeg.
+// A video file as a recording, decoded by libav.
 #pragma once
 
 #include <array>
@@ -7,11 +7,10 @@
 #include "capture/rectify.h"
 #include "capture/source.h"
 
-namespace cv {
-class VideoCapture;
-}
-
 namespace palpate {
+
+class VideoDecoder;
+class VideoPackets;
 
 class VideoFile : public Source {
  public:
@@ -32,10 +31,10 @@ class VideoFile : public Source {
   bool packet_is_whole();
 
   std::filesystem::path file_;
-  std::unique_ptr<cv::VideoCapture> video_;
+  std::unique_ptr<VideoDecoder> video_;
   /// The undecoded frames of Motion JPEG and PNG video: the decoder hides damaged ends and silently fits
   /// frames of another size into the first one's.
-  std::unique_ptr<cv::VideoCapture> packets_;
+  std::unique_ptr<VideoPackets> packets_;
   std::array<uint64_t, 2> packet_size_px_{};
   std::unique_ptr<cv::Mat> image_;
   std::optional<Rectifier> rectifier_;

@@ -8,8 +8,8 @@
 #include "capture/files/images.h"
 #include "capture/files/measurements.h"
 #include "capture/rectify.h"
-#include "capture/session/session.h"
 #include "capture/session/info.h"
+#include "capture/session/session.h"
 #include "capture/session/video.h"
 #include "palpate/error.h"
 
@@ -49,7 +49,7 @@ Sensor as_recorded(const FrameFormat& format) {
 struct Session::Impl {
   fs::path folder;
   SessionText text;
-  SessionVideoReader video;
+  std::unique_ptr<SessionVideoReader> video;
   std::string copy_used;           ///< why the text in frames.mkv stands in for session.json
   std::optional<uint64_t> frames;  ///< that can be read
   uint64_t damaged_found = 0;      ///< by looking through a session that is not complete
@@ -62,7 +62,8 @@ struct Session::Impl {
   std::string_view cell_names;
   std::map<uint64_t, std::string_view> cells;
 
-  explicit Impl(const fs::path& path) : folder(path), video(path / kSessionFrames) {}
+  explicit Impl(const fs::path& path)
+      : folder(path), video(SessionVideoReader::open(path / kSessionFrames)) {}
   void load();
   void load_rows();
   void apply(const Sensor& sensor);
@@ -77,17 +78,17 @@ void Session::Impl::load() {
     text = session_from_text(read_text(json, kMost_bytes), json.string());
   } else {
     copy_used = "session.json is missing (its copy in frames.mkv is used); ";
-    text = session_from_text(video.session_text(), (folder / kSessionFrames).string());
+    text = session_from_text(video->session_text(), (folder / kSessionFrames).string());
   }
-  video.expect(text.info.format);
+  video->expect(text.info.format);
   load_rows();
   const uintmax_t bytes = fs::file_size(folder / kSessionFrames, error);
-  whole = text.end.complete && bytes == text.end.video_bytes && video.indexed() == text.end.frames;
+  whole = text.end.complete && bytes == text.end.video_bytes && video->indexed() == text.end.frames;
   if (whole) {
     frames = text.end.frames;
-    if (*frames > 0) video.seek(0);
+    if (*frames > 0) video->seek(0);
   } else {
-    const SessionVideoReader::Found found = video.scan();
+    const SessionVideoReader::Found found = video->scan();
     frames = found.frames;
     damaged_found = found.damaged;
   }
@@ -172,7 +173,7 @@ bool is_session(const fs::path& path) {
   if (path.filename() != kSessionFrames || !fs::is_regular_file(path, error)) return false;
   if (fs::exists(path.parent_path() / kSessionJson, error)) return true;
   try {
-    return !SessionVideoReader(path).session_text().empty();
+    return !SessionVideoReader::open(path)->session_text().empty();
   } catch (const Error&) {
     return false;
   }
@@ -237,10 +238,10 @@ bool Session::next(Frame& frame) {
   Impl& m = *impl_;
   FrameStamp stamp;
   while (true) {
-    const SessionVideoReader::Step step = m.video.step(stamp);
+    const SessionVideoReader::Step step = m.video->step(stamp);
     if (step == SessionVideoReader::Step::End) return false;
     Frame& decoded = m.rectifier ? m.raw : frame;
-    if (step == SessionVideoReader::Step::Damaged || !m.video.decode(decoded)) {
+    if (step == SessionVideoReader::Step::Damaged || !m.video->decode(decoded)) {
       ++m.damaged;
       continue;
     }
@@ -291,7 +292,7 @@ CaptureCounts Session::counts() const {
 }
 
 bool Session::seek(uint64_t index) {
-  if (!impl_->video.seek(index)) return false;
+  if (!impl_->video->seek(index)) return false;
   impl_->jumped = true;
   return true;
 }

@@ -21,31 +21,36 @@ struct FrameStamp {
 
   bool operator==(const FrameStamp&) const = default;
 };
-FrameStamp stamp_of(const Frame& frame);
-void put_stamp(const FrameStamp& stamp, Frame& frame);
+inline FrameStamp stamp_of(const Frame& frame) {
+  return {frame.sequence, frame.time_ns, frame.exposed_ns, frame.delivered_ns, frame.after_gap};
+}
+inline void put_stamp(const FrameStamp& stamp, Frame& frame) {
+  frame.sequence = stamp.sequence;
+  frame.time_ns = stamp.time_ns;
+  frame.exposed_ns = stamp.exposed_ns;
+  frame.delivered_ns = stamp.delivered_ns;
+  frame.after_gap = stamp.after_gap;
+}
 
 class SessionVideoWriter {
  public:
   /// Makes a new file whose head, with `session_text` in it, is on the disk when this returns. Gray of 8 to
   /// 16 bits or colour of 8. Throws Error(Failure::Output), as every member; also where the file exists.
-  SessionVideoWriter(const std::filesystem::path& file, const FrameFormat& format, double rate_Hz,
-                     const std::string& session_text);
-  ~SessionVideoWriter();
+  static std::unique_ptr<SessionVideoWriter> create(const std::filesystem::path& file,
+                                                    const FrameFormat& format, double rate_Hz,
+                                                    const std::string& session_text);
+  virtual ~SessionVideoWriter() = default;
 
   /// Encodes a frame of noise, which takes the longest, and writes nothing: a frame's time on this machine,
   /// s.
-  double rehearse();
+  virtual double rehearse() = 0;
   /// After a failure the file ends with the last whole frame and takes no more.
-  void write(const Frame& frame);
+  virtual void write(const Frame& frame) = 0;
   /// Adds the index that makes seeking fast, and the duration.
-  void finish();
+  virtual void finish() = 0;
   /// Makes the disk have what was written; from any thread.
-  void sync();
-  uint64_t bytes() const;
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  virtual void sync() = 0;
+  virtual uint64_t bytes() const = 0;
 };
 
 class SessionVideoReader {
@@ -53,22 +58,22 @@ class SessionVideoReader {
   enum class Step { Frame, Damaged, End };
 
   /// Throws Error(Failure::Input) where this is no such file, or not even its head is there.
-  explicit SessionVideoReader(const std::filesystem::path& file);
-  ~SessionVideoReader();
+  static std::unique_ptr<SessionVideoReader> open(const std::filesystem::path& file);
+  virtual ~SessionVideoReader() = default;
 
   /// As it was given to the writer.
-  const std::string& session_text() const;
+  virtual const std::string& session_text() const = 0;
   /// What `decode` shall deliver. Throws Error(Failure::Input) where the file holds frames of other sides.
-  void expect(const FrameFormat& format);
+  virtual void expect(const FrameFormat& format) = 0;
 
   /// Goes to the next frame without decoding it.
-  Step step(FrameStamp& stamp);
+  virtual Step step(FrameStamp& stamp) = 0;
   /// Pixels and stamp of the frame of the last `step`; false where they do not decode.
-  bool decode(Frame& frame);
+  virtual bool decode(Frame& frame) = 0;
   /// Frames by the file's own index; 0 where it has none.
-  uint64_t indexed();
+  virtual uint64_t indexed() = 0;
   /// The next `step` will reach frame `index`, counted from 0; false where the file's index has none such.
-  bool seek(uint64_t index);
+  virtual bool seek(uint64_t index) = 0;
   /// Counts what can be read from here to the end by looking at every frame, and makes an index of it. Ends
   /// at the start of the file.
   struct Found {
@@ -76,11 +81,7 @@ class SessionVideoReader {
     uint64_t damaged = 0;
     uint64_t last_sequence = 0;
   };
-  Found scan();
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  virtual Found scan() = 0;
 };
 
 }  // namespace palpate

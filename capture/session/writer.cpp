@@ -11,8 +11,8 @@
 #include "capture/files/images.h"
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
-#include "capture/session/session.h"
 #include "capture/session/info.h"
+#include "capture/session/session.h"
 #include "capture/session/video.h"
 #include "palpate/error.h"
 
@@ -110,7 +110,7 @@ struct SessionWriter::Impl {
   const SessionOptions options;
   const std::string started = utc_now();
   const size_t most_queued;
-  SessionVideoWriter video;
+  std::unique_ptr<SessionVideoWriter> video;
   std::optional<LineFile> rows_file;
   std::function<bool()> cancelled;
 
@@ -134,14 +134,15 @@ struct SessionWriter::Impl {
         info(checked(given)),
         options(wanted),
         most_queued(std::max<size_t>(2, wanted.queue_bytes / info.format.frame_bytes())),
-        video(folder / kSessionFrames, info.format, info.rate_Hz, to_text(info, {}, started)) {
-    status.written_bytes = video.bytes();
+        video(SessionVideoWriter::create(folder / kSessionFrames, info.format, info.rate_Hz,
+                                         to_text(info, {}, started))) {
+    status.written_bytes = video->bytes();
     try {
       if (info.background) write_background(folder / kSessionBackground, *info.background);
       rows_file.emplace(folder / kSessionRows);
       rows_file->append(row_header());
       rows_file->sync();
-      each = std::chrono::duration<double>(video.rehearse());
+      each = std::chrono::duration<double>(video->rehearse());
       write_text(folder, to_text(info, {}, started));
     } catch (const Error&) {
       // What cannot begin leaves nothing behind that would refuse the next attempt.
@@ -215,7 +216,7 @@ void SessionWriter::Impl::encode_next(std::unique_lock<std::mutex>& lock) {
   lock.unlock();
   std::string error;
   try {
-    video.write(*frame);
+    video->write(*frame);
   } catch (const std::exception& e) {
     error = e.what();
   }
@@ -225,7 +226,7 @@ void SessionWriter::Impl::encode_next(std::unique_lock<std::mutex>& lock) {
   const std::chrono::duration<double> took = Clock::now() - begun;
   each += (took > each ? 0.5 : 0.125) * (took - each);  // slower is believed sooner than faster
   if (!queue.empty()) oldest = queue.front().since;
-  status.written_bytes = video.bytes();
+  status.written_bytes = video->bytes();
   if (error.empty()) {
     ++status.written;
     const auto row = std::lower_bound(rows.begin(), rows.end(), frame->sequence,
@@ -282,7 +283,7 @@ void SessionWriter::Impl::run_syncer() {
     lock.unlock();
     std::string error;
     try {
-      video.sync();
+      video->sync();
       rows_file->sync();
     } catch (const std::exception& e) {
       error = e.what();
@@ -304,8 +305,8 @@ void SessionWriter::Impl::finish() {
       if (last.error.empty()) last.error = e.what();
     }
   };
-  attempt([&] { video.finish(); });
-  last.written_bytes = video.bytes();
+  attempt([&] { video->finish(); });
+  last.written_bytes = video->bytes();
   attempt([&] { rows_file->close(); });
   attempt([&] {
     SessionEnd end;

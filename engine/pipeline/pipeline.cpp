@@ -8,6 +8,7 @@
 
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/gpu/device_access.h"
 #include "engine/gpu/tuning.h"
 #include "engine/pipeline/history.h"
 #include "engine/pipeline/windowed_frame.h"
@@ -120,6 +121,10 @@ Pipeline::Pipeline(gpu::Context& context, const Sensor& sensor, const FrameForma
   if (options.tuning) validate(*options.tuning, context.properties().limits);
   impl_ = std::make_unique<Impl>(context, sensor, format, options);
 }
+
+Pipeline::Pipeline(Device& device, const Sensor& sensor, const FrameFormat& format,
+                   const PipelineOptions& options)
+    : Pipeline(DeviceAccess::context(device), sensor, format, options) {}
 
 Pipeline::Pipeline(Pipeline&&) noexcept = default;
 Pipeline::~Pipeline() = default;

@@ -22,13 +22,14 @@ Video small_video(const fs::path& file, uint64_t frames, bool finished) {
   Video video;
   {
     const SessionInfo info = plain_info(kSmall);
-    SessionVideoWriter writer(file, kSmall, 60, to_text(info, {}, "2026-01-01T00:00:00Z"));
-    video.ends.push_back(writer.bytes());
+    const auto writer =
+        SessionVideoWriter::create(file, kSmall, 60, to_text(info, {}, "2026-01-01T00:00:00Z"));
+    video.ends.push_back(writer->bytes());
     for (uint64_t n = 0; n < frames; ++n) {
-      writer.write(noise_frame(kSmall, n));
-      video.ends.push_back(writer.bytes());
+      writer->write(noise_frame(kSmall, n));
+      video.ends.push_back(writer->bytes());
     }
-    if (finished) writer.finish();
+    if (finished) writer->finish();
   }
   video.bytes = slurp(file);
   return video;
@@ -37,12 +38,12 @@ Video small_video(const fs::path& file, uint64_t frames, bool finished) {
 /// Reads all frames of `file`, which must be right and rise; their numbers.
 std::vector<uint64_t> read_all(const fs::path& file) {
   std::vector<uint64_t> numbers;
-  SessionVideoReader reader(file);
-  reader.expect(kSmall);
+  const auto reader = SessionVideoReader::open(file);
+  reader->expect(kSmall);
   FrameStamp stamp;
   Frame frame;
-  for (auto step = reader.step(stamp); step != SessionVideoReader::Step::End; step = reader.step(stamp)) {
-    if (step != SessionVideoReader::Step::Frame || !reader.decode(frame)) continue;
+  for (auto step = reader->step(stamp); step != SessionVideoReader::Step::End; step = reader->step(stamp)) {
+    if (step != SessionVideoReader::Step::Frame || !reader->decode(frame)) continue;
     expect_same(frame, noise_frame(kSmall, frame.sequence));
     EXPECT_TRUE(numbers.empty() || frame.sequence > numbers.back());
     numbers.push_back(frame.sequence);

@@ -1,6 +1,7 @@
 #include "viz/commands/options.h"
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <filesystem>
 #include <sstream>
 

@@ -161,13 +161,13 @@ class CommandLine {
   CommandOption* add_plain(const std::string& name, Value& value, const std::string& description);
 
   template <typename Value>
-  struct Enums : std::false_type {};
+  struct IsEnums : std::false_type {};
   template <typename Value>
-  struct Enums<std::vector<Value>> : std::is_enum<Value> {};
+  struct IsEnums<std::vector<Value>> : std::is_enum<Value> {};
   template <typename Value>
-  struct OptionalEnum : std::false_type {};
+  struct IsOptionalEnum : std::false_type {};
   template <typename Value>
-  struct OptionalEnum<std::optional<Value>> : std::is_enum<Value> {};
+  struct IsOptionalEnum<std::optional<Value>> : std::is_enum<Value> {};
 };
 
 template <typename Value>
@@ -181,14 +181,14 @@ CommandOption* CommandLine::add_option(const std::string& name, Value& value,
           return true;
         },
         [&value] { return std::to_string(static_cast<int>(value)); });
-  } else if constexpr (OptionalEnum<Value>::value) {
+  } else if constexpr (IsOptionalEnum<Value>::value) {
     return add_texts(name, false, description,
                      [&value](const std::vector<std::string>& texts) {
                        value = static_cast<typename Value::value_type>(std::stoi(texts.back()));
                        return true;
                      },
                      {});
-  } else if constexpr (Enums<Value>::value) {
+  } else if constexpr (IsEnums<Value>::value) {
     return add_texts(name, true, description,
                      [&value](const std::vector<std::string>& texts) {
                        value.clear();

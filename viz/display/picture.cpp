@@ -3,30 +3,16 @@
 #include <unistd.h>
 
 #include <cstdint>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 #include <vector>
 
+#include "capture/files/image_file.h"
 #include "capture/files/output_file.h"
+#include "capture/video/module.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/display/scene.h"
 
 namespace palpate::viz {
-namespace {
-
-cv::Mat to_bgr(const RgbImage& image) {
-  const cv::Mat rgb(static_cast<int>(image.height), static_cast<int>(image.width), CV_8UC3,
-                    const_cast<uint8_t*>(image.rgb.data()));
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  return bgr;
-}
-
-}  // namespace
-
 struct PictureRenderer::Impl {
   Impl(gpu::Context& context, const Sensor& sensor, const PictureOptions& o, const Frame* background)
       : options(o),
@@ -102,19 +88,18 @@ std::function<void(const Frame&, const Result&)> timed_drawer(gpu::Context& cont
 }
 
 void write_png(const RgbImage& image, const std::filesystem::path& file) {
-  std::vector<uint8_t> bytes;
-  if (!cv::imencode(".png", to_bgr(image), bytes)) {
-    throw Error(Failure::Output, "to encode '" + file.string() + "'", "no PNG support in OpenCV",
-                "an OpenCV built with libpng");
-  }
+  const std::vector<uint8_t> bytes = encode_png(
+      {image.rgb.data(), image.width, image.height, 3, 1, size_t{image.width} * 3, false}, PngPacking::Runs);
+  if (bytes.empty())
+    throw Error(Failure::Output, "to encode '" + file.string() + "'", "a PNG encoder that refuses",
+                "a smaller picture");
   write_whole(file, bytes);
 }
 
 struct Film::Impl {
   std::filesystem::path file;
   std::filesystem::path partial;
-  cv::VideoWriter writer;
-  cv::Size size;
+  std::unique_ptr<VideoEncoder> encoder;
   uint64_t count = 0;
   bool finished = false;
 };
@@ -125,38 +110,28 @@ Film::Film(const std::filesystem::path& file, uint32_t width, uint32_t height, d
   impl_->file = file;
   impl_->partial = file.parent_path() / ("." + file.stem().string() + "." + std::to_string(::getpid()) +
                                          ".partial" + file.extension().string());
-  impl_->size = {static_cast<int>(width), static_cast<int>(height)};
-  const bool avi = file.extension() == ".avi";
-  const int codec =
-      avi ? cv::VideoWriter::fourcc('M', 'J', 'P', 'G') : cv::VideoWriter::fourcc('m', 'p', '4', 'v');
-  // Named writers: OpenCV would go through all it knows, each with its own complaint.
-  const int writer = avi ? cv::CAP_OPENCV_MJPEG : cv::CAP_FFMPEG;
-  if (!impl_->writer.open(impl_->partial.string(), writer, codec, rate_Hz > 0 ? rate_Hz : 30, impl_->size)) {
-    throw Error(Failure::Output, "to write the film '" + file.string() + "'", "it cannot be opened",
-                "a writable folder and the ending .mp4 or .avi");
-  }
+  impl_->encoder = video_module().encode(impl_->partial, width, height, rate_Hz > 0 ? rate_Hz : 30);
 }
 
 Film::~Film() {
   if (impl_->finished) return;
-  impl_->writer.release();
+  impl_->encoder.reset();
   std::error_code ignored;
   std::filesystem::remove(impl_->partial, ignored);
 }
 
 void Film::add(const RgbImage& image) {
-  impl_->writer.write(to_bgr(image));
+  impl_->encoder->write(image.rgb);
   ++impl_->count;
 }
 
-// The writer reports no full disk: only reading the film back tells that it is whole.
+// Only reading the film back tells that it is whole.
 void Film::finish() {
-  impl_->writer.release();
+  impl_->encoder->close();
+  impl_->encoder.reset();
   uint64_t readable = 0;
-  {
-    cv::VideoCapture back(impl_->partial.string(), cv::CAP_FFMPEG);
-    while (back.isOpened() && back.grab()) ++readable;
-  }
+  if (const auto back = video_module().decode(impl_->partial))
+    while (back->grab()) ++readable;
   if (readable != impl_->count) {
     throw Error(Failure::Output, std::to_string(impl_->count) + " pictures in '" + impl_->file.string() + "'",
                 std::to_string(readable) + " readable", "freeing disk space, or another --out folder");

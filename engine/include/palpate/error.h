@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "palpate/export.h"
+
 namespace palpate {
 
 /// Why the program gives up. The value is the exit code, documented in README.md.
@@ -17,7 +19,7 @@ enum class Failure : int {
 };
 
 /// One clear line for the person at the keyboard: "wanted ...; found ...; try ...".
-class Error : public std::runtime_error {
+class PALPATE_API Error : public std::runtime_error {
  public:
   Error(Failure failure, const std::string& wanted, const std::string& found, const std::string& remedy)
       : std::runtime_error("wanted " + wanted + "; found " + found + "; try " + remedy), failure_(failure) {}

@@ -8,12 +8,15 @@
 #include <string>
 #include <vector>
 
+#include "palpate/export.h"
 #include "palpate/frame.h"
 #include "palpate/options.h"
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
 
 namespace palpate {
+
+class Device;
 namespace gpu {
 class Context;
 class DeviceBuffer;
@@ -39,7 +42,7 @@ struct SurfaceMap {
 
 /// A finished frame. Its slot, with all that `surface` refers to, stays untouched as long as this lives; any
 /// thread may end it. It does not keep the pipeline alive.
-class Result {
+class PALPATE_API Result {
  public:
   Result() = default;
   Result(Result&& other) noexcept = default;
@@ -56,7 +59,7 @@ class Result {
 
  private:
   friend class Pipeline;
-  struct Hold;
+  struct PALPATE_HIDDEN Hold;
   void give_back() noexcept;
 
   std::shared_ptr<Hold> hold_;
@@ -64,11 +67,13 @@ class Result {
 
 /// Not thread safe: one thread submits and collects; finished maps may be read by another while their
 /// Result lives.
-class Pipeline {
+class PALPATE_API Pipeline {
  public:
   /// Throws Error where sensor, format and options do not fit, or the device cannot hold the buffers.
   Pipeline(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
            const PipelineOptions& options);
+  /// On a device that outlives the pipeline; throws as above.
+  Pipeline(Device& device, const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options);
   ~Pipeline();
   Pipeline(Pipeline&&) noexcept;
 
@@ -108,7 +113,7 @@ class Pipeline {
   const Sensor& sensor() const;
 
  private:
-  struct Impl;
+  struct PALPATE_HIDDEN Impl;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "palpate/export.h"
 #include "palpate/frame.h"
 #include "palpate/outline.h"
 
@@ -239,37 +240,37 @@ struct Sensor {
 };
 
 /// False for a camera of which nothing is known yet: areas and places are in px only, lengths are NaN.
-bool has_scale(const Sensor& sensor);
+PALPATE_API bool has_scale(const Sensor& sensor);
 /// A camera of which nothing is known but its format: contact is what changes against the first frames by
 /// more than 2 % of full scale; no scale, no calibration, no surface.
-Sensor uncalibrated_sensor(const FrameFormat& format);
+PALPATE_API Sensor uncalibrated_sensor(const FrameFormat& format);
 
 /// The sensor's own, or what is sensible for its reading: 2 % of full scale for Reading::Photometric, whose
 /// slopes come from brightness; otherwise 0, nothing, since a dark pixel of a waveguide is an untouched one.
-uint32_t shadow_gray(const Sensor& sensor);
+PALPATE_API uint32_t shadow_gray(const Sensor& sensor);
 
 /// The sensor's own, or 1/4000 of the frame, 9 px, and what one marker or patch of its skin changes at most.
-uint32_t smallest_contact_px(const Sensor& sensor, const FrameFormat& format);
+PALPATE_API uint32_t smallest_contact_px(const Sensor& sensor, const FrameFormat& format);
 
 /// Reads and validates. Throws Error(Failure::Sensor) that names file, key, wanted, found; unknown keys are
 /// errors.
-Sensor load_sensor(const std::filesystem::path& file);
+PALPATE_API Sensor load_sensor(const std::filesystem::path& file);
 /// Validates a sensor made in code; `where` names it in messages.
-void validate(const Sensor& sensor, const std::string& where);
+PALPATE_API void validate(const Sensor& sensor, const std::string& where);
 /// Writes atomically (temporary file, then rename). Throws Error(Failure::Output).
-void save_sensor(const Sensor& sensor, const std::filesystem::path& file);
+PALPATE_API void save_sensor(const Sensor& sensor, const std::filesystem::path& file);
 /// The text of a sensor file, and a sensor from such a text; `where` names it in messages. Paths stay as they
 /// are. Throw Error(Failure::Sensor).
-std::string sensor_text(const Sensor& sensor);
-Sensor sensor_from_text(const std::string& text, const std::string& where);
+PALPATE_API std::string sensor_text(const Sensor& sensor);
+PALPATE_API Sensor sensor_from_text(const std::string& text, const std::string& where);
 
-const char* to_string(Signal signal);
-const char* to_string(Filter filter);
-const char* to_string(BackgroundKind kind);
-const char* to_string(Reading reading);
-const char* to_string(ForceSignal signal);
-const char* to_string(ForceModel model);
-const char* to_string(ShearSignal signal);
-const char* to_string(SkinKind kind);
+PALPATE_API const char* to_string(Signal signal);
+PALPATE_API const char* to_string(Filter filter);
+PALPATE_API const char* to_string(BackgroundKind kind);
+PALPATE_API const char* to_string(Reading reading);
+PALPATE_API const char* to_string(ForceSignal signal);
+PALPATE_API const char* to_string(ForceModel model);
+PALPATE_API const char* to_string(ShearSignal signal);
+PALPATE_API const char* to_string(SkinKind kind);
 
 }  // namespace palpate

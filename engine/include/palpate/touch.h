@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "palpate/export.h"
 #include "palpate/frame.h"
 
 namespace palpate {
@@ -21,7 +22,7 @@ enum class Validity : uint8_t {
   OnsetUnseen,    ///< the contact began while no frames came: shear counts from where it was first seen
   Apart,          ///< unknown pixels cut the known ones into islands: heights between them are not determined
 };
-const char* to_string(Validity validity);
+PALPATE_API const char* to_string(Validity validity);
 
 /// A value with its standard error (one sigma, same unit).
 struct Estimate {
@@ -38,7 +39,7 @@ enum class Slip : uint8_t {
   NotCalibrated,
   Incipient,  ///< the contact's rim slides, its core still sticks; told only where the skin is followed
 };
-const char* to_string(Slip slip);
+PALPATE_API const char* to_string(Slip slip);
 
 /// Ellipse with the same second moments as the contact area.
 struct Ellipse {

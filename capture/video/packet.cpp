@@ -1,4 +1,4 @@
-#include "capture/session/packet.h"
+#include "capture/video/packet.h"
 
 extern "C" {
 #include <libavutil/crc.h>
@@ -25,18 +25,6 @@ uint32_t crc_of(const uint8_t* bytes, size_t count) {
 }
 
 }  // namespace
-
-FrameStamp stamp_of(const Frame& frame) {
-  return {frame.sequence, frame.time_ns, frame.exposed_ns, frame.delivered_ns, frame.after_gap};
-}
-
-void put_stamp(const FrameStamp& stamp, Frame& frame) {
-  frame.sequence = stamp.sequence;
-  frame.time_ns = stamp.time_ns;
-  frame.exposed_ns = stamp.exposed_ns;
-  frame.delivered_ns = stamp.delivered_ns;
-  frame.after_gap = stamp.after_gap;
-}
 
 void silence_libav() {
   av_log_set_level(AV_LOG_QUIET);

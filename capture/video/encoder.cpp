@@ -1,0 +1,162 @@
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libswscale/swscale.h>
+}
+
+#include <algorithm>
+#include <climits>
+#include <cmath>
+#include <thread>
+#include <utility>
+
+#include "capture/video/packet.h"
+#include "capture/video/parts.h"
+#include "palpate/error.h"
+
+namespace fs = std::filesystem;
+
+namespace palpate {
+namespace {
+
+class Encoder final : public VideoEncoder {
+ public:
+  Encoder(const fs::path& file, uint32_t width, uint32_t height, double rate_Hz);
+  ~Encoder() override;
+  void write(std::span<const uint8_t> rgb) override;
+  void close() override;
+
+ private:
+  [[noreturn]] void fail(int code) const;
+  int check(int code) const {
+    if (code < 0) fail(code);
+    return code;
+  }
+  void open_codec(double rate_Hz);
+  void drain();
+  void release();
+
+  fs::path file_;
+  int width_, height_;
+  AVFormatContext* muxer_ = nullptr;
+  AVStream* stream_ = nullptr;
+  CodecPtr codec_;
+  FramePtr image_;
+  PacketPtr packet_;
+  SwsContext* scaler_ = nullptr;
+  bool head_written_ = false;
+};
+
+Encoder::Encoder(const fs::path& file, uint32_t width, uint32_t height, double rate_Hz)
+    : file_(file), width_(static_cast<int>(width)), height_(static_cast<int>(height)) {
+  silence_libav();
+  try {
+    check(avformat_alloc_output_context2(&muxer_, nullptr, nullptr, file.c_str()));
+    open_codec(rate_Hz);
+    check(avio_open(&muxer_->pb, ("file:" + file.string()).c_str(), AVIO_FLAG_WRITE));
+    check(avformat_write_header(muxer_, nullptr));
+    head_written_ = true;
+  } catch (const Error&) {
+    release();
+    throw Error(Failure::Output, "to write the film '" + file.string() + "'", "it cannot be opened",
+                "a writable folder and the ending .mp4 or .avi");
+  }
+}
+
+Encoder::~Encoder() {
+  release();
+}
+
+void Encoder::release() {
+  sws_freeContext(std::exchange(scaler_, nullptr));
+  if (!muxer_) return;
+  if (muxer_->pb) avio_closep(&muxer_->pb);
+  avformat_free_context(std::exchange(muxer_, nullptr));
+}
+
+void Encoder::fail(int code) const {
+  char text[AV_ERROR_MAX_STRING_SIZE] = {};
+  av_strerror(code, text, sizeof text);
+  throw Error(Failure::Output, "to write '" + file_.string() + "'", text,
+              "freeing disk space, or another --out folder");
+}
+
+void Encoder::open_codec(double rate_Hz) {
+  const bool avi = file_.extension() == ".avi";
+  const AVCodec* encoder = avcodec_find_encoder(avi ? AV_CODEC_ID_MJPEG : AV_CODEC_ID_MPEG4);
+  codec_.reset(encoder ? avcodec_alloc_context3(encoder) : nullptr);
+  if (!codec_) fail(AVERROR_ENCODER_NOT_FOUND);
+  codec_->width = avi ? width_ : width_ & ~1;  // players want even sides of MPEG-4
+  codec_->height = avi ? height_ : height_ & ~1;
+  codec_->framerate = av_d2q(rate_Hz, 65535);  // MPEG-4 counts time in 16 bits
+  codec_->time_base = av_inv_q(codec_->framerate);
+  codec_->thread_count = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  if (avi) {
+    codec_->pix_fmt = AV_PIX_FMT_YUVJ420P;
+    codec_->flags |= AV_CODEC_FLAG_QSCALE;
+    codec_->global_quality = 2 * FF_QP2LAMBDA;  // JPEG's quality of about 95
+  } else {
+    codec_->pix_fmt = AV_PIX_FMT_YUV420P;
+    codec_->gop_size = 12;
+    // A bit a pixel.
+    codec_->bit_rate = std::min<int64_t>(std::llround(rate_Hz * codec_->width * codec_->height), INT_MAX / 2);
+  }
+  if (muxer_->oformat->flags & AVFMT_GLOBALHEADER) codec_->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
+  check(avcodec_open2(codec_.get(), encoder, nullptr));
+  stream_ = avformat_new_stream(muxer_, nullptr);
+  if (!stream_) fail(AVERROR(ENOMEM));
+  check(avcodec_parameters_from_context(stream_->codecpar, codec_.get()));
+  stream_->time_base = codec_->time_base;
+  stream_->avg_frame_rate = codec_->framerate;
+  image_.reset(av_frame_alloc());
+  packet_.reset(av_packet_alloc());
+  image_->format = codec_->pix_fmt;
+  image_->width = codec_->width;
+  image_->height = codec_->height;
+  image_->pts = -1;
+  check(av_frame_get_buffer(image_.get(), 0));
+  scaler_ = sws_getContext(codec_->width, codec_->height, AV_PIX_FMT_RGB24, codec_->width, codec_->height,
+                           codec_->pix_fmt, SWS_BICUBIC, nullptr, nullptr, nullptr);
+  if (!scaler_) fail(AVERROR(EINVAL));
+}
+
+/// What the encoder has ready goes to the file.
+void Encoder::drain() {
+  while (true) {
+    const int code = avcodec_receive_packet(codec_.get(), packet_.get());
+    if (code == AVERROR(EAGAIN) || code == AVERROR_EOF) return;
+    check(code);
+    av_packet_rescale_ts(packet_.get(), codec_->time_base, stream_->time_base);
+    packet_->stream_index = stream_->index;
+    packet_->duration = av_rescale_q(1, codec_->time_base, stream_->time_base);
+    check(av_interleaved_write_frame(muxer_, packet_.get()));
+  }
+}
+
+void Encoder::write(std::span<const uint8_t> rgb) {
+  check(av_frame_make_writable(image_.get()));
+  const uint8_t* rows[1] = {rgb.data()};
+  const int row_bytes[1] = {3 * width_};
+  sws_scale(scaler_, rows, row_bytes, 0, codec_->height, image_->data, image_->linesize);
+  ++image_->pts;
+  check(avcodec_send_frame(codec_.get(), image_.get()));
+  drain();
+}
+
+void Encoder::close() {
+  if (!head_written_) return;
+  head_written_ = false;
+  check(avcodec_send_frame(codec_.get(), nullptr));
+  drain();
+  check(av_write_trailer(muxer_));
+  check(avio_closep(&muxer_->pb));
+}
+
+}  // namespace
+
+std::unique_ptr<VideoEncoder> encode_video(const fs::path& file, uint32_t width, uint32_t height,
+                                           double rate_Hz) {
+  return std::make_unique<Encoder>(file, width, height, rate_Hz);
+}
+
+}  // namespace palpate

@@ -1,0 +1,73 @@
+// Boundary of the video module: all that needs libav is made through these functions.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "capture/session/video.h"
+
+namespace palpate {
+
+/// A picture in memory that its owner keeps: interleaved blue, green, red of 8 bits.
+struct BgrView {
+  const uint8_t* pixels = nullptr;
+  uint32_t width = 0;   ///< px
+  uint32_t height = 0;  ///< px
+  size_t row_bytes = 0;
+};
+
+/// Frames of a video file in order, turned upright where the file says how.
+class VideoDecoder {
+ public:
+  virtual ~VideoDecoder() = default;
+  virtual uint32_t width() const = 0;   ///< px, as the container states it
+  virtual uint32_t height() const = 0;  ///< px
+  /// Frames in one second; 0 or less where the container states none.
+  virtual double rate_Hz() const = 0;
+  /// As the container announces; less than 1: not at all.
+  virtual double frame_count() const = 0;
+  /// Decodes the next frame; false at the end, and where damage ends it.
+  virtual bool grab() = 0;
+  /// The frame of the last `grab`, valid until the next; empty where it cannot be converted.
+  virtual std::optional<BgrView> picture() = 0;
+};
+
+/// The undecoded frames of a video file.
+class VideoPackets {
+ public:
+  virtual ~VideoPackets() = default;
+  /// Valid until the next call; empty at the end.
+  virtual std::span<const uint8_t> next() = 0;
+};
+
+/// A film of pictures of one size: MPEG-4 in .mp4, motion JPEG in .avi.
+class VideoEncoder {
+ public:
+  virtual ~VideoEncoder() = default;
+  /// Interleaved red, green, blue. Throws Error(Failure::Output).
+  virtual void write(std::span<const uint8_t> rgb) = 0;
+  /// Throws Error(Failure::Output).
+  virtual void close() = 0;
+};
+
+struct VideoModule {
+  std::unique_ptr<SessionVideoReader> (*read_session)(const std::filesystem::path& file);
+  std::unique_ptr<SessionVideoWriter> (*write_session)(const std::filesystem::path& file,
+                                                       const FrameFormat& format, double rate_Hz,
+                                                       const std::string& session_text);
+  /// Null where the file is no video that can be decoded.
+  std::unique_ptr<VideoDecoder> (*decode)(const std::filesystem::path& file);
+  std::unique_ptr<VideoPackets> (*packets)(const std::filesystem::path& file);
+  /// Throws Error(Failure::Output) where the file cannot be made.
+  std::unique_ptr<VideoEncoder> (*encode)(const std::filesystem::path& file, uint32_t width, uint32_t height,
+                                          double rate_Hz);
+};
+
+/// Loads the module at its first call. Throws Error(Failure::Input) where it is missing.
+const VideoModule& video_module();
+
+}  // namespace palpate

@@ -1,0 +1,14 @@
+// Modules: parts of palpate that need dozens of shared libraries (libav, HDF5, MPI), loaded when they are
+// first used.
+#pragma once
+
+#include <string>
+
+namespace palpate {
+
+/// The address of `function` in the module `name` ("palpate_video"), which stays loaded until the program
+/// ends. Modules lie in lib/palpate beside the program, where the installation puts them, or on the loader's
+/// own path. Throws Error(Failure::Input) that names the module, its `purpose` and the loader's reason.
+void* module_function(const std::string& name, const char* function, const std::string& purpose);
+
+}  // namespace palpate
