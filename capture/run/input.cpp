@@ -22,7 +22,7 @@ MeasuredInput find_input(uint64_t seed, const std::string& input, const std::fil
     found.sensor = found.session->sensor.value_or(uncalibrated_sensor(found.session->format));
   } else if (!synthetic) {
     throw Error(Failure::Usage, "--sensor FILE for '" + input + "'", "none",
-                "a sensor file as README.md describes it");
+                "a sensor file as engine/sensor/README.md describes it");
   }
   if (is_tissue(input)) {
     TissueOptions options = parse_tissue(input);

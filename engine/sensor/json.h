@@ -19,7 +19,7 @@ inline constexpr double kHuge = 1e12;
 
 /// Throws Error(Failure::Sensor).
 [[noreturn]] void fail(const std::string& where, const std::string& wanted, const std::string& found,
-                       const std::string& remedy = "correcting that key; README.md explains each");
+                       const std::string& remedy = "correcting that key; engine/sensor/README.md explains each");
 /// A value for a message: short, one line, ASCII. What is nested may be nested deeper than a stack is, and is
 /// only counted.
 std::string shown(const Json& value);

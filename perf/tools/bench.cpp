@@ -1,4 +1,4 @@
-// Contact, surface and whole frame beside OpenCV's CPU chain and FFTW, in one run. See README.md for the
+// Contact, surface and whole frame beside OpenCV's CPU chain and FFTW, in one run. See perf/README.md for the
 // method.
 #include <sys/mman.h>
 

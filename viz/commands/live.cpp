@@ -84,7 +84,7 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
                       "palpation, without end)");
   options->camera.add_to(*command);
   command->add_option("--sensor", options->sensor,
-                      "Sensor file (JSON, see README.md); synthetic inputs and sessions need none, a camera "
+                      "Sensor file (JSON, see engine/sensor/README.md); synthetic inputs and sessions need none, a camera "
                       "without one is uncalibrated");
   command
       ->add_option("--background", options->background,

@@ -83,7 +83,7 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("INPUT", request.input,
                       "Video file, image file, folder of images, session folder, or synthetic:SCENE");
   options->camera.add_to(*command);
-  command->add_option("--sensor", options->sensor, "Sensor file (JSON, see README.md)");
+  command->add_option("--sensor", options->sensor, "Sensor file (JSON, see engine/sensor/README.md)");
   command
       ->add_option("--background", options->background,
                    "Untouched image (default: the sensor file's, or a recording's first frames)")

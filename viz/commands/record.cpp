@@ -131,7 +131,7 @@ void add_record(CommandLine& program, Common& common, Command& chosen) {
       "  palpate record --camera /dev/video0 --seconds 20 --out out/grid            uncalibrated\n"
       "  palpate record synthetic:palpation --out out/session\n"
       "A session is whole after every crash but its last second; `palpate process`, `replay` and `export`\n"
-      "take it without any other file. See README.md.\n");
+      "take it without any other file. See capture/session/README.md.\n");
   command->callback(
       [&common, &chosen, options] { chosen = [&common, options] { return record(common, *options); }; });
 }
