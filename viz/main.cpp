@@ -12,6 +12,7 @@
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 #include "viz/render/window.h"
 
 namespace {

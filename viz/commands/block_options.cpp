@@ -13,6 +13,7 @@
 #include "capture/v4l2/camera.h"
 #include "palpate/error.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 
 namespace palpate {
 namespace {

@@ -1,12 +1,13 @@
-// What all commands share: common options, one report to hand back, a clean end on Ctrl-C.
+// Commands: the options that all share, their device, and the function that adds each to the program.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
+
+#include "viz/commands/report_value.h"
 
 namespace palpate {
 
@@ -24,19 +25,6 @@ struct Common {
   uint64_t seed = 1;        ///< of everything random
   std::filesystem::path out;
 };
-
-/// Exit code of a run that Ctrl-C ended, as shells have it.
-inline constexpr int kInterrupted = 130;
-/// Exit code of our own mistakes.
-inline constexpr int kInternalError = 1;
-
-/// What a command hands back. Exactly one of text and json reaches stdout.
-struct Report {
-  std::string text;
-  std::string json;
-  int exit_code = 0;
-};
-using Command = std::function<Report()>;
 
 /// Adds the common options to a command, and to its footer the exit codes.
 void add_common(CommandLine& command, Common& common, const std::string& examples);
@@ -71,32 +59,5 @@ std::unique_ptr<gpu::Context> open_device(const Common& common,
                                           const std::vector<const char*>* window_extensions = nullptr);
 /// Logs what the validation layer said; true if it said nothing.
 bool validation_clean(const gpu::Context& context);
-
-/// From here on Ctrl-C and SIGTERM only set a flag; a second one ends the program at once.
-void catch_interrupts();
-bool interrupted();
-
-/// A progress bar on stderr, drawn only on a terminal and without --quiet.
-class ProgressBar {
- public:
-  /// `total` 0: unknown.
-  ProgressBar(const Common& common, const char* label, uint64_t total);
-  ~ProgressBar();
-  ProgressBar(const ProgressBar&) = delete;
-  ProgressBar& operator=(const ProgressBar&) = delete;
-  void update(uint64_t done);
-
- private:
-  void draw(uint64_t done, int64_t now_ns);
-
-  const char* label_;
-  uint64_t total_;
-  bool shown_;
-  int64_t start_ns_;
-  int64_t drawn_ns_ = 0;
-};
-
-/// Seconds on a clock that never jumps.
-double now_s();
 
 }  // namespace palpate

@@ -15,6 +15,7 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 #include "viz/commands/run_watch.h"
 #include "viz/display/recording_pictures.h"
 #include "viz/display/run_live.h"

@@ -6,7 +6,6 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/look_options.h"
-#include "viz/commands/one_of.h"
 #include "viz/commands/options.h"
 #include "viz/commands/run_watch.h"
 #include "viz/display/recording_pictures.h"

@@ -14,8 +14,8 @@
 #include "palpate/frame.h"
 #include "viz/commands/command.h"
 #include "viz/commands/integrate_lights.h"
-#include "viz/commands/one_of.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 
 namespace palpate {
 namespace {

@@ -9,6 +9,7 @@
 #include "capture/files/output_file.h"
 #include "capture/open_source.h"
 #include "engine/gpu/context.h"
+#include "viz/commands/progress.h"
 #include "viz/display/run_live.h"
 #include "viz/live/history.h"
 #include "viz/live/live_report.h"

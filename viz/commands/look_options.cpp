@@ -1,5 +1,4 @@
 #include "viz/commands/look_options.h"
-#include "viz/commands/one_of.h"
 #include "viz/commands/options.h"
 
 #include <algorithm>

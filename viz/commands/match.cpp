@@ -6,6 +6,7 @@
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 #include "viz/report/match_plot.h"
 
 namespace palpate {

@@ -12,8 +12,8 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
-#include "viz/commands/one_of.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 #include "viz/report/modulus_report.h"
 #include "viz/report/plot_script.h"
 

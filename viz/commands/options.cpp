@@ -178,9 +178,8 @@ PALPATE_PLAIN(std::vector<uint64_t>);
 PALPATE_PLAIN(std::vector<double>);
 PALPATE_PLAIN(std::vector<std::string>);
 PALPATE_PLAIN(std::vector<std::filesystem::path>);
-
-PALPATE_PLAIN(std::array<double, 2>);
-
+using Pair = std::array<double, 2>;
+PALPATE_PLAIN(Pair);
 PALPATE_PLAIN(std::optional<int>);
 PALPATE_PLAIN(std::optional<uint64_t>);
 PALPATE_PLAIN(std::optional<double>);

@@ -2,6 +2,7 @@
 // alone.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
@@ -46,6 +47,15 @@ class Check {
   std::shared_ptr<const CLI::Validator> validator_;
 };
 
+/// Turns a name into its value; another word is refused with what there is. For CommandOption::transform of
+/// an option that holds a Value (an enum, or several).
+template <typename Value>
+Check one_of(const std::map<std::string, Value>& names) {
+  std::map<std::string, int> numbers;
+  for (const auto& [name, value] : names) numbers[name] = static_cast<int>(value);
+  return Check::number_of(numbers);
+}
+
 /// One option of a command. Every setter returns the option itself.
 class CommandOption {
  public:
@@ -81,10 +91,9 @@ class CommandOption {
 struct Parsed {
   bool done = true;  ///< false: `text` is all there is to say
   bool help =
-      false;  ///< help or version was asked for: `text` belongs to stdout; else it is an error's reason
+      false;  ///< `text` is the help or version asked for and belongs to stdout; else an error's reason
   std::string text;
-  std::vector<std::string>
-      commands;  ///< names of the command and what is below it, as far as they were known
+  std::vector<std::string> commands;  ///< the command and what is below it, as far as known
 };
 
 /// A program, or one of its commands.
@@ -110,8 +119,8 @@ class CommandLine {
   void set_version_flag(const std::string& name, const std::string& text);
 
   /// `value` takes what is given; it has to live until parsing is over. Defined for bool, int, uint32_t,
-  /// uint64_t, float, double, std::string, std::filesystem::path, their vectors and std::optional of them,
-  /// and for enums behind Check::number_of (see one_of.h).
+  /// uint64_t, float, double, std::string, std::filesystem::path, vectors, pairs (std::array) and
+  /// std::optional of them, and for enums, their vectors and std::optional, behind a transform by one_of.
   template <typename Value>
   CommandOption* add_option(const std::string& name, Value& value, const std::string& description = "");
   CommandOption* add_flag(const std::string& name, bool& value, const std::string& description);

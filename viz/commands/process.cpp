@@ -8,7 +8,6 @@
 #include "viz/commands/block_options.h"
 #include "viz/commands/camera_options.h"
 #include "viz/commands/look_options.h"
-#include "viz/commands/one_of.h"
 #include "viz/commands/options.h"
 #include "viz/commands/run_watch.h"
 #include "viz/display/recording_pictures.h"

@@ -10,6 +10,7 @@
 #include "perf/profile/tables.h"
 #include "viz/commands/command.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 #include "viz/display/picture.h"
 
 namespace palpate {

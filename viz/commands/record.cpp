@@ -11,8 +11,8 @@
 #include "viz/commands/block_options.h"
 #include "viz/commands/camera_options.h"
 #include "viz/commands/command.h"
-#include "viz/commands/one_of.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 #include "viz/live/live.h"
 #include "viz/live/live_report.h"
 

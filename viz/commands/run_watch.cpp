@@ -1,4 +1,5 @@
 #include "viz/commands/run_watch.h"
+#include "viz/commands/progress.h"
 
 #include <memory>
 

@@ -16,6 +16,7 @@
 #include "palpate/sensor.h"
 #include "viz/commands/command.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 
 namespace palpate {
 namespace {

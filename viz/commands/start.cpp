@@ -11,6 +11,7 @@
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/live_run.h"
+#include "viz/commands/progress.h"
 #include "viz/live/live_report.h"
 #include "viz/panels/start_view.h"
 #include "viz/render/window.h"

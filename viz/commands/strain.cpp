@@ -9,6 +9,7 @@
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 #include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
 

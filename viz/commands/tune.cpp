@@ -11,6 +11,7 @@
 #include "perf/profile/tune.h"
 #include "viz/commands/command.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 
 namespace palpate {
 namespace {

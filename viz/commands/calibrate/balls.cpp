@@ -3,6 +3,7 @@
 #include "palpate/error.h"
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 
 namespace palpate {
 

@@ -15,6 +15,7 @@
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/command.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 
 namespace palpate {
 namespace {

@@ -13,8 +13,8 @@
 #include "palpate/sensor.h"
 #include "viz/commands/calibrate/balls.h"
 #include "viz/commands/calibrate/calibrate.h"
-#include "viz/commands/one_of.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 
 namespace palpate {
 namespace {

@@ -7,8 +7,8 @@
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/calibrate/gauged.h"
 #include "viz/commands/command.h"
-#include "viz/commands/one_of.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 #include "viz/commands/run_watch.h"
 #include "viz/report/plot_script.h"
 

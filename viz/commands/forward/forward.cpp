@@ -12,8 +12,8 @@
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/forward_options.h"
-#include "viz/commands/one_of.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 
 namespace palpate {
 namespace {

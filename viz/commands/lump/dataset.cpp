@@ -13,6 +13,7 @@
 #include "viz/commands/forward_options.h"
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 
 namespace palpate {
 namespace {

@@ -11,6 +11,7 @@
 #include "viz/commands/forward/forward.h"
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 #include "viz/report/gnuplot.h"
 #include "viz/report/lump_network_figure.h"
 #include "viz/report/plot_script.h"

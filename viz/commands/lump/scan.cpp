@@ -14,8 +14,8 @@
 #include "viz/commands/forward_options.h"
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/lump/method.h"
-#include "viz/commands/one_of.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 #include "viz/commands/run_watch.h"
 
 namespace palpate {

@@ -12,6 +12,7 @@
 #include "palpate/error.h"
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/options.h"
+#include "viz/commands/progress.h"
 
 namespace palpate {
 namespace {

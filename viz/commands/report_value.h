@@ -1,0 +1,22 @@
+// Report: what a command hands back, and the exit codes that no Failure stands for.
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace palpate {
+
+/// Exit code of a run that Ctrl-C ended, as shells have it.
+inline constexpr int kInterrupted = 130;
+/// Exit code of our own mistakes.
+inline constexpr int kInternalError = 1;
+
+/// What a command hands back. Exactly one of text and json reaches stdout.
+struct Report {
+  std::string text;
+  std::string json;
+  int exit_code = 0;
+};
+using Command = std::function<Report()>;
+
+}  // namespace palpate
