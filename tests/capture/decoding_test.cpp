@@ -81,7 +81,7 @@ TEST_F(Decoding, TiffsOfEveryCompression) {
 TEST_F(Decoding, TiffsWithTilesTurnsAndInvertedGray) {
   for (const int bits : {8, 16})
     for (const bool tiled : {false, true})
-      for (const uint16_t turn :
+      for (const int turn :
            {ORIENTATION_TOPLEFT, ORIENTATION_TOPRIGHT, ORIENTATION_BOTRIGHT, ORIENTATION_BOTLEFT})
         for (const int photometric : {PHOTOMETRIC_MINISBLACK, PHOTOMETRIC_MINISWHITE}) {
           const cv::Mat image = noise(64, 48, bits == 8 ? CV_8UC1 : CV_16UC1, bits == 8 ? 256 : 65536);

@@ -508,7 +508,7 @@ TEST_F(PipelineTest, FullSlotsRefuseAndResultsComeInOrder) {
 }
 
 TEST_F(PipelineTest, AResultGivesItsSlotBackWhereverItEnds) {
-  Bench bench("press?size=320x240");
+  SyntheticRun bench("press?size=320x240");
   std::optional<Result> last;
   {
     Pipeline pipeline = bench.pipeline(context(), force_only(1));
