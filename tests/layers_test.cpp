@@ -50,9 +50,9 @@ constexpr Arrow kArrows[] = {
     {"capture/source", "capture/truth"},
     {"capture/video", "capture/source"},
     {"capture/files/image_header capture/files/jpeg capture/files/tiff_memory", "capture/source"},
-    {"capture/files/image_file capture/files/png_file capture/files/tiff_file capture/files/bmp_file "
-     "capture/files/pnm_file",
-     "capture/files/image_header capture/files/jpeg capture/files/tiff_memory"},
+    {"capture/files/image_file", "capture/files/image_header capture/files/jpeg capture/files/tiff_memory"},
+    {"capture/files/png_file capture/files/tiff_file capture/files/bmp_file capture/files/pnm_file",
+     "capture/files/image_file"},
     {"capture/files/images", "capture/files/image_file"},
     {"capture/rectify", "capture/files/images"},
     {"capture/files",

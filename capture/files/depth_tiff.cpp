@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "capture/files/depth_files.h"
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
 #include "capture/files/tiff_memory.h"

@@ -21,20 +21,19 @@ void leave() {
   MPI_Finalize();
 }
 
-void send(uint32_t to, Processes::Kind kind, const std::string& bytes) {
-  MPI_Send(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, static_cast<int>(to),
-           static_cast<int>(kind), MPI_COMM_WORLD);
+void send(uint32_t to, uint8_t kind, const std::string& bytes) {
+  MPI_Send(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, static_cast<int>(to), kind,
+           MPI_COMM_WORLD);
 }
 
-std::optional<Processes::Message> receive() {
+std::optional<MpiModule::Message> receive() {
   int there = 0;
   MPI_Status status;
   MPI_Iprobe(MPI_ANY_SOURCE, MPI_ANY_TAG, MPI_COMM_WORLD, &there, &status);
   if (there == 0) return std::nullopt;
   int count = 0;
   MPI_Get_count(&status, MPI_BYTE, &count);
-  Processes::Message message{static_cast<uint32_t>(status.MPI_SOURCE),
-                             static_cast<Processes::Kind>(status.MPI_TAG),
+  MpiModule::Message message{static_cast<uint32_t>(status.MPI_SOURCE), static_cast<uint8_t>(status.MPI_TAG),
                              std::string(static_cast<size_t>(count), '\0')};
   MPI_Recv(message.bytes.data(), count, MPI_BYTE, status.MPI_SOURCE, status.MPI_TAG, MPI_COMM_WORLD,
            MPI_STATUS_IGNORE);

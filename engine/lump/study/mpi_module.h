@@ -1,7 +1,9 @@
 // Boundary of the module that speaks to other processes: all that needs MPI.
 #pragma once
 
-#include "engine/lump/study/processes.h"
+#include <cstdint>
+#include <optional>
+#include <string>
 
 namespace palpate {
 
@@ -9,12 +11,17 @@ struct MpiModule {
   struct Place {
     uint32_t rank = 0, size = 1;
   };
+  struct Message {
+    uint32_t from = 0;
+    uint8_t kind = 0;
+    std::string bytes;
+  };
   /// Joins the others. Throws Error(Failure::Usage) where their MPI is another.
   Place (*join)();
   void (*leave)();
-  void (*send)(uint32_t to, Processes::Kind kind, const std::string& bytes);
+  void (*send)(uint32_t to, uint8_t kind, const std::string& bytes);
   /// Never waits.
-  std::optional<Processes::Message> (*receive)();
+  std::optional<Message> (*receive)();
 };
 
 }  // namespace palpate

@@ -1,6 +1,7 @@
 #include "engine/lump/study/processes.h"
 
 #include <cstdlib>
+#include <utility>
 
 #include "engine/base/module.h"
 #include "engine/lump/study/mpi_module.h"
@@ -37,12 +38,14 @@ Processes::~Processes() {
 }
 
 void Processes::send(uint32_t to, Kind kind, const std::string& bytes) const {
-  mpi().send(to, kind, bytes);
+  mpi().send(to, static_cast<uint8_t>(kind), bytes);
 }
 
 std::optional<Processes::Message> Processes::receive() const {
   if (size_ == 1) return std::nullopt;
-  return mpi().receive();
+  std::optional<MpiModule::Message> message = mpi().receive();
+  if (!message) return std::nullopt;
+  return Message{message->from, static_cast<Kind>(message->kind), std::move(message->bytes)};
 }
 
 }  // namespace palpate
