@@ -77,8 +77,8 @@ std::string composed(const std::vector<std::string>& arguments) {
   std::string input = "synthetic:palpation";
   command.add_option("INPUT", input);
   choice.add_to(command);
-  std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
-  command.parse(reversed);
+  const Parsed parsed = command.parse(arguments);
+  EXPECT_TRUE(parsed.done) << parsed.text;
   return choice.input(input);
 }
 
