@@ -21,7 +21,7 @@ namespace {
 
 class Encoder final : public VideoEncoder {
  public:
-  Encoder(const fs::path& file, uint32_t width, uint32_t height, double rate_Hz);
+  Encoder(const fs::path& file, const std::string& name, uint32_t width, uint32_t height, double rate_Hz);
   ~Encoder() override;
   void write(std::span<const uint8_t> rgb) override;
   void close() override;
@@ -37,6 +37,7 @@ class Encoder final : public VideoEncoder {
   void release();
 
   fs::path file_;
+  std::string name_;  ///< in errors
   int width_, height_;
   AVFormatContext* muxer_ = nullptr;
   AVStream* stream_ = nullptr;
@@ -47,8 +48,9 @@ class Encoder final : public VideoEncoder {
   bool head_written_ = false;
 };
 
-Encoder::Encoder(const fs::path& file, uint32_t width, uint32_t height, double rate_Hz)
-    : file_(file), width_(static_cast<int>(width)), height_(static_cast<int>(height)) {
+Encoder::Encoder(const fs::path& file, const std::string& name, uint32_t width, uint32_t height,
+                 double rate_Hz)
+    : file_(file), name_(name), width_(static_cast<int>(width)), height_(static_cast<int>(height)) {
   silence_libav();
   try {
     check(avformat_alloc_output_context2(&muxer_, nullptr, nullptr, file.c_str()));
@@ -58,7 +60,7 @@ Encoder::Encoder(const fs::path& file, uint32_t width, uint32_t height, double r
     head_written_ = true;
   } catch (const Error&) {
     release();
-    throw Error(Failure::Output, "to write the film '" + file.string() + "'", "it cannot be opened",
+    throw Error(Failure::Output, "to write the film '" + name + "'", "it cannot be opened",
                 "a writable folder and the ending .mp4 or .avi");
   }
 }
@@ -77,7 +79,7 @@ void Encoder::release() {
 void Encoder::fail(int code) const {
   char text[AV_ERROR_MAX_STRING_SIZE] = {};
   av_strerror(code, text, sizeof text);
-  throw Error(Failure::Output, "to write '" + file_.string() + "'", text,
+  throw Error(Failure::Output, "to write '" + name_ + "'", text,
               "freeing disk space, or another --out folder");
 }
 
@@ -154,9 +156,9 @@ void Encoder::close() {
 
 }  // namespace
 
-std::unique_ptr<VideoEncoder> encode_video(const fs::path& file, uint32_t width, uint32_t height,
-                                           double rate_Hz) {
-  return std::make_unique<Encoder>(file, width, height, rate_Hz);
+std::unique_ptr<VideoEncoder> encode_video(const fs::path& file, const std::string& name, uint32_t width,
+                                           uint32_t height, double rate_Hz) {
+  return std::make_unique<Encoder>(file, name, width, height, rate_Hz);
 }
 
 }  // namespace palpate

@@ -62,9 +62,9 @@ struct VideoModule {
   /// Null where the file is no video that can be decoded.
   std::unique_ptr<VideoDecoder> (*decode)(const std::filesystem::path& file);
   std::unique_ptr<VideoPackets> (*packets)(const std::filesystem::path& file);
-  /// Throws Error(Failure::Output) where the file cannot be made.
-  std::unique_ptr<VideoEncoder> (*encode)(const std::filesystem::path& file, uint32_t width, uint32_t height,
-                                          double rate_Hz);
+  /// Errors call the file `name`. Throws Error(Failure::Output) where the file cannot be made.
+  std::unique_ptr<VideoEncoder> (*encode)(const std::filesystem::path& file, const std::string& name,
+                                          uint32_t width, uint32_t height, double rate_Hz);
 };
 
 /// Loads the module at its first call. Throws Error(Failure::Input) where it is missing.

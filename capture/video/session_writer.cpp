@@ -39,6 +39,8 @@ constexpr int64_t kTick_per_s = 1000;  // Matroska's own
 
 class Writer final : public SessionVideoWriter {
  public:
+  // Delegated to, so that the destructor runs where the other constructor throws.
+  Writer() = default;
   Writer(const fs::path& file, const FrameFormat& format, double rate_Hz, const std::string& session_text);
   ~Writer() override {
     if (muxer_) {
@@ -92,7 +94,7 @@ class Writer final : public SessionVideoWriter {
     return at < 0 ? AVERROR(errno) : at;
   }
 
-  /// What was written of a frame in vain goes, so that the file_ ends with a whole one.
+  /// What was written of a frame in vain goes, so that the file ends with a whole one.
   [[noreturn]] void give_up(int code) {
     failed_ = true;
     if (::ftruncate(file_, whole_bytes_) == 0) ::lseek(file_, whole_bytes_, SEEK_SET);
@@ -171,7 +173,8 @@ int64_t Writer::tick(const Frame& frame) {
 }
 
 Writer::Writer(const fs::path& file, const FrameFormat& format, double rate_Hz,
-               const std::string& session_text) {
+               const std::string& session_text)
+    : Writer() {
   silence_libav();
   path_ = file;
   format_ = format;
@@ -186,7 +189,7 @@ Writer::Writer(const fs::path& file, const FrameFormat& format, double rate_Hz,
   begun_ = true;
 }
 
-/// The frame as a packet_ of its own; 0 or libav's error.
+/// The frame as a packet of its own; 0 or libav's error.
 int Writer::encode(const Frame& frame) {
   const bool as_it_is = format_.channels == 1 && !is_tiny(format_);
   image_->format = codec_->pix_fmt;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "engine/gpu/commands.h"
-#include "engine/pipeline/weighted_solve.h"
+#include "engine/pipeline/weighted_slot.h"
 #include "engine/stages/confidence.h"
 #include "engine/stages/contact.h"
 #include "engine/stages/regions.h"
@@ -24,7 +24,7 @@ struct SurfaceSlot {
   gpu::DeviceBuffer right_side;
   gpu::DeviceBuffer solved;
   gpu::Commands after_solve;
-  WeightedSolve::Slot weighted;
+  WeightedSlot weighted;
 };
 
 struct ConfidenceSlot {

@@ -3,11 +3,21 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/pipeline/windowed_frame.h"
 #include "engine/sensor/fit.h"
 
 namespace palpate {
 namespace {
+
+constexpr uint32_t kLeast_px = 64;  // sides of a window below which nothing is gained
+
+// The smallest side of at least `least` px that reaches the frame's end from a place in steps of
+// kWindowStep_px.
+uint32_t side_for(uint32_t least, uint32_t frame) {
+  const uint32_t rest = frame % kWindowStep_px;
+  const uint32_t side =
+      (std::max(least, rest) - rest + kWindowStep_px - 1) / kWindowStep_px * kWindowStep_px + rest;
+  return std::min(side, frame);
+}
 
 // Where confidence is asked for, and where a surface may have to do without some pixels.
 bool needs_confidence(const Sensor& sensor, uint32_t outputs) {
@@ -56,6 +66,20 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
   plan.upload = options.upload;
   plan.slots = std::max(options.slots, 1u);
   return plan;
+}
+
+std::vector<PixelRect> window_sizes(const FrameFormat& format) {
+  constexpr double kShares[] = {0.375, 0.5, 0.625};
+  std::vector<PixelRect> sizes;
+  const uint32_t shorter = std::min(format.width, format.height);
+  for (const double share : kShares) {
+    const auto side = static_cast<uint32_t>(std::ceil(share * shorter));
+    const PixelRect size{0, 0, side_for(side, format.width), side_for(side, format.height)};
+    if (side < kLeast_px || 2 * uint64_t{size.width} * size.height > uint64_t{format.width} * format.height)
+      continue;
+    sizes.push_back(size);
+  }
+  return sizes;
 }
 
 bool can_window(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options) {

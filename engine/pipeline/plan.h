@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "palpate/frame.h"
 #include "palpate/options.h"
@@ -48,5 +49,11 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
 /// (Reading::Elastic) or is absolute (Reading::Lookup), where pixels are weighted, where heights are solved
 /// on the host, and where everything is contact (a threshold of 0) or nothing is subtracted or filtered.
 bool can_window(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options);
+
+/// Windows begin at multiples of it.
+inline constexpr uint32_t kWindowStep_px = 8;
+
+/// Sizes of windows for frames of one format, smallest first: squares of growing shares of the shorter side.
+std::vector<PixelRect> window_sizes(const FrameFormat& format);
 
 }  // namespace palpate

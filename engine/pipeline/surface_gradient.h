@@ -5,6 +5,7 @@
 
 #include "engine/numeric/poisson_dct.h"
 #include "engine/pipeline/surface_method.h"
+#include "engine/pipeline/weighted_solve.h"
 #include "engine/stages/slope.h"
 
 namespace palpate {

@@ -1,8 +1,6 @@
 #include "engine/pipeline/surface_method.h"
 
-#include "engine/pipeline/surface_elastic.h"
-#include "engine/pipeline/surface_gradient.h"
-#include "engine/pipeline/surface_lookup.h"
+#include "engine/pipeline/weighted_solve.h"
 
 namespace palpate {
 
@@ -89,23 +87,6 @@ uint64_t SurfaceMethod::memory_bytes(const FrameSlot& slot) const {
   const SurfaceSlot& s = slot.surface;
   return s.depth.buffer.bytes() + s.rest_records.bytes() + s.clipped.bytes() + s.border_records.bytes() +
          s.right_side.bytes() + s.solved.bytes() + WeightedSolve::memory_bytes(s.weighted);
-}
-
-std::unique_ptr<SurfaceMethod> make_surface(gpu::Context& context, const Sensor& sensor,
-                                            const FrameFormat& format, const FramePlan& plan,
-                                            const Contact& contact, const Confidence* confidence,
-                                            const Tuning& tuning) {
-  switch (plan.surface) {
-    case SurfaceKind::None:
-      return nullptr;
-    case SurfaceKind::Gradient:
-      return std::make_unique<GradientSurface>(context, sensor, format, plan, contact, confidence, tuning);
-    case SurfaceKind::Elastic:
-      return std::make_unique<ElasticSurface>(context, sensor, format, plan, contact, tuning);
-    case SurfaceKind::Lookup:
-      return std::make_unique<LookupSurface>(context, sensor, format, contact, tuning);
-  }
-  return nullptr;
 }
 
 }  // namespace palpate

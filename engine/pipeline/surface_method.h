@@ -2,11 +2,11 @@
 // rest level.
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "engine/pipeline/frame_slot.h"
 #include "engine/pipeline/plan.h"
+#include "palpate/touch.h"
 
 namespace palpate {
 
@@ -55,12 +55,5 @@ class SurfaceMethod {
   Grid grid_;
   RestLevel rest_level_;
 };
-
-/// The method that the plan names; null where it names none. `confidence` is null where the plan has none;
-/// everything lives longer than the method.
-std::unique_ptr<SurfaceMethod> make_surface(gpu::Context& context, const Sensor& sensor,
-                                            const FrameFormat& format, const FramePlan& plan,
-                                            const Contact& contact, const Confidence* confidence,
-                                            const Tuning& tuning);
 
 }  // namespace palpate

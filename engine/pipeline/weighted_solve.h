@@ -7,9 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "engine/gpu/commands.h"
-#include "engine/numeric/islands.h"
 #include "engine/pipeline/plan.h"
+#include "engine/pipeline/weighted_slot.h"
 #include "engine/stages/weighted_surface.h"
 #include "palpate/touch.h"
 
@@ -23,15 +22,7 @@ struct FrameSlot;
 
 class WeightedSolve {
  public:
-  /// What one frame in flight owns.
-  struct Slot {
-    gpu::DeviceBuffer scalars;           ///< of the solve on the GPU
-    gpu::Commands commands;              ///< Weights::WhereNeeded: the surface once more
-    gpu::DeviceBuffer slope_x, slope_y;  ///< SurfaceSolver::Exact, on the host
-    bool used = false;                   ///< the frame that is measured needs weights
-    WeightedEvidence evidence;
-    Islands islands;
-  };
+  using Slot = WeightedSlot;
 
   /// The stages live longer than this.
   WeightedSolve(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const FramePlan& plan,

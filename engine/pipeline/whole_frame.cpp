@@ -1,5 +1,7 @@
 #include "engine/pipeline/whole_frame.h"
 
+#include "engine/pipeline/make_surface.h"
+
 #include "engine/gpu/context.h"
 #include "engine/measure/contact_shape.h"
 

@@ -10,18 +10,9 @@
 namespace palpate {
 namespace {
 
-constexpr uint32_t kStep_px = 8;
 constexpr uint32_t kMargin_px = 8;  // beyond touched tiles; contact pixels reach two of them
-constexpr uint32_t kLeast_px = 64;  // sides of a window below which nothing is gained
 // Pixels along a window's sides that show the background there: what is cut through must not become contact.
 constexpr uint32_t kQuiet_px = 2;
-
-// The smallest side of at least `least` px that reaches the frame's end from a place in steps of kStep_px.
-uint32_t side_for(uint32_t least, uint32_t frame) {
-  const uint32_t rest = frame % kStep_px;
-  const uint32_t side = (std::max(least, rest) - rest + kStep_px - 1) / kStep_px * kStep_px + rest;
-  return std::min(side, frame);
-}
 
 // Windows get what the host has cut out for them.
 FramePlan for_window(FramePlan plan) {
@@ -30,20 +21,6 @@ FramePlan for_window(FramePlan plan) {
 }
 
 }  // namespace
-
-std::vector<PixelRect> window_sizes(const FrameFormat& format) {
-  constexpr double kShares[] = {0.375, 0.5, 0.625};
-  std::vector<PixelRect> sizes;
-  const uint32_t shorter = std::min(format.width, format.height);
-  for (const double share : kShares) {
-    const auto side = static_cast<uint32_t>(std::ceil(share * shorter));
-    const PixelRect size{0, 0, side_for(side, format.width), side_for(side, format.height)};
-    if (side < kLeast_px || 2 * uint64_t{size.width} * size.height > uint64_t{format.width} * format.height)
-      continue;
-    sizes.push_back(size);
-  }
-  return sizes;
-}
 
 PixelRect with_margin(const PixelRect& box, const FrameFormat& format) {
   const uint32_t x = std::max(box.x, kMargin_px) - kMargin_px, y = std::max(box.y, kMargin_px) - kMargin_px;
@@ -56,8 +33,9 @@ PixelRect place_window(const PixelRect& size, const PixelRect& box, const std::o
   if (last && last->contains(box)) return *last;
   const auto along = [](uint32_t first, uint32_t length, uint32_t side, uint32_t frame) {
     const uint32_t before = (side - length) / 2;
-    const uint32_t lowest = (std::max(first + length, side) - side + kStep_px - 1) / kStep_px * kStep_px;
-    const uint32_t wanted = (std::max(first, before) - before) / kStep_px * kStep_px;
+    const uint32_t lowest =
+        (std::max(first + length, side) - side + kWindowStep_px - 1) / kWindowStep_px * kWindowStep_px;
+    const uint32_t wanted = (std::max(first, before) - before) / kWindowStep_px * kWindowStep_px;
     return std::min(std::max(wanted, lowest), frame - side);
   };
   return {along(box.x, box.width, size.width, format.width),
@@ -119,7 +97,7 @@ WindowedFrame::Window* WindowedFrame::window_for(const PixelRect& box) {
   for (Window& window : windows_) {
     // From a place in steps a window may have to begin up to a step before the box.
     const auto fits = [](uint32_t first, uint32_t length, uint32_t side, uint32_t frame) {
-      const uint32_t begin = std::min(first / kStep_px * kStep_px, frame - std::min(side, frame));
+      const uint32_t begin = std::min(first / kWindowStep_px * kWindowStep_px, frame - std::min(side, frame));
       return first + length <= begin + side;
     };
     if ((window.place && window.place->contains(box)) ||

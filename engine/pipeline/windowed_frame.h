@@ -13,9 +13,6 @@
 
 namespace palpate {
 
-/// Sizes of windows for frames of one format, smallest first: squares of growing shares of the shorter side.
-std::vector<PixelRect> window_sizes(const FrameFormat& format);
-
 /// `box` and the margin around it, within the frame: what a window has to hold.
 PixelRect with_margin(const PixelRect& box, const FrameFormat& format);
 

@@ -80,7 +80,7 @@ TEST_F(FilmTest, UnwritablePlacesAreErrors) {
     FAIL() << "a film in a folder that does not exist";
   } catch (const Error& error) {
     EXPECT_EQ(error.failure(), Failure::Output);
-    EXPECT_NE(std::string(error.what()).find(nowhere.string()), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find(nowhere.string()), std::string::npos) << error.what();
   }
   EXPECT_THROW(write_png(picture(1, 2, 3), folder_ / "missing" / "picture.png"), Error);
 }

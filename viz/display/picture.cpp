@@ -110,7 +110,8 @@ Film::Film(const std::filesystem::path& file, uint32_t width, uint32_t height, d
   impl_->file = file;
   impl_->partial = file.parent_path() / ("." + file.stem().string() + "." + std::to_string(::getpid()) +
                                          ".partial" + file.extension().string());
-  impl_->encoder = video_module().encode(impl_->partial, width, height, rate_Hz > 0 ? rate_Hz : 30);
+  impl_->encoder =
+      video_module().encode(impl_->partial, file.string(), width, height, rate_Hz > 0 ? rate_Hz : 30);
 }
 
 Film::~Film() {
