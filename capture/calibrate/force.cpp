@@ -186,11 +186,11 @@ std::string describe(const ForceOutcome& o) {
     if (!s.refused.empty())
       text += palpate::text("%-32s          -   not fitted: %.200s\n", name.c_str(), s.refused.c_str());
     else
-      text +=
-          palpate::text("%-32s %10.4g   %.3g +- %.2g%s\n", name.c_str(), s.error_N, s.worse_N, s.worse_sd_N,
-                        chosen                         ? "   <- chosen: the simplest within a standard error"
-                        : !s.eligible && s.worse_N < 0 ? "   (only with --signal: see capture/calibrate/README.md)"
-                                                       : "");
+      text += palpate::text(
+          "%-32s %10.4g   %.3g +- %.2g%s\n", name.c_str(), s.error_N, s.worse_N, s.worse_sd_N,
+          chosen                         ? "   <- chosen: the simplest within a standard error"
+          : !s.eligible && s.worse_N < 0 ? "   (only with --signal: see capture/calibrate/README.md)"
+                                         : "");
   }
   text += "\n" + curve_text(f) + "\n";
   if (f.signal == ForceSignal::Area || f.signal == ForceSignal::Volume)

@@ -6,10 +6,10 @@
 #include <opencv2/core.hpp>
 
 #include "capture/files/images.h"
-#include "capture/files/output_file.h"
-#include "palpate/error.h"
-#include "engine/sensor/json.h"
 #include "capture/files/npy.h"
+#include "capture/files/output_file.h"
+#include "engine/sensor/json.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -7,10 +7,10 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "palpate/error.h"
-#include "engine/lump/dataset/sweep.h"
-#include "engine/base/statistics.h"
 #include "capture/files/npy.h"
+#include "engine/base/statistics.h"
+#include "engine/lump/dataset/sweep.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

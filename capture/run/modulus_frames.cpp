@@ -12,8 +12,8 @@
 #include "capture/files/csv_line.h"
 #include "capture/files/images.h"
 #include "capture/files/measurements.h"
-#include "palpate/error.h"
 #include "engine/stages/elastic.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

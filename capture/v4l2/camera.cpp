@@ -9,10 +9,10 @@
 #include <sstream>
 #include <thread>
 
-#include "capture/v4l2/camera_clock.h"
-#include "capture/v4l2/camera_setup.h"
 #include "capture/clock.h"
 #include "capture/rectify.h"
+#include "capture/v4l2/camera_clock.h"
+#include "capture/v4l2/camera_setup.h"
 #include "capture/v4l2/stream.h"
 #include "palpate/error.h"
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <string>
 
-#include "palpate/error.h"
 #include "engine/measure/force.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <string>
 
-#include "palpate/error.h"
 #include "engine/numeric/poisson_dct.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <optional>
 
-#include "palpate/error.h"
 #include "engine/calibrate/photometric_normal_table.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

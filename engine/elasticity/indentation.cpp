@@ -5,9 +5,9 @@
 #include <numbers>
 #include <string>
 
-#include "palpate/error.h"
 #include "engine/elasticity/layer_response.h"
 #include "engine/numeric/quadrature.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

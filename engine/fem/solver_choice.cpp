@@ -4,8 +4,8 @@
 #include <chrono>
 #include <cstdio>
 
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <optional>
 
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 
 namespace palpate::gpu {
 

@@ -5,10 +5,10 @@
 #include <chrono>
 #include <utility>
 
-#include "palpate/error.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/kernel.h"
+#include "palpate/error.h"
 
 namespace palpate::gpu {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 
 namespace palpate::gpu {
 namespace {

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <utility>
 
-#include "engine/lump/fem_inverse/inversion.h"
 #include "engine/base/statistics.h"
+#include "engine/lump/fem_inverse/inversion.h"
 
 namespace palpate {
 namespace {

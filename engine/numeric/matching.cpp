@@ -7,10 +7,10 @@
 #include <numeric>
 #include <random>
 
-#include "palpate/error.h"
 #include "engine/numeric/matching_flow.h"
 #include "engine/numeric/matching_start.h"
 #include "engine/numeric/matching_warp.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

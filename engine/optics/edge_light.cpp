@@ -5,8 +5,8 @@
 #include <numbers>
 #include <string>
 
-#include "palpate/error.h"
 #include "engine/numeric/quadrature.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -3,13 +3,13 @@
 #include <cmath>
 #include <limits>
 
-#include "palpate/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/numeric/poisson_dct.h"
 #include "engine/stages/contact.h"
 #include "engine/stages/slope.h"
 #include "engine/stages/surface.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

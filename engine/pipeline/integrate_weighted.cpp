@@ -3,12 +3,12 @@
 #include <cmath>
 #include <limits>
 
-#include "palpate/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/numeric/weighted_poisson.h"
 #include "engine/stages/contact.h"
 #include "engine/stages/weighted_surface.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <string>
 
-#include "palpate/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 #include "shaders/shared/skin.h"
 #include "shaders/skin.spv.h"
 #include "shaders/skin_color.spv.h"

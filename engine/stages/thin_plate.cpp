@@ -5,9 +5,9 @@
 #include <cmath>
 #include <string>
 
-#include "palpate/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 #include "shaders/thin_plate.spv.h"
 #include "shaders/thin_plate_map.spv.h"
 

@@ -1,10 +1,10 @@
 #include "perf/profile/files.h"
 
 #include "capture/files/output_file.h"
-#include "viz/report/gnuplot.h"
 #include "perf/profile/plots.h"
 #include "perf/profile/report.h"
 #include "perf/profile/tables.h"
+#include "viz/report/gnuplot.h"
 
 namespace palpate::perf {
 namespace {

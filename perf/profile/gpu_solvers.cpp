@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "engine/gpu/context.h"
-#include "engine/stages/contact.h"
 #include "engine/gpu/tuning.h"
+#include "engine/stages/contact.h"
 
 namespace palpate::perf {
 namespace {

@@ -7,8 +7,8 @@
 #include <functional>
 #include <map>
 
-#include "viz/report/gnuplot.h"
 #include "perf/profile/tables.h"
+#include "viz/report/gnuplot.h"
 
 namespace palpate::perf {
 namespace {

@@ -6,9 +6,9 @@
 #include <fstream>
 #include <map>
 
-#include "palpate/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 #include "palpate/pipeline.h"
 #include "perf/profile/frames.h"
 #include "perf/profile/growth.h"

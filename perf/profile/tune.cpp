@@ -7,15 +7,15 @@
 #include <optional>
 
 #include "capture/synthetic/synthetic.h"
-#include "palpate/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
-#include "palpate/pipeline.h"
 #include "engine/stages/contact.h"
 #include "engine/stages/rest_level.h"
 #include "engine/stages/slope.h"
 #include "engine/stages/surface.h"
 #include "engine/stages/upload.h"
+#include "palpate/error.h"
+#include "palpate/pipeline.h"
 
 namespace palpate::perf {
 namespace {

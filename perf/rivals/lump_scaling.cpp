@@ -12,9 +12,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "palpate/error.h"
 #include "engine/lump/dataset/file.h"
 #include "engine/lump/dataset/journal.h"
+#include "palpate/error.h"
 #include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
 

@@ -6,8 +6,8 @@
 #include <optional>
 #include <random>
 
-#include "engine/gpu/context.h"
 #include "capture/run/modulus_frames.h"
+#include "engine/gpu/context.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate::perf {

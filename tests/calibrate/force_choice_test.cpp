@@ -8,9 +8,9 @@
 #include <random>
 #include <string>
 
-#include "palpate/error.h"
 #include "engine/calibrate/force_fit.h"
 #include "engine/calibrate/force_scatter.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -6,12 +6,12 @@
 #include <thread>
 
 #include "capture/files/measurements.h"
+#include "capture/run/verify_recording.h"
 #include "capture/session/session.h"
 #include "capture/synthetic/synthetic.h"
 #include "palpate/error.h"
 #include "tests/support/gpu_fixture.h"
 #include "tests/support/test_folder.h"
-#include "capture/run/verify_recording.h"
 #include "viz/live/live.h"
 #include "viz/live/recorder.h"
 

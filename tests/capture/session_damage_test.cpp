@@ -241,8 +241,7 @@ TEST_F(SessionDamage, NonsenseIsRefusedInOneLine) {
   // What a later program may add is passed over.
   const fs::path more = folder_ / "more";
   fs::copy(good, more);
-  spill(more / kSessionJson,
-             changed("\"complete\": true", "\"weather\": {\"rain\": 1}, \"complete\": true"));
+  spill(more / kSessionJson, changed("\"complete\": true", "\"weather\": {\"rain\": 1}, \"complete\": true"));
   EXPECT_EQ(read_everything(more), kFrames);
 }
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
-#include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/skin.h"
+#include "capture/synthetic/synthetic.h"
 #include "palpate/error.h"
 
 namespace palpate {

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <random>
 
-#include "palpate/error.h"
-#include "engine/fem/solve.h"
 #include "engine/fem/device/solver.h"
 #include "engine/fem/linear/solver.h"
+#include "engine/fem/solve.h"
+#include "palpate/error.h"
 #include "tests/support/gpu_fixture.h"
 
 namespace palpate {

@@ -8,10 +8,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "palpate/error.h"
-#include "engine/fem/linear/solver.h"
 #include "engine/elasticity/hertz.h"
 #include "engine/elasticity/layer.h"
+#include "engine/fem/linear/solver.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <random>
 
-#include "palpate/error.h"
-#include "engine/fem/linear/stiffness.h"
 #include "engine/fem/large_strain/model.h"
 #include "engine/fem/large_strain/pressed_surface.h"
+#include "engine/fem/linear/stiffness.h"
+#include "palpate/error.h"
 #include "tests/reference/neo_hookean.h"
 
 namespace palpate {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <random>
 
-#include "palpate/error.h"
 #include "engine/fem/linear/solver.h"
 #include "engine/fem/linear/transfer.h"
+#include "palpate/error.h"
 #include "tests/reference/forward.h"
 
 namespace palpate {

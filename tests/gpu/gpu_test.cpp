@@ -13,11 +13,11 @@
 #include <numeric>
 #include <utility>
 
-#include "palpate/error.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/kernel.h"
+#include "palpate/error.h"
 #include "shaders/rest_level.spv.h"
 #include "shaders/shared/contact.h"
 #include "shaders/shared/grid.h"
@@ -138,7 +138,8 @@ TEST_F(Gpu, KernelsAreCheckedAgainstTheirShader) {
   for (const uint32_t bytes : {0u, 24u, 40u}) {
     wrong = datum_interface();
     wrong.push_bytes = bytes;
-    expect_words(refused(wrong), {"'rest_level'", std::to_string(bytes) + " bytes of push constants", "32 bytes"});
+    expect_words(refused(wrong),
+                 {"'rest_level'", std::to_string(bytes) + " bytes of push constants", "32 bytes"});
   }
   std::vector<uint32_t> damaged(std::begin(k_rest_level), std::end(k_rest_level));
   damaged[0] ^= 1;

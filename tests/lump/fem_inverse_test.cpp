@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/error.h"
 #include "engine/lump/observation/sensor_model.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <cstring>
 
-#include "palpate/error.h"
 #include "engine/lump/dataset/hdf5.h"
 #include "engine/lump/dataset/journal.h"
-#include "lump_cases.h"
-#include "tests/support/program_fixture.h"
 #include "engine/lump/study/dataset_run.h"
+#include "lump_cases.h"
+#include "palpate/error.h"
+#include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <random>
 
-#include "palpate/error.h"
 #include "engine/lump/observation/gaussian_profile.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -9,12 +9,12 @@
 #include <random>
 #include <span>
 
-#include "palpate/error.h"
 #include "engine/lump/network/fit.h"
 #include "engine/lump/network/model.h"
-#include "engine/lump/training/training.h"
 #include "engine/lump/observation/sensor_model.h"
+#include "engine/lump/training/training.h"
 #include "engine/numeric/mlp.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

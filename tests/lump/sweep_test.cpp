@@ -7,9 +7,9 @@
 #include <cmath>
 #include <set>
 
-#include "palpate/error.h"
 #include "engine/numeric/sobol.h"
 #include "lump_cases.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -6,9 +6,9 @@
 #include <numbers>
 #include <random>
 
-#include "palpate/error.h"
 #include "engine/elasticity/hertz.h"
 #include "engine/elasticity/layer.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

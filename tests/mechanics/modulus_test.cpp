@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "palpate/error.h"
 #include "engine/elasticity/modulus/press_truth.h"
+#include "palpate/error.h"
 #include "perf/rivals/modulus_trials.h"
 #include "tests/support/gpu_fixture.h"
 

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <random>
 
-#include "palpate/error.h"
 #include "engine/optics/optical_stack.h"
+#include "palpate/error.h"
 #include "tests/reference/light_paths.h"
 
 namespace palpate {

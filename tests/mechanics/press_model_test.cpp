@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "palpate/error.h"
-#include "engine/fem/linear/solver.h"
 #include "engine/elasticity/modulus/press_truth.h"
+#include "engine/fem/linear/solver.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -5,10 +5,10 @@
 #include <numbers>
 #include <random>
 
-#include "palpate/error.h"
 #include "engine/optics/edge_light.h"
 #include "engine/optics/ray_fan.h"
 #include "engine/optics/refractive_index.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

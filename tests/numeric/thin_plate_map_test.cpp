@@ -8,11 +8,11 @@
 #include <cmath>
 #include <random>
 
-#include "palpate/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/measure/strain.h"
-#include "tests/support/gpu_fixture.h"
+#include "palpate/error.h"
 #include "tests/reference/thin_plate.h"
+#include "tests/support/gpu_fixture.h"
 
 namespace palpate {
 namespace {

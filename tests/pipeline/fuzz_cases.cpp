@@ -6,9 +6,9 @@
 #include <random>
 #include <sstream>
 
-#include "palpate/error.h"
 #include "engine/numeric/poisson_dct.h"
 #include "engine/stages/surface.h"
+#include "palpate/error.h"
 #include "tests/reference/contact.h"
 #include "tests/reference/slope.h"
 #include "tests/support/stage_run.h"

@@ -7,14 +7,14 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
-#include "palpate/pipeline.h"
 #include "engine/stages/surface.h"
+#include "palpate/error.h"
+#include "palpate/pipeline.h"
+#include "tests/scenes/dent.h"
 #include "tests/support/failing_layer.h"
 #include "tests/support/leased_memory.h"
 #include "tests/support/program_fixture.h"
-#include "tests/scenes/dent.h"
 #include "tests/support/stage_run.h"
 #include "tests/support/thorough.h"
 

@@ -8,8 +8,8 @@
 
 #include "capture/synthetic/synthetic.h"
 #include "engine/gpu/commands.h"
-#include "palpate/pipeline.h"
 #include "engine/pipeline/windowed_frame.h"
+#include "palpate/pipeline.h"
 #include "tests/support/gpu_fixture.h"
 
 namespace palpate {

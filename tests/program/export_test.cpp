@@ -11,11 +11,11 @@
 #include <sstream>
 #include <thread>
 
+#include "capture/files/npy.h"
 #include "capture/session/session.h"
 #include "engine/gpu/context.h"
 #include "palpate/pipeline.h"
 #include "tests/support/program_fixture.h"
-#include "capture/files/npy.h"
 
 namespace palpate {
 namespace {

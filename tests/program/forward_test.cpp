@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "tests/support/program_fixture.h"
 #include "capture/files/npy.h"
+#include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {

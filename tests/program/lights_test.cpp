@@ -7,9 +7,9 @@
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 
+#include "capture/files/npy.h"
 #include "engine/calibrate/light_stack_check.h"
 #include "tests/support/program_fixture.h"
-#include "capture/files/npy.h"
 
 namespace palpate {
 namespace {

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "tests/support/program_fixture.h"
 #include "capture/files/lump_maps.h"
 #include "capture/files/npy.h"
+#include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {

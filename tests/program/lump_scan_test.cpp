@@ -1,9 +1,9 @@
 // palpate lump scan and figures as their user meets them.
 #include <nlohmann/json.hpp>
 
+#include "capture/files/npy.h"
 #include "capture/synthetic/tissue.h"
 #include "tests/support/program_fixture.h"
-#include "capture/files/npy.h"
 
 namespace palpate {
 namespace {

@@ -6,8 +6,8 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "tests/scenes/dent.h"
 #include "capture/files/npy.h"
+#include "tests/scenes/dent.h"
 
 namespace palpate {
 namespace {

@@ -1,4 +1,5 @@
-// READMEs stay true: the sensor file of the example loads, and the tables name every column and every key that there is.
+// READMEs stay true: the sensor file of the example loads, and the tables name every column and every key
+// that there is.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "tests/scenes/dent.h"
 #include "capture/files/npy.h"
+#include "tests/scenes/dent.h"
 
 namespace palpate {
 namespace {

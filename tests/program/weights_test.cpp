@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "tests/support/program_fixture.h"
 #include "capture/files/npy.h"
+#include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {

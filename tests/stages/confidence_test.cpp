@@ -8,10 +8,10 @@
 #include <numbers>
 #include <random>
 
-#include "palpate/error.h"
 #include "engine/gpu/commands.h"
-#include "tests/support/gpu_fixture.h"
+#include "palpate/error.h"
 #include "tests/reference/confidence.h"
+#include "tests/support/gpu_fixture.h"
 #include "tests/support/thorough.h"
 
 namespace palpate {

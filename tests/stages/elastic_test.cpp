@@ -10,12 +10,12 @@
 #include <random>
 
 #include "capture/synthetic/synthetic.h"
-#include "palpate/error.h"
-#include "engine/gpu/commands.h"
-#include "palpate/pipeline.h"
 #include "engine/elasticity/elastic_convolution.h"
-#include "tests/support/gpu_fixture.h"
+#include "engine/gpu/commands.h"
+#include "palpate/error.h"
+#include "palpate/pipeline.h"
 #include "tests/reference/elastic.h"
+#include "tests/support/gpu_fixture.h"
 
 namespace palpate {
 namespace {

@@ -5,9 +5,9 @@
 #include <numeric>
 
 #include "engine/gpu/commands.h"
+#include "tests/reference/contact.h"
 #include "tests/support/gpu_fixture.h"
 #include "tests/support/memory_left.h"
-#include "tests/reference/contact.h"
 #include "tests/support/stage_run.h"
 
 namespace palpate {

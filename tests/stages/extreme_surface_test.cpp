@@ -8,14 +8,14 @@
 #include <numbers>
 #include <random>
 
-#include "palpate/error.h"
-#include "palpate/pipeline.h"
 #include "engine/numeric/poisson_dct.h"
 #include "engine/stages/surface.h"
-#include "tests/support/gpu_fixture.h"
-#include "tests/support/memory_left.h"
+#include "palpate/error.h"
+#include "palpate/pipeline.h"
 #include "tests/reference/slope.h"
 #include "tests/scenes/heights.h"
+#include "tests/support/gpu_fixture.h"
+#include "tests/support/memory_left.h"
 #include "tests/support/stage_run.h"
 
 namespace palpate {

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "engine/gpu/commands.h"
-#include "tests/support/gpu_fixture.h"
 #include "tests/reference/regions.h"
+#include "tests/support/gpu_fixture.h"
 #include "tests/support/stage_run.h"
 
 namespace palpate {

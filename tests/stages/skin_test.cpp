@@ -10,11 +10,11 @@
 #include <random>
 
 #include "capture/synthetic/synthetic.h"
-#include "palpate/error.h"
 #include "engine/gpu/commands.h"
+#include "palpate/error.h"
 #include "palpate/pipeline.h"
-#include "tests/support/gpu_fixture.h"
 #include "tests/reference/skin.h"
+#include "tests/support/gpu_fixture.h"
 
 namespace palpate {
 namespace {

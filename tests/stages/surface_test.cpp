@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <random>
 
-#include "palpate/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/stages/slope.h"
-#include "tests/support/gpu_fixture.h"
+#include "palpate/error.h"
 #include "tests/scenes/heights.h"
+#include "tests/support/gpu_fixture.h"
 
 namespace palpate {
 namespace {

@@ -6,12 +6,12 @@
 #include <limits>
 #include <random>
 
-#include "palpate/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/numeric/islands.h"
 #include "engine/numeric/weighted_poisson.h"
-#include "tests/support/gpu_fixture.h"
+#include "palpate/error.h"
 #include "tests/scenes/heights.h"
+#include "tests/support/gpu_fixture.h"
 #include "tests/support/thorough.h"
 
 namespace palpate {

@@ -83,9 +83,10 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
                       "Video, folder of images, session, or synthetic:SCENE (default: a simulated "
                       "palpation, without end)");
   options->camera.add_to(*command);
-  command->add_option("--sensor", options->sensor,
-                      "Sensor file (JSON, see engine/sensor/README.md); synthetic inputs and sessions need none, a camera "
-                      "without one is uncalibrated");
+  command->add_option(
+      "--sensor", options->sensor,
+      "Sensor file (JSON, see engine/sensor/README.md); synthetic inputs and sessions need none, a camera "
+      "without one is uncalibrated");
   command
       ->add_option("--background", options->background,
                    "Untouched image (default: the sensor file's, or the first frames)")

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "viz/render/annotations.h"
 #include "viz/panels/banners.h"
+#include "viz/panels/charts.h"
 #include "viz/panels/controls.h"
 #include "viz/panels/sensor.h"
-#include "viz/panels/charts.h"
+#include "viz/render/annotations.h"
 
 namespace palpate::viz {
 namespace {

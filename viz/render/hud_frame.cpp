@@ -6,9 +6,9 @@
 
 #include <filesystem>
 
-#include "palpate/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 
 namespace palpate::viz {
 namespace {

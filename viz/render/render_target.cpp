@@ -3,8 +3,8 @@
 #include <array>
 #include <chrono>
 
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 
 namespace palpate::viz {
 namespace {

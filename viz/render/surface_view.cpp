@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "palpate/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 #include "shaders/shared/surface_view.h"
 #include "shaders/surface_frag.spv.h"
 #include "shaders/surface_vert.spv.h"

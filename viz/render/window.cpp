@@ -8,8 +8,8 @@
 #include <cassert>
 #include <cmath>
 
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 
 namespace palpate::viz {
 namespace {

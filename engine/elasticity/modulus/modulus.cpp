@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <random>
 
-#include "palpate/error.h"
 #include "engine/elasticity/modulus/fit.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

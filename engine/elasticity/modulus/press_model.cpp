@@ -6,8 +6,8 @@
 #include <limits>
 #include <numbers>
 
-#include "palpate/error.h"
 #include "engine/numeric/quadrature.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -5,9 +5,9 @@
 #include <optional>
 #include <utility>
 
-#include "palpate/error.h"
-#include "engine/gpu/commands.h"
 #include "engine/fem/linear/level.h"
+#include "engine/gpu/commands.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -3,8 +3,8 @@
 #include <utility>
 #include <vector>
 
-#include "engine/gpu/context.h"
 #include "engine/fem/device/grid.h"
+#include "engine/gpu/context.h"
 #include "shaders/forward_advance.spv.h"
 #include "shaders/forward_balance.spv.h"
 #include "shaders/forward_coarsest.spv.h"

@@ -7,8 +7,8 @@
 #include <span>
 #include <utility>
 
-#include "palpate/error.h"
 #include "engine/gpu/context.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

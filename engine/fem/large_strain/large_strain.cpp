@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <numeric>
 
-#include "palpate/error.h"
 #include "engine/fem/large_strain/plate_press.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 #include <utility>
 
-#include "palpate/error.h"
 #include "engine/fem/linear/level.h"
 #include "engine/fem/linear/transfer.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

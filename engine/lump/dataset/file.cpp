@@ -8,8 +8,8 @@
 #include <cstring>
 #include <limits>
 
-#include "palpate/error.h"
 #include "engine/lump/dataset/hdf5.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -1,9 +1,9 @@
 #include <cmath>
 #include <filesystem>
 
-#include "palpate/error.h"
-#include "engine/lump/dataset/hdf5.h"
 #include "engine/lump/dataset/file.h"
+#include "engine/lump/dataset/hdf5.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "palpate/error.h"
 #include "engine/fem/large_strain/large_strain.h"
 #include "engine/numeric/sobol.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

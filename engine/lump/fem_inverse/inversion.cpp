@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "palpate/error.h"
 #include "engine/lump/fem_inverse/search.h"
 #include "engine/lump/observation/gaussian_profile.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -6,10 +6,10 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "palpate/error.h"
+#include "engine/lump/network/inverse_network.h"
 #include "engine/lump/network/model.h"
 #include "engine/lump/network/network.h"
-#include "engine/lump/network/inverse_network.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

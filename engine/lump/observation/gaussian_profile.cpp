@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/error.h"
 #include "engine/base/statistics.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

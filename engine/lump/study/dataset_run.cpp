@@ -6,10 +6,10 @@
 #include <thread>
 #include <vector>
 
-#include "palpate/error.h"
 #include "engine/lump/dataset/file.h"
 #include "engine/lump/dataset/journal.h"
 #include "engine/lump/study/case_team.h"
+#include "palpate/error.h"
 
 namespace palpate {
 namespace {

@@ -3,9 +3,9 @@
 #include <atomic>
 #include <cmath>
 
-#include "engine/lump/training/steps.h"
-#include "engine/lump/network/view.h"
 #include "engine/base/statistics.h"
+#include "engine/lump/network/view.h"
+#include "engine/lump/training/steps.h"
 
 namespace palpate {
 namespace {

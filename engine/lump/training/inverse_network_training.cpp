@@ -6,10 +6,10 @@
 #include <numeric>
 #include <random>
 
-#include "engine/lump/network/inverse_network.h"
 #include "engine/lump/dataset/sweep.h"
-#include "engine/lump/training/steps.h"
+#include "engine/lump/network/inverse_network.h"
 #include "engine/lump/observation/saturated_loads.h"
+#include "engine/lump/training/steps.h"
 
 namespace palpate {
 namespace {
