@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <nlohmann/json.hpp>
 
+#include "engine/base/json.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/options.h"
@@ -49,8 +49,8 @@ int fail(const std::string& message, int exit_code, bool json) {
   std::replace(line.begin(), line.end(), '\n', ' ');
   std::fprintf(stderr, "palpate: %s\n", line.c_str());
   if (json) {
-    const nlohmann::ordered_json value = {{"complete", false}, {"exit_code", exit_code}, {"error", line}};
-    std::fputs((value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n").c_str(), stdout);
+    const json::Value value = {{"complete", false}, {"exit_code", exit_code}, {"error", line}};
+    std::fputs((value.dump(2, json::Utf8::Replace) + "\n").c_str(), stdout);
     std::fflush(stdout);
   }
   return exit_code;

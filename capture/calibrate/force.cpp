@@ -4,15 +4,15 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <nlohmann/json.hpp>
 
+#include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 const char* unit_of(ForceSignal signal) {
   switch (signal) {
@@ -317,7 +317,7 @@ std::string to_json(const ForceOutcome& o, const std::string& sensor_file) {
       {"drift_sd_N_per_min", or_null(c.drift_sd_N_per_min)},
       {"lines", lines},
       {"checks", checks}};
-  return value.dump(2, ' ', false, Json::error_handler_t::replace);
+  return value.dump(2, json::Utf8::Replace);
 }
 
 std::string samples_csv(const ForceOutcome& o) {

@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
+#include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 using Phase = ShearSample::Phase;
 
 constexpr double kShiftNoise_px = 0.05;
@@ -189,7 +189,7 @@ std::string to_json(const ShearOutcome& o, const std::string& sensor_file) {
                 {"friction_from", o.friction_from},
                 {"slip_frames", o.fit.slip_readings},
                 {"largest_sticking_ratio", o.fit.largest_ratio}};
-  return value.dump(2, ' ', false, Json::error_handler_t::replace);
+  return value.dump(2, json::Utf8::Replace);
 }
 
 std::string plot_script(const ShearOutcome& o, bool svg) {

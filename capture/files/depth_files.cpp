@@ -1,7 +1,6 @@
 #include "capture/files/depth_files.h"
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "capture/files/depth_mesh.h"
@@ -9,6 +8,7 @@
 #include "capture/files/image_file.h"
 #include "capture/files/npy.h"
 #include "capture/files/output_file.h"
+#include "engine/base/json.h"
 #include "palpate/error.h"
 #include "shaders/shared/confidence.h"
 
@@ -93,7 +93,7 @@ void write_confidence(const std::filesystem::path& file, std::span<const uint16_
 
 std::string describe_confidence_folder(uint32_t width, uint32_t height,
                                        std::span<const DepthFormat> formats) {
-  nlohmann::ordered_json about = {
+  json::Value about = {
       {"content", "what is known of each pixel, one file a frame"},
       {"width_px", width},
       {"height_px", height},
@@ -111,14 +111,13 @@ std::string describe_confidence_folder(uint32_t width, uint32_t height,
 
 std::string describe_depth_folder(const DepthView& map, std::span<const DepthFormat> formats,
                                   const std::map<DepthFormat, uint64_t>& clipped_px) {
-  nlohmann::ordered_json about = {{"content", "depth below the pad's rest level, one file a frame"},
-                                  {"width_px", map.width},
-                                  {"height_px", map.height},
-                                  {"pitch_mm_per_px", map.pitch_mm_per_px}};
-  const nlohmann::ordered_json mesh = {{"unit", "mm"},
-                                       {"axes", "x right, y up, z depth (towards the camera)"}};
+  json::Value about = {{"content", "depth below the pad's rest level, one file a frame"},
+                       {"width_px", map.width},
+                       {"height_px", map.height},
+                       {"pitch_mm_per_px", map.pitch_mm_per_px}};
+  const json::Value mesh = {{"unit", "mm"}, {"axes", "x right, y up, z depth (towards the camera)"}};
   for (const DepthFormat format : formats) {
-    nlohmann::ordered_json& one = about[std::string(extension(format))];
+    json::Value& one = about[std::string(extension(format))];
     switch (format) {
       case DepthFormat::Png16:
         one = {{"depth_mm", "(count - zero_count) * step_mm"},

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <opencv2/core.hpp>
 
 #include "capture/files/images.h"
@@ -15,7 +16,7 @@ namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
-using sensor_json::Json;
+using Json = json::Value;
 using sensor_json::Reader;
 
 constexpr int kVersion = 1;
@@ -104,21 +105,21 @@ std::vector<float> read_heights(const fs::path& file, const LightImages& images)
 }
 
 void save_light_calibration(const LightCalibration& c, const fs::path& file) {
-  nlohmann::ordered_json json = {{"palpate_lights", kVersion},
-                                 {"lights", c.stack.lights},
-                                 {"order", c.stack.order},
-                                 {"size_px", {c.width, c.height}},
-                                 {"pitch_mm_per_px", c.pitch_mm_per_px},
-                                 {"explained_x", c.stack.explained_x},
-                                 {"explained_y", c.stack.explained_y},
-                                 {"bands_rms_mm", c.bands_mm},
-                                 {"halves_rms_mm", c.halves_mm},
-                                 {"wx", c.stack.wx},
-                                 {"wy", c.stack.wy}};
+  Json json = {{"palpate_lights", kVersion},
+               {"lights", c.stack.lights},
+               {"order", c.stack.order},
+               {"size_px", {c.width, c.height}},
+               {"pitch_mm_per_px", c.pitch_mm_per_px},
+               {"explained_x", c.stack.explained_x},
+               {"explained_y", c.stack.explained_y},
+               {"bands_rms_mm", c.bands_mm},
+               {"halves_rms_mm", c.halves_mm},
+               {"wx", c.stack.wx},
+               {"wy", c.stack.wy}};
   Json origin = Json::object();
   sensor_json::add_origin(origin, c.origin);
   if (origin.contains("origin")) json["origin"] = origin["origin"];
-  write_whole(file, std::string_view(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"));
+  write_whole(file, std::string_view(json.dump(2, json::Utf8::Replace) + "\n"));
 }
 
 LightCalibration load_light_calibration(const fs::path& file) {
@@ -126,8 +127,14 @@ LightCalibration load_light_calibration(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in || fs::is_directory(file))
     sensor_json::fail(file.string(), "a calibration of lights (JSON)", "no such file", remedy);
-  const Json json = Json::parse(in, nullptr, false);
-  if (json.is_discarded()) sensor_json::fail(file.string(), "valid JSON", "something else", remedy);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const Json json = [&] {
+    try {
+      return json::parse(text, {.sorted_keys = true});
+    } catch (const json::Error&) {
+      sensor_json::fail(file.string(), "valid JSON", "something else", remedy);
+    }
+  }();
   const std::string where = file.filename().string();
   Reader reader(json, where);
   if (reader.number("palpate_lights", 0, 1000, "(version of the format)") != kVersion)

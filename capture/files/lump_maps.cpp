@@ -5,9 +5,9 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "capture/files/npy.h"
+#include "engine/base/json.h"
 #include "engine/base/statistics.h"
 #include "engine/lump/dataset/sweep.h"
 #include "palpate/error.h"
@@ -124,7 +124,7 @@ std::string estimate_text(const LumpEstimate& e) {
 }
 
 std::string estimate_json(const LumpEstimate& e) {
-  using Json = nlohmann::ordered_json;
+  using Json = json::Value;
   const auto value = [](const LumpValue& v) {
     return std::isfinite(v.value) && v.high > 0 - 1e300 && (v.value != 0 || v.low != 0 || v.high != 0)
                ? Json{{"value", v.value}, {"low", v.low}, {"high", v.high}}

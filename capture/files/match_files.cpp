@@ -9,13 +9,14 @@
 
 #include "capture/files/csv_line.h"
 #include "capture/files/output_file.h"
+#include "engine/base/json.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 constexpr uintmax_t kLargestFile_B = 64u << 20;
 constexpr size_t kMostPoints = 20000;

@@ -2,10 +2,10 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "engine/base/json.h"
 #include "engine/numeric/matching.h"
 
 namespace palpate {
@@ -22,8 +22,8 @@ struct MatchFiles {
 /// Error(Failure::Input).
 std::vector<MatchFiles> read_pairs(const std::filesystem::path& list);
 
-nlohmann::ordered_json to_json(const MatchFiles& files, const PointSet& from, const PointSet& to,
-                               const MatchResult& result);
+json::Value to_json(const MatchFiles& files, const PointSet& from, const PointSet& to,
+                    const MatchResult& result);
 std::string to_text(const MatchFiles& files, const PointSet& from, const PointSet& to,
                     const MatchResult& result);
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "capture/files/measurements.h"
+#include "engine/base/json.h"
 
 namespace palpate {
 
@@ -66,15 +66,15 @@ void Comparison::add(const Touch& touch, const Truth& truth, std::optional<doubl
 }
 
 std::string Comparison::json() const {
-  nlohmann::ordered_json value = {{"frames", counts_.frames},
-                                  {"contact_agrees", counts_.contact_agrees},
-                                  {"contact_missed", counts_.contact_missed},
-                                  {"contact_missed_largest_N", counts_.largest_missed_N},
-                                  {"contact_invented", counts_.contact_invented},
-                                  {"force_flagged", counts_.flagged},
-                                  {"depth_flagged", counts_.depth_flagged},
-                                  {"slip_judged", counts_.slip_judged},
-                                  {"slip_agrees", counts_.slip_agrees}};
+  json::Value value = {{"frames", counts_.frames},
+                       {"contact_agrees", counts_.contact_agrees},
+                       {"contact_missed", counts_.contact_missed},
+                       {"contact_missed_largest_N", counts_.largest_missed_N},
+                       {"contact_invented", counts_.contact_invented},
+                       {"force_flagged", counts_.flagged},
+                       {"depth_flagged", counts_.depth_flagged},
+                       {"slip_judged", counts_.slip_judged},
+                       {"slip_agrees", counts_.slip_agrees}};
   const std::array<std::pair<const char*, const ErrorStatistics*>, 8> parts = {
       {{"force_N", &force_N_},
        {"shear_x_N", &shear_x_N_},

@@ -1,12 +1,11 @@
 #include "capture/run/press_json.h"
 
-#include <nlohmann/json.hpp>
-
 #include "capture/files/lump_maps.h"
+#include "engine/base/json.h"
 
 namespace palpate {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 std::string to_json(const std::vector<viz::PressAnswer>& presses) {
   Json all = Json::array();
@@ -20,7 +19,7 @@ std::string to_json(const std::vector<viz::PressAnswer>& presses) {
                   {"saturated_share", p.saturated_share},
                   {"finished", !p.unfinished}};
     if (p.estimate)
-      press["estimate"] = Json::parse(estimate_json(*p.estimate));
+      press["estimate"] = json::parse(estimate_json(*p.estimate));
     else
       press["trouble"] = p.trouble;
     all.push_back(std::move(press));

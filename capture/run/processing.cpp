@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "capture/clock.h"
@@ -15,6 +14,7 @@
 #include "capture/run/input.h"
 #include "capture/run/press_json.h"
 #include "capture/run/run_recording.h"
+#include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 
@@ -290,11 +290,11 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
 
 std::string to_json(const ProcessSummary& s, const ProcessRequest& request, const Sensor& sensor,
                     const gpu::Context& context) {
-  nlohmann::ordered_json value = {{"input", request.input},
-                                  {"sensor", sensor.name},
-                                  {"device", context.report().name},
-                                  {"solver", to_string(request.solver)},
-                                  {"complete", s.complete}};
+  json::Value value = {{"input", request.input},
+                       {"sensor", sensor.name},
+                       {"device", context.report().name},
+                       {"solver", to_string(request.solver)},
+                       {"complete", s.complete}};
   if (!s.complete) value["ended_by"] = s.ended_by;
   if (const std::string range = to_string(request.range); !range.empty()) value["range"] = range;
   value["frames"] = s.frames;
@@ -313,7 +313,7 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
     value["force_states"] = s.force_states;
   }
   if (s.largest_force_N) value["largest_force_N"] = *s.largest_force_N;
-  if (!s.presses.empty()) value["presses"] = nlohmann::ordered_json::parse(to_json(s.presses));
+  if (!s.presses.empty()) value["presses"] = json::parse(to_json(s.presses));
   if (s.largest_depth_mm) {
     value["largest_depth_mm"] = *s.largest_depth_mm;
     value["clipped_frames"] = s.clipped_frames;
@@ -328,8 +328,8 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
                             {"different", s.recorded->different},
                             {"first_difference", s.recorded->first_difference}};
   if (!s.warning.empty()) value["warning"] = s.warning;
-  if (s.comparison) value["measured_minus_true"] = nlohmann::ordered_json::parse(s.comparison->json());
-  return value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+  if (s.comparison) value["measured_minus_true"] = json::parse(s.comparison->json());
+  return value.dump(2, json::Utf8::Replace);
 }
 
 }  // namespace palpate

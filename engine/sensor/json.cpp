@@ -16,7 +16,7 @@ std::string shown(const Json& value) {
     if (value.is_structured() && part.is_structured())
       return (value.is_array() ? "a list of " : "an object of ") + std::to_string(value.size());
   }
-  std::string text = value.dump(-1, ' ', true);
+  std::string text = value.dump(-1, json::Utf8::Ascii);
   return text.size() > 60 ? text.substr(0, 57) + "..." : text;
 }
 

@@ -4,22 +4,23 @@
 
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <utility>
 
+#include "engine/base/json.h"
 #include "palpate/sensor.h"
 
 namespace palpate::sensor_json {
 
-using Json = nlohmann::json;
+using Json = json::Value;
 
 inline constexpr double kHuge = 1e12;
 
 /// Throws Error(Failure::Sensor).
-[[noreturn]] void fail(const std::string& where, const std::string& wanted, const std::string& found,
-                       const std::string& remedy = "correcting that key; engine/sensor/README.md explains each");
+[[noreturn]] void fail(
+    const std::string& where, const std::string& wanted, const std::string& found,
+    const std::string& remedy = "correcting that key; engine/sensor/README.md explains each");
 /// A value for a message: short, one line, ASCII. What is nested may be nested deeper than a stack is, and is
 /// only counted.
 std::string shown(const Json& value);
@@ -55,7 +56,7 @@ class Reader {
   std::string text(const char* key) {
     const Json& value = at(key);
     if (!value.is_string()) fail(path(key), "a text", shown(value));
-    return value.get<std::string>();
+    return value.text();
   }
   template <typename Enum, size_t N>
   void choice(const char* key, const std::array<Enum, N>& options, Enum& value) {
@@ -83,7 +84,7 @@ class Reader {
     const std::string wanted = "a number from " + number_text(low) + " to " + number_text(high) +
                                (*unit ? " " + std::string(unit) : "");
     if (!value.is_number()) fail(where, wanted, shown(value));
-    const double number = value.get<double>();
+    const double number = value.number();
     if (!(number >= low && number <= high)) fail(where, wanted, shown(value));
     return number;
   }
@@ -95,7 +96,7 @@ class Reader {
   }
 
   void finish() const {
-    for (const auto& [key, value] : object_.items()) {
+    for (const std::string& key : object_.keys()) {
       if (known_.contains(key)) continue;
       std::string names;
       for (const std::string& name : known_) names += (names.empty() ? "" : ", ") + name;

@@ -4,9 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <numbers>
-#include <set>
 #include <sstream>
 
 #include "engine/sensor/json.h"
@@ -52,6 +50,7 @@ Json to_json(const Sensor& s) {
   if (s.skin) json["skin"] = skin_json(*s.skin);
   if (s.force) json["force"] = force_json(*s.force);
   if (s.shear) json["shear"] = shear_json(*s.shear);
+  json.sort_keys();
   return json;
 }
 
@@ -168,17 +167,11 @@ Sensor from_json(const Json& json, const std::string& where, const std::string& 
 
 /// Throws where the text is no JSON or writes a key twice.
 Json parse(const std::string& text, const std::filesystem::path& file) {
-  std::vector<std::set<std::string>> keys;
-  const auto no_key_twice = [&](int, Json::parse_event_t event, Json& parsed) {
-    if (event == Json::parse_event_t::object_start) keys.emplace_back();
-    if (event == Json::parse_event_t::object_end) keys.pop_back();
-    if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second)
-      fail(file.string(), "each key once", shown(parsed) + " twice", "removing one of them");
-    return true;
-  };
   try {
-    return Json::parse(text, no_key_twice, true, true);  // comments are allowed
-  } catch (const Json::exception& e) {
+    return json::parse(text, {.comments = true, .unique_keys = true, .sorted_keys = true});
+  } catch (const json::KeyTwice& e) {
+    fail(file.string(), "each key once", shown(e.key) + " twice", "removing one of them");
+  } catch (const json::Error& e) {
     std::string what = e.what();
     const size_t at = what.find("at line"), after_code = what.find("] ");
     if (at != std::string::npos)
@@ -339,7 +332,7 @@ Sensor load_sensor(const std::filesystem::path& file) {
 std::string sensor_text(const Sensor& sensor) {
   require_scale(sensor, "sensor");
   validate(sensor, "sensor");
-  return to_json(sensor).dump(2, ' ', false, Json::error_handler_t::replace);
+  return to_json(sensor).dump(2, json::Utf8::Replace);
 }
 
 Sensor sensor_from_text(const std::string& text, const std::string& where) {
@@ -368,7 +361,7 @@ void save_sensor(const Sensor& given, const std::filesystem::path& file) {
   std::error_code error, ignored;
   {
     std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-    out << to_json(sensor).dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+    out << to_json(sensor).dump(2, json::Utf8::Replace) << '\n';
     out.close();
     if (!out) {
       std::filesystem::remove(temporary, ignored);

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
+
+#include "engine/base/json.h"
 
 namespace palpate::perf {
 namespace {
@@ -167,7 +168,7 @@ std::string to_csv(const MachineComparison& comparison) {
 }
 
 std::string to_json(const MachineComparison& comparison) {
-  nlohmann::ordered_json figures = nlohmann::ordered_json::array();
+  json::Value figures = json::Value::array();
   for (const ComparedFigure& f : comparison.figures) {
     figures.push_back({{"what", f.what},
                        {"reading_or_truth", f.reading},
@@ -179,13 +180,12 @@ std::string to_json(const MachineComparison& comparison) {
                        {"ratio_low", f.ratio_low},
                        {"ratio_high", f.ratio_high}});
   }
-  nlohmann::ordered_json value = {
-      {"a", comparison.name_a}, {"b", comparison.name_b}, {"notes", comparison.notes}};
-  value["frame_ratio"] = comparison.frame_ratio ? nlohmann::ordered_json(*comparison.frame_ratio) : nullptr;
+  json::Value value = {{"a", comparison.name_a}, {"b", comparison.name_b}, {"notes", comparison.notes}};
+  value["frame_ratio"] = comparison.frame_ratio ? json::Value(*comparison.frame_ratio) : nullptr;
   value["frame_ratio_spread"] = comparison.frame_ratio_spread;
   value["figures"] = figures;
   value["complete"] = true;
-  return value.dump(1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return value.dump(1, json::Utf8::Replace);
 }
 
 std::string describe(const MachineComparison& comparison) {

@@ -1,10 +1,10 @@
 // palpate cameras: the cameras of this machine, what they deliver and what can be set.
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "capture/files/output_file.h"
 #include "capture/v4l2/camera_setup.h"
 #include "capture/v4l2/device.h"
+#include "engine/base/json.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/options.h"
@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 struct Listing {
   Json json;
@@ -151,7 +151,7 @@ Report list(const Common& common, const std::string& asked) {
   if (paths.empty())
     all.text +=
         "no camera: nothing under /dev/video* delivers frames to this user; plug one in, or see dmesg\n";
-  Report report{all.text, all.json.dump(2, ' ', false, Json::error_handler_t::replace),
+  Report report{all.text, all.json.dump(2, json::Utf8::Replace),
                 paths.empty() ? static_cast<int>(Failure::Device) : 0};
   if (!common.out.empty()) {
     make_output_folder(common.out);

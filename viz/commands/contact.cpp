@@ -4,11 +4,11 @@
 #include <cstdio>
 #include <limits>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
 
 #include "capture/files/output_file.h"
+#include "engine/base/json.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/options.h"
@@ -19,7 +19,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 struct Options {

@@ -4,12 +4,12 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 
 #include "capture/files/output_file.h"
 #include "capture/run/processing.h"
 #include "capture/run/run_recording.h"
 #include "capture/synthetic/synthetic.h"
+#include "engine/base/json.h"
 #include "engine/calibrate/linear_fit.h"
 #include "engine/calibrate/photometric_fit.h"
 #include "engine/gpu/context.h"
@@ -224,14 +224,13 @@ Report demo(const Common& common, const Options& options) {
   Report report;
   report.text =
       "calibration (other touches, other noise)\n" + calibration + "\nwaveguide pad: " + describe(felt);
-  nlohmann::ordered_json value = {
-      {"complete", seen && seen->complete},
-      {"waveguide", nlohmann::ordered_json::parse(to_json(felt, pressure, pad_sensor, *context))}};
+  json::Value value = {{"complete", seen && seen->complete},
+                       {"waveguide", json::parse(to_json(felt, pressure, pad_sensor, *context))}};
   if (seen) {
     report.text += "\ngel skin: " + describe(*seen) + "\nwritten to " + common.out.string() +
                    ": waveguide.json, waveguide/measurements.csv, gel.json, gel/measurements.csv" +
                    (window ? "" : ", gel/pictures/, gel/recording.mp4");
-    value["gel"] = nlohmann::ordered_json::parse(to_json(*seen, surface, gel_sensor, *context));
+    value["gel"] = json::parse(to_json(*seen, surface, gel_sensor, *context));
   }
   report.json = value.dump(2);
   report.exit_code = !seen || !seen->complete     ? kInterrupted

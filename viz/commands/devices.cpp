@@ -1,7 +1,7 @@
 // palpate devices: what this machine offers and why some of it is refused.
-#include <nlohmann/json.hpp>
 
 #include "capture/files/output_file.h"
+#include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
@@ -22,7 +22,7 @@ Report list(const Common& common) {
   } catch (const Error& error) {  // without any driver Vulkan does not even start
     none = error.what();
   }
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  json::Value list = json::Value::array();
   std::string text;
   bool usable = false;
   for (const gpu::DeviceReport& device : devices) {
@@ -43,7 +43,7 @@ Report list(const Common& common) {
             "\n";
     for (const std::string& refusal : device.refusals) text += "            refused: " + refusal + "\n";
   }
-  nlohmann::ordered_json value = {{"devices", list}, {"usable", usable}};
+  json::Value value = {{"devices", list}, {"usable", usable}};
   if (devices.empty()) {
     text = none;
     value["reason"] = none;

@@ -2,11 +2,11 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "capture/files/npy.h"
 #include "capture/files/output_file.h"
 #include "capture/run/input.h"
+#include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "engine/stages/surface.h"
 #include "engine/stages/weighted_surface.h"
@@ -70,21 +70,21 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
   const std::filesystem::path file = common.out / "height.npy";
   write_npy(file, heights.values, {rows, cols});
   const WeightedEvidence& evidence = heights.evidence;
-  const nlohmann::ordered_json value = {{"height", file.string()},
-                                        {"rows", rows},
-                                        {"columns", cols},
-                                        {"solver", to_string(options.solver)},
-                                        {"device", context->report().name},
-                                        {"residual", evidence.residual},
-                                        {"inconsistency", evidence.misfit},
-                                        {"iterations", evidence.iterations},
-                                        {"converged", evidence.converged},
-                                        {"unknown_px", heights.islands.unknown_px},
-                                        {"islands", heights.islands.count},
-                                        {"kinks", heights.kinks},
-                                        {"peak_to_valley", heights.peak_to_valley},
-                                        {"seconds", seconds},
-                                        {"complete", true}};
+  const json::Value value = {{"height", file.string()},
+                             {"rows", rows},
+                             {"columns", cols},
+                             {"solver", to_string(options.solver)},
+                             {"device", context->report().name},
+                             {"residual", evidence.residual},
+                             {"inconsistency", evidence.misfit},
+                             {"iterations", evidence.iterations},
+                             {"converged", evidence.converged},
+                             {"unknown_px", heights.islands.unknown_px},
+                             {"islands", heights.islands.count},
+                             {"kinks", heights.kinks},
+                             {"peak_to_valley", heights.peak_to_valley},
+                             {"seconds", seconds},
+                             {"complete", true}};
   char text[300];
   std::snprintf(
       text, sizeof text,
@@ -98,8 +98,7 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
   }
   if (!evidence.converged && options.solver != SurfaceSolver::Live && options.solver != SurfaceSolver::Fine)
     spdlog::warn("not converged: weights of too many orders of magnitude; --solver exact may go further");
-  return {text + ("written: " + file.string()),
-          value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
+  return {text + ("written: " + file.string()), value.dump(2, json::Utf8::Replace),
           validation_clean(*context) ? 0 : kInternalError};
 }
 
@@ -128,16 +127,16 @@ Report integrate(const Common& common, Options options) {
   make_output_folder(common.out);
   const std::filesystem::path file = common.out / "height.npy";
   write_npy(file, heights.values, {rows, cols});
-  const nlohmann::ordered_json value = {{"height", file.string()},
-                                        {"rows", rows},
-                                        {"columns", cols},
-                                        {"solver", to_string(options.solver)},
-                                        {"device", context->report().name},
-                                        {"residual", heights.evidence.residual},
-                                        {"inconsistency", heights.evidence.inconsistency},
-                                        {"peak_to_valley", heights.evidence.peak_to_valley},
-                                        {"seconds", seconds},
-                                        {"complete", true}};
+  const json::Value value = {{"height", file.string()},
+                             {"rows", rows},
+                             {"columns", cols},
+                             {"solver", to_string(options.solver)},
+                             {"device", context->report().name},
+                             {"residual", heights.evidence.residual},
+                             {"inconsistency", heights.evidence.inconsistency},
+                             {"peak_to_valley", heights.evidence.peak_to_valley},
+                             {"seconds", seconds},
+                             {"complete", true}};
   char text[240];
   std::snprintf(text, sizeof text,
                 "%u x %u heights, peak to valley %.6g, relative residual %.2g, inconsistency %.2g, %.3f s\n",
@@ -149,8 +148,7 @@ Report integrate(const Common& common, Options options) {
         "{:.0f} % of the gradients belong to no surface: check order (dz/dx, dz/dy), signs and noise",
         100 * heights.evidence.inconsistency);
   }
-  return {text + ("written: " + file.string()),
-          value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
+  return {text + ("written: " + file.string()), value.dump(2, json::Utf8::Replace),
           validation_clean(*context) ? 0 : kInternalError};
 }
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "capture/files/light_files.h"
 #include "capture/files/npy.h"
 #include "capture/files/output_file.h"
+#include "engine/base/json.h"
 #include "engine/calibrate/light_stack_check.h"
 #include "palpate/error.h"
 
@@ -34,14 +34,14 @@ Report integrate_lights(const Common& common, const LightsRequest& request) {
   make_output_folder(common.out);
   const std::filesystem::path file = common.out / "height.npy";
   write_npy(file, height_mm, {images.height, images.width});
-  nlohmann::ordered_json value = {{"height", file.string()},
-                                  {"rows", images.height},
-                                  {"columns", images.width},
-                                  {"unit", "mm"},
-                                  {"lights", calibration.stack.lights},
-                                  {"pitch_mm_per_px", calibration.pitch_mm_per_px},
-                                  {"peak_to_valley_mm", peak_to_valley_mm},
-                                  {"calibration_rms_mm", calibration.bands_mm}};
+  json::Value value = {{"height", file.string()},
+                       {"rows", images.height},
+                       {"columns", images.width},
+                       {"unit", "mm"},
+                       {"lights", calibration.stack.lights},
+                       {"pitch_mm_per_px", calibration.pitch_mm_per_px},
+                       {"peak_to_valley_mm", peak_to_valley_mm},
+                       {"calibration_rms_mm", calibration.bands_mm}};
   char line[300];
   std::snprintf(line, sizeof line,
                 "%u x %u heights from %u lights, peak to valley %.4f mm; calibrated to %.1f um RMS on "
@@ -65,8 +65,7 @@ Report integrate_lights(const Common& common, const LightsRequest& request) {
     value["judged_px"] = error.pixels;
   }
   value["complete"] = true;
-  return {text + "written: " + file.string(),
-          value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace), 0};
+  return {text + "written: " + file.string(), value.dump(2, json::Utf8::Replace), 0};
 }
 
 }  // namespace palpate

@@ -1,10 +1,10 @@
 // palpate live: the surface and the measurements while they happen.
 #include <spdlog/spdlog.h>
 
-#include <nlohmann/json.hpp>
 #include <tuple>
 #include <utility>
 
+#include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/camera_options.h"
@@ -60,13 +60,13 @@ Report live(const Common& common, const Options& options) {
   const auto& [report, sessions] = std::tie(bench.live, bench.sessions);
   if (const std::string error = recording_error(sessions); !error.empty()) spdlog::error("{}", error);
 
-  nlohmann::ordered_json value = {{"input", input.input},
-                                  {"sensor", input.sensor.name},
-                                  {"device", context->report().name},
-                                  {"width_px", bench.format.width},
-                                  {"height_px", bench.format.height}};
+  json::Value value = {{"input", input.input},
+                       {"sensor", input.sensor.name},
+                       {"device", context->report().name},
+                       {"width_px", bench.format.width},
+                       {"height_px", bench.format.height}};
   value.update(to_json(report, sessions));
-  return {describe(report, sessions), value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
+  return {describe(report, sessions), value.dump(2, json::Utf8::Replace),
           report.interrupted                   ? kInterrupted
           : !recording_error(sessions).empty() ? static_cast<int>(Failure::Output)
           : validation_clean(*context)         ? 0

@@ -1,8 +1,8 @@
 // palpate match: which point of one set is which of another, bent one.
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "capture/files/match_files.h"
+#include "engine/base/json.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/options.h"
@@ -33,7 +33,7 @@ std::vector<MatchFiles> pairs_of(const Options& options) {
 Report match(const Common& common, const Options& options) {
   const std::vector<MatchFiles> pairs = pairs_of(options);
   Report report;
-  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  json::Value all = json::Value::array();
   ProgressBar bar(common, "matching", pairs.size());
   for (size_t k = 0; k < pairs.size() && !interrupted(); ++k) {
     const PointSet from = read_points(pairs[k].from), to = read_points(pairs[k].to);

@@ -1,8 +1,8 @@
 // palpate process: a recording in, measurements out.
-#include <nlohmann/json.hpp>
 
 #include "capture/run/input.h"
 #include "capture/run/processing.h"
+#include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/block_options.h"

@@ -1,11 +1,10 @@
 // palpate record: frames and measurements into a session folder, without a window.
 #include <spdlog/spdlog.h>
 
-#include <nlohmann/json.hpp>
-
 #include "capture/files/event_log.h"
 #include "capture/open_source.h"
 #include "capture/run/input.h"
+#include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/block_options.h"
@@ -78,11 +77,11 @@ Report record(const Common& common, Options options) {
   const std::string error = recording_error(sessions);
   if (!error.empty()) spdlog::error("the recording ended early: {}", error);
 
-  nlohmann::ordered_json value = {
+  json::Value value = {
       {"input", input.input}, {"sensor", input.sensor.name}, {"device", context->report().name}};
   value.update(to_json(report, sessions));
   value["complete"] = !report.interrupted && error.empty();
-  return {describe(report, sessions), value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
+  return {describe(report, sessions), value.dump(2, json::Utf8::Replace),
           !error.empty()               ? static_cast<int>(Failure::Output)
           : report.interrupted         ? kInterrupted
           : validation_clean(*context) ? 0

@@ -1,10 +1,10 @@
 // palpate replay: a recorded session in the window of `live`, with the keys of a player.
-#include <nlohmann/json.hpp>
 
 #include "capture/files/event_log.h"
 #include "capture/open_source.h"
 #include "capture/run/input.h"
 #include "capture/session/session.h"
+#include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/block_options.h"
@@ -67,13 +67,13 @@ Report replay(const Common& common, Options options) {
   };
   const viz::LiveReport report =
       viz::run_live(*context, open, input.sensor, background, pipeline, options.live);
-  nlohmann::ordered_json value = {
+  json::Value value = {
       {"input", input.input}, {"sensor", input.sensor.name}, {"device", context->report().name}};
   value.update(to_json(report, {}));
   value["warning"] = warning;
   std::string text = describe(report, {});
   if (!warning.empty()) text += "warning: " + warning + "\n";
-  return {text, value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
+  return {text, value.dump(2, json::Utf8::Replace),
           report.interrupted           ? kInterrupted
           : validation_clean(*context) ? 0
                                        : kInternalError};

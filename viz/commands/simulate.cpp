@@ -2,9 +2,9 @@
 // it.
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <functional>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "capture/files/images.h"
 #include "capture/files/measurements.h"
@@ -12,6 +12,7 @@
 #include "capture/files/output_file.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
+#include "engine/base/json.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
 #include "viz/commands/command.h"
@@ -194,21 +195,20 @@ Report simulate(const Common& common, const Options& options) {
   if (gauge_file) gauge_file->close();
 
   const bool complete = done == total;
-  nlohmann::ordered_json value = {{"input", scene.input},
-                                  {"complete", complete},
-                                  {"frames", done},
-                                  {"frames_folder", (out / "frames").string()},
-                                  {"sensor", (out / "sensor.json").string()},
-                                  {"truth", (out / "truth.csv").string()},
-                                  {"truth_contacts", (out / "truth_contacts.csv").string()}};
+  json::Value value = {{"input", scene.input},
+                       {"complete", complete},
+                       {"frames", done},
+                       {"frames_folder", (out / "frames").string()},
+                       {"sensor", (out / "sensor.json").string()},
+                       {"truth", (out / "truth.csv").string()},
+                       {"truth_contacts", (out / "truth_contacts.csv").string()}};
   if (gauge_file) value["gauge"] = (out / "gauge.csv").string();
   std::string text = std::to_string(done) + " frames in " + (out / "frames").string() +
                      (complete ? "" : " (ended early)") + "\nmeasure them: palpate process " +
                      (out / "frames").string() + " --sensor " + (out / "sensor.json").string() + " --rate " +
                      shortest(synthetic.rate_Hz) + " --out " + (out / "measured").string();
   if (gauge_file) text += scene.block + " --gauge " + (out / "gauge.csv").string();
-  return {text, value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace),
-          complete ? 0 : kInterrupted};
+  return {text, value.dump(2, json::Utf8::Replace), complete ? 0 : kInterrupted};
 }
 
 }  // namespace

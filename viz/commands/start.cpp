@@ -3,10 +3,10 @@
 #include <chrono>
 #include <cstdlib>
 #include <future>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "capture/session/session.h"
+#include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
@@ -97,7 +97,7 @@ Report start(const Common& common) {
     remembered.save();
   }
   std::tie(settings.width, settings.height) = window.size();
-  return {text, nlohmann::ordered_json{{"complete", true}}.dump(),
+  return {text, json::Value{{"complete", true}}.dump(),
           interrupted()                ? kInterrupted
           : validation_clean(*context) ? 0
                                        : kInternalError};

@@ -1,10 +1,10 @@
 // palpate strain: how an object's tactile shape changes from one compression to the next.
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "capture/files/output_file.h"
 #include "capture/run/tactile_shapes.h"
+#include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 struct Options {
   std::string input;

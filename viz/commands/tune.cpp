@@ -1,8 +1,7 @@
 // palpate tune: the kernels' constants for one device, measured once and kept.
 #include <spdlog/spdlog.h>
 
-#include <nlohmann/json.hpp>
-
+#include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/tuning.h"
 #include "engine/stages/contact.h"
@@ -16,7 +15,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 struct Options {
   std::vector<std::string> sizes{"640x480", "1392x1042"};
@@ -150,7 +149,7 @@ Report tune(const Common& common, const Options& options) {
                       {"seconds", seconds},
                       {"complete", tuned.complete}};
   const bool clean = validation_clean(*context);
-  return {text, value.dump(2, ' ', false, Json::error_handler_t::replace),
+  return {text, value.dump(2, json::Utf8::Replace),
           !tuned.complete ? kInterrupted
           : clean         ? 0
                           : kInternalError};

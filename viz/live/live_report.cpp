@@ -1,16 +1,16 @@
 #include "viz/live/live_report.h"
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "capture/run/press_json.h"
+#include "engine/base/json.h"
 #include "engine/gpu/context.h"
 
 namespace palpate {
 namespace {
 
 using viz::Percentiles;
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 unsigned long long whole(uint64_t value) {
   return value;
@@ -101,7 +101,7 @@ Json to_json(const viz::LiveReport& report, const std::vector<viz::Recording::Wr
                 {"latency_to_shown", to_json(report.to_shown)},
                 {"draw_median_ms", report.draw_median_ms},
                 {"sessions", Json::array()}};
-  if (!report.presses.empty()) value["presses"] = Json::parse(to_json(report.presses));
+  if (!report.presses.empty()) value["presses"] = json::parse(to_json(report.presses));
   for (const viz::Recording::Written& s : sessions) {
     value["sessions"].push_back({{"folder", s.folder.string()},
                                  {"recorded", s.status.recorded},

@@ -1,11 +1,11 @@
 // What a live session says at its end, for a person and as JSON.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "capture/run/input.h"
+#include "engine/base/json.h"
 #include "viz/live/live_options.h"
 #include "viz/live/recorder.h"
 
@@ -16,8 +16,7 @@ SessionInfo session_info(const MeasuredInput& input, const Source& source, const
                          const PipelineOptions& pipeline, const gpu::Context& context);
 
 std::string describe(const viz::LiveReport& report, const std::vector<viz::Recording::Written>& sessions);
-nlohmann::ordered_json to_json(const viz::LiveReport& report,
-                               const std::vector<viz::Recording::Written>& sessions);
+json::Value to_json(const viz::LiveReport& report, const std::vector<viz::Recording::Written>& sessions);
 
 /// The first error of a session that ended early; empty where all are whole.
 std::string recording_error(const std::vector<viz::Recording::Written>& sessions);

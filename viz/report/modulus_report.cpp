@@ -4,15 +4,15 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
-#include <nlohmann/json.hpp>
 
+#include "engine/base/json.h"
 #include "palpate/error.h"
 #include "viz/report/plot_script.h"
 
 namespace palpate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 std::string line(const char* format, auto... values) {
   char text[500];

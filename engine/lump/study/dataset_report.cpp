@@ -5,15 +5,15 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <nlohmann/json.hpp>
 
+#include "engine/base/json.h"
 #include "engine/lump/dataset/file.h"
 #include "engine/lump/dataset/journal.h"
 
 namespace palpate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 template <typename... Values>
 std::string print(const char* format, Values... values) {
@@ -103,7 +103,7 @@ std::string dataset_json(const LumpDatasetJob& job, const LumpDatasetReport& r) 
               {"threads_each", r.threads},
               {"wall_s", r.progress.wall_s},
               {"busy_s", r.busy_s},
-              {"sweep", Json::parse(to_json(job.sweep))}}
+              {"sweep", json::parse(to_json(job.sweep))}}
       .dump(2);
 }
 
@@ -118,7 +118,7 @@ LumpDatasetInfo dataset_info(const std::filesystem::path& file) {
             Json{{"complete", false},
                  {"program", glance.program},
                  {"done", glance.cases},
-                 {"sweep", Json::parse(to_json(glance.sweep))}}
+                 {"sweep", json::parse(to_json(glance.sweep))}}
                 .dump(2)};
   }
 
@@ -182,7 +182,7 @@ LumpDatasetInfo dataset_info(const std::filesystem::path& file) {
   for (size_t s = 0; s < 4; ++s) value["shapes"][to_string(static_cast<LumpShape>(s))] = shapes[s];
   value["no_lump"] = shapes[4];
   value["ranges"] = ranges;
-  value["sweep"] = Json::parse(to_json(data.sweep));
+  value["sweep"] = json::parse(to_json(data.sweep));
   return {text, value.dump(2)};
 }
 

@@ -4,10 +4,10 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
 
+#include "engine/base/json.h"
 #include "engine/lump/dataset/sweep.h"
 
 namespace palpate {
@@ -202,9 +202,8 @@ std::string score_text(const LumpScore& s) {
   return text + "\n";
 }
 
-nlohmann::ordered_json score_json(const LumpScore& s, const std::string& method,
-                                  const LumpEvaluationJob& job) {
-  using Json = nlohmann::ordered_json;
+json::Value score_json(const LumpScore& s, const std::string& method, const LumpEvaluationJob& job) {
+  using Json = json::Value;
   const auto number = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
   const auto three = [&number](const std::array<double, 3>& v) {
     return Json{{"size", number(v[0])}, {"depth", number(v[1])}, {"stiffness_ratio", number(v[2])}};

@@ -4,13 +4,13 @@
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "engine/base/json.h"
 #include "engine/lump/estimator.h"
-#include "engine/lump/training/training.h"
 #include "engine/lump/observation/sensor_model.h"
+#include "engine/lump/training/training.h"
 
 namespace palpate {
 
@@ -69,8 +69,7 @@ std::vector<LumpJudged> judge_lumps(const std::vector<LumpExample>& examples, co
 LumpScore score_of(const std::vector<LumpJudged>& judged);
 
 std::string score_text(const LumpScore& score);
-nlohmann::ordered_json score_json(const LumpScore& score, const std::string& method,
-                                  const LumpEvaluationJob& job);
+json::Value score_json(const LumpScore& score, const std::string& method, const LumpEvaluationJob& job);
 /// lump_evaluation.csv, estimates.{png,svg}, quality.{png,svg}; their names for people.
 std::string write_score(const LumpScore& score, const std::vector<LumpJudged>& judged,
                         const std::string& folder);

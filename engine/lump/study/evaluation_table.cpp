@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "engine/base/json.h"
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
 
@@ -139,11 +139,11 @@ std::string rows_csv(const std::vector<LumpScoreRow>& rows) {
 }
 
 std::string rows_json(const std::vector<LumpScoreRow>& rows) {
-  auto json = nlohmann::ordered_json::array();
+  auto json = json::Value::array();
   for (const LumpScoreRow& row : rows) {
-    nlohmann::ordered_json one;
+    json::Value one;
     for (const auto& [name, value] : cells(row))
-      one[name] = std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+      one[name] = std::isfinite(value) ? json::Value(value) : json::Value(nullptr);
     json.push_back(std::move(one));
   }
   return json.dump(2);

@@ -1,12 +1,12 @@
 // palpate calibrate background: untouched frames in, the untouched image and what it says of noise out.
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "capture/calibrate/background.h"
 #include "capture/files/images.h"
 #include "capture/files/output_file.h"
 #include "capture/session/session.h"
+#include "engine/base/json.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
 #include "viz/commands/calibrate/calibrate.h"
@@ -54,17 +54,17 @@ Report background(const Common& common, const Options& options) {
   if (options.set_threshold) sensor.threshold_gray = found.threshold_gray;
   save_sensor(sensor, common.out);
 
-  const nlohmann::ordered_json value = {{"sensor", common.out.string()},
-                                        {"image", image.string()},
-                                        {"frames_used", found.used},
-                                        {"frames_left_out", found.left_out},
-                                        {"noise_gray", found.noise_gray},
-                                        {"largest_filtered_change_gray", found.largest_change_gray},
-                                        {"suggested_threshold_gray", found.threshold_gray},
-                                        {"threshold_gray", sensor.threshold_gray},
-                                        {"drift_gray", found.drift_gray},
-                                        {"saturated_px", found.saturated_px},
-                                        {"warning", found.warning}};
+  const json::Value value = {{"sensor", common.out.string()},
+                             {"image", image.string()},
+                             {"frames_used", found.used},
+                             {"frames_left_out", found.left_out},
+                             {"noise_gray", found.noise_gray},
+                             {"largest_filtered_change_gray", found.largest_change_gray},
+                             {"suggested_threshold_gray", found.threshold_gray},
+                             {"threshold_gray", sensor.threshold_gray},
+                             {"drift_gray", found.drift_gray},
+                             {"saturated_px", found.saturated_px},
+                             {"warning", found.warning}};
   char text[512];
   std::snprintf(
       text, sizeof text,

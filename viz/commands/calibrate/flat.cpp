@@ -1,7 +1,6 @@
 // palpate calibrate flat: frames of what should look even in, a field that evens the light out.
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "capture/calibrate/background.h"
 #include "capture/calibrate/flat.h"
@@ -10,6 +9,7 @@
 #include "capture/files/images.h"
 #include "capture/files/output_file.h"
 #include "capture/open_source.h"
+#include "engine/base/json.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
 #include "viz/commands/calibrate/calibrate.h"
@@ -62,15 +62,15 @@ Report flat(const Common& common, const Options& options) {
   // The field belongs to this size of frame.
   sensor.size_px = {frames.front().format.width, frames.front().format.height};
   save_sensor(sensor, common.out);
-  const nlohmann::ordered_json value = {{"sensor", common.out.string()},
-                                        {"image", image.string()},
-                                        {"frames", frames.size()},
-                                        {"of", options.change ? "change" : "light"},
-                                        {"unevenness_before", fit.uneven_before},
-                                        {"unevenness_after", fit.uneven_after},
-                                        {"factor_min", fit.least},
-                                        {"factor_max", fit.most},
-                                        {"limited_share", fit.limited}};
+  const json::Value value = {{"sensor", common.out.string()},
+                             {"image", image.string()},
+                             {"frames", frames.size()},
+                             {"of", options.change ? "change" : "light"},
+                             {"unevenness_before", fit.uneven_before},
+                             {"unevenness_after", fit.uneven_after},
+                             {"factor_min", fit.least},
+                             {"factor_max", fit.most},
+                             {"limited_share", fit.limited}};
   char text[512];
   std::snprintf(text, sizeof text,
                 "light over the frame: %.2f %% uneven, %.2f %% once evened (frames not used for the field); "

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "capture/calibrate/origin.h"
 #include "capture/files/light_files.h"
+#include "engine/base/json.h"
 #include "engine/calibrate/light_stack_check.h"
 #include "palpate/error.h"
 #include "viz/commands/calibrate/calibrate.h"
@@ -58,7 +58,7 @@ Report lights(const Common& common, const Options& options) {
                                   line);
   save_light_calibration(calibration, common.out);
 
-  nlohmann::ordered_json orders = nlohmann::ordered_json::array();
+  json::Value orders = json::Value::array();
   std::string text = "order of the light over the frame   held-out bands, um RMS   held-out halves, um RMS\n";
   for (const HeldOutHeights& h : tried) {
     orders.push_back({{"order", h.order}, {"bands_rms_mm", h.bands_mm}, {"halves_rms_mm", h.halves_mm}});
@@ -70,16 +70,15 @@ Report lights(const Common& common, const Options& options) {
                 "slopes explained: %.1f %% across, %.1f %% down; %u x %u px at %.6g mm/px\nwritten: ",
                 100 * calibration.stack.explained_x, 100 * calibration.stack.explained_y, images.width,
                 images.height, options.pitch_mm_per_px);
-  const nlohmann::ordered_json value = {{"lights_file", common.out.string()},
-                                        {"lights", images.images.size()},
-                                        {"order", best.order},
-                                        {"orders", orders},
-                                        {"explained_x", calibration.stack.explained_x},
-                                        {"explained_y", calibration.stack.explained_y},
-                                        {"bands_rms_mm", best.bands_mm},
-                                        {"halves_rms_mm", best.halves_mm}};
-  return {text + line + common.out.string(),
-          value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace), 0};
+  const json::Value value = {{"lights_file", common.out.string()},
+                             {"lights", images.images.size()},
+                             {"order", best.order},
+                             {"orders", orders},
+                             {"explained_x", calibration.stack.explained_x},
+                             {"explained_y", calibration.stack.explained_y},
+                             {"bands_rms_mm", best.bands_mm},
+                             {"halves_rms_mm", best.halves_mm}};
+  return {text + line + common.out.string(), value.dump(2, json::Utf8::Replace), 0};
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 // palpate calibrate lookup: presses of a known ball into a gray gel in, its table of depth over change out.
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "capture/calibrate/origin.h"
+#include "engine/base/json.h"
 #include "engine/calibrate/lookup_fit.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
@@ -49,7 +49,7 @@ Report lookup(const Common& common, const BallOptions& options) {
   calibrated.size_px = {found.format.width, found.format.height};
   save_sensor(calibrated, common.out);
 
-  nlohmann::ordered_json presses = nlohmann::ordered_json::array(), refused = presses;
+  json::Value presses = json::Value::array(), refused = presses;
   std::string text =
       "press                       center_px       radius_px   depth_mm  rmse_mm   mean_mm   (held out)\n";
   for (size_t i = 0; i < result.presses.size(); ++i) {
@@ -74,14 +74,14 @@ Report lookup(const Common& common, const BallOptions& options) {
     text += "not used: " + r.label + ": " + r.reason + "\n";
   }
   const auto& points = result.calibration.points;
-  const nlohmann::ordered_json value = {{"sensor", common.out.string()},
-                                        {"presses", presses},
-                                        {"refused", refused},
-                                        {"points", points.size()},
-                                        {"gray_max", points.back()[0]},
-                                        {"depth_max_mm", points.back()[1]},
-                                        {"held_out", result.by_press ? "press" : "sector"},
-                                        {"depth_rmse_held_out_mm", result.depth_rmse_mm}};
+  const json::Value value = {{"sensor", common.out.string()},
+                             {"presses", presses},
+                             {"refused", refused},
+                             {"points", points.size()},
+                             {"gray_max", points.back()[0]},
+                             {"depth_max_mm", points.back()[1]},
+                             {"held_out", result.by_press ? "press" : "sector"},
+                             {"depth_rmse_held_out_mm", result.depth_rmse_mm}};
   char all[256];
   std::snprintf(all, sizeof all,
                 "all: depth %.4f mm RMS, held out %s; %zu points up to %.1f gray and %.3f mm\nwritten: ",

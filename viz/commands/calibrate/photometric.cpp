@@ -4,10 +4,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "capture/calibrate/origin.h"
+#include "engine/base/json.h"
 #include "engine/calibrate/photometric_fit.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
@@ -38,7 +38,7 @@ std::string fixed(double value, int digits) {
   return text;
 }
 
-nlohmann::ordered_json errors_json(const HeldOutErrors& e) {
+json::Value errors_json(const HeldOutErrors& e) {
   return {{"normal_rms", e.normal_rms},
           {"normal_angle_deg", e.normal_angle_deg},
           {"depth_rmse_mm", e.depth_rmse_mm},
@@ -127,7 +127,7 @@ Report photometric(const Common& common, const Options& options) {
   calibrated.size_px = {found.format.width, found.format.height};
   save_sensor(calibrated, common.out);
 
-  nlohmann::ordered_json presses = nlohmann::ordered_json::array(), refused = presses;
+  json::Value presses = json::Value::array(), refused = presses;
   std::string text =
       "press                       center_px       radius_px  normal_deg  depth_rmse_mm  depth_gain   "
       "(fitted "
@@ -154,7 +154,7 @@ Report photometric(const Common& common, const Options& options) {
   }
   for (const RefusedPress& r : found.refused) refused.push_back({{"press", r.label}, {"reason", r.reason}});
   text += refused_text(found);
-  nlohmann::ordered_json value = {
+  json::Value value = {
       {"sensor", common.out.string()},       {"presses", presses},           {"refused", refused},
       {"untouched_frames", found.untouched}, {"markers_masked", masked > 0}, {"model", model},
       {"linear", errors_json(result.linear)}};

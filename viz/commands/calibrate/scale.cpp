@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "capture/calibrate/background.h"
@@ -13,6 +12,7 @@
 #include "capture/calibrate/presses.h"
 #include "capture/calibrate/scale.h"
 #include "capture/open_source.h"
+#include "engine/base/json.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
 #include "viz/commands/calibrate/calibrate.h"
@@ -43,7 +43,7 @@ constexpr uint32_t kMostPictures = 40;
 
 // NOLINTNEXTLINE(bugprone-exception-escape): moving JSON throws nothing
 struct Found {
-  nlohmann::ordered_json value;
+  json::Value value;
   std::string text;
 };
 
@@ -188,9 +188,9 @@ Report scale(const Common& common, const Options& options) {
                                             : by_ball(options, reading, sensor);
   if (interrupted()) return {"", "", kInterrupted};
   save_sensor(sensor, common.out);
-  nlohmann::ordered_json value = {{"sensor", common.out.string()},
-                                  {"pitch_mm_per_px", sensor.pitch_mm_per_px},
-                                  {"pitch_sd_mm_per_px", sensor.pitch_sd_mm_per_px}};
+  json::Value value = {{"sensor", common.out.string()},
+                       {"pitch_mm_per_px", sensor.pitch_mm_per_px},
+                       {"pitch_sd_mm_per_px", sensor.pitch_sd_mm_per_px}};
   value.update(found.value);
   char text[200];
   std::snprintf(text, sizeof text, "pitch: %.6f +- %.6f mm per px (%.2f %%)\n", sensor.pitch_mm_per_px,

@@ -1,12 +1,12 @@
 // Pictures and files of a solved forward scene.
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "capture/files/images.h"
 #include "capture/files/npy.h"
 #include "capture/files/output_file.h"
 #include "capture/synthetic/optics.h"
+#include "engine/base/json.h"
 #include "palpate/error.h"
 #include "viz/commands/forward/forward.h"
 #include "viz/report/gnuplot.h"

@@ -6,8 +6,8 @@
 #include <charconv>
 #include <map>
 #include <mutex>
-#include <nlohmann/json.hpp>
 
+#include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
@@ -88,7 +88,7 @@ Report one_scene(const Common& common, const Options& options) {
   std::optional<Sensor> sensor;
   if (!options.sensor.empty()) sensor = load_sensor(options.sensor);
   const ForwardOutcome outcome = describe(scene, solve_forward(scene, options.solver));
-  nlohmann::ordered_json value = to_json(outcome);
+  json::Value value = to_json(outcome);
   std::string text = to_text(outcome);
   if (!outcome.result.converged) return {text, value.dump(2), kNotConverged};
   const TactileImage image = tactile_image(outcome.result.stress_Pa, sensor ? &*sensor : nullptr);

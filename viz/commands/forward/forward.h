@@ -4,11 +4,11 @@
 
 #include <filesystem>
 #include <functional>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/base/json.h"
 #include "engine/fem/scene.h"
 #include "engine/lump/dataset/sweep.h"
 #include "engine/lump/observation/gaussian_profile.h"
@@ -27,8 +27,8 @@ struct ForwardOutcome {
 /// Throws nothing of its own: a result that did not converge has no profile and no fit.
 ForwardOutcome describe(const ForwardScene& scene, ForwardResult result);
 
-nlohmann::ordered_json to_json(const ForwardScene& scene);
-nlohmann::ordered_json to_json(const ForwardOutcome& outcome);
+json::Value to_json(const ForwardScene& scene);
+json::Value to_json(const ForwardOutcome& outcome);
 std::string to_text(const ForwardOutcome& outcome);
 
 inline double megabytes(const ForwardResult& result) {
@@ -69,7 +69,7 @@ struct SweepRow {
 std::vector<SweepRow> sweep(const ForwardScene& scene, const ForwardOptions& options,
                             const std::function<void(uint64_t done, uint64_t total)>& progress);
 std::string sweep_text(const std::vector<SweepRow>& rows);
-nlohmann::ordered_json sweep_json(const std::vector<SweepRow>& rows);
+json::Value sweep_json(const std::vector<SweepRow>& rows);
 /// sweep.csv, and plots: sweep (amplitude and width of the Gaussian by each input), sweep_profiles.
 std::string write_sweep(const std::vector<SweepRow>& rows, const std::filesystem::path& folder);
 
@@ -81,7 +81,7 @@ struct ConvergenceTables {
 };
 ConvergenceTables converge(const ForwardScene& scene, const ForwardOptions& options);
 std::string convergence_text(const ConvergenceTables& tables);
-nlohmann::ordered_json convergence_json(const ConvergenceTables& tables);
+json::Value convergence_json(const ConvergenceTables& tables);
 /// convergence.csv, stability.csv, and plots: convergence (error by grid and by time), stability
 /// (iterations).
 std::string write_convergence(const ConvergenceTables& tables, const std::filesystem::path& folder);

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "capture/files/output_file.h"
+#include "engine/base/json.h"
 #include "engine/fem/solve.h"
 #include "palpate/error.h"
 #include "viz/commands/forward/forward.h"
@@ -14,7 +14,7 @@ namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 struct Input {
   const char* name;

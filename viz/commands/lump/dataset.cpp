@@ -4,9 +4,9 @@
 
 #include <cstdio>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 
+#include "engine/base/json.h"
 #include "engine/lump/study/dataset_report.h"
 #include "engine/lump/study/dataset_run.h"
 #include "palpate/error.h"

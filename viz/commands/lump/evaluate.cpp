@@ -1,10 +1,10 @@
 // palpate lump evaluate: how good estimates of lumps are, on blocks that are known.
 #include <map>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "capture/files/output_file.h"
+#include "engine/base/json.h"
 #include "engine/lump/study/evaluation.h"
 #include "engine/lump/study/evaluation_table.h"
 #include "engine/lump/training/examples.h"
@@ -71,7 +71,7 @@ Report run(const Common& common, Options& o) {
   if (judged.empty()) return nothing;
   const bool complete = judged.size() == readings;
   const LumpScore score = score_of(judged);
-  nlohmann::ordered_json json = score_json(score, o.method, o.job);
+  json::Value json = score_json(score, o.method, o.job);
   json["complete"] = complete;
   Report report{score_text(score), json.dump(2)};
   if (!complete) {

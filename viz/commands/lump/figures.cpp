@@ -1,9 +1,9 @@
 // palpate lump figures: the paper's Figures 17 to 22 from the forward model and the network.
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "capture/files/output_file.h"
+#include "engine/base/json.h"
 #include "engine/lump/network/network.h"
 #include "engine/lump/study/figures.h"
 #include "palpate/error.h"
@@ -20,7 +20,7 @@ namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 constexpr const char* kLook =
     "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\nset tics textcolor rgb '#222222'\n";

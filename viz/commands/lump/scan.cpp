@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <ctime>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "capture/run/scan_recording.h"
+#include "engine/base/json.h"
 #include "engine/fem/large_strain/large_strain.h"
 #include "palpate/error.h"
 #include "viz/commands/block_options.h"

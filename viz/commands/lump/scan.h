@@ -2,12 +2,12 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "engine/base/json.h"
 #include "engine/palpation/scan.h"
 
 namespace palpate {
@@ -23,7 +23,7 @@ struct ScanReport {
 
 /// Tables for people.
 std::string scan_text(const ScanReport& report);
-nlohmann::ordered_json scan_json(const ScanReport& report);
+json::Value scan_json(const ScanReport& report);
 
 /// Writes pressure_Pa.npy (loads x height x width), disagreement_Pa.npy, map.csv, presses.csv, outline.csv
 /// (of two bumps also outline_2.csv), scan.json, the plots map and profile (PNG and SVG) and report.html,

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "capture/files/npy.h"
 #include "capture/files/output_file.h"
+#include "engine/base/json.h"
 #include "viz/commands/forward/forward.h"
 #include "viz/commands/lump/scan.h"
 #include "viz/report/gnuplot.h"
@@ -18,7 +18,7 @@ namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 using Rows = std::vector<std::pair<std::string, std::string>>;
 
 constexpr const char* kNotice = "For research use. This is not a diagnosis.";

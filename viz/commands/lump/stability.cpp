@@ -1,8 +1,8 @@
 // palpate lump stability: what estimates are worth at the edges, and what a press costs.
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "capture/files/output_file.h"
+#include "engine/base/json.h"
 #include "engine/lump/study/evaluation_table.h"
 #include "engine/lump/study/stability.h"
 #include "viz/commands/lump/lump.h"
@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 struct Options {
   bool direct = false;
@@ -145,7 +145,7 @@ Report stability(const Common& common, const Options& options) {
         "\nthe estimator by number of loads, on balls of 6 to 12 mm, 3 and 6 mm deep, 3 and 10 times as "
         "stiff\n" +
         rows_text(by_loads);
-    value["by_loads"] = Json::parse(rows_json(by_loads));
+    value["by_loads"] = json::parse(rows_json(by_loads));
     for (const CostRow& row : costs)
       value["costs"].push_back({{"choice", row.choice},
                                 {"name", row.name},

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstdio>
 #include <mutex>
-#include <nlohmann/json.hpp>
 
 #include "capture/files/output_file.h"
+#include "engine/base/json.h"
 #include "engine/lump/study/evaluation.h"
 #include "engine/lump/training/examples.h"
 #include "palpate/error.h"
@@ -96,20 +96,20 @@ Report run(const Common& common, Options& o) {
                 100 * report.network_error_seen, report.reader_loss);
   Report out;
   out.text = text + trust_text(network);
-  nlohmann::ordered_json json{{"file", common.out.string()},
-                              {"bytes", bytes.size()},
-                              {"lumps", report.lumps},
-                              {"without_lump", report.no_lumps},
-                              {"left_out", report.left_out},
-                              {"base_error", report.base_error},
-                              {"fields_error", report.fields_error},
-                              {"network_error", report.network_error},
-                              {"network_error_seen", report.network_error_seen},
-                              {"mean_error", report.mean_error},
-                              {"kept_aside", report.kept_aside},
-                              {"reader_loss", report.reader_loss},
-                              {"made_from", network.made_from()},
-                              {"wall_s", wall_s}};
+  json::Value json{{"file", common.out.string()},
+                   {"bytes", bytes.size()},
+                   {"lumps", report.lumps},
+                   {"without_lump", report.no_lumps},
+                   {"left_out", report.left_out},
+                   {"base_error", report.base_error},
+                   {"fields_error", report.fields_error},
+                   {"network_error", report.network_error},
+                   {"network_error_seen", report.network_error_seen},
+                   {"mean_error", report.mean_error},
+                   {"kept_aside", report.kept_aside},
+                   {"reader_loss", report.reader_loss},
+                   {"made_from", network.made_from()},
+                   {"wall_s", wall_s}};
   if (!o.validate.empty()) {
     LumpEvaluationJob job;
     job.estimator = [&network](const LumpReading& reading) { return network.estimate(reading); };

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/json.h"
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
 #include "viz/commands/options.h"
@@ -11,7 +12,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 struct CriticalOptions {
   MediaOptions media;

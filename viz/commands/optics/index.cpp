@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "capture/files/output_file.h"
+#include "engine/base/json.h"
 #include "engine/optics/refractive_index.h"
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
@@ -10,7 +11,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 struct Options {
   std::vector<double> od, on, m1m2, nm2, sd;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/json.h"
 #include "engine/optics/ray_fan.h"
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
@@ -11,7 +12,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 struct Options {
   MediaOptions media;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "capture/files/output_file.h"
+#include "engine/base/json.h"
 #include "palpate/error.h"
 #include "viz/commands/options.h"
 #include "viz/report/plot_script.h"
@@ -83,7 +84,7 @@ EdgeLamp lamp_of(const LampOptions& options, const Waveguide& guide) {
   return lamp;
 }
 
-nlohmann::ordered_json to_json(const EdgeLamp& lamp) {
+json::Value to_json(const EdgeLamp& lamp) {
   return {{"layer", lamp.layer + 1},
           {"edge_index", lamp.edge_index},
           {"order", lamp.order},

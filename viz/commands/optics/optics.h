@@ -2,11 +2,11 @@
 #pragma once
 
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/base/json.h"
 #include "engine/optics/edge_light.h"
 #include "viz/commands/command.h"
 
@@ -35,7 +35,7 @@ struct LampOptions {
 /// --led-layer, --edge-index, --led-order or --led-half-intensity-deg, --led-half-angle-deg.
 void add_lamp(CommandLine& command, LampOptions& lamp);
 EdgeLamp lamp_of(const LampOptions& options, const Waveguide& guide);
-nlohmann::ordered_json to_json(const EdgeLamp& lamp);
+json::Value to_json(const EdgeLamp& lamp);
 
 double degrees(double rad);
 double radians(double deg);

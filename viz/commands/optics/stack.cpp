@@ -3,6 +3,7 @@
 #include <limits>
 #include <numbers>
 
+#include "engine/base/json.h"
 #include "engine/optics/optical_stack.h"
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
@@ -12,7 +13,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 struct Options {
   MediaOptions media;

@@ -1,0 +1,144 @@
+// Our JSON values beside nlohmann's: the same bytes out, the same values in.
+#include "engine/base/json.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace palpate::json {
+namespace {
+
+using Theirs = nlohmann::ordered_json;
+
+std::string random_text(std::mt19937_64& random) {
+  static const std::vector<std::string> kPieces = {"a",    "\"",   "\\", "/", "\n", "\t",
+                                                   "\x01", "\x7f", "é",  "µ", "😀",  " "};
+  std::string text;
+  for (size_t n = random() % 6; n > 0; --n) text += kPieces[random() % kPieces.size()];
+  return text;
+}
+
+/// A tree in both.
+void grow(std::mt19937_64& random, int depth, Value& ours, Theirs& theirs) {
+  const auto both = [&](const auto& value) { ours = Value(value), theirs = Theirs(value); };
+  switch (random() % (depth > 0 ? 9 : 7)) {
+    case 0:
+      return both(nullptr);
+    case 1:
+      return both(random() % 2 == 0);
+    case 2:
+      return both(static_cast<int64_t>(random()));
+    case 3:
+      return both(random());
+    case 4:
+      return both(std::ldexp(static_cast<double>(random()), static_cast<int>(random() % 400) - 260));
+    case 5:
+      return both(static_cast<float>(random() % 2000) / 1000.0f);
+    case 6:
+      return both(random_text(random));
+    case 7:
+      ours = Value::array(), theirs = Theirs::array();
+      for (size_t n = random() % 4; n > 0; --n) {
+        Value own;
+        Theirs their;
+        grow(random, depth - 1, own, their);
+        ours.push_back(own), theirs.push_back(their);
+      }
+      return;
+    default:
+      ours = Value::object(), theirs = Theirs::object();
+      for (size_t n = random() % 4; n > 0; --n) {
+        const std::string key = random_text(random);
+        grow(random, depth - 1, ours[key], theirs[key]);
+      }
+  }
+}
+
+TEST(Json, WritesTheSameBytesAsTheLibrary) {
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 3000; ++i) {
+    Value ours;
+    Theirs theirs;
+    grow(random, 4, ours, theirs);
+    for (const int indent : {-1, 1, 2}) ASSERT_EQ(ours.dump(indent), theirs.dump(indent));
+    ASSERT_EQ(ours.dump(-1, Utf8::Ascii), theirs.dump(-1, ' ', true));
+  }
+}
+
+TEST(Json, ReadsWhatTheLibraryWrites) {
+  std::mt19937_64 random(8);
+  for (int i = 0; i < 1000; ++i) {
+    Value ours;
+    Theirs theirs;
+    grow(random, 4, ours, theirs);
+    const std::string text = theirs.dump(2);
+    ASSERT_EQ(parse(text).dump(2), text);
+    ASSERT_EQ(parse(text, {.sorted_keys = true}).dump(2), nlohmann::json::parse(text).dump(2));
+    ours.sort_keys();
+    ASSERT_EQ(ours.dump(2), nlohmann::json::parse(text).dump(2));
+  }
+}
+
+TEST(Json, ListsArePairsOrArrays) {
+  const std::array<double, 2> pair = {1, 2.5};
+  const std::vector<std::vector<int>> rows = {{1}, {}, {2, 3}};
+  const char* name = "pad";
+  const Value ours = {{"name", name},
+                      {"pair", pair},
+                      {"rows", rows},
+                      {"one", {1, "two", nullptr}},
+                      {"in", {{"a", 1}, {"b", true}}},
+                      {"none", Value::array()},
+                      {"x", 0.1f}};
+  const Theirs theirs = {{"name", name},
+                         {"pair", pair},
+                         {"rows", rows},
+                         {"one", {1, "two", nullptr}},
+                         {"in", {{"a", 1}, {"b", true}}},
+                         {"none", Theirs::array()},
+                         {"x", 0.1f}};
+  EXPECT_EQ(ours.dump(2), theirs.dump(2));
+  EXPECT_EQ(Value(std::map<std::string, int>{{"b", 1}, {"a", 2}}).dump(), R"({"a":2,"b":1})");
+  EXPECT_EQ(Value({1.0, 2.0}).dump(), "[1.0,2.0]");
+  EXPECT_EQ((Value{{"complete", true}}).dump(), R"({"complete":true})");
+}
+
+TEST(Json, NumbersThatAreNotFiniteAreNull) {
+  const Value value = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()};
+  EXPECT_EQ(value.dump(), "[null,null]");
+}
+
+TEST(Json, BytesThatAreNoTextAreReplacedWhereThatIsAsked) {
+  const Value value = {{"path", "a\xff"}};
+  EXPECT_THROW(static_cast<void>(value.dump()), Error);
+  EXPECT_EQ(value.dump(-1, Utf8::Replace), "{\"path\":\"a\xef\xbf\xbd\"}");
+}
+
+TEST(Json, ErrorsTellWhere) {
+  try {
+    static_cast<void>(parse("{\"a\": 1,\n \"b\": }"));
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("at line 2"), std::string::npos) << error.what();
+  }
+  EXPECT_THROW(static_cast<void>(parse("{\"a\": 1, \"a\": 2}", {.unique_keys = true})), KeyTwice);
+  EXPECT_EQ(parse("{\"a\": 1, /* no */ \"a\": 2}", {.comments = true}).dump(), R"({"a":2})");
+  EXPECT_THROW(static_cast<void>(parse("[1]").at("a")), Error);
+  EXPECT_THROW(static_cast<void>(parse("{}").at("a")), Error);
+  EXPECT_THROW(static_cast<void>(parse("\"a\"").number()), Error);
+}
+
+TEST(Json, NestingDeeperThanTheStackIsFreed) {
+  const size_t depth = 1'000'000;
+  EXPECT_TRUE(parse(std::string(depth, '[') + std::string(depth, ']')).is_array());
+}
+
+}  // namespace
+}  // namespace palpate::json
