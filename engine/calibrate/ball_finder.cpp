@@ -1,12 +1,14 @@
 #include "engine/calibrate/ball_finder.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <utility>
 #include <vector>
+
+#include "engine/numeric/dense.h"
 
 namespace palpate {
 namespace {
@@ -58,7 +60,7 @@ Fitted fit_linear(const std::vector<Sample>& samples, const std::vector<double>&
   }
   gram.diagonal().array() *= 1 + 1e-9;
   Fitted f;
-  f.linear = gram.ldlt().solve(right);
+  f.linear = dense::Ldlt(gram).solve(Eigen::MatrixXd(right));
   f.left.resize(n, 3);
   for (Eigen::Index i = 0; i < n; ++i) {
     f.left.row(i) = samples[static_cast<size_t>(i)].change.transpose() - basis.row(i) * f.linear;
@@ -102,7 +104,7 @@ Vector4 minimise(const std::vector<Sample>& samples, const std::vector<double>& 
       Matrix4 damped = h;
       damped.diagonal() *= 1 + damping;
       damped.diagonal().array() += 1e-12 * h.trace();
-      const Vector4 next = bounded(at - damped.ldlt().solve(gradient), largest_px);
+      const Vector4 next = bounded(at - dense::solve_ldlt<4>(damped, gradient), largest_px);
       Fitted tried = fit_linear(samples, weights, next);
       if (tried.cost < fitted.cost) {
         const bool settled = fitted.cost - tried.cost < 1e-7 * fitted.cost && (next - at).norm() < 1e-3;
@@ -247,7 +249,8 @@ FoundBall find_ball(const Frame& frame, const Frame& background, std::span<const
       std::sqrt(fitted.linear.row(1).squaredNorm() + fitted.linear.row(2).squaredNorm()) / found.radius_px;
   const double per_value = left / (3 * weight - 16),
                factor = correlation_factor(samples, fitted, found.radius_px);
-  const Matrix4 covariance = normal.ldlt().solve(Matrix4::Identity()) * per_value * factor * factor;
+  const Matrix4 covariance =
+      Matrix4(dense::Ldlt(normal).solve(Eigen::MatrixXd(Matrix4::Identity()))) * per_value * factor * factor;
   found.center_sd_px = std::sqrt(std::max(0.0, 0.5 * (covariance(0, 0) + covariance(1, 1))));
   found.radius_sd_px = found.radius_px * std::sqrt(std::max(0.0, covariance(2, 2)));
 

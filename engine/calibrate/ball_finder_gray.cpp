@@ -1,4 +1,4 @@
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -6,6 +6,7 @@
 
 #include "engine/calibrate/ball_finder.h"
 #include "engine/calibrate/ball_press.h"
+#include "engine/numeric/dense.h"
 
 namespace palpate {
 
@@ -95,7 +96,7 @@ FoundBall find_gray_ball(const Frame& frame, const Frame& background, std::span<
       normal += w * j * j.transpose();
       right += w * error * j;
     }
-    const Eigen::Vector3d step = normal.ldlt().solve(right);
+    const Eigen::Vector3d step = dense::solve_ldlt<3>(normal, right);
     cx += step[0];
     cy += step[1];
     radius += step[2];

@@ -1,12 +1,13 @@
 #include "engine/calibrate/force_fit.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <string>
 
 #include "engine/measure/force.h"
+#include "engine/numeric/dense.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -117,8 +118,9 @@ std::vector<double> knot_places(const Readings& r, size_t count) {
 VectorXd rising_least_squares(const MatrixXd& j, const VectorXd& y, const MatrixXd& roughness) {
   const Eigen::Index n = j.cols();
   const MatrixXd steps = MatrixXd::Ones(n, n).triangularView<Eigen::Lower>();
-  const MatrixXd a = steps.transpose() * (j.transpose() * j + roughness) * steps;
-  const VectorXd b = steps.transpose() * (j.transpose() * y);
+  const MatrixXd a =
+      dense::product(dense::product_tn(steps, MatrixXd(dense::product_tn(j, j) + roughness)), steps);
+  const VectorXd b = dense::product_tn(steps, dense::product_tn(j, y));
   VectorXd x = VectorXd::Zero(n);
   for (int sweep = 0; sweep < 2000; ++sweep) {
     double change = 0;

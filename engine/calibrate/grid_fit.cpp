@@ -1,11 +1,12 @@
 #include "engine/calibrate/grid_fit.h"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
 
+#include "engine/numeric/dense.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -71,7 +72,7 @@ Eigen::Matrix<double, 8, 1> first_homography(const Scaled& view) {
     b[2 * i] = s.x();
     b[2 * i + 1] = s.y();
   }
-  return a.colPivHouseholderQr().solve(b);
+  return dense::least_squares(a, b);
 }
 
 struct Model {
@@ -139,7 +140,7 @@ Model fitted(const std::vector<Scaled>& views, int terms, Part part) {
     for (int attempt = 0; attempt < 8 && !better; ++attempt, damping *= 6) {
       Eigen::MatrixXd damped = normal;
       damped.diagonal() *= 1 + damping;
-      const Eigen::VectorXd step = damped.ldlt().solve(gradient);
+      const Eigen::VectorXd step = dense::Ldlt(damped).solve(gradient);
       Model next = model;
       for (size_t v = 0; v < views.size(); ++v)
         next.views[v] -= step.segment<8>(static_cast<Eigen::Index>(8 * v));

@@ -1,10 +1,11 @@
 #include "engine/calibrate/light_stack.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <string>
 
+#include "engine/numeric/dense.h"
 #include "engine/numeric/poisson_dct.h"
 #include "palpate/error.h"
 
@@ -132,17 +133,17 @@ LightStack fit_light_stack(const LightImages& given, std::span<const float> heig
   if (count < 20.0 * static_cast<double>(n))
     throw Error(Failure::Input, std::to_string(20 * n) + " pixels of known height or more",
                 std::to_string(static_cast<long long>(count)), "more of the scan");
-  const Eigen::MatrixXd full = gram.selfadjointView<Eigen::Lower>();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(full, Eigen::EigenvaluesOnly);
-  const double largest = eigen.eigenvalues()[n - 1];
+  const Eigen::MatrixXd full = dense::from_lower(gram);
+  const Eigen::VectorXd eigenvalues = dense::symmetric_eigenvalues(full);
+  const double largest = eigenvalues[n - 1];
   LightStack stack;
   stack.lights = static_cast<uint32_t>(images.images.size());
   stack.order = order;
-  stack.condition = largest / std::max(eigen.eigenvalues()[0], 1e-300);
+  stack.condition = largest / std::max(eigenvalues[0], 1e-300);
   // The shares add up to a constant, so one direction in each term is always empty.
   Eigen::MatrixXd a = full;
   a.diagonal().array() += largest / kWorstCondition;
-  const Eigen::LDLT<Eigen::MatrixXd> solver(a);
+  const dense::Ldlt solver(a);
   const Eigen::VectorXd x = solver.solve(to_x), y = solver.solve(to_y);
   const auto explained = [&](const Eigen::VectorXd& v, const Eigen::VectorXd& to, double square,
                              double mean) {

@@ -1,10 +1,12 @@
 #include "engine/calibrate/light_stack_check.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <vector>
+
+#include "engine/numeric/dense.h"
 
 namespace palpate {
 namespace {
@@ -52,7 +54,7 @@ LevelledError levelled_error(std::span<const float> height_mm, std::span<const f
     ++error.pixels;
   }
   if (error.pixels == 0) return {std::numeric_limits<double>::quiet_NaN(), 0};
-  const double left = squares - to.dot(gram.completeOrthogonalDecomposition().solve(to));
+  const double left = squares - to.dot(Eigen::Vector3d(dense::shortest_solution(gram, to)));
   error.rms_mm = std::sqrt(std::max(left, 0.0) / static_cast<double>(error.pixels));
   return error;
 }

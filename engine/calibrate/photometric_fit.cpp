@@ -1,12 +1,13 @@
 #include "engine/calibrate/photometric_fit.h"
 
-#include <Eigen/Dense>
-#include <Eigen/Sparse>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "engine/calibrate/photometric_normal_table.h"
+#include "engine/numeric/dense.h"
+#include "engine/numeric/sparse.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -65,9 +66,9 @@ struct Weights {
 // Coefficients in the order of PhotometricCalibration: channel by channel (1, X, Y).
 Weights solve_weights(const NormalEquations& e) {
   const Matrix9 full = e.gram.selfadjointView<Eigen::Lower>();
-  const Eigen::SelfAdjointEigenSolver<Matrix9> eigen(full, Eigen::EigenvaluesOnly);
-  const double largest = std::max(eigen.eigenvalues()[kCoefficients - 1], 0.0);
-  const double smallest = std::max(eigen.eigenvalues()[0], 0.0);
+  const Eigen::VectorXd eigenvalues = dense::symmetric_eigenvalues(full);
+  const double largest = std::max(eigenvalues[kCoefficients - 1], 0.0);
+  const double smallest = std::max(eigenvalues[0], 0.0);
   Weights w;
   // The Gram matrix squares the condition, so what rounding leaves of a singular design is about 1e-8.
   w.condition = smallest > 0 ? std::sqrt(largest / smallest) : INFINITY;
@@ -445,7 +446,7 @@ std::vector<double> integrate_patch(std::span<const double> slope_x, std::span<c
   if (unknowns == 0) return depth;
 
   // One equation for each pair of neighbours: the step between them is the mean of their slopes.
-  std::vector<Eigen::Triplet<double>> entries;
+  std::vector<sparse::Entry> entries;
   entries.reserve(static_cast<size_t>(unknowns) * 9);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
   const auto link = [&](size_t a, size_t b, double step) {
@@ -464,10 +465,7 @@ std::vector<double> integrate_patch(std::span<const double> slope_x, std::span<c
     // Heights are known up to a constant; this much pulls each part's mean to 0 and changes nothing else.
     entries.emplace_back(index[i], index[i], 1e-9);
   }
-  Eigen::SparseMatrix<double> a(unknowns, unknowns);
-  a.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(a);
-  const Eigen::VectorXd z = solver.solve(right);
+  const Eigen::VectorXd z = sparse::Factor(sparse::Factor::Kind::Ldlt, unknowns, entries).solve(right);
   const double mean = z.mean();
   for (size_t i = 0; i < pixels; ++i)
     if (inside[i]) depth[i] = (z[index[i]] - mean) * pitch_mm_per_px;

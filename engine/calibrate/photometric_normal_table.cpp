@@ -1,9 +1,10 @@
 #include "engine/calibrate/photometric_normal_table.h"
 
-#include <Eigen/Sparse>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+
+#include "engine/numeric/sparse.h"
 
 namespace palpate {
 namespace {
@@ -69,7 +70,7 @@ NormalTable NormalTableFit::solve(double smoothing) const {
   const auto side = static_cast<int>(side_);
   const int nodes = side * side;
   const double support = std::max(samples_ / nodes, 1.0);
-  std::vector<Eigen::Triplet<double>> entries;
+  std::vector<sparse::Entry> entries;
   for (int n = 0; n < nodes; ++n)
     for (int k = 0; k < 9; ++k) {
       const double value = gram_[static_cast<size_t>(n) * 9 + static_cast<size_t>(k)];
@@ -91,9 +92,7 @@ NormalTable NormalTableFit::solve(double smoothing) const {
         hold({{{n, 1}, {n + 1, -1}, {n + side, -1}, {n + side + 1, 1}}}, 2 * bend);
       entries.emplace_back(n, n, kShrink * support * (n == nodes / 2 ? kLevel / kShrink : 1));
     }
-  Eigen::SparseMatrix<double> a(nodes, nodes);
-  a.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(a);
+  const sparse::Factor solver(sparse::Factor::Kind::Ldlt, nodes, entries);
   const Eigen::VectorXd x = solver.solve(Eigen::Map<const Eigen::VectorXd>(to_x_.data(), nodes));
   const Eigen::VectorXd y = solver.solve(Eigen::Map<const Eigen::VectorXd>(to_y_.data(), nodes));
   NormalTable table;

@@ -1,12 +1,13 @@
 #include "engine/elasticity/axisymmetric.h"
 
-#include <Eigen/Dense>
-#include <Eigen/Sparse>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
 
+#include "engine/numeric/dense.h"
+#include "engine/numeric/sparse.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -144,7 +145,7 @@ FaceCompliance face_compliance(const SolidMesh& mesh, double poisson, Support su
   int count = 0;
   for (int& u : unknown)
     if (u == 0) u = count++;
-  std::vector<Eigen::Triplet<double>> entries;
+  std::vector<sparse::Entry> entries;
   entries.reserve(mesh.quads.size() * 36);
   for (const auto& quad : mesh.quads) {
     std::array<std::array<double, 2>, 4> corner{};
@@ -157,10 +158,8 @@ FaceCompliance face_compliance(const SolidMesh& mesh, double poisson, Support su
         if (row >= column && column >= 0) entries.emplace_back(row, column, k(i, j));
       }
   }
-  Eigen::SparseMatrix<double> matrix(count, count);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> factor(matrix);
-  if (factor.info() != Eigen::Success)
+  const sparse::Factor factor(sparse::Factor::Kind::Ldlt, count, entries);
+  if (!factor.ok())
     throw Error(Failure::Input, "a mesh that its support holds", "one that moves freely", "a base");
 
   FaceCompliance c;
@@ -212,7 +211,7 @@ FaceContact press_faces(const std::vector<double>& compliance, const std::vector
       right[i] = -gap_mm[row] / scale;
     }
     right[m] = -force_N;
-    const Eigen::VectorXd found = a.partialPivLu().solve(right);
+    const Eigen::VectorXd found = dense::solve_lu(a, right);
     contact.approach_mm = found[m] * scale;
     std::fill(contact.force_N.begin(), contact.force_N.end(), 0.0);
     bool settled = true;

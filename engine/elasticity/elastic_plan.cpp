@@ -1,9 +1,11 @@
 #include "engine/elasticity/elastic_plan.h"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "engine/numeric/dense.h"
 
 namespace palpate {
 namespace {
@@ -61,9 +63,7 @@ std::vector<Gaussian> gaussians(const ElasticKernel& kernel) {
     for (size_t j = 0; j < layer.size(); ++j)
       basis(i, static_cast<Eigen::Index>(j)) = weight * std::exp(-r * r / (2 * layer[j].variance));
   }
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(basis);
-  qr.setThreshold(1e-9);
-  const Eigen::VectorXd weights = qr.solve(target);
+  const Eigen::VectorXd weights = dense::least_squares(basis, target, 1e-9);
   for (size_t j = 0; j < layer.size(); ++j) layer[j].weight = -weights[static_cast<Eigen::Index>(j)];
   near.insert(near.end(), layer.begin(), layer.end());
   return near;

@@ -1,11 +1,12 @@
 #include "engine/elasticity/indentation.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 #include <numbers>
 #include <string>
 
 #include "engine/elasticity/layer_response.h"
+#include "engine/numeric/dense.h"
 #include "engine/numeric/quadrature.h"
 #include "palpate/error.h"
 
@@ -122,7 +123,7 @@ PadIndenter::Solution PadIndenter::solve(double a) const {
   const Eigen::Matrix<double, kNodes, kNodes> system =
       Eigen::Matrix<double, kNodes, kNodes>::Identity() -
       (2 / kPi) * cosines.transpose() * missing.asDiagonal() * cosines * weights.asDiagonal();
-  const Eigen::Matrix<double, kNodes, 2> phi = system.partialPivLu().solve(right);
+  const Eigen::Matrix<double, kNodes, 2> phi = dense::solve_lu(system, Eigen::MatrixXd(right));
   s.spectrum = missing.asDiagonal() * (cosines * (weights.asDiagonal() * phi));
   s.rim += (2 / kPi) * rim_cos.transpose() * s.spectrum;
   s.integral += (2 / kPi) * integral_cos.transpose() * s.spectrum;

@@ -1,10 +1,11 @@
 #include "engine/elasticity/layer.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "engine/numeric/dense.h"
 #include "engine/numeric/quadrature.h"
 #include "palpate/error.h"
 
@@ -186,7 +187,7 @@ Layer::Solution Layer::solve(double a) const {
   }
   Solution s;
   s.radius_mm = a;
-  s.phi = system.partialPivLu().solve(right);
+  s.phi = dense::solve_lu(system, Eigen::MatrixXd(right));
   s.rim = Eigen::RowVector2d(2 / kPi, 2 / kPi * a * a) + rim * s.phi;
   s.integral.setZero();
   for (int i = 0; i < kNodes; ++i) s.integral += w[i] * a * s.phi.row(i);
@@ -203,7 +204,7 @@ LayerContact Layer::finish(const Solution& s, const IndenterContact& contact, do
   static const auto fit = [] {
     Eigen::Matrix<double, kNodes, kTerms> basis;
     for (int i = 0; i < kNodes; ++i) basis.row(i) = chebyshev(unit().x[i]).transpose();
-    return Eigen::Matrix<double, kTerms, kNodes>(basis.completeOrthogonalDecomposition().pseudoInverse());
+    return Eigen::Matrix<double, kTerms, kNodes>(dense::pseudo_inverse(basis));
   }();
   const Eigen::Matrix<double, kNodes, 1> phi = constant * s.phi.col(0) + quadratic * s.phi.col(1);
   const Eigen::Matrix<double, kTerms, 1> coefficients = fit * phi;

@@ -1,6 +1,6 @@
 #include "engine/measure/skin_motion.h"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,12 +1,13 @@
 #include "engine/numeric/matching.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 #include <random>
 
+#include "engine/base/statistics.h"
+#include "engine/numeric/dense.h"
 #include "engine/numeric/matching_flow.h"
 #include "engine/numeric/matching_start.h"
 #include "engine/numeric/matching_warp.h"
@@ -75,8 +76,8 @@ double log_volume(const MatrixXd& points) {
 
 // -log likelihood of the target without any template: one normal distribution, or evenly over its box.
 double energy_without(const MatrixXd& to, double log_volume_) {
-  const MatrixXd covariance = to.transpose() * to / static_cast<double>(to.rows());
-  const Eigen::VectorXd spread = Eigen::SelfAdjointEigenSolver<MatrixXd>(covariance).eigenvalues();
+  const MatrixXd covariance = dense::product_tn(to, to) / static_cast<double>(to.rows());
+  const Eigen::VectorXd spread = dense::symmetric_eigen(covariance).values;
   const double floor = std::max(1e-6 * spread.maxCoeff(), kLeastSd * kLeastSd);
   const double normal =
       0.5 * (2 * std::numbers::pi * std::numbers::e * spread.cwiseMax(floor).array()).log().sum();
@@ -101,9 +102,7 @@ double median_spacing(const MatrixXd& points) {
     d[i] = std::numeric_limits<double>::infinity();
     nearest.push_back(d.minCoeff());
   }
-  std::nth_element(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2),
-                   nearest.end());
-  return std::sqrt(nearest[nearest.size() / 2]);
+  return std::sqrt(median(std::move(nearest)));
 }
 
 // Both sets, each about its own centre, over a common unit.
@@ -294,7 +293,7 @@ MatchResult match_points(const PointSet& from, const PointSet& to, double most_t
     search.run(sets, sets.as_it_lies(some, Eigen::all), most_turn_deg, result);
     const FlowProblem whole(sets.from, modes, sets.to, volume, false);
     state = std::move(search.best());
-    state.warped = whole.basis * state.coefficients;
+    state.warped = dense::product(whole.basis, state.coefficients);
     flow(whole, {.sd = std::sqrt(state.variance), .amplitude = kAmplitude, .cooling = 0.7}, state);
     weigh(whole, kAmplitude, state);
     MatchAttempt& winner = result.attempts[result.winner];

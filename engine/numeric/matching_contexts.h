@@ -1,7 +1,7 @@
 // Shape contexts: how a point sees its neighbours, by direction and logarithm of distance.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 

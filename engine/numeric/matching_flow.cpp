@@ -5,7 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#define PALPATE_INLINE inline __attribute__((always_inline))
+#include "engine/base/simd.h"
+#include "engine/numeric/dense.h"
 
 namespace palpate {
 namespace {
@@ -68,7 +69,7 @@ void plain(const float* a, size_t count, size_t axes, const float* b, float scal
            float* result) {
   fill_column(a, count, axes, b, scale, likeness, result);
 }
-#if defined(__x86_64__) && defined(__GNUC__)
+#ifdef PALPATE_WIDE
 __attribute__((target("avx2,fma"))) void wide(const float* a, size_t count, size_t axes, const float* b,
                                               float scale, const float* likeness, float* result) {
   fill_column(a, count, axes, b, scale, likeness, result);
@@ -76,7 +77,7 @@ __attribute__((target("avx2,fma"))) void wide(const float* a, size_t count, size
 #endif
 
 FillColumn widest_here() {
-#if defined(__x86_64__) && defined(__GNUC__)
+#ifdef PALPATE_WIDE
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return wide;
 #endif
   return plain;
@@ -145,8 +146,8 @@ void flow(const FlowProblem& problem, const FlowStage& stage, FlowState& state) 
       }
       const MatrixXf at = state.warped.cast<float>(), others = thinned(at);
       const float scale = k > 0 ? problem.context_scale : std::max(mean_distance(at), 1e-6f);
-      likeness = ContextCells(at, others, scale).histograms(thinned_weight(from_weight)).transpose() *
-                 problem.to_cells->histograms(thinned_weight(to_weight));
+      likeness = dense::product_tn(ContextCells(at, others, scale).histograms(thinned_weight(from_weight)),
+                                   problem.to_cells->histograms(thinned_weight(to_weight)));
       likeness = (likeness.array() - 1) * static_cast<float>(stage.context_weight);
     }
     set_closeness(state.warped, problem.to, state.variance, likeness, p);
@@ -158,23 +159,22 @@ void flow(const FlowProblem& problem, const FlowStage& stage, FlowState& state) 
             static_cast<float>(nil / (1 - nil) * all_targets * spread) + 1e-30f, row_factor, p);
 
     const VectorXd weight = p.rowwise().sum().cast<double>();
-    const MatrixXd pull = (p * problem.to).cast<double>();
+    const MatrixXd pull = dense::product(p, problem.to).cast<double>();
     const double found = weight.sum();
     const MatrixXd weighted = weight.cwiseSqrt().asDiagonal() * problem.basis;
     const VectorXd ridge = (state.variance / stage.amplitude * cost).array() + 1e-12 * static_cast<double>(n);
     MatrixXd gram = ridge.asDiagonal();
-    gram.selfadjointView<Eigen::Lower>().rankUpdate(weighted.transpose());
-    const Eigen::LLT<MatrixXd> solver(gram);
-    state.coefficients = solver.solve(problem.basis.transpose() * pull);
-    state.warped = problem.basis * state.coefficients;
+    dense::add_square_tn(gram, weighted);
+    const dense::Cholesky solver(gram);
+    state.coefficients = solver.solve(dense::product_tn(problem.basis, pull));
+    state.warped = dense::product(problem.basis, state.coefficients);
 
     const double squares = p.colwise().sum().transpose().cast<double>().dot(to_squares) -
                            2 * state.warped.cwiseProduct(pull).sum() +
                            weight.dot(state.warped.rowwise().squaredNorm());
     double freedom = 0;
     if (stage.count_freedom) {
-      MatrixXd inverse = MatrixXd(ridge.cwiseSqrt().asDiagonal());
-      solver.matrixL().solveInPlace(inverse);
+      const MatrixXd inverse = solver.solve_lower(MatrixXd(ridge.cwiseSqrt().asDiagonal()));
       freedom = std::min(static_cast<double>(ridge.size()) - inverse.squaredNorm(), 0.8 * found);
     }
     const double old = state.variance;

@@ -2,7 +2,7 @@
 // noise that they leave.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/base/statistics.h"
 #include "engine/numeric/assignment.h"
+#include "engine/numeric/dense.h"
 #include "engine/numeric/matching_contexts.h"
 
 namespace palpate {
@@ -33,7 +35,7 @@ MatrixXd about_last_axis(Index axes, double angle) {
 
 MatrixXd principal_axes(const MatrixXd& points) {
   const MatrixXd centred = points.rowwise() - points.colwise().mean();
-  return Eigen::SelfAdjointEigenSolver<MatrixXd>(centred.transpose() * centred).eigenvectors();
+  return dense::symmetric_eigen(dense::product_tn(centred, centred)).vectors;
 }
 
 std::vector<MatrixXd> turns(const MatrixXd& from, const MatrixXd& to) {
@@ -45,9 +47,10 @@ std::vector<MatrixXd> turns(const MatrixXd& from, const MatrixXd& to) {
   const MatrixXd a = principal_axes(from), b = principal_axes(to);
   for (const double x : {1., -1.})
     for (const double y : {1., -1.}) {
-      Eigen::Vector3d sign(x, y, 1);
-      sign[2] = (a * sign.asDiagonal() * b.transpose()).determinant() < 0 ? -1 : 1;
-      all.push_back(a * sign.asDiagonal() * b.transpose());
+      const auto turned = [&, x = x, y = y](double z) {
+        return dense::product_nt(a * Eigen::Vector3d(x, y, z).asDiagonal(), b);
+      };
+      all.push_back(turned(dense::determinant(turned(1)) < 0 ? -1 : 1));
     }
   return all;
 }
@@ -70,11 +73,13 @@ void fit_similarity(const MatrixXd& a, const MatrixXd& b, const VectorXd& weight
   const double total = weight.sum();
   const RowVectorXd ca = weight.transpose() * a / total, cb = weight.transpose() * b / total;
   const MatrixXd x = a.rowwise() - ca, y = b.rowwise() - cb;
-  const Eigen::JacobiSVD<MatrixXd> svd(x.transpose() * weight.asDiagonal() * y,
-                                       Eigen::ComputeFullU | Eigen::ComputeFullV);
-  MatrixXd u = svd.matrixU();
-  if ((u * svd.matrixV().transpose()).determinant() < 0) u.rightCols(1) *= -1;
-  turn = u * svd.matrixV().transpose();
+  dense::Svd svd = dense::svd(dense::product(x.transpose() * weight.asDiagonal(), y),
+                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  turn = dense::product_nt(svd.u, svd.v);
+  if (dense::determinant(turn) < 0) {
+    svd.u.rightCols(1) *= -1;
+    turn = dense::product_nt(svd.u, svd.v);
+  }
   // By spreads, not by the cross terms: wrong partners would shrink it.
   scale = std::sqrt(weight.dot(y.rowwise().squaredNorm()) /
                     std::max(weight.dot(x.rowwise().squaredNorm()), 1e-30));
@@ -103,14 +108,11 @@ Placement Votes::place(size_t k) const {
   RowVectorXd shift;
   for (int round = 0; round <= kReweightings; ++round) {
     fit_similarity(a, b, weight, turn, scale, shift);
-    VectorXd miss = (((scale * a * turn).rowwise() + shift) - b).rowwise().squaredNorm();
-    std::vector<double> sorted(miss.begin(), miss.end());
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
-                     sorted.end());
-    const double median = std::max(sorted[sorted.size() / 2], 1e-12);
-    weight = (1 + miss.array() / median).inverse();
+    VectorXd miss = ((dense::product(scale, a, turn).rowwise() + shift) - b).rowwise().squaredNorm();
+    const double usual = std::max(median(std::vector<double>(miss.begin(), miss.end())), 1e-12);
+    weight = (1 + miss.array() / usual).inverse();
   }
-  return {(scale * from_ * turn).rowwise() + shift, turn_of(turn)};
+  return {dense::product(scale, from_, turn).rowwise() + shift, turn_of(turn)};
 }
 
 Votes::Votes(const MatrixXd& from, const MatrixXd& to)
@@ -118,7 +120,8 @@ Votes::Votes(const MatrixXd& from, const MatrixXd& to)
   const MatrixXd from_others = thinned(from, 2 * kVoters);
   const MatrixXf wanted = seen_from(targets_, targets_);
   for (const MatrixXd& turn : turns(from, to)) {
-    MatrixXf likeness = seen_from(centres_ * turn, from_others * turn).transpose() * wanted;
+    MatrixXf likeness = dense::product_tn(
+        seen_from(dense::product(centres_, turn), dense::product(from_others, turn)), wanted);
     const double rows = likeness.rowwise().maxCoeff().mean(), columns = likeness.colwise().maxCoeff().mean();
     votes_.push_back({2 - rows - columns, std::move(likeness)});
   }

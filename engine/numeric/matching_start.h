@@ -1,7 +1,7 @@
 // Where the template may lie on the target at first: turns that the neighbourhoods vote for.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <vector>
 
 namespace palpate {

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
+
+#include "engine/numeric/dense.h"
 
 namespace palpate {
 namespace {
@@ -19,7 +20,7 @@ constexpr Index kLandmarks = 120, kModes = 40;
 constexpr double kLeastMode = 1e-9;
 
 MatrixXd kernel(const MatrixXd& a, const MatrixXd& b) {
-  MatrixXd k = -2 * a * b.transpose();
+  MatrixXd k = dense::product_nt(-2, a, b);
   k.colwise() += a.rowwise().squaredNorm();
   k.rowwise() += b.rowwise().squaredNorm().transpose();
   return (k.cwiseMax(0) * (-0.5 / (kLength * kLength))).array().exp();
@@ -54,28 +55,25 @@ WarpModes::WarpModes(const MatrixXd& points) {
   const std::vector<Index> chosen = spread_subset(points, kLandmarks);
   landmarks_ = points(chosen, Eigen::all);
   // What an affine map can do is no mode's business. Points on a line or in a plane have fewer of those maps.
-  Eigen::ColPivHouseholderQR<MatrixXd> affine(with_ones(landmarks_));
-  affine.setThreshold(1e-9);
-  const Index rank = affine.rank(), left = landmarks_.rows() - rank;
+  const dense::ColumnSpace affine_maps = dense::column_space(with_ones(landmarks_), 1e-9);
+  const Index left = landmarks_.rows() - affine_maps.rank;
   modes_.resize(landmarks_.rows(), 0);
   if (left <= 0) return;
-  MatrixXd q = MatrixXd::Identity(landmarks_.rows(), landmarks_.rows());
-  q.applyOnTheLeft(affine.householderQ());
-  const MatrixXd free = q.rightCols(left);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(free.transpose() * kernel(landmarks_, landmarks_) *
-                                                      free);
-  const VectorXd& variance = eigen.eigenvalues();  // rising
+  const MatrixXd free = affine_maps.q.rightCols(left);
+  const dense::SymmetricEigen eigen =
+      dense::symmetric_eigen(dense::product(dense::product_tn(free, kernel(landmarks_, landmarks_)), free));
+  const VectorXd& variance = eigen.values;  // rising
   Index modes = 0;
   while (modes < std::min(left, kModes) && variance[left - 1 - modes] > kLeastMode * variance[left - 1])
     ++modes;
-  modes_ = free * eigen.eigenvectors().rightCols(modes) *
+  modes_ = dense::product(free, eigen.vectors.rightCols(modes)) *
            variance.tail(modes).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
 MatrixXd WarpModes::basis(const MatrixXd& points) const {
   MatrixXd all(points.rows(), affine() + modes_.cols());
   all.leftCols(affine()) = with_ones(points);
-  if (modes_.cols() > 0) all.rightCols(modes_.cols()) = kernel(points, landmarks_) * modes_;
+  if (modes_.cols() > 0) all.rightCols(modes_.cols()) = dense::product(kernel(points, landmarks_), modes_);
   return all;
 }
 

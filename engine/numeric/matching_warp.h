@@ -2,7 +2,8 @@
 // process, each of unit variance.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
+#include <vector>
 
 namespace palpate {
 

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <random>
 
+#include "engine/numeric/dense.h"
+
 namespace palpate {
 namespace {
 
@@ -48,7 +50,7 @@ SmallNetwork SmallNetwork::random(const std::vector<uint32_t>& sizes, uint64_t s
 MatrixXf SmallNetwork::apply(const MatrixXf& in) const {
   MatrixXf values = in;
   for (size_t l = 0; l < layers.size(); ++l) {
-    MatrixXf next = (layers[l].weight * values).colwise() + layers[l].bias;
+    MatrixXf next = dense::product(layers[l].weight, values).colwise() + layers[l].bias;
     if (l + 1 < layers.size()) next = next.array().tanh();
     values.swap(next);
   }
@@ -64,7 +66,7 @@ MatrixXf SmallNetwork::apply(const MatrixXf& in, const std::vector<MatrixXf>& al
   for (Eigen::Index t = 1; t < blocks; ++t)
     values.middleCols(t * samples, samples) = along[static_cast<size_t>(t - 1)];
   for (size_t l = 0; l < layers.size(); ++l) {
-    MatrixXf next = layers[l].weight * values;
+    MatrixXf next = dense::product(layers[l].weight, values);
     next.leftCols(samples).colwise() += layers[l].bias;
     if (l + 1 < layers.size()) {
       next.leftCols(samples) = next.leftCols(samples).array().tanh();
@@ -105,7 +107,7 @@ void train(SmallNetwork& network, const MatrixXf& in, const NetworkLoss& loss, c
       values[0].resize(in.rows(), batch);
       for (Eigen::Index b = 0; b < batch; ++b) values[0].col(b) = in.col(now[static_cast<size_t>(b)]);
       for (size_t l = 0; l < depth; ++l) {
-        values[l + 1].noalias() = network.layers[l].weight * values[l];
+        dense::product_into(values[l + 1], network.layers[l].weight, values[l]);
         values[l + 1].colwise() += network.layers[l].bias;
         if (l + 1 < depth) values[l + 1] = values[l + 1].array().tanh();
       }
@@ -117,10 +119,10 @@ void train(SmallNetwork& network, const MatrixXf& in, const NetworkLoss& loss, c
                             (1 - std::pow(double{kKeep}, static_cast<double>(steps)));
       const auto paced = static_cast<float>(step * steady);
       for (size_t l = depth; l-- > 0;) {
-        const MatrixXf of_weight = slope * values[l].transpose();
+        const MatrixXf of_weight = dense::product_nt(slope, values[l]);
         const VectorXf of_bias = slope.rowwise().sum();
         if (l > 0) {
-          MatrixXf below = network.layers[l].weight.transpose() * slope;
+          MatrixXf below = dense::product_tn(network.layers[l].weight, slope);
           below.array() *= 1 - values[l].array().square();
           slope.swap(below);
         }

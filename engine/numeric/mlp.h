@@ -1,7 +1,7 @@
 // A small network of fully connected layers: smooth functions of a few numbers, learnt from samples.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cstdint>
 #include <functional>
 #include <span>

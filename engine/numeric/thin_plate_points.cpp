@@ -1,9 +1,11 @@
 #include "engine/numeric/thin_plate_points.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+
+#include "engine/base/statistics.h"
+#include "engine/numeric/dense.h"
 
 namespace palpate {
 namespace {
@@ -13,12 +15,6 @@ double squared_distance(const std::array<double, D>& a, const std::array<double,
   double sum = 0;
   for (size_t d = 0; d < D; ++d) sum += (a[d] - b[d]) * (a[d] - b[d]);
   return sum;
-}
-
-double median(std::vector<double> of) {
-  const auto middle = of.begin() + static_cast<ptrdiff_t>(of.size() / 2);
-  std::nth_element(of.begin(), middle, of.end());
-  return *middle;
 }
 
 /// By medians, so that neither a far point nor many coincident ones decide it.
@@ -113,16 +109,16 @@ PlateFrame<D> plate_frame(std::span<const std::array<double, D>> points, double 
     for (size_t d = 0; d < D; ++d)
       about(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(d)) =
           (points[i][d] - frame.centre[d]) / largest;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(about, Eigen::ComputeThinU | Eigen::ComputeFullV);
+  const dense::Svd svd = dense::svd(about, Eigen::ComputeThinU | Eigen::ComputeFullV);
   Vector spread = Vector::Zero();  // fewer points than axes leave the rest 0
-  spread.head(svd.singularValues().size()) = svd.singularValues();
+  spread.head(svd.values.size()) = svd.values;
   flatness = spread[D - 1] / spread[0];
   frame.rank = static_cast<uint32_t>((spread.array() > flat_share * spread[0]).count());
   const double scale = 1 / (largest * std::sqrt(about.squaredNorm() / count));
   for (uint32_t a = 0; a < frame.rank; ++a)
     for (size_t d = 0; d < D; ++d)
       frame.axes[a][d] =
-          scale * (frame.rank == D ? (a == d ? 1.0 : 0.0) : svd.matrixV()(static_cast<Eigen::Index>(d), a));
+          scale * (frame.rank == D ? (a == d ? 1.0 : 0.0) : svd.v(static_cast<Eigen::Index>(d), a));
   return frame;
 }
 

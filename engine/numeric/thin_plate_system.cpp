@@ -26,27 +26,23 @@ Eigen::MatrixXd polynomial_of(uint32_t axes, const std::vector<double>& at, Eige
 
 PlateSystem::PlateSystem(PlateKernel kernel, uint32_t axes, const std::vector<double>& at,
                          const std::vector<double>& weight)
-    : points_(static_cast<Eigen::Index>(weight.size())), terms_(1 + axes) {
-  root_ = Eigen::Map<const Eigen::VectorXd>(weight.data(), points_).cwiseSqrt();
+    : points_(static_cast<Eigen::Index>(weight.size())),
+      terms_(1 + axes),
+      root_(Eigen::Map<const Eigen::VectorXd>(weight.data(), points_).cwiseSqrt()),
+      polynomial_(root_.asDiagonal() * polynomial_of(axes, at, points_)) {
   kernel_.setZero(points_, points_);
   plate_matrix(kernel, axes, at, weight.size(), {kernel_.data(), weight.size() * weight.size()});
   kernel_ = root_.asDiagonal() * kernel_ * root_.asDiagonal();
-  polynomial_.compute(root_.asDiagonal() * polynomial_of(axes, at, points_));
-  Eigen::MatrixXd turned = kernel_;
-  turned.applyOnTheLeft(polynomial_.householderQ().adjoint());
-  turned.applyOnTheRight(polynomial_.householderQ());
+  const Eigen::MatrixXd turned = polynomial_.times_q(polynomial_.qt_times(kernel_));
   const Eigen::Index left = points_ - terms_;
   free_ = turned.bottomRightCorner(left, left);
 }
 
 PlateSystem::Tridiagonal::Tridiagonal(const Eigen::MatrixXd& matrix)
-    : form(matrix), diagonal(form.diagonal()), side(form.subDiagonal()) {
-  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
-  solver.computeFromTridiagonal(diagonal, side, Eigen::EigenvaluesOnly);
-  eigenvalues = solver.eigenvalues().cwiseMax(0.0);
-}
+    : form(matrix), eigenvalues(form.eigenvalues().cwiseMax(0.0)) {}
 
 Eigen::MatrixXd PlateSystem::Tridiagonal::solve(const Eigen::MatrixXd& right, double lambda) const {
+  const Eigen::VectorXd &diagonal = form.diagonal(), &side = form.side();
   const Eigen::Index n = diagonal.size();
   Eigen::VectorXd inverse(n), factor(n);
   // Rounding may leave the least pivots at or below 0 where lambda is: no pivot is below what rounding
@@ -75,8 +71,8 @@ void PlateSystem::factor(double lambda) {
   const auto attempt = [&] {
     Eigen::MatrixXd matrix = free_;
     matrix.diagonal().array() += factored_;
-    cholesky_.compute(matrix);
-    return cholesky_.info() == Eigen::Success;
+    cholesky_.emplace(matrix);
+    return cholesky_->ok();
   };
   if (attempt()) return;
   // Rounding has made the matrix indefinite: the least lambda that it carries.
@@ -87,10 +83,10 @@ void PlateSystem::factor(double lambda) {
 Eigen::MatrixXd PlateSystem::reduced(const Eigen::MatrixXd& right, double lambda) {
   if (!tridiagonal_) {
     factor(lambda);
-    return cholesky_.solve(right);
+    return cholesky_->solve(right);
   }
-  const auto basis = tridiagonal_->form.matrixQ();
-  return basis * tridiagonal_->solve(basis.adjoint() * right, lambda);
+  const dense::Tridiagonal& form = tridiagonal_->form;
+  return form.q_times(tridiagonal_->solve(form.qt_times(right), lambda));
 }
 
 PlateSystem::Solution PlateSystem::solve(const Eigen::MatrixXd& values, double lambda, bool spread) {
@@ -98,7 +94,7 @@ PlateSystem::Solution PlateSystem::solve(const Eigen::MatrixXd& values, double l
   s.lambda = lambda;
   const Eigen::Index left = points_ - terms_;
   const Eigen::MatrixXd white = root_.asDiagonal() * values;
-  Eigen::MatrixXd turned = polynomial_.householderQ().adjoint() * white;
+  Eigen::MatrixXd turned = polynomial_.qt_times(white);
   Eigen::MatrixXd w = Eigen::MatrixXd::Zero(points_, values.cols());
   s.freedom = static_cast<double>(points_);
   if (left > 0) {
@@ -112,17 +108,16 @@ PlateSystem::Solution PlateSystem::solve(const Eigen::MatrixXd& values, double l
     } else {
       s.lambda = factored_;
       s.raised = factored_ != lambda;
-      s.condition = 1 / cholesky_.rcond();
+      s.condition = 1 / cholesky_->rcond();
       if (s.lambda > 0 && spread && inverse_trace_ < 0)
-        inverse_trace_ = cholesky_.matrixL().solve(Eigen::MatrixXd::Identity(left, left)).squaredNorm();
+        inverse_trace_ = cholesky_->solve_lower(Eigen::MatrixXd::Identity(left, left)).squaredNorm();
       if (s.lambda > 0) s.freedom = spread ? s.freedom - s.lambda * inverse_trace_ : kNotKnown;
     }
-    w.applyOnTheLeft(polynomial_.householderQ());
+    w = polynomial_.q_times(w);
   }
   s.misfit = s.lambda * s.lambda * w.colwise().squaredNorm().transpose();
-  turned = polynomial_.householderQ().adjoint() * (white - kernel_ * w);
-  s.polynomial =
-      polynomial_.matrixQR().topRows(terms_).triangularView<Eigen::Upper>().solve(turned.topRows(terms_));
+  turned = polynomial_.qt_times(dense::minus_product(white, kernel_, w));
+  s.polynomial = polynomial_.solve_r(turned.topRows(terms_));
   s.weight = root_.asDiagonal() * w;
   return s;
 }
@@ -132,8 +127,8 @@ PlateSystem::Choice PlateSystem::choose(const Eigen::MatrixXd& values, double wi
   if (left == 0) return {0, kNotKnown};
   if (!tridiagonal_) tridiagonal_.emplace(free_);
   const Eigen::MatrixXd white = root_.asDiagonal() * values;
-  const Eigen::MatrixXd turned = polynomial_.householderQ().adjoint() * white;
-  const Eigen::MatrixXd seen = tridiagonal_->form.matrixQ().adjoint() * turned.bottomRows(left);
+  const Eigen::MatrixXd turned = polynomial_.qt_times(white);
+  const Eigen::MatrixXd seen = tridiagonal_->form.qt_times(turned.bottomRows(left));
   const double widest = std::max(tridiagonal_->eigenvalues.maxCoeff(), std::numeric_limits<double>::min());
   // What rounding leaves of the values counts as misfit, so that none of it is followed.
   const double rounding = std::pow(16 * kEpsilon, 2) * white.squaredNorm();
@@ -174,16 +169,14 @@ Eigen::VectorXd PlateSystem::row(const Eigen::VectorXd& kernel, const Eigen::Vec
                                  double lambda) {
   const Eigen::Index left = points_ - terms_;
   Eigen::VectorXd g = Eigen::VectorXd::Zero(points_);
-  g.head(terms_) =
-      polynomial_.matrixQR().topRows(terms_).triangularView<Eigen::Upper>().adjoint().solve(polynomial);
-  g.applyOnTheLeft(polynomial_.householderQ());
+  g.head(terms_) = polynomial_.solve_rt(polynomial);
+  g = polynomial_.q_times(g);
   if (left > 0) {
     const Eigen::VectorXd rest =
-        polynomial_.householderQ().adjoint() * (root_.asDiagonal() * kernel - kernel_ * g);
+        polynomial_.qt_times(dense::minus_product(root_.asDiagonal() * kernel, kernel_, g));
     Eigen::VectorXd more = Eigen::VectorXd::Zero(points_);
     more.tail(left) = reduced(rest.tail(left), lambda);
-    more.applyOnTheLeft(polynomial_.householderQ());
-    g += more;
+    g += polynomial_.q_times(more);
   }
   return root_.asDiagonal() * g;
 }

@@ -1,11 +1,10 @@
 // The linear algebra under thin-plate splines: the saddle system reduced to where the polynomial is not.
 #pragma once
 
-#include <Eigen/Dense>
-#include <memory>
 #include <optional>
 #include <vector>
 
+#include "engine/numeric/dense.h"
 #include "engine/numeric/thin_plate_kernel.h"
 
 namespace palpate {
@@ -41,19 +40,19 @@ class PlateSystem {
   struct Tridiagonal {
     explicit Tridiagonal(const Eigen::MatrixXd& matrix);
     Eigen::MatrixXd solve(const Eigen::MatrixXd& right, double lambda) const;  ///< in its own basis
-    Eigen::Tridiagonalization<Eigen::MatrixXd> form;
-    Eigen::VectorXd diagonal, side, eigenvalues;
+    dense::Tridiagonal form;
+    Eigen::VectorXd eigenvalues;
   };
   void factor(double lambda);
   Eigen::MatrixXd reduced(const Eigen::MatrixXd& right, double lambda);  ///< (B + lambda)^-1 right
 
   Eigen::Index points_, terms_;
-  Eigen::VectorXd root_;                              // of the weights
-  Eigen::MatrixXd kernel_;                            // W^1/2 K W^1/2
-  Eigen::HouseholderQR<Eigen::MatrixXd> polynomial_;  // of W^1/2 P
-  Eigen::MatrixXd free_;                              // B
+  Eigen::VectorXd root_;    // of the weights
+  dense::Qr polynomial_;    // of W^1/2 P
+  Eigen::MatrixXd kernel_;  // W^1/2 K W^1/2
+  Eigen::MatrixXd free_;    // B
   std::optional<Tridiagonal> tridiagonal_;
-  Eigen::LLT<Eigen::MatrixXd> cholesky_;
+  std::optional<dense::Cholesky> cholesky_;
   std::optional<double> asked_;  // what cholesky_ is of
   double factored_ = 0;          // and what it could be made of
   double inverse_trace_ = -1;    // of that; below 0: not known

@@ -1,9 +1,11 @@
 #include "engine/stages/skin_points.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+
+#include "engine/numeric/dense.h"
 
 namespace palpate {
 namespace {
@@ -174,8 +176,7 @@ std::vector<SkinTemplate> skin_templates(const std::vector<float>& image, uint32
     light.row(k) << 1, column * stride, row * stride;
   }
   const Eigen::VectorXd x_px = light.col(1), y_px = light.col(2);
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(light);
-  const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(n, 3);
+  const Eigen::MatrixXd q = dense::thin_q(light);
 
   std::vector<SkinTemplate> templates;
   std::vector<double> contrast;
@@ -209,12 +210,12 @@ std::vector<SkinTemplate> skin_templates(const std::vector<float>& image, uint32
     if (texture)
       basis.rightCols(6) << along.cwiseProduct(x_px), along.cwiseProduct(y_px), down.cwiseProduct(x_px),
           down.cwiseProduct(y_px), rest.cwiseProduct(x_px), rest.cwiseProduct(y_px);
-    Eigen::MatrixXd normal = basis.transpose() * basis;
+    Eigen::MatrixXd normal = dense::product_tn(basis, basis);
     const double variance = contrast_here / n;
     for (int k = 6; k < basis.cols(); ++k) normal(k, k) += variance * (k < 10 ? 1 : stride * stride);
-    const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
-    if (solver.info() != Eigen::Success || !solver.isPositive() || !(solver.rcond() > 1e-14)) continue;
-    const Eigen::MatrixXd rows = solver.solve(basis.transpose());
+    const dense::Ldlt solver(normal);
+    if (!solver.positive() || !(solver.rcond() > 1e-14)) continue;
+    const Eigen::MatrixXd rows = solver.solve(Eigen::MatrixXd(basis.transpose()));
     if (!rows.allFinite()) continue;
     t.step_sd = std::sqrt((rows.row(1).squaredNorm() + rows.row(2).squaredNorm()) / 2);
     t.contrast = static_cast<float>(contrast_here);

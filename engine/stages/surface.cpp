@@ -1,12 +1,13 @@
 #include "engine/stages/surface.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/numeric/dense.h"
 #include "shaders/ascend.spv.h"
 #include "shaders/coarsest.spv.h"
 #include "shaders/correct.spv.h"
@@ -56,7 +57,7 @@ std::vector<float> pseudo_inverse(const Level& level) {
       }
     }
   }
-  const Eigen::MatrixXd inverse = a.llt().solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::MatrixXd inverse = dense::Cholesky(a).solve(Eigen::MatrixXd(Eigen::MatrixXd::Identity(n, n)));
   const size_t pitch = size_t{g.pitch} * 4, padded = pitch * g.height;
   const auto place = [&](Eigen::Index i) {
     return static_cast<size_t>(i / g.width) * pitch + static_cast<size_t>(i % g.width);

@@ -1,6 +1,6 @@
 #include "engine/elasticity/modulus/fit.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>

@@ -1,6 +1,6 @@
 #include "engine/elasticity/modulus/press_model.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>

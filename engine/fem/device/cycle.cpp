@@ -1,12 +1,13 @@
 #include "engine/fem/device/cycle.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <optional>
 #include <utility>
 
 #include "engine/fem/linear/level.h"
 #include "engine/gpu/commands.h"
+#include "engine/numeric/dense.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -31,11 +32,11 @@ std::vector<float> dense_inverse(const ForwardOperator& stiffness, const FixedNo
     unit[at] = 0;
     matrix.col(static_cast<Eigen::Index>(at)) = Eigen::Map<const Eigen::VectorXd>(column.data(), size);
   }
-  const Eigen::LLT<Eigen::MatrixXd> factor(matrix);
-  if (factor.info() != Eigen::Success)
+  const dense::Cholesky factor(matrix);
+  if (!factor.ok())
     throw Error(Failure::Usage, "a block that its supports hold", "one that can move freely",
                 "a bonded or sliding bottom");
-  const Eigen::MatrixXd inverse = factor.solve(Eigen::MatrixXd::Identity(size, size));
+  const Eigen::MatrixXd inverse = factor.solve(Eigen::MatrixXd(Eigen::MatrixXd::Identity(size, size)));
   std::vector<float> texels(4 * nodes * 3 * nodes);
   for (size_t m = 0; m < nodes; ++m)
     for (size_t row = 0; row < 3 * nodes; ++row)

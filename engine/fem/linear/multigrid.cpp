@@ -1,7 +1,5 @@
 #include "engine/fem/linear/multigrid.h"
 
-#include <Eigen/Sparse>
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -9,6 +7,7 @@
 
 #include "engine/fem/linear/level.h"
 #include "engine/fem/linear/transfer.h"
+#include "engine/numeric/sparse.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -37,7 +36,7 @@ struct ForwardMultigrid::Level : ForwardLevel {
 
 struct ForwardMultigrid::Coarsest {
   std::vector<int> unknown;  // of each displacement; -1: fixed
-  Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factor;
+  std::optional<sparse::Factor> factor;
   Eigen::VectorXd right;
   size_t values = 0;
 
@@ -53,7 +52,7 @@ struct ForwardMultigrid::Coarsest {
         if ((level.fixed[n] >> c & 1) == 0)
           unknown[c * nodes + n] =
               c == 2 && n >= lower && n < lower + plane ? unknown[c * nodes + n - plane] : count++;
-    std::vector<Eigen::Triplet<double>> entries;
+    std::vector<sparse::Entry> entries;
     for (uint32_t k = 0; k < grid.cells[2]; ++k) {
       if (grid.slit == k) continue;
       const std::array<double, 576> element =
@@ -72,21 +71,19 @@ struct ForwardMultigrid::Coarsest {
                 entries.emplace_back(at[a], at[b], grid.young[grid.cell(i, j, k)] * element[24 * a + b]);
         }
     }
-    Eigen::SparseMatrix<double> matrix(count, count);
-    matrix.setFromTriplets(entries.begin(), entries.end());
-    factor.compute(matrix);
-    if (factor.info() != Eigen::Success)
+    factor.emplace(sparse::Factor::Kind::Llt, count, entries);
+    if (!factor->ok())
       throw Error(Failure::Usage, "a block that its supports hold", "one that can move freely",
                   "a bonded or sliding bottom");
     right.resize(count);
-    values = static_cast<size_t>(factor.matrixL().nestedExpression().nonZeros());
+    values = factor->values();
   }
 
   void solve(const float* residual, float* x) {
     right.setZero();
     for (size_t n = 0; n < unknown.size(); ++n)
       if (unknown[n] >= 0) right(unknown[n]) += double{residual[n]};
-    const Eigen::VectorXd found = factor.solve(right);
+    const Eigen::VectorXd found = factor->solve(right);
     for (size_t n = 0; n < unknown.size(); ++n)
       x[n] = unknown[n] >= 0 ? static_cast<float>(found(unknown[n])) : 0.0f;
   }

@@ -1,10 +1,11 @@
 #include "engine/fem/linear/stiffness.h"
 
-#include <Eigen/Dense>
-#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+
+#include "engine/numeric/dense.h"
 
 namespace palpate {
 namespace {
@@ -87,8 +88,7 @@ double element_bound(const std::array<double, 3>& size, double poisson, bool at_
       for (int b = 0; b < 3; ++b)
         if (!at_slit || (a == 2) == (b == 2))
           blocks(3 * corner + a, 3 * corner + b) = k(3 * corner + a, 3 * corner + b);
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(k, blocks, Eigen::EigenvaluesOnly);
-  return solver.eigenvalues()(23);
+  return dense::generalized_eigenvalues(k, blocks)(23);
 }
 
 ForwardOperator::ForwardOperator(const ForwardGrid& grid, double poisson) : grid_(grid), poisson_(poisson) {

@@ -5,12 +5,12 @@
 #include <array>
 #include <vector>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "engine/fem/large_strain/fitted_grid.h"
 #include "engine/fem/large_strain/large_strain.h"
-#include "engine/lump/observation/observation.h"
 #include "engine/lump/dataset/sweep.h"
+#include "engine/lump/observation/observation.h"
 
 namespace palpate {
 

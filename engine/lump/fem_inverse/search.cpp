@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/statistics.h"
+#include "engine/numeric/dense.h"
 
 namespace palpate {
 namespace {
@@ -139,7 +140,7 @@ DirectSearch::Step DirectSearch::solve(const State& from, double damping, Sought
   if (sought == Sought::LumpOfThisRatio) j.col(kLnRatio).setZero();
   j /= sigma_Pa_;
   const Eigen::VectorXd open = (wanted_ - p.pressure_Pa) / sigma_Pa_;
-  Eigen::MatrixXd normal = j.transpose() * j;
+  Eigen::MatrixXd normal = dense::product_tn(j, j);
   for (Eigen::Index l = 0; l < loads; ++l)
     normal(first + l, first + l) += 1 / (options_.gauge_share * options_.gauge_share);
   normal(doubts - 1, doubts - 1) += 1 / (options_.young_share * options_.young_share);
@@ -148,12 +149,13 @@ DirectSearch::Step DirectSearch::solve(const State& from, double damping, Sought
   Step step;
   Eigen::MatrixXd damped = normal;
   for (Eigen::Index k = 0; k < first; ++k) damped(k, k) *= 1 + damping;
-  const Eigen::VectorXd right = j.transpose() * open;
-  const Eigen::VectorXd found = damped.ldlt().solve(right);
+  const Eigen::VectorXd right = dense::product_tn(j, open);
+  const Eigen::VectorXd found = dense::Ldlt(damped).solve(right);
   step.chi2 = open.squaredNorm() - 2 * found.dot(right) + found.dot(normal * found);
   step.change.head(first) = found.head(first);
   if (sought != Sought::Lump) return step;
-  const Eigen::MatrixXd covariance = normal.ldlt().solve(Eigen::MatrixXd::Identity(columns, columns));
+  const Eigen::MatrixXd covariance =
+      dense::Ldlt(normal).solve(Eigen::MatrixXd(Eigen::MatrixXd::Identity(columns, columns)));
   step.sd.head(first) = covariance.diagonal().head(first).cwiseMax(0).cwiseSqrt();
   step.by_ratio.head(first) = covariance.col(kLnRatio).head(first) / covariance(kLnRatio, kLnRatio);
   return step;

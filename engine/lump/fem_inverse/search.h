@@ -6,7 +6,7 @@
 #include <memory>
 #include <optional>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "engine/lump/fem_inverse/options.h"
 

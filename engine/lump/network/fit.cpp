@@ -1,9 +1,12 @@
 #include "engine/lump/network/fit.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
+
+#include "engine/numeric/dense.h"
 
 namespace palpate {
 namespace {
@@ -50,8 +53,8 @@ double LumpFitter::misfit(const LumpFit& fit, LumpVector* slope, Matrix5* normal
   const bool still = fit.at(3) == 0 && fit.at(4) == 0;
   const auto moved = [&shift, still](const Eigen::MatrixXd& factors) -> Eigen::MatrixXd {
     if (still) return factors;
-    const Eigen::MatrixXd once = shift * factors;
-    return factors - once + 0.5 * (shift * once);
+    const Eigen::MatrixXd once = dense::product(shift, factors);
+    return factors - once + 0.5 * dense::product(shift, once);
   };
   const Eigen::MatrixXd factors = moved(plain);
   const Eigen::VectorXd rest = whitener.reading() - whitener.of_factors(factors);
@@ -60,10 +63,10 @@ double LumpFitter::misfit(const LumpFit& fit, LumpVector* slope, Matrix5* normal
     Eigen::MatrixXd jacobian(rest.size(), 5);
     for (size_t p = 0; p < 3; ++p)
       jacobian.col(static_cast<Eigen::Index>(p)) = whitener.of_factors(moved(changes[p]));
-    jacobian.col(3) = whitener.of_factors(-model_.patch.along_x * factors);
-    jacobian.col(4) = whitener.of_factors(-model_.patch.along_y * factors);
+    jacobian.col(3) = whitener.of_factors(dense::product(-model_.patch.along_x, factors));
+    jacobian.col(4) = whitener.of_factors(dense::product(-model_.patch.along_y, factors));
     *slope = jacobian.transpose() * rest;
-    *normal = jacobian.transpose() * jacobian;
+    *normal = dense::product_tn(jacobian, jacobian);
   }
   // What the training held is likelier than what it did not: wide bells over its ranges, walls beyond them.
   const std::array<std::array<double, 2>, 3> ranges = {log_range(model_.size_mm), log_range(model_.depth_mm),
@@ -121,7 +124,7 @@ void LumpFitter::search(LumpFit& fit, uint32_t rounds, bool ratio_held) const {
       matrix(2, 2) = 1;
       slope(2) = 0;
     }
-    LumpVector step = matrix.ldlt().solve(slope);
+    LumpVector step = dense::solve_ldlt<5>(matrix, slope);
     double shrink = 1;
     for (int p = 0; p < 5; ++p)
       shrink = std::min(shrink, kLongestStep[static_cast<size_t>(p)] / std::max(1e-12, std::abs(step(p))));
@@ -164,7 +167,7 @@ namespace {
 /// The bells of one fit: its ratio on a grid, the rest following it.
 void add_bells(const LumpModel& model, const LumpFitter& fitter, const LumpFit& fit, double warmth,
                std::vector<LumpPosterior::Part>& parts, std::vector<double>& log_weights) {
-  const Matrix5 covariance = fit.normal.inverse();
+  const Matrix5 covariance = dense::inverse(fit.normal);
   const auto [low, high] = log_range(model.ratio);
   const double sd = sd_of(warmth * covariance(2, 2));
   const double from = std::max(low, fit.at(2) - std::clamp(3.2 * sd, 0.05, 3.0));
@@ -202,7 +205,7 @@ void add_bells(const LumpModel& model, const LumpFitter& fitter, const LumpFit& 
       add(at);
       if (at.misfit > fit.misfit + 16 * warmth) break;
       // The direction in which size and depth give way for the next ratio.
-      const Matrix5 here = at.normal.inverse();
+      const Matrix5 here = dense::inverse(at.normal);
       along = here.col(2) / here(2, 2);
     }
   }
@@ -264,7 +267,7 @@ LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, Lump
       part.weight = log_weights[i] / sum;
       posterior.shape_probability[static_cast<size_t>(part.shape)] += part.weight;
     }
-    const Matrix5 covariance = best.normal.inverse();
+    const Matrix5 covariance = dense::inverse(best.normal);
     shift = {best.at(3), best.at(4)};
     sd = {sd_of(warmth * covariance(3, 3)), sd_of(warmth * covariance(4, 4))};
   }

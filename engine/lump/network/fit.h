@@ -1,7 +1,7 @@
 // The lumps that explain a patch, each shape by itself, and what they say together.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <array>
 #include <vector>
 

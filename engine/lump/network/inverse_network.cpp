@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/numeric/dense.h"
+
 namespace palpate {
 namespace {
 
@@ -43,13 +45,13 @@ Eigen::VectorXf reader_features(const LumpModel& model, const PressedNodes& node
     for (Eigen::Index k = 0; k < loads; ++k) factors.col(k) = at_load[static_cast<size_t>(k)].col(w);
     shown.col(w) = patch.whitener.of_factors(factors);
   }
-  const auto ways_shown = shown.leftCols(ways);
-  Eigen::MatrixXd normal = ways_shown.transpose() * ways_shown;
+  const Eigen::VectorXd left = patch.whitener.reading() - shown.col(ways);
+  shown.conservativeResize(Eigen::NoChange, ways);
+  Eigen::MatrixXd normal = dense::product_tn(shown, shown);
   normal.diagonal().array() += 1;
-  const Eigen::LLT<Eigen::MatrixXd> root(normal);
-  const Eigen::VectorXd make_up =
-      root.solve(ways_shown.transpose() * (patch.whitener.reading() - shown.col(ways)));
-  const Eigen::MatrixXd inverse = root.matrixL().solve(Eigen::MatrixXd::Identity(ways, ways));
+  const dense::Cholesky root(normal);
+  const Eigen::VectorXd make_up = root.solve(dense::product_tn(shown, left));
+  const Eigen::MatrixXd inverse = root.solve_lower(Eigen::MatrixXd::Identity(ways, ways));
 
   Eigen::VectorXd in(ways + LumpReader::kOthers + LumpReader::kOpen);
   const double size = std::max(1e-9, make_up.norm());

@@ -2,7 +2,7 @@
 // the network says of them.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <array>
 
 #include "engine/lump/network/model.h"

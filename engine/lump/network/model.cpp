@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/numeric/dense.h"
+
 namespace palpate {
 namespace {
 
@@ -85,8 +87,8 @@ void LumpPatch::find_slopes() {
     }
   // A bump of factors a has the slope x^T a = fields^T (fields x^T a): column of factors to column of
   // factors.
-  along_x = (fields * x.transpose()).cast<double>();
-  along_y = (fields * y.transpose()).cast<double>();
+  along_x = dense::product_nt(fields, x).cast<double>();
+  along_y = dense::product_nt(fields, y).cast<double>();
 }
 
 Eigen::Matrix<double, kLumpFeatures, 1> lump_features(const LumpGuess& guess, const LumpSetting& setting,

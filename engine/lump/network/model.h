@@ -2,7 +2,7 @@
 // to its bump, and what was found about all three on cases that they had not seen.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <string>

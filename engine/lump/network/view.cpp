@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/fem/map_sampling.h"
+#include "engine/numeric/dense.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -290,13 +291,12 @@ PatchSums sum_patch(const LumpPatch& patch, const PressedNodes& nodes, const Pat
   PatchSums sums;
   sums.nodes = static_cast<Eigen::Index>(inside.size());
   const Eigen::MatrixXd rest = nodes.rest(inside, Eigen::all), total = nodes.total(inside, Eigen::all);
-  const auto used = fields.leftCols(sums.nodes);
+  fields.conservativeResize(Eigen::NoChange, sums.nodes);
   Eigen::MatrixXf gram = Eigen::MatrixXf::Zero(patch.count(), patch.count());
-  gram.selfadjointView<Eigen::Lower>().rankUpdate(used);
-  const Eigen::MatrixXf whole = gram.selfadjointView<Eigen::Lower>();
-  sums.gram = whole.cast<double>();
-  sums.right = (used * rest.cast<float>()).cast<double>();
-  sums.total = (used * total.cast<float>()).cast<double>();
+  dense::add_square(gram, fields);
+  sums.gram = dense::from_lower(gram).cast<double>();
+  sums.right = dense::product(fields, rest.cast<float>()).cast<double>();
+  sums.total = dense::product(fields, total.cast<float>()).cast<double>();
   sums.rest_squares = rest.squaredNorm();
   return sums;
 }
@@ -307,9 +307,8 @@ PatchWhitener::PatchWhitener(const LumpModel& model, const PressedNodes& nodes, 
   // Fields that the window cuts off are hardly seen; a trace of weight keeps the factors finite.
   Eigen::MatrixXd gram = sums.gram;
   gram.diagonal().array() += 1e-4 * gram.diagonal().maxCoeff();
-  const Eigen::LLT<Eigen::MatrixXd> llt(gram);
-  lower_ = llt.matrixL();
-  const Eigen::MatrixXd seen = lower_.triangularView<Eigen::Lower>().solve(sums.right);
+  lower_ = dense::Cholesky(gram).lower();
+  const Eigen::MatrixXd seen = dense::solve_lower(lower_, sums.right);
 
   // The network's error grows with the bump and is much alike at all loads: modes over loads are independent.
   Eigen::VectorXd size(loads);
@@ -318,18 +317,18 @@ PatchWhitener::PatchWhitener(const LumpModel& model, const PressedNodes& nodes, 
         std::max(0.0, seen.col(k).squaredNorm() - static_cast<double>(count) * nodes.noise * nodes.noise));
   Eigen::MatrixXd together = (size * size.transpose()) * model.load_correlation;
   together.diagonal() = size.array().square();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(together);
-  modes_ = eigen.eigenvectors();
+  const dense::SymmetricEigen eigen = dense::symmetric_eigen(together);
+  modes_ = eigen.vectors;
   // size is measured in the sums' weights: per unit of the patch's own.
   const double per_area = static_cast<double>(count) / std::max(1e-12, sums.gram.trace());
-  const Eigen::MatrixXd error = lower_.transpose() * model.discrepancy * lower_ * per_area;
+  const Eigen::MatrixXd error =
+      dense::product(dense::product_tn(lower_, model.discrepancy), lower_) * per_area;
   for (Eigen::Index m = 0; m < loads; ++m) {
-    Eigen::MatrixXd covariance = std::max(0.0, eigen.eigenvalues()(m)) * error;
+    Eigen::MatrixXd covariance = std::max(0.0, eigen.values(m)) * error;
     covariance.diagonal().array() += nodes.noise * nodes.noise;
-    const Eigen::LLT<Eigen::MatrixXd> root(covariance);
-    inverse_.push_back(root.matrixL().solve(Eigen::MatrixXd::Identity(count, count)));
+    inverse_.push_back(dense::Cholesky(covariance).solve_lower(Eigen::MatrixXd::Identity(count, count)));
   }
-  const Eigen::MatrixXd whole = lower_.triangularView<Eigen::Lower>().solve(sums.total);
+  const Eigen::MatrixXd whole = dense::solve_lower(lower_, sums.total);
   Eigen::MatrixXd gauge(count * loads, loads + 1);
   for (Eigen::Index k = 0; k < loads; ++k) {
     Eigen::MatrixXd one = Eigen::MatrixXd::Zero(count, loads);
@@ -338,9 +337,9 @@ PatchWhitener::PatchWhitener(const LumpModel& model, const PressedNodes& nodes, 
   }
   // The tissue's modulus is as uncertain, the same at all loads.
   gauge.col(loads) = spread(kModulusShare * whole);
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(gauge, Eigen::ComputeThinU);
-  const Eigen::VectorXd kept = (1 + svd.singularValues().array().square()).rsqrt();
-  gauge_ = svd.matrixU();
+  const dense::Svd svd = dense::svd(gauge, Eigen::ComputeThinU);
+  const Eigen::VectorXd kept = (1 + svd.values.array().square()).rsqrt();
+  gauge_ = svd.u;
   gauge_kept_ = 1 - kept.array();
   reading_ = spread(seen);
   reading_ -= gauge_ * (gauge_kept_.asDiagonal() * (gauge_.transpose() * reading_)).eval();
@@ -351,16 +350,16 @@ PatchWhitener::PatchWhitener(const LumpModel& model, const PressedNodes& nodes, 
 }
 
 Eigen::VectorXd PatchWhitener::spread(const Eigen::MatrixXd& lower_factors) const {
-  const Eigen::MatrixXd mixed = lower_factors * modes_;
+  const Eigen::MatrixXd mixed = dense::product(lower_factors, modes_);
   Eigen::VectorXd out(mixed.size());
   for (Eigen::Index m = 0; m < mixed.cols(); ++m)
-    out.segment(m * mixed.rows(), mixed.rows()).noalias() =
-        inverse_[static_cast<size_t>(m)].triangularView<Eigen::Lower>() * mixed.col(m);
+    out.segment(m * mixed.rows(), mixed.rows()) =
+        dense::lower_times(inverse_[static_cast<size_t>(m)], mixed.col(m));
   return out;
 }
 
 Eigen::VectorXd PatchWhitener::of_factors(const Eigen::MatrixXd& factors) const {
-  Eigen::VectorXd out = spread(lower_.transpose() * factors);
+  Eigen::VectorXd out = spread(dense::product_tn(lower_, factors));
   out -= gauge_ * (gauge_kept_.asDiagonal() * (gauge_.transpose() * out)).eval();
   return out;
 }

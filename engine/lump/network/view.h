@@ -2,7 +2,7 @@
 // bump in the terms of the network's fields, weighed by what noise and network leave open.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <vector>

@@ -1,10 +1,11 @@
 #include "engine/lump/observation/gaussian_profile.h"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "engine/base/statistics.h"
+#include "engine/numeric/dense.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -36,7 +37,7 @@ Four with_best_height(const Profile& profile, double center, double width) {
     normal += row * row.transpose();
     right += row * profile.value[i];
   }
-  const Eigen::Vector2d best = normal.ldlt().solve(right);
+  const Eigen::Vector2d best = dense::solve_ldlt<2>(normal, right);
   return {best(0), center, width, best(1)};
 }
 
@@ -136,7 +137,7 @@ GaussianFit fit_gaussian(const Profile& profile) {
     const Normal n = normal_equations(profile, best);
     Eigen::Matrix4d damped = n.matrix;
     damped.diagonal() *= 1 + damping;
-    const Four step_by = damped.ldlt().solve(n.right);
+    const Four step_by = dense::solve_ldlt<4>(damped, n.right);
     Four next = best + step_by;
     next(2) = std::abs(next(2));
     const double e = next.allFinite() && next(2) > 0 ? square_sum(profile, next) : HUGE_VAL;

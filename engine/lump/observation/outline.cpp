@@ -1,6 +1,6 @@
 #include "engine/lump/observation/outline.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -10,6 +10,7 @@
 #include <random>
 
 #include "engine/fem/map_sampling.h"
+#include "engine/numeric/dense.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -109,10 +110,10 @@ class BumpFit {
         moved(c) += step;
         slope.col(c) = (residual(with_best_heights(moved, values), values) - r) / step;
       }
-      Eigen::Matrix<double, 5, 5> normal = slope.transpose() * slope;
+      Eigen::Matrix<double, 5, 5> normal = dense::product_tn(slope, slope);
       normal.diagonal() *= 1 + damping;
       normal.diagonal().array() += 1e-12 * normal.trace() + 1e-300;
-      const Five step = normal.ldlt().solve(-(slope.transpose() * r));
+      const Five step = dense::solve_ldlt<5>(normal, -(slope.transpose() * r));
       if (!step.allFinite()) break;
       const Fit next = with_best_heights(inside(best.bump + step), values);
       if (next.squares < best.squares) {

@@ -1,6 +1,6 @@
 #include "engine/lump/observation/scan_stitch.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -8,6 +8,7 @@
 
 #include "engine/base/statistics.h"
 #include "engine/fem/map_sampling.h"
+#include "engine/numeric/dense.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -138,7 +139,7 @@ class Registration {
   void run() {
     for (int round = 0; round < 12; ++round) {
       assemble();
-      const Eigen::VectorXd step = normal_.ldlt().solve(right_);
+      const Eigen::VectorXd step = dense::Ldlt(normal_).solve(right_);
       if (!step.allFinite()) break;
       double largest = 0;
       for (size_t p = 0; p < presses_.size(); ++p) {
@@ -151,7 +152,7 @@ class Registration {
       if (largest < 1e-4) break;
     }
     assemble();
-    covariance = normal_.inverse();
+    covariance = dense::inverse(normal_);
   }
   Eigen::MatrixXd covariance;
 

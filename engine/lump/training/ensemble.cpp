@@ -6,6 +6,7 @@
 #include "engine/base/statistics.h"
 #include "engine/lump/network/view.h"
 #include "engine/lump/training/steps.h"
+#include "engine/numeric/dense.h"
 
 namespace palpate {
 namespace {
@@ -44,7 +45,7 @@ std::vector<Seen> learn_from(const LumpModel& model, const LumpExamples& all, ui
       gram.diagonal().array() += 1e-6 * gram.diagonal().maxCoeff();
       Seen seen;
       seen.example = i;
-      seen.whole = gram.llt().solve(sums.right);
+      seen.whole = dense::Cholesky(gram).solve(sums.right);
       seen.out = seen.whole;
       seen.loads = nodes->loads;
       seen.peak = nodes->total.maxCoeff();
@@ -90,11 +91,11 @@ struct ErrorSum {
       error.col(k) /=
           std::hypot(s.whole.col(k).norm(), faint * s.loads[static_cast<size_t>(k)] / s.loads.back());
     if (squares.size() == 0) squares = MatrixXd::Zero(error.rows(), error.rows());
-    squares += error * error.transpose();
+    squares += dense::product_nt(error, error);
     const auto loads = static_cast<double>(error.cols());
     weights += loads;
     if (error.cols() < 2) return;
-    const MatrixXd products = error.transpose() * error;
+    const MatrixXd products = dense::product_tn(error, error);
     same += products.trace() / loads;
     cross += (products.sum() - products.trace()) / (loads * (loads - 1));
   }
@@ -144,10 +145,9 @@ void judge_members(LumpModel& model, const LumpExamples& all, const std::vector<
     sum.add(*u.seen, u.error / extreme, faint);
   }
   model.discrepancy = sum.squares / sum.weights;
-  Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(model.discrepancy);
+  const dense::SymmetricEigen eigen = dense::symmetric_eigen(model.discrepancy);
   const double least = 0.05 * model.discrepancy.trace() / static_cast<double>(model.discrepancy.rows());
-  model.discrepancy = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(least).asDiagonal() *
-                      eigen.eigenvectors().transpose();
+  model.discrepancy = dense::spectral(eigen.vectors, eigen.values.cwiseMax(least));
   model.load_correlation = sum.same > 0 ? std::clamp(sum.cross / sum.same, 0.0, 0.98) : 0;
   std::sort(log_ratios.begin(), log_ratios.end());
   model.error_over_spread = std::exp(0.5 * log_ratios[log_ratios.size() / 2]);

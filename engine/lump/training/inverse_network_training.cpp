@@ -10,6 +10,7 @@
 #include "engine/lump/network/inverse_network.h"
 #include "engine/lump/observation/saturated_loads.h"
 #include "engine/lump/training/steps.h"
+#include "engine/numeric/dense.h"
 
 namespace palpate {
 namespace {
@@ -64,14 +65,14 @@ MatrixXd transposition(const LumpPatch& patch) {
   MatrixXf turned(patch.fields.rows(), patch.fields.cols());
   for (Eigen::Index j = 0; j < n; ++j)
     for (Eigen::Index i = 0; i < n; ++i) turned.col(j * n + i) = patch.fields.col(i * n + j);
-  return (patch.fields * turned.transpose()).cast<double>();
+  return dense::product_nt(patch.fields, turned).cast<double>();
 }
 
 /// Moves a bump's factors by a little.
 MatrixXd moved(const LumpPatch& patch, const MatrixXd& factors, double u_mm, double v_mm) {
   const MatrixXd shift = u_mm * patch.along_x + v_mm * patch.along_y;
-  const MatrixXd once = shift * factors;
-  return factors - once + 0.5 * (shift * once);
+  const MatrixXd once = dense::product(shift, factors);
+  return factors - once + 0.5 * dense::product(shift, once);
 }
 
 /// A simulated reading with its truth.
@@ -84,8 +85,8 @@ class ReadingMaker {
  public:
   ReadingMaker(const LumpModel& model, uint64_t seed)
       : model_(model), sweep_(sweep_of(model, seed)), seed_(seed) {
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(model.discrepancy);
-    discrepancy_root_ = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+    const dense::SymmetricEigen eigen = dense::symmetric_eigen(model.discrepancy);
+    discrepancy_root_ = eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
   }
 
   LumpCase lump(uint32_t number) const { return lump_case(sweep_, number); }
@@ -251,7 +252,7 @@ void find_ways(LumpReader& reader, const LumpModel& model, const ReadingMaker& m
     MatrixXd factors = bump_factors(model, guess_of(*what.lump), setting_of(model, what), loads, -1);
     const double u = any(random), v = any(random);
     factors = moved(model.patch, factors, u, v);
-    if (i % 2 == 1) factors = turn * factors;
+    if (i % 2 == 1) factors = dense::product(turn, factors);
     for (Eigen::Index q = 0; q < 4; ++q)
       bumps.col(i).segment(q * fields, fields) = factors.col(q) / loads[static_cast<size_t>(q)];
     // Faint bumps have their own ways, which must not drown in those of large ones.
@@ -259,11 +260,11 @@ void find_ways(LumpReader& reader, const LumpModel& model, const ReadingMaker& m
   }
   const VectorXd middle = bumps.rowwise().mean();
   bumps.colwise() -= middle;
-  const MatrixXd covariance = bumps * bumps.transpose() / static_cast<double>(kWayBumps);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(covariance);
+  const MatrixXd covariance = dense::product_nt(bumps, bumps) / static_cast<double>(kWayBumps);
+  const dense::SymmetricEigen eigen = dense::symmetric_eigen(covariance);
   const Eigen::Index kept = std::min<Eigen::Index>(ways, rows);
-  reader.ways = (eigen.eigenvectors().rightCols(kept).rowwise().reverse() *
-                 eigen.eigenvalues().tail(kept).reverse().cwiseMax(1e-20).cwiseSqrt().asDiagonal())
+  reader.ways = (eigen.vectors.rightCols(kept).rowwise().reverse() *
+                 eigen.values.tail(kept).reverse().cwiseMax(1e-20).cwiseSqrt().asDiagonal())
                     .cast<float>();
   reader.middle = middle.cast<float>();
 }

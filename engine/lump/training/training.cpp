@@ -11,6 +11,7 @@
 #include "engine/fem/map_sampling.h"
 #include "engine/lump/observation/sensor_model.h"
 #include "engine/lump/training/steps.h"
+#include "engine/numeric/dense.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -111,11 +112,11 @@ LumpBase fit_base(const LumpModel& model, const LumpExamples& all, const std::fu
     right.row(static_cast<Eigen::Index>(r)) = values[r];
   }
   // A little weight on small factors: few blocks must not make terms of them that nothing asks for.
-  Eigen::MatrixXd normal = left.transpose() * left;
+  Eigen::MatrixXd normal = dense::product_tn(left, left);
   normal.diagonal().array() += 1e-6 * static_cast<double>(left.rows());
-  const Eigen::MatrixXd factors = normal.ldlt().solve(left.transpose() * right);
+  const Eigen::MatrixXd factors = dense::Ldlt(normal).solve(dense::product_tn(left, right));
   base.factors = factors.transpose().cast<float>();
-  const Eigen::MatrixXd error = left * factors - right;
+  const Eigen::MatrixXd error = dense::product(left, factors) - right;
   const Eigen::Index inner = n - 1;  // without the rim's node
   double squares = 0;
   for (Eigen::Index y = 0; y < inner; ++y)
@@ -169,13 +170,13 @@ LumpPatch fit_patch(const LumpModel& model, const LumpExamples& all, uint32_t co
   Eigen::MatrixXf columns(n * n, static_cast<Eigen::Index>(bumps.size()));
   for (size_t i = 0; i < bumps.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = bumps[i];
   Eigen::MatrixXf products = Eigen::MatrixXf::Zero(n * n, n * n);
-  products.selfadjointView<Eigen::Lower>().rankUpdate(columns);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(products.cast<double>());
+  dense::add_square(products, columns);
+  const dense::SymmetricEigen eigen = dense::symmetric_eigen(products.cast<double>());
   count = std::min<uint32_t>(count, static_cast<uint32_t>(n * n));
-  patch.fields = eigen.eigenvectors().rightCols(count).rowwise().reverse().transpose().cast<float>();
+  patch.fields = eigen.vectors.rightCols(count).rowwise().reverse().transpose().cast<float>();
   patch.find_slopes();
-  missed = std::sqrt(std::max(0.0, eigen.eigenvalues().head(n * n - count).sum()) /
-                     static_cast<double>(columns.size()));
+  missed =
+      std::sqrt(std::max(0.0, eigen.values.head(n * n - count).sum()) / static_cast<double>(columns.size()));
   return patch;
 }
 
