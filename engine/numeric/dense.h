@@ -21,21 +21,20 @@ using Eigen::MatrixXf;
 using Eigen::VectorXd;
 using Eigen::VectorXf;
 
-// ---- Products
-// ----------------------------------------------------------------------------------------------
-MatrixXd product(const MatrixXd& a, const MatrixXd& b);                    ///< a b
-MatrixXd product(double factor, const MatrixXd& a, const MatrixXd& b);     ///< (factor a) b
+// Products
+MatrixXd product(const MatrixXd& a, const MatrixXd& b);                           ///< a b
+MatrixXd product(double factor, const MatrixXd& a, const MatrixXd& b);            ///< (factor a) b
 MatrixXd minus_product(const MatrixXd& c, const MatrixXd& a, const MatrixXd& b);  ///< c - a b
 VectorXd minus_product(const VectorXd& c, const MatrixXd& a, const VectorXd& b);  ///< c - a b
-MatrixXd product_tn(const MatrixXd& a, const MatrixXd& b);                 ///< a^T b
-VectorXd product_tn(const MatrixXd& a, const VectorXd& b);                  ///< a^T b
-MatrixXd product_nt(const MatrixXd& a, const MatrixXd& b);                 ///< a b^T
-MatrixXd product_nt(double factor, const MatrixXd& a, const MatrixXd& b);  ///< (factor a) b^T
-MatrixXf product(const MatrixXf& a, const MatrixXf& b);                    ///< a b
-MatrixXf product_tn(const MatrixXf& a, const MatrixXf& b);                 ///< a^T b
-MatrixXf product_nt(const MatrixXf& a, const MatrixXf& b);                 ///< a b^T
-MatrixXd spectral(const MatrixXd& vectors, const VectorXd& values);         ///< vectors diag(values) vectors^T
-void product_into(MatrixXf& out, const MatrixXf& a, const MatrixXf& b);    ///< out = a b, neither being out
+MatrixXd product_tn(const MatrixXd& a, const MatrixXd& b);                        ///< a^T b
+VectorXd product_tn(const MatrixXd& a, const VectorXd& b);                        ///< a^T b
+MatrixXd product_nt(const MatrixXd& a, const MatrixXd& b);                        ///< a b^T
+MatrixXd product_nt(double factor, const MatrixXd& a, const MatrixXd& b);         ///< (factor a) b^T
+MatrixXf product(const MatrixXf& a, const MatrixXf& b);                           ///< a b
+MatrixXf product_tn(const MatrixXf& a, const MatrixXf& b);                        ///< a^T b
+MatrixXf product_nt(const MatrixXf& a, const MatrixXf& b);                        ///< a b^T
+MatrixXd spectral(const MatrixXd& vectors, const VectorXd& values);      ///< vectors diag(values) vectors^T
+void product_into(MatrixXf& out, const MatrixXf& a, const MatrixXf& b);  ///< out = a b, neither being out
 /// The lower half of sum += a a^T; the upper half is not touched.
 void add_square(MatrixXd& sum, const MatrixXd& a);
 void add_square(MatrixXf& sum, const MatrixXf& a);
@@ -44,13 +43,11 @@ void add_square_tn(MatrixXd& sum, const MatrixXd& a);  ///< a^T a
 MatrixXd from_lower(const MatrixXd& a);
 MatrixXf from_lower(const MatrixXf& a);
 
-// ---- Triangular matrices: only the lower half of `l` is read
-// -------------------------------------------------
+// Triangular matrices: only the lower half of `l` is read
 MatrixXd solve_lower(const MatrixXd& l, const MatrixXd& right);  ///< l^-1 right
 VectorXd lower_times(const MatrixXd& l, const VectorXd& v);      ///< l v
 
-// ---- Symmetric systems
-// ---------------------------------------------------------------------------------------
+// Symmetric systems
 /// a = L L^T of a positive definite matrix.
 class Cholesky {
  public:
@@ -110,8 +107,7 @@ VectorXd symmetric_eigenvalues(const MatrixXd& a);
 /// Of a x = lambda b x, b positive definite; rising.
 VectorXd generalized_eigenvalues(const MatrixXd& a, const MatrixXd& b);
 
-// ---- General systems
-// -----------------------------------------------------------------------------------------
+// General systems
 MatrixXd solve_lu(const MatrixXd& a, const MatrixXd& right);
 VectorXd solve_lu(const MatrixXd& a, const VectorXd& right);
 MatrixXd inverse(const MatrixXd& a);  ///< by LU
