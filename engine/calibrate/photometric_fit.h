@@ -54,6 +54,8 @@ struct PhotometricFitResult {
   std::vector<HeldOutPress> presses;
 };
 
+struct PhotometricPress;
+
 /// Least squares fit of PhotometricCalibration: n = w(X, Y) dI with w linear in X and Y, nine numbers for n_x
 /// and nine for n_y. Every press is reduced to its normal equations, so leaving one out costs a 9x9 solve.
 ///
@@ -94,10 +96,9 @@ class PhotometricFit {
   static constexpr double kWorstCondition = 3e3;
 
  private:
-  struct Press;
   FrameFormat format_;
   double pitch_mm_per_px_;
-  std::vector<Press> presses_;
+  std::vector<PhotometricPress> presses_;
 };
 
 /// Depth whose slopes fit best in the least-squares sense (five-point Poisson, natural boundary) over the
