@@ -179,6 +179,102 @@ double correlation_factor(const std::vector<Sample>& samples, const Fitted& fitt
   return total > 0 ? std::sqrt(std::max(1.0, between / total)) : 1;
 }
 
+// How much a picture changes.
+struct ChangeLevels {
+  double noise = 0, peak = 0;
+
+  explicit ChangeLevels(const Change& change) {
+    std::vector<double> sizes;
+    for (size_t i = 0; i < change.size2.size(); i += 7) sizes.push_back(std::sqrt(change.size2[i]));
+    noise = median_of(sizes);
+    std::sort(sizes.begin(), sizes.end());
+    peak = sizes[sizes.size() - 1 - sizes.size() / 1000];
+  }
+  // Squared change above which a pixel counts.
+  double strong2() const { return std::pow(std::max(0.35 * peak, 2.5 * noise), 2); }
+};
+
+// Coarse: the middle of what changes by a good part of the most that changes.
+Vector4 coarse_start(const Change& change, uint32_t width, double level2) {
+  std::vector<double> xs, ys;
+  for (int y = 0; y < change.height; ++y)
+    for (int x = 0; x < change.width; ++x)
+      if (change.size2[static_cast<size_t>(y) * width + static_cast<size_t>(x)] > level2) {
+        xs.push_back(x);
+        ys.push_back(y);
+      }
+  const double area = static_cast<double>(xs.size());
+  return {median_of(xs), median_of(ys),
+          std::log(std::max(kLeastRadius_px, 1.05 * std::sqrt(area / std::numbers::pi))), std::log(0.5)};
+}
+
+// The model fitted to the pixels around the ball, which are chosen anew from round to round.
+struct BallFit {
+  Vector4 at;  // centre x, y, log radius, log decay
+  Fitted fitted;
+  Matrix4 normal = Matrix4::Identity();
+  std::vector<Sample> samples;
+  std::vector<double> weights;
+
+  bool enough() const { return samples.size() >= 60; }
+};
+
+BallFit fit_ball(const Frame& frame, const Frame& background, std::span<const uint8_t> mask,
+                 const Vector4& start) {
+  const double largest_px = 0.75 * std::min(frame.format.width, frame.format.height);
+  BallFit b;
+  b.at = start;
+  for (int round = 0; round < 4; ++round) {
+    b.at = bounded(b.at, largest_px);
+    b.samples = samples_around(frame, background, mask, b.at[0], b.at[1], std::exp(b.at[2]));
+    if (!b.enough()) break;
+    b.weights.assign(b.samples.size(), 1.0);
+    if (round > 0) b.weights = robust_weights(fit_linear(b.samples, b.weights, b.at));
+    b.at = minimise(b.samples, b.weights, b.at, largest_px, b.fitted, &b.normal);
+  }
+  return b;
+}
+
+// Fills what the model leaves of the change, and the standard errors that follow from it.
+void judge_fit(const BallFit& b, FoundBall& found) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Sample& s : b.samples) mean += s.change / static_cast<double>(b.samples.size());
+  double spread = 0, left = 0, weight = 0;
+  for (size_t i = 0; i < b.samples.size(); ++i) {
+    spread += b.weights[i] * (b.samples[i].change - mean).squaredNorm();
+    left += b.weights[i] * b.fitted.left.row(static_cast<Eigen::Index>(i)).squaredNorm();
+    weight += b.weights[i];
+  }
+  found.explained = spread > 0 ? 1 - left / spread : 0;
+  const auto& linear = b.fitted.linear;
+  found.ramp_gray_per_px =
+      std::sqrt(linear.row(1).squaredNorm() + linear.row(2).squaredNorm()) / found.radius_px;
+  const double per_value = left / (3 * weight - 16),
+               factor = correlation_factor(b.samples, b.fitted, found.radius_px);
+  const Matrix4 covariance = Matrix4(dense::Ldlt(b.normal).solve(Eigen::MatrixXd(Matrix4::Identity()))) *
+                             per_value * factor * factor;
+  found.center_sd_px = std::sqrt(std::max(0.0, 0.5 * (covariance(0, 0) + covariance(1, 1))));
+  found.radius_sd_px = found.radius_px * std::sqrt(std::max(0.0, covariance(2, 2)));
+}
+
+// Squared change at the ball and beside it.
+struct Sides {
+  double inside2 = 0, outside2 = 0;
+};
+
+Sides change_beside(const Change& change, uint32_t width, const FoundBall& found, double level2) {
+  Sides sides;
+  for (int y = 0; y < change.height; ++y)
+    for (int x = 0; x < change.width; ++x) {
+      const double size2 = change.size2[static_cast<size_t>(y) * width + static_cast<size_t>(x)];
+      if (size2 < level2) continue;
+      (std::hypot(x - found.center_x_px, y - found.center_y_px) < 1.8 * found.radius_px ? sides.inside2
+                                                                                        : sides.outside2) +=
+          size2;
+    }
+  return sides;
+}
+
 }  // namespace
 
 FoundBall find_ball(const Frame& frame, const Frame& background, std::span<const uint8_t> mask,
@@ -187,80 +283,25 @@ FoundBall find_ball(const Frame& frame, const Frame& background, std::span<const
   const FrameFormat& f = frame.format;
   const Change change = ball::change_of(frame, background, mask);
   FoundBall found;
-
-  // Coarse: the middle of what changes by a good part of the most that changes.
-  std::vector<double> sizes;
-  for (size_t i = 0; i < change.size2.size(); i += 7) sizes.push_back(std::sqrt(change.size2[i]));
-  const double noise = median_of(sizes);
-  std::sort(sizes.begin(), sizes.end());
-  const double peak = sizes[sizes.size() - 1 - sizes.size() / 1000];
+  const ChangeLevels levels(change);
   const double scale = f.max_gray() / 255.0;
-  if (peak < std::max({4 * noise, search.threshold_gray, 4 * scale})) {
-    found.refusal = "nothing is pressed: the image changes by " + tenths(peak) + " gray at most, by " +
-                    tenths(noise) + " all over";
+  if (levels.peak < std::max({4 * levels.noise, search.threshold_gray, 4 * scale})) {
+    found.refusal = "nothing is pressed: the image changes by " + tenths(levels.peak) + " gray at most, by " +
+                    tenths(levels.noise) + " all over";
     return found;
   }
-  const double level2 = std::pow(std::max(0.35 * peak, 2.5 * noise), 2);
-  std::vector<double> xs, ys;
-  for (int y = 0; y < change.height; ++y)
-    for (int x = 0; x < change.width; ++x)
-      if (change.size2[static_cast<size_t>(y) * f.width + static_cast<size_t>(x)] > level2) {
-        xs.push_back(x);
-        ys.push_back(y);
-      }
-  const double area = static_cast<double>(xs.size());
-  Vector4 start(median_of(xs), median_of(ys),
-                std::log(std::max(kLeastRadius_px, 1.05 * std::sqrt(area / std::numbers::pi))),
-                std::log(0.5));
-  const double largest_px = 0.75 * std::min(f.width, f.height);
-
-  Fitted fitted;
-  Matrix4 normal = Matrix4::Identity();
-  std::vector<Sample> samples;
-  std::vector<double> weights;
-  for (int round = 0; round < 4; ++round) {
-    start = bounded(start, largest_px);
-    samples = samples_around(frame, background, mask, start[0], start[1], std::exp(start[2]));
-    if (samples.size() < 60) break;
-    weights.assign(samples.size(), 1.0);
-    if (round > 0) weights = robust_weights(fit_linear(samples, weights, start));
-    start = minimise(samples, weights, start, largest_px, fitted, &normal);
-  }
-  found.center_x_px = start[0];
-  found.center_y_px = start[1];
-  found.radius_px = std::exp(start[2]);
-  if (samples.size() < 60) {
+  const double level2 = levels.strong2();
+  const BallFit fit = fit_ball(frame, background, mask, coarse_start(change, f.width, level2));
+  found.center_x_px = fit.at[0];
+  found.center_y_px = fit.at[1];
+  found.radius_px = std::exp(fit.at[2]);
+  if (!fit.enough()) {
     found.refusal = ball::coverage_refusal(found, frame, background, mask);
     if (found.refusal.empty()) found.refusal = "too few pixels change around it";
     return found;
   }
-
-  // What the model leaves of the change, and what changes elsewhere.
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const Sample& s : samples) mean += s.change / static_cast<double>(samples.size());
-  double spread = 0, left = 0, weight = 0;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    spread += weights[i] * (samples[i].change - mean).squaredNorm();
-    left += weights[i] * fitted.left.row(static_cast<Eigen::Index>(i)).squaredNorm();
-    weight += weights[i];
-  }
-  found.explained = spread > 0 ? 1 - left / spread : 0;
-  found.ramp_gray_per_px =
-      std::sqrt(fitted.linear.row(1).squaredNorm() + fitted.linear.row(2).squaredNorm()) / found.radius_px;
-  const double per_value = left / (3 * weight - 16),
-               factor = correlation_factor(samples, fitted, found.radius_px);
-  const Matrix4 covariance =
-      Matrix4(dense::Ldlt(normal).solve(Eigen::MatrixXd(Matrix4::Identity()))) * per_value * factor * factor;
-  found.center_sd_px = std::sqrt(std::max(0.0, 0.5 * (covariance(0, 0) + covariance(1, 1))));
-  found.radius_sd_px = found.radius_px * std::sqrt(std::max(0.0, covariance(2, 2)));
-
-  double inside2 = 0, outside2 = 0;
-  for (int y = 0; y < change.height; ++y)
-    for (int x = 0; x < change.width; ++x) {
-      const double size2 = change.size2[static_cast<size_t>(y) * f.width + static_cast<size_t>(x)];
-      if (size2 < level2) continue;
-      (std::hypot(x - start[0], y - start[1]) < 1.8 * found.radius_px ? inside2 : outside2) += size2;
-    }
+  judge_fit(fit, found);
+  const auto [inside2, outside2] = change_beside(change, f.width, found, level2);
   found.refusal = ball::coverage_refusal(found, frame, background, mask);
   if (!found.refusal.empty()) return found;
   if (outside2 > kSecondContact * inside2)

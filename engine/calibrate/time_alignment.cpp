@@ -131,68 +131,82 @@ Series thinned(std::span<const double> time_s, std::span<const double> value) {
   return series;
 }
 
-}  // namespace
+constexpr const char* kWanted = "a recording and a gauge that saw the same presses";
 
-TimeAlignment align_in_time(std::span<const double> first_time_s, std::span<const double> first,
-                            std::span<const double> second_time_s, std::span<const double> second,
-                            std::span<const std::pair<double, double>> breaks) {
-  assert(first_time_s.size() == first.size() && second_time_s.size() == second.size());
-  const char* wanted = "a recording and a gauge that saw the same presses";
+void check(std::span<const double> first, std::span<const double> second) {
   if (first.size() < 10 || second.size() < 10)
-    throw Error(Failure::Input, wanted,
+    throw Error(Failure::Input, kWanted,
                 std::to_string(first.size()) + " frames and " + std::to_string(second.size()) + " readings",
                 "longer ones, or --align none where the clocks agree");
   if (!varies(first))
-    throw Error(Failure::Input, wanted, "a recording in which nothing is pressed", "another recording");
+    throw Error(Failure::Input, kWanted, "a recording in which nothing is pressed", "another recording");
   if (!varies(second))
-    throw Error(Failure::Input, wanted, "a gauge that reads the same all the time",
+    throw Error(Failure::Input, kWanted, "a gauge that reads the same all the time",
                 "its recording of these presses");
+}
 
-  const Matcher matcher(second_time_s, second, breaks);
+/// Correlations at evenly spaced offsets.
+struct Scan {
+  double lowest_s = 0, step_s = 0;
+  std::vector<double> score;
+  size_t best = 0;
+
+  double offset_s(size_t i) const { return lowest_s + static_cast<double>(i) * step_s; }
+};
+
+/// Offsets from the second's end at the first's start to the reverse, on the thinned first.
+Scan scan_offsets(const Matcher& matcher, std::span<const double> first_time_s, std::span<const double> first,
+                  std::span<const double> second_time_s, double frame_s) {
   const double length_first = first_time_s.back() - first_time_s.front(),
                length_second = second_time_s.back() - second_time_s.front();
   const double shorter = std::min(length_first, length_second);
-  // Offsets from the second's end at the first's start to the reverse.
   const double lowest = first_time_s.front() - second_time_s.back() + kLeastOverlap * shorter,
                highest = first_time_s.back() - second_time_s.front() - kLeastOverlap * shorter;
   const Series coarse = thinned(first_time_s, first);
-  const double frame_s = usual_step(first_time_s), coarse_s = usual_step(coarse.time_s);
+  const double coarse_s = usual_step(coarse.time_s);
   const auto least = static_cast<size_t>(kLeastOverlap * std::min(1.0, shorter / length_first) * 0.8 *
                                          static_cast<double>(coarse.time_s.size()));
-  const double step_s = std::max((highest - lowest) / (2 * kCoarse), 0.5 * std::min(frame_s, coarse_s));
-  const auto steps = static_cast<size_t>(std::ceil((highest - lowest) / step_s)) + 1;
-  std::vector<double> score(steps);
-  for (size_t i = 0; i < steps; ++i)
-    score[i] = matcher.fit(coarse, lowest + static_cast<double>(i) * step_s, least).correlation;
-  const auto best = static_cast<size_t>(std::max_element(score.begin(), score.end()) - score.begin());
-  if (score[best] < -1)
-    throw Error(Failure::Input, wanted, "too little time in common", "the gauge's table of this recording");
+  Scan scan;
+  scan.lowest_s = lowest;
+  scan.step_s = std::max((highest - lowest) / (2 * kCoarse), 0.5 * std::min(frame_s, coarse_s));
+  const auto steps = static_cast<size_t>(std::ceil((highest - lowest) / scan.step_s)) + 1;
+  scan.score.resize(steps);
+  for (size_t i = 0; i < steps; ++i) scan.score[i] = matcher.fit(coarse, scan.offset_s(i), least).correlation;
+  scan.best =
+      static_cast<size_t>(std::max_element(scan.score.begin(), scan.score.end()) - scan.score.begin());
+  return scan;
+}
 
-  // Best of the peaks that lower ground parts from this one.
-  TimeAlignment found;
+/// Best of the peaks that lower ground parts from the scan's best.
+void find_rival(const Scan& scan, TimeAlignment& found) {
+  const double best = scan.score[scan.best];
   found.rival = -1;
-  const auto walk = [&](ptrdiff_t direction) {
-    double valley = score[best];
-    for (ptrdiff_t i = static_cast<ptrdiff_t>(best); i >= 0 && i < static_cast<ptrdiff_t>(steps);
+  for (const ptrdiff_t direction : {-1, 1}) {
+    double valley = best;
+    for (auto i = static_cast<ptrdiff_t>(scan.best); i >= 0 && i < static_cast<ptrdiff_t>(scan.score.size());
          i += direction) {
-      const double s = score[static_cast<size_t>(i)];
+      const double s = scan.score[static_cast<size_t>(i)];
       valley = std::min(valley, s);
-      if (s > valley + kValley && s > found.rival && valley < score[best] - kValley) {
+      if (s > valley + kValley && s > found.rival && valley < best - kValley) {
         found.rival = s;
-        found.rival_s = lowest + static_cast<double>(i) * step_s;
+        found.rival_s = scan.offset_s(static_cast<size_t>(i));
       }
     }
-  };
-  walk(-1);
-  walk(1);
+  }
+}
 
-  // All frames, ever smaller steps around the best one, then the parabola through the last three.
+/// All samples, about their mean.
+Series centred(std::span<const double> time_s, std::span<const double> value) {
   Series all;
   double mean = 0;
-  for (const double v : first) mean += v / static_cast<double>(first.size());
-  all.time_s.assign(first_time_s.begin(), first_time_s.end());
-  for (const double v : first) all.value.push_back(v - mean);
-  double at = lowest + static_cast<double>(best) * step_s;
+  for (const double v : value) mean += v / static_cast<double>(value.size());
+  all.time_s.assign(time_s.begin(), time_s.end());
+  for (const double v : value) all.value.push_back(v - mean);
+  return all;
+}
+
+/// Ever smaller steps around an offset, then the parabola through the last three.
+double refine_offset(const Matcher& matcher, const Series& all, double at, double step_s, double frame_s) {
   const double finest_s = 0.25 * frame_s;
   for (double h = step_s;; h = std::max(0.5 * h, finest_s)) {
     double top = at, top_score = matcher.fit(all, at, 3).correlation;
@@ -212,11 +226,11 @@ TimeAlignment align_in_time(std::span<const double> first_time_s, std::span<cons
                right = matcher.fit(all, at + wide_s, 3).correlation;
   const double bend = left - 2 * middle + right;
   if (bend < 0 && left > -1 && right > -1) at += std::clamp(0.5 * (left - right) / bend, -1.0, 1.0) * wide_s;
-  const Fit fit = matcher.fit(all, at, 3);
-  found.offset_s = at;
-  found.correlation = fit.correlation;
-  found.sd_s = matcher.offset_sd(all, at, 0.5 * frame_s, fit);
+  return at;
+}
 
+/// Throws where the offset is none to rely on.
+void check(const TimeAlignment& found) {
   if (!(found.correlation >= kLeastCorrelation))
     throw Error(
         Failure::Input,
@@ -230,6 +244,29 @@ TimeAlignment align_in_time(std::span<const double> first_time_s, std::span<cons
                     number(found.correlation, "%.4f") + ") and " + number(found.rival_s) + " s (" +
                     number(found.rival, "%.4f") + ")",
                 "presses of different lengths and forces, or --align SECONDS where the offset is known");
+}
+
+}  // namespace
+
+TimeAlignment align_in_time(std::span<const double> first_time_s, std::span<const double> first,
+                            std::span<const double> second_time_s, std::span<const double> second,
+                            std::span<const std::pair<double, double>> breaks) {
+  assert(first_time_s.size() == first.size() && second_time_s.size() == second.size());
+  check(first, second);
+  const Matcher matcher(second_time_s, second, breaks);
+  const double frame_s = usual_step(first_time_s);
+  const Scan scan = scan_offsets(matcher, first_time_s, first, second_time_s, frame_s);
+  if (scan.score[scan.best] < -1)
+    throw Error(Failure::Input, kWanted, "too little time in common", "the gauge's table of this recording");
+  TimeAlignment found;
+  find_rival(scan, found);
+  const Series all = centred(first_time_s, first);
+  const double at = refine_offset(matcher, all, scan.offset_s(scan.best), scan.step_s, frame_s);
+  const Fit fit = matcher.fit(all, at, 3);
+  found.offset_s = at;
+  found.correlation = fit.correlation;
+  found.sd_s = matcher.offset_sd(all, at, 0.5 * frame_s, fit);
+  check(found);
   return found;
 }
 
