@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 #include "engine/numeric/dense.h"
 
@@ -163,73 +165,108 @@ SkinWindow::SkinWindow(const SkinPattern& pattern) {
   side = 2 * std::max(3u, reach / stride) + 1;
 }
 
-std::vector<SkinTemplate> skin_templates(const std::vector<float>& image, uint32_t width, uint32_t height,
-                                         const SkinPattern& pattern) {
-  const SkinWindow window(pattern);
-  const int w = static_cast<int>(width), h = static_cast<int>(height),
-            reach = static_cast<int>(window.reach_px()), side = static_cast<int>(window.side),
-            stride = static_cast<int>(window.stride), n = side * side;
-  // Offset and tilt of the light are no part of the pattern.
-  Eigen::MatrixXd light(n, 3);
-  for (int k = 0; k < n; ++k) {
-    const int column = k % side - side / 2, row = k / side - side / 2;
-    light.row(k) << 1, column * stride, row * stride;
-  }
-  const Eigen::VectorXd x_px = light.col(1), y_px = light.col(2);
-  const Eigen::MatrixXd q = dense::thin_q(light);
+namespace {
 
-  std::vector<SkinTemplate> templates;
-  std::vector<double> contrast;
-  for (const auto& centre : find_skin_points(image, width, height, pattern)) {
+// Builds the templates of one image.
+class TemplateMaker {
+ public:
+  TemplateMaker(const std::vector<float>& image, uint32_t width, uint32_t height, const SkinPattern& pattern)
+      : image_(image),
+        w_(static_cast<int>(width)),
+        h_(static_cast<int>(height)),
+        texture_(pattern.kind == SkinKind::Texture) {
+    const SkinWindow window(pattern);
+    reach_ = static_cast<int>(window.reach_px());
+    side_ = static_cast<int>(window.side);
+    stride_ = static_cast<int>(window.stride);
+    n_ = side_ * side_;
+    light_.resize(n_, 3);
+    for (int k = 0; k < n_; ++k) light_.row(k) << 1, column(k) * stride_, row(k) * stride_;
+    x_px_ = light_.col(1);
+    y_px_ = light_.col(2);
+    light_basis_ = dense::thin_q(light_);
+  }
+
+  // None where the window leaves the image or tells no motion. `least`: contrast in the direction that has
+  // the least of it.
+  std::optional<SkinTemplate> make(const std::array<float, 2>& centre, double& least) const {
     SkinTemplate t;
     t.centre = centre;
     t.x_px = static_cast<int32_t>(std::lround(centre[0]));
     t.y_px = static_cast<int32_t>(std::lround(centre[1]));
-    if (t.x_px - reach < 1 || t.y_px - reach < 1 || t.x_px + reach + 1 >= w || t.y_px + reach + 1 >= h)
-      continue;
-    const auto at = [&](int x, int y) { return double{image[static_cast<size_t>(y) * width + x]}; };
-    Eigen::VectorXd rest(n), along(n), down(n);
-    for (int k = 0; k < n; ++k) {
-      const int x = t.x_px + (k % side - side / 2) * stride, y = t.y_px + (k / side - side / 2) * stride;
-      rest[k] = at(x, y);
-      along[k] = (2 * (at(x + 1, y) - at(x - 1, y)) + at(x + 1, y - 1) - at(x - 1, y - 1) + at(x + 1, y + 1) -
-                  at(x - 1, y + 1)) /
-                 8;
-      down[k] = (2 * (at(x, y + 1) - at(x, y - 1)) + at(x - 1, y + 1) - at(x - 1, y - 1) + at(x + 1, y + 1) -
-                 at(x + 1, y - 1)) /
-                8;
-    }
-    rest -= q * (q.transpose() * rest);
-    const double contrast_here = rest.squaredNorm();
-    if (!(contrast_here > 0)) continue;
-    // Gain, step, and what else a textured window does: strain of the skin, light that falls unevenly on it.
-    // None of that is large. A dot cannot tell it apart, and its centre does not move by it.
-    const bool texture = pattern.kind == SkinKind::Texture;
-    Eigen::MatrixXd basis(n, texture ? 12 : 6);
-    basis.leftCols(6) << rest, along, down, light;
-    if (texture)
-      basis.rightCols(6) << along.cwiseProduct(x_px), along.cwiseProduct(y_px), down.cwiseProduct(x_px),
-          down.cwiseProduct(y_px), rest.cwiseProduct(x_px), rest.cwiseProduct(y_px);
+    if (t.x_px - reach_ < 1 || t.y_px - reach_ < 1 || t.x_px + reach_ + 1 >= w_ || t.y_px + reach_ + 1 >= h_)
+      return std::nullopt;
+    Samples s = sample(t.x_px, t.y_px);
+    s.rest -= light_basis_ * (light_basis_.transpose() * s.rest);
+    const double contrast = s.rest.squaredNorm();
+    if (!(contrast > 0)) return std::nullopt;
+    const Eigen::MatrixXd basis = motion_basis(s);
     Eigen::MatrixXd normal = dense::product_tn(basis, basis);
-    const double variance = contrast_here / n;
-    for (int k = 6; k < basis.cols(); ++k) normal(k, k) += variance * (k < 10 ? 1 : stride * stride);
+    const double variance = contrast / n_;
+    for (int k = 6; k < basis.cols(); ++k) normal(k, k) += variance * (k < 10 ? 1 : stride_ * stride_);
     const dense::Ldlt solver(normal);
-    if (!solver.positive() || !(solver.rcond() > 1e-14)) continue;
+    if (!solver.positive() || !(solver.rcond() > 1e-14)) return std::nullopt;
     const Eigen::MatrixXd rows = solver.solve(Eigen::MatrixXd(basis.transpose()));
-    if (!rows.allFinite()) continue;
+    if (!rows.allFinite()) return std::nullopt;
     t.step_sd = std::sqrt((rows.row(1).squaredNorm() + rows.row(2).squaredNorm()) / 2);
-    t.contrast = static_cast<float>(contrast_here);
-    const double least = 1 / std::max(rows.row(1).squaredNorm(), rows.row(2).squaredNorm());
-    if (!(least > 0)) continue;
-    t.window.reserve(n);
-    for (int k = 0; k < n; ++k)
-      t.window.push_back({static_cast<float>(rest[k]), static_cast<float>(rows(0, k)),
+    t.contrast = static_cast<float>(contrast);
+    least = 1 / std::max(rows.row(1).squaredNorm(), rows.row(2).squaredNorm());
+    if (!(least > 0)) return std::nullopt;
+    t.window.reserve(n_);
+    for (int k = 0; k < n_; ++k)
+      t.window.push_back({static_cast<float>(s.rest[k]), static_cast<float>(rows(0, k)),
                           static_cast<float>(rows(1, k)), static_cast<float>(rows(2, k))});
-    templates.push_back(std::move(t));
-    contrast.push_back(least);
+    return t;
   }
-  if (templates.empty()) return templates;
-  // What has a small share of the others' contrast would only follow noise.
+
+ private:
+  // A window's values and their slopes along x and y.
+  struct Samples {
+    Eigen::VectorXd rest, along, down;
+  };
+
+  int column(int k) const { return k % side_ - side_ / 2; }
+  int row(int k) const { return k / side_ - side_ / 2; }
+
+  Samples sample(int x_px, int y_px) const {
+    const auto at = [&](int x, int y) { return double{image_[static_cast<size_t>(y) * w_ + x]}; };
+    Samples s{Eigen::VectorXd(n_), Eigen::VectorXd(n_), Eigen::VectorXd(n_)};
+    for (int k = 0; k < n_; ++k) {
+      const int x = x_px + column(k) * stride_, y = y_px + row(k) * stride_;
+      s.rest[k] = at(x, y);
+      s.along[k] = (2 * (at(x + 1, y) - at(x - 1, y)) + at(x + 1, y - 1) - at(x - 1, y - 1) +
+                    at(x + 1, y + 1) - at(x - 1, y + 1)) /
+                   8;
+      s.down[k] = (2 * (at(x, y + 1) - at(x, y - 1)) + at(x - 1, y + 1) - at(x - 1, y - 1) +
+                   at(x + 1, y + 1) - at(x + 1, y - 1)) /
+                  8;
+    }
+    return s;
+  }
+
+  // Gain, step, and what else a textured window does: strain of the skin, light that falls unevenly on it.
+  // None of that is large. A dot cannot tell it apart, and its centre does not move by it.
+  Eigen::MatrixXd motion_basis(const Samples& s) const {
+    Eigen::MatrixXd basis(n_, texture_ ? 12 : 6);
+    basis.leftCols(6) << s.rest, s.along, s.down, light_;
+    if (texture_)
+      basis.rightCols(6) << s.along.cwiseProduct(x_px_), s.along.cwiseProduct(y_px_),
+          s.down.cwiseProduct(x_px_), s.down.cwiseProduct(y_px_), s.rest.cwiseProduct(x_px_),
+          s.rest.cwiseProduct(y_px_);
+    return basis;
+  }
+
+  const std::vector<float>& image_;
+  int w_, h_;
+  bool texture_;
+  int reach_, side_, stride_, n_;
+  Eigen::MatrixXd light_;  // offset and tilt of the light are no part of the pattern
+  Eigen::VectorXd x_px_, y_px_;
+  Eigen::MatrixXd light_basis_;  // orthonormal
+};
+
+// What has a small share of the others' contrast would only follow noise.
+void drop_faint(std::vector<SkinTemplate>& templates, const std::vector<double>& contrast) {
   std::vector<double> sorted = contrast;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
                    sorted.end());
@@ -241,18 +278,40 @@ std::vector<SkinTemplate> skin_templates(const std::vector<float>& image, uint32
       ++kept;
     }
   templates.resize(kept);
+}
 
+// The four nearest within three spacings.
+void link_neighbours(std::vector<SkinTemplate>& templates, float spacing_px) {
   for (size_t i = 0; i < templates.size(); ++i) {
     std::vector<std::pair<float, int32_t>> near;
     for (size_t j = 0; j < templates.size(); ++j) {
       const float dx = templates[j].centre[0] - templates[i].centre[0],
                   dy = templates[j].centre[1] - templates[i].centre[1];
-      if (j != i && std::abs(dx) + std::abs(dy) < 3 * static_cast<float>(pattern.spacing_px))
+      if (j != i && std::abs(dx) + std::abs(dy) < 3 * spacing_px)
         near.emplace_back(dx * dx + dy * dy, static_cast<int32_t>(j));
     }
     std::sort(near.begin(), near.end());
     for (size_t k = 0; k < 4; ++k) templates[i].neighbours[k] = k < near.size() ? near[k].second : -1;
   }
+}
+
+}  // namespace
+
+std::vector<SkinTemplate> skin_templates(const std::vector<float>& image, uint32_t width, uint32_t height,
+                                         const SkinPattern& pattern) {
+  const TemplateMaker maker(image, width, height, pattern);
+  std::vector<SkinTemplate> templates;
+  std::vector<double> contrast;
+  for (const auto& centre : find_skin_points(image, width, height, pattern)) {
+    double least = 0;
+    std::optional<SkinTemplate> made = maker.make(centre, least);
+    if (!made) continue;
+    templates.push_back(std::move(*made));
+    contrast.push_back(least);
+  }
+  if (templates.empty()) return templates;
+  drop_faint(templates, contrast);
+  link_neighbours(templates, static_cast<float>(pattern.spacing_px));
   return templates;
 }
 

@@ -63,114 +63,148 @@ double unseen_share(const ForwardMap& map) {
   return static_cast<double>(unseen) / static_cast<double>(map.values.size());
 }
 
+// Puts a reading's nodes together; `verdict` and reasons go to the estimate where it cannot be used.
+class NodeChoice {
+ public:
+  NodeChoice(const LumpModel& model, const LumpReading& reading, LumpEstimate& estimate)
+      : model_(model), reading_(reading), estimate_(estimate) {}
+
+  std::optional<PressedNodes> run() {
+    if (!block_known() || !choose_loads() || !choose_maps() || !choose_nodes()) return std::nullopt;
+    fill_values();
+    return std::move(nodes_);
+  }
+
+ private:
+  bool end(LumpVerdict verdict, const std::string& why) {
+    estimate_.verdict = verdict;
+    estimate_.reasons.push_back(why);
+    return false;
+  }
+
+  bool block_known() {
+    for (size_t axis = 0; axis < 2; ++axis)
+      if (outside(reading_.block_mm[axis], {model_.block_mm[axis], model_.block_mm[axis]}))
+        return end(LumpVerdict::OutsideTraining, "the block is " + text(reading_.block_mm[axis], "mm") +
+                                                     " wide; the model knows " +
+                                                     text(model_.block_mm[axis], "mm"));
+    if (outside(reading_.block_mm[2], model_.thickness_mm))
+      return end(LumpVerdict::OutsideTraining,
+                 "the tissue is " + text(reading_.block_mm[2], "mm") + " thick; the model knows " +
+                     text(model_.thickness_mm[0], "to ") + text(model_.thickness_mm[1], "mm"));
+    nodes_.thickness_mm = reading_.block_mm[2];
+    return true;
+  }
+
+  // Those that are neither saturated nor outside of training.
+  bool choose_loads() {
+    // A window's edge that lies off the block is unseen at all loads; what only some loads miss is saturated.
+    double always = 1;
+    for (const ForwardMap& map : reading_.pressure_Pa) always = std::min(always, unseen_share(map));
+    bool saturated = false;
+    for (size_t k = 0; k < reading_.pressure_Pa.size(); ++k) {
+      const double load =
+          reading_.force_N[k] / (reading_.block_mm[0] * reading_.block_mm[1] * 1e-6 * reading_.young_Pa);
+      const std::string name = "the load of " + text(reading_.force_N[k], "N");
+      const double unseen = unseen_share(reading_.pressure_Pa[k]);
+      if (unseen > always + kUnseenShare) {
+        saturated = true;
+        nodes_.reasons.push_back(
+            name + " is left out: " + text(100 * (unseen - always), "% of its values are saturated"));
+      } else if (outside(load, model_.load)) {
+        nodes_.reasons.push_back(name +
+                                 " is left out: " + text(load, "of the tissue's modulus; the model knows ") +
+                                 text(model_.load[0], "to ") + text(model_.load[1], ""));
+      } else {
+        used_.push_back(k);
+        nodes_.loads.push_back(load);
+      }
+    }
+    estimate_.reasons.insert(estimate_.reasons.end(), nodes_.reasons.begin(), nodes_.reasons.end());
+    return !used_.empty() ||
+           end(saturated ? LumpVerdict::Unusable : LumpVerdict::OutsideTraining, "no load is left");
+  }
+
+  // The used loads' maps at the model's pitch, and the noise that their values have there.
+  bool choose_maps() {
+    noise_Pa_ = reading_.noise_Pa;
+    const double pitch = reading_.pressure_Pa.front().pitch_mm[0];
+    const bool fits = std::abs(pitch / model_.node_pitch_mm - 1) < 0.02 &&
+                      std::abs(reading_.pressure_Pa.front().pitch_mm[1] / model_.node_pitch_mm - 1) < 0.02;
+    for (const size_t k : used_) {
+      const ForwardMap& map = reading_.pressure_Pa[k];
+      maps_.push_back(fits ? map
+                           : node_means(map, {0, 0},
+                                        {map.width * map.pitch_mm[0], map.height * map.pitch_mm[1]},
+                                        model_.node_pitch_mm));
+    }
+    if (fits) return true;
+    if (pitch > 2 * model_.node_pitch_mm)
+      return end(LumpVerdict::Unusable, "nodes are " + text(pitch, "mm") + " apart; at most " +
+                                            text(2 * model_.node_pitch_mm, "mm") + " serve");
+    noise_Pa_ *= std::min(1.0, pitch / model_.node_pitch_mm);
+    return true;
+  }
+
+  // Those that all loads saw, off the rim.
+  bool choose_nodes() {
+    const ForwardMap& first = maps_.front();
+    for (uint32_t j = 0; j < first.height; ++j)
+      for (uint32_t i = 0; i < first.width; ++i) {
+        const double x = reading_.window_mm[0] + (i - (first.width - 1) / 2.0) * first.pitch_mm[0];
+        const double y = reading_.window_mm[1] + (j - (first.height - 1) / 2.0) * first.pitch_mm[1];
+        if (std::abs(x) > reading_.block_mm[0] / 2 - kRim_mm + 1e-6 ||
+            std::abs(y) > reading_.block_mm[1] / 2 - kRim_mm + 1e-6)
+          continue;
+        const size_t n = size_t{j} * first.width + i;
+        if (!std::all_of(maps_.begin(), maps_.end(),
+                         [n](const ForwardMap& map) { return std::isfinite(map.values[n]); }))
+          continue;
+        seen_.push_back(n);
+        nodes_.x_mm.push_back(x);
+        nodes_.y_mm.push_back(y);
+        peak_Pa_ = std::max(peak_Pa_, static_cast<double>(maps_.back().values[n]));
+      }
+    if (seen_.size() < kFewestNodes)
+      return end(LumpVerdict::Unusable, std::to_string(seen_.size()) + " nodes were seen; " +
+                                            std::to_string(kFewestNodes) + " are needed");
+    return peak_Pa_ > 0 || end(LumpVerdict::Unusable, "no pressure at the highest load");
+  }
+
+  void fill_values() {
+    const auto rows = static_cast<Eigen::Index>(seen_.size()), cols = static_cast<Eigen::Index>(used_.size());
+    nodes_.total.resize(rows, cols);
+    nodes_.rest.resize(rows, cols);
+    for (Eigen::Index k = 0; k < cols; ++k) {
+      const Eigen::VectorXf quarter =
+          model_.base.quarter(nodes_.thickness_mm, nodes_.loads[static_cast<size_t>(k)]);
+      for (Eigen::Index n = 0; n < rows; ++n) {
+        const auto i = static_cast<size_t>(n);
+        nodes_.total(n, k) =
+            static_cast<double>(maps_[static_cast<size_t>(k)].values[seen_[i]]) / reading_.young_Pa;
+        nodes_.rest(n, k) = nodes_.total(n, k) - model_.base.at(quarter, nodes_.x_mm[i], nodes_.y_mm[i]);
+      }
+    }
+    nodes_.noise_share = std::max(noise_Pa_ / peak_Pa_, kLeastNoise);
+    nodes_.noise = nodes_.noise_share * peak_Pa_ / reading_.young_Pa;
+  }
+
+  const LumpModel& model_;
+  const LumpReading& reading_;
+  LumpEstimate& estimate_;
+  PressedNodes nodes_;
+  std::vector<size_t> used_;      // loads
+  std::vector<ForwardMap> maps_;  // of those
+  std::vector<size_t> seen_;      // nodes of the maps
+  double noise_Pa_ = 0, peak_Pa_ = 0;
+};
+
 }  // namespace
 
 std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpReading& reading,
                                           LumpEstimate& estimate) {
   check(reading);
-  const auto end = [&](LumpVerdict verdict, const std::string& why) {
-    estimate.verdict = verdict;
-    estimate.reasons.push_back(why);
-    return std::nullopt;
-  };
-  for (size_t axis = 0; axis < 2; ++axis)
-    if (outside(reading.block_mm[axis], {model.block_mm[axis], model.block_mm[axis]}))
-      return end(LumpVerdict::OutsideTraining, "the block is " + text(reading.block_mm[axis], "mm") +
-                                                   " wide; the model knows " +
-                                                   text(model.block_mm[axis], "mm"));
-  if (outside(reading.block_mm[2], model.thickness_mm))
-    return end(LumpVerdict::OutsideTraining,
-               "the tissue is " + text(reading.block_mm[2], "mm") + " thick; the model knows " +
-                   text(model.thickness_mm[0], "to ") + text(model.thickness_mm[1], "mm"));
-
-  PressedNodes nodes;
-  nodes.thickness_mm = reading.block_mm[2];
-  // A window's edge that lies off the block is unseen at all loads; what only some loads miss is saturated.
-  double always = 1;
-  for (const ForwardMap& map : reading.pressure_Pa) always = std::min(always, unseen_share(map));
-  std::vector<size_t> used;
-  for (size_t k = 0; k < reading.pressure_Pa.size(); ++k) {
-    const double load =
-        reading.force_N[k] / (reading.block_mm[0] * reading.block_mm[1] * 1e-6 * reading.young_Pa);
-    const std::string name = "the load of " + text(reading.force_N[k], "N");
-    if (unseen_share(reading.pressure_Pa[k]) > always + kUnseenShare)
-      nodes.reasons.push_back(
-          name + " is left out: " +
-          text(100 * (unseen_share(reading.pressure_Pa[k]) - always), "% of its values are saturated"));
-    else if (outside(load, model.load))
-      nodes.reasons.push_back(name +
-                              " is left out: " + text(load, "of the tissue's modulus; the model knows ") +
-                              text(model.load[0], "to ") + text(model.load[1], ""));
-    else {
-      used.push_back(k);
-      nodes.loads.push_back(load);
-    }
-  }
-  estimate.reasons.insert(estimate.reasons.end(), nodes.reasons.begin(), nodes.reasons.end());
-  if (used.empty()) {
-    bool saturated = false;
-    for (const ForwardMap& map : reading.pressure_Pa) saturated |= unseen_share(map) > always + kUnseenShare;
-    return end(saturated ? LumpVerdict::Unusable : LumpVerdict::OutsideTraining, "no load is left");
-  }
-
-  std::vector<ForwardMap> maps;
-  double noise_Pa = reading.noise_Pa;
-  const double pitch = reading.pressure_Pa.front().pitch_mm[0];
-  const bool fits = std::abs(pitch / model.node_pitch_mm - 1) < 0.02 &&
-                    std::abs(reading.pressure_Pa.front().pitch_mm[1] / model.node_pitch_mm - 1) < 0.02;
-  for (const size_t k : used) {
-    const ForwardMap& map = reading.pressure_Pa[k];
-    maps.push_back(fits ? map
-                        : node_means(map, {0, 0}, {map.width * map.pitch_mm[0], map.height * map.pitch_mm[1]},
-                                     model.node_pitch_mm));
-  }
-  if (!fits) {
-    if (pitch > 2 * model.node_pitch_mm)
-      return end(LumpVerdict::Unusable, "nodes are " + text(pitch, "mm") + " apart; at most " +
-                                            text(2 * model.node_pitch_mm, "mm") + " serve");
-    noise_Pa *= std::min(1.0, pitch / model.node_pitch_mm);
-  }
-
-  double peak = 0;
-  const ForwardMap& first = maps.front();
-  std::vector<size_t> seen;
-  for (uint32_t j = 0; j < first.height; ++j)
-    for (uint32_t i = 0; i < first.width; ++i) {
-      const double x = reading.window_mm[0] + (i - (first.width - 1) / 2.0) * first.pitch_mm[0];
-      const double y = reading.window_mm[1] + (j - (first.height - 1) / 2.0) * first.pitch_mm[1];
-      if (std::abs(x) > reading.block_mm[0] / 2 - kRim_mm + 1e-6 ||
-          std::abs(y) > reading.block_mm[1] / 2 - kRim_mm + 1e-6)
-        continue;
-      const size_t n = size_t{j} * first.width + i;
-      if (!std::all_of(maps.begin(), maps.end(),
-                       [n](const ForwardMap& map) { return std::isfinite(map.values[n]); }))
-        continue;
-      seen.push_back(n);
-      nodes.x_mm.push_back(x);
-      nodes.y_mm.push_back(y);
-      peak = std::max(peak, static_cast<double>(maps.back().values[n]));
-    }
-  if (seen.size() < kFewestNodes)
-    return end(LumpVerdict::Unusable, std::to_string(seen.size()) + " nodes were seen; " +
-                                          std::to_string(kFewestNodes) + " are needed");
-  if (!(peak > 0)) return end(LumpVerdict::Unusable, "no pressure at the highest load");
-
-  const auto rows = static_cast<Eigen::Index>(seen.size()), cols = static_cast<Eigen::Index>(used.size());
-  nodes.total.resize(rows, cols);
-  nodes.rest.resize(rows, cols);
-  for (Eigen::Index k = 0; k < cols; ++k) {
-    const Eigen::VectorXf quarter =
-        model.base.quarter(nodes.thickness_mm, nodes.loads[static_cast<size_t>(k)]);
-    for (Eigen::Index n = 0; n < rows; ++n) {
-      const auto i = static_cast<size_t>(n);
-      nodes.total(n, k) =
-          static_cast<double>(maps[static_cast<size_t>(k)].values[seen[i]]) / reading.young_Pa;
-      nodes.rest(n, k) = nodes.total(n, k) - model.base.at(quarter, nodes.x_mm[i], nodes.y_mm[i]);
-    }
-  }
-  nodes.noise_share = std::max(noise_Pa / peak, kLeastNoise);
-  nodes.noise = nodes.noise_share * peak / reading.young_Pa;
-  return nodes;
+  return NodeChoice(model, reading, estimate).run();
 }
 
 std::array<double, 2> find_bump(const LumpModel& model, const PressedNodes& nodes) {

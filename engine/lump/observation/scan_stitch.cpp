@@ -297,31 +297,33 @@ Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOp
   return b;
 }
 
-}  // namespace
-
-ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& options) {
-  check(presses);
-  ScanMap out;
-  const LumpReading& first = presses[0].reading;
-  out.reading.block_mm = first.block_mm;
-  out.reading.young_Pa = first.young_Pa;
-
-  std::vector<double> pitches, noises;
-  for (size_t k = 0; k < first.force_N.size(); ++k) {
+// Median forces of each load.
+std::vector<double> common_forces(const std::vector<ScanPress>& presses) {
+  std::vector<double> common;
+  for (size_t k = 0; k < presses[0].reading.force_N.size(); ++k) {
     std::vector<double> forces;
     forces.reserve(presses.size());
     for (const ScanPress& p : presses) forces.push_back(p.reading.force_N[k]);
-    out.reading.force_N.push_back(median(forces));
+    common.push_back(median(forces));
   }
-  for (const ScanPress& p : presses) {
-    pitches.push_back(p.reading.pressure_Pa[0].pitch_mm[0]);
-    if (p.reading.noise_Pa > 0) noises.push_back(p.reading.noise_Pa);
-  }
-  const double pitch_mm = options.pitch_mm > 0 ? options.pitch_mm : median(pitches);
-  const Grid grid{2 * static_cast<uint32_t>(std::floor(first.block_mm[0] / (2 * pitch_mm) + 1e-9)) + 1,
-                  2 * static_cast<uint32_t>(std::floor(first.block_mm[1] / (2 * pitch_mm) + 1e-9)) + 1,
-                  pitch_mm};
+  return common;
+}
 
+Grid grid_of(const std::vector<ScanPress>& presses, const StitchOptions& options) {
+  const LumpReading& first = presses[0].reading;
+  std::vector<double> pitches;
+  for (const ScanPress& p : presses) pitches.push_back(p.reading.pressure_Pa[0].pitch_mm[0]);
+  const double pitch_mm = options.pitch_mm > 0 ? options.pitch_mm : median(pitches);
+  return {2 * static_cast<uint32_t>(std::floor(first.block_mm[0] / (2 * pitch_mm) + 1e-9)) + 1,
+          2 * static_cast<uint32_t>(std::floor(first.block_mm[1] / (2 * pitch_mm) + 1e-9)) + 1, pitch_mm};
+}
+
+// The presses at the scan's forces; names and reasons of those that do not reach them go to the scan's
+// places.
+std::vector<Placed> place_presses(const std::vector<ScanPress>& presses, ScanMap& out) {
+  std::vector<double> noises;
+  for (const ScanPress& p : presses)
+    if (p.reading.noise_Pa > 0) noises.push_back(p.reading.noise_Pa);
   std::vector<Placed> placed;
   for (const ScanPress& p : presses) {
     PressPlace place;
@@ -340,11 +342,12 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
     placed.push_back(std::move(one));
     out.places.push_back(std::move(place));
   }
+  return placed;
+}
 
-  Registration registration(placed, grid, options);
-  registration.run();
-  // One that saw something else spoils the others' mean as well: the worst goes first.
-  for (size_t left_out = 0; left_out < presses.size() / 3; ++left_out) {
+// One that saw something else spoils the others' mean as well: the worst goes first.
+void leave_out_strangers(std::vector<Placed>& placed, Registration& registration, ScanMap& out) {
+  for (size_t left_out = 0; left_out < placed.size() / 3; ++left_out) {
     size_t worst = 0;
     std::vector<double> misfits;
     for (size_t p = 0; p < placed.size(); ++p) {
@@ -359,8 +362,10 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
     for (Placed& p : placed) p.place.setZero();
     registration.run();
   }
+}
 
-  const Blend b = blend(placed, grid, options, out);
+// Noise, what was seen and what was saturated.
+void judge(const Blend& b, const std::vector<ScanPress>& presses, ScanMap& out) {
   if (b.seen > 0) {
     const double worse = b.noise > 0 ? std::max(1.0, std::sqrt(b.between / b.noise)) : 1;
     out.reading.noise_Pa = worse * std::sqrt(b.variance / static_cast<double>(b.seen));
@@ -371,31 +376,57 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
                                      [](const ScanPress& p) { return p.reading.saturated_share > 0; });
   if (saturated && b.covered > 0)
     out.reading.saturated_share = static_cast<double>(b.lost) / static_cast<double>(b.covered);
+}
+
+// Where a press came to lie, with its standard errors.
+void fill_place(const Placed& placed, const Eigen::MatrixXd& covariance, Eigen::Index at, PressPlace& place) {
+  for (int c = 0; c < 2; ++c) {
+    place.shift_mm[static_cast<size_t>(c)] = placed.place(c);
+    place.shift_sd_mm[static_cast<size_t>(c)] = std::sqrt(covariance(at + c, at + c));
+  }
+  place.gain = std::exp(placed.place(2));
+  place.gain_sd = place.gain * std::sqrt(covariance(at + 2, at + 2));
+  place.misfit = placed.misfit;
+}
+
+void warn_of(const PressPlace& place, double log_gain, double saturated_share, const StitchOptions& options,
+             std::vector<std::string>& warnings) {
+  const double shift = std::hypot(place.shift_mm[0], place.shift_mm[1]);
+  if (shift > 3 * options.stage_sd_mm)
+    warnings.push_back("press '" + place.name + "' lies " +
+                       text("%.2f mm from where it was said to be", shift));
+  if (std::abs(log_gain) > 3 * options.gain_sd)
+    warnings.push_back("press '" + place.name + "' reads " +
+                       text("%+.1f %% beside the others", 100 * (place.gain - 1)));
+  if (saturated_share > 0)
+    warnings.push_back("press '" + place.name + "' was saturated in " +
+                       text("%.2g %% of its window", 100 * saturated_share));
+}
+
+}  // namespace
+
+ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& options) {
+  check(presses);
+  ScanMap out;
+  out.reading.block_mm = presses[0].reading.block_mm;
+  out.reading.young_Pa = presses[0].reading.young_Pa;
+  out.reading.force_N = common_forces(presses);
+  const Grid grid = grid_of(presses, options);
+  std::vector<Placed> placed = place_presses(presses, out);
+
+  Registration registration(placed, grid, options);
+  registration.run();
+  leave_out_strangers(placed, registration, out);
+  judge(blend(placed, grid, options, out), presses, out);
 
   for (size_t p = 0; p < placed.size(); ++p) {
     PressPlace& place = out.places[p];
-    const auto at = static_cast<Eigen::Index>(3 * p);
     if (!place.used) {
       out.warnings.push_back("press '" + place.name + "' is left out: " + place.reason);
       continue;
     }
-    for (int c = 0; c < 2; ++c) {
-      place.shift_mm[static_cast<size_t>(c)] = placed[p].place(c);
-      place.shift_sd_mm[static_cast<size_t>(c)] = std::sqrt(registration.covariance(at + c, at + c));
-    }
-    place.gain = std::exp(placed[p].place(2));
-    place.gain_sd = place.gain * std::sqrt(registration.covariance(at + 2, at + 2));
-    place.misfit = placed[p].misfit;
-    const double shift = std::hypot(place.shift_mm[0], place.shift_mm[1]);
-    if (shift > 3 * options.stage_sd_mm)
-      out.warnings.push_back("press '" + place.name + "' lies " +
-                             text("%.2f mm from where it was said to be", shift));
-    if (std::abs(placed[p].place(2)) > 3 * options.gain_sd)
-      out.warnings.push_back("press '" + place.name + "' reads " +
-                             text("%+.1f %% beside the others", 100 * (place.gain - 1)));
-    if (presses[p].reading.saturated_share > 0)
-      out.warnings.push_back("press '" + place.name + "' was saturated in " +
-                             text("%.2g %% of its window", 100 * presses[p].reading.saturated_share));
+    fill_place(placed[p], registration.covariance, static_cast<Eigen::Index>(3 * p), place);
+    warn_of(place, placed[p].place(2), presses[p].reading.saturated_share, options, out.warnings);
   }
   if (out.seen_share < kWholeBlock)
     out.warnings.push_back(text("%.3g %% of the block was not seen", 100 * (1 - out.seen_share)));
