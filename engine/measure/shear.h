@@ -1,6 +1,8 @@
 // Centroid shift to tangential force, with stick told from slip (theory S6).
 #pragma once
 
+#include <optional>
+
 #include "engine/measure/slip.h"
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
@@ -28,6 +30,12 @@ class ShearTracker {
   void update(const ShearCalibration* calibration, Touch& touch);
 
  private:
+  struct Force;
+  void begin(const Touch& touch, double x_mm, double y_mm, bool after_interruption);
+  void fill_shear(const ShearCalibration& calibration, double x_mm, double y_mm, std::optional<Slip> told,
+                  Touch& touch);
+  Validity validity_of(const Force& force, const Touch& touch) const;
+
   double pitch_mm_per_px_;
   SlipWatch slip_watch_;
   Slip told_ = Slip::Stick;  // by the skin, of the present contact

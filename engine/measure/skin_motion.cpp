@@ -87,22 +87,18 @@ void SkinTracker::leave_out_strangers() {
   samples_.resize(kept);
 }
 
-SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const SkinPoint> points,
-                               std::span<const float> sd_px) {
-  SkinMotion motion;
-  if (rest_.size() != points.size()) {
-    rest_.assign(points.size(), {});
-    samples_.reserve(points.size());
-    residuals_.reserve(points.size());
-    sorted_.reserve(points.size());
-  }
-  if (std::exchange(interrupted_, false)) {
-    touching_ = false;
-    onset_unseen_ = outline != nullptr;
-    if (outline)
-      for (size_t i = 0; i < points.size(); ++i)
-        if (points[i].trust > 0) rest_[i] = {double{points[i].shift_x_px}, double{points[i].shift_y_px}};
-  }
+// After an interruption points rest where they are.
+void SkinTracker::start_over(const ContactOutline* outline, std::span<const SkinPoint> points) {
+  touching_ = false;
+  onset_unseen_ = outline != nullptr;
+  if (!outline) return;
+  for (size_t i = 0; i < points.size(); ++i)
+    if (points[i].trust > 0) rest_[i] = {double{points[i].shift_x_px}, double{points[i].shift_y_px}};
+}
+
+// Without contact the points' rest follows them; with one, those under it become samples.
+void SkinTracker::follow_points(const ContactOutline* outline, std::span<const SkinPoint> points,
+                                std::span<const float> sd_px, SkinMotion& motion) {
   samples_.clear();
   for (size_t i = 0; i < points.size(); ++i) {
     const SkinPoint& p = points[i];
@@ -127,21 +123,10 @@ SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const Sk
     samples_.push_back({dx, dy, double{p.shift_x_px} - rest_[i].x_px, double{p.shift_y_px} - rest_[i].y_px,
                         rho, 1 / (sd * sd)});
   }
-  if (!outline) {
-    touching_ = onset_unseen_ = false;
-    for (Estimate* e : {&motion.shift_x_mm, &motion.shift_y_mm, &motion.torsion_rad, &motion.stick_share})
-      e->validity = Validity::NoContact;
-    return motion;
-  }
-  touching_ = true;
-  if (samples_.size() >= 6) leave_out_strangers();
-  motion.touching = static_cast<uint32_t>(samples_.size());
-  if (samples_.size() < 3) {
-    for (Estimate* e : {&motion.shift_x_mm, &motion.shift_y_mm, &motion.torsion_rad, &motion.stick_share})
-      e->validity = Validity::NoContact;
-    return motion;
-  }
+}
 
+// Means over all stick shares, each weighed by how well it fits.
+void SkinTracker::fit_motion(SkinMotion& motion) const {
   std::array<Fit, kShares> fits;
   double least = -1;
   for (int k = 0; k < kShares; ++k) {
@@ -176,6 +161,29 @@ SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const Sk
   constexpr double kStep2 = 1.0 / (12.0 * (kShares - 1) * (kShares - 1));
   const double share_sd = std::sqrt(std::max(0.0, share2 / weights - share * share) + kStep2);
   motion.stick_share = {share, share_sd, share_sd > kShareTold ? Validity::BelowRange : validity};
+}
+
+SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const SkinPoint> points,
+                               std::span<const float> sd_px) {
+  SkinMotion motion;
+  if (rest_.size() != points.size()) {
+    rest_.assign(points.size(), {});
+    samples_.reserve(points.size());
+    residuals_.reserve(points.size());
+    sorted_.reserve(points.size());
+  }
+  if (std::exchange(interrupted_, false)) start_over(outline, points);
+  follow_points(outline, points, sd_px, motion);
+  touching_ = outline != nullptr;
+  if (!outline) onset_unseen_ = false;
+  if (outline && samples_.size() >= 6) leave_out_strangers();
+  motion.touching = static_cast<uint32_t>(samples_.size());
+  if (samples_.size() < 3) {
+    for (Estimate* e : {&motion.shift_x_mm, &motion.shift_y_mm, &motion.torsion_rad, &motion.stick_share})
+      e->validity = Validity::NoContact;
+    return motion;
+  }
+  fit_motion(motion);
   return motion;
 }
 

@@ -49,7 +49,11 @@ class SkinTracker {
                     std::span<const float> sd_px);
 
  private:
+  void start_over(const ContactOutline* outline, std::span<const SkinPoint> points);
+  void follow_points(const ContactOutline* outline, std::span<const SkinPoint> points,
+                     std::span<const float> sd_px, SkinMotion& motion);
   void leave_out_strangers();
+  void fit_motion(SkinMotion& motion) const;
 
   struct Rest {
     double x_px = 0, y_px = 0;

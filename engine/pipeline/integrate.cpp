@@ -92,10 +92,7 @@ gpu::DeviceBuffer readback(gpu::Context& context, const Grid& grid) {
   return {context, "heights readback", grid.bytes(), gpu::Memory::Readback};
 }
 
-}  // namespace
-
-Heights integrate_gradients(gpu::Context& context, std::span<const float> gradients, uint32_t rows,
-                            uint32_t cols, SurfaceSolver solver) {
+void check_shape(std::span<const float> gradients, uint32_t rows, uint32_t cols) {
   const uint64_t cells = uint64_t{rows} * cols;
   if (cells == 0 || rows > kMaxSide_px || cols > kMaxSide_px || cells > kMaxPixels ||
       gradients.size() != 2 * cells) {
@@ -106,68 +103,111 @@ Heights integrate_gradients(gpu::Context& context, std::span<const float> gradie
                     std::to_string(cols),
                 "splitting the field");
   }
-  // A power of two brings the steepest gradient to about 1: exact, and single precision never meets its ends
-  // on the way.
-  const float largest = largest_of(gradients, cols);
-  const int exponent = largest > 0 ? std::ilogb(largest) : 0;
-  const Grid grid = grid_for(cols, rows);
+}
+
+/// The field on its way to the device: each component by itself, in the grid's rows, divided by 2^exponent.
+struct StagedGradients {
+  gpu::DeviceBuffer p, q;
+
+  StagedGradients(gpu::Context& context, std::span<const float> gradients, uint32_t rows, uint32_t cols,
+                  const Grid& grid, int exponent)
+      : p(context, "d/dx upload", grid.bytes(), gpu::Memory::Upload),
+        q(context, "d/dy upload", grid.bytes(), gpu::Memory::Upload) {
+    const std::span<float> host_p = p.as<float>(), host_q = q.as<float>();
+    std::fill(host_p.begin(), host_p.end(), 0.0f);
+    std::fill(host_q.begin(), host_q.end(), 0.0f);
+    for (uint32_t y = 0; y < rows; ++y) {
+      for (uint32_t x = 0; x < cols; ++x) {
+        const size_t from = 2 * (size_t{y} * cols + x), to = size_t{y} * grid.pitch * 4 + x;
+        host_p[to] = std::ldexp(gradients[from], -exponent);
+        host_q[to] = std::ldexp(gradients[from + 1], -exponent);
+      }
+    }
+    p.flush();
+    q.flush();
+  }
+};
+
+/// What the device gives: the normal equations' right side, and heights that solve them (none where the host
+/// solves).
+struct Solved {
+  gpu::DeviceBuffer right, heights;
+};
+
+Solved solve_on_device(gpu::Context& context, const StagedGradients& staged, const Grid& grid, uint32_t rows,
+                       uint32_t cols, SurfaceSolver solver) {
   const Tuning tuning = load_tuning(context).tuning;
   // The evidence is about pixels, whatever the solver reads.
   const Surface surface(context, cols, rows, solver, tuning, true);
   const Slope slope(context, cols, rows, surface.right_sides(), tuning);
   const FloatMap p(context, "d/dx", grid), q(context, "d/dy", grid), depth(context, "heights", grid);
-  gpu::DeviceBuffer staging_p(context, "d/dx upload", grid.bytes(), gpu::Memory::Upload);
-  gpu::DeviceBuffer staging_q(context, "d/dy upload", grid.bytes(), gpu::Memory::Upload);
-  const std::span<float> host_p = staging_p.as<float>(), host_q = staging_q.as<float>();
-  std::fill(host_p.begin(), host_p.end(), 0.0f);
-  std::fill(host_q.begin(), host_q.end(), 0.0f);
-  for (uint32_t y = 0; y < rows; ++y) {
-    for (uint32_t x = 0; x < cols; ++x) {
-      const size_t from = 2 * (size_t{y} * cols + x), to = size_t{y} * grid.pitch * 4 + x;
-      host_p[to] = std::ldexp(gradients[from], -exponent);
-      host_q[to] = std::ldexp(gradients[from + 1], -exponent);
-    }
-  }
-  staging_p.flush();
-  staging_q.flush();
-
-  const gpu::DeviceBuffer right = readback(context, grid), heights = readback(context, grid);
+  Solved solved{readback(context, grid), readback(context, grid)};
   gpu::Commands commands(context);
   commands.begin();
-  commands.copy(staging_p, p.buffer, grid.bytes());
-  commands.copy(staging_q, q.buffer, grid.bytes());
+  commands.copy(staged.p, p.buffer, grid.bytes());
+  commands.copy(staged.q, q.buffer, grid.bytes());
   commands.barrier();
   slope.record_given(commands, p, q, surface);
   // The solver reuses the coarser right sides only; the finest is still there afterwards.
   if (solver != SurfaceSolver::Exact) surface.record(commands, depth);
-  commands.copy(surface.right_side().buffer, right, grid.bytes());
-  commands.copy(depth.buffer, heights, grid.bytes());
+  commands.copy(surface.right_side().buffer, solved.right, grid.bytes());
+  commands.copy(depth.buffer, solved.heights, grid.bytes());
   commands.host_barrier();
   commands.end();
   commands.submit();
   commands.wait();
-  right.invalidate();
-  heights.invalidate();
+  solved.right.invalidate();
+  solved.heights.invalidate();
+  return solved;
+}
 
-  const std::span<const float> f = right.as<const float>();
-  std::vector<double> z(cells);
-  if (solver == SurfaceSolver::Exact) {
-    std::vector<double> padded(f.begin(), f.end());
-    PoissonDct(cols, rows).solve(padded.data(), padded.data(), grid.pitch * 4);
+/// Heights without the padding of the grid's rows.
+std::vector<double> unpadded_heights(const Solved& solved, const Grid& grid, uint32_t rows, uint32_t cols,
+                                     SurfaceSolver solver) {
+  std::vector<double> z(size_t{rows} * cols);
+  const auto copy_rows = [&](const auto& padded) {
     for (uint32_t y = 0; y < rows; ++y)
       std::copy_n(padded.begin() + size_t{y} * grid.pitch * 4, cols, z.begin() + size_t{y} * cols);
+  };
+  if (solver == SurfaceSolver::Exact) {
+    const std::span<const float> f = solved.right.as<const float>();
+    std::vector<double> padded(f.begin(), f.end());
+    PoissonDct(cols, rows).solve(padded.data(), padded.data(), grid.pitch * 4);
+    copy_rows(padded);
   } else {
-    const std::span<const float> raw = heights.as<const float>();
-    for (uint32_t y = 0; y < rows; ++y)
-      std::copy_n(raw.begin() + size_t{y} * grid.pitch * 4, cols, z.begin() + size_t{y} * cols);
+    copy_rows(solved.heights.as<const float>());
   }
+  return z;
+}
+
+/// Of heights.
+struct Range {
   double mean = 0, low = std::numeric_limits<double>::max(), high = std::numeric_limits<double>::lowest();
-  for (const double value : z) {
-    mean += value;
-    low = std::min(low, value);
-    high = std::max(high, value);
+
+  explicit Range(const std::vector<double>& z) {
+    for (const double value : z) {
+      mean += value;
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+    mean /= static_cast<double>(z.size());
   }
-  mean /= static_cast<double>(cells);
+};
+
+}  // namespace
+
+Heights integrate_gradients(gpu::Context& context, std::span<const float> gradients, uint32_t rows,
+                            uint32_t cols, SurfaceSolver solver) {
+  check_shape(gradients, rows, cols);
+  // A power of two brings the steepest gradient to about 1: exact, and single precision never meets its ends
+  // on the way.
+  const float largest = largest_of(gradients, cols);
+  const int exponent = largest > 0 ? std::ilogb(largest) : 0;
+  const Grid grid = grid_for(cols, rows);
+  const StagedGradients staged(context, gradients, rows, cols, grid, exponent);
+  const Solved solved = solve_on_device(context, staged, grid, rows, cols, solver);
+  const std::vector<double> z = unpadded_heights(solved, grid, rows, cols, solver);
+  const auto [mean, low, high] = Range(z);
   if (std::ldexp(std::max(high - mean, mean - low), exponent) > double{std::numeric_limits<float>::max()}) {
     throw Error(Failure::Input, "gradients whose heights fit single precision",
                 "gradients up to 10^" + std::to_string(std::lround(std::log10(double{largest}))),
@@ -175,10 +215,10 @@ Heights integrate_gradients(gpu::Context& context, std::span<const float> gradie
   }
 
   Heights result;
-  result.values.reserve(cells);
+  result.values.reserve(z.size());
   for (const double value : z)
     result.values.push_back(static_cast<float>(std::ldexp(value - mean, exponent)));
-  result.evidence.residual = relative_residual(f, z, grid);
+  result.evidence.residual = relative_residual(solved.right.as<const float>(), z, grid);
   result.evidence.inconsistency = inconsistency(gradients, std::ldexp(1.0, -exponent), z, cols, rows);
   result.evidence.peak_to_valley = std::ldexp(high - low, exponent);
   return result;

@@ -316,77 +316,98 @@ double lesson_loss(const Lesson& lesson, const Eigen::Ref<const Eigen::VectorXf>
   return loss;
 }
 
-}  // namespace
-
-double teach_reader(LumpModel& model, const LumpTrainingOptions& options) {
-  namespace at = reader_output;
-  LumpReader& reader = model.reader;
-  reader = {};
-  const ReadingMaker maker(model, options.seed ^ 0x5eed0f7ead127ULL);
-  find_ways(reader, model, maker, options.ways);
+/// What the logarithms of a lump's parameters are scaled by: those of their ranges.
+void scale_parameters(LumpReader& reader, const LumpModel& model) {
   const std::array<std::array<double, 2>, kParameters> ranges = {model.size_mm, model.depth_mm, model.ratio};
   for (size_t p = 0; p < kParameters; ++p) {
     reader.mean[p] = 0.5 * (std::log(ranges[p][0]) + std::log(ranges[p][1]));
     reader.scale[p] = std::max(0.05, (std::log(ranges[p][1]) - std::log(ranges[p][0])) / std::sqrt(12.0));
   }
+}
+
+/// A reading's features, and what they teach.
+Lesson make_lesson(const LumpModel& model, const ReadingMaker& maker, uint32_t number,
+                   Eigen::Ref<Eigen::VectorXf> features) {
+  std::mt19937_64 random = maker.random(number);
+  std::normal_distribution<double> normal;
+  const Made made = maker.make(number, random);
+  const LumpCase::Lump& lump = *made.what.lump;
+  const bool round = lump.shape == LumpShape::Sphere || lump.shape == LumpShape::Cylinder;
+  std::array<double, 2> place = lump.offset_mm;
+  bool across = random() % 3 == 0;
+  if (random() % 2 == 0) {
+    place = find_bump(model, made.nodes);
+  } else {
+    for (double& along : place) along += kNear_mm * normal(random);
+  }
+  const PatchView view(model, made.nodes, place, round ? across : lump.along_y != across);
+  const PatchReading patch(model, made.nodes, view);
+  features = reader_features(model, made.nodes, patch);
+  Lesson lesson;
+  lesson.shape = static_cast<size_t>(lump.shape);
+  lesson.output = static_cast<Eigen::Index>(lesson.shape);
+  if (!round && across) lesson.output = lump.shape == LumpShape::Ellipsoid ? 4 : 5;
+  const LumpGuess guess = guess_of(lump);
+  const std::array<double, kParameters> logs = {guess.log_size, guess.log_depth, guess.log_ratio};
+  for (size_t p = 0; p < kParameters; ++p)
+    lesson.logs[p] = static_cast<float>((logs[p] - model.reader.mean[p]) / model.reader.scale[p]);
+  const auto shift = view.to_patch(lump.offset_mm[0], lump.offset_mm[1]);
+  lesson.shift_mm = {static_cast<float>(shift[0]), static_cast<float>(shift[1])};
+  return lesson;
+}
+
+struct Lessons {
+  MatrixXf features;  ///< a column each
+  std::vector<Lesson> lessons;
+};
+
+Lessons make_lessons(const LumpModel& model, const ReadingMaker& maker, const LumpTrainingOptions& options) {
   const uint32_t count = options.readings;
-  MatrixXf in(reader.ways.cols() + LumpReader::kOthers + LumpReader::kOpen, count);
-  std::vector<Lesson> lessons(count);
+  Lessons made{MatrixXf(model.reader.ways.cols() + LumpReader::kOthers + LumpReader::kOpen, count),
+               std::vector<Lesson>(count)};
   std::atomic<bool> stop = false;
   std::atomic<uint32_t> made_count = 0;
   in_parallel(options.threads, count, [&](size_t i) {
     if (stop) return;
-    std::mt19937_64 random = maker.random(static_cast<uint32_t>(kWayBumps + i));
-    std::normal_distribution<double> normal;
-    const Made made = maker.make(static_cast<uint32_t>(kWayBumps + i), random);
-    const LumpCase::Lump& lump = *made.what.lump;
-    const bool round = lump.shape == LumpShape::Sphere || lump.shape == LumpShape::Cylinder;
-    std::array<double, 2> place = lump.offset_mm;
-    bool across = random() % 3 == 0;
-    if (random() % 2 == 0) {
-      place = find_bump(model, made.nodes);
-    } else {
-      for (double& along : place) along += kNear_mm * normal(random);
-    }
-    const PatchView view(model, made.nodes, place, round ? across : lump.along_y != across);
-    const PatchReading patch(model, made.nodes, view);
-    in.col(static_cast<Eigen::Index>(i)) = reader_features(model, made.nodes, patch);
-    Lesson& lesson = lessons[i];
-    lesson.shape = static_cast<size_t>(lump.shape);
-    lesson.output = static_cast<Eigen::Index>(lesson.shape);
-    if (!round && across) lesson.output = lump.shape == LumpShape::Ellipsoid ? 4 : 5;
-    const LumpGuess guess = guess_of(lump);
-    const std::array<double, kParameters> logs = {guess.log_size, guess.log_depth, guess.log_ratio};
-    for (size_t p = 0; p < kParameters; ++p)
-      lesson.logs[p] = static_cast<float>((logs[p] - reader.mean[p]) / reader.scale[p]);
-    const auto shift = view.to_patch(lump.offset_mm[0], lump.offset_mm[1]);
-    lesson.shift_mm = {static_cast<float>(shift[0]), static_cast<float>(shift[1])};
+    made.lessons[i] = make_lesson(model, maker, static_cast<uint32_t>(kWayBumps + i),
+                                  made.features.col(static_cast<Eigen::Index>(i)));
     if (++made_count % 1000 == 0 && options.progress &&
         !options.progress("making readings", kFrom + kMade * made_count / count))
       stop = true;
   });
   if (stop) throw Stopped();
+  return made;
+}
+
+/// Features to mean 0 and unit variance.
+void scale_features(LumpReader& reader, MatrixXf& in) {
   reader.in_mean = in.rowwise().mean();
   reader.in_scale = (in.colwise() - reader.in_mean).array().square().rowwise().mean().sqrt();
   for (float& scale : reader.in_scale) scale = scale > 1e-6F ? 1 / scale : 0;
   in = reader.in_scale.asDiagonal() * (in.colwise() - reader.in_mean);
+}
 
-  const NetworkLoss loss = [&lessons](const MatrixXf& out, std::span<const Eigen::Index> samples,
-                                      MatrixXf& slope) {
+/// Trains the members side by side; gives their last errors' mean.
+double train_members(LumpReader& reader, const Lessons& made, const LumpTrainingOptions& options) {
+  const MatrixXf& in = made.features;
+  const NetworkLoss loss = [&made](const MatrixXf& out, std::span<const Eigen::Index> samples,
+                                   MatrixXf& slope) {
     slope.resize(out.rows(), out.cols());
     double sum = 0;
     for (Eigen::Index b = 0; b < out.cols(); ++b)
-      sum += lesson_loss(lessons[static_cast<size_t>(samples[static_cast<size_t>(b)])], out.col(b),
+      sum += lesson_loss(made.lessons[static_cast<size_t>(samples[static_cast<size_t>(b)])], out.col(b),
                          slope.col(b));
     return sum;
   };
   reader.members.resize(options.readers);
+  std::atomic<bool> stop = false;
   std::atomic<uint32_t> rounds = 0;
   std::vector<double> last(options.readers);
   in_parallel(options.threads, options.readers, [&](size_t member) {
-    SmallNetwork network = SmallNetwork::random({static_cast<uint32_t>(in.rows()), options.reader_hidden,
-                                                 options.reader_hidden, static_cast<uint32_t>(at::kCount)},
-                                                options.seed * 1000 + 500 + member);
+    SmallNetwork network =
+        SmallNetwork::random({static_cast<uint32_t>(in.rows()), options.reader_hidden, options.reader_hidden,
+                              static_cast<uint32_t>(reader_output::kCount)},
+                             options.seed * 1000 + 500 + member);
     // Starts by saying nothing.
     network.layers.back().weight *= 0.1F;
     NetworkTraining how;
@@ -407,6 +428,19 @@ double teach_reader(LumpModel& model, const LumpTrainingOptions& options) {
   });
   if (stop) throw Stopped();
   return std::accumulate(last.begin(), last.end(), 0.0) / options.readers;
+}
+
+}  // namespace
+
+double teach_reader(LumpModel& model, const LumpTrainingOptions& options) {
+  LumpReader& reader = model.reader;
+  reader = {};
+  const ReadingMaker maker(model, options.seed ^ 0x5eed0f7ead127ULL);
+  find_ways(reader, model, maker, options.ways);
+  scale_parameters(reader, model);
+  Lessons made = make_lessons(model, maker, options);
+  scale_features(reader, made.features);
+  return train_members(reader, made, options);
 }
 
 }  // namespace palpate
