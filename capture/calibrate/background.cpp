@@ -112,38 +112,37 @@ std::string place_text(const Difference& d) {
   return text;
 }
 
-}  // namespace
-
-UntouchedImage untouched_image(const std::vector<Frame>& frames, const Sensor& sensor) {
-  if (frames.size() < 2)
-    throw Error(Failure::Input, "two untouched frames or more, so that noise is known",
-                std::to_string(frames.size()), "a longer recording, or more --frames");
-  const FrameFormat& f = frames.front().format;
-  const std::vector<cv::Mat> middle = planes(median_of(frames));
-  std::vector<Difference> unlike;
-  unlike.reserve(frames.size());
-  for (const Frame& frame : frames) unlike.push_back(difference(planes(frame), middle));
-  const double limit = std::max(kUnlike * block_noise(frames), kLeastUnlike * f.max_gray());
-  UntouchedImage out;
+// The frames that are like the others, and the worst of those that are not.
+struct LikeFrames {
   std::vector<const Frame*> used;
   Difference worst;
-  for (size_t i = 0; i < frames.size(); ++i) {
-    if (unlike[i].gray <= limit) {
-      used.push_back(&frames[i]);
-    } else {
-      ++out.left_out;
-      if (unlike[i].gray > worst.gray) worst = unlike[i];
+
+  explicit LikeFrames(const std::vector<Frame>& frames) {
+    const std::vector<cv::Mat> middle = planes(median_of(frames));
+    std::vector<Difference> unlike;
+    unlike.reserve(frames.size());
+    for (const Frame& frame : frames) unlike.push_back(difference(planes(frame), middle));
+    const double limit =
+        std::max(kUnlike * block_noise(frames), kLeastUnlike * frames.front().format.max_gray());
+    for (size_t i = 0; i < frames.size(); ++i) {
+      if (unlike[i].gray <= limit)
+        used.push_back(&frames[i]);
+      else if (unlike[i].gray > worst.gray)
+        worst = unlike[i];
     }
+    const size_t left_out = frames.size() - used.size();
+    if (2 * used.size() < frames.size() || used.size() < 2)
+      throw Error(Failure::Input, "frames in which nothing touches the pad",
+                  std::to_string(left_out) + " of " + std::to_string(frames.size()) + " unlike the others, " +
+                      place_text(worst),
+                  "fewer --frames from the start, or a recording at rest");
   }
-  out.used = used.size();
-  if (2 * used.size() < frames.size() || used.size() < 2)
-    throw Error(Failure::Input, "frames in which nothing touches the pad",
-                std::to_string(out.left_out) + " of " + std::to_string(frames.size()) +
-                    " unlike the others, " + place_text(worst),
-                "fewer --frames from the start, or a recording at rest");
-  const std::vector<cv::Mat> mean = mean_of(used);
+};
+
+// The mean to whole gray levels, and how many of its pixels are saturated.
+void fill_mean(const std::vector<cv::Mat>& mean, const FrameFormat& f, const Sensor& sensor,
+               UntouchedImage& out) {
   out.mean.reshape(f);
-  double square = 0;
   for (uint32_t c = 0; c < f.channels; ++c) {
     for (uint32_t y = 0; y < f.height; ++y)
       for (uint32_t x = 0; x < f.width; ++x)
@@ -158,39 +157,76 @@ UntouchedImage untouched_image(const std::vector<Frame>& frames, const Sensor& s
         saturated = saturated || out.mean.at(c, x, y) >= sensor.saturation_gray;
       out.saturated_px += saturated;
     }
-  const cv::Mat binomial = (cv::Mat_<float>(5, 1) << 1 / 16.f, 4 / 16.f, 6 / 16.f, 4 / 16.f, 1 / 16.f);
+}
+
+// The part of a change that counts as touch, through the sensor's filter.
+cv::Mat counted_change(const cv::Mat& change, const Sensor& sensor) {
+  static const cv::Mat binomial = (cv::Mat_<float>(5, 1) << 1 / 16.f, 4 / 16.f, 6 / 16.f, 4 / 16.f, 1 / 16.f);
+  cv::Mat counted;
+  if (sensor.signal == Signal::Either)
+    counted = cv::abs(change);
+  else
+    counted = cv::max(sensor.signal == Signal::Darker ? cv::Mat(-change) : change, 0.0);
+  if (sensor.filter == Filter::Binomial5)
+    cv::sepFilter2D(counted, counted, CV_32F, binomial, binomial, {-1, -1}, 0, cv::BORDER_REPLICATE);
+  return counted;
+}
+
+// Noise of a pixel, and the threshold that no frame's change passes by it.
+void fill_noise(const std::vector<const Frame*>& used, const std::vector<cv::Mat>& mean, const FrameFormat& f,
+                const Sensor& sensor, UntouchedImage& out) {
+  double square = 0;
   for (const Frame* frame : used) {
     const std::vector<cv::Mat> now = planes(*frame);
     for (uint32_t c = 0; c < f.channels; ++c) {
       const cv::Mat change = now[c] - mean[c];
       square += cv::norm(change, cv::NORM_L2SQR);
-      cv::Mat counted;
-      if (sensor.signal == Signal::Either)
-        counted = cv::abs(change);
-      else
-        counted = cv::max(sensor.signal == Signal::Darker ? cv::Mat(-change) : change, 0.0);
-      if (sensor.filter == Filter::Binomial5)
-        cv::sepFilter2D(counted, counted, CV_32F, binomial, binomial, {-1, -1}, 0, cv::BORDER_REPLICATE);
       double largest = 0;
-      cv::minMaxLoc(counted, nullptr, &largest);
+      cv::minMaxLoc(counted_change(change, sensor), nullptr, &largest);
       out.largest_change_gray = std::max(out.largest_change_gray, largest);
     }
   }
   out.noise_gray = std::sqrt(square / (static_cast<double>(f.width) * f.height * f.channels *
                                        (static_cast<double>(used.size()) - 1)));
   out.threshold_gray = std::ceil(kThreshold * std::max(out.largest_change_gray, 1.0) * 128) / 128;
-  const size_t third = std::max<size_t>(1, used.size() / 3);
-  const Difference drift =
-      difference(mean_of({used.begin(), used.begin() + static_cast<std::ptrdiff_t>(third)}),
-                 mean_of({used.end() - static_cast<std::ptrdiff_t>(third), used.end()}));
-  out.drift_gray = drift.gray;
+}
+
+// From the first third of the frames to the last.
+struct Drift {
+  Difference largest;
+  size_t third = 0;  // frames
+
+  explicit Drift(const std::vector<const Frame*>& used) : third(std::max<size_t>(1, used.size() / 3)) {
+    largest = difference(mean_of({used.begin(), used.begin() + static_cast<std::ptrdiff_t>(third)}),
+                         mean_of({used.end() - static_cast<std::ptrdiff_t>(third), used.end()}));
+  }
   // What noise alone makes of the largest of many differences of such means.
-  const double drift_noise = 6 * out.noise_gray / kBlock * std::sqrt(2.0 / static_cast<double>(third));
+  double by_noise(double noise_gray) const {
+    return 6 * noise_gray / kBlock * std::sqrt(2.0 / static_cast<double>(third));
+  }
+};
+
+}  // namespace
+
+UntouchedImage untouched_image(const std::vector<Frame>& frames, const Sensor& sensor) {
+  if (frames.size() < 2)
+    throw Error(Failure::Input, "two untouched frames or more, so that noise is known",
+                std::to_string(frames.size()), "a longer recording, or more --frames");
+  const FrameFormat& f = frames.front().format;
+  const LikeFrames like(frames);
+  UntouchedImage out;
+  out.used = like.used.size();
+  out.left_out = frames.size() - like.used.size();
+  const std::vector<cv::Mat> mean = mean_of(like.used);
+  fill_mean(mean, f, sensor, out);
+  fill_noise(like.used, mean, f, sensor, out);
+  const Drift drift(like.used);
+  out.drift_gray = drift.largest.gray;
   if (out.left_out > 0)
     out.warning = std::to_string(out.left_out) + " of " + std::to_string(frames.size()) +
-                  " frames were left out: something touches or moves, " + place_text(worst);
-  else if (drift.gray > std::max(kLeastUnlike * f.max_gray(), drift_noise))
-    out.warning = "the image changes from the first to the last frames, " + place_text(drift) +
+                  " frames were left out: something touches or moves, " + place_text(like.worst);
+  else if (drift.largest.gray > std::max(kLeastUnlike * f.max_gray(), drift.by_noise(out.noise_gray)))
+    out.warning = "the image changes from the first to the last frames, " + place_text(drift.largest) +
                   ": light that drifts, or a touch that stays";
   else if (out.saturated_px > 0)
     out.warning = std::to_string(out.saturated_px) + " pixels are saturated without touch";

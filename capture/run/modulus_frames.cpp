@@ -50,91 +50,126 @@ double pressure_of(double gray, const ElasticCalibration& pad) {
   return -std::log(1 - share) * pad.limit_gray / pad.gray_per_MPa;
 }
 
+// A frame's change, pixel by pixel.
+struct ChangeMap {
+  const std::vector<float>& gray;
+  uint32_t width, height;
+
+  double at(uint32_t x, uint32_t y) const { return double{gray[size_t{y} * width + x]}; }
+};
+
+// What changes by `least` or more.
+struct Spot {
+  double count = 0, mean_gray = 0;
+  double x_px = 0, y_px = 0;
+};
+
+Spot spot_over(const ChangeMap& change, double least) {
+  double n = 0, sum = 0, x_sum = 0, y_sum = 0;
+  for (uint32_t y = 0; y < change.height; ++y)
+    for (uint32_t x = 0; x < change.width; ++x) {
+      const double g = change.at(x, y);
+      if (g < least) continue;
+      ++n;
+      sum += g;
+      x_sum += x;
+      y_sum += y;
+    }
+  return {n, sum / n, x_sum / n, y_sum / n};
+}
+
+// A stiff face presses with its rim: its middle may carry half of the mean, and is inside all the same.
+void find_flat_edge(const ChangeMap& change, const Sensor& sensor, Spot spot, ContactEdge& edge) {
+  const double threshold = sensor.threshold_gray, pitch = sensor.pitch_mm_per_px;
+  for (int i = 0; i < 4; ++i) spot = spot_over(change, std::max(spot.mean_gray / 4, threshold));
+  edge.x_px = spot.x_px;
+  edge.y_px = spot.y_px;
+  edge.half_gray = std::max(spot.mean_gray / 2, threshold / 2);
+  edge.core_px = kCore * std::sqrt(spot.count / kPi);
+  // Pixels on the edge count by their share of the light: an edge along a row would else jump by a row.
+  double area = 0;
+  for (uint32_t y = 0; y < change.height; ++y)
+    for (uint32_t x = 0; x < change.width; ++x)
+      area += edge.in_core(x, y)
+                  ? 1
+                  : std::clamp((change.at(x, y) / edge.half_gray - kDarkest) / (2 - 2 * kDarkest), 0.0, 1.0);
+  edge.radius_mm = std::sqrt(area / kPi) * pitch;
+  edge.sd_mm = kFlatEdge_px * pitch;
+}
+
+// Change by distance from the middle, in rings one pixel wide.
+struct Rings {
+  std::vector<double> sum, number;
+
+  Rings(const ChangeMap& change, const ContactEdge& edge, double radius_px) {
+    for (uint32_t y = 0; y < change.height; ++y)
+      for (uint32_t x = 0; x < change.width; ++x) {
+        const auto ring = static_cast<size_t>(std::hypot(x - edge.x_px, y - edge.y_px));
+        if (ring > 2 * static_cast<size_t>(radius_px) + 8) continue;
+        if (ring >= sum.size()) {
+          sum.resize(ring + 1);
+          number.resize(ring + 1);
+        }
+        sum[ring] += change.at(x, y);
+        ++number[ring];
+      }
+  }
+};
+
+// Where the rings' squared pressure falls to zero, as a fit to those inside `radius` tells it; none where it
+// tells nothing. A parabola in the squared distance: thin pads bend the line.
+std::optional<double> next_radius(const Rings& rings, double radius, const ElasticCalibration& pad,
+                                  double longest_side) {
+  cv::Matx33d normal = cv::Matx33d::zeros();
+  cv::Vec3d right(0, 0, 0);
+  double n = 0;
+  for (size_t i = 0; i < rings.sum.size(); ++i) {
+    const double r = (static_cast<double>(i) + 0.5) / radius;
+    if (r < kInnerRim || r > kOuterRim || rings.number[i] == 0) continue;
+    const double p = pressure_of(rings.sum[i] / rings.number[i], pad);
+    const cv::Vec3d row(1, r * r, r * r * r * r);
+    normal += rings.number[i] * row * row.t();
+    right += rings.number[i] * p * p * row;
+    n += rings.number[i];
+  }
+  if (!(n > 20)) return std::nullopt;
+  const cv::Vec3d c = normal.solve(right, cv::DECOMP_CHOLESKY);
+  const double root = c[1] * c[1] - 4 * c[0] * c[2];
+  if (!(c[0] > 0) || !(root >= 0)) return std::nullopt;
+  const double next = radius * std::sqrt(2 * c[0] / (-c[1] + std::sqrt(root)));
+  if (!(next < longest_side)) return std::nullopt;
+  return next;
+}
+
+void find_ball_edge(const ChangeMap& change, const Sensor& sensor, const Spot& spot, ContactEdge& edge) {
+  double radius = std::sqrt(spot.count / kPi);
+  const Rings rings(change, edge, radius);
+  for (int round = 0; round < 12; ++round) {
+    const std::optional<double> next = next_radius(
+        rings, radius, sensor.elastic, static_cast<double>(std::max(change.width, change.height)));
+    if (!next) return;
+    if (std::abs(*next - radius) < 1e-3) break;
+    radius = *next;
+  }
+  edge.radius_mm = radius * sensor.pitch_mm_per_px;
+  edge.sd_mm = kBallEdge_px * sensor.pitch_mm_per_px;
+}
+
 }  // namespace
 
 ContactEdge find_edge(const std::vector<float>& change, uint32_t width, uint32_t height, const Sensor& sensor,
                       bool flat) {
+  const ChangeMap map{change, width, height};
+  const Spot spot = spot_over(map, sensor.threshold_gray);
   ContactEdge edge;
-  const auto over = [&](double least) {
-    double n = 0, sum = 0, x_sum = 0, y_sum = 0;
-    for (uint32_t y = 0; y < height; ++y)
-      for (uint32_t x = 0; x < width; ++x) {
-        const double g = double{change[size_t{y} * width + x]};
-        if (g < least) continue;
-        ++n;
-        sum += g;
-        x_sum += x;
-        y_sum += y;
-      }
-    edge.x_px = x_sum / n;
-    edge.y_px = y_sum / n;
-    return std::array<double, 2>{n, sum / n};
-  };
-  const double threshold = sensor.threshold_gray, pitch = sensor.pitch_mm_per_px;
-  auto [count, mean] = over(threshold);
+  edge.x_px = spot.x_px;
+  edge.y_px = spot.y_px;
   edge.radius_mm = kNaN;
-  if (!(count > 20)) return edge;
-  if (flat) {
-    // A stiff face presses with its rim: its middle may carry half of the mean, and is inside all the same.
-    for (int i = 0; i < 4; ++i) {
-      const auto next = over(std::max(mean / 4, threshold));
-      count = next[0];
-      mean = next[1];
-    }
-    edge.half_gray = std::max(mean / 2, threshold / 2);
-    edge.core_px = kCore * std::sqrt(count / kPi);
-    // Pixels on the edge count by their share of the light: an edge along a row would else jump by a row.
-    double area = 0;
-    for (uint32_t y = 0; y < height; ++y)
-      for (uint32_t x = 0; x < width; ++x)
-        area += edge.in_core(x, y)
-                    ? 1
-                    : std::clamp((double{change[size_t{y} * width + x]} / edge.half_gray - kDarkest) /
-                                     (2 - 2 * kDarkest),
-                                 0.0, 1.0);
-    edge.radius_mm = std::sqrt(area / kPi) * pitch;
-    edge.sd_mm = kFlatEdge_px * pitch;
-    return edge;
-  }
-  // Rings one pixel wide: pressure by distance.
-  double radius = std::sqrt(count / kPi);
-  std::vector<double> sum, number;
-  for (uint32_t y = 0; y < height; ++y)
-    for (uint32_t x = 0; x < width; ++x) {
-      const auto ring = static_cast<size_t>(std::hypot(x - edge.x_px, y - edge.y_px));
-      if (ring > 2 * static_cast<size_t>(radius) + 8) continue;
-      if (ring >= sum.size()) {
-        sum.resize(ring + 1);
-        number.resize(ring + 1);
-      }
-      sum[ring] += double{change[size_t{y} * width + x]};
-      ++number[ring];
-    }
-  for (int round = 0; round < 12; ++round) {
-    // A parabola in the squared distance: thin pads bend the line.
-    cv::Matx33d normal = cv::Matx33d::zeros();
-    cv::Vec3d right(0, 0, 0);
-    double n = 0;
-    for (size_t i = 0; i < sum.size(); ++i) {
-      const double r = (static_cast<double>(i) + 0.5) / radius;
-      if (r < kInnerRim || r > kOuterRim || number[i] == 0) continue;
-      const double p = pressure_of(sum[i] / number[i], sensor.elastic);
-      const cv::Vec3d row(1, r * r, r * r * r * r);
-      normal += number[i] * row * row.t();
-      right += number[i] * p * p * row;
-      n += number[i];
-    }
-    if (!(n > 20)) return edge;
-    const cv::Vec3d c = normal.solve(right, cv::DECOMP_CHOLESKY);
-    const double root = c[1] * c[1] - 4 * c[0] * c[2];
-    if (!(c[0] > 0) || !(root >= 0)) return edge;
-    const double next = radius * std::sqrt(2 * c[0] / (-c[1] + std::sqrt(root)));
-    if (!(next < static_cast<double>(std::max(width, height)))) return edge;
-    if (std::abs(next - radius) < 1e-3) break;
-    radius = next;
-  }
-  edge.radius_mm = radius * pitch;
-  edge.sd_mm = kBallEdge_px * pitch;
+  if (!(spot.count > 20)) return edge;
+  if (flat)
+    find_flat_edge(map, sensor, spot, edge);
+  else
+    find_ball_edge(map, sensor, spot, edge);
   return edge;
 }
 
