@@ -91,12 +91,8 @@ Json contact_json(const Indentation& c) {
           {"pressure_max_MPa", or_null(c.pressure_max_MPa)}};
 }
 
-Report solve(const Common& common, const Options& options) {
-  const ContactProblem p = problem_of(options);
-  const ContactAnswers found = contact_answers(p);
-  const std::optional<Indentation>& reference = found.exact;
-  const double modulus = PadIndenter(p.pad, p.indenter).effective_modulus_MPa();
-
+/// What is pressed by what, how hard.
+std::string heading(const ContactProblem& p, const Options& options, double modulus) {
   std::string text = options.shape == "cone"
                          ? line("cone of half angle %g deg", options.half_angle_deg)
                          : line("%s of radius %g mm", options.shape.c_str(), p.indenter.radius_mm);
@@ -110,25 +106,75 @@ Report solve(const Common& common, const Options& options) {
             (p.layers_weighted_MPa > 0 ? line(", sum(t) / sum(t/E) = %.6g kPa", 1e3 * p.layers_weighted_MPa)
                                        : std::string()) +
             "; taken: " + (options.series == "paper" ? "the paper's\n" : "the second\n");
+  return text;
+}
+
+/// Adds the line of one formula to `text`; gives its values.
+Json add_way(const ContactAnswer& a, bool has_reference, std::string& text) {
+  const Indentation& c = a.contact;
+  const std::string pressure = std::isfinite(c.pressure_max_MPa) ? line("%.6g", 1e3 * c.pressure_max_MPa)
+                               : std::isinf(c.pressure_max_MPa)  ? "infinite"
+                                                                 : "-";
+  const bool compared = has_reference && a.key != "exact";
+  text += line("%-32s %12.6g %12.6g %20.6g %23s   %s%s%s\n", a.name.c_str(), c.force_N, c.depth_mm,
+               c.radius_mm, pressure.c_str(), compared ? line("%+.2f %%", 100 * a.off).c_str() : "-",
+               a.note.empty() ? "" : "; ", a.note.c_str());
+  Json way = contact_json(c);
+  way["by"] = a.key;
+  way["force_error"] = compared ? Json(a.off) : Json(nullptr);
+  way["note"] = a.note.empty() ? Json(nullptr) : Json(a.note);
+  return way;
+}
+
+/// Pressure from the axis to beyond the rim, exact and on a half space at the same force: table and plots.
+/// Says which were written.
+std::string write_profile(const Common& common, const ContactProblem& p, const Options& options,
+                          const Indentation& reference) {
+  make_output_folder(common.out);
+  const PadIndenter exact(p.pad, p.indenter);
+  PadBody deep = p.pad;
+  deep.thickness_mm = kInfinite;
+  Indenter plain = p.indenter;
+  if (plain.shape == IndenterShape::Sphere) plain.shape = IndenterShape::Paraboloid;
+  const PadIndenter hertz(deep, plain);
+  const Indentation other = hertz.at_force(reference.force_N);
+  const double reach = 1.1 * std::max(reference.radius_mm, other.radius_mm);
+  std::vector<std::vector<double>> profile(3);
+  for (int i = 0; i <= 220; ++i) {
+    const double r = reach * i / 220;
+    profile[0].push_back(r);
+    profile[1].push_back(exact.pressure_MPa(reference, r));
+    profile[2].push_back(hertz.pressure_MPa(other, r));
+  }
+  const auto script = [&](bool svg) {
+    return plot_head(svg, 860, 520) + plot_block("d", profile) +
+           "set key outside top center horizontal samplen 2\nset yrange [0:*]\nset xlabel 'distance from the "
+           "axis, mm'\n"
+           "set ylabel 'pressure, kPa'\n" +
+           line("set title '%s, %.4g N'\n", options.shape.c_str(), reference.force_N) +
+           "plot $d using 1:(1e3*$2) with lines lw 2.5 lc rgb '#0072b2' title 'exact', "
+           "$d using 1:(1e3*$3) with lines lw 2 dt 2 lc rgb '#d55e00' title '" +
+           (p.indenter.shape == IndenterShape::Sphere ? "Hertz" : "half space") + ", same force'\n";
+  };
+  const std::string stem = (common.out / "contact").string();
+  write_whole(stem + ".csv", std::string_view(csv_of("r_mm,pressure_MPa,half_space_pressure_MPa", profile)));
+  std::string written = "written: " + stem + ".csv";
+  draw_plot(script(false), stem + ".png", written);
+  draw_plot(script(true), stem + ".svg", written);
+  return written;
+}
+
+Report solve(const Common& common, const Options& options) {
+  const ContactProblem p = problem_of(options);
+  const ContactAnswers found = contact_answers(p);
+  const std::optional<Indentation>& reference = found.exact;
+  const double modulus = PadIndenter(p.pad, p.indenter).effective_modulus_MPa();
+  std::string text = heading(p, options, modulus);
   text +=
       "\nby                                   force, N    depth, mm   contact radius, mm   largest pressure, "
       "kPa   force at the exact depth\n";
   Json ways = Json::array();
-  for (const ContactAnswer& a : found.ways) {
-    const Indentation& c = a.contact;
-    const std::string pressure = std::isfinite(c.pressure_max_MPa) ? line("%.6g", 1e3 * c.pressure_max_MPa)
-                                 : std::isinf(c.pressure_max_MPa)  ? "infinite"
-                                                                   : "-";
-    const bool compared = reference && a.key != "exact";
-    text += line("%-32s %12.6g %12.6g %20.6g %23s   %s%s%s\n", a.name.c_str(), c.force_N, c.depth_mm,
-                 c.radius_mm, pressure.c_str(), compared ? line("%+.2f %%", 100 * a.off).c_str() : "-",
-                 a.note.empty() ? "" : "; ", a.note.c_str());
-    Json way = contact_json(c);
-    way["by"] = a.key;
-    way["force_error"] = compared ? Json(a.off) : Json(nullptr);
-    way["note"] = a.note.empty() ? Json(nullptr) : Json(a.note);
-    ways.push_back(way);
-  }
+  for (const ContactAnswer& a : found.ways) ways.push_back(add_way(a, reference.has_value(), text));
   if (std::isfinite(p.pad.thickness_mm) && p.pad.material.poisson < kIncompressiblePoisson)
     text += "(published corrections for thin pads are for Poisson 0.5 and left out)\n";
   for (const std::string& warning : found.warnings) text += "warning: " + warning + "\n";
@@ -144,41 +190,9 @@ Report solve(const Common& common, const Options& options) {
       {"exact", reference ? contact_json(*reference) : Json(nullptr)},
       {"ways", ways},
       {"warnings", found.warnings}};
-  if (common.out.empty() || !reference || !(reference->force_N > 0)) return {text, value.dump(2)};
-
-  // Pressure from the axis to beyond the rim: exact, and on a half space at the same force.
-  make_output_folder(common.out);
-  const PadIndenter exact(p.pad, p.indenter);
-  PadBody deep = p.pad;
-  deep.thickness_mm = kInfinite;
-  Indenter plain = p.indenter;
-  if (plain.shape == IndenterShape::Sphere) plain.shape = IndenterShape::Paraboloid;
-  const PadIndenter hertz(deep, plain);
-  const Indentation other = hertz.at_force(reference->force_N);
-  const double reach = 1.1 * std::max(reference->radius_mm, other.radius_mm);
-  std::vector<std::vector<double>> profile(3);
-  for (int i = 0; i <= 220; ++i) {
-    const double r = reach * i / 220;
-    profile[0].push_back(r);
-    profile[1].push_back(exact.pressure_MPa(*reference, r));
-    profile[2].push_back(hertz.pressure_MPa(other, r));
-  }
-  const auto script = [&](bool svg) {
-    return plot_head(svg, 860, 520) + plot_block("d", profile) +
-           "set key outside top center horizontal samplen 2\nset yrange [0:*]\nset xlabel 'distance from the "
-           "axis, mm'\n"
-           "set ylabel 'pressure, kPa'\n" +
-           line("set title '%s, %.4g N'\n", options.shape.c_str(), reference->force_N) +
-           "plot $d using 1:(1e3*$2) with lines lw 2.5 lc rgb '#0072b2' title 'exact', "
-           "$d using 1:(1e3*$3) with lines lw 2 dt 2 lc rgb '#d55e00' title '" +
-           (p.indenter.shape == IndenterShape::Sphere ? "Hertz" : "half space") + ", same force'\n";
-  };
-  const std::string stem = (common.out / "contact").string();
-  write_whole(stem + ".csv", std::string_view(csv_of("r_mm,pressure_MPa,half_space_pressure_MPa", profile)));
-  std::string written = "written: " + stem + ".csv";
-  draw_plot(script(false), stem + ".png", written);
-  draw_plot(script(true), stem + ".svg", written);
-  return {text + written, value.dump(2)};
+  if (!common.out.empty() && reference && reference->force_N > 0)
+    text += write_profile(common, p, options, *reference);
+  return {text, value.dump(2)};
 }
 
 Report example() {

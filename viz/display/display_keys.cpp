@@ -79,9 +79,11 @@ bool Display::handle_section_key(const KeyPress& press) {
   }
 }
 
-void Display::handle_view_key(const KeyPress& press) {
-  ViewState& state = scene_.state();
-  switch (press.key) {
+namespace {
+
+/// Camera, scale and colours; true where the key was one of those, as below.
+bool handle_look_key(int key, ViewState& state) {
+  switch (key) {
     case GLFW_KEY_R:
       state.camera = {};
       break;
@@ -118,6 +120,15 @@ void Display::handle_view_key(const KeyPress& press) {
     case GLFW_KEY_O:
       state.map = static_cast<ColourMap>((static_cast<int>(state.map) + 1) % kColourMaps);
       break;
+    default:
+      return false;
+  }
+  return true;
+}
+
+/// What is drawn on the surface and beside it.
+bool handle_layer_key(int key, ViewState& state) {
+  switch (key) {
     case GLFW_KEY_X:
       state.section = !state.section;
       break;
@@ -130,15 +141,6 @@ void Display::handle_view_key(const KeyPress& press) {
     case GLFW_KEY_Y:
       state.axes = !state.axes;
       break;
-    case GLFW_KEY_P:
-      state.charts = !state.charts;
-      break;
-    case GLFW_KEY_LEFT_BRACKET:
-      state.change_chart_span(-1);
-      break;
-    case GLFW_KEY_RIGHT_BRACKET:
-      state.change_chart_span(1);
-      break;
     case GLFW_KEY_K:
       state.contacts = !state.contacts;
       break;
@@ -147,6 +149,24 @@ void Display::handle_view_key(const KeyPress& press) {
       break;
     case GLFW_KEY_N:
       state.skin_strain = static_cast<SkinStrain>((static_cast<int>(state.skin_strain) + 1) % kSkinStrains);
+      break;
+    default:
+      return false;
+  }
+  return true;
+}
+
+/// Charts, panels and help.
+bool handle_panel_key(int key, ViewState& state) {
+  switch (key) {
+    case GLFW_KEY_P:
+      state.charts = !state.charts;
+      break;
+    case GLFW_KEY_LEFT_BRACKET:
+      state.change_chart_span(-1);
+      break;
+    case GLFW_KEY_RIGHT_BRACKET:
+      state.change_chart_span(1);
       break;
     case GLFW_KEY_C:
       state.controls = !state.controls;
@@ -158,14 +178,22 @@ void Display::handle_view_key(const KeyPress& press) {
     case GLFW_KEY_F1:
       state.help = !state.help;
       break;
-    case GLFW_KEY_V:
-      do {
-        state.vsync = static_cast<Vsync>((static_cast<int>(state.vsync) + 1) % 3);
-      } while (!window_.offers(state.vsync));  // On is always offered
-      break;
     default:
-      break;
+      return false;
   }
+  return true;
+}
+
+}  // namespace
+
+void Display::handle_view_key(const KeyPress& press) {
+  ViewState& state = scene_.state();
+  if (handle_look_key(press.key, state) || handle_layer_key(press.key, state) ||
+      handle_panel_key(press.key, state) || press.key != GLFW_KEY_V)
+    return;
+  do {
+    state.vsync = static_cast<Vsync>((static_cast<int>(state.vsync) + 1) % 3);
+  } while (!window_.offers(state.vsync));  // On is always offered
 }
 
 void Display::handle_key(const KeyPress& press) {

@@ -29,6 +29,116 @@ VkShaderModule make_module(gpu::Context& context, std::span<const uint32_t> spir
   return module;
 }
 
+constexpr VkShaderStageFlags kBothStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
+
+VkDescriptorSetLayout make_set_layout(gpu::Context& context, uint32_t buffers, const char* name) {
+  std::vector<VkDescriptorSetLayoutBinding> bindings;
+  for (uint32_t i = 0; i < buffers; ++i)
+    bindings.push_back({i, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1, kBothStages, nullptr});
+  VkDescriptorSetLayoutCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
+  info.flags = VK_DESCRIPTOR_SET_LAYOUT_CREATE_PUSH_DESCRIPTOR_BIT_KHR;
+  info.bindingCount = buffers;
+  info.pBindings = bindings.data();
+  VkDescriptorSetLayout layout = VK_NULL_HANDLE;
+  gpu::check(vkCreateDescriptorSetLayout(context.device(), &info, nullptr, &layout), name);
+  return layout;
+}
+
+VkPipelineLayout make_layout(gpu::Context& context, VkDescriptorSetLayout set, uint32_t push_bytes,
+                             const char* name) {
+  const VkPushConstantRange range{kBothStages, 0, push_bytes};
+  VkPipelineLayoutCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
+  info.setLayoutCount = 1;
+  info.pSetLayouts = &set;
+  info.pushConstantRangeCount = 1;
+  info.pPushConstantRanges = &range;
+  VkPipelineLayout layout = VK_NULL_HANDLE;
+  gpu::check(vkCreatePipelineLayout(context.device(), &info, nullptr, &layout), name);
+  return layout;
+}
+
+// Vertex and fragment shader with the constants of the latter; their modules live as long as this.
+class ShaderStages {
+ public:
+  ShaderStages(gpu::Context& context, const TexelPipeline::Shaders& shaders,
+               const std::vector<int32_t>& constants)
+      : context_(context) {
+    for (auto& stage : infos) {
+      stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
+      stage.pName = "main";
+    }
+    infos[0].stage = VK_SHADER_STAGE_VERTEX_BIT;
+    infos[0].module = make_module(context, shaders.vertex, shaders.name);
+    infos[1].stage = VK_SHADER_STAGE_FRAGMENT_BIT;
+    infos[1].module = make_module(context, shaders.fragment, shaders.name);
+    for (uint32_t i = 0; i < constants.size(); ++i)
+      entries_.push_back({i, i * static_cast<uint32_t>(sizeof(int32_t)), sizeof(int32_t)});
+    special_ = {static_cast<uint32_t>(entries_.size()), entries_.data(), constants.size() * sizeof(int32_t),
+                constants.data()};
+    if (!constants.empty()) infos[1].pSpecializationInfo = &special_;
+  }
+  ~ShaderStages() {
+    for (const auto& stage : infos) vkDestroyShaderModule(context_.device(), stage.module, nullptr);
+  }
+  ShaderStages(const ShaderStages&) = delete;
+  ShaderStages& operator=(const ShaderStages&) = delete;
+
+  std::array<VkPipelineShaderStageCreateInfo, 2> infos{};
+
+ private:
+  gpu::Context& context_;
+  std::vector<VkSpecializationMapEntry> entries_;
+  VkSpecializationInfo special_{};
+};
+
+// What a pipeline without vertex buffers has between and after its shaders.
+struct FixedStages {
+  FixedStages(VkPrimitiveTopology topology, VkSampleCountFlagBits samples, bool depth_test) {
+    no_vertices.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO;
+    assembly.sType = VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO;
+    assembly.topology = topology;
+    viewport.sType = VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO;
+    viewport.viewportCount = 1;
+    viewport.scissorCount = 1;
+    raster.sType = VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO;
+    raster.polygonMode = VK_POLYGON_MODE_FILL;
+    raster.cullMode = VK_CULL_MODE_NONE;  // the surface is seen from both sides
+    raster.frontFace = VK_FRONT_FACE_CLOCKWISE;
+    raster.lineWidth = 1;
+    multisample.sType = VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO;
+    multisample.rasterizationSamples = samples;
+    depth.sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO;
+    depth.depthTestEnable = depth_test;
+    depth.depthWriteEnable = depth_test;
+    depth.depthCompareOp = VK_COMPARE_OP_LESS;
+    opaque_.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT |
+                             VK_COLOR_COMPONENT_A_BIT;
+    blend.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO;
+    blend.attachmentCount = 1;
+    blend.pAttachments = &opaque_;
+    dynamic.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO;
+    dynamic.dynamicStateCount = static_cast<uint32_t>(states_.size());
+    dynamic.pDynamicStates = states_.data();
+  }
+  FixedStages(const FixedStages&) = delete;
+  FixedStages& operator=(const FixedStages&) = delete;
+
+  VkPipelineVertexInputStateCreateInfo no_vertices{};
+  VkPipelineInputAssemblyStateCreateInfo assembly{};
+  VkPipelineViewportStateCreateInfo viewport{};
+  VkPipelineRasterizationStateCreateInfo raster{};
+  VkPipelineMultisampleStateCreateInfo multisample{};
+  VkPipelineDepthStencilStateCreateInfo depth{};
+  VkPipelineColorBlendStateCreateInfo blend{};
+  VkPipelineDynamicStateCreateInfo dynamic{};
+
+ private:
+  VkPipelineColorBlendAttachmentState opaque_{};
+  std::array<VkDynamicState, 2> states_{VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR};
+};
+
 }  // namespace
 
 Vec3 surface_half_size_mm(uint32_t width, uint32_t height, double pitch_mm_per_px,
@@ -41,94 +151,26 @@ TexelPipeline::TexelPipeline(gpu::Context& context, const RenderPass& pass, cons
                              uint32_t push_bytes, VkPrimitiveTopology topology, bool depth_test,
                              uint32_t buffers, const std::vector<int32_t>& constants)
     : context_(context), push_bytes_(push_bytes) {
-  constexpr VkShaderStageFlags kBoth = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
-  std::vector<VkDescriptorSetLayoutBinding> bindings;
-  for (uint32_t i = 0; i < buffers; ++i)
-    bindings.push_back({i, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1, kBoth, nullptr});
-  VkDescriptorSetLayoutCreateInfo set{};
-  set.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
-  set.flags = VK_DESCRIPTOR_SET_LAYOUT_CREATE_PUSH_DESCRIPTOR_BIT_KHR;
-  set.bindingCount = buffers;
-  set.pBindings = bindings.data();
-  gpu::check(vkCreateDescriptorSetLayout(context.device(), &set, nullptr, &set_layout_), shaders.name);
-  const VkPushConstantRange range{kBoth, 0, push_bytes};
-  VkPipelineLayoutCreateInfo layout{};
-  layout.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
-  layout.setLayoutCount = 1;
-  layout.pSetLayouts = &set_layout_;
-  layout.pushConstantRangeCount = 1;
-  layout.pPushConstantRanges = &range;
-  gpu::check(vkCreatePipelineLayout(context.device(), &layout, nullptr, &layout_), shaders.name);
-
-  std::array<VkPipelineShaderStageCreateInfo, 2> stages{};
-  for (auto& stage : stages) {
-    stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
-    stage.pName = "main";
-  }
-  stages[0].stage = VK_SHADER_STAGE_VERTEX_BIT;
-  stages[0].module = make_module(context, shaders.vertex, shaders.name);
-  stages[1].stage = VK_SHADER_STAGE_FRAGMENT_BIT;
-  stages[1].module = make_module(context, shaders.fragment, shaders.name);
-  std::vector<VkSpecializationMapEntry> entries;
-  for (uint32_t i = 0; i < constants.size(); ++i)
-    entries.push_back({i, i * static_cast<uint32_t>(sizeof(int32_t)), sizeof(int32_t)});
-  const VkSpecializationInfo special{static_cast<uint32_t>(entries.size()), entries.data(),
-                                     constants.size() * sizeof(int32_t), constants.data()};
-  if (!constants.empty()) stages[1].pSpecializationInfo = &special;
-
-  VkPipelineVertexInputStateCreateInfo no_vertices{};
-  no_vertices.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO;
-  VkPipelineInputAssemblyStateCreateInfo assembly{};
-  assembly.sType = VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO;
-  assembly.topology = topology;
-  VkPipelineViewportStateCreateInfo viewport{};
-  viewport.sType = VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO;
-  viewport.viewportCount = 1;
-  viewport.scissorCount = 1;
-  VkPipelineRasterizationStateCreateInfo raster{};
-  raster.sType = VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO;
-  raster.polygonMode = VK_POLYGON_MODE_FILL;
-  raster.cullMode = VK_CULL_MODE_NONE;  // the surface is seen from both sides
-  raster.frontFace = VK_FRONT_FACE_CLOCKWISE;
-  raster.lineWidth = 1;
-  VkPipelineMultisampleStateCreateInfo multisample{};
-  multisample.sType = VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO;
-  multisample.rasterizationSamples = pass.samples();
-  VkPipelineDepthStencilStateCreateInfo depth{};
-  depth.sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO;
-  depth.depthTestEnable = depth_test;
-  depth.depthWriteEnable = depth_test;
-  depth.depthCompareOp = VK_COMPARE_OP_LESS;
-  VkPipelineColorBlendAttachmentState opaque{};
-  opaque.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT |
-                          VK_COLOR_COMPONENT_A_BIT;
-  VkPipelineColorBlendStateCreateInfo blend{};
-  blend.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO;
-  blend.attachmentCount = 1;
-  blend.pAttachments = &opaque;
-  const std::array<VkDynamicState, 2> states{VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR};
-  VkPipelineDynamicStateCreateInfo dynamic{};
-  dynamic.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO;
-  dynamic.dynamicStateCount = static_cast<uint32_t>(states.size());
-  dynamic.pDynamicStates = states.data();
-
+  set_layout_ = make_set_layout(context, buffers, shaders.name);
+  layout_ = make_layout(context, set_layout_, push_bytes, shaders.name);
+  const ShaderStages stages(context, shaders, constants);
+  const FixedStages fixed(topology, pass.samples(), depth_test);
   VkGraphicsPipelineCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO;
-  info.stageCount = static_cast<uint32_t>(stages.size());
-  info.pStages = stages.data();
-  info.pVertexInputState = &no_vertices;
-  info.pInputAssemblyState = &assembly;
-  info.pViewportState = &viewport;
-  info.pRasterizationState = &raster;
-  info.pMultisampleState = &multisample;
-  info.pDepthStencilState = &depth;
-  info.pColorBlendState = &blend;
-  info.pDynamicState = &dynamic;
+  info.stageCount = static_cast<uint32_t>(stages.infos.size());
+  info.pStages = stages.infos.data();
+  info.pVertexInputState = &fixed.no_vertices;
+  info.pInputAssemblyState = &fixed.assembly;
+  info.pViewportState = &fixed.viewport;
+  info.pRasterizationState = &fixed.raster;
+  info.pMultisampleState = &fixed.multisample;
+  info.pDepthStencilState = &fixed.depth;
+  info.pColorBlendState = &fixed.blend;
+  info.pDynamicState = &fixed.dynamic;
   info.layout = layout_;
   info.renderPass = pass.handle();
   const VkResult result =
       vkCreateGraphicsPipelines(context.device(), context.pipeline_cache(), 1, &info, nullptr, &pipeline_);
-  for (const auto& stage : stages) vkDestroyShaderModule(context.device(), stage.module, nullptr);
   gpu::check(result, shaders.name);
 }
 

@@ -91,73 +91,109 @@ bool refuse_other_balls(const PhotometricFitResult& result, BallPresses& found) 
   return any;
 }
 
-Report photometric(const Common& common, const Options& options) {
-  check_ball_options(options);
-  const Sensor original = load_sensor(options.sensor);
-  if (original.channels != 3)
+Sensor checked_sensor(const Options& options) {
+  Sensor sensor = load_sensor(options.sensor);
+  if (sensor.channels != 3)
     throw Error(Failure::Sensor, "a colour sensor (\"channels\": 3) in " + options.sensor.string(),
-                std::to_string(original.channels) + " channel",
+                std::to_string(sensor.channels) + " channel",
                 "palpate calibrate lookup for a gray gel, or another sensor file");
-  if (original.background.kind == BackgroundKind::None)
+  if (sensor.background.kind == BackgroundKind::None)
     throw Error(Failure::Sensor, "a sensor with an untouched image in " + options.sensor.string(),
                 "background.source 'none'", "frames as the camera sees them: slopes need a change's sign");
-  const Sensor reading = with_background(original, options);
-  catch_interrupts();
-  BallPresses found = presses_of(common, options, reading, !options.keep_markers, 2);
-  if (interrupted()) return {"", "", kInterrupted};
+  return sensor;
+}
 
-  size_t masked = 0;
-  for (const BallPress& p : found.presses) masked += !p.mask.empty();
-  PhotometricFitResult result = fit_presses(found, reading, options);
+/// A fit with the presses it was made from.
+struct Fitted {
+  PhotometricFitResult result;
+  BallPresses found;
+  bool masked = false;  ///< markers were left out
+  std::string model;    ///< its name
+};
+
+Fitted fit_found(BallPresses found, const Sensor& reading, const Options& options) {
+  Fitted fitted{{}, std::move(found), false, {}};
+  fitted.masked = std::any_of(fitted.found.presses.begin(), fitted.found.presses.end(),
+                              [](const BallPress& p) { return !p.mask.empty(); });
+  fitted.result = fit_presses(fitted.found, reading, options);
   // Each round sees the rest more clearly.
   constexpr int kRounds = 3;
-  for (int round = 0; round < kRounds && options.balls.empty() && refuse_other_balls(result, found); ++round)
-    result = fit_presses(found, reading, options);
-  const std::string model = result.model == NormalModel::Table ? "table" : "linear";
+  for (int round = 0;
+       round < kRounds && options.balls.empty() && refuse_other_balls(fitted.result, fitted.found); ++round)
+    fitted.result = fit_presses(fitted.found, reading, options);
+  fitted.model = fitted.result.model == NormalModel::Table ? "table" : "linear";
+  return fitted;
+}
 
-  Sensor calibrated = original;
-  calibrated.reading = Reading::Photometric;
-  calibrated.photometric = result.calibration;
-  calibrated.photometric.origin =
-      origin_now(fs::path(options.input).filename().string(),
-                 std::to_string(found.presses.size()) + " presses, " + model + " model, held out: depth " +
-                     fixed(result.depth_rmse_mm, 4) + " mm RMS, normals " +
-                     fixed(result.normal_angle_deg, 2) + " deg" + (masked > 0 ? ", markers left out" : ""));
+Sensor calibrated(Sensor sensor, const Fitted& fitted, const Options& options) {
+  const PhotometricFitResult& result = fitted.result;
+  sensor.reading = Reading::Photometric;
+  sensor.photometric = result.calibration;
+  sensor.photometric.origin = origin_now(
+      fs::path(options.input).filename().string(),
+      std::to_string(fitted.found.presses.size()) + " presses, " + fitted.model + " model, held out: depth " +
+          fixed(result.depth_rmse_mm, 4) + " mm RMS, normals " + fixed(result.normal_angle_deg, 2) + " deg" +
+          (fitted.masked ? ", markers left out" : ""));
   // Weights vary across the frame: another size of frame is another camera mode.
-  calibrated.size_px = {found.format.width, found.format.height};
-  save_sensor(calibrated, common.out);
+  sensor.size_px = {fitted.found.format.width, fitted.found.format.height};
+  return sensor;
+}
 
+/// Adds a press's line to `text`; gives its values.
+json::Value add_press(const HeldOutPress& p, const FoundBall& ball, std::string& text) {
+  char row[256];
+  std::snprintf(row, sizeof row, "%-26.80s %7.1f %7.1f %9.1f %11.2f %14.4f %11.3f\n", p.label.c_str(),
+                ball.center_x_px, ball.center_y_px, ball.radius_px, p.normal_angle_deg, p.depth_rmse_mm,
+                p.depth_gain);
+  text += row;
+  return {{"press", p.label},
+          {"center_x_px", ball.center_x_px},
+          {"center_y_px", ball.center_y_px},
+          {"contact_radius_px", ball.radius_px},
+          {"center_sd_px", ball.center_sd_px},
+          {"contact_radius_sd_px", ball.radius_sd_px},
+          {"contact_px", p.contact_px},
+          {"normal_rms", p.normal_rms},
+          {"normal_angle_deg", p.normal_angle_deg},
+          {"depth_rmse_mm", p.depth_rmse_mm},
+          {"depth_gain", p.depth_gain}};
+}
+
+std::string summary(const Fitted& fitted) {
+  const PhotometricFitResult& result = fitted.result;
+  std::string text = "all: normals " + fixed(result.normal_rms_held_out, 4) + " (fitted " +
+                     fixed(result.normal_rms_fitted, 4) + "), " + fixed(result.normal_angle_deg, 2) +
+                     " deg, depth " + fixed(result.depth_rmse_mm, 4) +
+                     " mm RMS on presses held out, depth gain " + fixed(result.depth_gain, 3) + ", " +
+                     fixed(100 * result.explained_x, 1) + " / " + fixed(100 * result.explained_y, 1) +
+                     " % of n_x / n_y explained, condition " + fixed(result.condition, 1) +
+                     (result.ridge > 0 ? ", regularised" : "") + (fitted.masked ? ", markers left out" : "") +
+                     "\nmodel: " + fitted.model;
+  if (result.table.normal_rms > 0)
+    text += " (held out: linear " + fixed(result.linear.normal_angle_deg, 2) + " deg, " +
+            fixed(result.linear.depth_rmse_mm, 4) + " mm; table " + fixed(result.table.normal_angle_deg, 2) +
+            " deg, " + fixed(result.table.depth_rmse_mm, 4) + " mm)";
+  return text;
+}
+
+Report report_of(const Fitted& fitted, const Common& common, const Options& options) {
+  const PhotometricFitResult& result = fitted.result;
   json::Value presses = json::Value::array(), refused = presses;
   std::string text =
       "press                       center_px       radius_px  normal_deg  depth_rmse_mm  depth_gain   "
       "(fitted "
       "without it)\n";
-  for (size_t i = 0; i < result.presses.size(); ++i) {
-    const HeldOutPress& p = result.presses[i];
-    const FoundBall& ball = found.presses[i].ball;
-    presses.push_back({{"press", p.label},
-                       {"center_x_px", ball.center_x_px},
-                       {"center_y_px", ball.center_y_px},
-                       {"contact_radius_px", ball.radius_px},
-                       {"center_sd_px", ball.center_sd_px},
-                       {"contact_radius_sd_px", ball.radius_sd_px},
-                       {"contact_px", p.contact_px},
-                       {"normal_rms", p.normal_rms},
-                       {"normal_angle_deg", p.normal_angle_deg},
-                       {"depth_rmse_mm", p.depth_rmse_mm},
-                       {"depth_gain", p.depth_gain}});
-    char row[256];
-    std::snprintf(row, sizeof row, "%-26.80s %7.1f %7.1f %9.1f %11.2f %14.4f %11.3f\n", p.label.c_str(),
-                  ball.center_x_px, ball.center_y_px, ball.radius_px, p.normal_angle_deg, p.depth_rmse_mm,
-                  p.depth_gain);
-    text += row;
-  }
-  for (const RefusedPress& r : found.refused) refused.push_back({{"press", r.label}, {"reason", r.reason}});
-  text += refused_text(found);
-  json::Value value = {
-      {"sensor", common.out.string()},       {"presses", presses},           {"refused", refused},
-      {"untouched_frames", found.untouched}, {"markers_masked", masked > 0}, {"model", model},
-      {"linear", errors_json(result.linear)}};
+  for (size_t i = 0; i < result.presses.size(); ++i)
+    presses.push_back(add_press(result.presses[i], fitted.found.presses[i].ball, text));
+  for (const RefusedPress& r : fitted.found.refused)
+    refused.push_back({{"press", r.label}, {"reason", r.reason}});
+  json::Value value = {{"sensor", common.out.string()},
+                       {"presses", presses},
+                       {"refused", refused},
+                       {"untouched_frames", fitted.found.untouched},
+                       {"markers_masked", fitted.masked},
+                       {"model", fitted.model},
+                       {"linear", errors_json(result.linear)}};
   if (result.table.normal_rms > 0) value["table"] = errors_json(result.table);
   value.update({{"contact_px", result.contact_px},
                 {"rest_weight", options.rest_weight},
@@ -170,19 +206,20 @@ Report photometric(const Common& common, const Options& options) {
                 {"normal_angle_deg_held_out", result.normal_angle_deg},
                 {"depth_rmse_held_out_mm", result.depth_rmse_mm},
                 {"depth_gain_held_out", result.depth_gain}});
-  text += "all: normals " + fixed(result.normal_rms_held_out, 4) + " (fitted " +
-          fixed(result.normal_rms_fitted, 4) + "), " + fixed(result.normal_angle_deg, 2) + " deg, depth " +
-          fixed(result.depth_rmse_mm, 4) + " mm RMS on presses held out, depth gain " +
-          fixed(result.depth_gain, 3) + ", " + fixed(100 * result.explained_x, 1) + " / " +
-          fixed(100 * result.explained_y, 1) + " % of n_x / n_y explained, condition " +
-          fixed(result.condition, 1) + (result.ridge > 0 ? ", regularised" : "") +
-          (masked > 0 ? ", markers left out" : "") + "\nmodel: " + model;
-  if (result.table.normal_rms > 0)
-    text += " (held out: linear " + fixed(result.linear.normal_angle_deg, 2) + " deg, " +
-            fixed(result.linear.depth_rmse_mm, 4) + " mm; table " + fixed(result.table.normal_angle_deg, 2) +
-            " deg, " + fixed(result.table.depth_rmse_mm, 4) + " mm)";
-  text += "\nwritten: " + common.out.string();
+  text += refused_text(fitted.found) + summary(fitted) + "\nwritten: " + common.out.string();
   return {text, value.dump(2), 0};
+}
+
+Report photometric(const Common& common, const Options& options) {
+  check_ball_options(options);
+  const Sensor original = checked_sensor(options);
+  const Sensor reading = with_background(original, options);
+  catch_interrupts();
+  BallPresses found = presses_of(common, options, reading, !options.keep_markers, 2);
+  if (interrupted()) return {"", "", kInterrupted};
+  const Fitted fitted = fit_found(std::move(found), reading, options);
+  save_sensor(calibrated(original, fitted, options), common.out);
+  return report_of(fitted, common, options);
 }
 
 }  // namespace

@@ -133,81 +133,92 @@ Report convergence_command(const Common& common, const Options& options) {
   return {text, convergence_json(tables).dump(2)};
 }
 
+void add_tissue_options(CommandLine& command, Options& o) {
+  command
+      .add_option("--block-mm", o.block_mm, "Length, width and thickness of the tissue (default 40 40 20)")
+      ->expected(3);
+  command.add_option("--young-Pa", o.scene.young_Pa, "Young's modulus of the tissue")->capture_default_str();
+  command.add_option("--poisson", o.scene.poisson, "Poisson's ratio, 0 to 0.4999")->capture_default_str();
+  command.add_flag("--bottom-slides", o.scene.bottom_slides, "The floor holds the tissue's height only");
+}
+
+void add_inclusion_options(CommandLine& command, Options& o) {
+  command.add_flag("--no-inclusion", o.no_inclusion, "Tissue alone");
+  command
+      .add_option("--shape", o.lump.shape, "sphere, ellipsoid, cylinder (upright), lying (cylinder along x)")
+      ->transform(one_of(lump_shapes()))
+      ->default_str("sphere");
+  command
+      .add_option("--size-mm", o.size_mm, "Diameter of the inclusion, or its sizes along x, y, z (default 8)")
+      ->expected(1, 3);
+  command.add_option("--depth-mm", o.lump.depth_mm, "From the surface to the inclusion's top")
+      ->capture_default_str();
+  command.add_option("--stiffness-ratio", o.lump.stiffness_ratio, "Inclusion's modulus over the tissue's")
+      ->capture_default_str();
+  command.add_option("--offset-mm", o.offset_mm, "Inclusion's centre from the block's middle, x y")
+      ->expected(2);
+}
+
+void add_press_options(CommandLine& command, Options& o) {
+  static const std::map<std::string, Presser> kPresserNames = {
+      {"flat", Presser::Flat}, {"ball", Presser::Sphere}, {"pressure", Presser::Pressure}};
+  command
+      .add_option("--pad", o.pad,
+                  "A sheet of the sensor's pad, THICKNESS_MM:MODULUS_PA, from the tissue outwards; again for "
+                  "each. Bonded to each other and to the plate that presses")
+      ->take_all();
+  command.add_flag("--pad-slides", o.scene.pad_slides,
+                   "On the tissue, without friction (default: bonded to it)");
+  command.add_option("--presser", o.scene.presser, "flat (rigid plate), ball, pressure (even)")
+      ->transform(one_of(kPresserNames))
+      ->default_str("flat");
+  command.add_option("--ball-radius-mm", o.scene.ball_radius_mm, "Of --presser ball");
+  CommandOption* way = command.add_option("--press-mm", o.press_mm, "Way of the presser (default 1)")
+                           ->check(Check::positive());
+  command.add_option("--force-N", o.force_N, "Force instead of a way")
+      ->check(Check::positive())
+      ->excludes(way);
+}
+
+void add_solver_options(CommandLine& command, Options& o) {
+  static const std::map<std::string, ForwardWorker> kWorkerNames = {{"processor", ForwardWorker::Processor},
+                                                                    {"device", ForwardWorker::Device},
+                                                                    {"auto", ForwardWorker::Auto}};
+  o.solver.worker = ForwardWorker::Auto;
+  CommandOption* large =
+      command.add_flag("--large-strain", o.solver.large_strain,
+                       "Neo-Hookean tissue pressed in steps: beyond 10 % of the thickness the only one "
+                       "that holds (flat presser, bonded pad)");
+  command.add_option("--step-mm", o.solver.step_mm, "Of --large-strain, at most")
+      ->capture_default_str()
+      ->check(Check::positive())
+      ->needs(large);
+  command.add_option("--cells", o.cells, "Cells of the tissue, AxBxC (default 64x64x32)");
+  command.add_option("--residual", o.solver.residual,
+                     "Relative residual to stop at (default 1e-6; 1e-8 above a Poisson's ratio of 0.497)");
+  command.add_option("--most-iterations", o.solver.most_iterations, "Of the solver, before it gives up")
+      ->capture_default_str();
+  command
+      .add_option("--solver", o.solver.worker,
+                  "processor, device (Vulkan, in double precision), or auto: on large grids a trial of both, "
+                  "else the processor")
+      ->transform(one_of(kWorkerNames))
+      ->default_str("auto");
+  command.add_option("--threads", o.solver.threads, "Threads; 0: one per core")
+      ->capture_default_str()
+      ->check(Check::range(0, 256));
+}
+
 }  // namespace
 
 void add_forward(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command = program.add_subcommand(
       "forward", "Press a plate, a ball or a pressure on a model of tissue with a lump");
   auto o = std::make_shared<Options>();
-  static const std::map<std::string, Presser> kPresserNames = {
-      {"flat", Presser::Flat}, {"ball", Presser::Sphere}, {"pressure", Presser::Pressure}};
-  static const std::map<std::string, ForwardWorker> kWorkerNames = {{"processor", ForwardWorker::Processor},
-                                                                    {"device", ForwardWorker::Device},
-                                                                    {"auto", ForwardWorker::Auto}};
-  o->solver.worker = ForwardWorker::Auto;
-  command
-      ->add_option("--block-mm", o->block_mm, "Length, width and thickness of the tissue (default 40 40 20)")
-      ->expected(3);
-  command->add_option("--young-Pa", o->scene.young_Pa, "Young's modulus of the tissue")
-      ->capture_default_str();
-  command->add_option("--poisson", o->scene.poisson, "Poisson's ratio, 0 to 0.4999")->capture_default_str();
-  command->add_flag("--bottom-slides", o->scene.bottom_slides, "The floor holds the tissue's height only");
-  command->add_flag("--no-inclusion", o->no_inclusion, "Tissue alone");
-  command
-      ->add_option("--shape", o->lump.shape,
-                   "sphere, ellipsoid, cylinder (upright), lying (cylinder along x)")
-      ->transform(one_of(lump_shapes()))
-      ->default_str("sphere");
-  command
-      ->add_option("--size-mm", o->size_mm,
-                   "Diameter of the inclusion, or its sizes along x, y, z (default 8)")
-      ->expected(1, 3);
-  command->add_option("--depth-mm", o->lump.depth_mm, "From the surface to the inclusion's top")
-      ->capture_default_str();
-  command->add_option("--stiffness-ratio", o->lump.stiffness_ratio, "Inclusion's modulus over the tissue's")
-      ->capture_default_str();
-  command->add_option("--offset-mm", o->offset_mm, "Inclusion's centre from the block's middle, x y")
-      ->expected(2);
-  command
-      ->add_option(
-          "--pad", o->pad,
-          "A sheet of the sensor's pad, THICKNESS_MM:MODULUS_PA, from the tissue outwards; again for "
-          "each. Bonded to each other and to the plate that presses")
-      ->take_all();
-  command->add_flag("--pad-slides", o->scene.pad_slides,
-                    "On the tissue, without friction (default: bonded to it)");
-  command->add_option("--presser", o->scene.presser, "flat (rigid plate), ball, pressure (even)")
-      ->transform(one_of(kPresserNames))
-      ->default_str("flat");
-  command->add_option("--ball-radius-mm", o->scene.ball_radius_mm, "Of --presser ball");
-  CommandOption* way = command->add_option("--press-mm", o->press_mm, "Way of the presser (default 1)")
-                           ->check(Check::positive());
-  command->add_option("--force-N", o->force_N, "Force instead of a way")
-      ->check(Check::positive())
-      ->excludes(way);
-  CommandOption* large =
-      command->add_flag("--large-strain", o->solver.large_strain,
-                        "Neo-Hookean tissue pressed in steps: beyond 10 % of the thickness the only one "
-                        "that holds (flat presser, bonded pad)");
-  command->add_option("--step-mm", o->solver.step_mm, "Of --large-strain, at most")
-      ->capture_default_str()
-      ->check(Check::positive())
-      ->needs(large);
-  command->add_option("--cells", o->cells, "Cells of the tissue, AxBxC (default 64x64x32)");
-  command->add_option("--residual", o->solver.residual,
-                      "Relative residual to stop at (default 1e-6; 1e-8 above a Poisson's ratio of 0.497)");
-  command->add_option("--most-iterations", o->solver.most_iterations, "Of the solver, before it gives up")
-      ->capture_default_str();
-  command
-      ->add_option(
-          "--solver", o->solver.worker,
-          "processor, device (Vulkan, in double precision), or auto: on large grids a trial of both, "
-          "else the processor")
-      ->transform(one_of(kWorkerNames))
-      ->default_str("auto");
-  command->add_option("--threads", o->solver.threads, "Threads; 0: one per core")
-      ->capture_default_str()
-      ->check(Check::range(0, 256));
+  add_tissue_options(*command, *o);
+  add_inclusion_options(*command, *o);
+  add_press_options(*command, *o);
+  add_solver_options(*command, *o);
   command->add_option("--sensor", o->sensor,
                       "Sensor file whose picture is wanted (default: the built-in sensor's)");
   command->add_option("--out", common.out, "Folder for maps, profile, tactile image and plots");

@@ -166,80 +166,92 @@ Report run(const Common& common, const Options& o) {
   return {words, scan_json(report).dump(2)};
 }
 
+void add_recording_options(CommandLine& command, Options& o) {
+  command.add_option("RECORDING", o.recordings,
+                     "Sessions or videos, one press each (default: all in --positions)");
+  command
+      .add_option("--positions", o.positions,
+                  "CSV: recording,x_mm,y_mm[,gauge], places of the window's middle")
+      ->check(Check::existing_file());
+  command.add_option(
+      "--gauge", o.gauge,
+      "CSV of the force on the block, where --positions names none; truth: of synthetic blocks");
+  command.add_option("--sensor", o.recorded.sensor, "Sensor file (default: the sessions' own)");
+  command.add_option("--pitch-mm", o.recorded.pitch_mm, "Of the map, of recordings")
+      ->capture_default_str()
+      ->check(Check::range(0.2, 5.0));
+}
+
+void add_block_options(CommandLine& command, Options& o) {
+  add_block(command, o.block_mm, o.plan.scene.young_Pa)->capture_default_str();
+  command.add_option("--poisson", o.plan.scene.poisson, "Poisson's ratio of the tissue")
+      ->capture_default_str();
+  command.add_flag("--no-inclusion", o.no_inclusion, "Tissue alone");
+  command.add_option("--shape", o.lump.shape, "sphere, ellipsoid, cylinder (upright), lying")
+      ->transform(one_of(lump_shapes()))
+      ->default_str("sphere");
+  command.add_option("--size-mm", o.size_mm, "Diameter of the lump, or its sizes along x, y, z (default 8)")
+      ->expected(1, 3);
+  command.add_option("--depth-mm", o.lump.depth_mm, "From the surface to the lump's top")
+      ->capture_default_str();
+  command.add_option("--stiffness-ratio", o.lump.stiffness_ratio, "Lump's modulus over the tissue's")
+      ->capture_default_str();
+  command.add_option("--offset-mm", o.offset_mm, "Lump's centre from the block's middle, x y")->expected(2);
+  command
+      .add_option("--second-mm", o.second_mm,
+                  "A second lump of the same kind, its centre x y from the middle")
+      ->expected(2);
+}
+
+/// Gives --force-N.
+CommandOption* add_press_options(CommandLine& command, Options& o) {
+  CommandOption* force = command
+                             .add_option("--force-N", o.plan.force_N,
+                                         "Highest force on the block (recordings: what all reached)")
+                             ->capture_default_str()
+                             ->check(Check::positive());
+  command.add_option("--loads", o.plan.loads, "Loads of each press, 1 to 8")
+      ->capture_default_str()
+      ->check(Check::range(1, 8));
+  command.add_option("--window-mm", o.window_mm, "What the sensor sees of the plate (default 27.84 20.88)")
+      ->expected(2);
+  command.add_option("--size", o.size_px, "Its pixels (default 640 480)")->expected(2);
+  command.add_option("--noise", o.plan.sensor.noise_share, "Of a value after calibration, share of the peak")
+      ->capture_default_str()
+      ->check(Check::range(0.0, 1.0));
+  command
+      .add_option("--full-scale-Pa", o.plan.sensor.full_scale_Pa,
+                  "Pressure at the camera's limit (default: the peak at 90 %)")
+      ->check(Check::positive());
+  command.add_option("--stage-error-mm", o.plan.stage_sd_mm, "By how far the window misses its places")
+      ->capture_default_str()
+      ->check(Check::range(0.0, 10.0));
+  command.add_option("--leave-out", o.leave_out, "Numbers of presses that are missing");
+  command
+      .add_option("--stage-sd-mm", o.stitch.stage_sd_mm, "What the stitching takes the stage to be good for")
+      ->capture_default_str()
+      ->check(Check::range(1e-4, 10.0));
+  return force;
+}
+
 }  // namespace
 
 void add_lump_scan(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command =
       group.add_subcommand("scan", "Several presses of a block: map, outline, estimate, report");
   auto o = std::make_shared<Options>();
-  command->add_option("RECORDING", o->recordings,
-                      "Sessions or videos, one press each (default: all in --positions)");
-  command
-      ->add_option("--positions", o->positions,
-                   "CSV: recording,x_mm,y_mm[,gauge], places of the window's middle")
-      ->check(Check::existing_file());
-  command->add_option(
-      "--gauge", o->gauge,
-      "CSV of the force on the block, where --positions names none; truth: of synthetic blocks");
-  command->add_option("--sensor", o->recorded.sensor, "Sensor file (default: the sessions' own)");
-  command->add_option("--pitch-mm", o->recorded.pitch_mm, "Of the map, of recordings")
-      ->capture_default_str()
-      ->check(Check::range(0.2, 5.0));
+  add_recording_options(*command, *o);
   command->add_option("--method", o->method, std::string(kLumpMethodHelp) + ", none")
       ->check(Check::one_of({"network", "refined", "direct", "none"}))
       ->capture_default_str();
   command->add_flag("--simulate", o->simulate, "Scan a synthetic block");
-  add_block(*command, o->block_mm, o->plan.scene.young_Pa)->capture_default_str();
-  command->add_option("--poisson", o->plan.scene.poisson, "Poisson's ratio of the tissue")
-      ->capture_default_str();
-  command->add_flag("--no-inclusion", o->no_inclusion, "Tissue alone");
-  command->add_option("--shape", o->lump.shape, "sphere, ellipsoid, cylinder (upright), lying")
-      ->transform(one_of(lump_shapes()))
-      ->default_str("sphere");
-  command->add_option("--size-mm", o->size_mm, "Diameter of the lump, or its sizes along x, y, z (default 8)")
-      ->expected(1, 3);
-  command->add_option("--depth-mm", o->lump.depth_mm, "From the surface to the lump's top")
-      ->capture_default_str();
-  command->add_option("--stiffness-ratio", o->lump.stiffness_ratio, "Lump's modulus over the tissue's")
-      ->capture_default_str();
-  command->add_option("--offset-mm", o->offset_mm, "Lump's centre from the block's middle, x y")->expected(2);
-  command
-      ->add_option("--second-mm", o->second_mm,
-                   "A second lump of the same kind, its centre x y from the middle")
-      ->expected(2);
+  add_block_options(*command, *o);
   command
       ->add_option("--cells", o->cells,
                    "Cells of the tissue along x, y, z, even numbers (default 40 40 20); half as many are "
                    "solved besides and extrapolated with")
       ->expected(3);
-  CommandOption* force = command
-                             ->add_option("--force-N", o->plan.force_N,
-                                          "Highest force on the block (recordings: what all reached)")
-                             ->capture_default_str()
-                             ->check(Check::positive());
-  command->add_option("--loads", o->plan.loads, "Loads of each press, 1 to 8")
-      ->capture_default_str()
-      ->check(Check::range(1, 8));
-  command->add_option("--window-mm", o->window_mm, "What the sensor sees of the plate (default 27.84 20.88)")
-      ->expected(2);
-  command->add_option("--size", o->size_px, "Its pixels (default 640 480)")->expected(2);
-  command
-      ->add_option("--noise", o->plan.sensor.noise_share, "Of a value after calibration, share of the peak")
-      ->capture_default_str()
-      ->check(Check::range(0.0, 1.0));
-  command
-      ->add_option("--full-scale-Pa", o->plan.sensor.full_scale_Pa,
-                   "Pressure at the camera's limit (default: the peak at 90 %)")
-      ->check(Check::positive());
-  command->add_option("--stage-error-mm", o->plan.stage_sd_mm, "By how far the window misses its places")
-      ->capture_default_str()
-      ->check(Check::range(0.0, 10.0));
-  command->add_option("--leave-out", o->leave_out, "Numbers of presses that are missing");
-  command
-      ->add_option("--stage-sd-mm", o->stitch.stage_sd_mm,
-                   "What the stitching takes the stage to be good for")
-      ->capture_default_str()
-      ->check(Check::range(1e-4, 10.0));
+  CommandOption* force = add_press_options(*command, *o);
   command->add_option("--threads", o->threads, "Threads; 0: one per core")
       ->capture_default_str()
       ->check(Check::range(0, 256));

@@ -39,11 +39,10 @@ std::string trust_text(const LumpNetwork& network) {
   return text;
 }
 
-Report run(const Common& common, Options& o) {
-  if (common.out.empty()) throw Error(Failure::Usage, "--out FILE for the network", "none", "--out my.lump");
+/// Blocks from all files; `made_from` tells of each file.
+std::vector<LumpExample> read_examples(const std::vector<std::string>& files, std::string& made_from) {
   std::vector<LumpExample> examples;
-  std::string made_from;
-  for (const std::string& file : o.files) {
+  for (const std::string& file : files) {
     const LumpData data = read_lump_file(file);
     const std::vector<LumpExample> more = lump_examples(data);
     char text[200];
@@ -54,23 +53,76 @@ Report run(const Common& common, Options& o) {
     made_from += text;
     examples.insert(examples.end(), more.begin(), more.end());
   }
-  o.training.seed = common.seed;
-  o.training.made_from = made_from + "; training seed " + std::to_string(common.seed);
-  const double start_s = now_s();
-  std::mutex guard;
-  ProgressBar bar(common, "lump network", 1000);
-  double told = 0;
-  o.training.progress = [&](const std::string& what, double share) {
-    const std::scoped_lock lock(guard);
-    bar.update(static_cast<uint64_t>(1000 * share));
-    if (share > told + 0.2) {
-      told = share;
-      const double wall_s = now_s() - start_s;
+  return examples;
+}
+
+/// Shows how far the training is, and tells it to stop on an interrupt.
+class TrainingWatch {
+ public:
+  explicit TrainingWatch(const Common& common) : bar_(common, "lump network", 1000) {}
+
+  bool update(const std::string& what, double share) {
+    const std::scoped_lock lock(guard_);
+    bar_.update(static_cast<uint64_t>(1000 * share));
+    if (share > told_ + 0.2) {
+      told_ = share;
       if (share < 1)
-        spdlog::info("{}: {:.0f} %, {:.0f} s left", what, 100 * share, wall_s * (1 - share) / share);
+        spdlog::info("{}: {:.0f} %, {:.0f} s left", what, 100 * share, wall_s() * (1 - share) / share);
     }
     return !interrupted();
-  };
+  }
+  double wall_s() const { return now_s() - start_s_; }
+
+ private:
+  double start_s_ = now_s();
+  std::mutex guard_;
+  ProgressBar bar_;
+  double told_ = 0;
+};
+
+std::string report_text(const std::string& file, size_t bytes, const LumpTrainingReport& report,
+                        double wall_s) {
+  char text[1200];
+  std::snprintf(text, sizeof text,
+                "%s: %zu bytes, from %u blocks with a lump and %u without, in %.0f s\n"
+                "the block alone is known to %.3g %% of its pressure, fields miss %.3g %% of the peak,\n"
+                "the emulators' mean is off by %.3g %% of the peak, RMS (median of blocks: %.3g %%), on the "
+                "%u blocks that\n"
+                "were kept aside, %.2g times what they differ by (%.3g %% on those seen); the network's loss "
+                "is %.3g\n\n",
+                file.c_str(), bytes, report.lumps, report.no_lumps, wall_s, 100 * report.base_error,
+                100 * report.fields_error, 100 * report.network_error, 100 * report.mean_error,
+                report.kept_aside, report.error_over_spread, 100 * report.network_error_seen,
+                report.reader_loss);
+  return text;
+}
+
+json::Value report_json(const std::string& file, size_t bytes, const LumpTrainingReport& report,
+                        const std::string& made_from, double wall_s) {
+  return {{"file", file},
+          {"bytes", bytes},
+          {"lumps", report.lumps},
+          {"without_lump", report.no_lumps},
+          {"left_out", report.left_out},
+          {"base_error", report.base_error},
+          {"fields_error", report.fields_error},
+          {"network_error", report.network_error},
+          {"network_error_seen", report.network_error_seen},
+          {"mean_error", report.mean_error},
+          {"kept_aside", report.kept_aside},
+          {"reader_loss", report.reader_loss},
+          {"made_from", made_from},
+          {"wall_s", wall_s}};
+}
+
+Report run(const Common& common, Options& o) {
+  if (common.out.empty()) throw Error(Failure::Usage, "--out FILE for the network", "none", "--out my.lump");
+  std::string made_from;
+  const std::vector<LumpExample> examples = read_examples(o.files, made_from);
+  o.training.seed = common.seed;
+  o.training.made_from = made_from + "; training seed " + std::to_string(common.seed);
+  TrainingWatch watch(common);
+  o.training.progress = [&](const std::string& what, double share) { return watch.update(what, share); };
   LumpTrainingReport report;
   std::string bytes;
   LumpNetwork network(nullptr);
@@ -80,36 +132,12 @@ Report run(const Common& common, Options& o) {
   } catch (const Stopped&) {
     return {"interrupted: no network was written", R"({"complete": false})", kInterrupted};
   }
-  const double wall_s = now_s() - start_s;
+  const double wall_s = watch.wall_s();
   write_whole(common.out, std::string_view(bytes));
-  char text[1200];
-  std::snprintf(text, sizeof text,
-                "%s: %zu bytes, from %u blocks with a lump and %u without, in %.0f s\n"
-                "the block alone is known to %.3g %% of its pressure, fields miss %.3g %% of the peak,\n"
-                "the emulators' mean is off by %.3g %% of the peak, RMS (median of blocks: %.3g %%), on the "
-                "%u blocks that\n"
-                "were kept aside, %.2g times what they differ by (%.3g %% on those seen); the network's loss "
-                "is %.3g\n\n",
-                common.out.string().c_str(), bytes.size(), report.lumps, report.no_lumps, wall_s,
-                100 * report.base_error, 100 * report.fields_error, 100 * report.network_error,
-                100 * report.mean_error, report.kept_aside, report.error_over_spread,
-                100 * report.network_error_seen, report.reader_loss);
+  const std::string file = common.out.string();
   Report out;
-  out.text = text + trust_text(network);
-  json::Value json{{"file", common.out.string()},
-                   {"bytes", bytes.size()},
-                   {"lumps", report.lumps},
-                   {"without_lump", report.no_lumps},
-                   {"left_out", report.left_out},
-                   {"base_error", report.base_error},
-                   {"fields_error", report.fields_error},
-                   {"network_error", report.network_error},
-                   {"network_error_seen", report.network_error_seen},
-                   {"mean_error", report.mean_error},
-                   {"kept_aside", report.kept_aside},
-                   {"reader_loss", report.reader_loss},
-                   {"made_from", network.made_from()},
-                   {"wall_s", wall_s}};
+  out.text = report_text(file, bytes.size(), report, wall_s) + trust_text(network);
+  json::Value json = report_json(file, bytes.size(), report, network.made_from(), wall_s);
   if (!o.validate.empty()) {
     LumpEvaluationJob job;
     job.estimator = [&network](const LumpReading& reading) { return network.estimate(reading); };

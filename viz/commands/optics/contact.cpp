@@ -54,104 +54,123 @@ constexpr const char* kAssumptions[] = {
     "gray is in proportion to light, and the reference was taken at the same place, LED current and "
     "exposure"};
 
-Report contact(const Common& common, const Options& options) {
-  const Waveguide guide = guide_of(options.media, true);
-  const EdgeLamp lamp = lamp_of(options.lamp, guide);
-  const size_t count = options.contacts.size();
-  const std::vector<double> extinction = for_each(options.extinction, count, 0, "--contact-extinction"),
-                            albedo = for_each(options.albedo, count, 1, "--albedo"),
-                            gap_nm = for_each(options.gap_nm, count, 0, "--gap-nm");
+/// The guide and its lamp, what touches it and what that is compared with.
+struct Problem {
+  Waveguide guide;
+  EdgeLamp lamp;
+  LampShares shares;
   std::vector<FaceContact> contacts;
+  std::vector<double> albedo;
+  GrayReference reference;
+  bool calibrated = false;            ///< gray levels, not only relative brightness
+  double top = 0;                     ///< index of the touched layer
+  double from_deg = 0, most_deg = 0;  ///< guided light meets the face at these
+};
+
+Problem problem_of(const Options& options) {
+  Problem p;
+  p.guide = guide_of(options.media, true);
+  p.lamp = lamp_of(options.lamp, p.guide);
+  const size_t count = options.contacts.size();
+  const std::vector<double> extinction = for_each(options.extinction, count, 0, "--contact-extinction");
+  p.albedo = for_each(options.albedo, count, 1, "--albedo");
+  const std::vector<double> gap_nm = for_each(options.gap_nm, count, 0, "--gap-nm");
   for (size_t i = 0; i < count; ++i)
-    contacts.push_back({optical_index(options.contacts[i], extinction[i]), gap_nm[i], options.wavelength_nm});
-  const LampShares shares = lamp_shares(guide, lamp);
-  if (!(shares.touching > 0))
+    p.contacts.push_back(
+        {optical_index(options.contacts[i], extinction[i]), gap_nm[i], options.wavelength_nm});
+  p.shares = lamp_shares(p.guide, p.lamp);
+  if (!(p.shares.touching > 0))
     throw Error(Failure::Input, "a guide whose light meets the touched face", "none that does",
                 "an outside of lower index, or --led-layer 1");
-  GrayReference reference;
-  reference.light =
-      contact_light(guide, lamp, {optical_index(options.reference_index, options.reference_extinction)});
-  reference.albedo = options.reference_albedo;
-  const bool calibrated = options.reference_gray.has_value();
-  reference.gray = calibrated ? *options.reference_gray : 1;
-  reference.most_gray = calibrated ? options.most_gray : std::numeric_limits<double>::max();
+  p.reference.light =
+      contact_light(p.guide, p.lamp, {optical_index(options.reference_index, options.reference_extinction)});
+  p.reference.albedo = options.reference_albedo;
+  p.calibrated = options.reference_gray.has_value();
+  p.reference.gray = p.calibrated ? *options.reference_gray : 1;
+  p.reference.most_gray = p.calibrated ? options.most_gray : std::numeric_limits<double>::max();
+  p.top = p.guide.layers.front().index;
+  const LayerGuidance band = guidance(p.guide, p.lamp.edge_index)[p.lamp.layer];
+  p.from_deg = degrees(std::asin(std::min(1.0, band.touching_from / p.top)));
+  p.most_deg = degrees(std::asin(std::min(1.0, band.touching_to / p.top)));
+  return p;
+}
 
-  const double top = guide.layers.front().index;
-  const LayerGuidance band = guidance(guide, lamp.edge_index)[lamp.layer];
-  std::string text = line(
+std::string heading(const Problem& p, const Options& options) {
+  return line(
       "%.4f of the LED's light is guided and meets the face: %.3g of it per mm of the guide's length\n"
       "reference: n = %g, albedo %g%s\n\n"
       "contact                     albedo   leaves up to, deg   leaves per meeting   per mm    relative%s\n",
-      shares.touching, shares.arriving_per_mm, options.reference_index, options.reference_albedo,
-      calibrated ? line(", gray %g of at most %g", reference.gray, reference.most_gray).c_str() : "",
-      calibrated ? "       gray" : "");
-  Json rows = Json::array();
-  for (size_t i = 0; i < count; ++i) {
-    const ContactLight light = contact_light(guide, lamp, contacts[i]);
-    const PredictedGray gray = predict_gray(reference, light, albedo[i]);
-    const double relative = gray.unlimited / reference.gray;
-    const double to_deg = degrees(std::asin(std::min(1.0, light.reached_to / top)));
-    const bool leaves = light.leaving_per_mm > 0;
-    text += line("%-26s %7.3g %19s %20.6f %8.2e %11.6f", name_of(contacts[i]).c_str(), albedo[i],
-                 leaves ? line("%.3f", to_deg).c_str() : "nothing leaves", light.per_meeting,
-                 light.leaving_per_mm, relative);
-    if (calibrated) text += line("   %8.2f%s", gray.gray, gray.saturated ? " saturated" : "");
-    text += "\n";
-    Json row = {{"index", contacts[i].index.real()},
-                {"extinction", -contacts[i].index.imag()},
-                {"gap_nm", contacts[i].gap_nm},
-                {"albedo", albedo[i]},
-                {"leaving_per_meeting", light.per_meeting},
-                {"leaving_per_mm", light.leaving_per_mm},
-                {"leaves_up_to_deg", leaves ? Json(to_deg) : Json(nullptr)},
-                {"relative", relative}};
-    if (calibrated) {
-      row["gray"] = gray.gray;
-      row["gray_without_saturation"] = gray.unlimited;
-      row["saturated"] = gray.saturated;
-    }
-    rows.push_back(row);
+      p.shares.touching, p.shares.arriving_per_mm, options.reference_index, options.reference_albedo,
+      p.calibrated ? line(", gray %g of at most %g", p.reference.gray, p.reference.most_gray).c_str() : "",
+      p.calibrated ? "       gray" : "");
+}
+
+/// Adds one contact's line to `text`; gives its values.
+Json add_row(const Problem& p, size_t i, std::string& text) {
+  const FaceContact& contact = p.contacts[i];
+  const ContactLight light = contact_light(p.guide, p.lamp, contact);
+  const PredictedGray gray = predict_gray(p.reference, light, p.albedo[i]);
+  const double relative = gray.unlimited / p.reference.gray;
+  const double to_deg = degrees(std::asin(std::min(1.0, light.reached_to / p.top)));
+  const bool leaves = light.leaving_per_mm > 0;
+  text += line("%-26s %7.3g %19s %20.6f %8.2e %11.6f", name_of(contact).c_str(), p.albedo[i],
+               leaves ? line("%.3f", to_deg).c_str() : "nothing leaves", light.per_meeting,
+               light.leaving_per_mm, relative);
+  if (p.calibrated) text += line("   %8.2f%s", gray.gray, gray.saturated ? " saturated" : "");
+  text += "\n";
+  Json row = {{"index", contact.index.real()},
+              {"extinction", -contact.index.imag()},
+              {"gap_nm", contact.gap_nm},
+              {"albedo", p.albedo[i]},
+              {"leaving_per_meeting", light.per_meeting},
+              {"leaving_per_mm", light.leaving_per_mm},
+              {"leaves_up_to_deg", leaves ? Json(to_deg) : Json(nullptr)},
+              {"relative", relative}};
+  if (p.calibrated) {
+    row["gray"] = gray.gray;
+    row["gray_without_saturation"] = gray.unlimited;
+    row["saturated"] = gray.saturated;
   }
-  const double from_deg = degrees(std::asin(std::min(1.0, band.touching_from / top)));
-  const double most_deg = degrees(std::asin(std::min(1.0, band.touching_to / top)));
-  text += line(
-      "\nangles are from the normal in the touched layer; guided light meets the face from %.3f to %.3f "
-      "deg\nassumed:\n",
-      from_deg, most_deg);
+  return row;
+}
+
+Json add_assumptions(std::string& text) {
   Json assumed = Json::array();
   for (const char* assumption : kAssumptions) {
     text += std::string("- ") + assumption + "\n";
     assumed.push_back(assumption);
   }
-  Json value = {{"led", to_json(lamp)},
-                {"touching", shares.touching},
-                {"arriving_per_mm", shares.arriving_per_mm},
-                {"touching_deg", {from_deg, most_deg}},
-                {"reference",
-                 {{"index", options.reference_index},
-                  {"albedo", options.reference_albedo},
-                  {"gray", calibrated ? Json(reference.gray) : Json(nullptr)},
-                  {"leaving_per_meeting", reference.light.per_meeting}}},
-                {"contacts", rows},
-                {"assumed", assumed}};
-  if (common.out.empty()) return {text, value.dump(2)};
+  return assumed;
+}
 
-  // Left: what passes at each angle; right: brightness against the contact's index.
-  std::vector<std::vector<double>> angles(1 + count), indices(3);
+/// What passes at each angle: a column of angles, one for each contact.
+std::vector<std::vector<double>> angle_columns(const Problem& p) {
+  std::vector<std::vector<double>> angles(1 + p.contacts.size());
   constexpr int kSteps = 400;
   for (int i = 0; i <= kSteps; ++i) {
-    const double deg = from_deg + (90 - from_deg) * i / kSteps, s = top * std::sin(radians(deg));
+    const double deg = p.from_deg + (90 - p.from_deg) * i / kSteps, s = p.top * std::sin(radians(deg));
     angles[0].push_back(deg);
-    for (size_t c = 0; c < count; ++c)
-      angles[1 + c].push_back(i == kSteps ? 0 : contact_transmittance(guide, contacts[c], s));
+    for (size_t c = 0; c < p.contacts.size(); ++c)
+      angles[1 + c].push_back(i == kSteps ? 0 : contact_transmittance(p.guide, p.contacts[c], s));
   }
-  for (int i = 0; i <= kSteps / 4; ++i) {
-    const double n = 1 + 1.5 * i / (kSteps / 4.0);
-    const ContactLight light = contact_light(guide, lamp, {optical_index(n)});
+  return angles;
+}
+
+/// Brightness against the contact's index: index, share that leaves, brightness.
+std::vector<std::vector<double>> index_columns(const Problem& p) {
+  std::vector<std::vector<double>> indices(3);
+  constexpr int kSteps = 100;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double n = 1 + 1.5 * i / static_cast<double>(kSteps);
+    const ContactLight light = contact_light(p.guide, p.lamp, {optical_index(n)});
     indices[0].push_back(n);
     indices[1].push_back(light.per_meeting);
-    indices[2].push_back(predict_gray(reference, light, 1).unlimited / reference.gray);
+    indices[2].push_back(predict_gray(p.reference, light, 1).unlimited / p.reference.gray);
   }
+  return indices;
+}
+
+std::string angle_header(const std::vector<FaceContact>& contacts) {
   std::string header = "angle_deg";
   for (const FaceContact& c : contacts) {
     std::string name = line(",transmittance_n%g", c.index.real());
@@ -159,27 +178,61 @@ Report contact(const Common& common, const Options& options) {
     if (c.gap_nm > 0) name += line("_gap%gnm", c.gap_nm);
     header += name;
   }
-  const auto script = [&](bool svg) {
-    std::string plot =
-        plot_head(svg, 1200, 520) + plot_block("a", angles) + plot_block("n", indices) +
-        "set multiplot layout 1,2\nset yrange [0:1.02]\nset key bottom left samplen 2\n" +
-        line("set xrange [%.4f:90]\n", from_deg) +
-        line("set arrow 1 from %.5f,0 to %.5f,1.02 nohead dt 3 lc rgb '#555555'\n", most_deg, most_deg) +
-        "set xlabel 'angle in the touched layer, deg (dotted: no light reaches the face beyond)'"
-        "\nset ylabel 'share that leaves at one meeting'\nplot ";
-    for (size_t c = 0; c < count; ++c)
-      plot += line("%s$a using 1:%zu with lines lw 2 lc rgb '%s' title '%s'", c ? ", " : "", c + 2,
-                   plot_colour(c), name_of(contacts[c]).c_str());
-    plot +=
-        "\nunset arrow 1\nset xrange [1:2.5]\nset yrange [0:*]\nset key bottom right\n"
-        "set xlabel 'index of the contact'\nset ylabel 'brightness, relative to the reference (albedo 1)'\n"
-        "plot $n using 1:3 with lines lw 2.5 lc rgb '#0072b2' notitle\nunset multiplot\n";
-    return plot;
-  };
-  text += "\n" + write_results(common, "contact_light", csv_of(header, angles), script);
+  return header;
+}
+
+/// Left: what passes at each angle; right: brightness against the contact's index.
+std::string plot_of(const Problem& p, const std::vector<std::vector<double>>& angles,
+                    const std::vector<std::vector<double>>& indices, bool svg) {
+  std::string plot =
+      plot_head(svg, 1200, 520) + plot_block("a", angles) + plot_block("n", indices) +
+      "set multiplot layout 1,2\nset yrange [0:1.02]\nset key bottom left samplen 2\n" +
+      line("set xrange [%.4f:90]\n", p.from_deg) +
+      line("set arrow 1 from %.5f,0 to %.5f,1.02 nohead dt 3 lc rgb '#555555'\n", p.most_deg, p.most_deg) +
+      "set xlabel 'angle in the touched layer, deg (dotted: no light reaches the face beyond)'"
+      "\nset ylabel 'share that leaves at one meeting'\nplot ";
+  for (size_t c = 0; c < p.contacts.size(); ++c)
+    plot += line("%s$a using 1:%zu with lines lw 2 lc rgb '%s' title '%s'", c ? ", " : "", c + 2,
+                 plot_colour(c), name_of(p.contacts[c]).c_str());
+  plot +=
+      "\nunset arrow 1\nset xrange [1:2.5]\nset yrange [0:*]\nset key bottom right\n"
+      "set xlabel 'index of the contact'\nset ylabel 'brightness, relative to the reference (albedo 1)'\n"
+      "plot $n using 1:3 with lines lw 2.5 lc rgb '#0072b2' notitle\nunset multiplot\n";
+  return plot;
+}
+
+/// Writes tables and plots; says which.
+std::string write_files(const Common& common, const Problem& p) {
+  const std::vector<std::vector<double>> angles = angle_columns(p), indices = index_columns(p);
+  const std::string written = write_results(common, "contact_light", csv_of(angle_header(p.contacts), angles),
+                                            [&](bool svg) { return plot_of(p, angles, indices, svg); });
   const std::string file = (common.out / "contact_light_index.csv").string();
   write_whole(file, std::string_view(csv_of("index,leaving_per_meeting,relative", indices)));
-  text += ", " + file;
+  return written + ", " + file;
+}
+
+Report contact(const Common& common, const Options& options) {
+  const Problem p = problem_of(options);
+  std::string text = heading(p, options);
+  Json rows = Json::array();
+  for (size_t i = 0; i < p.contacts.size(); ++i) rows.push_back(add_row(p, i, text));
+  text += line(
+      "\nangles are from the normal in the touched layer; guided light meets the face from %.3f to %.3f "
+      "deg\nassumed:\n",
+      p.from_deg, p.most_deg);
+  const Json assumed = add_assumptions(text);
+  Json value = {{"led", to_json(p.lamp)},
+                {"touching", p.shares.touching},
+                {"arriving_per_mm", p.shares.arriving_per_mm},
+                {"touching_deg", {p.from_deg, p.most_deg}},
+                {"reference",
+                 {{"index", options.reference_index},
+                  {"albedo", options.reference_albedo},
+                  {"gray", p.calibrated ? Json(p.reference.gray) : Json(nullptr)},
+                  {"leaving_per_meeting", p.reference.light.per_meeting}}},
+                {"contacts", rows},
+                {"assumed", assumed}};
+  if (!common.out.empty()) text += "\n" + write_files(common, p);
   return {text, value.dump(2)};
 }
 
