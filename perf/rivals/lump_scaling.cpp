@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -128,27 +129,29 @@ std::string print(const char* format, auto... values) {
   return text;
 }
 
-}  // namespace
+/// Columns of workers and cases a minute.
+using Curve = std::vector<std::vector<double>>;
 
-LumpScaling lump_scaling(const fs::path& program) {
-  const Folder folder;
+/// Runs all ways in turn, on 1 and 2 workers each. With `processes` by processes besides threads.
+std::vector<Way> run_ways(const std::string& program, bool processes, const fs::path& folder) {
   std::vector<Way> ways = {{"threads", 1, "", std::string(kQuick) + " --threads 1"},
                            {"threads", 2, "", std::string(kQuick) + " --threads 2"}};
-  const bool together = succeeds("mpirun --version > /dev/null 2>&1");
-  if (together)
+  if (processes)
     for (const int n : {1, 2})
       ways.push_back({"processes", n,
                       "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n " +
                           std::to_string(n),
                       kQuick});
   for (int i = 0; i < kRepetitions; ++i)
-    for (Way& way : ways) way.runs.push_back(timed(program.string(), way, kQuickCases, folder.path));
+    for (Way& way : ways) way.runs.push_back(timed(program, way, kQuickCases, folder));
+  return ways;
+}
 
-  LumpScaling result;
-  result.csv = "kind,sweep,how,workers,cases,cases_per_min,speed_up\n";
-  result.words =
+/// Words and rows of what was measured; its curves, of threads and of processes.
+std::array<Curve, 2> tell_measured(const std::vector<Way>& ways, LumpScaling& result) {
+  result.words +=
       print("%d cases of a quick sweep (%s), medians of %d runs:\n", kQuickCases, kQuick, kRepetitions);
-  std::vector<std::vector<double>> measured[2];
+  std::array<Curve, 2> measured;
   for (size_t w = 0; w < ways.size(); ++w) {
     const Way& way = ways[w];
     const double per_min = 60 * kQuickCases / way.median(&Run::press_s);
@@ -160,70 +163,92 @@ LumpScaling lump_scaling(const fs::path& program) {
         "  %d %-10s %7.1f cases a minute, %.2f times one; start and end %.2f s; %.1f ms of a core a case\n",
         way.workers, way.how, per_min, per_min / alone, start_s,
         1e3 * way.median(&Run::busy_s) / kQuickCases);
-    std::vector<std::vector<double>>& columns = measured[w / 2];
+    Curve& columns = measured[w / 2];
     columns.resize(2);
     columns[0].push_back(way.workers);
     columns[1].push_back(per_min);
   }
+  return measured;
+}
+
+/// What a sweep's cases take, for the model of many workers.
+struct SweepCosts {
+  const char* name;
+  double case_s;  ///< of a core
+  Serial serial;
+};
+
+/// Words and rows of the model up to 4096 workers; its curve.
+Curve tell_model(const SweepCosts& m, double start_s, LumpScaling& result) {
+  Curve columns(2);
+  const double one_s = model_s(m.case_s, m.serial, start_s, 1);
+  for (double workers = 1; workers <= 4096; workers *= 2) {
+    const double wall_s = model_s(m.case_s, m.serial, start_s, workers);
+    columns[0].push_back(workers);
+    columns[1].push_back(60 * kModelCases / wall_s);
+    result.csv += print("model,%s,processes,%.0f,%.0f,%.4g,%.3f\n", m.name, workers, kModelCases,
+                        columns[1].back(), one_s / wall_s);
+  }
+  const double share = (m.serial.keep_s + m.serial.write_s) / (m.case_s + m.serial.keep_s + m.serial.write_s);
+  result.words += print(
+      "%s sweep: %.3g s of a core a case; the first process alone: %.2f ms to keep it, %.2f ms to write "
+      "it, a share of %.2g: "
+      "the disk is the limit from %.0f workers on (model)\n",
+      m.name, m.case_s, 1e3 * m.serial.keep_s, 1e3 * m.serial.write_s, share, m.case_s / m.serial.keep_s);
+  return columns;
+}
+
+/// `blocks`: the models' curves. `measured`: of threads and, unless empty, of processes.
+std::string plot(const std::string& blocks, const std::array<Curve, 2>& measured,
+                 const std::array<SweepCosts, 2>& models, bool svg) {
+  const bool processes = !measured[1].empty();
+  std::string script = plot_head(svg, 900, 620) + blocks + plot_block("threads", measured[0]);
+  if (processes) script += plot_block("processes", measured[1]);
+  script +=
+      "set logscale xy\nset xlabel 'workers (a core each)'\nset ylabel 'cases a minute'\nset key top "
+      "left\nset xrange [0.8:5000]\n"
+      "set title 'Data sets of lumps: measured on 1 and 2 cores, beyond that a model of 10000 "
+      "cases'\nplot ";
+  for (size_t i = 0; i < models.size(); ++i) {
+    script += std::string("$model_") + models[i].name + " using 1:2 with lines lw 2 lc rgb '" +
+              plot_colour(i) + "' title " +
+              gnuplot_quoted(std::string("model, ") + models[i].name + " sweep") + ", ";
+    script += print("%g*x with lines dt 3 lc rgb '%s' title '%s without a serial part', ",
+                    60 / models[i].case_s, plot_colour(i), models[i].name);
+  }
+  script += std::string("$threads using 1:2 with points pt 7 ps 1.3 lc rgb '") + plot_colour(4) +
+            "' title 'measured, quick sweep, threads'";
+  if (processes)
+    script += std::string(", $processes using 1:2 with points pt 4 ps 1.8 lw 2 lc rgb '") + plot_colour(2) +
+              "' title 'measured, quick sweep, processes'";
+  return script + "\n";
+}
+
+}  // namespace
+
+LumpScaling lump_scaling(const fs::path& program) {
+  const Folder folder;
+  const bool together = succeeds("mpirun --version > /dev/null 2>&1");
+  const std::vector<Way> ways = run_ways(program.string(), together, folder.path);
+  LumpScaling result;
+  result.csv = "kind,sweep,how,workers,cases,cases_per_min,speed_up\n";
+  const std::array<Curve, 2> measured = tell_measured(ways, result);
+
   const Serial serial = serial_costs(folder.path);
   const Way& widest = ways.back();
   const double start_s = std::max(
       0.0, widest.median(&Run::wall_s) - widest.median(&Run::press_s) - kQuickCases * serial.write_s);
   const double quick_s = widest.median(&Run::busy_s) / kQuickCases;
-  Way usual{"threads", 2, "", "--threads 2"};
-  usual.runs.push_back(timed(program.string(), usual, kUsualCases, folder.path));
-  const double usual_s = usual.runs[0].busy_s / kUsualCases;
-  const Serial usual_serial = serial_costs(folder.path);
-
+  const Way usual{"threads", 2, "", "--threads 2"};
+  const double usual_s = timed(program.string(), usual, kUsualCases, folder.path).busy_s / kUsualCases;
+  const std::array<SweepCosts, 2> models = {
+      {{"quick", quick_s, serial}, {"default", usual_s, serial_costs(folder.path)}}};
   std::string blocks;
-  const struct {
-    const char* name;
-    double case_s;
-    const Serial& serial;
-  } models[] = {{"quick", quick_s, serial}, {"default", usual_s, usual_serial}};
-  for (const auto& m : models) {
-    std::vector<std::vector<double>> columns(2);
-    const double one_s = model_s(m.case_s, m.serial, start_s, 1);
-    for (double workers = 1; workers <= 4096; workers *= 2) {
-      const double wall_s = model_s(m.case_s, m.serial, start_s, workers);
-      columns[0].push_back(workers);
-      columns[1].push_back(60 * kModelCases / wall_s);
-      result.csv += print("model,%s,processes,%.0f,%.0f,%.4g,%.3f\n", m.name, workers, kModelCases,
-                          columns[1].back(), one_s / wall_s);
-    }
-    blocks += plot_block(std::string("model_") + m.name, columns);
-    const double share =
-        (m.serial.keep_s + m.serial.write_s) / (m.case_s + m.serial.keep_s + m.serial.write_s);
-    result.words += print(
-        "%s sweep: %.3g s of a core a case; the first process alone: %.2f ms to keep it, %.2f ms to write "
-        "it, a share of %.2g: "
-        "the disk is the limit from %.0f workers on (model)\n",
-        m.name, m.case_s, 1e3 * m.serial.keep_s, 1e3 * m.serial.write_s, share, m.case_s / m.serial.keep_s);
-  }
+  for (const SweepCosts& m : models)
+    blocks += plot_block(std::string("model_") + m.name, tell_model(m, start_s, result));
   if (!together) result.words += "no mpirun here: processes are not measured\n";
-
-  for (const bool svg : {false, true}) {
-    std::string script = plot_head(svg, 900, 620) + blocks + plot_block("threads", measured[0]);
-    if (together) script += plot_block("processes", measured[1]);
-    script +=
-        "set logscale xy\nset xlabel 'workers (a core each)'\nset ylabel 'cases a minute'\nset key top "
-        "left\nset xrange [0.8:5000]\n"
-        "set title 'Data sets of lumps: measured on 1 and 2 cores, beyond that a model of 10000 "
-        "cases'\nplot ";
-    for (size_t i = 0; i < 2; ++i) {
-      script += std::string("$model_") + models[i].name + " using 1:2 with lines lw 2 lc rgb '" +
-                plot_colour(i) + "' title " +
-                gnuplot_quoted(std::string("model, ") + models[i].name + " sweep") + ", ";
-      script += print("%g*x with lines dt 3 lc rgb '%s' title '%s without a serial part', ",
-                      60 / models[i].case_s, plot_colour(i), models[i].name);
-    }
-    script += std::string("$threads using 1:2 with points pt 7 ps 1.3 lc rgb '") + plot_colour(4) +
-              "' title 'measured, quick sweep, threads'";
-    if (together)
-      script += std::string(", $processes using 1:2 with points pt 4 ps 1.8 lw 2 lc rgb '") + plot_colour(2) +
-                "' title 'measured, quick sweep, processes'";
-    (svg ? result.svg : result.png) = run_gnuplot(script + "\n").bytes;
-  }
+  for (const bool svg : {false, true})
+    (svg ? result.svg : result.png) = run_gnuplot(plot(blocks, measured, models, svg)).bytes;
   return result;
 }
 

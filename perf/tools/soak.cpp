@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -201,9 +202,7 @@ double growth_MB_per_h(const std::vector<Sample>& samples) {
   return spread > 0 ? (n * xy - x * y) / spread : 0;
 }
 
-int run(int argc, char** argv) {
-  CommandLine app("A simulated camera for hours, compressed as far as the machine allows.");
-  Options options;
+void add_options(CommandLine& app, Options& options) {
   app.add_option("--hours", options.hours, "of simulated time")->check(Check::positive());
   app.add_option("--rate", options.rate_Hz, "of the simulated camera, Hz")->check(Check::positive());
   app.add_option("--width", options.width, "px")->check(Check::range(16, 4096));
@@ -211,13 +210,94 @@ int run(int argc, char** argv) {
   app.add_option("--device", options.device, "index or part of a name");
   app.add_option("--out", options.out, "folder for soak.csv and soak.png; sessions pass through it")
       ->required();
+}
+
+/// Sessions that begin and end all along: what they leave behind would show.
+class PassingSessions {
+ public:
+  PassingSessions(const Options& options, const SessionInfo& info)
+      : options_(options), due_(in_frames(options.sessions_s) / 2) {
+    recording_.emplace([this] { return options_.out / "session"; }, info, SessionOptions{.no_drop = true});
+  }
+
+  viz::Recording* recording() { return &*recording_; }
+  uint64_t count() const { return count_; }
+  uint64_t unread() const { return unread_; }
+
+  /// On the capturing thread, with the number of frames so far.
+  void update(uint64_t captured) {
+    if (!recording_->on() && captured >= due_) {
+      recording_->start();
+      until_ = captured + in_frames(options_.session_s);
+      due_ += in_frames(options_.sessions_s);
+    } else if (recording_->on() && captured >= until_) {
+      for (const auto& written : recording_->finish()) {
+        unread_ += !written.status.error.empty() || written.status.written != written.status.recorded;
+        std::filesystem::remove_all(written.folder);
+      }
+      ++count_;
+    }
+  }
+  void end() {
+    recording_.reset();
+    std::filesystem::remove_all(options_.out / "session");
+  }
+
+ private:
+  uint64_t in_frames(double seconds) const { return static_cast<uint64_t>(seconds * options_.rate_Hz); }
+
+  const Options& options_;
+  std::optional<viz::Recording> recording_;
+  std::atomic<uint64_t> count_{0};
+  uint64_t unread_ = 0, due_, until_ = 0;
+};
+
+SessionInfo session_info(const Sensor& sensor, const Frame& background, const FrameFormat& format,
+                         double rate_Hz) {
+  SessionInfo info;
+  info.sensor = sensor;
+  info.format = format;
+  info.rate_Hz = rate_Hz;
+  info.background = background;
+  info.outputs = Output::Force | Output::Surface;
+  return info;
+}
+
+void draw(const std::vector<Sample>& samples, const std::string& title, const std::filesystem::path& out) {
+  const Picture picture = run_gnuplot(plot(samples, title));
+  if (picture.bytes.empty()) std::fprintf(stderr, "palpate_soak: no plot: %s\n", picture.error.c_str());
+  if (!picture.bytes.empty()) write_whole(out / "soak.png", std::string_view(picture.bytes));
+}
+
+/// Prints what the run was like; true where nothing grew, drifted or was lost.
+bool judge(const std::vector<Sample>& s, const std::string& title, const viz::LiveReport& report,
+           uint64_t frames, const PassingSessions& sessions) {
+  const Sample &first = s[s.size() / 4], &last = s.back();
+  std::printf(
+      "%s\n%llu of %llu frames measured, %.0f frames/s, %llu sessions (%llu failed)\nresident memory %.1f MB "
+      "after a quarter, %.1f MB at the end, %+.2f MB an hour over the second half\nopen files %llu, then "
+      "%llu; "
+      "threads %llu, then %llu\nlargest drift: gray sum %g gray levels, depth %g mm\n",
+      title.c_str(), static_cast<unsigned long long>(report.processed),
+      static_cast<unsigned long long>(frames), static_cast<double>(frames) / report.seconds,
+      static_cast<unsigned long long>(sessions.count()), static_cast<unsigned long long>(sessions.unread()),
+      first.resident_MB, last.resident_MB, growth_MB_per_h(s), static_cast<unsigned long long>(first.files),
+      static_cast<unsigned long long>(last.files), static_cast<unsigned long long>(first.threads),
+      static_cast<unsigned long long>(last.threads), last.gray_drift, last.depth_drift_mm);
+  return last.files == first.files && last.threads <= first.threads && last.gray_drift == 0 &&
+         last.depth_drift_mm == 0 && sessions.unread() == 0 && report.processed == frames;
+}
+
+int run(int argc, char** argv) {
+  CommandLine app("A simulated camera for hours, compressed as far as the machine allows.");
+  Options options;
+  add_options(app, options);
   if (const std::optional<int> code = app.parse_or_exit(argc, argv)) return *code;
 
   Sensor sensor;
   Frame background;
   const std::vector<Frame> round = round_of_touch(options, sensor, background);
   const auto frames = static_cast<uint64_t>(options.hours * 3600 * options.rate_Hz);
-  const auto in_frames = [&](double seconds) { return static_cast<uint64_t>(seconds * options.rate_Hz); };
   gpu::ContextOptions device;
   device.device = options.device;
   gpu::Context context(device);
@@ -226,73 +306,28 @@ int run(int argc, char** argv) {
   rows.append(
       "simulated_h,real_s,resident_MB,open_files,threads,frames_per_s,frame_p50_ms,frame_p99_ms,gray_drift,"
       "depth_drift_mm,sessions");
-  Watch watch(round.size(), in_frames(options.sample_s), options.rate_Hz, &rows);
-
-  // Sessions begin and end all along: what they leave behind would show.
-  SessionInfo info;
-  info.sensor = sensor;
-  info.format = round.front().format;
-  info.rate_Hz = options.rate_Hz;
-  info.background = background;
-  info.outputs = Output::Force | Output::Surface;
-  std::atomic<uint64_t> sessions{0};
-  uint64_t unread = 0;
-  std::optional<viz::Recording> recording;
-  const auto fresh = [&] {
-    recording.emplace([&] { return options.out / "session"; }, info, SessionOptions{.no_drop = true});
-  };
-  fresh();
+  const auto every = static_cast<uint64_t>(options.sample_s * options.rate_Hz);
+  Watch watch(round.size(), every, options.rate_Hz, &rows);
+  PassingSessions sessions(options, session_info(sensor, background, round.front().format, options.rate_Hz));
   viz::LiveOptions live;
   live.unpaced = live.measure_all = true;
-  live.recording = &*recording;
-  live.on_result = [&](const Touch& touch) { watch.add(touch, sessions); };
-  uint64_t due = in_frames(options.sessions_s) / 2, until = 0;
-  live.on_progress = [&](uint64_t captured) {
-    if (!recording->on() && captured >= due) {
-      recording->start();
-      until = captured + in_frames(options.session_s);
-      due += in_frames(options.sessions_s);
-    } else if (recording->on() && captured >= until) {
-      for (const auto& written : recording->finish()) {
-        unread += !written.status.error.empty() || written.status.written != written.status.recorded;
-        std::filesystem::remove_all(written.folder);
-      }
-      ++sessions;
-    }
-  };
-  PipelineOptions pipeline;
+  live.recording = sessions.recording();
+  live.on_result = [&](const Touch& touch) { watch.add(touch, sessions.count()); };
+  live.on_progress = [&](uint64_t captured) { sessions.update(captured); };
   const viz::LiveReport report = viz::run_without_window(
       context, [&] { return std::make_unique<EndlessCamera>(round, options.rate_Hz, frames); }, sensor,
-      background, pipeline, live);
+      background, PipelineOptions(), live);
   rows.close();
-  recording.reset();
-  std::filesystem::remove_all(options.out / "session");
+  sessions.end();
 
-  const std::vector<Sample>& s = watch.samples();
-  if (s.size() < 4) throw Error(Failure::Usage, "a run of four samples at least", "fewer", "more --hours");
+  if (watch.samples().size() < 4)
+    throw Error(Failure::Usage, "a run of four samples at least", "fewer", "more --hours");
   char title[200];
   std::snprintf(title, sizeof title, "%.3g h of a camera at %g frames/s, %ux%u px, in %.0f s: %s",
                 options.hours, options.rate_Hz, options.width, options.height, report.seconds,
                 context.report().name.c_str());
-  const Picture picture = run_gnuplot(plot(s, title));
-  if (picture.bytes.empty()) std::fprintf(stderr, "palpate_soak: no plot: %s\n", picture.error.c_str());
-  if (!picture.bytes.empty()) write_whole(options.out / "soak.png", std::string_view(picture.bytes));
-
-  const Sample &first = s[s.size() / 4], &last = s.back();
-  const bool flat = last.files == first.files && last.threads <= first.threads && last.gray_drift == 0 &&
-                    last.depth_drift_mm == 0 && unread == 0 && report.processed == frames;
-  std::printf(
-      "%s\n%llu of %llu frames measured, %.0f frames/s, %llu sessions (%llu failed)\nresident memory %.1f MB "
-      "after a quarter, %.1f MB at the end, %+.2f MB an hour over the second half\nopen files %llu, then "
-      "%llu; "
-      "threads %llu, then %llu\nlargest drift: gray sum %g gray levels, depth %g mm\n",
-      title, static_cast<unsigned long long>(report.processed), static_cast<unsigned long long>(frames),
-      static_cast<double>(frames) / report.seconds, static_cast<unsigned long long>(sessions.load()),
-      static_cast<unsigned long long>(unread), first.resident_MB, last.resident_MB, growth_MB_per_h(s),
-      static_cast<unsigned long long>(first.files), static_cast<unsigned long long>(last.files),
-      static_cast<unsigned long long>(first.threads), static_cast<unsigned long long>(last.threads),
-      last.gray_drift, last.depth_drift_mm);
-  return flat ? 0 : 1;
+  draw(watch.samples(), title, options.out);
+  return judge(watch.samples(), title, report, frames, sessions) ? 0 : 1;
 }
 
 }  // namespace

@@ -1,0 +1,75 @@
+// Whole frames: to height and depth, beside OpenCV and FFTW, and how many a second.
+#include "perf/tools/bench.h"
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "engine/gpu/commands.h"
+#include "perf/rivals/rivals.h"
+
+namespace palpate::perf {
+
+void Bench::frame(const Size& size, SyntheticMode mode) {
+  Scene scene = scene_for(size, mode);
+  const std::string work = "frame to height (" + std::string(to_string(scene.sensor.reading)) + ")";
+  Pipeline pipeline = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+  OpenCvFftwFrame rival(scene.background, scene.sensor, size.padded_width, size.padded_height);
+  add(compare(work, size.text(), {"palpate", [&] { pipeline.process(scene.next()); }},
+              {"OpenCV + FFTW", [&] { sink_ += rival.run(scene.next()); }}, repetitions_, inner(size, 8)));
+  stages(pipeline, scene, size, work);
+}
+
+void Bench::normal_table(const Size& size) {
+  Scene scene = scene_for(size, SyntheticMode::Gel);
+  Pipeline plain = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+  constexpr uint32_t kSide = 17;
+  NormalTable& table = scene.sensor.photometric.table.emplace();
+  table.side = kSide;
+  for (uint32_t n = 0; n < kSide * kSide; ++n) {
+    const uint32_t column = n % kSide, row = n / kSide;
+    table.nx.push_back(2.0 * column / (kSide - 1) - 1);
+    table.ny.push_back(2.0 * row / (kSide - 1) - 1);
+  }
+  Pipeline with = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+  add(compare("normal table", size.text(), {"with", [&] { with.process(scene.next()); }},
+              {"without", [&] { plain.process(scene.next()); }}, repetitions_, inner(size, 8)));
+}
+
+void Bench::lookup(const Size& size) {
+  Scene scene = scene_for(size, SyntheticMode::Lambert);
+  scene.sensor.reading = Reading::Lookup;
+  scene.sensor.lookup.points = {{4, 0}, {60, 0.8}, {120, 1.2}, {200, 1.5}};
+  Pipeline pipeline = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+  add(compare("frame to depth (lookup)", size.text(), {"palpate", [&] { pipeline.process(scene.next()); }},
+              {"OpenCV", [&] { sink_ += opencv_lookup(scene.next(), scene.background); }}, repetitions_,
+              inner(size, 8)));
+}
+
+void Bench::throughput(const Size& size, SyntheticMode mode) {
+  Scene scene = scene_for(size, mode);
+  Pipeline pipeline = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
+  constexpr int kFrames = 150;
+  const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < kFrames; ++i) {
+    while (!pipeline.submit(scene.next())) pipeline.wait();
+  }
+  while (pipeline.wait()) {
+  }
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  throughput_csv_ += std::string(to_string(scene.sensor.reading)) + "," + size.text() + "," +
+                     std::to_string(std::lround(kFrames / seconds)) + "\n";
+  std::printf("throughput, %s, %s: %.1f frames/s\n", to_string(scene.sensor.reading), size.text().c_str(),
+              kFrames / seconds);
+}
+
+void Bench::stages(Pipeline& pipeline, Scene& scene, const Size& size, const std::string& work) {
+  if (!context_.timers()) return;
+  pipeline.submit(scene.next());
+  const auto result = pipeline.wait();
+  std::printf("  stages of %s, %s:", work.c_str(), size.text().c_str());
+  for (const gpu::ScopeTime& t : pipeline.times(*result)) std::printf(" %s %.2f ms", t.name.c_str(), t.ms);
+  std::printf("\n");
+}
+
+}  // namespace palpate::perf
