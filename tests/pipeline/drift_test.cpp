@@ -164,16 +164,22 @@ TEST(Drift, ExtremeSprings) {
   }
 }
 
-// The same frames thousands of times through the slots of one pipeline: the same bits each time.
-using DriftOnGpu = GpuTest;
-TEST_F(DriftOnGpu, TheSameFramesGiveTheSameBits) {
-  const FrameFormat format{64, 48, 1, 8};
+// Its reading makes heights, its force a limit for the shear.
+Sensor shaded_sensor() {
   Sensor sensor;
   sensor.name = "drift";
   sensor.pitch_mm_per_px = kPitch_mm;
   sensor.reading = Reading::Shading;
   sensor.shading.facing_gray = 200;
   sensor.force = ForceCalibration{1e-4, 0, 1e-3, {}, 0, 1e9};
+  return sensor;
+}
+
+// The same frames thousands of times through the slots of one pipeline: the same bits each time.
+using DriftOnGpu = GpuTest;
+TEST_F(DriftOnGpu, TheSameFramesGiveTheSameBits) {
+  const FrameFormat format{64, 48, 1, 8};
+  const Sensor sensor = shaded_sensor();
   Pipeline pipeline(context(), sensor, format, {});
   pipeline.set_background(uniform_frame(format, 10));
   std::vector<Frame> frames;
@@ -213,16 +219,23 @@ int frames_of_a_run(int usual) {
   return wanted && *wanted ? std::max(std::atoi(wanted), usual) : usual;
 }
 
+// A round contact on a circle around the middle of 48 x 32 px.
+Frame circling(const Frame& rest, double turn_rad) {
+  const double cx = 24 + 4 * std::sin(turn_rad), cy = 16 + 2 * std::cos(turn_rad);
+  Frame frame = rest;
+  for (uint32_t y = 0; y < rest.format.height; ++y)
+    for (uint32_t x = 0; x < rest.format.width; ++x)
+      frame.set(
+          0, x, y,
+          static_cast<uint32_t>(10 + 170 * std::exp(-(std::pow(x - cx, 2) + std::pow(y - cy, 2)) / 60)));
+  return frame;
+}
+
 // Thousands of frames of a contact that circles and slips, each solve from the last one's heights: the errors
 // of heights and shear stay where a few frames left them.
 TEST_F(DriftOnGpu, WarmStartDoesNotCreep) {
   const FrameFormat format{48, 32, 1, 8};
-  Sensor sensor;
-  sensor.name = "drift";
-  sensor.pitch_mm_per_px = kPitch_mm;
-  sensor.reading = Reading::Shading;
-  sensor.shading.facing_gray = 200;
-  sensor.force = ForceCalibration{1e-4, 0, 1e-3, {}, 0, 1e9};
+  Sensor sensor = shaded_sensor();
   sensor.shear = springs(0.03);
   PipelineOptions options;
   options.solver = SurfaceSolver::Converged;
@@ -242,14 +255,7 @@ TEST_F(DriftOnGpu, WarmStartDoesNotCreep) {
   std::vector<Frame> frames;
   std::vector<std::vector<float>> wanted;
   for (int k = 0; k < kTurn; ++k) {
-    const double turn = 2 * std::numbers::pi * k / kTurn, cx = 24 + 4 * std::sin(turn),
-                 cy = 16 + 2 * std::cos(turn);
-    Frame frame = rest;
-    for (uint32_t y = 0; y < format.height; ++y)
-      for (uint32_t x = 0; x < format.width; ++x)
-        frame.set(
-            0, x, y,
-            static_cast<uint32_t>(10 + 170 * std::exp(-(std::pow(x - cx, 2) + std::pow(y - cy, 2)) / 60)));
+    const Frame frame = circling(rest, 2 * std::numbers::pi * k / kTurn);
     frames.push_back(frame);
     ASSERT_TRUE(cold.submit(frame));
     const Result result = *cold.wait();

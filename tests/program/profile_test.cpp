@@ -1,5 +1,4 @@
-// palpate profile: the arithmetic on known data, files that are not profiles, and a small run on a real
-// device.
+// palpate profile: the arithmetic on known data, and a small run on a real device.
 #include "perf/profile/profile.h"
 
 #include <gtest/gtest.h>
@@ -20,6 +19,7 @@
 #include "perf/profile/tables.h"
 #include "perf/profile/truths.h"
 #include "perf/rivals/rivals.h"
+#include "tests/program/made_up_profile.h"
 #include "tests/support/program_fixture.h"
 #include "viz/display/picture.h"
 #include "viz/report/gnuplot.h"
@@ -28,88 +28,6 @@ namespace palpate::perf {
 namespace {
 
 using Json = nlohmann::json;
-
-Distribution around(double median_ms) {
-  return {20,
-          0.8 * median_ms,
-          0.9 * median_ms,
-          median_ms,
-          1.1 * median_ms,
-          1.4 * median_ms,
-          1.5 * median_ms,
-          2 * median_ms};
-}
-
-SizeFigure size_figure(uint32_t width_px, uint32_t height_px, double frame_ms) {
-  SizeFigure size;
-  size.reading = "shading";
-  size.width_px = width_px;
-  size.height_px = height_px;
-  size.latency = around(frame_ms);
-  size.histogram = histogram_of({0.9 * frame_ms, frame_ms, 1.1 * frame_ms}, 4);
-  size.cpu_ms = 1.5 * frame_ms;
-  size.frames_per_s = 1200 / frame_ms;
-  size.memory_bytes = uint64_t{30} * width_px * height_px;
-  size.setup_ms = 100;
-  StageFigure stage;
-  stage.stage = "contact";
-  stage.time = around(0.3 * frame_ms);
-  stage.read_bytes = uint64_t{2} * width_px * height_px;
-  stage.written_bytes = 1000;
-  stage.dispatches = 1;
-  stage.GB_per_s = 3;
-  stage.ceiling_fraction = 0.3;
-  size.stages = {stage};
-  return size;
-}
-
-/// A whole profile whose frames take `slowness` ms at 640 x 480.
-Profile made_up(const std::string& device, double slowness) {
-  Profile profile;
-  profile.complete = true;
-  profile.budget_s = 10;
-  profile.elapsed_s = 9;
-  profile.machine.device = device;
-  profile.machine.palpate = "0.1.0";
-  profile.machine.cpu = "some CPU";
-  profile.machine.driver = "driver 1";
-  profile.ceiling = {{{1 << 20, 20, 15}, {64 << 20, 10, 9}}, 10, "GPU", 0.98, 0.1};
-  profile.sizes = {size_figure(640, 480, slowness), size_figure(1280, 960, 4 * slowness)};
-  profile.growth = growth_of(profile.sizes);
-  SolverFigure solver;
-  solver.truth = "smooth";
-  solver.width_px = 640;
-  solver.height_px = 480;
-  solver.solver = "live";
-  solver.where = "GPU";
-  solver.relative_rms_error = 1e-4;
-  solver.peak_to_valley_error = 2e-4;
-  solver.time = around(slowness / 2);
-  solver.on_front = true;
-  profile.solvers = {solver};
-  OutputFigure output;
-  output.outputs = "force only (10 % touched)";
-  output.reading = "shading";
-  output.width_px = 640;
-  output.height_px = 480;
-  output.touched_fraction = 0.1;
-  output.time = around(slowness / 5);
-  output.cpu_ratio = 0.2;
-  output.memory_bytes = 1000000;
-  profile.outputs = {output};
-  LiveFigure live;
-  live.reading = "shading";
-  live.width_px = 640;
-  live.height_px = 480;
-  live.rate_Hz = 60;
-  live.frames = 120;
-  live.dropped_before_display = 3;
-  live.to_measured = around(2 * slowness);
-  live.to_picture = around(5 * slowness);
-  profile.live = {live};
-  profile.skipped = {{"8192 x 8192, shading", "needs about 24 s"}};
-  return profile;
-}
 
 TEST(Profile, PowerFitFindsExponentAndItsError) {
   const std::array<double, 5> x{1e4, 4e4, 3e5, 1.5e6, 6.7e7};
@@ -278,16 +196,6 @@ TEST(Profile, FiguresAndBytesAreReadable) {
   EXPECT_EQ(csv_cell("a,\"b\""), "\"a,\"\"b\"\"\"");
 }
 
-/// No way out of the page: nothing is loaded, nothing runs.
-void expect_self_contained(const std::string& html) {
-  for (const char* way :
-       {"src=", "<script", "<link", "@import", "url(http", "<iframe", "file:/", "/home/", "/tmp/"})
-    EXPECT_FALSE(contains(html, way)) << way;
-  for (size_t at = html.find("href="); at != std::string::npos; at = html.find("href=", at + 1))
-    EXPECT_EQ(html[at + 6], '#') << html.substr(at, 60);  // only to shapes of the same picture
-  EXPECT_TRUE(contains(html, "</html>"));
-}
-
 TEST(Profile, ReportIsSelfContainedAndEscapesNames) {
   const Profile profile = made_up("<script>alert('x')</script> & \"co\"", 2);
   std::vector<DrawnPlot> drawn;
@@ -436,106 +344,6 @@ TEST(Profile, SizesThatDoNotFitTheBudgetAreNamed) {
   ASSERT_EQ(profile.skipped.size(), 1u);
   EXPECT_EQ(profile.skipped[0].what, "4096 x 4096, shading");
   EXPECT_TRUE(contains(profile.skipped[0].why, "of the budget are left")) << profile.skipped[0].why;
-}
-
-class ProfileProgram : public Program {
- protected:
-  fs::path file(const std::string& name, const std::string& text) {
-    spill(folder_ / name, text);
-    return folder_ / name;
-  }
-};
-
-TEST_F(ProfileProgram, RefusesFilesThatAreNoProfiles) {
-  const std::string good = to_json(made_up("A", 2));
-  const fs::path a = file("a.json", good);
-  const auto changed = [&](const std::string& name, const std::function<void(Json&)>& change) {
-    Json value = Json::parse(good);
-    change(value);
-    return file(name, value.dump());
-  };
-  const auto refuse = [&](const fs::path& b, const std::vector<std::string>& words) {
-    expect_refusal({"profile", "--compare", a, b}, 3, words);
-  };
-  refuse(folder_ / "none.json", {"none.json", "no such file"});
-  refuse(folder_, {"no such file"});
-  refuse(file("cut.json", good.substr(0, good.size() / 2)), {"cut.json", "damaged JSON at byte"});
-  refuse(file("empty.json", ""), {"damaged JSON"});
-  std::string nan = good;
-  nan.replace(nan.find("\"GB_per_s\": "), 14, "\"GB_per_s\": NaN");
-  refuse(file("nan.json", nan), {"damaged JSON at byte"});
-  refuse(file("other.json", "{\"devices\": []}"), {"JSON of another kind"});
-  refuse(file("list.json", "[1, 2]"), {"JSON of another kind"});
-  refuse(changed("version.json", [](Json& v) { v["palpate_profile"] = 99; }), {"version 99"});
-  refuse(changed("null.json", [](Json& v) { v["sizes"][0]["latency"]["median_ms"] = nullptr; }),
-         {"null at /sizes/0/latency/median_ms"});
-  refuse(changed("negative.json", [](Json& v) { v["sizes"][1]["cpu_ms"] = -1.5; }),
-         {"-1.5 at /sizes/1/cpu_ms"});
-  refuse(changed("missing.json", [](Json& v) { v["machine"].erase("driver"); }), {"'driver' not found"});
-  refuse(changed("text.json", [](Json& v) { v["sizes"][0]["width_px"] = "wide"; }), {"must be number"});
-  refuse(changed("zero.json", [](Json& v) { v["sizes"][0]["width_px"] = 0; }), {"no size"});
-}
-
-TEST_F(ProfileProgram, ComparesTwoFiles) {
-  const fs::path a = file("a.json", to_json(made_up("A", 2))), b = file("b.json", to_json(made_up("B", 3)));
-  const Ended ended = run({"profile", "--compare", a, b, "--out", folder_ / "out"});
-  EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_TRUE(contains(ended.out, "1.50 times as long on B"));
-  expect_self_contained(slurp(folder_ / "out" / "compare.html"));
-  const palpate::Table table(slurp(folder_ / "out" / "compare.csv"));
-  table.expect_whole();
-  EXPECT_EQ(table.at(0, "ratio"), "1.5");
-  const Json json = Json::parse(run({"profile", "--compare", a, b, "--json"}).out);
-  EXPECT_NEAR(json.at("frame_ratio"), 1.5, 1e-9);
-}
-
-TEST_F(ProfileProgram, WritesAFolderEvenWithoutGnuplot) {
-  const fs::path out = folder_ / "out";
-  fs::create_directories(folder_ / "no-programs");
-  Surroundings around;
-  around.environment["PATH"] = folder_ / "no-programs";
-  const Ended ended =
-      run({"profile", "--quick", "--sizes", "64x48", "--budget", "1", "--out", out, "--json"}, around);
-  EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_TRUE(contains(ended.err, "gnuplot is not installed")) << ended.err;
-  EXPECT_EQ(Json::parse(ended.out), Json::parse(slurp(out / "profile.json")));
-  EXPECT_TRUE(load_profile(out / "profile.json").complete);
-  for (const char* name :
-       {"frames.csv", "stages.csv", "solvers.csv", "outputs.csv", "ceiling.csv", "latency.csv", "live.csv"})
-    EXPECT_FALSE(palpate::Table(slurp(out / name)).rows.empty()) << name;
-  const std::string html = slurp(out / "report.html");
-  expect_self_contained(html);
-  EXPECT_TRUE(contains(html, "No plots"));
-  for (const auto& entry : fs::directory_iterator(out))
-    EXPECT_FALSE(contains(entry.path().filename().string(), "partial")) << entry.path();
-}
-
-TEST_F(ProfileProgram, CtrlCKeepsWhatIsFinished) {
-  const fs::path out = folder_ / "out";
-  const pid_t child =
-      start({"profile", "--out", out, "--budget", "600", "--sizes", "64x48,640x480", "--quiet"});
-  for (int i = 0; i < 600 && !fs::exists(out / "profile.json"); ++i) usleep(100000);
-  kill(child, SIGINT);
-  const Ended ended = finish(child);
-  EXPECT_EQ(ended.exit_code, 130) << ended.err;
-  const Profile profile = load_profile(out / "profile.json");
-  EXPECT_FALSE(profile.complete);
-  EXPECT_GT(profile.ceiling.GB_per_s, 0);
-  EXPECT_TRUE(contains(slurp(out / "report.html"), "ended before it was complete"));
-}
-
-TEST_F(ProfileProgram, RefusesBadCommandLines) {
-  expect_refusal({"profile"}, 2, {"--out"});
-  const std::string out = folder_ / "out";
-  expect_refusal({"profile", "--out", out, "--sizes", "640"}, 2, {"'640'"});
-  expect_refusal({"profile", "--out", out, "--sizes", "640x480,0x5"}, 2, {"'0x5'"});
-  expect_refusal({"profile", "--out", out, "--sizes", "20000x10"}, 2, {"20000x10"});
-  expect_refusal({"profile", "--out", out, "--budget", "0"}, 2, {"--budget"});
-  expect_refusal({"profile", "--compare", "a.json"}, 2, {"--compare"});
-  expect_refusal({"profile", "--compare", "a.json", "b.json", "--quick"}, 2, {"--compare"});
-  expect_refusal({"profile", "--out", out, "--all-devices", "--device", "0"}, 2, {"--device"});
-  expect_refusal({"profile", "--out", out, "--device", "no such thing"}, 5, {"no such thing"});
-  EXPECT_FALSE(fs::exists(out));
 }
 
 }  // namespace

@@ -309,12 +309,65 @@ std::vector<float> read_height_map(const fs::path& file, uint32_t& width, uint32
   return heights;
 }
 
+constexpr double kGroovePitch_mm = 0.027458113509339;
+
+/// RMS of the difference of two height maps in mm over the held-out pixels, their best plane removed.
+template <typename Held>
+double levelled_error_um(const std::vector<float>& z, const std::vector<float>& truth, uint32_t width,
+                         uint32_t height, const Held& held) {
+  std::array<std::array<double, 4>, 3> m{};
+  double square = 0, n = 0;
+  for (uint32_t y = 0; y < height; ++y)
+    for (uint32_t x = 0; x < width; ++x) {
+      if (!held(x, y)) continue;
+      const std::array<double, 3> v = {1, static_cast<double>(x) / width - 0.5,
+                                       static_cast<double>(y) / height - 0.5};
+      const double e =
+          static_cast<double>(z[size_t{y} * width + x]) - static_cast<double>(truth[size_t{y} * width + x]);
+      for (size_t i = 0; i < 3; ++i) {
+        for (size_t j = 0; j < 3; ++j) m[i][j] += v[i] * v[j];
+        m[i][3] += v[i] * e;
+      }
+      square += e * e;
+      n += 1;
+    }
+  const auto before = m;
+  for (size_t i = 0; i < 3; ++i)
+    for (size_t j = 0; j < 3; ++j) {
+      if (i == j) continue;
+      const double f = m[j][i] / m[i][i];
+      for (size_t k = 0; k < 4; ++k) m[j][k] -= f * m[i][k];
+    }
+  for (size_t i = 0; i < 3; ++i) square -= before[i][3] * m[i][3] / m[i][i];
+  return 1e3 * std::sqrt(std::max(0.0, square) / n);
+}
+
+/// Depth of the groove along the vendor's own line, levelled beside it as the vendor does.
+double groove_um(const std::vector<float>& z, uint32_t width) {
+  const double x0 = 219.25, y0 = 257.75, x1 = 367, y1 = 256.25,
+               length = std::hypot(x1 - x0, y1 - y0) * kGroovePitch_mm;
+  double n = 0, st = 0, sz = 0, stt = 0, stz = 0;
+  std::vector<std::array<double, 2>> line;
+  for (int i = 0; i <= 600; ++i) {
+    const double a = i / 600.0;
+    const auto x = static_cast<size_t>(std::lround(x0 + a * (x1 - x0))),
+               y = static_cast<size_t>(std::lround(y0 + a * (y1 - y0)));
+    line.push_back({a * length, static_cast<double>(z[y * width + x])});
+    const double t = line.back()[0];
+    if (!((t > 0.3 && t < 0.9) || (t > 3.1 && t < 3.6))) continue;
+    n += 1, st += t, sz += line.back()[1], stt += t * t, stz += t * line.back()[1];
+  }
+  const double slope = (n * stz - st * sz) / (n * stt - st * st), offset = (sz - slope * st) / n;
+  double lowest = 0;
+  for (const auto& [t, h] : line) lowest = std::min(lowest, h - offset - slope * t);
+  return -1e3 * lowest;
+}
+
 TEST_F(DepthRecordings, SixLightsGiveTheGrooveOnHeldOutPixels) {
   const fs::path folder = kData / "gelsight-groove";
-  constexpr double kPitch_mm = 0.027458113509339;
   Sensor gray;
   gray.name = "one light";
-  gray.pitch_mm_per_px = kPitch_mm;
+  gray.pitch_mm_per_px = kGroovePitch_mm;
   LightImages images;
   for (int k = 1; k <= 6; ++k) {
     const Frame frame = frame_of(folder / ("image0" + std::to_string(k) + ".png"), gray);
@@ -331,35 +384,10 @@ TEST_F(DepthRecordings, SixLightsGiveTheGrooveOnHeldOutPixels) {
     std::vector<uint8_t> use(truth.size());
     for (uint32_t y = 0; y < height; ++y)
       for (uint32_t x = 0; x < width; ++x) use[size_t{y} * width + x] = !held(x, y);
-    const LightStack stack = fit_light_stack(images, truth, use, kPitch_mm, order);
-    const std::vector<float> z = integrate_slopes(slopes_of(stack, images), width, height, kPitch_mm);
+    const LightStack stack = fit_light_stack(images, truth, use, kGroovePitch_mm, order);
+    const std::vector<float> z = integrate_slopes(slopes_of(stack, images), width, height, kGroovePitch_mm);
     if (heights) *heights = z;
-    // Least squares of 1, x, y on the held-out pixels.
-    std::array<std::array<double, 4>, 3> m{};
-    double square = 0, n = 0;
-    for (uint32_t y = 0; y < height; ++y)
-      for (uint32_t x = 0; x < width; ++x) {
-        if (!held(x, y)) continue;
-        const std::array<double, 3> v = {1, static_cast<double>(x) / width - 0.5,
-                                         static_cast<double>(y) / height - 0.5};
-        const double e =
-            static_cast<double>(z[size_t{y} * width + x]) - static_cast<double>(truth[size_t{y} * width + x]);
-        for (size_t i = 0; i < 3; ++i) {
-          for (size_t j = 0; j < 3; ++j) m[i][j] += v[i] * v[j];
-          m[i][3] += v[i] * e;
-        }
-        square += e * e;
-        n += 1;
-      }
-    const auto before = m;
-    for (size_t i = 0; i < 3; ++i)
-      for (size_t j = 0; j < 3; ++j) {
-        if (i == j) continue;
-        const double f = m[j][i] / m[i][i];
-        for (size_t k = 0; k < 4; ++k) m[j][k] -= f * m[i][k];
-      }
-    for (size_t i = 0; i < 3; ++i) square -= before[i][3] * m[i][3] / m[i][i];
-    return 1e3 * std::sqrt(std::max(0.0, square) / n);
+    return levelled_error_um(z, truth, width, height, held);
   };
   std::vector<float> heights;
   for (const uint32_t odd : {0u, 1u}) {
@@ -370,28 +398,9 @@ TEST_F(DepthRecordings, SixLightsGiveTheGrooveOnHeldOutPixels) {
     EXPECT_LT(bands, 6);
     EXPECT_LT(half, 25.5);
   }
-  // The groove along the vendor's own line, levelled beside it as the vendor does.
-  const auto depth_um = [&](const std::vector<float>& z) {
-    const double x0 = 219.25, y0 = 257.75, x1 = 367, y1 = 256.25,
-                 length = std::hypot(x1 - x0, y1 - y0) * kPitch_mm;
-    double n = 0, st = 0, sz = 0, stt = 0, stz = 0;
-    std::vector<std::array<double, 2>> line;
-    for (int i = 0; i <= 600; ++i) {
-      const double a = i / 600.0;
-      const auto x = static_cast<size_t>(std::lround(x0 + a * (x1 - x0))),
-                 y = static_cast<size_t>(std::lround(y0 + a * (y1 - y0)));
-      line.push_back({a * length, static_cast<double>(z[y * width + x])});
-      const double t = line.back()[0];
-      if (!((t > 0.3 && t < 0.9) || (t > 3.1 && t < 3.6))) continue;
-      n += 1, st += t, sz += line.back()[1], stt += t * t, stz += t * line.back()[1];
-    }
-    const double slope = (n * stz - st * sz) / (n * stt - st * st), offset = (sz - slope * st) / n;
-    double lowest = 0;
-    for (const auto& [t, h] : line) lowest = std::min(lowest, h - offset - slope * t);
-    return -1e3 * lowest;
-  };
-  std::printf("groove %.1f um deep, in the vendor's heights %.1f um\n", depth_um(heights), depth_um(truth));
-  EXPECT_NEAR(depth_um(heights), depth_um(truth), 10);
+  std::printf("groove %.1f um deep, in the vendor's heights %.1f um\n", groove_um(heights, width),
+              groove_um(truth, width));
+  EXPECT_NEAR(groove_um(heights, width), groove_um(truth, width), 10);
 }
 
 }  // namespace

@@ -1,0 +1,18 @@
+// Grids that tests lay by hand.
+#pragma once
+
+#include "engine/fem/linear/solver.h"
+
+namespace palpate {
+
+/// Of even cells with a modulus of 1.
+inline ForwardGrid cube(uint32_t cells, double pitch_mm) {
+  ForwardGrid grid;
+  grid.cells = {cells, cells, cells};
+  grid.size_x_mm = grid.size_y_mm = pitch_mm;
+  grid.size_z_mm.assign(cells, pitch_mm);
+  grid.young.assign(grid.cell_count(), 1);
+  return grid;
+}
+
+}  // namespace palpate
