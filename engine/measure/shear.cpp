@@ -62,14 +62,15 @@ Validity ShearTracker::validity_of(const Force& force, const Touch& touch) const
 
 void ShearTracker::fill_shear(const ShearCalibration& c, double x_mm, double y_mm, std::optional<Slip> told,
                               Touch& touch) {
-  const bool by_skin = c.signal == ShearSignal::Skin && touch.has_skin && touch.skin.touching >= 3;
+  const SkinMotion skin = touch.skin.value_or(SkinMotion{});
+  const bool by_skin = c.signal == ShearSignal::Skin && skin.touching >= 3;
   if (told == Slip::Slip) {
     // What the contact travels over the skin bends nothing.
     anchor_x_mm_ += slip_watch_.apart_x_mm();
     anchor_y_mm_ += slip_watch_.apart_y_mm();
   }
-  const Force force(c, by_skin ? touch.skin.shift_x_mm.value : x_mm - anchor_x_mm_,
-                    by_skin ? touch.skin.shift_y_mm.value : y_mm - anchor_y_mm_, touch.force_N);
+  const Force force(c, by_skin ? skin.shift_x_mm.value : x_mm - anchor_x_mm_,
+                    by_skin ? skin.shift_y_mm.value : y_mm - anchor_y_mm_, touch.force_N);
   touch.slip = force.slip;
   if (force.at_limit() || by_skin) {
     anchor_x_mm_ = x_mm - force.x_N / c.kx_N_per_mm;
@@ -81,17 +82,17 @@ void ShearTracker::fill_shear(const ShearCalibration& c, double x_mm, double y_m
       force.size_N < kLeastLoad * c.friction * std::max(touch.force_N.value, 0.0))
     told.emplace(Slip::Stick);
   // Until enough points lie under it a contact is taken to stick, and what lifts stays what it was.
-  if (touch.has_skin) touch.slip = told_ = told.value_or(told_);
+  if (touch.skin) touch.slip = told_ = told.value_or(told_);
   const double position_error_mm = kCentroidError_px * pitch_mm_per_px_;
   const Validity validity = validity_of(force, touch);
-  const auto estimate = [&](double force_N, double stiffness, const Estimate& skin) {
-    const double shift_error_mm = by_skin ? skin.standard_error : position_error_mm;
+  const auto estimate = [&](double force_N, double stiffness, const Estimate& shift) {
+    const double shift_error_mm = by_skin ? shift.standard_error : position_error_mm;
     const double relative = by_skin ? std::hypot(c.relative_sd, kSkinModelError) : c.relative_sd;
     return Estimate{force_N, std::hypot(relative * force_N, stiffness * shift_error_mm, force.limit_sd_N),
                     validity};
   };
-  touch.shear_x_N = estimate(force.x_N, c.kx_N_per_mm, touch.skin.shift_x_mm);
-  touch.shear_y_N = estimate(force.y_N, c.ky_N_per_mm, touch.skin.shift_y_mm);
+  touch.shear_x_N = estimate(force.x_N, c.kx_N_per_mm, skin.shift_x_mm);
+  touch.shear_y_N = estimate(force.y_N, c.ky_N_per_mm, skin.shift_y_mm);
 }
 
 void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
@@ -110,10 +111,10 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   touch.shift_x_mm = x_mm - onset_x_mm_;
   touch.shift_y_mm = y_mm - onset_y_mm_;
   std::optional<Slip> told;
-  if (touch.has_skin) told = slip_watch_.update(x_mm, y_mm, touch.skin);
+  if (touch.skin) told = slip_watch_.update(x_mm, y_mm, *touch.skin);
   if (calibration)
     fill_shear(*calibration, x_mm, y_mm, told, touch);
-  else if (touch.has_skin)
+  else if (touch.skin)
     touch.slip = told_ = told.value_or(told_);
 }
 

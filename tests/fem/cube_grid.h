@@ -6,8 +6,8 @@
 namespace palpate {
 
 /// Of even cells with a modulus of 1.
-inline ForwardGrid cube(uint32_t cells, double pitch_mm) {
-  ForwardGrid grid;
+inline fem::CellGrid cube(uint32_t cells, double pitch_mm) {
+  fem::CellGrid grid;
   grid.cells = {cells, cells, cells};
   grid.size_x_mm = grid.size_y_mm = pitch_mm;
   grid.size_z_mm.assign(cells, pitch_mm);

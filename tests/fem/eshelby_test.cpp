@@ -78,17 +78,18 @@ TEST(Forward, EshelbysSphere) {
     constexpr uint32_t n = 24;
     constexpr double nu = 0.495, radius = 8;
     const Eshelby truth(nu, ratio, radius);
-    ForwardGrid grid = cube(n, 1);
+    fem::CellGrid grid = cube(n, 1);
     for (uint32_t k = 0; k < n; ++k)
       for (uint32_t j = 0; j < n; ++j)
         for (uint32_t i = 0; i < n; ++i) {
           const std::array<double, 3> low = {1.0 * i, 1.0 * j, 1.0 * k};
-          const double inside = share_inside(LumpShape::Sphere, {2 * radius, 2 * radius, 2 * radius}, low,
-                                             {low[0] + 1, low[1] + 1, low[2] + 1});
+          const double inside =
+              share_inside(fem::InclusionShape::Sphere, {2 * radius, 2 * radius, 2 * radius}, low,
+                           {low[0] + 1, low[1] + 1, low[2] + 1});
           grid.young[grid.cell(i, j, k)] = static_cast<float>(mixed_modulus(inside, ratio));
         }
     const size_t nodes = grid.nodes();
-    FixedNodes fixed(nodes);
+    fem::FixedNodes fixed(nodes);
     std::vector<double> u(3 * nodes);
     for (uint32_t k = 0; k <= n; ++k)
       for (uint32_t j = 0; j <= n; ++j)
@@ -101,7 +102,7 @@ TEST(Forward, EshelbysSphere) {
           for (size_t c = 0; c < 3; ++c) u[c * nodes + at] = exact[c];
         }
     WorkTeam team(0);
-    ForwardSolver solver(grid, nu, fixed, team);
+    fem::Solver solver(grid, nu, fixed, team);
     ASSERT_TRUE(solver.solve(std::vector<double>(3 * nodes), u, 1e-7, 2000).converged);
     double sum = 0;
     int cells = 0;

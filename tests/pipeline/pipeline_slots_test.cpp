@@ -31,12 +31,12 @@ TEST_F(PipelineTest, WhatIsNotAskedForIsNotBuilt) {
     ASSERT_TRUE(both.submit(bench.frame(k)));
     ASSERT_TRUE(force.submit(bench.frame(k)));
     const Result with = *both.wait(), without = *force.wait();
-    EXPECT_TRUE(with.touch.has_surface);
+    EXPECT_TRUE(with.touch.surface.has_value());
     EXPECT_NE(with.surface.buffer, nullptr);
     EXPECT_EQ(with.surface.width, 640u);
-    EXPECT_FALSE(without.touch.has_surface);
+    EXPECT_FALSE(without.touch.surface.has_value());
     EXPECT_EQ(without.surface.buffer, nullptr);
-    EXPECT_EQ(without.touch.depth_max_mm, 0);
+    EXPECT_EQ(without.touch.surface->depth_max_mm, 0);
     expect_identical(with.touch, without.touch, "frame " + std::to_string(k));
     std::vector<std::string> names;
     for (const gpu::ScopeTime& time : force.times(without)) names.push_back(time.name);

@@ -38,7 +38,8 @@ Misfit compare(const std::vector<float>& got, const Touch& touch, const std::vec
   }
   const double correlation =
       (gt - sum_g * sum_t / count) / std::sqrt((gg - sum_g * sum_g / count) * (tt - sum_t * sum_t / count));
-  return {std::sqrt(squares / count), top_got - top_truth, touch.depth_max_mm - top_truth, correlation};
+  return {std::sqrt(squares / count), top_got - top_truth, touch.surface->depth_max_mm - top_truth,
+          correlation};
 }
 
 struct Solved {
@@ -61,7 +62,7 @@ void expect_solvers_agree(const std::array<Solved, 3>& solved, double live_mm, d
       worst = std::max(worst, std::abs(double{solved[other].depth_mm[i]} - double{solved[2].depth_mm[i]}));
     std::printf("  %s differs from exact by at most %.2f um, depth_max by %.2f um\n",
                 other ? "converged" : "live", 1000 * worst,
-                1000 * (solved[other].touch.depth_max_mm - solved[2].touch.depth_max_mm));
+                1000 * (solved[other].touch.surface->depth_max_mm - solved[2].touch.surface->depth_max_mm));
     EXPECT_LT(worst, other ? converged_mm : live_mm) << what;
     expect_identical(solved[other].touch, solved[2].touch, what);
   }
@@ -83,8 +84,8 @@ TEST_F(PipelineTest, PhotometricDepthIsTheTruth) {
                                [](double, double) { return true; });
       std::printf("%s solver %zu: depth %.3f mm, RMS error %.1f um, depth_max error %.1f um\n", text, i,
                   truth.indentation_mm, 1000 * m.rms_mm, 1000 * m.depth_max_mm);
-      EXPECT_TRUE(solved[i].touch.has_surface);
-      EXPECT_TRUE(solved[i].touch.datum_from_rest);
+      EXPECT_TRUE(solved[i].touch.surface.has_value());
+      EXPECT_TRUE(solved[i].touch.surface->rest_from_untouched);
       EXPECT_NEAR(m.deepest_mm, m.depth_max_mm, 1e-4) << "depth_max is the map's largest value";
       EXPECT_LT(m.rms_mm, 0.025 * truth.indentation_mm) << text;
       EXPECT_LT(std::abs(m.depth_max_mm), 0.025 * truth.indentation_mm) << text;

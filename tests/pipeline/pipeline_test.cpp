@@ -244,16 +244,16 @@ TEST_F(PipelineTest, WallsBeyondTheSteepestSlopeAreTold) {
       Pipeline pipeline(context(), sensor, format, options);
       pipeline.set_background(rest);
       const Touch wall = pipeline.process(punch(100)), shallow = pipeline.process(punch(17));
-      EXPECT_EQ(wall.clipped_px, 160u);
-      EXPECT_EQ(wall.depth_validity, Validity::Clipped);
-      EXPECT_EQ(shallow.clipped_px, 0u);
-      EXPECT_EQ(shallow.depth_validity, Validity::Valid);
+      EXPECT_EQ(wall.surface->clipped_px, 160u);
+      EXPECT_EQ(wall.surface->validity, Validity::Clipped);
+      EXPECT_EQ(shallow.surface->clipped_px, 0u);
+      EXPECT_EQ(shallow.surface->validity, Validity::Valid);
       // A few stray pixels, here 3 of 2600, do not make a depth doubtful.
       Frame stray = punch(17);
       for (const uint32_t x : {60u, 70u, 159u}) stray.set(1, x, 50, 200);
       const Touch few = pipeline.process(stray);
-      EXPECT_EQ(few.clipped_px, 3u);
-      EXPECT_EQ(few.depth_validity, Validity::Valid);
+      EXPECT_EQ(few.surface->clipped_px, 3u);
+      EXPECT_EQ(few.surface->validity, Validity::Valid);
     }
   }
 }
@@ -281,14 +281,14 @@ TEST_F(PipelineTest, DarkFlanksBeyondTheSteepestSlopeAreTold) {
   Pipeline pipeline(context(), sensor, format, {});
   pipeline.set_background(rest);
   const Touch shallow = pipeline.process(press(0)), steep = pipeline.process(press(12));
-  EXPECT_GT(shallow.clipped_px, 100u) << "the rim";
-  EXPECT_EQ(shallow.depth_validity, Validity::Valid);
-  EXPECT_GT(steep.clipped_px, 2000u);
-  EXPECT_EQ(steep.depth_validity, Validity::Clipped);
+  EXPECT_GT(shallow.surface->clipped_px, 100u) << "the rim";
+  EXPECT_EQ(shallow.surface->validity, Validity::Valid);
+  EXPECT_GT(steep.surface->clipped_px, 2000u);
+  EXPECT_EQ(steep.surface->validity, Validity::Clipped);
   sensor.max_slope = 100;
   Pipeline lenient(context(), sensor, format, {});
   lenient.set_background(rest);
-  EXPECT_EQ(lenient.process(press(12)).clipped_px, 0u);
+  EXPECT_EQ(lenient.process(press(12)).surface->clipped_px, 0u);
 }
 
 }  // namespace

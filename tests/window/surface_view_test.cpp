@@ -232,11 +232,12 @@ TEST(MeshGovernor, CoarsensWhenSlowAndRefinesWithPatience) {
 TEST(ViewState, RangeGrowsAtOnceAndShrinksOnlyAfterSeconds) {
   ViewState state;
   Touch touch;
-  touch.contact = touch.has_surface = true;
-  touch.depth_max_mm = 0.42;
+  touch.contact = true;
+  touch.surface.emplace();
+  touch.surface->depth_max_mm = 0.42;
   state.follow(touch, 25);
   EXPECT_DOUBLE_EQ(state.range_mm, 0.5);
-  touch.depth_max_mm = 0.09;
+  touch.surface->depth_max_mm = 0.09;
   touch.time_ns = 1'000'000'000;
   state.follow(touch, 25);
   EXPECT_DOUBLE_EQ(state.range_mm, 0.5);
@@ -244,7 +245,7 @@ TEST(ViewState, RangeGrowsAtOnceAndShrinksOnlyAfterSeconds) {
   state.follow(touch, 25);
   EXPECT_DOUBLE_EQ(state.range_mm, 0.1);
   touch.contact = false;
-  touch.depth_max_mm = 0;
+  touch.surface->depth_max_mm = 0;
   touch.time_ns = 60'000'000'000;
   state.follow(touch, 25);
   EXPECT_DOUBLE_EQ(state.range_mm, 0.1) << "a resting pad changes nothing";

@@ -100,7 +100,7 @@ TEST(Tare, EachContactHasItsOwnZero) {
     return c;
   };
   Touch touch;
-  touch.contact = touch.has_contacts = true;
+  touch.contact = touch.regions.emplace();
   touch.force_N = {0.5, 0.03, Validity::Valid};
   touch.contacts = {contact(2, 0.2), contact(4, 0.3)};
   Tare tare;
@@ -417,13 +417,13 @@ TEST(CalibrationChart, MarksAreTheContactsOfTheFrame) {
   EXPECT_EQ(shear_marks(shear, t, false)[0].force_N.value, -0.2);
   // By the skin, the shift is the skin's where enough of it is followed.
   shear.signal = ShearSignal::Skin;
-  t.has_skin = true;
-  t.skin.shift_x_mm = {0.07, 0.01, Validity::Valid};
+  t.skin.emplace();
+  t.skin->shift_x_mm = {0.07, 0.01, Validity::Valid};
   EXPECT_EQ(shear_marks(shear, t, true)[0].signal, 0.3);
-  t.skin.touching = 12;
+  t.skin->touching = 12;
   EXPECT_EQ(shear_marks(shear, t, true)[0].signal, 0.07);
   // Of two contacts each has its own signal, the sum of both has none.
-  t.has_contacts = true;
+  t.regions.emplace();
   for (const uint32_t id : {3u, 5u}) {
     ContactTouch c;
     c.id = id;

@@ -8,7 +8,7 @@
 #include "engine/numeric/dense.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr double kRim_mm = 1.25;      // nearer to the rim a grid's own error is larger than a lump's trace
@@ -28,7 +28,7 @@ bool outside(double value, const std::array<double, 2>& range) {
   return !(value >= range[0] * (1 - kBeyond) && value <= range[1] * (1 + kBeyond));
 }
 
-void check(const LumpReading& reading) {
+void check(const Observation& reading) {
   const auto refuse = [](const std::string& wanted, const std::string& found) {
     throw Error(Failure::Usage, wanted, found, "a reading whose maps, forces and sizes fit each other");
   };
@@ -37,8 +37,8 @@ void check(const LumpReading& reading) {
     refuse("1 to 32 pressure maps and a force for each",
            std::to_string(reading.pressure_Pa.size()) + " maps and " +
                std::to_string(reading.force_N.size()) + " forces");
-  const ForwardMap& first = reading.pressure_Pa.front();
-  for (const ForwardMap& map : reading.pressure_Pa)
+  const fem::Map& first = reading.pressure_Pa.front();
+  for (const fem::Map& map : reading.pressure_Pa)
     if (map.width != first.width || map.height != first.height || map.pitch_mm != first.pitch_mm ||
         map.values.size() != size_t{map.width} * map.height || map.width < 4 || map.height < 4)
       refuse("maps of the same nodes, 4 x 4 or more",
@@ -57,7 +57,7 @@ void check(const LumpReading& reading) {
     refuse("a noise of 0 Pa or more", text(reading.noise_Pa, "Pa"));
 }
 
-double unseen_share(const ForwardMap& map) {
+double unseen_share(const fem::Map& map) {
   size_t unseen = 0;
   for (const float value : map.values) unseen += !std::isfinite(value);
   return static_cast<double>(unseen) / static_cast<double>(map.values.size());
@@ -66,7 +66,7 @@ double unseen_share(const ForwardMap& map) {
 // Puts a reading's nodes together; `verdict` and reasons go to the estimate where it cannot be used.
 class NodeChoice {
  public:
-  NodeChoice(const LumpModel& model, const LumpReading& reading, LumpEstimate& estimate)
+  NodeChoice(const Model& model, const Observation& reading, Estimate& estimate)
       : model_(model), reading_(reading), estimate_(estimate) {}
 
   std::optional<PressedNodes> run() {
@@ -76,7 +76,7 @@ class NodeChoice {
   }
 
  private:
-  bool end(LumpVerdict verdict, const std::string& why) {
+  bool end(Status verdict, const std::string& why) {
     estimate_.verdict = verdict;
     estimate_.reasons.push_back(why);
     return false;
@@ -85,11 +85,11 @@ class NodeChoice {
   bool block_known() {
     for (size_t axis = 0; axis < 2; ++axis)
       if (outside(reading_.block_mm[axis], {model_.block_mm[axis], model_.block_mm[axis]}))
-        return end(LumpVerdict::OutsideTraining, "the block is " + text(reading_.block_mm[axis], "mm") +
-                                                     " wide; the model knows " +
-                                                     text(model_.block_mm[axis], "mm"));
+        return end(Status::OutsideTraining, "the block is " + text(reading_.block_mm[axis], "mm") +
+                                                " wide; the model knows " +
+                                                text(model_.block_mm[axis], "mm"));
     if (outside(reading_.block_mm[2], model_.thickness_mm))
-      return end(LumpVerdict::OutsideTraining,
+      return end(Status::OutsideTraining,
                  "the tissue is " + text(reading_.block_mm[2], "mm") + " thick; the model knows " +
                      text(model_.thickness_mm[0], "to ") + text(model_.thickness_mm[1], "mm"));
     nodes_.thickness_mm = reading_.block_mm[2];
@@ -100,7 +100,7 @@ class NodeChoice {
   bool choose_loads() {
     // A window's edge that lies off the block is unseen at all loads; what only some loads miss is saturated.
     double always = 1;
-    for (const ForwardMap& map : reading_.pressure_Pa) always = std::min(always, unseen_share(map));
+    for (const fem::Map& map : reading_.pressure_Pa) always = std::min(always, unseen_share(map));
     bool saturated = false;
     for (size_t k = 0; k < reading_.pressure_Pa.size(); ++k) {
       const double load =
@@ -121,8 +121,7 @@ class NodeChoice {
       }
     }
     estimate_.reasons.insert(estimate_.reasons.end(), nodes_.reasons.begin(), nodes_.reasons.end());
-    return !used_.empty() ||
-           end(saturated ? LumpVerdict::Unusable : LumpVerdict::OutsideTraining, "no load is left");
+    return !used_.empty() || end(saturated ? Status::Unusable : Status::OutsideTraining, "no load is left");
   }
 
   // The used loads' maps at the model's pitch, and the noise that their values have there.
@@ -132,7 +131,7 @@ class NodeChoice {
     const bool fits = std::abs(pitch / model_.node_pitch_mm - 1) < 0.02 &&
                       std::abs(reading_.pressure_Pa.front().pitch_mm[1] / model_.node_pitch_mm - 1) < 0.02;
     for (const size_t k : used_) {
-      const ForwardMap& map = reading_.pressure_Pa[k];
+      const fem::Map& map = reading_.pressure_Pa[k];
       maps_.push_back(fits ? map
                            : node_means(map, {0, 0},
                                         {map.width * map.pitch_mm[0], map.height * map.pitch_mm[1]},
@@ -140,15 +139,15 @@ class NodeChoice {
     }
     if (fits) return true;
     if (pitch > 2 * model_.node_pitch_mm)
-      return end(LumpVerdict::Unusable, "nodes are " + text(pitch, "mm") + " apart; at most " +
-                                            text(2 * model_.node_pitch_mm, "mm") + " serve");
+      return end(Status::Unusable, "nodes are " + text(pitch, "mm") + " apart; at most " +
+                                       text(2 * model_.node_pitch_mm, "mm") + " serve");
     noise_Pa_ *= std::min(1.0, pitch / model_.node_pitch_mm);
     return true;
   }
 
   // Those that all loads saw, off the rim.
   bool choose_nodes() {
-    const ForwardMap& first = maps_.front();
+    const fem::Map& first = maps_.front();
     for (uint32_t j = 0; j < first.height; ++j)
       for (uint32_t i = 0; i < first.width; ++i) {
         const double x = reading_.window_mm[0] + (i - (first.width - 1) / 2.0) * first.pitch_mm[0];
@@ -158,7 +157,7 @@ class NodeChoice {
           continue;
         const size_t n = size_t{j} * first.width + i;
         if (!std::all_of(maps_.begin(), maps_.end(),
-                         [n](const ForwardMap& map) { return std::isfinite(map.values[n]); }))
+                         [n](const fem::Map& map) { return std::isfinite(map.values[n]); }))
           continue;
         seen_.push_back(n);
         nodes_.x_mm.push_back(x);
@@ -166,9 +165,9 @@ class NodeChoice {
         peak_Pa_ = std::max(peak_Pa_, static_cast<double>(maps_.back().values[n]));
       }
     if (seen_.size() < kFewestNodes)
-      return end(LumpVerdict::Unusable, std::to_string(seen_.size()) + " nodes were seen; " +
-                                            std::to_string(kFewestNodes) + " are needed");
-    return peak_Pa_ > 0 || end(LumpVerdict::Unusable, "no pressure at the highest load");
+      return end(Status::Unusable, std::to_string(seen_.size()) + " nodes were seen; " +
+                                       std::to_string(kFewestNodes) + " are needed");
+    return peak_Pa_ > 0 || end(Status::Unusable, "no pressure at the highest load");
   }
 
   void fill_values() {
@@ -189,25 +188,25 @@ class NodeChoice {
     nodes_.noise = nodes_.noise_share * peak_Pa_ / reading_.young_Pa;
   }
 
-  const LumpModel& model_;
-  const LumpReading& reading_;
-  LumpEstimate& estimate_;
+  const Model& model_;
+  const Observation& reading_;
+  Estimate& estimate_;
   PressedNodes nodes_;
-  std::vector<size_t> used_;      // loads
-  std::vector<ForwardMap> maps_;  // of those
-  std::vector<size_t> seen_;      // nodes of the maps
+  std::vector<size_t> used_;    // loads
+  std::vector<fem::Map> maps_;  // of those
+  std::vector<size_t> seen_;    // nodes of the maps
   double noise_Pa_ = 0, peak_Pa_ = 0;
 };
 
 }  // namespace
 
-std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpReading& reading,
-                                          LumpEstimate& estimate) {
+std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation& reading,
+                                          Estimate& estimate) {
   check(reading);
   return NodeChoice(model, reading, estimate).run();
 }
 
-std::array<double, 2> find_bump(const LumpModel& model, const PressedNodes& nodes) {
+std::array<double, 2> find_bump(const Model& model, const PressedNodes& nodes) {
   const double pitch = model.node_pitch_mm, reach = model.offset_mm + 2;
   const auto half = static_cast<int>(std::ceil((std::max(model.block_mm[0], model.block_mm[1]) / 2) / pitch));
   const int side = 2 * half + 1;
@@ -290,8 +289,7 @@ double no_lump_misfit(const PressedNodes& nodes) {
   return sum / (nodes.noise * nodes.noise * static_cast<double>(nodes.rest.size()));
 }
 
-PatchView::PatchView(const LumpModel& model, const PressedNodes& nodes, std::array<double, 2> place_mm,
-                     bool swap)
+PatchView::PatchView(const Model& model, const PressedNodes& nodes, std::array<double, 2> place_mm, bool swap)
     : center_mm(place_mm),
       swapped(swap),
       sign_x_(place_mm[0] < 0 ? -1 : 1),
@@ -312,7 +310,7 @@ std::array<double, 2> PatchView::to_block(double u_mm, double v_mm) const {
   return {sign_x_ * u_mm, sign_y_ * v_mm};
 }
 
-PatchSums sum_patch(const LumpPatch& patch, const PressedNodes& nodes, const PatchView& view) {
+PatchSums sum_patch(const Patch& patch, const PressedNodes& nodes, const PatchView& view) {
   const double reach = patch.reach_mm() + 1e-6;
   std::vector<Eigen::Index> inside;
   Eigen::MatrixXf fields(patch.count(), static_cast<Eigen::Index>(nodes.x_mm.size()));
@@ -335,7 +333,7 @@ PatchSums sum_patch(const LumpPatch& patch, const PressedNodes& nodes, const Pat
   return sums;
 }
 
-PatchWhitener::PatchWhitener(const LumpModel& model, const PressedNodes& nodes, const PatchSums& sums,
+PatchWhitener::PatchWhitener(const Model& model, const PressedNodes& nodes, const PatchSums& sums,
                              double gauge_share) {
   const Eigen::Index count = sums.gram.rows(), loads = sums.right.cols();
   // Fields that the window cuts off are hardly seen; a trace of weight keeps the factors finite.
@@ -398,4 +396,4 @@ Eigen::VectorXd PatchWhitener::of_factors(const Eigen::MatrixXd& factors) const 
   return out;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -36,7 +36,7 @@ std::vector<double> for_each(const std::vector<double>& given, size_t count, dou
   return given;
 }
 
-std::string name_of(const FaceContact& c) {
+std::string name_of(const optics::FaceContact& c) {
   std::string name = line("n = %g", c.index.real());
   if (c.index.imag() != 0) name += line(" - %gi", -c.index.imag());
   if (c.gap_nm > 0) name += line(", gap %g nm", c.gap_nm);
@@ -56,12 +56,12 @@ constexpr const char* kAssumptions[] = {
 
 /// The guide and its lamp, what touches it and what that is compared with.
 struct Problem {
-  Waveguide guide;
-  EdgeLamp lamp;
-  LampShares shares;
-  std::vector<FaceContact> contacts;
+  optics::Waveguide guide;
+  optics::EdgeLamp lamp;
+  optics::LampShares shares;
+  std::vector<optics::FaceContact> contacts;
   std::vector<double> albedo;
-  GrayReference reference;
+  optics::GrayReference reference;
   bool calibrated = false;            ///< gray levels, not only relative brightness
   double top = 0;                     ///< index of the touched layer
   double from_deg = 0, most_deg = 0;  ///< guided light meets the face at these
@@ -77,19 +77,19 @@ Problem problem_of(const Options& options) {
   const std::vector<double> gap_nm = for_each(options.gap_nm, count, 0, "--gap-nm");
   for (size_t i = 0; i < count; ++i)
     p.contacts.push_back(
-        {optical_index(options.contacts[i], extinction[i]), gap_nm[i], options.wavelength_nm});
-  p.shares = lamp_shares(p.guide, p.lamp);
+        {optics::optical_index(options.contacts[i], extinction[i]), gap_nm[i], options.wavelength_nm});
+  p.shares = optics::lamp_shares(p.guide, p.lamp);
   if (!(p.shares.touching > 0))
     throw Error(Failure::Input, "a guide whose light meets the touched face", "none that does",
                 "an outside of lower index, or --led-layer 1");
-  p.reference.light =
-      contact_light(p.guide, p.lamp, {optical_index(options.reference_index, options.reference_extinction)});
+  p.reference.light = optics::contact_light(
+      p.guide, p.lamp, {optics::optical_index(options.reference_index, options.reference_extinction)});
   p.reference.albedo = options.reference_albedo;
   p.calibrated = options.reference_gray.has_value();
   p.reference.gray = p.calibrated ? *options.reference_gray : 1;
   p.reference.most_gray = p.calibrated ? options.most_gray : std::numeric_limits<double>::max();
   p.top = p.guide.layers.front().index;
-  const LayerGuidance band = guidance(p.guide, p.lamp.edge_index)[p.lamp.layer];
+  const optics::LayerGuidance band = optics::guidance(p.guide, p.lamp.edge_index)[p.lamp.layer];
   p.from_deg = degrees(std::asin(std::min(1.0, band.touching_from / p.top)));
   p.most_deg = degrees(std::asin(std::min(1.0, band.touching_to / p.top)));
   return p;
@@ -107,9 +107,9 @@ std::string heading(const Problem& p, const Options& options) {
 
 /// Adds one contact's line to `text`; gives its values.
 Json add_row(const Problem& p, size_t i, std::string& text) {
-  const FaceContact& contact = p.contacts[i];
-  const ContactLight light = contact_light(p.guide, p.lamp, contact);
-  const PredictedGray gray = predict_gray(p.reference, light, p.albedo[i]);
+  const optics::FaceContact& contact = p.contacts[i];
+  const optics::ContactLight light = optics::contact_light(p.guide, p.lamp, contact);
+  const optics::PredictedGray gray = optics::predict_gray(p.reference, light, p.albedo[i]);
   const double relative = gray.unlimited / p.reference.gray;
   const double to_deg = degrees(std::asin(std::min(1.0, light.reached_to / p.top)));
   const bool leaves = light.leaving_per_mm > 0;
@@ -151,7 +151,7 @@ std::vector<std::vector<double>> angle_columns(const Problem& p) {
     const double deg = p.from_deg + (90 - p.from_deg) * i / kSteps, s = p.top * std::sin(radians(deg));
     angles[0].push_back(deg);
     for (size_t c = 0; c < p.contacts.size(); ++c)
-      angles[1 + c].push_back(i == kSteps ? 0 : contact_transmittance(p.guide, p.contacts[c], s));
+      angles[1 + c].push_back(i == kSteps ? 0 : optics::contact_transmittance(p.guide, p.contacts[c], s));
   }
   return angles;
 }
@@ -162,17 +162,17 @@ std::vector<std::vector<double>> index_columns(const Problem& p) {
   constexpr int kSteps = 100;
   for (int i = 0; i <= kSteps; ++i) {
     const double n = 1 + 1.5 * i / static_cast<double>(kSteps);
-    const ContactLight light = contact_light(p.guide, p.lamp, {optical_index(n)});
+    const optics::ContactLight light = optics::contact_light(p.guide, p.lamp, {optics::optical_index(n)});
     indices[0].push_back(n);
     indices[1].push_back(light.per_meeting);
-    indices[2].push_back(predict_gray(p.reference, light, 1).unlimited / p.reference.gray);
+    indices[2].push_back(optics::predict_gray(p.reference, light, 1).unlimited / p.reference.gray);
   }
   return indices;
 }
 
-std::string angle_header(const std::vector<FaceContact>& contacts) {
+std::string angle_header(const std::vector<optics::FaceContact>& contacts) {
   std::string header = "angle_deg";
-  for (const FaceContact& c : contacts) {
+  for (const optics::FaceContact& c : contacts) {
     std::string name = line(",transmittance_n%g", c.index.real());
     if (c.index.imag() != 0) name += line("_k%g", -c.index.imag());
     if (c.gap_nm > 0) name += line("_gap%gnm", c.gap_nm);
