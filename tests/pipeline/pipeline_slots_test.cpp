@@ -234,7 +234,7 @@ TEST_F(PipelineTest, SensorsThatDoNotFitAreRefused) {
   };
   const FrameFormat plain = gray.source.format(), color = gel.source.format();
   Sensor unread = gray.sensor;
-  unread.reading = Reading::None;
+  unread.reading = Reconstruction::None;
   expect_refused(Failure::Sensor, {"surface reading"}, make(unread, plain, surface));
   expect_refused(Failure::Sensor, {"channels"}, make(gel.sensor, plain, surface));
   expect_refused(Failure::Sensor, {"channels"}, make(lambert.sensor, color, surface));

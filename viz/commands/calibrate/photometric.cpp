@@ -127,7 +127,7 @@ Fitted fit_found(BallPresses found, const Sensor& reading, const Options& option
 
 Sensor calibrated(Sensor sensor, const Fitted& fitted, const Options& options) {
   const PhotometricFitResult& result = fitted.result;
-  sensor.reading = Reading::Photometric;
+  sensor.reconstruction = Reconstruction::Photometric;
   sensor.photometric = result.calibration;
   sensor.photometric.origin = origin_now(
       fs::path(options.input).filename().string(),
