@@ -28,33 +28,33 @@ bool outside(double value, const std::array<double, 2>& range) {
   return !(value >= range[0] * (1 - kBeyond) && value <= range[1] * (1 + kBeyond));
 }
 
-void check(const Observation& reading) {
+void check(const Observation& observation) {
   const auto refuse = [](const std::string& wanted, const std::string& found) {
     throw Error(Failure::Usage, wanted, found, "a reading whose maps, forces and sizes fit each other");
   };
-  if (reading.pressure_Pa.empty() || reading.pressure_Pa.size() > 32 ||
-      reading.pressure_Pa.size() != reading.force_N.size())
+  if (observation.pressure_Pa.empty() || observation.pressure_Pa.size() > 32 ||
+      observation.pressure_Pa.size() != observation.force_N.size())
     refuse("1 to 32 pressure maps and a force for each",
-           std::to_string(reading.pressure_Pa.size()) + " maps and " +
-               std::to_string(reading.force_N.size()) + " forces");
-  const fem::Map& first = reading.pressure_Pa.front();
-  for (const fem::Map& map : reading.pressure_Pa)
+           std::to_string(observation.pressure_Pa.size()) + " maps and " +
+               std::to_string(observation.force_N.size()) + " forces");
+  const fem::Map& first = observation.pressure_Pa.front();
+  for (const fem::Map& map : observation.pressure_Pa)
     if (map.width != first.width || map.height != first.height || map.pitch_mm != first.pitch_mm ||
         map.values.size() != size_t{map.width} * map.height || map.width < 4 || map.height < 4)
       refuse("maps of the same nodes, 4 x 4 or more",
              std::to_string(map.width) + " x " + std::to_string(map.height));
   for (const double pitch : first.pitch_mm)
     if (!(pitch > 0.01 && pitch < 100)) refuse("nodes 0.01 to 100 mm apart", text(pitch, "mm"));
-  for (const double force : reading.force_N)
+  for (const double force : observation.force_N)
     if (!(force > 0 && force < 1e6)) refuse("forces above 0 N", text(force, "N"));
-  for (size_t k = 1; k < reading.force_N.size(); ++k)
-    if (!(reading.force_N[k] > reading.force_N[k - 1]))
+  for (size_t k = 1; k < observation.force_N.size(); ++k)
+    if (!(observation.force_N[k] > observation.force_N[k - 1]))
       refuse("forces that rise from map to map",
-             text(reading.force_N[k - 1], "N") + ", " + text(reading.force_N[k], "N"));
-  if (!(reading.young_Pa > 0 && reading.young_Pa < 1e12))
-    refuse("a tissue's modulus above 0 Pa", text(reading.young_Pa, "Pa"));
-  if (!(reading.noise_Pa >= 0 && std::isfinite(reading.noise_Pa)))
-    refuse("a noise of 0 Pa or more", text(reading.noise_Pa, "Pa"));
+             text(observation.force_N[k - 1], "N") + ", " + text(observation.force_N[k], "N"));
+  if (!(observation.young_Pa > 0 && observation.young_Pa < 1e12))
+    refuse("a tissue's modulus above 0 Pa", text(observation.young_Pa, "Pa"));
+  if (!(observation.noise_Pa >= 0 && std::isfinite(observation.noise_Pa)))
+    refuse("a noise of 0 Pa or more", text(observation.noise_Pa, "Pa"));
 }
 
 double unseen_share(const fem::Map& map) {
@@ -63,11 +63,11 @@ double unseen_share(const fem::Map& map) {
   return static_cast<double>(unseen) / static_cast<double>(map.values.size());
 }
 
-// Puts a reading's nodes together; `verdict` and reasons go to the estimate where it cannot be used.
+// Puts a observation's nodes together; `verdict` and reasons go to the estimate where it cannot be used.
 class NodeChoice {
  public:
-  NodeChoice(const Model& model, const Observation& reading, Estimate& estimate)
-      : model_(model), reading_(reading), estimate_(estimate) {}
+  NodeChoice(const Model& model, const Observation& observation, Estimate& estimate)
+      : model_(model), observation_(observation), estimate_(estimate) {}
 
   std::optional<PressedNodes> run() {
     if (!block_known() || !choose_loads() || !choose_maps() || !choose_nodes()) return std::nullopt;
@@ -84,15 +84,15 @@ class NodeChoice {
 
   bool block_known() {
     for (size_t axis = 0; axis < 2; ++axis)
-      if (outside(reading_.block_mm[axis], {model_.block_mm[axis], model_.block_mm[axis]}))
-        return end(Status::OutsideTraining, "the block is " + text(reading_.block_mm[axis], "mm") +
+      if (outside(observation_.block_mm[axis], {model_.block_mm[axis], model_.block_mm[axis]}))
+        return end(Status::OutsideTraining, "the block is " + text(observation_.block_mm[axis], "mm") +
                                                 " wide; the model knows " +
                                                 text(model_.block_mm[axis], "mm"));
-    if (outside(reading_.block_mm[2], model_.thickness_mm))
+    if (outside(observation_.block_mm[2], model_.thickness_mm))
       return end(Status::OutsideTraining,
-                 "the tissue is " + text(reading_.block_mm[2], "mm") + " thick; the model knows " +
+                 "the tissue is " + text(observation_.block_mm[2], "mm") + " thick; the model knows " +
                      text(model_.thickness_mm[0], "to ") + text(model_.thickness_mm[1], "mm"));
-    nodes_.thickness_mm = reading_.block_mm[2];
+    nodes_.thickness_mm = observation_.block_mm[2];
     return true;
   }
 
@@ -100,13 +100,13 @@ class NodeChoice {
   bool choose_loads() {
     // A window's edge that lies off the block is unseen at all loads; what only some loads miss is saturated.
     double always = 1;
-    for (const fem::Map& map : reading_.pressure_Pa) always = std::min(always, unseen_share(map));
+    for (const fem::Map& map : observation_.pressure_Pa) always = std::min(always, unseen_share(map));
     bool saturated = false;
-    for (size_t k = 0; k < reading_.pressure_Pa.size(); ++k) {
-      const double load =
-          reading_.force_N[k] / (reading_.block_mm[0] * reading_.block_mm[1] * 1e-6 * reading_.young_Pa);
-      const std::string name = "the load of " + text(reading_.force_N[k], "N");
-      const double unseen = unseen_share(reading_.pressure_Pa[k]);
+    for (size_t k = 0; k < observation_.pressure_Pa.size(); ++k) {
+      const double load = observation_.force_N[k] / (observation_.block_mm[0] * observation_.block_mm[1] *
+                                                     1e-6 * observation_.young_Pa);
+      const std::string name = "the load of " + text(observation_.force_N[k], "N");
+      const double unseen = unseen_share(observation_.pressure_Pa[k]);
       if (unseen > always + kUnseenShare) {
         saturated = true;
         nodes_.reasons.push_back(
@@ -126,12 +126,13 @@ class NodeChoice {
 
   // The used loads' maps at the model's pitch, and the noise that their values have there.
   bool choose_maps() {
-    noise_Pa_ = reading_.noise_Pa;
-    const double pitch = reading_.pressure_Pa.front().pitch_mm[0];
-    const bool fits = std::abs(pitch / model_.node_pitch_mm - 1) < 0.02 &&
-                      std::abs(reading_.pressure_Pa.front().pitch_mm[1] / model_.node_pitch_mm - 1) < 0.02;
+    noise_Pa_ = observation_.noise_Pa;
+    const double pitch = observation_.pressure_Pa.front().pitch_mm[0];
+    const bool fits =
+        std::abs(pitch / model_.node_pitch_mm - 1) < 0.02 &&
+        std::abs(observation_.pressure_Pa.front().pitch_mm[1] / model_.node_pitch_mm - 1) < 0.02;
     for (const size_t k : used_) {
-      const fem::Map& map = reading_.pressure_Pa[k];
+      const fem::Map& map = observation_.pressure_Pa[k];
       maps_.push_back(fits ? map
                            : node_means(map, {0, 0},
                                         {map.width * map.pitch_mm[0], map.height * map.pitch_mm[1]},
@@ -150,10 +151,10 @@ class NodeChoice {
     const fem::Map& first = maps_.front();
     for (uint32_t j = 0; j < first.height; ++j)
       for (uint32_t i = 0; i < first.width; ++i) {
-        const double x = reading_.window_mm[0] + (i - (first.width - 1) / 2.0) * first.pitch_mm[0];
-        const double y = reading_.window_mm[1] + (j - (first.height - 1) / 2.0) * first.pitch_mm[1];
-        if (std::abs(x) > reading_.block_mm[0] / 2 - kRim_mm + 1e-6 ||
-            std::abs(y) > reading_.block_mm[1] / 2 - kRim_mm + 1e-6)
+        const double x = observation_.window_mm[0] + (i - (first.width - 1) / 2.0) * first.pitch_mm[0];
+        const double y = observation_.window_mm[1] + (j - (first.height - 1) / 2.0) * first.pitch_mm[1];
+        if (std::abs(x) > observation_.block_mm[0] / 2 - kRim_mm + 1e-6 ||
+            std::abs(y) > observation_.block_mm[1] / 2 - kRim_mm + 1e-6)
           continue;
         const size_t n = size_t{j} * first.width + i;
         if (!std::all_of(maps_.begin(), maps_.end(),
@@ -180,16 +181,16 @@ class NodeChoice {
       for (Eigen::Index n = 0; n < rows; ++n) {
         const auto i = static_cast<size_t>(n);
         nodes_.total(n, k) =
-            static_cast<double>(maps_[static_cast<size_t>(k)].values[seen_[i]]) / reading_.young_Pa;
+            static_cast<double>(maps_[static_cast<size_t>(k)].values[seen_[i]]) / observation_.young_Pa;
         nodes_.rest(n, k) = nodes_.total(n, k) - model_.base.at(quarter, nodes_.x_mm[i], nodes_.y_mm[i]);
       }
     }
     nodes_.noise_share = std::max(noise_Pa_ / peak_Pa_, kLeastNoise);
-    nodes_.noise = nodes_.noise_share * peak_Pa_ / reading_.young_Pa;
+    nodes_.noise = nodes_.noise_share * peak_Pa_ / observation_.young_Pa;
   }
 
   const Model& model_;
-  const Observation& reading_;
+  const Observation& observation_;
   Estimate& estimate_;
   PressedNodes nodes_;
   std::vector<size_t> used_;    // loads
@@ -200,10 +201,10 @@ class NodeChoice {
 
 }  // namespace
 
-std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation& reading,
+std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation& observation,
                                           Estimate& estimate) {
-  check(reading);
-  return NodeChoice(model, reading, estimate).run();
+  check(observation);
+  return NodeChoice(model, observation, estimate).run();
 }
 
 std::array<double, 2> find_bump(const Model& model, const PressedNodes& nodes) {
@@ -373,8 +374,8 @@ PatchWhitener::PatchWhitener(const Model& model, const PressedNodes& nodes, cons
   const Eigen::VectorXd kept = (1 + svd.values.array().square()).rsqrt();
   gauge_ = svd.u;
   gauge_kept_ = 1 - kept.array();
-  reading_ = spread(seen);
-  reading_ -= gauge_ * (gauge_kept_.asDiagonal() * (gauge_.transpose() * reading_)).eval();
+  observation_ = spread(seen);
+  observation_ -= gauge_ * (gauge_kept_.asDiagonal() * (gauge_.transpose() * observation_)).eval();
   const double freedom = static_cast<double>((sums.nodes - count) * loads);
   rest_ = freedom > 0
               ? std::max(0.0, sums.rest_squares - seen.squaredNorm()) / (nodes.noise * nodes.noise * freedom)

@@ -33,9 +33,9 @@ void refuse(const std::string& name, const std::string& wanted, const std::strin
 
 void check(const std::vector<ScanPress>& presses) {
   if (presses.empty()) throw Error(Failure::Input, "presses to stitch", "none", "one or more");
-  const Observation& first = presses[0].reading;
+  const Observation& first = presses[0].observation;
   for (const ScanPress& p : presses) {
-    const Observation& r = p.reading;
+    const Observation& r = p.observation;
     if (r.block_mm != first.block_mm || r.young_Pa != first.young_Pa)
       refuse(p.name, "the block of the first press", "another block");
     if (r.pressure_Pa.empty() || r.pressure_Pa.size() != r.force_N.size())
@@ -248,7 +248,7 @@ Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOp
   Blend b;
   const size_t loads = presses[0].maps.size();
   const auto nothing = static_cast<float>(kNaN);
-  out.reading.pressure_Pa.assign(loads, empty_map(grid, nothing));
+  out.observation.pressure_Pa.assign(loads, empty_map(grid, nothing));
   out.disagreement_Pa = empty_map(grid, nothing);
   out.presses = empty_map(grid, 0);
   // A place on the rim has no whole cell around it: what a sensor tells of it is of another place.
@@ -276,7 +276,7 @@ Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOp
           ++count;
         }
         if (count == 0) continue;
-        out.reading.pressure_Pa[k].values[node] = static_cast<float>(sum / weights);
+        out.observation.pressure_Pa[k].values[node] = static_cast<float>(sum / weights);
         if (k + 1 < loads) continue;
         ++b.seen;
         b.variance += variance / (weights * weights);
@@ -288,7 +288,7 @@ Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOp
         b.noise += noise / count * (count - 1);
         out.disagreement_Pa.values[node] = static_cast<float>(std::sqrt(spread / (count - 1)));
       }
-      const bool seen = std::isfinite(out.reading.pressure_Pa.back().values[node]);
+      const bool seen = std::isfinite(out.observation.pressure_Pa.back().values[node]);
       ++b.inner;
       b.inner_seen += seen;
       b.covered += inside;
@@ -300,19 +300,19 @@ Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOp
 // Median forces of each load.
 std::vector<double> common_forces(const std::vector<ScanPress>& presses) {
   std::vector<double> common;
-  for (size_t k = 0; k < presses[0].reading.force_N.size(); ++k) {
+  for (size_t k = 0; k < presses[0].observation.force_N.size(); ++k) {
     std::vector<double> forces;
     forces.reserve(presses.size());
-    for (const ScanPress& p : presses) forces.push_back(p.reading.force_N[k]);
+    for (const ScanPress& p : presses) forces.push_back(p.observation.force_N[k]);
     common.push_back(median(forces));
   }
   return common;
 }
 
 Grid grid_of(const std::vector<ScanPress>& presses, const StitchOptions& options) {
-  const Observation& first = presses[0].reading;
+  const Observation& first = presses[0].observation;
   std::vector<double> pitches;
-  for (const ScanPress& p : presses) pitches.push_back(p.reading.pressure_Pa[0].pitch_mm[0]);
+  for (const ScanPress& p : presses) pitches.push_back(p.observation.pressure_Pa[0].pitch_mm[0]);
   const double pitch_mm = options.pitch_mm > 0 ? options.pitch_mm : median(pitches);
   return {2 * static_cast<uint32_t>(std::floor(first.block_mm[0] / (2 * pitch_mm) + 1e-9)) + 1,
           2 * static_cast<uint32_t>(std::floor(first.block_mm[1] / (2 * pitch_mm) + 1e-9)) + 1, pitch_mm};
@@ -323,21 +323,21 @@ Grid grid_of(const std::vector<ScanPress>& presses, const StitchOptions& options
 std::vector<Placed> place_presses(const std::vector<ScanPress>& presses, ScanMap& out) {
   std::vector<double> noises;
   for (const ScanPress& p : presses)
-    if (p.reading.noise_Pa > 0) noises.push_back(p.reading.noise_Pa);
+    if (p.observation.noise_Pa > 0) noises.push_back(p.observation.noise_Pa);
   std::vector<Placed> placed;
   for (const ScanPress& p : presses) {
     PressPlace place;
     place.name = p.name;
-    place.stage_mm = p.reading.window_mm;
-    place.used = kReach * p.reading.force_N.back() >= out.reading.force_N.back();
+    place.stage_mm = p.observation.window_mm;
+    place.used = kReach * p.observation.force_N.back() >= out.observation.force_N.back();
     if (!place.used)
-      place.reason =
-          text("it reached %.3g N, the scan %.3g N", p.reading.force_N.back(), out.reading.force_N.back());
-    Placed one{place.used ? at_forces(p.reading, out.reading.force_N) : p.reading.pressure_Pa,
-               p.reading.window_mm,
-               p.reading.noise_Pa > 0 ? p.reading.noise_Pa
-               : noises.empty()       ? 1
-                                      : median(noises)};
+      place.reason = text("it reached %.3g N, the scan %.3g N", p.observation.force_N.back(),
+                          out.observation.force_N.back());
+    Placed one{place.used ? at_forces(p.observation, out.observation.force_N) : p.observation.pressure_Pa,
+               p.observation.window_mm,
+               p.observation.noise_Pa > 0 ? p.observation.noise_Pa
+               : noises.empty()           ? 1
+                                          : median(noises)};
     one.used = place.used;
     placed.push_back(std::move(one));
     out.places.push_back(std::move(place));
@@ -368,14 +368,14 @@ void leave_out_strangers(std::vector<Placed>& placed, Registration& registration
 void judge(const Blend& b, const std::vector<ScanPress>& presses, ScanMap& out) {
   if (b.seen > 0) {
     const double worse = b.noise > 0 ? std::max(1.0, std::sqrt(b.between / b.noise)) : 1;
-    out.reading.noise_Pa = worse * std::sqrt(b.variance / static_cast<double>(b.seen));
+    out.observation.noise_Pa = worse * std::sqrt(b.variance / static_cast<double>(b.seen));
     if (b.freedom > 0) out.between_presses_Pa = std::sqrt(b.between / b.freedom);
   }
   out.seen_share = static_cast<double>(b.inner_seen) / static_cast<double>(std::max<size_t>(1, b.inner));
   const bool saturated = std::any_of(presses.begin(), presses.end(),
-                                     [](const ScanPress& p) { return p.reading.saturated_share > 0; });
+                                     [](const ScanPress& p) { return p.observation.saturated_share > 0; });
   if (saturated && b.covered > 0)
-    out.reading.saturated_share = static_cast<double>(b.lost) / static_cast<double>(b.covered);
+    out.observation.saturated_share = static_cast<double>(b.lost) / static_cast<double>(b.covered);
 }
 
 // Where a press came to lie, with its standard errors.
@@ -408,9 +408,9 @@ void warn_of(const PressPlace& place, double log_gain, double saturated_share, c
 ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& options) {
   check(presses);
   ScanMap out;
-  out.reading.block_mm = presses[0].reading.block_mm;
-  out.reading.young_Pa = presses[0].reading.young_Pa;
-  out.reading.force_N = common_forces(presses);
+  out.observation.block_mm = presses[0].observation.block_mm;
+  out.observation.young_Pa = presses[0].observation.young_Pa;
+  out.observation.force_N = common_forces(presses);
   const Grid grid = grid_of(presses, options);
   std::vector<Placed> placed = place_presses(presses, out);
 
@@ -426,7 +426,7 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
       continue;
     }
     fill_place(placed[p], registration.covariance, static_cast<Eigen::Index>(3 * p), place);
-    warn_of(place, placed[p].place(2), presses[p].reading.saturated_share, options, out.warnings);
+    warn_of(place, placed[p].place(2), presses[p].observation.saturated_share, options, out.warnings);
   }
   if (out.seen_share < kWholeBlock)
     out.warnings.push_back(text("%.3g %% of the block was not seen", 100 * (1 - out.seen_share)));
