@@ -93,7 +93,7 @@ void SkinTracker::start_over(const ContactOutline* outline, std::span<const Skin
   onset_unseen_ = outline != nullptr;
   if (!outline) return;
   for (size_t i = 0; i < points.size(); ++i)
-    if (points[i].trust > 0) rest_[i] = {double{points[i].shift_x_px}, double{points[i].shift_y_px}};
+    if (points[i].correlation > 0) rest_[i] = {double{points[i].shift_x_px}, double{points[i].shift_y_px}};
 }
 
 // Without contact the points' rest follows them; with one, those under it become samples.
@@ -102,7 +102,7 @@ void SkinTracker::follow_points(const ContactOutline* outline, std::span<const S
   samples_.clear();
   for (size_t i = 0; i < points.size(); ++i) {
     const SkinPoint& p = points[i];
-    if (!(p.trust > 0)) {
+    if (!(p.correlation > 0)) {
       ++motion.lost;
       continue;
     }
