@@ -32,13 +32,13 @@ class ShearTracker {
  private:
   struct Force;
   void begin(const Touch& touch, double x_mm, double y_mm, bool after_interruption);
-  void fill_shear(const ShearCalibration& calibration, double x_mm, double y_mm, std::optional<Slip> told,
+  void fill_shear(const ShearCalibration& calibration, double x_mm, double y_mm, std::optional<Slip> reported,
                   Touch& touch);
   Validity validity_of(const Force& force, const Touch& touch) const;
 
   double pitch_mm_per_px_;
   SlipWatch slip_watch_;
-  Slip told_ = Slip::Stick;  // by the skin, of the present contact
+  Slip reported_ = Slip::Stick;  // by the skin, of the present contact
   bool in_contact_ = false;
   bool interrupted_ = false;   // no frame since
   bool onset_unseen_ = false;  // of the present contact
