@@ -132,30 +132,31 @@ std::string print(const char* format, auto... values) {
 /// Columns of workers and cases a minute.
 using Curve = std::vector<std::vector<double>>;
 
-/// Runs all ways in turn, on 1 and 2 workers each. With `processes` by processes besides threads.
+/// Runs all methods in turn, on 1 and 2 workers each. With `processes` by processes besides threads.
 std::vector<Way> run_ways(const std::string& program, bool processes, const fs::path& folder) {
-  std::vector<Way> ways = {{"threads", 1, "", std::string(kQuick) + " --threads 1"},
-                           {"threads", 2, "", std::string(kQuick) + " --threads 2"}};
+  std::vector<Way> methods = {{"threads", 1, "", std::string(kQuick) + " --threads 1"},
+                              {"threads", 2, "", std::string(kQuick) + " --threads 2"}};
   if (processes)
     for (const int n : {1, 2})
-      ways.push_back({"processes", n,
-                      "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n " +
-                          std::to_string(n),
-                      kQuick});
+      methods.push_back(
+          {"processes", n,
+           "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n " +
+               std::to_string(n),
+           kQuick});
   for (int i = 0; i < kRepetitions; ++i)
-    for (Way& way : ways) way.runs.push_back(timed(program, way, kQuickCases, folder));
-  return ways;
+    for (Way& way : methods) way.runs.push_back(timed(program, way, kQuickCases, folder));
+  return methods;
 }
 
 /// Words and rows of what was measured; its curves, of threads and of processes.
-std::array<Curve, 2> tell_measured(const std::vector<Way>& ways, LumpScaling& result) {
+std::array<Curve, 2> tell_measured(const std::vector<Way>& methods, LumpScaling& result) {
   result.words +=
       print("%d cases of a quick sweep (%s), medians of %d runs:\n", kQuickCases, kQuick, kRepetitions);
   std::array<Curve, 2> measured;
-  for (size_t w = 0; w < ways.size(); ++w) {
-    const Way& way = ways[w];
+  for (size_t w = 0; w < methods.size(); ++w) {
+    const Way& way = methods[w];
     const double per_min = 60 * kQuickCases / way.median(&Run::press_s);
-    const double alone = 60 * kQuickCases / ways[w - w % 2].median(&Run::press_s);
+    const double alone = 60 * kQuickCases / methods[w - w % 2].median(&Run::press_s);
     const double start_s = way.median(&Run::wall_s) - way.median(&Run::press_s);
     result.csv += print("measured,quick,%s,%d,%d,%.4g,%.3f\n", way.how, way.workers, kQuickCases, per_min,
                         per_min / alone);
@@ -229,13 +230,13 @@ std::string plot(const std::string& blocks, const std::array<Curve, 2>& measured
 LumpScaling lump_scaling(const fs::path& program) {
   const Folder folder;
   const bool together = succeeds("mpirun --version > /dev/null 2>&1");
-  const std::vector<Way> ways = run_ways(program.string(), together, folder.path);
+  const std::vector<Way> methods = run_ways(program.string(), together, folder.path);
   LumpScaling result;
   result.csv = "kind,sweep,how,workers,cases,cases_per_min,speed_up\n";
-  const std::array<Curve, 2> measured = tell_measured(ways, result);
+  const std::array<Curve, 2> measured = tell_measured(methods, result);
 
   const Serial serial = serial_costs(folder.path);
-  const Way& widest = ways.back();
+  const Way& widest = methods.back();
   const double start_s = std::max(
       0.0, widest.median(&Run::wall_s) - widest.median(&Run::press_s) - kQuickCases * serial.write_s);
   const double quick_s = widest.median(&Run::busy_s) / kQuickCases;
