@@ -18,9 +18,9 @@ namespace {
 // ---- Outputs
 
 TEST_F(PipelineTest, WhatIsNotAskedForIsNotBuilt) {
-  SyntheticRun bench("press?mode=gel");
-  Pipeline both = bench.pipeline(context(), {Output::Force | Output::Surface, SurfaceSolver::Live, 3});
-  Pipeline force = bench.pipeline(context(), force_only(3));
+  SyntheticRun scene("press?mode=gel");
+  Pipeline both = scene.pipeline(context(), {Output::Force | Output::Surface, SurfaceSolver::Live, 3});
+  Pipeline force = scene.pipeline(context(), force_only(3));
   std::printf("memory with surface %.1f MiB, without %.1f MiB\n",
               static_cast<double>(both.memory_bytes()) / 1048576,
               static_cast<double>(force.memory_bytes()) / 1048576);
@@ -28,8 +28,8 @@ TEST_F(PipelineTest, WhatIsNotAskedForIsNotBuilt) {
   EXPECT_LT(force.memory_bytes() + 3 * 640 * 480 * sizeof(float), both.memory_bytes());
   EXPECT_LT(2 * force.memory_bytes(), both.memory_bytes());
   for (const uint64_t k : {uint64_t{0}, uint64_t{50}, uint64_t{130}}) {
-    ASSERT_TRUE(both.submit(bench.frame(k)));
-    ASSERT_TRUE(force.submit(bench.frame(k)));
+    ASSERT_TRUE(both.submit(scene.frame(k)));
+    ASSERT_TRUE(force.submit(scene.frame(k)));
     const Result with = *both.wait(), without = *force.wait();
     EXPECT_TRUE(with.touch.surface.has_value());
     EXPECT_NE(with.surface.buffer, nullptr);
@@ -49,46 +49,46 @@ TEST_F(PipelineTest, WhatIsNotAskedForIsNotBuilt) {
 // ---- Slots
 
 TEST_F(PipelineTest, FullSlotsRefuseAndResultsComeInOrder) {
-  SyntheticRun bench("press?size=320x240");
-  Pipeline pipeline = bench.pipeline(context(), force_only(3));
+  SyntheticRun scene("press?size=320x240");
+  Pipeline pipeline = scene.pipeline(context(), force_only(3));
   EXPECT_FALSE(pipeline.poll());
   EXPECT_FALSE(pipeline.wait());
-  for (const uint64_t k : {100u, 101u, 105u}) EXPECT_TRUE(pipeline.submit(bench.frame(k)));
-  EXPECT_FALSE(pipeline.submit(bench.frame(106))) << "all in flight";
+  for (const uint64_t k : {100u, 101u, 105u}) EXPECT_TRUE(pipeline.submit(scene.frame(k)));
+  EXPECT_FALSE(pipeline.submit(scene.frame(106))) << "all in flight";
   std::vector<Result> held;
   for (const uint64_t k : {100u, 101u, 105u}) {
     held.push_back(*pipeline.wait());
     EXPECT_EQ(held.back().touch.sequence, k);
-    EXPECT_EQ(held.back().touch.time_ns, bench.frame(k).time_ns);
+    EXPECT_EQ(held.back().touch.time_ns, scene.frame(k).time_ns);
     EXPECT_GT(held.back().turnaround_ms, 0);
   }
   EXPECT_FALSE(pipeline.wait());
-  EXPECT_FALSE(pipeline.submit(bench.frame(106))) << "all held";
+  EXPECT_FALSE(pipeline.submit(scene.frame(106))) << "all held";
   const uint32_t freed = held[1].slot;
   held.erase(held.begin() + 1);
-  EXPECT_TRUE(pipeline.submit(bench.frame(106)));
-  EXPECT_FALSE(pipeline.submit(bench.frame(107)));
+  EXPECT_TRUE(pipeline.submit(scene.frame(106)));
+  EXPECT_FALSE(pipeline.submit(scene.frame(107)));
   const Result next = *pipeline.wait();
   EXPECT_EQ(next.slot, freed);
   EXPECT_EQ(next.touch.sequence, 106u);
 }
 
 TEST_F(PipelineTest, AResultGivesItsSlotBackWhereverItEnds) {
-  SyntheticRun bench("press?size=320x240");
+  SyntheticRun scene("press?size=320x240");
   std::optional<Result> last;
   {
-    Pipeline pipeline = bench.pipeline(context(), force_only(1));
-    ASSERT_TRUE(pipeline.submit(bench.frame(100)));
+    Pipeline pipeline = scene.pipeline(context(), force_only(1));
+    ASSERT_TRUE(pipeline.submit(scene.frame(100)));
     Result result = *pipeline.wait();
-    EXPECT_FALSE(pipeline.submit(bench.frame(101))) << "held";
+    EXPECT_FALSE(pipeline.submit(scene.frame(101))) << "held";
     Result moved = std::move(result);
     result = {};
-    EXPECT_FALSE(pipeline.submit(bench.frame(101))) << "held by the one that it went to";
+    EXPECT_FALSE(pipeline.submit(scene.frame(101))) << "held by the one that it went to";
     std::thread([ends = std::move(moved)] {}).join();
-    EXPECT_TRUE(pipeline.submit(bench.frame(101)));
+    EXPECT_TRUE(pipeline.submit(scene.frame(101)));
     last = pipeline.wait();
     last = std::nullopt;
-    EXPECT_TRUE(pipeline.submit(bench.frame(102)));
+    EXPECT_TRUE(pipeline.submit(scene.frame(102)));
     last = pipeline.wait();
   }
   EXPECT_EQ(last->touch.sequence, 102u) << "it may outlive the pipeline, with its numbers";
@@ -97,14 +97,14 @@ TEST_F(PipelineTest, AResultGivesItsSlotBackWhereverItEnds) {
 // One held result among many frames: its map must not change, its buffer must not be given to another.
 TEST_F(PipelineTest, HeldMapStaysIntact) {
   for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Exact}) {
-    SyntheticRun bench("press?mode=gel&size=320x240&force=0.5");
-    Pipeline pipeline = bench.pipeline(context(), {Output::Force | Output::Surface, solver, 3});
-    ASSERT_TRUE(pipeline.submit(bench.frame(130)));
+    SyntheticRun scene("press?mode=gel&size=320x240&force=0.5");
+    Pipeline pipeline = scene.pipeline(context(), {Output::Force | Output::Surface, solver, 3});
+    ASSERT_TRUE(pipeline.submit(scene.frame(130)));
     const Result held = *pipeline.wait();
     const std::vector<float> before = pipeline.read_depth_mm(held);
     uint64_t next = 30;
     for (int i = 0; i < 12; ++i) {
-      while (pipeline.submit(bench.frame(next))) ++next;
+      while (pipeline.submit(scene.frame(next))) ++next;
       const Result passing = *pipeline.wait();
       EXPECT_NE(passing.slot, held.slot);
       EXPECT_NE(passing.surface.buffer, held.surface.buffer);
@@ -114,10 +114,10 @@ TEST_F(PipelineTest, HeldMapStaysIntact) {
 }
 
 TEST_F(PipelineTest, PollNeverWaits) {
-  SyntheticRun bench("press?size=1392x1042");
-  Pipeline pipeline = bench.pipeline(context(), force_only(3));
+  SyntheticRun scene("press?size=1392x1042");
+  Pipeline pipeline = scene.pipeline(context(), force_only(3));
   std::vector<Frame> frames;
-  for (uint64_t k = 0; k < 6; ++k) frames.push_back(bench.frame(100 + k));
+  for (uint64_t k = 0; k < 6; ++k) frames.push_back(scene.frame(100 + k));
   uint64_t wanted = 100;
   int empty = 0;
   for (const Frame& frame : frames) {
@@ -133,11 +133,11 @@ TEST_F(PipelineTest, PollNeverWaits) {
 }
 
 TEST_F(PipelineTest, NumbersDoNotDependOnSlotsOrRuns) {
-  SyntheticRun bench("slide?size=320x240");
+  SyntheticRun scene("slide?size=320x240");
   std::vector<Frame> frames;
-  for (uint64_t k = 0; k < bench.count(); k += 4) frames.push_back(bench.frame(k));
+  for (uint64_t k = 0; k < scene.count(); k += 4) frames.push_back(scene.frame(k));
   const auto run = [&](uint32_t slots) {
-    Pipeline pipeline = bench.pipeline(context(), force_only(slots));
+    Pipeline pipeline = scene.pipeline(context(), force_only(slots));
     std::vector<Touch> touches;
     const auto collect = [&] {
       const Result result = *pipeline.wait();
@@ -159,11 +159,11 @@ TEST_F(PipelineTest, NumbersDoNotDependOnSlotsOrRuns) {
 }
 
 TEST_F(PipelineTest, SurfaceIsTheSameInEveryRun) {
-  SyntheticRun bench("press?mode=gel&size=333x251&force=0.5");
+  SyntheticRun scene("press?mode=gel&size=333x251&force=0.5");
   const auto run = [&](uint32_t slots) {
     Pipeline pipeline =
-        bench.pipeline(context(), {Output::Force | Output::Surface, SurfaceSolver::Live, slots});
-    for (uint32_t i = 0; i < slots; ++i) EXPECT_TRUE(pipeline.submit(bench.frame(120 + 3 * (slots - 1 - i))));
+        scene.pipeline(context(), {Output::Force | Output::Surface, SurfaceSolver::Live, slots});
+    for (uint32_t i = 0; i < slots; ++i) EXPECT_TRUE(pipeline.submit(scene.frame(120 + 3 * (slots - 1 - i))));
     std::optional<Result> last;
     for (uint32_t i = 0; i < slots; ++i) last = pipeline.wait();
     EXPECT_EQ(last->touch.sequence, 120u);
@@ -176,9 +176,9 @@ TEST_F(PipelineTest, SurfaceIsTheSameInEveryRun) {
 
 // A new background counts from the next frame on, also while frames are under way.
 TEST_F(PipelineTest, BackgroundCanBeTakenAnew) {
-  SyntheticRun bench("press?size=320x240");
-  Pipeline pipeline = bench.pipeline(context(), force_only(3));
-  const Frame pressed = bench.frame(130);
+  SyntheticRun scene("press?size=320x240");
+  Pipeline pipeline = scene.pipeline(context(), force_only(3));
+  const Frame pressed = scene.frame(130);
   const double gray_sum = pipeline.process(pressed).gray_sum;
   ASSERT_TRUE(pipeline.submit(pressed));
   pipeline.set_background(pressed);
@@ -204,9 +204,9 @@ void expect_refused(Failure failure, const std::vector<std::string>& words, cons
 }
 
 TEST_F(PipelineTest, FramesOfAnotherFormatAreRefused) {
-  SyntheticRun bench("press?size=320x240");
-  Pipeline pipeline(context(), bench.sensor, bench.source.format(), force_only());
-  expect_refused(Failure::Input, {"background"}, [&] { pipeline.submit(bench.frame(0)); });
+  SyntheticRun scene("press?size=320x240");
+  Pipeline pipeline(context(), scene.sensor, scene.source.format(), force_only());
+  expect_refused(Failure::Input, {"background"}, [&] { pipeline.submit(scene.frame(0)); });
   Frame other;
   for (const FrameFormat& wrong :
        {FrameFormat{321, 240, 1, 8}, FrameFormat{320, 240, 3, 8}, FrameFormat{320, 240, 1, 12}}) {
@@ -214,7 +214,7 @@ TEST_F(PipelineTest, FramesOfAnotherFormatAreRefused) {
     expect_refused(Failure::Input, {"background", std::to_string(wrong.width)},
                    [&] { pipeline.set_background(other); });
   }
-  pipeline.set_background(bench.background);
+  pipeline.set_background(scene.background);
   for (const FrameFormat& wrong :
        {FrameFormat{320, 241, 1, 8}, FrameFormat{320, 240, 3, 8}, FrameFormat{320, 240, 1, 12}}) {
     other.reshape(wrong);
@@ -222,7 +222,7 @@ TEST_F(PipelineTest, FramesOfAnotherFormatAreRefused) {
                    [&] { pipeline.submit(other); });
   }
   // A refused frame costs no slot.
-  EXPECT_TRUE(pipeline.process(bench.frame(130)).contact);
+  EXPECT_TRUE(pipeline.process(scene.frame(130)).contact);
 }
 
 TEST_F(PipelineTest, SensorsThatDoNotFitAreRefused) {

@@ -47,9 +47,9 @@ struct Solved {
   std::vector<float> depth_mm;
 };
 
-Solved solve(gpu::Context& context, SyntheticRun& bench, uint64_t k, SurfaceSolver solver) {
-  Pipeline pipeline = bench.pipeline(context, {Output::Force | Output::Surface, solver, 1});
-  if (!pipeline.submit(bench.frame(k))) throw std::runtime_error("no free slot");
+Solved solve(gpu::Context& context, SyntheticRun& scene, uint64_t k, SurfaceSolver solver) {
+  Pipeline pipeline = scene.pipeline(context, {Output::Force | Output::Surface, solver, 1});
+  if (!pipeline.submit(scene.frame(k))) throw std::runtime_error("no free slot");
   const std::optional<Result> result = pipeline.wait();
   return {result->touch, pipeline.read_depth_mm(*result)};
 }
@@ -73,14 +73,14 @@ void expect_solvers_agree(const std::array<Solved, 3>& solved, double live_mm, d
 // from the frame's border.
 TEST_F(PipelineTest, PhotometricDepthIsTheTruth) {
   for (const char* text : {"press?mode=gel&force=0.5", "press?mode=gel&size=320x240&force=1"}) {
-    SyntheticRun bench(text);
+    SyntheticRun scene(text);
     constexpr uint64_t kDeepest = 130;
-    const Truth truth = bench.truth(kDeepest);
+    const Truth truth = scene.truth(kDeepest);
     std::array<Solved, 3> solved;
     const std::array solvers{SurfaceSolver::Live, SurfaceSolver::Converged, SurfaceSolver::Exact};
     for (size_t i = 0; i < 3; ++i) {
-      solved[i] = solve(context(), bench, kDeepest, solvers[i]);
-      const Misfit m = compare(solved[i].depth_mm, solved[i].touch, truth.depth_mm, bench.options.width,
+      solved[i] = solve(context(), scene, kDeepest, solvers[i]);
+      const Misfit m = compare(solved[i].depth_mm, solved[i].touch, truth.depth_mm, scene.options.width,
                                [](double, double) { return true; });
       std::printf("%s solver %zu: depth %.3f mm, RMS error %.1f um, depth_max error %.1f um\n", text, i,
                   truth.indentation_mm, 1000 * m.rms_mm, 1000 * m.depth_max_mm);
@@ -103,10 +103,10 @@ TEST_F(PipelineTest, ShadingDepthIsTheCapOfTheTruth) {
   for (const char* text :
        {"press?mode=lambert&noise=off", "press?mode=lambert&size=1392x1042&bits=12&noise=off",
         "press?mode=lambert", "press?mode=lambert&size=1392x1042&bits=12"}) {
-    SyntheticRun bench(text);
+    SyntheticRun scene(text);
     constexpr uint64_t kDeepest = 130;
-    Truth truth = bench.truth(kDeepest);
-    const double radius_px = truth.radius_px, pitch_mm = bench.sensor.pitch_mm_per_px;
+    Truth truth = scene.truth(kDeepest);
+    const double radius_px = truth.radius_px, pitch_mm = scene.sensor.pitch_mm_per_px;
     const double ball_mm = 8, sagitta_mm = std::pow(radius_px * pitch_mm, 2) / (2 * ball_mm);
     // Depth below the contact's rim, where the map's rest level lies.
     for (float& depth : truth.depth_mm) depth -= static_cast<float>(truth.indentation_mm - sagitta_mm);
@@ -116,13 +116,13 @@ TEST_F(PipelineTest, ShadingDepthIsTheCapOfTheTruth) {
     std::array<Solved, 3> solved;
     const std::array solvers{SurfaceSolver::Live, SurfaceSolver::Converged, SurfaceSolver::Exact};
     for (size_t i = 0; i < 3; ++i) {
-      solved[i] = solve(context(), bench, kDeepest, solvers[i]);
+      solved[i] = solve(context(), scene, kDeepest, solvers[i]);
       const Misfit m =
-          compare(solved[i].depth_mm, solved[i].touch, truth.depth_mm, bench.options.width, inside);
+          compare(solved[i].depth_mm, solved[i].touch, truth.depth_mm, scene.options.width, inside);
       std::printf(
           "%s solver %zu: cap %.3f mm, RMS error %.1f um, depth_max error %.1f um, correlation %.4f\n", text,
           i, sagitta_mm, 1000 * m.rms_mm, 1000 * m.depth_max_mm, m.correlation);
-      const double cliff_mm = 3 * bench.sensor.max_slope * pitch_mm;
+      const double cliff_mm = 3 * scene.sensor.max_slope * pitch_mm;
       EXPECT_LT(m.rms_mm, cliff_mm) << text;
       EXPECT_LT(std::abs(m.depth_max_mm), cliff_mm) << text;
       EXPECT_GT(m.correlation, 0.995) << text;

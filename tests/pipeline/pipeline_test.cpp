@@ -21,24 +21,24 @@ namespace {
 // the force is within 0.5 mN.
 TEST_F(PipelineTest, ForceAndPlaceHitTheTruth) {
   for (const char* text : {"press?size=640x480&bits=8", "press?size=1392x1042&bits=12"}) {
-    SyntheticRun bench(text);
-    const uint64_t step = bench.options.width > 1000 ? 6 : 3;
-    Pipeline reading = bench.pipeline(context(), force_only());
+    SyntheticRun scene(text);
+    const uint64_t step = scene.options.width > 1000 ? 6 : 3;
+    Pipeline reading = scene.pipeline(context(), force_only());
     std::vector<double> gray, force;
-    for (uint64_t k = 0; k < bench.count(); k += 2 * step) {
-      const Touch t = reading.process(bench.frame(k));
+    for (uint64_t k = 0; k < scene.count(); k += 2 * step) {
+      const Touch t = reading.process(scene.frame(k));
       if (!t.contact) continue;
       gray.push_back(t.gray_sum);
-      force.push_back(bench.truth(k).force_N);
+      force.push_back(scene.truth(k).force_N);
     }
     const ForceFit fit = fit_force(gray, force);
-    bench.sensor.force = fit.calibration;
-    Pipeline judged = bench.pipeline(context(), force_only());
+    scene.sensor.force = fit.calibration;
+    Pipeline judged = scene.pipeline(context(), force_only());
     double worst = 0, worst_light_N = 0, worst_px = 0, squares = 0;
     int frames = 0;
-    for (uint64_t k = step; k < bench.count(); k += 2 * step) {
-      const Truth truth = bench.truth(k);
-      const Touch t = judged.process(bench.frame(k));
+    for (uint64_t k = step; k < scene.count(); k += 2 * step) {
+      const Truth truth = scene.truth(k);
+      const Touch t = judged.process(scene.frame(k));
       ASSERT_EQ(t.contact, truth.force_N > 0.002) << text << " frame " << k << ", " << truth.force_N << " N";
       if (!t.contact) continue;
       const double error_N = t.force_N.value - truth.force_N;
@@ -54,7 +54,7 @@ TEST_F(PipelineTest, ForceAndPlaceHitTheTruth) {
       EXPECT_TRUE(t.force_N.validity == Validity::Valid || truth.force_N > 1.49)
           << to_string(t.force_N.validity);
       EXPECT_LT(std::abs(t.ellipse.major_mm - t.ellipse.minor_mm), 0.03 * t.ellipse.major_mm);
-      EXPECT_NEAR(t.ellipse.major_mm, 2 * truth.radius_px * bench.sensor.pitch_mm_per_px,
+      EXPECT_NEAR(t.ellipse.major_mm, 2 * truth.radius_px * scene.sensor.pitch_mm_per_px,
                   0.1 * t.ellipse.major_mm);
       EXPECT_EQ(t.saturated_px, 0u);
     }
@@ -73,13 +73,13 @@ TEST_F(PipelineTest, ForceAndPlaceHitTheTruth) {
 // The sensor file that fits by construction, at places all over the pad: the field is not quite even, and the
 // stated error says so.
 TEST_F(PipelineTest, ForceHoldsAllOverThePad) {
-  SyntheticRun bench("palpation");
-  Pipeline pipeline = bench.pipeline(context(), force_only());
+  SyntheticRun scene("palpation");
+  Pipeline pipeline = scene.pipeline(context(), force_only());
   double worst = 0;
   int frames = 0, inside = 0;
-  for (uint64_t k = 0; k < bench.count(); k += 7) {
-    const Truth truth = bench.truth(k);
-    const Touch t = pipeline.process(bench.frame(k));
+  for (uint64_t k = 0; k < scene.count(); k += 7) {
+    const Truth truth = scene.truth(k);
+    const Touch t = pipeline.process(scene.frame(k));
     if (truth.force_N < 0.15) continue;
     ++frames;
     worst = std::max(worst, std::abs(t.force_N.value / truth.force_N - 1));
@@ -94,23 +94,23 @@ TEST_F(PipelineTest, ForceHoldsAllOverThePad) {
 
 // Stick, slip 7 mm, hold, lift: every frame in order.
 TEST_F(PipelineTest, ShearFollowsTheTruthThroughStickAndSlip) {
-  SyntheticRun bench("slide");
-  Pipeline pipeline = bench.pipeline(context(), force_only());
+  SyntheticRun scene("slide");
+  Pipeline pipeline = scene.pipeline(context(), force_only());
   double worst_N = 0, squares = 0, largest_N = 0;
   int judged = 0, slip_frames = 0, wrong = 0, wrong_far = 0;
-  for (uint64_t k = 0; k < bench.count(); ++k) {
-    const Truth truth = bench.truth(k);
-    const Touch t = pipeline.process(bench.frame(k));
+  for (uint64_t k = 0; k < scene.count(); ++k) {
+    const Truth truth = scene.truth(k);
+    const Touch t = pipeline.process(scene.frame(k));
     if (!t.contact) {
       EXPECT_EQ(t.slip, Slip::NoContact);
       EXPECT_LT(truth.force_N, 0.003);
       continue;
     }
-    const double limit_N = bench.options.friction * truth.force_N;
+    const double limit_N = scene.options.friction * truth.force_N;
     const double error_N =
         std::hypot(t.shear_x_N.value - truth.shear_x_N, t.shear_y_N.value - truth.shear_y_N);
     EXPECT_LE(std::hypot(t.shear_x_N.value, t.shear_y_N.value),
-              bench.options.friction * t.force_N.value * (1 + 1e-9));
+              scene.options.friction * t.force_N.value * (1 + 1e-9));
     EXPECT_EQ(t.shear_x_N.validity, Validity::Valid);
     if (truth.force_N < 0.15) continue;  // a light touch: see ForceAndPlaceHitTheTruth
     ++judged;
@@ -139,16 +139,16 @@ TEST_F(PipelineTest, ShearFollowsTheTruthThroughStickAndSlip) {
 // ---- What it says when it cannot know
 
 TEST_F(PipelineTest, NothingTouchesNothingIsMeasured) {
-  SyntheticRun bench("still");
-  bench.sensor.force = SyntheticRun("press").sensor.force;
+  SyntheticRun scene("still");
+  scene.sensor.force = SyntheticRun("press").sensor.force;
   for (const bool calibrated : {true, false}) {
     if (!calibrated) {
-      bench.sensor.force.reset();
-      bench.sensor.shear.reset();
+      scene.sensor.force.reset();
+      scene.sensor.shear.reset();
     }
-    Pipeline pipeline = bench.pipeline(context(), force_only());
+    Pipeline pipeline = scene.pipeline(context(), force_only());
     for (uint64_t k = 0; k < 40; ++k) {
-      const Touch t = pipeline.process(bench.frame(k));
+      const Touch t = pipeline.process(scene.frame(k));
       EXPECT_FALSE(t.contact) << "noise of frame " << k << " taken for a contact";
       EXPECT_EQ(t.force_N.validity, calibrated ? Validity::NoContact : Validity::NotCalibrated);
       EXPECT_EQ(t.force_N.value, 0);
@@ -162,15 +162,15 @@ TEST_F(PipelineTest, NothingTouchesNothingIsMeasured) {
 }
 
 TEST_F(PipelineTest, ForceOutsideTheCalibrationIsMarked) {
-  SyntheticRun bench("press");
-  const double gray_per_N = 1 / bench.sensor.force->c1_N_per_gray;
-  bench.sensor.force->gray_min = 0.4 * gray_per_N;
-  bench.sensor.force->gray_max = 1.2 * gray_per_N;
-  Pipeline pipeline = bench.pipeline(context(), force_only());
+  SyntheticRun scene("press");
+  const double gray_per_N = 1 / scene.sensor.force->c1_N_per_gray;
+  scene.sensor.force->gray_min = 0.4 * gray_per_N;
+  scene.sensor.force->gray_max = 1.2 * gray_per_N;
+  Pipeline pipeline = scene.pipeline(context(), force_only());
   int seen[3] = {};
-  for (uint64_t k = 0; k < bench.count(); k += 5) {
-    const double force_N = bench.truth(k).force_N;
-    const Touch t = pipeline.process(bench.frame(k));
+  for (uint64_t k = 0; k < scene.count(); k += 5) {
+    const double force_N = scene.truth(k).force_N;
+    const Touch t = pipeline.process(scene.frame(k));
     if (force_N < 0.05 || std::abs(force_N - 0.4) < 0.02 || std::abs(force_N - 1.2) < 0.03) continue;
     const Validity wanted = force_N < 0.4   ? Validity::BelowRange
                             : force_N > 1.2 ? Validity::AboveRange
@@ -187,22 +187,22 @@ TEST_F(PipelineTest, ForceOutsideTheCalibrationIsMarked) {
 // Pressed so hard that the image clips: the force is marked, and is a lower bound.
 TEST_F(PipelineTest, ClippedImagesAreMarked) {
   for (const char* text : {"press?force=6", "press?force=6&bits=12"}) {
-    SyntheticRun bench(text);
-    Pipeline pipeline = bench.pipeline(context(), force_only());
+    SyntheticRun scene(text);
+    Pipeline pipeline = scene.pipeline(context(), force_only());
     int clipped = 0;
-    for (uint64_t k = 30; k < bench.count(); k += 10) {
-      const Frame& frame = bench.frame(k);
+    for (uint64_t k = 30; k < scene.count(); k += 10) {
+      const Frame& frame = scene.frame(k);
       uint64_t at_limit = 0;
       for (uint32_t y = 0; y < frame.format.height; ++y)
         for (uint32_t x = 0; x < frame.format.width; ++x)
-          at_limit += frame.at(0, x, y) >= bench.sensor.saturation_gray;
+          at_limit += frame.at(0, x, y) >= scene.sensor.saturation_gray;
       const Touch t = pipeline.process(frame);
       EXPECT_EQ(t.saturated_px, at_limit) << text << " frame " << k;
       if (!t.contact) continue;
       EXPECT_EQ(t.force_N.validity == Validity::Saturated, at_limit > 0) << text << " frame " << k;
       if (at_limit < 100) continue;
       ++clipped;
-      EXPECT_LT(t.force_N.value, bench.truth(k).force_N) << text << " frame " << k;
+      EXPECT_LT(t.force_N.value, scene.truth(k).force_N) << text << " frame " << k;
     }
     EXPECT_GT(clipped, 5) << text;
   }
