@@ -94,7 +94,7 @@ std::string report_text(const std::string& file, size_t bytes, const lump::Train
                 file.c_str(), bytes, report.lumps, report.no_lumps, wall_s, 100 * report.base_error,
                 100 * report.fields_error, 100 * report.network_error, 100 * report.mean_error,
                 report.kept_aside, report.error_over_spread, 100 * report.network_error_seen,
-                report.reader_loss);
+                report.inverse_loss);
   return text;
 }
 
@@ -111,7 +111,7 @@ json::Value report_json(const std::string& file, size_t bytes, const lump::Train
           {"network_error_seen", report.network_error_seen},
           {"mean_error", report.mean_error},
           {"kept_aside", report.kept_aside},
-          {"reader_loss", report.reader_loss},
+          {"reader_loss", report.inverse_loss},
           {"made_from", made_from},
           {"wall_s", wall_s}};
 }
