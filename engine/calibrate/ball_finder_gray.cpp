@@ -143,8 +143,8 @@ void place(const Circle& circle, FoundBall& found) {
   found.radius_px = circle.radius;
 }
 
-// The share of the change inside the circle that the distance from its centre alone explains: all of it for
-// a ball.
+// The fraction of the change inside the circle that the distance from its centre alone explains: all of it
+// for a ball.
 double roundness(const PressedChange& change, const Circle& circle) {
   const auto [cx, cy, radius] = circle;
   std::vector<double> ring_sum(static_cast<size_t>(radius) + 2), ring_count(ring_sum.size());

@@ -34,11 +34,11 @@ size_t layer_at(const Waveguide& guide, double depth_mm);
 EdgeRay trace_ray(const Waveguide& guide, const EdgeLamp& lamp, double depth_mm, double angle_rad,
                   double length_mm);
 
-/// Which share of the lamp's light has met the touched face at least once within a distance from the edge.
+/// Which fraction of the lamp's light has met the touched face at least once within a distance from the edge.
 struct FirstMeetings {
   double nearest_mm = 0;            ///< of guided light in the lamp's plane: nearer, the face is dark
   std::vector<double> distance_mm;  ///< rising
-  std::vector<double> share;        ///< of the lamp's light, rising to LampShares::touching
+  std::vector<double> fraction;     ///< of the lamp's light, rising to LampShares::touching
   /// Distance at which that fraction of the touching light has met the face; infinity beyond the table.
   double distance_of(double fraction, double touching) const;
 };

@@ -265,7 +265,7 @@ class TemplateMaker {
   Eigen::MatrixXd light_basis_;  // orthonormal
 };
 
-// What has a small share of the others' contrast would only follow noise.
+// What has a small fraction of the others' contrast would only follow noise.
 void drop_faint(std::vector<SkinTemplate>& templates, const std::vector<double>& contrast) {
   std::vector<double> sorted = contrast;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),

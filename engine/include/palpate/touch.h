@@ -88,8 +88,8 @@ struct SkinMotion {
   uint32_t touching = 0;  ///< followed ones under the contact; less than 3: nothing below is known
   Estimate shift_x_mm;    ///< of the contact's core since the contact's onset
   Estimate shift_y_mm;
-  Estimate torsion_rad;  ///< turn about the normal since onset, from +x towards +y
-  Estimate stick_share;  ///< radius of the part that still sticks over the contact's, 0 to 1
+  Estimate torsion_rad;     ///< turn about the normal since onset, from +x towards +y
+  Estimate stick_fraction;  ///< radius of the part that still sticks over the contact's, 0 to 1
 };
 
 /// Measurements of one frame. Pixel coordinates are of pixel centres: (0, 0) is the centre of the top left
@@ -151,7 +151,7 @@ struct Touch {
   uint64_t outside_px = 0;       ///< beyond the pad's outline
   bool weighted = false;         ///< the surface was solved with the confidence as weights
   double weighted_residual = 0;  ///< relative RMS that this solve leaves of its normal equations
-  double weighted_misfit = 0;    ///< share of the weighted slopes that no surface explains, 0 to 1
+  double weighted_misfit = 0;    ///< fraction of the weighted slopes that no surface explains, 0 to 1
   uint32_t islands = 0;          ///< parts of the frame that nothing known joins
   uint32_t touched_islands = 0;  ///< of those, with contact
 };

@@ -30,7 +30,7 @@ Eigen::MatrixXd components_at(const InverseNetwork& inverse, Eigen::Index fields
 }  // namespace
 
 PatchObservation::PatchObservation(const Model& model, const PressedNodes& nodes, const PatchView& from)
-    : view(from), sums(sum_patch(model.patch, nodes, from)), whitener(model, nodes, sums, kGaugeShare) {}
+    : view(from), sums(sum_patch(model.patch, nodes, from)), whitener(model, nodes, sums, kGaugeFraction) {}
 
 Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
                                  const PatchObservation& patch) {
@@ -62,7 +62,7 @@ Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
   in.tail(InverseNetwork::kOthers) << std::log(size), patch.view.setting.thickness_mm,
       patch.view.setting.x_mm, patch.view.setting.y_mm, nodes.loads.back(),
       std::log(nodes.loads.front() / nodes.loads.back()), std::log(static_cast<double>(loads)),
-      std::log(nodes.noise_share);
+      std::log(nodes.noise_fraction);
   return in.cast<float>();
 }
 

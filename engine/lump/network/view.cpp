@@ -11,8 +11,8 @@
 namespace palpate::lump {
 namespace {
 
-constexpr double kRim_mm = 1.25;      // nearer to the rim a grid's own error is larger than a lump's trace
-constexpr double kUnseenShare = 0.1;  // of a load's values: more, and the load is left out
+constexpr double kRim_mm = 1.25;         // nearer to the rim a grid's own error is larger than a lump's trace
+constexpr double kUnseenFraction = 0.1;  // of a load's values: more, and the load is left out
 constexpr size_t kFewestNodes = 100;
 constexpr double kBeyond = 0.03;      // of a range: as far outside of training as is still taken
 constexpr double kFind_mm = 2.5;      // Gaussian that looks for bumps
@@ -57,7 +57,7 @@ void check(const Observation& observation) {
     refuse("a noise of 0 Pa or more", text(observation.noise_Pa, "Pa"));
 }
 
-double unseen_share(const fem::Map& map) {
+double unseen_fraction(const fem::Map& map) {
   size_t unseen = 0;
   for (const float value : map.values) unseen += !std::isfinite(value);
   return static_cast<double>(unseen) / static_cast<double>(map.values.size());
@@ -100,14 +100,14 @@ class NodeChoice {
   bool choose_loads() {
     // A window's edge that lies off the block is unseen at all loads; what only some loads miss is saturated.
     double always = 1;
-    for (const fem::Map& map : observation_.pressure_Pa) always = std::min(always, unseen_share(map));
+    for (const fem::Map& map : observation_.pressure_Pa) always = std::min(always, unseen_fraction(map));
     bool saturated = false;
     for (size_t k = 0; k < observation_.pressure_Pa.size(); ++k) {
       const double load = observation_.force_N[k] / (observation_.block_mm[0] * observation_.block_mm[1] *
                                                      1e-6 * observation_.young_Pa);
       const std::string name = "the load of " + text(observation_.force_N[k], "N");
-      const double unseen = unseen_share(observation_.pressure_Pa[k]);
-      if (unseen > always + kUnseenShare) {
+      const double unseen = unseen_fraction(observation_.pressure_Pa[k]);
+      if (unseen > always + kUnseenFraction) {
         saturated = true;
         nodes_.reasons.push_back(
             name + " is left out: " + text(100 * (unseen - always), "% of its values are saturated"));
@@ -185,8 +185,8 @@ class NodeChoice {
         nodes_.rest(n, k) = nodes_.total(n, k) - model_.base.at(quarter, nodes_.x_mm[i], nodes_.y_mm[i]);
       }
     }
-    nodes_.noise_share = std::max(noise_Pa_ / peak_Pa_, kLeastNoise);
-    nodes_.noise = nodes_.noise_share * peak_Pa_ / observation_.young_Pa;
+    nodes_.noise_fraction = std::max(noise_Pa_ / peak_Pa_, kLeastNoise);
+    nodes_.noise = nodes_.noise_fraction * peak_Pa_ / observation_.young_Pa;
   }
 
   const Model& model_;
@@ -335,7 +335,7 @@ PatchSums sum_patch(const Patch& patch, const PressedNodes& nodes, const PatchVi
 }
 
 PatchWhitener::PatchWhitener(const Model& model, const PressedNodes& nodes, const PatchSums& sums,
-                             double gauge_share) {
+                             double gauge_fraction) {
   const Eigen::Index count = sums.gram.rows(), loads = sums.right.cols();
   // Fields that the window cuts off are hardly seen; a trace of weight keeps the factors finite.
   Eigen::MatrixXd gram = sums.gram;
@@ -365,11 +365,11 @@ PatchWhitener::PatchWhitener(const Model& model, const PressedNodes& nodes, cons
   Eigen::MatrixXd gauge(count * loads, loads + 1);
   for (Eigen::Index k = 0; k < loads; ++k) {
     Eigen::MatrixXd one = Eigen::MatrixXd::Zero(count, loads);
-    one.col(k) = gauge_share * whole.col(k);
+    one.col(k) = gauge_fraction * whole.col(k);
     gauge.col(k) = spread(one);
   }
   // The tissue's modulus is as uncertain, the same at all loads.
-  gauge.col(loads) = spread(kModulusShare * whole);
+  gauge.col(loads) = spread(kModulusFraction * whole);
   const dense::Svd svd = dense::svd(gauge, Eigen::ComputeThinU);
   const Eigen::VectorXd kept = (1 + svd.values.array().square()).rsqrt();
   gauge_ = svd.u;

@@ -214,8 +214,8 @@ class Registration {
         right_.segment<3>(at) += a.weight * off * mean;
         for (const Seen& b : seen) {
           const auto to = static_cast<Eigen::Index>(3 * b.press);
-          const double share = (a.press == b.press ? a.weight : 0) - a.weight * b.weight / weights;
-          normal_.block<3, 3>(at, to) += share * square;
+          const double fraction = (a.press == b.press ? a.weight : 0) - a.weight * b.weight / weights;
+          normal_.block<3, 3>(at, to) += fraction * square;
         }
       }
     }
@@ -374,11 +374,11 @@ void judge(const Blend& b, const std::vector<ScanPress>& presses, ScanMap& out) 
     out.observation.noise_Pa = worse * std::sqrt(b.variance / static_cast<double>(b.seen));
     if (b.freedom > 0) out.between_presses_Pa = std::sqrt(b.between / b.freedom);
   }
-  out.seen_share = static_cast<double>(b.inner_seen) / static_cast<double>(std::max<size_t>(1, b.inner));
+  out.seen_fraction = static_cast<double>(b.inner_seen) / static_cast<double>(std::max<size_t>(1, b.inner));
   const bool saturated = std::any_of(presses.begin(), presses.end(),
-                                     [](const ScanPress& p) { return p.observation.saturated_share > 0; });
+                                     [](const ScanPress& p) { return p.observation.saturated_fraction > 0; });
   if (saturated && b.covered > 0)
-    out.observation.saturated_share = static_cast<double>(b.lost) / static_cast<double>(b.covered);
+    out.observation.saturated_fraction = static_cast<double>(b.lost) / static_cast<double>(b.covered);
 }
 
 // Where a press came to lie, with its standard errors.
@@ -392,8 +392,8 @@ void fill_place(const Placed& placed, const Eigen::MatrixXd& covariance, Eigen::
   place.deviation = placed.deviation;
 }
 
-void warn_of(const PressPlace& place, double log_gain, double saturated_share, const StitchOptions& options,
-             std::vector<std::string>& warnings) {
+void warn_of(const PressPlace& place, double log_gain, double saturated_fraction,
+             const StitchOptions& options, std::vector<std::string>& warnings) {
   const double shift = std::hypot(place.shift_mm[0], place.shift_mm[1]);
   if (shift > 3 * options.stage_sd_mm)
     warnings.push_back("press '" + place.name + "' lies " +
@@ -401,9 +401,9 @@ void warn_of(const PressPlace& place, double log_gain, double saturated_share, c
   if (std::abs(log_gain) > 3 * options.gain_sd)
     warnings.push_back("press '" + place.name + "' reads " +
                        text("%+.1f %% beside the others", 100 * (place.gain - 1)));
-  if (saturated_share > 0)
+  if (saturated_fraction > 0)
     warnings.push_back("press '" + place.name + "' was saturated in " +
-                       text("%.2g %% of its window", 100 * saturated_share));
+                       text("%.2g %% of its window", 100 * saturated_fraction));
 }
 
 }  // namespace
@@ -429,10 +429,10 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
       continue;
     }
     fill_place(placed[p], registration.covariance, static_cast<Eigen::Index>(3 * p), place);
-    warn_of(place, placed[p].place(2), presses[p].observation.saturated_share, options, out.warnings);
+    warn_of(place, placed[p].place(2), presses[p].observation.saturated_fraction, options, out.warnings);
   }
-  if (out.seen_share < kWholeBlock)
-    out.warnings.push_back(text("%.3g %% of the block was not seen", 100 * (1 - out.seen_share)));
+  if (out.seen_fraction < kWholeBlock)
+    out.warnings.push_back(text("%.3g %% of the block was not seen", 100 * (1 - out.seen_fraction)));
   return out;
 }
 

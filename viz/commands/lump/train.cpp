@@ -31,7 +31,7 @@ std::string trust_text(const lump::Network& network) {
   for (const lump::CalibrationRow& t : network.calibration()) {
     std::snprintf(line, sizeof line,
                   "%-8s %5u %5.1f %%   %4.1f  %4.1f  %4.1f   %3.0f %%   %4.2f  %4.2f  %4.2f   %8.3g  %6.3g\n",
-                  t.method == lump::Method::Network ? "network" : "refined", t.loads, 100 * t.noise_share,
+                  t.method == lump::Method::Network ? "network" : "refined", t.loads, 100 * t.noise_fraction,
                   100 * t.median_error[0], 100 * t.median_error[1], 100 * t.median_error[2],
                   100 * t.shape_rate, t.inflation[0], t.inflation[1], t.inflation[2], t.log_likelihood_ratio,
                   t.chi_square);
@@ -62,13 +62,14 @@ class TrainingWatch {
  public:
   explicit TrainingWatch(const Common& common) : bar_(common, "lump network", 1000) {}
 
-  bool update(const std::string& what, double share) {
+  bool update(const std::string& what, double fraction) {
     const std::scoped_lock lock(guard_);
-    bar_.update(static_cast<uint64_t>(1000 * share));
-    if (share > told_ + 0.2) {
-      told_ = share;
-      if (share < 1)
-        spdlog::info("{}: {:.0f} %, {:.0f} s left", what, 100 * share, wall_s() * (1 - share) / share);
+    bar_.update(static_cast<uint64_t>(1000 * fraction));
+    if (fraction > told_ + 0.2) {
+      told_ = fraction;
+      if (fraction < 1)
+        spdlog::info("{}: {:.0f} %, {:.0f} s left", what, 100 * fraction,
+                     wall_s() * (1 - fraction) / fraction);
     }
     return !interrupted();
   }
@@ -123,7 +124,9 @@ Report run(const Common& common, Options& o) {
   o.training.seed = common.seed;
   o.training.made_from = made_from + "; training seed " + std::to_string(common.seed);
   TrainingWatch watch(common);
-  o.training.progress = [&](const std::string& what, double share) { return watch.update(what, share); };
+  o.training.progress = [&](const std::string& what, double fraction) {
+    return watch.update(what, fraction);
+  };
   lump::TrainingReport report;
   std::string bytes;
   lump::Network network(nullptr);

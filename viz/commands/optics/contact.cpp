@@ -58,7 +58,7 @@ constexpr const char* kAssumptions[] = {
 struct Problem {
   optics::Waveguide guide;
   optics::EdgeLamp lamp;
-  optics::LampShares shares;
+  optics::LampShares fractions;
   std::vector<optics::FaceContact> contacts;
   std::vector<double> albedo;
   optics::GrayReference reference;
@@ -78,8 +78,8 @@ Problem problem_of(const Options& options) {
   for (size_t i = 0; i < count; ++i)
     p.contacts.push_back(
         {optics::optical_index(options.contacts[i], extinction[i]), gap_nm[i], options.wavelength_nm});
-  p.shares = optics::lamp_shares(p.guide, p.lamp);
-  if (!(p.shares.touching > 0))
+  p.fractions = optics::lamp_fractions(p.guide, p.lamp);
+  if (!(p.fractions.touching > 0))
     throw Error(Failure::Input, "a guide whose light meets the touched face", "none that does",
                 "an outside of lower index, or --led-layer 1");
   p.reference.light = optics::contact_light(
@@ -100,7 +100,7 @@ std::string heading(const Problem& p, const Options& options) {
       "%.4f of the LED's light is guided and meets the face: %.3g of it per mm of the guide's length\n"
       "reference: n = %g, albedo %g%s\n\n"
       "contact                     albedo   leaves up to, deg   leaves per meeting   per mm    relative%s\n",
-      p.shares.touching, p.shares.arriving_per_mm, options.reference_index, options.reference_albedo,
+      p.fractions.touching, p.fractions.arriving_per_mm, options.reference_index, options.reference_albedo,
       p.calibrated ? line(", gray %g of at most %g", p.reference.gray, p.reference.most_gray).c_str() : "",
       p.calibrated ? "       gray" : "");
 }
@@ -222,8 +222,8 @@ Report contact(const Common& common, const Options& options) {
       p.from_deg, p.most_deg);
   const Json assumed = add_assumptions(text);
   Json value = {{"led", to_json(p.lamp)},
-                {"touching", p.shares.touching},
-                {"arriving_per_mm", p.shares.arriving_per_mm},
+                {"touching", p.fractions.touching},
+                {"arriving_per_mm", p.fractions.arriving_per_mm},
                 {"touching_deg", {p.from_deg, p.most_deg}},
                 {"reference",
                  {{"index", options.reference_index},
