@@ -17,14 +17,14 @@ namespace {
 
 constexpr size_t kMostNodes = 4096;  // along a side
 
-ForwardMap read_table(const std::filesystem::path& file) {
+fem::Map read_table(const std::filesystem::path& file) {
   std::ifstream in(file);
   const auto refuse = [&file](const std::string& found) {
     throw Error(Failure::Input, "a table of pressures in Pa, as many numbers in each line",
                 found + " in " + file.string(), "a .npy file or a table of numbers");
   };
   if (!in) refuse("no readable file");
-  ForwardMap map;
+  fem::Map map;
   std::string line;
   while (std::getline(in, line)) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
@@ -58,8 +58,8 @@ ForwardMap read_table(const std::filesystem::path& file) {
 
 }  // namespace
 
-ForwardMap read_pressure_map(const std::filesystem::path& file, double pitch_mm) {
-  ForwardMap map;
+fem::Map read_pressure_map(const std::filesystem::path& file, double pitch_mm) {
+  fem::Map map;
   if (file.extension() == ".npy") {
     NpyArray array = read_npy(file);
     if (array.shape.size() != 2 || array.shape[0] > kMostNodes || array.shape[1] > kMostNodes)
@@ -75,7 +75,7 @@ ForwardMap read_pressure_map(const std::filesystem::path& file, double pitch_mm)
   return map;
 }
 
-double noise_of(const ForwardMap& map) {
+double noise_of(const fem::Map& map) {
   std::vector<double> sizes;
   for (uint32_t y = 1; y + 1 < map.height; ++y)
     for (uint32_t x = 1; x + 1 < map.width; ++x) {
@@ -90,7 +90,7 @@ double noise_of(const ForwardMap& map) {
   return median(sizes) / (0.6745 * 6);
 }
 
-std::string estimate_text(const LumpEstimate& e) {
+std::string estimate_text(const lump::Estimate& e) {
   char line[240];
   std::string text = std::string("verdict: ") + to_string(e.verdict) + "\n";
   std::snprintf(line, sizeof line,
@@ -100,7 +100,7 @@ std::string estimate_text(const LumpEstimate& e) {
   if (e.evidence >= 1 && std::isfinite(e.size_mm.value)) {
     if (!tells_numbers(e.verdict)) text += "of one lump as the model knows it, which this is not:\n";
     text += "                     value    90 % interval\n";
-    const auto row = [&](const char* name, const LumpValue& v, const char* unit) {
+    const auto row = [&](const char* name, const lump::Value& v, const char* unit) {
       std::snprintf(line, sizeof line, "%-18s %7.3g    %.3g to %.3g %s\n", name, v.value, v.low, v.high,
                     unit);
       text += line;
@@ -113,7 +113,7 @@ std::string estimate_text(const LumpEstimate& e) {
     text += "shape:";
     for (size_t s = 0; s < 4; ++s) {
       std::snprintf(line, sizeof line, "%s %s %.0f %%", s > 0 ? "," : "",
-                    to_string(static_cast<LumpShape>(s)), 100 * e.shape_probability[s]);
+                    to_string(static_cast<fem::InclusionShape>(s)), 100 * e.shape_probability[s]);
       text += line;
     }
     text += "\n";
@@ -123,9 +123,9 @@ std::string estimate_text(const LumpEstimate& e) {
   return text + line + "For research, not a diagnosis.\n";
 }
 
-std::string estimate_json(const LumpEstimate& e) {
+std::string estimate_json(const lump::Estimate& e) {
   using Json = json::Value;
-  const auto value = [](const LumpValue& v) {
+  const auto value = [](const lump::Value& v) {
     return std::isfinite(v.value) && v.high > 0 - 1e300 && (v.value != 0 || v.low != 0 || v.high != 0)
                ? Json{{"value", v.value}, {"low", v.low}, {"high", v.high}}
                : Json(nullptr);
@@ -140,7 +140,7 @@ std::string estimate_json(const LumpEstimate& e) {
             {"y_mm", value(e.y_mm)},
             {"shape", to_string(e.shape)}};
   for (size_t s = 0; s < 4; ++s)
-    json["shape_probability"][to_string(static_cast<LumpShape>(s))] = e.shape_probability[s];
+    json["shape_probability"][to_string(static_cast<fem::InclusionShape>(s))] = e.shape_probability[s];
   json["method"] = e.method;
   json["wall_s"] = e.wall_s;
   json["bumps_mm"] = e.bumps_mm;

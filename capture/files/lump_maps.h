@@ -9,14 +9,14 @@ namespace palpate {
 
 /// A map of pressure, Pa: .npy (height x width) or a table of numbers (.csv: a line per row, empty or "nan"
 /// where nothing was seen). Throws Error(Failure::Input).
-ForwardMap read_pressure_map(const std::filesystem::path& file, double pitch_mm);
+fem::Map read_pressure_map(const std::filesystem::path& file, double pitch_mm);
 
 /// Standard deviation of noise that is independent from node to node, from second differences across both
 /// axes, to which smooth pressure adds little; the median of its sizes, so that edges do not count.
-double noise_of(const ForwardMap& map);
+double noise_of(const fem::Map& map);
 
 /// "a lump of 8.1 mm (7.8 to 8.4) ...": the estimate in lines for people.
-std::string estimate_text(const LumpEstimate& estimate);
-std::string estimate_json(const LumpEstimate& estimate);
+std::string estimate_text(const lump::Estimate& estimate);
+std::string estimate_json(const lump::Estimate& estimate);
 
 }  // namespace palpate

@@ -7,9 +7,9 @@ namespace palpate {
 
 using Json = json::Value;
 
-std::string to_json(const std::vector<viz::PressAnswer>& presses) {
+std::string to_json(const std::vector<PressAnswer>& presses) {
   Json all = Json::array();
-  for (const viz::PressAnswer& p : presses) {
+  for (const PressAnswer& p : presses) {
     Json press = {{"press", p.press},
                   {"first_frame", p.first_frame},
                   {"last_frame", p.last_frame},

@@ -9,6 +9,6 @@
 namespace palpate {
 
 /// A JSON array (text), one object a press.
-std::string to_json(const std::vector<viz::PressAnswer>& presses);
+std::string to_json(const std::vector<PressAnswer>& presses);
 
 }  // namespace palpate

@@ -236,7 +236,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
       context, sensor, source->format(),
       {.outputs = request.outputs, .solver = request.solver, .skip_untouched = request.skip_untouched});
   pipeline.set_background(background);
-  const std::unique_ptr<viz::PressWatch> presses = request.watch ? request.watch(background) : nullptr;
+  const std::unique_ptr<PressMonitor> presses = request.watch ? request.watch(background) : nullptr;
 
   make_output_folder(out);
   for (const char* stale : {"summary.json", "recording.mp4", "contacts.csv"})

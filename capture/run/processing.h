@@ -65,7 +65,7 @@ struct ProcessRequest {
   /// Who draws pictures and film, where these are asked for.
   std::function<std::unique_ptr<RecordingPictures>(gpu::Context&, const PictureSetting&)> draw;
   /// What watches presses of a block of tissue, from the untouched image; may be null, and may return null.
-  std::function<std::unique_ptr<viz::PressWatch>(const Frame& background)> watch;
+  std::function<std::unique_ptr<PressMonitor>(const Frame& background)> watch;
 };
 
 /// What was seen, frame by frame counted.
@@ -91,7 +91,7 @@ struct ProcessSummary {
   std::string ended_by;                   ///< why, where not complete
   std::optional<Comparison> comparison;   ///< of inputs that know the truth
   std::optional<RecordedCheck> recorded;  ///< with as_recorded
-  std::vector<viz::PressAnswer> presses;  ///< of a block of tissue
+  std::vector<PressAnswer> presses;       ///< of a block of tissue
   std::string warning;                    ///< of the source: a session that was cut short
 };
 

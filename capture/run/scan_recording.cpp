@@ -47,8 +47,8 @@ double highest(const PressTimeline& t) {
   return most;
 }
 
-ScanPress press_of(const PressTimeline& t, const RecordedPress& press, const std::vector<double>& forces_N,
-                   const RecordedOptions& options) {
+lump::ScanPress press_of(const PressTimeline& t, const RecordedPress& press,
+                         const std::vector<double>& forces_N, const RecordedOptions& options) {
   std::vector<std::vector<size_t>> frames;
   for (const double force_N : forces_N) {
     frames.push_back(frames_near(t.force_N, force_N, forces_N.back()));
@@ -68,7 +68,7 @@ ScanPress press_of(const PressTimeline& t, const RecordedPress& press, const std
       loads[k].nodes.add(nodes.read(frame));
       loads[k].force_N += t.force_N[i] / static_cast<double>(frames[k].size());
     }
-  ScanPress out;
+  lump::ScanPress out;
   out.name = fs::path(press.recording).filename().string();
   if (is_tissue(press.recording))
     out.name = text("window at %g, %g mm", press.place_mm[0], press.place_mm[1]);
@@ -131,8 +131,9 @@ std::vector<RecordedPress> read_places(const fs::path& table, const std::vector<
   return chosen;
 }
 
-std::vector<ScanPress> read_presses(const std::vector<RecordedPress>& presses, const RecordedOptions& options,
-                                    std::vector<std::string>& notes, const RunWatch& watch) {
+std::vector<lump::ScanPress> read_presses(const std::vector<RecordedPress>& presses,
+                                          const RecordedOptions& options, std::vector<std::string>& notes,
+                                          const RunWatch& watch) {
   std::vector<PressTimeline> timelines;
   std::vector<double> most;
   {
@@ -154,7 +155,7 @@ std::vector<ScanPress> read_presses(const std::vector<RecordedPress>& presses, c
   const double top_N = options.force_N > 0 ? options.force_N : 0.995 * common_N;
   if (!(top_N > 0))
     throw Error(Failure::Input, "presses with a force", "none above 0 N", "the gauge of these recordings");
-  std::vector<ScanPress> out;
+  std::vector<lump::ScanPress> out;
   const RunWatch::Progress progress = watch.begin("averaging frames", presses.size());
   for (size_t p = 0; p < presses.size(); ++p) {
     const double own_N = std::min(top_N, 0.995 * most[p]);

@@ -34,7 +34,8 @@ struct RecordedOptions {
 /// together by the window's light. Nodes with more than one in fifty pixels at the camera's limit are not
 /// seen. `notes` hears what to know of them. Throws Error(Failure::Input) on a sensor that does not read
 /// pressure, a press without a frame near a force, or a gauge that does not belong to it.
-std::vector<ScanPress> read_presses(const std::vector<RecordedPress>& presses, const RecordedOptions& options,
-                                    std::vector<std::string>& notes, const RunWatch& watch);
+std::vector<lump::ScanPress> read_presses(const std::vector<RecordedPress>& presses,
+                                          const RecordedOptions& options, std::vector<std::string>& notes,
+                                          const RunWatch& watch);
 
 }  // namespace palpate

@@ -43,9 +43,9 @@ Script script_of(const TissueOptions& o) {
 }
 
 /// A window pressed by a block is the same block for every window: its solution is kept.
-std::shared_ptr<const LargeStrainResult> solved(const TissueOptions& o) {
+std::shared_ptr<const fem::LargeStrainResult> solved(const TissueOptions& o) {
   static std::mutex guard;
-  static std::map<std::string, std::shared_ptr<const LargeStrainResult>> kept;
+  static std::map<std::string, std::shared_ptr<const fem::LargeStrainResult>> kept;
   TissueOptions block = o;
   block.x_mm = block.y_mm = 0;
   block.seed = 1;
@@ -55,15 +55,15 @@ std::shared_ptr<const LargeStrainResult> solved(const TissueOptions& o) {
   const std::lock_guard lock(guard);
   auto& result = kept[key];
   if (result) return result;
-  std::vector<PressLoad> loads;
+  std::vector<fem::PressLoad> loads;
   for (const double share : {0.1, 0.25, 0.5, 0.75, 1.0}) loads.push_back({{}, share * o.force_N});
-  LargeStrainResult found = solve_extrapolated(o.scene, loads);
+  fem::LargeStrainResult found = solve_extrapolated(o.scene, loads);
   if (!found.converged)
     throw Error(Failure::Input,
                 "a synthetic block that can be pressed with " + std::to_string(o.force_N) + " N",
                 "no convergence beyond " + std::to_string(found.last_force_N) + " N", "a smaller force=");
   if (kept.size() > 8) kept.clear();
-  return kept[key] = std::make_shared<const LargeStrainResult>(std::move(found));
+  return kept[key] = std::make_shared<const fem::LargeStrainResult>(std::move(found));
 }
 
 }  // namespace
@@ -73,7 +73,7 @@ struct TissueSensor::Impl {
   SyntheticOptions optics_options;
   Script script;
   uint64_t frames;
-  std::shared_ptr<const LargeStrainResult> press;
+  std::shared_ptr<const fem::LargeStrainResult> press;
   double pitch_mm, gray_per_Pa;
   optics::Field field;
   optics::NormalNoise normal;
@@ -95,13 +95,13 @@ struct TissueSensor::Impl {
     return at(script, static_cast<double>(sequence % frames) / options.rate_Hz).force_N;
   }
   /// Pressure over the block at a force.
-  ForwardMap map_at_force(double force_N) const {
-    const std::vector<PressedBlock>& loads = press->loads;
+  fem::Map map_at_force(double force_N) const {
+    const std::vector<fem::PressedBlock>& loads = press->loads;
     size_t k = 0;
     while (k + 2 < loads.size() && loads[k + 1].force_N < force_N) ++k;
-    const PressedBlock &a = loads[k], &b = loads[k + 1];
+    const fem::PressedBlock &a = loads[k], &b = loads[k + 1];
     const double t = (force_N - a.force_N) / (b.force_N - a.force_N);
-    ForwardMap map = a.pressure_Pa;
+    fem::Map map = a.pressure_Pa;
     for (size_t i = 0; i < map.values.size(); ++i)
       map.values[i] =
           static_cast<float>(force_N * ((1 - t) * static_cast<double>(a.pressure_Pa.values[i]) / a.force_N +
@@ -109,16 +109,16 @@ struct TissueSensor::Impl {
     return map;
   }
   /// 0 beside the block.
-  double pressure_Pa(const ForwardMap& map, double x_mm, double y_mm) const {
+  double pressure_Pa(const fem::Map& map, double x_mm, double y_mm) const {
     const double x = x_mm + options.x_mm, y = y_mm + options.y_mm;
     if (std::abs(x) > options.scene.block_mm[0] / 2 || std::abs(y) > options.scene.block_mm[1] / 2) return 0;
-    return std::max(0.0, palpate::map_at(map, x, y));
+    return std::max(0.0, fem::map_at(map, x, y));
   }
 
   /// `force_N` 0: untouched. `sequence`: of the noise; none: without.
   void render(double force_N, std::optional<uint64_t> sequence, Frame& frame) const {
     const uint32_t w = options.width, h = options.height;
-    const ForwardMap map = force_N > 0 ? map_at_force(force_N) : ForwardMap{};
+    const fem::Map map = force_N > 0 ? map_at_force(force_N) : fem::Map{};
     const double per_e = 255 / optics::kFullWell_e, read_gray = per_e * optics::kReadNoise_e;
     std::vector<float> noise(w, 0.0f), pattern(w);
     for (uint32_t y = 0; y < h; ++y) {
@@ -226,7 +226,7 @@ std::optional<Truth> TissueSensor::truth(uint64_t sequence) const {
   t.contact = block_N > 0;
   t.depth_mm.assign(size_t{impl_->options.width} * impl_->options.height, 0.0f);
   if (!t.contact) return t;
-  const ForwardMap map = impl_->map_at_force(block_N);
+  const fem::Map map = impl_->map_at_force(block_N);
   const uint32_t w = impl_->options.width, h = impl_->options.height;
   constexpr uint32_t kEvery = 4;
   double sum = 0, x_sum = 0, y_sum = 0;

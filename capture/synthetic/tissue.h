@@ -30,7 +30,7 @@ struct TissueOptions {
   double x_mm = 0, y_mm = 0;  ///< of the window's middle from the block's
   /// The block and its lump; press, presser and pad are not used. 40 x 40 x 20 cells, extrapolated with half
   /// as many along each side: one grid of so few makes lumps look soft.
-  ForwardScene scene;
+  fem::Scene scene;
 
   TissueOptions() { scene.cells = {40, 40, 20}; }
 };

@@ -18,10 +18,10 @@ constexpr const char* kKeys =
     "thickness=MM, "
     "young=PA, cells=N";
 
-const std::map<std::string, LumpShape> kShapes = {{"sphere", LumpShape::Sphere},
-                                                  {"ellipsoid", LumpShape::Ellipsoid},
-                                                  {"cylinder", LumpShape::Cylinder},
-                                                  {"lying", LumpShape::LyingCylinder}};
+const std::map<std::string, fem::InclusionShape> kShapes = {{"sphere", fem::InclusionShape::Sphere},
+                                                            {"ellipsoid", fem::InclusionShape::Ellipsoid},
+                                                            {"cylinder", fem::InclusionShape::Cylinder},
+                                                            {"lying", fem::InclusionShape::LyingCylinder}};
 
 template <class Number>
 Number number(const std::string& key, const std::string& text) {
@@ -48,7 +48,7 @@ bool is_tissue(const std::string& input) {
 
 TissueOptions parse_tissue(const std::string& input) {
   TissueOptions o;
-  Inclusion lump;
+  fem::Inclusion lump;
   bool has_lump = true;
   double d = 8;
   const size_t question = input.find('?');
@@ -109,12 +109,12 @@ TissueOptions parse_tissue(const std::string& input) {
   o.scene.inclusion.reset();
   if (has_lump) {
     lump.size_mm = {d, d, d};
-    if (lump.shape == LumpShape::Ellipsoid) lump.size_mm[0] = 1.5 * d;
-    if (lump.shape == LumpShape::LyingCylinder) lump.size_mm[0] = 2.5 * d;
+    if (lump.shape == fem::InclusionShape::Ellipsoid) lump.size_mm[0] = 1.5 * d;
+    if (lump.shape == fem::InclusionShape::LyingCylinder) lump.size_mm[0] = 2.5 * d;
     o.scene.inclusion = lump;
   }
   try {
-    palpate::check(o.scene);
+    fem::check(o.scene);
   } catch (const Error& error) {
     throw Error(Failure::Input, "a synthetic block that can be built",
                 std::string("one that is refused (") + error.what() + ")", kKeys);
@@ -133,7 +133,7 @@ std::string to_string(const TissueOptions& o) {
     s << "&lump=none";
     return s.str();
   }
-  const Inclusion& lump = *o.scene.inclusion;
+  const fem::Inclusion& lump = *o.scene.inclusion;
   for (const auto& [name, shape] : kShapes)
     if (shape == lump.shape) s << "&lump=" << name;
   s << "&d=" << lump.size_mm[2] << "&h=" << lump.depth_mm << "&ratio=" << lump.stiffness_ratio

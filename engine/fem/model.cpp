@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 constexpr int kMostContactRounds = 60;
@@ -12,7 +12,7 @@ constexpr double kContactResidual = 1e-4;  // while the contact is still sought
 
 }  // namespace
 
-ForwardModel::ForwardModel(const ForwardScene& scene, const ForwardOptions& options, WorkTeam& team)
+ContactModel::ContactModel(const Scene& scene, const Options& options, WorkTeam& team)
     : scene_(scene),
       options_(options),
       quarter_(options.quarter && symmetric(scene)),
@@ -27,19 +27,19 @@ ForwardModel::ForwardModel(const ForwardScene& scene, const ForwardOptions& opti
 }
 
 /// Share of a node's cell-sized area that lies on the model's surface.
-double ForwardModel::rim_share(uint32_t i, uint32_t j) const {
+double ContactModel::rim_share(uint32_t i, uint32_t j) const {
   return (i == 0 || i == grid_.cells[0] ? 0.5 : 1) * (j == 0 || j == grid_.cells[1] ? 0.5 : 1);
 }
 
 /// From a ball that just touches down to the rest surface.
-double ForwardModel::gap_mm(uint32_t i, uint32_t j) const {
+double ContactModel::gap_mm(uint32_t i, uint32_t j) const {
   const double x = i * grid_.size_x_mm - (quarter_ ? 0 : scene_.block_mm[0] / 2);
   const double y = j * grid_.size_y_mm - (quarter_ ? 0 : scene_.block_mm[1] / 2);
   const double radius = scene_.ball_radius_mm, r2 = x * x + y * y;
   return r2 < radius * radius ? r2 / (radius + std::sqrt(radius * radius - r2)) : HUGE_VAL;
 }
 
-bool ForwardModel::solve(double residual, ForwardResult& result) {
+bool ContactModel::solve(double residual, Result& result) {
   solver_.hold(fixed_);
   const SolveEvidence evidence = solver_.solve(load_, displacement_, residual, options_.most_iterations);
   result.iterations += evidence.iterations;
@@ -53,7 +53,7 @@ bool ForwardModel::solve(double residual, ForwardResult& result) {
 }
 
 // Lets go where the ball would pull and takes hold where it is in the tissue. True where something changed.
-bool ForwardModel::revise_contact(double way_mm) {
+bool ContactModel::revise_contact(double way_mm) {
   solver_.forces(displacement_, force_);
   const size_t nodes = grid_.nodes();
   double scale = 0;
@@ -77,7 +77,7 @@ bool ForwardModel::revise_contact(double way_mm) {
   return changed;
 }
 
-void ForwardModel::press(double way_mm, ForwardResult& result) {
+void ContactModel::press(double way_mm, Result& result) {
   const auto [nx, ny, nz] = grid_.cells;
   const size_t nodes = grid_.nodes();
   if (!by_ball()) {
@@ -118,7 +118,7 @@ void ForwardModel::press(double way_mm, ForwardResult& result) {
   result.converged = false;
 }
 
-double ForwardModel::core_strain() const {
+double ContactModel::core_strain() const {
   const auto [nx, ny, nz] = grid_.cells;
   double x = 0, y = 0, depth = scene_.block_mm[2] / 2;
   if (scene_.inclusion) {
@@ -142,18 +142,18 @@ double ForwardModel::core_strain() const {
   return (down(depth + pitch) - down(depth - pitch)) / (2 * pitch);
 }
 
-void ForwardModel::measure(double scale, ForwardResult& result) {
+void ContactModel::measure(double scale, Result& result) {
   const size_t nodes = grid_.nodes();
   const auto [nx, ny, nz] = grid_.cells;
   force_.resize(3 * nodes);
   // The tissue's own answer on its surface, whatever lies on it.
   solver_.stiffness().apply_layers(displacement_.data(), force_.data(), above_, nz);
   const double cell_mm2 = grid_.size_x_mm * grid_.size_y_mm;
-  ForwardMap stress;
+  Map stress;
   stress.width = scene_.cells[0] + 1;
   stress.height = scene_.cells[1] + 1;
   stress.pitch_mm = {grid_.size_x_mm, grid_.size_y_mm};
-  ForwardMap deflection = stress;
+  Map deflection = stress;
   double force = 0, mean_way = 0, contact_mm2 = 0, tension_mm2 = 0, pressed_mm2 = 0;
   for (uint32_t y = 0; y < stress.height; ++y)
     for (uint32_t x = 0; x < stress.width; ++x) {
@@ -187,4 +187,4 @@ void ForwardModel::measure(double scale, ForwardResult& result) {
   result.deflection_mm = std::move(deflection);
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

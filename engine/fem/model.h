@@ -3,18 +3,18 @@
 
 #include "engine/fem/solver_choice.h"
 
-namespace palpate {
+namespace palpate::fem {
 
-class ForwardModel {
+class ContactModel {
  public:
-  ForwardModel(const ForwardScene& scene, const ForwardOptions& options, WorkTeam& team);
+  ContactModel(const Scene& scene, const Options& options, WorkTeam& team);
 
   /// Presses by a way, mm, from where the last press left the solution. `result` gathers iterations, rounds
   /// and bytes; converged and residual are of this press.
-  void press(double way_mm, ForwardResult& result);
+  void press(double way_mm, Result& result);
 
   /// What `scene` asks of the last press: maps, force, strain. All scale with the press but under a ball.
-  void measure(double scale, ForwardResult& result);
+  void measure(double scale, Result& result);
 
  private:
   bool by_ball() const { return scene_.presser == Presser::Sphere; }
@@ -22,19 +22,19 @@ class ForwardModel {
   double rim_share(uint32_t i, uint32_t j) const;
   double gap_mm(uint32_t i, uint32_t j) const;
   double core_strain() const;
-  bool solve(double residual, ForwardResult& result);
+  bool solve(double residual, Result& result);
   bool revise_contact(double way_mm);
 
-  ForwardScene scene_;
-  ForwardOptions options_;
+  Scene scene_;
+  Options options_;
   bool quarter_;
   WorkTeam& team_;
-  ForwardGrid grid_;
+  CellGrid grid_;
   uint32_t above_;  // layers of the pad
   FixedNodes fixed_;
   std::vector<double> load_, displacement_, force_;
-  ForwardChoice solver_;
+  SolverChoice solver_;
   double way_mm_ = 0;
 };
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -5,7 +5,7 @@
 
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 std::string text(double value) {
@@ -20,7 +20,7 @@ void range(const char* what, double value, double low, double high) {
               "a value in that range");
 }
 
-void check(const ForwardScene& s, const Inclusion& lump) {
+void check(const Scene& s, const Inclusion& lump) {
   const std::array<double, 3> size = lump.size();
   for (size_t c = 0; c < 3; ++c)
     range("the inclusion's size, mm,", size[c], 1e-3 * s.block_mm[c], s.block_mm[c]);
@@ -40,21 +40,25 @@ void check(const ForwardScene& s, const Inclusion& lump) {
 
 }  // namespace
 
+const char* to_string(InclusionShape shape) {
+  return kShapeNames[static_cast<size_t>(shape)];
+}
+
 std::array<double, 3> Inclusion::size() const {
   switch (shape) {
-    case LumpShape::Sphere:
+    case InclusionShape::Sphere:
       return {size_mm[0], size_mm[0], size_mm[0]};
-    case LumpShape::Ellipsoid:
+    case InclusionShape::Ellipsoid:
       return size_mm;
-    case LumpShape::Cylinder:
+    case InclusionShape::Cylinder:
       return {size_mm[0], size_mm[0], size_mm[2]};
-    case LumpShape::LyingCylinder:
+    case InclusionShape::LyingCylinder:
       return {size_mm[0], size_mm[2], size_mm[2]};
   }
   return size_mm;
 }
 
-void check(const ForwardScene& s) {
+void check(const Scene& s) {
   const char* sides[] = {"the block's length, mm,", "the block's width, mm,", "the block's thickness, mm,"};
   for (size_t c = 0; c < 3; ++c) range(sides[c], s.block_mm[c], 0.01, 1e4);
   range("the tissue's Young's modulus, Pa,", s.young_Pa, 1, 1e12);
@@ -80,4 +84,4 @@ void check(const ForwardScene& s) {
   if (s.force_N) range("the force, N,", *s.force_N, 1e-9, 1e9);
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -9,21 +9,23 @@
 #include <string>
 #include <vector>
 
-namespace palpate {
-namespace gpu {
+namespace palpate::gpu {
 class Context;
-}  // namespace gpu
+}  // namespace palpate::gpu
 
-enum class LumpShape : uint8_t {
+namespace palpate::fem {
+enum class InclusionShape : uint8_t {
   Sphere,
   Ellipsoid,      ///< axes along x, y and z
   Cylinder,       ///< upright: its round faces look up and down
   LyingCylinder,  ///< its axis is x
 };
+inline constexpr const char* kShapeNames[] = {"sphere", "ellipsoid", "cylinder", "lying"};
+const char* to_string(InclusionShape shape);
 
 /// A stiffer or softer body in the tissue, bonded to it. Poisson's ratio is the tissue's.
 struct Inclusion {
-  LumpShape shape = LumpShape::Sphere;
+  InclusionShape shape = InclusionShape::Sphere;
   std::array<double, 3> size_mm = {8, 8,
                                    8};  ///< along x, y, z; of a sphere the first, of a cylinder see size()
   double depth_mm = 5;                  ///< from the tissue's surface to the inclusion's top, >= 0
@@ -49,7 +51,7 @@ enum class Presser : uint8_t {
 };
 
 /// The question. Lengths in mm, x and y along the surface, z down from it.
-struct ForwardScene {
+struct Scene {
   std::array<double, 3> block_mm = {40, 40, 20};  ///< length, width, thickness of the tissue
   double young_Pa = 4000;
   double poisson = 0.495;      ///< 0 to 0.4999, of tissue, inclusion and pad
@@ -70,10 +72,10 @@ struct ForwardScene {
 };
 
 /// Who solves the equations. Auto: the faster of the two on this grid, found by a trial of each.
-enum class ForwardWorker : uint8_t { Processor, Device, Auto };
+enum class Worker : uint8_t { Processor, Device, Auto };
 
 /// How it is solved.
-struct ForwardOptions {
+struct Options {
   double residual = 0;   ///< relative, 1e-12 to 1e-2; 0: 1e-6, and 1e-8 above a Poisson ratio of 0.497
   uint32_t threads = 0;  ///< 0: one per core
   /// Neo-Hookean tissue in steps of at most `step_mm` instead of the linear model, see large_strain.h: the
@@ -82,14 +84,14 @@ struct ForwardOptions {
   double step_mm = 0.5;
   bool quarter = true;  ///< scenes with two planes of symmetry are solved as a quarter
   uint32_t most_iterations = 2000;
-  ForwardWorker worker = ForwardWorker::Processor;
+  Worker worker = Worker::Processor;
   /// Opens the device of Device and Auto, once and only where it is wanted; what it returns outlives the
   /// call. Where it throws Error(Failure::Device), Auto goes on without.
   std::function<gpu::Context*()> device = {};
 };
 
 /// A map over the tissue's surface, one value per node: height x width, row by row along x.
-struct ForwardMap {
+struct Map {
   uint32_t width = 0, height = 0;
   std::array<double, 2> pitch_mm = {0, 0};
   std::vector<float> values;
@@ -98,7 +100,7 @@ struct ForwardMap {
 };
 
 /// The answer. Where `converged` is false no number in it is to be used but `residual`.
-struct ForwardResult {
+struct Result {
   bool converged = false;
   double residual = 0;      ///< of the equations in double precision, relative to the right side
   uint32_t iterations = 0;  ///< conjugate gradients', of all rounds
@@ -107,8 +109,8 @@ struct ForwardResult {
   uint64_t bytes = 0;  ///< held by the solver at its largest
   std::string solver;  ///< who solved it and, where it was chosen, why
 
-  ForwardMap stress_Pa;      ///< normal stress on the tissue's surface, pressure counts up
-  ForwardMap deflection_mm;  ///< of the tissue's surface, into the tissue counts up
+  Map stress_Pa;      ///< normal stress on the tissue's surface, pressure counts up
+  Map deflection_mm;  ///< of the tissue's surface, into the tissue counts up
   double force_N = 0;
   double press_mm = 0;
   double center_stress_Pa = 0;   ///< on the block's middle
@@ -121,6 +123,6 @@ struct ForwardResult {
 };
 
 /// Throws Error(Failure::Usage) naming the first field that is out of range or does not fit the others.
-void check(const ForwardScene& scene);
+void check(const Scene& scene);
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -13,14 +13,14 @@
 #include "engine/fem/model.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 constexpr double kForceError = 1e-5;  // relative, of a force that is asked for under a ball
 constexpr int kMostPresses = 30;
 
 /// Presses a ball until its force is the one wanted: F goes about with way^1.5.
-void press_to_force(ForwardModel& model, const ForwardScene& scene, ForwardResult& result) {
+void press_to_force(ContactModel& model, const Scene& scene, Result& result) {
   const double young = scene.young_Pa * 1e-6 / (1 - scene.poisson * scene.poisson);
   double way = std::pow(0.75 * *scene.force_N / (young * std::sqrt(scene.ball_radius_mm)), 2.0 / 3);
   way = std::min(way, 0.5 * std::min(scene.ball_radius_mm, scene.block_mm[2]));
@@ -42,7 +42,7 @@ void press_to_force(ForwardModel& model, const ForwardScene& scene, ForwardResul
   result.converged = false;
 }
 
-void warn(const ForwardScene& scene, bool large_strain, ForwardResult& result) {
+void warn(const Scene& scene, bool large_strain, Result& result) {
   char line[200];
   const double strain = result.press_mm / scene.block_mm[2];
   if (strain > 0.1 && !large_strain) {
@@ -80,14 +80,14 @@ void warn(const ForwardScene& scene, bool large_strain, ForwardResult& result) {
   }
 }
 
-ForwardResult solve_at_large_strain(const ForwardScene& scene, const ForwardOptions& options) {
+Result solve_at_large_strain(const Scene& scene, const Options& options) {
   LargeStrainOptions large;
   if (options.residual != 0) large.residual = std::max(options.residual, 1e-10);
   large.step_mm = options.step_mm;
   large.threads = options.threads;
   large.quarter = options.quarter;
   const LargeStrainResult pressed = solve_large_strain(scene, {{scene.press_mm, scene.force_N}}, large);
-  ForwardResult result;
+  Result result;
   result.converged = pressed.converged;
   result.iterations = pressed.iterations;
   result.rounds = pressed.newton_rounds;
@@ -102,7 +102,7 @@ ForwardResult solve_at_large_strain(const ForwardScene& scene, const ForwardOpti
   result.residual = block.residual;
   result.stress_Pa = block.pressure_Pa;
   result.deflection_mm = block.deflection_mm;
-  const ForwardMap& stress = result.stress_Pa;
+  const Map& stress = result.stress_Pa;
   result.center_stress_Pa = double{stress.at((stress.width - 1) / 2, (stress.height - 1) / 2)};
   result.core_strain = std::nan("");
   const auto pulls = std::count_if(stress.values.begin(), stress.values.end(), [](float p) { return p < 0; });
@@ -113,7 +113,7 @@ ForwardResult solve_at_large_strain(const ForwardScene& scene, const ForwardOpti
 
 }  // namespace
 
-ForwardResult solve_forward(const ForwardScene& scene, const ForwardOptions& options) {
+Result solve(const Scene& scene, const Options& options) {
   check(scene);
   if (options.residual != 0 && !(options.residual >= 1e-12 && options.residual <= 1e-2))
     throw Error(Failure::Usage, "a relative residual from 1e-12 to 1e-2", std::to_string(options.residual),
@@ -121,8 +121,8 @@ ForwardResult solve_forward(const ForwardScene& scene, const ForwardOptions& opt
   const auto start = std::chrono::steady_clock::now();
   if (options.large_strain) return solve_at_large_strain(scene, options);
   WorkTeam team(options.threads);
-  ForwardResult result;
-  ForwardModel model(scene, options, team);
+  Result result;
+  ContactModel model(scene, options, team);
   if (scene.presser == Presser::Sphere && scene.force_N) {
     press_to_force(model, scene, result);
   } else {
@@ -141,21 +141,20 @@ ForwardResult solve_forward(const ForwardScene& scene, const ForwardOptions& opt
   return result;
 }
 
-std::vector<ForwardResult> solve_forward(const std::vector<ForwardScene>& scenes,
-                                         const ForwardOptions& options,
-                                         const std::function<void(size_t)>& done) {
-  for (const ForwardScene& scene : scenes) check(scene);
-  ForwardOptions each = options;
+std::vector<Result> solve(const std::vector<Scene>& scenes, const Options& options,
+                          const std::function<void(size_t)>& done) {
+  for (const Scene& scene : scenes) check(scene);
+  Options each = options;
   each.threads = 1;
-  if (each.worker == ForwardWorker::Auto) each.worker = ForwardWorker::Processor;
-  std::vector<ForwardResult> results(scenes.size());
+  if (each.worker == Worker::Auto) each.worker = Worker::Processor;
+  std::vector<Result> results(scenes.size());
   std::atomic<size_t> next = 0, ready = 0;
   std::mutex guard;
   std::exception_ptr failure;
   const auto serve = [&] {
     for (size_t i = next++; i < scenes.size(); i = next++) {
       try {
-        results[i] = solve_forward(scenes[i], each);
+        results[i] = solve(scenes[i], each);
       } catch (...) {
         const std::lock_guard lock(guard);
         if (!failure) failure = std::current_exception();
@@ -175,4 +174,4 @@ std::vector<ForwardResult> solve_forward(const std::vector<ForwardScene>& scenes
   return results;
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

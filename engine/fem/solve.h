@@ -7,17 +7,16 @@
 
 #include "engine/fem/scene.h"
 
-namespace palpate {
+namespace palpate::fem {
 
 /// Solves the scene. Throws Error(Failure::Usage) naming the field that is out of range or does not fit (an
 /// inclusion that leaves the block, a grid that is too coarse or cannot be halved).
-ForwardResult solve_forward(const ForwardScene& scene, const ForwardOptions& options = {});
+Result solve(const Scene& scene, const Options& options = {});
 
 /// Many scenes at once, each on one thread of the processor unless the options insist on the device,
 /// `options.threads` of them at a time; answers in the scenes' order. `done` (may be empty) hears how many
 /// are ready, from any thread.
-std::vector<ForwardResult> solve_forward(const std::vector<ForwardScene>& scenes,
-                                         const ForwardOptions& options,
-                                         const std::function<void(size_t)>& done = {});
+std::vector<Result> solve(const std::vector<Scene>& scenes, const Options& options,
+                          const std::function<void(size_t)>& done = {});
 
-}  // namespace palpate
+}  // namespace palpate::fem

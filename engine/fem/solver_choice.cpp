@@ -7,7 +7,7 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 constexpr uint32_t kTrialIterations = 2;
@@ -23,8 +23,7 @@ double trial_ms(Solver& solver, const std::vector<double>& load, std::vector<dou
 
 }  // namespace
 
-ForwardChoice::ForwardChoice(const ForwardGrid& grid, double poisson, const ForwardOptions& options,
-                             WorkTeam& team)
+SolverChoice::SolverChoice(const CellGrid& grid, double poisson, const Options& options, WorkTeam& team)
     : grid_(grid),
       poisson_(poisson),
       options_(options),
@@ -32,8 +31,8 @@ ForwardChoice::ForwardChoice(const ForwardGrid& grid, double poisson, const Forw
       stiffness_(grid, poisson),
       worker_(options.worker),
       who_("processor") {
-  if (worker_ == ForwardWorker::Processor) return;
-  if (worker_ == ForwardWorker::Device) {
+  if (worker_ == Worker::Processor) return;
+  if (worker_ == Worker::Device) {
     if (!options.device)
       throw Error(Failure::Device, "a device to solve on", "none given", "--solver processor");
     context_ = options.device();
@@ -41,11 +40,11 @@ ForwardChoice::ForwardChoice(const ForwardGrid& grid, double poisson, const Forw
     return;
   }
   context_ = device_for_auto();
-  if (context_ == nullptr) worker_ = ForwardWorker::Processor;
+  if (context_ == nullptr) worker_ = Worker::Processor;
 }
 
 /// Null, with the reason in who_, where a device is passed over without trying it.
-gpu::Context* ForwardChoice::device_for_auto() {
+gpu::Context* SolverChoice::device_for_auto() {
   const auto pass_over = [&](const std::string& why) -> gpu::Context* {
     who_ = "processor (device passed over: " + why + ")";
     return nullptr;
@@ -54,10 +53,10 @@ gpu::Context* ForwardChoice::device_for_auto() {
   if (grid_.nodes() < kFewestForDevice)
     return pass_over(std::to_string(grid_.nodes()) + " nodes, fewer than " +
                      std::to_string(kFewestForDevice));
-  if (const std::string why = ForwardDeviceCycle::refusal(grid_); !why.empty()) return pass_over(why);
+  if (const std::string why = DeviceCycle::refusal(grid_); !why.empty()) return pass_over(why);
   try {
     gpu::Context* context = options_.device();
-    const std::string why = ForwardDevice::refusal(*context, grid_);
+    const std::string why = DeviceSolver::refusal(*context, grid_);
     return why.empty() ? context : pass_over(why);
   } catch (const Error& error) {
     if (error.failure() != Failure::Device) throw;
@@ -65,22 +64,22 @@ gpu::Context* ForwardChoice::device_for_auto() {
   }
 }
 
-void ForwardChoice::hold(const FixedNodes& fixed) {
-  if (worker_ != ForwardWorker::Device && !processor_)
-    processor_ = std::make_unique<ForwardSolver>(grid_, poisson_, fixed, team_);
-  if (worker_ != ForwardWorker::Processor && !device_) {
-    device_ = std::make_unique<ForwardDevice>(*context_, grid_, poisson_, fixed, kernels_);
+void SolverChoice::hold(const FixedNodes& fixed) {
+  if (worker_ != Worker::Device && !processor_)
+    processor_ = std::make_unique<Solver>(grid_, poisson_, fixed, team_);
+  if (worker_ != Worker::Processor && !device_) {
+    device_ = std::make_unique<DeviceSolver>(*context_, grid_, poisson_, fixed, kernels_);
     kernels_ = device_->kernels();
   }
 }
 
-void ForwardChoice::release() {
+void SolverChoice::release() {
   processor_.reset();
   device_.reset();
 }
 
-void ForwardChoice::choose(const std::vector<double>& load, const std::vector<double>& displacement) {
-  device_->run(ForwardDevice::Piece::Iteration);  // some drivers compile a kernel when it first runs
+void SolverChoice::choose(const std::vector<double>& load, const std::vector<double>& displacement) {
+  device_->run(DeviceSolver::Piece::Iteration);  // some drivers compile a kernel when it first runs
   const double device_ms = trial_ms(*device_, load, displacement);
   const double processor_ms = trial_ms(*processor_, load, displacement);
   const bool faster = device_ms < processor_ms;
@@ -90,7 +89,7 @@ void ForwardChoice::choose(const std::vector<double>& load, const std::vector<do
                 faster ? name.c_str() : "processor", std::min(device_ms, processor_ms),
                 faster ? "processor" : name.c_str(), std::max(device_ms, processor_ms));
   who_ = line;
-  worker_ = faster ? ForwardWorker::Device : ForwardWorker::Processor;
+  worker_ = faster ? Worker::Device : Worker::Processor;
   if (faster) {
     processor_.reset();
   } else {
@@ -99,20 +98,20 @@ void ForwardChoice::choose(const std::vector<double>& load, const std::vector<do
   }
 }
 
-SolveEvidence ForwardChoice::solve(const std::vector<double>& load, std::vector<double>& displacement,
-                                   double residual, uint32_t most_iterations) {
-  if (worker_ == ForwardWorker::Auto) choose(load, displacement);
+SolveEvidence SolverChoice::solve(const std::vector<double>& load, std::vector<double>& displacement,
+                                  double residual, uint32_t most_iterations) {
+  if (worker_ == Worker::Auto) choose(load, displacement);
   return device_ ? device_->solve(load, displacement, residual, most_iterations)
                  : processor_->solve(load, displacement, residual, most_iterations);
 }
 
-void ForwardChoice::forces(const std::vector<double>& displacement, std::vector<double>& force) {
+void SolverChoice::forces(const std::vector<double>& displacement, std::vector<double>& force) {
   force.resize(displacement.size());
   stiffness_.apply(displacement.data(), force.data(), nullptr, team_);
 }
 
-uint64_t ForwardChoice::bytes() const {
+uint64_t SolverChoice::bytes() const {
   return (processor_ ? processor_->bytes() : 0) + (device_ ? device_->bytes() : 0);
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

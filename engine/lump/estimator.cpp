@@ -8,15 +8,15 @@
 #include "engine/base/statistics.h"
 #include "engine/lump/fem_inverse/inversion.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr double kReach_mm = 12;     // around a bump
 constexpr double kLeastOdds = 0.05;  // of a shape that is worth a search
 
 /// Whether the bump at a place is longer along y than along x.
-bool longer_along_y(const LumpReading& reading, double x_mm, double y_mm) {
-  const ForwardMap& map = reading.pressure_Pa.back();
+bool longer_along_y(const Observation& reading, double x_mm, double y_mm) {
+  const fem::Map& map = reading.pressure_Pa.back();
   std::vector<float> seen;
   std::copy_if(map.values.begin(), map.values.end(), std::back_inserter(seen),
                [](float p) { return std::isfinite(p); });
@@ -45,8 +45,8 @@ bool longer_along_y(const LumpReading& reading, double x_mm, double y_mm) {
 
 /// Cells are too coarse for some lumps, which nothing in their own fit tells: where a value lies outside of
 /// the network's interval, one of the two is wrong, and the interval holds both.
-void hold_against(const LumpEstimate& network, LumpEstimate& direct) {
-  const auto hold = [&direct](const char* name, const LumpValue& other, LumpValue& value) {
+void hold_against(const Estimate& network, Estimate& direct) {
+  const auto hold = [&direct](const char* name, const Value& other, Value& value) {
     if (value.value >= other.low && value.value <= other.high) return;
     char text[200];
     std::snprintf(text, sizeof text, "%s of %.3g lies outside of the network's 90 %% interval, %.3g to %.3g",
@@ -62,14 +62,14 @@ void hold_against(const LumpEstimate& network, LumpEstimate& direct) {
 
 }  // namespace
 
-LumpEstimator direct_estimator(std::shared_ptr<const LumpNetwork> network, uint32_t threads) {
-  return [network = std::move(network), threads](const LumpReading& reading) {
+Estimator direct_estimator(std::shared_ptr<const Network> network, uint32_t threads) {
+  return [network = std::move(network), threads](const Observation& reading) {
     DirectInversionOptions options;
     options.model.threads = threads;
-    LumpEstimate first = network->estimate(reading);
-    if (first.verdict == LumpVerdict::SeveralLumps || first.verdict == LumpVerdict::Saturated) return first;
+    Estimate first = network->estimate(reading);
+    if (first.verdict == Status::SeveralLumps || first.verdict == Status::Saturated) return first;
     if (first.size_mm.value > 0 && first.depth_mm.value > 0) {
-      LumpCase::Lump start;
+      Case::Lump start;
       start.diameter_mm = first.size_mm.value;
       start.depth_mm = first.depth_mm.value;
       start.stiffness_ratio = first.stiffness_ratio.value;
@@ -77,16 +77,16 @@ LumpEstimator direct_estimator(std::shared_ptr<const LumpNetwork> network, uint3
       const bool along_y = longer_along_y(reading, first.x_mm.value, first.y_mm.value);
       for (size_t s = 0; s < first.shape_probability.size(); ++s) {
         if (first.shape_probability[s] < kLeastOdds) continue;
-        start.shape = static_cast<LumpShape>(s);
-        start.along_y =
-            along_y && (start.shape == LumpShape::Ellipsoid || start.shape == LumpShape::LyingCylinder);
+        start.shape = static_cast<fem::InclusionShape>(s);
+        start.along_y = along_y && (start.shape == fem::InclusionShape::Ellipsoid ||
+                                    start.shape == fem::InclusionShape::LyingCylinder);
         options.starts.push_back({start, first.shape_probability[s]});
       }
     }
-    LumpEstimate estimate = invert_directly(reading, options);
+    Estimate estimate = invert_directly(reading, options);
     if (tells_numbers(first.verdict) && tells_numbers(estimate.verdict)) hold_against(first, estimate);
     return estimate;
   };
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

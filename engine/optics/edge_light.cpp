@@ -8,7 +8,7 @@
 #include "engine/numeric/quadrature.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::optics {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -153,4 +153,4 @@ PredictedGray predict_gray(const GrayReference& reference, const ContactLight& l
   return p;
 }
 
-}  // namespace palpate
+}  // namespace palpate::optics

@@ -12,7 +12,7 @@
 #include "engine/optics/fresnel.h"
 #include "engine/optics/waveguide.h"
 
-namespace palpate {
+namespace palpate::optics {
 
 struct EdgeLamp {
   size_t layer = 0;       ///< whose end it shines at, from the touched face
@@ -71,4 +71,4 @@ struct GrayReference {
 /// Throws Error(Failure::Input) where the reference shows nothing, or an albedo is outside [0, 1].
 PredictedGray predict_gray(const GrayReference& reference, const ContactLight& light, double albedo);
 
-}  // namespace palpate
+}  // namespace palpate::optics

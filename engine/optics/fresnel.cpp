@@ -7,7 +7,7 @@
 
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::optics {
 namespace {
 
 using Complex = std::complex<double>;
@@ -90,4 +90,4 @@ double frustrated_transmittance(double from, double gap, OpticalIndex to, double
   return std::min(4 * y1.real() * y3.real() / std::norm(y1 * b + c), 1.0);
 }
 
-}  // namespace palpate
+}  // namespace palpate::optics

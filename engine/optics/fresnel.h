@@ -6,7 +6,7 @@
 
 #include <complex>
 
-namespace palpate {
+namespace palpate::optics {
 
 using OpticalIndex = std::complex<double>;
 
@@ -48,4 +48,4 @@ InterfaceShares interface_shares(OpticalIndex from, OpticalIndex to, double s, P
 double frustrated_transmittance(double from, double gap, OpticalIndex to, double s, double gap_nm,
                                 double wavelength_nm, Polarisation polarisation);
 
-}  // namespace palpate
+}  // namespace palpate::optics

@@ -7,7 +7,7 @@
 
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::optics {
 namespace {
 
 void check(const OpticalStack& stack, double angle_rad) {
@@ -99,4 +99,4 @@ StackLight unpolarised_light(const OpticalStack& stack, double angle_rad) {
   return mean;
 }
 
-}  // namespace palpate
+}  // namespace palpate::optics

@@ -13,7 +13,7 @@
 
 #include "engine/optics/fresnel.h"
 
-namespace palpate {
+namespace palpate::optics {
 
 struct OpticalLayer {
   OpticalIndex index = {1, 0};
@@ -47,4 +47,4 @@ StackLight unpolarised_light(const OpticalStack& stack, double angle_rad);
 /// n0 sin(theta0): the tangential index of light that meets the stack at that angle.
 double tangential_index(const OpticalStack& stack, double angle_rad);
 
-}  // namespace palpate
+}  // namespace palpate::optics

@@ -8,7 +8,7 @@
 
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::optics {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -182,4 +182,4 @@ FirstMeetings first_meetings(const Waveguide& guide, const EdgeLamp& lamp, doubl
   return m;
 }
 
-}  // namespace palpate
+}  // namespace palpate::optics

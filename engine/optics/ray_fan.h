@@ -6,7 +6,7 @@
 
 #include "engine/optics/edge_light.h"
 
-namespace palpate {
+namespace palpate::optics {
 
 enum class RayFate {
   Touching,  ///< guided and meets the touched face
@@ -46,4 +46,4 @@ struct FirstMeetings {
 FirstMeetings first_meetings(const Waveguide& guide, const EdgeLamp& lamp, double depth_mm, double length_mm,
                              int side = 400);
 
-}  // namespace palpate
+}  // namespace palpate::optics

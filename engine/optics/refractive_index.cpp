@@ -6,7 +6,7 @@
 
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::optics {
 namespace {
 
 void check(const MeasuredLength& length, const char* name) {
@@ -85,4 +85,4 @@ CombinedIndex combine(std::span<const MeasuredIndex> parts) {
   return c;
 }
 
-}  // namespace palpate
+}  // namespace palpate::optics

@@ -5,7 +5,7 @@
 
 #include <span>
 
-namespace palpate {
+namespace palpate::optics {
 
 /// A length with its standard uncertainty, mm.
 struct MeasuredLength {
@@ -45,4 +45,4 @@ struct CombinedIndex {
 /// Throws Error(Failure::Input) where it is empty, or where some have an uncertainty and some have none.
 CombinedIndex combine(std::span<const MeasuredIndex> parts);
 
-}  // namespace palpate
+}  // namespace palpate::optics

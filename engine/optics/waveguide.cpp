@@ -8,7 +8,7 @@
 #include "engine/optics/fresnel.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::optics {
 
 std::optional<double> critical_angle_rad(double n_in, double n_out) {
   optical_index(n_in);
@@ -101,4 +101,4 @@ std::vector<LayerGuidance> guidance(const Waveguide& guide, double n_edge) {
   return layers;
 }
 
-}  // namespace palpate
+}  // namespace palpate::optics

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-namespace palpate {
+namespace palpate::optics {
 
 /// asin(n_out / n_in), rad; none where n_out >= n_in and nothing is kept in. Throws Error(Failure::Input) on
 /// an index outside [1, 10].
@@ -70,4 +70,4 @@ struct LayerGuidance {
 };
 std::vector<LayerGuidance> guidance(const Waveguide& guide, double n_edge);
 
-}  // namespace palpate
+}  // namespace palpate::optics

@@ -10,7 +10,7 @@
 #include "engine/sensor/fit.h"
 #include "palpate/error.h"
 
-namespace palpate::viz {
+namespace palpate {
 namespace {
 
 constexpr double kPitch_mm = 1.25;    // as the network has it
@@ -30,7 +30,7 @@ bool sees_all(const std::array<double, 2>& window_mm, const BlockSetting& b) {
   return true;
 }
 
-double peak_of(const ForwardMap& map) {
+double peak_of(const fem::Map& map) {
   float peak = 0;
   for (const float value : map.values)
     if (std::isfinite(value)) peak = std::max(peak, value);
@@ -63,7 +63,7 @@ void read_press(const PressureNodes& nodes, const PressFrames& frames, const Pre
     answer.loads_N.push_back(load.force_N);
     loads.push_back(std::move(load));
   }
-  const LumpReading reading = press_reading(nodes, loads, setup.block);
+  const lump::Observation reading = press_reading(nodes, loads, setup.block);
   answer.saturated_share = reading.saturated_share;
   const double peak_gray = peak_of(reading.pressure_Pa.back()) / nodes.Pa_per_gray();
   if (reading.saturated_share == 0 && peak_gray < kLeastPeak_gray) {
@@ -83,7 +83,7 @@ void read_press(const PressureNodes& nodes, const PressFrames& frames, const Pre
   }
 }
 
-PressWatch::PressWatch(const Sensor& sensor, const Frame& background, PressSetup setup)
+PressMonitor::PressMonitor(const Sensor& sensor, const Frame& background, PressSetup setup)
     : setup_(std::move(setup)), detector_(least_N(setup_.block)) {
   status_.wanted = setup_.loads;
   if (reads_pressure(sensor) && sensor.pitch_mm_per_px > 0 && background.format.channels == 1)
@@ -92,7 +92,7 @@ PressWatch::PressWatch(const Sensor& sensor, const Frame& background, PressSetup
   take_block();
 }
 
-void PressWatch::set_block(const BlockSetting& block) {
+void PressMonitor::set_block(const BlockSetting& block) {
   bool right = block.young_Pa > 0 && std::isfinite(block.young_Pa);
   for (const double side : block.block_mm) right = right && side > 0 && std::isfinite(side);
   if (!right)
@@ -106,7 +106,7 @@ void PressWatch::set_block(const BlockSetting& block) {
 }
 
 /// The block that is said last, between two presses.
-void PressWatch::take_block() {
+void PressMonitor::take_block() {
   const std::lock_guard lock(mutex_);
   if (!next_block_ || detector_.pressing()) return;
   setup_.block = status_.block = *std::exchange(next_block_, {});
@@ -120,13 +120,13 @@ void PressWatch::take_block() {
   status_.trouble = lacking_;
 }
 
-std::optional<double> PressWatch::force_at(const Frame& frame, std::optional<NodeSums>& read) const {
+std::optional<double> PressMonitor::force_at(const Frame& frame, std::optional<NodeSums>& read) const {
   if (setup_.force) return setup_.force(frame.sequence);
   read = nodes_->read(frame);
   return nodes_->window_force_N(*read);
 }
 
-void PressWatch::begin() {
+void PressMonitor::begin() {
   now_ = {};
   frames_ = {};
   contact_ = false;
@@ -134,7 +134,7 @@ void PressWatch::begin() {
   taken_ = 0;
 }
 
-void PressWatch::add(const Frame& frame, const Touch& touch) {
+void PressMonitor::add(const Frame& frame, const Touch& touch) {
   take_block();
   if (!lacking_.empty()) return;
   using Step = PressDetector::Step;
@@ -164,7 +164,7 @@ void PressWatch::add(const Frame& frame, const Touch& touch) {
   report(force_N, frame.sequence);
 }
 
-void PressWatch::keep(double force_N, NodeSums nodes) {
+void PressMonitor::keep(double force_N, NodeSums nodes) {
   if (taken_++ % stride_ != 0) return;
   frames_.force_N.push_back(force_N);
   frames_.nodes.push_back(std::move(nodes));
@@ -178,7 +178,7 @@ void PressWatch::keep(double force_N, NodeSums nodes) {
   stride_ *= 2;
 }
 
-void PressWatch::end(const std::string& trouble) {
+void PressMonitor::end(const std::string& trouble) {
   if (detector_.pressing()) detector_.break_off();
   if (detector_.highest_N() < kNoPress * least_N(setup_.block)) return;
   PressAnswer answer = std::exchange(now_, {});
@@ -198,14 +198,14 @@ void PressWatch::end(const std::string& trouble) {
   });
 }
 
-void PressWatch::publish(PressAnswer answer) {
+void PressMonitor::publish(PressAnswer answer) {
   const std::lock_guard lock(mutex_);
   status_.estimating = --pending_ > 0;
   answers_.push_back(answer);
   status_.last = std::move(answer);
 }
 
-void PressWatch::report(std::optional<double> force_N, uint64_t frame) {
+void PressMonitor::report(std::optional<double> force_N, uint64_t frame) {
   const bool pressing = detector_.pressing();
   const uint32_t seen = pressing ? loads_seen(frames_, detector_.highest_N(), setup_.loads) : 0;
   const std::lock_guard lock(mutex_);
@@ -217,12 +217,12 @@ void PressWatch::report(std::optional<double> force_N, uint64_t frame) {
       force_N ? "" : text("the gauge has no reading at frame %llu", static_cast<unsigned long long>(frame));
 }
 
-PressStatus PressWatch::status() const {
+PressStatus PressMonitor::status() const {
   const std::lock_guard lock(mutex_);
   return status_;
 }
 
-std::vector<PressAnswer> PressWatch::finish() {
+std::vector<PressAnswer> PressMonitor::finish() {
   if (detector_.pressing()) {
     now_.unfinished = true;
     end("");
@@ -250,4 +250,4 @@ std::string describe(const PressAnswer& a) {
   return line;
 }
 
-}  // namespace palpate::viz
+}  // namespace palpate

@@ -14,7 +14,7 @@
 #include "engine/palpation/press_reading.h"
 #include "palpate/touch.h"
 
-namespace palpate::viz {
+namespace palpate {
 
 /// What one press told.
 struct PressAnswer {
@@ -27,7 +27,7 @@ struct PressAnswer {
   std::array<double, 2> window_mm = {0, 0};  ///< the window's middle from the block's
   bool unfinished = false;                   ///< frames ended while it still pressed
   std::string trouble;                       ///< why there is no estimate; empty: there is one
-  std::optional<LumpEstimate> estimate;
+  std::optional<lump::Estimate> estimate;
 };
 
 /// How it stands, for the window.
@@ -59,11 +59,11 @@ struct PressFrames {
 void read_press(const PressureNodes& nodes, const PressFrames& frames, const PressSetup& setup,
                 PressAnswer& answer);
 
-class PressWatch {
+class PressMonitor {
  public:
   /// `background`: the untouched image. A sensor or a force with which nothing can be told is a state, see
   /// status().
-  PressWatch(const Sensor& sensor, const Frame& background, PressSetup setup);
+  PressMonitor(const Sensor& sensor, const Frame& background, PressSetup setup);
 
   /// Presses that begin from now on are read with this block; the window's place in it stays. Any thread.
   /// Throws Error(Failure::Usage) where a size or the modulus is not above 0.
@@ -104,4 +104,4 @@ class PressWatch {
 /// "press 2, frames 60 to 150, 4 loads up to 1.99 N: a lump; size 8.1 mm (90 %: 7.6 to 8.7); ..."
 std::string describe(const PressAnswer& answer);
 
-}  // namespace palpate::viz
+}  // namespace palpate

@@ -37,8 +37,8 @@ std::vector<uint32_t> nodes_of(uint32_t pixels, double pixel_mm, double pitch_mm
 }
 
 /// `share`: by which the middle is made brighter than the corners; the mean stays.
-LumpReading with_field(LumpReading reading, double share) {
-  for (ForwardMap& map : reading.pressure_Pa) {
+lump::Observation with_field(lump::Observation reading, double share) {
+  for (fem::Map& map : reading.pressure_Pa) {
     const double x_half = (map.width - 1) / 2.0, y_half = (map.height - 1) / 2.0;
     const double corner = x_half * x_half + y_half * y_half;
     for (uint32_t j = 0; j < map.height; ++j)
@@ -138,8 +138,8 @@ std::array<double, 2> PressureNodes::window_mm() const {
           background_.format.height * sensor_.pitch_mm_per_px};
 }
 
-ForwardMap PressureNodes::map(const NodeSums& sums, double& noise_Pa, double& limited_share) const {
-  ForwardMap map{width_, height_, {pitch_mm_, pitch_mm_}, {}};
+fem::Map PressureNodes::map(const NodeSums& sums, double& noise_Pa, double& limited_share) const {
+  fem::Map map{width_, height_, {pitch_mm_, pitch_mm_}, {}};
   std::vector<uint32_t> rows(height_);
   for (const uint32_t node : node_of_y_)
     if (node < height_) ++rows[node];
@@ -187,9 +187,9 @@ std::vector<double> even_loads(double top_N, uint32_t count) {
   return loads_N;
 }
 
-LumpReading press_reading(const PressureNodes& nodes, const std::vector<LoadSums>& loads,
-                          const BlockSetting& block) {
-  LumpReading r;
+lump::Observation press_reading(const PressureNodes& nodes, const std::vector<LoadSums>& loads,
+                                const BlockSetting& block) {
+  lump::Observation r;
   r.block_mm = block.block_mm;
   r.young_Pa = block.young_Pa;
   r.window_mm = block.window_mm;
@@ -198,7 +198,7 @@ LumpReading press_reading(const PressureNodes& nodes, const std::vector<LoadSums
     r.force_N.push_back(load.force_N);
   }
   // The plate goes on beside the block.
-  for (ForwardMap& map : r.pressure_Pa)
+  for (fem::Map& map : r.pressure_Pa)
     for (uint32_t j = 0; j < map.height; ++j)
       for (uint32_t i = 0; i < map.width; ++i) {
         const double pitch_mm = map.pitch_mm[0];
@@ -211,16 +211,16 @@ LumpReading press_reading(const PressureNodes& nodes, const std::vector<LoadSums
   return r;
 }
 
-LumpEstimate estimate_window(const LumpReading& reading, double uneven_sd) {
+lump::Estimate estimate_window(const lump::Observation& reading, double uneven_sd) {
   constexpr double kNormal90 = 1.645;
-  const LumpNetwork& network = LumpNetwork::built_in();
-  LumpEstimate e = network.estimate(reading);
+  const lump::Network& network = lump::Network::built_in();
+  lump::Estimate e = network.estimate(reading);
   if (!tells_numbers(e.verdict)) return e;
   for (const double share : {-kNormal90 * uneven_sd, kNormal90 * uneven_sd}) {
-    const LumpEstimate other = network.estimate(with_field(reading, share));
+    const lump::Estimate other = network.estimate(with_field(reading, share));
     e.wall_s += other.wall_s;
-    if (other.verdict == LumpVerdict::NoLump) {
-      e.verdict = LumpVerdict::Unusable;
+    if (other.verdict == lump::Status::NoLump) {
+      e.verdict = lump::Status::Unusable;
       e.reasons = {text("a lump, or no more than the sensor's own unevenness, which is known to %.2g %%",
                         100 * uneven_sd)};
       return e;

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "palpate/frame.h"
 #include "engine/lump/observation/observation.h"
+#include "palpate/frame.h"
 #include "palpate/sensor.h"
 
 namespace palpate {
@@ -32,7 +32,7 @@ struct NodeSums {
 /// Gray less the untouched image, by the sensor's calibration to pressure, around nodes of the window.
 class PressureNodes {
  public:
-  /// The sensor reads pressure (viz::reads_pressure) and has a scale; `background` has the frames' format.
+  /// The sensor reads pressure (reads_pressure) and has a scale; `background` has the frames' format.
   PressureNodes(const Sensor& sensor, const Frame& background, double pitch_mm);
 
   /// About 0.3 ms at 640 x 480.
@@ -44,7 +44,7 @@ class PressureNodes {
   /// Mean pressure, Pa. Nodes with more than one in fifty pixels at the camera's limit are NaN (not seen)
   /// and counted, as a share, in `limited_share`. `noise_Pa`: of a value, what the calibration leaves and
   /// rounding to gray levels.
-  ForwardMap map(const NodeSums& sums, double& noise_Pa, double& limited_share) const;
+  fem::Map map(const NodeSums& sums, double& noise_Pa, double& limited_share) const;
   /// Of a gray level, at small pressures.
   double Pa_per_gray() const { return 1e6 / sensor_.elastic.gray_per_MPa; }
   /// What the calibration leaves, share of a pressure.
@@ -76,13 +76,13 @@ struct LoadSums {
   double force_N = 0;  ///< on the whole block, mean of the frames
 };
 /// Loads at rising forces as a reading; nodes beside the block are not seen.
-LumpReading press_reading(const PressureNodes& nodes, const std::vector<LoadSums>& loads,
-                          const BlockSetting& block);
+lump::Observation press_reading(const PressureNodes& nodes, const std::vector<LoadSums>& loads,
+                                const BlockSetting& block);
 
 /// What the network tells of a single window, whose light may be uneven: its middle brighter than its corners
 /// by a share with standard deviation `uneven_sd`, or darker. A lump's bump in one window looks much the
 /// same. The estimate is made with 1.645 of that each way too: intervals hold all three, and where a lump
-/// goes away the verdict is Unusable and says why. Throws as LumpNetwork::estimate.
-LumpEstimate estimate_window(const LumpReading& reading, double uneven_sd);
+/// goes away the verdict is Unusable and says why. Throws as lump::Network::estimate.
+lump::Estimate estimate_window(const lump::Observation& reading, double uneven_sd);
 
 }  // namespace palpate

@@ -31,14 +31,14 @@ std::vector<double> along(double block_mm, double window_mm, double overlap) {
 }
 
 /// The maps at one press's own forces, from those that were solved.
-std::vector<ForwardMap> maps_at(const LargeStrainResult& solved, const std::vector<double>& forces_N) {
-  std::vector<ForwardMap> maps;
+std::vector<fem::Map> maps_at(const fem::LargeStrainResult& solved, const std::vector<double>& forces_N) {
+  std::vector<fem::Map> maps;
   for (const double force_N : forces_N) {
     size_t k = 0;
     while (k + 2 < solved.loads.size() && solved.loads[k + 1].force_N < force_N) ++k;
-    const PressedBlock &a = solved.loads[k], &b = solved.loads[k + 1];
+    const fem::PressedBlock &a = solved.loads[k], &b = solved.loads[k + 1];
     const double t = (force_N - a.force_N) / (b.force_N - a.force_N);
-    ForwardMap map = a.pressure_Pa;
+    fem::Map map = a.pressure_Pa;
     for (size_t i = 0; i < map.values.size(); ++i)
       map.values[i] =
           static_cast<float>(force_N * ((1 - t) * static_cast<double>(a.pressure_Pa.values[i]) / a.force_N +
@@ -50,10 +50,10 @@ std::vector<ForwardMap> maps_at(const LargeStrainResult& solved, const std::vect
 
 /// Without what lies nearer to `hidden` than half of its way to `kept`: the smooth block under one bump is
 /// not to be fitted to the other.
-LumpReading without_place(LumpReading reading, const std::array<double, 2>& hidden,
-                          const std::array<double, 2>& kept) {
+lump::Observation without_place(lump::Observation reading, const std::array<double, 2>& hidden,
+                                const std::array<double, 2>& kept) {
   const double reach = 0.5 * std::hypot(hidden[0] - kept[0], hidden[1] - kept[1]);
-  for (ForwardMap& map : reading.pressure_Pa)
+  for (fem::Map& map : reading.pressure_Pa)
     for (uint32_t j = 0; j < map.height; ++j)
       for (uint32_t i = 0; i < map.width; ++i) {
         const double x = reading.window_mm[0] + (i - (map.width - 1) / 2.0) * map.pitch_mm[0],
@@ -65,20 +65,20 @@ LumpReading without_place(LumpReading reading, const std::array<double, 2>& hidd
 }
 
 /// Whether a place lies in a press's window, off its edge.
-bool sees(const LumpReading& press, const std::array<double, 2>& place) {
+bool sees(const lump::Observation& press, const std::array<double, 2>& place) {
   constexpr double kEdge_mm = 4;  // nearer to a window's edge a bump is cut
-  const ForwardMap& map = press.pressure_Pa.back();
+  const fem::Map& map = press.pressure_Pa.back();
   return std::abs(place[0] - press.window_mm[0]) < map.pitch_mm[0] * (map.width - 1) / 2 - kEdge_mm &&
          std::abs(place[1] - press.window_mm[1]) < map.pitch_mm[1] * (map.height - 1) / 2 - kEdge_mm;
 }
 
 /// Those with one bump well in their window and the other far off it.
-std::vector<PressAnswer> press_answers(const std::vector<ScanPress>& presses, const ScanMap& map,
-                                       const SecondBump& bumps, const LumpEstimator& estimator) {
-  std::vector<PressAnswer> answers;
+std::vector<ScannedPress> press_answers(const std::vector<lump::ScanPress>& presses, const lump::ScanMap& map,
+                                        const lump::SecondBump& bumps, const lump::Estimator& estimator) {
+  std::vector<ScannedPress> answers;
   for (size_t p = 0; p < presses.size(); ++p) {
-    const LumpReading& reading = presses[p].reading;
-    const ForwardMap& window = reading.pressure_Pa.back();
+    const lump::Observation& reading = presses[p].reading;
+    const fem::Map& window = reading.pressure_Pa.back();
     if (!map.places[p].used) continue;
     for (size_t b = 0; b < 2; ++b) {
       const auto &own = bumps.place_mm[b], &other = bumps.place_mm[1 - b];
@@ -107,7 +107,7 @@ std::vector<std::array<double, 2>> scan_places(const std::array<double, 3>& bloc
   return places;
 }
 
-std::vector<ScanPress> simulate_scan(const ScanPlan& plan, const PressSolver& solver) {
+std::vector<lump::ScanPress> simulate_scan(const ScanPlan& plan, const lump::PressSolver& solver) {
   if (!(plan.force_N > 0) || plan.loads < 1 || plan.loads > 8 || !(plan.stage_sd_mm >= 0) ||
       !(plan.force_sd >= 0 && plan.force_sd < 0.2))
     throw Error(Failure::Usage,
@@ -121,38 +121,38 @@ std::vector<ScanPress> simulate_scan(const ScanPlan& plan, const PressSolver& so
 
   // One step more than the loads, so that a press may be a little harder.
   const double hardest = 1 + 3 * plan.force_sd;
-  std::vector<PressLoad> loads;
+  std::vector<fem::PressLoad> loads;
   for (uint32_t k = 1; k <= plan.loads; ++k) loads.push_back({{}, plan.force_N * k / plan.loads});
   loads.push_back({{}, plan.force_N * std::max(1.01, hardest)});
-  const LargeStrainResult solved = solver(plan.scene, loads);
+  const fem::LargeStrainResult solved = solver(plan.scene, loads);
   if (!solved.converged)
     throw Error(Failure::Usage, text("a press of %.3g N", loads.back().force_N.value()),
                 text("no convergence beyond %.3g N, %.3g mm", solved.last_force_N, solved.last_press_mm),
                 "a smaller --force-N, or a stiffer tissue");
 
-  std::vector<ScanPress> presses;
+  std::vector<lump::ScanPress> presses;
   for (size_t p = 0; p < places.size(); ++p) {
     const double share = std::clamp(1 + plan.force_sd * deviate(random), 2 - hardest, hardest);
     std::vector<double> forces_N;
     for (uint32_t k = 1; k <= plan.loads; ++k) forces_N.push_back(share * plan.force_N * k / plan.loads);
-    PalpationSensor sensor = plan.sensor;
+    lump::PalpationSensor sensor = plan.sensor;
     sensor.window_center_mm = {places[p][0] + plan.stage_sd_mm * deviate(random),
                                places[p][1] + plan.stage_sd_mm * deviate(random)};
-    LumpReading reading = sensor_reading(maps_at(solved, forces_N), forces_N, plan.scene.block_mm,
-                                         plan.scene.young_Pa, sensor, plan.seed * 1000 + p);
+    lump::Observation reading = sensor_reading(maps_at(solved, forces_N), forces_N, plan.scene.block_mm,
+                                               plan.scene.young_Pa, sensor, plan.seed * 1000 + p);
     reading.window_mm = places[p];
     presses.push_back({"press " + std::to_string(p + 1), std::move(reading)});
   }
   return presses;
 }
 
-ScanAnswer evaluate_scan(const std::vector<ScanPress>& presses, const StitchOptions& options,
-                         const LumpEstimator& estimator, uint64_t seed) {
+ScanAnswer evaluate_scan(const std::vector<lump::ScanPress>& presses, const lump::StitchOptions& options,
+                         const lump::Estimator& estimator, uint64_t seed) {
   ScanAnswer answer;
   answer.map = stitch(presses, options);
-  const auto two = told_second_bump(LumpNetwork::built_in().model(), answer.map.reading);
+  const auto two = told_second_bump(lump::Network::built_in().model(), answer.map.reading);
   // Of two bumps the profile's fit is of the higher one.
-  const LumpReading first =
+  const lump::Observation first =
       two ? without_place(answer.map.reading, two->place_mm[1], two->place_mm[0]) : answer.map.reading;
   answer.outline = outline_lump(first, seed);
   if (two)
@@ -161,10 +161,10 @@ ScanAnswer evaluate_scan(const std::vector<ScanPress>& presses, const StitchOpti
   if (estimator) answer.estimate = estimator(answer.map.reading);
   if (estimator && two) answer.presses = press_answers(presses, answer.map, *two, estimator);
   const double y_mm = answer.outline.found ? answer.outline.y_mm.value : 0;
-  answer.profile = profile_along_x(answer.map.reading.pressure_Pa.back(), y_mm);
-  answer.block = profile_along_x(answer.outline.block_Pa, y_mm);
-  Profile bump;
-  const Profile own = profile_along_x(first.pressure_Pa.back(), y_mm);
+  answer.profile = lump::profile_along_x(answer.map.reading.pressure_Pa.back(), y_mm);
+  answer.block = lump::profile_along_x(answer.outline.block_Pa, y_mm);
+  lump::Profile bump;
+  const lump::Profile own = lump::profile_along_x(first.pressure_Pa.back(), y_mm);
   for (size_t i = 0; i < answer.profile.x_mm.size(); ++i) {
     if (!std::isfinite(own.value[i])) continue;
     bump.x_mm.push_back(answer.profile.x_mm[i]);
@@ -182,29 +182,29 @@ ScanAnswer evaluate_scan(const std::vector<ScanPress>& presses, const StitchOpti
   return answer;
 }
 
-const char* shape_words(LumpShape shape) {
+const char* shape_words(fem::InclusionShape shape) {
   constexpr const char* kNames[] = {"sphere", "ellipsoid", "upright cylinder", "lying cylinder"};
   return kNames[static_cast<size_t>(shape)];
 }
 
-std::string interval_text(const LumpValue& v, const char* unit) {
+std::string interval_text(const lump::Value& v, const char* unit) {
   char line[160];
   std::snprintf(line, sizeof line, "%.3g%s%s (90 %%: %.3g to %.3g)", v.value, *unit ? " " : "", unit, v.low,
                 v.high);
   return line;
 }
 
-std::vector<std::pair<std::string, std::string>> estimate_rows(const LumpEstimate& e) {
+std::vector<std::pair<std::string, std::string>> estimate_rows(const lump::Estimate& e) {
   std::vector<std::pair<std::string, std::string>> rows;
-  rows.emplace_back("verdict", verdict_words(e.verdict));
+  rows.emplace_back("verdict", lump::status_words(e.verdict));
   char line[160];
   std::snprintf(line, sizeof line, "%.3g of the threshold 1, which %.2g %% of readings without a lump reach",
                 e.evidence, 100 * e.false_alarm_rate);
-  if (e.verdict != LumpVerdict::Unusable) rows.emplace_back("evidence", line);
+  if (e.verdict != lump::Status::Unusable) rows.emplace_back("evidence", line);
   if (tells_numbers(e.verdict)) {
     rows.emplace_back("size", interval_text(e.size_mm, "mm"));
     rows.emplace_back("depth of its top", interval_text(e.depth_mm, "mm"));
-    if (e.verdict == LumpVerdict::Found) {
+    if (e.verdict == lump::Status::Found) {
       rows.emplace_back("stiffness over the tissue's", interval_text(e.stiffness_ratio, ""));
     } else {
       std::snprintf(line, sizeof line, "between %.3g and %.3g: not determined", e.stiffness_ratio.low,
@@ -215,7 +215,7 @@ std::vector<std::pair<std::string, std::string>> estimate_rows(const LumpEstimat
     rows.emplace_back("centre y", interval_text(e.y_mm, "mm"));
     std::string shapes;
     for (size_t i = 0; i < e.shape_probability.size(); ++i)
-      shapes += (i ? ", " : "") + std::string(shape_words(static_cast<LumpShape>(i))) +
+      shapes += (i ? ", " : "") + std::string(shape_words(static_cast<fem::InclusionShape>(i))) +
                 text(" %.0f %%", 100 * e.shape_probability[i]);
     rows.emplace_back("shape", std::string(shape_words(e.shape)) + " (" + shapes + ")");
   }

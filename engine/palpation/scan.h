@@ -20,10 +20,10 @@ namespace palpate {
 
 /// A synthetic scan. The block is the scene's; the estimator does not get to see it.
 struct ScanPlan {
-  ForwardScene scene;
+  fem::Scene scene;
   double force_N = 2;  ///< highest, on the whole block
   uint32_t loads = 4;  ///< of each press, even shares of the highest force
-  PalpationSensor sensor = {.window_mm = {27.84, 20.88}};
+  lump::PalpationSensor sensor = {.window_mm = {27.84, 20.88}};
   std::vector<std::array<double, 2>> places_mm;  ///< of the window's middle; empty: scan_places()
   double stage_sd_mm = 0.1;                      ///< by how far the window misses its stated place
   double force_sd = 0.02;  ///< share by which the presses' forces differ from each other
@@ -36,35 +36,35 @@ std::vector<std::array<double, 2>> scan_places(const std::array<double, 3>& bloc
 
 /// Presses the block once and looks at it from every place. Throws Error(Failure::Usage) on a plan that makes
 /// no sense, and where the press did not converge up to the highest force: with how far it came.
-std::vector<ScanPress> simulate_scan(const ScanPlan& plan, const PressSolver& solver);
+std::vector<lump::ScanPress> simulate_scan(const ScanPlan& plan, const lump::PressSolver& solver);
 
 /// What a press tells by itself, of a block with more than one lump.
-struct PressAnswer {
+struct ScannedPress {
   std::string name;
   std::array<double, 2> bump_mm{};  ///< the one that it sees, from the block's middle
-  LumpEstimate estimate;
+  lump::Estimate estimate;
 };
 
 /// All that a scan tells.
 struct ScanAnswer {
-  ScanMap map;
-  LumpOutline outline;  ///< of the higher bump where there are two
-  std::optional<LumpOutline> second_outline;
-  std::vector<PressAnswer> presses;      ///< of two bumps: who sees one of them alone, with an estimator
-  std::optional<LumpEstimate> estimate;  ///< none without an estimator
-  Profile profile;                       ///< pressure at the highest load along x through the bump
-  Profile block;                         ///< of the smooth block under it
-  GaussianFit fit;                       ///< of profile less block
-  std::vector<std::string> warnings;     ///< of all of them, one line each
+  lump::ScanMap map;
+  lump::Outline outline;  ///< of the higher bump where there are two
+  std::optional<lump::Outline> second_outline;
+  std::vector<ScannedPress> presses;       ///< of two bumps: who sees one of them alone, with an estimator
+  std::optional<lump::Estimate> estimate;  ///< none without an estimator
+  lump::Profile profile;                   ///< pressure at the highest load along x through the bump
+  lump::Profile block;                     ///< of the smooth block under it
+  lump::GaussianFit fit;                   ///< of profile less block
+  std::vector<std::string> warnings;       ///< of all of them, one line each
 };
-ScanAnswer evaluate_scan(const std::vector<ScanPress>& presses, const StitchOptions& options,
-                         const LumpEstimator& estimator, uint64_t seed = 1);
+ScanAnswer evaluate_scan(const std::vector<lump::ScanPress>& presses, const lump::StitchOptions& options,
+                         const lump::Estimator& estimator, uint64_t seed = 1);
 
 /// A shape in words: "sphere", "upright cylinder", ...
-const char* shape_words(LumpShape shape);
+const char* shape_words(fem::InclusionShape shape);
 /// "8.1 mm (90 %: 7.6 to 8.7)"; with `open`, what the interval says alone.
-std::string interval_text(const LumpValue& value, const char* unit);
+std::string interval_text(const lump::Value& value, const char* unit);
 /// The rows of a table for people: what it is and what is known of it.
-std::vector<std::pair<std::string, std::string>> estimate_rows(const LumpEstimate& estimate);
+std::vector<std::pair<std::string, std::string>> estimate_rows(const lump::Estimate& estimate);
 
 }  // namespace palpate

@@ -10,18 +10,18 @@ namespace {
 constexpr double kPoisson = 0.495, kResidual = 1e-6;
 constexpr uint32_t kMostIterations = 2000;
 
-ForwardGrid block(uint32_t along) {
-  ForwardScene scene;
+fem::CellGrid block(uint32_t along) {
+  fem::Scene scene;
   scene.poisson = kPoisson;
   scene.cells = {along, along, along / 2};
   return voxelise(scene, false);
 }
 
-FixedNodes plate_and_floor(const ForwardGrid& grid) {
-  FixedNodes fixed(grid.nodes());
-  std::fill_n(fixed.begin(), grid.node(0, 0, 1), uint8_t{kFixedZ});
+fem::FixedNodes plate_and_floor(const fem::CellGrid& grid) {
+  fem::FixedNodes fixed(grid.nodes());
+  std::fill_n(fixed.begin(), grid.node(0, 0, 1), uint8_t{fem::kFixedZ});
   std::fill(fixed.begin() + static_cast<std::ptrdiff_t>(grid.node(0, 0, grid.cells[2])), fixed.end(),
-            uint8_t{kFixedX | kFixedY | kFixedZ});
+            uint8_t{fem::kFixedX | fem::kFixedY | fem::kFixedZ});
   return fixed;
 }
 
@@ -55,7 +55,7 @@ std::string ForwardRival::size() const {
 
 Pair ForwardRival::product(int repetitions, int inner) {
   return compare(
-      "forward product", size(), {"device", [&] { device_.run(ForwardDevice::Piece::Product); }},
+      "forward product", size(), {"device", [&] { device_.run(fem::DeviceSolver::Piece::Product); }},
       {"processor",
        [&] { processor_.stiffness().apply(single_.data(), single_force_.data(), &fixed_, team_); }},
       repetitions, inner);
@@ -63,20 +63,20 @@ Pair ForwardRival::product(int repetitions, int inner) {
 
 Pair ForwardRival::wide_product(int repetitions, int inner) {
   return compare("forward product double", size(),
-                 {"device", [&] { device_.run(ForwardDevice::Piece::WideProduct); }},
+                 {"device", [&] { device_.run(fem::DeviceSolver::Piece::WideProduct); }},
                  {"processor",
                   [&] { processor_.stiffness().apply(displacement_.data(), force_.data(), &fixed_, team_); }},
                  repetitions, inner);
 }
 
 Pair ForwardRival::cycle(int repetitions, int inner) {
-  return compare("forward cycle", size(), {"device", [&] { device_.run(ForwardDevice::Piece::Cycle); }},
+  return compare("forward cycle", size(), {"device", [&] { device_.run(fem::DeviceSolver::Piece::Cycle); }},
                  {"processor", [&] { multigrid_.precondition(single_.data(), single_force_.data()); }},
                  repetitions, inner);
 }
 
 Pair ForwardRival::solve(int repetitions) {
-  const auto checked = [](const SolveEvidence& evidence) {
+  const auto checked = [](const fem::SolveEvidence& evidence) {
     if (!evidence.converged)
       throw Error(Failure::Device, "a solve that converges", std::to_string(evidence.residual),
                   "another device");

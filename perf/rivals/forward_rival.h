@@ -29,12 +29,12 @@ class ForwardRival {
   uint32_t processor_iterations() const { return processor_iterations_; }
 
  private:
-  ForwardGrid grid_;
-  FixedNodes fixed_;
+  fem::CellGrid grid_;
+  fem::FixedNodes fixed_;
   WorkTeam team_;
-  ForwardSolver processor_;
-  ForwardMultigrid multigrid_;
-  ForwardDevice device_;
+  fem::Solver processor_;
+  fem::Multigrid multigrid_;
+  fem::DeviceSolver device_;
   std::vector<float> single_, single_force_;
   std::vector<double> load_, start_, displacement_, force_;
   uint32_t device_iterations_ = 0, processor_iterations_ = 0;

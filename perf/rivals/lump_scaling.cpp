@@ -97,12 +97,12 @@ struct Serial {
 };
 
 Serial serial_costs(const fs::path& folder) {
-  const LumpData data = read_lump_file(folder / "set.h5");
+  const lump::Data data = lump::read_lump_file(folder / "set.h5");
   const auto n = static_cast<double>(data.samples.size());
   Serial serial;
-  LumpJournal journal(folder / "again.part", data.sweep, data.program);
+  lump::Journal journal(folder / "again.part", data.sweep, data.program);
   auto start = Clock::now();
-  for (const LumpSample& sample : data.samples) journal.append(pack(data.sweep, sample));
+  for (const lump::Sample& sample : data.samples) journal.append(pack(data.sweep, sample));
   serial.keep_s = since(start) / n;
   start = Clock::now();
   write_lump_file(folder / "again.h5", data.sweep, data.program, data.first,

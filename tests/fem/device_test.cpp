@@ -16,17 +16,18 @@ namespace {
 
 class ForwardDeviceTest : public GpuTest {
  protected:
-  static std::shared_ptr<const ForwardKernels> kernels(bool layered) {
-    static std::shared_ptr<const ForwardKernels> made[2];
-    if (!made[layered]) made[layered] = std::make_shared<ForwardKernels>(context(), layered);
+  static std::shared_ptr<const fem::Kernels> kernels(bool layered) {
+    static std::shared_ptr<const fem::Kernels> made[2];
+    if (!made[layered]) made[layered] = std::make_shared<fem::Kernels>(context(), layered);
     return made[layered];
   }
 };
 
 // Layers are of one height, or each of its own.
-ForwardGrid random_grid(std::mt19937& random, std::array<uint32_t, 3> cells, double contrast, bool layered) {
+fem::CellGrid random_grid(std::mt19937& random, std::array<uint32_t, 3> cells, double contrast,
+                          bool layered) {
   std::uniform_real_distribution<double> unit(0, 1);
-  ForwardGrid grid;
+  fem::CellGrid grid;
   grid.cells = cells;
   grid.size_x_mm = 0.5 + unit(random);
   grid.size_y_mm = 0.5 + unit(random);
@@ -46,8 +47,8 @@ std::vector<Real> random_field(std::mt19937& random, size_t n) {
 }
 
 // The floor holds everything, here and there a node is held too.
-FixedNodes random_supports(std::mt19937& random, const ForwardGrid& grid) {
-  FixedNodes fixed(grid.nodes());
+fem::FixedNodes random_supports(std::mt19937& random, const fem::CellGrid& grid) {
+  fem::FixedNodes fixed(grid.nodes());
   for (uint8_t& bits : fixed) bits = random() % 7 == 0 ? static_cast<uint8_t>(random() % 8) : 0;
   std::fill(fixed.begin() + static_cast<std::ptrdiff_t>(grid.node(0, 0, grid.cells[2])), fixed.end(),
             uint8_t{7});
@@ -75,11 +76,11 @@ TEST_F(ForwardDeviceTest, ProductsAreTheProcessors) {
       const double poisson = layered ? 0.495 : 0.4999;
       SCOPED_TRACE(testing::Message() << cells[0] << "x" << cells[1] << "x" << cells[2] << " nu " << poisson
                                       << (layered ? " layered" : ""));
-      const ForwardGrid grid = random_grid(random, cells, 100, layered);
-      const FixedNodes fixed = random_supports(random, grid);
-      const ForwardOperator stiffness(grid, poisson);
+      const fem::CellGrid grid = random_grid(random, cells, 100, layered);
+      const fem::FixedNodes fixed = random_supports(random, grid);
+      const fem::Stiffness stiffness(grid, poisson);
       WorkTeam team(1);
-      ForwardDevice device(context(), grid, poisson, fixed, kernels(layered));
+      fem::DeviceSolver device(context(), grid, poisson, fixed, kernels(layered));
       const auto single = random_field<float>(random, 3 * grid.nodes());
       std::vector<float> single_wanted(single.size()), single_found(single.size());
       stiffness.apply(single.data(), single_wanted.data(), &fixed, team);
@@ -101,14 +102,14 @@ TEST_F(ForwardDeviceTest, CycleIsTheProcessors) {
       SCOPED_TRACE(testing::Message() << cells[0] << "x" << cells[1] << "x" << cells[2] << " contrast "
                                       << contrast << (layered ? " layered" : ""));
       const double poisson = 0.45;
-      const ForwardGrid grid = random_grid(random, cells, contrast, layered);
-      const FixedNodes fixed = random_supports(random, grid);
+      const fem::CellGrid grid = random_grid(random, cells, contrast, layered);
+      const fem::FixedNodes fixed = random_supports(random, grid);
       auto residual = random_field<float>(random, 3 * grid.nodes());
       for (size_t i = 0; i < residual.size(); ++i)
         if ((fixed[i % grid.nodes()] >> (i / grid.nodes()) & 1) != 0) residual[i] = 0;
       WorkTeam team(1);
-      ForwardMultigrid multigrid(grid, poisson, fixed, team);
-      ForwardDevice device(context(), grid, poisson, fixed, kernels(layered));
+      fem::Multigrid multigrid(grid, poisson, fixed, team);
+      fem::DeviceSolver device(context(), grid, poisson, fixed, kernels(layered));
       std::vector<float> wanted(residual.size()), found(residual.size());
       multigrid.precondition(residual.data(), wanted.data());
       device.precondition(residual.data(), found.data());
@@ -123,26 +124,26 @@ TEST_P(ForwardDeviceSolve, IsTheProcessors) {
   const double poisson = GetParam();
   for (const double ratio : {0.1, 10.0, 1e4}) {
     SCOPED_TRACE(testing::Message() << "nu " << poisson << " E_r " << ratio);
-    ForwardScene scene;
+    fem::Scene scene;
     scene.cells = {16, 16, 8};
     scene.poisson = poisson;
     scene.inclusion->stiffness_ratio = ratio;
-    const ForwardGrid grid = voxelise(scene, false);
+    const fem::CellGrid grid = voxelise(scene, false);
     const size_t nodes = grid.nodes(), top = grid.node(0, 0, 1);
-    FixedNodes fixed(nodes);
+    fem::FixedNodes fixed(nodes);
     std::vector<double> wanted(3 * nodes), load(3 * nodes);
     for (size_t n = 0; n < top; ++n) {
-      fixed[n] = kFixedZ;
+      fixed[n] = fem::kFixedZ;
       wanted[2 * nodes + n] = 1;
     }
     std::fill(fixed.begin() + static_cast<std::ptrdiff_t>(grid.node(0, 0, grid.cells[2])), fixed.end(),
               uint8_t{7});
     std::vector<double> found = wanted;
     WorkTeam team(1);
-    ForwardSolver processor(grid, poisson, fixed, team);
-    ForwardDevice device(context(), grid, poisson, fixed, kernels(false));
-    const SolveEvidence one = processor.solve(load, wanted, 1e-8, 2000);
-    const SolveEvidence other = device.solve(load, found, 1e-8, 2000);
+    fem::Solver processor(grid, poisson, fixed, team);
+    fem::DeviceSolver device(context(), grid, poisson, fixed, kernels(false));
+    const fem::SolveEvidence one = processor.solve(load, wanted, 1e-8, 2000);
+    const fem::SolveEvidence other = device.solve(load, found, 1e-8, 2000);
     EXPECT_TRUE(one.converged);
     EXPECT_TRUE(other.converged);
     EXPECT_LE(other.residual, 1e-8);
@@ -167,20 +168,20 @@ TEST_P(ForwardDeviceSolve, IsTheProcessors) {
 
 TEST_F(ForwardDeviceTest, SaysWhereItDidNotConverge) {
   std::mt19937 random(3);
-  const ForwardGrid grid = random_grid(random, {8, 8, 8}, 1e4, true);
-  FixedNodes fixed(grid.nodes());
+  const fem::CellGrid grid = random_grid(random, {8, 8, 8}, 1e4, true);
+  fem::FixedNodes fixed(grid.nodes());
   std::fill(fixed.begin() + static_cast<std::ptrdiff_t>(grid.node(0, 0, 8)), fixed.end(), uint8_t{7});
   const auto load = random_field<double>(random, 3 * grid.nodes());
   std::vector<double> u(load.size());
-  ForwardDevice device(context(), grid, 0.4999, fixed, kernels(true));
-  const SolveEvidence evidence = device.solve(load, u, 1e-8, 3);
+  fem::DeviceSolver device(context(), grid, 0.4999, fixed, kernels(true));
+  const fem::SolveEvidence evidence = device.solve(load, u, 1e-8, 3);
   EXPECT_FALSE(evidence.converged);
   EXPECT_GT(evidence.residual, 1e-8);
   EXPECT_EQ(evidence.iterations, 3u);
   // No load, nothing held out of its place: nothing to do.
   const std::vector<double> none(load.size());
   std::fill(u.begin(), u.end(), 0.0);
-  const SolveEvidence rest = device.solve(none, u, 1e-8, 100);
+  const fem::SolveEvidence rest = device.solve(none, u, 1e-8, 100);
   EXPECT_TRUE(rest.converged);
   EXPECT_EQ(rest.iterations, 0u);
   EXPECT_EQ(u, none);
@@ -188,13 +189,13 @@ TEST_F(ForwardDeviceTest, SaysWhereItDidNotConverge) {
 
 TEST_F(ForwardDeviceTest, RefusesWhatDoesNotFit) {
   const auto refusal = [&](std::array<uint32_t, 3> cells) {
-    ForwardGrid grid;
+    fem::CellGrid grid;
     grid.cells = cells;
     grid.size_x_mm = grid.size_y_mm = 1;
     grid.size_z_mm.assign(cells[2], 1);
     grid.young.assign(grid.cell_count(), 1);
     try {
-      ForwardDevice device(context(), grid, 0.3, FixedNodes(grid.nodes(), 7), kernels(false));
+      fem::DeviceSolver device(context(), grid, 0.3, fem::FixedNodes(grid.nodes(), 7), kernels(false));
     } catch (const Error& error) {
       EXPECT_EQ(error.failure(), Failure::Device);
       return std::string(error.what());
@@ -210,20 +211,20 @@ TEST_F(ForwardDeviceTest, RefusesWhatDoesNotFit) {
 
 // Scenes as a whole: the ball's contact makes a solver for each change of its supports.
 TEST_F(ForwardDeviceTest, ScenesAreTheProcessors) {
-  ForwardScene plate;
+  fem::Scene plate;
   plate.cells = {16, 16, 8};
   plate.pad = {{2, 34000}};
-  ForwardScene ball;
+  fem::Scene ball;
   ball.cells = {16, 16, 8};
-  ball.presser = Presser::Sphere;
+  ball.presser = fem::Presser::Sphere;
   ball.ball_radius_mm = 20;
-  for (const ForwardScene& scene : {plate, ball}) {
-    ForwardOptions options;
+  for (const fem::Scene& scene : {plate, ball}) {
+    fem::Options options;
     options.threads = 1;
-    const ForwardResult wanted = solve_forward(scene, options);
-    options.worker = ForwardWorker::Device;
+    const fem::Result wanted = fem::solve(scene, options);
+    options.worker = fem::Worker::Device;
     options.device = [] { return &context(); };
-    const ForwardResult found = solve_forward(scene, options);
+    const fem::Result found = fem::solve(scene, options);
     ASSERT_TRUE(wanted.converged && found.converged);
     EXPECT_EQ(wanted.solver, "processor");
     EXPECT_EQ(found.solver, context().report().name);
@@ -237,19 +238,19 @@ TEST_F(ForwardDeviceTest, ScenesAreTheProcessors) {
 
 TEST_F(ForwardDeviceTest, AutoTriesBothOrSaysWhyNot) {
   using testing::HasSubstr;
-  const auto who = [](ForwardScene scene, const std::function<gpu::Context*()>& device) {
+  const auto who = [](fem::Scene scene, const std::function<gpu::Context*()>& device) {
     scene.block_mm = {40, 40, 40.0 * scene.cells[2] / scene.cells[0]};
     scene.inclusion.reset();
-    ForwardOptions options;
+    fem::Options options;
     options.quarter = false;
-    options.worker = ForwardWorker::Auto;
+    options.worker = fem::Worker::Auto;
     options.device = device;
     options.residual = 1e-2;
-    const ForwardResult result = solve_forward(scene, options);
+    const fem::Result result = fem::solve(scene, options);
     EXPECT_TRUE(result.converged);
     return result.solver;
   };
-  ForwardScene scene;
+  fem::Scene scene;
   const auto here = [] { return &context(); };
   const auto nowhere = []() -> gpu::Context* {
     throw Error(Failure::Device, "a card", "an empty slot", "buying one");
@@ -267,11 +268,11 @@ TEST_F(ForwardDeviceTest, AutoTriesBothOrSaysWhyNot) {
   scene.cells = {16, 16, 8};
   EXPECT_EQ(who(scene, here), "processor (device passed over: 2601 nodes, fewer than 60000)");
 
-  ForwardOptions insisting;
-  insisting.worker = ForwardWorker::Device;
-  EXPECT_THROW(solve_forward(scene, insisting), Error);
+  fem::Options insisting;
+  insisting.worker = fem::Worker::Device;
+  EXPECT_THROW(fem::solve(scene, insisting), Error);
   insisting.device = nowhere;
-  EXPECT_THROW(solve_forward(scene, insisting), Error);
+  EXPECT_THROW(fem::solve(scene, insisting), Error);
 }
 
 }  // namespace

@@ -14,28 +14,29 @@
 namespace palpate {
 namespace {
 
-ForwardScene scene_with(LumpShape shape, std::array<double, 2> offset_mm = {0, 0}, uint32_t cells = 16) {
-  ForwardScene scene;
+fem::Scene scene_with(fem::InclusionShape shape, std::array<double, 2> offset_mm = {0, 0},
+                      uint32_t cells = 16) {
+  fem::Scene scene;
   scene.cells = {cells, cells, cells / 2};
   scene.inclusion->shape = shape;
-  if (shape == LumpShape::Ellipsoid) scene.inclusion->size_mm = {12, 8, 8};
-  if (shape == LumpShape::LyingCylinder) scene.inclusion->size_mm = {15, 6, 6};
+  if (shape == fem::InclusionShape::Ellipsoid) scene.inclusion->size_mm = {12, 8, 8};
+  if (shape == fem::InclusionShape::LyingCylinder) scene.inclusion->size_mm = {15, 6, 6};
   scene.inclusion->offset_mm = offset_mm;
   return scene;
 }
 
-constexpr LumpShape kShapes[] = {LumpShape::Sphere, LumpShape::Ellipsoid, LumpShape::Cylinder,
-                                 LumpShape::LyingCylinder};
+constexpr fem::InclusionShape kShapes[] = {fem::InclusionShape::Sphere, fem::InclusionShape::Ellipsoid,
+                                           fem::InclusionShape::Cylinder, fem::InclusionShape::LyingCylinder};
 
-double volume_of(const Inclusion& lump) {
+double volume_of(const fem::Inclusion& lump) {
   const auto [a, b, c] = lump.size();
-  const bool ball = lump.shape == LumpShape::Sphere || lump.shape == LumpShape::Ellipsoid;
+  const bool ball = lump.shape == fem::InclusionShape::Sphere || lump.shape == fem::InclusionShape::Ellipsoid;
   return a * b * c * std::numbers::pi / (ball ? 6 : 4);
 }
 
 /// Volume of the cells whose modulus is the lump's.
-double volume_of(const ForwardGrid& grid, double ratio) {
-  ForwardGrid lump = grid;
+double volume_of(const fem::CellGrid& grid, double ratio) {
+  fem::CellGrid lump = grid;
   for (float& young : lump.young) young = young == static_cast<float>(ratio) ? 1.0f : 0.0f;
   // Twice the energy of an even swelling (nu = 0: mu = 1/2, kappa = 1/3), which costs its bulk part alone.
   const double grown = 1.001;
@@ -46,11 +47,11 @@ double volume_of(const ForwardGrid& grid, double ratio) {
 }
 
 TEST(FittedGrid, CellsEncloseTheLumpAndLeaveTheBlocksFaces) {
-  for (const LumpShape shape : kShapes)
+  for (const fem::InclusionShape shape : kShapes)
     for (const std::array<double, 2>& offset : {std::array{0.0, 0.0}, std::array{3.3, -4.1}}) {
-      const ForwardScene scene = scene_with(shape, offset);
-      const LumpCells cells = lump_cells(scene);
-      const std::optional<ForwardGrid> grid = fit(scene, cells, false);
+      const fem::Scene scene = scene_with(shape, offset);
+      const fem::InclusionCells cells = fem::inclusion_cells(scene);
+      const std::optional<fem::CellGrid> grid = fit(scene, cells, false);
       ASSERT_TRUE(grid);
       EXPECT_NEAR(volume_of(*grid, scene.inclusion->stiffness_ratio) / volume_of(*scene.inclusion), 1, 1e-6);
       // Its middle is the lump's, and its ends are its ends but for what flat cells need to grow.
@@ -76,9 +77,9 @@ TEST(FittedGrid, CellsEncloseTheLumpAndLeaveTheBlocksFaces) {
 }
 
 TEST(FittedGrid, AQuarterIsAQuarterOfTheWhole) {
-  const ForwardScene scene = scene_with(LumpShape::Sphere);
-  const LumpCells cells = lump_cells(scene);
-  const ForwardGrid whole = *fit(scene, cells, false), quarter = *fit(scene, cells, true);
+  const fem::Scene scene = scene_with(fem::InclusionShape::Sphere);
+  const fem::InclusionCells cells = fem::inclusion_cells(scene);
+  const fem::CellGrid whole = *fit(scene, cells, false), quarter = *fit(scene, cells, true);
   for (uint32_t k = 0; k <= 8; ++k)
     for (uint32_t j = 0; j <= 8; ++j)
       for (uint32_t i = 0; i <= 8; ++i) {
@@ -93,25 +94,25 @@ TEST(FittedGrid, AQuarterIsAQuarterOfTheWhole) {
 
 TEST(FittedGrid, ALumpInTheMiddleHasCellsInTheMiddleHoweverLong) {
   for (double length = 2; length < 39; length += 0.3) {
-    ForwardScene scene = scene_with(LumpShape::LyingCylinder);
+    fem::Scene scene = scene_with(fem::InclusionShape::LyingCylinder);
     scene.inclusion->size_mm = {length, 6, 6};
-    const LumpCells cells = lump_cells(scene);
+    const fem::InclusionCells cells = fem::inclusion_cells(scene);
     EXPECT_TRUE(cells.in_middle(scene.cells)) << length;
     EXPECT_TRUE(fit(scene, cells, true)) << length;
   }
 }
 
 TEST(FittedGrid, CellsBesideTheMiddleHaveNoQuarter) {
-  const ForwardScene scene = scene_with(LumpShape::Sphere);
-  LumpCells cells = lump_cells(scene);
+  const fem::Scene scene = scene_with(fem::InclusionShape::Sphere);
+  fem::InclusionCells cells = fem::inclusion_cells(scene);
   ++cells.last[0];
   EXPECT_TRUE(fit(scene, cells, false));
   EXPECT_FALSE(fit(scene, cells, true));
 }
 
 TEST(FittedGrid, CellsSuitLumpsLikeTheirsAndNoOthers) {
-  ForwardScene scene = scene_with(LumpShape::Sphere, {1, 2});
-  const LumpCells cells = lump_cells(scene);
+  fem::Scene scene = scene_with(fem::InclusionShape::Sphere, {1, 2});
+  const fem::InclusionCells cells = fem::inclusion_cells(scene);
   EXPECT_TRUE(suit(cells, scene));
   scene.inclusion->depth_mm += 0.5;
   EXPECT_TRUE(suit(cells, scene));
@@ -120,29 +121,29 @@ TEST(FittedGrid, CellsSuitLumpsLikeTheirsAndNoOthers) {
 }
 
 TEST(FittedGrid, CellsThatWouldTurnInsideOutAreNotMade) {
-  ForwardScene scene = scene_with(LumpShape::Sphere);
-  EXPECT_TRUE(fit(scene, lump_cells(scene), true));
+  fem::Scene scene = scene_with(fem::InclusionShape::Sphere);
+  EXPECT_TRUE(fit(scene, fem::inclusion_cells(scene), true));
   // Cells of one corner of the block cannot be a lump in the other.
   scene.inclusion->offset_mm = {14, 14};
   EXPECT_FALSE(fit(scene, {{1, 1, 1}, {13, 13, 3}}, false));
 }
 
 /// Pressure on the middle, 2 mm pressed.
-double press(const ForwardScene& scene, std::optional<ForwardGrid> grid) {
+double press(const fem::Scene& scene, std::optional<fem::CellGrid> grid) {
   WorkTeam team(1);
-  LargeStrainOptions options;
-  LargeStrainModel model(scene, options, team, std::move(grid));
-  LargeStrainResult told;
+  fem::LargeStrainOptions options;
+  fem::LargeStrainModel model(scene, options, team, std::move(grid));
+  fem::LargeStrainResult told;
   EXPECT_TRUE(model.move_to(2, told));
-  const PressedSurface surface = model.surface();
-  return PressureField(surface).at(0, 0);
+  const fem::PressedSurface surface = model.surface();
+  return fem::PressureField(surface).at(0, 0);
 }
 
 TEST(FittedGrid, HalfTheCellsSizeIsMoreThanTwiceAsNear) {
-  const ForwardScene coarsest = scene_with(LumpShape::Sphere);
+  const fem::Scene coarsest = scene_with(fem::InclusionShape::Sphere);
   const auto with = [&](uint32_t finer) {
-    const ForwardScene scene = scene_with(LumpShape::Sphere, {0, 0}, 16 * finer);
-    return press(scene, fit(scene, lump_cells(coarsest).times(finer), true));
+    const fem::Scene scene = scene_with(fem::InclusionShape::Sphere, {0, 0}, 16 * finer);
+    return press(scene, fit(scene, fem::inclusion_cells(coarsest).times(finer), true));
   };
   const double once = with(1), twice = with(2), thrice = with(3);
   const double none = thrice + (thrice - twice) / (9.0 / 4 - 1);
@@ -151,23 +152,23 @@ TEST(FittedGrid, HalfTheCellsSizeIsMoreThanTwiceAsNear) {
 }
 
 TEST(FittedGrid, ChangesOfTheLumpAreTheDifferencesThatTheyMake) {
-  const ForwardScene scene = scene_with(LumpShape::Sphere);
-  const LumpCells cells = lump_cells(scene);
+  const fem::Scene scene = scene_with(fem::InclusionShape::Sphere);
+  const fem::InclusionCells cells = fem::inclusion_cells(scene);
   const auto deeper = [&](double by_mm) {
-    ForwardScene other = scene;
+    fem::Scene other = scene;
     other.inclusion->depth_mm += by_mm;
     return *fit(other, cells, true);
   };
   WorkTeam team(1);
-  LargeStrainOptions options;
+  fem::LargeStrainOptions options;
   options.residual = 1e-9;
-  LargeStrainResult told;
-  LargeStrainModel model(scene, options, team, fit(scene, cells, true));
+  fem::LargeStrainResult told;
+  fem::LargeStrainModel model(scene, options, team, fit(scene, cells, true));
   ASSERT_TRUE(model.move_to(2, told));
-  const PressedSurface change = model.change_by_grids(deeper(-0.01), deeper(0.01), 0.02, told);
-  PressedSurface ends[2];
+  const fem::PressedSurface change = model.change_by_grids(deeper(-0.01), deeper(0.01), 0.02, told);
+  fem::PressedSurface ends[2];
   for (const int end : {0, 1}) {
-    LargeStrainModel moved(scene, options, team, deeper(end == 1 ? 0.1 : -0.1));
+    fem::LargeStrainModel moved(scene, options, team, deeper(end == 1 ? 0.1 : -0.1));
     ASSERT_TRUE(moved.move_to(2, told));
     ends[end] = moved.surface();
   }

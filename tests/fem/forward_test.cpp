@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-double sum_of(const ForwardMap& map) {
+double sum_of(const fem::Map& map) {
   double sum = 0;
   for (uint32_t y = 0; y < map.height; ++y)
     for (uint32_t x = 0; x < map.width; ++x)
@@ -28,15 +28,15 @@ double sum_of(const ForwardMap& map) {
 }
 
 /// A homogeneous block, coarse enough to be quick.
-ForwardScene plain_block() {
-  ForwardScene scene;
+fem::Scene plain_block() {
+  fem::Scene scene;
   scene.inclusion.reset();
   scene.cells = {16, 16, 8};
   return scene;
 }
 
-ForwardGrid cube(uint32_t cells, double pitch_mm) {
-  ForwardGrid grid;
+fem::CellGrid cube(uint32_t cells, double pitch_mm) {
+  fem::CellGrid grid;
   grid.cells = {cells, cells, cells};
   grid.size_x_mm = grid.size_y_mm = pitch_mm;
   grid.size_z_mm.assign(cells, pitch_mm);
@@ -47,12 +47,12 @@ ForwardGrid cube(uint32_t cells, double pitch_mm) {
 // Any field of constant strain is kept exactly, whatever the cells' shape, with the load free inside.
 TEST(ForwardPatch, ConstantStrainIsExact) {
   for (const double poisson : {0.0, 0.3, 0.495, 0.4999}) {
-    ForwardGrid grid = cube(8, 1);
+    fem::CellGrid grid = cube(8, 1);
     grid.size_x_mm = 0.7;
     grid.size_z_mm = {1.3, 0.4, 1, 1, 0.6, 2, 1, 1};
     const size_t nodes = grid.nodes();
     const double g[3][3] = {{0.01, -0.02, 0.005}, {0.03, -0.004, 0.01}, {0.002, 0.015, -0.01}};
-    FixedNodes fixed(nodes);
+    fem::FixedNodes fixed(nodes);
     std::vector<double> wanted(3 * nodes), u(3 * nodes);
     double z = 0;
     for (uint32_t k = 0; k <= 8; ++k) {
@@ -60,7 +60,7 @@ TEST(ForwardPatch, ConstantStrainIsExact) {
         for (uint32_t i = 0; i <= 8; ++i) {
           const size_t n = grid.node(i, j, k);
           const bool rim = i % 8 == 0 || j % 8 == 0 || k % 8 == 0;
-          fixed[n] = rim ? kFixedAll : 0;
+          fixed[n] = rim ? fem::kFixedAll : 0;
           for (size_t c = 0; c < 3; ++c) {
             wanted[c * nodes + n] = g[c][0] * 0.7 * i + g[c][1] * j + g[c][2] * z;
             if (rim) u[c * nodes + n] = wanted[c * nodes + n];
@@ -69,8 +69,8 @@ TEST(ForwardPatch, ConstantStrainIsExact) {
       if (k < 8) z += grid.size_z_mm[k];
     }
     WorkTeam team(1);
-    ForwardSolver solver(grid, poisson, fixed, team);
-    const SolveEvidence evidence = solver.solve(std::vector<double>(3 * nodes), u, 1e-12, 3000);
+    fem::Solver solver(grid, poisson, fixed, team);
+    const fem::SolveEvidence evidence = solver.solve(std::vector<double>(3 * nodes), u, 1e-12, 3000);
     EXPECT_TRUE(evidence.converged) << poisson << " " << evidence.residual;
     for (size_t n = 0; n < u.size(); ++n) ASSERT_NEAR(u[n], wanted[n], 1e-9) << poisson << " " << n;
   }
@@ -80,12 +80,12 @@ TEST(ForwardPatch, ConstantStrainIsExact) {
 TEST(Forward, UniaxialBlockIsExact) {
   for (const double poisson : {0.0, 0.3, 0.495, 0.4999})
     for (const bool quarter : {true, false}) {
-      ForwardScene scene = plain_block();
+      fem::Scene scene = plain_block();
       scene.bottom_slides = true;
       scene.poisson = poisson;
-      ForwardOptions options;
+      fem::Options options;
       options.quarter = quarter;
-      const ForwardResult result = solve_forward(scene, options);
+      const fem::Result result = fem::solve(scene, options);
       ASSERT_TRUE(result.converged);
       EXPECT_NEAR(result.force_N, 4000 * 0.05 * 1600e-6, 1e-6);
       EXPECT_NEAR(result.core_strain, -0.05, 1e-6);
@@ -96,13 +96,13 @@ TEST(Forward, UniaxialBlockIsExact) {
 // A wide thin bonded block under a sticking plate: in its middle nothing can go sideways, so the stress is
 // that of confined compression, E (1 - nu) / ((1 + nu)(1 - 2 nu)).
 TEST(Forward, ConfinedMiddleOfABondedSheet) {
-  ForwardScene scene = plain_block();
+  fem::Scene scene = plain_block();
   scene.poisson = 0.45;
   scene.block_mm = {64, 64, 2};
   scene.cells = {64, 64, 8};
   scene.pad = {{2, 4000}};  // of the same stuff, bonded to the plate
   scene.press_mm = 0.1;
-  const ForwardResult result = solve_forward(scene);
+  const fem::Result result = fem::solve(scene);
   ASSERT_TRUE(result.converged);
   const double confined = 4000 * 0.55 / (1.45 * 0.1) * 0.1 / 4;
   EXPECT_NEAR(result.center_stress_Pa, confined, 0.002 * confined);
@@ -111,7 +111,7 @@ TEST(Forward, ConfinedMiddleOfABondedSheet) {
 
 // theory S11: the pad problem, whose force and centre pressure other programs' fine grids gave.
 TEST(Forward, PadProblem) {
-  const ForwardResult result = solve_forward(ForwardScene{});
+  const fem::Result result = fem::solve(fem::Scene{});
   ASSERT_TRUE(result.converged);
   EXPECT_NEAR(result.force_N, 0.40105, 0.01 * 0.40105);
   EXPECT_NEAR(result.center_stress_Pa, 473.5, 0.01 * 473.5);
@@ -125,13 +125,13 @@ TEST(Forward, PadProblem) {
 // A hard pad that slides is a rigid plate without friction, one that is bonded holds the surface; without
 // Poisson's ratio there is nothing to hold, and layers are springs in series.
 TEST(Forward, PadSlidesOrIsBonded) {
-  ForwardScene scene;
+  fem::Scene scene;
   scene.cells = {32, 32, 16};
-  const ForwardResult plate = solve_forward(scene);
+  const fem::Result plate = fem::solve(scene);
   scene.pad = {{2.5, 4e8}};
-  const ForwardResult bonded = solve_forward(scene);
+  const fem::Result bonded = fem::solve(scene);
   scene.pad_slides = true;
-  const ForwardResult sliding = solve_forward(scene);
+  const fem::Result sliding = fem::solve(scene);
   ASSERT_TRUE(plate.converged && bonded.converged && sliding.converged);
   EXPECT_NEAR(sliding.force_N, plate.force_N, 1e-3 * plate.force_N);
   EXPECT_NEAR(sliding.center_stress_Pa, plate.center_stress_Pa, 1e-3 * plate.center_stress_Pa);
@@ -139,36 +139,36 @@ TEST(Forward, PadSlidesOrIsBonded) {
 
   // Soft sheets, and the quarter is the whole.
   scene.pad = {{2, 3e4}, {1, 1e4}};
-  const ForwardResult quarter = solve_forward(scene);
-  ForwardOptions whole;
+  const fem::Result quarter = fem::solve(scene);
+  fem::Options whole;
   whole.quarter = false;
-  EXPECT_NEAR(solve_forward(scene, whole).force_N, quarter.force_N, 1e-5 * quarter.force_N);
+  EXPECT_NEAR(fem::solve(scene, whole).force_N, quarter.force_N, 1e-5 * quarter.force_N);
   EXPECT_LT(quarter.iterations, 100u);
 
   scene.inclusion.reset();
   scene.poisson = 0;
   const double compliance = 20 / 4e3 + 2 / 3e4 + 1 / 1e4;  // mm / Pa
-  const ForwardResult springs = solve_forward(scene);
+  const fem::Result springs = fem::solve(scene);
   EXPECT_NEAR(springs.force_N, 40 * 40 * 1e-6 / compliance, 1e-5);
 
-  scene.presser = Presser::Pressure;
-  EXPECT_THROW(solve_forward(scene), Error);
-  scene.presser = Presser::Flat;
+  scene.presser = fem::Presser::Pressure;
+  EXPECT_THROW(fem::solve(scene), Error);
+  scene.presser = fem::Presser::Flat;
   scene.pad.clear();
-  EXPECT_THROW(solve_forward(scene), Error);
+  EXPECT_THROW(fem::solve(scene), Error);
 }
 
 TEST(Forward, QuarterIsTheWhole) {
-  ForwardScene scene;
+  fem::Scene scene;
   scene.cells = {32, 32, 16};
-  ForwardOptions whole;
+  fem::Options whole;
   whole.quarter = false;
   whole.residual = 1e-9;
   whole.threads = 3;
-  ForwardOptions quarter = whole;
+  fem::Options quarter = whole;
   quarter.quarter = true;
   quarter.threads = 1;
-  const ForwardResult a = solve_forward(scene, whole), b = solve_forward(scene, quarter);
+  const fem::Result a = fem::solve(scene, whole), b = fem::solve(scene, quarter);
   ASSERT_TRUE(a.converged && b.converged);
   EXPECT_NEAR(a.force_N, b.force_N, 1e-7 * a.force_N);
   ASSERT_EQ(a.stress_Pa.values.size(), 33u * 33u);
@@ -178,17 +178,17 @@ TEST(Forward, QuarterIsTheWhole) {
 
 // All is proportional to the load but under a ball.
 TEST(Forward, ForceAndWayAreTheSameQuestion) {
-  for (const Presser presser : {Presser::Flat, Presser::Pressure, Presser::Sphere}) {
-    ForwardScene scene;
+  for (const fem::Presser presser : {fem::Presser::Flat, fem::Presser::Pressure, fem::Presser::Sphere}) {
+    fem::Scene scene;
     scene.cells = {32, 32, 16};
     scene.presser = presser;
     scene.ball_radius_mm = 10;
-    const ForwardResult way = solve_forward(scene);
+    const fem::Result way = fem::solve(scene);
     ASSERT_TRUE(way.converged);
     EXPECT_NEAR(way.press_mm, 1, 1e-9);
     scene.force_N = way.force_N;
     scene.press_mm.reset();
-    const ForwardResult force = solve_forward(scene);
+    const fem::Result force = fem::solve(scene);
     ASSERT_TRUE(force.converged);
     EXPECT_NEAR(force.force_N, way.force_N, 2e-5 * way.force_N);
     EXPECT_NEAR(force.press_mm, 1, 1e-3) << static_cast<int>(presser);
@@ -203,9 +203,9 @@ TEST(Forward, PressedSquareIsBoussinesq) {
   constexpr uint32_t n = 32;
   constexpr double half = 4;
   for (const double nu : {0.3, 0.495}) {
-    const ForwardGrid grid = cube(n, 1);
+    const fem::CellGrid grid = cube(n, 1);
     const size_t nodes = grid.nodes();
-    FixedNodes fixed(nodes);
+    fem::FixedNodes fixed(nodes);
     std::vector<double> load(3 * nodes), u(3 * nodes);
     const auto point = [&](double x, double y, double z) {
       const double r2 = x * x + y * y + z * z, r = std::sqrt(r2), c = (1 + nu) / (2 * kPi);
@@ -225,16 +225,16 @@ TEST(Forward, PressedSquareIsBoussinesq) {
       for (uint32_t j = 0; j <= n; ++j)
         for (uint32_t i = 0; i <= n; ++i) {
           const size_t at = grid.node(i, j, k);
-          fixed[at] = static_cast<uint8_t>((i == 0 ? kFixedX : 0) | (j == 0 ? kFixedY : 0));
+          fixed[at] = static_cast<uint8_t>((i == 0 ? fem::kFixedX : 0) | (j == 0 ? fem::kFixedY : 0));
           if (k == 0 && i <= half && j <= half)
             load[2 * nodes + at] = (i == 0 || i == half ? 0.5 : 1) * (j == 0 || j == half ? 0.5 : 1);
           if (i != n && j != n && k != n) continue;
-          fixed[at] = kFixedAll;
+          fixed[at] = fem::kFixedAll;
           const auto there = exact(i, j, k);
           for (size_t c = 0; c < 3; ++c) u[c * nodes + at] = there[c];
         }
     WorkTeam team(0);
-    ForwardSolver solver(grid, nu, fixed, team);
+    fem::Solver solver(grid, nu, fixed, team);
     ASSERT_TRUE(solver.solve(load, u, 1e-7, 2000).converged);
     for (const uint32_t r : {6u, 8u, 12u, 16u, 24u}) {
       const double down = exact(r, 0, 0)[2], deep = exact(0, 0, r)[2], across = exact(r, 0, r)[0];
@@ -247,14 +247,14 @@ TEST(Forward, PressedSquareIsBoussinesq) {
 
 // A ball on a thin bonded layer, where Hertz is far off, against the exact layer.
 TEST(Forward, BallOnAThinLayer) {
-  ForwardScene scene = plain_block();
+  fem::Scene scene = plain_block();
   scene.block_mm = {20, 20, 5};
   scene.cells = {64, 64, 16};
-  scene.presser = Presser::Sphere;
+  scene.presser = fem::Presser::Sphere;
   scene.ball_radius_mm = 5;
   scene.press_mm.reset();
   scene.force_N = 0.01;
-  const ForwardResult result = solve_forward(scene);
+  const fem::Result result = fem::solve(scene);
   ASSERT_TRUE(result.converged);
   const LayerContact exact = Layer({4000e-6, 0.495}, 5).press_sphere(0.01, 5);
   const double hertz = hertz_contact(0.01, effective_modulus_MPa({4000e-6, 0.495}), 5).indentation_mm;
@@ -266,14 +266,14 @@ TEST(Forward, BallOnAThinLayer) {
 
 // Hertz: a rigid ball on a deep block; and the exact bonded layer, which the block truly is.
 TEST(Forward, BallIsHertz) {
-  ForwardScene scene = plain_block();
+  fem::Scene scene = plain_block();
   scene.poisson = 0.3;
   scene.block_mm = {24, 24, 24};
   scene.cells = {96, 96, 96};
-  scene.presser = Presser::Sphere;
+  scene.presser = fem::Presser::Sphere;
   scene.ball_radius_mm = 5;
   scene.press_mm = 0.4;
-  const ForwardResult result = solve_forward(scene);
+  const fem::Result result = fem::solve(scene);
   ASSERT_TRUE(result.converged);
   const double modulus = 4000e-6 / (1 - 0.09), radius = std::sqrt(5 * 0.4);
   const double force = 4.0 / 3 * modulus * std::sqrt(5) * std::pow(0.4, 1.5);
@@ -348,30 +348,32 @@ TEST(Forward, EshelbysSphere) {
     constexpr uint32_t n = 24;
     constexpr double nu = 0.495, radius = 8;
     const Eshelby truth(nu, ratio, radius);
-    ForwardGrid grid = cube(n, 1);
+    fem::CellGrid grid = cube(n, 1);
     for (uint32_t k = 0; k < n; ++k)
       for (uint32_t j = 0; j < n; ++j)
         for (uint32_t i = 0; i < n; ++i) {
           const std::array<double, 3> low = {1.0 * i, 1.0 * j, 1.0 * k};
-          const double inside = share_inside(LumpShape::Sphere, {2 * radius, 2 * radius, 2 * radius}, low,
-                                             {low[0] + 1, low[1] + 1, low[2] + 1});
-          grid.young[grid.cell(i, j, k)] = static_cast<float>(mixed_modulus(inside, ratio));
+          const double inside =
+              share_inside(fem::InclusionShape::Sphere, {2 * radius, 2 * radius, 2 * radius}, low,
+                           {low[0] + 1, low[1] + 1, low[2] + 1});
+          grid.young[grid.cell(i, j, k)] = static_cast<float>(fem::mixed_modulus(inside, ratio));
         }
     const size_t nodes = grid.nodes();
-    FixedNodes fixed(nodes);
+    fem::FixedNodes fixed(nodes);
     std::vector<double> u(3 * nodes);
     for (uint32_t k = 0; k <= n; ++k)
       for (uint32_t j = 0; j <= n; ++j)
         for (uint32_t i = 0; i <= n; ++i) {
           const size_t at = grid.node(i, j, k);
           const bool outer = i == n || j == n || k == n;
-          fixed[at] = static_cast<uint8_t>(
-              outer ? kFixedAll : (i == 0 ? kFixedX : 0) | (j == 0 ? kFixedY : 0) | (k == 0 ? kFixedZ : 0));
+          fixed[at] = static_cast<uint8_t>(outer ? fem::kFixedAll
+                                                 : (i == 0 ? fem::kFixedX : 0) | (j == 0 ? fem::kFixedY : 0) |
+                                                       (k == 0 ? fem::kFixedZ : 0));
           const auto exact = truth.displacement({1.0 * i, 1.0 * j, 1.0 * k});
           for (size_t c = 0; c < 3; ++c) u[c * nodes + at] = exact[c];
         }
     WorkTeam team(0);
-    ForwardSolver solver(grid, nu, fixed, team);
+    fem::Solver solver(grid, nu, fixed, team);
     ASSERT_TRUE(solver.solve(std::vector<double>(3 * nodes), u, 1e-7, 2000).converged);
     double sum = 0;
     int cells = 0;
@@ -397,13 +399,13 @@ TEST(Forward, FewIterationsEvenWhereTissueIsNearlyIncompressible) {
   };
   for (const Case& c : {Case{0.45, 14, 17}, Case{0.495, 39, 47}, Case{0.499, 78, 93}, Case{0.4999, 198, 243}})
     for (const bool stiff : {false, true}) {
-      ForwardScene scene;
+      fem::Scene scene;
       scene.poisson = c.poisson;
       scene.cells = {32, 32, 16};
       scene.inclusion->stiffness_ratio = stiff ? 1e4 : 10;
-      ForwardOptions options;
+      fem::Options options;
       options.residual = 1e-8;
-      const ForwardResult result = solve_forward(scene, options);
+      const fem::Result result = fem::solve(scene, options);
       EXPECT_TRUE(result.converged);
       EXPECT_LE(result.iterations, stiff ? c.most_at_1e4 : c.most_at_10) << c.poisson;
     }
@@ -414,12 +416,12 @@ TEST(Forward, StableToTheEdgesOfItsRange) {
     for (const double ratio : {0.1, 1.0, 100.0, 1e4})
       for (const double depth : {0.0, 5.0}) {
         SCOPED_TRACE(testing::Message() << "nu " << poisson << " ratio " << ratio << " depth " << depth);
-        ForwardScene scene;
+        fem::Scene scene;
         scene.cells = {16, 16, 8};
         scene.poisson = poisson;
         scene.inclusion->stiffness_ratio = ratio;
         scene.inclusion->depth_mm = depth;
-        const ForwardResult result = solve_forward(scene);
+        const fem::Result result = fem::solve(scene);
         ASSERT_TRUE(result.converged) << result.residual << " after " << result.iterations;
         EXPECT_GT(result.force_N, 0.3);
         EXPECT_LT(result.force_N, 0.5);
@@ -429,12 +431,12 @@ TEST(Forward, StableToTheEdgesOfItsRange) {
 // What an inclusion does: stiffer, larger and shallower show more, softer shows less than nothing.
 TEST(Forward, OrderingsOfTheLump) {
   const auto centre = [](double diameter, double depth, double ratio) {
-    ForwardScene scene;
+    fem::Scene scene;
     scene.cells = {32, 32, 16};
     scene.inclusion->size_mm = {diameter, diameter, diameter};
     scene.inclusion->depth_mm = depth;
     scene.inclusion->stiffness_ratio = ratio;
-    return solve_forward(scene).center_stress_Pa;
+    return fem::solve(scene).center_stress_Pa;
   };
   const double none = centre(8, 5, 1), middle = centre(8, 5, 10);
   EXPECT_GT(middle, 1.1 * none);
@@ -445,9 +447,10 @@ TEST(Forward, OrderingsOfTheLump) {
 }
 
 TEST(Forward, ShapesHaveTheirVolume) {
-  for (const LumpShape shape :
-       {LumpShape::Sphere, LumpShape::Ellipsoid, LumpShape::Cylinder, LumpShape::LyingCylinder}) {
-    Inclusion lump;
+  for (const fem::InclusionShape shape :
+       {fem::InclusionShape::Sphere, fem::InclusionShape::Ellipsoid, fem::InclusionShape::Cylinder,
+        fem::InclusionShape::LyingCylinder}) {
+    fem::Inclusion lump;
     lump.shape = shape;
     lump.size_mm = {8, 6, 5};
     const std::array<double, 3> size = lump.size();
@@ -456,55 +459,55 @@ TEST(Forward, ShapesHaveTheirVolume) {
       for (int j = -6; j < 6; ++j)
         for (int i = -6; i < 6; ++i)
           sum += share_inside(shape, size, {double(i), double(j), double(k)}, {i + 1.0, j + 1.0, k + 1.0});
-    const bool round = shape == LumpShape::Sphere || shape == LumpShape::Ellipsoid;
+    const bool round = shape == fem::InclusionShape::Sphere || shape == fem::InclusionShape::Ellipsoid;
     const double volume = size[0] * size[1] * size[2] * kPi / (round ? 6 : 4);
     EXPECT_NEAR(sum, volume, 0.002 * volume) << static_cast<int>(shape);
   }
 }
 
 TEST(Forward, ManyScenesAreTheScenesOneByOne) {
-  std::vector<ForwardScene> scenes(5);
+  std::vector<fem::Scene> scenes(5);
   for (size_t i = 0; i < scenes.size(); ++i) {
     scenes[i].cells = {16, 16, 8};
     scenes[i].inclusion->depth_mm = 2.0 + static_cast<double>(i);
   }
-  ForwardOptions options;
+  fem::Options options;
   options.threads = 3;
   std::atomic<size_t> heard = 0;
-  const std::vector<ForwardResult> together = solve_forward(scenes, options, [&](size_t) { ++heard; });
+  const std::vector<fem::Result> together = fem::solve(scenes, options, [&](size_t) { ++heard; });
   ASSERT_EQ(together.size(), scenes.size());
   EXPECT_EQ(heard, scenes.size());
   for (size_t i = 0; i < scenes.size(); ++i)
-    EXPECT_EQ(together[i].stress_Pa.values, solve_forward(scenes[i], {.threads = 1}).stress_Pa.values);
+    EXPECT_EQ(together[i].stress_Pa.values, fem::solve(scenes[i], {.threads = 1}).stress_Pa.values);
 }
 
 TEST(Forward, RefusesWhatMakesNoSense) {
   const auto refused = [](auto change, const char* word) {
-    ForwardScene scene;
+    fem::Scene scene;
     scene.cells = {16, 16, 8};
     change(scene);
     try {
-      solve_forward(scene);
+      fem::solve(scene);
       ADD_FAILURE() << "taken: " << word;
     } catch (const Error& error) {
       EXPECT_EQ(error.failure(), Failure::Usage);
       EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
     }
   };
-  refused([](ForwardScene& s) { s.poisson = 0.5; }, "Poisson");
-  refused([](ForwardScene& s) { s.poisson = NAN; }, "Poisson");
-  refused([](ForwardScene& s) { s.block_mm[2] = 0; }, "thickness");
-  refused([](ForwardScene& s) { s.young_Pa = -1; }, "modulus");
-  refused([](ForwardScene& s) { s.inclusion->depth_mm = 15; }, "bottom");
-  refused([](ForwardScene& s) { s.inclusion->offset_mm = {18, 0}; }, "sides");
-  refused([](ForwardScene& s) { s.inclusion->stiffness_ratio = 0; }, "ratio");
-  refused([](ForwardScene& s) { s.inclusion->size_mm = {0, 0, 0}; }, "size");
-  refused([](ForwardScene& s) { s.force_N = 1; }, "both");
-  refused([](ForwardScene& s) { s.press_mm.reset(); }, "neither");
-  refused([](ForwardScene& s) { s.press_mm = -1; }, "way");
-  refused([](ForwardScene& s) { s.presser = Presser::Sphere; }, "radius");
-  refused([](ForwardScene& s) { s.cells = {62, 62, 31}; }, "halved");
-  refused([](ForwardScene& s) { s.pad = {{-1, 1000}}; }, "pad sheet");
+  refused([](fem::Scene& s) { s.poisson = 0.5; }, "Poisson");
+  refused([](fem::Scene& s) { s.poisson = NAN; }, "Poisson");
+  refused([](fem::Scene& s) { s.block_mm[2] = 0; }, "thickness");
+  refused([](fem::Scene& s) { s.young_Pa = -1; }, "modulus");
+  refused([](fem::Scene& s) { s.inclusion->depth_mm = 15; }, "bottom");
+  refused([](fem::Scene& s) { s.inclusion->offset_mm = {18, 0}; }, "sides");
+  refused([](fem::Scene& s) { s.inclusion->stiffness_ratio = 0; }, "ratio");
+  refused([](fem::Scene& s) { s.inclusion->size_mm = {0, 0, 0}; }, "size");
+  refused([](fem::Scene& s) { s.force_N = 1; }, "both");
+  refused([](fem::Scene& s) { s.press_mm.reset(); }, "neither");
+  refused([](fem::Scene& s) { s.press_mm = -1; }, "way");
+  refused([](fem::Scene& s) { s.presser = fem::Presser::Sphere; }, "radius");
+  refused([](fem::Scene& s) { s.cells = {62, 62, 31}; }, "halved");
+  refused([](fem::Scene& s) { s.pad = {{-1, 1000}}; }, "pad sheet");
 }
 
 }  // namespace

@@ -15,8 +15,8 @@
 namespace palpate {
 namespace {
 
-ForwardGrid uneven_grid() {
-  ForwardGrid grid;
+fem::CellGrid uneven_grid() {
+  fem::CellGrid grid;
   grid.cells = {5, 3, 4};
   grid.size_x_mm = 1.1;
   grid.size_y_mm = 0.8;
@@ -36,8 +36,8 @@ std::vector<double> random_field(size_t count, double size, unsigned seed) {
 }
 
 /// The same cells with each corner somewhere else.
-ForwardGrid bent_grid() {
-  ForwardGrid grid = uneven_grid();
+fem::CellGrid bent_grid() {
+  fem::CellGrid grid = uneven_grid();
   const std::vector<double> shift = random_field(3 * grid.nodes(), 0.1, 5);
   grid.place_mm.resize(shift.size());
   for (uint32_t k = 0; k <= grid.cells[2]; ++k)
@@ -52,28 +52,28 @@ ForwardGrid bent_grid() {
   return grid;
 }
 
-ForwardScene block(uint32_t cells) {
-  ForwardScene scene;
+fem::Scene block(uint32_t cells) {
+  fem::Scene scene;
   scene.cells = {cells, cells, cells / 2};
   return scene;
 }
 
-std::vector<PressLoad> ways(std::initializer_list<double> mm) {
-  std::vector<PressLoad> loads;
+std::vector<fem::PressLoad> ways(std::initializer_list<double> mm) {
+  std::vector<fem::PressLoad> loads;
   for (const double way : mm) loads.push_back({way, std::nullopt});
   return loads;
 }
 
 class NeoHookeanOn : public testing::TestWithParam<bool> {
  protected:
-  const ForwardGrid grid = GetParam() ? bent_grid() : uneven_grid();
+  const fem::CellGrid grid = GetParam() ? bent_grid() : uneven_grid();
 };
 
 TEST_P(NeoHookeanOn, ForcesAreTheEnergysSlope) {
   std::vector<double> u = random_field(3 * grid.nodes(), 0.08, 1), force(u.size());
   WorkTeam team(2);
   for (const double poisson : {0.0, 0.3, 0.495}) {
-    const NeoHookeanCells cells(grid, poisson);
+    const fem::NeoHookeanCells cells(grid, poisson);
     cells.forces(u.data(), force.data(), grid.young, team);
     for (size_t n = 0; n < u.size(); n += 17) {
       const double step = 1e-5, at = u[n];
@@ -91,7 +91,7 @@ TEST_P(NeoHookeanOn, TangentIsTheForcesSlope) {
   const std::vector<double> u = random_field(3 * grid.nodes(), 0.08, 2);
   const std::vector<double> way = random_field(u.size(), 1, 3);
   WorkTeam team(2);
-  NeoHookeanCells cells(grid, 0.48);
+  fem::NeoHookeanCells cells(grid, 0.48);
   std::vector<double> pressure, product(u.size()), above(u.size()), below(u.size()), moved(u), none(u.size());
   cells.pressures(u.data(), none.data(), pressure, team);
   cells.form_tangent(u.data(), pressure, team);
@@ -111,11 +111,11 @@ INSTANTIATE_TEST_SUITE_P(Cells, NeoHookeanOn, testing::Bool(),
                          [](const auto& shape) { return shape.param ? "Bent" : "Bricks"; });
 
 TEST(NeoHookean, SmallDisplacementsAnswerAsTheLinearModel) {
-  const ForwardGrid grid = uneven_grid();
+  const fem::CellGrid grid = uneven_grid();
   std::vector<double> u = random_field(3 * grid.nodes(), 1e-7, 4), linear(u.size()), force(u.size());
   WorkTeam team(1);
-  ForwardOperator(grid, 0.495).apply(u.data(), linear.data(), nullptr, team);
-  NeoHookeanCells(grid, 0.495).forces(u.data(), force.data(), grid.young, team);
+  fem::Stiffness(grid, 0.495).apply(u.data(), linear.data(), nullptr, team);
+  fem::NeoHookeanCells(grid, 0.495).forces(u.data(), force.data(), grid.young, team);
   double largest = 0;
   for (const double f : linear) largest = std::max(largest, std::abs(f));
   for (size_t n = 0; n < u.size(); ++n) EXPECT_NEAR(force[n], linear[n], 1e-5 * largest);
@@ -124,16 +124,16 @@ TEST(NeoHookean, SmallDisplacementsAnswerAsTheLinearModel) {
 // A block that nothing holds sideways is compressed evenly: its side stretch makes the side stress zero.
 TEST(LargeStrain, FreeBlockIsTheClosedForm) {
   for (const double poisson : {0.3, 0.495, 0.4999}) {
-    ForwardScene scene = block(8);
+    fem::Scene scene = block(8);
     scene.inclusion.reset();
     scene.bottom_slides = true;
     scene.poisson = poisson;
-    LargeStrainOptions options;
+    fem::LargeStrainOptions options;
     options.residual = 1e-8;
-    const LargeStrainResult result = solve_large_strain(scene, ways({2, 6}), options);
+    const fem::LargeStrainResult result = solve_large_strain(scene, ways({2, 6}), options);
     ASSERT_TRUE(result.converged);
     const double mu = scene.young_Pa / 2 / (1 + poisson), kappa = scene.young_Pa / 3 / (1 - 2 * poisson);
-    for (const PressedBlock& state : result.loads) {
+    for (const fem::PressedBlock& state : result.loads) {
       const double z = 1 - state.press_mm / scene.block_mm[2];
       double low = 0.5, high = 2;  // side stretch
       const auto side_stress = [&](double x) {
@@ -153,7 +153,7 @@ TEST(LargeStrain, FreeBlockIsTheClosedForm) {
 
 // Forces of another program on the same grid.
 TEST(LargeStrain, LumpInTissueHasTheForcesItHasElsewhere) {
-  const LargeStrainResult result = solve_large_strain(block(32), ways({1, 2, 3, 4}));
+  const fem::LargeStrainResult result = solve_large_strain(block(32), ways({1, 2, 3, 4}));
   ASSERT_TRUE(result.converged);
   const double wanted[] = {0.424, 0.897, 1.425, 2.014};
   for (size_t l = 0; l < 4; ++l) {
@@ -166,22 +166,22 @@ TEST(LargeStrain, LumpInTissueHasTheForcesItHasElsewhere) {
 TEST(LargeStrain, StiffSoftAndIncompressibleBlocksAreSolved) {
   for (const double poisson : {0.45, 0.495, 0.4999})
     for (const double ratio : {0.1, 1.0, 100.0, 1e4}) {
-      ForwardScene scene = block(16);
+      fem::Scene scene = block(16);
       scene.poisson = poisson;
       scene.inclusion->stiffness_ratio = ratio;
-      const LargeStrainResult result = solve_large_strain(scene, ways({2, 4}));
+      const fem::LargeStrainResult result = solve_large_strain(scene, ways({2, 4}));
       EXPECT_TRUE(result.converged) << poisson << ' ' << ratio;
       EXPECT_GT(result.loads.back().force_N, result.loads.front().force_N);
     }
 }
 
 TEST(LargeStrain, QuarterIsTheWholeAndForcesFindTheirWays) {
-  LargeStrainOptions options;
-  const LargeStrainResult quarter = solve_large_strain(block(16), ways({1, 3}), options);
+  fem::LargeStrainOptions options;
+  const fem::LargeStrainResult quarter = solve_large_strain(block(16), ways({1, 3}), options);
   options.quarter = false;
-  std::vector<PressLoad> forces;
-  for (const PressedBlock& state : quarter.loads) forces.push_back({std::nullopt, state.force_N});
-  const LargeStrainResult whole = solve_large_strain(block(16), forces, options);
+  std::vector<fem::PressLoad> forces;
+  for (const fem::PressedBlock& state : quarter.loads) forces.push_back({std::nullopt, state.force_N});
+  const fem::LargeStrainResult whole = solve_large_strain(block(16), forces, options);
   ASSERT_TRUE(quarter.converged && whole.converged);
   for (size_t l = 0; l < 2; ++l) {
     EXPECT_NEAR(whole.loads[l].press_mm, quarter.loads[l].press_mm, 1e-4);
@@ -197,11 +197,11 @@ TEST(LargeStrain, QuarterIsTheWholeAndForcesFindTheirWays) {
 
 // A lump beside the middle: the same whichever way the block is looked at.
 TEST(LargeStrain, MirroredLumpHasTheMirroredMap) {
-  ForwardScene scene = block(16);
+  fem::Scene scene = block(16);
   scene.inclusion->offset_mm = {4, -2};
-  const LargeStrainResult one = solve_large_strain(scene, ways({3}));
+  const fem::LargeStrainResult one = solve_large_strain(scene, ways({3}));
   scene.inclusion->offset_mm = {-4, -2};
-  const LargeStrainResult other = solve_large_strain(scene, ways({3}));
+  const fem::LargeStrainResult other = solve_large_strain(scene, ways({3}));
   ASSERT_TRUE(one.converged && other.converged);
   for (uint32_t y = 0; y <= 16; ++y)
     for (uint32_t x = 0; x <= 16; ++x)
@@ -209,12 +209,12 @@ TEST(LargeStrain, MirroredLumpHasTheMirroredMap) {
 }
 
 TEST(LargeStrain, FailureTellsTheLastGoodLoad) {
-  ForwardScene scene = block(16);
+  fem::Scene scene = block(16);
   scene.inclusion->stiffness_ratio = 1e4;
-  LargeStrainOptions options;
+  fem::LargeStrainOptions options;
   options.step_mm = 20;
   options.most_cuts = 0;
-  const LargeStrainResult result = solve_large_strain(scene, ways({1, 9.9}), options);
+  const fem::LargeStrainResult result = solve_large_strain(scene, ways({1, 9.9}), options);
   EXPECT_FALSE(result.converged);
   ASSERT_EQ(result.loads.size(), 1u);
   EXPECT_DOUBLE_EQ(result.last_press_mm, 1);
@@ -227,9 +227,9 @@ TEST(LargeStrain, FailureTellsTheLastGoodLoad) {
 }
 
 TEST(LargeStrain, TwoGridsAreNearerThanEither) {
-  LargeStrainOptions options;
+  fem::LargeStrainOptions options;
   options.map_nodes = {17, 17};
-  const auto peak = [](const LargeStrainResult& r) { return double{r.loads[0].pressure_Pa.at(8, 8)}; };
+  const auto peak = [](const fem::LargeStrainResult& r) { return double{r.loads[0].pressure_Pa.at(8, 8)}; };
   const double truth = peak(solve_extrapolated(block(48), {32, 32, 16}, ways({3}), options));
   const double fine = peak(solve_large_strain(block(32), ways({3}), options));
   const double two = peak(solve_extrapolated(block(32), {24, 24, 12}, ways({3}), options));
@@ -238,15 +238,15 @@ TEST(LargeStrain, TwoGridsAreNearerThanEither) {
 
 // Faces between the planes of straight cells are felt where the planes are, not where the faces are.
 TEST(LargeStrain, AFacesDepthIsFeltWhereverItLies) {
-  LargeStrainOptions options;
+  fem::LargeStrainOptions options;
   options.map_nodes = {17, 17};
   options.residual = 1e-5;
-  ForwardScene scene = block(24);
-  scene.inclusion->shape = LumpShape::Cylinder;
+  fem::Scene scene = block(24);
+  scene.inclusion->shape = fem::InclusionShape::Cylinder;
   scene.inclusion->size_mm = {8, 8, 8};
   const auto peak = [&](double depth_mm, uint32_t coarser, bool follows) {
     scene.inclusion->depth_mm = depth_mm;
-    const LargeStrainResult pressed =
+    const fem::LargeStrainResult pressed =
         solve_extrapolated(scene, {coarser, coarser, coarser / 2}, ways({2}), options);
     EXPECT_EQ(pressed.follows_lump, follows);
     return double{pressed.loads.at(0).pressure_Pa.at(8, 8)};
@@ -264,19 +264,19 @@ TEST(LargeStrain, AFacesDepthIsFeltWhereverItLies) {
 }
 
 TEST(LargeStrain, CellsFollowOneLumpStraightOnTheTissue) {
-  const auto follows = [](const ForwardScene& scene) {
-    LargeStrainOptions options;
+  const auto follows = [](const fem::Scene& scene) {
+    fem::LargeStrainOptions options;
     options.residual = 1e-4;
     return solve_extrapolated(scene, {12, 12, 6}, ways({1}), options).follows_lump;
   };
-  ForwardScene scene = block(24);
+  fem::Scene scene = block(24);
   EXPECT_TRUE(follows(scene));
-  ForwardScene two = scene;
+  fem::Scene two = scene;
   two.inclusion->offset_mm = {-8, 0};
   two.others = {two.inclusion.value()};
   two.others[0].offset_mm = {8, 0};
   EXPECT_FALSE(follows(two));
-  ForwardScene padded = scene;
+  fem::Scene padded = scene;
   padded.pad = {{}};
   padded.pad[0].thickness_mm = 2;
   padded.pad[0].young_Pa = 4000;
@@ -287,7 +287,7 @@ TEST(LargeStrain, CellsFollowOneLumpStraightOnTheTissue) {
 
 // Nodes' forces of a pressure that is a paraboloid, each weighted by the node's shape.
 TEST(PressureField, IsThePressureAtAPlaceAndNotAMeanAroundIt) {
-  PressedSurface surface{9, 9, {0.5, 0.8}, {}, {}, {}, {}};
+  fem::PressedSurface surface{9, 9, {0.5, 0.8}, {}, {}, {}, {}};
   surface.x_mm.resize(81);
   surface.y_mm = surface.z_mm = surface.x_mm;
   const auto pressure = [](double x, double y) { return 1000 - 30 * x * x - 20 * y * y; };
@@ -296,37 +296,37 @@ TEST(PressureField, IsThePressureAtAPlaceAndNotAMeanAroundIt) {
     for (int x = -4; x <= 4; ++x)
       surface.force_N.push_back((pressure(0.5 * x, 0.8 * y) - mean) * 0.4e-6 * (std::abs(x) == 4 ? 0.5 : 1) *
                                 (std::abs(y) == 4 ? 0.5 : 1));
-  const PressureField field(surface);
+  const fem::PressureField field(surface);
   for (int y = -2; y <= 2; ++y)
     for (int x = -2; x <= 2; ++x) EXPECT_NEAR(field.at(0.5 * x, 0.8 * y), pressure(0.5 * x, 0.8 * y), 1e-8);
 }
 
 // The derivatives of the direct inversion, against presses of changed blocks.
 TEST(LargeStrain, SurfaceChangesAsChangedBlocksDo) {
-  ForwardScene scene = block(16);
+  fem::Scene scene = block(16);
   scene.inclusion->offset_mm = {2, 1};
-  LargeStrainOptions options;
+  fem::LargeStrainOptions options;
   options.residual = 1e-9;
   WorkTeam team(2);
-  LargeStrainResult told;
-  LargeStrainModel model(scene, options, team);
+  fem::LargeStrainResult told;
+  fem::LargeStrainModel model(scene, options, team);
   for (const double way : {0.5, 1.0, 1.5, 2.0}) ASSERT_TRUE(model.move_to(way, told));
   const double step = 0.02;
   const auto stiffer = [&](double by) {
-    ForwardScene other = scene;
+    fem::Scene other = scene;
     other.inclusion->stiffness_ratio *= std::exp(by);
     return other;
   };
-  const PressedSurface by_ratio = model.change_by_grids(voxelise(stiffer(-step), false),
-                                                        voxelise(stiffer(step), false), 2 * step, told),
-                       by_press = model.change_by_press(told);
-  const auto pressed = [&](const ForwardScene& other, double way) {
-    LargeStrainModel changed(other, options, team);
+  const fem::PressedSurface by_ratio = model.change_by_grids(voxelise(stiffer(-step), false),
+                                                             voxelise(stiffer(step), false), 2 * step, told),
+                            by_press = model.change_by_press(told);
+  const auto pressed = [&](const fem::Scene& other, double way) {
+    fem::LargeStrainModel changed(other, options, team);
     for (const double on : {way / 4, way / 2, 3 * way / 4, way}) EXPECT_TRUE(changed.move_to(on, told));
     return changed.surface();
   };
-  const auto compare = [&](const PressedSurface& change_found, const PressedSurface& high,
-                           const PressedSurface& low, double over) {
+  const auto compare = [&](const fem::PressedSurface& change_found, const fem::PressedSurface& high,
+                           const fem::PressedSurface& low, double over) {
     double force = 0, place = 0;
     for (size_t n = 0; n < high.force_N.size(); ++n) {
       force = std::max(force, std::abs(high.force_N[n] - low.force_N[n]) / over);
@@ -342,7 +342,7 @@ TEST(LargeStrain, SurfaceChangesAsChangedBlocksDo) {
 }
 
 TEST(LargeStrain, NonsenseIsRefused) {
-  const auto refused = [](const ForwardScene& scene, const std::vector<PressLoad>& loads) {
+  const auto refused = [](const fem::Scene& scene, const std::vector<fem::PressLoad>& loads) {
     try {
       solve_large_strain(scene, loads);
     } catch (const Error& error) {
@@ -355,16 +355,16 @@ TEST(LargeStrain, NonsenseIsRefused) {
   EXPECT_TRUE(refused(block(16), ways({11})));
   EXPECT_TRUE(refused(block(16), ways({std::nan("")})));
   EXPECT_TRUE(refused(block(16), {{1.0, 1.0}}));
-  ForwardScene ball = block(16);
-  ball.presser = Presser::Sphere;
+  fem::Scene ball = block(16);
+  ball.presser = fem::Presser::Sphere;
   ball.ball_radius_mm = 5;
   EXPECT_TRUE(refused(ball, ways({1})));
-  ForwardScene sliding = block(16);
+  fem::Scene sliding = block(16);
   sliding.pad = {{2, 1e5}};
   sliding.pad_slides = true;
   EXPECT_TRUE(refused(sliding, ways({1})));
-  ForwardScene soft = block(16);
-  const LargeStrainResult far = solve_large_strain(soft, {{std::nullopt, 1e5}});
+  fem::Scene soft = block(16);
+  const fem::LargeStrainResult far = solve_large_strain(soft, {{std::nullopt, 1e5}});
   EXPECT_FALSE(far.converged);
   ASSERT_FALSE(far.warnings.empty());
 }

@@ -13,9 +13,9 @@
 namespace palpate {
 namespace {
 
-ForwardGrid random_grid(std::mt19937& random, std::array<uint32_t, 3> cells, double contrast) {
+fem::CellGrid random_grid(std::mt19937& random, std::array<uint32_t, 3> cells, double contrast) {
   std::uniform_real_distribution<double> unit(0, 1);
-  ForwardGrid grid;
+  fem::CellGrid grid;
   grid.cells = cells;
   grid.size_x_mm = 0.5 + unit(random);
   grid.size_y_mm = 0.5 + unit(random);
@@ -48,7 +48,7 @@ TEST(ForwardOperator, ElementIsTheDefinitions) {
   for (const double poisson : {0.0, 0.3, 0.4999}) {
     const std::array<double, 3> size = {0.7, 1.1, 0.4};
     const auto wanted = reference::brick(size, poisson);
-    const auto found = element_matrix(size, poisson);
+    const auto found = fem::element_matrix(size, poisson);
     for (size_t a = 0; a < 24; ++a)
       for (size_t b = 0; b < 24; ++b)
         ASSERT_NEAR(found[24 * a + b], wanted[a][b], 1e-12 * wanted[a][a]) << poisson << " " << a << " " << b;
@@ -64,9 +64,9 @@ TEST(ForwardOperator, ProductIsThatOfTheAssembledMatrix) {
       for (const uint32_t threads : {1u, 2u, 5u}) {
         SCOPED_TRACE(testing::Message() << cells[0] << "x" << cells[1] << "x" << cells[2] << " nu " << poisson
                                         << " threads " << threads);
-        const ForwardGrid grid = random_grid(random, cells, 100);
+        const fem::CellGrid grid = random_grid(random, cells, 100);
         WorkTeam team(threads);
-        const ForwardOperator stiffness(grid, poisson);
+        const fem::Stiffness stiffness(grid, poisson);
         const std::vector<double> u = random_field(random, 3 * grid.nodes());
         const std::vector<double> wanted = reference::ForwardEquations(grid, poisson).forces(u);
         std::vector<double> found(u.size());
@@ -88,12 +88,12 @@ TEST(ForwardOperator, ProductIsThatOfTheAssembledMatrix) {
 
 TEST(ForwardOperator, FixedDisplacementsHaveNoForce) {
   std::mt19937 random(2);
-  const ForwardGrid grid = random_grid(random, {5, 4, 3}, 10);
+  const fem::CellGrid grid = random_grid(random, {5, 4, 3}, 10);
   const size_t nodes = grid.nodes();
-  FixedNodes fixed(nodes);
+  fem::FixedNodes fixed(nodes);
   for (uint8_t& bits : fixed) bits = static_cast<uint8_t>(random() % 8);
   WorkTeam team(2);
-  const ForwardOperator stiffness(grid, 0.495);
+  const fem::Stiffness stiffness(grid, 0.495);
   const std::vector<double> u = random_field(random, 3 * nodes);
   std::vector<double> all(u.size()), kept(u.size());
   stiffness.apply(u.data(), all.data(), nullptr, team);
@@ -107,11 +107,11 @@ TEST(ForwardOperator, BoundHolds) {
   std::mt19937 random(3);
   for (const double poisson : {0.0, 0.3, 0.495, 0.4999})
     for (const double contrast : {1.0, 1e4}) {
-      ForwardGrid grid = random_grid(random, {4, 4, 4}, contrast);
+      fem::CellGrid grid = random_grid(random, {4, 4, 4}, contrast);
       grid.size_z_mm.assign(4, grid.size_z_mm[0]);
-      const ForwardOperator stiffness(grid, poisson);
+      const fem::Stiffness stiffness(grid, poisson);
       const auto nodes = static_cast<int>(grid.nodes());
-      const std::vector<float> inverse = stiffness.inverse_blocks(FixedNodes(grid.nodes()));
+      const std::vector<float> inverse = stiffness.inverse_blocks(fem::FixedNodes(grid.nodes()));
       Eigen::VectorXd x = Eigen::VectorXd::Random(3 * nodes);
       WorkTeam team(1);
       double largest = 0;
@@ -128,7 +128,7 @@ TEST(ForwardOperator, BoundHolds) {
         largest = y.norm() / x.norm();
         x = y / y.norm();
       }
-      const double bound = element_bound(stiffness.cell_size_mm(0), poisson);
+      const double bound = fem::element_bound(stiffness.cell_size_mm(0), poisson);
       EXPECT_LT(largest, bound * (1 + 1e-5)) << poisson << " " << contrast;
       if (contrast == 1) {
         EXPECT_GT(largest, 0.8 * bound) << poisson;
@@ -141,16 +141,16 @@ class ForwardTransfer : public testing::TestWithParam<std::optional<uint32_t>> {
 INSTANTIATE_TEST_SUITE_P(Slits, ForwardTransfer, testing::Values(std::nullopt, 1u, 2u, 4u));
 TEST_P(ForwardTransfer, UpIsTheTransposeOfDown) {
   std::mt19937 random(4);
-  ForwardGrid fine = random_grid(random, {8, 6, GetParam() ? *GetParam() + 5 : 4}, 10);
+  fem::CellGrid fine = random_grid(random, {8, 6, GetParam() ? *GetParam() + 5 : 4}, 10);
   fine.slit = GetParam();
   if (fine.slit) fine.size_z_mm[*fine.slit] = 0;
-  const ForwardGrid coarse = halve(fine).value();
-  FixedNodes fixed(fine.nodes());
+  const fem::CellGrid coarse = halve(fine).value();
+  fem::FixedNodes fixed(fine.nodes());
   for (uint8_t& bits : fixed) bits = random() % 5 == 0 ? static_cast<uint8_t>(random() % 8) : 0;
   if (fine.slit)  // both sides share what is along z
     for (size_t at = fine.node(0, 0, *fine.slit); at < fine.node(0, 0, *fine.slit + 1); ++at)
       fixed[at + fine.node(0, 0, 1)] = fixed[at];
-  const FixedNodes coarse_fixed = halve(fine, coarse, fixed);
+  const fem::FixedNodes coarse_fixed = halve(fine, coarse, fixed);
   const size_t n = fine.nodes(), m = coarse.nodes();
   std::vector<float> f(3 * n), c(3 * m), up(3 * n), down(3 * m);
   std::uniform_real_distribution<float> either(-1, 1);
@@ -165,7 +165,7 @@ TEST_P(ForwardTransfer, UpIsTheTransposeOfDown) {
   for (size_t i = 0; i < 3 * m; ++i) b += double{down[i]} * double{c[i]};
   EXPECT_NEAR(a, b, 1e-5 * std::abs(a));
 
-  const auto linear = [](const ForwardGrid& grid, uint32_t i, uint32_t j, uint32_t k) {
+  const auto linear = [](const fem::CellGrid& grid, uint32_t i, uint32_t j, uint32_t k) {
     double z = 0;
     for (uint32_t layer = 0; layer < k; ++layer) z += grid.size_z_mm[layer];
     return static_cast<float>(1 + 2 * i * grid.size_x_mm - 3 * j * grid.size_y_mm + 5 * z);
@@ -176,7 +176,7 @@ TEST_P(ForwardTransfer, UpIsTheTransposeOfDown) {
         for (uint32_t i = 0; i <= coarse.cells[0]; ++i)
           c[component * m + coarse.node(i, j, k)] = linear(coarse, i, j, k);
   std::fill(up.begin(), up.end(), 0.0f);
-  prolong_add(fine, coarse, FixedNodes(n), c.data(), up.data(), team);
+  prolong_add(fine, coarse, fem::FixedNodes(n), c.data(), up.data(), team);
   for (uint32_t k = 0; k <= fine.cells[2]; ++k)
     for (uint32_t j = 0; j <= fine.cells[1]; ++j)
       for (uint32_t i = 0; i <= fine.cells[0]; ++i)
@@ -188,21 +188,21 @@ TEST(ForwardSolver, FindsWhatTheDirectSolveFinds) {
   for (const double poisson : {0.0, 0.3, 0.495, 0.4999})
     for (const double contrast : {1.0, 10.0, 100.0}) {
       SCOPED_TRACE(testing::Message() << "nu " << poisson << " contrast " << contrast);
-      ForwardGrid grid = random_grid(random, {8, 12, 8}, contrast);
+      fem::CellGrid grid = random_grid(random, {8, 12, 8}, contrast);
       const size_t nodes = grid.nodes();
-      FixedNodes fixed(nodes);
+      fem::FixedNodes fixed(nodes);
       std::vector<double> load = random_field(random, 3 * nodes), u(3 * nodes), wanted(3 * nodes);
       for (uint32_t j = 0; j <= grid.cells[1]; ++j)
         for (uint32_t i = 0; i <= grid.cells[0]; ++i) {
           fixed[grid.node(i, j, grid.cells[2])] = 7;
           const size_t top = grid.node(i, j, 0);
-          fixed[top] |= kFixedZ;
+          fixed[top] |= fem::kFixedZ;
           u[2 * nodes + top] = wanted[2 * nodes + top] = 0.1 * static_cast<double>(i) - 0.3;
         }
       reference::ForwardEquations(grid, poisson).solve(fixed, load, wanted);
       WorkTeam team(2);
-      ForwardSolver solver(grid, poisson, fixed, team);
-      const SolveEvidence evidence = solver.solve(load, u, 1e-10, 4000);
+      fem::Solver solver(grid, poisson, fixed, team);
+      const fem::SolveEvidence evidence = solver.solve(load, u, 1e-10, 4000);
       EXPECT_TRUE(evidence.converged) << evidence.residual << " after " << evidence.iterations;
       EXPECT_LT(relative(u, wanted), 1e-6) << evidence.iterations;
     }
@@ -214,16 +214,16 @@ TEST(ForwardSolver, SlitIsTheDirectSolves) {
   for (const double poisson : {0.3, 0.495})
     for (const double contrast : {1.0, 30.0}) {
       SCOPED_TRACE(testing::Message() << "nu " << poisson << " contrast " << contrast);
-      ForwardGrid grid = random_grid(random, {8, 12, 12}, contrast);
+      fem::CellGrid grid = random_grid(random, {8, 12, 12}, contrast);
       constexpr uint32_t kSlit = 3;
       grid.slit = kSlit;
       grid.size_z_mm[kSlit] = 0;
       std::fill_n(grid.young.begin() + static_cast<std::ptrdiff_t>(grid.cell(0, 0, kSlit)), 8 * 12, 0.0f);
       const size_t nodes = grid.nodes(), plane = 9 * 13;
-      FixedNodes fixed(nodes);
+      fem::FixedNodes fixed(nodes);
       std::vector<double> load = random_field(random, 3 * nodes), u(3 * nodes), wanted(3 * nodes);
       for (size_t n = 0; n < plane; ++n) {
-        fixed[n] = fixed[nodes - 1 - n] = kFixedAll;
+        fixed[n] = fixed[nodes - 1 - n] = fem::kFixedAll;
         u[2 * nodes + n] = wanted[2 * nodes + n] = 0.1;
       }
       reference::ForwardEquations(grid, poisson).solve(fixed, load, wanted);
@@ -231,8 +231,8 @@ TEST(ForwardSolver, SlitIsTheDirectSolves) {
       double* shared = load.data() + 2 * nodes + kSlit * plane;
       for (size_t n = 0; n < plane; ++n) shared[n] = shared[plane + n] = (shared[n] + shared[plane + n]) / 2;
       WorkTeam team(2);
-      ForwardSolver solver(grid, poisson, fixed, team);
-      const SolveEvidence evidence = solver.solve(load, u, 1e-10, 400);
+      fem::Solver solver(grid, poisson, fixed, team);
+      const fem::SolveEvidence evidence = solver.solve(load, u, 1e-10, 400);
       EXPECT_TRUE(evidence.converged) << evidence.residual << " after " << evidence.iterations;
       EXPECT_LT(relative(u, wanted), 1e-6) << evidence.iterations;
       EXPECT_GT(std::abs(u[kSlit * plane + 60] - u[(kSlit + 1) * plane + 60]), 1e-6);
@@ -241,27 +241,27 @@ TEST(ForwardSolver, SlitIsTheDirectSolves) {
 
 TEST(ForwardSolver, SaysWhereItDidNotConverge) {
   std::mt19937 random(6);
-  const ForwardGrid grid = random_grid(random, {8, 8, 8}, 1e4);
-  FixedNodes fixed(grid.nodes());
+  const fem::CellGrid grid = random_grid(random, {8, 8, 8}, 1e4);
+  fem::FixedNodes fixed(grid.nodes());
   for (size_t n = grid.node(0, 0, 8); n < grid.nodes(); ++n) fixed[n] = 7;
   const std::vector<double> load = random_field(random, 3 * grid.nodes());
   std::vector<double> u(load.size());
   WorkTeam team(1);
-  ForwardSolver solver(grid, 0.4999, fixed, team);
-  const SolveEvidence evidence = solver.solve(load, u, 1e-8, 3);
+  fem::Solver solver(grid, 0.4999, fixed, team);
+  const fem::SolveEvidence evidence = solver.solve(load, u, 1e-8, 3);
   EXPECT_FALSE(evidence.converged);
   EXPECT_GT(evidence.residual, 1e-8);
   EXPECT_LE(evidence.iterations, 3u);
 }
 
 TEST(ForwardSolver, RefusesWhatItCannotHalve) {
-  ForwardGrid grid;
+  fem::CellGrid grid;
   grid.cells = {31, 31, 31};
   grid.size_x_mm = grid.size_y_mm = 1;
   grid.size_z_mm.assign(31, 1);
   grid.young.assign(grid.cell_count(), 1);
   WorkTeam team(1);
-  EXPECT_THROW(ForwardSolver(grid, 0.3, FixedNodes(grid.nodes(), 7), team), Error);
+  EXPECT_THROW(fem::Solver(grid, 0.3, fem::FixedNodes(grid.nodes(), 7), team), Error);
 }
 
 }  // namespace

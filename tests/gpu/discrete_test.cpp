@@ -96,14 +96,14 @@ TEST_F(Discrete, NumbersAreThoseOfTheProcessor) {
 }
 
 TEST_F(Discrete, ForwardModelIsTheProcessors) {
-  ForwardScene scene;
+  fem::Scene scene;
   scene.cells = {16, 16, 8};
-  ForwardOptions options;
+  fem::Options options;
   options.threads = 1;
-  const ForwardResult wanted = solve_forward(scene, options);
-  options.worker = ForwardWorker::Device;
+  const fem::Result wanted = fem::solve(scene, options);
+  options.worker = fem::Worker::Device;
   options.device = [&] { return card_.get(); };
-  const ForwardResult found = solve_forward(scene, options);
+  const fem::Result found = fem::solve(scene, options);
   ASSERT_TRUE(wanted.converged && found.converged);
   EXPECT_NEAR(found.force_N / wanted.force_N, 1, 1e-6);
   EXPECT_NEAR(found.center_stress_Pa / wanted.center_stress_Pa, 1, 1e-5);

@@ -10,14 +10,14 @@
 namespace palpate {
 namespace {
 
-LumpExample example(bool lump) {
-  LumpExample e;
+lump::Example example(bool lump) {
+  lump::Example e;
   e.lump = lump;
   e.size_mm = 8;
   e.depth_mm = 5;
   e.stiffness_ratio = 6;
   for (int k = 1; k <= 4; ++k) {
-    ForwardMap map{33, 33, {1.25, 1.25}, {}};
+    fem::Map map{33, 33, {1.25, 1.25}, {}};
     for (int n = 0; n < 33 * 33; ++n)
       map.values.push_back(static_cast<float>(
           250 * k *
@@ -35,13 +35,13 @@ struct Heard {
 
 TEST(LumpEvaluationTable, RowsAreOfTheirSettings) {
   std::vector<Heard> heard;
-  LumpEvaluationJob job;
+  lump::EvaluationJob job;
   job.sensor.size_px = {64, 48};
   job.sensor.noise_share = 0.003;
-  job.estimator = [&](const LumpReading& reading) {
+  job.estimator = [&](const lump::Observation& reading) {
     heard.push_back({reading.force_N.size(), reading.noise_Pa, reading.saturated_share});
-    LumpEstimate e;
-    e.verdict = reading.saturated_share > 0.5 ? LumpVerdict::Saturated : LumpVerdict::Found;
+    lump::Estimate e;
+    e.verdict = reading.saturated_share > 0.5 ? lump::Status::Saturated : lump::Status::Found;
     e.evidence = 2;
     e.size_mm = {4, 3, 5};
     e.depth_mm = {5, 4, 6};
@@ -53,10 +53,11 @@ TEST(LumpEvaluationTable, RowsAreOfTheirSettings) {
     told = done;
     return true;
   };
-  const std::vector<LumpExample> examples = {example(true), example(false)};
-  for (const LumpScoreOver what : {LumpScoreOver::Noise, LumpScoreOver::Exposure, LumpScoreOver::Loads}) {
+  const std::vector<lump::Example> examples = {example(true), example(false)};
+  for (const lump::ScoreOver what :
+       {lump::ScoreOver::Noise, lump::ScoreOver::Exposure, lump::ScoreOver::Loads}) {
     heard.clear();
-    const std::vector<LumpScoreRow> rows = scores_over(what, examples, job);
+    const std::vector<lump::ScoreRow> rows = scores_over(what, examples, job);
     ASSERT_EQ(rows.size(), rows_of(what));
     ASSERT_EQ(heard.size(), 2 * rows.size());
     EXPECT_EQ(told, heard.size());
@@ -69,13 +70,13 @@ TEST(LumpEvaluationTable, RowsAreOfTheirSettings) {
       EXPECT_EQ(rows[r].score.coverage[0], 0);
       EXPECT_EQ(rows[r].score.coverage[1], 1);
     }
-    if (what == LumpScoreOver::Noise) {
+    if (what == lump::ScoreOver::Noise) {
       EXPECT_GT(heard.back().noise, 20 * heard.front().noise);
     }
-    if (what == LumpScoreOver::Exposure) {
+    if (what == lump::ScoreOver::Exposure) {
       EXPECT_EQ(heard.front().saturated, 0);
       EXPECT_GT(rows.back().saturated_share, 0.5);
-      EXPECT_EQ(rows.back().score.verdicts[static_cast<size_t>(LumpVerdict::Saturated)], 1u);
+      EXPECT_EQ(rows.back().score.verdicts[static_cast<size_t>(lump::Status::Saturated)], 1u);
     }
     const auto json = nlohmann::json::parse(rows_json(rows));
     ASSERT_EQ(json.size(), rows.size());
@@ -88,21 +89,21 @@ TEST(LumpEvaluationTable, RowsAreOfTheirSettings) {
 }
 
 TEST(LumpEvaluation, SomeOfTheBlocksAreJudgedAsAmongAll) {
-  LumpEvaluationJob job;
+  lump::EvaluationJob job;
   job.sensor.size_px = {64, 48};
-  job.estimator = [](const LumpReading& reading) {
-    LumpEstimate e;
+  job.estimator = [](const lump::Observation& reading) {
+    lump::Estimate e;
     e.size_mm.value = double{reading.pressure_Pa.back().values.front()};  // noise: of its seed
     return e;
   };
-  const std::vector<LumpExample> examples(7, example(true));
-  const std::vector<LumpJudged> all = judge_lumps(examples, job);
+  const std::vector<lump::Example> examples(7, example(true));
+  const std::vector<lump::Judged> all = judge_lumps(examples, job);
   ASSERT_EQ(all.size(), 7u);
   EXPECT_NE(all[1].estimate.size_mm.value, all[4].estimate.size_mm.value);
   job.first = 1;
   job.every = 3;
   EXPECT_EQ(count_judged(examples.size(), job), 2u);
-  const std::vector<LumpJudged> some = judge_lumps(examples, job);
+  const std::vector<lump::Judged> some = judge_lumps(examples, job);
   ASSERT_EQ(some.size(), 2u);
   EXPECT_EQ(some[1].number, 4u);
   EXPECT_EQ(some[0].estimate.size_mm.value, all[1].estimate.size_mm.value);
@@ -113,15 +114,15 @@ TEST(LumpEvaluation, SomeOfTheBlocksAreJudgedAsAmongAll) {
 }
 
 TEST(LumpEvaluation, WhatWasJudgedBeforeAStopIsKept) {
-  LumpEvaluationJob job;
+  lump::EvaluationJob job;
   job.sensor.size_px = {64, 48};
-  job.estimator = [](const LumpReading&) { return LumpEstimate{}; };
+  job.estimator = [](const lump::Observation&) { return lump::Estimate{}; };
   job.progress = [](size_t done) { return done < 2; };
-  const std::vector<LumpExample> examples(5, example(true));
-  const std::vector<LumpJudged> judged = judge_lumps(examples, job);
+  const std::vector<lump::Example> examples(5, example(true));
+  const std::vector<lump::Judged> judged = judge_lumps(examples, job);
   ASSERT_EQ(judged.size(), 2u);
   EXPECT_EQ(judged[1].number, 1u);
-  EXPECT_THROW(scores_over(LumpScoreOver::Loads, examples, job), Stopped);
+  EXPECT_THROW(scores_over(lump::ScoreOver::Loads, examples, job), lump::Stopped);
 }
 
 }  // namespace

@@ -13,23 +13,23 @@ namespace palpate {
 namespace {
 
 struct Block {
-  std::vector<ForwardMap> maps;
+  std::vector<fem::Map> maps;
   std::vector<double> forces;
-  ForwardScene scene;
+  fem::Scene scene;
 };
 
-Block press(const std::optional<Inclusion>& lump, std::initializer_list<double> ways_mm, uint32_t cells = 32,
-            uint32_t coarser = 24) {
+Block press(const std::optional<fem::Inclusion>& lump, std::initializer_list<double> ways_mm,
+            uint32_t cells = 32, uint32_t coarser = 24) {
   Block block;
   block.scene.inclusion = lump;
   block.scene.cells = {cells, cells, cells / 2};
-  LargeStrainOptions options;
+  fem::LargeStrainOptions options;
   options.map_nodes = {33, 33};
   options.residual = 1e-5;
   options.step_mm = 2;
-  std::vector<PressLoad> loads;
+  std::vector<fem::PressLoad> loads;
   for (const double way : ways_mm) loads.push_back({way, std::nullopt});
-  for (const PressedBlock& state :
+  for (const fem::PressedBlock& state :
        solve_extrapolated(block.scene, {coarser, coarser, coarser / 2}, loads, options).loads) {
     block.maps.push_back(state.pressure_Pa);
     block.forces.push_back(state.force_N);
@@ -37,23 +37,23 @@ Block press(const std::optional<Inclusion>& lump, std::initializer_list<double> 
   return block;
 }
 
-LumpReading read(const Block& block, double noise) {
-  PalpationSensor sensor;
+lump::Observation read(const Block& block, double noise) {
+  lump::PalpationSensor sensor;
   sensor.noise_share = noise;
   sensor.gauge_share = 0.001;
   return sensor_reading(block.maps, block.forces, block.scene.block_mm, block.scene.young_Pa, sensor, 3);
 }
 
-Inclusion lump() {
-  Inclusion lump;
+fem::Inclusion lump() {
+  fem::Inclusion lump;
   lump.size_mm = {10, 10, 10};
   lump.depth_mm = 4;
   lump.stiffness_ratio = 5;
   return lump;
 }
 
-DirectInversionOptions quick() {
-  DirectInversionOptions options;
+lump::DirectInversionOptions quick() {
+  lump::DirectInversionOptions options;
   options.model.cells = {12, 12, 6};
   options.model.grids = {1, 2};
   options.model.searched = 1;
@@ -61,30 +61,30 @@ DirectInversionOptions quick() {
   return options;
 }
 
-LumpCase::Lump ball(double diameter_mm, double depth_mm, double ratio) {
-  LumpCase::Lump lump;
+lump::Case::Lump ball(double diameter_mm, double depth_mm, double ratio) {
+  lump::Case::Lump lump;
   lump.diameter_mm = diameter_mm;
   lump.depth_mm = depth_mm;
   lump.stiffness_ratio = ratio;
   return lump;
 }
 
-bool holds(const LumpValue& interval, double truth) {
+bool holds(const lump::Value& interval, double truth) {
   return interval.low <= truth && truth <= interval.high;
 }
 
 TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
-  Inclusion hard;  // 8 mm, 5 mm deep
+  fem::Inclusion hard;  // 8 mm, 5 mm deep
   hard.stiffness_ratio = 10;
-  const LumpReading reading = read(press(hard, {2, 4}, 40, 20), 0.002);
-  DirectInversionOptions options;
+  const lump::Observation reading = read(press(hard, {2, 4}, 40, 20), 0.002);
+  lump::DirectInversionOptions options;
   options.model.centred = true;
   options.starts = {{ball(9, 4.4, 7), 1}};
-  const LumpEstimate estimate = invert_directly(reading, options);
+  const lump::Estimate estimate = invert_directly(reading, options);
   // What such grids leave open of the ratio may be more than a factor of four, and then it says so.
   EXPECT_EQ(estimate.verdict, estimate.stiffness_ratio.high > 4 * estimate.stiffness_ratio.low
-                                  ? LumpVerdict::StiffnessOpen
-                                  : LumpVerdict::Found)
+                                  ? lump::Status::StiffnessOpen
+                                  : lump::Status::Found)
       << (estimate.reasons.empty() ? "" : estimate.reasons[0]);
   EXPECT_GT(estimate.evidence, 10);
   // The reading has errors of its own: 40 and 20 cells made it.
@@ -98,12 +98,12 @@ TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
 }
 
 TEST(DirectInversion, StartsDoNotDisturbEachOther) {
-  const LumpReading reading = read(press(lump(), {1.5, 3}), 0.002);
-  DirectInversionOptions once = quick();
+  const lump::Observation reading = read(press(lump(), {1.5, 3}), 0.002);
+  lump::DirectInversionOptions once = quick();
   once.starts = {{ball(9, 4.4, 7), 1}};
-  DirectInversionOptions twice = once;
+  lump::DirectInversionOptions twice = once;
   twice.starts.push_back(once.starts[0]);
-  const LumpEstimate alone = invert_directly(reading, once), both = invert_directly(reading, twice);
+  const lump::Estimate alone = invert_directly(reading, once), both = invert_directly(reading, twice);
   EXPECT_EQ(alone.verdict, both.verdict);
   EXPECT_DOUBLE_EQ(alone.size_mm.value, both.size_mm.value);
   EXPECT_DOUBLE_EQ(alone.stiffness_ratio.high, both.stiffness_ratio.high);
@@ -112,8 +112,8 @@ TEST(DirectInversion, StartsDoNotDisturbEachOther) {
 }
 
 TEST(DirectInversion, OneLoadAndNoiseLeaveTheStiffnessOpen) {
-  const LumpEstimate estimate = invert_directly(read(press(lump(), {1}), 0.01), quick());
-  EXPECT_EQ(estimate.verdict, LumpVerdict::StiffnessOpen);
+  const lump::Estimate estimate = invert_directly(read(press(lump(), {1}), 0.01), quick());
+  EXPECT_EQ(estimate.verdict, lump::Status::StiffnessOpen);
   EXPECT_GT(estimate.stiffness_ratio.high, 4 * estimate.stiffness_ratio.low);
   ASSERT_FALSE(estimate.reasons.empty());
 }
@@ -121,16 +121,16 @@ TEST(DirectInversion, OneLoadAndNoiseLeaveTheStiffnessOpen) {
 // Above a ratio of ten hardly anything changes, below three much does: the curvature at the best lump, the
 // same to either side, cannot tell.
 TEST(DirectInversion, AnOpenRatioIsMoreOpenUpwards) {
-  Inclusion small;
+  fem::Inclusion small;
   small.size_mm = {6, 6, 6};
   small.depth_mm = 6;
   small.stiffness_ratio = 12;
-  const LumpReading reading = read(press(small, {2, 4}, 48, 24), 0.005);
-  DirectInversionOptions options = quick();
+  const lump::Observation reading = read(press(small, {2, 4}, 48, 24), 0.005);
+  lump::DirectInversionOptions options = quick();
   options.model.cells = {16, 16, 8};
   options.starts = {{ball(6.8, 5.6, 3), 1}};
-  const LumpEstimate estimate = invert_directly(reading, options);
-  EXPECT_EQ(estimate.verdict, LumpVerdict::StiffnessOpen);
+  const lump::Estimate estimate = invert_directly(reading, options);
+  EXPECT_EQ(estimate.verdict, lump::Status::StiffnessOpen);
   EXPECT_TRUE(holds(estimate.stiffness_ratio, 12));
   EXPECT_TRUE(holds(estimate.size_mm, 6)) << estimate.size_mm.low << " to " << estimate.size_mm.high;
   EXPECT_TRUE(holds(estimate.depth_mm, 6)) << estimate.depth_mm.low << " to " << estimate.depth_mm.high;
@@ -140,26 +140,26 @@ TEST(DirectInversion, AnOpenRatioIsMoreOpenUpwards) {
 }
 
 TEST(DirectInversion, TissueAloneIsNoLump) {
-  const LumpEstimate estimate = invert_directly(read(press(std::nullopt, {1.5, 3}), 0.01), quick());
-  EXPECT_EQ(estimate.verdict, LumpVerdict::NoLump) << estimate.evidence;
+  const lump::Estimate estimate = invert_directly(read(press(std::nullopt, {1.5, 3}), 0.01), quick());
+  EXPECT_EQ(estimate.verdict, lump::Status::NoLump) << estimate.evidence;
 }
 
 TEST(DirectInversion, WhatCannotBeReadIsUnusable) {
   const Block block = press(lump(), {1.5, 3});
-  LumpReading reading = read(block, 0.002);
+  lump::Observation reading = read(block, 0.002);
   reading.saturated_share = 0.1;
-  EXPECT_EQ(invert_directly(reading, quick()).verdict, LumpVerdict::Unusable);
+  EXPECT_EQ(invert_directly(reading, quick()).verdict, lump::Status::Unusable);
   reading.saturated_share = 0;
-  for (ForwardMap& map : reading.pressure_Pa) std::fill(map.values.begin(), map.values.end(), std::nanf(""));
-  EXPECT_EQ(invert_directly(reading, quick()).verdict, LumpVerdict::Unusable);
+  for (fem::Map& map : reading.pressure_Pa) std::fill(map.values.begin(), map.values.end(), std::nanf(""));
+  EXPECT_EQ(invert_directly(reading, quick()).verdict, lump::Status::Unusable);
 
-  LumpReading broken = read(block, 0.002);
+  lump::Observation broken = read(block, 0.002);
   broken.force_N.pop_back();
   EXPECT_THROW(invert_directly(broken, quick()), Error);
   broken = read(block, 0.002);
   std::swap(broken.force_N[0], broken.force_N[1]);
   EXPECT_THROW(invert_directly(broken, quick()), Error);
-  DirectInversionOptions apart = quick();
+  lump::DirectInversionOptions apart = quick();
   apart.model.grids = {2, 1};
   EXPECT_THROW(invert_directly(read(block, 0.002), apart), Error);
 }

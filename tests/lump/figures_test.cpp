@@ -14,13 +14,13 @@ namespace {
 const auto kSilent = [](uint64_t, uint64_t) {};
 
 TEST(LumpFigures, BiggerAndStifferHaveTheLargerAmplitude) {
-  const Figures figures = make_figures({}, press_slightly, kSilent);
+  const lump::Figures figures = lump::make_figures({}, press_slightly, kSilent);
   ASSERT_EQ(figures.by_size.size(), 3u);
   ASSERT_EQ(figures.by_material.size(), 2u);
   for (const std::string& broken : broken_orderings(figures)) ADD_FAILURE() << broken;
   for (const auto* rows : {&figures.by_size, &figures.by_material})
     for (size_t i = 0; i + 1 < rows->size(); ++i) {
-      const FigurePress &more = (*rows)[i].press, &less = (*rows)[i + 1].press;
+      const lump::FigurePress &more = (*rows)[i].press, &less = (*rows)[i + 1].press;
       EXPECT_GT(more.fit.amplitude, less.fit.amplitude) << more.name;
       EXPECT_GT(more.bump_fit.amplitude, less.bump_fit.amplitude) << more.name;
       // The paper's own numbers are in the same order.
@@ -33,29 +33,30 @@ TEST(LumpFigures, BiggerAndStifferHaveTheLargerAmplitude) {
 
 // The bump is what the inclusion adds: with an inclusion as stiff as the tissue there is none.
 TEST(LumpFigures, NoInclusionNoBump) {
-  FigureOptions options;
+  lump::FigureOptions options;
   options.play_doh_Pa = options.rubber_Pa = options.tissue_Pa;
   options.cells = {16, 16, 8};
-  const Figures figures = make_figures(options, press_slightly, kSilent);
-  for (const FigureRow& row : figures.by_size)
+  const lump::Figures figures = lump::make_figures(options, press_slightly, kSilent);
+  for (const lump::FigureRow& row : figures.by_size)
     for (const double value : row.press.bump.value) EXPECT_NEAR(value, 0, 1e-2) << row.press.name;
   EXPECT_FALSE(broken_orderings(figures).empty());
 }
 
 TEST(LumpFigures, OrderingsThatDoNotHoldAreNamed) {
-  FigureOptions options;
+  lump::FigureOptions options;
   options.cells = {16, 16, 8};
   std::swap(options.play_doh_Pa, options.rubber_Pa);
-  const std::vector<std::string> broken = broken_orderings(make_figures(options, press_slightly, kSilent));
+  const std::vector<std::string> broken =
+      broken_orderings(lump::make_figures(options, press_slightly, kSilent));
   ASSERT_EQ(broken.size(), 2u);
   EXPECT_NE(broken[0].find("rubber has no larger amplitude than Play-Doh"), std::string::npos) << broken[0];
 }
 
 TEST(LumpFigures, APressThatEndedHasNoNumbers) {
-  FigureOptions options;
+  lump::FigureOptions options;
   options.cells = {16, 16, 8};
-  const PressSolver gives_up = [](const ForwardScene& scene, const std::vector<PressLoad>& loads) {
-    LargeStrainResult result = press_slightly(scene, loads);
+  const lump::PressSolver gives_up = [](const fem::Scene& scene, const std::vector<fem::PressLoad>& loads) {
+    fem::LargeStrainResult result = press_slightly(scene, loads);
     if (scene.inclusion && scene.inclusion->size_mm[0] == 12) {
       result.converged = false;
       result.loads.clear();
@@ -63,7 +64,7 @@ TEST(LumpFigures, APressThatEndedHasNoNumbers) {
     }
     return result;
   };
-  const Figures figures = make_figures(options, gives_up, kSilent);
+  const lump::Figures figures = lump::make_figures(options, gives_up, kSilent);
   EXPECT_FALSE(figures.by_size[0].press.good);
   EXPECT_TRUE(figures.by_size[0].press.profile.value.empty());
   EXPECT_EQ(figures.by_size[0].press.last_force_N, 1.25);
@@ -73,21 +74,22 @@ TEST(LumpFigures, APressThatEndedHasNoNumbers) {
 }
 
 TEST(LumpFigures, EveryInputIsVaried) {
-  FigureOptions options;
+  lump::FigureOptions options;
   options.cells = {16, 16, 8};
   uint64_t last = 0;
-  const std::vector<InputRow> rows = vary_inputs(options, press_slightly, [&](uint64_t done, uint64_t total) {
-    EXPECT_LE(done, total);
-    last = done == total ? total : last;
-  });
+  const std::vector<lump::InputRow> rows =
+      vary_inputs(options, press_slightly, [&](uint64_t done, uint64_t total) {
+        EXPECT_LE(done, total);
+        last = done == total ? total : last;
+      });
   EXPECT_GT(last, 0u);
   for (const char* input : {"d", "h", "E_r", "s", "t", "l"}) {
-    const auto count =
-        std::count_if(rows.begin(), rows.end(), [&](const InputRow& row) { return row.input == input; });
+    const auto count = std::count_if(rows.begin(), rows.end(),
+                                     [&](const lump::InputRow& row) { return row.input == input; });
     EXPECT_GE(count, 4) << input;
   }
   // With a solver that is linear itself, small strain is the same line.
-  for (const InputRow& row : rows) {
+  for (const lump::InputRow& row : rows) {
     EXPECT_EQ(row.small_strain.has_value(), row.input == "l");
     if (!row.small_strain) continue;
     for (size_t i = 0; i < row.small_strain->value.size(); ++i)

@@ -22,9 +22,9 @@ class LumpFile : public Program {
  protected:
   fs::path file(const char* name = "set.h5") const { return folder_ / name; }
 
-  void write(const fs::path& path, uint32_t count = 12, const LumpSweep& sweep = small_sweep()) {
+  void write(const fs::path& path, uint32_t count = 12, const lump::Sweep& sweep = small_sweep()) {
     write_lump_file(path, sweep, kProgram, 5, count, [&](uint32_t number) {
-      LumpSample sample;
+      lump::Sample sample;
       sample.what = lump_case(sweep, number);
       return number == 7 ? sample : quick_sample(sweep, number);
     });
@@ -41,8 +41,8 @@ class LumpFile : public Program {
     }
   }
 
-  LumpDatasetJob job(uint32_t count, const char* name = "set.h5", uint32_t threads = 1) {
-    LumpDatasetJob job;
+  lump::DatasetJob job(uint32_t count, const char* name = "set.h5", uint32_t threads = 1) {
+    lump::DatasetJob job;
     job.sweep = small_sweep();
     job.program = kProgram;
     job.file = file(name);
@@ -51,10 +51,10 @@ class LumpFile : public Program {
     job.presser = quick_press;
     return job;
   }
-  LumpDatasetReport make(const LumpDatasetJob& job) { return make_lump_dataset(job, Processes()); }
+  lump::DatasetReport make(const lump::DatasetJob& job) { return make_lump_dataset(job, lump::Processes()); }
 };
 
-void expect_same(const LumpSample& a, const LumpSample& b) {
+void expect_same(const lump::Sample& a, const lump::Sample& b) {
   EXPECT_EQ(a.what.number, b.what.number);
   EXPECT_EQ(a.state, b.state);
   EXPECT_EQ(a.last_press_mm, b.last_press_mm);
@@ -78,22 +78,22 @@ void expect_same(const LumpSample& a, const LumpSample& b) {
 }
 
 TEST_F(LumpFile, GivesBackWhatWasWritten) {
-  const LumpSweep sweep = small_sweep();
+  const lump::Sweep sweep = small_sweep();
   write(file(), 60);
-  const LumpData data = read_lump_file(file());
+  const lump::Data data = lump::read_lump_file(file());
   EXPECT_EQ(to_json(data.sweep), to_json(sweep));
   EXPECT_EQ(data.program, kProgram);
   EXPECT_EQ(data.first, 5u);
   ASSERT_EQ(data.samples.size(), 60u);
   int ended_early = 0;
-  for (const LumpSample& sample : data.samples) {
+  for (const lump::Sample& sample : data.samples) {
     if (sample.what.number == 7) {
-      EXPECT_EQ(sample.state, LumpState::NotDone);
+      EXPECT_EQ(sample.state, lump::State::NotDone);
       EXPECT_TRUE(sample.pressure_Pa.empty());
       continue;
     }
     expect_same(sample, quick_sample(sweep, sample.what.number));
-    if (sample.state == LumpState::NotConverged) {
+    if (sample.state == lump::State::NotConverged) {
       ++ended_early;
       EXPECT_EQ(sample.pressure_Pa.size(), 2u);
     }
@@ -113,13 +113,13 @@ TEST_F(LumpFile, SameCasesMakeTheSameBytes) {
 TEST_F(LumpFile, DamageIsRefused) {
   write(file(), 40);
   const std::string whole = slurp(file());
-  expect_error(Failure::Input, "nothing", [&] { read_lump_file(file("missing.h5")); });
+  expect_error(Failure::Input, "nothing", [&] { lump::read_lump_file(file("missing.h5")); });
   for (const size_t length : {size_t{0}, size_t{100}, whole.size() / 2, whole.size() - 1}) {
     spill(file("cut.h5"), whole.substr(0, length));
-    expect_error(Failure::Input, "cut.h5", [&] { read_lump_file(file("cut.h5")); });
+    expect_error(Failure::Input, "cut.h5", [&] { lump::read_lump_file(file("cut.h5")); });
   }
   spill(file("text.h5"), "number,size\n1,2\n");
-  expect_error(Failure::Input, "HDF5 cannot open", [&] { read_lump_file(file("text.h5")); });
+  expect_error(Failure::Input, "HDF5 cannot open", [&] { lump::read_lump_file(file("text.h5")); });
 
   // A byte that is flipped is found, or one without a meaning.
   int refused = 0;
@@ -128,9 +128,9 @@ TEST_F(LumpFile, DamageIsRefused) {
     other[(2 * i + 1) * whole.size() / 300] ^= 0x20;
     spill(file("flipped.h5"), other);
     try {
-      const LumpData data = read_lump_file(file("flipped.h5"));
+      const lump::Data data = lump::read_lump_file(file("flipped.h5"));
       ASSERT_EQ(data.samples.size(), 40u);
-      for (const LumpSample& sample : data.samples)
+      for (const lump::Sample& sample : data.samples)
         if (sample.what.number != 7) expect_same(sample, quick_sample(small_sweep(), sample.what.number));
     } catch (const Error& error) {
       EXPECT_EQ(error.failure(), Failure::Input);
@@ -145,26 +145,27 @@ TEST_F(LumpFile, OtherFilesAreRefused) {
   write(file());
   const auto change = [&](const char* name, const char* text) {
     fs::copy_file(file(), file("other.h5"), fs::copy_options::overwrite_existing);
-    const Hdf5 other(H5Fopen(file("other.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose);
+    const lump::Hdf5 other(H5Fopen(file("other.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose);
     H5Adelete(other, name);
     if (text != nullptr) {
       ASSERT_TRUE(put_attribute(other, name, std::string(text)));
     }
   };
   change("schema", "something else");
-  expect_error(Failure::Input, "another kind of file", [&] { read_lump_file(file("other.h5")); });
+  expect_error(Failure::Input, "another kind of file", [&] { lump::read_lump_file(file("other.h5")); });
   change("schema_version", "2");
-  expect_error(Failure::Input, "version 2", [&] { read_lump_file(file("other.h5")); });
+  expect_error(Failure::Input, "version 2", [&] { lump::read_lump_file(file("other.h5")); });
   change("sweep", nullptr);
-  expect_error(Failure::Input, "sweep", [&] { read_lump_file(file("other.h5")); });
+  expect_error(Failure::Input, "sweep", [&] { lump::read_lump_file(file("other.h5")); });
   change("sweep", to_json(small_sweep(4)).c_str());
-  expect_error(Failure::Input, "unlike what its sweep makes it", [&] { read_lump_file(file("other.h5")); });
+  expect_error(Failure::Input, "unlike what its sweep makes it",
+               [&] { lump::read_lump_file(file("other.h5")); });
   {
     fs::copy_file(file(), file("other.h5"), fs::copy_options::overwrite_existing);
-    const Hdf5 other(H5Fopen(file("other.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose);
+    const lump::Hdf5 other(H5Fopen(file("other.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose);
     H5Ldelete(other, "force_N", H5P_DEFAULT);
   }
-  expect_error(Failure::Input, "no `force_N`", [&] { read_lump_file(file("other.h5")); });
+  expect_error(Failure::Input, "no `force_N`", [&] { lump::read_lump_file(file("other.h5")); });
 }
 
 TEST_F(LumpFile, AFullDiskLeavesTheOldFile) {
@@ -190,10 +191,10 @@ TEST_F(LumpFile, AFullDiskLeavesTheOldFile) {
 }
 
 TEST_F(LumpFile, JournalKeepsWholeRecordsWhateverByteItEndsWith) {
-  const LumpSweep sweep = small_sweep();
+  const lump::Sweep sweep = small_sweep();
   const fs::path path = file("j.part");
   {
-    LumpJournal journal(path, sweep, kProgram);
+    lump::Journal journal(path, sweep, kProgram);
     for (const uint32_t number : {3u, 9u, 4u}) journal.append(pack(sweep, quick_sample(sweep, number)));
     journal.append(pack(sweep, quick_sample(sweep, 9)));  // again: passed over
     EXPECT_EQ(journal.size(), 3u);
@@ -202,7 +203,7 @@ TEST_F(LumpFile, JournalKeepsWholeRecordsWhateverByteItEndsWith) {
   const size_t record = packed_bytes(sweep) + 8, head = whole.size() - 3 * record;
   for (size_t length = 0; length <= whole.size(); length += length + 7 < head || length > head ? 31 : 1) {
     spill(path, whole.substr(0, length));
-    LumpJournal journal(path, sweep, kProgram);
+    lump::Journal journal(path, sweep, kProgram);
     EXPECT_EQ(journal.size(), length < head ? 0 : (length - head) / record) << length;
     EXPECT_EQ(journal.damaged(), 0u);
     journal.append(pack(sweep, quick_sample(sweep, 11)));
@@ -213,7 +214,7 @@ TEST_F(LumpFile, JournalKeepsWholeRecordsWhateverByteItEndsWith) {
   std::string flipped = whole;
   flipped[head + record + record / 2] ^= 1;
   spill(path, flipped);
-  LumpJournal journal(path, sweep, kProgram);
+  lump::Journal journal(path, sweep, kProgram);
   EXPECT_EQ(journal.damaged(), 1u);
   EXPECT_TRUE(journal.has(3) && journal.has(4) && !journal.has(9));
 }
@@ -221,62 +222,65 @@ TEST_F(LumpFile, JournalKeepsWholeRecordsWhateverByteItEndsWith) {
 TEST_F(LumpFile, ForeignJournalsAreRefused) {
   const fs::path path = file("j.part");
   {
-    LumpJournal(path, small_sweep(3), kProgram).append(pack(small_sweep(3), quick_sample(small_sweep(3), 1)));
+    lump::Journal(path, small_sweep(3), kProgram)
+        .append(pack(small_sweep(3), quick_sample(small_sweep(3), 1)));
   }
   const std::string before = slurp(path);
   expect_error(Failure::Input, "another sweep, with seed 3 and 1 cases",
-               [&] { LumpJournal(path, small_sweep(4), kProgram); });
+               [&] { lump::Journal(path, small_sweep(4), kProgram); });
   expect_error(Failure::Input, "those of palpate test",
-               [&] { LumpJournal(path, small_sweep(3), "palpate 99"); });
+               [&] { lump::Journal(path, small_sweep(3), "palpate 99"); });
   {
-    const LumpJournal held(path, small_sweep(3), kProgram);
-    expect_error(Failure::Input, "another run", [&] { LumpJournal(path, small_sweep(3), kProgram); });
-    EXPECT_EQ(LumpJournal::glance(path).cases, 1u);
+    const lump::Journal held(path, small_sweep(3), kProgram);
+    expect_error(Failure::Input, "another run", [&] { lump::Journal(path, small_sweep(3), kProgram); });
+    EXPECT_EQ(lump::Journal::glance(path).cases, 1u);
   }
   EXPECT_TRUE(slurp(path) == before);
   spill(path, "notes of mine\n");
-  expect_error(Failure::Input, "something else", [&] { LumpJournal(path, small_sweep(3), kProgram); });
+  expect_error(Failure::Input, "something else", [&] { lump::Journal(path, small_sweep(3), kProgram); });
   EXPECT_EQ(slurp(path), "notes of mine\n");
   std::string head = before;
   head[40] ^= 1;
   spill(path, head);
-  expect_error(Failure::Input, "damaged head", [&] { LumpJournal(path, small_sweep(3), kProgram); });
-  expect_error(Failure::Output, "nowhere", [&] { LumpJournal("/nowhere/j.part", small_sweep(3), kProgram); });
+  expect_error(Failure::Input, "damaged head", [&] { lump::Journal(path, small_sweep(3), kProgram); });
+  expect_error(Failure::Output, "nowhere",
+               [&] { lump::Journal("/nowhere/j.part", small_sweep(3), kProgram); });
 }
 
 TEST_F(LumpFile, ThreadsMakeTheSameFile) {
-  const LumpDatasetReport one = make(job(40, "one.h5", 1));
+  const lump::DatasetReport one = make(job(40, "one.h5", 1));
   EXPECT_TRUE(one.complete && one.written);
   EXPECT_EQ(one.progress.done_now, 40u);
   EXPECT_GT(one.progress.not_converged, 0u);
   make(job(40, "three.h5", 3));
   EXPECT_TRUE(slurp(file("one.h5")) == slurp(file("three.h5")));
-  EXPECT_FALSE(fs::exists(lump_journal_of(file("one.h5"))));
+  EXPECT_FALSE(fs::exists(lump::lump_journal_of(file("one.h5"))));
 }
 
 TEST_F(LumpFile, StoppedRunsGoOnAndMakeTheSameFile) {
   make(job(40, "whole.h5"));
-  LumpDatasetJob stopped = job(40, "set.h5", 2);
+  lump::DatasetJob stopped = job(40, "set.h5", 2);
   std::atomic<int> pressed = 0;
   stopped.presser = [&](auto&&... arguments) {
     ++pressed;
     return quick_press(arguments...);
   };
   stopped.stop = [&] { return pressed >= 15; };
-  const LumpDatasetReport first = make(stopped);
+  const lump::DatasetReport first = make(stopped);
   EXPECT_FALSE(first.complete || first.written);
   EXPECT_GE(first.progress.done, 10u);
   EXPECT_FALSE(fs::exists(file()));
 
-  LumpDatasetJob rest = job(40);
+  lump::DatasetJob rest = job(40);
   rest.assemble_only = true;
-  const LumpDatasetReport assembled = make(rest);
+  const lump::DatasetReport assembled = make(rest);
   EXPECT_TRUE(assembled.written && !assembled.complete);
   uint32_t done = 0;
-  for (const LumpSample& sample : read_lump_file(file()).samples) done += sample.state != LumpState::NotDone;
+  for (const lump::Sample& sample : lump::read_lump_file(file()).samples)
+    done += sample.state != lump::State::NotDone;
   EXPECT_EQ(done, first.progress.done);
 
-  const LumpDatasetReport second = make(job(40));
+  const lump::DatasetReport second = make(job(40));
   EXPECT_EQ(second.progress.done_now, 40 - first.progress.done);
   EXPECT_TRUE(slurp(file()) == slurp(file("whole.h5")));
   EXPECT_FALSE(make(job(40)).written);  // nothing left to do
@@ -284,13 +288,13 @@ TEST_F(LumpFile, StoppedRunsGoOnAndMakeTheSameFile) {
 
 TEST_F(LumpFile, AFileGrowsAndIsNeverCut) {
   make(job(40, "whole.h5"));
-  LumpDatasetJob middle = job(10);
+  lump::DatasetJob middle = job(10);
   middle.first = 20;
   make(middle);
   EXPECT_EQ(make(job(40)).progress.done_now, 30u);
   EXPECT_TRUE(slurp(file()) == slurp(file("whole.h5")));
   expect_error(Failure::Usage, "cases 0 to 39 partly outside", [&] { make(job(39)); });
-  LumpDatasetJob other = job(40);
+  lump::DatasetJob other = job(40);
   other.sweep.seed = 9;
   expect_error(Failure::Input, "another sweep, with seed 3", [&] { make(other); });
   other = job(40);
@@ -300,14 +304,14 @@ TEST_F(LumpFile, AFileGrowsAndIsNeverCut) {
 }
 
 TEST_F(LumpFile, AFailureKeepsWhatIsDone) {
-  LumpDatasetJob failing = job(20, "set.h5", 2);
+  lump::DatasetJob failing = job(20, "set.h5", 2);
   std::atomic<int> pressed = 0;
   failing.presser = [&](auto&&... arguments) {
     if (++pressed == 8) throw Error(Failure::Usage, "a grid", "none", "another");
     return quick_press(arguments...);
   };
   expect_error(Failure::Usage, "a grid", [&] { make(failing); });
-  const LumpDatasetReport rest = make(job(20));
+  const lump::DatasetReport rest = make(job(20));
   EXPECT_TRUE(rest.complete);
   EXPECT_LE(rest.progress.done_now, 15u);
 }

@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-inline LumpSweep small_sweep(uint64_t seed = 3) {
-  LumpSweep sweep;
+inline lump::Sweep small_sweep(uint64_t seed = 3) {
+  lump::Sweep sweep;
   sweep.seed = seed;
   sweep.cells = {16, 16, 8};
   sweep.coarser_cells = {8, 8, 4};
@@ -18,20 +18,22 @@ inline LumpSweep small_sweep(uint64_t seed = 3) {
 }
 
 /// A bump over the lump that grows with the load. Presses of a stiff lump end before the last load.
-inline LargeStrainResult quick_press(const ForwardScene& scene, const std::array<uint32_t, 3>& coarser_cells,
-                                     const std::vector<PressLoad>& loads, const LargeStrainOptions& options) {
-  LargeStrainResult result;
+inline fem::LargeStrainResult quick_press(const fem::Scene& scene,
+                                          const std::array<uint32_t, 3>& coarser_cells,
+                                          const std::vector<fem::PressLoad>& loads,
+                                          const fem::LargeStrainOptions& options) {
+  fem::LargeStrainResult result;
   result.converged = coarser_cells[0] != 0;
-  for (const PressLoad& load : loads) {
+  for (const fem::PressLoad& load : loads) {
     if (scene.inclusion && scene.inclusion->stiffness_ratio > 25 && result.loads.size() == 2) {
       result.converged = false;
       break;
     }
-    PressedBlock block;
+    fem::PressedBlock block;
     block.press_mm = *load.press_mm;
     block.residual = 1e-7;
     block.least_volume_ratio = 1 - 0.001 * block.press_mm;
-    ForwardMap& map = block.pressure_Pa;
+    fem::Map& map = block.pressure_Pa;
     map.width = options.map_nodes[0];
     map.height = options.map_nodes[1];
     for (size_t c = 0; c < 2; ++c) map.pitch_mm[c] = scene.block_mm[c] / (options.map_nodes[c] - 1);
@@ -39,7 +41,7 @@ inline LargeStrainResult quick_press(const ForwardScene& scene, const std::array
       for (uint32_t x = 0; x < map.width; ++x) {
         double bump = 0;
         if (scene.inclusion) {
-          const Inclusion& lump = *scene.inclusion;
+          const fem::Inclusion& lump = *scene.inclusion;
           const std::array<double, 3> size = lump.size();
           const double dx = (x * map.pitch_mm[0] - scene.block_mm[0] / 2 - lump.offset_mm[0]) / size[0];
           const double dy = (y * map.pitch_mm[1] - scene.block_mm[1] / 2 - lump.offset_mm[1]) / size[1];
@@ -59,7 +61,7 @@ inline LargeStrainResult quick_press(const ForwardScene& scene, const std::array
   return result;
 }
 
-inline LumpSample quick_sample(const LumpSweep& sweep, uint32_t number) {
+inline lump::Sample quick_sample(const lump::Sweep& sweep, uint32_t number) {
   return *press_case(sweep, number, quick_press);
 }
 

@@ -89,31 +89,31 @@ TEST(SmallNetwork, LearnsAnyLossThatHasASlope) {
 }
 
 TEST(LumpBell, HalvesMeetInTheMiddleAndHoldWhatTheyPromise) {
-  const LumpBell bell{2, 0.5, 1.5};
+  const lump::SplitNormal bell{2, 0.5, 1.5};
   EXPECT_NEAR(bell.share_to(2), 0.25, 1e-12);  // narrower half, smaller share
   EXPECT_NEAR(bell.share_to(2 - 0.5 * 1.6449) / 0.25, 0.1, 1e-4);
   EXPECT_NEAR((1 - bell.share_to(2 + 1.5 * 1.6449)) / 0.75, 0.1, 1e-4);
-  LumpPosterior posterior;
-  LumpPosterior::Part part;
+  lump::Posterior posterior;
+  lump::Posterior::Part part;
   part.weight = 0.5;
-  part.bells[kSize] = bell;
+  part.bells[lump::kSize] = bell;
   posterior.parts.push_back(part);
-  part.bells[kSize] = {20, 0.1, 0.1};
+  part.bells[lump::kSize] = {20, 0.1, 0.1};
   posterior.parts.push_back(part);
-  EXPECT_NEAR(posterior.quantile(kSize, 0.125), 2, 1e-6);
-  EXPECT_NEAR(posterior.quantile(kSize, 0.75), 20, 1e-6);
+  EXPECT_NEAR(posterior.quantile(lump::kSize, 0.125), 2, 1e-6);
+  EXPECT_NEAR(posterior.quantile(lump::kSize, 0.75), 20, 1e-6);
 }
 
 TEST(LumpEmulator, SlopesAreThoseOfFiniteDifferences) {
-  const LumpModel& model = LumpNetwork::built_in().model();
-  LumpSetting setting;
+  const lump::Model& model = lump::Network::built_in().model();
+  lump::Setting setting;
   setting.cell_mm = model.cell_mm;
   const std::vector<double> loads = {0.1, 0.25};
-  const LumpGuess guess{LumpShape::Cylinder, std::log(8.0), std::log(4.0), std::log(6.0)};
+  const lump::Guess guess{fem::InclusionShape::Cylinder, std::log(8.0), std::log(4.0), std::log(6.0)};
   std::array<Eigen::MatrixXd, 3> changes;
   bump_factors(model, guess, setting, loads, -1, &changes);
   for (size_t p = 0; p < 3; ++p) {
-    LumpGuess up = guess, down = guess;
+    lump::Guess up = guess, down = guess;
     for (const auto& [moved, step] : {std::pair{&up, 0.02}, {&down, -0.02}})
       (p == 0 ? moved->log_size : p == 1 ? moved->log_depth : moved->log_ratio) += step;
     const Eigen::MatrixXd difference =
@@ -124,7 +124,7 @@ TEST(LumpEmulator, SlopesAreThoseOfFiniteDifferences) {
 
 /// Pressure over the tissue's modulus at a load, a formula with the features of the real one: wider and
 /// fainter with depth, larger with size, and a stiff lump's share grows with the load.
-double formula(const LumpExample& e, double load, double x, double y) {
+double formula(const lump::Example& e, double load, double x, double y) {
   const double edge = 1 - 0.1 * std::pow(x / 20, 4) - 0.1 * std::pow(y / 20, 4);
   double p = load * edge * (1 + 0.2 * load + 0.01 * (e.block_mm[2] - 20));
   if (!e.lump) return p;
@@ -132,21 +132,21 @@ double formula(const LumpExample& e, double load, double x, double y) {
   const double q = std::pow(e.size_mm / (e.size_mm + e.depth_mm), 2), w = 0.3 * e.size_mm + 0.7 * e.depth_mm;
   double u = x - e.offset_mm[0], v = y - e.offset_mm[1];
   if (e.along_y) std::swap(u, v);
-  if (e.shape == LumpShape::LyingCylinder) u /= 2;
+  if (e.shape == fem::InclusionShape::LyingCylinder) u /= 2;
   p += 2 * load * contrast * q * (1 + 2.5 * load * std::log(e.stiffness_ratio)) *
        std::exp(-(u * u + v * v) / (2 * w * w));
   return p;
 }
 
-LumpExample example(uint64_t seed, bool lump) {
+lump::Example example(uint64_t seed, bool lump) {
   std::mt19937_64 random(seed);
   // What is asked lies within what was taught.
   const double edge = seed < 1000 ? 0 : 0.06;
   std::uniform_real_distribution<double> share(edge, 1 - edge);
-  LumpExample e;
+  lump::Example e;
   e.lump = lump;
-  e.shape = share(random) < 0.5 ? LumpShape::Sphere : LumpShape::LyingCylinder;
-  e.along_y = e.shape == LumpShape::LyingCylinder && share(random) < 0.5;
+  e.shape = share(random) < 0.5 ? fem::InclusionShape::Sphere : fem::InclusionShape::LyingCylinder;
+  e.along_y = e.shape == fem::InclusionShape::LyingCylinder && share(random) < 0.5;
   e.size_mm = 5 + 7 * share(random);
   e.depth_mm = 2 + 5 * share(random);
   e.stiffness_ratio = 1.5 * std::pow(20, share(random));
@@ -156,7 +156,7 @@ LumpExample example(uint64_t seed, bool lump) {
   const double most = 0.2 + 0.15 * share(random);
   for (int k = 1; k <= 4; ++k) {
     const double load = most * k / 4;
-    ForwardMap map;
+    fem::Map map;
     map.width = map.height = 33;
     map.pitch_mm = {1.25, 1.25};
     for (int j = 0; j < 33; ++j)
@@ -169,17 +169,17 @@ LumpExample example(uint64_t seed, bool lump) {
   return e;
 }
 
-LumpReading read(const LumpExample& e, double noise_share, uint64_t seed) {
-  PalpationSensor sensor;
+lump::Observation read(const lump::Example& e, double noise_share, uint64_t seed) {
+  lump::PalpationSensor sensor;
   sensor.size_px = {160, 120};
   sensor.noise_share = noise_share;
   return sensor_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, seed);
 }
 
-LumpNetwork taught() {
-  std::vector<LumpExample> examples;
+lump::Network taught() {
+  std::vector<lump::Example> examples;
   for (uint64_t i = 0; i < 220; ++i) examples.push_back(example(i, i % 5 != 0));
-  LumpTrainingOptions options;
+  lump::TrainingOptions options;
   options.members = 2;
   options.hidden = 24;
   options.fields = 12;
@@ -190,8 +190,8 @@ LumpNetwork taught() {
   options.reader_rounds = 25;
   options.ways = 20;
   options.trials = 30;
-  LumpTrainingReport report;
-  const LumpNetwork network = train_lumps(examples, options, report);
+  lump::TrainingReport report;
+  const lump::Network network = train_lumps(examples, options, report);
   EXPECT_EQ(report.no_lumps, 44u);
   EXPECT_LT(report.base_error, 1e-3);
   EXPECT_LT(report.network_error, 0.05);
@@ -199,19 +199,19 @@ LumpNetwork taught() {
 }
 
 // One training serves several questions: it takes most of the time.
-void expect_lumps_found(const LumpNetwork& network, LumpMethod method) {
+void expect_lumps_found(const lump::Network& network, lump::Method method) {
   int held = 0, asked = 0, right = 0, missed = 0;
   std::vector<double> errors;
   for (uint64_t i = 1000; i < 1040; ++i) {
-    const LumpExample e = example(i, true);
-    const LumpEstimate found = network.estimate(read(e, 0.002, i), method);
+    const lump::Example e = example(i, true);
+    const lump::Estimate found = network.estimate(read(e, 0.002, i), method);
     if (found.evidence < 1) {
       ++missed;
       continue;
     }
-    const std::array<std::pair<double, LumpValue>, 3> pairs = {std::pair{e.size_mm, found.size_mm},
-                                                               {e.depth_mm, found.depth_mm},
-                                                               {e.stiffness_ratio, found.stiffness_ratio}};
+    const std::array<std::pair<double, lump::Value>, 3> pairs = {std::pair{e.size_mm, found.size_mm},
+                                                                 {e.depth_mm, found.depth_mm},
+                                                                 {e.stiffness_ratio, found.stiffness_ratio}};
     for (const auto& [truth, value] : pairs) {
       EXPECT_LE(value.low, value.value);
       EXPECT_LE(value.value, value.high);
@@ -230,36 +230,36 @@ void expect_lumps_found(const LumpNetwork& network, LumpMethod method) {
 }
 
 TEST(LumpNetwork, FindsLumpsOfAFormulaWithIntervalsThatHoldAndDoubtsWhereTheyBelong) {
-  const LumpNetwork network = taught();
-  for (const LumpMethod method : {LumpMethod::Network, LumpMethod::Refined}) {
-    SCOPED_TRACE(method == LumpMethod::Network ? "network" : "refined");
+  const lump::Network network = taught();
+  for (const lump::Method method : {lump::Method::Network, lump::Method::Refined}) {
+    SCOPED_TRACE(method == lump::Method::Network ? "network" : "refined");
     expect_lumps_found(network, method);
   }
 
   // Noise widens, of most lumps.
   double widened = 0;
   for (uint64_t i = 1000; i < 1012; ++i) {
-    const LumpEstimate quiet = network.estimate(read(example(i, true), 0.002, i)),
-                       loud = network.estimate(read(example(i, true), 0.1, i));
+    const lump::Estimate quiet = network.estimate(read(example(i, true), 0.002, i)),
+                         loud = network.estimate(read(example(i, true), 0.1, i));
     if (quiet.evidence < 1 || loud.evidence < 1) continue;
     widened +=
         std::log(loud.depth_mm.high / loud.depth_mm.low) - std::log(quiet.depth_mm.high / quiet.depth_mm.low);
   }
   EXPECT_GT(widened, 0);
-  const LumpExample e = example(1003, true);
+  const lump::Example e = example(1003, true);
 
   // No lump: no numbers either.
   int none = 0;
   for (uint64_t i = 2000; i < 2010; ++i) {
-    const LumpEstimate plain = network.estimate(read(example(i, false), 0.01, i));
-    if (plain.verdict != LumpVerdict::NoLump) continue;
+    const lump::Estimate plain = network.estimate(read(example(i, false), 0.01, i));
+    if (plain.verdict != lump::Status::NoLump) continue;
     ++none;
     EXPECT_TRUE(std::isnan(plain.size_mm.value));
   }
   EXPECT_GE(none, 8);
 
   // Two lumps, a block of another size, thicker tissue, a torn map: not the like of the training.
-  LumpExample two = e, other = example(1004, true);
+  lump::Example two = e, other = example(1004, true);
   for (size_t k = 0; k < 4; ++k)
     for (size_t n = 0; n < two.pressure_Pa[k].values.size(); ++n) {
       const double x = (static_cast<double>(n % 33) - 16) * 1.25,
@@ -268,26 +268,26 @@ TEST(LumpNetwork, FindsLumpsOfAFormulaWithIntervalsThatHoldAndDoubtsWhereTheyBel
                           0.7 * std::exp(-((x - 8) * (x - 8) + y * y) / 9);
       two.pressure_Pa[k].values[n] += static_cast<float>(0.5 * two.pressure_Pa[k].values[n] * bump);
     }
-  EXPECT_EQ(network.estimate(read(two, 0.002, 1)).verdict, LumpVerdict::OutsideTraining);
+  EXPECT_EQ(network.estimate(read(two, 0.002, 1)).verdict, lump::Status::OutsideTraining);
   other.block_mm[2] = 30;
-  const LumpEstimate thick = network.estimate(read(other, 0.002, 1));
-  EXPECT_EQ(thick.verdict, LumpVerdict::OutsideTraining);
+  const lump::Estimate thick = network.estimate(read(other, 0.002, 1));
+  EXPECT_EQ(thick.verdict, lump::Status::OutsideTraining);
   ASSERT_FALSE(thick.reasons.empty());
   EXPECT_NE(thick.reasons.front().find("30 mm thick"), std::string::npos) << thick.reasons.front();
 
   // The file says the same again.
   const std::string bytes = network.bytes();
-  const LumpNetwork again = LumpNetwork::parse(bytes, "file");
+  const lump::Network again = lump::Network::parse(bytes, "file");
   EXPECT_EQ(again.bytes(), bytes);
-  const LumpEstimate first = network.estimate(read(e, 0.01, 3)), second = again.estimate(read(e, 0.01, 3));
+  const lump::Estimate first = network.estimate(read(e, 0.01, 3)), second = again.estimate(read(e, 0.01, 3));
   EXPECT_NEAR(first.size_mm.value, second.size_mm.value, 1e-3 * first.size_mm.value);
 }
 
 TEST(LumpNetwork, RefusesNonsenseInOneLine) {
-  const std::string good = LumpNetwork::built_in().bytes();
+  const std::string good = lump::Network::built_in().bytes();
   const auto refused = [](const std::string& bytes, const std::string& word) {
     try {
-      LumpNetwork::parse(bytes, "x.lump");
+      lump::Network::parse(bytes, "x.lump");
       ADD_FAILURE() << "taken: " << word;
     } catch (const Error& error) {
       EXPECT_EQ(error.failure(), Failure::Input);
@@ -307,9 +307,9 @@ TEST(LumpNetwork, RefusesNonsenseInOneLine) {
 }
 
 TEST(LumpNetwork, RefusesReadingsWhosePartsDoNotFit) {
-  const LumpNetwork& network = LumpNetwork::built_in();
-  LumpReading reading = read(example(1, true), 0.01, 1);
-  LumpReading wrong = reading;
+  const lump::Network& network = lump::Network::built_in();
+  lump::Observation reading = read(example(1, true), 0.01, 1);
+  lump::Observation wrong = reading;
   wrong.force_N.pop_back();
   EXPECT_THROW(network.estimate(wrong), Error);
   wrong = reading;
@@ -321,18 +321,18 @@ TEST(LumpNetwork, RefusesReadingsWhosePartsDoNotFit) {
   wrong = reading;
   for (float& value : wrong.pressure_Pa[2].values) value = std::nanf("");
   // One load that was not seen is left out, with a word; all of them are unusable.
-  const LumpEstimate partly = network.estimate(wrong);
+  const lump::Estimate partly = network.estimate(wrong);
   EXPECT_NE(partly.reasons.at(0).find("saturated"), std::string::npos);
-  for (ForwardMap& map : wrong.pressure_Pa)
+  for (fem::Map& map : wrong.pressure_Pa)
     for (float& value : map.values) value = std::nanf("");
-  EXPECT_EQ(network.estimate(wrong).verdict, LumpVerdict::Unusable);
+  EXPECT_EQ(network.estimate(wrong).verdict, lump::Status::Unusable);
 }
 
 TEST(LumpTraining, RefusesTooFewAndMixedExamples) {
-  LumpTrainingOptions options;
-  LumpTrainingReport report;
+  lump::TrainingOptions options;
+  lump::TrainingReport report;
   EXPECT_THROW(train_lumps({}, options, report), Error);
-  std::vector<LumpExample> lumps;
+  std::vector<lump::Example> lumps;
   for (uint64_t i = 0; i < 30; ++i) lumps.push_back(example(i, true));
   EXPECT_THROW(train_lumps(lumps, options, report), Error);
   lumps.push_back(example(99, false));
@@ -341,17 +341,17 @@ TEST(LumpTraining, RefusesTooFewAndMixedExamples) {
 }
 
 TEST(SensorReading, KeepsPressureAddsNoiseAndFlagsSaturation) {
-  const LumpExample e = example(5, true);
-  PalpationSensor sensor;
+  const lump::Example e = example(5, true);
+  lump::PalpationSensor sensor;
   sensor.noise_share = 0;
   sensor.gauge_share = 0;
-  const LumpReading clean = sensor_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1);
+  const lump::Observation clean = sensor_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1);
   ASSERT_EQ(clean.pressure_Pa.size(), 4u);
   EXPECT_EQ(clean.pressure_Pa[3].width, 31u);   // cells of 1.25 mm that lie whole in 40 mm
   EXPECT_EQ(clean.pressure_Pa[3].height, 23u);  // and in 30 mm
   EXPECT_EQ(clean.force_N, e.force_N);
   EXPECT_EQ(clean.saturated_share, 0);
-  const LumpReading ideal = ideal_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, 1.25);
+  const lump::Observation ideal = lump::ideal_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, 1.25);
   double worst = 0, peak = 0;
   for (uint32_t y = 0; y < 23; ++y)
     for (uint32_t x = 0; x < 31; ++x) {
@@ -363,7 +363,7 @@ TEST(SensorReading, KeepsPressureAddsNoiseAndFlagsSaturation) {
 
   sensor.noise_share = 0.02;
   sensor.gauge_share = 0.01;
-  const LumpReading noisy = sensor_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1);
+  const lump::Observation noisy = sensor_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1);
   double squares = 0;
   for (size_t n = 0; n < noisy.pressure_Pa[1].values.size(); ++n)
     squares += std::pow(noisy.pressure_Pa[1].values[n] - clean.pressure_Pa[1].values[n], 2);
@@ -372,7 +372,8 @@ TEST(SensorReading, KeepsPressureAddsNoiseAndFlagsSaturation) {
   EXPECT_NE(noisy.force_N, e.force_N);
 
   sensor.full_scale_Pa = 0.7 * peak;
-  const LumpReading bright = sensor_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1);
+  const lump::Observation bright =
+      sensor_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1);
   EXPECT_GT(bright.saturated_share, 0);
   size_t unseen = 0;
   for (const float value : bright.pressure_Pa[3].values) unseen += std::isnan(value);

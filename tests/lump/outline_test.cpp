@@ -19,13 +19,13 @@ struct Bump {
 };
 
 /// A dome with a Gaussian on it, exactly as the fit has them.
-LumpReading reading(const Bump& b, double noise_Pa, uint64_t seed = 1) {
+lump::Observation reading(const Bump& b, double noise_Pa, uint64_t seed = 1) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> deviate(0, 1);
-  LumpReading r;
+  lump::Observation r;
   r.noise_Pa = noise_Pa;
   r.force_N = {2};
-  ForwardMap map{33, 33, {1.25, 1.25}, {}};
+  fem::Map map{33, 33, {1.25, 1.25}, {}};
   for (uint32_t j = 0; j < 33; ++j)
     for (uint32_t i = 0; i < 33; ++i) {
       const double x = (i - 16.0) * 1.25, y = (j - 16.0) * 1.25;
@@ -39,13 +39,13 @@ LumpReading reading(const Bump& b, double noise_Pa, uint64_t seed = 1) {
   return r;
 }
 
-bool holds(const LumpValue& value, double truth) {
+bool holds(const lump::Value& value, double truth) {
   return value.low <= truth && truth <= value.high;
 }
 
 TEST(LumpOutline, AnExactBumpComesBack) {
   const Bump b;
-  const LumpOutline o = outline_lump(reading(b, 0));
+  const lump::Outline o = outline_lump(reading(b, 0));
   ASSERT_TRUE(o.found) << o.reason;
   ASSERT_TRUE(o.closed) << o.reason;
   EXPECT_NEAR(o.x_mm.value, b.x_mm, 1e-3);
@@ -65,7 +65,7 @@ TEST(LumpOutline, AnExactBumpComesBack) {
 }
 
 TEST(LumpOutline, ASoftPlaceIsADip) {
-  const LumpOutline o = outline_lump(reading({.height_Pa = -300}, 10));
+  const lump::Outline o = outline_lump(reading({.height_Pa = -300}, 10));
   ASSERT_TRUE(o.found) << o.reason;
   EXPECT_TRUE(o.closed);
   EXPECT_LT(o.height_Pa.high, 0);
@@ -77,7 +77,7 @@ TEST(LumpOutline, IntervalsCover) {
   const double area = std::numbers::pi * b.long_mm * b.short_mm * 2 * std::log(2.0);
   int x = 0, height = 0, within = 0, tried = 0;
   for (uint64_t seed = 1; seed <= 20; ++seed) {
-    const LumpOutline o = outline_lump(reading(b, 25, seed), seed, 10);
+    const lump::Outline o = outline_lump(reading(b, 25, seed), seed, 10);
     if (!o.found || !o.closed) continue;
     ++tried;
     x += holds(o.x_mm, b.x_mm);
@@ -93,7 +93,7 @@ TEST(LumpOutline, IntervalsCover) {
 TEST(LumpOutline, NoBumpNoOutline) {
   int found = 0;
   for (uint64_t seed = 1; seed <= 8; ++seed) {
-    const LumpOutline o = outline_lump(reading({.height_Pa = 0}, 20, seed), seed, 5);
+    const lump::Outline o = outline_lump(reading({.height_Pa = 0}, 20, seed), seed, 5);
     found += o.found;
     EXPECT_NE(o.found,
               o.reason.find("no bump") != std::string::npos || o.reason.find("wide") != std::string::npos);
@@ -103,11 +103,11 @@ TEST(LumpOutline, NoBumpNoOutline) {
 }
 
 TEST(LumpOutline, ALineThatLeavesWhatWasSeenIsOpen) {
-  LumpReading r = reading({}, 5);
-  ForwardMap& map = r.pressure_Pa[0];
+  lump::Observation r = reading({}, 5);
+  fem::Map& map = r.pressure_Pa[0];
   for (uint32_t j = 0; j < map.height; ++j)
     for (uint32_t i = 20; i < map.width; ++i) map.values[size_t{j} * map.width + i] = NAN;
-  const LumpOutline o = outline_lump(r);
+  const lump::Outline o = outline_lump(r);
   EXPECT_FALSE(o.closed);
   EXPECT_TRUE(o.points_mm.empty());
   EXPECT_FALSE(o.reason.empty());
@@ -117,15 +117,15 @@ TEST(LumpOutline, ALineThatLeavesWhatWasSeenIsOpen) {
 
 // On a solved block: the bump of a sphere sits over it and is round.
 TEST(LumpOutline, OverASolvedLump) {
-  ForwardScene scene;
+  fem::Scene scene;
   scene.inclusion->offset_mm = {4, -3};
   scene.cells = {32, 32, 16};
-  const ForwardResult solved = solve_forward(scene);
-  LumpReading r;
+  const fem::Result solved = fem::solve(scene);
+  lump::Observation r;
   r.pressure_Pa = {solved.stress_Pa};
   r.force_N = {solved.force_N};
   r.noise_Pa = 2;
-  const LumpOutline o = outline_lump(r);
+  const lump::Outline o = outline_lump(r);
   ASSERT_TRUE(o.found && o.closed) << o.reason;
   EXPECT_NEAR(o.x_mm.value, 4, 0.3);
   EXPECT_NEAR(o.y_mm.value, -3, 0.3);
@@ -133,7 +133,7 @@ TEST(LumpOutline, OverASolvedLump) {
   EXPECT_GT(o.width_mm.value, 6);
   EXPECT_LT(o.width_mm.value, 12);
   scene.inclusion.reset();
-  r.pressure_Pa = {solve_forward(scene).stress_Pa};
+  r.pressure_Pa = {fem::solve(scene).stress_Pa};
   EXPECT_FALSE(outline_lump(r).found);
 }
 

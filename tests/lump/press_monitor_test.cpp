@@ -66,7 +66,7 @@ struct Bench {
     setup.force = [this](uint64_t sequence) { return std::optional(source.block_force_N(sequence)); };
   }
   /// Plays frames `from` to `to` (not included) into a watch.
-  void play(PressWatch& watch, uint64_t from, uint64_t to) {
+  void play(PressMonitor& watch, uint64_t from, uint64_t to) {
     Frame frame;
     ASSERT_TRUE(source.seek(from));
     for (uint64_t i = from; i < to && source.next(frame); ++i) {
@@ -77,7 +77,7 @@ struct Bench {
     }
   }
   std::vector<PressAnswer> all(uint64_t every = 1) {
-    PressWatch watch(sensor, *source.own_background(), setup);
+    PressMonitor watch(sensor, *source.own_background(), setup);
     for (uint64_t i = 0; i < *source.frame_count(); i += every) play(watch, i, i + 1);
     return watch.finish();
   }
@@ -105,7 +105,7 @@ TEST(PressReading, NodesAreMeansOfPressure) {
               0.02 * bench.source.truth(at)->force_N)
       << "of two frames the mean";
   double noise_Pa = 0, limited = 1;
-  const ForwardMap map = nodes.map(sums, noise_Pa, limited);
+  const fem::Map map = nodes.map(sums, noise_Pa, limited);
   ASSERT_EQ(map.width, 23u);
   ASSERT_EQ(map.height, 17u);
   EXPECT_EQ(limited, 0);
@@ -131,7 +131,7 @@ TEST(PressReading, NodesAreMeansOfPressure) {
   EXPECT_GT(limited, 0.5);
 }
 
-TEST(PressWatch, APressTellsWhatLiesBehindIt) {
+TEST(PressMonitor, APressTellsWhatLiesBehindIt) {
   Bench bench;
   const std::vector<PressAnswer> answers = bench.all();
   ASSERT_EQ(answers.size(), 1u);
@@ -151,24 +151,24 @@ TEST(PressWatch, APressTellsWhatLiesBehindIt) {
 }
 
 // Light that is 1.5 % weaker in the corners makes a bump in a single window: nothing that is told as a lump.
-TEST(PressWatch, TissueAloneIsNoLump) {
+TEST(PressMonitor, TissueAloneIsNoLump) {
   const std::vector<PressAnswer> answers = Bench("lump=none").all();
   ASSERT_EQ(answers.size(), 1u);
   ASSERT_TRUE(answers[0].estimate);
-  EXPECT_NE(answers[0].estimate->verdict, LumpVerdict::Found) << describe(answers[0]);
-  EXPECT_NE(answers[0].estimate->verdict, LumpVerdict::StiffnessOpen) << describe(answers[0]);
+  EXPECT_NE(answers[0].estimate->verdict, lump::Status::Found) << describe(answers[0]);
+  EXPECT_NE(answers[0].estimate->verdict, lump::Status::StiffnessOpen) << describe(answers[0]);
 }
 
-TEST(PressWatch, EvenLightOfTissueAloneTellsSo) {
+TEST(PressMonitor, EvenLightOfTissueAloneTellsSo) {
   const std::vector<PressAnswer> answers = Bench("lump=none&falloff=0").all();
   ASSERT_EQ(answers.size(), 1u);
   ASSERT_TRUE(answers[0].estimate);
-  EXPECT_EQ(answers[0].estimate->verdict, LumpVerdict::NoLump) << describe(answers[0]);
+  EXPECT_EQ(answers[0].estimate->verdict, lump::Status::NoLump) << describe(answers[0]);
 }
 
-TEST(PressWatch, StatusFollowsThePress) {
+TEST(PressMonitor, StatusFollowsThePress) {
   Bench bench;
-  PressWatch watch(bench.sensor, *bench.source.own_background(), bench.setup);
+  PressMonitor watch(bench.sensor, *bench.source.own_background(), bench.setup);
   EXPECT_EQ(watch.status().block.young_Pa, 4000);
   EXPECT_FALSE(watch.status().last);
   bench.play(watch, 0, 40);
@@ -190,9 +190,9 @@ TEST(PressWatch, StatusFollowsThePress) {
   ASSERT_TRUE(watch.status().last);
 }
 
-TEST(PressWatch, AnotherBlockIsTakenBetweenPresses) {
+TEST(PressMonitor, AnotherBlockIsTakenBetweenPresses) {
   Bench bench;
-  PressWatch watch(bench.sensor, *bench.source.own_background(), bench.setup);
+  PressMonitor watch(bench.sensor, *bench.source.own_background(), bench.setup);
   BlockSetting block = bench.setup.block;
   block.young_Pa = 0;
   EXPECT_THROW(watch.set_block(block), Error);
@@ -212,14 +212,14 @@ TEST(PressWatch, AnotherBlockIsTakenBetweenPresses) {
   // A block that the window no longer sees all of needs a gauge.
   bench.setup.force = {};
   bench.setup.block.block_mm = {4, 4, 20};
-  PressWatch own(bench.sensor, *bench.source.own_background(), bench.setup);
+  PressMonitor own(bench.sensor, *bench.source.own_background(), bench.setup);
   EXPECT_EQ(own.status().trouble, "");
   own.set_block(block);
   bench.play(own, 0, 1);
   EXPECT_NE(own.status().trouble.find("--gauge"), std::string::npos);
 }
 
-TEST(PressWatch, WhatCannotBeToldSaysWhy) {
+TEST(PressMonitor, WhatCannotBeToldSaysWhy) {
   const auto trouble = [](std::vector<PressAnswer> answers) {
     EXPECT_EQ(answers.size(), 1u);
     if (answers.empty()) return std::string();
@@ -244,13 +244,13 @@ TEST(PressWatch, WhatCannotBeToldSaysWhy) {
   bench.setup.force = force;
   // A touch of less than 0.1 N, seen by a sensor that is set up for 1.6 N, and off again.
   bench.setup.block.young_Pa = 2000;  // softer: it is a press from 0.03 N on
-  PressWatch light(bench.sensor, *bench.source.own_background(), bench.setup);
+  PressMonitor light(bench.sensor, *bench.source.own_background(), bench.setup);
   bench.play(light, 0, 12);
   bench.play(light, *bench.source.frame_count() - 5, *bench.source.frame_count());
   holds(trouble(light.finish()), "too light");
 }
 
-TEST(PressWatch, SaturationIsToldWithItsShare) {
+TEST(PressMonitor, SaturationIsToldWithItsShare) {
   Bench bench;
   bench.sensor.saturation_gray = 110;
   const std::vector<PressAnswer> answers = bench.all();
@@ -259,19 +259,19 @@ TEST(PressWatch, SaturationIsToldWithItsShare) {
   EXPECT_NE(describe(answers[0]).find("% of the window saturated"), std::string::npos);
 }
 
-TEST(PressWatch, StatesOfASensorWithWhichNothingCanBeTold) {
+TEST(PressMonitor, StatesOfASensorWithWhichNothingCanBeTold) {
   Bench bench;
   const Frame background = *bench.source.own_background();
   Sensor plain = bench.sensor;
   plain.reading = Reading::None;
-  PressWatch uncalibrated(plain, background, bench.setup);
+  PressMonitor uncalibrated(plain, background, bench.setup);
   EXPECT_NE(uncalibrated.status().trouble.find("pascals"), std::string::npos);
   bench.play(uncalibrated, 0, 100);
   EXPECT_TRUE(uncalibrated.finish().empty());
   // The window sees a part of the block: its own sum is not the force on it.
   PressSetup setup = bench.setup;
   setup.force = nullptr;
-  PressWatch part(bench.sensor, background, setup);
+  PressMonitor part(bench.sensor, background, setup);
   EXPECT_NE(part.status().trouble.find("--gauge"), std::string::npos);
   EXPECT_NE(part.status().trouble.find("27.8 x 20.9 mm"), std::string::npos) << part.status().trouble;
   bench.play(part, 0, 100);
@@ -279,13 +279,13 @@ TEST(PressWatch, StatesOfASensorWithWhichNothingCanBeTold) {
 }
 
 // A window that sees the whole block is its own gauge.
-TEST(PressWatch, AWindowOverTheWholeBlockNeedsNoGauge) {
+TEST(PressMonitor, AWindowOverTheWholeBlockNeedsNoGauge) {
   Bench bench;
   bench.sensor.pitch_mm_per_px *=
       2;  // 55 mm wide: nothing of the picture is a block's, but all of it is seen
   PressSetup setup = bench.setup;
   setup.force = nullptr;
-  PressWatch watch(bench.sensor, *bench.source.own_background(), setup);
+  PressMonitor watch(bench.sensor, *bench.source.own_background(), setup);
   EXPECT_EQ(watch.status().trouble, "");
   bench.play(watch, 0, 60);
   // Twice the pitch, four times the force that the window saw.

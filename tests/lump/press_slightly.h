@@ -11,15 +11,16 @@
 namespace palpate {
 
 /// Small strain, scaled to each force: the same orderings in a hundredth of the time.
-inline LargeStrainResult press_slightly(const ForwardScene& scene, const std::vector<PressLoad>& loads) {
-  ForwardScene slight = scene;
+inline fem::LargeStrainResult press_slightly(const fem::Scene& scene,
+                                             const std::vector<fem::PressLoad>& loads) {
+  fem::Scene slight = scene;
   slight.press_mm.reset();
   slight.force_N = 1;
-  const ForwardResult one = solve_forward(slight);
-  LargeStrainResult result;
+  const fem::Result one = fem::solve(slight);
+  fem::LargeStrainResult result;
   result.converged = one.converged;
-  for (const PressLoad& load : loads) {
-    PressedBlock block;
+  for (const fem::PressLoad& load : loads) {
+    fem::PressedBlock block;
     block.force_N = *load.force_N;
     block.press_mm = *load.force_N * one.press_mm;
     block.pressure_Pa = one.stress_Pa;

@@ -8,29 +8,29 @@
 namespace palpate {
 namespace {
 
-LumpReading empty_reading() {
-  LumpReading reading;
+lump::Observation empty_reading() {
+  lump::Observation reading;
   reading.block_mm = {40, 40, 20};
   reading.young_Pa = 4000;
   reading.force_N = {1};
   reading.pressure_Pa.resize(1);
-  ForwardMap& map = reading.pressure_Pa[0];
+  fem::Map& map = reading.pressure_Pa[0];
   map.width = map.height = 25;
   map.pitch_mm = {1.25, 1.25};
   map.values.assign(size_t{25} * 25, 0);
   return reading;
 }
 
-LumpCase::Lump ball() {
-  LumpCase::Lump lump;
+lump::Case::Lump ball() {
+  lump::Case::Lump lump;
   lump.diameter_mm = 8;
   lump.depth_mm = 4;
   lump.stiffness_ratio = 8;
   return lump;
 }
 
-LumpResponseOptions on(std::vector<uint32_t> grids) {
-  LumpResponseOptions options;
+lump::ResponseOptions on(std::vector<uint32_t> grids) {
+  lump::ResponseOptions options;
   options.cells = {12, 12, 6};
   options.grids = std::move(grids);
   options.searched = options.grids[0];
@@ -40,12 +40,12 @@ LumpResponseOptions on(std::vector<uint32_t> grids) {
 }
 
 TEST(LumpResponse, MoreGridsAreNearerToCellsOfNoSize) {
-  const LumpReading reading = empty_reading();
-  const ComparedNodes nodes(reading, 4);
-  const auto without_size = [&](const LumpResponseOptions& options) -> Eigen::VectorXd {
-    const FittedLump lump{ball(), response_cells(reading, ball(), options)};
-    const LumpPrediction prediction = predict(nodes, lump, options, false);
-    const GridCorrection grids = grid_correction(nodes, lump, options);
+  const lump::Observation reading = empty_reading();
+  const lump::ComparedNodes nodes(reading, 4);
+  const auto without_size = [&](const lump::ResponseOptions& options) -> Eigen::VectorXd {
+    const lump::FittedLump lump{ball(), response_cells(reading, ball(), options)};
+    const lump::Prediction prediction = predict(nodes, lump, options, false);
+    const lump::GridCorrection grids = grid_correction(nodes, lump, options);
     EXPECT_TRUE(prediction.converged && grids.converged);
     return prediction.pressure_Pa + grids.add_Pa;
   };
@@ -57,12 +57,12 @@ TEST(LumpResponse, MoreGridsAreNearerToCellsOfNoSize) {
 }
 
 TEST(LumpResponse, WhichGridIsSearchedDoesNotChangeTheSum) {
-  const LumpReading reading = empty_reading();
-  const ComparedNodes nodes(reading, 4);
+  const lump::Observation reading = empty_reading();
+  const lump::ComparedNodes nodes(reading, 4);
   const auto sum = [&](uint32_t searched) -> Eigen::VectorXd {
-    LumpResponseOptions options = on({1, 2});
+    lump::ResponseOptions options = on({1, 2});
     options.searched = searched;
-    const FittedLump lump{ball(), response_cells(reading, ball(), options)};
+    const lump::FittedLump lump{ball(), response_cells(reading, ball(), options)};
     return predict(nodes, lump, options, false).pressure_Pa + grid_correction(nodes, lump, options).add_Pa;
   };
   const Eigen::VectorXd a = sum(1), b = sum(2);

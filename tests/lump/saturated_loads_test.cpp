@@ -12,10 +12,10 @@ namespace palpate {
 namespace {
 
 /// A dome with a bump on it at four loads.
-std::vector<ForwardMap> presses() {
-  std::vector<ForwardMap> maps;
+std::vector<fem::Map> presses() {
+  std::vector<fem::Map> maps;
   for (int k = 1; k <= 4; ++k) {
-    ForwardMap map{33, 33, {1.25, 1.25}, {}};
+    fem::Map map{33, 33, {1.25, 1.25}, {}};
     for (int j = 0; j < 33; ++j)
       for (int i = 0; i < 33; ++i) {
         const double x = (i - 16) * 1.25, y = (j - 16) * 1.25;
@@ -27,64 +27,64 @@ std::vector<ForwardMap> presses() {
   return maps;
 }
 
-LumpReading read(double exposure, size_t loads = 4) {
-  PalpationSensor sensor;
+lump::Observation read(double exposure, size_t loads = 4) {
+  lump::PalpationSensor sensor;
   sensor.size_px = {160, 120};
   sensor.exposure = exposure;
-  std::vector<ForwardMap> maps = presses();
+  std::vector<fem::Map> maps = presses();
   std::vector<double> forces = {0.5, 1, 1.5, 2};
   maps.erase(maps.begin(), maps.end() - static_cast<std::ptrdiff_t>(loads));
   forces.erase(forces.begin(), forces.end() - static_cast<std::ptrdiff_t>(loads));
   return sensor_reading(maps, forces, {40, 40, 20}, 4000, sensor, 1);
 }
 
-bool says(const LumpEstimate& estimate, const std::string& words) {
+bool says(const lump::Estimate& estimate, const std::string& words) {
   for (const std::string& reason : estimate.reasons)
     if (reason.find(words) != std::string::npos) return true;
   return false;
 }
 
 TEST(SaturatedLoads, SharesAreThoseOfEachLoad) {
-  const LumpReading reading = read(1.6);
+  const lump::Observation reading = read(1.6);
   const std::vector<double> shares = saturated_shares(reading);
   ASSERT_EQ(shares.size(), 4u);
   EXPECT_EQ(shares[0], 0);
   EXPECT_EQ(shares[1], 0);
   EXPECT_GT(shares[2], 0);
   EXPECT_NEAR(shares[3], reading.saturated_share, 1e-9);
-  EXPECT_NEAR(saturated_share(reading.pressure_Pa), reading.saturated_share, 1e-9);
+  EXPECT_NEAR(lump::saturated_share(reading.pressure_Pa), reading.saturated_share, 1e-9);
   // A part of the window that no load sees is not saturated.
-  LumpReading cut = reading;
-  for (ForwardMap& map : cut.pressure_Pa)
+  lump::Observation cut = reading;
+  for (fem::Map& map : cut.pressure_Pa)
     for (uint32_t j = 0; j < map.height; ++j)
       for (uint32_t i = 0; i < 4; ++i) map.values[size_t{j} * map.width + i] = std::nanf("");
   const double part = 27.0 / 31;  // of the window's columns is left
   cut.saturated_share = reading.saturated_share / part;
   EXPECT_EQ(saturated_shares(cut)[0], 0);
   EXPECT_NEAR(saturated_shares(cut)[3], reading.saturated_share / part, 1e-6);
-  EXPECT_NEAR(saturated_share(cut.pressure_Pa), reading.saturated_share / part, 1e-6);
+  EXPECT_NEAR(lump::saturated_share(cut.pressure_Pa), reading.saturated_share / part, 1e-6);
 }
 
 TEST(SaturatedLoads, OneMapAloneHasAHole) {
-  const LumpReading reading = read(1.2, 1);
+  const lump::Observation reading = read(1.2, 1);
   EXPECT_GT(reading.saturated_share, 0.03);
-  EXPECT_NEAR(saturated_share(reading.pressure_Pa), reading.saturated_share, 1e-9);
-  EXPECT_EQ(saturated_share(read(0.9, 1).pressure_Pa), 0);
+  EXPECT_NEAR(lump::saturated_share(reading.pressure_Pa), reading.saturated_share, 1e-9);
+  EXPECT_EQ(lump::saturated_share(read(0.9, 1).pressure_Pa), 0);
 }
 
 TEST(SaturatedLoads, LittleIsToldMuchLeavesTheLoadOut) {
-  LumpEstimate clean;
+  lump::Estimate clean;
   ASSERT_EQ(without_saturated_loads(read(0.9), clean)->force_N.size(), 4u);
   EXPECT_TRUE(clean.reasons.empty());
 
-  LumpEstimate little;
-  const LumpReading told = read(1.05);
-  ASSERT_GE(told.saturated_share, kToldSaturation);
-  ASSERT_LE(told.saturated_share, kMostSaturation);
+  lump::Estimate little;
+  const lump::Observation told = read(1.05);
+  ASSERT_GE(told.saturated_share, lump::kToldSaturation);
+  ASSERT_LE(told.saturated_share, lump::kMostSaturation);
   EXPECT_EQ(without_saturated_loads(told, little)->force_N.size(), 4u);
   EXPECT_TRUE(says(little, "the sensor is saturated in"));
 
-  LumpEstimate much;
+  lump::Estimate much;
   const auto rest = without_saturated_loads(read(1.6), much);
   ASSERT_TRUE(rest);
   EXPECT_EQ(rest->force_N.size(), 2u);
@@ -93,8 +93,8 @@ TEST(SaturatedLoads, LittleIsToldMuchLeavesTheLoadOut) {
 }
 
 TEST(SaturatedLoads, NothingLeftIsNoNumber) {
-  const LumpEstimate estimate = LumpNetwork::built_in().estimate(read(1.3, 1));
-  EXPECT_EQ(estimate.verdict, LumpVerdict::Saturated);
+  const lump::Estimate estimate = lump::Network::built_in().estimate(read(1.3, 1));
+  EXPECT_EQ(estimate.verdict, lump::Status::Saturated);
   EXPECT_FALSE(tells_numbers(estimate.verdict));
   EXPECT_EQ(estimate.evidence, 0);
   EXPECT_TRUE(says(estimate, "no load is left"));

@@ -14,19 +14,19 @@ namespace palpate {
 namespace {
 
 /// A solved block with a lump beside its middle, and how it answers to force: not quite in proportion.
-const ForwardResult& solved() {
-  static const ForwardResult result = [] {
-    ForwardScene scene;
+const fem::Result& solved() {
+  static const fem::Result result = [] {
+    fem::Scene scene;
     scene.inclusion->offset_mm = {3, -2};
     scene.press_mm.reset();
     scene.force_N = 1;
     scene.cells = {32, 32, 16};
-    return solve_forward(scene);
+    return fem::solve(scene);
   }();
   return result;
 }
-ForwardMap truth_at(double force_N) {
-  ForwardMap map = solved().stress_Pa;
+fem::Map truth_at(double force_N) {
+  fem::Map map = solved().stress_Pa;
   const double mean = 1 / 1600e-6;
   for (float& value : map.values) {
     const double v = static_cast<double>(value);
@@ -52,17 +52,17 @@ Plan nine() {
   return plan;
 }
 
-std::vector<ScanPress> press(const Plan& plan, uint64_t seed = 1) {
-  std::vector<ScanPress> presses;
+std::vector<lump::ScanPress> press(const Plan& plan, uint64_t seed = 1) {
+  std::vector<lump::ScanPress> presses;
   for (size_t p = 0; p < plan.stage_mm.size(); ++p) {
     const double off = 1 + 0.04 * std::sin(2.4 * static_cast<double>(p));  // forces never repeat
     std::vector<double> forces_N;
-    std::vector<ForwardMap> maps;
+    std::vector<fem::Map> maps;
     for (const double force_N : {0.5, 1.0, 1.5, 2.0}) {
       forces_N.push_back(off * force_N);
       maps.push_back(truth_at(off * force_N));
     }
-    PalpationSensor sensor;
+    lump::PalpationSensor sensor;
     sensor.size_px = {320, 240};
     sensor.window_mm = {27.84, 20.88};
     sensor.least_cell = 0;
@@ -71,9 +71,9 @@ std::vector<ScanPress> press(const Plan& plan, uint64_t seed = 1) {
     sensor.noise_share = plan.noise;
     sensor.gauge_share = 0.001;
     sensor.full_scale_Pa = plan.full_scale_Pa;
-    LumpReading r = sensor_reading(maps, forces_N, {40, 40, 20}, 4000, sensor, seed * 100 + p);
+    lump::Observation r = sensor_reading(maps, forces_N, {40, 40, 20}, 4000, sensor, seed * 100 + p);
     r.window_mm = plan.stage_mm[p];
-    for (ForwardMap& map : r.pressure_Pa)
+    for (fem::Map& map : r.pressure_Pa)
       for (float& value : map.values) value *= static_cast<float>(plan.gain[p]);
     presses.push_back({"press " + std::to_string(p + 1), std::move(r)});
   }
@@ -81,9 +81,9 @@ std::vector<ScanPress> press(const Plan& plan, uint64_t seed = 1) {
 }
 
 /// Root mean square of map minus truth where it was seen, at the highest load.
-double error_Pa(const ScanMap& map) {
-  const ForwardMap& found = map.reading.pressure_Pa.back();
-  const ForwardMap truth = truth_at(map.reading.force_N.back());
+double error_Pa(const lump::ScanMap& map) {
+  const fem::Map& found = map.reading.pressure_Pa.back();
+  const fem::Map truth = truth_at(map.reading.force_N.back());
   double sum = 0;
   size_t count = 0;
   for (uint32_t j = 0; j < found.height; ++j)
@@ -101,7 +101,7 @@ double error_Pa(const ScanMap& map) {
 }
 
 TEST(ScanStitch, NineWindowsAreTheBlock) {
-  const ScanMap map = stitch(press(nine()));
+  const lump::ScanMap map = lump::stitch(press(nine()));
   EXPECT_TRUE(map.warnings.empty()) << map.warnings[0];
   EXPECT_GT(map.seen_share, 0.99);
   ASSERT_EQ(map.reading.pressure_Pa.size(), 4u);
@@ -113,7 +113,7 @@ TEST(ScanStitch, NineWindowsAreTheBlock) {
   EXPECT_GT(map.reading.noise_Pa, 0.6 * error_Pa(map));
   EXPECT_LT(map.reading.noise_Pa, 1.7 * error_Pa(map));
   EXPECT_NEAR(map.between_presses_Pa, 0.01 * peak, 0.006 * peak);
-  for (const PressPlace& place : map.places) {
+  for (const lump::PressPlace& place : map.places) {
     EXPECT_TRUE(place.used);
     EXPECT_NEAR(place.misfit, 1, 0.4) << place.name;
     EXPECT_LT(std::hypot(place.shift_mm[0], place.shift_mm[1]), 0.35) << place.name;
@@ -125,8 +125,8 @@ TEST(ScanStitch, NineWindowsAreTheBlock) {
 TEST(ScanStitch, AMovedPressIsPutBack) {
   Plan plan = nine();
   plan.error_mm[4] = {0.8, -0.6};
-  const ScanMap map = stitch(press(plan));
-  const PressPlace& moved = map.places[4];
+  const lump::ScanMap map = lump::stitch(press(plan));
+  const lump::PressPlace& moved = map.places[4];
   EXPECT_NEAR(moved.shift_mm[0], 0.8, 0.15);
   EXPECT_NEAR(moved.shift_mm[1], -0.6, 0.15);
   EXPECT_GT(moved.shift_sd_mm[0], 0.005);
@@ -135,15 +135,15 @@ TEST(ScanStitch, AMovedPressIsPutBack) {
     EXPECT_LT(p == 4 ? 0 : std::hypot(map.places[p].shift_mm[0], map.places[p].shift_mm[1]), 0.35) << p;
   ASSERT_EQ(map.warnings.size(), 1u);
   EXPECT_NE(map.warnings[0].find("press 5"), std::string::npos) << map.warnings[0];
-  StitchOptions trusting;
+  lump::StitchOptions trusting;
   trusting.stage_sd_mm = 1e-4;
-  EXPECT_LT(error_Pa(map), 0.9 * error_Pa(stitch(press(plan), trusting)));
+  EXPECT_LT(error_Pa(map), 0.9 * error_Pa(lump::stitch(press(plan), trusting)));
 }
 
 TEST(ScanStitch, AScaleErrorIsTakenOut) {
   Plan plan = nine();
   plan.gain[2] = 1.08;
-  const ScanMap map = stitch(press(plan));
+  const lump::ScanMap map = lump::stitch(press(plan));
   EXPECT_NEAR(map.places[2].gain, 1.08, 0.015);
   ASSERT_EQ(map.warnings.size(), 1u);
   EXPECT_NE(map.warnings[0].find("press 3"), std::string::npos) << map.warnings[0];
@@ -153,7 +153,7 @@ TEST(ScanStitch, AScaleErrorIsTakenOut) {
 TEST(ScanStitch, WhatNobodySawIsNotANumber) {
   Plan plan = nine();
   plan.stage_mm.resize(6);  // without the lowest row
-  const ScanMap map = stitch(press(plan));
+  const lump::ScanMap map = lump::stitch(press(plan));
   EXPECT_LT(map.seen_share, 0.85);
   EXPECT_TRUE(std::isnan(map.reading.pressure_Pa.back().at(16, 32)));
   EXPECT_EQ(map.presses.at(16, 32), 0);
@@ -166,7 +166,7 @@ TEST(ScanStitch, WhatNobodySawIsNotANumber) {
 TEST(ScanStitch, SaturatedPlacesStayOpen) {
   Plan plan = nine();
   plan.full_scale_Pa = 1600;
-  const ScanMap map = stitch(press(plan));
+  const lump::ScanMap map = lump::stitch(press(plan));
   EXPECT_GT(map.reading.saturated_share, 0.01);
   EXPECT_TRUE(std::isnan(map.reading.pressure_Pa.back().at(18, 14)));
   for (const float value : map.reading.pressure_Pa.back().values) EXPECT_FALSE(value > 1750) << value;
@@ -174,38 +174,38 @@ TEST(ScanStitch, SaturatedPlacesStayOpen) {
 }
 
 TEST(ScanStitch, OneSaturatedPressIsFilledByTheOthers) {
-  std::vector<ScanPress> presses = press(nine());
+  std::vector<lump::ScanPress> presses = press(nine());
   Plan dim = nine();
   dim.full_scale_Pa = 1600;
   presses[4] = press(dim)[4];
-  const ScanMap map = stitch(presses);
+  const lump::ScanMap map = lump::stitch(presses);
   EXPECT_GT(map.seen_share, 0.99);
   EXPECT_EQ(map.reading.saturated_share, 0);
   EXPECT_LT(error_Pa(map), 0.012 * 2200);
 }
 
 TEST(ScanStitch, AnotherBlocksPressIsLeftOut) {
-  std::vector<ScanPress> presses = press(nine());
-  for (ForwardMap& map : presses[4].reading.pressure_Pa)
+  std::vector<lump::ScanPress> presses = press(nine());
+  for (fem::Map& map : presses[4].reading.pressure_Pa)
     for (uint32_t i = 0; i < map.width * map.height; ++i)
       map.values[i] *= static_cast<float>(1 + 0.4 * std::sin(0.9 * i));
-  const ScanMap map = stitch(presses);
+  const lump::ScanMap map = lump::stitch(presses);
   EXPECT_FALSE(map.places[4].used);
   EXPECT_NE(map.places[4].reason.find("unlike"), std::string::npos);
   EXPECT_LT(error_Pa(map), 0.015 * 2200);
 }
 
 TEST(ScanStitch, APressThatEndedEarlyIsLeftOut) {
-  std::vector<ScanPress> presses = press(nine());
+  std::vector<lump::ScanPress> presses = press(nine());
   for (double& force_N : presses[0].reading.force_N) force_N *= 0.6;
-  const ScanMap map = stitch(presses);
+  const lump::ScanMap map = lump::stitch(presses);
   EXPECT_FALSE(map.places[0].used);
   EXPECT_NE(map.warnings[0].find("it reached"), std::string::npos) << map.warnings[0];
 }
 
 TEST(ScanStitch, OnePressIsAMapOfItsWindow) {
-  std::vector<ScanPress> presses = {press(nine())[4]};
-  const ScanMap map = stitch(presses);
+  std::vector<lump::ScanPress> presses = {press(nine())[4]};
+  const lump::ScanMap map = lump::stitch(presses);
   EXPECT_EQ(map.places[0].shift_mm[0], 0);
   EXPECT_EQ(map.between_presses_Pa, 0);
   EXPECT_NEAR(map.reading.noise_Pa, presses[0].reading.noise_Pa, 1e-6 * presses[0].reading.noise_Pa);
@@ -213,13 +213,13 @@ TEST(ScanStitch, OnePressIsAMapOfItsWindow) {
 }
 
 TEST(ScanStitch, RefusesWhatMakesNoSense) {
-  EXPECT_THROW(stitch({}), Error);
-  const std::vector<ScanPress> good = press(nine());
+  EXPECT_THROW(lump::stitch({}), Error);
+  const std::vector<lump::ScanPress> good = press(nine());
   const auto refused = [&](auto change, const char* word) {
-    std::vector<ScanPress> presses = good;
+    std::vector<lump::ScanPress> presses = good;
     change(presses[1].reading);
     try {
-      stitch(presses);
+      lump::stitch(presses);
       ADD_FAILURE() << word;
     } catch (const Error& error) {
       EXPECT_EQ(error.failure(), Failure::Input);
@@ -227,12 +227,12 @@ TEST(ScanStitch, RefusesWhatMakesNoSense) {
       EXPECT_NE(std::string(error.what()).find("press 2"), std::string::npos) << error.what();
     }
   };
-  refused([](LumpReading& r) { r.block_mm[2] = 30; }, "block");
-  refused([](LumpReading& r) { r.force_N.pop_back(); }, "forces");
-  refused([](LumpReading& r) { r.force_N[1] = 0.1; }, "rise");
-  refused([](LumpReading& r) { r.force_N[0] = NAN; }, "rise");
-  refused([](LumpReading& r) { r.pressure_Pa[2].values.pop_back(); }, "maps");
-  refused([](LumpReading& r) { r.noise_Pa = NAN; }, "noise");
+  refused([](lump::Observation& r) { r.block_mm[2] = 30; }, "block");
+  refused([](lump::Observation& r) { r.force_N.pop_back(); }, "forces");
+  refused([](lump::Observation& r) { r.force_N[1] = 0.1; }, "rise");
+  refused([](lump::Observation& r) { r.force_N[0] = NAN; }, "rise");
+  refused([](lump::Observation& r) { r.pressure_Pa[2].values.pop_back(); }, "maps");
+  refused([](lump::Observation& r) { r.noise_Pa = NAN; }, "noise");
 }
 
 }  // namespace

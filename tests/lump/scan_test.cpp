@@ -38,14 +38,14 @@ TEST(LumpScan, PlacesCoverTheBlockAndOverlap) {
 
 TEST(LumpScan, FromPressesToNumbers) {
   const ScanPlan p = plan();
-  const std::vector<ScanPress> presses = simulate_scan(p, press_slightly);
+  const std::vector<lump::ScanPress> presses = simulate_scan(p, press_slightly);
   EXPECT_EQ(presses.size(), scan_places(p.scene.block_mm, p.sensor.window_mm).size());
   bool asked = false;
-  const ScanAnswer answer = evaluate_scan(presses, {}, [&](const LumpReading& reading) {
+  const ScanAnswer answer = evaluate_scan(presses, {}, [&](const lump::Observation& reading) {
     asked = true;
     EXPECT_EQ(reading.force_N.size(), 4u);
     EXPECT_EQ(reading.block_mm, p.scene.block_mm);
-    LumpEstimate estimate;
+    lump::Estimate estimate;
     estimate.reasons = {"a reason"};
     return estimate;
   });
@@ -60,7 +60,7 @@ TEST(LumpScan, FromPressesToNumbers) {
   EXPECT_TRUE(answer.presses.empty());
   EXPECT_EQ(std::count(answer.warnings.begin(), answer.warnings.end(), "a reason"), 1);
   // The same seed is the same scan.
-  const std::vector<ScanPress> again = simulate_scan(p, press_slightly);
+  const std::vector<lump::ScanPress> again = simulate_scan(p, press_slightly);
   for (size_t i = 0; i < presses.size(); ++i) EXPECT_EQ(presses[i].reading.force_N, again[i].reading.force_N);
 }
 
@@ -82,9 +82,9 @@ TEST(LumpScan, TwoLumpsAreOutlinedBothAndPressesThatSeeOneAreAsked) {
   p.scene.others[0].offset_mm = {8, 0};
   p.sensor.window_mm = {20, 20};
   const ScanAnswer answer =
-      evaluate_scan(simulate_scan(p, press_slightly), {}, [](const LumpReading& reading) {
-        LumpEstimate estimate;
-        estimate.verdict = LumpVerdict::Found;
+      evaluate_scan(simulate_scan(p, press_slightly), {}, [](const lump::Observation& reading) {
+        lump::Estimate estimate;
+        estimate.verdict = lump::Status::Found;
         estimate.size_mm = {reading.window_mm[0], 0, 0};
         return estimate;
       });
@@ -96,7 +96,7 @@ TEST(LumpScan, TwoLumpsAreOutlinedBothAndPressesThatSeeOneAreAsked) {
   EXPECT_NEAR(std::max(one, other), 8, 1);
   EXPECT_NEAR(answer.outline.y_mm.value, 0, 1);
   ASSERT_FALSE(answer.presses.empty());
-  for (const PressAnswer& press : answer.presses) {
+  for (const ScannedPress& press : answer.presses) {
     EXPECT_NEAR(std::abs(press.bump_mm[0]), 8, 2);
     // Its window is on the side of the bump that it tells of.
     EXPECT_GT(press.bump_mm[0] * press.estimate.size_mm.value, 0) << press.name;
@@ -104,8 +104,8 @@ TEST(LumpScan, TwoLumpsAreOutlinedBothAndPressesThatSeeOneAreAsked) {
 }
 
 TEST(LumpScan, SaysWhatItDoesNotKnow) {
-  LumpEstimate e;
-  e.verdict = LumpVerdict::StiffnessOpen;
+  lump::Estimate e;
+  e.verdict = lump::Status::StiffnessOpen;
   e.stiffness_ratio = {9, 3, 30};
   e.size_mm = {8, 7, 9};
   const auto value_of = [&](const char* name) {
@@ -115,17 +115,17 @@ TEST(LumpScan, SaysWhatItDoesNotKnow) {
   };
   EXPECT_EQ(value_of("stiffness over the tissue's"), "between 3 and 30: not determined");
   EXPECT_EQ(value_of("size"), "8 mm (90 %: 7 to 9)");
-  e.verdict = LumpVerdict::NoLump;
+  e.verdict = lump::Status::NoLump;
   EXPECT_EQ(value_of("size"), "");
   EXPECT_EQ(value_of("verdict"), "no lump");
-  e.verdict = LumpVerdict::Unusable;
+  e.verdict = lump::Status::Unusable;
   e.reasons = {"saturated"};
   EXPECT_EQ(value_of("reason"), "saturated");
 }
 
 TEST(LumpScan, APressThatDoesNotGetThereIsRefused) {
-  const PressSolver gives_up = [](const ForwardScene&, const std::vector<PressLoad>&) {
-    LargeStrainResult result;
+  const lump::PressSolver gives_up = [](const fem::Scene&, const std::vector<fem::PressLoad>&) {
+    fem::LargeStrainResult result;
     result.last_force_N = 1.5;
     return result;
   };

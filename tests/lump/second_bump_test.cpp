@@ -15,8 +15,8 @@
 namespace palpate {
 namespace {
 
-Inclusion ball(double x_mm, double y_mm, double size_mm = 8, double depth_mm = 5) {
-  Inclusion lump;
+fem::Inclusion ball(double x_mm, double y_mm, double size_mm = 8, double depth_mm = 5) {
+  fem::Inclusion lump;
   lump.size_mm = {size_mm, size_mm, size_mm};
   lump.depth_mm = depth_mm;
   lump.stiffness_ratio = 6;
@@ -24,8 +24,8 @@ Inclusion ball(double x_mm, double y_mm, double size_mm = 8, double depth_mm = 5
   return lump;
 }
 
-ForwardResult solved(const std::vector<Inclusion>& lumps) {
-  ForwardScene scene;
+fem::Result solved(const std::vector<fem::Inclusion>& lumps) {
+  fem::Scene scene;
   scene.cells = {32, 32, 16};
   scene.press_mm.reset();
   scene.force_N = 1;
@@ -34,16 +34,16 @@ ForwardResult solved(const std::vector<Inclusion>& lumps) {
     scene.inclusion = lumps.front();
     scene.others.assign(lumps.begin() + 1, lumps.end());
   }
-  return solve_forward(scene);
+  return fem::solve(scene);
 }
 
 /// What the lumps add to the block alone, with noise that is a share of the peak.
-PressedNodes nodes_of(const std::vector<Inclusion>& lumps, double noise_share, uint64_t seed = 1) {
-  static const ForwardMap alone = solved({}).stress_Pa;
-  const ForwardMap map = solved(lumps).stress_Pa;
+lump::PressedNodes nodes_of(const std::vector<fem::Inclusion>& lumps, double noise_share, uint64_t seed = 1) {
+  static const fem::Map alone = solved({}).stress_Pa;
+  const fem::Map map = solved(lumps).stress_Pa;
   std::mt19937_64 random(seed);
   std::normal_distribution<double> deviate;
-  PressedNodes nodes;
+  lump::PressedNodes nodes;
   std::vector<double> values;
   double peak = 0;
   for (uint32_t j = 1; j + 1 < map.height; ++j)
@@ -61,7 +61,7 @@ PressedNodes nodes_of(const std::vector<Inclusion>& lumps, double noise_share, u
   return nodes;
 }
 
-bool told(const PressedNodes& nodes) {
+bool told(const lump::PressedNodes& nodes) {
   const auto bump = find_second_bump(nodes);
   return bump && tells_two(*bump);
 }
@@ -80,13 +80,14 @@ TEST(SecondBump, TwoLumpsAreToldWithTheirPlaces) {
 
 TEST(SecondBump, OneLumpOfAnyShapeIsOne) {
   EXPECT_FALSE(told(nodes_of({ball(6, -5, 5, 2)}, 0.002)));
-  for (const LumpShape shape : {LumpShape::Ellipsoid, LumpShape::Cylinder, LumpShape::LyingCylinder})
+  for (const fem::InclusionShape shape :
+       {fem::InclusionShape::Ellipsoid, fem::InclusionShape::Cylinder, fem::InclusionShape::LyingCylinder})
     for (const double ratio : {2.0, 40.0}) {
-      Inclusion lump = ball(0, 0, 10, 2);
+      fem::Inclusion lump = ball(0, 0, 10, 2);
       lump.shape = shape;
       lump.stiffness_ratio = ratio;
-      if (shape == LumpShape::Ellipsoid) lump.size_mm[0] = 15;
-      if (shape == LumpShape::LyingCylinder) lump.size_mm[0] = 25;
+      if (shape == fem::InclusionShape::Ellipsoid) lump.size_mm[0] = 15;
+      if (shape == fem::InclusionShape::LyingCylinder) lump.size_mm[0] = 25;
       EXPECT_FALSE(told(nodes_of({lump}, 0.002))) << static_cast<int>(shape) << " " << ratio;
     }
 }
@@ -99,8 +100,8 @@ TEST(SecondBump, NoiseIsNone) {
 }
 
 TEST(SecondBump, ANodeThatIsMissedDoesNotMatter) {
-  PressedNodes nodes = nodes_of({ball(-8, 0), ball(8, 0)}, 0.005);
-  const PressedNodes whole = nodes;
+  lump::PressedNodes nodes = nodes_of({ball(-8, 0), ball(8, 0)}, 0.005);
+  const lump::PressedNodes whole = nodes;
   std::vector<Eigen::Index> kept;
   nodes.x_mm.clear();
   nodes.y_mm.clear();
@@ -117,15 +118,15 @@ TEST(SecondBump, ANodeThatIsMissedDoesNotMatter) {
 }
 
 /// Large strain through a sensor, as the network gets it.
-LumpReading reading_of(const ForwardScene& scene) {
-  LargeStrainOptions options;
+lump::Observation reading_of(const fem::Scene& scene) {
+  fem::LargeStrainOptions options;
   options.residual = 1e-4;
   options.step_mm = 2;
   options.map_nodes = {33, 33};
-  const LargeStrainResult pressed =
+  const fem::LargeStrainResult pressed =
       solve_extrapolated(scene, {16, 16, 8}, {{2, std::nullopt}, {3.5, std::nullopt}}, options);
   EXPECT_TRUE(pressed.converged);
-  PalpationSensor sensor;
+  lump::PalpationSensor sensor;
   sensor.size_px = {160, 120};
   return sensor_reading({pressed.loads.at(0).pressure_Pa, pressed.loads.at(1).pressure_Pa},
                         {pressed.loads[0].force_N, pressed.loads[1].force_N}, scene.block_mm, scene.young_Pa,
@@ -133,15 +134,15 @@ LumpReading reading_of(const ForwardScene& scene) {
 }
 
 TEST(SecondBump, TheNetworkSaysSoAndTellsNoNumbersAsFound) {
-  ForwardScene scene;
+  fem::Scene scene;
   scene.cells = {24, 24, 12};
   scene.inclusion = ball(-8, 0);
-  const LumpEstimate one = LumpNetwork::built_in().estimate(reading_of(scene));
-  EXPECT_NE(one.verdict, LumpVerdict::SeveralLumps);
+  const lump::Estimate one = lump::Network::built_in().estimate(reading_of(scene));
+  EXPECT_NE(one.verdict, lump::Status::SeveralLumps);
   EXPECT_TRUE(one.bumps_mm.empty());
   scene.others = {ball(8, 0)};
-  const LumpEstimate two = LumpNetwork::built_in().estimate(reading_of(scene));
-  EXPECT_EQ(two.verdict, LumpVerdict::SeveralLumps);
+  const lump::Estimate two = lump::Network::built_in().estimate(reading_of(scene));
+  EXPECT_EQ(two.verdict, lump::Status::SeveralLumps);
   EXPECT_FALSE(tells_numbers(two.verdict));
   ASSERT_EQ(two.bumps_mm.size(), 2u);
   EXPECT_NEAR(std::abs(two.bumps_mm[0][0] - two.bumps_mm[1][0]), 16, 2);

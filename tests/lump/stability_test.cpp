@@ -10,12 +10,12 @@ namespace palpate {
 namespace {
 
 TEST(LumpStability, CasesCoverTheEdges) {
-  const std::vector<StabilityCase> cases = stability_cases(0.002);
+  const std::vector<lump::StabilityCase> cases = lump::stability_cases(0.002);
   std::set<std::string> names, groups;
-  for (const StabilityCase& c : cases) {
+  for (const lump::StabilityCase& c : cases) {
     EXPECT_TRUE(names.insert(c.group + c.name).second) << c.name;
     groups.insert(c.group);
-    ForwardScene scene = c.scene;
+    fem::Scene scene = c.scene;
     EXPECT_NO_THROW(check(scene)) << c.name;
   }
   for (const char* group : {"stiffness ratio", "Poisson's ratio", "depth", "size", "number", "noise",
@@ -24,19 +24,19 @@ TEST(LumpStability, CasesCoverTheEdges) {
 }
 
 TEST(LumpStability, EstimatorSeesWhatTheCaseSays) {
-  const std::vector<StabilityCase> all = stability_cases(0.002);
-  std::vector<StabilityCase> few;
+  const std::vector<lump::StabilityCase> all = lump::stability_cases(0.002);
+  std::vector<lump::StabilityCase> few;
   for (const char* name :
        {"sphere 8 mm, 5 mm deep, E_r 6", "saturated at 80 % of the peak", "told -30 %", "1 of 4"})
     few.push_back(
-        *std::find_if(all.begin(), all.end(), [&](const StabilityCase& c) { return c.name == name; }));
-  std::vector<LumpReading> readings;
+        *std::find_if(all.begin(), all.end(), [&](const lump::StabilityCase& c) { return c.name == name; }));
+  std::vector<lump::Observation> readings;
   uint64_t last = 0;
-  const std::vector<StabilityRow> rows = judge_stability(
+  const std::vector<lump::StabilityRow> rows = judge_stability(
       few,
-      [&](const LumpReading& reading) {
+      [&](const lump::Observation& reading) {
         readings.push_back(reading);
-        return LumpEstimate{};
+        return lump::Estimate{};
       },
       1, 0, [&](uint64_t done) { last = done; });
   ASSERT_EQ(rows.size(), 4u);

@@ -10,23 +10,23 @@
 namespace palpate {
 namespace {
 
-LumpStage network_of(const std::vector<LumpStage>& stages, const std::string& name) {
-  for (const LumpStage& stage : stages)
-    if (stage.kind == LumpStage::Kind::Network && stage.name == name) return stage;
+lump::Stage network_of(const std::vector<lump::Stage>& stages, const std::string& name) {
+  for (const lump::Stage& stage : stages)
+    if (stage.kind == lump::Stage::Kind::Network && stage.name == name) return stage;
   throw std::runtime_error("no network " + name);
 }
 constexpr const char* kEmulator = "from a lump to its bump";
 
 TEST(LumpStages, AreTheModelsOwn) {
-  const LumpModel& model = LumpNetwork::built_in().model();
-  const LumpStage stage = network_of(lump_stages(model), kEmulator);
+  const lump::Model& model = lump::Network::built_in().model();
+  const lump::Stage stage = network_of(lump_stages(model), kEmulator);
   ASSERT_FALSE(model.members.empty());
   EXPECT_EQ(stage.copies, model.members.size());
   EXPECT_EQ(stage.widths.front(), model.members[0].inputs());
   EXPECT_EQ(stage.widths.back(), model.members[0].outputs());
   EXPECT_EQ(stage.widths.size(), model.members[0].layers.size() + 1);
-  EXPECT_EQ(stage.inputs.size(), static_cast<size_t>(kLumpFeatures));  // each has a name
-  const LumpStage reader = network_of(lump_stages(model), "from a bump to its lump");
+  EXPECT_EQ(stage.inputs.size(), static_cast<size_t>(lump::kFeatures));  // each has a name
+  const lump::Stage reader = network_of(lump_stages(model), "from a bump to its lump");
   ASSERT_FALSE(model.reader.members.empty());
   EXPECT_EQ(reader.copies, model.reader.members.size());
   EXPECT_EQ(reader.widths.front(), model.reader.members[0].inputs());
@@ -34,9 +34,9 @@ TEST(LumpStages, AreTheModelsOwn) {
 }
 
 TEST(LumpStages, OfAnotherModelAreOthers) {
-  LumpModel model = LumpNetwork::built_in().model();
+  lump::Model model = lump::Network::built_in().model();
   model.members.assign(3, SmallNetwork::random({5, 11, 7, 9, 2}, 1));
-  const LumpStage stage = network_of(lump_stages(model), kEmulator);
+  const lump::Stage stage = network_of(lump_stages(model), kEmulator);
   EXPECT_EQ(stage.copies, 3u);
   EXPECT_EQ(stage.widths, (std::vector<uint32_t>{5, 11, 7, 9, 2}));
   EXPECT_EQ(stage.inputs.size(), 1u);  // names are of other inputs: told by their number

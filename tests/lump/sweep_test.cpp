@@ -52,7 +52,7 @@ TEST(Sobol, SeedsDiffer) {
   EXPECT_LT(same, 10);
 }
 
-void expect_fits(const LumpSweep& s, const LumpCase& what) {
+void expect_fits(const lump::Sweep& s, const lump::Case& what) {
   EXPECT_GE(what.thickness_mm, s.thickness_mm.low);
   EXPECT_LE(what.thickness_mm, s.thickness_mm.high);
   EXPECT_GE(what.young_Pa, s.young_Pa.low);
@@ -63,7 +63,7 @@ void expect_fits(const LumpSweep& s, const LumpCase& what) {
   EXPECT_LE(what.press_mm.back(), s.greatest_press.high * what.thickness_mm * (1 + 1e-12));
   check(scene_of(s, what));
   if (!what.lump) return;
-  const LumpCase::Lump& lump = *what.lump;
+  const lump::Case::Lump& lump = *what.lump;
   EXPECT_GE(lump.diameter_mm, s.size_mm.low);
   EXPECT_LE(lump.diameter_mm, s.size_mm.high);
   EXPECT_GE(lump.depth_mm, s.depth_mm.low);
@@ -79,14 +79,14 @@ void expect_fits(const LumpSweep& s, const LumpCase& what) {
 }
 
 TEST(LumpSweep, AllCasesLieInTheirRangesAndFit) {
-  const LumpSweep sweep;
-  LumpSweep tight;
+  const lump::Sweep sweep;
+  lump::Sweep tight;
   tight.thickness_mm = {7, 9};
   tight.block_mm = {24, 16};
-  LumpSweep exact = tight;  // the smallest lump just fits
+  lump::Sweep exact = tight;  // the smallest lump just fits
   exact.thickness_mm = {6.5, 6.5};
   exact.block_mm = {14, 14};
-  for (const LumpSweep& s : {sweep, tight, exact}) {
+  for (const lump::Sweep& s : {sweep, tight, exact}) {
     check(s);
     for (uint32_t n = 0; n < 2000; ++n) {
       SCOPED_TRACE(n);
@@ -97,14 +97,14 @@ TEST(LumpSweep, AllCasesLieInTheirRangesAndFit) {
 }
 
 TEST(LumpSweep, FillsItsRangesEvenly) {
-  LumpSweep sweep;
+  lump::Sweep sweep;
   sweep.thickness_mm = {30, 30};  // nothing is squeezed
   sweep.block_mm = {80, 80};
   constexpr uint32_t kCases = 2048;
   int without = 0, along_y = 0, long_ones = 0, centred = 0;
   std::array<int, 4> shapes{}, diameters{}, ratios{};
   for (uint32_t n = 0; n < kCases; ++n) {
-    const LumpCase what = lump_case(sweep, n);
+    const lump::Case what = lump_case(sweep, n);
     if (!what.lump) {
       ++without;
       continue;
@@ -127,9 +127,9 @@ TEST(LumpSweep, FillsItsRangesEvenly) {
 
 // Files refuse what their sweep would not make again: this sequence is part of their format.
 TEST(LumpSweep, ACaseIsItsNumberForEver) {
-  const LumpCase what = lump_case(LumpSweep(), 12345);
+  const lump::Case what = lump_case(lump::Sweep(), 12345);
   ASSERT_TRUE(what.lump);
-  const LumpCase again = lump_case(LumpSweep(), 12345);
+  const lump::Case again = lump_case(lump::Sweep(), 12345);
   EXPECT_EQ(what.lump->diameter_mm, again.lump->diameter_mm);
   EXPECT_EQ(what.press_mm, again.press_mm);
   EXPECT_NEAR(what.thickness_mm, 19.481614354067, 1e-9);
@@ -140,15 +140,15 @@ TEST(LumpSweep, ACaseIsItsNumberForEver) {
 }
 
 TEST(LumpSweep, MapsHaveTheAxesOfTheCase) {
-  LumpSweep sweep = small_sweep();
+  lump::Sweep sweep = small_sweep();
   sweep.nodes = {41, 31};
   sweep.block_mm = {40, 36};
-  sweep.shapes = {LumpShape::Ellipsoid, LumpShape::LyingCylinder};
+  sweep.shapes = {fem::InclusionShape::Ellipsoid, fem::InclusionShape::LyingCylinder};
   int checked[2] = {};
   for (uint32_t n = 0; n < 40; ++n) {
-    const LumpSample sample = quick_sample(sweep, n);
+    const lump::Sample sample = quick_sample(sweep, n);
     if (!sample.what.lump) continue;
-    const ForwardMap& map = sample.pressure_Pa[0];
+    const fem::Map& map = sample.pressure_Pa[0];
     ASSERT_EQ(map.width, 41u);
     ASSERT_EQ(map.height, 31u);
     EXPECT_DOUBLE_EQ(map.pitch_mm[1], 1.2);
@@ -172,19 +172,20 @@ TEST(LumpSweep, MapsHaveTheAxesOfTheCase) {
 }
 
 TEST(LumpSweep, GoesThroughJson) {
-  LumpSweep sweep = small_sweep(uint64_t{1} << 60);
-  sweep.shapes = {LumpShape::LyingCylinder};
+  lump::Sweep sweep = small_sweep(uint64_t{1} << 60);
+  sweep.shapes = {fem::InclusionShape::LyingCylinder};
   sweep.young_Pa = {1234.5, 1.0 / 3 * 1e5};
-  EXPECT_EQ(to_json(sweep_from_json(to_json(sweep))), to_json(sweep));
-  for (const char* text : {"", "{}", "nonsense", "[1]"}) EXPECT_THROW(sweep_from_json(text), Error) << text;
-  std::string other = to_json(sweep);
+  EXPECT_EQ(lump::to_json(lump::sweep_from_json(lump::to_json(sweep))), lump::to_json(sweep));
+  for (const char* text : {"", "{}", "nonsense", "[1]"})
+    EXPECT_THROW(lump::sweep_from_json(text), Error) << text;
+  std::string other = lump::to_json(sweep);
   other.replace(other.find("lying"), 5, "cubic");
-  EXPECT_THROW(sweep_from_json(other), Error);
+  EXPECT_THROW(lump::sweep_from_json(other), Error);
 }
 
 TEST(LumpSweep, RefusesWhatCannotBe) {
   const auto refused = [](const auto& change, const char* word) {
-    LumpSweep sweep;
+    lump::Sweep sweep;
     change(sweep);
     try {
       check(sweep);
@@ -194,21 +195,21 @@ TEST(LumpSweep, RefusesWhatCannotBe) {
       EXPECT_EQ(error.failure(), Failure::Usage);
     }
   };
-  refused([](LumpSweep& s) { s.size_mm = {9, 4}; }, "diameter");
-  refused([](LumpSweep& s) { s.size_mm = {NAN, 4}; }, "diameter");
-  refused([](LumpSweep& s) { s.thickness_mm = {6, 20}; }, "6.5 mm thick");
-  refused([](LumpSweep& s) { s.block_mm = {40, 12}; }, "14 mm wide");
-  refused([](LumpSweep& s) { s.stiffness_ratio = {0, 4}; }, "stiffness");
-  refused([](LumpSweep& s) { s.greatest_press = {0.1, 0.6}; }, "press");
-  refused([](LumpSweep& s) { s.poisson = 0.5; }, "Poisson");
-  refused([](LumpSweep& s) { s.loads = 0; }, "loads");
-  refused([](LumpSweep& s) { s.cells = {32, 3, 16}; }, "cells");
-  refused([](LumpSweep& s) { s.coarser_cells = {24, 24, 16}; }, "proportions");
-  refused([](LumpSweep& s) { s.coarser_cells = {48, 48, 24}; }, "coarser cells");
-  refused([](LumpSweep& s) { s.nodes = {33, 1}; }, "nodes");
-  refused([](LumpSweep& s) { s.centred_share = -0.1; }, "middle");
-  refused([](LumpSweep& s) { s.shapes.clear(); }, "shape");
-  refused([](LumpSweep& s) { s.no_lump_share = 1.5; }, "without a lump");
+  refused([](lump::Sweep& s) { s.size_mm = {9, 4}; }, "diameter");
+  refused([](lump::Sweep& s) { s.size_mm = {NAN, 4}; }, "diameter");
+  refused([](lump::Sweep& s) { s.thickness_mm = {6, 20}; }, "6.5 mm thick");
+  refused([](lump::Sweep& s) { s.block_mm = {40, 12}; }, "14 mm wide");
+  refused([](lump::Sweep& s) { s.stiffness_ratio = {0, 4}; }, "stiffness");
+  refused([](lump::Sweep& s) { s.greatest_press = {0.1, 0.6}; }, "press");
+  refused([](lump::Sweep& s) { s.poisson = 0.5; }, "Poisson");
+  refused([](lump::Sweep& s) { s.loads = 0; }, "loads");
+  refused([](lump::Sweep& s) { s.cells = {32, 3, 16}; }, "cells");
+  refused([](lump::Sweep& s) { s.coarser_cells = {24, 24, 16}; }, "proportions");
+  refused([](lump::Sweep& s) { s.coarser_cells = {48, 48, 24}; }, "coarser cells");
+  refused([](lump::Sweep& s) { s.nodes = {33, 1}; }, "nodes");
+  refused([](lump::Sweep& s) { s.centred_share = -0.1; }, "middle");
+  refused([](lump::Sweep& s) { s.shapes.clear(); }, "shape");
+  refused([](lump::Sweep& s) { s.no_lump_share = 1.5; }, "without a lump");
 }
 
 }  // namespace

@@ -162,7 +162,7 @@ TEST(PressTruth, CubeInSpaceIsTheCylinderOfItsFace) {
   constexpr double kPoisson = 0.45;
   for (const double young_MPa : {0.05, 0.2, 1.0}) {
     SCOPED_TRACE(young_MPa);
-    ForwardGrid grid;
+    fem::CellGrid grid;
     grid.cells = {kAcross, kAcross, kPadLayers + 1 + kSampleLayers};
     grid.size_x_mm = grid.size_y_mm = 5.0 / kHalfFace;
     grid.size_z_mm.assign(kPadLayers, 6.0 / kPadLayers);
@@ -177,20 +177,20 @@ TEST(PressTruth, CubeInSpaceIsTheCylinderOfItsFace) {
           grid.young.push_back(k < kPadLayers ? 1.0f : k == kPadLayers ? 0.0f : sample);
         }
     const size_t nodes = grid.nodes();
-    FixedNodes fixed(nodes);
+    fem::FixedNodes fixed(nodes);
     std::vector<double> u(3 * nodes), force;
     for (uint32_t k = 0; k <= grid.cells[2]; ++k)
       for (uint32_t j = 0; j <= kAcross; ++j)
         for (uint32_t i = 0; i <= kAcross; ++i) {
           const size_t n = grid.node(i, j, k);
-          fixed[n] = static_cast<uint8_t>((k == 0               ? kFixedAll
-                                           : k == grid.cells[2] ? kFixedZ
+          fixed[n] = static_cast<uint8_t>((k == 0               ? fem::kFixedAll
+                                           : k == grid.cells[2] ? fem::kFixedZ
                                                                 : 0) |
-                                          (i == 0 ? kFixedX : 0) | (j == 0 ? kFixedY : 0));
+                                          (i == 0 ? fem::kFixedX : 0) | (j == 0 ? fem::kFixedY : 0));
           u[2 * nodes + n] = k == 0 ? 1 : 0;
         }
     WorkTeam team(2);
-    ForwardSolver solver(grid, kPoisson, fixed, team);
+    fem::Solver solver(grid, kPoisson, fixed, team);
     ASSERT_TRUE(solver.solve(std::vector<double>(3 * nodes), u, 1e-6, 500).converged);
     solver.forces(u, force);
     double stiffness = 0, mean = 0, area = 0;  // N/mm; depths over the approach

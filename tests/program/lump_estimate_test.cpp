@@ -87,7 +87,7 @@ TEST_F(LumpEstimateCommand, RefusesNonsenseInOneLine) {
 }
 
 TEST(LumpMaps, NoiseIsThatOfTheMapWhateverItsShape) {
-  ForwardMap map;
+  fem::Map map;
   map.width = 60;
   map.height = 50;
   uint64_t state = 1;

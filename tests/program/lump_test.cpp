@@ -150,10 +150,10 @@ TEST_F(LumpCommand, TellsWhatAFileHolds) {
   EXPECT_GE(info["ranges"]["diameter_mm"][0], 4);
   EXPECT_GT(info["ranges"]["force_N"][0], 0);
   EXPECT_TRUE(contains(run({"lump", "info", at("set.h5")}).out, "12 good, 0 not converged"));
-  const LumpData data = read_lump_file(at("set.h5"));
-  for (const LumpSample& sample : data.samples) {
+  const lump::Data data = lump::read_lump_file(at("set.h5"));
+  for (const lump::Sample& sample : data.samples) {
     // A map sums up to the force where the whole surface is pressed: nodes times the area of each.
-    const ForwardMap& map = sample.pressure_Pa.back();
+    const fem::Map& map = sample.pressure_Pa.back();
     double sum = 0;
     for (uint32_t y = 0; y < map.height; ++y)
       for (uint32_t x = 0; x < map.width; ++x)

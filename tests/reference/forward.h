@@ -57,7 +57,7 @@ inline std::array<std::array<double, 24>, 24> brick(const std::array<double, 3>&
 
 class ForwardEquations {
  public:
-  ForwardEquations(const ForwardGrid& grid, double poisson) : grid_(grid) {
+  ForwardEquations(const fem::CellGrid& grid, double poisson) : grid_(grid) {
     const auto nodes = static_cast<int>(grid.nodes());
     std::vector<Eigen::Triplet<double>> entries;
     for (uint32_t k = 0; k < grid.cells[2]; ++k) {
@@ -88,7 +88,7 @@ class ForwardEquations {
 
   /// Displacements under a load; what is fixed keeps its value in `displacement`. Both sides of a slit have
   /// one unknown along z.
-  void solve(const FixedNodes& fixed, const std::vector<double>& load,
+  void solve(const fem::FixedNodes& fixed, const std::vector<double>& load,
              std::vector<double>& displacement) const {
     const size_t nodes = grid_.nodes();
     std::vector<int> unknown(3 * nodes, -1);
@@ -119,7 +119,7 @@ class ForwardEquations {
   }
 
  private:
-  const ForwardGrid& grid_;
+  const fem::CellGrid& grid_;
   Eigen::SparseMatrix<double> matrix_;
 };
 

@@ -11,7 +11,7 @@
 namespace palpate::reference {
 
 /// Where a corner of a cell lies at rest.
-inline Eigen::Vector3d corner_place(const ForwardGrid& grid, uint32_t i, uint32_t j, uint32_t k) {
+inline Eigen::Vector3d corner_place(const fem::CellGrid& grid, uint32_t i, uint32_t j, uint32_t k) {
   if (!grid.place_mm.empty()) {
     const size_t n = grid.node(i, j, k), nodes = grid.nodes();
     return {grid.place_mm[n], grid.place_mm[nodes + n], grid.place_mm[2 * nodes + n]};
@@ -23,7 +23,7 @@ inline Eigen::Vector3d corner_place(const ForwardGrid& grid, uint32_t i, uint32_
 
 /// Sum over the cells of mu/2 int (J^(-2/3) I1 - 3) + kappa/2 V (Jm - 1)^2, Jm the mean of J over the cell's
 /// volume; two Gauss points a side. In modulus times mm^3.
-inline double neo_hookean_energy(const ForwardGrid& grid, double poisson, const std::vector<double>& u) {
+inline double neo_hookean_energy(const fem::CellGrid& grid, double poisson, const std::vector<double>& u) {
   const double mu = 0.5 / (1 + poisson), kappa = 1 / (3 * (1 - 2 * poisson));
   const double place[2] = {0.5 - 0.5 / std::sqrt(3.0), 0.5 + 0.5 / std::sqrt(3.0)};
   double energy = 0;

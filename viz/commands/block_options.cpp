@@ -82,11 +82,11 @@ void BlockChoice::add_to(CommandLine& command) {
     command.get_option(name)->group(kGroup);
 }
 
-std::unique_ptr<viz::PressWatch> watch_presses(const BlockChoice& choice, const MeasuredInput& input,
-                                               const Frame& background, uint64_t round) {
+std::unique_ptr<PressMonitor> monitor_presses(const BlockChoice& choice, const MeasuredInput& input,
+                                              const Frame& background, uint64_t round) {
   const std::optional<TissueOptions> tissue = tissue_behind(input);
   if (!tissue && !choice.given()) return nullptr;
-  viz::PressSetup setup;
+  PressSetup setup;
   BlockSetting& block = setup.block;
   if (tissue) block = {tissue->scene.block_mm, tissue->scene.young_Pa, {tissue->x_mm, tissue->y_mm}};
   std::copy_n(choice.block_mm.begin(), choice.block_mm.size(), block.block_mm.begin());
@@ -100,7 +100,7 @@ std::unique_ptr<viz::PressWatch> watch_presses(const BlockChoice& choice, const 
     setup.force = [force = std::move(setup.force), round](uint64_t sequence) {
       return force(sequence % round);
     };
-  return std::make_unique<viz::PressWatch>(input.sensor, background, std::move(setup));
+  return std::make_unique<PressMonitor>(input.sensor, background, std::move(setup));
 }
 
 }  // namespace palpate

@@ -34,7 +34,7 @@ struct BlockChoice {
 /// for that. `round`: frames after which the numbers of a looped recording begin anew; 0: never. Throws
 /// Error(Failure::Usage) on a block without a modulus and on a gauge beside a camera, and what measure_press
 /// throws.
-std::unique_ptr<viz::PressWatch> watch_presses(const BlockChoice& choice, const MeasuredInput& input,
-                                               const Frame& background, uint64_t round = 0);
+std::unique_ptr<PressMonitor> monitor_presses(const BlockChoice& choice, const MeasuredInput& input,
+                                              const Frame& background, uint64_t round = 0);
 
 }  // namespace palpate

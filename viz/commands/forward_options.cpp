@@ -20,11 +20,12 @@ std::array<uint32_t, 3> parse_cells(const std::string& option, const std::string
   return cells;
 }
 
-const std::map<std::string, LumpShape>& lump_shapes() {
-  static const std::map<std::string, LumpShape> shapes = {{"sphere", LumpShape::Sphere},
-                                                          {"ellipsoid", LumpShape::Ellipsoid},
-                                                          {"cylinder", LumpShape::Cylinder},
-                                                          {"lying", LumpShape::LyingCylinder}};
+const std::map<std::string, fem::InclusionShape>& lump_shapes() {
+  static const std::map<std::string, fem::InclusionShape> shapes = {
+      {"sphere", fem::InclusionShape::Sphere},
+      {"ellipsoid", fem::InclusionShape::Ellipsoid},
+      {"cylinder", fem::InclusionShape::Cylinder},
+      {"lying", fem::InclusionShape::LyingCylinder}};
   return shapes;
 }
 

@@ -42,8 +42,8 @@ OpenInput open_input(const Common& common, const BenchRequest& request,
   open.source = open_source(open.measured.input, open.measured.sensor);
   open.source->watch(cancelled);
   open.background = load_background(open.measured.input, open.measured.sensor, *open.source);
-  open.presses = watch_presses(request.block, open.measured, open.background,
-                               request.live.loop ? open.source->frame_count().value_or(0) : 0);
+  open.presses = monitor_presses(request.block, open.measured, open.background,
+                                 request.live.loop ? open.source->frame_count().value_or(0) : 0);
   return open;
 }
 

@@ -59,7 +59,7 @@ struct OpenInput {
   MeasuredInput measured;
   std::unique_ptr<Source> source;
   Frame background;
-  std::unique_ptr<viz::PressWatch> presses;  ///< null: no block of tissue is known
+  std::unique_ptr<PressMonitor> presses;  ///< null: no block of tissue is known
 };
 
 /// May take seconds with a camera; any thread. `cancelled` ends the waiting for frames. Throws Error.

@@ -62,7 +62,7 @@ Report process(const Common& common, Options options) {
   viz::PictureOptions look;
   options.look.apply(look);
   request.draw = viz::recording_pictures(look);
-  request.watch = [&](const Frame& background) { return watch_presses(options.block, input, background); };
+  request.watch = [&](const Frame& background) { return monitor_presses(options.block, input, background); };
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const ProcessSummary summary = process_recording(*context, sensor, request, common.out, run_watch(common));
   Report report;

@@ -38,7 +38,7 @@ Report record(const Common& common, Options options) {
   std::unique_ptr<Source> source = open_source(input.input, input.sensor);
   source->watch(interrupted);
   const Frame background = load_background(input.input, input.sensor, *source);
-  const std::unique_ptr<viz::PressWatch> presses = watch_presses(options.block, input, background);
+  const std::unique_ptr<PressMonitor> presses = monitor_presses(options.block, input, background);
   options.live.presses = presses.get();
   const std::unique_ptr<gpu::Context> context = open_device(common);
   PipelineOptions pipeline{.outputs = input.outputs, .solver = options.solver};
@@ -71,7 +71,7 @@ Report record(const Common& common, Options options) {
   viz::LiveReport report =
       viz::run_without_window(*context, open, input.sensor, background, pipeline, options.live);
   const std::vector<viz::Recording::Written> sessions = recording.finish();
-  for (const viz::PressAnswer& press : report.presses)
+  for (const PressAnswer& press : report.presses)
     viz::append_event(common.out, {press.last_frame, press.time_s, "lump", describe(press)});
   report.interrupted = interrupted();
   const std::string error = recording_error(sessions);

@@ -36,7 +36,7 @@ Report replay(const Common& common, Options options) {
   const MeasuredInput input = find_input(common.seed, options.session.string(), options.sensor);
   auto session = std::make_unique<Session>(options.session, input.sensor);
   const Frame background = load_background(input.input, input.sensor, *session);
-  const std::unique_ptr<viz::PressWatch> presses = watch_presses(
+  const std::unique_ptr<PressMonitor> presses = monitor_presses(
       options.block, input, background, options.live.loop ? session->frame_count().value_or(0) : 0);
   options.live.presses = presses.get();
   if (options.from_s > 0) {

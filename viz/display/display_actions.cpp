@@ -77,7 +77,7 @@ void Display::update_presses() {
   if (!last || last->press == presses_) return;
   presses_ = last->press;
   restless_ = 3;
-  const Event event{last->last_frame, last->time_s, "lump", viz::describe(*last)};
+  const Event event{last->last_frame, last->time_s, "lump", describe(*last)};
   // A recording tells the same each time it is played: nothing that its own list should grow by.
   if (options_.replay)
     scene_.mark({event.time_s, label_of(event)});

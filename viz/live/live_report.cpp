@@ -78,7 +78,7 @@ std::string describe(const viz::LiveReport& report, const std::vector<viz::Recor
                   report.copies_per_frame);
     text += line;
   }
-  for (const viz::PressAnswer& press : report.presses) text += describe(press) + "\n";
+  for (const PressAnswer& press : report.presses) text += describe(press) + "\n";
   for (const viz::Recording::Written& session : sessions) text += "session " + describe(session) + "\n";
   return text;
 }

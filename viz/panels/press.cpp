@@ -11,7 +11,7 @@ namespace {
 using Tone = PressRow::Tone;
 
 /// "8.1 mm (7.6 to 8.7)": the interval is that of the heading.
-std::string with_interval(const LumpValue& v, const char* unit) {
+std::string with_interval(const lump::Value& v, const char* unit) {
   return text("%.3g%s (%.3g to %.3g)", v.value, unit, v.low, v.high);
 }
 
@@ -22,10 +22,10 @@ std::string age(const PressAnswer& last, double time_s) {
   return last.time_s <= time_s ? from + ", " + time_text(time_s - last.time_s) + " ago" : from;
 }
 
-void estimate_lines(const LumpEstimate& e, std::vector<PressRow>& rows) {
-  const bool found = e.verdict == LumpVerdict::Found, open = e.verdict == LumpVerdict::StiffnessOpen;
-  rows.push_back({found || e.verdict == LumpVerdict::NoLump ? Tone::Good : Tone::Doubtful, "",
-                  verdict_words(e.verdict)});
+void estimate_lines(const lump::Estimate& e, std::vector<PressRow>& rows) {
+  const bool found = e.verdict == lump::Status::Found, open = e.verdict == lump::Status::StiffnessOpen;
+  rows.push_back({found || e.verdict == lump::Status::NoLump ? Tone::Good : Tone::Doubtful, "",
+                  lump::status_words(e.verdict)});
   if (found || open) {
     rows.push_back({Tone::Faint, "", "90 % intervals in brackets"});
     rows.push_back({Tone::Plain, "size", with_interval(e.size_mm, " mm")});

@@ -159,7 +159,7 @@ void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, cons
 void draw_lump(ImDrawList* list, const ViewRect& rect, const PressAnswer& answer, const Sensor& sensor,
                const FrameFormat& format, float scale) {
   if (!answer.estimate || !has_scale(sensor)) return;
-  const LumpEstimate& e = *answer.estimate;
+  const lump::Estimate& e = *answer.estimate;
   if (!tells_numbers(e.verdict)) return;
   const ImVec2 low{static_cast<float>(rect.x), static_cast<float>(rect.y)};
   const Place place{low, static_cast<double>(rect.width) / format.width};

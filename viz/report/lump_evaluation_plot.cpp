@@ -19,7 +19,7 @@ struct Axis {
 constexpr std::array<Axis, 3> kAxes = {Axis{"size", "size, mm", false}, Axis{"depth", "depth, mm", false},
                                        Axis{"ratio", "stiffness ratio", true}};
 
-std::string table(const std::vector<LumpJudged>& judged) {
+std::string table(const std::vector<lump::Judged>& judged) {
   std::string csv =
       "block,lump,shape,size_mm,depth_mm,stiffness_ratio,x_mm,y_mm,thickness_mm,young_Pa,verdict,evidence,"
       "size_"
@@ -27,12 +27,12 @@ std::string table(const std::vector<LumpJudged>& judged) {
       "size_high_mm,depth_estimate_mm,depth_low_mm,depth_high_mm,ratio_estimate,ratio_low,ratio_high,x_"
       "estimate_mm,y_estimate_mm,"
       "shape_estimate,shape_probability,wall_ms\n";
-  for (const LumpJudged& j : judged) {
+  for (const lump::Judged& j : judged) {
     const auto cell = [&csv](double v, bool there = true) {
       csv += (there && std::isfinite(v) ? plot_number(v) : std::string()) + ",";
     };
     const bool lump = j.truth.lump;
-    const LumpEstimate& e = j.estimate;
+    const lump::Estimate& e = j.estimate;
     csv += std::to_string(j.number) + ",";
     csv += lump ? std::string("1,") + to_string(j.truth.shape) + "," : "0,,";
     for (const double v : truth_of(j.truth)) cell(v, lump);
@@ -42,7 +42,7 @@ std::string table(const std::vector<LumpJudged>& judged) {
     csv += std::string(to_string(e.verdict)) + ",";
     cell(e.evidence);
     const bool seen = e.evidence >= 1;
-    for (const LumpValue& v : values_of(e))
+    for (const lump::Value& v : values_of(e))
       for (const double part : {v.value, v.low, v.high}) cell(part, seen);
     cell(e.x_mm.value, seen);
     cell(e.y_mm.value, seen);
@@ -53,12 +53,12 @@ std::string table(const std::vector<LumpJudged>& judged) {
   return csv;
 }
 
-std::string estimates_script(const LumpScore& s, const std::vector<LumpJudged>& judged) {
+std::string estimates_script(const lump::Score& s, const std::vector<lump::Judged>& judged) {
   std::string script;
   for (size_t p = 0; p < 3; ++p) {
     std::vector<std::vector<double>> columns(4);
-    for (const LumpJudged& j : judged) {
-      const LumpValue v = values_of(j.estimate)[p];
+    for (const lump::Judged& j : judged) {
+      const lump::Value v = values_of(j.estimate)[p];
       if (!j.truth.lump || j.estimate.evidence < 1 || !std::isfinite(v.value)) continue;
       const std::array<double, 4> row = {truth_of(j.truth)[p], v.value, v.low, v.high};
       for (size_t c = 0; c < 4; ++c) columns[c].push_back(row[c]);
@@ -83,11 +83,11 @@ std::string estimates_script(const LumpScore& s, const std::vector<LumpJudged>& 
   return script + "unset multiplot\n";
 }
 
-std::string quality_script(const LumpScore& s) {
+std::string quality_script(const lump::Score& s) {
   std::vector<std::vector<double>> ratio(4), roc(2), shapes(3);
   std::string tics;
   for (size_t r = 0; r < s.by_ratio.size(); ++r) {
-    const LumpErrorRange& range = s.by_ratio[r];
+    const lump::ErrorRange& range = s.by_ratio[r];
     ratio[0].push_back(static_cast<double>(r));
     for (size_t p = 0; p < 3; ++p) ratio[p + 1].push_back(100 * range.median[p]);
     char tic[60];
@@ -141,8 +141,8 @@ std::string quality_script(const LumpScore& s) {
   std::snprintf(title, sizeof title, "shape right in %.1f %%", 100 * s.shape_rate);
   std::string names;
   for (size_t i = 0; i < 4; ++i)
-    names +=
-        std::string(i > 0 ? "," : "") + "'" + to_string(static_cast<LumpShape>(i)) + "' " + std::to_string(i);
+    names += std::string(i > 0 ? "," : "") + "'" + to_string(static_cast<fem::InclusionShape>(i)) + "' " +
+             std::to_string(i);
   script += std::string("set title ") + gnuplot_quoted(title) +
             "\nset xlabel 'answer'\nset ylabel 'truth'\nset xtics (" + names +
             ") rotate by 30 right\nset ytics (" + names +
@@ -155,7 +155,7 @@ std::string quality_script(const LumpScore& s) {
 
 }  // namespace
 
-std::string write_score(const LumpScore& score, const std::vector<LumpJudged>& judged,
+std::string write_score(const lump::Score& score, const std::vector<lump::Judged>& judged,
                         const std::string& folder) {
   make_output_folder(folder);
   write_whole(folder + "/lump_evaluation.csv", std::string_view(table(judged)));

@@ -40,16 +40,17 @@ std::vector<std::string> wrapped(const std::string& text, size_t letters) {
   return lines;
 }
 
-std::string widths_text(const LumpStage& stage) {
+std::string widths_text(const lump::Stage& stage) {
   std::string text;
   for (const uint32_t width : stage.widths) text += (text.empty() ? "" : ", ") + std::to_string(width);
   return text.empty() ? "" : "numbers: " + text;
 }
 
 /// A box with its name, what goes in and what comes out.
-std::string box(const LumpStage& stage, double left, double right, double low, double high) {
+std::string box(const lump::Stage& stage, double left, double right, double low, double high) {
   std::string script = "set object rectangle from " + at(left, low) + " to " + at(right, high) +
-                       " behind fc rgb '" + (stage.kind == LumpStage::Kind::Search ? "#fdebd0" : "#e8f0f8") +
+                       " behind fc rgb '" +
+                       (stage.kind == lump::Stage::Kind::Search ? "#fdebd0" : "#e8f0f8") +
                        "' fs solid border lc rgb '#666666'\n";
   double y = high - 1.3;
   for (const std::string& line : wrapped(stage.name, kLettersOfBox - 4)) {
@@ -88,7 +89,7 @@ std::vector<double> dots(uint32_t width) {
 }
 
 /// The layers as columns of dots, all joined with all of the next.
-std::string network(const LumpStage& stage, double from, double to, const std::string& name,
+std::string network(const lump::Stage& stage, double from, double to, const std::string& name,
                     std::string& blocks) {
   const double left = from + kNamesLeft, right = to - kNamesRight;
   constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
@@ -151,11 +152,11 @@ std::string network(const LumpStage& stage, double from, double to, const std::s
 
 }  // namespace
 
-std::string network_figure(const std::vector<LumpStage>& stages, const std::string& made_from) {
+std::string network_figure(const std::vector<lump::Stage>& stages, const std::string& made_from) {
   std::string blocks, script;
-  std::vector<const LumpStage*> row, networks;
-  for (const LumpStage& stage : stages)
-    (stage.kind == LumpStage::Kind::Network ? networks : row).push_back(&stage);
+  std::vector<const lump::Stage*> row, networks;
+  for (const lump::Stage& stage : stages)
+    (stage.kind == lump::Stage::Kind::Network ? networks : row).push_back(&stage);
   const double gap = 2.6, width = (kWide - 4 - gap * static_cast<double>(row.size() - 1)) /
                                   static_cast<double>(std::max<size_t>(1, row.size()));
   double search = kWide / 2;
@@ -163,7 +164,7 @@ std::string network_figure(const std::vector<LumpStage>& stages, const std::stri
     const double left = 2 + (width + gap) * static_cast<double>(i);
     script += box(*row[i], left, left + width, kBoxLow, kBoxHigh);
     if (i > 0) script += arrow(left - gap, (kBoxLow + kBoxHigh) / 2, left, (kBoxLow + kBoxHigh) / 2);
-    if (row[i]->kind == LumpStage::Kind::Search) search = left + width / 2;
+    if (row[i]->kind == lump::Stage::Kind::Search) search = left + width / 2;
   }
   script += label("the inverse way: from a reading to the lump", 2, kBoxHigh + 1.6, "left", "font ',12'");
   script += label("the forward way: finite elements at large strain, and networks taught by them", 2,

@@ -116,7 +116,7 @@ std::string describe(const ProcessSummary& s) {
             std::to_string(s.recorded->different) + " different\n";
     if (s.recorded->different) text += "first difference in " + s.recorded->first_difference + "\n";
   }
-  for (const viz::PressAnswer& press : s.presses) text += describe(press) + "\n";
+  for (const PressAnswer& press : s.presses) text += describe(press) + "\n";
   if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
   if (s.comparison) text += "\n" + table_of(*s.comparison);
   return text;

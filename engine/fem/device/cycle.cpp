@@ -10,11 +10,11 @@
 #include "engine/numeric/dense.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 /// The dense inverse as forward_coarsest.comp reads it; zero where displacements are fixed.
-std::vector<float> dense_inverse(const ForwardOperator& stiffness, const FixedNodes& fixed) {
+std::vector<float> dense_inverse(const Stiffness& stiffness, const FixedNodes& fixed) {
   const size_t nodes = stiffness.grid().nodes();
   const auto size = static_cast<Eigen::Index>(3 * nodes);
   Eigen::MatrixXd matrix(size, size);
@@ -49,14 +49,14 @@ std::vector<float> dense_inverse(const ForwardOperator& stiffness, const FixedNo
 
 }  // namespace
 
-struct ForwardDeviceCycle::Level : ForwardLevel {
-  ForwardDeviceGrid device;
+struct DeviceCycle::Level : GridLevel {
+  DeviceGrid device;
   DeviceTexels right, step, x[2];
 
-  /// `Grid` and `Fixed` as ForwardLevel takes them.
+  /// `Grid` and `Fixed` as GridLevel takes them.
   template <typename Grid, typename Fixed>
   Level(gpu::Context& context, const char* name, Grid&& g, double poisson, Fixed&& f)
-      : ForwardLevel(std::forward<Grid>(g), poisson, std::forward<Fixed>(f)),
+      : GridLevel(std::forward<Grid>(g), poisson, std::forward<Fixed>(f)),
         device(context, name, stiffness, fixed),
         right(device.single_vector(context, "forward right side")),
         step(device.single_vector(context, "forward step")),
@@ -68,7 +68,7 @@ struct ForwardDeviceCycle::Level : ForwardLevel {
   }
 };
 
-std::string ForwardDeviceCycle::refusal(const ForwardGrid& grid) {
+std::string DeviceCycle::refusal(const CellGrid& grid) {
   if (grid.slit) return "a pad that slides";
   std::array<uint32_t, 3> cells = grid.cells;
   // As halve() does.
@@ -84,14 +84,13 @@ std::string ForwardDeviceCycle::refusal(const ForwardGrid& grid) {
          " unknowns, more than " + std::to_string(kMostCoarse);
 }
 
-ForwardDeviceCycle::ForwardDeviceCycle(gpu::Context& context, const ForwardGrid& grid, double poisson,
-                                       const FixedNodes& fixed,
-                                       std::shared_ptr<const ForwardKernels> kernels) {
+DeviceCycle::DeviceCycle(gpu::Context& context, const CellGrid& grid, double poisson, const FixedNodes& fixed,
+                         std::shared_ptr<const Kernels> kernels) {
   if (const std::string why = refusal(grid); !why.empty())
     throw Error(Failure::Usage, "cells that can be halved to a small grid on the device", why,
                 "64x64x32 or another power of two times 1 or 3, or --solver processor");
   levels_.push_back(std::make_unique<Level>(context, "forward", grid, poisson, fixed));
-  while (std::optional<ForwardGrid> half = halve(levels_.back()->grid)) {
+  while (std::optional<CellGrid> half = halve(levels_.back()->grid)) {
     FixedNodes half_fixed = halve(levels_.back()->grid, *half, levels_.back()->fixed);
     levels_.push_back(
         std::make_unique<Level>(context, "forward coarse", std::move(*half), poisson, std::move(half_fixed)));
@@ -102,32 +101,31 @@ ForwardDeviceCycle::ForwardDeviceCycle(gpu::Context& context, const ForwardGrid&
                         VK_FORMAT_R32G32B32A32_SFLOAT, dense);
   const bool layered = finest().layered();
   kernels_ = kernels && (kernels->layered || !layered) ? std::move(kernels)
-                                                       : std::make_shared<ForwardKernels>(context, layered);
+                                                       : std::make_shared<Kernels>(context, layered);
 }
 
-ForwardDeviceCycle::~ForwardDeviceCycle() = default;
+DeviceCycle::~DeviceCycle() = default;
 
-const ForwardDeviceGrid& ForwardDeviceCycle::finest() const {
+const DeviceGrid& DeviceCycle::finest() const {
   return levels_.front()->device;
 }
-const DeviceTexels& ForwardDeviceCycle::right() const {
+const DeviceTexels& DeviceCycle::right() const {
   return levels_.front()->right;
 }
-const DeviceTexels& ForwardDeviceCycle::correction() const {
+const DeviceTexels& DeviceCycle::correction() const {
   return levels_.front()->x[0];
 }
-const DeviceTexels& ForwardDeviceCycle::residual() const {
+const DeviceTexels& DeviceCycle::residual() const {
   return levels_.front()->x[1];
 }
 
-uint64_t ForwardDeviceCycle::bytes() const {
+uint64_t DeviceCycle::bytes() const {
   uint64_t sum = dense_.buffer.bytes();
   for (const auto& level : levels_) sum += level->bytes();
   return sum;
 }
 
-void ForwardDeviceCycle::smooth(gpu::Commands& commands, size_t index, int first,
-                                const DeviceTexels* sums) const {
+void DeviceCycle::smooth(gpu::Commands& commands, size_t index, int first, const DeviceTexels* sums) const {
   const Level& v = *levels_[index];
   const auto end = static_cast<int>(v.steps.size());
   // One step leads from either x to the other.
@@ -150,7 +148,7 @@ void ForwardDeviceCycle::smooth(gpu::Commands& commands, size_t index, int first
   }
 }
 
-void ForwardDeviceCycle::residual_of(gpu::Commands& commands, const Level& v) const {
+void DeviceCycle::residual_of(gpu::Commands& commands, const Level& v) const {
   commands.dispatch(kernels_->residual,
                     {&v.x[0].texels, &v.device.moduli().texels, &v.device.layers().texels, &v.right.texels,
                      &v.device.inverse().texels, &v.x[1].buffer},
@@ -158,7 +156,7 @@ void ForwardDeviceCycle::residual_of(gpu::Commands& commands, const Level& v) co
   commands.barrier();
 }
 
-void ForwardDeviceCycle::cycle(gpu::Commands& commands, size_t index, const DeviceTexels& sums) const {
+void DeviceCycle::cycle(gpu::Commands& commands, size_t index, const DeviceTexels& sums) const {
   const Level& v = *levels_[index];
   if (index + 1 == levels_.size()) {
     commands.dispatch(kernels_->coarsest, {&v.right.texels, &dense_.texels, &v.x[0].buffer},
@@ -192,12 +190,12 @@ void ForwardDeviceCycle::cycle(gpu::Commands& commands, size_t index, const Devi
   smooth(commands, index, 0, index == 0 ? &sums : nullptr);
 }
 
-void ForwardDeviceCycle::record_residual(gpu::Commands& commands) const {
+void DeviceCycle::record_residual(gpu::Commands& commands) const {
   residual_of(commands, *levels_.front());
 }
 
-void ForwardDeviceCycle::record(gpu::Commands& commands, const DeviceTexels& sums) const {
+void DeviceCycle::record(gpu::Commands& commands, const DeviceTexels& sums) const {
   cycle(commands, 0, sums);
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -1,4 +1,4 @@
-// The V-cycle of ForwardMultigrid on a Vulkan device: same grids, smoothing and coarsest solution, so that
+// The V-cycle of Multigrid on a Vulkan device: same grids, smoothing and coarsest solution, so that
 // the correction is the same up to rounding.
 #pragma once
 
@@ -9,23 +9,23 @@
 #include "engine/fem/device/grid.h"
 #include "engine/fem/device/kernels.h"
 
-namespace palpate {
-namespace gpu {
+namespace palpate::gpu {
 class Commands;
-}  // namespace gpu
+}  // namespace palpate::gpu
 
-class ForwardDeviceCycle {
+namespace palpate::fem {
+class DeviceCycle {
  public:
   /// Unknowns of the coarsest grid at most: its dense inverse then holds 9 MB.
   static constexpr size_t kMostCoarse = 1500;
   /// Why such a grid's cycle does not fit, one line; empty: it does.
-  static std::string refusal(const ForwardGrid& grid);
+  static std::string refusal(const CellGrid& grid);
 
   /// Keeps `grid` and `fixed`, which outlive it. Takes `kernels` where they fit, else compiles its own.
   /// Throws Error(Failure::Usage) with the refusal, or where the supports do not hold the block.
-  ForwardDeviceCycle(gpu::Context& context, const ForwardGrid& grid, double poisson, const FixedNodes& fixed,
-                     std::shared_ptr<const ForwardKernels> kernels);
-  ~ForwardDeviceCycle();
+  DeviceCycle(gpu::Context& context, const CellGrid& grid, double poisson, const FixedNodes& fixed,
+              std::shared_ptr<const Kernels> kernels);
+  ~DeviceCycle();
 
   /// correction(), about the solution of K correction = right(); ends visible to what comes after. `sums`
   /// gets product_sums() partial sums of right times correction.
@@ -33,8 +33,8 @@ class ForwardDeviceCycle {
   /// residual() = right() - K correction() where displacements are free.
   void record_residual(gpu::Commands& commands) const;
 
-  const std::shared_ptr<const ForwardKernels>& kernels() const { return kernels_; }
-  const ForwardDeviceGrid& finest() const;
+  const std::shared_ptr<const Kernels>& kernels() const { return kernels_; }
+  const DeviceGrid& finest() const;
   const DeviceTexels& right() const;
   const DeviceTexels& correction() const;
   const DeviceTexels& residual() const;
@@ -51,7 +51,7 @@ class ForwardDeviceCycle {
 
   std::vector<std::unique_ptr<Level>> levels_;
   DeviceTexels dense_;  ///< inverse of the coarsest grid
-  std::shared_ptr<const ForwardKernels> kernels_;
+  std::shared_ptr<const Kernels> kernels_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::fem

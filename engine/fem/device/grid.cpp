@@ -7,7 +7,7 @@
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 constexpr uint32_t kSegmentOnGpu = 4;
@@ -47,9 +47,9 @@ DeviceTexels::DeviceTexels(gpu::Context& context, const std::string& name, uint6
   commands.wait();
 }
 
-ForwardDeviceGrid::ForwardDeviceGrid(gpu::Context& context, const std::string& name,
-                                     const ForwardOperator& stiffness, const FixedNodes& fixed) {
-  const ForwardGrid& grid = stiffness.grid();
+DeviceGrid::DeviceGrid(gpu::Context& context, const std::string& name, const Stiffness& stiffness,
+                       const FixedNodes& fixed) {
+  const CellGrid& grid = stiffness.grid();
   row_ = grid.cells[0] + 1;
   plane_ = row_ * (grid.cells[1] + 1);
   planes_ = grid.cells[2] + 1;
@@ -99,27 +99,27 @@ ForwardDeviceGrid::ForwardDeviceGrid(gpu::Context& context, const std::string& n
   wide_layers_ = DeviceTexels(context, name + " wide layers", 16 * count, VK_FORMAT_R32G32B32A32_UINT, words);
 }
 
-DeviceTexels ForwardDeviceGrid::single_vector(gpu::Context& context, const std::string& name) const {
+DeviceTexels DeviceGrid::single_vector(gpu::Context& context, const std::string& name) const {
   return {context, name, (nodes() + 2 * uint64_t{lead()}) * kSingleBytes, VK_FORMAT_R32G32B32A32_SFLOAT};
 }
 
-DeviceTexels ForwardDeviceGrid::wide_vector(gpu::Context& context, const std::string& name) const {
+DeviceTexels DeviceGrid::wide_vector(gpu::Context& context, const std::string& name) const {
   return {context, name, (nodes() + 2 * uint64_t{lead()}) * kWideBytes, VK_FORMAT_R32G32B32A32_UINT};
 }
 
-std::array<uint32_t, 3> ForwardDeviceGrid::product_groups() const {
+std::array<uint32_t, 3> DeviceGrid::product_groups() const {
   return {(columns() + kWorkgroup - 1) / kWorkgroup, segments(), 1};
 }
 
-std::array<uint32_t, 3> ForwardDeviceGrid::node_groups() const {
+std::array<uint32_t, 3> DeviceGrid::node_groups() const {
   return {(nodes() + kWorkgroup - 1) / kWorkgroup, 1, 1};
 }
 
-std::array<uint32_t, 3> ForwardDeviceGrid::vector_groups() const {
+std::array<uint32_t, 3> DeviceGrid::vector_groups() const {
   return {(nodes() + kWorkgroup * kNodesEach - 1) / (kWorkgroup * kNodesEach), 1, 1};
 }
 
-shared::ForwardStepPush ForwardDeviceGrid::step_push(double keep, double gain) const {
+shared::ForwardStepPush DeviceGrid::step_push(double keep, double gain) const {
   const auto& s = first_layer_;
   const auto real = [](double x) { return static_cast<float>(x); };
   return {row_,
@@ -133,7 +133,7 @@ shared::ForwardStepPush ForwardDeviceGrid::step_push(double keep, double gain) c
            real(s.zz), real(s.xy), real(s.xz), real(s.yz)}};
 }
 
-shared::ForwardWidePush ForwardDeviceGrid::wide_push() const {
+shared::ForwardWidePush DeviceGrid::wide_push() const {
   const auto& s = first_layer_;
   return {row_,
           plane_,
@@ -144,13 +144,13 @@ shared::ForwardWidePush ForwardDeviceGrid::wide_push() const {
           {s.bulk, s.twice_mu, s.gx, s.gy, s.gz, s.xx, s.yy, s.zz, s.xy, s.xz, s.yz}};
 }
 
-shared::ForwardNodesPush ForwardDeviceGrid::nodes_push(double gain) const {
+shared::ForwardNodesPush DeviceGrid::nodes_push(double gain) const {
   return {nodes(), lead(), static_cast<float>(gain)};
 }
 
-uint64_t ForwardDeviceGrid::bytes() const {
+uint64_t DeviceGrid::bytes() const {
   return moduli_.buffer.bytes() + inverse_.buffer.bytes() + layers_.buffer.bytes() +
          wide_layers_.buffer.bytes();
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

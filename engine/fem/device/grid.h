@@ -6,11 +6,11 @@
 #include <span>
 #include <string>
 
-#include "engine/gpu/buffer.h"
 #include "engine/fem/linear/stiffness.h"
+#include "engine/gpu/buffer.h"
 #include "shaders/shared/forward.h"
 
-namespace palpate {
+namespace palpate::fem {
 
 /// A buffer that kernels read as texels and write as storage.
 struct DeviceTexels {
@@ -25,11 +25,11 @@ struct DeviceTexels {
                std::span<const float> content);
 };
 
-class ForwardDeviceGrid {
+class DeviceGrid {
  public:
   /// Copies what it needs of the grid.
-  ForwardDeviceGrid(gpu::Context& context, const std::string& name, const ForwardOperator& stiffness,
-                    const FixedNodes& fixed);
+  DeviceGrid(gpu::Context& context, const std::string& name, const Stiffness& stiffness,
+             const FixedNodes& fixed);
 
   /// A vector of three numbers a node, zeros: `single_vector` R32G32B32A32 floats, one texel a node,
   /// `wide_vector` doubles, two texels a node; both with a lead and a tail of lead() nodes.
@@ -68,4 +68,4 @@ class ForwardDeviceGrid {
   DeviceTexels moduli_, inverse_, layers_, wide_layers_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -19,11 +19,11 @@
 #include "shaders/forward_step_dot.spv.h"
 #include "shaders/forward_wide.spv.h"
 
-namespace palpate {
+namespace palpate::fem {
 
-ForwardKernels::ForwardKernels(gpu::Context& context, bool unequal) : layered(unequal) {
+Kernels::Kernels(gpu::Context& context, bool unequal) : layered(unequal) {
   using enum gpu::Binding;
-  constexpr uint32_t kGroup = ForwardDeviceGrid::kWorkgroup;
+  constexpr uint32_t kGroup = DeviceGrid::kWorkgroup;
   const uint32_t layers = unequal ? 1 : 0;
   const auto make = [&](const gpu::Shader& shader, std::vector<gpu::Binding> bindings, size_t push_bytes,
                         std::vector<uint32_t> constants) {
@@ -60,7 +60,7 @@ ForwardKernels::ForwardKernels(gpu::Context& context, bool unequal) : layered(un
   product = make({"forward_wide", k_forward_wide}, {Texels, Texels, Texels, Texels, Storage, Storage},
                  wide_push, {layers});
   const size_t vector_push = sizeof(shared::ForwardNodesPush);
-  const std::vector<uint32_t> each = {ForwardDeviceGrid::kNodesEach};
+  const std::vector<uint32_t> each = {DeviceGrid::kNodesEach};
   narrow = make({"forward_narrow", k_forward_narrow}, {Storage, Texels, Storage}, vector_push, each);
   direction =
       make({"forward_direction", k_forward_direction}, {Storage, Texels, Texels, Storage}, vector_push, each);
@@ -71,4 +71,4 @@ ForwardKernels::ForwardKernels(gpu::Context& context, bool unequal) : layered(un
                  {kGroup});
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

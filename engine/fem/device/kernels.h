@@ -3,11 +3,11 @@
 
 #include "engine/gpu/kernel.h"
 
-namespace palpate {
+namespace palpate::fem {
 
-struct ForwardKernels {
+struct Kernels {
   /// `layered`: layers of cells may be of unequal height; slower, and right for equal ones too.
-  ForwardKernels(gpu::Context& context, bool layered);
+  Kernels(gpu::Context& context, bool layered);
 
   bool layered;
   // The cycle's, in single precision.
@@ -17,4 +17,4 @@ struct ForwardKernels {
   gpu::Kernel balance, product, narrow, direction, advance, scalars;
 };
 
-}  // namespace palpate
+}  // namespace palpate::fem

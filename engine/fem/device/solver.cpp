@@ -10,34 +10,34 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 /// Iterations of one submission while many are to come.
 constexpr uint32_t kBatch = 4;
-constexpr uint32_t kGroup = ForwardDeviceGrid::kWorkgroup;
+constexpr uint32_t kGroup = DeviceGrid::kWorkgroup;
 
 }  // namespace
 
-std::string ForwardDevice::refusal(const gpu::Context& context, const ForwardGrid& grid) {
+std::string DeviceSolver::refusal(const gpu::Context& context, const CellGrid& grid) {
   if (!context.has_double()) return context.report().name + " without double precision (shaderFloat64)";
-  return ForwardDeviceCycle::refusal(grid);
+  return DeviceCycle::refusal(grid);
 }
 
 namespace {
-gpu::Context& checked(gpu::Context& context, const ForwardGrid& grid) {
-  if (const std::string why = ForwardDevice::refusal(context, grid); !why.empty())
+gpu::Context& checked(gpu::Context& context, const CellGrid& grid) {
+  if (const std::string why = DeviceSolver::refusal(context, grid); !why.empty())
     throw Error(Failure::Device, "a device and a grid that go together", why, "--solver processor");
   return context;
 }
 }  // namespace
 
-ForwardDevice::ForwardDevice(gpu::Context& context, const ForwardGrid& grid, double poisson, FixedNodes fixed,
-                             std::shared_ptr<const ForwardKernels> kernels)
+DeviceSolver::DeviceSolver(gpu::Context& context, const CellGrid& grid, double poisson, FixedNodes fixed,
+                           std::shared_ptr<const Kernels> kernels)
     : context_(checked(context, grid)),
       fixed_(std::move(fixed)),
       cycle_(context, grid, poisson, fixed_, std::move(kernels)) {
-  const ForwardDeviceGrid& g = cycle_.finest();
+  const DeviceGrid& g = cycle_.finest();
   displacement_ = g.wide_vector(context, "forward displacement");
   load_ = g.wide_vector(context, "forward load");
   residual_ = g.wide_vector(context, "forward residual");
@@ -84,14 +84,14 @@ ForwardDevice::ForwardDevice(gpu::Context& context, const ForwardGrid& grid, dou
   transfer_ = gpu::Commands(context);
 }
 
-void ForwardDevice::record_scalars(gpu::Commands& commands, uint32_t stage, uint32_t sums) const {
+void DeviceSolver::record_scalars(gpu::Commands& commands, uint32_t stage, uint32_t sums) const {
   commands.dispatch(cycle_.kernels()->scalars, {&sums_.texels, &scalars_},
                     shared::ForwardScalarPush{stage, sums, 3 * cycle_.finest().nodes()}, {1, 1, 1});
   commands.barrier();
 }
 
-void ForwardDevice::record_product(gpu::Commands& commands) const {
-  const ForwardDeviceGrid& g = cycle_.finest();
+void DeviceSolver::record_product(gpu::Commands& commands) const {
+  const DeviceGrid& g = cycle_.finest();
   commands.dispatch(cycle_.kernels()->product,
                     {&direction_.texels, &g.moduli().texels, &g.wide_layers().texels, &g.inverse().texels,
                      &product_.buffer, &sums_.buffer},
@@ -99,8 +99,8 @@ void ForwardDevice::record_product(gpu::Commands& commands) const {
   commands.barrier();
 }
 
-void ForwardDevice::record_iteration(gpu::Commands& commands) const {
-  const ForwardDeviceGrid& g = cycle_.finest();
+void DeviceSolver::record_iteration(gpu::Commands& commands) const {
+  const DeviceGrid& g = cycle_.finest();
   const std::array<uint32_t, 3> groups = g.vector_groups();
   cycle_.record(commands, sums_);
   record_scalars(commands, shared::kForwardDirection, cycle_.product_sums());
@@ -136,8 +136,8 @@ void separate(std::span<const Real> from, size_t nodes, size_t lead, Real* value
 }  // namespace
 
 template <typename Real>
-void ForwardDevice::write_as(const DeviceTexels& to, const Real* values) {
-  const ForwardDeviceGrid& g = cycle_.finest();
+void DeviceSolver::write_as(const DeviceTexels& to, const Real* values) {
+  const DeviceGrid& g = cycle_.finest();
   const gpu::DeviceBuffer& host = to.buffer.mapped() ? to.buffer : upload_;
   if (!to.buffer.mapped()) gpu::clear(context_, upload_);  // lead and tail stay finite
   interleave(values, g.nodes(), g.lead(), host.as<Real>());
@@ -146,15 +146,15 @@ void ForwardDevice::write_as(const DeviceTexels& to, const Real* values) {
 }
 
 template <typename Real>
-void ForwardDevice::read_as(const DeviceTexels& from, Real* values) {
-  const ForwardDeviceGrid& g = cycle_.finest();
+void DeviceSolver::read_as(const DeviceTexels& from, Real* values) {
+  const DeviceGrid& g = cycle_.finest();
   if (!from.buffer.mapped()) move(from.buffer, readback_, from.buffer.bytes());
   const gpu::DeviceBuffer& host = from.buffer.mapped() ? from.buffer : readback_;
   host.invalidate();
   separate(std::span<const Real>(host.as<Real>()), g.nodes(), g.lead(), values);
 }
 
-void ForwardDevice::move(const gpu::DeviceBuffer& from, const gpu::DeviceBuffer& to, uint64_t bytes) {
+void DeviceSolver::move(const gpu::DeviceBuffer& from, const gpu::DeviceBuffer& to, uint64_t bytes) {
   transfer_.begin();
   transfer_.copy(from, to, bytes);
   transfer_.barrier();
@@ -164,8 +164,8 @@ void ForwardDevice::move(const gpu::DeviceBuffer& from, const gpu::DeviceBuffer&
   transfer_.wait();
 }
 
-SolveEvidence ForwardDevice::solve(const std::vector<double>& load, std::vector<double>& displacement,
-                                   double residual, uint32_t most_iterations) {
+SolveEvidence DeviceSolver::solve(const std::vector<double>& load, std::vector<double>& displacement,
+                                  double residual, uint32_t most_iterations) {
   write_as(load_, load.data());
   write_as(displacement_, displacement.data());
   shared::ForwardScalars& s = scalars_.as<shared::ForwardScalars>()[0];
@@ -198,13 +198,13 @@ SolveEvidence ForwardDevice::solve(const std::vector<double>& load, std::vector<
   return evidence;
 }
 
-void ForwardDevice::submit(gpu::Commands& commands) const {
+void DeviceSolver::submit(gpu::Commands& commands) const {
   commands.submit();
   commands.wait();
   scalars_.invalidate();
 }
 
-void ForwardDevice::run(Piece piece) const {
+void DeviceSolver::run(Piece piece) const {
   switch (piece) {
     case Piece::Product:
       return submit(single_);
@@ -217,7 +217,7 @@ void ForwardDevice::run(Piece piece) const {
   }
 }
 
-void ForwardDevice::apply(const float* displacement, float* force) {
+void DeviceSolver::apply(const float* displacement, float* force) {
   gpu::clear(context_, cycle_.right().buffer);
   write_as(cycle_.correction(), displacement);
   submit(single_);
@@ -225,23 +225,23 @@ void ForwardDevice::apply(const float* displacement, float* force) {
   std::transform(force, force + 3 * size_t{cycle_.finest().nodes()}, force, std::negate<>());
 }
 
-void ForwardDevice::apply(const double* displacement, double* force) {
+void DeviceSolver::apply(const double* displacement, double* force) {
   write_as(direction_, displacement);
   submit(wide_);
   read_as(product_, force);
 }
 
-void ForwardDevice::precondition(const float* residual, float* correction) {
+void DeviceSolver::precondition(const float* residual, float* correction) {
   write_as(cycle_.right(), residual);
   submit(precondition_);
   read_as(cycle_.correction(), correction);
 }
 
-uint64_t ForwardDevice::bytes() const {
+uint64_t DeviceSolver::bytes() const {
   uint64_t sum = cycle_.bytes() + sums_.buffer.bytes() + upload_.bytes() + readback_.bytes() + fixed_.size();
   for (const DeviceTexels* v : {&displacement_, &load_, &residual_, &direction_, &product_})
     sum += v->buffer.bytes();
   return sum;
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -1,4 +1,4 @@
-// ForwardSolver on a Vulkan device: conjugate gradients in double precision, preconditioned by a V-cycle in
+// Solver on a Vulkan device: conjugate gradients in double precision, preconditioned by a V-cycle in
 // single precision, all in its memory. The host looks at a few numbers between iterations.
 #pragma once
 
@@ -7,31 +7,31 @@
 #include <string>
 #include <vector>
 
-#include "engine/gpu/commands.h"
 #include "engine/fem/device/cycle.h"
 #include "engine/fem/linear/solver.h"
+#include "engine/gpu/commands.h"
 
-namespace palpate {
+namespace palpate::fem {
 
-class ForwardDevice {
+class DeviceSolver {
  public:
   /// Why this device cannot solve this grid, one line; empty: it can.
-  static std::string refusal(const gpu::Context& context, const ForwardGrid& grid);
+  static std::string refusal(const gpu::Context& context, const CellGrid& grid);
 
   /// Keeps the grid, which outlives it. Takes `kernels` where they fit, else compiles its own. Throws
   /// Error(Failure::Device) with the refusal, or where memory runs out; Error(Failure::Usage) where the
   /// supports do not hold the block.
-  ForwardDevice(gpu::Context& context, const ForwardGrid& grid, double poisson, FixedNodes fixed,
-                std::shared_ptr<const ForwardKernels> kernels = nullptr);
+  DeviceSolver(gpu::Context& context, const CellGrid& grid, double poisson, FixedNodes fixed,
+               std::shared_ptr<const Kernels> kernels = nullptr);
 
   /// For the next solver on this device.
-  const std::shared_ptr<const ForwardKernels>& kernels() const { return cycle_.kernels(); }
+  const std::shared_ptr<const Kernels>& kernels() const { return cycle_.kernels(); }
 
-  /// As ForwardSolver::solve: same equations, same stopping rule, equal results up to rounding.
+  /// As Solver::solve: same equations, same stopping rule, equal results up to rounding.
   SolveEvidence solve(const std::vector<double>& load, std::vector<double>& displacement, double residual,
                       uint32_t most_iterations);
 
-  /// As ForwardOperator::apply with the supports, and ForwardMultigrid::precondition.
+  /// As Stiffness::apply with the supports, and Multigrid::precondition.
   void apply(const float* displacement, float* force);
   void apply(const double* displacement, double* force);
   void precondition(const float* residual, float* correction);
@@ -55,11 +55,11 @@ class ForwardDevice {
 
   gpu::Context& context_;
   FixedNodes fixed_;
-  ForwardDeviceCycle cycle_;
+  DeviceCycle cycle_;
   DeviceTexels displacement_, load_, residual_, direction_, product_;
   DeviceTexels sums_;
   gpu::DeviceBuffer scalars_, upload_, readback_;
   mutable gpu::Commands balance_, iteration_, iterations_, single_, wide_, precondition_, transfer_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::fem

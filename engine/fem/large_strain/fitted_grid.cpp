@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 using Place = std::array<double, 3>;
@@ -13,16 +13,16 @@ constexpr long kAbove = 2;  // least layers of cells above a lump: what the plat
 constexpr double kMiddle = 0.25;  // cells that a lump may lie beside the block's middle and have cells in it
 
 /// Axes of a lump's round faces; all three of a ball.
-std::array<bool, 3> round_axes(LumpShape shape) {
-  return {shape != LumpShape::LyingCylinder, true, shape != LumpShape::Cylinder};
+std::array<bool, 3> round_axes(InclusionShape shape) {
+  return {shape != InclusionShape::LyingCylinder, true, shape != InclusionShape::Cylinder};
 }
 
-bool ball(LumpShape shape) {
-  return shape == LumpShape::Sphere || shape == LumpShape::Ellipsoid;
+bool ball(InclusionShape shape) {
+  return shape == InclusionShape::Sphere || shape == InclusionShape::Ellipsoid;
 }
 
 /// Width of the box of a lump's volume over the lump's.
-Place box_share(LumpShape shape) {
+Place box_share(InclusionShape shape) {
   const double share = ball(shape) ? std::cbrt(std::numbers::pi / 6) : std::sqrt(std::numbers::pi / 4);
   Place shares{};
   for (size_t c = 0; c < 3; ++c) shares[c] = round_axes(shape)[c] ? share : 1;
@@ -30,7 +30,7 @@ Place box_share(LumpShape shape) {
 }
 
 /// Where a point of the cube from -1 to 1 is taken, in the lump's half sizes: the cube's faces to the lump's.
-Place rounded(LumpShape shape, const Place& q) {
+Place rounded(InclusionShape shape, const Place& q) {
   Place to = q;
   if (ball(shape)) {
     for (size_t c = 0; c < 3; ++c) {
@@ -39,7 +39,7 @@ Place rounded(LumpShape shape, const Place& q) {
     }
     return to;
   }
-  const size_t a = shape == LumpShape::Cylinder ? 0 : 1, b = shape == LumpShape::Cylinder ? 1 : 2;
+  const size_t a = shape == InclusionShape::Cylinder ? 0 : 1, b = shape == InclusionShape::Cylinder ? 1 : 2;
   to[a] *= std::sqrt(1 - q[b] * q[b] / 2);
   to[b] *= std::sqrt(1 - q[a] * q[a] / 2);
   return to;
@@ -72,7 +72,7 @@ std::array<double, 2> volumes(const std::array<Place, 8>& corners) {
 }
 
 /// How much the round sizes of flat cells must grow to enclose the volume of the rounded cube.
-double enclosing(LumpShape shape, const LumpCells& cells) {
+double enclosing(InclusionShape shape, const InclusionCells& cells) {
   double sum = 0;
   std::array<double, 3> count{};
   for (size_t c = 0; c < 3; ++c) count[c] = cells.last[c] - cells.first[c];
@@ -92,7 +92,7 @@ double enclosing(LumpShape shape, const LumpCells& cells) {
 /// Moves the places of an even grid so that the box of the lump's cells becomes the lump.
 class Bend {
  public:
-  Bend(const ForwardScene& scene, const LumpCells& cells) : lump_(*scene.inclusion) {
+  Bend(const Scene& scene, const InclusionCells& cells) : lump_(*scene.inclusion) {
     const double grown = enclosing(lump_.shape, cells);
     const std::array<bool, 3> round = round_axes(lump_.shape);
     const std::array<double, 3> size = lump_.size();
@@ -128,7 +128,7 @@ class Bend {
   Place centre_{}, half_{};
 };
 
-bool upright(const ForwardGrid& grid) {
+bool upright(const CellGrid& grid) {
   const size_t nodes = grid.nodes();
   for (uint32_t k = 0; k < grid.cells[2]; ++k)
     for (uint32_t j = 0; j < grid.cells[1]; ++j)
@@ -143,7 +143,7 @@ bool upright(const ForwardGrid& grid) {
 }
 
 /// Where the faces of the best box lie, in cells from the block's sides.
-std::array<std::array<double, 2>, 3> best_box(const ForwardScene& scene) {
+std::array<std::array<double, 2>, 3> best_box(const Scene& scene) {
   const Inclusion& lump = *scene.inclusion;
   const std::array<double, 3> size = lump.size(), share = box_share(lump.shape);
   std::array<std::array<double, 2>, 3> box{};
@@ -157,8 +157,8 @@ std::array<std::array<double, 2>, 3> best_box(const ForwardScene& scene) {
 
 }  // namespace
 
-LumpCells LumpCells::times(uint32_t finer) const {
-  LumpCells more = *this;
+InclusionCells InclusionCells::times(uint32_t finer) const {
+  InclusionCells more = *this;
   for (size_t c = 0; c < 3; ++c) {
     more.first[c] *= finer;
     more.last[c] *= finer;
@@ -166,12 +166,12 @@ LumpCells LumpCells::times(uint32_t finer) const {
   return more;
 }
 
-bool LumpCells::in_middle(const std::array<uint32_t, 3>& of) const {
+bool InclusionCells::in_middle(const std::array<uint32_t, 3>& of) const {
   return first[0] + last[0] == of[0] && first[1] + last[1] == of[1];
 }
 
-LumpCells lump_cells(const ForwardScene& scene) {
-  LumpCells cells;
+InclusionCells inclusion_cells(const Scene& scene) {
+  InclusionCells cells;
   const auto box = best_box(scene);
   for (size_t c = 0; c < 3; ++c) {
     const auto [low, high] = box[c];
@@ -188,9 +188,9 @@ LumpCells lump_cells(const ForwardScene& scene) {
   return cells;
 }
 
-bool suit(const LumpCells& cells, const ForwardScene& scene) {
+bool suit(const InclusionCells& cells, const Scene& scene) {
   const auto box = best_box(scene);
-  const LumpCells best = lump_cells(scene);
+  const InclusionCells best = inclusion_cells(scene);
   for (size_t c = 0; c < 3; ++c)
     if ((std::abs(box[c][0] - cells.first[c]) > 1 && best.first[c] != cells.first[c]) ||
         (std::abs(box[c][1] - cells.last[c]) > 1 && best.last[c] != cells.last[c]))
@@ -198,11 +198,11 @@ bool suit(const LumpCells& cells, const ForwardScene& scene) {
   return true;
 }
 
-std::optional<ForwardGrid> fit(const ForwardScene& scene, const LumpCells& cells, bool quarter) {
+std::optional<CellGrid> fit(const Scene& scene, const InclusionCells& cells, bool quarter) {
   if (quarter && !cells.in_middle(scene.cells)) return std::nullopt;
-  ForwardScene tissue = scene;
+  Scene tissue = scene;
   tissue.inclusion.reset();
-  ForwardGrid grid = voxelise(tissue, quarter);
+  CellGrid grid = voxelise(tissue, quarter);
   const std::array<uint32_t, 3> skipped = {scene.cells[0] - grid.cells[0], scene.cells[1] - grid.cells[1], 0};
   const auto inside = [&](const std::array<uint32_t, 3>& at) {
     bool in = true;
@@ -227,4 +227,4 @@ std::optional<ForwardGrid> fit(const ForwardScene& scene, const LumpCells& cells
   return grid;
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -9,12 +9,12 @@
 #include "engine/fem/large_strain/plate_press.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 constexpr uint32_t kLeastCommon = 12;  // cells along x and y of the grid whose cells are chosen; half along z
 
-void check_loads(const ForwardScene& scene, const std::vector<PressLoad>& loads) {
+void check_loads(const Scene& scene, const std::vector<PressLoad>& loads) {
   double last_mm = 0, last_N = 0, whole = scene.block_mm[2];
   for (const PadSheet& sheet : scene.pad) whole += sheet.thickness_mm;
   if (loads.empty()) throw Error(Failure::Usage, "a load at least", "none", "a way or a force");
@@ -35,15 +35,14 @@ void check_loads(const ForwardScene& scene, const std::vector<PressLoad>& loads)
 
 /// Cells of both grids that follow the scene's inclusion alike.
 struct SharedCells {
-  LumpCells fine, coarse;
+  InclusionCells fine, coarse;
 };
-std::optional<SharedCells> shared_cells(const ForwardScene& scene, const ForwardScene& coarser,
-                                        bool quarter) {
+std::optional<SharedCells> shared_cells(const Scene& scene, const Scene& coarser, bool quarter) {
   const auto common = common_cells(scene.cells, coarser.cells);
   if (!common || !scene.inclusion || !scene.others.empty() || !scene.pad.empty()) return std::nullopt;
-  ForwardScene shared = scene;
+  Scene shared = scene;
   shared.cells = *common;
-  const LumpCells cells = lump_cells(shared);
+  const InclusionCells cells = inclusion_cells(shared);
   const SharedCells both{cells.times(scene.cells[0] / (*common)[0]),
                          cells.times(coarser.cells[0] / (*common)[0])};
   if (!fit(scene, both.fine, quarter) || !fit(coarser, both.coarse, quarter)) return std::nullopt;
@@ -52,7 +51,7 @@ std::optional<SharedCells> shared_cells(const ForwardScene& scene, const Forward
 
 }  // namespace
 
-LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vector<PressLoad>& loads,
+LargeStrainResult solve_large_strain(const Scene& scene, const std::vector<PressLoad>& loads,
                                      const LargeStrainOptions& options) {
   check_loads(scene, loads);
   if (!(options.residual >= 1e-10 && options.residual <= 1e-2))
@@ -66,7 +65,7 @@ LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vecto
   const auto start = std::chrono::steady_clock::now();
   WorkTeam team(options.threads);
   LargeStrainResult result;
-  std::optional<ForwardGrid> followed;
+  std::optional<CellGrid> followed;
   if (options.lump_cells) {
     followed = fit(scene, *options.lump_cells, options.quarter && symmetric(scene));
     if (!followed)
@@ -112,7 +111,7 @@ std::optional<std::array<uint32_t, 3>> common_cells(const std::array<uint32_t, 3
   return common;
 }
 
-LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::array<uint32_t, 3>& coarser,
+LargeStrainResult solve_extrapolated(const Scene& scene, const std::array<uint32_t, 3>& coarser,
                                      const std::vector<PressLoad>& loads, const LargeStrainOptions& options) {
   for (size_t c = 0; c < 3; ++c)
     if (coarser[c] >= scene.cells[c] ||
@@ -121,7 +120,7 @@ LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::array
           Failure::Usage, "fewer cells in the same proportions",
           std::to_string(coarser[0]) + "x" + std::to_string(coarser[1]) + "x" + std::to_string(coarser[2]),
           "three quarters of each side's");
-  ForwardScene coarse_scene = scene;
+  Scene coarse_scene = scene;
   coarse_scene.cells = coarser;
   LargeStrainOptions own = options;
   for (size_t c = 0; c < 2; ++c)
@@ -161,10 +160,10 @@ LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::array
   return fine;
 }
 
-LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::vector<PressLoad>& loads,
+LargeStrainResult solve_extrapolated(const Scene& scene, const std::vector<PressLoad>& loads,
                                      const LargeStrainOptions& options) {
   return solve_extrapolated(scene, {scene.cells[0] / 2, scene.cells[1] / 2, scene.cells[2] / 2}, loads,
                             options);
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

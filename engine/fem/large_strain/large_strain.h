@@ -10,14 +10,14 @@
 
 #include "engine/fem/large_strain/press.h"
 
-namespace palpate {
+namespace palpate::fem {
 
 /// Presses the scene's block with its flat plate (press_mm and force_N of `scene` are not used) up to each of
 /// `loads`, which rise. W = mu/2 (J^(-2/3) I1 - 3) + kappa/2 (Jm - 1)^2 with Jm the volume ratio of the whole
 /// cell (mean dilatation, Q1-P0); mu and kappa of Young's modulus and Poisson's ratio; a frictionless plate
 /// (or the pad's sheets, bonded). Throws Error(Failure::Usage) for other pressers, sliding pads, loads that
 /// do not rise, cells that cannot follow the inclusion, and what solve_forward() refuses.
-LargeStrainResult solve_large_strain(const ForwardScene& scene, const std::vector<PressLoad>& loads,
+LargeStrainResult solve_large_strain(const Scene& scene, const std::vector<PressLoad>& loads,
                                      const LargeStrainOptions& options = {});
 
 /// How errors of a grid of bricks shrink with its cells: with these powers of their size, found on 24 to 64
@@ -43,11 +43,11 @@ std::optional<std::array<uint32_t, 3>> common_cells(const std::array<uint32_t, 3
 /// of 40 mm a cylinder's face is right to 0.05 mm, a ball's to 0.02. Bricks on 64 and 40 misplace it by up to
 /// 0.3 mm, as it happens to lie between their planes. Throws Error(Failure::Usage) where the cells do not
 /// have the same proportions.
-LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::array<uint32_t, 3>& coarser,
+LargeStrainResult solve_extrapolated(const Scene& scene, const std::array<uint32_t, 3>& coarser,
                                      const std::vector<PressLoad>& loads,
                                      const LargeStrainOptions& options = {});
 /// On the scene's cells, an even number along each side, and half as many.
-LargeStrainResult solve_extrapolated(const ForwardScene& scene, const std::vector<PressLoad>& loads,
+LargeStrainResult solve_extrapolated(const Scene& scene, const std::vector<PressLoad>& loads,
                                      const LargeStrainOptions& options = {});
 
-}  // namespace palpate
+}  // namespace palpate::fem

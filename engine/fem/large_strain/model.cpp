@@ -6,7 +6,7 @@
 
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 constexpr uint32_t kMostNewtonRounds = 15;
@@ -21,8 +21,8 @@ constexpr double kPreconditionedPoisson = 0.4;
 constexpr Smoothing kQuick = {4, 6};
 constexpr double kChangeShare = 5e-5;  // the same of a derivative
 
-const ForwardScene& allowed(const ForwardScene& scene) {
-  ForwardScene any_load = scene;
+const Scene& allowed(const Scene& scene) {
+  Scene any_load = scene;
   any_load.press_mm = std::min(1.0, scene.block_mm[2] / 2);
   any_load.force_N.reset();
   check(any_load);
@@ -37,8 +37,8 @@ const ForwardScene& allowed(const ForwardScene& scene) {
 
 }  // namespace
 
-LargeStrainModel::LargeStrainModel(const ForwardScene& scene, const LargeStrainOptions& options,
-                                   WorkTeam& team, std::optional<ForwardGrid> cells)
+LargeStrainModel::LargeStrainModel(const Scene& scene, const LargeStrainOptions& options, WorkTeam& team,
+                                   std::optional<CellGrid> cells)
     : scene_(allowed(scene)),
       options_(options),
       quarter_(options.quarter && symmetric(scene)),
@@ -201,8 +201,8 @@ PressedSurface LargeStrainModel::change(std::vector<double>& displacement,
   return surface_of(displacement, force);
 }
 
-PressedSurface LargeStrainModel::change_by_grids(const ForwardGrid& below, const ForwardGrid& above,
-                                                 double span, LargeStrainResult& told) {
+PressedSurface LargeStrainModel::change_by_grids(const CellGrid& below, const CellGrid& above, double span,
+                                                 LargeStrainResult& told) {
   if (!tangent_fresh_) cells_.form_tangent(displacement_.data(), pressure_, team_);
   tangent_fresh_ = true;
   std::vector<double> direct(displacement_.size()), displacement(displacement_.size());
@@ -228,4 +228,4 @@ PressedSurface LargeStrainModel::change_by_press(LargeStrainResult& told) {
   return change(displacement, std::vector<double>(displacement.size()), told);
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

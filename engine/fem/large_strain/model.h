@@ -11,14 +11,14 @@
 #include "engine/fem/linear/multigrid.h"
 #include "engine/numeric/conjugate_gradients.h"
 
-namespace palpate {
+namespace palpate::fem {
 
 class LargeStrainModel {
  public:
   /// Throws as solve_large_strain() does. Keeps the team, which outlives it. `cells`: of this scene, whole or
   /// the quarter that the options ask for; voxelise()'s where there are none.
-  LargeStrainModel(const ForwardScene& scene, const LargeStrainOptions& options, WorkTeam& team,
-                   std::optional<ForwardGrid> cells = std::nullopt);
+  LargeStrainModel(const Scene& scene, const LargeStrainOptions& options, WorkTeam& team,
+                   std::optional<CellGrid> cells = std::nullopt);
 
   /// Moves the plate to `press_mm` in one step of Newton's search. False where that does not end: the block
   /// is as it was. `told` gathers rounds and iterations.
@@ -33,12 +33,12 @@ class LargeStrainModel {
 
   /// Changes of the surface (force and place) in this state, the plate held, per unit of a parameter that
   /// makes the grid `below` and `above` (their moduli and places) at either end of `span` of it.
-  PressedSurface change_by_grids(const ForwardGrid& below, const ForwardGrid& above, double span,
+  PressedSurface change_by_grids(const CellGrid& below, const CellGrid& above, double span,
                                  LargeStrainResult& told);
   /// The same per mm of the plate.
   PressedSurface change_by_press(LargeStrainResult& told);
 
-  const ForwardGrid& grid() const { return grid_; }
+  const CellGrid& grid() const { return grid_; }
   bool quarter() const { return quarter_; }
 
  private:
@@ -49,15 +49,15 @@ class LargeStrainModel {
   PressedSurface change(std::vector<double>& displacement, const std::vector<double>& plus_force,
                         LargeStrainResult& told);
 
-  ForwardScene scene_;
+  Scene scene_;
   LargeStrainOptions options_;
   bool quarter_;
   WorkTeam& team_;
-  ForwardGrid grid_;
+  CellGrid grid_;
   uint32_t above_;  // layers of the pad
   FixedNodes fixed_;
   NeoHookeanCells cells_;
-  ForwardMultigrid multigrid_;  // of the block at rest: the tangents' preconditioner
+  Multigrid multigrid_;  // of the block at rest: the tangents' preconditioner
   ConjugateGradients gradients_;
   std::vector<double> displacement_, last_;       // at press_mm_ and before it at last_mm_
   std::vector<double> pressure_, last_pressure_;  // of the cells, modulus' unit
@@ -67,4 +67,4 @@ class LargeStrainModel {
   bool tangent_fresh_ = false;  // of displacement_
 };
 
-}  // namespace palpate
+}  // namespace palpate::fem

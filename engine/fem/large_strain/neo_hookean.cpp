@@ -5,7 +5,7 @@
 
 #include "engine/fem/large_strain/neo_hookean_shapes.h"
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 constexpr size_t kPairs = 36;  // of corners, each with itself and those behind it
@@ -22,7 +22,7 @@ PALPATE_INLINE void isochoric(const Lanes& j, Lanes& out) {
 
 }  // namespace
 
-NeoHookeanCells::NeoHookeanCells(const ForwardGrid& grid, double poisson)
+NeoHookeanCells::NeoHookeanCells(const CellGrid& grid, double poisson)
     : grid_(grid),
       mu_(0.5 / (1 + poisson)),
       kappa_(1 / (3 * (1 - 2 * poisson))),
@@ -64,7 +64,7 @@ struct NeoHookeanForces {
   double* least;  // J, lowered
 
   PALPATE_INLINE void run() const {
-    const ForwardGrid& grid = cells.grid_;
+    const CellGrid& grid = cells.grid_;
     const NeoHookeanLayer& layer = cells.layers_[k];
     Lanes low = Lanes{} + *least;
     for (uint32_t row = 0; row < grid.cells[1]; ++row)
@@ -133,7 +133,7 @@ struct NeoHookeanTangent {
   float* out;
 
   PALPATE_INLINE void run() const {
-    const ForwardGrid& grid = cells.grid_;
+    const CellGrid& grid = cells.grid_;
     const NeoHookeanLayer& layer = cells.layers_[k];
     float* to = out;
     for (uint32_t row = 0; row < grid.cells[1]; ++row)
@@ -214,7 +214,7 @@ struct NeoHookeanPressure {
   double* out;
 
   PALPATE_INLINE void run() const {
-    const ForwardGrid& grid = cells.grid_;
+    const CellGrid& grid = cells.grid_;
     for (uint32_t row = 0; row < grid.cells[1]; ++row)
       for (uint32_t i = 0; i < grid.cells[0]; i += kLanes) {
         const uint32_t count = std::min(kLanes, grid.cells[0] - i);
@@ -268,7 +268,7 @@ void NeoHookeanCells::form_tangent(const double* displacement, const std::vector
 }
 
 struct NeoHookeanProduct {
-  const ForwardGrid& grid;
+  const CellGrid& grid;
   const float* tangent;
   const double* u;
   double* f;
@@ -315,4 +315,4 @@ void NeoHookeanCells::apply(const double* displacement, double* force, const Fix
   });
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -2,7 +2,7 @@
 //
 // Energy of a cell of volume V at rest: mu/2 sum_q w_q (J^(-2/3) I1 - 3) + kappa/2 V (Jm - 1)^2 over eight
 // Gauss points q, with F = 1 + grad u, J = det F, I1 = F : F and Jm the cell's mean of J (Q1-P0: a J of each
-// point's own locks). Small displacements of bricks answer as ForwardOperator's.
+// point's own locks). Small displacements of bricks answer as Stiffness's.
 #pragma once
 
 #include <array>
@@ -12,12 +12,12 @@
 #include "engine/fem/large_strain/neo_hookean_layer.h"
 #include "engine/fem/linear/grid.h"
 
-namespace palpate {
+namespace palpate::fem {
 
 class NeoHookeanCells {
  public:
   /// Keeps a reference to the grid, which has no slit and outlives it.
-  NeoHookeanCells(const ForwardGrid& grid, double poisson);
+  NeoHookeanCells(const CellGrid& grid, double poisson);
 
   /// Inner forces of a displacement on all nodes, 3 x nodes each, in modulus times mm^2: the derivatives of
   /// the energy. `young`: moduli of the cells, the grid's or others (forces are proportional to them). Only
@@ -35,7 +35,7 @@ class NeoHookeanCells {
   void pressures(const double* displacement, const double* change, std::vector<double>& pressure,
                  WorkTeam& team) const;
 
-  /// force = K displacement. `fixed`: as ForwardOperator::apply.
+  /// force = K displacement. `fixed`: as Stiffness::apply.
   void apply(const double* displacement, double* force, const FixedNodes* fixed, WorkTeam& team) const;
 
   uint64_t bytes() const { return tangent_.size() * sizeof(float); }
@@ -51,11 +51,11 @@ class NeoHookeanCells {
   template <template <typename> class Work, typename... Parts>
   void run_on_shapes(const Parts&... parts) const;
 
-  const ForwardGrid& grid_;
+  const CellGrid& grid_;
   double mu_, kappa_;  ///< of Young's modulus 1
   std::vector<NeoHookeanLayer> layers_;
   uint32_t blocks_;             ///< of eight cells along a row
   std::vector<float> tangent_;  ///< per block: 36 pairs of corners x 9 entries x 8 cells
 };
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -3,7 +3,7 @@
 
 #include <array>
 
-namespace palpate {
+namespace palpate::fem {
 
 /// Numbers of a layer's bricks at each Gauss point.
 struct NeoHookeanLayer {
@@ -11,4 +11,4 @@ struct NeoHookeanLayer {
   std::array<std::array<double, 24>, 8> gradient;  ///< of each corner's shape, 3 x corner + component
 };
 
-}  // namespace palpate
+}  // namespace palpate::fem

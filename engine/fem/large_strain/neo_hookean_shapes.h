@@ -9,7 +9,7 @@
 #include "engine/fem/large_strain/neo_hookean_layer.h"
 #include "engine/fem/linear/grid.h"
 
-namespace palpate {
+namespace palpate::fem {
 
 inline constexpr uint32_t kLanes = 8;
 using Lanes = double __attribute__((vector_size(kLanes * sizeof(double))));
@@ -29,7 +29,7 @@ struct Corners {
 };
 
 /// Displacements at the corners of a block's cells, 3 x corner + component.
-PALPATE_INLINE void gather(const ForwardGrid& grid, const double* u, uint32_t i, uint32_t j, uint32_t k,
+PALPATE_INLINE void gather(const CellGrid& grid, const double* u, uint32_t i, uint32_t j, uint32_t k,
                            uint32_t count, Corners& out) {
   const size_t nodes = grid.nodes();
   for (uint32_t corner = 0; corner < 8; ++corner) {
@@ -39,7 +39,7 @@ PALPATE_INLINE void gather(const ForwardGrid& grid, const double* u, uint32_t i,
 }
 
 /// Adds the corners' forces to the nodes of the planes above and below that are wanted.
-PALPATE_INLINE void scatter(const ForwardGrid& grid, double* f, uint32_t i, uint32_t j, uint32_t k,
+PALPATE_INLINE void scatter(const CellGrid& grid, double* f, uint32_t i, uint32_t j, uint32_t k,
                             uint32_t count, const Corners& in, bool upper, bool lower) {
   const size_t nodes = grid.nodes();
   for (uint32_t corner = 0; corner < 8; ++corner) {
@@ -88,7 +88,7 @@ PALPATE_INLINE void deform(const Number* gradient, const Corners& u, Point& p, b
 /// cells. Of bricks: a layer's are alike.
 class BrickShapes {
  public:
-  PALPATE_INLINE BrickShapes(const ForwardGrid& /*grid*/, const NeoHookeanLayer& layer, uint32_t /*i*/,
+  PALPATE_INLINE BrickShapes(const CellGrid& /*grid*/, const NeoHookeanLayer& layer, uint32_t /*i*/,
                              uint32_t /*j*/, uint32_t /*k*/, uint32_t /*count*/)
       : layer_(layer) {}
   PALPATE_INLINE const double* gradient(int point) const { return layer_.gradient[point].data(); }
@@ -102,7 +102,7 @@ class BrickShapes {
 /// The same of cells whose corners lie where the grid's place_mm says.
 class BentShapes {
  public:
-  PALPATE_INLINE BentShapes(const ForwardGrid& grid, const NeoHookeanLayer& layer, uint32_t i, uint32_t j,
+  PALPATE_INLINE BentShapes(const CellGrid& grid, const NeoHookeanLayer& layer, uint32_t i, uint32_t j,
                             uint32_t k, uint32_t count) {
     Corners place;
     gather(grid, grid.place_mm.data(), i, j, k, count, place);
@@ -132,4 +132,4 @@ class BentShapes {
   Lanes gradient_[8][24], weight_[8], volume_ = {};
 };
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <string>
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 constexpr double kForceError = 1e-6;  // relative, of a force that is asked for
 constexpr int kMostForceSteps = 200;
 
-double height_mm(const ForwardScene& scene) {
+double height_mm(const Scene& scene) {
   double whole = scene.block_mm[2];
   for (const PadSheet& sheet : scene.pad) whole += sheet.thickness_mm;
   return whole;
@@ -18,7 +18,7 @@ double height_mm(const ForwardScene& scene) {
 
 }  // namespace
 
-PlatePress::PlatePress(const ForwardScene& scene, LargeStrainModel& model, const LargeStrainOptions& options,
+PlatePress::PlatePress(const Scene& scene, LargeStrainModel& model, const LargeStrainOptions& options,
                        LargeStrainResult& result)
     : model_(model),
       options_(options),
@@ -73,4 +73,4 @@ bool PlatePress::try_step(double to_mm) {
   return true;
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -3,12 +3,12 @@
 
 #include "engine/fem/large_strain/model.h"
 
-namespace palpate {
+namespace palpate::fem {
 
 class PlatePress {
  public:
   /// Keeps all four, which outlive it; `result` gathers steps, cuts and why it ended.
-  PlatePress(const ForwardScene& scene, LargeStrainModel& model, const LargeStrainOptions& options,
+  PlatePress(const Scene& scene, LargeStrainModel& model, const LargeStrainOptions& options,
              LargeStrainResult& result);
 
   /// False where the load is not reached: the model stands at the last good state.
@@ -26,4 +26,4 @@ class PlatePress {
   LargeStrainResult& result_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::fem

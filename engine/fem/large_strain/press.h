@@ -11,7 +11,7 @@
 #include "engine/fem/large_strain/fitted_grid.h"
 #include "engine/fem/scene.h"
 
-namespace palpate {
+namespace palpate::fem {
 
 /// Where a press is to be looked at: at a way of the plate, or at a force. Exactly one of the two.
 struct PressLoad {
@@ -29,7 +29,7 @@ struct LargeStrainOptions {
   bool quarter = true;  ///< planes of symmetry that the scene has are used
   /// Cells of the scene's that follow its inclusion's surface as the inclusion's own. None: cells are
   /// straight bricks, and those on the border are as stiff as their share of both.
-  std::optional<LumpCells> lump_cells;
+  std::optional<InclusionCells> lump_cells;
   std::function<bool()> stop;  ///< asked between steps; true: the press ends there
 };
 
@@ -39,8 +39,8 @@ struct PressedBlock {
   double force_N = 0;  ///< on the plate
   /// True pressure (force over deformed area) in the frame of the plate, its middle at the block's middle:
   /// what a sensor in the plate sees.
-  ForwardMap pressure_Pa;
-  ForwardMap deflection_mm;  ///< of the tissue's surface at its nodes, cells + 1; into the tissue counts up
+  Map pressure_Pa;
+  Map deflection_mm;  ///< of the tissue's surface at its nodes, cells + 1; into the tissue counts up
   double least_volume_ratio = 1;  ///< smallest det F at any quadrature point; an inverted element is an error
   double residual = 0;
 };
@@ -58,4 +58,4 @@ struct LargeStrainResult {
   std::vector<std::string> warnings;
 };
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -6,7 +6,7 @@
 
 #include "engine/fem/map_sampling.h"
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 /// A place on the surface at rest, in nodes from its corner, and how to take values there.
@@ -96,9 +96,9 @@ double PressureField::at(double x_mm, double y_mm) const {
   return tissue ? Place(s, x, y).value(pressure_Pa_) : 0;
 }
 
-ForwardMap true_pressure(const PressedSurface& s, const std::array<uint32_t, 2>& nodes) {
+Map true_pressure(const PressedSurface& s, const std::array<uint32_t, 2>& nodes) {
   const PressureField field(s);
-  ForwardMap map;
+  Map map;
   map.width = nodes[0];
   map.height = nodes[1];
   const double length = (s.width - 1) * s.pitch_mm[0], width = (s.height - 1) * s.pitch_mm[1];
@@ -111,4 +111,4 @@ ForwardMap true_pressure(const PressedSurface& s, const std::array<uint32_t, 2>&
   return map;
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

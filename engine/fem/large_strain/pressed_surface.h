@@ -7,7 +7,7 @@
 
 #include "engine/fem/scene.h"
 
-namespace palpate {
+namespace palpate::fem {
 
 /// Nodes of the whole surface, height x width, row by row along x: their force and where they went.
 struct PressedSurface {
@@ -36,6 +36,6 @@ class PressureField {
 };
 
 /// The same at so many nodes along x and y over the block at rest.
-ForwardMap true_pressure(const PressedSurface& surface, const std::array<uint32_t, 2>& nodes);
+Map true_pressure(const PressedSurface& surface, const std::array<uint32_t, 2>& nodes);
 
-}  // namespace palpate
+}  // namespace palpate::fem

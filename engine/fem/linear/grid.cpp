@@ -3,22 +3,22 @@
 #include <algorithm>
 #include <cmath>
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 constexpr uint32_t kColumns = 16;  // of a cell, along x and along y
 
 /// Half the length of the vertical line through (x, y) that lies inside; negative where it misses.
-double half_height(LumpShape shape, const std::array<double, 3>& size, double x, double y) {
+double half_height(InclusionShape shape, const std::array<double, 3>& size, double x, double y) {
   const double a = size[0] / 2, b = size[1] / 2, c = size[2] / 2;
   const double u = x * x / (a * a), v = y * y / (b * b);
   switch (shape) {
-    case LumpShape::Sphere:
-    case LumpShape::Ellipsoid:
+    case InclusionShape::Sphere:
+    case InclusionShape::Ellipsoid:
       return u + v < 1 ? c * std::sqrt(1 - u - v) : -1;
-    case LumpShape::Cylinder:
+    case InclusionShape::Cylinder:
       return u + v < 1 ? c : -1;
-    case LumpShape::LyingCylinder:
+    case InclusionShape::LyingCylinder:
       return u < 1 && v < 1 ? c * std::sqrt(1 - v) : -1;
   }
   return -1;
@@ -26,7 +26,7 @@ double half_height(LumpShape shape, const std::array<double, 3>& size, double x,
 
 }  // namespace
 
-double share_inside(LumpShape shape, const std::array<double, 3>& size, const std::array<double, 3>& low,
+double share_inside(InclusionShape shape, const std::array<double, 3>& size, const std::array<double, 3>& low,
                     const std::array<double, 3>& high) {
   for (size_t c = 0; c < 3; ++c)
     if (low[c] >= size[c] / 2 || high[c] <= -size[c] / 2) return 0;
@@ -46,7 +46,7 @@ double mixed_modulus(double share, double ratio) {
   return ratio == 1 ? 1 : 1 + share / (1 / (ratio - 1) + q * (1 - share));
 }
 
-std::vector<uint32_t> pad_layers(const ForwardScene& scene) {
+std::vector<uint32_t> pad_layers(const Scene& scene) {
   // As fine as the tissue's cells, two at least: one could not bend.
   const double pitch = scene.block_mm[2] / scene.cells[2];
   std::vector<uint32_t> layers;
@@ -55,8 +55,8 @@ std::vector<uint32_t> pad_layers(const ForwardScene& scene) {
   return layers;
 }
 
-ForwardGrid voxelise(const ForwardScene& scene, bool quarter) {
-  ForwardGrid grid;
+CellGrid voxelise(const Scene& scene, bool quarter) {
+  CellGrid grid;
   const std::vector<uint32_t> sheets = pad_layers(scene);
   uint32_t above = 0;
   for (size_t s = 0; s < sheets.size(); ++s) {
@@ -106,14 +106,14 @@ ForwardGrid voxelise(const ForwardScene& scene, bool quarter) {
   return grid;
 }
 
-bool symmetric(const ForwardScene& scene) {
+bool symmetric(const Scene& scene) {
   const auto in_middle = [](const Inclusion& lump) { return lump.offset_mm == std::array{0.0, 0.0}; };
   const bool centred = (!scene.inclusion || in_middle(*scene.inclusion)) &&
                        std::all_of(scene.others.begin(), scene.others.end(), in_middle);
   return centred && scene.cells[0] % 2 == 0 && scene.cells[1] % 2 == 0;
 }
 
-FixedNodes supports(const ForwardScene& scene, const ForwardGrid& grid, bool quarter) {
+FixedNodes supports(const Scene& scene, const CellGrid& grid, bool quarter) {
   const auto [nx, ny, nz] = grid.cells;
   FixedNodes fixed(grid.nodes());
   for (uint32_t k = 0; k <= nz; ++k)
@@ -133,12 +133,12 @@ FixedNodes supports(const ForwardScene& scene, const ForwardGrid& grid, bool qua
   return fixed;
 }
 
-std::optional<ForwardGrid> halve(const ForwardGrid& fine) {
+std::optional<CellGrid> halve(const CellGrid& fine) {
   const auto halves = [](uint32_t n) { return n % 2 == 0 && n >= 4; };
   const uint32_t above = fine.slit.value_or(0), below = fine.cells[2] - (fine.slit ? above + 1 : 0);
   if (!halves(fine.cells[0]) || !halves(fine.cells[1]) || !halves(below)) return std::nullopt;
   const uint32_t by_above = above % 2 == 0 ? 2 : 1;
-  ForwardGrid coarse;
+  CellGrid coarse;
   coarse.cells = {fine.cells[0] / 2, fine.cells[1] / 2, fine.cells[2] / 2};
   coarse.size_x_mm = 2 * fine.size_x_mm;
   coarse.size_y_mm = 2 * fine.size_y_mm;
@@ -163,7 +163,7 @@ std::optional<ForwardGrid> halve(const ForwardGrid& fine) {
   return coarse;
 }
 
-FixedNodes halve(const ForwardGrid& fine, const ForwardGrid& coarse, const FixedNodes& fixed) {
+FixedNodes halve(const CellGrid& fine, const CellGrid& coarse, const FixedNodes& fixed) {
   const HalvedPlanes planes(fine, coarse);
   FixedNodes kept;
   for (uint32_t k = 0; k <= coarse.cells[2]; ++k)
@@ -172,7 +172,7 @@ FixedNodes halve(const ForwardGrid& fine, const ForwardGrid& coarse, const Fixed
   return kept;
 }
 
-HalvedPlanes::HalvedPlanes(const ForwardGrid& fine, const ForwardGrid& coarse)
+HalvedPlanes::HalvedPlanes(const CellGrid& fine, const CellGrid& coarse)
     : fine_above_(fine.slit ? *fine.slit + 1 : 0),
       coarse_above_(coarse.slit ? *coarse.slit + 1 : 0),
       by_above_(fine.slit ? *fine.slit / *coarse.slit : 1) {}
@@ -185,4 +185,4 @@ uint32_t HalvedPlanes::coarse(uint32_t plane) const {
   return plane < fine_above_ ? plane / by_above_ : coarse_above_ + (plane - fine_above_) / 2;
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

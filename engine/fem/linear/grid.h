@@ -9,11 +9,11 @@
 
 #include "engine/fem/scene.h"
 
-namespace palpate {
+namespace palpate::fem {
 
 /// Cells are bricks in x fastest, then y, then z; nodes are their corners in the same order. A vector field
 /// has all x, then all y, then all z components: component c of node n is at c * nodes() + n.
-struct ForwardGrid {
+struct CellGrid {
   std::array<uint32_t, 3> cells{};
   double size_x_mm = 0, size_y_mm = 0;  ///< of a cell
   std::vector<double> size_z_mm;        ///< of each layer of cells, from the top down
@@ -36,7 +36,7 @@ struct ForwardGrid {
 /// What the two sides of a slit share moves under the sum of their forces: each side gets half of it. `force`
 /// is 3 x nodes. Nothing without a slit.
 template <typename Real>
-void share_across_slit(const ForwardGrid& grid, Real* force) {
+void share_across_slit(const CellGrid& grid, Real* force) {
   if (!grid.slit) return;
   const size_t plane = size_t{grid.cells[0] + 1} * (grid.cells[1] + 1);
   Real *upper = force + 2 * grid.nodes() + grid.node(0, 0, *grid.slit), *lower = upper + plane;
@@ -49,7 +49,7 @@ using FixedNodes = std::vector<uint8_t>;
 
 /// Share of a brick (from low to high, mm, centre of the inclusion at 0) that lies in an inclusion of these
 /// outer sizes: exact along z, 16 x 16 columns of the cell in x and y.
-double share_inside(LumpShape shape, const std::array<double, 3>& size_mm,
+double share_inside(InclusionShape shape, const std::array<double, 3>& size_mm,
                     const std::array<double, 3>& low_mm, const std::array<double, 3>& high_mm);
 
 /// Modulus, relative to the tissue's, of a cell of which a share lies in the inclusion: 1 + f / (1 / (ratio -
@@ -60,26 +60,26 @@ double mixed_modulus(double share, double ratio);
 
 /// Tissue and inclusion of a scene, moduli relative to the tissue's. Pad sheets lie on top, a slit under them
 /// where they slide. `quarter`: only x, y >= the middle.
-ForwardGrid voxelise(const ForwardScene& scene, bool quarter);
+CellGrid voxelise(const Scene& scene, bool quarter);
 /// Layers of cells that each pad sheet has, outermost first, as voxelise() stacks them.
-std::vector<uint32_t> pad_layers(const ForwardScene& scene);
+std::vector<uint32_t> pad_layers(const Scene& scene);
 
 /// The scene is its own mirror image in x and in y, and its cells are.
-bool symmetric(const ForwardScene& scene);
+bool symmetric(const Scene& scene);
 /// What floor, plate and planes of symmetry hold of voxelise()'s grid; a ball holds nothing yet.
-FixedNodes supports(const ForwardScene& scene, const ForwardGrid& grid, bool quarter);
+FixedNodes supports(const Scene& scene, const CellGrid& grid, bool quarter);
 
 /// Half the cells along each side, with the mean modulus of those in each (harmonic means here make the cycle
 /// blind to stiff inclusions); an odd number of layers above a slit stays. None where a side, or what lies
 /// below a slit, is odd or shorter than four cells.
-std::optional<ForwardGrid> halve(const ForwardGrid& fine);
+std::optional<CellGrid> halve(const CellGrid& fine);
 /// Nodes of the halved grid, fixed where the fine node at the same place is.
-FixedNodes halve(const ForwardGrid& fine, const ForwardGrid& coarse, const FixedNodes& fixed);
+FixedNodes halve(const CellGrid& fine, const CellGrid& coarse, const FixedNodes& fixed);
 
 /// Which planes of nodes of a grid are those of its halving.
 class HalvedPlanes {
  public:
-  HalvedPlanes(const ForwardGrid& fine, const ForwardGrid& coarse);
+  HalvedPlanes(const CellGrid& fine, const CellGrid& coarse);
   uint32_t fine(uint32_t coarse_plane) const;
   /// Of the plane itself or, where it lies between two, of the one above it.
   uint32_t coarse(uint32_t fine_plane) const;
@@ -89,4 +89,4 @@ class HalvedPlanes {
   uint32_t fine_above_, coarse_above_, by_above_;  ///< planes above the slit, and what they are divided by
 };
 
-}  // namespace palpate
+}  // namespace palpate::fem

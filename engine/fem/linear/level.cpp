@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <utility>
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
-double highest_eigenvalue(const ForwardOperator& stiffness) {
-  const ForwardGrid& grid = stiffness.grid();
+double highest_eigenvalue(const Stiffness& stiffness) {
+  const CellGrid& grid = stiffness.grid();
   double highest = 0;
   for (uint32_t k = 0; k < grid.cells[2]; ++k)
     if (grid.slit != k && (k == 0 || grid.size_z_mm[k] != grid.size_z_mm[k - 1]))
@@ -33,14 +33,13 @@ std::vector<ChebyshevStep> chebyshev_steps(double highest, const Smoothing& smoo
   return steps;
 }
 
-ForwardLevel::ForwardLevel(const ForwardGrid& g, double poisson, const FixedNodes& f,
-                           const Smoothing& smoothing)
+GridLevel::GridLevel(const CellGrid& g, double poisson, const FixedNodes& f, const Smoothing& smoothing)
     : grid(g),
       fixed(f),
       stiffness(grid, poisson),
       steps(chebyshev_steps(highest_eigenvalue(stiffness), smoothing)) {}
 
-ForwardLevel::ForwardLevel(ForwardGrid&& g, double poisson, FixedNodes&& f, const Smoothing& smoothing)
+GridLevel::GridLevel(CellGrid&& g, double poisson, FixedNodes&& f, const Smoothing& smoothing)
     : own_grid(std::move(g)),
       own_fixed(std::move(f)),
       grid(*own_grid),
@@ -48,4 +47,4 @@ ForwardLevel::ForwardLevel(ForwardGrid&& g, double poisson, FixedNodes&& f, cons
       stiffness(grid, poisson),
       steps(chebyshev_steps(highest_eigenvalue(stiffness), smoothing)) {}
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -7,7 +7,7 @@
 
 #include "engine/fem/linear/stiffness.h"
 
-namespace palpate {
+namespace palpate::fem {
 
 /// d = keep * last d + gain * B r, where B is the inverse of the 3 x 3 diagonal blocks.
 struct ChebyshevStep {
@@ -27,23 +27,22 @@ inline constexpr Smoothing kThorough = {16, 40};
 /// Of a grid whose scaled matrix has no eigenvalue above `highest`.
 std::vector<ChebyshevStep> chebyshev_steps(double highest, const Smoothing& smoothing);
 
-struct ForwardLevel {
-  std::optional<ForwardGrid> own_grid;  ///< none on the finest: it is the caller's
+struct GridLevel {
+  std::optional<CellGrid> own_grid;  ///< none on the finest: it is the caller's
   std::optional<FixedNodes> own_fixed;
-  const ForwardGrid& grid;
+  const CellGrid& grid;
   const FixedNodes& fixed;
-  ForwardOperator stiffness;
+  Stiffness stiffness;
   std::vector<ChebyshevStep> steps;
 
   /// Keeps both, which outlive it.
-  ForwardLevel(const ForwardGrid& grid, double poisson, const FixedNodes& fixed,
-               const Smoothing& smoothing = kThorough);
-  ForwardLevel(ForwardGrid&& grid, double poisson, FixedNodes&& fixed,
-               const Smoothing& smoothing = kThorough);
-  ForwardLevel(const ForwardLevel&) = delete;
-  ForwardLevel& operator=(const ForwardLevel&) = delete;
+  GridLevel(const CellGrid& grid, double poisson, const FixedNodes& fixed,
+            const Smoothing& smoothing = kThorough);
+  GridLevel(CellGrid&& grid, double poisson, FixedNodes&& fixed, const Smoothing& smoothing = kThorough);
+  GridLevel(const GridLevel&) = delete;
+  GridLevel& operator=(const GridLevel&) = delete;
 
   uint64_t own_bytes() const { return own_grid ? grid.young.size() * sizeof(float) + fixed.size() : 0; }
 };
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -10,7 +10,7 @@
 #include "engine/numeric/sparse.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 /// Unknowns that the coarsest level's direct solve takes at most: its factor then holds some 50 MB.
@@ -20,13 +20,13 @@ constexpr size_t kFewestForTeam = 4000;
 
 }  // namespace
 
-struct ForwardMultigrid::Level : ForwardLevel {
+struct Multigrid::Level : GridLevel {
   std::vector<float> inverse, x, residual, step, product;
 
-  /// `Grid` and `Fixed` as ForwardLevel takes them.
+  /// `Grid` and `Fixed` as GridLevel takes them.
   template <typename Grid, typename Fixed>
   Level(Grid&& g, double poisson, Fixed&& f, const Smoothing& smoothing)
-      : ForwardLevel(std::forward<Grid>(g), poisson, std::forward<Fixed>(f), smoothing),
+      : GridLevel(std::forward<Grid>(g), poisson, std::forward<Fixed>(f), smoothing),
         inverse(stiffness.inverse_blocks(fixed)),
         x(3 * grid.nodes()),
         residual(x.size()),
@@ -34,14 +34,14 @@ struct ForwardMultigrid::Level : ForwardLevel {
         product(x.size()) {}
 };
 
-struct ForwardMultigrid::Coarsest {
+struct Multigrid::Coarsest {
   std::vector<int> unknown;  // of each displacement; -1: fixed
   std::optional<sparse::Factor> factor;
   Eigen::VectorXd right;
   size_t values = 0;
 
   explicit Coarsest(const Level& level) {
-    const ForwardGrid& grid = level.grid;
+    const CellGrid& grid = level.grid;
     const size_t nodes = grid.nodes();
     unknown.assign(3 * nodes, -1);
     const size_t plane = size_t{grid.cells[0] + 1} * (grid.cells[1] + 1);
@@ -89,11 +89,11 @@ struct ForwardMultigrid::Coarsest {
   }
 };
 
-ForwardMultigrid::ForwardMultigrid(const ForwardGrid& grid, double poisson, const FixedNodes& fixed,
-                                   WorkTeam& team, const Smoothing& smoothing)
+Multigrid::Multigrid(const CellGrid& grid, double poisson, const FixedNodes& fixed, WorkTeam& team,
+                     const Smoothing& smoothing)
     : team_(team) {
   levels_.push_back(std::make_unique<Level>(grid, poisson, fixed, smoothing));
-  while (std::optional<ForwardGrid> half = halve(levels_.back()->grid)) {
+  while (std::optional<CellGrid> half = halve(levels_.back()->grid)) {
     FixedNodes half_fixed = halve(levels_.back()->grid, *half, levels_.back()->fixed);
     levels_.push_back(std::make_unique<Level>(std::move(*half), poisson, std::move(half_fixed), smoothing));
   }
@@ -106,17 +106,17 @@ ForwardMultigrid::ForwardMultigrid(const ForwardGrid& grid, double poisson, cons
   coarsest_ = std::make_unique<Coarsest>(*levels_.back());
 }
 
-ForwardMultigrid::~ForwardMultigrid() = default;
+Multigrid::~Multigrid() = default;
 
-const ForwardOperator& ForwardMultigrid::finest() const {
+const Stiffness& Multigrid::finest() const {
   return levels_.front()->stiffness;
 }
 
-uint32_t ForwardMultigrid::levels() const {
+uint32_t Multigrid::levels() const {
   return static_cast<uint32_t>(levels_.size());
 }
 
-uint64_t ForwardMultigrid::bytes() const {
+uint64_t Multigrid::bytes() const {
   uint64_t sum = coarsest_->values * (sizeof(double) + sizeof(int)) + coarsest_->unknown.size() * sizeof(int);
   for (const auto& level : levels_)
     sum += (level->x.size() * 4 + level->inverse.size()) * sizeof(float) + level->own_bytes();
@@ -124,7 +124,7 @@ uint64_t ForwardMultigrid::bytes() const {
 }
 
 // In: the residual of x. Out: x and its residual after the steps; from zero, x need not be set.
-void ForwardMultigrid::smooth(Level& level, bool from_zero) {
+void Multigrid::smooth(Level& level, bool from_zero) {
   const size_t nodes = level.grid.nodes();
   WorkTeam& team = nodes < kFewestForTeam ? alone_ : team_;
   for (size_t s = 0; s < level.steps.size(); ++s) {
@@ -158,7 +158,7 @@ void ForwardMultigrid::smooth(Level& level, bool from_zero) {
   }
 }
 
-void ForwardMultigrid::cycle(size_t index) {
+void Multigrid::cycle(size_t index) {
   Level& level = *levels_[index];
   if (index + 1 == levels_.size()) return coarsest_->solve(level.residual.data(), level.x.data());
   Level& coarse = *levels_[index + 1];
@@ -179,11 +179,11 @@ void ForwardMultigrid::cycle(size_t index) {
   smooth(level, false);
 }
 
-void ForwardMultigrid::precondition(const float* residual, float* correction) {
+void Multigrid::precondition(const float* residual, float* correction) {
   Level& level = *levels_.front();
   std::copy_n(residual, level.residual.size(), level.residual.data());
   cycle(0);
   std::copy_n(level.x.data(), level.x.size(), correction);
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

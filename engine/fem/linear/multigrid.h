@@ -7,25 +7,25 @@
 #include "engine/fem/linear/level.h"
 #include "engine/fem/linear/stiffness.h"
 
-namespace palpate {
+namespace palpate::fem {
 
 /// Chebyshev smoothing with 3 x 3 diagonal blocks on each level, as many steps before as after, a direct
 /// solve on the coarsest. Symmetric and positive definite. Single precision: what it makes is a correction.
-class ForwardMultigrid {
+class Multigrid {
  public:
   /// Keeps `grid`, `fixed` and `team`, which outlive it. Throws Error(Failure::Usage) where the grid cannot
   /// be halved down to a size that a direct solve takes.
-  ForwardMultigrid(const ForwardGrid& grid, double poisson, const FixedNodes& fixed, WorkTeam& team,
-                   const Smoothing& smoothing = kThorough);
-  ~ForwardMultigrid();
-  ForwardMultigrid(const ForwardMultigrid&) = delete;
-  ForwardMultigrid& operator=(const ForwardMultigrid&) = delete;
+  Multigrid(const CellGrid& grid, double poisson, const FixedNodes& fixed, WorkTeam& team,
+            const Smoothing& smoothing = kThorough);
+  ~Multigrid();
+  Multigrid(const Multigrid&) = delete;
+  Multigrid& operator=(const Multigrid&) = delete;
 
   /// correction, about the solution of K correction = residual; 3 x nodes each. The residual of fixed
   /// displacements is zero, and so is their correction.
   void precondition(const float* residual, float* correction);
 
-  const ForwardOperator& finest() const;
+  const Stiffness& finest() const;
   uint32_t levels() const;
   uint64_t bytes() const;
 
@@ -41,4 +41,4 @@ class ForwardMultigrid {
   WorkTeam alone_{1};
 };
 
-}  // namespace palpate
+}  // namespace palpate::fem

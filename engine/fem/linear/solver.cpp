@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 /// Grids with fewer nodes are not handed out.
@@ -12,7 +12,7 @@ constexpr size_t kFewestForTeam = 4000;
 
 }  // namespace
 
-ForwardSolver::ForwardSolver(const ForwardGrid& grid, double poisson, FixedNodes fixed, WorkTeam& team)
+Solver::Solver(const CellGrid& grid, double poisson, FixedNodes fixed, WorkTeam& team)
     : grid_(grid),
       fixed_(std::move(fixed)),
       team_(grid.nodes() < kFewestForTeam ? alone_ : team),
@@ -23,19 +23,18 @@ ForwardSolver::ForwardSolver(const ForwardGrid& grid, double poisson, FixedNodes
   product_.resize(n);
 }
 
-uint64_t ForwardSolver::bytes() const {
+uint64_t Solver::bytes() const {
   return multigrid_.bytes() + gradients_.bytes() + 2 * residual_.size() * sizeof(double) +
          grid_.young.size() * sizeof(float) + fixed_.size();
 }
 
-void ForwardSolver::forces(const std::vector<double>& displacement, std::vector<double>& force) {
+void Solver::forces(const std::vector<double>& displacement, std::vector<double>& force) {
   force.resize(displacement.size());
   stiffness().apply(displacement.data(), force.data(), nullptr, team_);
 }
 
 // residual_ = load - K displacement where displacements are free, 0 where fixed. Returns its norm.
-double ForwardSolver::out_of_balance(const std::vector<double>& load,
-                                     const std::vector<double>& displacement) {
+double Solver::out_of_balance(const std::vector<double>& load, const std::vector<double>& displacement) {
   forces(displacement, product_);
   const size_t nodes = grid_.nodes();
   double all = 0, open = 0;
@@ -52,8 +51,8 @@ double ForwardSolver::out_of_balance(const std::vector<double>& load,
   return std::sqrt(open);
 }
 
-SolveEvidence ForwardSolver::solve(const std::vector<double>& load, std::vector<double>& displacement,
-                                   double residual, uint32_t most_iterations) {
+SolveEvidence Solver::solve(const std::vector<double>& load, std::vector<double>& displacement,
+                            double residual, uint32_t most_iterations) {
   SolveEvidence evidence;
   for (int round = 0;; ++round) {
     const double left = out_of_balance(load, displacement);
@@ -68,4 +67,4 @@ SolveEvidence ForwardSolver::solve(const std::vector<double>& load, std::vector<
   }
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

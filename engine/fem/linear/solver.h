@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/numeric/conjugate_gradients.h"
 #include "engine/fem/linear/multigrid.h"
+#include "engine/numeric/conjugate_gradients.h"
 
-namespace palpate {
+namespace palpate::fem {
 
 struct SolveEvidence {
   bool converged = false;
@@ -21,10 +21,10 @@ struct SolveEvidence {
 /// How often the recursion's residual is replaced by the true one before rounding is said to lead.
 inline constexpr int kMostRounds = 4;
 
-class ForwardSolver {
+class Solver {
  public:
   /// Keeps the grid, which outlives it.
-  ForwardSolver(const ForwardGrid& grid, double poisson, FixedNodes fixed, WorkTeam& team);
+  Solver(const CellGrid& grid, double poisson, FixedNodes fixed, WorkTeam& team);
 
   /// K displacement = load at every displacement that is not fixed. In: fixed values, and a first guess
   /// elsewhere. Both 3 x nodes. Ends at `residual` or, not converged, after `most_iterations` or where
@@ -36,20 +36,20 @@ class ForwardSolver {
   void forces(const std::vector<double>& displacement, std::vector<double>& force);
 
   const FixedNodes& fixed() const { return fixed_; }
-  const ForwardOperator& stiffness() const { return multigrid_.finest(); }
+  const Stiffness& stiffness() const { return multigrid_.finest(); }
   uint64_t bytes() const;
 
  private:
   double out_of_balance(const std::vector<double>& load, const std::vector<double>& displacement);
 
-  const ForwardGrid& grid_;
+  const CellGrid& grid_;
   FixedNodes fixed_;
   WorkTeam alone_{1};  // small grids are done faster by one thread
   WorkTeam& team_;
-  ForwardMultigrid multigrid_;
+  Multigrid multigrid_;
   double all_forces_ = 0;  // norm of supports' and loads', as out_of_balance() found it
   ConjugateGradients gradients_;
   std::vector<double> residual_, product_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -7,7 +7,7 @@
 
 #include "engine/numeric/dense.h"
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 struct Moduli {
@@ -91,7 +91,7 @@ double element_bound(const std::array<double, 3>& size, double poisson, bool at_
   return dense::generalized_eigenvalues(k, blocks)(23);
 }
 
-ForwardOperator::ForwardOperator(const ForwardGrid& grid, double poisson) : grid_(grid), poisson_(poisson) {
+Stiffness::Stiffness(const CellGrid& grid, double poisson) : grid_(grid), poisson_(poisson) {
   for (uint32_t k = 0; k < grid.cells[2]; ++k) {
     if (grid.slit == k) {
       single_.push_back({});
@@ -104,8 +104,8 @@ ForwardOperator::ForwardOperator(const ForwardGrid& grid, double poisson) : grid
 }
 
 template <typename Real>
-void ForwardOperator::apply_as(const std::vector<LayerStiffness<Real>>& layers, const Real* displacement,
-                               Real* force, const FixedNodes* fixed, WorkTeam& team) const {
+void Stiffness::apply_as(const std::vector<LayerStiffness<Real>>& layers, const Real* displacement,
+                         Real* force, const FixedNodes* fixed, WorkTeam& team) const {
   const size_t plane = size_t{grid_.cells[0] + 1} * (grid_.cells[1] + 1), nodes = grid_.nodes();
   team.run([&](uint32_t part) {
     const auto [begin, end] = team.share(grid_.cells[2] + 1, part);
@@ -126,24 +126,23 @@ void ForwardOperator::apply_as(const std::vector<LayerStiffness<Real>>& layers, 
   share_across_slit(grid_, force);
 }
 
-void ForwardOperator::apply(const float* displacement, float* force, const FixedNodes* fixed,
-                            WorkTeam& team) const {
+void Stiffness::apply(const float* displacement, float* force, const FixedNodes* fixed,
+                      WorkTeam& team) const {
   apply_as(single_, displacement, force, fixed, team);
 }
 
-void ForwardOperator::apply(const double* displacement, double* force, const FixedNodes* fixed,
-                            WorkTeam& team) const {
+void Stiffness::apply(const double* displacement, double* force, const FixedNodes* fixed,
+                      WorkTeam& team) const {
   apply_as(double_, displacement, force, fixed, team);
 }
 
-void ForwardOperator::apply_layers(const double* displacement, double* force, uint32_t first,
-                                   uint32_t last) const {
+void Stiffness::apply_layers(const double* displacement, double* force, uint32_t first, uint32_t last) const {
   std::fill_n(force, 3 * grid_.nodes(), 0.0);
   for (uint32_t k = first; k < last; ++k)
     if (grid_.slit != k) add_layer(double_[k], grid_, k, displacement, force, true, true);
 }
 
-std::vector<float> ForwardOperator::inverse_blocks(const FixedNodes& fixed) const {
+std::vector<float> Stiffness::inverse_blocks(const FixedNodes& fixed) const {
   const size_t nodes = grid_.nodes();
   const auto [nx, ny, nz] = grid_.cells;
   std::vector<float> inverse(6 * nodes);
@@ -192,4 +191,4 @@ std::vector<float> ForwardOperator::inverse_blocks(const FixedNodes& fixed) cons
   return inverse;
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -10,7 +10,7 @@
 #include "engine/fem/linear/grid.h"
 #include "engine/fem/linear/stiffness_row.h"
 
-namespace palpate {
+namespace palpate::fem {
 
 /// Element matrix of a brick of unit modulus, 24 x 24: row and column 3 * corner + component, corner = x + 2
 /// y
@@ -23,10 +23,10 @@ std::array<double, 576> element_matrix(const std::array<double, 3>& size_mm, dou
 /// `at_slit`: of blocks whose z stands by itself.
 double element_bound(const std::array<double, 3>& size_mm, double poisson, bool at_slit = false);
 
-class ForwardOperator {
+class Stiffness {
  public:
   /// Keeps a reference to the grid's moduli: the grid outlives the operator.
-  ForwardOperator(const ForwardGrid& grid, double poisson);
+  Stiffness(const CellGrid& grid, double poisson);
 
   /// force = K displacement, each 3 x nodes. `fixed`: forces of fixed displacements are zero instead; null:
   /// all are kept, so those of fixed ones are the reactions. Across a slit displacements along z are the same
@@ -41,7 +41,7 @@ class ForwardOperator {
   /// are zero.
   std::vector<float> inverse_blocks(const FixedNodes& fixed) const;
 
-  const ForwardGrid& grid() const { return grid_; }
+  const CellGrid& grid() const { return grid_; }
   double poisson() const { return poisson_; }
   const LayerStiffness<double>& layer(uint32_t k) const { return double_[k]; }
   std::array<double, 3> cell_size_mm(uint32_t layer) const {
@@ -53,10 +53,10 @@ class ForwardOperator {
   void apply_as(const std::vector<LayerStiffness<Real>>& layers, const Real* displacement, Real* force,
                 const FixedNodes* fixed, WorkTeam& team) const;
 
-  const ForwardGrid& grid_;
+  const CellGrid& grid_;
   double poisson_;
   std::vector<LayerStiffness<float>> single_;
   std::vector<LayerStiffness<double>> double_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -7,7 +7,7 @@
 #endif
 #define PALPATE_INLINE inline __attribute__((always_inline))
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 constexpr uint32_t kChunk = 128;          // cells along x at a time: their forces stay in the first cache
@@ -115,7 +115,7 @@ PALPATE_INLINE void gather(const Real* __restrict in, uint32_t nodes, size_t row
 }
 
 template <typename Real>
-PALPATE_INLINE void add_layer_as(const LayerStiffness<Real>& s, const ForwardGrid& grid, uint32_t k,
+PALPATE_INLINE void add_layer_as(const LayerStiffness<Real>& s, const CellGrid& grid, uint32_t k,
                                  const Real* u, Real* f, bool upper, bool lower) {
   const auto [nx, ny, nz] = grid.cells;
   const size_t row = nx + 1, plane = row * (ny + 1), nodes = grid.nodes();
@@ -135,19 +135,19 @@ PALPATE_INLINE void add_layer_as(const LayerStiffness<Real>& s, const ForwardGri
 }
 
 template <typename Real>
-void plain(const LayerStiffness<Real>& s, const ForwardGrid& grid, uint32_t k, const Real* u, Real* f,
+void plain(const LayerStiffness<Real>& s, const CellGrid& grid, uint32_t k, const Real* u, Real* f,
            bool upper, bool lower) {
   add_layer_as(s, grid, k, u, f, upper, lower);
 }
 #ifdef PALPATE_WIDE
 template <typename Real>
-__attribute__((target("avx2,fma"))) void wide(const LayerStiffness<Real>& s, const ForwardGrid& grid,
-                                              uint32_t k, const Real* u, Real* f, bool upper, bool lower) {
+__attribute__((target("avx2,fma"))) void wide(const LayerStiffness<Real>& s, const CellGrid& grid, uint32_t k,
+                                              const Real* u, Real* f, bool upper, bool lower) {
   add_layer_as(s, grid, k, u, f, upper, lower);
 }
 template <typename Real>
 __attribute__((target("avx512f,avx512vl,avx2,fma"))) void widest(const LayerStiffness<Real>& s,
-                                                                 const ForwardGrid& grid, uint32_t k,
+                                                                 const CellGrid& grid, uint32_t k,
                                                                  const Real* u, Real* f, bool upper,
                                                                  bool lower) {
   add_layer_as(s, grid, k, u, f, upper, lower);
@@ -155,7 +155,7 @@ __attribute__((target("avx512f,avx512vl,avx2,fma"))) void widest(const LayerStif
 #endif
 
 template <typename Real>
-using AddLayer = void (*)(const LayerStiffness<Real>&, const ForwardGrid&, uint32_t, const Real*, Real*, bool,
+using AddLayer = void (*)(const LayerStiffness<Real>&, const CellGrid&, uint32_t, const Real*, Real*, bool,
                           bool);
 template <typename Real>
 AddLayer<Real> best() {
@@ -168,15 +168,15 @@ AddLayer<Real> best() {
 
 }  // namespace
 
-void add_layer(const LayerStiffness<float>& s, const ForwardGrid& grid, uint32_t k, const float* u, float* f,
+void add_layer(const LayerStiffness<float>& s, const CellGrid& grid, uint32_t k, const float* u, float* f,
                bool upper, bool lower) {
   static const AddLayer<float> chosen = best<float>();
   chosen(s, grid, k, u, f, upper, lower);
 }
-void add_layer(const LayerStiffness<double>& s, const ForwardGrid& grid, uint32_t k, const double* u,
-               double* f, bool upper, bool lower) {
+void add_layer(const LayerStiffness<double>& s, const CellGrid& grid, uint32_t k, const double* u, double* f,
+               bool upper, bool lower) {
   static const AddLayer<double> chosen = best<double>();
   chosen(s, grid, k, u, f, upper, lower);
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

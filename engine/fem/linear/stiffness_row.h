@@ -3,7 +3,7 @@
 
 #include "engine/fem/linear/grid.h"
 
-namespace palpate {
+namespace palpate::fem {
 
 /// Numbers of one layer of cells. In the basis 1, x, y, z, xy, xz, yz, xyz of the cell the element matrix is
 /// almost diagonal: a cell costs some 150 additions and multiplications instead of 576.
@@ -16,9 +16,9 @@ struct LayerStiffness {
 };
 
 /// Adds what layer k of cells does to its upper plane of nodes (`upper`) and its lower one.
-void add_layer(const LayerStiffness<float>& stiffness, const ForwardGrid& grid, uint32_t k,
+void add_layer(const LayerStiffness<float>& stiffness, const CellGrid& grid, uint32_t k,
                const float* displacement, float* force, bool upper, bool lower);
-void add_layer(const LayerStiffness<double>& stiffness, const ForwardGrid& grid, uint32_t k,
+void add_layer(const LayerStiffness<double>& stiffness, const CellGrid& grid, uint32_t k,
                const double* displacement, double* force, bool upper, bool lower);
 
-}  // namespace palpate
+}  // namespace palpate::fem

@@ -4,18 +4,18 @@
 #include <array>
 #include <vector>
 
-namespace palpate {
+namespace palpate::fem {
 namespace {
 
 /// What an odd plane of fine nodes takes from the coarse plane above it: its place between the two.
-float share_of_upper(const ForwardGrid& fine, uint32_t odd_plane) {
+float share_of_upper(const CellGrid& fine, uint32_t odd_plane) {
   const double above = fine.size_z_mm[odd_plane - 1], below = fine.size_z_mm[odd_plane];
   return static_cast<float>(below / (above + below));
 }
 
 }  // namespace
 
-void restrict_to(const ForwardGrid& fine, const ForwardGrid& coarse, const FixedNodes& coarse_fixed,
+void restrict_to(const CellGrid& fine, const CellGrid& coarse, const FixedNodes& coarse_fixed,
                  const float* fine_values, float* coarse_values, WorkTeam& team) {
   const auto [nx, ny, nz] = coarse.cells;
   const HalvedPlanes planes(fine, coarse);
@@ -51,7 +51,7 @@ void restrict_to(const ForwardGrid& fine, const ForwardGrid& coarse, const Fixed
   share_across_slit(coarse, coarse_values);
 }
 
-void prolong_add(const ForwardGrid& fine, const ForwardGrid& coarse, const FixedNodes& fine_fixed,
+void prolong_add(const CellGrid& fine, const CellGrid& coarse, const FixedNodes& fine_fixed,
                  const float* coarse_values, float* fine_values, WorkTeam& team) {
   const auto [nx, ny, nz] = fine.cells;
   const HalvedPlanes planes(fine, coarse);
@@ -87,4 +87,4 @@ void prolong_add(const ForwardGrid& fine, const ForwardGrid& coarse, const Fixed
   });
 }
 
-}  // namespace palpate
+}  // namespace palpate::fem

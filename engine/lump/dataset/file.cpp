@@ -11,7 +11,7 @@
 #include "engine/lump/dataset/hdf5.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr const char* kSchema = "palpate lump dataset";
@@ -81,7 +81,7 @@ class Column {
 /// All datasets of the file, in the order in which they stand there.
 class Writer {
  public:
-  Writer(const std::filesystem::path& path, hid_t file, const LumpSweep& s, hsize_t n)
+  Writer(const std::filesystem::path& path, hid_t file, const Sweep& s, hsize_t n)
       : path_(path),
         file_(file),
         n_(n),
@@ -128,8 +128,8 @@ class Writer {
     }
   }
 
-  void add(const LumpSample& sample) {
-    const LumpCase& what = sample.what;
+  void add(const Sample& sample) {
+    const Case& what = sample.what;
     number_.add(what.number);
     state_.add(static_cast<int8_t>(sample.state));
     const bool is = what.lump.has_value(), is_long = is && what.lump->size_mm()[0] != what.lump->size_mm()[1];
@@ -151,7 +151,7 @@ class Writer {
                                    {&residual_, &sample.residual},
                                    {&volume_, &sample.least_volume_ratio}})
       for (size_t l = 0; l < sweep_.loads; ++l) to->add(l < from->size() ? (*from)[l] : kNone);
-    const bool done = sample.state != LumpState::NotDone;
+    const bool done = sample.state != State::NotDone;
     last_press_.add(done ? sample.last_press_mm : kNone);
     last_force_.add(done ? sample.last_force_N : kNone);
     steps_.add(sample.steps);
@@ -186,7 +186,7 @@ class Writer {
   std::filesystem::path path_;
   hid_t file_;
   hsize_t n_, added_ = 0;
-  LumpSweep sweep_;
+  Sweep sweep_;
   Column<uint32_t> number_;
   Column<int8_t> state_, shape_, axis_;
   Column<double> diameter_, size_, depth_, ratio_, offset_, thickness_, block_, young_, poisson_, press_,
@@ -197,8 +197,8 @@ class Writer {
 
 }  // namespace
 
-void write_lump_file(const std::filesystem::path& path, const LumpSweep& sweep, const std::string& program,
-                     uint32_t first, uint32_t count, const std::function<LumpSample(uint32_t)>& sample) {
+void write_lump_file(const std::filesystem::path& path, const Sweep& sweep, const std::string& program,
+                     uint32_t first, uint32_t count, const std::function<Sample(uint32_t)>& sample) {
   const Hdf5Quiet quiet;
   const std::filesystem::path folder = path.parent_path().empty() ? "." : path.parent_path();
   const std::filesystem::path partial =
@@ -239,4 +239,4 @@ void write_lump_file(const std::filesystem::path& path, const LumpSweep& sweep, 
   }
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

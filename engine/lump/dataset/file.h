@@ -9,7 +9,7 @@
 
 #include "engine/lump/dataset/sample.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// Attributes of the file: `schema` "palpate lump dataset", `schema_version` "1", `program`, `sweep` (JSON:
 /// all ranges with their units, seed, grid, loads, the solver's options), `seed`.
@@ -22,19 +22,19 @@ namespace palpate {
 ///   x_mm (W), y_mm (H), pressure_Pa (N x L x H x W).
 /// NaN: there is no lump, or the load was not reached. All have check sums; the same cases make the same
 /// bytes, whoever made them and when.
-struct LumpData {
-  LumpSweep sweep;
-  std::string program;              ///< that solved it
-  uint32_t first = 0;               ///< number of the first case
-  std::vector<LumpSample> samples;  ///< rising by 1
+struct Data {
+  Sweep sweep;
+  std::string program;          ///< that solved it
+  uint32_t first = 0;           ///< number of the first case
+  std::vector<Sample> samples;  ///< rising by 1
 };
 
 /// Writes the cases [first, first + count), each asked for once in turn; one that is not done keeps its row.
 /// The file appears whole under its name, on the disk. Throws Error(Failure::Output).
-void write_lump_file(const std::filesystem::path& path, const LumpSweep& sweep, const std::string& program,
-                     uint32_t first, uint32_t count, const std::function<LumpSample(uint32_t)>& sample);
+void write_lump_file(const std::filesystem::path& path, const Sweep& sweep, const std::string& program,
+                     uint32_t first, uint32_t count, const std::function<Sample(uint32_t)>& sample);
 
 /// Throws Error(Failure::Input) for what is no such file, of another version, cut off or damaged.
-LumpData read_lump_file(const std::filesystem::path& path);
+Data read_lump_file(const std::filesystem::path& path);
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -5,7 +5,7 @@
 #include "engine/lump/dataset/hdf5.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 /// Reads datasets whole and says what is wrong with the file otherwise.
@@ -108,16 +108,16 @@ bool same(double a, double b) {
 
 }  // namespace
 
-LumpData read_lump_file(const std::filesystem::path& path) {
+Data read_lump_file(const std::filesystem::path& path) {
   const Hdf5Quiet quiet;
   const Reader file(path);
   if (file.text("schema") != "palpate lump dataset") file.refuse("another kind of file");
   if (file.text("schema_version") != "1")
     file.refuse("version " + file.text("schema_version") + " of it, not 1");
-  LumpData data;
+  Data data;
   data.program = file.text("program");
   data.sweep = sweep_from_json(file.text("sweep"));
-  const LumpSweep& s = data.sweep;
+  const Sweep& s = data.sweep;
   const hsize_t n = file.cases(), loads = s.loads, width = s.nodes[0], height = s.nodes[1];
   if (n == 0 || n > UINT32_MAX) file.refuse("no cases");
 
@@ -138,7 +138,7 @@ LumpData read_lump_file(const std::filesystem::path& path) {
   for (hsize_t i = 0; i < n; ++i) {
     if (number[i] != data.first + i) file.refuse("cases that are not in their order");
     if (state[i] < 0 || state[i] > 2) file.refuse("a state of " + std::to_string(state[i]));
-    LumpSample sample;
+    Sample sample;
     sample.what = lump_case(s, number[i]);
     // What the file says of a case and what its sweep says must agree: it was not edited, the sequence is the
     // same.
@@ -148,8 +148,8 @@ LumpData read_lump_file(const std::filesystem::path& path) {
         !same(ratio[i], lump ? lump->stiffness_ratio : NAN) ||
         !same(thickness[i], sample.what.thickness_mm) || !same(young[i], sample.what.young_Pa))
       file.refuse("case " + std::to_string(number[i]) + " unlike what its sweep makes it");
-    sample.state = static_cast<LumpState>(state[i]);
-    if (sample.state != LumpState::NotDone) {
+    sample.state = static_cast<State>(state[i]);
+    if (sample.state != State::NotDone) {
       sample.last_press_mm = last_press[i];
       sample.last_force_N = last_force[i];
       sample.steps = steps[i];
@@ -163,7 +163,7 @@ LumpData read_lump_file(const std::filesystem::path& path) {
         sample.residual.push_back(residual[i * loads + l]);
         sample.least_volume_ratio.push_back(volume[i * loads + l]);
         if (std::isnan(sample.force_N[l])) continue;
-        ForwardMap map;
+        fem::Map map;
         map.width = static_cast<uint32_t>(width);
         map.height = static_cast<uint32_t>(height);
         map.pitch_mm = s.pitch_mm();
@@ -177,4 +177,4 @@ LumpData read_lump_file(const std::filesystem::path& path) {
   return data;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

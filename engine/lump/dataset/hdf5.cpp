@@ -1,6 +1,6 @@
 #include "engine/lump/dataset/hdf5.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 Hdf5Quiet::Hdf5Quiet() {
   // After a damaged file the library's own end finds handles that it cannot close, and prints so.
@@ -54,4 +54,4 @@ std::string text_attribute(hid_t object, const char* name) {
   return text.substr(0, text.find('\0'));
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

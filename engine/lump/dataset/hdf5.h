@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace palpate {
+namespace palpate::lump {
 
 /// What an H5...open or H5...create returned, closed by its own function.
 class Hdf5 {
@@ -75,4 +75,4 @@ bool put_attribute(hid_t object, const char* name, const std::string& text);
 /// Empty where there is none.
 std::string text_attribute(hid_t object, const char* name);
 
-}  // namespace palpate
+}  // namespace palpate::lump

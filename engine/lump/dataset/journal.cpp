@@ -13,7 +13,7 @@
 
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 // The head: kMagic, length and check sum of the text after them, the text: JSON with program and sweep.
@@ -65,7 +65,7 @@ std::optional<std::string> record_at(int file, uint64_t at, size_t bytes) {
   return text;
 }
 
-std::string head_of(const LumpSweep& sweep, const std::string& program) {
+std::string head_of(const Sweep& sweep, const std::string& program) {
   return nlohmann::ordered_json{{"program", program}, {"sweep", to_json(sweep)}}.dump();
 }
 
@@ -102,8 +102,7 @@ std::optional<std::pair<std::string, uint64_t>> read_head(int file, const std::f
 
 }  // namespace
 
-LumpJournal::LumpJournal(const std::filesystem::path& path, const LumpSweep& sweep,
-                         const std::string& program)
+Journal::Journal(const std::filesystem::path& path, const Sweep& sweep, const std::string& program)
     : path_(path), sweep_(sweep) {
   file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (file_ < 0) cannot_write(path, errno);
@@ -137,14 +136,14 @@ LumpJournal::LumpJournal(const std::filesystem::path& path, const LumpSweep& swe
   }
 }
 
-LumpJournal::~LumpJournal() {
+Journal::~Journal() {
   if (file_ < 0) return;
   ::fdatasync(file_);
   ::close(file_);
 }
 
 // Records have one length, so that a damaged one does not hide those behind it.
-void LumpJournal::open_and_read() {
+void Journal::open_and_read() {
   const size_t bytes = packed_bytes(sweep_), whole = sizeof(Frame) + bytes;
   struct stat about {};
   if (::fstat(file_, &about) != 0) cannot_write(path_, errno);
@@ -159,7 +158,7 @@ void LumpJournal::open_and_read() {
   }
 }
 
-void LumpJournal::append(const std::string& packed) {
+void Journal::append(const std::string& packed) {
   const uint32_t number = unpack(sweep_, packed).what.number;
   if (has(number)) return;
   const std::string record = framed(packed);
@@ -179,7 +178,7 @@ void LumpJournal::append(const std::string& packed) {
   synced_ = now;
 }
 
-LumpSample LumpJournal::read(uint32_t number) const {
+Sample Journal::read(uint32_t number) const {
   const std::optional<std::string> text = record_at(file_, at_.at(number), packed_bytes(sweep_));
   if (!text)
     throw Error(Failure::Input, "case " + std::to_string(number) + " in '" + path_.string() + "'",
@@ -187,11 +186,11 @@ LumpSample LumpJournal::read(uint32_t number) const {
   return unpack(sweep_, *text);
 }
 
-void LumpJournal::remove() {
+void Journal::remove() {
   ::unlink(path_.c_str());
 }
 
-LumpJournal::Glance LumpJournal::glance(const std::filesystem::path& path) {
+Journal::Glance Journal::glance(const std::filesystem::path& path) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0)
     throw Error(Failure::Input, "cases of a data set in '" + path.string() + "'", std::strerror(errno),
@@ -219,4 +218,4 @@ LumpJournal::Glance LumpJournal::glance(const std::filesystem::path& path) {
   return glance;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

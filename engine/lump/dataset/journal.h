@@ -8,26 +8,26 @@
 
 #include "engine/lump/dataset/sample.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// A file beside a data set that is being made: a head that names sweep and program, then a record of one
 /// length per case with a check sum, whole when append() returns whatever kills the process, on the disk
 /// within 0.2 s of the next case. A record that is cut off or damaged is one that is not there. Only one
 /// process has it open.
-class LumpJournal {
+class Journal {
  public:
   /// Opens it, or makes it. Throws Error(Failure::Input) where it belongs to another sweep or program, is no
   /// journal, or another process has it open; Error(Failure::Output) where it cannot be written.
-  LumpJournal(const std::filesystem::path& path, const LumpSweep& sweep, const std::string& program);
-  ~LumpJournal();
-  LumpJournal(const LumpJournal&) = delete;
-  LumpJournal& operator=(const LumpJournal&) = delete;
+  Journal(const std::filesystem::path& path, const Sweep& sweep, const std::string& program);
+  ~Journal();
+  Journal(const Journal&) = delete;
+  Journal& operator=(const Journal&) = delete;
 
   /// Keeps one; packed as pack() does it. A case that is there already is passed over.
   void append(const std::string& packed);
   bool has(uint32_t number) const { return at_.count(number) != 0; }
   /// Throws Error(Failure::Input) where the disk gives back other bytes.
-  LumpSample read(uint32_t number) const;
+  Sample read(uint32_t number) const;
   size_t size() const { return at_.size(); }
   const std::map<uint32_t, uint64_t>& cases() const { return at_; }
   size_t damaged() const { return damaged_; }  ///< records that were found damaged
@@ -37,7 +37,7 @@ class LumpJournal {
   /// The sweep and the program that a journal says it belongs to, and how many whole cases it holds, without
   /// changing it. Throws as the constructor, but never waits for another process.
   struct Glance {
-    LumpSweep sweep;
+    Sweep sweep;
     std::string program;
     size_t cases = 0;
   };
@@ -47,7 +47,7 @@ class LumpJournal {
   void open_and_read();
 
   std::filesystem::path path_;
-  LumpSweep sweep_;
+  Sweep sweep_;
   int file_ = -1;
   uint64_t end_ = 0;                 // of the last whole record
   std::map<uint32_t, uint64_t> at_;  // case, begin of its record
@@ -55,4 +55,4 @@ class LumpJournal {
   std::chrono::steady_clock::time_point synced_{};
 };
 
-}  // namespace palpate
+}  // namespace palpate::lump

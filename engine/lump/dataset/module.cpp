@@ -2,7 +2,7 @@
 
 #include "engine/base/module.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 /// Loads HDF5 at the first call.
@@ -14,13 +14,13 @@ const DatasetModule& module() {
 
 }  // namespace
 
-void write_lump_file(const std::filesystem::path& path, const LumpSweep& sweep, const std::string& program,
-                     uint32_t first, uint32_t count, const std::function<LumpSample(uint32_t)>& sample) {
+void write_lump_file(const std::filesystem::path& path, const Sweep& sweep, const std::string& program,
+                     uint32_t first, uint32_t count, const std::function<Sample(uint32_t)>& sample) {
   module().write(path, sweep, program, first, count, sample);
 }
 
-LumpData read_lump_file(const std::filesystem::path& path) {
+Data read_lump_file(const std::filesystem::path& path) {
   return module().read(path);
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -3,11 +3,11 @@
 
 #include "engine/lump/dataset/file.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 struct DatasetModule {
   decltype(&write_lump_file) write;
   decltype(&read_lump_file) read;
 };
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -6,7 +6,7 @@
 
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr double kNotReached = std::numeric_limits<double>::quiet_NaN();
@@ -16,35 +16,36 @@ struct Head {
   double last_press_mm, last_force_N;
 };
 
-size_t map_values(const LumpSweep& sweep) {
+size_t map_values(const Sweep& sweep) {
   return size_t{sweep.nodes[0]} * sweep.nodes[1];
 }
 
 }  // namespace
 
-LargeStrainResult press_lump(const ForwardScene& scene, const std::array<uint32_t, 3>& coarser_cells,
-                             const std::vector<PressLoad>& loads, const LargeStrainOptions& options) {
+fem::LargeStrainResult press_lump(const fem::Scene& scene, const std::array<uint32_t, 3>& coarser_cells,
+                                  const std::vector<fem::PressLoad>& loads,
+                                  const fem::LargeStrainOptions& options) {
   return coarser_cells[0] != 0 ? solve_extrapolated(scene, coarser_cells, loads, options)
                                : solve_large_strain(scene, loads, options);
 }
 
-std::optional<LumpSample> press_case(const LumpSweep& sweep, uint32_t number, const LumpPresser& presser,
-                                     const std::function<bool()>& stop) {
-  LumpSample sample;
+std::optional<Sample> press_case(const Sweep& sweep, uint32_t number, const Presser& presser,
+                                 const std::function<bool()>& stop) {
+  Sample sample;
   sample.what = lump_case(sweep, number);
-  std::vector<PressLoad> loads;
+  std::vector<fem::PressLoad> loads;
   for (const double press_mm : sample.what.press_mm) loads.push_back({press_mm, std::nullopt});
-  LargeStrainOptions options;
+  fem::LargeStrainOptions options;
   options.residual = sweep.residual;
   options.step_mm = sweep.step_mm;
   options.map_nodes = in_scene_axes(sample.what, sweep.nodes);
   options.threads = 1;
   options.stop = stop;
-  LargeStrainResult result =
+  fem::LargeStrainResult result =
       presser(scene_of(sweep, sample.what), in_scene_axes(sample.what, sweep.coarser_cells), loads, options);
   if (!result.converged && stop && stop()) return std::nullopt;
 
-  sample.state = result.converged ? LumpState::Good : LumpState::NotConverged;
+  sample.state = result.converged ? State::Good : State::NotConverged;
   sample.last_press_mm = result.last_press_mm;
   sample.last_force_N = result.last_force_N;
   sample.steps = result.steps;
@@ -54,7 +55,7 @@ std::optional<LumpSample> press_case(const LumpSweep& sweep, uint32_t number, co
   for (auto* values : {&sample.force_N, &sample.residual, &sample.least_volume_ratio})
     values->assign(loads.size(), kNotReached);
   for (size_t l = 0; l < result.loads.size(); ++l) {
-    PressedBlock& load = result.loads[l];
+    fem::PressedBlock& load = result.loads[l];
     sample.force_N[l] = load.force_N;
     sample.residual[l] = load.residual;
     sample.least_volume_ratio[l] = load.least_volume_ratio;
@@ -66,11 +67,11 @@ std::optional<LumpSample> press_case(const LumpSweep& sweep, uint32_t number, co
   return sample;
 }
 
-size_t packed_bytes(const LumpSweep& sweep) {
+size_t packed_bytes(const Sweep& sweep) {
   return sizeof(Head) + sweep.loads * (3 * sizeof(double) + map_values(sweep) * sizeof(float));
 }
 
-std::string pack(const LumpSweep& sweep, const LumpSample& sample) {
+std::string pack(const Sweep& sweep, const Sample& sample) {
   std::string bytes(packed_bytes(sweep), '\0');
   char* to = bytes.data();
   const auto put = [&to](const void* from, size_t count) {
@@ -90,11 +91,11 @@ std::string pack(const LumpSweep& sweep, const LumpSample& sample) {
   put(&head, sizeof head);
   for (const auto* values : {&sample.force_N, &sample.residual, &sample.least_volume_ratio})
     put(values->data(), sweep.loads * sizeof(double));
-  for (const ForwardMap& map : sample.pressure_Pa) put(map.values.data(), map.values.size() * sizeof(float));
+  for (const fem::Map& map : sample.pressure_Pa) put(map.values.data(), map.values.size() * sizeof(float));
   return bytes;
 }
 
-LumpSample unpack(const LumpSweep& sweep, const std::string& bytes) {
+Sample unpack(const Sweep& sweep, const std::string& bytes) {
   const auto refuse = [](const std::string& found) -> Error {
     return {Failure::Input, "a case of this sweep", found, "the file that the sweep wrote"};
   };
@@ -107,9 +108,9 @@ LumpSample unpack(const LumpSweep& sweep, const std::string& bytes) {
   Head head{};
   get(&head, sizeof head);
   if (head.reached > sweep.loads || head.state < 1 || head.state > 2) throw refuse("other bytes");
-  LumpSample sample;
+  Sample sample;
   sample.what = lump_case(sweep, head.number);
-  sample.state = static_cast<LumpState>(head.state);
+  sample.state = static_cast<State>(head.state);
   sample.last_press_mm = head.last_press_mm;
   sample.last_force_N = head.last_force_N;
   sample.steps = head.steps;
@@ -121,7 +122,7 @@ LumpSample unpack(const LumpSweep& sweep, const std::string& bytes) {
     get(values->data(), sweep.loads * sizeof(double));
   }
   for (uint32_t l = 0; l < head.reached; ++l) {
-    ForwardMap map;
+    fem::Map map;
     map.width = sweep.nodes[0];
     map.height = sweep.nodes[1];
     map.pitch_mm = sweep.pitch_mm();
@@ -132,4 +133,4 @@ LumpSample unpack(const LumpSweep& sweep, const std::string& bytes) {
   return sample;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -9,11 +9,10 @@
 #include "engine/numeric/sobol.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr double kEllipsoidLength = 1.5, kLyingLength = 2.5;  // over the diameter
-constexpr const char* kShapeNames[] = {"sphere", "ellipsoid", "cylinder", "lying"};
 
 /// Coordinates of the sequence, the best filled first.
 enum Coordinate : uint8_t {
@@ -31,17 +30,17 @@ enum Coordinate : uint8_t {
   kCentred
 };
 
-double length_of(LumpShape shape) {
-  return shape == LumpShape::Ellipsoid       ? kEllipsoidLength
-         : shape == LumpShape::LyingCylinder ? kLyingLength
-                                             : 1;
+double length_of(fem::InclusionShape shape) {
+  return shape == fem::InclusionShape::Ellipsoid       ? kEllipsoidLength
+         : shape == fem::InclusionShape::LyingCylinder ? kLyingLength
+                                                       : 1;
 }
 
-double even(const LumpRange& range, double u) {
+double even(const Range& range, double u) {
   return range.low + u * (range.high - range.low);
 }
 
-double even_in_logarithm(const LumpRange& range, double u) {
+double even_in_logarithm(const Range& range, double u) {
   return range.low * std::pow(range.high / range.low, u);
 }
 
@@ -57,7 +56,7 @@ void inside(const std::string& what, double value, double low, double high) {
               "a value in that range");
 }
 
-void inside(const std::string& what, const LumpRange& range, double low, double high) {
+void inside(const std::string& what, const Range& range, double low, double high) {
   inside("the least " + what, range.low, low, high);
   inside("the greatest " + what, range.high, low, high);
   if (!(range.low <= range.high))
@@ -66,23 +65,19 @@ void inside(const std::string& what, const LumpRange& range, double low, double 
 }
 
 /// The longest side of the smallest lump of the longest shape.
-double longest(const LumpSweep& s) {
+double longest(const Sweep& s) {
   double length = 1;
-  for (const LumpShape shape : s.shapes) length = std::max(length, length_of(shape));
+  for (const fem::InclusionShape shape : s.shapes) length = std::max(length, length_of(shape));
   return length;
 }
 
 }  // namespace
 
-const char* to_string(LumpShape shape) {
-  return kShapeNames[static_cast<size_t>(shape)];
+bool Sweep::follows_lumps() const {
+  return two_grids() && fem::common_cells(cells, coarser_cells).has_value();
 }
 
-bool LumpSweep::follows_lumps() const {
-  return two_grids() && common_cells(cells, coarser_cells).has_value();
-}
-
-void check(const LumpSweep& s) {
+void check(const Sweep& s) {
   inside("diameter, mm,", s.size_mm, 0.5, 100);
   inside("depth, mm,", s.depth_mm, 0, 100);
   inside("stiffness ratio", s.stiffness_ratio, 0.01, 1e5);
@@ -126,15 +121,15 @@ void check(const LumpSweep& s) {
                 text(side) + " mm", "wider blocks, a smaller diameter, or fewer --shapes");
 }
 
-std::array<double, 3> LumpCase::Lump::size_mm() const {
+std::array<double, 3> Case::Lump::size_mm() const {
   const double length = length_of(shape) * diameter_mm;
   return along_y ? std::array{diameter_mm, length, diameter_mm}
                  : std::array{length, diameter_mm, diameter_mm};
 }
 
-LumpCase lump_case(const LumpSweep& s, uint32_t number) {
+Case lump_case(const Sweep& s, uint32_t number) {
   const std::array<double, kSobolDimensions> u = sobol(s.seed, number);
-  LumpCase what;
+  Case what;
   what.number = number;
   what.thickness_mm = even(s.thickness_mm, u[kThickness]);
   what.young_Pa = even_in_logarithm(s.young_Pa, u[kYoung]);
@@ -142,7 +137,7 @@ LumpCase lump_case(const LumpSweep& s, uint32_t number) {
   for (uint32_t load = 1; load <= s.loads; ++load) what.press_mm.push_back(greatest_mm * load / s.loads);
   if (u[kNoLump] < s.no_lump_share) return what;
 
-  LumpCase::Lump lump;
+  Case::Lump lump;
   lump.shape = s.shapes[std::min(s.shapes.size() - 1,
                                  static_cast<size_t>(u[kShape] * static_cast<double>(s.shapes.size())))];
   const double length = length_of(lump.shape);
@@ -164,17 +159,17 @@ LumpCase lump_case(const LumpSweep& s, uint32_t number) {
   return what;
 }
 
-ForwardScene scene_of(const LumpSweep& s, const LumpCase& what) {
-  ForwardScene scene;
+fem::Scene scene_of(const Sweep& s, const Case& what) {
+  fem::Scene scene;
   scene.block_mm = in_scene_axes(what, std::array{s.block_mm[0], s.block_mm[1], what.thickness_mm});
   scene.young_Pa = what.young_Pa;
   scene.poisson = s.poisson;
-  scene.presser = Presser::Flat;
+  scene.presser = fem::Presser::Flat;
   scene.press_mm = what.press_mm.back();
   scene.cells = in_scene_axes(what, s.cells);
   scene.inclusion.reset();
   if (what.lump) {
-    Inclusion inclusion;
+    fem::Inclusion inclusion;
     inclusion.shape = what.lump->shape;
     inclusion.size_mm = in_scene_axes(what, what.lump->size_mm());
     inclusion.depth_mm = what.lump->depth_mm;
@@ -185,9 +180,9 @@ ForwardScene scene_of(const LumpSweep& s, const LumpCase& what) {
   return scene;
 }
 
-ForwardMap in_case_axes(const LumpCase& what, ForwardMap map) {
+fem::Map in_case_axes(const Case& what, fem::Map map) {
   if (!what.lump || !what.lump->along_y) return map;
-  ForwardMap turned;
+  fem::Map turned;
   turned.width = map.height;
   turned.height = map.width;
   turned.pitch_mm = {map.pitch_mm[1], map.pitch_mm[0]};
@@ -197,10 +192,10 @@ ForwardMap in_case_axes(const LumpCase& what, ForwardMap map) {
   return turned;
 }
 
-std::string to_json(const LumpSweep& s) {
-  const auto pair = [](const LumpRange& r) { return nlohmann::ordered_json::array({r.low, r.high}); };
+std::string to_json(const Sweep& s) {
+  const auto pair = [](const Range& r) { return nlohmann::ordered_json::array({r.low, r.high}); };
   nlohmann::ordered_json shapes = nlohmann::ordered_json::array();
-  for (const LumpShape shape : s.shapes) shapes.push_back(to_string(shape));
+  for (const fem::InclusionShape shape : s.shapes) shapes.push_back(to_string(shape));
   return nlohmann::ordered_json{{"sequence", "sobol, scrambled"},
                                 {"seed", s.seed},
                                 {"diameter_mm", pair(s.size_mm)},
@@ -227,12 +222,12 @@ std::string to_json(const LumpSweep& s) {
       .dump();
 }
 
-LumpSweep sweep_from_json(const std::string& text) {
-  LumpSweep s;
+Sweep sweep_from_json(const std::string& text) {
+  Sweep s;
   try {
     const nlohmann::json v = nlohmann::json::parse(text);
     const auto range = [&](const char* key) {
-      return LumpRange{v.at(key).at(0).get<double>(), v.at(key).at(1).get<double>()};
+      return Range{v.at(key).at(0).get<double>(), v.at(key).at(1).get<double>()};
     };
     s.seed = v.at("seed").get<uint64_t>();
     s.size_mm = range("diameter_mm");
@@ -250,9 +245,10 @@ LumpSweep sweep_from_json(const std::string& text) {
     s.shapes.clear();
     for (const nlohmann::json& name : v.at("shapes")) {
       const auto* const found =
-          std::find(std::begin(kShapeNames), std::end(kShapeNames), name.get<std::string>());
-      if (found == std::end(kShapeNames)) throw Error(Failure::Input, "a shape", name.dump(), "another file");
-      s.shapes.push_back(static_cast<LumpShape>(found - kShapeNames));
+          std::find(std::begin(fem::kShapeNames), std::end(fem::kShapeNames), name.get<std::string>());
+      if (found == std::end(fem::kShapeNames))
+        throw Error(Failure::Input, "a shape", name.dump(), "another file");
+      s.shapes.push_back(static_cast<fem::InclusionShape>(found - std::begin(fem::kShapeNames)));
     }
     s.no_lump_share = v.at("no_lump_share").get<double>();
     s.loads = v.at("loads").get<uint32_t>();
@@ -272,4 +268,4 @@ LumpSweep sweep_from_json(const std::string& text) {
   return s;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -10,31 +10,32 @@
 
 #include "engine/fem/scene.h"
 
-namespace palpate {
+namespace palpate::lump {
 
-struct LumpRange {
+struct Range {
   double low = 0, high = 0;
 };
 
 /// What is swept. Diameters, depths and offsets are drawn from what fits into the block that was drawn
 /// before: a range is squeezed, never refilled, so that the sweep stays even.
-struct LumpSweep {
+struct Sweep {
   uint64_t seed = 1;
-  LumpRange size_mm{4, 14};              ///< diameter
-  LumpRange depth_mm{1.5, 10};           ///< surface to the top
-  LumpRange stiffness_ratio{1.3, 40};    ///< even in its logarithm
-  LumpRange thickness_mm{16, 24};        ///< of the tissue
-  LumpRange young_Pa{2000, 30000};       ///< of the tissue, even in its logarithm
-  LumpRange greatest_press{0.10, 0.22};  ///< of the thickness, at the last load
-  double offset_mm = 6;                  ///< of the lump's centre from the middle, to either side in x and y
+  Range size_mm{4, 14};              ///< diameter
+  Range depth_mm{1.5, 10};           ///< surface to the top
+  Range stiffness_ratio{1.3, 40};    ///< even in its logarithm
+  Range thickness_mm{16, 24};        ///< of the tissue
+  Range young_Pa{2000, 30000};       ///< of the tissue, even in its logarithm
+  Range greatest_press{0.10, 0.22};  ///< of the thickness, at the last load
+  double offset_mm = 6;              ///< of the lump's centre from the middle, to either side in x and y
   double centred_share =
       0.67;  ///< of the lumps, in the middle: a quarter is solved, in a quarter of the time
   std::array<double, 2> block_mm = {40, 40};
   double poisson = 0.495;
   double floor_mm = 1, rim_mm = 2;  ///< least tissue below the lump and beside it
   /// d is the diameter: a ball; d high and wide and 1.5 d long; d high and wide upright; 2.5 d long lying.
-  std::vector<LumpShape> shapes = {LumpShape::Sphere, LumpShape::Ellipsoid, LumpShape::Cylinder,
-                                   LumpShape::LyingCylinder};
+  std::vector<fem::InclusionShape> shapes = {fem::InclusionShape::Sphere, fem::InclusionShape::Ellipsoid,
+                                             fem::InclusionShape::Cylinder,
+                                             fem::InclusionShape::LyingCylinder};
   double no_lump_share = 1.0 / 12;               ///< of the cases, tissue alone
   uint32_t loads = 4;                            ///< equal steps of the press
   std::array<uint32_t, 3> cells = {48, 48, 24};  ///< along x, y, z whatever the thickness
@@ -53,12 +54,12 @@ struct LumpSweep {
 };
 
 /// Throws Error(Failure::Usage) naming the first field that is out of range or makes a lump that cannot fit.
-void check(const LumpSweep& sweep);
+void check(const Sweep& sweep);
 
 /// One block.
-struct LumpCase {
+struct Case {
   struct Lump {
-    LumpShape shape = LumpShape::Sphere;
+    fem::InclusionShape shape = fem::InclusionShape::Sphere;
     bool along_y = false;  ///< long shapes: their long axis is y
     double diameter_mm = 0, depth_mm = 0, stiffness_ratio = 1;
     std::array<double, 2> offset_mm = {0, 0};
@@ -72,25 +73,23 @@ struct LumpCase {
 };
 
 /// Case `number` of the sweep: a pure function of both. The sweep has been checked.
-LumpCase lump_case(const LumpSweep& sweep, uint32_t number);
+Case lump_case(const Sweep& sweep, uint32_t number);
 
 /// The case as the solver has it, with long shapes along x: where the case's lies along y, x and y of the
 /// scene are y and x of the case.
-ForwardScene scene_of(const LumpSweep& sweep, const LumpCase& what);
+fem::Scene scene_of(const Sweep& sweep, const Case& what);
 /// Numbers along x, y (and z) of the block as that scene has them.
 template <typename Numbers>
-Numbers in_scene_axes(const LumpCase& what, Numbers numbers) {
+Numbers in_scene_axes(const Case& what, Numbers numbers) {
   if (what.lump && what.lump->along_y) std::swap(numbers[0], numbers[1]);
   return numbers;
 }
 /// A map of that scene with the axes of the case.
-ForwardMap in_case_axes(const LumpCase& what, ForwardMap map);
-
-const char* to_string(LumpShape shape);  ///< "sphere", "ellipsoid", "cylinder", "lying"
+fem::Map in_case_axes(const Case& what, fem::Map map);
 
 /// All of a sweep in one line of JSON, the same for equal sweeps; and back. Throws Error(Failure::Input)
 /// where the text is not such a line.
-std::string to_json(const LumpSweep& sweep);
-LumpSweep sweep_from_json(const std::string& text);
+std::string to_json(const Sweep& sweep);
+Sweep sweep_from_json(const std::string& text);
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -9,7 +9,7 @@
 #include "engine/lump/observation/gaussian_profile.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr double kNinetyPercent = 1.645;  // standard deviations to either side
@@ -26,14 +26,14 @@ constexpr double kRival = 0.1;  // likelihood beside the best shape's from which
 constexpr double kCurved = 0.2;
 constexpr uint32_t kMostBetter = 2;  // times that a better lump is found on the way along the ratios
 
-void check(const LumpReading& reading) {
+void check(const Observation& reading) {
   const auto refuse = [](const char* wanted, const std::string& found) {
     throw Error(Failure::Usage, wanted, found, "a reading as the sensor makes it");
   };
   if (reading.pressure_Pa.empty() || reading.pressure_Pa.size() != reading.force_N.size())
     refuse("one pressure map for each force", std::to_string(reading.pressure_Pa.size()) + " maps and " +
                                                   std::to_string(reading.force_N.size()) + " forces");
-  for (const ForwardMap& map : reading.pressure_Pa)
+  for (const fem::Map& map : reading.pressure_Pa)
     if (map.width != reading.pressure_Pa[0].width || map.height != reading.pressure_Pa[0].height ||
         map.values.size() != size_t{map.width} * map.height)
       refuse("maps of one size", "others");
@@ -45,7 +45,7 @@ void check(const LumpReading& reading) {
   if (!(reading.noise_Pa >= 0)) refuse("noise of 0 Pa or more", std::to_string(reading.noise_Pa));
 }
 
-void check(const LumpResponseOptions& model) {
+void check(const ResponseOptions& model) {
   uint32_t last = 0;
   for (const uint32_t times : model.grids) {
     if (times <= last || times > 8)
@@ -58,12 +58,12 @@ void check(const LumpResponseOptions& model) {
                 std::to_string(model.searched), "2 of 1, 2, 3");
 }
 
-LumpCase::Lump first_guess(const LumpReading& reading) {
-  LumpCase::Lump lump;
+Case::Lump first_guess(const Observation& reading) {
+  Case::Lump lump;
   lump.diameter_mm = 0.4 * reading.block_mm[2];
   lump.depth_mm = 0.25 * reading.block_mm[2];
   lump.stiffness_ratio = 6;
-  ForwardMap map = reading.pressure_Pa.back();
+  fem::Map map = reading.pressure_Pa.back();
   double sum = 0, seen = 0;
   for (const float value : map.values)
     if (std::isfinite(value)) {
@@ -77,10 +77,10 @@ LumpCase::Lump first_guess(const LumpReading& reading) {
   return lump;
 }
 
-LumpValue in_logarithm(double value, double sd) {
+Value in_logarithm(double value, double sd) {
   return {value, value * std::exp(-kNinetyPercent * sd), value * std::exp(kNinetyPercent * sd)};
 }
-LumpValue plain(double value, double sd) {
+Value plain(double value, double sd) {
   return {value, value - kNinetyPercent * sd, value + kNinetyPercent * sd};
 }
 
@@ -92,7 +92,7 @@ struct Spread {
 
 /// One start's answer.
 struct Answer {
-  LumpEstimate estimate;
+  Estimate estimate;
   std::optional<DirectSearch::State> best;
   Spread spread;
   double odds_chi2 = 0;  ///< what the start's odds are worth
@@ -102,22 +102,22 @@ struct Answer {
 };
 
 Spread spread_at(const DirectSearch& search, const DirectSearch::State& best, double misfit,
-                 const LumpReading& reading, const LumpResponseOptions& model) {
+                 const Observation& reading, const ResponseOptions& model) {
   const DirectSearch::Step end = search.solve(best, 0, DirectSearch::Sought::Lump);
   Spread spread{end.sd * std::sqrt(std::max(1.0, misfit)), LumpStep::Zero()};
-  const LumpCase::Lump& lump = best.lump;
-  const bool upright = lump.shape == LumpShape::Cylinder;
+  const Case::Lump& lump = best.lump;
+  const bool upright = lump.shape == fem::InclusionShape::Cylinder;
   const double finest_mm = reading.block_mm[0] / (model.cells[0] * model.grids.back());
   const double faces_mm = (upright ? kUprightDoubt : kFaceDoubt) * finest_mm;
   LumpStep& cells = spread.cells;
   cells(kLnSize) = faces_mm / lump.diameter_mm;
   cells(kLnDepth) = faces_mm / lump.depth_mm;
   if (upright) cells(kLnRatio) = kUprightRatioDoubt;
-  if (lump.shape == LumpShape::LyingCylinder) cells(kLnRatio) = kLyingRatioDoubt;
+  if (lump.shape == fem::InclusionShape::LyingCylinder) cells(kLnRatio) = kLyingRatioDoubt;
   return spread;
 }
 
-void take(const LumpCase::Lump& lump, const Spread& spread, LumpEstimate& into) {
+void take(const Case::Lump& lump, const Spread& spread, Estimate& into) {
   const LumpStep sd = (spread.noise.array().square() + spread.cells.array().square()).sqrt();
   into.size_mm = in_logarithm(lump.diameter_mm, sd(kLnSize));
   into.depth_mm = in_logarithm(lump.depth_mm, sd(kLnDepth));
@@ -129,15 +129,15 @@ void take(const LumpCase::Lump& lump, const Spread& spread, LumpEstimate& into) 
 
 /// Intervals from the lumps at both ends of the likelihood along the ratio; those of size and depth hold
 /// them.
-void take_ends(const LumpCase::Lump& lump, const std::array<LumpCase::Lump, 2>& ends, const Spread& spread,
-               LumpEstimate& into) {
-  const auto away = [&](const LumpCase::Lump& end) {
+void take_ends(const Case::Lump& lump, const std::array<Case::Lump, 2>& ends, const Spread& spread,
+               Estimate& into) {
+  const auto away = [&](const Case::Lump& end) {
     return std::exp(std::hypot(std::log(end.stiffness_ratio / lump.stiffness_ratio),
                                kNinetyPercent * spread.cells(kLnRatio)));
   };
   into.stiffness_ratio.low = lump.stiffness_ratio / away(ends[0]);
   into.stiffness_ratio.high = lump.stiffness_ratio * away(ends[1]);
-  for (const LumpCase::Lump& end : ends) {
+  for (const Case::Lump& end : ends) {
     widen(into.size_mm, {end.diameter_mm, end.diameter_mm, end.diameter_mm});
     widen(into.depth_mm, {end.depth_mm, end.depth_mm, end.depth_mm});
   }
@@ -145,7 +145,7 @@ void take_ends(const LumpCase::Lump& lump, const std::array<LumpCase::Lump, 2>& 
 
 class Inversion {
  public:
-  Inversion(const LumpReading& reading, const DirectInversionOptions& options)
+  Inversion(const Observation& reading, const DirectInversionOptions& options)
       : reading_(reading), options_(options), search_(reading, options) {}
 
   Answer from(const DirectInversionOptions::Start& start) {
@@ -154,18 +154,18 @@ class Inversion {
     answer.estimate.false_alarm_rate = 0.01;
     answer.odds_chi2 = -2 * std::log(std::max(start.odds, 1e-300));
     if (search_.values() < kFewestValues)
-      conclude(answer, LumpVerdict::Unusable,
-               "only " + std::to_string(search_.values()) + " places were seen at every load");
+      summarise(answer, Status::Unusable,
+                "only " + std::to_string(search_.values()) + " places were seen at every load");
     else if (reading_.saturated_share > kMostSaturated)
-      conclude(answer, LumpVerdict::Unusable, "the sensor is saturated at the highest load: press less");
+      summarise(answer, Status::Unusable, "the sensor is saturated at the highest load: press less");
     else {
-      LumpCase::Lump guess = start.lump;
+      Case::Lump guess = start.lump;
       if (options_.model.centred) guess.offset_mm = {0, 0};
       answer.best = search_.state_at(search_.moved(guess, LumpStep::Zero()));
       if (answer.best)
         settle(answer);
       else
-        conclude(answer, LumpVerdict::Unusable, "the model found no equilibrium at these forces");
+        summarise(answer, Status::Unusable, "the model found no equilibrium at these forces");
     }
     return answer;
   }
@@ -177,7 +177,7 @@ class Inversion {
       search_.correct(*answer.best);
       const double allowed = kNinetyPercent * kNinetyPercent * std::max(1.0, misfit(answer));
       const double step = kNinetyPercent * answer.spread.noise(kLnRatio);
-      std::array<LumpCase::Lump, 2> ends;
+      std::array<Case::Lump, 2> ends;
       std::optional<DirectSearch::State> lower;
       for (size_t side = 0; side < 2 && !lower; ++side) {
         DirectSearch::RatioEnd end = search_.ratio_end(*answer.best, side == 0 ? -1 : 1, allowed, step);
@@ -196,7 +196,7 @@ class Inversion {
     return answer.best->chi2 / std::max(1.0, values - double{kLumpUnknowns});
   }
 
-  static void conclude(Answer& answer, LumpVerdict verdict, const std::string& reason) {
+  static void summarise(Answer& answer, Status verdict, const std::string& reason) {
     answer.estimate.verdict = verdict;
     answer.estimate.reasons.clear();
     if (!reason.empty()) answer.estimate.reasons.push_back(reason);
@@ -206,7 +206,7 @@ class Inversion {
   void settle(Answer& answer) {
     DirectSearch::State& best = *answer.best;
     const bool settled = search_.settle(best);
-    LumpEstimate& estimate = answer.estimate;
+    Estimate& estimate = answer.estimate;
     const double share = misfit(answer);
     answer.spread = spread_at(search_, best, share, reading_, options_.model);
     take(best.lump, answer.spread, estimate);
@@ -217,23 +217,23 @@ class Inversion {
       estimate.evidence = std::max(0.0, *nothing - best.chi2) / (kChance * std::max(1.0, share));
     char line[200];
     if (estimate.evidence < 1)
-      return conclude(answer, LumpVerdict::NoLump, "tissue alone answers as well, but for chance");
+      return summarise(answer, Status::NoLump, "tissue alone answers as well, but for chance");
     if (!settled) {
       std::snprintf(line, sizeof line, "the search did not end in %u rounds: the values are where it stood",
                     options_.most_rounds);
-      return conclude(answer, LumpVerdict::Unusable, line);
+      return summarise(answer, Status::Unusable, line);
     }
     if (share > 4) {
       std::snprintf(line, sizeof line,
                     "the best lump misses the reading by %.1f times its noise: not a lump of this shape in "
                     "such tissue",
                     std::sqrt(share));
-      return conclude(answer, LumpVerdict::OutsideTraining, line);
+      return summarise(answer, Status::OutsideTraining, line);
     }
-    conclude(answer, LumpVerdict::Found, "");
+    summarise(answer, Status::Found, "");
   }
 
-  const LumpReading& reading_;
+  const Observation& reading_;
   const DirectInversionOptions& options_;
   DirectSearch search_;
 };
@@ -250,7 +250,7 @@ double likelihood(const Answer& answer, const Answer& best) {
 
 }  // namespace
 
-LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOptions& options) {
+Estimate invert_directly(const Observation& reading, const DirectInversionOptions& options) {
   check(reading);
   check(options.model);
   const auto begin = std::chrono::steady_clock::now();
@@ -265,7 +265,7 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
     if (likelihood(answer, settled) >= kRival) inversion.follow_ratio(answer);
 
   const Answer& best = *std::min_element(answers.begin(), answers.end(), better);
-  LumpEstimate estimate = best.estimate;
+  Estimate estimate = best.estimate;
   if (best.tells()) {
     double sum = 1;
     for (const Answer& other : answers) {
@@ -287,4 +287,4 @@ LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOp
   return estimate;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -4,15 +4,15 @@
 
 #include "engine/lump/fem_inverse/options.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// Gauss and Newton's search with damping (Levenberg and Marquardt) for size, depth, stiffness ratio and
 /// place of the lump; forces and the tissue's modulus may err by their shares. Intervals from the curvature
 /// at the end, widened where the reading fits worse than its noise; where the ratio is little determined,
-/// from its likelihood's profile. StiffnessOpen, NoLump, Unusable as LumpVerdict says; NoLump where the lump
+/// from its likelihood's profile. StiffnessOpen, NoLump, Unusable as Status says; NoLump where the lump
 /// gains less than chance does in one of 100 readings. One to four minutes of one processor for four loads
 /// and each start, up to ten where the ratio is open or there is no lump. Throws Error(Failure::Usage) where
 /// the reading's parts do not fit together.
-LumpEstimate invert_directly(const LumpReading& reading, const DirectInversionOptions& options = {});
+Estimate invert_directly(const Observation& reading, const DirectInversionOptions& options = {});
 
-}  // namespace palpate
+}  // namespace palpate::lump

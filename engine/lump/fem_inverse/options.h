@@ -6,13 +6,13 @@
 
 #include "engine/lump/fem_inverse/response.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 struct DirectInversionOptions {
-  LumpResponseOptions model;
+  ResponseOptions model;
   /// Where a search starts; its shape and axis stay as given.
   struct Start {
-    LumpCase::Lump lump;
+    Case::Lump lump;
     double odds = 1;  ///< how likely this shape is before it is fitted, beside the others
   };
   /// Each is searched from: shapes that fit as well widen the best one's intervals. Empty: a sphere at the
@@ -28,4 +28,4 @@ struct DirectInversionOptions {
   double bump_share = 0.008, bump_change_share = 0.003;
 };
 
-}  // namespace palpate
+}  // namespace palpate::lump

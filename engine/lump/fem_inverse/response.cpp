@@ -5,7 +5,7 @@
 
 #include "engine/fem/large_strain/plate_press.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 /// Half the difference over which cells are taken to change in proportion: logarithms, and mm.
@@ -16,12 +16,12 @@ constexpr double kNearMiddle_mm = 0.3;
 constexpr double kLeastOrder = 1.8;  // for what two grids leave open
 
 struct Pressing {
-  LumpSweep sweep;
-  LumpCase block;
+  Sweep sweep;
+  Case block;
   bool turned = false;  ///< the scene's x is the reading's y
 
-  Pressing(const LumpReading& reading, const std::optional<LumpCase::Lump>& lump,
-           const LumpResponseOptions& options, const std::array<uint32_t, 3>& cells) {
+  Pressing(const Observation& reading, const std::optional<Case::Lump>& lump, const ResponseOptions& options,
+           const std::array<uint32_t, 3>& cells) {
     sweep.block_mm = {reading.block_mm[0], reading.block_mm[1]};
     sweep.poisson = options.poisson;
     sweep.cells = cells;
@@ -31,12 +31,13 @@ struct Pressing {
     block.press_mm = {reading.block_mm[2] / 10};
     turned = lump && lump->along_y;
   }
-  ForwardScene scene() const { return scene_of(sweep, block); }
+  fem::Scene scene() const { return scene_of(sweep, block); }
 
   /// Cells as they are with one unknown changed, the lump's the same ones.
-  std::optional<ForwardGrid> changed(size_t unknown, double by, const LumpCells& cells, bool quarter) const {
+  std::optional<fem::CellGrid> changed(size_t unknown, double by, const fem::InclusionCells& cells,
+                                       bool quarter) const {
     Pressing other = *this;
-    LumpCase::Lump& lump = *other.block.lump;
+    Case::Lump& lump = *other.block.lump;
     switch (unknown) {
       case kLnSize:
         lump.diameter_mm *= std::exp(by);
@@ -55,9 +56,9 @@ struct Pressing {
 };
 
 /// Means over a square of the pitch around each node.
-Eigen::VectorXd read(const PressedSurface& surface, const ComparedNodes& nodes, bool turned) {
-  const PressureField field(surface);
-  const ForwardMap& map = nodes.reading().pressure_Pa.front();
+Eigen::VectorXd read(const fem::PressedSurface& surface, const ComparedNodes& nodes, bool turned) {
+  const fem::PressureField field(surface);
+  const fem::Map& map = nodes.reading().pressure_Pa.front();
   const double gauss = 0.5 / std::sqrt(3.0), dx = gauss * map.pitch_mm[0], dy = gauss * map.pitch_mm[1];
   Eigen::VectorXd values(static_cast<Eigen::Index>(nodes.count()));
   for (size_t n = 0; n < nodes.count(); ++n) {
@@ -71,8 +72,8 @@ Eigen::VectorXd read(const PressedSurface& surface, const ComparedNodes& nodes, 
   return values;
 }
 
-PressedSurface plus(const PressedSurface& a, double factor, const PressedSurface& b) {
-  PressedSurface sum = a;
+fem::PressedSurface plus(const fem::PressedSurface& a, double factor, const fem::PressedSurface& b) {
+  fem::PressedSurface sum = a;
   for (size_t n = 0; n < a.force_N.size(); ++n) {
     sum.force_N[n] += factor * b.force_N[n];
     sum.x_mm[n] += factor * b.x_mm[n];
@@ -82,7 +83,7 @@ PressedSurface plus(const PressedSurface& a, double factor, const PressedSurface
 }
 
 /// Change of what is read per unit of a change of the surface.
-Eigen::VectorXd change_read(const PressedSurface& surface, const PressedSurface& change,
+Eigen::VectorXd change_read(const fem::PressedSurface& surface, const fem::PressedSurface& change,
                             const ComparedNodes& nodes, bool turned) {
   double largest = 1e-12;
   for (size_t n = 0; n < change.x_mm.size(); ++n)
@@ -94,42 +95,42 @@ Eigen::VectorXd change_read(const PressedSurface& surface, const PressedSurface&
 }
 
 struct Change {
-  ForwardGrid below, above;
+  fem::CellGrid below, above;
   double span;
 };
 
 /// One grid's answers, and with `into` their derivatives.
 bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump, uint32_t times,
-           const LumpResponseOptions& options, Eigen::VectorXd& values, LumpPrediction* into) {
-  const LumpReading& reading = nodes.reading();
+           const ResponseOptions& options, Eigen::VectorXd& values, Prediction* into) {
+  const Observation& reading = nodes.reading();
   std::array<uint32_t, 3> cells = options.cells;
   for (uint32_t& side : cells) side *= times;
   const Pressing pressing(reading, lump ? std::optional(lump->lump) : std::nullopt, options, cells);
-  LargeStrainOptions solver;
+  fem::LargeStrainOptions solver;
   solver.residual = options.residual;
   solver.step_mm = options.step_mm;
   solver.threads = options.threads;
-  const ForwardScene scene = pressing.scene();
+  const fem::Scene scene = pressing.scene();
   const bool quarter = (into == nullptr || options.centred) && symmetric(scene) &&
                        (!lump || lump->cells.times(times).in_middle(scene.cells));
   solver.quarter = quarter;
-  std::optional<ForwardGrid> grid;
+  std::optional<fem::CellGrid> grid;
   std::vector<Change> by_unknown;
   if (lump) {
-    const LumpCells own = lump->cells.times(times);
+    const fem::InclusionCells own = lump->cells.times(times);
     if (!(grid = fit(scene, own, quarter))) return false;
     for (size_t p = 0; into != nullptr && p < (options.centred ? kPlaceX : kLumpUnknowns); ++p) {
       const double half = kHalfDifference[p];
-      std::optional<ForwardGrid> below = pressing.changed(p, -half, own, quarter),
-                                 above = pressing.changed(p, half, own, quarter);
+      std::optional<fem::CellGrid> below = pressing.changed(p, -half, own, quarter),
+                                   above = pressing.changed(p, half, own, quarter);
       if (!below || !above) return false;
       by_unknown.push_back({std::move(*below), std::move(*above), 2 * half});
     }
   }
   WorkTeam team(options.threads);
-  LargeStrainModel model(scene, solver, team, std::move(grid));
-  LargeStrainResult told;
-  PlatePress plate(scene, model, solver, told);
+  fem::LargeStrainModel model(scene, solver, team, std::move(grid));
+  fem::LargeStrainResult told;
+  fem::PlatePress plate(scene, model, solver, told);
   const auto count = static_cast<Eigen::Index>(nodes.count());
   const auto loads = static_cast<Eigen::Index>(reading.force_N.size());
   values.resize(count * loads);
@@ -141,13 +142,13 @@ bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump, ui
   for (Eigen::Index l = 0; l < loads; ++l) {
     const double force = reading.force_N[static_cast<size_t>(l)];
     if (!plate.to({std::nullopt, force})) return false;
-    const PressedSurface surface = model.surface();
+    const fem::PressedSurface surface = model.surface();
     values.segment(l * count, count) = read(surface, nodes, pressing.turned);
     if (into == nullptr) continue;
-    const PressedSurface by_press = model.change_by_press(told);
+    const fem::PressedSurface by_press = model.change_by_press(told);
     const double slope = by_press.sum_N();
     for (size_t p = 0; p < by_unknown.size(); ++p) {
-      const PressedSurface change =
+      const fem::PressedSurface change =
           model.change_by_grids(by_unknown[p].below, by_unknown[p].above, by_unknown[p].span, told);
       // The plate gives way so that the force stays.
       into->by_unknown.col(static_cast<Eigen::Index>(p)).segment(l * count, count) =
@@ -176,27 +177,27 @@ std::vector<double> at_no_size(const std::vector<uint32_t>& times) {
 
 }  // namespace
 
-ComparedNodes::ComparedNodes(const LumpReading& reading, double rim_mm) : reading_(reading) {
-  const ForwardMap& first = reading.pressure_Pa.front();
+ComparedNodes::ComparedNodes(const Observation& reading, double rim_mm) : reading_(reading) {
+  const fem::Map& first = reading.pressure_Pa.front();
   for (size_t n = 0; n < first.values.size(); ++n) {
     nodes_.push_back(n);
     const size_t last = nodes_.size() - 1;
     const bool inside = std::abs(x_mm(last)) <= reading.block_mm[0] / 2 - rim_mm &&
                         std::abs(y_mm(last)) <= reading.block_mm[1] / 2 - rim_mm;
     const bool seen = std::all_of(reading.pressure_Pa.begin(), reading.pressure_Pa.end(),
-                                  [n](const ForwardMap& map) { return std::isfinite(map.values[n]); });
+                                  [n](const fem::Map& map) { return std::isfinite(map.values[n]); });
     if (!inside || !seen) nodes_.pop_back();
   }
 }
 
 double ComparedNodes::x_mm(size_t node) const {
-  const ForwardMap& map = reading_.pressure_Pa.front();
+  const fem::Map& map = reading_.pressure_Pa.front();
   return reading_.window_mm[0] +
          (static_cast<double>(nodes_[node] % map.width) - (map.width - 1) / 2.0) * map.pitch_mm[0];
 }
 
 double ComparedNodes::y_mm(size_t node) const {
-  const ForwardMap& map = reading_.pressure_Pa.front();
+  const fem::Map& map = reading_.pressure_Pa.front();
   const size_t row = nodes_[node] / map.width;
   return reading_.window_mm[1] + (static_cast<double>(row) - (map.height - 1) / 2.0) * map.pitch_mm[1];
 }
@@ -204,31 +205,31 @@ double ComparedNodes::y_mm(size_t node) const {
 Eigen::VectorXd ComparedNodes::values() const {
   Eigen::VectorXd all(static_cast<Eigen::Index>(nodes_.size() * reading_.pressure_Pa.size()));
   Eigen::Index at = 0;
-  for (const ForwardMap& map : reading_.pressure_Pa)
+  for (const fem::Map& map : reading_.pressure_Pa)
     for (const size_t n : nodes_) all(at++) = double{map.values[n]};
   return all;
 }
 
-LumpCells response_cells(const LumpReading& reading, const LumpCase::Lump& lump,
-                         const LumpResponseOptions& options) {
-  return lump_cells(Pressing(reading, lump, options, options.cells).scene());
+fem::InclusionCells response_cells(const Observation& reading, const Case::Lump& lump,
+                                   const ResponseOptions& options) {
+  return fem::inclusion_cells(Pressing(reading, lump, options, options.cells).scene());
 }
 
-bool suit(const LumpCells& cells, const LumpReading& reading, const LumpCase::Lump& lump,
-          const LumpResponseOptions& options) {
+bool suit(const fem::InclusionCells& cells, const Observation& reading, const Case::Lump& lump,
+          const ResponseOptions& options) {
   return suit(cells, Pressing(reading, lump, options, options.cells).scene());
 }
 
-LumpPrediction predict(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
-                       const LumpResponseOptions& options, bool derivatives) {
-  LumpPrediction prediction;
+Prediction predict(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
+                   const ResponseOptions& options, bool derivatives) {
+  Prediction prediction;
   prediction.converged = press(nodes, lump, options.searched, options, prediction.pressure_Pa,
                                derivatives ? &prediction : nullptr);
   return prediction;
 }
 
 GridCorrection grid_correction(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
-                               const LumpResponseOptions& options) {
+                               const ResponseOptions& options) {
   GridCorrection correction;
   std::optional<FittedLump> what = lump;
   if (what &&
@@ -242,7 +243,7 @@ GridCorrection grid_correction(const ComparedNodes& nodes, const std::optional<F
     const std::vector<double> finer = at_no_size({grids.begin() + 1, grids.end()});
     for (size_t g = 0; g < finer.size(); ++g) open[g + 1] -= finer[g];
   } else if (grids.size() == 2) {
-    open[1] -= 1 + extrapolation_share(grids[1], grids[0], kLeastOrder);
+    open[1] -= 1 + fem::extrapolation_share(grids[1], grids[0], kLeastOrder);
     open[0] = -open[1];
   } else {
     open[0] = 0;
@@ -259,4 +260,4 @@ GridCorrection grid_correction(const ComparedNodes& nodes, const std::optional<F
   return correction;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -12,12 +12,12 @@
 #include "engine/lump/dataset/sweep.h"
 #include "engine/lump/observation/observation.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// What is sought. Logarithms, so that no step leaves what makes sense, and places from the block's middle.
-enum LumpUnknown : uint8_t { kLnSize, kLnDepth, kLnRatio, kPlaceX, kPlaceY, kLumpUnknowns };
+enum Unknown : uint8_t { kLnSize, kLnDepth, kLnRatio, kPlaceX, kPlaceY, kLumpUnknowns };
 
-struct LumpResponseOptions {
+struct ResponseOptions {
   /// Which follow the lump is chosen on these.
   std::array<uint32_t, 3> cells = {16, 16, 8};
   /// Grids of so many times these cells along each side, rising. What cells of no size would give is taken
@@ -34,7 +34,7 @@ struct LumpResponseOptions {
 };
 
 /// Values that a reading has within the block less its rim, load after load.
-struct LumpPrediction {
+struct Prediction {
   bool converged = false;
   Eigen::VectorXd pressure_Pa;
   /// Changes per unit of each unknown at the same forces. Empty where they were not asked for.
@@ -56,41 +56,41 @@ struct GridCorrection {
 /// Nodes of a reading that are compared: seen, finite at every load, within the block less its rim.
 class ComparedNodes {
  public:
-  ComparedNodes(const LumpReading& reading, double rim_mm);
+  ComparedNodes(const Observation& reading, double rim_mm);
 
   size_t count() const { return nodes_.size(); }  ///< of each load
   Eigen::VectorXd values() const;                 ///< of the reading, load after load
   double x_mm(size_t node) const;                 ///< from the block's middle
   double y_mm(size_t node) const;
-  const LumpReading& reading() const { return reading_; }
+  const Observation& reading() const { return reading_; }
 
  private:
-  const LumpReading& reading_;
+  const Observation& reading_;
   std::vector<size_t> nodes_;
 };
 
 /// A lump and which of the options' cells follow it. Predictions from the same cells change smoothly
 /// with the lump.
 struct FittedLump {
-  LumpCase::Lump lump;
-  LumpCells cells;
+  Case::Lump lump;
+  fem::InclusionCells cells;
 };
 
-LumpCells response_cells(const LumpReading& reading, const LumpCase::Lump& lump,
-                         const LumpResponseOptions& options);
+fem::InclusionCells response_cells(const Observation& reading, const Case::Lump& lump,
+                                   const ResponseOptions& options);
 /// Whether these cells still follow the lump without much bending.
-bool suit(const LumpCells& cells, const LumpReading& reading, const LumpCase::Lump& lump,
-          const LumpResponseOptions& options);
+bool suit(const fem::InclusionCells& cells, const Observation& reading, const Case::Lump& lump,
+          const ResponseOptions& options);
 
 /// Presses the lump's block (`lump` empty: tissue alone) to the reading's forces, on the grid that is
 /// searched.
 /// `derivatives`: all of the prediction. Not converged where there is no equilibrium, or the cells cannot
 /// follow the lump. Throws as solve_large_strain().
-LumpPrediction predict(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
-                       const LumpResponseOptions& options, bool derivatives);
+Prediction predict(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
+                   const ResponseOptions& options, bool derivatives);
 
 /// The same on all grids. It changes so slowly with the lump that predictions of others nearby share it.
 GridCorrection grid_correction(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
-                               const LumpResponseOptions& options);
+                               const ResponseOptions& options);
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -6,7 +6,7 @@
 #include "engine/base/statistics.h"
 #include "engine/numeric/dense.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr uint32_t kMostCorrections = 4;
@@ -15,13 +15,13 @@ constexpr double kStands = 0.2;  // standard deviations that count as none
 constexpr double kFits = 1.2;    // chi2 of a value, of a reading that the lump explains
 constexpr double kNoGain = 0.3;  // of chi2, before the finer grids are asked again
 constexpr double kHeaviest = 1e3;
-constexpr LumpRange kRatios{0.02, 1000};   // beyond, nothing changes any more
-constexpr LumpRange kAnyRatios{0.1, 100};  // beyond, a ratio counts as open: hardly anything changes any more
+constexpr Range kRatios{0.02, 1000};   // beyond, nothing changes any more
+constexpr Range kAnyRatios{0.1, 100};  // beyond, a ratio counts as open: hardly anything changes any more
 constexpr uint32_t kMostAlongRatio = 5;
-constexpr double kWorthAnother = 1;         // of chi2, that a second step at a ratio gains
-constexpr LumpRange kAlongRatio{0.2, 1.2};  // a step of the ratio's logarithm there
-constexpr double kLower = 1;                // of chi2: a better lump than the best
-constexpr double kGridDoubt = 2;            // standard deviations of the change that fewer grids would make
+constexpr double kWorthAnother = 1;     // of chi2, that a second step at a ratio gains
+constexpr Range kAlongRatio{0.2, 1.2};  // a step of the ratio's logarithm there
+constexpr double kLower = 1;            // of chi2: a better lump than the best
+constexpr double kGridDoubt = 2;        // standard deviations of the change that fewer grids would make
 // Of Gaussians that the elements' errors are sums of.
 constexpr double kDoubtPitch_mm = 4, kDoubtSigma_mm = 3;
 const LumpStep kLongestStep{{0.3, 0.4, 1.0, 2.0, 2.0}};
@@ -57,13 +57,13 @@ Eigen::MatrixXd doubt_fields(const ComparedNodes& nodes) {
 
 }  // namespace
 
-LumpStep difference(const LumpCase::Lump& to, const LumpCase::Lump& from) {
+LumpStep difference(const Case::Lump& to, const Case::Lump& from) {
   return LumpStep{{std::log(to.diameter_mm / from.diameter_mm), std::log(to.depth_mm / from.depth_mm),
                    std::log(to.stiffness_ratio / from.stiffness_ratio), to.offset_mm[0] - from.offset_mm[0],
                    to.offset_mm[1] - from.offset_mm[1]}};
 }
 
-DirectSearch::DirectSearch(const LumpReading& reading, const DirectInversionOptions& options)
+DirectSearch::DirectSearch(const Observation& reading, const DirectInversionOptions& options)
     : reading_(reading),
       options_(options),
       nodes_(reading, options.model.rim_mm),
@@ -77,8 +77,7 @@ void DirectSearch::judge(State& state) const {
   state.chi2 = solve(state, 0, Sought::Nothing).chi2;
 }
 
-std::optional<DirectSearch::State> DirectSearch::moved_to(const LumpCase::Lump& lump,
-                                                          const State& from) const {
+std::optional<DirectSearch::State> DirectSearch::moved_to(const Case::Lump& lump, const State& from) const {
   State state{lump, from.cells, from.grids,
               predict(nodes_, FittedLump{lump, from.cells}, options_.model, true)};
   if (!state.prediction.converged) return std::nullopt;
@@ -87,7 +86,7 @@ std::optional<DirectSearch::State> DirectSearch::moved_to(const LumpCase::Lump& 
   return state;
 }
 
-std::optional<DirectSearch::State> DirectSearch::state_at(const LumpCase::Lump& lump) const {
+std::optional<DirectSearch::State> DirectSearch::state_at(const Case::Lump& lump) const {
   State first;
   first.cells = response_cells(reading_, lump, options_.model);
   auto grids = std::make_shared<const GridCorrection>(
@@ -113,7 +112,7 @@ bool DirectSearch::suits(const State& state) const {
 
 std::optional<double> DirectSearch::without_lump(const State& with_lump) {
   if (tissue_Pa_.size() == 0) {
-    const LumpPrediction tissue = predict(nodes_, std::nullopt, options_.model, false);
+    const Prediction tissue = predict(nodes_, std::nullopt, options_.model, false);
     if (!tissue.converged) return std::nullopt;
     const GridCorrection grids = grid_correction(nodes_, std::nullopt, options_.model);
     if (!grids.converged) return std::nullopt;
@@ -125,7 +124,7 @@ std::optional<double> DirectSearch::without_lump(const State& with_lump) {
 }
 
 DirectSearch::Step DirectSearch::solve(const State& from, double damping, Sought sought) const {
-  const LumpPrediction& p = from.prediction;
+  const Prediction& p = from.prediction;
   const Eigen::MatrixXd doubted_by = doubted(from);
   const Eigen::Index first = sought == Sought::Nothing ? 0
                              : options_.model.centred  ? kPlaceX
@@ -161,8 +160,8 @@ DirectSearch::Step DirectSearch::solve(const State& from, double damping, Sought
   return step;
 }
 
-LumpCase::Lump DirectSearch::moved(const LumpCase::Lump& from, const LumpStep& by) const {
-  LumpCase::Lump lump = from;
+Case::Lump DirectSearch::moved(const Case::Lump& from, const LumpStep& by) const {
+  Case::Lump lump = from;
   const double thickness = reading_.block_mm[2];
   lump.diameter_mm = std::clamp(from.diameter_mm * std::exp(by(kLnSize)), 1.0, 0.8 * thickness);
   lump.depth_mm =
@@ -228,7 +227,7 @@ bool DirectSearch::settle(State& best) const {
   uint32_t rounds = options_.most_rounds;
   bool settled = descend(best, rounds);
   for (uint32_t again = 0; again < kMostCorrections && settled; ++again) {
-    const LumpCase::Lump from = best.lump;
+    const Case::Lump from = best.lump;
     if (!correct(best)) break;
     settled = descend(best, rounds);
     const LumpStep sd = solve(best, 0, Sought::Lump).sd;
@@ -240,7 +239,7 @@ bool DirectSearch::settle(State& best) const {
 DirectSearch::RatioEnd DirectSearch::ratio_end(const State& best, double direction, double allowed,
                                                double step) const {
   const double least = solve(best, 0, Sought::LumpOfThisRatio).chi2;
-  const auto at_limit = [&](const LumpCase::Lump& lump) {
+  const auto at_limit = [&](const Case::Lump& lump) {
     return moved(lump, LumpStep::Unit(kLnRatio) * (direction * std::log(kRatios.high / kRatios.low)));
   };
   RatioEnd end{at_limit(best.lump), std::nullopt};
@@ -281,4 +280,4 @@ DirectSearch::RatioEnd DirectSearch::ratio_end(const State& best, double directi
   return end;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -10,37 +10,37 @@
 
 #include "engine/lump/fem_inverse/options.h"
 
-namespace palpate {
+namespace palpate::lump {
 
-/// Changes of what is sought: see LumpUnknown.
+/// Changes of what is sought: see Unknown.
 using LumpStep = Eigen::Matrix<double, kLumpUnknowns, 1>;
 
 /// From one lump to another.
-LumpStep difference(const LumpCase::Lump& to, const LumpCase::Lump& from);
+LumpStep difference(const Case::Lump& to, const Case::Lump& from);
 
 /// chi2 below is over all values of the reading, with the forces, the modulus and the elements' errors that
 /// suit a lump best within what the options allow them.
 class DirectSearch {
  public:
   /// Keeps both.
-  DirectSearch(const LumpReading& reading, const DirectInversionOptions& options);
+  DirectSearch(const Observation& reading, const DirectInversionOptions& options);
 
   size_t values() const { return nodes_.count(); }  ///< of each load
 
   /// States that come of each other share cells, so that they compare, and what the grids said of the first.
   struct State {
-    LumpCase::Lump lump;
-    LumpCells cells;
+    Case::Lump lump;
+    fem::InclusionCells cells;
     std::shared_ptr<const GridCorrection> grids;
-    LumpPrediction prediction;  ///< with the correction
+    Prediction prediction;  ///< with the correction
     double chi2 = HUGE_VAL;
   };
   /// In cells of its own, all grids asked. None where there is no equilibrium.
-  std::optional<State> state_at(const LumpCase::Lump& lump) const;
+  std::optional<State> state_at(const Case::Lump& lump) const;
   /// Asks all grids again. Whether that gave the state new numbers.
   bool correct(State& state) const;
   /// A lump that the block can hold.
-  LumpCase::Lump moved(const LumpCase::Lump& from, const LumpStep& by) const;
+  Case::Lump moved(const Case::Lump& from, const LumpStep& by) const;
 
   enum class Sought : uint8_t { Nothing, LumpOfThisRatio, Lump };
   struct Step {
@@ -57,7 +57,7 @@ class DirectSearch {
   bool settle(State& best) const;
 
   struct RatioEnd {
-    LumpCase::Lump lump;         ///< whose chi2 is higher than the best's by what was allowed
+    Case::Lump lump;             ///< whose chi2 is higher than the best's by what was allowed
     std::optional<State> lower;  ///< a better lump than the best, found on the way
   };
   /// From the best lump along lumps that are the best of their ratios (the likelihood's profile), to higher
@@ -72,12 +72,12 @@ class DirectSearch {
   /// Moves the state to the best one that shares its correction, or its last one where other cells became
   /// needed; false where `rounds` ran out before.
   bool descend(State& best, uint32_t& rounds) const;
-  std::optional<State> moved_to(const LumpCase::Lump& lump, const State& from) const;
+  std::optional<State> moved_to(const Case::Lump& lump, const State& from) const;
   void judge(State& state) const;
   bool suits(const State& state) const;
   Eigen::MatrixXd doubted(const State& state) const;
 
-  const LumpReading& reading_;
+  const Observation& reading_;
   const DirectInversionOptions& options_;
   ComparedNodes nodes_;
   Eigen::VectorXd wanted_;
@@ -86,4 +86,4 @@ class DirectSearch {
   double sigma_Pa_ = 1;
 };
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -17,13 +17,13 @@ extern const char palpate_lump_network[];
 extern const char palpate_lump_network_end[];
 }
 
-namespace palpate {
+namespace palpate::lump {
 
-const LumpNetwork& LumpNetwork::built_in() {
-  static const LumpNetwork network = parse(
+const Network& Network::built_in() {
+  static const Network network = parse(
       std::string(palpate_lump_network, static_cast<size_t>(palpate_lump_network_end - palpate_lump_network)),
       "the built-in network");
   return network;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -8,7 +8,7 @@
 
 #include "engine/numeric/dense.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 using Matrix5 = Eigen::Matrix<double, 5, 5>;
@@ -43,8 +43,8 @@ std::array<double, 2> log_range(const std::array<double, 2>& range) {
 
 }  // namespace
 
-double LumpFitter::misfit(const LumpFit& fit, LumpVector* slope, Matrix5* normal) const {
-  const LumpGuess guess{fit.shape, fit.at(0), fit.at(1), fit.at(2)};
+double Fitter::misfit(const Fit& fit, LumpVector* slope, Matrix5* normal) const {
+  const Guess guess{fit.shape, fit.at(0), fit.at(1), fit.at(2)};
   const PatchWhitener& whitener = patch_.whitener;
   std::array<Eigen::MatrixXd, 3> changes;
   const Eigen::MatrixXd plain =
@@ -107,7 +107,7 @@ double LumpFitter::misfit(const LumpFit& fit, LumpVector* slope, Matrix5* normal
   return sum;
 }
 
-void LumpFitter::search(LumpFit& fit, uint32_t rounds, bool ratio_held) const {
+void Fitter::search(Fit& fit, uint32_t rounds, bool ratio_held) const {
   LumpVector slope;
   fit.misfit = misfit(fit, &slope, &fit.normal);
   if (!std::isfinite(fit.misfit)) {
@@ -129,7 +129,7 @@ void LumpFitter::search(LumpFit& fit, uint32_t rounds, bool ratio_held) const {
     for (int p = 0; p < 5; ++p)
       shrink = std::min(shrink, kLongestStep[static_cast<size_t>(p)] / std::max(1e-12, std::abs(step(p))));
     step *= shrink;
-    LumpFit next = fit;
+    Fit next = fit;
     next.at += step;
     LumpVector next_slope;
     next.misfit = misfit(next, &next_slope, &next.normal);
@@ -146,10 +146,10 @@ void LumpFitter::search(LumpFit& fit, uint32_t rounds, bool ratio_held) const {
   }
 }
 
-double LumpPosterior::quantile(LumpParameter what, double share) const {
+double Posterior::quantile(Parameter what, double share) const {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const Part& part : parts) {
-    const LumpBell& bell = part.bells[what];
+    const SplitNormal& bell = part.bells[what];
     low = std::min(low, bell.middle - 6 * bell.below);
     high = std::max(high, bell.middle + 6 * bell.above);
   }
@@ -165,8 +165,8 @@ double LumpPosterior::quantile(LumpParameter what, double share) const {
 namespace {
 
 /// The bells of one fit: its ratio on a grid, the rest following it.
-void add_bells(const LumpModel& model, const LumpFitter& fitter, const LumpFit& fit, double warmth,
-               std::vector<LumpPosterior::Part>& parts, std::vector<double>& log_weights) {
+void add_bells(const Model& model, const Fitter& fitter, const Fit& fit, double warmth,
+               std::vector<Posterior::Part>& parts, std::vector<double>& log_weights) {
   const Matrix5 covariance = dense::inverse(fit.normal);
   const auto [low, high] = log_range(model.ratio);
   const double sd = sd_of(warmth * covariance(2, 2));
@@ -175,7 +175,7 @@ void add_bells(const LumpModel& model, const LumpFitter& fitter, const LumpFit& 
   const double centre = std::clamp(fit.at(2), from, to);
   const double spacing = std::max(1e-3, (to - from) / (kRatios - 1));
   LumpVector along = covariance.col(2) / covariance(2, 2);
-  const auto add = [&](const LumpFit& at) {
+  const auto add = [&](const Fit& at) {
     Eigen::Matrix4d rest;
     constexpr std::array<int, 4> kept = {0, 1, 3, 4};
     for (int a = 0; a < 4; ++a)
@@ -186,15 +186,15 @@ void add_bells(const LumpModel& model, const LumpFitter& fitter, const LumpFit& 
     // Sizes and depths were even in the training, not their logarithms.
     if (!std::isfinite(volume) || at.misfit >= kHopeless) return;
     log_weights.push_back(-0.5 * at.misfit / warmth + 0.5 * volume + std::log(spacing) + at.at(0) + at.at(1));
-    LumpPosterior::Part part;
+    Posterior::Part part;
     part.shape = fit.shape;
     const std::array<double, kParameters> sds = {sd_of(warmth * inverse(0, 0)), sd_of(warmth * inverse(1, 1)),
                                                  0.5 * spacing};
-    for (const LumpParameter p : {kSize, kDepth, kRatio}) part.bells[p] = {at.at(p), sds[p], sds[p]};
+    for (const Parameter p : {kSize, kDepth, kRatio}) part.bells[p] = {at.at(p), sds[p], sds[p]};
     parts.push_back(part);
   };
   for (const double direction : {1.0, -1.0}) {
-    LumpFit at = fit;
+    Fit at = fit;
     at.at += (centre - fit.at(2)) * along;
     for (int i = direction > 0 ? 0 : 1; i < kRatios; ++i) {
       const double ratio = centre + direction * spacing * i;
@@ -213,15 +213,14 @@ void add_bells(const LumpModel& model, const LumpFitter& fitter, const LumpFit& 
 
 }  // namespace
 
-LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, LumpMethod method,
-                         double warmth) {
-  const LumpLook look = look_for_lump(model, nodes);
-  const LumpFitter fitter(model, nodes, look.patch);
-  const LumpAnswer& answer = look.answer;
+Evidence weigh_lumps(const Model& model, const PressedNodes& nodes, Method method, double warmth) {
+  const Look look = look_for_lump(model, nodes);
+  const Fitter fitter(model, nodes, look.patch);
+  const Answer& answer = look.answer;
   const auto start = [&answer](size_t shape) {
-    LumpFit fit;
-    fit.shape = static_cast<LumpShape>(shape);
-    for (const LumpParameter p : {kSize, kDepth, kRatio}) fit.at(p) = answer.bells[shape][p].middle;
+    Fit fit;
+    fit.shape = static_cast<fem::InclusionShape>(shape);
+    for (const Parameter p : {kSize, kDepth, kRatio}) fit.at(p) = answer.bells[shape][p].middle;
     fit.at(3) = answer.shift_mm[0];
     fit.at(4) = answer.shift_mm[1];
     return fit;
@@ -229,30 +228,31 @@ LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, Lump
   const auto likeliest =
       static_cast<size_t>(std::max_element(answer.shape_probability.begin(), answer.shape_probability.end()) -
                           answer.shape_probability.begin());
-  std::vector<LumpFit> fits;
+  std::vector<Fit> fits;
   for (size_t s = 0; s < 4; ++s) {
-    const bool tried = method == LumpMethod::Refined && answer.shape_probability[s] > kUnlikely;
+    const bool tried = method == Method::Refined && answer.shape_probability[s] > kUnlikely;
     if (!model.shapes[s] || (s != likeliest && !tried)) continue;
     fits.push_back(start(s));
-    fitter.search(fits.back(), method == LumpMethod::Refined ? kRefining : kChecking);
+    fitter.search(fits.back(), method == Method::Refined ? kRefining : kChecking);
   }
-  const LumpFit& best = *std::min_element(
-      fits.begin(), fits.end(), [](const LumpFit& a, const LumpFit& b) { return a.misfit < b.misfit; });
-  LumpEvidence found;
+  const Fit& best = *std::min_element(fits.begin(), fits.end(),
+                                      [](const Fit& a, const Fit& b) { return a.misfit < b.misfit; });
+  Evidence found;
   found.no_lump_misfit = no_lump_misfit(nodes);
   found.evidence = fitter.no_lump() - best.misfit;
   found.misfit = best.misfit / static_cast<double>(std::max<Eigen::Index>(1, look.patch.whitener.size() - 5));
   found.rest = look.patch.whitener.rest();
   std::array<double, 2> shift = answer.shift_mm, sd = answer.shift_sd_mm;
-  LumpPosterior& posterior = found.posterior;
-  if (method == LumpMethod::Network) {
+  Posterior& posterior = found.posterior;
+  if (method == Method::Network) {
     posterior.shape_probability = answer.shape_probability;
     for (size_t s = 0; s < 4; ++s)
       if (model.shapes[s])
-        posterior.parts.push_back({answer.shape_probability[s], static_cast<LumpShape>(s), answer.bells[s]});
+        posterior.parts.push_back(
+            {answer.shape_probability[s], static_cast<fem::InclusionShape>(s), answer.bells[s]});
   } else {
     std::vector<double> log_weights;
-    for (const LumpFit& fit : fits)
+    for (const Fit& fit : fits)
       if (fit.misfit < best.misfit + kForgiven * warmth)
         add_bells(model, fitter, fit, warmth, posterior.parts, log_weights);
     if (log_weights.empty()) {
@@ -263,7 +263,7 @@ LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, Lump
     double sum = 0;
     for (double& weight : log_weights) sum += weight = std::exp(weight - most);
     for (size_t i = 0; i < log_weights.size(); ++i) {
-      LumpPosterior::Part& part = posterior.parts[i];
+      Posterior::Part& part = posterior.parts[i];
       part.weight = log_weights[i] / sum;
       posterior.shape_probability[static_cast<size_t>(part.shape)] += part.weight;
     }
@@ -280,4 +280,4 @@ LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, Lump
   return found;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -7,56 +7,56 @@
 
 #include "engine/lump/network/inverse_network.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// Logarithms of size, depth and ratio, and the centre's shift in the patch's axes, mm.
 using LumpVector = Eigen::Matrix<double, 5, 1>;
 
 /// A lump of one shape; the patch lies as it does.
-struct LumpFit {
-  LumpShape shape = LumpShape::Sphere;
+struct Fit {
+  fem::InclusionShape shape = fem::InclusionShape::Sphere;
   LumpVector at = LumpVector::Zero();
   double misfit = 0;  ///< squares, of unit variance each
   Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Identity();
 };
 
 /// One patch as the emulator explains it.
-class LumpFitter {
+class Fitter {
  public:
-  LumpFitter(const LumpModel& model, const PressedNodes& nodes, const PatchReading& patch)
+  Fitter(const Model& model, const PressedNodes& nodes, const PatchReading& patch)
       : model_(model), nodes_(nodes), patch_(patch) {}
 
   const PatchReading& patch() const { return patch_; }
   double no_lump() const { return patch_.whitener.reading().squaredNorm(); }
 
   /// Levenberg and Marquardt's search from where the fit is; `ratio_held`: its third number stays.
-  void search(LumpFit& fit, uint32_t rounds, bool ratio_held = false) const;
+  void search(Fit& fit, uint32_t rounds, bool ratio_held = false) const;
 
  private:
-  double misfit(const LumpFit& fit, LumpVector* slope, Eigen::Matrix<double, 5, 5>* normal) const;
+  double misfit(const Fit& fit, LumpVector* slope, Eigen::Matrix<double, 5, 5>* normal) const;
 
-  const LumpModel& model_;
+  const Model& model_;
   const PressedNodes& nodes_;
   const PatchReading& patch_;
 };
 
 /// A lump's whole posterior as a sum of bells.
-struct LumpPosterior {
+struct Posterior {
   struct Part {
     double weight = 0;
-    LumpShape shape = LumpShape::Sphere;
-    std::array<LumpBell, kParameters> bells{};  ///< of the logarithms
+    fem::InclusionShape shape = fem::InclusionShape::Sphere;
+    std::array<SplitNormal, kParameters> bells{};  ///< of the logarithms
   };
   std::vector<Part> parts;
   std::array<double, 4> shape_probability{};
 
   /// Of a logarithm, where the bells' sum reaches `share`.
-  double quantile(LumpParameter what, double share) const;
+  double quantile(Parameter what, double share) const;
 };
 
 /// Everything an estimate is made of, before trust is applied.
-struct LumpEvidence {
-  LumpPosterior posterior;
+struct Evidence {
+  Posterior posterior;
   std::array<double, 2> place_mm{}, place_sd_mm{};
   double evidence = 0;  ///< misfit without a lump less misfit with one
   double misfit = 0;    ///< of the best, per degree of freedom
@@ -65,10 +65,10 @@ struct LumpEvidence {
 };
 
 /// `warmth` divides logarithms of likelihoods before shapes are weighed; the network alone has no use for it.
-LumpEvidence weigh_lumps(const LumpModel& model, const PressedNodes& nodes, LumpMethod method, double warmth);
+Evidence weigh_lumps(const Model& model, const PressedNodes& nodes, Method method, double warmth);
 
 /// What weigh_lumps() found with the trust that its like has earned.
-void conclude(const LumpModel& model, const PressedNodes& nodes, LumpMethod method, const LumpEvidence& found,
-              LumpEstimate& estimate);
+void summarise(const Model& model, const PressedNodes& nodes, Method method, const Evidence& found,
+               Estimate& estimate);
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -5,14 +5,14 @@
 
 #include "engine/numeric/dense.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr double kNear_mm = 0.3;  // a patch that lies as near to its lump is not moved again
 constexpr int kMostMoves = 3;
 
 /// The ways' factors at a load, fields x ways: the cubic through those at the reader's own loads.
-Eigen::MatrixXd ways_at(const LumpReader& reader, Eigen::Index fields, double load) {
+Eigen::MatrixXd ways_at(const InverseNetwork& reader, Eigen::Index fields, double load) {
   const auto ways = reader.ways.cols();
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(fields, ways + 1);
   for (size_t q = 0; q < reader.loads.size(); ++q) {
@@ -28,12 +28,11 @@ Eigen::MatrixXd ways_at(const LumpReader& reader, Eigen::Index fields, double lo
 
 }  // namespace
 
-PatchReading::PatchReading(const LumpModel& model, const PressedNodes& nodes, const PatchView& from)
+PatchReading::PatchReading(const Model& model, const PressedNodes& nodes, const PatchView& from)
     : view(from), sums(sum_patch(model.patch, nodes, from)), whitener(model, nodes, sums, kGaugeShare) {}
 
-Eigen::VectorXf reader_features(const LumpModel& model, const PressedNodes& nodes,
-                                const PatchReading& patch) {
-  const LumpReader& reader = model.reader;
+Eigen::VectorXf reader_features(const Model& model, const PressedNodes& nodes, const PatchReading& patch) {
+  const InverseNetwork& reader = model.reader;
   const Eigen::Index fields = model.patch.count(), ways = reader.ways.cols();
   const auto loads = static_cast<Eigen::Index>(nodes.loads.size());
   std::vector<Eigen::MatrixXd> at_load;
@@ -53,25 +52,26 @@ Eigen::VectorXf reader_features(const LumpModel& model, const PressedNodes& node
   const Eigen::VectorXd make_up = root.solve(dense::product_tn(shown, left));
   const Eigen::MatrixXd inverse = root.solve_lower(Eigen::MatrixXd::Identity(ways, ways));
 
-  Eigen::VectorXd in(ways + LumpReader::kOthers + LumpReader::kOpen);
+  Eigen::VectorXd in(ways + InverseNetwork::kOthers + InverseNetwork::kOpen);
   const double size = std::max(1e-9, make_up.norm());
   in.head(ways) = make_up / size;
-  for (Eigen::Index w = 0; w < LumpReader::kOpen; ++w)
+  for (Eigen::Index w = 0; w < InverseNetwork::kOpen; ++w)
     in(ways + w) = w < ways ? std::log(inverse.col(w).norm()) : 0;
-  in.tail(LumpReader::kOthers) << std::log(size), patch.view.setting.thickness_mm, patch.view.setting.x_mm,
-      patch.view.setting.y_mm, nodes.loads.back(), std::log(nodes.loads.front() / nodes.loads.back()),
-      std::log(static_cast<double>(loads)), std::log(nodes.noise_share);
+  in.tail(InverseNetwork::kOthers) << std::log(size), patch.view.setting.thickness_mm,
+      patch.view.setting.x_mm, patch.view.setting.y_mm, nodes.loads.back(),
+      std::log(nodes.loads.front() / nodes.loads.back()), std::log(static_cast<double>(loads)),
+      std::log(nodes.noise_share);
   return in.cast<float>();
 }
 
-LumpAnswer answer_of(const LumpModel& model, const Eigen::VectorXf& features) {
+Answer answer_of(const Model& model, const Eigen::VectorXf& features) {
   namespace at = reader_output;
-  const LumpReader& reader = model.reader;
+  const InverseNetwork& reader = model.reader;
   const Eigen::MatrixXf in = (features - reader.in_mean).array() * reader.in_scale.array();
   Eigen::VectorXd out = Eigen::VectorXd::Zero(at::kCount);
   for (const SmallNetwork& member : reader.members)
     out += member.apply(in).cast<double>() / static_cast<double>(reader.members.size());
-  LumpAnswer answer;
+  Answer answer;
   const double most = out.head(at::kClasses).maxCoeff();
   double sum = 0;
   for (Eigen::Index c = 0; c < at::kClasses; ++c) {
@@ -99,15 +99,16 @@ LumpAnswer answer_of(const LumpModel& model, const Eigen::VectorXf& features) {
   return answer;
 }
 
-LumpLook look_for_lump(const LumpModel& model, const PressedNodes& nodes) {
+Look look_for_lump(const Model& model, const PressedNodes& nodes) {
   const double reach = model.offset_mm + 2;
   PatchView view(model, nodes, find_bump(model, nodes), false);
   bool turned = false;
   for (int move = 0;; ++move) {
     PatchReading patch(model, nodes, view);
-    const LumpAnswer answer = answer_of(model, reader_features(model, nodes, patch));
+    const Answer answer = answer_of(model, reader_features(model, nodes, patch));
     double along = 0, across = 0;  // only long shapes have a say
-    for (const LumpShape shape : {LumpShape::Ellipsoid, LumpShape::LyingCylinder}) {
+    for (const fem::InclusionShape shape :
+         {fem::InclusionShape::Ellipsoid, fem::InclusionShape::LyingCylinder}) {
       const auto s = static_cast<size_t>(shape);
       across += answer.shape_probability[s] * answer.across_probability[s];
       along += answer.shape_probability[s] * (1 - answer.across_probability[s]);
@@ -124,4 +125,4 @@ LumpLook look_for_lump(const LumpModel& model, const PressedNodes& nodes) {
   }
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

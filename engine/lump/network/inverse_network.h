@@ -8,7 +8,7 @@
 #include "engine/lump/network/model.h"
 #include "engine/lump/network/view.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// A patch of a reading with what all methods need of it.
 struct PatchReading {
@@ -16,28 +16,28 @@ struct PatchReading {
   PatchSums sums;
   PatchWhitener whitener;
 
-  PatchReading(const LumpModel& model, const PressedNodes& nodes, const PatchView& from);
+  PatchReading(const Model& model, const PressedNodes& nodes, const PatchView& from);
 };
 
-/// The reader's inputs of one patch, before scaling: the bump's likeliest make-up (see LumpReader::ways),
+/// The reader's inputs of one patch, before scaling: the bump's likeliest make-up (see InverseNetwork::ways),
 /// what noise leaves open of it, place, thickness, loads, noise.
-Eigen::VectorXf reader_features(const LumpModel& model, const PressedNodes& nodes, const PatchReading& patch);
+Eigen::VectorXf reader_features(const Model& model, const PressedNodes& nodes, const PatchReading& patch);
 
 /// What the network says of a patch.
-struct LumpAnswer {
-  std::array<double, 4> shape_probability{};                 ///< in the order of LumpShape
-  std::array<double, 4> across_probability{};                ///< of each shape, that it lies across the patch
-  std::array<std::array<LumpBell, kParameters>, 4> bells{};  ///< of the logarithms, were it this shape
-  std::array<double, 2> shift_mm{}, shift_sd_mm{};           ///< of the lump's centre, in the patch's axes
+struct Answer {
+  std::array<double, 4> shape_probability{};   ///< in the order of fem::InclusionShape
+  std::array<double, 4> across_probability{};  ///< of each shape, that it lies across the patch
+  std::array<std::array<SplitNormal, kParameters>, 4> bells{};  ///< of the logarithms, were it this shape
+  std::array<double, 2> shift_mm{}, shift_sd_mm{};              ///< of the lump's centre, in the patch's axes
 };
-LumpAnswer answer_of(const LumpModel& model, const Eigen::VectorXf& features);
+Answer answer_of(const Model& model, const Eigen::VectorXf& features);
 
 /// A reading's bump in the patch that fits it: looked for, then moved and turned as the network says.
-struct LumpLook {
+struct Look {
   PatchReading patch;
-  LumpAnswer answer;
+  Answer answer;
 };
-LumpLook look_for_lump(const LumpModel& model, const PressedNodes& nodes);
+Look look_for_lump(const Model& model, const PressedNodes& nodes);
 
 /// The outputs' places.
 namespace reader_output {
@@ -46,9 +46,11 @@ inline constexpr Eigen::Index kBells = kClasses;     ///< four shapes x three lo
 inline constexpr Eigen::Index kShift = kBells + 36;  ///< two middles, two log sds
 inline constexpr Eigen::Index kCount = kShift + 4;
 /// A class's shape, and whether it lies across.
-constexpr LumpShape shape_of(Eigen::Index of) {
-  return of < 4 ? static_cast<LumpShape>(of) : of == 4 ? LumpShape::Ellipsoid : LumpShape::LyingCylinder;
+constexpr fem::InclusionShape shape_of(Eigen::Index of) {
+  return of < 4    ? static_cast<fem::InclusionShape>(of)
+         : of == 4 ? fem::InclusionShape::Ellipsoid
+                   : fem::InclusionShape::LyingCylinder;
 }
 }  // namespace reader_output
 
-}  // namespace palpate
+}  // namespace palpate::lump

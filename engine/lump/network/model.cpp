@@ -7,7 +7,7 @@
 
 #include "engine/numeric/dense.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 struct Taps {
@@ -37,17 +37,17 @@ Taps taps_at(double place, uint32_t nodes, bool mirrored) {
 
 }  // namespace
 
-Eigen::Matrix<float, LumpBase::kTerms, 1> LumpBase::terms(double thickness_mm, double load) {
+Eigen::Matrix<float, Base::kTerms, 1> Base::terms(double thickness_mm, double load) {
   const double t = (thickness_mm - 20) / 4, s = load / 0.3;
   return Eigen::Matrix<double, kTerms, 1>{1, t, t * t, s, s * s, t * s, t * t * s, t * s * s, s * s * s}
       .cast<float>();
 }
 
-Eigen::VectorXf LumpBase::quarter(double thickness_mm, double load) const {
+Eigen::VectorXf Base::quarter(double thickness_mm, double load) const {
   return static_cast<float>(load) * (factors * terms(thickness_mm, load));
 }
 
-double LumpBase::at(const Eigen::VectorXf& quarter, double x_mm, double y_mm) const {
+double Base::at(const Eigen::VectorXf& quarter, double x_mm, double y_mm) const {
   const Taps x = taps_at(std::abs(x_mm) / pitch_mm, side, true),
              y = taps_at(std::abs(y_mm) / pitch_mm, side, true);
   double sum = 0;
@@ -60,7 +60,7 @@ double LumpBase::at(const Eigen::VectorXf& quarter, double x_mm, double y_mm) co
   return sum;
 }
 
-void LumpPatch::at(double u_mm, double v_mm, float* values) const {
+void Patch::at(double u_mm, double v_mm, float* values) const {
   const double middle = (side - 1) / 2.0;
   const Taps x = taps_at(u_mm / pitch_mm + middle, side, false),
              y = taps_at(v_mm / pitch_mm + middle, side, false);
@@ -73,7 +73,7 @@ void LumpPatch::at(double u_mm, double v_mm, float* values) const {
     }
 }
 
-void LumpPatch::find_slopes() {
+void Patch::find_slopes() {
   Eigen::MatrixXf x = Eigen::MatrixXf::Zero(fields.rows(), fields.cols()), y = x;
   const auto n = static_cast<Eigen::Index>(side);
   for (Eigen::Index j = 0; j < n; ++j)
@@ -91,17 +91,17 @@ void LumpPatch::find_slopes() {
   along_y = dense::product_nt(fields, y).cast<double>();
 }
 
-Eigen::Matrix<double, kLumpFeatures, 1> lump_features(const LumpGuess& guess, const LumpSetting& setting,
-                                                      double load,
-                                                      Eigen::Matrix<double, kLumpFeatures, 3>* changes) {
+Eigen::Matrix<double, kFeatures, 1> lump_features(const Guess& guess, const Setting& setting, double load,
+                                                  Eigen::Matrix<double, kFeatures, 3>* changes) {
   const double size = std::exp(guess.log_size), depth = std::exp(guess.log_depth),
                ratio = std::exp(guess.log_ratio);
   const double contrast = (ratio - 1) / (ratio + 2), below = setting.thickness_mm - depth - size;
-  Eigen::Matrix<double, kLumpFeatures, 1> in;
+  Eigen::Matrix<double, kFeatures, 1> in;
   in << guess.log_size, guess.log_depth, guess.log_ratio, contrast, size, depth, setting.thickness_mm, below,
       size * size / ((size + depth) * (size + depth)), std::abs(setting.x_mm), std::abs(setting.y_mm), load,
-      setting.cell_mm, guess.shape == LumpShape::Ellipsoid ? 1 : 0,
-      guess.shape == LumpShape::Cylinder ? 1 : 0, guess.shape == LumpShape::LyingCylinder ? 1 : 0;
+      setting.cell_mm, guess.shape == fem::InclusionShape::Ellipsoid ? 1 : 0,
+      guess.shape == fem::InclusionShape::Cylinder ? 1 : 0,
+      guess.shape == fem::InclusionShape::LyingCylinder ? 1 : 0;
   if (changes != nullptr) {
     changes->setZero();
     (*changes)(0, 0) = (*changes)(1, 1) = (*changes)(2, 2) = 1;
@@ -117,7 +117,7 @@ Eigen::Matrix<double, kLumpFeatures, 1> lump_features(const LumpGuess& guess, co
   return in;
 }
 
-double lump_amplitude(const LumpGuess& guess, std::array<double, 3>* changes) {
+double lump_amplitude(const Guess& guess, std::array<double, 3>* changes) {
   const double size = std::exp(guess.log_size), depth = std::exp(guess.log_depth),
                ratio = std::exp(guess.log_ratio);
   const double wide = size / (size + depth);
@@ -130,14 +130,14 @@ double lump_amplitude(const LumpGuess& guess, std::array<double, 3>* changes) {
   return contrast * wide * wide;
 }
 
-Eigen::MatrixXd bump_factors(const LumpModel& model, const LumpGuess& guess, const LumpSetting& setting,
+Eigen::MatrixXd bump_factors(const Model& model, const Guess& guess, const Setting& setting,
                              const std::vector<double>& loads, int member,
                              std::array<Eigen::MatrixXd, 3>* changes) {
   const auto count = static_cast<Eigen::Index>(loads.size());
-  Eigen::MatrixXf in(kLumpFeatures, count);
-  std::vector<Eigen::MatrixXf> along(changes != nullptr ? 3 : 0, Eigen::MatrixXf(kLumpFeatures, count));
+  Eigen::MatrixXf in(kFeatures, count);
+  std::vector<Eigen::MatrixXf> along(changes != nullptr ? 3 : 0, Eigen::MatrixXf(kFeatures, count));
   for (Eigen::Index k = 0; k < count; ++k) {
-    Eigen::Matrix<double, kLumpFeatures, 3> slopes;
+    Eigen::Matrix<double, kFeatures, 3> slopes;
     const auto features =
         lump_features(guess, setting, loads[static_cast<size_t>(k)], changes != nullptr ? &slopes : nullptr);
     in.col(k) = (features.cast<float>() - model.in_mean).array() * model.in_scale.array();
@@ -173,7 +173,7 @@ Eigen::MatrixXd bump_factors(const LumpModel& model, const LumpGuess& guess, con
   return factors;
 }
 
-double LumpBell::share_to(double value) const {
+double SplitNormal::share_to(double value) const {
   const double left = below / (below + above);
   const double off = value - middle;
   const double half = off < 0 ? below : above;
@@ -181,7 +181,7 @@ double LumpBell::share_to(double value) const {
   return off < 0 ? left * beyond : 1 - (1 - left) * beyond;
 }
 
-LumpTrust trust_at(const LumpModel& model, LumpMethod method, size_t loads, double noise_share) {
+Calibration calibration_at(const Model& model, Method method, size_t loads, double noise_share) {
   const auto place = [](const auto& knots, double value, size_t& below, double& share) {
     below = 0;
     while (below + 2 < knots.size() && value > static_cast<double>(knots[below + 1])) ++below;
@@ -189,26 +189,26 @@ LumpTrust trust_at(const LumpModel& model, LumpMethod method, size_t loads, doub
                  high = std::log(static_cast<double>(knots[below + 1]));
     share = std::clamp((std::log(std::max(value, 1e-9)) - low) / (high - low), 0.0, 1.0);
   };
-  const LumpModel::TrustTable& table = model.trust[static_cast<size_t>(method)];
+  const Model::TrustTable& table = model.trust[static_cast<size_t>(method)];
   size_t l = 0, n = 0;
   double a = 0, b = 0;
-  place(kTrustLoads, static_cast<double>(loads), l, a);
-  place(kTrustNoise, noise_share, n, b);
+  place(kCalibrationLoads, static_cast<double>(loads), l, a);
+  place(kCalibrationNoise, noise_share, n, b);
   const auto mix = [&](auto member) {
     const auto log_at = [&](size_t i, size_t j) { return std::log(member(table[i][j])); };
     return std::exp((1 - a) * ((1 - b) * log_at(l, n) + b * log_at(l, n + 1)) +
                     a * ((1 - b) * log_at(l + 1, n) + b * log_at(l + 1, n + 1)));
   };
-  LumpTrust trust;
+  Calibration trust;
   for (size_t p = 0; p < kParameters; ++p)
-    trust.stretch[p] = mix([p](const LumpTrust& t) { return t.stretch[p]; });
-  trust.place_stretch = mix([](const LumpTrust& t) { return t.place_stretch; });
-  trust.evidence = mix([](const LumpTrust& t) { return t.evidence; });
-  trust.misfit = mix([](const LumpTrust& t) { return t.misfit; });
-  trust.rest = mix([](const LumpTrust& t) { return t.rest; });
-  trust.no_lump_misfit = mix([](const LumpTrust& t) { return t.no_lump_misfit; });
-  trust.warmth = mix([](const LumpTrust& t) { return t.warmth; });
+    trust.stretch[p] = mix([p](const Calibration& t) { return t.stretch[p]; });
+  trust.place_stretch = mix([](const Calibration& t) { return t.place_stretch; });
+  trust.evidence = mix([](const Calibration& t) { return t.evidence; });
+  trust.misfit = mix([](const Calibration& t) { return t.misfit; });
+  trust.rest = mix([](const Calibration& t) { return t.rest; });
+  trust.no_lump_misfit = mix([](const Calibration& t) { return t.no_lump_misfit; });
+  trust.warmth = mix([](const Calibration& t) { return t.warmth; });
   return trust;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

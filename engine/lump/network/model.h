@@ -12,11 +12,11 @@
 #include "engine/lump/observation/observation.h"
 #include "engine/numeric/mlp.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// Pressure on a block without a lump, over Young's modulus: load times a polynomial of thickness and load at
 /// each node of one quarter of the block.
-struct LumpBase {
+struct Base {
   static constexpr int kTerms = 9;
   double pitch_mm = 1.25;
   uint32_t side = 17;       ///< nodes from the middle to the rim
@@ -31,7 +31,7 @@ struct LumpBase {
 };
 
 /// Bumps around a lump's centre as sums of a few fields on a square patch.
-struct LumpPatch {
+struct Patch {
   double pitch_mm = 1;
   uint32_t side = 27;
   Eigen::MatrixXf fields;            ///< count x side^2, orthonormal rows; x fastest
@@ -45,10 +45,10 @@ struct LumpPatch {
 };
 
 /// One parameter of the lump that is estimated.
-enum LumpParameter : uint8_t { kSize, kDepth, kRatio, kParameters };
+enum Parameter : uint8_t { kSize, kDepth, kRatio, kParameters };
 
 /// What was found on unseen readings of one number of loads and one noise.
-struct LumpTrust {
+struct Calibration {
   std::array<double, kParameters> stretch{1, 1, 1};  ///< of intervals, so that they hold 90 % of the truths
   double place_stretch = 1;
   double evidence = 10;       ///< that one in 100 readings without a lump reaches
@@ -62,7 +62,7 @@ struct LumpTrust {
 };
 
 /// A bell of two halves that meet in the middle.
-struct LumpBell {
+struct SplitNormal {
   double middle = 0, below = 1, above = 1;  ///< standard deviations of the two halves
 
   /// Share of it up to a value.
@@ -71,7 +71,7 @@ struct LumpBell {
 
 /// The network from a reading's patch to its lump. A bump over all loads is a middle and a sum of a few ways
 /// to differ from it; their likeliest weights are what the network sees.
-struct LumpReader {
+struct InverseNetwork {
   static constexpr Eigen::Index kOthers = 8;  ///< inputs besides: size, thickness, place, loads, noise
   static constexpr Eigen::Index kOpen = 10;   ///< first ways of which is told how open they are
 
@@ -85,12 +85,12 @@ struct LumpReader {
   std::vector<SmallNetwork> members;                ///< the mean of their outputs is used
 };
 
-inline constexpr size_t kLumpMethods = 2;
+inline constexpr size_t kMethods = 2;
 
-inline constexpr std::array<uint32_t, 3> kTrustLoads = {1, 2, 4};
-inline constexpr std::array<double, 4> kTrustNoise = {0.002, 0.005, 0.02, 0.1};  ///< shares of the peak
+inline constexpr std::array<uint32_t, 3> kCalibrationLoads = {1, 2, 4};
+inline constexpr std::array<double, 4> kCalibrationNoise = {0.002, 0.005, 0.02, 0.1};  ///< shares of the peak
 
-struct LumpModel {
+struct Model {
   std::array<double, 2> block_mm = {40, 40};
   double node_pitch_mm = 1.25;  ///< of readings
   // Ranges of the training set: low, high.
@@ -100,8 +100,8 @@ struct LumpModel {
   double cell_mm = 1;   ///< of the grid to speak for: the finest of the training set
   std::array<bool, 4> shapes{};
 
-  LumpBase base;
-  LumpPatch patch;
+  Base base;
+  Patch patch;
 
   /// The emulator. In: see lump_features(). Out: the fields' factors over load and lump_amplitude(), scaled.
   /// The mean of all is used; each was not shown a part of the training set.
@@ -113,41 +113,40 @@ struct LumpModel {
   double load_correlation = 0;   ///< of the discrepancy at one load with that at another
   double error_over_spread = 1;  ///< of the members' mean, over how far they differ
 
-  LumpReader reader;
+  InverseNetwork reader;
 
-  using TrustTable = std::array<std::array<LumpTrust, kTrustNoise.size()>, kTrustLoads.size()>;
-  std::array<TrustTable, kLumpMethods> trust;  ///< by LumpMethod
+  using TrustTable = std::array<std::array<Calibration, kCalibrationNoise.size()>, kCalibrationLoads.size()>;
+  std::array<TrustTable, kMethods> trust;  ///< by Method
   double false_alarm_rate = 0.01;
 
   std::string made_from;  ///< one line for people: data, cases, seed, version
 };
 
 /// A lump as the network sees it; sizes as logarithms. `x_mm`, `y_mm`: of its centre, in the patch's axes.
-struct LumpGuess {
-  LumpShape shape = LumpShape::Sphere;
+struct Guess {
+  fem::InclusionShape shape = fem::InclusionShape::Sphere;
   double log_size = 0, log_depth = 0, log_ratio = 0;
 };
-struct LumpSetting {
+struct Setting {
   double thickness_mm = 20, x_mm = 0, y_mm = 0, cell_mm = 1;
 };
 
-inline constexpr int kLumpFeatures = 16;
+inline constexpr int kFeatures = 16;
 /// The network's inputs before scaling, and optionally how they change with log_size, log_depth, log_ratio.
-Eigen::Matrix<double, kLumpFeatures, 1> lump_features(
-    const LumpGuess& guess, const LumpSetting& setting, double load,
-    Eigen::Matrix<double, kLumpFeatures, 3>* changes = nullptr);
+Eigen::Matrix<double, kFeatures, 1> lump_features(const Guess& guess, const Setting& setting, double load,
+                                                  Eigen::Matrix<double, kFeatures, 3>* changes = nullptr);
 
 /// About how large a bump is over its load, by which the emulator's outputs are divided: stiff lumps, and
 /// those that are large beside their depth, show most. Optionally how its logarithm changes with the three.
-double lump_amplitude(const LumpGuess& guess, std::array<double, 3>* changes = nullptr);
+double lump_amplitude(const Guess& guess, std::array<double, 3>* changes = nullptr);
 
 /// The fields' factors of the bump (pressure over modulus) at each load, count x loads, by one member (or the
 /// mean of all: -1); `changes` (may be null) with the three logarithms.
-Eigen::MatrixXd bump_factors(const LumpModel& model, const LumpGuess& guess, const LumpSetting& setting,
+Eigen::MatrixXd bump_factors(const Model& model, const Guess& guess, const Setting& setting,
                              const std::vector<double>& loads, int member,
                              std::array<Eigen::MatrixXd, 3>* changes = nullptr);
 
 /// The trust at a number of loads and a noise (share of the peak), between the tables' places.
-LumpTrust trust_at(const LumpModel& model, LumpMethod method, size_t loads, double noise_share);
+Calibration calibration_at(const Model& model, Method method, size_t loads, double noise_share);
 
-}  // namespace palpate
+}  // namespace palpate::lump

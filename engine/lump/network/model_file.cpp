@@ -11,7 +11,7 @@
 #include "engine/lump/network/network.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 using Json = nlohmann::json;
@@ -86,8 +86,8 @@ class Taken {
   size_t left_;
 };
 
-/// By LumpMethod.
-constexpr std::array<const char*, kLumpMethods> kMethods = {"network", "refined"};
+/// By Method.
+constexpr std::array<const char*, kMethods> kMethodNames = {"network", "refined"};
 
 Json hidden_of(const std::vector<SmallNetwork>& networks) {
   Json widths = Json::array();
@@ -96,7 +96,7 @@ Json hidden_of(const std::vector<SmallNetwork>& networks) {
   return widths;
 }
 
-Json trust_json(const LumpTrust& t) {
+Json trust_json(const Calibration& t) {
   return {{"stretch", t.stretch},
           {"place_stretch", t.place_stretch},
           {"evidence", t.evidence},
@@ -114,8 +114,8 @@ double positive(const Json& json, const char* key) {
   return value;
 }
 
-LumpTrust read_trust(const Json& json) {
-  LumpTrust t;
+Calibration read_trust(const Json& json) {
+  Calibration t;
   json.at("stretch").get_to(t.stretch);
   for (const double s : t.stretch)
     if (!(s > 0 && s < 1e6)) throw std::runtime_error("stretch out of range");
@@ -136,7 +136,7 @@ void read_range(const Json& json, const char* key, std::array<double, 2>& range)
     throw std::runtime_error(std::string(key) + " out of range");
 }
 
-void read_reader(const Json& json, Taken& weights, Eigen::Index fields, LumpReader& reader) {
+void read_reader(const Json& json, Taken& weights, Eigen::Index fields, InverseNetwork& reader) {
   json.at("loads").get_to(reader.loads);
   json.at("mean").get_to(reader.mean);
   json.at("scale").get_to(reader.scale);
@@ -148,7 +148,7 @@ void read_reader(const Json& json, Taken& weights, Eigen::Index fields, LumpRead
       throw std::runtime_error("the reader's scale out of range");
   const auto ways = json.at("ways").get<Eigen::Index>();
   const Eigen::Index rows = static_cast<Eigen::Index>(reader.loads.size()) * fields,
-                     inputs = ways + LumpReader::kOthers + LumpReader::kOpen;
+                     inputs = ways + InverseNetwork::kOthers + InverseNetwork::kOpen;
   weights.take(reader.ways, rows, ways);
   weights.take(reader.middle, rows, 1);
   weights.take(reader.in_mean, inputs, 1);
@@ -158,9 +158,9 @@ void read_reader(const Json& json, Taken& weights, Eigen::Index fields, LumpRead
                             json.at("hidden").get<std::vector<Eigen::Index>>(), reader_output::kCount);
 }
 
-std::shared_ptr<const LumpModel> read_model(const Json& json, Taken& weights) {
-  auto model = std::make_shared<LumpModel>();
-  LumpModel& m = *model;
+std::shared_ptr<const Model> read_model(const Json& json, Taken& weights) {
+  auto model = std::make_shared<Model>();
+  Model& m = *model;
   read_range(json, "size_mm", m.size_mm);
   read_range(json, "depth_mm", m.depth_mm);
   read_range(json, "stiffness_ratio", m.ratio);
@@ -179,10 +179,10 @@ std::shared_ptr<const LumpModel> read_model(const Json& json, Taken& weights) {
     throw std::runtime_error("numbers out of range");
   m.false_alarm_rate = positive(json, "false_alarm_rate");
   m.made_from = json.at("made_from").get<std::string>();
-  for (size_t method = 0; method < kLumpMethods; ++method)
-    for (size_t l = 0; l < kTrustLoads.size(); ++l)
-      for (size_t n = 0; n < kTrustNoise.size(); ++n)
-        m.trust[method][l][n] = read_trust(json.at("trust").at(kMethods[method]).at(l).at(n));
+  for (size_t method = 0; method < kMethods; ++method)
+    for (size_t l = 0; l < kCalibrationLoads.size(); ++l)
+      for (size_t n = 0; n < kCalibrationNoise.size(); ++n)
+        m.trust[method][l][n] = read_trust(json.at("trust").at(kMethodNames[method]).at(l).at(n));
   m.base.pitch_mm = m.node_pitch_mm;
   m.base.side = json.at("base_side").get<uint32_t>();
   m.patch.pitch_mm = positive(json, "patch_pitch_mm");
@@ -192,14 +192,14 @@ std::shared_ptr<const LumpModel> read_model(const Json& json, Taken& weights) {
   const auto members = json.at("members").get<size_t>();
   if (m.base.side < 4 || m.base.side > 200 || m.patch.side < 4 || m.patch.side > 200)
     throw std::runtime_error("sizes out of range");
-  weights.take(m.base.factors, m.base.side * m.base.side, LumpBase::kTerms);
+  weights.take(m.base.factors, m.base.side * m.base.side, Base::kTerms);
   weights.take(m.patch.fields, fields, m.patch.side * m.patch.side);
-  weights.take(m.in_mean, kLumpFeatures, 1);
-  weights.take(m.in_scale, kLumpFeatures, 1);
+  weights.take(m.in_mean, kFeatures, 1);
+  weights.take(m.in_scale, kFeatures, 1);
   weights.take(m.out_mean, fields, 1);
   weights.take(m.out_scale, fields, 1);
   weights.take(m.discrepancy, fields, fields);
-  m.members = weights.take_networks(members, kLumpFeatures, hidden, fields);
+  m.members = weights.take_networks(members, kFeatures, hidden, fields);
   read_reader(json.at("reader"), weights, fields, m.reader);
   if (weights.left() != 0) throw std::runtime_error("more weights than it says");
   m.patch.find_slopes();
@@ -208,8 +208,8 @@ std::shared_ptr<const LumpModel> read_model(const Json& json, Taken& weights) {
 
 }  // namespace
 
-std::string LumpNetwork::bytes() const {
-  const LumpModel& m = *model_;
+std::string Network::bytes() const {
+  const Model& m = *model_;
   Json json{{"size_mm", m.size_mm},
             {"depth_mm", m.depth_mm},
             {"stiffness_ratio", m.ratio},
@@ -231,11 +231,11 @@ std::string LumpNetwork::bytes() const {
             {"fields", m.patch.count()},
             {"members", m.members.size()}};
   json["hidden"] = hidden_of(m.members);
-  for (size_t method = 0; method < kLumpMethods; ++method)
+  for (size_t method = 0; method < kMethods; ++method)
     for (const auto& row : m.trust[method]) {
       Json list = Json::array();
-      for (const LumpTrust& t : row) list.push_back(trust_json(t));
-      json["trust"][kMethods[method]].push_back(list);
+      for (const Calibration& t : row) list.push_back(trust_json(t));
+      json["trust"][kMethodNames[method]].push_back(list);
     }
   json["reader"] = {{"loads", m.reader.loads},
                     {"ways", m.reader.ways.cols()},
@@ -263,7 +263,7 @@ std::string LumpNetwork::bytes() const {
   return all;
 }
 
-LumpNetwork LumpNetwork::parse(const std::string& bytes, const std::string& name) {
+Network Network::parse(const std::string& bytes, const std::string& name) {
   const auto refuse = [&name](const std::string& found) {
     throw Error(Failure::Input, "a lump network of version 2", name + ", " + found,
                 "palpate lump train, which makes one");
@@ -280,18 +280,18 @@ LumpNetwork LumpNetwork::parse(const std::string& bytes, const std::string& name
   if (sum != check_sum(bytes.data(), end)) refuse("which is damaged: its check sum is another");
   try {
     Taken weights(bytes.data() + line + 1, end - line - 1);
-    return LumpNetwork(read_model(Json::parse(bytes.begin() + static_cast<std::ptrdiff_t>(magic),
-                                              bytes.begin() + static_cast<std::ptrdiff_t>(line)),
-                                  weights));
+    return Network(read_model(Json::parse(bytes.begin() + static_cast<std::ptrdiff_t>(magic),
+                                          bytes.begin() + static_cast<std::ptrdiff_t>(line)),
+                              weights));
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
     refuse(std::string("which does not hold what one holds: ") + error.what());
   }
-  return LumpNetwork(nullptr);
+  return Network(nullptr);
 }
 
-LumpNetwork LumpNetwork::read(const std::filesystem::path& file) {
+Network Network::read(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::string bytes;
   if (in) {
@@ -307,4 +307,4 @@ LumpNetwork LumpNetwork::read(const std::filesystem::path& file) {
   return parse(bytes, file.string());
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

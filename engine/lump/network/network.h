@@ -17,13 +17,13 @@
 
 #include "engine/lump/observation/observation.h"
 
-namespace palpate {
+namespace palpate::lump {
 
-struct LumpModel;
+struct Model;
 
 /// How far a method is trusted at a number of loads and a noise (share of the peak).
-struct LumpTrustRow {
-  LumpMethod method = LumpMethod::Network;
+struct CalibrationRow {
+  Method method = Method::Network;
   uint32_t loads = 0;
   double noise_share = 0;
   std::array<double, 3> stretch{};       ///< of the intervals of size, depth, ratio, so that they hold
@@ -33,29 +33,29 @@ struct LumpTrustRow {
   double shape_rate = 0;                 ///< of shapes there that were right
 };
 
-class LumpNetwork {
+class Network {
  public:
-  explicit LumpNetwork(std::shared_ptr<const LumpModel> model) : model_(std::move(model)) {}
+  explicit Network(std::shared_ptr<const Model> model) : model_(std::move(model)) {}
 
   /// The one that comes with the program.
-  static const LumpNetwork& built_in();
+  static const Network& built_in();
   /// Throws Error(Failure::Input) for a file that is no such network, of another version or damaged.
-  static LumpNetwork read(const std::filesystem::path& file);
+  static Network read(const std::filesystem::path& file);
   /// All bytes of such a file; `name` is for messages.
-  static LumpNetwork parse(const std::string& bytes, const std::string& name);
+  static Network parse(const std::string& bytes, const std::string& name);
   std::string bytes() const;
 
   /// What lies behind a reading. Throws Error(Failure::Usage) where the reading's parts do not fit each other
   /// (see lump_reading.h); what cannot be told is a verdict.
-  LumpEstimate estimate(const LumpReading& reading, LumpMethod method = LumpMethod::Network) const;
+  Estimate estimate(const Observation& reading, Method method = Method::Network) const;
 
-  const LumpModel& model() const { return *model_; }
+  const Model& model() const { return *model_; }
   /// One line for people: data, cases, seed.
   std::string made_from() const;
-  std::vector<LumpTrustRow> trust() const;
+  std::vector<CalibrationRow> trust() const;
 
  private:
-  std::shared_ptr<const LumpModel> model_;
+  std::shared_ptr<const Model> model_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::lump

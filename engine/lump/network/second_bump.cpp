@@ -7,7 +7,7 @@
 
 #include "engine/lump/network/view.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr double kSmooth_mm = 1.2;    // Gaussian: less than any lump's bump is wide
@@ -178,16 +178,16 @@ bool tells_two(const SecondBump& bump) {
   return bump.height > kLeastHeight && bump.fall > kLeastFall && bump.noises > kLeastNoises;
 }
 
-std::optional<SecondBump> told_second_bump(const LumpModel& model, const LumpReading& reading) {
-  LumpEstimate ignored;
+std::optional<SecondBump> told_second_bump(const Model& model, const Observation& reading) {
+  Estimate ignored;
   const auto nodes = pressed_nodes(model, reading, ignored);
   auto bump = nodes ? find_second_bump(*nodes) : std::nullopt;
   if (bump && !tells_two(*bump)) bump.reset();
   return bump;
 }
 
-void tell_second_bump(const PressedNodes& nodes, LumpEstimate& estimate) {
-  if (estimate.verdict == LumpVerdict::NoLump || estimate.verdict == LumpVerdict::Unusable) return;
+void tell_second_bump(const PressedNodes& nodes, Estimate& estimate) {
+  if (estimate.verdict == Status::NoLump || estimate.verdict == Status::Unusable) return;
   const auto bump = find_second_bump(nodes);
   if (!bump || !tells_two(*bump)) return;
   char line[200];
@@ -196,9 +196,9 @@ void tell_second_bump(const PressedNodes& nodes, LumpEstimate& estimate) {
       "two bumps, %.3g mm apart, at %.3g, %.3g mm and %.3g, %.3g mm: the estimate is of one lump only",
       bump->distance_mm, bump->place_mm[0][0], bump->place_mm[0][1], bump->place_mm[1][0],
       bump->place_mm[1][1]);
-  estimate.verdict = LumpVerdict::SeveralLumps;
+  estimate.verdict = Status::SeveralLumps;
   estimate.bumps_mm.assign(bump->place_mm.begin(), bump->place_mm.end());
   estimate.reasons.insert(estimate.reasons.begin(), line);
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -6,9 +6,9 @@
 
 #include "engine/lump/observation/observation.h"
 
-namespace palpate {
+namespace palpate::lump {
 
-struct LumpModel;
+struct Model;
 struct PressedNodes;
 
 /// Two tops of what stands out of the block alone, with lower ground on every way from one to the other.
@@ -29,10 +29,10 @@ std::optional<SecondBump> find_second_bump(const PressedNodes& nodes);
 bool tells_two(const SecondBump& bump);
 
 /// Both of a reading, told by the model's block alone. None also where the reading cannot be used.
-std::optional<SecondBump> told_second_bump(const LumpModel& model, const LumpReading& reading);
+std::optional<SecondBump> told_second_bump(const Model& model, const Observation& reading);
 
 /// Says so in the estimate of a reading that has two bumps: verdict, places and reason. Others stay as they
 /// are.
-void tell_second_bump(const PressedNodes& nodes, LumpEstimate& estimate);
+void tell_second_bump(const PressedNodes& nodes, Estimate& estimate);
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -5,7 +5,7 @@
 #include "engine/lump/network/fit.h"
 #include "engine/lump/network/model.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 /// In the order of lump_features().
@@ -36,9 +36,9 @@ std::vector<uint32_t> widths_of(const SmallNetwork& network) {
   return widths;
 }
 
-LumpStage reader_stage(const LumpReader& reader, uint32_t shapes) {
-  const std::string ways = std::to_string(reader.ways.cols()), open = std::to_string(LumpReader::kOpen);
-  return {LumpStage::Kind::Network,
+Stage reader_stage(const InverseNetwork& reader, uint32_t shapes) {
+  const std::string ways = std::to_string(reader.ways.cols()), open = std::to_string(InverseNetwork::kOpen);
+  return {Stage::Kind::Network,
           "from a bump to its lump",
           {ways + " ways in which bumps differ, weights over all loads",
            "how open noise leaves the first " + open, "size of the bump, thickness, mm",
@@ -52,13 +52,13 @@ LumpStage reader_stage(const LumpReader& reader, uint32_t shapes) {
 
 }  // namespace
 
-std::vector<LumpStage> lump_stages(const LumpModel& model) {
-  using Kind = LumpStage::Kind;
+std::vector<Stage> lump_stages(const Model& model) {
+  using Kind = Stage::Kind;
   const auto fields = static_cast<uint32_t>(model.patch.count());
   const auto patch = static_cast<uint32_t>(model.patch.fields.cols());
   const auto shapes = static_cast<uint32_t>(std::count(model.shapes.begin(), model.shapes.end(), true));
   const std::string factors = "factors of " + std::to_string(fields) + " fields";
-  std::vector<LumpStage> stages;
+  std::vector<Stage> stages;
   stages.push_back(
       {Kind::Given,
        "the reading",
@@ -68,7 +68,7 @@ std::vector<LumpStage> lump_stages(const LumpModel& model) {
   stages.push_back({Kind::Formula,
                     "less the block alone",
                     {"thickness, mm", "load over modulus"},
-                    {2, LumpBase::kTerms, model.base.side * model.base.side},
+                    {2, Base::kTerms, model.base.side * model.base.side},
                     {"pressure over modulus without a lump"}});
   stages.push_back({Kind::Formula,
                     "a patch around the bump",
@@ -77,12 +77,12 @@ std::vector<LumpStage> lump_stages(const LumpModel& model) {
                     {factors + " of each load"}});
   if (!model.reader.members.empty()) stages.push_back(reader_stage(model.reader, shapes));
   if (!model.members.empty()) {
-    LumpStage emulator{Kind::Network,
-                       "from a lump to its bump",
-                       feature_names(),
-                       widths_of(model.members.front()),
-                       {factors + " over load"},
-                       static_cast<uint32_t>(model.members.size())};
+    Stage emulator{Kind::Network,
+                   "from a lump to its bump",
+                   feature_names(),
+                   widths_of(model.members.front()),
+                   {factors + " over load"},
+                   static_cast<uint32_t>(model.members.size())};
     // A network of other inputs than those that have names here: by their number.
     if (emulator.inputs.size() != emulator.widths.front())
       emulator.inputs = {std::to_string(emulator.widths.front()) + " numbers of lump, block and load"};
@@ -102,4 +102,4 @@ std::vector<LumpStage> lump_stages(const LumpModel& model) {
   return stages;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

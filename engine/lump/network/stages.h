@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-namespace palpate {
+namespace palpate::lump {
 
-struct LumpModel;
+struct Model;
 
 /// One step from a reading to what lies behind it.
-struct LumpStage {
+struct Stage {
   enum class Kind : uint8_t {
     Given,    ///< what a reading or a lump is told by
     Formula,  ///< a fixed rule with fitted numbers
@@ -27,6 +27,6 @@ struct LumpStage {
 
 /// In the order of work: the reading without its block, the network from bumps to lumps, the emulator from
 /// lumps to bumps, the search that compares both, and the answer.
-std::vector<LumpStage> lump_stages(const LumpModel& model);
+std::vector<Stage> lump_stages(const Model& model);
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -6,7 +6,7 @@
 
 #include "engine/lump/network/fit.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr double kEdge = 0.05;  // of a range: an estimate further beyond it lies outside
@@ -20,17 +20,17 @@ std::string text(const char* format, double a, double b = 0, double c = 0) {
 
 }  // namespace
 
-void conclude(const LumpModel& model, const PressedNodes& nodes, LumpMethod method, const LumpEvidence& found,
-              LumpEstimate& estimate) {
-  const LumpTrust trust = trust_at(model, method, nodes.loads.size(), nodes.noise_share);
+void summarise(const Model& model, const PressedNodes& nodes, Method method, const Evidence& found,
+               Estimate& estimate) {
+  const Calibration trust = calibration_at(model, method, nodes.loads.size(), nodes.noise_share);
   estimate.evidence = std::max(0.0, found.evidence) / trust.evidence;
   estimate.false_alarm_rate = model.false_alarm_rate;
   estimate.shape_probability = found.posterior.shape_probability;
   const auto likeliest =
       std::max_element(estimate.shape_probability.begin(), estimate.shape_probability.end());
-  estimate.shape = static_cast<LumpShape>(likeliest - estimate.shape_probability.begin());
+  estimate.shape = static_cast<fem::InclusionShape>(likeliest - estimate.shape_probability.begin());
   bool outside = false;
-  const auto value = [&](LumpParameter what, const std::array<double, 2>& range, const char* name) {
+  const auto value = [&](Parameter what, const std::array<double, 2>& range, const char* name) {
     const double middle = found.posterior.quantile(what, 0.5);
     const double low = middle - trust.stretch[what] * (middle - found.posterior.quantile(what, 0.05));
     const double high = middle + trust.stretch[what] * (found.posterior.quantile(what, 0.95) - middle);
@@ -44,25 +44,25 @@ void conclude(const LumpModel& model, const PressedNodes& nodes, LumpMethod meth
     const auto in_range = [&range](double log_value) {
       return std::clamp(std::exp(log_value), range[0], range[1]);
     };
-    return LumpValue{in_range(middle), in_range(low), in_range(high)};
+    return Value{in_range(middle), in_range(low), in_range(high)};
   };
   const auto nothing = [&] {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    for (LumpValue* v :
+    for (Value* v :
          {&estimate.size_mm, &estimate.depth_mm, &estimate.stiffness_ratio, &estimate.x_mm, &estimate.y_mm})
       *v = {nan, nan, nan};
   };
   if (estimate.evidence < 1) {
     nothing();
     if (found.no_lump_misfit > trust.no_lump_misfit) {
-      estimate.verdict = LumpVerdict::OutsideTraining;
+      estimate.verdict = Status::OutsideTraining;
       estimate.reasons.push_back(
           text("the pressure is neither that of tissue alone nor that of a lump the model knows "
                "(%.3g times the noise expected, %.3g allowed)",
                std::sqrt(found.no_lump_misfit), std::sqrt(trust.no_lump_misfit)));
       return;
     }
-    estimate.verdict = LumpVerdict::NoLump;
+    estimate.verdict = Status::NoLump;
     estimate.reasons.push_back(text("no lump: evidence %.3g of what %.3g %% of readings without one reach",
                                     estimate.evidence, 100 * model.false_alarm_rate));
     return;
@@ -90,12 +90,12 @@ void conclude(const LumpModel& model, const PressedNodes& nodes, LumpMethod meth
         text("the lump's centre lies %.3g mm from the block's middle, the model knows %.3g mm to each side",
              std::hypot(found.place_mm[0], found.place_mm[1]), model.offset_mm));
   }
-  estimate.verdict = outside ? LumpVerdict::OutsideTraining : LumpVerdict::Found;
+  estimate.verdict = outside ? Status::OutsideTraining : Status::Found;
   open_wide_ratio(estimate);
-  const LumpValue& ratio = estimate.stiffness_ratio;
-  if (estimate.verdict != LumpVerdict::StiffnessOpen && ratio.high >= model.ratio[1] * 0.999)
+  const Value& ratio = estimate.stiffness_ratio;
+  if (estimate.verdict != Status::StiffnessOpen && ratio.high >= model.ratio[1] * 0.999)
     estimate.reasons.push_back(text(
         "the stiffness ratio is %.3g or more: beyond %.3g the model does not tell", ratio.low, ratio.high));
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -8,7 +8,7 @@
 #include "engine/numeric/dense.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr double kRim_mm = 1.25;      // nearer to the rim a grid's own error is larger than a lump's trace
@@ -28,7 +28,7 @@ bool outside(double value, const std::array<double, 2>& range) {
   return !(value >= range[0] * (1 - kBeyond) && value <= range[1] * (1 + kBeyond));
 }
 
-void check(const LumpReading& reading) {
+void check(const Observation& reading) {
   const auto refuse = [](const std::string& wanted, const std::string& found) {
     throw Error(Failure::Usage, wanted, found, "a reading whose maps, forces and sizes fit each other");
   };
@@ -37,8 +37,8 @@ void check(const LumpReading& reading) {
     refuse("1 to 32 pressure maps and a force for each",
            std::to_string(reading.pressure_Pa.size()) + " maps and " +
                std::to_string(reading.force_N.size()) + " forces");
-  const ForwardMap& first = reading.pressure_Pa.front();
-  for (const ForwardMap& map : reading.pressure_Pa)
+  const fem::Map& first = reading.pressure_Pa.front();
+  for (const fem::Map& map : reading.pressure_Pa)
     if (map.width != first.width || map.height != first.height || map.pitch_mm != first.pitch_mm ||
         map.values.size() != size_t{map.width} * map.height || map.width < 4 || map.height < 4)
       refuse("maps of the same nodes, 4 x 4 or more",
@@ -57,7 +57,7 @@ void check(const LumpReading& reading) {
     refuse("a noise of 0 Pa or more", text(reading.noise_Pa, "Pa"));
 }
 
-double unseen_share(const ForwardMap& map) {
+double unseen_share(const fem::Map& map) {
   size_t unseen = 0;
   for (const float value : map.values) unseen += !std::isfinite(value);
   return static_cast<double>(unseen) / static_cast<double>(map.values.size());
@@ -65,29 +65,28 @@ double unseen_share(const ForwardMap& map) {
 
 }  // namespace
 
-std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpReading& reading,
-                                          LumpEstimate& estimate) {
+std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation& reading,
+                                          Estimate& estimate) {
   check(reading);
-  const auto end = [&](LumpVerdict verdict, const std::string& why) {
+  const auto end = [&](Status verdict, const std::string& why) {
     estimate.verdict = verdict;
     estimate.reasons.push_back(why);
     return std::nullopt;
   };
   for (size_t axis = 0; axis < 2; ++axis)
     if (outside(reading.block_mm[axis], {model.block_mm[axis], model.block_mm[axis]}))
-      return end(LumpVerdict::OutsideTraining, "the block is " + text(reading.block_mm[axis], "mm") +
-                                                   " wide; the model knows " +
-                                                   text(model.block_mm[axis], "mm"));
+      return end(Status::OutsideTraining, "the block is " + text(reading.block_mm[axis], "mm") +
+                                              " wide; the model knows " + text(model.block_mm[axis], "mm"));
   if (outside(reading.block_mm[2], model.thickness_mm))
-    return end(LumpVerdict::OutsideTraining,
-               "the tissue is " + text(reading.block_mm[2], "mm") + " thick; the model knows " +
-                   text(model.thickness_mm[0], "to ") + text(model.thickness_mm[1], "mm"));
+    return end(Status::OutsideTraining, "the tissue is " + text(reading.block_mm[2], "mm") +
+                                            " thick; the model knows " + text(model.thickness_mm[0], "to ") +
+                                            text(model.thickness_mm[1], "mm"));
 
   PressedNodes nodes;
   nodes.thickness_mm = reading.block_mm[2];
   // A window's edge that lies off the block is unseen at all loads; what only some loads miss is saturated.
   double always = 1;
-  for (const ForwardMap& map : reading.pressure_Pa) always = std::min(always, unseen_share(map));
+  for (const fem::Map& map : reading.pressure_Pa) always = std::min(always, unseen_share(map));
   std::vector<size_t> used;
   for (size_t k = 0; k < reading.pressure_Pa.size(); ++k) {
     const double load =
@@ -109,30 +108,30 @@ std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpRead
   estimate.reasons.insert(estimate.reasons.end(), nodes.reasons.begin(), nodes.reasons.end());
   if (used.empty()) {
     bool saturated = false;
-    for (const ForwardMap& map : reading.pressure_Pa) saturated |= unseen_share(map) > always + kUnseenShare;
-    return end(saturated ? LumpVerdict::Unusable : LumpVerdict::OutsideTraining, "no load is left");
+    for (const fem::Map& map : reading.pressure_Pa) saturated |= unseen_share(map) > always + kUnseenShare;
+    return end(saturated ? Status::Unusable : Status::OutsideTraining, "no load is left");
   }
 
-  std::vector<ForwardMap> maps;
+  std::vector<fem::Map> maps;
   double noise_Pa = reading.noise_Pa;
   const double pitch = reading.pressure_Pa.front().pitch_mm[0];
   const bool fits = std::abs(pitch / model.node_pitch_mm - 1) < 0.02 &&
                     std::abs(reading.pressure_Pa.front().pitch_mm[1] / model.node_pitch_mm - 1) < 0.02;
   for (const size_t k : used) {
-    const ForwardMap& map = reading.pressure_Pa[k];
+    const fem::Map& map = reading.pressure_Pa[k];
     maps.push_back(fits ? map
                         : node_means(map, {0, 0}, {map.width * map.pitch_mm[0], map.height * map.pitch_mm[1]},
                                      model.node_pitch_mm));
   }
   if (!fits) {
     if (pitch > 2 * model.node_pitch_mm)
-      return end(LumpVerdict::Unusable, "nodes are " + text(pitch, "mm") + " apart; at most " +
-                                            text(2 * model.node_pitch_mm, "mm") + " serve");
+      return end(Status::Unusable, "nodes are " + text(pitch, "mm") + " apart; at most " +
+                                       text(2 * model.node_pitch_mm, "mm") + " serve");
     noise_Pa *= std::min(1.0, pitch / model.node_pitch_mm);
   }
 
   double peak = 0;
-  const ForwardMap& first = maps.front();
+  const fem::Map& first = maps.front();
   std::vector<size_t> seen;
   for (uint32_t j = 0; j < first.height; ++j)
     for (uint32_t i = 0; i < first.width; ++i) {
@@ -143,7 +142,7 @@ std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpRead
         continue;
       const size_t n = size_t{j} * first.width + i;
       if (!std::all_of(maps.begin(), maps.end(),
-                       [n](const ForwardMap& map) { return std::isfinite(map.values[n]); }))
+                       [n](const fem::Map& map) { return std::isfinite(map.values[n]); }))
         continue;
       seen.push_back(n);
       nodes.x_mm.push_back(x);
@@ -151,9 +150,9 @@ std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpRead
       peak = std::max(peak, static_cast<double>(maps.back().values[n]));
     }
   if (seen.size() < kFewestNodes)
-    return end(LumpVerdict::Unusable, std::to_string(seen.size()) + " nodes were seen; " +
-                                          std::to_string(kFewestNodes) + " are needed");
-  if (!(peak > 0)) return end(LumpVerdict::Unusable, "no pressure at the highest load");
+    return end(Status::Unusable, std::to_string(seen.size()) + " nodes were seen; " +
+                                     std::to_string(kFewestNodes) + " are needed");
+  if (!(peak > 0)) return end(Status::Unusable, "no pressure at the highest load");
 
   const auto rows = static_cast<Eigen::Index>(seen.size()), cols = static_cast<Eigen::Index>(used.size());
   nodes.total.resize(rows, cols);
@@ -173,7 +172,7 @@ std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpRead
   return nodes;
 }
 
-std::array<double, 2> find_bump(const LumpModel& model, const PressedNodes& nodes) {
+std::array<double, 2> find_bump(const Model& model, const PressedNodes& nodes) {
   const double pitch = model.node_pitch_mm, reach = model.offset_mm + 2;
   const auto half = static_cast<int>(std::ceil((std::max(model.block_mm[0], model.block_mm[1]) / 2) / pitch));
   const int side = 2 * half + 1;
@@ -256,8 +255,7 @@ double no_lump_misfit(const PressedNodes& nodes) {
   return sum / (nodes.noise * nodes.noise * static_cast<double>(nodes.rest.size()));
 }
 
-PatchView::PatchView(const LumpModel& model, const PressedNodes& nodes, std::array<double, 2> place_mm,
-                     bool swap)
+PatchView::PatchView(const Model& model, const PressedNodes& nodes, std::array<double, 2> place_mm, bool swap)
     : center_mm(place_mm),
       swapped(swap),
       sign_x_(place_mm[0] < 0 ? -1 : 1),
@@ -278,7 +276,7 @@ std::array<double, 2> PatchView::to_block(double u_mm, double v_mm) const {
   return {sign_x_ * u_mm, sign_y_ * v_mm};
 }
 
-PatchSums sum_patch(const LumpPatch& patch, const PressedNodes& nodes, const PatchView& view) {
+PatchSums sum_patch(const Patch& patch, const PressedNodes& nodes, const PatchView& view) {
   const double reach = patch.reach_mm() + 1e-6;
   std::vector<Eigen::Index> inside;
   Eigen::MatrixXf fields(patch.count(), static_cast<Eigen::Index>(nodes.x_mm.size()));
@@ -301,7 +299,7 @@ PatchSums sum_patch(const LumpPatch& patch, const PressedNodes& nodes, const Pat
   return sums;
 }
 
-PatchWhitener::PatchWhitener(const LumpModel& model, const PressedNodes& nodes, const PatchSums& sums,
+PatchWhitener::PatchWhitener(const Model& model, const PressedNodes& nodes, const PatchSums& sums,
                              double gauge_share) {
   const Eigen::Index count = sums.gram.rows(), loads = sums.right.cols();
   // Fields that the window cuts off are hardly seen; a trace of weight keeps the factors finite.
@@ -364,4 +362,4 @@ Eigen::VectorXd PatchWhitener::of_factors(const Eigen::MatrixXd& factors) const 
   return out;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -10,7 +10,7 @@
 #include "engine/lump/network/model.h"
 #include "engine/lump/observation/observation.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 // Standard deviations that readings are weighed by, and that the reader is taught with.
 inline constexpr double kGaugeShare = 0.002;    ///< of a load's force, each by itself
@@ -30,11 +30,10 @@ struct PressedNodes {
 
 /// Throws Error(Failure::Usage) where the reading's parts do not fit each other. Where it cannot be used, or
 /// lies outside of what the model was made for: none, and why in `estimate`.
-std::optional<PressedNodes> pressed_nodes(const LumpModel& model, const LumpReading& reading,
-                                          LumpEstimate& estimate);
+std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation& reading, Estimate& estimate);
 
 /// The middle of the largest bump, mm from the block's middle.
-std::array<double, 2> find_bump(const LumpModel& model, const PressedNodes& nodes);
+std::array<double, 2> find_bump(const Model& model, const PressedNodes& nodes);
 
 /// What of the whole window a block without a lump leaves, per value and noise (squares).
 double no_lump_misfit(const PressedNodes& nodes);
@@ -44,9 +43,9 @@ double no_lump_misfit(const PressedNodes& nodes);
 struct PatchView {
   std::array<double, 2> center_mm{};
   bool swapped = false;
-  LumpSetting setting;
+  Setting setting;
 
-  PatchView(const LumpModel& model, const PressedNodes& nodes, std::array<double, 2> place_mm, bool swap);
+  PatchView(const Model& model, const PressedNodes& nodes, std::array<double, 2> place_mm, bool swap);
   std::array<double, 2> to_patch(double x_mm, double y_mm) const;
   /// Of a shift in the patch's axes.
   std::array<double, 2> to_block(double u_mm, double v_mm) const;
@@ -63,13 +62,13 @@ struct PatchSums {
   double rest_squares = 0;  ///< of all nodes and loads
   Eigen::Index nodes = 0;
 };
-PatchSums sum_patch(const LumpPatch& patch, const PressedNodes& nodes, const PatchView& view);
+PatchSums sum_patch(const Patch& patch, const PressedNodes& nodes, const PatchView& view);
 
 /// Factors (fields x loads) to numbers with unit variance: what the reading's noise, the network's own error
 /// and the gauge make of them.
 class PatchWhitener {
  public:
-  PatchWhitener(const LumpModel& model, const PressedNodes& nodes, const PatchSums& sums, double gauge_share);
+  PatchWhitener(const Model& model, const PressedNodes& nodes, const PatchSums& sums, double gauge_share);
 
   Eigen::VectorXd of_factors(const Eigen::MatrixXd& factors) const;
   const Eigen::VectorXd& reading() const { return reading_; }
@@ -89,4 +88,4 @@ class PatchWhitener {
   double rest_ = 0;
 };
 
-}  // namespace palpate
+}  // namespace palpate::lump

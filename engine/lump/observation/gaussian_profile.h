@@ -7,7 +7,7 @@
 
 #include "engine/fem/scene.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// Values along a line, each at its place.
 struct Profile {
@@ -32,10 +32,10 @@ struct GaussianFit {
 
 /// Centre of what differs from the map's median within the inner `share` of its sides, mm from its middle:
 /// {0, 0} where nothing does.
-std::array<double, 2> bump_center_mm(const ForwardMap& map, double share = 0.8);
+std::array<double, 2> bump_center_mm(const fem::Map& map, double share = 0.8);
 
 /// The map along x through y_mm (from its middle, linear between rows), x from the middle as well.
-Profile profile_along_x(const ForwardMap& map, double y_mm);
+Profile profile_along_x(const fem::Map& map, double y_mm);
 
 /// The part within |x| <= half_width_mm.
 Profile inner_part(const Profile& profile, double half_width_mm);
@@ -44,4 +44,4 @@ Profile inner_part(const Profile& profile, double half_width_mm);
 /// than six points or values that are not finite.
 GaussianFit fit_gaussian(const Profile& profile);
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -2,59 +2,59 @@
 
 #include <algorithm>
 
-namespace palpate {
+namespace palpate::lump {
 
-const char* to_string(LumpVerdict verdict) {
+const char* to_string(Status verdict) {
   switch (verdict) {
-    case LumpVerdict::Found:
+    case Status::Found:
       return "found";
-    case LumpVerdict::StiffnessOpen:
+    case Status::StiffnessOpen:
       return "stiffness open";
-    case LumpVerdict::NoLump:
+    case Status::NoLump:
       return "no lump";
-    case LumpVerdict::OutsideTraining:
+    case Status::OutsideTraining:
       return "outside training";
-    case LumpVerdict::SeveralLumps:
+    case Status::SeveralLumps:
       return "several lumps";
-    case LumpVerdict::Saturated:
+    case Status::Saturated:
       return "saturated";
-    case LumpVerdict::Unusable:
+    case Status::Unusable:
       return "unusable";
   }
   return "";
 }
 
-const char* verdict_words(LumpVerdict verdict) {
+const char* status_words(Status verdict) {
   switch (verdict) {
-    case LumpVerdict::Found:
+    case Status::Found:
       return "a lump";
-    case LumpVerdict::StiffnessOpen:
+    case Status::StiffnessOpen:
       return "a lump whose stiffness cannot be told";
-    case LumpVerdict::NoLump:
+    case Status::NoLump:
       return "no lump";
-    case LumpVerdict::OutsideTraining:
+    case Status::OutsideTraining:
       return "unlike what the model was made for: no numbers";
-    case LumpVerdict::SeveralLumps:
+    case Status::SeveralLumps:
       return "more than one lump: no numbers of one alone";
-    case LumpVerdict::Saturated:
+    case Status::Saturated:
       return "saturated where the pressure is highest: no numbers";
-    case LumpVerdict::Unusable:
+    case Status::Unusable:
       return "not usable";
   }
   return "";
 }
 
-void widen(LumpValue& value, const LumpValue& other) {
+void widen(Value& value, const Value& other) {
   value.low = std::min(value.low, other.low);
   value.high = std::max(value.high, other.high);
 }
 
-void open_wide_ratio(LumpEstimate& estimate) {
-  const LumpValue& ratio = estimate.stiffness_ratio;
-  if (estimate.verdict != LumpVerdict::Found || ratio.high <= kOpenRatio * ratio.low) return;
-  estimate.verdict = LumpVerdict::StiffnessOpen;
+void open_wide_ratio(Estimate& estimate) {
+  const Value& ratio = estimate.stiffness_ratio;
+  if (estimate.verdict != Status::Found || ratio.high <= kOpenRatio * ratio.low) return;
+  estimate.verdict = Status::StiffnessOpen;
   estimate.reasons.emplace_back(
       "the stiffness ratio is not determined: its interval spans more than a factor of four");
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

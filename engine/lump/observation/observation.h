@@ -8,14 +8,14 @@
 
 #include "engine/fem/scene.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// Pressure maps of one block at rising loads, all of the same window, and what is known besides.
-struct LumpReading {
+struct Observation {
   /// True pressure, Pa, as seen by the sensor in the plate, one map per load: at each node the mean over a
   /// square of the pitch around it. The window's middle lies at `window_mm` from the block's middle. NaN: not
   /// seen.
-  std::vector<ForwardMap> pressure_Pa;
+  std::vector<fem::Map> pressure_Pa;
   std::array<double, 2> window_mm = {0, 0};
   std::vector<double> force_N;  ///< on the whole block at each load, of the gauge
   double noise_Pa = 0;          ///< standard deviation of a map's value, independent from node to node
@@ -26,13 +26,13 @@ struct LumpReading {
 };
 
 /// How a trained model answers.
-enum class LumpMethod : uint8_t {
+enum class Method : uint8_t {
   Network,  ///< the network from readings to lumps alone
   Refined,  ///< its answer, refined by least squares through the network from lumps to readings
 };
 
 /// A value with the interval that holds the truth nine times out of ten.
-struct LumpValue {
+struct Value {
   double value = 0, low = 0, high = 0;
 };
 
@@ -40,7 +40,7 @@ struct LumpValue {
 inline constexpr double kOpenRatio = 4;
 
 /// Why an estimate, or a part of it, is not to be used.
-enum class LumpVerdict : uint8_t {
+enum class Status : uint8_t {
   Found,            ///< a lump, all of it determined
   StiffnessOpen,    ///< a lump; the interval of its stiffness ratio spans more than a factor of four
   NoLump,           ///< nothing that the noise alone does not make in one of 100 readings
@@ -49,25 +49,25 @@ enum class LumpVerdict : uint8_t {
   Saturated,        ///< the highest pressure is beyond the sensor's limit in every load: no numbers
   Unusable,         ///< too few values, not converged: see the reasons
 };
-inline constexpr size_t kLumpVerdicts = 7;
+inline constexpr size_t kStatuses = 7;
 
-const char* to_string(LumpVerdict verdict);      ///< "found", "stiffness open", ...
-const char* verdict_words(LumpVerdict verdict);  ///< for people: "a lump", "no lump", ...
+const char* to_string(Status verdict);     ///< "found", "stiffness open", ...
+const char* status_words(Status verdict);  ///< for people: "a lump", "no lump", ...
 /// Whether an estimate's numbers may be shown as what they are; of StiffnessOpen all but the ratio's middle.
-constexpr bool tells_numbers(LumpVerdict verdict) {
-  return verdict == LumpVerdict::Found || verdict == LumpVerdict::StiffnessOpen;
+constexpr bool tells_numbers(Status verdict) {
+  return verdict == Status::Found || verdict == Status::StiffnessOpen;
 }
 
-struct LumpEstimate {
-  LumpVerdict verdict = LumpVerdict::Unusable;
+struct Estimate {
+  Status verdict = Status::Unusable;
   double evidence = 0;          ///< for a lump; at 1 and above there is one
   double false_alarm_rate = 0;  ///< of readings without a lump that reach this evidence
-  LumpValue size_mm;            ///< diameter; of elongated shapes the smaller one
-  LumpValue depth_mm;           ///< surface to the top
-  LumpValue stiffness_ratio;
-  LumpValue x_mm, y_mm;  ///< of its centre from the block's middle
-  LumpShape shape = LumpShape::Sphere;
-  std::array<double, 4> shape_probability{};  ///< in the order of LumpShape
+  Value size_mm;                ///< diameter; of elongated shapes the smaller one
+  Value depth_mm;               ///< surface to the top
+  Value stiffness_ratio;
+  Value x_mm, y_mm;  ///< of its centre from the block's middle
+  fem::InclusionShape shape = fem::InclusionShape::Sphere;
+  std::array<double, 4> shape_probability{};  ///< in the order of fem::InclusionShape
   std::string method;                         ///< who estimated: "network", "refined", "direct inversion"
   double wall_s = 0;
   /// Where the reading has several bumps: their tops from the block's middle, the highest first. Else empty.
@@ -76,8 +76,8 @@ struct LumpEstimate {
 };
 
 /// Makes an interval hold another.
-void widen(LumpValue& value, const LumpValue& other);
+void widen(Value& value, const Value& other);
 /// A lump that was found is StiffnessOpen, with a reason, where the ratio's interval spans too much.
-void open_wide_ratio(LumpEstimate& estimate);
+void open_wide_ratio(Estimate& estimate);
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -13,7 +13,7 @@
 #include "engine/numeric/dense.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr double kInner = 0.9;  // of the block's sides
@@ -49,8 +49,8 @@ struct Fit {
 
 class BumpFit {
  public:
-  BumpFit(const LumpReading& reading) : half_x_(reading.block_mm[0] / 2), half_y_(reading.block_mm[1] / 2) {
-    const ForwardMap& map = reading.pressure_Pa.back();
+  BumpFit(const Observation& reading) : half_x_(reading.block_mm[0] / 2), half_y_(reading.block_mm[1] / 2) {
+    const fem::Map& map = reading.pressure_Pa.back();
     for (uint32_t j = 0; j < map.height; ++j)
       for (uint32_t i = 0; i < map.width; ++i) {
         const double x = reading.window_mm[0] + (i - (map.width - 1) / 2.0) * map.pitch_mm[0],
@@ -159,7 +159,7 @@ class BumpFit {
 };
 
 /// The line at half height around the bump, on map minus block. Empty where it leaves what was seen.
-std::vector<std::array<double, 2>> contour(const LumpReading& reading, const ForwardMap& bump, const Fit& fit,
+std::vector<std::array<double, 2>> contour(const Observation& reading, const fem::Map& bump, const Fit& fit,
                                            double half_Pa) {
   std::vector<std::array<double, 2>> points;
   const double cx = fit.bump(0), cy = fit.bump(1), step = bump.pitch_mm[0] / 4;
@@ -198,7 +198,7 @@ double area_of(const std::vector<std::array<double, 2>>& points) {
 }
 
 /// The middle nine tenths of repeats, moved to lie around the value itself.
-LumpValue interval(double value, const std::vector<double>& repeats) {
+Value interval(double value, const std::vector<double>& repeats) {
   if (repeats.size() < 5)
     return {value, -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   double mean = 0, squares = 0;
@@ -209,8 +209,8 @@ LumpValue interval(double value, const std::vector<double>& repeats) {
   return {value, value - reach, value + reach};
 }
 
-ForwardMap minus_block(const LumpReading& reading, const BumpFit& fitter, const Fit& fit, ForwardMap* block) {
-  ForwardMap bump = reading.pressure_Pa.back();
+fem::Map minus_block(const Observation& reading, const BumpFit& fitter, const Fit& fit, fem::Map* block) {
+  fem::Map bump = reading.pressure_Pa.back();
   if (block) *block = bump;
   for (uint32_t j = 0; j < bump.height; ++j)
     for (uint32_t i = 0; i < bump.width; ++i) {
@@ -255,7 +255,7 @@ Fit best_fit(const BumpFit& fitter, const std::vector<double>& values) {
 
 }  // namespace
 
-LumpOutline outline_lump(const LumpReading& reading, uint64_t seed, uint32_t repeats) {
+Outline outline_lump(const Observation& reading, uint64_t seed, uint32_t repeats) {
   if (reading.pressure_Pa.empty())
     throw Error(Failure::Input, "a pressure map to outline a lump on", "none", "one load or more");
   const BumpFit fitter(reading);
@@ -265,8 +265,8 @@ LumpOutline outline_lump(const LumpReading& reading, uint64_t seed, uint32_t rep
     std::swap(fit.bump(2), fit.bump(3));
     fit.bump(4) += std::numbers::pi / 2;
   }
-  LumpOutline out;
-  const ForwardMap bump = minus_block(reading, fitter, fit, &out.block_Pa);
+  Outline out;
+  const fem::Map bump = minus_block(reading, fitter, fit, &out.block_Pa);
   const double height = fit.linear(kBlockTerms);
   out.misfit_Pa = std::sqrt(fit.squares / (static_cast<double>(values.size()) - kBlockTerms - 6));
   out.half_widths_mm = {std::exp(fit.bump(2)), std::exp(fit.bump(3))};
@@ -305,7 +305,7 @@ LumpOutline outline_lump(const LumpReading& reading, uint64_t seed, uint32_t rep
   std::mt19937_64 random(seed);
   std::normal_distribution<double> deviate(0, 1);
   std::vector<double> xs, ys, heights, areas, widths;
-  LumpReading noisy = reading;
+  Observation noisy = reading;
   noisy.pressure_Pa = {reading.pressure_Pa.back()};
   for (uint32_t k = 0; k < repeats && reading.noise_Pa > 0; ++k) {
     for (size_t i = 0; i < noisy.pressure_Pa[0].values.size(); ++i)
@@ -332,4 +332,4 @@ LumpOutline outline_lump(const LumpReading& reading, uint64_t seed, uint32_t rep
   return out;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -7,26 +7,26 @@
 #include <string>
 #include <vector>
 
-#include "engine/lump/observation/observation.h"
 #include "engine/lump/observation/gaussian_profile.h"
+#include "engine/lump/observation/observation.h"
 
-namespace palpate {
+namespace palpate::lump {
 
-struct LumpOutline {
+struct Outline {
   bool found = false;   ///< a bump, significant and inside what was seen; else `reason`
   std::string reason;   ///< why not, or why the outline is not closed
   bool closed = false;  ///< no part of the line leaves the seen part of the block
   std::vector<std::array<double, 2>> points_mm;  ///< from the block's middle, once around; only where closed
 
-  LumpValue area_mm2;                      ///< inside the outline
-  LumpValue width_mm;                      ///< of the circle of that area
-  LumpValue x_mm, y_mm;                    ///< of the bump's centre
-  LumpValue height_Pa;                     ///< above the smooth block
+  Value area_mm2;                          ///< inside the outline
+  Value width_mm;                          ///< of the circle of that area
+  Value x_mm, y_mm;                        ///< of the bump's centre
+  Value height_Pa;                         ///< above the smooth block
   std::array<double, 2> half_widths_mm{};  ///< Gaussian's s along its long and its short axis
   double angle_rad = 0;                    ///< of the long axis from +x towards +y
   double significance = 0;                 ///< height over its standard error, misfit counted as noise
   double misfit_Pa = 0;                    ///< rms of map minus block minus Gaussian
-  ForwardMap block_Pa;                     ///< the smooth block under the bump
+  fem::Map block_Pa;                       ///< the smooth block under the bump
 };
 
 /// The outline on the highest load. Block and bump are fitted at once: even powers of x and y up to the
@@ -35,6 +35,6 @@ struct LumpOutline {
 /// block's own pressure high. The line at half height is drawn on map minus block. Intervals hold
 /// nine of ten, by `repeats` maps with noise of reading.noise_Pa drawn from `seed` on top. Throws
 /// Error(Failure::Input) on fewer than 60 seen places.
-LumpOutline outline_lump(const LumpReading& reading, uint64_t seed = 1, uint32_t repeats = 40);
+Outline outline_lump(const Observation& reading, uint64_t seed = 1, uint32_t repeats = 40);
 
-}  // namespace palpate
+}  // namespace palpate::lump

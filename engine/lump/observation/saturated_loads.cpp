@@ -4,17 +4,17 @@
 #include <cmath>
 #include <cstdio>
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
-double unseen_share(const ForwardMap& map) {
+double unseen_share(const fem::Map& map) {
   const auto unseen =
       std::count_if(map.values.begin(), map.values.end(), [](float value) { return !std::isfinite(value); });
   return map.values.empty() ? 0 : static_cast<double>(unseen) / static_cast<double>(map.values.size());
 }
 
 /// Unseen nodes from which a way over unseen nodes leads to the map's border.
-std::vector<bool> open_to_border(const ForwardMap& map) {
+std::vector<bool> open_to_border(const fem::Map& map) {
   std::vector<bool> open(map.values.size());
   std::vector<size_t> next;
   const auto visit = [&](uint32_t i, uint32_t j) {
@@ -52,9 +52,9 @@ std::string load_text(const char* format, double force_N, double share) {
 
 }  // namespace
 
-std::vector<double> saturated_shares(const LumpReading& reading) {
+std::vector<double> saturated_shares(const Observation& reading) {
   std::vector<double> shares;
-  for (const ForwardMap& map : reading.pressure_Pa) shares.push_back(unseen_share(map));
+  for (const fem::Map& map : reading.pressure_Pa) shares.push_back(unseen_share(map));
   if (shares.empty()) return shares;
   const double saturated = std::clamp(reading.saturated_share, 0.0, 1.0);
   // The highest load's unseen nodes are saturated ones and those that no load sees.
@@ -64,9 +64,9 @@ std::vector<double> saturated_shares(const LumpReading& reading) {
   return shares;
 }
 
-double saturated_share(const std::vector<ForwardMap>& pressure_Pa) {
+double saturated_share(const std::vector<fem::Map>& pressure_Pa) {
   if (pressure_Pa.empty() || pressure_Pa.back().values.empty()) return 0;
-  const ForwardMap &first = pressure_Pa.front(), &last = pressure_Pa.back();
+  const fem::Map &first = pressure_Pa.front(), &last = pressure_Pa.back();
   const std::vector<bool> open = open_to_border(last);
   const bool same = first.values.size() == last.values.size();
   size_t saturated = 0, seen = 0;
@@ -79,10 +79,10 @@ double saturated_share(const std::vector<ForwardMap>& pressure_Pa) {
   return static_cast<double>(saturated) / static_cast<double>(std::max<size_t>(1, seen + saturated));
 }
 
-std::optional<LumpReading> without_saturated_loads(const LumpReading& reading, LumpEstimate& estimate) {
+std::optional<Observation> without_saturated_loads(const Observation& reading, Estimate& estimate) {
   if (reading.pressure_Pa.size() != reading.force_N.size() || reading.pressure_Pa.empty()) return reading;
   const std::vector<double> shares = saturated_shares(reading);
-  LumpReading seen = reading;
+  Observation seen = reading;
   seen.pressure_Pa.clear();
   seen.force_N.clear();
   for (size_t k = 0; k < shares.size(); ++k) {
@@ -102,7 +102,7 @@ std::optional<LumpReading> without_saturated_loads(const LumpReading& reading, L
     seen.force_N.push_back(force_N);
   }
   if (seen.force_N.empty()) {
-    estimate.verdict = LumpVerdict::Saturated;
+    estimate.verdict = Status::Saturated;
     estimate.reasons.emplace_back("no load is left: a larger full scale (less light), or press less");
     return std::nullopt;
   }
@@ -110,4 +110,4 @@ std::optional<LumpReading> without_saturated_loads(const LumpReading& reading, L
   return seen;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -11,7 +11,7 @@
 #include "engine/numeric/dense.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -33,9 +33,9 @@ void refuse(const std::string& name, const std::string& wanted, const std::strin
 
 void check(const std::vector<ScanPress>& presses) {
   if (presses.empty()) throw Error(Failure::Input, "presses to stitch", "none", "one or more");
-  const LumpReading& first = presses[0].reading;
+  const Observation& first = presses[0].reading;
   for (const ScanPress& p : presses) {
-    const LumpReading& r = p.reading;
+    const Observation& r = p.reading;
     if (r.block_mm != first.block_mm || r.young_Pa != first.young_Pa)
       refuse(p.name, "the block of the first press", "another block");
     if (r.pressure_Pa.empty() || r.pressure_Pa.size() != r.force_N.size())
@@ -47,7 +47,7 @@ void check(const std::vector<ScanPress>& presses) {
     for (size_t k = 0; k < r.force_N.size(); ++k)
       if (!(r.force_N[k] > (k > 0 ? r.force_N[k - 1] : 0)))
         refuse(p.name, "forces that rise", text("%g N", r.force_N[k]));
-    for (const ForwardMap& map : r.pressure_Pa)
+    for (const fem::Map& map : r.pressure_Pa)
       if (map.width < 4 || map.height < 4 || map.values.size() != size_t{map.width} * map.height ||
           !(map.pitch_mm[0] > 0) || !(map.pitch_mm[1] > 0) || map.width != r.pressure_Pa[0].width ||
           map.height != r.pressure_Pa[0].height)
@@ -58,16 +58,16 @@ void check(const std::vector<ScanPress>& presses) {
 }
 
 /// The maps at other forces: pressure over force is nearly straight in force.
-std::vector<ForwardMap> at_forces(const LumpReading& r, const std::vector<double>& forces_N) {
-  std::vector<ForwardMap> maps;
+std::vector<fem::Map> at_forces(const Observation& r, const std::vector<double>& forces_N) {
+  std::vector<fem::Map> maps;
   for (const double force_N : forces_N) {
-    ForwardMap map = r.pressure_Pa[0];
+    fem::Map map = r.pressure_Pa[0];
     size_t k = 0;
     while (k + 2 < r.force_N.size() && r.force_N[k + 1] < force_N) ++k;
     const bool one = r.force_N.size() == 1;
     const double low = r.force_N[k], high = one ? low : r.force_N[k + 1];
     const double t = one ? 0 : (force_N - low) / (high - low);
-    const ForwardMap &a = r.pressure_Pa[k], &b = r.pressure_Pa[one ? k : k + 1];
+    const fem::Map &a = r.pressure_Pa[k], &b = r.pressure_Pa[one ? k : k + 1];
     for (size_t i = 0; i < map.values.size(); ++i)
       map.values[i] = static_cast<float>(force_N * ((1 - t) * static_cast<double>(a.values[i]) / low +
                                                     t * static_cast<double>(b.values[i]) / high));
@@ -78,7 +78,7 @@ std::vector<ForwardMap> at_forces(const LumpReading& r, const std::vector<double
 
 /// A press while it is put into its place.
 struct Placed {
-  std::vector<ForwardMap> maps;  // at the common forces
+  std::vector<fem::Map> maps;  // at the common forces
   std::array<double, 2> stage_mm;
   double noise_Pa;
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  // shift x, y, ln gain
@@ -87,14 +87,14 @@ struct Placed {
 
   /// At a place of the block; NaN off the window and where nothing was seen.
   double at(size_t load, double x_mm, double y_mm) const {
-    const ForwardMap& map = maps[load];
+    const fem::Map& map = maps[load];
     const double x = x_mm - stage_mm[0] - place(0), y = y_mm - stage_mm[1] - place(1);
     if (edge_mm(x_mm, y_mm) < -1e-9) return kNaN;
     return map_at(map, x, y) * std::exp(-place(2));
   }
   /// How far inside the window; < 0: outside.
   double edge_mm(double x_mm, double y_mm) const {
-    const ForwardMap& map = maps[0];
+    const fem::Map& map = maps[0];
     const double x = x_mm - stage_mm[0] - place(0), y = y_mm - stage_mm[1] - place(1);
     return std::min(map.pitch_mm[0] * (map.width - 1) / 2 - std::abs(x),
                     map.pitch_mm[1] * (map.height - 1) / 2 - std::abs(y));
@@ -103,7 +103,7 @@ struct Placed {
   /// nearer half. Else a window that reaches over the block's rim would cost the rim.
   double near(size_t load, double x_mm, double y_mm) const {
     if (const double v = at(load, x_mm, y_mm); std::isfinite(v) || edge_mm(x_mm, y_mm) < -1e-9) return v;
-    const ForwardMap& map = maps[load];
+    const fem::Map& map = maps[load];
     const double i = (x_mm - stage_mm[0] - place(0)) / map.pitch_mm[0] + (map.width - 1) / 2.0,
                  j = (y_mm - stage_mm[1] - place(1)) / map.pitch_mm[1] + (map.height - 1) / 2.0;
     const uint32_t i0 = std::min(static_cast<uint32_t>(std::max(0.0, i)), map.width - 2),
@@ -228,7 +228,7 @@ class Registration {
   Eigen::VectorXd right_;
 };
 
-ForwardMap empty_map(const Grid& grid, float value) {
+fem::Map empty_map(const Grid& grid, float value) {
   return {grid.width,
           grid.height,
           {grid.pitch_mm, grid.pitch_mm},
@@ -302,7 +302,7 @@ Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOp
 ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& options) {
   check(presses);
   ScanMap out;
-  const LumpReading& first = presses[0].reading;
+  const Observation& first = presses[0].reading;
   out.reading.block_mm = first.block_mm;
   out.reading.young_Pa = first.young_Pa;
 
@@ -402,4 +402,4 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
   return out;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

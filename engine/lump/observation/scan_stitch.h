@@ -8,13 +8,13 @@
 
 #include "engine/lump/observation/observation.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// One press of a scan. `reading.window_mm` is where the stage says that the window's middle was; all presses
 /// tell the same block. Their forces may differ: pressure over force is interpolated to common ones.
 struct ScanPress {
   std::string name;  ///< for people
-  LumpReading reading;
+  Observation reading;
 };
 
 struct StitchOptions {
@@ -40,9 +40,9 @@ struct PressPlace {
 struct ScanMap {
   /// Loads at the presses' common forces, window in the block's middle, as large as the block. `noise_Pa` is
   /// that of a blended value, by the presses' own noise or by how far they disagree, whichever is larger.
-  LumpReading reading;
-  ForwardMap disagreement_Pa;      ///< at the highest load: standard deviation between presses; NaN below two
-  ForwardMap presses;              ///< how many saw each place at the highest load
+  Observation reading;
+  fem::Map disagreement_Pa;        ///< at the highest load: standard deviation between presses; NaN below two
+  fem::Map presses;                ///< how many saw each place at the highest load
   double seen_share = 0;           ///< of the block's places, but its rim, which no sensor sees
   double between_presses_Pa = 0;   ///< pooled standard deviation between presses, 0: no overlap
   std::vector<PressPlace> places;  ///< in the presses' order
@@ -56,4 +56,4 @@ struct ScanMap {
 /// forces, or forces that do not rise.
 ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& options = {});
 
-}  // namespace palpate
+}  // namespace palpate::lump

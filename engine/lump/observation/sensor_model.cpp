@@ -8,7 +8,7 @@
 #include "engine/fem/map_sampling.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr double kSaturatedPixels = 0.02;  // of a node's: more, and the node is not seen
@@ -35,7 +35,7 @@ void check(const PalpationSensor& sensor, size_t maps, size_t forces) {
   check_range(sensor.gauge_share, 0, 1, "a gauge's error as a share");
 }
 
-double peak_of(const ForwardMap& map) {
+double peak_of(const fem::Map& map) {
   double peak = 0;
   for (const float value : map.values)
     if (std::isfinite(value)) peak = std::max(peak, static_cast<double>(value));
@@ -51,13 +51,13 @@ struct NodeSums {
 
 }  // namespace
 
-LumpReading sensor_reading(const std::vector<ForwardMap>& pressure_Pa, const std::vector<double>& force_N,
+Observation sensor_reading(const std::vector<fem::Map>& pressure_Pa, const std::vector<double>& force_N,
                            std::array<double, 3> block_mm, double young_Pa, const PalpationSensor& sensor,
                            uint64_t seed) {
   check(sensor, pressure_Pa.size(), force_N.size());
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
-  LumpReading reading;
+  Observation reading;
   reading.block_mm = block_mm;
   reading.young_Pa = young_Pa;
   reading.window_mm = sensor.window_center_mm;
@@ -70,8 +70,8 @@ LumpReading sensor_reading(const std::vector<ForwardMap>& pressure_Pa, const std
   const double pitch = sensor.node_pitch_mm;
   // Nodes at the window's edge see half of their square, or the window is cut so that none lies there.
   const double margin = sensor.least_cell > 0.5 ? 0 : pitch;
-  const uint32_t width = window_nodes(sensor.window_mm[0] + margin, pitch),
-                 height = window_nodes(sensor.window_mm[1] + margin, pitch);
+  const uint32_t width = fem::window_nodes(sensor.window_mm[0] + margin, pitch),
+                 height = fem::window_nodes(sensor.window_mm[1] + margin, pitch);
   const auto node_of = [&](uint32_t pixel, size_t axis, uint32_t nodes) {
     const double place = (pixel + 0.5 - sensor.size_px[axis] / 2.0) * pixel_mm[axis];
     const double node = std::floor(place / pitch + nodes / 2.0);
@@ -102,7 +102,7 @@ LumpReading sensor_reading(const std::vector<ForwardMap>& pressure_Pa, const std
         nodes.saturated[n] += gray >= 255;
       }
     }
-    ForwardMap map;
+    fem::Map map;
     map.width = width;
     map.height = height;
     map.pitch_mm = {pitch, pitch};
@@ -130,15 +130,15 @@ LumpReading sensor_reading(const std::vector<ForwardMap>& pressure_Pa, const std
   return reading;
 }
 
-LumpReading ideal_reading(const std::vector<ForwardMap>& pressure_Pa, const std::vector<double>& force_N,
+Observation ideal_reading(const std::vector<fem::Map>& pressure_Pa, const std::vector<double>& force_N,
                           std::array<double, 3> block_mm, double young_Pa, double node_pitch_mm) {
-  LumpReading reading;
+  Observation reading;
   reading.block_mm = block_mm;
   reading.young_Pa = young_Pa;
   reading.force_N = force_N;
-  for (const ForwardMap& map : pressure_Pa)
+  for (const fem::Map& map : pressure_Pa)
     reading.pressure_Pa.push_back(node_means(map, {0, 0}, {block_mm[0], block_mm[1]}, node_pitch_mm));
   return reading;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

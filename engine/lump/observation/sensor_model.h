@@ -7,7 +7,7 @@
 
 #include "engine/lump/observation/observation.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// A palpation sensor in the plate: light grows with pressure in proportion, a camera looks at a window of
 /// the plate, and the calibration turns gray levels back into pressure.
@@ -29,12 +29,12 @@ struct PalpationSensor {
 /// `force_N` at rising loads. Values with more than one pixel in fifty at level 255 are NaN (not seen) and
 /// counted in `saturated_share`. Deterministic by seed. Throws Error(Failure::Usage) naming a field that is
 /// out of range.
-LumpReading sensor_reading(const std::vector<ForwardMap>& pressure_Pa, const std::vector<double>& force_N,
+Observation sensor_reading(const std::vector<fem::Map>& pressure_Pa, const std::vector<double>& force_N,
                            std::array<double, 3> block_mm, double young_Pa, const PalpationSensor& sensor,
                            uint64_t seed);
 
 /// The same by an ideal sensor: means around nodes over the whole block, the true force, no noise.
-LumpReading ideal_reading(const std::vector<ForwardMap>& pressure_Pa, const std::vector<double>& force_N,
+Observation ideal_reading(const std::vector<fem::Map>& pressure_Pa, const std::vector<double>& force_N,
                           std::array<double, 3> block_mm, double young_Pa, double node_pitch_mm);
 
-}  // namespace palpate
+}  // namespace palpate::lump

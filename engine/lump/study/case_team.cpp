@@ -3,15 +3,14 @@
 #include <chrono>
 #include <utility>
 
-namespace palpate {
+namespace palpate::lump {
 
-LumpCaseTeam::LumpCaseTeam(uint32_t threads, const LumpSweep& sweep, LumpPresser presser,
-                           std::function<bool()> stop)
+CaseTeam::CaseTeam(uint32_t threads, const Sweep& sweep, Presser presser, std::function<bool()> stop)
     : sweep_(sweep), presser_(std::move(presser)), stop_(std::move(stop)) {
   for (uint32_t i = 0; i < threads; ++i) threads_.emplace_back([this] { serve(); });
 }
 
-LumpCaseTeam::~LumpCaseTeam() {
+CaseTeam::~CaseTeam() {
   {
     const std::lock_guard lock(guard_);
     over_ = true;
@@ -20,7 +19,7 @@ LumpCaseTeam::~LumpCaseTeam() {
   for (std::thread& thread : threads_) thread.join();
 }
 
-void LumpCaseTeam::give(uint32_t number) {
+void CaseTeam::give(uint32_t number) {
   {
     const std::lock_guard lock(guard_);
     numbers_.push_back(number);
@@ -28,13 +27,13 @@ void LumpCaseTeam::give(uint32_t number) {
   wanted_.notify_one();
 }
 
-uint32_t LumpCaseTeam::idle() const {
+uint32_t CaseTeam::idle() const {
   const std::lock_guard lock(guard_);
   const size_t taken = busy_ + numbers_.size();
   return taken < threads_.size() ? static_cast<uint32_t>(threads_.size() - taken) : 0;
 }
 
-std::optional<LumpCaseTeam::Done> LumpCaseTeam::take(double most_s) {
+std::optional<CaseTeam::Done> CaseTeam::take(double most_s) {
   std::unique_lock lock(guard_);
   done_.wait_for(lock, std::chrono::duration<double>(most_s),
                  [this] { return !results_.empty() || failure_; });
@@ -47,7 +46,7 @@ std::optional<LumpCaseTeam::Done> LumpCaseTeam::take(double most_s) {
   return done;
 }
 
-void LumpCaseTeam::serve() {
+void CaseTeam::serve() {
   std::unique_lock lock(guard_);
   while (true) {
     wanted_.wait(lock, [this] { return over_ || !numbers_.empty(); });
@@ -76,4 +75,4 @@ void LumpCaseTeam::serve() {
   }
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

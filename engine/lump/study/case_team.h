@@ -15,9 +15,9 @@
 
 #include "engine/lump/dataset/sample.h"
 
-namespace palpate {
+namespace palpate::lump {
 
-class LumpCaseTeam {
+class CaseTeam {
  public:
   struct Done {
     std::string packed;
@@ -25,11 +25,11 @@ class LumpCaseTeam {
   };
 
   /// `stop` is asked by all threads.
-  LumpCaseTeam(uint32_t threads, const LumpSweep& sweep, LumpPresser presser, std::function<bool()> stop);
+  CaseTeam(uint32_t threads, const Sweep& sweep, Presser presser, std::function<bool()> stop);
   /// Abandons what is not done.
-  ~LumpCaseTeam();
-  LumpCaseTeam(const LumpCaseTeam&) = delete;
-  LumpCaseTeam& operator=(const LumpCaseTeam&) = delete;
+  ~CaseTeam();
+  CaseTeam(const CaseTeam&) = delete;
+  CaseTeam& operator=(const CaseTeam&) = delete;
 
   void give(uint32_t number);
   /// Threads without a case.
@@ -41,8 +41,8 @@ class LumpCaseTeam {
  private:
   void serve();
 
-  LumpSweep sweep_;
-  LumpPresser presser_;
+  Sweep sweep_;
+  Presser presser_;
   std::function<bool()> stop_;
   std::atomic<bool> over_ = false;
   mutable std::mutex guard_;
@@ -54,4 +54,4 @@ class LumpCaseTeam {
   std::vector<std::thread> threads_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::lump

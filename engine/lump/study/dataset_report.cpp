@@ -10,7 +10,7 @@
 #include "engine/lump/dataset/file.h"
 #include "engine/lump/dataset/journal.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 using Json = json::Value;
@@ -40,14 +40,14 @@ struct Extent {
   bool any() const { return low <= high; }
 };
 
-std::string shapes_of(const LumpSweep& sweep) {
+std::string shapes_of(const Sweep& sweep) {
   std::string text;
-  for (const LumpShape shape : sweep.shapes)
+  for (const fem::InclusionShape shape : sweep.shapes)
     text += (text.empty() ? "" : ", ") + std::string(to_string(shape));
   return text;
 }
 
-std::string sweep_text(const LumpSweep& s) {
+std::string sweep_text(const Sweep& s) {
   const auto grid = [](const std::array<uint32_t, 3>& c) { return print("%u x %u x %u", c[0], c[1], c[2]); };
   return "sweep           seed " + std::to_string(s.seed) + ", " + grid(s.cells) +
          (s.two_grids() ? " and " + grid(s.coarser_cells) : "") +
@@ -61,7 +61,7 @@ std::string sweep_text(const LumpSweep& s) {
 
 }  // namespace
 
-std::string progress_text(const LumpDatasetProgress& p) {
+std::string progress_text(const DatasetProgress& p) {
   std::string text = print("%u of %u cases", p.done, p.cases);
   if (p.done_now > 0 && p.wall_s > 0) {
     const double rate = p.done_now / p.wall_s;
@@ -72,8 +72,8 @@ std::string progress_text(const LumpDatasetProgress& p) {
   return text;
 }
 
-std::string dataset_text(const LumpDatasetJob& job, const LumpDatasetReport& r) {
-  const LumpDatasetProgress& p = r.progress;
+std::string dataset_text(const DatasetJob& job, const DatasetReport& r) {
+  const DatasetProgress& p = r.progress;
   std::string text = progress_text(p);
   if (p.done_now > 0)
     text += print("; %u of them now, in %s, by %u process%s with %u thread%s", p.done_now,
@@ -90,7 +90,7 @@ std::string dataset_text(const LumpDatasetJob& job, const LumpDatasetReport& r) 
   return text;
 }
 
-std::string dataset_json(const LumpDatasetJob& job, const LumpDatasetReport& r) {
+std::string dataset_json(const DatasetJob& job, const DatasetReport& r) {
   return Json{{"file", job.file.string()},
               {"complete", r.complete},
               {"written", r.written},
@@ -107,12 +107,12 @@ std::string dataset_json(const LumpDatasetJob& job, const LumpDatasetReport& r) 
       .dump(2);
 }
 
-LumpDatasetInfo dataset_info(const std::filesystem::path& file) {
+DatasetInfo dataset_info(const std::filesystem::path& file) {
   std::error_code error;
   const std::filesystem::path journal = lump_journal_of(file);
   const bool being_made = std::filesystem::exists(journal, error);
   if (being_made && !std::filesystem::exists(file, error)) {
-    const LumpJournal::Glance glance = LumpJournal::glance(journal);
+    const Journal::Glance glance = Journal::glance(journal);
     return {print("being made      %zu cases done by %s\n", glance.cases, glance.program.c_str()) +
                 sweep_text(glance.sweep),
             Json{{"complete", false},
@@ -122,7 +122,7 @@ LumpDatasetInfo dataset_info(const std::filesystem::path& file) {
                 .dump(2)};
   }
 
-  const LumpData data = read_lump_file(file);
+  const Data data = read_lump_file(file);
   std::array<size_t, 3> states{};
   std::array<size_t, 5> shapes{};  // the last: no lump
   struct Row {
@@ -139,7 +139,7 @@ LumpDatasetInfo dataset_info(const std::filesystem::path& file) {
                             {"force_N", "N"},
                             {"pressure_Pa", "Pa"},
                             {"least_volume_ratio", ""}}};
-  for (const LumpSample& sample : data.samples) {
+  for (const Sample& sample : data.samples) {
     ++states[static_cast<size_t>(sample.state)];
     ++shapes[sample.what.lump ? static_cast<size_t>(sample.what.lump->shape) : 4];
     if (sample.what.lump) {
@@ -152,7 +152,7 @@ LumpDatasetInfo dataset_info(const std::filesystem::path& file) {
     rows[5].extent.add(sample.what.young_Pa);
     for (const double press : sample.what.press_mm) rows[6].extent.add(press);
     for (const double force : sample.force_N) rows[7].extent.add(force);
-    for (const ForwardMap& map : sample.pressure_Pa)
+    for (const fem::Map& map : sample.pressure_Pa)
       for (const float pressure : map.values) rows[8].extent.add(double{pressure});
     for (const double ratio : sample.least_volume_ratio) rows[9].extent.add(ratio);
   }
@@ -179,11 +179,11 @@ LumpDatasetInfo dataset_info(const std::filesystem::path& file) {
                 {"good", states[1]},
                 {"not_converged", states[2]},
                 {"not_done", states[0]}};
-  for (size_t s = 0; s < 4; ++s) value["shapes"][to_string(static_cast<LumpShape>(s))] = shapes[s];
+  for (size_t s = 0; s < 4; ++s) value["shapes"][to_string(static_cast<fem::InclusionShape>(s))] = shapes[s];
   value["no_lump"] = shapes[4];
   value["ranges"] = ranges;
   value["sweep"] = json::parse(to_json(data.sweep));
   return {text, value.dump(2)};
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

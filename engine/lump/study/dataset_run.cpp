@@ -11,7 +11,7 @@
 #include "engine/lump/study/case_team.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -34,13 +34,13 @@ Number number_of(const std::string& bytes) {
   return number;
 }
 
-uint32_t threads_of(const LumpDatasetJob& job, const Processes& processes) {
+uint32_t threads_of(const DatasetJob& job, const Processes& processes) {
   if (job.threads != 0) return job.threads;
   return processes.joined() ? 1 : std::max(1u, std::thread::hardware_concurrency());
 }
 
 /// Presses what it is told until it is told to stop.
-void follow(const LumpDatasetJob& job, const Processes& processes) {
+void follow(const DatasetJob& job, const Processes& processes) {
   const uint32_t threads = threads_of(job, processes);
   bool told = false;
   const auto fail = [&](int code, const std::string& words) {
@@ -48,7 +48,7 @@ void follow(const LumpDatasetJob& job, const Processes& processes) {
     told = true;
   };
   {
-    LumpCaseTeam team(threads, job.sweep, job.presser, job.stop);
+    CaseTeam team(threads, job.sweep, job.presser, job.stop);
     processes.send(0, Kind::Ready, bytes_of(threads));
     for (bool over = false; !over;) {
       while (const auto message = processes.receive()) {
@@ -90,7 +90,7 @@ class Others {
 
 class Lead {
  public:
-  Lead(const LumpDatasetJob& job, const Processes& processes)
+  Lead(const DatasetJob& job, const Processes& processes)
       : job_(job), processes_(processes), journal_(lump_journal_of(job.file), job.sweep, job.program) {
     report_.processes = processes.size();
     report_.threads = threads_of(job, processes);
@@ -98,9 +98,9 @@ class Lead {
     report_.progress.cases = job.count;
   }
 
-  LumpDatasetReport run(bool file_is_whole, const std::vector<LumpSample>& before) {
-    for (const LumpSample& sample : before)
-      if (sample.state != LumpState::NotDone) journal_.append(pack(job_.sweep, sample));
+  DatasetReport run(bool file_is_whole, const std::vector<Sample>& before) {
+    for (const Sample& sample : before)
+      if (sample.state != State::NotDone) journal_.append(pack(job_.sweep, sample));
     for (uint32_t i = 0; i < job_.count; ++i) {
       const uint32_t number = job_.first + i;
       if (journal_.has(number))
@@ -114,7 +114,7 @@ class Lead {
     if ((report_.complete && !nothing_new) || (job_.assemble_only && report_.progress.done > 0)) {
       write_lump_file(job_.file, job_.sweep, job_.program, job_.first, job_.count, [this](uint32_t number) {
         if (journal_.has(number)) return journal_.read(number);
-        LumpSample sample;
+        Sample sample;
         sample.what = lump_case(job_.sweep, number);
         return sample;
       });
@@ -129,9 +129,9 @@ class Lead {
   }
 
  private:
-  void count(const LumpSample& sample) {
+  void count(const Sample& sample) {
     ++report_.progress.done;
-    if (sample.state == LumpState::NotConverged) ++report_.progress.not_converged;
+    if (sample.state == State::NotConverged) ++report_.progress.not_converged;
   }
 
   void keep(const std::string& packed, double wall_s) {
@@ -143,7 +143,7 @@ class Lead {
 
   void press() {
     const auto start = Clock::now();
-    LumpCaseTeam team(report_.threads, job_.sweep, job_.presser, job_.stop);
+    CaseTeam team(report_.threads, job_.sweep, job_.presser, job_.stop);
     std::deque<uint32_t> ready;  // processes, once for each thread that waits for a case
     const double look_s = processes_.size() == 1 ? kAlone_s : kLook_s;
     while (report_.progress.done < job_.count && !stopped()) {
@@ -183,19 +183,19 @@ class Lead {
 
   bool stopped() const { return interrupted_elsewhere_ || (job_.stop && job_.stop()); }
 
-  const LumpDatasetJob& job_;
+  const DatasetJob& job_;
   const Processes& processes_;
-  LumpJournal journal_;
+  Journal journal_;
   std::deque<uint32_t> missing_;
-  LumpDatasetReport report_;
+  DatasetReport report_;
   bool interrupted_elsewhere_ = false;
 };
 
 /// Samples of the file that is there, which must be this job's.
-std::vector<LumpSample> samples_there(const LumpDatasetJob& job) {
+std::vector<Sample> samples_there(const DatasetJob& job) {
   std::error_code error;
   if (!std::filesystem::exists(job.file, error)) return {};
-  LumpData data = read_lump_file(job.file);
+  Data data = read_lump_file(job.file);
   const std::string name = "'" + job.file.string() + "'";
   if (data.program != job.program)
     throw Error(Failure::Input, "no data set yet or one of " + job.program + " in " + name,
@@ -219,10 +219,10 @@ std::filesystem::path lump_journal_of(const std::filesystem::path& file) {
   return file.string() + ".part";
 }
 
-LumpDatasetReport make_lump_dataset(const LumpDatasetJob& job, const Processes& processes) {
+DatasetReport make_lump_dataset(const DatasetJob& job, const Processes& processes) {
   if (processes.rank() != 0) {
     follow(job, processes);
-    LumpDatasetReport report;
+    DatasetReport report;
     report.leads = false;
     return report;
   }
@@ -231,9 +231,9 @@ LumpDatasetReport make_lump_dataset(const LumpDatasetJob& job, const Processes& 
   if (job.count == 0 || uint64_t{job.first} + job.count > (uint64_t{1} << 32))
     throw Error(Failure::Usage, "cases from 1 on, their numbers below 2^32",
                 std::to_string(job.count) + " from " + std::to_string(job.first), "--count 100");
-  const std::vector<LumpSample> before = samples_there(job);
+  const std::vector<Sample> before = samples_there(job);
   const bool whole = before.size() == job.count;
   return Lead(job, processes).run(whole, before);
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

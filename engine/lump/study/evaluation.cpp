@@ -10,7 +10,7 @@
 #include "engine/base/json.h"
 #include "engine/lump/dataset/sweep.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -31,10 +31,10 @@ std::string line(const char* format, Values... values) {
   return text;
 }
 
-std::vector<std::array<double, 2>> roc_of(const std::vector<LumpJudged>& judged) {
+std::vector<std::array<double, 2>> roc_of(const std::vector<Judged>& judged) {
   std::vector<std::pair<double, bool>> order;  // evidence, of a lump
   double lumps = 0, plain = 0;
-  for (const LumpJudged& j : judged) {
+  for (const Judged& j : judged) {
     if (j.truth.lump && (j.truth.size_mm < kGoalSize_mm || j.truth.depth_mm > kGoalDepth_mm)) continue;
     order.emplace_back(j.estimate.evidence, j.truth.lump);
     (j.truth.lump ? lumps : plain) += 1;
@@ -52,26 +52,26 @@ std::vector<std::array<double, 2>> roc_of(const std::vector<LumpJudged>& judged)
 
 }  // namespace
 
-std::array<double, 3> truth_of(const LumpExample& e) {
+std::array<double, 3> truth_of(const Example& e) {
   return {e.size_mm, e.depth_mm, e.stiffness_ratio};
 }
-std::array<LumpValue, 3> values_of(const LumpEstimate& e) {
+std::array<Value, 3> values_of(const Estimate& e) {
   return {e.size_mm, e.depth_mm, e.stiffness_ratio};
 }
 
-size_t count_judged(size_t examples, const LumpEvaluationJob& job) {
+size_t count_judged(size_t examples, const EvaluationJob& job) {
   return job.first < examples ? (examples - job.first - 1) / job.every + 1 : 0;
 }
 
-std::vector<LumpJudged> judge_lumps(const std::vector<LumpExample>& examples, const LumpEvaluationJob& job) {
-  std::vector<std::optional<LumpJudged>> found(count_judged(examples.size(), job));
+std::vector<Judged> judge_lumps(const std::vector<Example>& examples, const EvaluationJob& job) {
+  std::vector<std::optional<Judged>> found(count_judged(examples.size(), job));
   std::atomic<size_t> next = 0, done = 0;
   std::atomic<bool> stop = false;
   const auto serve = [&] {
     for (size_t n = next++; n < found.size() && !stop; n = next++) {
       const size_t i = job.first + n * job.every;
-      const LumpExample& e = examples[i];
-      std::vector<ForwardMap> maps;
+      const Example& e = examples[i];
+      std::vector<fem::Map> maps;
       std::vector<double> forces;
       const size_t all = e.force_N.size(), count = job.loads == 0 ? all : std::min<size_t>(job.loads, all);
       for (size_t k = 0; k < count; ++k) {
@@ -79,13 +79,13 @@ std::vector<LumpJudged> judge_lumps(const std::vector<LumpExample>& examples, co
         maps.push_back(e.pressure_Pa[load]);
         forces.push_back(e.force_N[load]);
       }
-      LumpReading reading =
+      Observation reading =
           sensor_reading(maps, forces, e.block_mm, e.young_Pa, job.sensor, job.seed * 1000003 + i);
       reading.young_Pa *= 1 + job.modulus_error;
       // A gauge's error must not turn the order of near loads.
       for (size_t k = 1; k < count; ++k)
         reading.force_N[k] = std::max(reading.force_N[k], 1.0001 * reading.force_N[k - 1]);
-      LumpJudged judged{i, e, job.estimator(reading), reading.saturated_share};
+      Judged judged{i, e, job.estimator(reading), reading.saturated_share};
       judged.truth.pressure_Pa.clear();
       found[n] = std::move(judged);
       if (job.progress && !job.progress(++done)) stop = true;
@@ -95,21 +95,21 @@ std::vector<LumpJudged> judge_lumps(const std::vector<LumpExample>& examples, co
   for (uint32_t t = 1; t < job.threads; ++t) team.emplace_back(serve);
   serve();
   team.clear();
-  std::vector<LumpJudged> judged;
-  for (std::optional<LumpJudged>& one : found)
+  std::vector<Judged> judged;
+  for (std::optional<Judged>& one : found)
     if (one) judged.push_back(std::move(*one));
   return judged;
 }
 
-LumpScore score_of(const std::vector<LumpJudged>& judged) {
-  LumpScore score;
+Score score_of(const std::vector<Judged>& judged) {
+  Score score;
   std::array<std::vector<double>, 3> errors, determined;
   std::array<size_t, 3> covered{};
   std::vector<double> walls;
   size_t shapes_right = 0, found = 0, goal_found = 0, plain_right = 0;
   std::array<std::array<std::vector<double>, 3>, kRatioEdges.size() - 1> by_ratio;
-  for (const LumpJudged& j : judged) {
-    const LumpEstimate& e = j.estimate;
+  for (const Judged& j : judged) {
+    const Estimate& e = j.estimate;
     walls.push_back(1e3 * e.wall_s);
     const bool seen = e.evidence >= 1;
     if (!j.truth.lump) {
@@ -125,7 +125,7 @@ LumpScore score_of(const std::vector<LumpJudged>& judged) {
       ++score.goal_lumps;
       goal_found += seen;
     }
-    if (!seen || e.verdict == LumpVerdict::Unusable || !std::isfinite(e.size_mm.value)) continue;
+    if (!seen || e.verdict == Status::Unusable || !std::isfinite(e.size_mm.value)) continue;
     ++score.judged;
     const auto truth = truth_of(j.truth);
     const auto values = values_of(e);
@@ -137,7 +137,7 @@ LumpScore score_of(const std::vector<LumpJudged>& judged) {
       by_ratio[range][p].push_back(error);
       if (p == 2 && (truth[2] < 2 || truth[2] > 20)) continue;
       errors[p].push_back(error);
-      if (e.verdict == LumpVerdict::Found) determined[p].push_back(error);
+      if (e.verdict == Status::Found) determined[p].push_back(error);
     }
     ++score.shapes[static_cast<size_t>(j.truth.shape)][static_cast<size_t>(e.shape)];
     shapes_right += j.truth.shape == e.shape;
@@ -152,7 +152,7 @@ LumpScore score_of(const std::vector<LumpJudged>& judged) {
     score.coverage[p] = share(covered[p], score.judged);
   }
   for (size_t r = 0; r < by_ratio.size(); ++r) {
-    LumpErrorRange range;
+    ErrorRange range;
     range.low = kRatioEdges[r];
     range.high = kRatioEdges[r + 1];
     range.count = by_ratio[r][0].size();
@@ -169,7 +169,7 @@ LumpScore score_of(const std::vector<LumpJudged>& judged) {
   return score;
 }
 
-std::string score_text(const LumpScore& s) {
+std::string score_text(const Score& s) {
   std::string text = line("%zu blocks with a lump, %zu without; %.2f ms each (95 %%: %.2f ms)\n\n", s.lumps,
                           s.plain, s.wall_ms, s.wall_p95_ms);
   text += "                       size     depth   stiffness ratio (of 2 to 20)\n";
@@ -181,14 +181,14 @@ std::string score_text(const LumpScore& s) {
   row("median, where found", s.determined_median);
   row("intervals hold", s.coverage);
   text += "\ntrue ratio     lumps   median error of size, depth, ratio\n";
-  for (const LumpErrorRange& r : s.by_ratio)
+  for (const ErrorRange& r : s.by_ratio)
     text += line("%3.0f to %-7s %5zu   %5.1f %%  %5.1f %%  %5.1f %%\n", r.low,
                  r.high < 1e8 ? line("%.0f", r.high).c_str() : "more", r.count, 100 * r.median[0],
                  100 * r.median[1], 100 * r.median[2]);
   text += line("\nshape right in %.1f %%; truth by answer:\n%-10s", 100 * s.shape_rate, "");
-  for (size_t b = 0; b < 4; ++b) text += line(" %9s", to_string(static_cast<LumpShape>(b)));
+  for (size_t b = 0; b < 4; ++b) text += line(" %9s", to_string(static_cast<fem::InclusionShape>(b)));
   for (size_t a = 0; a < 4; ++a) {
-    text += line("\n%-10s", to_string(static_cast<LumpShape>(a)));
+    text += line("\n%-10s", to_string(static_cast<fem::InclusionShape>(a)));
     for (const size_t n : s.shapes[a]) text += line(" %9zu", n);
   }
   text += line(
@@ -196,13 +196,13 @@ std::string score_text(const LumpScore& s) {
       "told so: %.1f %%\n",
       100 * s.sensitivity, s.goal_lumps, 100 * s.goal_sensitivity, 100 * s.specificity);
   text += "verdicts (with a lump, without):";
-  for (size_t v = 0; v < kLumpVerdicts; ++v)
-    text += line("%s %s %zu, %zu", v > 0 ? ";" : "", to_string(static_cast<LumpVerdict>(v)), s.verdicts[v],
+  for (size_t v = 0; v < kStatuses; ++v)
+    text += line("%s %s %zu, %zu", v > 0 ? ";" : "", to_string(static_cast<Status>(v)), s.verdicts[v],
                  s.plain_verdicts[v]);
   return text + "\n";
 }
 
-json::Value score_json(const LumpScore& s, const std::string& method, const LumpEvaluationJob& job) {
+json::Value score_json(const Score& s, const std::string& method, const EvaluationJob& job) {
   using Json = json::Value;
   const auto number = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
   const auto three = [&number](const std::array<double, 3>& v) {
@@ -232,17 +232,17 @@ json::Value score_json(const LumpScore& s, const std::string& method, const Lump
             {"wall_ms", number(s.wall_ms)},
             {"wall_p95_ms", number(s.wall_p95_ms)}};
   json["by_ratio"] = Json::array();
-  for (const LumpErrorRange& r : s.by_ratio)
+  for (const ErrorRange& r : s.by_ratio)
     json["by_ratio"].push_back({{"low", r.low},
                                 {"high", r.high < 1e8 ? Json(r.high) : Json(nullptr)},
                                 {"lumps", r.count},
                                 {"median_error", three(r.median)}});
   json["verdicts"] = Json::object();
-  for (size_t v = 0; v < kLumpVerdicts; ++v)
-    json["verdicts"][to_string(static_cast<LumpVerdict>(v))] = {{"lump", s.verdicts[v]},
-                                                                {"none", s.plain_verdicts[v]}};
+  for (size_t v = 0; v < kStatuses; ++v)
+    json["verdicts"][to_string(static_cast<Status>(v))] = {{"lump", s.verdicts[v]},
+                                                           {"none", s.plain_verdicts[v]}};
   json["roc"] = s.roc;
   return json;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

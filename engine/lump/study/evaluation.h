@@ -12,10 +12,10 @@
 #include "engine/lump/observation/sensor_model.h"
 #include "engine/lump/training/training.h"
 
-namespace palpate {
+namespace palpate::lump {
 
-struct LumpEvaluationJob {
-  LumpEstimator estimator;
+struct EvaluationJob {
+  Estimator estimator;
   PalpationSensor sensor;
   uint32_t loads = 0;           ///< the highest so many of each example, evenly; 0: all
   double modulus_error = 0;     ///< share by which the tissue's modulus is told wrong
@@ -25,29 +25,29 @@ struct LumpEvaluationJob {
   std::function<bool(size_t done)> progress = {};  ///< from any thread; false: stop
 };
 
-struct LumpJudged {
+struct Judged {
   size_t number = 0;  ///< of the example among all
-  LumpExample truth;  ///< without its maps
-  LumpEstimate estimate;
+  Example truth;      ///< without its maps
+  Estimate estimate;
   double saturated_share = 0;  ///< of the reading
 };
 
-struct LumpErrorRange {
+struct ErrorRange {
   double low = 0, high = 0;  ///< of the true stiffness ratio
   size_t count = 0;
   std::array<double, 3> median{};  ///< relative errors of size, depth, ratio; NaN where there are none
 };
 
-struct LumpScore {
+struct Score {
   size_t lumps = 0, plain = 0;
-  std::array<size_t, kLumpVerdicts> verdicts{},
-      plain_verdicts{};  ///< by LumpVerdict, of blocks with and without a lump
+  std::array<size_t, kStatuses> verdicts{},
+      plain_verdicts{};  ///< by Status, of blocks with and without a lump
   size_t judged = 0;     ///< lumps that were found (evidence of 1 and more): errors are theirs
   std::array<double, 3> median{}, ninetieth{};  ///< relative errors of size, depth, ratio (2 <= ratio <= 20)
   std::array<double, 3> coverage{};             ///< of the intervals
   std::array<double, 3> determined_median{};    ///< of those with verdict Found alone
-  std::vector<LumpErrorRange> by_ratio;
-  std::array<std::array<size_t, 4>, 4> shapes{};  ///< truth x answer, by LumpShape
+  std::vector<ErrorRange> by_ratio;
+  std::array<std::array<size_t, 4>, 4> shapes{};  ///< truth x answer, by fem::InclusionShape
   double shape_rate = 0;
   double sensitivity = 0;  ///< of all lumps
   size_t goal_lumps = 0;   ///< of 6 mm and more at 8 mm and less
@@ -58,20 +58,19 @@ struct LumpScore {
 };
 
 /// Size, depth, ratio.
-std::array<double, 3> truth_of(const LumpExample& example);
-std::array<LumpValue, 3> values_of(const LumpEstimate& estimate);
+std::array<double, 3> truth_of(const Example& example);
+std::array<Value, 3> values_of(const Estimate& estimate);
 
-size_t count_judged(size_t examples, const LumpEvaluationJob& job);
+size_t count_judged(size_t examples, const EvaluationJob& job);
 /// Estimates each of the job's examples as the sensor reads it; in their order. Deterministic by seed, and
 /// the same for an example whatever others are judged. Fewer than count_judged() where progress() said stop:
 /// those that were done.
-std::vector<LumpJudged> judge_lumps(const std::vector<LumpExample>& examples, const LumpEvaluationJob& job);
-LumpScore score_of(const std::vector<LumpJudged>& judged);
+std::vector<Judged> judge_lumps(const std::vector<Example>& examples, const EvaluationJob& job);
+Score score_of(const std::vector<Judged>& judged);
 
-std::string score_text(const LumpScore& score);
-json::Value score_json(const LumpScore& score, const std::string& method, const LumpEvaluationJob& job);
+std::string score_text(const Score& score);
+json::Value score_json(const Score& score, const std::string& method, const EvaluationJob& job);
 /// lump_evaluation.csv, estimates.{png,svg}, quality.{png,svg}; their names for people.
-std::string write_score(const LumpScore& score, const std::vector<LumpJudged>& judged,
-                        const std::string& folder);
+std::string write_score(const Score& score, const std::vector<Judged>& judged, const std::string& folder);
 
-}  // namespace palpate
+}  // namespace palpate::lump

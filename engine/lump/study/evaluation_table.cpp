@@ -8,7 +8,7 @@
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 struct Setting {
@@ -16,28 +16,28 @@ struct Setting {
   uint32_t loads;
 };
 
-std::vector<Setting> settings(LumpScoreOver what, const PalpationSensor& sensor) {
+std::vector<Setting> settings(ScoreOver what, const PalpationSensor& sensor) {
   std::vector<Setting> all;
   switch (what) {
-    case LumpScoreOver::Noise:
+    case ScoreOver::Noise:
       for (const double noise : {0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1})
         for (const uint32_t loads : {1u, 2u, 4u}) all.push_back({noise, sensor.exposure, loads});
       break;
-    case LumpScoreOver::Exposure:
+    case ScoreOver::Exposure:
       for (const uint32_t loads : {1u, 4u})
         for (const double exposure : {0.9, 1.02, 1.05, 1.1, 1.25, 1.5, 2.0, 3.0})
           all.push_back({sensor.noise_share, exposure, loads});
       break;
-    case LumpScoreOver::Loads:
+    case ScoreOver::Loads:
       for (const uint32_t loads : {1u, 2u, 4u}) all.push_back({sensor.noise_share, sensor.exposure, loads});
       break;
   }
   return all;
 }
 
-double median_saturated(const std::vector<LumpJudged>& judged) {
+double median_saturated(const std::vector<Judged>& judged) {
   std::vector<double> shares;
-  for (const LumpJudged& j : judged)
+  for (const Judged& j : judged)
     if (j.truth.lump) shares.push_back(j.saturated_share);
   return median(shares);
 }
@@ -46,13 +46,13 @@ double share(size_t part, size_t whole) {
   return static_cast<double>(part) / static_cast<double>(std::max<size_t>(1, whole));
 }
 
-double verdict_share(const LumpScore& s, LumpVerdict verdict) {
+double verdict_share(const Score& s, Status verdict) {
   return share(s.verdicts[static_cast<size_t>(verdict)], s.lumps);
 }
 
 /// All numbers of a row by name; NaN where there is none.
-std::vector<std::pair<const char*, double>> cells(const LumpScoreRow& r) {
-  const LumpScore& s = r.score;
+std::vector<std::pair<const char*, double>> cells(const ScoreRow& r) {
+  const Score& s = r.score;
   return {{"noise_share", r.noise_share},
           {"loads", r.loads},
           {"exposure", r.exposure},
@@ -68,31 +68,31 @@ std::vector<std::pair<const char*, double>> cells(const LumpScoreRow& r) {
           {"ratio_coverage", s.coverage[2]},
           {"sensitivity", s.sensitivity},
           {"specificity", s.specificity},
-          {"stiffness_open", verdict_share(s, LumpVerdict::StiffnessOpen)},
-          {"saturated", verdict_share(s, LumpVerdict::Saturated)},
-          {"several_lumps", verdict_share(s, LumpVerdict::SeveralLumps)},
-          {"outside_training", verdict_share(s, LumpVerdict::OutsideTraining)},
-          {"unusable", verdict_share(s, LumpVerdict::Unusable)},
+          {"stiffness_open", verdict_share(s, Status::StiffnessOpen)},
+          {"saturated", verdict_share(s, Status::Saturated)},
+          {"several_lumps", verdict_share(s, Status::SeveralLumps)},
+          {"outside_training", verdict_share(s, Status::OutsideTraining)},
+          {"unusable", verdict_share(s, Status::Unusable)},
           {"wall_ms", s.wall_ms}};
 }
 
 }  // namespace
 
-size_t rows_of(LumpScoreOver what) {
+size_t rows_of(ScoreOver what) {
   return settings(what, {}).size();
 }
 
-std::vector<LumpScoreRow> scores_over(LumpScoreOver what, const std::vector<LumpExample>& examples,
-                                      const LumpEvaluationJob& job) {
-  std::vector<LumpScoreRow> rows;
+std::vector<ScoreRow> scores_over(ScoreOver what, const std::vector<Example>& examples,
+                                  const EvaluationJob& job) {
+  std::vector<ScoreRow> rows;
   for (const Setting& setting : settings(what, job.sensor)) {
-    LumpEvaluationJob one = job;
+    EvaluationJob one = job;
     one.sensor.noise_share = setting.noise_share;
     one.sensor.exposure = setting.exposure;
     one.loads = setting.loads;
     const size_t each = count_judged(examples.size(), job), before = rows.size() * each;
     if (job.progress) one.progress = [&](size_t done) { return job.progress(before + done); };
-    const std::vector<LumpJudged> judged = judge_lumps(examples, one);
+    const std::vector<Judged> judged = judge_lumps(examples, one);
     if (judged.size() < each) throw Stopped();
     rows.push_back(
         {setting.noise_share, setting.exposure, setting.loads, median_saturated(judged), score_of(judged)});
@@ -100,7 +100,7 @@ std::vector<LumpScoreRow> scores_over(LumpScoreOver what, const std::vector<Lump
   return rows;
 }
 
-std::string rows_text(const std::vector<LumpScoreRow>& rows) {
+std::string rows_text(const std::vector<ScoreRow>& rows) {
   std::string text =
       "                            median error of       intervals hold      lumps  stiffness        told   "
       "outside\n"
@@ -108,25 +108,25 @@ std::string rows_text(const std::vector<LumpScoreRow>& rows) {
       "several  "
       "training  time\n";
   char line[240];
-  for (const LumpScoreRow& r : rows) {
-    const LumpScore& s = r.score;
+  for (const ScoreRow& r : rows) {
+    const Score& s = r.score;
     std::snprintf(
         line, sizeof line,
         "%4.1f %% %4u  %4.0f %% %4.1f %%  %4.1f %% %4.1f %% %5.1f %%  %3.0f %% %3.0f %% %3.0f %%   %3.0f "
         "%%  %3.0f %%   %3.0f %%     %3.0f %%    %3.0f %%   %5.1f ms\n",
         100 * r.noise_share, r.loads, 100 * r.exposure, 100 * r.saturated_share, 100 * s.median[0],
         100 * s.median[1], 100 * s.median[2], 100 * s.coverage[0], 100 * s.coverage[1], 100 * s.coverage[2],
-        100 * s.sensitivity, 100 * verdict_share(s, LumpVerdict::StiffnessOpen),
-        100 * verdict_share(s, LumpVerdict::Saturated), 100 * verdict_share(s, LumpVerdict::SeveralLumps),
-        100 * verdict_share(s, LumpVerdict::OutsideTraining), s.wall_ms);
+        100 * s.sensitivity, 100 * verdict_share(s, Status::StiffnessOpen),
+        100 * verdict_share(s, Status::Saturated), 100 * verdict_share(s, Status::SeveralLumps),
+        100 * verdict_share(s, Status::OutsideTraining), s.wall_ms);
     text += line;
   }
   return text;
 }
 
-std::string rows_csv(const std::vector<LumpScoreRow>& rows) {
+std::string rows_csv(const std::vector<ScoreRow>& rows) {
   std::string csv;
-  for (const LumpScoreRow& row : rows) {
+  for (const ScoreRow& row : rows) {
     const auto all = cells(row);
     if (csv.empty())
       for (const auto& [name, value] : all) csv += (csv.empty() ? "" : ",") + std::string(name);
@@ -138,9 +138,9 @@ std::string rows_csv(const std::vector<LumpScoreRow>& rows) {
   return csv + "\n";
 }
 
-std::string rows_json(const std::vector<LumpScoreRow>& rows) {
+std::string rows_json(const std::vector<ScoreRow>& rows) {
   auto json = json::Value::array();
-  for (const LumpScoreRow& row : rows) {
+  for (const ScoreRow& row : rows) {
     json::Value one;
     for (const auto& [name, value] : cells(row))
       one[name] = std::isfinite(value) ? json::Value(value) : json::Value(nullptr);
@@ -149,4 +149,4 @@ std::string rows_json(const std::vector<LumpScoreRow>& rows) {
   return json.dump(2);
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

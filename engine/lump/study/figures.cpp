@@ -8,7 +8,7 @@
 #include "engine/lump/dataset/sweep.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr double kBySize_N = 2, kByMaterial_N = 2.35;
@@ -19,12 +19,12 @@ std::string text(const char* format, double value) {
   return line;
 }
 
-ForwardScene phantom(const FigureOptions& o, double size_mm, double lump_Pa) {
-  ForwardScene scene;
+fem::Scene phantom(const FigureOptions& o, double size_mm, double lump_Pa) {
+  fem::Scene scene;
   scene.block_mm = {40, 40, 20};
   scene.young_Pa = o.tissue_Pa;
   scene.cells = o.cells;
-  Inclusion lump;
+  fem::Inclusion lump;
   lump.size_mm = {size_mm, size_mm, size_mm};
   lump.depth_mm = 5;
   lump.stiffness_ratio = lump_Pa / o.tissue_Pa;
@@ -38,11 +38,11 @@ GaussianFit fit_inner(const Profile& profile, double length_mm) {
 }
 
 /// The loads as one press of one block.
-std::vector<FigurePress> press(const std::string& name, const ForwardScene& scene,
+std::vector<FigurePress> press(const std::string& name, const fem::Scene& scene,
                                const std::vector<double>& forces_N, const PressSolver& solver) {
-  std::vector<PressLoad> loads;
+  std::vector<fem::PressLoad> loads;
   for (const double force_N : forces_N) loads.push_back({{}, force_N});
-  LargeStrainResult result = solver(scene, loads);
+  fem::LargeStrainResult result = solver(scene, loads);
   std::vector<FigurePress> all;
   for (size_t i = 0; i < forces_N.size(); ++i) {
     FigurePress p;
@@ -70,7 +70,7 @@ void set_bump(FigurePress& p, const FigurePress& without) {
   p.bump_fit = fit_inner(p.bump, p.scene.block_mm[0]);
 }
 
-ForwardScene without_lump(ForwardScene scene) {
+fem::Scene without_lump(fem::Scene scene) {
   scene.inclusion.reset();
   return scene;
 }
@@ -94,20 +94,20 @@ void compare(const std::vector<FigureRow>& rows, std::vector<std::string>& broke
   }
 }
 
-constexpr LumpShape kShapes[] = {LumpShape::Sphere, LumpShape::Ellipsoid, LumpShape::Cylinder,
-                                 LumpShape::LyingCylinder};
+constexpr fem::InclusionShape kShapes[] = {fem::InclusionShape::Sphere, fem::InclusionShape::Ellipsoid,
+                                           fem::InclusionShape::Cylinder, fem::InclusionShape::LyingCylinder};
 
 struct Change {
   std::string input;
   double value;
   std::string name;
-  ForwardScene scene;
+  fem::Scene scene;
 };
 
-std::vector<Change> changes(const ForwardScene& base) {
+std::vector<Change> changes(const fem::Scene& base) {
   std::vector<Change> all;
   const auto add = [&](const char* input, double value, std::string name, auto change) {
-    ForwardScene scene = base;
+    fem::Scene scene = base;
     change(scene, *scene.inclusion);
     try {
       check(scene);
@@ -117,21 +117,21 @@ std::vector<Change> changes(const ForwardScene& base) {
     all.push_back({input, value, std::move(name), scene});
   };
   for (const double d : {4.0, 6.0, 8.0, 10.0, 12.0})
-    add("d", d, text("%g mm", d), [&](ForwardScene&, Inclusion& lump) { lump.size_mm = {d, d, d}; });
+    add("d", d, text("%g mm", d), [&](fem::Scene&, fem::Inclusion& lump) { lump.size_mm = {d, d, d}; });
   for (const double h : {2.0, 3.0, 5.0, 7.0, 9.0})
-    add("h", h, text("%g mm", h), [&](ForwardScene&, Inclusion& lump) { lump.depth_mm = h; });
+    add("h", h, text("%g mm", h), [&](fem::Scene&, fem::Inclusion& lump) { lump.depth_mm = h; });
   for (const double ratio : {0.2, 1.5, 3.0, 10.0, 100.0})
     add("E_r", ratio, text("%g", ratio),
-        [&](ForwardScene&, Inclusion& lump) { lump.stiffness_ratio = ratio; });
+        [&](fem::Scene&, fem::Inclusion& lump) { lump.stiffness_ratio = ratio; });
   for (size_t i = 0; i < std::size(kShapes); ++i)
-    add("s", static_cast<double>(i), to_string(kShapes[i]), [&](ForwardScene&, Inclusion& lump) {
+    add("s", static_cast<double>(i), to_string(kShapes[i]), [&](fem::Scene&, fem::Inclusion& lump) {
       lump.shape = kShapes[i];
       const double d = lump.size_mm[0];
-      if (kShapes[i] == LumpShape::Ellipsoid) lump.size_mm = {1.5 * d, d, d};
-      if (kShapes[i] == LumpShape::LyingCylinder) lump.size_mm = {2.5 * d, d, d};
+      if (kShapes[i] == fem::InclusionShape::Ellipsoid) lump.size_mm = {1.5 * d, d, d};
+      if (kShapes[i] == fem::InclusionShape::LyingCylinder) lump.size_mm = {2.5 * d, d, d};
     });
   for (const double t : {16.0, 18.0, 20.0, 24.0, 28.0})
-    add("t", t, text("%g mm", t), [&](ForwardScene& scene, Inclusion&) { scene.block_mm[2] = t; });
+    add("t", t, text("%g mm", t), [&](fem::Scene& scene, fem::Inclusion&) { scene.block_mm[2] = t; });
   return all;
 }
 
@@ -179,7 +179,7 @@ std::vector<std::string> broken_orderings(const Figures& figures) {
 
 std::vector<InputRow> vary_inputs(const FigureOptions& o, const PressSolver& solver,
                                   const std::function<void(uint64_t, uint64_t)>& done) {
-  const ForwardScene base = phantom(o, 8, o.play_doh_Pa);
+  const fem::Scene base = phantom(o, 8, o.play_doh_Pa);
   const std::vector<Change> all = changes(base);
   const uint64_t total = all.size() + 1;
   uint64_t ready = 0;
@@ -189,10 +189,10 @@ std::vector<InputRow> vary_inputs(const FigureOptions& o, const PressSolver& sol
     done(++ready, total);
   }
   const std::vector<double> forces_N = {0.25, 0.5, 1, 1.5, 2};
-  ForwardScene slight = base;
+  fem::Scene slight = base;
   slight.press_mm.reset();
   slight.force_N = 1;
-  const ForwardResult linear = solve_forward(slight);
+  const fem::Result linear = fem::solve(slight);
   for (FigurePress& p : press("", base, forces_N, solver)) {
     p.name = text("%g N", p.wanted_N);
     InputRow row{"l", p.wanted_N, std::move(p), {}};
@@ -207,4 +207,4 @@ std::vector<InputRow> vary_inputs(const FigureOptions& o, const PressSolver& sol
   return rows;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -13,21 +13,21 @@
 #include "engine/fem/scene.h"
 #include "engine/lump/observation/gaussian_profile.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// Who presses the block: solve_large_strain(), or another model of the same question.
 using PressSolver =
-    std::function<LargeStrainResult(const ForwardScene& scene, const std::vector<PressLoad>& loads)>;
+    std::function<fem::LargeStrainResult(const fem::Scene& scene, const std::vector<fem::PressLoad>& loads)>;
 
 /// One press of one phantom. Where `good` is false the press ended before its force, and only
 /// `last_force_N` is to be used.
 struct FigurePress {
   std::string name;  ///< as the plots have it
-  ForwardScene scene;
+  fem::Scene scene;
   double wanted_N = 0;
   bool good = false;
   double last_force_N = 0;
-  PressedBlock press;
+  fem::PressedBlock press;
   Profile profile;  ///< pressure, Pa, along x through the bump
   GaussianFit fit;  ///< of the profile within four tenths of the block on either side
   Profile bump;     ///< the same less that of the block without the inclusion at the same force
@@ -76,4 +76,4 @@ struct InputRow {
 std::vector<InputRow> vary_inputs(const FigureOptions& options, const PressSolver& solver,
                                   const std::function<void(uint64_t done, uint64_t total)>& done);
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -3,7 +3,7 @@
 #include "engine/lump/study/mpi_module.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 MpiModule::Place join() {
@@ -41,10 +41,10 @@ std::optional<MpiModule::Message> receive() {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::lump
 
-extern "C" __attribute__((visibility("default"))) const palpate::MpiModule* palpate_mpi_functions() {
-  static const palpate::MpiModule functions{&palpate::join, &palpate::leave, &palpate::send,
-                                            &palpate::receive};
+extern "C" __attribute__((visibility("default"))) const palpate::lump::MpiModule* palpate_mpi_functions() {
+  static const palpate::lump::MpiModule functions{&palpate::lump::join, &palpate::lump::leave,
+                                                  &palpate::lump::send, &palpate::lump::receive};
   return &functions;
 }

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-namespace palpate {
+namespace palpate::lump {
 
 struct MpiModule {
   struct Place {
@@ -24,4 +24,4 @@ struct MpiModule {
   std::optional<Message> (*receive)();
 };
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -6,7 +6,7 @@
 #include "engine/base/module.h"
 #include "engine/lump/study/mpi_module.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 /// Set by what starts MPI programs: Open MPI, MPICH and Slurm's srun.
@@ -48,4 +48,4 @@ std::optional<Processes::Message> Processes::receive() const {
   return Message{message->from, static_cast<Kind>(message->kind), std::move(message->bytes)};
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-namespace palpate {
+namespace palpate::lump {
 
 /// Joins the others if mpirun started this process; otherwise MPI is not touched. One at a time in a program,
 /// used from the thread that made it.
@@ -39,4 +39,4 @@ class Processes {
   bool joined_ = false;
 };
 
-}  // namespace palpate
+}  // namespace palpate::lump

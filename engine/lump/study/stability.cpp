@@ -7,7 +7,7 @@
 #include "engine/fem/large_strain/large_strain.h"
 #include "engine/fem/solve.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr std::array<uint32_t, 3> kCells = {56, 56, 28}, kCoarser = {28, 28, 14};
@@ -15,12 +15,12 @@ constexpr double kDeepest = 0.2;  // of the thickness
 constexpr uint32_t kLoads = 4;
 
 struct Pressed {
-  ForwardScene scene;
-  LargeStrainResult result;
+  fem::Scene scene;
+  fem::LargeStrainResult result;
 };
 
-bool same_block(const ForwardScene& a, const ForwardScene& b) {
-  const auto same = [](const Inclusion& x, const Inclusion& y) {
+bool same_block(const fem::Scene& a, const fem::Scene& b) {
+  const auto same = [](const fem::Inclusion& x, const fem::Inclusion& y) {
     return x.shape == y.shape && x.size_mm == y.size_mm && x.depth_mm == y.depth_mm &&
            x.stiffness_ratio == y.stiffness_ratio && x.offset_mm == y.offset_mm;
   };
@@ -30,11 +30,11 @@ bool same_block(const ForwardScene& a, const ForwardScene& b) {
          std::equal(a.others.begin(), a.others.end(), b.others.begin(), same);
 }
 
-LargeStrainResult press(const ForwardScene& scene, uint32_t threads) {
-  std::vector<PressLoad> loads;
+fem::LargeStrainResult press(const fem::Scene& scene, uint32_t threads) {
+  std::vector<fem::PressLoad> loads;
   for (uint32_t l = 1; l <= kLoads; ++l)
     loads.push_back({kDeepest * scene.block_mm[2] * l / kLoads, std::nullopt});
-  LargeStrainOptions options;
+  fem::LargeStrainOptions options;
   options.threads = threads;
   options.residual = 1e-5;
   options.step_mm = 2;
@@ -105,8 +105,8 @@ std::vector<StabilityCase> stability_cases(double noise) {
   return cases;
 }
 
-std::vector<StabilityRow> judge_stability(const std::vector<StabilityCase>& cases,
-                                          const LumpEstimator& estimator, uint64_t seed, uint32_t threads,
+std::vector<StabilityRow> judge_stability(const std::vector<StabilityCase>& cases, const Estimator& estimator,
+                                          uint64_t seed, uint32_t threads,
                                           const std::function<void(uint64_t done)>& progress) {
   std::vector<Pressed> solved;
   std::vector<StabilityRow> rows;
@@ -119,7 +119,7 @@ std::vector<StabilityRow> judge_stability(const std::vector<StabilityCase>& case
     }
     StabilityRow row{what, block->result.converged, {}};
     if (row.pressed) {
-      std::vector<ForwardMap> maps;
+      std::vector<fem::Map> maps;
       std::vector<double> forces;
       for (size_t l = kLoads - what.loads; l < kLoads; ++l) {
         maps.push_back(block->result.loads[l].pressure_Pa);
@@ -136,25 +136,25 @@ std::vector<StabilityRow> judge_stability(const std::vector<StabilityCase>& case
   return rows;
 }
 
-std::vector<LumpExample> pressed_balls(uint32_t threads, const std::function<void(uint64_t done)>& progress) {
-  std::vector<LumpExample> examples;
+std::vector<Example> pressed_balls(uint32_t threads, const std::function<void(uint64_t done)>& progress) {
+  std::vector<Example> examples;
   uint64_t done = 0;
   for (const double size_mm : {6.0, 8.0, 12.0})
     for (const double depth_mm : {3.0, 6.0})
       for (const double ratio : {3.0, 10.0}) {
-        ForwardScene scene;
+        fem::Scene scene;
         scene.cells = kCells;
         scene.inclusion->size_mm = {size_mm, size_mm, size_mm};
         scene.inclusion->depth_mm = depth_mm;
         scene.inclusion->stiffness_ratio = ratio;
-        const LargeStrainResult result = press(scene, threads);
+        const fem::LargeStrainResult result = press(scene, threads);
         progress(++done);
         if (!result.converged) continue;
-        LumpExample example;
+        Example example;
         example.size_mm = size_mm;
         example.depth_mm = depth_mm;
         example.stiffness_ratio = ratio;
-        for (const PressedBlock& load : result.loads) {
+        for (const fem::PressedBlock& load : result.loads) {
           example.pressure_Pa.push_back(load.pressure_Pa);
           example.force_N.push_back(load.force_N);
         }
@@ -164,23 +164,23 @@ std::vector<LumpExample> pressed_balls(uint32_t threads, const std::function<voi
 }
 
 std::vector<CostRow> press_costs(uint32_t threads) {
-  ForwardScene scene;
+  fem::Scene scene;
   scene.inclusion->stiffness_ratio = 6;
   const double way = kDeepest * scene.block_mm[2];
-  LargeStrainOptions options;
+  fem::LargeStrainOptions options;
   options.threads = threads;
   options.residual = 1e-5;
   options.step_mm = 2;
   options.map_nodes = {33, 33};
-  const std::vector<PressLoad> loads = {{way, std::nullopt}};
+  const std::vector<fem::PressLoad> loads = {{way, std::nullopt}};
   const auto cells = [](uint32_t n) { return std::array<uint32_t, 3>{n, n, n / 2}; };
   scene.cells = cells(64);
-  const PressedBlock truth = solve_extrapolated(scene, cells(48), loads, options).loads.at(0);
+  const fem::PressedBlock truth = solve_extrapolated(scene, cells(48), loads, options).loads.at(0);
   std::vector<CostRow> rows;
-  const auto add = [&](const char* choice, const std::string& name, double wall_s, const ForwardMap& map,
+  const auto add = [&](const char* choice, const std::string& name, double wall_s, const fem::Map& map,
                        double force_N) {
     CostRow row{choice, name, wall_s, 0, force_N / truth.force_N - 1};
-    const auto at = [](const ForwardMap& m, uint32_t x, uint32_t y) {
+    const auto at = [](const fem::Map& m, uint32_t x, uint32_t y) {
       return double{m.at(x * (m.width - 1) / 32, y * (m.height - 1) / 32)};
     };
     for (uint32_t y = 8; y <= 24; ++y)
@@ -191,7 +191,7 @@ std::vector<CostRow> press_costs(uint32_t threads) {
   };
   for (const uint32_t n : {16u, 24u, 32u, 48u}) {
     scene.cells = cells(n);
-    const LargeStrainResult one = solve_large_strain(scene, loads, options);
+    const fem::LargeStrainResult one = solve_large_strain(scene, loads, options);
     if (one.converged)
       add("grid", std::to_string(n) + " x " + std::to_string(n) + " x " + std::to_string(n / 2), one.wall_s,
           one.loads[0].pressure_Pa, one.loads[0].force_N);
@@ -199,19 +199,19 @@ std::vector<CostRow> press_costs(uint32_t threads) {
   for (const auto& [fine, coarse] :
        {std::pair{24u, 16u}, std::pair{32u, 24u}, std::pair{40u, 24u}, std::pair{48u, 32u}}) {
     scene.cells = cells(fine);
-    const LargeStrainResult two = solve_extrapolated(scene, cells(coarse), loads, options);
+    const fem::LargeStrainResult two = solve_extrapolated(scene, cells(coarse), loads, options);
     if (two.converged)
       add("two grids", std::to_string(fine) + " and " + std::to_string(coarse) + " along x", two.wall_s,
           two.loads[0].pressure_Pa, two.loads[0].force_N);
   }
   scene.cells = cells(32);
   scene.press_mm = way;
-  ForwardOptions linear;
+  fem::Options linear;
   linear.threads = threads;
-  const ForwardResult small = solve_forward(scene, linear);
+  const fem::Result small = fem::solve(scene, linear);
   if (small.converged)
     add("strain", "small strain, 32 x 32 x 16", small.wall_s, small.stress_Pa, small.force_N);
   return rows;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

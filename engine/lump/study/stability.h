@@ -11,12 +11,12 @@
 #include "engine/lump/observation/sensor_model.h"
 #include "engine/lump/training/training.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// One block, what is measured of it, and what is told wrong about it.
 struct StabilityCase {
   std::string group, name;  ///< "stiffness ratio", "E_r 0.1"
-  ForwardScene scene;       ///< pressed in four steps to a fifth of its thickness
+  fem::Scene scene;         ///< pressed in four steps to a fifth of its thickness
   PalpationSensor sensor;
   double told_modulus = 1;  ///< modulus that the estimator is told, over the true one
   uint32_t loads = 4;       ///< of the four, the last so many
@@ -25,7 +25,7 @@ struct StabilityCase {
 struct StabilityRow {
   StabilityCase what;
   bool pressed = false;  ///< the forward model reached all loads
-  LumpEstimate estimate;
+  Estimate estimate;
 };
 
 /// All of them, around a sphere of 8 mm, 5 mm deep, six times as stiff, in 40 x 40 x 20 mm of 4 kPa. `noise`:
@@ -34,8 +34,8 @@ std::vector<StabilityCase> stability_cases(double noise);
 
 /// Solves, reads and estimates each. Blocks that only sensors tell apart are solved once. `progress` hears
 /// how many are done.
-std::vector<StabilityRow> judge_stability(const std::vector<StabilityCase>& cases,
-                                          const LumpEstimator& estimator, uint64_t seed, uint32_t threads,
+std::vector<StabilityRow> judge_stability(const std::vector<StabilityCase>& cases, const Estimator& estimator,
+                                          uint64_t seed, uint32_t threads,
                                           const std::function<void(uint64_t done)>& progress);
 
 /// Run time and error of one way to compute a press.
@@ -47,9 +47,9 @@ struct CostRow {
 };
 /// Balls of 6, 8 and 12 mm, 3 and 6 mm deep, three and ten times as stiff, pressed as stability_cases() are:
 /// what an estimator's errors and times are measured on where no data set is there.
-std::vector<LumpExample> pressed_balls(uint32_t threads, const std::function<void(uint64_t done)>& progress);
+std::vector<Example> pressed_balls(uint32_t threads, const std::function<void(uint64_t done)>& progress);
 
 /// Grids, alone and extrapolated, and the strain model, for the middle block at a fifth of its thickness.
 std::vector<CostRow> press_costs(uint32_t threads);
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -9,7 +9,7 @@
 #include "engine/lump/network/fit.h"
 #include "engine/lump/training/steps.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr std::array<double, 2> kWindow_mm = {40, 30};  // of the sensors that are imitated
@@ -32,21 +32,21 @@ double quantile(std::vector<double> values, double share) {
 }
 
 /// The example as a noisy sensor with a window reads it, at `count` of its loads.
-LumpReading noisy(const LumpReading& ideal, size_t count, double noise_share, uint64_t seed) {
+Observation noisy(const Observation& ideal, size_t count, double noise_share, uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
-  LumpReading reading = ideal;
+  Observation reading = ideal;
   const size_t all = ideal.force_N.size();
   reading.pressure_Pa.clear();
   reading.force_N.clear();
-  const ForwardMap& last = ideal.pressure_Pa.back();
+  const fem::Map& last = ideal.pressure_Pa.back();
   double peak = 0;
-  const uint32_t half_x = std::min(window_nodes(kWindow_mm[0], last.pitch_mm[0]), last.width) / 2,
-                 half_y = std::min(window_nodes(kWindow_mm[1], last.pitch_mm[1]), last.height) / 2;
+  const uint32_t half_x = std::min(fem::window_nodes(kWindow_mm[0], last.pitch_mm[0]), last.width) / 2,
+                 half_y = std::min(fem::window_nodes(kWindow_mm[1], last.pitch_mm[1]), last.height) / 2;
   for (size_t k = 0; k < count; ++k) {
     const size_t load = all - 1 - (count - 1 - k) * all / count;
-    const ForwardMap& from = ideal.pressure_Pa[load];
-    ForwardMap map;
+    const fem::Map& from = ideal.pressure_Pa[load];
+    fem::Map map;
     map.pitch_mm = from.pitch_mm;
     map.width = 2 * half_x + 1;
     map.height = 2 * half_y + 1;
@@ -58,7 +58,7 @@ LumpReading noisy(const LumpReading& ideal, size_t count, double noise_share, ui
     reading.force_N.push_back(ideal.force_N[load]);
   }
   reading.noise_Pa = noise_share * peak;
-  for (ForwardMap& map : reading.pressure_Pa)
+  for (fem::Map& map : reading.pressure_Pa)
     for (float& value : map.values) value += static_cast<float>(reading.noise_Pa * normal(random));
   for (double& force : reading.force_N) force *= 1 + kSensorGauge * normal(random);
   for (size_t k = 1; k < reading.force_N.size(); ++k)
@@ -68,21 +68,21 @@ LumpReading noisy(const LumpReading& ideal, size_t count, double noise_share, ui
 
 struct Trial {
   bool usable = false;
-  LumpEvidence found;
+  Evidence found;
 };
 
 /// Trials of one method at one number of loads and one noise.
 class Calibrator {
  public:
-  Calibrator(const LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options);
+  Calibrator(const Model& model, const Examples& all, const TrainingOptions& options);
 
-  LumpTrust trust(LumpMethod method, size_t loads, size_t noise) const;
+  Calibration trust(Method method, size_t loads, size_t noise) const;
   /// Told after each trial; false stops all.
   std::function<bool()> told = [] { return true; };
 
  private:
   struct Setting {
-    LumpMethod method;
+    Method method;
     size_t loads, noise;
   };
   Trial trial(const Setting& at, size_t number, bool lump, double warmth) const;
@@ -92,15 +92,15 @@ class Calibrator {
     return from[(number * 7919 + 13 * at.noise + 5 * at.loads) % from.size()];
   }
 
-  const LumpModel& model_;
-  const LumpExamples& all_;
-  const LumpTrainingOptions& options_;
+  const Model& model_;
+  const Examples& all_;
+  const TrainingOptions& options_;
   std::vector<size_t> lumps_, plain_;
-  std::vector<size_t> part_;        ///< by example: who judges it, where it holds no lump
-  std::vector<LumpModel> without_;  ///< with bases that were made without a part of the blocks without a lump
+  std::vector<size_t> part_;    ///< by example: who judges it, where it holds no lump
+  std::vector<Model> without_;  ///< with bases that were made without a part of the blocks without a lump
 };
 
-Calibrator::Calibrator(const LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options)
+Calibrator::Calibrator(const Model& model, const Examples& all, const TrainingOptions& options)
     : model_(model), all_(all), options_(options), part_(all.examples.size()) {
   for (size_t i = 0; i < all.examples.size(); ++i) {
     if (!all.examples[i].lump)
@@ -117,14 +117,15 @@ Calibrator::Calibrator(const LumpModel& model, const LumpExamples& all, const Lu
 }
 
 Trial Calibrator::trial(const Setting& at, size_t number, bool lump, double warmth) const {
-  const uint64_t seed = options_.seed * 1000003 + (at.loads * kTrustNoise.size() + at.noise) * 100000;
+  const uint64_t seed = options_.seed * 1000003 + (at.loads * kCalibrationNoise.size() + at.noise) * 100000;
   const size_t example = this->example(at, number, lump);
-  const LumpReading& ideal = all_.readings[example];
-  const LumpReading reading = noisy(ideal, std::min<size_t>(kTrustLoads[at.loads], ideal.force_N.size()),
-                                    kTrustNoise[at.noise], seed + 2 * number + (lump ? 1 : 0));
-  const LumpModel& judge = lump ? model_ : without_[part_[example]];
+  const Observation& ideal = all_.readings[example];
+  const Observation reading =
+      noisy(ideal, std::min<size_t>(kCalibrationLoads[at.loads], ideal.force_N.size()),
+            kCalibrationNoise[at.noise], seed + 2 * number + (lump ? 1 : 0));
+  const Model& judge = lump ? model_ : without_[part_[example]];
   Trial t;
-  LumpEstimate ignored;
+  Estimate ignored;
   if (const auto nodes = pressed_nodes(judge, reading, ignored)) {
     t.found = weigh_lumps(judge, *nodes, at.method, warmth);
     t.usable = true;
@@ -144,12 +145,12 @@ std::vector<Trial> Calibrator::trials(const Setting& at, size_t count, bool lump
   return found;
 }
 
-LumpTrust Calibrator::trust(LumpMethod method, size_t loads, size_t noise) const {
+Calibration Calibrator::trust(Method method, size_t loads, size_t noise) const {
   const Setting at{method, loads, noise};
   const double false_alarms = model_.false_alarm_rate;
-  LumpTrust trust;
+  Calibration trust;
   std::vector<double> misfits;
-  if (method == LumpMethod::Refined) {
+  if (method == Method::Refined) {
     // How much larger misfits are than noise and emulator account for.
     for (const Trial& t : trials(at, options_.trials / 3, true, 1))
       if (t.usable) misfits.push_back(t.found.misfit);
@@ -172,10 +173,10 @@ LumpTrust Calibrator::trust(LumpMethod method, size_t loads, size_t noise) const
   for (size_t i = 0; i < lumps.size(); ++i) {
     const Trial& t = lumps[i];
     if (!t.usable || t.found.evidence < trust.evidence) continue;
-    const LumpExample& truth = all_.examples[example(at, i, true)];
+    const Example& truth = all_.examples[example(at, i, true)];
     const std::array<double, kParameters> wanted = {std::log(truth.size_mm), std::log(truth.depth_mm),
                                                     std::log(truth.stiffness_ratio)};
-    for (const LumpParameter p : {kSize, kDepth, kRatio}) {
+    for (const Parameter p : {kSize, kDepth, kRatio}) {
       const double middle = t.found.posterior.quantile(p, 0.5);
       const double off = wanted[p] - middle;
       const double half = off > 0 ? t.found.posterior.quantile(p, 0.95) - middle
@@ -198,7 +199,7 @@ LumpTrust Calibrator::trust(LumpMethod method, size_t loads, size_t noise) const
     trust.place_stretch = 3;
     return trust;
   }
-  for (const LumpParameter p : {kSize, kDepth, kRatio}) {
+  for (const Parameter p : {kSize, kDepth, kRatio}) {
     trust.stretch[p] = std::clamp(quantile(scores[p], kCoverage), 0.2, 30.0);
     trust.median_error[p] = quantile(errors[p], 0.5);
   }
@@ -211,9 +212,9 @@ LumpTrust Calibrator::trust(LumpMethod method, size_t loads, size_t noise) const
 
 }  // namespace
 
-void calibrate(LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options) {
+void calibrate(Model& model, const Examples& all, const TrainingOptions& options) {
   Calibrator calibrator(model, all, options);
-  const size_t settings = kTrustLoads.size() * kTrustNoise.size();
+  const size_t settings = kCalibrationLoads.size() * kCalibrationNoise.size();
   const size_t total = settings * (4 * options.trials + options.trials / 3);
   std::atomic<size_t> done = 0;
   if (options.progress)
@@ -222,18 +223,18 @@ void calibrate(LumpModel& model, const LumpExamples& all, const LumpTrainingOpti
                               kFrom + kTold * static_cast<double>(++done) / static_cast<double>(total));
     };
   decltype(model.trust) tables;
-  for (const LumpMethod method : {LumpMethod::Network, LumpMethod::Refined})
-    for (size_t l = 0; l < kTrustLoads.size(); ++l)
-      for (size_t n = 0; n < kTrustNoise.size(); ++n)
+  for (const Method method : {Method::Network, Method::Refined})
+    for (size_t l = 0; l < kCalibrationLoads.size(); ++l)
+      for (size_t n = 0; n < kCalibrationNoise.size(); ++n)
         tables[static_cast<size_t>(method)][l][n] = calibrator.trust(method, l, n);
   // Few readings lie beyond a threshold: those of other noise speak too, and what errs, errs to caution.
-  for (LumpModel::TrustTable& table : tables)
+  for (Model::TrustTable& table : tables)
     for (auto& row : table) {
       double evidence = 0;
-      for (const LumpTrust& trust : row) evidence = std::max(evidence, trust.evidence);
-      for (LumpTrust& trust : row) trust.evidence = evidence;
+      for (const Calibration& trust : row) evidence = std::max(evidence, trust.evidence);
+      for (Calibration& trust : row) trust.evidence = evidence;
     }
   model.trust = tables;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -8,7 +8,7 @@
 #include "engine/lump/training/steps.h"
 #include "engine/numeric/dense.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 using Eigen::MatrixXd;
@@ -27,15 +27,15 @@ struct Seen {
   std::vector<double> loads;
 };
 
-std::vector<Seen> learn_from(const LumpModel& model, const LumpExamples& all, uint32_t threads) {
+std::vector<Seen> learn_from(const Model& model, const Examples& all, uint32_t threads) {
   std::vector<std::vector<Seen>> found(all.examples.size());
   in_parallel(threads, all.examples.size(), [&](size_t i) {
-    const LumpExample& e = all.examples[i];
+    const Example& e = all.examples[i];
     if (!e.lump) return;
-    LumpEstimate ignored;
+    Estimate ignored;
     const auto nodes = pressed_nodes(model, all.readings[i], ignored);
     if (!nodes) return;
-    const bool round = e.shape == LumpShape::Sphere || e.shape == LumpShape::Cylinder;
+    const bool round = e.shape == fem::InclusionShape::Sphere || e.shape == fem::InclusionShape::Cylinder;
     for (const bool swapped : {false, true}) {
       if (!round && swapped != e.along_y) continue;
       PatchView view(model, *nodes, e.offset_mm, swapped);
@@ -49,8 +49,8 @@ std::vector<Seen> learn_from(const LumpModel& model, const LumpExamples& all, ui
       seen.out = seen.whole;
       seen.loads = nodes->loads;
       seen.peak = nodes->total.maxCoeff();
-      seen.in.resize(kLumpFeatures, seen.out.cols());
-      const LumpGuess guess{e.shape, std::log(e.size_mm), std::log(e.depth_mm), std::log(e.stiffness_ratio)};
+      seen.in.resize(kFeatures, seen.out.cols());
+      const Guess guess{e.shape, std::log(e.size_mm), std::log(e.depth_mm), std::log(e.stiffness_ratio)};
       seen.amplitude = lump_amplitude(guess);
       for (Eigen::Index k = 0; k < seen.out.cols(); ++k) {
         const double load = nodes->loads[static_cast<size_t>(k)];
@@ -67,7 +67,7 @@ std::vector<Seen> learn_from(const LumpModel& model, const LumpExamples& all, ui
 }
 
 /// A member's bumps of a sample, fields x loads; -1: the mean of all.
-MatrixXd bumps_of(const LumpModel& model, const Seen& s, int member) {
+MatrixXd bumps_of(const Model& model, const Seen& s, int member) {
   const MatrixXf scaled = model.in_scale.asDiagonal() * (s.in.colwise() - model.in_mean);
   const size_t first = member < 0 ? 0 : static_cast<size_t>(member),
                last = member < 0 ? model.members.size() : first + 1;
@@ -102,8 +102,7 @@ struct ErrorSum {
 };
 
 /// How far the mean of all is off on blocks that none has seen, and how that goes with how far they differ.
-void judge_members(LumpModel& model, const LumpExamples& all, const std::vector<Seen>& seen,
-                   LumpTrainingReport& report) {
+void judge_members(Model& model, const Examples& all, const std::vector<Seen>& seen, TrainingReport& report) {
   std::vector<double> sizes;
   for (const Seen& s : seen) sizes.push_back(s.whole.rightCols(1).norm());
   const double faint = 0.2 * median(std::move(sizes));
@@ -159,13 +158,13 @@ void judge_members(LumpModel& model, const LumpExamples& all, const std::vector<
 
 }  // namespace
 
-void train_members(LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options,
-                   LumpTrainingReport& report) {
+void train_ensemble(Model& model, const Examples& all, const TrainingOptions& options,
+                    TrainingReport& report) {
   const std::vector<Seen> seen = learn_from(model, all, options.threads);
   Eigen::Index samples = 0;
   for (const Seen& s : seen) samples += s.out.cols();
   const Eigen::Index fields = model.patch.count();
-  MatrixXf in(kLumpFeatures, samples), out(fields, samples), weight(fields, samples);
+  MatrixXf in(kFeatures, samples), out(fields, samples), weight(fields, samples);
   std::vector<size_t> example_of;
   Eigen::Index at = 0;
   for (const Seen& s : seen)
@@ -195,7 +194,7 @@ void train_members(LumpModel& model, const LumpExamples& all, const LumpTraining
     for (size_t s = 0; s < example_of.size(); ++s)
       if (!kept_aside(example_of[s])) taught.push_back(static_cast<Eigen::Index>(s));
     SmallNetwork network =
-        SmallNetwork::random({kLumpFeatures, options.hidden, options.hidden, static_cast<uint32_t>(fields)},
+        SmallNetwork::random({kFeatures, options.hidden, options.hidden, static_cast<uint32_t>(fields)},
                              options.seed * 1000 + member);
     NetworkTraining how;
     how.rounds = options.rounds;
@@ -216,4 +215,4 @@ void train_members(LumpModel& model, const LumpExamples& all, const LumpTraining
   judge_members(model, all, seen, report);
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -1,15 +1,15 @@
 #include "engine/lump/training/examples.h"
 
-namespace palpate {
+namespace palpate::lump {
 
-std::vector<LumpExample> lump_examples(const LumpData& data) {
-  std::vector<LumpExample> examples;
-  for (const LumpSample& sample : data.samples) {
+std::vector<Example> lump_examples(const Data& data) {
+  std::vector<Example> examples;
+  for (const Sample& sample : data.samples) {
     if (sample.pressure_Pa.empty()) continue;
-    LumpExample e;
+    Example e;
     e.lump = sample.what.lump.has_value();
     if (e.lump) {
-      const LumpCase::Lump& lump = *sample.what.lump;
+      const Case::Lump& lump = *sample.what.lump;
       e.shape = lump.shape;
       e.along_y = lump.along_y;
       e.size_mm = lump.diameter_mm;
@@ -28,4 +28,4 @@ std::vector<LumpExample> lump_examples(const LumpData& data) {
   return examples;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

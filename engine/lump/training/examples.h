@@ -6,9 +6,9 @@
 #include "engine/lump/dataset/file.h"
 #include "engine/lump/training/training.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// The cases that reached at least one load, in their order; loads that were not reached are left out.
-std::vector<LumpExample> lump_examples(const LumpData& data);
+std::vector<Example> lump_examples(const Data& data);
 
-}  // namespace palpate
+}  // namespace palpate::lump

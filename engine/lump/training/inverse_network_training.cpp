@@ -12,7 +12,7 @@
 #include "engine/lump/training/steps.h"
 #include "engine/numeric/dense.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 using Eigen::MatrixXd;
@@ -28,8 +28,8 @@ constexpr uint32_t kWayBumps = 4000;
 constexpr double kShift_mm = 0.5;  // of those
 
 /// Lumps as the data sets have them.
-LumpSweep sweep_of(const LumpModel& model, uint64_t seed) {
-  LumpSweep sweep;
+Sweep sweep_of(const Model& model, uint64_t seed) {
+  Sweep sweep;
   sweep.seed = seed;
   sweep.size_mm = {model.size_mm[0], model.size_mm[1]};
   sweep.depth_mm = {model.depth_mm[0], model.depth_mm[1]};
@@ -42,12 +42,12 @@ LumpSweep sweep_of(const LumpModel& model, uint64_t seed) {
   sweep.no_lump_share = 0;
   sweep.shapes.clear();
   for (size_t s = 0; s < model.shapes.size(); ++s)
-    if (model.shapes[s]) sweep.shapes.push_back(static_cast<LumpShape>(s));
+    if (model.shapes[s]) sweep.shapes.push_back(static_cast<fem::InclusionShape>(s));
   return sweep;
 }
 
-LumpSetting setting_of(const LumpModel& model, const LumpCase& what) {
-  LumpSetting setting;
+Setting setting_of(const Model& model, const Case& what) {
+  Setting setting;
   setting.thickness_mm = what.thickness_mm;
   setting.cell_mm = model.cell_mm;
   setting.x_mm = std::abs(what.lump->offset_mm[what.lump->along_y ? 1 : 0]);
@@ -55,12 +55,12 @@ LumpSetting setting_of(const LumpModel& model, const LumpCase& what) {
   return setting;
 }
 
-LumpGuess guess_of(const LumpCase::Lump& lump) {
+Guess guess_of(const Case::Lump& lump) {
   return {lump.shape, std::log(lump.diameter_mm), std::log(lump.depth_mm), std::log(lump.stiffness_ratio)};
 }
 
 /// Factors of a bump to those of the same bump across the patch.
-MatrixXd transposition(const LumpPatch& patch) {
+MatrixXd transposition(const Patch& patch) {
   const auto n = static_cast<Eigen::Index>(patch.side);
   MatrixXf turned(patch.fields.rows(), patch.fields.cols());
   for (Eigen::Index j = 0; j < n; ++j)
@@ -69,7 +69,7 @@ MatrixXd transposition(const LumpPatch& patch) {
 }
 
 /// Moves a bump's factors by a little.
-MatrixXd moved(const LumpPatch& patch, const MatrixXd& factors, double u_mm, double v_mm) {
+MatrixXd moved(const Patch& patch, const MatrixXd& factors, double u_mm, double v_mm) {
   const MatrixXd shift = u_mm * patch.along_x + v_mm * patch.along_y;
   const MatrixXd once = dense::product(shift, factors);
   return factors - once + 0.5 * dense::product(shift, once);
@@ -78,18 +78,18 @@ MatrixXd moved(const LumpPatch& patch, const MatrixXd& factors, double u_mm, dou
 /// A simulated reading with its truth.
 struct Made {
   PressedNodes nodes;
-  LumpCase what;
+  Case what;
 };
 
 class ReadingMaker {
  public:
-  ReadingMaker(const LumpModel& model, uint64_t seed)
+  ReadingMaker(const Model& model, uint64_t seed)
       : model_(model), sweep_(sweep_of(model, seed)), seed_(seed) {
     const dense::SymmetricEigen eigen = dense::symmetric_eigen(model.discrepancy);
     discrepancy_root_ = eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
   }
 
-  LumpCase lump(uint32_t number) const { return lump_case(sweep_, number); }
+  Case lump(uint32_t number) const { return lump_case(sweep_, number); }
   std::mt19937_64 random(uint32_t number) const {
     std::seed_seq mixed{static_cast<uint32_t>(seed_), static_cast<uint32_t>(seed_ >> 32), number};
     return std::mt19937_64(mixed);
@@ -100,8 +100,8 @@ class ReadingMaker {
   void choose_nodes(Made& made, std::mt19937_64& random) const;
   std::vector<double> choose_loads(std::mt19937_64& random) const;
 
-  const LumpModel& model_;
-  LumpSweep sweep_;
+  const Model& model_;
+  Sweep sweep_;
   uint64_t seed_;
   MatrixXd discrepancy_root_;
 };
@@ -174,7 +174,7 @@ Made ReadingMaker::make(uint32_t number, std::mt19937_64& random) const {
   std::uniform_real_distribution<double> share(0, 1);
   Made made;
   made.what = lump(number);
-  const LumpCase::Lump& lump = *made.what.lump;
+  const Case::Lump& lump = *made.what.lump;
   choose_nodes(made, random);
   PressedNodes& nodes = made.nodes;
   nodes.loads = choose_loads(random);
@@ -238,7 +238,7 @@ Made ReadingMaker::make(uint32_t number, std::mt19937_64& random) const {
 }
 
 /// How bumps differ: fills loads, ways and middle.
-void find_ways(LumpReader& reader, const LumpModel& model, const ReadingMaker& maker, uint32_t ways) {
+void find_ways(InverseNetwork& reader, const Model& model, const ReadingMaker& maker, uint32_t ways) {
   const auto [least, most] = model.load;
   reader.loads = {least, least + (most - least) / 4, least + (most - least) * 0.6, most};
   const std::vector<double> loads(reader.loads.begin(), reader.loads.end());
@@ -248,7 +248,7 @@ void find_ways(LumpReader& reader, const LumpModel& model, const ReadingMaker& m
   for (uint32_t i = 0; i < kWayBumps; ++i) {
     std::mt19937_64 random = maker.random(i);
     std::uniform_real_distribution<double> any(-kShift_mm, kShift_mm);
-    const LumpCase what = maker.lump(i);
+    const Case what = maker.lump(i);
     MatrixXd factors = bump_factors(model, guess_of(*what.lump), setting_of(model, what), loads, -1);
     const double u = any(random), v = any(random);
     factors = moved(model.patch, factors, u, v);
@@ -318,9 +318,9 @@ double lesson_loss(const Lesson& lesson, const Eigen::Ref<const Eigen::VectorXf>
 
 }  // namespace
 
-double teach_reader(LumpModel& model, const LumpTrainingOptions& options) {
+double train_inverse_network(Model& model, const TrainingOptions& options) {
   namespace at = reader_output;
-  LumpReader& reader = model.reader;
+  InverseNetwork& reader = model.reader;
   reader = {};
   const ReadingMaker maker(model, options.seed ^ 0x5eed0f7ead127ULL);
   find_ways(reader, model, maker, options.ways);
@@ -330,7 +330,7 @@ double teach_reader(LumpModel& model, const LumpTrainingOptions& options) {
     reader.scale[p] = std::max(0.05, (std::log(ranges[p][1]) - std::log(ranges[p][0])) / std::sqrt(12.0));
   }
   const uint32_t count = options.readings;
-  MatrixXf in(reader.ways.cols() + LumpReader::kOthers + LumpReader::kOpen, count);
+  MatrixXf in(reader.ways.cols() + InverseNetwork::kOthers + InverseNetwork::kOpen, count);
   std::vector<Lesson> lessons(count);
   std::atomic<bool> stop = false;
   std::atomic<uint32_t> made_count = 0;
@@ -339,8 +339,9 @@ double teach_reader(LumpModel& model, const LumpTrainingOptions& options) {
     std::mt19937_64 random = maker.random(static_cast<uint32_t>(kWayBumps + i));
     std::normal_distribution<double> normal;
     const Made made = maker.make(static_cast<uint32_t>(kWayBumps + i), random);
-    const LumpCase::Lump& lump = *made.what.lump;
-    const bool round = lump.shape == LumpShape::Sphere || lump.shape == LumpShape::Cylinder;
+    const Case::Lump& lump = *made.what.lump;
+    const bool round =
+        lump.shape == fem::InclusionShape::Sphere || lump.shape == fem::InclusionShape::Cylinder;
     std::array<double, 2> place = lump.offset_mm;
     bool across = random() % 3 == 0;
     if (random() % 2 == 0) {
@@ -354,8 +355,8 @@ double teach_reader(LumpModel& model, const LumpTrainingOptions& options) {
     Lesson& lesson = lessons[i];
     lesson.shape = static_cast<size_t>(lump.shape);
     lesson.output = static_cast<Eigen::Index>(lesson.shape);
-    if (!round && across) lesson.output = lump.shape == LumpShape::Ellipsoid ? 4 : 5;
-    const LumpGuess guess = guess_of(lump);
+    if (!round && across) lesson.output = lump.shape == fem::InclusionShape::Ellipsoid ? 4 : 5;
+    const Guess guess = guess_of(lump);
     const std::array<double, kParameters> logs = {guess.log_size, guess.log_depth, guess.log_ratio};
     for (size_t p = 0; p < kParameters; ++p)
       lesson.logs[p] = static_cast<float>((logs[p] - reader.mean[p]) / reader.scale[p]);
@@ -409,4 +410,4 @@ double teach_reader(LumpModel& model, const LumpTrainingOptions& options) {
   return std::accumulate(last.begin(), last.end(), 0.0) / options.readers;
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -9,23 +9,23 @@
 
 #include "engine/lump/network/network.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// A block whose lump is known.
-struct LumpExample {
+struct Example {
   bool lump = true;
-  LumpShape shape = LumpShape::Sphere;
+  fem::InclusionShape shape = fem::InclusionShape::Sphere;
   bool along_y = false;                                   ///< long shapes: their long axis is y
-  double size_mm = 0, depth_mm = 0, stiffness_ratio = 1;  ///< size as in LumpEstimate
+  double size_mm = 0, depth_mm = 0, stiffness_ratio = 1;  ///< size as in Estimate
   std::array<double, 2> offset_mm{};
   std::array<double, 3> block_mm = {40, 40, 20};
   double young_Pa = 4000;
   double cell_mm = 1.25;  ///< of the grid that it was solved on, along x
-  std::vector<ForwardMap> pressure_Pa;
+  std::vector<fem::Map> pressure_Pa;
   std::vector<double> force_N;
 };
 
-struct LumpTrainingOptions {
+struct TrainingOptions {
   uint64_t seed = 1;
   uint32_t members = 4;          ///< emulators whose mean is used
   uint32_t hidden = 96;          ///< width of both hidden layers
@@ -44,7 +44,7 @@ struct LumpTrainingOptions {
   std::function<bool(const std::string& what, double share)> progress = {};
 };
 
-struct LumpTrainingReport {
+struct TrainingReport {
   uint32_t lumps = 0, no_lumps = 0, left_out = 0;  ///< examples; left out: without a single load
   double base_error = 0;                           ///< RMS, share of the mean pressure
   double fields_error = 0;  ///< RMS of what the fields miss, share of the peak pressure
@@ -53,11 +53,11 @@ struct LumpTrainingReport {
   double network_error_seen = 0;  ///< the same on cases that it learnt from
   uint32_t kept_aside = 0;        ///< blocks with a lump that only the calibration sees
   double mean_error = 0;          ///< the same as network_error, median over the blocks
-  double error_over_spread = 0;   ///< see LumpModel
+  double error_over_spread = 0;   ///< see Model
   double reader_loss = 0;         ///< mean of -log likelihood, see teach_reader()
 };
 
-/// Thrown where LumpTrainingOptions::progress asked to stop.
+/// Thrown where TrainingOptions::progress asked to stop.
 struct Stopped {};
 
-}  // namespace palpate
+}  // namespace palpate::lump

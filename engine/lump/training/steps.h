@@ -7,7 +7,7 @@
 #include "engine/lump/network/model.h"
 #include "engine/lump/training/options.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// The part of several that an example is in. Scrambled: a sweep's neighbours are far apart in turn.
 inline size_t part_of(size_t example, size_t parts) {
@@ -20,30 +20,29 @@ inline bool kept_aside(size_t example) {
 }
 
 /// Ideal readings of the examples, in their order.
-struct LumpExamples {
-  std::vector<LumpExample> examples;  ///< without their maps
-  std::vector<LumpReading> readings;
+struct Examples {
+  std::vector<Example> examples;  ///< without their maps
+  std::vector<Observation> readings;
 };
 
 /// The base fitted to the examples without a lump for which `used` is true.
-LumpBase fit_base(const LumpModel& model, const LumpExamples& all, const std::function<bool(size_t)>& used);
+Base fit_base(const Model& model, const Examples& all, const std::function<bool(size_t)>& used);
 
 /// The fields that bumps are best made of. `missed`: RMS share of the peak that they miss.
-LumpPatch fit_patch(const LumpModel& model, const LumpExamples& all, uint32_t count, uint64_t seed,
-                    double& missed);
+Patch fit_patch(const Model& model, const Examples& all, uint32_t count, uint64_t seed, double& missed);
 
 /// The emulator: fills members, scales, discrepancy and correlation.
-void train_members(LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options,
-                   LumpTrainingReport& report);
+void train_ensemble(Model& model, const Examples& all, const TrainingOptions& options,
+                    TrainingReport& report);
 
 /// The network from readings to lumps: fills the reader. Returns its loss at the end: the mean of -log
-/// likelihoods of shape, logarithms (in units of LumpReader::scale) and shift (mm).
-double teach_reader(LumpModel& model, const LumpTrainingOptions& options);
+/// likelihoods of shape, logarithms (in units of InverseNetwork::scale) and shift (mm).
+double train_inverse_network(Model& model, const TrainingOptions& options);
 
 /// Fills the tables of trust from readings of examples that were kept aside.
-void calibrate(LumpModel& model, const LumpExamples& all, const LumpTrainingOptions& options);
+void calibrate(Model& model, const Examples& all, const TrainingOptions& options);
 
 /// Calls work(i) for i in [0, count) on `threads` threads (0: one per core).
 void in_parallel(uint32_t threads, size_t count, const std::function<void(size_t)>& work);
 
-}  // namespace palpate
+}  // namespace palpate::lump

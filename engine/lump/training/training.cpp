@@ -14,13 +14,13 @@
 #include "engine/numeric/dense.h"
 #include "palpate/error.h"
 
-namespace palpate {
+namespace palpate::lump {
 namespace {
 
 constexpr size_t kFewestPlain = 6, kFewestLumps = 24, kFewestAside = 4;
 constexpr double kShift_mm = 0.7;  // of copies that teach the fields how bumps move
 
-double load_of(const LumpReading& reading, size_t k) {
+double load_of(const Observation& reading, size_t k) {
   return reading.force_N[k] / (reading.block_mm[0] * reading.block_mm[1] * 1e-6 * reading.young_Pa);
 }
 
@@ -29,13 +29,13 @@ void widen(std::array<double, 2>& range, double value) {
 }
 
 /// What the examples span.
-void find_ranges(LumpModel& model, const LumpExamples& all) {
+void find_ranges(Model& model, const Examples& all) {
   constexpr std::array<double, 2> kNothing = {1e30, -1e30};
   model.size_mm = model.depth_mm = model.ratio = model.thickness_mm = model.load = kNothing;
   model.cell_mm = 1e30;
   model.floor_mm = 1e30;
   for (size_t i = 0; i < all.examples.size(); ++i) {
-    const LumpExample& e = all.examples[i];
+    const Example& e = all.examples[i];
     widen(model.thickness_mm, e.block_mm[2]);
     for (size_t k = 0; k < all.readings[i].force_N.size(); ++k)
       widen(model.load, load_of(all.readings[i], k));
@@ -76,17 +76,17 @@ void in_parallel(uint32_t threads, size_t count, const std::function<void(size_t
   if (failure) std::rethrow_exception(failure);
 }
 
-LumpBase fit_base(const LumpModel& model, const LumpExamples& all, const std::function<bool(size_t)>& used) {
-  LumpBase base;
+Base fit_base(const Model& model, const Examples& all, const std::function<bool(size_t)>& used) {
+  Base base;
   base.pitch_mm = model.node_pitch_mm;
-  base.side = (window_nodes(model.block_mm[0], model.node_pitch_mm) + 1) / 2;
+  base.side = (fem::window_nodes(model.block_mm[0], model.node_pitch_mm) + 1) / 2;
   const auto n = static_cast<Eigen::Index>(base.side);
   std::vector<Eigen::VectorXd> rows, values;
   for (size_t i = 0; i < all.examples.size(); ++i) {
     if (all.examples[i].lump || !used(i)) continue;
-    const LumpReading& reading = all.readings[i];
+    const Observation& reading = all.readings[i];
     for (size_t k = 0; k < reading.force_N.size(); ++k) {
-      const ForwardMap& map = reading.pressure_Pa[k];
+      const fem::Map& map = reading.pressure_Pa[k];
       const double load = load_of(reading, k);
       // All eight images of the quarter's node: the block looks the same from every side.
       Eigen::VectorXd value(n * n);
@@ -102,11 +102,11 @@ LumpBase fit_base(const LumpModel& model, const LumpExamples& all, const std::fu
                                                 static_cast<uint32_t>(middle + sy * x)));
           value(y * n + x) = sum / 8 / (reading.young_Pa * load);
         }
-      rows.emplace_back(LumpBase::terms(reading.block_mm[2], load).cast<double>());
+      rows.emplace_back(Base::terms(reading.block_mm[2], load).cast<double>());
       values.push_back(value);
     }
   }
-  Eigen::MatrixXd left(static_cast<Eigen::Index>(rows.size()), LumpBase::kTerms), right(left.rows(), n * n);
+  Eigen::MatrixXd left(static_cast<Eigen::Index>(rows.size()), Base::kTerms), right(left.rows(), n * n);
   for (size_t r = 0; r < rows.size(); ++r) {
     left.row(static_cast<Eigen::Index>(r)) = rows[r];
     right.row(static_cast<Eigen::Index>(r)) = values[r];
@@ -125,22 +125,21 @@ LumpBase fit_base(const LumpModel& model, const LumpExamples& all, const std::fu
   return base;
 }
 
-LumpPatch fit_patch(const LumpModel& model, const LumpExamples& all, uint32_t count, uint64_t seed,
-                    double& missed) {
-  LumpPatch patch;
+Patch fit_patch(const Model& model, const Examples& all, uint32_t count, uint64_t seed, double& missed) {
+  Patch patch;
   const auto n = static_cast<Eigen::Index>(patch.side);
   const double middle = static_cast<double>(n - 1) / 2;
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> any(-kShift_mm, kShift_mm);
   std::vector<Eigen::VectorXf> bumps;
   for (size_t i = 0; i < all.examples.size(); ++i) {
-    const LumpExample& e = all.examples[i];
+    const Example& e = all.examples[i];
     if (!e.lump || kept_aside(i)) continue;
-    const LumpReading& reading = all.readings[i];
+    const Observation& reading = all.readings[i];
     const float peak =
         *std::max_element(reading.pressure_Pa.back().values.begin(), reading.pressure_Pa.back().values.end());
     const double sign_x = e.offset_mm[0] < 0 ? -1 : 1, sign_y = e.offset_mm[1] < 0 ? -1 : 1;
-    const bool round = e.shape == LumpShape::Sphere || e.shape == LumpShape::Cylinder;
+    const bool round = e.shape == fem::InclusionShape::Sphere || e.shape == fem::InclusionShape::Cylinder;
     // Neighbouring loads look alike: every second is enough.
     for (size_t k = (reading.force_N.size() + 1) % 2; k < reading.force_N.size(); k += 2) {
       const Eigen::VectorXf quarter = model.base.quarter(reading.block_mm[2], load_of(reading, k));
@@ -180,9 +179,9 @@ LumpPatch fit_patch(const LumpModel& model, const LumpExamples& all, uint32_t co
   return patch;
 }
 
-LumpNetwork train_lumps(const std::vector<LumpExample>& examples, const LumpTrainingOptions& options,
-                        LumpTrainingReport& report) {
-  auto model = std::make_shared<LumpModel>();
+Network train_lumps(const std::vector<Example>& examples, const TrainingOptions& options,
+                    TrainingReport& report) {
+  auto model = std::make_shared<Model>();
   const auto refuse = [](const std::string& wanted, const std::string& found) {
     throw Error(Failure::Input, wanted, found,
                 "palpate lump dataset with its own ranges, more cases, or both");
@@ -196,13 +195,13 @@ LumpNetwork train_lumps(const std::vector<LumpExample>& examples, const LumpTrai
                 "others", "the defaults");
   if (options.readings < 1000 || options.readings > 10000000 || options.readers < 1 || options.readers > 16 ||
       options.reader_hidden < 4 || options.reader_hidden > 1024 || options.reader_rounds < 1 ||
-      options.ways < static_cast<uint32_t>(LumpReader::kOpen) || options.ways > 400)
+      options.ways < static_cast<uint32_t>(InverseNetwork::kOpen) || options.ways > 400)
     throw Error(Failure::Usage,
                 "1000 to 10000000 readings, 1 to 16 readers of 4 to 1024 hidden, 10 to 400 ways", "others",
                 "the defaults");
-  LumpExamples all;
+  Examples all;
   say("reading", 0);
-  for (const LumpExample& e : examples) {
+  for (const Example& e : examples) {
     if (e.pressure_Pa.empty()) {
       ++report.left_out;
       continue;
@@ -213,7 +212,7 @@ LumpNetwork train_lumps(const std::vector<LumpExample>& examples, const LumpTrai
       refuse("examples of one square block", std::to_string(e.block_mm[0]) + " x " +
                                                  std::to_string(e.block_mm[1]) + " mm after " +
                                                  std::to_string(model->block_mm[0]) + " mm");
-    LumpExample bare = e;
+    Example bare = e;
     bare.pressure_Pa.clear();
     all.examples.push_back(std::move(bare));
     ++(e.lump ? report.lumps : report.no_lumps);
@@ -233,7 +232,7 @@ LumpNetwork train_lumps(const std::vector<LumpExample>& examples, const LumpTrai
   for (size_t i = 0; i < examples.size(); ++i)
     if (!examples[i].pressure_Pa.empty()) usable.push_back(i);
   in_parallel(options.threads, usable.size(), [&](size_t i) {
-    const LumpExample& e = examples[usable[i]];
+    const Example& e = examples[usable[i]];
     all.readings[i] = ideal_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, model->node_pitch_mm);
   });
   find_ranges(*model, all);
@@ -241,12 +240,12 @@ LumpNetwork train_lumps(const std::vector<LumpExample>& examples, const LumpTrai
   model->base = fit_base(*model, all, [](size_t) { return true; });
   report.base_error = model->base.residual;
   model->patch = fit_patch(*model, all, options.fields, options.seed, report.fields_error);
-  train_members(*model, all, options, report);
-  report.reader_loss = teach_reader(*model, options);
+  train_ensemble(*model, all, options, report);
+  report.reader_loss = train_inverse_network(*model, options);
   calibrate(*model, all, options);
   model->made_from = options.made_from;
   say("done", 1);
-  return LumpNetwork(std::move(model));
+  return Network(std::move(model));
 }
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -5,11 +5,11 @@
 
 #include "engine/lump/training/options.h"
 
-namespace palpate {
+namespace palpate::lump {
 
 /// Deterministic by seed, whatever the number of threads. Throws Error(Failure::Input) where the examples do
 /// not do: other blocks, too few, no blocks without a lump.
-LumpNetwork train_lumps(const std::vector<LumpExample>& examples, const LumpTrainingOptions& options,
-                        LumpTrainingReport& report);
+Network train_lumps(const std::vector<Example>& examples, const TrainingOptions& options,
+                    TrainingReport& report);
 
-}  // namespace palpate
+}  // namespace palpate::lump

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 constexpr uint32_t kWidth_px = 640, kHeight_px = 480;
 
 /// Pressure at a place from the surface's middle, linear between nodes; 0 off the block.
-double pressure_MPa(const ForwardMap& map, double x_mm, double y_mm) {
+double pressure_MPa(const fem::Map& map, double x_mm, double y_mm) {
   const double i = x_mm / map.pitch_mm[0] + (map.width - 1) / 2.0;
   const double j = y_mm / map.pitch_mm[1] + (map.height - 1) / 2.0;
   if (!(i >= 0 && j >= 0 && i <= map.width - 1 && j <= map.height - 1)) return 0;
@@ -32,7 +32,7 @@ double pressure_MPa(const ForwardMap& map, double x_mm, double y_mm) {
                  t * ((1 - s) * at(x, y + 1) + s * at(x + 1, y + 1)));
 }
 
-std::string matrix_lines(const ForwardMap& map) {
+std::string matrix_lines(const fem::Map& map) {
   std::string lines;
   for (uint32_t j = 0; j < map.height; ++j) {
     for (uint32_t i = 0; i < map.width; ++i)
@@ -95,7 +95,7 @@ void draw_both(const std::string& script, int width, int height, const fs::path&
   }
 }
 
-TactileImage tactile_image(const ForwardMap& stress, const Sensor* sensor) {
+TactileImage tactile_image(const fem::Map& stress, const Sensor* sensor) {
   TactileImage image;
   image.width = kWidth_px;
   image.height = kHeight_px;
@@ -143,7 +143,7 @@ TactileImage tactile_image(const ForwardMap& stress, const Sensor* sensor) {
 
 std::string write_files(const ForwardOutcome& o, const TactileImage& image, const fs::path& folder) {
   make_output_folder(folder);
-  const ForwardMap& stress = o.result.stress_Pa;
+  const fem::Map& stress = o.result.stress_Pa;
   write_npy(folder / "stress_Pa.npy", stress.values, {stress.height, stress.width});
   write_npy(folder / "deflection_mm.npy", o.result.deflection_mm.values, {stress.height, stress.width});
   write_npy(folder / "tactile.npy", image.gray, {image.height, image.width});

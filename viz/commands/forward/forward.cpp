@@ -19,9 +19,9 @@ namespace palpate {
 namespace {
 
 struct Options {
-  ForwardScene scene;
-  ForwardOptions solver;
-  Inclusion lump;
+  fem::Scene scene;
+  fem::Options solver;
+  fem::Inclusion lump;
   bool no_inclusion = false;
   std::vector<double> size_mm;
   std::vector<double> block_mm;
@@ -36,8 +36,8 @@ struct Options {
 };
 
 /// THICKNESS_MM:MODULUS_PA
-PadSheet parse_sheet(const std::string& text) {
-  PadSheet sheet;
+fem::PadSheet parse_sheet(const std::string& text) {
+  fem::PadSheet sheet;
   const char* end = text.data() + text.size();
   const auto [colon, error] = std::from_chars(text.data(), end, sheet.thickness_mm);
   if (error != std::errc() || colon == end || *colon != ':' ||
@@ -46,11 +46,11 @@ PadSheet parse_sheet(const std::string& text) {
   return sheet;
 }
 
-ForwardScene scene_of(const Options& options) {
-  ForwardScene scene = options.scene;
+fem::Scene scene_of(const Options& options) {
+  fem::Scene scene = options.scene;
   scene.inclusion.reset();
   if (!options.no_inclusion) {
-    Inclusion lump = options.lump;
+    fem::Inclusion lump = options.lump;
     if (options.size_mm.size() == 1)
       lump.size_mm.fill(options.size_mm[0]);
     else if (options.size_mm.size() == 3)
@@ -84,10 +84,10 @@ void offer_device(const Common& common, Options& options) {
 }
 
 Report one_scene(const Common& common, const Options& options) {
-  const ForwardScene scene = scene_of(options);
+  const fem::Scene scene = scene_of(options);
   std::optional<Sensor> sensor;
   if (!options.sensor.empty()) sensor = load_sensor(options.sensor);
-  const ForwardOutcome outcome = describe(scene, solve_forward(scene, options.solver));
+  const ForwardOutcome outcome = describe(scene, fem::solve(scene, options.solver));
   json::Value value = to_json(outcome);
   std::string text = to_text(outcome);
   if (!outcome.result.converged) return {text, value.dump(2), kNotConverged};
@@ -139,12 +139,11 @@ void add_forward(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command = program.add_subcommand(
       "forward", "Press a plate, a ball or a pressure on a model of tissue with a lump");
   auto o = std::make_shared<Options>();
-  static const std::map<std::string, Presser> kPresserNames = {
-      {"flat", Presser::Flat}, {"ball", Presser::Sphere}, {"pressure", Presser::Pressure}};
-  static const std::map<std::string, ForwardWorker> kWorkerNames = {{"processor", ForwardWorker::Processor},
-                                                                    {"device", ForwardWorker::Device},
-                                                                    {"auto", ForwardWorker::Auto}};
-  o->solver.worker = ForwardWorker::Auto;
+  static const std::map<std::string, fem::Presser> kPresserNames = {
+      {"flat", fem::Presser::Flat}, {"ball", fem::Presser::Sphere}, {"pressure", fem::Presser::Pressure}};
+  static const std::map<std::string, fem::Worker> kWorkerNames = {
+      {"processor", fem::Worker::Processor}, {"device", fem::Worker::Device}, {"auto", fem::Worker::Auto}};
+  o->solver.worker = fem::Worker::Auto;
   command
       ->add_option("--block-mm", o->block_mm, "Length, width and thickness of the tissue (default 40 40 20)")
       ->expected(3);

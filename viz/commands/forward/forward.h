@@ -19,24 +19,24 @@ namespace palpate {
 /// A solved scene with the line through its bump. The fit leaves out the outer tenth of the block at each
 /// end, where its rim shapes the stress.
 struct ForwardOutcome {
-  ForwardScene scene;
-  ForwardResult result;
-  Profile profile;  ///< stress, Pa, along x through the bump
-  GaussianFit fit;
+  fem::Scene scene;
+  fem::Result result;
+  lump::Profile profile;  ///< stress, Pa, along x through the bump
+  lump::GaussianFit fit;
 };
 /// Throws nothing of its own: a result that did not converge has no profile and no fit.
-ForwardOutcome describe(const ForwardScene& scene, ForwardResult result);
+ForwardOutcome describe(const fem::Scene& scene, fem::Result result);
 
-json::Value to_json(const ForwardScene& scene);
+json::Value to_json(const fem::Scene& scene);
 json::Value to_json(const ForwardOutcome& outcome);
 std::string to_text(const ForwardOutcome& outcome);
 
-inline double megabytes(const ForwardResult& result) {
+inline double megabytes(const fem::Result& result) {
   return static_cast<double>(result.bytes) / 1048576;
 }
 
 /// Names as the command line spells them: flat, ball, pressure.
-const char* to_string(Presser presser);
+const char* to_string(fem::Presser presser);
 
 /// Gray levels, width x height.
 struct TactileImage {
@@ -51,7 +51,7 @@ struct TactileImage {
 /// the surface; or, of a sensor with a straight force calibration of the gray sum, the light that gives the
 /// same force: pressure times a pixel's area over c1. Throws Error(Failure::Sensor) where its calibration is
 /// of another kind or has no scale.
-TactileImage tactile_image(const ForwardMap& stress_Pa, const Sensor* sensor);
+TactileImage tactile_image(const fem::Map& stress_Pa, const Sensor* sensor);
 
 /// Writes stress_Pa.npy, deflection_mm.npy, profile.csv, tactile.npy, tactile.png, forward.json and the plots
 /// maps and profile (PNG and SVG) into `folder`. Returns their names in words.
@@ -66,7 +66,7 @@ struct SweepRow {
 };
 /// Scenes around `scene` (which has an inclusion), each input by itself through a range that fits the block;
 /// solved many at once. `progress` hears how many are ready.
-std::vector<SweepRow> sweep(const ForwardScene& scene, const ForwardOptions& options,
+std::vector<SweepRow> sweep(const fem::Scene& scene, const fem::Options& options,
                             const std::function<void(uint64_t done, uint64_t total)>& progress);
 std::string sweep_text(const std::vector<SweepRow>& rows);
 json::Value sweep_json(const std::vector<SweepRow>& rows);
@@ -79,7 +79,7 @@ struct ConvergenceTables {
   std::vector<ForwardOutcome> grids;   ///< 16 cells along x to four times the scene's over two
   std::vector<ForwardOutcome> ranges;  ///< on half the scene's cells
 };
-ConvergenceTables converge(const ForwardScene& scene, const ForwardOptions& options);
+ConvergenceTables converge(const fem::Scene& scene, const fem::Options& options);
 std::string convergence_text(const ConvergenceTables& tables);
 json::Value convergence_json(const ConvergenceTables& tables);
 /// convergence.csv, stability.csv, and plots: convergence (error by grid and by time), stability

@@ -24,24 +24,24 @@ std::string line(const char* format, Values... values) {
 
 }  // namespace
 
-const char* to_string(Presser presser) {
+const char* to_string(fem::Presser presser) {
   switch (presser) {
-    case Presser::Flat:
+    case fem::Presser::Flat:
       return "flat";
-    case Presser::Sphere:
+    case fem::Presser::Sphere:
       return "ball";
-    case Presser::Pressure:
+    case fem::Presser::Pressure:
       return "pressure";
   }
   return "";
 }
 
-ForwardOutcome describe(const ForwardScene& scene, ForwardResult result) {
+ForwardOutcome describe(const fem::Scene& scene, fem::Result result) {
   ForwardOutcome outcome{scene, std::move(result), {}, {}};
   if (!outcome.result.converged) return outcome;
-  const ForwardMap& stress = outcome.result.stress_Pa;
-  outcome.profile = profile_along_x(stress, bump_center_mm(stress)[1]);
-  const Profile inner = inner_part(outcome.profile, 0.4 * scene.block_mm[0]);
+  const fem::Map& stress = outcome.result.stress_Pa;
+  outcome.profile = lump::profile_along_x(stress, lump::bump_center_mm(stress)[1]);
+  const lump::Profile inner = inner_part(outcome.profile, 0.4 * scene.block_mm[0]);
   if (inner.x_mm.size() >= 6) outcome.fit = fit_gaussian(inner);
   // What the solver left open is no bump.
   double largest = 0;
@@ -51,11 +51,11 @@ ForwardOutcome describe(const ForwardScene& scene, ForwardResult result) {
   return outcome;
 }
 
-Json to_json(const ForwardScene& s) {
+Json to_json(const fem::Scene& s) {
   Json value = {{"block_mm", s.block_mm}, {"young_Pa", s.young_Pa},
                 {"poisson", s.poisson},   {"bottom", s.bottom_slides ? "sliding" : "bonded"},
                 {"cells", s.cells},       {"presser", to_string(s.presser)}};
-  if (s.presser == Presser::Sphere) value["ball_radius_mm"] = s.ball_radius_mm;
+  if (s.presser == fem::Presser::Sphere) value["ball_radius_mm"] = s.ball_radius_mm;
   if (s.press_mm) value["press_mm"] = *s.press_mm;
   if (s.force_N) value["force_N"] = *s.force_N;
   value["inclusion"] = nullptr;
@@ -67,13 +67,13 @@ Json to_json(const ForwardScene& s) {
                           {"offset_mm", s.inclusion->offset_mm}};
   if (!s.pad.empty()) value["pad_on_tissue"] = s.pad_slides ? "sliding" : "bonded";
   value["pad"] = Json::array();
-  for (const PadSheet& sheet : s.pad)
+  for (const fem::PadSheet& sheet : s.pad)
     value["pad"].push_back({{"thickness_mm", sheet.thickness_mm}, {"young_Pa", sheet.young_Pa}});
   return value;
 }
 
 Json to_json(const ForwardOutcome& o) {
-  const ForwardResult& r = o.result;
+  const fem::Result& r = o.result;
   Json value = {{"scene", to_json(o.scene)},  {"converged", r.converged}, {"residual", or_null(r.residual)},
                 {"iterations", r.iterations}, {"rounds", r.rounds},       {"wall_s", r.wall_s},
                 {"memory_MB", megabytes(r)},  {"solver", r.solver}};
@@ -83,8 +83,8 @@ Json to_json(const ForwardOutcome& o) {
   value["center_stress_Pa"] = r.center_stress_Pa;
   value["core_strain"] = r.core_strain;
   value["tension_share"] = r.tension_share;
-  if (o.scene.presser == Presser::Sphere) value["contact_radius_mm"] = r.contact_radius_mm;
-  const GaussianFit& f = o.fit;
+  if (o.scene.presser == fem::Presser::Sphere) value["contact_radius_mm"] = r.contact_radius_mm;
+  const lump::GaussianFit& f = o.fit;
   value["gaussian"] = {{"found", f.found},
                        {"amplitude_Pa", or_null(f.amplitude)},
                        {"amplitude_sd_Pa", or_null(f.sd[0])},
@@ -102,8 +102,8 @@ Json to_json(const ForwardOutcome& o) {
 }
 
 std::string to_text(const ForwardOutcome& o) {
-  const ForwardResult& r = o.result;
-  const ForwardScene& s = o.scene;
+  const fem::Result& r = o.result;
+  const fem::Scene& s = o.scene;
   std::string text =
       line("tissue          %g x %g x %g mm, %g Pa, Poisson's ratio %g, %u x %u x %u cells\n", s.block_mm[0],
            s.block_mm[1], s.block_mm[2], s.young_Pa, s.poisson, s.cells[0], s.cells[1], s.cells[2]);
@@ -115,7 +115,7 @@ std::string to_text(const ForwardOutcome& o) {
   } else {
     text += "inclusion       none\n";
   }
-  for (const PadSheet& sheet : s.pad)
+  for (const fem::PadSheet& sheet : s.pad)
     text += line("%s%g mm, %g Pa%s\n", &sheet == s.pad.data() ? "pad             " : "                ",
                  sheet.thickness_mm, sheet.young_Pa,
                  &sheet != s.pad.data() ? ""
@@ -129,10 +129,10 @@ std::string to_text(const ForwardOutcome& o) {
   text += line("press           %s, %.4g mm, %.5g N\n", to_string(s.presser), r.press_mm, r.force_N);
   text += line("stress          %.5g Pa in the middle", r.center_stress_Pa);
   text += std::isfinite(r.core_strain) ? line(", strain in the core %.4g\n", r.core_strain) : "\n";
-  if (s.presser == Presser::Sphere)
+  if (s.presser == fem::Presser::Sphere)
     text += line("contact         radius %.4g mm, +- half a cell of %.3g mm\n", r.contact_radius_mm,
                  r.stress_Pa.pitch_mm[0]);
-  const GaussianFit& f = o.fit;
+  const lump::GaussianFit& f = o.fit;
   if (f.found)
     text += line(
         "Gaussian        a %.4g +- %.2g Pa, s %.4g +- %.2g mm (s^2 %.4g mm^2), at %.3g +- %.2g mm,\n"

@@ -23,28 +23,28 @@ struct Input {
 constexpr Input kInputs[] = {{"d", "diameter d, mm"},        {"h", "depth h, mm"},
                              {"E_r", "stiffness ratio E_r"}, {"s", "shape s"},
                              {"t", "thickness t, mm"},       {"l", "press l, mm"}};
-constexpr LumpShape kShapes[] = {LumpShape::Sphere, LumpShape::Ellipsoid, LumpShape::Cylinder,
-                                 LumpShape::LyingCylinder};
+constexpr fem::InclusionShape kShapes[] = {fem::InclusionShape::Sphere, fem::InclusionShape::Ellipsoid,
+                                           fem::InclusionShape::Cylinder, fem::InclusionShape::LyingCylinder};
 constexpr const char* kColours[] = {"#440154", "#46327e", "#365c8d", "#277f8e",
                                     "#1fa187", "#4ac16d", "#a0da39"};
 constexpr const char* kGrid =
     "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\nset tics textcolor rgb '#222222'\n";
 
 /// Full width at half the height of a Gaussian.
-double full_width_mm(const GaussianFit& fit) {
+double full_width_mm(const lump::GaussianFit& fit) {
   return 2 * std::sqrt(2 * std::log(2.0)) * fit.width_mm;
 }
 
 struct Case {
   const char* input;
   double value;
-  ForwardScene scene;
+  fem::Scene scene;
 };
 
-std::vector<Case> sweep_cases(const ForwardScene& base) {
+std::vector<Case> sweep_cases(const fem::Scene& base) {
   std::vector<Case> cases;
   const auto add = [&](const char* input, double value, auto change) {
-    ForwardScene scene = base;
+    fem::Scene scene = base;
     change(scene, *scene.inclusion);
     try {
       check(scene);
@@ -55,33 +55,33 @@ std::vector<Case> sweep_cases(const ForwardScene& base) {
   };
   const double d = base.inclusion->size()[2], room = base.block_mm[2];
   for (const double f : {0.5, 0.75, 1.0, 1.25, 1.5, 1.75})
-    add("d", f * d, [&](ForwardScene&, Inclusion& lump) {
+    add("d", f * d, [&](fem::Scene&, fem::Inclusion& lump) {
       for (double& side : lump.size_mm) side *= f;
     });
   for (const double f : {0.0, 0.05, 0.1, 0.175, 0.25, 0.375, 0.5})
-    add("h", f * room, [&](ForwardScene&, Inclusion& lump) { lump.depth_mm = f * room; });
+    add("h", f * room, [&](fem::Scene&, fem::Inclusion& lump) { lump.depth_mm = f * room; });
   for (const double ratio : {0.1, 0.5, 2.0, 10.0, 100.0, 1000.0, 10000.0})
-    add("E_r", ratio, [&](ForwardScene&, Inclusion& lump) { lump.stiffness_ratio = ratio; });
+    add("E_r", ratio, [&](fem::Scene&, fem::Inclusion& lump) { lump.stiffness_ratio = ratio; });
   for (size_t i = 0; i < std::size(kShapes); ++i)
-    add("s", static_cast<double>(i), [&](ForwardScene&, Inclusion& lump) {
+    add("s", static_cast<double>(i), [&](fem::Scene&, fem::Inclusion& lump) {
       lump.shape = kShapes[i];
       // The ellipsoid is half as high as wide, the others have the sphere's outer sizes.
-      lump.size_mm = {d, d, kShapes[i] == LumpShape::Ellipsoid ? d / 2 : d};
+      lump.size_mm = {d, d, kShapes[i] == fem::InclusionShape::Ellipsoid ? d / 2 : d};
     });
   for (const double f : {0.7, 0.85, 1.0, 1.25, 1.5, 2.0})
-    add("t", f * room, [&](ForwardScene& scene, Inclusion&) { scene.block_mm[2] = f * room; });
+    add("t", f * room, [&](fem::Scene& scene, fem::Inclusion&) { scene.block_mm[2] = f * room; });
   for (const double f : {0.25, 0.5, 1.0, 1.5, 2.0})
     if (base.press_mm)
-      add("l", f * *base.press_mm, [&](ForwardScene& scene, Inclusion&) { *scene.press_mm *= f; });
+      add("l", f * *base.press_mm, [&](fem::Scene& scene, fem::Inclusion&) { *scene.press_mm *= f; });
     else
-      add("l", f * *base.force_N, [&](ForwardScene& scene, Inclusion&) { *scene.force_N *= f; });
+      add("l", f * *base.force_N, [&](fem::Scene& scene, fem::Inclusion&) { *scene.force_N *= f; });
   return cases;
 }
 
 std::string row_values(const ForwardOutcome& o) {
-  const ForwardResult& r = o.result;
+  const fem::Result& r = o.result;
   if (!r.converged) return "0,,,,,,,,";
-  const GaussianFit& f = o.fit;
+  const lump::GaussianFit& f = o.fit;
   std::string row = "1," + plot_number(r.force_N) + "," + plot_number(r.press_mm) + "," +
                     plot_number(r.center_stress_Pa) + ",";
   if (!f.found) return row + ",,,,";
@@ -91,17 +91,17 @@ std::string row_values(const ForwardOutcome& o) {
 
 }  // namespace
 
-std::vector<SweepRow> sweep(const ForwardScene& scene, const ForwardOptions& options,
+std::vector<SweepRow> sweep(const fem::Scene& scene, const fem::Options& options,
                             const std::function<void(uint64_t, uint64_t)>& progress) {
   if (!scene.inclusion)
     throw Error(Failure::Usage, "an inclusion to vary", "none", "the sweep without --no-inclusion");
   check(scene);
   const std::vector<Case> cases = sweep_cases(scene);
-  std::vector<ForwardScene> scenes;
+  std::vector<fem::Scene> scenes;
   scenes.reserve(cases.size());
   for (const Case& c : cases) scenes.push_back(c.scene);
-  std::vector<ForwardResult> results =
-      solve_forward(scenes, options, [&](size_t done) { progress(done, scenes.size()); });
+  std::vector<fem::Result> results =
+      fem::solve(scenes, options, [&](size_t done) { progress(done, scenes.size()); });
   std::vector<SweepRow> rows;
   for (size_t i = 0; i < cases.size(); ++i)
     rows.push_back({cases[i].input, cases[i].value, describe(cases[i].scene, std::move(results[i]))});
@@ -111,8 +111,8 @@ std::vector<SweepRow> sweep(const ForwardScene& scene, const ForwardOptions& opt
 std::string sweep_text(const std::vector<SweepRow>& rows) {
   std::string text = "input      value   force N   centre Pa   Gaussian a Pa        s mm\n";
   for (const SweepRow& row : rows) {
-    const ForwardResult& r = row.outcome.result;
-    const GaussianFit& f = row.outcome.fit;
+    const fem::Result& r = row.outcome.result;
+    const lump::GaussianFit& f = row.outcome.fit;
     char line[200];
     const std::string value =
         row.input[0] == 's' ? to_string(kShapes[static_cast<size_t>(row.value)]) : plot_number(row.value);
@@ -164,7 +164,7 @@ std::string write_sweep(const std::vector<SweepRow>& rows, const fs::path& folde
     double narrowest = HUGE_VAL, widest = 0;
     for (const SweepRow& row : rows) {
       if (std::string(row.input) != input.name || !row.outcome.result.converged) continue;
-      const GaussianFit& f = row.outcome.fit;
+      const lump::GaussianFit& f = row.outcome.fit;
       tics += (tics.empty() ? "" : ", ") + plot_number(row.value);
       if (f.found) {
         narrowest = std::min(narrowest, full_width_mm(f));
@@ -211,42 +211,42 @@ std::string write_sweep(const std::vector<SweepRow>& rows, const fs::path& folde
   return written;
 }
 
-ConvergenceTables converge(const ForwardScene& scene, const ForwardOptions& options) {
+ConvergenceTables converge(const fem::Scene& scene, const fem::Options& options) {
   check(scene);
   ConvergenceTables tables;
   for (const double f : {0.25, 0.375, 0.5, 0.75, 1.0, 1.5, 2.0}) {
-    ForwardScene on = scene;
+    fem::Scene on = scene;
     bool whole = true;
     for (uint32_t& side : on.cells) {
       const double cells = f * side;
       whole = whole && cells == std::floor(cells) && cells >= 8 && cells <= 256;
       side = static_cast<uint32_t>(cells);
     }
-    if (whole) tables.grids.push_back(describe(on, solve_forward(on, options)));
+    if (whole) tables.grids.push_back(describe(on, fem::solve(on, options)));
   }
-  std::vector<ForwardScene> ranges;
+  std::vector<fem::Scene> ranges;
   const auto add = [&](auto change) {
-    ForwardScene in = scene;
+    fem::Scene in = scene;
     for (uint32_t& side : in.cells) side = std::max(8u, side / 2);
-    if (!in.inclusion) in.inclusion = Inclusion{};
+    if (!in.inclusion) in.inclusion = fem::Inclusion{};
     change(in, *in.inclusion);
     ranges.push_back(in);
   };
   for (const double nu : {0.3, 0.45, 0.495, 0.499, 0.4999})
     for (const double ratio : {0.1, 10.0, 1e4})
-      add([&](ForwardScene& s, Inclusion& lump) {
+      add([&](fem::Scene& s, fem::Inclusion& lump) {
         s.poisson = nu;
         lump.stiffness_ratio = ratio;
       });
-  add([](ForwardScene&, Inclusion& lump) { lump.depth_mm = 0; });  // touches the surface
+  add([](fem::Scene&, fem::Inclusion& lump) { lump.depth_mm = 0; });  // touches the surface
   for (const double aspect : {0.25, 0.5, 2.0})
-    add([&](ForwardScene& s, Inclusion& lump) {
+    add([&](fem::Scene& s, fem::Inclusion& lump) {
       const double d = lump.size()[0];
-      lump.shape = LumpShape::Ellipsoid;
+      lump.shape = fem::InclusionShape::Ellipsoid;
       lump.size_mm = {d, d, std::min(aspect * d, 0.9 * (s.block_mm[2] - lump.depth_mm))};
     });
-  for (ForwardResult& result : solve_forward(ranges, options)) {
-    const ForwardScene& in = ranges[tables.ranges.size()];
+  for (fem::Result& result : fem::solve(ranges, options)) {
+    const fem::Scene& in = ranges[tables.ranges.size()];
     tables.ranges.push_back(describe(in, std::move(result)));
   }
   return tables;
@@ -257,7 +257,7 @@ namespace {
 double relative_percent(double value, double truth) {
   return 100 * (value / truth - 1);
 }
-double unknowns(const ForwardScene& s) {
+double unknowns(const fem::Scene& s) {
   return 3.0 * (s.cells[0] + 1) * (s.cells[1] + 1) * (s.cells[2] + 1);
 }
 
@@ -268,7 +268,7 @@ std::string convergence_text(const ConvergenceTables& t) {
       "cells           unknowns   force N     centre Pa  against finest   iterations   wall s     MB\n";
   char line[240];
   for (const ForwardOutcome& o : t.grids) {
-    const ForwardResult &r = o.result, &finest = t.grids.back().result;
+    const fem::Result &r = o.result, &finest = t.grids.back().result;
     if (!r.converged || !finest.converged)
       std::snprintf(line, sizeof line, "%3u x %3u x %3u  not converged, residual %.2g\n", o.scene.cells[0],
                     o.scene.cells[1], o.scene.cells[2], r.residual);
@@ -283,8 +283,8 @@ std::string convergence_text(const ConvergenceTables& t) {
   }
   text += "\nnu       E_r      depth  shape      height  force N   centre Pa   iterations   residual\n";
   for (const ForwardOutcome& o : t.ranges) {
-    const ForwardResult& r = o.result;
-    const Inclusion& lump = *o.scene.inclusion;
+    const fem::Result& r = o.result;
+    const fem::Inclusion& lump = *o.scene.inclusion;
     std::snprintf(line, sizeof line, "%-7g %7g %7g  %-10s %6g %9.5g %11.5g %9u %14.2g%s\n", o.scene.poisson,
                   lump.stiffness_ratio, lump.depth_mm, to_string(lump.shape), lump.size()[2], r.force_N,
                   r.center_stress_Pa, r.iterations, r.residual, r.converged ? "" : "  NOT CONVERGED");
@@ -306,13 +306,13 @@ std::string write_convergence(const ConvergenceTables& t, const fs::path& folder
       "cells_x,cells_y,cells_z,unknowns,converged,force_N,center_stress_Pa,iterations,residual,wall_s,MB\n";
   std::string error, time;
   for (const ForwardOutcome& o : t.grids) {
-    const ForwardResult& r = o.result;
+    const fem::Result& r = o.result;
     const auto& c = o.scene.cells;
     grids += std::to_string(c[0]) + "," + std::to_string(c[1]) + "," + std::to_string(c[2]) + "," +
              plot_number(unknowns(o.scene)) + "," + (r.converged ? "1," : "0,") + plot_number(r.force_N) +
              "," + plot_number(r.center_stress_Pa) + "," + std::to_string(r.iterations) + "," +
              plot_number(r.residual) + "," + plot_number(r.wall_s) + "," + plot_number(megabytes(r)) + "\n";
-    const ForwardResult& finest = t.grids.back().result;
+    const fem::Result& finest = t.grids.back().result;
     if (!r.converged || !finest.converged) continue;
     if (&r != &finest)
       error += std::to_string(c[0]) + " " + plot_number(r.wall_s) + " " +
@@ -325,8 +325,8 @@ std::string write_convergence(const ConvergenceTables& t, const fs::path& folder
       "residual\n";
   std::string by_ratio[3];
   for (const ForwardOutcome& o : t.ranges) {
-    const ForwardResult& r = o.result;
-    const Inclusion& lump = *o.scene.inclusion;
+    const fem::Result& r = o.result;
+    const fem::Inclusion& lump = *o.scene.inclusion;
     ranges += plot_number(o.scene.poisson) + "," + plot_number(lump.stiffness_ratio) + "," +
               plot_number(lump.depth_mm) + "," + to_string(lump.shape) + "," + plot_number(lump.size()[2]) +
               "," + (r.converged ? "1," : "0,") + plot_number(r.force_N) + "," +

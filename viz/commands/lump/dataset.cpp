@@ -19,7 +19,7 @@ namespace palpate {
 namespace {
 
 struct Options {
-  LumpDatasetJob job;
+  lump::DatasetJob job;
   std::string file, cells, coarser_cells;
   std::vector<double> size_mm, depth_mm, stiffness_ratio, thickness_mm, young_Pa, greatest_press, block_mm;
   std::vector<uint32_t> nodes;
@@ -27,12 +27,12 @@ struct Options {
 };
 
 /// One number stands for a range without width.
-void set(LumpRange& range, const std::vector<double>& given) {
+void set(lump::Range& range, const std::vector<double>& given) {
   if (!given.empty()) range = {given.front(), given.back()};
 }
 
-LumpSweep sweep_of(const Common& common, const Options& o) {
-  LumpSweep sweep = o.job.sweep;
+lump::Sweep sweep_of(const Common& common, const Options& o) {
+  lump::Sweep sweep = o.job.sweep;
   sweep.seed = common.seed;
   set(sweep.size_mm, o.size_mm);
   set(sweep.depth_mm, o.depth_mm);
@@ -48,11 +48,12 @@ LumpSweep sweep_of(const Common& common, const Options& o) {
     sweep.coarser_cells = parse_cells("--coarser-cells", o.coarser_cells, "32x32x16");
   if (!o.nodes.empty()) sweep.nodes = {o.nodes.front(), o.nodes.back()};
   if (!o.shapes.empty()) {
-    // In the order of LumpShape and each once: the order in which they were typed makes no other sweep.
-    std::set<LumpShape> shapes;
+    // In the order of fem::InclusionShape and each once: the order in which they were typed makes no other
+    // sweep.
+    std::set<fem::InclusionShape> shapes;
     for (const std::string& name : o.shapes) {
       bool known = false;
-      for (const LumpShape shape : LumpSweep().shapes)
+      for (const fem::InclusionShape shape : lump::Sweep().shapes)
         if (name == to_string(shape)) known = shapes.insert(shape).second || true;
       if (!known)
         throw Error(Failure::Usage, "--shapes of sphere, ellipsoid, cylinder, lying", "'" + name + "'",
@@ -73,7 +74,7 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  void show(const LumpDatasetProgress& progress) {
+  void show(const lump::DatasetProgress& progress) {
     const double every_s = terminal_ ? 0.5 : 30;
     if (quiet_ || progress.wall_s < next_s_) return;
     next_s_ = progress.wall_s + every_s;
@@ -93,16 +94,16 @@ class ProgressLine {
 };
 
 Report dataset_command(const Common& common, Options& o) {
-  const Processes processes;
+  const lump::Processes processes;
   // Of several processes one speaks.
   if (processes.rank() != 0) spdlog::set_level(spdlog::level::off);
-  LumpDatasetJob job = o.job;
+  lump::DatasetJob job = o.job;
   job.file = o.file;
   job.program = std::string("palpate ") + PALPATE_VERSION;
-  job.presser = press_lump;
+  job.presser = lump::press_lump;
   job.stop = interrupted;
   ProgressLine line(common);
-  job.progress = [&](const LumpDatasetProgress& progress) { line.show(progress); };
+  job.progress = [&](const lump::DatasetProgress& progress) { line.show(progress); };
   // What the command line alone shows to be wrong is found by all, told by the first, and ends them all.
   try {
     job.sweep = sweep_of(common, o);
@@ -110,7 +111,7 @@ Report dataset_command(const Common& common, Options& o) {
     if (processes.rank() == 0) throw;
     return {};
   }
-  const LumpDatasetReport made = make_lump_dataset(job, processes);
+  const lump::DatasetReport made = make_lump_dataset(job, processes);
   if (!made.leads) return {};
   const int code = made.complete || job.assemble_only ? 0 : kInterrupted;
   return {dataset_text(job, made), dataset_json(job, made), code};
@@ -122,7 +123,7 @@ void add_lump_dataset(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command = group.add_subcommand(
       "dataset", "Press an even sweep of lumps at large strain; maps and truth in one HDF5 file");
   auto o = std::make_shared<Options>();
-  LumpSweep& sweep = o->job.sweep;
+  lump::Sweep& sweep = o->job.sweep;
   o->job.count = 1000;
   command->add_option("FILE", o->file, "The data set, *.h5. While it is made: FILE.part beside it")
       ->required();
@@ -194,7 +195,7 @@ void add_lump_info(CommandLine& group, Common& common, Command& chosen) {
   add_common(*command, common, "  palpate lump info train.h5\n");
   command->callback([file, &common, &chosen] {
     chosen = [file] {
-      const LumpDatasetInfo info = dataset_info(*file);
+      const lump::DatasetInfo info = lump::dataset_info(*file);
       return Report{info.text, info.json};
     };
   });

@@ -23,11 +23,11 @@ struct Options {
   std::string network, method = "network";
 };
 
-LumpReading reading_of(const Options& o) {
+lump::Observation reading_of(const Options& o) {
   if (o.force_N.size() != o.maps.size())
     throw Error(Failure::Usage, "a force for each of " + std::to_string(o.maps.size()) + " maps",
                 std::to_string(o.force_N.size()), "--force-N F1,F2,...");
-  LumpReading reading;
+  lump::Observation reading;
   std::vector<size_t> order(o.maps.size());
   for (size_t k = 0; k < order.size(); ++k) order[k] = k;
   std::sort(order.begin(), order.end(), [&o](size_t a, size_t b) { return o.force_N[a] < o.force_N[b]; });
@@ -40,12 +40,12 @@ LumpReading reading_of(const Options& o) {
   reading.block_mm = {o.block_mm.empty() ? 40 : o.block_mm.front(),
                       o.block_mm.empty() ? 40 : o.block_mm.back(), o.thickness_mm};
   reading.noise_Pa = o.noise_Pa >= 0 ? o.noise_Pa : noise_of(reading.pressure_Pa.back());
-  reading.saturated_share = saturated_share(reading.pressure_Pa);
+  reading.saturated_share = lump::saturated_share(reading.pressure_Pa);
   return reading;
 }
 
-std::string script_of(const LumpReading& reading, const LumpEstimate& e) {
-  const ForwardMap& map = reading.pressure_Pa.back();
+std::string script_of(const lump::Observation& reading, const lump::Estimate& e) {
+  const fem::Map& map = reading.pressure_Pa.back();
   std::vector<std::vector<double>> pixels(3), outline(2);
   for (uint32_t y = 0; y < map.height; ++y)
     for (uint32_t x = 0; x < map.width; ++x) {
@@ -54,14 +54,14 @@ std::string script_of(const LumpReading& reading, const LumpEstimate& e) {
       pixels[2].push_back(static_cast<double>(map.at(x, y)));
     }
   const bool seen =
-      e.evidence >= 1 && std::isfinite(e.size_mm.value) && e.verdict != LumpVerdict::SeveralLumps;
+      e.evidence >= 1 && std::isfinite(e.size_mm.value) && e.verdict != lump::Status::SeveralLumps;
   for (int i = 0; i <= 72 && seen; ++i) {
     outline[0].push_back(e.x_mm.value + 0.5 * e.size_mm.value * std::cos(i * std::numbers::pi / 36));
     outline[1].push_back(e.y_mm.value + 0.5 * e.size_mm.value * std::sin(i * std::numbers::pi / 36));
   }
   std::string script = plot_block("map", pixels) + plot_block("outline", outline);
   char title[200];
-  std::snprintf(title, sizeof title, "%s", verdict_words(e.verdict));
+  std::snprintf(title, sizeof title, "%s", lump::status_words(e.verdict));
   if (seen)
     std::snprintf(title, sizeof title, "%s: %.3g mm wide, %.3g mm deep, ratio %.3g to %.3g",
                   to_string(e.shape), e.size_mm.value, e.depth_mm.value, e.stiffness_ratio.low,
@@ -77,14 +77,14 @@ std::string script_of(const LumpReading& reading, const LumpEstimate& e) {
 }
 
 Report run(const Common& common, const Options& o) {
-  const LumpReading reading = reading_of(o);
-  const LumpEstimate estimate = lump_estimator(o.method, lump_network(o.network))(reading);
+  const lump::Observation reading = reading_of(o);
+  const lump::Estimate estimate = lump_estimator(o.method, lump_network(o.network))(reading);
   Report report{estimate_text(estimate), estimate_json(estimate)};
   if (!common.out.empty()) {
     make_output_folder(common.out);
     write_whole(common.out / "lump.json", std::string_view(report.json + "\n"));
     std::string csv = "quantity,value,low,high,unit\n", written = (common.out / "lump.json").string();
-    const auto row = [&csv](const char* name, const LumpValue& v, const char* unit) {
+    const auto row = [&csv](const char* name, const lump::Value& v, const char* unit) {
       csv += std::string(name) + "," + plot_number(v.value) + "," + plot_number(v.low) + "," +
              plot_number(v.high) + "," + unit + "\n";
     };

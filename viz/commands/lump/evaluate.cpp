@@ -20,12 +20,12 @@ namespace {
 struct Options {
   std::vector<std::string> files;
   std::string network, method = "network";
-  std::optional<LumpScoreOver> over;
-  LumpEvaluationJob job;
+  std::optional<lump::ScoreOver> over;
+  lump::EvaluationJob job;
   uint32_t count = 0;
 };
 
-Report table_report(const Common& common, const std::vector<LumpScoreRow>& rows) {
+Report table_report(const Common& common, const std::vector<lump::ScoreRow>& rows) {
   Report report{rows_text(rows), rows_json(rows)};
   if (!common.out.empty()) {
     make_output_folder(common.out);
@@ -37,9 +37,9 @@ Report table_report(const Common& common, const std::vector<LumpScoreRow>& rows)
 
 Report run(const Common& common, Options& o) {
   o.job.estimator = lump_estimator(o.method, lump_network(o.network));
-  std::vector<LumpExample> examples;
+  std::vector<lump::Example> examples;
   for (const std::string& file : o.files) {
-    std::vector<LumpExample> more = lump_examples(read_lump_file(file));
+    std::vector<lump::Example> more = lump::lump_examples(lump::read_lump_file(file));
     if (more.empty())
       throw Error(Failure::Input, "a data set with a finished case", file + " without one",
                   "palpate lump info " + file);
@@ -63,14 +63,14 @@ Report run(const Common& common, Options& o) {
   if (o.over) {
     try {
       return table_report(common, scores_over(*o.over, examples, o.job));
-    } catch (const Stopped&) {
+    } catch (const lump::Stopped&) {
       return nothing;
     }
   }
-  const std::vector<LumpJudged> judged = judge_lumps(examples, o.job);
+  const std::vector<lump::Judged> judged = judge_lumps(examples, o.job);
   if (judged.empty()) return nothing;
   const bool complete = judged.size() == readings;
-  const LumpScore score = score_of(judged);
+  const lump::Score score = score_of(judged);
   json::Value json = score_json(score, o.method, o.job);
   json["complete"] = complete;
   Report report{score_text(score), json.dump(2)};
@@ -89,9 +89,9 @@ void add_lump_evaluate(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command =
       group.add_subcommand("evaluate", "How good estimates are: a known data set through a synthetic sensor");
   auto o = std::make_shared<Options>();
-  static const std::map<std::string, LumpScoreOver> kOver = {{"noise", LumpScoreOver::Noise},
-                                                             {"exposure", LumpScoreOver::Exposure},
-                                                             {"loads", LumpScoreOver::Loads}};
+  static const std::map<std::string, lump::ScoreOver> kOver = {{"noise", lump::ScoreOver::Noise},
+                                                               {"exposure", lump::ScoreOver::Exposure},
+                                                               {"loads", lump::ScoreOver::Loads}};
   command
       ->add_option("DATA", o->files, "Data sets of palpate lump dataset, *.h5, that the network has not seen")
       ->required();

@@ -34,27 +34,27 @@ std::string line(const char* format, Values... values) {
   return text;
 }
 
-std::string points(const Profile& profile) {
+std::string points(const lump::Profile& profile) {
   std::string lines;
   for (size_t i = 0; i < profile.x_mm.size(); ++i)
     lines += plot_number(profile.x_mm[i]) + " " + plot_number(profile.value[i]) + "\n";
   return lines;
 }
 
-std::string curve(const GaussianFit& fit, double half_mm) {
+std::string curve(const lump::GaussianFit& fit, double half_mm) {
   std::string lines;
   for (int i = -80; fit.found && i <= 80; ++i)
     lines += plot_number(half_mm * i / 80) + " " + plot_number(fit.at(half_mm * i / 80)) + "\n";
   return lines;
 }
 
-std::string fit_text(const GaussianFit& f) {
+std::string fit_text(const lump::GaussianFit& f) {
   if (!f.found) return "no Gaussian";
   return line("a = %.4g +- %.2g Pa, s^2 = %.4g +- %.2g mm^2", f.amplitude, f.sd[0], f.width_mm * f.width_mm,
               2 * f.width_mm * f.sd[2]);
 }
 
-Json fit_json(const GaussianFit& f) {
+Json fit_json(const lump::GaussianFit& f) {
   if (!f.found) return nullptr;
   return {{"amplitude_Pa", f.amplitude},
           {"amplitude_sd_Pa", f.sd[0]},
@@ -65,7 +65,7 @@ Json fit_json(const GaussianFit& f) {
           {"r_squared", f.r_squared}};
 }
 
-Json press_json(const FigurePress& p) {
+Json press_json(const lump::FigurePress& p) {
   Json value = {
       {"name", p.name}, {"scene", to_json(p.scene)}, {"force_wanted_N", p.wanted_N}, {"converged", p.good}};
   value["scene"].erase("press_mm");
@@ -80,7 +80,7 @@ Json press_json(const FigurePress& p) {
   return value;
 }
 
-std::string table(const char* title, const std::vector<FigureRow>& rows) {
+std::string table(const char* title, const std::vector<lump::FigureRow>& rows) {
   std::string text =
       line("%s\n%-10s %7s %8s %8s   %-42s   %-42s   %s\n", title, "inclusion", "E_r", "force N", "press mm",
            "profile", "less the block without it", "paper: a (gray), sigma^2");
@@ -97,11 +97,11 @@ std::string table(const char* title, const std::vector<FigureRow>& rows) {
 }
 
 /// Fig. 20 or 22: the profiles with their Gaussians, and the bumps alone.
-void draw_profiles(const std::vector<FigureRow>& rows, const std::string& title, const fs::path& file,
+void draw_profiles(const std::vector<lump::FigureRow>& rows, const std::string& title, const fs::path& file,
                    std::string& written) {
   std::string blocks, plots[2];
   for (size_t i = 0; i < rows.size(); ++i) {
-    const FigurePress& p = rows[i].press;
+    const lump::FigurePress& p = rows[i].press;
     if (!p.good) continue;
     const double half_mm = 0.4 * p.scene.block_mm[0];
     for (const bool bump : {false, true}) {
@@ -128,14 +128,14 @@ void draw_profiles(const std::vector<FigureRow>& rows, const std::string& title,
 }
 
 /// Fig. 19 or 21: the maps on one scale.
-void draw_maps(const std::vector<FigureRow>& rows, const std::string& title, const fs::path& file,
+void draw_maps(const std::vector<lump::FigureRow>& rows, const std::string& title, const fs::path& file,
                std::string& written) {
   std::string blocks, plots;
   double low = HUGE_VAL, high = -HUGE_VAL;
   size_t count = 0;
   for (const auto& [p, paper] : rows) {
     if (!p.good) continue;
-    const ForwardMap& map = p.press.pressure_Pa;
+    const fem::Map& map = p.press.pressure_Pa;
     std::string lines;
     for (uint32_t j = 0; j < map.height; ++j, lines += "\n")
       for (uint32_t i = 0; i < map.width; ++i) {
@@ -165,7 +165,7 @@ void draw_maps(const std::vector<FigureRow>& rows, const std::string& title, con
 }
 
 /// Fig. 17: one panel for each input.
-void draw_inputs(const std::vector<InputRow>& rows, const fs::path& folder, std::string& written) {
+void draw_inputs(const std::vector<lump::InputRow>& rows, const fs::path& folder, std::string& written) {
   struct Panel {
     const char *input, *title;
   };
@@ -180,7 +180,7 @@ void draw_inputs(const std::vector<InputRow>& rows, const fs::path& folder, std:
   for (const Panel& panel : kPanels) {
     std::string lines;
     size_t colour = 0;
-    for (const InputRow& row : rows) {
+    for (const lump::InputRow& row : rows) {
       if (row.input != panel.input || !row.press.good) continue;
       const std::string name = "c" + std::to_string(number++);
       blocks += data_block(name, points(row.press.profile));
@@ -205,12 +205,12 @@ void draw_inputs(const std::vector<InputRow>& rows, const fs::path& folder, std:
             1280, 760, folder / "fig17_inputs", written);
 }
 
-std::string fits_csv(const Figures& figures) {
+std::string fits_csv(const lump::Figures& figures) {
   std::string csv =
       "figure,inclusion,size_mm,stiffness_ratio,force_N,press_mm,a_Pa,a_sd_Pa,variance_mm2,variance_sd_mm2,"
       "offset_Pa,"
       "r_squared,bump_a_Pa,bump_a_sd_Pa,bump_variance_mm2,bump_variance_sd_mm2,paper_a_gray,paper_variance\n";
-  const auto fit = [](const GaussianFit& f, bool offset) {
+  const auto fit = [](const lump::GaussianFit& f, bool offset) {
     if (!f.found) return std::string(offset ? ",,,,,," : ",,,,");
     std::string text = plot_number(f.amplitude) + "," + plot_number(f.sd[0]) + "," +
                        plot_number(f.width_mm * f.width_mm) + "," + plot_number(2 * f.width_mm * f.sd[2]) +
@@ -229,9 +229,9 @@ std::string fits_csv(const Figures& figures) {
   return csv;
 }
 
-std::string profiles_csv(const Figures& figures, const std::vector<InputRow>& inputs) {
+std::string profiles_csv(const lump::Figures& figures, const std::vector<lump::InputRow>& inputs) {
   std::string csv = "figure,name,x_mm,pressure_Pa,gaussian_Pa,bump_Pa,bump_gaussian_Pa,small_strain_Pa\n";
-  const auto add = [&csv](const std::string& head, const FigurePress& p, const Profile* slight) {
+  const auto add = [&csv](const std::string& head, const lump::FigurePress& p, const lump::Profile* slight) {
     if (!p.good) return;
     for (size_t i = 0; i < p.profile.x_mm.size(); ++i) {
       const double x = p.profile.x_mm[i];
@@ -242,33 +242,33 @@ std::string profiles_csv(const Figures& figures, const std::vector<InputRow>& in
              (slight && i < slight->value.size() ? plot_number(slight->value[i]) : "") + "\n";
     }
   };
-  for (const FigureRow& row : figures.by_size) add("20," + row.press.name, row.press, nullptr);
-  for (const FigureRow& row : figures.by_material) add("22," + row.press.name, row.press, nullptr);
-  for (const InputRow& row : inputs)
+  for (const lump::FigureRow& row : figures.by_size) add("20," + row.press.name, row.press, nullptr);
+  for (const lump::FigureRow& row : figures.by_material) add("22," + row.press.name, row.press, nullptr);
+  for (const lump::InputRow& row : inputs)
     add("17," + row.input + " " + row.press.name, row.press, row.small_strain ? &*row.small_strain : nullptr);
   return csv;
 }
 
 struct Options {
-  FigureOptions figures;
+  lump::FigureOptions figures;
   std::vector<uint32_t> cells;
-  LargeStrainOptions solver;
+  fem::LargeStrainOptions solver;
   bool inputs = true;
 };
 
 Report run(const Common& common, const Options& o) {
-  FigureOptions options = o.figures;
+  lump::FigureOptions options = o.figures;
   if (!o.cells.empty()) std::copy_n(o.cells.begin(), 3, options.cells.begin());
-  LargeStrainOptions solver_options = o.solver;
+  fem::LargeStrainOptions solver_options = o.solver;
   solver_options.stop = interrupted;
-  const PressSolver solver = [&](const ForwardScene& scene, const std::vector<PressLoad>& loads) {
-    LargeStrainResult result = solve_large_strain(scene, loads, solver_options);
+  const lump::PressSolver solver = [&](const fem::Scene& scene, const std::vector<fem::PressLoad>& loads) {
+    fem::LargeStrainResult result = solve_large_strain(scene, loads, solver_options);
     if (interrupted())
       throw Error(Failure::Usage, "to press the phantoms", "an interruption", "the command again");
     return result;
   };
-  Figures figures;
-  std::vector<InputRow> inputs;
+  lump::Figures figures;
+  std::vector<lump::InputRow> inputs;
   {
     ProgressBar bar(common, "pressing phantoms", 6);
     figures = make_figures(options, solver, [&](uint64_t done, uint64_t) { bar.update(done); });
@@ -293,7 +293,7 @@ Report run(const Common& common, const Options& o) {
       entry["paper"] = {{"amplitude_gray", paper.amplitude_gray}, {"variance", paper.variance}};
       value[material ? "figure_22" : "figure_20"].push_back(entry);
     }
-  for (const InputRow& row : inputs) {
+  for (const lump::InputRow& row : inputs) {
     Json entry = press_json(row.press);
     entry["input"] = row.input;
     entry["value"] = row.value;
@@ -317,15 +317,15 @@ Report run(const Common& common, const Options& o) {
     draw_profiles(figures.by_material, "Fig. 22: by material, 2.35 N", common.out / "fig22_materials",
                   written);
     if (!inputs.empty()) draw_inputs(inputs, common.out, written);
-    const LumpNetwork& network = LumpNetwork::built_in();
+    const lump::Network& network = lump::Network::built_in();
     draw_both(network_figure(lump_stages(network.model()), network.made_from()), 1280, 760,
               common.out / "fig18_network", written);
     text += "written: " + written + "\n";
   }
   const bool all = std::all_of(figures.by_size.begin(), figures.by_size.end(),
-                               [](const FigureRow& r) { return r.press.good; }) &&
+                               [](const lump::FigureRow& r) { return r.press.good; }) &&
                    std::all_of(figures.by_material.begin(), figures.by_material.end(),
-                               [](const FigureRow& r) { return r.press.good; });
+                               [](const lump::FigureRow& r) { return r.press.good; });
   return {text, value.dump(2), all ? 0 : kInternalError};
 }
 

@@ -15,11 +15,11 @@ inline constexpr const char* kLumpMethodHelp =
     "elements, a minute or so)";
 
 /// The file's network, or the built-in one where there is no file.
-std::shared_ptr<const LumpNetwork> lump_network(const std::string& file);
+std::shared_ptr<const lump::Network> lump_network(const std::string& file);
 
 /// "network", "refined" or "direct", which asks the network where to start. Throws Error(Failure::Usage) for
 /// others. `threads` is for the finite elements; 0: one per core.
-LumpEstimator lump_estimator(const std::string& method, std::shared_ptr<const LumpNetwork> network,
-                             uint32_t threads = 0);
+lump::Estimator lump_estimator(const std::string& method, std::shared_ptr<const lump::Network> network,
+                               uint32_t threads = 0);
 
 }  // namespace palpate

@@ -25,8 +25,8 @@ struct Options {
   Options() { plan.scene.cells = {40, 40, 20}; }
 
   ScanPlan plan;
-  StitchOptions stitch;
-  Inclusion lump;
+  lump::StitchOptions stitch;
+  fem::Inclusion lump;
   bool simulate = false, no_inclusion = false;
   std::vector<double> block_mm, window_mm, size_mm, offset_mm, second_mm;
   std::vector<uint32_t> cells, size_px, leave_out;
@@ -65,7 +65,7 @@ ScanPlan plan_of(const Common& common, const Options& o) {
       throw Error(Failure::Usage, "even numbers of cells", std::to_string(cells), "--cells 40 40 20");
   plan.scene.inclusion.reset();
   if (!o.no_inclusion) {
-    Inclusion lump = o.lump;
+    fem::Inclusion lump = o.lump;
     if (o.size_mm.size() == 1) lump.size_mm.fill(o.size_mm[0]);
     if (o.size_mm.size() == 3) std::copy_n(o.size_mm.begin(), 3, lump.size_mm.begin());
     if (o.size_mm.size() == 2) throw Error(Failure::Usage, "one size or three", "2", "--size-mm 8");
@@ -81,7 +81,7 @@ ScanPlan plan_of(const Common& common, const Options& o) {
 }
 
 void add_inputs(const ScanPlan& plan, ScanReport& report) {
-  const ForwardScene& s = plan.scene;
+  const fem::Scene& s = plan.scene;
   report.inputs = {{"block", text("%g x %g x %g mm", s.block_mm[0], s.block_mm[1], s.block_mm[2])},
                    {"tissue", text("Young's modulus %g Pa, Poisson's ratio %g", s.young_Pa, s.poisson)},
                    {"loads", text("%g up to %g N on the block, presses differ by %.2g %%", plan.loads,
@@ -97,22 +97,22 @@ void add_inputs(const ScanPlan& plan, ScanReport& report) {
                                   std::to_string(plan.seed)}};
 }
 
-std::vector<ScanPress> simulated(const Common& common, const Options& o, ScanReport& report) {
+std::vector<lump::ScanPress> simulated(const Common& common, const Options& o, ScanReport& report) {
   if (!o.recordings.empty() || !o.positions.empty())
     throw Error(Failure::Usage, "recordings, or --simulate", "both", "one of them");
   const ScanPlan plan = plan_of(common, o);
-  LargeStrainOptions solver;
+  fem::LargeStrainOptions solver;
   solver.threads = o.threads;
   solver.stop = interrupted;
-  std::vector<ScanPress> presses =
-      simulate_scan(plan, [&](const ForwardScene& scene, const std::vector<PressLoad>& loads) {
+  std::vector<lump::ScanPress> presses =
+      simulate_scan(plan, [&](const fem::Scene& scene, const std::vector<fem::PressLoad>& loads) {
         return solve_extrapolated(scene, loads, solver);
       });
   for (const uint32_t press : o.leave_out)
     if (press < 1 || press > presses.size())
       throw Error(Failure::Usage, "presses to leave out, 1 to " + std::to_string(presses.size()),
                   std::to_string(press), "--leave-out 2");
-  std::erase_if(presses, [&](const ScanPress& p) {
+  std::erase_if(presses, [&](const lump::ScanPress& p) {
     return std::any_of(o.leave_out.begin(), o.leave_out.end(),
                        [&](uint32_t n) { return p.name == "press " + std::to_string(n); });
   });
@@ -121,8 +121,8 @@ std::vector<ScanPress> simulated(const Common& common, const Options& o, ScanRep
   return presses;
 }
 
-std::vector<ScanPress> recorded(const Common& common, const Options& o, ScanReport& report,
-                                std::vector<std::string>& notes) {
+std::vector<lump::ScanPress> recorded(const Common& common, const Options& o, ScanReport& report,
+                                      std::vector<std::string>& notes) {
   if (o.positions.empty())
     throw Error(Failure::Usage, "--simulate, or --positions FILE with the recordings' places", "neither",
                 "palpate lump scan --simulate");
@@ -133,7 +133,7 @@ std::vector<ScanPress> recorded(const Common& common, const Options& o, ScanRepo
   options.loads = o.plan.loads;
   options.force_N = o.force_given ? o.plan.force_N : 0;
   const std::vector<RecordedPress> rows = read_places(o.positions, o.recordings, o.gauge);
-  std::vector<ScanPress> presses = read_presses(rows, options, notes, run_watch(common));
+  std::vector<lump::ScanPress> presses = read_presses(rows, options, notes, run_watch(common));
   report.inputs = {
       {"block", text("%g x %g x %g mm", options.block_mm[0], options.block_mm[1], options.block_mm[2])},
       {"tissue", text("Young's modulus %g Pa", options.young_Pa)},
@@ -149,10 +149,10 @@ Report run(const Common& common, const Options& o) {
   ScanReport report;
   report.made = now_utc();
   std::vector<std::string> notes;
-  const std::vector<ScanPress> presses =
+  const std::vector<lump::ScanPress> presses =
       o.simulate ? simulated(common, o, report) : recorded(common, o, report, notes);
   if (interrupted()) return {"interrupted\n", R"({"complete": false})", kInterrupted};
-  LumpEstimator estimator;
+  lump::Estimator estimator;
   if (o.method != "none") {
     const auto network = lump_network("");
     report.model =

@@ -16,9 +16,9 @@ namespace palpate {
 struct ScanReport {
   ScanAnswer answer;
   std::vector<std::pair<std::string, std::string>> inputs;  ///< name and value, for people
-  std::string model;                  ///< who estimated, with its version; empty: nobody
-  std::optional<ForwardScene> truth;  ///< of a synthetic block
-  std::string made;                   ///< when, UTC
+  std::string model;                ///< who estimated, with its version; empty: nobody
+  std::optional<fem::Scene> truth;  ///< of a synthetic block
+  std::string made;                 ///< when, UTC
 };
 
 /// Tables for people.

@@ -35,12 +35,12 @@ std::string line(const char* format, Values... values) {
 Json or_null(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
-Json to_json(const LumpValue& v) {
+Json to_json(const lump::Value& v) {
   return {{"value", or_null(v.value)}, {"low", or_null(v.low)}, {"high", or_null(v.high)}};
 }
 
 /// What is felt of one bump; `fit`: of the profile through it, may be null.
-Rows felt_rows(const LumpOutline& o, const GaussianFit* fit) {
+Rows felt_rows(const lump::Outline& o, const lump::GaussianFit* fit) {
   Rows rows;
   if (!o.found) {
     rows.emplace_back("outline", o.reason);
@@ -72,10 +72,10 @@ Rows felt_rows(const ScanAnswer& a) {
 /// Presses that see one of two bumps alone: a line each.
 Rows press_rows(const ScanAnswer& a) {
   Rows rows;
-  for (const PressAnswer& p : a.presses) {
-    const LumpEstimate& e = p.estimate;
+  for (const ScannedPress& p : a.presses) {
+    const lump::Estimate& e = p.estimate;
     std::string words =
-        line("the bump at %.3g, %.3g mm: %s", p.bump_mm[0], p.bump_mm[1], verdict_words(e.verdict));
+        line("the bump at %.3g, %.3g mm: %s", p.bump_mm[0], p.bump_mm[1], lump::status_words(e.verdict));
     if (tells_numbers(e.verdict))
       words += "; size " + interval_text(e.size_mm, "mm") + ", depth " + interval_text(e.depth_mm, "mm") +
                line(", stiffness ratio %.3g to %.3g", e.stiffness_ratio.low, e.stiffness_ratio.high);
@@ -84,7 +84,7 @@ Rows press_rows(const ScanAnswer& a) {
   return rows;
 }
 
-Json to_json(const LumpOutline& o) {
+Json to_json(const lump::Outline& o) {
   Json value = {{"found", o.found}, {"closed", o.closed}, {"significance", or_null(o.significance)}};
   if (!o.reason.empty()) value["reason"] = o.reason;
   if (o.found) {
@@ -100,8 +100,8 @@ Json to_json(const LumpOutline& o) {
   return value;
 }
 
-Json to_json(const LumpEstimate& e) {
-  Json v = {{"verdict", verdict_words(e.verdict)},
+Json to_json(const lump::Estimate& e) {
+  Json v = {{"verdict", lump::status_words(e.verdict)},
             {"method", e.method},
             {"evidence", or_null(e.evidence)},
             {"false_alarm_rate", e.false_alarm_rate},
@@ -118,13 +118,13 @@ Json to_json(const LumpEstimate& e) {
   return v;
 }
 
-Rows map_rows(const ScanMap& map) {
+Rows map_rows(const lump::ScanMap& map) {
   Rows rows;
   std::string forces;
   for (const double force_N : map.reading.force_N)
     forces += (forces.empty() ? "" : ", ") + line("%.3g", force_N);
   const auto used =
-      std::count_if(map.places.begin(), map.places.end(), [](const PressPlace& p) { return p.used; });
+      std::count_if(map.places.begin(), map.places.end(), [](const lump::PressPlace& p) { return p.used; });
   rows.emplace_back("presses", line("%ld of %zu used", static_cast<long>(used), map.places.size()));
   rows.emplace_back("forces on the block", forces + " N");
   rows.emplace_back("seen", line("%.1f %% of the block, its rim aside", 100 * map.seen_share));
@@ -134,12 +134,12 @@ Rows map_rows(const ScanMap& map) {
   return rows;
 }
 
-Rows truth_rows(const ForwardScene& s) {
+Rows truth_rows(const fem::Scene& s) {
   if (!s.inclusion) return {{"lump", "none"}};
   Rows rows;
-  std::vector<Inclusion> lumps = {*s.inclusion};
+  std::vector<fem::Inclusion> lumps = {*s.inclusion};
   lumps.insert(lumps.end(), s.others.begin(), s.others.end());
-  for (const Inclusion& lump : lumps) {
+  for (const fem::Inclusion& lump : lumps) {
     const auto size = lump.size();
     rows.emplace_back("shape", to_string(lump.shape));
     rows.emplace_back("size", line("%g x %g x %g mm", size[0], size[1], size[2]));
@@ -156,12 +156,12 @@ std::string table(const std::string& title, const Rows& rows) {
   return text;
 }
 
-std::string places_csv(const ScanMap& map) {
+std::string places_csv(const lump::ScanMap& map) {
   std::string csv =
       "press,used,stage_x_mm,stage_y_mm,shift_x_mm,shift_x_sd_mm,shift_y_mm,shift_y_sd_mm,gain,gain_sd,"
       "misfit,"
       "reason\n";
-  for (const PressPlace& p : map.places) {
+  for (const lump::PressPlace& p : map.places) {
     csv += "\"" + p.name + "\"," + (p.used ? "1," : "0,") + plot_number(p.stage_mm[0]) + "," +
            plot_number(p.stage_mm[1]) + ",";
     if (p.used)
@@ -178,11 +178,11 @@ double place(uint32_t i, uint32_t count, double pitch_mm) {
   return (i - (count - 1) / 2.0) * pitch_mm;
 }
 
-std::string map_csv(const ScanMap& map) {
+std::string map_csv(const lump::ScanMap& map) {
   std::string csv = "x_mm,y_mm,presses";
   for (const double force_N : map.reading.force_N) csv += line(",pressure_Pa_at_%.4g_N", force_N);
   csv += ",between_presses_Pa\n";
-  const ForwardMap& top = map.reading.pressure_Pa.back();
+  const fem::Map& top = map.reading.pressure_Pa.back();
   const auto cell = [](float value) {
     return std::isfinite(value) ? plot_number(static_cast<double>(value)) : std::string();
   };
@@ -190,7 +190,7 @@ std::string map_csv(const ScanMap& map) {
     for (uint32_t i = 0; i < top.width; ++i) {
       csv += plot_number(place(i, top.width, top.pitch_mm[0])) + "," +
              plot_number(place(j, top.height, top.pitch_mm[1])) + "," + cell(map.presses.at(i, j));
-      for (const ForwardMap& load : map.reading.pressure_Pa) csv += "," + cell(load.at(i, j));
+      for (const fem::Map& load : map.reading.pressure_Pa) csv += "," + cell(load.at(i, j));
       csv += "," + cell(map.disagreement_Pa.at(i, j)) + "\n";
     }
   return csv;
@@ -206,7 +206,7 @@ std::string ellipse(double x, double y, double width, double height) {
   return lines;
 }
 
-std::string matrix(const ForwardMap& map) {
+std::string matrix(const fem::Map& map) {
   std::string lines;
   for (uint32_t j = 0; j < map.height; ++j, lines += "\n")
     for (uint32_t i = 0; i < map.width; ++i)
@@ -218,11 +218,11 @@ std::string matrix(const ForwardMap& map) {
 
 std::string map_script(const ScanReport& r) {
   const ScanAnswer& a = r.answer;
-  const LumpReading& reading = a.map.reading;
+  const lump::Observation& reading = a.map.reading;
   std::string blocks = data_block("map", matrix(reading.pressure_Pa.back())) +
                        data_block("spread", matrix(a.map.disagreement_Pa));
   std::string over;
-  const auto draw = [&](const LumpOutline& outline, const char* name, const char* title) {
+  const auto draw = [&](const lump::Outline& outline, const char* name, const char* title) {
     if (!outline.closed) return;
     std::string lines;
     for (size_t i = 0; i <= outline.points_mm.size(); ++i) {
@@ -235,21 +235,21 @@ std::string map_script(const ScanReport& r) {
   draw(a.outline, "outline", "title 'felt: half height'");
   if (a.second_outline) draw(*a.second_outline, "outline2", "notitle");
   if (a.estimate && tells_numbers(a.estimate->verdict)) {
-    const LumpEstimate& e = *a.estimate;
+    const lump::Estimate& e = *a.estimate;
     blocks += data_block("lump", ellipse(e.x_mm.value, e.y_mm.value, e.size_mm.value, e.size_mm.value));
     over += ", $lump using 1:2 with lines lw 2.5 dt 2 lc rgb '#00e5ff' title 'estimated size'";
   }
   if (r.truth && r.truth->inclusion) {
-    std::vector<Inclusion> lumps = {*r.truth->inclusion};
+    std::vector<fem::Inclusion> lumps = {*r.truth->inclusion};
     lumps.insert(lumps.end(), r.truth->others.begin(), r.truth->others.end());
     std::string lines;
-    for (const Inclusion& lump : lumps)
+    for (const fem::Inclusion& lump : lumps)
       lines += ellipse(lump.offset_mm[0], lump.offset_mm[1], lump.size()[0], lump.size()[1]) + "\n";
     blocks += data_block("truth", lines);
     over += ", $truth using 1:2 with lines lw 2 dt 3 lc rgb '#ffffff' title 'true size'";
   }
   std::string windows;
-  for (const PressPlace& p : a.map.places)
+  for (const lump::PressPlace& p : a.map.places)
     windows += plot_number(p.stage_mm[0] + p.shift_mm[0]) + " " + plot_number(p.stage_mm[1] + p.shift_mm[1]) +
                " " + (p.used ? "1" : "0") + "\n";
   blocks += data_block("windows", windows);
@@ -375,7 +375,7 @@ Json scan_json(const ScanReport& r) {
   Json value = {
       {"inputs", Json::object()}, {"program_version", PALPATE_VERSION}, {"model", r.model}, {"made", r.made}};
   for (const auto& [name, text] : r.inputs) value["inputs"][name] = text;
-  const LumpReading& reading = a.map.reading;
+  const lump::Observation& reading = a.map.reading;
   value["map"] = {{"force_N", reading.force_N},
                   {"width", reading.pressure_Pa.back().width},
                   {"height", reading.pressure_Pa.back().height},
@@ -385,7 +385,7 @@ Json scan_json(const ScanReport& r) {
                   {"noise_Pa", reading.noise_Pa},
                   {"between_presses_Pa", a.map.between_presses_Pa},
                   {"presses", Json::array()}};
-  for (const PressPlace& p : a.map.places) {
+  for (const lump::PressPlace& p : a.map.places) {
     Json press = {{"name", p.name}, {"used", p.used}, {"stage_mm", p.stage_mm}};
     if (p.used)
       press.update({{"shift_mm", p.shift_mm},
@@ -401,7 +401,7 @@ Json scan_json(const ScanReport& r) {
   if (a.second_outline) value["second_outline"] = to_json(*a.second_outline);
   value["estimate"] = nullptr;
   if (a.estimate) value["estimate"] = to_json(*a.estimate);
-  for (const PressAnswer& p : a.presses) {
+  for (const ScannedPress& p : a.presses) {
     Json press = {{"name", p.name}, {"bump_mm", p.bump_mm}};
     press["estimate"] = to_json(p.estimate);
     value["presses_of_one_bump"].push_back(press);
@@ -414,16 +414,16 @@ Json scan_json(const ScanReport& r) {
 
 std::string write_scan(const ScanReport& r, const fs::path& folder) {
   make_output_folder(folder);
-  const ScanMap& map = r.answer.map;
+  const lump::ScanMap& map = r.answer.map;
   std::vector<float> loads;
-  for (const ForwardMap& load : map.reading.pressure_Pa)
+  for (const fem::Map& load : map.reading.pressure_Pa)
     loads.insert(loads.end(), load.values.begin(), load.values.end());
-  const ForwardMap& top = map.reading.pressure_Pa.back();
+  const fem::Map& top = map.reading.pressure_Pa.back();
   write_npy(folder / "pressure_Pa.npy", loads, {map.reading.pressure_Pa.size(), top.height, top.width});
   write_npy(folder / "disagreement_Pa.npy", map.disagreement_Pa.values, {top.height, top.width});
   write_whole(folder / "map.csv", std::string_view(map_csv(map)));
   write_whole(folder / "presses.csv", std::string_view(places_csv(map)));
-  const auto write_outline = [&folder](const LumpOutline& outline, const char* name) {
+  const auto write_outline = [&folder](const lump::Outline& outline, const char* name) {
     std::string csv = "x_mm,y_mm\n";
     for (const auto& p : outline.points_mm) csv += plot_number(p[0]) + "," + plot_number(p[1]) + "\n";
     write_whole(folder / name, std::string_view(csv));

@@ -22,25 +22,25 @@ struct Options {
   bool costs = false;
 };
 
-bool has_values(const LumpEstimate& e) {
-  return (tells_numbers(e.verdict) || e.verdict == LumpVerdict::OutsideTraining) &&
+bool has_values(const lump::Estimate& e) {
+  return (tells_numbers(e.verdict) || e.verdict == lump::Status::OutsideTraining) &&
          std::isfinite(e.size_mm.value) && std::isfinite(e.depth_mm.value);
 }
 
-std::string value_text(const LumpValue& v) {
+std::string value_text(const lump::Value& v) {
   char text[64];
   std::snprintf(text, sizeof text, "%.3g (%.3g-%.3g)", v.value, v.low, v.high);
   return text;
 }
 
-std::string table(const std::vector<StabilityRow>& rows) {
+std::string table(const std::vector<lump::StabilityRow>& rows) {
   std::string text;
   char line[400];
   std::snprintf(line, sizeof line, "%-16s %-38s %-17s %-18s %-18s %-18s\n", "group", "block", "verdict",
                 "size, mm", "depth, mm", "stiffness ratio");
   text += line;
-  for (const StabilityRow& row : rows) {
-    const LumpEstimate& e = row.estimate;
+  for (const lump::StabilityRow& row : rows) {
+    const lump::Estimate& e = row.estimate;
     const bool values = row.pressed && has_values(e);
     std::snprintf(line, sizeof line, "%-16s %-38s %-17s %-18s %-18s %-18s\n", row.what.group.c_str(),
                   row.what.name.c_str(), row.pressed ? to_string(e.verdict) : "not pressed",
@@ -51,10 +51,10 @@ std::string table(const std::vector<StabilityRow>& rows) {
   return text;
 }
 
-std::string costs_table(const std::vector<CostRow>& rows) {
+std::string costs_table(const std::vector<lump::CostRow>& rows) {
   std::string text = "\nchoice      name                            time      largest error   force\n";
   char line[200];
-  for (const CostRow& row : rows) {
+  for (const lump::CostRow& row : rows) {
     std::snprintf(line, sizeof line, "%-11s %-30s %6.2f s   %6.2f %% of peak   %+.2f %%\n",
                   row.choice.c_str(), row.name.c_str(), row.wall_s, 100 * row.map_error,
                   100 * row.force_error);
@@ -63,17 +63,17 @@ std::string costs_table(const std::vector<CostRow>& rows) {
   return text;
 }
 
-Json to_json(const LumpValue& v) {
+Json to_json(const lump::Value& v) {
   return {{"value", v.value}, {"low", v.low}, {"high", v.high}};
 }
 
-Json to_json(const StabilityRow& row) {
-  const LumpEstimate& e = row.estimate;
+Json to_json(const lump::StabilityRow& row) {
+  const lump::Estimate& e = row.estimate;
   Json value = {{"group", row.what.group}, {"name", row.what.name},
                 {"pressed", row.pressed},  {"verdict", row.pressed ? to_string(e.verdict) : "not pressed"},
                 {"evidence", e.evidence},  {"reasons", e.reasons}};
   if (row.what.scene.inclusion) {
-    const Inclusion& lump = *row.what.scene.inclusion;
+    const fem::Inclusion& lump = *row.what.scene.inclusion;
     value["truth"] = {
         {"size_mm", lump.size()[0]}, {"depth_mm", lump.depth_mm}, {"stiffness_ratio", lump.stiffness_ratio}};
   }
@@ -85,22 +85,22 @@ Json to_json(const StabilityRow& row) {
   return value;
 }
 
-std::string csv(const std::vector<StabilityRow>& rows) {
+std::string csv(const std::vector<lump::StabilityRow>& rows) {
   std::string text =
       "group,block,true_size_mm,true_depth_mm,true_stiffness_ratio,verdict,size_mm,size_low_mm,size_high_mm,"
       "depth_mm,depth_low_mm,depth_high_mm,stiffness_ratio,stiffness_ratio_low,stiffness_ratio_high\n";
   char line[400];
-  for (const StabilityRow& row : rows) {
+  for (const lump::StabilityRow& row : rows) {
     text += '"' + row.what.group + "\",\"" + row.what.name + "\",";
     if (row.what.scene.inclusion) {
-      const Inclusion& lump = *row.what.scene.inclusion;
+      const fem::Inclusion& lump = *row.what.scene.inclusion;
       std::snprintf(line, sizeof line, "%g,%g,%g,", lump.size()[0], lump.depth_mm, lump.stiffness_ratio);
       text += line;
     } else {
       text += ",,,";
     }
     text += row.pressed ? to_string(row.estimate.verdict) : "not pressed";
-    for (const LumpValue* v :
+    for (const lump::Value* v :
          {&row.estimate.size_mm, &row.estimate.depth_mm, &row.estimate.stiffness_ratio}) {
       std::snprintf(line, sizeof line, ",%.5g,%.5g,%.5g", v->value, v->low, v->high);
       text += row.pressed && has_values(row.estimate) ? line : ",,,";
@@ -117,36 +117,37 @@ void write(const std::filesystem::path& path, const std::string& text) {
 }
 
 Report stability(const Common& common, const Options& options) {
-  const LumpEstimator estimator =
+  const lump::Estimator estimator =
       lump_estimator(options.direct ? "direct" : "network", lump_network(""), options.threads);
-  const std::vector<StabilityCase> cases = stability_cases(options.noise);
-  std::vector<StabilityRow> rows;
+  const std::vector<lump::StabilityCase> cases = lump::stability_cases(options.noise);
+  std::vector<lump::StabilityRow> rows;
   {
     ProgressBar bar(common, "pressing", cases.size());
     rows = judge_stability(cases, estimator, common.seed, options.threads,
                            [&](uint64_t done) { bar.update(done); });
   }
   Json value = {{"method", options.direct ? "direct" : "network"}, {"noise_share", options.noise}};
-  for (const StabilityRow& row : rows) value["blocks"].push_back(to_json(row));
+  for (const lump::StabilityRow& row : rows) value["blocks"].push_back(to_json(row));
   std::string text = table(rows);
-  std::vector<CostRow> costs;
-  std::vector<LumpScoreRow> by_loads;
+  std::vector<lump::CostRow> costs;
+  std::vector<lump::ScoreRow> by_loads;
   if (options.costs) {
-    costs = press_costs(options.threads);
+    costs = lump::press_costs(options.threads);
     text += costs_table(costs);
-    LumpEvaluationJob job;
+    lump::EvaluationJob job;
     job.estimator = estimator;
     job.sensor.noise_share = options.noise;
     job.seed = common.seed;
     ProgressBar bar(common, "pressing balls", 12);
-    by_loads = scores_over(LumpScoreOver::Loads,
-                           pressed_balls(options.threads, [&](uint64_t done) { bar.update(done); }), job);
+    by_loads =
+        scores_over(lump::ScoreOver::Loads,
+                    lump::pressed_balls(options.threads, [&](uint64_t done) { bar.update(done); }), job);
     text +=
         "\nthe estimator by number of loads, on balls of 6 to 12 mm, 3 and 6 mm deep, 3 and 10 times as "
         "stiff\n" +
         rows_text(by_loads);
     value["by_loads"] = json::parse(rows_json(by_loads));
-    for (const CostRow& row : costs)
+    for (const lump::CostRow& row : costs)
       value["costs"].push_back({{"choice", row.choice},
                                 {"name", row.name},
                                 {"wall_s", row.wall_s},
@@ -160,7 +161,7 @@ Report stability(const Common& common, const Options& options) {
     if (options.costs) {
       std::string lines = "choice,name,wall_s,largest_error_of_peak,force_error\n";
       char line[200];
-      for (const CostRow& row : costs) {
+      for (const lump::CostRow& row : costs) {
         std::snprintf(line, sizeof line, "%s,\"%s\",%.4g,%.4g,%.4g\n", row.choice.c_str(), row.name.c_str(),
                       row.wall_s, row.map_error, row.force_error);
         lines += line;
@@ -195,7 +196,7 @@ void add_lump_stability(CommandLine& group, Common& common, Command& chosen) {
   command->add_flag("--costs", o->costs,
                     "Also error against run time of grids, strain models and numbers of loads");
   command->add_option("--out", common.out,
-                      "Folder for stability.csv, press_costs.csv and estimate_costs.csv");
+                      "Folder for stability.csv, lump::press_costs.csv and estimate_costs.csv");
   add_common(*command, common, "  palpate lump stability --costs --out out/stability\n");
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return stability(common, *o); }; });
 }

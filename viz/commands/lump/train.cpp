@@ -20,18 +20,18 @@ namespace {
 struct Options {
   std::vector<std::string> files;
   std::string validate;
-  LumpTrainingOptions training;
+  lump::TrainingOptions training;
 };
 
-std::string trust_text(const LumpNetwork& network) {
+std::string trust_text(const lump::Network& network) {
   std::string text =
       "of size, depth and ratio on what was kept aside: median errors, and by what intervals are stretched\n"
       "method   loads  noise    median error, %     shape    stretch             evidence  misfit\n";
   char line[200];
-  for (const LumpTrustRow& t : network.trust()) {
+  for (const lump::CalibrationRow& t : network.trust()) {
     std::snprintf(line, sizeof line,
                   "%-8s %5u %5.1f %%   %4.1f  %4.1f  %4.1f   %3.0f %%   %4.2f  %4.2f  %4.2f   %8.3g  %6.3g\n",
-                  t.method == LumpMethod::Network ? "network" : "refined", t.loads, 100 * t.noise_share,
+                  t.method == lump::Method::Network ? "network" : "refined", t.loads, 100 * t.noise_share,
                   100 * t.median_error[0], 100 * t.median_error[1], 100 * t.median_error[2],
                   100 * t.shape_rate, t.stretch[0], t.stretch[1], t.stretch[2], t.evidence, t.misfit);
     text += line;
@@ -41,11 +41,11 @@ std::string trust_text(const LumpNetwork& network) {
 
 Report run(const Common& common, Options& o) {
   if (common.out.empty()) throw Error(Failure::Usage, "--out FILE for the network", "none", "--out my.lump");
-  std::vector<LumpExample> examples;
+  std::vector<lump::Example> examples;
   std::string made_from;
   for (const std::string& file : o.files) {
-    const LumpData data = read_lump_file(file);
-    const std::vector<LumpExample> more = lump_examples(data);
+    const lump::Data data = lump::read_lump_file(file);
+    const std::vector<lump::Example> more = lump::lump_examples(data);
     char text[200];
     std::snprintf(text, sizeof text, "%s%zu cases of seed %llu (%u x %u x %u cells, %s)",
                   made_from.empty() ? "" : "; ", more.size(),
@@ -71,13 +71,13 @@ Report run(const Common& common, Options& o) {
     }
     return !interrupted();
   };
-  LumpTrainingReport report;
+  lump::TrainingReport report;
   std::string bytes;
-  LumpNetwork network(nullptr);
+  lump::Network network(nullptr);
   try {
     network = train_lumps(examples, o.training, report);
     bytes = network.bytes();
-  } catch (const Stopped&) {
+  } catch (const lump::Stopped&) {
     return {"interrupted: no network was written", R"({"complete": false})", kInterrupted};
   }
   const double wall_s = now_s() - start_s;
@@ -111,10 +111,11 @@ Report run(const Common& common, Options& o) {
                    {"made_from", network.made_from()},
                    {"wall_s", wall_s}};
   if (!o.validate.empty()) {
-    LumpEvaluationJob job;
-    job.estimator = [&network](const LumpReading& reading) { return network.estimate(reading); };
+    lump::EvaluationJob job;
+    job.estimator = [&network](const lump::Observation& reading) { return network.estimate(reading); };
     job.seed = common.seed;
-    const LumpScore score = score_of(judge_lumps(lump_examples(read_lump_file(o.validate)), job));
+    const lump::Score score =
+        lump::score_of(judge_lumps(lump::lump_examples(lump::read_lump_file(o.validate)), job));
     out.text += "\n" + o.validate + " through a synthetic sensor, 1 % noise:\n" + score_text(score);
     json["validation"] = score_json(score, "network", job);
   }

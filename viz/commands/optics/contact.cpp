@@ -36,7 +36,7 @@ std::vector<double> for_each(const std::vector<double>& given, size_t count, dou
   return given;
 }
 
-std::string name_of(const FaceContact& c) {
+std::string name_of(const optics::FaceContact& c) {
   std::string name = line("n = %g", c.index.real());
   if (c.index.imag() != 0) name += line(" - %gi", -c.index.imag());
   if (c.gap_nm > 0) name += line(", gap %g nm", c.gap_nm);
@@ -55,29 +55,30 @@ constexpr const char* kAssumptions[] = {
     "exposure"};
 
 Report contact(const Common& common, const Options& options) {
-  const Waveguide guide = guide_of(options.media, true);
-  const EdgeLamp lamp = lamp_of(options.lamp, guide);
+  const optics::Waveguide guide = guide_of(options.media, true);
+  const optics::EdgeLamp lamp = lamp_of(options.lamp, guide);
   const size_t count = options.contacts.size();
   const std::vector<double> extinction = for_each(options.extinction, count, 0, "--contact-extinction"),
                             albedo = for_each(options.albedo, count, 1, "--albedo"),
                             gap_nm = for_each(options.gap_nm, count, 0, "--gap-nm");
-  std::vector<FaceContact> contacts;
+  std::vector<optics::FaceContact> contacts;
   for (size_t i = 0; i < count; ++i)
-    contacts.push_back({optical_index(options.contacts[i], extinction[i]), gap_nm[i], options.wavelength_nm});
-  const LampShares shares = lamp_shares(guide, lamp);
+    contacts.push_back(
+        {optics::optical_index(options.contacts[i], extinction[i]), gap_nm[i], options.wavelength_nm});
+  const optics::LampShares shares = optics::lamp_shares(guide, lamp);
   if (!(shares.touching > 0))
     throw Error(Failure::Input, "a guide whose light meets the touched face", "none that does",
                 "an outside of lower index, or --led-layer 1");
-  GrayReference reference;
-  reference.light =
-      contact_light(guide, lamp, {optical_index(options.reference_index, options.reference_extinction)});
+  optics::GrayReference reference;
+  reference.light = optics::contact_light(
+      guide, lamp, {optics::optical_index(options.reference_index, options.reference_extinction)});
   reference.albedo = options.reference_albedo;
   const bool calibrated = options.reference_gray.has_value();
   reference.gray = calibrated ? *options.reference_gray : 1;
   reference.most_gray = calibrated ? options.most_gray : std::numeric_limits<double>::max();
 
   const double top = guide.layers.front().index;
-  const LayerGuidance band = guidance(guide, lamp.edge_index)[lamp.layer];
+  const optics::LayerGuidance band = optics::guidance(guide, lamp.edge_index)[lamp.layer];
   std::string text = line(
       "%.4f of the LED's light is guided and meets the face: %.3g of it per mm of the guide's length\n"
       "reference: n = %g, albedo %g%s\n\n"
@@ -87,8 +88,8 @@ Report contact(const Common& common, const Options& options) {
       calibrated ? "       gray" : "");
   Json rows = Json::array();
   for (size_t i = 0; i < count; ++i) {
-    const ContactLight light = contact_light(guide, lamp, contacts[i]);
-    const PredictedGray gray = predict_gray(reference, light, albedo[i]);
+    const optics::ContactLight light = optics::contact_light(guide, lamp, contacts[i]);
+    const optics::PredictedGray gray = optics::predict_gray(reference, light, albedo[i]);
     const double relative = gray.unlimited / reference.gray;
     const double to_deg = degrees(std::asin(std::min(1.0, light.reached_to / top)));
     const bool leaves = light.leaving_per_mm > 0;
@@ -143,17 +144,17 @@ Report contact(const Common& common, const Options& options) {
     const double deg = from_deg + (90 - from_deg) * i / kSteps, s = top * std::sin(radians(deg));
     angles[0].push_back(deg);
     for (size_t c = 0; c < count; ++c)
-      angles[1 + c].push_back(i == kSteps ? 0 : contact_transmittance(guide, contacts[c], s));
+      angles[1 + c].push_back(i == kSteps ? 0 : optics::contact_transmittance(guide, contacts[c], s));
   }
   for (int i = 0; i <= kSteps / 4; ++i) {
     const double n = 1 + 1.5 * i / (kSteps / 4.0);
-    const ContactLight light = contact_light(guide, lamp, {optical_index(n)});
+    const optics::ContactLight light = optics::contact_light(guide, lamp, {optics::optical_index(n)});
     indices[0].push_back(n);
     indices[1].push_back(light.per_meeting);
-    indices[2].push_back(predict_gray(reference, light, 1).unlimited / reference.gray);
+    indices[2].push_back(optics::predict_gray(reference, light, 1).unlimited / reference.gray);
   }
   std::string header = "angle_deg";
-  for (const FaceContact& c : contacts) {
+  for (const optics::FaceContact& c : contacts) {
     std::string name = line(",transmittance_n%g", c.index.real());
     if (c.index.imag() != 0) name += line("_k%g", -c.index.imag());
     if (c.gap_nm > 0) name += line("_gap%gnm", c.gap_nm);

@@ -44,9 +44,9 @@ Json angles_json(double from, double to, double index) {
 }
 
 Report critical(const CriticalOptions& options) {
-  const Waveguide guide = guide_of(options.media, false);
-  const double edge = options.edge_index.value_or(outside_index(guide));
-  const std::vector<LayerGuidance> found = guidance(guide, edge);
+  const optics::Waveguide guide = guide_of(options.media, false);
+  const double edge = options.edge_index.value_or(optics::outside_index(guide));
+  const std::vector<optics::LayerGuidance> found = optics::guidance(guide, edge);
   std::string text = line(
       "n = %g outside of the touched face, %g towards the camera, %g at the edge\n\n"
       "layer      n   critical angle, deg           NA     accepts, deg   guided n sin      meets the face\n"
@@ -55,7 +55,7 @@ Report critical(const CriticalOptions& options) {
   Json layers = Json::array();
   bool unreached = false;
   for (size_t i = 0; i < found.size(); ++i) {
-    const LayerGuidance& l = found[i];
+    const optics::LayerGuidance& l = found[i];
     const double n = guide.layers[i].index;
     unreached = unreached || l.touching_to < l.guided_to;
     text += line("%5zu %6.4g %11s %11s %11.6f %12.6f%s   %-15s   %s\n", i + 1, n,
@@ -75,7 +75,7 @@ Report critical(const CriticalOptions& options) {
                       {"touching_deg", angles_json(l.touching_from, l.touching_to, n)}});
   }
   text += "\nlight is kept in beyond the critical angle (from the normal) of the outside that it reaches\n";
-  if (std::any_of(found.begin(), found.end(), [](const LayerGuidance& l) { return l.accepts.all; }))
+  if (std::any_of(found.begin(), found.end(), [](const optics::LayerGuidance& l) { return l.accepts.all; }))
     text += "* NA is at least the index at the edge: whatever enters is kept in\n";
   if (unreached)
     text +=
@@ -86,7 +86,7 @@ Report critical(const CriticalOptions& options) {
   return {text, value.dump(2)};
 }
 
-Json shares_json(const LampShares& s) {
+Json shares_json(const optics::LampShares& s) {
   return {{"entering", s.entering},
           {"guided", s.guided},
           {"touching", s.touching},
@@ -97,7 +97,7 @@ struct Range {
   size_t layer = 0;
   double from = 1, to = 1;
 };
-Range parse_vary(const std::string& text, const Waveguide& guide, const EdgeLamp& lamp) {
+Range parse_vary(const std::string& text, const optics::Waveguide& guide, const optics::EdgeLamp& lamp) {
   if (text.empty()) return {lamp.layer, 1, 1.7};
   Range range;
   unsigned layer = 0;
@@ -113,8 +113,8 @@ Range parse_vary(const std::string& text, const Waveguide& guide, const EdgeLamp
 }
 
 Report trapped(const Common& common, const TrappedOptions& options) {
-  const Waveguide guide = guide_of(options.media, false);
-  const EdgeLamp lamp = lamp_of(options.lamp, guide);
+  const optics::Waveguide guide = guide_of(options.media, false);
+  const optics::EdgeLamp lamp = lamp_of(options.lamp, guide);
   const Range range = parse_vary(options.vary, guide, lamp);
   std::string text = line(
       "a LED (cos^%.3g, up to %g deg) at the edge, n = %g between; shares of its light\n\n"
@@ -122,9 +122,9 @@ Report trapped(const Common& common, const TrappedOptions& options) {
       lamp.order, degrees(lamp.half_angle_rad), lamp.edge_index);
   Json layers = Json::array();
   for (size_t i = 0; i < guide.layers.size(); ++i) {
-    EdgeLamp here = lamp;
+    optics::EdgeLamp here = lamp;
     here.layer = i;
-    const LampShares s = lamp_shares(guide, here);
+    const optics::LampShares s = optics::lamp_shares(guide, here);
     text += line("%9zu%s %5.4g %10.6f %10.6f %10.6f\n", i + 1, i == lamp.layer ? "*" : " ",
                  guide.layers[i].index, s.entering, s.guided, s.touching);
     Json row = shares_json(s);
@@ -136,10 +136,10 @@ Report trapped(const Common& common, const TrappedOptions& options) {
   constexpr int kSteps = 140;
   std::vector<std::vector<double>> curve(4);
   for (int i = 0; i <= kSteps; ++i) {
-    Waveguide varied = guide;
+    optics::Waveguide varied = guide;
     const double n = range.from + (range.to - range.from) * i / kSteps;
     varied.layers[range.layer].index = n;
-    const LampShares s = lamp_shares(varied, lamp);
+    const optics::LampShares s = optics::lamp_shares(varied, lamp);
     const double cells[] = {n, s.entering, s.guided, s.touching};
     for (size_t c = 0; c < curve.size(); ++c) curve[c].push_back(cells[c]);
   }
@@ -150,7 +150,7 @@ Report trapped(const Common& common, const TrappedOptions& options) {
            curve[3][static_cast<size_t>(best)]);
   const Json value = {
       {"led", to_json(lamp)},
-      {"led_layer_shares", shares_json(lamp_shares(guide, lamp))},
+      {"led_layer_shares", shares_json(optics::lamp_shares(guide, lamp))},
       {"layers", layers},
       {"varied_layer", range.layer + 1},
       {"best_index", curve[0][static_cast<size_t>(best)]},

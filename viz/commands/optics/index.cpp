@@ -36,20 +36,20 @@ Report index(const Common& common, const Options& options) {
   if (options.sd.size() > 1 && options.sd.size() != 4)
     throw Error(Failure::Usage, "one --sd-mm for all lengths, or four: of OD, ON, M1M2, NM2",
                 std::to_string(options.sd.size()), "--sd-mm 0.5");
-  std::vector<MeasuredIndex> parts;
+  std::vector<optics::MeasuredIndex> parts;
   Json rows = Json::array();
   std::string text =
       "   incidence, deg   refraction, deg       n        standard error   from OD    ON      M1M2     NM2\n";
   std::string csv = "od_mm,on_mm,m1m2_mm,nm2_mm,incidence_deg,refraction_deg,index,standard_error\n";
   for (size_t i = 0; i < count; ++i) {
-    LaserSpots spots;
+    optics::LaserSpots spots;
     spots.od = {options.od[i], sd_of(options, 0)};
     spots.on = {options.on[i], sd_of(options, 1)};
     spots.m1m2 = {options.m1m2[i], sd_of(options, 2)};
     spots.nm2 = {options.nm2[i], sd_of(options, 3)};
     spots.n_air = options.n_air;
     spots.n_air_sd = options.n_air_sd;
-    const MeasuredIndex m = index_from_spots(spots);
+    const optics::MeasuredIndex m = optics::index_from_spots(spots);
     parts.push_back(m);
     text += line("%17.4f %17.4f %11.6f %17.6f   %8.2g %8.2g %8.2g %8.2g\n", degrees(m.incidence_rad),
                  degrees(m.refraction_rad), m.index, m.standard_error, m.sd_od, m.sd_on, m.sd_m1m2, m.sd_nm2);
@@ -63,7 +63,7 @@ Report index(const Common& common, const Options& options) {
          {"parts",
           {{"od", m.sd_od}, {"on", m.sd_on}, {"m1m2", m.sd_m1m2}, {"nm2", m.sd_nm2}, {"air", m.sd_air}}}});
   }
-  const CombinedIndex c = combine(parts);
+  const optics::CombinedIndex c = optics::combine(parts);
   const bool known = !options.sd.empty() || options.n_air_sd > 0, has_error = known || count > 1;
   if (has_error)
     text += line("\nn = %.6f +- %.6f (standard error)\n", c.index, c.standard_error);

@@ -22,13 +22,13 @@ struct Options {
   int rays = 21;
 };
 
-double total_mm(const Waveguide& guide) {
+double total_mm(const optics::Waveguide& guide) {
   double sum = 0;
-  for (const GuideLayer& layer : guide.layers) sum += layer.thickness_mm;
+  for (const optics::GuideLayer& layer : guide.layers) sum += layer.thickness_mm;
   return sum;
 }
 
-double middle_of(const Waveguide& guide, size_t layer) {
+double middle_of(const optics::Waveguide& guide, size_t layer) {
   double depth = guide.layers[layer].thickness_mm / 2;
   for (size_t i = 0; i < layer; ++i) depth += guide.layers[i].thickness_mm;
   return depth;
@@ -42,8 +42,8 @@ std::string or_dash(double value) {
 }
 
 struct Place {
-  LampShares shares;
-  FirstMeetings meetings;
+  optics::LampShares shares;
+  optics::FirstMeetings meetings;
 };
 Json place_json(const Place& p, double depth_mm) {
   return {{"depth_mm", depth_mm},
@@ -55,8 +55,8 @@ Json place_json(const Place& p, double depth_mm) {
           {"nine_tenths_have_met_mm", or_null(p.meetings.distance_of(0.9, p.shares.touching))}};
 }
 
-std::string fan_script(const Waveguide& guide, const std::vector<EdgeRay>& rays, const Place& place,
-                       double length_mm, bool svg) {
+std::string fan_script(const optics::Waveguide& guide, const std::vector<optics::EdgeRay>& rays,
+                       const Place& place, double length_mm, bool svg) {
   const double total = total_mm(guide);
   std::string script = plot_head(svg, 1100, 760), plots;
   double depth = 0;
@@ -99,27 +99,28 @@ std::string fan_script(const Waveguide& guide, const std::vector<EdgeRay>& rays,
 }
 
 Report led(const Common& common, const Options& options) {
-  const Waveguide guide = guide_of(options.media, true);
-  EdgeLamp lamp = lamp_of(options.lamp, guide);
+  const optics::Waveguide guide = guide_of(options.media, true);
+  optics::EdgeLamp lamp = lamp_of(options.lamp, guide);
   const double depth = options.depth_mm.value_or(middle_of(guide, lamp.layer));
   if (options.depth_mm) {
-    const size_t layer = layer_at(guide, depth);
+    const size_t layer = optics::layer_at(guide, depth);
     if (options.lamp.layer && layer != lamp.layer)
       throw Error(Failure::Usage, "--depth-mm in the layer of --led-layer",
                   line("%g mm is in layer %zu", depth, layer + 1), "one of the two");
     lamp.layer = layer;
   }
   const auto place_at = [&](size_t layer, double depth_mm) {
-    EdgeLamp here = lamp;
+    optics::EdgeLamp here = lamp;
     here.layer = layer;
-    return Place{lamp_shares(guide, here), first_meetings(guide, here, depth_mm, options.length_mm)};
+    return Place{optics::lamp_shares(guide, here),
+                 optics::first_meetings(guide, here, depth_mm, options.length_mm)};
   };
   const Place place = place_at(lamp.layer, depth);
-  std::vector<EdgeRay> rays;
+  std::vector<optics::EdgeRay> rays;
   const double widest = std::min(lamp.half_angle_rad, radians(89));
   for (int i = 0; i < options.rays; ++i) {
     const double angle = options.rays == 1 ? 0 : widest * (2.0 * i / (options.rays - 1) - 1);
-    rays.push_back(trace_ray(guide, lamp, depth, angle, options.length_mm));
+    rays.push_back(optics::trace_ray(guide, lamp, depth, angle, options.length_mm));
   }
 
   std::string text = line(
@@ -148,7 +149,7 @@ Report led(const Common& common, const Options& options) {
       options.length_mm);
   std::string ray_csv = "angle_deg,n_sin,fate,entering,first_mm,hop_mm\n";
   Json ray_list = Json::array();
-  for (const EdgeRay& ray : rays) {
+  for (const optics::EdgeRay& ray : rays) {
     const std::string first = std::isfinite(ray.first_mm) ? line("%.9g", ray.first_mm) : "";
     ray_csv += line("%.9g,%.9g,%s,%.9g,%s,%.9g\n", degrees(ray.angle_rad), ray.tangential_index,
                     to_string(ray.fate), ray.entering, first.c_str(), ray.hop_mm);

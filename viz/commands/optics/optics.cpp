@@ -41,13 +41,13 @@ std::vector<double> layer_thickness(const MediaOptions& media, bool needed) {
   return media.thickness_mm;
 }
 
-Waveguide guide_of(const MediaOptions& media, bool needs_thickness) {
+optics::Waveguide guide_of(const MediaOptions& media, bool needs_thickness) {
   const std::vector<double> thickness = layer_thickness(media, needs_thickness);
-  Waveguide guide;
+  optics::Waveguide guide;
   guide.above = media.indices.front();
   guide.below = media.indices.back();
   for (size_t i = 0; i < thickness.size(); ++i) guide.layers.push_back({media.indices[i + 1], thickness[i]});
-  check_waveguide(guide);
+  optics::check_waveguide(guide);
   return guide;
 }
 
@@ -68,8 +68,8 @@ void add_lamp(CommandLine& command, LampOptions& lamp) {
       ->capture_default_str();
 }
 
-EdgeLamp lamp_of(const LampOptions& options, const Waveguide& guide) {
-  EdgeLamp lamp;
+optics::EdgeLamp lamp_of(const LampOptions& options, const optics::Waveguide& guide) {
+  optics::EdgeLamp lamp;
   const size_t layer = options.layer.value_or((guide.layers.size() + 1) / 2);
   if (layer < 1 || layer > guide.layers.size())
     throw Error(Failure::Usage, "--led-layer from 1 to " + std::to_string(guide.layers.size()),
@@ -78,13 +78,13 @@ EdgeLamp lamp_of(const LampOptions& options, const Waveguide& guide) {
   lamp.edge_index = options.edge_index;
   if (options.order) lamp.order = *options.order;
   if (options.half_intensity_deg)
-    lamp.order = order_from_half_intensity(radians(*options.half_intensity_deg));
+    lamp.order = optics::order_from_half_intensity(radians(*options.half_intensity_deg));
   lamp.half_angle_rad = options.half_angle_deg == 90 ? std::numbers::pi / 2 : radians(options.half_angle_deg);
-  check_lamp(guide, lamp);
+  optics::check_lamp(guide, lamp);
   return lamp;
 }
 
-json::Value to_json(const EdgeLamp& lamp) {
+json::Value to_json(const optics::EdgeLamp& lamp) {
   return {{"layer", lamp.layer + 1},
           {"edge_index", lamp.edge_index},
           {"order", lamp.order},

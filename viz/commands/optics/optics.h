@@ -24,7 +24,7 @@ void add_media(CommandLine& command, MediaOptions& media, bool thickness);
 /// not fit, or none is given although `needed`; then 1 mm each stands for "of no effect".
 std::vector<double> layer_thickness(const MediaOptions& media, bool needed);
 /// The media as a waveguide, first outside = touched side.
-Waveguide guide_of(const MediaOptions& media, bool needs_thickness);
+optics::Waveguide guide_of(const MediaOptions& media, bool needs_thickness);
 
 struct LampOptions {
   std::optional<size_t> layer;  ///< from 1
@@ -34,8 +34,8 @@ struct LampOptions {
 };
 /// --led-layer, --edge-index, --led-order or --led-half-intensity-deg, --led-half-angle-deg.
 void add_lamp(CommandLine& command, LampOptions& lamp);
-EdgeLamp lamp_of(const LampOptions& options, const Waveguide& guide);
-json::Value to_json(const EdgeLamp& lamp);
+optics::EdgeLamp lamp_of(const LampOptions& options, const optics::Waveguide& guide);
+json::Value to_json(const optics::EdgeLamp& lamp);
 
 double degrees(double rad);
 double radians(double deg);

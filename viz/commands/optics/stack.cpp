@@ -23,7 +23,7 @@ struct Options {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-OpticalStack stack_of(const Options& options) {
+optics::OpticalStack stack_of(const Options& options) {
   const MediaOptions& media = options.media;
   const size_t count = media.indices.size();
   std::vector<double> extinction = media.extinction;
@@ -35,22 +35,23 @@ OpticalStack stack_of(const Options& options) {
   bool absorbs = false;
   for (size_t i = 1; i + 1 < count; ++i) absorbs = absorbs || extinction[i] != 0;
   const std::vector<double> thickness = layer_thickness(media, absorbs);
-  OpticalStack stack;
-  stack.from = optical_index(media.indices.front(), extinction.front());
-  stack.to = optical_index(media.indices.back(), extinction.back());
+  optics::OpticalStack stack;
+  stack.from = optics::optical_index(media.indices.front(), extinction.front());
+  stack.to = optics::optical_index(media.indices.back(), extinction.back());
   for (size_t i = 0; i < thickness.size(); ++i)
-    stack.layers.push_back({optical_index(media.indices[i + 1], extinction[i + 1]), thickness[i]});
+    stack.layers.push_back({optics::optical_index(media.indices[i + 1], extinction[i + 1]), thickness[i]});
   stack.wavelength_nm = options.wavelength_nm;
   return stack;
 }
 
 /// s, p and their mean.
 struct Shares {
-  StackLight s, p, mean;
+  optics::StackLight s, p, mean;
 };
-Shares shares_at(const OpticalStack& stack, double angle_rad) {
-  return {stack_light(stack, angle_rad, Polarisation::S), stack_light(stack, angle_rad, Polarisation::P),
-          unpolarised_light(stack, angle_rad)};
+Shares shares_at(const optics::OpticalStack& stack, double angle_rad) {
+  return {optics::stack_light(stack, angle_rad, optics::Polarisation::S),
+          optics::stack_light(stack, angle_rad, optics::Polarisation::P),
+          optics::unpolarised_light(stack, angle_rad)};
 }
 
 Json triple(double s, double p, double mean) {
@@ -58,8 +59,8 @@ Json triple(double s, double p, double mean) {
 }
 
 /// Angle of the light's way in a layer, by its real parts; none beyond the critical angle of a clear layer.
-double angle_in(OpticalIndex index, double s) {
-  const double along = normal_index(index, s).real();
+double angle_in(optics::OpticalIndex index, double s) {
+  const double along = optics::normal_index(index, s).real();
   return along > 0 || s == 0 ? std::atan2(s, along) : kNone;
 }
 
@@ -78,10 +79,10 @@ std::string sweep_script(const std::vector<std::vector<double>>& sweep, bool abs
 }
 
 Report stack(const Common& common, const Options& options) {
-  const OpticalStack media = stack_of(options);
+  const optics::OpticalStack media = stack_of(options);
   const double angle = options.angle_deg == 90 ? std::numbers::pi / 2 : radians(options.angle_deg);
   const Shares l = shares_at(media, angle);
-  const double s = tangential_index(media, angle);
+  const double s = optics::tangential_index(media, angle);
   const bool total = l.mean.reflectance == 1;
 
   Json layers = Json::array();
@@ -99,7 +100,7 @@ Report stack(const Common& common, const Options& options) {
   if (!media.layers.empty()) text += "\nlayer     n          k   thickness, mm   angle, deg       absorbed\n";
   bool absorbs = false;
   for (size_t i = 0; i < media.layers.size(); ++i) {
-    const OpticalLayer& layer = media.layers[i];
+    const optics::OpticalLayer& layer = media.layers[i];
     const double inside = angle_in(layer.index, s), k = -layer.index.imag();
     absorbs = absorbs || k > 0;
     const bool thick = !options.media.thickness_mm.empty();
