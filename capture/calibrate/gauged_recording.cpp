@@ -47,8 +47,8 @@ TimeAlignment align(const GaugedRecording& recording, const Gauge& gauge) {
   for (const GaugedFrame& f : recording.frames) {
     time_s.push_back(f.time_s);
     const Touch& t = f.touch;
-    if (normal && t.has_gradient)
-      signal.push_back(t.gradient_sum);  // before what presses counts as contact
+    if (normal && t.gradient_sum)
+      signal.push_back(*t.gradient_sum);  // before what presses counts as contact
     else
       signal.push_back(!t.contact ? 0 : normal ? t.gray_sum : std::hypot(t.shift_x_mm, t.shift_y_mm));
   }

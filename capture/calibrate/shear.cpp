@@ -61,9 +61,9 @@ std::vector<ShearSample> shear_samples(const std::vector<GaugedRecording>& recor
         s.ux_mm = t.shift_x_mm;
         s.uy_mm = t.shift_y_mm;
       } else {
-        if (!t.has_skin || t.skin.shift_x_mm.validity != Validity::Valid) continue;
-        s.ux_mm = t.skin.shift_x_mm.value;
-        s.uy_mm = t.skin.shift_y_mm.value;
+        if (!t.skin || t.skin->shift_x_mm.validity != Validity::Valid) continue;
+        s.ux_mm = t.skin->shift_x_mm.value;
+        s.uy_mm = t.skin->shift_y_mm.value;
       }
       samples.push_back(s);
     }
@@ -82,7 +82,7 @@ ShearOutcome calibrate_shear(std::vector<GaugedRecording> recordings, const Sens
   };
   bool has_skin = false;
   for (const GaugedRecording& r : o.recordings)
-    for (const GaugedFrame& f : r.frames) has_skin |= f.touch.has_skin;
+    for (const GaugedFrame& f : r.frames) has_skin |= f.touch.skin.has_value();
   if (request.signal == ShearSignal::Skin && !has_skin)
     throw Error(Failure::Sensor, "a pad whose skin shows a pattern, for signal 'skin'", "none",
                 "a section \"skin\" in the sensor file, or signal centroid");

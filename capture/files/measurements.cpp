@@ -79,14 +79,14 @@ void add_contact(Row& row, const Touch& touch) {
 
 // More regions than there was room for: how many contacts there are is not known.
 bool counted(const Touch& touch) {
-  return touch.has_contacts && !touch.regions_overflow;
+  return touch.regions && !touch.regions->overflow;
 }
 
 void add_skin(Row& row, const Touch& touch) {
-  const SkinMotion& skin = touch.skin;
-  for (const uint32_t points : {skin.points, skin.lost}) touch.has_skin ? row.whole(points) : row.empty();
+  const SkinMotion skin = touch.skin.value_or(SkinMotion{});
+  for (const uint32_t points : {skin.points, skin.lost}) touch.skin ? row.whole(points) : row.empty();
   for (const Estimate* one : {&skin.shift_x_mm, &skin.shift_y_mm, &skin.torsion_rad, &skin.stick_share}) {
-    const bool known = touch.has_skin && has_value(*one);
+    const bool known = touch.skin && has_value(*one);
     row.number_if(known, one->value);
     row.number_if(known, one->standard_error);
   }
@@ -148,20 +148,23 @@ std::string Measurements::cells(const Touch& touch, uint32_t outputs) {
     constexpr int kContactColumns = 22;
     for (int i = 0; i < kContactColumns; ++i) row.empty();
   }
-  row.number_if(touch.has_surface, touch.depth_max_mm);
-  row.number_if(touch.has_surface && touch.depth_sd_mm > 0, touch.depth_sd_mm);
-  row.text(touch.has_surface ? to_string(touch.depth_validity) : "");
-  row.text(!touch.has_surface ? "" : touch.datum_from_rest ? "rest" : "mean");
-  for (const uint64_t count : {touch.unknown_px, touch.shadowed_px, touch.outside_px})
-    touch.has_confidence ? row.whole(count) : row.empty();
-  touch.weighted ? row.whole(touch.islands) : row.empty();
-  row.number_if(touch.weighted, touch.weighted_residual);
-  row.number_if(touch.weighted, touch.weighted_misfit);
-  touch.has_surface ? row.whole(touch.clipped_px) : row.empty();
+  const SurfaceSummary surface = touch.surface.value_or(SurfaceSummary{});
+  row.number_if(touch.surface.has_value(), surface.depth_max_mm);
+  row.number_if(touch.surface && surface.depth_sd_mm > 0, surface.depth_sd_mm);
+  row.text(touch.surface ? to_string(surface.validity) : "");
+  row.text(!touch.surface ? "" : surface.rest_from_untouched ? "rest" : "mean");
+  const ConfidenceSummary confidence = touch.confidence.value_or(ConfidenceSummary{});
+  for (const uint64_t count : {confidence.unknown_px, confidence.shadowed_px, confidence.outside_px})
+    touch.confidence ? row.whole(count) : row.empty();
+  const WeightedSummary weighted = surface.weighted.value_or(WeightedSummary{});
+  surface.weighted ? row.whole(weighted.islands) : row.empty();
+  row.number_if(surface.weighted.has_value(), weighted.residual);
+  row.number_if(surface.weighted.has_value(), weighted.unexplained);
+  touch.surface ? row.whole(surface.clipped_px) : row.empty();
   counted(touch) ? row.whole(touch.contacts.size()) : row.empty();
-  row.number_if(touch.has_surface, touch.volume_mm3);
+  row.number_if(touch.surface.has_value(), surface.volume_mm3);
   add_skin(row, touch);
-  row.number_if(touch.has_gradient, touch.gradient_sum);
+  row.number_if(touch.gradient_sum.has_value(), touch.gradient_sum.value_or(0));
   return row.line();
 }
 

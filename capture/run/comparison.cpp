@@ -42,11 +42,11 @@ void Comparison::add(const Touch& touch, const Truth& truth, std::optional<doubl
       shear_x_N_.add(touch.shear_x_N.value - truth.shear_x_N, truth.shear_x_N);
       shear_y_N_.add(touch.shear_y_N.value - truth.shear_y_N, truth.shear_y_N);
     }
-    if (touch.has_skin && has_value(touch.skin.torsion_rad))
-      torsion_rad_.add(touch.skin.torsion_rad.value - truth.torsion_rad, truth.torsion_rad);
-    if (touch.has_skin && has_value(touch.skin.stick_share) &&
-        touch.skin.stick_share.validity != Validity::BelowRange)
-      stick_share_.add(touch.skin.stick_share.value - truth.stick_share, truth.stick_share);
+    if (touch.skin && has_value(touch.skin->torsion_rad))
+      torsion_rad_.add(touch.skin->torsion_rad.value - truth.torsion_rad, truth.torsion_rad);
+    if (touch.skin && has_value(touch.skin->stick_share) &&
+        touch.skin->stick_share.validity != Validity::BelowRange)
+      stick_share_.add(touch.skin->stick_share.value - truth.stick_share, truth.stick_share);
     if (touch.slip == Slip::Stick || touch.slip == Slip::Incipient || touch.slip == Slip::Slip) {
       ++counts_.slip_judged;
       if ((touch.slip == Slip::Slip) == truth.slipping) ++counts_.slip_agrees;
@@ -54,13 +54,13 @@ void Comparison::add(const Touch& touch, const Truth& truth, std::optional<doubl
     center_px_.add(
         std::hypot(touch.centroid_x_px - truth.center_x_px, touch.centroid_y_px - truth.center_y_px), 0);
   }
-  const bool bounded = touch.depth_validity == Validity::Saturated ||
-                       touch.depth_validity == Validity::AtBorder ||
-                       touch.depth_validity == Validity::Clipped;
-  if (touch.has_surface && truth.contact && bounded) {
+  const Validity depth = touch.surface ? touch.surface->validity : Validity::NotCalibrated;
+  const bool bounded =
+      depth == Validity::Saturated || depth == Validity::AtBorder || depth == Validity::Clipped;
+  if (truth.contact && bounded) {
     ++counts_.depth_flagged;
-  } else if (touch.has_surface && truth.contact) {
-    depth_mm_.add(touch.depth_max_mm - truth.indentation_mm, truth.indentation_mm);
+  } else if (touch.surface && truth.contact) {
+    depth_mm_.add(touch.surface->depth_max_mm - truth.indentation_mm, truth.indentation_mm);
     if (depth_rms_error_mm) depth_map_mm_.add(*depth_rms_error_mm, truth.indentation_mm);
   }
 }

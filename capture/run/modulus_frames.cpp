@@ -154,7 +154,7 @@ std::optional<PressFrame> PressReader::read(const Frame& frame) {
   pipeline_.submit(frame);
   const std::optional<Result> result = pipeline_.wait();
   const Touch& t = result->touch;
-  const std::vector<float> depth = t.has_surface ? pipeline_.read_depth_mm(*result) : std::vector<float>();
+  const std::vector<float> depth = t.surface ? pipeline_.read_depth_mm(*result) : std::vector<float>();
   why_not_ = !t.contact           ? "nothing touches"
              : t.at_border        ? "the contact reaches the border"
              : t.saturated_px > 0 ? "saturated pixels"
@@ -179,11 +179,11 @@ std::optional<PressFrame> PressReader::read(const Frame& frame) {
   } else if (t.area_px > 0) {
     p.radius_mm = {std::sqrt(static_cast<double>(t.area_px) / kPi) * pitch, kAreaEdge_px * pitch};
   }
-  if (t.has_surface) {
+  if (t.surface) {
     const auto with_sd = [](double depth_mm) {
       return PressReading{depth_mm, std::hypot(kDepthNoise_mm, kDepthShare * depth_mm)};
     };
-    p.depth_mm = with_sd(t.depth_max_mm);
+    p.depth_mm = with_sd(t.surface->depth_max_mm);
     double sum = 0, n = 0;
     for (size_t i = 0; i < inside.size(); ++i) {
       if (!inside[i]) continue;

@@ -98,8 +98,8 @@ class Recorder {
     std::optional<Truth> truth = has_truth_ ? source_.truth(touch.sequence) : std::nullopt;
     std::optional<double> depth_rms_error_mm;
     const bool compare_depth =
-        truth && touch.has_surface && truth->depth_mm.size() == size_t{map_width()} * map_height();
-    if (touch.has_surface && (!request_.depth.empty() || compare_depth)) {
+        truth && touch.surface && truth->depth_mm.size() == size_t{map_width()} * map_height();
+    if (touch.surface && (!request_.depth.empty() || compare_depth)) {
       depth_mm_ = pipeline_.read_depth_mm(result);
       if (compare_depth) depth_rms_error_mm = rms_difference(depth_mm_, truth->depth_mm);
       write_depths(touch.sequence);
@@ -174,7 +174,7 @@ class Recorder {
       summary_.contact_frames += touch.contact;
       summary_.saturated_frames += touch.saturated_px > 0;
       summary_.most_contacts = std::max<uint64_t>(summary_.most_contacts, touch.contacts.size());
-      summary_.overflow_frames += touch.regions_overflow;
+      summary_.overflow_frames += touch.regions && touch.regions->overflow;
       for (const ContactTouch& contact : touch.contacts) ids_.insert(contact.id);
       summary_.contact_ids = static_cast<uint32_t>(ids_.size());
       summary_.slip_frames += touch.slip == Slip::Slip;
@@ -184,12 +184,12 @@ class Recorder {
             std::max(summary_.largest_force_N.value_or(touch.force_N.value), touch.force_N.value);
       }
     }
-    summary_.clipped_frames += touch.depth_validity == Validity::Clipped;
-    summary_.weighted_frames += touch.weighted;
-    summary_.island_frames += touch.depth_validity == Validity::Apart;
-    if (touch.has_surface) {
-      summary_.largest_depth_mm =
-          std::max(summary_.largest_depth_mm.value_or(touch.depth_max_mm), touch.depth_max_mm);
+    if (touch.surface) {
+      summary_.clipped_frames += touch.surface->validity == Validity::Clipped;
+      summary_.weighted_frames += touch.surface->weighted.has_value();
+      summary_.island_frames += touch.surface->validity == Validity::Apart;
+      summary_.largest_depth_mm = std::max(summary_.largest_depth_mm.value_or(touch.surface->depth_max_mm),
+                                           touch.surface->depth_max_mm);
     }
   }
 

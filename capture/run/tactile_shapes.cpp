@@ -116,7 +116,7 @@ TactileShapes read_shapes(gpu::Context& context, const MeasuredInput& input, con
         control.seed = request.control.seed + 2 * draw + i;
         const CandidateGrid grid = control_candidates(contact_box(result.touch, format), control);
         const std::vector<float> depths =
-            sample_depths(context, result.surface, result.touch.depth_datum_mm, grid.places);
+            sample_depths(context, result.surface, result.touch.surface->depth_offset_mm, grid.places);
         ControlPoints chosen = choose_control_points(grid, depths, {}, control);
         shape.draws.push_back(shape_points(chosen, control.pitch_mm_per_px));
         if (draw == 0) shape.control = std::move(chosen);

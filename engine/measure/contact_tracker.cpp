@@ -62,7 +62,7 @@ void ContactTracker::update(Touch& touch, std::span<const float> skin_sd_px) {
   for (Track& track : tracks_) ++track.missed;
   for (size_t i = 0; i < regions_.size(); ++i) {
     if (track_of_[i] == kNone && regions_[i].area_px < smallest_px_) {
-      ++touch.small_regions;
+      ++touch.regions->small;
       continue;
     }
     Track& track = track_of_[i] == kNone ? begin() : tracks_[track_of_[i]];
@@ -76,16 +76,16 @@ void ContactTracker::update(Touch& touch, std::span<const float> skin_sd_px) {
   end_missing();
   for (const Track& track : tracks_)
     if (track.missed == 0) touch.contacts.push_back(track.last);
-  if (touch.has_skin && !touch.contacts.empty()) sum_skin(touch);
+  if (touch.skin && !touch.contacts.empty()) sum_skin(touch);
   add_up(touch);
 }
 
 // Leaves the regions that may be contacts, the largest where there are too many.
 void ContactTracker::choose(Touch& touch) {
-  touch.small_regions +=
+  touch.regions->small +=
       std::erase_if(regions_, [&](const ContactTouch& region) { return 2 * region.area_px < smallest_px_; });
   if (regions_.size() <= kMostContacts) return;
-  touch.regions_overflow = true;
+  touch.regions->overflow = true;
   largest_.resize(regions_.size());
   std::iota(largest_.begin(), largest_.end(), 0u);
   // Equal ones in their order.
@@ -165,8 +165,8 @@ void ContactTracker::sum_skin(Touch& touch) const {
   else
     for (const Track& track : tracks_)
       if (track.missed == 0) whole.touching += track.motion.touching;
-  whole.points = touch.skin.points;
-  whole.lost = touch.skin.lost;
+  whole.points = touch.skin->points;
+  whole.lost = touch.skin->lost;
   touch.skin = whole;
 }
 
@@ -180,11 +180,10 @@ void ContactTracker::measure(Track& track, const Touch& touch, std::span<const f
   alone.centroid_y_px = c.centroid_y_px;
   alone.at_border = c.at_border;
   alone.force_N = c.force_N;
-  if (touch.has_skin) {
+  if (touch.skin) {
     const double per_px = 1 / sensor_.pitch_mm_per_px;
     const ContactOutline outline{c.centroid_x_px, c.centroid_y_px, c.ellipse.major_mm * per_px,
                                  c.ellipse.minor_mm * per_px, c.ellipse.angle_rad};
-    alone.has_skin = true;
     alone.skin = track.motion = track.skin.update(&outline, touch.skin_points, skin_sd_px);
   }
   track.shear.update(sensor_.shear ? &*sensor_.shear : nullptr, alone);

@@ -58,11 +58,15 @@ double value_at(ForceModel model, double c1, double c0_N, double exponent, Knots
 }  // namespace
 
 ForceReading force_reading(const Touch& t) {
-  return {t.gray_sum,    static_cast<double>(t.area_px),
-          t.volume_mm3,  t.has_surface,
-          t.contact,     t.saturated_px > 0,
-          t.at_border,   t.gradient_sum,
-          t.has_gradient};
+  return {t.gray_sum,
+          static_cast<double>(t.area_px),
+          t.surface ? t.surface->volume_mm3 : 0,
+          t.surface.has_value(),
+          t.contact,
+          t.saturated_px > 0,
+          t.at_border,
+          t.gradient_sum.value_or(0),
+          t.gradient_sum.has_value()};
 }
 
 ForceReading force_reading(const ContactTouch& c) {

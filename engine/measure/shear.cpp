@@ -40,21 +40,22 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   touch.shift_x_mm = x_mm - onset_x_mm_;
   touch.shift_y_mm = y_mm - onset_y_mm_;
   std::optional<Slip> told;
-  if (touch.has_skin) told = slip_watch_.update(x_mm, y_mm, touch.skin);
+  if (touch.skin) told = slip_watch_.update(x_mm, y_mm, *touch.skin);
   if (!calibration) {
-    if (touch.has_skin) touch.slip = told_ = told.value_or(told_);
+    if (touch.skin) touch.slip = told_ = told.value_or(told_);
     return;
   }
 
   const ShearCalibration& c = *calibration;
-  const bool by_skin = c.signal == ShearSignal::Skin && touch.has_skin && touch.skin.touching >= 3;
+  const SkinMotion skin = touch.skin.value_or(SkinMotion{});
+  const bool by_skin = c.signal == ShearSignal::Skin && skin.touching >= 3;
   if (told == Slip::Slip) {
     // What the contact travels over the skin bends nothing.
     anchor_x_mm_ += slip_watch_.apart_x_mm();
     anchor_y_mm_ += slip_watch_.apart_y_mm();
   }
-  double fx = c.kx_N_per_mm * (by_skin ? touch.skin.shift_x_mm.value : x_mm - anchor_x_mm_);
-  double fy = c.ky_N_per_mm * (by_skin ? touch.skin.shift_y_mm.value : y_mm - anchor_y_mm_);
+  double fx = c.kx_N_per_mm * (by_skin ? skin.shift_x_mm.value : x_mm - anchor_x_mm_);
+  double fy = c.ky_N_per_mm * (by_skin ? skin.shift_y_mm.value : y_mm - anchor_y_mm_);
   const double size = std::hypot(fx, fy);
   touch.slip = Slip::Stick;
   double limit_error = 0;
@@ -80,7 +81,7 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
       size < kLeastLoad * c.friction * std::max(touch.force_N.value, 0.0))
     told.emplace(Slip::Stick);
   // Until enough points lie under it a contact is taken to stick, and what lifts stays what it was.
-  if (touch.has_skin) touch.slip = told_ = told.value_or(told_);
+  if (touch.skin) touch.slip = told_ = told.value_or(told_);
   const double position_error_mm = kCentroidError_px * pitch_mm_per_px_;
   Validity validity = Validity::Valid;
   if (no_limit) validity = Validity::NotCalibrated;
@@ -89,13 +90,13 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   // A contact that the frame cuts off has its centre elsewhere.
   if (validity == Validity::Valid && (anchor_at_border_ || touch.at_border)) validity = Validity::AtBorder;
   if (onset_unseen_ && validity == Validity::Valid) validity = Validity::OnsetUnseen;
-  const auto estimate = [&](double force, double stiffness, const Estimate& skin) {
-    const double shift_error_mm = by_skin ? skin.standard_error : position_error_mm;
+  const auto estimate = [&](double force, double stiffness, const Estimate& shift) {
+    const double shift_error_mm = by_skin ? shift.standard_error : position_error_mm;
     const double relative = by_skin ? std::hypot(c.relative_sd, kSkinModelError) : c.relative_sd;
     return Estimate{force, std::hypot(relative * force, stiffness * shift_error_mm, limit_error), validity};
   };
-  touch.shear_x_N = estimate(fx, c.kx_N_per_mm, touch.skin.shift_x_mm);
-  touch.shear_y_N = estimate(fy, c.ky_N_per_mm, touch.skin.shift_y_mm);
+  touch.shear_x_N = estimate(fx, c.kx_N_per_mm, skin.shift_x_mm);
+  touch.shear_y_N = estimate(fy, c.ky_N_per_mm, skin.shift_y_mm);
 }
 
 }  // namespace palpate

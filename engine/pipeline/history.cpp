@@ -11,7 +11,7 @@ TouchHistory::TouchHistory(const Sensor& sensor, const FrameFormat& format, bool
 void TouchHistory::follow(Touch& touch, bool after_gap, std::span<const float> skin_sd_px) {
   if (after_gap) interrupt();
   if (sensor_.force) touch.force_N = force_.update(*sensor_.force, force_reading(touch));
-  if (touch.has_skin) follow_skin(touch, skin_sd_px);
+  if (touch.skin) follow_skin(touch, skin_sd_px);
   shear_.update(sensor_.shear ? &*sensor_.shear : nullptr, touch);
   if (contacts_) contacts_->update(touch, skin_sd_px);
 }

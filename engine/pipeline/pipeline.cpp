@@ -188,7 +188,7 @@ Touch Pipeline::process(const Frame& frame) {
 
 std::vector<float> Pipeline::read_depth_mm(const Result& result) const {
   assert(result.surface.buffer != nullptr);
-  return impl_->frames->read_depth_mm(result.slot, result.touch.depth_datum_mm);
+  return impl_->frames->read_depth_mm(result.slot, result.touch.surface->depth_offset_mm);
 }
 
 std::vector<uint16_t> Pipeline::read_confidence(const Result& result) const {

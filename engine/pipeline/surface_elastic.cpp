@@ -36,14 +36,14 @@ void ElasticSurface::solve(FrameSlot& slot) {
 
 void ElasticSurface::measure(const FrameSlot& slot, Touch& touch) const {
   count_from_zero(measure_heights(slot, touch), touch);
-  touch.volume_mm3 = volume_mm3(slot, 0);
-  touch.depth_sd_mm = sensor_.elastic.relative_sd * std::abs(touch.depth_max_mm);
+  touch.surface->volume_mm3 = volume_mm3(slot, 0);
+  touch.surface->depth_sd_mm = sensor_.elastic.relative_sd * std::abs(touch.surface->depth_max_mm);
   slot.surface.border_records.invalidate();
   if (touch.contact && Elastic::touches_border(slot.surface.border_records.as<const float>()))
-    touch.depth_validity = Validity::AtBorder;
+    touch.surface->validity = Validity::AtBorder;
   if (touch.contact &&
       (touch.saturated_px > 0 || touch.peak_gray > Elastic::largest_readable_gray(sensor_.elastic)))
-    touch.depth_validity = Validity::Saturated;
+    touch.surface->validity = Validity::Saturated;
 }
 
 }  // namespace palpate

@@ -16,7 +16,7 @@ bool too_many_clipped(const Touch& t, const Sensor& sensor) {
     const double across_px = std::hypot(t.ellipse.major_mm, t.ellipse.minor_mm) / sensor.pitch_mm_per_px;
     allowed_px += kRim_px * std::numbers::pi * across_px / std::numbers::sqrt2;
   }
-  return static_cast<double>(t.clipped_px) > allowed_px;
+  return static_cast<double>(t.surface->clipped_px) > allowed_px;
 }
 
 std::optional<Surface> plain_surface(gpu::Context& context, const FrameFormat& format, const FramePlan& plan,
@@ -72,9 +72,9 @@ void GradientSurface::solve(FrameSlot& slot) {
 void GradientSurface::measure(const FrameSlot& slot, Touch& touch) const {
   measure_heights(slot, touch);
   slot.surface.clipped.invalidate();
-  touch.clipped_px = slope_.clipped_px(slot.surface.clipped.as<const uint32_t>());
-  if (touch.depth_validity == Validity::Valid && too_many_clipped(touch, sensor_))
-    touch.depth_validity = Validity::Clipped;
+  touch.surface->clipped_px = slope_.clipped_px(slot.surface.clipped.as<const uint32_t>());
+  if (touch.surface->validity == Validity::Valid && too_many_clipped(touch, sensor_))
+    touch.surface->validity = Validity::Clipped;
   if (weighted_) weighted_->measure(slot.surface.weighted, touch);
 }
 

@@ -15,9 +15,9 @@ void LookupSurface::record(gpu::Commands& commands, FrameSlot& slot) {
 // The indented volume, all the same, counts from the rest level that the map shows.
 void LookupSurface::measure(const FrameSlot& slot, Touch& touch) const {
   count_from_zero(measure_heights(slot, touch), touch);
-  touch.depth_sd_mm = sensor_.lookup.depth_sd_mm;
-  if (touch.depth_validity == Validity::Valid && touch.peak_gray > sensor_.lookup.points.back()[0])
-    touch.depth_validity = Validity::AboveRange;
+  touch.surface->depth_sd_mm = sensor_.lookup.depth_sd_mm;
+  if (touch.surface->validity == Validity::Valid && touch.peak_gray > sensor_.lookup.points.back()[0])
+    touch.surface->validity = Validity::AboveRange;
 }
 
 }  // namespace palpate

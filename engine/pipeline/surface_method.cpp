@@ -30,21 +30,21 @@ RestHeight SurfaceMethod::measure_heights(const FrameSlot& slot, Touch& touch) c
   const RestHeight rest = rest_level_.find(slot.records.as<const shared::ContactRecord>(),
                                            slot.surface.rest_records.as<const shared::RestLevelRecord>(),
                                            slot.inner_edges(format_));
-  touch.has_surface = true;
-  touch.depth_datum_mm = -rest.level_mm;
-  touch.depth_max_mm = rest.highest_mm - rest.level_mm;
-  touch.datum_from_rest = rest.from_untouched;
-  touch.volume_mm3 = volume_mm3(slot, rest.level_mm);
-  touch.depth_validity = !touch.contact           ? Validity::NoContact
-                         : touch.saturated_px > 0 ? Validity::Saturated
-                                                  : Validity::Valid;
+  SurfaceSummary& surface = touch.surface.emplace();
+  surface.depth_offset_mm = -rest.level_mm;
+  surface.depth_max_mm = rest.highest_mm - rest.level_mm;
+  surface.rest_from_untouched = rest.from_untouched;
+  surface.volume_mm3 = volume_mm3(slot, rest.level_mm);
+  surface.validity = !touch.contact           ? Validity::NoContact
+                     : touch.saturated_px > 0 ? Validity::Saturated
+                                              : Validity::Valid;
   return rest;
 }
 
 void SurfaceMethod::count_from_zero(const RestHeight& map, Touch& touch) {
-  touch.depth_datum_mm = 0;
-  touch.depth_max_mm = map.highest_mm;
-  touch.datum_from_rest = true;
+  touch.surface->depth_offset_mm = 0;
+  touch.surface->depth_max_mm = map.highest_mm;
+  touch.surface->rest_from_untouched = true;
 }
 
 double SurfaceMethod::volume_mm3(const FrameSlot& slot, double level_mm) const {

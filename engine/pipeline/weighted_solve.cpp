@@ -135,14 +135,13 @@ void WeightedSolve::solve_on_host(FrameSlot& slot, uint32_t pitch) const {
 
 void WeightedSolve::measure(const Slot& slot, Touch& touch) const {
   if (!slot.used) return;
-  touch.weighted = true;
-  touch.weighted_residual = slot.evidence.residual;
-  touch.weighted_misfit = slot.evidence.misfit;
-  touch.islands = slot.islands.count;
-  touch.touched_islands = slot.islands.touched;
+  touch.surface->weighted = {.residual = slot.evidence.residual,
+                             .unexplained = slot.evidence.misfit,
+                             .islands = slot.islands.count,
+                             .touched_islands = slot.islands.touched};
   // Depth counts from the rest level: it is not determined where the contact lies on an island of its own.
   if (touch.contact && slot.islands.touched > 0 && slot.islands.apart())
-    touch.depth_validity = Validity::Apart;
+    touch.surface->validity = Validity::Apart;
 }
 
 void WeightedSolve::add_times(const Slot& slot, std::vector<gpu::ScopeTime>& times) const {

@@ -171,10 +171,9 @@ FrameMeasurement WholeFrame::measure(uint32_t index, Touch& touch) {
   if (confidence_) {
     slot.confidence.records.invalidate();
     slot.confidence.counts = confidence_->sum(slot.confidence.records.as<const shared::ConfidenceRecord>());
-    touch.has_confidence = true;
-    touch.unknown_px = slot.confidence.counts.unknown;
-    touch.shadowed_px = slot.confidence.counts.shadowed;
-    touch.outside_px = slot.confidence.counts.outside;
+    touch.confidence = {.unknown_px = slot.confidence.counts.unknown,
+                        .shadowed_px = slot.confidence.counts.shadowed,
+                        .outside_px = slot.confidence.counts.outside};
     slot.confidence.map.buffer.invalidate();
     measured.surface.confidence = slot.confidence.map.buffer.as<const uint16_t>();
     measured.surface.confidence_pitch = confidence_->pitch();
@@ -185,12 +184,11 @@ FrameMeasurement WholeFrame::measure(uint32_t index, Touch& touch) {
     slot.gradient_sums.invalidate();
     const uint64_t units = gradient_->sum(slot.gradient_sums.as<const uint32_t>());
     touch.gradient_sum = static_cast<double>(units) / shared::kGradientUnits;
-    touch.has_gradient = true;
   }
   if (skin_) {
     slot.skin_records.invalidate();
     skin_->read(slot.skin_records.as<const Skin::Motion>(), touch.skin_points, slot.skin_sd_px);
-    touch.has_skin = true;
+    touch.skin.emplace();
     measured.skin_sd_px = slot.skin_sd_px;
   }
   if (surface_) {
@@ -217,8 +215,7 @@ void WholeFrame::measure_contact(const FrameSlot& slot, Touch& touch) {
 
 void WholeFrame::measure_regions(const FrameSlot& slot, const ShapeScale& scale, Touch& touch) {
   const FramePlace& at = slot.place;
-  touch.has_contacts = true;
-  touch.regions_overflow =
+  touch.regions.emplace().overflow =
       !regions_->find(slot.regions, slot.records.as<const shared::ContactRecord>(), found_);
   for (const Region& region : found_) {
     ContactTouch& one = touch.contacts.emplace_back();

@@ -163,7 +163,7 @@ FrameMeasurement WindowedFrame::measure(uint32_t index, Touch& touch) {
   }
   touch.saturated_px = slot.saturated_px;
   if (!surface_) return measured;
-  if (touch.contact && touch.saturated_px > 0) touch.depth_validity = Validity::Saturated;
+  if (touch.contact && touch.saturated_px > 0) touch.surface->validity = Validity::Saturated;
   measured.surface.width = format_.width;
   measured.surface.height = format_.height;
   measured.surface.window = slot.place;
@@ -172,11 +172,10 @@ FrameMeasurement WindowedFrame::measure(uint32_t index, Touch& touch) {
 
 void WindowedFrame::measure_untouched(Touch& touch) const {
   touch.centroid_x_px = touch.centroid_y_px = std::numeric_limits<double>::quiet_NaN();
-  touch.has_contacts = contacts_;
-  touch.has_surface = surface_;
+  if (contacts_) touch.regions.emplace();
   if (!surface_) return;
-  touch.datum_from_rest = true;
-  touch.depth_validity = Validity::NoContact;
+  touch.surface.emplace().validity = Validity::NoContact;
+  touch.surface->rest_from_untouched = true;
 }
 
 std::vector<float> WindowedFrame::read_depth_mm(uint32_t index, double rest_mm) const {

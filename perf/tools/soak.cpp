@@ -94,7 +94,8 @@ class Watch {
       reference = touch;
     } else if (round > 1) {
       gray_drift_ = std::max(gray_drift_, std::abs(touch.gray_sum - reference.gray_sum));
-      depth_drift_mm_ = std::max(depth_drift_mm_, std::abs(touch.depth_max_mm - reference.depth_max_mm));
+      depth_drift_mm_ =
+          std::max(depth_drift_mm_, std::abs(touch.surface->depth_max_mm - reference.surface->depth_max_mm));
     }
     const int64_t now = monotonic_ns();
     between_.add(1e-6 * static_cast<double>(now - previous_ns_));

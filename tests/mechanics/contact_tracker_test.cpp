@@ -50,7 +50,7 @@ ContactTouch region(double x, double y, uint64_t area, double gray_sum = 1e5) {
 /// One frame through a tracker.
 Touch follow(ContactTracker& tracker, std::vector<ContactTouch> regions) {
   Touch touch;
-  touch.has_contacts = true;
+  touch.regions.emplace();
   touch.contact = !regions.empty();
   touch.contacts = std::move(regions);
   tracker.update(touch);
@@ -144,12 +144,12 @@ TEST(ContactTracker, SizeHasHysteresis) {
   ContactTracker tracker(rigged(), kFormat);
   Touch touch = follow(tracker, {region(100, 100, 49)});
   EXPECT_TRUE(touch.contacts.empty());
-  EXPECT_EQ(touch.small_regions, 1u);
+  EXPECT_EQ(touch.regions->small, 1u);
   EXPECT_EQ(ids(follow(tracker, {region(100, 100, 50)})), Ids{1});
   EXPECT_EQ(ids(follow(tracker, {region(100, 100, 25)})), Ids{1});
   touch = follow(tracker, {region(100, 100, 24)});
   EXPECT_TRUE(touch.contacts.empty());
-  EXPECT_EQ(touch.small_regions, 1u);
+  EXPECT_EQ(touch.regions->small, 1u);
   // The default: 1/4000 of the frame.
   Sensor sensor = rigged();
   sensor.smallest_contact_px = 0;
@@ -257,7 +257,7 @@ TEST(ContactTracker, NoMoreThanTheLargestAreFollowed) {
   std::vector<ContactTouch> regions;
   for (uint32_t i = 0; i < 70; ++i) regions.push_back(region(9.0 * i, 100, 100 + i));
   const Touch touch = follow(tracker, regions);
-  EXPECT_TRUE(touch.regions_overflow);
+  EXPECT_TRUE(touch.regions->overflow);
   EXPECT_EQ(touch.contacts.size(), ContactTracker::kMostContacts);
   for (const ContactTouch& contact : touch.contacts) EXPECT_GE(contact.area_px, 106u);
 }

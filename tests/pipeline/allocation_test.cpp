@@ -77,8 +77,8 @@ void expect_no_allocation(const Case& c) {
   const auto collect = [&](const Result& result) {
     touched += result.touch.contact;
     several += result.touch.contacts.size() > 1;
-    followed += result.touch.has_skin && result.touch.skin.touching > 0;
-    deep += result.touch.has_surface && result.touch.depth_max_mm > 0;
+    followed += result.touch.skin && result.touch.skin->touching > 0;
+    deep += result.touch.surface && result.touch.surface->depth_max_mm > 0;
   };
   const auto run = [&](uint64_t frames) {
     for (uint64_t i = 0; i < frames; ++i) {

@@ -61,8 +61,8 @@ TEST_F(Contacts, FingersAreFoundAndFollowed) {
   for (uint64_t k = 0; k < *rig.run.source.frame_count(); ++k) {
     const Truth truth = *rig.run.source.truth(k);
     const Touch touch = rig.at(k);
-    ASSERT_TRUE(touch.has_contacts);
-    EXPECT_FALSE(touch.regions_overflow);
+    ASSERT_TRUE(touch.regions.has_value());
+    EXPECT_FALSE(touch.regions->overflow);
     const std::string frame = "frame " + std::to_string(k);
     // What presses with a few millinewtons is too small and too dim to be seen.
     constexpr double kSeen_N = 0.03;
@@ -122,14 +122,14 @@ TEST_F(Contacts, OneContactIsTheWholeTouch) {
   int touched = 0;
   for (uint64_t k = 0; k < 60; ++k) {
     const Touch a = apart.at(k), b = whole.at(k);
-    EXPECT_FALSE(b.has_contacts);
+    EXPECT_FALSE(b.regions.has_value());
     EXPECT_EQ(a.gray_sum, b.gray_sum);
     EXPECT_EQ(a.force_N.value, b.force_N.value);
     EXPECT_EQ(a.force_N.validity, b.force_N.validity);
     if (a.contacts.size() != 1) continue;
     ++touched;
     const ContactTouch& c = a.contacts.front();
-    if (a.small_regions == 0) {
+    if (a.regions->small == 0) {
       EXPECT_EQ(c.gray_sum, a.gray_sum) << k;
       EXPECT_EQ(c.area_px, a.area_px) << k;
       EXPECT_EQ(c.centroid_x_px, a.centroid_x_px) << k;
@@ -151,9 +151,9 @@ TEST_F(Contacts, WindowsTellTheSameApart) {
     for (uint64_t k = 0; k < 28 && k < *whole.run.source.frame_count(); ++k) {
       const Touch a = whole.at(k), b = windows.at(k);
       const std::string frame = scene + " frame " + std::to_string(k);
-      ASSERT_TRUE(b.has_contacts);
+      ASSERT_TRUE(b.regions.has_value());
       EXPECT_EQ(a.at_border, b.at_border) << frame;
-      EXPECT_EQ(a.small_regions, b.small_regions) << frame;
+      EXPECT_EQ(a.regions->small, b.regions->small) << frame;
       EXPECT_EQ(a.force_N.value, b.force_N.value) << frame;
       EXPECT_EQ(a.shear_x_N.value, b.shear_x_N.value) << frame;
       ASSERT_EQ(a.contacts.size(), b.contacts.size()) << frame;

@@ -304,8 +304,8 @@ std::string pipeline_difference(gpu::Context& context, const Case& c) {
         if (!std::isfinite(depth[k]))
           return at(i, static_cast<uint32_t>(k % c.format.width), static_cast<uint32_t>(k / c.format.width)) +
                  unequal("depth", depth[k], "a number");
-      if (!std::isfinite(t.depth_max_mm) || !std::isfinite(t.depth_datum_mm))
-        return place + unequal("depth_max_mm", t.depth_max_mm, "a number");
+      if (!std::isfinite(t.surface->depth_max_mm) || !std::isfinite(t.surface->depth_offset_mm))
+        return place + unequal("depth_max_mm", t.surface->depth_max_mm, "a number");
     }
   }
   return {};

@@ -20,14 +20,14 @@ TEST_F(IndentedVolume, FollowsTheTruth) {
       const Touch t = pipeline.process(run.frame(i));
       const Truth truth = run.truth(i);
       if (!t.contact) {
-        EXPECT_EQ(t.volume_mm3, 0) << input << " frame " << i;
+        EXPECT_EQ(t.surface->volume_mm3, 0) << input << " frame " << i;
         continue;
       }
       if (truth.force_N < 0.2) continue;
       ++judged;
       // Touched tiles hold most of the dent, and of the bulge around it a part.
-      EXPECT_GT(t.volume_mm3, 0.7 * truth.volume_mm3) << input << " frame " << i;
-      EXPECT_LT(t.volume_mm3, 1.1 * truth.volume_mm3) << input << " frame " << i;
+      EXPECT_GT(t.surface->volume_mm3, 0.7 * truth.volume_mm3) << input << " frame " << i;
+      EXPECT_LT(t.surface->volume_mm3, 1.1 * truth.volume_mm3) << input << " frame " << i;
     }
     EXPECT_GT(judged, 3) << input;
   }

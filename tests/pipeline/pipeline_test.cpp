@@ -283,16 +283,16 @@ TEST_F(PipelineTest, WallsBeyondTheSteepestSlopeAreTold) {
       Pipeline pipeline(context(), sensor, format, options);
       pipeline.set_background(rest);
       const Touch wall = pipeline.process(punch(100)), shallow = pipeline.process(punch(17));
-      EXPECT_EQ(wall.clipped_px, 160u);
-      EXPECT_EQ(wall.depth_validity, Validity::Clipped);
-      EXPECT_EQ(shallow.clipped_px, 0u);
-      EXPECT_EQ(shallow.depth_validity, Validity::Valid);
+      EXPECT_EQ(wall.surface->clipped_px, 160u);
+      EXPECT_EQ(wall.surface->validity, Validity::Clipped);
+      EXPECT_EQ(shallow.surface->clipped_px, 0u);
+      EXPECT_EQ(shallow.surface->validity, Validity::Valid);
       // A few stray pixels, here 3 of 2600, do not make a depth doubtful.
       Frame stray = punch(17);
       for (const uint32_t x : {60u, 70u, 159u}) stray.set(1, x, 50, 200);
       const Touch few = pipeline.process(stray);
-      EXPECT_EQ(few.clipped_px, 3u);
-      EXPECT_EQ(few.depth_validity, Validity::Valid);
+      EXPECT_EQ(few.surface->clipped_px, 3u);
+      EXPECT_EQ(few.surface->validity, Validity::Valid);
     }
   }
 }
@@ -320,14 +320,14 @@ TEST_F(PipelineTest, DarkFlanksBeyondTheSteepestSlopeAreTold) {
   Pipeline pipeline(context(), sensor, format, {});
   pipeline.set_background(rest);
   const Touch shallow = pipeline.process(press(0)), steep = pipeline.process(press(12));
-  EXPECT_GT(shallow.clipped_px, 100u) << "the rim";
-  EXPECT_EQ(shallow.depth_validity, Validity::Valid);
-  EXPECT_GT(steep.clipped_px, 2000u);
-  EXPECT_EQ(steep.depth_validity, Validity::Clipped);
+  EXPECT_GT(shallow.surface->clipped_px, 100u) << "the rim";
+  EXPECT_EQ(shallow.surface->validity, Validity::Valid);
+  EXPECT_GT(steep.surface->clipped_px, 2000u);
+  EXPECT_EQ(steep.surface->validity, Validity::Clipped);
   sensor.max_slope = 100;
   Pipeline lenient(context(), sensor, format, {});
   lenient.set_background(rest);
-  EXPECT_EQ(lenient.process(press(12)).clipped_px, 0u);
+  EXPECT_EQ(lenient.process(press(12)).surface->clipped_px, 0u);
 }
 
 // ---- Surface
@@ -357,7 +357,8 @@ Misfit compare(const std::vector<float>& got, const Touch& touch, const std::vec
   }
   const double correlation =
       (gt - sum_g * sum_t / count) / std::sqrt((gg - sum_g * sum_g / count) * (tt - sum_t * sum_t / count));
-  return {std::sqrt(squares / count), top_got - top_truth, touch.depth_max_mm - top_truth, correlation};
+  return {std::sqrt(squares / count), top_got - top_truth, touch.surface->depth_max_mm - top_truth,
+          correlation};
 }
 
 struct Solved {
@@ -380,7 +381,7 @@ void expect_solvers_agree(const std::array<Solved, 3>& solved, double live_mm, d
       worst = std::max(worst, std::abs(double{solved[other].depth_mm[i]} - double{solved[2].depth_mm[i]}));
     std::printf("  %s differs from exact by at most %.2f um, depth_max by %.2f um\n",
                 other ? "converged" : "live", 1000 * worst,
-                1000 * (solved[other].touch.depth_max_mm - solved[2].touch.depth_max_mm));
+                1000 * (solved[other].touch.surface->depth_max_mm - solved[2].touch.surface->depth_max_mm));
     EXPECT_LT(worst, other ? converged_mm : live_mm) << what;
     expect_identical(solved[other].touch, solved[2].touch, what);
   }
@@ -402,8 +403,8 @@ TEST_F(PipelineTest, PhotometricDepthIsTheTruth) {
                                [](double, double) { return true; });
       std::printf("%s solver %zu: depth %.3f mm, RMS error %.1f um, depth_max error %.1f um\n", text, i,
                   truth.indentation_mm, 1000 * m.rms_mm, 1000 * m.depth_max_mm);
-      EXPECT_TRUE(solved[i].touch.has_surface);
-      EXPECT_TRUE(solved[i].touch.datum_from_rest);
+      EXPECT_TRUE(solved[i].touch.surface.has_value());
+      EXPECT_TRUE(solved[i].touch.surface->rest_from_untouched);
       EXPECT_NEAR(m.deepest_mm, m.depth_max_mm, 1e-4) << "depth_max is the map's largest value";
       EXPECT_LT(m.rms_mm, 0.025 * truth.indentation_mm) << text;
       EXPECT_LT(std::abs(m.depth_max_mm), 0.025 * truth.indentation_mm) << text;
@@ -465,12 +466,11 @@ TEST_F(PipelineTest, WhatIsNotAskedForIsNotBuilt) {
     ASSERT_TRUE(both.submit(bench.frame(k)));
     ASSERT_TRUE(force.submit(bench.frame(k)));
     const Result with = *both.wait(), without = *force.wait();
-    EXPECT_TRUE(with.touch.has_surface);
+    EXPECT_TRUE(with.touch.surface.has_value());
     EXPECT_NE(with.surface.buffer, nullptr);
     EXPECT_EQ(with.surface.width, 640u);
-    EXPECT_FALSE(without.touch.has_surface);
+    EXPECT_FALSE(without.touch.surface.has_value());
     EXPECT_EQ(without.surface.buffer, nullptr);
-    EXPECT_EQ(without.touch.depth_max_mm, 0);
     expect_identical(with.touch, without.touch, "frame " + std::to_string(k));
     std::vector<std::string> names;
     for (const gpu::ScopeTime& time : force.times(without)) names.push_back(time.name);

@@ -200,7 +200,9 @@ TEST(ContactTrackerWithSkin, EachContactHasItsOwnShear) {
     left.pull_x_px = 0.4 * frame;
     right.pull_y_px = -0.3 * frame;
     touch = {};
-    touch.contact = touch.has_skin = touch.has_contacts = true;
+    touch.contact = true;
+    touch.skin.emplace();
+    touch.regions.emplace();
     const auto here = left.points(), there = right.points();
     for (size_t i = 0; i < here.size(); ++i)
       touch.skin_points.push_back(here[i].rest_x_px < 200 ? here[i] : there[i]);
@@ -223,8 +225,8 @@ TEST(ContactTrackerWithSkin, EachContactHasItsOwnShear) {
   EXPECT_NEAR(b.shear_y_N.value, -2 * 2.7 * kPitch_mm, 0.03);
   EXPECT_NEAR(touch.shear_x_N.value, a.shear_x_N.value + b.shear_x_N.value, 1e-12);
   EXPECT_EQ(a.slip, Slip::Stick);
-  EXPECT_EQ(touch.skin.torsion_rad.validity, Validity::NoContact);
-  EXPECT_GT(touch.skin.touching, 20u);
+  EXPECT_EQ(touch.skin->torsion_rad.validity, Validity::NoContact);
+  EXPECT_GT(touch.skin->touching, 20u);
 }
 
 // Signal ten times the noise: a pressure hill with 20 gray at its top under a noise of 2 gray.
@@ -361,9 +363,9 @@ TEST_F(SkinScene, TorsionIsRightWithinItsError) {
     size_t count = 0;
     for (const Seen& s : play(text, 10, 70)) {
       if (s.truth.force_N < 0.9) continue;
-      const double error = s.touch.skin.torsion_rad.value - s.truth.torsion_rad;
+      const double error = s.touch.skin->torsion_rad.value - s.truth.torsion_rad;
       squares += error * error;
-      stated += s.touch.skin.torsion_rad.standard_error;
+      stated += s.touch.skin->torsion_rad.standard_error;
       largest = std::max(largest, std::abs(s.truth.torsion_rad));
       ++count;
       EXPECT_NE(s.touch.slip, Slip::Slip) << s.truth.sequence;

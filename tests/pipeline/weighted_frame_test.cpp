@@ -57,7 +57,7 @@ Answer measure(gpu::Context& context, const Press& press, uint32_t outputs, Surf
   const Result result = *pipeline.wait();
   Answer answer{result.touch, pipeline.read_depth_mm(result), pipeline.read_confidence(result)};
   const Result second = *pipeline.wait();
-  EXPECT_EQ(second.touch.weighted_residual, answer.touch.weighted_residual);
+  EXPECT_EQ(second.touch.surface->weighted->residual, answer.touch.surface->weighted->residual);
   EXPECT_EQ(pipeline.read_depth_mm(second), answer.depth_mm);
   return answer;
 }
@@ -96,14 +96,15 @@ TEST_F(WeightedFrameTest, SaturatedPixelsDoNoHarm) {
     const double with = error_mm(masked, press.truth.depth_mm, masked.confidence);
     const double without = error_mm(plain, press.truth.depth_mm, masked.confidence);
     std::printf("error of depth: clean %.5f, masked %.5f, not masked %.5f mm; residual %.1e misfit %.3f\n",
-                clean, with, without, masked.touch.weighted_residual, masked.touch.weighted_misfit);
-    EXPECT_GE(masked.touch.unknown_px, painted);
-    EXPECT_EQ(masked.touch.unknown_px, masked.touch.saturated_px);
-    EXPECT_TRUE(masked.touch.weighted);
-    EXPECT_EQ(masked.touch.islands, 1u);
+                clean, with, without, masked.touch.surface->weighted->residual,
+                masked.touch.surface->weighted->unexplained);
+    EXPECT_GE(masked.touch.confidence->unknown_px, painted);
+    EXPECT_EQ(masked.touch.confidence->unknown_px, masked.touch.saturated_px);
+    EXPECT_TRUE(masked.touch.surface->weighted.has_value());
+    EXPECT_EQ(masked.touch.surface->weighted->islands, 1u);
     EXPECT_LT(with, 1.3 * clean);
     EXPECT_GT(without, 2 * with);
-    EXPECT_FALSE(plain.touch.has_confidence);
+    EXPECT_FALSE(plain.touch.confidence.has_value());
     EXPECT_TRUE(plain.confidence.empty());
   }
 }
@@ -114,9 +115,9 @@ TEST_F(WeightedFrameTest, NothingUnknownNothingSolved) {
   const Press press("press?mode=gel&size=160x120");
   const Answer plain = measure(context(), press, kPlain, SurfaceSolver::Live);
   const Answer got = measure(context(), press, kWithConfidence, SurfaceSolver::Live);
-  EXPECT_TRUE(got.touch.has_confidence);
-  EXPECT_EQ(got.touch.unknown_px, 0u);
-  EXPECT_FALSE(got.touch.weighted);
+  EXPECT_TRUE(got.touch.confidence.has_value());
+  EXPECT_EQ(got.touch.confidence->unknown_px, 0u);
+  EXPECT_FALSE(got.touch.surface->weighted.has_value());
   EXPECT_EQ(got.depth_mm, plain.depth_mm);
   EXPECT_EQ(std::count(got.confidence.begin(), got.confidence.end(), uint16_t{255}),
             static_cast<std::ptrdiff_t>(got.confidence.size()));
@@ -135,18 +136,18 @@ TEST_F(WeightedFrameTest, OutsideOfThePadDoesNotMatter) {
   for (const uint32_t room : {90u, 200u}) {
     press.paint(outside, room, false);
     const Answer got = measure(context(), press, kPlain, SurfaceSolver::Converged);
-    EXPECT_TRUE(got.touch.weighted);
-    EXPECT_EQ(got.touch.outside_px, got.touch.unknown_px);
-    EXPECT_NEAR(static_cast<double>(got.touch.unknown_px), 320 * 240 - std::numbers::pi * radius * radius,
-                100);
+    EXPECT_TRUE(got.touch.surface->weighted.has_value());
+    EXPECT_EQ(got.touch.confidence->outside_px, got.touch.confidence->unknown_px);
+    EXPECT_NEAR(static_cast<double>(got.touch.confidence->unknown_px),
+                320 * 240 - std::numbers::pi * radius * radius, 100);
     const double wrong = error_mm(got, press.truth.depth_mm, got.confidence);
     std::printf("round pad: depth error %.5f of %.3f mm\n", wrong, press.truth.indentation_mm);
     EXPECT_LT(wrong, 0.04 * press.truth.indentation_mm);
     if (!last.depth_mm.empty())
       for (size_t i = 0; i < got.depth_mm.size(); ++i) {
         if (got.confidence[i] != 255) continue;
-        ASSERT_NEAR(got.depth_mm[i] - got.touch.depth_datum_mm, last.depth_mm[i] - last.touch.depth_datum_mm,
-                    1e-5);
+        ASSERT_NEAR(got.depth_mm[i] - got.touch.surface->depth_offset_mm,
+                    last.depth_mm[i] - last.touch.surface->depth_offset_mm, 1e-5);
       }
     last = got;
   }
@@ -158,9 +159,9 @@ TEST_F(WeightedFrameTest, IslandsAreSaid) {
   press.paint([](double x, double) { return x >= 20 && x < 23; }, 0, true);
   for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Exact}) {
     const Answer got = measure(context(), press, kWithConfidence, solver);
-    EXPECT_EQ(got.touch.shadowed_px, 3u * 120);
-    EXPECT_EQ(got.touch.islands, 2u);
-    EXPECT_EQ(got.touch.depth_validity, Validity::Apart);
+    EXPECT_EQ(got.touch.confidence->shadowed_px, 3u * 120);
+    EXPECT_EQ(got.touch.surface->weighted->islands, 2u);
+    EXPECT_EQ(got.touch.surface->validity, Validity::Apart);
   }
 }
 
@@ -171,8 +172,8 @@ TEST_F(WeightedFrameTest, ShadingMasksWhatTheFilterReaches) {
   press.paint([](double x, double y) { return x == 40 && y == 30; }, 255, false);
   const Answer got = measure(context(), press, kWithConfidence, SurfaceSolver::Live);
   EXPECT_EQ(got.touch.saturated_px, 1u);
-  EXPECT_EQ(got.touch.unknown_px, 25u);
-  EXPECT_TRUE(got.touch.weighted);
+  EXPECT_EQ(got.touch.confidence->unknown_px, 25u);
+  EXPECT_TRUE(got.touch.surface->weighted.has_value());
   for (const float depth : got.depth_mm) ASSERT_TRUE(std::isfinite(depth));
 }
 

@@ -109,7 +109,7 @@ void expect_same_sums(const Touch& skipped, const Touch& dense, const std::strin
   EXPECT_EQ(skipped.saturated_px, dense.saturated_px) << what;
   EXPECT_EQ(skipped.force_N.validity, dense.force_N.validity) << what;
   EXPECT_EQ(skipped.slip, dense.slip) << what;
-  EXPECT_EQ(skipped.depth_validity, dense.depth_validity) << what;
+  EXPECT_EQ(skipped.surface->validity, dense.surface->validity) << what;
   const std::pair<double, double> exact[] = {{skipped.gray_sum, dense.gray_sum},
                                              {skipped.centroid_x_px, dense.centroid_x_px},
                                              {skipped.centroid_y_px, dense.centroid_y_px},
@@ -152,7 +152,7 @@ class SkipUntouchedTest : public GpuTest {
       const Result d = *dense.wait(), s = *skipped.wait();
       expect_same_sums(s.touch, d.touch, what);
       PixelRect window{0, 0, frame.format.width, frame.format.height};
-      if (d.touch.has_surface) {
+      if (d.touch.surface) {
         window = s.surface.window.value_or(window);
         compare_depth(d, s, what, tolerance);
       }
@@ -160,22 +160,24 @@ class SkipUntouchedTest : public GpuTest {
     }
 
     void compare_depth(const Result& d, const Result& s, const std::string& what, double tolerance) {
-      ASSERT_TRUE(s.touch.has_surface);
+      ASSERT_TRUE(s.touch.surface.has_value());
       EXPECT_EQ(s.surface.width, d.surface.width);
       EXPECT_EQ(s.surface.height, d.surface.height);
       const std::vector<float> a = skipped.read_depth_mm(s), b = dense.read_depth_mm(d);
       ASSERT_EQ(a.size(), b.size());
       if (!s.touch.contact) {
         EXPECT_TRUE(std::ranges::all_of(a, [](float depth) { return depth == 0; })) << what;
-        EXPECT_EQ(s.touch.depth_max_mm, 0) << what;
+        EXPECT_EQ(s.touch.surface->depth_max_mm, 0) << what;
         return;
       }
       double worst = 0;
       for (size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(double{a[i]} - double{b[i]}));
-      EXPECT_LT(worst, tolerance * d.touch.depth_max_mm)
-          << what << ", deepest " << d.touch.depth_max_mm << " mm";
-      EXPECT_NEAR(s.touch.depth_max_mm, d.touch.depth_max_mm, tolerance * d.touch.depth_max_mm) << what;
-      largest_error = std::max(largest_error, worst / d.touch.depth_max_mm);
+      EXPECT_LT(worst, tolerance * d.touch.surface->depth_max_mm)
+          << what << ", deepest " << d.touch.surface->depth_max_mm << " mm";
+      EXPECT_NEAR(s.touch.surface->depth_max_mm, d.touch.surface->depth_max_mm,
+                  tolerance * d.touch.surface->depth_max_mm)
+          << what;
+      largest_error = std::max(largest_error, worst / d.touch.surface->depth_max_mm);
     }
 
     Sensor sensor;
@@ -312,7 +314,8 @@ TEST_F(SkipUntouchedTest, ALongSlideKeepsItsOrder) {
       ASSERT_TRUE(result.has_value());
       skipped.push_back(result->touch);
       const std::vector<float> depth = both.skipped.read_depth_mm(*result);
-      EXPECT_NEAR(*std::ranges::max_element(depth), result->touch.depth_max_mm, 1e-6) << skipped.size();
+      EXPECT_NEAR(*std::ranges::max_element(depth), result->touch.surface->depth_max_mm, 1e-6)
+          << skipped.size();
       places += result->surface.window != last;
       last = result->surface.window;
     };
@@ -325,7 +328,9 @@ TEST_F(SkipUntouchedTest, ALongSlideKeepsItsOrder) {
     for (size_t k = 0; k < kFrames; ++k) {
       expect_same_sums(skipped[k], dense[k], "frame " + std::to_string(k));
       if (!dense[k].contact) continue;
-      EXPECT_NEAR(skipped[k].depth_max_mm, dense[k].depth_max_mm, 0.03 * dense[k].depth_max_mm) << k;
+      EXPECT_NEAR(skipped[k].surface->depth_max_mm, dense[k].surface->depth_max_mm,
+                  0.03 * dense[k].surface->depth_max_mm)
+          << k;
     }
     EXPECT_GT(places, 8u);
   }

@@ -288,7 +288,7 @@ TEST_F(DepthRecordings, GrayGelBallOnTheOtherHalf) {
         ++n;
       }
     std::printf("%-11s engine: %.4f mm RMS over the ball, deepest %.3f mm\n", unit, std::sqrt(square / n),
-                map.touch.depth_max_mm);
+                map.touch.surface->depth_max_mm);
     EXPECT_LT(std::sqrt(square / n), 0.09) << unit;
   }
 }

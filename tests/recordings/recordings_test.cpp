@@ -289,7 +289,7 @@ TEST_F(RealRecordings, WaveguideShowsFiveFingers) {
     const std::vector<int> sizes = parts(frame, background, sensor);
     EXPECT_EQ(touch.area_px, static_cast<uint64_t>(std::accumulate(sizes.begin(), sizes.end(), 0)))
         << "frame " << frames;
-    EXPECT_FALSE(touch.regions_overflow);
+    EXPECT_FALSE(touch.regions->overflow);
     uint64_t own_px = 0;
     for (const ContactTouch& contact : touch.contacts) {
       ids.insert(contact.id);

@@ -44,11 +44,11 @@ TEST_F(RealMarkers, AreFoundRestAndAreFollowedThroughAPressAndDrag) {
     std::sort(shifts.begin(), shifts.end());
     ASSERT_FALSE(shifts.empty());
     const double median = shifts[shifts.size() / 2];
-    points = touch.skin.points + touch.skin.lost;
+    points = touch.skin->points + touch.skin->lost;
     if (frames < 13) still_px = std::max(still_px, median);
     peak_px = std::max(peak_px, shifts.back());
     median_peak_px = std::max(median_peak_px, median);
-    most_lost = std::max(most_lost, touch.skin.lost);
+    most_lost = std::max(most_lost, touch.skin->lost);
     ++frames;
   }
   std::printf(

@@ -325,25 +325,26 @@ TEST_F(ElasticTest, DepthSaysWhatItRestsOn) {
     return see(context(), sensor, dark, frame);
   };
   const Seen none = see(context(), sensor, dark, dark);
-  EXPECT_EQ(none.touch.depth_validity, Validity::NoContact);
-  EXPECT_EQ(none.touch.depth_max_mm, 0);
+  EXPECT_EQ(none.touch.surface->validity, Validity::NoContact);
+  EXPECT_EQ(none.touch.surface->depth_max_mm, 0);
   EXPECT_THAT(none.depth_mm, testing::Each(0.0f));
 
   const Seen middle = press(50, 40, 70, 50, 100);
-  EXPECT_EQ(middle.touch.depth_validity, Validity::Valid);
-  EXPECT_GT(middle.touch.depth_max_mm, 0);
-  EXPECT_NEAR(middle.touch.depth_sd_mm, sensor.elastic.relative_sd * middle.touch.depth_max_mm, 1e-12);
-  EXPECT_EQ(middle.touch.depth_datum_mm, 0);
+  EXPECT_EQ(middle.touch.surface->validity, Validity::Valid);
+  EXPECT_GT(middle.touch.surface->depth_max_mm, 0);
+  EXPECT_NEAR(middle.touch.surface->depth_sd_mm,
+              sensor.elastic.relative_sd * middle.touch.surface->depth_max_mm, 1e-12);
+  EXPECT_EQ(middle.touch.surface->depth_offset_mm, 0);
 
   // The 5 x 5 filter reaches two pixels further.
-  EXPECT_EQ(press(2, 40, 20, 50, 100).touch.depth_validity, Validity::AtBorder);
-  EXPECT_EQ(press(10, 4, 20, 10, 100).touch.depth_validity, Validity::Valid);
-  EXPECT_EQ(press(110, 40, 120, 50, 100).touch.depth_validity, Validity::AtBorder);
-  EXPECT_EQ(press(40, 80, 50, 90, 100).touch.depth_validity, Validity::AtBorder);
-  EXPECT_EQ(press(40, 0, 50, 9, 100).touch.depth_validity, Validity::AtBorder);
-  EXPECT_EQ(press(50, 40, 70, 50, 255).touch.depth_validity, Validity::Saturated);
+  EXPECT_EQ(press(2, 40, 20, 50, 100).touch.surface->validity, Validity::AtBorder);
+  EXPECT_EQ(press(10, 4, 20, 10, 100).touch.surface->validity, Validity::Valid);
+  EXPECT_EQ(press(110, 40, 120, 50, 100).touch.surface->validity, Validity::AtBorder);
+  EXPECT_EQ(press(40, 80, 50, 90, 100).touch.surface->validity, Validity::AtBorder);
+  EXPECT_EQ(press(40, 0, 50, 9, 100).touch.surface->validity, Validity::AtBorder);
+  EXPECT_EQ(press(50, 40, 70, 50, 255).touch.surface->validity, Validity::Saturated);
   const Seen white = press(0, 0, 120, 90, 255);
-  EXPECT_EQ(white.touch.depth_validity, Validity::Saturated);
+  EXPECT_EQ(white.touch.surface->validity, Validity::Saturated);
   for (const float depth : white.depth_mm) ASSERT_TRUE(std::isfinite(depth));
 }
 
@@ -361,10 +362,10 @@ TEST_F(ElasticTest, SaturatingResponseIsInverted) {
     }
   }
   const Seen linear = see(context(), sensor, dark, seen), inverse = see(context(), saturating, dark, limited);
-  EXPECT_EQ(inverse.touch.depth_validity, Validity::Valid);
+  EXPECT_EQ(inverse.touch.surface->validity, Validity::Valid);
   // Half a gray level's rounding; the filter works before the inverse, so the edge is read differently.
-  EXPECT_NEAR(inverse.touch.depth_max_mm / linear.touch.depth_max_mm, 1, 0.02);
-  EXPECT_EQ(see(context(), saturating, dark, beyond).touch.depth_validity, Validity::Saturated);
+  EXPECT_NEAR(inverse.touch.surface->depth_max_mm / linear.touch.surface->depth_max_mm, 1, 0.02);
+  EXPECT_EQ(see(context(), saturating, dark, beyond).touch.surface->validity, Validity::Saturated);
 }
 
 TEST_F(ElasticTest, ExactIsTheConvolution) {
@@ -383,7 +384,8 @@ TEST_F(ElasticTest, ExactIsTheConvolution) {
       compare({live.depth_mm.begin(), live.depth_mm.end()}, {exact.depth_mm.begin(), exact.depth_mm.end()});
   EXPECT_LT(d.peak, 3e-4);
   EXPECT_GT(d.peak, 0);
-  EXPECT_NEAR(live.touch.depth_max_mm, exact.touch.depth_max_mm, 3e-4 * exact.touch.depth_max_mm);
+  EXPECT_NEAR(live.touch.surface->depth_max_mm, exact.touch.surface->depth_max_mm,
+              3e-4 * exact.touch.surface->depth_max_mm);
 }
 
 TEST_F(ElasticTest, WaveguideSceneAgainstItsTruth) {
@@ -423,8 +425,9 @@ TEST_F(ElasticTest, WaveguideSceneAgainstItsTruth) {
       if (truth.force_N < 0.1) continue;
       ++compared;
       EXPECT_LT(rms, c.rms * truth.indentation_mm);
-      if (result->touch.depth_validity == Validity::Valid) {
-        EXPECT_NEAR(result->touch.depth_max_mm, truth.indentation_mm, c.deepest * truth.indentation_mm);
+      if (result->touch.surface->validity == Validity::Valid) {
+        EXPECT_NEAR(result->touch.surface->depth_max_mm, truth.indentation_mm,
+                    c.deepest * truth.indentation_mm);
       }
     }
     EXPECT_GT(compared, 3);

@@ -62,10 +62,10 @@ TEST_F(GradientStage, EqualsPlainLoops) {
                 for (uint32_t x = 0; x < width; ++x) image.set(c, x, y, x / 4 % 2 ^ y / 5 % 2 ? 255 : 0);
           pipeline.set_background(rest);
           const Touch t = pipeline.process(image);
-          ASSERT_TRUE(t.has_gradient);
+          ASSERT_TRUE(t.gradient_sum.has_value());
           const uint64_t plain =
               reference::gradient_sum(image, &rest, static_cast<uint32_t>(limit * shared::kGradientUnits));
-          EXPECT_EQ(t.gradient_sum * shared::kGradientUnits, static_cast<double>(plain))
+          EXPECT_EQ(*t.gradient_sum * shared::kGradientUnits, static_cast<double>(plain))
               << width << " x " << height << ", " << channels << " channels, limit " << limit;
         }
       }
@@ -79,7 +79,7 @@ TEST_F(GradientStage, FramesThatAreTheChange) {
   const FrameFormat format{100, 70, 1, 8};
   Pipeline pipeline(context(), sensor, format, wanted());
   const Frame image = random_frame(format, random, 0, 255);
-  EXPECT_EQ(pipeline.process(image).gradient_sum * shared::kGradientUnits,
+  EXPECT_EQ(pipeline.process(image).gradient_sum.value() * shared::kGradientUnits,
             static_cast<double>(reference::gradient_sum(image, nullptr, 256)));
 }
 
@@ -104,7 +104,7 @@ TEST_F(GradientStage, GrowsWithThePressOnAGel) {
   Pipeline pipeline = run.pipeline(context(), wanted());
   std::vector<std::pair<double, double>> seen;
   for (uint64_t i = 0; i < run.count(); i += 10)
-    seen.emplace_back(run.truth(i).force_N, pipeline.process(run.frame(i)).gradient_sum);
+    seen.emplace_back(run.truth(i).force_N, pipeline.process(run.frame(i)).gradient_sum.value());
   std::sort(seen.begin(), seen.end());
   ASSERT_GT(seen.back().first, 1);
   for (size_t i = 1; i < seen.size(); ++i) {
@@ -120,11 +120,11 @@ TEST_F(GradientStage, OnlyWhereItIsWanted) {
   Sensor sensor = sensor_for(3, 1);
   Pipeline without(context(), sensor, format, {.outputs = static_cast<uint32_t>(Output::Force)});
   without.set_background(rest);
-  EXPECT_FALSE(without.process(rest).has_gradient);
+  EXPECT_FALSE(without.process(rest).gradient_sum.has_value());
   sensor.force = ForceCalibration{.c1_N_per_gray = 1e-3, .gray_max = 1e6, .signal = ForceSignal::Gradient};
   Pipeline by_force(context(), sensor, format, {.outputs = static_cast<uint32_t>(Output::Force)});
   by_force.set_background(rest);
-  EXPECT_TRUE(by_force.process(rest).has_gradient);
+  EXPECT_TRUE(by_force.process(rest).gradient_sum.has_value());
   sensor.force.reset();
   sensor.channels = 1;
   sensor.bit_depth = 16;

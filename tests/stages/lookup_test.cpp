@@ -72,7 +72,7 @@ TEST_F(LookupTest, DepthEqualsTheTable) {
         ASSERT_EQ(m.depth_mm[i], static_cast<float>(lookup_depth_mm(sensor.lookup, gray)))
             << width << "x" << height << " bits " << bits << " at " << i % width << ", " << i / width;
       }
-      EXPECT_EQ(static_cast<float>(m.touch.depth_max_mm),
+      EXPECT_EQ(static_cast<float>(m.touch.surface->depth_max_mm),
                 *std::max_element(m.depth_mm.begin(), m.depth_mm.end()));
     }
   }
@@ -95,8 +95,8 @@ TEST_F(LookupTest, SaysWhereItsDepthCannotBeTrusted) {
   std::fill(rest.bytes.begin(), rest.bytes.end(), uint8_t{200});
   image = rest;
   Measured m = measure(context(), sensor, image, rest);
-  EXPECT_EQ(m.touch.depth_validity, Validity::NoContact);
-  EXPECT_EQ(m.touch.depth_max_mm, 0);
+  EXPECT_EQ(m.touch.surface->validity, Validity::NoContact);
+  EXPECT_EQ(m.touch.surface->depth_max_mm, 0);
   const auto press = [&](uint32_t gray) {
     image = rest;
     for (uint32_t y = 15; y < 30; ++y)
@@ -104,19 +104,19 @@ TEST_F(LookupTest, SaysWhereItsDepthCannotBeTrusted) {
     return measure(context(), sensor, image, rest);
   };
   m = press(200 - 65);
-  EXPECT_EQ(m.touch.depth_validity, Validity::Valid);
-  EXPECT_NEAR(m.touch.depth_max_mm, 1.0, 1e-6);
-  EXPECT_EQ(m.touch.depth_sd_mm, 0.04);
+  EXPECT_EQ(m.touch.surface->validity, Validity::Valid);
+  EXPECT_NEAR(m.touch.surface->depth_max_mm, 1.0, 1e-6);
+  EXPECT_EQ(m.touch.surface->depth_sd_mm, 0.04);
   m = press(200 - 91);
-  EXPECT_EQ(m.touch.depth_validity, Validity::AboveRange);
-  EXPECT_NEAR(m.touch.depth_max_mm, 1.1, 1e-6);
+  EXPECT_EQ(m.touch.surface->validity, Validity::AboveRange);
+  EXPECT_NEAR(m.touch.surface->depth_max_mm, 1.1, 1e-6);
   image.set(0, 0, 0, 255);
-  EXPECT_EQ(measure(context(), sensor, image, rest).touch.depth_validity, Validity::Saturated);
+  EXPECT_EQ(measure(context(), sensor, image, rest).touch.surface->validity, Validity::Saturated);
   // With confidence asked for the depth is the same.
   const Measured plain = press(150);
   const Measured with =
       measure(context(), sensor, image, rest, Output::Force | Output::Surface | Output::Confidence);
-  EXPECT_TRUE(with.touch.has_confidence);
+  EXPECT_TRUE(with.touch.confidence.has_value());
   EXPECT_EQ(with.depth_mm, plain.depth_mm);
   Sensor colour = sensor;
   colour.channels = 3;

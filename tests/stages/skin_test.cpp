@@ -161,15 +161,15 @@ TEST_F(SkinStage, FollowsTheSkinOfTheSyntheticPad) {
 TEST_F(SkinStage, WhatIsLostIsFoundAgain) {
   Pad pad(context(), "still?size=320x240&skin=markers&mode=gel");
   const Touch before = pad.see(0);
-  ASSERT_GT(before.skin.points, 30u);
-  EXPECT_EQ(before.skin.lost, 0u);
+  ASSERT_GT(before.skin->points, 30u);
+  EXPECT_EQ(before.skin->lost, 0u);
   Frame black = pad.frame;
   std::fill(black.bytes.begin(), black.bytes.end(), uint8_t{0});
   const Touch dark = pad.pipeline.process(black);
-  EXPECT_EQ(dark.skin.points, 0u);
-  EXPECT_EQ(dark.skin.lost, before.skin.points);
+  EXPECT_EQ(dark.skin->points, 0u);
+  EXPECT_EQ(dark.skin->lost, before.skin->points);
   const Touch after = pad.see(1);
-  EXPECT_EQ(after.skin.points, before.skin.points);
+  EXPECT_EQ(after.skin->points, before.skin->points);
   for (const SkinPoint& p : after.skin_points)
     EXPECT_LT(std::hypot(double{p.shift_x_px}, double{p.shift_y_px}), 0.3);
 }
@@ -205,7 +205,7 @@ TEST_F(SkinStage, NothingIsComputedThatIsNotAskedFor) {
   Frame frame;
   source.render(0, frame);
   const Touch touch = pipeline.process(frame);
-  EXPECT_FALSE(touch.has_skin);
+  EXPECT_FALSE(touch.skin.has_value());
   EXPECT_TRUE(touch.skin_points.empty());
   for (const auto& scope : pipeline.traffic()) EXPECT_NE(scope.name, "skin");
 }

@@ -20,7 +20,7 @@ const FrameFormat kFormat{320, 240, 1, 8};
 /// Places `step` px apart that moved by an affine motion about the frame's middle and noise.
 Touch followed(double ux, double uy, double vx, double vy, double noise_px = 0, int step = 16) {
   Touch t;
-  t.has_skin = true;
+  t.skin.emplace();
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0, 1);
   for (int y = step / 2; y < 240; y += step)
@@ -64,7 +64,7 @@ TEST_F(StrainMapTest, SaysWhyThereIsNone) {
   EXPECT_EQ(map.update(t, kFormat, SkinStrain::Stretch).texels, nullptr);
   EXPECT_EQ(map.last().missing, "9 of 10 places are followed");
   t = followed(0.03, 0, 0, 0);
-  t.has_skin = false;
+  t.skin.reset();
   EXPECT_EQ(map.update(t, kFormat, SkinStrain::Stretch).missing, "the skin is not followed");
   t = followed(0.03, 0, 0, 0);
   t.skin_points.resize(20);  // the first row

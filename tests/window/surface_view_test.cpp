@@ -55,14 +55,15 @@ class SurfaceViewTest : public GpuTest {
     map_ = {&buffer_, width, height, pitch};
   }
 
-  RgbImage draw(const Camera& camera, const SurfaceStyle& style, uint32_t mesh_columns, double datum_mm = 0) {
+  RgbImage draw(const Camera& camera, const SurfaceStyle& style, uint32_t mesh_columns,
+                double offset_mm = 0) {
     const ViewRect rect{0, 0, target_.extent().width, target_.extent().height};
     eye_ = place(camera, surface_half_size_mm(map_.width, map_.height, kPitch_mm, style), rect.aspect(), 0.9,
                  0.9);
     target_.begin();
     map_to_picture_barrier(target_.cmd());
     target_.begin_pass();
-    view_.draw(target_.cmd(), map_, datum_mm, kPitch_mm, eye_, style, rect, rect, mesh_columns);
+    view_.draw(target_.cmd(), map_, offset_mm, kPitch_mm, eye_, style, rect, rect, mesh_columns);
     return target_.finish();
   }
 
@@ -232,11 +233,12 @@ TEST(MeshGovernor, CoarsensWhenSlowAndRefinesWithPatience) {
 TEST(ViewState, RangeGrowsAtOnceAndShrinksOnlyAfterSeconds) {
   ViewState state;
   Touch touch;
-  touch.contact = touch.has_surface = true;
-  touch.depth_max_mm = 0.42;
+  touch.contact = true;
+  touch.surface.emplace();
+  touch.surface->depth_max_mm = 0.42;
   state.follow(touch, 25);
   EXPECT_DOUBLE_EQ(state.range_mm, 0.5);
-  touch.depth_max_mm = 0.09;
+  touch.surface->depth_max_mm = 0.09;
   touch.time_ns = 1'000'000'000;
   state.follow(touch, 25);
   EXPECT_DOUBLE_EQ(state.range_mm, 0.5);
@@ -244,7 +246,7 @@ TEST(ViewState, RangeGrowsAtOnceAndShrinksOnlyAfterSeconds) {
   state.follow(touch, 25);
   EXPECT_DOUBLE_EQ(state.range_mm, 0.1);
   touch.contact = false;
-  touch.depth_max_mm = 0;
+  touch.surface->depth_max_mm = 0;
   touch.time_ns = 60'000'000'000;
   state.follow(touch, 25);
   EXPECT_DOUBLE_EQ(state.range_mm, 0.1) << "a resting pad changes nothing";

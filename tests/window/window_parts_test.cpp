@@ -108,7 +108,8 @@ TEST(Tare, EachContactHasItsOwnZero) {
     return c;
   };
   Touch touch;
-  touch.contact = touch.has_contacts = true;
+  touch.contact = true;
+  touch.regions.emplace();
   touch.force_N = {0.5, 0.03, Validity::Valid};
   touch.contacts = {contact(2, 0.2), contact(4, 0.3)};
   Tare tare;
@@ -425,13 +426,13 @@ TEST(CalibrationChart, MarksAreTheContactsOfTheFrame) {
   EXPECT_EQ(shear_marks(shear, t, false)[0].force_N.value, -0.2);
   // By the skin, the shift is the skin's where enough of it is followed.
   shear.signal = ShearSignal::Skin;
-  t.has_skin = true;
-  t.skin.shift_x_mm = {0.07, 0.01, Validity::Valid};
+  t.skin.emplace();
+  t.skin->shift_x_mm = {0.07, 0.01, Validity::Valid};
   EXPECT_EQ(shear_marks(shear, t, true)[0].signal, 0.3);
-  t.skin.touching = 12;
+  t.skin->touching = 12;
   EXPECT_EQ(shear_marks(shear, t, true)[0].signal, 0.07);
   // Of two contacts each has its own signal, the sum of both has none.
-  t.has_contacts = true;
+  t.regions.emplace();
   for (const uint32_t id : {3u, 5u}) {
     ContactTouch c;
     c.id = id;
@@ -530,7 +531,7 @@ TEST_F(WindowPicture, SeveralContactsAndSkinAreAsStored) {
   PictureOptions options = look();
   options.map = ColourMap::Cividis;
   const Run run = draw("synthetic:press?size=320x240&mode=gel", 60, options, [](Touch& t) {
-    t.has_contacts = true;
+    t.regions.emplace();
     t.at_border = true;
     for (uint32_t i = 0; i < 3; ++i) {
       ContactTouch c;
@@ -547,14 +548,14 @@ TEST_F(WindowPicture, SeveralContactsAndSkinAreAsStored) {
       c.at_border = i == 2;
       t.contacts.push_back(c);
     }
-    t.has_skin = true;
+    t.skin.emplace();
     for (int y = 20; y < 240; y += 24)
       for (int x = 20; x < 320; x += 24)
         t.skin_points.push_back(
             {static_cast<float>(x), static_cast<float>(y), 0.6f, -0.3f, x == 20 ? 0.0f : 1.0f});
-    t.skin = {};
-    t.skin.points = 100;
-    t.skin.lost = 10;
+    t.skin.emplace();
+    t.skin->points = 100;
+    t.skin->lost = 10;
   });
   expect_as_stored(run.image, "contacts");
 }

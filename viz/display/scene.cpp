@@ -77,8 +77,8 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   Profile profile;
   const bool section = has_surface && state_.section;
   if (section)
-    profile =
-        probe(context_, shown.surface, shown.touch.depth_datum_mm, sensor_.pitch_mm_per_px, state_.line);
+    profile = probe(context_, shown.surface, shown.touch.surface->depth_offset_mm, sensor_.pitch_mm_per_px,
+                    state_.line);
 
   HudContent content{sensor_, shown.frame, shown.touch, has_surface, live, context_.report().name, {0, 0}};
   if (state_.skin_strain != SkinStrain::Off) content.strain = &strain_.last();
@@ -97,8 +97,8 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   map_to_picture_barrier(cmd);
   begin_pass();
   if (has_surface) {
-    surface_.draw(cmd, shown.surface, shown.touch.depth_datum_mm, sensor_.pitch_mm_per_px, eye_, style,
-                  layout_.view, layout_.surface, mesh_columns, pressure);
+    surface_.draw(cmd, shown.surface, shown.touch.surface->depth_offset_mm, sensor_.pitch_mm_per_px, eye_,
+                  style, layout_.view, layout_.surface, mesh_columns, pressure);
   }
   image_.draw(cmd, shown.frame, shown.surface, layout_.image, extent, strain);
   frame_->draw(cmd);

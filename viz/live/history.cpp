@@ -12,8 +12,8 @@ void History::add(const Touch& touch) {
   s.shear_x_N = touch.shear_x_N;
   s.shear_y_N = touch.shear_y_N;
   s.gray_sum = touch.gray_sum;
-  s.has_depth = touch.has_surface;
-  s.depth_mm = touch.contact ? touch.depth_max_mm : 0;
+  s.has_depth = touch.surface.has_value();
+  s.depth_mm = touch.contact && touch.surface ? touch.surface->depth_max_mm : 0;
   s.slip = touch.slip;
   if (!samples_.empty()) {
     if (s.time_s < samples_.back().time_s)

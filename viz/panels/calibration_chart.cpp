@@ -214,10 +214,11 @@ std::vector<CalibrationMark> shear_marks(const ShearCalibration& calibration, co
   }
   const Estimate& force_N = along_x ? touch.shear_x_N : touch.shear_y_N;
   if (!touch.contact || !has_value(force_N)) return marks;
-  const Estimate& skin_mm = along_x ? touch.skin.shift_x_mm : touch.skin.shift_y_mm;
-  const double shift_mm = by_skin && touch.has_skin && touch.skin.touching >= 3 ? skin_mm.value
-                          : along_x                                             ? touch.shift_x_mm
-                                                                                : touch.shift_y_mm;
+  const SkinMotion skin = touch.skin.value_or(SkinMotion{});
+  const Estimate& skin_mm = along_x ? skin.shift_x_mm : skin.shift_y_mm;
+  const double shift_mm = by_skin && skin.touching >= 3 ? skin_mm.value
+                          : along_x                     ? touch.shift_x_mm
+                                                        : touch.shift_y_mm;
   marks.push_back({0, shift_mm, force_N});
   return marks;
 }

@@ -77,7 +77,8 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
     draw_strip_charts(under, layout.charts, history_, content.sensor, state.tare,
                       {state.chart_span_s, scale});
   if (layout.has_profile && profile)
-    draw_profile(under, layout.profile, *profile, doubt(content.touch.depth_validity), scale);
+    draw_profile(under, layout.profile, *profile,
+                 doubt(content.touch.surface.value_or(SurfaceSummary{}).validity), scale);
   measurement_panel(frame, layout, content, shown, state.tare);
   status_line(layout, content, scale);
   if (state.sensor_panel) sensor_panel(layout.surface, scale, content.sensor, content.touch, state);

@@ -137,8 +137,7 @@ void contact_table(const Touch& touch, const Tare& tare, bool scaled) {
     ImGui::TextDisabled("and %llu smaller ones", whole(touch.contacts.size() - kMost));
 }
 
-void skin_rows(const Touch& t) {
-  const SkinMotion& skin = t.skin;
+void skin_rows(const SkinMotion& skin) {
   row("skin points", text("%u followed, %u lost", skin.points, skin.lost));
   const auto known = [](const Estimate& e) {
     return e.validity != Validity::NotCalibrated && e.validity != Validity::NoContact;
@@ -154,15 +153,17 @@ void skin_rows(const Touch& t) {
 }
 
 void surface_rows(const Touch& t) {
-  const bool doubtful = t.depth_validity != Validity::Valid && t.depth_validity != Validity::NoContact &&
-                        t.depth_validity != Validity::NotCalibrated;
-  const ImVec4 depth_tint = colour(force_verdict(t.depth_validity));
-  row("deepest", t.has_surface ? depth_text(t) : "-", doubtful ? &depth_tint : nullptr);
-  if (t.has_surface && t.contact && t.volume_mm3 > 0) row("volume", text("%.2f mm\xc2\xb3", t.volume_mm3));
-  if (t.clipped_px > 0) {
+  if (!t.surface) return row("deepest", "-");
+  const SurfaceSummary& s = *t.surface;
+  const bool doubtful = s.validity != Validity::Valid && s.validity != Validity::NoContact &&
+                        s.validity != Validity::NotCalibrated;
+  const ImVec4 depth_tint = colour(force_verdict(s.validity));
+  row("deepest", depth_text(s), doubtful ? &depth_tint : nullptr);
+  if (t.contact && s.volume_mm3 > 0) row("volume", text("%.2f mm\xc2\xb3", s.volume_mm3));
+  if (s.clipped_px > 0) {
     const ImVec4 tint = colour(force_verdict(Validity::Clipped));
-    row("clipped slopes", text("%llu px", whole(t.clipped_px)),
-        t.depth_validity == Validity::Clipped ? &tint : nullptr);
+    row("clipped slopes", text("%llu px", whole(s.clipped_px)),
+        s.validity == Validity::Clipped ? &tint : nullptr);
   }
 }
 
@@ -212,7 +213,7 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
   if (content.live && content.live->press)
     press_lines(*content.live->press, 1e-9 * static_cast<double>(t.time_ns));
   const bool scaled = has_scale(content.sensor);
-  if (t.has_contacts && t.contacts.size() > 1) contact_table(t, tare, scaled);
+  if (t.regions && t.contacts.size() > 1) contact_table(t, tare, scaled);
   if (ImGui::BeginTable("values", 2, ImGuiTableFlags_SizingStretchProp)) {
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.36f);
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.64f);
@@ -220,13 +221,13 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
     row("shear x", newtons_text(t.shear_x_N));
     row("shear y", newtons_text(t.shear_y_N));
     row("stick or slip", slip_verdict(t.slip).words, &slip_tint);
-    if (t.has_skin) skin_rows(t);
+    if (t.skin) skin_rows(*t.skin);
     if (content.has_surface) surface_rows(t);
     const std::string area =
         scaled ? text("%.2f mm\xc2\xb2", t.area_mm2) : text("%llu px (no scale)", whole(t.area_px));
     row("contact area", t.contact ? area : "-");
-    if (t.has_contacts)
-      row("contacts", text("%llu%s", whole(t.contacts.size()), t.regions_overflow ? ", and more" : ""));
+    if (t.regions)
+      row("contacts", text("%llu%s", whole(t.contacts.size()), t.regions->overflow ? ", and more" : ""));
     row("ellipse",
         t.contact && scaled ? text("%.2f x %.2f mm", t.ellipse.major_mm, t.ellipse.minor_mm) : "-");
     row("centroid", t.contact ? text("%.2f, %.2f px", t.centroid_x_px, t.centroid_y_px) : "-");
@@ -234,11 +235,12 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
     row("peak", text("%.1f gray levels", t.peak_gray));
     const ImVec4 red = colour(force_verdict(Validity::Saturated));
     row("saturated", text("%llu px", whole(t.saturated_px)), t.saturated_px ? &red : nullptr);
-    if (t.has_confidence) {
+    if (t.confidence) {
       const ImVec4 tint_apart = colour(force_verdict(Validity::Apart));
-      std::string unknown = text("%llu px", whole(t.unknown_px));
-      if (t.islands > 1) unknown += text(", %u islands", t.islands);
-      row("unknown", unknown, t.islands > 1 ? &tint_apart : nullptr);
+      std::string unknown = text("%llu px", whole(t.confidence->unknown_px));
+      const uint32_t islands = t.surface && t.surface->weighted ? t.surface->weighted->islands : 0;
+      if (islands > 1) unknown += text(", %u islands", islands);
+      row("unknown", unknown, islands > 1 ? &tint_apart : nullptr);
     }
     if (content.live && content.live->to_measured.count > 0) {
       row("latency", "50 / 95 / 99 %");

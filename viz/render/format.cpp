@@ -56,16 +56,16 @@ std::string newtons_text(const Estimate& e, int digits) {
   return text("%+.*f \xc2\xb1 %.*f N", digits, e.value, digits, e.standard_error);
 }
 
-std::string depth_text(const Touch& t) {
-  std::string shown = text("%.3f", t.depth_max_mm);
-  if (t.depth_sd_mm > 0) shown += text(" \xc2\xb1 %.3f", t.depth_sd_mm);
+std::string depth_text(const SurfaceSummary& s) {
+  std::string shown = text("%.3f", s.depth_max_mm);
+  if (s.depth_sd_mm > 0) shown += text(" \xc2\xb1 %.3f", s.depth_sd_mm);
   shown += " mm";
-  if (t.depth_validity == Validity::Saturated) shown += ", saturated";
-  if (t.depth_validity == Validity::AtBorder) shown += ", at border";
-  if (t.depth_validity == Validity::Clipped) shown += ", slopes clipped";
-  if (t.depth_validity == Validity::AboveRange) shown += ", above range";
-  if (t.depth_validity == Validity::Apart) shown += ", on an island";
-  if (!t.datum_from_rest) shown += " (no rest level)";
+  if (s.validity == Validity::Saturated) shown += ", saturated";
+  if (s.validity == Validity::AtBorder) shown += ", at border";
+  if (s.validity == Validity::Clipped) shown += ", slopes clipped";
+  if (s.validity == Validity::AboveRange) shown += ", above range";
+  if (s.validity == Validity::Apart) shown += ", on an island";
+  if (!s.rest_from_untouched) shown += " (no rest level)";
   return shown;
 }
 

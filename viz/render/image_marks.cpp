@@ -123,8 +123,8 @@ void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, cons
   const Place place{low, static_cast<double>(rect.width) / format.width};
   const double px_per_mm = place.zoom / sensor.pitch_mm_per_px;  // NaN without a scale
   list->PushClipRect(low, high, true);
-  if (marks.skin && touch.has_skin) draw_skin(list, place, touch, scale);
-  if (marks.contacts && touch.has_contacts) {
+  if (marks.skin && touch.skin) draw_skin(list, place, touch, scale);
+  if (marks.contacts && touch.regions) {
     for (const ContactTouch& c : touch.contacts) {
       const ImVec2 centre = place.at(c.centroid_x_px, c.centroid_y_px);
       draw_ellipse(list, centre, c.ellipse, px_per_mm, c.at_border, scale);
@@ -147,7 +147,8 @@ void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, cons
   if (touch.saturated_px > 0)
     warnings += text("%sSATURATED %llu px", warnings.empty() ? "" : "  ",
                      static_cast<unsigned long long>(touch.saturated_px));
-  if (touch.regions_overflow) warnings += std::string(warnings.empty() ? "" : "  ") + "TOO MANY REGIONS";
+  if (touch.regions && touch.regions->overflow)
+    warnings += std::string(warnings.empty() ? "" : "  ") + "TOO MANY REGIONS";
   if (!warnings.empty()) {
     list->AddRect({low.x + scale, low.y + scale}, {high.x - scale, high.y - scale}, kWarning, 0, 0,
                   2 * scale);

@@ -42,9 +42,9 @@ const StrainTexels& StrainMap::update(const Touch& touch, const FrameFormat& for
   std::vector<const SkinPoint*> followed;
   for (const SkinPoint& p : touch.skin_points)
     if (p.trust > 0) followed.push_back(&p);
-  if (!touch.has_skin || followed.size() < kFewest) {
-    last_.missing = touch.has_skin ? text("%zu of %zu places are followed", followed.size(), kFewest)
-                                   : "the skin is not followed";
+  if (!touch.skin || followed.size() < kFewest) {
+    last_.missing = touch.skin ? text("%zu of %zu places are followed", followed.size(), kFewest)
+                               : "the skin is not followed";
     return last_;
   }
   std::vector<std::array<double, 2>> places, shifts;

@@ -29,8 +29,8 @@ double scale_ceiling(double value) {
 void ViewState::follow(const Touch& touch, double longest_side_mm) {
   constexpr double kSmallest_mm = 0.05;  // below it a resting pad would show only noise
   constexpr int64_t kPatience_ns = 8'000'000'000;
-  if (automatic_range && touch.has_surface) {
-    const double wanted_mm = scale_ceiling(std::max(touch.depth_max_mm, kSmallest_mm));
+  if (automatic_range && touch.surface) {
+    const double wanted_mm = scale_ceiling(std::max(touch.surface->depth_max_mm, kSmallest_mm));
     if (wanted_mm > range_mm) range_mm = wanted_mm;
     // A pad at rest says nothing about the next touch: only a lasting lighter contact narrows the range.
     if (!touch.contact || wanted_mm >= range_mm) {

@@ -35,7 +35,7 @@ int main(int, char** arguments) try {
   pipeline.set_background(frame);
   for (int i = 0; read_pgm(folder + std::to_string(i) + ".pgm", frame); ++i) {
     const palpate::Touch touch = pipeline.process(frame);
-    std::printf("%.17g,%.17g,%.17g,%s\n", touch.gray_sum, touch.force_N.value, touch.depth_max_mm,
+    std::printf("%.17g,%.17g,%.17g,%s\n", touch.gray_sum, touch.force_N.value, touch.surface->depth_max_mm,
                 palpate::to_string(touch.force_N.validity));
   }
   return 0;
