@@ -39,7 +39,8 @@ MeasuredInput find_input(uint64_t seed, const std::string& input, const std::fil
   found.outputs = Output::Force | Output::Contacts;
   if (found.sensor.skin && found.sensor.background.kind == BackgroundKind::Untouched)
     found.outputs |= static_cast<uint32_t>(Output::Skin);
-  if (found.sensor.reading != Reading::None) found.outputs |= static_cast<uint32_t>(Output::Surface);
+  if (found.sensor.reconstruction != Reconstruction::None)
+    found.outputs |= static_cast<uint32_t>(Output::Surface);
   return found;
 }
 

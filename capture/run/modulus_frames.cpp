@@ -143,10 +143,11 @@ PressReader::PressReader(gpu::Context& context, const Sensor& sensor, const Fram
     : sensor_(sensor),
       sample_(sample),
       background_(background),
-      pipeline_(context, sensor, background.format,
-                {.outputs = sensor.reading == Reading::None ? static_cast<uint32_t>(Output::Force)
-                                                            : Output::Force | Output::Surface,
-                 .solver = SurfaceSolver::Converged}) {
+      pipeline_(
+          context, sensor, background.format,
+          {.outputs = sensor.reconstruction == Reconstruction::None ? static_cast<uint32_t>(Output::Force)
+                                                                    : Output::Force | Output::Surface,
+           .solver = SurfaceSolver::Converged}) {
   pipeline_.set_background(background);
 }
 
@@ -167,7 +168,7 @@ std::optional<PressFrame> PressReader::read(const Frame& frame) {
   const uint32_t width = frame.format.width, height = frame.format.height;
   const double pitch = sensor_.pitch_mm_per_px;
   std::vector<char> inside;
-  if (sensor_.reading == Reading::Elastic) {
+  if (sensor_.reconstruction == Reconstruction::Elastic) {
     const cv::Mat change = change_of(frame, background_, sensor_);
     const std::vector<float> gray(change.begin<float>(), change.end<float>());
     const ContactEdge edge = find_edge(gray, width, height, sensor_, sample_.flat());

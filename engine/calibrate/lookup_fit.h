@@ -1,4 +1,4 @@
-// From presses of a known ball to the table of a gray gel (Reading::Lookup): filtered change to depth.
+// From presses of a known ball to the table of a gray gel (Reconstruction::Lookup): filtered change to depth.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace palpate {
 
-/// The change that Reading::Lookup goes by, gray levels, height x width: by `signal`, 5 x 5 binomial filter,
-/// exactly what the contact stage keeps for 8 bits. One channel.
+/// The change that Reconstruction::Lookup goes by, gray levels, height x width: by `signal`, 5 x 5 binomial
+/// filter, exactly what the contact stage keeps for 8 bits. One channel.
 std::vector<double> filtered_change(const Frame& frame, const Frame& background, Signal signal);
 
 struct HeldOutLookup {

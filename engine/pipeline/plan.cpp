@@ -38,8 +38,8 @@ bool needs_skin(const Sensor& sensor, uint32_t outputs) {
 
 SurfaceKind surface_kind(const Sensor& sensor, uint32_t outputs) {
   if (!wants(outputs, Output::Surface)) return SurfaceKind::None;
-  if (sensor.reading == Reading::Elastic) return SurfaceKind::Elastic;
-  if (sensor.reading == Reading::Lookup) return SurfaceKind::Lookup;
+  if (sensor.reconstruction == Reconstruction::Elastic) return SurfaceKind::Elastic;
+  if (sensor.reconstruction == Reconstruction::Lookup) return SurfaceKind::Lookup;
   return SurfaceKind::Gradient;
 }
 
@@ -54,7 +54,8 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
   plan.skin = needs_skin(sensor, options.outputs);
   plan.confidence = needs_confidence(sensor, options.outputs);
   plan.surface = surface_kind(sensor, options.outputs);
-  plan.keep_filtered = plan.surface != SurfaceKind::None && sensor.reading != Reading::Photometric;
+  plan.keep_filtered =
+      plan.surface != SurfaceKind::None && sensor.reconstruction != Reconstruction::Photometric;
   if (plan.surface == SurfaceKind::Gradient && plan.confidence) {
     // The host solves each frame by itself, with weights or without.
     const bool always = sensor.pad && options.solver != SurfaceSolver::Exact;

@@ -14,7 +14,7 @@ namespace palpate {
 /// How a frame becomes heights (engine/pipeline/surface_*.h).
 enum class SurfaceKind {
   None,
-  Gradient,  ///< slopes, integrated: Reading::Shading and Photometric
+  Gradient,  ///< slopes, integrated: Reconstruction::Shading and Photometric
   Elastic,   ///< pressure to deflection
   Lookup,    ///< gray to depth, pixel by pixel
 };
@@ -46,8 +46,9 @@ struct FramePlan {
 FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options);
 
 /// Whether a window gives what the whole frame would: not where a pixel's depth depends on pressure far away
-/// (Reading::Elastic) or is absolute (Reading::Lookup), where pixels are weighted, where heights are solved
-/// on the host, and where everything is contact (a threshold of 0) or nothing is subtracted or filtered.
+/// (Reconstruction::Elastic) or is absolute (Reconstruction::Lookup), where pixels are weighted, where
+/// heights are solved on the host, and where everything is contact (a threshold of 0) or nothing is
+/// subtracted or filtered.
 bool can_window(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options);
 
 /// Windows begin at multiples of it.

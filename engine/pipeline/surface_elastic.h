@@ -1,4 +1,4 @@
-// Surface from pressure: Reading::Elastic. Depth is absolute: there is no rest level to be found.
+// Surface from pressure: Reconstruction::Elastic. Depth is absolute: there is no rest level to be found.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,5 @@
-// Surface from slopes: Reading::Shading and Reading::Photometric. With weights where not everything is known.
+// Surface from slopes: Reconstruction::Shading and Reconstruction::Photometric. With weights where not
+// everything is known.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
-// Surface from a table of gray to depth: Reading::Lookup. Depth is absolute: there is no rest level to be
-// found.
+// Surface from a table of gray to depth: Reconstruction::Lookup. Depth is absolute: there is no rest level to
+// be found.
 #pragma once
 
 #include "engine/pipeline/surface_method.h"

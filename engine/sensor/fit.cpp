@@ -52,16 +52,16 @@ void check_fit(const Sensor& sensor, const FrameFormat& format, uint32_t outputs
           "frames of 8 bits, for the sum of gradients", std::to_string(format.bit_depth) + " bits",
           "outputs without it");
   if (!wants(outputs, Output::Surface)) return;
-  require(sensor.reading != Reading::None, sensor,
+  require(sensor.reconstruction != Reconstruction::None, sensor,
           "a surface reading (shading, photometric, elastic or lookup)", "none",
           "asking for force only, or adding 'surface' to the sensor file");
-  require(sensor.reading != Reading::Photometric || format.channels == 3, sensor,
+  require(sensor.reconstruction != Reconstruction::Photometric || format.channels == 3, sensor,
           "colour frames for reading 'photometric'", "gray frames", "channels 3 in the sensor file");
-  require(sensor.reading != Reading::Shading || format.channels == 1, sensor,
+  require(sensor.reconstruction != Reconstruction::Shading || format.channels == 1, sensor,
           "gray frames for reading 'shading'", "colour frames", "channels 1 in the sensor file");
-  require(sensor.reading != Reading::Elastic || format.channels == 1, sensor,
+  require(sensor.reconstruction != Reconstruction::Elastic || format.channels == 1, sensor,
           "gray frames for reading 'elastic'", "colour frames", "channels 1 in the sensor file");
-  require(sensor.reading != Reading::Lookup || format.channels == 1, sensor,
+  require(sensor.reconstruction != Reconstruction::Lookup || format.channels == 1, sensor,
           "gray frames for reading 'lookup'", "colour frames", "channels 1 in the sensor file");
 }
 

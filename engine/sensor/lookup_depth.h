@@ -1,4 +1,4 @@
-// Depth of a gray gel by the sensor's table (Reading::Lookup).
+// Depth of a gray gel by the sensor's table (Reconstruction::Lookup).
 #pragma once
 
 #include "palpate/sensor.h"

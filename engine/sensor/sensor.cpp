@@ -86,17 +86,19 @@ void check_together(const Sensor& s, const std::string& where) {
     const std::string change = "frames hold the change already (background.source 'none')";
     require(s.signal != Signal::Darker, "contact.signal", "brighter or either where " + change,
             to_string(s.signal));
-    require(s.reading != Reading::Photometric, "surface.reading", "no photometric reading where " + change,
-            "one: a change's sign is needed");
+    require(s.reconstruction != Reconstruction::Photometric, "surface.reading",
+            "no photometric reading where " + change, "one: a change's sign is needed");
     require(s.shadow_gray.value_or(0) == 0, "surface.shadow_gray", "0 or none where " + change,
             std::to_string(s.shadow_gray.value_or(0)));
   }
-  require(s.filter != Filter::None || s.reading == Reading::None || s.reading == Reading::Photometric,
-          "contact.filter", "'binomial5' for reading '" + std::string(to_string(s.reading)) + "'", "'none'");
-  if (s.reading == Reading::Shading)
+  require(s.filter != Filter::None || s.reconstruction == Reconstruction::None ||
+              s.reconstruction == Reconstruction::Photometric,
+          "contact.filter", "'binomial5' for reading '" + std::string(to_string(s.reconstruction)) + "'",
+          "'none'");
+  if (s.reconstruction == Reconstruction::Shading)
     require(s.shading.facing_gray > 0, "surface.shading.facing_gray", "more than 0 gray levels",
             number_text(s.shading.facing_gray));
-  if (s.reading == Reading::Elastic) {
+  if (s.reconstruction == Reconstruction::Elastic) {
     require(s.channels == 1, "frame.channels", "1 for reading 'elastic'", std::to_string(s.channels));
     require(s.elastic.gray_per_MPa > 0, "surface.elastic", "this section, for reading 'elastic'", "none");
     require(s.elastic.thickness_mm == 0 ||
@@ -104,7 +106,7 @@ void check_together(const Sensor& s, const std::string& where) {
             "surface.elastic.thickness_mm", "at least 4 pixels (pitch_mm_per_px), or none for a half space",
             number_text(s.elastic.thickness_mm));
   }
-  if (s.reading == Reading::Photometric) {
+  if (s.reconstruction == Reconstruction::Photometric) {
     require(s.channels == 3, "frame.channels", "3 for reading 'photometric'", std::to_string(s.channels));
     double largest = 0;
     for (const auto* weights : {&s.photometric.wx, &s.photometric.wy})
@@ -112,7 +114,7 @@ void check_together(const Sensor& s, const std::string& where) {
         for (const double weight : row) largest = std::max(largest, std::abs(weight));
     require(largest > 0, "surface.photometric", "weights that are not all 0", "none");
   }
-  if (s.reading == Reading::Lookup) {
+  if (s.reconstruction == Reconstruction::Lookup) {
     require(s.channels == 1, "frame.channels", "1 for reading 'lookup'", std::to_string(s.channels));
     require(s.lookup.points.size() >= 2, "surface.lookup", "this section, for reading 'lookup'", "none");
     for (size_t i = 1; i < s.lookup.points.size(); ++i)
@@ -208,7 +210,9 @@ Sensor uncalibrated_sensor(const FrameFormat& format) {
 uint32_t shadow_gray(const Sensor& sensor) {
   if (sensor.shadow_gray) return *sensor.shadow_gray;
   constexpr uint32_t kPerCent = 2;
-  return sensor.reading == Reading::Photometric ? ((1u << sensor.bit_depth) - 1) * kPerCent / 100 : 0;
+  return sensor.reconstruction == Reconstruction::Photometric
+             ? ((1u << sensor.bit_depth) - 1) * kPerCent / 100
+             : 0;
 }
 
 uint32_t smallest_contact_px(const Sensor& sensor, const FrameFormat& format) {
@@ -244,17 +248,17 @@ const char* to_string(BackgroundKind kind) {
   return kind == BackgroundKind::Untouched ? "untouched" : "none";
 }
 
-const char* to_string(Reading reading) {
-  switch (reading) {
-    case Reading::None:
+const char* to_string(Reconstruction reconstruction) {
+  switch (reconstruction) {
+    case Reconstruction::None:
       return "none";
-    case Reading::Shading:
+    case Reconstruction::Shading:
       return "shading";
-    case Reading::Photometric:
+    case Reconstruction::Photometric:
       return "photometric";
-    case Reading::Elastic:
+    case Reconstruction::Elastic:
       return "elastic";
-    case Reading::Lookup:
+    case Reconstruction::Lookup:
       return "lookup";
   }
   return "?";
@@ -299,7 +303,7 @@ void validate(const Sensor& sensor, const std::string& where) {
     from_json(to_json(sensor), where, "");
     return;
   }
-  if (sensor.reading != Reading::None || sensor.shear)
+  if (sensor.reconstruction != Reconstruction::None || sensor.shear)
     fail(where + ".pitch_mm_per_px", "a scale, for surfaces and shear", "none");
   Sensor scaled = sensor;  // no other key depends on the scale then
   scaled.pitch_mm_per_px = 1;

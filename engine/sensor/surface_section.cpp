@@ -4,8 +4,9 @@
 namespace palpate::sensor_json {
 namespace {
 
-constexpr std::array kReadings{Reading::None, Reading::Shading, Reading::Photometric, Reading::Elastic,
-                               Reading::Lookup};
+constexpr std::array kReconstructions{Reconstruction::None, Reconstruction::Shading,
+                                      Reconstruction::Photometric, Reconstruction::Elastic,
+                                      Reconstruction::Lookup};
 
 void read_weights(Reader& reader, const char* key, std::array<std::array<double, 3>, 3>& weights) {
   const Json& rows = reader.array(key, 3, "for red, green, blue");
@@ -22,7 +23,7 @@ void read_weights(Reader& reader, const char* key, std::array<std::array<double,
 
 void read_surface(const Json& json, const std::string& where, Sensor& sensor) {
   Reader surface(json, where);
-  surface.choice("reading", kReadings, sensor.reading);
+  surface.choice("reading", kReconstructions, sensor.reconstruction);
   surface.number("max_slope", 1e-3, 1e3, "", sensor.max_slope);
   if (surface.has("shadow_gray"))
     surface.whole("shadow_gray", 0, 65535, "gray levels", sensor.shadow_gray.emplace());
@@ -83,12 +84,13 @@ void read_surface(const Json& json, const std::string& where, Sensor& sensor) {
 }
 
 Json surface_json(const Sensor& s) {
-  Json surface{{"reading", to_string(s.reading)}, {"max_slope", s.max_slope}};
+  Json surface{{"reading", to_string(s.reconstruction)}, {"max_slope", s.max_slope}};
   if (s.shadow_gray) surface["shadow_gray"] = *s.shadow_gray;
-  if (s.reading == Reading::Shading || s.shading.facing_gray != 0)
+  if (s.reconstruction == Reconstruction::Shading || s.shading.facing_gray != 0)
     surface["shading"] = {{"facing_gray", s.shading.facing_gray}, {"depth_gain", s.shading.depth_gain}};
   const PhotometricCalibration none;
-  if (s.reading == Reading::Photometric || s.photometric.wx != none.wx || s.photometric.wy != none.wy) {
+  if (s.reconstruction == Reconstruction::Photometric || s.photometric.wx != none.wx ||
+      s.photometric.wy != none.wy) {
     Json photometric{
         {"wx", s.photometric.wx}, {"wy", s.photometric.wy}, {"normal_sd", s.photometric.normal_sd}};
     if (const auto& t = s.photometric.table)
@@ -96,7 +98,7 @@ Json surface_json(const Sensor& s) {
     add_origin(photometric, s.photometric.origin);
     surface["photometric"] = photometric;
   }
-  if (s.reading == Reading::Elastic || s.elastic.gray_per_MPa != 0) {
+  if (s.reconstruction == Reconstruction::Elastic || s.elastic.gray_per_MPa != 0) {
     Json elastic{{"gray_per_MPa", s.elastic.gray_per_MPa},
                  {"young_MPa", s.elastic.young_MPa},
                  {"poisson", s.elastic.poisson},

@@ -40,8 +40,9 @@ Confidence::Confidence(gpu::Context& context, const Sensor& sensor, const FrameF
     : sensor_(sensor),
       format_(format),
       rows_(context.is_software() ? kRowsOnCpu : kRowsOnGpu),
-      reach_(sensor.reading == Reading::Shading || sensor.reading == Reading::Elastic ||
-                     sensor.reading == Reading::Lookup
+      reach_(sensor.reconstruction == Reconstruction::Shading ||
+                     sensor.reconstruction == Reconstruction::Elastic ||
+                     sensor.reconstruction == Reconstruction::Lookup
                  ? kFilterReach_px
                  : 0) {
   push_.width = format.width;

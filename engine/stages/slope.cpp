@@ -68,7 +68,7 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
              RightSides right_sides, const Tuning& tuning)
     : tile_rows_(tuning.slope_rows),
       workgroup_(tuning.slope_workgroup),
-      shading_(sensor.reading == Reading::Shading),
+      shading_(sensor.reconstruction == Reconstruction::Shading),
       right_sides_(right_sides) {
   using enum gpu::Binding;
   push_.width = format.width;

@@ -11,7 +11,7 @@ namespace {
 
 struct Choice {
   std::string outputs;
-  Reading reading = Reading::None;
+  Reconstruction reading = Reconstruction::None;
   double touched_fraction = 1;
   PipelineOptions options;
 };
@@ -24,7 +24,7 @@ PipelineOptions options_for(uint32_t outputs, SurfaceSolver solver = SurfaceSolv
 }
 
 /// The first choice of each reading is its full frame.
-std::vector<Choice> choices_for(Reading reading) {
+std::vector<Choice> choices_for(Reconstruction reading) {
   const auto force = static_cast<uint32_t>(Output::Force);
   const uint32_t all = Output::Force | Output::Surface;
   PipelineOptions one_slot = options_for(all);
@@ -38,7 +38,7 @@ std::vector<Choice> choices_for(Reading reading) {
       {"force only (10 % touched)", reading, 0.1, options_for(force)},
       {"force + surface (one frame in flight)", reading, 1, one_slot},
       {"force + surface (exact)", reading, 1, options_for(all, SurfaceSolver::Exact)}};
-  if (reading == Reading::Elastic) return choices;  // a convolution: no cycles, no weights
+  if (reading == Reconstruction::Elastic) return choices;  // a convolution: no cycles, no weights
   choices.push_back({"force + surface (fine)", reading, 1, options_for(all, SurfaceSolver::Fine)});
   choices.push_back({"force + surface (converged)", reading, 1, options_for(all, SurfaceSolver::Converged)});
   choices.push_back({"force + surface (converged, warm start)", reading, 1, warm});
@@ -51,8 +51,9 @@ std::vector<Choice> choices_for(Reading reading) {
 void measure_outputs(const gpu::ContextOptions& device, const FrameSize& size, double seconds,
                      const Watch& watch, Profile& profile) {
   gpu::Context context(device);
-  const Reading readings[] = {Reading::Shading, Reading::Photometric, Reading::Elastic};
-  for (const Reading reading : readings) {
+  const Reconstruction readings[] = {Reconstruction::Shading, Reconstruction::Photometric,
+                                     Reconstruction::Elastic};
+  for (const Reconstruction reading : readings) {
     const std::vector<Choice> group = choices_for(reading);
     std::deque<Scene> scenes;
     std::deque<Pipeline> pipelines;

@@ -189,7 +189,7 @@ FrameSize parse_size(const std::string& text) {
 }
 
 void measure_sizes(const gpu::ContextOptions& device, const std::vector<FrameSize>& sizes,
-                   const std::vector<Reading>& readings, double seconds, const Watch& watch,
+                   const std::vector<Reconstruction>& readings, double seconds, const Watch& watch,
                    Profile& profile) {
   std::vector<FrameSize> ascending = sizes;
   std::sort(ascending.begin(), ascending.end(), [](const FrameSize& a, const FrameSize& b) {
@@ -197,15 +197,15 @@ void measure_sizes(const gpu::ContextOptions& device, const std::vector<FrameSiz
   });
   struct Task {
     FrameSize size;
-    Reading reading;
+    Reconstruction reading;
   };
   std::vector<Task> tasks;
   for (const FrameSize& size : ascending)
-    for (const Reading reading : readings) tasks.push_back({size, reading});
+    for (const Reconstruction reading : readings) tasks.push_back({size, reading});
 
   SizeMeter meter(device, profile.ceiling, watch);
   const double end_s = wall_now_s() + seconds;
-  std::map<Reading, SizeFigure> last;
+  std::map<Reconstruction, SizeFigure> last;
   for (size_t i = 0; i < tasks.size(); ++i) {
     if (watch.stopped()) return;
     const auto& [size, reading] = tasks[i];

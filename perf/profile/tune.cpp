@@ -54,7 +54,7 @@ struct Scene {
     rest = *source.own_background();
     source.render(source.frame_count().value_or(2) / 2, image);
     const Tuning usual = default_tuning(context);
-    keeps = sensor.reading == Reading::Shading;
+    keeps = sensor.reconstruction == Reconstruction::Shading;
     contact.emplace(context, sensor, image.format, keeps, usual);
     surface.emplace(context, size.width, size.height, SurfaceSolver::Live, usual);
     frame.emplace(context, "frame", image.format);

@@ -95,7 +95,7 @@ class Bench {
     for (Frame& frame : scene.frames)
       for (size_t i = 0; i < frame.bytes.size(); ++i)
         frame.bytes[i] -= std::min(frame.bytes[i], scene.background.bytes[i]);
-    scene.sensor.reading = Reading::None;
+    scene.sensor.reconstruction = Reconstruction::None;
     scene.sensor.filter = Filter::None;
     scene.sensor.background = {BackgroundKind::None, "", 1};
     std::fill(scene.background.bytes.begin(), scene.background.bytes.end(), uint8_t{0});
@@ -253,7 +253,7 @@ class Bench {
 
   void frame(const Size& size, SyntheticMode mode) {
     Scene scene = scene_for(size, mode);
-    const std::string work = "frame to height (" + std::string(to_string(scene.sensor.reading)) + ")";
+    const std::string work = "frame to height (" + std::string(to_string(scene.sensor.reconstruction)) + ")";
     Pipeline pipeline = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
     OpenCvFftwFrame rival(scene.background, scene.sensor, size.padded_width, size.padded_height);
     add(compare(work, size.text(), {"palpate", [&] { pipeline.process(scene.next()); }},
@@ -281,7 +281,7 @@ class Bench {
   /// A gray gel's depth by table, frame to depth, beside OpenCV's difference, filter and table.
   void lookup(const Size& size) {
     Scene scene = scene_for(size, SyntheticMode::Lambert);
-    scene.sensor.reading = Reading::Lookup;
+    scene.sensor.reconstruction = Reconstruction::Lookup;
     scene.sensor.lookup.points = {{4, 0}, {60, 0.8}, {120, 1.2}, {200, 1.5}};
     Pipeline pipeline = make_pipeline(scene, Output::Force | Output::Surface, SurfaceSolver::Live);
     add(compare("frame to depth (lookup)", size.text(), {"palpate", [&] { pipeline.process(scene.next()); }},
@@ -408,10 +408,10 @@ class Bench {
     while (pipeline.wait()) {
     }
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    throughput_csv_ += std::string(to_string(scene.sensor.reading)) + "," + size.text() + "," +
+    throughput_csv_ += std::string(to_string(scene.sensor.reconstruction)) + "," + size.text() + "," +
                        std::to_string(std::lround(kFrames / seconds)) + "\n";
-    std::printf("throughput, %s, %s: %.1f frames/s\n", to_string(scene.sensor.reading), size.text().c_str(),
-                kFrames / seconds);
+    std::printf("throughput, %s, %s: %.1f frames/s\n", to_string(scene.sensor.reconstruction),
+                size.text().c_str(), kFrames / seconds);
   }
 
   const std::string& csv() const { return csv_; }

@@ -154,7 +154,7 @@ class Goals {
     rival.run_8bit(scene.frames[0]);
     const Frame image = rival.contact_8bit();
     Sensor sensor = scene.sensor;
-    sensor.reading = Reading::None;
+    sensor.reconstruction = Reconstruction::None;
     sensor.filter = Filter::None;
     sensor.background = {BackgroundKind::None, "", 1};
     const Contact contact(context_, sensor, image.format, false, load_tuning(context_).tuning);
@@ -214,7 +214,7 @@ class Goals {
 
   void frame(const Size& size, SyntheticMode mode) {
     Scene scene = scene_for(size, mode);
-    const std::string reading = to_string(scene.sensor.reading);
+    const std::string reading = to_string(scene.sensor.reconstruction);
     Pipeline pipeline = pipeline_for(scene.sensor, scene.background, {});
     OpenCvFftwFrame rival(scene.background, scene.sensor, size.padded_width, size.padded_height);
     const Pair pair =
@@ -226,7 +226,7 @@ class Goals {
             text("heights %.1e apart", difference));
     // Shading: the rival takes the direction of a slope from a pixel's neighbours, noise and all; the same
     // amount of work, not the same heights.
-    if (scene.sensor.reading == Reading::Photometric)
+    if (scene.sensor.reconstruction == Reconstruction::Photometric)
       check("heights of a frame " + size.text() + ", " + reading, difference, 0.02);
   }
 
@@ -280,7 +280,7 @@ class Goals {
   }
 
   void few_tiles(const Size& size) {
-    Scene scene = timing_scene(size.width, size.height, Reading::Shading, 0.1);
+    Scene scene = timing_scene(size.width, size.height, Reconstruction::Shading, 0.1);
     ContactTiles touched(scene.sensor, scene.background.format);
     touched.set_background(scene.background);
     const TouchedTiles& tiles = touched.find(scene.frames.front());

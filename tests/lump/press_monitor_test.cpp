@@ -263,7 +263,7 @@ TEST(PressMonitor, StatesOfASensorWithWhichNothingCanBeTold) {
   Bench bench;
   const Frame background = *bench.source.own_background();
   Sensor plain = bench.sensor;
-  plain.reading = Reading::None;
+  plain.reconstruction = Reconstruction::None;
   PressMonitor uncalibrated(plain, background, bench.setup);
   EXPECT_NE(uncalibrated.status().trouble.find("pascals"), std::string::npos);
   bench.play(uncalibrated, 0, 100);

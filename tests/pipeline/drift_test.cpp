@@ -171,7 +171,7 @@ TEST_F(DriftOnGpu, TheSameFramesGiveTheSameBits) {
   Sensor sensor;
   sensor.name = "drift";
   sensor.pitch_mm_per_px = kPitch_mm;
-  sensor.reading = Reading::Shading;
+  sensor.reconstruction = Reconstruction::Shading;
   sensor.shading.facing_gray = 200;
   sensor.force = ForceCalibration{1e-4, 0, 1e-3, {}, 0, 1e9};
   Pipeline pipeline(context(), sensor, format, {});
@@ -220,7 +220,7 @@ TEST_F(DriftOnGpu, WarmStartDoesNotCreep) {
   Sensor sensor;
   sensor.name = "drift";
   sensor.pitch_mm_per_px = kPitch_mm;
-  sensor.reading = Reading::Shading;
+  sensor.reconstruction = Reconstruction::Shading;
   sensor.shading.facing_gray = 200;
   sensor.force = ForceCalibration{1e-4, 0, 1e-3, {}, 0, 1e9};
   sensor.shear = springs(0.03);

@@ -85,8 +85,9 @@ Frame draw(Pattern pattern, const FrameFormat& format, uint64_t seed) {
 Frame image_of(const Case& c, uint32_t i) {
   // The first image has the case's pattern, the next ones others: nothing may stay from the one before.
   const auto pattern = static_cast<Pattern>((static_cast<uint32_t>(c.image) + 3 * i) % kPatterns);
-  return draw(c.stage == Stage::Slope && c.sensor.reading == Reading::Shading ? Pattern::Blob : pattern,
-              c.format, c.seed * 31 + i);
+  return draw(
+      c.stage == Stage::Slope && c.sensor.reconstruction == Reconstruction::Shading ? Pattern::Blob : pattern,
+      c.format, c.seed * 31 + i);
 }
 Frame background_of(const Case& c) {
   return draw(c.background, c.format, c.seed * 31 + 17);
@@ -157,7 +158,7 @@ std::vector<float> read(const gpu::DeviceBuffer& from, const Grid& grid) {
 // alone.
 std::string slope_difference(gpu::Context& context, const Case& c) {
   const uint32_t w = c.format.width, h = c.format.height;
-  const bool shading = c.sensor.reading == Reading::Shading;
+  const bool shading = c.sensor.reconstruction == Reconstruction::Shading;
   const Contact contact(context, c.sensor, c.format, shading, c.tuning);
   const Slope both(context, c.sensor, c.format, contact, RightSides::Pixels, c.tuning);
   const Slope cells_only(context, c.sensor, c.format, contact, RightSides::Cells, c.tuning);
@@ -264,8 +265,8 @@ std::string surface_difference(gpu::Context& context, const Case& c) {
 
 std::string pipeline_difference(gpu::Context& context, const Case& c) {
   PipelineOptions options;
-  options.outputs = c.sensor.reading == Reading::None ? static_cast<uint32_t>(Output::Force)
-                                                      : Output::Force | Output::Surface;
+  options.outputs = c.sensor.reconstruction == Reconstruction::None ? static_cast<uint32_t>(Output::Force)
+                                                                    : Output::Force | Output::Surface;
   options.solver = c.solver;
   options.slots = 2;
   options.tuning = c.tuning;
@@ -361,13 +362,13 @@ Case make_case(uint64_t seed, const Tuning& defaults, Stage stage) {
   s.threshold_gray = std::floor(128 * top * dice.pick(std::array{0.0, 0.01, 0.3, 0.5, 0.9, 1.0})) / 128;
   s.saturation_gray = dice.pick(std::array{top, top / 2 + 1, 1u});
   if (c.stage != Stage::Contact && !(c.stage == Stage::Pipeline && dice.one_in(3))) {
-    s.reading = color ? Reading::Photometric : Reading::Shading;
+    s.reconstruction = color ? Reconstruction::Photometric : Reconstruction::Shading;
     s.shading = {(0.3 + 0.7 * dice.unit()) * top, 0.2 + dice.unit()};
     for (auto* weights : {&s.photometric.wx, &s.photometric.wy})
       for (auto& row : *weights)
         for (double& weight : row) weight = 4 * dice.unit() - 2;
     s.max_slope = dice.pick(std::array{0.5, 3.0, 10.0, 100.0});
-    if (s.reading == Reading::Shading && c.stage == Stage::Slope) {
+    if (s.reconstruction == Reconstruction::Shading && c.stage == Stage::Slope) {
       c.background = Pattern::Black;
       s.signal = Signal::Brighter;
       s.max_slope = std::min(s.max_slope, 3.0);
@@ -387,7 +388,7 @@ std::string describe(const Case& c) {
       << kPatternNames[static_cast<size_t>(c.background)] << ", " << c.images << " image"
       << (c.images == 1 ? "" : "s") << ", signal " << palpate::to_string(c.sensor.signal) << ", threshold "
       << c.sensor.threshold_gray << ", saturation " << c.sensor.saturation_gray << ", reading "
-      << palpate::to_string(c.sensor.reading) << ", rows " << c.tuning.contact_rows << ", workgroup "
+      << palpate::to_string(c.sensor.reconstruction) << ", rows " << c.tuning.contact_rows << ", workgroup "
       << c.tuning.contact_workgroup << (c.keep_filtered ? ", keeping" : "") << ", solver "
       << static_cast<int>(c.solver) << ", exponent " << c.exponent << ", seed " << c.seed;
   return out.str();

@@ -253,7 +253,7 @@ Sensor steep_gel() {
   sensor.name = "steep gel";
   sensor.pitch_mm_per_px = 0.05;
   sensor.channels = 3;
-  sensor.reading = Reading::Photometric;
+  sensor.reconstruction = Reconstruction::Photometric;
   sensor.max_slope = 3;
   sensor.photometric.wx[0][0] = 255.0 / 100;  // red changes by 100 levels: n_x = 1
   sensor.photometric.wy[1][0] = 255.0 / 100;
@@ -297,13 +297,14 @@ TEST_F(PipelineTest, WallsBeyondTheSteepestSlopeAreTold) {
   }
 }
 
-// Reading `shading`: the dark rim that the filter leaves is counted but trusted, a broad dark flank is not.
+// Reconstruction `shading`: the dark rim that the filter leaves is counted but trusted, a broad dark flank is
+// not.
 TEST_F(PipelineTest, DarkFlanksBeyondTheSteepestSlopeAreTold) {
   const FrameFormat format{160, 120, 1, 8};
   Sensor sensor;
   sensor.name = "shaded";
   sensor.pitch_mm_per_px = 0.05;
-  sensor.reading = Reading::Shading;
+  sensor.reconstruction = Reconstruction::Shading;
   sensor.shading.facing_gray = 200;
   sensor.max_slope = 2;
   const Frame rest = uniform_frame(format, 5);
@@ -668,7 +669,7 @@ TEST_F(PipelineTest, SensorsThatDoNotFitAreRefused) {
   };
   const FrameFormat plain = gray.source.format(), color = gel.source.format();
   Sensor unread = gray.sensor;
-  unread.reading = Reading::None;
+  unread.reconstruction = Reconstruction::None;
   expect_refused(Failure::Sensor, {"surface reading"}, make(unread, plain, surface));
   expect_refused(Failure::Sensor, {"channels"}, make(gel.sensor, plain, surface));
   expect_refused(Failure::Sensor, {"channels"}, make(lambert.sensor, color, surface));

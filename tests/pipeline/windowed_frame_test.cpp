@@ -24,7 +24,7 @@ Sensor shading_sensor(uint32_t bits) {
   sensor.name = "test";
   sensor.pitch_mm_per_px = 0.05;
   sensor.bit_depth = bits;
-  sensor.reading = Reading::Shading;
+  sensor.reconstruction = Reconstruction::Shading;
   const double unit = (1u << bits) / 256.0;
   sensor.shading.facing_gray = 150 * unit;
   sensor.threshold_gray = 4 * unit;
@@ -39,7 +39,7 @@ Sensor photometric_sensor() {
   Sensor sensor = shading_sensor(8);
   sensor.channels = 3;
   sensor.signal = Signal::Either;
-  sensor.reading = Reading::Photometric;
+  sensor.reconstruction = Reconstruction::Photometric;
   sensor.photometric.wx[0] = {1.2, 0.4, 0.1};
   sensor.photometric.wy[1] = {1.1, -0.2, 0.3};
   return sensor;
@@ -374,7 +374,7 @@ TEST_F(SkipUntouchedTest, HasNoEffectWhereTheWholeFrameIsNeeded) {
   sensor.background.kind = BackgroundKind::None;
   EXPECT_FALSE(can_window(sensor, format, plain));
   sensor = shading_sensor(8);
-  sensor.reading = Reading::Elastic;
+  sensor.reconstruction = Reconstruction::Elastic;
   EXPECT_FALSE(can_window(sensor, format, plain));
   options = plain;
   options.outputs = static_cast<uint32_t>(Output::Force);

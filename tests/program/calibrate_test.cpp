@@ -66,7 +66,7 @@ TEST_F(Calibrate, FindsTheSensorOfASyntheticGel) {
 
   // The simulator knows its own coefficients; near the middle ours say the same of a colour change.
   const Sensor ours = load_sensor(folder_ / "out.json"), its = load_sensor(folder_ / "rec/sensor.json");
-  EXPECT_EQ(ours.reading, Reading::Photometric);
+  EXPECT_EQ(ours.reconstruction, Reconstruction::Photometric);
   EXPECT_EQ(ours.pitch_mm_per_px, its.pitch_mm_per_px);
   EXPECT_EQ(ours.background.image, at("rec/background.png"));
   double difference = 0, size = 0;

@@ -259,7 +259,7 @@ TEST_F(DepthRecordings, GrayGelBallOnTheOtherHalf) {
     Sensor sensor = load_sensor(kSensors / "9dtact.json");
     sensor.pitch_mm_per_px = pitch;
     sensor.size_px = {};
-    sensor.reading = Reading::None;
+    sensor.reconstruction = Reconstruction::None;
     sensor.background.image = (folder / "rectify_crop_ref.png").string();
     const fs::path file = folder / "rectify_crop_sample.png";
     const Frame frame = frame_of(file, sensor), background = background_of(file, sensor);
@@ -274,7 +274,7 @@ TEST_F(DepthRecordings, GrayGelBallOnTheOtherHalf) {
     EXPECT_LT(result.depth_rmse_mm, 0.09) << unit;
 
     // The engine says the same of the whole ball as the table does.
-    sensor.reading = Reading::Lookup;
+    sensor.reconstruction = Reconstruction::Lookup;
     sensor.lookup = result.calibration;
     const Depth map = depth_of(frame, background, sensor);
     double square = 0;

@@ -18,7 +18,10 @@ struct Known {
 /// height x width.
 inline std::vector<Known> confidence(const Frame& image, const Frame& rest, const Sensor& sensor) {
   const int width = static_cast<int>(image.format.width), height = static_cast<int>(image.format.height);
-  const int reach = sensor.reading == Reading::Shading || sensor.reading == Reading::Elastic ? 2 : 0;
+  const int reach =
+      sensor.reconstruction == Reconstruction::Shading || sensor.reconstruction == Reconstruction::Elastic
+          ? 2
+          : 0;
   const uint32_t shadow = shadow_gray(sensor);
   const auto brightest = [](const Frame& frame, int x, int y) {
     uint32_t value = 0;

@@ -17,7 +17,8 @@ class SlopeTest : public GpuTest {
                                        RightSides which) {
     const FrameFormat& format = image.format;
     const Tuning tuning = default_tuning(context());
-    const Contact contact(context(), sensor, format, sensor.reading == Reading::Shading, tuning);
+    const Contact contact(context(), sensor, format, sensor.reconstruction == Reconstruction::Shading,
+                          tuning);
     const Slope slope(context(), sensor, format, contact, which, tuning);
     FrameOnGpu images(context(), format);
     images.write(image, rest);
@@ -102,7 +103,7 @@ TEST_F(SlopeTest, PhotometricEqualsReference) {
     Sensor sensor;
     sensor.pitch_mm_per_px = 0.05;
     sensor.channels = 3;
-    sensor.reading = Reading::Photometric;
+    sensor.reconstruction = Reconstruction::Photometric;
     sensor.max_slope = i % 2 ? 10 : 0.5;  // the low limit clips most pixels
     std::uniform_real_distribution<double> weight(-0.3, 0.3);
     for (auto* weights : {&sensor.photometric.wx, &sensor.photometric.wy})
@@ -131,7 +132,7 @@ TEST_F(SlopeTest, NormalTableEqualsReference) {
     Sensor sensor;
     sensor.pitch_mm_per_px = 0.05;
     sensor.channels = 3;
-    sensor.reading = Reading::Photometric;
+    sensor.reconstruction = Reconstruction::Photometric;
     sensor.max_slope = i % 3 ? 0.2 : 10;
     std::uniform_real_distribution<double> weight(-0.3, 0.3);
     for (auto* weights : {&sensor.photometric.wx, &sensor.photometric.wy})
@@ -188,7 +189,7 @@ TEST_F(SlopeTest, ShadingEqualsReference) {
     sensor.pitch_mm_per_px = 0.05;
     sensor.bit_depth = bits;
     sensor.saturation_gray = format.max_gray();
-    sensor.reading = Reading::Shading;
+    sensor.reconstruction = Reconstruction::Shading;
     sensor.threshold_gray = 0.05 * top;
     sensor.shading = {0.8 * top, 0.5};
     sensor.max_slope = i % 4 ? 5 : 1;

@@ -38,7 +38,7 @@ struct Options {
 
 /// The pad by the options, else by the sensor file.
 void set_pad(const Options& o, const Sensor* sensor, ModulusSetup& setup) {
-  const bool known = sensor && sensor->reading == Reading::Elastic;
+  const bool known = sensor && sensor->reconstruction == Reconstruction::Elastic;
   double young_MPa = o.pad_kPa * 1e-3, thickness_mm = o.pad_thickness_mm, poisson = o.pad_poisson;
   if (known && !(young_MPa > 0)) {
     young_MPa = sensor->elastic.young_MPa;

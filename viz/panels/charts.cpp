@@ -220,7 +220,7 @@ class StripCharts {
         high_(low_.x + static_cast<float>(rect.width), low_.y + static_cast<float>(rect.height)),
         end_s_(samples_.empty() ? style.span_s : std::max(samples_.back().time_s, style.span_s)),
         has_shear_(sensor.shear && sensor.force),
-        has_depth_(sensor.reading != Reading::None) {
+        has_depth_(sensor.reconstruction != Reconstruction::None) {
     const float row = ImGui::GetFontSize();
     left_ = low_.x + 52 * scale_;
     right_ = high_.x - 10 * scale_;

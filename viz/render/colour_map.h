@@ -17,8 +17,9 @@ const char* to_string(ColourMap map);
 
 /// What the colours of the surface stand for.
 enum class Quantity : int {
-  Depth = PALPATE_SHOWN_DEPTH,        ///< below the rest level, mm
-  Pressure = PALPATE_SHOWN_PRESSURE,  ///< of the contact, MPa; where the sensor reads it (Reading::Elastic)
+  Depth = PALPATE_SHOWN_DEPTH,  ///< below the rest level, mm
+  Pressure =
+      PALPATE_SHOWN_PRESSURE,  ///< of the contact, MPa; where the sensor reads it (Reconstruction::Elastic)
   /// Area of a piece of skin over its area at rest, less 1, by the surface's slope: sqrt(1 + slope^2) - 1.
   /// That is the skin's stretch if every point of it has moved straight down; what it moves along itself is
   /// not in it.

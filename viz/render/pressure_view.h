@@ -1,5 +1,5 @@
 // Contact pressure over the frame for the colours of the surface, where the sensor's gray is pressure
-// (Reading::Elastic).
+// (Reconstruction::Elastic).
 #pragma once
 
 #include <cstdint>

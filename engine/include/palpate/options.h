@@ -33,7 +33,7 @@ enum class SurfaceSolver {
               ///< fields; what is narrower than 4 px is flattened
   Fine,       ///< that and one cycle on the pixels
   Converged,  ///< that and six cycles on the GPU: down to the rounding of single precision
-  Exact,      ///< discrete cosine transform by FFTW on the CPU; Reading::Elastic: zero-padded convolution
+  Exact,  ///< discrete cosine transform by FFTW on the CPU; Reconstruction::Elastic: zero-padded convolution
 };
 
 /// How pixels that lie in a camera driver's buffer (Frame::leased with Frame::pages) reach the device.
@@ -53,7 +53,7 @@ struct PipelineOptions {
   bool warm_start = false;
   /// Only a window around the touched tiles is computed; beyond it depth is 0, and without contact
   /// everywhere. Sums and force are those of the whole frame, to the last bit. Has no effect where the window
-  /// would not do: Reading::Elastic, Output::Gradient, a followed skin, confidence and weights,
+  /// would not do: Reconstruction::Elastic, Output::Gradient, a followed skin, confidence and weights,
   /// SurfaceSolver::Exact, threshold 0, and frames whose contacts lie too far apart. Each window is solved
   /// anew: warm_start is then not used.
   bool skip_untouched = false;

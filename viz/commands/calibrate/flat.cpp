@@ -82,7 +82,7 @@ Report flat(const Common& common, const Options& options) {
                   100 * fit.limited);
     all += text;
   }
-  if (sensor.force || sensor.reading != Reading::None)
+  if (sensor.force || sensor.reconstruction != Reconstruction::None)
     all += "WARNING: gray changes with the field: calibrate force and surface again\n";
   all += "written: " + common.out.string() + " and " + image.string();
   return {all, value.dump(2), 0};

@@ -43,7 +43,7 @@ Report lookup(const Common& common, const BallOptions& options) {
   std::snprintf(note, sizeof note, "%zu presses, held out %s: depth %.4f mm RMS", result.presses.size(),
                 result.by_press ? "one at a time" : "by sectors of one press", result.depth_rmse_mm);
   Sensor calibrated = original;
-  calibrated.reading = Reading::Lookup;
+  calibrated.reconstruction = Reconstruction::Lookup;
   calibrated.lookup = result.calibration;
   calibrated.lookup.origin = origin_now(fs::path(options.input).filename().string(), note);
   calibrated.size_px = {found.format.width, found.format.height};

@@ -116,7 +116,7 @@ Report photometric(const Common& common, const Options& options) {
   const std::string model = result.model == NormalModel::Table ? "table" : "linear";
 
   Sensor calibrated = original;
-  calibrated.reading = Reading::Photometric;
+  calibrated.reconstruction = Reconstruction::Photometric;
   calibrated.photometric = result.calibration;
   calibrated.photometric.origin =
       origin_now(fs::path(options.input).filename().string(),
