@@ -91,7 +91,7 @@ std::vector<ForceSample> force_samples(const std::vector<GaugedRecording>& recor
       if (!touching) ++presses;
       touching = true;
       ForceSample s;
-      s.reading = force_reading(f.touch);
+      s.features = force_features(f.touch);
       s.force_N = f.force_N;
       s.time_s = f.time_s;
       s.frame = f.touch.sequence;
@@ -99,9 +99,9 @@ std::vector<ForceSample> force_samples(const std::vector<GaugedRecording>& recor
       s.press = presses - 1;
       if (!std::isfinite(f.force_N))
         s.left_out = LeftOut::NoGauge;
-      else if (s.reading.saturated)
+      else if (s.features.saturated)
         s.left_out = LeftOut::Saturated;
-      else if (s.reading.at_border && !keep_border)
+      else if (s.features.at_border && !keep_border)
         s.left_out = LeftOut::AtBorder;
       samples.push_back(s);
     }
@@ -120,9 +120,9 @@ ForceCheck check_force(const ForceCalibration& calibration, const GaugedRecordin
   std::vector<double> relative;
   size_t inside = 0;
   for (const GaugedFrame& f : recording.frames) {
-    ForceReading reading = force_reading(f.touch);
-    if (keep_border) reading.at_border = false;
-    const Estimate e = history.update(calibration, reading);
+    ForceFeatures features = force_features(f.touch);
+    if (keep_border) features.at_border = false;
+    const Estimate e = history.update(calibration, features);
     if (!f.touch.contact || !std::isfinite(f.force_N)) continue;
     const double error_N = std::abs(e.value - f.force_N);
     if (e.validity != Validity::Valid) {
@@ -333,11 +333,11 @@ std::string samples_csv(const ForceOutcome& o) {
     const double w = o.choice.unloading_share[i];
     text += palpate::text("%u,%llu,", s.recording, static_cast<unsigned long long>(s.frame)) +
             cell(s.time_s, "%.6f") +
-            palpate::text(",%u,%.2f,%.0f,", s.press, s.reading.gray_sum, s.reading.area_px) +
-            (s.reading.has_volume ? palpate::text("%.6g", s.reading.volume_mm3) : "") + "," +
-            (s.reading.has_gradient ? palpate::text("%.2f", s.reading.gradient_sum) : "") + "," +
+            palpate::text(",%u,%.2f,%.0f,", s.press, s.features.gray_sum, s.features.area_px) +
+            (s.features.has_volume ? palpate::text("%.6g", s.features.volume_mm3) : "") + "," +
+            (s.features.has_gradient ? palpate::text("%.2f", s.features.gradient_sum) : "") + "," +
             cell(s.force_N, "%.6g") + "," +
-            palpate::text("%.6g,", force_of(o.choice.calibration, s.reading, w).value) +
+            palpate::text("%.6g,", force_of(o.choice.calibration, s.features, w).value) +
             cell(o.choice.held_out_N[i], "%.6g") + palpate::text(",%.3f,%s\n", w, to_string(s.left_out));
   }
   return text;

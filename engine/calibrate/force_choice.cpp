@@ -39,8 +39,8 @@ std::string why_left_out(std::span<const ForceSample> samples) {
 /// Whether all used readings have what a signal needs.
 bool is_there(ForceSignal signal, std::span<const ForceSample> samples) {
   const auto lacks = [signal](const ForceSample& s) {
-    return is_used(s) && ((signal == ForceSignal::Volume && !s.reading.has_volume) ||
-                          (signal == ForceSignal::Gradient && !s.reading.has_gradient));
+    return is_used(s) && ((signal == ForceSignal::Volume && !s.features.has_volume) ||
+                          (signal == ForceSignal::Gradient && !s.features.has_gradient));
   };
   return std::any_of(samples.begin(), samples.end(), is_used) &&
          std::none_of(samples.begin(), samples.end(), lacks);

@@ -19,10 +19,10 @@ constexpr size_t kFewestPresses = 4;     // the same
 constexpr size_t kMostBlocks = 10;
 constexpr size_t kStretches = 8;  // of time, where there are few presses
 
-double signal_of(ForceSignal signal, const ForceReading& reading) {
+double signal_of(ForceSignal signal, const ForceFeatures& features) {
   ForceCalibration c;
   c.signal = signal;
-  return palpate::signal_of(c, reading);
+  return palpate::signal_of(c, features);
 }
 
 double median(std::vector<double> values) {
@@ -73,7 +73,7 @@ ForceTrack track_of(ForceSignal signal, std::span<const ForceSample> samples) {
   track.low = std::numeric_limits<double>::infinity();
   track.high = -track.low;
   for (const ForceSample& s : samples) {
-    track.signal.push_back(signal_of(signal, s.reading));
+    track.signal.push_back(signal_of(signal, s.features));
     if (!is_used(s)) continue;
     track.low = std::min(track.low, track.signal.back());
     track.high = std::max(track.high, track.signal.back());

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/measure/force.h"
 #include "engine/calibrate/force_fit.h"
+#include "engine/measure/force.h"
 
 namespace palpate {
 
@@ -21,7 +21,7 @@ const char* to_string(LeftOut left_out);
 /// One touched frame of a calibration, beside the gauge. In order, recording after recording, all frames of a
 /// press in a row, also those left out: the branch is told from the way there.
 struct ForceSample {
-  ForceReading reading;
+  ForceFeatures features;
   double force_N = 0;  ///< gauge; NaN: none
   double time_s = 0;   ///< since its recording began; NaN: not known
   uint64_t frame = 0;  ///< of its recording

@@ -172,7 +172,7 @@ void ContactTracker::sum_skin(Touch& touch) const {
 
 void ContactTracker::measure(Track& track, const Touch& touch, std::span<const float> skin_sd_px) const {
   ContactTouch& c = track.last;
-  c.force_N = sensor_.force ? track.force.update(*sensor_.force, force_reading(c)) : Estimate{};
+  c.force_N = sensor_.force ? track.force.update(*sensor_.force, force_features(c)) : Estimate{};
   // The one contact of a touch is all that ShearTracker knows.
   Touch alone;
   alone.contact = true;

@@ -57,7 +57,7 @@ double value_at(ForceModel model, double c1, double c0_N, double exponent, Knots
 
 }  // namespace
 
-ForceReading force_reading(const Touch& t) {
+ForceFeatures force_features(const Touch& t) {
   return {t.gray_sum,
           static_cast<double>(t.area_px),
           t.surface ? t.surface->volume_mm3 : 0,
@@ -69,16 +69,16 @@ ForceReading force_reading(const Touch& t) {
           t.gradient_sum.has_value()};
 }
 
-ForceReading force_reading(const ContactTouch& c) {
+ForceFeatures force_features(const ContactTouch& c) {
   return {c.gray_sum, static_cast<double>(c.area_px), 0, false, true, c.saturated_px > 0, c.at_border, 0,
           false};
 }
 
-ForceReading reading_at(double signal) {
+ForceFeatures reading_at(double signal) {
   return {signal, signal, signal, true, true, false, false};
 }
 
-double signal_of(const ForceCalibration& c, const ForceReading& r) {
+double signal_of(const ForceCalibration& c, const ForceFeatures& r) {
   switch (c.signal) {
     case ForceSignal::GraySum:
       return r.gray_sum;
@@ -122,7 +122,7 @@ double LoadDirection::update(bool contact, double signal, double width) {
   return unloading_;
 }
 
-Estimate force_of(const ForceCalibration& c, const ForceReading& r, double unloading) {
+Estimate force_of(const ForceCalibration& c, const ForceFeatures& r, double unloading) {
   if (!r.contact) return {0, 0, Validity::NoContact};
   if (c.signal == ForceSignal::Volume && !r.has_volume) return {};
   if (c.signal == ForceSignal::Gradient && !r.has_gradient) return {};
@@ -149,17 +149,17 @@ Estimate force_of(const ForceCalibration& c, const ForceReading& r, double unloa
   return force;
 }
 
-Estimate ForceHistory::update(const ForceCalibration& c, const ForceReading& r) {
+Estimate ForceHistory::update(const ForceCalibration& c, const ForceFeatures& r) {
   const double w = direction_.update(r.contact, signal_of(c, r), kTurn_share * (c.gray_max - c.gray_min));
   return force_of(c, r, w);
 }
 
 Estimate force_from_gray(const ForceCalibration& c, double gray_sum, bool contact, bool saturated) {
-  ForceReading reading;
-  reading.gray_sum = gray_sum;
-  reading.contact = contact;
-  reading.saturated = saturated;
-  return force_of(c, reading);
+  ForceFeatures features;
+  features.gray_sum = gray_sum;
+  features.contact = contact;
+  features.saturated = saturated;
+  return force_of(c, features);
 }
 
 }  // namespace palpate

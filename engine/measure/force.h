@@ -7,7 +7,7 @@
 namespace palpate {
 
 /// What a normal force is read from: one contact in one frame.
-struct ForceReading {
+struct ForceFeatures {
   double gray_sum = 0;    ///< gray levels
   double area_px = 0;     ///< of the contact
   double volume_mm3 = 0;  ///< indented; only with has_volume
@@ -21,14 +21,14 @@ struct ForceReading {
 
 /// The reading of a frame's whole touch, and of one of several contacts (which has neither volume nor
 /// gradient sum of its own).
-ForceReading force_reading(const Touch& touch);
-ForceReading force_reading(const ContactTouch& contact);
+ForceFeatures force_features(const Touch& touch);
+ForceFeatures force_features(const ContactTouch& contact);
 
 /// The reading of a contact inside the frame whose signal is `signal`, whichever the calibration takes.
-ForceReading reading_at(double signal);
+ForceFeatures reading_at(double signal);
 
 /// The calibration's signal, in its unit.
-double signal_of(const ForceCalibration& calibration, const ForceReading& reading);
+double signal_of(const ForceCalibration& calibration, const ForceFeatures& features);
 
 /// Force at a signal, N: both directions together, and by one direction's curve. A spline ends level: beyond
 /// its knots it stays at the last one's force.
@@ -62,14 +62,14 @@ class LoadDirection {
 /// no contact (force 0), not calibrated (a volume or gradient
 /// sum is needed and there is none), saturated, at the border,
 /// above or below the calibrated range.
-Estimate force_of(const ForceCalibration& calibration, const ForceReading& reading, double unloading = 0.5);
+Estimate force_of(const ForceCalibration& calibration, const ForceFeatures& features, double unloading = 0.5);
 
 /// Follows one contact from its onset and tells its force from frame to frame.
 class ForceHistory {
  public:
   /// What follows does not continue what was.
   void interrupt() { direction_.interrupt(); }
-  Estimate update(const ForceCalibration& calibration, const ForceReading& reading);
+  Estimate update(const ForceCalibration& calibration, const ForceFeatures& features);
   double unloading() const { return direction_.unloading(); }
 
  private:

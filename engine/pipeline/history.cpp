@@ -10,7 +10,7 @@ TouchHistory::TouchHistory(const Sensor& sensor, const FrameFormat& format, bool
 // Shear needs the force and the skin's motion, and the contacts' sums replace those of the whole touch.
 void TouchHistory::follow(Touch& touch, bool after_gap, std::span<const float> skin_sd_px) {
   if (after_gap) interrupt();
-  if (sensor_.force) touch.force_N = force_.update(*sensor_.force, force_reading(touch));
+  if (sensor_.force) touch.force_N = force_.update(*sensor_.force, force_features(touch));
   if (touch.skin) follow_skin(touch, skin_sd_px);
   shear_.update(sensor_.shear ? &*sensor_.shear : nullptr, touch);
   if (contacts_) contacts_->update(touch, skin_sd_px);

@@ -29,9 +29,9 @@ std::vector<ForceSample> presses(int count, double noise_N, uint32_t seed,
       const bool up = i < 20;
       const double force_N = height_N * (up ? 0.05 + 0.05 * i : 1 - 0.05 * (i - 20));
       ForceSample s;
-      s.reading.contact = true;
-      s.reading.gray_sum = gray(force_N, up);
-      s.reading.area_px = 3000 * std::sqrt(s.reading.gray_sum / kGray_per_N);
+      s.features.contact = true;
+      s.features.gray_sum = gray(force_N, up);
+      s.features.area_px = 3000 * std::sqrt(s.features.gray_sum / kGray_per_N);
       s.force_N = force_N + noise_N * normal(random);
       s.frame = static_cast<uint64_t>(60 * p + i);
       s.time_s = static_cast<double>(s.frame) / 20;
@@ -127,7 +127,7 @@ TEST(ForceChoice, TellsLoadingFromUnloading) {
   for (ForceSample& s : samples) s.force_N *= 2 / 1.2 / (1 + 0.8 / 1.2 * s.press / 7);  // all to 2 N
   for (ForceSample& s : samples) {
     const bool up = s.frame % 60 < 20;
-    s.reading.gray_sum = lossy(s.force_N, up);
+    s.features.gray_sum = lossy(s.force_N, up);
   }
   const ForceChoice c = choose_force(samples, {});
   EXPECT_TRUE(c.chosen.candidate.branches) << to_string(c.chosen.candidate);
@@ -142,7 +142,7 @@ TEST(ForceChoice, TellsLoadingFromUnloading) {
   for (int i = 0; i <= 80; ++i) {
     const bool up = i <= 40;
     const double f = up ? 0.1 + 1.9 * i / 40 : 2 - 1.9 * (i - 40) / 40;
-    ForceReading r;
+    ForceFeatures r;
     r.contact = true;
     r.gray_sum = lossy(f, up);
     r.area_px = 3000 * std::sqrt(r.gray_sum / kGray_per_N);
@@ -156,8 +156,8 @@ TEST(ForceChoice, FindsDriftAndOutliers) {
   std::vector<ForceSample> samples = presses(10, 0.004, 4, straight);
   for (ForceSample& s : samples) s.force_N += 0.3 * s.time_s / 60;
   samples[57].force_N += 0.8;
-  samples[301].reading.gray_sum *= 0.4;
-  samples[301].reading.area_px *= 0.4;
+  samples[301].features.gray_sum *= 0.4;
+  samples[301].features.area_px *= 0.4;
   const ForceChoice c = choose_force(samples, {.model = ForceModel::Line, .branches = false});
   EXPECT_NEAR(c.calibration.drift_N_per_min, 0.3, 0.05);
   EXPECT_LT(c.drift_sd_N_per_min, 0.05);
@@ -176,7 +176,7 @@ TEST(ForceChoice, IntervalHoldsWhatItSays) {
     const ForceCalibration c = choose_force(samples, {.signal = ForceSignal::GraySum}).calibration;
     for (int i = 0; i < 400; ++i) {
       const double f = 0.1 + 1.8 * i / 400;
-      ForceReading r;
+      ForceFeatures r;
       r.contact = true;
       r.gray_sum = straight(f, true);
       const Estimate e = force_of(c, r, 0);
@@ -202,7 +202,7 @@ TEST(ForceChoice, GradientsOfAGel) {
     double light = 1;
     for (size_t i = 0; i < samples.size(); ++i) {
       if (i % 40 == 0) light = drift(random);  // of a camera that sets its exposure by itself
-      ForceReading& r = samples[i].reading;
+      ForceFeatures& r = samples[i].features;
       r.has_gradient = true;
       r.gradient_sum = 5000 * samples[i].force_N * (follow ? 1 : light);
       if (follow) r.gray_sum *= light;

@@ -74,7 +74,7 @@ TEST(Force, ErrorGrowsAwayFromTheReadings) {
 
 TEST(Force, BorderAndSaturationOutrankTheRange) {
   const ForceCalibration c = paper();
-  ForceReading r;
+  ForceFeatures r;
   r.contact = r.at_border = true;
   for (const double gray : {0.5 * c.gray_min, c.gray_min, 2 * c.gray_max}) {
     r.gray_sum = gray;
@@ -87,7 +87,7 @@ TEST(Force, BorderAndSaturationOutrankTheRange) {
 
 TEST(Force, VolumeAndGradientNeedToBeMeasured) {
   ForceCalibration c{.c1_N_per_gray = 2, .gray_max = 10, .signal = ForceSignal::Volume};
-  ForceReading r;
+  ForceFeatures r;
   r.contact = true;
   r.volume_mm3 = 3;
   EXPECT_EQ(force_of(c, r).validity, Validity::NotCalibrated);
@@ -112,7 +112,7 @@ TEST(Force, FollowsTheBranches) {
   c.unloading = ForceCurve{.c1 = 0.5, .c0_N = 20, .residual_sd_N = 0.01};
   ForceHistory history;
   const auto at = [&](double gray) {
-    ForceReading r;
+    ForceFeatures r;
     r.contact = true;
     r.gray_sum = gray;
     return history.update(c, r);
@@ -125,7 +125,7 @@ TEST(Force, FollowsTheBranches) {
   for (const double g : {70.0, 50.0, 30.0}) EXPECT_DOUBLE_EQ(at(g).value, 0.5 * g + 20);
   EXPECT_NEAR(at(30.5).value, 0.5 * 30.5 + 20, 0.1 * std::abs(30.5 - 35.25) + 1e-9);  // noise
   EXPECT_DOUBLE_EQ(at(40).value, 40);                                                 // loading again
-  ForceReading nothing;
+  ForceFeatures nothing;
   EXPECT_EQ(history.update(c, nothing).validity, Validity::NoContact);
   EXPECT_DOUBLE_EQ(at(60).value, 60);
   // First seen in the middle of a press: anywhere between the branches.
@@ -146,7 +146,7 @@ TEST(Force, SplineIsMonotoneAndStaysAtItsEnds) {
   }
   for (const auto& [s, f] : c.knots) EXPECT_DOUBLE_EQ(force_at(c, s), f);
   EXPECT_EQ(force_at(c, 11), 1) << "level between level knots";
-  ForceReading r;
+  ForceFeatures r;
   r.contact = true;
   r.gray_sum = 50;
   EXPECT_EQ(force_of(c, r).value, 4);

@@ -84,7 +84,7 @@ TEST_F(ModulusRecordings, OrderOfStiffness) {
     ForceHistory history;
     std::vector<double> image;
     for (const GaugedFrame& f : recordings[i].frames)
-      image.push_back(std::max(0.0, history.update(calibration, force_reading(f.touch)).value));
+      image.push_back(std::max(0.0, history.update(calibration, force_features(f.touch)).value));
     const std::string clip = std::string(kObjects[i / 2]) + (i % 2 ? "_2" : "_1");
     // Gauge and gripper are read late by the same time; the picture is not.
     const std::vector<double> late_mm = column(clip, 2);

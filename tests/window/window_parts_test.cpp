@@ -375,7 +375,7 @@ TEST(CalibrationChart, CurvesAreWhatTheContactWouldRead) {
       ContactTouch contact;
       contact.area_px = static_cast<uint64_t>(std::llround(p.signal));
       contact.gray_sum = 1e9;  // not what this calibration reads
-      const Estimate e = force_of(c, force_reading(contact), branch == Branch::Unloading ? 1 : 0);
+      const Estimate e = force_of(c, force_features(contact), branch == Branch::Unloading ? 1 : 0);
       EXPECT_NEAR(p.force_N, e.value, 2e-3 * e.value + 1e-4) << p.signal;
       EXPECT_NEAR(p.standard_error_N, branch == Branch::Unloading ? 0.02 : 0.01, 1e-12);
     }

@@ -194,9 +194,9 @@ std::vector<CalibrationMark> force_marks(const ForceCalibration& calibration, co
   std::vector<CalibrationMark> marks;
   for (const ContactTouch& c : touch.contacts)
     if (touch.contacts.size() > 1 && has_value(c.force_N))
-      marks.push_back({c.id, signal_of(calibration, force_reading(c)), c.force_N});
+      marks.push_back({c.id, signal_of(calibration, force_features(c)), c.force_N});
   if (marks.empty() && touch.contact && touch.contacts.size() < 2 && has_value(touch.force_N))
-    marks.push_back({0, signal_of(calibration, force_reading(touch)), touch.force_N});
+    marks.push_back({0, signal_of(calibration, force_features(touch)), touch.force_N});
   return marks;
 }
 

@@ -35,8 +35,8 @@ const char* axis_of(ForceSignal signal) {
   return "";
 }
 
-ForceReading reading_at(const ForceCalibration& c, double signal) {
-  ForceReading r;
+ForceFeatures reading_at(const ForceCalibration& c, double signal) {
+  ForceFeatures r;
   r.contact = r.has_volume = r.has_gradient = true;
   (c.signal == ForceSignal::GraySum    ? r.gray_sum
    : c.signal == ForceSignal::Area     ? r.area_px
@@ -55,8 +55,8 @@ std::string plot_script(const ForceOutcome& o, bool svg) {
   for (size_t i = 0; i < o.samples.size(); ++i) {
     const ForceSample& s = o.samples[i];
     if (!std::isfinite(s.force_N)) continue;
-    const double w = o.choice.unloading_share[i], x = signal_of(c, s.reading);
-    const double residual_mN = 1e3 * (s.force_N - force_of(c, s.reading, w).value);
+    const double w = o.choice.unloading_share[i], x = signal_of(c, s.features);
+    const double residual_mN = 1e3 * (s.force_N - force_of(c, s.features, w).value);
     const bool used = s.left_out == LeftOut::Used;
     if (used) largest_mN = std::max(largest_mN, std::abs(residual_mN));
     (!used     ? left_out

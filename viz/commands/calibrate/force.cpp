@@ -73,7 +73,7 @@ std::string write_images(const MeasuredInput& input, const ForceOutcome& outcome
     write_whole(file, encode_image(frame, ".png"));
     char title[120];
     std::snprintf(title, sizeof title, "%.3f N, G = %.4g gray levels", found->second->force_N,
-                  found->second->reading.gray_sum);
+                  found->second->features.gray_sum);
     plots += "set title " + gnuplot_quoted(title) + "\nplot " + gnuplot_quoted(file) +
              " binary filetype=png with rgbimage notitle\n";
   }
