@@ -182,7 +182,7 @@ std::optional<PressFrame> PressReader::read(const Frame& frame) {
   }
   if (t.surface) {
     const auto with_sd = [](double depth_mm) {
-      return PressReading{depth_mm, std::hypot(kDepthNoise_mm, kDepthShare * depth_mm)};
+      return PressValue{depth_mm, std::hypot(kDepthNoise_mm, kDepthShare * depth_mm)};
     };
     p.depth_mm = with_sd(t.surface->depth_max_mm);
     double sum = 0, n = 0;
@@ -258,7 +258,7 @@ std::vector<PressFrame> read_press_table(const std::filesystem::path& file) {
     const auto reading = [&](const char* name) {
       const std::string stem(name);
       const double sd = at(column(table, stem + "_sd_mm"));
-      return PressReading{at(column(table, stem + "_mm")), sd == sd ? sd : 0};
+      return PressValue{at(column(table, stem + "_mm")), sd == sd ? sd : 0};
     };
     PressFrame f;
     f.force_N = at(force);
@@ -286,7 +286,7 @@ std::string press_table(const std::vector<PressFrame>& frames) {
       "approach_mm,approach_sd_mm\n";
   for (const PressFrame& f : frames) {
     text += shortest(f.force_N) + "," + shortest(f.force_sd_N);
-    for (const PressReading* r : {&f.radius_mm, &f.depth_mm, &f.mean_depth_mm, &f.approach_mm})
+    for (const PressValue* r : {&f.radius_mm, &f.depth_mm, &f.mean_depth_mm, &f.approach_mm})
       text += r->known() ? "," + shortest(r->value) + "," + shortest(r->sd) : ",,";
     text += "\n";
   }

@@ -9,7 +9,7 @@
 #include "capture/files/csv_line.h"
 #include "capture/open_source.h"
 #include "capture/synthetic/tissue.h"
-#include "engine/palpation/press_reading.h"
+#include "engine/palpation/press_observation.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -72,7 +72,7 @@ lump::ScanPress press_of(const PressTimeline& t, const RecordedPress& press,
   out.name = fs::path(press.recording).filename().string();
   if (is_tissue(press.recording))
     out.name = text("window at %g, %g mm", press.place_mm[0], press.place_mm[1]);
-  out.reading = press_reading(nodes, loads, {options.block_mm, options.young_Pa, press.place_mm});
+  out.observation = press_observation(nodes, loads, {options.block_mm, options.young_Pa, press.place_mm});
   return out;
 }
 

@@ -15,8 +15,8 @@ constexpr double kReach_mm = 12;     // around a bump
 constexpr double kLeastOdds = 0.05;  // of a shape that is worth a search
 
 /// Whether the bump at a place is longer along y than along x.
-bool longer_along_y(const Observation& reading, double x_mm, double y_mm) {
-  const fem::Map& map = reading.pressure_Pa.back();
+bool longer_along_y(const Observation& observation, double x_mm, double y_mm) {
+  const fem::Map& map = observation.pressure_Pa.back();
   std::vector<float> seen;
   std::copy_if(map.values.begin(), map.values.end(), std::back_inserter(seen),
                [](float p) { return std::isfinite(p); });
@@ -25,8 +25,8 @@ bool longer_along_y(const Observation& reading, double x_mm, double y_mm) {
   const auto each = [&](const auto& take) {
     for (uint32_t row = 0; row < map.height; ++row)
       for (uint32_t column = 0; column < map.width; ++column) {
-        const double x = reading.window_mm[0] + (column - (map.width - 1) / 2.0) * map.pitch_mm[0] - x_mm;
-        const double y = reading.window_mm[1] + (row - (map.height - 1) / 2.0) * map.pitch_mm[1] - y_mm;
+        const double x = observation.window_mm[0] + (column - (map.width - 1) / 2.0) * map.pitch_mm[0] - x_mm;
+        const double y = observation.window_mm[1] + (row - (map.height - 1) / 2.0) * map.pitch_mm[1] - y_mm;
         const auto value = double{map.at(column, row)};
         if (std::isfinite(value) && x * x + y * y <= kReach_mm * kReach_mm) take(x, y, value);
       }
@@ -63,10 +63,10 @@ void hold_against(const Estimate& network, Estimate& direct) {
 }  // namespace
 
 Estimator direct_estimator(std::shared_ptr<const Network> network, uint32_t threads) {
-  return [network = std::move(network), threads](const Observation& reading) {
+  return [network = std::move(network), threads](const Observation& observation) {
     DirectInversionOptions options;
     options.model.threads = threads;
-    Estimate first = network->estimate(reading);
+    Estimate first = network->estimate(observation);
     if (first.verdict == Status::SeveralLumps || first.verdict == Status::Saturated) return first;
     if (first.size_mm.value > 0 && first.depth_mm.value > 0) {
       Case::Lump start;
@@ -74,7 +74,7 @@ Estimator direct_estimator(std::shared_ptr<const Network> network, uint32_t thre
       start.depth_mm = first.depth_mm.value;
       start.stiffness_ratio = first.stiffness_ratio.value;
       start.offset_mm = {first.x_mm.value, first.y_mm.value};
-      const bool along_y = longer_along_y(reading, first.x_mm.value, first.y_mm.value);
+      const bool along_y = longer_along_y(observation, first.x_mm.value, first.y_mm.value);
       for (size_t s = 0; s < first.shape_probability.size(); ++s) {
         if (first.shape_probability[s] < kLeastOdds) continue;
         start.shape = static_cast<fem::InclusionShape>(s);
@@ -83,7 +83,7 @@ Estimator direct_estimator(std::shared_ptr<const Network> network, uint32_t thre
         options.starts.push_back({start, first.shape_probability[s]});
       }
     }
-    Estimate estimate = invert_directly(reading, options);
+    Estimate estimate = invert_directly(observation, options);
     if (tells_numbers(first.verdict) && tells_numbers(estimate.verdict)) hold_against(first, estimate);
     return estimate;
   };

@@ -63,10 +63,10 @@ void read_press(const PressureNodes& nodes, const PressFrames& frames, const Pre
     answer.loads_N.push_back(load.force_N);
     loads.push_back(std::move(load));
   }
-  const lump::Observation reading = press_reading(nodes, loads, setup.block);
-  answer.saturated_share = reading.saturated_share;
-  const double peak_gray = peak_of(reading.pressure_Pa.back()) / nodes.Pa_per_gray();
-  if (reading.saturated_share == 0 && peak_gray < kLeastPeak_gray) {
+  const lump::Observation observation = press_observation(nodes, loads, setup.block);
+  answer.saturated_share = observation.saturated_share;
+  const double peak_gray = peak_of(observation.pressure_Pa.back()) / nodes.Pa_per_gray();
+  if (observation.saturated_share == 0 && peak_gray < kLeastPeak_gray) {
     answer.trouble =
         text("press too light: %.2g gray levels at its peak, %g are needed", peak_gray, kLeastPeak_gray);
     return;
@@ -77,7 +77,7 @@ void read_press(const PressureNodes& nodes, const PressFrames& frames, const Pre
     return;
   }
   try {
-    answer.estimate = estimate_window(reading, nodes.relative_sd());
+    answer.estimate = estimate_window(observation, nodes.relative_sd());
   } catch (const Error& error) {
     answer.trouble = error.what();
   }

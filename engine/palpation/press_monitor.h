@@ -11,7 +11,7 @@
 
 #include "engine/base/background_work.h"
 #include "engine/palpation/press_detector.h"
-#include "engine/palpation/press_reading.h"
+#include "engine/palpation/press_observation.h"
 #include "palpate/touch.h"
 
 namespace palpate {

@@ -50,18 +50,18 @@ std::vector<fem::Map> maps_at(const fem::LargeStrainResult& solved, const std::v
 
 /// Without what lies nearer to `hidden` than half of its way to `kept`: the smooth block under one bump is
 /// not to be fitted to the other.
-lump::Observation without_place(lump::Observation reading, const std::array<double, 2>& hidden,
+lump::Observation without_place(lump::Observation observation, const std::array<double, 2>& hidden,
                                 const std::array<double, 2>& kept) {
   const double reach = 0.5 * std::hypot(hidden[0] - kept[0], hidden[1] - kept[1]);
-  for (fem::Map& map : reading.pressure_Pa)
+  for (fem::Map& map : observation.pressure_Pa)
     for (uint32_t j = 0; j < map.height; ++j)
       for (uint32_t i = 0; i < map.width; ++i) {
-        const double x = reading.window_mm[0] + (i - (map.width - 1) / 2.0) * map.pitch_mm[0],
-                     y = reading.window_mm[1] + (j - (map.height - 1) / 2.0) * map.pitch_mm[1];
+        const double x = observation.window_mm[0] + (i - (map.width - 1) / 2.0) * map.pitch_mm[0],
+                     y = observation.window_mm[1] + (j - (map.height - 1) / 2.0) * map.pitch_mm[1];
         if (std::hypot(x - hidden[0], y - hidden[1]) < reach)
           map.values[size_t{j} * map.width + i] = std::numeric_limits<float>::quiet_NaN();
       }
-  return reading;
+  return observation;
 }
 
 /// Whether a place lies in a press's window, off its edge.
@@ -77,15 +77,16 @@ std::vector<ScannedPress> press_answers(const std::vector<lump::ScanPress>& pres
                                         const lump::SecondBump& bumps, const lump::Estimator& estimator) {
   std::vector<ScannedPress> answers;
   for (size_t p = 0; p < presses.size(); ++p) {
-    const lump::Observation& reading = presses[p].reading;
-    const fem::Map& window = reading.pressure_Pa.back();
+    const lump::Observation& observation = presses[p].observation;
+    const fem::Map& window = observation.pressure_Pa.back();
     if (!map.places[p].used) continue;
     for (size_t b = 0; b < 2; ++b) {
       const auto &own = bumps.place_mm[b], &other = bumps.place_mm[1 - b];
       const bool other_in =
-          std::abs(other[0] - reading.window_mm[0]) < window.pitch_mm[0] * (window.width - 1) / 2 &&
-          std::abs(other[1] - reading.window_mm[1]) < window.pitch_mm[1] * (window.height - 1) / 2;
-      if (sees(reading, own) && !other_in) answers.push_back({presses[p].name, own, estimator(reading)});
+          std::abs(other[0] - observation.window_mm[0]) < window.pitch_mm[0] * (window.width - 1) / 2 &&
+          std::abs(other[1] - observation.window_mm[1]) < window.pitch_mm[1] * (window.height - 1) / 2;
+      if (sees(observation, own) && !other_in)
+        answers.push_back({presses[p].name, own, estimator(observation)});
     }
   }
   return answers;
@@ -138,10 +139,11 @@ std::vector<lump::ScanPress> simulate_scan(const ScanPlan& plan, const lump::Pre
     lump::PalpationSensor sensor = plan.sensor;
     sensor.window_center_mm = {places[p][0] + plan.stage_sd_mm * deviate(random),
                                places[p][1] + plan.stage_sd_mm * deviate(random)};
-    lump::Observation reading = sensor_reading(maps_at(solved, forces_N), forces_N, plan.scene.block_mm,
-                                               plan.scene.young_Pa, sensor, plan.seed * 1000 + p);
-    reading.window_mm = places[p];
-    presses.push_back({"press " + std::to_string(p + 1), std::move(reading)});
+    lump::Observation observation =
+        sensor_observation(maps_at(solved, forces_N), forces_N, plan.scene.block_mm, plan.scene.young_Pa,
+                           sensor, plan.seed * 1000 + p);
+    observation.window_mm = places[p];
+    presses.push_back({"press " + std::to_string(p + 1), std::move(observation)});
   }
   return presses;
 }
@@ -150,18 +152,19 @@ ScanAnswer evaluate_scan(const std::vector<lump::ScanPress>& presses, const lump
                          const lump::Estimator& estimator, uint64_t seed) {
   ScanAnswer answer;
   answer.map = stitch(presses, options);
-  const auto two = told_second_bump(lump::Network::built_in().model(), answer.map.reading);
+  const auto two = told_second_bump(lump::Network::built_in().model(), answer.map.observation);
   // Of two bumps the profile's fit is of the higher one.
   const lump::Observation first =
-      two ? without_place(answer.map.reading, two->place_mm[1], two->place_mm[0]) : answer.map.reading;
+      two ? without_place(answer.map.observation, two->place_mm[1], two->place_mm[0])
+          : answer.map.observation;
   answer.outline = outline_lump(first, seed);
   if (two)
     answer.second_outline =
-        outline_lump(without_place(answer.map.reading, two->place_mm[0], two->place_mm[1]), seed);
-  if (estimator) answer.estimate = estimator(answer.map.reading);
+        outline_lump(without_place(answer.map.observation, two->place_mm[0], two->place_mm[1]), seed);
+  if (estimator) answer.estimate = estimator(answer.map.observation);
   if (estimator && two) answer.presses = press_answers(presses, answer.map, *two, estimator);
   const double y_mm = answer.outline.found ? answer.outline.y_mm.value : 0;
-  answer.profile = lump::profile_along_x(answer.map.reading.pressure_Pa.back(), y_mm);
+  answer.profile = lump::profile_along_x(answer.map.observation.pressure_Pa.back(), y_mm);
   answer.block = lump::profile_along_x(answer.outline.block_Pa, y_mm);
   lump::Profile bump;
   const lump::Profile own = lump::profile_along_x(first.pressure_Pa.back(), y_mm);
@@ -170,7 +173,7 @@ ScanAnswer evaluate_scan(const std::vector<lump::ScanPress>& presses, const lump
     bump.x_mm.push_back(answer.profile.x_mm[i]);
     bump.value.push_back(answer.profile.value[i] - answer.block.value[i]);
   }
-  bump = inner_part(bump, 0.45 * answer.map.reading.block_mm[0]);
+  bump = inner_part(bump, 0.45 * answer.map.observation.block_mm[0]);
   if (bump.x_mm.size() >= 6) answer.fit = fit_gaussian(bump);
   answer.warnings = answer.map.warnings;
   if (two)

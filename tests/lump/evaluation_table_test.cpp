@@ -38,10 +38,10 @@ TEST(LumpEvaluationTable, RowsAreOfTheirSettings) {
   lump::EvaluationJob job;
   job.sensor.size_px = {64, 48};
   job.sensor.noise_share = 0.003;
-  job.estimator = [&](const lump::Observation& reading) {
-    heard.push_back({reading.force_N.size(), reading.noise_Pa, reading.saturated_share});
+  job.estimator = [&](const lump::Observation& observation) {
+    heard.push_back({observation.force_N.size(), observation.noise_Pa, observation.saturated_share});
     lump::Estimate e;
-    e.verdict = reading.saturated_share > 0.5 ? lump::Status::Saturated : lump::Status::Found;
+    e.verdict = observation.saturated_share > 0.5 ? lump::Status::Saturated : lump::Status::Found;
     e.evidence = 2;
     e.size_mm = {4, 3, 5};
     e.depth_mm = {5, 4, 6};
@@ -91,9 +91,9 @@ TEST(LumpEvaluationTable, RowsAreOfTheirSettings) {
 TEST(LumpEvaluation, SomeOfTheBlocksAreJudgedAsAmongAll) {
   lump::EvaluationJob job;
   job.sensor.size_px = {64, 48};
-  job.estimator = [](const lump::Observation& reading) {
+  job.estimator = [](const lump::Observation& observation) {
     lump::Estimate e;
-    e.size_mm.value = double{reading.pressure_Pa.back().values.front()};  // noise: of its seed
+    e.size_mm.value = double{observation.pressure_Pa.back().values.front()};  // noise: of its seed
     return e;
   };
   const std::vector<lump::Example> examples(7, example(true));

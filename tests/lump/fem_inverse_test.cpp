@@ -1,4 +1,4 @@
-// The direct inversion: finite elements asked which lump a reading has, on other cells than made it.
+// The direct inversion: finite elements asked which lump a observation has, on other cells than made it.
 #include "engine/lump/fem_inverse/inversion.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ lump::Observation read(const Block& block, double noise) {
   lump::PalpationSensor sensor;
   sensor.noise_share = noise;
   sensor.gauge_share = 0.001;
-  return sensor_reading(block.maps, block.forces, block.scene.block_mm, block.scene.young_Pa, sensor, 3);
+  return sensor_observation(block.maps, block.forces, block.scene.block_mm, block.scene.young_Pa, sensor, 3);
 }
 
 fem::Inclusion lump() {
@@ -76,18 +76,18 @@ bool holds(const lump::Value& interval, double truth) {
 TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
   fem::Inclusion hard;  // 8 mm, 5 mm deep
   hard.stiffness_ratio = 10;
-  const lump::Observation reading = read(press(hard, {2, 4}, 40, 20), 0.002);
+  const lump::Observation observation = read(press(hard, {2, 4}, 40, 20), 0.002);
   lump::DirectInversionOptions options;
   options.model.centred = true;
   options.starts = {{ball(9, 4.4, 7), 1}};
-  const lump::Estimate estimate = invert_directly(reading, options);
+  const lump::Estimate estimate = invert_directly(observation, options);
   // What such grids leave open of the ratio may be more than a factor of four, and then it says so.
   EXPECT_EQ(estimate.verdict, estimate.stiffness_ratio.high > 4 * estimate.stiffness_ratio.low
                                   ? lump::Status::StiffnessOpen
                                   : lump::Status::Found)
       << (estimate.reasons.empty() ? "" : estimate.reasons[0]);
   EXPECT_GT(estimate.evidence, 10);
-  // The reading has errors of its own: 40 and 20 cells made it.
+  // The observation has errors of its own: 40 and 20 cells made it.
   EXPECT_NEAR(estimate.size_mm.value, 8, 0.1);
   EXPECT_NEAR(estimate.depth_mm.value, 5, 0.1);
   EXPECT_NEAR(std::log(estimate.stiffness_ratio.value / 10), 0, 0.15);
@@ -98,12 +98,12 @@ TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
 }
 
 TEST(DirectInversion, StartsDoNotDisturbEachOther) {
-  const lump::Observation reading = read(press(lump(), {1.5, 3}), 0.002);
+  const lump::Observation observation = read(press(lump(), {1.5, 3}), 0.002);
   lump::DirectInversionOptions once = quick();
   once.starts = {{ball(9, 4.4, 7), 1}};
   lump::DirectInversionOptions twice = once;
   twice.starts.push_back(once.starts[0]);
-  const lump::Estimate alone = invert_directly(reading, once), both = invert_directly(reading, twice);
+  const lump::Estimate alone = invert_directly(observation, once), both = invert_directly(observation, twice);
   EXPECT_EQ(alone.verdict, both.verdict);
   EXPECT_DOUBLE_EQ(alone.size_mm.value, both.size_mm.value);
   EXPECT_DOUBLE_EQ(alone.stiffness_ratio.high, both.stiffness_ratio.high);
@@ -125,11 +125,11 @@ TEST(DirectInversion, AnOpenRatioIsMoreOpenUpwards) {
   small.size_mm = {6, 6, 6};
   small.depth_mm = 6;
   small.stiffness_ratio = 12;
-  const lump::Observation reading = read(press(small, {2, 4}, 48, 24), 0.005);
+  const lump::Observation observation = read(press(small, {2, 4}, 48, 24), 0.005);
   lump::DirectInversionOptions options = quick();
   options.model.cells = {16, 16, 8};
   options.starts = {{ball(6.8, 5.6, 3), 1}};
-  const lump::Estimate estimate = invert_directly(reading, options);
+  const lump::Estimate estimate = invert_directly(observation, options);
   EXPECT_EQ(estimate.verdict, lump::Status::StiffnessOpen);
   EXPECT_TRUE(holds(estimate.stiffness_ratio, 12));
   EXPECT_TRUE(holds(estimate.size_mm, 6)) << estimate.size_mm.low << " to " << estimate.size_mm.high;
@@ -146,12 +146,13 @@ TEST(DirectInversion, TissueAloneIsNoLump) {
 
 TEST(DirectInversion, WhatCannotBeReadIsUnusable) {
   const Block block = press(lump(), {1.5, 3});
-  lump::Observation reading = read(block, 0.002);
-  reading.saturated_share = 0.1;
-  EXPECT_EQ(invert_directly(reading, quick()).verdict, lump::Status::Unusable);
-  reading.saturated_share = 0;
-  for (fem::Map& map : reading.pressure_Pa) std::fill(map.values.begin(), map.values.end(), std::nanf(""));
-  EXPECT_EQ(invert_directly(reading, quick()).verdict, lump::Status::Unusable);
+  lump::Observation observation = read(block, 0.002);
+  observation.saturated_share = 0.1;
+  EXPECT_EQ(invert_directly(observation, quick()).verdict, lump::Status::Unusable);
+  observation.saturated_share = 0;
+  for (fem::Map& map : observation.pressure_Pa)
+    std::fill(map.values.begin(), map.values.end(), std::nanf(""));
+  EXPECT_EQ(invert_directly(observation, quick()).verdict, lump::Status::Unusable);
 
   lump::Observation broken = read(block, 0.002);
   broken.force_N.pop_back();

@@ -173,7 +173,7 @@ lump::Observation read(const lump::Example& e, double noise_share, uint64_t seed
   lump::PalpationSensor sensor;
   sensor.size_px = {160, 120};
   sensor.noise_share = noise_share;
-  return sensor_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, seed);
+  return sensor_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, seed);
 }
 
 lump::Network taught() {
@@ -184,7 +184,7 @@ lump::Network taught() {
   options.hidden = 24;
   options.fields = 12;
   options.rounds = 100;
-  options.readings = 20000;
+  options.observations = 20000;
   options.readers = 1;
   options.reader_hidden = 48;
   options.reader_rounds = 25;
@@ -308,17 +308,17 @@ TEST(LumpNetwork, RefusesNonsenseInOneLine) {
 
 TEST(LumpNetwork, RefusesReadingsWhosePartsDoNotFit) {
   const lump::Network& network = lump::Network::built_in();
-  lump::Observation reading = read(example(1, true), 0.01, 1);
-  lump::Observation wrong = reading;
+  lump::Observation observation = read(example(1, true), 0.01, 1);
+  lump::Observation wrong = observation;
   wrong.force_N.pop_back();
   EXPECT_THROW(network.estimate(wrong), Error);
-  wrong = reading;
+  wrong = observation;
   wrong.force_N[1] = -1;
   EXPECT_THROW(network.estimate(wrong), Error);
-  wrong = reading;
+  wrong = observation;
   wrong.young_Pa = std::nan("");
   EXPECT_THROW(network.estimate(wrong), Error);
-  wrong = reading;
+  wrong = observation;
   for (float& value : wrong.pressure_Pa[2].values) value = std::nanf("");
   // One load that was not seen is left out, with a word; all of them are unusable.
   const lump::Estimate partly = network.estimate(wrong);
@@ -345,13 +345,15 @@ TEST(SensorReading, KeepsPressureAddsNoiseAndFlagsSaturation) {
   lump::PalpationSensor sensor;
   sensor.noise_share = 0;
   sensor.gauge_share = 0;
-  const lump::Observation clean = sensor_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1);
+  const lump::Observation clean =
+      sensor_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1);
   ASSERT_EQ(clean.pressure_Pa.size(), 4u);
   EXPECT_EQ(clean.pressure_Pa[3].width, 31u);   // cells of 1.25 mm that lie whole in 40 mm
   EXPECT_EQ(clean.pressure_Pa[3].height, 23u);  // and in 30 mm
   EXPECT_EQ(clean.force_N, e.force_N);
   EXPECT_EQ(clean.saturated_share, 0);
-  const lump::Observation ideal = lump::ideal_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, 1.25);
+  const lump::Observation ideal =
+      lump::ideal_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, 1.25);
   double worst = 0, peak = 0;
   for (uint32_t y = 0; y < 23; ++y)
     for (uint32_t x = 0; x < 31; ++x) {
@@ -363,7 +365,8 @@ TEST(SensorReading, KeepsPressureAddsNoiseAndFlagsSaturation) {
 
   sensor.noise_share = 0.02;
   sensor.gauge_share = 0.01;
-  const lump::Observation noisy = sensor_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1);
+  const lump::Observation noisy =
+      sensor_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1);
   double squares = 0;
   for (size_t n = 0; n < noisy.pressure_Pa[1].values.size(); ++n)
     squares += std::pow(noisy.pressure_Pa[1].values[n] - clean.pressure_Pa[1].values[n], 2);
@@ -373,13 +376,13 @@ TEST(SensorReading, KeepsPressureAddsNoiseAndFlagsSaturation) {
 
   sensor.full_scale_Pa = 0.7 * peak;
   const lump::Observation bright =
-      sensor_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1);
+      sensor_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1);
   EXPECT_GT(bright.saturated_share, 0);
   size_t unseen = 0;
   for (const float value : bright.pressure_Pa[3].values) unseen += std::isnan(value);
   EXPECT_NEAR(static_cast<double>(unseen), bright.saturated_share * 31 * 23, 0.5);
   sensor.noise_share = 2;
-  EXPECT_THROW(sensor_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1), Error);
+  EXPECT_THROW(sensor_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1), Error);
 }
 
 }  // namespace

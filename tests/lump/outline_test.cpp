@@ -19,7 +19,7 @@ struct Bump {
 };
 
 /// A dome with a Gaussian on it, exactly as the fit has them.
-lump::Observation reading(const Bump& b, double noise_Pa, uint64_t seed = 1) {
+lump::Observation observation(const Bump& b, double noise_Pa, uint64_t seed = 1) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> deviate(0, 1);
   lump::Observation r;
@@ -45,7 +45,7 @@ bool holds(const lump::Value& value, double truth) {
 
 TEST(LumpOutline, AnExactBumpComesBack) {
   const Bump b;
-  const lump::Outline o = outline_lump(reading(b, 0));
+  const lump::Outline o = outline_lump(observation(b, 0));
   ASSERT_TRUE(o.found) << o.reason;
   ASSERT_TRUE(o.closed) << o.reason;
   EXPECT_NEAR(o.x_mm.value, b.x_mm, 1e-3);
@@ -65,7 +65,7 @@ TEST(LumpOutline, AnExactBumpComesBack) {
 }
 
 TEST(LumpOutline, ASoftPlaceIsADip) {
-  const lump::Outline o = outline_lump(reading({.height_Pa = -300}, 10));
+  const lump::Outline o = outline_lump(observation({.height_Pa = -300}, 10));
   ASSERT_TRUE(o.found) << o.reason;
   EXPECT_TRUE(o.closed);
   EXPECT_LT(o.height_Pa.high, 0);
@@ -77,7 +77,7 @@ TEST(LumpOutline, IntervalsCover) {
   const double area = std::numbers::pi * b.long_mm * b.short_mm * 2 * std::log(2.0);
   int x = 0, height = 0, within = 0, tried = 0;
   for (uint64_t seed = 1; seed <= 20; ++seed) {
-    const lump::Outline o = outline_lump(reading(b, 25, seed), seed, 10);
+    const lump::Outline o = outline_lump(observation(b, 25, seed), seed, 10);
     if (!o.found || !o.closed) continue;
     ++tried;
     x += holds(o.x_mm, b.x_mm);
@@ -93,7 +93,7 @@ TEST(LumpOutline, IntervalsCover) {
 TEST(LumpOutline, NoBumpNoOutline) {
   int found = 0;
   for (uint64_t seed = 1; seed <= 8; ++seed) {
-    const lump::Outline o = outline_lump(reading({.height_Pa = 0}, 20, seed), seed, 5);
+    const lump::Outline o = outline_lump(observation({.height_Pa = 0}, 20, seed), seed, 5);
     found += o.found;
     EXPECT_NE(o.found,
               o.reason.find("no bump") != std::string::npos || o.reason.find("wide") != std::string::npos);
@@ -103,7 +103,7 @@ TEST(LumpOutline, NoBumpNoOutline) {
 }
 
 TEST(LumpOutline, ALineThatLeavesWhatWasSeenIsOpen) {
-  lump::Observation r = reading({}, 5);
+  lump::Observation r = observation({}, 5);
   fem::Map& map = r.pressure_Pa[0];
   for (uint32_t j = 0; j < map.height; ++j)
     for (uint32_t i = 20; i < map.width; ++i) map.values[size_t{j} * map.width + i] = NAN;

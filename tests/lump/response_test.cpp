@@ -1,4 +1,4 @@
-// What finite elements answer to a reading's forces, on several grids.
+// What finite elements answer to a observation's forces, on several grids.
 #include "engine/lump/fem_inverse/response.h"
 
 #include <gtest/gtest.h>
@@ -8,17 +8,17 @@
 namespace palpate {
 namespace {
 
-lump::Observation empty_reading() {
-  lump::Observation reading;
-  reading.block_mm = {40, 40, 20};
-  reading.young_Pa = 4000;
-  reading.force_N = {1};
-  reading.pressure_Pa.resize(1);
-  fem::Map& map = reading.pressure_Pa[0];
+lump::Observation empty_observation() {
+  lump::Observation observation;
+  observation.block_mm = {40, 40, 20};
+  observation.young_Pa = 4000;
+  observation.force_N = {1};
+  observation.pressure_Pa.resize(1);
+  fem::Map& map = observation.pressure_Pa[0];
   map.width = map.height = 25;
   map.pitch_mm = {1.25, 1.25};
   map.values.assign(size_t{25} * 25, 0);
-  return reading;
+  return observation;
 }
 
 lump::Case::Lump ball() {
@@ -40,10 +40,10 @@ lump::ResponseOptions on(std::vector<uint32_t> grids) {
 }
 
 TEST(LumpResponse, MoreGridsAreNearerToCellsOfNoSize) {
-  const lump::Observation reading = empty_reading();
-  const lump::ComparedNodes nodes(reading, 4);
+  const lump::Observation observation = empty_observation();
+  const lump::ComparedNodes nodes(observation, 4);
   const auto without_size = [&](const lump::ResponseOptions& options) -> Eigen::VectorXd {
-    const lump::FittedLump lump{ball(), response_cells(reading, ball(), options)};
+    const lump::FittedLump lump{ball(), response_cells(observation, ball(), options)};
     const lump::Prediction prediction = predict(nodes, lump, options, false);
     const lump::GridCorrection grids = grid_correction(nodes, lump, options);
     EXPECT_TRUE(prediction.converged && grids.converged);
@@ -57,12 +57,12 @@ TEST(LumpResponse, MoreGridsAreNearerToCellsOfNoSize) {
 }
 
 TEST(LumpResponse, WhichGridIsSearchedDoesNotChangeTheSum) {
-  const lump::Observation reading = empty_reading();
-  const lump::ComparedNodes nodes(reading, 4);
+  const lump::Observation observation = empty_observation();
+  const lump::ComparedNodes nodes(observation, 4);
   const auto sum = [&](uint32_t searched) -> Eigen::VectorXd {
     lump::ResponseOptions options = on({1, 2});
     options.searched = searched;
-    const lump::FittedLump lump{ball(), response_cells(reading, ball(), options)};
+    const lump::FittedLump lump{ball(), response_cells(observation, ball(), options)};
     return predict(nodes, lump, options, false).pressure_Pa + grid_correction(nodes, lump, options).add_Pa;
   };
   const Eigen::VectorXd a = sum(1), b = sum(2);

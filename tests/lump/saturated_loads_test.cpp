@@ -35,7 +35,7 @@ lump::Observation read(double exposure, size_t loads = 4) {
   std::vector<double> forces = {0.5, 1, 1.5, 2};
   maps.erase(maps.begin(), maps.end() - static_cast<std::ptrdiff_t>(loads));
   forces.erase(forces.begin(), forces.end() - static_cast<std::ptrdiff_t>(loads));
-  return sensor_reading(maps, forces, {40, 40, 20}, 4000, sensor, 1);
+  return sensor_observation(maps, forces, {40, 40, 20}, 4000, sensor, 1);
 }
 
 bool says(const lump::Estimate& estimate, const std::string& words) {
@@ -45,30 +45,30 @@ bool says(const lump::Estimate& estimate, const std::string& words) {
 }
 
 TEST(SaturatedLoads, SharesAreThoseOfEachLoad) {
-  const lump::Observation reading = read(1.6);
-  const std::vector<double> shares = saturated_shares(reading);
+  const lump::Observation observation = read(1.6);
+  const std::vector<double> shares = saturated_shares(observation);
   ASSERT_EQ(shares.size(), 4u);
   EXPECT_EQ(shares[0], 0);
   EXPECT_EQ(shares[1], 0);
   EXPECT_GT(shares[2], 0);
-  EXPECT_NEAR(shares[3], reading.saturated_share, 1e-9);
-  EXPECT_NEAR(lump::saturated_share(reading.pressure_Pa), reading.saturated_share, 1e-9);
+  EXPECT_NEAR(shares[3], observation.saturated_share, 1e-9);
+  EXPECT_NEAR(lump::saturated_share(observation.pressure_Pa), observation.saturated_share, 1e-9);
   // A part of the window that no load sees is not saturated.
-  lump::Observation cut = reading;
+  lump::Observation cut = observation;
   for (fem::Map& map : cut.pressure_Pa)
     for (uint32_t j = 0; j < map.height; ++j)
       for (uint32_t i = 0; i < 4; ++i) map.values[size_t{j} * map.width + i] = std::nanf("");
   const double part = 27.0 / 31;  // of the window's columns is left
-  cut.saturated_share = reading.saturated_share / part;
+  cut.saturated_share = observation.saturated_share / part;
   EXPECT_EQ(saturated_shares(cut)[0], 0);
-  EXPECT_NEAR(saturated_shares(cut)[3], reading.saturated_share / part, 1e-6);
-  EXPECT_NEAR(lump::saturated_share(cut.pressure_Pa), reading.saturated_share / part, 1e-6);
+  EXPECT_NEAR(saturated_shares(cut)[3], observation.saturated_share / part, 1e-6);
+  EXPECT_NEAR(lump::saturated_share(cut.pressure_Pa), observation.saturated_share / part, 1e-6);
 }
 
 TEST(SaturatedLoads, OneMapAloneHasAHole) {
-  const lump::Observation reading = read(1.2, 1);
-  EXPECT_GT(reading.saturated_share, 0.03);
-  EXPECT_NEAR(lump::saturated_share(reading.pressure_Pa), reading.saturated_share, 1e-9);
+  const lump::Observation observation = read(1.2, 1);
+  EXPECT_GT(observation.saturated_share, 0.03);
+  EXPECT_NEAR(lump::saturated_share(observation.pressure_Pa), observation.saturated_share, 1e-9);
   EXPECT_EQ(lump::saturated_share(read(0.9, 1).pressure_Pa), 0);
 }
 

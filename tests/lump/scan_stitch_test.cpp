@@ -71,7 +71,7 @@ std::vector<lump::ScanPress> press(const Plan& plan, uint64_t seed = 1) {
     sensor.noise_share = plan.noise;
     sensor.gauge_share = 0.001;
     sensor.full_scale_Pa = plan.full_scale_Pa;
-    lump::Observation r = sensor_reading(maps, forces_N, {40, 40, 20}, 4000, sensor, seed * 100 + p);
+    lump::Observation r = sensor_observation(maps, forces_N, {40, 40, 20}, 4000, sensor, seed * 100 + p);
     r.window_mm = plan.stage_mm[p];
     for (fem::Map& map : r.pressure_Pa)
       for (float& value : map.values) value *= static_cast<float>(plan.gain[p]);
@@ -82,8 +82,8 @@ std::vector<lump::ScanPress> press(const Plan& plan, uint64_t seed = 1) {
 
 /// Root mean square of map minus truth where it was seen, at the highest load.
 double error_Pa(const lump::ScanMap& map) {
-  const fem::Map& found = map.reading.pressure_Pa.back();
-  const fem::Map truth = truth_at(map.reading.force_N.back());
+  const fem::Map& found = map.observation.pressure_Pa.back();
+  const fem::Map truth = truth_at(map.observation.force_N.back());
   double sum = 0;
   size_t count = 0;
   for (uint32_t j = 0; j < found.height; ++j)
@@ -104,14 +104,14 @@ TEST(ScanStitch, NineWindowsAreTheBlock) {
   const lump::ScanMap map = lump::stitch(press(nine()));
   EXPECT_TRUE(map.warnings.empty()) << map.warnings[0];
   EXPECT_GT(map.seen_share, 0.99);
-  ASSERT_EQ(map.reading.pressure_Pa.size(), 4u);
-  EXPECT_NEAR(map.reading.force_N.back(), 2, 0.1);
-  EXPECT_EQ(map.reading.pressure_Pa[0].width, 33u);
+  ASSERT_EQ(map.observation.pressure_Pa.size(), 4u);
+  EXPECT_NEAR(map.observation.force_N.back(), 2, 0.1);
+  EXPECT_EQ(map.observation.pressure_Pa[0].width, 33u);
   const double peak = 2200;
   EXPECT_LT(error_Pa(map), 0.012 * peak);
   // The noise that it states is the error that it has.
-  EXPECT_GT(map.reading.noise_Pa, 0.6 * error_Pa(map));
-  EXPECT_LT(map.reading.noise_Pa, 1.7 * error_Pa(map));
+  EXPECT_GT(map.observation.noise_Pa, 0.6 * error_Pa(map));
+  EXPECT_LT(map.observation.noise_Pa, 1.7 * error_Pa(map));
   EXPECT_NEAR(map.between_presses_Pa, 0.01 * peak, 0.006 * peak);
   for (const lump::PressPlace& place : map.places) {
     EXPECT_TRUE(place.used);
@@ -155,9 +155,9 @@ TEST(ScanStitch, WhatNobodySawIsNotANumber) {
   plan.stage_mm.resize(6);  // without the lowest row
   const lump::ScanMap map = lump::stitch(press(plan));
   EXPECT_LT(map.seen_share, 0.85);
-  EXPECT_TRUE(std::isnan(map.reading.pressure_Pa.back().at(16, 32)));
+  EXPECT_TRUE(std::isnan(map.observation.pressure_Pa.back().at(16, 32)));
   EXPECT_EQ(map.presses.at(16, 32), 0);
-  EXPECT_EQ(map.reading.saturated_share, 0);
+  EXPECT_EQ(map.observation.saturated_share, 0);
   EXPECT_NE(map.warnings.back().find("not seen"), std::string::npos);
   EXPECT_LT(error_Pa(map), 0.015 * 2200);
 }
@@ -167,9 +167,9 @@ TEST(ScanStitch, SaturatedPlacesStayOpen) {
   Plan plan = nine();
   plan.full_scale_Pa = 1600;
   const lump::ScanMap map = lump::stitch(press(plan));
-  EXPECT_GT(map.reading.saturated_share, 0.01);
-  EXPECT_TRUE(std::isnan(map.reading.pressure_Pa.back().at(18, 14)));
-  for (const float value : map.reading.pressure_Pa.back().values) EXPECT_FALSE(value > 1750) << value;
+  EXPECT_GT(map.observation.saturated_share, 0.01);
+  EXPECT_TRUE(std::isnan(map.observation.pressure_Pa.back().at(18, 14)));
+  for (const float value : map.observation.pressure_Pa.back().values) EXPECT_FALSE(value > 1750) << value;
   EXPECT_FALSE(map.warnings.empty());
 }
 
@@ -180,13 +180,13 @@ TEST(ScanStitch, OneSaturatedPressIsFilledByTheOthers) {
   presses[4] = press(dim)[4];
   const lump::ScanMap map = lump::stitch(presses);
   EXPECT_GT(map.seen_share, 0.99);
-  EXPECT_EQ(map.reading.saturated_share, 0);
+  EXPECT_EQ(map.observation.saturated_share, 0);
   EXPECT_LT(error_Pa(map), 0.012 * 2200);
 }
 
 TEST(ScanStitch, AnotherBlocksPressIsLeftOut) {
   std::vector<lump::ScanPress> presses = press(nine());
-  for (fem::Map& map : presses[4].reading.pressure_Pa)
+  for (fem::Map& map : presses[4].observation.pressure_Pa)
     for (uint32_t i = 0; i < map.width * map.height; ++i)
       map.values[i] *= static_cast<float>(1 + 0.4 * std::sin(0.9 * i));
   const lump::ScanMap map = lump::stitch(presses);
@@ -197,7 +197,7 @@ TEST(ScanStitch, AnotherBlocksPressIsLeftOut) {
 
 TEST(ScanStitch, APressThatEndedEarlyIsLeftOut) {
   std::vector<lump::ScanPress> presses = press(nine());
-  for (double& force_N : presses[0].reading.force_N) force_N *= 0.6;
+  for (double& force_N : presses[0].observation.force_N) force_N *= 0.6;
   const lump::ScanMap map = lump::stitch(presses);
   EXPECT_FALSE(map.places[0].used);
   EXPECT_NE(map.warnings[0].find("it reached"), std::string::npos) << map.warnings[0];
@@ -208,7 +208,8 @@ TEST(ScanStitch, OnePressIsAMapOfItsWindow) {
   const lump::ScanMap map = lump::stitch(presses);
   EXPECT_EQ(map.places[0].shift_mm[0], 0);
   EXPECT_EQ(map.between_presses_Pa, 0);
-  EXPECT_NEAR(map.reading.noise_Pa, presses[0].reading.noise_Pa, 1e-6 * presses[0].reading.noise_Pa);
+  EXPECT_NEAR(map.observation.noise_Pa, presses[0].observation.noise_Pa,
+              1e-6 * presses[0].observation.noise_Pa);
   EXPECT_NEAR(map.seen_share, 27.84 * 20.88 / 1600, 0.06);
 }
 
@@ -217,7 +218,7 @@ TEST(ScanStitch, RefusesWhatMakesNoSense) {
   const std::vector<lump::ScanPress> good = press(nine());
   const auto refused = [&](auto change, const char* word) {
     std::vector<lump::ScanPress> presses = good;
-    change(presses[1].reading);
+    change(presses[1].observation);
     try {
       lump::stitch(presses);
       ADD_FAILURE() << word;

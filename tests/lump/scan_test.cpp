@@ -41,10 +41,10 @@ TEST(LumpScan, FromPressesToNumbers) {
   const std::vector<lump::ScanPress> presses = simulate_scan(p, press_slightly);
   EXPECT_EQ(presses.size(), scan_places(p.scene.block_mm, p.sensor.window_mm).size());
   bool asked = false;
-  const ScanAnswer answer = evaluate_scan(presses, {}, [&](const lump::Observation& reading) {
+  const ScanAnswer answer = evaluate_scan(presses, {}, [&](const lump::Observation& observation) {
     asked = true;
-    EXPECT_EQ(reading.force_N.size(), 4u);
-    EXPECT_EQ(reading.block_mm, p.scene.block_mm);
+    EXPECT_EQ(observation.force_N.size(), 4u);
+    EXPECT_EQ(observation.block_mm, p.scene.block_mm);
     lump::Estimate estimate;
     estimate.reasons = {"a reason"};
     return estimate;
@@ -61,7 +61,8 @@ TEST(LumpScan, FromPressesToNumbers) {
   EXPECT_EQ(std::count(answer.warnings.begin(), answer.warnings.end(), "a reason"), 1);
   // The same seed is the same scan.
   const std::vector<lump::ScanPress> again = simulate_scan(p, press_slightly);
-  for (size_t i = 0; i < presses.size(); ++i) EXPECT_EQ(presses[i].reading.force_N, again[i].reading.force_N);
+  for (size_t i = 0; i < presses.size(); ++i)
+    EXPECT_EQ(presses[i].observation.force_N, again[i].observation.force_N);
 }
 
 TEST(LumpScan, TissueAloneHasNoOutline) {
@@ -82,10 +83,10 @@ TEST(LumpScan, TwoLumpsAreOutlinedBothAndPressesThatSeeOneAreAsked) {
   p.scene.others[0].offset_mm = {8, 0};
   p.sensor.window_mm = {20, 20};
   const ScanAnswer answer =
-      evaluate_scan(simulate_scan(p, press_slightly), {}, [](const lump::Observation& reading) {
+      evaluate_scan(simulate_scan(p, press_slightly), {}, [](const lump::Observation& observation) {
         lump::Estimate estimate;
         estimate.verdict = lump::Status::Found;
-        estimate.size_mm = {reading.window_mm[0], 0, 0};
+        estimate.size_mm = {observation.window_mm[0], 0, 0};
         return estimate;
       });
   ASSERT_TRUE(answer.second_outline);

@@ -118,7 +118,7 @@ TEST(SecondBump, ANodeThatIsMissedDoesNotMatter) {
 }
 
 /// Large strain through a sensor, as the network gets it.
-lump::Observation reading_of(const fem::Scene& scene) {
+lump::Observation observation_of(const fem::Scene& scene) {
   fem::LargeStrainOptions options;
   options.residual = 1e-4;
   options.step_mm = 2;
@@ -128,20 +128,20 @@ lump::Observation reading_of(const fem::Scene& scene) {
   EXPECT_TRUE(pressed.converged);
   lump::PalpationSensor sensor;
   sensor.size_px = {160, 120};
-  return sensor_reading({pressed.loads.at(0).pressure_Pa, pressed.loads.at(1).pressure_Pa},
-                        {pressed.loads[0].force_N, pressed.loads[1].force_N}, scene.block_mm, scene.young_Pa,
-                        sensor, 1);
+  return sensor_observation({pressed.loads.at(0).pressure_Pa, pressed.loads.at(1).pressure_Pa},
+                            {pressed.loads[0].force_N, pressed.loads[1].force_N}, scene.block_mm,
+                            scene.young_Pa, sensor, 1);
 }
 
 TEST(SecondBump, TheNetworkSaysSoAndTellsNoNumbersAsFound) {
   fem::Scene scene;
   scene.cells = {24, 24, 12};
   scene.inclusion = ball(-8, 0);
-  const lump::Estimate one = lump::Network::built_in().estimate(reading_of(scene));
+  const lump::Estimate one = lump::Network::built_in().estimate(observation_of(scene));
   EXPECT_NE(one.verdict, lump::Status::SeveralLumps);
   EXPECT_TRUE(one.bumps_mm.empty());
   scene.others = {ball(8, 0)};
-  const lump::Estimate two = lump::Network::built_in().estimate(reading_of(scene));
+  const lump::Estimate two = lump::Network::built_in().estimate(observation_of(scene));
   EXPECT_EQ(two.verdict, lump::Status::SeveralLumps);
   EXPECT_FALSE(tells_numbers(two.verdict));
   ASSERT_EQ(two.bumps_mm.size(), 2u);

@@ -30,25 +30,25 @@ TEST(LumpStability, EstimatorSeesWhatTheCaseSays) {
        {"sphere 8 mm, 5 mm deep, E_r 6", "saturated at 80 % of the peak", "told -30 %", "1 of 4"})
     few.push_back(
         *std::find_if(all.begin(), all.end(), [&](const lump::StabilityCase& c) { return c.name == name; }));
-  std::vector<lump::Observation> readings;
+  std::vector<lump::Observation> observations;
   uint64_t last = 0;
   const std::vector<lump::StabilityRow> rows = judge_stability(
       few,
-      [&](const lump::Observation& reading) {
-        readings.push_back(reading);
+      [&](const lump::Observation& observation) {
+        observations.push_back(observation);
         return lump::Estimate{};
       },
       1, 0, [&](uint64_t done) { last = done; });
   ASSERT_EQ(rows.size(), 4u);
-  ASSERT_EQ(readings.size(), 4u);
+  ASSERT_EQ(observations.size(), 4u);
   EXPECT_EQ(last, 4u);
-  EXPECT_EQ(readings[0].saturated_share, 0);
-  EXPECT_GT(readings[1].saturated_share, 0);
-  EXPECT_DOUBLE_EQ(readings[0].young_Pa, 4000);
-  EXPECT_NEAR(readings[2].young_Pa, 2800, 1e-9);
-  EXPECT_EQ(readings[0].force_N.size(), 4u);
-  EXPECT_EQ(readings[3].force_N.size(), 1u);
-  EXPECT_NEAR(readings[3].force_N[0], readings[0].force_N[3], 0.01 * readings[0].force_N[3]);
+  EXPECT_EQ(observations[0].saturated_share, 0);
+  EXPECT_GT(observations[1].saturated_share, 0);
+  EXPECT_DOUBLE_EQ(observations[0].young_Pa, 4000);
+  EXPECT_NEAR(observations[2].young_Pa, 2800, 1e-9);
+  EXPECT_EQ(observations[0].force_N.size(), 4u);
+  EXPECT_EQ(observations[3].force_N.size(), 1u);
+  EXPECT_NEAR(observations[3].force_N[0], observations[0].force_N[3], 0.01 * observations[0].force_N[3]);
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/palpation/press_reading.h"
+#include "engine/palpation/press_observation.h"
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
 #include "viz/live/tare.h"

@@ -35,7 +35,7 @@ double root(double a, double b) {
 }
 
 /// Both errors are needed, else it is the scatter's.
-double both(const PressReading& a, const PressReading& b, double scale) {
+double both(const PressValue& a, const PressValue& b, double scale) {
   return a.sd > 0 && b.sd > 0 ? root(a.sd, b.sd) * scale : 0;
 }
 
@@ -85,7 +85,7 @@ class Fit {
     return p.radius_mm.value * shared_[kLength] * (sample_.flat() ? 1 : 1 - shared_[kEdge]);
   }
   /// Depths that were computed with the pad's modulus go with it.
-  double depth_mm(const PressReading& r) const {
+  double depth_mm(const PressValue& r) const {
     return setup_.depth_by_pressure ? r.value / shared_[kPad] : r.value;
   }
   double approach_mm(const PressFrame& p) const { return p.approach_mm.value - shared_[kZero]; }
@@ -171,7 +171,7 @@ bool Fit::take_flat(ModulusFit& f) {
     return refuse(f, ModulusState::NotApplicable, "the pad's displacement is not known: no depth");
   for (uint32_t i = 0; i < frames_.size(); ++i) {
     const PressFrame& p = frames_[i];
-    const PressReading& depth = p.mean_depth_mm.known() ? p.mean_depth_mm : p.depth_mm;
+    const PressValue& depth = p.mean_depth_mm.known() ? p.mean_depth_mm : p.depth_mm;
     const double h = ratio ? 1 : sample_.height_mm;
     if (by_stage_ ? p.approach_mm.known() && depth.known() : p.radius_mm.known() && (!ratio || depth.known()))
       observe(i, ratio ? Seen::Shortening : Seen::Strain,
@@ -356,7 +356,7 @@ void Fit::weigh(double log_young, const ScatterErrors& errors) {
       if (std::isfinite(slope)) sd = root(sd, slope * p.force_sd_N);
     }
     // The ratio's other side has the depth's error, times that ratio.
-    const PressReading& depth = p.mean_depth_mm.known() ? p.mean_depth_mm : p.depth_mm;
+    const PressValue& depth = p.mean_depth_mm.known() ? p.mean_depth_mm : p.depth_mm;
     if (o.seen == Seen::Shortening && o.sd > 0 && std::isfinite(log_young) && depth.value > 0)
       sd = root(sd, predicted(o, log_young, force_N(p)) / depth.value * depth.sd);
     o.weight = 1 / (sd * sd);

@@ -51,7 +51,7 @@ void check(const std::vector<PressFrame>& frames, const ModulusSetup& s) {
     require(f.force_N >= 0 && std::isfinite(f.force_N), "a force >= 0 N" + where, f.force_N);
     require(f.force_sd_N >= 0 && std::isfinite(f.force_sd_N), "a force's standard error >= 0" + where,
             f.force_sd_N);
-    for (const PressReading* r : {&f.radius_mm, &f.depth_mm, &f.mean_depth_mm, &f.approach_mm}) {
+    for (const PressValue* r : {&f.radius_mm, &f.depth_mm, &f.mean_depth_mm, &f.approach_mm}) {
       if (!r->known()) continue;
       require(std::isfinite(r->value), "finite readings" + where, r->value);
       require(r->sd >= 0 && std::isfinite(r->sd), "standard errors >= 0" + where, r->sd);
@@ -72,7 +72,7 @@ OwnErrors own_errors(const PressFrame& f, const ModulusSetup& s, const ScatterEr
   const double y = 3 * f.force_N * b / (4 * std::pow(std::max(f.radius_mm.value, 1e-9), 3));
   double radius = std::max(of(Seen::Radius), shortening / h * nu * b);
   if (of(Seen::Modulus) > 0 && y > 0) radius = of(Seen::Modulus) / (3 * y) * f.radius_mm.value;
-  const auto stated = [](const PressReading& r, double other) { return r.sd > 0 ? r.sd : other; };
+  const auto stated = [](const PressValue& r, double other) { return r.sd > 0 ? r.sd : other; };
   return {stated(f.radius_mm, radius), stated(f.depth_mm, of(Seen::Depth)),
           stated(f.mean_depth_mm, of(Seen::MeanDepth)),
           stated(f.approach_mm, std::max(of(Seen::Approach), shortening))};

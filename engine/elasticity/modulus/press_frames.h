@@ -13,7 +13,7 @@
 namespace palpate {
 
 /// A measured number. `sd` 0: not stated, taken from the scatter about the fit.
-struct PressReading {
+struct PressValue {
   double value = std::numeric_limits<double>::quiet_NaN();  ///< NaN: not measured
   double sd = 0;
   bool known() const { return value == value; }
@@ -23,7 +23,7 @@ struct PressReading {
 struct PressFrame {
   double force_N = 0;
   double force_sd_N = 0;
-  PressReading radius_mm, depth_mm, mean_depth_mm, approach_mm;
+  PressValue radius_mm, depth_mm, mean_depth_mm, approach_mm;
 };
 
 /// Stress over strain of a flat sample.

@@ -13,7 +13,7 @@ namespace palpate::lump {
 namespace {
 
 constexpr double kNinetyPercent = 1.645;  // standard deviations to either side
-constexpr double kChance = 15.09;         // chi2 of five unknowns that chance reaches in 1 % of readings
+constexpr double kChance = 15.09;         // chi2 of five unknowns that chance reaches in 1 % of observations
 constexpr size_t kFewestValues = 60;      // of a load
 constexpr double kMostSaturated = 0.02;
 // By how much elements misplace a lump's faces, shares of the finer cells' sides; more where a box of cells
@@ -26,23 +26,23 @@ constexpr double kRival = 0.1;  // likelihood beside the best shape's from which
 constexpr double kCurved = 0.2;
 constexpr uint32_t kMostBetter = 2;  // times that a better lump is found on the way along the ratios
 
-void check(const Observation& reading) {
+void check(const Observation& observation) {
   const auto refuse = [](const char* wanted, const std::string& found) {
     throw Error(Failure::Usage, wanted, found, "a reading as the sensor makes it");
   };
-  if (reading.pressure_Pa.empty() || reading.pressure_Pa.size() != reading.force_N.size())
-    refuse("one pressure map for each force", std::to_string(reading.pressure_Pa.size()) + " maps and " +
-                                                  std::to_string(reading.force_N.size()) + " forces");
-  for (const fem::Map& map : reading.pressure_Pa)
-    if (map.width != reading.pressure_Pa[0].width || map.height != reading.pressure_Pa[0].height ||
+  if (observation.pressure_Pa.empty() || observation.pressure_Pa.size() != observation.force_N.size())
+    refuse("one pressure map for each force", std::to_string(observation.pressure_Pa.size()) + " maps and " +
+                                                  std::to_string(observation.force_N.size()) + " forces");
+  for (const fem::Map& map : observation.pressure_Pa)
+    if (map.width != observation.pressure_Pa[0].width || map.height != observation.pressure_Pa[0].height ||
         map.values.size() != size_t{map.width} * map.height)
       refuse("maps of one size", "others");
   double last = 0;
-  for (const double force : reading.force_N) {
+  for (const double force : observation.force_N) {
     if (!(force > last)) refuse("forces that rise from above zero", std::to_string(force) + " N");
     last = force;
   }
-  if (!(reading.noise_Pa >= 0)) refuse("noise of 0 Pa or more", std::to_string(reading.noise_Pa));
+  if (!(observation.noise_Pa >= 0)) refuse("noise of 0 Pa or more", std::to_string(observation.noise_Pa));
 }
 
 void check(const ResponseOptions& model) {
@@ -58,12 +58,12 @@ void check(const ResponseOptions& model) {
                 std::to_string(model.searched), "2 of 1, 2, 3");
 }
 
-Case::Lump first_guess(const Observation& reading) {
+Case::Lump first_guess(const Observation& observation) {
   Case::Lump lump;
-  lump.diameter_mm = 0.4 * reading.block_mm[2];
-  lump.depth_mm = 0.25 * reading.block_mm[2];
+  lump.diameter_mm = 0.4 * observation.block_mm[2];
+  lump.depth_mm = 0.25 * observation.block_mm[2];
   lump.stiffness_ratio = 6;
-  fem::Map map = reading.pressure_Pa.back();
+  fem::Map map = observation.pressure_Pa.back();
   double sum = 0, seen = 0;
   for (const float value : map.values)
     if (std::isfinite(value)) {
@@ -73,7 +73,7 @@ Case::Lump first_guess(const Observation& reading) {
   for (float& value : map.values)
     if (!std::isfinite(value)) value = static_cast<float>(sum / std::max(seen, 1.0));
   const std::array<double, 2> bump = bump_center_mm(map, 0.7);
-  lump.offset_mm = {reading.window_mm[0] + bump[0], reading.window_mm[1] + bump[1]};
+  lump.offset_mm = {observation.window_mm[0] + bump[0], observation.window_mm[1] + bump[1]};
   return lump;
 }
 
@@ -86,7 +86,7 @@ Value plain(double value, double sd) {
 
 /// Standard deviations at the best lump.
 struct Spread {
-  LumpStep noise;  ///< of all that chi2 knows, more of it where the reading fits worse
+  LumpStep noise;  ///< of all that chi2 knows, more of it where the observation fits worse
   LumpStep cells;  ///< by how much cells misplace a lump's faces
 };
 
@@ -102,12 +102,12 @@ struct Answer {
 };
 
 Spread spread_at(const DirectSearch& search, const DirectSearch::State& best, double misfit,
-                 const Observation& reading, const ResponseOptions& model) {
+                 const Observation& observation, const ResponseOptions& model) {
   const DirectSearch::Step end = search.solve(best, 0, DirectSearch::Sought::Lump);
   Spread spread{end.sd * std::sqrt(std::max(1.0, misfit)), LumpStep::Zero()};
   const Case::Lump& lump = best.lump;
   const bool upright = lump.shape == fem::InclusionShape::Cylinder;
-  const double finest_mm = reading.block_mm[0] / (model.cells[0] * model.grids.back());
+  const double finest_mm = observation.block_mm[0] / (model.cells[0] * model.grids.back());
   const double faces_mm = (upright ? kUprightDoubt : kFaceDoubt) * finest_mm;
   LumpStep& cells = spread.cells;
   cells(kLnSize) = faces_mm / lump.diameter_mm;
@@ -145,8 +145,8 @@ void take_ends(const Case::Lump& lump, const std::array<Case::Lump, 2>& ends, co
 
 class Inversion {
  public:
-  Inversion(const Observation& reading, const DirectInversionOptions& options)
-      : reading_(reading), options_(options), search_(reading, options) {}
+  Inversion(const Observation& observation, const DirectInversionOptions& options)
+      : observation_(observation), options_(options), search_(observation, options) {}
 
   Answer from(const DirectInversionOptions::Start& start) {
     Answer answer;
@@ -156,7 +156,7 @@ class Inversion {
     if (search_.values() < kFewestValues)
       summarise(answer, Status::Unusable,
                 "only " + std::to_string(search_.values()) + " places were seen at every load");
-    else if (reading_.saturated_share > kMostSaturated)
+    else if (observation_.saturated_share > kMostSaturated)
       summarise(answer, Status::Unusable, "the sensor is saturated at the highest load: press less");
     else {
       Case::Lump guess = start.lump;
@@ -192,7 +192,7 @@ class Inversion {
 
  private:
   double misfit(const Answer& answer) const {
-    const auto values = static_cast<double>(search_.values() * reading_.force_N.size());
+    const auto values = static_cast<double>(search_.values() * observation_.force_N.size());
     return answer.best->chi2 / std::max(1.0, values - double{kLumpUnknowns});
   }
 
@@ -208,7 +208,7 @@ class Inversion {
     const bool settled = search_.settle(best);
     Estimate& estimate = answer.estimate;
     const double share = misfit(answer);
-    answer.spread = spread_at(search_, best, share, reading_, options_.model);
+    answer.spread = spread_at(search_, best, share, observation_, options_.model);
     take(best.lump, answer.spread, estimate);
     estimate.shape_probability = {};
     estimate.shape_probability[static_cast<size_t>(estimate.shape)] = 1;
@@ -233,7 +233,7 @@ class Inversion {
     summarise(answer, Status::Found, "");
   }
 
-  const Observation& reading_;
+  const Observation& observation_;
   const DirectInversionOptions& options_;
   DirectSearch search_;
 };
@@ -250,13 +250,13 @@ double likelihood(const Answer& answer, const Answer& best) {
 
 }  // namespace
 
-Estimate invert_directly(const Observation& reading, const DirectInversionOptions& options) {
-  check(reading);
+Estimate invert_directly(const Observation& observation, const DirectInversionOptions& options) {
+  check(observation);
   check(options.model);
   const auto begin = std::chrono::steady_clock::now();
   std::vector<DirectInversionOptions::Start> starts = options.starts;
-  if (starts.empty()) starts.push_back({first_guess(reading), 1});
-  Inversion inversion(reading, options);
+  if (starts.empty()) starts.push_back({first_guess(observation), 1});
+  Inversion inversion(observation, options);
   std::vector<Answer> answers;
   answers.reserve(starts.size());
   for (const DirectInversionOptions::Start& start : starts) answers.push_back(inversion.from(start));

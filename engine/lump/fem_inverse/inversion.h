@@ -1,5 +1,5 @@
-// A hidden lump from the finite elements themselves: the lump whose block would have answered as the reading
-// does (theory S12). Slow and without training: what the network is measured against.
+// A hidden lump from the finite elements themselves: the lump whose block would have answered as the
+// observation does (theory S12). Slow and without training: what the network is measured against.
 #pragma once
 
 #include "engine/lump/fem_inverse/options.h"
@@ -8,11 +8,11 @@ namespace palpate::lump {
 
 /// Gauss and Newton's search with damping (Levenberg and Marquardt) for size, depth, stiffness ratio and
 /// place of the lump; forces and the tissue's modulus may err by their shares. Intervals from the curvature
-/// at the end, widened where the reading fits worse than its noise; where the ratio is little determined,
+/// at the end, widened where the observation fits worse than its noise; where the ratio is little determined,
 /// from its likelihood's profile. StiffnessOpen, NoLump, Unusable as Status says; NoLump where the lump
-/// gains less than chance does in one of 100 readings. One to four minutes of one processor for four loads
-/// and each start, up to ten where the ratio is open or there is no lump. Throws Error(Failure::Usage) where
-/// the reading's parts do not fit together.
-Estimate invert_directly(const Observation& reading, const DirectInversionOptions& options = {});
+/// gains less than chance does in one of 100 observations. One to four minutes of one processor for four
+/// loads and each start, up to ten where the ratio is open or there is no lump. Throws Error(Failure::Usage)
+/// where the observation's parts do not fit together.
+Estimate invert_directly(const Observation& observation, const DirectInversionOptions& options = {});
 
 }  // namespace palpate::lump

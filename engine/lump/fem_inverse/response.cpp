@@ -18,17 +18,17 @@ constexpr double kLeastOrder = 1.8;  // for what two grids leave open
 struct Pressing {
   Sweep sweep;
   Case block;
-  bool turned = false;  ///< the scene's x is the reading's y
+  bool turned = false;  ///< the scene's x is the observation's y
 
-  Pressing(const Observation& reading, const std::optional<Case::Lump>& lump, const ResponseOptions& options,
-           const std::array<uint32_t, 3>& cells) {
-    sweep.block_mm = {reading.block_mm[0], reading.block_mm[1]};
+  Pressing(const Observation& observation, const std::optional<Case::Lump>& lump,
+           const ResponseOptions& options, const std::array<uint32_t, 3>& cells) {
+    sweep.block_mm = {observation.block_mm[0], observation.block_mm[1]};
     sweep.poisson = options.poisson;
     sweep.cells = cells;
     block.lump = lump;
-    block.thickness_mm = reading.block_mm[2];
-    block.young_Pa = reading.young_Pa;
-    block.press_mm = {reading.block_mm[2] / 10};
+    block.thickness_mm = observation.block_mm[2];
+    block.young_Pa = observation.young_Pa;
+    block.press_mm = {observation.block_mm[2] / 10};
     turned = lump && lump->along_y;
   }
   fem::Scene scene() const { return scene_of(sweep, block); }
@@ -58,7 +58,7 @@ struct Pressing {
 /// Means over a square of the pitch around each node.
 Eigen::VectorXd read(const fem::PressedSurface& surface, const ComparedNodes& nodes, bool turned) {
   const fem::PressureField field(surface);
-  const fem::Map& map = nodes.reading().pressure_Pa.front();
+  const fem::Map& map = nodes.observation().pressure_Pa.front();
   const double gauss = 0.5 / std::sqrt(3.0), dx = gauss * map.pitch_mm[0], dy = gauss * map.pitch_mm[1];
   Eigen::VectorXd values(static_cast<Eigen::Index>(nodes.count()));
   for (size_t n = 0; n < nodes.count(); ++n) {
@@ -102,10 +102,10 @@ struct Change {
 /// One grid's answers, and with `into` their derivatives.
 bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump, uint32_t times,
            const ResponseOptions& options, Eigen::VectorXd& values, Prediction* into) {
-  const Observation& reading = nodes.reading();
+  const Observation& observation = nodes.observation();
   std::array<uint32_t, 3> cells = options.cells;
   for (uint32_t& side : cells) side *= times;
-  const Pressing pressing(reading, lump ? std::optional(lump->lump) : std::nullopt, options, cells);
+  const Pressing pressing(observation, lump ? std::optional(lump->lump) : std::nullopt, options, cells);
   fem::LargeStrainOptions solver;
   solver.residual = options.residual;
   solver.step_mm = options.step_mm;
@@ -132,7 +132,7 @@ bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump, ui
   fem::LargeStrainResult told;
   fem::PlatePress plate(scene, model, solver, told);
   const auto count = static_cast<Eigen::Index>(nodes.count());
-  const auto loads = static_cast<Eigen::Index>(reading.force_N.size());
+  const auto loads = static_cast<Eigen::Index>(observation.force_N.size());
   values.resize(count * loads);
   if (into != nullptr) {
     into->by_unknown = Eigen::MatrixXd::Zero(count * loads, kLumpUnknowns);
@@ -140,7 +140,7 @@ bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump, ui
     into->by_modulus = Eigen::VectorXd::Zero(count * loads);
   }
   for (Eigen::Index l = 0; l < loads; ++l) {
-    const double force = reading.force_N[static_cast<size_t>(l)];
+    const double force = observation.force_N[static_cast<size_t>(l)];
     if (!plate.to({std::nullopt, force})) return false;
     const fem::PressedSurface surface = model.surface();
     values.segment(l * count, count) = read(surface, nodes, pressing.turned);
@@ -177,47 +177,47 @@ std::vector<double> at_no_size(const std::vector<uint32_t>& times) {
 
 }  // namespace
 
-ComparedNodes::ComparedNodes(const Observation& reading, double rim_mm) : reading_(reading) {
-  const fem::Map& first = reading.pressure_Pa.front();
+ComparedNodes::ComparedNodes(const Observation& observation, double rim_mm) : observation_(observation) {
+  const fem::Map& first = observation.pressure_Pa.front();
   for (size_t n = 0; n < first.values.size(); ++n) {
     nodes_.push_back(n);
     const size_t last = nodes_.size() - 1;
-    const bool inside = std::abs(x_mm(last)) <= reading.block_mm[0] / 2 - rim_mm &&
-                        std::abs(y_mm(last)) <= reading.block_mm[1] / 2 - rim_mm;
-    const bool seen = std::all_of(reading.pressure_Pa.begin(), reading.pressure_Pa.end(),
+    const bool inside = std::abs(x_mm(last)) <= observation.block_mm[0] / 2 - rim_mm &&
+                        std::abs(y_mm(last)) <= observation.block_mm[1] / 2 - rim_mm;
+    const bool seen = std::all_of(observation.pressure_Pa.begin(), observation.pressure_Pa.end(),
                                   [n](const fem::Map& map) { return std::isfinite(map.values[n]); });
     if (!inside || !seen) nodes_.pop_back();
   }
 }
 
 double ComparedNodes::x_mm(size_t node) const {
-  const fem::Map& map = reading_.pressure_Pa.front();
-  return reading_.window_mm[0] +
+  const fem::Map& map = observation_.pressure_Pa.front();
+  return observation_.window_mm[0] +
          (static_cast<double>(nodes_[node] % map.width) - (map.width - 1) / 2.0) * map.pitch_mm[0];
 }
 
 double ComparedNodes::y_mm(size_t node) const {
-  const fem::Map& map = reading_.pressure_Pa.front();
+  const fem::Map& map = observation_.pressure_Pa.front();
   const size_t row = nodes_[node] / map.width;
-  return reading_.window_mm[1] + (static_cast<double>(row) - (map.height - 1) / 2.0) * map.pitch_mm[1];
+  return observation_.window_mm[1] + (static_cast<double>(row) - (map.height - 1) / 2.0) * map.pitch_mm[1];
 }
 
 Eigen::VectorXd ComparedNodes::values() const {
-  Eigen::VectorXd all(static_cast<Eigen::Index>(nodes_.size() * reading_.pressure_Pa.size()));
+  Eigen::VectorXd all(static_cast<Eigen::Index>(nodes_.size() * observation_.pressure_Pa.size()));
   Eigen::Index at = 0;
-  for (const fem::Map& map : reading_.pressure_Pa)
+  for (const fem::Map& map : observation_.pressure_Pa)
     for (const size_t n : nodes_) all(at++) = double{map.values[n]};
   return all;
 }
 
-fem::InclusionCells response_cells(const Observation& reading, const Case::Lump& lump,
+fem::InclusionCells response_cells(const Observation& observation, const Case::Lump& lump,
                                    const ResponseOptions& options) {
-  return fem::inclusion_cells(Pressing(reading, lump, options, options.cells).scene());
+  return fem::inclusion_cells(Pressing(observation, lump, options, options.cells).scene());
 }
 
-bool suit(const fem::InclusionCells& cells, const Observation& reading, const Case::Lump& lump,
+bool suit(const fem::InclusionCells& cells, const Observation& observation, const Case::Lump& lump,
           const ResponseOptions& options) {
-  return suit(cells, Pressing(reading, lump, options, options.cells).scene());
+  return suit(cells, Pressing(observation, lump, options, options.cells).scene());
 }
 
 Prediction predict(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,
@@ -233,7 +233,8 @@ GridCorrection grid_correction(const ComparedNodes& nodes, const std::optional<F
   GridCorrection correction;
   std::optional<FittedLump> what = lump;
   if (what &&
-      what->cells.in_middle(Pressing(nodes.reading(), what->lump, options, options.cells).scene().cells) &&
+      what->cells.in_middle(
+          Pressing(nodes.observation(), what->lump, options, options.cells).scene().cells) &&
       std::hypot(what->lump.offset_mm[0], what->lump.offset_mm[1]) < kNearMiddle_mm)
     what->lump.offset_mm = {0, 0};
   const std::vector<uint32_t>& grids = options.grids;
@@ -248,7 +249,7 @@ GridCorrection grid_correction(const ComparedNodes& nodes, const std::optional<F
   } else {
     open[0] = 0;
   }
-  const size_t values = nodes.count() * nodes.reading().force_N.size();
+  const size_t values = nodes.count() * nodes.observation().force_N.size();
   correction.add_Pa = correction.open_Pa = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(values));
   for (size_t g = 0; g < grids.size() && grids.size() > 1; ++g) {
     Eigen::VectorXd pressure_Pa;

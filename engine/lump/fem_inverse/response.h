@@ -33,7 +33,7 @@ struct ResponseOptions {
   double rim_mm = 4;  ///< of the block's surface that is left out: there grids differ most
 };
 
-/// Values that a reading has within the block less its rim, load after load.
+/// Values that a observation has within the block less its rim, load after load.
 struct Prediction {
   bool converged = false;
   Eigen::VectorXd pressure_Pa;
@@ -53,19 +53,19 @@ struct GridCorrection {
   Eigen::VectorXd open_Pa;
 };
 
-/// Nodes of a reading that are compared: seen, finite at every load, within the block less its rim.
+/// Nodes of a observation that are compared: seen, finite at every load, within the block less its rim.
 class ComparedNodes {
  public:
-  ComparedNodes(const Observation& reading, double rim_mm);
+  ComparedNodes(const Observation& observation, double rim_mm);
 
   size_t count() const { return nodes_.size(); }  ///< of each load
-  Eigen::VectorXd values() const;                 ///< of the reading, load after load
+  Eigen::VectorXd values() const;                 ///< of the observation, load after load
   double x_mm(size_t node) const;                 ///< from the block's middle
   double y_mm(size_t node) const;
-  const Observation& reading() const { return reading_; }
+  const Observation& observation() const { return observation_; }
 
  private:
-  const Observation& reading_;
+  const Observation& observation_;
   std::vector<size_t> nodes_;
 };
 
@@ -76,13 +76,13 @@ struct FittedLump {
   fem::InclusionCells cells;
 };
 
-fem::InclusionCells response_cells(const Observation& reading, const Case::Lump& lump,
+fem::InclusionCells response_cells(const Observation& observation, const Case::Lump& lump,
                                    const ResponseOptions& options);
 /// Whether these cells still follow the lump without much bending.
-bool suit(const fem::InclusionCells& cells, const Observation& reading, const Case::Lump& lump,
+bool suit(const fem::InclusionCells& cells, const Observation& observation, const Case::Lump& lump,
           const ResponseOptions& options);
 
-/// Presses the lump's block (`lump` empty: tissue alone) to the reading's forces, on the grid that is
+/// Presses the lump's block (`lump` empty: tissue alone) to the observation's forces, on the grid that is
 /// searched.
 /// `derivatives`: all of the prediction. Not converged where there is no equilibrium, or the cells cannot
 /// follow the lump. Throws as solve_large_strain().

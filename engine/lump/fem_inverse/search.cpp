@@ -12,7 +12,7 @@ namespace {
 constexpr uint32_t kMostCorrections = 4;
 constexpr uint32_t kMostInVain = 3;
 constexpr double kStands = 0.2;  // standard deviations that count as none
-constexpr double kFits = 1.2;    // chi2 of a value, of a reading that the lump explains
+constexpr double kFits = 1.2;    // chi2 of a value, of a observation that the lump explains
 constexpr double kNoGain = 0.3;  // of chi2, before the finer grids are asked again
 constexpr double kHeaviest = 1e3;
 constexpr Range kRatios{0.02, 1000};   // beyond, nothing changes any more
@@ -63,14 +63,14 @@ LumpStep difference(const Case::Lump& to, const Case::Lump& from) {
                    to.offset_mm[1] - from.offset_mm[1]}};
 }
 
-DirectSearch::DirectSearch(const Observation& reading, const DirectInversionOptions& options)
-    : reading_(reading),
+DirectSearch::DirectSearch(const Observation& observation, const DirectInversionOptions& options)
+    : observation_(observation),
       options_(options),
-      nodes_(reading, options.model.rim_mm),
+      nodes_(observation, options.model.rim_mm),
       wanted_(nodes_.values()),
       doubt_(nodes_.count() > 0 ? doubt_fields(nodes_) : Eigen::MatrixXd()) {
   const double peak = wanted_.size() > 0 ? wanted_.maxCoeff() : 0;
-  sigma_Pa_ = std::hypot(reading.noise_Pa, options.model_share * peak);
+  sigma_Pa_ = std::hypot(observation.noise_Pa, options.model_share * peak);
 }
 
 void DirectSearch::judge(State& state) const {
@@ -88,7 +88,7 @@ std::optional<DirectSearch::State> DirectSearch::moved_to(const Case::Lump& lump
 
 std::optional<DirectSearch::State> DirectSearch::state_at(const Case::Lump& lump) const {
   State first;
-  first.cells = response_cells(reading_, lump, options_.model);
+  first.cells = response_cells(observation_, lump, options_.model);
   auto grids = std::make_shared<const GridCorrection>(
       grid_correction(nodes_, FittedLump{lump, first.cells}, options_.model));
   if (!grids->converged) return std::nullopt;
@@ -107,7 +107,7 @@ bool DirectSearch::correct(State& state) const {
 }
 
 bool DirectSearch::suits(const State& state) const {
-  return suit(state.cells, reading_, state.lump, options_.model);
+  return suit(state.cells, observation_, state.lump, options_.model);
 }
 
 std::optional<double> DirectSearch::without_lump(const State& with_lump) {
@@ -162,14 +162,14 @@ DirectSearch::Step DirectSearch::solve(const State& from, double damping, Sought
 
 Case::Lump DirectSearch::moved(const Case::Lump& from, const LumpStep& by) const {
   Case::Lump lump = from;
-  const double thickness = reading_.block_mm[2];
+  const double thickness = observation_.block_mm[2];
   lump.diameter_mm = std::clamp(from.diameter_mm * std::exp(by(kLnSize)), 1.0, 0.8 * thickness);
   lump.depth_mm =
       std::clamp(from.depth_mm * std::exp(by(kLnDepth)), 0.3, 0.97 * thickness - lump.diameter_mm);
   lump.stiffness_ratio = std::clamp(from.stiffness_ratio * std::exp(by(kLnRatio)), kRatios.low, kRatios.high);
   const std::array<double, 3> size = lump.size_mm();
   for (size_t c = 0; c < 2; ++c) {
-    const double room = std::max(0.0, 0.98 * (reading_.block_mm[c] - size[c]) / 2);
+    const double room = std::max(0.0, 0.98 * (observation_.block_mm[c] - size[c]) / 2);
     lump.offset_mm[c] =
         std::clamp(from.offset_mm[c] + by(kPlaceX + static_cast<Eigen::Index>(c)), -room, room);
   }
@@ -182,7 +182,7 @@ Eigen::MatrixXd DirectSearch::doubted(const State& state) const {
   const Eigen::Index count = doubt_.rows(), fields = doubt_.cols();
   Eigen::MatrixXd by_factor(pressure_Pa.size(), 2 * fields + 1);
   by_factor.rightCols(1) = kGridDoubt * state.grids->open_Pa;
-  const std::vector<double>& force_N = reading_.force_N;
+  const std::vector<double>& force_N = observation_.force_N;
   for (Eigen::Index l = 0; l < static_cast<Eigen::Index>(force_N.size()); ++l) {
     const auto of_load = pressure_Pa.segment(l * count, count);
     const Eigen::ArrayXd bump = of_load.array() - median(std::vector<double>(of_load.begin(), of_load.end()));

@@ -1,4 +1,4 @@
-// Which lump explains a reading best, and which others explain it nearly as well: the search behind the
+// Which lump explains a observation best, and which others explain it nearly as well: the search behind the
 // direct inversion (theory S12).
 #pragma once
 
@@ -18,12 +18,12 @@ using LumpStep = Eigen::Matrix<double, kLumpUnknowns, 1>;
 /// From one lump to another.
 LumpStep difference(const Case::Lump& to, const Case::Lump& from);
 
-/// chi2 below is over all values of the reading, with the forces, the modulus and the elements' errors that
-/// suit a lump best within what the options allow them.
+/// chi2 below is over all values of the observation, with the forces, the modulus and the elements' errors
+/// that suit a lump best within what the options allow them.
 class DirectSearch {
  public:
   /// Keeps both.
-  DirectSearch(const Observation& reading, const DirectInversionOptions& options);
+  DirectSearch(const Observation& observation, const DirectInversionOptions& options);
 
   size_t values() const { return nodes_.count(); }  ///< of each load
 
@@ -77,7 +77,7 @@ class DirectSearch {
   bool suits(const State& state) const;
   Eigen::MatrixXd doubted(const State& state) const;
 
-  const Observation& reading_;
+  const Observation& observation_;
   const DirectInversionOptions& options_;
   ComparedNodes nodes_;
   Eigen::VectorXd wanted_;

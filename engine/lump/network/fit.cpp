@@ -57,7 +57,7 @@ double Fitter::misfit(const Fit& fit, LumpVector* slope, Matrix5* normal) const 
     return factors - once + 0.5 * dense::product(shift, once);
   };
   const Eigen::MatrixXd factors = moved(plain);
-  const Eigen::VectorXd rest = whitener.reading() - whitener.of_factors(factors);
+  const Eigen::VectorXd rest = whitener.observation() - whitener.of_factors(factors);
   double sum = rest.squaredNorm();
   if (slope != nullptr) {
     Eigen::MatrixXd jacobian(rest.size(), 5);

@@ -23,11 +23,11 @@ struct Fit {
 /// One patch as the emulator explains it.
 class Fitter {
  public:
-  Fitter(const Model& model, const PressedNodes& nodes, const PatchReading& patch)
+  Fitter(const Model& model, const PressedNodes& nodes, const PatchObservation& patch)
       : model_(model), nodes_(nodes), patch_(patch) {}
 
-  const PatchReading& patch() const { return patch_; }
-  double no_lump() const { return patch_.whitener.reading().squaredNorm(); }
+  const PatchObservation& patch() const { return patch_; }
+  double no_lump() const { return patch_.whitener.observation().squaredNorm(); }
 
   /// Levenberg and Marquardt's search from where the fit is; `ratio_held`: its third number stays.
   void search(Fit& fit, uint32_t rounds, bool ratio_held = false) const;
@@ -37,7 +37,7 @@ class Fitter {
 
   const Model& model_;
   const PressedNodes& nodes_;
-  const PatchReading& patch_;
+  const PatchObservation& patch_;
 };
 
 /// A lump's whole posterior as a sum of bells.

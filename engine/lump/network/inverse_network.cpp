@@ -28,10 +28,11 @@ Eigen::MatrixXd ways_at(const InverseNetwork& reader, Eigen::Index fields, doubl
 
 }  // namespace
 
-PatchReading::PatchReading(const Model& model, const PressedNodes& nodes, const PatchView& from)
+PatchObservation::PatchObservation(const Model& model, const PressedNodes& nodes, const PatchView& from)
     : view(from), sums(sum_patch(model.patch, nodes, from)), whitener(model, nodes, sums, kGaugeShare) {}
 
-Eigen::VectorXf reader_features(const Model& model, const PressedNodes& nodes, const PatchReading& patch) {
+Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
+                                 const PatchObservation& patch) {
   const InverseNetwork& reader = model.reader;
   const Eigen::Index fields = model.patch.count(), ways = reader.ways.cols();
   const auto loads = static_cast<Eigen::Index>(nodes.loads.size());
@@ -44,7 +45,7 @@ Eigen::VectorXf reader_features(const Model& model, const PressedNodes& nodes, c
     for (Eigen::Index k = 0; k < loads; ++k) factors.col(k) = at_load[static_cast<size_t>(k)].col(w);
     shown.col(w) = patch.whitener.of_factors(factors);
   }
-  const Eigen::VectorXd left = patch.whitener.reading() - shown.col(ways);
+  const Eigen::VectorXd left = patch.whitener.observation() - shown.col(ways);
   shown.conservativeResize(Eigen::NoChange, ways);
   Eigen::MatrixXd normal = dense::product_tn(shown, shown);
   normal.diagonal().array() += 1;
@@ -104,8 +105,8 @@ Look look_for_lump(const Model& model, const PressedNodes& nodes) {
   PatchView view(model, nodes, find_bump(model, nodes), false);
   bool turned = false;
   for (int move = 0;; ++move) {
-    PatchReading patch(model, nodes, view);
-    const Answer answer = answer_of(model, reader_features(model, nodes, patch));
+    PatchObservation patch(model, nodes, view);
+    const Answer answer = answer_of(model, network_features(model, nodes, patch));
     double along = 0, across = 0;  // only long shapes have a say
     for (const fem::InclusionShape shape :
          {fem::InclusionShape::Ellipsoid, fem::InclusionShape::LyingCylinder}) {

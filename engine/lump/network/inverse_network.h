@@ -1,5 +1,5 @@
-// The network from a reading to its lump: what the patch around a bump looks like, in a few numbers, and what
-// the network says of them.
+// The network from a observation to its lump: what the patch around a bump looks like, in a few numbers, and
+// what the network says of them.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,18 +10,19 @@
 
 namespace palpate::lump {
 
-/// A patch of a reading with what all methods need of it.
-struct PatchReading {
+/// A patch of a observation with what all methods need of it.
+struct PatchObservation {
   PatchView view;
   PatchSums sums;
   PatchWhitener whitener;
 
-  PatchReading(const Model& model, const PressedNodes& nodes, const PatchView& from);
+  PatchObservation(const Model& model, const PressedNodes& nodes, const PatchView& from);
 };
 
 /// The reader's inputs of one patch, before scaling: the bump's likeliest make-up (see InverseNetwork::ways),
 /// what noise leaves open of it, place, thickness, loads, noise.
-Eigen::VectorXf reader_features(const Model& model, const PressedNodes& nodes, const PatchReading& patch);
+Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
+                                 const PatchObservation& patch);
 
 /// What the network says of a patch.
 struct Answer {
@@ -32,9 +33,9 @@ struct Answer {
 };
 Answer answer_of(const Model& model, const Eigen::VectorXf& features);
 
-/// A reading's bump in the patch that fits it: looked for, then moved and turned as the network says.
+/// A observation's bump in the patch that fits it: looked for, then moved and turned as the network says.
 struct Look {
-  PatchReading patch;
+  PatchObservation patch;
   Answer answer;
 };
 Look look_for_lump(const Model& model, const PressedNodes& nodes);

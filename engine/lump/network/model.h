@@ -47,14 +47,14 @@ struct Patch {
 /// One parameter of the lump that is estimated.
 enum Parameter : uint8_t { kSize, kDepth, kRatio, kParameters };
 
-/// What was found on unseen readings of one number of loads and one noise.
+/// What was found on unseen observations of one number of loads and one noise.
 struct Calibration {
   std::array<double, kParameters> stretch{1, 1, 1};  ///< of intervals, so that they hold 90 % of the truths
   double place_stretch = 1;
-  double evidence = 10;       ///< that one in 100 readings without a lump reaches
-  double misfit = 2;          ///< that three in 100 readings with a lump exceed
+  double evidence = 10;       ///< that one in 100 observations without a lump reaches
+  double misfit = 2;          ///< that three in 100 observations with a lump exceed
   double rest = 2;            ///< the same of what no sum of the patch's fields can be
-  double no_lump_misfit = 2;  ///< that one in 100 readings without a lump exceeds, of the whole window
+  double no_lump_misfit = 2;  ///< that one in 100 observations without a lump exceeds, of the whole window
   // For people: relative errors of the values, and how often the shape was right.
   std::array<double, kParameters> median_error{};
   double shape_rate = 0;
@@ -69,8 +69,8 @@ struct SplitNormal {
   double share_to(double value) const;
 };
 
-/// The network from a reading's patch to its lump. A bump over all loads is a middle and a sum of a few ways
-/// to differ from it; their likeliest weights are what the network sees.
+/// The network from a observation's patch to its lump. A bump over all loads is a middle and a sum of a few
+/// ways to differ from it; their likeliest weights are what the network sees.
 struct InverseNetwork {
   static constexpr Eigen::Index kOthers = 8;  ///< inputs besides: size, thickness, place, loads, noise
   static constexpr Eigen::Index kOpen = 10;   ///< first ways of which is told how open they are
@@ -92,7 +92,7 @@ inline constexpr std::array<double, 4> kCalibrationNoise = {0.002, 0.005, 0.02, 
 
 struct Model {
   std::array<double, 2> block_mm = {40, 40};
-  double node_pitch_mm = 1.25;  ///< of readings
+  double node_pitch_mm = 1.25;  ///< of observations
   // Ranges of the training set: low, high.
   std::array<double, 2> size_mm{}, depth_mm{}, ratio{}, thickness_mm{}, load{};
   double offset_mm = 0;

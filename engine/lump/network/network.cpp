@@ -8,11 +8,11 @@
 
 namespace palpate::lump {
 
-Estimate Network::estimate(const Observation& reading, Method method) const {
+Estimate Network::estimate(const Observation& observation, Method method) const {
   const auto start = std::chrono::steady_clock::now();
   Estimate estimate;
   estimate.method = method == Method::Network ? "network" : "refined";
-  const auto seen = without_saturated_loads(reading, estimate);
+  const auto seen = without_saturated_loads(observation, estimate);
   if (const auto nodes = seen ? pressed_nodes(*model_, *seen, estimate) : std::nullopt) {
     const double warmth = calibration_at(*model_, method, nodes->loads.size(), nodes->noise_share).warmth;
     summarise(*model_, *nodes, method, weigh_lumps(*model_, *nodes, method, warmth), estimate);

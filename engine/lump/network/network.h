@@ -3,9 +3,9 @@
 //
 // Two kinds of network serve each other. The emulator learns the forward way from pressed blocks: from a
 // lump, the tissue's thickness and the load to the bump that the lump makes. The reader learns the way back
-// from any number of readings that the emulator makes, with noise and windows of all kinds, and says how sure
-// it is. Refined answers go on from the reader's by least squares through the emulator with the reading's own
-// noise.
+// from any number of observations that the emulator makes, with noise and windows of all kinds, and says how
+// sure it is. Refined answers go on from the reader's by least squares through the emulator with the
+// observation's own noise.
 #pragma once
 
 #include <array>
@@ -27,8 +27,8 @@ struct CalibrationRow {
   uint32_t loads = 0;
   double noise_share = 0;
   std::array<double, 3> stretch{};       ///< of the intervals of size, depth, ratio, so that they hold
-  double evidence = 0;                   ///< that one in 100 readings without a lump reaches
-  double misfit = 0;                     ///< that three in 100 readings with a lump exceed
+  double evidence = 0;                   ///< that one in 100 observations without a lump reaches
+  double misfit = 0;                     ///< that three in 100 observations with a lump exceed
   std::array<double, 3> median_error{};  ///< of size, depth, ratio on what was kept aside, share
   double shape_rate = 0;                 ///< of shapes there that were right
 };
@@ -45,9 +45,9 @@ class Network {
   static Network parse(const std::string& bytes, const std::string& name);
   std::string bytes() const;
 
-  /// What lies behind a reading. Throws Error(Failure::Usage) where the reading's parts do not fit each other
-  /// (see lump_reading.h); what cannot be told is a verdict.
-  Estimate estimate(const Observation& reading, Method method = Method::Network) const;
+  /// What lies behind a observation. Throws Error(Failure::Usage) where the observation's parts do not fit
+  /// each other (see lump_reading.h); what cannot be told is a verdict.
+  Estimate estimate(const Observation& observation, Method method = Method::Network) const;
 
   const Model& model() const { return *model_; }
   /// One line for people: data, cases, seed.

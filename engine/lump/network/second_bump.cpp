@@ -16,7 +16,7 @@ constexpr double kLeastHeight = 0.1;  // of the higher top: ground beside a stee
 constexpr double kLeastFall = 0.1;    // of it: the two ends of one stiff long lump make less
 constexpr double kLeastNoises = 6;
 
-/// What stands out, all loads in one, on the reading's own lattice.
+/// What stands out, all loads in one, on the observation's own lattice.
 struct Relief {
   int width = 0, height = 0;
   double pitch_mm = 1, x_mm = 0, y_mm = 0;  // of the first node
@@ -178,9 +178,9 @@ bool tells_two(const SecondBump& bump) {
   return bump.height > kLeastHeight && bump.fall > kLeastFall && bump.noises > kLeastNoises;
 }
 
-std::optional<SecondBump> told_second_bump(const Model& model, const Observation& reading) {
+std::optional<SecondBump> told_second_bump(const Model& model, const Observation& observation) {
   Estimate ignored;
-  const auto nodes = pressed_nodes(model, reading, ignored);
+  const auto nodes = pressed_nodes(model, observation, ignored);
   auto bump = nodes ? find_second_bump(*nodes) : std::nullopt;
   if (bump && !tells_two(*bump)) bump.reset();
   return bump;

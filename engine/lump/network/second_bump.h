@@ -28,11 +28,11 @@ std::optional<SecondBump> find_second_bump(const PressedNodes& nodes);
 /// as two, at one load; two balls of 8 mm, 5 mm deep, are told from 10 mm apart on, noise of 5 % included.
 bool tells_two(const SecondBump& bump);
 
-/// Both of a reading, told by the model's block alone. None also where the reading cannot be used.
-std::optional<SecondBump> told_second_bump(const Model& model, const Observation& reading);
+/// Both of a observation, told by the model's block alone. None also where the observation cannot be used.
+std::optional<SecondBump> told_second_bump(const Model& model, const Observation& observation);
 
-/// Says so in the estimate of a reading that has two bumps: verdict, places and reason. Others stay as they
-/// are.
+/// Says so in the estimate of a observation that has two bumps: verdict, places and reason. Others stay as
+/// they are.
 void tell_second_bump(const PressedNodes& nodes, Estimate& estimate);
 
 }  // namespace palpate::lump

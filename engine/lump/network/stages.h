@@ -9,10 +9,10 @@ namespace palpate::lump {
 
 struct Model;
 
-/// One step from a reading to what lies behind it.
+/// One step from a observation to what lies behind it.
 struct Stage {
   enum class Kind : uint8_t {
-    Given,    ///< what a reading or a lump is told by
+    Given,    ///< what a observation or a lump is told by
     Formula,  ///< a fixed rule with fitted numbers
     Network,  ///< layers, tanh between them
     Search,   ///< repeated until the two sides agree
@@ -25,8 +25,8 @@ struct Stage {
   uint32_t copies = 1;               ///< networks of one kind whose mean is used
 };
 
-/// In the order of work: the reading without its block, the network from bumps to lumps, the emulator from
-/// lumps to bumps, the search that compares both, and the answer.
+/// In the order of work: the observation without its block, the network from bumps to lumps, the emulator
+/// from lumps to bumps, the search that compares both, and the answer.
 std::vector<Stage> lump_stages(const Model& model);
 
 }  // namespace palpate::lump

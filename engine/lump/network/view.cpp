@@ -28,33 +28,33 @@ bool outside(double value, const std::array<double, 2>& range) {
   return !(value >= range[0] * (1 - kBeyond) && value <= range[1] * (1 + kBeyond));
 }
 
-void check(const Observation& reading) {
+void check(const Observation& observation) {
   const auto refuse = [](const std::string& wanted, const std::string& found) {
     throw Error(Failure::Usage, wanted, found, "a reading whose maps, forces and sizes fit each other");
   };
-  if (reading.pressure_Pa.empty() || reading.pressure_Pa.size() > 32 ||
-      reading.pressure_Pa.size() != reading.force_N.size())
+  if (observation.pressure_Pa.empty() || observation.pressure_Pa.size() > 32 ||
+      observation.pressure_Pa.size() != observation.force_N.size())
     refuse("1 to 32 pressure maps and a force for each",
-           std::to_string(reading.pressure_Pa.size()) + " maps and " +
-               std::to_string(reading.force_N.size()) + " forces");
-  const fem::Map& first = reading.pressure_Pa.front();
-  for (const fem::Map& map : reading.pressure_Pa)
+           std::to_string(observation.pressure_Pa.size()) + " maps and " +
+               std::to_string(observation.force_N.size()) + " forces");
+  const fem::Map& first = observation.pressure_Pa.front();
+  for (const fem::Map& map : observation.pressure_Pa)
     if (map.width != first.width || map.height != first.height || map.pitch_mm != first.pitch_mm ||
         map.values.size() != size_t{map.width} * map.height || map.width < 4 || map.height < 4)
       refuse("maps of the same nodes, 4 x 4 or more",
              std::to_string(map.width) + " x " + std::to_string(map.height));
   for (const double pitch : first.pitch_mm)
     if (!(pitch > 0.01 && pitch < 100)) refuse("nodes 0.01 to 100 mm apart", text(pitch, "mm"));
-  for (const double force : reading.force_N)
+  for (const double force : observation.force_N)
     if (!(force > 0 && force < 1e6)) refuse("forces above 0 N", text(force, "N"));
-  for (size_t k = 1; k < reading.force_N.size(); ++k)
-    if (!(reading.force_N[k] > reading.force_N[k - 1]))
+  for (size_t k = 1; k < observation.force_N.size(); ++k)
+    if (!(observation.force_N[k] > observation.force_N[k - 1]))
       refuse("forces that rise from map to map",
-             text(reading.force_N[k - 1], "N") + ", " + text(reading.force_N[k], "N"));
-  if (!(reading.young_Pa > 0 && reading.young_Pa < 1e12))
-    refuse("a tissue's modulus above 0 Pa", text(reading.young_Pa, "Pa"));
-  if (!(reading.noise_Pa >= 0 && std::isfinite(reading.noise_Pa)))
-    refuse("a noise of 0 Pa or more", text(reading.noise_Pa, "Pa"));
+             text(observation.force_N[k - 1], "N") + ", " + text(observation.force_N[k], "N"));
+  if (!(observation.young_Pa > 0 && observation.young_Pa < 1e12))
+    refuse("a tissue's modulus above 0 Pa", text(observation.young_Pa, "Pa"));
+  if (!(observation.noise_Pa >= 0 && std::isfinite(observation.noise_Pa)))
+    refuse("a noise of 0 Pa or more", text(observation.noise_Pa, "Pa"));
 }
 
 double unseen_share(const fem::Map& map) {
@@ -65,37 +65,37 @@ double unseen_share(const fem::Map& map) {
 
 }  // namespace
 
-std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation& reading,
+std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation& observation,
                                           Estimate& estimate) {
-  check(reading);
+  check(observation);
   const auto end = [&](Status verdict, const std::string& why) {
     estimate.verdict = verdict;
     estimate.reasons.push_back(why);
     return std::nullopt;
   };
   for (size_t axis = 0; axis < 2; ++axis)
-    if (outside(reading.block_mm[axis], {model.block_mm[axis], model.block_mm[axis]}))
-      return end(Status::OutsideTraining, "the block is " + text(reading.block_mm[axis], "mm") +
+    if (outside(observation.block_mm[axis], {model.block_mm[axis], model.block_mm[axis]}))
+      return end(Status::OutsideTraining, "the block is " + text(observation.block_mm[axis], "mm") +
                                               " wide; the model knows " + text(model.block_mm[axis], "mm"));
-  if (outside(reading.block_mm[2], model.thickness_mm))
-    return end(Status::OutsideTraining, "the tissue is " + text(reading.block_mm[2], "mm") +
+  if (outside(observation.block_mm[2], model.thickness_mm))
+    return end(Status::OutsideTraining, "the tissue is " + text(observation.block_mm[2], "mm") +
                                             " thick; the model knows " + text(model.thickness_mm[0], "to ") +
                                             text(model.thickness_mm[1], "mm"));
 
   PressedNodes nodes;
-  nodes.thickness_mm = reading.block_mm[2];
+  nodes.thickness_mm = observation.block_mm[2];
   // A window's edge that lies off the block is unseen at all loads; what only some loads miss is saturated.
   double always = 1;
-  for (const fem::Map& map : reading.pressure_Pa) always = std::min(always, unseen_share(map));
+  for (const fem::Map& map : observation.pressure_Pa) always = std::min(always, unseen_share(map));
   std::vector<size_t> used;
-  for (size_t k = 0; k < reading.pressure_Pa.size(); ++k) {
-    const double load =
-        reading.force_N[k] / (reading.block_mm[0] * reading.block_mm[1] * 1e-6 * reading.young_Pa);
-    const std::string name = "the load of " + text(reading.force_N[k], "N");
-    if (unseen_share(reading.pressure_Pa[k]) > always + kUnseenShare)
+  for (size_t k = 0; k < observation.pressure_Pa.size(); ++k) {
+    const double load = observation.force_N[k] /
+                        (observation.block_mm[0] * observation.block_mm[1] * 1e-6 * observation.young_Pa);
+    const std::string name = "the load of " + text(observation.force_N[k], "N");
+    if (unseen_share(observation.pressure_Pa[k]) > always + kUnseenShare)
       nodes.reasons.push_back(
           name + " is left out: " +
-          text(100 * (unseen_share(reading.pressure_Pa[k]) - always), "% of its values are saturated"));
+          text(100 * (unseen_share(observation.pressure_Pa[k]) - always), "% of its values are saturated"));
     else if (outside(load, model.load))
       nodes.reasons.push_back(name +
                               " is left out: " + text(load, "of the tissue's modulus; the model knows ") +
@@ -108,17 +108,18 @@ std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation&
   estimate.reasons.insert(estimate.reasons.end(), nodes.reasons.begin(), nodes.reasons.end());
   if (used.empty()) {
     bool saturated = false;
-    for (const fem::Map& map : reading.pressure_Pa) saturated |= unseen_share(map) > always + kUnseenShare;
+    for (const fem::Map& map : observation.pressure_Pa)
+      saturated |= unseen_share(map) > always + kUnseenShare;
     return end(saturated ? Status::Unusable : Status::OutsideTraining, "no load is left");
   }
 
   std::vector<fem::Map> maps;
-  double noise_Pa = reading.noise_Pa;
-  const double pitch = reading.pressure_Pa.front().pitch_mm[0];
+  double noise_Pa = observation.noise_Pa;
+  const double pitch = observation.pressure_Pa.front().pitch_mm[0];
   const bool fits = std::abs(pitch / model.node_pitch_mm - 1) < 0.02 &&
-                    std::abs(reading.pressure_Pa.front().pitch_mm[1] / model.node_pitch_mm - 1) < 0.02;
+                    std::abs(observation.pressure_Pa.front().pitch_mm[1] / model.node_pitch_mm - 1) < 0.02;
   for (const size_t k : used) {
-    const fem::Map& map = reading.pressure_Pa[k];
+    const fem::Map& map = observation.pressure_Pa[k];
     maps.push_back(fits ? map
                         : node_means(map, {0, 0}, {map.width * map.pitch_mm[0], map.height * map.pitch_mm[1]},
                                      model.node_pitch_mm));
@@ -135,10 +136,10 @@ std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation&
   std::vector<size_t> seen;
   for (uint32_t j = 0; j < first.height; ++j)
     for (uint32_t i = 0; i < first.width; ++i) {
-      const double x = reading.window_mm[0] + (i - (first.width - 1) / 2.0) * first.pitch_mm[0];
-      const double y = reading.window_mm[1] + (j - (first.height - 1) / 2.0) * first.pitch_mm[1];
-      if (std::abs(x) > reading.block_mm[0] / 2 - kRim_mm + 1e-6 ||
-          std::abs(y) > reading.block_mm[1] / 2 - kRim_mm + 1e-6)
+      const double x = observation.window_mm[0] + (i - (first.width - 1) / 2.0) * first.pitch_mm[0];
+      const double y = observation.window_mm[1] + (j - (first.height - 1) / 2.0) * first.pitch_mm[1];
+      if (std::abs(x) > observation.block_mm[0] / 2 - kRim_mm + 1e-6 ||
+          std::abs(y) > observation.block_mm[1] / 2 - kRim_mm + 1e-6)
         continue;
       const size_t n = size_t{j} * first.width + i;
       if (!std::all_of(maps.begin(), maps.end(),
@@ -163,12 +164,12 @@ std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation&
     for (Eigen::Index n = 0; n < rows; ++n) {
       const auto i = static_cast<size_t>(n);
       nodes.total(n, k) =
-          static_cast<double>(maps[static_cast<size_t>(k)].values[seen[i]]) / reading.young_Pa;
+          static_cast<double>(maps[static_cast<size_t>(k)].values[seen[i]]) / observation.young_Pa;
       nodes.rest(n, k) = nodes.total(n, k) - model.base.at(quarter, nodes.x_mm[i], nodes.y_mm[i]);
     }
   }
   nodes.noise_share = std::max(noise_Pa / peak, kLeastNoise);
-  nodes.noise = nodes.noise_share * peak / reading.young_Pa;
+  nodes.noise = nodes.noise_share * peak / observation.young_Pa;
   return nodes;
 }
 
@@ -339,8 +340,8 @@ PatchWhitener::PatchWhitener(const Model& model, const PressedNodes& nodes, cons
   const Eigen::VectorXd kept = (1 + svd.values.array().square()).rsqrt();
   gauge_ = svd.u;
   gauge_kept_ = 1 - kept.array();
-  reading_ = spread(seen);
-  reading_ -= gauge_ * (gauge_kept_.asDiagonal() * (gauge_.transpose() * reading_)).eval();
+  observation_ = spread(seen);
+  observation_ -= gauge_ * (gauge_kept_.asDiagonal() * (gauge_.transpose() * observation_)).eval();
   const double freedom = static_cast<double>((sums.nodes - count) * loads);
   rest_ = freedom > 0
               ? std::max(0.0, sums.rest_squares - seen.squaredNorm()) / (nodes.noise * nodes.noise * freedom)

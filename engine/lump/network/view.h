@@ -1,5 +1,5 @@
-// A reading as the network wants it: pressure beyond that of a block without a lump, and its patch around a
-// bump in the terms of the network's fields, weighed by what noise and network leave open.
+// A observation as the network wants it: pressure beyond that of a block without a lump, and its patch around
+// a bump in the terms of the network's fields, weighed by what noise and network leave open.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@
 
 namespace palpate::lump {
 
-// Standard deviations that readings are weighed by, and that the reader is taught with.
+// Standard deviations that observations are weighed by, and that the reader is taught with.
 inline constexpr double kGaugeShare = 0.002;    ///< of a load's force, each by itself
 inline constexpr double kModulusShare = 0.007;  ///< of the tissue's modulus and of the model's force
 
@@ -28,9 +28,10 @@ struct PressedNodes {
   std::vector<std::string> reasons;  ///< loads that were left out
 };
 
-/// Throws Error(Failure::Usage) where the reading's parts do not fit each other. Where it cannot be used, or
-/// lies outside of what the model was made for: none, and why in `estimate`.
-std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation& reading, Estimate& estimate);
+/// Throws Error(Failure::Usage) where the observation's parts do not fit each other. Where it cannot be used,
+/// or lies outside of what the model was made for: none, and why in `estimate`.
+std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation& observation,
+                                          Estimate& estimate);
 
 /// The middle of the largest bump, mm from the block's middle.
 std::array<double, 2> find_bump(const Model& model, const PressedNodes& nodes);
@@ -64,17 +65,17 @@ struct PatchSums {
 };
 PatchSums sum_patch(const Patch& patch, const PressedNodes& nodes, const PatchView& view);
 
-/// Factors (fields x loads) to numbers with unit variance: what the reading's noise, the network's own error
-/// and the gauge make of them.
+/// Factors (fields x loads) to numbers with unit variance: what the observation's noise, the network's own
+/// error and the gauge make of them.
 class PatchWhitener {
  public:
   PatchWhitener(const Model& model, const PressedNodes& nodes, const PatchSums& sums, double gauge_share);
 
   Eigen::VectorXd of_factors(const Eigen::MatrixXd& factors) const;
-  const Eigen::VectorXd& reading() const { return reading_; }
+  const Eigen::VectorXd& observation() const { return observation_; }
   /// Mean square beyond the fields, over the noise's.
   double rest() const { return rest_; }
-  Eigen::Index size() const { return reading_.size(); }
+  Eigen::Index size() const { return observation_.size(); }
 
  private:
   Eigen::VectorXd spread(const Eigen::MatrixXd& lower_factors) const;
@@ -84,7 +85,7 @@ class PatchWhitener {
   std::vector<Eigen::MatrixXd> inverse_;  ///< one per mode
   Eigen::MatrixXd gauge_;                 ///< directions of the gauge's errors
   Eigen::VectorXd gauge_kept_;
-  Eigen::VectorXd reading_;
+  Eigen::VectorXd observation_;
   double rest_ = 0;
 };
 

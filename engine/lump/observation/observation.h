@@ -27,8 +27,8 @@ struct Observation {
 
 /// How a trained model answers.
 enum class Method : uint8_t {
-  Network,  ///< the network from readings to lumps alone
-  Refined,  ///< its answer, refined by least squares through the network from lumps to readings
+  Network,  ///< the network from observations to lumps alone
+  Refined,  ///< its answer, refined by least squares through the network from lumps to observations
 };
 
 /// A value with the interval that holds the truth nine times out of ten.
@@ -43,8 +43,8 @@ inline constexpr double kOpenRatio = 4;
 enum class Status : uint8_t {
   Found,            ///< a lump, all of it determined
   StiffnessOpen,    ///< a lump; the interval of its stiffness ratio spans more than a factor of four
-  NoLump,           ///< nothing that the noise alone does not make in one of 100 readings
-  OutsideTraining,  ///< the reading is not like what the model was made for
+  NoLump,           ///< nothing that the noise alone does not make in one of 100 observations
+  OutsideTraining,  ///< the observation is not like what the model was made for
   SeveralLumps,     ///< bumps at two places or more: what an estimate says of one lump is not to be trusted
   Saturated,        ///< the highest pressure is beyond the sensor's limit in every load: no numbers
   Unusable,         ///< too few values, not converged: see the reasons
@@ -61,7 +61,7 @@ constexpr bool tells_numbers(Status verdict) {
 struct Estimate {
   Status verdict = Status::Unusable;
   double evidence = 0;          ///< for a lump; at 1 and above there is one
-  double false_alarm_rate = 0;  ///< of readings without a lump that reach this evidence
+  double false_alarm_rate = 0;  ///< of observations without a lump that reach this evidence
   Value size_mm;                ///< diameter; of elongated shapes the smaller one
   Value depth_mm;               ///< surface to the top
   Value stiffness_ratio;
@@ -70,7 +70,8 @@ struct Estimate {
   std::array<double, 4> shape_probability{};  ///< in the order of fem::InclusionShape
   std::string method;                         ///< who estimated: "network", "refined", "direct inversion"
   double wall_s = 0;
-  /// Where the reading has several bumps: their tops from the block's middle, the highest first. Else empty.
+  /// Where the observation has several bumps: their tops from the block's middle, the highest first. Else
+  /// empty.
   std::vector<std::array<double, 2>> bumps_mm;
   std::vector<std::string> reasons;  ///< one line each, for people
 };

@@ -49,12 +49,13 @@ struct Fit {
 
 class BumpFit {
  public:
-  BumpFit(const Observation& reading) : half_x_(reading.block_mm[0] / 2), half_y_(reading.block_mm[1] / 2) {
-    const fem::Map& map = reading.pressure_Pa.back();
+  BumpFit(const Observation& observation)
+      : half_x_(observation.block_mm[0] / 2), half_y_(observation.block_mm[1] / 2) {
+    const fem::Map& map = observation.pressure_Pa.back();
     for (uint32_t j = 0; j < map.height; ++j)
       for (uint32_t i = 0; i < map.width; ++i) {
-        const double x = reading.window_mm[0] + (i - (map.width - 1) / 2.0) * map.pitch_mm[0],
-                     y = reading.window_mm[1] + (j - (map.height - 1) / 2.0) * map.pitch_mm[1];
+        const double x = observation.window_mm[0] + (i - (map.width - 1) / 2.0) * map.pitch_mm[0],
+                     y = observation.window_mm[1] + (j - (map.height - 1) / 2.0) * map.pitch_mm[1];
         const double value = static_cast<double>(map.at(i, j));
         if (std::isfinite(value) && std::abs(x) <= kInner * half_x_ && std::abs(y) <= kInner * half_y_)
           points_.push_back({x, y, value});
@@ -159,8 +160,8 @@ class BumpFit {
 };
 
 /// The line at half height around the bump, on map minus block. Empty where it leaves what was seen.
-std::vector<std::array<double, 2>> contour(const Observation& reading, const fem::Map& bump, const Fit& fit,
-                                           double half_Pa) {
+std::vector<std::array<double, 2>> contour(const Observation& observation, const fem::Map& bump,
+                                           const Fit& fit, double half_Pa) {
   std::vector<std::array<double, 2>> points;
   const double cx = fit.bump(0), cy = fit.bump(1), step = bump.pitch_mm[0] / 4;
   const double reach_x = bump.pitch_mm[0] * (bump.width - 1) / 2,
@@ -171,7 +172,7 @@ std::vector<std::array<double, 2>> contour(const Observation& reading, const fem
     double before = 0;
     bool crossed = false;
     for (double r = 0; r <= far; r += step) {
-      const double x = cx + r * c - reading.window_mm[0], y = cy + r * s - reading.window_mm[1];
+      const double x = cx + r * c - observation.window_mm[0], y = cy + r * s - observation.window_mm[1];
       if (std::abs(x) > reach_x || std::abs(y) > reach_y) return {};
       const double value = map_at(bump, x, y) / half_Pa;
       if (!std::isfinite(value)) return {};
@@ -209,13 +210,13 @@ Value interval(double value, const std::vector<double>& repeats) {
   return {value, value - reach, value + reach};
 }
 
-fem::Map minus_block(const Observation& reading, const BumpFit& fitter, const Fit& fit, fem::Map* block) {
-  fem::Map bump = reading.pressure_Pa.back();
+fem::Map minus_block(const Observation& observation, const BumpFit& fitter, const Fit& fit, fem::Map* block) {
+  fem::Map bump = observation.pressure_Pa.back();
   if (block) *block = bump;
   for (uint32_t j = 0; j < bump.height; ++j)
     for (uint32_t i = 0; i < bump.width; ++i) {
-      const double x = reading.window_mm[0] + (i - (bump.width - 1) / 2.0) * bump.pitch_mm[0],
-                   y = reading.window_mm[1] + (j - (bump.height - 1) / 2.0) * bump.pitch_mm[1];
+      const double x = observation.window_mm[0] + (i - (bump.width - 1) / 2.0) * bump.pitch_mm[0],
+                   y = observation.window_mm[1] + (j - (bump.height - 1) / 2.0) * bump.pitch_mm[1];
       const double smooth = fitter.block(fit, x, y);
       const size_t node = size_t{j} * bump.width + i;
       bump.values[node] = static_cast<float>(static_cast<double>(bump.values[node]) - smooth);
@@ -255,10 +256,10 @@ Fit best_fit(const BumpFit& fitter, const std::vector<double>& values) {
 
 }  // namespace
 
-Outline outline_lump(const Observation& reading, uint64_t seed, uint32_t repeats) {
-  if (reading.pressure_Pa.empty())
+Outline outline_lump(const Observation& observation, uint64_t seed, uint32_t repeats) {
+  if (observation.pressure_Pa.empty())
     throw Error(Failure::Input, "a pressure map to outline a lump on", "none", "one load or more");
-  const BumpFit fitter(reading);
+  const BumpFit fitter(observation);
   const std::vector<double> values = fitter.values();
   Fit fit = best_fit(fitter, values);
   if (fit.bump(2) < fit.bump(3)) {
@@ -266,12 +267,12 @@ Outline outline_lump(const Observation& reading, uint64_t seed, uint32_t repeats
     fit.bump(4) += std::numbers::pi / 2;
   }
   Outline out;
-  const fem::Map bump = minus_block(reading, fitter, fit, &out.block_Pa);
+  const fem::Map bump = minus_block(observation, fitter, fit, &out.block_Pa);
   const double height = fit.linear(kBlockTerms);
   out.misfit_Pa = std::sqrt(fit.squares / (static_cast<double>(values.size()) - kBlockTerms - 6));
   out.half_widths_mm = {std::exp(fit.bump(2)), std::exp(fit.bump(3))};
   out.angle_rad = std::remainder(fit.bump(4), std::numbers::pi);
-  const double error_Pa = std::max(out.misfit_Pa, reading.noise_Pa) * std::sqrt(fit.height_variance);
+  const double error_Pa = std::max(out.misfit_Pa, observation.noise_Pa) * std::sqrt(fit.height_variance);
   out.significance = error_Pa > 0 ? std::abs(height) / error_Pa : std::numeric_limits<double>::infinity();
   out.height_Pa = {height, height - 1.645 * error_Pa, height + 1.645 * error_Pa};
   if (std::exp(std::max(fit.bump(2), fit.bump(3))) > 0.999 * std::exp(fitter.widest())) {
@@ -298,19 +299,20 @@ Outline outline_lump(const Observation& reading, uint64_t seed, uint32_t repeats
   out.found = true;
   out.x_mm.value = fit.bump(0);
   out.y_mm.value = fit.bump(1);
-  out.points_mm = contour(reading, bump, fit, height / 2);
+  out.points_mm = contour(observation, bump, fit, height / 2);
   out.closed = !out.points_mm.empty();
   if (!out.closed) out.reason = "the line at half height leaves what was seen of the block";
 
   std::mt19937_64 random(seed);
   std::normal_distribution<double> deviate(0, 1);
   std::vector<double> xs, ys, heights, areas, widths;
-  Observation noisy = reading;
-  noisy.pressure_Pa = {reading.pressure_Pa.back()};
-  for (uint32_t k = 0; k < repeats && reading.noise_Pa > 0; ++k) {
+  Observation noisy = observation;
+  noisy.pressure_Pa = {observation.pressure_Pa.back()};
+  for (uint32_t k = 0; k < repeats && observation.noise_Pa > 0; ++k) {
     for (size_t i = 0; i < noisy.pressure_Pa[0].values.size(); ++i)
-      noisy.pressure_Pa[0].values[i] = static_cast<float>(
-          static_cast<double>(reading.pressure_Pa.back().values[i]) + reading.noise_Pa * deviate(random));
+      noisy.pressure_Pa[0].values[i] =
+          static_cast<float>(static_cast<double>(observation.pressure_Pa.back().values[i]) +
+                             observation.noise_Pa * deviate(random));
     const BumpFit again(noisy);
     const Fit other = again.search(fit.bump, again.values(), 4);
     xs.push_back(other.bump(0));

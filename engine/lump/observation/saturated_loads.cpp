@@ -52,11 +52,11 @@ std::string load_text(const char* format, double force_N, double share) {
 
 }  // namespace
 
-std::vector<double> saturated_shares(const Observation& reading) {
+std::vector<double> saturated_shares(const Observation& observation) {
   std::vector<double> shares;
-  for (const fem::Map& map : reading.pressure_Pa) shares.push_back(unseen_share(map));
+  for (const fem::Map& map : observation.pressure_Pa) shares.push_back(unseen_share(map));
   if (shares.empty()) return shares;
-  const double saturated = std::clamp(reading.saturated_share, 0.0, 1.0);
+  const double saturated = std::clamp(observation.saturated_share, 0.0, 1.0);
   // The highest load's unseen nodes are saturated ones and those that no load sees.
   double never = saturated < 1 ? (shares.back() - saturated) / (1 - saturated) : 0;
   never = std::clamp(never, 0.0, *std::min_element(shares.begin(), shares.end()));
@@ -79,14 +79,15 @@ double saturated_share(const std::vector<fem::Map>& pressure_Pa) {
   return static_cast<double>(saturated) / static_cast<double>(std::max<size_t>(1, seen + saturated));
 }
 
-std::optional<Observation> without_saturated_loads(const Observation& reading, Estimate& estimate) {
-  if (reading.pressure_Pa.size() != reading.force_N.size() || reading.pressure_Pa.empty()) return reading;
-  const std::vector<double> shares = saturated_shares(reading);
-  Observation seen = reading;
+std::optional<Observation> without_saturated_loads(const Observation& observation, Estimate& estimate) {
+  if (observation.pressure_Pa.size() != observation.force_N.size() || observation.pressure_Pa.empty())
+    return observation;
+  const std::vector<double> shares = saturated_shares(observation);
+  Observation seen = observation;
   seen.pressure_Pa.clear();
   seen.force_N.clear();
   for (size_t k = 0; k < shares.size(); ++k) {
-    const double force_N = reading.force_N[k];
+    const double force_N = observation.force_N[k];
     if (shares[k] > kMostSaturation) {
       estimate.reasons.push_back(
           load_text("the load of %.3g N is left out: the sensor is saturated in %.2g %% of the window, where "
@@ -98,7 +99,7 @@ std::optional<Observation> without_saturated_loads(const Observation& reading, E
     if (shares[k] >= kToldSaturation)
       estimate.reasons.push_back(
           load_text("at %.3g N the sensor is saturated in %.2g %% of the window", force_N, shares[k]));
-    seen.pressure_Pa.push_back(reading.pressure_Pa[k]);
+    seen.pressure_Pa.push_back(observation.pressure_Pa[k]);
     seen.force_N.push_back(force_N);
   }
   if (seen.force_N.empty()) {
@@ -106,7 +107,7 @@ std::optional<Observation> without_saturated_loads(const Observation& reading, E
     estimate.reasons.emplace_back("no load is left: a larger full scale (less light), or press less");
     return std::nullopt;
   }
-  seen.saturated_share = seen.force_N.back() == reading.force_N.back() ? reading.saturated_share : 0;
+  seen.saturated_share = seen.force_N.back() == observation.force_N.back() ? observation.saturated_share : 0;
   return seen;
 }
 

@@ -1,4 +1,4 @@
-// What a sensor's limit hides of a reading: the highest pressures, and so the top of a bump.
+// What a sensor's limit hides of a observation: the highest pressures, and so the top of a bump.
 #pragma once
 
 #include <optional>
@@ -15,14 +15,14 @@ inline constexpr double kMostSaturation = 0.03;
 
 /// Of each load, the share of the window's nodes that the sensor's limit hides. What no load sees, and the
 /// highest one does not count as saturated, is no part of the window.
-std::vector<double> saturated_shares(const Observation& reading);
+std::vector<double> saturated_shares(const Observation& observation);
 
 /// Of the last one of maps whose sensor is not known: unseen nodes that an earlier map has seen, and holes
 /// with seen nodes all around. Share of what is not unseen for another reason.
 double saturated_share(const std::vector<fem::Map>& pressure_Pa);
 
-/// The reading without the loads whose top is hidden. `estimate` gets a reason for each of them and for those
-/// that stay with kToldSaturation and more. None where no load is left: verdict Saturated.
-std::optional<Observation> without_saturated_loads(const Observation& reading, Estimate& estimate);
+/// The observation without the loads whose top is hidden. `estimate` gets a reason for each of them and for
+/// those that stay with kToldSaturation and more. None where no load is left: verdict Saturated.
+std::optional<Observation> without_saturated_loads(const Observation& observation, Estimate& estimate);
 
 }  // namespace palpate::lump

@@ -33,9 +33,9 @@ void refuse(const std::string& name, const std::string& wanted, const std::strin
 
 void check(const std::vector<ScanPress>& presses) {
   if (presses.empty()) throw Error(Failure::Input, "presses to stitch", "none", "one or more");
-  const Observation& first = presses[0].reading;
+  const Observation& first = presses[0].observation;
   for (const ScanPress& p : presses) {
-    const Observation& r = p.reading;
+    const Observation& r = p.observation;
     if (r.block_mm != first.block_mm || r.young_Pa != first.young_Pa)
       refuse(p.name, "the block of the first press", "another block");
     if (r.pressure_Pa.empty() || r.pressure_Pa.size() != r.force_N.size())
@@ -248,7 +248,7 @@ Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOp
   Blend b;
   const size_t loads = presses[0].maps.size();
   const auto nothing = static_cast<float>(kNaN);
-  out.reading.pressure_Pa.assign(loads, empty_map(grid, nothing));
+  out.observation.pressure_Pa.assign(loads, empty_map(grid, nothing));
   out.disagreement_Pa = empty_map(grid, nothing);
   out.presses = empty_map(grid, 0);
   // A place on the rim has no whole cell around it: what a sensor tells of it is of another place.
@@ -276,7 +276,7 @@ Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOp
           ++count;
         }
         if (count == 0) continue;
-        out.reading.pressure_Pa[k].values[node] = static_cast<float>(sum / weights);
+        out.observation.pressure_Pa[k].values[node] = static_cast<float>(sum / weights);
         if (k + 1 < loads) continue;
         ++b.seen;
         b.variance += variance / (weights * weights);
@@ -288,7 +288,7 @@ Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOp
         b.noise += noise / count * (count - 1);
         out.disagreement_Pa.values[node] = static_cast<float>(std::sqrt(spread / (count - 1)));
       }
-      const bool seen = std::isfinite(out.reading.pressure_Pa.back().values[node]);
+      const bool seen = std::isfinite(out.observation.pressure_Pa.back().values[node]);
       ++b.inner;
       b.inner_seen += seen;
       b.covered += inside;
@@ -302,20 +302,20 @@ Blend blend(const std::vector<Placed>& presses, const Grid& grid, const StitchOp
 ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& options) {
   check(presses);
   ScanMap out;
-  const Observation& first = presses[0].reading;
-  out.reading.block_mm = first.block_mm;
-  out.reading.young_Pa = first.young_Pa;
+  const Observation& first = presses[0].observation;
+  out.observation.block_mm = first.block_mm;
+  out.observation.young_Pa = first.young_Pa;
 
   std::vector<double> pitches, noises;
   for (size_t k = 0; k < first.force_N.size(); ++k) {
     std::vector<double> forces;
     forces.reserve(presses.size());
-    for (const ScanPress& p : presses) forces.push_back(p.reading.force_N[k]);
-    out.reading.force_N.push_back(median(forces));
+    for (const ScanPress& p : presses) forces.push_back(p.observation.force_N[k]);
+    out.observation.force_N.push_back(median(forces));
   }
   for (const ScanPress& p : presses) {
-    pitches.push_back(p.reading.pressure_Pa[0].pitch_mm[0]);
-    if (p.reading.noise_Pa > 0) noises.push_back(p.reading.noise_Pa);
+    pitches.push_back(p.observation.pressure_Pa[0].pitch_mm[0]);
+    if (p.observation.noise_Pa > 0) noises.push_back(p.observation.noise_Pa);
   }
   const double pitch_mm = options.pitch_mm > 0 ? options.pitch_mm : median(pitches);
   const Grid grid{2 * static_cast<uint32_t>(std::floor(first.block_mm[0] / (2 * pitch_mm) + 1e-9)) + 1,
@@ -326,16 +326,16 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
   for (const ScanPress& p : presses) {
     PressPlace place;
     place.name = p.name;
-    place.stage_mm = p.reading.window_mm;
-    place.used = kReach * p.reading.force_N.back() >= out.reading.force_N.back();
+    place.stage_mm = p.observation.window_mm;
+    place.used = kReach * p.observation.force_N.back() >= out.observation.force_N.back();
     if (!place.used)
-      place.reason =
-          text("it reached %.3g N, the scan %.3g N", p.reading.force_N.back(), out.reading.force_N.back());
-    Placed one{place.used ? at_forces(p.reading, out.reading.force_N) : p.reading.pressure_Pa,
-               p.reading.window_mm,
-               p.reading.noise_Pa > 0 ? p.reading.noise_Pa
-               : noises.empty()       ? 1
-                                      : median(noises)};
+      place.reason = text("it reached %.3g N, the scan %.3g N", p.observation.force_N.back(),
+                          out.observation.force_N.back());
+    Placed one{place.used ? at_forces(p.observation, out.observation.force_N) : p.observation.pressure_Pa,
+               p.observation.window_mm,
+               p.observation.noise_Pa > 0 ? p.observation.noise_Pa
+               : noises.empty()           ? 1
+                                          : median(noises)};
     one.used = place.used;
     placed.push_back(std::move(one));
     out.places.push_back(std::move(place));
@@ -363,14 +363,14 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
   const Blend b = blend(placed, grid, options, out);
   if (b.seen > 0) {
     const double worse = b.noise > 0 ? std::max(1.0, std::sqrt(b.between / b.noise)) : 1;
-    out.reading.noise_Pa = worse * std::sqrt(b.variance / static_cast<double>(b.seen));
+    out.observation.noise_Pa = worse * std::sqrt(b.variance / static_cast<double>(b.seen));
     if (b.freedom > 0) out.between_presses_Pa = std::sqrt(b.between / b.freedom);
   }
   out.seen_share = static_cast<double>(b.inner_seen) / static_cast<double>(std::max<size_t>(1, b.inner));
   const bool saturated = std::any_of(presses.begin(), presses.end(),
-                                     [](const ScanPress& p) { return p.reading.saturated_share > 0; });
+                                     [](const ScanPress& p) { return p.observation.saturated_share > 0; });
   if (saturated && b.covered > 0)
-    out.reading.saturated_share = static_cast<double>(b.lost) / static_cast<double>(b.covered);
+    out.observation.saturated_share = static_cast<double>(b.lost) / static_cast<double>(b.covered);
 
   for (size_t p = 0; p < placed.size(); ++p) {
     PressPlace& place = out.places[p];
@@ -393,9 +393,9 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
     if (std::abs(placed[p].place(2)) > 3 * options.gain_sd)
       out.warnings.push_back("press '" + place.name + "' reads " +
                              text("%+.1f %% beside the others", 100 * (place.gain - 1)));
-    if (presses[p].reading.saturated_share > 0)
+    if (presses[p].observation.saturated_share > 0)
       out.warnings.push_back("press '" + place.name + "' was saturated in " +
-                             text("%.2g %% of its window", 100 * presses[p].reading.saturated_share));
+                             text("%.2g %% of its window", 100 * presses[p].observation.saturated_share));
   }
   if (out.seen_share < kWholeBlock)
     out.warnings.push_back(text("%.3g %% of the block was not seen", 100 * (1 - out.seen_share)));

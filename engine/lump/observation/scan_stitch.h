@@ -1,5 +1,5 @@
-// Several presses of one block, each seen through a window at another place of the plate, as one reading of
-// the block.
+// Several presses of one block, each seen through a window at another place of the plate, as one observation
+// of the block.
 #pragma once
 
 #include <array>
@@ -10,11 +10,11 @@
 
 namespace palpate::lump {
 
-/// One press of a scan. `reading.window_mm` is where the stage says that the window's middle was; all presses
-/// tell the same block. Their forces may differ: pressure over force is interpolated to common ones.
+/// One press of a scan. `observation.window_mm` is where the stage says that the window's middle was; all
+/// presses tell the same block. Their forces may differ: pressure over force is interpolated to common ones.
 struct ScanPress {
   std::string name;  ///< for people
-  Observation reading;
+  Observation observation;
 };
 
 struct StitchOptions {
@@ -40,7 +40,7 @@ struct PressPlace {
 struct ScanMap {
   /// Loads at the presses' common forces, window in the block's middle, as large as the block. `noise_Pa` is
   /// that of a blended value, by the presses' own noise or by how far they disagree, whichever is larger.
-  Observation reading;
+  Observation observation;
   fem::Map disagreement_Pa;        ///< at the highest load: standard deviation between presses; NaN below two
   fem::Map presses;                ///< how many saw each place at the highest load
   double seen_share = 0;           ///< of the block's places, but its rim, which no sensor sees

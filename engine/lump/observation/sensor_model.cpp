@@ -51,16 +51,16 @@ struct NodeSums {
 
 }  // namespace
 
-Observation sensor_reading(const std::vector<fem::Map>& pressure_Pa, const std::vector<double>& force_N,
-                           std::array<double, 3> block_mm, double young_Pa, const PalpationSensor& sensor,
-                           uint64_t seed) {
+Observation sensor_observation(const std::vector<fem::Map>& pressure_Pa, const std::vector<double>& force_N,
+                               std::array<double, 3> block_mm, double young_Pa, const PalpationSensor& sensor,
+                               uint64_t seed) {
   check(sensor, pressure_Pa.size(), force_N.size());
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
-  Observation reading;
-  reading.block_mm = block_mm;
-  reading.young_Pa = young_Pa;
-  reading.window_mm = sensor.window_center_mm;
+  Observation observation;
+  observation.block_mm = block_mm;
+  observation.young_Pa = young_Pa;
+  observation.window_mm = sensor.window_center_mm;
   const double peak_Pa = peak_of(pressure_Pa.back());
   const double full_scale_Pa =
       sensor.full_scale_Pa > 0 ? sensor.full_scale_Pa : std::max(peak_Pa, 1e-9) / sensor.exposure;
@@ -119,26 +119,27 @@ Observation sensor_reading(const std::vector<fem::Map>& pressure_Pa, const std::
         map.values[n] = static_cast<float>(nodes.sum[n] / nodes.pixels[n] / gray_per_Pa + noise);
     }
     if (k + 1 == pressure_Pa.size() && seen > 0) {
-      reading.saturated_share = static_cast<double>(saturated) / static_cast<double>(seen);
+      observation.saturated_share = static_cast<double>(saturated) / static_cast<double>(seen);
       pixels_per_node /= static_cast<double>(seen) * static_cast<double>(pressure_Pa.size());
     }
-    reading.pressure_Pa.push_back(std::move(map));
-    reading.force_N.push_back(force_N[k] * (1 + sensor.gauge_share * normal(random)));
+    observation.pressure_Pa.push_back(std::move(map));
+    observation.force_N.push_back(force_N[k] * (1 + sensor.gauge_share * normal(random)));
   }
   const double gray_sd = std::sqrt(sensor.pixel_noise_gray * sensor.pixel_noise_gray + 1.0 / 12);
-  reading.noise_Pa = std::hypot(noise_Pa, gray_sd / gray_per_Pa / std::sqrt(std::max(1.0, pixels_per_node)));
-  return reading;
+  observation.noise_Pa =
+      std::hypot(noise_Pa, gray_sd / gray_per_Pa / std::sqrt(std::max(1.0, pixels_per_node)));
+  return observation;
 }
 
-Observation ideal_reading(const std::vector<fem::Map>& pressure_Pa, const std::vector<double>& force_N,
-                          std::array<double, 3> block_mm, double young_Pa, double node_pitch_mm) {
-  Observation reading;
-  reading.block_mm = block_mm;
-  reading.young_Pa = young_Pa;
-  reading.force_N = force_N;
+Observation ideal_observation(const std::vector<fem::Map>& pressure_Pa, const std::vector<double>& force_N,
+                              std::array<double, 3> block_mm, double young_Pa, double node_pitch_mm) {
+  Observation observation;
+  observation.block_mm = block_mm;
+  observation.young_Pa = young_Pa;
+  observation.force_N = force_N;
   for (const fem::Map& map : pressure_Pa)
-    reading.pressure_Pa.push_back(node_means(map, {0, 0}, {block_mm[0], block_mm[1]}, node_pitch_mm));
-  return reading;
+    observation.pressure_Pa.push_back(node_means(map, {0, 0}, {block_mm[0], block_mm[1]}, node_pitch_mm));
+  return observation;
 }
 
 }  // namespace palpate::lump

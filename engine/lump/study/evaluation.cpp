@@ -79,13 +79,13 @@ std::vector<Judged> judge_lumps(const std::vector<Example>& examples, const Eval
         maps.push_back(e.pressure_Pa[load]);
         forces.push_back(e.force_N[load]);
       }
-      Observation reading =
-          sensor_reading(maps, forces, e.block_mm, e.young_Pa, job.sensor, job.seed * 1000003 + i);
-      reading.young_Pa *= 1 + job.modulus_error;
+      Observation observation =
+          sensor_observation(maps, forces, e.block_mm, e.young_Pa, job.sensor, job.seed * 1000003 + i);
+      observation.young_Pa *= 1 + job.modulus_error;
       // A gauge's error must not turn the order of near loads.
       for (size_t k = 1; k < count; ++k)
-        reading.force_N[k] = std::max(reading.force_N[k], 1.0001 * reading.force_N[k - 1]);
-      Judged judged{i, e, job.estimator(reading), reading.saturated_share};
+        observation.force_N[k] = std::max(observation.force_N[k], 1.0001 * observation.force_N[k - 1]);
+      Judged judged{i, e, job.estimator(observation), observation.saturated_share};
       judged.truth.pressure_Pa.clear();
       found[n] = std::move(judged);
       if (job.progress && !job.progress(++done)) stop = true;

@@ -125,8 +125,8 @@ std::vector<StabilityRow> judge_stability(const std::vector<StabilityCase>& case
         maps.push_back(block->result.loads[l].pressure_Pa);
         forces.push_back(block->result.loads[l].force_N);
       }
-      row.estimate = estimator(sensor_reading(maps, forces, what.scene.block_mm,
-                                              what.told_modulus * what.scene.young_Pa, what.sensor, seed));
+      row.estimate = estimator(sensor_observation(
+          maps, forces, what.scene.block_mm, what.told_modulus * what.scene.young_Pa, what.sensor, seed));
     } else {
       row.estimate.reasons = block->result.warnings;
     }

@@ -1,4 +1,4 @@
-// What answers are worth, from readings of cases that were kept aside.
+// What answers are worth, from observations of cases that were kept aside.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 constexpr std::array<double, 2> kWindow_mm = {40, 30};  // of the sensors that are imitated
 constexpr double kSensorGauge = 0.001;
 constexpr double kCoverage = 0.9;
-// Of readings that were kept aside, the ones that the model explains least: they are called strange too,
+// Of observations that were kept aside, the ones that the model explains least: they are called strange too,
 // which lumps in the corners of its ranges, where it errs most, deserve.
 constexpr double kStrange = 0.03;
 constexpr double kTold = 0.2, kFrom = 0.8;  // share of the training, for progress
@@ -35,10 +35,10 @@ double quantile(std::vector<double> values, double share) {
 Observation noisy(const Observation& ideal, size_t count, double noise_share, uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
-  Observation reading = ideal;
+  Observation observation = ideal;
   const size_t all = ideal.force_N.size();
-  reading.pressure_Pa.clear();
-  reading.force_N.clear();
+  observation.pressure_Pa.clear();
+  observation.force_N.clear();
   const fem::Map& last = ideal.pressure_Pa.back();
   double peak = 0;
   const uint32_t half_x = std::min(fem::window_nodes(kWindow_mm[0], last.pitch_mm[0]), last.width) / 2,
@@ -54,16 +54,16 @@ Observation noisy(const Observation& ideal, size_t count, double noise_share, ui
       for (uint32_t x = 0; x < map.width; ++x)
         map.values.push_back(from.at(from.width / 2 - half_x + x, from.height / 2 - half_y + y));
     for (const float value : map.values) peak = std::max(peak, static_cast<double>(value));
-    reading.pressure_Pa.push_back(std::move(map));
-    reading.force_N.push_back(ideal.force_N[load]);
+    observation.pressure_Pa.push_back(std::move(map));
+    observation.force_N.push_back(ideal.force_N[load]);
   }
-  reading.noise_Pa = noise_share * peak;
-  for (fem::Map& map : reading.pressure_Pa)
-    for (float& value : map.values) value += static_cast<float>(reading.noise_Pa * normal(random));
-  for (double& force : reading.force_N) force *= 1 + kSensorGauge * normal(random);
-  for (size_t k = 1; k < reading.force_N.size(); ++k)
-    reading.force_N[k] = std::max(reading.force_N[k], reading.force_N[k - 1] * 1.0001);
-  return reading;
+  observation.noise_Pa = noise_share * peak;
+  for (fem::Map& map : observation.pressure_Pa)
+    for (float& value : map.values) value += static_cast<float>(observation.noise_Pa * normal(random));
+  for (double& force : observation.force_N) force *= 1 + kSensorGauge * normal(random);
+  for (size_t k = 1; k < observation.force_N.size(); ++k)
+    observation.force_N[k] = std::max(observation.force_N[k], observation.force_N[k - 1] * 1.0001);
+  return observation;
 }
 
 struct Trial {
@@ -119,14 +119,14 @@ Calibrator::Calibrator(const Model& model, const Examples& all, const TrainingOp
 Trial Calibrator::trial(const Setting& at, size_t number, bool lump, double warmth) const {
   const uint64_t seed = options_.seed * 1000003 + (at.loads * kCalibrationNoise.size() + at.noise) * 100000;
   const size_t example = this->example(at, number, lump);
-  const Observation& ideal = all_.readings[example];
-  const Observation reading =
+  const Observation& ideal = all_.observations[example];
+  const Observation observation =
       noisy(ideal, std::min<size_t>(kCalibrationLoads[at.loads], ideal.force_N.size()),
             kCalibrationNoise[at.noise], seed + 2 * number + (lump ? 1 : 0));
   const Model& judge = lump ? model_ : without_[part_[example]];
   Trial t;
   Estimate ignored;
-  if (const auto nodes = pressed_nodes(judge, reading, ignored)) {
+  if (const auto nodes = pressed_nodes(judge, observation, ignored)) {
     t.found = weigh_lumps(judge, *nodes, at.method, warmth);
     t.usable = true;
   }
@@ -227,7 +227,7 @@ void calibrate(Model& model, const Examples& all, const TrainingOptions& options
     for (size_t l = 0; l < kCalibrationLoads.size(); ++l)
       for (size_t n = 0; n < kCalibrationNoise.size(); ++n)
         tables[static_cast<size_t>(method)][l][n] = calibrator.trust(method, l, n);
-  // Few readings lie beyond a threshold: those of other noise speak too, and what errs, errs to caution.
+  // Few observations lie beyond a threshold: those of other noise speak too, and what errs, errs to caution.
   for (Model::TrustTable& table : tables)
     for (auto& row : table) {
       double evidence = 0;

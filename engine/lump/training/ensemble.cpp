@@ -33,7 +33,7 @@ std::vector<Seen> learn_from(const Model& model, const Examples& all, uint32_t t
     const Example& e = all.examples[i];
     if (!e.lump) return;
     Estimate ignored;
-    const auto nodes = pressed_nodes(model, all.readings[i], ignored);
+    const auto nodes = pressed_nodes(model, all.observations[i], ignored);
     if (!nodes) return;
     const bool round = e.shape == fem::InclusionShape::Sphere || e.shape == fem::InclusionShape::Cylinder;
     for (const bool swapped : {false, true}) {

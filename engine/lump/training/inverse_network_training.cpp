@@ -1,5 +1,6 @@
-// The network from readings to lumps learns from readings that the emulator makes: lumps of a sweep that no
-// data set holds, in windows and with noise of all kinds, off by what the emulator is known to be off.
+// The network from observations to lumps learns from observations that the emulator makes: lumps of a sweep
+// that no data set holds, in windows and with noise of all kinds, off by what the emulator is known to be
+// off.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -21,7 +22,7 @@ using Eigen::VectorXd;
 
 constexpr double kFrom = 0.4, kMade = 0.15, kTaught = 0.25;  // shares of the training, for progress
 constexpr std::array<double, 2> kNoise = {3e-4, 0.15};       // of the peak
-constexpr double kSaturated = 0.25;                          // of the readings: a bump without its top
+constexpr double kSaturated = 0.25;                          // of the observations: a bump without its top
 constexpr double kNear_mm = 0.25;    // of patches that the network has moved to their lumps already
 constexpr double kEverywhere = 0.3;  // of the typical discrepancy
 constexpr uint32_t kWayBumps = 4000;
@@ -75,15 +76,15 @@ MatrixXd moved(const Patch& patch, const MatrixXd& factors, double u_mm, double 
   return factors - once + 0.5 * dense::product(shift, once);
 }
 
-/// A simulated reading with its truth.
+/// A simulated observation with its truth.
 struct Made {
   PressedNodes nodes;
   Case what;
 };
 
-class ReadingMaker {
+class ObservationMaker {
  public:
-  ReadingMaker(const Model& model, uint64_t seed)
+  ObservationMaker(const Model& model, uint64_t seed)
       : model_(model), sweep_(sweep_of(model, seed)), seed_(seed) {
     const dense::SymmetricEigen eigen = dense::symmetric_eigen(model.discrepancy);
     discrepancy_root_ = eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
@@ -106,7 +107,7 @@ class ReadingMaker {
   MatrixXd discrepancy_root_;
 };
 
-void ReadingMaker::choose_nodes(Made& made, std::mt19937_64& random) const {
+void ObservationMaker::choose_nodes(Made& made, std::mt19937_64& random) const {
   std::uniform_real_distribution<double> share(0, 1);
   const double pitch = model_.node_pitch_mm;
   std::array<double, 2> window = {40, 30}, middle = {0, 0};
@@ -130,7 +131,7 @@ void ReadingMaker::choose_nodes(Made& made, std::mt19937_64& random) const {
     }
 }
 
-std::vector<double> ReadingMaker::choose_loads(std::mt19937_64& random) const {
+std::vector<double> ObservationMaker::choose_loads(std::mt19937_64& random) const {
   std::uniform_real_distribution<double> share(0, 1);
   const auto [least, most] = model_.load;
   // Light presses too: of a press whose highest loads are saturated only the first ones are left.
@@ -169,7 +170,7 @@ void hide_top(PressedNodes& nodes, double share) {
   nodes.total = nodes.total(by_height, Eigen::all).eval();
 }
 
-Made ReadingMaker::make(uint32_t number, std::mt19937_64& random) const {
+Made ObservationMaker::make(uint32_t number, std::mt19937_64& random) const {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> share(0, 1);
   Made made;
@@ -238,7 +239,7 @@ Made ReadingMaker::make(uint32_t number, std::mt19937_64& random) const {
 }
 
 /// How bumps differ: fills loads, ways and middle.
-void find_ways(InverseNetwork& reader, const Model& model, const ReadingMaker& maker, uint32_t ways) {
+void find_ways(InverseNetwork& reader, const Model& model, const ObservationMaker& maker, uint32_t ways) {
   const auto [least, most] = model.load;
   reader.loads = {least, least + (most - least) / 4, least + (most - least) * 0.6, most};
   const std::vector<double> loads(reader.loads.begin(), reader.loads.end());
@@ -269,7 +270,7 @@ void find_ways(InverseNetwork& reader, const Model& model, const ReadingMaker& m
   reader.middle = middle.cast<float>();
 }
 
-/// What a simulated reading teaches.
+/// What a simulated observation teaches.
 struct Lesson {
   Eigen::Index output = 0;  ///< class, see reader_output
   size_t shape = 0;
@@ -322,14 +323,14 @@ double train_inverse_network(Model& model, const TrainingOptions& options) {
   namespace at = reader_output;
   InverseNetwork& reader = model.reader;
   reader = {};
-  const ReadingMaker maker(model, options.seed ^ 0x5eed0f7ead127ULL);
+  const ObservationMaker maker(model, options.seed ^ 0x5eed0f7ead127ULL);
   find_ways(reader, model, maker, options.ways);
   const std::array<std::array<double, 2>, kParameters> ranges = {model.size_mm, model.depth_mm, model.ratio};
   for (size_t p = 0; p < kParameters; ++p) {
     reader.mean[p] = 0.5 * (std::log(ranges[p][0]) + std::log(ranges[p][1]));
     reader.scale[p] = std::max(0.05, (std::log(ranges[p][1]) - std::log(ranges[p][0])) / std::sqrt(12.0));
   }
-  const uint32_t count = options.readings;
+  const uint32_t count = options.observations;
   MatrixXf in(reader.ways.cols() + InverseNetwork::kOthers + InverseNetwork::kOpen, count);
   std::vector<Lesson> lessons(count);
   std::atomic<bool> stop = false;
@@ -350,8 +351,8 @@ double train_inverse_network(Model& model, const TrainingOptions& options) {
       for (double& along : place) along += kNear_mm * normal(random);
     }
     const PatchView view(model, made.nodes, place, round ? across : lump.along_y != across);
-    const PatchReading patch(model, made.nodes, view);
-    in.col(static_cast<Eigen::Index>(i)) = reader_features(model, made.nodes, patch);
+    const PatchObservation patch(model, made.nodes, view);
+    in.col(static_cast<Eigen::Index>(i)) = network_features(model, made.nodes, patch);
     Lesson& lesson = lessons[i];
     lesson.shape = static_cast<size_t>(lump.shape);
     lesson.output = static_cast<Eigen::Index>(lesson.shape);

@@ -19,10 +19,10 @@ inline bool kept_aside(size_t example) {
   return ((example + 1) * 0xd1b54a32d192ed03ULL >> 33) % 6 == 0;
 }
 
-/// Ideal readings of the examples, in their order.
+/// Ideal observations of the examples, in their order.
 struct Examples {
   std::vector<Example> examples;  ///< without their maps
-  std::vector<Observation> readings;
+  std::vector<Observation> observations;
 };
 
 /// The base fitted to the examples without a lump for which `used` is true.
@@ -35,11 +35,11 @@ Patch fit_patch(const Model& model, const Examples& all, uint32_t count, uint64_
 void train_ensemble(Model& model, const Examples& all, const TrainingOptions& options,
                     TrainingReport& report);
 
-/// The network from readings to lumps: fills the reader. Returns its loss at the end: the mean of -log
+/// The network from observations to lumps: fills the reader. Returns its loss at the end: the mean of -log
 /// likelihoods of shape, logarithms (in units of InverseNetwork::scale) and shift (mm).
 double train_inverse_network(Model& model, const TrainingOptions& options);
 
-/// Fills the tables of trust from readings of examples that were kept aside.
+/// Fills the tables of trust from observations of examples that were kept aside.
 void calibrate(Model& model, const Examples& all, const TrainingOptions& options);
 
 /// Calls work(i) for i in [0, count) on `threads` threads (0: one per core).

@@ -20,8 +20,9 @@ namespace {
 constexpr size_t kFewestPlain = 6, kFewestLumps = 24, kFewestAside = 4;
 constexpr double kShift_mm = 0.7;  // of copies that teach the fields how bumps move
 
-double load_of(const Observation& reading, size_t k) {
-  return reading.force_N[k] / (reading.block_mm[0] * reading.block_mm[1] * 1e-6 * reading.young_Pa);
+double load_of(const Observation& observation, size_t k) {
+  return observation.force_N[k] /
+         (observation.block_mm[0] * observation.block_mm[1] * 1e-6 * observation.young_Pa);
 }
 
 void widen(std::array<double, 2>& range, double value) {
@@ -37,8 +38,8 @@ void find_ranges(Model& model, const Examples& all) {
   for (size_t i = 0; i < all.examples.size(); ++i) {
     const Example& e = all.examples[i];
     widen(model.thickness_mm, e.block_mm[2]);
-    for (size_t k = 0; k < all.readings[i].force_N.size(); ++k)
-      widen(model.load, load_of(all.readings[i], k));
+    for (size_t k = 0; k < all.observations[i].force_N.size(); ++k)
+      widen(model.load, load_of(all.observations[i], k));
     model.cell_mm = std::min(model.cell_mm, e.cell_mm);
     if (!e.lump) continue;
     widen(model.size_mm, e.size_mm);
@@ -84,10 +85,10 @@ Base fit_base(const Model& model, const Examples& all, const std::function<bool(
   std::vector<Eigen::VectorXd> rows, values;
   for (size_t i = 0; i < all.examples.size(); ++i) {
     if (all.examples[i].lump || !used(i)) continue;
-    const Observation& reading = all.readings[i];
-    for (size_t k = 0; k < reading.force_N.size(); ++k) {
-      const fem::Map& map = reading.pressure_Pa[k];
-      const double load = load_of(reading, k);
+    const Observation& observation = all.observations[i];
+    for (size_t k = 0; k < observation.force_N.size(); ++k) {
+      const fem::Map& map = observation.pressure_Pa[k];
+      const double load = load_of(observation, k);
       // All eight images of the quarter's node: the block looks the same from every side.
       Eigen::VectorXd value(n * n);
       const auto middle = static_cast<int>(base.side) - 1;
@@ -100,9 +101,9 @@ Base fit_base(const Model& model, const Examples& all, const std::function<bool(
                                                 static_cast<uint32_t>(middle + sy * y))) +
                      static_cast<double>(map.at(static_cast<uint32_t>(middle + sx * y),
                                                 static_cast<uint32_t>(middle + sy * x)));
-          value(y * n + x) = sum / 8 / (reading.young_Pa * load);
+          value(y * n + x) = sum / 8 / (observation.young_Pa * load);
         }
-      rows.emplace_back(Base::terms(reading.block_mm[2], load).cast<double>());
+      rows.emplace_back(Base::terms(observation.block_mm[2], load).cast<double>());
       values.push_back(value);
     }
   }
@@ -135,14 +136,14 @@ Patch fit_patch(const Model& model, const Examples& all, uint32_t count, uint64_
   for (size_t i = 0; i < all.examples.size(); ++i) {
     const Example& e = all.examples[i];
     if (!e.lump || kept_aside(i)) continue;
-    const Observation& reading = all.readings[i];
-    const float peak =
-        *std::max_element(reading.pressure_Pa.back().values.begin(), reading.pressure_Pa.back().values.end());
+    const Observation& observation = all.observations[i];
+    const float peak = *std::max_element(observation.pressure_Pa.back().values.begin(),
+                                         observation.pressure_Pa.back().values.end());
     const double sign_x = e.offset_mm[0] < 0 ? -1 : 1, sign_y = e.offset_mm[1] < 0 ? -1 : 1;
     const bool round = e.shape == fem::InclusionShape::Sphere || e.shape == fem::InclusionShape::Cylinder;
     // Neighbouring loads look alike: every second is enough.
-    for (size_t k = (reading.force_N.size() + 1) % 2; k < reading.force_N.size(); k += 2) {
-      const Eigen::VectorXf quarter = model.base.quarter(reading.block_mm[2], load_of(reading, k));
+    for (size_t k = (observation.force_N.size() + 1) % 2; k < observation.force_N.size(); k += 2) {
+      const Eigen::VectorXf quarter = model.base.quarter(observation.block_mm[2], load_of(observation, k));
       for (const bool swapped : {false, true}) {
         if (!round && swapped != e.along_y) continue;
         for (const bool moved : {false, true}) {
@@ -156,10 +157,11 @@ Patch fit_patch(const Model& model, const Examples& all, uint32_t count, uint64_
               const double x = e.offset_mm[0] + sign_x * u, y = e.offset_mm[1] + sign_y * v;
               const bool on =
                   std::abs(x) < model.block_mm[0] / 2 - 1 && std::abs(y) < model.block_mm[1] / 2 - 1;
-              bump(b * n + a) = on ? static_cast<float>((map_at(reading.pressure_Pa[k], x, y) -
-                                                         reading.young_Pa * model.base.at(quarter, x, y)) /
-                                                        static_cast<double>(peak))
-                                   : 0;
+              bump(b * n + a) =
+                  on ? static_cast<float>((map_at(observation.pressure_Pa[k], x, y) -
+                                           observation.young_Pa * model.base.at(quarter, x, y)) /
+                                          static_cast<double>(peak))
+                     : 0;
             }
           bumps.push_back(std::move(bump));
         }
@@ -193,9 +195,10 @@ Network train_lumps(const std::vector<Example>& examples, const TrainingOptions&
       options.fields < 6 || options.fields > 200 || options.rounds < 1 || options.trials < 20)
     throw Error(Failure::Usage, "2 to 16 members, 4 to 512 hidden, 6 to 200 fields, 20 trials or more",
                 "others", "the defaults");
-  if (options.readings < 1000 || options.readings > 10000000 || options.readers < 1 || options.readers > 16 ||
-      options.reader_hidden < 4 || options.reader_hidden > 1024 || options.reader_rounds < 1 ||
-      options.ways < static_cast<uint32_t>(InverseNetwork::kOpen) || options.ways > 400)
+  if (options.observations < 1000 || options.observations > 10000000 || options.readers < 1 ||
+      options.readers > 16 || options.reader_hidden < 4 || options.reader_hidden > 1024 ||
+      options.reader_rounds < 1 || options.ways < static_cast<uint32_t>(InverseNetwork::kOpen) ||
+      options.ways > 400)
     throw Error(Failure::Usage,
                 "1000 to 10000000 readings, 1 to 16 readers of 4 to 1024 hidden, 10 to 400 ways", "others",
                 "the defaults");
@@ -227,13 +230,14 @@ Network train_lumps(const std::vector<Example>& examples, const TrainingOptions&
     refuse("so many blocks with a lump that " + std::to_string(kFewestAside) +
                " of them can be kept aside, one in six",
            std::to_string(aside) + " of " + std::to_string(report.lumps));
-  all.readings.resize(all.examples.size());
+  all.observations.resize(all.examples.size());
   std::vector<size_t> usable;
   for (size_t i = 0; i < examples.size(); ++i)
     if (!examples[i].pressure_Pa.empty()) usable.push_back(i);
   in_parallel(options.threads, usable.size(), [&](size_t i) {
     const Example& e = examples[usable[i]];
-    all.readings[i] = ideal_reading(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, model->node_pitch_mm);
+    all.observations[i] =
+        ideal_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, model->node_pitch_mm);
   });
   find_ranges(*model, all);
   say("finding fields", 0.04);

@@ -27,30 +27,30 @@ lump::Observation reading_of(const Options& o) {
   if (o.force_N.size() != o.maps.size())
     throw Error(Failure::Usage, "a force for each of " + std::to_string(o.maps.size()) + " maps",
                 std::to_string(o.force_N.size()), "--force-N F1,F2,...");
-  lump::Observation reading;
+  lump::Observation observation;
   std::vector<size_t> order(o.maps.size());
   for (size_t k = 0; k < order.size(); ++k) order[k] = k;
   std::sort(order.begin(), order.end(), [&o](size_t a, size_t b) { return o.force_N[a] < o.force_N[b]; });
   for (const size_t k : order) {
-    reading.pressure_Pa.push_back(read_pressure_map(o.maps[k], o.pitch_mm));
-    reading.force_N.push_back(o.force_N[k]);
+    observation.pressure_Pa.push_back(read_pressure_map(o.maps[k], o.pitch_mm));
+    observation.force_N.push_back(o.force_N[k]);
   }
-  reading.young_Pa = o.young_Pa;
-  if (o.window_mm.size() == 2) reading.window_mm = {o.window_mm[0], o.window_mm[1]};
-  reading.block_mm = {o.block_mm.empty() ? 40 : o.block_mm.front(),
-                      o.block_mm.empty() ? 40 : o.block_mm.back(), o.thickness_mm};
-  reading.noise_Pa = o.noise_Pa >= 0 ? o.noise_Pa : noise_of(reading.pressure_Pa.back());
-  reading.saturated_share = lump::saturated_share(reading.pressure_Pa);
-  return reading;
+  observation.young_Pa = o.young_Pa;
+  if (o.window_mm.size() == 2) observation.window_mm = {o.window_mm[0], o.window_mm[1]};
+  observation.block_mm = {o.block_mm.empty() ? 40 : o.block_mm.front(),
+                          o.block_mm.empty() ? 40 : o.block_mm.back(), o.thickness_mm};
+  observation.noise_Pa = o.noise_Pa >= 0 ? o.noise_Pa : noise_of(observation.pressure_Pa.back());
+  observation.saturated_share = lump::saturated_share(observation.pressure_Pa);
+  return observation;
 }
 
-std::string script_of(const lump::Observation& reading, const lump::Estimate& e) {
-  const fem::Map& map = reading.pressure_Pa.back();
+std::string script_of(const lump::Observation& observation, const lump::Estimate& e) {
+  const fem::Map& map = observation.pressure_Pa.back();
   std::vector<std::vector<double>> pixels(3), outline(2);
   for (uint32_t y = 0; y < map.height; ++y)
     for (uint32_t x = 0; x < map.width; ++x) {
-      pixels[0].push_back(reading.window_mm[0] + (x - (map.width - 1) / 2.0) * map.pitch_mm[0]);
-      pixels[1].push_back(reading.window_mm[1] + (y - (map.height - 1) / 2.0) * map.pitch_mm[1]);
+      pixels[0].push_back(observation.window_mm[0] + (x - (map.width - 1) / 2.0) * map.pitch_mm[0]);
+      pixels[1].push_back(observation.window_mm[1] + (y - (map.height - 1) / 2.0) * map.pitch_mm[1]);
       pixels[2].push_back(static_cast<double>(map.at(x, y)));
     }
   const bool seen =
@@ -77,8 +77,8 @@ std::string script_of(const lump::Observation& reading, const lump::Estimate& e)
 }
 
 Report run(const Common& common, const Options& o) {
-  const lump::Observation reading = reading_of(o);
-  const lump::Estimate estimate = lump_estimator(o.method, lump_network(o.network))(reading);
+  const lump::Observation observation = reading_of(o);
+  const lump::Estimate estimate = lump_estimator(o.method, lump_network(o.network))(observation);
   Report report{estimate_text(estimate), estimate_json(estimate)};
   if (!common.out.empty()) {
     make_output_folder(common.out);
@@ -98,7 +98,7 @@ Report run(const Common& common, const Options& o) {
     write_whole(common.out / "lump.csv", std::string_view(csv));
     written += ", lump.csv";
     for (const bool svg : {false, true})
-      draw_plot(plot_head(svg, 760, 600) + script_of(reading, estimate),
+      draw_plot(plot_head(svg, 760, 600) + script_of(observation, estimate),
                 (common.out / (svg ? "lump.svg" : "lump.png")).string(), written);
     report.text += "wrote " + written + "\n";
   }

@@ -49,12 +49,12 @@ Report run(const Common& common, Options& o) {
                     std::make_move_iterator(more.end()));
   }
   o.job.seed = common.seed;
-  const size_t readings = count_judged(examples.size(), o.job);
-  if (readings == 0)
+  const size_t observations = count_judged(examples.size(), o.job);
+  if (observations == 0)
     throw Error(Failure::Usage, "a first block below " + std::to_string(examples.size()),
                 "--first " + std::to_string(o.job.first), "--first 0");
   std::mutex guard;
-  ProgressBar bar(common, "readings", readings * (o.over ? rows_of(*o.over) : 1));
+  ProgressBar bar(common, "readings", observations * (o.over ? rows_of(*o.over) : 1));
   o.job.progress = [&](size_t done) {
     const std::scoped_lock lock(guard);
     bar.update(done);
@@ -70,14 +70,14 @@ Report run(const Common& common, Options& o) {
   }
   const std::vector<lump::Judged> judged = judge_lumps(examples, o.job);
   if (judged.empty()) return nothing;
-  const bool complete = judged.size() == readings;
+  const bool complete = judged.size() == observations;
   const lump::Score score = score_of(judged);
   json::Value json = score_json(score, o.method, o.job);
   json["complete"] = complete;
   Report report{score_text(score), json.dump(2)};
   if (!complete) {
-    report.text = "interrupted after " + std::to_string(judged.size()) + " of " + std::to_string(readings) +
-                  " readings: of those\n" + report.text;
+    report.text = "interrupted after " + std::to_string(judged.size()) + " of " +
+                  std::to_string(observations) + " readings: of those\n" + report.text;
     report.exit_code = kInterrupted;
   }
   if (!common.out.empty()) report.text += "wrote " + write_score(score, judged, common.out.string()) + "\n";

@@ -18,8 +18,8 @@ lump::Estimator lump_estimator(const std::string& method, std::shared_ptr<const 
     throw Error(Failure::Usage, "--method network, refined or direct", "'" + method + "'",
                 "--method network");
   const lump::Method how = method == "network" ? lump::Method::Network : lump::Method::Refined;
-  return [network = std::move(network), how](const lump::Observation& reading) {
-    return network->estimate(reading, how);
+  return [network = std::move(network), how](const lump::Observation& observation) {
+    return network->estimate(observation, how);
   };
 }
 

@@ -121,14 +121,14 @@ Json to_json(const lump::Estimate& e) {
 Rows map_rows(const lump::ScanMap& map) {
   Rows rows;
   std::string forces;
-  for (const double force_N : map.reading.force_N)
+  for (const double force_N : map.observation.force_N)
     forces += (forces.empty() ? "" : ", ") + line("%.3g", force_N);
   const auto used =
       std::count_if(map.places.begin(), map.places.end(), [](const lump::PressPlace& p) { return p.used; });
   rows.emplace_back("presses", line("%ld of %zu used", static_cast<long>(used), map.places.size()));
   rows.emplace_back("forces on the block", forces + " N");
   rows.emplace_back("seen", line("%.1f %% of the block, its rim aside", 100 * map.seen_share));
-  rows.emplace_back("noise of a value", line("%.3g Pa", map.reading.noise_Pa));
+  rows.emplace_back("noise of a value", line("%.3g Pa", map.observation.noise_Pa));
   rows.emplace_back("presses differ by", map.between_presses_Pa > 0 ? line("%.3g Pa", map.between_presses_Pa)
                                                                     : std::string("not known: no overlap"));
   return rows;
@@ -180,9 +180,9 @@ double place(uint32_t i, uint32_t count, double pitch_mm) {
 
 std::string map_csv(const lump::ScanMap& map) {
   std::string csv = "x_mm,y_mm,presses";
-  for (const double force_N : map.reading.force_N) csv += line(",pressure_Pa_at_%.4g_N", force_N);
+  for (const double force_N : map.observation.force_N) csv += line(",pressure_Pa_at_%.4g_N", force_N);
   csv += ",between_presses_Pa\n";
-  const fem::Map& top = map.reading.pressure_Pa.back();
+  const fem::Map& top = map.observation.pressure_Pa.back();
   const auto cell = [](float value) {
     return std::isfinite(value) ? plot_number(static_cast<double>(value)) : std::string();
   };
@@ -190,7 +190,7 @@ std::string map_csv(const lump::ScanMap& map) {
     for (uint32_t i = 0; i < top.width; ++i) {
       csv += plot_number(place(i, top.width, top.pitch_mm[0])) + "," +
              plot_number(place(j, top.height, top.pitch_mm[1])) + "," + cell(map.presses.at(i, j));
-      for (const fem::Map& load : map.reading.pressure_Pa) csv += "," + cell(load.at(i, j));
+      for (const fem::Map& load : map.observation.pressure_Pa) csv += "," + cell(load.at(i, j));
       csv += "," + cell(map.disagreement_Pa.at(i, j)) + "\n";
     }
   return csv;
@@ -218,8 +218,8 @@ std::string matrix(const fem::Map& map) {
 
 std::string map_script(const ScanReport& r) {
   const ScanAnswer& a = r.answer;
-  const lump::Observation& reading = a.map.reading;
-  std::string blocks = data_block("map", matrix(reading.pressure_Pa.back())) +
+  const lump::Observation& observation = a.map.observation;
+  std::string blocks = data_block("map", matrix(observation.pressure_Pa.back())) +
                        data_block("spread", matrix(a.map.disagreement_Pa));
   std::string over;
   const auto draw = [&](const lump::Outline& outline, const char* name, const char* title) {
@@ -260,7 +260,7 @@ std::string map_script(const ScanReport& r) {
          "set key top left samplen 2 textcolor rgb '#ffffff'\nset multiplot layout 1,2\n"
          "set title " +
          gnuplot_quoted(
-             line("pressure at %.3g N on the block, Pa (gray: not seen)", reading.force_N.back())) +
+             line("pressure at %.3g N on the block, Pa (gray: not seen)", observation.force_N.back())) +
          "\nplot $map using 1:2:3 with image notitle" + over +
          "\nset title 'spread between presses, Pa; crosses: the windows'' middles'\n"
          "plot $spread using 1:2:3 with image notitle, $windows using 1:2 with points pt 1 ps 1.2 lw 2 lc "
@@ -272,7 +272,7 @@ std::string profile_script(const ScanAnswer& a) {
   std::string points, block, curve;
   for (size_t i = 0; i < a.profile.x_mm.size(); ++i) {
     points += plot_number(a.profile.x_mm[i]) + " " + plot_number(a.profile.value[i]) + " " +
-              plot_number(a.map.reading.noise_Pa) + "\n";
+              plot_number(a.map.observation.noise_Pa) + "\n";
     block += plot_number(a.block.x_mm[i]) + " " + plot_number(a.block.value[i]) + "\n";
     if (a.fit.found)
       curve += plot_number(a.profile.x_mm[i]) + " " +
@@ -283,7 +283,7 @@ std::string profile_script(const ScanAnswer& a) {
       "set xlabel 'x, mm'\nset ylabel 'pressure, Pa'\nset key top right\nset offsets 0, 0, graph 0.2, 0\nset "
       "title " +
       gnuplot_quoted(line("through y = %.2f mm at %.3g N", a.outline.found ? a.outline.y_mm.value : 0.0,
-                          a.map.reading.force_N.back())) +
+                          a.map.observation.force_N.back())) +
       "\nplot $points using 1:2:3 with yerrorbars pt 7 ps 0.6 lc rgb '#0072b2' title 'map, with its noise', "
       "$block with lines lw 1.5 dt 2 lc rgb '#888888' title 'smooth block'";
   if (a.fit.found)
@@ -375,14 +375,14 @@ Json scan_json(const ScanReport& r) {
   Json value = {
       {"inputs", Json::object()}, {"program_version", PALPATE_VERSION}, {"model", r.model}, {"made", r.made}};
   for (const auto& [name, text] : r.inputs) value["inputs"][name] = text;
-  const lump::Observation& reading = a.map.reading;
-  value["map"] = {{"force_N", reading.force_N},
-                  {"width", reading.pressure_Pa.back().width},
-                  {"height", reading.pressure_Pa.back().height},
-                  {"pitch_mm", reading.pressure_Pa.back().pitch_mm[0]},
+  const lump::Observation& observation = a.map.observation;
+  value["map"] = {{"force_N", observation.force_N},
+                  {"width", observation.pressure_Pa.back().width},
+                  {"height", observation.pressure_Pa.back().height},
+                  {"pitch_mm", observation.pressure_Pa.back().pitch_mm[0]},
                   {"seen_share", a.map.seen_share},
-                  {"saturated_share", reading.saturated_share},
-                  {"noise_Pa", reading.noise_Pa},
+                  {"saturated_share", observation.saturated_share},
+                  {"noise_Pa", observation.noise_Pa},
                   {"between_presses_Pa", a.map.between_presses_Pa},
                   {"presses", Json::array()}};
   for (const lump::PressPlace& p : a.map.places) {
@@ -416,10 +416,10 @@ std::string write_scan(const ScanReport& r, const fs::path& folder) {
   make_output_folder(folder);
   const lump::ScanMap& map = r.answer.map;
   std::vector<float> loads;
-  for (const fem::Map& load : map.reading.pressure_Pa)
+  for (const fem::Map& load : map.observation.pressure_Pa)
     loads.insert(loads.end(), load.values.begin(), load.values.end());
-  const fem::Map& top = map.reading.pressure_Pa.back();
-  write_npy(folder / "pressure_Pa.npy", loads, {map.reading.pressure_Pa.size(), top.height, top.width});
+  const fem::Map& top = map.observation.pressure_Pa.back();
+  write_npy(folder / "pressure_Pa.npy", loads, {map.observation.pressure_Pa.size(), top.height, top.width});
   write_npy(folder / "disagreement_Pa.npy", map.disagreement_Pa.values, {top.height, top.width});
   write_whole(folder / "map.csv", std::string_view(map_csv(map)));
   write_whole(folder / "presses.csv", std::string_view(places_csv(map)));

@@ -112,7 +112,9 @@ Report run(const Common& common, Options& o) {
                    {"wall_s", wall_s}};
   if (!o.validate.empty()) {
     lump::EvaluationJob job;
-    job.estimator = [&network](const lump::Observation& reading) { return network.estimate(reading); };
+    job.estimator = [&network](const lump::Observation& observation) {
+      return network.estimate(observation);
+    };
     job.seed = common.seed;
     const lump::Score score =
         lump::score_of(judge_lumps(lump::lump_examples(lump::read_lump_file(o.validate)), job));
@@ -149,7 +151,7 @@ void add_lump_train(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--decay", o->training.decay, "Of weights")
       ->capture_default_str()
       ->check(Check::range(0.0, 100.0));
-  command->add_option("--readings", o->training.readings, "That the emulators make for the network")
+  command->add_option("--readings", o->training.observations, "That the emulators make for the network")
       ->capture_default_str()
       ->check(Check::range(1000, 10000000));
   command->add_option("--reader-hidden", o->training.reader_hidden, "Width of the network's hidden layers")

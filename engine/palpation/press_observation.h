@@ -1,5 +1,5 @@
-// Frames of a force-calibrated sensor in a plate that presses a block of tissue, as a reading of what lies in
-// the block.
+// Frames of a force-calibrated sensor in a plate that presses a block of tissue, as a observation of what
+// lies in the block.
 #pragma once
 
 #include <array>
@@ -75,14 +75,14 @@ struct LoadSums {
   NodeSums nodes;
   double force_N = 0;  ///< on the whole block, mean of the frames
 };
-/// Loads at rising forces as a reading; nodes beside the block are not seen.
-lump::Observation press_reading(const PressureNodes& nodes, const std::vector<LoadSums>& loads,
-                                const BlockSetting& block);
+/// Loads at rising forces as a observation; nodes beside the block are not seen.
+lump::Observation press_observation(const PressureNodes& nodes, const std::vector<LoadSums>& loads,
+                                    const BlockSetting& block);
 
 /// What the network tells of a single window, whose light may be uneven: its middle brighter than its corners
 /// by a share with standard deviation `uneven_sd`, or darker. A lump's bump in one window looks much the
 /// same. The estimate is made with 1.645 of that each way too: intervals hold all three, and where a lump
 /// goes away the verdict is Unusable and says why. Throws as lump::Network::estimate.
-lump::Estimate estimate_window(const lump::Observation& reading, double uneven_sd);
+lump::Estimate estimate_window(const lump::Observation& observation, double uneven_sd);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-#include "engine/palpation/press_reading.h"
+#include "engine/palpation/press_observation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -37,8 +37,8 @@ std::vector<uint32_t> nodes_of(uint32_t pixels, double pixel_mm, double pitch_mm
 }
 
 /// `share`: by which the middle is made brighter than the corners; the mean stays.
-lump::Observation with_field(lump::Observation reading, double share) {
-  for (fem::Map& map : reading.pressure_Pa) {
+lump::Observation with_field(lump::Observation observation, double share) {
+  for (fem::Map& map : observation.pressure_Pa) {
     const double x_half = (map.width - 1) / 2.0, y_half = (map.height - 1) / 2.0;
     const double corner = x_half * x_half + y_half * y_half;
     for (uint32_t j = 0; j < map.height; ++j)
@@ -47,7 +47,7 @@ lump::Observation with_field(lump::Observation reading, double share) {
         map.values[size_t{j} * map.width + i] *= static_cast<float>(1 + share * (1.0 / 3 - r));
       }
   }
-  return reading;
+  return observation;
 }
 
 }  // namespace
@@ -187,8 +187,8 @@ std::vector<double> even_loads(double top_N, uint32_t count) {
   return loads_N;
 }
 
-lump::Observation press_reading(const PressureNodes& nodes, const std::vector<LoadSums>& loads,
-                                const BlockSetting& block) {
+lump::Observation press_observation(const PressureNodes& nodes, const std::vector<LoadSums>& loads,
+                                    const BlockSetting& block) {
   lump::Observation r;
   r.block_mm = block.block_mm;
   r.young_Pa = block.young_Pa;
@@ -211,13 +211,13 @@ lump::Observation press_reading(const PressureNodes& nodes, const std::vector<Lo
   return r;
 }
 
-lump::Estimate estimate_window(const lump::Observation& reading, double uneven_sd) {
+lump::Estimate estimate_window(const lump::Observation& observation, double uneven_sd) {
   constexpr double kNormal90 = 1.645;
   const lump::Network& network = lump::Network::built_in();
-  lump::Estimate e = network.estimate(reading);
+  lump::Estimate e = network.estimate(observation);
   if (!tells_numbers(e.verdict)) return e;
   for (const double share : {-kNormal90 * uneven_sd, kNormal90 * uneven_sd}) {
-    const lump::Estimate other = network.estimate(with_field(reading, share));
+    const lump::Estimate other = network.estimate(with_field(observation, share));
     e.wall_s += other.wall_s;
     if (other.verdict == lump::Status::NoLump) {
       e.verdict = lump::Status::Unusable;
