@@ -165,11 +165,11 @@ double Posterior::quantile(Parameter what, double share) const {
 namespace {
 
 /// The bells of one fit: its ratio on a grid, the rest following it.
-void add_bells(const Model& model, const Fitter& fitter, const Fit& fit, double warmth,
+void add_bells(const Model& model, const Fitter& fitter, const Fit& fit, double temperature,
                std::vector<Posterior::Part>& parts, std::vector<double>& log_weights) {
   const Matrix5 covariance = dense::inverse(fit.normal);
   const auto [low, high] = log_range(model.ratio);
-  const double sd = sd_of(warmth * covariance(2, 2));
+  const double sd = sd_of(temperature * covariance(2, 2));
   const double from = std::max(low, fit.at(2) - std::clamp(3.2 * sd, 0.05, 3.0));
   const double to = std::min(high, fit.at(2) + std::clamp(4 * sd, 0.05, 3.0));
   const double centre = std::clamp(fit.at(2), from, to);
@@ -185,11 +185,12 @@ void add_bells(const Model& model, const Fitter& fitter, const Fit& fit, double 
     const double volume = std::log(std::max(1e-300, std::abs(inverse.determinant())));
     // Sizes and depths were even in the training, not their logarithms.
     if (!std::isfinite(volume) || at.misfit >= kHopeless) return;
-    log_weights.push_back(-0.5 * at.misfit / warmth + 0.5 * volume + std::log(spacing) + at.at(0) + at.at(1));
+    log_weights.push_back(-0.5 * at.misfit / temperature + 0.5 * volume + std::log(spacing) + at.at(0) +
+                          at.at(1));
     Posterior::Part part;
     part.shape = fit.shape;
-    const std::array<double, kParameters> sds = {sd_of(warmth * inverse(0, 0)), sd_of(warmth * inverse(1, 1)),
-                                                 0.5 * spacing};
+    const std::array<double, kParameters> sds = {sd_of(temperature * inverse(0, 0)),
+                                                 sd_of(temperature * inverse(1, 1)), 0.5 * spacing};
     for (const Parameter p : {kSize, kDepth, kRatio}) part.bells[p] = {at.at(p), sds[p], sds[p]};
     parts.push_back(part);
   };
@@ -203,7 +204,7 @@ void add_bells(const Model& model, const Fitter& fitter, const Fit& fit, double 
       at.at(2) = ratio;
       fitter.search(at, 1, true);
       add(at);
-      if (at.misfit > fit.misfit + 16 * warmth) break;
+      if (at.misfit > fit.misfit + 16 * temperature) break;
       // The direction in which size and depth give way for the next ratio.
       const Matrix5 here = dense::inverse(at.normal);
       along = here.col(2) / here(2, 2);
@@ -213,7 +214,7 @@ void add_bells(const Model& model, const Fitter& fitter, const Fit& fit, double 
 
 }  // namespace
 
-Evidence weigh_lumps(const Model& model, const PressedNodes& nodes, Method method, double warmth) {
+Evidence weigh_lumps(const Model& model, const PressedNodes& nodes, Method method, double temperature) {
   const Look look = look_for_lump(model, nodes);
   const Fitter fitter(model, nodes, look.patch);
   const Answer& answer = look.answer;
@@ -253,8 +254,8 @@ Evidence weigh_lumps(const Model& model, const PressedNodes& nodes, Method metho
   } else {
     std::vector<double> log_weights;
     for (const Fit& fit : fits)
-      if (fit.misfit < best.misfit + kForgiven * warmth)
-        add_bells(model, fitter, fit, warmth, posterior.parts, log_weights);
+      if (fit.misfit < best.misfit + kForgiven * temperature)
+        add_bells(model, fitter, fit, temperature, posterior.parts, log_weights);
     if (log_weights.empty()) {
       found.evidence = 0;
       return found;
@@ -269,7 +270,7 @@ Evidence weigh_lumps(const Model& model, const PressedNodes& nodes, Method metho
     }
     const Matrix5 covariance = dense::inverse(best.normal);
     shift = {best.at(3), best.at(4)};
-    sd = {sd_of(warmth * covariance(3, 3)), sd_of(warmth * covariance(4, 4))};
+    sd = {sd_of(temperature * covariance(3, 3)), sd_of(temperature * covariance(4, 4))};
   }
   const PatchView& view = look.patch.view;
   const auto move = view.to_block(shift[0], shift[1]);

@@ -64,8 +64,9 @@ struct Evidence {
   double no_lump_misfit = 0;
 };
 
-/// `warmth` divides logarithms of likelihoods before shapes are weighed; the network alone has no use for it.
-Evidence weigh_lumps(const Model& model, const PressedNodes& nodes, Method method, double warmth);
+/// `temperature` divides logarithms of likelihoods before shapes are weighed; the network alone has no use
+/// for it.
+Evidence weigh_lumps(const Model& model, const PressedNodes& nodes, Method method, double temperature);
 
 /// What weigh_lumps() found with the trust that its like has earned.
 void summarise(const Model& model, const PressedNodes& nodes, Method method, const Evidence& found,

@@ -207,7 +207,7 @@ Calibration calibration_at(const Model& model, Method method, size_t loads, doub
   trust.misfit = mix([](const Calibration& t) { return t.misfit; });
   trust.rest = mix([](const Calibration& t) { return t.rest; });
   trust.no_lump_misfit = mix([](const Calibration& t) { return t.no_lump_misfit; });
-  trust.warmth = mix([](const Calibration& t) { return t.warmth; });
+  trust.temperature = mix([](const Calibration& t) { return t.temperature; });
   return trust;
 }
 

@@ -58,7 +58,7 @@ struct Calibration {
   // For people: relative errors of the values, and how often the shape was right.
   std::array<double, kParameters> median_error{};
   double shape_rate = 0;
-  double warmth = 1;  ///< divides logarithms of likelihoods before hypotheses are weighed
+  double temperature = 1;  ///< divides logarithms of likelihoods before hypotheses are weighed
 };
 
 /// A bell of two halves that meet in the middle.

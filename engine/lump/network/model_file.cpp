@@ -103,7 +103,7 @@ Json trust_json(const Calibration& t) {
           {"misfit", t.misfit},
           {"rest", t.rest},
           {"no_lump_misfit", t.no_lump_misfit},
-          {"warmth", t.warmth},
+          {"warmth", t.temperature},
           {"median_error", t.median_error},
           {"shape_rate", t.shape_rate}};
 }
@@ -124,7 +124,7 @@ Calibration read_trust(const Json& json) {
   t.misfit = positive(json, "misfit");
   t.rest = positive(json, "rest");
   t.no_lump_misfit = positive(json, "no_lump_misfit");
-  t.warmth = positive(json, "warmth");
+  t.temperature = positive(json, "warmth");
   json.at("median_error").get_to(t.median_error);
   t.shape_rate = json.at("shape_rate").get<double>();
   return t;

@@ -14,8 +14,9 @@ Estimate Network::estimate(const Observation& observation, Method method) const 
   estimate.method = method == Method::Network ? "network" : "refined";
   const auto seen = without_saturated_loads(observation, estimate);
   if (const auto nodes = seen ? pressed_nodes(*model_, *seen, estimate) : std::nullopt) {
-    const double warmth = calibration_at(*model_, method, nodes->loads.size(), nodes->noise_share).warmth;
-    summarise(*model_, *nodes, method, weigh_lumps(*model_, *nodes, method, warmth), estimate);
+    const double temperature =
+        calibration_at(*model_, method, nodes->loads.size(), nodes->noise_share).temperature;
+    summarise(*model_, *nodes, method, weigh_lumps(*model_, *nodes, method, temperature), estimate);
     tell_second_bump(*nodes, estimate);
   }
   estimate.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -85,8 +85,8 @@ class Calibrator {
     Method method;
     size_t loads, noise;
   };
-  Trial trial(const Setting& at, size_t number, bool lump, double warmth) const;
-  std::vector<Trial> trials(const Setting& at, size_t count, bool lump, double warmth) const;
+  Trial trial(const Setting& at, size_t number, bool lump, double temperature) const;
+  std::vector<Trial> trials(const Setting& at, size_t count, bool lump, double temperature) const;
   size_t example(const Setting& at, size_t number, bool lump) const {
     const std::vector<size_t>& from = lump ? lumps_ : plain_;
     return from[(number * 7919 + 13 * at.noise + 5 * at.loads) % from.size()];
@@ -116,7 +116,7 @@ Calibrator::Calibrator(const Model& model, const Examples& all, const TrainingOp
     without_[p].base = fit_base(model, all, [&](size_t i) { return part_[i] != p; });
 }
 
-Trial Calibrator::trial(const Setting& at, size_t number, bool lump, double warmth) const {
+Trial Calibrator::trial(const Setting& at, size_t number, bool lump, double temperature) const {
   const uint64_t seed = options_.seed * 1000003 + (at.loads * kCalibrationNoise.size() + at.noise) * 100000;
   const size_t example = this->example(at, number, lump);
   const Observation& ideal = all_.observations[example];
@@ -127,18 +127,18 @@ Trial Calibrator::trial(const Setting& at, size_t number, bool lump, double warm
   Trial t;
   Estimate ignored;
   if (const auto nodes = pressed_nodes(judge, observation, ignored)) {
-    t.found = weigh_lumps(judge, *nodes, at.method, warmth);
+    t.found = weigh_lumps(judge, *nodes, at.method, temperature);
     t.usable = true;
   }
   return t;
 }
 
-std::vector<Trial> Calibrator::trials(const Setting& at, size_t count, bool lump, double warmth) const {
+std::vector<Trial> Calibrator::trials(const Setting& at, size_t count, bool lump, double temperature) const {
   std::vector<Trial> found(count);
   std::atomic<bool> stop = false;
   in_parallel(options_.threads, count, [&](size_t i) {
     if (stop) return;
-    found[i] = trial(at, i, lump, warmth);
+    found[i] = trial(at, i, lump, temperature);
     if (!told()) stop = true;
   });
   if (stop) throw Stopped();
@@ -154,11 +154,11 @@ Calibration Calibrator::trust(Method method, size_t loads, size_t noise) const {
     // How much larger misfits are than noise and emulator account for.
     for (const Trial& t : trials(at, options_.trials / 3, true, 1))
       if (t.usable) misfits.push_back(t.found.misfit);
-    trust.warmth = std::clamp(quantile(misfits, 0.6), 1.0, 30.0);
+    trust.temperature = std::clamp(quantile(misfits, 0.6), 1.0, 30.0);
     misfits.clear();
   }
   std::vector<double> evidence, plain_misfit;
-  for (const Trial& t : trials(at, options_.trials, false, trust.warmth))
+  for (const Trial& t : trials(at, options_.trials, false, trust.temperature))
     if (t.usable) {
       evidence.push_back(t.found.evidence);
       plain_misfit.push_back(t.found.no_lump_misfit);
@@ -169,7 +169,7 @@ Calibration Calibrator::trust(Method method, size_t loads, size_t noise) const {
   std::array<std::vector<double>, kParameters> scores, errors;
   std::vector<double> place, rest;
   double right = 0;
-  const std::vector<Trial> lumps = trials(at, options_.trials, true, trust.warmth);
+  const std::vector<Trial> lumps = trials(at, options_.trials, true, trust.temperature);
   for (size_t i = 0; i < lumps.size(); ++i) {
     const Trial& t = lumps[i];
     if (!t.usable || t.found.evidence < trust.evidence) continue;
