@@ -135,7 +135,7 @@ std::vector<MatchedPoint> skin_pairs(const TactileShapes& shapes, double pitch) 
   std::vector<MatchedPoint> pairs;
   const std::vector<SkinPoint>&a = shapes.before.touch.skin_points, &b = shapes.after.touch.skin_points;
   for (size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
-    if (a[i].trust < kLeastTrust || b[i].trust < kLeastTrust) continue;
+    if (a[i].correlation < kLeastTrust || b[i].correlation < kLeastTrust) continue;
     const auto at = [&](const SkinPoint& p) {
       return ShapePoint{pitch * double{p.rest_x_px + p.shift_x_px},
                         pitch * double{p.rest_y_px + p.shift_y_px}, 0};
@@ -145,7 +145,7 @@ std::vector<MatchedPoint> skin_pairs(const TactileShapes& shapes, double pitch) 
       const double x = after.x_mm / pitch - c.box.x, y = after.y_mm / pitch - c.box.y;
       return x >= 0 && y >= 0 && x < c.box.width && y < c.box.height;
     });
-    if (touched) pairs.push_back({at(a[i]), after, double{std::min(a[i].trust, b[i].trust)}});
+    if (touched) pairs.push_back({at(a[i]), after, double{std::min(a[i].correlation, b[i].correlation)}});
   }
   return pairs;
 }

@@ -101,12 +101,13 @@ SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const Sk
     onset_unseen_ = outline != nullptr;
     if (outline)
       for (size_t i = 0; i < points.size(); ++i)
-        if (points[i].trust > 0) rest_[i] = {double{points[i].shift_x_px}, double{points[i].shift_y_px}};
+        if (points[i].correlation > 0)
+          rest_[i] = {double{points[i].shift_x_px}, double{points[i].shift_y_px}};
   }
   samples_.clear();
   for (size_t i = 0; i < points.size(); ++i) {
     const SkinPoint& p = points[i];
-    if (!(p.trust > 0)) {
+    if (!(p.correlation > 0)) {
       ++motion.lost;
       continue;
     }

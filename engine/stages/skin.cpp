@@ -113,7 +113,7 @@ void Skin::read(std::span<const Motion> motions, std::vector<SkinPoint>& points,
   for (size_t i = 0; i < templates_.size(); ++i) {
     const SkinTemplate& t = templates_[i];
     const Motion& m = motions[i];
-    points[i] = {t.centre[0], t.centre[1], m.shift_x_px, m.shift_y_px, m.trust};
+    points[i] = {t.centre[0], t.centre[1], m.shift_x_px, m.shift_y_px, m.correlation};
     sd_px[i] = static_cast<float>(std::max(double{m.noise} * t.step_sd, pattern_.shift_sd_px));
   }
 }

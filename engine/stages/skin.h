@@ -25,7 +25,7 @@ class Skin {
   /// Per point, as the kernel leaves it.
   struct Motion {
     float shift_x_px, shift_y_px;  ///< since the untouched image; of a lost point where to look for it
-    float trust;                   ///< correlation with the untouched window; 0: lost
+    float correlation;             ///< correlation with the untouched window; 0: lost
     float noise;                   ///< what the fit leaves, in gray levels of the untouched window
   };
 

@@ -346,7 +346,7 @@ class Bench {
         const auto square = [&](double x, double y) {
           return (std::pow(x - truth[0], 2) + std::pow(y - truth[1], 2)) / 2;
         };
-        if (motions[i].trust > 0) {
+        if (motions[i].correlation > 0) {
           ours += square(double{motions[i].shift_x_px}, double{motions[i].shift_y_px});
           ++ours_count;
         }

@@ -15,7 +15,7 @@ layout(binding = 0) uniform usamplerBuffer words;       // R32UI, the frame
 layout(binding = 1) uniform samplerBuffer points;       // RGBA32F
 layout(binding = 2) uniform samplerBuffer windows;      // RGBA32F: rest, and what gives gain, step x, y; all points' first sample first
 layout(binding = 3) uniform samplerBuffer before;       // RGBA32F, the last frame's motions
-layout(binding = 4) writeonly buffer Motions { vec4 motions[]; };  // shift x, y, trust, noise in rest's gray levels
+layout(binding = 4) writeonly buffer Motions { vec4 motions[]; };  // shift x, y, correlation, noise in rest's gray levels
 layout(push_constant) uniform Push { SkinPush push; };
 
 const int kSide = int(SIDE), kStride = int(STRIDE), kHalf = kSide / 2;
@@ -92,7 +92,7 @@ void main() {
   }
 
   const float kSamples = float(kSide * kSide), kSpread = kSamples * float(kSide * kSide - 1) / 12.0;  // sum of i^2
-  float trust = 0.0, noise = 0.0;
+  float correlation = 0.0, noise = 0.0;
   for (uint iteration = 0; iteration < kSkinIterations; ++iteration) {
     vec2 whole = floor(shift), part = shift - whole;
     ivec2 corner = rest + ivec2(whole) - kHalf * kStride;
@@ -122,12 +122,12 @@ void main() {
     vec2 motion = seen ? fit.zw / fit.y : vec2(0.0);
     float size = length(motion), most = kSkinLargestStep * float(kStride), correlated = min(fit.x * fit.x / (first.z * total), 1.0);
     shift -= motion * min(1.0, most / max(size, 1e-9));
-    trust = seen && size < kSkinSettled * float(kStride) ? sqrt(correlated) : 0.0;
+    correlation = seen && size < kSkinSettled * float(kStride) ? sqrt(correlated) : 0.0;
     noise = seen ? sqrt(total * (1.0 - correlated) / kSamples) / fit.y : 0.0;
   }
   vec2 at = vec2(rest) + shift;
   bool inside = at.x >= 0.0 && at.y >= 0.0 && at.x <= float(push.width - 1) && at.y <= float(push.height - 1);
   // What is lost stays where it was last seen, until it is found.
-  bool good = inside && trust >= kSkinLeastTrust && shift.x == shift.x && shift.y == shift.y;
-  motions[point] = good ? vec4(shift, trust, noise) : vec4(start, 0.0, 0.0);
+  bool good = inside && correlation >= kSkinLeastCorrelation && shift.x == shift.x && shift.y == shift.y;
+  motions[point] = good ? vec4(shift, correlation, noise) : vec4(start, 0.0, 0.0);
 }

@@ -11,9 +11,9 @@ using uint = uint32_t;
 const uint kSkinIterations = 7;
 const uint kSkinReach = 2;        // steps of the search to each side
 const float kSkinPrefer = 0.04f;  // by so much another start must correlate better than where the point was
-const float kSkinLargestStep = 2.5f;  // of one iteration, in samples
-const float kSkinSettled = 0.25f;     // a last step above this has not converged, samples
-const float kSkinLeastTrust = 0.5f;   // a point that correlates less is lost
+const float kSkinLargestStep = 2.5f;       // of one iteration, in samples
+const float kSkinSettled = 0.25f;          // a last step above this has not converged, samples
+const float kSkinLeastCorrelation = 0.5f;  // a point that correlates less is lost
 const uint kSkinPointTexels =
     2;  // of 4 floats: rest x, y in whole px, sum of the window squared, 0; neighbours, -1: none
 

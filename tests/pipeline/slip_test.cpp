@@ -115,7 +115,7 @@ TEST(SkinTracker, StrangersLostPointsAndTinyMotionSayWhatTheyAre) {
   const std::vector<float> sd(all.size(), 0.05f);
   const ContactOutline here = s.outline();
   for (size_t i = 0; i < all.size(); i += 9) all[i].shift_x_px += 20;  // took a neighbour's place
-  for (size_t i = 4; i < all.size(); i += 9) all[i].trust = 0;
+  for (size_t i = 4; i < all.size(); i += 9) all[i].correlation = 0;
   SkinTracker tracker(kPitch_mm);
   const SkinMotion m = tracker.update(&here, all, sd);
   EXPECT_EQ(m.lost, (all.size() - 4 + 8) / 9);

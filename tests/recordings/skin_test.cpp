@@ -40,7 +40,7 @@ TEST_F(RealMarkers, AreFoundRestAndAreFollowedThroughAPressAndDrag) {
     const Touch touch = pipeline.process(frame);
     std::vector<double> shifts;
     for (const SkinPoint& p : touch.skin_points)
-      if (p.trust > 0) shifts.push_back(std::hypot(double{p.shift_x_px}, double{p.shift_y_px}));
+      if (p.correlation > 0) shifts.push_back(std::hypot(double{p.shift_x_px}, double{p.shift_y_px}));
     std::sort(shifts.begin(), shifts.end());
     ASSERT_FALSE(shifts.empty());
     const double median = shifts[shifts.size() / 2];

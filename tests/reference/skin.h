@@ -12,7 +12,7 @@
 namespace palpate::reference {
 
 struct SkinMotionOfPoint {
-  double x = 0, y = 0, trust = 1, noise = 0;
+  double x = 0, y = 0, correlation = 1, noise = 0;
 };
 
 class Skin {
@@ -74,15 +74,15 @@ class Skin {
     const SkinMotionOfPoint& was = motions_[index];
     double count = 0, around_x = 0, around_y = 0;
     for (const int32_t n : t.neighbours) {
-      if (n < 0 || motions_[n].trust <= 0) continue;
+      if (n < 0 || motions_[n].correlation <= 0) continue;
       count += 1;
       around_x += motions_[n].x;
       around_y += motions_[n].y;
     }
     around_x = count > 0 ? around_x / count : was.x;
     around_y = count > 0 ? around_y / count : was.y;
-    const bool astray =
-        was.trust <= 0 || (count > 1 && std::hypot(was.x - around_x, was.y - around_y) > 0.45 * spacing_px_);
+    const bool astray = was.correlation <= 0 ||
+                        (count > 1 && std::hypot(was.x - around_x, was.y - around_y) > 0.45 * spacing_px_);
     const double start_x = astray ? around_x : was.x, start_y = astray ? around_y : was.y;
     double x = start_x, y = start_y;
     double best = correlation(t, x, y) + double{shared::kSkinPrefer};
@@ -96,7 +96,7 @@ class Skin {
 
     const int side = static_cast<int>(window_.side), stride = static_cast<int>(window_.stride),
               n = side * side;
-    double trust = 0, noise = 0;
+    double correlation = 0, noise = 0;
     for (uint32_t iteration = 0; iteration < shared::kSkinIterations; ++iteration) {
       std::array<double, 4> fit{};
       std::vector<double> v(n);
@@ -122,13 +122,13 @@ class Skin {
       x -= dx * part;
       y -= dy * part;
       const double correlated = std::min(fit[0] * fit[0] / (double{t.contrast} * ss), 1.0);
-      trust = seen && size < double{shared::kSkinSettled} * stride ? std::sqrt(correlated) : 0;
+      correlation = seen && size < double{shared::kSkinSettled} * stride ? std::sqrt(correlated) : 0;
       noise = seen ? std::sqrt(ss * (1 - correlated) / n) / gain : 0;
     }
     const double at_x = t.x_px + x, at_y = t.y_px + y;
     const bool inside = at_x >= 0 && at_y >= 0 && at_x <= width_ - 1 && at_y <= height_ - 1;
-    if (!inside || trust < double{shared::kSkinLeastTrust}) return {start_x, start_y, 0, 0};
-    return {x, y, trust, noise};
+    if (!inside || correlation < double{shared::kSkinLeastCorrelation}) return {start_x, start_y, 0, 0};
+    return {x, y, correlation, noise};
   }
 
   int width_, height_;

@@ -102,10 +102,10 @@ TEST_F(SkinStage, EqualsPlainLoops) {
       for (size_t i = 0; i < motions.size(); ++i) {
         const SkinPoint& p = touch.skin_points[i];
         const bool same =
-            (p.trust > 0) == (motions[i].trust > 0) &&
+            (p.correlation > 0) == (motions[i].correlation > 0) &&
             std::hypot(double{p.shift_x_px} - motions[i].x, double{p.shift_y_px} - motions[i].y) < 2e-3 &&
-            std::abs(double{p.trust} - motions[i].trust) < 2e-3;
-        compared += p.trust > 0;
+            std::abs(double{p.correlation} - motions[i].correlation) < 2e-3;
+        compared += p.correlation > 0;
         differ += !same;
       }
       EXPECT_GT(compared, motions.size() / 2) << text;
@@ -128,7 +128,7 @@ TEST_F(SkinStage, FollowsTheSkinOfTheSyntheticPad) {
       for (size_t i = k % 13; i < touch.skin_points.size(); i += 13) {
         const SkinPoint& p = touch.skin_points[i];
         ++all;
-        if (p.trust <= 0) {
+        if (p.correlation <= 0) {
           ++lost;
           continue;
         }

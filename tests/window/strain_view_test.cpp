@@ -60,7 +60,7 @@ TEST_F(StrainMapTest, SaysHowSureItIs) {
 TEST_F(StrainMapTest, SaysWhyThereIsNone) {
   StrainMap map(context(), 2);
   Touch t = followed(0.03, 0, 0, 0);
-  for (size_t i = 9; i < t.skin_points.size(); ++i) t.skin_points[i].trust = 0;
+  for (size_t i = 9; i < t.skin_points.size(); ++i) t.skin_points[i].correlation = 0;
   EXPECT_EQ(map.update(t, kFormat, SkinStrain::Stretch).texels, nullptr);
   EXPECT_EQ(map.last().missing, "9 of 10 places are followed");
   t = followed(0.03, 0, 0, 0);
@@ -82,7 +82,7 @@ TEST_F(StrainMapTest, KeepsUpWithACamera) {
   std::vector<double> kept, changed;
   for (int i = 0; i < 8; ++i) {
     for (std::vector<double>* ms : {&kept, &changed}) {
-      if (ms == &changed) t.skin_points[static_cast<size_t>(i)].trust = 0;  // one more is lost
+      if (ms == &changed) t.skin_points[static_cast<size_t>(i)].correlation = 0;  // one more is lost
       const std::clock_t start = std::clock();  // of the whole process: what else runs here does not count
       map.update(t, format, SkinStrain::Stretch);
       ms->push_back(1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);

@@ -93,12 +93,12 @@ void draw_skin(ImDrawList* list, const Place& place, const Touch& touch, float s
   // points' distance, in steps so that lengths stay comparable.
   double largest = 0;
   for (const SkinPoint& p : touch.skin_points)
-    if (p.trust > 0) largest = std::max<double>(largest, std::hypot(p.shift_x_px, p.shift_y_px));
+    if (p.correlation > 0) largest = std::max<double>(largest, std::hypot(p.shift_x_px, p.shift_y_px));
   double longer = 1;
   while (longer < 16 && largest * longer * 2 < 12) longer *= 2;
   for (const SkinPoint& p : touch.skin_points) {
     const ImVec2 at = place.at(p.rest_x_px, p.rest_y_px);
-    if (!(p.trust > 0)) {
+    if (!(p.correlation > 0)) {
       const float arm = 2.2f * scale;
       list->AddLine({at.x - arm, at.y - arm}, {at.x + arm, at.y + arm}, kLost, scale);
       list->AddLine({at.x - arm, at.y + arm}, {at.x + arm, at.y - arm}, kLost, scale);

@@ -41,7 +41,7 @@ const StrainTexels& StrainMap::update(const Touch& touch, const FrameFormat& for
   last_ = {};
   std::vector<const SkinPoint*> followed;
   for (const SkinPoint& p : touch.skin_points)
-    if (p.trust > 0) followed.push_back(&p);
+    if (p.correlation > 0) followed.push_back(&p);
   if (!touch.skin || followed.size() < kFewest) {
     last_.missing = touch.skin ? text("%zu of %zu places are followed", followed.size(), kFewest)
                                : "the skin is not followed";

@@ -78,7 +78,8 @@ struct SkinPoint {
   float rest_y_px = 0;
   float shift_x_px = 0;  ///< from there to this frame
   float shift_y_px = 0;
-  float trust = 0;  ///< 0: lost, its shift is not known; to 1: the picture is the untouched one, shifted
+  float correlation =
+      0;  ///< 0: lost, its shift is not known; to 1: the picture is the untouched one, shifted
 };
 
 /// How the skin moves along itself, from the points that lie in the contact (Output::Skin).

@@ -54,7 +54,7 @@ struct Posterior {
   double quantile(Parameter what, double share) const;
 };
 
-/// Everything an estimate is made of, before trust is applied.
+/// Everything an estimate is made of, before calibration is applied.
 struct Evidence {
   Posterior posterior;
   std::array<double, 2> place_mm{}, place_sd_mm{};
@@ -68,7 +68,7 @@ struct Evidence {
 /// for it.
 Evidence weigh_lumps(const Model& model, const PressedNodes& nodes, Method method, double temperature);
 
-/// What weigh_lumps() found with the trust that its like has earned.
+/// What weigh_lumps() found with the calibration that its like has earned.
 void summarise(const Model& model, const PressedNodes& nodes, Method method, const Evidence& found,
                Estimate& estimate);
 

@@ -189,7 +189,7 @@ Calibration calibration_at(const Model& model, Method method, size_t loads, doub
                  high = std::log(static_cast<double>(knots[below + 1]));
     share = std::clamp((std::log(std::max(value, 1e-9)) - low) / (high - low), 0.0, 1.0);
   };
-  const Model::TrustTable& table = model.trust[static_cast<size_t>(method)];
+  const Model::CalibrationTable& table = model.calibration[static_cast<size_t>(method)];
   size_t l = 0, n = 0;
   double a = 0, b = 0;
   place(kCalibrationLoads, static_cast<double>(loads), l, a);
@@ -199,16 +199,16 @@ Calibration calibration_at(const Model& model, Method method, size_t loads, doub
     return std::exp((1 - a) * ((1 - b) * log_at(l, n) + b * log_at(l, n + 1)) +
                     a * ((1 - b) * log_at(l + 1, n) + b * log_at(l + 1, n + 1)));
   };
-  Calibration trust;
+  Calibration calibration;
   for (size_t p = 0; p < kParameters; ++p)
-    trust.stretch[p] = mix([p](const Calibration& t) { return t.stretch[p]; });
-  trust.place_stretch = mix([](const Calibration& t) { return t.place_stretch; });
-  trust.evidence = mix([](const Calibration& t) { return t.evidence; });
-  trust.misfit = mix([](const Calibration& t) { return t.misfit; });
-  trust.rest = mix([](const Calibration& t) { return t.rest; });
-  trust.no_lump_misfit = mix([](const Calibration& t) { return t.no_lump_misfit; });
-  trust.temperature = mix([](const Calibration& t) { return t.temperature; });
-  return trust;
+    calibration.inflation[p] = mix([p](const Calibration& t) { return t.inflation[p]; });
+  calibration.place_inflation = mix([](const Calibration& t) { return t.place_inflation; });
+  calibration.evidence = mix([](const Calibration& t) { return t.evidence; });
+  calibration.misfit = mix([](const Calibration& t) { return t.misfit; });
+  calibration.rest = mix([](const Calibration& t) { return t.rest; });
+  calibration.no_lump_misfit = mix([](const Calibration& t) { return t.no_lump_misfit; });
+  calibration.temperature = mix([](const Calibration& t) { return t.temperature; });
+  return calibration;
 }
 
 }  // namespace palpate::lump

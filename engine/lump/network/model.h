@@ -49,8 +49,8 @@ enum Parameter : uint8_t { kSize, kDepth, kRatio, kParameters };
 
 /// What was found on unseen observations of one number of loads and one noise.
 struct Calibration {
-  std::array<double, kParameters> stretch{1, 1, 1};  ///< of intervals, so that they hold 90 % of the truths
-  double place_stretch = 1;
+  std::array<double, kParameters> inflation{1, 1, 1};  ///< of intervals, so that they hold 90 % of the truths
+  double place_inflation = 1;
   double evidence = 10;       ///< that one in 100 observations without a lump reaches
   double misfit = 2;          ///< that three in 100 observations with a lump exceed
   double rest = 2;            ///< the same of what no sum of the patch's fields can be
@@ -115,8 +115,9 @@ struct Model {
 
   InverseNetwork reader;
 
-  using TrustTable = std::array<std::array<Calibration, kCalibrationNoise.size()>, kCalibrationLoads.size()>;
-  std::array<TrustTable, kMethods> trust;  ///< by Method
+  using CalibrationTable =
+      std::array<std::array<Calibration, kCalibrationNoise.size()>, kCalibrationLoads.size()>;
+  std::array<CalibrationTable, kMethods> calibration;  ///< by Method
   double false_alarm_rate = 0.01;
 
   std::string made_from;  ///< one line for people: data, cases, seed, version
@@ -146,7 +147,7 @@ Eigen::MatrixXd bump_factors(const Model& model, const Guess& guess, const Setti
                              const std::vector<double>& loads, int member,
                              std::array<Eigen::MatrixXd, 3>* changes = nullptr);
 
-/// The trust at a number of loads and a noise (share of the peak), between the tables' places.
+/// The calibration at a number of loads and a noise (share of the peak), between the tables' places.
 Calibration calibration_at(const Model& model, Method method, size_t loads, double noise_share);
 
 }  // namespace palpate::lump

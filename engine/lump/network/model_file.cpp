@@ -96,9 +96,9 @@ Json hidden_of(const std::vector<SmallNetwork>& networks) {
   return widths;
 }
 
-Json trust_json(const Calibration& t) {
-  return {{"stretch", t.stretch},
-          {"place_stretch", t.place_stretch},
+Json calibration_json(const Calibration& t) {
+  return {{"stretch", t.inflation},
+          {"place_stretch", t.place_inflation},
           {"evidence", t.evidence},
           {"misfit", t.misfit},
           {"rest", t.rest},
@@ -114,12 +114,12 @@ double positive(const Json& json, const char* key) {
   return value;
 }
 
-Calibration read_trust(const Json& json) {
+Calibration read_calibration(const Json& json) {
   Calibration t;
-  json.at("stretch").get_to(t.stretch);
-  for (const double s : t.stretch)
+  json.at("stretch").get_to(t.inflation);
+  for (const double s : t.inflation)
     if (!(s > 0 && s < 1e6)) throw std::runtime_error("stretch out of range");
-  t.place_stretch = positive(json, "place_stretch");
+  t.place_inflation = positive(json, "place_stretch");
   t.evidence = positive(json, "evidence");
   t.misfit = positive(json, "misfit");
   t.rest = positive(json, "rest");
@@ -182,7 +182,7 @@ std::shared_ptr<const Model> read_model(const Json& json, Taken& weights) {
   for (size_t method = 0; method < kMethods; ++method)
     for (size_t l = 0; l < kCalibrationLoads.size(); ++l)
       for (size_t n = 0; n < kCalibrationNoise.size(); ++n)
-        m.trust[method][l][n] = read_trust(json.at("trust").at(kMethodNames[method]).at(l).at(n));
+        m.calibration[method][l][n] = read_calibration(json.at("trust").at(kMethodNames[method]).at(l).at(n));
   m.base.pitch_mm = m.node_pitch_mm;
   m.base.side = json.at("base_side").get<uint32_t>();
   m.patch.pitch_mm = positive(json, "patch_pitch_mm");
@@ -232,9 +232,9 @@ std::string Network::bytes() const {
             {"members", m.members.size()}};
   json["hidden"] = hidden_of(m.members);
   for (size_t method = 0; method < kMethods; ++method)
-    for (const auto& row : m.trust[method]) {
+    for (const auto& row : m.calibration[method]) {
       Json list = Json::array();
-      for (const Calibration& t : row) list.push_back(trust_json(t));
+      for (const Calibration& t : row) list.push_back(calibration_json(t));
       json["trust"][kMethodNames[method]].push_back(list);
     }
   json["reader"] = {{"loads", m.reader.loads},

@@ -27,13 +27,13 @@ std::string Network::made_from() const {
   return model_->made_from;
 }
 
-std::vector<CalibrationRow> Network::trust() const {
+std::vector<CalibrationRow> Network::calibration() const {
   std::vector<CalibrationRow> rows;
   for (const Method method : {Method::Network, Method::Refined})
     for (size_t l = 0; l < kCalibrationLoads.size(); ++l)
       for (size_t n = 0; n < kCalibrationNoise.size(); ++n) {
-        const Calibration& t = model_->trust[static_cast<size_t>(method)][l][n];
-        rows.push_back({method, kCalibrationLoads[l], kCalibrationNoise[n], t.stretch, t.evidence, t.misfit,
+        const Calibration& t = model_->calibration[static_cast<size_t>(method)][l][n];
+        rows.push_back({method, kCalibrationLoads[l], kCalibrationNoise[n], t.inflation, t.evidence, t.misfit,
                         t.median_error, t.shape_rate});
       }
   return rows;

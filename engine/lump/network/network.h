@@ -26,7 +26,7 @@ struct CalibrationRow {
   Method method = Method::Network;
   uint32_t loads = 0;
   double noise_share = 0;
-  std::array<double, 3> stretch{};       ///< of the intervals of size, depth, ratio, so that they hold
+  std::array<double, 3> inflation{};     ///< of the intervals of size, depth, ratio, so that they hold
   double evidence = 0;                   ///< that one in 100 observations without a lump reaches
   double misfit = 0;                     ///< that three in 100 observations with a lump exceed
   std::array<double, 3> median_error{};  ///< of size, depth, ratio on what was kept aside, share
@@ -52,7 +52,7 @@ class Network {
   const Model& model() const { return *model_; }
   /// One line for people: data, cases, seed.
   std::string made_from() const;
-  std::vector<CalibrationRow> trust() const;
+  std::vector<CalibrationRow> calibration() const;
 
  private:
   std::shared_ptr<const Model> model_;

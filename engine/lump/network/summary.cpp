@@ -22,8 +22,8 @@ std::string text(const char* format, double a, double b = 0, double c = 0) {
 
 void summarise(const Model& model, const PressedNodes& nodes, Method method, const Evidence& found,
                Estimate& estimate) {
-  const Calibration trust = calibration_at(model, method, nodes.loads.size(), nodes.noise_share);
-  estimate.evidence = std::max(0.0, found.evidence) / trust.evidence;
+  const Calibration calibration = calibration_at(model, method, nodes.loads.size(), nodes.noise_share);
+  estimate.evidence = std::max(0.0, found.evidence) / calibration.evidence;
   estimate.false_alarm_rate = model.false_alarm_rate;
   estimate.shape_probability = found.posterior.shape_probability;
   const auto likeliest =
@@ -32,8 +32,9 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
   bool outside = false;
   const auto value = [&](Parameter what, const std::array<double, 2>& range, const char* name) {
     const double middle = found.posterior.quantile(what, 0.5);
-    const double low = middle - trust.stretch[what] * (middle - found.posterior.quantile(what, 0.05));
-    const double high = middle + trust.stretch[what] * (found.posterior.quantile(what, 0.95) - middle);
+    const double low = middle - calibration.inflation[what] * (middle - found.posterior.quantile(what, 0.05));
+    const double high =
+        middle + calibration.inflation[what] * (found.posterior.quantile(what, 0.95) - middle);
     if (std::exp(low) > range[1] * (1 + kEdge) || std::exp(high) < range[0] * (1 - kEdge) ||
         std::exp(middle) > range[1] * (1 + 1.6 * kEdge) || std::exp(middle) < range[0] * (1 - 1.6 * kEdge)) {
       outside = true;
@@ -54,12 +55,12 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
   };
   if (estimate.evidence < 1) {
     nothing();
-    if (found.no_lump_misfit > trust.no_lump_misfit) {
+    if (found.no_lump_misfit > calibration.no_lump_misfit) {
       estimate.verdict = Status::OutsideTraining;
       estimate.reasons.push_back(
           text("the pressure is neither that of tissue alone nor that of a lump the model knows "
                "(%.3g times the noise expected, %.3g allowed)",
-               std::sqrt(found.no_lump_misfit), std::sqrt(trust.no_lump_misfit)));
+               std::sqrt(found.no_lump_misfit), std::sqrt(calibration.no_lump_misfit)));
       return;
     }
     estimate.verdict = Status::NoLump;
@@ -71,18 +72,18 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
   estimate.depth_mm = value(kDepth, model.depth_mm, "a depth in mm");
   estimate.stiffness_ratio = value(kRatio, model.ratio, "a stiffness ratio");
   for (size_t axis = 0; axis < 2; ++axis) {
-    const double half = kNormal90 * trust.place_stretch * found.place_sd_mm[axis];
+    const double half = kNormal90 * calibration.place_inflation * found.place_sd_mm[axis];
     (axis == 0 ? estimate.x_mm : estimate.y_mm) = {found.place_mm[axis], found.place_mm[axis] - half,
                                                    found.place_mm[axis] + half};
   }
-  if (found.misfit > trust.misfit || found.rest > trust.rest) {
+  if (found.misfit > calibration.misfit || found.rest > calibration.rest) {
     outside = true;
     estimate.reasons.push_back(
-        found.misfit > trust.misfit
+        found.misfit > calibration.misfit
             ? text("no lump that the model knows makes this pressure (misfit %.3g, %.3g allowed)",
-                   found.misfit, trust.misfit)
+                   found.misfit, calibration.misfit)
             : text("the pressure has detail that no lump makes (%.3g of the noise, %.3g allowed)", found.rest,
-                   trust.rest));
+                   calibration.rest));
   }
   if (std::hypot(found.place_mm[0], found.place_mm[1]) > 1.5 * model.offset_mm + 2) {
     outside = true;

@@ -76,7 +76,7 @@ class Calibrator {
  public:
   Calibrator(const Model& model, const Examples& all, const TrainingOptions& options);
 
-  Calibration trust(Method method, size_t loads, size_t noise) const;
+  Calibration calibration(Method method, size_t loads, size_t noise) const;
   /// Told after each trial; false stops all.
   std::function<bool()> told = [] { return true; };
 
@@ -145,34 +145,34 @@ std::vector<Trial> Calibrator::trials(const Setting& at, size_t count, bool lump
   return found;
 }
 
-Calibration Calibrator::trust(Method method, size_t loads, size_t noise) const {
+Calibration Calibrator::calibration(Method method, size_t loads, size_t noise) const {
   const Setting at{method, loads, noise};
   const double false_alarms = model_.false_alarm_rate;
-  Calibration trust;
+  Calibration calibration;
   std::vector<double> misfits;
   if (method == Method::Refined) {
     // How much larger misfits are than noise and emulator account for.
     for (const Trial& t : trials(at, options_.trials / 3, true, 1))
       if (t.usable) misfits.push_back(t.found.misfit);
-    trust.temperature = std::clamp(quantile(misfits, 0.6), 1.0, 30.0);
+    calibration.temperature = std::clamp(quantile(misfits, 0.6), 1.0, 30.0);
     misfits.clear();
   }
   std::vector<double> evidence, plain_misfit;
-  for (const Trial& t : trials(at, options_.trials, false, trust.temperature))
+  for (const Trial& t : trials(at, options_.trials, false, calibration.temperature))
     if (t.usable) {
       evidence.push_back(t.found.evidence);
       plain_misfit.push_back(t.found.no_lump_misfit);
     }
-  trust.evidence = std::max(6.0, quantile(evidence, 1 - false_alarms));
-  trust.no_lump_misfit = std::max(1.05, 1.02 * quantile(plain_misfit, 1 - false_alarms));
+  calibration.evidence = std::max(6.0, quantile(evidence, 1 - false_alarms));
+  calibration.no_lump_misfit = std::max(1.05, 1.02 * quantile(plain_misfit, 1 - false_alarms));
 
   std::array<std::vector<double>, kParameters> scores, errors;
   std::vector<double> place, rest;
   double right = 0;
-  const std::vector<Trial> lumps = trials(at, options_.trials, true, trust.temperature);
+  const std::vector<Trial> lumps = trials(at, options_.trials, true, calibration.temperature);
   for (size_t i = 0; i < lumps.size(); ++i) {
     const Trial& t = lumps[i];
-    if (!t.usable || t.found.evidence < trust.evidence) continue;
+    if (!t.usable || t.found.evidence < calibration.evidence) continue;
     const Example& truth = all_.examples[example(at, i, true)];
     const std::array<double, kParameters> wanted = {std::log(truth.size_mm), std::log(truth.depth_mm),
                                                     std::log(truth.stiffness_ratio)};
@@ -195,19 +195,19 @@ Calibration Calibrator::trust(Method method, size_t loads, size_t noise) const {
   }
   if (scores[0].size() < 10) {
     // Too much noise to find lumps at all: nothing was learnt, and what is found nevertheless is doubted.
-    trust.stretch.fill(3);
-    trust.place_stretch = 3;
-    return trust;
+    calibration.inflation.fill(3);
+    calibration.place_inflation = 3;
+    return calibration;
   }
   for (const Parameter p : {kSize, kDepth, kRatio}) {
-    trust.stretch[p] = std::clamp(quantile(scores[p], kCoverage), 0.2, 30.0);
-    trust.median_error[p] = quantile(errors[p], 0.5);
+    calibration.inflation[p] = std::clamp(quantile(scores[p], kCoverage), 0.2, 30.0);
+    calibration.median_error[p] = quantile(errors[p], 0.5);
   }
-  trust.shape_rate = right / static_cast<double>(misfits.size());
-  trust.place_stretch = std::clamp(quantile(place, kCoverage), 0.2, 30.0);
-  trust.misfit = 1.1 * quantile(misfits, 1 - kStrange);
-  trust.rest = 1.1 * quantile(rest, 1 - kStrange);
-  return trust;
+  calibration.shape_rate = right / static_cast<double>(misfits.size());
+  calibration.place_inflation = std::clamp(quantile(place, kCoverage), 0.2, 30.0);
+  calibration.misfit = 1.1 * quantile(misfits, 1 - kStrange);
+  calibration.rest = 1.1 * quantile(rest, 1 - kStrange);
+  return calibration;
 }
 
 }  // namespace
@@ -222,19 +222,19 @@ void calibrate(Model& model, const Examples& all, const TrainingOptions& options
       return options.progress("calibrating intervals",
                               kFrom + kTold * static_cast<double>(++done) / static_cast<double>(total));
     };
-  decltype(model.trust) tables;
+  decltype(model.calibration) tables;
   for (const Method method : {Method::Network, Method::Refined})
     for (size_t l = 0; l < kCalibrationLoads.size(); ++l)
       for (size_t n = 0; n < kCalibrationNoise.size(); ++n)
-        tables[static_cast<size_t>(method)][l][n] = calibrator.trust(method, l, n);
+        tables[static_cast<size_t>(method)][l][n] = calibrator.calibration(method, l, n);
   // Few observations lie beyond a threshold: those of other noise speak too, and what errs, errs to caution.
-  for (Model::TrustTable& table : tables)
+  for (Model::CalibrationTable& table : tables)
     for (auto& row : table) {
       double evidence = 0;
-      for (const Calibration& trust : row) evidence = std::max(evidence, trust.evidence);
-      for (Calibration& trust : row) trust.evidence = evidence;
+      for (const Calibration& calibration : row) evidence = std::max(evidence, calibration.evidence);
+      for (Calibration& calibration : row) calibration.evidence = evidence;
     }
-  model.trust = tables;
+  model.calibration = tables;
 }
 
 }  // namespace palpate::lump

@@ -39,7 +39,7 @@ void train_ensemble(Model& model, const Examples& all, const TrainingOptions& op
 /// likelihoods of shape, logarithms (in units of InverseNetwork::scale) and shift (mm).
 double train_inverse_network(Model& model, const TrainingOptions& options);
 
-/// Fills the tables of trust from observations of examples that were kept aside.
+/// Fills the tables of calibration from observations of examples that were kept aside.
 void calibrate(Model& model, const Examples& all, const TrainingOptions& options);
 
 /// Calls work(i) for i in [0, count) on `threads` threads (0: one per core).

@@ -28,12 +28,12 @@ std::string trust_text(const lump::Network& network) {
       "of size, depth and ratio on what was kept aside: median errors, and by what intervals are stretched\n"
       "method   loads  noise    median error, %     shape    stretch             evidence  misfit\n";
   char line[200];
-  for (const lump::CalibrationRow& t : network.trust()) {
+  for (const lump::CalibrationRow& t : network.calibration()) {
     std::snprintf(line, sizeof line,
                   "%-8s %5u %5.1f %%   %4.1f  %4.1f  %4.1f   %3.0f %%   %4.2f  %4.2f  %4.2f   %8.3g  %6.3g\n",
                   t.method == lump::Method::Network ? "network" : "refined", t.loads, 100 * t.noise_share,
                   100 * t.median_error[0], 100 * t.median_error[1], 100 * t.median_error[2],
-                  100 * t.shape_rate, t.stretch[0], t.stretch[1], t.stretch[2], t.evidence, t.misfit);
+                  100 * t.shape_rate, t.inflation[0], t.inflation[1], t.inflation[2], t.evidence, t.misfit);
     text += line;
   }
   return text;
