@@ -164,7 +164,7 @@ ThinPlateSpline<D> ThinPlate<D>::fit(std::span<const double> values, size_t fiel
   const double left = static_cast<double>(evidence.points) - s.freedom;
   for (size_t f = 0; f < fields; ++f)
     evidence.residual_sd.push_back(
-        left > 1e-9 * s.freedom ? std::sqrt((s.misfit[static_cast<Eigen::Index>(f)] + within[f]) / left)
+        left > 1e-9 * s.freedom ? std::sqrt((s.chi_square[static_cast<Eigen::Index>(f)] + within[f]) / left)
                                 : std::numeric_limits<double>::quiet_NaN());
   PlateTerms terms{kernel_, frame_.rank, together_.size(), fields, own_, {}};
   terms.weight.assign(s.weight.data(), s.weight.data() + s.weight.size());

@@ -115,7 +115,7 @@ PlateSystem::Solution PlateSystem::solve(const Eigen::MatrixXd& values, double l
     }
     w = polynomial_.q_times(w);
   }
-  s.misfit = s.lambda * s.lambda * w.colwise().squaredNorm().transpose();
+  s.chi_square = s.lambda * s.lambda * w.colwise().squaredNorm().transpose();
   turned = polynomial_.qt_times(dense::minus_product(white, kernel_, w));
   s.polynomial = polynomial_.solve_r(turned.topRows(terms_));
   s.weight = root_.asDiagonal() * w;
@@ -130,16 +130,16 @@ PlateSystem::Choice PlateSystem::choose(const Eigen::MatrixXd& values, double wi
   const Eigen::MatrixXd turned = polynomial_.qt_times(white);
   const Eigen::MatrixXd seen = tridiagonal_->form.qt_times(turned.bottomRows(left));
   const double widest = std::max(tridiagonal_->eigenvalues.maxCoeff(), std::numeric_limits<double>::min());
-  // What rounding leaves of the values counts as misfit, so that none of it is followed.
+  // What rounding leaves of the values counts as chi-square, so that none of it is followed.
   const double rounding = std::pow(16 * kEpsilon, 2) * white.squaredNorm();
   const double all = static_cast<double>(points_) + static_cast<double>(averaged);
   double plain = 0;  // of the last score
   const auto score = [&](double log_lambda) {
     const double lambda = std::exp(log_lambda);
     const auto& d = tridiagonal_->eigenvalues.array();
-    const double misfit = lambda * lambda * tridiagonal_->solve(seen, lambda).squaredNorm();
+    const double chi_square = lambda * lambda * tridiagonal_->solve(seen, lambda).squaredNorm();
     const double taken = (lambda / (d + lambda)).sum();
-    plain = all * (misfit + within + rounding) / std::pow(taken + static_cast<double>(averaged), 2);
+    plain = all * (chi_square + within + rounding) / std::pow(taken + static_cast<double>(averaged), 2);
     const double followed = static_cast<double>(terms_) + (d / (d + lambda)).square().sum();
     return plain * (kPlain + (1 - kPlain) * followed / all);
   };

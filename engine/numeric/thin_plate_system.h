@@ -15,7 +15,7 @@ class PlateSystem {
  public:
   struct Solution {
     Eigen::MatrixXd weight, polynomial;  ///< points x fields, (1 + axes) x fields
-    Eigen::VectorXd misfit;              ///< per field: sum of weighted squares
+    Eigen::VectorXd chi_square;          ///< per field: sum of weighted squares
     double lambda = 0;
     bool raised = false;
     double freedom = 0;  ///< NaN: not asked for

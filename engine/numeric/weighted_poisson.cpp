@@ -293,7 +293,7 @@ std::vector<double> right_side(const WeightedFaces& f) {
   return out;
 }
 
-double misfit(const WeightedFaces& f, std::span<const double> z) {
+double unexplained(const WeightedFaces& f, std::span<const double> z) {
   double wrong = 0, whole = 0;
   for (uint32_t y = 0; y < f.height; ++y) {
     for (uint32_t x = 0; x < f.width; ++x) {

@@ -39,7 +39,7 @@ std::vector<double> right_side(const WeightedFaces& faces);
 
 /// sqrt(sum w (dz - g)^2 / sum w g^2): the share of the slopes that heights z do not explain. 0 where all
 /// slopes are 0.
-double misfit(const WeightedFaces& faces, std::span<const double> z);
+double unexplained(const WeightedFaces& faces, std::span<const double> z);
 
 struct WeightedSolution {
   std::vector<double> z;  ///< height x width

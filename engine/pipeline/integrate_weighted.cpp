@@ -210,7 +210,7 @@ WeightedHeights integrate_weighted(gpu::Context& context, std::span<const float>
     evidence.converged = evidence.residual <= double{kWeightedTolerance};
     if (result.islands.unknown_px > 0) gpu.fill(known, z, live ? 1 : 4);
   }
-  evidence.misfit = misfit(faces, z);
+  evidence.unexplained = unexplained(faces, z);
   double mean = 0, low = std::numeric_limits<double>::max(), high = std::numeric_limits<double>::lowest();
   for (double& value : z) {
     value *= double{steepest};

@@ -127,7 +127,7 @@ void WeightedSolve::solve_on_host(FrameSlot& slot, uint32_t pitch) const {
   }
   const WeightedFaces faces = weighted_faces(gradients, weights, format_.width, format_.height);
   const WeightedSolution exact = solve_weighted(faces);
-  own.evidence = {exact.residual, misfit(faces, exact.z), exact.iterations, exact.converged};
+  own.evidence = {exact.residual, unexplained(faces, exact.z), exact.iterations, exact.converged};
   float* solved = slot.surface.solved.as<float>().data();
   for (size_t i = 0; i < known_.size(); ++i)
     solved[i / format_.width * pitch + i % format_.width] = static_cast<float>(exact.z[i] * pitch_mm_per_px_);
@@ -136,7 +136,7 @@ void WeightedSolve::solve_on_host(FrameSlot& slot, uint32_t pitch) const {
 void WeightedSolve::measure(const Slot& slot, Touch& touch) const {
   if (!slot.used) return;
   touch.surface->weighted = {.residual = slot.evidence.residual,
-                             .unexplained = slot.evidence.misfit,
+                             .unexplained = slot.evidence.unexplained,
                              .islands = slot.islands.count,
                              .touched_islands = slot.islands.touched};
   // Depth counts from the rest level: it is not determined where the contact lies on an island of its own.

@@ -257,7 +257,7 @@ WeightedEvidence WeightedSurface::evidence(const gpu::DeviceBuffer& buffer) {
   const shared::WeightedScalars& s = buffer.as<const shared::WeightedScalars>()[0];
   WeightedEvidence e;
   e.residual = s.right2 > 0 ? std::sqrt(double{s.residual2} / double{s.right2}) : 0;
-  e.misfit = s.field2 > 0 ? std::sqrt(std::max(0.0, 1 - double{s.explained} / double{s.field2})) : 0;
+  e.unexplained = s.field2 > 0 ? std::sqrt(std::max(0.0, 1 - double{s.explained} / double{s.field2})) : 0;
   e.iterations = s.iterations;
   e.converged = s.converged != 0;
   return e;

@@ -115,7 +115,7 @@ TEST(ScanStitch, NineWindowsAreTheBlock) {
   EXPECT_NEAR(map.between_presses_Pa, 0.01 * peak, 0.006 * peak);
   for (const lump::PressPlace& place : map.places) {
     EXPECT_TRUE(place.used);
-    EXPECT_NEAR(place.misfit, 1, 0.4) << place.name;
+    EXPECT_NEAR(place.deviation, 1, 0.4) << place.name;
     EXPECT_LT(std::hypot(place.shift_mm[0], place.shift_mm[1]), 0.35) << place.name;
     EXPECT_NEAR(place.gain, 1, 0.02) << place.name;
   }

@@ -171,7 +171,7 @@ TEST_F(WeightedSurfaceTest, HitsTheTruthUnderEveryMask) {
               live                             ? "live"
               : solver == SurfaceSolver::Exact ? "exact"
                                                : "converged",
-              m.rms, m.worst, got.evidence.residual, got.evidence.misfit, got.evidence.iterations,
+              m.rms, m.worst, got.evidence.residual, got.evidence.unexplained, got.evidence.iterations,
               got.islands.count);
           for (const float z : got.values) ASSERT_TRUE(std::isfinite(z));
           EXPECT_LT(m.rms, (live ? mask.live : 1e-4) + (kink ? 8e-3 : 0)) << field.name << ", " << mask.name;
@@ -211,16 +211,16 @@ TEST_F(WeightedSurfaceTest, EqualsDirectSolverOnInconsistentSlopes) {
       const WeightedFaces faces = weighted_faces(given, scaled, cols, rows);
       const std::vector<float> wanted = direct(faces, label, islands.count);
       const std::vector<double> exact(wanted.begin(), wanted.end());
-      const double left_over = misfit(faces, exact);
+      const double left_over = unexplained(faces, exact);
       for (const SurfaceSolver solver : {SurfaceSolver::Converged, SurfaceSolver::Exact}) {
         const WeightedHeights got = integrate_weighted(context(), given, mask.weights, rows, cols, solver);
         const Misfit m = misfit_by_island(got.values, exact, mask.weights, cols, rows);
         const std::string scene = std::to_string(cols) + " x " + std::to_string(rows) + ", " + mask.name +
                                   (solver == SurfaceSolver::Exact ? ", exact" : ", converged");
         std::printf("%-45s worst %.1e misfit %.4f residual %.1e iterations %u\n", scene.c_str(), m.worst,
-                    got.evidence.misfit, got.evidence.residual, got.evidence.iterations);
+                    got.evidence.unexplained, got.evidence.residual, got.evidence.iterations);
         EXPECT_EQ(got.islands.count, islands.count) << scene;
-        EXPECT_NEAR(got.evidence.misfit, left_over, 1e-4) << scene;
+        EXPECT_NEAR(got.evidence.unexplained, left_over, 1e-4) << scene;
         EXPECT_TRUE(got.evidence.converged) << scene;
         EXPECT_LT(m.worst, 1e-4) << scene;
       }
@@ -292,9 +292,10 @@ TEST_F(WeightedSurfaceTest, StageEqualsCpu) {
     const WeightedEvidence evidence = WeightedSurface::evidence(scalars);
     const Misfit m = misfit_by_island(got, wanted, weights, cols, rows);
     std::printf("stage, %s: worst %.1e, misfit %.4f of %.4f, residual %.1e, iterations %u\n", scene.c_str(),
-                m.worst, evidence.misfit, misfit(faces, exact.z), evidence.residual, evidence.iterations);
+                m.worst, evidence.unexplained, unexplained(faces, exact.z), evidence.residual,
+                evidence.iterations);
     EXPECT_LT(m.worst, 1e-3) << scene;
-    EXPECT_NEAR(evidence.misfit, misfit(faces, exact.z), 2e-3) << scene;
+    EXPECT_NEAR(evidence.unexplained, unexplained(faces, exact.z), 2e-3) << scene;
     EXPECT_LT(evidence.residual, 1e-5) << scene;
   }
 }

@@ -76,7 +76,7 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
                              {"solver", to_string(options.solver)},
                              {"device", context->report().name},
                              {"residual", evidence.residual},
-                             {"inconsistency", evidence.misfit},
+                             {"inconsistency", evidence.unexplained},
                              {"iterations", evidence.iterations},
                              {"converged", evidence.converged},
                              {"unknown_px", heights.islands.unknown_px},
@@ -90,7 +90,7 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
       text, sizeof text,
       "%u x %u heights, peak to valley %.6g, relative residual %.2g after %u iterations, inconsistency %.2g, "
       "%llu px unknown, %.3f s\n",
-      rows, cols, heights.peak_to_valley, evidence.residual, evidence.iterations, evidence.misfit,
+      rows, cols, heights.peak_to_valley, evidence.residual, evidence.iterations, evidence.unexplained,
       static_cast<unsigned long long>(heights.islands.unknown_px), seconds);
   if (heights.islands.apart()) {
     spdlog::warn("unknown pixels cut the field into {} islands: heights between them are not determined",

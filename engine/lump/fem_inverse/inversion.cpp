@@ -101,10 +101,10 @@ struct Answer {
   double chi2() const { return best ? best->chi2 + odds_chi2 : HUGE_VAL; }
 };
 
-Spread spread_at(const DirectSearch& search, const DirectSearch::State& best, double misfit,
+Spread spread_at(const DirectSearch& search, const DirectSearch::State& best, double chi_square,
                  const Observation& observation, const ResponseOptions& model) {
   const DirectSearch::Step end = search.solve(best, 0, DirectSearch::Sought::Lump);
-  Spread spread{end.sd * std::sqrt(std::max(1.0, misfit)), LumpStep::Zero()};
+  Spread spread{end.sd * std::sqrt(std::max(1.0, chi_square)), LumpStep::Zero()};
   const Case::Lump& lump = best.lump;
   const bool upright = lump.shape == fem::InclusionShape::Cylinder;
   const double finest_mm = observation.block_mm[0] / (model.cells[0] * model.grids.back());
@@ -175,7 +175,7 @@ class Inversion {
     for (uint32_t better = 0; answer.tells() && answer.spread.noise(kLnRatio) >= kCurved; ++better) {
       // Along the ratios all grids are asked everywhere, so here too: on a flat way the search stops early.
       search_.correct(*answer.best);
-      const double allowed = kNinetyPercent * kNinetyPercent * std::max(1.0, misfit(answer));
+      const double allowed = kNinetyPercent * kNinetyPercent * std::max(1.0, chi_square(answer));
       const double step = kNinetyPercent * answer.spread.noise(kLnRatio);
       std::array<Case::Lump, 2> ends;
       std::optional<DirectSearch::State> lower;
@@ -191,7 +191,7 @@ class Inversion {
   }
 
  private:
-  double misfit(const Answer& answer) const {
+  double chi_square(const Answer& answer) const {
     const auto values = static_cast<double>(search_.values() * observation_.force_N.size());
     return answer.best->chi2 / std::max(1.0, values - double{kLumpUnknowns});
   }
@@ -207,7 +207,7 @@ class Inversion {
     DirectSearch::State& best = *answer.best;
     const bool settled = search_.settle(best);
     Estimate& estimate = answer.estimate;
-    const double share = misfit(answer);
+    const double share = chi_square(answer);
     answer.spread = spread_at(search_, best, share, observation_, options_.model);
     take(best.lump, answer.spread, estimate);
     estimate.shape_probability = {};

@@ -15,17 +15,17 @@ using Matrix5 = Eigen::Matrix<double, 5, 5>;
 
 constexpr double kBeyondRange = 1.1;  // of the training's ranges, where the search is turned back
 constexpr std::array<double, 5> kLongestStep = {0.4, 0.5, 0.9, 1.5, 1.5};
-constexpr double kForgiven = 30;    // misfit beyond the best's from which on a shape is no longer followed
-constexpr double kHopeless = 1e30;  // misfit of what the network has no number for
-constexpr int kRatios = 11;         // of the posterior
-constexpr double kUnlikely = 1e-3;  // probability of a shape from which on it is not tried
+constexpr double kForgiven = 30;  // chi-square beyond the best's from which on a shape is no longer followed
+constexpr double kHopeless = 1e30;                 // chi-square of what the network has no number for
+constexpr int kRatios = 11;                        // of the posterior
+constexpr double kUnlikely = 1e-3;                 // probability of a shape from which on it is not tried
 constexpr uint32_t kRefining = 12, kChecking = 3;  // rounds
 
 /// Past `edge` by `over` a parameter costs (over / width)^2.
-void wall(double over, double width, int index, double sign, double& misfit, LumpVector* slope,
+void wall(double over, double width, int index, double sign, double& chi_square, LumpVector* slope,
           Matrix5* normal) {
   if (over <= 0) return;
-  misfit += over * over / (width * width);
+  chi_square += over * over / (width * width);
   if (slope != nullptr) {
     (*slope)(index) -= sign * over / (width * width);
     (*normal)(index, index) += 1 / (width * width);
@@ -43,7 +43,7 @@ std::array<double, 2> log_range(const std::array<double, 2>& range) {
 
 }  // namespace
 
-double Fitter::misfit(const Fit& fit, LumpVector* slope, Matrix5* normal) const {
+double Fitter::chi_square(const Fit& fit, LumpVector* slope, Matrix5* normal) const {
   const Guess guess{fit.shape, fit.at(0), fit.at(1), fit.at(2)};
   const PatchWhitener& whitener = patch_.whitener;
   std::array<Eigen::MatrixXd, 3> changes;
@@ -109,9 +109,9 @@ double Fitter::misfit(const Fit& fit, LumpVector* slope, Matrix5* normal) const 
 
 void Fitter::search(Fit& fit, uint32_t rounds, bool ratio_held) const {
   LumpVector slope;
-  fit.misfit = misfit(fit, &slope, &fit.normal);
-  if (!std::isfinite(fit.misfit)) {
-    fit.misfit = kHopeless;
+  fit.chi_square = chi_square(fit, &slope, &fit.normal);
+  if (!std::isfinite(fit.chi_square)) {
+    fit.chi_square = kHopeless;
     return;
   }
   double damping = 1e-3;
@@ -132,9 +132,9 @@ void Fitter::search(Fit& fit, uint32_t rounds, bool ratio_held) const {
     Fit next = fit;
     next.at += step;
     LumpVector next_slope;
-    next.misfit = misfit(next, &next_slope, &next.normal);
-    if (std::isfinite(next.misfit) && next.misfit < fit.misfit) {
-      const double gain = fit.misfit - next.misfit;
+    next.chi_square = chi_square(next, &next_slope, &next.normal);
+    if (std::isfinite(next.chi_square) && next.chi_square < fit.chi_square) {
+      const double gain = fit.chi_square - next.chi_square;
       fit = next;
       slope = next_slope;
       damping = std::max(1e-6, damping * 0.2);
@@ -184,8 +184,8 @@ void add_bells(const Model& model, const Fitter& fitter, const Fit& fit, double 
     const Eigen::Matrix4d inverse = rest.inverse();
     const double volume = std::log(std::max(1e-300, std::abs(inverse.determinant())));
     // Sizes and depths were even in the training, not their logarithms.
-    if (!std::isfinite(volume) || at.misfit >= kHopeless) return;
-    log_weights.push_back(-0.5 * at.misfit / temperature + 0.5 * volume + std::log(spacing) + at.at(0) +
+    if (!std::isfinite(volume) || at.chi_square >= kHopeless) return;
+    log_weights.push_back(-0.5 * at.chi_square / temperature + 0.5 * volume + std::log(spacing) + at.at(0) +
                           at.at(1));
     Posterior::Part part;
     part.shape = fit.shape;
@@ -204,7 +204,7 @@ void add_bells(const Model& model, const Fitter& fitter, const Fit& fit, double 
       at.at(2) = ratio;
       fitter.search(at, 1, true);
       add(at);
-      if (at.misfit > fit.misfit + 16 * temperature) break;
+      if (at.chi_square > fit.chi_square + 16 * temperature) break;
       // The direction in which size and depth give way for the next ratio.
       const Matrix5 here = dense::inverse(at.normal);
       along = here.col(2) / here(2, 2);
@@ -237,11 +237,12 @@ Evidence weigh_lumps(const Model& model, const PressedNodes& nodes, Method metho
     fitter.search(fits.back(), method == Method::Refined ? kRefining : kChecking);
   }
   const Fit& best = *std::min_element(fits.begin(), fits.end(),
-                                      [](const Fit& a, const Fit& b) { return a.misfit < b.misfit; });
+                                      [](const Fit& a, const Fit& b) { return a.chi_square < b.chi_square; });
   Evidence found;
-  found.no_lump_misfit = no_lump_misfit(nodes);
-  found.evidence = fitter.no_lump() - best.misfit;
-  found.misfit = best.misfit / static_cast<double>(std::max<Eigen::Index>(1, look.patch.whitener.size() - 5));
+  found.no_lump_chi_square = no_lump_chi_square(nodes);
+  found.evidence = fitter.no_lump() - best.chi_square;
+  found.chi_square =
+      best.chi_square / static_cast<double>(std::max<Eigen::Index>(1, look.patch.whitener.size() - 5));
   found.rest = look.patch.whitener.rest();
   std::array<double, 2> shift = answer.shift_mm, sd = answer.shift_sd_mm;
   Posterior& posterior = found.posterior;
@@ -254,7 +255,7 @@ Evidence weigh_lumps(const Model& model, const PressedNodes& nodes, Method metho
   } else {
     std::vector<double> log_weights;
     for (const Fit& fit : fits)
-      if (fit.misfit < best.misfit + kForgiven * temperature)
+      if (fit.chi_square < best.chi_square + kForgiven * temperature)
         add_bells(model, fitter, fit, temperature, posterior.parts, log_weights);
     if (log_weights.empty()) {
       found.evidence = 0;

@@ -16,7 +16,7 @@ using LumpVector = Eigen::Matrix<double, 5, 1>;
 struct Fit {
   fem::InclusionShape shape = fem::InclusionShape::Sphere;
   LumpVector at = LumpVector::Zero();
-  double misfit = 0;  ///< squares, of unit variance each
+  double chi_square = 0;  ///< squares, of unit variance each
   Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Identity();
 };
 
@@ -33,7 +33,7 @@ class Fitter {
   void search(Fit& fit, uint32_t rounds, bool ratio_held = false) const;
 
  private:
-  double misfit(const Fit& fit, LumpVector* slope, Eigen::Matrix<double, 5, 5>* normal) const;
+  double chi_square(const Fit& fit, LumpVector* slope, Eigen::Matrix<double, 5, 5>* normal) const;
 
   const Model& model_;
   const PressedNodes& nodes_;
@@ -58,10 +58,10 @@ struct Posterior {
 struct Evidence {
   Posterior posterior;
   std::array<double, 2> place_mm{}, place_sd_mm{};
-  double evidence = 0;  ///< misfit without a lump less misfit with one
-  double misfit = 0;    ///< of the best, per degree of freedom
-  double rest = 0;      ///< see PatchWhitener::rest()
-  double no_lump_misfit = 0;
+  double evidence = 0;    ///< chi-square without a lump less chi-square with one
+  double chi_square = 0;  ///< of the best, per degree of freedom
+  double rest = 0;        ///< see PatchWhitener::rest()
+  double no_lump_chi_square = 0;
 };
 
 /// `temperature` divides logarithms of likelihoods before shapes are weighed; the network alone has no use

@@ -204,9 +204,9 @@ Calibration calibration_at(const Model& model, Method method, size_t loads, doub
     calibration.inflation[p] = mix([p](const Calibration& t) { return t.inflation[p]; });
   calibration.place_inflation = mix([](const Calibration& t) { return t.place_inflation; });
   calibration.evidence = mix([](const Calibration& t) { return t.evidence; });
-  calibration.misfit = mix([](const Calibration& t) { return t.misfit; });
+  calibration.chi_square = mix([](const Calibration& t) { return t.chi_square; });
   calibration.rest = mix([](const Calibration& t) { return t.rest; });
-  calibration.no_lump_misfit = mix([](const Calibration& t) { return t.no_lump_misfit; });
+  calibration.no_lump_chi_square = mix([](const Calibration& t) { return t.no_lump_chi_square; });
   calibration.temperature = mix([](const Calibration& t) { return t.temperature; });
   return calibration;
 }

@@ -100,9 +100,9 @@ Json calibration_json(const Calibration& t) {
   return {{"stretch", t.inflation},
           {"place_stretch", t.place_inflation},
           {"evidence", t.evidence},
-          {"misfit", t.misfit},
+          {"misfit", t.chi_square},
           {"rest", t.rest},
-          {"no_lump_misfit", t.no_lump_misfit},
+          {"no_lump_misfit", t.no_lump_chi_square},
           {"warmth", t.temperature},
           {"median_error", t.median_error},
           {"shape_rate", t.shape_rate}};
@@ -121,9 +121,9 @@ Calibration read_calibration(const Json& json) {
     if (!(s > 0 && s < 1e6)) throw std::runtime_error("stretch out of range");
   t.place_inflation = positive(json, "place_stretch");
   t.evidence = positive(json, "evidence");
-  t.misfit = positive(json, "misfit");
+  t.chi_square = positive(json, "misfit");
   t.rest = positive(json, "rest");
-  t.no_lump_misfit = positive(json, "no_lump_misfit");
+  t.no_lump_chi_square = positive(json, "no_lump_misfit");
   t.temperature = positive(json, "warmth");
   json.at("median_error").get_to(t.median_error);
   t.shape_rate = json.at("shape_rate").get<double>();

@@ -55,12 +55,12 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
   };
   if (estimate.evidence < 1) {
     nothing();
-    if (found.no_lump_misfit > calibration.no_lump_misfit) {
+    if (found.no_lump_chi_square > calibration.no_lump_chi_square) {
       estimate.verdict = Status::OutsideTraining;
       estimate.reasons.push_back(
           text("the pressure is neither that of tissue alone nor that of a lump the model knows "
                "(%.3g times the noise expected, %.3g allowed)",
-               std::sqrt(found.no_lump_misfit), std::sqrt(calibration.no_lump_misfit)));
+               std::sqrt(found.no_lump_chi_square), std::sqrt(calibration.no_lump_chi_square)));
       return;
     }
     estimate.verdict = Status::NoLump;
@@ -76,12 +76,12 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
     (axis == 0 ? estimate.x_mm : estimate.y_mm) = {found.place_mm[axis], found.place_mm[axis] - half,
                                                    found.place_mm[axis] + half};
   }
-  if (found.misfit > calibration.misfit || found.rest > calibration.rest) {
+  if (found.chi_square > calibration.chi_square || found.rest > calibration.rest) {
     outside = true;
     estimate.reasons.push_back(
-        found.misfit > calibration.misfit
+        found.chi_square > calibration.chi_square
             ? text("no lump that the model knows makes this pressure (misfit %.3g, %.3g allowed)",
-                   found.misfit, calibration.misfit)
+                   found.chi_square, calibration.chi_square)
             : text("the pressure has detail that no lump makes (%.3g of the noise, %.3g allowed)", found.rest,
                    calibration.rest));
   }

@@ -245,7 +245,7 @@ std::array<double, 2> find_bump(const Model& model, const PressedNodes& nodes) {
   return place;
 }
 
-double no_lump_misfit(const PressedNodes& nodes) {
+double no_lump_chi_square(const PressedNodes& nodes) {
   double sum = 0;
   for (Eigen::Index k = 0; k < nodes.rest.cols(); ++k) {
     // The gauge's error scales what the block alone shows.

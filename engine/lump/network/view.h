@@ -37,7 +37,7 @@ std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation&
 std::array<double, 2> find_bump(const Model& model, const PressedNodes& nodes);
 
 /// What of the whole window a block without a lump leaves, per value and noise (squares).
-double no_lump_misfit(const PressedNodes& nodes);
+double no_lump_chi_square(const PressedNodes& nodes);
 
 /// A patch around a place, mirrored so that the block's middle lies to the left and above; `swapped`: its
 /// first axis is the block's y.

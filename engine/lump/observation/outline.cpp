@@ -269,10 +269,10 @@ Outline outline_lump(const Observation& observation, uint64_t seed, uint32_t rep
   Outline out;
   const fem::Map bump = minus_block(observation, fitter, fit, &out.block_Pa);
   const double height = fit.linear(kBlockTerms);
-  out.misfit_Pa = std::sqrt(fit.squares / (static_cast<double>(values.size()) - kBlockTerms - 6));
+  out.residual_Pa = std::sqrt(fit.squares / (static_cast<double>(values.size()) - kBlockTerms - 6));
   out.half_widths_mm = {std::exp(fit.bump(2)), std::exp(fit.bump(3))};
   out.angle_rad = std::remainder(fit.bump(4), std::numbers::pi);
-  const double error_Pa = std::max(out.misfit_Pa, observation.noise_Pa) * std::sqrt(fit.height_variance);
+  const double error_Pa = std::max(out.residual_Pa, observation.noise_Pa) * std::sqrt(fit.height_variance);
   out.significance = error_Pa > 0 ? std::abs(height) / error_Pa : std::numeric_limits<double>::infinity();
   out.height_Pa = {height, height - 1.645 * error_Pa, height + 1.645 * error_Pa};
   if (std::exp(std::max(fit.bump(2), fit.bump(3))) > 0.999 * std::exp(fitter.widest())) {

@@ -24,8 +24,8 @@ struct Outline {
   Value height_Pa;                         ///< above the smooth block
   std::array<double, 2> half_widths_mm{};  ///< Gaussian's s along its long and its short axis
   double angle_rad = 0;                    ///< of the long axis from +x towards +y
-  double significance = 0;                 ///< height over its standard error, misfit counted as noise
-  double misfit_Pa = 0;                    ///< rms of map minus block minus Gaussian
+  double significance = 0;                 ///< height over its standard error, chi-square counted as noise
+  double residual_Pa = 0;                  ///< rms of map minus block minus Gaussian
   fem::Map block_Pa;                       ///< the smooth block under the bump
 };
 

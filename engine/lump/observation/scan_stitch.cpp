@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kReach = 1.1;          // farther beyond a press's highest force nothing is told
-constexpr double kWorstMisfit = 4;      // of a press that saw the same as the others
+constexpr double kWorstDeviation = 4;   // of a press that saw the same as the others
 constexpr double kWholeBlock = 0.99;    // of its places seen, all but the rim
 constexpr double kLeastFeather = 0.05;  // of the weight on a window's very edge
 
@@ -82,7 +82,7 @@ struct Placed {
   std::array<double, 2> stage_mm;
   double noise_Pa;
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  // shift x, y, ln gain
-  double misfit = 0;
+  double deviation = 0;
   bool used = false;
 
   /// At a place of the block; NaN off the window and where nothing was seen.
@@ -166,7 +166,7 @@ class Registration {
       for (uint32_t i = 0; i < grid_.width; ++i) add_node(grid_.x(i), grid_.y(j), squares, counts);
     for (size_t p = 0; p < presses_.size(); ++p) {
       Placed& press = presses_[p];
-      press.misfit = counts[p] > 0 ? std::sqrt(squares[p] / counts[p]) : 0;
+      press.deviation = counts[p] > 0 ? std::sqrt(squares[p] / counts[p]) : 0;
       const auto at = static_cast<Eigen::Index>(3 * p);
       for (Eigen::Index c = 0; c < 3; ++c) {
         const double sd = c < 2 ? options_.stage_sd_mm : options_.gain_sd;
@@ -346,16 +346,19 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
   // One that saw something else spoils the others' mean as well: the worst goes first.
   for (size_t left_out = 0; left_out < presses.size() / 3; ++left_out) {
     size_t worst = 0;
-    std::vector<double> misfits;
+    std::vector<double> deviations;
     for (size_t p = 0; p < placed.size(); ++p) {
-      if (placed[p].used && placed[p].misfit > 0) misfits.push_back(placed[p].misfit);
-      if (placed[p].used && placed[p].misfit > placed[worst].misfit) worst = p;
+      if (placed[p].used && placed[p].deviation > 0) deviations.push_back(placed[p].deviation);
+      if (placed[p].used && placed[p].deviation > placed[worst].deviation) worst = p;
     }
-    if (misfits.size() < 3 || placed[worst].misfit < kWorstMisfit * std::max(1.0, median(misfits))) break;
+    if (deviations.size() < 3 ||
+        placed[worst].deviation < kWorstDeviation * std::max(1.0, median(deviations)))
+      break;
     placed[worst].used = false;
     out.places[worst].used = false;
-    out.places[worst].reason = text(
-        "it is unlike what the others saw of the same places (%.1f times the noise)", placed[worst].misfit);
+    out.places[worst].reason =
+        text("it is unlike what the others saw of the same places (%.1f times the noise)",
+             placed[worst].deviation);
     for (Placed& p : placed) p.place.setZero();
     registration.run();
   }
@@ -385,7 +388,7 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
     }
     place.gain = std::exp(placed[p].place(2));
     place.gain_sd = place.gain * std::sqrt(registration.covariance(at + 2, at + 2));
-    place.misfit = placed[p].misfit;
+    place.deviation = placed[p].deviation;
     const double shift = std::hypot(place.shift_mm[0], place.shift_mm[1]);
     if (shift > 3 * options.stage_sd_mm)
       out.warnings.push_back("press '" + place.name + "' lies " +

@@ -33,7 +33,8 @@ struct PressPlace {
   std::array<double, 2> shift_mm = {0, 0};     ///< found by the overlaps, added to the stated place
   std::array<double, 2> shift_sd_mm = {0, 0};  ///< as large as the stage's where nothing tells more
   double gain = 1, gain_sd = 0;                ///< its pressure over the scan's
-  double misfit = 0;  ///< its rms distance from the others over what its noise makes; about 1. 0: no overlap
+  double deviation =
+      0;  ///< its rms distance from the others over what its noise makes; about 1. 0: no overlap
 };
 
 /// The block's map. Places that no press saw are NaN, and its rim.

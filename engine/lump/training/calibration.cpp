@@ -149,22 +149,22 @@ Calibration Calibrator::calibration(Method method, size_t loads, size_t noise) c
   const Setting at{method, loads, noise};
   const double false_alarms = model_.false_alarm_rate;
   Calibration calibration;
-  std::vector<double> misfits;
+  std::vector<double> chi_squares;
   if (method == Method::Refined) {
-    // How much larger misfits are than noise and emulator account for.
+    // How much larger chi-squares are than noise and emulator account for.
     for (const Trial& t : trials(at, options_.trials / 3, true, 1))
-      if (t.usable) misfits.push_back(t.found.misfit);
-    calibration.temperature = std::clamp(quantile(misfits, 0.6), 1.0, 30.0);
-    misfits.clear();
+      if (t.usable) chi_squares.push_back(t.found.chi_square);
+    calibration.temperature = std::clamp(quantile(chi_squares, 0.6), 1.0, 30.0);
+    chi_squares.clear();
   }
-  std::vector<double> evidence, plain_misfit;
+  std::vector<double> evidence, plain_chi_square;
   for (const Trial& t : trials(at, options_.trials, false, calibration.temperature))
     if (t.usable) {
       evidence.push_back(t.found.evidence);
-      plain_misfit.push_back(t.found.no_lump_misfit);
+      plain_chi_square.push_back(t.found.no_lump_chi_square);
     }
   calibration.evidence = std::max(6.0, quantile(evidence, 1 - false_alarms));
-  calibration.no_lump_misfit = std::max(1.05, 1.02 * quantile(plain_misfit, 1 - false_alarms));
+  calibration.no_lump_chi_square = std::max(1.05, 1.02 * quantile(plain_chi_square, 1 - false_alarms));
 
   std::array<std::vector<double>, kParameters> scores, errors;
   std::vector<double> place, rest;
@@ -187,7 +187,7 @@ Calibration Calibrator::calibration(Method method, size_t loads, size_t noise) c
     for (size_t axis = 0; axis < 2; ++axis)
       place.push_back(std::abs(t.found.place_mm[axis] - truth.offset_mm[axis]) /
                       (1.645 * std::max(1e-3, t.found.place_sd_mm[axis])));
-    misfits.push_back(t.found.misfit);
+    chi_squares.push_back(t.found.chi_square);
     rest.push_back(t.found.rest);
     const auto& probability = t.found.posterior.shape_probability;
     right += std::max_element(probability.begin(), probability.end()) - probability.begin() ==
@@ -203,9 +203,9 @@ Calibration Calibrator::calibration(Method method, size_t loads, size_t noise) c
     calibration.inflation[p] = std::clamp(quantile(scores[p], kCoverage), 0.2, 30.0);
     calibration.median_error[p] = quantile(errors[p], 0.5);
   }
-  calibration.shape_rate = right / static_cast<double>(misfits.size());
+  calibration.shape_rate = right / static_cast<double>(chi_squares.size());
   calibration.place_inflation = std::clamp(quantile(place, kCoverage), 0.2, 30.0);
-  calibration.misfit = 1.1 * quantile(misfits, 1 - kStrange);
+  calibration.chi_square = 1.1 * quantile(chi_squares, 1 - kStrange);
   calibration.rest = 1.1 * quantile(rest, 1 - kStrange);
   return calibration;
 }

@@ -167,7 +167,7 @@ std::string places_csv(const lump::ScanMap& map) {
     if (p.used)
       csv += plot_number(p.shift_mm[0]) + "," + plot_number(p.shift_sd_mm[0]) + "," +
              plot_number(p.shift_mm[1]) + "," + plot_number(p.shift_sd_mm[1]) + "," + plot_number(p.gain) +
-             "," + plot_number(p.gain_sd) + "," + plot_number(p.misfit) + ",\n";
+             "," + plot_number(p.gain_sd) + "," + plot_number(p.deviation) + ",\n";
     else
       csv += ",,,,,,,\"" + p.reason + "\"\n";
   }
@@ -392,7 +392,7 @@ Json scan_json(const ScanReport& r) {
                     {"shift_sd_mm", p.shift_sd_mm},
                     {"gain", p.gain},
                     {"gain_sd", p.gain_sd},
-                    {"misfit", p.misfit}});
+                    {"misfit", p.deviation}});
     else
       press["reason"] = p.reason;
     value["map"]["presses"].push_back(press);
