@@ -94,10 +94,10 @@ std::string estimate_text(const lump::Estimate& e) {
   char line[240];
   std::string text = std::string("verdict: ") + to_string(e.verdict) + "\n";
   std::snprintf(line, sizeof line,
-                "evidence for a lump: %.3g (1 and more in %.3g %% of readings without one)\n", e.evidence,
-                100 * e.false_alarm_rate);
+                "evidence for a lump: %.3g (1 and more in %.3g %% of readings without one)\n",
+                e.detection_statistic, 100 * e.false_alarm_rate);
   text += line;
-  if (e.evidence >= 1 && std::isfinite(e.size_mm.value)) {
+  if (e.detection_statistic >= 1 && std::isfinite(e.size_mm.value)) {
     if (!tells_numbers(e.verdict)) text += "of one lump as the model knows it, which this is not:\n";
     text += "                     value    90 % interval\n";
     const auto row = [&](const char* name, const lump::Value& v, const char* unit) {
@@ -131,7 +131,7 @@ std::string estimate_json(const lump::Estimate& e) {
                : Json(nullptr);
   };
   Json json{{"verdict", to_string(e.verdict)},
-            {"evidence", e.evidence},
+            {"evidence", e.detection_statistic},
             {"false_alarm_rate", e.false_alarm_rate},
             {"size_mm", value(e.size_mm)},
             {"depth_mm", value(e.depth_mm)},

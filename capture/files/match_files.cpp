@@ -177,7 +177,7 @@ Json to_json(const MatchFiles& files, const PointSet& from, const PointSet& to, 
           {"noise_is_upper_bound", result.noise_below},
           {"target_outlier_share", result.target_outlier_share},
           {"template_nil_share", result.template_nil_share},
-          {"evidence_nats_per_point", result.evidence},
+          {"evidence_nats_per_point", result.log_likelihood_gain},
           {"scale", result.scale},
           {"iterations", result.iterations},
           {"converged", result.converged},
@@ -195,8 +195,9 @@ std::string to_text(const MatchFiles& files, const PointSet& from, const PointSe
                 "  evidence %.3g nats a target point; %s start of %zu, %u iterations, %s\n",
                 from.size(), to.size(), pairs_of(result), result.noise_below ? "below " : "", result.noise_sd,
                 result.scale, 100 * result.template_nil_share, 100 * result.target_outlier_share,
-                result.evidence, std::string(to_string(result.attempts[result.winner].start)).c_str(),
-                result.attempts.size(), result.iterations, result.converged ? "converged" : "not converged");
+                result.log_likelihood_gain,
+                std::string(to_string(result.attempts[result.winner].start)).c_str(), result.attempts.size(),
+                result.iterations, result.converged ? "converged" : "not converged");
   return files.from.string() + " on " + files.to.string() + ": " + std::string(to_string(result.verdict)) +
          "\n" + text;
 }

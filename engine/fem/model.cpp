@@ -41,15 +41,15 @@ double ContactModel::gap_mm(uint32_t i, uint32_t j) const {
 
 bool ContactModel::solve(double residual, Result& result) {
   solver_.hold(fixed_);
-  const SolveEvidence evidence = solver_.solve(load_, displacement_, residual, options_.most_iterations);
-  result.iterations += evidence.iterations;
+  const SolveStatistics statistics = solver_.solve(load_, displacement_, residual, options_.most_iterations);
+  result.iterations += statistics.iterations;
   ++result.rounds;
-  result.residual = evidence.residual;
-  result.converged = evidence.converged;
+  result.residual = statistics.residual;
+  result.converged = statistics.converged;
   result.solver = solver_.who();
   result.bytes = std::max(
       result.bytes, solver_.bytes() + (load_.size() + displacement_.size() + force_.size()) * sizeof(double));
-  return evidence.converged;
+  return statistics.converged;
 }
 
 // Lets go where the ball would pull and takes hold where it is in the tissue. True where something changed.

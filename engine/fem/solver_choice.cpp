@@ -15,10 +15,10 @@ constexpr uint32_t kTrialIterations = 2;
 template <typename Solver>
 double trial_ms(Solver& solver, const std::vector<double>& load, std::vector<double> displacement) {
   const auto start = std::chrono::steady_clock::now();
-  const SolveEvidence evidence = solver.solve(load, displacement, 0, kTrialIterations);
+  const SolveStatistics statistics = solver.solve(load, displacement, 0, kTrialIterations);
   const double ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  return ms / std::max(1u, evidence.iterations);
+  return ms / std::max(1u, statistics.iterations);
 }
 
 }  // namespace
@@ -98,8 +98,8 @@ void SolverChoice::choose(const std::vector<double>& load, const std::vector<dou
   }
 }
 
-SolveEvidence SolverChoice::solve(const std::vector<double>& load, std::vector<double>& displacement,
-                                  double residual, uint32_t most_iterations) {
+SolveStatistics SolverChoice::solve(const std::vector<double>& load, std::vector<double>& displacement,
+                                    double residual, uint32_t most_iterations) {
   if (worker_ == Worker::Auto) choose(load, displacement);
   return device_ ? device_->solve(load, displacement, residual, most_iterations)
                  : processor_->solve(load, displacement, residual, most_iterations);

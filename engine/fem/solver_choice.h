@@ -26,8 +26,8 @@ class SolverChoice {
 
   /// As Solver::solve; hold() came before. Under Worker::Auto the first one times two
   /// iterations of each and keeps the faster.
-  SolveEvidence solve(const std::vector<double>& load, std::vector<double>& displacement, double residual,
-                      uint32_t most_iterations);
+  SolveStatistics solve(const std::vector<double>& load, std::vector<double>& displacement, double residual,
+                        uint32_t most_iterations);
   void forces(const std::vector<double>& displacement, std::vector<double>& force);
   const Stiffness& stiffness() const { return stiffness_; }
   uint64_t bytes() const;

@@ -81,7 +81,7 @@ Compression strain_of_pairs(std::vector<MatchedPoint> pairs, const CompressionOp
     found.deepening_mm += (p.after.depth_mm - p.before.depth_mm) / static_cast<double>(found.pairs.size());
   }
   found.field.emplace(places, shifts, options.lambda, weights);
-  if (found.field->evidence().rank < 2) {
+  if (found.field->statistics().rank < 2) {
     found.reason = "the points lie on a line: they do not determine the strain across it";
     return found;
   }

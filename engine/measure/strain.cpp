@@ -93,7 +93,7 @@ StrainField::StrainField(std::span<const std::array<double, 2>> points,
   double sum = 0;
   for (const double w : weights) sum += w;
   for (size_t i = 0; i < weights.size(); ++i)
-    weights_[i] = weights[i] * static_cast<double>(evidence().points) / sum;
+    weights_[i] = weights[i] * static_cast<double>(statistics().points) / sum;
 }
 
 std::vector<double> StrainField::gradients(std::span<const std::array<double, 2>> places) const {
@@ -174,13 +174,13 @@ MeanStrain StrainField::mean(std::span<const std::array<double, 2>> places) {
   std::array<std::vector<double>, 2> slope;
   for (size_t axis = 0; axis < 2 && places.size() == 1; ++axis) {
     const std::array<double, 2> along = {axis == 0 ? 1.0 : 0.0, axis == 1 ? 1.0 : 0.0};
-    slope[axis] = plate_.row(places, {}, std::span(&along, 1), evidence().lambda);
+    slope[axis] = plate_.row(places, {}, std::span(&along, 1), statistics().lambda);
   }
   for (size_t which = 0; which < kAll; ++which)
     for (size_t field = 0; field < 2; ++field) {
       const auto& answer = answers[which][field];
       if (places.size() > 1) {
-        rows[which][field] = plate_.row(places, {}, answer, evidence().lambda);
+        rows[which][field] = plate_.row(places, {}, answer, statistics().lambda);
         continue;
       }
       rows[which][field].resize(weights_.size());
@@ -190,7 +190,7 @@ MeanStrain StrainField::mean(std::span<const std::array<double, 2>> places) {
   const auto covariance = [&](size_t a, size_t b) {
     double sum = 0;
     for (size_t field = 0; field < 2; ++field) {
-      const double sd = evidence().residual_sd[field];
+      const double sd = statistics().residual_sd[field];
       for (size_t i = 0; i < weights_.size(); ++i)
         if (weights_[i] > 0) sum += sd * sd * rows[a][field][i] * rows[b][field][i] / weights_[i];
     }

@@ -73,7 +73,7 @@ class StrainField {
   /// Throws Error(Failure::Input) without a place.
   MeanStrain mean(std::span<const std::array<double, 2>> places);
   /// Below rank 2 the points do not determine the tensor: strain along what they leave out reads 0.
-  const PlateEvidence& evidence() const { return spline_.evidence(); }
+  const PlateStatistics& statistics() const { return spline_.statistics(); }
   const ThinPlateSpline<2>& spline() const { return spline_; }
 
  private:

@@ -38,7 +38,7 @@ constexpr double kBetter = 5;
 constexpr Index kCoarse = 200, kLargest = 300;
 // Nats per target point. Unrelated sets come to -0.3 to 0, a shape under noise of twice its points' spacing
 // to 0.1 and more, an exact one to 8.
-constexpr double kLeastEvidence = 0.06;
+constexpr double kLeastLikelihoodGain = 0.06;
 constexpr double kLeastFound = 0.3;
 constexpr Index kLeastPoints = 5;  // beyond the axes + 1 of an affine map
 
@@ -316,7 +316,7 @@ MatchResult match_points(const PointSet& from, const PointSet& to, double most_t
   const double found = static_cast<double>(state.partners.sum());
   result.converged = state.converged;
   result.scale = sets.from_scale;
-  result.evidence = (energy_without(sets.to, volume) - state.energy) / static_cast<double>(m);
+  result.log_likelihood_gain = (energy_without(sets.to, volume) - state.energy) / static_cast<double>(m);
   result.noise_sd = std::sqrt(state.variance) * sets.unit;
   result.noise_below = state.variance <= 1.01 * kLeastSd * kLeastSd;
   result.target_outlier_share = std::clamp(1 - found / static_cast<double>(m), 0., 1.);
@@ -330,7 +330,7 @@ MatchResult match_points(const PointSet& from, const PointSet& to, double most_t
   result.verdict = smaller < state.warped.cols() + 1 + kLeastPoints     ? MatchVerdict::TooFewPoints
                    : !state.converged                                   ? MatchVerdict::NotSettled
                    : found < kLeastFound * static_cast<double>(smaller) ? MatchVerdict::TooFewFound
-                   : result.evidence < kLeastEvidence                   ? MatchVerdict::TooVague
+                   : result.log_likelihood_gain < kLeastLikelihoodGain  ? MatchVerdict::TooVague
                                                                         : MatchVerdict::Reliable;
   result.partners =
       result.reliable() ? pair_up(state.partners) : std::vector<Partner>(static_cast<size_t>(n));

@@ -69,7 +69,7 @@ struct MatchResult {
   double template_nil_share = 0;    ///< of the template's points, expected
   /// Nats per target point by which the warped template explains the target better than one normal
   /// distribution or an even spread does, whichever is better.
-  double evidence = 0;
+  double log_likelihood_gain = 0;
   double scale = 1;   ///< template's RMS distance from its centre, in its unit
   size_t winner = 0;  ///< of `attempts`
   std::vector<MatchAttempt> attempts;

@@ -89,25 +89,25 @@ ThinPlate<D>::ThinPlate(std::span<const Place> points, const PlateOptions& optio
   for (const double w : weights) {
     if (w < 0) refuse("weights from 0 up", std::to_string(w));
     sum += w;
-    evidence_.points += w > 0;
+    statistics_.points += w > 0;
   }
-  if (weights.empty()) evidence_.points = points.size();
-  if (evidence_.points == 0) refuse("at least one point", "none");
+  if (weights.empty()) statistics_.points = points.size();
+  if (statistics_.points == 0) refuse("at least one point", "none");
   weight_.assign(points.size(), 1.0);
   for (size_t i = 0; i < weights.size(); ++i)
-    weight_[i] = weights[i] * static_cast<double>(evidence_.points) / sum;
+    weight_[i] = weights[i] * static_cast<double>(statistics_.points) / sum;
 
   group_ = merge_points<D>(points, weights, options.merge_share);
   size_t groups = 0;
   for (const size_t g : group_)
     if (g != kNoGroup) groups = std::max(groups, g + 1);
-  evidence_.merged = evidence_.points - groups;
+  statistics_.merged = statistics_.points - groups;
   const std::vector<Place> places = group_means<D>(points, group_, weight_, groups);
   together_.assign(groups, 0.0);
   for (size_t i = 0; i < points.size(); ++i)
     if (group_[i] != kNoGroup) together_[group_[i]] += weight_[i];
-  frame_ = plate_frame<D>(places, options.flat_share, evidence_.flatness);
-  evidence_.rank = frame_.rank;
+  frame_ = plate_frame<D>(places, options.flat_share, statistics_.flatness);
+  statistics_.rank = frame_.rank;
   own_ = to_own<D>(frame_, places);
   system_ = std::make_unique<PlateSystem>(kernel_, frame_.rank, own_, together_);
 }
@@ -129,7 +129,7 @@ void ThinPlate<D>::gather(std::span<const double> values, size_t fields, std::ve
   for (size_t i = 0; i < group_.size(); ++i)
     for (size_t f = 0; f < fields && group_[i] != kNoGroup; ++f)
       mean[f * groups + group_[i]] += weight_[i] / together_[group_[i]] * values[i * fields + f];
-  for (size_t i = 0; i < group_.size() && evidence_.merged > 0; ++i)
+  for (size_t i = 0; i < group_.size() && statistics_.merged > 0; ++i)
     for (size_t f = 0; f < fields && group_[i] != kNoGroup; ++f)
       within[f] += weight_[i] * std::pow(values[i * fields + f] - mean[f * groups + group_[i]], 2);
 }
@@ -147,30 +147,30 @@ ThinPlateSpline<D> ThinPlate<D>::fit(std::span<const double> values, size_t fiel
   gather(values, fields, mean, within);
   const Eigen::Map<const Eigen::MatrixXd> z(mean.data(), static_cast<Eigen::Index>(together_.size()),
                                             static_cast<Eigen::Index>(fields));
-  PlateEvidence evidence = evidence_;
+  PlateStatistics statistics = statistics_;
   double all_within = 0;
   for (const double w : within) all_within += w;
   if (!lambda) {
-    const PlateSystem::Choice choice = system_->choose(z, all_within, evidence.merged);
+    const PlateSystem::Choice choice = system_->choose(z, all_within, statistics.merged);
     lambda = choice.lambda;
-    evidence.gcv = choice.gcv;
-    evidence.lambda_by_data = true;
+    statistics.gcv = choice.gcv;
+    statistics.lambda_by_data = true;
   }
   const PlateSystem::Solution s = system_->solve(z, *lambda, options_.spread);
-  evidence.lambda = s.lambda;
-  evidence.lambda_raised = s.raised;
-  evidence.freedom = s.freedom;
-  evidence.condition = s.condition;
-  const double left = static_cast<double>(evidence.points) - s.freedom;
+  statistics.lambda = s.lambda;
+  statistics.lambda_raised = s.raised;
+  statistics.freedom = s.freedom;
+  statistics.condition = s.condition;
+  const double left = static_cast<double>(statistics.points) - s.freedom;
   for (size_t f = 0; f < fields; ++f)
-    evidence.residual_sd.push_back(
+    statistics.residual_sd.push_back(
         left > 1e-9 * s.freedom ? std::sqrt((s.chi_square[static_cast<Eigen::Index>(f)] + within[f]) / left)
                                 : std::numeric_limits<double>::quiet_NaN());
   PlateTerms terms{kernel_, frame_.rank, together_.size(), fields, own_, {}};
   terms.weight.assign(s.weight.data(), s.weight.data() + s.weight.size());
   return {frame_, std::move(terms),
           std::vector<double>(s.polynomial.data(), s.polynomial.data() + s.polynomial.size()),
-          std::move(evidence)};
+          std::move(statistics)};
 }
 
 template <size_t D>

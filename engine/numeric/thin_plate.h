@@ -35,7 +35,7 @@ struct PlateOptions {
 };
 
 /// What stands behind a spline.
-struct PlateEvidence {
+struct PlateStatistics {
   double lambda = 0;           ///< as used; of points scaled to an RMS distance of 1 from their centre
   bool lambda_raised = false;  ///< the one asked for was too small for the points: the least that is solvable
   bool lambda_by_data = false;                            ///< chosen by robust generalised cross-validation
@@ -61,11 +61,11 @@ class ThinPlateSpline {
   using Place = std::array<double, D>;
 
   ThinPlateSpline(PlateFrame<D> frame, PlateTerms terms, std::vector<double> polynomial,
-                  PlateEvidence evidence)
+                  PlateStatistics statistics)
       : frame_(frame),
         terms_(std::move(terms)),
         polynomial_(std::move(polynomial)),
-        evidence_(std::move(evidence)) {}
+        statistics_(std::move(statistics)) {}
 
   size_t fields() const { return terms_.fields; }
   /// Per place and field the value, D first derivatives and D x D second ones, whichever span is not empty;
@@ -76,7 +76,7 @@ class ThinPlateSpline {
                 std::span<double> second = {}) const;
   std::vector<double> values(std::span<const Place> at) const;
 
-  const PlateEvidence& evidence() const { return evidence_; }
+  const PlateStatistics& statistics() const { return statistics_; }
   const PlateFrame<D>& frame() const { return frame_; }
   const PlateTerms& terms() const { return terms_; }
   /// fields x (1 + rank): constant and slopes in the points' own coordinates.
@@ -86,7 +86,7 @@ class ThinPlateSpline {
   PlateFrame<D> frame_;
   PlateTerms terms_;
   std::vector<double> polynomial_;
-  PlateEvidence evidence_;
+  PlateStatistics statistics_;
 };
 
 class PlateSystem;
@@ -134,7 +134,7 @@ class ThinPlate {
   PlateOptions options_;
   PlateKernel kernel_;
   PlateFrame<D> frame_;
-  PlateEvidence evidence_;        // of the points
+  PlateStatistics statistics_;    // of the points
   std::vector<size_t> group_;     // of each point among the merged ones; kNone: weight 0
   std::vector<double> weight_;    // of each point, their mean 1
   std::vector<double> own_;       // merged points in own coordinates, rank x count

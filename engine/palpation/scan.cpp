@@ -202,7 +202,7 @@ std::vector<std::pair<std::string, std::string>> estimate_rows(const lump::Estim
   rows.emplace_back("verdict", lump::status_words(e.verdict));
   char line[160];
   std::snprintf(line, sizeof line, "%.3g of the threshold 1, which %.2g %% of readings without a lump reach",
-                e.evidence, 100 * e.false_alarm_rate);
+                e.detection_statistic, 100 * e.false_alarm_rate);
   if (e.verdict != lump::Status::Unusable) rows.emplace_back("evidence", line);
   if (tells_numbers(e.verdict)) {
     rows.emplace_back("size", interval_text(e.size_mm, "mm"));

@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-// What the normal equations leave, on the host and in double precision, so that the evidence does not share
+// What the normal equations leave, on the host and in double precision, so that the statistics does not share
 // the solver's rounding.
 double relative_residual(std::span<const float> right, std::span<const double> z, const Grid& grid) {
   const uint32_t w = grid.width, h = grid.height, pitch = grid.pitch * 4;
@@ -112,7 +112,7 @@ Heights integrate_gradients(gpu::Context& context, std::span<const float> gradie
   const int exponent = largest > 0 ? std::ilogb(largest) : 0;
   const Grid grid = grid_for(cols, rows);
   const Tuning tuning = load_tuning(context).tuning;
-  // The evidence is about pixels, whatever the solver reads.
+  // The statistics is about pixels, whatever the solver reads.
   const Surface surface(context, cols, rows, solver, tuning, true);
   const Slope slope(context, cols, rows, surface.right_sides(), tuning);
   const FloatMap p(context, "d/dx", grid), q(context, "d/dy", grid), depth(context, "heights", grid);
@@ -178,9 +178,9 @@ Heights integrate_gradients(gpu::Context& context, std::span<const float> gradie
   result.values.reserve(cells);
   for (const double value : z)
     result.values.push_back(static_cast<float>(std::ldexp(value - mean, exponent)));
-  result.evidence.residual = relative_residual(f, z, grid);
-  result.evidence.inconsistency = inconsistency(gradients, std::ldexp(1.0, -exponent), z, cols, rows);
-  result.evidence.peak_to_valley = std::ldexp(high - low, exponent);
+  result.statistics.residual = relative_residual(f, z, grid);
+  result.statistics.inconsistency = inconsistency(gradients, std::ldexp(1.0, -exponent), z, cols, rows);
+  result.statistics.peak_to_valley = std::ldexp(high - low, exponent);
   return result;
 }
 

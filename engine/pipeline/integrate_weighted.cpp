@@ -99,7 +99,7 @@ class HostSolve {
     for (size_t i = 0; i < z.size(); ++i)
       if (!known[i]) z[i] = filled[i];
   }
-  WeightedEvidence evidence() const { return WeightedSurface::evidence(scalars_); }
+  WeightedStatistics statistics() const { return WeightedSurface::statistics(scalars_); }
 
  private:
   template <typename Value>
@@ -179,13 +179,13 @@ WeightedHeights integrate_weighted(gpu::Context& context, std::span<const float>
   WeightedFaces faces = weighted_faces(g, w, cols, rows);
   if (kinks) result.kinks = cut_kinks(faces, g, w);
   std::vector<double> z(cells, 0.0);
-  WeightedEvidence& evidence = result.evidence;
+  WeightedStatistics& statistics = result.statistics;
   if (solver == SurfaceSolver::Exact) {
     WeightedSolution exact = solve_weighted(faces);
     z = std::move(exact.z);
-    evidence.residual = exact.residual;
-    evidence.iterations = exact.iterations;
-    evidence.converged = exact.converged;
+    statistics.residual = exact.residual;
+    statistics.iterations = exact.iterations;
+    statistics.converged = exact.converged;
   } else {
     const bool live = solver != SurfaceSolver::Converged;
     const std::vector<double> right = right_side(faces);
@@ -193,24 +193,24 @@ WeightedHeights integrate_weighted(gpu::Context& context, std::span<const float>
     HostSolve gpu(context, rows, cols,
                   live ? WeightedSurface::kLiveIterations : WeightedSurface::kConvergedIterations);
     gpu.solve(faces, right, z);
-    evidence.iterations = gpu.evidence().iterations;
+    statistics.iterations = gpu.statistics().iterations;
     std::vector<double> rest = left_over(faces, right, z);
-    evidence.residual = whole > 0 ? norm(rest) / whole : 0;
-    for (int round = 1; !live && round < kMostRounds && evidence.residual > kRoundTolerance; ++round) {
+    statistics.residual = whole > 0 ? norm(rest) / whole : 0;
+    for (int round = 1; !live && round < kMostRounds && statistics.residual > kRoundTolerance; ++round) {
       std::vector<double> better = z;
       gpu.correct(rest, better);
       const std::vector<double> less = left_over(faces, right, better);
-      evidence.iterations += gpu.evidence().iterations;
+      statistics.iterations += gpu.statistics().iterations;
       const double residual = norm(less) / whole;
-      if (!(residual < evidence.residual)) break;
-      evidence.residual = residual;
+      if (!(residual < statistics.residual)) break;
+      statistics.residual = residual;
       z = std::move(better);
       rest = less;
     }
-    evidence.converged = evidence.residual <= double{kWeightedTolerance};
+    statistics.converged = statistics.residual <= double{kWeightedTolerance};
     if (result.islands.unknown_px > 0) gpu.fill(known, z, live ? 1 : 4);
   }
-  evidence.unexplained = unexplained(faces, z);
+  statistics.unexplained = unexplained(faces, z);
   double mean = 0, low = std::numeric_limits<double>::max(), high = std::numeric_limits<double>::lowest();
   for (double& value : z) {
     value *= double{steepest};

@@ -14,7 +14,7 @@ struct WeightedSlot {
   gpu::Commands commands;              ///< Weights::WhereNeeded: the surface once more
   gpu::DeviceBuffer slope_x, slope_y;  ///< SurfaceSolver::Exact, on the host
   bool used = false;                   ///< the frame that is measured needs weights
-  WeightedEvidence evidence;
+  WeightedStatistics statistics;
   Islands islands;
 };
 

@@ -96,7 +96,7 @@ void WeightedSolve::solve(FrameSlot& slot, uint32_t pitch) {
   });
   if (!always_) own.commands.wait();
   if (surface_)
-    own.evidence = WeightedSurface::evidence(own.scalars);
+    own.statistics = WeightedSurface::statistics(own.scalars);
   else
     solve_on_host(slot, pitch);
 }
@@ -127,7 +127,7 @@ void WeightedSolve::solve_on_host(FrameSlot& slot, uint32_t pitch) const {
   }
   const WeightedFaces faces = weighted_faces(gradients, weights, format_.width, format_.height);
   const WeightedSolution exact = solve_weighted(faces);
-  own.evidence = {exact.residual, unexplained(faces, exact.z), exact.iterations, exact.converged};
+  own.statistics = {exact.residual, unexplained(faces, exact.z), exact.iterations, exact.converged};
   float* solved = slot.surface.solved.as<float>().data();
   for (size_t i = 0; i < known_.size(); ++i)
     solved[i / format_.width * pitch + i % format_.width] = static_cast<float>(exact.z[i] * pitch_mm_per_px_);
@@ -135,8 +135,8 @@ void WeightedSolve::solve_on_host(FrameSlot& slot, uint32_t pitch) const {
 
 void WeightedSolve::measure(const Slot& slot, Touch& touch) const {
   if (!slot.used) return;
-  touch.surface->weighted = {.residual = slot.evidence.residual,
-                             .unexplained = slot.evidence.unexplained,
+  touch.surface->weighted = {.residual = slot.statistics.residual,
+                             .unexplained = slot.statistics.unexplained,
                              .islands = slot.islands.count,
                              .touched_islands = slot.islands.touched};
   // Depth counts from the rest level: it is not determined where the contact lies on an island of its own.

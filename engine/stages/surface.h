@@ -97,7 +97,7 @@ class Surface {
 };
 
 /// Evidence beside an answer.
-struct SurfaceEvidence {
+struct SurfaceStatistics {
   double residual = 0;  ///< RMS of what the normal equations leave, relative to the RMS of their right side
   /// RMS of the differences of height that the gradients ask for and no height map gives, relative to the RMS
   /// of those asked for: 0 for the gradients of a surface, up to 1 for a field that only turns.
@@ -107,7 +107,7 @@ struct SurfaceEvidence {
 
 struct Heights {
   std::vector<float> values;  ///< rows x cols, mean 0, unit of the gradients times one pixel
-  SurfaceEvidence evidence;
+  SurfaceStatistics statistics;
 };
 
 /// Any gradient field to heights: `gradients` is rows x cols x 2, d/dx then d/dy per pixel, of any finite

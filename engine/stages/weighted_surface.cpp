@@ -252,10 +252,10 @@ void WeightedSurface::record_again(gpu::Commands& commands, const FloatMap& dept
   solve(commands, depth, s);
 }
 
-WeightedEvidence WeightedSurface::evidence(const gpu::DeviceBuffer& buffer) {
+WeightedStatistics WeightedSurface::statistics(const gpu::DeviceBuffer& buffer) {
   buffer.invalidate();
   const shared::WeightedScalars& s = buffer.as<const shared::WeightedScalars>()[0];
-  WeightedEvidence e;
+  WeightedStatistics e;
   e.residual = s.right2 > 0 ? std::sqrt(double{s.residual2} / double{s.right2}) : 0;
   e.unexplained = s.field2 > 0 ? std::sqrt(std::max(0.0, 1 - double{s.explained} / double{s.field2})) : 0;
   e.iterations = s.iterations;

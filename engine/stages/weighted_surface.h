@@ -26,7 +26,7 @@ class Context;
 }  // namespace gpu
 
 /// Evidence beside the heights.
-struct WeightedEvidence {
+struct WeightedStatistics {
   double residual = 0;  ///< RMS of what the normal equations leave, relative to their right side's
   double unexplained =
       0;  ///< share of the weighted slopes that no surface explains: sqrt(sum w (dz - g)^2 / sum w g^2)
@@ -53,7 +53,7 @@ class WeightedSurface {
   const FloatMap& slope_y() const { return applied_; }
   const FloatMap& weights() const { return levels_.front().x[1]; }
 
-  /// Solves into `depth`, mm, up to an additive constant. `scalars` (scalar_bytes()) gets the evidence.
+  /// Solves into `depth`, mm, up to an additive constant. `scalars` (scalar_bytes()) gets the statistics.
   void record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& scalars) const;
   /// As `record`, for right_side(), across() and down() as the caller filled them.
   void record_given(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& scalars) const;
@@ -71,7 +71,7 @@ class WeightedSurface {
 
   static constexpr uint64_t scalar_bytes() { return 64; }
   /// From the scalars of a finished solve, in host memory.
-  static WeightedEvidence evidence(const gpu::DeviceBuffer& scalars);
+  static WeightedStatistics statistics(const gpu::DeviceBuffer& scalars);
 
   uint64_t memory_bytes() const;
 
@@ -102,7 +102,7 @@ class WeightedSurface {
 
 struct WeightedHeights {
   std::vector<float> values;  ///< rows x cols, mean 0, unit of the gradients times one pixel
-  WeightedEvidence evidence;
+  WeightedStatistics statistics;
   double peak_to_valley = 0;  ///< of the heights
   uint64_t kinks = 0;         ///< faces at which the slope jumps, where kinks were looked for
   Islands islands;            ///< of pixels with weight; their relative heights are not determined

@@ -76,11 +76,11 @@ Pair ForwardRival::cycle(int repetitions, int inner) {
 }
 
 Pair ForwardRival::solve(int repetitions) {
-  const auto checked = [](const fem::SolveEvidence& evidence) {
-    if (!evidence.converged)
-      throw Error(Failure::Device, "a solve that converges", std::to_string(evidence.residual),
+  const auto checked = [](const fem::SolveStatistics& statistics) {
+    if (!statistics.converged)
+      throw Error(Failure::Device, "a solve that converges", std::to_string(statistics.residual),
                   "another device");
-    return evidence.iterations;
+    return statistics.iterations;
   };
   return compare(
       "forward solve", size(),

@@ -153,9 +153,9 @@ class Study {
       row.evaluate_ms.push_back(time_runs([&] { got = ours->values(places); }, 1).cpu_ms);
     }
     row.error = rms_off(got, truth);
-    row.freedom = ours->evidence().freedom;
-    row.condition = ours->evidence().condition;
-    row.lambda = ours->evidence().lambda;
+    row.freedom = ours->statistics().freedom;
+    row.condition = ours->statistics().condition;
+    row.lambda = ours->statistics().lambda;
     add(row, lambda ? "palpate" : "palpate, lambda by the data");
     if (!rivals || !lambda) return;
     // Lambda means the same where the points are scaled as ours are: by the square of the scale, or its

@@ -206,8 +206,8 @@ class Bench {
       if (live)
         add(compare("weighted surface (live)", size.text(), ours, unweighted, repetitions_, inner(size, 8)));
       if (!live) add(compare("weighted surface (converged)", size.text(), ours, eigen, 3, 1));
-      const WeightedEvidence evidence = WeightedSurface::evidence(scalars);
-      std::printf("  %u iterations, residual %.1e\n", evidence.iterations, evidence.residual);
+      const WeightedStatistics statistics = WeightedSurface::statistics(scalars);
+      std::printf("  %u iterations, residual %.1e\n", statistics.iterations, statistics.residual);
     }
   }
 

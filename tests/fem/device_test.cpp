@@ -142,8 +142,8 @@ TEST_P(ForwardDeviceSolve, IsTheProcessors) {
     WorkTeam team(1);
     fem::Solver processor(grid, poisson, fixed, team);
     fem::DeviceSolver device(context(), grid, poisson, fixed, kernels(false));
-    const fem::SolveEvidence one = processor.solve(load, wanted, 1e-8, 2000);
-    const fem::SolveEvidence other = device.solve(load, found, 1e-8, 2000);
+    const fem::SolveStatistics one = processor.solve(load, wanted, 1e-8, 2000);
+    const fem::SolveStatistics other = device.solve(load, found, 1e-8, 2000);
     EXPECT_TRUE(one.converged);
     EXPECT_TRUE(other.converged);
     EXPECT_LE(other.residual, 1e-8);
@@ -174,14 +174,14 @@ TEST_F(ForwardDeviceTest, SaysWhereItDidNotConverge) {
   const auto load = random_field<double>(random, 3 * grid.nodes());
   std::vector<double> u(load.size());
   fem::DeviceSolver device(context(), grid, 0.4999, fixed, kernels(true));
-  const fem::SolveEvidence evidence = device.solve(load, u, 1e-8, 3);
-  EXPECT_FALSE(evidence.converged);
-  EXPECT_GT(evidence.residual, 1e-8);
-  EXPECT_EQ(evidence.iterations, 3u);
+  const fem::SolveStatistics statistics = device.solve(load, u, 1e-8, 3);
+  EXPECT_FALSE(statistics.converged);
+  EXPECT_GT(statistics.residual, 1e-8);
+  EXPECT_EQ(statistics.iterations, 3u);
   // No load, nothing held out of its place: nothing to do.
   const std::vector<double> none(load.size());
   std::fill(u.begin(), u.end(), 0.0);
-  const fem::SolveEvidence rest = device.solve(none, u, 1e-8, 100);
+  const fem::SolveStatistics rest = device.solve(none, u, 1e-8, 100);
   EXPECT_TRUE(rest.converged);
   EXPECT_EQ(rest.iterations, 0u);
   EXPECT_EQ(u, none);

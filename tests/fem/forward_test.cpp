@@ -70,8 +70,8 @@ TEST(ForwardPatch, ConstantStrainIsExact) {
     }
     WorkTeam team(1);
     fem::Solver solver(grid, poisson, fixed, team);
-    const fem::SolveEvidence evidence = solver.solve(std::vector<double>(3 * nodes), u, 1e-12, 3000);
-    EXPECT_TRUE(evidence.converged) << poisson << " " << evidence.residual;
+    const fem::SolveStatistics statistics = solver.solve(std::vector<double>(3 * nodes), u, 1e-12, 3000);
+    EXPECT_TRUE(statistics.converged) << poisson << " " << statistics.residual;
     for (size_t n = 0; n < u.size(); ++n) ASSERT_NEAR(u[n], wanted[n], 1e-9) << poisson << " " << n;
   }
 }

@@ -202,9 +202,9 @@ TEST(ForwardSolver, FindsWhatTheDirectSolveFinds) {
       reference::ForwardEquations(grid, poisson).solve(fixed, load, wanted);
       WorkTeam team(2);
       fem::Solver solver(grid, poisson, fixed, team);
-      const fem::SolveEvidence evidence = solver.solve(load, u, 1e-10, 4000);
-      EXPECT_TRUE(evidence.converged) << evidence.residual << " after " << evidence.iterations;
-      EXPECT_LT(relative(u, wanted), 1e-6) << evidence.iterations;
+      const fem::SolveStatistics statistics = solver.solve(load, u, 1e-10, 4000);
+      EXPECT_TRUE(statistics.converged) << statistics.residual << " after " << statistics.iterations;
+      EXPECT_LT(relative(u, wanted), 1e-6) << statistics.iterations;
     }
 }
 
@@ -232,9 +232,9 @@ TEST(ForwardSolver, SlitIsTheDirectSolves) {
       for (size_t n = 0; n < plane; ++n) shared[n] = shared[plane + n] = (shared[n] + shared[plane + n]) / 2;
       WorkTeam team(2);
       fem::Solver solver(grid, poisson, fixed, team);
-      const fem::SolveEvidence evidence = solver.solve(load, u, 1e-10, 400);
-      EXPECT_TRUE(evidence.converged) << evidence.residual << " after " << evidence.iterations;
-      EXPECT_LT(relative(u, wanted), 1e-6) << evidence.iterations;
+      const fem::SolveStatistics statistics = solver.solve(load, u, 1e-10, 400);
+      EXPECT_TRUE(statistics.converged) << statistics.residual << " after " << statistics.iterations;
+      EXPECT_LT(relative(u, wanted), 1e-6) << statistics.iterations;
       EXPECT_GT(std::abs(u[kSlit * plane + 60] - u[(kSlit + 1) * plane + 60]), 1e-6);
     }
 }
@@ -248,10 +248,10 @@ TEST(ForwardSolver, SaysWhereItDidNotConverge) {
   std::vector<double> u(load.size());
   WorkTeam team(1);
   fem::Solver solver(grid, 0.4999, fixed, team);
-  const fem::SolveEvidence evidence = solver.solve(load, u, 1e-8, 3);
-  EXPECT_FALSE(evidence.converged);
-  EXPECT_GT(evidence.residual, 1e-8);
-  EXPECT_LE(evidence.iterations, 3u);
+  const fem::SolveStatistics statistics = solver.solve(load, u, 1e-8, 3);
+  EXPECT_FALSE(statistics.converged);
+  EXPECT_GT(statistics.residual, 1e-8);
+  EXPECT_LE(statistics.iterations, 3u);
 }
 
 TEST(ForwardSolver, RefusesWhatItCannotHalve) {

@@ -42,7 +42,7 @@ TEST(LumpEvaluationTable, RowsAreOfTheirSettings) {
     heard.push_back({observation.force_N.size(), observation.noise_Pa, observation.saturated_share});
     lump::Estimate e;
     e.verdict = observation.saturated_share > 0.5 ? lump::Status::Saturated : lump::Status::Found;
-    e.evidence = 2;
+    e.detection_statistic = 2;
     e.size_mm = {4, 3, 5};
     e.depth_mm = {5, 4, 6};
     e.stiffness_ratio = {6, 5, 7};

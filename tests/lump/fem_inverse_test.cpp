@@ -86,7 +86,7 @@ TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
                                   ? lump::Status::StiffnessOpen
                                   : lump::Status::Found)
       << (estimate.reasons.empty() ? "" : estimate.reasons[0]);
-  EXPECT_GT(estimate.evidence, 10);
+  EXPECT_GT(estimate.detection_statistic, 10);
   // The observation has errors of its own: 40 and 20 cells made it.
   EXPECT_NEAR(estimate.size_mm.value, 8, 0.1);
   EXPECT_NEAR(estimate.depth_mm.value, 5, 0.1);
@@ -107,7 +107,7 @@ TEST(DirectInversion, StartsDoNotDisturbEachOther) {
   EXPECT_EQ(alone.verdict, both.verdict);
   EXPECT_DOUBLE_EQ(alone.size_mm.value, both.size_mm.value);
   EXPECT_DOUBLE_EQ(alone.stiffness_ratio.high, both.stiffness_ratio.high);
-  EXPECT_DOUBLE_EQ(alone.evidence, both.evidence);
+  EXPECT_DOUBLE_EQ(alone.detection_statistic, both.detection_statistic);
   EXPECT_DOUBLE_EQ(both.shape_probability[0], 1);
 }
 
@@ -141,7 +141,7 @@ TEST(DirectInversion, AnOpenRatioIsMoreOpenUpwards) {
 
 TEST(DirectInversion, TissueAloneIsNoLump) {
   const lump::Estimate estimate = invert_directly(read(press(std::nullopt, {1.5, 3}), 0.01), quick());
-  EXPECT_EQ(estimate.verdict, lump::Status::NoLump) << estimate.evidence;
+  EXPECT_EQ(estimate.verdict, lump::Status::NoLump) << estimate.detection_statistic;
 }
 
 TEST(DirectInversion, WhatCannotBeReadIsUnusable) {

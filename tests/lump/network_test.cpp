@@ -205,7 +205,7 @@ void expect_lumps_found(const lump::Network& network, lump::Method method) {
   for (uint64_t i = 1000; i < 1040; ++i) {
     const lump::Example e = example(i, true);
     const lump::Estimate found = network.estimate(read(e, 0.002, i), method);
-    if (found.evidence < 1) {
+    if (found.detection_statistic < 1) {
       ++missed;
       continue;
     }
@@ -241,7 +241,7 @@ TEST(LumpNetwork, FindsLumpsOfAFormulaWithIntervalsThatHoldAndDoubtsWhereTheyBel
   for (uint64_t i = 1000; i < 1012; ++i) {
     const lump::Estimate quiet = network.estimate(read(example(i, true), 0.002, i)),
                          loud = network.estimate(read(example(i, true), 0.1, i));
-    if (quiet.evidence < 1 || loud.evidence < 1) continue;
+    if (quiet.detection_statistic < 1 || loud.detection_statistic < 1) continue;
     widened +=
         std::log(loud.depth_mm.high / loud.depth_mm.low) - std::log(quiet.depth_mm.high / quiet.depth_mm.low);
   }

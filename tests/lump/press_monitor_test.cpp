@@ -143,7 +143,7 @@ TEST(PressMonitor, APressTellsWhatLiesBehindIt) {
   EXPECT_NEAR(a.loads_N.front(), 0.4, 0.02);
   EXPECT_GT(a.last_frame, a.first_frame + 50);
   ASSERT_TRUE(a.estimate);
-  EXPECT_GE(a.estimate->evidence, 1);
+  EXPECT_GE(a.estimate->detection_statistic, 1);
   EXPECT_NEAR(a.estimate->x_mm.value, 0, 1);
   EXPECT_NEAR(a.estimate->y_mm.value, 0, 1);
   EXPECT_NE(describe(a).find("press 1, frames "), std::string::npos);

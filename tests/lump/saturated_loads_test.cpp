@@ -96,7 +96,7 @@ TEST(SaturatedLoads, NothingLeftIsNoNumber) {
   const lump::Estimate estimate = lump::Network::built_in().estimate(read(1.3, 1));
   EXPECT_EQ(estimate.verdict, lump::Status::Saturated);
   EXPECT_FALSE(tells_numbers(estimate.verdict));
-  EXPECT_EQ(estimate.evidence, 0);
+  EXPECT_EQ(estimate.detection_statistic, 0);
   EXPECT_TRUE(says(estimate, "no load is left"));
 }
 

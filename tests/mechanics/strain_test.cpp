@@ -215,7 +215,7 @@ TEST(Strain, OnALineOnlyAlongItIsKnown) {
     shifts.push_back({0.02 * i, 0.01 * i});
   }
   StrainField field(points, shifts);
-  EXPECT_EQ(field.evidence().rank, 1u);
+  EXPECT_EQ(field.statistics().rank, 1u);
   EXPECT_NEAR(field.at(points)[10].first, 0.2 + 0.02, 1e-12);
   EXPECT_NEAR(field.at(points)[10].second, 0, 1e-12);
 }

@@ -150,7 +150,7 @@ TEST(Matching, UnrelatedSetsAreNoMatch) {
     for (int k = 0; k < 200; ++k)
       strangers.coordinates.push_back(static_cast<double>(random()) / 4294967296.0);
     const MatchResult result = match_points(character(2), strangers);
-    EXPECT_FALSE(result.reliable()) << trial << ", evidence " << result.evidence;
+    EXPECT_FALSE(result.reliable()) << trial << ", evidence " << result.log_likelihood_gain;
     for (const Partner& p : result.partners) EXPECT_FALSE(p.target.has_value());
   }
 }

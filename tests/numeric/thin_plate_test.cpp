@@ -75,7 +75,7 @@ void expect_equals_dense(PlateKernel kernel, double lambda, bool weighted) {
   const auto spline = plate.fit(values, 1, lambda);
   const reference::Plate<D> dense(kernel, points, values, lambda, weights);
   EXPECT_LT(largest_difference(spline.values(at), values_of(at, dense)), 1e-10);
-  EXPECT_NEAR(spline.evidence().freedom, lambda > 0 ? dense.freedom() : 60, 1e-6);
+  EXPECT_NEAR(spline.statistics().freedom, lambda > 0 ? dense.freedom() : 60, 1e-6);
   for (size_t axis = 0; axis <= D; ++axis) EXPECT_NEAR(sum_weights(spline, axis), 0, 1e-11);
 }
 
@@ -120,9 +120,9 @@ TEST(ThinPlate, PassesThroughAllPointsAtZero) {
     const std::vector<double> values = values_of(points, smooth<2>);
     const auto spline = ThinPlate<2>(points).fit(values, 1, 0.0);
     EXPECT_LT(largest_difference(spline.values(points), values), 1e-10) << n;
-    EXPECT_EQ(spline.evidence().freedom, static_cast<double>(n));
-    EXPECT_TRUE(std::isnan(spline.evidence().residual_sd[0]));
-    EXPECT_EQ(spline.evidence().rank, 2u);
+    EXPECT_EQ(spline.statistics().freedom, static_cast<double>(n));
+    EXPECT_TRUE(std::isnan(spline.statistics().residual_sd[0]));
+    EXPECT_EQ(spline.statistics().rank, 2u);
   }
 }
 
@@ -191,10 +191,10 @@ TEST(ThinPlate, NeitherOriginNorScaleMatter) {
           for (double& x : p) x = x * scale + offset;
       const auto spline = ThinPlate<2>(moved).fit(values, 1);
       const double rounding = 1e-14 * offset / scale;  // of the places themselves
-      EXPECT_NEAR(spline.evidence().lambda, plain.evidence().lambda,
-                  (1e-3 + rounding) * plain.evidence().lambda);
+      EXPECT_NEAR(spline.statistics().lambda, plain.statistics().lambda,
+                  (1e-3 + rounding) * plain.statistics().lambda);
       EXPECT_LT(largest_difference(spline.values(moved_at), expected), 1e-7 + 10 * rounding);
-      const double lambda = plain.evidence().lambda;
+      const double lambda = plain.statistics().lambda;
       EXPECT_LT(largest_difference(ThinPlate<2>(moved).fit(values, 1, lambda).values(moved_at),
                                    ThinPlate<2>(points).fit(values, 1, lambda).values(at)),
                 1e-11 + 10 * rounding);
@@ -208,10 +208,10 @@ TEST(ThinPlate, LambdaGoesFromAllPointsToAPlane) {
   double before = 101;
   for (const double lambda : {0.0, 1e-9, 1e-6, 1e-4, 1e-2, 1.0, 1e2, 1e4, 1e8, 1e12}) {
     const auto spline = plate.fit(values, 1, lambda);
-    EXPECT_LT(spline.evidence().freedom, before);
-    EXPECT_GE(spline.evidence().freedom, 3 - 1e-9);
-    EXPECT_FALSE(spline.evidence().lambda_raised);
-    before = spline.evidence().freedom;
+    EXPECT_LT(spline.statistics().freedom, before);
+    EXPECT_GE(spline.statistics().freedom, 3 - 1e-9);
+    EXPECT_FALSE(spline.statistics().lambda_raised);
+    before = spline.statistics().freedom;
   }
   EXPECT_NEAR(before, 3, 1e-8);
   Eigen::MatrixXd a(100, 3);
@@ -234,15 +234,15 @@ TEST(ThinPlate, RepeatedPointsAreAveraged) {
   }
   for (const std::optional<double> lambda : {std::optional<double>(0.0), {1e-2}}) {
     const auto merged = ThinPlate<2>(twice).fit(both, 1, lambda);
-    EXPECT_EQ(merged.evidence().merged, 50u);
-    EXPECT_EQ(merged.evidence().points, 100u);
+    EXPECT_EQ(merged.statistics().merged, 50u);
+    EXPECT_EQ(merged.statistics().points, 100u);
     // A point that stands for two has twice the weight, which halves lambda.
     const auto single = ThinPlate<2>(points).fit(values, 1, *lambda / 2);
     const Places<2> at = scattered<2>(20, 25);
     EXPECT_LT(largest_difference(merged.values(at), single.values(at)), 1e-10);
   }
   // What pairs differ by tells the noise, even through all means.
-  EXPECT_NEAR(ThinPlate<2>(twice).fit(both, 1, 0.0).evidence().residual_sd[0], 0.01 * std::sqrt(2.0), 1e-9);
+  EXPECT_NEAR(ThinPlate<2>(twice).fit(both, 1, 0.0).statistics().residual_sd[0], 0.01 * std::sqrt(2.0), 1e-9);
 }
 
 TEST(ThinPlate, AClosePairDoesNotBlowUp) {
@@ -255,7 +255,7 @@ TEST(ThinPlate, AClosePairDoesNotBlowUp) {
   const double without = largest_difference(
       ThinPlate<2>(std::span(points).first(100)).fit(std::span(values).first(100), 1, 0.0).values(at), truth);
   const auto merged = ThinPlate<2>(points).fit(values, 1, 0.0);
-  EXPECT_EQ(merged.evidence().merged, 1u);
+  EXPECT_EQ(merged.statistics().merged, 1u);
   EXPECT_LT(largest_difference(merged.values(at), truth), without + 1e-3);
   PlateOptions keep;
   keep.merge_share = 0;
@@ -279,8 +279,8 @@ TEST(ThinPlate, WhatIsNotDeterminedIsLeftOut) {
     on_plane.push_back(smooth<2>({t, u}));
   }
   const auto two = ThinPlate<2>(line).fit(on_line, 1, 0.0);
-  EXPECT_EQ(two.evidence().rank, 1u);
-  EXPECT_LT(two.evidence().flatness, 1e-10);
+  EXPECT_EQ(two.statistics().rank, 1u);
+  EXPECT_LT(two.statistics().flatness, 1e-10);
   EXPECT_LT(largest_difference(two.values(line), on_line), 1e-9);
   const Places<2> off = {{5 + 1.5 + 0.8, 7 - 2 + 0.6}};  // one unit beside the middle
   std::vector<double> value(1), first(2);
@@ -292,10 +292,10 @@ TEST(ThinPlate, WhatIsNotDeterminedIsLeftOut) {
     PlateOptions options;
     options.kernel = kernel;
     const auto flat = ThinPlate<3>(plane, options).fit(on_plane, 1, 0.0);
-    EXPECT_EQ(flat.evidence().rank, 2u);
+    EXPECT_EQ(flat.statistics().rank, 2u);
     EXPECT_LT(largest_difference(flat.values(plane), on_plane), 1e-8);
     const auto thin = ThinPlate<3>(line3, options).fit(on_line, 1, 0.0);
-    EXPECT_EQ(thin.evidence().rank, 1u);
+    EXPECT_EQ(thin.statistics().rank, 1u);
     EXPECT_LT(largest_difference(thin.values(line3), on_line), 1e-8);
   }
 }
@@ -306,16 +306,16 @@ TEST(ThinPlate, FewPointsGiveWhatTheyCan) {
   for (size_t n = 1; n <= 4; ++n)
     for (const std::optional<double> lambda : {std::optional<double>(), {0.0}, {1.0}}) {
       const auto spline = ThinPlate<3>(std::span(points).first(n)).fit(std::span(values).first(n), 1, lambda);
-      EXPECT_EQ(spline.evidence().rank, n - 1);
+      EXPECT_EQ(spline.statistics().rank, n - 1);
       for (size_t i = 0; i < n; ++i)
         EXPECT_NEAR(spline.values(std::span(&points[i], 1))[0], values[i], 1e-12);
     }
   const Places<2> same(7, {3.0, 4.0});
   const auto one = ThinPlate<2>(same).fit(std::vector<double>{1, 2, 3, 4, 5, 6, 7}, 1);
-  EXPECT_EQ(one.evidence().rank, 0u);
-  EXPECT_EQ(one.evidence().merged, 6u);
+  EXPECT_EQ(one.statistics().rank, 0u);
+  EXPECT_EQ(one.statistics().merged, 6u);
   EXPECT_NEAR(one.values(Places<2>{{9, 9}})[0], 4, 1e-12);
-  EXPECT_NEAR(one.evidence().residual_sd[0], std::sqrt(28.0 / 6), 1e-12);
+  EXPECT_NEAR(one.statistics().residual_sd[0], std::sqrt(28.0 / 6), 1e-12);
 }
 
 TEST(ThinPlate, TwoThousandPoints) {
@@ -323,8 +323,8 @@ TEST(ThinPlate, TwoThousandPoints) {
   const auto spline = ThinPlate<2>(points).fit(values_of(points, smooth<2>), 1, 0.0);
   EXPECT_LT(largest_difference(spline.values(points), values_of(points, smooth<2>)), 1e-8);
   EXPECT_LT(largest_difference(spline.values(at), values_of(at, smooth<2>)), 5e-3);
-  EXPECT_FALSE(spline.evidence().lambda_raised);
-  EXPECT_GT(spline.evidence().condition, 1e3);
+  EXPECT_FALSE(spline.statistics().lambda_raised);
+  EXPECT_GT(spline.statistics().condition, 1e3);
 }
 
 TEST(ThinPlate, CrossValidationIsNearTheBest) {
@@ -342,12 +342,12 @@ TEST(ThinPlate, CrossValidationIsNearTheBest) {
     const std::vector<double> values = noisy(values_of(points, smooth<2>), 0.02, 200 + seed);
     ThinPlate<2> plate(points);
     const auto chosen = plate.fit(values, 1);
-    EXPECT_TRUE(chosen.evidence().lambda_by_data);
+    EXPECT_TRUE(chosen.statistics().lambda_by_data);
     double best = 1;
     for (double lambda = 1e-8; lambda < 1e4; lambda *= 2)
       best = std::min(best, off(plate.fit(values, 1, lambda)));
     ratios.push_back(off(chosen) / best);
-    sds.push_back(chosen.evidence().residual_sd[0]);
+    sds.push_back(chosen.statistics().residual_sd[0]);
   }
   std::sort(ratios.begin(), ratios.end());
   EXPECT_LT(ratios[10], 1.1);

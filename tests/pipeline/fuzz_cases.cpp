@@ -258,7 +258,8 @@ std::string surface_difference(gpu::Context& context, const Case& c) {
                unequal("height", found, wanted[i]);
     }
   }
-  for (const double number : {got.evidence.residual, got.evidence.inconsistency, got.evidence.peak_to_valley})
+  for (const double number :
+       {got.statistics.residual, got.statistics.inconsistency, got.statistics.peak_to_valley})
     if (!std::isfinite(number)) return "evidence that is no number";
   return {};
 }

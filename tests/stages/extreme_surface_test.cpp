@@ -94,12 +94,14 @@ class ExtremeSurface : public GpuTest {
   static Heights solve(const Gradients& g, uint32_t cols, uint32_t rows, SurfaceSolver solver) {
     const Heights heights = integrate_gradients(context(), g, rows, cols, solver);
     expect_finite(heights.values, std::string(name_of(solver)) + " heights");
-    EXPECT_TRUE(std::isfinite(heights.evidence.residual) && std::isfinite(heights.evidence.inconsistency) &&
-                std::isfinite(heights.evidence.peak_to_valley));
+    EXPECT_TRUE(std::isfinite(heights.statistics.residual) &&
+                std::isfinite(heights.statistics.inconsistency) &&
+                std::isfinite(heights.statistics.peak_to_valley));
     return heights;
   }
   /// One line of the table, on paper and in the test's record.
-  static void tell(const std::string& what, SurfaceSolver solver, const Misfit& m, const SurfaceEvidence& e) {
+  static void tell(const std::string& what, SurfaceSolver solver, const Misfit& m,
+                   const SurfaceStatistics& e) {
     char line[200];
     std::snprintf(line, sizeof line, "rms %.1e worst %.1e of range %.3g, residual %.1e, inconsistency %.1e",
                   m.rms, m.worst, m.range, e.residual, e.inconsistency);
@@ -143,7 +145,8 @@ TEST_F(ExtremeSurface, FramesOfOneToThreePixelsASide) {
       for (const SurfaceSolver solver : kSolvers) {
         const Heights got = solve(g, cols, rows, solver);
         const Misfit m = misfit(got.values, truth);
-        if (rows == cols) tell(std::to_string(cols) + " x " + std::to_string(rows), solver, m, got.evidence);
+        if (rows == cols)
+          tell(std::to_string(cols) + " x " + std::to_string(rows), solver, m, got.statistics);
         EXPECT_LT(m.worst, 1e-5) << cols << " x " << rows << " " << name_of(solver);
         if (rows * cols == 1) {
           EXPECT_EQ(got.values[0], 0) << "a single pixel has no height";
@@ -176,11 +179,11 @@ TEST_F(ExtremeSurface, Strips) {
     for (const SurfaceSolver solver : kSolvers) {
       const Heights got = solve(slow, cols, rows, solver);
       const Misfit m = misfit(got.values, truth);
-      tell(size + " half cosine", solver, m, got.evidence);
+      tell(size + " half cosine", solver, m, got.statistics);
       EXPECT_LT(m.worst, stops_early(solver) ? 1e-2 : 1e-3) << size << " " << name_of(solver);
       const Heights rough = solve(noise, cols, rows, solver);
       const Misfit apart = misfit(rough.values, exact.values);
-      tell(size + " noise, against exact", solver, apart, rough.evidence);
+      tell(size + " noise, against exact", solver, apart, rough.statistics);
       EXPECT_LT(apart.worst, stops_early(solver) ? 0.6 : 1e-3) << size << " " << name_of(solver);
     }
   }
@@ -223,7 +226,7 @@ TEST_F(ExtremeSurface, LargestFrame) {
     }
   }
   const Misfit m{std::sqrt(squares) / kSide / (2 * kPeak), worst / (2 * kPeak), 2 * kPeak};
-  tell("8192 x 8192 broad press", SurfaceSolver::Converged, m, got.evidence);
+  tell("8192 x 8192 broad press", SurfaceSolver::Converged, m, got.statistics);
   EXPECT_LT(m.worst, 1e-3);
 }
 
@@ -246,7 +249,7 @@ TEST_F(ExtremeSurface, SteepestWalls) {
         }
       }
       const Misfit m{0, worst, height};
-      tell("wall of slope " + std::to_string(static_cast<int>(height)), solver, m, got.evidence);
+      tell("wall of slope " + std::to_string(static_cast<int>(height)), solver, m, got.statistics);
       EXPECT_LT(worst, stops_early(solver) ? 0.2 : 4e-3) << height << " " << name_of(solver);
     }
   }
@@ -267,7 +270,7 @@ TEST_F(ExtremeSurface, SteepestWalls) {
     const Heights got = solve(pit, kCols, kRows, solver);
     const double depth = double{got.values[110 * kCols + 150]} - double{got.values[20 * kCols + 20]};
     const Misfit apart = misfit(got.values, exact.values);
-    tell("pit with walls of 1e4, against exact", solver, apart, got.evidence);
+    tell("pit with walls of 1e4, against exact", solver, apart, got.statistics);
     EXPECT_NEAR(depth, 1e4, stops_early(solver) ? 5000 : 200) << name_of(solver);
     EXPECT_LT(apart.worst, stops_early(solver) ? 0.6 : 1e-4) << name_of(solver);
   }
@@ -284,8 +287,8 @@ TEST_F(ExtremeSurface, TinyAndHugeGradients) {
       const Heights scaled = solve(gaussian(kCols, kRows, scale), kCols, kRows, solver);
       for (size_t i = 0; i < plain.values.size(); ++i)
         ASSERT_EQ(scaled.values[i], std::ldexp(plain.values[i], exponent)) << name_of(solver) << " at " << i;
-      EXPECT_EQ(scaled.evidence.residual, plain.evidence.residual);
-      EXPECT_EQ(scaled.evidence.peak_to_valley, plain.evidence.peak_to_valley * scale);
+      EXPECT_EQ(scaled.statistics.residual, plain.statistics.residual);
+      EXPECT_EQ(scaled.statistics.peak_to_valley, plain.statistics.peak_to_valley * scale);
     }
     for (const double scale : {1e-30, 1e30}) {
       const Heights scaled = solve(gaussian(kCols, kRows, scale), kCols, kRows, solver);
@@ -293,7 +296,7 @@ TEST_F(ExtremeSurface, TinyAndHugeGradients) {
       for (const float v : scaled.values) back.push_back(static_cast<float>(double{v} / scale));
       const Misfit m = misfit(back, plain.values);
       tell("gradients of " + std::to_string(std::lround(std::log10(scale))) + " powers of ten", solver, m,
-           scaled.evidence);
+           scaled.statistics);
       EXPECT_LT(m.worst, 1e-6) << name_of(solver) << " " << scale;
     }
   }
@@ -334,7 +337,7 @@ TEST_F(ExtremeSurface, NanAndInfinityAreRefusedWithTheirPlace) {
   }
 }
 
-// A field that turns in circles belongs to no surface. The answer is the nearest surface, and the evidence
+// A field that turns in circles belongs to no surface. The answer is the nearest surface, and the statistics
 // says how far the field is from it: what is explained and what is not add up as squares.
 TEST_F(ExtremeSurface, FieldsThatTurnSaySo) {
   constexpr uint32_t kCols = 240, kRows = 180;
@@ -375,19 +378,19 @@ TEST_F(ExtremeSurface, FieldsThatTurnSaySo) {
         if (y + 1 < kRows) explained += std::pow(double{z[kCols]} - double{z[0]}, 2);
       }
     }
-    EXPECT_NEAR(std::pow(exact.evidence.inconsistency, 2) + explained / std::pow(rms_step(g), 2), 1, 1e-4)
+    EXPECT_NEAR(std::pow(exact.statistics.inconsistency, 2) + explained / std::pow(rms_step(g), 2), 1, 1e-4)
         << what;
     for (const SurfaceSolver solver : kSolvers) {
       const Heights got = solve(g, kCols, kRows, solver);
       const Misfit m = misfit(got.values, exact.values);
-      tell(std::string(what) + ", against exact", solver, m, got.evidence);
-      EXPECT_GT(got.evidence.inconsistency, least) << what << " " << name_of(solver);
-      if (got.evidence.inconsistency < 0.99) {
+      tell(std::string(what) + ", against exact", solver, m, got.statistics);
+      EXPECT_GT(got.statistics.inconsistency, least) << what << " " << name_of(solver);
+      if (got.statistics.inconsistency < 0.99) {
         EXPECT_LT(m.worst, stops_early(solver) ? 3e-2 : 1e-4) << what;
       }
     }
   }
-  EXPECT_LT(solve(gaussian(kCols, kRows), kCols, kRows, SurfaceSolver::Converged).evidence.inconsistency,
+  EXPECT_LT(solve(gaussian(kCols, kRows), kCols, kRows, SurfaceSolver::Converged).statistics.inconsistency,
             1e-3);
 }
 
@@ -402,9 +405,9 @@ TEST_F(ExtremeSurface, CheckerboardGradients) {
   for (const SurfaceSolver solver : kSolvers) {
     const Heights got = solve(g, kCols, kRows, solver);
     const Misfit m = misfit(got.values, exact.values);
-    tell("checkerboard, against exact", solver, m, got.evidence);
+    tell("checkerboard, against exact", solver, m, got.statistics);
     EXPECT_LT(m.worst * m.range, stops_early(solver) ? 0.2 : 1e-4) << name_of(solver);
-    EXPECT_LT(got.evidence.peak_to_valley, 2) << name_of(solver);
+    EXPECT_LT(got.statistics.peak_to_valley, 2) << name_of(solver);
   }
 }
 

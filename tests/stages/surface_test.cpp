@@ -79,7 +79,7 @@ TEST_F(SurfaceTest, ConvergedAndExactHitTheTruth) {
                                                                 : "live";
         std::printf("%4u x %4u %-14s %-9s peak-to-valley %.1e  extremes %.1e  rms %.1e  residual %.1e\n",
                     cols, rows, field.name.c_str(), name, m.peak_to_valley, m.extremes, m.rms,
-                    got.evidence.residual);
+                    got.statistics.residual);
         // What stops early is within 1e-3 of smooth fields; a kink keeps it a little longer.
         const bool whole = solver == SurfaceSolver::Exact || solver == SurfaceSolver::Converged;
         const bool kink = field.name == "spherical cap";
@@ -114,12 +114,12 @@ TEST_F(SurfaceTest, ConvergedEqualsExactOnNoise) {
     for (float& g : given) g = normal(random);
     const Heights exact = integrate_gradients(context(), given, rows, cols, SurfaceSolver::Exact);
     const Heights converged = integrate_gradients(context(), given, rows, cols, SurfaceSolver::Converged);
-    const double range = exact.evidence.peak_to_valley;
+    const double range = exact.statistics.peak_to_valley;
     double worst = 0;
     for (size_t i = 0; i < exact.values.size(); ++i)
       worst = std::max(worst, std::abs(double{exact.values[i]} - double{converged.values[i]}));
     std::printf("%4u x %4u worst difference %.1e of the range, residual %.1e\n", cols, rows,
-                range > 0 ? worst / range : worst, converged.evidence.residual);
+                range > 0 ? worst / range : worst, converged.statistics.residual);
     EXPECT_LE(worst, 1e-3 * std::max(range, 1e-9)) << cols << " x " << rows;
   }
 }

@@ -171,12 +171,12 @@ TEST_F(WeightedSurfaceTest, HitsTheTruthUnderEveryMask) {
               live                             ? "live"
               : solver == SurfaceSolver::Exact ? "exact"
                                                : "converged",
-              m.rms, m.worst, got.evidence.residual, got.evidence.unexplained, got.evidence.iterations,
+              m.rms, m.worst, got.statistics.residual, got.statistics.unexplained, got.statistics.iterations,
               got.islands.count);
           for (const float z : got.values) ASSERT_TRUE(std::isfinite(z));
           EXPECT_LT(m.rms, (live ? mask.live : 1e-4) + (kink ? 8e-3 : 0)) << field.name << ", " << mask.name;
-          EXPECT_LT(got.evidence.residual, live ? 0.5 : 1e-6) << field.name << ", " << mask.name;
-          EXPECT_TRUE(live || got.evidence.converged) << field.name << ", " << mask.name;
+          EXPECT_LT(got.statistics.residual, live ? 0.5 : 1e-6) << field.name << ", " << mask.name;
+          EXPECT_TRUE(live || got.statistics.converged) << field.name << ", " << mask.name;
         }
       }
     }
@@ -218,10 +218,10 @@ TEST_F(WeightedSurfaceTest, EqualsDirectSolverOnInconsistentSlopes) {
         const std::string scene = std::to_string(cols) + " x " + std::to_string(rows) + ", " + mask.name +
                                   (solver == SurfaceSolver::Exact ? ", exact" : ", converged");
         std::printf("%-45s worst %.1e misfit %.4f residual %.1e iterations %u\n", scene.c_str(), m.worst,
-                    got.evidence.unexplained, got.evidence.residual, got.evidence.iterations);
+                    got.statistics.unexplained, got.statistics.residual, got.statistics.iterations);
         EXPECT_EQ(got.islands.count, islands.count) << scene;
-        EXPECT_NEAR(got.evidence.unexplained, left_over, 1e-4) << scene;
-        EXPECT_TRUE(got.evidence.converged) << scene;
+        EXPECT_NEAR(got.statistics.unexplained, left_over, 1e-4) << scene;
+        EXPECT_TRUE(got.statistics.converged) << scene;
         EXPECT_LT(m.worst, 1e-4) << scene;
       }
     }
@@ -289,14 +289,14 @@ TEST_F(WeightedSurfaceTest, StageEqualsCpu) {
       ASSERT_TRUE(std::isfinite(got.back()));
     }
     const std::string scene = std::to_string(cols) + " x " + std::to_string(rows);
-    const WeightedEvidence evidence = WeightedSurface::evidence(scalars);
+    const WeightedStatistics statistics = WeightedSurface::statistics(scalars);
     const Misfit m = misfit_by_island(got, wanted, weights, cols, rows);
     std::printf("stage, %s: worst %.1e, misfit %.4f of %.4f, residual %.1e, iterations %u\n", scene.c_str(),
-                m.worst, evidence.unexplained, unexplained(faces, exact.z), evidence.residual,
-                evidence.iterations);
+                m.worst, statistics.unexplained, unexplained(faces, exact.z), statistics.residual,
+                statistics.iterations);
     EXPECT_LT(m.worst, 1e-3) << scene;
-    EXPECT_NEAR(evidence.unexplained, unexplained(faces, exact.z), 2e-3) << scene;
-    EXPECT_LT(evidence.residual, 1e-5) << scene;
+    EXPECT_NEAR(statistics.unexplained, unexplained(faces, exact.z), 2e-3) << scene;
+    EXPECT_LT(statistics.residual, 1e-5) << scene;
   }
 }
 
@@ -312,7 +312,7 @@ TEST_F(WeightedSurfaceTest, EqualWeightsEqualTheUnweightedSolver) {
       double worst = 0;
       for (size_t i = 0; i < plain.values.size(); ++i)
         worst = std::max(worst, std::abs(double{plain.values[i]} - double{got.values[i]}));
-      EXPECT_LT(worst, 1e-5 * plain.evidence.peak_to_valley)
+      EXPECT_LT(worst, 1e-5 * plain.statistics.peak_to_valley)
           << cols << " x " << rows << ", weight " << weight;
     }
   }
@@ -371,8 +371,9 @@ TEST_F(WeightedSurfaceTest, KinksAreCut) {
       std::printf(
           "%-13s %llu kinks: extremes %.1e -> %.1e, rms %.1e -> %.1e, iterations %u -> %u, residual %.1e\n",
           field.name.c_str(), static_cast<unsigned long long>(cut.kinks), extremes(plain), extremes(cut),
-          rms_plain, rms_cut, plain.evidence.iterations, cut.evidence.iterations, cut.evidence.residual);
-      EXPECT_TRUE(cut.evidence.converged);
+          rms_plain, rms_cut, plain.statistics.iterations, cut.statistics.iterations,
+          cut.statistics.residual);
+      EXPECT_TRUE(cut.statistics.converged);
       if (kink) {
         EXPECT_GT(extremes(plain), 3e-3);
         EXPECT_LT(extremes(cut), 1e-3);

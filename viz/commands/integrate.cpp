@@ -69,16 +69,16 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
   make_output_folder(common.out);
   const std::filesystem::path file = common.out / "height.npy";
   write_npy(file, heights.values, {rows, cols});
-  const WeightedEvidence& evidence = heights.evidence;
+  const WeightedStatistics& statistics = heights.statistics;
   const json::Value value = {{"height", file.string()},
                              {"rows", rows},
                              {"columns", cols},
                              {"solver", to_string(options.solver)},
                              {"device", context->report().name},
-                             {"residual", evidence.residual},
-                             {"inconsistency", evidence.unexplained},
-                             {"iterations", evidence.iterations},
-                             {"converged", evidence.converged},
+                             {"residual", statistics.residual},
+                             {"inconsistency", statistics.unexplained},
+                             {"iterations", statistics.iterations},
+                             {"converged", statistics.converged},
                              {"unknown_px", heights.islands.unknown_px},
                              {"islands", heights.islands.count},
                              {"kinks", heights.kinks},
@@ -90,13 +90,13 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
       text, sizeof text,
       "%u x %u heights, peak to valley %.6g, relative residual %.2g after %u iterations, inconsistency %.2g, "
       "%llu px unknown, %.3f s\n",
-      rows, cols, heights.peak_to_valley, evidence.residual, evidence.iterations, evidence.unexplained,
+      rows, cols, heights.peak_to_valley, statistics.residual, statistics.iterations, statistics.unexplained,
       static_cast<unsigned long long>(heights.islands.unknown_px), seconds);
   if (heights.islands.apart()) {
     spdlog::warn("unknown pixels cut the field into {} islands: heights between them are not determined",
                  heights.islands.count);
   }
-  if (!evidence.converged && options.solver != SurfaceSolver::Live && options.solver != SurfaceSolver::Fine)
+  if (!statistics.converged && options.solver != SurfaceSolver::Live && options.solver != SurfaceSolver::Fine)
     spdlog::warn("not converged: weights of too many orders of magnitude; --solver exact may go further");
   return {text + ("written: " + file.string()), value.dump(2, json::Utf8::Replace),
           validation_clean(*context) ? 0 : kInternalError};
@@ -132,21 +132,21 @@ Report integrate(const Common& common, Options options) {
                              {"columns", cols},
                              {"solver", to_string(options.solver)},
                              {"device", context->report().name},
-                             {"residual", heights.evidence.residual},
-                             {"inconsistency", heights.evidence.inconsistency},
-                             {"peak_to_valley", heights.evidence.peak_to_valley},
+                             {"residual", heights.statistics.residual},
+                             {"inconsistency", heights.statistics.inconsistency},
+                             {"peak_to_valley", heights.statistics.peak_to_valley},
                              {"seconds", seconds},
                              {"complete", true}};
   char text[240];
   std::snprintf(text, sizeof text,
                 "%u x %u heights, peak to valley %.6g, relative residual %.2g, inconsistency %.2g, %.3f s\n",
-                rows, cols, heights.evidence.peak_to_valley, heights.evidence.residual,
-                heights.evidence.inconsistency, seconds);
+                rows, cols, heights.statistics.peak_to_valley, heights.statistics.residual,
+                heights.statistics.inconsistency, seconds);
   constexpr double kTurning = 0.3;
-  if (heights.evidence.inconsistency > kTurning) {
+  if (heights.statistics.inconsistency > kTurning) {
     spdlog::warn(
         "{:.0f} % of the gradients belong to no surface: check order (dz/dx, dz/dy), signs and noise",
-        100 * heights.evidence.inconsistency);
+        100 * heights.statistics.inconsistency);
   }
   return {text + ("written: " + file.string()), value.dump(2, json::Utf8::Replace),
           validation_clean(*context) ? 0 : kInternalError};

@@ -110,10 +110,10 @@ Json json_of(const TactileShapes& shapes, const Compression& c, bool skin) {
     value["turn_sd_rad"] = c.turn_sd_rad;
   }
   value["deepening_mm"] = c.deepening_mm;
-  const PlateEvidence& evidence = c.field->evidence();
-  value["spline"] = {{"lambda", evidence.lambda},
-                     {"by_data", evidence.lambda_by_data},
-                     {"residual_sd_mm", evidence.residual_sd}};
+  const PlateStatistics& statistics = c.field->statistics();
+  value["spline"] = {{"lambda", statistics.lambda},
+                     {"by_data", statistics.lambda_by_data},
+                     {"residual_sd_mm", statistics.residual_sd}};
   return value;
 }
 

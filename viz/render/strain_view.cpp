@@ -59,7 +59,7 @@ const StrainTexels& StrainMap::update(const Touch& touch, const FrameFormat& for
   else
     field_.emplace(places, shifts);
   places_ = std::move(places);
-  if (field_->evidence().rank < 2) {
+  if (field_->statistics().rank < 2) {
     last_.missing = "the followed places lie in one line";
     return last_;
   }

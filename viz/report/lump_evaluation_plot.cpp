@@ -40,8 +40,8 @@ std::string table(const std::vector<lump::Judged>& judged) {
     cell(j.truth.block_mm[2]);
     cell(j.truth.young_Pa);
     csv += std::string(to_string(e.verdict)) + ",";
-    cell(e.evidence);
-    const bool seen = e.evidence >= 1;
+    cell(e.detection_statistic);
+    const bool seen = e.detection_statistic >= 1;
     for (const lump::Value& v : values_of(e))
       for (const double part : {v.value, v.low, v.high}) cell(part, seen);
     cell(e.x_mm.value, seen);
@@ -59,7 +59,7 @@ std::string estimates_script(const lump::Score& s, const std::vector<lump::Judge
     std::vector<std::vector<double>> columns(4);
     for (const lump::Judged& j : judged) {
       const lump::Value v = values_of(j.estimate)[p];
-      if (!j.truth.lump || j.estimate.evidence < 1 || !std::isfinite(v.value)) continue;
+      if (!j.truth.lump || j.estimate.detection_statistic < 1 || !std::isfinite(v.value)) continue;
       const std::array<double, 4> row = {truth_of(j.truth)[p], v.value, v.low, v.high};
       for (size_t c = 0; c < 4; ++c) columns[c].push_back(row[c]);
     }

@@ -36,7 +36,7 @@ std::string plot(bool svg, const PointSet& from, const PointSet& to, const Match
   const std::string with = flat ? "plot " : "splot ", columns = flat ? " using 1:2 " : " using 1:2:3 ";
   char title[160];
   std::snprintf(title, sizeof title, "%zu pairs; noise %.3g, evidence %.3g nats a point", pairs,
-                result.noise_sd, result.evidence);
+                result.noise_sd, result.log_likelihood_gain);
   std::string s = plot_head(svg, 1200, 620) + plot_block("from", columns_of(from)) +
                   plot_block("to", columns_of(to)) + plot_block("warped", columns_of(result.warped)) +
                   plot_block("lines", lines);

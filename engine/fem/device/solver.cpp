@@ -164,8 +164,8 @@ void DeviceSolver::move(const gpu::DeviceBuffer& from, const gpu::DeviceBuffer& 
   transfer_.wait();
 }
 
-SolveEvidence DeviceSolver::solve(const std::vector<double>& load, std::vector<double>& displacement,
-                                  double residual, uint32_t most_iterations) {
+SolveStatistics DeviceSolver::solve(const std::vector<double>& load, std::vector<double>& displacement,
+                                    double residual, uint32_t most_iterations) {
   write_as(load_, load.data());
   write_as(displacement_, displacement.data());
   shared::ForwardScalars& s = scalars_.as<shared::ForwardScalars>()[0];
@@ -174,13 +174,13 @@ SolveEvidence DeviceSolver::solve(const std::vector<double>& load, std::vector<d
   s.most = most_iterations;
   scalars_.flush();
 
-  SolveEvidence evidence;
+  SolveStatistics statistics;
   for (int round = 0;; ++round) {
     submit(balance_);
-    evidence.iterations = s.iterations;
-    evidence.residual = s.all_forces == 0 ? 0 : s.left / s.all_forces;
-    evidence.converged = evidence.residual <= residual;
-    if (evidence.converged || round == kMostRounds || evidence.iterations >= most_iterations) break;
+    statistics.iterations = s.iterations;
+    statistics.residual = s.all_forces == 0 ? 0 : s.left / s.all_forces;
+    statistics.converged = statistics.residual <= residual;
+    if (statistics.converged || round == kMostRounds || statistics.iterations >= most_iterations) break;
     while (s.done == 0) {
       const double before = s.left;
       const uint32_t at = s.iterations;
@@ -195,7 +195,7 @@ SolveEvidence DeviceSolver::solve(const std::vector<double>& load, std::vector<d
     }
   }
   read_as(displacement_, displacement.data());
-  return evidence;
+  return statistics;
 }
 
 void DeviceSolver::submit(gpu::Commands& commands) const {

@@ -28,8 +28,8 @@ class DeviceSolver {
   const std::shared_ptr<const Kernels>& kernels() const { return cycle_.kernels(); }
 
   /// As Solver::solve: same equations, same stopping rule, equal results up to rounding.
-  SolveEvidence solve(const std::vector<double>& load, std::vector<double>& displacement, double residual,
-                      uint32_t most_iterations);
+  SolveStatistics solve(const std::vector<double>& load, std::vector<double>& displacement, double residual,
+                        uint32_t most_iterations);
 
   /// As Stiffness::apply with the supports, and Multigrid::precondition.
   void apply(const float* displacement, float* force);

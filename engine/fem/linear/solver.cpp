@@ -51,19 +51,20 @@ double Solver::out_of_balance(const std::vector<double>& load, const std::vector
   return std::sqrt(open);
 }
 
-SolveEvidence Solver::solve(const std::vector<double>& load, std::vector<double>& displacement,
-                            double residual, uint32_t most_iterations) {
-  SolveEvidence evidence;
+SolveStatistics Solver::solve(const std::vector<double>& load, std::vector<double>& displacement,
+                              double residual, uint32_t most_iterations) {
+  SolveStatistics statistics;
   for (int round = 0;; ++round) {
     const double left = out_of_balance(load, displacement);
-    evidence.residual = all_forces_ > 0 ? left / all_forces_ : 0;
-    evidence.converged = evidence.residual <= residual;
-    if (evidence.converged || round == kMostRounds || evidence.iterations >= most_iterations) return evidence;
+    statistics.residual = all_forces_ > 0 ? left / all_forces_ : 0;
+    statistics.converged = statistics.residual <= residual;
+    if (statistics.converged || round == kMostRounds || statistics.iterations >= most_iterations)
+      return statistics;
 
-    evidence.iterations +=
+    statistics.iterations +=
         gradients_.run([this](const double* in, double* out) { stiffness().apply(in, out, &fixed_, team_); },
                        [this](const float* in, float* out) { multigrid_.precondition(in, out); }, residual_,
-                       displacement, 0.9 * residual * all_forces_, most_iterations - evidence.iterations);
+                       displacement, 0.9 * residual * all_forces_, most_iterations - statistics.iterations);
   }
 }
 

@@ -11,7 +11,7 @@
 
 namespace palpate::fem {
 
-struct SolveEvidence {
+struct SolveStatistics {
   bool converged = false;
   double residual = 0;  ///< norm of the forces that are out of balance over that of all forces (supports' and
                         ///< loads'), in double precision, of the displacement returned
@@ -29,8 +29,8 @@ class Solver {
   /// K displacement = load at every displacement that is not fixed. In: fixed values, and a first guess
   /// elsewhere. Both 3 x nodes. Ends at `residual` or, not converged, after `most_iterations` or where
   /// rounding lets it gain nothing more.
-  SolveEvidence solve(const std::vector<double>& load, std::vector<double>& displacement, double residual,
-                      uint32_t most_iterations);
+  SolveStatistics solve(const std::vector<double>& load, std::vector<double>& displacement, double residual,
+                        uint32_t most_iterations);
 
   /// Forces of a displacement on all nodes: at fixed ones what the supports push with.
   void forces(const std::vector<double>& displacement, std::vector<double>& force);

@@ -212,11 +212,11 @@ class Inversion {
     take(best.lump, answer.spread, estimate);
     estimate.shape_probability = {};
     estimate.shape_probability[static_cast<size_t>(estimate.shape)] = 1;
-    estimate.evidence = 0;
+    estimate.detection_statistic = 0;
     if (const std::optional<double> nothing = search_.without_lump(best))
-      estimate.evidence = std::max(0.0, *nothing - best.chi2) / (kChance * std::max(1.0, share));
+      estimate.detection_statistic = std::max(0.0, *nothing - best.chi2) / (kChance * std::max(1.0, share));
     char line[200];
-    if (estimate.evidence < 1)
+    if (estimate.detection_statistic < 1)
       return summarise(answer, Status::NoLump, "tissue alone answers as well, but for chance");
     if (!settled) {
       std::snprintf(line, sizeof line, "the search did not end in %u rounds: the values are where it stood",

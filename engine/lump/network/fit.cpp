@@ -214,7 +214,7 @@ void add_bells(const Model& model, const Fitter& fitter, const Fit& fit, double 
 
 }  // namespace
 
-Evidence weigh_lumps(const Model& model, const PressedNodes& nodes, Method method, double temperature) {
+Inference weigh_lumps(const Model& model, const PressedNodes& nodes, Method method, double temperature) {
   const Look look = look_for_lump(model, nodes);
   const Fitter fitter(model, nodes, look.patch);
   const Answer& answer = look.answer;
@@ -238,9 +238,9 @@ Evidence weigh_lumps(const Model& model, const PressedNodes& nodes, Method metho
   }
   const Fit& best = *std::min_element(fits.begin(), fits.end(),
                                       [](const Fit& a, const Fit& b) { return a.chi_square < b.chi_square; });
-  Evidence found;
+  Inference found;
   found.no_lump_chi_square = no_lump_chi_square(nodes);
-  found.evidence = fitter.no_lump() - best.chi_square;
+  found.log_likelihood_ratio = fitter.no_lump() - best.chi_square;
   found.chi_square =
       best.chi_square / static_cast<double>(std::max<Eigen::Index>(1, look.patch.whitener.size() - 5));
   found.rest = look.patch.whitener.rest();
@@ -258,7 +258,7 @@ Evidence weigh_lumps(const Model& model, const PressedNodes& nodes, Method metho
       if (fit.chi_square < best.chi_square + kForgiven * temperature)
         add_bells(model, fitter, fit, temperature, posterior.parts, log_weights);
     if (log_weights.empty()) {
-      found.evidence = 0;
+      found.log_likelihood_ratio = 0;
       return found;
     }
     const double most = *std::max_element(log_weights.begin(), log_weights.end());

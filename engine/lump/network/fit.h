@@ -55,21 +55,21 @@ struct Posterior {
 };
 
 /// Everything an estimate is made of, before calibration is applied.
-struct Evidence {
+struct Inference {
   Posterior posterior;
   std::array<double, 2> place_mm{}, place_sd_mm{};
-  double evidence = 0;    ///< chi-square without a lump less chi-square with one
-  double chi_square = 0;  ///< of the best, per degree of freedom
-  double rest = 0;        ///< see PatchWhitener::rest()
+  double log_likelihood_ratio = 0;  ///< chi-square without a lump less chi-square with one
+  double chi_square = 0;            ///< of the best, per degree of freedom
+  double rest = 0;                  ///< see PatchWhitener::rest()
   double no_lump_chi_square = 0;
 };
 
 /// `temperature` divides logarithms of likelihoods before shapes are weighed; the network alone has no use
 /// for it.
-Evidence weigh_lumps(const Model& model, const PressedNodes& nodes, Method method, double temperature);
+Inference weigh_lumps(const Model& model, const PressedNodes& nodes, Method method, double temperature);
 
 /// What weigh_lumps() found with the calibration that its like has earned.
-void summarise(const Model& model, const PressedNodes& nodes, Method method, const Evidence& found,
+void summarise(const Model& model, const PressedNodes& nodes, Method method, const Inference& found,
                Estimate& estimate);
 
 }  // namespace palpate::lump

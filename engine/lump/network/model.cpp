@@ -203,7 +203,7 @@ Calibration calibration_at(const Model& model, Method method, size_t loads, doub
   for (size_t p = 0; p < kParameters; ++p)
     calibration.inflation[p] = mix([p](const Calibration& t) { return t.inflation[p]; });
   calibration.place_inflation = mix([](const Calibration& t) { return t.place_inflation; });
-  calibration.evidence = mix([](const Calibration& t) { return t.evidence; });
+  calibration.log_likelihood_ratio = mix([](const Calibration& t) { return t.log_likelihood_ratio; });
   calibration.chi_square = mix([](const Calibration& t) { return t.chi_square; });
   calibration.rest = mix([](const Calibration& t) { return t.rest; });
   calibration.no_lump_chi_square = mix([](const Calibration& t) { return t.no_lump_chi_square; });

@@ -51,9 +51,9 @@ enum Parameter : uint8_t { kSize, kDepth, kRatio, kParameters };
 struct Calibration {
   std::array<double, kParameters> inflation{1, 1, 1};  ///< of intervals, so that they hold 90 % of the truths
   double place_inflation = 1;
-  double evidence = 10;   ///< that one in 100 observations without a lump reaches
-  double chi_square = 2;  ///< that three in 100 observations with a lump exceed
-  double rest = 2;        ///< the same of what no sum of the patch's fields can be
+  double log_likelihood_ratio = 10;  ///< that one in 100 observations without a lump reaches
+  double chi_square = 2;             ///< that three in 100 observations with a lump exceed
+  double rest = 2;                   ///< the same of what no sum of the patch's fields can be
   double no_lump_chi_square =
       2;  ///< that one in 100 observations without a lump exceeds, of the whole window
   // For people: relative errors of the values, and how often the shape was right.

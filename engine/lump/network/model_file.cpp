@@ -99,7 +99,7 @@ Json hidden_of(const std::vector<SmallNetwork>& networks) {
 Json calibration_json(const Calibration& t) {
   return {{"stretch", t.inflation},
           {"place_stretch", t.place_inflation},
-          {"evidence", t.evidence},
+          {"evidence", t.log_likelihood_ratio},
           {"misfit", t.chi_square},
           {"rest", t.rest},
           {"no_lump_misfit", t.no_lump_chi_square},
@@ -120,7 +120,7 @@ Calibration read_calibration(const Json& json) {
   for (const double s : t.inflation)
     if (!(s > 0 && s < 1e6)) throw std::runtime_error("stretch out of range");
   t.place_inflation = positive(json, "place_stretch");
-  t.evidence = positive(json, "evidence");
+  t.log_likelihood_ratio = positive(json, "evidence");
   t.chi_square = positive(json, "misfit");
   t.rest = positive(json, "rest");
   t.no_lump_chi_square = positive(json, "no_lump_misfit");

@@ -33,8 +33,8 @@ std::vector<CalibrationRow> Network::calibration() const {
     for (size_t l = 0; l < kCalibrationLoads.size(); ++l)
       for (size_t n = 0; n < kCalibrationNoise.size(); ++n) {
         const Calibration& t = model_->calibration[static_cast<size_t>(method)][l][n];
-        rows.push_back({method, kCalibrationLoads[l], kCalibrationNoise[n], t.inflation, t.evidence,
-                        t.chi_square, t.median_error, t.shape_rate});
+        rows.push_back({method, kCalibrationLoads[l], kCalibrationNoise[n], t.inflation,
+                        t.log_likelihood_ratio, t.chi_square, t.median_error, t.shape_rate});
       }
   return rows;
 }

@@ -1,4 +1,4 @@
-// From evidence to an answer: intervals that hold what they promise, and what is not to be used.
+// From log-likelihood ratio to an answer: intervals that hold what they promise, and what is not to be used.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -20,10 +20,10 @@ std::string text(const char* format, double a, double b = 0, double c = 0) {
 
 }  // namespace
 
-void summarise(const Model& model, const PressedNodes& nodes, Method method, const Evidence& found,
+void summarise(const Model& model, const PressedNodes& nodes, Method method, const Inference& found,
                Estimate& estimate) {
   const Calibration calibration = calibration_at(model, method, nodes.loads.size(), nodes.noise_share);
-  estimate.evidence = std::max(0.0, found.evidence) / calibration.evidence;
+  estimate.detection_statistic = std::max(0.0, found.log_likelihood_ratio) / calibration.log_likelihood_ratio;
   estimate.false_alarm_rate = model.false_alarm_rate;
   estimate.shape_probability = found.posterior.shape_probability;
   const auto likeliest =
@@ -53,7 +53,7 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
          {&estimate.size_mm, &estimate.depth_mm, &estimate.stiffness_ratio, &estimate.x_mm, &estimate.y_mm})
       *v = {nan, nan, nan};
   };
-  if (estimate.evidence < 1) {
+  if (estimate.detection_statistic < 1) {
     nothing();
     if (found.no_lump_chi_square > calibration.no_lump_chi_square) {
       estimate.verdict = Status::OutsideTraining;
@@ -65,7 +65,7 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
     }
     estimate.verdict = Status::NoLump;
     estimate.reasons.push_back(text("no lump: evidence %.3g of what %.3g %% of readings without one reach",
-                                    estimate.evidence, 100 * model.false_alarm_rate));
+                                    estimate.detection_statistic, 100 * model.false_alarm_rate));
     return;
   }
   estimate.size_mm = value(kSize, model.size_mm, "a size in mm");

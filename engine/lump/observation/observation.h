@@ -60,10 +60,10 @@ constexpr bool tells_numbers(Status verdict) {
 
 struct Estimate {
   Status verdict = Status::Unusable;
-  double evidence = 0;          ///< for a lump; at 1 and above there is one
-  double false_alarm_rate = 0;  ///< of observations without a lump that reach this evidence
-  Value size_mm;                ///< diameter; of elongated shapes the smaller one
-  Value depth_mm;               ///< surface to the top
+  double detection_statistic = 0;  ///< for a lump; at 1 and above there is one
+  double false_alarm_rate = 0;     ///< of observations without a lump that reach this detection statistic
+  Value size_mm;                   ///< diameter; of elongated shapes the smaller one
+  Value depth_mm;                  ///< surface to the top
   Value stiffness_ratio;
   Value x_mm, y_mm;  ///< of its centre from the block's middle
   fem::InclusionShape shape = fem::InclusionShape::Sphere;

@@ -36,7 +36,7 @@ std::vector<std::array<double, 2>> roc_of(const std::vector<Judged>& judged) {
   double lumps = 0, plain = 0;
   for (const Judged& j : judged) {
     if (j.truth.lump && (j.truth.size_mm < kGoalSize_mm || j.truth.depth_mm > kGoalDepth_mm)) continue;
-    order.emplace_back(j.estimate.evidence, j.truth.lump);
+    order.emplace_back(j.estimate.detection_statistic, j.truth.lump);
     (j.truth.lump ? lumps : plain) += 1;
   }
   std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
@@ -111,7 +111,7 @@ Score score_of(const std::vector<Judged>& judged) {
   for (const Judged& j : judged) {
     const Estimate& e = j.estimate;
     walls.push_back(1e3 * e.wall_s);
-    const bool seen = e.evidence >= 1;
+    const bool seen = e.detection_statistic >= 1;
     if (!j.truth.lump) {
       ++score.plain;
       ++score.plain_verdicts[static_cast<size_t>(e.verdict)];

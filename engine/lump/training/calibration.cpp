@@ -68,7 +68,7 @@ Observation noisy(const Observation& ideal, size_t count, double noise_share, ui
 
 struct Trial {
   bool usable = false;
-  Evidence found;
+  Inference found;
 };
 
 /// Trials of one method at one number of loads and one noise.
@@ -157,13 +157,13 @@ Calibration Calibrator::calibration(Method method, size_t loads, size_t noise) c
     calibration.temperature = std::clamp(quantile(chi_squares, 0.6), 1.0, 30.0);
     chi_squares.clear();
   }
-  std::vector<double> evidence, plain_chi_square;
+  std::vector<double> log_likelihood_ratio, plain_chi_square;
   for (const Trial& t : trials(at, options_.trials, false, calibration.temperature))
     if (t.usable) {
-      evidence.push_back(t.found.evidence);
+      log_likelihood_ratio.push_back(t.found.log_likelihood_ratio);
       plain_chi_square.push_back(t.found.no_lump_chi_square);
     }
-  calibration.evidence = std::max(6.0, quantile(evidence, 1 - false_alarms));
+  calibration.log_likelihood_ratio = std::max(6.0, quantile(log_likelihood_ratio, 1 - false_alarms));
   calibration.no_lump_chi_square = std::max(1.05, 1.02 * quantile(plain_chi_square, 1 - false_alarms));
 
   std::array<std::vector<double>, kParameters> scores, errors;
@@ -172,7 +172,7 @@ Calibration Calibrator::calibration(Method method, size_t loads, size_t noise) c
   const std::vector<Trial> lumps = trials(at, options_.trials, true, calibration.temperature);
   for (size_t i = 0; i < lumps.size(); ++i) {
     const Trial& t = lumps[i];
-    if (!t.usable || t.found.evidence < calibration.evidence) continue;
+    if (!t.usable || t.found.log_likelihood_ratio < calibration.log_likelihood_ratio) continue;
     const Example& truth = all_.examples[example(at, i, true)];
     const std::array<double, kParameters> wanted = {std::log(truth.size_mm), std::log(truth.depth_mm),
                                                     std::log(truth.stiffness_ratio)};
@@ -230,9 +230,10 @@ void calibrate(Model& model, const Examples& all, const TrainingOptions& options
   // Few observations lie beyond a threshold: those of other noise speak too, and what errs, errs to caution.
   for (Model::CalibrationTable& table : tables)
     for (auto& row : table) {
-      double evidence = 0;
-      for (const Calibration& calibration : row) evidence = std::max(evidence, calibration.evidence);
-      for (Calibration& calibration : row) calibration.evidence = evidence;
+      double log_likelihood_ratio = 0;
+      for (const Calibration& calibration : row)
+        log_likelihood_ratio = std::max(log_likelihood_ratio, calibration.log_likelihood_ratio);
+      for (Calibration& calibration : row) calibration.log_likelihood_ratio = log_likelihood_ratio;
     }
   model.calibration = tables;
 }

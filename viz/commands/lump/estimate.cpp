@@ -54,7 +54,7 @@ std::string script_of(const lump::Observation& observation, const lump::Estimate
       pixels[2].push_back(static_cast<double>(map.at(x, y)));
     }
   const bool seen =
-      e.evidence >= 1 && std::isfinite(e.size_mm.value) && e.verdict != lump::Status::SeveralLumps;
+      e.detection_statistic >= 1 && std::isfinite(e.size_mm.value) && e.verdict != lump::Status::SeveralLumps;
   for (int i = 0; i <= 72 && seen; ++i) {
     outline[0].push_back(e.x_mm.value + 0.5 * e.size_mm.value * std::cos(i * std::numbers::pi / 36));
     outline[1].push_back(e.y_mm.value + 0.5 * e.size_mm.value * std::sin(i * std::numbers::pi / 36));
@@ -88,7 +88,7 @@ Report run(const Common& common, const Options& o) {
       csv += std::string(name) + "," + plot_number(v.value) + "," + plot_number(v.low) + "," +
              plot_number(v.high) + "," + unit + "\n";
     };
-    if (estimate.evidence >= 1) {
+    if (estimate.detection_statistic >= 1) {
       row("size", estimate.size_mm, "mm");
       row("depth", estimate.depth_mm, "mm");
       row("stiffness_ratio", estimate.stiffness_ratio, "");

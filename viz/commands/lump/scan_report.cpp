@@ -103,7 +103,7 @@ Json to_json(const lump::Outline& o) {
 Json to_json(const lump::Estimate& e) {
   Json v = {{"verdict", lump::status_words(e.verdict)},
             {"method", e.method},
-            {"evidence", or_null(e.evidence)},
+            {"evidence", or_null(e.detection_statistic)},
             {"false_alarm_rate", e.false_alarm_rate},
             {"reasons", e.reasons}};
   if (!e.bumps_mm.empty()) v["bumps_mm"] = e.bumps_mm;

@@ -69,9 +69,12 @@ Json to_json(const lump::Value& v) {
 
 Json to_json(const lump::StabilityRow& row) {
   const lump::Estimate& e = row.estimate;
-  Json value = {{"group", row.what.group}, {"name", row.what.name},
-                {"pressed", row.pressed},  {"verdict", row.pressed ? to_string(e.verdict) : "not pressed"},
-                {"evidence", e.evidence},  {"reasons", e.reasons}};
+  Json value = {{"group", row.what.group},
+                {"name", row.what.name},
+                {"pressed", row.pressed},
+                {"verdict", row.pressed ? to_string(e.verdict) : "not pressed"},
+                {"evidence", e.detection_statistic},
+                {"reasons", e.reasons}};
   if (row.what.scene.inclusion) {
     const fem::Inclusion& lump = *row.what.scene.inclusion;
     value["truth"] = {
