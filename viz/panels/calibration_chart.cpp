@@ -105,8 +105,8 @@ class Plot {
   void beyond(double from, double to) {
     if (to > from) list_->AddRectFilled({at(from, 0).x, low_.y}, {at(to, 0).x, high_.y}, kBeyond);
   }
-  void line(const std::vector<ImVec2>& points, ImU32 colour, Stroke stroke) {
-    StrokeLine drawn(list_, colour, stroke, scale_);
+  void line(const std::vector<ImVec2>& points, ImU32 colour, LineStyle line_style) {
+    StyledLine drawn(list_, colour, line_style, scale_);
     for (size_t i = 1; i < points.size(); ++i) drawn.piece(points[i - 1], points[i]);
   }
   void band(const std::vector<ImVec2>& low, const std::vector<ImVec2>& high, ImU32 colour) {
@@ -244,7 +244,7 @@ void draw_force_calibration(ImDrawList* list, const ViewRect& rect, const ForceC
   plot.clip();
   plot.beyond(plot.x().least, c.gray_min);
   plot.beyond(c.gray_max, plot.x().most);
-  const auto curve = [&](Branch branch, ImU32 colour, Stroke stroke) {
+  const auto curve = [&](Branch branch, ImU32 colour, LineStyle line_style) {
     const auto part = [&](double from, double to, bool calibrated) {
       if (!(to > from)) return;
       const auto count = static_cast<size_t>(
@@ -256,14 +256,14 @@ void draw_force_calibration(ImDrawList* list, const ViewRect& rect, const ForceC
         high.push_back(plot.at(p.signal, p.force_N + 2 * p.standard_error_N));
       }
       if (calibrated) plot.band(low, high, colour);
-      plot.line(middle, calibrated ? colour : kFaint, calibrated ? stroke : Stroke::Dotted);
+      plot.line(middle, calibrated ? colour : kFaint, calibrated ? line_style : LineStyle::Dotted);
     };
     part(plot.x().least, c.gray_min, false);
     part(c.gray_min, c.gray_max, true);
     part(c.gray_max, plot.x().most, false);
   };
-  curve(Branch::Loading, kFirst, Stroke::Solid);
-  if (branches) curve(Branch::Unloading, kSecond, Stroke::Dashed);
+  curve(Branch::Loading, kFirst, LineStyle::Solid);
+  if (branches) curve(Branch::Unloading, kSecond, LineStyle::Dashed);
   plot.upright(c.gray_min, kLimit);
   plot.upright(c.gray_max, kLimit);
   for (const CalibrationMark& m : marks)
@@ -321,12 +321,13 @@ void draw_shear_calibration(ImDrawList* list, const ViewRect& rect, const ShearC
       high.push_back(plot.at(shift_mm, k * shift_mm * (1 + 2 * c.relative_sd)));
     }
     plot.band(low, high, colour);
-    plot.line(middle, colour, along_x ? Stroke::Solid : Stroke::Dashed);
+    plot.line(middle, colour, along_x ? LineStyle::Solid : LineStyle::Dashed);
   }
   if (normal_N)
     for (const double sign : {-1.0, 1.0}) {
       const double limit_N = sign * c.friction * *normal_N;
-      plot.line({plot.at(plot.x().least, limit_N), plot.at(plot.x().most, limit_N)}, kLimit, Stroke::Dotted);
+      plot.line({plot.at(plot.x().least, limit_N), plot.at(plot.x().most, limit_N)}, kLimit,
+                LineStyle::Dotted);
     }
   for (const bool along_x : {true, false})
     for (const CalibrationMark& m : shear_marks(c, touch, along_x)) {

@@ -90,8 +90,8 @@ class Chart {
 
   /// One line; `value` returns false where there is none.
   void line(const std::deque<Sample>& samples, const std::function<bool(const Sample&, double&)>& value,
-            ImU32 colour, Stroke stroke) const {
-    StrokeLine drawn(list_, colour, stroke, scale_);
+            ImU32 colour, LineStyle line_style) const {
+    StyledLine drawn(list_, colour, line_style, scale_);
     ImVec2 last{};
     bool joined = false;
     for (const Sample& s : samples) {
@@ -320,7 +320,7 @@ void StripCharts::draw_force() {
         v = has_value(s.force_N) ? force(s).value : untouched(tare_.force_N);
         return s.force_N.validity != Validity::NotCalibrated;
       },
-      kForce, Stroke::Solid);
+      kForce, LineStyle::Solid);
   if (limits)
     chart.level(range.most_N - zero_N, kLimit,
                 text("calibrated to %.3g N%s", range.most_N, tare_.on ? " untared" : ""));
@@ -347,7 +347,7 @@ void StripCharts::draw_gray_sum() {
         v = 1e-3 * s.gray_sum;
         return true;
       },
-      kForce, Stroke::Solid);
+      kForce, LineStyle::Solid);
   chart.unclip();
   chart.title("gray sum G [1000 gray levels], force not calibrated", kForce);
   chart.frame();
@@ -378,7 +378,7 @@ void StripCharts::draw_shear() {
             v = sign * friction * s.force_N.value;
             return has_value(s.force_N);
           },
-          kLimit, Stroke::Dotted);
+          kLimit, LineStyle::Dotted);
   for (const bool x : {true, false})
     chart.line(
         samples_,
@@ -387,7 +387,7 @@ void StripCharts::draw_shear() {
           v = has_value(e) ? e.value : untouched(x ? tare_.shear_x_N : tare_.shear_y_N);
           return e.validity != Validity::NotCalibrated;
         },
-        x ? kShearX : kShearY, x ? Stroke::Solid : Stroke::Dashed);
+        x ? kShearX : kShearY, x ? LineStyle::Solid : LineStyle::Dashed);
   chart.unclip();
   const std::string first = text("shear [N]%s: x", zeroed());
   chart.title(first, kShearX);
@@ -413,7 +413,7 @@ void StripCharts::draw_depth() {
         v = s.depth_mm;
         return s.has_depth;
       },
-      kDepth, Stroke::Solid);
+      kDepth, LineStyle::Solid);
   chart.unclip();
   chart.title("deepest [mm]", kDepth);
   chart.frame();

@@ -5,15 +5,15 @@
 
 namespace palpate::viz {
 
-void StrokeLine::piece(ImVec2 from, ImVec2 to) {
-  const float width = (stroke_ == Stroke::Dotted ? 1.2f : 1.7f) * scale_;
+void StyledLine::piece(ImVec2 from, ImVec2 to) {
+  const float width = (line_style_ == LineStyle::Dotted ? 1.2f : 1.7f) * scale_;
   const float length = std::hypot(to.x - from.x, to.y - from.y);
-  if (stroke_ == Stroke::Solid) {
+  if (line_style_ == LineStyle::Solid) {
     list_->AddLine(from, to, colour_, width);
     return;
   }
-  const float period = (stroke_ == Stroke::Dashed ? 11 : 6) * scale_;
-  const float on = (stroke_ == Stroke::Dashed ? 7 : 2) * scale_;
+  const float period = (line_style_ == LineStyle::Dashed ? 11 : 6) * scale_;
+  const float on = (line_style_ == LineStyle::Dashed ? 7 : 2) * scale_;
   const auto at = [&](float along) {
     return ImVec2{from.x + (to.x - from.x) * along / length, from.y + (to.y - from.y) * along / length};
   };
