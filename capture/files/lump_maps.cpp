@@ -98,7 +98,7 @@ std::string estimate_text(const lump::Estimate& e) {
                 e.detection_statistic, 100 * e.false_alarm_rate);
   text += line;
   if (e.detection_statistic >= 1 && std::isfinite(e.size_mm.value)) {
-    if (!tells_numbers(e.verdict)) text += "of one lump as the model knows it, which this is not:\n";
+    if (!reports_numbers(e.verdict)) text += "of one lump as the model knows it, which this is not:\n";
     text += "                     value    90 % interval\n";
     const auto row = [&](const char* name, const lump::Value& v, const char* unit) {
       std::snprintf(line, sizeof line, "%-18s %7.3g    %.3g to %.3g %s\n", name, v.value, v.low, v.high,

@@ -84,7 +84,7 @@ Estimator direct_estimator(std::shared_ptr<const Network> network, uint32_t thre
       }
     }
     Estimate estimate = invert_directly(observation, options);
-    if (tells_numbers(first.verdict) && tells_numbers(estimate.verdict)) hold_against(first, estimate);
+    if (reports_numbers(first.verdict) && reports_numbers(estimate.verdict)) hold_against(first, estimate);
     return estimate;
   };
 }

@@ -31,7 +31,7 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   if (!in_contact_) {
     in_contact_ = true;
     slip_watch_.restart();
-    told_ = Slip::Stick;
+    reported_ = Slip::Stick;
     onset_unseen_ = after_interruption;
     anchor_at_border_ = touch.at_border;
     onset_x_mm_ = anchor_x_mm_ = x_mm;
@@ -39,17 +39,17 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   }
   touch.shift_x_mm = x_mm - onset_x_mm_;
   touch.shift_y_mm = y_mm - onset_y_mm_;
-  std::optional<Slip> told;
-  if (touch.skin) told = slip_watch_.update(x_mm, y_mm, *touch.skin);
+  std::optional<Slip> reported;
+  if (touch.skin) reported = slip_watch_.update(x_mm, y_mm, *touch.skin);
   if (!calibration) {
-    if (touch.skin) touch.slip = told_ = told.value_or(told_);
+    if (touch.skin) touch.slip = reported_ = reported.value_or(reported_);
     return;
   }
 
   const ShearCalibration& c = *calibration;
   const SkinMotion skin = touch.skin.value_or(SkinMotion{});
   const bool by_skin = c.signal == ShearSignal::Skin && skin.touching >= 3;
-  if (told == Slip::Slip) {
+  if (reported == Slip::Slip) {
     // What the contact travels over the skin bends nothing.
     anchor_x_mm_ += slip_watch_.apart_x_mm();
     anchor_y_mm_ += slip_watch_.apart_y_mm();
@@ -77,11 +77,11 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
     anchor_at_border_ = touch.at_border;
   }
   // Nothing slides far below the limit: there it is the outline that changes, as where a contact lifts.
-  if (told == Slip::Slip && !no_limit && !at_limit && by_skin &&
+  if (reported == Slip::Slip && !no_limit && !at_limit && by_skin &&
       size < kLeastLoad * c.friction * std::max(touch.force_N.value, 0.0))
-    told.emplace(Slip::Stick);
+    reported.emplace(Slip::Stick);
   // Until enough points lie under it a contact is taken to stick, and what lifts stays what it was.
-  if (touch.skin) touch.slip = told_ = told.value_or(told_);
+  if (touch.skin) touch.slip = reported_ = reported.value_or(reported_);
   const double position_error_mm = kCentroidError_px * pitch_mm_per_px_;
   Validity validity = Validity::Valid;
   if (no_limit) validity = Validity::NotCalibrated;

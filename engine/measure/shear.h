@@ -30,7 +30,7 @@ class ShearTracker {
  private:
   double pitch_mm_per_px_;
   SlipWatch slip_watch_;
-  Slip told_ = Slip::Stick;  // by the skin, of the present contact
+  Slip reported_ = Slip::Stick;  // by the skin, of the present contact
   bool in_contact_ = false;
   bool interrupted_ = false;   // no frame since
   bool onset_unseen_ = false;  // of the present contact

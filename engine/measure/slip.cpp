@@ -53,8 +53,8 @@ std::optional<Slip> SlipWatch::update(double x_mm, double y_mm, const SkinMotion
   const bool slow = count_ >= kFrames && since(6) > long_mm && since(2) > long_mm / 3;
   if (since(2) > short_mm || slow) return Slip::Slip;
   const Estimate& share = skin.stick_share;
-  const bool told = share.validity == Validity::Valid || share.validity == Validity::OnsetUnseen;
-  return told && share.value + share.standard_error < kRimSlips ? Slip::Incipient : Slip::Stick;
+  const bool reported = share.validity == Validity::Valid || share.validity == Validity::OnsetUnseen;
+  return reported && share.value + share.standard_error < kRimSlips ? Slip::Incipient : Slip::Stick;
 }
 
 }  // namespace palpate

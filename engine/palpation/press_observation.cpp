@@ -215,7 +215,7 @@ lump::Estimate estimate_window(const lump::Observation& observation, double unev
   constexpr double kNormal90 = 1.645;
   const lump::Network& network = lump::Network::built_in();
   lump::Estimate e = network.estimate(observation);
-  if (!tells_numbers(e.verdict)) return e;
+  if (!reports_numbers(e.verdict)) return e;
   for (const double share : {-kNormal90 * uneven_sd, kNormal90 * uneven_sd}) {
     const lump::Estimate other = network.estimate(with_field(observation, share));
     e.wall_s += other.wall_s;
@@ -225,7 +225,7 @@ lump::Estimate estimate_window(const lump::Observation& observation, double unev
                         100 * uneven_sd)};
       return e;
     }
-    if (!tells_numbers(other.verdict)) continue;
+    if (!reports_numbers(other.verdict)) continue;
     widen(e.size_mm, other.size_mm);
     widen(e.depth_mm, other.depth_mm);
     widen(e.stiffness_ratio, other.stiffness_ratio);

@@ -152,7 +152,7 @@ ScanAnswer evaluate_scan(const std::vector<lump::ScanPress>& presses, const lump
                          const lump::Estimator& estimator, uint64_t seed) {
   ScanAnswer answer;
   answer.map = stitch(presses, options);
-  const auto two = told_second_bump(lump::Network::built_in().model(), answer.map.observation);
+  const auto two = second_bump_reported(lump::Network::built_in().model(), answer.map.observation);
   // Of two bumps the profile's fit is of the higher one.
   const lump::Observation first =
       two ? without_place(answer.map.observation, two->place_mm[1], two->place_mm[0])
@@ -204,7 +204,7 @@ std::vector<std::pair<std::string, std::string>> estimate_rows(const lump::Estim
   std::snprintf(line, sizeof line, "%.3g of the threshold 1, which %.2g %% of readings without a lump reach",
                 e.detection_statistic, 100 * e.false_alarm_rate);
   if (e.verdict != lump::Status::Unusable) rows.emplace_back("evidence", line);
-  if (tells_numbers(e.verdict)) {
+  if (reports_numbers(e.verdict)) {
     rows.emplace_back("size", interval_text(e.size_mm, "mm"));
     rows.emplace_back("depth of its top", interval_text(e.depth_mm, "mm"));
     if (e.verdict == lump::Status::Found) {

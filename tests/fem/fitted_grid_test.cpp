@@ -113,11 +113,11 @@ TEST(FittedGrid, CellsBesideTheMiddleHaveNoQuarter) {
 TEST(FittedGrid, CellsSuitLumpsLikeTheirsAndNoOthers) {
   fem::Scene scene = scene_with(fem::InclusionShape::Sphere, {1, 2});
   const fem::InclusionCells cells = fem::inclusion_cells(scene);
-  EXPECT_TRUE(suit(cells, scene));
+  EXPECT_TRUE(matches(cells, scene));
   scene.inclusion->depth_mm += 0.5;
-  EXPECT_TRUE(suit(cells, scene));
+  EXPECT_TRUE(matches(cells, scene));
   scene.inclusion->depth_mm += 4;
-  EXPECT_FALSE(suit(cells, scene));
+  EXPECT_FALSE(matches(cells, scene));
 }
 
 TEST(FittedGrid, CellsThatWouldTurnInsideOutAreNotMade) {

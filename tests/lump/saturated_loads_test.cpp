@@ -79,7 +79,7 @@ TEST(SaturatedLoads, LittleIsToldMuchLeavesTheLoadOut) {
 
   lump::Estimate little;
   const lump::Observation told = read(1.05);
-  ASSERT_GE(told.saturated_share, lump::kToldSaturation);
+  ASSERT_GE(told.saturated_share, lump::kReportedSaturation);
   ASSERT_LE(told.saturated_share, lump::kMostSaturation);
   EXPECT_EQ(without_saturated_loads(told, little)->force_N.size(), 4u);
   EXPECT_TRUE(says(little, "the sensor is saturated in"));
@@ -95,7 +95,7 @@ TEST(SaturatedLoads, LittleIsToldMuchLeavesTheLoadOut) {
 TEST(SaturatedLoads, NothingLeftIsNoNumber) {
   const lump::Estimate estimate = lump::Network::built_in().estimate(read(1.3, 1));
   EXPECT_EQ(estimate.verdict, lump::Status::Saturated);
-  EXPECT_FALSE(tells_numbers(estimate.verdict));
+  EXPECT_FALSE(reports_numbers(estimate.verdict));
   EXPECT_EQ(estimate.detection_statistic, 0);
   EXPECT_TRUE(says(estimate, "no load is left"));
 }

@@ -63,13 +63,13 @@ lump::PressedNodes nodes_of(const std::vector<fem::Inclusion>& lumps, double noi
 
 bool told(const lump::PressedNodes& nodes) {
   const auto bump = find_second_bump(nodes);
-  return bump && tells_two(*bump);
+  return bump && reports_two(*bump);
 }
 
 TEST(SecondBump, TwoLumpsAreToldWithTheirPlaces) {
   for (const double apart : {10.0, 16.0, 24.0}) {
     const auto bump = find_second_bump(nodes_of({ball(-apart / 2, 3), ball(apart / 2, 3, 7.5)}, 0.01));
-    ASSERT_TRUE(bump && tells_two(*bump)) << apart;
+    ASSERT_TRUE(bump && reports_two(*bump)) << apart;
     EXPECT_NEAR(bump->distance_mm, apart, 2) << apart;
     EXPECT_NEAR(bump->place_mm[0][0], -apart / 2, 1.5) << "the larger one is the higher one";
     EXPECT_NEAR(bump->place_mm[1][0], apart / 2, 1.5);
@@ -113,7 +113,7 @@ TEST(SecondBump, ANodeThatIsMissedDoesNotMatter) {
   }
   nodes.rest = whole.rest(kept, Eigen::all).eval();
   const auto bump = find_second_bump(nodes);
-  ASSERT_TRUE(bump && tells_two(*bump));
+  ASSERT_TRUE(bump && reports_two(*bump));
   EXPECT_NEAR(bump->distance_mm, 16, 2);
 }
 
@@ -143,7 +143,7 @@ TEST(SecondBump, TheNetworkSaysSoAndTellsNoNumbersAsFound) {
   scene.others = {ball(8, 0)};
   const lump::Estimate two = lump::Network::built_in().estimate(observation_of(scene));
   EXPECT_EQ(two.verdict, lump::Status::SeveralLumps);
-  EXPECT_FALSE(tells_numbers(two.verdict));
+  EXPECT_FALSE(reports_numbers(two.verdict));
   ASSERT_EQ(two.bumps_mm.size(), 2u);
   EXPECT_NEAR(std::abs(two.bumps_mm[0][0] - two.bumps_mm[1][0]), 16, 2);
   ASSERT_FALSE(two.reasons.empty());

@@ -161,7 +161,7 @@ void draw_lump(ImDrawList* list, const ViewRect& rect, const PressAnswer& answer
                const FrameFormat& format, float scale) {
   if (!answer.estimate || !has_scale(sensor)) return;
   const lump::Estimate& e = *answer.estimate;
-  if (!tells_numbers(e.verdict)) return;
+  if (!reports_numbers(e.verdict)) return;
   const ImVec2 low{static_cast<float>(rect.x), static_cast<float>(rect.y)};
   const Place place{low, static_cast<double>(rect.width) / format.width};
   const auto at = [&](double x_mm, double y_mm) {

@@ -239,7 +239,7 @@ ModulusEstimate estimate(ModulusWay way, const std::vector<PressFrame>& frames, 
 
 /// Two ways whose intervals (or bounds) have nothing in common, in words; empty: none.
 std::string contradiction(const std::array<ModulusEstimate, kModulusWays>& ways) {
-  const auto tells = [](const ModulusEstimate& e) {
+  const auto reports = [](const ModulusEstimate& e) {
     return e.state == ModulusState::Valid || e.state == ModulusState::PadLimited;
   };
   const auto words = [](const ModulusEstimate& e) {
@@ -249,7 +249,7 @@ std::string contradiction(const std::array<ModulusEstimate, kModulusWays>& ways)
   };
   for (const ModulusEstimate& a : ways)
     for (const ModulusEstimate& b : ways)
-      if (tells(a) && tells(b) && a.high_MPa < b.low_MPa)
+      if (reports(a) && reports(b) && a.high_MPa < b.low_MPa)
         return words(a) + " and " + words(b) + " contradict each other";
   return {};
 }

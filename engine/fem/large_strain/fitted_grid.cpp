@@ -188,7 +188,7 @@ InclusionCells inclusion_cells(const Scene& scene) {
   return cells;
 }
 
-bool suit(const InclusionCells& cells, const Scene& scene) {
+bool matches(const InclusionCells& cells, const Scene& scene) {
   const auto box = best_box(scene);
   const InclusionCells best = inclusion_cells(scene);
   for (size_t c = 0; c < 3; ++c)

@@ -24,7 +24,7 @@ struct InclusionCells {
 /// them, where the lump lies within a quarter of a cell of it.
 InclusionCells inclusion_cells(const Scene& scene);
 /// Whether cells that were chosen for another lump are within a cell of the best on each side.
-bool suit(const InclusionCells& cells, const Scene& scene);
+bool matches(const InclusionCells& cells, const Scene& scene);
 
 /// The scene with its inclusion in these cells: their outer faces lie on the inclusion's surface, scaled so
 /// that they enclose its volume; what lies beyond gives way, and the block's faces keep an even grid. For a

@@ -84,7 +84,7 @@ uint32_t LargeStrainModel::correct(double target_share, std::vector<double>& cor
                         correction, target_share * gradients_.norm(residual_), kMostGradients);
 }
 
-bool LargeStrainModel::move_to(double press_mm, LargeStrainResult& told) {
+bool LargeStrainModel::move_to(double press_mm, LargeStrainResult& result) {
   const size_t nodes = grid_.nodes();
   const auto [nx, ny, nz] = grid_.cells;
   std::vector<double> u = displacement_, force(u.size()), correction(u.size());
@@ -110,8 +110,8 @@ bool LargeStrainModel::move_to(double press_mm, LargeStrainResult& told) {
   for (uint32_t round = 0; open > options_.residual; ++round) {
     if (round == kMostNewtonRounds || !std::isfinite(open) || worse == kMostWorse) return false;
     cells_.form_tangent(u.data(), pressure, team_);
-    ++told.newton_rounds;
-    told.iterations += correct(std::max(kCorrectionShare, 0.3 * options_.residual / open), correction);
+    ++result.newton_rounds;
+    result.iterations += correct(std::max(kCorrectionShare, 0.3 * options_.residual / open), correction);
     cells_.pressures(u.data(), correction.data(), pressure, team_);
     for (size_t n = 0; n < u.size(); ++n) u[n] += correction[n];
     const double next = out_of_balance(u, force);
@@ -185,9 +185,9 @@ PressedBlock LargeStrainModel::measure() const {
 
 // In: the change of fixed displacements, and in residual_ the forces that the free ones are to balance.
 PressedSurface LargeStrainModel::change(std::vector<double>& displacement,
-                                        const std::vector<double>& plus_force, LargeStrainResult& told) {
+                                        const std::vector<double>& plus_force, LargeStrainResult& result) {
   std::vector<double> correction(displacement.size()), force(displacement.size());
-  told.iterations += correct(kChangeShare, correction);
+  result.iterations += correct(kChangeShare, correction);
   for (size_t n = 0; n < displacement.size(); ++n) displacement[n] += correction[n];
   // Of the tissue alone; on its surface a pad's share of the tangent is not wanted.
   const double small = 1e-4;
@@ -202,7 +202,7 @@ PressedSurface LargeStrainModel::change(std::vector<double>& displacement,
 }
 
 PressedSurface LargeStrainModel::change_by_grids(const CellGrid& below, const CellGrid& above, double span,
-                                                 LargeStrainResult& told) {
+                                                 LargeStrainResult& result) {
   if (!tangent_fresh_) cells_.form_tangent(displacement_.data(), pressure_, team_);
   tangent_fresh_ = true;
   std::vector<double> direct(displacement_.size()), displacement(displacement_.size());
@@ -214,10 +214,10 @@ PressedSurface LargeStrainModel::change_by_grids(const CellGrid& below, const Ce
   const size_t nodes = grid_.nodes();
   for (size_t n = 0; n < direct.size(); ++n)
     residual_[n] = (fixed_[n % nodes] >> (n / nodes) & 1) != 0 ? 0 : -direct[n];
-  return change(displacement, direct, told);
+  return change(displacement, direct, result);
 }
 
-PressedSurface LargeStrainModel::change_by_press(LargeStrainResult& told) {
+PressedSurface LargeStrainModel::change_by_press(LargeStrainResult& result) {
   if (!tangent_fresh_) cells_.form_tangent(displacement_.data(), pressure_, team_);
   tangent_fresh_ = true;
   std::vector<double> displacement(displacement_.size());
@@ -225,7 +225,7 @@ PressedSurface LargeStrainModel::change_by_press(LargeStrainResult& told) {
   for (size_t n = 0; n < grid_.node(0, 0, 1); ++n) displacement[2 * nodes + n] = 1;
   cells_.apply(displacement.data(), residual_.data(), &fixed_, team_);
   for (double& r : residual_) r = -r;
-  return change(displacement, std::vector<double>(displacement.size()), told);
+  return change(displacement, std::vector<double>(displacement.size()), result);
 }
 
 }  // namespace palpate::fem

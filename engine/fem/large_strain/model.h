@@ -21,8 +21,8 @@ class LargeStrainModel {
                    std::optional<CellGrid> cells = std::nullopt);
 
   /// Moves the plate to `press_mm` in one step of Newton's search. False where that does not end: the block
-  /// is as it was. `told` gathers rounds and iterations.
-  bool move_to(double press_mm, LargeStrainResult& told);
+  /// is as it was. `result` gathers rounds and iterations.
+  bool move_to(double press_mm, LargeStrainResult& result);
 
   double press_mm() const { return press_mm_; }
   double force_N() const { return force_N_; }
@@ -34,9 +34,9 @@ class LargeStrainModel {
   /// Changes of the surface (force and place) in this state, the plate held, per unit of a parameter that
   /// makes the grid `below` and `above` (their moduli and places) at either end of `span` of it.
   PressedSurface change_by_grids(const CellGrid& below, const CellGrid& above, double span,
-                                 LargeStrainResult& told);
+                                 LargeStrainResult& result);
   /// The same per mm of the plate.
-  PressedSurface change_by_press(LargeStrainResult& told);
+  PressedSurface change_by_press(LargeStrainResult& result);
 
   const CellGrid& grid() const { return grid_; }
   bool quarter() const { return quarter_; }
@@ -47,7 +47,7 @@ class LargeStrainModel {
   PressedSurface surface_of(const std::vector<double>& displacement, const std::vector<double>& force) const;
   uint32_t correct(double target_share, std::vector<double>& correction);
   PressedSurface change(std::vector<double>& displacement, const std::vector<double>& plus_force,
-                        LargeStrainResult& told);
+                        LargeStrainResult& result);
 
   Scene scene_;
   LargeStrainOptions options_;

@@ -97,7 +97,7 @@ struct Answer {
   Spread spread;
   double odds_chi2 = 0;  ///< what the start's odds are worth
 
-  bool tells() const { return tells_numbers(estimate.verdict); }
+  bool reports() const { return reports_numbers(estimate.verdict); }
   double chi2() const { return best ? best->chi2 + odds_chi2 : HUGE_VAL; }
 };
 
@@ -172,7 +172,7 @@ class Inversion {
 
   /// Intervals from the likelihood along the ratio, where the curvature says too little of it.
   void follow_ratio(Answer& answer) {
-    for (uint32_t better = 0; answer.tells() && answer.spread.noise(kLnRatio) >= kCurved; ++better) {
+    for (uint32_t better = 0; answer.reports() && answer.spread.noise(kLnRatio) >= kCurved; ++better) {
       // Along the ratios all grids are asked everywhere, so here too: on a flat way the search stops early.
       search_.correct(*answer.best);
       const double allowed = kNinetyPercent * kNinetyPercent * std::max(1.0, chi_square(answer));
@@ -240,12 +240,12 @@ class Inversion {
 
 // A search that did not end is no rival of one that did.
 bool better(const Answer& a, const Answer& b) {
-  return a.tells() != b.tells() ? a.tells() : a.chi2() < b.chi2();
+  return a.reports() != b.reports() ? a.reports() : a.chi2() < b.chi2();
 }
 
 /// Of the best answer beside another.
 double likelihood(const Answer& answer, const Answer& best) {
-  return answer.tells() ? std::exp(0.5 * (best.chi2() - answer.chi2())) : 0;
+  return answer.reports() ? std::exp(0.5 * (best.chi2() - answer.chi2())) : 0;
 }
 
 }  // namespace
@@ -266,7 +266,7 @@ Estimate invert_directly(const Observation& observation, const DirectInversionOp
 
   const Answer& best = *std::min_element(answers.begin(), answers.end(), better);
   Estimate estimate = best.estimate;
-  if (best.tells()) {
+  if (best.reports()) {
     double sum = 1;
     for (const Answer& other : answers) {
       if (&other == &best) continue;

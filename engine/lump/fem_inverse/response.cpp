@@ -129,8 +129,8 @@ bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump, ui
   }
   WorkTeam team(options.threads);
   fem::LargeStrainModel model(scene, solver, team, std::move(grid));
-  fem::LargeStrainResult told;
-  fem::PlatePress plate(scene, model, solver, told);
+  fem::LargeStrainResult reported;
+  fem::PlatePress plate(scene, model, solver, reported);
   const auto count = static_cast<Eigen::Index>(nodes.count());
   const auto loads = static_cast<Eigen::Index>(observation.force_N.size());
   values.resize(count * loads);
@@ -145,11 +145,11 @@ bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump, ui
     const fem::PressedSurface surface = model.surface();
     values.segment(l * count, count) = read(surface, nodes, pressing.turned);
     if (into == nullptr) continue;
-    const fem::PressedSurface by_press = model.change_by_press(told);
+    const fem::PressedSurface by_press = model.change_by_press(reported);
     const double slope = by_press.sum_N();
     for (size_t p = 0; p < by_unknown.size(); ++p) {
       const fem::PressedSurface change =
-          model.change_by_grids(by_unknown[p].below, by_unknown[p].above, by_unknown[p].span, told);
+          model.change_by_grids(by_unknown[p].below, by_unknown[p].above, by_unknown[p].span, reported);
       // The plate gives way so that the force stays.
       into->by_unknown.col(static_cast<Eigen::Index>(p)).segment(l * count, count) =
           change_read(surface, plus(change, -change.sum_N() / slope, by_press), nodes, pressing.turned);
@@ -215,9 +215,9 @@ fem::InclusionCells response_cells(const Observation& observation, const Case::L
   return fem::inclusion_cells(Pressing(observation, lump, options, options.cells).scene());
 }
 
-bool suit(const fem::InclusionCells& cells, const Observation& observation, const Case::Lump& lump,
-          const ResponseOptions& options) {
-  return suit(cells, Pressing(observation, lump, options, options.cells).scene());
+bool matches(const fem::InclusionCells& cells, const Observation& observation, const Case::Lump& lump,
+             const ResponseOptions& options) {
+  return matches(cells, Pressing(observation, lump, options, options.cells).scene());
 }
 
 Prediction predict(const ComparedNodes& nodes, const std::optional<FittedLump>& lump,

@@ -79,8 +79,8 @@ struct FittedLump {
 fem::InclusionCells response_cells(const Observation& observation, const Case::Lump& lump,
                                    const ResponseOptions& options);
 /// Whether these cells still follow the lump without much bending.
-bool suit(const fem::InclusionCells& cells, const Observation& observation, const Case::Lump& lump,
-          const ResponseOptions& options);
+bool matches(const fem::InclusionCells& cells, const Observation& observation, const Case::Lump& lump,
+             const ResponseOptions& options);
 
 /// Presses the lump's block (`lump` empty: tissue alone) to the observation's forces, on the grid that is
 /// searched.

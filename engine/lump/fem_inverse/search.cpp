@@ -106,8 +106,8 @@ bool DirectSearch::correct(State& state) const {
   return true;
 }
 
-bool DirectSearch::suits(const State& state) const {
-  return suit(state.cells, observation_, state.lump, options_.model);
+bool DirectSearch::cells_match(const State& state) const {
+  return matches(state.cells, observation_, state.lump, options_.model);
 }
 
 std::optional<double> DirectSearch::without_lump(const State& with_lump) {
@@ -210,7 +210,7 @@ bool DirectSearch::descend(State& best, uint32_t& rounds) const {
     if (next && next->chi2 < best.chi2) {
       const bool settled = best.chi2 - next->chi2 < 0.05;
       best = std::move(*next);
-      if (!suits(best))
+      if (!cells_match(best))
         if (std::optional<State> fresh = state_at(best.lump)) best = std::move(*fresh);
       if (settled) return true;
       in_vain = 0;
@@ -274,7 +274,7 @@ DirectSearch::RatioEnd DirectSearch::ratio_end(const State& best, double directi
     reached = to;
     risen = root;
     here = std::move(*next);
-    if (!suits(here))
+    if (!cells_match(here))
       if (std::optional<State> fresh = state_at(here.lump)) here = std::move(*fresh);
   }
   return end;

@@ -74,7 +74,7 @@ class DirectSearch {
   bool descend(State& best, uint32_t& rounds) const;
   std::optional<State> moved_to(const Case::Lump& lump, const State& from) const;
   void judge(State& state) const;
-  bool suits(const State& state) const;
+  bool cells_match(const State& state) const;
   Eigen::MatrixXd doubted(const State& state) const;
 
   const Observation& observation_;

@@ -17,7 +17,7 @@ Estimate Network::estimate(const Observation& observation, Method method) const 
     const double temperature =
         calibration_at(*model_, method, nodes->loads.size(), nodes->noise_share).temperature;
     summarise(*model_, *nodes, method, weigh_lumps(*model_, *nodes, method, temperature), estimate);
-    tell_second_bump(*nodes, estimate);
+    report_second_bump(*nodes, estimate);
   }
   estimate.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return estimate;

@@ -174,22 +174,22 @@ std::optional<SecondBump> find_second_bump(const PressedNodes& nodes) {
   return bump;
 }
 
-bool tells_two(const SecondBump& bump) {
+bool reports_two(const SecondBump& bump) {
   return bump.height > kLeastHeight && bump.fall > kLeastFall && bump.noises > kLeastNoises;
 }
 
-std::optional<SecondBump> told_second_bump(const Model& model, const Observation& observation) {
+std::optional<SecondBump> second_bump_reported(const Model& model, const Observation& observation) {
   Estimate ignored;
   const auto nodes = pressed_nodes(model, observation, ignored);
   auto bump = nodes ? find_second_bump(*nodes) : std::nullopt;
-  if (bump && !tells_two(*bump)) bump.reset();
+  if (bump && !reports_two(*bump)) bump.reset();
   return bump;
 }
 
-void tell_second_bump(const PressedNodes& nodes, Estimate& estimate) {
+void report_second_bump(const PressedNodes& nodes, Estimate& estimate) {
   if (estimate.verdict == Status::NoLump || estimate.verdict == Status::Unusable) return;
   const auto bump = find_second_bump(nodes);
-  if (!bump || !tells_two(*bump)) return;
+  if (!bump || !reports_two(*bump)) return;
   char line[200];
   std::snprintf(
       line, sizeof line,

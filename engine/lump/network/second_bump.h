@@ -26,13 +26,13 @@ std::optional<SecondBump> find_second_bump(const PressedNodes& nodes);
 
 /// Whether a fall is beyond what noise and single lumps make. Of 666 single lumps of all shapes one is told
 /// as two, at one load; two balls of 8 mm, 5 mm deep, are told from 10 mm apart on, noise of 5 % included.
-bool tells_two(const SecondBump& bump);
+bool reports_two(const SecondBump& bump);
 
 /// Both of a observation, told by the model's block alone. None also where the observation cannot be used.
-std::optional<SecondBump> told_second_bump(const Model& model, const Observation& observation);
+std::optional<SecondBump> second_bump_reported(const Model& model, const Observation& observation);
 
 /// Says so in the estimate of a observation that has two bumps: verdict, places and reason. Others stay as
 /// they are.
-void tell_second_bump(const PressedNodes& nodes, Estimate& estimate);
+void report_second_bump(const PressedNodes& nodes, Estimate& estimate);
 
 }  // namespace palpate::lump

@@ -54,7 +54,7 @@ inline constexpr size_t kStatuses = 7;
 const char* to_string(Status verdict);     ///< "found", "stiffness open", ...
 const char* status_words(Status verdict);  ///< for people: "a lump", "no lump", ...
 /// Whether an estimate's numbers may be shown as what they are; of StiffnessOpen all but the ratio's middle.
-constexpr bool tells_numbers(Status verdict) {
+constexpr bool reports_numbers(Status verdict) {
   return verdict == Status::Found || verdict == Status::StiffnessOpen;
 }
 

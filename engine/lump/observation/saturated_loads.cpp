@@ -96,7 +96,7 @@ std::optional<Observation> without_saturated_loads(const Observation& observatio
                     force_N, shares[k]));
       continue;
     }
-    if (shares[k] >= kToldSaturation)
+    if (shares[k] >= kReportedSaturation)
       estimate.reasons.push_back(
           load_text("at %.3g N the sensor is saturated in %.2g %% of the window", force_N, shares[k]));
     seen.pressure_Pa.push_back(observation.pressure_Pa[k]);

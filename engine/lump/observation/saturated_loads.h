@@ -9,7 +9,7 @@
 namespace palpate::lump {
 
 /// From here on a load's saturated nodes are told: a share of the window's.
-inline constexpr double kToldSaturation = 0.01;
+inline constexpr double kReportedSaturation = 0.01;
 /// From here on a load is left out: the top that it hides is what tells size, depth and ratio apart.
 inline constexpr double kMostSaturation = 0.03;
 

@@ -42,10 +42,10 @@ uint32_t threads_of(const DatasetJob& job, const Processes& processes) {
 /// Presses what it is told until it is told to stop.
 void follow(const DatasetJob& job, const Processes& processes) {
   const uint32_t threads = threads_of(job, processes);
-  bool told = false;
+  bool reported = false;
   const auto fail = [&](int code, const std::string& words) {
-    if (!told) processes.send(0, Kind::Failed, bytes_of(code) + words);
-    told = true;
+    if (!reported) processes.send(0, Kind::Failed, bytes_of(code) + words);
+    reported = true;
   };
   {
     CaseTeam team(threads, job.sweep, job.presser, job.stop);

@@ -97,9 +97,9 @@ std::vector<StabilityCase> stability_cases(double noise) {
     c.sensor.exposure = 3;
     c.loads = 1;
   });
-  for (const double told : {0.7, 0.9, 1.1, 1.3})
-    add("tissue modulus", text("told %+.0f %%", 100 * (told - 1)),
-        [&](StabilityCase& c) { c.told_modulus = told; });
+  for (const double reported : {0.7, 0.9, 1.1, 1.3})
+    add("tissue modulus", text("told %+.0f %%", 100 * (reported - 1)),
+        [&](StabilityCase& c) { c.reported_modulus = reported; });
   for (const uint32_t loads : {1u, 2u})
     add("loads", std::to_string(loads) + " of 4", [&](StabilityCase& c) { c.loads = loads; });
   return cases;
@@ -126,7 +126,7 @@ std::vector<StabilityRow> judge_stability(const std::vector<StabilityCase>& case
         forces.push_back(block->result.loads[l].force_N);
       }
       row.estimate = estimator(sensor_observation(
-          maps, forces, what.scene.block_mm, what.told_modulus * what.scene.young_Pa, what.sensor, seed));
+          maps, forces, what.scene.block_mm, what.reported_modulus * what.scene.young_Pa, what.sensor, seed));
     } else {
       row.estimate.reasons = block->result.warnings;
     }

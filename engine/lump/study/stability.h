@@ -18,8 +18,8 @@ struct StabilityCase {
   std::string group, name;  ///< "stiffness ratio", "E_r 0.1"
   fem::Scene scene;         ///< pressed in four steps to a fifth of its thickness
   PalpationSensor sensor;
-  double told_modulus = 1;  ///< modulus that the estimator is told, over the true one
-  uint32_t loads = 4;       ///< of the four, the last so many
+  double reported_modulus = 1;  ///< modulus that the estimator is told, over the true one
+  uint32_t loads = 4;           ///< of the four, the last so many
 };
 
 struct StabilityRow {

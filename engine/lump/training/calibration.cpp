@@ -78,7 +78,7 @@ class Calibrator {
 
   Calibration calibration(Method method, size_t loads, size_t noise) const;
   /// Told after each trial; false stops all.
-  std::function<bool()> told = [] { return true; };
+  std::function<bool()> reported = [] { return true; };
 
  private:
   struct Setting {
@@ -139,7 +139,7 @@ std::vector<Trial> Calibrator::trials(const Setting& at, size_t count, bool lump
   in_parallel(options_.threads, count, [&](size_t i) {
     if (stop) return;
     found[i] = trial(at, i, lump, temperature);
-    if (!told()) stop = true;
+    if (!reported()) stop = true;
   });
   if (stop) throw Stopped();
   return found;
@@ -218,7 +218,7 @@ void calibrate(Model& model, const Examples& all, const TrainingOptions& options
   const size_t total = settings * (4 * options.trials + options.trials / 3);
   std::atomic<size_t> done = 0;
   if (options.progress)
-    calibrator.told = [&] {
+    calibrator.reported = [&] {
       return options.progress("calibrating intervals",
                               kFrom + kTold * static_cast<double>(++done) / static_cast<double>(total));
     };

@@ -76,7 +76,7 @@ Rows press_rows(const ScanAnswer& a) {
     const lump::Estimate& e = p.estimate;
     std::string words =
         line("the bump at %.3g, %.3g mm: %s", p.bump_mm[0], p.bump_mm[1], lump::status_words(e.verdict));
-    if (tells_numbers(e.verdict))
+    if (reports_numbers(e.verdict))
       words += "; size " + interval_text(e.size_mm, "mm") + ", depth " + interval_text(e.depth_mm, "mm") +
                line(", stiffness ratio %.3g to %.3g", e.stiffness_ratio.low, e.stiffness_ratio.high);
     rows.emplace_back(p.name, words);
@@ -107,7 +107,7 @@ Json to_json(const lump::Estimate& e) {
             {"false_alarm_rate", e.false_alarm_rate},
             {"reasons", e.reasons}};
   if (!e.bumps_mm.empty()) v["bumps_mm"] = e.bumps_mm;
-  if (!tells_numbers(e.verdict)) return v;
+  if (!reports_numbers(e.verdict)) return v;
   v["size_mm"] = to_json(e.size_mm);
   v["depth_mm"] = to_json(e.depth_mm);
   v["stiffness_ratio"] = to_json(e.stiffness_ratio);
@@ -234,7 +234,7 @@ std::string map_script(const ScanReport& r) {
   };
   draw(a.outline, "outline", "title 'felt: half height'");
   if (a.second_outline) draw(*a.second_outline, "outline2", "notitle");
-  if (a.estimate && tells_numbers(a.estimate->verdict)) {
+  if (a.estimate && reports_numbers(a.estimate->verdict)) {
     const lump::Estimate& e = *a.estimate;
     blocks += data_block("lump", ellipse(e.x_mm.value, e.y_mm.value, e.size_mm.value, e.size_mm.value));
     over += ", $lump using 1:2 with lines lw 2.5 dt 2 lc rgb '#00e5ff' title 'estimated size'";

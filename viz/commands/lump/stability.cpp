@@ -23,7 +23,7 @@ struct Options {
 };
 
 bool has_values(const lump::Estimate& e) {
-  return (tells_numbers(e.verdict) || e.verdict == lump::Status::OutsideTraining) &&
+  return (reports_numbers(e.verdict) || e.verdict == lump::Status::OutsideTraining) &&
          std::isfinite(e.size_mm.value) && std::isfinite(e.depth_mm.value);
 }
 
