@@ -132,27 +132,28 @@ std::string print(const char* format, auto... values) {
 
 LumpScaling lump_scaling(const fs::path& program) {
   const Folder folder;
-  std::vector<Way> ways = {{"threads", 1, "", std::string(kQuick) + " --threads 1"},
-                           {"threads", 2, "", std::string(kQuick) + " --threads 2"}};
+  std::vector<Way> methods = {{"threads", 1, "", std::string(kQuick) + " --threads 1"},
+                              {"threads", 2, "", std::string(kQuick) + " --threads 2"}};
   const bool together = succeeds("mpirun --version > /dev/null 2>&1");
   if (together)
     for (const int n : {1, 2})
-      ways.push_back({"processes", n,
-                      "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n " +
-                          std::to_string(n),
-                      kQuick});
+      methods.push_back(
+          {"processes", n,
+           "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n " +
+               std::to_string(n),
+           kQuick});
   for (int i = 0; i < kRepetitions; ++i)
-    for (Way& way : ways) way.runs.push_back(timed(program.string(), way, kQuickCases, folder.path));
+    for (Way& way : methods) way.runs.push_back(timed(program.string(), way, kQuickCases, folder.path));
 
   LumpScaling result;
   result.csv = "kind,sweep,how,workers,cases,cases_per_min,speed_up\n";
   result.words =
       print("%d cases of a quick sweep (%s), medians of %d runs:\n", kQuickCases, kQuick, kRepetitions);
   std::vector<std::vector<double>> measured[2];
-  for (size_t w = 0; w < ways.size(); ++w) {
-    const Way& way = ways[w];
+  for (size_t w = 0; w < methods.size(); ++w) {
+    const Way& way = methods[w];
     const double per_min = 60 * kQuickCases / way.median(&Run::press_s);
-    const double alone = 60 * kQuickCases / ways[w - w % 2].median(&Run::press_s);
+    const double alone = 60 * kQuickCases / methods[w - w % 2].median(&Run::press_s);
     const double start_s = way.median(&Run::wall_s) - way.median(&Run::press_s);
     result.csv += print("measured,quick,%s,%d,%d,%.4g,%.3f\n", way.how, way.workers, kQuickCases, per_min,
                         per_min / alone);
@@ -166,7 +167,7 @@ LumpScaling lump_scaling(const fs::path& program) {
     columns[1].push_back(per_min);
   }
   const Serial serial = serial_costs(folder.path);
-  const Way& widest = ways.back();
+  const Way& widest = methods.back();
   const double start_s = std::max(
       0.0, widest.median(&Run::wall_s) - widest.median(&Run::press_s) - kQuickCases * serial.write_s);
   const double quick_s = widest.median(&Run::busy_s) / kQuickCases;

@@ -128,7 +128,8 @@ ModulusScore score(const std::vector<ModulusTrial>& trials, double from_MPa, dou
 std::string trials_csv(const std::vector<ModulusTrial>& trials) {
   std::string csv =
       "shape,stage,truth_kPa,force_max_N,chosen,state,young_kPa,low_kPa,high_kPa,error,inside,residual_sd";
-  for (size_t i = 0; i < kModulusWays; ++i) csv += text(",%s kPa", to_string(static_cast<ModulusWay>(i)));
+  for (size_t i = 0; i < kModulusMethods; ++i)
+    csv += text(",%s kPa", to_string(static_cast<ModulusMethod>(i)));
   csv += "\n";
   for (const ModulusTrial& t : trials) {
     const ModulusEstimate& e = t.answer.best();
@@ -139,7 +140,7 @@ std::string trials_csv(const std::vector<ModulusTrial>& trials) {
     csv += e.low_MPa > 0 && std::isfinite(e.high_MPa) ? text(",%.5g", 1e3 * e.high_MPa) : ",";
     csv += t.valid() ? text(",%.4f,%d", t.error(), t.inside()) : ",,";
     csv += text(",%.3f", e.residual);
-    for (const ModulusEstimate& w : t.answer.ways)
+    for (const ModulusEstimate& w : t.answer.methods)
       csv += w.state == ModulusState::Valid ? text(",%.5g", 1e3 * w.young_MPa) : ",";
     csv += "\n";
   }

@@ -58,7 +58,7 @@ fem::Scene block(uint32_t cells) {
   return scene;
 }
 
-std::vector<fem::PressLoad> ways(std::initializer_list<double> mm) {
+std::vector<fem::PressLoad> plate_depths(std::initializer_list<double> mm) {
   std::vector<fem::PressLoad> loads;
   for (const double way : mm) loads.push_back({way, std::nullopt});
   return loads;
@@ -130,7 +130,7 @@ TEST(LargeStrain, FreeBlockIsTheClosedForm) {
     scene.poisson = poisson;
     fem::LargeStrainOptions options;
     options.residual = 1e-8;
-    const fem::LargeStrainResult result = solve_large_strain(scene, ways({2, 6}), options);
+    const fem::LargeStrainResult result = solve_large_strain(scene, plate_depths({2, 6}), options);
     ASSERT_TRUE(result.converged);
     const double mu = scene.young_Pa / 2 / (1 + poisson), kappa = scene.young_Pa / 3 / (1 - 2 * poisson);
     for (const fem::PressedBlock& state : result.loads) {
@@ -153,7 +153,7 @@ TEST(LargeStrain, FreeBlockIsTheClosedForm) {
 
 // Forces of another program on the same grid.
 TEST(LargeStrain, LumpInTissueHasTheForcesItHasElsewhere) {
-  const fem::LargeStrainResult result = solve_large_strain(block(32), ways({1, 2, 3, 4}));
+  const fem::LargeStrainResult result = solve_large_strain(block(32), plate_depths({1, 2, 3, 4}));
   ASSERT_TRUE(result.converged);
   const double wanted[] = {0.424, 0.897, 1.425, 2.014};
   for (size_t l = 0; l < 4; ++l) {
@@ -169,7 +169,7 @@ TEST(LargeStrain, StiffSoftAndIncompressibleBlocksAreSolved) {
       fem::Scene scene = block(16);
       scene.poisson = poisson;
       scene.inclusion->stiffness_ratio = ratio;
-      const fem::LargeStrainResult result = solve_large_strain(scene, ways({2, 4}));
+      const fem::LargeStrainResult result = solve_large_strain(scene, plate_depths({2, 4}));
       EXPECT_TRUE(result.converged) << poisson << ' ' << ratio;
       EXPECT_GT(result.loads.back().force_N, result.loads.front().force_N);
     }
@@ -177,7 +177,7 @@ TEST(LargeStrain, StiffSoftAndIncompressibleBlocksAreSolved) {
 
 TEST(LargeStrain, QuarterIsTheWholeAndForcesFindTheirWays) {
   fem::LargeStrainOptions options;
-  const fem::LargeStrainResult quarter = solve_large_strain(block(16), ways({1, 3}), options);
+  const fem::LargeStrainResult quarter = solve_large_strain(block(16), plate_depths({1, 3}), options);
   options.quarter = false;
   std::vector<fem::PressLoad> forces;
   for (const fem::PressedBlock& state : quarter.loads) forces.push_back({std::nullopt, state.force_N});
@@ -199,9 +199,9 @@ TEST(LargeStrain, QuarterIsTheWholeAndForcesFindTheirWays) {
 TEST(LargeStrain, MirroredLumpHasTheMirroredMap) {
   fem::Scene scene = block(16);
   scene.inclusion->offset_mm = {4, -2};
-  const fem::LargeStrainResult one = solve_large_strain(scene, ways({3}));
+  const fem::LargeStrainResult one = solve_large_strain(scene, plate_depths({3}));
   scene.inclusion->offset_mm = {-4, -2};
-  const fem::LargeStrainResult other = solve_large_strain(scene, ways({3}));
+  const fem::LargeStrainResult other = solve_large_strain(scene, plate_depths({3}));
   ASSERT_TRUE(one.converged && other.converged);
   for (uint32_t y = 0; y <= 16; ++y)
     for (uint32_t x = 0; x <= 16; ++x)
@@ -214,7 +214,7 @@ TEST(LargeStrain, FailureTellsTheLastGoodLoad) {
   fem::LargeStrainOptions options;
   options.step_mm = 20;
   options.most_cuts = 0;
-  const fem::LargeStrainResult result = solve_large_strain(scene, ways({1, 9.9}), options);
+  const fem::LargeStrainResult result = solve_large_strain(scene, plate_depths({1, 9.9}), options);
   EXPECT_FALSE(result.converged);
   ASSERT_EQ(result.loads.size(), 1u);
   EXPECT_DOUBLE_EQ(result.last_press_mm, 1);
@@ -223,16 +223,16 @@ TEST(LargeStrain, FailureTellsTheLastGoodLoad) {
   EXPECT_NE(result.warnings.back().find("ended at 1 mm"), std::string::npos) << result.warnings.back();
   // With shorter steps it goes on.
   options.most_cuts = 6;
-  EXPECT_TRUE(solve_large_strain(scene, ways({1, 7}), options).converged);
+  EXPECT_TRUE(solve_large_strain(scene, plate_depths({1, 7}), options).converged);
 }
 
 TEST(LargeStrain, TwoGridsAreNearerThanEither) {
   fem::LargeStrainOptions options;
   options.map_nodes = {17, 17};
   const auto peak = [](const fem::LargeStrainResult& r) { return double{r.loads[0].pressure_Pa.at(8, 8)}; };
-  const double truth = peak(solve_extrapolated(block(48), {32, 32, 16}, ways({3}), options));
-  const double fine = peak(solve_large_strain(block(32), ways({3}), options));
-  const double two = peak(solve_extrapolated(block(32), {24, 24, 12}, ways({3}), options));
+  const double truth = peak(solve_extrapolated(block(48), {32, 32, 16}, plate_depths({3}), options));
+  const double fine = peak(solve_large_strain(block(32), plate_depths({3}), options));
+  const double two = peak(solve_extrapolated(block(32), {24, 24, 12}, plate_depths({3}), options));
   EXPECT_LT(std::abs(two - truth), 0.4 * std::abs(fine - truth)) << fine << ' ' << two << ' ' << truth;
 }
 
@@ -247,7 +247,7 @@ TEST(LargeStrain, AFacesDepthIsFeltWhereverItLies) {
   const auto peak = [&](double depth_mm, uint32_t coarser, bool follows) {
     scene.inclusion->depth_mm = depth_mm;
     const fem::LargeStrainResult pressed =
-        solve_extrapolated(scene, {coarser, coarser, coarser / 2}, ways({2}), options);
+        solve_extrapolated(scene, {coarser, coarser, coarser / 2}, plate_depths({2}), options);
     EXPECT_EQ(pressed.follows_lump, follows);
     return double{pressed.loads.at(0).pressure_Pa.at(8, 8)};
   };
@@ -267,7 +267,7 @@ TEST(LargeStrain, CellsFollowOneLumpStraightOnTheTissue) {
   const auto follows = [](const fem::Scene& scene) {
     fem::LargeStrainOptions options;
     options.residual = 1e-4;
-    return solve_extrapolated(scene, {12, 12, 6}, ways({1}), options).follows_lump;
+    return solve_extrapolated(scene, {12, 12, 6}, plate_depths({1}), options).follows_lump;
   };
   fem::Scene scene = block(24);
   EXPECT_TRUE(follows(scene));
@@ -351,18 +351,18 @@ TEST(LargeStrain, NonsenseIsRefused) {
     return false;
   };
   EXPECT_TRUE(refused(block(16), {}));
-  EXPECT_TRUE(refused(block(16), ways({2, 1})));
-  EXPECT_TRUE(refused(block(16), ways({11})));
-  EXPECT_TRUE(refused(block(16), ways({std::nan("")})));
+  EXPECT_TRUE(refused(block(16), plate_depths({2, 1})));
+  EXPECT_TRUE(refused(block(16), plate_depths({11})));
+  EXPECT_TRUE(refused(block(16), plate_depths({std::nan("")})));
   EXPECT_TRUE(refused(block(16), {{1.0, 1.0}}));
   fem::Scene ball = block(16);
   ball.presser = fem::Presser::Sphere;
   ball.ball_radius_mm = 5;
-  EXPECT_TRUE(refused(ball, ways({1})));
+  EXPECT_TRUE(refused(ball, plate_depths({1})));
   fem::Scene sliding = block(16);
   sliding.pad = {{2, 1e5}};
   sliding.pad_slides = true;
-  EXPECT_TRUE(refused(sliding, ways({1})));
+  EXPECT_TRUE(refused(sliding, plate_depths({1})));
   fem::Scene soft = block(16);
   const fem::LargeStrainResult far = solve_large_strain(soft, {{std::nullopt, 1e5}});
   EXPECT_FALSE(far.converged);

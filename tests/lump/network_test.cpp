@@ -180,7 +180,7 @@ lump::Network taught() {
   std::vector<lump::Example> examples;
   for (uint64_t i = 0; i < 220; ++i) examples.push_back(example(i, i % 5 != 0));
   lump::TrainingOptions options;
-  options.members = 2;
+  options.ensemble = 2;
   options.hidden = 24;
   options.fields = 12;
   options.rounds = 100;
@@ -188,7 +188,7 @@ lump::Network taught() {
   options.readers = 1;
   options.reader_hidden = 48;
   options.reader_rounds = 25;
-  options.ways = 20;
+  options.components = 20;
   options.trials = 30;
   lump::TrainingReport report;
   const lump::Network network = train_lumps(examples, options, report);

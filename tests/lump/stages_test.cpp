@@ -20,22 +20,22 @@ constexpr const char* kEmulator = "from a lump to its bump";
 TEST(LumpStages, AreTheModelsOwn) {
   const lump::Model& model = lump::Network::built_in().model();
   const lump::Stage stage = network_of(lump_stages(model), kEmulator);
-  ASSERT_FALSE(model.members.empty());
-  EXPECT_EQ(stage.copies, model.members.size());
-  EXPECT_EQ(stage.widths.front(), model.members[0].inputs());
-  EXPECT_EQ(stage.widths.back(), model.members[0].outputs());
-  EXPECT_EQ(stage.widths.size(), model.members[0].layers.size() + 1);
+  ASSERT_FALSE(model.ensemble.empty());
+  EXPECT_EQ(stage.copies, model.ensemble.size());
+  EXPECT_EQ(stage.widths.front(), model.ensemble[0].inputs());
+  EXPECT_EQ(stage.widths.back(), model.ensemble[0].outputs());
+  EXPECT_EQ(stage.widths.size(), model.ensemble[0].layers.size() + 1);
   EXPECT_EQ(stage.inputs.size(), static_cast<size_t>(lump::kFeatures));  // each has a name
   const lump::Stage reader = network_of(lump_stages(model), "from a bump to its lump");
-  ASSERT_FALSE(model.reader.members.empty());
-  EXPECT_EQ(reader.copies, model.reader.members.size());
-  EXPECT_EQ(reader.widths.front(), model.reader.members[0].inputs());
-  EXPECT_EQ(reader.widths.back(), model.reader.members[0].outputs());
+  ASSERT_FALSE(model.reader.ensemble.empty());
+  EXPECT_EQ(reader.copies, model.reader.ensemble.size());
+  EXPECT_EQ(reader.widths.front(), model.reader.ensemble[0].inputs());
+  EXPECT_EQ(reader.widths.back(), model.reader.ensemble[0].outputs());
 }
 
 TEST(LumpStages, OfAnotherModelAreOthers) {
   lump::Model model = lump::Network::built_in().model();
-  model.members.assign(3, SmallNetwork::random({5, 11, 7, 9, 2}, 1));
+  model.ensemble.assign(3, SmallNetwork::random({5, 11, 7, 9, 2}, 1));
   const lump::Stage stage = network_of(lump_stages(model), kEmulator);
   EXPECT_EQ(stage.copies, 3u);
   EXPECT_EQ(stage.widths, (std::vector<uint32_t>{5, 11, 7, 9, 2}));

@@ -24,8 +24,8 @@ ModulusSetup setup_for(SampleShape shape) {
   return s;
 }
 
-const ModulusEstimate& way(const ModulusAnswer& a, ModulusWay w) {
-  return a.ways[static_cast<size_t>(w)];
+const ModulusEstimate& way(const ModulusAnswer& a, ModulusMethod w) {
+  return a.methods[static_cast<size_t>(w)];
 }
 
 /// Readings of presses by finite elements: of a ball the radius is what the model says, since nodes tell it
@@ -55,11 +55,11 @@ TEST(Modulus, EveryWayFindsWhatFiniteElementsWereGiven) {
     for (const double young : {0.02, 0.5}) {
       const ModulusSetup s = setup_for(shape);
       const ModulusAnswer a = estimate_modulus(true_presses(s, young, 4, 0.2), s);
-      for (const ModulusWay w :
-           {ModulusWay::StressStrain, ModulusWay::DisplacementRatio, ModulusWay::Hertz, ModulusWay::Joint}) {
+      for (const ModulusMethod w : {ModulusMethod::StressStrain, ModulusMethod::DisplacementRatio,
+                                    ModulusMethod::Hertz, ModulusMethod::Joint}) {
         const ModulusEstimate& e = way(a, w);
-        if ((w == ModulusWay::Hertz && s.sample.flat()) ||
-            (w == ModulusWay::StressStrain && !s.sample.flat())) {
+        if ((w == ModulusMethod::Hertz && s.sample.flat()) ||
+            (w == ModulusMethod::StressStrain && !s.sample.flat())) {
           EXPECT_EQ(e.state, ModulusState::NotApplicable);
           EXPECT_FALSE(e.reason.empty());
           continue;
@@ -69,7 +69,7 @@ TEST(Modulus, EveryWayFindsWhatFiniteElementsWereGiven) {
         EXPECT_LT(e.low_MPa, young);
         EXPECT_GT(e.high_MPa, young);
       }
-      EXPECT_EQ(a.chosen, ModulusWay::Joint);
+      EXPECT_EQ(a.chosen, ModulusMethod::Joint);
     }
 }
 
@@ -87,7 +87,7 @@ TEST(Modulus, ForceAndDepthAloneAreThePads) {
   std::vector<PressFrame> frames = true_presses(s, 0.103, 3);
   for (PressFrame& f : frames) f.approach_mm = f.radius_mm = {};
   const ModulusAnswer a = estimate_modulus(frames, s);
-  for (const ModulusEstimate& e : a.ways) {
+  for (const ModulusEstimate& e : a.methods) {
     EXPECT_EQ(e.state, ModulusState::NotApplicable);
     EXPECT_EQ(e.young_MPa, 0);
   }
@@ -102,8 +102,8 @@ TEST(Modulus, HalfSpaceStressOverStrainOfABall) {
   for (const double force : {0.001, 0.002, 0.003, 0.004})
     frames.push_back({force, 0, {hertz_contact(force, modulus, 8).radius_mm, 0.002}, {}, {}, {}});
   const ModulusAnswer a = estimate_modulus(frames, s);
-  EXPECT_NEAR(way(a, ModulusWay::StressStrain).young_MPa, 0.1, 1e-5);
-  EXPECT_NEAR(way(a, ModulusWay::Hertz).young_MPa, 0.1, 0.002);
+  EXPECT_NEAR(way(a, ModulusMethod::StressStrain).young_MPa, 0.1, 1e-5);
+  EXPECT_NEAR(way(a, ModulusMethod::Hertz).young_MPa, 0.1, 0.002);
 }
 
 TEST(Modulus, RubberLawTakesOutWhatStrainDoes) {
@@ -124,7 +124,7 @@ TEST(Modulus, RubberLawTakesOutWhatStrainDoes) {
     frames.push_back(f);
   }
   const ModulusAnswer rubber = estimate_modulus(frames, s);
-  EXPECT_NEAR(way(rubber, ModulusWay::StressStrain).young_MPa, young, 0.002 * young);
+  EXPECT_NEAR(way(rubber, ModulusMethod::StressStrain).young_MPa, young, 0.002 * young);
   EXPECT_NEAR(rubber.best().young_MPa, young, 0.01 * young);
   s.law = MaterialLaw::Linear;
   const ModulusAnswer linear = estimate_modulus(frames, s);

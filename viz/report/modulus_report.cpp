@@ -94,7 +94,7 @@ std::string describe(const ModulusReport& r) {
   for (const std::string& note : r.notes) text += "  " + note + "\n";
   text +=
       "\nway                 state           E, kPa   95 % interval, kPa   residual   strain   readings\n";
-  for (const ModulusEstimate& e : r.answer.ways) {
+  for (const ModulusEstimate& e : r.answer.methods) {
     text +=
         line("%-19s %-14s %7s   %-18s %8s %7.1f %%   %8u\n", to_string(e.way), to_string(e.state),
              has_value(e) ? kilo(e.young_MPa).c_str() : "-", interval(e).c_str(),
@@ -117,17 +117,17 @@ std::string describe(const ModulusReport& r) {
 
 std::string to_json(const ModulusReport& r) {
   const Sample& s = r.setup.sample;
-  Json ways = Json::array();
-  for (const ModulusEstimate& e : r.answer.ways)
-    ways.push_back({{"way", to_string(e.way)},
-                    {"state", to_string(e.state)},
-                    {"reason", e.reason.empty() ? Json(nullptr) : Json(e.reason)},
-                    {"young_MPa", has_value(e) ? Json(e.young_MPa) : Json(nullptr)},
-                    {"low_MPa", e.low_MPa > 0 ? Json(e.low_MPa) : Json(nullptr)},
-                    {"high_MPa", or_null(e.high_MPa)},
-                    {"residual_sd", e.points.empty() ? Json(nullptr) : Json(e.residual)},
-                    {"strain_max", e.strain_max},
-                    {"readings", e.readings}});
+  Json methods = Json::array();
+  for (const ModulusEstimate& e : r.answer.methods)
+    methods.push_back({{"way", to_string(e.way)},
+                       {"state", to_string(e.state)},
+                       {"reason", e.reason.empty() ? Json(nullptr) : Json(e.reason)},
+                       {"young_MPa", has_value(e) ? Json(e.young_MPa) : Json(nullptr)},
+                       {"low_MPa", e.low_MPa > 0 ? Json(e.low_MPa) : Json(nullptr)},
+                       {"high_MPa", or_null(e.high_MPa)},
+                       {"residual_sd", e.points.empty() ? Json(nullptr) : Json(e.residual)},
+                       {"strain_max", e.strain_max},
+                       {"readings", e.readings}});
   const ModulusEstimate& best = r.answer.best();
   const Json value = {{"sample",
                        {{"shape", to_string(s.shape)},
@@ -147,14 +147,14 @@ std::string to_json(const ModulusReport& r) {
                       {"low_MPa", best.low_MPa > 0 ? Json(best.low_MPa) : Json(nullptr)},
                       {"high_MPa", or_null(best.high_MPa)},
                       {"expected_MPa", r.expected_MPa > 0 ? Json(r.expected_MPa) : Json(nullptr)},
-                      {"ways", ways},
+                      {"ways", methods},
                       {"notes", r.notes}};
   return value.dump(2);
 }
 
 std::string ways_csv(const ModulusAnswer& answer) {
   std::string text = "way,state,young_MPa,low_MPa,high_MPa,residual_sd,strain_max,readings,chosen\n";
-  for (const ModulusEstimate& e : answer.ways) {
+  for (const ModulusEstimate& e : answer.methods) {
     const auto cell = [](double v) { return v > 0 && std::isfinite(v) ? line("%.7g", v) : std::string(); };
     text += std::string(to_string(e.way)) + "," + to_string(e.state) + "," +
             (has_value(e) ? cell(e.young_MPa) : "") + "," + cell(e.low_MPa) + "," + cell(e.high_MPa) +
@@ -165,7 +165,7 @@ std::string ways_csv(const ModulusAnswer& answer) {
 
 std::string points_csv(const ModulusAnswer& answer) {
   std::string text = "way,press,quantity,against,measured,fitted,residual,sd\n";
-  for (const ModulusEstimate& e : answer.ways)
+  for (const ModulusEstimate& e : answer.methods)
     for (const ModulusPoint& p : e.points)
       text +=
           std::string(to_string(e.way)) + line(",%u,\"%s\",", p.frame, p.quantity) +
@@ -176,7 +176,7 @@ std::string points_csv(const ModulusAnswer& answer) {
 std::string residual_script(const ModulusReport& r, bool svg) {
   std::string blocks, plots;
   size_t colour = 0;
-  for (const ModulusEstimate& e : r.answer.ways) {
+  for (const ModulusEstimate& e : r.answer.methods) {
     std::map<std::string, std::vector<std::vector<double>>> groups;
     for (const ModulusPoint& p : e.points) {
       auto& columns = groups[p.quantity];
@@ -206,7 +206,7 @@ std::string residual_script(const ModulusReport& r, bool svg) {
 std::string modulus_script(const ModulusReport& r, bool svg) {
   std::string text = plot_head(svg, 1100, 460) + "set multiplot layout 1,2\n";
   // A flat sample's stress over its strain, else what the chosen way compared.
-  const ModulusEstimate* shown = &r.answer.ways[static_cast<size_t>(ModulusWay::StressStrain)];
+  const ModulusEstimate* shown = &r.answer.methods[static_cast<size_t>(ModulusMethod::StressStrain)];
   if (shown->points.empty()) shown = &r.answer.best();
   std::map<std::string, std::vector<std::vector<double>>> groups;
   for (const ModulusPoint& p : shown->points) {
@@ -217,7 +217,7 @@ std::string modulus_script(const ModulusReport& r, bool svg) {
     columns[2].push_back(p.fitted);
     columns[3].push_back(p.sd);
   }
-  const bool stress = shown->way == ModulusWay::StressStrain && r.setup.sample.flat();
+  const bool stress = shown->way == ModulusMethod::StressStrain && r.setup.sample.flat();
   std::string plots;
   size_t colour = 0;
   for (const auto& [quantity, columns] : groups) {
@@ -233,9 +233,9 @@ std::string modulus_script(const ModulusReport& r, bool svg) {
   }
   text +=
       "set key top left\nset title '" + std::string(to_string(shown->way)) + "'\nset xlabel '" +
-      (stress                                        ? "axial strain"
-       : shown->way == ModulusWay::DisplacementRatio ? "pad or contact, mm"
-                                                     : "force, N") +
+      (stress                                           ? "axial strain"
+       : shown->way == ModulusMethod::DisplacementRatio ? "pad or contact, mm"
+                                                        : "force, N") +
       "'\nset ylabel '" + (stress ? "stress, kPa" : "measured and fitted") + "'\n" +
       (plots.empty()
            ? "set xrange [0:1]\nset yrange [0:1]\nset label 1 'no fit' at graph 0.45,0.5\nplot NaN notitle"
@@ -243,8 +243,8 @@ std::string modulus_script(const ModulusReport& r, bool svg) {
       "\nunset label\nset autoscale\n";
   std::vector<std::vector<double>> found(4);
   std::string tics;
-  for (size_t i = 0; i < kModulusWays; ++i) {
-    const ModulusEstimate& e = r.answer.ways[i];
+  for (size_t i = 0; i < kModulusMethods; ++i) {
+    const ModulusEstimate& e = r.answer.methods[i];
     tics += line("%s'%s' %zu", i ? ", " : "", to_string(e.way), i);
     if (!has_value(e)) continue;
     found[0].push_back(static_cast<double>(i));

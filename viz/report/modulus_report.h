@@ -27,8 +27,8 @@ std::string to_json(const ModulusReport& report);
 std::string ways_csv(const ModulusAnswer& answer);
 std::string points_csv(const ModulusAnswer& answer);
 
-/// Scripts for gnuplot: residuals of all ways over the force; and of the chosen way what was measured beside
-/// the fit, with the moduli and their intervals on the right (as the paper's Fig. 16).
+/// Scripts for gnuplot: residuals of all methods over the force; and of the chosen way what was measured
+/// beside the fit, with the moduli and their intervals on the right (as the paper's Fig. 16).
 std::string residual_script(const ModulusReport& report, bool svg);
 std::string modulus_script(const ModulusReport& report, bool svg);
 

@@ -56,7 +56,7 @@ double rubber_length(double strain) {
 
 class Fit {
  public:
-  Fit(ModulusWay way, const std::vector<PressFrame>& frames, const ModulusSetup& setup,
+  Fit(ModulusMethod way, const std::vector<PressFrame>& frames, const ModulusSetup& setup,
       const PressModel& model, const ModulusGiven& given)
       : way_(way), frames_(frames), setup_(setup), model_(model), given_(given), sample_(setup.sample) {
     nu_ = std::min(sample_.poisson, 0.4999);
@@ -114,7 +114,7 @@ class Fit {
   void weigh(double log_young, const ScatterErrors& errors);
   double search();
 
-  ModulusWay way_;
+  ModulusMethod way_;
   const std::vector<PressFrame>& frames_;
   const ModulusSetup& setup_;
   const PressModel& model_;
@@ -134,7 +134,7 @@ bool Fit::take(ModulusFit& f) {
 }
 
 bool Fit::take_flat(ModulusFit& f) {
-  if (way_ == ModulusWay::Hertz)
+  if (way_ == ModulusMethod::Hertz)
     return refuse(f, ModulusState::NotApplicable,
                   std::string("no curvature: the face of a ") + to_string(sample_.shape) +
                       " is flat, its contact does not grow by Hertz");
@@ -145,7 +145,7 @@ bool Fit::take_flat(ModulusFit& f) {
     staged += p.approach_mm.known() && depth;
     edged += p.radius_mm.known() && sample_.poisson > 0.05;
   }
-  if (way_ == ModulusWay::Joint) {
+  if (way_ == ModulusMethod::Joint) {
     size_t approaches = 0;
     for (uint32_t i = 0; i < frames_.size(); ++i) {
       const PressFrame& p = frames_[i];
@@ -166,7 +166,7 @@ bool Fit::take_flat(ModulusFit& f) {
   if (!by_stage_ && edged == 0)
     return refuse(f, ModulusState::NotApplicable,
                   "the sample's shortening is not seen: no approach beside a depth, no contact radius");
-  const bool ratio = way_ == ModulusWay::DisplacementRatio;
+  const bool ratio = way_ == ModulusMethod::DisplacementRatio;
   if (ratio && deep == 0)
     return refuse(f, ModulusState::NotApplicable, "the pad's displacement is not known: no depth");
   for (uint32_t i = 0; i < frames_.size(); ++i) {
@@ -188,14 +188,14 @@ bool Fit::take_ball(ModulusFit& f) {
     const bool radius = p.radius_mm.known() && p.radius_mm.value > 0, depth = p.depth_mm.known();
     if (p.radius_mm.known()) widest = std::max(widest, p.radius_mm.value);
     switch (way_) {
-      case ModulusWay::StressStrain:
+      case ModulusMethod::StressStrain:
         if (radius && p.force_N > 0) {
           // y ~ F / a^3
           const double y = 3 * p.force_N * sample_.radius_mm() / (4 * std::pow(p.radius_mm.value, 3));
           observe(i, Seen::Modulus, 3 * p.radius_mm.sd / p.radius_mm.value * y);
         }
         break;
-      case ModulusWay::DisplacementRatio:
+      case ModulusMethod::DisplacementRatio:
         if (radius && depth)
           // The depth at a radius goes with its square.
           observe(i, Seen::Depth,
@@ -203,26 +203,26 @@ bool Fit::take_ball(ModulusFit& f) {
                       ? root(p.depth_mm.sd, 2 * p.depth_mm.value / p.radius_mm.value * p.radius_mm.sd)
                       : 0);
         break;
-      case ModulusWay::Hertz:
+      case ModulusMethod::Hertz:
         if (radius) observe(i, Seen::Radius, p.radius_mm.sd);
         break;
-      case ModulusWay::Joint:
+      case ModulusMethod::Joint:
         if (radius) observe(i, Seen::Radius, p.radius_mm.sd);
         if (depth) observe(i, Seen::Depth, p.depth_mm.sd);
         if (p.approach_mm.known()) observe(i, Seen::Approach, p.approach_mm.sd);
     }
   }
-  if (observations_.empty() || (way_ == ModulusWay::Joint && widest == 0 &&
+  if (observations_.empty() || (way_ == ModulusMethod::Joint && widest == 0 &&
                                 std::none_of(observations_.begin(), observations_.end(),
                                              [](const auto& o) { return o.seen == Seen::Approach; })))
     return refuse(f, ModulusState::NotApplicable,
-                  way_ == ModulusWay::DisplacementRatio ? "no contact radius beside a depth"
-                                                        : "no contact radius, nor an approach");
+                  way_ == ModulusMethod::DisplacementRatio ? "no contact radius beside a depth"
+                                                           : "no contact radius, nor an approach");
   if (widest > PressModel::kWidest * sample_.radius_mm())
     return refuse(f, ModulusState::OutOfRange,
                   "the contact is wider than " + std::to_string(PressModel::kWidest).substr(0, 3) +
                       " of the ball's radius: press less hard");
-  if (way_ == ModulusWay::StressStrain && widest > kThinPad * setup_.pad.thickness_mm)
+  if (way_ == ModulusMethod::StressStrain && widest > kThinPad * setup_.pad.thickness_mm)
     return refuse(
         f, ModulusState::NotApplicable,
         "the pad is thin beside the contact (a / H above 0.3): stress over a / R takes it as a half "
@@ -283,7 +283,7 @@ double Fit::predicted(const Observation& o, double log_young, double force) cons
     case Seen::Radius:
       return sight(force, young).radius_mm;
     case Seen::Depth:
-      return way_ == ModulusWay::DisplacementRatio
+      return way_ == ModulusMethod::DisplacementRatio
                  ? model_.depth_at_radius_mm(radius_mm(p), young, pad_MPa(), size())
                  : sight(force, young).depth_mm;
     case Seen::MeanDepth:
@@ -413,7 +413,7 @@ ModulusFit Fit::run(ModulusFit f, ScatterErrors& errors, bool with_points) {
   }
   f.readings = static_cast<uint32_t>(observations_.size());
   const bool staged =
-      all[static_cast<size_t>(Seen::Approach)] > 0 || (by_stage_ && way_ != ModulusWay::Joint);
+      all[static_cast<size_t>(Seen::Approach)] > 0 || (by_stage_ && way_ != ModulusMethod::Joint);
   if (staged && std::isinf(setup_.zero_sd_mm)) ++f.unknowns;
   bool scatter = false;
   ScatterErrors wanted{};
@@ -440,7 +440,7 @@ ModulusFit Fit::run(ModulusFit f, ScatterErrors& errors, bool with_points) {
     }
     f.chi2 = chi2(at, &left);
     const bool weights_stay =
-        !scatter && frames_.front().force_sd_N <= 0 && way_ != ModulusWay::DisplacementRatio;
+        !scatter && frames_.front().force_sd_N <= 0 && way_ != ModulusMethod::DisplacementRatio;
     if (std::isfinite(given_.near) || weights_stay) break;
     for (size_t k = 0; k < kSeen; ++k) {
       if (wanted[k] == 0) continue;
@@ -470,12 +470,12 @@ ModulusFit Fit::run(ModulusFit f, ScatterErrors& errors, bool with_points) {
     const double against = o.seen == Seen::Strain       ? p.force_N / sample_.face_mm2()
                            : o.seen == Seen::Shortening ? pad_mean(p, std::exp(at) / pad_MPa())
                            : o.seen == Seen::Modulus    ? p.radius_mm.value
-                           : o.seen == Seen::Depth && way_ == ModulusWay::DisplacementRatio
+                           : o.seen == Seen::Depth && way_ == ModulusMethod::DisplacementRatio
                                ? p.radius_mm.value
                                : p.force_N;
     f.points.push_back(
         {o.frame, kNames[static_cast<size_t>(o.seen)], against, y, y - left[i], 1 / std::sqrt(o.weight)});
-    const double strain = way_ == ModulusWay::DisplacementRatio && !sample_.flat()
+    const double strain = way_ == ModulusMethod::DisplacementRatio && !sample_.flat()
                               ? 0.2 * p.radius_mm.value / sample_.radius_mm()
                               : sight(p.force_N, std::exp(at)).strain;
     if (std::isfinite(strain)) f.strain_max = std::max(f.strain_max, strain);
@@ -485,7 +485,7 @@ ModulusFit Fit::run(ModulusFit f, ScatterErrors& errors, bool with_points) {
 
 }  // namespace
 
-ModulusFit fit_modulus(ModulusWay way, const std::vector<PressFrame>& frames, const ModulusSetup& setup,
+ModulusFit fit_modulus(ModulusMethod way, const std::vector<PressFrame>& frames, const ModulusSetup& setup,
                        const PressModel& model, const ModulusGiven& given, ScatterErrors& errors,
                        bool with_points) {
   Fit fit(way, frames, setup, model, given);

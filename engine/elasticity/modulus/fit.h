@@ -1,4 +1,4 @@
-// One fit of a modulus to the readings of a press, by each of the ways of modulus.h; no interval.
+// One fit of a modulus to the readings of a press, by each of the methods of modulus.h; no interval.
 #pragma once
 
 #include <vector>
@@ -44,7 +44,7 @@ inline constexpr size_t kSeen = 7;
 using ScatterErrors = std::array<double, kSeen>;
 
 /// `with_points`: also the readings beside the fit.
-ModulusFit fit_modulus(ModulusWay way, const std::vector<PressFrame>& frames, const ModulusSetup& setup,
+ModulusFit fit_modulus(ModulusMethod way, const std::vector<PressFrame>& frames, const ModulusSetup& setup,
                        const PressModel& model, const ModulusGiven& given, ScatterErrors& errors,
                        bool with_points);
 

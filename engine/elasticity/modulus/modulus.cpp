@@ -84,7 +84,7 @@ class Bootstrap {
       : frames_(frames), setup_(setup), model_(model) {}
 
   /// Logarithms of the moduli that replicates of the press give; missing where one gives none.
-  std::vector<double> run(const ModulusFit& fit, ModulusWay way, const ScatterErrors& scatter,
+  std::vector<double> run(const ModulusFit& fit, ModulusMethod way, const ScatterErrors& scatter,
                           double inflate) {
     std::mt19937_64 random(setup_.seed * 4 + static_cast<uint64_t>(way));
     std::normal_distribution<double> normal;
@@ -162,7 +162,7 @@ void refuse_wide(ModulusEstimate& e, const ModulusFit& fit, const ModulusSetup& 
   }
 }
 
-ModulusEstimate estimate(ModulusWay way, const std::vector<PressFrame>& frames, const ModulusSetup& setup,
+ModulusEstimate estimate(ModulusMethod way, const std::vector<PressFrame>& frames, const ModulusSetup& setup,
                          const PressModel& model) {
   ModulusEstimate e;
   e.way = way;
@@ -198,7 +198,8 @@ ModulusEstimate estimate(ModulusWay way, const std::vector<PressFrame>& frames, 
                tails = (quantile(0.975) - quantile(0.025)) / 3.92;
   const double sd = std::max(middle, tails);
   const bool edge = std::abs(fit.log_young - std::log(PressModel::kMostRatio * pad_MPa)) < 1;
-  if (sd > kWidest || edge || (fit.chi2_at_rigid < fit.chi2 + 2.71 && way != ModulusWay::DisplacementRatio)) {
+  if (sd > kWidest || edge ||
+      (fit.chi2_at_rigid < fit.chi2 + 2.71 && way != ModulusMethod::DisplacementRatio)) {
     refuse_wide(e, fit, setup, sd);
     return e;
   }
@@ -237,8 +238,8 @@ ModulusEstimate estimate(ModulusWay way, const std::vector<PressFrame>& frames, 
   return e;
 }
 
-/// Two ways whose intervals (or bounds) have nothing in common, in words; empty: none.
-std::string contradiction(const std::array<ModulusEstimate, kModulusWays>& ways) {
+/// Two methods whose intervals (or bounds) have nothing in common, in words; empty: none.
+std::string contradiction(const std::array<ModulusEstimate, kModulusMethods>& methods) {
   const auto reports = [](const ModulusEstimate& e) {
     return e.state == ModulusState::Valid || e.state == ModulusState::PadLimited;
   };
@@ -247,8 +248,8 @@ std::string contradiction(const std::array<ModulusEstimate, kModulusWays>& ways)
                                    ? text(" (%.4g to %.4g kPa)", 1e3 * e.low_MPa, 1e3 * e.high_MPa)
                                    : text(" (above %.4g kPa)", 1e3 * e.low_MPa));
   };
-  for (const ModulusEstimate& a : ways)
-    for (const ModulusEstimate& b : ways)
+  for (const ModulusEstimate& a : methods)
+    for (const ModulusEstimate& b : methods)
       if (reports(a) && reports(b) && a.high_MPa < b.low_MPa)
         return words(a) + " and " + words(b) + " contradict each other";
   return {};
@@ -256,9 +257,9 @@ std::string contradiction(const std::array<ModulusEstimate, kModulusWays>& ways)
 
 }  // namespace
 
-const char* to_string(ModulusWay way) {
-  constexpr std::array<const char*, kModulusWays> kNames = {"stress over strain", "displacement ratio",
-                                                            "Hertz", "joint fit"};
+const char* to_string(ModulusMethod way) {
+  constexpr std::array<const char*, kModulusMethods> kNames = {"stress over strain", "displacement ratio",
+                                                               "Hertz", "joint fit"};
   return kNames[static_cast<size_t>(way)];
 }
 
@@ -276,11 +277,11 @@ ModulusAnswer estimate_modulus(const std::vector<PressFrame>& frames, const Modu
                                const PressModel& model) {
   check(frames, setup);
   ModulusAnswer answer;
-  for (size_t i = 0; i < kModulusWays; ++i)
-    answer.ways[i] = estimate(static_cast<ModulusWay>(i), frames, setup, model);
-  ModulusEstimate& joint = answer.ways[static_cast<size_t>(ModulusWay::Joint)];
+  for (size_t i = 0; i < kModulusMethods; ++i)
+    answer.methods[i] = estimate(static_cast<ModulusMethod>(i), frames, setup, model);
+  ModulusEstimate& joint = answer.methods[static_cast<size_t>(ModulusMethod::Joint)];
   if (joint.state == ModulusState::Valid) {
-    if (const std::string why = contradiction(answer.ways); !why.empty()) {
+    if (const std::string why = contradiction(answer.methods); !why.empty()) {
       set(joint, ModulusState::DoesNotFit, why + ": check the sample's shape and size, and the pad");
       answer.why = "a wrong shape or pad bends each way differently, and each may fit well by itself";
       return answer;
@@ -292,12 +293,12 @@ ModulusAnswer estimate_modulus(const std::vector<PressFrame>& frames, const Modu
   // What speaks against the joint fit because of the press speaks against all.
   if (joint.state == ModulusState::TooFew || joint.state == ModulusState::DoesNotFit ||
       joint.state == ModulusState::NotApplicable)
-    for (const ModulusEstimate& e : answer.ways)
+    for (const ModulusEstimate& e : answer.methods)
       if (e.state == ModulusState::Valid && e.high_MPa / e.low_MPa < narrowest) {
         narrowest = e.high_MPa / e.low_MPa;
         answer.chosen = e.way;
       }
-  answer.why = answer.chosen == ModulusWay::Joint
+  answer.why = answer.chosen == ModulusMethod::Joint
                    ? "no way gives a value; the joint fit says most about why"
                    : std::string("the joint fit is out (") + to_string(joint.state) +
                          ") and this has the narrowest valid interval";

@@ -22,7 +22,7 @@
 
 namespace palpate {
 
-/// All ways and the chosen one: the joint fit where it is valid, else the narrowest valid interval.
+/// All methods and the chosen one: the joint fit where it is valid, else the narrowest valid interval.
 /// Throws Error(Failure::Input) on setups out of range and on
 /// readings that are negative or infinite.
 ModulusAnswer estimate_modulus(const std::vector<PressFrame>& frames, const ModulusSetup& setup);

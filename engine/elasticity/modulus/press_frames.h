@@ -45,14 +45,14 @@ struct ModulusSetup {
   uint32_t replicates = 200;  ///< of the bootstrap, 50 to 10000
 };
 
-enum class ModulusWay : uint8_t {
+enum class ModulusMethod : uint8_t {
   StressStrain,       ///< Eq. 79: mean stress over axial strain; of a ball by a / R, pad as a half space
   DisplacementRatio,  ///< Eq. 78: the sample's displacement beside the pad's; needs no force
   Hertz,              ///< contact radius against force over the press, finite pad
   Joint,              ///< everything that was measured, all frames at once
 };
-inline constexpr size_t kModulusWays = 4;
-const char* to_string(ModulusWay way);
+inline constexpr size_t kModulusMethods = 4;
+const char* to_string(ModulusMethod way);
 
 enum class ModulusState : uint8_t {
   Valid,
@@ -61,8 +61,8 @@ enum class ModulusState : uint8_t {
   NotDetermined,  ///< the readings' errors cover the answer: only bounds, if any
   PadLimited,     ///< the sample is too stiff beside the pad: only a lower bound
   OutOfRange,     ///< contact too wide, strain beyond small ones, ratio of moduli beyond the model
-  DoesNotFit,     ///< readings, or two ways' intervals, contradict each other or the model by more than their
-                  ///< errors
+  DoesNotFit,  ///< readings, or two methods' intervals, contradict each other or the model by more than their
+               ///< errors
 };
 const char* to_string(ModulusState state);
 
@@ -75,7 +75,7 @@ struct ModulusPoint {
 };
 
 struct ModulusEstimate {
-  ModulusWay way = ModulusWay::Joint;
+  ModulusMethod way = ModulusMethod::Joint;
   ModulusState state = ModulusState::NotApplicable;
   std::string reason;    ///< one line, of a state other than Valid; else what to know, or empty
   double young_MPa = 0;  ///< of Valid and DoesNotFit
@@ -88,11 +88,11 @@ struct ModulusEstimate {
 };
 
 struct ModulusAnswer {
-  std::array<ModulusEstimate, kModulusWays> ways;
-  ModulusWay chosen = ModulusWay::Joint;
+  std::array<ModulusEstimate, kModulusMethods> methods;
+  ModulusMethod chosen = ModulusMethod::Joint;
   std::string why;
-  const ModulusEstimate& best() const& { return ways[static_cast<size_t>(chosen)]; }
-  ModulusEstimate best() && { return std::move(ways[static_cast<size_t>(chosen)]); }
+  const ModulusEstimate& best() const& { return methods[static_cast<size_t>(chosen)]; }
+  ModulusEstimate best() && { return std::move(methods[static_cast<size_t>(chosen)]); }
 };
 
 }  // namespace palpate

@@ -11,17 +11,18 @@ namespace {
 constexpr double kNear_mm = 0.3;  // a patch that lies as near to its lump is not moved again
 constexpr int kMostMoves = 3;
 
-/// The ways' factors at a load, fields x ways: the cubic through those at the reader's own loads.
-Eigen::MatrixXd ways_at(const InverseNetwork& reader, Eigen::Index fields, double load) {
-  const auto ways = reader.ways.cols();
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(fields, ways + 1);
+/// The principal components' factors at a load, fields x principal components: the cubic through those at the
+/// reader's own loads.
+Eigen::MatrixXd components_at(const InverseNetwork& reader, Eigen::Index fields, double load) {
+  const auto components = reader.components.cols();
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(fields, components + 1);
   for (size_t q = 0; q < reader.loads.size(); ++q) {
     double weight = load;
     for (size_t other = 0; other < reader.loads.size(); ++other)
       if (other != q) weight *= (load - reader.loads[other]) / (reader.loads[q] - reader.loads[other]);
     const auto first = static_cast<Eigen::Index>(q) * fields;
-    sum.leftCols(ways) += weight * reader.ways.middleRows(first, fields).cast<double>();
-    sum.col(ways) += weight * reader.middle.segment(first, fields).cast<double>();
+    sum.leftCols(components) += weight * reader.components.middleRows(first, fields).cast<double>();
+    sum.col(components) += weight * reader.middle.segment(first, fields).cast<double>();
   }
   return sum;
 }
@@ -34,30 +35,30 @@ PatchObservation::PatchObservation(const Model& model, const PressedNodes& nodes
 Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
                                  const PatchObservation& patch) {
   const InverseNetwork& reader = model.reader;
-  const Eigen::Index fields = model.patch.count(), ways = reader.ways.cols();
+  const Eigen::Index fields = model.patch.count(), components = reader.components.cols();
   const auto loads = static_cast<Eigen::Index>(nodes.loads.size());
   std::vector<Eigen::MatrixXd> at_load;
-  for (const double load : nodes.loads) at_load.push_back(ways_at(reader, fields, load));
+  for (const double load : nodes.loads) at_load.push_back(components_at(reader, fields, load));
   // The likeliest make-up, as a bell over all bumps has it: least squares with unit weight on each way.
-  Eigen::MatrixXd shown(patch.whitener.size(), ways + 1);
+  Eigen::MatrixXd shown(patch.whitener.size(), components + 1);
   Eigen::MatrixXd factors(fields, loads);
-  for (Eigen::Index w = 0; w <= ways; ++w) {
+  for (Eigen::Index w = 0; w <= components; ++w) {
     for (Eigen::Index k = 0; k < loads; ++k) factors.col(k) = at_load[static_cast<size_t>(k)].col(w);
     shown.col(w) = patch.whitener.of_factors(factors);
   }
-  const Eigen::VectorXd left = patch.whitener.observation() - shown.col(ways);
-  shown.conservativeResize(Eigen::NoChange, ways);
+  const Eigen::VectorXd left = patch.whitener.observation() - shown.col(components);
+  shown.conservativeResize(Eigen::NoChange, components);
   Eigen::MatrixXd normal = dense::product_tn(shown, shown);
   normal.diagonal().array() += 1;
   const dense::Cholesky root(normal);
   const Eigen::VectorXd make_up = root.solve(dense::product_tn(shown, left));
-  const Eigen::MatrixXd inverse = root.solve_lower(Eigen::MatrixXd::Identity(ways, ways));
+  const Eigen::MatrixXd inverse = root.solve_lower(Eigen::MatrixXd::Identity(components, components));
 
-  Eigen::VectorXd in(ways + InverseNetwork::kOthers + InverseNetwork::kOpen);
+  Eigen::VectorXd in(components + InverseNetwork::kOthers + InverseNetwork::kOpen);
   const double size = std::max(1e-9, make_up.norm());
-  in.head(ways) = make_up / size;
+  in.head(components) = make_up / size;
   for (Eigen::Index w = 0; w < InverseNetwork::kOpen; ++w)
-    in(ways + w) = w < ways ? std::log(inverse.col(w).norm()) : 0;
+    in(components + w) = w < components ? std::log(inverse.col(w).norm()) : 0;
   in.tail(InverseNetwork::kOthers) << std::log(size), patch.view.setting.thickness_mm,
       patch.view.setting.x_mm, patch.view.setting.y_mm, nodes.loads.back(),
       std::log(nodes.loads.front() / nodes.loads.back()), std::log(static_cast<double>(loads)),
@@ -70,8 +71,8 @@ Answer answer_of(const Model& model, const Eigen::VectorXf& features) {
   const InverseNetwork& reader = model.reader;
   const Eigen::MatrixXf in = (features - reader.in_mean).array() * reader.in_scale.array();
   Eigen::VectorXd out = Eigen::VectorXd::Zero(at::kCount);
-  for (const SmallNetwork& member : reader.members)
-    out += member.apply(in).cast<double>() / static_cast<double>(reader.members.size());
+  for (const SmallNetwork& member : reader.ensemble)
+    out += member.apply(in).cast<double>() / static_cast<double>(reader.ensemble.size());
   Answer answer;
   const double most = out.head(at::kClasses).maxCoeff();
   double sum = 0;

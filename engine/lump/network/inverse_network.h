@@ -19,8 +19,8 @@ struct PatchObservation {
   PatchObservation(const Model& model, const PressedNodes& nodes, const PatchView& from);
 };
 
-/// The reader's inputs of one patch, before scaling: the bump's likeliest make-up (see InverseNetwork::ways),
-/// what noise leaves open of it, place, thickness, loads, noise.
+/// The reader's inputs of one patch, before scaling: the bump's likeliest make-up (see
+/// InverseNetwork::principal components), what noise leaves open of it, place, thickness, loads, noise.
 Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
                                  const PatchObservation& patch);
 

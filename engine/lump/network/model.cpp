@@ -146,11 +146,11 @@ Eigen::MatrixXd bump_factors(const Model& model, const Guess& guess, const Setti
           slopes.col(static_cast<Eigen::Index>(t)).cast<float>().array() * model.in_scale.array();
   }
   const size_t first = member < 0 ? 0 : static_cast<size_t>(member);
-  const size_t last = member < 0 ? model.members.size() : first + 1;
+  const size_t last = member < 0 ? model.ensemble.size() : first + 1;
   Eigen::MatrixXf sum;
   std::vector<Eigen::MatrixXf> change_sum, change;
   for (size_t m = first; m < last; ++m) {
-    const Eigen::MatrixXf out = model.members[m].apply(in, along, change);
+    const Eigen::MatrixXf out = model.ensemble[m].apply(in, along, change);
     if (m == first) {
       sum = out;
       change_sum = change;

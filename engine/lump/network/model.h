@@ -71,19 +71,20 @@ struct SplitNormal {
 };
 
 /// The network from a observation's patch to its lump. A bump over all loads is a middle and a sum of a few
-/// ways to differ from it; their likeliest weights are what the network sees.
+/// principal components to differ from it; their likeliest weights are what the network sees.
 struct InverseNetwork {
   static constexpr Eigen::Index kOthers = 8;  ///< inputs besides: size, thickness, place, loads, noise
-  static constexpr Eigen::Index kOpen = 10;   ///< first ways of which is told how open they are
+  static constexpr Eigen::Index kOpen =
+      10;  ///< first principal components of which is told how open they are
 
-  std::array<double, 4> loads{};  ///< of the ways: force over area and modulus
-  /// (loads x fields) x ways, the bumps' factors over load at each of the loads, scaled so that bumps'
-  /// weights are of unit variance; and their middle.
-  Eigen::MatrixXf ways;
+  std::array<double, 4> loads{};  ///< of the principal components: force over area and modulus
+  /// (loads x fields) x principal components, the bumps' factors over load at each of the loads, scaled so
+  /// that bumps' weights are of unit variance; and their middle.
+  Eigen::MatrixXf components;
   Eigen::VectorXf middle;
   Eigen::VectorXf in_mean, in_scale;
   std::array<double, kParameters> mean{}, scale{};  ///< of the logarithms, of the outputs
-  std::vector<SmallNetwork> members;                ///< the mean of their outputs is used
+  std::vector<SmallNetwork> ensemble;               ///< the mean of their outputs is used
 };
 
 inline constexpr size_t kMethods = 2;
@@ -106,7 +107,7 @@ struct Model {
 
   /// The emulator. In: see lump_features(). Out: the fields' factors over load and lump_amplitude(), scaled.
   /// The mean of all is used; each was not shown a part of the training set.
-  std::vector<SmallNetwork> members;
+  std::vector<SmallNetwork> ensemble;
   Eigen::VectorXf in_mean, in_scale, out_mean, out_scale;
 
   /// Of the mean's error: squares of the fields' factors, where the bump's are one in all.

@@ -61,11 +61,11 @@ class Taken {
     left_ -= bytes;
   }
   /// Networks of one make: inputs, hidden layers, outputs.
-  std::vector<SmallNetwork> take_networks(size_t members, Eigen::Index inputs,
+  std::vector<SmallNetwork> take_networks(size_t ensemble, Eigen::Index inputs,
                                           const std::vector<Eigen::Index>& hidden, Eigen::Index outputs) {
-    if (members < 1 || members > 64 || hidden.empty() || hidden.size() > 8)
+    if (ensemble < 1 || ensemble > 64 || hidden.empty() || hidden.size() > 8)
       throw std::runtime_error("networks out of range");
-    std::vector<SmallNetwork> networks(members);
+    std::vector<SmallNetwork> networks(ensemble);
     for (SmallNetwork& network : networks) {
       Eigen::Index from = inputs;
       for (size_t l = 0; l <= hidden.size(); ++l) {
@@ -146,14 +146,14 @@ void read_reader(const Json& json, Taken& weights, Eigen::Index fields, InverseN
   for (size_t p = 0; p < kParameters; ++p)
     if (!(std::abs(reader.mean[p]) < 100) || !(reader.scale[p] > 0 && reader.scale[p] < 100))
       throw std::runtime_error("the reader's scale out of range");
-  const auto ways = json.at("ways").get<Eigen::Index>();
+  const auto components = json.at("ways").get<Eigen::Index>();
   const Eigen::Index rows = static_cast<Eigen::Index>(reader.loads.size()) * fields,
-                     inputs = ways + InverseNetwork::kOthers + InverseNetwork::kOpen;
-  weights.take(reader.ways, rows, ways);
+                     inputs = components + InverseNetwork::kOthers + InverseNetwork::kOpen;
+  weights.take(reader.components, rows, components);
   weights.take(reader.middle, rows, 1);
   weights.take(reader.in_mean, inputs, 1);
   weights.take(reader.in_scale, inputs, 1);
-  reader.members =
+  reader.ensemble =
       weights.take_networks(json.at("members").get<size_t>(), inputs,
                             json.at("hidden").get<std::vector<Eigen::Index>>(), reader_output::kCount);
 }
@@ -189,7 +189,7 @@ std::shared_ptr<const Model> read_model(const Json& json, Taken& weights) {
   m.patch.side = json.at("patch_side").get<uint32_t>();
   const auto fields = json.at("fields").get<Eigen::Index>();
   const auto hidden = json.at("hidden").get<std::vector<Eigen::Index>>();
-  const auto members = json.at("members").get<size_t>();
+  const auto ensemble = json.at("members").get<size_t>();
   if (m.base.side < 4 || m.base.side > 200 || m.patch.side < 4 || m.patch.side > 200)
     throw std::runtime_error("sizes out of range");
   weights.take(m.base.factors, m.base.side * m.base.side, Base::kTerms);
@@ -199,7 +199,7 @@ std::shared_ptr<const Model> read_model(const Json& json, Taken& weights) {
   weights.take(m.out_mean, fields, 1);
   weights.take(m.out_scale, fields, 1);
   weights.take(m.discrepancy, fields, fields);
-  m.members = weights.take_networks(members, kFeatures, hidden, fields);
+  m.ensemble = weights.take_networks(ensemble, kFeatures, hidden, fields);
   read_reader(json.at("reader"), weights, fields, m.reader);
   if (weights.left() != 0) throw std::runtime_error("more weights than it says");
   m.patch.find_slopes();
@@ -229,8 +229,8 @@ std::string Network::bytes() const {
             {"patch_pitch_mm", m.patch.pitch_mm},
             {"patch_side", m.patch.side},
             {"fields", m.patch.count()},
-            {"members", m.members.size()}};
-  json["hidden"] = hidden_of(m.members);
+            {"members", m.ensemble.size()}};
+  json["hidden"] = hidden_of(m.ensemble);
   for (size_t method = 0; method < kMethods; ++method)
     for (const auto& row : m.calibration[method]) {
       Json list = Json::array();
@@ -238,11 +238,11 @@ std::string Network::bytes() const {
       json["trust"][kMethodNames[method]].push_back(list);
     }
   json["reader"] = {{"loads", m.reader.loads},
-                    {"ways", m.reader.ways.cols()},
+                    {"ways", m.reader.components.cols()},
                     {"mean", m.reader.mean},
                     {"scale", m.reader.scale},
-                    {"hidden", hidden_of(m.reader.members)},
-                    {"members", m.reader.members.size()}};
+                    {"hidden", hidden_of(m.reader.ensemble)},
+                    {"members", m.reader.ensemble.size()}};
   Weights weights;
   weights.put(m.base.factors);
   weights.put(m.patch.fields);
@@ -251,12 +251,12 @@ std::string Network::bytes() const {
   weights.put(m.out_mean);
   weights.put(m.out_scale);
   weights.put(m.discrepancy);
-  weights.put(m.members);
-  weights.put(m.reader.ways);
+  weights.put(m.ensemble);
+  weights.put(m.reader.components);
   weights.put(m.reader.middle);
   weights.put(m.reader.in_mean);
   weights.put(m.reader.in_scale);
-  weights.put(m.reader.members);
+  weights.put(m.reader.ensemble);
   std::string all = kMagic + json.dump() + "\n" + weights.bytes;
   const uint64_t sum = check_sum(all.data(), all.size());
   all.append(reinterpret_cast<const char*>(&sum), sizeof sum);

@@ -37,17 +37,18 @@ std::vector<uint32_t> widths_of(const SmallNetwork& network) {
 }
 
 Stage reader_stage(const InverseNetwork& reader, uint32_t shapes) {
-  const std::string ways = std::to_string(reader.ways.cols()), open = std::to_string(InverseNetwork::kOpen);
+  const std::string components = std::to_string(reader.components.cols()),
+                    open = std::to_string(InverseNetwork::kOpen);
   return {Stage::Kind::Network,
           "from a bump to its lump",
-          {ways + " ways in which bumps differ, weights over all loads",
+          {components + " ways in which bumps differ, weights over all loads",
            "how open noise leaves the first " + open, "size of the bump, thickness, mm",
            "|x| and |y|, mm; loads; noise"},
-          widths_of(reader.members.front()),
+          widths_of(reader.ensemble.front()),
           {"shape and how it lies",
            "of each of " + std::to_string(shapes) + " shapes: ln size, ln depth, ln E_r, with spreads",
            "shift of the centre, mm"},
-          static_cast<uint32_t>(reader.members.size())};
+          static_cast<uint32_t>(reader.ensemble.size())};
 }
 
 }  // namespace
@@ -75,14 +76,14 @@ std::vector<Stage> lump_stages(const Model& model) {
                     {"what stands out, over modulus"},
                     {patch, fields},
                     {factors + " of each load"}});
-  if (!model.reader.members.empty()) stages.push_back(reader_stage(model.reader, shapes));
-  if (!model.members.empty()) {
+  if (!model.reader.ensemble.empty()) stages.push_back(reader_stage(model.reader, shapes));
+  if (!model.ensemble.empty()) {
     Stage emulator{Kind::Network,
                    "from a lump to its bump",
                    feature_names(),
-                   widths_of(model.members.front()),
+                   widths_of(model.ensemble.front()),
                    {factors + " over load"},
-                   static_cast<uint32_t>(model.members.size())};
+                   static_cast<uint32_t>(model.ensemble.size())};
     // A network of other inputs than those that have names here: by their number.
     if (emulator.inputs.size() != emulator.widths.front())
       emulator.inputs = {std::to_string(emulator.widths.front()) + " numbers of lump, block and load"};

@@ -109,7 +109,7 @@ Calibrator::Calibrator(const Model& model, const Examples& all, const TrainingOp
       lumps_.push_back(i);
   }
   // All are needed for the base: blocks without a lump are judged by one that was made without them.
-  const size_t parts = std::min<size_t>(options.members, plain_.size());
+  const size_t parts = std::min<size_t>(options.ensemble, plain_.size());
   for (size_t p = 0; p < plain_.size(); ++p) part_[plain_[p]] = part_of(p, parts);
   without_.assign(parts, model);
   for (size_t p = 0; p < parts; ++p)

@@ -70,10 +70,10 @@ std::vector<Seen> learn_from(const Model& model, const Examples& all, uint32_t t
 MatrixXd bumps_of(const Model& model, const Seen& s, int member) {
   const MatrixXf scaled = model.in_scale.asDiagonal() * (s.in.colwise() - model.in_mean);
   const size_t first = member < 0 ? 0 : static_cast<size_t>(member),
-               last = member < 0 ? model.members.size() : first + 1;
+               last = member < 0 ? model.ensemble.size() : first + 1;
   MatrixXf sum = MatrixXf::Zero(s.out.rows(), s.out.cols());
   for (size_t m = first; m < last; ++m)
-    sum += model.members[m].apply(scaled) / static_cast<float>(last - first);
+    sum += model.ensemble[m].apply(scaled) / static_cast<float>(last - first);
   MatrixXd bumps = ((model.out_scale.asDiagonal() * sum).colwise() + model.out_mean).cast<double>();
   for (Eigen::Index k = 0; k < bumps.cols(); ++k)
     bumps.col(k) *= s.amplitude * s.loads[static_cast<size_t>(k)];
@@ -128,9 +128,9 @@ void judge_members(Model& model, const Examples& all, const std::vector<Seen>& s
     unseen_squares += of_peak(s, error);
     unseen.push_back({&s, error, std::sqrt(of_peak(s, error))});
     double spread = 0;
-    for (size_t m = 0; m < model.members.size(); ++m)
+    for (size_t m = 0; m < model.ensemble.size(); ++m)
       spread += of_peak(s, bumps_of(model, s, static_cast<int>(m)) - mean) /
-                static_cast<double>(model.members.size() - 1);
+                static_cast<double>(model.ensemble.size() - 1);
     log_ratios.push_back(std::log(std::max(1e-300, of_peak(s, error)) / std::max(1e-300, spread)));
   }
   const auto aside = static_cast<double>(unseen.size());
@@ -186,10 +186,10 @@ void train_ensemble(Model& model, const Examples& all, const TrainingOptions& op
   // Of one size on average, so that the step suits any data.
   weight /= std::sqrt(weight.array().square().mean());
 
-  model.members.resize(options.members);
+  model.ensemble.resize(options.ensemble);
   std::atomic<uint64_t> rounds_done = 0;
   std::atomic<bool> stop = false;
-  in_parallel(options.threads, options.members, [&](size_t member) {
+  in_parallel(options.threads, options.ensemble, [&](size_t member) {
     std::vector<Eigen::Index> taught;
     for (size_t s = 0; s < example_of.size(); ++s)
       if (!kept_aside(example_of[s])) taught.push_back(static_cast<Eigen::Index>(s));
@@ -202,13 +202,13 @@ void train_ensemble(Model& model, const Examples& all, const TrainingOptions& op
     how.seed = options.seed * 7919 + member;
     how.done = [&](uint32_t, double) {
       const double share =
-          static_cast<double>(++rounds_done) / (options.rounds * static_cast<double>(options.members));
+          static_cast<double>(++rounds_done) / (options.rounds * static_cast<double>(options.ensemble));
       if (options.progress && !options.progress("teaching the network", 0.06 + kNetworkShare * share))
         stop = true;
       return !stop;
     };
     train(network, in(Eigen::all, taught), out(Eigen::all, taught), weight(Eigen::all, taught), how);
-    model.members[member] = std::move(network);
+    model.ensemble[member] = std::move(network);
   });
   if (stop) throw Stopped();
 

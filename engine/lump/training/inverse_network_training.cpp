@@ -184,16 +184,16 @@ Made ObservationMaker::make(uint32_t number, std::mt19937_64& random) const {
              loads = static_cast<Eigen::Index>(nodes.loads.size());
   PatchView view(model_, nodes, lump.offset_mm, lump.along_y);
   std::vector<MatrixXd> of_member;
-  for (size_t m = 0; m < model_.members.size(); ++m)
+  for (size_t m = 0; m < model_.ensemble.size(); ++m)
     of_member.push_back(bump_factors(model_, guess_of(lump), view.setting, nodes.loads, static_cast<int>(m)));
   MatrixXd mean = of_member.front();
   for (size_t m = 1; m < of_member.size(); ++m) mean += of_member[m];
-  const auto members = static_cast<double>(of_member.size());
-  mean /= members;
+  const auto ensemble = static_cast<double>(of_member.size());
+  mean /= ensemble;
   // The mean is off where members differ, and a little everywhere.
   MatrixXd factors = mean;
   for (const MatrixXd& own : of_member)
-    factors += model_.error_over_spread / std::sqrt(members - 1) * normal(random) * (own - mean);
+    factors += model_.error_over_spread / std::sqrt(ensemble - 1) * normal(random) * (own - mean);
   const auto some = [&] {
     VectorXd values(factors.rows());
     for (double& value : values) value = normal(random);
@@ -238,8 +238,9 @@ Made ObservationMaker::make(uint32_t number, std::mt19937_64& random) const {
   return made;
 }
 
-/// How bumps differ: fills loads, ways and middle.
-void find_ways(InverseNetwork& reader, const Model& model, const ObservationMaker& maker, uint32_t ways) {
+/// How bumps differ: fills loads, principal components and middle.
+void find_components(InverseNetwork& reader, const Model& model, const ObservationMaker& maker,
+                     uint32_t components) {
   const auto [least, most] = model.load;
   reader.loads = {least, least + (most - least) / 4, least + (most - least) * 0.6, most};
   const std::vector<double> loads(reader.loads.begin(), reader.loads.end());
@@ -256,17 +257,17 @@ void find_ways(InverseNetwork& reader, const Model& model, const ObservationMake
     if (i % 2 == 1) factors = dense::product(turn, factors);
     for (Eigen::Index q = 0; q < 4; ++q)
       bumps.col(i).segment(q * fields, fields) = factors.col(q) / loads[static_cast<size_t>(q)];
-    // Faint bumps have their own ways, which must not drown in those of large ones.
+    // Faint bumps have their own principal components, which must not drown in those of large ones.
     bumps.col(i) /= std::sqrt(std::max(1e-12, bumps.col(i).norm()));
   }
   const VectorXd middle = bumps.rowwise().mean();
   bumps.colwise() -= middle;
   const MatrixXd covariance = dense::product_nt(bumps, bumps) / static_cast<double>(kWayBumps);
   const dense::SymmetricEigen eigen = dense::symmetric_eigen(covariance);
-  const Eigen::Index kept = std::min<Eigen::Index>(ways, rows);
-  reader.ways = (eigen.vectors.rightCols(kept).rowwise().reverse() *
-                 eigen.values.tail(kept).reverse().cwiseMax(1e-20).cwiseSqrt().asDiagonal())
-                    .cast<float>();
+  const Eigen::Index kept = std::min<Eigen::Index>(components, rows);
+  reader.components = (eigen.vectors.rightCols(kept).rowwise().reverse() *
+                       eigen.values.tail(kept).reverse().cwiseMax(1e-20).cwiseSqrt().asDiagonal())
+                          .cast<float>();
   reader.middle = middle.cast<float>();
 }
 
@@ -324,14 +325,14 @@ double train_inverse_network(Model& model, const TrainingOptions& options) {
   InverseNetwork& reader = model.reader;
   reader = {};
   const ObservationMaker maker(model, options.seed ^ 0x5eed0f7ead127ULL);
-  find_ways(reader, model, maker, options.ways);
+  find_components(reader, model, maker, options.components);
   const std::array<std::array<double, 2>, kParameters> ranges = {model.size_mm, model.depth_mm, model.ratio};
   for (size_t p = 0; p < kParameters; ++p) {
     reader.mean[p] = 0.5 * (std::log(ranges[p][0]) + std::log(ranges[p][1]));
     reader.scale[p] = std::max(0.05, (std::log(ranges[p][1]) - std::log(ranges[p][0])) / std::sqrt(12.0));
   }
   const uint32_t count = options.observations;
-  MatrixXf in(reader.ways.cols() + InverseNetwork::kOthers + InverseNetwork::kOpen, count);
+  MatrixXf in(reader.components.cols() + InverseNetwork::kOthers + InverseNetwork::kOpen, count);
   std::vector<Lesson> lessons(count);
   std::atomic<bool> stop = false;
   std::atomic<uint32_t> made_count = 0;
@@ -382,7 +383,7 @@ double train_inverse_network(Model& model, const TrainingOptions& options) {
                          slope.col(b));
     return sum;
   };
-  reader.members.resize(options.readers);
+  reader.ensemble.resize(options.readers);
   std::atomic<uint32_t> rounds = 0;
   std::vector<double> last(options.readers);
   in_parallel(options.threads, options.readers, [&](size_t member) {
@@ -405,7 +406,7 @@ double train_inverse_network(Model& model, const TrainingOptions& options) {
       return !stop;
     };
     train(network, in, loss, how);
-    reader.members[member] = std::move(network);
+    reader.ensemble[member] = std::move(network);
   });
   if (stop) throw Stopped();
   return std::accumulate(last.begin(), last.end(), 0.0) / options.readers;

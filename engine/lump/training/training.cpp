@@ -191,14 +191,14 @@ Network train_lumps(const std::vector<Example>& examples, const TrainingOptions&
   const auto say = [&options](const char* what, double share) {
     if (options.progress && !options.progress(what, share)) throw Stopped();
   };
-  if (options.members < 2 || options.members > 16 || options.hidden < 4 || options.hidden > 512 ||
+  if (options.ensemble < 2 || options.ensemble > 16 || options.hidden < 4 || options.hidden > 512 ||
       options.fields < 6 || options.fields > 200 || options.rounds < 1 || options.trials < 20)
     throw Error(Failure::Usage, "2 to 16 members, 4 to 512 hidden, 6 to 200 fields, 20 trials or more",
                 "others", "the defaults");
   if (options.observations < 1000 || options.observations > 10000000 || options.readers < 1 ||
       options.readers > 16 || options.reader_hidden < 4 || options.reader_hidden > 1024 ||
-      options.reader_rounds < 1 || options.ways < static_cast<uint32_t>(InverseNetwork::kOpen) ||
-      options.ways > 400)
+      options.reader_rounds < 1 || options.components < static_cast<uint32_t>(InverseNetwork::kOpen) ||
+      options.components > 400)
     throw Error(Failure::Usage,
                 "1000 to 10000000 readings, 1 to 16 readers of 4 to 1024 hidden, 10 to 400 ways", "others",
                 "the defaults");

@@ -136,7 +136,7 @@ void add_lump_train(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--out", common.out, "The network's file, *.lump");
   command->add_option("--validate", o->validate, "A data set that it has not seen: how good it is there");
   command
-      ->add_option("--members", o->training.members,
+      ->add_option("--members", o->training.ensemble,
                    "Emulators, from lumps to their bumps, whose mean is used")
       ->capture_default_str()
       ->check(Check::range(2, 16));
