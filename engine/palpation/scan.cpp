@@ -185,7 +185,7 @@ ScanAnswer evaluate_scan(const std::vector<lump::ScanPress>& presses, const lump
   return answer;
 }
 
-const char* shape_words(fem::InclusionShape shape) {
+const char* shape_text(fem::InclusionShape shape) {
   constexpr const char* kNames[] = {"sphere", "ellipsoid", "upright cylinder", "lying cylinder"};
   return kNames[static_cast<size_t>(shape)];
 }
@@ -199,7 +199,7 @@ std::string interval_text(const lump::Value& v, const char* unit) {
 
 std::vector<std::pair<std::string, std::string>> estimate_rows(const lump::Estimate& e) {
   std::vector<std::pair<std::string, std::string>> rows;
-  rows.emplace_back("verdict", lump::status_words(e.verdict));
+  rows.emplace_back("verdict", lump::status_text(e.verdict));
   char line[160];
   std::snprintf(line, sizeof line, "%.3g of the threshold 1, which %.2g %% of readings without a lump reach",
                 e.detection_statistic, 100 * e.false_alarm_rate);
@@ -218,9 +218,9 @@ std::vector<std::pair<std::string, std::string>> estimate_rows(const lump::Estim
     rows.emplace_back("centre y", interval_text(e.y_mm, "mm"));
     std::string shapes;
     for (size_t i = 0; i < e.shape_probability.size(); ++i)
-      shapes += (i ? ", " : "") + std::string(shape_words(static_cast<fem::InclusionShape>(i))) +
+      shapes += (i ? ", " : "") + std::string(shape_text(static_cast<fem::InclusionShape>(i))) +
                 text(" %.0f %%", 100 * e.shape_probability[i]);
-    rows.emplace_back("shape", std::string(shape_words(e.shape)) + " (" + shapes + ")");
+    rows.emplace_back("shape", std::string(shape_text(e.shape)) + " (" + shapes + ")");
   }
   for (const std::string& reason : e.reasons) rows.emplace_back("reason", reason);
   if (!e.method.empty())

@@ -25,7 +25,7 @@ std::string age(const PressAnswer& last, double time_s) {
 void estimate_lines(const lump::Estimate& e, std::vector<PressRow>& rows) {
   const bool found = e.verdict == lump::Status::Found, open = e.verdict == lump::Status::StiffnessOpen;
   rows.push_back({found || e.verdict == lump::Status::NoLump ? Tone::Good : Tone::Doubtful, "",
-                  lump::status_words(e.verdict)});
+                  lump::status_text(e.verdict)});
   if (found || open) {
     rows.push_back({Tone::Faint, "", "90 % intervals in brackets"});
     rows.push_back({Tone::Plain, "size", with_interval(e.size_mm, " mm")});
@@ -35,7 +35,7 @@ void estimate_lines(const lump::Estimate& e, std::vector<PressRow>& rows) {
                           : text("open: %.3g to %.3g x", e.stiffness_ratio.low, e.stiffness_ratio.high)});
     const auto shape = static_cast<size_t>(e.shape);
     rows.push_back({Tone::Plain, "shape",
-                    std::string(shape_words(e.shape)) + text(", %.0f %%", 100 * e.shape_probability[shape])});
+                    std::string(shape_text(e.shape)) + text(", %.0f %%", 100 * e.shape_probability[shape])});
     rows.push_back({Tone::Plain, "centre x", with_interval(e.x_mm, " mm")});
     rows.push_back({Tone::Plain, "centre y", with_interval(e.y_mm, " mm")});
   }

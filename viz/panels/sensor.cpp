@@ -12,7 +12,7 @@
 namespace palpate::viz {
 namespace {
 
-std::string origin_words(const Origin& origin) {
+std::string origin_text(const Origin& origin) {
   std::string words;
   const auto add = [&](const std::string& part) {
     if (!part.empty()) words += (words.empty() ? "" : "; ") + part;
@@ -39,7 +39,7 @@ CalibrationLine force_line(const Sensor& s) {
   if (f.r_squared > 0) what += text(", R\xc2\xb2 %.4f", f.r_squared);
   if (f.loading && f.unloading) what += text(", hysteresis %.2g %% of full scale", 100 * f.hysteresis);
   if (f.drift_N_per_min != 0) what += text(", drift %.2g N/min", f.drift_N_per_min);
-  return {"force", true, what, origin_words(f.origin)};
+  return {"force", true, what, origin_text(f.origin)};
 }
 
 CalibrationLine shear_line(const Sensor& s) {
@@ -49,7 +49,7 @@ CalibrationLine shear_line(const Sensor& s) {
                           s.shear->ky_N_per_mm, 100 * s.shear->relative_sd, s.shear->friction);
   if (s.shear->friction_sd > 0) what += text(" \xc2\xb1 %.2g", s.shear->friction_sd);
   if (s.shear->shift_max_mm > 0) what += text(", to %.3g mm", s.shear->shift_max_mm);
-  return {"shear", true, what + text(", by %s", to_string(s.shear->signal)), origin_words(s.shear->origin)};
+  return {"shear", true, what + text(", by %s", to_string(s.shear->signal)), origin_text(s.shear->origin)};
 }
 
 CalibrationLine surface_line(const Sensor& s) {
@@ -64,7 +64,7 @@ CalibrationLine surface_line(const Sensor& s) {
       return {"surface", true,
               text("photometric%s: normal to %.3g (held out)", s.photometric.table ? ", with table" : "",
                    s.photometric.normal_sd),
-              origin_words(s.photometric.origin)};
+              origin_text(s.photometric.origin)};
     case Reconstruction::Elastic: {
       std::string what =
           text("elastic: %.4g gray/MPa, E %.3g MPa", s.elastic.gray_per_MPa, s.elastic.young_MPa);
@@ -77,7 +77,7 @@ CalibrationLine surface_line(const Sensor& s) {
               s.lookup.points.empty() ? std::string("lookup without points")
                                       : text("lookup: to %.3g mm \xc2\xb1 %.2g mm", s.lookup.points.back()[1],
                                              s.lookup.depth_sd_mm),
-              origin_words(s.lookup.origin)};
+              origin_text(s.lookup.origin)};
     default:
       return {"surface", false, "none: contact and force only", {}};
   }
@@ -94,11 +94,11 @@ std::vector<CalibrationLine> calibrations(const Sensor& s) {
     lines.push_back({"skin", false, "no pattern: slip is told by the friction limit alone", {}});
   if (s.lens)
     lines.push_back({"lens", true, text("distortion undone, to %.2g px", s.lens->residual_px),
-                     origin_words(s.lens->origin)});
+                     origin_text(s.lens->origin)});
   else
     lines.push_back({"lens", false, "taken as free of distortion; palpate calibrate scale finds it", {}});
   if (s.flat)
-    lines.push_back({"flat field", true, "uneven light undone", origin_words(s.flat->origin)});
+    lines.push_back({"flat field", true, "uneven light undone", origin_text(s.flat->origin)});
   else
     lines.push_back({"flat field", false, "uneven light is not undone; palpate calibrate flat", {}});
   if (s.background.kind == BackgroundKind::None)

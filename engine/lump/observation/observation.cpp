@@ -24,7 +24,7 @@ const char* to_string(Status verdict) {
   return "";
 }
 
-const char* status_words(Status verdict) {
+const char* status_text(Status verdict) {
   switch (verdict) {
     case Status::Found:
       return "a lump";

@@ -61,7 +61,7 @@ std::string script_of(const lump::Observation& observation, const lump::Estimate
   }
   std::string script = plot_block("map", pixels) + plot_block("outline", outline);
   char title[200];
-  std::snprintf(title, sizeof title, "%s", lump::status_words(e.verdict));
+  std::snprintf(title, sizeof title, "%s", lump::status_text(e.verdict));
   if (seen)
     std::snprintf(title, sizeof title, "%s: %.3g mm wide, %.3g mm deep, ratio %.3g to %.3g",
                   to_string(e.shape), e.size_mm.value, e.depth_mm.value, e.stiffness_ratio.low,

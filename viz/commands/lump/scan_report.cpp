@@ -75,7 +75,7 @@ Rows press_rows(const ScanAnswer& a) {
   for (const ScannedPress& p : a.presses) {
     const lump::Estimate& e = p.estimate;
     std::string words =
-        line("the bump at %.3g, %.3g mm: %s", p.bump_mm[0], p.bump_mm[1], lump::status_words(e.verdict));
+        line("the bump at %.3g, %.3g mm: %s", p.bump_mm[0], p.bump_mm[1], lump::status_text(e.verdict));
     if (reports_numbers(e.verdict))
       words += "; size " + interval_text(e.size_mm, "mm") + ", depth " + interval_text(e.depth_mm, "mm") +
                line(", stiffness ratio %.3g to %.3g", e.stiffness_ratio.low, e.stiffness_ratio.high);
@@ -101,7 +101,7 @@ Json to_json(const lump::Outline& o) {
 }
 
 Json to_json(const lump::Estimate& e) {
-  Json v = {{"verdict", lump::status_words(e.verdict)},
+  Json v = {{"verdict", lump::status_text(e.verdict)},
             {"method", e.method},
             {"evidence", or_null(e.detection_statistic)},
             {"false_alarm_rate", e.false_alarm_rate},
