@@ -57,8 +57,8 @@ TEST(PressReading, LoadsTakeFramesWhileTheForceRises) {
 }
 
 /// A small block that is solved in a second, and what its sensor says of each frame.
-struct Bench {
-  explicit Bench(const std::string& keys = "")
+struct PressRun {
+  explicit PressRun(const std::string& keys = "")
       : options(parse_tissue("synthetic:tissue?size=96x72&cells=16&rate=15&force=1.6&" + keys)),
         source(options),
         sensor(tissue_sensor(options)) {
@@ -90,19 +90,18 @@ struct Bench {
 };
 
 TEST(PressReading, NodesAreMeansOfPressure) {
-  Bench bench("noise=off&lx=3");
-  const Frame background = *bench.source.own_background();
-  const PressureNodes nodes(bench.sensor, background, 1.25);
+  PressRun run("noise=off&lx=3");
+  const Frame background = *run.source.own_background();
+  const PressureNodes nodes(run.sensor, background, 1.25);
   Frame frame;
   const uint64_t at = 60;  // the last hold
-  ASSERT_TRUE(bench.source.seek(at));
-  ASSERT_TRUE(bench.source.next(frame));
+  ASSERT_TRUE(run.source.seek(at));
+  ASSERT_TRUE(run.source.next(frame));
   NodeSums sums = nodes.read(frame);
-  EXPECT_NEAR(nodes.window_force_N(sums), bench.source.truth(at)->force_N,
-              0.02 * bench.source.truth(at)->force_N);
+  EXPECT_NEAR(nodes.window_force_N(sums), run.source.truth(at)->force_N,
+              0.02 * run.source.truth(at)->force_N);
   sums.add(nodes.read(frame));
-  EXPECT_NEAR(nodes.window_force_N(sums), bench.source.truth(at)->force_N,
-              0.02 * bench.source.truth(at)->force_N)
+  EXPECT_NEAR(nodes.window_force_N(sums), run.source.truth(at)->force_N, 0.02 * run.source.truth(at)->force_N)
       << "of two frames the mean";
   double noise_Pa = 0, limited = 1;
   const fem::Map map = nodes.map(sums, noise_Pa, limited);
@@ -116,7 +115,7 @@ TEST(PressReading, NodesAreMeansOfPressure) {
     for (uint32_t i = 1; i + 1 < map.width; ++i) {
       if (!std::isfinite(map.at(i, j))) continue;  // few pixels: not all of them see 0.9 of their square
       ++seen;
-      const double truth = bench.source.pressure_Pa(at, (i - 11.0) * 1.25, (j - 8.0) * 1.25);
+      const double truth = run.source.pressure_Pa(at, (i - 11.0) * 1.25, (j - 8.0) * 1.25);
       largest = std::max(largest, truth);
       EXPECT_NEAR(static_cast<double>(map.at(i, j)), truth, 0.04 * truth + 0.5 * nodes.Pa_per_gray())
           << i << " " << j;
@@ -124,7 +123,7 @@ TEST(PressReading, NodesAreMeansOfPressure) {
   EXPECT_GT(seen, 60);
   EXPECT_GT(largest, 1000);
   // At the camera's limit values are not seen, and counted.
-  Sensor dim = bench.sensor;
+  Sensor dim = run.sensor;
   dim.saturation_gray = 40;
   const PressureNodes limit(dim, background, 1.25);
   limit.map(limit.read(frame), noise_Pa, limited);
@@ -132,8 +131,8 @@ TEST(PressReading, NodesAreMeansOfPressure) {
 }
 
 TEST(PressMonitor, APressTellsWhatLiesBehindIt) {
-  Bench bench;
-  const std::vector<PressAnswer> answers = bench.all();
+  PressRun run;
+  const std::vector<PressAnswer> answers = run.all();
   ASSERT_EQ(answers.size(), 1u);
   const PressAnswer& a = answers[0];
   EXPECT_EQ(a.press, 1u);
@@ -152,7 +151,7 @@ TEST(PressMonitor, APressTellsWhatLiesBehindIt) {
 
 // Light that is 1.5 % weaker in the corners makes a bump in a single window: nothing that is told as a lump.
 TEST(PressMonitor, TissueAloneIsNoLump) {
-  const std::vector<PressAnswer> answers = Bench("lump=none").all();
+  const std::vector<PressAnswer> answers = PressRun("lump=none").all();
   ASSERT_EQ(answers.size(), 1u);
   ASSERT_TRUE(answers[0].estimate);
   EXPECT_NE(answers[0].estimate->verdict, lump::Status::Found) << describe(answers[0]);
@@ -160,18 +159,18 @@ TEST(PressMonitor, TissueAloneIsNoLump) {
 }
 
 TEST(PressMonitor, EvenLightOfTissueAloneTellsSo) {
-  const std::vector<PressAnswer> answers = Bench("lump=none&falloff=0").all();
+  const std::vector<PressAnswer> answers = PressRun("lump=none&falloff=0").all();
   ASSERT_EQ(answers.size(), 1u);
   ASSERT_TRUE(answers[0].estimate);
   EXPECT_EQ(answers[0].estimate->verdict, lump::Status::NoLump) << describe(answers[0]);
 }
 
 TEST(PressMonitor, StatusFollowsThePress) {
-  Bench bench;
-  PressMonitor watch(bench.sensor, *bench.source.own_background(), bench.setup);
+  PressRun run;
+  PressMonitor watch(run.sensor, *run.source.own_background(), run.setup);
   EXPECT_EQ(watch.status().block.young_Pa, 4000);
   EXPECT_FALSE(watch.status().last);
-  bench.play(watch, 0, 40);
+  run.play(watch, 0, 40);
   const PressStatus status = watch.status();
   EXPECT_TRUE(status.pressing);
   EXPECT_GT(status.force_N, 0.7);
@@ -182,7 +181,7 @@ TEST(PressMonitor, StatusFollowsThePress) {
   for (const PressRow& row : press_rows(status, 0))
     said |= row.name == "pressing" && row.value.find("of 4") != std::string::npos;
   EXPECT_TRUE(said);
-  bench.play(watch, 40, *bench.source.frame_count());
+  run.play(watch, 40, *run.source.frame_count());
   const std::vector<PressAnswer> answers = watch.finish();
   ASSERT_EQ(answers.size(), 1u);
   EXPECT_FALSE(watch.status().pressing);
@@ -191,31 +190,31 @@ TEST(PressMonitor, StatusFollowsThePress) {
 }
 
 TEST(PressMonitor, AnotherBlockIsTakenBetweenPresses) {
-  Bench bench;
-  PressMonitor watch(bench.sensor, *bench.source.own_background(), bench.setup);
-  BlockSetting block = bench.setup.block;
+  PressRun run;
+  PressMonitor watch(run.sensor, *run.source.own_background(), run.setup);
+  BlockSetting block = run.setup.block;
   block.young_Pa = 0;
   EXPECT_THROW(watch.set_block(block), Error);
   block.young_Pa = 5000;
   block.block_mm[2] = NAN;
   EXPECT_THROW(watch.set_block(block), Error);
   block.block_mm[2] = 18;
-  bench.play(watch, 0, 40);
+  run.play(watch, 0, 40);
   watch.set_block(block);
-  bench.play(watch, 40, 45);
+  run.play(watch, 40, 45);
   EXPECT_EQ(watch.status().block.young_Pa, 4000) << "not while it presses";
-  bench.play(watch, 45, *bench.source.frame_count());
-  bench.play(watch, 0, 1);
+  run.play(watch, 45, *run.source.frame_count());
+  run.play(watch, 0, 1);
   EXPECT_EQ(watch.status().block.young_Pa, 5000);
   EXPECT_EQ(watch.status().block.block_mm[2], 18);
   watch.finish();
   // A block that the window no longer sees all of needs a gauge.
-  bench.setup.force = {};
-  bench.setup.block.block_mm = {4, 4, 20};
-  PressMonitor own(bench.sensor, *bench.source.own_background(), bench.setup);
+  run.setup.force = {};
+  run.setup.block.block_mm = {4, 4, 20};
+  PressMonitor own(run.sensor, *run.source.own_background(), run.setup);
   EXPECT_EQ(own.status().trouble, "");
   own.set_block(block);
-  bench.play(own, 0, 1);
+  run.play(own, 0, 1);
   EXPECT_NE(own.status().trouble.find("--gauge"), std::string::npos);
 }
 
@@ -230,66 +229,65 @@ TEST(PressMonitor, WhatCannotBeToldSaysWhy) {
   const auto holds = [](const std::string& text, const char* part) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   };
-  Bench bench;
-  holds(trouble(bench.all(40)), "too few loads");
-  bench.gap_at = 50;
-  holds(trouble(bench.all()), "frames are missing");
-  bench.gap_at = UINT64_MAX;
-  bench.blind_from = 50;
-  holds(trouble(bench.all()), "lost contact");
-  bench.blind_from = UINT64_MAX;
-  const auto force = bench.setup.force;
-  bench.setup.force = [&](uint64_t sequence) { return sequence < 50 ? force(sequence) : std::nullopt; };
-  holds(trouble(bench.all()), "the gauge has no reading");
-  bench.setup.force = force;
+  PressRun run;
+  holds(trouble(run.all(40)), "too few loads");
+  run.gap_at = 50;
+  holds(trouble(run.all()), "frames are missing");
+  run.gap_at = UINT64_MAX;
+  run.blind_from = 50;
+  holds(trouble(run.all()), "lost contact");
+  run.blind_from = UINT64_MAX;
+  const auto force = run.setup.force;
+  run.setup.force = [&](uint64_t sequence) { return sequence < 50 ? force(sequence) : std::nullopt; };
+  holds(trouble(run.all()), "the gauge has no reading");
+  run.setup.force = force;
   // A touch of less than 0.1 N, seen by a sensor that is set up for 1.6 N, and off again.
-  bench.setup.block.young_Pa = 2000;  // softer: it is a press from 0.03 N on
-  PressMonitor light(bench.sensor, *bench.source.own_background(), bench.setup);
-  bench.play(light, 0, 12);
-  bench.play(light, *bench.source.frame_count() - 5, *bench.source.frame_count());
+  run.setup.block.young_Pa = 2000;  // softer: it is a press from 0.03 N on
+  PressMonitor light(run.sensor, *run.source.own_background(), run.setup);
+  run.play(light, 0, 12);
+  run.play(light, *run.source.frame_count() - 5, *run.source.frame_count());
   holds(trouble(light.finish()), "too light");
 }
 
 TEST(PressMonitor, SaturationIsToldWithItsShare) {
-  Bench bench;
-  bench.sensor.saturation_gray = 110;
-  const std::vector<PressAnswer> answers = bench.all();
+  PressRun run;
+  run.sensor.saturation_gray = 110;
+  const std::vector<PressAnswer> answers = run.all();
   ASSERT_EQ(answers.size(), 1u);
   EXPECT_GT(answers[0].saturated_share, 0.01);
   EXPECT_NE(describe(answers[0]).find("% of the window saturated"), std::string::npos);
 }
 
 TEST(PressMonitor, StatesOfASensorWithWhichNothingCanBeTold) {
-  Bench bench;
-  const Frame background = *bench.source.own_background();
-  Sensor plain = bench.sensor;
+  PressRun run;
+  const Frame background = *run.source.own_background();
+  Sensor plain = run.sensor;
   plain.reconstruction = Reconstruction::None;
-  PressMonitor uncalibrated(plain, background, bench.setup);
+  PressMonitor uncalibrated(plain, background, run.setup);
   EXPECT_NE(uncalibrated.status().trouble.find("pascals"), std::string::npos);
-  bench.play(uncalibrated, 0, 100);
+  run.play(uncalibrated, 0, 100);
   EXPECT_TRUE(uncalibrated.finish().empty());
   // The window sees a part of the block: its own sum is not the force on it.
-  PressSetup setup = bench.setup;
+  PressSetup setup = run.setup;
   setup.force = nullptr;
-  PressMonitor part(bench.sensor, background, setup);
+  PressMonitor part(run.sensor, background, setup);
   EXPECT_NE(part.status().trouble.find("--gauge"), std::string::npos);
   EXPECT_NE(part.status().trouble.find("27.8 x 20.9 mm"), std::string::npos) << part.status().trouble;
-  bench.play(part, 0, 100);
+  run.play(part, 0, 100);
   EXPECT_TRUE(part.finish().empty());
 }
 
 // A window that sees the whole block is its own gauge.
 TEST(PressMonitor, AWindowOverTheWholeBlockNeedsNoGauge) {
-  Bench bench;
-  bench.sensor.pitch_mm_per_px *=
-      2;  // 55 mm wide: nothing of the picture is a block's, but all of it is seen
-  PressSetup setup = bench.setup;
+  PressRun run;
+  run.sensor.pitch_mm_per_px *= 2;  // 55 mm wide: nothing of the picture is a block's, but all of it is seen
+  PressSetup setup = run.setup;
   setup.force = nullptr;
-  PressMonitor watch(bench.sensor, *bench.source.own_background(), setup);
+  PressMonitor watch(run.sensor, *run.source.own_background(), setup);
   EXPECT_EQ(watch.status().trouble, "");
-  bench.play(watch, 0, 60);
+  run.play(watch, 0, 60);
   // Twice the pitch, four times the force that the window saw.
-  EXPECT_NEAR(watch.status().force_N, 4 * bench.source.truth(59)->force_N, 0.02 * watch.status().force_N);
+  EXPECT_NEAR(watch.status().force_N, 4 * run.source.truth(59)->force_N, 0.02 * watch.status().force_N);
 }
 
 }  // namespace

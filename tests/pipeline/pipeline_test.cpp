@@ -60,24 +60,24 @@ class PipelineTest : public GpuTest {};
 // the force is within 0.5 mN.
 TEST_F(PipelineTest, ForceAndPlaceHitTheTruth) {
   for (const char* text : {"press?size=640x480&bits=8", "press?size=1392x1042&bits=12"}) {
-    SyntheticRun bench(text);
-    const uint64_t step = bench.options.width > 1000 ? 6 : 3;
-    Pipeline reading = bench.pipeline(context(), force_only());
+    SyntheticRun scene(text);
+    const uint64_t step = scene.options.width > 1000 ? 6 : 3;
+    Pipeline reading = scene.pipeline(context(), force_only());
     std::vector<double> gray, force;
-    for (uint64_t k = 0; k < bench.count(); k += 2 * step) {
-      const Touch t = reading.process(bench.frame(k));
+    for (uint64_t k = 0; k < scene.count(); k += 2 * step) {
+      const Touch t = reading.process(scene.frame(k));
       if (!t.contact) continue;
       gray.push_back(t.gray_sum);
-      force.push_back(bench.truth(k).force_N);
+      force.push_back(scene.truth(k).force_N);
     }
     const ForceFit fit = fit_force(gray, force);
-    bench.sensor.force = fit.calibration;
-    Pipeline judged = bench.pipeline(context(), force_only());
+    scene.sensor.force = fit.calibration;
+    Pipeline judged = scene.pipeline(context(), force_only());
     double worst = 0, worst_light_N = 0, worst_px = 0, squares = 0;
     int frames = 0;
-    for (uint64_t k = step; k < bench.count(); k += 2 * step) {
-      const Truth truth = bench.truth(k);
-      const Touch t = judged.process(bench.frame(k));
+    for (uint64_t k = step; k < scene.count(); k += 2 * step) {
+      const Truth truth = scene.truth(k);
+      const Touch t = judged.process(scene.frame(k));
       ASSERT_EQ(t.contact, truth.force_N > 0.002) << text << " frame " << k << ", " << truth.force_N << " N";
       if (!t.contact) continue;
       const double error_N = t.force_N.value - truth.force_N;
@@ -93,7 +93,7 @@ TEST_F(PipelineTest, ForceAndPlaceHitTheTruth) {
       EXPECT_TRUE(t.force_N.validity == Validity::Valid || truth.force_N > 1.49)
           << to_string(t.force_N.validity);
       EXPECT_LT(std::abs(t.ellipse.major_mm - t.ellipse.minor_mm), 0.03 * t.ellipse.major_mm);
-      EXPECT_NEAR(t.ellipse.major_mm, 2 * truth.radius_px * bench.sensor.pitch_mm_per_px,
+      EXPECT_NEAR(t.ellipse.major_mm, 2 * truth.radius_px * scene.sensor.pitch_mm_per_px,
                   0.1 * t.ellipse.major_mm);
       EXPECT_EQ(t.saturated_px, 0u);
     }
@@ -112,13 +112,13 @@ TEST_F(PipelineTest, ForceAndPlaceHitTheTruth) {
 // The sensor file that fits by construction, at places all over the pad: the field is not quite even, and the
 // stated error says so.
 TEST_F(PipelineTest, ForceHoldsAllOverThePad) {
-  SyntheticRun bench("palpation");
-  Pipeline pipeline = bench.pipeline(context(), force_only());
+  SyntheticRun scene("palpation");
+  Pipeline pipeline = scene.pipeline(context(), force_only());
   double worst = 0;
   int frames = 0, inside = 0;
-  for (uint64_t k = 0; k < bench.count(); k += 7) {
-    const Truth truth = bench.truth(k);
-    const Touch t = pipeline.process(bench.frame(k));
+  for (uint64_t k = 0; k < scene.count(); k += 7) {
+    const Truth truth = scene.truth(k);
+    const Touch t = pipeline.process(scene.frame(k));
     if (truth.force_N < 0.15) continue;
     ++frames;
     worst = std::max(worst, std::abs(t.force_N.value / truth.force_N - 1));
@@ -133,23 +133,23 @@ TEST_F(PipelineTest, ForceHoldsAllOverThePad) {
 
 // Stick, slip 7 mm, hold, lift: every frame in order.
 TEST_F(PipelineTest, ShearFollowsTheTruthThroughStickAndSlip) {
-  SyntheticRun bench("slide");
-  Pipeline pipeline = bench.pipeline(context(), force_only());
+  SyntheticRun scene("slide");
+  Pipeline pipeline = scene.pipeline(context(), force_only());
   double worst_N = 0, squares = 0, largest_N = 0;
   int judged = 0, slip_frames = 0, wrong = 0, wrong_far = 0;
-  for (uint64_t k = 0; k < bench.count(); ++k) {
-    const Truth truth = bench.truth(k);
-    const Touch t = pipeline.process(bench.frame(k));
+  for (uint64_t k = 0; k < scene.count(); ++k) {
+    const Truth truth = scene.truth(k);
+    const Touch t = pipeline.process(scene.frame(k));
     if (!t.contact) {
       EXPECT_EQ(t.slip, Slip::NoContact);
       EXPECT_LT(truth.force_N, 0.003);
       continue;
     }
-    const double limit_N = bench.options.friction * truth.force_N;
+    const double limit_N = scene.options.friction * truth.force_N;
     const double error_N =
         std::hypot(t.shear_x_N.value - truth.shear_x_N, t.shear_y_N.value - truth.shear_y_N);
     EXPECT_LE(std::hypot(t.shear_x_N.value, t.shear_y_N.value),
-              bench.options.friction * t.force_N.value * (1 + 1e-9));
+              scene.options.friction * t.force_N.value * (1 + 1e-9));
     EXPECT_EQ(t.shear_x_N.validity, Validity::Valid);
     if (truth.force_N < 0.15) continue;  // a light touch: see ForceAndPlaceHitTheTruth
     ++judged;
@@ -178,16 +178,16 @@ TEST_F(PipelineTest, ShearFollowsTheTruthThroughStickAndSlip) {
 // ---- What it says when it cannot know
 
 TEST_F(PipelineTest, NothingTouchesNothingIsMeasured) {
-  SyntheticRun bench("still");
-  bench.sensor.force = SyntheticRun("press").sensor.force;
+  SyntheticRun scene("still");
+  scene.sensor.force = SyntheticRun("press").sensor.force;
   for (const bool calibrated : {true, false}) {
     if (!calibrated) {
-      bench.sensor.force.reset();
-      bench.sensor.shear.reset();
+      scene.sensor.force.reset();
+      scene.sensor.shear.reset();
     }
-    Pipeline pipeline = bench.pipeline(context(), force_only());
+    Pipeline pipeline = scene.pipeline(context(), force_only());
     for (uint64_t k = 0; k < 40; ++k) {
-      const Touch t = pipeline.process(bench.frame(k));
+      const Touch t = pipeline.process(scene.frame(k));
       EXPECT_FALSE(t.contact) << "noise of frame " << k << " taken for a contact";
       EXPECT_EQ(t.force_N.validity, calibrated ? Validity::NoContact : Validity::NotCalibrated);
       EXPECT_EQ(t.force_N.value, 0);
@@ -201,15 +201,15 @@ TEST_F(PipelineTest, NothingTouchesNothingIsMeasured) {
 }
 
 TEST_F(PipelineTest, ForceOutsideTheCalibrationIsMarked) {
-  SyntheticRun bench("press");
-  const double gray_per_N = 1 / bench.sensor.force->c1_N_per_gray;
-  bench.sensor.force->gray_min = 0.4 * gray_per_N;
-  bench.sensor.force->gray_max = 1.2 * gray_per_N;
-  Pipeline pipeline = bench.pipeline(context(), force_only());
+  SyntheticRun scene("press");
+  const double gray_per_N = 1 / scene.sensor.force->c1_N_per_gray;
+  scene.sensor.force->gray_min = 0.4 * gray_per_N;
+  scene.sensor.force->gray_max = 1.2 * gray_per_N;
+  Pipeline pipeline = scene.pipeline(context(), force_only());
   int seen[3] = {};
-  for (uint64_t k = 0; k < bench.count(); k += 5) {
-    const double force_N = bench.truth(k).force_N;
-    const Touch t = pipeline.process(bench.frame(k));
+  for (uint64_t k = 0; k < scene.count(); k += 5) {
+    const double force_N = scene.truth(k).force_N;
+    const Touch t = pipeline.process(scene.frame(k));
     if (force_N < 0.05 || std::abs(force_N - 0.4) < 0.02 || std::abs(force_N - 1.2) < 0.03) continue;
     const Validity wanted = force_N < 0.4   ? Validity::BelowRange
                             : force_N > 1.2 ? Validity::AboveRange
@@ -226,22 +226,22 @@ TEST_F(PipelineTest, ForceOutsideTheCalibrationIsMarked) {
 // Pressed so hard that the image clips: the force is marked, and is a lower bound.
 TEST_F(PipelineTest, ClippedImagesAreMarked) {
   for (const char* text : {"press?force=6", "press?force=6&bits=12"}) {
-    SyntheticRun bench(text);
-    Pipeline pipeline = bench.pipeline(context(), force_only());
+    SyntheticRun scene(text);
+    Pipeline pipeline = scene.pipeline(context(), force_only());
     int clipped = 0;
-    for (uint64_t k = 30; k < bench.count(); k += 10) {
-      const Frame& frame = bench.frame(k);
+    for (uint64_t k = 30; k < scene.count(); k += 10) {
+      const Frame& frame = scene.frame(k);
       uint64_t at_limit = 0;
       for (uint32_t y = 0; y < frame.format.height; ++y)
         for (uint32_t x = 0; x < frame.format.width; ++x)
-          at_limit += frame.at(0, x, y) >= bench.sensor.saturation_gray;
+          at_limit += frame.at(0, x, y) >= scene.sensor.saturation_gray;
       const Touch t = pipeline.process(frame);
       EXPECT_EQ(t.saturated_px, at_limit) << text << " frame " << k;
       if (!t.contact) continue;
       EXPECT_EQ(t.force_N.validity == Validity::Saturated, at_limit > 0) << text << " frame " << k;
       if (at_limit < 100) continue;
       ++clipped;
-      EXPECT_LT(t.force_N.value, bench.truth(k).force_N) << text << " frame " << k;
+      EXPECT_LT(t.force_N.value, scene.truth(k).force_N) << text << " frame " << k;
     }
     EXPECT_GT(clipped, 5) << text;
   }
@@ -367,9 +367,9 @@ struct Solved {
   std::vector<float> depth_mm;
 };
 
-Solved solve(gpu::Context& context, SyntheticRun& bench, uint64_t k, SurfaceSolver solver) {
-  Pipeline pipeline = bench.pipeline(context, {Output::Force | Output::Surface, solver, 1});
-  if (!pipeline.submit(bench.frame(k))) throw std::runtime_error("no free slot");
+Solved solve(gpu::Context& context, SyntheticRun& scene, uint64_t k, SurfaceSolver solver) {
+  Pipeline pipeline = scene.pipeline(context, {Output::Force | Output::Surface, solver, 1});
+  if (!pipeline.submit(scene.frame(k))) throw std::runtime_error("no free slot");
   const std::optional<Result> result = pipeline.wait();
   return {result->touch, pipeline.read_depth_mm(*result)};
 }
@@ -393,14 +393,14 @@ void expect_solvers_agree(const std::array<Solved, 3>& solved, double live_mm, d
 // from the frame's border.
 TEST_F(PipelineTest, PhotometricDepthIsTheTruth) {
   for (const char* text : {"press?mode=gel&force=0.5", "press?mode=gel&size=320x240&force=1"}) {
-    SyntheticRun bench(text);
+    SyntheticRun scene(text);
     constexpr uint64_t kDeepest = 130;
-    const Truth truth = bench.truth(kDeepest);
+    const Truth truth = scene.truth(kDeepest);
     std::array<Solved, 3> solved;
     const std::array solvers{SurfaceSolver::Live, SurfaceSolver::Converged, SurfaceSolver::Exact};
     for (size_t i = 0; i < 3; ++i) {
-      solved[i] = solve(context(), bench, kDeepest, solvers[i]);
-      const Misfit m = compare(solved[i].depth_mm, solved[i].touch, truth.depth_mm, bench.options.width,
+      solved[i] = solve(context(), scene, kDeepest, solvers[i]);
+      const Misfit m = compare(solved[i].depth_mm, solved[i].touch, truth.depth_mm, scene.options.width,
                                [](double, double) { return true; });
       std::printf("%s solver %zu: depth %.3f mm, RMS error %.1f um, depth_max error %.1f um\n", text, i,
                   truth.indentation_mm, 1000 * m.rms_mm, 1000 * m.depth_max_mm);
@@ -423,10 +423,10 @@ TEST_F(PipelineTest, ShadingDepthIsTheCapOfTheTruth) {
   for (const char* text :
        {"press?mode=lambert&noise=off", "press?mode=lambert&size=1392x1042&bits=12&noise=off",
         "press?mode=lambert", "press?mode=lambert&size=1392x1042&bits=12"}) {
-    SyntheticRun bench(text);
+    SyntheticRun scene(text);
     constexpr uint64_t kDeepest = 130;
-    Truth truth = bench.truth(kDeepest);
-    const double radius_px = truth.radius_px, pitch_mm = bench.sensor.pitch_mm_per_px;
+    Truth truth = scene.truth(kDeepest);
+    const double radius_px = truth.radius_px, pitch_mm = scene.sensor.pitch_mm_per_px;
     const double ball_mm = 8, sagitta_mm = std::pow(radius_px * pitch_mm, 2) / (2 * ball_mm);
     // Depth below the contact's rim, where the map's rest level lies.
     for (float& depth : truth.depth_mm) depth -= static_cast<float>(truth.indentation_mm - sagitta_mm);
@@ -436,13 +436,13 @@ TEST_F(PipelineTest, ShadingDepthIsTheCapOfTheTruth) {
     std::array<Solved, 3> solved;
     const std::array solvers{SurfaceSolver::Live, SurfaceSolver::Converged, SurfaceSolver::Exact};
     for (size_t i = 0; i < 3; ++i) {
-      solved[i] = solve(context(), bench, kDeepest, solvers[i]);
+      solved[i] = solve(context(), scene, kDeepest, solvers[i]);
       const Misfit m =
-          compare(solved[i].depth_mm, solved[i].touch, truth.depth_mm, bench.options.width, inside);
+          compare(solved[i].depth_mm, solved[i].touch, truth.depth_mm, scene.options.width, inside);
       std::printf(
           "%s solver %zu: cap %.3f mm, RMS error %.1f um, depth_max error %.1f um, correlation %.4f\n", text,
           i, sagitta_mm, 1000 * m.rms_mm, 1000 * m.depth_max_mm, m.correlation);
-      const double cliff_mm = 3 * bench.sensor.max_slope * pitch_mm;
+      const double cliff_mm = 3 * scene.sensor.max_slope * pitch_mm;
       EXPECT_LT(m.rms_mm, cliff_mm) << text;
       EXPECT_LT(std::abs(m.depth_max_mm), cliff_mm) << text;
       EXPECT_GT(m.correlation, 0.995) << text;
@@ -454,9 +454,9 @@ TEST_F(PipelineTest, ShadingDepthIsTheCapOfTheTruth) {
 // ---- Outputs
 
 TEST_F(PipelineTest, WhatIsNotAskedForIsNotBuilt) {
-  SyntheticRun bench("press?mode=gel");
-  Pipeline both = bench.pipeline(context(), {Output::Force | Output::Surface, SurfaceSolver::Live, 3});
-  Pipeline force = bench.pipeline(context(), force_only(3));
+  SyntheticRun scene("press?mode=gel");
+  Pipeline both = scene.pipeline(context(), {Output::Force | Output::Surface, SurfaceSolver::Live, 3});
+  Pipeline force = scene.pipeline(context(), force_only(3));
   std::printf("memory with surface %.1f MiB, without %.1f MiB\n",
               static_cast<double>(both.memory_bytes()) / 1048576,
               static_cast<double>(force.memory_bytes()) / 1048576);
@@ -464,8 +464,8 @@ TEST_F(PipelineTest, WhatIsNotAskedForIsNotBuilt) {
   EXPECT_LT(force.memory_bytes() + 3 * 640 * 480 * sizeof(float), both.memory_bytes());
   EXPECT_LT(2 * force.memory_bytes(), both.memory_bytes());
   for (const uint64_t k : {uint64_t{0}, uint64_t{50}, uint64_t{130}}) {
-    ASSERT_TRUE(both.submit(bench.frame(k)));
-    ASSERT_TRUE(force.submit(bench.frame(k)));
+    ASSERT_TRUE(both.submit(scene.frame(k)));
+    ASSERT_TRUE(force.submit(scene.frame(k)));
     const Result with = *both.wait(), without = *force.wait();
     EXPECT_TRUE(with.touch.surface.has_value());
     EXPECT_NE(with.surface.buffer, nullptr);
@@ -484,46 +484,46 @@ TEST_F(PipelineTest, WhatIsNotAskedForIsNotBuilt) {
 // ---- Slots
 
 TEST_F(PipelineTest, FullSlotsRefuseAndResultsComeInOrder) {
-  SyntheticRun bench("press?size=320x240");
-  Pipeline pipeline = bench.pipeline(context(), force_only(3));
+  SyntheticRun scene("press?size=320x240");
+  Pipeline pipeline = scene.pipeline(context(), force_only(3));
   EXPECT_FALSE(pipeline.poll());
   EXPECT_FALSE(pipeline.wait());
-  for (const uint64_t k : {100u, 101u, 105u}) EXPECT_TRUE(pipeline.submit(bench.frame(k)));
-  EXPECT_FALSE(pipeline.submit(bench.frame(106))) << "all in flight";
+  for (const uint64_t k : {100u, 101u, 105u}) EXPECT_TRUE(pipeline.submit(scene.frame(k)));
+  EXPECT_FALSE(pipeline.submit(scene.frame(106))) << "all in flight";
   std::vector<Result> held;
   for (const uint64_t k : {100u, 101u, 105u}) {
     held.push_back(*pipeline.wait());
     EXPECT_EQ(held.back().touch.sequence, k);
-    EXPECT_EQ(held.back().touch.time_ns, bench.frame(k).time_ns);
+    EXPECT_EQ(held.back().touch.time_ns, scene.frame(k).time_ns);
     EXPECT_GT(held.back().turnaround_ms, 0);
   }
   EXPECT_FALSE(pipeline.wait());
-  EXPECT_FALSE(pipeline.submit(bench.frame(106))) << "all held";
+  EXPECT_FALSE(pipeline.submit(scene.frame(106))) << "all held";
   const uint32_t freed = held[1].slot;
   held.erase(held.begin() + 1);
-  EXPECT_TRUE(pipeline.submit(bench.frame(106)));
-  EXPECT_FALSE(pipeline.submit(bench.frame(107)));
+  EXPECT_TRUE(pipeline.submit(scene.frame(106)));
+  EXPECT_FALSE(pipeline.submit(scene.frame(107)));
   const Result next = *pipeline.wait();
   EXPECT_EQ(next.slot, freed);
   EXPECT_EQ(next.touch.sequence, 106u);
 }
 
 TEST_F(PipelineTest, AResultGivesItsSlotBackWhereverItEnds) {
-  SyntheticRun bench("press?size=320x240");
+  SyntheticRun scene("press?size=320x240");
   std::optional<Result> last;
   {
-    Pipeline pipeline = bench.pipeline(context(), force_only(1));
-    ASSERT_TRUE(pipeline.submit(bench.frame(100)));
+    Pipeline pipeline = scene.pipeline(context(), force_only(1));
+    ASSERT_TRUE(pipeline.submit(scene.frame(100)));
     Result result = *pipeline.wait();
-    EXPECT_FALSE(pipeline.submit(bench.frame(101))) << "held";
+    EXPECT_FALSE(pipeline.submit(scene.frame(101))) << "held";
     Result moved = std::move(result);
     result = {};
-    EXPECT_FALSE(pipeline.submit(bench.frame(101))) << "held by the one that it went to";
+    EXPECT_FALSE(pipeline.submit(scene.frame(101))) << "held by the one that it went to";
     std::thread([ends = std::move(moved)] {}).join();
-    EXPECT_TRUE(pipeline.submit(bench.frame(101)));
+    EXPECT_TRUE(pipeline.submit(scene.frame(101)));
     last = pipeline.wait();
     last = std::nullopt;
-    EXPECT_TRUE(pipeline.submit(bench.frame(102)));
+    EXPECT_TRUE(pipeline.submit(scene.frame(102)));
     last = pipeline.wait();
   }
   EXPECT_EQ(last->touch.sequence, 102u) << "it may outlive the pipeline, with its numbers";
@@ -532,14 +532,14 @@ TEST_F(PipelineTest, AResultGivesItsSlotBackWhereverItEnds) {
 // One held result among many frames: its map must not change, its buffer must not be given to another.
 TEST_F(PipelineTest, HeldMapStaysIntact) {
   for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Exact}) {
-    SyntheticRun bench("press?mode=gel&size=320x240&force=0.5");
-    Pipeline pipeline = bench.pipeline(context(), {Output::Force | Output::Surface, solver, 3});
-    ASSERT_TRUE(pipeline.submit(bench.frame(130)));
+    SyntheticRun scene("press?mode=gel&size=320x240&force=0.5");
+    Pipeline pipeline = scene.pipeline(context(), {Output::Force | Output::Surface, solver, 3});
+    ASSERT_TRUE(pipeline.submit(scene.frame(130)));
     const Result held = *pipeline.wait();
     const std::vector<float> before = pipeline.read_depth_mm(held);
     uint64_t next = 30;
     for (int i = 0; i < 12; ++i) {
-      while (pipeline.submit(bench.frame(next))) ++next;
+      while (pipeline.submit(scene.frame(next))) ++next;
       const Result passing = *pipeline.wait();
       EXPECT_NE(passing.slot, held.slot);
       EXPECT_NE(passing.surface.buffer, held.surface.buffer);
@@ -549,10 +549,10 @@ TEST_F(PipelineTest, HeldMapStaysIntact) {
 }
 
 TEST_F(PipelineTest, PollNeverWaits) {
-  SyntheticRun bench("press?size=1392x1042");
-  Pipeline pipeline = bench.pipeline(context(), force_only(3));
+  SyntheticRun scene("press?size=1392x1042");
+  Pipeline pipeline = scene.pipeline(context(), force_only(3));
   std::vector<Frame> frames;
-  for (uint64_t k = 0; k < 6; ++k) frames.push_back(bench.frame(100 + k));
+  for (uint64_t k = 0; k < 6; ++k) frames.push_back(scene.frame(100 + k));
   uint64_t wanted = 100;
   int empty = 0;
   for (const Frame& frame : frames) {
@@ -568,11 +568,11 @@ TEST_F(PipelineTest, PollNeverWaits) {
 }
 
 TEST_F(PipelineTest, NumbersDoNotDependOnSlotsOrRuns) {
-  SyntheticRun bench("slide?size=320x240");
+  SyntheticRun scene("slide?size=320x240");
   std::vector<Frame> frames;
-  for (uint64_t k = 0; k < bench.count(); k += 4) frames.push_back(bench.frame(k));
+  for (uint64_t k = 0; k < scene.count(); k += 4) frames.push_back(scene.frame(k));
   const auto run = [&](uint32_t slots) {
-    Pipeline pipeline = bench.pipeline(context(), force_only(slots));
+    Pipeline pipeline = scene.pipeline(context(), force_only(slots));
     std::vector<Touch> touches;
     const auto collect = [&] {
       const Result result = *pipeline.wait();
@@ -594,11 +594,11 @@ TEST_F(PipelineTest, NumbersDoNotDependOnSlotsOrRuns) {
 }
 
 TEST_F(PipelineTest, SurfaceIsTheSameInEveryRun) {
-  SyntheticRun bench("press?mode=gel&size=333x251&force=0.5");
+  SyntheticRun scene("press?mode=gel&size=333x251&force=0.5");
   const auto run = [&](uint32_t slots) {
     Pipeline pipeline =
-        bench.pipeline(context(), {Output::Force | Output::Surface, SurfaceSolver::Live, slots});
-    for (uint32_t i = 0; i < slots; ++i) EXPECT_TRUE(pipeline.submit(bench.frame(120 + 3 * (slots - 1 - i))));
+        scene.pipeline(context(), {Output::Force | Output::Surface, SurfaceSolver::Live, slots});
+    for (uint32_t i = 0; i < slots; ++i) EXPECT_TRUE(pipeline.submit(scene.frame(120 + 3 * (slots - 1 - i))));
     std::optional<Result> last;
     for (uint32_t i = 0; i < slots; ++i) last = pipeline.wait();
     EXPECT_EQ(last->touch.sequence, 120u);
@@ -611,9 +611,9 @@ TEST_F(PipelineTest, SurfaceIsTheSameInEveryRun) {
 
 // A new background counts from the next frame on, also while frames are under way.
 TEST_F(PipelineTest, BackgroundCanBeTakenAnew) {
-  SyntheticRun bench("press?size=320x240");
-  Pipeline pipeline = bench.pipeline(context(), force_only(3));
-  const Frame pressed = bench.frame(130);
+  SyntheticRun scene("press?size=320x240");
+  Pipeline pipeline = scene.pipeline(context(), force_only(3));
+  const Frame pressed = scene.frame(130);
   const double gray_sum = pipeline.process(pressed).gray_sum;
   ASSERT_TRUE(pipeline.submit(pressed));
   pipeline.set_background(pressed);
@@ -639,9 +639,9 @@ void expect_refused(Failure failure, const std::vector<std::string>& words, cons
 }
 
 TEST_F(PipelineTest, FramesOfAnotherFormatAreRefused) {
-  SyntheticRun bench("press?size=320x240");
-  Pipeline pipeline(context(), bench.sensor, bench.source.format(), force_only());
-  expect_refused(Failure::Input, {"background"}, [&] { pipeline.submit(bench.frame(0)); });
+  SyntheticRun scene("press?size=320x240");
+  Pipeline pipeline(context(), scene.sensor, scene.source.format(), force_only());
+  expect_refused(Failure::Input, {"background"}, [&] { pipeline.submit(scene.frame(0)); });
   Frame other;
   for (const FrameFormat& wrong :
        {FrameFormat{321, 240, 1, 8}, FrameFormat{320, 240, 3, 8}, FrameFormat{320, 240, 1, 12}}) {
@@ -649,7 +649,7 @@ TEST_F(PipelineTest, FramesOfAnotherFormatAreRefused) {
     expect_refused(Failure::Input, {"background", std::to_string(wrong.width)},
                    [&] { pipeline.set_background(other); });
   }
-  pipeline.set_background(bench.background);
+  pipeline.set_background(scene.background);
   for (const FrameFormat& wrong :
        {FrameFormat{320, 241, 1, 8}, FrameFormat{320, 240, 3, 8}, FrameFormat{320, 240, 1, 12}}) {
     other.reshape(wrong);
@@ -657,7 +657,7 @@ TEST_F(PipelineTest, FramesOfAnotherFormatAreRefused) {
                    [&] { pipeline.submit(other); });
   }
   // A refused frame costs no slot.
-  EXPECT_TRUE(pipeline.process(bench.frame(130)).contact);
+  EXPECT_TRUE(pipeline.process(scene.frame(130)).contact);
 }
 
 TEST_F(PipelineTest, SensorsThatDoNotFitAreRefused) {

@@ -37,17 +37,17 @@ Report live(const Common& common, const Options& options) {
     throw Error(Failure::Usage, "--out DIR to record to", "--record alone", "--out out/live");
   // Before anything else is opened: without a display the rest is in vain.
   const std::vector<const char*> extensions = viz::window_extensions();
-  BenchRequest request{.input = options.camera.input(options.input),
-                       .sensor = options.sensor,
-                       .background = options.background,
-                       .solver = options.solver,
-                       .skip_untouched = options.skip_untouched,
-                       .out = common.out,
-                       .recordings = {},
-                       .record = options.record,
-                       .session = options.session,
-                       .block = options.block,
-                       .live = options.live};
+  LiveRunRequest request{.input = options.camera.input(options.input),
+                         .sensor = options.sensor,
+                         .background = options.background,
+                         .solver = options.solver,
+                         .skip_untouched = options.skip_untouched,
+                         .out = common.out,
+                         .recordings = {},
+                         .record = options.record,
+                         .session = options.session,
+                         .block = options.block,
+                         .live = options.live};
   OpenInput opened = open_input(common, request, interrupted);
   const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
   Remembered remembered;
@@ -55,7 +55,7 @@ Report live(const Common& common, const Options& options) {
   request.live.settings = &remembered.settings;
   request.live.title = "palpate: " + opened.measured.input;
   request.live.interrupted = interrupted;
-  const BenchReport bench = run_bench(*context, std::move(request), std::move(opened));
+  const LiveRunReport bench = run_live_benchmark(*context, std::move(request), std::move(opened));
   const MeasuredInput& input = bench.measured;
   const auto& [report, sessions] = std::tie(bench.live, bench.sessions);
   if (const std::string error = recording_error(sessions); !error.empty()) spdlog::error("{}", error);

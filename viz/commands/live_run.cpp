@@ -35,7 +35,7 @@ void Remembered::save() const {
   }
 }
 
-OpenInput open_input(const Common& common, const BenchRequest& request,
+OpenInput open_input(const Common& common, const LiveRunRequest& request,
                      const std::function<bool()>& cancelled) {
   OpenInput open;
   open.measured = find_input(common.seed, request.input, request.sensor, request.background);
@@ -51,12 +51,12 @@ std::filesystem::path session_folder(const std::filesystem::path& session) {
   return std::filesystem::is_directory(session) ? session : session.parent_path();
 }
 
-BenchReport run_bench(gpu::Context& context, BenchRequest request, OpenInput opened) {
+LiveRunReport run_live_benchmark(gpu::Context& context, LiveRunRequest request, OpenInput opened) {
   const MeasuredInput& input = opened.measured;
   std::unique_ptr<Source> first = std::move(opened.source);
   const PipelineOptions pipeline{
       .outputs = input.outputs, .solver = request.solver, .skip_untouched = request.skip_untouched};
-  BenchReport report{.measured = input, .format = first->format(), .live = {}, .sessions = {}};
+  LiveRunReport report{.measured = input, .format = first->format(), .live = {}, .sessions = {}};
   viz::LiveOptions& live = request.live;
   live.presses = opened.presses.get();
   std::optional<Measurements> measurements;

@@ -39,7 +39,7 @@ class Remembered {
 };
 
 /// What is to be measured and how.
-struct BenchRequest {
+struct LiveRunRequest {
   std::string input;                 ///< as open_source takes it
   std::filesystem::path sensor;      ///< empty: the input's own
   std::filesystem::path background;  ///< empty: the sensor file's, or the first frames
@@ -63,10 +63,10 @@ struct OpenInput {
 };
 
 /// May take seconds with a camera; any thread. `cancelled` ends the waiting for frames. Throws Error.
-OpenInput open_input(const Common& common, const BenchRequest& request,
+OpenInput open_input(const Common& common, const LiveRunRequest& request,
                      const std::function<bool()>& cancelled);
 
-struct BenchReport {
+struct LiveRunReport {
   MeasuredInput measured;
   FrameFormat format;
   viz::LiveReport live;
@@ -75,7 +75,7 @@ struct BenchReport {
 
 /// Main thread. request.live.replay: a session is shown with the keys of a player, its events are read, and
 /// what is marked is added to them. Throws Error.
-BenchReport run_bench(gpu::Context& context, BenchRequest request, OpenInput opened);
+LiveRunReport run_live_benchmark(gpu::Context& context, LiveRunRequest request, OpenInput opened);
 
 /// The folder of a session that is named by itself or by its frames.mkv.
 std::filesystem::path session_folder(const std::filesystem::path& session);

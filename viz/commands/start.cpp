@@ -29,7 +29,7 @@ fs::path folder_of(const viz::Settings& settings) {
 }
 
 /// Opens the choice while the window stays alive; none where the person gave up.
-std::optional<OpenInput> open_choice(const Common& common, const BenchRequest& request,
+std::optional<OpenInput> open_choice(const Common& common, const LiveRunRequest& request,
                                      viz::StartView& view) {
   std::atomic<bool> cancelled{false};
   std::future<OpenInput> opening = std::async(std::launch::async, [&] {
@@ -45,9 +45,9 @@ std::optional<OpenInput> open_choice(const Common& common, const BenchRequest& r
   return opened;
 }
 
-BenchRequest request_of(const viz::Choice& choice, const fs::path& folder, viz::Window& window,
-                        viz::Settings& settings) {
-  BenchRequest request;
+LiveRunRequest request_of(const viz::Choice& choice, const fs::path& folder, viz::Window& window,
+                          viz::Settings& settings) {
+  LiveRunRequest request;
   request.input = choice.input;
   request.sensor = choice.sensor;
   request.recordings = folder;
@@ -69,7 +69,7 @@ Report start(const Common& common) {
   const fs::path folder = folder_of(settings);
   std::string message = remembered.warning, text;
   while (!window.wants_close() && !interrupted()) {
-    BenchRequest request;
+    LiveRunRequest request;
     std::optional<OpenInput> opened;
     {
       viz::StartView view(*context, window, settings, std::exchange(message, ""), folder.string());
@@ -85,7 +85,7 @@ Report start(const Common& common) {
     if (!opened) continue;
     settings.remember(request.input, request.sensor);
     try {
-      const BenchReport bench = run_bench(*context, std::move(request), std::move(*opened));
+      const LiveRunReport bench = run_live_benchmark(*context, std::move(request), std::move(*opened));
       text += bench.measured.input + ": " + describe(bench.live, bench.sessions);
       message = recording_error(bench.sessions);
       if (!bench.live.wants_sources) break;
