@@ -68,7 +68,7 @@ Report start(const Common& common) {
   viz::Window window(*context, {"palpate", settings.width, settings.height, viz::Vsync::On});
   const fs::path folder = folder_of(settings);
   std::string message = remembered.warning, text;
-  while (!window.wants_close() && !interrupted()) {
+  while (!window.close_requested() && !interrupted()) {
     LiveRunRequest request;
     std::optional<OpenInput> opened;
     {
@@ -88,7 +88,7 @@ Report start(const Common& common) {
       const LiveRunReport bench = run_live_benchmark(*context, std::move(request), std::move(*opened));
       text += bench.measured.input + ": " + describe(bench.live, bench.sessions);
       message = recording_error(bench.sessions);
-      if (!bench.live.wants_sources) break;
+      if (!bench.live.sources_requested) break;
     } catch (const Error& e) {
       // A camera that is gone or a damaged file: back to the list, with a reason.
       if (e.failure() == Failure::Display) throw;

@@ -79,7 +79,7 @@ bool Display::draw(bool is_new) {
                   handle_input();  // between ImGui's begin and end, while its input is fresh
                   window_.begin_pass();
                 });
-  const bool snapshot = std::exchange(scene_.state().wants_snapshot, false);
+  const bool snapshot = std::exchange(scene_.state().snapshot_requested, false);
   d.picture = window_.end_picture(snapshot);
   d.replaced = std::exchange(replaced_, {});
   drawing_.push_back(std::move(d));
@@ -166,7 +166,7 @@ LiveReport Display::run() {
   LiveReport report;
   Clock::time_point start = Clock::now(), end = start;
   bool started = false, at_end = false;
-  while (!window_.wants_close() && !session_.stop) {
+  while (!window_.close_requested() && !session_.stop) {
     glfwPollEvents();
     double x = 0, y = 0;
     int width = 0, height = 0;
@@ -218,7 +218,7 @@ LiveReport Display::run() {
     }
     if (!draw(is_new)) continue;
     fulfil_wishes();
-    if (wants_sources_) break;
+    if (sources_requested_) break;
   }
   while (auto finished = window_.poll_finished(true)) retire(*finished);
   if (options_.settings) {
@@ -234,7 +234,7 @@ LiveReport Display::run() {
   report.shown_per_s = report.seconds > 0 ? static_cast<double>(report.shown) / report.seconds : 0;
   report.draw_median_ms = draw_.percentiles().p50_ms;
   report.mesh_columns = governor_.columns();
-  report.wants_sources = wants_sources_;
+  report.sources_requested = sources_requested_;
   return report;
 }
 

@@ -101,7 +101,7 @@ class Display {
   int snapshots_ = 0;
   int marks_ = 0;
   uint64_t presses_ = 0;  ///< answers that were seen
-  bool wants_sources_ = false;
+  bool sources_requested_ = false;
   BackgroundWork background_;  ///< last: what it still does may use the rest
 };
 

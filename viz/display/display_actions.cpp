@@ -125,15 +125,15 @@ void Display::fulfil_wishes() {
     restless_ = 3;
     return true;
   };
-  if (asked(state.wants_recording_switched)) {
+  if (asked(state.recording_switched_requested)) {
     switch_recording();
     stats_due_ = {};
   }
-  if (asked(state.wants_zero)) switch_zero(true);
-  if (asked(state.wants_zero_cleared)) switch_zero(false);
-  if (asked(state.wants_mark)) mark_event();
-  if (asked(state.wants_full_screen)) window_.switch_full_screen();
-  if (const auto block = std::exchange(state.wants_block, {}); block && options_.presses) {
+  if (asked(state.zero_requested)) switch_zero(true);
+  if (asked(state.zero_cleared_requested)) switch_zero(false);
+  if (asked(state.mark_requested)) mark_event();
+  if (asked(state.full_screen_requested)) window_.switch_full_screen();
+  if (const auto block = std::exchange(state.block_requested, {}); block && options_.presses) {
     try {
       options_.presses->set_block(*block);
       stats_.note = "the block is known so from the next press on";
@@ -142,8 +142,8 @@ void Display::fulfil_wishes() {
     }
     restless_ = 3;
   }
-  if (asked(state.wants_sources)) {
-    wants_sources_ = options_.from_list;
+  if (asked(state.sources_requested)) {
+    sources_requested_ = options_.from_list;
     if (!options_.from_list) stats_.note = "the list of sources is that of palpate without a command";
   }
   if (state.seek_to) session_.transport.seek_to = static_cast<int64_t>(*std::exchange(state.seek_to, {}));

@@ -193,22 +193,22 @@ void Display::handle_key(const KeyPress& press) {
       state.paused = !state.paused;
       break;
     case GLFW_KEY_W:
-      state.wants_recording_switched = true;
+      state.recording_switched_requested = true;
       break;
     case GLFW_KEY_S:
-      state.wants_snapshot = true;
+      state.snapshot_requested = true;
       break;
     case GLFW_KEY_Z:
-      (press.shift ? state.wants_zero_cleared : state.wants_zero) = true;
+      (press.shift ? state.zero_cleared_requested : state.zero_requested) = true;
       break;
     case GLFW_KEY_M:
-      (press.shift ? state.labelling : state.wants_mark) = true;
+      (press.shift ? state.labelling : state.mark_requested) = true;
       break;
     case GLFW_KEY_B:
-      state.wants_sources = true;
+      state.sources_requested = true;
       break;
     case GLFW_KEY_F11:
-      state.wants_full_screen = true;
+      state.full_screen_requested = true;
       break;
     default:
       handle_view_key(press);

@@ -75,7 +75,7 @@ struct LiveReport {
   uint32_t mesh_columns = 0;         ///< of the last picture
   std::vector<PressAnswer> presses;  ///< what each press of a block told
   bool interrupted = false;
-  bool wants_sources = false;  ///< the person asked for the list of sources
+  bool sources_requested = false;  ///< the person asked for the list of sources
 };
 
 }  // namespace palpate::viz

@@ -121,7 +121,7 @@ class Plot {
   /// A contact, its error bar of two standard errors, and its words above it on the left or below it on the
   /// right; at the edge where it lies beyond the axes. Hollow where it is not to be trusted.
   void mark(double x, double y, double sd, ImU32 colour, const std::string& words, bool trusted,
-            bool wants_left = true) {
+            bool left_requested = true) {
     const ImVec2 true_place = at(x, y);
     const float radius = 4.5f * scale_;
     const ImVec2 p{std::clamp(true_place.x, low_.x + radius, high_.x - radius),
@@ -135,7 +135,7 @@ class Plot {
       list_->AddCircle(p, radius, colour, 0, 2 * scale_);
     const ImVec2 size = ImGui::CalcTextSize(words.c_str());
     const float left = p.x - radius - size.x - 5 * scale_;  // above the curve there is room on the left
-    const bool above = wants_left && left > low_.x;         // else below it on the right
+    const bool above = left_requested && left > low_.x;     // else below it on the right
     const float words_x = above ? left : std::min(p.x + radius + 5 * scale_, high_.x - size.x - 2);
     const float words_y = std::clamp(above ? p.y - size.y - 1 : p.y + 2, low_.y, high_.y - size.y);
     list_->AddRectFilled({words_x - 2, words_y}, {words_x + size.x + 2, words_y + size.y},

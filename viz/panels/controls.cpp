@@ -80,7 +80,7 @@ void block_settings(const BlockSetting& now, float scale, ViewState& state) {
     ImGui::InputDouble(label, &value, 0, 0, format);
     ImGui::PopItemWidth();
     active = active || ImGui::IsItemActive();
-    if (ImGui::IsItemDeactivatedAfterEdit()) state.wants_block = draft;
+    if (ImGui::IsItemDeactivatedAfterEdit()) state.block_requested = draft;
   };
   ImGui::Separator();
   ImGui::TextDisabled("block of tissue, from the next press on");
@@ -176,16 +176,16 @@ void control_window(const ViewRect& around, float scale, bool has_surface, const
   ImGui::SameLine();
   if (live && !live->player) {
     if (ImGui::Button(live->recording ? "Stop##record" : "Record##record"))
-      state.wants_recording_switched = true;
+      state.recording_switched_requested = true;
     ImGui::SameLine();
   }
-  if (ImGui::Button("Snapshot")) state.wants_snapshot = true;
+  if (ImGui::Button("Snapshot")) state.snapshot_requested = true;
   ImGui::SameLine();
-  if (ImGui::Button("Mark")) state.wants_mark = true;
+  if (ImGui::Button("Mark")) state.mark_requested = true;
   ImGui::SameLine();
   if (ImGui::Button("Text")) state.labelling = true;
   if (ImGui::Button(state.tare.on ? "End zero" : "Zero"))
-    (state.tare.on ? state.wants_zero_cleared : state.wants_zero) = true;
+    (state.tare.on ? state.zero_cleared_requested : state.zero_requested) = true;
   ImGui::SameLine();
   if (ImGui::Button("Sensor")) state.sensor_panel = !state.sensor_panel;
   if (has_surface) {
@@ -194,7 +194,7 @@ void control_window(const ViewRect& around, float scale, bool has_surface, const
   }
   if (live && live->from_list) {
     ImGui::SameLine();
-    if (ImGui::Button("Sources")) state.wants_sources = true;
+    if (ImGui::Button("Sources")) state.sources_requested = true;
   }
   ImGui::SameLine();
   if (ImGui::Button("Help")) state.help = !state.help;
@@ -206,7 +206,7 @@ void control_window(const ViewRect& around, float scale, bool has_surface, const
   if (ImGui::SmallButton(" + ##text"))
     state.text_scale = std::min(state.text_scale * 1.15f, ViewState::kMostTextScale);
   ImGui::SameLine();
-  if (ImGui::SmallButton("full screen")) state.wants_full_screen = true;
+  if (ImGui::SmallButton("full screen")) state.full_screen_requested = true;
   ImGui::End();
 }
 
@@ -244,7 +244,7 @@ void help_window(VkExtent2D extent, float scale, bool player, bool has_surface, 
 
 void end_labelling(ViewState& state, bool mark) {
   if (mark)
-    state.wants_mark = true;
+    state.mark_requested = true;
   else
     state.label = {};
   state.labelling = state.label_takes_letters = false;

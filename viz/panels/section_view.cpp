@@ -203,7 +203,7 @@ void draw_profile(ImDrawList* list, const ViewRect& rect, const Profile& profile
     if (points.empty() || p.x - points.back().x >= 1) points.push_back(p);
   }
   list->AddPolyline(points.data(), static_cast<int>(points.size()), kDepth, 0, 1.7f * scale);
-  const auto label = [&](const char* name, const Profile::Extreme& e, bool wants_below) {
+  const auto label = [&](const char* name, const Profile::Extreme& e, bool below_requested) {
     const ImVec2 p = at(e.at_mm, e.depth_mm);
     list->AddCircleFilled(p, 3 * scale, kText);
     std::string words = text("%s %.3f mm at %.2f mm", name, e.depth_mm, e.at_mm);
@@ -211,7 +211,7 @@ void draw_profile(ImDrawList* list, const ViewRect& rect, const Profile& profile
       words = text("%.3f at %.1f mm", e.depth_mm, e.at_mm);
     const ImVec2 size = ImGui::CalcTextSize(words.c_str());
     const float x = std::clamp(p.x - size.x / 2, from.x + 2, std::max(from.x + 2, to.x - size.x - 2));
-    const bool below = wants_below && p.y + 5 * scale + size.y <= to.y;
+    const bool below = below_requested && p.y + 5 * scale + size.y <= to.y;
     const float y = below ? p.y + 5 * scale : std::max(p.y - size.y - 4 * scale, from.y);
     list->AddRectFilled({x - 2, y}, {x + size.x + 2, y + size.y}, IM_COL32(26, 30, 36, 215));
     list->AddText({x, y}, kText, words.c_str());

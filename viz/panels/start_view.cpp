@@ -100,7 +100,7 @@ bool StartView::draw(const std::function<void()>& content) {
 
 std::optional<Choice> StartView::choose(const std::function<bool()>& interrupted) {
   int restless = 3, quiet = 0;
-  while (!window_.wants_close() && !(interrupted && interrupted())) {
+  while (!window_.close_requested() && !(interrupted && interrupted())) {
     // Sleeps until something happens; what the threads find is looked at ten times a second.
     glfwWaitEventsTimeout(restless > 0 ? 0.01 : 0.1);
     const ImGuiIO* io = frame_ ? &ImGui::GetIO() : nullptr;
@@ -132,7 +132,7 @@ std::optional<Choice> StartView::choose(const std::function<bool()>& interrupted
 
 bool StartView::wait(const std::string& what, const std::function<bool()>& done) {
   while (!done()) {
-    if (window_.wants_close()) return false;
+    if (window_.close_requested()) return false;
     glfwWaitEventsTimeout(0.05);
     bool given_up = false;
     draw([&] {

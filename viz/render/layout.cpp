@@ -15,9 +15,9 @@ Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bo
   const uint32_t above = height - status, left = width - panel;
   const double aspect = static_cast<double>(format.width) / format.height;
   Layout l;
-  const bool wants_foot = panels.charts || (panels.profile && has_surface);
+  const bool foot_requested = panels.charts || (panels.profile && has_surface);
   uint32_t foot = std::clamp(static_cast<uint32_t>(0.30 * above), px(130), px(230));
-  if (!wants_foot || foot + px(140) > above) foot = 0;
+  if (!foot_requested || foot + px(140) > above) foot = 0;
   l.surface = {0, 0, left, above - foot};
   if (foot > 0) {
     l.has_charts = panels.charts;

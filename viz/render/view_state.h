@@ -69,15 +69,15 @@ struct ViewState {
   std::vector<uint16_t> early_letters;  ///< typed before the field took letters
 
   // Cleared by whoever takes them.
-  bool wants_snapshot = false;
-  bool wants_recording_switched = false;
-  bool wants_zero = false;
-  bool wants_zero_cleared = false;
-  bool wants_mark = false;     ///< with the text in `label`, which may be empty
-  bool wants_sources = false;  ///< back to the list
-  bool wants_full_screen = false;
+  bool snapshot_requested = false;
+  bool recording_switched_requested = false;
+  bool zero_requested = false;
+  bool zero_cleared_requested = false;
+  bool mark_requested = false;     ///< with the text in `label`, which may be empty
+  bool sources_requested = false;  ///< back to the list
+  bool full_screen_requested = false;
   std::optional<BlockSetting> block_draft;  ///< as typed, while it is
-  std::optional<BlockSetting> wants_block;
+  std::optional<BlockSetting> block_requested;
   std::optional<uint64_t> seek_to;  ///< frame of a replay
 
   /// To the next quantity that this sensor has.

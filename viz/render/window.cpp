@@ -253,7 +253,7 @@ float Window::scale() const {
   return std::clamp(std::max(x, y), 0.75f, 4.0f);
 }
 
-bool Window::wants_close() const {
+bool Window::close_requested() const {
   return glfwWindowShouldClose(window_) == GLFW_TRUE;
 }
 

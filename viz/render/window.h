@@ -66,7 +66,7 @@ class Window {
   VkExtent2D extent() const { return extent_; }
   /// Of text and panels, from the screen's resolution.
   float scale() const;
-  bool wants_close() const;
+  bool close_requested() const;
   bool minimised() const;
 
   /// Another way to meet the display's refresh; stays as it is where the display does not offer it.
