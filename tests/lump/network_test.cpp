@@ -1,4 +1,4 @@
-// The network that finds lumps: taught on pressures of a formula, which it must then invert, with intervals
+// The network that finds lumps: trained on pressures of a formula, which it must then invert, with intervals
 // that hold and doubts where they belong.
 #include "engine/lump/network/network.h"
 
@@ -140,7 +140,7 @@ double formula(const lump::Example& e, double load, double x, double y) {
 
 lump::Example example(uint64_t seed, bool lump) {
   std::mt19937_64 random(seed);
-  // What is asked lies within what was taught.
+  // What is asked lies within what was trained.
   const double edge = seed < 1000 ? 0 : 0.06;
   std::uniform_real_distribution<double> share(edge, 1 - edge);
   lump::Example e;
@@ -176,7 +176,7 @@ lump::Observation read(const lump::Example& e, double noise_share, uint64_t seed
   return sensor_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, seed);
 }
 
-lump::Network taught() {
+lump::Network trained() {
   std::vector<lump::Example> examples;
   for (uint64_t i = 0; i < 220; ++i) examples.push_back(example(i, i % 5 != 0));
   lump::TrainingOptions options;
@@ -230,7 +230,7 @@ void expect_lumps_found(const lump::Network& network, lump::Method method) {
 }
 
 TEST(LumpNetwork, FindsLumpsOfAFormulaWithIntervalsThatHoldAndDoubtsWhereTheyBelong) {
-  const lump::Network network = taught();
+  const lump::Network network = trained();
   for (const lump::Method method : {lump::Method::Network, lump::Method::Refined}) {
     SCOPED_TRACE(method == lump::Method::Network ? "network" : "refined");
     expect_lumps_found(network, method);

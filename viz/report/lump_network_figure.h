@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-/// Script for gnuplot, after plot_head(). `made_from`: what the network was taught by, one line.
+/// Script for gnuplot, after plot_head(). `made_from`: what the network was trained by, one line.
 std::string network_figure(const std::vector<lump::Stage>& stages, const std::string& made_from);
 
 }  // namespace palpate

@@ -12,17 +12,17 @@ constexpr double kNear_mm = 0.3;  // a patch that lies as near to its lump is no
 constexpr int kMostMoves = 3;
 
 /// The principal components' factors at a load, fields x principal components: the cubic through those at the
-/// reader's own loads.
-Eigen::MatrixXd components_at(const InverseNetwork& reader, Eigen::Index fields, double load) {
-  const auto components = reader.components.cols();
+/// inverse network's own loads.
+Eigen::MatrixXd components_at(const InverseNetwork& inverse, Eigen::Index fields, double load) {
+  const auto components = inverse.components.cols();
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(fields, components + 1);
-  for (size_t q = 0; q < reader.loads.size(); ++q) {
+  for (size_t q = 0; q < inverse.loads.size(); ++q) {
     double weight = load;
-    for (size_t other = 0; other < reader.loads.size(); ++other)
-      if (other != q) weight *= (load - reader.loads[other]) / (reader.loads[q] - reader.loads[other]);
+    for (size_t other = 0; other < inverse.loads.size(); ++other)
+      if (other != q) weight *= (load - inverse.loads[other]) / (inverse.loads[q] - inverse.loads[other]);
     const auto first = static_cast<Eigen::Index>(q) * fields;
-    sum.leftCols(components) += weight * reader.components.middleRows(first, fields).cast<double>();
-    sum.col(components) += weight * reader.middle.segment(first, fields).cast<double>();
+    sum.leftCols(components) += weight * inverse.components.middleRows(first, fields).cast<double>();
+    sum.col(components) += weight * inverse.middle.segment(first, fields).cast<double>();
   }
   return sum;
 }
@@ -34,11 +34,11 @@ PatchObservation::PatchObservation(const Model& model, const PressedNodes& nodes
 
 Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
                                  const PatchObservation& patch) {
-  const InverseNetwork& reader = model.reader;
-  const Eigen::Index fields = model.patch.count(), components = reader.components.cols();
+  const InverseNetwork& inverse = model.inverse;
+  const Eigen::Index fields = model.patch.count(), components = inverse.components.cols();
   const auto loads = static_cast<Eigen::Index>(nodes.loads.size());
   std::vector<Eigen::MatrixXd> at_load;
-  for (const double load : nodes.loads) at_load.push_back(components_at(reader, fields, load));
+  for (const double load : nodes.loads) at_load.push_back(components_at(inverse, fields, load));
   // The likeliest make-up, as a bell over all bumps has it: least squares with unit weight on each way.
   Eigen::MatrixXd shown(patch.whitener.size(), components + 1);
   Eigen::MatrixXd factors(fields, loads);
@@ -68,11 +68,11 @@ Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
 
 Answer answer_of(const Model& model, const Eigen::VectorXf& features) {
   namespace at = reader_output;
-  const InverseNetwork& reader = model.reader;
-  const Eigen::MatrixXf in = (features - reader.in_mean).array() * reader.in_scale.array();
+  const InverseNetwork& inverse = model.inverse;
+  const Eigen::MatrixXf in = (features - inverse.in_mean).array() * inverse.in_scale.array();
   Eigen::VectorXd out = Eigen::VectorXd::Zero(at::kCount);
-  for (const SmallNetwork& member : reader.ensemble)
-    out += member.apply(in).cast<double>() / static_cast<double>(reader.ensemble.size());
+  for (const SmallNetwork& member : inverse.ensemble)
+    out += member.apply(in).cast<double>() / static_cast<double>(inverse.ensemble.size());
   Answer answer;
   const double most = out.head(at::kClasses).maxCoeff();
   double sum = 0;
@@ -88,8 +88,8 @@ Answer answer_of(const Model& model, const Eigen::VectorXf& features) {
     answer.shape_probability[s] /= sum;
     for (size_t p = 0; p < kParameters; ++p) {
       const auto first = at::kBells + 3 * static_cast<Eigen::Index>(kParameters * s + p);
-      const double scale = reader.scale[p];
-      answer.bells[s][p] = {reader.mean[p] + scale * out(first), scale * std::exp(out(first + 1)),
+      const double scale = inverse.scale[p];
+      answer.bells[s][p] = {inverse.mean[p] + scale * out(first), scale * std::exp(out(first + 1)),
                             scale * std::exp(out(first + 2))};
     }
   }

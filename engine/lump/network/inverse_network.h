@@ -19,7 +19,7 @@ struct PatchObservation {
   PatchObservation(const Model& model, const PressedNodes& nodes, const PatchView& from);
 };
 
-/// The reader's inputs of one patch, before scaling: the bump's likeliest make-up (see
+/// The inverse network's inputs of one patch, before scaling: the bump's likeliest make-up (see
 /// InverseNetwork::components), what noise leaves open of it, place, thickness, loads, noise.
 Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
                                  const PatchObservation& patch);

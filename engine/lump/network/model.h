@@ -115,7 +115,7 @@ struct Model {
   double load_correlation = 0;   ///< of the discrepancy at one load with that at another
   double error_over_spread = 1;  ///< of the members' mean, over how far they differ
 
-  InverseNetwork reader;
+  InverseNetwork inverse;
 
   using CalibrationTable =
       std::array<std::array<Calibration, kCalibrationNoise.size()>, kCalibrationLoads.size()>;

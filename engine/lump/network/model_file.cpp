@@ -136,24 +136,24 @@ void read_range(const Json& json, const char* key, std::array<double, 2>& range)
     throw std::runtime_error(std::string(key) + " out of range");
 }
 
-void read_reader(const Json& json, Taken& weights, Eigen::Index fields, InverseNetwork& reader) {
-  json.at("loads").get_to(reader.loads);
-  json.at("mean").get_to(reader.mean);
-  json.at("scale").get_to(reader.scale);
-  for (size_t q = 0; q < reader.loads.size(); ++q)
-    if (!(reader.loads[q] > (q > 0 ? reader.loads[q - 1] : 0.0) && reader.loads[q] < 1e3))
+void read_inverse(const Json& json, Taken& weights, Eigen::Index fields, InverseNetwork& inverse) {
+  json.at("loads").get_to(inverse.loads);
+  json.at("mean").get_to(inverse.mean);
+  json.at("scale").get_to(inverse.scale);
+  for (size_t q = 0; q < inverse.loads.size(); ++q)
+    if (!(inverse.loads[q] > (q > 0 ? inverse.loads[q - 1] : 0.0) && inverse.loads[q] < 1e3))
       throw std::runtime_error("the reader's loads do not rise");
   for (size_t p = 0; p < kParameters; ++p)
-    if (!(std::abs(reader.mean[p]) < 100) || !(reader.scale[p] > 0 && reader.scale[p] < 100))
+    if (!(std::abs(inverse.mean[p]) < 100) || !(inverse.scale[p] > 0 && inverse.scale[p] < 100))
       throw std::runtime_error("the reader's scale out of range");
   const auto components = json.at("ways").get<Eigen::Index>();
-  const Eigen::Index rows = static_cast<Eigen::Index>(reader.loads.size()) * fields,
+  const Eigen::Index rows = static_cast<Eigen::Index>(inverse.loads.size()) * fields,
                      inputs = components + InverseNetwork::kOthers + InverseNetwork::kOpen;
-  weights.take(reader.components, rows, components);
-  weights.take(reader.middle, rows, 1);
-  weights.take(reader.in_mean, inputs, 1);
-  weights.take(reader.in_scale, inputs, 1);
-  reader.ensemble =
+  weights.take(inverse.components, rows, components);
+  weights.take(inverse.middle, rows, 1);
+  weights.take(inverse.in_mean, inputs, 1);
+  weights.take(inverse.in_scale, inputs, 1);
+  inverse.ensemble =
       weights.take_networks(json.at("members").get<size_t>(), inputs,
                             json.at("hidden").get<std::vector<Eigen::Index>>(), reader_output::kCount);
 }
@@ -200,7 +200,7 @@ std::shared_ptr<const Model> read_model(const Json& json, Taken& weights) {
   weights.take(m.out_scale, fields, 1);
   weights.take(m.discrepancy, fields, fields);
   m.ensemble = weights.take_networks(ensemble, kFeatures, hidden, fields);
-  read_reader(json.at("reader"), weights, fields, m.reader);
+  read_inverse(json.at("reader"), weights, fields, m.inverse);
   if (weights.left() != 0) throw std::runtime_error("more weights than it says");
   m.patch.find_slopes();
   return model;
@@ -237,12 +237,12 @@ std::string Network::bytes() const {
       for (const Calibration& t : row) list.push_back(calibration_json(t));
       json["trust"][kMethodNames[method]].push_back(list);
     }
-  json["reader"] = {{"loads", m.reader.loads},
-                    {"ways", m.reader.components.cols()},
-                    {"mean", m.reader.mean},
-                    {"scale", m.reader.scale},
-                    {"hidden", hidden_of(m.reader.ensemble)},
-                    {"members", m.reader.ensemble.size()}};
+  json["reader"] = {{"loads", m.inverse.loads},
+                    {"ways", m.inverse.components.cols()},
+                    {"mean", m.inverse.mean},
+                    {"scale", m.inverse.scale},
+                    {"hidden", hidden_of(m.inverse.ensemble)},
+                    {"members", m.inverse.ensemble.size()}};
   Weights weights;
   weights.put(m.base.factors);
   weights.put(m.patch.fields);
@@ -252,11 +252,11 @@ std::string Network::bytes() const {
   weights.put(m.out_scale);
   weights.put(m.discrepancy);
   weights.put(m.ensemble);
-  weights.put(m.reader.components);
-  weights.put(m.reader.middle);
-  weights.put(m.reader.in_mean);
-  weights.put(m.reader.in_scale);
-  weights.put(m.reader.ensemble);
+  weights.put(m.inverse.components);
+  weights.put(m.inverse.middle);
+  weights.put(m.inverse.in_mean);
+  weights.put(m.inverse.in_scale);
+  weights.put(m.inverse.ensemble);
   std::string all = kMagic + json.dump() + "\n" + weights.bytes;
   const uint64_t sum = check_sum(all.data(), all.size());
   all.append(reinterpret_cast<const char*>(&sum), sizeof sum);

@@ -2,10 +2,10 @@
 // milliseconds.
 //
 // Two kinds of network serve each other. The emulator learns the forward way from pressed blocks: from a
-// lump, the tissue's thickness and the load to the bump that the lump makes. The reader learns the way back
-// from any number of observations that the emulator makes, with noise and windows of all kinds, and says how
-// sure it is. Refined answers go on from the reader's by least squares through the emulator with the
-// observation's own noise.
+// lump, the tissue's thickness and the load to the bump that the lump makes. The inverse network learns the
+// way back from any number of observations that the emulator makes, with noise and windows of all kinds, and
+// says how sure it is. Refined answers go on from the inverse network's by least squares through the emulator
+// with the observation's own noise.
 #pragma once
 
 #include <array>

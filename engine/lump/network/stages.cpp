@@ -36,19 +36,19 @@ std::vector<uint32_t> widths_of(const SmallNetwork& network) {
   return widths;
 }
 
-Stage reader_stage(const InverseNetwork& reader, uint32_t shapes) {
-  const std::string components = std::to_string(reader.components.cols()),
+Stage inverse_stage(const InverseNetwork& inverse, uint32_t shapes) {
+  const std::string components = std::to_string(inverse.components.cols()),
                     open = std::to_string(InverseNetwork::kOpen);
   return {Stage::Kind::Network,
           "from a bump to its lump",
           {components + " ways in which bumps differ, weights over all loads",
            "how open noise leaves the first " + open, "size of the bump, thickness, mm",
            "|x| and |y|, mm; loads; noise"},
-          widths_of(reader.ensemble.front()),
+          widths_of(inverse.ensemble.front()),
           {"shape and how it lies",
            "of each of " + std::to_string(shapes) + " shapes: ln size, ln depth, ln E_r, with spreads",
            "shift of the centre, mm"},
-          static_cast<uint32_t>(reader.ensemble.size())};
+          static_cast<uint32_t>(inverse.ensemble.size())};
 }
 
 }  // namespace
@@ -76,7 +76,7 @@ std::vector<Stage> lump_stages(const Model& model) {
                     {"what stands out, over modulus"},
                     {patch, fields},
                     {factors + " of each load"}});
-  if (!model.reader.ensemble.empty()) stages.push_back(reader_stage(model.reader, shapes));
+  if (!model.inverse.ensemble.empty()) stages.push_back(inverse_stage(model.inverse, shapes));
   if (!model.ensemble.empty()) {
     Stage emulator{Kind::Network,
                    "from a lump to its bump",

@@ -12,7 +12,7 @@
 
 namespace palpate::lump {
 
-// Standard deviations that observations are weighed by, and that the reader is taught with.
+// Standard deviations that observations are weighed by, and that the inverse network is trained with.
 inline constexpr double kGaugeShare = 0.002;    ///< of a load's force, each by itself
 inline constexpr double kModulusShare = 0.007;  ///< of the tissue's modulus and of the model's force
 

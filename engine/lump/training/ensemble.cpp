@@ -117,12 +117,12 @@ void judge_members(Model& model, const Examples& all, const std::vector<Seen>& s
   };
   std::vector<Unseen> unseen;
   std::vector<double> log_ratios;
-  double unseen_squares = 0, seen_squares = 0, taught = 0;
+  double unseen_squares = 0, seen_squares = 0, trained = 0;
   for (const Seen& s : seen) {
     const MatrixXd mean = bumps_of(model, s, -1), error = mean - s.whole;
     if (!kept_aside(s.example)) {
       seen_squares += of_peak(s, error);
-      taught += 1;
+      trained += 1;
       continue;
     }
     unseen_squares += of_peak(s, error);
@@ -136,7 +136,7 @@ void judge_members(Model& model, const Examples& all, const std::vector<Seen>& s
   const auto aside = static_cast<double>(unseen.size());
   std::sort(unseen.begin(), unseen.end(), [](const Unseen& a, const Unseen& b) { return a.share < b.share; });
   report.mean_error = unseen[unseen.size() / 2].share;
-  // A few blocks at the edges of what was taught are off by ten times what others are: they must not speak
+  // A few blocks at the edges of what was trained are off by ten times what others are: they must not speak
   // for all.
   ErrorSum sum;
   for (const Unseen& u : unseen) {
@@ -152,7 +152,7 @@ void judge_members(Model& model, const Examples& all, const std::vector<Seen>& s
   model.error_over_spread = std::exp(0.5 * log_ratios[log_ratios.size() / 2]);
   for (size_t i = 0; i < all.examples.size(); ++i) report.kept_aside += all.examples[i].lump && kept_aside(i);
   report.network_error = std::sqrt(unseen_squares / aside);
-  report.network_error_seen = std::sqrt(seen_squares / taught);
+  report.network_error_seen = std::sqrt(seen_squares / trained);
   report.error_over_spread = model.error_over_spread;
 }
 
@@ -190,9 +190,9 @@ void train_ensemble(Model& model, const Examples& all, const TrainingOptions& op
   std::atomic<uint64_t> rounds_done = 0;
   std::atomic<bool> stop = false;
   in_parallel(options.threads, options.ensemble, [&](size_t member) {
-    std::vector<Eigen::Index> taught;
+    std::vector<Eigen::Index> trained;
     for (size_t s = 0; s < example_of.size(); ++s)
-      if (!kept_aside(example_of[s])) taught.push_back(static_cast<Eigen::Index>(s));
+      if (!kept_aside(example_of[s])) trained.push_back(static_cast<Eigen::Index>(s));
     SmallNetwork network =
         SmallNetwork::random({kFeatures, options.hidden, options.hidden, static_cast<uint32_t>(fields)},
                              options.seed * 1000 + member);
@@ -207,7 +207,7 @@ void train_ensemble(Model& model, const Examples& all, const TrainingOptions& op
         stop = true;
       return !stop;
     };
-    train(network, in(Eigen::all, taught), out(Eigen::all, taught), weight(Eigen::all, taught), how);
+    train(network, in(Eigen::all, trained), out(Eigen::all, trained), weight(Eigen::all, trained), how);
     model.ensemble[member] = std::move(network);
   });
   if (stop) throw Stopped();

@@ -239,11 +239,11 @@ Made ObservationMaker::make(uint32_t number, std::mt19937_64& random) const {
 }
 
 /// How bumps differ: fills loads, principal components and middle.
-void find_components(InverseNetwork& reader, const Model& model, const ObservationMaker& maker,
+void find_components(InverseNetwork& inverse, const Model& model, const ObservationMaker& maker,
                      uint32_t components) {
   const auto [least, most] = model.load;
-  reader.loads = {least, least + (most - least) / 4, least + (most - least) * 0.6, most};
-  const std::vector<double> loads(reader.loads.begin(), reader.loads.end());
+  inverse.loads = {least, least + (most - least) / 4, least + (most - least) * 0.6, most};
+  const std::vector<double> loads(inverse.loads.begin(), inverse.loads.end());
   const Eigen::Index fields = model.patch.count(), rows = 4 * fields;
   const MatrixXd turn = transposition(model.patch);
   MatrixXd bumps(rows, kWayBumps);
@@ -265,10 +265,10 @@ void find_components(InverseNetwork& reader, const Model& model, const Observati
   const MatrixXd covariance = dense::product_nt(bumps, bumps) / static_cast<double>(kWayBumps);
   const dense::SymmetricEigen eigen = dense::symmetric_eigen(covariance);
   const Eigen::Index kept = std::min<Eigen::Index>(components, rows);
-  reader.components = (eigen.vectors.rightCols(kept).rowwise().reverse() *
-                       eigen.values.tail(kept).reverse().cwiseMax(1e-20).cwiseSqrt().asDiagonal())
-                          .cast<float>();
-  reader.middle = middle.cast<float>();
+  inverse.components = (eigen.vectors.rightCols(kept).rowwise().reverse() *
+                        eigen.values.tail(kept).reverse().cwiseMax(1e-20).cwiseSqrt().asDiagonal())
+                           .cast<float>();
+  inverse.middle = middle.cast<float>();
 }
 
 /// What a simulated observation teaches.
@@ -322,17 +322,17 @@ double lesson_loss(const Lesson& lesson, const Eigen::Ref<const Eigen::VectorXf>
 
 double train_inverse_network(Model& model, const TrainingOptions& options) {
   namespace at = reader_output;
-  InverseNetwork& reader = model.reader;
-  reader = {};
+  InverseNetwork& inverse = model.inverse;
+  inverse = {};
   const ObservationMaker maker(model, options.seed ^ 0x5eed0f7ead127ULL);
-  find_components(reader, model, maker, options.components);
+  find_components(inverse, model, maker, options.components);
   const std::array<std::array<double, 2>, kParameters> ranges = {model.size_mm, model.depth_mm, model.ratio};
   for (size_t p = 0; p < kParameters; ++p) {
-    reader.mean[p] = 0.5 * (std::log(ranges[p][0]) + std::log(ranges[p][1]));
-    reader.scale[p] = std::max(0.05, (std::log(ranges[p][1]) - std::log(ranges[p][0])) / std::sqrt(12.0));
+    inverse.mean[p] = 0.5 * (std::log(ranges[p][0]) + std::log(ranges[p][1]));
+    inverse.scale[p] = std::max(0.05, (std::log(ranges[p][1]) - std::log(ranges[p][0])) / std::sqrt(12.0));
   }
   const uint32_t count = options.observations;
-  MatrixXf in(reader.components.cols() + InverseNetwork::kOthers + InverseNetwork::kOpen, count);
+  MatrixXf in(inverse.components.cols() + InverseNetwork::kOthers + InverseNetwork::kOpen, count);
   std::vector<Lesson> lessons(count);
   std::atomic<bool> stop = false;
   std::atomic<uint32_t> made_count = 0;
@@ -361,7 +361,7 @@ double train_inverse_network(Model& model, const TrainingOptions& options) {
     const Guess guess = guess_of(lump);
     const std::array<double, kParameters> logs = {guess.log_size, guess.log_depth, guess.log_ratio};
     for (size_t p = 0; p < kParameters; ++p)
-      lesson.logs[p] = static_cast<float>((logs[p] - reader.mean[p]) / reader.scale[p]);
+      lesson.logs[p] = static_cast<float>((logs[p] - inverse.mean[p]) / inverse.scale[p]);
     const auto shift = view.to_patch(lump.offset_mm[0], lump.offset_mm[1]);
     lesson.shift_mm = {static_cast<float>(shift[0]), static_cast<float>(shift[1])};
     if (++made_count % 1000 == 0 && options.progress &&
@@ -369,10 +369,10 @@ double train_inverse_network(Model& model, const TrainingOptions& options) {
       stop = true;
   });
   if (stop) throw Stopped();
-  reader.in_mean = in.rowwise().mean();
-  reader.in_scale = (in.colwise() - reader.in_mean).array().square().rowwise().mean().sqrt();
-  for (float& scale : reader.in_scale) scale = scale > 1e-6F ? 1 / scale : 0;
-  in = reader.in_scale.asDiagonal() * (in.colwise() - reader.in_mean);
+  inverse.in_mean = in.rowwise().mean();
+  inverse.in_scale = (in.colwise() - inverse.in_mean).array().square().rowwise().mean().sqrt();
+  for (float& scale : inverse.in_scale) scale = scale > 1e-6F ? 1 / scale : 0;
+  in = inverse.in_scale.asDiagonal() * (in.colwise() - inverse.in_mean);
 
   const NetworkLoss loss = [&lessons](const MatrixXf& out, std::span<const Eigen::Index> samples,
                                       MatrixXf& slope) {
@@ -383,7 +383,7 @@ double train_inverse_network(Model& model, const TrainingOptions& options) {
                          slope.col(b));
     return sum;
   };
-  reader.ensemble.resize(options.readers);
+  inverse.ensemble.resize(options.readers);
   std::atomic<uint32_t> rounds = 0;
   std::vector<double> last(options.readers);
   in_parallel(options.threads, options.readers, [&](size_t member) {
@@ -406,7 +406,7 @@ double train_inverse_network(Model& model, const TrainingOptions& options) {
       return !stop;
     };
     train(network, in, loss, how);
-    reader.ensemble[member] = std::move(network);
+    inverse.ensemble[member] = std::move(network);
   });
   if (stop) throw Stopped();
   return std::accumulate(last.begin(), last.end(), 0.0) / options.readers;

@@ -54,7 +54,7 @@ struct TrainingReport {
   uint32_t kept_aside = 0;        ///< blocks with a lump that only the calibration sees
   double mean_error = 0;          ///< the same as network_error, median over the blocks
   double error_over_spread = 0;   ///< see Model
-  double reader_loss = 0;         ///< mean of -log likelihood, see teach_reader()
+  double inverse_loss = 0;        ///< mean of -log likelihood, see train_inverse_network()
 };
 
 /// Thrown where TrainingOptions::progress asked to stop.

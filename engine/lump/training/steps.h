@@ -35,8 +35,8 @@ Patch fit_patch(const Model& model, const Examples& all, uint32_t count, uint64_
 void train_ensemble(Model& model, const Examples& all, const TrainingOptions& options,
                     TrainingReport& report);
 
-/// The network from observations to lumps: fills the reader. Returns its loss at the end: the mean of -log
-/// likelihoods of shape, logarithms (in units of InverseNetwork::scale) and shift (mm).
+/// The network from observations to lumps: fills the inverse network. Returns its loss at the end: the mean
+/// of -log likelihoods of shape, logarithms (in units of InverseNetwork::scale) and shift (mm).
 double train_inverse_network(Model& model, const TrainingOptions& options);
 
 /// Fills the tables of calibration from observations of examples that were kept aside.

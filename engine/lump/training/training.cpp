@@ -245,7 +245,7 @@ Network train_lumps(const std::vector<Example>& examples, const TrainingOptions&
   report.base_error = model->base.residual;
   model->patch = fit_patch(*model, all, options.fields, options.seed, report.fields_error);
   train_ensemble(*model, all, options, report);
-  report.reader_loss = train_inverse_network(*model, options);
+  report.inverse_loss = train_inverse_network(*model, options);
   calibrate(*model, all, options);
   model->made_from = options.made_from;
   say("done", 1);

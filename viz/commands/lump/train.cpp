@@ -94,7 +94,7 @@ Report run(const Common& common, Options& o) {
                 common.out.string().c_str(), bytes.size(), report.lumps, report.no_lumps, wall_s,
                 100 * report.base_error, 100 * report.fields_error, 100 * report.network_error,
                 100 * report.mean_error, report.kept_aside, report.error_over_spread,
-                100 * report.network_error_seen, report.reader_loss);
+                100 * report.network_error_seen, report.inverse_loss);
   Report out;
   out.text = text + trust_text(network);
   json::Value json{{"file", common.out.string()},
@@ -108,7 +108,7 @@ Report run(const Common& common, Options& o) {
                    {"network_error_seen", report.network_error_seen},
                    {"mean_error", report.mean_error},
                    {"kept_aside", report.kept_aside},
-                   {"reader_loss", report.reader_loss},
+                   {"reader_loss", report.inverse_loss},
                    {"made_from", network.made_from()},
                    {"wall_s", wall_s}};
   if (!o.validate.empty()) {
