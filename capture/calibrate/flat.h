@@ -15,7 +15,7 @@ struct FlatFit {
   double uneven_after = 0;   ///< the same once corrected by the field of the other frames
   double least = 1;          ///< smallest and largest factor
   double most = 1;
-  double limited = 0;  ///< share of the pixels whose factor is held at 1/4 or 4
+  double limited = 0;  ///< fraction of the pixels whose factor is held at 1/4 or 4
 };
 
 /// Frames of what should look even, two or more of one format, minus `dark` (the untouched image) where that

@@ -330,7 +330,7 @@ std::string samples_csv(const ForceOutcome& o) {
   };
   for (size_t i = 0; i < o.samples.size(); ++i) {
     const ForceSample& s = o.samples[i];
-    const double w = o.choice.unloading_share[i];
+    const double w = o.choice.unloading_fraction[i];
     text += palpate::text("%u,%llu,", s.recording, static_cast<unsigned long long>(s.frame)) +
             cell(s.time_s, "%.6f") +
             palpate::text(",%u,%.2f,%.0f,", s.press, s.features.gray_sum, s.features.area_px) +

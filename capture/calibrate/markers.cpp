@@ -5,7 +5,7 @@
 
 namespace palpate {
 namespace {
-constexpr float kDarker = 0.15f;        // mean over the channels, share of what surrounds the dot
+constexpr float kDarker = 0.15f;        // mean over the channels, fraction of what surrounds the dot
 constexpr float kDarkerAlways = 0.04f;  // in every channel: a slope darkens some and lightens others
 constexpr int kFewest = 8;
 constexpr double kMost = 1.0 / 3;

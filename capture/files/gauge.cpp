@@ -246,8 +246,8 @@ std::optional<double> gauge_at(const Gauge& gauge, const std::vector<double>& co
   const auto after = std::lower_bound(t.begin(), t.end(), time_s);
   const auto i = static_cast<size_t>(after - t.begin());
   if (t[i] == time_s) return column[i];
-  const double share = (time_s - t[i - 1]) / (t[i] - t[i - 1]);
-  return column[i - 1] + share * (column[i] - column[i - 1]);
+  const double fraction = (time_s - t[i - 1]) / (t[i] - t[i - 1]);
+  return column[i - 1] + fraction * (column[i] - column[i - 1]);
 }
 
 std::optional<double> gauge_at_frame(const Gauge& gauge, const std::vector<double>& column, uint64_t frame) {

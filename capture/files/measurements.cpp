@@ -85,7 +85,7 @@ bool counted(const Touch& touch) {
 void add_skin(Row& row, const Touch& touch) {
   const SkinMotion skin = touch.skin.value_or(SkinMotion{});
   for (const uint32_t points : {skin.points, skin.lost}) touch.skin ? row.whole(points) : row.empty();
-  for (const Estimate* one : {&skin.shift_x_mm, &skin.shift_y_mm, &skin.torsion_rad, &skin.stick_share}) {
+  for (const Estimate* one : {&skin.shift_x_mm, &skin.shift_y_mm, &skin.torsion_rad, &skin.stick_fraction}) {
     const bool known = touch.skin && has_value(*one);
     row.number_if(known, one->value);
     row.number_if(known, one->standard_error);
@@ -112,7 +112,7 @@ void add_truth(Row& row, const Truth* truth, std::optional<double> depth_rms_err
   row.whole(truth->contacts.empty() ? (truth->contact ? 1 : 0) : truth->contacts.size());
   row.number(truth->volume_mm3);
   row.number(truth->torsion_rad);
-  row.number_if(truth->contact, truth->stick_share);
+  row.number_if(truth->contact, truth->stick_fraction);
 }
 
 }  // namespace

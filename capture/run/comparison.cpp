@@ -44,9 +44,9 @@ void Comparison::add(const Touch& touch, const Truth& truth, std::optional<doubl
     }
     if (touch.skin && has_value(touch.skin->torsion_rad))
       torsion_rad_.add(touch.skin->torsion_rad.value - truth.torsion_rad, truth.torsion_rad);
-    if (touch.skin && has_value(touch.skin->stick_share) &&
-        touch.skin->stick_share.validity != Validity::BelowRange)
-      stick_share_.add(touch.skin->stick_share.value - truth.stick_share, truth.stick_share);
+    if (touch.skin && has_value(touch.skin->stick_fraction) &&
+        touch.skin->stick_fraction.validity != Validity::BelowRange)
+      stick_share_.add(touch.skin->stick_fraction.value - truth.stick_fraction, truth.stick_fraction);
     if (touch.slip == Slip::Stick || touch.slip == Slip::Incipient || touch.slip == Slip::Slip) {
       ++counts_.slip_judged;
       if ((touch.slip == Slip::Slip) == truth.slipping) ++counts_.slip_agrees;

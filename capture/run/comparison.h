@@ -54,7 +54,7 @@ class Comparison {
   const ErrorStatistics& shear_x_N() const { return shear_x_N_; }
   const ErrorStatistics& shear_y_N() const { return shear_y_N_; }
   const ErrorStatistics& torsion_rad() const { return torsion_rad_; }
-  const ErrorStatistics& stick_share() const { return stick_share_; }
+  const ErrorStatistics& stick_fraction() const { return stick_share_; }
   const ErrorStatistics& center_px() const { return center_px_; }
   const ErrorStatistics& depth_mm() const { return depth_mm_; }
   const ErrorStatistics& depth_map_mm() const { return depth_map_mm_; }

@@ -23,8 +23,8 @@ constexpr double kPi = std::numbers::pi, kNaN = std::numeric_limits<double>::qui
 // leaves.
 constexpr double kFlatEdge_px = 0.06, kBallEdge_px = 0.12;
 constexpr double kAreaEdge_px = 1;        // of a contact's radius by its area
-constexpr double kDepthNoise_mm = 0.001;  // of a depth, and as a share of it
-constexpr double kDepthShare = 0.002;
+constexpr double kDepthNoise_mm = 0.001;  // of a depth, and as a fraction of it
+constexpr double kDepthFraction = 0.002;
 constexpr double kCore = 0.8;     // of a flat contact's radius: inside of it also where it is a square
 constexpr double kDarkest = 0.4;  // of half of a flat contact's light: what counts as outside of it
 constexpr double kInnerRim = 0.3, kOuterRim = 0.96;  // of a ball's contact: where the line is laid
@@ -46,8 +46,8 @@ cv::Mat change_of(const Frame& frame, const Frame& background, const Sensor& sen
 
 double pressure_of(double gray, const ElasticCalibration& pad) {
   if (!(pad.limit_gray > 0)) return gray / pad.gray_per_MPa;
-  const double share = std::min(gray, double{Elastic::largest_readable_gray(pad)}) / pad.limit_gray;
-  return -std::log(1 - share) * pad.limit_gray / pad.gray_per_MPa;
+  const double fraction = std::min(gray, double{Elastic::largest_readable_gray(pad)}) / pad.limit_gray;
+  return -std::log(1 - fraction) * pad.limit_gray / pad.gray_per_MPa;
 }
 
 }  // namespace
@@ -83,7 +83,7 @@ ContactEdge find_edge(const std::vector<float>& change, uint32_t width, uint32_t
     }
     edge.half_gray = std::max(mean / 2, threshold / 2);
     edge.core_px = kCore * std::sqrt(count / kPi);
-    // Pixels on the edge count by their share of the light: an edge along a row would else jump by a row.
+    // Pixels on the edge count by their fraction of the light: an edge along a row would else jump by a row.
     double area = 0;
     for (uint32_t y = 0; y < height; ++y)
       for (uint32_t x = 0; x < width; ++x)
@@ -182,7 +182,7 @@ std::optional<PressFrame> PressReader::read(const Frame& frame) {
   }
   if (t.surface) {
     const auto with_sd = [](double depth_mm) {
-      return PressValue{depth_mm, std::hypot(kDepthNoise_mm, kDepthShare * depth_mm)};
+      return PressValue{depth_mm, std::hypot(kDepthNoise_mm, kDepthFraction * depth_mm)};
     };
     p.depth_mm = with_sd(t.surface->depth_max_mm);
     double sum = 0, n = 0;

@@ -16,7 +16,7 @@ std::string to_json(const std::vector<PressAnswer>& presses) {
                   {"time_s", p.time_s},
                   {"highest_N", p.highest_N},
                   {"loads_N", p.loads_N},
-                  {"saturated_share", p.saturated_share},
+                  {"saturated_share", p.saturated_fraction},
                   {"finished", !p.unfinished}};
     if (p.estimate)
       press["estimate"] = json::parse(estimate_json(*p.estimate));

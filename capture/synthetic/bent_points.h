@@ -18,9 +18,9 @@ struct BentScene {
   uint32_t axes = 2;
   double bend = 0.05;  ///< of a bump, over a shape of size 1
   double noise_sd = 0;
-  double outlier_ratio = 0;  ///< strangers to template points
-  double missing_share = 0;  ///< of the target's own points, at random
-  double turn_deg = 0;       ///< about the last axis
+  double outlier_ratio = 0;     ///< strangers to template points
+  double missing_fraction = 0;  ///< of the target's own points, at random
+  double turn_deg = 0;          ///< about the last axis
   double scale = 1;
   double shift = 0;  ///< of template and target, along all axes
   uint32_t seed = 1;
@@ -96,7 +96,7 @@ class BentPointsMaker {
     std::array<double, 3> low{}, high{};
     low.fill(1e9), high.fill(-1e9);
     for (size_t i = 0; i < n; ++i) {
-      if (even() < scene_.missing_share) continue;
+      if (even() < scene_.missing_fraction) continue;
       owner.push_back(static_cast<int64_t>(i));
       for (uint32_t c = 0; c < axes; ++c) {
         loose.push_back(made.truth.at(i)[c] + scene_.noise_sd * normal());

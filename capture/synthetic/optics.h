@@ -21,7 +21,8 @@ inline constexpr double kFacing_gray = 180;   ///< Lambert mode: a facet that fa
 inline constexpr double kFullWell_e = 10000;  ///< electrons at full scale
 inline constexpr double kReadNoise_e = 12;
 inline constexpr double kLightElevation_rad = 0.7853981633974483;  ///< of the three gel lights
-inline constexpr double kGelBrightness = 0.7;  ///< of a facet that faces one gel light, share of full scale
+inline constexpr double kGelBrightness =
+    0.7;  ///< of a facet that faces one gel light, fraction of full scale
 inline constexpr double kGelGradient =
     0.05;  ///< a gel light falls by this share from the centre to its far edge
 
@@ -49,7 +50,7 @@ class Field {
 /// Unit vector towards gel light c (red, green, blue at azimuth 90, 210, 330 degrees), in the frame of the
 /// normals: n = (d(depth)/dx, d(depth)/dy, 1) normalised.
 std::array<double, 3> gel_light(int c);
-/// Brightness of gel light c, share of full scale, at X, Y in [-1, 1] across the frame.
+/// Brightness of gel light c, fraction of full scale, at X, Y in [-1, 1] across the frame.
 double gel_brightness(int c, double x, double y);
 
 /// Standard normal deviates by position: two tables read from different offsets and added, so that a row

@@ -43,8 +43,8 @@ struct SyntheticOptions {
   double force_N = 0;                        ///< largest force of the scene; 0: the scene's own
   double indenter_radius_mm = 0;             ///< of the sphere or the flat end; 0: the scene's own
   SyntheticSkin skin = SyntheticSkin::None;  ///< others need frames at least 320 px wide
-  /// Waveguide: unloading glows as a force larger by up to this share of the scene's largest force does while
-  /// loading; the difference is largest at half of that force and does not depend on speed.
+  /// Waveguide: unloading glows as a force larger by up to this fraction of the scene's largest force does
+  /// while loading; the difference is largest at half of that force and does not depend on speed.
   double hysteresis = 0;
   double drift_per_min = 0;  ///< Waveguide: share by which the touch light grows in a minute
 

@@ -13,9 +13,10 @@ struct Keyframe {
   double x_mm = 0;  ///< from the centre of the image, right
   double y_mm = 0;  ///< down
   double force_N = 0;
-  double pull_x = 0;  ///< tangential load, as a share of the friction limit: moves the indenter on from x_mm
+  double pull_x =
+      0;  ///< tangential load, as a fraction of the friction limit: moves the indenter on from x_mm
   double pull_y = 0;
-  double turn = 0;  ///< about the normal, from +x towards +y, as a share of what friction holds
+  double turn = 0;  ///< about the normal, from +x towards +y, as a fraction of what friction holds
 };
 
 using Script = std::vector<Keyframe>;  ///< times ascend from 0
@@ -44,9 +45,9 @@ struct ScriptState {
   double shear_x_N = 0;
   double shear_y_N = 0;
   bool slipping = false;
-  double stick_share = 1;  ///< Cattaneo: (1 - Q / (mu P))^(1/3); 0 while it slides
-  double turn_rad = 0;     ///< of the skin under the contact
-  double light = 1;        ///< touch light over that of the same force while loading
+  double stick_fraction = 1;  ///< Cattaneo: (1 - Q / (mu P))^(1/3); 0 while it slides
+  double turn_rad = 0;        ///< of the skin under the contact
+  double light = 1;           ///< touch light over that of the same force while loading
 };
 
 /// What turns a script into states.

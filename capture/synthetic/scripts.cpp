@@ -104,8 +104,8 @@ Scene pull_scene() {
     scene.keyframes.push_back({t += 0.5, 0.5, -0.3, 1, x, y});
     scene.keyframes.push_back({t += 0.3, 0.5, -0.3, 1, x, y});
   };
-  for (const double share : {0.3, 0.6, 0.0, -0.6, 0.0, 0.8, 0.0}) load(share, 0);
-  for (const double share : {0.3, 0.6, 0.0, -0.6, 0.0, 0.8, 0.0}) load(0, share);
+  for (const double fraction : {0.3, 0.6, 0.0, -0.6, 0.0, 0.8, 0.0}) load(fraction, 0);
+  for (const double fraction : {0.3, 0.6, 0.0, -0.6, 0.0, 0.8, 0.0}) load(0, fraction);
   scene.keyframes.push_back({t += 0.6, 0.5, -0.3, 0});
   scene.keyframes.push_back({t += 0.6, 0.5, -0.3, 0});
   return scene;
@@ -146,9 +146,9 @@ Scene twist_scene() {
               8,
               {{0, -0.4, 0.5, 0}, {0.4, -0.4, 0.5, 0}, {1.2, -0.4, 0.5, 1}, {1.6, -0.4, 0.5, 1}}};
   double t = 1.6;
-  for (const double share : {0.4, 0.8, 0.0, -0.4, -0.8, 0.0}) {
-    scene.keyframes.push_back({t += 0.7, -0.4, 0.5, 1, 0, 0, share});
-    scene.keyframes.push_back({t += 0.5, -0.4, 0.5, 1, 0, 0, share});
+  for (const double fraction : {0.4, 0.8, 0.0, -0.4, -0.8, 0.0}) {
+    scene.keyframes.push_back({t += 0.7, -0.4, 0.5, 1, 0, 0, fraction});
+    scene.keyframes.push_back({t += 0.5, -0.4, 0.5, 1, 0, 0, fraction});
   }
   scene.keyframes.push_back({t += 0.6, -0.4, 0.5, 0});
   scene.keyframes.push_back({10, -0.4, 0.5, 0});
@@ -170,9 +170,9 @@ Scene stick_scene() {
     scene.keyframes.push_back({t += 0.5, x, y, 0});
     scene.keyframes.push_back({t += 0.7, x, y, 0.8});
     for (int i = 0; i < 20; ++i) {
-      const double angle = 2.4 * (i + 3 * press), share = 0.85 * (1 + i % 4) / 4;
-      scene.keyframes.push_back(
-          {t += 0.5, x, y, 0.8 + 0.1 * ((3 * i) % 9 - 4), share * std::cos(angle), share * std::sin(angle)});
+      const double angle = 2.4 * (i + 3 * press), fraction = 0.85 * (1 + i % 4) / 4;
+      scene.keyframes.push_back({t += 0.5, x, y, 0.8 + 0.1 * ((3 * i) % 9 - 4), fraction * std::cos(angle),
+                                 fraction * std::sin(angle)});
     }
     scene.keyframes.push_back({t += 0.4, x, y, 0.8});
     scene.keyframes.push_back({t += 0.4, x, y, 0});

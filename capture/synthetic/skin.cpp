@@ -33,11 +33,11 @@ double uniform(uint64_t seed, int64_t i, int64_t j) {
 
 }  // namespace
 
-double pulled_share(double r, double a, double c, double thickness) {
-  return cattaneo_share(r / a, c / a) * beyond(r, a, thickness);
+double pulled_fraction(double r, double a, double c, double thickness) {
+  return cattaneo_fraction(r / a, c / a) * beyond(r, a, thickness);
 }
 
-double turned_share(double r, double a, double thickness) {
+double turned_fraction(double r, double a, double thickness) {
   if (r <= a) return r / a;
   const double s = a / r;
   return 2 / std::numbers::pi * (std::asin(s) - s * std::sqrt(1 - s * s)) / s * beyond(r, a, thickness);

@@ -11,13 +11,13 @@
 namespace palpate {
 
 /// Tangential displacement by distance r from the centre of a contact of radius a that sticks within c, as a
-/// share of the core's: cattaneo_share. Beyond the contact the half space's answer is tapered by
+/// fraction of the core's: cattaneo_fraction. Beyond the contact the half space's answer is tapered by
 /// exp(-pi (r - a) / (2 H)), the slowest decay of shear in a layer of thickness H that is bonded at its base.
-double pulled_share(double r_mm, double a_mm, double c_mm, double thickness_mm);
+double pulled_fraction(double r_mm, double a_mm, double c_mm, double thickness_mm);
 
 /// The same of a twisted contact that sticks: u_theta / (turn * a), r/a inside (Reissner and Sagoci 1944),
 /// with the same taper.
-double turned_share(double r_mm, double a_mm, double thickness_mm);
+double turned_fraction(double r_mm, double a_mm, double thickness_mm);
 
 /// Turn that friction holds under a sphere pressed with 1 N whose contact has the radius a: the torque
 /// 3 pi / 16 mu F a over the stiffness 16/3 G a^3.

@@ -15,7 +15,7 @@ namespace palpate {
 namespace {
 
 constexpr double kStep_s = 0.5, kHold_s = 0.5, kRest_s = 0.6, kLift_s = 0.8;
-constexpr double kEvenShare = 0.25;  // of 255 gray, by a block without a lump
+constexpr double kEvenFraction = 0.25;  // of 255 gray, by a block without a lump
 
 /// The optics' field and noise know the built-in sensor's options.
 SyntheticOptions optics_of(const TissueOptions& o) {
@@ -56,7 +56,7 @@ std::shared_ptr<const fem::LargeStrainResult> solved(const TissueOptions& o) {
   auto& result = kept[key];
   if (result) return result;
   std::vector<fem::PressLoad> loads;
-  for (const double share : {0.1, 0.25, 0.5, 0.75, 1.0}) loads.push_back({{}, share * o.force_N});
+  for (const double fraction : {0.1, 0.25, 0.5, 0.75, 1.0}) loads.push_back({{}, fraction * o.force_N});
   fem::LargeStrainResult found = solve_extrapolated(o.scene, loads);
   if (!found.converged)
     throw Error(Failure::Input,
@@ -143,7 +143,7 @@ struct TissueSensor::Impl {
 
 double tissue_gray_per_MPa(const TissueOptions& o) {
   const double even_MPa = o.force_N / (o.scene.block_mm[0] * o.scene.block_mm[1]);
-  return kEvenShare * 255 / even_MPa;
+  return kEvenFraction * 255 / even_MPa;
 }
 
 Sensor tissue_sensor(const TissueOptions& o) {

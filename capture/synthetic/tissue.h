@@ -22,8 +22,9 @@ struct TissueOptions {
   uint64_t seed = 1;                   ///< of the noise
   double rate_Hz = 30;
   bool noise = true;
-  double falloff = 0.015;  ///< share of the light lost in the corners, as a flat field correction leaves it
-  uint32_t repeat = 1;     ///< 0: without end
+  double falloff =
+      0.015;            ///< fraction of the light lost in the corners, as a flat field correction leaves it
+  uint32_t repeat = 1;  ///< 0: without end
 
   double force_N = 2;         ///< highest, on the whole block
   uint32_t loads = 4;         ///< even steps up to it, each held, 1 to 8

@@ -61,8 +61,8 @@ Change change_of(const Frame& frame, const Frame& background, std::span<const ui
   return change;
 }
 
-std::string percent(double share) {
-  return std::to_string(static_cast<int>(std::lround(100 * share))) + " %";
+std::string percent(double fraction) {
+  return std::to_string(static_cast<int>(std::lround(100 * fraction))) + " %";
 }
 std::string tenths(double value) {
   std::string text = std::to_string(std::round(value * 10) / 10);

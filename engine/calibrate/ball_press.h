@@ -19,7 +19,7 @@ struct FoundBall {
   double radius_px = 0;     ///< of the contact, where the pad leaves the ball
   double center_sd_px = 0;  ///< standard error along x or y, from the fit's residuals
   double radius_sd_px = 0;
-  double explained = 0;         ///< share of the change around the contact that one ball explains, 0 to 1
+  double explained = 0;         ///< fraction of the change around the contact that one ball explains, 0 to 1
   double ramp_gray_per_px = 0;  ///< colour: how fast the change grows across the contact; the same for every
                                 ///< press of one ball where the light is even
   std::string refusal;          ///< why this is no press of one ball; empty: it is
@@ -62,7 +62,7 @@ std::string coverage_refusal(const FoundBall& ball, const Frame& frame, const Fr
                              std::span<const uint8_t> mask);
 
 /// "12 %", "3.4".
-std::string percent(double share);
+std::string percent(double fraction);
 std::string tenths(double value);
 
 }  // namespace ball

@@ -209,7 +209,7 @@ Scatter find_interval(std::span<const ForceSample> samples, std::span<const size
     }
     Scatter scatter = fit_scatter(r, f);
     const double factor = widening(scatter, r, f);
-    return Scatter{scatter.still_N * factor, scatter.share * factor};
+    return Scatter{scatter.still_N * factor, scatter.fraction * factor};
   };
   size_t inside = 0;
   for (size_t b = 0; b < blocks; ++b) {
@@ -351,7 +351,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
   const auto all = [](size_t) { return true; };
   const ForceCurves curves = fit_curves(c.model, c.branches, track, samples, all);
   choice.held_out_N = held_out(c, track, samples, final_block, choice.blocks);
-  choice.unloading_share = track.unloading;
+  choice.unloading_fraction = track.unloading;
 
   ForceCalibration& f = choice.calibration;
   f.signal = c.signal;
@@ -367,7 +367,7 @@ ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOpt
 
   const Scatter scatter = find_interval(samples, final_block, choice.blocks, f.force_max_N, choice);
   f.residual_sd_N = scatter.still_N;
-  f.residual_share = scatter.share;
+  f.residual_fraction = scatter.fraction;
   if (curves.loading) {
     f.loading = curves.loading->curve;
     f.unloading = curves.unloading->curve;

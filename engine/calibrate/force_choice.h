@@ -42,9 +42,9 @@ struct ForceChoice {
   double residual_rms_N = 0;  ///< of the calibration on them
   double largest_residual_N = 0;
   double held_out_rms_N = 0;
-  double interval_coverage = 0;  ///< share of held-out readings within their 95 % interval, whose width was
-                                 ///< found without their block
-  double interval_full_N = 0;    ///< half the 95 % interval at full scale
+  double interval_coverage = 0;  ///< fraction of held-out readings within their 95 % interval, whose width
+                                 ///< was found without their block
+  double interval_full_N = 0;  ///< half the 95 % interval at full scale
   /// The paper's lines of the chosen signal: both directions together, loading, unloading (those with too few
   /// readings are missing).
   BranchLine line;
@@ -52,8 +52,8 @@ struct ForceChoice {
   bool has_hysteresis = false;    ///< both directions were seen over a common range
   double hysteresis_signal = 0;   ///< where the largest difference lies
   double drift_sd_N_per_min = 0;  ///< standard error of calibration.drift_N_per_min; NaN: times not known
-  std::vector<double> unloading_share;  ///< of each sample, 0 to 1, in the chosen signal
-  std::vector<double> held_out_N;       ///< of each sample: predicted by a fit without its block; NaN: none
+  std::vector<double> unloading_fraction;  ///< of each sample, 0 to 1, in the chosen signal
+  std::vector<double> held_out_N;  ///< of each sample: predicted by a fit without its block; NaN: none
 };
 
 /// Marks outliers in `samples` (readings further than six robust scatters from a flexible curve of every

@@ -104,11 +104,11 @@ std::vector<double> knot_places(const Readings& r, size_t count) {
   std::sort(sorted.begin(), sorted.end());
   std::vector<double> places;
   for (size_t k = 0; k < count; ++k) {
-    const double share = static_cast<double>(k) / static_cast<double>(count - 1);
-    const double even = sorted.front() + share * (sorted.back() - sorted.front());
+    const double fraction = static_cast<double>(k) / static_cast<double>(count - 1);
+    const double even = sorted.front() + fraction * (sorted.back() - sorted.front());
     places.push_back(
         0.5 *
-        (even + sorted[static_cast<size_t>(std::lround(share * static_cast<double>(sorted.size() - 1)))]));
+        (even + sorted[static_cast<size_t>(std::lround(fraction * static_cast<double>(sorted.size() - 1)))]));
   }
   return places;
 }
@@ -189,10 +189,10 @@ CurveFit fit_spline(const Readings& r, size_t free) {
     const MatrixXd weighted = root_weight.asDiagonal() * j;
     const VectorXd y = root_weight.asDiagonal() * (target - f + j * v);
     const VectorXd to = rising_least_squares(weighted, y, roughness);
-    double share = 1, reached = best;
+    double fraction = 1, reached = best;
     VectorXd next = v;
-    for (int half = 0; half < 6; ++half, share *= 0.5) {
-      next = v + share * (to - v);
+    for (int half = 0; half < 6; ++half, fraction *= 0.5) {
+      next = v + fraction * (to - v);
       reached = cost(next);
       if (reached < best) break;
     }

@@ -13,7 +13,7 @@ namespace {
 constexpr double kOnBranch = 0.1;     // an unloading share closer to 0 or 1 than this counts as on a branch
 constexpr size_t kLeastOnBranch = 7;  // readings
 constexpr double kOutlier_sd = 6;
-constexpr double kLeastScatter = 0.004;  // share of full scale below which nothing is an outlier
+constexpr double kLeastScatter = 0.004;  // fraction of full scale below which nothing is an outlier
 constexpr double kMostOutliers = 0.1;    // more are no outliers but a curve that does not fit
 constexpr size_t kFewestPresses = 4;     // the same
 constexpr size_t kMostBlocks = 10;
@@ -82,7 +82,7 @@ ForceTrack track_of(ForceSignal signal, std::span<const ForceSample> samples) {
   for (size_t i = 0; i < samples.size(); ++i) {
     if (i == 0 || samples[i].press != samples[i - 1].press) direction = LoadDirection();
     track.unloading.push_back(
-        direction.update(true, track.signal[i], kTurn_share * (track.high - track.low)));
+        direction.update(true, track.signal[i], kTurn_fraction * (track.high - track.low)));
   }
   return track;
 }

@@ -58,7 +58,7 @@ struct ForceCurves {
   CurveFit together;
   std::optional<CurveFit> loading, unloading;
 
-  double at(double signal, double unloading_share) const;
+  double at(double signal, double unloading_fraction) const;
 };
 /// To the used samples for which `counts` says so. Throws Error(Failure::Input) where they are too few.
 ForceCurves fit_curves(ForceModel model, bool branches, const ForceTrack& track,

@@ -9,8 +9,8 @@ namespace palpate {
 /// Scatter that is constant and scatter that grows with the force: sd^2 = still^2 + (share F)^2.
 struct Scatter {
   double still_N = 0;
-  double share = 0;
-  double at(double force_N) const { return std::hypot(still_N, share * force_N); }
+  double fraction = 0;
+  double at(double force_N) const { return std::hypot(still_N, fraction * force_N); }
 };
 
 /// By weighted least squares of the squared residuals, neither part negative; fewer than 20 residuals: their

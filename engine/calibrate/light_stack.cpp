@@ -88,9 +88,10 @@ void features(const LightImages& images, int order, uint32_t x, uint32_t y, Eige
       const double place = std::pow(across, i) * std::pow(down, j);
       for (size_t k = 0; k < lights; ++k) {
         // Shares about their mean: what is left are their differences.
-        const double share =
+        const double fraction =
             sum > 0 ? static_cast<double>(images.images[k][at]) / sum : 1.0 / static_cast<double>(lights);
-        out[static_cast<Eigen::Index>(k) * terms + term] = place * (share * static_cast<double>(lights) - 1);
+        out[static_cast<Eigen::Index>(k) * terms + term] =
+            place * (fraction * static_cast<double>(lights) - 1);
       }
       out[static_cast<Eigen::Index>(lights) * terms + term] = place;
     }

@@ -15,14 +15,14 @@ struct LightImages {
   std::vector<std::vector<float>> images;
 };
 
-/// Slope d(height)/dx = sum_k w_k(X, Y) r_k + w_0(X, Y), likewise down; r_k is light k's share of the
+/// Slope d(height)/dx = sum_k w_k(X, Y) r_k + w_0(X, Y), likewise down; r_k is light k's fraction of the
 /// brightness of all, which the surface's own colour leaves alone, and w are polynomials of degree `order` in
 /// the place across the frame.
 struct LightStack {
   uint32_t lights = 0;
   int order = 1;
   std::vector<double> wx, wy;  ///< (lights + 1) x terms of the polynomial
-  double explained_x = 0;      ///< share of the slopes' variance explained where it was fitted
+  double explained_x = 0;      ///< fraction of the slopes' variance explained where it was fitted
   double explained_y = 0;
   double condition = 0;  ///< of the normal equations; past 1e12 they are regularised
 };

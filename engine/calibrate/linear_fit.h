@@ -9,7 +9,7 @@ namespace palpate {
 
 struct ForceFit {
   ForceCalibration calibration;
-  double r_squared = 0;           ///< share of the force's variance that the line explains
+  double r_squared = 0;           ///< fraction of the force's variance that the line explains
   double largest_residual_N = 0;  ///< of the readings, absolute
 };
 

@@ -44,7 +44,7 @@ struct PhotometricFitResult {
   uint64_t contact_px = 0;                  ///< pixels of known slope in all presses together
   double condition = 0;                     ///< largest over smallest singular value of the design matrix
   double ridge = 0;        ///< Tikhonov weight relative to the largest eigenvalue; 0: plain least squares
-  double explained_x = 0;  ///< share of the contact normals' variance explained, held out, 0 to 1
+  double explained_x = 0;  ///< fraction of the contact normals' variance explained, held out, 0 to 1
   double explained_y = 0;
   double normal_rms_fitted = 0;    ///< RMS error on the presses that made the fit
   double normal_rms_held_out = 0;  ///< each press judged by the fit of the others

@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-// Where a linear normal lies in the grid: the node up and left of it and the share of the way to the next.
+// Where a linear normal lies in the grid: the node up and left of it and the fraction of the way to the next.
 struct Place {
   uint32_t i, j;
   double a, b, beyond_x, beyond_y;
@@ -51,16 +51,16 @@ NormalTableFit::NormalTableFit(uint32_t side, double reach)
 void NormalTableFit::add(double linear_x, double linear_y, double true_x, double true_y) {
   if (std::abs(linear_x) > reach_ || std::abs(linear_y) > reach_) return;
   const Place p = place_of(linear_x, linear_y, side_, reach_);
-  const std::array<double, 4> share = {(1 - p.a) * (1 - p.b), p.a * (1 - p.b), (1 - p.a) * p.b, p.a * p.b};
+  const std::array<double, 4> fraction = {(1 - p.a) * (1 - p.b), p.a * (1 - p.b), (1 - p.a) * p.b, p.a * p.b};
   for (int m = 0; m < 4; ++m) {
     const size_t node =
         (p.j + static_cast<uint32_t>(m / 2)) * size_t{side_} + p.i + static_cast<uint32_t>(m % 2);
-    to_x_[node] += share[static_cast<size_t>(m)] * (true_x - linear_x);
-    to_y_[node] += share[static_cast<size_t>(m)] * (true_y - linear_y);
+    to_x_[node] += fraction[static_cast<size_t>(m)] * (true_x - linear_x);
+    to_y_[node] += fraction[static_cast<size_t>(m)] * (true_y - linear_y);
     for (int k = 0; k < 4; ++k) {
       const int dx = k % 2 - m % 2, dy = k / 2 - m / 2;
       gram_[node * 9 + static_cast<size_t>((dy + 1) * 3 + dx + 1)] +=
-          share[static_cast<size_t>(m)] * share[static_cast<size_t>(k)];
+          fraction[static_cast<size_t>(m)] * fraction[static_cast<size_t>(k)];
     }
   }
   samples_ += 1;

@@ -15,15 +15,15 @@ namespace {
 using Phase = ShearSample::Phase;
 
 constexpr size_t kLeastReadings = 10;
-constexpr double kLeastShare = 0.1;       // of the other direction's force: less is not pulled in
+constexpr double kLeastFraction = 0.1;    // of the other direction's force: less is not pulled in
 constexpr double kLeastShift_noise = 10;  // times the shift's noise
-constexpr double kBehind = 0.08;          // share of the largest force by which K u may miss while it sticks
-constexpr double kBehind_sd = 4;          // and so many robust scatters
-constexpr double kBehindAtMost = 0.15;    // the same, whatever the scatter: a slide is no scatter
-constexpr double kAtLimit = 0.9;          // of the force that it slips at
-constexpr double kLeastRSquared = 0.8;    // of K u: less is no spring
-constexpr int kForGood = 3;               // frames in a row
-constexpr double kPlateau = 0.93;         // of the upper tenth's ratio: still the plateau
+constexpr double kBehind = 0.08;        // fraction of the largest force by which K u may miss while it sticks
+constexpr double kBehind_sd = 4;        // and so many robust scatters
+constexpr double kBehindAtMost = 0.15;  // the same, whatever the scatter: a slide is no scatter
+constexpr double kAtLimit = 0.9;        // of the force that it slips at
+constexpr double kLeastRSquared = 0.8;  // of K u: less is no spring
+constexpr int kForGood = 3;             // frames in a row
+constexpr double kPlateau = 0.93;       // of the upper tenth's ratio: still the plateau
 constexpr size_t kStretches = 8;
 
 std::string number(double value) {
@@ -69,7 +69,7 @@ void check_pulled(std::span<const ShearSample> samples, double noise_mm) {
       shift_mm[a] = std::max(shift_mm[a], std::abs(s.*kAxes[a].u));
     }
   for (const size_t a : {0, 1}) {
-    const bool force = force_N[a] > kLeastShare * std::max(force_N[0], force_N[1]);
+    const bool force = force_N[a] > kLeastFraction * std::max(force_N[0], force_N[1]);
     const bool shift = shift_mm[a] > kLeastShift_noise * noise_mm;
     if (force && shift && force_N[a] > 0) continue;
     throw Error(Failure::Input, "a contact that is pulled in both directions, x and y",

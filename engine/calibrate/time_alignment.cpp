@@ -59,8 +59,8 @@ class Matcher {
     while (hint + 2 < time_s_.size() && time_s_[hint + 1] < time_s) ++hint;
     for (const auto& [from, to] : breaks_)
       if (time_s > from && time_s < to) return kNaN;
-    const double share = (time_s - time_s_[hint]) / (time_s_[hint + 1] - time_s_[hint]);
-    return value_[hint] + share * (value_[hint + 1] - value_[hint]);
+    const double fraction = (time_s - time_s_[hint]) / (time_s_[hint + 1] - time_s_[hint]);
+    return value_[hint] + fraction * (value_[hint + 1] - value_[hint]);
   }
 
   Fit fit(const Series& first, double offset_s, size_t least_pairs) const {

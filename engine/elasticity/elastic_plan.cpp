@@ -55,8 +55,8 @@ std::vector<Gaussian> gaussians(const ElasticKernel& kernel) {
   Eigen::MatrixXd basis(kPoints, static_cast<Eigen::Index>(layer.size()));
   Eigen::VectorXd target(kPoints);
   for (int i = 0; i < kPoints; ++i) {
-    const double share = (i + 0.5) / kPoints, r = kFarthest * thickness * share * share;
-    const double weight = share * std::sqrt(share);  // r dr, as a square root
+    const double fraction = (i + 0.5) / kPoints, r = kFarthest * thickness * fraction * fraction;
+    const double weight = fraction * std::sqrt(fraction);  // r dr, as a square root
     double value = kernel.loss(r);
     for (const Gaussian& g : far) value -= g.weight * std::exp(-r * r / (2 * g.variance));
     target[i] = weight * value;

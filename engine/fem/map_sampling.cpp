@@ -10,11 +10,11 @@ MapTaps map_taps(double place, uint32_t nodes) {
   const uint32_t cell = std::min(static_cast<uint32_t>(i), nodes - 2);
   const uint32_t half = std::min({3u, cell + 1, nodes - 1 - cell});
   // Of each node: one over the product of its distances, with signs, from the others.
-  static constexpr std::array<std::array<double, 6>, 3> kShare = {
+  static constexpr std::array<std::array<double, 6>, 3> kFraction = {
       {{-1, 1},
        {-1. / 6, 1. / 2, -1. / 2, 1. / 6},
        {-1. / 120, 1. / 24, -1. / 12, 1. / 12, -1. / 24, 1. / 120}}};
-  MapTaps taps{cell + 1 - half, 2 * half, kShare[half - 1]};
+  MapTaps taps{cell + 1 - half, 2 * half, kFraction[half - 1]};
   const double from_first = i - taps.first;
   double before = 1, after = 1;
   for (uint32_t k = 0; k < taps.count; ++k) {

@@ -27,7 +27,7 @@ ContactModel::ContactModel(const Scene& scene, const Options& options, WorkTeam&
 }
 
 /// Share of a node's cell-sized area that lies on the model's surface.
-double ContactModel::rim_share(uint32_t i, uint32_t j) const {
+double ContactModel::rim_fraction(uint32_t i, uint32_t j) const {
   return (i == 0 || i == grid_.cells[0] ? 0.5 : 1) * (j == 0 || j == grid_.cells[1] ? 0.5 : 1);
 }
 
@@ -90,7 +90,7 @@ void ContactModel::press(double way_mm, Result& result) {
           displacement_[2 * nodes + n] = way_mm * (1 - depth / whole);
           // A pressure that presses about that far; measure() is told how far it was.
           if (k == 0 && scene_.presser == Presser::Pressure)
-            load_[2 * nodes + n] = way_mm / whole * grid_.size_x_mm * grid_.size_y_mm * rim_share(i, j);
+            load_[2 * nodes + n] = way_mm / whole * grid_.size_x_mm * grid_.size_y_mm * rim_fraction(i, j);
         }
       if (k < nz) depth += grid_.size_z_mm[k];
     }
@@ -161,7 +161,7 @@ void ContactModel::measure(double scale, Result& result) {
         return !quarter_ ? at : at > cells / 2 ? at - cells / 2 : cells / 2 - at;
       };
       const uint32_t i = model(x, scene_.cells[0]), j = model(y, scene_.cells[1]);
-      const double area = cell_mm2 * rim_share(i, j);
+      const double area = cell_mm2 * rim_fraction(i, j);
       const size_t at = 2 * nodes + grid_.node(i, j, above_);
       const double pressure = force_[at] / area * scene_.young_Pa * scale;
       // On the whole surface a node has a whole cell but at the block's rim.
@@ -181,7 +181,7 @@ void ContactModel::measure(double scale, Result& result) {
                                                         : way_mm_ * scale;
   result.center_stress_Pa = static_cast<double>(stress.at(scene_.cells[0] / 2, scene_.cells[1] / 2));
   result.contact_radius_mm = std::sqrt(contact_mm2 / M_PI);
-  result.tension_share = pressed_mm2 > 0 ? tension_mm2 / pressed_mm2 : 0;
+  result.tension_fraction = pressed_mm2 > 0 ? tension_mm2 / pressed_mm2 : 0;
   result.core_strain = core_strain() * scale;
   result.stress_Pa = std::move(stress);
   result.deflection_mm = std::move(deflection);

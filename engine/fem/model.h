@@ -19,7 +19,7 @@ class ContactModel {
  private:
   bool by_ball() const { return scene_.presser == Presser::Sphere; }
   size_t surface_nodes() const { return size_t{grid_.cells[0] + 1} * (grid_.cells[1] + 1); }
-  double rim_share(uint32_t i, uint32_t j) const;
+  double rim_fraction(uint32_t i, uint32_t j) const;
   double gap_mm(uint32_t i, uint32_t j) const;
   double core_strain() const;
   bool solve(double residual, Result& result);

@@ -117,7 +117,7 @@ struct Result {
   double contact_radius_mm = 0;  ///< of Presser::Sphere, of the circle of the same area
   double core_strain = 0;        ///< eps_zz in the inclusion's middle (block's, without one), stretch > 0;
                                  ///< NaN at large strain
-  double tension_share = 0;      ///< of the pressed area where the presser would have to pull: what
+  double tension_fraction = 0;   ///< of the pressed area where the presser would have to pull: what
                                  ///< real contact would lift off
   std::vector<std::string> warnings;  ///< one line each: what lies outside the model's validity
 };

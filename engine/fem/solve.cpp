@@ -52,10 +52,10 @@ void warn(const Scene& scene, bool large_strain, Result& result) {
                   100 * strain);
     result.warnings.emplace_back(line);
   }
-  if (result.tension_share > 0.001) {
+  if (result.tension_fraction > 0.001) {
     std::snprintf(line, sizeof line,
                   "%.1f %% of the pressed area is under tension, where real contact would lift off",
-                  100 * result.tension_share);
+                  100 * result.tension_fraction);
     result.warnings.emplace_back(line);
   }
   if (scene.presser == Presser::Sphere) {
@@ -106,7 +106,7 @@ Result solve_at_large_strain(const Scene& scene, const Options& options) {
   result.center_stress_Pa = double{stress.at((stress.width - 1) / 2, (stress.height - 1) / 2)};
   result.core_strain = std::nan("");
   const auto pulls = std::count_if(stress.values.begin(), stress.values.end(), [](float p) { return p < 0; });
-  result.tension_share = static_cast<double>(pulls) / static_cast<double>(stress.values.size());
+  result.tension_fraction = static_cast<double>(pulls) / static_cast<double>(stress.values.size());
   warn(scene, true, result);
   return result;
 }

@@ -159,7 +159,7 @@ void ContactTracker::end_missing() {
 void ContactTracker::sum_skin(Touch& touch) const {
   SkinMotion whole;
   const Estimate unknown{0, 0, Validity::NoContact};
-  whole.shift_x_mm = whole.shift_y_mm = whole.torsion_rad = whole.stick_share = unknown;
+  whole.shift_x_mm = whole.shift_y_mm = whole.torsion_rad = whole.stick_fraction = unknown;
   if (touch.contacts.size() == 1)
     whole = std::ranges::find(tracks_, 0u, &Track::missed)->motion;
   else
@@ -208,7 +208,7 @@ void ContactTracker::add_up(Touch& touch) const {
       const Estimate& force = contact.force_N;
       const double total = force.standard_error * force.standard_error;
       const double own = std::min(total, std::pow(calibration.residual_sd_N, 2) +
-                                             std::pow(calibration.residual_share * force.value, 2));
+                                             std::pow(calibration.residual_fraction * force.value, 2));
       sum.value += force.value;
       sum.validity = graver(sum.validity, force.validity);
       scatter += own;

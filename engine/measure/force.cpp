@@ -138,7 +138,7 @@ Estimate force_of(const ForceCalibration& c, const ForceFeatures& r, double unlo
   }
   const auto& [var_c0, covariance, var_c1] = c.covariance;
   const double g = basis(c.model, c.exponent, s);
-  const double share_N = c.residual_share * value;
+  const double share_N = c.residual_fraction * value;
   const double variance = scatter_N * scatter_N + share_N * share_N + gap_sd_N * gap_sd_N + var_c0 +
                           2 * g * covariance + g * g * var_c1;
   Estimate force{value, std::sqrt(std::max(variance, 0.0)), Validity::Valid};
@@ -150,7 +150,7 @@ Estimate force_of(const ForceCalibration& c, const ForceFeatures& r, double unlo
 }
 
 Estimate ForceHistory::update(const ForceCalibration& c, const ForceFeatures& r) {
-  const double w = direction_.update(r.contact, signal_of(c, r), kTurn_share * (c.gray_max - c.gray_min));
+  const double w = direction_.update(r.contact, signal_of(c, r), kTurn_fraction * (c.gray_max - c.gray_min));
   return force_of(c, r, w);
 }
 

@@ -37,10 +37,10 @@ double force_at(ForceModel model, const ForceCurve& curve, double signal);
 
 /// Share of the calibrated range that the signal has to turn back by until the contact counts as on the other
 /// branch.
-inline constexpr double kTurn_share = 0.05;
+inline constexpr double kTurn_fraction = 0.05;
 
 /// Which branch a contact is on: 0 loading, 1 unloading, between them just after a reversal. A play of width
-/// kTurn_share of the calibrated range: noise that is smaller does not make it flicker.
+/// kTurn_fraction of the calibrated range: noise that is smaller does not make it flicker.
 class LoadDirection {
  public:
   /// The next contact began unseen: its branch is not known until it has moved.

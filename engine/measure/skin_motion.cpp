@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kShares = 21;              // stick shares that are tried, 0 to 1
+constexpr int kFractions = 21;           // stick shares that are tried, 0 to 1
 constexpr double kPointFloor_px = 0.03;  // no point is better than this: pattern and light differ a little
 constexpr double kFitFloor_px = 0.02;
 constexpr double kModelError = 0.02;  // of a turn: a window's mean stands for its middle
@@ -28,12 +28,12 @@ struct Fit {
   double chi2 = 0;
 };
 
-Fit fit(std::span<const SkinSample> samples, double stick_share) {
+Fit fit(std::span<const SkinSample> samples, double stick_fraction) {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   double squares = 0;
   for (const SkinSample& s : samples) {
-    const double f = cattaneo_share(s.rho, stick_share);
+    const double f = cattaneo_fraction(s.rho, stick_fraction);
     const Eigen::Vector3d x(f, 0, -s.dy), y(0, f, s.dx);
     normal += s.weight * (x * x.transpose() + y * y.transpose());
     right += s.weight * (x * s.mx + y * s.my);
@@ -48,15 +48,15 @@ Fit fit(std::span<const SkinSample> samples, double stick_share) {
   return result;
 }
 
-double residual_px(const SkinSample& s, const Fit& f, double stick_share) {
-  const double share = cattaneo_share(s.rho, stick_share);
-  return std::hypot(s.mx - share * f.value[0] + s.dy * f.value[2],
-                    s.my - share * f.value[1] - s.dx * f.value[2]);
+double residual_px(const SkinSample& s, const Fit& f, double stick_fraction) {
+  const double fraction = cattaneo_fraction(s.rho, stick_fraction);
+  return std::hypot(s.mx - fraction * f.value[0] + s.dy * f.value[2],
+                    s.my - fraction * f.value[1] - s.dx * f.value[2]);
 }
 
 }  // namespace
 
-double cattaneo_share(double r, double c) {
+double cattaneo_fraction(double r, double c) {
   if (c > 0.9999) return r <= 1 ? 1 : 2 / std::numbers::pi * std::asin(1 / r);
   if (r <= c) return 1;
   return (hertzian(r, 1) - (c > 0 ? hertzian(r, c) : 0)) / (std::numbers::pi * (1 - c * c));
@@ -69,14 +69,14 @@ void SkinTracker::restart() {
 
 void SkinTracker::leave_out_strangers() {
   Fit best;
-  double share = 0;
-  for (int k = 0; k < kShares; k += 4) {
-    const double c = static_cast<double>(k) / (kShares - 1);
+  double fraction = 0;
+  for (int k = 0; k < kFractions; k += 4) {
+    const double c = static_cast<double>(k) / (kFractions - 1);
     const Fit f = fit(samples_, c);
-    if (k == 0 || f.chi2 < best.chi2) best = f, share = c;
+    if (k == 0 || f.chi2 < best.chi2) best = f, fraction = c;
   }
   residuals_.clear();
-  for (const SkinSample& s : samples_) residuals_.push_back(residual_px(s, best, share));
+  for (const SkinSample& s : samples_) residuals_.push_back(residual_px(s, best, fraction));
   sorted_ = residuals_;
   std::nth_element(sorted_.begin(), sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2),
                    sorted_.end());
@@ -130,7 +130,7 @@ SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const Sk
   }
   if (!outline) {
     touching_ = onset_unseen_ = false;
-    for (Estimate* e : {&motion.shift_x_mm, &motion.shift_y_mm, &motion.torsion_rad, &motion.stick_share})
+    for (Estimate* e : {&motion.shift_x_mm, &motion.shift_y_mm, &motion.torsion_rad, &motion.stick_fraction})
       e->validity = Validity::NoContact;
     return motion;
   }
@@ -138,32 +138,32 @@ SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const Sk
   if (samples_.size() >= 6) leave_out_strangers();
   motion.touching = static_cast<uint32_t>(samples_.size());
   if (samples_.size() < 3) {
-    for (Estimate* e : {&motion.shift_x_mm, &motion.shift_y_mm, &motion.torsion_rad, &motion.stick_share})
+    for (Estimate* e : {&motion.shift_x_mm, &motion.shift_y_mm, &motion.torsion_rad, &motion.stick_fraction})
       e->validity = Validity::NoContact;
     return motion;
   }
 
-  std::array<Fit, kShares> fits;
+  std::array<Fit, kFractions> fits;
   double least = -1;
-  for (int k = 0; k < kShares; ++k) {
-    fits[k] = fit(samples_, static_cast<double>(k) / (kShares - 1));
+  for (int k = 0; k < kFractions; ++k) {
+    fits[k] = fit(samples_, static_cast<double>(k) / (kFractions - 1));
     if (k == 0 || fits[k].chi2 < least) least = fits[k].chi2;
   }
   // The points' own scatter about the best fit is the noise, where it is larger than theirs.
   const double freedom = std::max(1.0, 2 * static_cast<double>(samples_.size()) - 4);
   const double noise2 = std::max(least / freedom, 1.0);
-  double weights = 0, share = 0, share2 = 0;
+  double weights = 0, fraction = 0, share2 = 0;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero(), square = Eigen::Vector3d::Zero();
-  for (int k = 0; k < kShares; ++k) {
-    const double c = static_cast<double>(k) / (kShares - 1),
+  for (int k = 0; k < kFractions; ++k) {
+    const double c = static_cast<double>(k) / (kFractions - 1),
                  w = std::exp(-(fits[k].chi2 - least) / (2 * noise2));
     weights += w;
-    share += w * c;
+    fraction += w * c;
     share2 += w * c * c;
     mean += w * fits[k].value;
     square += w * (fits[k].value.cwiseAbs2() + noise2 * fits[k].inverse.diagonal());
   }
-  share /= weights;
+  fraction /= weights;
   mean /= weights;
   const Eigen::Vector3d variance = (square / weights - mean.cwiseAbs2()).cwiseMax(0);
   const Validity validity = onset_unseen_ ? Validity::OnsetUnseen : Validity::Valid;
@@ -174,9 +174,9 @@ SkinMotion SkinTracker::update(const ContactOutline* outline, std::span<const Sk
   motion.shift_x_mm = length(0);
   motion.shift_y_mm = length(1);
   motion.torsion_rad = {mean[2], std::hypot(std::sqrt(variance[2]), kModelError * mean[2]), validity};
-  constexpr double kStep2 = 1.0 / (12.0 * (kShares - 1) * (kShares - 1));
-  const double share_sd = std::sqrt(std::max(0.0, share2 / weights - share * share) + kStep2);
-  motion.stick_share = {share, share_sd, share_sd > kShareTold ? Validity::BelowRange : validity};
+  constexpr double kStep2 = 1.0 / (12.0 * (kFractions - 1) * (kFractions - 1));
+  const double share_sd = std::sqrt(std::max(0.0, share2 / weights - fraction * fraction) + kStep2);
+  motion.stick_fraction = {fraction, share_sd, share_sd > kShareTold ? Validity::BelowRange : validity};
   return motion;
 }
 

@@ -9,11 +9,11 @@
 
 namespace palpate {
 
-/// Tangential displacement at r of a circular contact of radius 1 that sticks within c, as a share of the
+/// Tangential displacement at r of a circular contact of radius 1 that sticks within c, as a fraction of the
 /// core's: what the tractions sqrt(1 - r^2) less sqrt(c^2 - r^2) do through the kernel 1/r (Cattaneo 1938,
 /// Mindlin 1949; Johnson, Contact Mechanics, Eq. 3.42 and 7.27). It leaves out that u_x differs between
 /// directions where Poisson's ratio is not 0. Within c it is 1; c = 0 slides, c = 1 sticks everywhere.
-double cattaneo_share(double r, double c);
+double cattaneo_fraction(double r, double c);
 
 /// Where a contact is: the ellipse of its area, px.
 struct ContactOutline {
@@ -31,7 +31,7 @@ struct SkinSample {
 };
 
 /// Follows the skin under one contact. While nothing touches, it learns where the points rest. Under a
-/// contact the points' motions since then are fitted by shift * cattaneo_share + turn x place, for stick
+/// contact the points' motions since then are fitted by shift * cattaneo_fraction + turn x place, for stick
 /// shares from 0 to 1; what is returned are means and standard errors over all of them, each weighted by how
 /// well it explains the points. Points that disagree with the others are left out.
 class SkinTracker {

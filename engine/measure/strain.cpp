@@ -126,14 +126,14 @@ MeanStrain mean_of(std::span<const PlaneStrain> draws) {
   fill_principal(m);
   Covariances v{};
   for (const PlaneStrain& e : draws) {
-    const double share = 1 / (count * (count - 1)), xx = e.xx - m.xx, yy = e.yy - m.yy, xy = e.xy - m.xy;
-    v.xx += share * xx * xx;
-    v.yy += share * yy * yy;
-    v.xy += share * xy * xy;
-    v.xx_yy += share * xx * yy;
-    v.xx_xy += share * xx * xy;
-    v.yy_xy += share * yy * xy;
-    v.area += share * (e.area - m.area) * (e.area - m.area);
+    const double fraction = 1 / (count * (count - 1)), xx = e.xx - m.xx, yy = e.yy - m.yy, xy = e.xy - m.xy;
+    v.xx += fraction * xx * xx;
+    v.yy += fraction * yy * yy;
+    v.xy += fraction * xy * xy;
+    v.xx_yy += fraction * xx * yy;
+    v.xx_xy += fraction * xx * xy;
+    v.yy_xy += fraction * yy * xy;
+    v.area += fraction * (e.area - m.area) * (e.area - m.area);
   }
   fill_errors(result, v);
   return result;
@@ -142,7 +142,7 @@ MeanStrain mean_of(std::span<const PlaneStrain> draws) {
 MeanStrain StrainField::mean(std::span<const std::array<double, 2>> places) {
   if (places.empty())
     throw Error(Failure::Input, "places to average strain over", "none", "a contact that covers some points");
-  const double share = 1 / static_cast<double>(places.size());
+  const double fraction = 1 / static_cast<double>(places.size());
   const std::vector<double> g = gradients(places);
   MeanStrain result;
   // How each of xx, yy, xy, area and, of the mean tensor, nothing else, answers to the gradients of u and of
@@ -154,13 +154,13 @@ MeanStrain StrainField::mean(std::span<const std::array<double, 2>> places) {
   for (size_t i = 0; i < places.size(); ++i) {
     const double ux = g[4 * i], uy = g[4 * i + 1], vx = g[4 * i + 2], vy = g[4 * i + 3];
     const PlaneStrain e = plane_strain({ux, uy, vx, vy});
-    result.mean.xx += share * e.xx;
-    result.mean.yy += share * e.yy;
-    result.mean.xy += share * e.xy;
-    result.mean.area += share * e.area;
+    result.mean.xx += fraction * e.xx;
+    result.mean.yy += fraction * e.yy;
+    result.mean.xy += fraction * e.xy;
+    result.mean.area += fraction * e.area;
     const auto add = [&](size_t which, double to_ux, double to_uy, double to_vx, double to_vy) {
-      answers[which][0].push_back({share * to_ux, share * to_uy});
-      answers[which][1].push_back({share * to_vx, share * to_vy});
+      answers[which][0].push_back({fraction * to_ux, fraction * to_uy});
+      answers[which][1].push_back({fraction * to_vx, fraction * to_vy});
     };
     add(kXx, 1 + ux, 0, vx, 0);
     add(kYy, 0, uy, 0, 1 + vy);

@@ -163,7 +163,7 @@ CandidateGrid control_candidates(const PixelRect& box, const ControlOptions& opt
   grid.step_y_px = static_cast<double>(box.height) / grid.rows;
   std::mt19937_64 random(options.seed);
   // Not std::uniform_real_distribution: its numbers differ from library to library.
-  const auto share = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+  const auto fraction = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   for (uint32_t row = 0; row < grid.rows; ++row)
     for (uint32_t column = 0; column < grid.columns; ++column) {
       const double u = share(), v = share();
@@ -209,8 +209,8 @@ ControlPoints choose_control_points(const CandidateGrid& candidates, std::span<c
         edges_mm += apart;
         if (apart > 0) slope2 += (other - depth) * (other - depth) / (apart * apart);
         if (touched(depth) == touched(other)) continue;
-        const double share = (limit - depth) / (other - depth);
-        rim.push_back({x0 + share * (x1 - x0), y0 + share * (y1 - y0), limit, ControlKind::Rim});
+        const double fraction = (limit - depth) / (other - depth);
+        rim.push_back({x0 + fraction * (x1 - x0), y0 + fraction * (y1 - y0), limit, ControlKind::Rim});
       }
       if (touched(depth)) steep += cell_mm2 * std::sqrt(1 + slope2);
     }

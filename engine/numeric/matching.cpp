@@ -282,9 +282,9 @@ MatchResult match_points(const PointSet& from, const PointSet& to, double most_t
     search.run(sets, sets.as_it_lies, most_turn_deg, result);
     state = std::move(search.best());
   } else {
-    const double share = std::min(1., static_cast<double>(kCoarse) / static_cast<double>(std::min(n, m)));
+    const double fraction = std::min(1., static_cast<double>(kCoarse) / static_cast<double>(std::min(n, m)));
     const auto part = [&](Index size) {
-      return thinned(size, static_cast<Index>(std::ceil(share * static_cast<double>(size))), 1);
+      return thinned(size, static_cast<Index>(std::ceil(fraction * static_cast<double>(size))), 1);
     };
     const std::vector<Index> some = part(n);
     const MatrixXd coarse_to = sets.to(part(m), Eigen::all);
@@ -319,8 +319,8 @@ MatchResult match_points(const PointSet& from, const PointSet& to, double most_t
   result.log_likelihood_gain = (energy_without(sets.to, volume) - state.energy) / static_cast<double>(m);
   result.noise_sd = std::sqrt(state.variance) * sets.unit;
   result.noise_below = state.variance <= 1.01 * kLeastSd * kLeastSd;
-  result.target_outlier_share = std::clamp(1 - found / static_cast<double>(m), 0., 1.);
-  result.template_nil_share = std::clamp(1 - found / static_cast<double>(n), 0., 1.);
+  result.target_outlier_fraction = std::clamp(1 - found / static_cast<double>(m), 0., 1.);
+  result.template_nil_fraction = std::clamp(1 - found / static_cast<double>(n), 0., 1.);
   result.warped.axes = from.axes;
   result.warped.coordinates.resize(from.coordinates.size());
   Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(

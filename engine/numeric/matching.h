@@ -65,8 +65,8 @@ struct MatchResult {
   bool converged = false;
   double noise_sd = 0;       ///< of the target's points about the warped template, per axis, target units
   bool noise_below = false;  ///< less noise than noise_sd is not told apart: it is an upper bound
-  double target_outlier_share = 0;  ///< of the target's points, expected
-  double template_nil_share = 0;    ///< of the template's points, expected
+  double target_outlier_fraction = 0;  ///< of the target's points, expected
+  double template_nil_fraction = 0;    ///< of the template's points, expected
   /// Nats per target point by which the warped template explains the target better than one normal
   /// distribution or an even spread does, whichever is better.
   double log_likelihood_gain = 0;

@@ -88,11 +88,11 @@ Eigen::MatrixXf ContextCells::histograms(const Eigen::VectorXf& weight) const {
       const float up = c.height - static_cast<float>(layer);
       float* at = one.data() + layer * layer_cells + c.ring * kDirections;
       for (int l = 0; l < (layers_ > 1 ? 2 : 1); ++l, at += layer_cells) {
-        const float share = l == 0 ? 1 - up : up;
-        at[c.direction] += share * near * (1 - c.next_direction);
-        at[after] += share * near * c.next_direction;
-        at[kDirections + c.direction] += share * far * (1 - c.next_direction);
-        at[kDirections + after] += share * far * c.next_direction;
+        const float fraction = l == 0 ? 1 - up : up;
+        at[c.direction] += fraction * near * (1 - c.next_direction);
+        at[after] += fraction * near * c.next_direction;
+        at[kDirections + c.direction] += fraction * far * (1 - c.next_direction);
+        at[kDirections + after] += fraction * far * c.next_direction;
       }
     }
     float total = 0;

@@ -17,11 +17,11 @@ using Eigen::MatrixXf;
 using Eigen::VectorXd;
 using Eigen::VectorXf;
 
-constexpr double kUnlikeOutlier = 0.3;      // how unlike an outlier's neighbourhood counts
-constexpr double kTemplateNilShare = 1e-3;  // before there is evidence
-constexpr double kLeastOutlierShare = 0.01;
-constexpr double kLeastFoundShare = 0.5;  // of the smaller set, while it is not settled
-constexpr double kAffineCost = 1e-6;      // a hair: so that points on a line leave nothing singular
+constexpr double kUnlikeOutlier = 0.3;         // how unlike an outlier's neighbourhood counts
+constexpr double kTemplateNilFraction = 1e-3;  // before there is evidence
+constexpr double kLeastOutlierFraction = 0.01;
+constexpr double kLeastFoundFraction = 0.5;  // of the smaller set, while it is not settled
+constexpr double kAffineCost = 1e-6;         // a hair: so that points on a line leave nothing singular
 constexpr uint32_t kContextEvery = 5;
 constexpr double kContextsUntilSd = 0.05;  // below it distance alone decides
 constexpr float kLeastContextWeight = 0.05f;
@@ -153,8 +153,8 @@ void flow(const FlowProblem& problem, const FlowStage& stage, FlowState& state) 
     set_closeness(state.warped, problem.to, state.variance, likeness, p);
     const double spread = std::pow(2 * std::numbers::pi * state.variance, 0.5 * static_cast<double>(axes)) *
                           unlike * std::exp(-problem.log_volume);
-    const double w = state.outlier_share;
-    const double nil = std::max(kTemplateNilShare, 1 - all_targets / static_cast<double>(n));
+    const double w = state.outlier_fraction;
+    const double nil = std::max(kTemplateNilFraction, 1 - all_targets / static_cast<double>(n));
     balance(static_cast<float>(w / (1 - w) * static_cast<double>(n) * spread) + 1e-30f,
             static_cast<float>(nil / (1 - nil) * all_targets * spread) + 1e-30f, row_factor, p);
 
@@ -178,8 +178,8 @@ void flow(const FlowProblem& problem, const FlowStage& stage, FlowState& state) 
       freedom = std::min(static_cast<double>(ridge.size()) - inverse.squaredNorm(), 0.8 * found);
     }
     const double old = state.variance;
-    state.outlier_share =
-        std::clamp(1 - found / all_targets, kLeastOutlierShare, 1 - kLeastFoundShare * smaller / all_targets);
+    state.outlier_fraction = std::clamp(1 - found / all_targets, kLeastOutlierFraction,
+                                        1 - kLeastFoundFraction * smaller / all_targets);
     state.variance = std::max(squares, 0.0) / (static_cast<double>(axes) * std::max(found - freedom, 1.0));
     state.variance = std::clamp(state.variance, stage.cooling * old, 1.2 * old);
     state.variance = std::max(state.variance, kLeastSd * kLeastSd);
@@ -196,9 +196,9 @@ void weigh(const FlowProblem& problem, double amplitude, FlowState& state) {
   set_closeness(state.warped, problem.to, state.variance, {}, p);
   const Eigen::RowVectorXf sums = p.colwise().sum();
   const double per =
-      (1 - state.outlier_share) / static_cast<double>(problem.from.rows()) /
+      (1 - state.outlier_fraction) / static_cast<double>(problem.from.rows()) /
       std::pow(2 * std::numbers::pi * state.variance, 0.5 * static_cast<double>(problem.from.cols()));
-  const double outlier = state.outlier_share * std::exp(-problem.log_volume);
+  const double outlier = state.outlier_fraction * std::exp(-problem.log_volume);
   state.bending = state.coefficients.bottomRows(state.coefficients.rows() - problem.affine).squaredNorm() /
                   (2 * amplitude);
   state.energy = state.bending;

@@ -26,11 +26,11 @@ struct FlowProblem {
 };
 
 struct FlowState {
-  Eigen::MatrixXd warped;        ///< n x axes
-  Eigen::MatrixXd coefficients;  ///< of the basis; empty before the first fit
-  double variance = 0;           ///< of the noise, per axis
-  double outlier_share = 0.1;    ///< of the target's points
-  Eigen::MatrixXf partners;      ///< n x m: probability that i is j
+  Eigen::MatrixXd warped;         ///< n x axes
+  Eigen::MatrixXd coefficients;   ///< of the basis; empty before the first fit
+  double variance = 0;            ///< of the noise, per axis
+  double outlier_fraction = 0.1;  ///< of the target's points
+  Eigen::MatrixXf partners;       ///< n x m: probability that i is j
   double energy = 0, bending = 0;
   uint32_t iterations = 0;
   bool converged = false;
@@ -43,7 +43,7 @@ struct FlowStage {
   /// Count the warp's own freedom when noise is estimated. It keeps the anneal from sharpening too early, and
   /// at the end makes warps too stiff.
   bool count_freedom = false;
-  double cooling = 0.85;  ///< least share of the variance that an iteration leaves
+  double cooling = 0.85;  ///< least fraction of the variance that an iteration leaves
   uint32_t most_iterations = 60;
 };
 

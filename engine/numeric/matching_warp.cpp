@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 // shapes 1.0 to 1.4 alike.
 constexpr double kLength = 1.2;
 constexpr Index kLandmarks = 120, kModes = 40;
-// Modes that add less than this share of the strongest one's variance are rounding errors.
+// Modes that add less than this fraction of the strongest one's variance are rounding errors.
 constexpr double kLeastMode = 1e-9;
 
 MatrixXd kernel(const MatrixXd& a, const MatrixXd& b) {

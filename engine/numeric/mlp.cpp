@@ -98,9 +98,9 @@ void train(SmallNetwork& network, const MatrixXf& in, const NetworkLoss& loss, c
   uint64_t steps = 0;
   for (uint32_t round = 0; round < how.rounds; ++round) {
     for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
-    const double share = (round + 0.5) / how.rounds;
+    const double fraction = (round + 0.5) / how.rounds;
     const double step =
-        how.last_step + (how.first_step - how.last_step) * 0.5 * (1 + std::cos(std::numbers::pi * share));
+        how.last_step + (how.first_step - how.last_step) * 0.5 * (1 + std::cos(std::numbers::pi * fraction));
     double error = 0;
     for (Eigen::Index first = 0; first + batch <= samples; first += batch) {
       const std::span<const Eigen::Index> now(order.data() + first, static_cast<size_t>(batch));

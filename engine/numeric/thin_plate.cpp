@@ -57,9 +57,10 @@ void ThinPlateSpline<D>::evaluate(std::span<const Place> at, std::span<double> v
           size_t output = 1 + rank;
           for (size_t a = 0; a < rank; ++a)
             for (size_t b = a; b < rank; ++b, ++output) {
-              const double share = frame_.axes[a][d] * frame_.axes[b][e] +
-                                   (a == b ? 0 : frame_.axes[b][d] * frame_.axes[a][e]);
-              if (share != 0) bend += share * sum[output * n + i];  // what has no bound stays on its own axis
+              const double fraction = frame_.axes[a][d] * frame_.axes[b][e] +
+                                      (a == b ? 0 : frame_.axes[b][d] * frame_.axes[a][e]);
+              if (fraction != 0)
+                bend += fraction * sum[output * n + i];  // what has no bound stays on its own axis
             }
           second[((i * fields + field) * D + d) * D + e] = bend;
         }
@@ -80,9 +81,9 @@ ThinPlate<D>::ThinPlate(std::span<const Place> points, const PlateOptions& optio
   if (!weights.empty() && weights.size() != points.size())
     refuse("a weight for each of " + std::to_string(points.size()) + " points",
            std::to_string(weights.size()));
-  if (!(options.merge_share >= 0 && options.merge_share < 1) || !(options.flat_share >= 0))
+  if (!(options.merge_fraction >= 0 && options.merge_fraction < 1) || !(options.flat_fraction >= 0))
     refuse("shares from 0 up, that of merging below 1",
-           std::to_string(options.merge_share) + " and " + std::to_string(options.flat_share));
+           std::to_string(options.merge_fraction) + " and " + std::to_string(options.flat_fraction));
   expect_finite(flat<D>(points), "points");
   expect_finite(weights, "weights");
   double sum = 0;
@@ -97,7 +98,7 @@ ThinPlate<D>::ThinPlate(std::span<const Place> points, const PlateOptions& optio
   for (size_t i = 0; i < weights.size(); ++i)
     weight_[i] = weights[i] * static_cast<double>(statistics_.points) / sum;
 
-  group_ = merge_points<D>(points, weights, options.merge_share);
+  group_ = merge_points<D>(points, weights, options.merge_fraction);
   size_t groups = 0;
   for (const size_t g : group_)
     if (g != kNoGroup) groups = std::max(groups, g + 1);
@@ -106,7 +107,7 @@ ThinPlate<D>::ThinPlate(std::span<const Place> points, const PlateOptions& optio
   together_.assign(groups, 0.0);
   for (size_t i = 0; i < points.size(); ++i)
     if (group_[i] != kNoGroup) together_[group_[i]] += weight_[i];
-  frame_ = plate_frame<D>(places, options.flat_share, statistics_.flatness);
+  frame_ = plate_frame<D>(places, options.flat_fraction, statistics_.flatness);
   statistics_.rank = frame_.rank;
   own_ = to_own<D>(frame_, places);
   system_ = std::make_unique<PlateSystem>(kernel_, frame_.rank, own_, together_);

@@ -24,12 +24,12 @@ constexpr PlateKernel plate_kernel() {
 
 struct PlateOptions {
   std::optional<PlateKernel> kernel;  ///< none: plate_kernel<D>()
-  /// Points closer than this share of the usual spacing become one, their values averaged: a pair 1e-6 apart
-  /// whose values differ by 1e-3 would bend everything near it. Below 1.
-  double merge_share = 1e-3;
-  /// An axis along which the points spread less than this share of their widest spread is not determined: the
-  /// spline is constant along it.
-  double flat_share = 1e-6;
+  /// Points closer than this fraction of the usual spacing become one, their values averaged: a pair 1e-6
+  /// apart whose values differ by 1e-3 would bend everything near it. Below 1.
+  double merge_fraction = 1e-3;
+  /// An axis along which the points spread less than this fraction of their widest spread is not determined:
+  /// the spline is constant along it.
+  double flat_fraction = 1e-6;
   /// For a given lambda > 0 too: degrees of freedom and residual, at about twice the work.
   bool spread = true;
 };

@@ -35,7 +35,7 @@ double usual_spacing(std::span<const std::array<double, D>> points) {
 
 template <size_t D>
 std::vector<size_t> merge_points(std::span<const std::array<double, D>> points,
-                                 std::span<const double> weights, double share) {
+                                 std::span<const double> weights, double fraction) {
   std::vector<size_t> order;
   for (size_t i = 0; i < points.size(); ++i)
     if (weights.empty() || weights[i] > 0) order.push_back(i);
@@ -44,7 +44,7 @@ std::vector<size_t> merge_points(std::span<const std::array<double, D>> points,
   std::vector<std::array<double, D>> used;
   used.reserve(order.size());
   for (const size_t i : order) used.push_back(points[i]);
-  const double reach = share * usual_spacing<D>(used);
+  const double reach = fraction * usual_spacing<D>(used);
   std::sort(order.begin(), order.end(),
             [&](size_t a, size_t b) { return points[a] < points[b] || (points[a] == points[b] && a < b); });
   // Along the first axis: a point joins the first leader within reach, or leads itself.
@@ -87,7 +87,7 @@ std::vector<std::array<double, D>> group_means(std::span<const std::array<double
 }
 
 template <size_t D>
-PlateFrame<D> plate_frame(std::span<const std::array<double, D>> points, double flat_share,
+PlateFrame<D> plate_frame(std::span<const std::array<double, D>> points, double flat_fraction,
                           double& flatness) {
   using Vector = Eigen::Matrix<double, D, 1>;
   PlateFrame<D> frame;
@@ -113,7 +113,7 @@ PlateFrame<D> plate_frame(std::span<const std::array<double, D>> points, double 
   Vector spread = Vector::Zero();  // fewer points than axes leave the rest 0
   spread.head(svd.values.size()) = svd.values;
   flatness = spread[D - 1] / spread[0];
-  frame.rank = static_cast<uint32_t>((spread.array() > flat_share * spread[0]).count());
+  frame.rank = static_cast<uint32_t>((spread.array() > flat_fraction * spread[0]).count());
   const double scale = 1 / (largest * std::sqrt(about.squaredNorm() / count));
   for (uint32_t a = 0; a < frame.rank; ++a)
     for (size_t d = 0; d < D; ++d)

@@ -25,7 +25,7 @@ constexpr size_t kNoGroup = static_cast<size_t>(-1);
 /// points if they were spread evenly over their disc or ball.
 template <size_t D>
 std::vector<size_t> merge_points(std::span<const std::array<double, D>> points,
-                                 std::span<const double> weights, double share);
+                                 std::span<const double> weights, double fraction);
 
 /// Weighted means of `groups` groups.
 template <size_t D>
@@ -35,7 +35,8 @@ std::vector<std::array<double, D>> group_means(std::span<const std::array<double
 
 /// Centre, scale and axes of the points; `flatness`: least over widest spread along principal axes.
 template <size_t D>
-PlateFrame<D> plate_frame(std::span<const std::array<double, D>> points, double flat_share, double& flatness);
+PlateFrame<D> plate_frame(std::span<const std::array<double, D>> points, double flat_fraction,
+                          double& flatness);
 
 /// In own coordinates: rank x points.
 template <size_t D>

@@ -231,7 +231,7 @@ uint64_t cut_kinks(WeightedFaces& f, std::span<const float> gradients, std::span
     if (usual.empty()) continue;
     const auto middle = usual.begin() + static_cast<std::ptrdiff_t>(usual.size() / 2);
     std::nth_element(usual.begin(), middle, usual.end());
-    const double limit = std::max(kKinkShare * steepest, 8.0 * double{*middle});
+    const double limit = std::max(kKinkFraction * steepest, 8.0 * double{*middle});
     std::vector<uint8_t> kink(cells, 0);
     for (size_t i = 0; i < cells; ++i) {
       if (!(double{jump[i]} > limit)) continue;

@@ -26,18 +26,18 @@ WeightedFaces weighted_faces(std::span<const float> gradients, std::span<const f
 /// Where a slope jumps (the rim of a pressed ball) samples at pixel centres do not tell where between two of
 /// them it does, and the heights beside would ring. There the two sides are joined by little: the face's
 /// weight is taken times kKinkWeight, its difference is the mean of its two slopes, and the faces beside it
-/// do not look across. A jump is where the slopes extrapolated from both sides differ by more than kKinkShare
-/// of the steepest slope and by eight times what is usual in the field, most along the line. Smooth fields
-/// have none. Returns how many faces. `gradients` and `weights` as for weighted_faces.
+/// do not look across. A jump is where the slopes extrapolated from both sides differ by more than
+/// kKinkFraction of the steepest slope and by eight times what is usual in the field, most along the line.
+/// Smooth fields have none. Returns how many faces. `gradients` and `weights` as for weighted_faces.
 uint64_t cut_kinks(WeightedFaces& faces, std::span<const float> gradients, std::span<const float> weights);
 inline constexpr double kKinkWeight = 1e-3;
-inline constexpr double kKinkShare = 0.1;
+inline constexpr double kKinkFraction = 0.1;
 
 /// Of the normal equations: A z, and the right side.
 std::vector<double> apply(const WeightedFaces& faces, std::span<const double> z);
 std::vector<double> right_side(const WeightedFaces& faces);
 
-/// sqrt(sum w (dz - g)^2 / sum w g^2): the share of the slopes that heights z do not explain. 0 where all
+/// sqrt(sum w (dz - g)^2 / sum w g^2): the fraction of the slopes that heights z do not explain. 0 where all
 /// slopes are 0.
 double unexplained(const WeightedFaces& faces, std::span<const double> z);
 

@@ -16,8 +16,9 @@ constexpr int kNodes = 40;  // per smooth piece and direction
 
 /// Light that has entered, by the two parts of n times its direction which the edge leaves as they are: u
 /// along the guide's width, v across its layers. v alone decides where it turns, for the tangential index is
-/// sqrt(n^2 - v^2). Calls add(v, share, spread): the share of the lamp's light within the node's dv (of all
-/// four quarters), and that share lengthened by its slant, 1 / cos of the way's angle to the guide's length.
+/// sqrt(n^2 - v^2). Calls add(v, share, spread): the fraction of the lamp's light within the node's dv (of
+/// all four quarters), and that share lengthened by its slant, 1 / cos of the way's angle to the guide's
+/// length.
 template <class Add>
 void integrate(const Waveguide& guide, const EdgeLamp& lamp, std::vector<double> edges, const Add& add) {
   const double n = guide.layers[lamp.layer].index, ne = lamp.edge_index;
@@ -32,19 +33,19 @@ void integrate(const Waveguide& guide, const EdgeLamp& lamp, std::vector<double>
     for (size_t k = 0; k < vs.x.size(); ++k) {
       const double v = vs.x[k], along2 = (n - v) * (n + v);
       const Quadrature us = end_clustered(kNodes, 0, std::sqrt((radius - v) * (radius + v)));
-      double share = 0, spread = 0;
+      double fraction = 0, spread = 0;
       for (size_t j = 0; j < us.x.size(); ++j) {
         const double u = us.x[j], tangential = std::sqrt(u * u + v * v);
         const double cos2 = std::max(0.0, 1 - tangential * tangential / (ne * ne));
-        const double passed = (interface_shares(ne, n, tangential, Polarisation::S).passed +
-                               interface_shares(ne, n, tangential, Polarisation::P).passed) /
+        const double passed = (interface_fractions(ne, n, tangential, Polarisation::S).passed +
+                               interface_fractions(ne, n, tangential, Polarisation::P).passed) /
                               2;
         const double weight = us.w[j] * passed * std::pow(cos2, (lamp.order - 1) / 2);
-        share += weight;
+        fraction += weight;
         if (along2 > u * u) spread += weight * std::sqrt(along2 / (along2 - u * u));
       }
       const double scale = 4 * vs.w[k] / (ne * ne * total);
-      add(v, scale * share, scale * spread);
+      add(v, scale * fraction, scale * spread);
     }
   }
 }
@@ -87,19 +88,19 @@ double order_from_half_intensity(double angle_rad) {
   return std::log(0.5) / std::log(std::cos(angle_rad));
 }
 
-LampShares lamp_shares(const Waveguide& guide, const EdgeLamp& lamp) {
+LampShares lamp_fractions(const Waveguide& guide, const EdgeLamp& lamp) {
   check_lamp(guide, lamp);
-  LampShares shares;
-  integrate(guide, lamp, turning_points(guide, lamp), [&](double v, double share, double spread) {
+  LampShares fractions;
+  integrate(guide, lamp, turning_points(guide, lamp), [&](double v, double fraction, double spread) {
     const double s = tangential_of(guide, lamp, v);
     const Course course = course_of(guide, lamp.layer, s);
-    shares.entering += share;
-    if (course.guided()) shares.guided += share;
+    fractions.entering += fraction;
+    if (course.guided()) fractions.guided += fraction;
     if (!course.touches()) return;
-    shares.touching += share;
-    shares.arriving_per_mm += spread / hop_mm(guide, course, s);
+    fractions.touching += fraction;
+    fractions.arriving_per_mm += spread / hop_mm(guide, course, s);
   });
-  return shares;
+  return fractions;
 }
 
 double contact_transmittance(const Waveguide& guide, const FaceContact& contact, double s) {
@@ -108,7 +109,7 @@ double contact_transmittance(const Waveguide& guide, const FaceContact& contact,
   for (const Polarisation p : {Polarisation::S, Polarisation::P})
     sum += contact.gap_nm > 0 ? frustrated_transmittance(top, guide.above, contact.index, s, contact.gap_nm,
                                                          contact.wavelength_nm, p)
-                              : interface_shares(top, contact.index, s, p).passed;
+                              : interface_fractions(top, contact.index, s, p).passed;
   return sum / 2;
 }
 

@@ -36,7 +36,7 @@ struct LampShares {
   double arriving_per_mm = 0;
 };
 /// Throws Error(Failure::Input) on a guide or lamp out of range.
-LampShares lamp_shares(const Waveguide& guide, const EdgeLamp& lamp);
+LampShares lamp_fractions(const Waveguide& guide, const EdgeLamp& lamp);
 
 /// What lies on the touched face.
 struct FaceContact {
@@ -56,7 +56,7 @@ struct ContactLight {
 ContactLight contact_light(const Waveguide& guide, const EdgeLamp& lamp, const FaceContact& contact);
 
 /// Gray value of a contact from that of a reference at the same place, lamp and exposure: in proportion to
-/// the light that leaves into it and to the share of that which the object sends back (`albedo`, 0 to 1).
+/// the light that leaves into it and to the fraction of that which the object sends back (`albedo`, 0 to 1).
 struct PredictedGray {
   double gray = 0;       ///< change from the untouched image, cut off at the largest
   double unlimited = 0;  ///< what it would be without saturation

@@ -51,13 +51,13 @@ StackLight stack_light(const OpticalStack& stack, double angle_rad, Polarisation
   for (size_t j = 0; j <= count; ++j) {
     const OpticalIndex above = j == 0 ? stack.from : stack.layers[j - 1].index;
     const OpticalIndex below = j == count ? stack.to : stack.layers[j].index;
-    faces[j] = interface_shares(above, below, s, polarisation);
+    faces[j] = interface_fractions(above, below, s, polarisation);
     if (j == count || below.imag() == 0) continue;
     const double k0_per_mm = 2 * std::numbers::pi / (stack.wavelength_nm * 1e-6);
     depth[j] = -2 * k0_per_mm * normal_index(below, s).imag() * stack.layers[j].thickness_mm;
   }
   // Upwards: what everything from interface j on reflects, and what it does not, each without cancellation.
-  std::vector<double> reflected(count + 1), taken(count + 1), below_share(count + 1);
+  std::vector<double> reflected(count + 1), taken(count + 1), below_fraction(count + 1);
   reflected[count] = faces[count].reflected;
   taken[count] = faces[count].passed;
   for (size_t j = count; j-- > 0;) {
@@ -70,10 +70,10 @@ StackLight stack_light(const OpticalStack& stack, double angle_rad, Polarisation
       taken[j] = 0;
       continue;
     }
-    below_share[j] = face.passed / echo;  // light below the interface, going down, per light that arrives
-    taken[j] = below_share[j] * (lost + a2 * taken[j + 1]);
-    reflected[j] =
-        taken[j] < 0.5 ? 1 - taken[j] : face.reflected + below_share[j] * a2 * reflected[j + 1] * face.passed;
+    below_fraction[j] = face.passed / echo;  // light below the interface, going down, per light that arrives
+    taken[j] = below_fraction[j] * (lost + a2 * taken[j + 1]);
+    reflected[j] = taken[j] < 0.5 ? 1 - taken[j]
+                                  : face.reflected + below_fraction[j] * a2 * reflected[j + 1] * face.passed;
   }
   // Downwards: how much light there is in each layer, and so what each takes.
   StackLight light;
@@ -81,7 +81,7 @@ StackLight stack_light(const OpticalStack& stack, double angle_rad, Polarisation
   light.absorptance.resize(count);
   double arriving = 1;
   for (size_t j = 0; j < count; ++j) {
-    const double down = arriving * below_share[j], a = std::exp(-depth[j]);
+    const double down = arriving * below_fraction[j], a = std::exp(-depth[j]);
     light.absorptance[j] = down * -std::expm1(-depth[j]) * (1 + a * reflected[j + 1]);
     arriving = down * a;
   }

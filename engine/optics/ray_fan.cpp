@@ -34,8 +34,8 @@ double first_meeting(const Waveguide& guide, const Course& course, size_t layer,
 }
 
 double edge_passed(double from, double to, double s) {
-  return (interface_shares(from, to, s, Polarisation::S).passed +
-          interface_shares(from, to, s, Polarisation::P).passed) /
+  return (interface_fractions(from, to, s, Polarisation::S).passed +
+          interface_fractions(from, to, s, Polarisation::P).passed) /
          2;
 }
 
@@ -132,9 +132,9 @@ EdgeRay trace_ray(const Waveguide& guide, const EdgeLamp& lamp, double depth_mm,
   return ray;
 }
 
-double FirstMeetings::distance_of(double fraction, double touching) const {
-  const auto found = std::lower_bound(share.begin(), share.end(), fraction * touching);
-  return found == share.end() ? kNever : distance_mm[static_cast<size_t>(found - share.begin())];
+double FirstMeetings::distance_of(double part, double touching) const {
+  const auto found = std::lower_bound(fraction.begin(), fraction.end(), part * touching);
+  return found == fraction.end() ? kNever : distance_mm[static_cast<size_t>(found - fraction.begin())];
 }
 
 FirstMeetings first_meetings(const Waveguide& guide, const EdgeLamp& lamp, double depth_mm, double length_mm,
@@ -177,7 +177,7 @@ FirstMeetings first_meetings(const Waveguide& guide, const EdgeLamp& lamp, doubl
   for (int k = 0; k < kBins; ++k) {
     sum += bins[static_cast<size_t>(k)];
     m.distance_mm.push_back(length_mm * (k + 1) / kBins);
-    m.share.push_back(sum);
+    m.fraction.push_back(sum);
   }
   return m;
 }

@@ -5,8 +5,9 @@ namespace palpate {
 
 class PressDetector {
  public:
-  static constexpr double kOver = 0.6;  ///< share of the highest force below which a press is over
-  /// Rise after it, share of the last press's highest force, that is a new one though nothing was taken away.
+  static constexpr double kOver = 0.6;  ///< fraction of the highest force below which a press is over
+  /// Rise after it, fraction of the last press's highest force, that is a new one though nothing was taken
+  /// away.
   static constexpr double kAgain = 0.15;
 
   /// `least_N`: from which force on something presses, above 0.

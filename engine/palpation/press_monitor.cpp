@@ -13,15 +13,15 @@
 namespace palpate {
 namespace {
 
-constexpr double kPitch_mm = 1.25;    // as the network has it
-constexpr double kLeastShare = 0.01;  // force over area and modulus from which on something presses
-constexpr double kNoPress = 1.5;      // times that: what stays below is the gauge's noise
-constexpr double kTop = 0.995;        // of the highest force: the highest load
+constexpr double kPitch_mm = 1.25;       // as the network has it
+constexpr double kLeastFraction = 0.01;  // force over area and modulus from which on something presses
+constexpr double kNoPress = 1.5;         // times that: what stays below is the gauge's noise
+constexpr double kTop = 0.995;           // of the highest force: the highest load
 constexpr double kLeastPeak_gray = 10;
 constexpr size_t kFewestLoads = 2, kMostFrames = 2000;
 
 double least_N(const BlockSetting& b) {
-  return kLeastShare * 1e-6 * b.block_mm[0] * b.block_mm[1] * b.young_Pa;
+  return kLeastFraction * 1e-6 * b.block_mm[0] * b.block_mm[1] * b.young_Pa;
 }
 
 bool sees_all(const std::array<double, 2>& window_mm, const BlockSetting& b) {
@@ -64,9 +64,9 @@ void read_press(const PressureNodes& nodes, const PressFrames& frames, const Pre
     loads.push_back(std::move(load));
   }
   const lump::Observation observation = press_observation(nodes, loads, setup.block);
-  answer.saturated_share = observation.saturated_share;
+  answer.saturated_fraction = observation.saturated_fraction;
   const double peak_gray = peak_of(observation.pressure_Pa.back()) / nodes.Pa_per_gray();
-  if (observation.saturated_share == 0 && peak_gray < kLeastPeak_gray) {
+  if (observation.saturated_fraction == 0 && peak_gray < kLeastPeak_gray) {
     answer.trouble =
         text("press too light: %.2g gray levels at its peak, %g are needed", peak_gray, kLeastPeak_gray);
     return;
@@ -240,7 +240,7 @@ std::string describe(const PressAnswer& a) {
   if (a.unfinished) line += "not over at the end, ";
   if (!a.estimate) return line + text("up to %.3g N: ", a.highest_N) + a.trouble;
   line += text("%zu loads up to %.3g N: ", a.loads_N.size(), a.loads_N.back());
-  if (a.saturated_share > 0) line += text("%.2g %% of the window saturated; ", 100 * a.saturated_share);
+  if (a.saturated_fraction > 0) line += text("%.2g %% of the window saturated; ", 100 * a.saturated_fraction);
   bool first = true;
   for (const auto& [name, value] : estimate_rows(*a.estimate)) {
     if (name == "evidence" || name == "method") continue;

@@ -23,7 +23,7 @@ struct PressAnswer {
   double time_s = 0;                         ///< of the last frame
   double highest_N = 0;                      ///< on the whole block
   std::vector<double> loads_N;               ///< that the estimate was made from
-  double saturated_share = 0;                ///< of the window's nodes, at the highest load
+  double saturated_fraction = 0;             ///< of the window's nodes, at the highest load
   std::array<double, 2> window_mm = {0, 0};  ///< the window's middle from the block's
   bool unfinished = false;                   ///< frames ended while it still pressed
   std::string trouble;                       ///< why there is no estimate; empty: there is one
@@ -54,8 +54,8 @@ struct PressFrames {
   std::vector<NodeSums> nodes;
 };
 
-/// What frames of one press tell; loads that no frame was near are left out. Fills loads_N, saturated_share,
-/// window_mm, and estimate or trouble of `answer`.
+/// What frames of one press tell; loads that no frame was near are left out. Fills loads_N,
+/// saturated_fraction, window_mm, and estimate or trouble of `answer`.
 void read_press(const PressureNodes& nodes, const PressFrames& frames, const PressSetup& setup,
                 PressAnswer& answer);
 

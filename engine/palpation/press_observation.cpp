@@ -37,14 +37,14 @@ std::vector<uint32_t> nodes_of(uint32_t pixels, double pixel_mm, double pitch_mm
 }
 
 /// `share`: by which the middle is made brighter than the corners; the mean stays.
-lump::Observation with_field(lump::Observation observation, double share) {
+lump::Observation with_field(lump::Observation observation, double fraction) {
   for (fem::Map& map : observation.pressure_Pa) {
     const double x_half = (map.width - 1) / 2.0, y_half = (map.height - 1) / 2.0;
     const double corner = x_half * x_half + y_half * y_half;
     for (uint32_t j = 0; j < map.height; ++j)
       for (uint32_t i = 0; i < map.width; ++i) {
         const double r = ((i - x_half) * (i - x_half) + (j - y_half) * (j - y_half)) / corner;
-        map.values[size_t{j} * map.width + i] *= static_cast<float>(1 + share * (1.0 / 3 - r));
+        map.values[size_t{j} * map.width + i] *= static_cast<float>(1 + fraction * (1.0 / 3 - r));
       }
   }
   return observation;
@@ -138,7 +138,7 @@ std::array<double, 2> PressureNodes::window_mm() const {
           background_.format.height * sensor_.pitch_mm_per_px};
 }
 
-fem::Map PressureNodes::map(const NodeSums& sums, double& noise_Pa, double& limited_share) const {
+fem::Map PressureNodes::map(const NodeSums& sums, double& noise_Pa, double& limited_fraction) const {
   fem::Map map{width_, height_, {pitch_mm_, pitch_mm_}, {}};
   std::vector<uint32_t> rows(height_);
   for (const uint32_t node : node_of_y_)
@@ -158,7 +158,7 @@ fem::Map PressureNodes::map(const NodeSums& sums, double& noise_Pa, double& limi
       if (good) peak_Pa = std::max(peak_Pa, value);
       map.values.push_back(static_cast<float>(value));
     }
-  limited_share = seen > 0 ? static_cast<double>(limited) / static_cast<double>(seen) : 1;
+  limited_fraction = seen > 0 ? static_cast<double>(limited) / static_cast<double>(seen) : 1;
   // What the calibration leaves, and rounding to gray levels that averaging does not take away.
   noise_Pa = std::hypot(relative_sd() * peak_Pa, 0.3 * Pa_per_gray());
   return map;
@@ -194,7 +194,7 @@ lump::Observation press_observation(const PressureNodes& nodes, const std::vecto
   r.young_Pa = block.young_Pa;
   r.window_mm = block.window_mm;
   for (const LoadSums& load : loads) {
-    r.pressure_Pa.push_back(nodes.map(load.nodes, r.noise_Pa, r.saturated_share));
+    r.pressure_Pa.push_back(nodes.map(load.nodes, r.noise_Pa, r.saturated_fraction));
     r.force_N.push_back(load.force_N);
   }
   // The plate goes on beside the block.
@@ -216,8 +216,8 @@ lump::Estimate estimate_window(const lump::Observation& observation, double unev
   const lump::Network& network = lump::Network::built_in();
   lump::Estimate e = network.estimate(observation);
   if (!reports_numbers(e.verdict)) return e;
-  for (const double share : {-kNormal90 * uneven_sd, kNormal90 * uneven_sd}) {
-    const lump::Estimate other = network.estimate(with_field(observation, share));
+  for (const double fraction : {-kNormal90 * uneven_sd, kNormal90 * uneven_sd}) {
+    const lump::Estimate other = network.estimate(with_field(observation, fraction));
     e.wall_s += other.wall_s;
     if (other.verdict == lump::Status::NoLump) {
       e.verdict = lump::Status::Unusable;

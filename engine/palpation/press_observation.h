@@ -42,12 +42,12 @@ class PressureNodes {
   std::array<double, 2> window_mm() const;
 
   /// Mean pressure, Pa. Nodes with more than one in fifty pixels at the camera's limit are NaN (not seen)
-  /// and counted, as a share, in `limited_share`. `noise_Pa`: of a value, what the calibration leaves and
+  /// and counted, as a share, in `limited_fraction`. `noise_Pa`: of a value, what the calibration leaves and
   /// rounding to gray levels.
-  fem::Map map(const NodeSums& sums, double& noise_Pa, double& limited_share) const;
+  fem::Map map(const NodeSums& sums, double& noise_Pa, double& limited_fraction) const;
   /// Of a gray level, at small pressures.
   double Pa_per_gray() const { return 1e6 / sensor_.elastic.gray_per_MPa; }
-  /// What the calibration leaves, share of a pressure.
+  /// What the calibration leaves, fraction of a pressure.
   double relative_sd() const { return sensor_.elastic.relative_sd > 0 ? sensor_.elastic.relative_sd : 0.01; }
 
  private:
@@ -65,7 +65,7 @@ class PressureNodes {
 /// Frames while a press loads whose force lies within 4 % of `highest_N` around `at_N`, the nearest first, at
 /// most twelve. `force_N`: of each frame; after the highest one and the hold at it the press no longer loads.
 std::vector<size_t> frames_near(const std::vector<double>& force_N, double at_N, double highest_N);
-/// By how much frames of a load may lie beside it, share of the highest force.
+/// By how much frames of a load may lie beside it, fraction of the highest force.
 inline constexpr double kLoadWidth = 0.04;
 /// Forces up to `top_N` in even shares.
 std::vector<double> even_loads(double top_N, uint32_t count);

@@ -133,9 +133,9 @@ std::vector<lump::ScanPress> simulate_scan(const ScanPlan& plan, const lump::Pre
 
   std::vector<lump::ScanPress> presses;
   for (size_t p = 0; p < places.size(); ++p) {
-    const double share = std::clamp(1 + plan.force_sd * deviate(random), 2 - hardest, hardest);
+    const double fraction = std::clamp(1 + plan.force_sd * deviate(random), 2 - hardest, hardest);
     std::vector<double> forces_N;
-    for (uint32_t k = 1; k <= plan.loads; ++k) forces_N.push_back(share * plan.force_N * k / plan.loads);
+    for (uint32_t k = 1; k <= plan.loads; ++k) forces_N.push_back(fraction * plan.force_N * k / plan.loads);
     lump::PalpationSensor sensor = plan.sensor;
     sensor.window_center_mm = {places[p][0] + plan.stage_sd_mm * deviate(random),
                                places[p][1] + plan.stage_sd_mm * deviate(random)};

@@ -70,11 +70,11 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
 }
 
 std::vector<PixelRect> window_sizes(const FrameFormat& format) {
-  constexpr double kShares[] = {0.375, 0.5, 0.625};
+  constexpr double kFractions[] = {0.375, 0.5, 0.625};
   std::vector<PixelRect> sizes;
   const uint32_t shorter = std::min(format.width, format.height);
-  for (const double share : kShares) {
-    const auto side = static_cast<uint32_t>(std::ceil(share * shorter));
+  for (const double fraction : kFractions) {
+    const auto side = static_cast<uint32_t>(std::ceil(fraction * shorter));
     const PixelRect size{0, 0, side_for(side, format.width), side_for(side, format.height)};
     if (side < kLeast_px || 2 * uint64_t{size.width} * size.height > uint64_t{format.width} * format.height)
       continue;

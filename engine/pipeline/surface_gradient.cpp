@@ -6,11 +6,11 @@
 namespace palpate {
 namespace {
 
-// Whether so much of the contact is clipped that its depth cannot be right: a share of its area, and in
+// Whether so much of the contact is clipped that its depth cannot be right: a fraction of its area, and in
 // Reconstruction::Shading more than what the 5 x 5 filter leaves dark along its rim, whatever its slope.
 bool too_many_clipped(const Touch& t, const Sensor& sensor) {
-  constexpr double kShare = 0.01, kRim_px = 4;
-  double allowed_px = kShare * static_cast<double>(t.area_px);
+  constexpr double kFraction = 0.01, kRim_px = 4;
+  double allowed_px = kFraction * static_cast<double>(t.area_px);
   if (sensor.reconstruction == Reconstruction::Shading) {
     // The circumference of an ellipse lies below that of the circle with the same root mean square of axes.
     const double across_px = std::hypot(t.ellipse.major_mm, t.ellipse.minor_mm) / sensor.pitch_mm_per_px;

@@ -20,7 +20,7 @@ struct Corner {
 Corner corner_of(const SurfaceMap& map, const PixelRect& held, const std::array<double, 2>& place) {
   const double width = map.width - 1.0, height = map.height - 1.0;
   const double x = std::clamp(place[0], 0.0, width), y = std::clamp(place[1], 0.0, height);
-  // The right neighbour always exists: at the edge the share of it is 1. A map of one column has none.
+  // The right neighbour always exists: at the edge the fraction of it is 1. A map of one column has none.
   const double left = std::clamp(std::floor(x), 0.0, std::max(0.0, width - 1));
   const double above = std::clamp(std::floor(y), 0.0, std::max(0.0, height - 1));
   const auto px = static_cast<int64_t>(left) - held.x, py = static_cast<int64_t>(above) - held.y;

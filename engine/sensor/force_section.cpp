@@ -86,7 +86,7 @@ ForceCalibration read_force(const Json& json, const std::string& where) {
   reader.number("hysteresis", 0, 10, "share of full scale", force.hysteresis);
   reader.number("drift_N_per_min", -1e6, 1e6, "N per min", force.drift_N_per_min);
   reader.number("r_squared", -1e6, 1, "", force.r_squared);
-  reader.number("residual_share", 0, 10, "", force.residual_share);
+  reader.number("residual_share", 0, 10, "", force.residual_fraction);
   force.origin = read_origin(reader);
   reader.finish();
   return force;
@@ -120,7 +120,7 @@ Json force_json(const ForceCalibration& f) {
   if (f.hysteresis != 0) json["hysteresis"] = f.hysteresis;
   if (f.drift_N_per_min != 0) json["drift_N_per_min"] = f.drift_N_per_min;
   if (f.r_squared != 0) json["r_squared"] = f.r_squared;
-  if (f.residual_share != 0) json["residual_share"] = f.residual_share;
+  if (f.residual_fraction != 0) json["residual_share"] = f.residual_fraction;
   add_origin(json, f.origin);
   return json;
 }

@@ -20,7 +20,7 @@ namespace {
 constexpr uint32_t kRowsOnCpu = 32;  // even; longer strips waste less on the rows that they only look at
 constexpr uint32_t kRowsOnGpu = 8;
 // A saturating response is read up to here: beyond, a gray level is worth more than 2 % of the pressure.
-constexpr double kReadableShare = 0.98;
+constexpr double kReadableFraction = 0.98;
 
 uint32_t divide_up(uint32_t value, uint32_t by) {
   return (value + by - 1) / by;
@@ -189,7 +189,7 @@ bool Elastic::touches_border(std::span<const float> border) {
 }
 
 double Elastic::largest_readable_gray(const ElasticCalibration& pad) {
-  return pad.limit_gray > 0 ? kReadableShare * pad.limit_gray : std::numeric_limits<double>::infinity();
+  return pad.limit_gray > 0 ? kReadableFraction * pad.limit_gray : std::numeric_limits<double>::infinity();
 }
 
 uint64_t Elastic::memory_bytes() const {

@@ -229,7 +229,7 @@ std::vector<SkinTemplate> skin_templates(const std::vector<float>& image, uint32
     contrast.push_back(least);
   }
   if (templates.empty()) return templates;
-  // What has a small share of the others' contrast would only follow noise.
+  // What has a small fraction of the others' contrast would only follow noise.
   std::vector<double> sorted = contrast;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
                    sorted.end());

@@ -29,7 +29,7 @@ class Context;
 struct WeightedStatistics {
   double residual = 0;  ///< RMS of what the normal equations leave, relative to their right side's
   double unexplained =
-      0;  ///< share of the weighted slopes that no surface explains: sqrt(sum w (dz - g)^2 / sum w g^2)
+      0;  ///< fraction of the weighted slopes that no surface explains: sqrt(sum w (dz - g)^2 / sum w g^2)
   uint32_t iterations = 0;  ///< of conjugate gradients
   bool converged = false;   ///< the residual is below kWeightedTolerance
 };

@@ -37,8 +37,8 @@ struct Rounds {
   int least = 5;
   int most = 200;
   double seconds = 1;
-  /// A way that used up its share of the time sits out the later rounds, so that slow ways do not keep fast
-  /// ones from more samples; otherwise all run in every round.
+  /// A way that used up its fraction of the time sits out the later rounds, so that slow ways do not keep
+  /// fast ones from more samples; otherwise all run in every round.
   bool may_sit_out = false;
   bool warm_up = true;  ///< each runs once uncounted before
 };

@@ -268,7 +268,7 @@ class Search {
     std::vector<Candidate*> all;
     all.reserve(candidates.size());
     for (Candidate& c : candidates) all.push_back(&c);
-    // Screening may take two fifths of a constant's share of the time, the decision the rest.
+    // Screening may take two fifths of a constant's fraction of the time, the decision the rest.
     const double share_s = request_.seconds / static_cast<double>(tuning_fields().size());
     repeat(std::max(3, request_.repetitions / 3), 3, 0.4 * share_s, [&] { turn(present, all); });
     if (request_.stopped()) return false;

@@ -193,13 +193,14 @@ LumpScaling lump_scaling(const fs::path& program) {
                           columns[1].back(), one_s / wall_s);
     }
     blocks += plot_block(std::string("model_") + m.name, columns);
-    const double share =
+    const double fraction =
         (m.serial.keep_s + m.serial.write_s) / (m.case_s + m.serial.keep_s + m.serial.write_s);
     result.words += print(
         "%s sweep: %.3g s of a core a case; the first process alone: %.2f ms to keep it, %.2f ms to write "
         "it, a share of %.2g: "
         "the disk is the limit from %.0f workers on (model)\n",
-        m.name, m.case_s, 1e3 * m.serial.keep_s, 1e3 * m.serial.write_s, share, m.case_s / m.serial.keep_s);
+        m.name, m.case_s, 1e3 * m.serial.keep_s, 1e3 * m.serial.write_s, fraction,
+        m.case_s / m.serial.keep_s);
   }
   if (!together) result.words += "no mpirun here: processes are not measured\n";
 

@@ -97,7 +97,7 @@ std::string compare_matching(int trials) {
                           {"noise 0.05", {.noise_sd = 0.05}},
                           {"strangers 1 to 1", {.outlier_ratio = 1}},
                           {"strangers 2 to 1", {.outlier_ratio = 2}},
-                          {"a third missing", {.missing_share = 0.33}},
+                          {"a third missing", {.missing_fraction = 0.33}},
                           {"turned by 30 deg", {.turn_deg = 30}},
                           {"turned by 135 deg", {.turn_deg = 135}},
                           {"in space", {.axes = 3}}};

@@ -12,7 +12,7 @@ namespace palpate::perf {
 /// iterations. Returns the template on the target.
 PointSet drift_points(const PointSet& from, const PointSet& to);
 
-/// One row per level: mean distance to the truth, share of trials above 0.05 and median time of both, in
+/// One row per level: mean distance to the truth, fraction of trials above 0.05 and median time of both, in
 /// turns. Prints the rows as they come.
 std::string compare_matching(int trials);
 

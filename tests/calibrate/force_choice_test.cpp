@@ -240,15 +240,15 @@ TEST(ForceChoice, SaysWhatLeftTooLittle) {
 TEST(ForceScatter, ConstantAndGrowing) {
   std::mt19937 random(8);
   std::normal_distribution<double> normal(0, 1);
-  for (const auto& [still_N, share] : {std::pair{0.02, 0.0}, {0.01, 0.05}}) {
+  for (const auto& [still_N, fraction] : {std::pair{0.02, 0.0}, {0.01, 0.05}}) {
     std::vector<double> residual, force;
     for (int i = 0; i < 5000; ++i) {
       force.push_back(2.0 * i / 5000);
-      residual.push_back(std::hypot(still_N, share * force.back()) * normal(random));
+      residual.push_back(std::hypot(still_N, fraction * force.back()) * normal(random));
     }
     const Scatter scatter = fit_scatter(residual, force);
     EXPECT_NEAR(scatter.at(0), still_N, 0.15 * still_N + 0.001);
-    EXPECT_NEAR(scatter.at(2), std::hypot(still_N, 2 * share), 0.1 * std::hypot(still_N, 2 * share));
+    EXPECT_NEAR(scatter.at(2), std::hypot(still_N, 2 * fraction), 0.1 * std::hypot(still_N, 2 * fraction));
     EXPECT_NEAR(widening(scatter, residual, force), 1, 0.05);
   }
 }

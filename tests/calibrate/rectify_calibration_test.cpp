@@ -282,9 +282,10 @@ TEST_F(RectifyCalibration, RingAndBallGiveAScaleWithItsError) {
   EXPECT_THROW(scale_from_ring(rest, rest, 10), Error);
 
   // A half space and a rigid cut are the two ends of what a pad does: both lie within the error.
-  for (const double share : {1.0, 2.0}) {
+  for (const double fraction : {1.0, 2.0}) {
     std::vector<double> radii, travel = {0.2, 0.4, 0.6, 0.8};
-    for (const double d : travel) radii.push_back(std::sqrt(share == 1 ? 4.0 * d : 8.0 * d - d * d) / 0.06);
+    for (const double d : travel)
+      radii.push_back(std::sqrt(fraction == 1 ? 4.0 * d : 8.0 * d - d * d) / 0.06);
     const Scale ball = scale_from_ball(radii, travel, 4);
     EXPECT_LT(std::abs(ball.pitch_mm_per_px - 0.06), 1.2 * ball.pitch_sd_mm_per_px) << ball.note;
     EXPECT_GT(ball.pitch_sd_mm_per_px, 0.05 * ball.pitch_mm_per_px);

@@ -55,8 +55,8 @@ class SourceTest : public ::testing::Test {
   }
 
   /// Cuts a file to its first `share`.
-  static void cut(const std::string& file, double share) {
-    fs::resize_file(file, static_cast<uintmax_t>(static_cast<double>(fs::file_size(file)) * share));
+  static void cut(const std::string& file, double fraction) {
+    fs::resize_file(file, static_cast<uintmax_t>(static_cast<double>(fs::file_size(file)) * fraction));
   }
 
   /// Opens and reads all; expects Error(Failure::Input) whose line holds each of the words.
@@ -259,9 +259,9 @@ TEST_F(SourceTest, ImagesCutShortOrDamagedAreRefused) {
   const cv::Mat image = random_image(200, 150, CV_8UC3, 255);
   for (const char* end : {"png", "jpg", "bmp", "ppm", "tif"}) {
     const std::string file = path(std::string("cut.") + end);
-    for (const double share : {0.9, 0.5, 0.1, 0.001}) {
+    for (const double fraction : {0.9, 0.5, 0.1, 0.001}) {
       cv::imwrite(file, image);
-      cut(file, share);
+      cut(file, fraction);
       expect_refused(file, {"cut."});
     }
     fs::remove(file);

@@ -85,7 +85,7 @@ TEST(SyntheticScenes, RigHoldsThePapersForcesOnTheWayUpAndDown) {
 }
 
 TEST(SyntheticScenes, HysteresisAndDriftAreWhatTheyAreCalled) {
-  const double share = 0.06;
+  const double fraction = 0.06;
   const SyntheticSensor lossy(options("rig?size=128x96&noise=off&bits=16&hysteresis=0.06")),
       plain(options("rig?size=128x96&noise=off&bits=16")),
       drifting(options("rig?size=128x96&noise=off&bits=16&drift=0.1"));
@@ -108,7 +108,7 @@ TEST(SyntheticScenes, HysteresisAndDriftAreWhatTheyAreCalled) {
           << k;
     }
   }
-  EXPECT_NEAR(largest, share, 0.1 * share);
+  EXPECT_NEAR(largest, fraction, 0.1 * fraction);
   EXPECT_THROW(SyntheticSensor(options("rig?mode=gel&hysteresis=0.1")), Error);
   EXPECT_THROW(SyntheticSensor(options("rig?mode=gel&drift=0.1")), Error);
   EXPECT_THROW(SyntheticSensor(options("rig?hysteresis=-1")), Error);
@@ -122,7 +122,7 @@ TEST(SyntheticScenes, PullStickAndTwistNeverSlipAndDragDoes) {
       ASSERT_FALSE(t.slipping) << text << ' ' << t.sequence;
       if (t.contact) largest = std::max(largest, std::hypot(t.shear_x_N, t.shear_y_N) / (0.5 * t.force_N));
       turn = std::max(turn, std::abs(t.torsion_rad));
-      EXPECT_GT(t.stick_share, 0.4);
+      EXPECT_GT(t.stick_fraction, 0.4);
     }
     if (text[0] == 't') {
       EXPECT_GT(turn, 0.05);
@@ -134,12 +134,12 @@ TEST(SyntheticScenes, PullStickAndTwistNeverSlipAndDragDoes) {
   bool before = false, incipient = false;
   for (const Truth& t : truths("drag?size=64x48")) {
     slides += t.slipping && !before;
-    incipient |= !t.slipping && t.contact && t.stick_share > 0.3 && t.stick_share < 0.6;
+    incipient |= !t.slipping && t.contact && t.stick_fraction > 0.3 && t.stick_fraction < 0.6;
     before = t.slipping;
     if (t.contact) {
       const double load = std::hypot(t.shear_x_N, t.shear_y_N) / (0.5 * t.force_N);
       EXPECT_LE(load, 1 + 1e-9);
-      EXPECT_NEAR(t.stick_share, t.slipping ? 0 : std::cbrt(std::max(0.0, 1 - load)), 1e-6);
+      EXPECT_NEAR(t.stick_fraction, t.slipping ? 0 : std::cbrt(std::max(0.0, 1 - load)), 1e-6);
     }
   }
   EXPECT_GE(slides, 3);
@@ -164,8 +164,8 @@ TEST(SyntheticScenes, TheSkinsCoreMovesWithTheLoadAndTheFarSkinDoesNot) {
   }
   EXPECT_TRUE(moved);
   // Inside it turns like a plate, and on both sides of the rim alike.
-  EXPECT_NEAR(turned_share(0.5, 1, 6), 0.5, 1e-12);
-  EXPECT_NEAR(turned_share(1.0001, 1, 6), turned_share(1, 1, 6), 0.03);
+  EXPECT_NEAR(turned_fraction(0.5, 1, 6), 0.5, 1e-12);
+  EXPECT_NEAR(turned_fraction(1.0001, 1, 6), turned_fraction(1, 1, 6), 0.03);
   EXPECT_THROW(SyntheticSensor(options("pull?size=160x120&skin=markers")), Error);
 }
 

@@ -116,7 +116,7 @@ TEST(Forward, PadProblem) {
   EXPECT_NEAR(result.force_N, 0.40105, 0.01 * 0.40105);
   EXPECT_NEAR(result.center_stress_Pa, 473.5, 0.01 * 473.5);
   EXPECT_NEAR(sum_of(result.stress_Pa), result.force_N, 1e-6);
-  EXPECT_EQ(result.tension_share, 0);
+  EXPECT_EQ(result.tension_fraction, 0);
   EXPECT_LE(result.residual, 1e-6);
   EXPECT_TRUE(result.warnings.empty()) << result.warnings.front();
 }
@@ -280,7 +280,7 @@ TEST(Forward, BallIsHertz) {
   EXPECT_NEAR(result.force_N, force, 0.03 * force);
   EXPECT_NEAR(result.center_stress_Pa, 1.5 * force / (kPi * radius * radius) * 1e6, 0.03 * 790);
   EXPECT_NEAR(result.contact_radius_mm, radius, 0.25);  // whole cells count
-  EXPECT_EQ(result.tension_share, 0);
+  EXPECT_EQ(result.tension_fraction, 0);
   // Outside the contact the surface carries nothing.
   EXPECT_NEAR(result.stress_Pa.at(10, 48), 0, 0.5);
 }

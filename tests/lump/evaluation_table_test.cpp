@@ -37,11 +37,11 @@ TEST(LumpEvaluationTable, RowsAreOfTheirSettings) {
   std::vector<Heard> heard;
   lump::EvaluationJob job;
   job.sensor.size_px = {64, 48};
-  job.sensor.noise_share = 0.003;
+  job.sensor.noise_fraction = 0.003;
   job.estimator = [&](const lump::Observation& observation) {
-    heard.push_back({observation.force_N.size(), observation.noise_Pa, observation.saturated_share});
+    heard.push_back({observation.force_N.size(), observation.noise_Pa, observation.saturated_fraction});
     lump::Estimate e;
-    e.verdict = observation.saturated_share > 0.5 ? lump::Status::Saturated : lump::Status::Found;
+    e.verdict = observation.saturated_fraction > 0.5 ? lump::Status::Saturated : lump::Status::Found;
     e.detection_statistic = 2;
     e.size_mm = {4, 3, 5};
     e.depth_mm = {5, 4, 6};
@@ -63,7 +63,7 @@ TEST(LumpEvaluationTable, RowsAreOfTheirSettings) {
     EXPECT_EQ(told, heard.size());
     for (size_t r = 0; r < rows.size(); ++r) {
       EXPECT_EQ(heard[2 * r].loads, rows[r].loads);
-      EXPECT_NEAR(rows[r].saturated_share, heard[2 * r].saturated, 1e-12);
+      EXPECT_NEAR(rows[r].saturated_fraction, heard[2 * r].saturated, 1e-12);
       EXPECT_EQ(rows[r].score.lumps, 1u);
       EXPECT_EQ(rows[r].score.plain, 1u);
       EXPECT_NEAR(rows[r].score.median[0], 0.5, 1e-12);
@@ -75,7 +75,7 @@ TEST(LumpEvaluationTable, RowsAreOfTheirSettings) {
     }
     if (what == lump::ScoreOver::Exposure) {
       EXPECT_EQ(heard.front().saturated, 0);
-      EXPECT_GT(rows.back().saturated_share, 0.5);
+      EXPECT_GT(rows.back().saturated_fraction, 0.5);
       EXPECT_EQ(rows.back().score.verdicts[static_cast<size_t>(lump::Status::Saturated)], 1u);
     }
     const auto json = nlohmann::json::parse(rows_json(rows));

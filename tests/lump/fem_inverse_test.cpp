@@ -39,8 +39,8 @@ Block press(const std::optional<fem::Inclusion>& lump, std::initializer_list<dou
 
 lump::Observation read(const Block& block, double noise) {
   lump::PalpationSensor sensor;
-  sensor.noise_share = noise;
-  sensor.gauge_share = 0.001;
+  sensor.noise_fraction = noise;
+  sensor.gauge_fraction = 0.001;
   return sensor_observation(block.maps, block.forces, block.scene.block_mm, block.scene.young_Pa, sensor, 3);
 }
 
@@ -147,9 +147,9 @@ TEST(DirectInversion, TissueAloneIsNoLump) {
 TEST(DirectInversion, WhatCannotBeReadIsUnusable) {
   const Block block = press(lump(), {1.5, 3});
   lump::Observation observation = read(block, 0.002);
-  observation.saturated_share = 0.1;
+  observation.saturated_fraction = 0.1;
   EXPECT_EQ(invert_directly(observation, quick()).verdict, lump::Status::Unusable);
-  observation.saturated_share = 0;
+  observation.saturated_fraction = 0;
   for (fem::Map& map : observation.pressure_Pa)
     std::fill(map.values.begin(), map.values.end(), std::nanf(""));
   EXPECT_EQ(invert_directly(observation, quick()).verdict, lump::Status::Unusable);

@@ -169,10 +169,10 @@ lump::Example example(uint64_t seed, bool lump) {
   return e;
 }
 
-lump::Observation read(const lump::Example& e, double noise_share, uint64_t seed) {
+lump::Observation read(const lump::Example& e, double noise_fraction, uint64_t seed) {
   lump::PalpationSensor sensor;
   sensor.size_px = {160, 120};
-  sensor.noise_share = noise_share;
+  sensor.noise_fraction = noise_fraction;
   return sensor_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, seed);
 }
 
@@ -343,15 +343,15 @@ TEST(LumpTraining, RefusesTooFewAndMixedExamples) {
 TEST(SensorReading, KeepsPressureAddsNoiseAndFlagsSaturation) {
   const lump::Example e = example(5, true);
   lump::PalpationSensor sensor;
-  sensor.noise_share = 0;
-  sensor.gauge_share = 0;
+  sensor.noise_fraction = 0;
+  sensor.gauge_fraction = 0;
   const lump::Observation clean =
       sensor_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1);
   ASSERT_EQ(clean.pressure_Pa.size(), 4u);
   EXPECT_EQ(clean.pressure_Pa[3].width, 31u);   // cells of 1.25 mm that lie whole in 40 mm
   EXPECT_EQ(clean.pressure_Pa[3].height, 23u);  // and in 30 mm
   EXPECT_EQ(clean.force_N, e.force_N);
-  EXPECT_EQ(clean.saturated_share, 0);
+  EXPECT_EQ(clean.saturated_fraction, 0);
   const lump::Observation ideal =
       lump::ideal_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, 1.25);
   double worst = 0, peak = 0;
@@ -363,8 +363,8 @@ TEST(SensorReading, KeepsPressureAddsNoiseAndFlagsSaturation) {
     }
   EXPECT_LT(worst, 0.003 * peak);  // pixels of a 200th, averaged
 
-  sensor.noise_share = 0.02;
-  sensor.gauge_share = 0.01;
+  sensor.noise_fraction = 0.02;
+  sensor.gauge_fraction = 0.01;
   const lump::Observation noisy =
       sensor_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1);
   double squares = 0;
@@ -377,11 +377,11 @@ TEST(SensorReading, KeepsPressureAddsNoiseAndFlagsSaturation) {
   sensor.full_scale_Pa = 0.7 * peak;
   const lump::Observation bright =
       sensor_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1);
-  EXPECT_GT(bright.saturated_share, 0);
+  EXPECT_GT(bright.saturated_fraction, 0);
   size_t unseen = 0;
   for (const float value : bright.pressure_Pa[3].values) unseen += std::isnan(value);
-  EXPECT_NEAR(static_cast<double>(unseen), bright.saturated_share * 31 * 23, 0.5);
-  sensor.noise_share = 2;
+  EXPECT_NEAR(static_cast<double>(unseen), bright.saturated_fraction * 31 * 23, 0.5);
+  sensor.noise_fraction = 2;
   EXPECT_THROW(sensor_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, sensor, 1), Error);
 }
 

@@ -254,7 +254,7 @@ TEST(PressMonitor, SaturationIsToldWithItsShare) {
   run.sensor.saturation_gray = 110;
   const std::vector<PressAnswer> answers = run.all();
   ASSERT_EQ(answers.size(), 1u);
-  EXPECT_GT(answers[0].saturated_share, 0.01);
+  EXPECT_GT(answers[0].saturated_fraction, 0.01);
   EXPECT_NE(describe(answers[0]).find("% of the window saturated"), std::string::npos);
 }
 

@@ -46,30 +46,30 @@ bool says(const lump::Estimate& estimate, const std::string& words) {
 
 TEST(SaturatedLoads, SharesAreThoseOfEachLoad) {
   const lump::Observation observation = read(1.6);
-  const std::vector<double> shares = saturated_shares(observation);
-  ASSERT_EQ(shares.size(), 4u);
-  EXPECT_EQ(shares[0], 0);
-  EXPECT_EQ(shares[1], 0);
-  EXPECT_GT(shares[2], 0);
-  EXPECT_NEAR(shares[3], observation.saturated_share, 1e-9);
-  EXPECT_NEAR(lump::saturated_share(observation.pressure_Pa), observation.saturated_share, 1e-9);
+  const std::vector<double> fractions = saturated_fractions(observation);
+  ASSERT_EQ(fractions.size(), 4u);
+  EXPECT_EQ(fractions[0], 0);
+  EXPECT_EQ(fractions[1], 0);
+  EXPECT_GT(fractions[2], 0);
+  EXPECT_NEAR(fractions[3], observation.saturated_fraction, 1e-9);
+  EXPECT_NEAR(lump::saturated_fraction(observation.pressure_Pa), observation.saturated_fraction, 1e-9);
   // A part of the window that no load sees is not saturated.
   lump::Observation cut = observation;
   for (fem::Map& map : cut.pressure_Pa)
     for (uint32_t j = 0; j < map.height; ++j)
       for (uint32_t i = 0; i < 4; ++i) map.values[size_t{j} * map.width + i] = std::nanf("");
   const double part = 27.0 / 31;  // of the window's columns is left
-  cut.saturated_share = observation.saturated_share / part;
-  EXPECT_EQ(saturated_shares(cut)[0], 0);
-  EXPECT_NEAR(saturated_shares(cut)[3], observation.saturated_share / part, 1e-6);
-  EXPECT_NEAR(lump::saturated_share(cut.pressure_Pa), observation.saturated_share / part, 1e-6);
+  cut.saturated_fraction = observation.saturated_fraction / part;
+  EXPECT_EQ(saturated_fractions(cut)[0], 0);
+  EXPECT_NEAR(saturated_fractions(cut)[3], observation.saturated_fraction / part, 1e-6);
+  EXPECT_NEAR(lump::saturated_fraction(cut.pressure_Pa), observation.saturated_fraction / part, 1e-6);
 }
 
 TEST(SaturatedLoads, OneMapAloneHasAHole) {
   const lump::Observation observation = read(1.2, 1);
-  EXPECT_GT(observation.saturated_share, 0.03);
-  EXPECT_NEAR(lump::saturated_share(observation.pressure_Pa), observation.saturated_share, 1e-9);
-  EXPECT_EQ(lump::saturated_share(read(0.9, 1).pressure_Pa), 0);
+  EXPECT_GT(observation.saturated_fraction, 0.03);
+  EXPECT_NEAR(lump::saturated_fraction(observation.pressure_Pa), observation.saturated_fraction, 1e-9);
+  EXPECT_EQ(lump::saturated_fraction(read(0.9, 1).pressure_Pa), 0);
 }
 
 TEST(SaturatedLoads, LittleIsToldMuchLeavesTheLoadOut) {
@@ -79,8 +79,8 @@ TEST(SaturatedLoads, LittleIsToldMuchLeavesTheLoadOut) {
 
   lump::Estimate little;
   const lump::Observation told = read(1.05);
-  ASSERT_GE(told.saturated_share, lump::kReportedSaturation);
-  ASSERT_LE(told.saturated_share, lump::kMostSaturation);
+  ASSERT_GE(told.saturated_fraction, lump::kReportedSaturation);
+  ASSERT_LE(told.saturated_fraction, lump::kMostSaturation);
   EXPECT_EQ(without_saturated_loads(told, little)->force_N.size(), 4u);
   EXPECT_TRUE(says(little, "the sensor is saturated in"));
 
@@ -88,7 +88,7 @@ TEST(SaturatedLoads, LittleIsToldMuchLeavesTheLoadOut) {
   const auto rest = without_saturated_loads(read(1.6), much);
   ASSERT_TRUE(rest);
   EXPECT_EQ(rest->force_N.size(), 2u);
-  EXPECT_EQ(rest->saturated_share, 0);
+  EXPECT_EQ(rest->saturated_fraction, 0);
   EXPECT_TRUE(says(much, "is left out: the sensor is saturated"));
 }
 

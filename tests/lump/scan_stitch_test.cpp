@@ -68,8 +68,8 @@ std::vector<lump::ScanPress> press(const Plan& plan, uint64_t seed = 1) {
     sensor.least_cell = 0;
     sensor.window_center_mm = {plan.stage_mm[p][0] + plan.error_mm[p][0],
                                plan.stage_mm[p][1] + plan.error_mm[p][1]};
-    sensor.noise_share = plan.noise;
-    sensor.gauge_share = 0.001;
+    sensor.noise_fraction = plan.noise;
+    sensor.gauge_fraction = 0.001;
     sensor.full_scale_Pa = plan.full_scale_Pa;
     lump::Observation r = sensor_observation(maps, forces_N, {40, 40, 20}, 4000, sensor, seed * 100 + p);
     r.window_mm = plan.stage_mm[p];
@@ -103,7 +103,7 @@ double error_Pa(const lump::ScanMap& map) {
 TEST(ScanStitch, NineWindowsAreTheBlock) {
   const lump::ScanMap map = lump::stitch(press(nine()));
   EXPECT_TRUE(map.warnings.empty()) << map.warnings[0];
-  EXPECT_GT(map.seen_share, 0.99);
+  EXPECT_GT(map.seen_fraction, 0.99);
   ASSERT_EQ(map.observation.pressure_Pa.size(), 4u);
   EXPECT_NEAR(map.observation.force_N.back(), 2, 0.1);
   EXPECT_EQ(map.observation.pressure_Pa[0].width, 33u);
@@ -154,10 +154,10 @@ TEST(ScanStitch, WhatNobodySawIsNotANumber) {
   Plan plan = nine();
   plan.stage_mm.resize(6);  // without the lowest row
   const lump::ScanMap map = lump::stitch(press(plan));
-  EXPECT_LT(map.seen_share, 0.85);
+  EXPECT_LT(map.seen_fraction, 0.85);
   EXPECT_TRUE(std::isnan(map.observation.pressure_Pa.back().at(16, 32)));
   EXPECT_EQ(map.presses.at(16, 32), 0);
-  EXPECT_EQ(map.observation.saturated_share, 0);
+  EXPECT_EQ(map.observation.saturated_fraction, 0);
   EXPECT_NE(map.warnings.back().find("not seen"), std::string::npos);
   EXPECT_LT(error_Pa(map), 0.015 * 2200);
 }
@@ -167,7 +167,7 @@ TEST(ScanStitch, SaturatedPlacesStayOpen) {
   Plan plan = nine();
   plan.full_scale_Pa = 1600;
   const lump::ScanMap map = lump::stitch(press(plan));
-  EXPECT_GT(map.observation.saturated_share, 0.01);
+  EXPECT_GT(map.observation.saturated_fraction, 0.01);
   EXPECT_TRUE(std::isnan(map.observation.pressure_Pa.back().at(18, 14)));
   for (const float value : map.observation.pressure_Pa.back().values) EXPECT_FALSE(value > 1750) << value;
   EXPECT_FALSE(map.warnings.empty());
@@ -179,8 +179,8 @@ TEST(ScanStitch, OneSaturatedPressIsFilledByTheOthers) {
   dim.full_scale_Pa = 1600;
   presses[4] = press(dim)[4];
   const lump::ScanMap map = lump::stitch(presses);
-  EXPECT_GT(map.seen_share, 0.99);
-  EXPECT_EQ(map.observation.saturated_share, 0);
+  EXPECT_GT(map.seen_fraction, 0.99);
+  EXPECT_EQ(map.observation.saturated_fraction, 0);
   EXPECT_LT(error_Pa(map), 0.012 * 2200);
 }
 
@@ -210,7 +210,7 @@ TEST(ScanStitch, OnePressIsAMapOfItsWindow) {
   EXPECT_EQ(map.between_presses_Pa, 0);
   EXPECT_NEAR(map.observation.noise_Pa, presses[0].observation.noise_Pa,
               1e-6 * presses[0].observation.noise_Pa);
-  EXPECT_NEAR(map.seen_share, 27.84 * 20.88 / 1600, 0.06);
+  EXPECT_NEAR(map.seen_fraction, 27.84 * 20.88 / 1600, 0.06);
 }
 
 TEST(ScanStitch, RefusesWhatMakesNoSense) {

@@ -50,7 +50,7 @@ TEST(LumpScan, FromPressesToNumbers) {
     return estimate;
   });
   EXPECT_TRUE(asked);
-  EXPECT_GT(answer.map.seen_share, 0.99);
+  EXPECT_GT(answer.map.seen_fraction, 0.99);
   ASSERT_TRUE(answer.outline.found && answer.outline.closed) << answer.outline.reason;
   EXPECT_NEAR(answer.outline.x_mm.value, 4, 0.5);
   EXPECT_NEAR(answer.outline.y_mm.value, -3, 0.5);

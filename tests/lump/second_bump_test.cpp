@@ -37,8 +37,9 @@ fem::Result solved(const std::vector<fem::Inclusion>& lumps) {
   return fem::solve(scene);
 }
 
-/// What the lumps add to the block alone, with noise that is a share of the peak.
-lump::PressedNodes nodes_of(const std::vector<fem::Inclusion>& lumps, double noise_share, uint64_t seed = 1) {
+/// What the lumps add to the block alone, with noise that is a fraction of the peak.
+lump::PressedNodes nodes_of(const std::vector<fem::Inclusion>& lumps, double noise_fraction,
+                            uint64_t seed = 1) {
   static const fem::Map alone = solved({}).stress_Pa;
   const fem::Map map = solved(lumps).stress_Pa;
   std::mt19937_64 random(seed);
@@ -53,7 +54,7 @@ lump::PressedNodes nodes_of(const std::vector<fem::Inclusion>& lumps, double noi
       values.push_back(static_cast<double>(map.at(i, j)) - static_cast<double>(alone.at(i, j)));
       peak = std::max(peak, static_cast<double>(map.at(i, j)));
     }
-  nodes.noise = noise_share * peak / 4000;
+  nodes.noise = noise_fraction * peak / 4000;
   nodes.loads = {0.15};
   nodes.rest.resize(static_cast<Eigen::Index>(values.size()), 1);
   for (size_t n = 0; n < values.size(); ++n)

@@ -42,8 +42,8 @@ TEST(LumpStability, EstimatorSeesWhatTheCaseSays) {
   ASSERT_EQ(rows.size(), 4u);
   ASSERT_EQ(observations.size(), 4u);
   EXPECT_EQ(last, 4u);
-  EXPECT_EQ(observations[0].saturated_share, 0);
-  EXPECT_GT(observations[1].saturated_share, 0);
+  EXPECT_EQ(observations[0].saturated_fraction, 0);
+  EXPECT_GT(observations[1].saturated_fraction, 0);
   EXPECT_DOUBLE_EQ(observations[0].young_Pa, 4000);
   EXPECT_NEAR(observations[2].young_Pa, 2800, 1e-9);
   EXPECT_EQ(observations[0].force_N.size(), 4u);

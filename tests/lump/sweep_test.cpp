@@ -207,9 +207,9 @@ TEST(LumpSweep, RefusesWhatCannotBe) {
   refused([](lump::Sweep& s) { s.coarser_cells = {24, 24, 16}; }, "proportions");
   refused([](lump::Sweep& s) { s.coarser_cells = {48, 48, 24}; }, "coarser cells");
   refused([](lump::Sweep& s) { s.nodes = {33, 1}; }, "nodes");
-  refused([](lump::Sweep& s) { s.centred_share = -0.1; }, "middle");
+  refused([](lump::Sweep& s) { s.centred_fraction = -0.1; }, "middle");
   refused([](lump::Sweep& s) { s.shapes.clear(); }, "shape");
-  refused([](lump::Sweep& s) { s.no_lump_share = 1.5; }, "without a lump");
+  refused([](lump::Sweep& s) { s.no_lump_fraction = 1.5; }, "without a lump");
 }
 
 }  // namespace

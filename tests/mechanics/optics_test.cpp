@@ -63,7 +63,7 @@ TEST(Optics, SlabIsItsClosedForm) {
     slab.layers = {{{n, 0}, 3}};
     for (const double deg : {0.0, 20.0, 55.0, 75.0, 89.0})
       for (const optics::Polarisation p : {optics::Polarisation::S, optics::Polarisation::P}) {
-        const double s = std::sin(deg * kDegree), r = optics::interface_shares(1, n, s, p).reflected;
+        const double s = std::sin(deg * kDegree), r = optics::interface_fractions(1, n, s, p).reflected;
         const optics::StackLight light = optics::stack_light(slab, deg * kDegree, p);
         EXPECT_NEAR(light.reflectance, 2 * r / (1 + r), 1e-13) << n << " " << deg;
         EXPECT_NEAR(light.transmittance, (1 - r) / (1 + r), 1e-13) << n << " " << deg;
@@ -235,8 +235,8 @@ TEST(Fresnel, AmplitudesAgreeWithIntensitiesAndTextbooks) {
   for (const optics::OpticalIndex to :
        {optics::OpticalIndex{1.5, 0}, optics::OpticalIndex{0.14, -3.6}, optics::OpticalIndex{2, -1}}) {
     const optics::FresnelAmplitudes f = optics::fresnel_amplitudes(1, to, s);
-    const optics::InterfaceShares shares_s = optics::interface_shares(1, to, s, optics::Polarisation::S);
-    const optics::InterfaceShares shares_p = optics::interface_shares(1, to, s, optics::Polarisation::P);
+    const optics::InterfaceShares shares_s = optics::interface_fractions(1, to, s, optics::Polarisation::S);
+    const optics::InterfaceShares shares_p = optics::interface_fractions(1, to, s, optics::Polarisation::P);
     EXPECT_NEAR(shares_s.reflected, std::norm(f.r_s), 1e-15);
     EXPECT_NEAR(shares_p.reflected, std::norm(f.r_p), 1e-15);
     EXPECT_NEAR(shares_s.reflected + shares_s.passed, 1, 1e-15);
@@ -247,14 +247,15 @@ TEST(Fresnel, AmplitudesAgreeWithIntensitiesAndTextbooks) {
     EXPECT_NEAR(shares_p.passed, (to * std::conj(q / to)).real() * std::norm(f.t_p) / std::cos(angle), 1e-14);
   }
   // Brewster: no p is reflected at atan(n).
-  EXPECT_NEAR(optics::interface_shares(1, 1.5, std::sin(std::atan(1.5)), optics::Polarisation::P).reflected,
-              0, 1e-30);
+  EXPECT_NEAR(
+      optics::interface_fractions(1, 1.5, std::sin(std::atan(1.5)), optics::Polarisation::P).reflected, 0,
+      1e-30);
 }
 
 TEST(Fresnel, FrustratedReflectionBetweenItsLimits) {
   const double s = 1.41 * std::sin(60 * kDegree);
   for (const optics::Polarisation p : {optics::Polarisation::S, optics::Polarisation::P}) {
-    const double touching = optics::interface_shares(1.41, 1.5, s, p).passed;
+    const double touching = optics::interface_fractions(1.41, 1.5, s, p).passed;
     EXPECT_NEAR(optics::frustrated_transmittance(1.41, 1, {1.5, 0}, s, 0, 630, p), touching, 1e-14);
     double before = touching;
     for (double gap = 20; gap < 4000; gap *= 1.5) {
@@ -274,7 +275,7 @@ TEST(Fresnel, FrustratedReflectionBetweenItsLimits) {
     // Below the critical angle waves interfere: a gap of half a wave is not seen.
     const double half_nm = 630 / 2.0 / std::cos(20 * kDegree), flat = std::sin(20 * kDegree);
     EXPECT_NEAR(optics::frustrated_transmittance(1.41, 1, {1.5, 0}, flat, half_nm, 630, p),
-                optics::interface_shares(1.41, 1.5, flat, p).passed, 1e-12);
+                optics::interface_fractions(1.41, 1.5, flat, p).passed, 1e-12);
   }
 }
 

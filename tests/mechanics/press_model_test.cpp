@@ -53,7 +53,7 @@ TEST(AxisymmetricSolid, BallOnAPlateIsHertzWhereTheContactIsSmall) {
     ASSERT_TRUE(contact.converged);
     const IndenterContact hertz = hertz_contact(force_N, effective_modulus_MPa({1, poisson}), radius);
     EXPECT_NEAR(contact.force_N[1] / c.area_mm2[1], hertz.pressure_max_MPa, 0.01 * hertz.pressure_max_MPa);
-    // The rest of the ball is short of a half space by about the contact's share of its radius.
+    // The rest of the ball is short of a half space by about the contact's fraction of its radius.
     EXPECT_NEAR(contact.approach_mm, hertz.indentation_mm, 0.035 * hertz.indentation_mm);
     EXPECT_LT(contact.approach_mm, hertz.indentation_mm);
   }
@@ -198,9 +198,9 @@ TEST(PressTruth, CubeInSpaceIsTheCylinderOfItsFace) {
       for (uint32_t i = 0; i <= kAcross; ++i) {
         stiffness += 4 * kPad_MPa * force[2 * nodes + grid.node(i, j, 0)];
         if (i > kHalfFace || j > kHalfFace) continue;
-        const double share = (i % kHalfFace == 0 ? 0.5 : 1) * (j % kHalfFace == 0 ? 0.5 : 1);
-        mean += share * (1 - u[2 * nodes + grid.node(i, j, kPadLayers)]);
-        area += share;
+        const double fraction = (i % kHalfFace == 0 ? 0.5 : 1) * (j % kHalfFace == 0 ? 0.5 : 1);
+        mean += fraction * (1 - u[2 * nodes + grid.node(i, j, kPadLayers)]);
+        area += fraction;
       }
     mean /= area;
     PadBody pad;

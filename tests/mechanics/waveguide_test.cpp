@@ -86,10 +86,10 @@ TEST(Waveguide, LambertsLampInClosedForm) {
     optics::EdgeLamp lamp;
     lamp.edge_index = n;
     const double q = optics::numerical_aperture(n, 1) / n;
-    const optics::LampShares shares = optics::lamp_shares(guide, lamp);
-    EXPECT_NEAR(shares.entering, 1, 1e-9);
-    EXPECT_NEAR(shares.guided, 2 / kPi * (std::asin(q) + q * std::sqrt(1 - q * q)), 1e-9) << n;
-    EXPECT_NEAR(shares.touching, shares.guided, 1e-12);
+    const optics::LampShares fractions = optics::lamp_fractions(guide, lamp);
+    EXPECT_NEAR(fractions.entering, 1, 1e-9);
+    EXPECT_NEAR(fractions.guided, 2 / kPi * (std::asin(q) + q * std::sqrt(1 - q * q)), 1e-9) << n;
+    EXPECT_NEAR(fractions.touching, fractions.guided, 1e-12);
   }
 }
 
@@ -108,7 +108,7 @@ TEST(Waveguide, LampSharesAgreeWithThrownRays) {
     lamp.edge_index = c.edge;
     lamp.order = c.order;
     lamp.half_angle_rad = c.half_deg * kDegree;
-    const optics::LampShares shares = optics::lamp_shares(guide, lamp);
+    const optics::LampShares fractions = optics::lamp_fractions(guide, lamp);
     const double n = guide.layers[c.layer].index;
     constexpr int kRays = 200'000;
     double entering = 0, guided = 0, touching = 0, meetings = 0;
@@ -136,10 +136,10 @@ TEST(Waveguide, LampSharesAgreeWithThrownRays) {
       }
       meetings += passed / (way * x / sideways);
     }
-    EXPECT_NEAR(shares.entering, entering / kRays, 0.004);
-    EXPECT_NEAR(shares.guided, guided / kRays, 0.004);
-    EXPECT_NEAR(shares.touching, touching / kRays, 0.005);
-    EXPECT_NEAR(shares.arriving_per_mm / (meetings / kRays), 1, 0.02);
+    EXPECT_NEAR(fractions.entering, entering / kRays, 0.004);
+    EXPECT_NEAR(fractions.guided, guided / kRays, 0.004);
+    EXPECT_NEAR(fractions.touching, touching / kRays, 0.005);
+    EXPECT_NEAR(fractions.arriving_per_mm / (meetings / kRays), 1, 0.02);
   }
 }
 
@@ -159,7 +159,7 @@ TEST(Waveguide, ContactTakesWhatItsIndexAllows) {
   // The layer's own index lets out everything that arrives.
   const optics::ContactLight all = optics::contact_light(guide, lamp, {{1.39, 0}});
   EXPECT_NEAR(all.per_meeting, 1, 1e-12);
-  EXPECT_NEAR(all.leaving_per_mm, optics::lamp_shares(guide, lamp).arriving_per_mm, 1e-9);
+  EXPECT_NEAR(all.leaving_per_mm, optics::lamp_fractions(guide, lamp).arriving_per_mm, 1e-9);
   // One angle against Fresnel by hand, and a gap takes light away.
   const double s = 1.2, c1 = std::sqrt(1 - s * s / 1.39 / 1.39), c2 = std::sqrt(1 - s * s / 1.33 / 1.33);
   const double rs = (1.39 * c1 - 1.33 * c2) / (1.39 * c1 + 1.33 * c2);
@@ -218,14 +218,14 @@ TEST(Waveguide, FirstMeetingsEndAtTheTouchingShare) {
   const optics::Waveguide guide = pad();
   optics::EdgeLamp lamp;
   lamp.layer = 0;
-  const double touching = optics::lamp_shares(guide, lamp).touching;
+  const double touching = optics::lamp_fractions(guide, lamp).touching;
   const optics::FirstMeetings near = optics::first_meetings(guide, lamp, 1, 5),
                               far = optics::first_meetings(guide, lamp, 1, 5000);
-  EXPECT_NEAR(far.share.back(), touching, 0.01);
-  EXPECT_LT(near.share.back(), touching);
+  EXPECT_NEAR(far.fraction.back(), touching, 0.01);
+  EXPECT_LT(near.fraction.back(), touching);
   // 1 mm up at the critical angle of 1.39: tan(46.007 deg) mm.
   EXPECT_NEAR(near.nearest_mm, std::tan(46.006983 * kDegree), 1e-6);
-  for (size_t i = 1; i < near.share.size(); ++i) EXPECT_GE(near.share[i], near.share[i - 1]);
+  for (size_t i = 1; i < near.fraction.size(); ++i) EXPECT_GE(near.fraction[i], near.fraction[i - 1]);
 }
 
 TEST(RefractiveIndex, SpotsOfAKnownLiquid) {
@@ -306,10 +306,10 @@ TEST(Waveguide, BadInputIsRefused) {
   EXPECT_THROW(optics::course_of(pad(), 0, 1.39), Error);
   optics::EdgeLamp lamp;
   lamp.order = 0.5;
-  EXPECT_THROW(optics::lamp_shares(pad(), lamp), Error);
+  EXPECT_THROW(optics::lamp_fractions(pad(), lamp), Error);
   lamp = {};
   lamp.half_angle_rad = 2;
-  EXPECT_THROW(optics::lamp_shares(pad(), lamp), Error);
+  EXPECT_THROW(optics::lamp_fractions(pad(), lamp), Error);
   EXPECT_NEAR(optics::order_from_half_intensity(60 * kDegree), 1, 1e-12);
   EXPECT_THROW(optics::order_from_half_intensity(70 * kDegree), Error);
 }

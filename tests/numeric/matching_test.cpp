@@ -16,7 +16,7 @@ namespace {
 
 struct Score {
   double miss = 0,
-         right = 0;  // means over trials: distance over scale; share of named partners that are right
+         right = 0;  // means over trials: distance over scale; fraction of named partners that are right
   int reliable = 0, trials = 0;
 };
 
@@ -78,7 +78,7 @@ TEST(Matching, StrangersAmongTheTarget) {
   const BentPoints points = bent({.bend = 0.03, .outlier_ratio = 2, .seed = 7});
   const MatchResult result = match_points(points.from, points.to);
   EXPECT_TRUE(result.reliable());
-  EXPECT_NEAR(result.target_outlier_share, 2. / 3, 0.05);
+  EXPECT_NEAR(result.target_outlier_fraction, 2. / 3, 0.05);
 }
 
 TEST(Matching, EightStrangersInTenOnAShapeThatMovedLittle) {
@@ -88,7 +88,7 @@ TEST(Matching, EightStrangersInTenOnAShapeThatMovedLittle) {
 }
 
 TEST(Matching, MissingPointsGoToNil) {
-  const BentPoints points = bent({.missing_share = 0.2, .seed = 4});
+  const BentPoints points = bent({.missing_fraction = 0.2, .seed = 4});
   const MatchResult result = match_points(points.from, points.to);
   ASSERT_TRUE(result.reliable());
   size_t missing = 0, nil = 0;
@@ -99,7 +99,7 @@ TEST(Matching, MissingPointsGoToNil) {
     }
   EXPECT_GT(missing, 10u);
   EXPECT_GE(static_cast<double>(nil), 0.9 * static_cast<double>(missing));
-  EXPECT_NEAR(result.template_nil_share, 0.2, 0.06);
+  EXPECT_NEAR(result.template_nil_fraction, 0.2, 0.06);
 }
 
 class MatchingTurns : public testing::TestWithParam<double> {};

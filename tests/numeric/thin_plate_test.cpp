@@ -258,7 +258,7 @@ TEST(ThinPlate, AClosePairDoesNotBlowUp) {
   EXPECT_EQ(merged.statistics().merged, 1u);
   EXPECT_LT(largest_difference(merged.values(at), truth), without + 1e-3);
   PlateOptions keep;
-  keep.merge_share = 0;
+  keep.merge_fraction = 0;
   EXPECT_GT(largest_difference(ThinPlate<2>(points, keep).fit(values, 1, 0.0).values(at), truth), 1);
   EXPECT_LT(largest_difference(ThinPlate<2>(points, keep).fit(values, 1).values(at), truth), 0.1);
 }

@@ -39,8 +39,8 @@ class CalibrateForce : public TypedProgram {
     size_t i = 0;
     for (double t = 0; t < time_s.back(); t += 0.02) {
       while (i + 2 < time_s.size() && time_s[i + 1] < t) ++i;
-      const double share = (t - time_s[i]) / (time_s[i + 1] - time_s[i]);
-      gauge << 1e3 * (t - offset_s) << ',' << 1e3 * (force_N[i] + share * (force_N[i + 1] - force_N[i]))
+      const double fraction = (t - time_s[i]) / (time_s[i + 1] - time_s[i]);
+      gauge << 1e3 * (t - offset_s) << ',' << 1e3 * (force_N[i] + fraction * (force_N[i + 1] - force_N[i]))
             << '\n';
     }
   }

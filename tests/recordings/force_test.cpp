@@ -16,8 +16,8 @@ namespace {
 class ForceRecordings : public WedgeClips {
  protected:
   ForceRecordings() : WedgeClips("FORCE NOT CHECKED AGAINST A REAL GAUGE") {}
-  /// Mean absolute error from 1 N on, as a share of full scale, also of readings that say that they are above
-  /// the calibrated range; contacts and their glow reach the border.
+  /// Mean absolute error from 1 N on, as a fraction of full scale, also of readings that say that they are
+  /// above the calibrated range; contacts and their glow reach the border.
   static double judge(const char* object, const ForceOutcome& o, const GaugedRecording& recording) {
     const ForceCheck check = check_force(o.choice.calibration, recording, true);
     const double full_N = o.choice.calibration.force_max_N, valid = static_cast<double>(check.above_readings),
@@ -48,9 +48,9 @@ TEST_F(ForceRecordings, SecondTrialOfTheSameObject) {
   for (const auto& [object, most] : objects) {
     const ForceOutcome o = calibrate_force({measured(std::string(object) + "_1")}, {}, true);
     EXPECT_EQ(o.choice.calibration.signal, ForceSignal::Gradient) << object;
-    const double share = judge(object, o, measured(std::string(object) + "_2"));
-    EXPECT_LT(share, most) << object;
-    sum += share;
+    const double fraction = judge(object, o, measured(std::string(object) + "_2"));
+    EXPECT_LT(fraction, most) << object;
+    sum += fraction;
   }
   std::printf("mean over objects: %.1f %% of full scale\n", 100 * sum / 5);
   EXPECT_LT(sum / 5, 0.06);
@@ -72,9 +72,9 @@ TEST_F(ForceRecordings, AcrossObjects) {
   double sum = 0;
   for (const char* object :
        {"golf_ball", "purple_ball_hardest", "green_ball_softer", "orange_ball_softest", "foam_brick"}) {
-    const double share = judge(object, o, measured(std::string(object) + "_2"));
-    EXPECT_LT(share, object == std::string("purple_ball_hardest") ? 0.07 : 0.055) << object;
-    sum += share;
+    const double fraction = judge(object, o, measured(std::string(object) + "_2"));
+    EXPECT_LT(fraction, object == std::string("purple_ball_hardest") ? 0.07 : 0.055) << object;
+    sum += fraction;
   }
   std::printf("mean over objects: %.1f %% of full scale\n", 100 * sum / 5);
   EXPECT_LT(sum / 5, 0.045);

@@ -82,9 +82,9 @@ inline std::array<double, 2> table_normal(const NormalTable& t, double nx, doubl
   double sum_x = 0, sum_y = 0;
   for (uint32_t j = 0; j < t.side; ++j)
     for (uint32_t i = 0; i < t.side; ++i) {
-      const double share = std::max(0.0, 1 - std::abs(u - i)) * std::max(0.0, 1 - std::abs(v - j));
-      sum_x += share * t.nx[size_t{j} * t.side + i];
-      sum_y += share * t.ny[size_t{j} * t.side + i];
+      const double fraction = std::max(0.0, 1 - std::abs(u - i)) * std::max(0.0, 1 - std::abs(v - j));
+      sum_x += fraction * t.nx[size_t{j} * t.side + i];
+      sum_y += fraction * t.ny[size_t{j} * t.side + i];
     }
   return {sum_x + nx - x, sum_y + ny - y};
 }

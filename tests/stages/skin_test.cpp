@@ -147,14 +147,14 @@ TEST_F(SkinStage, FollowsTheSkinOfTheSyntheticPad) {
     }
     const double rms = std::sqrt(squares / static_cast<double>(count)),
                  rms_inside = std::sqrt(inside_squares / static_cast<double>(inside)),
-                 lost_share = static_cast<double>(lost) / static_cast<double>(all);
+                 lost_fraction = static_cast<double>(lost) / static_cast<double>(all);
     std::printf(
         "%s: %zu points, RMS error %.3f px, under the contact %.3f px, largest shift %.1f px, lost %.2f %%\n",
-        text, pad.see(0).skin_points.size(), rms, rms_inside, largest, 100 * lost_share);
+        text, pad.see(0).skin_points.size(), rms, rms_inside, largest, 100 * lost_fraction);
     EXPECT_GT(largest, 4) << text;
     // Untouched, a waveguide is dark: its pattern is known to half a gray level only.
     EXPECT_LT(rms_inside, std::string(text).find("gel") == std::string::npos ? 0.065 : 0.02) << text;
-    EXPECT_LT(lost_share, 0.05) << text;
+    EXPECT_LT(lost_fraction, 0.05) << text;
   }
 }
 

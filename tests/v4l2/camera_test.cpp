@@ -20,7 +20,8 @@ constexpr Size kSizes[] = {
 const char* const kGray[] = {"GREY", "Y10", "Y12", "Y16", "NV12"};
 const char* const kColour[] = {"YUYV", "UYVY", "RGGB8", "GRBG8", "GBRG8", "BGGR8"};
 
-/// The colour in the middle of bar `i` of eight, red, green, blue (or gray thrice), as a share of full scale.
+/// The colour in the middle of bar `i` of eight, red, green, blue (or gray thrice), as a fraction of full
+/// scale.
 std::array<double, 3> bar(const Frame& frame, uint32_t i) {
   const uint32_t x = frame.format.width * (2 * i + 1) / 16, y = frame.format.height / 2;
   std::array<double, 3> rgb{};

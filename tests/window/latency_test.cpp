@@ -19,8 +19,8 @@ TEST(Durations, PercentilesAreThoseOfTheSortedSamplesToOnePercent) {
   std::vector<double> samples;
   for (int i = 0; i < 20000; ++i) durations.add(samples.emplace_back(ms(random)));
   std::sort(samples.begin(), samples.end());
-  const auto at = [&](double share) {
-    return samples[static_cast<size_t>(share * static_cast<double>(samples.size() - 1))];
+  const auto at = [&](double fraction) {
+    return samples[static_cast<size_t>(fraction * static_cast<double>(samples.size() - 1))];
   };
   const Percentiles p = durations.percentiles();
   EXPECT_EQ(p.count, 20000u);

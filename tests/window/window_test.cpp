@@ -245,8 +245,8 @@ TEST_F(WindowTest, TheSectionFollowsTheMouse) {
   ASSERT_TRUE(drawn(folder_ / "out"));
   const Layout layout = viz::make_layout({1000, 640}, 1, {320, 240, 3, 8}, true, {true, true});
   const ViewRect& image = layout.image;
-  const auto x = [&](double share) { return image.x + share * image.width; };
-  const auto y = [&](double share) { return image.y + share * image.height; };
+  const auto x = [&](double fraction) { return image.x + fraction * image.width; };
+  const auto y = [&](double fraction) { return image.y + fraction * image.height; };
   desktop_->drag(x(0.08), y(0.5), x(0.3), y(0.2));
   const Ended done = quit();
   EXPECT_EQ(done.exit_code, 0) << done.err;

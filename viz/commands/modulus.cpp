@@ -210,7 +210,7 @@ void add_modulus(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command = program.add_subcommand(
       "modulus", "Young's modulus of a sample pressed between the pad and a rigid table, with its interval");
   auto o = std::make_shared<Options>();
-  const auto share = Check::range(0.0, 0.49);
+  const auto fraction = Check::range(0.0, 0.49);
   command->add_option("RECORDING", o->input, "A recording of two presses or more, as process takes it");
   command->add_option("--frames", o->frames,
                       "Instead: CSV of presses: force_N, and radius_mm or area_mm2, depth_mm, mean_depth_mm, "
@@ -225,7 +225,7 @@ void add_modulus(CommandLine& program, Common& common, Command& chosen) {
                       "sphere,16mm (diameter)");
   command->add_option("--sample-poisson", o->poisson, "Its Poisson's ratio, 0 to 0.5")->capture_default_str();
   command->add_option("--size-sd", o->size_sd, "Standard error of its size, as a share")
-      ->check(share)
+      ->check(fraction)
       ->capture_default_str();
   command
       ->add_option("--table", o->table,
@@ -246,13 +246,13 @@ void add_modulus(CommandLine& program, Common& common, Command& chosen) {
       ->check(Check::positive());
   command->add_option("--pad-poisson", o->pad_poisson, "Its Poisson's ratio")->capture_default_str();
   command->add_option("--pad-sd", o->pad_sd, "Standard error of its modulus, as a share")
-      ->check(share)
+      ->check(fraction)
       ->capture_default_str();
   command->add_option("--force-sd", o->force_sd, "Standard error of the force's scale, as a share")
-      ->check(share)
+      ->check(fraction)
       ->capture_default_str();
   command->add_option("--scale-sd", o->scale_sd, "Standard error of the camera's scale, as a share")
-      ->check(share);
+      ->check(fraction);
   command->add_option("--gauge", o->gauge,
                       "CSV of a force gauge beside the recording, instead of the image's force");
   command->add_option("--approach", o->approach, "CSV with frame and approach_mm: the stage's way");

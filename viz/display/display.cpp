@@ -18,7 +18,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// Of a picture on a CPU driver, so that measuring has its share of the cores at 25 pictures a second.
+// Of a picture on a CPU driver, so that measuring has its fraction of the cores at 25 pictures a second.
 constexpr double kDrawBudget_ms = 22;
 
 double seconds_between(std::chrono::steady_clock::time_point a, std::chrono::steady_clock::time_point b) {

@@ -25,8 +25,8 @@ void Durations::add(double ms) {
 
 Percentiles Durations::percentiles() const {
   Percentiles p{.count = count_};
-  const auto at = [&](double share) {
-    const double wanted = share * static_cast<double>(count_ - 1);
+  const auto at = [&](double fraction) {
+    const double wanted = fraction * static_cast<double>(count_ - 1);
     uint64_t below = 0;
     for (size_t i = 0; i < kBins; ++i) {
       below += bins_[i];
@@ -50,8 +50,8 @@ Percentiles RecentDurations::percentiles() const {
   if (ms_.empty()) return p;
   std::vector<double> sorted(ms_.begin(), ms_.end());
   std::sort(sorted.begin(), sorted.end());
-  const auto at = [&](double share) {
-    return sorted[static_cast<size_t>(share * static_cast<double>(sorted.size() - 1))];
+  const auto at = [&](double fraction) {
+    return sorted[static_cast<size_t>(fraction * static_cast<double>(sorted.size() - 1))];
   };
   p.p50_ms = at(0.5), p.p95_ms = at(0.95), p.p99_ms = at(0.99);
   return p;

@@ -98,8 +98,8 @@ void contact_table(const Touch& touch, const Tare& tare, bool scaled) {
               [](const ContactTouch* a, const ContactTouch* b) { return a->id < b->id; });
   }
   if (!ImGui::BeginTable("contacts", 4, ImGuiTableFlags_SizingStretchProp | ImGuiTableFlags_RowBg)) return;
-  for (const float share : {0.16f, 0.34f, 0.23f, 0.27f})
-    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, share);
+  for (const float fraction : {0.16f, 0.34f, 0.23f, 0.27f})
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, fraction);
   for (const char* title : {"contact", tare.on ? "force [N], tared" : "force [N]",
                             scaled ? "area [mm\xc2\xb2]" : "area [px]", "state"}) {
     ImGui::TableNextColumn();
@@ -147,9 +147,9 @@ void skin_rows(const SkinMotion& skin) {
   if (known(skin.torsion_rad))
     row("twist", text("%+.2f \xc2\xb1 %.2f deg", 57.29578 * skin.torsion_rad.value,
                       57.29578 * skin.torsion_rad.standard_error));
-  if (known(skin.stick_share))
-    row("still sticks", text("%.0f \xc2\xb1 %.0f %% of radius", 100 * skin.stick_share.value,
-                             100 * skin.stick_share.standard_error));
+  if (known(skin.stick_fraction))
+    row("still sticks", text("%.0f \xc2\xb1 %.0f %% of radius", 100 * skin.stick_fraction.value,
+                             100 * skin.stick_fraction.standard_error));
 }
 
 void surface_rows(const Touch& t) {

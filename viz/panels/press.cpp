@@ -72,9 +72,9 @@ std::vector<PressRow> press_rows(const PressStatus& s, double time_s) {
   }
   if (!s.last) return rows;
   rows.push_back({Tone::Faint, "", age(*s.last, time_s)});
-  if (s.last->saturated_share > 0)
+  if (s.last->saturated_fraction > 0)
     rows.push_back(
-        {Tone::Doubtful, "saturated", text("%.2g %% of the window", 100 * s.last->saturated_share)});
+        {Tone::Doubtful, "saturated", text("%.2g %% of the window", 100 * s.last->saturated_fraction)});
   if (s.last->estimate)
     estimate_lines(*s.last->estimate, rows);
   else

@@ -55,7 +55,7 @@ std::string plot_script(const ForceOutcome& o, bool svg) {
   for (size_t i = 0; i < o.samples.size(); ++i) {
     const ForceSample& s = o.samples[i];
     if (!std::isfinite(s.force_N)) continue;
-    const double w = o.choice.unloading_share[i], x = signal_of(c, s.features);
+    const double w = o.choice.unloading_fraction[i], x = signal_of(c, s.features);
     const double residual_mN = 1e3 * (s.force_N - force_of(c, s.features, w).value);
     const bool used = s.left_out == LeftOut::Used;
     if (used) largest_mN = std::max(largest_mN, std::abs(residual_mN));

@@ -106,14 +106,14 @@ std::string quality_script(const lump::Score& s) {
     size_t sum = 0;
     for (const size_t n : s.shapes[a]) sum += n;
     for (size_t b = 0; b < 4; ++b) {
-      const double share =
+      const double fraction =
           sum > 0 ? 100.0 * static_cast<double>(s.shapes[a][b]) / static_cast<double>(sum) : 0;
       shapes[0].push_back(static_cast<double>(b));
       shapes[1].push_back(static_cast<double>(a));
-      shapes[2].push_back(share);
+      shapes[2].push_back(fraction);
       char label[120];
       std::snprintf(label, sizeof label, "set label '%zu' at %zu,%zu center front tc rgb '%s'\n",
-                    s.shapes[a][b], b, a, share > 55 ? "#000000" : "#ffffff");
+                    s.shapes[a][b], b, a, fraction > 55 ? "#000000" : "#ffffff");
       labels += label;
     }
   }

@@ -177,12 +177,12 @@ std::string network_figure(const std::vector<lump::Stage>& stages, const std::st
     y -= 1.7;
   }
   std::string plots;
-  const double share = kWide / static_cast<double>(std::max<size_t>(1, networks.size()));
+  const double fraction = kWide / static_cast<double>(std::max<size_t>(1, networks.size()));
   for (size_t n = 0; n < networks.size(); ++n) {
-    const double from = share * static_cast<double>(n),
-                 middle = from + (share + kNamesLeft - kNamesRight) / 2;
+    const double from = fraction * static_cast<double>(n),
+                 middle = from + (fraction + kNamesLeft - kNamesRight) / 2;
     const std::string name = "n" + std::to_string(n);
-    script += network(*networks[n], from, from + share, name, blocks);
+    script += network(*networks[n], from, from + fraction, name, blocks);
     script += arrow(middle, kTopLow, middle, kNetHigh + 3.6);
     script += arrow(middle, kNetLow - 3.4, search + (n == 0 ? -3 : 3), kBoxHigh);
     plots += (plots.empty() ? "plot $" : ", $") + name +

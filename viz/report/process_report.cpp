@@ -19,7 +19,7 @@ std::string table_of(const Comparison& c) {
        {"shear x, N", &c.shear_x_N()},
        {"shear y, N", &c.shear_y_N()},
        {"torsion, rad", &c.torsion_rad()},
-       {"stick share", &c.stick_share()},
+       {"stick share", &c.stick_fraction()},
        {"centre, px", &c.center_px()},
        {"depth, mm", &c.depth_mm()},
        {"depth map RMS, mm", &c.depth_map_mm()}}};

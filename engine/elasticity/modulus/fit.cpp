@@ -447,8 +447,8 @@ ModulusFit Fit::run(ModulusFit f, ScatterErrors& errors, bool with_points) {
       double sum = 0;
       for (size_t i = 0; i < left.size(); ++i)
         if (static_cast<size_t>(observations_[i].seen) == k) sum += left[i] * left[i];
-      const double share = static_cast<double>(f.unknowns) * all[k] / f.readings;
-      errors[k] = std::max(std::sqrt(sum / std::max(1.0, all[k] - share)), 1e-7 * largest[k]);
+      const double fraction = static_cast<double>(f.unknowns) * all[k] / f.readings;
+      errors[k] = std::max(std::sqrt(sum / std::max(1.0, all[k] - fraction)), 1e-7 * largest[k]);
     }
   }
   f.log_young = at;

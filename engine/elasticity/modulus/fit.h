@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-/// Standard error of where a picture puts a contact's edge and of what the model makes of it, as a share of
-/// the radius; common to a press.
+/// Standard error of where a picture puts a contact's edge and of what the model makes of it, as a fraction
+/// of the radius; common to a press.
 inline constexpr double kFlatEdge = 0.015, kBallEdge = 0.004;
 inline double edge_sd(const Sample& sample) {
   return sample.flat() ? kFlatEdge : kBallEdge;
@@ -19,7 +19,7 @@ struct ModulusGiven {
   double pad = 1;      ///< the pad's modulus
   double size = 1;     ///< the sample's
   double zero_mm = 0;  ///< of the approach
-  double edge = 0;     ///< how far outside the picture puts the contact's edge: share of the radius
+  double edge = 0;     ///< how far outside the picture puts the contact's edge: fraction of the radius
   /// Logarithm of a modulus (MPa) that the answer lies within a factor of 20 of; NaN: anywhere.
   double near = std::numeric_limits<double>::quiet_NaN();
 };

@@ -11,7 +11,7 @@
 //   known too poorly to be used by itself; its growth from press to press is what counts.
 // - the contact's radius, ball: at one force a^3 ~ 1/E*, 1/E* = (1 - v^2)/E + (1 - vp^2)/Ep. An error da/a
 //   becomes 3 (1 + E/Ep) da/a in E: a ball much stiffer than the pad looks like a rigid one.
-// - depth beside radius, ball: of a^2/R the pad takes the share of its compliance. Needs no force.
+// - depth beside radius, ball: of a^2/R the pad takes the fraction of its compliance. Needs no force.
 // Depth beside force alone tells of the pad, not of the sample: a flat sample whose size stays and whose
 // approach is not known is refused.
 #pragma once

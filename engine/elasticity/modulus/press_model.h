@@ -63,7 +63,7 @@ class PressModel {
 
   /// Range of sample over pad modulus that is tabulated.
   static constexpr double kLeastRatio = 1e-5, kMostRatio = 1e6;
-  /// Widest contact of a ball that the model stands for, as a share of its radius.
+  /// Widest contact of a ball that the model stands for, as a fraction of its radius.
   static constexpr double kWidest = 0.5;
 
   /// `pad_MPa`: the pad's modulus; `size`: the sample's size over its nominal one (near 1: a pad's thickness

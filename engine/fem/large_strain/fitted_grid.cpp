@@ -22,11 +22,11 @@ bool ball(InclusionShape shape) {
 }
 
 /// Width of the box of a lump's volume over the lump's.
-Place box_share(InclusionShape shape) {
-  const double share = ball(shape) ? std::cbrt(std::numbers::pi / 6) : std::sqrt(std::numbers::pi / 4);
-  Place shares{};
-  for (size_t c = 0; c < 3; ++c) shares[c] = round_axes(shape)[c] ? share : 1;
-  return shares;
+Place box_fraction(InclusionShape shape) {
+  const double fraction = ball(shape) ? std::cbrt(std::numbers::pi / 6) : std::sqrt(std::numbers::pi / 4);
+  Place fractions{};
+  for (size_t c = 0; c < 3; ++c) fractions[c] = round_axes(shape)[c] ? fraction : 1;
+  return fractions;
 }
 
 /// Where a point of the cube from -1 to 1 is taken, in the lump's half sizes: the cube's faces to the lump's.
@@ -108,17 +108,17 @@ class Bend {
 
   Place operator()(const Place& from) const {
     Place held, q;
-    double share = 1;
+    double fraction = 1;
     for (size_t c = 0; c < 3; ++c) {
       const auto [low, high] = box_[c];
       held[c] = std::clamp(from[c], low, high);
       q[c] = (2 * held[c] - low - high) / (high - low);
-      if (from[c] < low) share *= (from[c] - wall_[c][0]) / (low - wall_[c][0]);
-      if (from[c] > high) share *= (wall_[c][1] - from[c]) / (wall_[c][1] - high);
+      if (from[c] < low) fraction *= (from[c] - wall_[c][0]) / (low - wall_[c][0]);
+      if (from[c] > high) fraction *= (wall_[c][1] - from[c]) / (wall_[c][1] - high);
     }
     const Place to = rounded(lump_.shape, q);
     Place place;
-    for (size_t c = 0; c < 3; ++c) place[c] = from[c] + share * (centre_[c] + half_[c] * to[c] - held[c]);
+    for (size_t c = 0; c < 3; ++c) place[c] = from[c] + fraction * (centre_[c] + half_[c] * to[c] - held[c]);
     return place;
   }
 
@@ -145,11 +145,11 @@ bool upright(const CellGrid& grid) {
 /// Where the faces of the best box lie, in cells from the block's sides.
 std::array<std::array<double, 2>, 3> best_box(const Scene& scene) {
   const Inclusion& lump = *scene.inclusion;
-  const std::array<double, 3> size = lump.size(), share = box_share(lump.shape);
+  const std::array<double, 3> size = lump.size(), fraction = box_fraction(lump.shape);
   std::array<std::array<double, 2>, 3> box{};
   for (size_t c = 0; c < 3; ++c) {
     const double centre = c < 2 ? lump.offset_mm[c] + scene.block_mm[c] / 2 : lump.depth_mm + size[2] / 2;
-    const double per_mm = scene.cells[c] / scene.block_mm[c], half = size[c] / 2 * share[c];
+    const double per_mm = scene.cells[c] / scene.block_mm[c], half = size[c] / 2 * fraction[c];
     box[c] = {(centre - half) * per_mm, (centre + half) * per_mm};
   }
   return box;

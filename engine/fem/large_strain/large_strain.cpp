@@ -96,7 +96,7 @@ LargeStrainResult solve_large_strain(const Scene& scene, const std::vector<Press
   return result;
 }
 
-double extrapolation_share(uint32_t cells, uint32_t coarser, double order) {
+double extrapolation_fraction(uint32_t cells, uint32_t coarser, double order) {
   return 1 / (std::pow(static_cast<double>(cells) / coarser, order) - 1);
 }
 
@@ -132,8 +132,8 @@ LargeStrainResult solve_extrapolated(const Scene& scene, const std::array<uint32
   if (shared) own.lump_cells = shared->coarse;
   const LargeStrainResult coarse = solve_large_strain(coarse_scene, loads, own);
   const auto pressure_on = static_cast<float>(
-      extrapolation_share(scene.cells[0], coarser[0], shared ? kFittedOrder : kPressureOrder));
-  const double force_on = extrapolation_share(scene.cells[0], coarser[0], kForceOrder);
+      extrapolation_fraction(scene.cells[0], coarser[0], shared ? kFittedOrder : kPressureOrder));
+  const double force_on = extrapolation_fraction(scene.cells[0], coarser[0], kForceOrder);
   fine.converged = fine.converged && coarse.converged;
   fine.loads.resize(std::min(fine.loads.size(), coarse.loads.size()));
   for (size_t l = 0; l < fine.loads.size(); ++l) {

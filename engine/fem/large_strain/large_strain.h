@@ -28,9 +28,9 @@ inline constexpr double kPressureOrder = 1.8;
 inline constexpr double kForceOrder = 1.5;
 /// Of cells that follow the lump's surface, the pressure's; the rim is the same.
 inline constexpr double kFittedOrder = 2;
-/// What cells of no size would give, as a share of the difference from the coarser to the finer grid that is
-/// added to the finer's: cells along one side of both.
-double extrapolation_share(uint32_t cells, uint32_t coarser, double order);
+/// What cells of no size would give, as a fraction of the difference from the coarser to the finer grid that
+/// is added to the finer's: cells along one side of both.
+double extrapolation_fraction(uint32_t cells, uint32_t coarser, double order);
 
 /// The finest grid of which both are multiples along all sides: cells that follow a lump are chosen on it.
 /// None where it has fewer than 12 cells along x or y, or 6 along z.

@@ -10,16 +10,16 @@ namespace palpate::fem {
 namespace {
 
 constexpr uint32_t kMostNewtonRounds = 15;
-constexpr uint32_t kMostGradients = 400;    // iterations within one of them
-constexpr uint32_t kMostWorse = 3;          // rounds that left more out of balance than they found
-constexpr double kLeastVolumeRatio = 0.05;  // below it an element is as good as inverted
-constexpr double kCorrectionShare = 0.01;   // of the forces out of balance, left by a correction
+constexpr uint32_t kMostGradients = 400;      // iterations within one of them
+constexpr uint32_t kMostWorse = 3;            // rounds that left more out of balance than they found
+constexpr double kLeastVolumeRatio = 0.05;    // below it an element is as good as inverted
+constexpr double kCorrectionFraction = 0.01;  // of the forces out of balance, left by a correction
 // The rest state's multigrid is blind to how a press turns the directions in which volume is kept: held less
 // tightly than the tissue holds it, those cost half the iterations. And what it is blind to, more smoothing
 // does not mend.
 constexpr double kPreconditionedPoisson = 0.4;
 constexpr Smoothing kQuick = {4, 6};
-constexpr double kChangeShare = 5e-5;  // the same of a derivative
+constexpr double kChangeFraction = 5e-5;  // the same of a derivative
 
 const Scene& allowed(const Scene& scene) {
   Scene any_load = scene;
@@ -60,7 +60,7 @@ uint64_t LargeStrainModel::bytes() const {
   return cells_.bytes() + multigrid_.bytes() + gradients_.bytes() + 5 * displacement_.size() * sizeof(double);
 }
 
-// residual_ = - inner forces where displacements are free. Returns its share of all forces.
+// residual_ = - inner forces where displacements are free. Returns its fraction of all forces.
 double LargeStrainModel::out_of_balance(const std::vector<double>& displacement, std::vector<double>& force) {
   const double least = cells_.forces(displacement.data(), force.data(), grid_.young, team_);
   const size_t nodes = grid_.nodes();
@@ -77,11 +77,11 @@ double LargeStrainModel::out_of_balance(const std::vector<double>& displacement,
   return least > kLeastVolumeRatio && all > 0 ? std::sqrt(open / all) : HUGE_VAL;
 }
 
-uint32_t LargeStrainModel::correct(double target_share, std::vector<double>& correction) {
+uint32_t LargeStrainModel::correct(double target_fraction, std::vector<double>& correction) {
   std::fill(correction.begin(), correction.end(), 0.0);
   return gradients_.run([this](const double* in, double* out) { cells_.apply(in, out, &fixed_, team_); },
                         [this](const float* in, float* out) { multigrid_.precondition(in, out); }, residual_,
-                        correction, target_share * gradients_.norm(residual_), kMostGradients);
+                        correction, target_fraction * gradients_.norm(residual_), kMostGradients);
 }
 
 bool LargeStrainModel::move_to(double press_mm, LargeStrainResult& result) {
@@ -111,7 +111,7 @@ bool LargeStrainModel::move_to(double press_mm, LargeStrainResult& result) {
     if (round == kMostNewtonRounds || !std::isfinite(open) || worse == kMostWorse) return false;
     cells_.form_tangent(u.data(), pressure, team_);
     ++result.newton_rounds;
-    result.iterations += correct(std::max(kCorrectionShare, 0.3 * options_.residual / open), correction);
+    result.iterations += correct(std::max(kCorrectionFraction, 0.3 * options_.residual / open), correction);
     cells_.pressures(u.data(), correction.data(), pressure, team_);
     for (size_t n = 0; n < u.size(); ++n) u[n] += correction[n];
     const double next = out_of_balance(u, force);
@@ -187,9 +187,9 @@ PressedBlock LargeStrainModel::measure() const {
 PressedSurface LargeStrainModel::change(std::vector<double>& displacement,
                                         const std::vector<double>& plus_force, LargeStrainResult& result) {
   std::vector<double> correction(displacement.size()), force(displacement.size());
-  result.iterations += correct(kChangeShare, correction);
+  result.iterations += correct(kChangeFraction, correction);
   for (size_t n = 0; n < displacement.size(); ++n) displacement[n] += correction[n];
-  // Of the tissue alone; on its surface a pad's share of the tangent is not wanted.
+  // Of the tissue alone; on its surface a pad's fraction of the tangent is not wanted.
   const double small = 1e-4;
   std::vector<double> moved(displacement_);
   for (size_t n = 0; n < moved.size(); ++n) moved[n] += small * displacement[n];

@@ -45,7 +45,7 @@ class LargeStrainModel {
   double out_of_balance(const std::vector<double>& displacement, std::vector<double>& force);
   void take_forces();
   PressedSurface surface_of(const std::vector<double>& displacement, const std::vector<double>& force) const;
-  uint32_t correct(double target_share, std::vector<double>& correction);
+  uint32_t correct(double target_fraction, std::vector<double>& correction);
   PressedSurface change(std::vector<double>& displacement, const std::vector<double>& plus_force,
                         LargeStrainResult& result);
 

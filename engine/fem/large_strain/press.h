@@ -28,7 +28,7 @@ struct LargeStrainOptions {
   std::array<uint32_t, 2> map_nodes = {0, 0};
   bool quarter = true;  ///< planes of symmetry that the scene has are used
   /// Cells of the scene's that follow its inclusion's surface as the inclusion's own. None: cells are
-  /// straight bricks, and those on the border are as stiff as their share of both.
+  /// straight bricks, and those on the border are as stiff as their fraction of both.
   std::optional<InclusionCells> lump_cells;
   std::function<bool()> stop;  ///< asked between steps; true: the press ends there
 };

@@ -41,9 +41,9 @@ double share_inside(InclusionShape shape, const std::array<double, 3>& size, con
   return sum / (kColumns * kColumns) / (high[2] - low[2]);
 }
 
-double mixed_modulus(double share, double ratio) {
+double mixed_modulus(double fraction, double ratio) {
   constexpr double q = 0.8;
-  return ratio == 1 ? 1 : 1 + share / (1 / (ratio - 1) + q * (1 - share));
+  return ratio == 1 ? 1 : 1 + fraction / (1 / (ratio - 1) + q * (1 - fraction));
 }
 
 std::vector<uint32_t> pad_layers(const Scene& scene) {

@@ -56,7 +56,7 @@ double share_inside(InclusionShape shape, const std::array<double, 3>& size_mm,
 /// 1) + q (1 - f)), q = 0.8. q = 1 is the harmonic mean (springs in series), 0.4 the lower bound of Hashin
 /// and Shtrikman for an incompressible body, 0 the mean. At 0.8 the centre pressure of the pad problem is 0.7
 /// % low at 64 x 64 x 32 (harmonic 1.2 %), and hardly changes with the grid at ratios of 0.1 and 1000.
-double mixed_modulus(double share, double ratio);
+double mixed_modulus(double fraction, double ratio);
 
 /// Tissue and inclusion of a scene, moduli relative to the tissue's. Pad sheets lie on top, a slit under them
 /// where they slide. `quarter`: only x, y >= the middle.

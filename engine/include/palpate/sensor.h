@@ -82,11 +82,11 @@ struct ForceCalibration {
   double exponent = 1;                         ///< ForceModel::Power
   std::vector<std::array<double, 2>> knots{};  ///< ForceModel::Spline: signal, N; both rise
   std::optional<ForceCurve> loading{}, unloading{};
-  double force_max_N = 0;      ///< full scale: largest force of the gauge; 0: not stated
-  double hysteresis = 0;       ///< largest difference between the directions, share of full scale
-  double drift_N_per_min = 0;  ///< of the residual over the calibration's time
-  double r_squared = 0;        ///< 0: not stated
-  double residual_share = 0;   ///< scatter that grows with the force: its share, added in squares
+  double force_max_N = 0;        ///< full scale: largest force of the gauge; 0: not stated
+  double hysteresis = 0;         ///< largest difference between the directions, fraction of full scale
+  double drift_N_per_min = 0;    ///< of the residual over the calibration's time
+  double r_squared = 0;          ///< 0: not stated
+  double residual_fraction = 0;  ///< scatter that grows with the force: its share, added in squares
   Origin origin{};
 };
 

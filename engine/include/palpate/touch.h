@@ -89,8 +89,8 @@ struct SkinMotion {
   uint32_t touching = 0;  ///< followed ones under the contact; less than 3: nothing below is known
   Estimate shift_x_mm;    ///< of the contact's core since the contact's onset
   Estimate shift_y_mm;
-  Estimate torsion_rad;  ///< turn about the normal since onset, from +x towards +y
-  Estimate stick_share;  ///< radius of the part that still sticks over the contact's, 0 to 1
+  Estimate torsion_rad;     ///< turn about the normal since onset, from +x towards +y
+  Estimate stick_fraction;  ///< radius of the part that still sticks over the contact's, 0 to 1
 };
 
 /// Regions that were told apart in a frame (Output::Contacts); those large enough are Touch::contacts.

@@ -89,8 +89,8 @@ void check(const Sweep& s) {
   inside("Poisson's ratio", s.poisson, 0, 0.4999);
   inside("the tissue below a lump, mm,", s.floor_mm, 0, 100);
   inside("the tissue beside a lump, mm,", s.rim_mm, 0, 100);
-  inside("the share without a lump", s.no_lump_share, 0, 1);
-  inside("the share in the middle", s.centred_share, 0, 1);
+  inside("the share without a lump", s.no_lump_fraction, 0, 1);
+  inside("the share in the middle", s.centred_fraction, 0, 1);
   inside("loads", s.loads, 1, 32);
   for (const uint32_t nodes : s.nodes) inside("nodes of a map along a side", nodes, 2, 1024);
   for (const uint32_t cells : s.cells) inside("cells along a side", cells, 4, 512);
@@ -135,7 +135,7 @@ Case lump_case(const Sweep& s, uint32_t number) {
   what.young_Pa = even_in_logarithm(s.young_Pa, u[kYoung]);
   const double greatest_mm = even(s.greatest_press, u[kGreatestPress]) * what.thickness_mm;
   for (uint32_t load = 1; load <= s.loads; ++load) what.press_mm.push_back(greatest_mm * load / s.loads);
-  if (u[kNoLump] < s.no_lump_share) return what;
+  if (u[kNoLump] < s.no_lump_fraction) return what;
 
   Case::Lump lump;
   lump.shape = s.shapes[std::min(s.shapes.size() - 1,
@@ -150,7 +150,7 @@ Case lump_case(const Sweep& s, uint32_t number) {
   lump.depth_mm = even({s.depth_mm.low, deepest_mm}, u[kDepth]);
   lump.stiffness_ratio = even_in_logarithm(s.stiffness_ratio, u[kStiffness]);
   const std::array<double, 3> size_mm = lump.size_mm();
-  const bool centred = u[kCentred] < s.centred_share;
+  const bool centred = u[kCentred] < s.centred_fraction;
   for (size_t c = 0; c < 2 && !centred; ++c) {
     const double most = std::max(0.0, std::min(s.offset_mm, s.block_mm[c] / 2 - s.rim_mm - size_mm[c] / 2));
     lump.offset_mm[c] = even({-most, most}, u[kOffsetX + c]);
@@ -205,13 +205,13 @@ std::string to_json(const Sweep& s) {
                                 {"young_Pa", pair(s.young_Pa)},
                                 {"greatest_press_over_thickness", pair(s.greatest_press)},
                                 {"offset_mm", s.offset_mm},
-                                {"centred_share", s.centred_share},
+                                {"centred_share", s.centred_fraction},
                                 {"block_mm", s.block_mm},
                                 {"poisson", s.poisson},
                                 {"floor_mm", s.floor_mm},
                                 {"rim_mm", s.rim_mm},
                                 {"shapes", shapes},
-                                {"no_lump_share", s.no_lump_share},
+                                {"no_lump_share", s.no_lump_fraction},
                                 {"loads", s.loads},
                                 {"cells", s.cells},
                                 {"coarser_cells", s.coarser_cells},
@@ -237,7 +237,7 @@ Sweep sweep_from_json(const std::string& text) {
     s.young_Pa = range("young_Pa");
     s.greatest_press = range("greatest_press_over_thickness");
     s.offset_mm = v.at("offset_mm").get<double>();
-    s.centred_share = v.at("centred_share").get<double>();
+    s.centred_fraction = v.at("centred_share").get<double>();
     s.block_mm = v.at("block_mm").get<std::array<double, 2>>();
     s.poisson = v.at("poisson").get<double>();
     s.floor_mm = v.at("floor_mm").get<double>();
@@ -250,7 +250,7 @@ Sweep sweep_from_json(const std::string& text) {
         throw Error(Failure::Input, "a shape", name.dump(), "another file");
       s.shapes.push_back(static_cast<fem::InclusionShape>(found - std::begin(fem::kShapeNames)));
     }
-    s.no_lump_share = v.at("no_lump_share").get<double>();
+    s.no_lump_fraction = v.at("no_lump_share").get<double>();
     s.loads = v.at("loads").get<uint32_t>();
     s.cells = v.at("cells").get<std::array<uint32_t, 3>>();
     s.coarser_cells = v.at("coarser_cells").get<std::array<uint32_t, 3>>();

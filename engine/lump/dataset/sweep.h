@@ -27,7 +27,7 @@ struct Sweep {
   Range young_Pa{2000, 30000};       ///< of the tissue, even in its logarithm
   Range greatest_press{0.10, 0.22};  ///< of the thickness, at the last load
   double offset_mm = 6;              ///< of the lump's centre from the middle, to either side in x and y
-  double centred_share =
+  double centred_fraction =
       0.67;  ///< of the lumps, in the middle: a quarter is solved, in a quarter of the time
   std::array<double, 2> block_mm = {40, 40};
   double poisson = 0.495;
@@ -36,7 +36,7 @@ struct Sweep {
   std::vector<fem::InclusionShape> shapes = {fem::InclusionShape::Sphere, fem::InclusionShape::Ellipsoid,
                                              fem::InclusionShape::Cylinder,
                                              fem::InclusionShape::LyingCylinder};
-  double no_lump_share = 1.0 / 12;               ///< of the cases, tissue alone
+  double no_lump_fraction = 1.0 / 12;            ///< of the cases, tissue alone
   uint32_t loads = 4;                            ///< equal steps of the press
   std::array<uint32_t, 3> cells = {48, 48, 24};  ///< along x, y, z whatever the thickness
   /// What solve_extrapolated() takes beside them, of the same proportions; 0, 0, 0: one grid.

@@ -156,7 +156,7 @@ class Inversion {
     if (search_.values() < kFewestValues)
       summarise(answer, Status::Unusable,
                 "only " + std::to_string(search_.values()) + " places were seen at every load");
-    else if (observation_.saturated_share > kMostSaturated)
+    else if (observation_.saturated_fraction > kMostSaturated)
       summarise(answer, Status::Unusable, "the sensor is saturated at the highest load: press less");
     else {
       Case::Lump guess = start.lump;
@@ -207,14 +207,15 @@ class Inversion {
     DirectSearch::State& best = *answer.best;
     const bool settled = search_.settle(best);
     Estimate& estimate = answer.estimate;
-    const double share = chi_square(answer);
-    answer.spread = spread_at(search_, best, share, observation_, options_.model);
+    const double fraction = chi_square(answer);
+    answer.spread = spread_at(search_, best, fraction, observation_, options_.model);
     take(best.lump, answer.spread, estimate);
     estimate.shape_probability = {};
     estimate.shape_probability[static_cast<size_t>(estimate.shape)] = 1;
     estimate.detection_statistic = 0;
     if (const std::optional<double> nothing = search_.without_lump(best))
-      estimate.detection_statistic = std::max(0.0, *nothing - best.chi2) / (kChance * std::max(1.0, share));
+      estimate.detection_statistic =
+          std::max(0.0, *nothing - best.chi2) / (kChance * std::max(1.0, fraction));
     char line[200];
     if (estimate.detection_statistic < 1)
       return summarise(answer, Status::NoLump, "tissue alone answers as well, but for chance");
@@ -223,11 +224,11 @@ class Inversion {
                     options_.most_rounds);
       return summarise(answer, Status::Unusable, line);
     }
-    if (share > 4) {
+    if (fraction > 4) {
       std::snprintf(line, sizeof line,
                     "the best lump misses the reading by %.1f times its noise: not a lump of this shape in "
                     "such tissue",
-                    std::sqrt(share));
+                    std::sqrt(fraction));
       return summarise(answer, Status::OutsideTraining, line);
     }
     summarise(answer, Status::Found, "");

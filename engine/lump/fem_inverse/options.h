@@ -19,13 +19,13 @@ struct DirectInversionOptions {
   /// place of the bump.
   std::vector<Start> starts;
   uint32_t most_rounds = 16;
-  double gauge_share = 0.001;   ///< standard deviation of a force of the observation
-  double young_share = 0.01;    ///< of the tissue's modulus
-  double model_share = 0.0015;  ///< of the observation's peak, what the elements' own values are off
+  double gauge_fraction = 0.001;   ///< standard deviation of a force of the observation
+  double young_fraction = 0.01;    ///< of the tissue's modulus
+  double model_fraction = 0.0015;  ///< of the observation's peak, what the elements' own values are off
   /// Of a bump's height at each place, what elements are off by: once for the whole bump, and once in common
   /// with neighbours within some 3 mm. The same at all loads, and what of it changes from the first load to
   /// the last. As 64 and 40 cells that do not follow a lump differ from those that do.
-  double bump_share = 0.008, bump_change_share = 0.003;
+  double bump_fraction = 0.008, bump_change_fraction = 0.003;
 };
 
 }  // namespace palpate::lump

@@ -165,14 +165,14 @@ bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump, ui
 /// Shares of grids of so many times the same cells in what cells of no size would give: the polynomial in
 /// the square of the cells' size through all of them.
 std::vector<double> at_no_size(const std::vector<uint32_t>& times) {
-  std::vector<double> share;
+  std::vector<double> fraction;
   for (const uint32_t own : times) {
     double product = 1;
     for (const uint32_t other : times)
       if (other != own) product *= 1 / (1 - std::pow(static_cast<double>(other) / own, 2));
-    share.push_back(product);
+    fraction.push_back(product);
   }
-  return share;
+  return fraction;
 }
 
 }  // namespace
@@ -238,13 +238,13 @@ GridCorrection grid_correction(const ComparedNodes& nodes, const std::optional<F
       std::hypot(what->lump.offset_mm[0], what->lump.offset_mm[1]) < kNearMiddle_mm)
     what->lump.offset_mm = {0, 0};
   const std::vector<uint32_t>& grids = options.grids;
-  const std::vector<double> share = at_no_size(grids);
-  std::vector<double> open = share;
+  const std::vector<double> fraction = at_no_size(grids);
+  std::vector<double> open = fraction;
   if (grids.size() > 2) {
     const std::vector<double> finer = at_no_size({grids.begin() + 1, grids.end()});
     for (size_t g = 0; g < finer.size(); ++g) open[g + 1] -= finer[g];
   } else if (grids.size() == 2) {
-    open[1] -= 1 + fem::extrapolation_share(grids[1], grids[0], kLeastOrder);
+    open[1] -= 1 + fem::extrapolation_fraction(grids[1], grids[0], kLeastOrder);
     open[0] = -open[1];
   } else {
     open[0] = 0;
@@ -254,7 +254,7 @@ GridCorrection grid_correction(const ComparedNodes& nodes, const std::optional<F
   for (size_t g = 0; g < grids.size() && grids.size() > 1; ++g) {
     Eigen::VectorXd pressure_Pa;
     if (!press(nodes, what, grids[g], options, pressure_Pa, nullptr)) return correction;
-    correction.add_Pa += (share[g] - (grids[g] == options.searched ? 1 : 0)) * pressure_Pa;
+    correction.add_Pa += (fraction[g] - (grids[g] == options.searched ? 1 : 0)) * pressure_Pa;
     correction.open_Pa += open[g] * pressure_Pa;
   }
   correction.converged = true;

@@ -70,7 +70,7 @@ DirectSearch::DirectSearch(const Observation& observation, const DirectInversion
       wanted_(nodes_.values()),
       doubt_(nodes_.count() > 0 ? doubt_fields(nodes_) : Eigen::MatrixXd()) {
   const double peak = wanted_.size() > 0 ? wanted_.maxCoeff() : 0;
-  sigma_Pa_ = std::hypot(observation.noise_Pa, options.model_share * peak);
+  sigma_Pa_ = std::hypot(observation.noise_Pa, options.model_fraction * peak);
 }
 
 void DirectSearch::judge(State& state) const {
@@ -141,8 +141,8 @@ DirectSearch::Step DirectSearch::solve(const State& from, double damping, Sought
   const Eigen::VectorXd open = (wanted_ - p.pressure_Pa) / sigma_Pa_;
   Eigen::MatrixXd normal = dense::product_tn(j, j);
   for (Eigen::Index l = 0; l < loads; ++l)
-    normal(first + l, first + l) += 1 / (options_.gauge_share * options_.gauge_share);
-  normal(doubts - 1, doubts - 1) += 1 / (options_.young_share * options_.young_share);
+    normal(first + l, first + l) += 1 / (options_.gauge_fraction * options_.gauge_fraction);
+  normal(doubts - 1, doubts - 1) += 1 / (options_.young_fraction * options_.young_fraction);
   normal.diagonal().tail(doubted_by.cols()).array() += 1;
   if (sought == Sought::LumpOfThisRatio) normal(kLnRatio, kLnRatio) = 1;
   Step step;
@@ -188,9 +188,9 @@ Eigen::MatrixXd DirectSearch::doubted(const State& state) const {
     const Eigen::ArrayXd bump = of_load.array() - median(std::vector<double>(of_load.begin(), of_load.end()));
     const double change = force_N[static_cast<size_t>(l)] / force_N.back() - 0.5;
     by_factor.block(l * count, 0, count, fields) =
-        options_.bump_share * (doubt_.array().colwise() * bump).matrix();
+        options_.bump_fraction * (doubt_.array().colwise() * bump).matrix();
     by_factor.block(l * count, fields, count, fields) =
-        options_.bump_change_share * change * (doubt_.array().colwise() * bump).matrix();
+        options_.bump_change_fraction * change * (doubt_.array().colwise() * bump).matrix();
   }
   return by_factor;
 }
@@ -264,8 +264,8 @@ DirectSearch::RatioEnd DirectSearch::ratio_end(const State& best, double directi
     const double to = std::abs(std::log(next->lump.stiffness_ratio / best.lump.stiffness_ratio));
     const double root = std::sqrt(std::max(0.0, rest.chi2 - least)), wanted = std::sqrt(allowed);
     if (root >= wanted) {
-      const double share = (wanted - risen) / (root - risen);
-      end.lump = moved(here.lump, difference(next->lump, here.lump) * share);
+      const double fraction = (wanted - risen) / (root - risen);
+      end.lump = moved(here.lump, difference(next->lump, here.lump) * fraction);
       break;
     }
     end.lump = at_limit(next->lump);

@@ -146,7 +146,7 @@ void Fitter::search(Fit& fit, uint32_t rounds, bool ratio_held) const {
   }
 }
 
-double Posterior::quantile(Parameter what, double share) const {
+double Posterior::quantile(Parameter what, double fraction) const {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const Part& part : parts) {
     const SplitNormal& bell = part.bells[what];
@@ -157,7 +157,7 @@ double Posterior::quantile(Parameter what, double share) const {
     const double middle = 0.5 * (low + high);
     double below = 0;
     for (const Part& part : parts) below += part.weight * part.bells[what].share_to(middle);
-    (below < share ? low : high) = middle;
+    (below < fraction ? low : high) = middle;
   }
   return 0.5 * (low + high);
 }

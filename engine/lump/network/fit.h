@@ -51,7 +51,7 @@ struct Posterior {
   std::array<double, 4> shape_probability{};
 
   /// Of a logarithm, where the bells' sum reaches `share`.
-  double quantile(Parameter what, double share) const;
+  double quantile(Parameter what, double fraction) const;
 };
 
 /// Everything an estimate is made of, before calibration is applied.

@@ -30,7 +30,7 @@ Eigen::MatrixXd components_at(const InverseNetwork& inverse, Eigen::Index fields
 }  // namespace
 
 PatchObservation::PatchObservation(const Model& model, const PressedNodes& nodes, const PatchView& from)
-    : view(from), sums(sum_patch(model.patch, nodes, from)), whitener(model, nodes, sums, kGaugeShare) {}
+    : view(from), sums(sum_patch(model.patch, nodes, from)), whitener(model, nodes, sums, kGaugeFraction) {}
 
 Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
                                  const PatchObservation& patch) {
@@ -52,17 +52,17 @@ Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
   normal.diagonal().array() += 1;
   const dense::Cholesky root(normal);
   const Eigen::VectorXd make_up = root.solve(dense::product_tn(shown, left));
-  const Eigen::MatrixXd inverse = root.solve_lower(Eigen::MatrixXd::Identity(components, components));
+  const Eigen::MatrixXd root_inverse = root.solve_lower(Eigen::MatrixXd::Identity(components, components));
 
   Eigen::VectorXd in(components + InverseNetwork::kOthers + InverseNetwork::kOpen);
   const double size = std::max(1e-9, make_up.norm());
   in.head(components) = make_up / size;
   for (Eigen::Index w = 0; w < InverseNetwork::kOpen; ++w)
-    in(components + w) = w < components ? std::log(inverse.col(w).norm()) : 0;
+    in(components + w) = w < components ? std::log(root_inverse.col(w).norm()) : 0;
   in.tail(InverseNetwork::kOthers) << std::log(size), patch.view.setting.thickness_mm,
       patch.view.setting.x_mm, patch.view.setting.y_mm, nodes.loads.back(),
       std::log(nodes.loads.front() / nodes.loads.back()), std::log(static_cast<double>(loads)),
-      std::log(nodes.noise_share);
+      std::log(nodes.noise_fraction);
   return in.cast<float>();
 }
 

@@ -159,8 +159,8 @@ Eigen::MatrixXd bump_factors(const Model& model, const Guess& guess, const Setti
       for (size_t t = 0; t < change.size(); ++t) change_sum[t] += change[t];
     }
   }
-  const auto share = 1 / static_cast<float>(last - first);
-  const Eigen::VectorXf scale = share * model.out_scale;
+  const auto fraction = 1 / static_cast<float>(last - first);
+  const Eigen::VectorXf scale = fraction * model.out_scale;
   Eigen::MatrixXd factors = ((scale.asDiagonal() * sum).colwise() + model.out_mean).cast<double>();
   std::array<double, 3> slopes{};
   const double amplitude = lump_amplitude(guess, &slopes);
@@ -181,19 +181,19 @@ double SplitNormal::share_to(double value) const {
   return off < 0 ? left * beyond : 1 - (1 - left) * beyond;
 }
 
-Calibration calibration_at(const Model& model, Method method, size_t loads, double noise_share) {
-  const auto place = [](const auto& knots, double value, size_t& below, double& share) {
+Calibration calibration_at(const Model& model, Method method, size_t loads, double noise_fraction) {
+  const auto place = [](const auto& knots, double value, size_t& below, double& fraction) {
     below = 0;
     while (below + 2 < knots.size() && value > static_cast<double>(knots[below + 1])) ++below;
     const double low = std::log(static_cast<double>(knots[below])),
                  high = std::log(static_cast<double>(knots[below + 1]));
-    share = std::clamp((std::log(std::max(value, 1e-9)) - low) / (high - low), 0.0, 1.0);
+    fraction = std::clamp((std::log(std::max(value, 1e-9)) - low) / (high - low), 0.0, 1.0);
   };
   const Model::CalibrationTable& table = model.calibration[static_cast<size_t>(method)];
   size_t l = 0, n = 0;
   double a = 0, b = 0;
   place(kCalibrationLoads, static_cast<double>(loads), l, a);
-  place(kCalibrationNoise, noise_share, n, b);
+  place(kCalibrationNoise, noise_fraction, n, b);
   const auto mix = [&](auto member) {
     const auto log_at = [&](size_t i, size_t j) { return std::log(member(table[i][j])); };
     return std::exp((1 - a) * ((1 - b) * log_at(l, n) + b * log_at(l, n + 1)) +

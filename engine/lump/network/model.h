@@ -21,7 +21,7 @@ struct Base {
   double pitch_mm = 1.25;
   uint32_t side = 17;       ///< nodes from the middle to the rim
   Eigen::MatrixXf factors;  ///< side^2 x kTerms
-  double residual = 0;      ///< RMS of what it misses, share of the load
+  double residual = 0;      ///< RMS of what it misses, fraction of the load
 
   static Eigen::Matrix<float, kTerms, 1> terms(double thickness_mm, double load);
   /// The quarter at a load (force over area and modulus), x fastest.
@@ -149,7 +149,7 @@ Eigen::MatrixXd bump_factors(const Model& model, const Guess& guess, const Setti
                              const std::vector<double>& loads, int member,
                              std::array<Eigen::MatrixXd, 3>* changes = nullptr);
 
-/// The calibration at a number of loads and a noise (share of the peak), between the tables' places.
-Calibration calibration_at(const Model& model, Method method, size_t loads, double noise_share);
+/// The calibration at a number of loads and a noise (fraction of the peak), between the tables' places.
+Calibration calibration_at(const Model& model, Method method, size_t loads, double noise_fraction);
 
 }  // namespace palpate::lump

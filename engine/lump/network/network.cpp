@@ -15,7 +15,7 @@ Estimate Network::estimate(const Observation& observation, Method method) const 
   const auto seen = without_saturated_loads(observation, estimate);
   if (const auto nodes = seen ? pressed_nodes(*model_, *seen, estimate) : std::nullopt) {
     const double temperature =
-        calibration_at(*model_, method, nodes->loads.size(), nodes->noise_share).temperature;
+        calibration_at(*model_, method, nodes->loads.size(), nodes->noise_fraction).temperature;
     summarise(*model_, *nodes, method, weigh_lumps(*model_, *nodes, method, temperature), estimate);
     report_second_bump(*nodes, estimate);
   }

@@ -21,11 +21,11 @@ namespace palpate::lump {
 
 struct Model;
 
-/// How far a method is trusted at a number of loads and a noise (share of the peak).
+/// How far a method is trusted at a number of loads and a noise (fraction of the peak).
 struct CalibrationRow {
   Method method = Method::Network;
   uint32_t loads = 0;
-  double noise_share = 0;
+  double noise_fraction = 0;
   std::array<double, 3> inflation{};     ///< of the intervals of size, depth, ratio, so that they hold
   double log_likelihood_ratio = 0;       ///< that one in 100 observations without a lump reaches
   double chi_square = 0;                 ///< that three in 100 observations with a lump exceed

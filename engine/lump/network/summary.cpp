@@ -22,7 +22,7 @@ std::string text(const char* format, double a, double b = 0, double c = 0) {
 
 void summarise(const Model& model, const PressedNodes& nodes, Method method, const Inference& found,
                Estimate& estimate) {
-  const Calibration calibration = calibration_at(model, method, nodes.loads.size(), nodes.noise_share);
+  const Calibration calibration = calibration_at(model, method, nodes.loads.size(), nodes.noise_fraction);
   estimate.detection_statistic = std::max(0.0, found.log_likelihood_ratio) / calibration.log_likelihood_ratio;
   estimate.false_alarm_rate = model.false_alarm_rate;
   estimate.shape_probability = found.posterior.shape_probability;

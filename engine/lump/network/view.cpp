@@ -11,8 +11,8 @@
 namespace palpate::lump {
 namespace {
 
-constexpr double kRim_mm = 1.25;      // nearer to the rim a grid's own error is larger than a lump's trace
-constexpr double kUnseenShare = 0.1;  // of a load's values: more, and the load is left out
+constexpr double kRim_mm = 1.25;         // nearer to the rim a grid's own error is larger than a lump's trace
+constexpr double kUnseenFraction = 0.1;  // of a load's values: more, and the load is left out
 constexpr size_t kFewestNodes = 100;
 constexpr double kBeyond = 0.03;      // of a range: as far outside of training as is still taken
 constexpr double kFind_mm = 2.5;      // Gaussian that looks for bumps
@@ -57,7 +57,7 @@ void check(const Observation& observation) {
     refuse("a noise of 0 Pa or more", text(observation.noise_Pa, "Pa"));
 }
 
-double unseen_share(const fem::Map& map) {
+double unseen_fraction(const fem::Map& map) {
   size_t unseen = 0;
   for (const float value : map.values) unseen += !std::isfinite(value);
   return static_cast<double>(unseen) / static_cast<double>(map.values.size());
@@ -86,16 +86,16 @@ std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation&
   nodes.thickness_mm = observation.block_mm[2];
   // A window's edge that lies off the block is unseen at all loads; what only some loads miss is saturated.
   double always = 1;
-  for (const fem::Map& map : observation.pressure_Pa) always = std::min(always, unseen_share(map));
+  for (const fem::Map& map : observation.pressure_Pa) always = std::min(always, unseen_fraction(map));
   std::vector<size_t> used;
   for (size_t k = 0; k < observation.pressure_Pa.size(); ++k) {
     const double load = observation.force_N[k] /
                         (observation.block_mm[0] * observation.block_mm[1] * 1e-6 * observation.young_Pa);
     const std::string name = "the load of " + text(observation.force_N[k], "N");
-    if (unseen_share(observation.pressure_Pa[k]) > always + kUnseenShare)
-      nodes.reasons.push_back(
-          name + " is left out: " +
-          text(100 * (unseen_share(observation.pressure_Pa[k]) - always), "% of its values are saturated"));
+    if (unseen_fraction(observation.pressure_Pa[k]) > always + kUnseenFraction)
+      nodes.reasons.push_back(name + " is left out: " +
+                              text(100 * (unseen_fraction(observation.pressure_Pa[k]) - always),
+                                   "% of its values are saturated"));
     else if (outside(load, model.load))
       nodes.reasons.push_back(name +
                               " is left out: " + text(load, "of the tissue's modulus; the model knows ") +
@@ -109,7 +109,7 @@ std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation&
   if (used.empty()) {
     bool saturated = false;
     for (const fem::Map& map : observation.pressure_Pa)
-      saturated |= unseen_share(map) > always + kUnseenShare;
+      saturated |= unseen_fraction(map) > always + kUnseenFraction;
     return end(saturated ? Status::Unusable : Status::OutsideTraining, "no load is left");
   }
 
@@ -168,8 +168,8 @@ std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation&
       nodes.rest(n, k) = nodes.total(n, k) - model.base.at(quarter, nodes.x_mm[i], nodes.y_mm[i]);
     }
   }
-  nodes.noise_share = std::max(noise_Pa / peak, kLeastNoise);
-  nodes.noise = nodes.noise_share * peak / observation.young_Pa;
+  nodes.noise_fraction = std::max(noise_Pa / peak, kLeastNoise);
+  nodes.noise = nodes.noise_fraction * peak / observation.young_Pa;
   return nodes;
 }
 
@@ -301,7 +301,7 @@ PatchSums sum_patch(const Patch& patch, const PressedNodes& nodes, const PatchVi
 }
 
 PatchWhitener::PatchWhitener(const Model& model, const PressedNodes& nodes, const PatchSums& sums,
-                             double gauge_share) {
+                             double gauge_fraction) {
   const Eigen::Index count = sums.gram.rows(), loads = sums.right.cols();
   // Fields that the window cuts off are hardly seen; a trace of weight keeps the factors finite.
   Eigen::MatrixXd gram = sums.gram;
@@ -331,11 +331,11 @@ PatchWhitener::PatchWhitener(const Model& model, const PressedNodes& nodes, cons
   Eigen::MatrixXd gauge(count * loads, loads + 1);
   for (Eigen::Index k = 0; k < loads; ++k) {
     Eigen::MatrixXd one = Eigen::MatrixXd::Zero(count, loads);
-    one.col(k) = gauge_share * whole.col(k);
+    one.col(k) = gauge_fraction * whole.col(k);
     gauge.col(k) = spread(one);
   }
   // The tissue's modulus is as uncertain, the same at all loads.
-  gauge.col(loads) = spread(kModulusShare * whole);
+  gauge.col(loads) = spread(kModulusFraction * whole);
   const dense::Svd svd = dense::svd(gauge, Eigen::ComputeThinU);
   const Eigen::VectorXd kept = (1 + svd.values.array().square()).rsqrt();
   gauge_ = svd.u;

@@ -13,8 +13,8 @@
 namespace palpate::lump {
 
 // Standard deviations that observations are weighed by, and that the inverse network is trained with.
-inline constexpr double kGaugeShare = 0.002;    ///< of a load's force, each by itself
-inline constexpr double kModulusShare = 0.007;  ///< of the tissue's modulus and of the model's force
+inline constexpr double kGaugeFraction = 0.002;    ///< of a load's force, each by itself
+inline constexpr double kModulusFraction = 0.007;  ///< of the tissue's modulus and of the model's force
 
 /// Nodes that all loads saw, away from the rim.
 struct PressedNodes {
@@ -23,7 +23,7 @@ struct PressedNodes {
   Eigen::MatrixXd rest;            ///< without what the block alone shows
   std::vector<double> loads;       ///< force over area and modulus
   double noise = 0;                ///< of a value over modulus; more than 0
-  double noise_share = 0;          ///< of the highest load's peak
+  double noise_fraction = 0;       ///< of the highest load's peak
   double thickness_mm = 0;
   std::vector<std::string> reasons;  ///< loads that were left out
 };
@@ -69,7 +69,7 @@ PatchSums sum_patch(const Patch& patch, const PressedNodes& nodes, const PatchVi
 /// error and the gauge make of them.
 class PatchWhitener {
  public:
-  PatchWhitener(const Model& model, const PressedNodes& nodes, const PatchSums& sums, double gauge_share);
+  PatchWhitener(const Model& model, const PressedNodes& nodes, const PatchSums& sums, double gauge_fraction);
 
   Eigen::VectorXd of_factors(const Eigen::MatrixXd& factors) const;
   const Eigen::VectorXd& observation() const { return observation_; }

@@ -62,14 +62,14 @@ double GaussianFit::at(double x) const {
   return gaussian({amplitude, center_mm, width_mm, offset}, x);
 }
 
-std::array<double, 2> bump_center_mm(const fem::Map& map, double share) {
+std::array<double, 2> bump_center_mm(const fem::Map& map, double fraction) {
   const auto level = static_cast<double>(median(map.values));
   const double middle_x = (map.width - 1) / 2.0, middle_y = (map.height - 1) / 2.0;
   double sum = 0, x = 0, y = 0, largest = 0;
   const auto visit = [&](auto&& take) {
     for (uint32_t j = 0; j < map.height; ++j)
       for (uint32_t i = 0; i < map.width; ++i)
-        if (std::abs(i - middle_x) <= share * middle_x && std::abs(j - middle_y) <= share * middle_y)
+        if (std::abs(i - middle_x) <= fraction * middle_x && std::abs(j - middle_y) <= fraction * middle_y)
           take(i - middle_x, j - middle_y, std::abs(static_cast<double>(map.at(i, j)) - level));
   };
   visit([&](double, double, double bump) { largest = std::max(largest, bump); });

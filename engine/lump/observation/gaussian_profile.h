@@ -32,7 +32,7 @@ struct GaussianFit {
 
 /// Centre of what differs from the map's median within the inner `share` of its sides, mm from its middle:
 /// {0, 0} where nothing does.
-std::array<double, 2> bump_center_mm(const fem::Map& map, double share = 0.8);
+std::array<double, 2> bump_center_mm(const fem::Map& map, double fraction = 0.8);
 
 /// The map along x through y_mm (from its middle, linear between rows), x from the middle as well.
 Profile profile_along_x(const fem::Map& map, double y_mm);

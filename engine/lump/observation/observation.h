@@ -17,9 +17,9 @@ struct Observation {
   /// seen.
   std::vector<fem::Map> pressure_Pa;
   std::array<double, 2> window_mm = {0, 0};
-  std::vector<double> force_N;  ///< on the whole block at each load, of the gauge
-  double noise_Pa = 0;          ///< standard deviation of a map's value, independent from node to node
-  double saturated_share = 0;   ///< of the window's values at the highest load, at the sensor's limit
+  std::vector<double> force_N;    ///< on the whole block at each load, of the gauge
+  double noise_Pa = 0;            ///< standard deviation of a map's value, independent from node to node
+  double saturated_fraction = 0;  ///< of the window's values at the highest load, at the sensor's limit
 
   std::array<double, 3> block_mm = {40, 40, 20};  ///< length, width, thickness of the tissue
   double young_Pa = 4000;                         ///< of the tissue, known from a place without a lump

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kInner = 0.9;  // of the block's sides
 constexpr double kLeastSignificance = 6;
-constexpr double kBlockShare = 0.03;  // of its own pressure: how well even powers tell a block's shape
+constexpr double kBlockFraction = 0.03;  // of its own pressure: how well even powers tell a block's shape
 constexpr int kRays = 120;
 constexpr Eigen::Index kBlockTerms = 8;
 
@@ -287,12 +287,12 @@ Outline outline_lump(const Observation& observation, uint64_t seed, uint32_t rep
     return out;
   }
   const double under_Pa = std::abs(fitter.block(fit, fit.bump(0), fit.bump(1)));
-  if (std::abs(height) < kBlockShare * under_Pa) {
+  if (std::abs(height) < kBlockFraction * under_Pa) {
     char text[160];
     std::snprintf(
         text, sizeof text,
         "no bump: the highest is %.1f %% of the block's own pressure, whose shape is known to %.0f %%",
-        100 * std::abs(height) / under_Pa, 100 * kBlockShare);
+        100 * std::abs(height) / under_Pa, 100 * kBlockFraction);
     out.reason = text;
     return out;
   }

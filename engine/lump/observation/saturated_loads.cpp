@@ -7,7 +7,7 @@
 namespace palpate::lump {
 namespace {
 
-double unseen_share(const fem::Map& map) {
+double unseen_fraction(const fem::Map& map) {
   const auto unseen =
       std::count_if(map.values.begin(), map.values.end(), [](float value) { return !std::isfinite(value); });
   return map.values.empty() ? 0 : static_cast<double>(unseen) / static_cast<double>(map.values.size());
@@ -43,28 +43,28 @@ std::vector<bool> open_to_border(const fem::Map& map) {
   return open;
 }
 
-std::string load_text(const char* format, double force_N, double share) {
+std::string load_text(const char* format, double force_N, double fraction) {
   char line[160];
   std::snprintf(line, sizeof line, format, force_N,
-                100 * share);  // NOLINT(clang-diagnostic-format-nonliteral)
+                100 * fraction);  // NOLINT(clang-diagnostic-format-nonliteral)
   return line;
 }
 
 }  // namespace
 
-std::vector<double> saturated_shares(const Observation& observation) {
-  std::vector<double> shares;
-  for (const fem::Map& map : observation.pressure_Pa) shares.push_back(unseen_share(map));
-  if (shares.empty()) return shares;
-  const double saturated = std::clamp(observation.saturated_share, 0.0, 1.0);
+std::vector<double> saturated_fractions(const Observation& observation) {
+  std::vector<double> fractions;
+  for (const fem::Map& map : observation.pressure_Pa) fractions.push_back(unseen_fraction(map));
+  if (fractions.empty()) return fractions;
+  const double saturated = std::clamp(observation.saturated_fraction, 0.0, 1.0);
   // The highest load's unseen nodes are saturated ones and those that no load sees.
-  double never = saturated < 1 ? (shares.back() - saturated) / (1 - saturated) : 0;
-  never = std::clamp(never, 0.0, *std::min_element(shares.begin(), shares.end()));
-  for (double& share : shares) share = never < 1 ? (share - never) / (1 - never) : 0;
-  return shares;
+  double never = saturated < 1 ? (fractions.back() - saturated) / (1 - saturated) : 0;
+  never = std::clamp(never, 0.0, *std::min_element(fractions.begin(), fractions.end()));
+  for (double& fraction : fractions) fraction = never < 1 ? (fraction - never) / (1 - never) : 0;
+  return fractions;
 }
 
-double saturated_share(const std::vector<fem::Map>& pressure_Pa) {
+double saturated_fraction(const std::vector<fem::Map>& pressure_Pa) {
   if (pressure_Pa.empty() || pressure_Pa.back().values.empty()) return 0;
   const fem::Map &first = pressure_Pa.front(), &last = pressure_Pa.back();
   const std::vector<bool> open = open_to_border(last);
@@ -82,23 +82,23 @@ double saturated_share(const std::vector<fem::Map>& pressure_Pa) {
 std::optional<Observation> without_saturated_loads(const Observation& observation, Estimate& estimate) {
   if (observation.pressure_Pa.size() != observation.force_N.size() || observation.pressure_Pa.empty())
     return observation;
-  const std::vector<double> shares = saturated_shares(observation);
+  const std::vector<double> fractions = saturated_fractions(observation);
   Observation seen = observation;
   seen.pressure_Pa.clear();
   seen.force_N.clear();
-  for (size_t k = 0; k < shares.size(); ++k) {
+  for (size_t k = 0; k < fractions.size(); ++k) {
     const double force_N = observation.force_N[k];
-    if (shares[k] > kMostSaturation) {
+    if (fractions[k] > kMostSaturation) {
       estimate.reasons.push_back(
           load_text("the load of %.3g N is left out: the sensor is saturated in %.2g %% of the window, where "
                     "the pressure is "
                     "highest",
-                    force_N, shares[k]));
+                    force_N, fractions[k]));
       continue;
     }
-    if (shares[k] >= kReportedSaturation)
+    if (fractions[k] >= kReportedSaturation)
       estimate.reasons.push_back(
-          load_text("at %.3g N the sensor is saturated in %.2g %% of the window", force_N, shares[k]));
+          load_text("at %.3g N the sensor is saturated in %.2g %% of the window", force_N, fractions[k]));
     seen.pressure_Pa.push_back(observation.pressure_Pa[k]);
     seen.force_N.push_back(force_N);
   }
@@ -107,7 +107,8 @@ std::optional<Observation> without_saturated_loads(const Observation& observatio
     estimate.reasons.emplace_back("no load is left: a larger full scale (less light), or press less");
     return std::nullopt;
   }
-  seen.saturated_share = seen.force_N.back() == observation.force_N.back() ? observation.saturated_share : 0;
+  seen.saturated_fraction =
+      seen.force_N.back() == observation.force_N.back() ? observation.saturated_fraction : 0;
   return seen;
 }
 

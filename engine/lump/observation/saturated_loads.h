@@ -8,18 +8,18 @@
 
 namespace palpate::lump {
 
-/// From here on a load's saturated nodes are told: a share of the window's.
+/// From here on a load's saturated nodes are told: a fraction of the window's.
 inline constexpr double kReportedSaturation = 0.01;
 /// From here on a load is left out: the top that it hides is what tells size, depth and ratio apart.
 inline constexpr double kMostSaturation = 0.03;
 
-/// Of each load, the share of the window's nodes that the sensor's limit hides. What no load sees, and the
+/// Of each load, the fraction of the window's nodes that the sensor's limit hides. What no load sees, and the
 /// highest one does not count as saturated, is no part of the window.
-std::vector<double> saturated_shares(const Observation& observation);
+std::vector<double> saturated_fractions(const Observation& observation);
 
 /// Of the last one of maps whose sensor is not known: unseen nodes that an earlier map has seen, and holes
 /// with seen nodes all around. Share of what is not unseen for another reason.
-double saturated_share(const std::vector<fem::Map>& pressure_Pa);
+double saturated_fraction(const std::vector<fem::Map>& pressure_Pa);
 
 /// The observation without the loads whose top is hidden. `estimate` gets a reason for each of them and for
 /// those that stay with kReportedSaturation and more. None where no load is left: verdict Saturated.

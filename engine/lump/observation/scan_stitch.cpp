@@ -214,8 +214,8 @@ class Registration {
         right_.segment<3>(at) += a.weight * off * mean;
         for (const Seen& b : seen) {
           const auto to = static_cast<Eigen::Index>(3 * b.press);
-          const double share = (a.press == b.press ? a.weight : 0) - a.weight * b.weight / weights;
-          normal_.block<3, 3>(at, to) += share * square;
+          const double fraction = (a.press == b.press ? a.weight : 0) - a.weight * b.weight / weights;
+          normal_.block<3, 3>(at, to) += fraction * square;
         }
       }
     }
@@ -369,11 +369,11 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
     out.observation.noise_Pa = worse * std::sqrt(b.variance / static_cast<double>(b.seen));
     if (b.freedom > 0) out.between_presses_Pa = std::sqrt(b.between / b.freedom);
   }
-  out.seen_share = static_cast<double>(b.inner_seen) / static_cast<double>(std::max<size_t>(1, b.inner));
+  out.seen_fraction = static_cast<double>(b.inner_seen) / static_cast<double>(std::max<size_t>(1, b.inner));
   const bool saturated = std::any_of(presses.begin(), presses.end(),
-                                     [](const ScanPress& p) { return p.observation.saturated_share > 0; });
+                                     [](const ScanPress& p) { return p.observation.saturated_fraction > 0; });
   if (saturated && b.covered > 0)
-    out.observation.saturated_share = static_cast<double>(b.lost) / static_cast<double>(b.covered);
+    out.observation.saturated_fraction = static_cast<double>(b.lost) / static_cast<double>(b.covered);
 
   for (size_t p = 0; p < placed.size(); ++p) {
     PressPlace& place = out.places[p];
@@ -396,12 +396,12 @@ ScanMap stitch(const std::vector<ScanPress>& presses, const StitchOptions& optio
     if (std::abs(placed[p].place(2)) > 3 * options.gain_sd)
       out.warnings.push_back("press '" + place.name + "' reads " +
                              text("%+.1f %% beside the others", 100 * (place.gain - 1)));
-    if (presses[p].observation.saturated_share > 0)
+    if (presses[p].observation.saturated_fraction > 0)
       out.warnings.push_back("press '" + place.name + "' was saturated in " +
-                             text("%.2g %% of its window", 100 * presses[p].observation.saturated_share));
+                             text("%.2g %% of its window", 100 * presses[p].observation.saturated_fraction));
   }
-  if (out.seen_share < kWholeBlock)
-    out.warnings.push_back(text("%.3g %% of the block was not seen", 100 * (1 - out.seen_share)));
+  if (out.seen_fraction < kWholeBlock)
+    out.warnings.push_back(text("%.3g %% of the block was not seen", 100 * (1 - out.seen_fraction)));
   return out;
 }
 

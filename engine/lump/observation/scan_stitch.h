@@ -44,7 +44,7 @@ struct ScanMap {
   Observation observation;
   fem::Map disagreement_Pa;        ///< at the highest load: standard deviation between presses; NaN below two
   fem::Map presses;                ///< how many saw each place at the highest load
-  double seen_share = 0;           ///< of the block's places, but its rim, which no sensor sees
+  double seen_fraction = 0;        ///< of the block's places, but its rim, which no sensor sees
   double between_presses_Pa = 0;   ///< pooled standard deviation between presses, 0: no overlap
   std::vector<PressPlace> places;  ///< in the presses' order
   std::vector<std::string> warnings;

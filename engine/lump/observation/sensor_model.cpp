@@ -31,8 +31,8 @@ void check(const PalpationSensor& sensor, size_t maps, size_t forces) {
   check_range(sensor.pixel_noise_gray, 0, 100, "pixel noise in gray levels");
   check_range(sensor.node_pitch_mm, 0.05, 10, "a reading's pitch in mm");
   check_range(sensor.least_cell, 0, 0.98, "the share of a node's square that must be seen");
-  check_range(sensor.noise_share, 0, 1, "a reading's noise as a share of the peak");
-  check_range(sensor.gauge_share, 0, 1, "a gauge's error as a share");
+  check_range(sensor.noise_fraction, 0, 1, "a reading's noise as a share of the peak");
+  check_range(sensor.gauge_fraction, 0, 1, "a gauge's error as a share");
 }
 
 double peak_of(const fem::Map& map) {
@@ -77,7 +77,7 @@ Observation sensor_observation(const std::vector<fem::Map>& pressure_Pa, const s
     const double node = std::floor(place / pitch + nodes / 2.0);
     return node >= 0 && node < nodes ? static_cast<int>(node) : -1;
   };
-  const double noise_Pa = sensor.noise_share * peak_Pa;
+  const double noise_Pa = sensor.noise_fraction * peak_Pa;
   const double reach_x = block_mm[0] / 2 + 1e-9, reach_y = block_mm[1] / 2 + 1e-9;
   // A node that sees only a part of its cell would tell of another place.
   const double least_pixels = std::max(1e-6, sensor.least_cell) * pitch * pitch / (pixel_mm[0] * pixel_mm[1]);
@@ -119,11 +119,11 @@ Observation sensor_observation(const std::vector<fem::Map>& pressure_Pa, const s
         map.values[n] = static_cast<float>(nodes.sum[n] / nodes.pixels[n] / gray_per_Pa + noise);
     }
     if (k + 1 == pressure_Pa.size() && seen > 0) {
-      observation.saturated_share = static_cast<double>(saturated) / static_cast<double>(seen);
+      observation.saturated_fraction = static_cast<double>(saturated) / static_cast<double>(seen);
       pixels_per_node /= static_cast<double>(seen) * static_cast<double>(pressure_Pa.size());
     }
     observation.pressure_Pa.push_back(std::move(map));
-    observation.force_N.push_back(force_N[k] * (1 + sensor.gauge_share * normal(random)));
+    observation.force_N.push_back(force_N[k] * (1 + sensor.gauge_fraction * normal(random)));
   }
   const double gray_sd = std::sqrt(sensor.pixel_noise_gray * sensor.pixel_noise_gray + 1.0 / 12);
   observation.noise_Pa =

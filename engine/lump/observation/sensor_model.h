@@ -19,16 +19,17 @@ struct PalpationSensor {
   double exposure = 0.9;        ///< the highest load's peak over full scale; above 1 its top is saturated
   double pixel_noise_gray = 1;  ///< standard deviation, before the level is rounded
   double node_pitch_mm = 1.25;  ///< of the observation: pixels are averaged around its nodes
-  double least_cell = 0.9;  ///< share of the square around a node that the camera must see for it to count
-  /// What the calibration leaves: independent noise of each node, share of the highest load's peak pressure.
-  double noise_share = 0.002;
-  double gauge_share = 0.001;  ///< standard deviation of the force, of each load by itself
+  double least_cell = 0.9;  ///< fraction of the square around a node that the camera must see for it to count
+  /// What the calibration leaves: independent noise of each node, fraction of the highest load's peak
+  /// pressure.
+  double noise_fraction = 0.002;
+  double gauge_fraction = 0.001;  ///< standard deviation of the force, of each load by itself
 };
 
 /// Presses as this sensor reads them. `pressure_Pa` (nodes over the block, middle on its middle) and
 /// `force_N` at rising loads. Values with more than one pixel in fifty at level 255 are NaN (not seen) and
-/// counted in `saturated_share`. Deterministic by seed. Throws Error(Failure::Usage) naming a field that is
-/// out of range.
+/// counted in `saturated_fraction`. Deterministic by seed. Throws Error(Failure::Usage) naming a field that
+/// is out of range.
 Observation sensor_observation(const std::vector<fem::Map>& pressure_Pa, const std::vector<double>& force_N,
                                std::array<double, 3> block_mm, double young_Pa, const PalpationSensor& sensor,
                                uint64_t seed);

@@ -55,8 +55,8 @@ std::string sweep_text(const Sweep& s) {
                s.follows_lumps() ? " that follow the lump" : "", s.nodes[0], s.nodes[1], s.loads,
                100 * s.greatest_press.low, 100 * s.greatest_press.high) +
          "                " + shapes_of(s) +
-         print("; %.3g %% without a lump, %.3g %% of the lumps in the middle\n", 100 * s.no_lump_share,
-               100 * s.centred_share);
+         print("; %.3g %% without a lump, %.3g %% of the lumps in the middle\n", 100 * s.no_lump_fraction,
+               100 * s.centred_fraction);
 }
 
 }  // namespace

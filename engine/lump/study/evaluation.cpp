@@ -17,9 +17,9 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<double, 6> kRatioEdges = {1, 2, 5, 10, 20, 1e9};
 constexpr double kGoalSize_mm = 6, kGoalDepth_mm = 8;  // lumps that a person wants found
 
-double quantile(std::vector<double> values, double share) {
+double quantile(std::vector<double> values, double fraction) {
   if (values.empty()) return kNaN;
-  const auto place = static_cast<size_t>(std::floor(share * static_cast<double>(values.size() - 1) + 0.5));
+  const auto place = static_cast<size_t>(std::floor(fraction * static_cast<double>(values.size() - 1) + 0.5));
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(place), values.end());
   return values[place];
 }
@@ -85,7 +85,7 @@ std::vector<Judged> judge_lumps(const std::vector<Example>& examples, const Eval
       // A gauge's error must not turn the order of near loads.
       for (size_t k = 1; k < count; ++k)
         observation.force_N[k] = std::max(observation.force_N[k], 1.0001 * observation.force_N[k - 1]);
-      Judged judged{i, e, job.estimator(observation), observation.saturated_share};
+      Judged judged{i, e, job.estimator(observation), observation.saturated_fraction};
       judged.truth.pressure_Pa.clear();
       found[n] = std::move(judged);
       if (job.progress && !job.progress(++done)) stop = true;
@@ -142,7 +142,7 @@ Score score_of(const std::vector<Judged>& judged) {
     ++score.shapes[static_cast<size_t>(j.truth.shape)][static_cast<size_t>(e.shape)];
     shapes_right += j.truth.shape == e.shape;
   }
-  const auto share = [](size_t part, size_t whole) {
+  const auto fraction = [](size_t part, size_t whole) {
     return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : kNaN;
   };
   for (size_t p = 0; p < 3; ++p) {
@@ -209,8 +209,8 @@ json::Value score_json(const Score& s, const std::string& method, const Evaluati
     return Json{{"size", number(v[0])}, {"depth", number(v[1])}, {"stiffness_ratio", number(v[2])}};
   };
   Json json{{"method", method},
-            {"noise_share", job.sensor.noise_share},
-            {"gauge_share", job.sensor.gauge_share},
+            {"noise_share", job.sensor.noise_fraction},
+            {"gauge_share", job.sensor.gauge_fraction},
             {"loads", job.loads},
             {"modulus_error", job.modulus_error},
             {"first", job.first},

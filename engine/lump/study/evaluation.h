@@ -29,7 +29,7 @@ struct Judged {
   size_t number = 0;  ///< of the example among all
   Example truth;      ///< without its maps
   Estimate estimate;
-  double saturated_share = 0;  ///< of the observation
+  double saturated_fraction = 0;  ///< of the observation
 };
 
 struct ErrorRange {

@@ -12,7 +12,7 @@ namespace palpate::lump {
 namespace {
 
 struct Setting {
-  double noise_share, exposure;
+  double noise_fraction, exposure;
   uint32_t loads;
 };
 
@@ -26,37 +26,38 @@ std::vector<Setting> settings(ScoreOver what, const PalpationSensor& sensor) {
     case ScoreOver::Exposure:
       for (const uint32_t loads : {1u, 4u})
         for (const double exposure : {0.9, 1.02, 1.05, 1.1, 1.25, 1.5, 2.0, 3.0})
-          all.push_back({sensor.noise_share, exposure, loads});
+          all.push_back({sensor.noise_fraction, exposure, loads});
       break;
     case ScoreOver::Loads:
-      for (const uint32_t loads : {1u, 2u, 4u}) all.push_back({sensor.noise_share, sensor.exposure, loads});
+      for (const uint32_t loads : {1u, 2u, 4u})
+        all.push_back({sensor.noise_fraction, sensor.exposure, loads});
       break;
   }
   return all;
 }
 
 double median_saturated(const std::vector<Judged>& judged) {
-  std::vector<double> shares;
+  std::vector<double> fractions;
   for (const Judged& j : judged)
-    if (j.truth.lump) shares.push_back(j.saturated_share);
-  return median(shares);
+    if (j.truth.lump) fractions.push_back(j.saturated_fraction);
+  return median(fractions);
 }
 
 double share(size_t part, size_t whole) {
   return static_cast<double>(part) / static_cast<double>(std::max<size_t>(1, whole));
 }
 
-double verdict_share(const Score& s, Status verdict) {
+double verdict_fraction(const Score& s, Status verdict) {
   return share(s.verdicts[static_cast<size_t>(verdict)], s.lumps);
 }
 
 /// All numbers of a row by name; NaN where there is none.
 std::vector<std::pair<const char*, double>> cells(const ScoreRow& r) {
   const Score& s = r.score;
-  return {{"noise_share", r.noise_share},
+  return {{"noise_share", r.noise_fraction},
           {"loads", r.loads},
           {"exposure", r.exposure},
-          {"saturated_share", r.saturated_share},
+          {"saturated_share", r.saturated_fraction},
           {"lumps", static_cast<double>(s.lumps)},
           {"without_lump", static_cast<double>(s.plain)},
           {"judged", static_cast<double>(s.judged)},
@@ -68,11 +69,11 @@ std::vector<std::pair<const char*, double>> cells(const ScoreRow& r) {
           {"ratio_coverage", s.coverage[2]},
           {"sensitivity", s.sensitivity},
           {"specificity", s.specificity},
-          {"stiffness_open", verdict_share(s, Status::StiffnessOpen)},
-          {"saturated", verdict_share(s, Status::Saturated)},
-          {"several_lumps", verdict_share(s, Status::SeveralLumps)},
-          {"outside_training", verdict_share(s, Status::OutsideTraining)},
-          {"unusable", verdict_share(s, Status::Unusable)},
+          {"stiffness_open", verdict_fraction(s, Status::StiffnessOpen)},
+          {"saturated", verdict_fraction(s, Status::Saturated)},
+          {"several_lumps", verdict_fraction(s, Status::SeveralLumps)},
+          {"outside_training", verdict_fraction(s, Status::OutsideTraining)},
+          {"unusable", verdict_fraction(s, Status::Unusable)},
           {"wall_ms", s.wall_ms}};
 }
 
@@ -87,15 +88,15 @@ std::vector<ScoreRow> scores_over(ScoreOver what, const std::vector<Example>& ex
   std::vector<ScoreRow> rows;
   for (const Setting& setting : settings(what, job.sensor)) {
     EvaluationJob one = job;
-    one.sensor.noise_share = setting.noise_share;
+    one.sensor.noise_fraction = setting.noise_fraction;
     one.sensor.exposure = setting.exposure;
     one.loads = setting.loads;
     const size_t each = count_judged(examples.size(), job), before = rows.size() * each;
     if (job.progress) one.progress = [&](size_t done) { return job.progress(before + done); };
     const std::vector<Judged> judged = judge_lumps(examples, one);
     if (judged.size() < each) throw Stopped();
-    rows.push_back(
-        {setting.noise_share, setting.exposure, setting.loads, median_saturated(judged), score_of(judged)});
+    rows.push_back({setting.noise_fraction, setting.exposure, setting.loads, median_saturated(judged),
+                    score_of(judged)});
   }
   return rows;
 }
@@ -114,11 +115,11 @@ std::string rows_text(const std::vector<ScoreRow>& rows) {
         line, sizeof line,
         "%4.1f %% %4u  %4.0f %% %4.1f %%  %4.1f %% %4.1f %% %5.1f %%  %3.0f %% %3.0f %% %3.0f %%   %3.0f "
         "%%  %3.0f %%   %3.0f %%     %3.0f %%    %3.0f %%   %5.1f ms\n",
-        100 * r.noise_share, r.loads, 100 * r.exposure, 100 * r.saturated_share, 100 * s.median[0],
+        100 * r.noise_fraction, r.loads, 100 * r.exposure, 100 * r.saturated_fraction, 100 * s.median[0],
         100 * s.median[1], 100 * s.median[2], 100 * s.coverage[0], 100 * s.coverage[1], 100 * s.coverage[2],
-        100 * s.sensitivity, 100 * verdict_share(s, Status::StiffnessOpen),
-        100 * verdict_share(s, Status::Saturated), 100 * verdict_share(s, Status::SeveralLumps),
-        100 * verdict_share(s, Status::OutsideTraining), s.wall_ms);
+        100 * s.sensitivity, 100 * verdict_fraction(s, Status::StiffnessOpen),
+        100 * verdict_fraction(s, Status::Saturated), 100 * verdict_fraction(s, Status::SeveralLumps),
+        100 * verdict_fraction(s, Status::OutsideTraining), s.wall_ms);
     text += line;
   }
   return text;

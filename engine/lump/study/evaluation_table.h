@@ -16,9 +16,10 @@ enum class ScoreOver : uint8_t {
 };
 
 struct ScoreRow {
-  double noise_share = 0, exposure = 0;
+  double noise_fraction = 0, exposure = 0;
   uint32_t loads = 0;
-  double saturated_share = 0;  ///< of a window's nodes at the highest load, median of the blocks with a lump
+  double saturated_fraction =
+      0;  ///< of a window's nodes at the highest load, median of the blocks with a lump
   Score score;
 };
 

@@ -48,8 +48,8 @@ std::vector<StabilityCase> stability_cases(double noise) {
   StabilityCase middle;
   middle.scene.cells = kCells;
   middle.scene.inclusion->stiffness_ratio = 6;
-  middle.sensor.noise_share = noise;
-  middle.sensor.gauge_share = 0.001;
+  middle.sensor.noise_fraction = noise;
+  middle.sensor.gauge_fraction = 0.001;
   std::vector<StabilityCase> cases;
   const auto add = [&](const char* group, const std::string& name, auto change) {
     cases.push_back(middle);
@@ -86,9 +86,9 @@ std::vector<StabilityCase> stability_cases(double noise) {
       c.scene.others = {*c.scene.inclusion};
       c.scene.others[0].offset_mm = {apart / 2, 0};
     });
-  for (const double share : {0.001, 0.002, 0.005, 0.01, 0.03, 0.1})
-    add("noise", text("%g %% of the peak", 100 * share),
-        [&](StabilityCase& c) { c.sensor.noise_share = share; });
+  for (const double fraction : {0.001, 0.002, 0.005, 0.01, 0.03, 0.1})
+    add("noise", text("%g %% of the peak", 100 * fraction),
+        [&](StabilityCase& c) { c.sensor.noise_fraction = fraction; });
   add("sensor", "saturated at 80 % of the peak", [](StabilityCase& c) { c.sensor.exposure = 1 / 0.8; });
   for (const double peak : {1.5, 2.0, 3.0})
     add("sensor", text("peak at %g %% of full scale", 100 * peak),

@@ -29,7 +29,7 @@ struct StabilityRow {
 };
 
 /// All of them, around a sphere of 8 mm, 5 mm deep, six times as stiff, in 40 x 40 x 20 mm of 4 kPa. `noise`:
-/// share of the peak.
+/// fraction of the peak.
 std::vector<StabilityCase> stability_cases(double noise);
 
 /// Solves, reads and estimates each. Blocks that only sensors tell apart are solved once. `progress` hears
@@ -42,7 +42,8 @@ std::vector<StabilityRow> judge_stability(const std::vector<StabilityCase>& case
 struct CostRow {
   std::string choice, name;  ///< "grid", "32 x 32 x 16"
   double wall_s = 0;
-  double map_error = 0;    ///< largest difference from the finest, share of the peak, inner half of the block
+  double map_error =
+      0;  ///< largest difference from the finest, fraction of the peak, inner half of the block
   double force_error = 0;  ///< relative, at the same way
 };
 /// Balls of 6, 8 and 12 mm, 3 and 6 mm deep, three and ten times as stiff, pressed as stability_cases() are:

@@ -18,21 +18,21 @@ constexpr double kCoverage = 0.9;
 // Of observations that were kept aside, the ones that the model explains least: they are called strange too,
 // which lumps in the corners of its ranges, where it errs most, deserve.
 constexpr double kStrange = 0.03;
-constexpr double kTold = 0.2, kFrom = 0.8;  // share of the training, for progress
+constexpr double kTold = 0.2, kFrom = 0.8;  // fraction of the training, for progress
 
-double quantile(std::vector<double> values, double share) {
+double quantile(std::vector<double> values, double fraction) {
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
   if (values.empty()) return 0;
   // The place that holds with one more of the kind.
   const auto place =
-      static_cast<size_t>(std::clamp(std::ceil(share * static_cast<double>(values.size() + 1)) - 1, 0.0,
+      static_cast<size_t>(std::clamp(std::ceil(fraction * static_cast<double>(values.size() + 1)) - 1, 0.0,
                                      static_cast<double>(values.size() - 1)));
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(place), values.end());
   return values[place];
 }
 
 /// The example as a noisy sensor with a window reads it, at `count` of its loads.
-Observation noisy(const Observation& ideal, size_t count, double noise_share, uint64_t seed) {
+Observation noisy(const Observation& ideal, size_t count, double noise_fraction, uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   Observation observation = ideal;
@@ -57,7 +57,7 @@ Observation noisy(const Observation& ideal, size_t count, double noise_share, ui
     observation.pressure_Pa.push_back(std::move(map));
     observation.force_N.push_back(ideal.force_N[load]);
   }
-  observation.noise_Pa = noise_share * peak;
+  observation.noise_Pa = noise_fraction * peak;
   for (fem::Map& map : observation.pressure_Pa)
     for (float& value : map.values) value += static_cast<float>(observation.noise_Pa * normal(random));
   for (double& force : observation.force_N) force *= 1 + kSensorGauge * normal(random);

@@ -14,7 +14,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::MatrixXf;
 
-constexpr double kNetworkShare = 0.34;  // of the training's time, for progress
+constexpr double kNetworkFraction = 0.34;  // of the training's time, for progress
 
 /// One example in one of its views: a sample per load.
 struct Seen {
@@ -113,7 +113,7 @@ void judge_members(Model& model, const Examples& all, const std::vector<Seen>& s
   struct Unseen {
     const Seen* seen;
     MatrixXd error;
-    double share = 0;  ///< of the peak, RMS over the patch at the highest load
+    double fraction = 0;  ///< of the peak, RMS over the patch at the highest load
   };
   std::vector<Unseen> unseen;
   std::vector<double> log_ratios;
@@ -134,13 +134,14 @@ void judge_members(Model& model, const Examples& all, const std::vector<Seen>& s
     log_ratios.push_back(std::log(std::max(1e-300, of_peak(s, error)) / std::max(1e-300, spread)));
   }
   const auto aside = static_cast<double>(unseen.size());
-  std::sort(unseen.begin(), unseen.end(), [](const Unseen& a, const Unseen& b) { return a.share < b.share; });
-  report.mean_error = unseen[unseen.size() / 2].share;
+  std::sort(unseen.begin(), unseen.end(),
+            [](const Unseen& a, const Unseen& b) { return a.fraction < b.fraction; });
+  report.mean_error = unseen[unseen.size() / 2].fraction;
   // A few blocks at the edges of what was trained are off by ten times what others are: they must not speak
   // for all.
   ErrorSum sum;
   for (const Unseen& u : unseen) {
-    const double extreme = std::max(1.0, u.share / (3 * report.mean_error));
+    const double extreme = std::max(1.0, u.fraction / (3 * report.mean_error));
     sum.add(*u.seen, u.error / extreme, faint);
   }
   model.discrepancy = sum.squares / sum.weights;
@@ -201,9 +202,9 @@ void train_ensemble(Model& model, const Examples& all, const TrainingOptions& op
     how.decay = options.decay;
     how.seed = options.seed * 7919 + member;
     how.done = [&](uint32_t, double) {
-      const double share =
+      const double fraction =
           static_cast<double>(++rounds_done) / (options.rounds * static_cast<double>(options.ensemble));
-      if (options.progress && !options.progress("teaching the network", 0.06 + kNetworkShare * share))
+      if (options.progress && !options.progress("teaching the network", 0.06 + kNetworkFraction * fraction))
         stop = true;
       return !stop;
     };

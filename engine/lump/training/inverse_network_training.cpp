@@ -39,8 +39,8 @@ Sweep sweep_of(const Model& model, uint64_t seed) {
   sweep.block_mm = model.block_mm;
   sweep.offset_mm = model.offset_mm;
   sweep.floor_mm = model.floor_mm;
-  sweep.centred_share = 0.3;
-  sweep.no_lump_share = 0;
+  sweep.centred_fraction = 0.3;
+  sweep.no_lump_fraction = 0;
   sweep.shapes.clear();
   for (size_t s = 0; s < model.shapes.size(); ++s)
     if (model.shapes[s]) sweep.shapes.push_back(static_cast<fem::InclusionShape>(s));
@@ -149,15 +149,15 @@ std::vector<double> ObservationMaker::choose_loads(std::mt19937_64& random) cons
 }
 
 /// The highest values of the highest load as a saturated sensor sees them: not at all.
-void hide_top(PressedNodes& nodes, double share) {
+void hide_top(PressedNodes& nodes, double fraction) {
   const auto count = nodes.x_mm.size(),
-             kept = count - static_cast<size_t>(share * static_cast<double>(count));
+             kept = count - static_cast<size_t>(fraction * static_cast<double>(count));
   std::vector<Eigen::Index> by_height(count);
   std::iota(by_height.begin(), by_height.end(), 0);
   const VectorXd highest = nodes.total.rightCols(1);
   std::sort(by_height.begin(), by_height.end(),
             [&](Eigen::Index a, Eigen::Index b) { return highest(a) < highest(b); });
-  nodes.noise_share = nodes.noise / highest(by_height[kept - 1]);
+  nodes.noise_fraction = nodes.noise / highest(by_height[kept - 1]);
   by_height.resize(kept);
   std::sort(by_height.begin(), by_height.end());
   for (size_t n = 0; n < kept; ++n) {
@@ -223,12 +223,12 @@ Made ObservationMaker::make(uint32_t number, std::mt19937_64& random) const {
       nodes.total(n, k) = nodes.rest(n, k) + model_.base.at(quarter, nodes.x_mm[i], nodes.y_mm[i]);
     }
   }
-  nodes.noise_share = kNoise[0] * std::pow(kNoise[1] / kNoise[0], share(random));
-  nodes.noise = nodes.noise_share * nodes.total.rightCols(1).maxCoeff();
+  nodes.noise_fraction = kNoise[0] * std::pow(kNoise[1] / kNoise[0], share(random));
+  nodes.noise = nodes.noise_fraction * nodes.total.rightCols(1).maxCoeff();
   if (share(random) < kSaturated) hide_top(nodes, kMostSaturation * share(random));
-  const double modulus = kModulusShare * normal(random);
+  const double modulus = kModulusFraction * normal(random);
   for (Eigen::Index k = 0; k < loads; ++k) {
-    const double scale = modulus + kGaugeShare * normal(random);
+    const double scale = modulus + kGaugeFraction * normal(random);
     for (Eigen::Index n = 0; n < nodes.total.rows(); ++n) {
       const double off = scale * nodes.total(n, k) + nodes.noise * normal(random);
       nodes.rest(n, k) += off;
@@ -400,8 +400,8 @@ double train_inverse_network(Model& model, const TrainingOptions& options) {
     how.seed = options.seed * 7919 + 500 + member;
     how.done = [&](uint32_t, double error) {
       last[member] = error;
-      const double share = ++rounds / (static_cast<double>(options.readers) * options.reader_rounds);
-      if (options.progress && !options.progress("teaching the reader", kFrom + kMade + kTaught * share))
+      const double fraction = ++rounds / (static_cast<double>(options.readers) * options.reader_rounds);
+      if (options.progress && !options.progress("teaching the reader", kFrom + kMade + kTaught * fraction))
         stop = true;
       return !stop;
     };

@@ -41,14 +41,14 @@ struct TrainingOptions {
   std::string made_from;  ///< one line for people that the network keeps: data, cases
   uint32_t threads = 0;   ///< 0: one per core
   /// Told what is being done and how much of all is; false: stop (train_lumps() throws Stopped then).
-  std::function<bool(const std::string& what, double share)> progress = {};
+  std::function<bool(const std::string& what, double fraction)> progress = {};
 };
 
 struct TrainingReport {
   uint32_t lumps = 0, no_lumps = 0, left_out = 0;  ///< examples; left out: without a single load
-  double base_error = 0;                           ///< RMS, share of the mean pressure
-  double fields_error = 0;  ///< RMS of what the fields miss, share of the peak pressure
-  /// RMS of the emulators' mean over the patch on blocks that were kept aside, share of the peak pressure.
+  double base_error = 0;                           ///< RMS, fraction of the mean pressure
+  double fields_error = 0;  ///< RMS of what the fields miss, fraction of the peak pressure
+  /// RMS of the emulators' mean over the patch on blocks that were kept aside, fraction of the peak pressure.
   double network_error = 0;
   double network_error_seen = 0;  ///< the same on cases that it learnt from
   uint32_t kept_aside = 0;        ///< blocks with a lump that only the calibration sees

@@ -28,7 +28,7 @@ struct Examples {
 /// The base fitted to the examples without a lump for which `used` is true.
 Base fit_base(const Model& model, const Examples& all, const std::function<bool(size_t)>& used);
 
-/// The fields that bumps are best made of. `missed`: RMS share of the peak that they miss.
+/// The fields that bumps are best made of. `missed`: RMS fraction of the peak that they miss.
 Patch fit_patch(const Model& model, const Examples& all, uint32_t count, uint64_t seed, double& missed);
 
 /// The emulator: fills members, scales, discrepancy and correlation.

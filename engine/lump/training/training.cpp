@@ -188,8 +188,8 @@ Network train_lumps(const std::vector<Example>& examples, const TrainingOptions&
     throw Error(Failure::Input, wanted, found,
                 "palpate lump dataset with its own ranges, more cases, or both");
   };
-  const auto say = [&options](const char* what, double share) {
-    if (options.progress && !options.progress(what, share)) throw Stopped();
+  const auto say = [&options](const char* what, double fraction) {
+    if (options.progress && !options.progress(what, fraction)) throw Stopped();
   };
   if (options.ensemble < 2 || options.ensemble > 16 || options.hidden < 4 || options.hidden > 512 ||
       options.fields < 6 || options.fields > 200 || options.rounds < 1 || options.trials < 20)

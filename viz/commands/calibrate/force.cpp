@@ -51,7 +51,7 @@ std::string write_images(const MeasuredInput& input, const ForceOutcome& outcome
     const ForceSample* nearest = nullptr;
     for (size_t i = 0; i < outcome.samples.size(); ++i) {
       const ForceSample& s = outcome.samples[i];
-      if (s.recording != 0 || s.left_out != LeftOut::Used || outcome.choice.unloading_share[i] > 0.5)
+      if (s.recording != 0 || s.left_out != LeftOut::Used || outcome.choice.unloading_fraction[i] > 0.5)
         continue;
       if (!nearest || std::abs(s.force_N - force_N) < std::abs(nearest->force_N - force_N)) nearest = &s;
     }

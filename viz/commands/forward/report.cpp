@@ -82,7 +82,7 @@ Json to_json(const ForwardOutcome& o) {
   value["press_mm"] = r.press_mm;
   value["center_stress_Pa"] = r.center_stress_Pa;
   value["core_strain"] = r.core_strain;
-  value["tension_share"] = r.tension_share;
+  value["tension_share"] = r.tension_fraction;
   if (o.scene.presser == fem::Presser::Sphere) value["contact_radius_mm"] = r.contact_radius_mm;
   const lump::GaussianFit& f = o.fit;
   value["gaussian"] = {{"found", f.found},

@@ -145,7 +145,7 @@ void add_lump_dataset(CommandLine& group, Common& common, Command& chosen) {
       ->add_option("--offset-mm", sweep.offset_mm, "Of the lump's centre, most, to either side in x and y.")
       ->capture_default_str();
   command
-      ->add_option("--centred-share", sweep.centred_share,
+      ->add_option("--centred-share", sweep.centred_fraction,
                    "Share of the lumps that lie in the middle, solved as a quarter")
       ->capture_default_str();
   range("--block-mm", o->block_mm, "Length and width of the tissue (default 40 40)");
@@ -154,7 +154,7 @@ void add_lump_dataset(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--rim-mm", sweep.rim_mm, "Least tissue beside a lump")->capture_default_str();
   command->add_option("--shapes", o->shapes, "Of sphere, ellipsoid, cylinder (upright), lying (default: all)")
       ->delimiter(',');
-  command->add_option("--no-lump-share", sweep.no_lump_share,
+  command->add_option("--no-lump-share", sweep.no_lump_fraction,
                       "Share of the cases that are tissue alone (default 1/12)");
   command->add_option("--loads", sweep.loads, "Equal steps of the press at which it is looked at")
       ->capture_default_str();

@@ -40,7 +40,7 @@ lump::Observation reading_of(const Options& o) {
   observation.block_mm = {o.block_mm.empty() ? 40 : o.block_mm.front(),
                           o.block_mm.empty() ? 40 : o.block_mm.back(), o.thickness_mm};
   observation.noise_Pa = o.noise_Pa >= 0 ? o.noise_Pa : noise_of(observation.pressure_Pa.back());
-  observation.saturated_share = lump::saturated_share(observation.pressure_Pa);
+  observation.saturated_fraction = lump::saturated_fraction(observation.pressure_Pa);
   return observation;
 }
 

@@ -100,11 +100,11 @@ void add_lump_evaluate(CommandLine& group, Common& common, Command& chosen) {
                       "A file of palpate lump train (default: the built-in network)");
   command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();
   command
-      ->add_option("--noise", o->job.sensor.noise_share,
+      ->add_option("--noise", o->job.sensor.noise_fraction,
                    "Of each node, share of the highest load's peak pressure")
       ->capture_default_str()
       ->check(Check::range(0.0, 1.0));
-  command->add_option("--gauge-error", o->job.sensor.gauge_share, "Of each force, share")
+  command->add_option("--gauge-error", o->job.sensor.gauge_fraction, "Of each force, share")
       ->capture_default_str()
       ->check(Check::range(0.0, 1.0));
   command

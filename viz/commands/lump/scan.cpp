@@ -82,19 +82,20 @@ ScanPlan plan_of(const Common& common, const Options& o) {
 
 void add_inputs(const ScanPlan& plan, ScanReport& report) {
   const fem::Scene& s = plan.scene;
-  report.inputs = {{"block", text("%g x %g x %g mm", s.block_mm[0], s.block_mm[1], s.block_mm[2])},
-                   {"tissue", text("Young's modulus %g Pa, Poisson's ratio %g", s.young_Pa, s.poisson)},
-                   {"loads", text("%g up to %g N on the block, presses differ by %.2g %%", plan.loads,
-                                  plan.force_N, 100 * plan.force_sd)},
-                   {"window", text("%g x %g mm", plan.sensor.window_mm[0], plan.sensor.window_mm[1]) +
-                                  text(", %g x %g px", plan.sensor.size_px[0], plan.sensor.size_px[1])},
-                   {"noise of the sensor", text("%g gray a pixel, %.2g %% of the peak a node",
-                                                plan.sensor.pixel_noise_gray, 100 * plan.sensor.noise_share)},
-                   {"stage", text("good to %g mm", plan.stage_sd_mm)},
-                   {"source", "a synthetic block, " +
-                                  text("%g x %g x %g cells, extrapolated with half as many, seed ",
-                                       s.cells[0], s.cells[1], s.cells[2]) +
-                                  std::to_string(plan.seed)}};
+  report.inputs = {
+      {"block", text("%g x %g x %g mm", s.block_mm[0], s.block_mm[1], s.block_mm[2])},
+      {"tissue", text("Young's modulus %g Pa, Poisson's ratio %g", s.young_Pa, s.poisson)},
+      {"loads", text("%g up to %g N on the block, presses differ by %.2g %%", plan.loads, plan.force_N,
+                     100 * plan.force_sd)},
+      {"window", text("%g x %g mm", plan.sensor.window_mm[0], plan.sensor.window_mm[1]) +
+                     text(", %g x %g px", plan.sensor.size_px[0], plan.sensor.size_px[1])},
+      {"noise of the sensor", text("%g gray a pixel, %.2g %% of the peak a node",
+                                   plan.sensor.pixel_noise_gray, 100 * plan.sensor.noise_fraction)},
+      {"stage", text("good to %g mm", plan.stage_sd_mm)},
+      {"source", "a synthetic block, " +
+                     text("%g x %g x %g cells, extrapolated with half as many, seed ", s.cells[0], s.cells[1],
+                          s.cells[2]) +
+                     std::to_string(plan.seed)}};
 }
 
 std::vector<lump::ScanPress> simulated(const Common& common, const Options& o, ScanReport& report) {
@@ -224,7 +225,8 @@ void add_lump_scan(CommandLine& group, Common& common, Command& chosen) {
       ->expected(2);
   command->add_option("--size", o->size_px, "Its pixels (default 640 480)")->expected(2);
   command
-      ->add_option("--noise", o->plan.sensor.noise_share, "Of a value after calibration, share of the peak")
+      ->add_option("--noise", o->plan.sensor.noise_fraction,
+                   "Of a value after calibration, share of the peak")
       ->capture_default_str()
       ->check(Check::range(0.0, 1.0));
   command

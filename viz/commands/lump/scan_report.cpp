@@ -127,7 +127,7 @@ Rows map_rows(const lump::ScanMap& map) {
       std::count_if(map.places.begin(), map.places.end(), [](const lump::PressPlace& p) { return p.used; });
   rows.emplace_back("presses", line("%ld of %zu used", static_cast<long>(used), map.places.size()));
   rows.emplace_back("forces on the block", forces + " N");
-  rows.emplace_back("seen", line("%.1f %% of the block, its rim aside", 100 * map.seen_share));
+  rows.emplace_back("seen", line("%.1f %% of the block, its rim aside", 100 * map.seen_fraction));
   rows.emplace_back("noise of a value", line("%.3g Pa", map.observation.noise_Pa));
   rows.emplace_back("presses differ by", map.between_presses_Pa > 0 ? line("%.3g Pa", map.between_presses_Pa)
                                                                     : std::string("not known: no overlap"));
@@ -380,8 +380,8 @@ Json scan_json(const ScanReport& r) {
                   {"width", observation.pressure_Pa.back().width},
                   {"height", observation.pressure_Pa.back().height},
                   {"pitch_mm", observation.pressure_Pa.back().pitch_mm[0]},
-                  {"seen_share", a.map.seen_share},
-                  {"saturated_share", observation.saturated_share},
+                  {"seen_share", a.map.seen_fraction},
+                  {"saturated_share", observation.saturated_fraction},
                   {"noise_Pa", observation.noise_Pa},
                   {"between_presses_Pa", a.map.between_presses_Pa},
                   {"presses", Json::array()}};

@@ -139,7 +139,7 @@ Report stability(const Common& common, const Options& options) {
     text += costs_table(costs);
     lump::EvaluationJob job;
     job.estimator = estimator;
-    job.sensor.noise_share = options.noise;
+    job.sensor.noise_fraction = options.noise;
     job.seed = common.seed;
     ProgressBar bar(common, "pressing balls", 12);
     by_loads =

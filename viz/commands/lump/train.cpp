@@ -31,7 +31,7 @@ std::string trust_text(const lump::Network& network) {
   for (const lump::CalibrationRow& t : network.calibration()) {
     std::snprintf(line, sizeof line,
                   "%-8s %5u %5.1f %%   %4.1f  %4.1f  %4.1f   %3.0f %%   %4.2f  %4.2f  %4.2f   %8.3g  %6.3g\n",
-                  t.method == lump::Method::Network ? "network" : "refined", t.loads, 100 * t.noise_share,
+                  t.method == lump::Method::Network ? "network" : "refined", t.loads, 100 * t.noise_fraction,
                   100 * t.median_error[0], 100 * t.median_error[1], 100 * t.median_error[2],
                   100 * t.shape_rate, t.inflation[0], t.inflation[1], t.inflation[2], t.log_likelihood_ratio,
                   t.chi_square);
@@ -61,14 +61,14 @@ Report run(const Common& common, Options& o) {
   std::mutex guard;
   ProgressBar bar(common, "lump network", 1000);
   double told = 0;
-  o.training.progress = [&](const std::string& what, double share) {
+  o.training.progress = [&](const std::string& what, double fraction) {
     const std::scoped_lock lock(guard);
-    bar.update(static_cast<uint64_t>(1000 * share));
-    if (share > told + 0.2) {
-      told = share;
+    bar.update(static_cast<uint64_t>(1000 * fraction));
+    if (fraction > told + 0.2) {
+      told = fraction;
       const double wall_s = now_s() - start_s;
-      if (share < 1)
-        spdlog::info("{}: {:.0f} %, {:.0f} s left", what, 100 * share, wall_s * (1 - share) / share);
+      if (fraction < 1)
+        spdlog::info("{}: {:.0f} %, {:.0f} s left", what, 100 * fraction, wall_s * (1 - fraction) / fraction);
     }
     return !interrupted();
   };

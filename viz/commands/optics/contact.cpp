@@ -65,8 +65,8 @@ Report contact(const Common& common, const Options& options) {
   for (size_t i = 0; i < count; ++i)
     contacts.push_back(
         {optics::optical_index(options.contacts[i], extinction[i]), gap_nm[i], options.wavelength_nm});
-  const optics::LampShares shares = optics::lamp_shares(guide, lamp);
-  if (!(shares.touching > 0))
+  const optics::LampShares fractions = optics::lamp_fractions(guide, lamp);
+  if (!(fractions.touching > 0))
     throw Error(Failure::Input, "a guide whose light meets the touched face", "none that does",
                 "an outside of lower index, or --led-layer 1");
   optics::GrayReference reference;
@@ -83,7 +83,7 @@ Report contact(const Common& common, const Options& options) {
       "%.4f of the LED's light is guided and meets the face: %.3g of it per mm of the guide's length\n"
       "reference: n = %g, albedo %g%s\n\n"
       "contact                     albedo   leaves up to, deg   leaves per meeting   per mm    relative%s\n",
-      shares.touching, shares.arriving_per_mm, options.reference_index, options.reference_albedo,
+      fractions.touching, fractions.arriving_per_mm, options.reference_index, options.reference_albedo,
       calibrated ? line(", gray %g of at most %g", reference.gray, reference.most_gray).c_str() : "",
       calibrated ? "       gray" : "");
   Json rows = Json::array();
@@ -125,8 +125,8 @@ Report contact(const Common& common, const Options& options) {
     assumed.push_back(assumption);
   }
   Json value = {{"led", to_json(lamp)},
-                {"touching", shares.touching},
-                {"arriving_per_mm", shares.arriving_per_mm},
+                {"touching", fractions.touching},
+                {"arriving_per_mm", fractions.arriving_per_mm},
                 {"touching_deg", {from_deg, most_deg}},
                 {"reference",
                  {{"index", options.reference_index},

@@ -42,17 +42,17 @@ std::string or_dash(double value) {
 }
 
 struct Place {
-  optics::LampShares shares;
+  optics::LampShares fractions;
   optics::FirstMeetings meetings;
 };
 Json place_json(const Place& p, double depth_mm) {
   return {{"depth_mm", depth_mm},
-          {"entering", p.shares.entering},
-          {"guided", p.shares.guided},
-          {"touching", p.shares.touching},
+          {"entering", p.fractions.entering},
+          {"guided", p.fractions.guided},
+          {"touching", p.fractions.touching},
           {"nearest_mm", or_null(p.meetings.nearest_mm)},
-          {"half_has_met_mm", or_null(p.meetings.distance_of(0.5, p.shares.touching))},
-          {"nine_tenths_have_met_mm", or_null(p.meetings.distance_of(0.9, p.shares.touching))}};
+          {"half_has_met_mm", or_null(p.meetings.distance_of(0.5, p.fractions.touching))},
+          {"nine_tenths_have_met_mm", or_null(p.meetings.distance_of(0.9, p.fractions.touching))}};
 }
 
 std::string fan_script(const optics::Waveguide& guide, const std::vector<optics::EdgeRay>& rays,
@@ -79,7 +79,7 @@ std::string fan_script(const optics::Waveguide& guide, const std::vector<optics:
   }
   for (size_t k = 0; k < std::size(kNames); ++k)
     plots += line("%sNaN with lines lw 3 lc rgb '%s' title '%s'", k ? ", " : "", kColours[k], kNames[k]);
-  script += plot_block("m", {place.meetings.distance_mm, place.meetings.share});
+  script += plot_block("m", {place.meetings.distance_mm, place.meetings.fraction});
   script += line(
       "set multiplot\nset lmargin 10\nset rmargin 10\nset xrange [0:%g]\nset origin 0,0.42\nset size "
       "1,0.58\n"
@@ -94,7 +94,8 @@ std::string fan_script(const optics::Waveguide& guide, const std::vector<optics:
       "set ylabel 'share that has met the face (dotted: all)'\n"
       "set arrow from 0,%g to %g,%g nohead dt 3 lc rgb '#555555'\n"
       "plot $m with lines lw 2.5 lc rgb '#0072b2'\nunset multiplot\n",
-      std::max(1.08 * place.shares.touching, 0.01), place.shares.touching, length_mm, place.shares.touching);
+      std::max(1.08 * place.fractions.touching, 0.01), place.fractions.touching, length_mm,
+      place.fractions.touching);
   return script;
 }
 
@@ -112,7 +113,7 @@ Report led(const Common& common, const Options& options) {
   const auto place_at = [&](size_t layer, double depth_mm) {
     optics::EdgeLamp here = lamp;
     here.layer = layer;
-    return Place{optics::lamp_shares(guide, here),
+    return Place{optics::lamp_fractions(guide, here),
                  optics::first_meetings(guide, here, depth_mm, options.length_mm)};
   };
   const Place place = place_at(lamp.layer, depth);
@@ -131,10 +132,10 @@ Report led(const Common& common, const Options& options) {
       lamp.order, degrees(lamp.half_angle_rad), lamp.layer + 1, depth, lamp.edge_index);
   const auto row = [&](const std::string& name, double depth_mm, const Place& p) {
     text +=
-        line("%-13s %10.4g %9.5f %9.5f %12.5f %14s %13s %13s\n", name.c_str(), depth_mm, p.shares.entering,
-             p.shares.guided, p.shares.touching, or_dash(p.meetings.nearest_mm).c_str(),
-             or_dash(p.meetings.distance_of(0.5, p.shares.touching)).c_str(),
-             or_dash(p.meetings.distance_of(0.9, p.shares.touching)).c_str());
+        line("%-13s %10.4g %9.5f %9.5f %12.5f %14s %13s %13s\n", name.c_str(), depth_mm, p.fractions.entering,
+             p.fractions.guided, p.fractions.touching, or_dash(p.meetings.nearest_mm).c_str(),
+             or_dash(p.meetings.distance_of(0.5, p.fractions.touching)).c_str(),
+             or_dash(p.meetings.distance_of(0.9, p.fractions.touching)).c_str());
   };
   row("chosen", depth, place);
   Json places = Json::array();
