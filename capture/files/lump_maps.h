@@ -1,4 +1,4 @@
-// Pressure maps from files, as a observation of a lump.
+// Pressure maps from files, as an observation of a lump.
 #pragma once
 
 #include <filesystem>

@@ -14,7 +14,7 @@ namespace palpate {
 /// the anchor of u is dragged along, so that the force never grows without bound and falls at once when the
 /// motion turns back.
 ///
-/// Where the skin is followed (Touch::has_skin) and enough of its points lie under the contact, stick,
+/// Where the skin is followed (Touch::skin) and enough of its points lie under the contact, stick,
 /// incipient slip and slide are told by its motion, and with ShearSignal::Skin u is that of the skin: while
 /// the contact slides the skin stays, bent by the friction. The limit holds all the same.
 class ShearTracker {

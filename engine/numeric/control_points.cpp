@@ -163,10 +163,10 @@ CandidateGrid control_candidates(const PixelRect& box, const ControlOptions& opt
   grid.step_y_px = static_cast<double>(box.height) / grid.rows;
   std::mt19937_64 random(options.seed);
   // Not std::uniform_real_distribution: its numbers differ from library to library.
-  const auto fraction = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   for (uint32_t row = 0; row < grid.rows; ++row)
     for (uint32_t column = 0; column < grid.columns; ++column) {
-      const double u = share(), v = share();
+      const double u = uniform(), v = uniform();
       grid.places.push_back(
           {box.x - 0.5 + (column + u) * grid.step_x_px, box.y - 0.5 + (row + v) * grid.step_y_px});
     }

@@ -132,8 +132,8 @@ EdgeRay trace_ray(const Waveguide& guide, const EdgeLamp& lamp, double depth_mm,
   return ray;
 }
 
-double FirstMeetings::distance_of(double fraction, double touching) const {
-  const auto found = std::lower_bound(fraction.begin(), fraction.end(), fraction * touching);
+double FirstMeetings::distance_of(double part, double touching) const {
+  const auto found = std::lower_bound(fraction.begin(), fraction.end(), part * touching);
   return found == fraction.end() ? kNever : distance_mm[static_cast<size_t>(found - fraction.begin())];
 }
 

@@ -20,7 +20,7 @@ struct EdgeRay {
   double angle_rad = 0;         ///< outside, > 0 towards the touched face
   double tangential_index = 0;  ///< n cos of the angle inside
   RayFate fate = RayFate::Leaving;
-  double entering = 0;                 ///< share that passes the edge, unpolarised
+  double entering = 0;                 ///< fraction that passes the edge, unpolarised
   double first_mm = 0;                 ///< where it first meets the touched face; infinity: never
   double hop_mm = 0;                   ///< from one meeting to the next
   std::vector<double> x_mm, depth_mm;  ///< its way: from the edge over each interface to its end
@@ -39,8 +39,8 @@ struct FirstMeetings {
   double nearest_mm = 0;            ///< of guided light in the lamp's plane: nearer, the face is dark
   std::vector<double> distance_mm;  ///< rising
   std::vector<double> fraction;     ///< of the lamp's light, rising to LampShares::touching
-  /// Distance at which that fraction of the touching light has met the face; infinity beyond the table.
-  double distance_of(double fraction, double touching) const;
+  /// Distance at which that part of the touching light has met the face; infinity beyond the table.
+  double distance_of(double part, double touching) const;
 };
 /// In all directions, not the lamp's plane only; on a grid of `side` x `side` directions.
 FirstMeetings first_meetings(const Waveguide& guide, const EdgeLamp& lamp, double depth_mm, double length_mm,

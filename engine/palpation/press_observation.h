@@ -1,4 +1,4 @@
-// Frames of a force-calibrated sensor in a plate that presses a block of tissue, as a observation of what
+// Frames of a force-calibrated sensor in a plate that presses a block of tissue, as an observation of what
 // lies in the block.
 #pragma once
 
@@ -32,7 +32,7 @@ struct NodeSums {
 /// Gray less the untouched image, by the sensor's calibration to pressure, around nodes of the window.
 class PressureNodes {
  public:
-  /// The sensor reads pressure (viz::reads_pressure) and has a scale; `background` has the frames' format.
+  /// The sensor reads pressure (reads_pressure) and has a scale; `background` has the frames' format.
   PressureNodes(const Sensor& sensor, const Frame& background, double pitch_mm);
 
   /// About 0.3 ms at 640 x 480.
@@ -75,7 +75,7 @@ struct LoadSums {
   NodeSums nodes;
   double force_N = 0;  ///< on the whole block, mean of the frames
 };
-/// Loads at rising forces as a observation; nodes beside the block are not seen.
+/// Loads at rising forces as an observation; nodes beside the block are not seen.
 lump::Observation press_observation(const PressureNodes& nodes, const std::vector<LoadSums>& loads,
                                     const BlockSetting& block);
 

@@ -36,7 +36,7 @@ class Frames {
   /// host has to.
   virtual FrameMeasurement measure(uint32_t slot, Touch& touch) = 0;
 
-  /// As Pipeline's, of a frame that is measured. `rest_mm`: Touch::depth_datum_mm.
+  /// As Pipeline's, of a frame that is measured. `rest_mm`: SurfaceSummary::depth_offset_mm.
   virtual std::vector<float> read_depth_mm(uint32_t slot, double rest_mm) const = 0;
   virtual std::vector<uint16_t> read_confidence(uint32_t slot) const = 0;
   virtual std::vector<gpu::ScopeTime> times(uint32_t slot) const = 0;

@@ -41,20 +41,20 @@ float mixed(const Corner& c, float a, float b, float d, float e) {
 
 }  // namespace
 
-std::vector<float> sample_depths(gpu::Context& context, const SurfaceMap& map, double datum_mm,
+std::vector<float> sample_depths(gpu::Context& context, const SurfaceMap& map, double offset_mm,
                                  std::span<const std::array<double, 2>> places) {
   const PixelRect held = map.window.value_or(PixelRect{0, 0, map.width, map.height});
   const size_t count = places.size();
   std::vector<Corner> corners(count);
   for (size_t i = 0; i < count; ++i) corners[i] = corner_of(map, held, places[i]);
   std::vector<float> depths(count);
-  const auto datum = static_cast<float>(datum_mm);
+  const auto offset = static_cast<float>(offset_mm);
   if (map.buffer->mapped()) {
     map.buffer->invalidate();
     const auto at = map.buffer->as<float>();
     for (size_t i = 0; i < count; ++i)
       if (const Corner& c = corners[i]; c.held)
-        depths[i] = datum + mixed(c, at[c.top], at[c.top + 1], at[c.bottom], at[c.bottom + 1]);
+        depths[i] = offset + mixed(c, at[c.top], at[c.top + 1], at[c.bottom], at[c.bottom + 1]);
     return depths;
   }
   std::vector<VkBufferCopy> regions;
@@ -78,7 +78,7 @@ std::vector<float> sample_depths(gpu::Context& context, const SurfaceMap& map, d
   const auto at = copies.as<float>();
   for (size_t i = 0; i < count; ++i)
     if (const Corner& c = corners[i]; c.held)
-      depths[i] = datum + mixed(c, at[4 * i], at[4 * i + 1], at[4 * i + 2], at[4 * i + 3]);
+      depths[i] = offset + mixed(c, at[4 * i], at[4 * i + 1], at[4 * i + 2], at[4 * i + 3]);
   return depths;
 }
 

@@ -11,8 +11,8 @@ namespace palpate {
 
 /// Depth, mm, at each place (x, y, px; beyond the frame: at its rim), bilinear between pixels; 0 where
 /// the map holds none (SurfaceMap::window). Where the map's memory is not the host's, it waits for a copy of
-/// those pixels alone. The map must be finished. `datum_mm`: Touch::depth_datum_mm.
-std::vector<float> sample_depths(gpu::Context& context, const SurfaceMap& map, double datum_mm,
+/// those pixels alone. The map must be finished. `offset_mm`: SurfaceSummary::depth_offset_mm.
+std::vector<float> sample_depths(gpu::Context& context, const SurfaceMap& map, double offset_mm,
                                  std::span<const std::array<double, 2>> places);
 
 }  // namespace palpate

@@ -173,7 +173,9 @@ FrameMeasurement WindowedFrame::measure(uint32_t index, Touch& touch) {
 void WindowedFrame::measure_untouched(Touch& touch) const {
   touch.centroid_x_px = touch.centroid_y_px = std::numeric_limits<double>::quiet_NaN();
   if (contacts_) touch.regions.emplace();
-  if (surface_) touch.surface = {.validity = Validity::NoContact, .rest_from_untouched = true};
+  if (!surface_) return;
+  touch.surface.emplace().validity = Validity::NoContact;
+  touch.surface->rest_from_untouched = true;
 }
 
 std::vector<float> WindowedFrame::read_depth_mm(uint32_t index, double rest_mm) const {

@@ -20,7 +20,7 @@ struct SurfacePush {
   float grid_mm;       // spacing of the lines on the surface; 0: none
   float pitch_mm;      // of one texel of the map
   float exaggeration;  // of depth
-  float datum_mm;      // added to a value of the map
+  float offset_mm;     // added to a value of the map
   float colour_range;  // value with the last colour: mm of depth, MPa, or strain
   uint width;          // of the map, texels
   uint height;

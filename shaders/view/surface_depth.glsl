@@ -7,5 +7,5 @@ float depth_at(ivec2 p) {
   ivec2 q = clamp(p, ivec2(0), ivec2(push.width, push.height) - 1) - place;
   bool held = all(greaterThanEqual(q, ivec2(0))) && all(lessThan(q, size));
   ivec2 at = clamp(q, ivec2(0), max(size - 1, 0));
-  return held ? texelFetch(depth_map, at.y * int(push.row_pitch) + at.x).x + push.datum_mm : 0.0;
+  return held ? texelFetch(depth_map, at.y * int(push.row_pitch) + at.x).x + push.offset_mm : 0.0;
 }

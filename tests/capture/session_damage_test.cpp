@@ -1,6 +1,7 @@
 // Sessions cut short at any byte, with bytes changed, with files missing: what is whole comes back right, the
 // rest is said in one line.
 #include <algorithm>
+#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
 

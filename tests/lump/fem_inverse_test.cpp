@@ -1,4 +1,4 @@
-// The direct inversion: finite elements asked which lump a observation has, on other cells than made it.
+// The direct inversion: finite elements asked which lump an observation has, on other cells than made it.
 #include "engine/lump/fem_inverse/inversion.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What finite elements answer to a observation's forces, on several grids.
+// What finite elements answer to an observation's forces, on several grids.
 #include "engine/lump/fem_inverse/response.h"
 
 #include <gtest/gtest.h>

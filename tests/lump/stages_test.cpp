@@ -27,10 +27,10 @@ TEST(LumpStages, AreTheModelsOwn) {
   EXPECT_EQ(stage.widths.size(), model.ensemble[0].layers.size() + 1);
   EXPECT_EQ(stage.inputs.size(), static_cast<size_t>(lump::kFeatures));  // each has a name
   const lump::Stage reader = network_of(lump_stages(model), "from a bump to its lump");
-  ASSERT_FALSE(model.reader.ensemble.empty());
-  EXPECT_EQ(reader.copies, model.reader.ensemble.size());
-  EXPECT_EQ(reader.widths.front(), model.reader.ensemble[0].inputs());
-  EXPECT_EQ(reader.widths.back(), model.reader.ensemble[0].outputs());
+  ASSERT_FALSE(model.inverse.ensemble.empty());
+  EXPECT_EQ(reader.copies, model.inverse.ensemble.size());
+  EXPECT_EQ(reader.widths.front(), model.inverse.ensemble[0].inputs());
+  EXPECT_EQ(reader.widths.back(), model.inverse.ensemble[0].outputs());
 }
 
 TEST(LumpStages, OfAnotherModelAreOthers) {

@@ -55,14 +55,15 @@ class SurfaceViewTest : public GpuTest {
     map_ = {&buffer_, width, height, pitch};
   }
 
-  RgbImage draw(const Camera& camera, const SurfaceStyle& style, uint32_t mesh_columns, double datum_mm = 0) {
+  RgbImage draw(const Camera& camera, const SurfaceStyle& style, uint32_t mesh_columns,
+                double offset_mm = 0) {
     const ViewRect rect{0, 0, target_.extent().width, target_.extent().height};
     eye_ = place(camera, surface_half_size_mm(map_.width, map_.height, kPitch_mm, style), rect.aspect(), 0.9,
                  0.9);
     target_.begin();
     map_to_picture_barrier(target_.cmd());
     target_.begin_pass();
-    view_.draw(target_.cmd(), map_, datum_mm, kPitch_mm, eye_, style, rect, rect, mesh_columns);
+    view_.draw(target_.cmd(), map_, offset_mm, kPitch_mm, eye_, style, rect, rect, mesh_columns);
     return target_.finish();
   }
 

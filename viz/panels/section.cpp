@@ -22,7 +22,7 @@ Profile::Extreme Profile::most() const {
           *it};
 }
 
-Profile probe(gpu::Context& context, const SurfaceMap& map, double datum_mm, double pitch_mm_per_px,
+Profile probe(gpu::Context& context, const SurfaceMap& map, double offset_mm, double pitch_mm_per_px,
               const SectionLine& line) {
   constexpr size_t kMostSamples = 1024;
   Profile profile;
@@ -36,7 +36,7 @@ Profile probe(gpu::Context& context, const SurfaceMap& map, double datum_mm, dou
     const double t = static_cast<double>(i) / static_cast<double>(count - 1);
     places[i] = {line.x0 * width + t * dx, line.y0 * height + t * dy};
   }
-  profile.depth_mm = sample_depths(context, map, datum_mm, places);
+  profile.depth_mm = sample_depths(context, map, offset_mm, places);
   return profile;
 }
 

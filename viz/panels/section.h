@@ -34,7 +34,7 @@ struct Profile {
 
 /// The depths under the line, bilinear between pixels, at least one sample a pixel up to 1024. Where the
 /// map's memory is not the host's, it waits for a copy of those pixels alone. The map must be finished.
-Profile probe(gpu::Context& context, const SurfaceMap& map, double datum_mm, double pitch_mm_per_px,
+Profile probe(gpu::Context& context, const SurfaceMap& map, double offset_mm, double pitch_mm_per_px,
               const SectionLine& line);
 
 /// A plot, mm of depth (downwards) against mm along the line, least and deepest labelled; `wrong` says why

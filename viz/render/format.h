@@ -25,7 +25,7 @@ Verdict slip_verdict(Slip slip);
 /// "+0.123 ± 0.004 N"; "-" where there is none. `digits`: after the point.
 std::string newtons_text(const Estimate& estimate, int digits = 3);
 /// "0.42 ± 0.02 mm" and why it may be wrong.
-std::string depth_text(const SurfaceSummary& souch);
+std::string depth_text(const SurfaceSummary& surface);
 /// Seconds as 1:02:03.4 or 2:03.4 from a minute on, else "3.4 s".
 std::string time_text(double time_s);
 

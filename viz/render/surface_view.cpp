@@ -264,7 +264,7 @@ const SurfaceView::Mesh& SurfaceView::mesh(uint32_t columns, uint32_t rows) {
   return mesh;
 }
 
-void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double datum_mm, double pitch_mm_per_px,
+void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset_mm, double pitch_mm_per_px,
                        const Eye& eye, const SurfaceStyle& style, const ViewRect& view, const ViewRect& clip,
                        uint32_t mesh_columns, const PressureTexels& pressure) {
   views_.emplace_back(context_, *map.buffer, VK_FORMAT_R32_SFLOAT);
@@ -279,7 +279,7 @@ void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double datum_
   push.grid_mm = static_cast<float>(style.grid_mm);
   push.pitch_mm = static_cast<float>(pitch_mm_per_px);
   push.exaggeration = static_cast<float>(style.exaggeration);
-  push.datum_mm = static_cast<float>(datum_mm);
+  push.offset_mm = static_cast<float>(offset_mm);
   push.colour_range = static_cast<float>(last_colour(style));
   push.width = map.width;
   push.height = map.height;

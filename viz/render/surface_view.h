@@ -13,8 +13,8 @@
 
 #include "engine/gpu/buffer.h"
 #include "palpate/pipeline.h"
-#include "viz/render/orbit.h"
 #include "viz/render/colour_map.h"
+#include "viz/render/orbit.h"
 #include "viz/render/render_target.h"
 
 namespace palpate::viz {
@@ -85,7 +85,7 @@ class SurfaceView {
   /// Draws the map as the eye sees it in `view`, within `clip`. `mesh_columns`: vertices across (rows follow
   /// from the map's shape); 0: every texel, up to kMaxMeshColumns. The map must stay untouched until the
   /// picture is finished, and so must `pressure`, which Quantity::Pressure needs.
-  void draw(VkCommandBuffer cmd, const SurfaceMap& map, double datum_mm, double pitch_mm_per_px,
+  void draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset_mm, double pitch_mm_per_px,
             const Eye& eye, const SurfaceStyle& style, const ViewRect& view, const ViewRect& clip,
             uint32_t mesh_columns, const PressureTexels& pressure = {});
 

@@ -17,7 +17,7 @@ struct ContactAnswer {
   std::string name, key;
   Indentation contact;
   double off = 0;    ///< its force at the reference's depth over the reference's, less 1
-  std::string note;  ///< why not to correlation it
+  std::string note;  ///< why not to trust it
 };
 
 struct ContactProblem {

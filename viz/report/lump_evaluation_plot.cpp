@@ -1,10 +1,10 @@
-// Tables and pictures of how good estimates of lumps are.
+#include "viz/report/lump_evaluation_plot.h"
+
 #include <algorithm>
 #include <cmath>
 
 #include "capture/files/output_file.h"
 #include "engine/lump/dataset/sweep.h"
-#include "engine/lump/study/evaluation.h"
 #include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
 

@@ -25,14 +25,14 @@ struct ScopeTraffic;
 }  // namespace gpu
 
 /// The height map of one finished frame, on the GPU: rows x pitch floats, mm, positive into the pad, up to
-/// the constant Touch::depth_datum_mm.
+/// the constant SurfaceSummary::depth_offset_mm.
 struct SurfaceMap {
   const gpu::DeviceBuffer* buffer = nullptr;
   uint32_t width = 0;   ///< px
   uint32_t height = 0;  ///< px
   uint32_t pitch = 0;   ///< floats from one row to the next
   /// What is known of each pixel (shaders/shared/confidence.h), in host memory, rows confidence_pitch apart;
-  /// empty unless Touch::has_confidence.
+  /// empty unless Touch::confidence.
   std::span<const uint16_t> confidence = {};
   uint32_t confidence_pitch = 0;
   /// With PipelineOptions::skip_untouched: the buffer holds this part of the frame only, its first row and
@@ -99,7 +99,7 @@ class PALPATE_API Pipeline {
 
   /// Confidence of a result: height x width pixels of 16 bits, confidence 0 to 255
   /// in the lower half and the reasons (shaders/shared/confidence.h) in the upper. Empty unless
-  /// Touch::has_confidence.
+  /// Touch::confidence.
   std::vector<uint16_t> read_confidence(const Result& result) const;
 
   /// GPU time of each named stage of a finished frame (empty unless the context has timers on).

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "palpate/export.h"
@@ -92,8 +93,44 @@ struct SkinMotion {
   Estimate stick_fraction;  ///< radius of the part that still sticks over the contact's, 0 to 1
 };
 
-/// Measurements of one frame. Pixel coordinates are of pixel centres: (0, 0) is the centre of the top left
-/// pixel.
+/// Regions that were told apart in a frame (Output::Contacts); those large enough are Touch::contacts.
+struct RegionSummary {
+  uint64_t small = 0;     ///< regions too small to count as contacts
+  bool overflow = false;  ///< more regions than there was room for: contacts are incomplete
+};
+
+/// A surface solved with the confidence of its pixels as weights.
+struct WeightedSummary {
+  double residual = 0;           ///< relative RMS that the solve leaves of its normal equations
+  double unexplained = 0;        ///< fraction of the weighted slopes that no surface explains, 0 to 1
+  uint32_t islands = 0;          ///< parts of the frame that nothing known joins
+  uint32_t touched_islands = 0;  ///< of those, with contact
+};
+
+/// The height map of a frame in numbers (Output::Surface); the map itself is PipelineResult::surface.
+struct SurfaceSummary {
+  Validity validity = Validity::NotCalibrated;  ///< of the whole depth map
+  double depth_max_mm = 0;  ///< deepest point below the rest level, of touched tiles and the frame's border
+  double depth_sd_mm = 0;   ///< standard error of depth_max_mm by calibration; 0: not stated there
+  double depth_offset_mm = 0;  ///< add to a value of the height map to get depth: rest level is depth 0
+  bool rest_from_untouched =
+      false;              ///< false: no untouched tile, rest level is the mean over the whole frame
+  double volume_mm3 = 0;  ///< indented volume below rest level, of touched tiles
+  /// Pixels steeper than the sensor's max_slope, whose slope was clipped to it; in the whole frame or, with
+  /// PipelineOptions::skip_untouched, its window.
+  uint64_t clipped_px = 0;
+  std::optional<WeightedSummary> weighted;
+};
+
+/// Pixels by how much is known of their slope; a pixel may count more than once.
+struct ConfidenceSummary {
+  uint64_t unknown_px = 0;   ///< of confidence 0
+  uint64_t shadowed_px = 0;  ///< too dark to carry a slope, wholly or in part
+  uint64_t outside_px = 0;   ///< beyond the pad's outline
+};
+
+/// Measurements of one frame; parts that were not measured are empty. Pixel coordinates are of pixel centres:
+/// (0, 0) is the centre of the top left pixel.
 struct Touch {
   uint64_t sequence = 0;
   int64_t time_ns = 0;
@@ -110,13 +147,10 @@ struct Touch {
 
   bool at_border = false;  ///< contact pixels in the frame's outermost rows or columns: what presses beyond
                            ///< them is missing
-  double volume_mm3 = 0;   ///< indented volume below rest level, of touched tiles; 0 without a surface
-
   /// Sum over the frame of how much steeper the change from the background varies from pixel to pixel than
   /// Sensor::gradient_gray_per_px (5 x 5 derivative of all channels, root of the sum of squares): gray levels
   /// times px, an exact multiple of 1/128. Light that changes evenly leaves it alone.
-  double gradient_sum = 0;
-  bool has_gradient = false;
+  std::optional<double> gradient_sum;
 
   Estimate force_N;    ///< normal force; with several contacts (Output::Contacts) the sum of theirs
   Estimate shear_x_N;  ///< tangential force; bounded by the friction limit
@@ -125,35 +159,14 @@ struct Touch {
   double shift_y_mm = 0;
   Slip slip = Slip::NotCalibrated;
 
-  bool has_contacts = false;           ///< contacts were told apart
-  std::vector<ContactTouch> contacts;  ///< rising id
-  uint64_t small_regions = 0;          ///< regions too small to count as contacts
-  bool regions_overflow = false;       ///< more regions than there was room for: contacts are incomplete
+  std::optional<RegionSummary> regions;  ///< contacts were told apart
+  std::vector<ContactTouch> contacts;    ///< of those regions; rising id
 
-  bool has_skin = false;  ///< the skin's pattern was followed
+  std::optional<SkinMotion> skin;  ///< the skin's pattern was followed
   std::vector<SkinPoint> skin_points;
-  SkinMotion skin;
 
-  bool has_surface = false;
-  Validity depth_validity = Validity::NotCalibrated;  ///< of the whole depth map
-  double depth_sd_mm = 0;     ///< standard error of depth_max_mm by calibration; 0: not stated there
-  double depth_max_mm = 0;    ///< deepest point below the rest level, of touched tiles and the frame's border
-  double depth_datum_mm = 0;  ///< add to a value of the height map to get depth: rest level is depth 0
-  bool datum_from_rest = false;  ///< false: no untouched tile, rest level is the mean over the whole frame
-
-  /// Pixels steeper than the sensor's max_slope, whose slope was clipped to it; in the whole frame or, with
-  /// PipelineOptions::skip_untouched, its window.
-  uint64_t clipped_px = 0;
-
-  bool has_confidence = false;   ///< confidence of pixels was asked for, or the surface needs it
-  uint64_t unknown_px = 0;       ///< pixels of confidence 0
-  uint64_t shadowed_px = 0;      ///< too dark to carry a slope, wholly or in part
-  uint64_t outside_px = 0;       ///< beyond the pad's outline
-  bool weighted = false;         ///< the surface was solved with the confidence as weights
-  double weighted_residual = 0;  ///< relative RMS that this solve leaves of its normal equations
-  double weighted_misfit = 0;    ///< fraction of the weighted slopes that no surface explains, 0 to 1
-  uint32_t islands = 0;          ///< parts of the frame that nothing known joins
-  uint32_t touched_islands = 0;  ///< of those, with contact
+  std::optional<SurfaceSummary> surface;
+  std::optional<ConfidenceSummary> confidence;  ///< it was asked for, or the surface needs it
 };
 
 }  // namespace palpate

@@ -33,7 +33,7 @@ struct ResponseOptions {
   double rim_mm = 4;  ///< of the block's surface that is left out: there grids differ most
 };
 
-/// Values that a observation has within the block less its rim, load after load.
+/// Values that an observation has within the block less its rim, load after load.
 struct Prediction {
   bool converged = false;
   Eigen::VectorXd pressure_Pa;
@@ -53,7 +53,7 @@ struct GridCorrection {
   Eigen::VectorXd open_Pa;
 };
 
-/// Nodes of a observation that are compared: seen, finite at every load, within the block less its rim.
+/// Nodes of an observation that are compared: seen, finite at every load, within the block less its rim.
 class ComparedNodes {
  public:
   ComparedNodes(const Observation& observation, double rim_mm);

@@ -12,7 +12,7 @@ namespace {
 constexpr uint32_t kMostCorrections = 4;
 constexpr uint32_t kMostInVain = 3;
 constexpr double kStands = 0.2;  // standard deviations that count as none
-constexpr double kFits = 1.2;    // chi2 of a value, of a observation that the lump explains
+constexpr double kFits = 1.2;    // chi2 of a value, of an observation that the lump explains
 constexpr double kNoGain = 0.3;  // of chi2, before the finer grids are asked again
 constexpr double kHeaviest = 1e3;
 constexpr Range kRatios{0.02, 1000};   // beyond, nothing changes any more

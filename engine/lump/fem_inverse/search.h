@@ -1,4 +1,4 @@
-// Which lump explains a observation best, and which others explain it nearly as well: the search behind the
+// Which lump explains an observation best, and which others explain it nearly as well: the search behind the
 // direct inversion (theory S12).
 #pragma once
 

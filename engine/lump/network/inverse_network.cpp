@@ -52,13 +52,13 @@ Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
   normal.diagonal().array() += 1;
   const dense::Cholesky root(normal);
   const Eigen::VectorXd make_up = root.solve(dense::product_tn(shown, left));
-  const Eigen::MatrixXd inverse = root.solve_lower(Eigen::MatrixXd::Identity(components, components));
+  const Eigen::MatrixXd root_inverse = root.solve_lower(Eigen::MatrixXd::Identity(components, components));
 
   Eigen::VectorXd in(components + InverseNetwork::kOthers + InverseNetwork::kOpen);
   const double size = std::max(1e-9, make_up.norm());
   in.head(components) = make_up / size;
   for (Eigen::Index w = 0; w < InverseNetwork::kOpen; ++w)
-    in(components + w) = w < components ? std::log(inverse.col(w).norm()) : 0;
+    in(components + w) = w < components ? std::log(root_inverse.col(w).norm()) : 0;
   in.tail(InverseNetwork::kOthers) << std::log(size), patch.view.setting.thickness_mm,
       patch.view.setting.x_mm, patch.view.setting.y_mm, nodes.loads.back(),
       std::log(nodes.loads.front() / nodes.loads.back()), std::log(static_cast<double>(loads)),

@@ -1,4 +1,4 @@
-// The network from a observation to its lump: what the patch around a bump looks like, in a few numbers, and
+// The network from an observation to its lump: what the patch around a bump looks like, in a few numbers, and
 // what the network says of them.
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace palpate::lump {
 
-/// A patch of a observation with what all methods need of it.
+/// A patch of an observation with what all methods need of it.
 struct PatchObservation {
   PatchView view;
   PatchSums sums;
@@ -20,7 +20,7 @@ struct PatchObservation {
 };
 
 /// The inverse network's inputs of one patch, before scaling: the bump's likeliest make-up (see
-/// InverseNetwork::principal components), what noise leaves open of it, place, thickness, loads, noise.
+/// InverseNetwork::components), what noise leaves open of it, place, thickness, loads, noise.
 Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
                                  const PatchObservation& patch);
 
@@ -33,7 +33,7 @@ struct Answer {
 };
 Answer answer_of(const Model& model, const Eigen::VectorXf& features);
 
-/// A observation's bump in the patch that fits it: looked for, then moved and turned as the network says.
+/// An observation's bump in the patch that fits it: looked for, then moved and turned as the network says.
 struct Look {
   PatchObservation patch;
   Answer answer;

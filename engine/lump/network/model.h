@@ -70,7 +70,7 @@ struct SplitNormal {
   double share_to(double value) const;
 };
 
-/// The network from a observation's patch to its lump. A bump over all loads is a middle and a sum of a few
+/// The network from an observation's patch to its lump. A bump over all loads is a middle and a sum of a few
 /// principal components to differ from it; their likeliest weights are what the network sees.
 struct InverseNetwork {
   static constexpr Eigen::Index kOthers = 8;  ///< inputs besides: size, thickness, place, loads, noise

@@ -45,8 +45,8 @@ class Network {
   static Network parse(const std::string& bytes, const std::string& name);
   std::string bytes() const;
 
-  /// What lies behind a observation. Throws Error(Failure::Usage) where the observation's parts do not fit
-  /// each other (see lump_reading.h); what cannot be told is a verdict.
+  /// What lies behind an observation. Throws Error(Failure::Usage) where the observation's parts do not fit
+  /// each other (see observation.h); what cannot be told is a verdict.
   Estimate estimate(const Observation& observation, Method method = Method::Network) const;
 
   const Model& model() const { return *model_; }

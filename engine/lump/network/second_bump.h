@@ -28,10 +28,10 @@ std::optional<SecondBump> find_second_bump(const PressedNodes& nodes);
 /// as two, at one load; two balls of 8 mm, 5 mm deep, are told from 10 mm apart on, noise of 5 % included.
 bool reports_two(const SecondBump& bump);
 
-/// Both of a observation, told by the model's block alone. None also where the observation cannot be used.
+/// Both of an observation, told by the model's block alone. None also where the observation cannot be used.
 std::optional<SecondBump> second_bump_reported(const Model& model, const Observation& observation);
 
-/// Says so in the estimate of a observation that has two bumps: verdict, places and reason. Others stay as
+/// Says so in the estimate of an observation that has two bumps: verdict, places and reason. Others stay as
 /// they are.
 void report_second_bump(const PressedNodes& nodes, Estimate& estimate);
 

@@ -9,10 +9,10 @@ namespace palpate::lump {
 
 struct Model;
 
-/// One step from a observation to what lies behind it.
+/// One step from an observation to what lies behind it.
 struct Stage {
   enum class Kind : uint8_t {
-    Given,    ///< what a observation or a lump is told by
+    Given,    ///< what an observation or a lump is told by
     Formula,  ///< a fixed rule with fitted numbers
     Network,  ///< layers, tanh between them
     Search,   ///< repeated until the two sides agree

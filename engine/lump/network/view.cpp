@@ -63,7 +63,7 @@ double unseen_fraction(const fem::Map& map) {
   return static_cast<double>(unseen) / static_cast<double>(map.values.size());
 }
 
-// Puts a observation's nodes together; `verdict` and reasons go to the estimate where it cannot be used.
+// Puts an observation's nodes together; `verdict` and reasons go to the estimate where it cannot be used.
 class NodeChoice {
  public:
   NodeChoice(const Model& model, const Observation& observation, Estimate& estimate)

@@ -1,5 +1,5 @@
-// A observation as the network wants it: pressure beyond that of a block without a lump, and its patch around
-// a bump in the terms of the network's fields, weighed by what noise and network leave open.
+// An observation as the network wants it: pressure beyond that of a block without a lump, and its patch
+// around a bump in the terms of the network's fields, weighed by what noise and network leave open.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// What a sensor's limit hides of a observation: the highest pressures, and so the top of a bump.
+// What a sensor's limit hides of an observation: the highest pressures, and so the top of a bump.
 #pragma once
 
 #include <optional>
@@ -22,7 +22,7 @@ std::vector<double> saturated_fractions(const Observation& observation);
 double saturated_fraction(const std::vector<fem::Map>& pressure_Pa);
 
 /// The observation without the loads whose top is hidden. `estimate` gets a reason for each of them and for
-/// those that stay with kToldSaturation and more. None where no load is left: verdict Saturated.
+/// those that stay with kReportedSaturation and more. None where no load is left: verdict Saturated.
 std::optional<Observation> without_saturated_loads(const Observation& observation, Estimate& estimate);
 
 }  // namespace palpate::lump

@@ -149,7 +149,7 @@ Score score_of(const std::vector<Judged>& judged) {
     score.median[p] = quantile(errors[p], 0.5);
     score.ninetieth[p] = quantile(errors[p], 0.9);
     score.determined_median[p] = quantile(determined[p], 0.5);
-    score.coverage[p] = share(covered[p], score.judged);
+    score.coverage[p] = fraction(covered[p], score.judged);
   }
   for (size_t r = 0; r < by_ratio.size(); ++r) {
     ErrorRange range;
@@ -159,10 +159,10 @@ Score score_of(const std::vector<Judged>& judged) {
     for (size_t p = 0; p < 3; ++p) range.median[p] = quantile(by_ratio[r][p], 0.5);
     score.by_ratio.push_back(range);
   }
-  score.shape_rate = share(shapes_right, score.judged);
-  score.sensitivity = share(found, score.lumps);
-  score.goal_sensitivity = share(goal_found, score.goal_lumps);
-  score.specificity = share(plain_right, score.plain);
+  score.shape_rate = fraction(shapes_right, score.judged);
+  score.sensitivity = fraction(found, score.lumps);
+  score.goal_sensitivity = fraction(goal_found, score.goal_lumps);
+  score.specificity = fraction(plain_right, score.plain);
   score.roc = roc_of(judged);
   score.wall_ms = quantile(walls, 0.5);
   score.wall_p95_ms = quantile(walls, 0.95);

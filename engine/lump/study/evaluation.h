@@ -70,7 +70,5 @@ Score score_of(const std::vector<Judged>& judged);
 
 std::string score_text(const Score& score);
 json::Value score_json(const Score& score, const std::string& method, const EvaluationJob& job);
-/// lump_evaluation.csv, estimates.{png,svg}, quality.{png,svg}; their names for people.
-std::string write_score(const Score& score, const std::vector<Judged>& judged, const std::string& folder);
 
 }  // namespace palpate::lump

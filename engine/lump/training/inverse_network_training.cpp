@@ -327,7 +327,7 @@ void scale_parameters(InverseNetwork& inverse, const Model& model) {
   }
 }
 
-/// A observation's features, and what they teach.
+/// An observation's features, and what they teach.
 Lesson make_lesson(const Model& model, const ObservationMaker& maker, uint32_t number,
                    Eigen::Ref<Eigen::VectorXf> features) {
   std::mt19937_64 random = maker.random(number);

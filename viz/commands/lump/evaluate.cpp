@@ -13,6 +13,7 @@
 #include "viz/commands/lump/method.h"
 #include "viz/commands/options.h"
 #include "viz/commands/progress.h"
+#include "viz/report/lump_evaluation_plot.h"
 
 namespace palpate {
 namespace {

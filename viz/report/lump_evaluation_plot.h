@@ -1,0 +1,16 @@
+// Tables and pictures of how good estimates of lumps are.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "engine/lump/study/evaluation.h"
+
+namespace palpate {
+
+/// Into `folder`: lump_evaluation.csv, estimates.{png,svg} and quality.{png,svg}; returns their names for
+/// people.
+std::string write_score(const lump::Score& score, const std::vector<lump::Judged>& judged,
+                        const std::string& folder);
+
+}  // namespace palpate
