@@ -86,7 +86,7 @@ TEST(Forward, EshelbysSphere) {
           const double inside =
               share_inside(fem::InclusionShape::Sphere, {2 * radius, 2 * radius, 2 * radius}, low,
                            {low[0] + 1, low[1] + 1, low[2] + 1});
-          grid.young[grid.cell(i, j, k)] = static_cast<float>(mixed_modulus(inside, ratio));
+          grid.young[grid.cell(i, j, k)] = static_cast<float>(fem::mixed_modulus(inside, ratio));
         }
     const size_t nodes = grid.nodes();
     fem::FixedNodes fixed(nodes);
@@ -96,8 +96,9 @@ TEST(Forward, EshelbysSphere) {
         for (uint32_t i = 0; i <= n; ++i) {
           const size_t at = grid.node(i, j, k);
           const bool outer = i == n || j == n || k == n;
-          fixed[at] = static_cast<uint8_t>(
-              outer ? kFixedAll : (i == 0 ? kFixedX : 0) | (j == 0 ? kFixedY : 0) | (k == 0 ? kFixedZ : 0));
+          fixed[at] = static_cast<uint8_t>(outer ? fem::kFixedAll
+                                                 : (i == 0 ? fem::kFixedX : 0) | (j == 0 ? fem::kFixedY : 0) |
+                                                       (k == 0 ? fem::kFixedZ : 0));
           const auto exact = truth.displacement({1.0 * i, 1.0 * j, 1.0 * k});
           for (size_t c = 0; c < 3; ++c) u[c * nodes + at] = exact[c];
         }

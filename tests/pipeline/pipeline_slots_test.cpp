@@ -36,7 +36,6 @@ TEST_F(PipelineTest, WhatIsNotAskedForIsNotBuilt) {
     EXPECT_EQ(with.surface.width, 640u);
     EXPECT_FALSE(without.touch.surface.has_value());
     EXPECT_EQ(without.surface.buffer, nullptr);
-    EXPECT_EQ(without.touch.surface->depth_max_mm, 0);
     expect_identical(with.touch, without.touch, "frame " + std::to_string(k));
     std::vector<std::string> names;
     for (const gpu::ScopeTime& time : force.times(without)) names.push_back(time.name);
@@ -234,7 +233,7 @@ TEST_F(PipelineTest, SensorsThatDoNotFitAreRefused) {
   };
   const FrameFormat plain = gray.source.format(), color = gel.source.format();
   Sensor unread = gray.sensor;
-  unread.reading = Reconstruction::None;
+  unread.reconstruction = Reconstruction::None;
   expect_refused(Failure::Sensor, {"surface reading"}, make(unread, plain, surface));
   expect_refused(Failure::Sensor, {"channels"}, make(gel.sensor, plain, surface));
   expect_refused(Failure::Sensor, {"channels"}, make(lambert.sensor, color, surface));

@@ -100,7 +100,8 @@ TEST(Tare, EachContactHasItsOwnZero) {
     return c;
   };
   Touch touch;
-  touch.contact = touch.regions.emplace();
+  touch.contact = true;
+  touch.regions.emplace();
   touch.force_N = {0.5, 0.03, Validity::Valid};
   touch.contacts = {contact(2, 0.2), contact(4, 0.3)};
   Tare tare;

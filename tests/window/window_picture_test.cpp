@@ -104,7 +104,7 @@ TEST_F(WindowPicture, SeveralContactsAndSkinAreAsStored) {
   PictureOptions options = look();
   options.map = ColourMap::Cividis;
   const Run run = draw("synthetic:press?size=320x240&mode=gel", 60, options, [](Touch& t) {
-    t.regions = true;
+    t.regions.emplace();
     t.at_border = true;
     for (uint32_t i = 0; i < 3; ++i) {
       ContactTouch c;
@@ -121,12 +121,12 @@ TEST_F(WindowPicture, SeveralContactsAndSkinAreAsStored) {
       c.at_border = i == 2;
       t.contacts.push_back(c);
     }
-    t.skin = true;
+    t.skin.emplace();
     for (int y = 20; y < 240; y += 24)
       for (int x = 20; x < 320; x += 24)
         t.skin_points.push_back(
             {static_cast<float>(x), static_cast<float>(y), 0.6f, -0.3f, x == 20 ? 0.0f : 1.0f});
-    t.skin = {};
+    t.skin.emplace();
     t.skin->points = 100;
     t.skin->lost = 10;
   });
