@@ -54,11 +54,16 @@ Json to_json(const Sensor& s) {
   return json;
 }
 
-/// What no single key can tell: that the keys fit each other.
-void check_together(const Sensor& s, const std::string& where) {
-  const auto require = [&](bool fits, const char* key, const std::string& wanted, const std::string& found) {
+/// Refusals of keys that do not fit each other, each by its place in the file.
+struct Require {
+  const std::string& where;
+
+  void operator()(bool fits, const char* key, const std::string& wanted, const std::string& found) const {
     if (!fits) fail(where + "." + key, wanted, found);
-  };
+  }
+};
+
+void check_frame(const Sensor& s, const Require& require) {
   require(s.channels == 1 || s.channels == 3, "frame.channels", "1 or 3", std::to_string(s.channels));
   require(s.channels == 1 || s.bit_depth == 8, "frame.bit_depth", "8 for colour",
           std::to_string(s.bit_depth));
@@ -82,15 +87,20 @@ void check_together(const Sensor& s, const std::string& where) {
             "less");
     require(!polygon || polygon->corners.size() >= 3, "pad.polygon_px", "three corners or more", "fewer");
   }
-  if (s.background.kind == BackgroundKind::None) {
-    const std::string change = "frames hold the change already (background.source 'none')";
-    require(s.signal != Signal::Darker, "contact.signal", "brighter or either where " + change,
-            to_string(s.signal));
-    require(s.reconstruction != Reconstruction::Photometric, "surface.reading",
-            "no photometric reading where " + change, "one: a change's sign is needed");
-    require(s.shadow_gray.value_or(0) == 0, "surface.shadow_gray", "0 or none where " + change,
-            std::to_string(s.shadow_gray.value_or(0)));
-  }
+}
+
+void check_background(const Sensor& s, const Require& require) {
+  if (s.background.kind != BackgroundKind::None) return;
+  const std::string change = "frames hold the change already (background.source 'none')";
+  require(s.signal != Signal::Darker, "contact.signal", "brighter or either where " + change,
+          to_string(s.signal));
+  require(s.reconstruction != Reconstruction::Photometric, "surface.reading",
+          "no photometric reading where " + change, "one: a change's sign is needed");
+  require(s.shadow_gray.value_or(0) == 0, "surface.shadow_gray", "0 or none where " + change,
+          std::to_string(s.shadow_gray.value_or(0)));
+}
+
+void check_reconstruction(const Sensor& s, const Require& require) {
   require(s.filter != Filter::None || s.reconstruction == Reconstruction::None ||
               s.reconstruction == Reconstruction::Photometric,
           "contact.filter", "'binomial5' for reading '" + std::string(to_string(s.reconstruction)) + "'",
@@ -123,6 +133,9 @@ void check_together(const Sensor& s, const std::string& where) {
               "surface.lookup.points", "gray that rises and depth that does not fall from point to point",
               number_text(s.lookup.points[i][0]) + ", " + number_text(s.lookup.points[i][1]) + " mm");
   }
+}
+
+void check_force(const Sensor& s, const Require& require) {
   if (s.force) {
     require(s.force->model == ForceModel::Spline || s.force->c1_N_per_gray != 0, "force.c1_N_per_gray",
             "not 0", "0");
@@ -135,6 +148,15 @@ void check_together(const Sensor& s, const std::string& where) {
     require(s.force->gray_max > s.force->gray_min, "force.gray_max", "more than gray_min",
             number_text(s.force->gray_max));
   }
+}
+
+/// What no single key can tell: that the keys fit each other.
+void check_together(const Sensor& s, const std::string& where) {
+  const Require require{where};
+  check_frame(s, require);
+  check_background(s, require);
+  check_reconstruction(s, require);
+  check_force(s, require);
 }
 
 /// A file holds a sensor of which at least the scale is known.
