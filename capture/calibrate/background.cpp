@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "capture/open_source.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -107,9 +108,8 @@ double block_noise(const std::vector<Frame>& frames) {
 }
 
 std::string place_text(const Difference& d) {
-  char text[96];
-  std::snprintf(text, sizeof text, "by %.1f gray near (%d, %d) px", d.gray, d.at.x, d.at.y);
-  return text;
+  const std::string line = text("by %.1f gray near (%d, %d) px", d.gray, d.at.x, d.at.y);
+  return line;
 }
 
 // The frames that are like the others, and the worst of those that are not.

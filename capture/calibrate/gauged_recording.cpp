@@ -9,6 +9,7 @@
 #include "capture/open_source.h"
 #include "capture/run/run_recording.h"
 #include "capture/v4l2/camera.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 
@@ -19,9 +20,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* kTruth = "truth";
 
 std::string number(double value, const char* format = "%.4g") {
-  char text[32];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
+  const std::string line = text(format, value);
+  return line;
 }
 
 std::string counted(size_t count, const char* what) {
@@ -176,9 +176,9 @@ Origin origin_of(const std::vector<GaugedRecording>& recordings, const std::stri
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
   gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  origin.made = text;
+  char made[32];
+  std::strftime(made, sizeof made, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  origin.made = made;
   origin.note = note;
   return origin;
 }

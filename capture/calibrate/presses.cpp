@@ -14,6 +14,7 @@
 #include "capture/files/image_sequence.h"
 #include "capture/files/images.h"
 #include "capture/open_source.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -79,10 +80,9 @@ void refuse_unlike(BallPresses& found) {
   for (size_t i = found.presses.size(); i-- > 0;) {
     const double ratio = found.presses[i].ball.ramp_gray_per_px / median;
     if (ratio < kUnlikeOthers && ratio > 1 / kUnlikeOthers) continue;
-    char text[128];
-    std::snprintf(text, sizeof text, "its colour changes %.2f times as fast as the others': another ball",
-                  ratio);
-    found.refused.push_back({found.presses[i].label, text});
+    const std::string line =
+        text("its colour changes %.2f times as fast as the others': another ball", ratio);
+    found.refused.push_back({found.presses[i].label, line});
     found.presses.erase(found.presses.begin() + static_cast<std::ptrdiff_t>(i));
     found.backgrounds.erase(found.backgrounds.begin() + static_cast<std::ptrdiff_t>(i));
   }

@@ -8,6 +8,7 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -235,10 +236,9 @@ Scale scale_from_ball(const std::vector<double>& radii_px, const std::vector<dou
   scale.pitch_sd_mm_per_px =
       std::hypot(0.5 * std::abs(rigid - hertz), scale.pitch_mm_per_px * std::max(sd_hertz, sd_rigid));
   scale.size_px = *std::max_element(radii_px.begin(), radii_px.end());
-  char note[160];
-  std::snprintf(note, sizeof note,
-                "ball of %.3f mm in %zu presses: %.4f mm/px as a half space, %.4f as a rigid cut",
-                ball_radius_mm, n, hertz, rigid);
+  const std::string note =
+      text("ball of %.3f mm in %zu presses: %.4f mm/px as a half space, %.4f as a rigid cut", ball_radius_mm,
+           n, hertz, rigid);
   scale.note = note;
   return scale;
 }

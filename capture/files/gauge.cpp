@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "capture/files/csv_line.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -61,9 +62,8 @@ std::string printable(std::string text) {
 }
 
 std::string number_text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
+  const std::string line = palpate::text("%.6g", value);
+  return line;
 }
 
 /// A column that is read: where it stands and what turns it into SI.

@@ -9,6 +9,7 @@
 #include "capture/files/npy.h"
 #include "engine/base/json.h"
 #include "engine/base/statistics.h"
+#include "engine/base/text.h"
 #include "engine/lump/dataset/sweep.h"
 #include "palpate/error.h"
 
@@ -91,18 +92,16 @@ double noise_of(const fem::Map& map) {
 }
 
 std::string estimate_text(const lump::Estimate& e) {
-  char line[240];
+  std::string line;
   std::string text = std::string("verdict: ") + to_string(e.verdict) + "\n";
-  std::snprintf(line, sizeof line,
-                "evidence for a lump: %.3g (1 and more in %.3g %% of readings without one)\n",
-                e.detection_statistic, 100 * e.false_alarm_rate);
+  line = palpate::text("evidence for a lump: %.3g (1 and more in %.3g %% of readings without one)\n",
+                       e.detection_statistic, 100 * e.false_alarm_rate);
   text += line;
   if (e.detection_statistic >= 1 && std::isfinite(e.size_mm.value)) {
     if (!reports_numbers(e.verdict)) text += "of one lump as the model knows it, which this is not:\n";
     text += "                     value    90 % interval\n";
     const auto row = [&](const char* name, const lump::Value& v, const char* unit) {
-      std::snprintf(line, sizeof line, "%-18s %7.3g    %.3g to %.3g %s\n", name, v.value, v.low, v.high,
-                    unit);
+      line = palpate::text("%-18s %7.3g    %.3g to %.3g %s\n", name, v.value, v.low, v.high, unit);
       text += line;
     };
     row("size", e.size_mm, "mm");
@@ -112,14 +111,14 @@ std::string estimate_text(const lump::Estimate& e) {
     row("centre y", e.y_mm, "mm from the block's middle");
     text += "shape:";
     for (size_t s = 0; s < 4; ++s) {
-      std::snprintf(line, sizeof line, "%s %s %.0f %%", s > 0 ? "," : "",
-                    to_string(static_cast<fem::InclusionShape>(s)), 100 * e.shape_probability[s]);
+      line = palpate::text("%s %s %.0f %%", s > 0 ? "," : "", to_string(static_cast<fem::InclusionShape>(s)),
+                           100 * e.shape_probability[s]);
       text += line;
     }
     text += "\n";
   }
   for (const std::string& reason : e.reasons) text += "note: " + reason + "\n";
-  std::snprintf(line, sizeof line, "by the %s, in %.2f ms\n", e.method.c_str(), 1e3 * e.wall_s);
+  line = palpate::text("by the %s, in %.2f ms\n", e.method.c_str(), 1e3 * e.wall_s);
   return text + line + "For research, not a diagnosis.\n";
 }
 

@@ -10,6 +10,7 @@
 #include "capture/files/csv_line.h"
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -72,9 +73,8 @@ std::string short_text(const std::string& text) {
 }
 
 std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.12g", value);
-  return text;
+  const std::string line = palpate::text("%.12g", value);
+  return line;
 }
 
 std::string points_csv(const PointSet& set) {
@@ -86,14 +86,14 @@ std::string points_csv(const PointSet& set) {
 
 std::string partners_csv(const MatchResult& result) {
   std::string text = "template,target,probability\n";
-  char row[80];
+  std::string row;
   for (size_t i = 0; i < result.partners.size(); ++i) {
     const Partner& partner = result.partners[i];
     const std::string target = partner.target ? std::to_string(*partner.target) : "";
-    std::snprintf(row, sizeof row, "%zu,%s,", i, target.c_str());
+    row = palpate::text("%zu,%s,", i, target.c_str());
     text += row;
     if (std::isfinite(partner.probability)) {
-      std::snprintf(row, sizeof row, "%.4g", partner.probability);
+      row = palpate::text("%.4g", partner.probability);
       text += row;
     }
     text += "\n";
@@ -187,19 +187,17 @@ Json to_json(const MatchFiles& files, const PointSet& from, const PointSet& to, 
 
 std::string to_text(const MatchFiles& files, const PointSet& from, const PointSet& to,
                     const MatchResult& result) {
-  char text[400];
-  std::snprintf(text, sizeof text,
-                "  %zu template points, %zu target points, %zu pairs\n"
-                "  noise %s%.4g (standard deviation per axis, target units; template's RMS radius %.4g)\n"
-                "  without a partner: %.1f %% of the template, %.1f %% of the target\n"
-                "  evidence %.3g nats a target point; %s start of %zu, %u iterations, %s\n",
-                from.size(), to.size(), pairs_of(result), result.noise_below ? "below " : "", result.noise_sd,
-                result.scale, 100 * result.template_nil_fraction, 100 * result.target_outlier_fraction,
-                result.log_likelihood_gain,
-                std::string(to_string(result.attempts[result.winner].start)).c_str(), result.attempts.size(),
-                result.iterations, result.converged ? "converged" : "not converged");
+  const std::string line = text(
+      "  %zu template points, %zu target points, %zu pairs\n"
+      "  noise %s%.4g (standard deviation per axis, target units; template's RMS radius %.4g)\n"
+      "  without a partner: %.1f %% of the template, %.1f %% of the target\n"
+      "  evidence %.3g nats a target point; %s start of %zu, %u iterations, %s\n",
+      from.size(), to.size(), pairs_of(result), result.noise_below ? "below " : "", result.noise_sd,
+      result.scale, 100 * result.template_nil_fraction, 100 * result.target_outlier_fraction,
+      result.log_likelihood_gain, std::string(to_string(result.attempts[result.winner].start)).c_str(),
+      result.attempts.size(), result.iterations, result.converged ? "converged" : "not converged");
   return files.from.string() + " on " + files.to.string() + ": " + std::string(to_string(result.verdict)) +
-         "\n" + text;
+         "\n" + line;
 }
 
 std::string write_match(const fs::path& folder, const MatchFiles& files, const PointSet& from,

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <vector>
 
+#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -70,8 +71,7 @@ void clear_numbered_files(const std::filesystem::path& folder) {
 }
 
 std::string numbered_name(uint64_t frame, std::string_view extension) {
-  char digits[24];
-  std::snprintf(digits, sizeof digits, "%06llu.", static_cast<unsigned long long>(frame));
+  const std::string digits = text("%06llu.", static_cast<unsigned long long>(frame));
   return std::string(digits).append(extension);
 }
 

@@ -8,6 +8,7 @@
 
 #include "capture/files/gauge.h"
 #include "capture/open_source.h"
+#include "engine/base/text.h"
 #include "engine/calibrate/time_alignment.h"
 #include "engine/sensor/fit.h"
 #include "palpate/error.h"
@@ -18,12 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-std::string text(const char* format, double a, double b) {
-  char line[120];
-  std::snprintf(line, sizeof line, format, a, b);
-  return line;
-}
 
 const Sensor& check_sensor(const Sensor& sensor, const std::string& recording) {
   if (!reads_pressure(sensor) || !(sensor.pitch_mm_per_px > 0))

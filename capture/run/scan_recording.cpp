@@ -9,6 +9,7 @@
 #include "capture/files/csv_line.h"
 #include "capture/open_source.h"
 #include "capture/synthetic/tissue.h"
+#include "engine/base/text.h"
 #include "engine/palpation/press_observation.h"
 #include "palpate/error.h"
 
@@ -16,12 +17,6 @@ namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string text(const char* format, double a, double b = 0) {
-  char line[120];
-  std::snprintf(line, sizeof line, format, a, b);
-  return line;
-}
 
 double number(const fs::path& table, size_t line, const std::string& column, const std::string& cell) {
   double value = 0;

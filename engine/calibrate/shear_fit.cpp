@@ -7,6 +7,7 @@
 #include <functional>
 #include <string>
 
+#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -27,9 +28,8 @@ constexpr double kPlateau = 0.93;       // of the upper tenth's ratio: still the
 constexpr size_t kStretches = 8;
 
 std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
+  const std::string line = text("%.3g", value);
+  return line;
 }
 
 double median(std::vector<double> values) {

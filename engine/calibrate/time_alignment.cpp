@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -19,9 +20,8 @@ constexpr double kValley = 0.05;        // a peak of its own has this much lower
 constexpr size_t kCoarse = 2000;        // samples, and steps of the offset
 
 std::string number(double value, const char* format = "%.4g") {
-  char text[32];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
+  const std::string line = text(format, value);
+  return line;
 }
 
 struct Series {

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <thread>
 
+#include "engine/base/text.h"
 #include "engine/fem/large_strain/large_strain.h"
 #include "engine/fem/model.h"
 #include "palpate/error.h"
@@ -43,26 +44,24 @@ void press_to_force(ContactModel& model, const Scene& scene, Result& result) {
 }
 
 void warn(const Scene& scene, bool large_strain, Result& result) {
-  char line[200];
+  std::string line;
   const double strain = result.press_mm / scene.block_mm[2];
   if (strain > 0.1 && !large_strain) {
-    std::snprintf(line, sizeof line,
-                  "pressed by %.0f %% of the thickness: the model is linear, real tissue stiffens from about "
-                  "10 %%: large strain",
-                  100 * strain);
+    line = text(
+        "pressed by %.0f %% of the thickness: the model is linear, real tissue stiffens from about "
+        "10 %%: large strain",
+        100 * strain);
     result.warnings.emplace_back(line);
   }
   if (result.tension_fraction > 0.001) {
-    std::snprintf(line, sizeof line,
-                  "%.1f %% of the pressed area is under tension, where real contact would lift off",
-                  100 * result.tension_fraction);
+    line = text("%.1f %% of the pressed area is under tension, where real contact would lift off",
+                100 * result.tension_fraction);
     result.warnings.emplace_back(line);
   }
   if (scene.presser == Presser::Sphere) {
     const double across = 2 * result.contact_radius_mm / result.stress_Pa.pitch_mm[0];
     if (across < 6) {
-      std::snprintf(line, sizeof line,
-                    "the contact is %.0f cells wide: force and radius are rough; use more cells", across);
+      line = text("the contact is %.0f cells wide: force and radius are rough; use more cells", across);
       result.warnings.emplace_back(line);
     }
   }
@@ -71,9 +70,8 @@ void warn(const Scene& scene, bool large_strain, Result& result) {
     for (size_t c = 0; c < 3; ++c) {
       const double across = size[c] / (scene.block_mm[c] / scene.cells[c]);
       if (across >= 6) continue;
-      std::snprintf(line, sizeof line,
-                    "the inclusion is %.1f cells wide: its effect is off by several percent; use more cells",
-                    across);
+      line = text("the inclusion is %.1f cells wide: its effect is off by several percent; use more cells",
+                  across);
       result.warnings.emplace_back(line);
       break;
     }

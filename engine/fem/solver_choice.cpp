@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdio>
 
+#include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 
@@ -84,10 +85,9 @@ void SolverChoice::choose(const std::vector<double>& load, const std::vector<dou
   const double processor_ms = trial_ms(*processor_, load, displacement);
   const bool faster = device_ms < processor_ms;
   const std::string name = context_->report().name;
-  char line[200];
-  std::snprintf(line, sizeof line, "%s (%.3g ms an iteration; %s %.3g ms)",
-                faster ? name.c_str() : "processor", std::min(device_ms, processor_ms),
-                faster ? "processor" : name.c_str(), std::max(device_ms, processor_ms));
+  const std::string line = text("%s (%.3g ms an iteration; %s %.3g ms)", faster ? name.c_str() : "processor",
+                                std::min(device_ms, processor_ms), faster ? "processor" : name.c_str(),
+                                std::max(device_ms, processor_ms));
   who_ = line;
   worker_ = faster ? Worker::Device : Worker::Processor;
   if (faster) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/base/statistics.h"
+#include "engine/base/text.h"
 #include "engine/lump/fem_inverse/inversion.h"
 
 namespace palpate::lump {
@@ -48,10 +49,9 @@ bool longer_along_y(const Observation& observation, double x_mm, double y_mm) {
 void hold_against(const Estimate& network, Estimate& direct) {
   const auto hold = [&direct](const char* name, const Value& other, Value& value) {
     if (value.value >= other.low && value.value <= other.high) return;
-    char text[200];
-    std::snprintf(text, sizeof text, "%s of %.3g lies outside of the network's 90 %% interval, %.3g to %.3g",
-                  name, value.value, other.low, other.high);
-    direct.reasons.emplace_back(text);
+    const std::string line = text("%s of %.3g lies outside of the network's 90 %% interval, %.3g to %.3g",
+                                  name, value.value, other.low, other.high);
+    direct.reasons.emplace_back(line);
     widen(value, other);
   };
   hold("the size, mm,", network.size_mm, direct.size_mm);

@@ -6,18 +6,13 @@
 #include <limits>
 #include <random>
 
+#include "engine/base/text.h"
 #include "engine/lump/network/network.h"
 #include "engine/lump/network/second_bump.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
-
-std::string text(const char* format, double a, double b = 0, double c = 0) {
-  char line[160];
-  std::snprintf(line, sizeof line, format, a, b, c);
-  return line;
-}
 
 std::vector<double> along(double block_mm, double window_mm, double overlap) {
   // Over the rim by so much: what lies beside a window's own rim is seen in part only.
@@ -113,7 +108,7 @@ std::vector<lump::ScanPress> simulate_scan(const ScanPlan& plan, const lump::Pre
       !(plan.force_sd >= 0 && plan.force_sd < 0.2))
     throw Error(Failure::Usage,
                 "a force above 0, 1 to 8 loads, a stage error of 0 or more, a force spread of 0 to 0.2",
-                text("%g N, %g loads, %g mm", plan.force_N, plan.loads, plan.stage_sd_mm),
+                text("%g N, %u loads, %g mm", plan.force_N, plan.loads, plan.stage_sd_mm),
                 "--force-N 2 --loads 4");
   std::mt19937_64 random(plan.seed * 7919 + 17);
   std::normal_distribution<double> deviate(0, 1);
@@ -191,18 +186,16 @@ const char* shape_text(fem::InclusionShape shape) {
 }
 
 std::string interval_text(const lump::Value& v, const char* unit) {
-  char line[160];
-  std::snprintf(line, sizeof line, "%.3g%s%s (90 %%: %.3g to %.3g)", v.value, *unit ? " " : "", unit, v.low,
-                v.high);
+  const std::string line =
+      text("%.3g%s%s (90 %%: %.3g to %.3g)", v.value, *unit ? " " : "", unit, v.low, v.high);
   return line;
 }
 
 std::vector<std::pair<std::string, std::string>> estimate_rows(const lump::Estimate& e) {
   std::vector<std::pair<std::string, std::string>> rows;
   rows.emplace_back("verdict", lump::status_text(e.verdict));
-  char line[160];
-  std::snprintf(line, sizeof line, "%.3g of the threshold 1, which %.2g %% of readings without a lump reach",
-                e.detection_statistic, 100 * e.false_alarm_rate);
+  std::string line = text("%.3g of the threshold 1, which %.2g %% of readings without a lump reach",
+                          e.detection_statistic, 100 * e.false_alarm_rate);
   if (e.verdict != lump::Status::Unusable) rows.emplace_back("evidence", line);
   if (reports_numbers(e.verdict)) {
     rows.emplace_back("size", interval_text(e.size_mm, "mm"));
@@ -210,8 +203,7 @@ std::vector<std::pair<std::string, std::string>> estimate_rows(const lump::Estim
     if (e.verdict == lump::Status::Found) {
       rows.emplace_back("stiffness over the tissue's", interval_text(e.stiffness_ratio, ""));
     } else {
-      std::snprintf(line, sizeof line, "between %.3g and %.3g: not determined", e.stiffness_ratio.low,
-                    e.stiffness_ratio.high);
+      line = text("between %.3g and %.3g: not determined", e.stiffness_ratio.low, e.stiffness_ratio.high);
       rows.emplace_back("stiffness over the tissue's", line);
     }
     rows.emplace_back("centre x", interval_text(e.x_mm, "mm"));

@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 
+#include "engine/base/text.h"
 #include "perf/profile/tables.h"
 #include "viz/report/gnuplot.h"
 
@@ -20,9 +21,8 @@ constexpr std::array<const char*, 10> kColors = {"#000000", "#0072b2", "#e69f00"
 constexpr std::array<int, 10> kMarks = {7, 5, 9, 11, 13, 4, 6, 8, 10, 12};
 
 std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
+  const std::string line = palpate::text("%.6g", value);
+  return line;
 }
 
 std::string style(size_t i) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "perf/profile/ceiling.h"
 #include "perf/profile/machine.h"
@@ -46,10 +47,9 @@ Profile run_profile(const gpu::ContextOptions& device, const ProfileRequest& req
   };
   const uint64_t largest_bytes = uint64_t{request.quick ? 64u : 256u} << 20;
   profile.ceiling = measure_ceiling(device, largest_bytes, kCeiling * profile.budget_s, watch);
-  char text[160];
-  std::snprintf(text, sizeof text, "memory: %.3g GB/s; stages are timed by the %s clock",
-                profile.ceiling.GB_per_s, profile.ceiling.clock.c_str());
-  watch.say(text);
+  const std::string line = text("memory: %.3g GB/s; stages are timed by the %s clock",
+                                profile.ceiling.GB_per_s, profile.ceiling.clock.c_str());
+  watch.say(line);
   if (!finished()) return profile;
   measure_sizes(device, sizes, request.readings, kSizes * profile.budget_s, watch, profile);
   if (!finished()) return profile;

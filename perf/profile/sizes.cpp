@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 
+#include "engine/base/text.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -142,7 +143,7 @@ double least_s(const SizeFigure& smaller, const FrameSize& size) {
 /// Why a size is not worth starting, judged by the last one measured; empty: nothing against it.
 std::string reason_to_skip(const SizeFigure& last, const FrameSize& size, const gpu::Context& context,
                            double seconds_left) {
-  char text[160];
+  std::string line;
   const double bytes =
       static_cast<double>(last.memory_bytes) * pixels_of(size) / static_cast<double>(last.pixels());
   double room = 0.95 * static_cast<double>(context.report().memory_bytes);
@@ -151,15 +152,15 @@ std::string reason_to_skip(const SizeFigure& last, const FrameSize& size, const 
     if (available > 0) room = std::min(room, 0.7 * static_cast<double>(available));
   }
   if (bytes > room) {
-    std::snprintf(text, sizeof text, "needs about %.1f GB of device memory, %.1f GB are to spare",
-                  bytes * 1e-9, room * 1e-9);
-    return text;
+    line = palpate::text("needs about %.1f GB of device memory, %.1f GB are to spare", bytes * 1e-9,
+                         room * 1e-9);
+    return line;
   }
   const double seconds = least_s(last, size);
   if (seconds > seconds_left) {
-    std::snprintf(text, sizeof text, "needs about %.0f s, %.0f s of the budget are left", seconds,
-                  std::max(0.0, seconds_left));
-    return text;
+    line = palpate::text("needs about %.0f s, %.0f s of the budget are left", seconds,
+                         std::max(0.0, seconds_left));
+    return line;
   }
   return "";
 }
@@ -237,10 +238,9 @@ void measure_sizes(const gpu::ContextOptions& device, const std::vector<FrameSiz
       }
     }
     if (why.empty()) {
-      char text[160];
-      std::snprintf(text, sizeof text, "%s: %.3g ms a frame, %.3g frames/s", what.c_str(),
-                    figure.latency.median_ms, figure.frames_per_s);
-      watch.say(text);
+      const std::string line = palpate::text("%s: %.3g ms a frame, %.3g frames/s", what.c_str(),
+                                             figure.latency.median_ms, figure.frames_per_s);
+      watch.say(line);
       last[reading] = figure;
       profile.sizes.push_back(std::move(figure));
       profile.growth = growth_of(profile.sizes);

@@ -1,4 +1,5 @@
 #include "perf/profile/tables.h"
+#include "engine/base/text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -69,9 +70,8 @@ Table growth_table(const Profile& profile) {
               {"reading", "stage", "frames", "sizes", "exponent", "standard error"},
               {}};
   for (const Growth& g : profile.growth) {
-    char exponent[32], error[32];
-    std::snprintf(exponent, sizeof exponent, "%.3f", g.exponent);
-    std::snprintf(error, sizeof error, "%.3f", g.exponent_standard_error);
+    const std::string exponent = palpate::text("%.3f", g.exponent);
+    const std::string error = palpate::text("%.3f", g.exponent_standard_error);
     table.rows.push_back({g.reading, g.stage, g.from_px ? ">= " + count_text(g.from_px) + " px" : "all",
                           count_text(g.sizes), exponent, g.sizes > 2 ? error : "-"});
   }
@@ -161,9 +161,8 @@ class CsvRow {
     return *this;
   }
   CsvRow& operator<<(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.6g", value);
-    return *this << std::string(text);
+    const std::string line = palpate::text("%.6g", value);
+    return *this << std::string(line);
   }
   CsvRow& operator<<(uint64_t value) { return *this << std::to_string(value); }
   CsvRow& operator<<(uint32_t value) { return *this << std::to_string(value); }
@@ -182,16 +181,16 @@ constexpr const char* kTimes = "samples,min_ms,q25_ms,median_ms,q75_ms,p95_ms,p9
 }  // namespace
 
 std::string figure(double value) {
-  char text[32];
+  std::string line;
   const double size = std::abs(value);
   if (value == 0) return "0";
   if (size >= 1e-3 && size < 1e5) {
     const int decimals = std::clamp(2 - static_cast<int>(std::floor(std::log10(size))), 0, 5);
-    std::snprintf(text, sizeof text, "%.*f", decimals, value);
+    line = palpate::text("%.*f", decimals, value);
   } else {
-    std::snprintf(text, sizeof text, "%.1e", value);
+    line = palpate::text("%.1e", value);
   }
-  return text;
+  return line;
 }
 
 std::string bytes_text(uint64_t bytes) {

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "capture/files/output_file.h"
+#include "engine/base/text.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline/contact_tiles.h"
@@ -67,12 +68,6 @@ double apart(const std::vector<float>& a, const std::vector<float>& b) {
     whole += y * y;
   }
   return std::sqrt(wrong / whole);
-}
-
-std::string text(const char* format, double a, double b = 0) {
-  char buffer[160];
-  std::snprintf(buffer, sizeof buffer, format, a, b);
-  return buffer;
 }
 
 class Goals {

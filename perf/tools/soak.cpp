@@ -12,6 +12,7 @@
 
 #include "capture/files/output_file.h"
 #include "capture/synthetic/synthetic.h"
+#include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "perf/tools/program.h"
@@ -123,11 +124,10 @@ class Watch {
     last_ns_ = now;
     samples_.push_back(s);
     if (!rows_) return;
-    char row[240];
-    std::snprintf(row, sizeof row, "%.5f,%.2f,%.2f,%llu,%llu,%.1f,%.3f,%.3f,%g,%g,%llu", s.simulated_h,
-                  s.real_s, s.resident_MB, static_cast<unsigned long long>(s.files),
-                  static_cast<unsigned long long>(s.threads), s.frames_per_s, s.p50_ms, s.p99_ms,
-                  s.gray_drift, s.depth_drift_mm, static_cast<unsigned long long>(s.sessions));
+    const std::string row = text(
+        "%.5f,%.2f,%.2f,%llu,%llu,%.1f,%.3f,%.3f,%g,%g,%llu", s.simulated_h, s.real_s, s.resident_MB,
+        static_cast<unsigned long long>(s.files), static_cast<unsigned long long>(s.threads), s.frames_per_s,
+        s.p50_ms, s.p99_ms, s.gray_drift, s.depth_drift_mm, static_cast<unsigned long long>(s.sessions));
     rows_->append(row);
   }
 
@@ -163,10 +163,10 @@ std::vector<Frame> round_of_touch(const Options& options, Sensor& sensor, Frame&
 std::string plot(const std::vector<Sample>& samples, const std::string& title) {
   std::string data = "$s << EOD\n";
   for (const Sample& s : samples) {
-    char row[200];
-    std::snprintf(row, sizeof row, "%g %g %llu %llu %g %g %g %g\n", s.simulated_h, s.resident_MB,
-                  static_cast<unsigned long long>(s.files), static_cast<unsigned long long>(s.threads),
-                  s.frames_per_s, s.p99_ms, s.gray_drift, s.depth_drift_mm);
+    const std::string row =
+        text("%g %g %llu %llu %g %g %g %g\n", s.simulated_h, s.resident_MB,
+             static_cast<unsigned long long>(s.files), static_cast<unsigned long long>(s.threads),
+             s.frames_per_s, s.p99_ms, s.gray_drift, s.depth_drift_mm);
     data += row;
   }
   const auto panel = [](const char* label, const char* what) {
@@ -323,10 +323,9 @@ int run(int argc, char** argv) {
 
   if (watch.samples().size() < 4)
     throw Error(Failure::Usage, "a run of four samples at least", "fewer", "more --hours");
-  char title[200];
-  std::snprintf(title, sizeof title, "%.3g h of a camera at %g frames/s, %ux%u px, in %.0f s: %s",
-                options.hours, options.rate_Hz, options.width, options.height, report.seconds,
-                context.report().name.c_str());
+  const std::string title =
+      text("%.3g h of a camera at %g frames/s, %ux%u px, in %.0f s: %s", options.hours, options.rate_Hz,
+           options.width, options.height, report.seconds, context.report().name.c_str());
   draw(watch.samples(), title, options.out);
   return judge(watch.samples(), title, report, frames, sessions) ? 0 : 1;
 }

@@ -5,6 +5,7 @@
 #include "capture/v4l2/camera_setup.h"
 #include "capture/v4l2/device.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/options.h"
@@ -20,9 +21,8 @@ struct Listing {
 };
 
 std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
+  const std::string line = palpate::text("%.4g", value);
+  return line;
 }
 
 const char* name_of(v4l2::ControlType type) {

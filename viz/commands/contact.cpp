@@ -9,6 +9,7 @@
 
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/options.h"
@@ -31,12 +32,6 @@ struct Options {
   bool bonded = false, sliding = false, example = false;
   int figure = 0;
 };
-
-std::string line(const char* format, auto... values) {
-  char text[600];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
 
 Json or_null(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
@@ -94,17 +89,20 @@ Json contact_json(const Indentation& c) {
 /// What is pressed by what, how hard.
 std::string heading(const ContactProblem& p, const Options& options, double modulus) {
   std::string text = options.shape == "cone"
-                         ? line("cone of half angle %g deg", options.half_angle_deg)
-                         : line("%s of radius %g mm", options.shape.c_str(), p.indenter.radius_mm);
-  text += line(" on a pad of E = %.6g kPa, Poisson %g (E* = %.6g kPa)", 1e3 * p.pad.material.young_MPa,
-               p.pad.material.poisson, 1e3 * modulus);
+                         ? palpate::text("cone of half angle %g deg", options.half_angle_deg)
+                         : palpate::text("%s of radius %g mm", options.shape.c_str(), p.indenter.radius_mm);
+  text += palpate::text(" on a pad of E = %.6g kPa, Poisson %g (E* = %.6g kPa)",
+                        1e3 * p.pad.material.young_MPa, p.pad.material.poisson, 1e3 * modulus);
   if (std::isfinite(p.pad.thickness_mm))
-    text += line(", %g mm thick, %s", p.pad.thickness_mm, options.sliding ? "sliding on its base" : "bonded");
-  text += line("\n%s given: %g %s\n", p.by_force ? "force" : "depth", p.wanted, p.by_force ? "N" : "mm");
+    text += palpate::text(", %g mm thick, %s", p.pad.thickness_mm,
+                          options.sliding ? "sliding on its base" : "bonded");
+  text +=
+      palpate::text("\n%s given: %g %s\n", p.by_force ? "force" : "depth", p.wanted, p.by_force ? "N" : "mm");
   if (p.layers_paper_MPa > 0)
-    text += line("layers: 1 / sum(1/E) = %.6g kPa as the paper has it", 1e3 * p.layers_paper_MPa) +
-            (p.layers_weighted_MPa > 0 ? line(", sum(t) / sum(t/E) = %.6g kPa", 1e3 * p.layers_weighted_MPa)
-                                       : std::string()) +
+    text += palpate::text("layers: 1 / sum(1/E) = %.6g kPa as the paper has it", 1e3 * p.layers_paper_MPa) +
+            (p.layers_weighted_MPa > 0
+                 ? palpate::text(", sum(t) / sum(t/E) = %.6g kPa", 1e3 * p.layers_weighted_MPa)
+                 : std::string()) +
             "; taken: " + (options.series == "paper" ? "the paper's\n" : "the second\n");
   return text;
 }
@@ -112,13 +110,15 @@ std::string heading(const ContactProblem& p, const Options& options, double modu
 /// Adds the line of one formula to `text`; gives its values.
 Json add_way(const ContactAnswer& a, bool has_reference, std::string& text) {
   const Indentation& c = a.contact;
-  const std::string pressure = std::isfinite(c.pressure_max_MPa) ? line("%.6g", 1e3 * c.pressure_max_MPa)
-                               : std::isinf(c.pressure_max_MPa)  ? "infinite"
-                                                                 : "-";
+  const std::string pressure = std::isfinite(c.pressure_max_MPa)
+                                   ? palpate::text("%.6g", 1e3 * c.pressure_max_MPa)
+                               : std::isinf(c.pressure_max_MPa) ? "infinite"
+                                                                : "-";
   const bool compared = has_reference && a.key != "exact";
-  text += line("%-32s %12.6g %12.6g %20.6g %23s   %s%s%s\n", a.name.c_str(), c.force_N, c.depth_mm,
-               c.radius_mm, pressure.c_str(), compared ? line("%+.2f %%", 100 * a.off).c_str() : "-",
-               a.note.empty() ? "" : "; ", a.note.c_str());
+  text += palpate::text("%-32s %12.6g %12.6g %20.6g %23s   %s%s%s\n", a.name.c_str(), c.force_N, c.depth_mm,
+                        c.radius_mm, pressure.c_str(),
+                        compared ? palpate::text("%+.2f %%", 100 * a.off).c_str() : "-",
+                        a.note.empty() ? "" : "; ", a.note.c_str());
   Json way = contact_json(c);
   way["by"] = a.key;
   way["force_error"] = compared ? Json(a.off) : Json(nullptr);
@@ -151,7 +151,7 @@ std::string write_profile(const Common& common, const ContactProblem& p, const O
            "set key outside top center horizontal samplen 2\nset yrange [0:*]\nset xlabel 'distance from the "
            "axis, mm'\n"
            "set ylabel 'pressure, kPa'\n" +
-           line("set title '%s, %.4g N'\n", options.shape.c_str(), reference.force_N) +
+           palpate::text("set title '%s, %.4g N'\n", options.shape.c_str(), reference.force_N) +
            "plot $d using 1:(1e3*$2) with lines lw 2.5 lc rgb '#0072b2' title 'exact', "
            "$d using 1:(1e3*$3) with lines lw 2 dt 2 lc rgb '#d55e00' title '" +
            (p.indenter.shape == IndenterShape::Sphere ? "Hertz" : "half space") + ", same force'\n";
@@ -197,7 +197,7 @@ Report solve(const Common& common, const Options& options) {
 
 Report example() {
   const PaperExample e = paper_example();
-  std::string text = line(
+  std::string text = palpate::text(
       "the paper's Eq. 45-52: a steel ball, 2 N, on PDMS layers of 140, 80 and 34 kPa, Poisson 0.4\n"
       "E* by 1 / sum(1/E) (the paper): %.7f MPa; by sum(t) / sum(t/E), equal thicknesses: %.7f MPa\n"
       "the paper took x/3 for the cube root of x: a = 0.1029 mm and p_max = 90.2256. It is, with its E* = "
@@ -207,10 +207,10 @@ Report example() {
       e.paper_modulus_MPa, e.weighted_modulus_MPa);
   Json cases = Json::array();
   for (const PaperExample::Case& c : e.cases) {
-    text += line("%8g %7g %20.5f %23.7f %11.5f\n", c.force_N, c.radius_mm, c.contact_mm, c.pressure_max_MPa,
-                 c.depth_mm);
+    text += palpate::text("%8g %7g %20.5f %23.7f %11.5f\n", c.force_N, c.radius_mm, c.contact_mm,
+                          c.pressure_max_MPa, c.depth_mm);
     if (c.force_error > 0.04)
-      text += line(
+      text += palpate::text(
           "         warning: Hertz makes the force at this depth %.0f %% too high beside the sphere's own\n",
           100 * c.force_error);
     for (const std::string& w : c.warnings) text += "         warning: " + w + "\n";
@@ -244,7 +244,8 @@ Report figure(const Common& common, int number) {
     start = comma + 1;
   }
   const Json value = {{"figure", number}, {"notes", f.notes}, {"columns", columns}};
-  std::string text = line("Figure %d: %zu points; ", number, f.columns.front().size()) + f.notes + "\n";
+  std::string text =
+      palpate::text("Figure %d: %zu points; ", number, f.columns.front().size()) + f.notes + "\n";
   if (common.out.empty()) {
     text += "--out FOLDER writes it\n";
     return {text, value.dump(2)};

@@ -7,6 +7,7 @@
 #include "capture/files/output_file.h"
 #include "capture/run/input.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "engine/stages/surface.h"
 #include "engine/stages/weighted_surface.h"
@@ -85,9 +86,7 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
                              {"peak_to_valley", heights.peak_to_valley},
                              {"seconds", seconds},
                              {"complete", true}};
-  char text[300];
-  std::snprintf(
-      text, sizeof text,
+  const std::string line = palpate::text(
       "%u x %u heights, peak to valley %.6g, relative residual %.2g after %u iterations, inconsistency %.2g, "
       "%llu px unknown, %.3f s\n",
       rows, cols, heights.peak_to_valley, statistics.residual, statistics.iterations, statistics.unexplained,
@@ -98,7 +97,7 @@ Report integrate_with_weights(const Common& common, const Options& options, cons
   }
   if (!statistics.converged && options.solver != SurfaceSolver::Live && options.solver != SurfaceSolver::Fine)
     spdlog::warn("not converged: weights of too many orders of magnitude; --solver exact may go further");
-  return {text + ("written: " + file.string()), value.dump(2, json::Utf8::Replace),
+  return {line + ("written: " + file.string()), value.dump(2, json::Utf8::Replace),
           validation_clean(*context) ? 0 : kInternalError};
 }
 
@@ -137,18 +136,17 @@ Report integrate(const Common& common, Options options) {
                              {"peak_to_valley", heights.statistics.peak_to_valley},
                              {"seconds", seconds},
                              {"complete", true}};
-  char text[240];
-  std::snprintf(text, sizeof text,
-                "%u x %u heights, peak to valley %.6g, relative residual %.2g, inconsistency %.2g, %.3f s\n",
-                rows, cols, heights.statistics.peak_to_valley, heights.statistics.residual,
-                heights.statistics.inconsistency, seconds);
+  const std::string line =
+      text("%u x %u heights, peak to valley %.6g, relative residual %.2g, inconsistency %.2g, %.3f s\n", rows,
+           cols, heights.statistics.peak_to_valley, heights.statistics.residual,
+           heights.statistics.inconsistency, seconds);
   constexpr double kTurning = 0.3;
   if (heights.statistics.inconsistency > kTurning) {
     spdlog::warn(
         "{:.0f} % of the gradients belong to no surface: check order (dz/dx, dz/dy), signs and noise",
         100 * heights.statistics.inconsistency);
   }
-  return {text + ("written: " + file.string()), value.dump(2, json::Utf8::Replace),
+  return {line + ("written: " + file.string()), value.dump(2, json::Utf8::Replace),
           validation_clean(*context) ? 0 : kInternalError};
 }
 

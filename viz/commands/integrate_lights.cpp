@@ -9,6 +9,7 @@
 #include "capture/files/npy.h"
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/calibrate/light_stack_check.h"
 #include "palpate/error.h"
 
@@ -42,12 +43,11 @@ Report integrate_lights(const Common& common, const LightsRequest& request) {
                        {"pitch_mm_per_px", calibration.pitch_mm_per_px},
                        {"peak_to_valley_mm", peak_to_valley_mm},
                        {"calibration_rms_mm", calibration.bands_mm}};
-  char line[300];
-  std::snprintf(line, sizeof line,
-                "%u x %u heights from %u lights, peak to valley %.4f mm; calibrated to %.1f um RMS on "
-                "held-out bands, %.1f um on places it had not seen\n",
-                images.height, images.width, calibration.stack.lights, peak_to_valley_mm,
-                1e3 * calibration.bands_mm, 1e3 * calibration.halves_mm);
+  std::string line = text(
+      "%u x %u heights from %u lights, peak to valley %.4f mm; calibrated to %.1f um RMS on "
+      "held-out bands, %.1f um on places it had not seen\n",
+      images.height, images.width, calibration.stack.lights, peak_to_valley_mm, 1e3 * calibration.bands_mm,
+      1e3 * calibration.halves_mm);
   std::string text = line;
   if (!truth_mm.empty()) {
     const std::vector<uint8_t> all(truth_mm.size(), 1);
@@ -55,10 +55,9 @@ Report integrate_lights(const Common& common, const LightsRequest& request) {
     if (error.pixels == 0)
       throw Error(Failure::Input, "known heights in '" + request.truth.string() + "'",
                   "none that is a number", "the height map of the same scan, in mm");
-    std::snprintf(line, sizeof line,
-                  "against %s: %.2f um RMS over %llu px, offset and tilt removed (slopes carry neither)\n",
-                  request.truth.string().c_str(), 1e3 * error.rms_mm,
-                  static_cast<unsigned long long>(error.pixels));
+    line = palpate::text(
+        "against %s: %.2f um RMS over %llu px, offset and tilt removed (slopes carry neither)\n",
+        request.truth.string().c_str(), 1e3 * error.rms_mm, static_cast<unsigned long long>(error.pixels));
     text += line;
     value["truth"] = request.truth.string();
     value["rms_error_mm"] = error.rms_mm;

@@ -3,6 +3,7 @@
 
 #include "capture/files/match_files.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
 #include "viz/commands/options.h"
@@ -41,8 +42,7 @@ Report match(const Common& common, const Options& options) {
     report.text += to_text(pairs[k], from, to, result);
     all.push_back(to_json(pairs[k], from, to, result));
     if (!common.out.empty()) {
-      char name[16];
-      std::snprintf(name, sizeof name, "%04zu", k + 1);
+      const std::string name = palpate::text("%04zu", k + 1);
       const auto folder = options.list.empty() ? common.out : common.out / name;
       std::string written = write_match(folder, pairs[k], from, to, result);
       draw_match(folder, from, to, result, written);

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "capture/clock.h"
+#include "engine/base/text.h"
 #include "viz/commands/command.h"
 
 namespace palpate {
@@ -63,22 +64,21 @@ void ProgressBar::draw(uint64_t done, int64_t now) {
       ioctl(STDERR_FILENO, TIOCGWINSZ, &terminal) == 0 && terminal.ws_col > 0 ? terminal.ws_col : 80;
   const double elapsed_s = static_cast<double>(now - start_ns_) * 1e-9;
   const double rate = elapsed_s > 0 ? static_cast<double>(done) / elapsed_s : 0;
-  char text[160];
+  std::string line;
   if (total_ == 0) {
-    std::snprintf(text, sizeof text, "%s %llu frames  %.0f/s", label_, static_cast<unsigned long long>(done),
-                  rate);
-    std::fprintf(stderr, "\r\x1b[K%.*s", columns - 1, text);
+    line = text("%s %llu frames  %.0f/s", label_, static_cast<unsigned long long>(done), rate);
+    std::fprintf(stderr, "\r\x1b[K%.*s", columns - 1, line.c_str());
     return;
   }
   const double left_s = rate > 0 ? static_cast<double>(total_ > done ? total_ - done : 0) / rate : 0;
-  std::snprintf(text, sizeof text, "%llu/%llu  %.0f/s  %.0f s left", static_cast<unsigned long long>(done),
-                static_cast<unsigned long long>(total_), rate, left_s);
+  line = text("%llu/%llu  %.0f/s  %.0f s left", static_cast<unsigned long long>(done),
+              static_cast<unsigned long long>(total_), rate, left_s);
   constexpr int kBar = 30;
   const int filled = static_cast<int>(static_cast<double>(kBar) *
                                       std::min(1.0, static_cast<double>(done) / static_cast<double>(total_)));
   const std::string bar =
       std::string(static_cast<size_t>(filled), '#') + std::string(static_cast<size_t>(kBar - filled), '.');
-  std::fprintf(stderr, "\r\x1b[K%.*s", columns - 1, (std::string(label_) + " [" + bar + "] " + text).c_str());
+  std::fprintf(stderr, "\r\x1b[K%.*s", columns - 1, (std::string(label_) + " [" + bar + "] " + line).c_str());
 }
 
 }  // namespace palpate

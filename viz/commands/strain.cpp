@@ -5,6 +5,7 @@
 #include "capture/files/output_file.h"
 #include "capture/run/tactile_shapes.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
@@ -29,46 +30,44 @@ struct Options {
   bool by_shape = false;
 };
 
-std::string line(const char* format, auto... values) {
-  char text[400];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
-
 std::string force_text(const Touch& touch) {
   const Estimate& f = touch.force_N;
   if (f.validity == Validity::NotCalibrated) return "force not calibrated";
-  std::string text = line("%.4g +- %.2g N", f.value, f.standard_error);
+  std::string text = palpate::text("%.4g +- %.2g N", f.value, f.standard_error);
   if (f.validity != Validity::Valid) text += std::string(" (") + to_string(f.validity) + ")";
   return text;
 }
 
 std::string text_of(const TactileShapes& shapes, const Compression& c, bool skin, double poisson) {
-  std::string text = line(
+  std::string text = palpate::text(
       "compressions  frame %llu, %s; frame %llu, %s\n",
       static_cast<unsigned long long>(shapes.before.touch.sequence), force_text(shapes.before.touch).c_str(),
       static_cast<unsigned long long>(shapes.after.touch.sequence), force_text(shapes.after.touch).c_str());
   if (skin) {
-    text += line("points        %zu of the skin, followed\n", c.pairs.size());
+    text += palpate::text("points        %zu of the skin, followed\n", c.pairs.size());
   } else {
-    text += line("points        %zu and %zu, %.3f and %.3f mm apart, drawn %zu times, %zu pairs\n",
-                 shapes.before.control.points.size(), shapes.after.control.points.size(),
-                 shapes.before.control.spacing_mm, shapes.after.control.spacing_mm, kDraws, c.pairs.size());
+    text += palpate::text("points        %zu and %zu, %.3f and %.3f mm apart, drawn %zu times, %zu pairs\n",
+                          shapes.before.control.points.size(), shapes.after.control.points.size(),
+                          shapes.before.control.spacing_mm, shapes.after.control.spacing_mm, kDraws,
+                          c.pairs.size());
     if (c.match)
-      text += line("match         %s, scatter %.3f mm, %u iterations\n",
-                   std::string(to_string(c.match->verdict)).c_str(), c.match->noise_sd, c.match->iterations);
+      text += palpate::text("match         %s, scatter %.3f mm, %u iterations\n",
+                            std::string(to_string(c.match->verdict)).c_str(), c.match->noise_sd,
+                            c.match->iterations);
   }
   if (!c.reason.empty()) return text + "NO STRAIN     " + c.reason;
   const PlaneStrain &e = c.plane.mean, &s = c.plane.sd;
-  text += line("in the plane  xx %+.5f +- %.5f, yy %+.5f +- %.5f, xy %+.5f +- %.5f\n", e.xx, s.xx, e.yy, s.yy,
-               e.xy, s.xy);
-  text += line("principal     %+.5f and %+.5f, the first at %.1f deg; area %+.5f +- %.5f\n", e.first,
-               e.second, e.direction_rad * 180 / M_PI, e.area, s.area);
-  text += line("axial         %+.5f +- %.5f by the change of area, Poisson's ratio %g\n", c.axial, c.axial_sd,
-               poisson);
+  text += palpate::text("in the plane  xx %+.5f +- %.5f, yy %+.5f +- %.5f, xy %+.5f +- %.5f\n", e.xx, s.xx,
+                        e.yy, s.yy, e.xy, s.xy);
+  text += palpate::text("principal     %+.5f and %+.5f, the first at %.1f deg; area %+.5f +- %.5f\n", e.first,
+                        e.second, e.direction_rad * 180 / M_PI, e.area, s.area);
+  text += palpate::text("axial         %+.5f +- %.5f by the change of area, Poisson's ratio %g\n", c.axial,
+                        c.axial_sd, poisson);
   if (!skin)
-    text += line("turn          %+.1f +- %.1f deg\n", c.turn_rad * 180 / M_PI, c.turn_sd_rad * 180 / M_PI);
-  if (!skin) text += line("depth         %+.4f mm on the mean of the matched points\n", c.deepening_mm);
+    text += palpate::text("turn          %+.1f +- %.1f deg\n", c.turn_rad * 180 / M_PI,
+                          c.turn_sd_rad * 180 / M_PI);
+  if (!skin)
+    text += palpate::text("depth         %+.4f mm on the mean of the matched points\n", c.deepening_mm);
   text += skin ? "meaning       strain of the pad's skin, whose points are followed"
                : "meaning       growth of the contact: points are matched by the shape, not by material";
   return text;
@@ -138,8 +137,8 @@ std::string points_script(const TactileShapes& shapes, const Compression& c, boo
   const auto name = [](const TactileShape& s) {
     const Estimate& f = s.touch.force_N;
     return gnuplot_quoted(f.validity == Validity::NotCalibrated
-                              ? line("frame %llu", static_cast<unsigned long long>(s.touch.sequence))
-                              : line("%.3g N", f.value));
+                              ? palpate::text("frame %llu", static_cast<unsigned long long>(s.touch.sequence))
+                              : palpate::text("%.3g N", f.value));
   };
   const std::string after =
       "$after using 1:2:3 with points pt 7 ps 0.5 lc rgb '#222222' title " + name(shapes.after);

@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/tuning.h"
 #include "engine/stages/contact.h"
@@ -50,17 +51,16 @@ Json json_of(const perf::Quartiles& time) {
 }
 
 std::string percent(const perf::Quartiles& time) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%+5.1f %% (%+.1f to %+.1f)", 100 * (1 - time.median),
-                100 * (1 - time.high), 100 * (1 - time.low));
-  return text;
+  const std::string line = palpate::text("%+5.1f %% (%+.1f to %+.1f)", 100 * (1 - time.median),
+                                         100 * (1 - time.high), 100 * (1 - time.low));
+  return line;
 }
 
 std::string line(const char* name, const std::string& usual, const std::string& chosen,
                  const std::string& gain) {
-  char text[160];
-  std::snprintf(text, sizeof text, "%-22s %8s %8s  %s\n", name, usual.c_str(), chosen.c_str(), gain.c_str());
-  return text;
+  const std::string line =
+      palpate::text("%-22s %8s %8s  %s\n", name, usual.c_str(), chosen.c_str(), gain.c_str());
+  return line;
 }
 
 /// GPUs time their kernels themselves; a processor is timed from outside.
@@ -130,8 +130,7 @@ Report tune(const Common& common, const Options& options) {
                       {"best_time", json_of(f.best_time)}});
   }
   text += line("whole frame", "", "", percent(tuned.frame_time));
-  char took[80];
-  std::snprintf(took, sizeof took, "%.0f s; ", seconds);
+  const std::string took = palpate::text("%.0f s; ", seconds);
   text += took;
   text += !tuned.complete   ? "stopped, nothing written"
           : options.dry_run ? "nothing written (--dry-run)"

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate::viz {
@@ -73,13 +74,12 @@ void LatencyLog::add(const FrameTimes& t) {
   if (on_times_) on_times_(t);
   if (!file_ || refused_) return;
   const auto if_known = [](int64_t ns) { return ns != 0 ? std::to_string(ns) : std::string(); };
-  char latencies[64];
-  std::snprintf(latencies, sizeof latencies, "%.3f,", t.to_measured_ms());
+  std::string latencies = text("%.3f,", t.to_measured_ms());
   std::string row = std::to_string(t.sequence) + "," + if_known(t.exposed_ns) + "," +
                     if_known(t.delivered_ns) + "," + std::to_string(t.measured_ns) + "," +
                     if_known(t.shown_ns) + "," + latencies;
   if (t.shown_ns != 0) {
-    std::snprintf(latencies, sizeof latencies, "%.3f", t.to_shown_ms());
+    latencies = text("%.3f", t.to_shown_ms());
     row += latencies;
   }
   try {

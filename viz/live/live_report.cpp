@@ -4,6 +4,7 @@
 
 #include "capture/run/press_json.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/gpu/context.h"
 
 namespace palpate {
@@ -22,9 +23,8 @@ Json to_json(const Percentiles& p) {
 }
 
 std::string latency_line(const char* what, const Percentiles& p) {
-  char line[160];
-  std::snprintf(line, sizeof line, "  %-14s p50 %.1f ms, p95 %.1f ms, p99 %.1f ms\n", what, p.p50_ms,
-                p.p95_ms, p.p99_ms);
+  std::string line =
+      palpate::text("  %-14s p50 %.1f ms, p95 %.1f ms, p99 %.1f ms\n", what, p.p50_ms, p.p95_ms, p.p99_ms);
   return p.count > 0 ? line : "";
 }
 
@@ -49,22 +49,21 @@ SessionInfo session_info(const MeasuredInput& input, const Source& source, const
 }
 
 std::string describe(const viz::LiveReport& report, const std::vector<viz::Recording::Written>& sessions) {
-  char line[240];
-  std::snprintf(line, sizeof line, "%llu frames captured, %llu measured", whole(report.captured),
-                whole(report.processed));
+  std::string line =
+      palpate::text("%llu frames captured, %llu measured", whole(report.captured), whole(report.processed));
   std::string text = line;
   if (report.shown > 0) {
-    std::snprintf(line, sizeof line, ", %llu shown in %.1f s: %.1f pictures/s", whole(report.shown),
-                  report.seconds, report.shown_per_s);
+    line = palpate::text(", %llu shown in %.1f s: %.1f pictures/s", whole(report.shown), report.seconds,
+                         report.shown_per_s);
   } else {
-    std::snprintf(line, sizeof line, " in %.1f s: %.1f frames/s", report.seconds,
-                  report.seconds > 0 ? static_cast<double>(report.captured) / report.seconds : 0);
+    line = palpate::text(" in %.1f s: %.1f frames/s", report.seconds,
+                         report.seconds > 0 ? static_cast<double>(report.captured) / report.seconds : 0);
   }
   text += line;
   text += "\n";
   if (const CaptureCounts& c = report.camera; c.lost + c.damaged + c.gaps > 0) {
-    std::snprintf(line, sizeof line, "camera: %llu frames lost, %llu damaged, away %llu times\n",
-                  whole(c.lost), whole(c.damaged), whole(c.gaps));
+    line = palpate::text("camera: %llu frames lost, %llu damaged, away %llu times\n", whole(c.lost),
+                         whole(c.damaged), whole(c.gaps));
     text += line;
   }
   if (report.to_measured.count > 0) {
@@ -74,8 +73,8 @@ std::string describe(const viz::LiveReport& report, const std::vector<viz::Recor
     text += latency_line("to display", report.to_shown);
   }
   if (report.processed > 0) {
-    std::snprintf(line, sizeof line, "pixels copied %.2g times a frame on their way to the engine\n",
-                  report.copies_per_frame);
+    line = palpate::text("pixels copied %.2g times a frame on their way to the engine\n",
+                         report.copies_per_frame);
     text += line;
   }
   for (const PressAnswer& press : report.presses) text += describe(press) + "\n";

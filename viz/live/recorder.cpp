@@ -1,4 +1,5 @@
 #include "viz/live/recorder.h"
+#include "engine/base/text.h"
 
 #include <chrono>
 #include <cstdio>
@@ -93,12 +94,11 @@ std::vector<Recording::Written> Recording::finish() {
 }
 
 std::string describe(const Recording::Written& session) {
-  char line[160];
-  std::snprintf(line, sizeof line, ": %llu frames, %llu dropped, %llu measured, %.1f MB",
-                static_cast<unsigned long long>(session.status.written),
-                static_cast<unsigned long long>(session.status.dropped),
-                static_cast<unsigned long long>(session.status.measured),
-                1e-6 * static_cast<double>(session.status.written_bytes));
+  const std::string line = palpate::text(": %llu frames, %llu dropped, %llu measured, %.1f MB",
+                                         static_cast<unsigned long long>(session.status.written),
+                                         static_cast<unsigned long long>(session.status.dropped),
+                                         static_cast<unsigned long long>(session.status.measured),
+                                         1e-6 * static_cast<double>(session.status.written_bytes));
   std::string text = session.folder.string() + line;
   if (!session.status.error.empty()) text += "; ENDED EARLY: " + session.status.error;
   return text;

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <string>
 
+#include "engine/base/text.h"
 #include "viz/render/colour_map.h"
 #include "viz/render/format.h"
 #include "viz/render/view_state.h"
@@ -106,8 +107,7 @@ void draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip, const Vie
       last_y = at.y;
       pen.label(below(d) + outward, below(d), near_px, tick_text(d, depth_step));
     }
-    char title[48];
-    std::snprintf(title, sizeof title, "depth [mm] x%.3g", style.exaggeration);
+    const std::string title = text("depth [mm] x%.3g", style.exaggeration);
     ImVec2 end;
     if (pen.at(below(style.range_mm), end)) centred_text(list, {end.x, end.y + 14 * scale}, title);
   }

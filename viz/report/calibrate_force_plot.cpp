@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "capture/calibrate/force.h"
+#include "engine/base/text.h"
 
 namespace palpate {
 namespace {
@@ -12,9 +13,8 @@ constexpr int kWidth = 900, kHeight = 820;
 constexpr int kSteps = 160;  // of a drawn curve
 
 std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.7g", value);
-  return text;
+  const std::string line = text("%.7g", value);
+  return line;
 }
 
 std::string block(const char* name, const std::string& lines) {
@@ -76,10 +76,9 @@ std::string plot_script(const ForceOutcome& o, bool svg) {
   }
   const bool newtons = largest_mN > 500;
   const std::string scale = newtons ? "(1e-3*$3)" : "3", band_scale = newtons ? "1e-3*" : "";
-  char title[240];
-  std::snprintf(title, sizeof title, "%s: R^2 %.5f, held-out error %.3g N, 95%% interval +- %.3g N at %.3g N",
-                to_string(o.choice.chosen.candidate).c_str(), c.r_squared, o.choice.chosen.error_N,
-                o.choice.interval_full_N, c.force_max_N);
+  const std::string title = text("%s: R^2 %.5f, held-out error %.3g N, 95%% interval +- %.3g N at %.3g N",
+                                 to_string(o.choice.chosen.candidate).c_str(), c.r_squared,
+                                 o.choice.chosen.error_N, o.choice.interval_full_N, c.force_max_N);
   std::string s = svg ? "set terminal svg size " : "set terminal pngcairo size ";
   s += std::to_string(kWidth) + "," + std::to_string(kHeight) + " noenhanced font 'DejaVu Sans,11'\n";
   s += block("loading", loading) + block("unloading", unloading) + block("out", left_out) +

@@ -5,18 +5,13 @@
 #include <limits>
 #include <tuple>
 
+#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
-std::string line(const char* format, auto... values) {
-  char text[400];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
 
 Indentation ask(const ContactProblem& p, const PadIndenter& indenter) {
   return p.by_force ? indenter.at_force(p.wanted) : indenter.at_depth(p.wanted);
@@ -35,7 +30,7 @@ ContactAnswer corrected(const ContactProblem& p, ThicknessModel model, const cha
   c.radius_mm = sphere_contact_radius_mm(model, c.depth_mm, r, h);
   c.pressure_max_MPa = std::numeric_limits<double>::quiet_NaN();
   const double chi = std::sqrt(r * c.depth_mm) / h, limit = thickness_model_limit(model);
-  if (chi > limit) a.note = line("sqrt(R d)/H = %.2f, good up to %.2f", chi, limit);
+  if (chi > limit) a.note = text("sqrt(R d)/H = %.2f, good up to %.2f", chi, limit);
   return a;
 }
 
@@ -93,7 +88,7 @@ std::vector<ContactAnswer> answers_of(const ContactProblem& p, std::optional<Ind
     a.contact.depth_mm = a.contact.force_N / stiffness;
     a.contact.radius_mm = r;
     a.contact.pressure_max_MPa = kInfinite;
-    if (r > 0.7 * h) a.note = line("b/H = %.2f, good up to 0.7", r / h);
+    if (r > 0.7 * h) a.note = text("b/H = %.2f, good up to 0.7", r / h);
     add(a, d * stiffness);
   }
   return answers;
@@ -112,19 +107,19 @@ std::vector<std::string> warnings_of(const ContactProblem& p, const std::optiona
   const char* plain = p.indenter.shape == IndenterShape::Sphere ? "plain Hertz" : "the half space";
   if (std::abs(e.thickness) > 0.1)
     lines.push_back(
-        line("the pad is thin for this contact (a/H = %.2f): %s makes the force at this depth %.1f %% "
+        text("the pad is thin for this contact (a/H = %.2f): %s makes the force at this depth %.1f %% "
              "too low",
              reference->radius_mm / p.pad.thickness_mm, plain, -100 * e.thickness));
   if (std::abs(e.parabola) > 0.04)
     lines.push_back(
-        line("the contact is wide (a/R = %.2f): a paraboloid for the sphere makes the force at this "
+        text("the contact is wide (a/R = %.2f): a paraboloid for the sphere makes the force at this "
              "depth %.1f %% too high",
              reference->radius_mm / p.indenter.radius_mm, 100 * e.parabola));
   const bool deep = reference->depth_mm > 0.3 * p.pad.thickness_mm ||
                     (p.indenter.shape != IndenterShape::Cone && reference->depth_mm > p.indenter.radius_mm);
   if (deep || e.strain > 0.1)
     lines.push_back(
-        line("strains are not small (0.2 a/R = %.0f %%, depth %.2g mm): linear elasticity is beyond its "
+        text("strains are not small (0.2 a/R = %.0f %%, depth %.2g mm): linear elasticity is beyond its "
              "range, by how "
              "much depends on the material and is not known here",
              100 * e.strain, reference->depth_mm));

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "engine/base/text.h"
 #include "engine/elasticity/hertz.h"
 #include "engine/elasticity/indentation.h"
 #include "viz/report/plot_script.h"
@@ -53,12 +54,6 @@ double area_sum_N(const IndenterContact& c) {
   for (int y = -reach; y <= reach; ++y)
     for (int x = -reach; x <= reach; ++x) sum += hertz_pressure_MPa(c, kSpacing_mm * std::hypot(x, y));
   return sum * kSpacing_mm * kSpacing_mm;
-}
-
-std::string text(const char* format, double value) {
-  char buffer[400];
-  std::snprintf(buffer, sizeof buffer, format, value);
-  return buffer;
 }
 
 }  // namespace

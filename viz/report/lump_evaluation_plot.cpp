@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "capture/files/output_file.h"
+#include "engine/base/text.h"
 #include "engine/lump/dataset/sweep.h"
 #include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
@@ -69,9 +70,8 @@ std::string estimates_script(const lump::Score& s, const std::vector<lump::Judge
   }
   script += "set multiplot layout 1,3\nset key off\n";
   for (size_t p = 0; p < 3; ++p) {
-    char title[160];
-    std::snprintf(title, sizeof title, "%s: median error %.1f %%, 90 %% intervals hold %.0f %%",
-                  kAxes[p].name, 100 * s.median[p], 100 * s.coverage[p]);
+    std::string title = text("%s: median error %.1f %%, 90 %% intervals hold %.0f %%", kAxes[p].name,
+                             100 * s.median[p], 100 * s.coverage[p]);
     script += std::string("set title ") + gnuplot_quoted(title) + "\nset xlabel 'true " + kAxes[p].title +
               "'\nset ylabel 'estimated " + kAxes[p].title + "'\n";
     script += kAxes[p].logarithmic ? "set logscale xy\nset xrange [1:50]\nset yrange [1:50]\n"
@@ -90,11 +90,11 @@ std::string quality_script(const lump::Score& s) {
     const lump::ErrorRange& range = s.by_ratio[r];
     ratio[0].push_back(static_cast<double>(r));
     for (size_t p = 0; p < 3; ++p) ratio[p + 1].push_back(100 * range.median[p]);
-    char tic[60];
+    std::string tic;
     if (range.high < 1e8)
-      std::snprintf(tic, sizeof tic, "%s'%.0f-%.0f' %zu", r > 0 ? "," : "", range.low, range.high, r);
+      tic = text("%s'%.0f-%.0f' %zu", r > 0 ? "," : "", range.low, range.high, r);
     else
-      std::snprintf(tic, sizeof tic, "%s'> %.0f' %zu", r > 0 ? "," : "", range.low, r);
+      tic = text("%s'> %.0f' %zu", r > 0 ? "," : "", range.low, r);
     tics += tic;
   }
   for (const auto& point : s.roc) {
@@ -111,9 +111,8 @@ std::string quality_script(const lump::Score& s) {
       shapes[0].push_back(static_cast<double>(b));
       shapes[1].push_back(static_cast<double>(a));
       shapes[2].push_back(fraction);
-      char label[120];
-      std::snprintf(label, sizeof label, "set label '%zu' at %zu,%zu center front tc rgb '%s'\n",
-                    s.shapes[a][b], b, a, fraction > 55 ? "#000000" : "#ffffff");
+      std::string label = text("set label '%zu' at %zu,%zu center front tc rgb '%s'\n", s.shapes[a][b], b, a,
+                               fraction > 55 ? "#000000" : "#ffffff");
       labels += label;
     }
   }
@@ -131,14 +130,13 @@ std::string quality_script(const lump::Score& s) {
               "):" + std::to_string(p + 2) + " with boxes lc rgb '" + plot_colour(p) + "' title '" +
               kAxes[p].name + "'";
   }
-  char title[160];
-  std::snprintf(title, sizeof title, "detection (d >= 6 mm, h <= 8 mm): %.1f %% at specificity %.1f %%",
-                100 * s.goal_sensitivity, 100 * s.specificity);
+  std::string title = text("detection (d >= 6 mm, h <= 8 mm): %.1f %% at specificity %.1f %%",
+                           100 * s.goal_sensitivity, 100 * s.specificity);
   script += std::string("\nset key off\nset xtics auto\nset xrange [0:100]\nset yrange [0:101]\nset title ") +
             gnuplot_quoted(title) +
             "\nset xlabel 'false alarms, %'\nset ylabel 'lumps detected, %'\nplot $roc with steps lw 2 lc "
             "rgb '#0072b2', x with lines dt 2 lc rgb '#888888'\n";
-  std::snprintf(title, sizeof title, "shape right in %.1f %%", 100 * s.shape_rate);
+  title = text("shape right in %.1f %%", 100 * s.shape_rate);
   std::string names;
   for (size_t i = 0; i < 4; ++i)
     names += std::string(i > 0 ? "," : "") + "'" + to_string(static_cast<fem::InclusionShape>(i)) + "' " +

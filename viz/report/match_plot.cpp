@@ -4,6 +4,7 @@
 #include <limits>
 #include <vector>
 
+#include "engine/base/text.h"
 #include "viz/report/gnuplot.h"
 #include "viz/report/plot_script.h"
 
@@ -34,9 +35,8 @@ std::string plot(bool svg, const PointSet& from, const PointSet& to, const Match
     for (auto& column : lines) column.push_back(kGap);
   const bool flat = from.axes == 2;
   const std::string with = flat ? "plot " : "splot ", columns = flat ? " using 1:2 " : " using 1:2:3 ";
-  char title[160];
-  std::snprintf(title, sizeof title, "%zu pairs; noise %.3g, evidence %.3g nats a point", pairs,
-                result.noise_sd, result.log_likelihood_gain);
+  const std::string title = text("%zu pairs; noise %.3g, evidence %.3g nats a point", pairs, result.noise_sd,
+                                 result.log_likelihood_gain);
   std::string s = plot_head(svg, 1200, 620) + plot_block("from", columns_of(from)) +
                   plot_block("to", columns_of(to)) + plot_block("warped", columns_of(result.warped)) +
                   plot_block("lines", lines);

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 #include "viz/report/plot_script.h"
 
@@ -14,15 +15,9 @@ namespace {
 
 using Json = json::Value;
 
-std::string line(const char* format, auto... values) {
-  char text[500];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
-
 /// kPa with four digits, an empty cell where there is none.
 std::string kilo(double value_MPa) {
-  return value_MPa > 0 && std::isfinite(value_MPa) ? line("%.4g", 1e3 * value_MPa) : "";
+  return value_MPa > 0 && std::isfinite(value_MPa) ? palpate::text("%.4g", 1e3 * value_MPa) : "";
 }
 
 std::string interval(const ModulusEstimate& e) {
@@ -40,8 +35,8 @@ Json or_null(double value) {
 }
 
 std::string sample_words(const Sample& s) {
-  return s.flat() ? line("%s %g mm, %g mm high", to_string(s.shape), s.size_mm, s.height_mm)
-                  : line("%s of %g mm diameter", to_string(s.shape), s.size_mm);
+  return s.flat() ? palpate::text("%s %g mm, %g mm high", to_string(s.shape), s.size_mm, s.height_mm)
+                  : palpate::text("%s of %g mm diameter", to_string(s.shape), s.size_mm);
 }
 
 }  // namespace
@@ -80,15 +75,16 @@ Sample parse_sample(const std::string& text) {
 
 std::string describe(const ModulusReport& r) {
   const Material& pad = r.setup.pad.material;
-  std::string text = sample_words(r.setup.sample) +
-                     line(", Poisson %g, on a pad of %g kPa, ", r.setup.sample.poisson, 1e3 * pad.young_MPa) +
-                     (std::isfinite(r.setup.pad.thickness_mm) ? line("%g mm thick", r.setup.pad.thickness_mm)
-                                                              : std::string("a half space")) +
-                     line("; %zu presses", r.frames.size());
+  std::string text =
+      sample_words(r.setup.sample) +
+      palpate::text(", Poisson %g, on a pad of %g kPa, ", r.setup.sample.poisson, 1e3 * pad.young_MPa) +
+      (std::isfinite(r.setup.pad.thickness_mm) ? palpate::text("%g mm thick", r.setup.pad.thickness_mm)
+                                               : std::string("a half space")) +
+      palpate::text("; %zu presses", r.frames.size());
   if (!r.frames.empty()) {
     const auto [least, most] = std::minmax_element(r.frames.begin(), r.frames.end(),
                                                    [](auto& a, auto& b) { return a.force_N < b.force_N; });
-    text += line(", %.4g to %.4g N", least->force_N, most->force_N);
+    text += palpate::text(", %.4g to %.4g N", least->force_N, most->force_N);
   }
   text += "\n";
   for (const std::string& note : r.notes) text += "  " + note + "\n";
@@ -96,9 +92,10 @@ std::string describe(const ModulusReport& r) {
       "\nway                 state           E, kPa   95 % interval, kPa   residual   strain   readings\n";
   for (const ModulusEstimate& e : r.answer.methods) {
     text +=
-        line("%-19s %-14s %7s   %-18s %8s %7.1f %%   %8u\n", to_string(e.way), to_string(e.state),
-             has_value(e) ? kilo(e.young_MPa).c_str() : "-", interval(e).c_str(),
-             e.points.empty() ? "-" : line("%.2f sd", e.residual).c_str(), 100 * e.strain_max, e.readings);
+        palpate::text("%-19s %-14s %7s   %-18s %8s %7.1f %%   %8u\n", to_string(e.way), to_string(e.state),
+                      has_value(e) ? kilo(e.young_MPa).c_str() : "-", interval(e).c_str(),
+                      e.points.empty() ? "-" : palpate::text("%.2f sd", e.residual).c_str(),
+                      100 * e.strain_max, e.readings);
     if (!e.reason.empty()) text += "                    " + e.reason + "\n";
   }
   const ModulusEstimate& best = r.answer.best();
@@ -106,9 +103,10 @@ std::string describe(const ModulusReport& r) {
     text += "\nYoung's modulus " + kilo(best.young_MPa) + " kPa (" + interval(best) + ", 95 %), by the " +
             to_string(best.way) + ": " + r.answer.why + "\n";
     if (r.expected_MPa > 0)
-      text += line("expected %.4g kPa: %+.1f %%, %s the interval\n", 1e3 * r.expected_MPa,
-                   100 * (best.young_MPa / r.expected_MPa - 1),
-                   best.low_MPa <= r.expected_MPa && r.expected_MPa <= best.high_MPa ? "inside" : "outside");
+      text += palpate::text(
+          "expected %.4g kPa: %+.1f %%, %s the interval\n", 1e3 * r.expected_MPa,
+          100 * (best.young_MPa / r.expected_MPa - 1),
+          best.low_MPa <= r.expected_MPa && r.expected_MPa <= best.high_MPa ? "inside" : "outside");
   } else {
     text += std::string("\nno modulus: ") + to_string(best.state) + "; " + best.reason + "\n";
   }
@@ -155,10 +153,12 @@ std::string to_json(const ModulusReport& r) {
 std::string ways_csv(const ModulusAnswer& answer) {
   std::string text = "way,state,young_MPa,low_MPa,high_MPa,residual_sd,strain_max,readings,chosen\n";
   for (const ModulusEstimate& e : answer.methods) {
-    const auto cell = [](double v) { return v > 0 && std::isfinite(v) ? line("%.7g", v) : std::string(); };
+    const auto cell = [](double v) {
+      return v > 0 && std::isfinite(v) ? palpate::text("%.7g", v) : std::string();
+    };
     text += std::string(to_string(e.way)) + "," + to_string(e.state) + "," +
             (has_value(e) ? cell(e.young_MPa) : "") + "," + cell(e.low_MPa) + "," + cell(e.high_MPa) +
-            line(",%.5g,%.5g,%u,%d\n", e.residual, e.strain_max, e.readings, e.way == answer.chosen);
+            palpate::text(",%.5g,%.5g,%u,%d\n", e.residual, e.strain_max, e.readings, e.way == answer.chosen);
   }
   return text;
 }
@@ -167,9 +167,9 @@ std::string points_csv(const ModulusAnswer& answer) {
   std::string text = "way,press,quantity,against,measured,fitted,residual,sd\n";
   for (const ModulusEstimate& e : answer.methods)
     for (const ModulusPoint& p : e.points)
-      text +=
-          std::string(to_string(e.way)) + line(",%u,\"%s\",", p.frame, p.quantity) +
-          line("%.7g,%.7g,%.7g,%.7g,%.7g\n", p.against, p.measured, p.fitted, p.measured - p.fitted, p.sd);
+      text += std::string(to_string(e.way)) + palpate::text(",%u,\"%s\",", p.frame, p.quantity) +
+              palpate::text("%.7g,%.7g,%.7g,%.7g,%.7g\n", p.against, p.measured, p.fitted,
+                            p.measured - p.fitted, p.sd);
   return text;
 }
 
@@ -185,7 +185,7 @@ std::string residual_script(const ModulusReport& r, bool svg) {
       columns[1].push_back((p.measured - p.fitted) / p.sd);
     }
     for (const auto& [quantity, columns] : groups) {
-      const std::string name = line("d%zu", colour);
+      const std::string name = palpate::text("d%zu", colour);
       blocks += plot_block(name, columns);
       plots += std::string(plots.empty() ? "plot " : ", ") + "$" + name +
                " using 1:2 with linespoints pt 7 ps 0.8 lc rgb '" + plot_colour(colour) + "' title '" +
@@ -221,7 +221,7 @@ std::string modulus_script(const ModulusReport& r, bool svg) {
   std::string plots;
   size_t colour = 0;
   for (const auto& [quantity, columns] : groups) {
-    const std::string name = line("m%zu", colour);
+    const std::string name = palpate::text("m%zu", colour);
     text += plot_block(name, columns);
     const std::string points = stress ? "2:(1e3*$1):4 with xerrorbars" : "1:2:4 with yerrorbars",
                       fit = stress ? "3:(1e3*$1)" : "1:3";
@@ -245,7 +245,7 @@ std::string modulus_script(const ModulusReport& r, bool svg) {
   std::string tics;
   for (size_t i = 0; i < kModulusMethods; ++i) {
     const ModulusEstimate& e = r.answer.methods[i];
-    tics += line("%s'%s' %zu", i ? ", " : "", to_string(e.way), i);
+    tics += palpate::text("%s'%s' %zu", i ? ", " : "", to_string(e.way), i);
     if (!has_value(e)) continue;
     found[0].push_back(static_cast<double>(i));
     found[1].push_back(1e3 * e.young_MPa);
@@ -262,7 +262,7 @@ std::string modulus_script(const ModulusReport& r, bool svg) {
   if (any) curves = "$e using 1:2:3:4 with yerrorbars pt 6 ps 1.4 lw 1.5 lc rgb '#0072b2' title 'measured'";
   if (r.expected_MPa > 0)
     curves += std::string(any ? ", " : "") +
-              line("%.7g with lines lw 2 lc rgb '#d55e00' title 'known'", 1e3 * r.expected_MPa);
+              palpate::text("%.7g with lines lw 2 lc rgb '#d55e00' title 'known'", 1e3 * r.expected_MPa);
   if (curves.empty()) text += "set yrange [0:1]\n";
   return text + "plot " + (curves.empty() ? "NaN notitle" : curves) + "\nunset multiplot\n";
 }

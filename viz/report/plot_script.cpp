@@ -8,6 +8,7 @@
 
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
+#include "engine/base/text.h"
 #include "viz/report/gnuplot.h"
 
 namespace palpate {
@@ -22,9 +23,8 @@ std::string plot_head(bool svg, int width_px, int height_px) {
 
 std::string plot_number(double value) {
   if (!std::isfinite(value)) return "NaN";
-  char text[32];
-  std::snprintf(text, sizeof text, "%.7g", value);
-  return text;
+  const std::string line = palpate::text("%.7g", value);
+  return line;
 }
 
 std::string plot_block(const std::string& name, const std::vector<std::vector<double>>& columns) {

@@ -1,4 +1,5 @@
 #include "viz/report/process_report.h"
+#include "engine/base/text.h"
 
 #include <array>
 #include <cstdio>
@@ -24,26 +25,27 @@ std::string table_of(const Comparison& c) {
        {"depth, mm", &c.depth_mm()},
        {"depth map RMS, mm", &c.depth_map_mm()}}};
   std::string text = "measured - true        frames   mean error    RMS error      largest   full scale\n";
-  char line[160];
+  std::string line;
   for (const auto& [name, errors] : lines) {
     if (errors->count() == 0) continue;
-    std::snprintf(line, sizeof line, "%-20s %8llu %12.4f %12.4f %12.4f ", name,
-                  static_cast<unsigned long long>(errors->count()), errors->mean(), errors->rms(),
-                  errors->largest());
+    line = palpate::text("%-20s %8llu %12.4f %12.4f %12.4f ", name,
+                         static_cast<unsigned long long>(errors->count()), errors->mean(), errors->rms(),
+                         errors->largest());
     text += line;
     if (errors->full_scale() > 0) {
-      std::snprintf(line, sizeof line, "%12.4f\n", errors->full_scale());
+      line = palpate::text("%12.4f\n", errors->full_scale());
       text += line;
     } else {
       text += "           -\n";
     }
   }
-  std::snprintf(line, sizeof line, "contact told right in %llu of %llu frames",
-                static_cast<unsigned long long>(n.contact_agrees), static_cast<unsigned long long>(n.frames));
+  line = palpate::text("contact told right in %llu of %llu frames",
+                       static_cast<unsigned long long>(n.contact_agrees),
+                       static_cast<unsigned long long>(n.frames));
   text += line;
   if (n.contact_missed) {
-    std::snprintf(line, sizeof line, "; %llu touches of up to %.4f N were too light to see",
-                  static_cast<unsigned long long>(n.contact_missed), n.largest_missed_N);
+    line = palpate::text("; %llu touches of up to %.4f N were too light to see",
+                         static_cast<unsigned long long>(n.contact_missed), n.largest_missed_N);
     text += line;
   }
   if (n.contact_invented)
@@ -68,9 +70,8 @@ std::string table_of(const Comparison& c) {
 }  // namespace
 
 std::string describe(const ProcessSummary& s) {
-  char line[200];
-  std::snprintf(line, sizeof line, "%s in %.2f s (%.1f frames/s)", counted(s.frames, "frame").c_str(),
-                s.seconds, s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0);
+  std::string line = palpate::text("%s in %.2f s (%.1f frames/s)", counted(s.frames, "frame").c_str(),
+                                   s.seconds, s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0);
   std::string text = line;
   text += s.complete ? "\n" : ", ended early: " + s.ended_by + "\n";
   if (!s.force_states.empty()) {
@@ -84,7 +85,7 @@ std::string describe(const ProcessSummary& s) {
       text += "too many regions to tell contacts apart in " + counted(s.overflow_frames, "frame") +
               ": a higher contact.threshold_gray would leave the noise out\n";
     if (s.largest_force_N) {
-      std::snprintf(line, sizeof line, "largest force %.4g N\n", *s.largest_force_N);
+      line = palpate::text("largest force %.4g N\n", *s.largest_force_N);
       text += line;
     }
     for (const auto& [state, frames] : s.force_states)
@@ -95,7 +96,7 @@ std::string describe(const ProcessSummary& s) {
     }
   }
   if (s.largest_depth_mm) {
-    std::snprintf(line, sizeof line, "largest depth %.4g mm\n", *s.largest_depth_mm);
+    line = palpate::text("largest depth %.4g mm\n", *s.largest_depth_mm);
     text += line;
   }
   if (s.clipped_frames) {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <random>
 
+#include "engine/base/text.h"
 #include "engine/elasticity/modulus/fit.h"
 #include "palpate/error.h"
 
@@ -20,12 +21,6 @@ constexpr double kLawMatters = 0.03;   // strain from which the law is worth a w
 constexpr double kEdgeTells = 5;  // sample over pad: beyond, a face's edge alone came out 20 to 50 % too soft
 constexpr double kMostlyFound = 0.8;   // of the replicates
 constexpr double kModelError = 0.006;  // of E: measured against finite elements of pad and sample together
-
-std::string text(const char* format, auto... values) {
-  char line[300];
-  std::snprintf(line, sizeof line, format, values...);
-  return line;
-}
 
 /// 97.5 % quantile of Student's t (Abramowitz and Stegun 26.7.5).
 double student(double dof) {

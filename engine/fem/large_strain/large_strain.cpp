@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <numeric>
 
+#include "engine/base/text.h"
 #include "engine/fem/large_strain/plate_press.h"
 #include "palpate/error.h"
 
@@ -87,9 +88,8 @@ LargeStrainResult solve_large_strain(const Scene& scene, const std::vector<Press
   result.last_force_N = model.force_N();
   result.bytes = model.bytes();
   if (!result.converged) {
-    char line[160];
-    std::snprintf(line, sizeof line, "the press ended at %.3g mm and %.3g N: no equilibrium was found beyond",
-                  result.last_press_mm, result.last_force_N);
+    const std::string line = text("the press ended at %.3g mm and %.3g N: no equilibrium was found beyond",
+                                  result.last_press_mm, result.last_force_N);
     result.warnings.emplace_back(line);
   }
   result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "engine/base/text.h"
 #include "engine/lump/fem_inverse/search.h"
 #include "engine/lump/observation/gaussian_profile.h"
 #include "palpate/error.h"
@@ -216,19 +217,18 @@ class Inversion {
     if (const std::optional<double> nothing = search_.without_lump(best))
       estimate.detection_statistic =
           std::max(0.0, *nothing - best.chi2) / (kChance * std::max(1.0, fraction));
-    char line[200];
+    std::string line;
     if (estimate.detection_statistic < 1)
       return summarise(answer, Status::NoLump, "tissue alone answers as well, but for chance");
     if (!settled) {
-      std::snprintf(line, sizeof line, "the search did not end in %u rounds: the values are where it stood",
-                    options_.most_rounds);
+      line = text("the search did not end in %u rounds: the values are where it stood", options_.most_rounds);
       return summarise(answer, Status::Unusable, line);
     }
     if (fraction > 4) {
-      std::snprintf(line, sizeof line,
-                    "the best lump misses the reading by %.1f times its noise: not a lump of this shape in "
-                    "such tissue",
-                    std::sqrt(fraction));
+      line = text(
+          "the best lump misses the reading by %.1f times its noise: not a lump of this shape in "
+          "such tissue",
+          std::sqrt(fraction));
       return summarise(answer, Status::OutsideTraining, line);
     }
     summarise(answer, Status::Found, "");

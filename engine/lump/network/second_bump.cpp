@@ -1,5 +1,7 @@
 #include "engine/lump/network/second_bump.h"
 
+#include "engine/base/text.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -190,12 +192,10 @@ void report_second_bump(const PressedNodes& nodes, Estimate& estimate) {
   if (estimate.verdict == Status::NoLump || estimate.verdict == Status::Unusable) return;
   const auto bump = find_second_bump(nodes);
   if (!bump || !reports_two(*bump)) return;
-  char line[200];
-  std::snprintf(
-      line, sizeof line,
-      "two bumps, %.3g mm apart, at %.3g, %.3g mm and %.3g, %.3g mm: the estimate is of one lump only",
-      bump->distance_mm, bump->place_mm[0][0], bump->place_mm[0][1], bump->place_mm[1][0],
-      bump->place_mm[1][1]);
+  const std::string line =
+      text("two bumps, %.3g mm apart, at %.3g, %.3g mm and %.3g, %.3g mm: the estimate is of one lump only",
+           bump->distance_mm, bump->place_mm[0][0], bump->place_mm[0][1], bump->place_mm[1][0],
+           bump->place_mm[1][1]);
   estimate.verdict = Status::SeveralLumps;
   estimate.bumps_mm.assign(bump->place_mm.begin(), bump->place_mm.end());
   estimate.reasons.insert(estimate.reasons.begin(), line);

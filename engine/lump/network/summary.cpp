@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "engine/base/text.h"
 #include "engine/lump/network/fit.h"
 
 namespace palpate::lump {
@@ -11,12 +12,6 @@ namespace {
 
 constexpr double kEdge = 0.05;  // of a range: an estimate further beyond it lies outside
 constexpr double kNormal90 = 1.645;
-
-std::string text(const char* format, double a, double b = 0, double c = 0) {
-  char buffer[200];
-  std::snprintf(buffer, sizeof buffer, format, a, b, c);  // NOLINT(clang-diagnostic-format-nonliteral)
-  return buffer;
-}
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/text.h"
 #include "engine/fem/map_sampling.h"
 #include "engine/numeric/dense.h"
 #include "palpate/error.h"
@@ -18,10 +19,8 @@ constexpr double kBeyond = 0.03;      // of a range: as far outside of training 
 constexpr double kFind_mm = 2.5;      // Gaussian that looks for bumps
 constexpr double kLeastNoise = 3e-4;  // of the peak: no sensor is better
 
-std::string text(double value, const char* unit) {
-  char buffer[48];
-  std::snprintf(buffer, sizeof buffer, "%.3g%s%s", value, *unit ? " " : "", unit);
-  return buffer;
+std::string quantity_text(double value, const char* unit) {
+  return text("%.3g%s%s", value, *unit ? " " : "", unit);
 }
 
 bool outside(double value, const std::array<double, 2>& range) {
@@ -44,17 +43,17 @@ void check(const Observation& observation) {
       refuse("maps of the same nodes, 4 x 4 or more",
              std::to_string(map.width) + " x " + std::to_string(map.height));
   for (const double pitch : first.pitch_mm)
-    if (!(pitch > 0.01 && pitch < 100)) refuse("nodes 0.01 to 100 mm apart", text(pitch, "mm"));
+    if (!(pitch > 0.01 && pitch < 100)) refuse("nodes 0.01 to 100 mm apart", quantity_text(pitch, "mm"));
   for (const double force : observation.force_N)
-    if (!(force > 0 && force < 1e6)) refuse("forces above 0 N", text(force, "N"));
+    if (!(force > 0 && force < 1e6)) refuse("forces above 0 N", quantity_text(force, "N"));
   for (size_t k = 1; k < observation.force_N.size(); ++k)
     if (!(observation.force_N[k] > observation.force_N[k - 1]))
-      refuse("forces that rise from map to map",
-             text(observation.force_N[k - 1], "N") + ", " + text(observation.force_N[k], "N"));
+      refuse("forces that rise from map to map", quantity_text(observation.force_N[k - 1], "N") + ", " +
+                                                     quantity_text(observation.force_N[k], "N"));
   if (!(observation.young_Pa > 0 && observation.young_Pa < 1e12))
-    refuse("a tissue's modulus above 0 Pa", text(observation.young_Pa, "Pa"));
+    refuse("a tissue's modulus above 0 Pa", quantity_text(observation.young_Pa, "Pa"));
   if (!(observation.noise_Pa >= 0 && std::isfinite(observation.noise_Pa)))
-    refuse("a noise of 0 Pa or more", text(observation.noise_Pa, "Pa"));
+    refuse("a noise of 0 Pa or more", quantity_text(observation.noise_Pa, "Pa"));
 }
 
 double unseen_fraction(const fem::Map& map) {
@@ -85,13 +84,14 @@ class NodeChoice {
   bool block_known() {
     for (size_t axis = 0; axis < 2; ++axis)
       if (outside(observation_.block_mm[axis], {model_.block_mm[axis], model_.block_mm[axis]}))
-        return end(Status::OutsideTraining, "the block is " + text(observation_.block_mm[axis], "mm") +
-                                                " wide; the model knows " +
-                                                text(model_.block_mm[axis], "mm"));
+        return end(Status::OutsideTraining,
+                   "the block is " + quantity_text(observation_.block_mm[axis], "mm") +
+                       " wide; the model knows " + quantity_text(model_.block_mm[axis], "mm"));
     if (outside(observation_.block_mm[2], model_.thickness_mm))
-      return end(Status::OutsideTraining,
-                 "the tissue is " + text(observation_.block_mm[2], "mm") + " thick; the model knows " +
-                     text(model_.thickness_mm[0], "to ") + text(model_.thickness_mm[1], "mm"));
+      return end(Status::OutsideTraining, "the tissue is " + quantity_text(observation_.block_mm[2], "mm") +
+                                              " thick; the model knows " +
+                                              quantity_text(model_.thickness_mm[0], "to ") +
+                                              quantity_text(model_.thickness_mm[1], "mm"));
     nodes_.thickness_mm = observation_.block_mm[2];
     return true;
   }
@@ -105,16 +105,16 @@ class NodeChoice {
     for (size_t k = 0; k < observation_.pressure_Pa.size(); ++k) {
       const double load = observation_.force_N[k] / (observation_.block_mm[0] * observation_.block_mm[1] *
                                                      1e-6 * observation_.young_Pa);
-      const std::string name = "the load of " + text(observation_.force_N[k], "N");
+      const std::string name = "the load of " + quantity_text(observation_.force_N[k], "N");
       const double unseen = unseen_fraction(observation_.pressure_Pa[k]);
       if (unseen > always + kUnseenFraction) {
         saturated = true;
-        nodes_.reasons.push_back(
-            name + " is left out: " + text(100 * (unseen - always), "% of its values are saturated"));
+        nodes_.reasons.push_back(name + " is left out: " +
+                                 quantity_text(100 * (unseen - always), "% of its values are saturated"));
       } else if (outside(load, model_.load)) {
-        nodes_.reasons.push_back(name +
-                                 " is left out: " + text(load, "of the tissue's modulus; the model knows ") +
-                                 text(model_.load[0], "to ") + text(model_.load[1], ""));
+        nodes_.reasons.push_back(
+            name + " is left out: " + quantity_text(load, "of the tissue's modulus; the model knows ") +
+            quantity_text(model_.load[0], "to ") + quantity_text(model_.load[1], ""));
       } else {
         used_.push_back(k);
         nodes_.loads.push_back(load);
@@ -140,8 +140,8 @@ class NodeChoice {
     }
     if (fits) return true;
     if (pitch > 2 * model_.node_pitch_mm)
-      return end(Status::Unusable, "nodes are " + text(pitch, "mm") + " apart; at most " +
-                                       text(2 * model_.node_pitch_mm, "mm") + " serve");
+      return end(Status::Unusable, "nodes are " + quantity_text(pitch, "mm") + " apart; at most " +
+                                       quantity_text(2 * model_.node_pitch_mm, "mm") + " serve");
     noise_Pa_ *= std::min(1.0, pitch / model_.node_pitch_mm);
     return true;
   }

@@ -9,6 +9,7 @@
 #include <optional>
 #include <random>
 
+#include "engine/base/text.h"
 #include "engine/fem/map_sampling.h"
 #include "engine/numeric/dense.h"
 #include "palpate/error.h"
@@ -280,20 +281,16 @@ Outline outline_lump(const Observation& observation, uint64_t seed, uint32_t rep
     return out;
   }
   if (out.significance < kLeastSignificance) {
-    char text[120];
-    std::snprintf(text, sizeof text, "no bump: the highest is %.1f times its standard error",
-                  out.significance);
-    out.reason = text;
+    const std::string line = text("no bump: the highest is %.1f times its standard error", out.significance);
+    out.reason = line;
     return out;
   }
   const double under_Pa = std::abs(fitter.block(fit, fit.bump(0), fit.bump(1)));
   if (std::abs(height) < kBlockFraction * under_Pa) {
-    char text[160];
-    std::snprintf(
-        text, sizeof text,
-        "no bump: the highest is %.1f %% of the block's own pressure, whose shape is known to %.0f %%",
-        100 * std::abs(height) / under_Pa, 100 * kBlockFraction);
-    out.reason = text;
+    const std::string line =
+        text("no bump: the highest is %.1f %% of the block's own pressure, whose shape is known to %.0f %%",
+             100 * std::abs(height) / under_Pa, 100 * kBlockFraction);
+    out.reason = line;
     return out;
   }
   out.found = true;

@@ -1,4 +1,5 @@
 #include "engine/lump/observation/saturated_loads.h"
+#include "engine/base/text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -43,13 +44,6 @@ std::vector<bool> open_to_border(const fem::Map& map) {
   return open;
 }
 
-std::string load_text(const char* format, double force_N, double fraction) {
-  char line[160];
-  std::snprintf(line, sizeof line, format, force_N,
-                100 * fraction);  // NOLINT(clang-diagnostic-format-nonliteral)
-  return line;
-}
-
 }  // namespace
 
 std::vector<double> saturated_fractions(const Observation& observation) {
@@ -90,15 +84,15 @@ std::optional<Observation> without_saturated_loads(const Observation& observatio
     const double force_N = observation.force_N[k];
     if (fractions[k] > kMostSaturation) {
       estimate.reasons.push_back(
-          load_text("the load of %.3g N is left out: the sensor is saturated in %.2g %% of the window, where "
-                    "the pressure is "
-                    "highest",
-                    force_N, fractions[k]));
+          text("the load of %.3g N is left out: the sensor is saturated in %.2g %% of the window, where "
+               "the pressure is "
+               "highest",
+               force_N, 100 * fractions[k]));
       continue;
     }
     if (fractions[k] >= kReportedSaturation)
       estimate.reasons.push_back(
-          load_text("at %.3g N the sensor is saturated in %.2g %% of the window", force_N, fractions[k]));
+          text("at %.3g N the sensor is saturated in %.2g %% of the window", force_N, 100 * fractions[k]));
     seen.pressure_Pa.push_back(observation.pressure_Pa[k]);
     seen.force_N.push_back(force_N);
   }

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "engine/base/statistics.h"
+#include "engine/base/text.h"
 #include "engine/fem/map_sampling.h"
 #include "engine/numeric/dense.h"
 #include "palpate/error.h"
@@ -19,12 +20,6 @@ constexpr double kReach = 1.1;          // farther beyond a press's highest forc
 constexpr double kWorstDeviation = 4;   // of a press that saw the same as the others
 constexpr double kWholeBlock = 0.99;    // of its places seen, all but the rim
 constexpr double kLeastFeather = 0.05;  // of the weight on a window's very edge
-
-std::string text(const char* format, double a, double b = 0) {
-  char line[120];
-  std::snprintf(line, sizeof line, format, a, b);
-  return line;
-}
 
 void refuse(const std::string& name, const std::string& wanted, const std::string& found) {
   throw Error(Failure::Input, wanted + " in press '" + name + "'", found,

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/lump/dataset/file.h"
 #include "engine/lump/dataset/journal.h"
 
@@ -15,19 +16,12 @@ namespace {
 
 using Json = json::Value;
 
-template <typename... Values>
-std::string print(const char* format, Values... values) {
-  char text[400];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
-
 std::string duration(double s) {
   const auto whole = static_cast<long long>(std::llround(s));
-  if (whole < 60) return print("%lld s", whole);
-  if (whole < 3600) return print("%lld min %lld s", whole / 60, whole % 60);
-  if (whole < 86400) return print("%lld h %lld min", whole / 3600, whole % 3600 / 60);
-  return print("%lld d %lld h", whole / 86400, whole % 86400 / 3600);
+  if (whole < 60) return palpate::text("%lld s", whole);
+  if (whole < 3600) return palpate::text("%lld min %lld s", whole / 60, whole % 60);
+  if (whole < 86400) return palpate::text("%lld h %lld min", whole / 3600, whole % 3600 / 60);
+  return palpate::text("%lld d %lld h", whole / 86400, whole % 86400 / 3600);
 }
 
 struct Extent {
@@ -48,27 +42,29 @@ std::string shapes_of(const Sweep& sweep) {
 }
 
 std::string sweep_text(const Sweep& s) {
-  const auto grid = [](const std::array<uint32_t, 3>& c) { return print("%u x %u x %u", c[0], c[1], c[2]); };
+  const auto grid = [](const std::array<uint32_t, 3>& c) {
+    return palpate::text("%u x %u x %u", c[0], c[1], c[2]);
+  };
   return "sweep           seed " + std::to_string(s.seed) + ", " + grid(s.cells) +
          (s.two_grids() ? " and " + grid(s.coarser_cells) : "") +
-         print(" cells%s, maps of %u x %u nodes, %u loads to %.3g to %.3g %% of the thickness\n",
-               s.follows_lumps() ? " that follow the lump" : "", s.nodes[0], s.nodes[1], s.loads,
-               100 * s.greatest_press.low, 100 * s.greatest_press.high) +
+         palpate::text(" cells%s, maps of %u x %u nodes, %u loads to %.3g to %.3g %% of the thickness\n",
+                       s.follows_lumps() ? " that follow the lump" : "", s.nodes[0], s.nodes[1], s.loads,
+                       100 * s.greatest_press.low, 100 * s.greatest_press.high) +
          "                " + shapes_of(s) +
-         print("; %.3g %% without a lump, %.3g %% of the lumps in the middle\n", 100 * s.no_lump_fraction,
-               100 * s.centred_fraction);
+         palpate::text("; %.3g %% without a lump, %.3g %% of the lumps in the middle\n",
+                       100 * s.no_lump_fraction, 100 * s.centred_fraction);
 }
 
 }  // namespace
 
 std::string progress_text(const DatasetProgress& p) {
-  std::string text = print("%u of %u cases", p.done, p.cases);
+  std::string text = palpate::text("%u of %u cases", p.done, p.cases);
   if (p.done_now > 0 && p.wall_s > 0) {
     const double rate = p.done_now / p.wall_s;
-    text += print(", %.1f a minute", 60 * rate);
+    text += palpate::text(", %.1f a minute", 60 * rate);
     if (p.done < p.cases) text += ", " + duration((p.cases - p.done) / rate) + " left";
   }
-  if (p.not_converged > 0) text += print(", %u not converged", p.not_converged);
+  if (p.not_converged > 0) text += palpate::text(", %u not converged", p.not_converged);
   return text;
 }
 
@@ -76,12 +72,12 @@ std::string dataset_text(const DatasetJob& job, const DatasetReport& r) {
   const DatasetProgress& p = r.progress;
   std::string text = progress_text(p);
   if (p.done_now > 0)
-    text += print("; %u of them now, in %s, by %u process%s with %u thread%s", p.done_now,
-                  duration(p.wall_s).c_str(), r.processes, r.processes == 1 ? "" : "es", r.threads,
-                  r.threads == 1 ? "" : "s");
+    text += palpate::text("; %u of them now, in %s, by %u process%s with %u thread%s", p.done_now,
+                          duration(p.wall_s).c_str(), r.processes, r.processes == 1 ? "" : "es", r.threads,
+                          r.threads == 1 ? "" : "s");
   text += "\n";
   if (r.damaged > 0)
-    text += print("done again: %zu cases that were found damaged in the journal\n", r.damaged);
+    text += palpate::text("done again: %zu cases that were found damaged in the journal\n", r.damaged);
   if (r.written) text += "written: " + job.file.string() + "\n";
   if (r.complete && !r.written) text += job.file.string() + " is complete already\n";
   if (!r.complete)
@@ -113,7 +109,7 @@ DatasetInfo dataset_info(const std::filesystem::path& file) {
   const bool being_made = std::filesystem::exists(journal, error);
   if (being_made && !std::filesystem::exists(file, error)) {
     const Journal::Glance glance = Journal::glance(journal);
-    return {print("being made      %zu cases done by %s\n", glance.cases, glance.program.c_str()) +
+    return {palpate::text("being made      %zu cases done by %s\n", glance.cases, glance.program.c_str()) +
                 sweep_text(glance.sweep),
             Json{{"complete", false},
                  {"program", glance.program},
@@ -159,16 +155,17 @@ DatasetInfo dataset_info(const std::filesystem::path& file) {
 
   const size_t n = data.samples.size();
   std::string text =
-      print("data set        %zu cases from number %u on, by %s: %zu good, %zu not converged, %zu not done\n",
-            n, data.first, data.program.c_str(), states[1], states[2], states[0]) +
+      palpate::text(
+          "data set        %zu cases from number %u on, by %s: %zu good, %zu not converged, %zu not done\n",
+          n, data.first, data.program.c_str(), states[1], states[2], states[0]) +
       sweep_text(data.sweep);
-  text +=
-      print("lumps           %zu spheres, %zu ellipsoids, %zu upright and %zu lying cylinders, %zu without\n",
-            shapes[0], shapes[1], shapes[2], shapes[3], shapes[4]);
+  text += palpate::text(
+      "lumps           %zu spheres, %zu ellipsoids, %zu upright and %zu lying cylinders, %zu without\n",
+      shapes[0], shapes[1], shapes[2], shapes[3], shapes[4]);
   Json ranges;
   for (const Row& row : rows) {
     if (!row.extent.any()) continue;
-    text += print("%-22s %.4g to %.4g %s\n", row.name, row.extent.low, row.extent.high, row.unit);
+    text += palpate::text("%-22s %.4g to %.4g %s\n", row.name, row.extent.low, row.extent.high, row.unit);
     ranges[row.name] = {row.extent.low, row.extent.high};
   }
   if (being_made) text += "more cases of it are being made, or were: " + journal.string() + "\n";

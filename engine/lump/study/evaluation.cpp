@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/lump/dataset/sweep.h"
 
 namespace palpate::lump {
@@ -22,13 +23,6 @@ double quantile(std::vector<double> values, double fraction) {
   const auto place = static_cast<size_t>(std::floor(fraction * static_cast<double>(values.size() - 1) + 0.5));
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(place), values.end());
   return values[place];
-}
-
-template <typename... Values>
-std::string line(const char* format, Values... values) {
-  char text[300];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
 }
 
 std::vector<std::array<double, 2>> roc_of(const std::vector<Judged>& judged) {
@@ -170,11 +164,11 @@ Score score_of(const std::vector<Judged>& judged) {
 }
 
 std::string score_text(const Score& s) {
-  std::string text = line("%zu blocks with a lump, %zu without; %.2f ms each (95 %%: %.2f ms)\n\n", s.lumps,
-                          s.plain, s.wall_ms, s.wall_p95_ms);
+  std::string text = palpate::text("%zu blocks with a lump, %zu without; %.2f ms each (95 %%: %.2f ms)\n\n",
+                                   s.lumps, s.plain, s.wall_ms, s.wall_p95_ms);
   text += "                       size     depth   stiffness ratio (of 2 to 20)\n";
   const auto row = [&text](const char* name, const std::array<double, 3>& v) {
-    text += line("%-20s %5.1f %%   %5.1f %%   %5.1f %%\n", name, 100 * v[0], 100 * v[1], 100 * v[2]);
+    text += palpate::text("%-20s %5.1f %%   %5.1f %%   %5.1f %%\n", name, 100 * v[0], 100 * v[1], 100 * v[2]);
   };
   row("median error", s.median);
   row("90 % of errors below", s.ninetieth);
@@ -182,23 +176,24 @@ std::string score_text(const Score& s) {
   row("intervals hold", s.coverage);
   text += "\ntrue ratio     lumps   median error of size, depth, ratio\n";
   for (const ErrorRange& r : s.by_ratio)
-    text += line("%3.0f to %-7s %5zu   %5.1f %%  %5.1f %%  %5.1f %%\n", r.low,
-                 r.high < 1e8 ? line("%.0f", r.high).c_str() : "more", r.count, 100 * r.median[0],
-                 100 * r.median[1], 100 * r.median[2]);
-  text += line("\nshape right in %.1f %%; truth by answer:\n%-10s", 100 * s.shape_rate, "");
-  for (size_t b = 0; b < 4; ++b) text += line(" %9s", to_string(static_cast<fem::InclusionShape>(b)));
+    text += palpate::text("%3.0f to %-7s %5zu   %5.1f %%  %5.1f %%  %5.1f %%\n", r.low,
+                          r.high < 1e8 ? palpate::text("%.0f", r.high).c_str() : "more", r.count,
+                          100 * r.median[0], 100 * r.median[1], 100 * r.median[2]);
+  text += palpate::text("\nshape right in %.1f %%; truth by answer:\n%-10s", 100 * s.shape_rate, "");
+  for (size_t b = 0; b < 4; ++b)
+    text += palpate::text(" %9s", to_string(static_cast<fem::InclusionShape>(b)));
   for (size_t a = 0; a < 4; ++a) {
-    text += line("\n%-10s", to_string(static_cast<fem::InclusionShape>(a)));
-    for (const size_t n : s.shapes[a]) text += line(" %9zu", n);
+    text += palpate::text("\n%-10s", to_string(static_cast<fem::InclusionShape>(a)));
+    for (const size_t n : s.shapes[a]) text += palpate::text(" %9zu", n);
   }
-  text += line(
+  text += palpate::text(
       "\n\nlumps detected: %.1f %%; of 6 mm and more at 8 mm and less (%zu): %.1f %%; blocks without one "
       "told so: %.1f %%\n",
       100 * s.sensitivity, s.goal_lumps, 100 * s.goal_sensitivity, 100 * s.specificity);
   text += "verdicts (with a lump, without):";
   for (size_t v = 0; v < kStatuses; ++v)
-    text += line("%s %s %zu, %zu", v > 0 ? ";" : "", to_string(static_cast<Status>(v)), s.verdicts[v],
-                 s.plain_verdicts[v]);
+    text += palpate::text("%s %s %zu, %zu", v > 0 ? ";" : "", to_string(static_cast<Status>(v)),
+                          s.verdicts[v], s.plain_verdicts[v]);
   return text + "\n";
 }
 

@@ -108,11 +108,9 @@ std::string rows_text(const std::vector<ScoreRow>& rows) {
       "noise  loads  peak   sat.   d      h      E_r     d     h     E_r     found  open   saturated  "
       "several  "
       "training  time\n";
-  char line[240];
   for (const ScoreRow& r : rows) {
     const Score& s = r.score;
-    std::snprintf(
-        line, sizeof line,
+    const std::string line = palpate::text(
         "%4.1f %% %4u  %4.0f %% %4.1f %%  %4.1f %% %4.1f %% %5.1f %%  %3.0f %% %3.0f %% %3.0f %%   %3.0f "
         "%%  %3.0f %%   %3.0f %%     %3.0f %%    %3.0f %%   %5.1f ms\n",
         100 * r.noise_fraction, r.loads, 100 * r.exposure, 100 * r.saturated_fraction, 100 * s.median[0],

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "engine/base/text.h"
 #include "engine/fem/solve.h"
 #include "engine/lump/dataset/sweep.h"
 #include "palpate/error.h"
@@ -12,12 +13,6 @@ namespace palpate::lump {
 namespace {
 
 constexpr double kBySize_N = 2, kByMaterial_N = 2.35;
-
-std::string text(const char* format, double value) {
-  char line[80];
-  std::snprintf(line, sizeof line, format, value);
-  return line;
-}
 
 fem::Scene phantom(const FigureOptions& o, double size_mm, double lump_Pa) {
   fem::Scene scene;

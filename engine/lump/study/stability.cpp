@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "engine/base/text.h"
 #include "engine/fem/large_strain/large_strain.h"
 #include "engine/fem/solve.h"
 
@@ -56,11 +57,6 @@ std::vector<StabilityCase> stability_cases(double noise) {
     cases.back().group = group;
     cases.back().name = name;
     change(cases.back());
-  };
-  const auto text = [](const char* format, double value) {
-    char line[64];
-    std::snprintf(line, sizeof line, format, value);
-    return std::string(line);
   };
   add("reference", "sphere 8 mm, 5 mm deep, E_r 6", [](StabilityCase&) {});
   for (const double ratio : {0.1, 0.5, 1.5, 3.0, 12.0, 30.0, 100.0, 1e4})

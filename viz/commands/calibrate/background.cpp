@@ -7,6 +7,7 @@
 #include "capture/files/output_file.h"
 #include "capture/session/session.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
 #include "viz/commands/calibrate/calibrate.h"
@@ -65,9 +66,7 @@ Report background(const Common& common, const Options& options) {
                              {"drift_gray", found.drift_gray},
                              {"saturated_px", found.saturated_px},
                              {"warning", found.warning}};
-  char text[512];
-  std::snprintf(
-      text, sizeof text,
+  const std::string line = text(
       "untouched image of %zu frames, noise %.2f gray a pixel; filtered, nothing changes by more than "
       "%.2f gray\nthreshold: %.2f gray suggested, %.2f %s\n",
       found.used, found.noise_gray, found.largest_change_gray, found.threshold_gray,
@@ -75,7 +74,7 @@ Report background(const Common& common, const Options& options) {
       options.set_threshold                ? "set"
       : before < found.largest_change_gray ? "in the sensor file: noise counts as contact (--set-threshold)"
                                            : "in the sensor file");
-  std::string all = text;
+  std::string all = line;
   if (!found.warning.empty()) all += "WARNING: " + found.warning + "\n";
   all += "written: " + common.out.string() + " and " + image.string();
   return {all, value.dump(2), 0};

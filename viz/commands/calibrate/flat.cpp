@@ -10,6 +10,7 @@
 #include "capture/files/output_file.h"
 #include "capture/open_source.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
 #include "viz/commands/calibrate/calibrate.h"
@@ -54,9 +55,8 @@ Report flat(const Common& common, const Options& options) {
   const FlatFit fit = fit_flat(frames, dark ? &*dark : nullptr, find_markers(frames.front(), sensor), sensor);
   const fs::path image = fs::absolute(common.out).parent_path() / (common.out.stem().string() + "_flat.png");
   write_whole(image, encode_image(fit.image, ".png"));
-  char note[160];
-  std::snprintf(note, sizeof note, "%zu frames, unevenness %.2f %% to %.2f %% on frames not used",
-                frames.size(), 100 * fit.uneven_before, 100 * fit.uneven_after);
+  std::string note = text("%zu frames, unevenness %.2f %% to %.2f %% on frames not used", frames.size(),
+                          100 * fit.uneven_before, 100 * fit.uneven_after);
   sensor.flat =
       FlatField{image.string(), fit.gain, origin_now(fs::path(options.input).filename().string(), note)};
   // The field belongs to this size of frame.
@@ -71,16 +71,14 @@ Report flat(const Common& common, const Options& options) {
                              {"factor_min", fit.least},
                              {"factor_max", fit.most},
                              {"limited_share", fit.limited}};
-  char text[512];
-  std::snprintf(text, sizeof text,
-                "light over the frame: %.2f %% uneven, %.2f %% once evened (frames not used for the field); "
-                "factors %.2f to %.2f\n",
-                100 * fit.uneven_before, 100 * fit.uneven_after, fit.least, fit.most);
-  std::string all = text;
+  std::string line = text(
+      "light over the frame: %.2f %% uneven, %.2f %% once evened (frames not used for the field); "
+      "factors %.2f to %.2f\n",
+      100 * fit.uneven_before, 100 * fit.uneven_after, fit.least, fit.most);
+  std::string all = line;
   if (fit.limited > 0) {
-    std::snprintf(text, sizeof text, "WARNING: the factor is held at 1/4 or 4 in %.1f %% of the frame\n",
-                  100 * fit.limited);
-    all += text;
+    line = text("WARNING: the factor is held at 1/4 or 4 in %.1f %% of the frame\n", 100 * fit.limited);
+    all += line;
   }
   if (sensor.force || sensor.reconstruction != Reconstruction::None)
     all += "WARNING: gray changes with the field: calibrate force and surface again\n";

@@ -7,6 +7,7 @@
 #include "capture/files/images.h"
 #include "capture/files/output_file.h"
 #include "capture/open_source.h"
+#include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/calibrate/calibrate.h"
@@ -57,10 +58,9 @@ std::string write_images(const MeasuredInput& input, const ForceOutcome& outcome
     }
     constexpr double kNear = 0.02;
     if (!nearest || std::abs(nearest->force_N - force_N) > kNear * outcome.choice.calibration.force_max_N) {
-      char text[64];
-      std::snprintf(text, sizeof text, "%.4g N", force_N);
+      const std::string line = palpate::text("%.4g N", force_N);
       throw Error(Failure::Usage, "--images at forces that the first recording has while loading",
-                  std::string("none near ") + text, "other forces");
+                  std::string("none near ") + line, "other forces");
     }
     wanted[nearest->frame] = nearest;
   }
@@ -71,9 +71,8 @@ std::string write_images(const MeasuredInput& input, const ForceOutcome& outcome
     if (found == wanted.end()) continue;
     const std::string file = stem + "_" + numbered_name(frame.sequence, "png");
     write_whole(file, encode_image(frame, ".png"));
-    char title[120];
-    std::snprintf(title, sizeof title, "%.3f N, G = %.4g gray levels", found->second->force_N,
-                  found->second->features.gray_sum);
+    const std::string title = palpate::text("%.3f N, G = %.4g gray levels", found->second->force_N,
+                                            found->second->features.gray_sum);
     plots += "set title " + gnuplot_quoted(title) + "\nplot " + gnuplot_quoted(file) +
              " binary filetype=png with rgbimage notitle\n";
   }

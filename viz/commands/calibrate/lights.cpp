@@ -8,6 +8,7 @@
 #include "capture/calibrate/origin.h"
 #include "capture/files/light_files.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/calibrate/light_stack_check.h"
 #include "palpate/error.h"
 #include "viz/commands/calibrate/calibrate.h"
@@ -50,9 +51,8 @@ Report lights(const Common& common, const Options& options) {
   calibration.pitch_mm_per_px = options.pitch_mm_per_px;
   calibration.bands_mm = best.bands_mm;
   calibration.halves_mm = best.halves_mm;
-  char line[300];
-  std::snprintf(line, sizeof line, "%zu lights, order %d, heights %.1f um RMS on bands held out",
-                images.images.size(), best.order, 1e3 * best.bands_mm);
+  std::string line = palpate::text("%zu lights, order %d, heights %.1f um RMS on bands held out",
+                                   images.images.size(), best.order, 1e3 * best.bands_mm);
   calibration.origin = origin_now(options.images.front().parent_path().filename().string() + " beside " +
                                       options.height.filename().string(),
                                   line);
@@ -62,14 +62,13 @@ Report lights(const Common& common, const Options& options) {
   std::string text = "order of the light over the frame   held-out bands, um RMS   held-out halves, um RMS\n";
   for (const HeldOutHeights& h : tried) {
     orders.push_back({{"order", h.order}, {"bands_rms_mm", h.bands_mm}, {"halves_rms_mm", h.halves_mm}});
-    std::snprintf(line, sizeof line, "%-33d %24.1f %25.1f%s\n", h.order, 1e3 * h.bands_mm, 1e3 * h.halves_mm,
-                  h.order == best.order && tried.size() > 1 ? "   <- taken" : "");
+    line = palpate::text("%-33d %24.1f %25.1f%s\n", h.order, 1e3 * h.bands_mm, 1e3 * h.halves_mm,
+                         h.order == best.order && tried.size() > 1 ? "   <- taken" : "");
     text += line;
   }
-  std::snprintf(line, sizeof line,
-                "slopes explained: %.1f %% across, %.1f %% down; %u x %u px at %.6g mm/px\nwritten: ",
-                100 * calibration.stack.explained_x, 100 * calibration.stack.explained_y, images.width,
-                images.height, options.pitch_mm_per_px);
+  line = palpate::text("slopes explained: %.1f %% across, %.1f %% down; %u x %u px at %.6g mm/px\nwritten: ",
+                       100 * calibration.stack.explained_x, 100 * calibration.stack.explained_y, images.width,
+                       images.height, options.pitch_mm_per_px);
   const json::Value value = {{"lights_file", common.out.string()},
                              {"lights", images.images.size()},
                              {"order", best.order},

@@ -4,6 +4,7 @@
 
 #include "capture/calibrate/origin.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/calibrate/lookup_fit.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
@@ -39,9 +40,9 @@ Report lookup(const Common& common, const BallOptions& options) {
                  p.ball.radius_px, p.ball_radius_mm, p.label, p.mask);
   }
   const LookupFitResult result = fit.solve();
-  char note[160];
-  std::snprintf(note, sizeof note, "%zu presses, held out %s: depth %.4f mm RMS", result.presses.size(),
-                result.by_press ? "one at a time" : "by sectors of one press", result.depth_rmse_mm);
+  const std::string note =
+      palpate::text("%zu presses, held out %s: depth %.4f mm RMS", result.presses.size(),
+                    result.by_press ? "one at a time" : "by sectors of one press", result.depth_rmse_mm);
   Sensor calibrated = original;
   calibrated.reconstruction = Reconstruction::Lookup;
   calibrated.lookup = result.calibration;
@@ -63,10 +64,9 @@ Report lookup(const Common& common, const BallOptions& options) {
                        {"largest_depth_mm", p.largest_depth_mm},
                        {"depth_rmse_mm", p.depth_rmse_mm},
                        {"depth_error_mm", p.depth_error_mm}});
-    char row[256];
-    std::snprintf(row, sizeof row, "%-26.80s %7.1f %7.1f %9.1f %10.3f %8.4f %9.4f\n", p.label.c_str(),
-                  ball.center_x_px, ball.center_y_px, ball.radius_px, p.largest_depth_mm, p.depth_rmse_mm,
-                  p.depth_error_mm);
+    const std::string row = palpate::text("%-26.80s %7.1f %7.1f %9.1f %10.3f %8.4f %9.4f\n", p.label.c_str(),
+                                          ball.center_x_px, ball.center_y_px, ball.radius_px,
+                                          p.largest_depth_mm, p.depth_rmse_mm, p.depth_error_mm);
     text += row;
   }
   for (const RefusedPress& r : found.refused) {
@@ -82,11 +82,10 @@ Report lookup(const Common& common, const BallOptions& options) {
                              {"depth_max_mm", points.back()[1]},
                              {"held_out", result.by_press ? "press" : "sector"},
                              {"depth_rmse_held_out_mm", result.depth_rmse_mm}};
-  char all[256];
-  std::snprintf(all, sizeof all,
-                "all: depth %.4f mm RMS, held out %s; %zu points up to %.1f gray and %.3f mm\nwritten: ",
-                result.depth_rmse_mm, result.by_press ? "press by press" : "by sectors of the one press",
-                points.size(), points.back()[0], points.back()[1]);
+  const std::string all =
+      palpate::text("all: depth %.4f mm RMS, held out %s; %zu points up to %.1f gray and %.3f mm\nwritten: ",
+                    result.depth_rmse_mm, result.by_press ? "press by press" : "by sectors of the one press",
+                    points.size(), points.back()[0], points.back()[1]);
   return {text + all + common.out.string(), value.dump(2), 0};
 }
 

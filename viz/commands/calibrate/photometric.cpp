@@ -8,6 +8,7 @@
 
 #include "capture/calibrate/origin.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/calibrate/photometric_fit.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
@@ -33,9 +34,8 @@ struct Options : BallOptions {
 };
 
 std::string fixed(double value, int digits) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
+  const std::string line = palpate::text("%.*f", digits, value);
+  return line;
 }
 
 json::Value errors_json(const HeldOutErrors& e) {
@@ -141,10 +141,9 @@ Sensor calibrated(Sensor sensor, const Fitted& fitted, const Options& options) {
 
 /// Adds a press's line to `text`; gives its values.
 json::Value add_press(const HeldOutPress& p, const FoundBall& ball, std::string& text) {
-  char row[256];
-  std::snprintf(row, sizeof row, "%-26.80s %7.1f %7.1f %9.1f %11.2f %14.4f %11.3f\n", p.label.c_str(),
-                ball.center_x_px, ball.center_y_px, ball.radius_px, p.normal_angle_deg, p.depth_rmse_mm,
-                p.depth_gain);
+  const std::string row =
+      palpate::text("%-26.80s %7.1f %7.1f %9.1f %11.2f %14.4f %11.3f\n", p.label.c_str(), ball.center_x_px,
+                    ball.center_y_px, ball.radius_px, p.normal_angle_deg, p.depth_rmse_mm, p.depth_gain);
   text += row;
   return {{"press", p.label},
           {"center_x_px", ball.center_x_px},

@@ -13,6 +13,7 @@
 #include "capture/calibrate/scale.h"
 #include "capture/open_source.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
 #include "viz/commands/calibrate/calibrate.h"
@@ -87,9 +88,9 @@ Found by_grid(const Options& options, const Sensor& reading, Sensor& sensor) {
   const GridFit fit = fit_grid(views, width, height);
   const PadFrame pad = pad_frame(fit, views.front(), width, height, options.spacing_sd);
   const double residual_mm = fit.lens.residual_px * pad.pitch_mm_per_px;
-  char note[200];
-  std::snprintf(note, sizeof note, "grid %s of %g mm in %zu pictures, residual %.3f px", options.grid.c_str(),
-                options.spacing_mm, views.size(), fit.lens.residual_px);
+  const std::string note =
+      palpate::text("grid %s of %g mm in %zu pictures, residual %.3f px", options.grid.c_str(),
+                    options.spacing_mm, views.size(), fit.lens.residual_px);
   sensor.pitch_mm_per_px = pad.pitch_mm_per_px;
   sensor.pitch_sd_mm_per_px = pad.pitch_sd_mm_per_px;
   sensor.lens.reset();
@@ -110,14 +111,12 @@ Found by_grid(const Options& options, const Sensor& reading, Sensor& sensor) {
                  {"held_out_px", fit.held_out_px},
                  {"held_out_without_lens_px", fit.plain_px},
                  {"size_px", pad.size_px}};
-  char text[400];
-  std::snprintf(
-      text, sizeof text,
+  const std::string line = palpate::text(
       "grid found in %zu of %zu pictures; points lie %.3f px (%.4f mm) RMS from lens and plane; held out "
       "%.3f px,\nwithout distortion %.3f px; %d distortion terms\nframe: %u x %u px\n",
       views.size(), pictures.size(), fit.lens.residual_px, residual_mm, fit.held_out_px, fit.plain_px,
       fit.terms, pad.size_px[0], pad.size_px[1]);
-  found.text = text;
+  found.text = line;
   return found;
 }
 
@@ -192,10 +191,10 @@ Report scale(const Common& common, const Options& options) {
                        {"pitch_mm_per_px", sensor.pitch_mm_per_px},
                        {"pitch_sd_mm_per_px", sensor.pitch_sd_mm_per_px}};
   value.update(found.value);
-  char text[200];
-  std::snprintf(text, sizeof text, "pitch: %.6f +- %.6f mm per px (%.2f %%)\n", sensor.pitch_mm_per_px,
-                sensor.pitch_sd_mm_per_px, 100 * sensor.pitch_sd_mm_per_px / sensor.pitch_mm_per_px);
-  std::string all = found.text + text;
+  const std::string line =
+      palpate::text("pitch: %.6f +- %.6f mm per px (%.2f %%)\n", sensor.pitch_mm_per_px,
+                    sensor.pitch_sd_mm_per_px, 100 * sensor.pitch_sd_mm_per_px / sensor.pitch_mm_per_px);
+  std::string all = found.text + line;
   if (original.force || original.shear || original.reconstruction != Reconstruction::None || original.flat)
     all +=
         "WARNING: force, shear, surface and flat field were calibrated at another scale: calibrate them "

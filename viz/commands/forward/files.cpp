@@ -7,6 +7,7 @@
 #include "capture/files/output_file.h"
 #include "capture/synthetic/optics.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 #include "viz/commands/forward/forward.h"
 #include "viz/report/gnuplot.h"
@@ -68,9 +69,9 @@ std::string profile_script(const ForwardOutcome& o) {
     const double x = 0.4 * o.scene.block_mm[0] * i / 100;
     curve += plot_number(x) + " " + plot_number(o.fit.at(x)) + "\n";
   }
-  char title[200];
-  std::snprintf(title, sizeof title, "%.4g N, %.4g mm; Gaussian: a %.4g Pa, s %.3g mm, R^2 %.4f",
-                o.result.force_N, o.result.press_mm, o.fit.amplitude, o.fit.width_mm, o.fit.r_squared);
+  const std::string title =
+      text("%.4g N, %.4g mm; Gaussian: a %.4g Pa, s %.3g mm, R^2 %.4f", o.result.force_N, o.result.press_mm,
+           o.fit.amplitude, o.fit.width_mm, o.fit.r_squared);
   std::string s = data_block("points", points) + data_block("curve", curve) + kLook;
   s += "set title " + gnuplot_quoted(title) +
        "\nset xlabel 'x, mm'\nset ylabel 'stress on the surface, Pa'\nset key top right\n"

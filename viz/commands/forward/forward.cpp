@@ -1,5 +1,6 @@
 // palpate forward: what a lump in tissue shows on the surface (theory S11).
 #include "viz/commands/forward/forward.h"
+#include "engine/base/text.h"
 #include "engine/fem/solve.h"
 
 #include <algorithm>
@@ -98,10 +99,9 @@ Report one_scene(const Common& common, const Options& options) {
                             {"pitch_mm_per_px", image.pitch_mm_per_px},
                             {"brightest_change_gray", image.brightest_change},
                             {"clipped_px", image.clipped_px}};
-  char line[200];
-  std::snprintf(line, sizeof line, "tactile image   %u x %u px, brightest change %.3g gray of 255%s (%s)\n",
-                image.width, image.height, image.brightest_change,
-                image.brightest_change < 1 ? ": below one step" : "", image.source.c_str());
+  const std::string line = palpate::text(
+      "tactile image   %u x %u px, brightest change %.3g gray of 255%s (%s)\n", image.width, image.height,
+      image.brightest_change, image.brightest_change < 1 ? ": below one step" : "", image.source.c_str());
   text += line;
   if (image.clipped_px > 0)
     text += "warning         " + std::to_string(image.clipped_px) + " px of the tactile image are clipped\n";

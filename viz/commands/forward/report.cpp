@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 
 namespace palpate {
 namespace {
@@ -13,13 +14,6 @@ using Json = json::Value;
 
 Json or_null(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
-template <typename... Values>
-std::string line(const char* format, Values... values) {
-  char text[300];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
 }
 
 }  // namespace
@@ -104,45 +98,47 @@ Json to_json(const ForwardOutcome& o) {
 std::string to_text(const ForwardOutcome& o) {
   const fem::Result& r = o.result;
   const fem::Scene& s = o.scene;
-  std::string text =
-      line("tissue          %g x %g x %g mm, %g Pa, Poisson's ratio %g, %u x %u x %u cells\n", s.block_mm[0],
-           s.block_mm[1], s.block_mm[2], s.young_Pa, s.poisson, s.cells[0], s.cells[1], s.cells[2]);
+  std::string text = palpate::text(
+      "tissue          %g x %g x %g mm, %g Pa, Poisson's ratio %g, %u x %u x %u cells\n", s.block_mm[0],
+      s.block_mm[1], s.block_mm[2], s.young_Pa, s.poisson, s.cells[0], s.cells[1], s.cells[2]);
   if (s.inclusion) {
     const auto size = s.inclusion->size();
-    text += line("inclusion       %s %g x %g x %g mm, %g mm deep, %g times as stiff\n",
-                 to_string(s.inclusion->shape), size[0], size[1], size[2], s.inclusion->depth_mm,
-                 s.inclusion->stiffness_ratio);
+    text += palpate::text("inclusion       %s %g x %g x %g mm, %g mm deep, %g times as stiff\n",
+                          to_string(s.inclusion->shape), size[0], size[1], size[2], s.inclusion->depth_mm,
+                          s.inclusion->stiffness_ratio);
   } else {
     text += "inclusion       none\n";
   }
   for (const fem::PadSheet& sheet : s.pad)
-    text += line("%s%g mm, %g Pa%s\n", &sheet == s.pad.data() ? "pad             " : "                ",
-                 sheet.thickness_mm, sheet.young_Pa,
-                 &sheet != s.pad.data() ? ""
-                 : s.pad_slides         ? ", slides on the tissue"
-                                        : ", bonded to the tissue");
+    text +=
+        palpate::text("%s%g mm, %g Pa%s\n", &sheet == s.pad.data() ? "pad             " : "                ",
+                      sheet.thickness_mm, sheet.young_Pa,
+                      &sheet != s.pad.data() ? ""
+                      : s.pad_slides         ? ", slides on the tissue"
+                                             : ", bonded to the tissue");
   if (!r.converged)
-    return text + (r.press_mm > 0 ? line("NOT CONVERGED   good up to %.4g mm and %.5g N (%s)\n", r.press_mm,
-                                         r.force_N, r.solver.c_str())
-                                  : line("NOT CONVERGED   residual %.3g after %u iterations: no numbers\n",
-                                         r.residual, r.iterations));
-  text += line("press           %s, %.4g mm, %.5g N\n", to_string(s.presser), r.press_mm, r.force_N);
-  text += line("stress          %.5g Pa in the middle", r.center_stress_Pa);
-  text += std::isfinite(r.core_strain) ? line(", strain in the core %.4g\n", r.core_strain) : "\n";
+    return text + (r.press_mm > 0
+                       ? palpate::text("NOT CONVERGED   good up to %.4g mm and %.5g N (%s)\n", r.press_mm,
+                                       r.force_N, r.solver.c_str())
+                       : palpate::text("NOT CONVERGED   residual %.3g after %u iterations: no numbers\n",
+                                       r.residual, r.iterations));
+  text += palpate::text("press           %s, %.4g mm, %.5g N\n", to_string(s.presser), r.press_mm, r.force_N);
+  text += palpate::text("stress          %.5g Pa in the middle", r.center_stress_Pa);
+  text += std::isfinite(r.core_strain) ? palpate::text(", strain in the core %.4g\n", r.core_strain) : "\n";
   if (s.presser == fem::Presser::Sphere)
-    text += line("contact         radius %.4g mm, +- half a cell of %.3g mm\n", r.contact_radius_mm,
-                 r.stress_Pa.pitch_mm[0]);
+    text += palpate::text("contact         radius %.4g mm, +- half a cell of %.3g mm\n", r.contact_radius_mm,
+                          r.stress_Pa.pitch_mm[0]);
   const lump::GaussianFit& f = o.fit;
   if (f.found)
-    text += line(
+    text += palpate::text(
         "Gaussian        a %.4g +- %.2g Pa, s %.4g +- %.2g mm (s^2 %.4g mm^2), at %.3g +- %.2g mm,\n"
         "                offset %.4g +- %.2g Pa, R^2 %.4f (errors: how far the line is from a Gaussian)\n",
         f.amplitude, f.sd[0], f.width_mm, f.sd[2], f.width_mm * f.width_mm, f.center_mm, f.sd[1], f.offset,
         f.sd[3], f.r_squared);
   else
     text += "Gaussian        none: the line holds no bump that stands out\n";
-  text += line("solved          residual %.2g, %u iterations, %.2f s, %.0f MB\n", r.residual, r.iterations,
-               r.wall_s, megabytes(r));
+  text += palpate::text("solved          residual %.2g, %u iterations, %.2f s, %.0f MB\n", r.residual,
+                        r.iterations, r.wall_s, megabytes(r));
   text += "solver          " + r.solver + "\n";
   for (const std::string& warning : r.warnings) text += "warning         " + warning + "\n";
   return text;

@@ -5,6 +5,7 @@
 
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/fem/solve.h"
 #include "palpate/error.h"
 #include "viz/commands/forward/forward.h"
@@ -113,18 +114,17 @@ std::string sweep_text(const std::vector<SweepRow>& rows) {
   for (const SweepRow& row : rows) {
     const fem::Result& r = row.outcome.result;
     const lump::GaussianFit& f = row.outcome.fit;
-    char line[200];
+    std::string line;
     const std::string value =
         row.input[0] == 's' ? to_string(kShapes[static_cast<size_t>(row.value)]) : plot_number(row.value);
     if (!r.converged)
-      std::snprintf(line, sizeof line, "%-5s %10s  not converged, residual %.2g\n", row.input, value.c_str(),
-                    r.residual);
+      line = palpate::text("%-5s %10s  not converged, residual %.2g\n", row.input, value.c_str(), r.residual);
     else if (f.found)
-      std::snprintf(line, sizeof line, "%-5s %10s %9.5g %11.5g %8.4g +- %-6.2g %6.4g +- %.2g\n", row.input,
-                    value.c_str(), r.force_N, r.center_stress_Pa, f.amplitude, f.sd[0], f.width_mm, f.sd[2]);
+      line = palpate::text("%-5s %10s %9.5g %11.5g %8.4g +- %-6.2g %6.4g +- %.2g\n", row.input, value.c_str(),
+                           r.force_N, r.center_stress_Pa, f.amplitude, f.sd[0], f.width_mm, f.sd[2]);
     else
-      std::snprintf(line, sizeof line, "%-5s %10s %9.5g %11.5g  no bump\n", row.input, value.c_str(),
-                    r.force_N, r.center_stress_Pa);
+      line = palpate::text("%-5s %10s %9.5g %11.5g  no bump\n", row.input, value.c_str(), r.force_N,
+                           r.center_stress_Pa);
     text += line;
   }
   return text;
@@ -266,28 +266,28 @@ double unknowns(const fem::Scene& s) {
 std::string convergence_text(const ConvergenceTables& t) {
   std::string text =
       "cells           unknowns   force N     centre Pa  against finest   iterations   wall s     MB\n";
-  char line[240];
+  std::string line;
   for (const ForwardOutcome& o : t.grids) {
     const fem::Result &r = o.result, &finest = t.grids.back().result;
     if (!r.converged || !finest.converged)
-      std::snprintf(line, sizeof line, "%3u x %3u x %3u  not converged, residual %.2g\n", o.scene.cells[0],
-                    o.scene.cells[1], o.scene.cells[2], r.residual);
+      line = palpate::text("%3u x %3u x %3u  not converged, residual %.2g\n", o.scene.cells[0],
+                           o.scene.cells[1], o.scene.cells[2], r.residual);
     else
-      std::snprintf(line, sizeof line,
-                    "%3u x %3u x %3u %9.0f %9.6g %10.5g  %+6.2f %+6.2f %% %9u %12.3f %6.1f\n",
-                    o.scene.cells[0], o.scene.cells[1], o.scene.cells[2], unknowns(o.scene), r.force_N,
-                    r.center_stress_Pa, relative_percent(r.force_N, finest.force_N),
-                    relative_percent(r.center_stress_Pa, finest.center_stress_Pa), r.iterations, r.wall_s,
-                    megabytes(r));
+      line = palpate::text("%3u x %3u x %3u %9.0f %9.6g %10.5g  %+6.2f %+6.2f %% %9u %12.3f %6.1f\n",
+                           o.scene.cells[0], o.scene.cells[1], o.scene.cells[2], unknowns(o.scene), r.force_N,
+                           r.center_stress_Pa, relative_percent(r.force_N, finest.force_N),
+                           relative_percent(r.center_stress_Pa, finest.center_stress_Pa), r.iterations,
+                           r.wall_s, megabytes(r));
     text += line;
   }
   text += "\nnu       E_r      depth  shape      height  force N   centre Pa   iterations   residual\n";
   for (const ForwardOutcome& o : t.ranges) {
     const fem::Result& r = o.result;
     const fem::Inclusion& lump = *o.scene.inclusion;
-    std::snprintf(line, sizeof line, "%-7g %7g %7g  %-10s %6g %9.5g %11.5g %9u %14.2g%s\n", o.scene.poisson,
-                  lump.stiffness_ratio, lump.depth_mm, to_string(lump.shape), lump.size()[2], r.force_N,
-                  r.center_stress_Pa, r.iterations, r.residual, r.converged ? "" : "  NOT CONVERGED");
+    line =
+        palpate::text("%-7g %7g %7g  %-10s %6g %9.5g %11.5g %9u %14.2g%s\n", o.scene.poisson,
+                      lump.stiffness_ratio, lump.depth_mm, to_string(lump.shape), lump.size()[2], r.force_N,
+                      r.center_stress_Pa, r.iterations, r.residual, r.converged ? "" : "  NOT CONVERGED");
     text += line;
   }
   return text;

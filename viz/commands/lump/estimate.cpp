@@ -5,6 +5,7 @@
 
 #include "capture/files/lump_maps.h"
 #include "capture/files/output_file.h"
+#include "engine/base/text.h"
 #include "engine/lump/dataset/sweep.h"
 #include "engine/lump/observation/saturated_loads.h"
 #include "palpate/error.h"
@@ -60,12 +61,10 @@ std::string script_of(const lump::Observation& observation, const lump::Estimate
     outline[1].push_back(e.y_mm.value + 0.5 * e.size_mm.value * std::sin(i * std::numbers::pi / 36));
   }
   std::string script = plot_block("map", pixels) + plot_block("outline", outline);
-  char title[200];
-  std::snprintf(title, sizeof title, "%s", lump::status_text(e.verdict));
+  std::string title = palpate::text("%s", lump::status_text(e.verdict));
   if (seen)
-    std::snprintf(title, sizeof title, "%s: %.3g mm wide, %.3g mm deep, ratio %.3g to %.3g",
-                  to_string(e.shape), e.size_mm.value, e.depth_mm.value, e.stiffness_ratio.low,
-                  e.stiffness_ratio.high);
+    title = palpate::text("%s: %.3g mm wide, %.3g mm deep, ratio %.3g to %.3g", to_string(e.shape),
+                          e.size_mm.value, e.depth_mm.value, e.stiffness_ratio.low, e.stiffness_ratio.high);
   script += std::string("set title '") + title +
             "'\nset key off\nset size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset tics out\nset "
             "autoscale fix\n"

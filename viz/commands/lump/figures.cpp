@@ -4,6 +4,7 @@
 
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/lump/network/network.h"
 #include "engine/lump/study/figures.h"
 #include "palpate/error.h"
@@ -27,13 +28,6 @@ constexpr const char* kLook =
 constexpr const char* kPalette =
     "set palette defined (0 '#440154', 1 '#3b528b', 2 '#21918c', 3 '#5ec962', 4 '#fde725')\n";
 
-template <typename... Values>
-std::string line(const char* format, Values... values) {
-  char text[300];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
-
 std::string points(const lump::Profile& profile) {
   std::string lines;
   for (size_t i = 0; i < profile.x_mm.size(); ++i)
@@ -50,8 +44,8 @@ std::string curve(const lump::GaussianFit& fit, double half_mm) {
 
 std::string fit_text(const lump::GaussianFit& f) {
   if (!f.found) return "no Gaussian";
-  return line("a = %.4g +- %.2g Pa, s^2 = %.4g +- %.2g mm^2", f.amplitude, f.sd[0], f.width_mm * f.width_mm,
-              2 * f.width_mm * f.sd[2]);
+  return palpate::text("a = %.4g +- %.2g Pa, s^2 = %.4g +- %.2g mm^2", f.amplitude, f.sd[0],
+                       f.width_mm * f.width_mm, 2 * f.width_mm * f.sd[2]);
 }
 
 Json fit_json(const lump::GaussianFit& f) {
@@ -82,17 +76,17 @@ Json press_json(const lump::FigurePress& p) {
 
 std::string table(const char* title, const std::vector<lump::FigureRow>& rows) {
   std::string text =
-      line("%s\n%-10s %7s %8s %8s   %-42s   %-42s   %s\n", title, "inclusion", "E_r", "force N", "press mm",
-           "profile", "less the block without it", "paper: a (gray), sigma^2");
+      palpate::text("%s\n%-10s %7s %8s %8s   %-42s   %-42s   %s\n", title, "inclusion", "E_r", "force N",
+                    "press mm", "profile", "less the block without it", "paper: a (gray), sigma^2");
   for (const auto& [p, paper] : rows)
     if (p.good)
-      text +=
-          line("%-10s %7.4g %8.3f %8.3f   %-42s   %-42s   %.5g, %.4g\n", p.name.c_str(),
-               p.scene.inclusion->stiffness_ratio, p.press.force_N, p.press.press_mm, fit_text(p.fit).c_str(),
-               fit_text(p.bump_fit).c_str(), paper.amplitude_gray, paper.variance);
+      text += palpate::text("%-10s %7.4g %8.3f %8.3f   %-42s   %-42s   %.5g, %.4g\n", p.name.c_str(),
+                            p.scene.inclusion->stiffness_ratio, p.press.force_N, p.press.press_mm,
+                            fit_text(p.fit).c_str(), fit_text(p.bump_fit).c_str(), paper.amplitude_gray,
+                            paper.variance);
     else
-      text += line("%-10s %7.4g  not converged: the press ended at %.3g of %.3g N\n", p.name.c_str(),
-                   p.scene.inclusion->stiffness_ratio, p.last_force_N, p.wanted_N);
+      text += palpate::text("%-10s %7.4g  not converged: the press ended at %.3g of %.3g N\n", p.name.c_str(),
+                            p.scene.inclusion->stiffness_ratio, p.last_force_N, p.wanted_N);
   return text;
 }
 
@@ -149,8 +143,8 @@ void draw_maps(const std::vector<lump::FigureRow>& rows, const std::string& titl
     const std::string name = "m" + std::to_string(count++);
     blocks += data_block(name, lines);
     plots += "set title " +
-             gnuplot_quoted(line("%s, E_r %.3g, %.3g N", p.name.c_str(), p.scene.inclusion->stiffness_ratio,
-                                 p.press.force_N)) +
+             gnuplot_quoted(palpate::text("%s, E_r %.3g, %.3g N", p.name.c_str(),
+                                          p.scene.inclusion->stiffness_ratio, p.press.force_N)) +
              "\nplot $" + name + " using 1:2:3 with image\n";
   }
   if (count == 0) return;
@@ -283,7 +277,7 @@ Report run(const Common& common, const Options& o) {
       table("Fig. 22: 8 mm, 5 mm deep, by material", figures.by_material) +
       "the paper's 2323 is beyond its camera's 8 bits; 232.3 would fit its figure. Its moduli are not "
       "printed: Play-Doh " +
-      line("%g kPa, rubber %g kPa here\n", options.play_doh_Pa / 1000, options.rubber_Pa / 1000);
+      palpate::text("%g kPa, rubber %g kPa here\n", options.play_doh_Pa / 1000, options.rubber_Pa / 1000);
   text += broken.empty() ? "orderings by size and by material: as in the paper\n" : "";
   for (const std::string& why : broken) text += "warning: " + why + "\n";
   Json value = {{"figure_20", Json::array()}, {"figure_22", Json::array()}, {"figure_17", Json::array()}};
@@ -299,8 +293,8 @@ Report run(const Common& common, const Options& o) {
     entry["value"] = row.value;
     value["figure_17"].push_back(entry);
     if (!row.press.good)
-      text += line("warning: %s = %s ended at %.3g N\n", row.input.c_str(), row.press.name.c_str(),
-                   row.press.last_force_N);
+      text += palpate::text("warning: %s = %s ended at %.3g N\n", row.input.c_str(), row.press.name.c_str(),
+                            row.press.last_force_N);
   }
   value["broken_orderings"] = broken;
   if (!common.out.empty()) {

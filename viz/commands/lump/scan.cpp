@@ -7,6 +7,7 @@
 
 #include "capture/run/scan_recording.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/fem/large_strain/large_strain.h"
 #include "palpate/error.h"
 #include "viz/commands/block_options.h"
@@ -37,12 +38,6 @@ struct Options {
   std::string method = "network";
   bool force_given = false;
 };
-
-std::string text(const char* format, double a, double b = 0, double c = 0) {
-  char line[120];
-  std::snprintf(line, sizeof line, format, a, b, c);
-  return line;
-}
 
 std::string now_utc() {
   const std::time_t now = std::time(nullptr);
@@ -85,15 +80,15 @@ void add_inputs(const ScanPlan& plan, ScanReport& report) {
   report.inputs = {
       {"block", text("%g x %g x %g mm", s.block_mm[0], s.block_mm[1], s.block_mm[2])},
       {"tissue", text("Young's modulus %g Pa, Poisson's ratio %g", s.young_Pa, s.poisson)},
-      {"loads", text("%g up to %g N on the block, presses differ by %.2g %%", plan.loads, plan.force_N,
+      {"loads", text("%u up to %g N on the block, presses differ by %.2g %%", plan.loads, plan.force_N,
                      100 * plan.force_sd)},
       {"window", text("%g x %g mm", plan.sensor.window_mm[0], plan.sensor.window_mm[1]) +
-                     text(", %g x %g px", plan.sensor.size_px[0], plan.sensor.size_px[1])},
+                     text(", %u x %u px", plan.sensor.size_px[0], plan.sensor.size_px[1])},
       {"noise of the sensor", text("%g gray a pixel, %.2g %% of the peak a node",
                                    plan.sensor.pixel_noise_gray, 100 * plan.sensor.noise_fraction)},
       {"stage", text("good to %g mm", plan.stage_sd_mm)},
       {"source", "a synthetic block, " +
-                     text("%g x %g x %g cells, extrapolated with half as many, seed ", s.cells[0], s.cells[1],
+                     text("%u x %u x %u cells, extrapolated with half as many, seed ", s.cells[0], s.cells[1],
                           s.cells[2]) +
                      std::to_string(plan.seed)}};
 }

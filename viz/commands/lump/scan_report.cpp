@@ -8,6 +8,7 @@
 #include "capture/files/npy.h"
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "viz/commands/forward/forward.h"
 #include "viz/commands/lump/scan.h"
 #include "viz/report/gnuplot.h"
@@ -24,13 +25,6 @@ using Rows = std::vector<std::pair<std::string, std::string>>;
 constexpr const char* kNotice = "For research use. This is not a diagnosis.";
 constexpr const char* kLook =
     "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\nset tics textcolor rgb '#222222'\n";
-
-template <typename... Values>
-std::string line(const char* format, Values... values) {
-  char text[300];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
 
 Json or_null(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
@@ -57,8 +51,8 @@ Rows felt_rows(const lump::Outline& o, const lump::GaussianFit* fit) {
   }
   if (fit && fit->found)
     rows.emplace_back("Gaussian of the profile",
-                      line("a = %.4g +- %.2g Pa, s^2 = %.4g +- %.2g mm2", fit->amplitude, fit->sd[0],
-                           fit->width_mm * fit->width_mm, 2 * fit->width_mm * fit->sd[2]));
+                      palpate::text("a = %.4g +- %.2g Pa, s^2 = %.4g +- %.2g mm2", fit->amplitude, fit->sd[0],
+                                    fit->width_mm * fit->width_mm, 2 * fit->width_mm * fit->sd[2]));
   return rows;
 }
 Rows felt_rows(const ScanAnswer& a) {
@@ -74,11 +68,11 @@ Rows press_rows(const ScanAnswer& a) {
   Rows rows;
   for (const ScannedPress& p : a.presses) {
     const lump::Estimate& e = p.estimate;
-    std::string words =
-        line("the bump at %.3g, %.3g mm: %s", p.bump_mm[0], p.bump_mm[1], lump::status_text(e.verdict));
+    std::string words = palpate::text("the bump at %.3g, %.3g mm: %s", p.bump_mm[0], p.bump_mm[1],
+                                      lump::status_text(e.verdict));
     if (reports_numbers(e.verdict))
       words += "; size " + interval_text(e.size_mm, "mm") + ", depth " + interval_text(e.depth_mm, "mm") +
-               line(", stiffness ratio %.3g to %.3g", e.stiffness_ratio.low, e.stiffness_ratio.high);
+               palpate::text(", stiffness ratio %.3g to %.3g", e.stiffness_ratio.low, e.stiffness_ratio.high);
     rows.emplace_back(p.name, words);
   }
   return rows;
@@ -122,15 +116,16 @@ Rows map_rows(const lump::ScanMap& map) {
   Rows rows;
   std::string forces;
   for (const double force_N : map.observation.force_N)
-    forces += (forces.empty() ? "" : ", ") + line("%.3g", force_N);
+    forces += (forces.empty() ? "" : ", ") + palpate::text("%.3g", force_N);
   const auto used =
       std::count_if(map.places.begin(), map.places.end(), [](const lump::PressPlace& p) { return p.used; });
-  rows.emplace_back("presses", line("%ld of %zu used", static_cast<long>(used), map.places.size()));
+  rows.emplace_back("presses", palpate::text("%ld of %zu used", static_cast<long>(used), map.places.size()));
   rows.emplace_back("forces on the block", forces + " N");
-  rows.emplace_back("seen", line("%.1f %% of the block, its rim aside", 100 * map.seen_fraction));
-  rows.emplace_back("noise of a value", line("%.3g Pa", map.observation.noise_Pa));
-  rows.emplace_back("presses differ by", map.between_presses_Pa > 0 ? line("%.3g Pa", map.between_presses_Pa)
-                                                                    : std::string("not known: no overlap"));
+  rows.emplace_back("seen", palpate::text("%.1f %% of the block, its rim aside", 100 * map.seen_fraction));
+  rows.emplace_back("noise of a value", palpate::text("%.3g Pa", map.observation.noise_Pa));
+  rows.emplace_back("presses differ by", map.between_presses_Pa > 0
+                                             ? palpate::text("%.3g Pa", map.between_presses_Pa)
+                                             : std::string("not known: no overlap"));
   return rows;
 }
 
@@ -142,17 +137,17 @@ Rows truth_rows(const fem::Scene& s) {
   for (const fem::Inclusion& lump : lumps) {
     const auto size = lump.size();
     rows.emplace_back("shape", to_string(lump.shape));
-    rows.emplace_back("size", line("%g x %g x %g mm", size[0], size[1], size[2]));
-    rows.emplace_back("depth of its top", line("%g mm", lump.depth_mm));
-    rows.emplace_back("stiffness over the tissue's", line("%g", lump.stiffness_ratio));
-    rows.emplace_back("centre", line("%g, %g mm", lump.offset_mm[0], lump.offset_mm[1]));
+    rows.emplace_back("size", palpate::text("%g x %g x %g mm", size[0], size[1], size[2]));
+    rows.emplace_back("depth of its top", palpate::text("%g mm", lump.depth_mm));
+    rows.emplace_back("stiffness over the tissue's", palpate::text("%g", lump.stiffness_ratio));
+    rows.emplace_back("centre", palpate::text("%g, %g mm", lump.offset_mm[0], lump.offset_mm[1]));
   }
   return rows;
 }
 
 std::string table(const std::string& title, const Rows& rows) {
   std::string text = title + "\n";
-  for (const auto& [name, value] : rows) text += line("  %-28s ", name.c_str()) + value + "\n";
+  for (const auto& [name, value] : rows) text += palpate::text("  %-28s ", name.c_str()) + value + "\n";
   return text;
 }
 
@@ -180,7 +175,8 @@ double place(uint32_t i, uint32_t count, double pitch_mm) {
 
 std::string map_csv(const lump::ScanMap& map) {
   std::string csv = "x_mm,y_mm,presses";
-  for (const double force_N : map.observation.force_N) csv += line(",pressure_Pa_at_%.4g_N", force_N);
+  for (const double force_N : map.observation.force_N)
+    csv += palpate::text(",pressure_Pa_at_%.4g_N", force_N);
   csv += ",between_presses_Pa\n";
   const fem::Map& top = map.observation.pressure_Pa.back();
   const auto cell = [](float value) {
@@ -230,7 +226,7 @@ std::string map_script(const ScanReport& r) {
       lines += plot_number(p[0]) + " " + plot_number(p[1]) + "\n";
     }
     blocks += data_block(name, lines);
-    over += line(", $%s using 1:2 with lines lw 2.5 lc rgb '#ff5a5f' %s", name, title);
+    over += palpate::text(", $%s using 1:2 with lines lw 2.5 lc rgb '#ff5a5f' %s", name, title);
   };
   draw(a.outline, "outline", "title 'felt: half height'");
   if (a.second_outline) draw(*a.second_outline, "outline2", "notitle");
@@ -259,8 +255,8 @@ std::string map_script(const ScanReport& r) {
          "set object 1 rectangle from graph 0,0 to graph 1,1 behind fc rgb '#cccccc' fs solid noborder\n"
          "set key top left samplen 2 textcolor rgb '#ffffff'\nset multiplot layout 1,2\n"
          "set title " +
-         gnuplot_quoted(
-             line("pressure at %.3g N on the block, Pa (gray: not seen)", observation.force_N.back())) +
+         gnuplot_quoted(palpate::text("pressure at %.3g N on the block, Pa (gray: not seen)",
+                                      observation.force_N.back())) +
          "\nplot $map using 1:2:3 with image notitle" + over +
          "\nset title 'spread between presses, Pa; crosses: the windows'' middles'\n"
          "plot $spread using 1:2:3 with image notitle, $windows using 1:2 with points pt 1 ps 1.2 lw 2 lc "
@@ -282,14 +278,15 @@ std::string profile_script(const ScanAnswer& a) {
       data_block("points", points) + data_block("block", block) + data_block("curve", curve) + kLook +
       "set xlabel 'x, mm'\nset ylabel 'pressure, Pa'\nset key top right\nset offsets 0, 0, graph 0.2, 0\nset "
       "title " +
-      gnuplot_quoted(line("through y = %.2f mm at %.3g N", a.outline.found ? a.outline.y_mm.value : 0.0,
-                          a.map.observation.force_N.back())) +
+      gnuplot_quoted(palpate::text("through y = %.2f mm at %.3g N",
+                                   a.outline.found ? a.outline.y_mm.value : 0.0,
+                                   a.map.observation.force_N.back())) +
       "\nplot $points using 1:2:3 with yerrorbars pt 7 ps 0.6 lc rgb '#0072b2' title 'map, with its noise', "
       "$block with lines lw 1.5 dt 2 lc rgb '#888888' title 'smooth block'";
   if (a.fit.found)
     script += ", $curve with lines lw 2 lc rgb '#d55e00' title " +
-              gnuplot_quoted(line("with Gaussian: a %.4g Pa, s^2 %.3g mm^2", a.fit.amplitude,
-                                  a.fit.width_mm * a.fit.width_mm));
+              gnuplot_quoted(palpate::text("with Gaussian: a %.4g Pa, s^2 %.3g mm^2", a.fit.amplitude,
+                                           a.fit.width_mm * a.fit.width_mm));
   return script + "\n";
 }
 

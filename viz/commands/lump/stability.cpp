@@ -3,6 +3,7 @@
 
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/lump/study/evaluation_table.h"
 #include "engine/lump/study/stability.h"
 #include "viz/commands/lump/lump.h"
@@ -28,24 +29,22 @@ bool has_values(const lump::Estimate& e) {
 }
 
 std::string value_text(const lump::Value& v) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.3g (%.3g-%.3g)", v.value, v.low, v.high);
-  return text;
+  std::string line = palpate::text("%.3g (%.3g-%.3g)", v.value, v.low, v.high);
+  return line;
 }
 
 std::string table(const std::vector<lump::StabilityRow>& rows) {
   std::string text;
-  char line[400];
-  std::snprintf(line, sizeof line, "%-16s %-38s %-17s %-18s %-18s %-18s\n", "group", "block", "verdict",
-                "size, mm", "depth, mm", "stiffness ratio");
+  std::string line = palpate::text("%-16s %-38s %-17s %-18s %-18s %-18s\n", "group", "block", "verdict",
+                                   "size, mm", "depth, mm", "stiffness ratio");
   text += line;
   for (const lump::StabilityRow& row : rows) {
     const lump::Estimate& e = row.estimate;
     const bool values = row.pressed && has_values(e);
-    std::snprintf(line, sizeof line, "%-16s %-38s %-17s %-18s %-18s %-18s\n", row.what.group.c_str(),
-                  row.what.name.c_str(), row.pressed ? to_string(e.verdict) : "not pressed",
-                  values ? value_text(e.size_mm).c_str() : "", values ? value_text(e.depth_mm).c_str() : "",
-                  values ? value_text(e.stiffness_ratio).c_str() : "");
+    line = palpate::text(
+        "%-16s %-38s %-17s %-18s %-18s %-18s\n", row.what.group.c_str(), row.what.name.c_str(),
+        row.pressed ? to_string(e.verdict) : "not pressed", values ? value_text(e.size_mm).c_str() : "",
+        values ? value_text(e.depth_mm).c_str() : "", values ? value_text(e.stiffness_ratio).c_str() : "");
     text += line;
   }
   return text;
@@ -53,11 +52,10 @@ std::string table(const std::vector<lump::StabilityRow>& rows) {
 
 std::string costs_table(const std::vector<lump::CostRow>& rows) {
   std::string text = "\nchoice      name                            time      largest error   force\n";
-  char line[200];
+  std::string line;
   for (const lump::CostRow& row : rows) {
-    std::snprintf(line, sizeof line, "%-11s %-30s %6.2f s   %6.2f %% of peak   %+.2f %%\n",
-                  row.choice.c_str(), row.name.c_str(), row.wall_s, 100 * row.map_error,
-                  100 * row.force_error);
+    line = palpate::text("%-11s %-30s %6.2f s   %6.2f %% of peak   %+.2f %%\n", row.choice.c_str(),
+                         row.name.c_str(), row.wall_s, 100 * row.map_error, 100 * row.force_error);
     text += line;
   }
   return text;
@@ -92,12 +90,12 @@ std::string csv(const std::vector<lump::StabilityRow>& rows) {
   std::string text =
       "group,block,true_size_mm,true_depth_mm,true_stiffness_ratio,verdict,size_mm,size_low_mm,size_high_mm,"
       "depth_mm,depth_low_mm,depth_high_mm,stiffness_ratio,stiffness_ratio_low,stiffness_ratio_high\n";
-  char line[400];
+  std::string line;
   for (const lump::StabilityRow& row : rows) {
     text += '"' + row.what.group + "\",\"" + row.what.name + "\",";
     if (row.what.scene.inclusion) {
       const fem::Inclusion& lump = *row.what.scene.inclusion;
-      std::snprintf(line, sizeof line, "%g,%g,%g,", lump.size()[0], lump.depth_mm, lump.stiffness_ratio);
+      line = palpate::text("%g,%g,%g,", lump.size()[0], lump.depth_mm, lump.stiffness_ratio);
       text += line;
     } else {
       text += ",,,";
@@ -105,7 +103,7 @@ std::string csv(const std::vector<lump::StabilityRow>& rows) {
     text += row.pressed ? to_string(row.estimate.verdict) : "not pressed";
     for (const lump::Value* v :
          {&row.estimate.size_mm, &row.estimate.depth_mm, &row.estimate.stiffness_ratio}) {
-      std::snprintf(line, sizeof line, ",%.5g,%.5g,%.5g", v->value, v->low, v->high);
+      line = palpate::text(",%.5g,%.5g,%.5g", v->value, v->low, v->high);
       text += row.pressed && has_values(row.estimate) ? line : ",,,";
     }
     text += "\n";
@@ -163,10 +161,10 @@ Report stability(const Common& common, const Options& options) {
     text += "written: " + (common.out / "stability.csv").string();
     if (options.costs) {
       std::string lines = "choice,name,wall_s,largest_error_of_peak,force_error\n";
-      char line[200];
+      std::string line;
       for (const lump::CostRow& row : costs) {
-        std::snprintf(line, sizeof line, "%s,\"%s\",%.4g,%.4g,%.4g\n", row.choice.c_str(), row.name.c_str(),
-                      row.wall_s, row.map_error, row.force_error);
+        line = palpate::text("%s,\"%s\",%.4g,%.4g,%.4g\n", row.choice.c_str(), row.name.c_str(), row.wall_s,
+                             row.map_error, row.force_error);
         lines += line;
       }
       write(common.out / "press_costs.csv", lines);

@@ -7,6 +7,7 @@
 
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/lump/study/evaluation.h"
 #include "engine/lump/training/examples.h"
 #include "palpate/error.h"
@@ -27,14 +28,13 @@ std::string trust_text(const lump::Network& network) {
   std::string text =
       "of size, depth and ratio on what was kept aside: median errors, and by what intervals are stretched\n"
       "method   loads  noise    median error, %     shape    stretch             evidence  misfit\n";
-  char line[200];
+  std::string line;
   for (const lump::CalibrationRow& t : network.calibration()) {
-    std::snprintf(line, sizeof line,
-                  "%-8s %5u %5.1f %%   %4.1f  %4.1f  %4.1f   %3.0f %%   %4.2f  %4.2f  %4.2f   %8.3g  %6.3g\n",
-                  t.method == lump::Method::Network ? "network" : "refined", t.loads, 100 * t.noise_fraction,
-                  100 * t.median_error[0], 100 * t.median_error[1], 100 * t.median_error[2],
-                  100 * t.shape_rate, t.inflation[0], t.inflation[1], t.inflation[2], t.log_likelihood_ratio,
-                  t.chi_square);
+    line = palpate::text(
+        "%-8s %5u %5.1f %%   %4.1f  %4.1f  %4.1f   %3.0f %%   %4.2f  %4.2f  %4.2f   %8.3g  %6.3g\n",
+        t.method == lump::Method::Network ? "network" : "refined", t.loads, 100 * t.noise_fraction,
+        100 * t.median_error[0], 100 * t.median_error[1], 100 * t.median_error[2], 100 * t.shape_rate,
+        t.inflation[0], t.inflation[1], t.inflation[2], t.log_likelihood_ratio, t.chi_square);
     text += line;
   }
   return text;
@@ -46,12 +46,11 @@ std::vector<lump::Example> read_examples(const std::vector<std::string>& files, 
   for (const std::string& file : files) {
     const lump::Data data = lump::read_lump_file(file);
     const std::vector<lump::Example> more = lump::lump_examples(data);
-    char text[200];
-    std::snprintf(text, sizeof text, "%s%zu cases of seed %llu (%u x %u x %u cells, %s)",
-                  made_from.empty() ? "" : "; ", more.size(),
-                  static_cast<unsigned long long>(data.sweep.seed), data.sweep.cells[0], data.sweep.cells[1],
-                  data.sweep.cells[2], data.program.c_str());
-    made_from += text;
+    const std::string line =
+        palpate::text("%s%zu cases of seed %llu (%u x %u x %u cells, %s)", made_from.empty() ? "" : "; ",
+                      more.size(), static_cast<unsigned long long>(data.sweep.seed), data.sweep.cells[0],
+                      data.sweep.cells[1], data.sweep.cells[2], data.program.c_str());
+    made_from += line;
     examples.insert(examples.end(), more.begin(), more.end());
   }
   return examples;
@@ -84,19 +83,17 @@ class TrainingWatch {
 
 std::string report_text(const std::string& file, size_t bytes, const lump::TrainingReport& report,
                         double wall_s) {
-  char text[1200];
-  std::snprintf(text, sizeof text,
-                "%s: %zu bytes, from %u blocks with a lump and %u without, in %.0f s\n"
-                "the block alone is known to %.3g %% of its pressure, fields miss %.3g %% of the peak,\n"
-                "the emulators' mean is off by %.3g %% of the peak, RMS (median of blocks: %.3g %%), on the "
-                "%u blocks that\n"
-                "were kept aside, %.2g times what they differ by (%.3g %% on those seen); the network's loss "
-                "is %.3g\n\n",
-                file.c_str(), bytes, report.lumps, report.no_lumps, wall_s, 100 * report.base_error,
-                100 * report.fields_error, 100 * report.network_error, 100 * report.mean_error,
-                report.kept_aside, report.error_over_spread, 100 * report.network_error_seen,
-                report.inverse_loss);
-  return text;
+  const std::string line = text(
+      "%s: %zu bytes, from %u blocks with a lump and %u without, in %.0f s\n"
+      "the block alone is known to %.3g %% of its pressure, fields miss %.3g %% of the peak,\n"
+      "the emulators' mean is off by %.3g %% of the peak, RMS (median of blocks: %.3g %%), on the "
+      "%u blocks that\n"
+      "were kept aside, %.2g times what they differ by (%.3g %% on those seen); the network's loss "
+      "is %.3g\n\n",
+      file.c_str(), bytes, report.lumps, report.no_lumps, wall_s, 100 * report.base_error,
+      100 * report.fields_error, 100 * report.network_error, 100 * report.mean_error, report.kept_aside,
+      report.error_over_spread, 100 * report.network_error_seen, report.inverse_loss);
+  return line;
 }
 
 json::Value report_json(const std::string& file, size_t bytes, const lump::TrainingReport& report,

@@ -4,6 +4,7 @@
 
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
 #include "viz/commands/options.h"
@@ -37,9 +38,9 @@ std::vector<double> for_each(const std::vector<double>& given, size_t count, dou
 }
 
 std::string name_of(const optics::FaceContact& c) {
-  std::string name = line("n = %g", c.index.real());
-  if (c.index.imag() != 0) name += line(" - %gi", -c.index.imag());
-  if (c.gap_nm > 0) name += line(", gap %g nm", c.gap_nm);
+  std::string name = palpate::text("n = %g", c.index.real());
+  if (c.index.imag() != 0) name += palpate::text(" - %gi", -c.index.imag());
+  if (c.gap_nm > 0) name += palpate::text(", gap %g nm", c.gap_nm);
   return name;
 }
 
@@ -96,12 +97,13 @@ Problem problem_of(const Options& options) {
 }
 
 std::string heading(const Problem& p, const Options& options) {
-  return line(
+  return palpate::text(
       "%.4f of the LED's light is guided and meets the face: %.3g of it per mm of the guide's length\n"
       "reference: n = %g, albedo %g%s\n\n"
       "contact                     albedo   leaves up to, deg   leaves per meeting   per mm    relative%s\n",
       p.fractions.touching, p.fractions.arriving_per_mm, options.reference_index, options.reference_albedo,
-      p.calibrated ? line(", gray %g of at most %g", p.reference.gray, p.reference.most_gray).c_str() : "",
+      p.calibrated ? palpate::text(", gray %g of at most %g", p.reference.gray, p.reference.most_gray).c_str()
+                   : "",
       p.calibrated ? "       gray" : "");
 }
 
@@ -113,10 +115,10 @@ Json add_row(const Problem& p, size_t i, std::string& text) {
   const double relative = gray.unlimited / p.reference.gray;
   const double to_deg = degrees(std::asin(std::min(1.0, light.reached_to / p.top)));
   const bool leaves = light.leaving_per_mm > 0;
-  text += line("%-26s %7.3g %19s %20.6f %8.2e %11.6f", name_of(contact).c_str(), p.albedo[i],
-               leaves ? line("%.3f", to_deg).c_str() : "nothing leaves", light.per_meeting,
-               light.leaving_per_mm, relative);
-  if (p.calibrated) text += line("   %8.2f%s", gray.gray, gray.saturated ? " saturated" : "");
+  text += palpate::text("%-26s %7.3g %19s %20.6f %8.2e %11.6f", name_of(contact).c_str(), p.albedo[i],
+                        leaves ? palpate::text("%.3f", to_deg).c_str() : "nothing leaves", light.per_meeting,
+                        light.leaving_per_mm, relative);
+  if (p.calibrated) text += palpate::text("   %8.2f%s", gray.gray, gray.saturated ? " saturated" : "");
   text += "\n";
   Json row = {{"index", contact.index.real()},
               {"extinction", -contact.index.imag()},
@@ -173,9 +175,9 @@ std::vector<std::vector<double>> index_columns(const Problem& p) {
 std::string angle_header(const std::vector<optics::FaceContact>& contacts) {
   std::string header = "angle_deg";
   for (const optics::FaceContact& c : contacts) {
-    std::string name = line(",transmittance_n%g", c.index.real());
-    if (c.index.imag() != 0) name += line("_k%g", -c.index.imag());
-    if (c.gap_nm > 0) name += line("_gap%gnm", c.gap_nm);
+    std::string name = palpate::text(",transmittance_n%g", c.index.real());
+    if (c.index.imag() != 0) name += palpate::text("_k%g", -c.index.imag());
+    if (c.gap_nm > 0) name += palpate::text("_gap%gnm", c.gap_nm);
     header += name;
   }
   return header;
@@ -184,16 +186,16 @@ std::string angle_header(const std::vector<optics::FaceContact>& contacts) {
 /// Left: what passes at each angle; right: brightness against the contact's index.
 std::string plot_of(const Problem& p, const std::vector<std::vector<double>>& angles,
                     const std::vector<std::vector<double>>& indices, bool svg) {
-  std::string plot =
-      plot_head(svg, 1200, 520) + plot_block("a", angles) + plot_block("n", indices) +
-      "set multiplot layout 1,2\nset yrange [0:1.02]\nset key bottom left samplen 2\n" +
-      line("set xrange [%.4f:90]\n", p.from_deg) +
-      line("set arrow 1 from %.5f,0 to %.5f,1.02 nohead dt 3 lc rgb '#555555'\n", p.most_deg, p.most_deg) +
-      "set xlabel 'angle in the touched layer, deg (dotted: no light reaches the face beyond)'"
-      "\nset ylabel 'share that leaves at one meeting'\nplot ";
+  std::string plot = plot_head(svg, 1200, 520) + plot_block("a", angles) + plot_block("n", indices) +
+                     "set multiplot layout 1,2\nset yrange [0:1.02]\nset key bottom left samplen 2\n" +
+                     palpate::text("set xrange [%.4f:90]\n", p.from_deg) +
+                     palpate::text("set arrow 1 from %.5f,0 to %.5f,1.02 nohead dt 3 lc rgb '#555555'\n",
+                                   p.most_deg, p.most_deg) +
+                     "set xlabel 'angle in the touched layer, deg (dotted: no light reaches the face beyond)'"
+                     "\nset ylabel 'share that leaves at one meeting'\nplot ";
   for (size_t c = 0; c < p.contacts.size(); ++c)
-    plot += line("%s$a using 1:%zu with lines lw 2 lc rgb '%s' title '%s'", c ? ", " : "", c + 2,
-                 plot_colour(c), name_of(p.contacts[c]).c_str());
+    plot += palpate::text("%s$a using 1:%zu with lines lw 2 lc rgb '%s' title '%s'", c ? ", " : "", c + 2,
+                          plot_colour(c), name_of(p.contacts[c]).c_str());
   plot +=
       "\nunset arrow 1\nset xrange [1:2.5]\nset yrange [0:*]\nset key bottom right\n"
       "set xlabel 'index of the contact'\nset ylabel 'brightness, relative to the reference (albedo 1)'\n"
@@ -216,7 +218,7 @@ Report contact(const Common& common, const Options& options) {
   std::string text = heading(p, options);
   Json rows = Json::array();
   for (size_t i = 0; i < p.contacts.size(); ++i) rows.push_back(add_row(p, i, text));
-  text += line(
+  text += palpate::text(
       "\nangles are from the normal in the touched layer; guided light meets the face from %.3f to %.3f "
       "deg\nassumed:\n",
       p.from_deg, p.most_deg);

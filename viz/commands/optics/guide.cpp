@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
 #include "viz/commands/options.h"
@@ -29,13 +30,13 @@ Json angle_json(const std::optional<double>& rad) {
   return rad ? Json(degrees(*rad)) : Json(nullptr);
 }
 std::string angle_text(const std::optional<double>& rad) {
-  return rad ? line("%.6f", degrees(*rad)) : "none";
+  return rad ? palpate::text("%.6f", degrees(*rad)) : "none";
 }
 Json range_json(double from, double to) {
   return from < to ? Json{from, to} : Json(nullptr);
 }
 std::string range_text(double from, double to) {
-  return from < to ? line("%.4g to %.4g", from, to) : "none";
+  return from < to ? palpate::text("%.4g to %.4g", from, to) : "none";
 }
 /// From the normal, in the layer itself.
 Json angles_json(double from, double to, double index) {
@@ -47,7 +48,7 @@ Report critical(const CriticalOptions& options) {
   const optics::Waveguide guide = guide_of(options.media, false);
   const double edge = options.edge_index.value_or(optics::outside_index(guide));
   const std::vector<optics::LayerGuidance> found = optics::guidance(guide, edge);
-  std::string text = line(
+  std::string text = palpate::text(
       "n = %g outside of the touched face, %g towards the camera, %g at the edge\n\n"
       "layer      n   critical angle, deg           NA     accepts, deg   guided n sin      meets the face\n"
       "                above       below                 from the edge\n",
@@ -58,11 +59,11 @@ Report critical(const CriticalOptions& options) {
     const optics::LayerGuidance& l = found[i];
     const double n = guide.layers[i].index;
     unreached = unreached || l.touching_to < l.guided_to;
-    text += line("%5zu %6.4g %11s %11s %11.6f %12.6f%s   %-15s   %s\n", i + 1, n,
-                 angle_text(l.critical_above_rad).c_str(), angle_text(l.critical_below_rad).c_str(),
-                 l.numerical_aperture, degrees(l.accepts.half_angle_rad), l.accepts.all ? "*" : " ",
-                 range_text(l.guided_from, l.guided_to).c_str(),
-                 range_text(l.touching_from, l.touching_to).c_str());
+    text += palpate::text("%5zu %6.4g %11s %11s %11.6f %12.6f%s   %-15s   %s\n", i + 1, n,
+                          angle_text(l.critical_above_rad).c_str(), angle_text(l.critical_below_rad).c_str(),
+                          l.numerical_aperture, degrees(l.accepts.half_angle_rad), l.accepts.all ? "*" : " ",
+                          range_text(l.guided_from, l.guided_to).c_str(),
+                          range_text(l.touching_from, l.touching_to).c_str());
     layers.push_back({{"index", n},
                       {"critical_angle_above_deg", angle_json(l.critical_above_rad)},
                       {"critical_angle_below_deg", angle_json(l.critical_below_rad)},
@@ -116,7 +117,7 @@ Report trapped(const Common& common, const TrappedOptions& options) {
   const optics::Waveguide guide = guide_of(options.media, false);
   const optics::EdgeLamp lamp = lamp_of(options.lamp, guide);
   const Range range = parse_vary(options.vary, guide, lamp);
-  std::string text = line(
+  std::string text = palpate::text(
       "a LED (cos^%.3g, up to %g deg) at the edge, n = %g between; shares of its light\n\n"
       "lit layer      n     enters     guided   meets the face\n",
       lamp.order, degrees(lamp.half_angle_rad), lamp.edge_index);
@@ -125,8 +126,8 @@ Report trapped(const Common& common, const TrappedOptions& options) {
     optics::EdgeLamp here = lamp;
     here.layer = i;
     const optics::LampShares s = optics::lamp_fractions(guide, here);
-    text += line("%9zu%s %5.4g %10.6f %10.6f %10.6f\n", i + 1, i == lamp.layer ? "*" : " ",
-                 guide.layers[i].index, s.entering, s.guided, s.touching);
+    text += palpate::text("%9zu%s %5.4g %10.6f %10.6f %10.6f\n", i + 1, i == lamp.layer ? "*" : " ",
+                          guide.layers[i].index, s.entering, s.guided, s.touching);
     Json row = shares_json(s);
     row["index"] = guide.layers[i].index;
     layers.push_back(row);
@@ -144,10 +145,10 @@ Report trapped(const Common& common, const TrappedOptions& options) {
     for (size_t c = 0; c < curve.size(); ++c) curve[c].push_back(cells[c]);
   }
   const auto best = std::max_element(curve[3].begin(), curve[3].end()) - curve[3].begin();
-  text +=
-      line("\nwith n of layer %zu from %g to %g, most light meets the face at n = %.4g: %.4f of the LED's\n",
-           range.layer + 1, range.from, range.to, curve[0][static_cast<size_t>(best)],
-           curve[3][static_cast<size_t>(best)]);
+  text += palpate::text(
+      "\nwith n of layer %zu from %g to %g, most light meets the face at n = %.4g: %.4f of the LED's\n",
+      range.layer + 1, range.from, range.to, curve[0][static_cast<size_t>(best)],
+      curve[3][static_cast<size_t>(best)]);
   const Json value = {
       {"led", to_json(lamp)},
       {"led_layer_shares", shares_json(optics::lamp_fractions(guide, lamp))},
@@ -160,10 +161,10 @@ Report trapped(const Common& common, const TrappedOptions& options) {
     return plot_head(svg, 900, 560) + plot_block("d", curve) +
            "set yrange [0:1.02]\nset key outside top center horizontal samplen 2\nset ylabel 'share of the "
            "LED''s light'\n" +
-           line("set xlabel 'index of layer %zu'\nset xrange [%g:%g]\n", range.layer + 1, range.from,
-                range.to) +
-           line("set arrow from %g,0 to %g,1.02 nohead dt 3 lc rgb '#555555'\n",
-                guide.layers[range.layer].index, guide.layers[range.layer].index) +
+           palpate::text("set xlabel 'index of layer %zu'\nset xrange [%g:%g]\n", range.layer + 1, range.from,
+                         range.to) +
+           palpate::text("set arrow from %g,0 to %g,1.02 nohead dt 3 lc rgb '#555555'\n",
+                         guide.layers[range.layer].index, guide.layers[range.layer].index) +
            "plot $d using 1:2 with lines lw 2 lc rgb '#888888' title 'enters', "
            "$d using 1:3 with lines lw 2 lc rgb '#0072b2' title 'guided', "
            "$d using 1:4 with lines lw 2.5 lc rgb '#d55e00' title 'meets the touched face'\n";

@@ -3,6 +3,7 @@
 
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/optics/refractive_index.h"
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
@@ -51,10 +52,12 @@ Report index(const Common& common, const Options& options) {
     spots.n_air_sd = options.n_air_sd;
     const optics::MeasuredIndex m = optics::index_from_spots(spots);
     parts.push_back(m);
-    text += line("%17.4f %17.4f %11.6f %17.6f   %8.2g %8.2g %8.2g %8.2g\n", degrees(m.incidence_rad),
-                 degrees(m.refraction_rad), m.index, m.standard_error, m.sd_od, m.sd_on, m.sd_m1m2, m.sd_nm2);
-    csv += line("%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", spots.od.mm, spots.on.mm, spots.m1m2.mm,
-                spots.nm2.mm, degrees(m.incidence_rad), degrees(m.refraction_rad), m.index, m.standard_error);
+    text += palpate::text("%17.4f %17.4f %11.6f %17.6f   %8.2g %8.2g %8.2g %8.2g\n", degrees(m.incidence_rad),
+                          degrees(m.refraction_rad), m.index, m.standard_error, m.sd_od, m.sd_on, m.sd_m1m2,
+                          m.sd_nm2);
+    csv += palpate::text("%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", spots.od.mm, spots.on.mm, spots.m1m2.mm,
+                         spots.nm2.mm, degrees(m.incidence_rad), degrees(m.refraction_rad), m.index,
+                         m.standard_error);
     rows.push_back(
         {{"incidence_deg", degrees(m.incidence_rad)},
          {"refraction_deg", degrees(m.refraction_rad)},
@@ -66,15 +69,16 @@ Report index(const Common& common, const Options& options) {
   const optics::CombinedIndex c = optics::combine(parts);
   const bool known = !options.sd.empty() || options.n_air_sd > 0, has_error = known || count > 1;
   if (has_error)
-    text += line("\nn = %.6f +- %.6f (standard error)\n", c.index, c.standard_error);
+    text += palpate::text("\nn = %.6f +- %.6f (standard error)\n", c.index, c.standard_error);
   else
-    text += line("\nn = %.6f; its uncertainty is not known: give that of the lengths as --sd-mm\n", c.index);
+    text += palpate::text("\nn = %.6f; its uncertainty is not known: give that of the lengths as --sd-mm\n",
+                          c.index);
   if (count > 1 && known)
-    text +=
-        line("chi^2 %.3g of %zu measurements%s\n", c.chi_square, count,
-             c.widened ? ": they scatter more than their lengths' uncertainties say; the error is widened by "
-                         "that"
-                       : "");
+    text += palpate::text(
+        "chi^2 %.3g of %zu measurements%s\n", c.chi_square, count,
+        c.widened ? ": they scatter more than their lengths' uncertainties say; the error is widened by "
+                    "that"
+                  : "");
   if (!known && count > 1) text += "the error is from the scatter alone\n";
   const Json value = {{"index", c.index},
                       {"standard_error", has_error ? Json(c.standard_error) : Json(nullptr)},

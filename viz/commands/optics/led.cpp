@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/optics/ray_fan.h"
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
@@ -38,7 +39,7 @@ Json or_null(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 std::string or_dash(double value) {
-  return std::isfinite(value) ? line("%.3f", value) : "-";
+  return std::isfinite(value) ? palpate::text("%.3f", value) : "-";
 }
 
 struct Place {
@@ -63,10 +64,11 @@ std::string fan_script(const optics::Waveguide& guide, const std::vector<optics:
   int object = 1;
   for (size_t i = 0; i < guide.layers.size(); ++i) {
     const double bottom = depth + guide.layers[i].thickness_mm;
-    script += line("set object %d rectangle from 0,%g to %g,%g fc rgb '%s' fs solid noborder behind\n",
-                   object, depth, length_mm, bottom, i % 2 ? "#eef4f8" : "#dfeaf2");
-    script += line("set label %d 'n = %g' at %g,%g left offset 0.5,0 font 'DejaVu Sans,9'\n", object++,
-                   guide.layers[i].index, length_mm, (depth + bottom) / 2);
+    script +=
+        palpate::text("set object %d rectangle from 0,%g to %g,%g fc rgb '%s' fs solid noborder behind\n",
+                      object, depth, length_mm, bottom, i % 2 ? "#eef4f8" : "#dfeaf2");
+    script += palpate::text("set label %d 'n = %g' at %g,%g left offset 0.5,0 font 'DejaVu Sans,9'\n",
+                            object++, guide.layers[i].index, length_mm, (depth + bottom) / 2);
     depth = bottom;
   }
   constexpr const char* kColours[] = {"#0072b2", "#009e73", "#d55e00"};
@@ -78,17 +80,18 @@ std::string fan_script(const optics::Waveguide& guide, const std::vector<optics:
              "' notitle, ";
   }
   for (size_t k = 0; k < std::size(kNames); ++k)
-    plots += line("%sNaN with lines lw 3 lc rgb '%s' title '%s'", k ? ", " : "", kColours[k], kNames[k]);
+    plots +=
+        palpate::text("%sNaN with lines lw 3 lc rgb '%s' title '%s'", k ? ", " : "", kColours[k], kNames[k]);
   script += plot_block("m", {place.meetings.distance_mm, place.meetings.fraction});
-  script += line(
+  script += palpate::text(
       "set multiplot\nset lmargin 10\nset rmargin 10\nset xrange [0:%g]\nset origin 0,0.42\nset size "
       "1,0.58\n"
       "set yrange [%g:%g]\nset key outside top center horizontal samplen 2\nset xlabel ''\n"
       "set ylabel 'depth below the touched face, mm'\nunset grid\nplot ",
       length_mm, total * 1.02, -0.02 * total);
   script += plots + "\n";
-  for (int i = 1; i < object; ++i) script += line("unset object %d\nunset label %d\n", i, i);
-  script += line(
+  for (int i = 1; i < object; ++i) script += palpate::text("unset object %d\nunset label %d\n", i, i);
+  script += palpate::text(
       "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset origin 0,0\nset size 1,0.42\nset key off\n"
       "set yrange [0:%g]\nset xlabel 'distance from the edge, mm'\n"
       "set ylabel 'share that has met the face (dotted: all)'\n"
@@ -107,7 +110,7 @@ Report led(const Common& common, const Options& options) {
     const size_t layer = optics::layer_at(guide, depth);
     if (options.lamp.layer && layer != lamp.layer)
       throw Error(Failure::Usage, "--depth-mm in the layer of --led-layer",
-                  line("%g mm is in layer %zu", depth, layer + 1), "one of the two");
+                  palpate::text("%g mm is in layer %zu", depth, layer + 1), "one of the two");
     lamp.layer = layer;
   }
   const auto place_at = [&](size_t layer, double depth_mm) {
@@ -124,36 +127,36 @@ Report led(const Common& common, const Options& options) {
     rays.push_back(optics::trace_ray(guide, lamp, depth, angle, options.length_mm));
   }
 
-  std::string text = line(
+  std::string text = palpate::text(
       "a LED (cos^%.3g, up to %g deg) at the edge of layer %zu, %.4g mm below the touched face, n = %g "
       "between\n\n"
       "LED at layer   depth, mm    enters    guided   meets face   first at, mm   half by, mm   90 %% by, "
       "mm\n",
       lamp.order, degrees(lamp.half_angle_rad), lamp.layer + 1, depth, lamp.edge_index);
   const auto row = [&](const std::string& name, double depth_mm, const Place& p) {
-    text +=
-        line("%-13s %10.4g %9.5f %9.5f %12.5f %14s %13s %13s\n", name.c_str(), depth_mm, p.fractions.entering,
-             p.fractions.guided, p.fractions.touching, or_dash(p.meetings.nearest_mm).c_str(),
-             or_dash(p.meetings.distance_of(0.5, p.fractions.touching)).c_str(),
-             or_dash(p.meetings.distance_of(0.9, p.fractions.touching)).c_str());
+    text += palpate::text("%-13s %10.4g %9.5f %9.5f %12.5f %14s %13s %13s\n", name.c_str(), depth_mm,
+                          p.fractions.entering, p.fractions.guided, p.fractions.touching,
+                          or_dash(p.meetings.nearest_mm).c_str(),
+                          or_dash(p.meetings.distance_of(0.5, p.fractions.touching)).c_str(),
+                          or_dash(p.meetings.distance_of(0.9, p.fractions.touching)).c_str());
   };
   row("chosen", depth, place);
   Json places = Json::array();
   for (size_t i = 0; i < guide.layers.size(); ++i) {
     const Place other = place_at(i, middle_of(guide, i));
-    row(line("middle of %zu", i + 1), middle_of(guide, i), other);
+    row(palpate::text("middle of %zu", i + 1), middle_of(guide, i), other);
     places.push_back(place_json(other, middle_of(guide, i)));
   }
-  text += line(
+  text += palpate::text(
       "\nnearer than \"first at\" the face gets no guided light in the LED's plane: let the pad begin "
       "that far from what is\nmeasured. -: not within %g mm\n",
       options.length_mm);
   std::string ray_csv = "angle_deg,n_sin,fate,entering,first_mm,hop_mm\n";
   Json ray_list = Json::array();
   for (const optics::EdgeRay& ray : rays) {
-    const std::string first = std::isfinite(ray.first_mm) ? line("%.9g", ray.first_mm) : "";
-    ray_csv += line("%.9g,%.9g,%s,%.9g,%s,%.9g\n", degrees(ray.angle_rad), ray.tangential_index,
-                    to_string(ray.fate), ray.entering, first.c_str(), ray.hop_mm);
+    const std::string first = std::isfinite(ray.first_mm) ? palpate::text("%.9g", ray.first_mm) : "";
+    ray_csv += palpate::text("%.9g,%.9g,%s,%.9g,%s,%.9g\n", degrees(ray.angle_rad), ray.tangential_index,
+                             to_string(ray.fate), ray.entering, first.c_str(), ray.hop_mm);
     ray_list.push_back({{"angle_deg", degrees(ray.angle_rad)},
                         {"n_sin", ray.tangential_index},
                         {"fate", to_string(ray.fate)},

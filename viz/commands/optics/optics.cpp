@@ -1,7 +1,6 @@
 // palpate optics: a pad designed as a waveguide.
 #include "viz/commands/optics/optics.h"
 
-#include <cstdarg>
 #include <cstdio>
 #include <numbers>
 
@@ -97,15 +96,6 @@ double degrees(double rad) {
 
 double radians(double deg) {
   return deg * std::numbers::pi / 180;
-}
-
-std::string line(const char* format, ...) {
-  char text[600];
-  va_list values;
-  va_start(values, format);
-  std::vsnprintf(text, sizeof text, format, values);
-  va_end(values);
-  return text;
 }
 
 std::string write_results(const Common& common, const std::string& name, const std::string& csv,

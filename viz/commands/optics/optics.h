@@ -39,8 +39,6 @@ json::Value to_json(const optics::EdgeLamp& lamp);
 
 double degrees(double rad);
 double radians(double deg);
-/// printf into a string.
-std::string line(const char* format, ...) __attribute__((format(printf, 1, 2)));
 
 /// Files of a command that draws: NAME.csv, NAME.png and NAME.svg in `common.out`. `script` gets whether SVG
 /// is wanted. Returns the line that names what was written; empty without --out.

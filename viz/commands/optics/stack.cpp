@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/optics/optical_stack.h"
 #include "palpate/error.h"
 #include "viz/commands/optics/optics.h"
@@ -86,12 +87,12 @@ Report stack(const Common& common, const Options& options) {
   const bool total = l.mean.reflectance == 1;
 
   Json layers = Json::array();
-  std::string text = line("light at %g deg from n = %g onto %zu layer%s, n = %g behind; %g nm\n\n",
-                          options.angle_deg, media.from.real(), media.layers.size(),
-                          media.layers.size() == 1 ? "" : "s", media.to.real(), media.wavelength_nm);
+  std::string text = palpate::text("light at %g deg from n = %g onto %zu layer%s, n = %g behind; %g nm\n\n",
+                                   options.angle_deg, media.from.real(), media.layers.size(),
+                                   media.layers.size() == 1 ? "" : "s", media.to.real(), media.wavelength_nm);
   text += "share of the light          s              p    unpolarised\n";
   const auto row = [&](const char* name, double rs, double rp, double mean) {
-    text += line("%-14s %14.9f %14.9f %14.9f\n", name, rs, rp, mean);
+    text += palpate::text("%-14s %14.9f %14.9f %14.9f\n", name, rs, rp, mean);
   };
   row("reflected", l.s.reflectance, l.p.reflectance, l.mean.reflectance);
   row("passed", l.s.transmittance, l.p.transmittance, l.mean.transmittance);
@@ -104,10 +105,10 @@ Report stack(const Common& common, const Options& options) {
     const double inside = angle_in(layer.index, s), k = -layer.index.imag();
     absorbs = absorbs || k > 0;
     const bool thick = !options.media.thickness_mm.empty();
-    text += line("%5zu %5.4g %10.4g %15s %12s %14.9f\n", i + 1, layer.index.real(), k,
-                 thick ? line("%g", layer.thickness_mm).c_str() : "any",
-                 std::isnan(inside) ? "turned back" : line("%.6f", degrees(inside)).c_str(),
-                 l.mean.absorptance[i]);
+    text += palpate::text("%5zu %5.4g %10.4g %15s %12s %14.9f\n", i + 1, layer.index.real(), k,
+                          thick ? palpate::text("%g", layer.thickness_mm).c_str() : "any",
+                          std::isnan(inside) ? "turned back" : palpate::text("%.6f", degrees(inside)).c_str(),
+                          l.mean.absorptance[i]);
     layers.push_back(
         {{"index", layer.index.real()},
          {"extinction", k},
