@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "engine/base/statistics.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -52,10 +53,7 @@ struct Light {
 };
 
 double median_light(const cv::Mat& light) {
-  std::vector<float> values(light.begin<float>(), light.end<float>());
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return static_cast<double>(*middle);
+  return double{median(std::vector<float>(light.begin<float>(), light.end<float>()))};
 }
 
 cv::Mat factors(const cv::Mat& light, double median) {
@@ -83,18 +81,18 @@ FlatFit fit_flat(const std::vector<Frame>& frames, const Frame* dark, const std:
   }
   const double sigma = std::max(1.0, kSmooth * frames.front().format.width);
   const cv::Mat light = all.smooth(sigma);
-  const double median = median_light(light);
-  const double unlit = cv::countNonZero(light < kDark * median) / static_cast<double>(light.total());
-  if (!(median > 0.5) || unlit > kMostDark)
+  const double usual = median_light(light);
+  const double unlit = cv::countNonZero(light < kDark * usual) / static_cast<double>(light.total());
+  if (!(usual > 0.5) || unlit > kMostDark)
     throw Error(
         Failure::Input, "light over the whole frame",
-        median > 0.5 ? std::to_string(static_cast<int>(100 * unlit)) + " % of it dark" : std::string("none"),
+        usual > 0.5 ? std::to_string(static_cast<int>(100 * unlit)) + " % of it dark" : std::string("none"),
         dark ? "a flat even target that covers the frame, pressed" : "frames lit as in use, or a crop");
   FlatFit fit;
   const cv::Mat tried = odd.smooth(sigma / 2);
   fit.uneven_before = unevenness(tried);
-  fit.uneven_after = unevenness(tried.mul(factors(even.smooth(sigma), median)));
-  const cv::Mat by = factors(light, median);
+  fit.uneven_after = unevenness(tried.mul(factors(even.smooth(sigma), usual)));
+  const cv::Mat by = factors(light, usual);
   cv::minMaxLoc(by, &fit.least, &fit.most);
   fit.limited = cv::countNonZero((by >= kLimit) | (by <= 1 / kLimit)) / static_cast<double>(by.total());
   fit.gain = fit.most / 65535;

@@ -4,6 +4,11 @@
 
 #if defined(__x86_64__) && defined(__GNUC__)
 #define PALPATE_WIDE 1
+#define PALPATE_AVX2 __attribute__((target("avx2,fma")))
+#define PALPATE_AVX512 __attribute__((target("avx512f,avx512vl,avx2,fma")))
+/// Registers of 512 bits also where the compiler would take 256.
+#define PALPATE_AVX512_FULL \
+  __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma,prefer-vector-width=512")))
 #endif
 /// What run() of a work calls must become part of it, or it stays compiled for the narrowest.
 #define PALPATE_INLINE inline __attribute__((always_inline))
@@ -12,13 +17,23 @@ namespace palpate {
 namespace vector_units {
 
 #ifdef PALPATE_WIDE
+/// The processor has what PALPATE_AVX2, PALPATE_AVX512 and PALPATE_AVX512_FULL are compiled for.
+inline bool avx2() {
+  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+}
+inline bool avx512() {
+  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl");
+}
+inline bool avx512_full() {
+  return avx512() && __builtin_cpu_supports("avx512dq");
+}
+
 template <typename Work>
-__attribute__((target("avx2,fma"))) void wide(const Work& work) {
+PALPATE_AVX2 void wide(const Work& work) {
   work.run();
 }
 template <typename Work>
-__attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma,prefer-vector-width=512"))) void widest(
-    const Work& work) {
+PALPATE_AVX512_FULL void widest(const Work& work) {
   work.run();
 }
 #endif
@@ -29,10 +44,8 @@ __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma,prefer-vector-width=51
 template <typename Work>
 void run_widest(const Work& work) {
 #ifdef PALPATE_WIDE
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("avx512vl"))
-    return vector_units::widest(work);
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return vector_units::wide(work);
+  if (vector_units::avx512_full()) return vector_units::widest(work);
+  if (vector_units::avx2()) return vector_units::wide(work);
 #endif
   work.run();
 }

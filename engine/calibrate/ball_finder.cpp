@@ -8,13 +8,14 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/statistics.h"
 #include "engine/numeric/dense.h"
 
 namespace palpate {
 namespace {
 
-using ball::Change, ball::median_of, ball::percent, ball::tenths, ball::kLeastExplained,
-    ball::kLeastRadius_px, ball::kSecondContact;
+using ball::Change, ball::percent, ball::tenths, ball::kLeastExplained, ball::kLeastRadius_px,
+    ball::kSecondContact;
 using Vector4 = Eigen::Vector4d;
 using Matrix4 = Eigen::Matrix4d;
 
@@ -152,7 +153,7 @@ std::vector<Sample> samples_around(const Frame& frame, const Frame& background, 
 std::vector<double> robust_weights(const Fitted& fitted) {
   std::vector<double> sizes(static_cast<size_t>(fitted.left.rows()));
   for (size_t i = 0; i < sizes.size(); ++i) sizes[i] = fitted.left.row(static_cast<Eigen::Index>(i)).norm();
-  const double limit = std::max(2 * median_of(sizes), 1e-6);
+  const double limit = std::max(2 * median(sizes), 1e-6);
   std::vector<double> weights(sizes.size());
   for (size_t i = 0; i < sizes.size(); ++i) weights[i] = sizes[i] > limit ? limit / sizes[i] : 1;
   return weights;
@@ -186,7 +187,7 @@ struct ChangeLevels {
   explicit ChangeLevels(const Change& change) {
     std::vector<double> sizes;
     for (size_t i = 0; i < change.size2.size(); i += 7) sizes.push_back(std::sqrt(change.size2[i]));
-    noise = median_of(sizes);
+    noise = median(sizes);
     std::sort(sizes.begin(), sizes.end());
     peak = sizes[sizes.size() - 1 - sizes.size() / 1000];
   }
@@ -204,7 +205,7 @@ Vector4 coarse_start(const Change& change, uint32_t width, double level2) {
         ys.push_back(y);
       }
   const double area = static_cast<double>(xs.size());
-  return {median_of(xs), median_of(ys),
+  return {median(xs), median(ys),
           std::log(std::max(kLeastRadius_px, 1.05 * std::sqrt(area / std::numbers::pi))), std::log(0.5)};
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/statistics.h"
 #include "engine/calibrate/ball_finder.h"
 #include "engine/calibrate/ball_press.h"
 #include "engine/numeric/dense.h"
@@ -12,7 +13,7 @@
 namespace palpate {
 namespace {
 
-using ball::Change, ball::median_of, ball::percent, ball::tenths, ball::kLeastExplained;
+using ball::Change, ball::percent, ball::tenths, ball::kLeastExplained;
 
 constexpr int kRays = 180;
 
@@ -42,7 +43,7 @@ class PressedChange {
   double noise() const {
     std::vector<double> all;
     for (size_t i = 0; i < change_.size2.size(); i += 7) all.push_back(std::abs(change_.smooth[0][i]));
-    return median_of(all);
+    return median(all);
   }
   double peak() const {
     double peak = 0;
@@ -118,7 +119,7 @@ CircleFit fit_circle(const std::vector<std::pair<double, double>>& rim, const Ci
     std::vector<double> errors;
     errors.reserve(rim.size());
     for (const auto& [x, y] : rim) errors.push_back(std::abs(std::hypot(x - cx, y - cy) - radius));
-    fit.scale_px = std::max(1.4826 * median_of(errors), 0.02);
+    fit.scale_px = std::max(1.4826 * median(errors), 0.02);
     fit.normal.setZero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     for (const auto& [x, y] : rim) {

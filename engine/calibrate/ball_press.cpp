@@ -14,13 +14,6 @@ constexpr double kLeastSeen = 0.5;  // of the contact, neither masked nor black 
 
 }  // namespace
 
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 Change change_of(const Frame& frame, const Frame& background, std::span<const uint8_t> mask) {
   const FrameFormat& f = frame.format;
   Change change;

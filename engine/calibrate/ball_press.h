@@ -39,9 +39,6 @@ inline constexpr double kLeastExplained = 0.75;  ///< of the change around the c
 inline constexpr double kSecondContact = 0.25;   ///< change outside over the ball's own, both summed squares
 inline constexpr double kLeastRadius_px = 4;
 
-/// 0 where there are no values.
-double median_of(std::vector<double> values);
-
 /// The change of a frame from the background, box means of 5 x 5 pixels that leave out what is masked.
 struct Change {
   int width = 0, height = 0;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include "engine/base/statistics.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -23,13 +24,6 @@ double signal_of(ForceSignal signal, const ForceFeatures& features) {
   ForceCalibration c;
   c.signal = signal;
   return palpate::signal_of(c, features);
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <functional>
 #include <string>
 
+#include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
@@ -30,13 +31,6 @@ constexpr size_t kStretches = 8;
 std::string number(double value) {
   const std::string line = text("%.3g", value);
   return line;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// One direction's component of shift and force.

@@ -70,15 +70,15 @@ void plain(const float* a, size_t count, size_t axes, const float* b, float scal
   fill_column(a, count, axes, b, scale, likeness, result);
 }
 #ifdef PALPATE_WIDE
-__attribute__((target("avx2,fma"))) void wide(const float* a, size_t count, size_t axes, const float* b,
-                                              float scale, const float* likeness, float* result) {
+PALPATE_AVX2 void wide(const float* a, size_t count, size_t axes, const float* b, float scale,
+                       const float* likeness, float* result) {
   fill_column(a, count, axes, b, scale, likeness, result);
 }
 #endif
 
 FillColumn widest_here() {
 #ifdef PALPATE_WIDE
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return wide;
+  if (vector_units::avx2()) return wide;
 #endif
   return plain;
 }

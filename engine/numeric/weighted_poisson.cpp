@@ -5,6 +5,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "engine/numeric/jacobi_weights.h"
 #include "shaders/shared/weighted.h"
 
 namespace palpate {
@@ -58,8 +59,7 @@ struct Level {
 };
 
 constexpr uint64_t kMaxCoarsestCells = 8;
-constexpr double kSpread = 0.8 * std::numbers::sqrt2 / 2;
-constexpr double kStep0 = 1 / (1.2 - kSpread), kStep1 = 1 / (1.2 + kSpread);
+constexpr double kStep0 = 1 / jacobi::kLowerRoot, kStep1 = 1 / jacobi::kUpperRoot;
 
 Level coarsen(const Level& fine) {
   Level coarse((fine.width + 1) / 2, (fine.height + 1) / 2);

@@ -8,6 +8,7 @@
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/numeric/dense.h"
+#include "engine/numeric/jacobi_weights.h"
 #include "shaders/ascend.spv.h"
 #include "shaders/coarsest.spv.h"
 #include "shaders/correct.spv.h"
@@ -23,10 +24,6 @@ namespace {
 
 // The finest levels of cells, each with a cycle of its own on the way up.
 constexpr uint32_t kCycledLevels = 3;
-
-// Chebyshev weights for two Jacobi steps on the upper four fifths of the spectrum [0, 2] of the scaled
-// operator.
-constexpr double kBandMiddle = 1.2, kBandHalf = 0.8;
 
 // The pseudo-inverse of A on a small grid, in the padded order of the level's buffer. A is symmetric and
 // takes nothing but the constant to 0, so A + 1 1^T / n is invertible, and its inverse differs from the
@@ -115,7 +112,6 @@ struct Surface::Pass {
     const Level& fine = level(l);
     const Grid& coarse = level(std::min(l + 1, last())).grid;
     const double diagonal = 2.0 * (double{fine.across} + double{fine.down});
-    const double spread = kBandHalf * std::numbers::sqrt2 / 2;
     shared::GridPush p{};
     p.width = fine.grid.width;
     p.height = fine.grid.height;
@@ -128,8 +124,8 @@ struct Surface::Pass {
     p.down = fine.down;
     p.edge_width = fine.edge_width;
     p.edge_height = fine.edge_height;
-    p.step0 = static_cast<float>(1 / (diagonal * (kBandMiddle - spread)));
-    p.step1 = static_cast<float>(1 / (diagonal * (kBandMiddle + spread)));
+    p.step0 = static_cast<float>(1 / (diagonal * jacobi::kLowerRoot));
+    p.step1 = static_cast<float>(1 / (diagonal * jacobi::kUpperRoot));
     return p;
   }
 

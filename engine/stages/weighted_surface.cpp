@@ -6,6 +6,7 @@
 
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
+#include "engine/numeric/jacobi_weights.h"
 #include "shaders/weighted_coarsen.spv.h"
 #include "shaders/weighted_coarsest.spv.h"
 #include "shaders/weighted_direction.spv.h"
@@ -26,12 +27,6 @@ namespace {
 constexpr uint32_t kWorkgroup = 64;
 constexpr uint32_t kRowsOnCpu = 16, kRowsOnGpu = 4;
 constexpr uint64_t kMaxCoarsestCells = 8;
-
-// Chebyshev weights for two Jacobi sweeps on the upper four fifths of the spectrum [0, 2] of the scaled
-// operator. Used in one order on the way down and the other on the way up, so that the cycle is symmetric, as
-// conjugate gradients need it.
-constexpr double kBandMiddle = 1.2, kBandHalf = 0.8;
-constexpr double kSpread = kBandHalf * std::numbers::sqrt2 / 2;
 
 }  // namespace
 
@@ -104,15 +99,10 @@ WeightedSurface::WeightedSurface(gpu::Context& context, uint32_t width, uint32_t
 shared::WeightedPush WeightedSurface::push(uint32_t level) const {
   const Grid& fine = levels_[level].grid;
   const Grid& coarse = levels_[std::min<size_t>(level + 1, levels_.size() - 1)].grid;
-  return {fine.width,
-          fine.height,
-          fine.pitch,
-          coarse.width,
-          coarse.height,
-          coarse.pitch,
-          static_cast<float>(1 / (kBandMiddle - kSpread)),
-          static_cast<float>(1 / (kBandMiddle + kSpread)),
-          scale_};
+  return {fine.width, fine.height, fine.pitch, coarse.width, coarse.height, coarse.pitch,
+          // In one order on the way down and the other on the way up: the cycle is symmetric, as conjugate
+          // gradients need it.
+          static_cast<float>(1 / jacobi::kLowerRoot), static_cast<float>(1 / jacobi::kUpperRoot), scale_};
 }
 
 // Invocations that cover a level, `columns` texels wide and `rows` rows high each.

@@ -113,7 +113,7 @@ Ceiling measure_ceiling(const gpu::ContextOptions& device, uint64_t largest_byte
   std::vector<double> empty_ms;
   empty_ms.reserve(kEmptyRuns);
   for (int i = 0; i < kEmptyRuns; ++i) empty_ms.push_back(run_ms(empty));
-  ceiling.submit_ms = median(empty_ms);
+  ceiling.submit_ms = quantile(empty_ms, 0.5);
 
   std::vector<uint64_t> sizes{affordable(context, largest_bytes)};
   while (sizes.back() / 4 >= kSmallest_bytes) sizes.push_back(sizes.back() / 4);
@@ -134,10 +134,10 @@ Ceiling measure_ceiling(const gpu::ContextOptions& device, uint64_t largest_byte
         gpu_ms.push_back(commands.times().front().ms);
       }
       if (first && way == 0) {
-        ceiling.clock_ratio = std::max(0.0, median(gpu_ms) / median(host_ms));
+        ceiling.clock_ratio = std::max(0.0, quantile(gpu_ms, 0.5) / quantile(host_ms, 0.5));
         if (std::abs(ceiling.clock_ratio - 1) <= kClocksAgree) ceiling.clock = "GPU";
       }
-      rate[way] = mover.GB_per_s(median(ceiling.clock == "GPU" ? gpu_ms : host_ms));
+      rate[way] = mover.GB_per_s(quantile(ceiling.clock == "GPU" ? gpu_ms : host_ms, 0.5));
     }
     ceiling.points.insert(ceiling.points.begin(), {bytes, rate[0], rate[1]});
     if (first) ceiling.GB_per_s = std::max(rate[0], rate[1]);

@@ -78,8 +78,8 @@ void measure_outputs(const gpu::ContextOptions& device, const FrameSize& size, d
       figure.height_px = size.height_px;
       figure.touched_fraction = group[i].touched_fraction;
       figure.time = distribution_of(contenders[i].wall_ms);
-      figure.cpu_ms = median(contenders[i].cpu_ms);
-      figure.cpu_ratio = median(ratios);
+      figure.cpu_ms = quantile(contenders[i].cpu_ms, 0.5);
+      figure.cpu_ratio = quantile(ratios, 0.5);
       figure.cpu_ratio_q25 = quantile(ratios, 0.25);
       figure.cpu_ratio_q75 = quantile(ratios, 0.75);
       figure.memory_bytes = pipelines[i].memory_bytes();

@@ -52,10 +52,6 @@ double quantile(std::vector<double> samples, double q) {
   return std::lerp(samples[below], samples[above], place - static_cast<double>(below));
 }
 
-double median(const std::vector<double>& samples) {
-  return quantile(samples, 0.5);
-}
-
 Distribution distribution_of(const std::vector<double>& samples_ms) {
   if (samples_ms.empty()) return {};
   std::vector<double> sorted = samples_ms;

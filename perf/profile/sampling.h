@@ -49,7 +49,6 @@ bool take_turns(std::span<Contender> contenders, const Rounds& rounds, const Wat
 
 /// Quantile by linear interpolation between the sorted samples; NaN for none.
 double quantile(std::vector<double> samples, double q);
-double median(const std::vector<double>& samples);
 Distribution distribution_of(const std::vector<double>& samples_ms);
 /// Bins that grow by a constant factor over the samples' range.
 Histogram histogram_of(const std::vector<double>& samples_ms, size_t bins);

@@ -73,7 +73,7 @@ class SizeMeter {
     if (!take_turns(frames, rounds, watch_)) return false;
     figure.latency = distribution_of(frames[0].wall_ms);
     figure.histogram = histogram_of(frames[0].wall_ms, kHistogramBins);
-    figure.cpu_ms = median(frames[0].cpu_ms);
+    figure.cpu_ms = quantile(frames[0].cpu_ms, 0.5);
 
     const auto count = std::clamp(static_cast<int>(seconds / 4 * 1e3 / figure.latency.median_ms), 6, 300);
     const double flow_s = wall_now_s();

@@ -1,10 +1,8 @@
 #include "engine/fem/linear/stiffness_row.h"
+#include "engine/base/simd.h"
 
 #include <algorithm>
 
-#if defined(__x86_64__) && defined(__GNUC__)
-#define PALPATE_WIDE 1
-#endif
 #define PALPATE_INLINE inline __attribute__((always_inline))
 
 namespace palpate::fem {
@@ -141,15 +139,13 @@ void plain(const LayerStiffness<Real>& s, const CellGrid& grid, uint32_t k, cons
 }
 #ifdef PALPATE_WIDE
 template <typename Real>
-__attribute__((target("avx2,fma"))) void wide(const LayerStiffness<Real>& s, const CellGrid& grid, uint32_t k,
-                                              const Real* u, Real* f, bool upper, bool lower) {
+PALPATE_AVX2 void wide(const LayerStiffness<Real>& s, const CellGrid& grid, uint32_t k, const Real* u,
+                       Real* f, bool upper, bool lower) {
   add_layer_as(s, grid, k, u, f, upper, lower);
 }
 template <typename Real>
-__attribute__((target("avx512f,avx512vl,avx2,fma"))) void widest(const LayerStiffness<Real>& s,
-                                                                 const CellGrid& grid, uint32_t k,
-                                                                 const Real* u, Real* f, bool upper,
-                                                                 bool lower) {
+PALPATE_AVX512 void widest(const LayerStiffness<Real>& s, const CellGrid& grid, uint32_t k, const Real* u,
+                           Real* f, bool upper, bool lower) {
   add_layer_as(s, grid, k, u, f, upper, lower);
 }
 #endif
@@ -160,8 +156,8 @@ using AddLayer = void (*)(const LayerStiffness<Real>&, const CellGrid&, uint32_t
 template <typename Real>
 AddLayer<Real> best() {
 #ifdef PALPATE_WIDE
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl")) return widest<Real>;
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return wide<Real>;
+  if (vector_units::avx512()) return widest<Real>;
+  if (vector_units::avx2()) return wide<Real>;
 #endif
   return plain<Real>;
 }

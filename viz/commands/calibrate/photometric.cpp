@@ -8,6 +8,7 @@
 
 #include "capture/calibrate/origin.h"
 #include "engine/base/json.h"
+#include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "engine/calibrate/photometric_fit.h"
 #include "palpate/error.h"
@@ -65,20 +66,14 @@ PhotometricFitResult fit_presses(const BallPresses& found, const Sensor& reading
   return fit.solve(options.rest_weight, options.model);
 }
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Takes out presses whose depth is read unlike the others'; true where there are any.
 bool refuse_other_balls(const PhotometricFitResult& result, BallPresses& found) {
   if (result.presses.size() < kEnoughToCompare) return false;
   std::vector<double> gains, apart;
   for (const HeldOutPress& p : result.presses) gains.push_back(std::log(std::max(p.depth_gain, 1e-3)));
-  const double usual = median_of(gains);
+  const double usual = median(gains);
   for (const double gain : gains) apart.push_back(std::abs(gain - usual));
-  const double limit = std::max(std::log(kUnlikeGain), kUnlikeScatter * 1.4826 * median_of(apart));
+  const double limit = std::max(std::log(kUnlikeGain), kUnlikeScatter * 1.4826 * median(apart));
   bool any = false;
   for (size_t i = gains.size(); i-- > 0;) {
     if (apart[i] <= limit) continue;
