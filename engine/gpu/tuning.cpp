@@ -46,7 +46,7 @@ constexpr std::array<TuningField, 11> kFields{{
     {"surface_big_texels", &Tuning::surface_big_texels, 1024, 1u << 20, 1, kBigTexels},
     {"surface_workgroup", &Tuning::surface_workgroup, 8, 1024, 8, kWorkgroups},
     {"coarsest_cells", &Tuning::coarsest_cells, 16, 1024, 1, kCoarsestCells},
-    {"datum_workgroup", &Tuning::datum_workgroup, 8, 1024, 8, kWorkgroups},
+    {"rest_level_workgroup", &Tuning::rest_level_workgroup, 8, 1024, 8, kWorkgroups},
 }};
 
 [[noreturn]] void refuse(const std::string& wanted, const std::string& found) {
@@ -72,10 +72,15 @@ bool same_device(const TuningKey& a, const TuningKey& b) {
   return a.device == b.device && a.vendor_id == b.vendor_id && a.device_id == b.device_id;
 }
 
+/// The key of files that were written before it was renamed.
+std::string former_name(const std::string& name) {
+  return name == "rest_level_workgroup" ? "datum_workgroup" : name;
+}
+
 Tuning tuning_from(const Json& values) {
   Tuning tuning;
   for (const TuningField& field : kFields) {
-    const auto& value = values.at(field.name);
+    const auto& value = values.at(values.contains(field.name) ? field.name : former_name(field.name));
     if (!value.is_number_unsigned() || value.get<uint64_t>() > field.most)
       refuse(std::string(field.name) + " up to " + std::to_string(field.most), value.dump());
     tuning.*field.value = value.get<uint32_t>();
@@ -106,7 +111,7 @@ std::span<const TuningField> tuning_fields() {
 Tuning default_tuning(const gpu::Context& context) {
   Tuning t;
   t.contact_workgroup = 32;
-  t.slope_workgroup = t.surface_workgroup = t.datum_workgroup = 64;
+  t.slope_workgroup = t.surface_workgroup = t.rest_level_workgroup = 64;
   t.coarsest_cells = 320;
   t.surface_big_texels = 16384;
   // Long strips waste less on their lead-in, short ones make more threads; stores of long strips fall out of

@@ -24,7 +24,7 @@ struct Mean {
 }  // namespace
 
 RestLevel::RestLevel(gpu::Context& context, const Contact& contact, const Grid& grid, const Tuning& tuning)
-    : workgroup_(tuning.datum_workgroup) {
+    : workgroup_(tuning.rest_level_workgroup) {
   push_.width = grid.width;
   push_.height = grid.height;
   push_.pitch = grid.pitch;
@@ -45,7 +45,7 @@ uint64_t RestLevel::record_bytes() const {
 
 void RestLevel::record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& contact,
                        const gpu::DeviceBuffer& records, InnerEdges edges) const {
-  const auto scope = commands.scope("datum");
+  const auto scope = commands.scope("rest level");
   shared::RestLevelPush push = push_;
   push.edges = edges.any() ? 1 : 0;
   const uint32_t tiles = push.tiles_x * push.tiles_y + push.edges * kEdges;

@@ -39,7 +39,7 @@ std::vector<Stage> stages_of(const std::string& field) {
       {"slope", {Stage::Slope}},
       {"surface", {Stage::Surface}},
       {"coarsest", {Stage::Surface}},
-      {"datum", {Stage::RestLevel}},
+      {"rest_level", {Stage::RestLevel}},
   };
   for (const Reach& reach : kReaches)
     if (field.starts_with(reach.prefix)) return reach.stages;
@@ -124,8 +124,8 @@ class Run {
       fill.wait();
     } else {
       rest_level_.emplace(context_, *scene.contact, scene.surface->grid(), tuning);
-      records_ =
-          gpu::DeviceBuffer(context_, "datum records", rest_level_->record_bytes(), gpu::Memory::Readback);
+      records_ = gpu::DeviceBuffer(context_, "rest level records", rest_level_->record_bytes(),
+                                   gpu::Memory::Readback);
     }
     commands_.begin();
     if (contact_) contact_->record(commands_, *scene.frame, *scene.background, records_);

@@ -29,10 +29,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The datum kernel serves as a small one: it reads float texels and whether a tile is touched, and writes a
-/// record for each tile.
+/// The rest level kernel serves as a small one: it reads float texels and whether a tile is touched, and
+/// writes a record for each tile.
 const Shader kShader{"rest_level", k_rest_level};
-KernelInterface datum_interface() {
+KernelInterface rest_level_interface() {
   return {
       {Binding::Texels, Binding::Storage, Binding::Storage}, sizeof(shared::RestLevelPush), {64, 1, 1}, {}};
 }
@@ -123,29 +123,32 @@ TEST_F(Gpu, KernelsAreCheckedAgainstTheirShader) {
   const auto refused = [&](const KernelInterface& wrong) {
     return refusal([&] { Kernel(context(), kShader, wrong); });
   };
-  KernelInterface wrong = datum_interface();
+  KernelInterface wrong = rest_level_interface();
   wrong.bindings.pop_back();
   expect_words(refused(wrong), {"'rest_level'", "2 bindings", "found binding 2"});
-  wrong = datum_interface();
+  wrong = rest_level_interface();
   wrong.bindings.push_back(Binding::Storage);
   expect_words(refused(wrong), {"'rest_level'", "binding 3", "no such binding"});
-  wrong = datum_interface();
+  wrong = rest_level_interface();
   wrong.bindings[0] = Binding::Storage;
   expect_words(refused(wrong), {"'rest_level'", "binding 0 as storage buffer", "texel buffer"});
-  wrong = datum_interface();
+  wrong = rest_level_interface();
   wrong.bindings[1] = Binding::Texels;
   expect_words(refused(wrong), {"'rest_level'", "binding 1 as texel buffer", "storage buffer"});
   for (const uint32_t bytes : {0u, 24u, 40u}) {
-    wrong = datum_interface();
+    wrong = rest_level_interface();
     wrong.push_bytes = bytes;
     expect_words(refused(wrong),
                  {"'rest_level'", std::to_string(bytes) + " bytes of push constants", "32 bytes"});
   }
   std::vector<uint32_t> damaged(std::begin(k_rest_level), std::end(k_rest_level));
   damaged[0] ^= 1;
-  expect_words(refusal([&] { Kernel(context(), {"damaged", damaged}, datum_interface()); }), {"'damaged'"});
-  expect_words(refusal([&] { Kernel(context(), {"empty", {}}, datum_interface()); }), {"'empty'"});
-  Kernel right(context(), kShader, datum_interface());
+  expect_words(refusal([&] {
+                 Kernel(context(), {"damaged", damaged}, rest_level_interface());
+               }),
+               {"'damaged'"});
+  expect_words(refusal([&] { Kernel(context(), {"empty", {}}, rest_level_interface()); }), {"'empty'"});
+  Kernel right(context(), kShader, rest_level_interface());
   EXPECT_STREQ(right.name(), "rest_level");
   EXPECT_NE(right.pipeline(), VK_NULL_HANDLE);
   Kernel moved = std::move(right);
@@ -201,7 +204,7 @@ TEST(GpuLimits, BufferThatCannotBeHeldIsNamed) {
 }
 
 TEST_F(Gpu, CommandsRunAsOftenAsSubmittedAndTellTheirTimes) {
-  const Kernel kernel(context(), kShader, datum_interface());
+  const Kernel kernel(context(), kShader, rest_level_interface());
   DeviceBuffer in(context(), "in", 16 * kTiles, Memory::Upload);
   const DeviceBuffer touched = no_contact(context());
   const DeviceBuffer out(context(), "out", sizeof(shared::RestLevelRecord) * kTiles, Memory::Readback);
@@ -268,7 +271,7 @@ TEST(GpuTimers, AreOnlyThereWhenAskedFor) {
 TEST(GpuValidation, MissingBarrierIsReported) {
   const auto messages = [](bool with_barrier) {
     Context context(with_validation());
-    const Kernel kernel(context, kShader, datum_interface());
+    const Kernel kernel(context, kShader, rest_level_interface());
     const DeviceBuffer a(context, "a", 16 * kTiles, Memory::Upload),
         b(context, "b", 16 * kTiles, Memory::Device), c(context, "c", 16 * kTiles, Memory::Readback);
     const DeviceBuffer touched = no_contact(context);
@@ -310,7 +313,7 @@ class PipelineCache : public testing::Test {
   /// A program's life: open, compile a kernel, close.
   static std::vector<std::string> run_once() {
     Context context(with_validation());
-    const Kernel kernel(context, kShader, datum_interface());
+    const Kernel kernel(context, kShader, rest_level_interface());
     EXPECT_NE(kernel.pipeline(), VK_NULL_HANDLE);
     return context.validation_messages();
   }

@@ -3,6 +3,7 @@
 
 #include <sys/wait.h>
 #include <unistd.h>
+#include <cstring>
 
 #include <cmath>
 #include <cstdlib>
@@ -56,7 +57,7 @@ class TuningTest : public GpuTest {
     t.surface_big_texels = 2000;
     t.surface_workgroup = 24;
     t.coarsest_cells = 33;
-    t.datum_workgroup = 8;
+    t.rest_level_workgroup = 8;
     return t;
   }
 
@@ -157,6 +158,12 @@ TEST_F(TuningTest, CacheComesBackAndKeepsOtherDevices) {
   EXPECT_EQ(files(), 1u);
 
   Json whole = Json::parse(slurp(file()));
+  // A file from before a key was renamed.
+  std::string former = whole.dump();
+  former.replace(former.find("rest_level_workgroup"), std::strlen("rest_level_workgroup"), "datum_workgroup");
+  std::ofstream(file()) << former;
+  EXPECT_EQ(load_tuning(context(), file()).tuning, unusual());
+
   Json other = whole["devices"][0];
   other["device"] = "another device";
   whole["devices"].push_back(other);

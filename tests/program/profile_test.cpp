@@ -319,7 +319,7 @@ TEST(Profile, HostClockTimesTheSameStages) {
     stages.push_back(s.stage);
     EXPECT_GT(s.time.min_ms, 0);
   }
-  EXPECT_EQ(stages, (std::vector<std::string>{"contact", "slope", "surface", "datum"}));
+  EXPECT_EQ(stages, (std::vector<std::string>{"contact", "slope", "surface", "rest level"}));
 }
 
 TEST(Profile, StoppedKeepsWhatIsFinished) {

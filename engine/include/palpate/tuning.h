@@ -18,7 +18,7 @@ struct Tuning {
   uint32_t surface_big_texels = 0;  ///< of four cells
   uint32_t surface_workgroup = 0;
   uint32_t coarsest_cells = 0;  ///< most cells of the level that is solved directly
-  uint32_t datum_workgroup = 0;
+  uint32_t rest_level_workgroup = 0;
 
   bool operator==(const Tuning&) const = default;
 };
