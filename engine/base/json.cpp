@@ -220,7 +220,7 @@ std::string Value::dump(int indent, Utf8 utf8) const {
 class Builder {
  public:
   using Float = nlohmann::json::number_float_t;
-  explicit Builder(const Reading& reading) : reading_(reading) {}
+  explicit Builder(const ParseOptions& options) : options_(options) {}
 
   bool null() { return put(Value()); }
   bool boolean(bool value) { return put(value); }
@@ -233,11 +233,11 @@ class Builder {
   bool start_array(size_t) { return open(Value::array()); }
   bool end_array() { return close(); }
   bool end_object() {
-    if (reading_.sorted_keys) open_.back().sort_own_keys();
+    if (options_.sorted_keys) open_.back().sort_own_keys();
     return close();
   }
   bool key(std::string& key) {
-    if (reading_.unique_keys && open_.back().contains(key)) throw KeyTwice(key);
+    if (options_.unique_keys && open_.back().contains(key)) throw KeyTwice(key);
     keys_.back() = std::move(key);
     return true;
   }
@@ -268,16 +268,16 @@ class Builder {
     return put(std::move(value));
   }
 
-  const Reading& reading_;
+  const ParseOptions& options_;
   Value whole_;
   std::vector<Value> open_;
   std::vector<std::string> keys_;  // one for each open value
 };
 
-Value parse(std::string_view text, Reading reading) {
-  Builder builder(reading);
+Value parse(std::string_view text, ParseOptions options) {
+  Builder builder(options);
   nlohmann::json::sax_parse(text.begin(), text.end(), &builder, nlohmann::json::input_format_t::json, true,
-                            reading.comments);
+                            options.comments);
   return builder.take();
 }
 

@@ -137,12 +137,13 @@ class Value {
   std::vector<std::string> keys_;
 };
 
-struct Reading {
+/// How parse() takes what JSON leaves open.
+struct ParseOptions {
   bool comments = false;     ///< are skipped
   bool unique_keys = false;  ///< throws KeyTwice; otherwise the last value of a key counts
   bool sorted_keys = false;  ///< see Value::sort_keys()
 };
 /// Throws Error that tells the line.
-Value parse(std::string_view text, Reading reading = {});
+Value parse(std::string_view text, ParseOptions options = {});
 
 }  // namespace palpate::json

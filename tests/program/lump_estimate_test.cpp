@@ -84,6 +84,7 @@ TEST_F(LumpEstimateCommand, RefusesNonsenseInOneLine) {
   expect_refusal({"lump", "train", folder_ / "no.lump"}, 2, {"--out"});
   expect_refusal({"lump", "train", folder_ / "no.lump", "--out", folder_ / "x.lump"}, 3, {"no.lump"});
   expect_refusal({"lump", "evaluate", folder_ / "no.lump"}, 3, {"no.lump"});
+  expect_refusal({"lump", "evaluate", folder_ / "no.lump", "--window-mm", "30", "20"}, 3, {"no.lump"});
 }
 
 TEST(LumpMaps, NoiseIsThatOfTheMapWhateverItsShape) {

@@ -117,10 +117,8 @@ void add_lump_evaluate(CommandLine& group, Common& common, Command& chosen) {
                    "Of gray level 255; 0: the highest peak at 90 % of it")
       ->capture_default_str()
       ->check(Check::range(0.0, 1e9));
-  command
-      ->add_option("--window-mm", o->job.sensor.window_mm,
-                   "What the camera sees of the plate (default 40 30)")
-      ->expected(2);
+  command->add_option("--window-mm", o->job.sensor.window_mm,
+                      "What the camera sees of the plate (default 40 30)");
   command->add_option("--loads", o->job.loads, "The highest so many loads; 0: all")
       ->capture_default_str()
       ->check(Check::range(0, 32));
