@@ -49,11 +49,7 @@ constexpr Arrow kArrows[] = {
     {"capture/truth capture/clock", "engine/base"},
     {"capture/source", "capture/truth"},
     {"capture/video", "capture/source"},
-    {"capture/files/image_header capture/files/jpeg capture/files/tiff_memory", "capture/source"},
-    {"capture/files/image_file", "capture/files/image_header capture/files/jpeg capture/files/tiff_memory"},
-    {"capture/files/png_file capture/files/tiff_file capture/files/bmp_file capture/files/pnm_file",
-     "capture/files/image_file"},
-    {"capture/files/images", "capture/files/image_file"},
+    {"capture/files/images", "capture/source"},
     {"capture/rectify", "capture/files/images"},
     {"capture/files",
      "capture/video capture/rectify capture/clock engine/calibrate engine/elasticity/modulus "

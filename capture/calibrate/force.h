@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/calibrate/force_choice.h"
 #include "capture/calibrate/gauged_recording.h"
+#include "engine/calibrate/force/choice.h"
 
 namespace palpate {
 

@@ -11,8 +11,8 @@
 #include <tuple>
 
 #include "capture/calibrate/markers.h"
-#include "capture/files/image_sequence.h"
-#include "capture/files/images.h"
+#include "capture/files/images/image_sequence.h"
+#include "capture/files/images/images.h"
 #include "capture/open_source.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "engine/calibrate/ball/finder.h"
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
-#include "engine/calibrate/ball_finder.h"
 
 namespace palpate {
 

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <opencv2/core.hpp>
 
-#include "capture/files/images.h"
+#include "capture/files/images/images.h"
 #include "capture/files/npy.h"
 #include "capture/files/output_file.h"
 #include "engine/sensor/json.h"

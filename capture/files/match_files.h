@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/base/json.h"
-#include "engine/numeric/matching.h"
+#include "engine/numeric/matching/matching.h"
 
 namespace palpate {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "capture/files/image_header.h"
+#include "capture/files/images/image_header.h"
 #include "capture/video/module.h"
 #include "palpate/error.h"
 

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "capture/files/csv_line.h"
-#include "capture/files/images.h"
+#include "capture/files/images/images.h"
 #include "capture/files/measurements.h"
 #include "engine/stages/elastic.h"
 #include "palpate/error.h"

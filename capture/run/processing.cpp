@@ -7,7 +7,7 @@
 #include <set>
 
 #include "capture/clock.h"
-#include "capture/files/images.h"
+#include "capture/files/images/images.h"
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
 #include "capture/open_source.h"

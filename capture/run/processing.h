@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/files/depth_files.h"
+#include "capture/files/depth/depth_files.h"
 #include "capture/files/frame_range.h"
 #include "capture/run/comparison.h"
 #include "capture/run/run_watch.h"

@@ -5,7 +5,7 @@
 #include <map>
 #include <opencv2/core.hpp>
 
-#include "capture/files/images.h"
+#include "capture/files/images/images.h"
 #include "capture/files/measurements.h"
 #include "capture/rectify.h"
 #include "capture/session/info.h"

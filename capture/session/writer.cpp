@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "capture/clock.h"
-#include "capture/files/images.h"
+#include "capture/files/images/images.h"
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
 #include "capture/session/info.h"

@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "engine/numeric/matching.h"
+#include "engine/numeric/matching/matching.h"
 
 namespace palpate {
 

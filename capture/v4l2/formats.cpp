@@ -9,7 +9,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "capture/files/jpeg.h"
+#include "capture/files/images/jpeg.h"
 
 namespace palpate {
 namespace {

@@ -14,7 +14,7 @@
 
 #include "engine/measure/strain.h"
 #include "engine/numeric/control_points.h"
-#include "engine/numeric/matching.h"
+#include "engine/numeric/matching/matching.h"
 
 namespace palpate {
 

@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/numeric/thin_plate.h"
+#include "engine/numeric/thin_plate/thin_plate.h"
 
 namespace palpate {
 

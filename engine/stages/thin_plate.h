@@ -6,7 +6,7 @@
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
-#include "engine/numeric/thin_plate.h"
+#include "engine/numeric/thin_plate/thin_plate.h"
 #include "shaders/shared/thin_plate.h"
 
 namespace palpate {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "engine/numeric/matching.h"
+#include "engine/numeric/matching/matching.h"
 
 namespace palpate::perf {
 

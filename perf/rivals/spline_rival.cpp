@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "engine/numeric/thin_plate.h"
+#include "engine/numeric/thin_plate/thin_plate.h"
 #include "perf/measure.h"
 #include "viz/report/gnuplot.h"
 

@@ -1,5 +1,5 @@
 // A ball's contact found in the picture alone, against the synthetic gel's truth; and what is no such press.
-#include "engine/calibrate/ball_finder.h"
+#include "engine/calibrate/ball/finder.h"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 #include "capture/calibrate/presses.h"
 #include "capture/open_source.h"
 #include "capture/synthetic/synthetic.h"
-#include "engine/calibrate/photometric_fit.h"
+#include "engine/calibrate/photometric/fit.h"
 #include "palpate/error.h"
 
 namespace palpate {

@@ -1,5 +1,5 @@
 // Which curve is chosen, what is said of it, and what is refused: on readings whose law is known.
-#include "engine/calibrate/force_choice.h"
+#include "engine/calibrate/force/choice.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <random>
 #include <string>
 
-#include "engine/calibrate/force_fit.h"
-#include "engine/calibrate/force_scatter.h"
+#include "engine/calibrate/force/fit.h"
+#include "engine/calibrate/force/scatter.h"
 #include "palpate/error.h"
 
 namespace palpate {

@@ -1,5 +1,5 @@
 // The photometric fit against renderings whose light and shape are known.
-#include "engine/calibrate/photometric_fit.h"
+#include "engine/calibrate/photometric/fit.h"
 
 #include <gtest/gtest.h>
 

@@ -12,7 +12,7 @@
 #include "capture/calibrate/background.h"
 #include "capture/calibrate/flat.h"
 #include "capture/calibrate/scale.h"
-#include "capture/files/images.h"
+#include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
 #include "capture/open_source.h"
 #include "engine/calibrate/grid_fit.h"

@@ -1,5 +1,5 @@
 // What is asked of a camera, as text and as a plan: options, controls, formats; numbers and times of frames.
-#include "viz/commands/camera_options.h"
+#include "viz/commands/option_groups/camera_options.h"
 
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>

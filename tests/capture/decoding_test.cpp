@@ -8,9 +8,9 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "capture/files/image_file.h"
-#include "capture/files/images.h"
-#include "capture/files/tiff_memory.h"
+#include "capture/files/images/image_file.h"
+#include "capture/files/images/images.h"
+#include "capture/files/images/tiff_memory.h"
 #include "capture/video/module.h"
 #include "palpate/error.h"
 

@@ -12,8 +12,8 @@
 #include <opencv2/videoio.hpp>
 #include <random>
 
-#include "capture/files/image_header.h"
-#include "capture/files/images.h"
+#include "capture/files/images/image_header.h"
+#include "capture/files/images/images.h"
 #include "capture/files/video.h"
 #include "palpate/error.h"
 

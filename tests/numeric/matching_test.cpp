@@ -1,5 +1,5 @@
 // Matching of bent point sets against known partners.
-#include "engine/numeric/matching.h"
+#include "engine/numeric/matching/matching.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Thin-plate splines against the plain dense system, closed forms, and points of every awkward kind.
-#include "engine/numeric/thin_plate.h"
+#include "engine/numeric/thin_plate/thin_plate.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <opencv2/videoio.hpp>
 #include <random>
 
-#include "capture/files/images.h"
+#include "capture/files/images/images.h"
 #include "capture/files/npy.h"
 #include "capture/open_source.h"
 #include "palpate/error.h"

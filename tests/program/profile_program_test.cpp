@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "perf/profile/files.h"
 #include "perf/profile/profile.h"
+#include "perf/profile/report/files.h"
 #include "tests/program/made_up_profile.h"
 #include "tests/support/program_fixture.h"
 

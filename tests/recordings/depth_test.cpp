@@ -14,10 +14,10 @@
 #include "capture/calibrate/markers.h"
 #include "capture/calibrate/presses.h"
 #include "capture/open_source.h"
-#include "engine/calibrate/ball_finder.h"
+#include "engine/calibrate/ball/finder.h"
 #include "engine/calibrate/light_stack.h"
 #include "engine/calibrate/lookup_fit.h"
-#include "engine/calibrate/photometric_fit.h"
+#include "engine/calibrate/photometric/fit.h"
 #include "palpate/pipeline.h"
 #include "tests/support/gpu_fixture.h"
 

@@ -12,7 +12,7 @@
 #include <string>
 
 #include "capture/synthetic/bent_points.h"
-#include "engine/numeric/matching.h"
+#include "engine/numeric/matching/matching.h"
 
 namespace palpate {
 namespace {

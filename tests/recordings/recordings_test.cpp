@@ -13,7 +13,7 @@
 #include <sstream>
 
 #include "capture/open_source.h"
-#include "engine/calibrate/photometric_fit.h"
+#include "engine/calibrate/photometric/fit.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 #include "tests/support/csv_table.h"

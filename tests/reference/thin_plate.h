@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/numeric/thin_plate_kernel.h"
+#include "engine/numeric/thin_plate/kernel.h"
 
 namespace palpate::reference {
 

@@ -11,7 +11,7 @@
 #include "capture/synthetic/synthetic.h"
 #include "engine/base/json.h"
 #include "engine/calibrate/linear_fit.h"
-#include "engine/calibrate/photometric_fit.h"
+#include "engine/calibrate/photometric/fit.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/options.h"

@@ -6,7 +6,7 @@
 #include <functional>
 #include <memory>
 
-#include "capture/files/images.h"
+#include "capture/files/images/images.h"
 #include "capture/files/measurements.h"
 #include "capture/files/npy.h"
 #include "capture/files/output_file.h"

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "capture/files/image_file.h"
+#include "capture/files/images/image_file.h"
 #include "capture/files/output_file.h"
 #include "capture/video/module.h"
 #include "engine/gpu/context.h"

@@ -1,6 +1,6 @@
 #include "viz/display/snapshot.h"
 
-#include "capture/files/images.h"
+#include "capture/files/images/images.h"
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
 #include "viz/display/picture.h"

@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "capture/files/images.h"
+#include "capture/files/images/images.h"
 #include "engine/stages/elastic.h"
 
 namespace palpate::viz {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "engine/numeric/matching.h"
+#include "engine/numeric/matching/matching.h"
 
 namespace palpate {
 

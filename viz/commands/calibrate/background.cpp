@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "capture/calibrate/background.h"
-#include "capture/files/images.h"
+#include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
 #include "capture/session/session.h"
 #include "engine/base/json.h"

@@ -6,7 +6,7 @@
 #include "capture/calibrate/flat.h"
 #include "capture/calibrate/markers.h"
 #include "capture/calibrate/origin.h"
-#include "capture/files/images.h"
+#include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
 #include "capture/open_source.h"
 #include "engine/base/json.h"

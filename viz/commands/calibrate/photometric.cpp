@@ -10,7 +10,7 @@
 #include "engine/base/json.h"
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
-#include "engine/calibrate/photometric_fit.h"
+#include "engine/calibrate/photometric/fit.h"
 #include "palpate/error.h"
 #include "palpate/sensor.h"
 #include "viz/commands/calibrate/balls.h"

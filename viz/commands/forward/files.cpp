@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "capture/files/images.h"
+#include "capture/files/images/images.h"
 #include "capture/files/npy.h"
 #include "capture/files/output_file.h"
 #include "capture/synthetic/optics.h"

@@ -10,9 +10,9 @@
 #include "engine/lump/study/dataset_report.h"
 #include "engine/lump/study/dataset_run.h"
 #include "palpate/error.h"
-#include "viz/commands/forward_options.h"
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/options.h"
+#include "viz/commands/option_groups/forward_options.h"
 #include "viz/commands/progress.h"
 
 namespace palpate {

@@ -1,0 +1,16 @@
+// A depth map as a mesh: one vertex a pixel at its centre in mm, x right, y up, z = depth (towards the
+// camera, so the frame is right handed), two triangles between four neighbours.
+#pragma once
+
+#include <filesystem>
+
+#include "capture/files/depth/depth_view.h"
+
+namespace palpate {
+
+/// PLY, binary. Throws Error(Failure::Output), as write_obj.
+void write_ply(const std::filesystem::path& file, const DepthView& map);
+/// Wavefront OBJ, text of the shortest numbers that read back as the same single ones.
+void write_obj(const std::filesystem::path& file, const DepthView& map);
+
+}  // namespace palpate

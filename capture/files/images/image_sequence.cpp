@@ -1,0 +1,49 @@
+#include "capture/files/images/image_sequence.h"
+
+#include <algorithm>
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "capture/files/images/images.h"
+#include "palpate/error.h"
+
+namespace palpate {
+
+namespace fs = std::filesystem;
+
+ImageSequence::ImageSequence(const fs::path& file_or_folder, const Sensor& sensor) {
+  std::error_code error;
+  if (fs::is_directory(file_or_folder, error)) {
+    for (const auto& entry : fs::directory_iterator(file_or_folder, error)) {
+      if (!entry.is_regular_file(error) || !has_image_name(entry.path())) continue;
+      const std::string& background = sensor.background.image;
+      if (!background.empty() && fs::equivalent(entry.path(), background, error)) continue;
+      files_.push_back(entry.path());
+    }
+    if (files_.empty())
+      throw Error(Failure::Input, std::string("a folder with images (") + kImageKinds + ")",
+                  "none in " + file_or_folder.string(), "the folder that holds the frames");
+    std::sort(files_.begin(), files_.end(), [](const fs::path& a, const fs::path& b) {
+      return natural_less(a.filename().string(), b.filename().string());
+    });
+  } else {
+    files_.push_back(file_or_folder);
+  }
+  first_ = std::make_unique<cv::Mat>(read_image(files_[0]));
+  rectifier_.emplace(sensor, *first_, files_[0].string());
+}
+
+ImageSequence::~ImageSequence() = default;
+
+bool ImageSequence::next(Frame& frame) {
+  if (next_ >= files_.size()) return false;
+  const fs::path& file = files_[next_];
+  const cv::Mat image = next_ == 0 ? *first_ : read_image(file);
+  first_.reset();
+  rectifier_->apply(image, file.string(), frame);
+  frame.sequence = next_++;
+  frame.time_ns = 0;
+  return true;
+}
+
+}  // namespace palpate

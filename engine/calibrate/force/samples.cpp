@@ -1,0 +1,193 @@
+#include "engine/calibrate/force/samples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "engine/base/statistics.h"
+#include "palpate/error.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kOnBranch = 0.1;     // an unloading share closer to 0 or 1 than this counts as on a branch
+constexpr size_t kLeastOnBranch = 7;  // readings
+constexpr double kOutlier_sd = 6;
+constexpr double kLeastScatter = 0.004;  // fraction of full scale below which nothing is an outlier
+constexpr double kMostOutliers = 0.1;    // more are no outliers but a curve that does not fit
+constexpr size_t kFewestPresses = 4;     // the same
+constexpr size_t kMostBlocks = 10;
+constexpr size_t kStretches = 8;  // of time, where there are few presses
+
+double signal_of(ForceSignal signal, const ForceFeatures& features) {
+  ForceCalibration c;
+  c.signal = signal;
+  return palpate::signal_of(c, features);
+}
+
+}  // namespace
+
+const char* to_string(LeftOut left_out) {
+  switch (left_out) {
+    case LeftOut::Used:
+      return "used";
+    case LeftOut::NoGauge:
+      return "without gauge reading";
+    case LeftOut::Saturated:
+      return "saturated";
+    case LeftOut::AtBorder:
+      return "at the border";
+    case LeftOut::Outlier:
+      return "outliers";
+  }
+  return "?";
+}
+
+std::string to_string(const ForceCandidate& c) {
+  return std::string(to_string(c.model)) + " of " + to_string(c.signal) +
+         (c.branches ? ", apart" : ", together");
+}
+
+bool ForceTrack::loads(size_t i) const {
+  return unloading[i] <= kOnBranch;
+}
+
+bool ForceTrack::unloads(size_t i) const {
+  return unloading[i] >= 1 - kOnBranch;
+}
+
+double ForceCurves::at(double signal, double w) const {
+  if (!loading) return force_at(model, together.curve, signal);
+  return (1 - w) * force_at(model, loading->curve, signal) + w * force_at(model, unloading->curve, signal);
+}
+
+ForceTrack track_of(ForceSignal signal, std::span<const ForceSample> samples) {
+  ForceTrack track;
+  track.low = std::numeric_limits<double>::infinity();
+  track.high = -track.low;
+  for (const ForceSample& s : samples) {
+    track.signal.push_back(signal_of(signal, s.features));
+    if (!is_used(s)) continue;
+    track.low = std::min(track.low, track.signal.back());
+    track.high = std::max(track.high, track.signal.back());
+  }
+  LoadDirection direction;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    if (i == 0 || samples[i].press != samples[i - 1].press) direction = LoadDirection();
+    track.unloading.push_back(
+        direction.update(true, track.signal[i], kTurn_fraction * (track.high - track.low)));
+  }
+  return track;
+}
+
+ForceCurves fit_curves(ForceModel model, bool branches, const ForceTrack& track,
+                       std::span<const ForceSample> samples, const std::function<bool(size_t)>& counts) {
+  std::vector<double> s, f, on_loading, on_unloading;
+  size_t loading = 0, unloading = 0;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    if (!is_used(samples[i]) || !counts(i)) continue;
+    s.push_back(track.signal[i]);
+    f.push_back(samples[i].force_N);
+    on_loading.push_back(track.loads(i) ? 1 : 0);
+    on_unloading.push_back(track.unloads(i) ? 1 : 0);
+    loading += on_loading.back() > 0;
+    unloading += on_unloading.back() > 0;
+  }
+  ForceCurves curves{model, fit_curve(model, s, f), {}, {}};
+  if (!branches) return curves;
+  for (const auto& [name, count] : {std::pair{"loading", loading}, std::pair{"unloading", unloading}})
+    if (count < kLeastOnBranch)
+      throw Error(Failure::Input, std::to_string(kLeastOnBranch) + " readings while " + name,
+                  std::to_string(count), "a recording with slower presses");
+  curves.loading = fit_curve(model, s, f, on_loading);
+  curves.unloading = fit_curve(model, s, f, on_unloading);
+  return curves;
+}
+
+HoldOut hold_out(std::span<const ForceSample> samples) {
+  HoldOut h;
+  h.block.resize(samples.size());
+  std::map<uint32_t, size_t> in_press, in_recording;
+  for (const ForceSample& s : samples)
+    if (is_used(s)) {
+      ++in_press[s.press];
+      ++in_recording[s.recording];
+    }
+  const bool by_recording = in_recording.size() >= kFewestRecordings;
+  if (by_recording || in_press.size() >= kFewestPresses) {
+    const std::map<uint32_t, size_t>& groups = by_recording ? in_recording : in_press;
+    h.blocks_are = by_recording ? "recordings" : "presses";
+    h.blocks = std::min(groups.size(), kMostBlocks);
+    std::map<uint32_t, size_t> number;
+    for (const auto& [group, count] : groups) number.emplace(group, number.size());
+    for (size_t i = 0; i < samples.size(); ++i)
+      if (is_used(samples[i]))
+        h.block[i] =
+            number[by_recording ? samples[i].recording : samples[i].press] * h.blocks / groups.size();
+    return h;
+  }
+  h.blocks_are = "stretches of time";
+  std::map<uint32_t, size_t> seen, first;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const ForceSample& s = samples[i];
+    if (!is_used(s)) continue;
+    if (first.emplace(s.press, h.blocks).second) h.blocks += kStretches;
+    h.block[i] = first[s.press] + seen[s.press]++ * kStretches / in_press[s.press];
+  }
+  return h;
+}
+
+void mark_outliers(std::vector<ForceSample>& samples, std::span<const ForceSignal> signals) {
+  std::vector<size_t> judged(samples.size());
+  double full_N = 0;
+  size_t count = 0;
+  for (const ForceSample& s : samples)
+    if (is_used(s)) {
+      full_N = std::max(full_N, std::abs(s.force_N));
+      ++count;
+    }
+  for (const ForceSignal signal : signals) {
+    const ForceTrack track = track_of(signal, samples);
+    std::vector<bool> kept(samples.size(), true);
+    std::vector<double> off(samples.size());
+    // Fitted again without what stood out, until that does not change.
+    for (int round = 0; round < 4; ++round) {
+      std::optional<ForceCurves> curves;
+      const auto counts = [&](size_t i) { return bool{kept[i]}; };
+      for (const bool branches : {true, false}) {
+        try {
+          curves = fit_curves(ForceModel::Spline, branches, track, samples, counts);
+          break;
+        } catch (const Error&) {
+          continue;  // too few readings for that many numbers: nothing is judged by them
+        }
+      }
+      if (!curves) return;
+      std::vector<double> sizes;
+      for (size_t i = 0; i < samples.size(); ++i) {
+        off[i] = is_used(samples[i])
+                     ? std::abs(samples[i].force_N - curves->at(track.signal[i], track.unloading[i]))
+                     : 0;
+        if (is_used(samples[i])) sizes.push_back(off[i]);
+      }
+      const double scatter_N = std::max(1.4826 * median(sizes), kLeastScatter * full_N);
+      bool changed = false;
+      for (size_t i = 0; i < samples.size(); ++i) {
+        const bool keep = off[i] <= kOutlier_sd * scatter_N;
+        changed |= keep != kept[i];
+        kept[i] = keep;
+      }
+      if (!changed) break;
+    }
+    for (size_t i = 0; i < samples.size(); ++i) judged[i] += !kept[i];
+  }
+  const auto is_outlier = [&](size_t i) { return is_used(samples[i]) && judged[i] == signals.size(); };
+  size_t outliers = 0;
+  for (size_t i = 0; i < samples.size(); ++i) outliers += is_outlier(i);
+  if (static_cast<double>(outliers) > kMostOutliers * static_cast<double>(count)) return;
+  for (size_t i = 0; i < samples.size(); ++i)
+    if (is_outlier(i)) samples[i].left_out = LeftOut::Outlier;
+}
+
+}  // namespace palpate

@@ -1,0 +1,83 @@
+// Readings beside a gauge, the branch that each is on, and the curves through some of them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/calibrate/force/fit.h"
+#include "engine/measure/force.h"
+
+namespace palpate {
+
+/// Why a reading beside a gauge does not count.
+enum class LeftOut : uint8_t { Used, NoGauge, Saturated, AtBorder, Outlier };
+const char* to_string(LeftOut left_out);
+
+/// One touched frame of a calibration, beside the gauge. In order, recording after recording, all frames of a
+/// press in a row, also those left out: the branch is told from the way there.
+struct ForceSample {
+  ForceFeatures features;
+  double force_N = 0;  ///< gauge; NaN: none
+  double time_s = 0;   ///< since its recording began; NaN: not known
+  uint64_t frame = 0;  ///< of its recording
+  uint32_t recording = 0;
+  uint32_t press = 0;  ///< from 0 over all recordings
+  LeftOut left_out = LeftOut::Used;
+};
+
+/// What is tried.
+struct ForceCandidate {
+  ForceSignal signal = ForceSignal::GraySum;
+  ForceModel model = ForceModel::Line;
+  bool branches = false;  ///< loading and unloading apart
+};
+std::string to_string(const ForceCandidate& candidate);
+
+inline bool is_used(const ForceSample& sample) {
+  return sample.left_out == LeftOut::Used;
+}
+
+/// One signal of all samples, with the branch that each is on.
+struct ForceTrack {
+  std::vector<double> signal;
+  std::vector<double> unloading;  ///< as LoadDirection says, 0 to 1
+  double low = 0, high = 0;       ///< of the signal of used readings
+  bool loads(size_t i) const;     ///< on a branch, not between the two
+  bool unloads(size_t i) const;
+};
+ForceTrack track_of(ForceSignal signal, std::span<const ForceSample> samples);
+
+/// The curves of one candidate, fitted to some readings.
+struct ForceCurves {
+  ForceModel model = ForceModel::Line;
+  CurveFit together;
+  std::optional<CurveFit> loading, unloading;
+
+  double at(double signal, double unloading_fraction) const;
+};
+/// To the used samples for which `counts` says so. Throws Error(Failure::Input) where they are too few.
+ForceCurves fit_curves(ForceModel model, bool branches, const ForceTrack& track,
+                       std::span<const ForceSample> samples, const std::function<bool(size_t)>& counts);
+
+/// So many recordings or more are blocks of their own.
+inline constexpr size_t kFewestRecordings = 3;
+
+/// What is held out together: recordings where there are three or more (of several objects, each is then
+/// judged by the others), else presses, or with fewer than four of them stretches of their time.
+struct HoldOut {
+  std::vector<size_t> block;  ///< of each sample
+  size_t blocks = 0;
+  const char* blocks_are = "";  ///< for people
+};
+HoldOut hold_out(std::span<const ForceSample> samples);
+
+/// Marks readings further than six robust scatters from a flexible curve of every one of the signals; none
+/// where more than a tenth would be.
+void mark_outliers(std::vector<ForceSample>& samples, std::span<const ForceSignal> signals);
+
+}  // namespace palpate

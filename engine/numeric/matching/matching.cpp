@@ -1,0 +1,340 @@
+#include "engine/numeric/matching/matching.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <random>
+
+#include "engine/base/statistics.h"
+#include "engine/numeric/dense.h"
+#include "engine/numeric/matching/flow.h"
+#include "engine/numeric/matching/start.h"
+#include "engine/numeric/matching/warp.h"
+#include "palpate/error.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::MatrixXf;
+using Eigen::RowVectorXd;
+
+constexpr double kAmplitude = 0.1;  // variance of a unit mode: that of shapes which bend as skin does
+// Noise to begin with, over the template's RMS radius.
+constexpr double kStartSd = 0.7, kPlainSd = 0.5, kTurnedSd = 0.4, kNearSdOfSpacing = 2;
+constexpr double kContextWeight = 10;
+constexpr size_t kMostTurns = 6, kFewTurns = 2;
+constexpr uint32_t kFinishing = 300;  // iterations at most
+// A turn is tried if its vote is not this much worse than the best one's, or, where two starts already agree,
+// if it is this much better than without a turn.
+constexpr double kVoteMargin = 0.12, kVoteGain = 0.03;
+// Clean: nothing another start could do better.
+constexpr double kCleanSdOfSpacing = 0.1, kCleanFound = 0.95;
+// A later start has to be better by more than rounding and the prior's fuzz.
+constexpr double kBetter = 5;
+// Larger sets are matched thinned to this many first.
+constexpr Index kCoarse = 200, kLargest = 300;
+// Nats per target point. Unrelated sets come to -0.3 to 0, a shape under noise of twice its points' spacing
+// to 0.1 and more, an exact one to 8.
+constexpr double kLeastLikelihoodGain = 0.06;
+constexpr double kLeastFound = 0.3;
+constexpr Index kLeastPoints = 5;  // beyond the axes + 1 of an affine map
+
+MatrixXd matrix_of(const PointSet& set) {
+  return Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+      set.coordinates.data(), static_cast<Index>(set.size()), static_cast<Index>(set.axes));
+}
+
+void check(const PointSet& set, const char* which) {
+  const std::string name = which;
+  if (set.axes != 2 && set.axes != 3)
+    throw Error(Failure::Input, "points of 2 or 3 coordinates in the " + name,
+                std::to_string(set.axes) + " coordinates", "columns x,y or x,y,z");
+  if (set.coordinates.size() % set.axes != 0 || set.size() < set.axes + 1)
+    throw Error(Failure::Input, "at least " + std::to_string(set.axes + 1) + " points in the " + name,
+                std::to_string(set.size()), "more points");
+  const auto bad = std::find_if(set.coordinates.begin(), set.coordinates.end(),
+                                [](double v) { return !std::isfinite(v); });
+  if (bad != set.coordinates.end())
+    throw Error(Failure::Input, "finite coordinates in the " + name,
+                "point " + std::to_string(static_cast<size_t>(bad - set.coordinates.begin()) / set.axes + 1) +
+                    " with one that is not",
+                "leaving it out");
+}
+
+double rms_radius(const MatrixXd& centred) {
+  return std::sqrt(centred.rowwise().squaredNorm().mean());
+}
+
+// Of the box round the target; flat directions get a tenth of the widest.
+double log_volume(const MatrixXd& points) {
+  const RowVectorXd size = points.colwise().maxCoeff() - points.colwise().minCoeff();
+  return size.cwiseMax(0.1 * size.maxCoeff()).array().log().sum();
+}
+
+// -log likelihood of the target without any template: one normal distribution, or evenly over its box.
+double energy_without(const MatrixXd& to, double log_volume_) {
+  const MatrixXd covariance = dense::product_tn(to, to) / static_cast<double>(to.rows());
+  const Eigen::VectorXd spread = dense::symmetric_eigen(covariance).values;
+  const double floor = std::max(1e-6 * spread.maxCoeff(), kLeastSd * kLeastSd);
+  const double normal =
+      0.5 * (2 * std::numbers::pi * std::numbers::e * spread.cwiseMax(floor).array()).log().sum();
+  return static_cast<double>(to.rows()) * std::min(normal, log_volume_);
+}
+
+// A set thinned in an order that does not depend on how it is stored along.
+std::vector<Index> thinned(Index size, Index count, uint32_t seed) {
+  std::vector<Index> order(static_cast<size_t>(size));
+  std::iota(order.begin(), order.end(), Index{0});
+  std::mt19937 random(seed);
+  for (size_t i = order.size() - 1; i > 0; --i) std::swap(order[i], order[random() % (i + 1)]);
+  order.resize(static_cast<size_t>(std::min(size, count)));
+  std::sort(order.begin(), order.end());
+  return order;
+}
+
+double median_spacing(const MatrixXd& points) {
+  std::vector<double> nearest;
+  for (Index i = 0; i < points.rows(); ++i) {
+    Eigen::VectorXd d = (points.rowwise() - points.row(i)).rowwise().squaredNorm();
+    d[i] = std::numeric_limits<double>::infinity();
+    nearest.push_back(d.minCoeff());
+  }
+  return std::sqrt(median(std::move(nearest)));
+}
+
+// Both sets, each about its own centre, over a common unit.
+struct Prepared {
+  MatrixXd from, to;
+  RowVectorXd from_centre, to_centre;
+  double from_scale = 1, unit = 1;
+  bool in_place = true;  // the template as it lies is worth a try
+  MatrixXd as_it_lies;   // the template in the target's coordinates
+
+  Prepared(const PointSet& a, const PointSet& b) : from(matrix_of(a)), to(matrix_of(b)) {
+    from_centre = from.colwise().mean();
+    to_centre = to.colwise().mean();
+    from.rowwise() -= from_centre;
+    to.rowwise() -= to_centre;
+    from_scale = rms_radius(from);
+    const double to_scale = rms_radius(to), shift = (to_centre - from_centre).norm();
+    const double least = 1e-12 * std::max(from_centre.norm(), to_centre.norm());
+    if (!(from_scale > least && to_scale > least))
+      throw Error(Failure::Input, "points that differ", "all points of a set in one place",
+                  "another set of points");
+    in_place =
+        to_scale < 3 * from_scale && from_scale < 3 * to_scale && shift < 3 * std::max(from_scale, to_scale);
+    unit = in_place ? from_scale : to_scale;
+    as_it_lies = (from.rowwise() + (from_centre - to_centre)) / unit;
+    from /= from_scale;
+    to /= unit;
+  }
+};
+
+class Search {
+ public:
+  Search(const FlowProblem& problem, const MatrixXd& to) : problem_(problem), to_(to) {
+    spacing_ = median_spacing(problem.from);
+  }
+
+  void run(const Prepared& sets, const MatrixXd& as_it_lies, double most_turn_deg, MatchResult& result) {
+    if (sets.in_place) {
+      attempt(MatchStart::Context, 0, as_it_lies, kContextWeight, kStartSd, result);
+      if (clean()) return;
+      attempt(MatchStart::Near, 0, as_it_lies, 0, kNearSdOfSpacing * spacing_, result);
+      if (clean()) return;
+    }
+    const auto agreed = [&](size_t a, size_t b) {
+      return std::abs(result.attempts[a].energy - result.attempts[b].energy) < kBetter;
+    };
+    bool settled = sets.in_place && agreed(0, 1);
+    if (sets.in_place && !settled) {
+      attempt(MatchStart::Plain, 0, as_it_lies, 0, kPlainSd, result);
+      if (clean()) return;
+      settled = agreed(0, 2);
+    }
+    const Votes votes(problem_.from, to_);
+    const size_t most = settled ? kFewTurns : kMostTurns;
+    const double limit = settled ? votes.unturned() : votes.best() + kVoteMargin;
+    for (size_t k = 0; k < std::min(most, votes.size()) && votes.unlikeness(k) <= limit; ++k) {
+      if (settled && votes.unlikeness(k) >= limit) break;
+      const Placement place = votes.place(k);
+      if (std::abs(place.turn_deg) > most_turn_deg) continue;
+      attempt(MatchStart::Turned, place.turn_deg, place.points, kContextWeight, kTurnedSd, result);
+      if (clean()) return;
+    }
+    if (result.attempts.empty()) attempt(MatchStart::Plain, 0, as_it_lies, 0, kPlainSd, result);
+  }
+
+  FlowState& best() { return best_; }
+
+ private:
+  void attempt(MatchStart start, double turn_deg, const MatrixXd& placed, double context_weight, double sd,
+               MatchResult& result) {
+    FlowState state;
+    state.warped = placed;
+    flow(problem_,
+         {.sd = sd, .context_weight = context_weight, .amplitude = kAmplitude / 2, .count_freedom = true},
+         state);
+    flow(problem_, {.sd = std::sqrt(state.variance), .amplitude = kAmplitude}, state);
+    weigh(problem_, kAmplitude, state);
+    result.attempts.push_back({start, turn_deg, state.energy, state.bending, std::sqrt(state.variance),
+                               state.iterations, state.converged});
+    result.iterations += state.iterations;
+    if (result.attempts.size() == 1 || state.energy < best_.energy - kBetter) {
+      best_ = std::move(state);
+      result.winner = result.attempts.size() - 1;
+    }
+  }
+
+  bool clean() const {
+    const auto smaller = static_cast<double>(std::min(problem_.from.rows(), problem_.to.rows()));
+    return std::sqrt(best_.variance)<kCleanSdOfSpacing * spacing_&& static_cast<double>(best_.partners.sum())>
+               kCleanFound * smaller;
+  }
+
+  const FlowProblem& problem_;
+  const MatrixXd& to_;
+  double spacing_ = 0;
+  FlowState best_;
+};
+
+// The most probable pairs first, each point in one of them.
+std::vector<Partner> pair_up(const MatrixXf& p) {
+  struct Pair {
+    float probability;
+    uint32_t from, to;
+  };
+  std::vector<Partner> partners(static_cast<size_t>(p.rows()));
+  std::vector<Pair> pairs;
+  const Eigen::VectorXf found = p.rowwise().sum();
+  const Eigen::VectorXf most = p.rowwise().maxCoeff();
+  for (Index j = 0; j < p.cols(); ++j)
+    for (Index i = 0; i < p.rows(); ++i)
+      if (p(i, j) > 0.05f * most[i] && found[i] >= 0.5f)
+        pairs.push_back({p(i, j), static_cast<uint32_t>(i), static_cast<uint32_t>(j)});
+  std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) {
+    return a.probability != b.probability ? a.probability > b.probability
+           : a.from != b.from             ? a.from < b.from
+                                          : a.to < b.to;
+  });
+  std::vector<char> taken(static_cast<size_t>(p.cols()), 0);
+  for (const Pair& pair : pairs)
+    if (!partners[pair.from].target && !taken[pair.to]) {
+      partners[pair.from] = {pair.to, std::min(1., double{pair.probability})};
+      taken[pair.to] = 1;
+    }
+  for (size_t i = 0; i < partners.size(); ++i)
+    if (!partners[i].target)
+      partners[i].probability = std::clamp(1 - double{found[static_cast<Index>(i)]}, 0., 1.);
+  return partners;
+}
+
+}  // namespace
+
+std::string_view to_string(MatchStart start) {
+  switch (start) {
+    case MatchStart::Context:
+      return "context";
+    case MatchStart::Near:
+      return "near";
+    case MatchStart::Plain:
+      return "plain";
+    case MatchStart::Turned:
+      return "turned";
+  }
+  return "";
+}
+
+std::string_view to_string(MatchVerdict verdict) {
+  switch (verdict) {
+    case MatchVerdict::Reliable:
+      return "reliable";
+    case MatchVerdict::TooFewPoints:
+      return "no reliable match: too few points";
+    case MatchVerdict::TooVague:
+      return "no reliable match: what the warp leaves is as large as unrelated points would leave";
+    case MatchVerdict::TooFewFound:
+      return "no reliable match: too few points have a partner";
+    case MatchVerdict::NotSettled:
+      return "no reliable match: the iteration did not settle";
+  }
+  return "";
+}
+
+MatchResult match_points(const PointSet& from, const PointSet& to, double most_turn_deg) {
+  check(from, "template");
+  check(to, "target");
+  if (from.axes != to.axes)
+    throw Error(Failure::Input, "template and target of the same coordinates",
+                std::to_string(from.axes) + " and " + std::to_string(to.axes), "sets of one kind");
+  const Prepared sets(from, to);
+  const WarpModes modes(sets.from);
+  const Index n = sets.from.rows(), m = sets.to.rows();
+  const double volume = log_volume(sets.to);
+  MatchResult result;
+  FlowState state;
+  if (std::max(n, m) <= kLargest) {
+    const FlowProblem problem(sets.from, modes, sets.to, volume, true);
+    Search search(problem, sets.to);
+    search.run(sets, sets.as_it_lies, most_turn_deg, result);
+    state = std::move(search.best());
+  } else {
+    const double fraction = std::min(1., static_cast<double>(kCoarse) / static_cast<double>(std::min(n, m)));
+    const auto part = [&](Index size) {
+      return thinned(size, static_cast<Index>(std::ceil(fraction * static_cast<double>(size))), 1);
+    };
+    const std::vector<Index> some = part(n);
+    const MatrixXd coarse_to = sets.to(part(m), Eigen::all);
+    const FlowProblem coarse(sets.from(some, Eigen::all), modes, coarse_to, volume, true);
+    Search search(coarse, coarse_to);
+    search.run(sets, sets.as_it_lies(some, Eigen::all), most_turn_deg, result);
+    const FlowProblem whole(sets.from, modes, sets.to, volume, false);
+    state = std::move(search.best());
+    state.warped = dense::product(whole.basis, state.coefficients);
+    flow(whole, {.sd = std::sqrt(state.variance), .amplitude = kAmplitude, .cooling = 0.7}, state);
+    weigh(whole, kAmplitude, state);
+    MatchAttempt& winner = result.attempts[result.winner];
+    result.iterations += state.iterations - winner.iterations;
+    winner.noise_sd = std::sqrt(state.variance);
+    winner.energy = state.energy;
+    winner.bending = state.bending;
+    winner.iterations = state.iterations;
+    winner.converged = state.converged;
+  }
+
+  if (!state.converged) {
+    const uint32_t before = state.iterations;
+    const FlowProblem whole(sets.from, modes, sets.to, volume, false);
+    flow(whole, {.sd = std::sqrt(state.variance), .amplitude = kAmplitude, .most_iterations = kFinishing},
+         state);
+    weigh(whole, kAmplitude, state);
+    result.iterations += state.iterations - before;
+  }
+  const double found = static_cast<double>(state.partners.sum());
+  result.converged = state.converged;
+  result.scale = sets.from_scale;
+  result.log_likelihood_gain = (energy_without(sets.to, volume) - state.energy) / static_cast<double>(m);
+  result.noise_sd = std::sqrt(state.variance) * sets.unit;
+  result.noise_below = state.variance <= 1.01 * kLeastSd * kLeastSd;
+  result.target_outlier_fraction = std::clamp(1 - found / static_cast<double>(m), 0., 1.);
+  result.template_nil_fraction = std::clamp(1 - found / static_cast<double>(n), 0., 1.);
+  result.warped.axes = from.axes;
+  result.warped.coordinates.resize(from.coordinates.size());
+  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+      result.warped.coordinates.data(), n, state.warped.cols()) =
+      (state.warped * sets.unit).rowwise() + sets.to_centre;
+  const Index smaller = std::min(n, m);
+  result.verdict = smaller < state.warped.cols() + 1 + kLeastPoints     ? MatchVerdict::TooFewPoints
+                   : !state.converged                                   ? MatchVerdict::NotSettled
+                   : found < kLeastFound * static_cast<double>(smaller) ? MatchVerdict::TooFewFound
+                   : result.log_likelihood_gain < kLeastLikelihoodGain  ? MatchVerdict::TooVague
+                                                                        : MatchVerdict::Reliable;
+  result.partners =
+      result.reliable() ? pair_up(state.partners) : std::vector<Partner>(static_cast<size_t>(n));
+  return result;
+}
+
+}  // namespace palpate

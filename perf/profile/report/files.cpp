@@ -1,0 +1,52 @@
+#include "perf/profile/report/files.h"
+
+#include "capture/files/output_file.h"
+#include "perf/profile/report/plots.h"
+#include "perf/profile/report/report.h"
+#include "perf/profile/report/tables.h"
+#include "viz/report/gnuplot.h"
+
+namespace palpate::perf {
+namespace {
+
+/// Draws and writes all plots; `hindrance` is the first thing that went wrong.
+std::vector<DrawnPlot> draw(const std::vector<Plot>& plots, const std::filesystem::path& out,
+                            std::string& hindrance) {
+  std::vector<DrawnPlot> drawn;
+  for (const Plot& plot : plots) {
+    const Picture svg = run_gnuplot(full_script(plot, PictureKind::Svg));
+    if (!svg.error.empty() && hindrance.empty()) hindrance = svg.error;
+    if (svg.missing) break;
+    const Picture png = run_gnuplot(full_script(plot, PictureKind::Png));
+    if (!svg.bytes.empty()) write_whole(out / (plot.name + ".svg"), svg.bytes);
+    if (!png.bytes.empty()) write_whole(out / (plot.name + ".png"), png.bytes);
+    drawn.push_back({plot, svg.bytes});
+  }
+  return drawn;
+}
+
+}  // namespace
+
+void write_figures(const Profile& profile, const std::filesystem::path& out) {
+  for (const auto& [name, text] : csv_files(profile)) write_whole(out / name, text);
+  write_whole(out / "profile.json", to_json(profile));
+}
+
+std::string write_report(const Profile& profile, const std::filesystem::path& out) {
+  std::string hindrance;
+  const std::vector<DrawnPlot> plots = draw(plots_of(profile), out, hindrance);
+  write_whole(out / "report.html", html_report(profile, plots));
+  return hindrance;
+}
+
+std::string write_comparison(const MachineComparison& comparison, const std::filesystem::path& out) {
+  write_whole(out / "compare.csv", to_csv(comparison));
+  write_whole(out / "compare.json", to_json(comparison) + "\n");
+  std::string hindrance;
+  const std::vector<DrawnPlot> plots = draw(
+      comparison_plots(comparison.a, comparison.b, comparison.name_a, comparison.name_b), out, hindrance);
+  write_whole(out / "compare.html", html_report(comparison, plots));
+  return hindrance;
+}
+
+}  // namespace palpate::perf

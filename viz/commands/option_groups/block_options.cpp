@@ -1,0 +1,106 @@
+#include "viz/commands/option_groups/block_options.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "capture/files/gauge.h"
+#include "capture/run/press_timeline.h"
+#include "capture/synthetic/tissue.h"
+#include "capture/v4l2/camera.h"
+#include "palpate/error.h"
+#include "viz/commands/options.h"
+#include "viz/commands/progress.h"
+
+namespace palpate {
+namespace {
+
+constexpr const char* kGroup = "Block of tissue";
+
+using Force = std::function<std::optional<double>(uint64_t)>;
+
+Force true_force(const TissueOptions& tissue) {
+  auto block = std::make_shared<const TissueSensor>(tissue);
+  return [block](uint64_t sequence) { return block->block_force_N(sequence); };
+}
+
+/// Of a table, at the frames of a recording.
+Force gauge_force(const std::string& file, const MeasuredInput& input) {
+  auto gauge = std::make_shared<const Gauge>(read_gauge(file, GaugeColumns::Normal));
+  if (gauge->by_frame())
+    return [gauge](uint64_t sequence) { return gauge_at_frame(*gauge, gauge->force_N, sequence); };
+  std::vector<std::string> notes;
+  const PressTimeline t = measure_press({input.input, {}, file}, input, notes, {.stop = interrupted});
+  for (const std::string& note : notes) spdlog::info("{}", note);
+  auto forces = std::make_shared<std::map<uint64_t, double>>();
+  for (size_t i = 0; i < t.sequence.size(); ++i)
+    if (std::isfinite(t.force_N[i])) forces->emplace(t.sequence[i], t.force_N[i]);
+  return [forces](uint64_t sequence) {
+    const auto there = forces->find(sequence);
+    return there == forces->end() ? std::nullopt : std::optional(there->second);
+  };
+}
+
+Force force_of(const BlockChoice& choice, const MeasuredInput& input,
+               const std::optional<TissueOptions>& tissue) {
+  if (choice.gauge.empty()) return tissue ? true_force(*tissue) : Force();
+  if (choice.gauge == "truth") {
+    if (!tissue)
+      throw Error(Failure::Usage, "a gauge's table", "'truth', which only synthetic blocks of tissue know",
+                  "--gauge FILE.csv");
+    return true_force(*tissue);
+  }
+  if (is_camera(input.input))
+    throw Error(Failure::Usage, "a recording beside --gauge FILE", "a camera",
+                "palpate record, then palpate replay SESSION --gauge FILE");
+  return gauge_force(choice.gauge, input);
+}
+
+}  // namespace
+
+CommandOption* add_block(CommandLine& command, std::vector<double>& block_mm, double& young_Pa) {
+  command.add_option("--block-mm", block_mm, "Length, width and thickness of the tissue (default 40 40 20)")
+      ->expected(3)
+      ->check(Check::positive());
+  return command.add_option("--young-Pa", young_Pa, "Young's modulus of the tissue")
+      ->check(Check::positive());
+}
+
+void BlockChoice::add_to(CommandLine& command) {
+  add_block(command, block_mm, young_Pa);
+  command
+      .add_option("--window-at-mm", window_mm,
+                  "The window's middle from the block's, x y (default 0 0, or the synthetic block's)")
+      ->expected(2);
+  command.add_option("--gauge", gauge,
+                     "CSV of the force on the whole block, beside a recording (default: what the window "
+                     "sees, where it sees all of the block; truth: of synthetic blocks)");
+  for (const char* name : {"--block-mm", "--young-Pa", "--window-at-mm", "--gauge"})
+    command.get_option(name)->group(kGroup);
+}
+
+std::unique_ptr<PressMonitor> monitor_presses(const BlockChoice& choice, const MeasuredInput& input,
+                                              const Frame& background, uint64_t round) {
+  const std::optional<TissueOptions> tissue = tissue_behind(input);
+  if (!tissue && !choice.given()) return nullptr;
+  PressSetup setup;
+  BlockSetting& block = setup.block;
+  if (tissue) block = {tissue->scene.block_mm, tissue->scene.young_Pa, {tissue->x_mm, tissue->y_mm}};
+  std::copy_n(choice.block_mm.begin(), choice.block_mm.size(), block.block_mm.begin());
+  std::copy_n(choice.window_mm.begin(), choice.window_mm.size(), block.window_mm.begin());
+  if (choice.young_Pa > 0) block.young_Pa = choice.young_Pa;
+  if (!tissue && !(choice.young_Pa > 0))
+    throw Error(Failure::Usage, "the tissue's modulus beside what else is said of the block", "none",
+                "--young-Pa E, from a place without a lump");
+  setup.force = force_of(choice, input, tissue);
+  if (round > 0 && setup.force)
+    setup.force = [force = std::move(setup.force), round](uint64_t sequence) {
+      return force(sequence % round);
+    };
+  return std::make_unique<PressMonitor>(input.sensor, background, std::move(setup));
+}
+
+}  // namespace palpate

@@ -1,0 +1,60 @@
+#include "viz/commands/option_groups/camera_options.h"
+
+#include <utility>
+
+#include "capture/v4l2/camera.h"
+#include "palpate/error.h"
+#include "viz/commands/options.h"
+
+namespace palpate {
+namespace {
+
+constexpr const char* kGroup = "Camera";
+
+}  // namespace
+
+void CameraChoice::add_to(CommandLine& command) {
+  command_ = &command;
+  const auto add = [&](const char* name, std::string& value, const char* about) {
+    command.add_option(name, value, about)->group(kGroup);
+  };
+  add("--camera", node, "Take frames from this camera: /dev/videoN or N (see palpate cameras)");
+  add("--format", format,
+      "Pixel format: GREY, Y10, Y12, Y16, YUYV, UYVY, NV12, RGGB8 and its kin, MJPEG "
+      "(default: fits the sensor)");
+  add("--size", size, "Size in px, as 1392x1042 (default: the sensor's, or the largest that comes smoothly)");
+  add("--fps", rate, "Frames a second (default: the most the camera has, up to 60)");
+  add("--exposure", exposure, "Exposure, as 8ms or 500us, or auto (default: locked where it is)");
+  add("--gain", gain, "Gain in the camera's own steps, or auto (default: locked where it is)");
+  add("--white-balance", white_balance, "White balance in K, or auto (default: locked where it is)");
+  command.add_option("--control", controls, "Any other control: NAME=VALUE (repeatable)")->group(kGroup);
+  add("--camera-timeout", timeout, "Start the stream again after so long without a frame, as 3s");
+  add("--camera-buffers", buffers, "Frames that the driver keeps, 3 to 32 (default 8)");
+}
+
+std::string CameraChoice::input(const std::string& input) const {
+  const std::pair<const char*, const std::string*> options[] = {
+      {"format", &format},     {"size", &size},      {"fps", &rate},
+      {"exposure", &exposure}, {"gain", &gain},      {"white_balance", &white_balance},
+      {"timeout", &timeout},   {"buffers", &buffers}};
+  std::string composed = "camera:" + node;
+  char mark = '?';
+  const auto add = [&](const std::string& key, const std::string& value) {
+    composed += mark + key + "=" + value;
+    mark = '&';
+  };
+  for (const auto& [key, value] : options)
+    if (!value->empty()) add(key, *value);
+  for (const std::string& control : controls)
+    add("control." + control.substr(0, control.find('=')),
+        control.find('=') == std::string::npos ? "" : control.substr(control.find('=') + 1));
+  if (node.empty() && mark == '?') return input;
+  if (node.empty())
+    throw Error(Failure::Usage, "--camera NODE for the options of a camera", "none", "--camera /dev/video0");
+  const CommandOption* positional = command_ ? command_->get_option("INPUT") : nullptr;
+  if (positional && positional->count() > 0)
+    throw Error(Failure::Usage, "one input", "--camera " + node + " and '" + input + "'", "either of them");
+  return to_string(parse_camera(composed));
+}
+
+}  // namespace palpate
