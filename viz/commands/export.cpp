@@ -5,8 +5,8 @@
 #include "capture/session/session.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
-#include "viz/commands/options.h"
 #include "viz/commands/option_groups/look_options.h"
+#include "viz/commands/options.h"
 #include "viz/commands/run_watch.h"
 #include "viz/display/recording_pictures.h"
 

@@ -12,8 +12,8 @@
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
-#include "viz/commands/options.h"
 #include "viz/commands/option_groups/forward_options.h"
+#include "viz/commands/options.h"
 #include "viz/commands/progress.h"
 
 namespace palpate {

@@ -11,8 +11,8 @@
 #include "engine/lump/study/dataset_run.h"
 #include "palpate/error.h"
 #include "viz/commands/lump/lump.h"
-#include "viz/commands/options.h"
 #include "viz/commands/option_groups/forward_options.h"
+#include "viz/commands/options.h"
 #include "viz/commands/progress.h"
 
 namespace palpate {

@@ -13,9 +13,9 @@
 #include "viz/commands/forward/forward.h"
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/lump/method.h"
-#include "viz/commands/options.h"
 #include "viz/commands/option_groups/block_options.h"
 #include "viz/commands/option_groups/forward_options.h"
+#include "viz/commands/options.h"
 #include "viz/commands/progress.h"
 #include "viz/commands/run_watch.h"
 
