@@ -36,7 +36,7 @@ std::vector<uint32_t> nodes_of(uint32_t pixels, double pixel_mm, double pitch_mm
   return node;
 }
 
-/// `share`: by which the middle is made brighter than the corners; the mean stays.
+/// `fraction`: by which the middle is made brighter than the corners; the mean stays.
 lump::Observation with_field(lump::Observation observation, double fraction) {
   for (fem::Map& map : observation.pressure_Pa) {
     const double x_half = (map.width - 1) / 2.0, y_half = (map.height - 1) / 2.0;

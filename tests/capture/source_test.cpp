@@ -54,7 +54,7 @@ class SourceTest : public ::testing::Test {
     return path(name);
   }
 
-  /// Cuts a file to its first `share`.
+  /// Cuts a file to its first `fraction`.
   static void cut(const std::string& file, double fraction) {
     fs::resize_file(file, static_cast<uintmax_t>(static_cast<double>(fs::file_size(file)) * fraction));
   }

@@ -96,9 +96,9 @@ TEST(LumpBell, HalvesMeetInTheMiddleAndHoldWhatTheyPromise) {
   lump::Posterior posterior;
   lump::Posterior::Part part;
   part.weight = 0.5;
-  part.bells[lump::kSize] = bell;
+  part.marginals[lump::kSize] = bell;
   posterior.parts.push_back(part);
-  part.bells[lump::kSize] = {20, 0.1, 0.1};
+  part.marginals[lump::kSize] = {20, 0.1, 0.1};
   posterior.parts.push_back(part);
   EXPECT_NEAR(posterior.quantile(lump::kSize, 0.125), 2, 1e-6);
   EXPECT_NEAR(posterior.quantile(lump::kSize, 0.75), 20, 1e-6);

@@ -102,10 +102,10 @@ struct Answer {
   double chi2() const { return best ? best->chi2 + odds_chi2 : HUGE_VAL; }
 };
 
-Spread spread_at(const DirectSearch& search, const DirectSearch::State& best, double chi_square,
+Spread spread_at(const DirectSearch& search, const DirectSearch::State& best, double reduced_chi_square,
                  const Observation& observation, const ResponseOptions& model) {
   const DirectSearch::Step end = search.solve(best, 0, DirectSearch::Sought::Lump);
-  Spread spread{end.sd * std::sqrt(std::max(1.0, chi_square)), LumpStep::Zero()};
+  Spread spread{end.sd * std::sqrt(std::max(1.0, reduced_chi_square)), LumpStep::Zero()};
   const Case::Lump& lump = best.lump;
   const bool upright = lump.shape == fem::InclusionShape::Cylinder;
   const double finest_mm = observation.block_mm[0] / (model.cells[0] * model.grids.back());
@@ -176,7 +176,7 @@ class Inversion {
     for (uint32_t better = 0; answer.reports() && answer.spread.noise(kLnRatio) >= kCurved; ++better) {
       // Along the ratios all grids are asked everywhere, so here too: on a flat way the search stops early.
       search_.correct(*answer.best);
-      const double allowed = kNinetyPercent * kNinetyPercent * std::max(1.0, chi_square(answer));
+      const double allowed = kNinetyPercent * kNinetyPercent * std::max(1.0, reduced_chi_square(answer));
       const double step = kNinetyPercent * answer.spread.noise(kLnRatio);
       std::array<Case::Lump, 2> ends;
       std::optional<DirectSearch::State> lower;
@@ -192,7 +192,7 @@ class Inversion {
   }
 
  private:
-  double chi_square(const Answer& answer) const {
+  double reduced_chi_square(const Answer& answer) const {
     const auto values = static_cast<double>(search_.values() * observation_.force_N.size());
     return answer.best->chi2 / std::max(1.0, values - double{kLumpUnknowns});
   }
@@ -208,15 +208,14 @@ class Inversion {
     DirectSearch::State& best = *answer.best;
     const bool settled = search_.settle(best);
     Estimate& estimate = answer.estimate;
-    const double fraction = chi_square(answer);
-    answer.spread = spread_at(search_, best, fraction, observation_, options_.model);
+    const double reduced = reduced_chi_square(answer);
+    answer.spread = spread_at(search_, best, reduced, observation_, options_.model);
     take(best.lump, answer.spread, estimate);
     estimate.shape_probability = {};
     estimate.shape_probability[static_cast<size_t>(estimate.shape)] = 1;
     estimate.detection_statistic = 0;
     if (const std::optional<double> nothing = search_.without_lump(best))
-      estimate.detection_statistic =
-          std::max(0.0, *nothing - best.chi2) / (kChance * std::max(1.0, fraction));
+      estimate.detection_statistic = std::max(0.0, *nothing - best.chi2) / (kChance * std::max(1.0, reduced));
     std::string line;
     if (estimate.detection_statistic < 1)
       return summarise(answer, Status::NoLump, "tissue alone answers as well, but for chance");
@@ -224,11 +223,11 @@ class Inversion {
       line = text("the search did not end in %u rounds: the values are where it stood", options_.most_rounds);
       return summarise(answer, Status::Unusable, line);
     }
-    if (fraction > 4) {
+    if (reduced > 4) {
       line = text(
           "the best lump misses the reading by %.1f times its noise: not a lump of this shape in "
           "such tissue",
-          std::sqrt(fraction));
+          std::sqrt(reduced));
       return summarise(answer, Status::OutsideTraining, line);
     }
     summarise(answer, Status::Found, "");

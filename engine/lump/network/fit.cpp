@@ -68,7 +68,8 @@ double Fitter::chi_square(const Fit& fit, LumpVector* slope, Matrix5* normal) co
     *slope = jacobian.transpose() * rest;
     *normal = dense::product_tn(jacobian, jacobian);
   }
-  // What the training held is likelier than what it did not: wide bells over its ranges, walls beyond them.
+  // What the training held is likelier than what it did not: wide marginals over its ranges, walls beyond
+  // them.
   const std::array<std::array<double, 2>, 3> ranges = {log_range(model_.size_mm), log_range(model_.depth_mm),
                                                        log_range(model_.ratio)};
   for (int p = 0; p < 3; ++p) {
@@ -149,14 +150,14 @@ void Fitter::search(Fit& fit, uint32_t rounds, bool ratio_held) const {
 double Posterior::quantile(Parameter what, double fraction) const {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const Part& part : parts) {
-    const SplitNormal& bell = part.bells[what];
+    const SplitNormal& bell = part.marginals[what];
     low = std::min(low, bell.middle - 6 * bell.below);
     high = std::max(high, bell.middle + 6 * bell.above);
   }
   for (int step = 0; step < 40; ++step) {
     const double middle = 0.5 * (low + high);
     double below = 0;
-    for (const Part& part : parts) below += part.weight * part.bells[what].share_to(middle);
+    for (const Part& part : parts) below += part.weight * part.marginals[what].share_to(middle);
     (below < fraction ? low : high) = middle;
   }
   return 0.5 * (low + high);
@@ -164,7 +165,7 @@ double Posterior::quantile(Parameter what, double fraction) const {
 
 namespace {
 
-/// The bells of one fit: its ratio on a grid, the rest following it.
+/// The marginals of one fit: its ratio on a grid, the rest following it.
 void add_bells(const Model& model, const Fitter& fitter, const Fit& fit, double temperature,
                std::vector<Posterior::Part>& parts, std::vector<double>& log_weights) {
   const Matrix5 covariance = dense::inverse(fit.normal);
@@ -191,7 +192,7 @@ void add_bells(const Model& model, const Fitter& fitter, const Fit& fit, double 
     part.shape = fit.shape;
     const std::array<double, kParameters> sds = {sd_of(temperature * inverse(0, 0)),
                                                  sd_of(temperature * inverse(1, 1)), 0.5 * spacing};
-    for (const Parameter p : {kSize, kDepth, kRatio}) part.bells[p] = {at.at(p), sds[p], sds[p]};
+    for (const Parameter p : {kSize, kDepth, kRatio}) part.marginals[p] = {at.at(p), sds[p], sds[p]};
     parts.push_back(part);
   };
   for (const double direction : {1.0, -1.0}) {
@@ -221,7 +222,7 @@ Inference weigh_lumps(const Model& model, const PressedNodes& nodes, Method meth
   const auto start = [&answer](size_t shape) {
     Fit fit;
     fit.shape = static_cast<fem::InclusionShape>(shape);
-    for (const Parameter p : {kSize, kDepth, kRatio}) fit.at(p) = answer.bells[shape][p].middle;
+    for (const Parameter p : {kSize, kDepth, kRatio}) fit.at(p) = answer.marginals[shape][p].middle;
     fit.at(3) = answer.shift_mm[0];
     fit.at(4) = answer.shift_mm[1];
     return fit;
@@ -251,7 +252,7 @@ Inference weigh_lumps(const Model& model, const PressedNodes& nodes, Method meth
     for (size_t s = 0; s < 4; ++s)
       if (model.shapes[s])
         posterior.parts.push_back(
-            {answer.shape_probability[s], static_cast<fem::InclusionShape>(s), answer.bells[s]});
+            {answer.shape_probability[s], static_cast<fem::InclusionShape>(s), answer.marginals[s]});
   } else {
     std::vector<double> log_weights;
     for (const Fit& fit : fits)

@@ -40,17 +40,17 @@ class Fitter {
   const PatchObservation& patch_;
 };
 
-/// A lump's whole posterior as a sum of bells.
+/// A lump's whole posterior as a sum of split normals.
 struct Posterior {
   struct Part {
     double weight = 0;
     fem::InclusionShape shape = fem::InclusionShape::Sphere;
-    std::array<SplitNormal, kParameters> bells{};  ///< of the logarithms
+    std::array<SplitNormal, kParameters> marginals{};  ///< of the logarithms
   };
   std::vector<Part> parts;
   std::array<double, 4> shape_probability{};
 
-  /// Of a logarithm, where the bells' sum reaches `share`.
+  /// Of a logarithm, where the sum of its parts reaches `fraction`.
   double quantile(Parameter what, double fraction) const;
 };
 

@@ -89,8 +89,8 @@ Answer answer_of(const Model& model, const Eigen::VectorXf& features) {
     for (size_t p = 0; p < kParameters; ++p) {
       const auto first = at::kBells + 3 * static_cast<Eigen::Index>(kParameters * s + p);
       const double scale = inverse.scale[p];
-      answer.bells[s][p] = {inverse.mean[p] + scale * out(first), scale * std::exp(out(first + 1)),
-                            scale * std::exp(out(first + 2))};
+      answer.marginals[s][p] = {inverse.mean[p] + scale * out(first), scale * std::exp(out(first + 1)),
+                                scale * std::exp(out(first + 2))};
     }
   }
   for (size_t axis = 0; axis < 2; ++axis) {

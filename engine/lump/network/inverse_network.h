@@ -28,8 +28,8 @@ Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
 struct Answer {
   std::array<double, 4> shape_probability{};   ///< in the order of fem::InclusionShape
   std::array<double, 4> across_probability{};  ///< of each shape, that it lies across the patch
-  std::array<std::array<SplitNormal, kParameters>, 4> bells{};  ///< of the logarithms, were it this shape
-  std::array<double, 2> shift_mm{}, shift_sd_mm{};              ///< of the lump's centre, in the patch's axes
+  std::array<std::array<SplitNormal, kParameters>, 4> marginals{};  ///< of the logarithms, were it this shape
+  std::array<double, 2> shift_mm{}, shift_sd_mm{};  ///< of the lump's centre, in the patch's axes
 };
 Answer answer_of(const Model& model, const Eigen::VectorXf& features);
 

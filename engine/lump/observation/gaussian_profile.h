@@ -30,7 +30,7 @@ struct GaussianFit {
   double at(double x_mm) const;
 };
 
-/// Centre of what differs from the map's median within the inner `share` of its sides, mm from its middle:
+/// Centre of what differs from the map's median within the inner `fraction` of its sides, mm from its middle:
 /// {0, 0} where nothing does.
 std::array<double, 2> bump_center_mm(const fem::Map& map, double fraction = 0.8);
 

@@ -21,8 +21,8 @@ struct PlateFrame {
 constexpr size_t kNoGroup = static_cast<size_t>(-1);
 
 /// Which group each point belongs to, in order of first appearance; kNoGroup where the weight is 0. Two
-/// points of a group are within 2 `share` of the usual spacing of each other, that of the nearer half of the
-/// points if they were spread evenly over their disc or ball.
+/// points of a group are within 2 `fraction` of the usual spacing of each other, that of the nearer half of
+/// the points if they were spread evenly over their disc or ball.
 template <size_t D>
 std::vector<size_t> merge_points(std::span<const std::array<double, D>> points,
                                  std::span<const double> weights, double fraction);
