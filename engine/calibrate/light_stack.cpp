@@ -87,7 +87,7 @@ void features(const LightImages& images, int order, uint32_t x, uint32_t y, Eige
     for (int j = 0; i + j <= order; ++j, ++term) {
       const double place = std::pow(across, i) * std::pow(down, j);
       for (size_t k = 0; k < lights; ++k) {
-        // Shares about their mean: what is left are their differences.
+        // Fractions about their mean: what is left are their differences.
         const double fraction =
             sum > 0 ? static_cast<double>(images.images[k][at]) / sum : 1.0 / static_cast<double>(lights);
         out[static_cast<Eigen::Index>(k) * terms + term] =

@@ -88,9 +88,9 @@ double order_from_half_intensity(double angle_rad) {
   return std::log(0.5) / std::log(std::cos(angle_rad));
 }
 
-LampShares lamp_fractions(const Waveguide& guide, const EdgeLamp& lamp) {
+LampFractions lamp_fractions(const Waveguide& guide, const EdgeLamp& lamp) {
   check_lamp(guide, lamp);
-  LampShares fractions;
+  LampFractions fractions;
   integrate(guide, lamp, turning_points(guide, lamp), [&](double v, double fraction, double spread) {
     const double s = tangential_of(guide, lamp, v);
     const Course course = course_of(guide, lamp.layer, s);

@@ -26,8 +26,8 @@ void check_lamp(const Waveguide& guide, const EdgeLamp& lamp);
 /// ln(1/2) / ln(cos(angle)). Throws Error(Failure::Input) outside (0, 60 deg]: 60 deg is Lambert's law.
 double order_from_half_intensity(double angle_rad);
 
-/// Shares of the lamp's light.
-struct LampShares {
+/// Fractions of the lamp's light.
+struct LampFractions {
   double entering = 0;  ///< the rest is reflected at the edge
   double guided = 0;    ///< stays in until something touches
   double touching = 0;  ///< guided, and meets the touched face
@@ -36,7 +36,7 @@ struct LampShares {
   double arriving_per_mm = 0;
 };
 /// Throws Error(Failure::Input) on a guide or lamp out of range.
-LampShares lamp_fractions(const Waveguide& guide, const EdgeLamp& lamp);
+LampFractions lamp_fractions(const Waveguide& guide, const EdgeLamp& lamp);
 
 /// What lies on the touched face.
 struct FaceContact {

@@ -54,7 +54,8 @@ FresnelAmplitudes fresnel_amplitudes(OpticalIndex from, OpticalIndex to, double 
   return {(q1 - q2) / sum_s, (to * cos1 - from * cos2) / sum_p, 2.0 * q1 / sum_s, 2.0 * q1 / sum_p};
 }
 
-InterfaceShares interface_fractions(OpticalIndex from, OpticalIndex to, double s, Polarisation polarisation) {
+InterfaceFractions interface_fractions(OpticalIndex from, OpticalIndex to, double s,
+                                       Polarisation polarisation) {
   if (from == to) return {0, 1};
   const auto total = [s](OpticalIndex index) { return index.imag() == 0 && s >= index.real(); };
   if (total(from) || total(to)) return {1, 0};

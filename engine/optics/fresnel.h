@@ -28,8 +28,8 @@ FresnelAmplitudes fresnel_amplitudes(OpticalIndex from, OpticalIndex to, double 
 
 enum class Polarisation { S, P };
 
-/// Shares of the arriving intensity; they add up to 1. The same from either side.
-struct InterfaceShares {
+/// Fractions of the arriving intensity; they add up to 1. The same from either side.
+struct InterfaceFractions {
   double reflected = 0;
   double passed = 1;
 };
@@ -39,7 +39,8 @@ struct InterfaceShares {
 /// split of it is exact; 1 - |r|^2 is the one that conserves energy from both sides. Where it would be
 /// negative (a surface plasmon beside a layer that is itself beyond its critical angle) everything is
 /// reflected.
-InterfaceShares interface_fractions(OpticalIndex from, OpticalIndex to, double s, Polarisation polarisation);
+InterfaceFractions interface_fractions(OpticalIndex from, OpticalIndex to, double s,
+                                       Polarisation polarisation);
 
 /// Share of light that passes from `from` to `to` through a plane gap as thin as the wavelength: frustrated
 /// total reflection, waves added with their phase. Gap and `from` must not absorb. A gap of 0 is the

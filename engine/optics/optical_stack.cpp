@@ -46,7 +46,7 @@ StackLight stack_light(const OpticalStack& stack, double angle_rad, Polarisation
   const double s = tangential_index(stack, angle_rad);
   const size_t count = stack.layers.size();
   // Interface j lies above layer j; the last one above the medium behind.
-  std::vector<InterfaceShares> faces(count + 1);
+  std::vector<InterfaceFractions> faces(count + 1);
   std::vector<double> depth(count);  // optical depth of a single pass
   for (size_t j = 0; j <= count; ++j) {
     const OpticalIndex above = j == 0 ? stack.from : stack.layers[j - 1].index;
@@ -61,7 +61,7 @@ StackLight stack_light(const OpticalStack& stack, double angle_rad, Polarisation
   reflected[count] = faces[count].reflected;
   taken[count] = faces[count].passed;
   for (size_t j = count; j-- > 0;) {
-    const InterfaceShares& face = faces[j];
+    const InterfaceFractions& face = faces[j];
     const double a2 = std::exp(-2 * depth[j]), lost = -std::expm1(-2 * depth[j]);
     // 1 - a^2 R21 R23
     const double echo = lost + a2 * (face.passed + face.reflected * taken[j + 1]);

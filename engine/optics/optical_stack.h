@@ -27,7 +27,7 @@ struct OpticalStack {
   double wavelength_nm = 630;  ///< in vacuum
 };
 
-/// Shares of the incident intensity. The reflectance comes from adding upwards, what passes and what each
+/// Fractions of the incident intensity. The reflectance comes from adding upwards, what passes and what each
 /// layer takes from the light followed downwards: that they add up to 1 is a check, not a definition.
 struct StackLight {
   double reflectance = 0;

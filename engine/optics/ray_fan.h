@@ -38,7 +38,7 @@ EdgeRay trace_ray(const Waveguide& guide, const EdgeLamp& lamp, double depth_mm,
 struct FirstMeetings {
   double nearest_mm = 0;            ///< of guided light in the lamp's plane: nearer, the face is dark
   std::vector<double> distance_mm;  ///< rising
-  std::vector<double> fraction;     ///< of the lamp's light, rising to LampShares::touching
+  std::vector<double> fraction;     ///< of the lamp's light, rising to LampFractions::touching
   /// Distance at which that part of the touching light has met the face; infinity beyond the table.
   double distance_of(double part, double touching) const;
 };

@@ -14,7 +14,7 @@ namespace palpate::perf {
 namespace {
 
 constexpr double kBudget_s = 180, kQuickBudget_s = 20;
-// Shares of the budget.
+// Fractions of the budget.
 constexpr double kCeiling = 0.06, kSizes = 0.45, kSolvers = 0.22, kOutputs = 0.18, kLive = 0.09;
 
 /// Errors and costs are measured where cameras are: 640 x 480, and 1392 x 1042 where the ladder goes that

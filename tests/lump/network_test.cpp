@@ -90,9 +90,9 @@ TEST(SmallNetwork, LearnsAnyLossThatHasASlope) {
 
 TEST(LumpBell, HalvesMeetInTheMiddleAndHoldWhatTheyPromise) {
   const lump::SplitNormal bell{2, 0.5, 1.5};
-  EXPECT_NEAR(bell.share_to(2), 0.25, 1e-12);  // narrower half, smaller share
-  EXPECT_NEAR(bell.share_to(2 - 0.5 * 1.6449) / 0.25, 0.1, 1e-4);
-  EXPECT_NEAR((1 - bell.share_to(2 + 1.5 * 1.6449)) / 0.75, 0.1, 1e-4);
+  EXPECT_NEAR(bell.cdf(2), 0.25, 1e-12);  // narrower half, smaller share
+  EXPECT_NEAR(bell.cdf(2 - 0.5 * 1.6449) / 0.25, 0.1, 1e-4);
+  EXPECT_NEAR((1 - bell.cdf(2 + 1.5 * 1.6449)) / 0.75, 0.1, 1e-4);
   lump::Posterior posterior;
   lump::Posterior::Part part;
   part.weight = 0.5;

@@ -235,16 +235,19 @@ TEST(Fresnel, AmplitudesAgreeWithIntensitiesAndTextbooks) {
   for (const optics::OpticalIndex to :
        {optics::OpticalIndex{1.5, 0}, optics::OpticalIndex{0.14, -3.6}, optics::OpticalIndex{2, -1}}) {
     const optics::FresnelAmplitudes f = optics::fresnel_amplitudes(1, to, s);
-    const optics::InterfaceShares shares_s = optics::interface_fractions(1, to, s, optics::Polarisation::S);
-    const optics::InterfaceShares shares_p = optics::interface_fractions(1, to, s, optics::Polarisation::P);
-    EXPECT_NEAR(shares_s.reflected, std::norm(f.r_s), 1e-15);
-    EXPECT_NEAR(shares_p.reflected, std::norm(f.r_p), 1e-15);
-    EXPECT_NEAR(shares_s.reflected + shares_s.passed, 1, 1e-15);
+    const optics::InterfaceFractions fractions_s =
+        optics::interface_fractions(1, to, s, optics::Polarisation::S);
+    const optics::InterfaceFractions fractions_p =
+        optics::interface_fractions(1, to, s, optics::Polarisation::P);
+    EXPECT_NEAR(fractions_s.reflected, std::norm(f.r_s), 1e-15);
+    EXPECT_NEAR(fractions_p.reflected, std::norm(f.r_p), 1e-15);
+    EXPECT_NEAR(fractions_s.reflected + fractions_s.passed, 1, 1e-15);
     // Poynting: the flux that enters is Re(N2 cos2) |t_s|^2 / cos1 (Eq. 35).
     const std::complex<double> q = optics::normal_index(to, s);
-    EXPECT_NEAR(shares_s.passed, q.real() * std::norm(f.t_s) / std::cos(angle), 1e-14);
+    EXPECT_NEAR(fractions_s.passed, q.real() * std::norm(f.t_s) / std::cos(angle), 1e-14);
     // For p the conjugate of cos2 counts; Eq. 35 as printed holds for clear media only.
-    EXPECT_NEAR(shares_p.passed, (to * std::conj(q / to)).real() * std::norm(f.t_p) / std::cos(angle), 1e-14);
+    EXPECT_NEAR(fractions_p.passed, (to * std::conj(q / to)).real() * std::norm(f.t_p) / std::cos(angle),
+                1e-14);
   }
   // Brewster: no p is reflected at atan(n).
   EXPECT_NEAR(

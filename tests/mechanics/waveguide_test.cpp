@@ -86,7 +86,7 @@ TEST(Waveguide, LambertsLampInClosedForm) {
     optics::EdgeLamp lamp;
     lamp.edge_index = n;
     const double q = optics::numerical_aperture(n, 1) / n;
-    const optics::LampShares fractions = optics::lamp_fractions(guide, lamp);
+    const optics::LampFractions fractions = optics::lamp_fractions(guide, lamp);
     EXPECT_NEAR(fractions.entering, 1, 1e-9);
     EXPECT_NEAR(fractions.guided, 2 / kPi * (std::asin(q) + q * std::sqrt(1 - q * q)), 1e-9) << n;
     EXPECT_NEAR(fractions.touching, fractions.guided, 1e-12);
@@ -108,7 +108,7 @@ TEST(Waveguide, LampSharesAgreeWithThrownRays) {
     lamp.edge_index = c.edge;
     lamp.order = c.order;
     lamp.half_angle_rad = c.half_deg * kDegree;
-    const optics::LampShares fractions = optics::lamp_fractions(guide, lamp);
+    const optics::LampFractions fractions = optics::lamp_fractions(guide, lamp);
     const double n = guide.layers[c.layer].index;
     constexpr int kRays = 200'000;
     double entering = 0, guided = 0, touching = 0, meetings = 0;

@@ -108,7 +108,7 @@ TEST_F(Lights, AnotherShapeIsMeasured) {
   const std::vector<uint8_t> all(truth.size(), 1);
   const double error_mm = levelled_error(height.values, truth, all, kWidth).rms_mm;
   EXPECT_NEAR(value.at("rms_error_mm").get<double>(), error_mm, 1e-9);
-  // Shares are linear in the slope to first order only, and the light is evened over a fifth of the frame.
+  // Fractions are linear in the slope to first order only, and the light is evened over a fifth of the frame.
   EXPECT_LT(error_mm, 0.08 * range_mm);
   EXPECT_GT(error_mm, 1e-6) << "not the truth itself";
   // Without truth the heights are the same.

@@ -8,7 +8,7 @@ namespace palpate::fem {
 namespace {
 
 /// What an odd plane of fine nodes takes from the coarse plane above it: its place between the two.
-float share_of_upper(const CellGrid& fine, uint32_t odd_plane) {
+float upper_fraction(const CellGrid& fine, uint32_t odd_plane) {
   const double above = fine.size_z_mm[odd_plane - 1], below = fine.size_z_mm[odd_plane];
   return static_cast<float>(below / (above + below));
 }
@@ -34,8 +34,8 @@ void restrict_to(const CellGrid& fine, const CellGrid& coarse, const FixedNodes&
               if (fk > fine.cells[2] || fj > fine.cells[1]) continue;  // also those below zero
               if (dk != 0 && !planes.between(fk)) continue;
               const float along_z = dk == 0   ? 1.0f
-                                    : dk == 1 ? share_of_upper(fine, fk)
-                                              : 1 - share_of_upper(fine, fk);
+                                    : dk == 1 ? upper_fraction(fine, fk)
+                                              : 1 - upper_fraction(fine, fk);
               const float weight = along_z * (dj == 0 ? 1.0f : 0.5f);
               const float* from = fine_values + c * fine_nodes + fine.node(0, fj, fk);
               for (size_t i = 0; i < fine_row; ++i) s[i] += weight * from[i];
@@ -63,7 +63,7 @@ void prolong_add(const CellGrid& fine, const CellGrid& coarse, const FixedNodes&
       for (uint32_t k = begin; k < end; ++k)
         for (uint32_t j = 0; j <= ny; ++j) {
           const bool between = planes.between(k);
-          const float upper = between ? share_of_upper(fine, k) : 1.0f;
+          const float upper = between ? upper_fraction(fine, k) : 1.0f;
           const float near = (j & 1) == 0 ? 1.0f : 0.5f;
           const float* from[2][2];
           for (uint32_t dk = 0; dk < 2; ++dk)

@@ -162,7 +162,7 @@ bool press(const ComparedNodes& nodes, const std::optional<FittedLump>& lump, ui
   return true;
 }
 
-/// Shares of grids of so many times the same cells in what cells of no size would give: the polynomial in
+/// Fractions of grids of so many times the same cells in what cells of no size would give: the polynomial in
 /// the square of the cells' size through all of them.
 std::vector<double> at_no_size(const std::vector<uint32_t>& times) {
   std::vector<double> fraction;

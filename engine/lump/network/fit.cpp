@@ -150,14 +150,14 @@ void Fitter::search(Fit& fit, uint32_t rounds, bool ratio_held) const {
 double Posterior::quantile(Parameter what, double fraction) const {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const Part& part : parts) {
-    const SplitNormal& bell = part.marginals[what];
-    low = std::min(low, bell.middle - 6 * bell.below);
-    high = std::max(high, bell.middle + 6 * bell.above);
+    const SplitNormal& normal = part.marginals[what];
+    low = std::min(low, normal.middle - 6 * normal.below);
+    high = std::max(high, normal.middle + 6 * normal.above);
   }
   for (int step = 0; step < 40; ++step) {
     const double middle = 0.5 * (low + high);
     double below = 0;
-    for (const Part& part : parts) below += part.weight * part.marginals[what].share_to(middle);
+    for (const Part& part : parts) below += part.weight * part.marginals[what].cdf(middle);
     (below < fraction ? low : high) = middle;
   }
   return 0.5 * (low + high);

@@ -173,7 +173,7 @@ Eigen::MatrixXd bump_factors(const Model& model, const Guess& guess, const Setti
   return factors;
 }
 
-double SplitNormal::share_to(double value) const {
+double SplitNormal::cdf(double value) const {
   const double left = below / (below + above);
   const double off = value - middle;
   const double half = off < 0 ? below : above;

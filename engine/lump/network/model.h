@@ -67,7 +67,7 @@ struct SplitNormal {
   double middle = 0, below = 1, above = 1;  ///< standard deviations of the two halves
 
   /// Share of it up to a value.
-  double share_to(double value) const;
+  double cdf(double value) const;
 };
 
 /// The network from an observation's patch to its lump. A bump over all loads is a middle and a sum of a few

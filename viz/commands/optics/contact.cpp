@@ -59,7 +59,7 @@ constexpr const char* kAssumptions[] = {
 struct Problem {
   optics::Waveguide guide;
   optics::EdgeLamp lamp;
-  optics::LampShares fractions;
+  optics::LampFractions fractions;
   std::vector<optics::FaceContact> contacts;
   std::vector<double> albedo;
   optics::GrayReference reference;

@@ -87,7 +87,7 @@ Report critical(const CriticalOptions& options) {
   return {text, value.dump(2)};
 }
 
-Json shares_json(const optics::LampShares& s) {
+Json fractions_json(const optics::LampFractions& s) {
   return {{"entering", s.entering},
           {"guided", s.guided},
           {"touching", s.touching},
@@ -125,10 +125,10 @@ Report trapped(const Common& common, const TrappedOptions& options) {
   for (size_t i = 0; i < guide.layers.size(); ++i) {
     optics::EdgeLamp here = lamp;
     here.layer = i;
-    const optics::LampShares s = optics::lamp_fractions(guide, here);
+    const optics::LampFractions s = optics::lamp_fractions(guide, here);
     text += palpate::text("%9zu%s %5.4g %10.6f %10.6f %10.6f\n", i + 1, i == lamp.layer ? "*" : " ",
                           guide.layers[i].index, s.entering, s.guided, s.touching);
-    Json row = shares_json(s);
+    Json row = fractions_json(s);
     row["index"] = guide.layers[i].index;
     layers.push_back(row);
   }
@@ -140,7 +140,7 @@ Report trapped(const Common& common, const TrappedOptions& options) {
     optics::Waveguide varied = guide;
     const double n = range.from + (range.to - range.from) * i / kSteps;
     varied.layers[range.layer].index = n;
-    const optics::LampShares s = optics::lamp_fractions(varied, lamp);
+    const optics::LampFractions s = optics::lamp_fractions(varied, lamp);
     const double cells[] = {n, s.entering, s.guided, s.touching};
     for (size_t c = 0; c < curve.size(); ++c) curve[c].push_back(cells[c]);
   }
@@ -151,7 +151,7 @@ Report trapped(const Common& common, const TrappedOptions& options) {
       curve[3][static_cast<size_t>(best)]);
   const Json value = {
       {"led", to_json(lamp)},
-      {"led_layer_shares", shares_json(optics::lamp_fractions(guide, lamp))},
+      {"led_layer_shares", fractions_json(optics::lamp_fractions(guide, lamp))},
       {"layers", layers},
       {"varied_layer", range.layer + 1},
       {"best_index", curve[0][static_cast<size_t>(best)]},

@@ -43,7 +43,7 @@ std::string or_dash(double value) {
 }
 
 struct Place {
-  optics::LampShares fractions;
+  optics::LampFractions fractions;
   optics::FirstMeetings meetings;
 };
 Json place_json(const Place& p, double depth_mm) {

@@ -46,10 +46,10 @@ optics::OpticalStack stack_of(const Options& options) {
 }
 
 /// s, p and their mean.
-struct Shares {
+struct Fractions {
   optics::StackLight s, p, mean;
 };
-Shares shares_at(const optics::OpticalStack& stack, double angle_rad) {
+Fractions fractions_at(const optics::OpticalStack& stack, double angle_rad) {
   return {optics::stack_light(stack, angle_rad, optics::Polarisation::S),
           optics::stack_light(stack, angle_rad, optics::Polarisation::P),
           optics::unpolarised_light(stack, angle_rad)};
@@ -82,7 +82,7 @@ std::string sweep_script(const std::vector<std::vector<double>>& sweep, bool abs
 Report stack(const Common& common, const Options& options) {
   const optics::OpticalStack media = stack_of(options);
   const double angle = options.angle_deg == 90 ? std::numbers::pi / 2 : radians(options.angle_deg);
-  const Shares l = shares_at(media, angle);
+  const Fractions l = fractions_at(media, angle);
   const double s = optics::tangential_index(media, angle);
   const bool total = l.mean.reflectance == 1;
 
@@ -134,7 +134,7 @@ Report stack(const Common& common, const Options& options) {
     constexpr int kSteps = 900;
     for (int i = 0; i <= kSteps; ++i) {
       const double theta = std::numbers::pi / 2 * i / kSteps;
-      const Shares at = shares_at(media, theta);
+      const Fractions at = fractions_at(media, theta);
       const double cells[] = {90.0 * i / kSteps,     at.s.reflectance,   at.p.reflectance,
                               at.mean.reflectance,   at.s.transmittance, at.p.transmittance,
                               at.mean.transmittance, at.s.absorbed(),    at.p.absorbed(),
