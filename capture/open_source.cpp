@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "capture/files/images/image_sequence.h"
+#include "capture/files/image_sequence.h"
 #include "capture/files/images/images.h"
 #include "capture/files/video.h"
 #include "capture/session/session.h"

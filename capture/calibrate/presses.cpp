@@ -11,7 +11,7 @@
 #include <tuple>
 
 #include "capture/calibrate/markers.h"
-#include "capture/files/images/image_sequence.h"
+#include "capture/files/image_sequence.h"
 #include "capture/files/images/images.h"
 #include "capture/open_source.h"
 #include "engine/base/text.h"

@@ -1,4 +1,4 @@
-#include "capture/files/images/image_sequence.h"
+#include "capture/files/image_sequence.h"
 
 #include <algorithm>
 #include <opencv2/core.hpp>
