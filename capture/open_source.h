@@ -1,4 +1,4 @@
-// Opens whatever delivers frames, by the text that names it.
+// Opening of a source of frames by its name: file, folder, session, camera or built-in sensor.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
-// From an image as a file holds it to the frame that the engine measures: crop, lens, perspective, channels,
-// bit depth, flat field.
+// Rectification: from an image as stored to the frame that the engine measures: crop, lens, perspective,
+// channels, bit depth, flat field.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// Where frames come from. A source delivers rectified frames of one format, in order, from one thread.
+// Source of frames. A source delivers rectified frames of one format, in order, from one thread.
 #pragma once
 
 #include <cstdint>

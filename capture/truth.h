@@ -1,4 +1,4 @@
-// What was really there when a synthetic frame was taken.
+// Ground truth of a synthetic frame.
 #pragma once
 
 #include <cstdint>

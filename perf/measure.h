@@ -1,5 +1,5 @@
-// Paired timing of two ways to do the same work: A B A B ... in one process, so that a machine that drifts
-// drifts for both.
+// Paired timing of two implementations of the same work: A B A B ... in one process, so that a drift of the
+// machine affects both.
 #pragma once
 
 #include <functional>

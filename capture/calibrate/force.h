@@ -1,5 +1,5 @@
-// palpate calibrate force without its command line: recordings beside gauges in, a force calibration out, and
-// what a person wants to know before believing it.
+// Calibration of force, without a command line: from recordings and gauge tables to a force calibration and a
+// report on its quality.
 #pragma once
 
 #include <optional>
@@ -34,7 +34,7 @@ struct ForceCheck {
   double above_N = 0;  ///< of readings from this force on (1 N, or a tenth of the full scale below 10 N):
   size_t above_readings = 0;
   double above_error_N = 0;  ///< their mean absolute error
-  double coverage = 0;       ///< share within the stated 95 % interval
+  double coverage = 0;       ///< fraction within the stated 95 % interval
 };
 ForceCheck check_force(const ForceCalibration& calibration, const GaugedRecording& recording,
                        bool keep_border = false);

@@ -1,4 +1,4 @@
-// A recording measured from end to end, and beside each frame what a force gauge read.
+// A recording measured from end to end, with the force gauge's value at each frame.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Printed markers of a pad's skin, as pixels that a calibration leaves out.
+// Mask of the printed markers on a pad's skin: pixels that a calibration leaves out.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Where a calibration comes from, for its record in the sensor file.
+// Origin of a calibration, as recorded in the sensor file.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Presses of a ball in a recording: found by themselves in every frame, or named in a table.
+// Presses of a ball in a recording: detected in every frame, or listed in a table.
 #pragma once
 
 #include <filesystem>

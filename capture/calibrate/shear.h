@@ -1,5 +1,5 @@
-// palpate calibrate shear without its command line: recordings beside a tangential gauge in, K_x, K_y and the
-// friction out.
+// Calibration of shear, without a command line: from recordings and tangential gauge tables to K_x, K_y and
+// the friction.
 #pragma once
 
 #include <optional>

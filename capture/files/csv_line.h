@@ -1,4 +1,4 @@
-// A line of a table that another program wrote, or this one.
+// Parser of one line of a CSV table, from this program or another.
 #pragma once
 
 #include <string>

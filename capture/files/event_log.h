@@ -1,4 +1,4 @@
-// events.csv: what a person marked, the zeros that the window took, and what presses told, beside the
+// events.csv: marks set by the user, zeros taken in the window, and results of presses, beside the
 // measurements.
 #pragma once
 

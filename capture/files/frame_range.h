@@ -1,4 +1,4 @@
-// Which frames of a recording are meant: FIRST:END:STEP, as in Python.
+// Range of frames of a recording: FIRST:END:STEP, as in Python.
 #pragma once
 
 #include <cstdint>

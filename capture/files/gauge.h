@@ -1,4 +1,4 @@
-// What a force gauge recorded beside a recording: a CSV table of times or frames and forces.
+// Table of a force gauge that ran beside a recording: CSV with times or frames, and forces.
 #pragma once
 
 #include <cstdint>

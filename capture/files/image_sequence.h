@@ -1,4 +1,4 @@
-// Images as a recording: one file, or a folder whose files are taken in natural order (2 before 10).
+// Recording made of images: one file, or a folder whose files are taken in natural order (2 before 10).
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Files of photometric stereo with a light for each image: the images, heights that are known, and the
-// calibration of the stack of lights.
+// Files of photometric stereo with one light per image: images, known heights, and the calibration of the
+// stack of lights.
 #pragma once
 
 #include <filesystem>
@@ -16,8 +16,7 @@ namespace palpate {
 LightImages read_light_images(const std::vector<std::filesystem::path>& files);
 
 /// Heights in mm, rows x columns: a NumPy array, or a TrueMap file (.tmd, version 2, as GelSight's scanners
-/// write it). What is not known is NaN. Throws Error(Failure::Input) where its size is not that of the
-/// images.
+/// write it). Unknown values are NaN. Throws Error(Failure::Input) where its size is not that of the images.
 std::vector<float> read_heights(const std::filesystem::path& file, const LightImages& images);
 
 /// A calibrated stack as a file.

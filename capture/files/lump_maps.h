@@ -1,4 +1,4 @@
-// Pressure maps from files, as an observation of a lump.
+// Observation of a lump, read from files of pressure maps.
 #pragma once
 
 #include <filesystem>

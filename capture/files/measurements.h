@@ -30,7 +30,7 @@ class Measurements {
 
   /// The header line of such a file.
   static std::string header(bool truth);
-  /// The cells that tell what was measured, without frame, time and truth; and their names.
+  /// The cells of the measurements, without frame, time and truth; and their names.
   static std::string cells(const Touch& touch, uint32_t outputs);
   static std::string cell_names();
 

@@ -1,5 +1,5 @@
-// NumPy's array files (.npy), versions 1.0 and 2.0: the format in which other programs hand us numbers and
-// take ours.
+// NumPy's array files (.npy), versions 1.0 and 2.0: the format in which arrays are exchanged with other
+// programs.
 #pragma once
 
 #include <cstddef>

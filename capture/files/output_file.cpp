@@ -46,7 +46,7 @@ void make_output_folder(const std::filesystem::path& folder) {
     throw Error(Failure::Output, "a folder '" + folder.string() + "' to write to",
                 code ? code.message() : "something else of that name", "another --out folder");
   }
-  // Permission bits tell root nothing and a read-only mount sets none: only a file proves it.
+  // Permission bits do not restrict root, and a read-only mount sets none: only creating a file proves it.
   const std::filesystem::path probe = folder / (".palpate-" + std::to_string(::getpid()));
   const int file = ::open(probe.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (file < 0) fail(folder, errno);

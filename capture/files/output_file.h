@@ -1,4 +1,4 @@
-// Files that look whole only when they are: written under a temporary name, renamed at the end.
+// Output files that appear only when complete: written under a temporary name, renamed at the end.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Measured against true: the errors of a synthetic recording.
+// Errors of a synthetic recording: measured against true values.
 #pragma once
 
 #include <cstdint>

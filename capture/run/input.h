@@ -1,4 +1,4 @@
-// An input together with the sensor that reads it and what can be computed from it.
+// An input together with its sensor and the outputs that can be computed from it.
 #pragma once
 
 #include <cstdint>

@@ -116,8 +116,8 @@ struct Rings {
   }
 };
 
-// Where the rings' squared pressure falls to zero, as a fit to those inside `radius` tells it; none where it
-// tells nothing. A parabola in the squared distance: thin pads bend the line.
+// Where the rings' squared pressure falls to zero, by a fit to those inside `radius`; none where the fit does
+// not determine it. A parabola in the squared distance: thin pads bend the line.
 std::optional<double> next_radius(const Rings& rings, double radius, const ElasticCalibration& pad,
                                   double longest_side) {
   cv::Matx33d normal = cv::Matx33d::zeros();

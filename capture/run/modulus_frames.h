@@ -1,4 +1,4 @@
-// Presses of a sample as numbers: from a recording's frames, or from a table.
+// Observations of presses of a sample, from a recording's frames or from a table.
 #pragma once
 
 #include <cmath>
@@ -16,7 +16,7 @@ namespace palpate {
 
 /// Where a contact ends, by the picture.
 struct ContactEdge {
-  double radius_mm = 0;  ///< of the circle of the same area; NaN: not told
+  double radius_mm = 0;  ///< of the circle of the same area; NaN: not known
   double sd_mm = 0;
   double x_px = 0, y_px = 0;  ///< its middle
   double half_gray = 0;       ///< a flat contact's: half of its mean change
@@ -37,7 +37,7 @@ class PressReader {
   PressReader(gpu::Context& context, const Sensor& sensor, const Frame& background, const Sample& sample);
 
   /// Nothing where nothing touches, or the contact reaches the border or saturates. A sensor that does not
-  /// read pressure tells a contact's radius by its area.
+  /// observed pressure gives a contact's radius by its area.
   std::optional<PressFrame> read(const Frame& frame);
   bool depth_by_pressure() const { return sensor_.reconstruction == Reconstruction::Elastic; }
   const std::string& why_not() const { return why_not_; }

@@ -1,4 +1,4 @@
-// Presses of a block of tissue for programs.
+// JSON of presses of a block of tissue.
 #pragma once
 
 #include <string>

@@ -1,4 +1,5 @@
-// A recorded press over time: what the window sees, and the force of the gauge behind the plate.
+// A recorded press over time: the sensor's observations in the window, and the force of the gauge behind the
+// plate.
 #pragma once
 
 #include <array>

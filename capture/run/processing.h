@@ -1,4 +1,5 @@
-// A recording from its first frame to its last: measurements, depth maps, pictures. Nothing is dropped.
+// Processing of a recording from its first frame to its last: measurements, depth maps, pictures. No frame is
+// dropped.
 #pragma once
 
 #include <cstdint>
@@ -62,7 +63,7 @@ struct ProcessRequest {
   uint64_t picture_every = 1;  ///< one picture and one video frame for that many frames
   std::vector<uint64_t>
       picture_frames;  ///< pictures of these frames only, ascending; empty: as picture_every says
-  /// Who draws pictures and film, where these are asked for.
+  /// Callback that draws pictures and film, where these are requested.
   std::function<std::unique_ptr<RecordingPictures>(gpu::Context&, const PictureSetting&)> draw;
   /// What watches presses of a block of tissue, from the untouched image; may be null, and may return null.
   std::function<std::unique_ptr<PressMonitor>(const Frame& background)> watch;
@@ -73,7 +74,7 @@ struct ProcessSummary {
   uint64_t frames = 0;
   uint64_t contacts = 0;  ///< onsets: frames that touch after one that does not
   uint64_t contact_frames = 0;
-  uint64_t most_contacts = 0;  ///< told apart in one frame (Output::Contacts)
+  uint64_t most_contacts = 0;  ///< separate contacts in one frame (Output::Contacts)
   uint32_t contact_ids = 0;    ///< given out in the frames counted
   uint64_t overflow_frames =
       0;  ///< with more regions than there was room for: their contacts are not counted

@@ -1,4 +1,4 @@
-// A source through a pipeline, from its first frame to its last; nothing is dropped.
+// Run of a source through a pipeline, from its first frame to its last; no frame is dropped.
 #pragma once
 
 #include <cstdint>

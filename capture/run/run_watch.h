@@ -1,4 +1,4 @@
-// Who watches a long run: asked whether it goes on, told how far it is.
+// Observer of a long run: decides whether it continues, and receives its progress.
 #pragma once
 
 #include <cstdint>

@@ -22,7 +22,7 @@ std::vector<RecordedPress> read_places(const std::filesystem::path& table,
 struct RecordedOptions {
   std::filesystem::path sensor;  ///< empty: the recording's own
   uint64_t seed = 1;             ///< of synthetic recordings that name none
-  uint32_t loads = 4;            ///< even shares of the highest force that every press reached
+  uint32_t loads = 4;            ///< even fractions of the highest force that every press reached
   double force_N = 0;            ///< instead of that highest force
   double pitch_mm = 1.25;        ///< of the maps
   std::array<double, 3> block_mm = {40, 40, 20};

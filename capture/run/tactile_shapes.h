@@ -19,7 +19,7 @@ struct TactileShape {
   std::vector<std::vector<ShapePoint>> draws;  ///< control points, drawn kDraws times
 };
 
-/// Draws of control points of each frame: their scatter tells what a strain is worth.
+/// Draws of control points of each frame: their scatter gives the uncertainty of a strain.
 inline constexpr size_t kDraws = 8;
 
 struct ShapeRequest {

@@ -1,4 +1,4 @@
-// session.json: what a session is, as text.
+// session.json: description of a session.
 #pragma once
 
 #include <cstdint>

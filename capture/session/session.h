@@ -1,6 +1,6 @@
-// A session: a folder that holds frames as they were measured, lossless, and all that measures them again.
-// frames.mkv holds the pixels (FFV1), frames.csv one row a frame, session.json the sensor and the settings,
-// background.png or .tif the untouched image. README.md tells what survives a crash.
+// A session: a folder that holds frames as they were measured, lossless, and everything needed to measure
+// them again. frames.mkv holds the pixels (FFV1), frames.csv one row a frame, session.json the sensor and the
+// settings, background.png or .tif the untouched image. README.md describes what survives a crash.
 #pragma once
 
 #include <filesystem>
@@ -36,9 +36,9 @@ struct SessionInfo {
 
 struct SessionOptions {
   size_t queue_bytes = size_t{256} << 20;  ///< of frames that wait for the encoder; at least two fit
-  /// A frame that would wait longer for the file, as those before it tell, is dropped, so that a crash costs
-  /// no more than a second also where the machine is too slow. More rides out longer stalls of processor and
-  /// disk, at the price of what a crash may cost.
+  /// A frame that would wait longer for the file, by the times of those before it, is dropped, so that a
+  /// crash costs no more than a second also where the machine is too slow. More rides out longer stalls of
+  /// processor and disk, at the price of what a crash may cost.
   double most_behind_s = 0.5;
   bool no_drop = false;  ///< record() waits for room instead of dropping
 };

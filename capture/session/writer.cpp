@@ -163,7 +163,7 @@ struct SessionWriter::Impl {
   void finish();
 };
 
-/// No frame is taken any more; with the lock held. What waits is written still, where it can be.
+/// Accepts no more frames; called with the lock held. Waiting frames are still written, where possible.
 void SessionWriter::Impl::stop(const std::string& why) {
   if (status.error.empty()) status.error = why;
   room.notify_all();

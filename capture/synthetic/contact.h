@@ -45,8 +45,8 @@ class PressedPad {
   /// Touch light: the pressure's mean over a pixel (the flat end's edge is broken by 0.1 mm), times the gain,
   /// then the response. Gray.
   RadialTable touch_light(const LayerContact& contact, double gain) const;
-  /// Lambert: facing_gray * n_z inside the contact, nothing outside; the rim pixel is blended by its share
-  /// inside.
+  /// Lambert: facing_gray * n_z inside the contact, nothing outside; the rim pixel is blended by its covered
+  /// fraction inside.
   RadialTable facing_light(const LayerContact& contact) const;
   /// Depth over the whole frame, mm.
   RadialTable depth(const LayerContact& contact, double per_px) const;

@@ -1,5 +1,4 @@
-// Height fields with exact gradients: the truths that surface reconstruction is held against, in tests and
-// profiles.
+// Height fields with exact gradients: the ground truth for surface reconstruction in tests and profiles.
 #pragma once
 
 #include <cmath>

@@ -24,7 +24,7 @@ inline constexpr double kLightElevation_rad = 0.7853981633974483;  ///< of the t
 inline constexpr double kGelBrightness =
     0.7;  ///< of a facet that faces one gel light, fraction of full scale
 inline constexpr double kGelGradient =
-    0.05;  ///< a gel light falls by this share from the centre to its far edge
+    0.05;  ///< a gel light falls by this fraction from the centre to its far edge
 
 double scale(uint32_t bit_depth);  ///< 2^(bits - 8)
 double pitch_mm(const SyntheticOptions& options);

@@ -46,7 +46,7 @@ struct SyntheticOptions {
   /// Waveguide: unloading glows as a force larger by up to this fraction of the scene's largest force does
   /// while loading; the difference is largest at half of that force and does not depend on speed.
   double hysteresis = 0;
-  double drift_per_min = 0;  ///< Waveguide: share by which the touch light grows in a minute
+  double drift_per_min = 0;  ///< Waveguide: fraction by which the touch light grows in a minute
 
   double pad_young_MPa = 0.2;
   double pad_thickness_mm = 6;

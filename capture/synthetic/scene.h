@@ -1,5 +1,4 @@
-// The scripts of the synthetic sensor: where indenters are and how hard they press, and what friction makes
-// of it.
+// Scripts of the synthetic sensor: positions and forces of the indenters, and the friction that follows.
 #pragma once
 
 #include <string>

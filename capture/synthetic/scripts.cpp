@@ -1,4 +1,4 @@
-// What the synthetic sensor can play.
+// List of the scenes of the synthetic sensor.
 #include <cmath>
 
 #include "capture/synthetic/scene.h"

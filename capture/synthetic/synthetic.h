@@ -1,5 +1,5 @@
-// The built-in sensor: a scripted indenter on an elastic pad, seen by a camera with its faults, and the truth
-// beside it.
+// The built-in sensor: a scripted indenter on an elastic pad, seen by a camera with its faults, together with
+// the ground truth.
 //
 // Mechanics: frictionless contact with a bonded incompressible layer (engine/elasticity/layer.h).
 // Tangentially the contact sticks as a spring, F_t = K u, up to Coulomb's |F_t| = mu F_z, then slips; the

@@ -1,4 +1,4 @@
-// Which of a camera's controls to set, and to what: nothing moves by itself unless it is asked to.
+// Choice of a camera's controls and their values: automatic modes are off unless requested.
 #include <linux/videodev2.h>
 
 #include <algorithm>

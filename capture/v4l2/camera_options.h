@@ -1,4 +1,4 @@
-// What is asked of a camera, and its text on the command line.
+// Requested settings of a camera, and their text on the command line.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +15,9 @@ struct Automatic {
   std::optional<double> value;  ///< to lock it at; none: where it is
 };
 
-/// What is asked of a camera. What is not named is chosen: the format that fits the sensor best, the sensor's
-/// size (else the largest that comes at 25 frames/s), the highest rate up to 60 frames/s, automatic controls
-/// off.
+/// Requested settings of a camera. Settings that are not given are chosen: the format that fits the sensor
+/// best, the sensor's size (else the largest that comes at 25 frames/s), the highest rate up to 60 frames/s,
+/// automatic controls off.
 struct CameraOptions {
   std::string node;    ///< /dev/videoN, or N; empty: the first camera
   std::string format;  ///< name of a PixelFormat

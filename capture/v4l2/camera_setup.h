@@ -1,4 +1,4 @@
-// From what is asked of a camera to what it is brought to: format, size, rate, controls.
+// Setup of a camera: from the requested settings to those that it takes: format, size, rate, controls.
 #pragma once
 
 #include <array>

@@ -14,7 +14,7 @@ namespace palpate::v4l2 {
 /// ioctl that starts again when a signal interrupts it. 0, or errno.
 int call(int file, unsigned long request, void* argument);
 
-/// Who a camera is. The node's number changes when it is plugged in again; the rest does not.
+/// Identity of a camera. The node's number changes when it is plugged in again; the rest does not.
 struct Identity {
   std::string path;    ///< /dev/videoN
   std::string driver;  ///< kernel module

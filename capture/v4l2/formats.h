@@ -1,4 +1,4 @@
-// Pixel formats as V4L2 drivers deliver them, and from a driver's buffer to an image.
+// Pixel formats of V4L2 drivers, and conversion of a driver's buffer to an image.
 #pragma once
 
 #include <cstdint>

@@ -181,7 +181,7 @@ void Stream::stop() {
     old.swap(buffers_);
   }
   // First the mappings, since drivers that cannot orphan buffers refuse to free what is mapped; and without
-  // the lock, since those who use the pages are told and may be giving back a lease.
+  // the lock, since users of the pages are notified and may be giving back a lease.
   old.clear();
   v4l2_requestbuffers none{};
   none.type = kType;

@@ -1,4 +1,4 @@
-// Boundary of the video module: all that needs libav is made through these functions.
+// Interface of the video module: everything that needs libav goes through these functions.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What libav's packets and images of a session's video look like; shared by its writer and its reader.
+// Layout of libav's packets and images of a session's video; used by its writer and its reader.
 #pragma once
 
 extern "C" {

@@ -1,4 +1,4 @@
-// What the video module is made of; its table of functions (module.h) points here.
+// Functions of the video module; its table of functions (module.h) points here.
 #pragma once
 
 #include "capture/video/module.h"

@@ -1,4 +1,4 @@
-// How fast the device moves memory when it does nothing else, and whose clock can be trusted.
+// Memory bandwidth of the device when it does nothing else, and the choice between its clock and the host's.
 #pragma once
 
 #include "perf/profile/profile.h"

@@ -1,4 +1,4 @@
-// Frames to time the pipeline with: what they cost to make does not matter, which tiles they touch does.
+// Frames to time the pipeline with; the cost of making them does not matter, the tiles that they touch do.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
-// How a time grows with the frame: exponent of pixels by a straight line through the logarithms.
+// Growth of a time with the frame: exponent of the number of pixels, by a straight line through the
+// logarithms.
 #pragma once
 
 #include <span>

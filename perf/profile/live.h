@@ -1,4 +1,4 @@
-// How old a measurement and its picture are when a camera sets the pace.
+// Latency of a measurement and its picture when a camera sets the pace.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,4 @@
-// Which machine was measured: what a reader of the figures must know, and nothing that names its owner or
-// paths.
+// Description of the measured machine, without its owner's name or paths.
 #pragma once
 
 #include "perf/profile/profile.h"

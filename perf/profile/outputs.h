@@ -1,4 +1,4 @@
-// What a frame costs when outputs that the scene does not need are left out.
+// Cost of a frame when outputs that the scene does not need are left out.
 #pragma once
 
 #include "perf/profile/profile.h"

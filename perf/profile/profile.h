@@ -1,4 +1,4 @@
-// What `palpate profile` finds out about one device, as plain data, and its JSON file.
+// Results of `palpate profile` for one device, as plain data, and their JSON file.
 #pragma once
 
 #include <cstdint>

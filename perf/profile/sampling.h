@@ -1,4 +1,4 @@
-// Samples of how long work takes, by wall and by CPU time of the whole process.
+// Samples of run time: wall time and CPU time of the whole process.
 #pragma once
 
 #include <functional>

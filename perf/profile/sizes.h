@@ -1,4 +1,4 @@
-// The whole frame and each of its stages, from small frames to the largest.
+// Timing of the whole frame and each of its stages, from small frames to the largest.
 #pragma once
 
 #include <string>

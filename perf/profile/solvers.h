@@ -1,4 +1,4 @@
-// Error against run time of every way to turn slopes into a surface, on surfaces that are known exactly.
+// Error against run time of each surface solver, on surfaces that are known exactly.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// Surfaces that are known exactly, and how far a height map is from one.
+// Surfaces that are known exactly, and the error of a height map against one.
 #pragma once
 
 #include <functional>

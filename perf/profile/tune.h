@@ -1,4 +1,4 @@
-// Chooses a device's tuning by measuring its own kernels: a coordinate descent over few candidates.
+// Tuning of a device by timing its kernels: a coordinate descent over few candidates.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The sum of gradients as one would write it with OpenCV.
+// Sum of gradients with OpenCV.
 #pragma once
 
 #include "palpate/frame.h"

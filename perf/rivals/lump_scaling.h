@@ -1,4 +1,5 @@
-// How data sets of lumps grow with threads and processes, and what that means for many of them.
+// Scaling of the generation of lump data sets with threads and processes, and its extrapolation to many
+// processes.
 #pragma once
 
 #include <filesystem>

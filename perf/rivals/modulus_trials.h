@@ -1,4 +1,5 @@
-// Samples of known modulus under the simulated sensor, estimated: how far off, how wide, how often inside.
+// Trials of the modulus estimate on samples of known modulus under the simulated sensor: error, width and
+// coverage of the intervals.
 #pragma once
 
 #include <string>
@@ -46,7 +47,7 @@ std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape
 /// Error and coverage over trials.
 struct ModulusScore {
   size_t trials = 0, valid = 0, inside = 0;
-  double median = 0, ninety = 0;       ///< of the absolute error of valid ones, as a share
+  double median = 0, ninety = 0;       ///< of the absolute error of valid ones, as a fraction
   size_t bounds = 0, bounds_hold = 0;  ///< pad-limited ones, and those whose bound holds
 };
 ModulusScore score(const std::vector<ModulusTrial>& trials, double from_MPa, double to_MPa);

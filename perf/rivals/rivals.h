@@ -1,4 +1,4 @@
-// The same work with the libraries that one would otherwise use: OpenCV on the CPU, FFTW for the surface.
+// Reference implementations with other libraries: OpenCV on the CPU, FFTW for the surface.
 #pragma once
 
 #include <cstdint>

@@ -143,7 +143,7 @@ class Study {
         for (double& x : p) x += offset;
     PlateOptions options;
     options.kernel = kernel;
-    options.spread = false;  // what the rivals do not tell either
+    options.spread = false;  // the rivals do not compute it either
     std::optional<ThinPlateSpline<D>> ours;
     std::vector<double> got;
     Row row{"palpate", name, D, n, offset, lambda, {}, {}, 0, 0, 0};

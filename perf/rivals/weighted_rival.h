@@ -1,4 +1,4 @@
-// Weighted surfaces with the library that one would otherwise use: Eigen's sparse factorisation on the CPU.
+// Weighted surfaces with Eigen's sparse factorisation on the CPU.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 namespace palpate::perf {
 
 /// Assembles the normal equations of the faces, factorises them (LDLT, approximate minimum degree) and
-/// solves. What weighs nothing is held at 0. Returns height x width.
+/// solves. Pixels of weight 0 are held at 0. Returns height x width.
 std::vector<double> solve_with_eigen(const WeightedFaces& faces);
 
 }  // namespace palpate::perf

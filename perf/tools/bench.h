@@ -17,7 +17,7 @@ class Bench {
 
   // Contact (bench_contact.cpp).
   void contact(const Size& size);
-  /// Several contacts told apart and followed, beside OpenCV's; and beside ours without that.
+  /// Several contacts separated and followed, beside OpenCV's; and beside ours without that.
   void regions(const Size& size);
   /// Contact alone, of frames that lie in a camera driver's buffers: read in place by the device, and copied
   /// to it by the processor.

@@ -1,4 +1,4 @@
-// Contact, its regions and moments, and the frame's way to the device.
+// Contact, its regions and moments, and the upload of the frame to the device.
 #include "perf/tools/bench.h"
 
 #include <sys/mman.h>

@@ -1,4 +1,4 @@
-// Whole frames: to height and depth, beside OpenCV and FFTW, and how many a second.
+// Whole frames: to height and depth, beside OpenCV and FFTW, and frames per second.
 #include "perf/tools/bench.h"
 
 #include <chrono>

@@ -1,4 +1,4 @@
-// What gels are read by beside their heights: the skin's pattern and the sum of gradients.
+// Benchmarks of the other observations of gels: the skin's pattern and the sum of gradients.
 #include "perf/tools/bench.h"
 
 #include <array>

@@ -1,5 +1,5 @@
-// The speed that the frame pipeline is built for: each goal beside its rival, paired in one run. A row that
-// is short is a finding, not a failure: the exit code does not judge.
+// Speed goals of the frame pipeline: each goal beside its rival, paired in one run. A row that is short does
+// not change the exit code.
 #include <algorithm>
 #include <chrono>
 #include <cmath>

@@ -1,4 +1,4 @@
-// What the programs that measure share.
+// Common parts of the measuring programs.
 #pragma once
 
 namespace palpate::perf {

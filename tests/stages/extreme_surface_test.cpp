@@ -1,5 +1,5 @@
 // Stiff and extreme surfaces: gradient fields of any size, steepness and consistency, and whole pipelines on
-// extreme images. Never a NaN out, never a silent wrong number. perf/README.md has the table that these tests
+// extreme images. Never a NaN out, never a silent wrong number. perf/results/README.md has the table that these tests
 // print.
 #include <Eigen/Dense>
 #include <algorithm>

@@ -1,4 +1,4 @@
-// palpate cameras: the cameras of this machine, what they deliver and what can be set.
+// palpate cameras: the cameras of this machine, their formats and their controls.
 #include <cmath>
 
 #include "capture/files/output_file.h"

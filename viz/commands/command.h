@@ -1,4 +1,4 @@
-// Commands: the options that all share, their device, and the function that adds each to the program.
+// Commands: the common options, their device, and the function that adds each to the program.
 #pragma once
 
 #include <cstdint>

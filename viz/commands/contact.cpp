@@ -1,5 +1,4 @@
-// palpate contact: what an indenter does to the pad, by every formula that there is for it, and how far each
-// is off.
+// palpate contact: contact of an indenter with the pad by each formula, and the error of each.
 #include <cmath>
 #include <cstdio>
 #include <limits>

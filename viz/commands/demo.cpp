@@ -1,5 +1,4 @@
-// palpate demo: calibrate on some simulated touches, measure others, and show how far the numbers are from
-// the truth.
+// palpate demo: calibration on some simulated touches, measurement of others, and errors against the truth.
 #include <spdlog/spdlog.h>
 
 #include <cmath>

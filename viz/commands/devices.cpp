@@ -1,4 +1,4 @@
-// palpate devices: what this machine offers and why some of it is refused.
+// palpate devices: the Vulkan devices of this machine, and the reason for each refusal.
 
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"

@@ -1,4 +1,4 @@
-// palpate integrate: any gradient field in, a height map out.
+// palpate integrate: from a gradient field to a height map.
 #include <spdlog/spdlog.h>
 
 #include <cstdio>

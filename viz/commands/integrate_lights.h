@@ -1,4 +1,4 @@
-// palpate integrate --lights: images under several lights in, a height map out.
+// palpate integrate --lights: from images under several lights to a height map.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// palpate live: the surface and the measurements while they happen.
+// palpate live: the surface and the measurements in real time.
 #include <spdlog/spdlog.h>
 
 #include <tuple>

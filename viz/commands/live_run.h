@@ -1,5 +1,5 @@
-// One input measured in a window, from its opening to its report: what `live`, `replay` and the list of
-// sources share.
+// Live run of one input in a window, from its opening to its report: the common part of `live`, `replay` and
+// the list of sources.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// palpate match: which point of one set is which of another, bent one.
+// palpate match: correspondence of the points of one set with those of another, deformed one.
 #include <cstdio>
 
 #include "capture/files/match_files.h"

@@ -1,4 +1,4 @@
-// palpate modulus: Young's modulus of a sample from presses against the pad: of a recording, a table, or a
+// palpate modulus: Young's modulus of a sample from presses against the pad: from a recording, a table, or a
 // simulated sample.
 #include <cmath>
 #include <map>

@@ -1,4 +1,4 @@
-// palpate process: a recording in, measurements out.
+// palpate process: from a recording to measurements.
 
 #include "capture/run/input.h"
 #include "capture/run/processing.h"

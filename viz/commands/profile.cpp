@@ -1,4 +1,4 @@
-// palpate profile: what a device can do with our frames, and two machines side by side.
+// palpate profile: speed, error and memory of a device, and two machines side by side.
 #include <spdlog/spdlog.h>
 
 #include "capture/files/output_file.h"

@@ -1,4 +1,4 @@
-// Report: what a command hands back, and the exit codes that no Failure stands for.
+// Report: the result of a command, and the exit codes without a Failure of their own.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// How a command watches a long run.
+// Observer of a long run for a command.
 #pragma once
 
 #include "capture/run/run_watch.h"

@@ -1,5 +1,4 @@
-// palpate simulate: a recording of the built-in sensor on disk, lossless, with what was really there beside
-// it.
+// palpate simulate: a recording of the built-in sensor on disk, lossless, with its ground truth.
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -88,7 +87,7 @@ struct Scene {
   Sensor sensor;
   std::string input;
   std::function<double(uint64_t sequence)> block_force_N;  ///< of a block of tissue; null: of other scenes
-  std::string block;                                       ///< options that tell of it
+  std::string block;                                       ///< options that describe it
 };
 
 Scene open_touch(SyntheticOptions synthetic, const Options& options) {

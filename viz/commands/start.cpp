@@ -1,4 +1,4 @@
-// palpate without a command: the list of sources in a window, and from there to what is chosen and back.
+// palpate without a command: the list of sources in a window, and the chosen source in the same window.
 #include <atomic>
 #include <chrono>
 #include <cstdlib>

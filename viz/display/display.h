@@ -32,7 +32,7 @@ class Rate {
   std::deque<Mark> marks_;
 };
 
-/// What is measured, for those who show it.
+/// The measurements, for display.
 struct DisplayedSensor {
   const Sensor& sensor;
   const Frame& background;
@@ -47,7 +47,7 @@ class Display {
 
   /// Shows what comes until the window is closed or the session ends; rethrows what the other threads threw.
   LiveReport run();
-  /// What presses told since, once no more frames come.
+  /// Results of presses since then, once no more frames come.
   void finish_presses();
 
  private:

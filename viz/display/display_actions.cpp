@@ -1,4 +1,4 @@
-// What a person asks of the live window beyond the view: recording, snapshots, zeros, events.
+// Actions of the live window beyond the view: recording, snapshots, zeros, events.
 #include <algorithm>
 #include <utility>
 
@@ -70,7 +70,7 @@ void Display::log_event(const char* kind, const std::string& words) {
           : text("'%s' is in this window only: --out names a folder for events.csv", label_of(event).c_str());
 }
 
-/// What presses told since the last look.
+/// Results of presses since the last call.
 void Display::update_presses() {
   stats_.press = options_.presses->status();
   const std::optional<PressAnswer>& last = stats_.press->last;
@@ -78,7 +78,7 @@ void Display::update_presses() {
   presses_ = last->press;
   restless_ = 3;
   const Event event{last->last_frame, last->time_s, "lump", describe(*last)};
-  // A recording tells the same each time it is played: nothing that its own list should grow by.
+  // A recording gives the same results each time it is played, so its list of events does not grow.
   if (options_.replay)
     scene_.mark({event.time_s, label_of(event)});
   else

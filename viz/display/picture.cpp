@@ -126,7 +126,7 @@ void Film::add(const RgbImage& image) {
   ++impl_->count;
 }
 
-// Only reading the film back tells that it is whole.
+// Only reading the film back shows that it is complete.
 void Film::finish() {
   impl_->encoder->close();
   impl_->encoder.reset();

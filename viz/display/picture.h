@@ -1,4 +1,4 @@
-// Pictures and video without a window, looking as the window does.
+// Pictures and video without a window, drawn as in the window.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Pictures and a film of a recording as it is processed, looking as the window does.
+// Pictures and a film of a recording as it is processed, drawn as in the window.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,7 @@
 
 namespace palpate::viz {
 
-/// Who draws for ProcessRequest::draw.
+/// The drawing callback for ProcessRequest::draw.
 std::function<std::unique_ptr<RecordingPictures>(gpu::Context&, const PictureSetting&)> recording_pictures(
     const PictureOptions& look);
 

@@ -1,4 +1,4 @@
-// A snapshot: what the window shows, the frame it shows and the numbers of that frame.
+// Snapshot: the picture of the window, the frame it shows and the measurements of that frame.
 #pragma once
 
 #include <filesystem>

@@ -35,9 +35,9 @@ class LiveCapture {
   const std::function<std::unique_ptr<Source>()>& open_;
   const LiveOptions& options_;
   std::vector<CapturedPtr> spare_;
-  Clock::duration period_;  ///< of frames that tell no times
+  Clock::duration period_;  ///< of frames without times
   Clock::time_point due_ = Clock::now();
-  int64_t last_time_ns_ = 0;  ///< as the source told it
+  int64_t last_time_ns_ = 0;  ///< as the source reported it
   bool paced_ = false;        ///< last_time_ns_ is that of the frame before
   uint64_t gaps_ = 0;
   bool gap_pending_ = false;  ///< before a frame that went nowhere

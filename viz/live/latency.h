@@ -1,4 +1,4 @@
-// From exposure to measurement to picture: how long each frame took, and the distribution over a whole run.
+// Latency of each frame from exposure to measurement to picture, and its distribution over a whole run.
 #pragma once
 
 #include <array>
@@ -71,8 +71,8 @@ struct FrameTimes {
 /// Distributions of a run, and one row a measured frame in a file where one is wanted. Any thread.
 class LatencyLog {
  public:
-  /// `file`: a CSV whose rows are whole as they are written; empty: none. `on_times` is told of every frame.
-  /// Throws Error(Failure::Output).
+  /// `file`: a CSV whose rows are whole as they are written; empty: none. `on_times` is called for every
+  /// frame. Throws Error(Failure::Output).
   explicit LatencyLog(const std::filesystem::path& file,
                       std::function<void(const FrameTimes&)> on_times = nullptr);
 
@@ -83,7 +83,7 @@ class LatencyLog {
 
   Percentiles to_measured() const;
   Percentiles to_shown() const;
-  /// True while every frame told its exposure; false: latencies count from delivery.
+  /// True while every frame had its time of exposure; false: latencies count from delivery.
   bool from_exposure() const;
 
  private:

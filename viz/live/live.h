@@ -21,7 +21,7 @@ class LiveViewer {
   virtual ~LiveViewer() = default;
   /// Until the session ends or the person closes it; rethrows what the other threads threw.
   virtual LiveReport run() = 0;
-  /// What presses told since, once no more frames come.
+  /// Results of presses since then, once no more frames come.
   virtual void finish_presses() {}
 };
 /// The session and the log outlive the viewer.

@@ -1,4 +1,4 @@
-// How a live session runs, and what it did.
+// Options of a live session, and its outcome.
 #pragma once
 
 #include <cstdint>
@@ -73,7 +73,7 @@ struct LiveReport {
   bool latency_from_exposure = false;  ///< false: the source only knows when it delivered a frame
   double draw_median_ms = 0;
   uint32_t mesh_columns = 0;         ///< of the last picture
-  std::vector<PressAnswer> presses;  ///< what each press of a block told
+  std::vector<PressAnswer> presses;  ///< result of each press of a block
   bool interrupted = false;
   bool sources_requested = false;  ///< the person asked for the list of sources
 };

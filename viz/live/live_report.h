@@ -1,4 +1,4 @@
-// What a live session says at its end, for a person and as JSON.
+// Report at the end of a live session, as text and as JSON.
 #pragma once
 
 #include <string>

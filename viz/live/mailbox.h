@@ -1,4 +1,4 @@
-// A place for one thing between two threads: the newest wins, what it displaces is handed back and counted.
+// Mailbox for one item between two threads: the newest wins; a displaced item is handed back and counted.
 #pragma once
 
 #include <chrono>

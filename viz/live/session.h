@@ -1,4 +1,4 @@
-// What the threads of a live session share: two mailboxes onwards, two trays back.
+// Shared state of the threads of a live session: two mailboxes forwards, two trays back.
 #pragma once
 
 #include <atomic>
@@ -57,7 +57,8 @@ struct Transport {
   std::atomic<bool> at_end{false};
 };
 
-/// What the threads share. Threads end when `stop` is set or their input is finished; the first error wins.
+/// State shared by the threads. Threads end when `stop` is set or their input is finished; the first error
+/// wins.
 struct LiveSession {
   Mailbox<CapturedPtr> to_engine;
   Mailbox<Measured> to_display;

@@ -1,4 +1,4 @@
-// How a live session runs, as the window tells it.
+// Statistics of a live session, as the window shows them.
 #pragma once
 
 #include <cstdint>

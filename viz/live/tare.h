@@ -1,4 +1,4 @@
-// Zeroing at the window: what is shown is the difference from a moment that a person chose. Recorded and
+// Zeroing in the window: the numbers shown are differences from a moment that the user chose. Recorded and
 // written measurements stay as they were measured; the zero is written beside them, as an event.
 #pragma once
 
@@ -13,7 +13,7 @@ namespace palpate::viz {
 struct Tare {
   bool on = false;
   Estimate force_N, shear_x_N, shear_y_N;  ///< at the moment of zeroing
-  /// Of each contact that was there, where they are told apart. One that comes later is shown as measured:
+  /// Of each contact that was there, where contacts are separated. One that comes later is shown as measured:
   /// before it came its force was none.
   struct OfContact {
     uint32_t id = 0;

@@ -1,4 +1,4 @@
-// When a window shows a new picture.
+// Vertical synchronisation: when a window shows a new picture.
 #pragma once
 
 #include <map>

@@ -1,4 +1,4 @@
-// What lies over the foot and the head of the window: state of the session, replay bar, warnings.
+// Banners at the foot and the head of the window: state of the session, replay bar, warnings.
 #pragma once
 
 #include <cstdint>

@@ -36,7 +36,7 @@ ImU32 pale(ImU32 colour) {
 
 struct Axis {
   double least = 0, most = 1;
-  double unit = 1;  ///< that its numbers are told in
+  double unit = 1;  ///< of its numbers
   /// Distance of its ticks where there is room for so many.
   double step(int ticks) const { return nice_ceiling((most - least) / unit / std::max(ticks, 1)) * unit; }
 };

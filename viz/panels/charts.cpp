@@ -204,7 +204,7 @@ void draw_slip_band(ImDrawList* list, ImVec2 low, ImVec2 high, const Chart& time
   list->AddRect(low, high, kFrameLine);
 }
 
-/// All that the charts of one picture share.
+/// State common to the charts of one picture.
 class StripCharts {
  public:
   StripCharts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,
@@ -281,7 +281,7 @@ class StripCharts {
   float scale_;
   ImVec2 low_, high_;
   double end_s_;
-  bool has_shear_;  // without a force there is no friction limit, and shear is not told
+  bool has_shear_;  // without a force there is no friction limit, and shear is not drawn
   bool has_depth_;
   float left_ = 0, right_ = 0, axis_ = 0, band_ = 0, bottom_ = 0, gap_ = 0, height_ = 0;  // px
   int count_ = 0, index_ = 0, ticks_ = 0;

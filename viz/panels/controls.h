@@ -1,4 +1,4 @@
-// Every setting of the view by mouse, and the help that names its key.
+// Controls for every setting of the view by mouse, and the help that lists the keys.
 #pragma once
 
 #include "viz/render/layout.h"

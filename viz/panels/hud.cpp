@@ -53,7 +53,7 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   const SurfaceStyle style = state.style(2 * std::max(half_mm.x, half_mm.y));
   const bool section = profile && content.has_surface && eye;
   if (content.has_surface && eye) {
-    // Where numbers would lie over each other, the grid alone tells lengths.
+    // Where numbers would overlap, the grid alone shows lengths.
     const bool roomy = static_cast<float>(layout.surface.width) >= 320 * scale &&
                        static_cast<float>(layout.surface.height) >= 200 * scale;
     if (state.axes && roomy) draw_axes(under, *eye, layout.surface, layout.view, half_mm, style, scale);

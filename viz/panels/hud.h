@@ -1,4 +1,4 @@
-// Everything around and over the surface: measurements, marks on the raw image, strip charts, section,
+// Head-up display around and over the surface: measurements, marks on the raw image, strip charts, section,
 // settings, help.
 #pragma once
 

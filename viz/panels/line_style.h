@@ -1,4 +1,4 @@
-// Lines of charts: whole, dashed and dotted, told apart without colour.
+// Line styles of charts: solid, dashed and dotted, distinguishable without colour.
 #pragma once
 
 #include <imgui.h>

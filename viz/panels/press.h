@@ -1,4 +1,4 @@
-// The part of the measurement panel that is about presses of a block of tissue.
+// Presses of a block of tissue in the measurement panel.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,8 @@ struct PressRow {
   std::string value;
 };
 
-/// What the panel says, in its order: the press that goes on, then what the last one told and how old that is
-/// at `time_s`. Intervals hold the truth nine times out of ten.
+/// Lines of the panel, in order: the press in progress, then the result of the last one and its age at
+/// `time_s`. Intervals hold the truth nine times out of ten.
 std::vector<PressRow> press_rows(const PressStatus& status, double time_s);
 
 /// Describes them to ImGui, within the panel.

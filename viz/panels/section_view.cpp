@@ -1,4 +1,4 @@
-// The section line as it is drawn and dragged; what it measures is in section.cpp.
+// The section line as it is drawn and dragged; its measurements are in section.cpp.
 #include <imgui.h>
 
 #include <algorithm>

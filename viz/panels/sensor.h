@@ -1,4 +1,4 @@
-// What is known of the sensor: each calibration, where it came from, its range, and what is missing.
+// Panel of the sensor: each calibration, its origin, its range, and the missing ones.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// What the window remembers from one run to the next: a small JSON file of the person's.
+// Settings that the window keeps from one run to the next, in a small JSON file of the user.
 #pragma once
 
 #include <cstdint>

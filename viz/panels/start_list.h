@@ -1,5 +1,4 @@
-// What can be opened: cameras of this machine, what was opened before, simulated touches; and the sensor
-// files to read it with.
+// List of sources: cameras of this machine, recent sources, simulated touches; and the sensor files for them.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// The list of sources in the window: what `palpate` shows when it is not told what to open.
+// View of the list of sources: shown when `palpate` is started without a command.
 #pragma once
 
 #include <array>

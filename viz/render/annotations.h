@@ -32,7 +32,7 @@ struct ImageMarks {
 };
 
 /// Over the raw image in `rect`: each contact's ellipse, number and tangential force (of the whole touch
-/// where contacts are not told apart), places of the skin, what reaches the border and what is saturated.
+/// where contacts are not separated), places of the skin, what reaches the border and what is saturated.
 void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, const Sensor& sensor,
                 const FrameFormat& format, const ImageMarks& marks);
 

@@ -1,4 +1,4 @@
-// The colours of the surface and what they show.
+// Colour maps of the surface and the quantities that they show.
 #pragma once
 
 #include <array>

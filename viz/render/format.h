@@ -1,5 +1,5 @@
-// How the window words numbers and states: with unit and uncertainty, in colours that colour-blind people
-// tell apart and never by colour alone.
+// Text of numbers and states in the window: with unit and uncertainty, in colours that colour-blind people
+// can distinguish, and never by colour alone.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Dear ImGui on our render passes, with or without a window.
+// One frame of Dear ImGui on a render pass, with or without a window.
 #pragma once
 
 #include <vulkan/vulkan.h>

@@ -1,4 +1,4 @@
-// What is drawn over the raw image; declared in annotations.h.
+// Marks over the raw image; declared in annotations.h.
 #include <imgui.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Where things are in a picture: from 480 x 320 to any size, at any scale of the text.
+// Layout of a picture: from 480 x 320 to any size, at any scale of the text.
 #pragma once
 
 #include <vulkan/vulkan.h>

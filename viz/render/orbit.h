@@ -1,4 +1,4 @@
-// The orbiting eye of the surface view, and the little matrix algebra it needs.
+// Orbit camera of the surface view, and the matrix algebra that it needs.
 #pragma once
 
 #include <algorithm>

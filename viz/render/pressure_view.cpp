@@ -39,7 +39,7 @@ PressureTexels PressureMap::update(const Frame& frame, const Frame& background, 
   const ElasticCalibration& pad = sensor.elastic;
   const double limit = pad.limit_gray;
   if (limit > 0) {
-    // gray = L (1 - exp(-s p / L)), read up to where it still tells the pressure.
+    // gray = L (1 - exp(-s p / L)), inverted up to where it still determines the pressure.
     cv::min(smooth, Elastic::largest_readable_gray(pad), smooth);
     smooth = 1 - smooth / limit;
     cv::log(smooth, smooth);

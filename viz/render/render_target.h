@@ -1,5 +1,4 @@
-// What pictures are drawn into: a render pass, its attachments, and an off-screen target that can be read
-// back.
+// Render target of pictures: a render pass, its attachments, and an off-screen target that can be read back.
 #pragma once
 
 #include <vulkan/vulkan.h>

@@ -1,4 +1,4 @@
-// What the person at the window has chosen, and the scales that follow the touch by themselves.
+// View state: the user's choices in the window, and the scales that adapt to the touch automatically.
 #pragma once
 
 #include <array>
@@ -89,7 +89,7 @@ struct ViewState {
   void change_chart_span(int steps);
   /// Whether the colours' range follows the touch; null for what is set by hand.
   bool* automatic();
-  /// What this sensor cannot show gives way.
+  /// Views that this sensor cannot show are replaced.
   void fit_to(const Sensor& sensor);
 
   /// Follows the touch where automatic: the range grows at once and shrinks only after seconds of lighter

@@ -1,4 +1,4 @@
-// A window with its swapchain: resized, minimised and closed by a person, drawn by anyone.
+// A window with its swapchain: resized, minimised and closed by the user.
 #pragma once
 
 #include <vulkan/vulkan.h>

@@ -1,4 +1,4 @@
-// The picture of a force calibration, as a script for gnuplot.
+// Plot of a force calibration, as a gnuplot script.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -49,7 +49,7 @@ ForceFeatures reading_at(const ForceCalibration& c, double signal) {
 
 std::string plot_script(const ForceOutcome& o, bool svg) {
   const ForceCalibration& c = o.choice.calibration;
-  // Points: signal, force, residual; by branch. What was left out is shown too.
+  // Points: signal, force, residual; by branch. Points that were left out are shown too.
   std::string loading, unloading, left_out, curve[2], band;
   double largest_mN = 0;
   for (size_t i = 0; i < o.samples.size(); ++i) {

@@ -1,4 +1,4 @@
-// One contact by every formula that there is for it, against the exact answer of indentation.h.
+// One contact by each available formula, against the exact solution of indentation.h.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// The paper's contact example and its Figures 7 and 8, made with the formulas as they should read.
+// The paper's contact example and its Figures 7 and 8, made with the corrected formulas.
 #pragma once
 
 #include <string>

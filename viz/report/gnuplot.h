@@ -1,4 +1,4 @@
-// The plotting program as a function: a script in, a picture out, no file in between.
+// gnuplot as a function: from a script to a picture, without a file in between.
 #pragma once
 
 #include <string>

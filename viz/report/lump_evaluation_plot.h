@@ -1,4 +1,4 @@
-// Tables and pictures of how good estimates of lumps are.
+// Tables and plots of the errors of lump estimates.
 #pragma once
 
 #include <string>

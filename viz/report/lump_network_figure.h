@@ -1,4 +1,4 @@
-// The paper's Figure 18 of our own: the forward and the inverse way, from a network's own numbers.
+// Counterpart of the paper's Figure 18: the forward and the inverse direction, from the numbers of a network.
 #pragma once
 
 #include <string>

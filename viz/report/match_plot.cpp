@@ -18,7 +18,7 @@ std::vector<std::vector<double>> columns_of(const PointSet& set) {
   return columns;
 }
 
-// Left the sets as they came and who is whose partner, right the template on the target.
+// Left: the two sets and their correspondences; right: the template on the target.
 std::string plot(bool svg, const PointSet& from, const PointSet& to, const MatchResult& result) {
   constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
   std::vector<std::vector<double>> lines(from.axes);

@@ -1,4 +1,4 @@
-// A match of two point sets as a picture.
+// Plot of a match of two point sets.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// What palpate modulus says: tables, JSON and pictures of an answer.
+// Report of palpate modulus: tables, JSON and plots of a result.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Pieces of scripts for gnuplot that the design commands share: one look, data inside the script.
+// Pieces of gnuplot scripts for the design commands: one style, data inside the script.
 #pragma once
 
 #include <string>

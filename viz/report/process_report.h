@@ -1,4 +1,4 @@
-// A processed recording for a person.
+// Report of a processed recording, as text.
 #pragma once
 
 #include <string>

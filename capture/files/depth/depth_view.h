@@ -1,4 +1,4 @@
-// A depth map on the host, as files of every format are written from it.
+// View of a depth map on the host, from which files of every format are written.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What an image file says of itself before anybody decodes it: a lying header must not make us allocate.
+// Header of an image file, read before decoding, so that a false header cannot cause a large allocation.
 #pragma once
 
 #include <cstdint>

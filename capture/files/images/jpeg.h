@@ -1,4 +1,4 @@
-// JPEG files, decoded strictly: OpenCV fills what is damaged with gray and carries on.
+// JPEG files, decoded strictly: damage is an error, where OpenCV would fill with gray and continue.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// A TIFF file in memory, so that the one on the disk appears whole.
+// TIFF file in memory, so that the file on the disk appears only when complete.
 #pragma once
 
 #include <tiffio.h>

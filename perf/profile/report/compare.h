@@ -1,4 +1,4 @@
-// Two profiles side by side: ratios with their spread, and what must be known before they are believed.
+// Two profiles side by side: ratios with their spread, and the differences that limit the comparison.
 #pragma once
 
 #include <optional>

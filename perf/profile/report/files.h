@@ -1,4 +1,4 @@
-// The folder that a profile leaves behind.
+// Files of a profile in its output folder.
 #pragma once
 
 #include <filesystem>

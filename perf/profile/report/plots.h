@@ -1,4 +1,4 @@
-// The pictures of a profile, as gnuplot scripts.
+// Plots of a profile, as gnuplot scripts.
 #pragma once
 
 #include <string>

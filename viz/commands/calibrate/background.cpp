@@ -1,4 +1,4 @@
-// palpate calibrate background: untouched frames in, the untouched image and what it says of noise out.
+// palpate calibrate background: from untouched frames to the background image and its noise.
 #include <cstdio>
 #include <filesystem>
 

@@ -1,4 +1,4 @@
-// What the commands share that calibrate a surface by presses of a known ball: photometric and lookup.
+// Common parts of the commands that calibrate a surface by presses of a known ball: photometric and lookup.
 #pragma once
 
 #include <filesystem>

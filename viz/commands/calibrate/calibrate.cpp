@@ -1,4 +1,4 @@
-// palpate calibrate: known touches in, a field of the sensor file out.
+// palpate calibrate: from known touches to a section of the sensor file.
 #include "viz/commands/calibrate/calibrate.h"
 #include "viz/commands/options.h"
 

@@ -1,4 +1,4 @@
-// palpate calibrate flat: frames of what should look even in, a field that evens the light out.
+// palpate calibrate flat: from frames that should look even to the flat field that corrects the light.
 #include <cstdio>
 #include <filesystem>
 

@@ -1,4 +1,4 @@
-// palpate calibrate force: recordings beside a force gauge in, a sensor file with its force calibration out.
+// palpate calibrate force: from recordings beside a force gauge to a sensor file with its force calibration.
 #include <cmath>
 #include <cstdio>
 #include <map>

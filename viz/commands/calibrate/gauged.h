@@ -1,4 +1,4 @@
-// What the commands share that calibrate recordings beside a gauge: force and shear.
+// Common parts of the commands that calibrate from recordings beside a gauge: force and shear.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
-// palpate calibrate lights: images of a known shape, each under a light of its own, in; what turns such
-// images into slopes out.
+// palpate calibrate lights: from images of a known shape, each under its own light, to the weights that turn
+// such images into slopes.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>

@@ -1,4 +1,4 @@
-// palpate calibrate lookup: presses of a known ball into a gray gel in, its table of depth over change out.
+// palpate calibrate lookup: from presses of a known ball into a gray gel to its table of depth over change.
 #include <cstdio>
 #include <filesystem>
 

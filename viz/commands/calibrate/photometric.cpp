@@ -1,4 +1,4 @@
-// palpate calibrate photometric: presses of a known ball in, a sensor file with its colour calibration out.
+// palpate calibrate photometric: from presses of a known ball to a sensor file with its colour calibration.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // A press is of another ball where its held-out depth gain lies so far from the median (logarithms): by a
-// factor, and by so many times the usual scatter. And how many presses it takes to tell.
+// factor, and by so many times the usual scatter. And the least number of presses for that decision.
 constexpr double kUnlikeGain = 1.35, kUnlikeScatter = 3;
 constexpr size_t kEnoughToCompare = 6;
 

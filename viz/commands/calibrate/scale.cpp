@@ -1,4 +1,4 @@
-// palpate calibrate scale: something of known size in, mm per pixel and the lens's distortion out.
+// palpate calibrate scale: from an object of known size to mm per pixel and the lens's distortion.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -39,7 +39,7 @@ struct Options {
   std::vector<double> travel_mm;
 };
 
-// Pictures that are looked at for a grid; more tell nothing new.
+// Largest number of pictures searched for a grid; more add no information.
 constexpr uint32_t kMostPictures = 40;
 
 // NOLINTNEXTLINE(bugprone-exception-escape): moving JSON throws nothing
@@ -175,7 +175,7 @@ Report scale(const Common& common, const Options& options) {
   Sensor reading = original, sensor = original;
   if (!options.background.empty()) reading.background.image = fs::absolute(options.background).string();
   if (!options.grid.empty()) {
-    // The grid tells how to rectify: it is looked for in what the camera gives, after the crop.
+    // The grid determines the rectification, so it is searched in the camera's image, after the crop.
     reading.lens.reset();
     reading.quad_px.reset();
     reading.flat.reset();

@@ -1,5 +1,5 @@
-// palpate calibrate shear: recordings of a pulled contact beside a tangential gauge in, a sensor file with
-// stiffness and friction out.
+// palpate calibrate shear: from recordings of a pulled contact beside a tangential gauge to a sensor file
+// with stiffness and friction.
 #include <map>
 
 #include "capture/calibrate/shear.h"

@@ -1,4 +1,4 @@
-// palpate forward: what a lump in tissue shows on the surface (theory S11).
+// palpate forward: stress and deflection at the surface of tissue with a lump (theory S11).
 #include "viz/commands/forward/forward.h"
 #include "engine/base/text.h"
 #include "engine/fem/solve.h"

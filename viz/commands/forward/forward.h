@@ -1,4 +1,4 @@
-// What `palpate forward` tells of a solved scene: numbers, files, plots, and the picture that a sensor would
+// Output of `palpate forward` for a solved scene: numbers, files, plots, and the picture that a sensor would
 // take.
 #pragma once
 

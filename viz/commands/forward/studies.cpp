@@ -1,4 +1,5 @@
-// Series of forward scenes: each input by itself, and the grid's and the range's own errors.
+// Series of forward scenes: sweeps of each input by itself, and the errors of the grid over the model's
+// range.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

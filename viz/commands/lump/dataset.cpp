@@ -104,7 +104,7 @@ Report dataset_command(const Common& common, Options& o) {
   job.stop = interrupted;
   ProgressLine line(common);
   job.progress = [&](const lump::DatasetProgress& progress) { line.show(progress); };
-  // What the command line alone shows to be wrong is found by all, told by the first, and ends them all.
+  // Errors of the command line are found by every process, printed by the first only, and end them all.
   try {
     job.sweep = sweep_of(common, o);
   } catch (const Error&) {

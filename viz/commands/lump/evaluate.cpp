@@ -1,4 +1,4 @@
-// palpate lump evaluate: how good estimates of lumps are, on blocks that are known.
+// palpate lump evaluate: errors of lump estimates on blocks with known truth.
 #include <map>
 #include <mutex>
 #include <optional>

@@ -1,4 +1,4 @@
-// palpate lump: size, depth and stiffness of what lies hidden in tissue.
+// palpate lump: size, depth and stiffness of a lump hidden in tissue.
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/options.h"
 

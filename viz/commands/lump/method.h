@@ -1,4 +1,4 @@
-// Who estimates a lump, by the names that commands take.
+// Methods that estimate a lump, by their names on the command line.
 #pragma once
 
 #include <memory>

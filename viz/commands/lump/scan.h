@@ -1,4 +1,4 @@
-// What `palpate lump scan` leaves: files, plots and a one-page report.
+// Output of `palpate lump scan`: files, plots and a one-page report.
 #pragma once
 
 #include <filesystem>
@@ -16,9 +16,9 @@ namespace palpate {
 struct ScanReport {
   ScanAnswer answer;
   std::vector<std::pair<std::string, std::string>> inputs;  ///< name and value, for people
-  std::string model;                ///< who estimated, with its version; empty: nobody
-  std::optional<fem::Scene> truth;  ///< of a synthetic block
-  std::string made;                 ///< when, UTC
+  std::string model;                                        ///< the estimator, with its version; empty: none
+  std::optional<fem::Scene> truth;                          ///< of a synthetic block
+  std::string made;                                         ///< when, UTC
 };
 
 /// Tables for people.

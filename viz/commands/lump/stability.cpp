@@ -1,4 +1,4 @@
-// palpate lump stability: what estimates are worth at the edges, and what a press costs.
+// palpate lump stability: errors of estimates at the limits of the range, and the cost of a press.
 #include <cmath>
 
 #include "capture/files/output_file.h"

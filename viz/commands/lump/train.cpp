@@ -1,4 +1,4 @@
-// palpate lump train: the network that finds lumps, from pressed blocks.
+// palpate lump train: training of the network that estimates lumps, from pressed blocks.
 #include <spdlog/spdlog.h>
 
 #include <cmath>
@@ -40,7 +40,7 @@ std::string trust_text(const lump::Network& network) {
   return text;
 }
 
-/// Blocks from all files; `made_from` tells of each file.
+/// Blocks from all files; `made_from` describes each file.
 std::vector<lump::Example> read_examples(const std::vector<std::string>& files, std::string& made_from) {
   std::vector<lump::Example> examples;
   for (const std::string& file : files) {
@@ -56,7 +56,7 @@ std::vector<lump::Example> read_examples(const std::vector<std::string>& files, 
   return examples;
 }
 
-/// Shows how far the training is, and tells it to stop on an interrupt.
+/// Shows the progress of the training, and stops it on an interrupt.
 class TrainingWatch {
  public:
   explicit TrainingWatch(const Common& common) : bar_(common, "lump network", 1000) {}

@@ -1,4 +1,4 @@
-// palpate optics contact: which light different objects let out of the pad, and how bright they look.
+// palpate optics contact: the light that different objects couple out of the pad, and their brightness.
 #include <cmath>
 #include <limits>
 
@@ -158,7 +158,7 @@ std::vector<std::vector<double>> angle_columns(const Problem& p) {
   return angles;
 }
 
-/// Brightness against the contact's index: index, share that leaves, brightness.
+/// Brightness against the contact's index: index, fraction that leaves, brightness.
 std::vector<std::vector<double>> index_columns(const Problem& p) {
   std::vector<std::vector<double>> indices(3);
   constexpr int kSteps = 100;

@@ -1,4 +1,5 @@
-// palpate optics critical and trapped: which light a pad holds, and how much of a LED's.
+// palpate optics critical and trapped: the angles at which a pad traps light, and the fraction of a LED's
+// light.
 #include <algorithm>
 #include <cmath>
 #include <limits>

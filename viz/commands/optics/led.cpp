@@ -1,4 +1,4 @@
-// palpate optics led: where to put a LED at the pad's edge, seen by its rays.
+// palpate optics led: position of a LED at the pad's edge, by ray tracing.
 #include <algorithm>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// What the commands of `palpate optics` share: how media and lamps are named on the command line.
+// Common parts of the commands of `palpate optics`: names of media and lamps on the command line.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// Options of a pressed block of tissue on the command line, and what watches presses of it.
+// Options of a pressed block of tissue on the command line, and the monitor of its presses.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// What the command lines of the forward model and of lumps share.
+// Common options of the forward model's and the lump commands.
 #pragma once
 
 #include <array>

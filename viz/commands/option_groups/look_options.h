@@ -1,4 +1,4 @@
-// How pictures look, as commands that draw without a window spell it.
+// Options for the look of pictures, for commands that draw without a window.
 #pragma once
 
 #include <vector>
