@@ -1,4 +1,4 @@
-// Offset between two clocks from what both saw.
+// Offset between two clocks from signals recorded by both.
 #include "engine/calibrate/time_alignment.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// What is asked of a camera, as text and as a plan: options, controls, formats; numbers and times of frames.
+// Requested settings of a camera, as text and as a plan: options, controls, formats; numbers and times of
+// frames.
 #include "viz/commands/camera_options.h"
 
 #include <gtest/gtest.h>

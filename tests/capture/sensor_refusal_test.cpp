@@ -1,4 +1,4 @@
-// Sensor files: whatever is wrong with one is said in one line that names the file and the key.
+// Refusal of sensor files: each error is one line that names the file and the key.
 #include "palpate/sensor.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Sensor files: what is saved comes back whole.
+// Sensor files: a saved sensor is loaded unchanged.
 #include "palpate/sensor.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Sessions cut short at any byte, with bytes changed, with files missing: what is whole comes back right, the
-// rest is said in one line.
+// Sessions cut short at any byte, with bytes changed, with files missing: whole frames are read correctly,
+// and the damage is reported in one line.
 #include <algorithm>
 #include <fstream>
 #include <opencv2/core.hpp>

@@ -1,5 +1,5 @@
-// tests/data/session_v1 was recorded with version 1 of the format. Whatever later programs write, they read
-// it.
+// tests/data/session_v1 was recorded with version 1 of the format. Later programs must read it, whatever they
+// write.
 #include "capture/files/measurements.h"
 #include "tests/support/session_fixture.h"
 

@@ -1,4 +1,5 @@
-// The direct inversion: finite elements asked which lump an observation has, on other cells than made it.
+// Direct inversion: estimate of a lump by finite elements, on other cells than those that made the
+// observation.
 #include "engine/lump/fem_inverse/inversion.h"
 
 #include <gtest/gtest.h>

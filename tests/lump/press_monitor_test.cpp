@@ -1,5 +1,5 @@
-// Presses of a block as they happen: when they begin and end, what is read of them, and what is said where
-// nothing can be.
+// Presses of a block as they happen: their begin and end, their observations, and the report where none are
+// possible.
 #include "engine/palpation/press_monitor.h"
 
 #include <gtest/gtest.h>
@@ -149,7 +149,7 @@ TEST(PressMonitor, APressTellsWhatLiesBehindIt) {
   EXPECT_NE(describe(a).find("4 loads up to 1.59 N: "), std::string::npos) << describe(a);
 }
 
-// Light that is 1.5 % weaker in the corners makes a bump in a single window: nothing that is told as a lump.
+// Light that is 1.5 % weaker in the corners makes a bump in a single window: which is not reported as a lump.
 TEST(PressMonitor, TissueAloneIsNoLump) {
   const std::vector<PressAnswer> answers = PressRun("lump=none").all();
   ASSERT_EQ(answers.size(), 1u);

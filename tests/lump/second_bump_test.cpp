@@ -1,4 +1,4 @@
-// Two lumps are told, one lump of any shape and noise are not.
+// Detection of two lumps: two are reported, one lump of any shape and noise are not.
 #include "engine/lump/network/second_bump.h"
 #include "engine/fem/solve.h"
 

@@ -142,7 +142,7 @@ TEST_F(Contacts, OneContactIsTheWholeTouch) {
   EXPECT_GT(touched, 20);
 }
 
-// A window around what is touched tells the same contacts apart, to the last bit, with the same ids; also
+// A window around the touched tiles separates the same contacts, to the last bit, with the same ids; also
 // with a surface, and where frames without contact or wide ones come in between.
 TEST_F(Contacts, WindowsTellTheSameApart) {
   for (const std::string scene : {"fingers?size=320x240&rate=4", "slide?size=320x240&rate=4&mode=gel"}) {

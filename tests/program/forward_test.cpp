@@ -1,4 +1,4 @@
-// `palpate forward` as its user meets it.
+// `palpate forward` on the command line.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 

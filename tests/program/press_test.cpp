@@ -1,4 +1,4 @@
-// Presses of a block of tissue, from a recording to what is said of the lump behind each.
+// Presses of a block of tissue, from a recording to the estimate of the lump in each.
 #include <nlohmann/json.hpp>
 
 #include "capture/synthetic/tissue.h"

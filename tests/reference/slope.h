@@ -1,4 +1,4 @@
-// Slopes and the right side of the surface problem as one would write them on paper, in double precision.
+// Slopes and the right side of the surface problem in plain loops and double precision.
 #pragma once
 
 #include <algorithm>

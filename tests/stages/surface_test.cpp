@@ -33,7 +33,7 @@ Misfit misfit(const std::vector<float>& got, const std::vector<double>& truth) {
     whole += t * t;
   }
   // The range between the places of the truth's top and valley. A valley that is a plane (around a cap) is
-  // read at its median: where a slope jumps between two pixels their samples cannot tell where, and the
+  // read at its median: where a slope jumps between two pixels their samples cannot show where, and the
   // heights beside the rim ring by a tenth of a pixel.
   const auto [low, high] = std::minmax_element(truth.begin(), truth.end());
   std::vector<double> valley;

@@ -346,7 +346,7 @@ TEST_F(WeightedSurfaceTest, NothingKnownIsFlat) {
   }
 }
 
-// The rim of a ball: samples do not tell where between two pixels the slope jumps. Cut there, top to bottom
+// The rim of a ball: samples do not show where between two pixels the slope jumps. Cut there, top to bottom
 // comes out right, and smooth fields and noise have nothing to be cut.
 TEST_F(WeightedSurfaceTest, KinksAreCut) {
   const uint32_t cols = 640, rows = 480;

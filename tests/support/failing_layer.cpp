@@ -1,7 +1,7 @@
 // A Vulkan layer for tests: the n-th call that may fail fails, as out of device memory or as a lost device,
-// and what is created and not destroyed is counted. One instance and one device use it at a time. Told what
-// to do by the environment (PALPATE_FAIL_CALL, PALPATE_FAIL_AT, PALPATE_FAIL_MEMORY: read when an instance is
-// made) or, in the same process, by arm().
+// and what is created and not destroyed is counted. One instance and one device use it at a time. Controlled
+// by the environment (PALPATE_FAIL_CALL, PALPATE_FAIL_AT, PALPATE_FAIL_MEMORY: read when an instance is made)
+// or, in the same process, by arm().
 #include "tests/support/failing_layer.h"
 
 #include <vulkan/vk_layer.h>

@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-/// 0 where the system does not tell.
+/// 0 where the system does not report it.
 inline double memory_left_GiB() {
   std::ifstream in("/proc/meminfo");
   for (std::string key; in >> key;) {

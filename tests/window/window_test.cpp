@@ -1,5 +1,5 @@
-// The window as a person uses it: the program on a display of its own, with real key presses and mouse
-// movements (xdotool); judged by what it writes, remembers and shows.
+// The window in use: the program on a display of its own, with real key presses and mouse movements
+// (xdotool); judged by what it writes, remembers and shows.
 #include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
