@@ -314,7 +314,7 @@ TEST(Forward, StableToTheEdgesOfItsRange) {
       }
 }
 
-// What an inclusion does: stiffer, larger and shallower show more, softer shows less than nothing.
+// Effect of an inclusion: stiffer, larger and shallower show more, softer shows less than nothing.
 TEST(Forward, OrderingsOfTheLump) {
   const auto centre = [](double diameter, double depth, double ratio) {
     fem::Scene scene;

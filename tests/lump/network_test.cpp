@@ -140,7 +140,7 @@ double formula(const lump::Example& e, double load, double x, double y) {
 
 lump::Example example(uint64_t seed, bool lump) {
   std::mt19937_64 random(seed);
-  // What is asked lies within what was trained.
+  // The query lies within the training range.
   const double edge = seed < 1000 ? 0 : 0.06;
   std::uniform_real_distribution<double> share(edge, 1 - edge);
   lump::Example e;

@@ -28,7 +28,7 @@ TEST(PressDetector, APressEndsBelowAShareOfItsHighestForce) {
             (std::vector{Step::Rest, Step::Rest, Step::Began, Step::Pressing, Step::Pressing, Step::Pressing,
                          Step::Pressing, Step::Over}));
   EXPECT_EQ(detector.highest_N(), 1.2);
-  // What merely falls, and trembles while it does, is no new press.
+  // A force that falls, and trembles while it falls, is not a new press.
   EXPECT_EQ(steps(detector, {0.6, 0.5, 0.55, 0.3, 0.12, 0.2, 0.05, 0.09}), std::vector(8, Step::Rest));
   EXPECT_EQ(steps(detector, {0.15, 0.3}), (std::vector{Step::Began, Step::Pressing}));
   EXPECT_EQ(detector.highest_N(), 0.3) << "of the press before no longer";

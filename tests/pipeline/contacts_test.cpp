@@ -64,7 +64,7 @@ TEST_F(Contacts, FingersAreFoundAndFollowed) {
     ASSERT_TRUE(touch.regions.has_value());
     EXPECT_FALSE(touch.regions->overflow);
     const std::string frame = "frame " + std::to_string(k);
-    // What presses with a few millinewtons is too small and too dim to be seen.
+    // A contact of a few millinewtons is too small and too dim to be seen.
     constexpr double kSeen_N = 0.03;
     const auto seen =
         std::ranges::count_if(truth.contacts, [](const TrueContact& c) { return c.force_N > kSeen_N; });

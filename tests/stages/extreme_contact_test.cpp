@@ -192,7 +192,7 @@ TEST_F(ExtremeContact, TilesAndRunsDoNotMatter) {
   }
 }
 
-/// What an all-white frame sums to, term by term in 128 bits, so that an overflow here would show too.
+/// Sums of an all-white frame, term by term in 128 bits, so that an overflow here would show too.
 ContactMoments all_white(const FrameFormat& format) {
   __extension__ using Wide = __int128;
   Wide x = 0, y = 0, xx = 0, yy = 0;

@@ -411,8 +411,7 @@ TEST_F(ExtremeSurface, CheckerboardGradients) {
   }
 }
 
-// What half precision would cost: slopes, right sides or heights rounded to 16 bits, solved exactly
-// otherwise.
+// Error of half precision: slopes, right sides or heights rounded to 16 bits, solved exactly otherwise.
 TEST_F(ExtremeSurface, HalfPrecisionStorage) {
   constexpr uint32_t kCols = 640, kRows = 480;
   const auto half = [](double value) {

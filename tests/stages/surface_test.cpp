@@ -80,7 +80,7 @@ TEST_F(SurfaceTest, ConvergedAndExactHitTheTruth) {
         std::printf("%4u x %4u %-14s %-9s peak-to-valley %.1e  extremes %.1e  rms %.1e  residual %.1e\n",
                     cols, rows, field.name.c_str(), name, m.peak_to_valley, m.extremes, m.rms,
                     got.statistics.residual);
-        // What stops early is within 1e-3 of smooth fields; a kink keeps it a little longer.
+        // A solve that stops early is within 1e-3 of smooth fields; a kink keeps it a little longer.
         const bool whole = solver == SurfaceSolver::Exact || solver == SurfaceSolver::Converged;
         const bool kink = field.name == "spherical cap";
         EXPECT_LT(m.peak_to_valley, 1e-3) << field.name << " " << cols << " " << name;

@@ -390,7 +390,7 @@ TEST_F(WeightedSurfaceTest, KinksAreCut) {
   EXPECT_LT(rough.kinks, 20u);
 }
 
-// What is unknown is filled from around: between the lowest and the highest height of its rim.
+// Unknown pixels are filled from around: between the lowest and the highest height of its rim.
 TEST_F(WeightedSurfaceTest, UnknownIsFilledSmoothly) {
   const uint32_t cols = 200, rows = 150;
   const HeightField field = scenes::tilt();

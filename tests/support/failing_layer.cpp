@@ -42,7 +42,7 @@ enum class Kind {
   Queue,  // may find the device lost
 };
 
-/// What the call `name` shall return instead of being made; VK_SUCCESS: make it.
+/// Result that the call `name` shall return instead of being made; VK_SUCCESS: make it.
 VkResult verdict(const char* name, Kind kind) {
   const std::lock_guard lock(state_mutex);
   if (lost && kind == Kind::Queue) return VK_ERROR_DEVICE_LOST;
@@ -75,7 +75,7 @@ struct Fallible<name, kind, VkResult(VKAPI_PTR*)(Arguments...)> {
   static VKAPI_ATTR VkResult VKAPI_CALL call(Arguments... arguments) {
     const VkResult instead = verdict(name.text, kind);
     if (instead != VK_SUCCESS) {
-      // What a lost device had begun has come to its end.
+      // Work that a lost device had begun is complete.
       if (kind == Kind::Queue) next_wait_idle(the_device);
       return instead;
     }

@@ -1,5 +1,4 @@
-// How much memory the machine has left: the largest frames are tested where they fit, and said to be skipped
-// where not.
+// Free memory of the machine: the largest frames are tested where they fit, and said to be skipped where not.
 #pragma once
 
 #include <fstream>
