@@ -26,7 +26,7 @@ std::string label_of(const Event& event);
 void append_event(const std::filesystem::path& folder, const Event& event);
 
 /// Events of such a file, in its order; none where there is no such file. Lines that are no events are left
-/// out: the file is a person's to edit.
+/// out: users may edit the file.
 std::vector<Event> read_events(const std::filesystem::path& folder);
 
 }  // namespace palpate::viz

@@ -101,7 +101,7 @@ TEST(Forward, ConfinedMiddleOfABondedSheet) {
   EXPECT_NEAR(result.deflection_mm.at(32, 32), 0.05, 0.0002);
 }
 
-// theory S11: the pad problem, whose force and centre pressure other programs' fine grids gave.
+// The pad problem, whose force and centre pressure other programs' fine grids gave.
 TEST(Forward, PadProblem) {
   const fem::Result result = fem::solve(fem::Scene{});
   ASSERT_TRUE(result.converged);
