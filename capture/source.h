@@ -15,7 +15,7 @@
 
 namespace palpate {
 
-/// What went wrong on the way from a camera, counted since it was opened.
+/// Faults of a camera's stream, counted since it was opened.
 struct CaptureCounts {
   uint64_t lost = 0;     ///< frames that the camera took and nobody got: gaps in its sequence numbers
   uint64_t damaged = 0;  ///< buffers that the driver marked as faulty, or that do not decode; not delivered
@@ -38,8 +38,8 @@ class Source {
   /// Fills `frame` (reusing its memory) and returns true, or returns false after the last frame.
   /// Throws Error(Failure::Input) on a damaged file or a frame whose size differs from the first.
   virtual bool next(Frame& frame) = 0;
-  /// What the person should know of this input, one line, once `next` has returned false: a recording that is
-  /// cut short. Empty when all is well.
+  /// Warning about this input, one line, once `next` has returned false: a recording that is cut short. Empty
+  /// when all is well.
   virtual std::string warning() const { return {}; }
   /// The untouched image that this source knows of itself (the synthetic sensor's), if any.
   virtual std::optional<Frame> own_background() const { return std::nullopt; }
@@ -50,8 +50,8 @@ class Source {
   /// Why no frames come at present, in a few words ("camera unplugged, waiting"); empty while they do. Any
   /// thread.
   virtual std::string state() const { return {}; }
-  /// What a camera settled on (format, rate, controls as read back, clock, copies per frame), for people and
-  /// records: names and values in order. Any thread.
+  /// Settings that a camera uses (format, rate, controls as read back, clock, copies per frame), for people
+  /// and records: names and values in order. Any thread.
   virtual std::vector<std::pair<std::string, std::string>> details() const { return {}; }
   /// A `next` that waits asks this every 50 ms at least; true makes it return false. Before the first `next`.
   virtual void watch(const std::function<bool()>& /*cancelled*/) {}

@@ -1,5 +1,5 @@
-// The rooms of the source tree and the arrows between them: what a file includes lies in its own room or in
-// one below, and no two components (a header with the source of its name) need each other.
+// Layers of the source tree and the dependencies between them: what a file includes lies in its own room or
+// in one below, and no two components (a header with the source of its name) need each other.
 #include <gtest/gtest.h>
 
 #include <algorithm>

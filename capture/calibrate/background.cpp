@@ -200,7 +200,7 @@ struct Drift {
     largest = difference(mean_of({used.begin(), used.begin() + static_cast<std::ptrdiff_t>(third)}),
                          mean_of({used.end() - static_cast<std::ptrdiff_t>(third), used.end()}));
   }
-  // What noise alone makes of the largest of many differences of such means.
+  // Largest of many differences of such means that noise alone produces.
   double by_noise(double noise_gray) const {
     return 6 * noise_gray / kBlock * std::sqrt(2.0 / static_cast<double>(third));
   }

@@ -50,7 +50,7 @@ struct ForceOutcome {
 ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const ForceChoiceOptions& options,
                              bool keep_border = false);
 
-/// The tables that a person reads, and the same as a JSON object (text).
+/// The tables as text, and the same as a JSON object (text).
 std::string describe(const ForceOutcome& outcome);
 std::string to_json(const ForceOutcome& outcome, const std::string& sensor_file);
 /// One line a sample: recording, frame, time_s, press, the four signals, force_N, fitted_N, held_out_N,

@@ -40,7 +40,8 @@ void take_truth(const Source& source, GaugedRecording& recording) {
   }
 }
 
-/// What both sides saw, for the clocks: the normal force, or without one how far the contact is pulled.
+/// Signals of both sides for the comparison of clocks: the normal force or, without one, the shift of the
+/// contact.
 TimeAlignment align(const GaugedRecording& recording, const Gauge& gauge) {
   std::vector<double> time_s, signal, force;
   const bool normal = !gauge.force_N.empty();

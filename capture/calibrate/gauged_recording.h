@@ -14,7 +14,7 @@
 
 namespace palpate {
 
-/// How the gauge's clock is brought to the recording's.
+/// Alignment of the gauge's clock with the recording's.
 struct Alignment {
   enum class Kind { Auto, None, Fixed } kind = Kind::Auto;
   double offset_s = 0;  ///< Kind::Fixed: added to the gauge's times
@@ -54,7 +54,7 @@ GaugedRecording measure_beside_gauge(gpu::Context& context, const MeasuredInput&
 /// "offset 0.1234 s +- 0.0004 s (correlation 0.9991)" and the notes, a line each.
 std::string describe(const GaugedRecording& recording);
 
-/// What made a calibration, for its sensor file: recordings, gauges, the time now.
+/// Origin of a calibration, for its sensor file: recordings, gauges, the time now.
 Origin origin_of(const std::vector<GaugedRecording>& recordings, const std::string& note);
 
 }  // namespace palpate

@@ -39,7 +39,7 @@ void refuse_without_background(const std::string& input, const Sensor& sensor, c
                 "--background IMAGE, or \"background\": {\"image\": ...} in the sensor file");
 }
 
-/// What most presses were refused for, for the one line that says why there are too few.
+/// Most frequent reason of refusal, for the error line when there are too few presses.
 std::string main_reason(const BallPresses& found) {
   std::map<std::string, size_t> counts;
   for (const RefusedPress& r : found.refused) ++counts[r.reason.substr(0, r.reason.find(':'))];

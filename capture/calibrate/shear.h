@@ -21,7 +21,7 @@ struct ShearOutcome {
   std::string friction_from;  ///< "from slip", "from the sensor file" or "given"
 };
 
-/// What is fixed.
+/// Settings that are given rather than fitted.
 struct ShearRequest {
   std::optional<ShearSignal> signal;  ///< none: the one that leaves less of the force unexplained
   std::optional<double> friction;     ///< where no recording slips

@@ -18,15 +18,15 @@ struct Event {
   std::string text;
 };
 
-/// What stands beside the event in a chart: a mark's text, else its kind.
+/// Label of the event in a chart: a mark's text, else its kind.
 std::string label_of(const Event& event);
 
 /// Appends a row to `folder`/events.csv, with a header (frame, time_s, event, text) where the file is new;
 /// makes the folder. Throws Error(Failure::Output).
 void append_event(const std::filesystem::path& folder, const Event& event);
 
-/// What is in such a file, in its order; none where there is no such file. Lines that are no events are left
-/// out: the file is a person's to edit.
+/// Events of such a file, in its order; none where there is no such file. Lines that are no events are left
+/// out: users may edit the file.
 std::vector<Event> read_events(const std::filesystem::path& folder);
 
 }  // namespace palpate::viz

@@ -30,7 +30,7 @@ std::string to_text(const MatchFiles& files, const PointSet& from, const PointSe
 /// Into `folder`: warped.csv (the template on the target, in the template's order; named
 /// unreliable_warped.csv without a reliable match), partners.csv (template, target, probability; rows from 0,
 /// target empty for nil), match.json. A file that an earlier run left under the other name is removed.
-/// Returns the files' names for a person. Throws Error(Failure::Output).
+/// Returns the files' names as text. Throws Error(Failure::Output).
 std::string write_match(const std::filesystem::path& folder, const MatchFiles& files, const PointSet& from,
                         const PointSet& to, const MatchResult& result);
 

@@ -46,7 +46,7 @@ class Row {
   bool first_ = true;
 };
 
-// What a frame's whole touch and one contact have in common, in the columns' order.
+// Cells common to a frame's whole touch and one contact, in the columns' order.
 template <typename Shape>
 void add_shape(Row& row, const Shape& shape, bool contact) {
   row.number(shape.gray_sum);

@@ -124,7 +124,7 @@ class HeaderParser {
   size_t at_ = 0;
 };
 
-/// What a damaged file holds may be no text.
+/// The contents of a damaged file may not be text.
 std::string printable(std::string text) {
   for (char& c : text)
     if (c < ' ' || c > '~') c = '?';
@@ -137,7 +137,7 @@ std::string printable(std::string text) {
               "numpy.save(file, numpy.ascontiguousarray(array, dtype='<f4'))");
 }
 
-/// What follows the magic: version, header length, header. Leaves `in` at the first value.
+/// The part after the magic: version, header length, header. Leaves `in` at the first value.
 Header read_header(std::ifstream& in, const std::filesystem::path& file, uint64_t file_bytes) {
   char start[kMagicBytes + 2] = {};
   in.read(start, sizeof start);

@@ -21,7 +21,7 @@ class VideoFile : public Source {
 
   FrameFormat format() const override { return rectifier_->format(); }
   double rate_Hz() const override { return rate_Hz_; }
-  /// What the container announces; what decodes can be less, see `warning`.
+  /// Number that the container announces; fewer may decode, see `warning`.
   std::optional<uint64_t> frame_count() const override { return announced_; }
   /// Times are sequence / rate, or 0 where the container states no rate.
   bool next(Frame& frame) override;

@@ -35,7 +35,7 @@ inline const std::map<std::string, SurfaceSolver> kSolverNames = {{"live", Surfa
                                                                   {"exact", SurfaceSolver::Exact}};
 const char* to_string(SurfaceSolver solver);
 
-/// What can be asked for, as the command line spells it.
+/// Outputs that can be requested, as spelled on the command line.
 inline const std::map<std::string, Output> kOutputNames = {
     {"force", Output::Force},       {"surface", Output::Surface},   {"confidence", Output::Confidence},
     {"contacts", Output::Contacts}, {"gradient", Output::Gradient}, {"skin", Output::Skin}};

@@ -58,7 +58,7 @@ struct ChangeMap {
   double at(uint32_t x, uint32_t y) const { return double{gray[size_t{y} * width + x]}; }
 };
 
-// What changes by `least` or more.
+// Spot of pixels that change by `least` or more.
 struct Spot {
   double count = 0, mean_gray = 0;
   double x_px = 0, y_px = 0;

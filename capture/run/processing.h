@@ -21,7 +21,7 @@
 
 namespace palpate {
 
-/// What pictures of a recording are made from; all must outlive them.
+/// Inputs of the pictures of a recording; all must outlive them.
 struct PictureSetting {
   const Sensor& sensor;
   const Frame& background;     ///< the untouched image
@@ -65,11 +65,12 @@ struct ProcessRequest {
       picture_frames;  ///< pictures of these frames only, ascending; empty: as picture_every says
   /// Callback that draws pictures and film, where these are requested.
   std::function<std::unique_ptr<RecordingPictures>(gpu::Context&, const PictureSetting&)> draw;
-  /// What watches presses of a block of tissue, from the untouched image; may be null, and may return null.
+  /// Factory of the monitor of presses of a block of tissue, from the untouched image; may be null, and may
+  /// return null.
   std::function<std::unique_ptr<PressMonitor>(const Frame& background)> watch;
 };
 
-/// What was seen, frame by frame counted.
+/// Counts over the frames of a recording.
 struct ProcessSummary {
   uint64_t frames = 0;
   uint64_t contacts = 0;  ///< onsets: frames that touch after one that does not

@@ -27,7 +27,7 @@ class MeasuredFrames : public Source {
   bool gap_ = false;
 };
 
-/// How measurements compare with the recorded ones, as texts of every digit.
+/// Comparison of measurements with the recorded ones, as text with every digit.
 struct RecordedCheck {
   uint64_t equal = 0;
   uint64_t different = 0;

@@ -14,7 +14,7 @@ inline constexpr const char* kSessionFrames = "frames.mkv";
 inline constexpr const char* kSessionRows = "frames.csv";
 inline constexpr const char* kSessionBackground = "background.png";
 
-/// What is known of a session at its end only.
+/// Facts of a session that are known only at its end.
 struct SessionEnd {
   bool complete = false;
   uint64_t frames = 0;

@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-/// What a session keeps beside its frames.
+/// Data of a session beside its frames.
 struct SessionInfo {
   std::string input;                ///< what was recorded, as open_source takes it
   std::optional<Sensor> sensor;     ///< that the frames were rectified and measured with; none: uncalibrated,
@@ -43,7 +43,7 @@ struct SessionOptions {
   bool no_drop = false;  ///< record() waits for room instead of dropping
 };
 
-/// How a recording goes.
+/// Progress of a recording.
 struct SessionStatus {
   uint64_t recorded = 0;       ///< frames accepted by record()
   uint64_t written = 0;        ///< of those, handed to the file
@@ -114,7 +114,7 @@ class Session : public Source {
   double rate_Hz() const override;
   std::optional<uint64_t> frame_count() const override;
   bool next(Frame& frame) override;
-  /// What is missing of a session that was cut short; also before `next` has returned false.
+  /// Missing parts of a session that was cut short; also before `next` has returned false.
   std::string warning() const override;
   std::optional<Frame> own_background() const override;
   CaptureCounts counts() const override;

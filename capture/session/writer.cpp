@@ -145,7 +145,7 @@ struct SessionWriter::Impl {
       each = std::chrono::duration<double>(video->rehearse());
       write_text(folder, to_text(info, {}, started));
     } catch (const Error&) {
-      // What cannot begin leaves nothing behind that would refuse the next attempt.
+      // A session that cannot begin leaves no files that would make the next attempt fail.
       std::error_code ignored;
       for (const char* name : {kSessionFrames, kSessionBackground, kSessionRows})
         fs::remove(folder / name, ignored);

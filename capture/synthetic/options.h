@@ -19,7 +19,8 @@ enum class SyntheticResponse {
   Saturating,  ///< gray = S (1 - exp(-s p / S)), S 180 gray of 8 bit: light trapped per area has a limit
 };
 
-/// What shows how the skin moves along itself. Under printed or rough skin the light varies with it.
+/// Pattern that shows the tangential motion of the skin. Under printed or rough skin the light varies with
+/// it.
 enum class SyntheticSkin {
   None,
   Markers,  ///< dark dots 1 mm apart, 0.34 mm across

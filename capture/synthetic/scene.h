@@ -38,7 +38,7 @@ const std::vector<Scene>& scenes();
 /// Throws Error(Failure::Input) that lists the names.
 const Scene& find_scene(const std::string& name);
 
-/// What happens at one frame.
+/// State of the scene at one frame.
 struct ScriptState {
   Keyframe indenter;
   double shear_x_N = 0;
@@ -49,7 +49,7 @@ struct ScriptState {
   double light = 1;           ///< touch light over that of the same force while loading
 };
 
-/// What turns a script into states.
+/// Player that turns a script into states.
 struct ScriptRules {
   double rate_Hz = 30;
   double force_scale = 1;  ///< on the script's forces

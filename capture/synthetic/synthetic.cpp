@@ -59,7 +59,7 @@ struct Touching {
   double radius_mm;
 };
 
-/// How the skin moves under one contact, by distance from its centre.
+/// Displacement of the skin under one contact, by distance from its centre.
 struct SkinField {
   RadialTable pulled, turned;
   float x_px, y_px;            // of the contact's centre
@@ -170,7 +170,7 @@ struct SyntheticSensor::Impl : PressedPad {
     return fields;
   }
 
-  /// How far the skin that is now at x, y px has come along the surface, px.
+  /// Tangential displacement, px, of the skin that is now at x, y px.
   static std::array<float, 2> shift_px(const std::vector<SkinField>& fields, float x, float y) {
     float u = 0, v = 0;
     for (const SkinField& f : fields) {

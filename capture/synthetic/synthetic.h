@@ -63,7 +63,7 @@ class SyntheticSensor : public Source {
 
   /// Frame `sequence`, whatever `next` delivered so far. Safe to call from any thread. False past the end.
   bool render(uint64_t sequence, Frame& frame) const;
-  /// How far the skin's point that rests at a place of the untouched image has moved along the surface, px.
+  /// Tangential displacement, px, of the skin's point that rests at a place of the untouched image.
   std::array<double, 2> skin_shift_px(uint64_t sequence, double x_px, double y_px) const;
   /// The solved contact of that frame (with several indenters the first one's); force 0 without contact.
   LayerContact contact(uint64_t sequence) const;

@@ -143,7 +143,7 @@ std::string to_string(const SyntheticOptions& o) {
     << "&seed=" << o.seed << "&rate=" << o.rate_Hz << "&repeat=" << o.repeat
     << "&noise=" << name_of(o.noise, kSwitch) << "&falloff=" << o.falloff << "&force=" << o.force_N
     << "&radius=" << o.indenter_radius_mm;
-  // What is new says nothing where it is not used: recordings keep their names.
+  // Newer options are left out of the text where they are not used, so that recordings keep their names.
   if (o.skin != SyntheticSkin::None) s << "&skin=" << name_of(o.skin, kSkins);
   if (o.hysteresis != 0) s << "&hysteresis=" << o.hysteresis;
   if (o.drift_per_min != 0) s << "&drift=" << o.drift_per_min;
@@ -208,7 +208,7 @@ Sensor synthetic_sensor(const SyntheticOptions& o) {
     if (o.skin == SyntheticSkin::Markers) {
       pattern.spacing_px = skin::kSpacing_mm / s.pitch_mm_per_px;
       pattern.size_px = 2 * skin::kRadius_mm / s.pitch_mm_per_px;
-      // What a moved marker uncovers is no touch.
+      // Pixels uncovered by a moved marker are not a touch.
       s.threshold_gray *= 2;
     } else {
       pattern.kind = SkinKind::Texture;
@@ -218,7 +218,7 @@ Sensor synthetic_sensor(const SyntheticOptions& o) {
     s.skin = pattern;
     s.elastic.gray_per_MPa *= light;
     if (s.force) {
-      // How much pattern lies under a contact differs from place to place.
+      // The amount of pattern under a contact differs from place to place.
       const double relative = o.skin == SyntheticSkin::Markers ? 0.02 : 0.01;
       s.force->c1_N_per_gray /= light;
       s.force->gray_max *= light;

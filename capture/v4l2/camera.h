@@ -13,8 +13,8 @@
 
 namespace palpate {
 
-/// What the camera would deliver to an uncalibrated sensor: colour where it has any, else gray of its most
-/// bits, unless a format is named. Opens the camera and closes it again. Throws Error(Failure::Device).
+/// Format that the camera would deliver to an uncalibrated sensor: colour where it has any, else gray of its
+/// most bits, unless a format is named. Opens the camera and closes it again. Throws Error(Failure::Device).
 FrameFormat camera_format(const CameraOptions& options);
 
 /// Frames of a camera. It survives what happens to cameras: damaged buffers are left out and counted, lost

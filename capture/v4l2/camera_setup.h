@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-/// What the frames are for. 0: as much as the camera has.
+/// Requirements of the frames. 0: as much as the camera has.
 struct CameraNeeds {
   uint32_t channels = 0;
   uint32_t bit_depth = 0;
@@ -39,7 +39,7 @@ struct ControlStep {
   int64_t value = 0;
 };
 
-/// What to set, in order: automatic modes first, then values, then the controls asked for by name. Every
+/// Controls to set, in order: automatic modes first, then values, then the controls asked for by name. Every
 /// automatic mode that V4L2 knows is switched off unless it is asked for. Throws Error(Failure::Device) where
 /// the camera lacks a control that is asked for, or its range does not hold the value.
 std::vector<ControlStep> plan_controls(const std::vector<v4l2::Control>& there, const CameraOptions& options);

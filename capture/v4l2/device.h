@@ -41,7 +41,7 @@ struct RateRange {
   double least_Hz = 0, most_Hz = 0;
 };
 
-/// What a node offers.
+/// Capabilities of a node.
 struct FormatInfo {
   uint32_t fourcc = 0;
   std::string description;
@@ -71,7 +71,7 @@ std::string unit_of(uint32_t control_id);
 /// "Exposure Time, Absolute" -> "exposure_time_absolute".
 std::string control_name(const std::string& driver_name);
 
-/// What a driver settled on; not always what it was asked for.
+/// Settings that the driver chose; they may differ from the request.
 struct Negotiated {
   uint32_t fourcc = 0;
   uint32_t width = 0;
@@ -101,7 +101,7 @@ class Device {
   Negotiated set_format(uint32_t fourcc, uint32_t width, uint32_t height);
   /// Frames a second; 0 where the driver has no say in it.
   double rate_Hz() const;
-  /// What it came to; 0 where the rate cannot be set.
+  /// Sets the rate; returns the rate that results, 0 where it cannot be set.
   double set_rate(double rate_Hz);
 
   std::vector<Control> controls() const;

@@ -12,7 +12,7 @@ class Mat;
 
 namespace palpate {
 
-/// How a driver's buffer is laid out.
+/// Layout of a driver's buffer.
 enum class PixelLayout {
   Gray8,   ///< a byte a pixel
   Gray16,  ///< two bytes a pixel, little endian, value in the low bits
@@ -40,7 +40,7 @@ const PixelFormat* find_pixel_format(std::string_view name);
 /// The four characters, with V4L2's "-BE" for big endian.
 std::string fourcc_text(uint32_t fourcc);
 
-/// What a driver filled.
+/// Buffer filled by a driver.
 struct RawImage {
   std::span<const uint8_t> bytes;  ///< as many as the driver says it filled
   uint32_t width = 0;              ///< px, as negotiated

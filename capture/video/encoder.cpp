@@ -122,7 +122,7 @@ void Encoder::open_codec(double rate_Hz) {
   if (!scaler_) fail(AVERROR(EINVAL));
 }
 
-/// What the encoder has ready goes to the file.
+/// Writes the finished packets of the encoder to the file.
 void Encoder::drain() {
   while (true) {
     const int code = avcodec_receive_packet(codec_.get(), packet_.get());

@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-/// What a frame is besides its pixels.
+/// Metadata of a frame.
 struct FrameStamp {
   uint64_t sequence = 0;
   int64_t time_ns = 0;
@@ -63,7 +63,8 @@ class SessionVideoReader {
 
   /// As it was given to the writer.
   virtual const std::string& session_text() const = 0;
-  /// What `decode` shall deliver. Throws Error(Failure::Input) where the file holds frames of other sides.
+  /// Format that `decode` shall deliver. Throws Error(Failure::Input) where the file holds frames of other
+  /// sides.
   virtual void expect(const FrameFormat& format) = 0;
 
   /// Goes to the next frame without decoding it.

@@ -94,7 +94,7 @@ class Writer final : public SessionVideoWriter {
     return at < 0 ? AVERROR(errno) : at;
   }
 
-  /// What was written of a frame in vain goes, so that the file ends with a whole one.
+  /// Removes a partly written frame, so that the file ends with a whole one.
   [[noreturn]] void give_up(int code) {
     failed_ = true;
     if (::ftruncate(file_, whole_bytes_) == 0) ::lseek(file_, whole_bytes_, SEEK_SET);

@@ -346,7 +346,7 @@ WeightedSolution solve_weighted(const WeightedFaces& f, double tolerance, uint32
     const double beta = rho > 0 ? rho_next / rho : 0;
     rho = rho_next;
     for (size_t i = 0; i < y.size(); ++i) direction[i] = y[i] + beta * direction[i];
-    const std::vector<double> applied = apply(f, direction);
+    const std::vector<double> applied = palpate::apply(f, direction);
     const double length = dot(direction, applied);
     if (!(length > 0)) break;
     const double alpha = rho / length;

@@ -109,7 +109,7 @@ struct SolverFigure {
   bool on_front = false;  ///< no other is both faster and better
 };
 
-/// What a frame costs when some of its outputs are left out.
+/// Cost of a frame when some of its outputs are left out.
 struct OutputFigure {
   std::string outputs;
   std::string reading;

@@ -14,7 +14,7 @@ class Context;
 
 namespace palpate::perf {
 
-/// What every measurement asks while it runs.
+/// Callbacks of every measurement while it runs.
 struct Watch {
   std::function<bool()> stopped = [] { return false; };              ///< Ctrl-C: finish nothing more
   std::function<void(const std::string&)> say = [](const auto&) {};  ///< progress, for a person

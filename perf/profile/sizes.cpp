@@ -132,7 +132,8 @@ double pixels_of(const FrameSize& size) {
   return static_cast<double>(size.width_px) * size.height_px;
 }
 
-/// What the least number of frames would take at `size`, building everything twice, judged by a smaller one.
+/// Time that the least number of frames would take at `size`, building everything twice, judged by a smaller
+/// one.
 double least_s(const SizeFigure& smaller, const FrameSize& size) {
   constexpr int kFlowFrames = 8;
   const int frames = kLatencyRounds.least + kLeastStageFrames + kFlowFrames;
@@ -215,7 +216,7 @@ void measure_sizes(const gpu::ContextOptions& device, const std::vector<FrameSiz
     double share_s = seconds_left / static_cast<double>(tasks.size() - i);
     if (const auto before = last.find(reading); before != last.end()) {
       why = reason_to_skip(before->second, size, meter.context(), seconds_left);
-      // What is left over when the larger sizes get their least.
+      // Time left over when the larger sizes get their least.
       double needed_s = 0;
       for (size_t later = i; later < tasks.size(); ++later)
         if (last.count(tasks[later].reading))

@@ -142,8 +142,8 @@ class Run {
     commands_.submit();
     commands_.wait();
   }
-  /// What a run costs, ms: the geometric mean of wall and CPU time where the processor is the device, else
-  /// the GPU's own time, or wall time where it has no timestamps.
+  /// Cost of a run, ms: the geometric mean of wall and CPU time where the processor is the device, else the
+  /// GPU's own time, or wall time where it has no timestamps.
   double cost_ms() {
     if (context_.is_software()) {
       const Sample s = time_runs([this] { once(); }, runs_);

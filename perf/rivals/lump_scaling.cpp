@@ -91,7 +91,7 @@ Run timed(const std::string& program, const Way& way, int cases, const fs::path&
   return run;
 }
 
-/// What the first process does alone, for each case.
+/// Serial time of the first process, for each case.
 struct Serial {
   double keep_s = 0;   ///< received, unpacked, on the disk
   double write_s = 0;  ///< from the journal into the file
@@ -172,7 +172,7 @@ std::array<Curve, 2> tell_measured(const std::vector<Way>& methods, LumpScaling&
   return measured;
 }
 
-/// What a sweep's cases take, for the model of many workers.
+/// Times of a sweep's cases, for the model of many workers.
 struct SweepCosts {
   const char* name;
   double case_s;  ///< of a core

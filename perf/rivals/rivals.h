@@ -31,7 +31,7 @@ class OpenCvContact {
   double run_float(const Frame& frame);
   /// Contact pixels of the last run_float.
   double area_px() const;
-  /// What run_8bit left: the filtered image, 0 without contact, and its moments once more. For timing these
+  /// Results of run_8bit: the filtered image, 0 without contact, and its moments once more. For timing these
   /// alone.
   double moments_8bit() const;
   Frame contact_8bit() const;

@@ -5,8 +5,8 @@
 
 namespace palpate::perf {
 
-/// What error a spline has and what time it takes, by points, kernel and lambda; noise of 0.002 on a smooth
-/// field over the unit square or cube, 100 000 places evaluated, one core.
+/// Error and run time of a spline, by points, kernel and lambda; noise of 0.002 on a smooth field over the
+/// unit square or cube, 100 000 places evaluated, one core.
 struct SplineStudy {
   std::string csv;
   std::string png;    ///< error against run time; empty where there is no gnuplot

@@ -132,7 +132,7 @@ bool study_without_device(const Options& options) {
   return true;
 }
 
-/// What was asked for, at one size.
+/// The requested benchmarks, at one size.
 void time_size(Bench& bench, const Options& options, const Size& size) {
   if (options.weighted) {
     bench.weighted(size);

@@ -38,7 +38,7 @@ class Bench {
 
   // Whole frames (bench_frames.cpp).
   void frame(const Size& size, SyntheticMode mode);
-  /// What a table over the linear normal costs, over the same frame without.
+  /// Cost of a table over the linear normal, over the same frame without.
   void normal_table(const Size& size);
   /// A gray gel's depth by table, frame to depth, beside OpenCV's difference, filter and table.
   void lookup(const Size& size);

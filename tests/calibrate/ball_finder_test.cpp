@@ -1,4 +1,5 @@
-// A ball's contact found in the picture alone, against the synthetic gel's truth; and what is no such press.
+// Detection of a ball's contact in the picture alone, against the synthetic gel's truth; and rejection of
+// other presses.
 #include "engine/calibrate/ball/finder.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Which curve is chosen, what is said of it, and what is refused: on readings whose law is known.
+// Choice of the force curve: the curve, its report and its refusals, on observations of a known law.
 #include "engine/calibrate/force/choice.h"
 
 #include <gtest/gtest.h>

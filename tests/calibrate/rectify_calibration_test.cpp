@@ -1,4 +1,4 @@
-// Scale, lens and flat field: fitted to pictures whose truth is known, and what rectifying with them gives.
+// Scale, lens and flat field: fitted to pictures of known truth, and the result of rectifying with them.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

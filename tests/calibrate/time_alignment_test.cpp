@@ -1,4 +1,4 @@
-// Offset between two clocks from what both saw.
+// Offset between two clocks from signals recorded by both.
 #include "engine/calibrate/time_alignment.h"
 
 #include <gtest/gtest.h>
@@ -63,7 +63,7 @@ TEST(TimeAlignment, StatesItsError) {
     squares += std::pow(a.offset_s - 0.2, 2);
     stated += a.sd_s;
   }
-  // What the curve is not straight by counts as error too: the statement is on the safe side, by less than 4.
+  // The curve's deviation from a line counts as error too: the statement is on the safe side, by less than 4.
   EXPECT_GE(inside, 54);
   EXPECT_LT(stated / kTries, 4 * std::sqrt(squares / kTries));
   EXPECT_LT(std::sqrt(squares / kTries), 0.005);

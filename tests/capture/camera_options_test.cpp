@@ -1,4 +1,5 @@
-// What is asked of a camera, as text and as a plan: options, controls, formats; numbers and times of frames.
+// Requested settings of a camera, as text and as a plan: options, controls, formats; numbers and times of
+// frames.
 #include "viz/commands/option_groups/camera_options.h"
 
 #include <gtest/gtest.h>
@@ -70,7 +71,7 @@ TEST(CameraOptions, NonsenseIsRefusedByName) {
   }
 }
 
-/// What the command line becomes.
+/// Name of the source as composed from the command line.
 std::string composed(const std::vector<std::string>& arguments) {
   CommandLine command;
   CameraChoice choice;
@@ -129,7 +130,7 @@ Control integer(uint32_t id, const char* name, int64_t least, int64_t most, int6
   return c;
 }
 
-/// What webcams of the USB video class have.
+/// Controls of webcams of the USB video class.
 std::vector<Control> webcam() {
   std::vector<Control> list = {
       integer(V4L2_CID_BRIGHTNESS, "brightness", -64, 64, 1, 0),

@@ -1,4 +1,4 @@
-// Images and videos arrive bit for bit as OpenCV decodes them, PNGs are the bytes that it would write.
+// Decoding of images and videos: bit for bit as OpenCV decodes them; PNGs are the bytes that it would write.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-// Ranges of frames as people write them, and the way to a frame of a recording that has lost some.
+// Ranges of frames as text, and the search for a frame in a recording that has lost some.
 #include "capture/files/frame_range.h"
 
 #include <gtest/gtest.h>

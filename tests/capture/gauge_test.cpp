@@ -25,7 +25,7 @@ class GaugeFile : public testing::Test {
     std::ofstream(file_) << text;
     return read_gauge(file_, wanted);
   }
-  /// What is said of a table that cannot be used.
+  /// Error text for a table that cannot be used.
   std::string refusal(const std::string& text, GaugeColumns wanted = GaugeColumns::Normal) const {
     try {
       read(text, wanted);

@@ -1,4 +1,4 @@
-// What the tests of sensor files share.
+// Common parts of the tests of sensor files.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Sensor files: whatever is wrong with one is said in one line that names the file and the key.
+// Refusal of sensor files: each error is one line that names the file and the key.
 #include "palpate/sensor.h"
 
 #include <gtest/gtest.h>
@@ -183,7 +183,7 @@ TEST_F(SensorFile, KeysWrittenTwiceAreRefused) {
   expect_refused(text, {"c0_N"});
 }
 
-// What JSON itself has no number for.
+// Values for which JSON has no number.
 TEST_F(SensorFile, NumbersThatAreNoneAreRefused) {
   for (const char* number : {"NaN", "nan", "Infinity", "-Infinity", "1e999", "-1e999", "0x10", "1,5", ""}) {
     std::string text = kEverything;

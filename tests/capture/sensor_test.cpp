@@ -1,4 +1,4 @@
-// Sensor files: what is saved comes back whole.
+// Sensor files: a saved sensor is loaded unchanged.
 #include "palpate/sensor.h"
 
 #include <gtest/gtest.h>
@@ -112,7 +112,7 @@ TEST_F(SensorFile, EveryShippedFileLoads) {
   EXPECT_GE(count, 5u);
 }
 
-// What is left out must not be asked for elsewhere.
+// Keys that are left out must not be required elsewhere.
 TEST_F(SensorFile, NoBackgroundAndNoFilterFitTheRest) {
   const auto file = [&](const char* background, const char* contact, const char* surface) {
     return spill(std::string(R"({"palpate_sensor": 1, "pitch_mm_per_px": 0.1, "background": )") + background +
@@ -156,7 +156,7 @@ TEST_F(SensorFile, UnwritablePlacesLeaveNothingBehind) {
   expect_output_failure(folder_ / "taken");
   expect_output_failure(folder_ / "pad.json" / "inside.json");
   EXPECT_EQ(files().size(), 2u) << "temporary files are left";
-  // What was there stays as it was.
+  // Existing content stays as it was.
   expect_same(load_sensor(folder_ / "pad.json"), sensor);
 }
 

@@ -1,4 +1,4 @@
-// A recording that ends in the worst way: killed at any moment, or with no room left on the disk.
+// Crash of a recording: killed at any moment, or with no room left on the disk.
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/mount.h>
@@ -21,7 +21,7 @@ int64_t now_ns() {
   return Clock::now().time_since_epoch().count();
 }
 
-/// What the child tells through a pipe, whole as pipes write it.
+/// Message of the child through a pipe, written as a whole.
 struct Told {
   uint64_t sequence;  ///< that record() has accepted
   int64_t time_ns;    ///< when; the children's clock is ours
@@ -32,7 +32,7 @@ constexpr FrameFormat kLargeFormat{640, 480, 1, 16};         // of noise: 60 ms 
 constexpr auto kInterval = std::chrono::microseconds(8333);  // 120 frames/s
 constexpr uint64_t kPictures = 8;
 
-/// Records until it is killed, and tells each frame. Frame n is noise_frame of n % kPictures with number n.
+/// Records until it is killed, and reports each frame. Frame n is noise_frame of n % kPictures with number n.
 [[noreturn]] void record_until_killed(const fs::path& folder, const FrameFormat& format, int pipe) {
   std::vector<Frame> frames;
   for (uint64_t n = 0; n < kPictures; ++n) frames.push_back(noise_frame(format, n));
@@ -64,7 +64,7 @@ class SessionCrash : public Sessions {
   void kill_recordings(const FrameFormat& format, int kills, int64_t most_ns);
 };
 
-/// What the child has told until it was killed, and when that was.
+/// The child's reports until it was killed, and the time of that.
 struct Life {
   std::vector<Told> told;
   int64_t killed_ns = 0;
@@ -111,14 +111,14 @@ void SessionCrash::kill_recordings(const FrameFormat& format, int kills, int64_t
       EXPECT_NE(session.warning().find("cut short"), std::string::npos);
       Frame frame;
       for (; session.next(frame); ++found) {
-        // The last frame may be in the file though the child had no time to tell of it.
+        // The last frame may be in the file though the child had no time to report it.
         ASSERT_TRUE(found >= life.told.size() || frame.sequence == life.told[found].sequence);
         ASSERT_TRUE(same_pixels(frame, pixels[frame.sequence % kPictures]));
       }
       EXPECT_EQ(*session.frame_count(), found);
       EXPECT_EQ(session.counts().damaged, 0u);
       const std::vector<uint64_t> measured = session.measured_sequences();
-      EXPECT_LE(measured.size(), found);  // a row tells of a frame that is there
+      EXPECT_LE(measured.size(), found);  // a row belongs to a frame that is there
       EXPECT_GE(measured.size(), old);
       for (const uint64_t n : measured) {
         const std::string cells = *session.recorded(n);
@@ -149,7 +149,7 @@ TEST_F(SessionCrash, KilledAtRandomMomentsLosesNothingOlderThanASecond) {
 }
 
 TEST_F(SessionCrash, KilledWhileTheEncoderIsTooSlowLosesAboutASecondAtMost) {
-  // What a frame will wait is told from those before; a machine that slows down meanwhile adds to it.
+  // A frame's waiting time is estimated from those before; a machine that slows down meanwhile adds to it.
   kill_recordings(kLargeFormat, kills_wanted(16) / 4, 1'500'000'000);
 }
 

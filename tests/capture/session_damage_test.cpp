@@ -1,5 +1,5 @@
-// Sessions cut short at any byte, with bytes changed, with files missing: what is whole comes back right, the
-// rest is said in one line.
+// Sessions cut short at any byte, with bytes changed, with files missing: whole frames are read correctly,
+// and the damage is reported in one line.
 #include <algorithm>
 #include <fstream>
 #include <opencv2/core.hpp>
@@ -239,7 +239,7 @@ TEST_F(SessionDamage, NonsenseIsRefusedInOneLine) {
   refuse(changed("\"complete\": true", "\"complete\": 3"), "complete");
   refuse(changed("\"frames\": 7", "\"frames\": -7"), "frames");
   refuse(changed("background.png", "../background.png"), "background");
-  // What a later program may add is passed over.
+  // Additions of later programs are ignored.
   const fs::path more = folder_ / "more";
   fs::copy(good, more);
   spill(more / kSessionJson, changed("\"complete\": true", "\"weather\": {\"rain\": 1}, \"complete\": true"));

@@ -1,5 +1,5 @@
-// tests/data/session_v1 was recorded with version 1 of the format. Whatever later programs write, they read
-// it.
+// tests/data/session_v1 was recorded with version 1 of the format. Later programs must read it, whatever they
+// write.
 #include "capture/files/measurements.h"
 #include "tests/support/session_fixture.h"
 
@@ -23,7 +23,7 @@ Frame sample_frame(uint64_t number) {
   return frame;
 }
 
-/// How the sample was made; by this test, where PALPATE_SAMPLE names a folder for a new one.
+/// Creation of the sample; by this test, where PALPATE_SAMPLE names a folder for a new one.
 void write_sample(const fs::path& folder) {
   SessionInfo info;
   info.input = "camera:/dev/video0?format=Y12";

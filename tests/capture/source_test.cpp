@@ -1,4 +1,4 @@
-// Recordings from files: what is read is what was written, and every bad input is one clear line.
+// Recordings from files: frames are read as written, and every bad input gives one clear line.
 #include "capture/open_source.h"
 
 #include <gtest/gtest.h>
@@ -54,7 +54,7 @@ class SourceTest : public ::testing::Test {
     return path(name);
   }
 
-  /// Cuts a file to its first `fraction`.
+  /// Truncates a file to its first `fraction`.
   static void cut(const std::string& file, double fraction) {
     fs::resize_file(file, static_cast<uintmax_t>(static_cast<double>(fs::file_size(file)) * fraction));
   }

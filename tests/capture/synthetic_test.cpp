@@ -21,7 +21,7 @@ SyntheticOptions options(const std::string& text) {
   return parse_synthetic("synthetic:" + text);
 }
 
-/// What the engine measures, in double precision: 5x5 binomial filter of max(0, image - background),
+/// The engine's measurement in double precision: 5x5 binomial filter of max(0, image - background),
 /// threshold, moments.
 struct Moments {
   double gray_sum = 0, x_px = 0, y_px = 0;

@@ -1,4 +1,4 @@
-// The synthetic palpation window: what it shows is the forward model's pressure, at the gauge's force.
+// The synthetic palpation window: it shows the forward model's pressure, at the gauge's force.
 #include "capture/synthetic/tissue.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Grids that tests lay by hand.
+// Grids made by hand for tests.
 #pragma once
 
 #include "engine/fem/linear/solver.h"

@@ -57,7 +57,7 @@ struct Eshelby {
 
 TEST(Forward, EshelbysFieldIsContinuous) {
   const Eshelby truth(0.495, 10, 2);
-  EXPECT_NEAR(truth.inside[2], 0.215890518, 1e-9);  // theory S11's golden numbers
+  EXPECT_NEAR(truth.inside[2], 0.215890518, 1e-9);  // golden numbers
   // Stress inside, 10 times its own strain's by Hooke.
   const double trace = truth.inside[0] + truth.inside[1] + truth.inside[2];
   const auto stress = [&](size_t c) {

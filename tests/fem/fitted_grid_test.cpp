@@ -1,4 +1,4 @@
-// Cells that follow a lump: where they lie, and what they are better at than cells that do not.
+// Cells that follow a lump: their positions, and their gain in accuracy over cells that do not.
 #include "engine/fem/large_strain/fitted_grid.h"
 
 #include <gtest/gtest.h>

@@ -101,7 +101,7 @@ TEST(Forward, ConfinedMiddleOfABondedSheet) {
   EXPECT_NEAR(result.deflection_mm.at(32, 32), 0.05, 0.0002);
 }
 
-// theory S11: the pad problem, whose force and centre pressure other programs' fine grids gave.
+// The pad problem, whose force and centre pressure other programs' fine grids gave.
 TEST(Forward, PadProblem) {
   const fem::Result result = fem::solve(fem::Scene{});
   ASSERT_TRUE(result.converged);
@@ -314,7 +314,7 @@ TEST(Forward, StableToTheEdgesOfItsRange) {
       }
 }
 
-// What an inclusion does: stiffer, larger and shallower show more, softer shows less than nothing.
+// Effect of an inclusion: stiffer, larger and shallower show more, softer shows less than nothing.
 TEST(Forward, OrderingsOfTheLump) {
   const auto centre = [](double diameter, double depth, double ratio) {
     fem::Scene scene;

@@ -1,4 +1,4 @@
-// Maps between their nodes.
+// Interpolation of maps between their nodes.
 #include "engine/fem/map_sampling.h"
 
 #include <gtest/gtest.h>

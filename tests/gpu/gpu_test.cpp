@@ -1,6 +1,6 @@
-// The Vulkan layer: devices and why not, kernels checked against their shaders, buffers, commands and timers,
-// the pipeline cache; and that synchronisation validation, on which all GPU tests rely, does see a missing
-// barrier.
+// The Vulkan layer: devices and reasons for refusal, kernels checked against their shaders, buffers, commands
+// and timers, the pipeline cache; and that synchronisation validation, on which all GPU tests rely, does see
+// a missing barrier.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

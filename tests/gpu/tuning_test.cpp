@@ -1,4 +1,4 @@
-// Tuning: what it may be, how it is kept, and that no exact result depends on it.
+// Tuning: its limits, its file, and that exact results do not depend on it.
 #include "engine/gpu/tuning.h"
 
 #include <sys/wait.h>

@@ -1,4 +1,5 @@
-// The direct inversion: finite elements asked which lump an observation has, on other cells than made it.
+// Direct inversion: estimate of a lump by finite elements, on other cells than those that made the
+// observation.
 #include "engine/lump/fem_inverse/inversion.h"
 
 #include <gtest/gtest.h>
@@ -81,7 +82,7 @@ TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
   options.model.centred = true;
   options.starts = {{ball(9, 4.4, 7), 1}};
   const lump::Estimate estimate = invert_directly(observation, options);
-  // What such grids leave open of the ratio may be more than a factor of four, and then it says so.
+  // Such grids may leave the ratio open by more than a factor of four, and the result then reports it.
   EXPECT_EQ(estimate.verdict, estimate.stiffness_ratio.high > 4 * estimate.stiffness_ratio.low
                                   ? lump::Status::StiffnessOpen
                                   : lump::Status::Found)

@@ -1,5 +1,5 @@
-// The paper's figures from the forward model: the orderings by size and by material, and what is said where a
-// press does not get there.
+// The paper's figures from the forward model: the orderings by size and by material, and the report where a
+// press does not reach its force.
 #include "engine/lump/study/figures.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Data sets of lumps on the disk: whole or refused, and what is done survives a kill.
+// Data sets of lumps on the disk: whole or refused, and finished cases survive a kill.
 #include "engine/lump/dataset/file.h"
 
 #include <unistd.h>

@@ -1,4 +1,4 @@
-// The Gaussian through a stress profile: what was put in comes out, with errors that mean what they say.
+// The Gaussian through a stress profile: the true parameters are recovered, with correct standard errors.
 #include <gtest/gtest.h>
 
 #include <cmath>

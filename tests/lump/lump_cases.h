@@ -1,4 +1,4 @@
-// Presses of lumps that cost nothing, for the tests of what is done with them.
+// Cheap presses of lumps, for tests of their evaluation.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// The network that finds lumps: trained on pressures of a formula, which it must then invert, with intervals
-// that hold and doubts where they belong.
+// The network that estimates lumps: trained on pressures of a formula, which it must then invert, with
+// intervals that hold and with doubt where it is due.
 #include "engine/lump/network/network.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ TEST(SmallNetwork, LearnsASmoothFunctionAndForgetsWeightlessSamples) {
   for (int i = 0; i < 400; ++i) {
     wanted(0, i) = std::sin(2 * in(0, i)) * in(1, i);
     if (i % 4 == 0) {
-      wanted(0, i) = 7;  // wrong, and told to be of no weight
+      wanted(0, i) = 7;  // wrong, but of weight 0
       weight(0, i) = 0;
     }
   }
@@ -52,7 +52,7 @@ TEST(SmallNetwork, LearnsASmoothFunctionAndForgetsWeightlessSamples) {
 }
 
 TEST(SmallNetwork, LearnsAnyLossThatHasASlope) {
-  // -log of a bell whose middle and width the network has to tell: width grows with the input.
+  // -log of a bell whose middle and width the network has to estimate: width grows with the input.
   Eigen::MatrixXf in = Eigen::MatrixXf::Random(1, 4000);
   std::mt19937_64 random(3);
   std::normal_distribution<float> normal;
@@ -140,7 +140,7 @@ double formula(const lump::Example& e, double load, double x, double y) {
 
 lump::Example example(uint64_t seed, bool lump) {
   std::mt19937_64 random(seed);
-  // What is asked lies within what was trained.
+  // The query lies within the training range.
   const double edge = seed < 1000 ? 0 : 0.06;
   std::uniform_real_distribution<double> share(edge, 1 - edge);
   lump::Example e;
@@ -224,7 +224,7 @@ void expect_lumps_found(const lump::Network& network, lump::Method method) {
   }
   std::sort(errors.begin(), errors.end());
   ASSERT_LE(missed, 4);
-  EXPECT_LT(errors[errors.size() / 2], 0.17);  // size and depth of the formula are hard to tell apart
+  EXPECT_LT(errors[errors.size() / 2], 0.17);  // size and depth of the formula are hard to separate
   EXPECT_GE(right, 36);
   EXPECT_GE(held, 0.75 * asked);
 }

@@ -1,5 +1,5 @@
-// Presses of a block as they happen: when they begin and end, what is read of them, and what is said where
-// nothing can be.
+// Presses of a block as they happen: their begin and end, their observations, and the report where none are
+// possible.
 #include "engine/palpation/press_monitor.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ TEST(PressDetector, APressEndsBelowAShareOfItsHighestForce) {
             (std::vector{Step::Rest, Step::Rest, Step::Began, Step::Pressing, Step::Pressing, Step::Pressing,
                          Step::Pressing, Step::Over}));
   EXPECT_EQ(detector.highest_N(), 1.2);
-  // What merely falls, and trembles while it does, is no new press.
+  // A force that falls, and trembles while it falls, is not a new press.
   EXPECT_EQ(steps(detector, {0.6, 0.5, 0.55, 0.3, 0.12, 0.2, 0.05, 0.09}), std::vector(8, Step::Rest));
   EXPECT_EQ(steps(detector, {0.15, 0.3}), (std::vector{Step::Began, Step::Pressing}));
   EXPECT_EQ(detector.highest_N(), 0.3) << "of the press before no longer";
@@ -149,7 +149,7 @@ TEST(PressMonitor, APressTellsWhatLiesBehindIt) {
   EXPECT_NE(describe(a).find("4 loads up to 1.59 N: "), std::string::npos) << describe(a);
 }
 
-// Light that is 1.5 % weaker in the corners makes a bump in a single window: nothing that is told as a lump.
+// Light that is 1.5 % weaker in the corners makes a bump in a single window: which is not reported as a lump.
 TEST(PressMonitor, TissueAloneIsNoLump) {
   const std::vector<PressAnswer> answers = PressRun("lump=none").all();
   ASSERT_EQ(answers.size(), 1u);

@@ -1,4 +1,4 @@
-// A quick stand-in for the press at large strain, for tests of what is made of presses.
+// A quick stand-in for the press at large strain, for tests of the evaluation of presses.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// What finite elements answer to an observation's forces, on several grids.
+// Response of finite elements to an observation's forces, on several grids.
 #include "engine/lump/fem_inverse/response.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Loads whose top the sensor's limit hides: told, left out, and no number where nothing is left.
+// Saturated loads: reported, left out, and no number where none remain.
 #include "engine/lump/observation/saturated_loads.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Two lumps are told, one lump of any shape and noise are not.
+// Detection of two lumps: two are reported, one lump of any shape and noise are not.
 #include "engine/lump/network/second_bump.h"
 #include "engine/fem/solve.h"
 
@@ -37,7 +37,7 @@ fem::Result solved(const std::vector<fem::Inclusion>& lumps) {
   return fem::solve(scene);
 }
 
-/// What the lumps add to the block alone, with noise that is a fraction of the peak.
+/// Pressure that the lumps add to that of the block alone, with noise that is a fraction of the peak.
 lump::PressedNodes nodes_of(const std::vector<fem::Inclusion>& lumps, double noise_fraction,
                             uint64_t seed = 1) {
   static const fem::Map alone = solved({}).stress_Pa;

@@ -1,4 +1,4 @@
-// The cases at the edges: what each of them measures, and that it reaches the estimator.
+// Cases at the limits of the range: the quantity that each measures, and that it reaches the estimator.
 #include "engine/lump/study/stability.h"
 
 #include <gtest/gtest.h>

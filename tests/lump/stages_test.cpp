@@ -1,4 +1,4 @@
-// What a network says of its own make, and the picture drawn from it.
+// A network's description of its own structure, and the picture drawn from it.
 #include "engine/lump/network/stages.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ TEST(LumpStages, OfAnotherModelAreOthers) {
   const lump::Stage stage = network_of(lump_stages(model), kEmulator);
   EXPECT_EQ(stage.copies, 3u);
   EXPECT_EQ(stage.widths, (std::vector<uint32_t>{5, 11, 7, 9, 2}));
-  EXPECT_EQ(stage.inputs.size(), 1u);  // names are of other inputs: told by their number
+  EXPECT_EQ(stage.inputs.size(), 1u);  // names are of other inputs: distinguished by their number
   const std::string script = network_figure(lump_stages(model), "nothing");
   for (const char* word :
        {"11 tanh", "7 tanh", "9 tanh", "mean of 3 networks", "taught by presses of known lumps: nothing"})

@@ -1,4 +1,4 @@
-// Gray sum to newtons: the line, its stated error, and what is said where the line does not reach.
+// Gray sum to newtons: the line, its stated error, and the state beyond the line's range.
 #include "engine/measure/force.h"
 
 #include <gtest/gtest.h>

@@ -188,7 +188,7 @@ TEST(Indentation, PaperExampleIsMended) {
   EXPECT_GT(e.cases[1].contact_mm, 2.5);
   EXPECT_NEAR(e.cases[2].contact_mm, 1.45597, 5e-6);
   EXPECT_TRUE(e.cases[2].warnings.empty());
-  // How far Hertz is off, by Sneddon's sphere solved here by bisection.
+  // Error of Hertz, by Sneddon's sphere solved here by bisection.
   for (const PaperExample::Case& c : e.cases) {
     double low = 0, high = c.radius_mm * (1 - 1e-15);
     for (int i = 0; i < 200; ++i) {

@@ -1,4 +1,5 @@
-// Young's modulus from presses: readings of finite elements, of a camera, and readings that tell nothing.
+// Young's modulus from presses: observations by finite elements, by a camera, and observations without
+// information.
 #include "engine/elasticity/modulus/modulus.h"
 
 #include <gtest/gtest.h>

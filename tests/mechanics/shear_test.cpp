@@ -60,7 +60,7 @@ TEST_F(Shear, SticksAsASpring) {
     EXPECT_NEAR(t.shift_y_mm, v, 1e-12);
     EXPECT_EQ(t.shear_x_N.validity, Validity::Valid);
     EXPECT_EQ(t.shear_y_N.validity, Validity::Valid);
-    // The error holds the stiffness's share and never less than the centroid's.
+    // The error includes the stiffness's part and is never less than the centroid's.
     EXPECT_GE(t.shear_x_N.standard_error, std::abs(0.02 * t.shear_x_N.value));
     EXPECT_GT(t.shear_x_N.standard_error, 0);
   }

@@ -1,4 +1,4 @@
-// The pad as a waveguide: golden angles, indices from laser spots, and a LED's light against plain chance.
+// The pad as a waveguide: golden angles, indices from laser spots, and a LED's light against Monte Carlo.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -79,7 +79,7 @@ TEST(Waveguide, CoursesAgreeWithTheBandsEverywhere) {
 }
 
 TEST(Waveguide, LambertsLampInClosedForm) {
-  // Where nothing is reflected at the edge, the share within |n sin| < NA of a Lambert lamp is that of a
+  // Where nothing is reflected at the edge, the fraction within |n sin| < NA of a Lambert lamp is that of a
   // strip in the unit disc: 2/pi (asin q + q sqrt(1 - q^2)), q = NA / n.
   for (const double n : {1.1, 1.3, 1.41, 2.0}) {
     const optics::Waveguide guide{1, {{n, 5}}, 1};

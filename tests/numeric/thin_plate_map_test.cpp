@@ -1,5 +1,5 @@
 // The dense map of a spline on the device: against its pieces in double precision, against the spline itself
-// within the stated bound, and what it refuses.
+// within the stated bound, and its refusals.
 #include "engine/stages/thin_plate.h"
 
 #include <gtest/gtest.h>

@@ -241,7 +241,7 @@ TEST(ThinPlate, RepeatedPointsAreAveraged) {
     const Places<2> at = scattered<2>(20, 25);
     EXPECT_LT(largest_difference(merged.values(at), single.values(at)), 1e-10);
   }
-  // What pairs differ by tells the noise, even through all means.
+  // The difference of pairs gives the noise, even through all means.
   EXPECT_NEAR(ThinPlate<2>(twice).fit(both, 1, 0.0).statistics().residual_sd[0], 0.01 * std::sqrt(2.0), 1e-9);
 }
 

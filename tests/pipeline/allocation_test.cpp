@@ -1,4 +1,4 @@
-// Memory of a frame: made at start-up, none on the way. Counts what operator new is asked for on the thread
+// Memory of a frame: allocated at start-up, none per frame. Counts the calls of operator new on the thread
 // that submits, collects and follows.
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Touched tiles against the contact stage as one would write it on paper.
+// Touched tiles against a plain contact stage.
 #include "engine/pipeline/contact_tiles.h"
 
 #include <gtest/gtest.h>

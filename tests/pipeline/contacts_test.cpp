@@ -64,7 +64,7 @@ TEST_F(Contacts, FingersAreFoundAndFollowed) {
     ASSERT_TRUE(touch.regions.has_value());
     EXPECT_FALSE(touch.regions->overflow);
     const std::string frame = "frame " + std::to_string(k);
-    // What presses with a few millinewtons is too small and too dim to be seen.
+    // A contact of a few millinewtons is too small and too dim to be seen.
     constexpr double kSeen_N = 0.03;
     const auto seen =
         std::ranges::count_if(truth.contacts, [](const TrueContact& c) { return c.force_N > kSeen_N; });
@@ -142,7 +142,7 @@ TEST_F(Contacts, OneContactIsTheWholeTouch) {
   EXPECT_GT(touched, 20);
 }
 
-// A window around what is touched tells the same contacts apart, to the last bit, with the same ids; also
+// A window around the touched tiles separates the same contacts, to the last bit, with the same ids; also
 // with a surface, and where frames without contact or wide ones come in between.
 TEST_F(Contacts, WindowsTellTheSameApart) {
   for (const std::string scene : {"fingers?size=320x240&rate=4", "slide?size=320x240&rate=4&mode=gel"}) {

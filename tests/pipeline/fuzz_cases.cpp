@@ -244,7 +244,7 @@ std::string surface_difference(gpu::Context& context, const Case& c) {
   const auto [low, high] = std::minmax_element(wanted.begin(), wanted.end());
   // A field that nearly cancels leaves a surface of rounding: judged against the slopes then.
   const double range = std::max(*high - *low, 1e-3);
-  // What stops early flattens what is as narrow as pixels: judged on smooth shapes only.
+  // A solve that stops early flattens shapes as narrow as pixels: judged on smooth shapes only.
   const bool early = c.solver == SurfaceSolver::Live || c.solver == SurfaceSolver::Fine;
   const bool smooth = c.image == Pattern::Ramp || c.image == Pattern::Blob || c.image == Pattern::Gray;
   const double tolerance = early                                  ? (smooth ? 0.15 : 10.0)

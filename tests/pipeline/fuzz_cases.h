@@ -1,5 +1,5 @@
-// Random cases for the GPU's stages against plain loops on the CPU. A case is made from one number, says what
-// it is, tells where the two differ, and shrinks to a smaller one that still differs. For fuzz_test.cpp (a
+// Random cases for the GPU's stages against plain loops on the CPU. A case is made from one number, describes
+// itself, reports where the two differ, and shrinks to a smaller one that still differs. For fuzz_test.cpp (a
 // few hundred) and palpate_fuzz (any number).
 #pragma once
 

@@ -1,4 +1,4 @@
-// What the tests of the whole engine share.
+// Common parts of the tests of the whole engine.
 #pragma once
 
 #include <cstring>

@@ -1,4 +1,4 @@
-// What the whole engine builds and refuses, and how it keeps its slots.
+// Construction of the whole engine, its refusals, and its slots.
 #include "palpate/pipeline.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// The whole engine on the synthetic sensor: what it measures against what was really there, and what it says
-// when it cannot know.
+// The whole engine on the synthetic sensor: measurements against the ground truth, and the states where a
+// quantity is not known.
 #include "palpate/pipeline.h"
 
 #include <algorithm>
@@ -229,7 +229,7 @@ TEST_F(PipelineTest, WallsBeyondTheSteepestSlopeAreTold) {
   const auto punch = [&](uint32_t change) {
     Frame frame = rest;
     for (uint32_t y = 40; y < 80; ++y) {
-      for (uint32_t x = 50; x < 110; ++x) frame.set(2, x, y, 140);  // touched: blue tells no slope
+      for (uint32_t x = 50; x < 110; ++x) frame.set(2, x, y, 140);  // touched: blue gives no slope
       for (const uint32_t x : {50u, 51u}) frame.set(0, x, y, 100 + change);
       for (const uint32_t x : {108u, 109u}) frame.set(0, x, y, 100 - change);
     }

@@ -1,5 +1,5 @@
-// The pipeline where not everything is known, on the synthetic sensor: what is masked does no harm, and what
-// is not there costs nothing.
+// The pipeline with unknown pixels, on the synthetic sensor: masked pixels do no harm, and a frame without
+// any costs nothing extra.
 #include "engine/stages/weighted_surface.h"
 
 #include <algorithm>

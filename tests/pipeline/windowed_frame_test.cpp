@@ -1,4 +1,4 @@
-// A pipeline that computes only what is touched, beside one that computes everything: the same sums to the
+// A pipeline that computes only touched tiles, beside one that computes the whole frame: the same sums to the
 // last bit, the same depth within the solver's error, whatever the contact does.
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-// palpate calibrate force and shear as their users meet them: a rig's recording and a gauge's table in, a
-// sensor file out that measures.
+// palpate calibrate force and shear on the command line: from a rig's recording and a gauge's table to a
+// sensor file that measures.
 #include <gtest/gtest.h>
 
 #include <algorithm>

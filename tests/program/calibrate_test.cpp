@@ -1,4 +1,4 @@
-// palpate calibrate photometric as its user meets it: a synthetic gel's presses in, a sensor file out that
+// palpate calibrate photometric on the command line: from a synthetic gel's presses to a sensor file that
 // measures.
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// palpate optics and palpate contact as their user meets them.
+// palpate optics and palpate contact on the command line.
 #include <nlohmann/json.hpp>
 
 #include "tests/support/program_fixture.h"

@@ -1,4 +1,4 @@
-// What `palpate export` writes, opened as other programs would and compared with what the pipeline measures:
+// Files of `palpate export`, opened as other programs would and compared with the pipeline's measurements:
 // images by OpenCV, meshes and TIFF tags by the small readers here.
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-// `palpate forward` as its user meets it.
+// `palpate forward` on the command line.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -58,7 +58,7 @@ TEST_F(ForwardCommand, DeviceFindsWhatTheProcessorFinds) {
                  {"wanted", "found", "try", "with 3000 unknowns, more than 1500"});
 }
 
-// theory S13's orderings from the model itself: bigger and stiffer inclusions have the larger a.
+// Orderings from the model itself: bigger and stiffer inclusions have the larger a.
 TEST_F(ForwardCommand, BiggerAndStifferShowMore) {
   const auto amplitude = [&](const char* size, const char* ratio) {
     return answer({"--size-mm", size, "--stiffness-ratio", ratio, "--force-N", "2", "--cells",

@@ -1,5 +1,5 @@
-// Heights from images under several lights: a known shape teaches them, another one is measured, as a person
-// does it with the program.
+// Heights from images under several lights: calibrated on a known shape, then used to measure another, on the
+// command line.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,4 +1,4 @@
-// palpate lump estimate, evaluate and train as their user meets them.
+// palpate lump estimate, evaluate and train on the command line.
 #include <cmath>
 #include <nlohmann/json.hpp>
 

@@ -1,4 +1,4 @@
-// palpate lump scan and figures as their user meets them.
+// palpate lump scan and figures on the command line.
 #include <nlohmann/json.hpp>
 
 #include "capture/files/npy.h"

@@ -1,4 +1,4 @@
-// palpate lump dataset as its user meets it: alone, under mpirun, killed, and read from Python.
+// palpate lump dataset on the command line: alone, under mpirun, killed, and read from Python.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <thread>

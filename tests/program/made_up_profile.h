@@ -1,4 +1,4 @@
-// Profiles of machines that do not exist, and what holds of every report.
+// Profiles of machines that do not exist, and checks that hold for every report.
 #pragma once
 
 #include <gtest/gtest.h>

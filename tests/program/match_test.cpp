@@ -1,4 +1,4 @@
-// palpate match as its user meets it.
+// palpate match on the command line.
 #include <nlohmann/json.hpp>
 #include <string>
 

@@ -1,4 +1,4 @@
-// palpate modulus as its user meets it.
+// palpate modulus on the command line.
 #include <nlohmann/json.hpp>
 
 #include "tests/support/program_fixture.h"

@@ -1,4 +1,4 @@
-// Presses of a block of tissue, from a recording to what is said of the lump behind each.
+// Presses of a block of tissue, from a recording to the estimate of the lump in each.
 #include <nlohmann/json.hpp>
 
 #include "capture/synthetic/tissue.h"
@@ -55,7 +55,7 @@ TEST_F(PressCommand, ABlockWithoutALumpHasNone) {
   EXPECT_NE(verdict, "stiffness open") << value["presses"];
 }
 
-// What a person has of a real sensor: frames, a sensor file, a gauge's table and the tissue's modulus.
+// Data that a user has of a real sensor: frames, a sensor file, a gauge's table and the tissue's modulus.
 TEST_F(PressCommand, FramesAndAGaugesTableTellTheSame) {
   const fs::path rec = folder_ / "rec";
   const Ended made = run(

@@ -273,7 +273,7 @@ TEST(Profile, SmallRunOnARealDevice) {
   // A machine that is busy leaves sizes out and says so.
   EXPECT_EQ(profile.sizes.size() + profile.skipped.size(), 6u);
   EXPECT_EQ(readings.size(), 3u);
-  // What the solvers are known to reach, on the smooth truth at 160 x 120.
+  // Known accuracy of the solvers, on the smooth truth at 160 x 120.
   std::map<std::string, double> error;
   for (const SolverFigure& s : profile.solvers)
     if (s.truth == "smooth") error[s.solver] = s.relative_rms_error;

@@ -1,4 +1,4 @@
-// What the program does when all is well: files, tables and numbers of each command.
+// Successful runs of the program: files, tables and numbers of each command.
 #include "tests/support/program_fixture.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Sessions as a person makes and uses them: record, process, replay, and what happens in between.
+// Sessions on the command line: record, process, replay.
 #include <thread>
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,4 @@
-// What the program says when something is wrong, and what it leaves behind: one line, a documented exit code,
-// whole files.
+// Errors of the program and the files it leaves: one line, a documented exit code, whole files.
 #include "tests/support/program_fixture.h"
 
 #include <chrono>

@@ -1,4 +1,4 @@
-// `palpate strain` as its user meets it.
+// `palpate strain` on the command line.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// The program where not everything is known: weights of gradients, confidence of pixels.
+// The program with unknown pixels: weights of gradients, confidence of pixels.
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>

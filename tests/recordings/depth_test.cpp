@@ -210,7 +210,7 @@ TEST_F(DepthRecordings, MarkedGelBallsHeldOut) {
     presses.push_back(std::move(p));
   }
   ASSERT_EQ(presses.size(), 10u);
-  // What the ball itself says of the scale: no contact is wider than it.
+  // Bound of the scale from the ball itself: no contact is wider than it.
   std::printf("widest contact %.1f px: pitch below %.4f mm/px (the authors' %.5f)\n", widest_px,
               ball_mm / widest_px, pitch);
   EXPECT_LT(pitch, ball_mm / widest_px);

@@ -186,7 +186,7 @@ TEST_F(RealRecordings, GolfBallShowsItsDimples) {
   for (const auto& [clip, x, y] : {std::tuple{"golf_ball_1.avi", 178, 175}, {"golf_ball_2.avi", 178, 173}}) {
     const DepthMap map = depth_of(context(), kData / "gelsight_wedge_press" / clip, sensor, 31);
     EXPECT_TRUE(map.touch.contact);
-    // What is smaller than the ball and larger than the noise: dimples of about 4 mm from one to the next.
+    // Structure smaller than the ball and larger than the noise: dimples of about 4 mm from one to the next.
     const std::vector<double> fine = smooth(map, 0.2 / sensor.pitch_mm_per_px),
                               coarse = smooth(map, 1.3 / sensor.pitch_mm_per_px);
     const auto relief = [&](int u, int v) {

@@ -1,4 +1,4 @@
-// What is known of each pixel, as one would write it on paper.
+// Confidence of each pixel, in plain loops.
 #pragma once
 
 #include <algorithm>

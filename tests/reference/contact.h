@@ -1,4 +1,4 @@
-// The contact stage as one would write it on paper: plain loops, one pixel at a time.
+// The contact stage in its plainest form: plain loops, one pixel at a time.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The gradient stage as one would write it on paper: plain loops, one pixel at a time.
+// The gradient stage in its plainest form: plain loops, one pixel at a time.
 #pragma once
 
 #include <algorithm>

@@ -31,7 +31,7 @@ struct Media {
   double wavelength_mm = 630e-6;
 };
 
-/// What single interfaces reflect, and what a pass through each layer leaves.
+/// Reflectance of single interfaces, and transmittance of a pass through each layer.
 struct Pieces {
   std::vector<double> reflect, pass;
 };

@@ -1,4 +1,4 @@
-// The regions stage as one would write it on paper: flood fill from each pixel that has no region yet.
+// The regions stage in its plainest form: flood fill from each pixel that has no region yet.
 #pragma once
 
 #include <algorithm>

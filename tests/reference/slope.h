@@ -1,4 +1,4 @@
-// Slopes and the right side of the surface problem as one would write them on paper, in double precision.
+// Slopes and the right side of the surface problem in plain loops and double precision.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,7 @@ struct Slopes {
 inline Slopes shading_slopes(const Frame& image, const Frame& rest, const Sensor& sensor) {
   const int width = static_cast<int>(image.format.width), height = static_cast<int>(image.format.height);
   const std::vector<uint32_t> filtered = filtered_change(image, rest, sensor.signal);
-  // What the GPU keeps has 16 bits: fraction bits are dropped above 8 bits a pixel.
+  // The GPU keeps 16 bits: fraction bits are dropped above 8 bits a pixel.
   const double units = 256u >> (image.format.bit_depth > 8 ? image.format.bit_depth - 8 : 0);
   const auto gray = [&](int x, int y) {
     const size_t at = static_cast<size_t>(std::clamp(y, 0, height - 1) * width + std::clamp(x, 0, width - 1));

@@ -1,4 +1,4 @@
-// A thin-plate spline as one would write it on paper: the whole saddle system, solved with full pivoting.
+// A thin-plate spline in its plainest form: the whole saddle system, solved with full pivoting.
 #pragma once
 
 #include <Eigen/Dense>

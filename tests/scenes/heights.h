@@ -1,5 +1,4 @@
-// The truths that surface reconstruction is held against are also what `palpate profile` measures its errors
-// on.
+// Ground truth of surface reconstruction; `palpate profile` measures its errors on the same surfaces.
 #pragma once
 
 #include "capture/synthetic/heights.h"  // IWYU pragma: export

@@ -1,4 +1,4 @@
-// A synthetic recording with everything that measuring it takes.
+// A synthetic recording with everything needed to measure it.
 #pragma once
 
 #include <stdexcept>

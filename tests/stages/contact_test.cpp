@@ -112,8 +112,8 @@ TEST_F(ContactTest, EqualsReferenceExactly) {
   }
 }
 
-// What a sensor leaves out changes the kernel, not the sums: without the filter, without an untouched image,
-// without both, in every format.
+// Parts that a sensor leaves out change the kernel, not the sums: without the filter, without an untouched
+// image, without both, in every format.
 TEST_F(ContactTest, WithoutFilterOrBackgroundEqualsReferenceExactly) {
   std::mt19937 random(4);
   const std::array<uint32_t, 12> sides{1, 2, 3, 5, 15, 16, 17, 31, 33, 64, 67, 129};
@@ -225,7 +225,7 @@ TEST_F(ContactTest, NoBackgroundIsABlackOne) {
     sensor.filter = filter;
     const ContactMoments subtracted = run(image, black, sensor, false).moments;
     sensor.background.kind = BackgroundKind::None;
-    // What is bound in place of a background must not matter.
+    // The buffer bound in place of a background must not matter.
     expect_equal(run(image, random_frame(format, 0, 255, random), sensor, false).moments, subtracted,
                  to_string(filter));
     EXPECT_GT(subtracted.area, 0u);

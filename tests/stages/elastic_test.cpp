@@ -217,7 +217,7 @@ TEST_F(ElasticTest, HertzOnTheHalfSpace) {
       EXPECT_LT(d.peak, 0.04 / a);
       EXPECT_LT(d.rms, 0.35 / (a * a) + 5e-6);
       EXPECT_NEAR(found[middle] / truth[middle], 1, 0.35 / (a * a));
-      // What is left is the pyramid's own.
+      // The remaining error is the pyramid's own.
       std::vector<double> exact(pressure.size());
       ElasticConvolution(kernel, static_cast<uint32_t>(f.width), static_cast<uint32_t>(f.height))
           .solve(pressure.data(), static_cast<uint32_t>(f.width), exact.data(),

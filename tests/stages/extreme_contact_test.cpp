@@ -1,5 +1,5 @@
 // Stiff and extreme images: the sums are exact to the last bit whatever the frame holds, and the table of
-// perf/results/README.md says what each case gives. Cases of the surface are in extreme_surface_test.cpp.
+// perf/results/README.md lists the result of each case. Cases of the surface are in extreme_surface_test.cpp.
 #include <array>
 #include <cmath>
 #include <numeric>
@@ -192,7 +192,7 @@ TEST_F(ExtremeContact, TilesAndRunsDoNotMatter) {
   }
 }
 
-/// What an all-white frame sums to, term by term in 128 bits, so that an overflow here would show too.
+/// Sums of an all-white frame, term by term in 128 bits, so that an overflow here would show too.
 ContactMoments all_white(const FrameFormat& format) {
   __extension__ using Wide = __int128;
   Wide x = 0, y = 0, xx = 0, yy = 0;

@@ -1,6 +1,6 @@
 // Stiff and extreme surfaces: gradient fields of any size, steepness and consistency, and whole pipelines on
-// extreme images. Never a NaN out, never a silent wrong number. perf/results/README.md has the table that these tests
-// print.
+// extreme images. Results are free of NaN, and wrong numbers are reported. perf/results/README.md has the
+// table that these tests print.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -231,7 +231,7 @@ TEST_F(ExtremeSurface, LargestFrame) {
 }
 
 // Walls: one column's slope carries the whole height. The step's height is right however steep it is; where
-// it lies between two pixels no sample tells, so the columns next to it are left out.
+// it lies between two pixels no sample shows, so the columns next to it are left out.
 TEST_F(ExtremeSurface, SteepestWalls) {
   constexpr uint32_t kCols = 320, kRows = 240, kWall = 160;
   for (const double height : {1.0, 1e3, 1e6}) {
@@ -411,8 +411,7 @@ TEST_F(ExtremeSurface, CheckerboardGradients) {
   }
 }
 
-// What half precision would cost: slopes, right sides or heights rounded to 16 bits, solved exactly
-// otherwise.
+// Error of half precision: slopes, right sides or heights rounded to 16 bits, solved exactly otherwise.
 TEST_F(ExtremeSurface, HalfPrecisionStorage) {
   constexpr uint32_t kCols = 640, kRows = 480;
   const auto half = [](double value) {

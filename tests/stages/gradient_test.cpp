@@ -83,7 +83,7 @@ TEST_F(GradientStage, FramesThatAreTheChange) {
             static_cast<double>(reference::gradient_sum(image, nullptr, 256)));
 }
 
-// What a camera that sets its exposure by itself does: the sum of gray jumps, that of gradients does not.
+// A camera with automatic exposure: the sum of gray jumps, that of gradients does not.
 TEST_F(GradientStage, EvenLightIsNoTouch) {
   std::mt19937 random(5);
   const FrameFormat format{160, 120, 3, 8};

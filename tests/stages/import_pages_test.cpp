@@ -69,7 +69,7 @@ TEST_F(PadTest, EveryWidthAndPlaceIsPaddedAsByTheProcessor) {
       const Frame image = random_frame(format, 0, format.max_gray(), random);
       const std::vector<uint8_t> wanted = copied(image);
       const auto pages = map_pages(3 * kPage);
-      // What lies around the pixels is of no account.
+      // Bytes around the pixels do not matter.
       std::memset(const_cast<uint8_t*>(pages->begin()), 0x5b, pages->bytes());
       ImportPages pad(context(), format);
       // At the pages' beginning and end, across two, and at bytes that are no pixel's or texel's.

@@ -65,7 +65,7 @@ TEST_F(LookupTest, DepthEqualsTheTable) {
         }
       const Measured m = measure(context(), sensor, image, rest);
       const std::vector<uint32_t> filtered = reference::filtered_change(image, rest, sensor.signal);
-      // What the GPU keeps has 16 bits: fraction bits are dropped above 8 bits a pixel.
+      // The GPU keeps 16 bits: fraction bits are dropped above 8 bits a pixel.
       const double units = 256u >> (bits - 8);
       for (size_t i = 0; i < filtered.size(); ++i) {
         const double gray = std::floor(filtered[i] * units / 256) / units;

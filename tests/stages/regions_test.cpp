@@ -228,7 +228,7 @@ TEST_F(RegionsTest, ShapesEqualReferenceAndOpenCv) {
   }
 }
 
-// More loose pixels than the list has room for: told, not miscounted; the next frame is whole again.
+// More loose pixels than the list has room for: reported, not miscounted; the next frame is whole again.
 TEST_F(RegionsTest, TooManyPartsAreTold) {
   const FrameFormat format{320, 320, 1, 8};
   const Sensor sensor = plain_sensor(format);

@@ -1,5 +1,5 @@
-// The skin stage: the pattern is found, the kernel equals plain loops, and what it follows is what the skin
-// of the synthetic pad really does.
+// The skin stage: the pattern is found, the kernel equals plain loops, and the followed motion is that of the
+// synthetic pad's skin.
 #include "engine/stages/skin.h"
 
 #include <gtest/gtest.h>

@@ -33,7 +33,7 @@ Misfit misfit(const std::vector<float>& got, const std::vector<double>& truth) {
     whole += t * t;
   }
   // The range between the places of the truth's top and valley. A valley that is a plane (around a cap) is
-  // read at its median: where a slope jumps between two pixels their samples cannot tell where, and the
+  // read at its median: where a slope jumps between two pixels their samples cannot show where, and the
   // heights beside the rim ring by a tenth of a pixel.
   const auto [low, high] = std::minmax_element(truth.begin(), truth.end());
   std::vector<double> valley;
@@ -80,7 +80,7 @@ TEST_F(SurfaceTest, ConvergedAndExactHitTheTruth) {
         std::printf("%4u x %4u %-14s %-9s peak-to-valley %.1e  extremes %.1e  rms %.1e  residual %.1e\n",
                     cols, rows, field.name.c_str(), name, m.peak_to_valley, m.extremes, m.rms,
                     got.statistics.residual);
-        // What stops early is within 1e-3 of smooth fields; a kink keeps it a little longer.
+        // A solve that stops early is within 1e-3 of smooth fields; a kink keeps it a little longer.
         const bool whole = solver == SurfaceSolver::Exact || solver == SurfaceSolver::Converged;
         const bool kink = field.name == "spherical cap";
         EXPECT_LT(m.peak_to_valley, 1e-3) << field.name << " " << cols << " " << name;

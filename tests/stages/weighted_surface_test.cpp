@@ -346,7 +346,7 @@ TEST_F(WeightedSurfaceTest, NothingKnownIsFlat) {
   }
 }
 
-// The rim of a ball: samples do not tell where between two pixels the slope jumps. Cut there, top to bottom
+// The rim of a ball: samples do not show where between two pixels the slope jumps. Cut there, top to bottom
 // comes out right, and smooth fields and noise have nothing to be cut.
 TEST_F(WeightedSurfaceTest, KinksAreCut) {
   const uint32_t cols = 640, rows = 480;
@@ -390,7 +390,7 @@ TEST_F(WeightedSurfaceTest, KinksAreCut) {
   EXPECT_LT(rough.kinks, 20u);
 }
 
-// What is unknown is filled from around: between the lowest and the highest height of its rim.
+// Unknown pixels are filled from around: between the lowest and the highest height of its rim.
 TEST_F(WeightedSurfaceTest, UnknownIsFilledSmoothly) {
   const uint32_t cols = 200, rows = 150;
   const HeightField field = scenes::tilt();

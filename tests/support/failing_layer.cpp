@@ -1,7 +1,7 @@
 // A Vulkan layer for tests: the n-th call that may fail fails, as out of device memory or as a lost device,
-// and what is created and not destroyed is counted. One instance and one device use it at a time. Told what
-// to do by the environment (PALPATE_FAIL_CALL, PALPATE_FAIL_AT, PALPATE_FAIL_MEMORY: read when an instance is
-// made) or, in the same process, by arm().
+// and what is created and not destroyed is counted. One instance and one device use it at a time. Controlled
+// by the environment (PALPATE_FAIL_CALL, PALPATE_FAIL_AT, PALPATE_FAIL_MEMORY: read when an instance is made)
+// or, in the same process, by arm().
 #include "tests/support/failing_layer.h"
 
 #include <vulkan/vk_layer.h>
@@ -42,7 +42,7 @@ enum class Kind {
   Queue,  // may find the device lost
 };
 
-/// What the call `name` shall return instead of being made; VK_SUCCESS: make it.
+/// Result that the call `name` shall return instead of being made; VK_SUCCESS: make it.
 VkResult verdict(const char* name, Kind kind) {
   const std::lock_guard lock(state_mutex);
   if (lost && kind == Kind::Queue) return VK_ERROR_DEVICE_LOST;
@@ -75,7 +75,7 @@ struct Fallible<name, kind, VkResult(VKAPI_PTR*)(Arguments...)> {
   static VKAPI_ATTR VkResult VKAPI_CALL call(Arguments... arguments) {
     const VkResult instead = verdict(name.text, kind);
     if (instead != VK_SUCCESS) {
-      // What a lost device had begun has come to its end.
+      // Work that a lost device had begun is complete.
       if (kind == Kind::Queue) next_wait_idle(the_device);
       return instead;
     }

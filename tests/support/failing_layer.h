@@ -1,4 +1,4 @@
-// What the failing layer offers to a test in the same process, by dlopen of the file that the loader has
+// Interface of the failing layer to a test in the same process, by dlopen of the file that the loader has
 // loaded too.
 #pragma once
 

@@ -1,5 +1,4 @@
-// How much memory the machine has left: the largest frames are tested where they fit, and said to be skipped
-// where not.
+// Free memory of the machine: the largest frames are tested where they fit, and said to be skipped where not.
 #pragma once
 
 #include <fstream>
@@ -7,7 +6,7 @@
 
 namespace palpate {
 
-/// 0 where the system does not tell.
+/// 0 where the system does not report it.
 inline double memory_left_GiB() {
   std::ifstream in("/proc/meminfo");
   for (std::string key; in >> key;) {

@@ -1,4 +1,4 @@
-// The program as its user meets it: run as a process, judged by exit code, stdout, stderr and the files it
+// Fixture that runs the program: run as a process, judged by exit code, stdout, stderr and the files it
 // leaves.
 #pragma once
 

@@ -1,5 +1,5 @@
-// How much of a long sweep runs: all of it only in a thorough run (`tests/run --thorough`), by default a part
-// that still meets each kind of case.
+// Part of a long sweep that runs: all of it only in a thorough run (`tests/run --thorough`), by default a
+// part that still meets each kind of case.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// What a virtual camera shows, in every format and size, through the driver's own buffers.
+// Frames of a virtual camera, in every format and size, through the driver's own buffers.
 #include <map>
 #include <thread>
 

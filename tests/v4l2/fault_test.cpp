@@ -1,4 +1,4 @@
-// What goes wrong with cameras: the driver injects it, the source says so, counts it and carries on.
+// Faults of cameras: the driver injects them; the source reports, counts and continues.
 #include <fcntl.h>
 #include <grp.h>
 #include <sys/stat.h>

@@ -1,5 +1,5 @@
-// Known palpation frames put out on one node and taken in on another: every pixel arrives, and so does what
-// is measured.
+// Known palpation frames put out on one node and taken in on another: every pixel and every measurement is
+// the same.
 #include <fcntl.h>
 #include <linux/v4l2-dv-timings.h>
 #include <linux/videodev2.h>

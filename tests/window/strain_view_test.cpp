@@ -1,5 +1,5 @@
-// The skin's strain over the raw image: from followed places to a map, its range, its error, and why there is
-// none.
+// The skin's strain over the raw image: from followed places to a map, its range, its error, and the reasons
+// for its absence.
 #include "viz/render/strain_view.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// The parts of the window that need no display: colour maps, section, zero, history, events, settings,
-// layout and words.
+// The parts of the window that need no display: colour maps, section, zero, history, events, settings, layout
+// and text.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -436,7 +436,7 @@ TEST(CalibrationChart, MarksAreTheContactsOfTheFrame) {
   ASSERT_EQ(force_marks(force, t).size(), 2u);
   EXPECT_EQ(force_marks(force, t)[1].id, 5u);
   EXPECT_EQ(force_marks(force, t)[1].signal, 500);
-  EXPECT_TRUE(shear_marks(shear, t, true).empty());  // the skin under each is not told
+  EXPECT_TRUE(shear_marks(shear, t, true).empty());  // the skin under each is not known
   shear.signal = ShearSignal::Centroid;
   ASSERT_EQ(shear_marks(shear, t, true).size(), 2u);
   EXPECT_EQ(shear_marks(shear, t, true)[0].signal, 0.1 * 3);

@@ -1,5 +1,5 @@
-// The window as a person uses it: the program on a display of its own, with real key presses and mouse
-// movements (xdotool); judged by what it writes, remembers and shows.
+// The window in use: the program on a display of its own, with real key presses and mouse movements
+// (xdotool); judged by what it writes, remembers and shows.
 #include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -286,7 +286,7 @@ TEST_F(WindowTest, ZeroMarkAndRecordAreWrittenWhereTheyBelong) {
   desktop_->key("w");
   const Ended done = quit();
   EXPECT_EQ(done.exit_code, 0) << done.err;
-  // What was written is as it was measured: the same digits again.
+  // Written values are as measured: the same digits again.
   const Ended again = run({"process", session, "--out", folder_ / "again", "--as-recorded"});
   EXPECT_EQ(again.exit_code, 0) << again.err;
 }

@@ -15,7 +15,7 @@ constexpr const char* kExitCodes =
     "Exit codes: 0 done, 1 internal error, 2 usage, 3 input, 4 sensor file, 5 device,\n"
     "            6 display, 7 output, 130 ended by Ctrl-C (what was written is kept).";
 
-/// What help calls an option's value; the rest (types, ranges, lists of values) is in each option's own
+/// Name of an option's value in the help; the rest (types, ranges, lists of values) is in each option's own
 /// words.
 constexpr std::pair<const char*, const char*> kValueNames[] = {
     {"--sensor", "FILE"},

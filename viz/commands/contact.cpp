@@ -85,7 +85,7 @@ Json contact_json(const Indentation& c) {
           {"pressure_max_MPa", or_null(c.pressure_max_MPa)}};
 }
 
-/// What is pressed by what, how hard.
+/// Heading of the report: indenter, pad and load.
 std::string heading(const ContactProblem& p, const Options& options, double modulus) {
   std::string text = options.shape == "cone"
                          ? palpate::text("cone of half angle %g deg", options.half_angle_deg)

@@ -33,7 +33,7 @@ struct Options {
   uint64_t picture_every = 4;
 };
 
-/// What the engine saw in one frame beside what the gauge (here: the truth) said.
+/// Measurement of one frame beside the value of the gauge (here: the truth).
 struct GaugedFrame {
   Touch touch;
   Truth truth;

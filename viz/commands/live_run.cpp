@@ -87,7 +87,7 @@ LiveRunReport run_live_benchmark(gpu::Context& context, LiveRunRequest request, 
     }
   }
   if (live.replay) {
-    // What was marked while it was recorded, and what is marked now, stand together.
+    // Events marked during the recording and those marked now are kept together.
     const std::filesystem::path session = session_folder(request.input);
     for (const viz::Event& event : viz::read_events(session))
       live.known_events.push_back({event.time_s, viz::label_of(event)});

@@ -38,7 +38,7 @@ class Remembered {
   std::filesystem::path file_;
 };
 
-/// What is to be measured and how.
+/// Input and settings of a live run.
 struct LiveRunRequest {
   std::string input;                 ///< as open_source takes it
   std::filesystem::path sensor;      ///< empty: the input's own

@@ -68,7 +68,7 @@ class CommandOption {
   CommandOption* take_all();
   CommandOption* description(const std::string& text);
   CommandOption* default_str(const std::string& text);
-  /// What help shows in place of type, checks and default.
+  /// Text that the help shows in place of type, checks and default.
   CommandOption* option_text(const std::string& text);
   CommandOption* group(const std::string& name);
   CommandOption* check(const Check& check);
@@ -80,14 +80,14 @@ class CommandOption {
   CommandOption* expected(int least, int most);
   CommandOption* excludes(CommandOption* other);
   CommandOption* needs(CommandOption* other);
-  /// How often it was given; after parsing.
+  /// Number of times it was given; after parsing.
   size_t count() const;
 
  private:
   CLI::Option* option_;
 };
 
-/// What parsing a command line ended with.
+/// Outcome of parsing a command line.
 struct Parsed {
   bool done = true;  ///< false: `text` is all there is to say
   bool help =

@@ -11,7 +11,7 @@ inline constexpr int kInterrupted = 130;
 /// Exit code of our own mistakes.
 inline constexpr int kInternalError = 1;
 
-/// What a command hands back. Exactly one of text and json reaches stdout.
+/// Result of a command. Exactly one of text and json reaches stdout.
 struct Report {
   std::string text;
   std::string json;

@@ -81,7 +81,7 @@ void append_contacts(LineFile& file, const Truth& truth) {
                 "," + shortest(c.center_x_px) + "," + shortest(c.center_y_px) + "," + shortest(c.radius_px));
 }
 
-/// What is played, and how it is read.
+/// Scene to play: its source and its sensor.
 struct Scene {
   std::unique_ptr<Source> source;
   Sensor sensor;

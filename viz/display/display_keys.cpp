@@ -126,7 +126,7 @@ bool handle_look_key(int key, ViewState& state) {
   return true;
 }
 
-/// What is drawn on the surface and beside it.
+/// Keys of the drawing on the surface and beside it.
 bool handle_layer_key(int key, ViewState& state) {
   switch (key) {
     case GLFW_KEY_X:

@@ -70,7 +70,7 @@ bool LiveCapture::fetch(Frame& frame) {
   return true;
 }
 
-/// What happens where the source has no more frames; true: something more can come.
+/// Handles the end of the source; true: more frames can come.
 bool LiveCapture::at_end() {
   if (options_.loop && in_this_round_ > 0) {
     session_.use(open_());
@@ -121,7 +121,7 @@ void LiveCapture::deliver(CapturedPtr item) {
   frame.after_gap = frame.after_gap || std::exchange(gap_pending_, false);
   ++session_.captured;
   if (options_.recording && !options_.recording->record(frame)) {
-    // What is measured must be in the session, or it could not be measured again.
+    // Every measured frame must be in the session, so that it can be measured again.
     gap_pending_ = frame.after_gap;
     ++session_.passed_over;
     frame.give_back();

@@ -62,7 +62,7 @@ struct FrameTimes {
         exposed_ns(frame.exposed_ns),
         delivered_ns(frame.delivered_ns),
         measured_ns(measured) {}
-  /// What latencies count from: the exposure where it is known, else the delivery.
+  /// Start of the latencies: the exposure where it is known, else the delivery.
   int64_t start_ns() const { return exposed_ns != 0 ? exposed_ns : delivered_ns; }
   double to_measured_ms() const { return 1e-6 * static_cast<double>(measured_ns - start_ns()); }
   double to_shown_ms() const { return 1e-6 * static_cast<double>(shown_ns - start_ns()); }

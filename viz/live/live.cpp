@@ -80,7 +80,7 @@ class Threads {
   std::thread engine_, capture_;
 };
 
-/// What the display does with results when there is none.
+/// Handling of results when there is no display.
 class NoWindow : public LiveViewer {
  public:
   NoWindow(LiveSession& session, const LiveOptions& options, LatencyLog& latency)

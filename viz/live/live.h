@@ -15,7 +15,7 @@ namespace palpate::viz {
 
 struct LiveSession;
 
-/// What takes measured frames on the caller's thread: a window, or what stands for one.
+/// Receiver of measured frames on the caller's thread: a window or its replacement.
 class LiveViewer {
  public:
   virtual ~LiveViewer() = default;

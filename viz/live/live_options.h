@@ -55,7 +55,7 @@ struct LiveOptions {
   std::function<void(const Frame&, const Result&)> draw;  ///< the newest result, in place of a display
 };
 
-/// What a session did.
+/// Outcome of a session.
 struct LiveReport {
   uint64_t captured = 0;
   uint64_t processed = 0;

@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-/// What every session of this input keeps beside its frames.
+/// Data that every session of this input keeps beside its frames.
 SessionInfo session_info(const MeasuredInput& input, const Source& source, const Frame& background,
                          const PipelineOptions& pipeline, const gpu::Context& context);
 

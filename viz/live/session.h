@@ -47,7 +47,8 @@ class ReturnTray {
   std::vector<T> items_;
 };
 
-/// What a person at a recording asks of the thread that reads it, and where it is. Frames count from 0.
+/// Player's controls of a recording: the user's requests to the thread that reads it, and its position.
+/// Frames count from 0.
 struct Transport {
   static constexpr int64_t kNowhere = -1;
   std::atomic<double> speed{1};            ///< of the recording's own time

@@ -20,7 +20,7 @@ struct PlayerStats {
   bool at_end = false;
 };
 
-/// How a live session runs; shown at the window's foot.
+/// Statistics of a live session; shown at the window's foot.
 struct LiveStats {
   double captured_per_s = 0;
   double processed_per_s = 0;

@@ -78,7 +78,7 @@ void player_bar(const Layout& layout, float scale, const PlayerStats& player, in
   ImGui::End();
 }
 
-/// What a person must see at once: that it records, that recording failed, that no frames come.
+/// Urgent messages: that it records, that recording failed, that no frames come.
 void banner(const Layout& layout, const LiveStats& live, float scale) {
   std::vector<std::pair<std::string, ImU32>> lines;
   constexpr ImU32 kRed = IM_COL32(255, 96, 88, 255), kAmber = IM_COL32(255, 190, 70, 255);

@@ -15,7 +15,7 @@ void status_line(const Layout& layout, const HudContent& content, float scale);
 /// Time, place and speed of a replay, along the foot of the surface.
 void player_bar(const Layout& layout, float scale, const PlayerStats& player, int64_t time_ns,
                 ViewState& state);
-/// What a person must see at once: that it records, that recording failed, that no frames come.
+/// Urgent messages: that it records, that recording failed, that no frames come.
 void banner(const Layout& layout, const LiveStats& live, float scale);
 
 }  // namespace palpate::viz

@@ -286,7 +286,7 @@ void draw_shear_calibration(ImDrawList* list, const ViewRect& rect, const ShearC
   const bool pressed = touch.contact && has_value(touch.force_N) && touch.contacts.size() < 2;
   const std::optional<double> normal_N =
       pressed ? std::optional(std::max(touch.force_N.value, 0.0)) : largest_N;
-  // How far it goes: what was calibrated, else what friction holds, else a millimetre.
+  // Range of the chart: the calibrated range, else the friction limit, else a millimetre.
   const double reach_mm = c.shift_max_mm > 0 ? c.shift_max_mm
                           : largest_N        ? 1.3 * c.friction * *largest_N / stiffness
                                              : 1;

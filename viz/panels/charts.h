@@ -11,7 +11,7 @@ struct ImDrawList;
 
 namespace palpate::viz {
 
-/// How the charts look.
+/// Appearance of the charts.
 struct ChartStyle {
   double span_s = 10;  ///< of the time axis
   float scale = 1;     ///< of text

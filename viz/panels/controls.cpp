@@ -71,7 +71,7 @@ void surface_settings(ViewState& state, float scale) {
   ImGui::Checkbox("section", &state.section);
 }
 
-/// What presses are read with, as far as the window can say it.
+/// Settings of the block for estimates from presses, as far as the window offers them.
 void block_settings(const BlockSetting& now, float scale, ViewState& state) {
   BlockSetting draft = state.block_draft.value_or(now);
   bool active = false;

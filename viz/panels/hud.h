@@ -19,7 +19,7 @@ class Hud {
   /// Remembers this frame for the charts; once a result, however often it is drawn.
   void follow(const Touch& touch);
   void mark(EventMark event) { history_.mark(std::move(event)); }
-  /// Describes everything to ImGui between HudFrame::begin and draw; may change `state` (a person moved a
+  /// Describes everything to ImGui between HudFrame::begin and draw; may change `state` (the user moved a
   /// slider). `eye`: null without a surface; `profile`: null without a section.
   void describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, const HudContent& content,
                 ViewState& state, const Eye* eye, const Vec3& half_mm, const Profile* profile);

@@ -73,7 +73,7 @@ void force_lines(HudFrame& frame, const Touch& shown, const Tare& tare) {
   ImGui::PopStyleColor();
 }
 
-/// What a contact does, as short as its column.
+/// State of a contact, as short as its column.
 const char* slip_word(Slip slip) {
   switch (slip) {
     case Slip::NotCalibrated:

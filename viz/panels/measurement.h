@@ -16,7 +16,7 @@
 
 namespace palpate::viz {
 
-/// What the display is about in this picture.
+/// Contents of the display in this picture.
 struct HudContent {
   const Sensor& sensor;
   const Frame& frame;

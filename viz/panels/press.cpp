@@ -15,7 +15,7 @@ std::string with_interval(const lump::Value& v, const char* unit) {
   return text("%.3g%s (%.3g to %.3g)", v.value, unit, v.low, v.high);
 }
 
-/// How long ago a press was; of another time line (a replay that jumped) its frame alone.
+/// Age of a press; of another time line (a replay that jumped) its frame alone.
 std::string age(const PressAnswer& last, double time_s) {
   const std::string from = text("press %llu, frame %llu", static_cast<unsigned long long>(last.press),
                                 static_cast<unsigned long long>(last.last_frame));

@@ -92,7 +92,7 @@ std::vector<SensorEntry> find_sensors(const std::vector<std::string>& remembered
   return found;
 }
 
-/// What is worth a look first comes first.
+/// The most useful entries come first.
 struct SimulatedTouch {
   const char* scene;
   const char* options;

@@ -43,7 +43,7 @@ class StartList {
   const std::vector<SensorEntry>& sensors() const { return sensors_; }
   bool looking() const { return cameras_.valid() || files_.valid(); }
 
-  /// A source that a person typed or dropped: a session, a recording, camera:..., synthetic:...
+  /// A source that the user typed or dropped: a session, a recording, camera:..., synthetic:...
   static SourceEntry from_text(const std::string& text);
   /// Adds a sensor file; returns its place in sensors().
   size_t add_sensor(const std::filesystem::path& file);

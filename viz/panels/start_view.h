@@ -27,7 +27,7 @@ class StartView {
             std::string folder);
   ~StartView();
 
-  /// Until a person has chosen; none where the window was closed or `interrupted` says so.
+  /// Until the user has chosen; none where the window was closed or `interrupted` says so.
   std::optional<Choice> choose(const std::function<bool()>& interrupted);
   /// Shows that `what` is being opened until `done`; false where the person gave up (Escape).
   bool wait(const std::string& what, const std::function<bool()>& done);

@@ -23,7 +23,7 @@ void draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip, const Vie
 void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle& style, bool automatic,
                      float scale);
 
-/// How the raw image is drawn over.
+/// Options of the marks over the raw image.
 struct ImageMarks {
   bool contacts = true;     ///< outlines, ids, centroids, shear
   bool skin = true;         ///< followed places of the skin and how far they have moved

@@ -15,7 +15,7 @@ enum class ColourMap : int {
 inline constexpr int kColourMaps = 3;
 const char* to_string(ColourMap map);
 
-/// What the colours of the surface stand for.
+/// Quantity shown by the colours of the surface.
 enum class Quantity : int {
   Depth = PALPATE_SHOWN_DEPTH,  ///< below the rest level, mm
   Pressure =

@@ -18,7 +18,7 @@ struct Verdict {
   const char* words;
   uint8_t red, green, blue;
 };
-/// How far a force may be trusted.
+/// Confidence in a force.
 Verdict force_verdict(Validity validity);
 Verdict slip_verdict(Slip slip);
 

@@ -8,7 +8,7 @@
 
 namespace palpate::viz {
 
-/// What has a place of its own beside the surface and the measurements.
+/// Parts with a place of their own beside the surface and the measurements.
 struct Panels {
   bool charts = true;
   bool profile = false;  ///< depth along the section line; where there is a surface

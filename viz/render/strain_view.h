@@ -16,7 +16,7 @@
 
 namespace palpate::viz {
 
-/// What the colours over the raw image show, in the plane of the skin.
+/// Quantity shown by the colours over the raw image, in the plane of the skin.
 enum class SkinStrain : int {
   Off,
   Stretch,  ///< the larger principal strain

@@ -93,7 +93,7 @@ class ShaderStages {
   VkSpecializationInfo special_{};
 };
 
-// What a pipeline without vertex buffers has between and after its shaders.
+// Fixed-function state of a pipeline without vertex buffers.
 struct FixedStages {
   FixedStages(VkPrimitiveTopology topology, VkSampleCountFlagBits samples, bool depth_test) {
     no_vertices.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO;

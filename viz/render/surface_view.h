@@ -19,7 +19,7 @@
 
 namespace palpate::viz {
 
-/// How the surface looks, apart from the camera.
+/// Appearance of the surface, apart from the camera.
 struct SurfaceStyle {
   double exaggeration = 8;  ///< of depth against x and y
   double range_mm = 1;      ///< depth at the foot of the drawn box, > 0; with Quantity::Depth its last colour

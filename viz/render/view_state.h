@@ -24,7 +24,7 @@ double nice_ceiling(double value);
 /// A round number of a finer series (1, 1.5, 2, 2.5, 3, 4, 5, 6, 8), at least `value`: ends of scales.
 double scale_ceiling(double value);
 
-/// Seconds of the strip charts' time axis that a person can choose.
+/// Seconds of the strip charts' time axis that the user can choose.
 inline constexpr std::array<double, 4> kChartSpans_s{5, 10, 30, 60};
 
 struct ViewState {

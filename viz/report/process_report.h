@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-/// What was seen, and of inputs that know the truth a table of errors: a line for each quantity with frames,
-/// mean error, RMS error, largest error and full scale.
+/// Summary of a recording and, for inputs with known truth, a table of errors: a line for each quantity with
+/// frames, mean error, RMS error, largest error and full scale.
 std::string describe(const ProcessSummary& summary);
 
 }  // namespace palpate

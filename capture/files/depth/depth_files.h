@@ -36,11 +36,11 @@ uint64_t write_depth(const std::filesystem::path& file, const DepthView& map, De
 /// Error(Failure::Output).
 void write_confidence(const std::filesystem::path& file, std::span<const uint16_t> pixels, uint32_t width,
                       uint32_t height, DepthFormat format);
-/// What a reader of a folder of confidence maps must know, as JSON text.
+/// Description of a folder of confidence maps, as JSON text.
 std::string describe_confidence_folder(uint32_t width, uint32_t height, std::span<const DepthFormat> formats);
 
-/// What a reader of a folder of depth maps must know, as JSON text. `clipped_px`: pixels that did not fit, of
-/// the formats with a range.
+/// Description of a folder of depth maps, as JSON text. `clipped_px`: pixels that did not fit, of the formats
+/// with a range.
 std::string describe_depth_folder(const DepthView& map, std::span<const DepthFormat> formats,
                                   const std::map<DepthFormat, uint64_t>& clipped_px);
 

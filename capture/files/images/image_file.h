@@ -25,7 +25,7 @@ struct ImageView {
   bool blue_first = true;  ///< blue, green, red; otherwise red, green, blue
 };
 
-/// How a PNG is packed.
+/// Compression of a PNG.
 enum class PngPacking {
   Usual,  ///< every filter of libpng at level 1: a third of the time of its usual level, a few percent larger
   Runs,   ///< one filter and runs alone: faster still, for rendered pictures

@@ -27,7 +27,7 @@ class Text {
     if (at_ >= bytes_.size() || bytes_[at_] < '0' || bytes_[at_] > '1') return std::nullopt;
     return bytes_[at_++] - uint32_t{'0'};
   }
-  /// What follows the one space after the last number.
+  /// Data after the one space that follows the last number.
   std::span<const uint8_t> rest() const { return bytes_.subspan(std::min(at_ + 1, bytes_.size())); }
 
  private:

@@ -11,7 +11,7 @@
 namespace palpate::perf {
 namespace {
 
-/// What makes figures of two profiles the same.
+/// Key that matches figures of two profiles.
 using Key = std::array<std::string, 3>;  // what, reading or truth, size
 
 struct Timed {

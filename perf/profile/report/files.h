@@ -10,7 +10,7 @@
 
 namespace palpate::perf {
 
-/// What is there after each part: profile.json and the CSV files, each replaced in one step.
+/// Writes the results after each part: profile.json and the CSV files, each replaced in one step.
 void write_figures(const Profile& profile, const std::filesystem::path& out);
 /// The plots (SVG and PNG) and report.html. Returns what hindered the plots, one line; empty: nothing.
 std::string write_report(const Profile& profile, const std::filesystem::path& out);

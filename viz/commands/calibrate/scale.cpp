@@ -142,7 +142,7 @@ Found by_ball(const Options& options, const Sensor& reading, Sensor& sensor) {
     throw Error(Failure::Input, "an untouched image to see the ball against", "none", "--background IMAGE");
   const std::vector<Frame> pictures =
       take_frames(options.input, reading, kMostPictures, 1, [](uint64_t) { return !interrupted(); });
-  // What is looked for does not depend on the scale; the ball is taken as large as any contact.
+  // The search does not depend on the scale; the ball is taken as large as any contact.
   const BallSearch search{1e6, 1e-3, reading.threshold_gray};
   std::vector<double> radii;
   for (const Frame& picture : pictures) {

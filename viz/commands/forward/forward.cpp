@@ -1,4 +1,4 @@
-// palpate forward: stress and deflection at the surface of tissue with a lump (theory S11).
+// palpate forward: stress and deflection at the surface of tissue with a lump (engine/fem/README.md).
 #include "viz/commands/forward/forward.h"
 #include "engine/base/text.h"
 #include "engine/fem/solve.h"

@@ -58,7 +58,7 @@ TactileImage tactile_image(const fem::Map& stress_Pa, const Sensor* sensor);
 std::string write_files(const ForwardOutcome& outcome, const TactileImage& image,
                         const std::filesystem::path& folder);
 
-/// How the answer changes with each of the six inputs: one row per scene.
+/// Change of the solution with each of the six inputs: one row per scene.
 struct SweepRow {
   const char* input;  ///< "d", "h", "E_r", "s", "t", "l"
   double value;       ///< mm, or a ratio; of shapes their number

@@ -37,7 +37,7 @@ ForwardOutcome describe(const fem::Scene& scene, fem::Result result) {
   outcome.profile = lump::profile_along_x(stress, lump::bump_center_mm(stress)[1]);
   const lump::Profile inner = inner_part(outcome.profile, 0.4 * scene.block_mm[0]);
   if (inner.x_mm.size() >= 6) outcome.fit = fit_gaussian(inner);
-  // What the solver left open is no bump.
+  // The solver's residual is not a bump.
   double largest = 0;
   for (const double stress_Pa : inner.value) largest = std::max(largest, std::abs(stress_Pa));
   if (std::abs(outcome.fit.amplitude) < 100 * outcome.result.residual * largest) outcome.fit.found = false;

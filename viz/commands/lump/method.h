@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// What --method takes, for its help.
+/// Values of --method, for its help.
 inline constexpr const char* kLumpMethodHelp =
     "Who estimates: network (milliseconds), refined (its answer, refined by least squares), direct (finite "
     "elements, a minute or so)";

@@ -33,7 +33,7 @@ Json to_json(const lump::Value& v) {
   return {{"value", or_null(v.value)}, {"low", or_null(v.low)}, {"high", or_null(v.high)}};
 }
 
-/// What is felt of one bump; `fit`: of the profile through it, may be null.
+/// Observations of one bump; `fit`: of the profile through it, may be null.
 Rows felt_rows(const lump::Outline& o, const lump::GaussianFit* fit) {
   Rows rows;
   if (!o.found) {

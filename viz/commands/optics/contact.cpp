@@ -145,7 +145,7 @@ Json add_assumptions(std::string& text) {
   return assumed;
 }
 
-/// What passes at each angle: a column of angles, one for each contact.
+/// Transmission at each angle: a column of angles, one for each contact.
 std::vector<std::vector<double>> angle_columns(const Problem& p) {
   std::vector<std::vector<double>> angles(1 + p.contacts.size());
   constexpr int kSteps = 400;

@@ -17,7 +17,7 @@ class CommandOption;
 /// --block-mm and --young-Pa, the latter returned.
 CommandOption* add_block(CommandLine& command, std::vector<double>& block_mm, double& young_Pa);
 
-/// What the person says of the block. Nothing: only what an input knows itself.
+/// Block given on the command line. Empty: only the values that an input knows itself.
 struct BlockChoice {
   std::vector<double> block_mm;   ///< length, width, thickness; empty: 40 40 20
   double young_Pa = 0;            ///< of the tissue; 0: not said

@@ -8,7 +8,7 @@ namespace palpate {
 
 class CommandLine;
 
-/// What the person asked of a camera; texts as capture/v4l2/camera.h reads them.
+/// Requested settings of a camera; texts as capture/v4l2/camera.h reads them.
 struct CameraChoice {
   std::string node;
   std::string format;
