@@ -1,4 +1,4 @@
-// A thread for what takes long: the window never waits for a disk.
+// A thread for slow work, so that the window never waits for a disk.
 #pragma once
 
 #include <condition_variable>

@@ -216,7 +216,7 @@ std::string Value::dump(int indent, Utf8 utf8) const {
   return out;
 }
 
-/// What the library's parser tells of, as a tree.
+/// Builds a tree from the events of the library's parser.
 class Builder {
  public:
   using Float = nlohmann::json::number_float_t;

@@ -143,7 +143,7 @@ struct ParseOptions {
   bool unique_keys = false;  ///< throws KeyTwice; otherwise the last value of a key counts
   bool sorted_keys = false;  ///< see Value::sort_keys()
 };
-/// Throws Error that tells the line.
+/// Throws Error that names the line.
 Value parse(std::string_view text, ParseOptions options = {});
 
 }  // namespace palpate::json

@@ -1,4 +1,4 @@
-// The middle of values.
+// Median of values.
 #pragma once
 
 #include <algorithm>

@@ -56,7 +56,7 @@ class Commands {
   void submit(Commands* first);
   bool finished() const;
   void wait() const;
-  /// As wait, for destructors: what a lost device says is of no more use there.
+  /// As wait, for destructors: the error of a lost device is of no use there.
   void settle() const noexcept;
 
   /// Binds, pushes and dispatches. The arguments' order is the kernel's bindings'.

@@ -1,4 +1,4 @@
-// The Vulkan device: which one, why not the others, and what the validation layer said.
+// The Vulkan device: its choice, why others were refused, and the validation layer's messages.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// A compute kernel: SPIR-V checked against what the C++ side believes, then compiled.
+// A compute kernel: SPIR-V checked against the interface that the C++ side expects, then compiled.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -21,7 +21,7 @@ struct BindingAccess {
   bool writes = false;
 };
 
-/// SPIR-V made at build time, with the name it is spoken of.
+/// SPIR-V made at build time, with its name for messages.
 struct Shader {
   const char* name;
   std::span<const uint32_t> spirv;

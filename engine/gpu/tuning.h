@@ -1,4 +1,4 @@
-// What `palpate tune` measures of the constants in palpate/tuning.h, kept in the user's cache folder.
+// Measured values of the constants in palpate/tuning.h, from `palpate tune`, kept in the user's cache folder.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Slide, stick and what lies between, from the skin's motion beside the contact's.
+// Slip, stick and incipient slip, from the skin's motion beside the contact's.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// Touch history: what follows from the frames before, of whole frames and windows alike: contacts' ids, the
-// force's branch, shear and slip.
+// Touch history: state carried over from earlier frames, for whole frames and windows alike: contacts' ids,
+// the force's branch, shear and slip.
 #pragma once
 
 #include <optional>

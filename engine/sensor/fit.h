@@ -1,4 +1,4 @@
-// Does a sensor go with frames of a format, and has it what the asked outputs need?
+// Check that a sensor fits the frames' format and has everything that the requested outputs need.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// What the sections of a sensor file share: reading a JSON object key by key, and one reader and writer a
-// section.
+// Common parts of the sections of a sensor file: reading a JSON object key by key, and one reader and writer
+// a section.
 #pragma once
 
 #include <array>

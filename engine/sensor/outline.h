@@ -1,4 +1,4 @@
-// Which pixels belong to the pad.
+// Pixels that belong to the pad.
 #pragma once
 
 #include "palpate/outline.h"

@@ -1,4 +1,4 @@
-// The places of the skin's pattern that are followed, found in the untouched image.
+// Followed points of the skin's pattern, found in the untouched image.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Slope stage: what a frame says about the surface's slope, as the right side of the surface problem (theory
+// Slope stage: the surface's slope from a frame, as the right side of the surface problem (theory
 // S7).
 #pragma once
 

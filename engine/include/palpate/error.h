@@ -1,4 +1,4 @@
-// What cannot start says so once: what was wanted, what was found, what to try.
+// Error: one line that says what was wanted, what was found, what to try.
 #pragma once
 
 #include <stdexcept>
@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-/// Why the program gives up. The value is the exit code, documented in README.md.
+/// Why the program gives up. The value is the exit code, documented in viz/commands/README.md.
 enum class Failure : int {
   Usage = 2,    ///< the command line makes no sense
   Input = 3,    ///< a recording, image or array is missing, unreadable or malformed

@@ -1,5 +1,5 @@
-// PALPATE_API: what programs outside may link to; everything else, and PALPATE_HIDDEN parts of it, stays
-// inside libpalpate.
+// PALPATE_API: symbols that programs outside may link to; everything else, and PALPATE_HIDDEN parts of it,
+// stays inside libpalpate.
 #pragma once
 
 #if defined(__GNUC__)

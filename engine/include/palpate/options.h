@@ -8,12 +8,12 @@
 
 namespace palpate {
 
-/// What the caller wants computed. What is not asked for is not built: no kernels, no memory.
+/// Outputs that the caller asks for. Others are not built: no kernels, no memory.
 enum class Output : uint32_t {
   Force = 1,       ///< contact moments, force, shear
   Surface = 2,     ///< height map on the GPU, depth
-  Confidence = 4,  ///< what is known of each pixel; the surface then counts each by it
-  Contacts = 8,    ///< several contacts told apart and followed; with Force
+  Confidence = 4,  ///< confidence of each pixel; the surface then weights each by it
+  Contacts = 8,    ///< several contacts separated and followed; with Force
   Skin = 16,       ///< how the skin moves along itself, where the sensor has a pattern on it; with Force
   Gradient = 32,   ///< Touch::gradient_sum, of frames of 8 bits
 };

@@ -1,5 +1,5 @@
-// Where the pad lies in the rectified frame: what a camera sees beside it (a frame, a rim, the room) is no
-// reading.
+// Outline of the pad in the rectified frame: anything else in the image (a frame, a rim, the room) carries no
+// measurement.
 #pragma once
 
 #include <array>

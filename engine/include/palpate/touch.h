@@ -1,4 +1,4 @@
-// What one frame says about the touch, in physical units, with what is known of its error.
+// Touch: the measurements of one frame in physical units, with their standard errors and validity.
 #pragma once
 
 #include <cstdint>
@@ -32,13 +32,13 @@ struct Estimate {
   Validity validity = Validity::NotCalibrated;
 };
 
-/// Stick and slip, as told by the friction limit or by the skin's own movement (theory S6).
+/// Stick and slip, as determined by the friction limit or by the skin's own movement (theory S6).
 enum class Slip : uint8_t {
   NoContact,
   Stick,
   Slip,
   NotCalibrated,
-  Incipient,  ///< the contact's rim slides, its core still sticks; told only where the skin is followed
+  Incipient,  ///< the contact's rim slides, its core still sticks; reported only where the skin is followed
 };
 PALPATE_API const char* to_string(Slip slip);
 
@@ -107,7 +107,7 @@ struct WeightedSummary {
   uint32_t touched_islands = 0;  ///< of those, with contact
 };
 
-/// The height map of a frame in numbers (Output::Surface); the map itself is PipelineResult::surface.
+/// The height map of a frame in numbers (Output::Surface); the map itself is Result::surface.
 struct SurfaceSummary {
   Validity validity = Validity::NotCalibrated;  ///< of the whole depth map
   double depth_max_mm = 0;  ///< deepest point below the rest level, of touched tiles and the frame's border
