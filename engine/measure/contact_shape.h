@@ -1,5 +1,5 @@
-// Where a contact is and what shape it has, from its sums (Eq. 55-58): the same for a frame's whole touch and
-// for one of several contacts.
+// Contact shape: centroid, area and ellipse of a contact from its sums (Eq. 55-58), for a frame's whole touch
+// and for one of several contacts.
 #pragma once
 
 #include "engine/measure/moments.h"

@@ -1,5 +1,5 @@
-// Surface from slopes: Reconstruction::Shading and Reconstruction::Photometric. With weights where not
-// everything is known.
+// Surface from slopes: Reconstruction::Shading and Reconstruction::Photometric, with the pixels' confidence
+// as weights where some of it is 0.
 #pragma once
 
 #include <optional>

@@ -1,6 +1,5 @@
-// Weighted solve: the surface of a frame of which not everything is known, from the pixels that can be
-// trusted. Built only where a caller asks for Output::Confidence or the sensor file names a pad or a shadow
-// level.
+// Weighted solve: the surface of a frame from the pixels of non-zero confidence. Built only where a caller
+// asks for Output::Confidence or the sensor file names a pad or a shadow level.
 #pragma once
 
 #include <cstdint>

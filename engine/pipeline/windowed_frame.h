@@ -1,5 +1,5 @@
-// Windowed frame: what nothing touches is left out. The host finds the touched tiles, and a window around
-// them is computed as a small frame of its own.
+// Windowed frame: only the touched part of a frame is computed. The host finds the touched tiles, and a
+// window around them is computed as a small frame of its own.
 #pragma once
 
 #include <cstdint>

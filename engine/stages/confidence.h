@@ -1,4 +1,4 @@
-// Confidence stage: what is known of each pixel, 0 to 1, and why not more. A slope is not known where the
+// Confidence stage: the confidence of each pixel's slope, 0 to 1, and the reasons for less. It is 0 where the
 // camera is at its limit, where it is too dark to carry one, and beyond the pad.
 #pragma once
 
@@ -6,12 +6,12 @@
 #include <span>
 #include <vector>
 
-#include "palpate/frame.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
-#include "palpate/sensor.h"
 #include "engine/stages/surface.h"
 #include "engine/stages/upload.h"
+#include "palpate/frame.h"
+#include "palpate/sensor.h"
 #include "shaders/shared/confidence.h"
 
 namespace palpate {

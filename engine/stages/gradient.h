@@ -1,13 +1,13 @@
-// How steeply the change from the untouched image varies, summed over the frame (Touch::gradient_sum).
+// Gradient stage: slope of the change from the untouched image, summed over the frame (Touch::gradient_sum).
 #pragma once
 
 #include <cstdint>
 #include <span>
 
-#include "palpate/frame.h"
 #include "engine/gpu/kernel.h"
-#include "palpate/sensor.h"
 #include "engine/stages/upload.h"
+#include "palpate/frame.h"
+#include "palpate/sensor.h"
 #include "shaders/shared/gradient.h"
 
 namespace palpate {
