@@ -4,13 +4,12 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <tuple>
 
 #include "capture/calibrate/markers.h"
+#include "capture/files/csv_table.h"
 #include "capture/files/image_sequence.h"
 #include "capture/files/images/images.h"
 #include "capture/open_source.h"
@@ -93,17 +92,6 @@ bool parse(std::string_view text, auto& number) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    if (c == ',')
-      cells.emplace_back();
-    else if (c != '\r')
-      cells.back() += c;
-  }
-  return cells;
-}
-
 /// One row of the table: a frame and the ball pressed in it.
 struct Row {
   std::string image;  // as written
@@ -129,32 +117,16 @@ void locate(Row& row, const fs::path& input, const std::string& where) {
 }
 
 std::vector<Row> read_rows(const fs::path& file, const fs::path& input) {
-  std::ifstream stream(file);
-  if (!stream)
-    throw Error(Failure::Input, "a table of pressed balls", "no readable file " + file.string(),
-                std::string("a CSV file with the columns ") + kBallColumns);
+  CsvTable table(file, std::string("a table of pressed balls, columns ") + kBallColumns);
+  const std::vector<size_t> columns = table.require(csv_cells(kBallColumns));
   std::vector<Row> rows;
-  std::string line;
-  for (size_t number = 1; std::getline(stream, line); ++number) {
-    const std::string where = file.string() + " line " + std::to_string(number);
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (number == 1) {
-      if (line != kBallColumns)
-        throw Error(Failure::Input, std::string("the header ") + kBallColumns, "'" + line + "'",
-                    "naming the columns of " + file.string() + " so");
-      continue;
-    }
-    if (line.empty() || line.front() == '#') continue;
-    const std::vector<std::string> cells = split(line);
+  while (table.next()) {
     Row row;
-    bool good = cells.size() == 5 && !cells[0].empty();
-    for (size_t i = 0; good && i < 4; ++i)
-      good = parse(cells[i + 1], row.numbers[i]) && std::isfinite(row.numbers[i]);
-    if (!good)
-      throw Error(Failure::Input, "an image and four numbers in " + where, "'" + line + "'",
-                  std::string("columns ") + kBallColumns);
-    row.image = cells[0];
-    locate(row, input, where);
+    row.image = table.cell(columns[0]);
+    if (row.image.empty())
+      throw Error(Failure::Input, "an image in " + table.where(), "none", "its name or frame number");
+    for (size_t i = 0; i < row.numbers.size(); ++i) row.numbers[i] = table.number(columns[i + 1]);
+    locate(row, input, table.where());
     rows.push_back(std::move(row));
   }
   if (rows.empty())

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "capture/files/csv_line.h"
+#include "capture/files/csv_table.h"
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
 #include "palpate/error.h"
@@ -53,9 +53,12 @@ void append_event(const std::filesystem::path& folder, const Event& event) {
 
 std::vector<Event> read_events(const std::filesystem::path& folder) {
   std::vector<Event> events;
-  std::ifstream in(folder / kName, std::ios::binary);
-  for (std::string line; std::getline(in, line);) {
-    const std::vector<std::string> cells = csv_cells(line);
+  std::error_code ignored;
+  if (!std::filesystem::exists(folder / kName, ignored)) return events;
+  // The header is one of the lines that are no event: a file whose writer was killed may lack it.
+  CsvTable table(folder / kName, "a table of events", {.separators = ",", .header = false, .ragged = true});
+  while (table.next()) {
+    const std::vector<std::string>& cells = table.cells();
     if (cells.size() < 4) continue;
     char* end = nullptr;
     const unsigned long long frame = std::strtoull(cells[0].c_str(), &end, 10);

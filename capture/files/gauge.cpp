@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <cstdio>
-#include <fstream>
 #include <numbers>
 #include <string_view>
 #include <utility>
 
-#include "capture/files/csv_line.h"
+#include "capture/files/csv_table.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
@@ -31,34 +28,10 @@ constexpr std::array kAngleUnits{Unit{"rad", 1}, Unit{"deg", std::numbers::pi / 
 constexpr double kGap_intervals = 5;
 constexpr double kGap_s = 0.02;
 
-/// A column's header in two parts: "force_mN", "Force [mN]" and "force (mN)" are force and mN.
-struct Header {
-  std::string text, name, unit;
-};
-
 std::string lower(std::string text) {
   for (char& c : text)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   return text;
-}
-
-Header header_of(const std::string& cell) {
-  Header h{cell, "", ""};
-  const size_t bracket = h.text.find_first_of("[(");
-  const size_t split = bracket != std::string::npos ? bracket : h.text.rfind('_');
-  h.name = lower(trimmed(std::string_view(h.text).substr(0, split)));
-  if (split != std::string::npos) {
-    const size_t end = h.text.find_last_not_of("]) ");
-    h.unit = trimmed(std::string_view(h.text).substr(split + 1, end - split));
-  }
-  return h;
-}
-
-std::string printable(std::string text) {
-  if (text.size() > 60) text = text.substr(0, 57) + "...";
-  for (char& c : text)
-    if (c < ' ' || c > '~') c = '?';
-  return "'" + text + "'";
 }
 
 std::string number_text(double value) {
@@ -70,33 +43,19 @@ std::string number_text(double value) {
 struct Column {
   int index = -1;
   double factor = 1;
-  std::string text;
   explicit operator bool() const { return index >= 0; }
 };
 
-class Table {
+class GaugeTable {
  public:
-  Table(const std::filesystem::path& file, GaugeColumns wanted) : file_(file.string()), wanted_(wanted) {}
+  GaugeTable(const std::filesystem::path& file, GaugeColumns wanted)
+      : file_(file.string()),
+        table_(file, "a gauge's table with the columns time_s and force_N", {.ragged = true}),
+        wanted_(wanted) {}
 
   Gauge read() {
-    std::ifstream stream(file_);
-    if (!stream || std::filesystem::is_directory(file_))
-      fail("a gauge's table", "no readable file " + file_, "a CSV file with the columns time_s and force_N");
-    std::string line;
-    size_t row = 0;
-    bool header = false;
-    while (std::getline(stream, line)) {
-      ++row;
-      if (row == 1 && line.rfind("\xef\xbb\xbf", 0) == 0) line.erase(0, 3);
-      if (!line.empty() && line.back() == '\r') line.pop_back();
-      if (trimmed(line).empty() || line.front() == '#') continue;
-      if (header)
-        add(line, row);
-      else
-        find_columns(line);
-      header = true;
-    }
-    if (!header) fail("a gauge's table in " + file_, "an empty file", "a recording of the gauge");
+    find_columns();
+    while (table_.next()) add();
     if (gauge_.size() < 3)
       fail("at least 3 readings in " + file_, std::to_string(gauge_.size()),
            "a longer recording of the gauge");
@@ -112,16 +71,16 @@ class Table {
   }
 
   template <size_t N>
-  Column column(const std::vector<Header>& headers, std::initializer_list<std::string_view> names,
+  Column column(const std::vector<ColumnHeader>& headers, std::initializer_list<std::string_view> names,
                 const std::array<Unit, N>& units) const {
     for (const std::string_view name : names) {
       for (size_t i = 0; i < headers.size(); ++i) {
-        const Header& h = headers[i];
+        const ColumnHeader& h = headers[i];
         const bool bare = lower(h.text) == name;
         if (h.name != name && !bare) continue;
         std::string known;
         for (const Unit& unit : units) {
-          if (!bare && h.unit == unit.name) return {static_cast<int>(i), unit.factor, h.text};
+          if (!bare && h.unit == unit.name) return {static_cast<int>(i), unit.factor};
           known += (known.empty() ? "" : ", ") + std::string(unit.name);
         }
         fail("a unit (" + known + ") in the header of column " + printable(h.text) + " of " + file_,
@@ -132,17 +91,14 @@ class Table {
     return {};
   }
 
-  void find_columns(const std::string& line) {
-    for (const char separator : {';', '\t', ','}) {
-      separator_ = separator;
-      if (line.find(separator) != std::string::npos) break;
-    }
-    std::vector<Header> headers;
-    for (const std::string& cell : csv_cells(line, {&separator_, 1})) headers.push_back(header_of(cell));
+  void find_columns() {
+    const std::string& line = table_.header_line();
+    std::vector<ColumnHeader> headers;
+    for (const std::string& cell : table_.columns()) headers.push_back(column_header(cell));
     time_ = column(headers, {"time", "t"}, kTimeUnits);
     if (!time_)
       for (size_t i = 0; i < headers.size(); ++i)
-        if (lower(headers[i].text) == "frame") frame_ = {static_cast<int>(i), 1, headers[i].text};
+        if (lower(headers[i].text) == "frame") frame_ = {static_cast<int>(i), 1};
     if (!time_ && !frame_)
       fail("a column time_s (or _ms, _us, _ns) or frame in " + file_, "the header " + printable(line),
            "naming the columns in the first line");
@@ -166,31 +122,21 @@ class Table {
          "the header " + printable(line), "a gauge that measures along the pad");
   }
 
-  double number(const std::vector<std::string>& cells, const Column& column, size_t row) const {
-    std::string cell = column.index < static_cast<int>(cells.size()) ? cells[column.index] : "";
-    if (separator_ == ';') std::replace(cell.begin(), cell.end(), ',', '.');
-    if (!cell.empty() && cell.front() == '+') cell.erase(0, 1);
-    double value = 0;
-    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-    if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value))
-      fail("a finite number in column " + printable(column.text) + ", line " + std::to_string(row) + " of " +
-               file_,
-           cell.empty() ? "none" : printable(cell), "correcting or removing that line");
-    return value * column.factor;
+  double number(const Column& column) const {
+    return table_.number(static_cast<size_t>(column.index)) * column.factor;
   }
 
-  void add(const std::string& line, size_t row) {
-    const std::vector<std::string> cells = csv_cells(line, {&separator_, 1});
-    const std::string where = "line " + std::to_string(row) + " of " + file_;
+  void add() {
+    const std::string where = table_.where();
     if (time_) {
-      const double time_s = number(cells, time_, row);
+      const double time_s = number(time_);
       if (!gauge_.time_s.empty() && !(time_s > gauge_.time_s.back()))
         fail("times that rise",
              number_text(time_s) + " s after " + number_text(gauge_.time_s.back()) + " s in " + where,
              "one recording a file, in order");
       gauge_.time_s.push_back(time_s);
     } else {
-      const double frame = number(cells, frame_, row);
+      const double frame = number(frame_);
       if (frame < 0 || frame > 1e12 || frame != std::floor(frame))
         fail("whole frame numbers from 0", number_text(frame) + " in " + where,
              "the recording's own numbers");
@@ -201,14 +147,14 @@ class Table {
              "one recording a file, in order");
       gauge_.frames.push_back(whole);
     }
-    if (force_) gauge_.force_N.push_back(number(cells, force_, row));
+    if (force_) gauge_.force_N.push_back(number(force_));
     if (shear_) {
-      const double size = number(cells, shear_, row), angle = number(cells, direction_, row);
+      const double size = number(shear_), angle = number(direction_);
       gauge_.fx_N.push_back(size * std::cos(angle));
       gauge_.fy_N.push_back(size * std::sin(angle));
     } else if (fx_ || fy_) {
-      gauge_.fx_N.push_back(fx_ ? number(cells, fx_, row) : 0);
-      gauge_.fy_N.push_back(fy_ ? number(cells, fy_, row) : 0);
+      gauge_.fx_N.push_back(fx_ ? number(fx_) : 0);
+      gauge_.fy_N.push_back(fy_ ? number(fy_) : 0);
     }
   }
 
@@ -225,8 +171,8 @@ class Table {
   }
 
   std::string file_;
+  CsvTable table_;
   GaugeColumns wanted_;
-  char separator_ = ',';
   Column time_, frame_, force_, fx_, fy_, shear_, direction_;
   Gauge gauge_;
 };
@@ -234,7 +180,7 @@ class Table {
 }  // namespace
 
 Gauge read_gauge(const std::filesystem::path& file, GaugeColumns wanted) {
-  return Table(file, wanted).read();
+  return GaugeTable(file, wanted).read();
 }
 
 std::optional<double> gauge_at(const Gauge& gauge, const std::vector<double>& column, double time_s) {

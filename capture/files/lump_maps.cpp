@@ -1,11 +1,10 @@
 #include "capture/files/lump_maps.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <fstream>
 #include <limits>
 
+#include "capture/files/csv_table.h"
 #include "capture/files/npy.h"
 #include "engine/base/json.h"
 #include "engine/base/statistics.h"
@@ -17,41 +16,24 @@ namespace palpate {
 namespace {
 
 constexpr size_t kMostNodes = 4096;  // along a side
+constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 
 fem::Map read_table(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  const auto refuse = [&file](const std::string& found) {
-    throw Error(Failure::Input, "a table of pressures in Pa, as many numbers in each line",
-                found + " in " + file.string(), "a .npy file or a table of numbers");
+  const std::string wanted = "a table of pressures in Pa, as many numbers in each line";
+  const auto refuse = [&](const std::string& found) {
+    throw Error(Failure::Input, wanted, found + " in " + file.string(), "a .npy file or a table of numbers");
   };
-  if (!in) refuse("no readable file");
+  CsvTable table(file, wanted, {.header = false, .ragged = true});
   fem::Map map;
-  std::string line;
-  while (std::getline(in, line)) {
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (line.empty()) continue;
-    uint32_t cells = 0;
-    size_t at = 0;
-    for (bool more = true; more;) {
-      const size_t comma = line.find_first_of(",;\t", at);
-      more = comma != std::string::npos;
-      const std::string cell = line.substr(at, more ? comma - at : std::string::npos);
-      at = comma + 1;
-      float value = std::numeric_limits<float>::quiet_NaN();
-      const size_t first = cell.find_first_not_of(' ');
-      if (first != std::string::npos && cell.compare(first, 3, "nan") != 0 &&
-          cell.compare(first, 3, "NaN") != 0) {
-        const char* end = cell.data() + cell.find_last_not_of(' ') + 1;
-        const auto [stop, error] = std::from_chars(cell.data() + first, end, value);
-        if (error != std::errc() || stop != end) refuse("'" + cell.substr(0, 40) + "'");
-      }
-      map.values.push_back(value);
-      if (++cells > kMostNodes) refuse("a line of more than 4096 numbers");
-    }
+  while (table.next()) {
+    const auto cells = static_cast<uint32_t>(table.cells().size());
+    if (cells > kMostNodes) refuse("a line of more than 4096 numbers");
     if (map.height == 0) map.width = cells;
     if (cells != map.width)
       refuse("lines of " + std::to_string(map.width) + " and of " + std::to_string(cells) + " numbers");
     if (++map.height > kMostNodes) refuse("more than 4096 lines");
+    for (uint32_t i = 0; i < cells; ++i)
+      map.values.push_back(static_cast<float>(table.number_if_any(i).value_or(kNotANumber)));
   }
   if (map.height == 0) refuse("nothing");
   return map;

@@ -1,13 +1,9 @@
 #include "capture/files/match_files.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <cstdio>
-#include <fstream>
-#include <map>
 
-#include "capture/files/csv_line.h"
+#include "capture/files/csv_table.h"
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
@@ -19,58 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = json::Value;
 
-constexpr uintmax_t kLargestFile_B = 64u << 20;
 constexpr size_t kMostPoints = 20000;
-
-struct Rows {
-  std::vector<std::string> header;
-  std::vector<std::pair<size_t, std::vector<std::string>>> rows;  // line number, cells
-};
-
-Rows read_rows(const fs::path& file, const std::string& wanted) {
-  std::error_code error;
-  const bool plain = fs::is_regular_file(file, error);
-  std::ifstream in(file, std::ios::binary);
-  if (!plain || !in)
-    throw Error(Failure::Input, wanted, "no readable file '" + file.string() + "'", "another name");
-  if (fs::file_size(file, error) > kLargestFile_B)
-    throw Error(Failure::Input, wanted, "'" + file.string() + "' of more than 64 MiB", "fewer points");
-  Rows table;
-  std::string line;
-  for (size_t number = 1; std::getline(in, line); ++number) {
-    if (number == 1 && line.rfind("\xef\xbb\xbf", 0) == 0) line.erase(0, 3);
-    if (trimmed(line).empty()) continue;
-    std::vector<std::string> cells = csv_cells(line);
-    if (table.header.empty()) {
-      table.header = std::move(cells);
-      continue;
-    }
-    if (cells.size() != table.header.size())
-      throw Error(Failure::Input,
-                  std::to_string(table.header.size()) + " cells in line " + std::to_string(number) + " of '" +
-                      file.string() + "'",
-                  std::to_string(cells.size()), "a row like the first line");
-    table.rows.emplace_back(number, std::move(cells));
-  }
-  if (table.header.empty())
-    throw Error(Failure::Input, wanted, "'" + file.string() + "', which is empty", "a table with a header");
-  return table;
-}
-
-// Where a column stands; npos: nowhere.
-size_t column_of(const Rows& table, const std::string& name, const fs::path& file) {
-  const auto count = std::count(table.header.begin(), table.header.end(), name);
-  if (count > 1)
-    throw Error(Failure::Input, "one column '" + name + "' in '" + file.string() + "'", std::to_string(count),
-                "one header");
-  return count == 0 ? std::string::npos
-                    : static_cast<size_t>(std::find(table.header.begin(), table.header.end(), name) -
-                                          table.header.begin());
-}
-
-std::string short_text(const std::string& text) {
-  return text.size() > 40 ? text.substr(0, 40) + "..." : text;
-}
 
 std::string number(double value) {
   const std::string line = palpate::text("%.12g", value);
@@ -109,49 +54,31 @@ size_t pairs_of(const MatchResult& result) {
 }  // namespace
 
 PointSet read_points(const fs::path& file) {
-  const std::string name = "'" + file.string() + "'";
-  const Rows table = read_rows(file, "a table of points, columns x,y or x,y,z");
-  std::vector<size_t> columns;
-  for (const char* axis : {"x", "y", "z"}) {
-    const size_t at = column_of(table, axis, file);
-    if (at != std::string::npos)
-      columns.push_back(at);
-    else if (*axis != 'z')
-      throw Error(Failure::Input, std::string("a column '") + axis + "' in " + name, "none",
-                  "a first line x,y or x,y,z");
-  }
+  CsvTable table(file, "a table of points, columns x,y or x,y,z");
+  std::vector<size_t> columns = table.require({"x", "y"});
+  if (const auto z = table.find("z")) columns.push_back(*z);
   PointSet set;
   set.axes = static_cast<uint32_t>(columns.size());
-  for (const auto& [number, cells] : table.rows)
-    for (const size_t column : columns) {
-      const std::string& cell = cells[column];
-      double value = 0;
-      const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-      if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value))
-        throw Error(Failure::Input,
-                    "a finite number in line " + std::to_string(number) + " of " + name + ", column " +
-                        table.header[column],
-                    cell.empty() ? "an empty cell" : "'" + short_text(cell) + "'", "leaving that point out");
-      set.coordinates.push_back(value);
-    }
-  if (set.size() < set.axes + 1 || set.size() > kMostPoints)
-    throw Error(Failure::Input,
-                std::to_string(set.axes + 1) + " to " + std::to_string(kMostPoints) + " points in " + name,
-                std::to_string(set.size()), set.size() > kMostPoints ? "a thinned set" : "more points");
+  while (set.size() <= kMostPoints && table.next())
+    for (const size_t column : columns)
+      set.coordinates.push_back(table.number(column, "leaving that point out"));
+  const bool many = set.size() > kMostPoints;
+  if (set.size() < set.axes + 1 || many)
+    throw Error(
+        Failure::Input,
+        std::to_string(set.axes + 1) + " to " + std::to_string(kMostPoints) + " points in " + file.string(),
+        many ? "more" : std::to_string(set.size()), many ? "a thinned set" : "more points");
   return set;
 }
 
 std::vector<MatchFiles> read_pairs(const fs::path& list) {
-  const Rows table = read_rows(list, "a list of pairs, columns template,target");
-  const size_t from = column_of(table, "template", list), to = column_of(table, "target", list);
-  if (from == std::string::npos || to == std::string::npos)
-    throw Error(Failure::Input, "columns 'template' and 'target' in '" + list.string() + "'",
-                "'" + short_text(table.header.front()) + "' ...", "a first line template,target");
+  CsvTable table(list, "a list of pairs, columns template,target");
+  const std::vector<size_t> columns = table.require({"template", "target"});
   std::vector<MatchFiles> pairs;
-  for (const auto& [number, cells] : table.rows)
-    pairs.push_back({list.parent_path() / cells[from], list.parent_path() / cells[to]});
-  if (pairs.empty())
-    throw Error(Failure::Input, "pairs in '" + list.string() + "'", "none", "a line for each pair");
+  while (table.next())
+    pairs.push_back(
+        {list.parent_path() / table.cell(columns[0]), list.parent_path() / table.cell(columns[1])});
+  if (pairs.empty()) throw Error(Failure::Input, "pairs in " + list.string(), "none", "a line for each pair");
   return pairs;
 }
 

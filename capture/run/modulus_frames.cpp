@@ -1,15 +1,14 @@
 #include "capture/run/modulus_frames.h"
 
 #include <algorithm>
-#include <charconv>
+#include <array>
 #include <cmath>
-#include <fstream>
+#include <limits>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <sstream>
 
-#include "capture/files/csv_line.h"
+#include "capture/files/csv_table.h"
 #include "capture/files/images/images.h"
 #include "capture/files/measurements.h"
 #include "engine/stages/elastic.h"
@@ -231,69 +230,22 @@ std::optional<PressFrame> PressReader::read(const Frame& frame) {
   return p;
 }
 
-namespace {
-
-struct Table {
-  std::vector<std::string> columns;
-  std::vector<std::vector<double>> rows;  ///< NaN: empty
-};
-
-Table read_table(const std::filesystem::path& file, const std::string& wanted) {
-  std::ifstream in(file);
-  if (!in) throw Error(Failure::Input, "a table '" + file.string() + "'", "no such file", "another path");
-  Table table;
-  size_t number = 0;
-  for (std::string line; std::getline(in, line);) {
-    ++number;
-    if (line.empty() || line.front() == '#' || line == "\r") continue;
-    const std::vector<std::string> cells = csv_cells(line, ",;\t");
-    const std::string where = "'" + file.string() + "' line " + std::to_string(number);
-    if (table.columns.empty()) {
-      table.columns = cells;
-      continue;
-    }
-    if (cells.size() != table.columns.size())
-      throw Error(Failure::Input, std::to_string(table.columns.size()) + " cells in " + where,
-                  std::to_string(cells.size()), "one cell for each column");
-    std::vector<double> row;
-    for (size_t i = 0; i < cells.size(); ++i) {
-      double value = kNaN;
-      if (!cells[i].empty()) {
-        const auto [end, error] = std::from_chars(cells[i].data(), cells[i].data() + cells[i].size(), value);
-        if (error != std::errc() || end != cells[i].data() + cells[i].size() || !std::isfinite(value))
-          throw Error(Failure::Input, "a number in column " + table.columns[i] + " of " + where,
-                      "'" + cells[i].substr(0, 40) + "'", "a number with a decimal point, or an empty cell");
-      }
-      row.push_back(value);
-    }
-    table.rows.push_back(std::move(row));
-  }
-  if (table.rows.empty())
-    throw Error(Failure::Input, wanted + " in '" + file.string() + "'", "no rows", "a header line and rows");
-  return table;
-}
-
-std::optional<size_t> column(const Table& table, const std::string& name) {
-  const auto found = std::find(table.columns.begin(), table.columns.end(), name);
-  if (found == table.columns.end()) return std::nullopt;
-  return static_cast<size_t>(found - table.columns.begin());
-}
-
-}  // namespace
-
 std::vector<PressFrame> read_press_table(const std::filesystem::path& file) {
-  const Table table = read_table(file, "presses");
-  const auto force = column(table, "force_N"), force_sd = column(table, "force_sd_N");
+  CsvTable table(file, "a table of presses");
+  const auto column = [&](const std::string& name) { return table.find(name); };
+  const auto force = column("force_N"), force_sd = column("force_sd_N");
   if (!force)
     throw Error(Failure::Input, "a column force_N in '" + file.string() + "'", "none",
                 "force_N, and radius_mm or area_mm2, depth_mm, mean_depth_mm, approach_mm");
   std::vector<PressFrame> frames;
-  for (const std::vector<double>& row : table.rows) {
-    const auto at = [&](std::optional<size_t> c) { return c ? row[*c] : kNaN; };
+  while (table.next()) {
+    const auto at = [&](std::optional<size_t> c) {
+      return c ? table.number_if_any(*c).value_or(kNaN) : kNaN;
+    };
     const auto reading = [&](const char* name) {
       const std::string stem(name);
-      const double sd = at(column(table, stem + "_sd_mm"));
-      return PressValue{at(column(table, stem + "_mm")), sd == sd ? sd : 0};
+      const double sd = at(column(stem + "_sd_mm"));
+      return PressValue{at(column(stem + "_mm")), sd == sd ? sd : 0};
     };
     PressFrame f;
     f.force_N = at(force);
@@ -302,8 +254,8 @@ std::vector<PressFrame> read_press_table(const std::filesystem::path& file) {
                   "rows without a force left out");
     f.force_sd_N = at(force_sd) == at(force_sd) ? at(force_sd) : 0;
     f.radius_mm = reading("radius");
-    if (const double area = at(column(table, "area_mm2")); !f.radius_mm.known() && area >= 0) {
-      const double sd = at(column(table, "area_sd_mm2"));
+    if (const double area = at(column("area_mm2")); !f.radius_mm.known() && area >= 0) {
+      const double sd = at(column("area_sd_mm2"));
       f.radius_mm.value = std::sqrt(area / kPi);
       if (sd == sd && area > 0) f.radius_mm.sd = sd / (2 * kPi * f.radius_mm.value);
     }
@@ -312,6 +264,8 @@ std::vector<PressFrame> read_press_table(const std::filesystem::path& file) {
     f.approach_mm = reading("approach");
     frames.push_back(f);
   }
+  if (frames.empty())
+    throw Error(Failure::Input, "presses in '" + file.string() + "'", "no rows", "a header line and rows");
   return frames;
 }
 
@@ -330,20 +284,21 @@ std::string press_table(const std::vector<PressFrame>& frames) {
 
 std::vector<double> read_approach_table(const std::filesystem::path& file,
                                         const std::vector<uint64_t>& frames) {
-  const Table table = read_table(file, "approaches");
-  const auto frame = column(table, "frame"), approach = column(table, "approach_mm");
-  if (!frame || !approach)
-    throw Error(Failure::Input, "columns frame and approach_mm in '" + file.string() + "'",
-                frame ? "no approach_mm" : "no frame", "a table of both");
+  CsvTable table(file, "a table of approaches, columns frame,approach_mm");
+  const std::vector<size_t> columns = table.require({"frame", "approach_mm"});
+  std::vector<std::array<double, 2>> rows;  // frame, mm
+  while (table.next())
+    rows.push_back(
+        {table.number_if_any(columns[0]).value_or(kNaN), table.number_if_any(columns[1]).value_or(kNaN)});
   std::vector<double> found;
   for (const uint64_t wanted : frames) {
     double value = kNaN;
     const auto at = static_cast<double>(wanted);
-    for (size_t i = 0; i < table.rows.size(); ++i) {
-      const double x = table.rows[i][*frame], y = table.rows[i][*approach];
+    for (size_t i = 0; i < rows.size(); ++i) {
+      const auto [x, y] = rows[i];
       if (x == at) value = y;
       if (i == 0) continue;
-      const double x0 = table.rows[i - 1][*frame], y0 = table.rows[i - 1][*approach];
+      const auto [x0, y0] = rows[i - 1];
       if (x0 < at && at < x) value = y0 + (y - y0) * (at - x0) / (x - x0);
     }
     found.push_back(value);

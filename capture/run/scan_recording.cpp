@@ -1,12 +1,9 @@
 #include "capture/run/scan_recording.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <cstdio>
-#include <fstream>
 
-#include "capture/files/csv_line.h"
+#include "capture/files/csv_table.h"
 #include "capture/open_source.h"
 #include "capture/synthetic/tissue.h"
 #include "engine/base/text.h"
@@ -18,15 +15,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-double number(const fs::path& table, size_t line, const std::string& column, const std::string& cell) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value) ||
-      std::abs(value) > 1000)
-    throw Error(
-        Failure::Input,
-        "a place in mm in line " + std::to_string(line) + ", column " + column + " of " + table.string(),
-        "'" + cell + "'", "x_mm and y_mm of the window's middle from the block's");
+double place_mm(const CsvTable& table, size_t column) {
+  constexpr const char* kRemedy = "x_mm and y_mm of the window's middle from the block's";
+  const double value = table.number(column, kRemedy);
+  if (std::abs(value) > 1000)
+    throw Error(Failure::Input,
+                "a place within 1000 mm in column " + table.columns()[column] + ", " + table.where(),
+                "'" + table.cell(column) + "'", kRemedy);
   return value;
 }
 
@@ -75,38 +70,18 @@ lump::ScanPress press_of(const PressTimeline& t, const RecordedPress& press,
 
 std::vector<RecordedPress> read_places(const fs::path& table, const std::vector<std::string>& recordings,
                                        const std::string& gauge) {
-  std::ifstream in(table);
-  if (!in)
-    throw Error(Failure::Input, "a table of places", "nothing readable at '" + table.string() + "'",
-                "--positions FILE.csv");
-  std::string line;
-  std::vector<std::string> names;
+  CsvTable rows(table, "a table of places, columns recording,x_mm,y_mm", {.ragged = true});
+  const std::vector<size_t> columns = rows.require({"recording", "x_mm", "y_mm"});
+  const std::optional<size_t> gauge_column = rows.find("gauge");
   std::vector<RecordedPress> all;
-  for (size_t number_of = 1; std::getline(in, line); ++number_of) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
-    const std::vector<std::string> cells = csv_cells(line);
-    if (names.empty()) {
-      names = cells;
-      for (const char* wanted : {"recording", "x_mm", "y_mm"})
-        if (std::find(names.begin(), names.end(), wanted) == names.end())
-          throw Error(Failure::Input, "columns recording, x_mm, y_mm in the first line of " + table.string(),
-                      "'" + line + "'", "recording,x_mm,y_mm,gauge");
-      continue;
-    }
-    const auto cell = [&](const char* name) -> std::string {
-      const auto at = static_cast<size_t>(std::find(names.begin(), names.end(), name) - names.begin());
-      return at < cells.size() ? cells[at] : "";
-    };
+  while (rows.next()) {
     RecordedPress press;
-    press.recording = there(table, cell("recording"));
-    press.place_mm = {number(table, number_of, "x_mm", cell("x_mm")),
-                      number(table, number_of, "y_mm", cell("y_mm"))};
-    press.gauge = there(table, cell("gauge"));
+    press.recording = there(table, rows.cell(columns[0]));
+    press.place_mm = {place_mm(rows, columns[1]), place_mm(rows, columns[2])};
+    if (gauge_column) press.gauge = there(table, rows.cell(*gauge_column));
     if (press.gauge.empty()) press.gauge = gauge;
     if (press.recording.empty())
-      throw Error(Failure::Input,
-                  "a recording in line " + std::to_string(number_of) + " of " + table.string(), "none",
-                  "its path");
+      throw Error(Failure::Input, "a recording in " + rows.where(), "none", "its path");
     all.push_back(std::move(press));
   }
   if (all.empty())

@@ -1,23 +1,13 @@
 #include "capture/run/verify_recording.h"
 
 #include <algorithm>
-#include <sstream>
 #include <vector>
 
+#include "capture/files/csv_table.h"
 #include "capture/files/measurements.h"
 #include "engine/base/text.h"
 
 namespace palpate {
-namespace {
-
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream in(line);
-  for (std::string cell; std::getline(in, cell, ',');) cells.push_back(cell);
-  return cells;
-}
-
-}  // namespace
 
 bool MeasuredFrames::next(Frame& frame) {
   while (session_.next(frame)) {
@@ -32,12 +22,12 @@ bool MeasuredFrames::next(Frame& frame) {
 
 // Columns by their names: a session that was recorded before there were others is compared in those it has.
 void RecordedCheck::add(const Session& session, const Touch& touch) {
-  const std::vector<std::string> names = split(session.recorded_names()),
-                                 was = split(session.recorded(touch.sequence).value_or("")),
-                                 today = split(Measurements::cell_names()),
-                                 is = split(Measurements::cells(touch, session.info().outputs));
+  const std::vector<std::string> names = csv_cells(session.recorded_names()),
+                                 was = csv_cells(session.recorded(touch.sequence).value_or("")),
+                                 today = csv_cells(Measurements::cell_names()),
+                                 is = csv_cells(Measurements::cells(touch, session.info().outputs));
   const auto cell = [](const std::vector<std::string>& cells, size_t i) {
-    return i < cells.size() ? cells[i] : std::string();  // empty ones at the end are not split off
+    return i < cells.size() ? cells[i] : std::string();
   };
   for (size_t i = 0; i < names.size(); ++i) {
     const auto there = std::ranges::find(today, names[i]);

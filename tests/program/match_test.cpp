@@ -1,8 +1,8 @@
 // palpate match on the command line.
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "capture/synthetic/bent_points.h"
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate {
@@ -29,7 +29,7 @@ TEST_F(Match, WritesTheWarpedTemplateInItsOrderAndThePartners) {
   const fs::path out = folder_ / "out";
   const Ended ended = run({"match", from, to, "--out", out, "--json"});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
-  const auto json = nlohmann::json::parse(ended.out);
+  const auto json = parse_json(ended.out);
   EXPECT_TRUE(json["reliable"].get<bool>());
   EXPECT_EQ(json["pairs"], points.from.size());
   EXPECT_GT(json["evidence_nats_per_point"].get<double>(), 1);
@@ -52,7 +52,7 @@ TEST_F(Match, AListOfPairsNumbersItsFolders) {
   spill(folder_ / "list.csv", "template,target\na.csv,b.csv\nc.csv,d.csv\n");
   const Ended ended = run({"match", "--list", folder_ / "list.csv", "--out", folder_ / "out", "--json"});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
-  const auto json = nlohmann::json::parse(ended.out);
+  const auto json = parse_json(ended.out);
   ASSERT_EQ(json.size(), 2u);
   EXPECT_EQ(json[1]["axes"], 3);
   EXPECT_TRUE(fs::exists(folder_ / "out/0001/warped.csv"));
@@ -85,7 +85,7 @@ TEST_F(Match, NonsenseIsOneLine) {
   expect_refusal({"match", good, table("two.csv", "x,y\n1,2\n3,4\n")}, 3, {"points", "found 2"});
   expect_refusal({"match", good, table("column.csv", "x,z\n1,2\n3,4\n4,1\n")}, 3, {"column 'y'"});
   expect_refusal({"match", good, table("twice.csv", "x,y,x\n1,2,1\n3,4,3\n4,1,4\n")}, 3, {"one column 'x'"});
-  expect_refusal({"match", good, table("nan.csv", "x,y\n1,2\n3,nan\n4,1\n")}, 3, {"line 3", "column y"});
+  expect_refusal({"match", good, table("nan.csv", "x,y\n1,2\n3,nan\n4,1\n")}, 3, {"line 3", "column 'y'"});
   expect_refusal({"match", good, table("short.csv", "x,y\n1,2\n3\n4,1\n")}, 3, {"line 3"});
   expect_refusal({"match", good, table("same.csv", "x,y\n1,2\n1,2\n1,2\n")}, 3, {"one place"});
   expect_refusal({"match", good, space}, 3, {"2 and 3"});

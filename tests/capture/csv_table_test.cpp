@@ -1,0 +1,127 @@
+#include "capture/files/csv_table.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "palpate/error.h"
+#include "tests/support/test_folder.h"
+#include "tests/support/text_file.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Cells = std::vector<std::string>;
+
+TEST(CsvLine, CellsAreCutAtSeparatorsAndLoseTheirBlanks) {
+  EXPECT_EQ(csv_cells("1, 2 ,\t3\r"), (Cells{"1", "2", "3"}));
+  EXPECT_EQ(csv_cells("Force (N);a b\tc", ";\t"), (Cells{"Force (N)", "a b", "c"}));
+  EXPECT_EQ(csv_cells("1;2"), (Cells{"1;2"}));
+}
+
+TEST(CsvLine, EmptyCellsStay) {
+  EXPECT_EQ(csv_cells(""), (Cells{""}));
+  EXPECT_EQ(csv_cells(",1,"), (Cells{"", "1", ""}));
+  EXPECT_EQ(csv_cells("1\t\t2", "\t"), (Cells{"1", "", "2"}));
+}
+
+TEST(CsvLine, WhatIsQuotedIsText) {
+  EXPECT_EQ(csv_cells(R"(1, " a, b " ,"say ""no""")"), (Cells{"1", " a, b ", R"(say "no")"}));
+  EXPECT_EQ(csv_cells(R"("time_s","force_N")"), (Cells{"time_s", "force_N"}));
+  EXPECT_EQ(csv_cells(R"(1,"never closed, 2)"), (Cells{"1", "never closed, 2"}));
+}
+
+TEST(CsvLine, HeadersHaveUnits) {
+  const auto is = [](const char* text, const char* name, const char* unit) {
+    const ColumnHeader header = column_header(text);
+    EXPECT_EQ(header.name, name) << text;
+    EXPECT_EQ(header.unit, unit) << text;
+  };
+  is("force_mN", "force", "mN");
+  is("Force [mN]", "force", "mN");
+  is("normal_force (kgf)", "normal_force", "kgf");
+  is("frame", "frame", "");
+  is("Time (s) ", "time", "s");
+}
+
+class CsvTableTest : public testing::Test {
+ protected:
+  void TearDown() override { fs::remove_all(folder_); }
+  CsvTable open(const std::string& text, CsvOptions options = {}) {
+    spill(file_, text);
+    return {file_, "a table", options};
+  }
+  std::string refusal(const std::function<void()>& act) {
+    try {
+      act();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.failure(), Failure::Input);
+      return error.what();
+    }
+    return "not refused";
+  }
+  void says(const std::function<void()>& act, const std::string& part) {
+    const std::string said = refusal(act);
+    EXPECT_NE(said.find(part), std::string::npos) << said;
+  }
+  const fs::path folder_ = test_folder("csv");
+  const fs::path file_ = folder_ / "table.csv";
+};
+
+TEST_F(CsvTableTest, LinesAreReadInTurn) {
+  CsvTable table =
+      open("\xef\xbb\xbf# remark\r\nx,name, y \r\n\r\n1,\"a, b\",+2.5e1\r\n# not this\r\n3,,nan");
+  EXPECT_EQ(table.columns(), (Cells{"x", "name", "y"}));
+  EXPECT_EQ(table.require({"y", "x"}), (std::vector<size_t>{2, 0}));
+  EXPECT_FALSE(table.find("z"));
+  ASSERT_TRUE(table.next());
+  EXPECT_EQ(table.number(0), 1);
+  EXPECT_EQ(table.cell(1), "a, b");
+  EXPECT_EQ(table.number(2), 25);
+  EXPECT_EQ(table.cell(3), "");
+  ASSERT_TRUE(table.next());
+  EXPECT_EQ(table.where(), "line 6 of " + file_.string());
+  EXPECT_FALSE(table.number_if_any(1));
+  EXPECT_FALSE(table.number_if_any(2));
+  EXPECT_FALSE(table.next());
+}
+
+TEST_F(CsvTableTest, TheSeparatorIsTheTablesOwn) {
+  CsvTable comma = open("x;y\n1,5;2\n");
+  ASSERT_TRUE(comma.next());
+  EXPECT_EQ(comma.number(0), 1.5);
+  CsvTable tab = open("x\ty\n1\t2\n");
+  ASSERT_TRUE(tab.next());
+  EXPECT_EQ(tab.number(1), 2);
+  CsvTable bare = open("1;2\n3;4\n", {.header = false});
+  ASSERT_TRUE(bare.next());
+  EXPECT_TRUE(bare.columns().empty());
+  EXPECT_EQ(bare.number(1), 2);
+}
+
+TEST_F(CsvTableTest, RefusesWithWhatIsWrong) {
+  says([&] { open("# only a remark\n"); }, "an empty file");
+  says([&] { CsvTable(folder_ / "none.csv", "a table"); }, "a table; found no readable file");
+  says([&] { CsvTable(folder_, "a table"); }, "no readable file");
+  says([&] { open("x,y\n1,2\n").require({"x", "z"}); }, "a column 'z' in the first line");
+  says([&] { open("x,y\n1,2\n").require({"w", "x", "z"}); }, "columns 'w' and 'z' in the first line");
+  says([&] { open("x,y\n1,2\n").require({"x", "z"}); }, "found 'x,y'");
+  says([&] { open("x,x\n1,2\n").find("x"); }, "one column 'x'");
+  CsvTable ragged = open("x,y\n1,2\n3\n");
+  ASSERT_TRUE(ragged.next());
+  says([&] { ragged.next(); }, "2 cells in line 3");
+  CsvTable words = open("x,y\n1,many\n2,inf\n", {.ragged = true});
+  ASSERT_TRUE(words.next());
+  says([&] { words.number(1); }, "a finite number in column 'y', line 2");
+  says([&] { words.number(1); }, "found 'many'");
+  says([&] { words.number_if_any(1); }, "found 'many'");
+  ASSERT_TRUE(words.next());
+  says([&] { words.number(1); }, "found 'inf'");
+  says([&] { words.number(5); }, "found none");
+  says([&] { open(std::string(2u << 20, '1')); }, "a line of more than 1 MiB");
+}
+
+}  // namespace
+}  // namespace palpate
