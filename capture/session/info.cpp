@@ -1,14 +1,14 @@
 #include "capture/session/info.h"
 
 #include <array>
-#include <nlohmann/json.hpp>
 
+#include "engine/base/json.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 constexpr int kVersion = 1;
 constexpr std::array<std::pair<const char*, Output>, 5> kOutputs = {{{"force", Output::Force},
@@ -29,7 +29,7 @@ constexpr std::array<std::pair<const char*, SurfaceSolver>, 4> kSolvers = {
 
 std::string shown(const Json& value) {
   if (value.is_structured()) return value.is_array() ? "a list" : "an object";
-  const std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
+  const std::string text = value.dump(-1, json::Utf8::Ascii);
   return text.size() > 60 ? text.substr(0, 57) + "..." : text;
 }
 
@@ -47,7 +47,7 @@ class Reader {
   std::string path(const std::string& key) const { return where_ + "." + key; }
   uint64_t whole(const char* key, uint64_t low, uint64_t high) const {
     const Json& value = at(key);
-    if (!value.is_number_unsigned() || value.get<uint64_t>() < low || value.get<uint64_t>() > high)
+    if (!value.is_unsigned() || value.get<uint64_t>() < low || value.get<uint64_t>() > high)
       fail(path(key), "a whole number from " + std::to_string(low) + " to " + std::to_string(high),
            shown(value));
     return value.get<uint64_t>();
@@ -73,7 +73,7 @@ class Reader {
       if (found == name) return value;
     std::string list;
     for (const auto& [name, value] : names) list += (list.empty() ? "" : ", ") + std::string(name);
-    fail(where, "one of " + list, shown(found));
+    fail(where, "one of " + list, shown(Json(found)));
   }
 
  private:
@@ -82,14 +82,11 @@ class Reader {
 };
 
 Json parse(const std::string& text, const std::string& where) {
-  const auto shallow = [&](int depth, Json::parse_event_t, Json&) {
-    constexpr int kDeepest = 32;
-    if (depth > kDeepest) fail(where, "a session's text", "lists in lists beyond reason");
-    return true;
-  };
   try {
-    return Json::parse(text, shallow);
-  } catch (const Json::exception& e) {
+    return json::parse(text, {.deepest = 32});
+  } catch (const json::TooDeep&) {
+    fail(where, "a session's text", "lists in lists beyond reason");
+  } catch (const json::Error& e) {
     std::string what = e.what();
     const size_t at = what.find("at line");
     what = at == std::string::npos ? "no such text" : "an error " + what.substr(at, 120);
@@ -127,7 +124,7 @@ std::string to_text(const SessionInfo& info, const SessionEnd& end, const std::s
   Json outputs = Json::array(), details = Json::array();
   for (const auto& [name, output] : kOutputs)
     if (wants(info.outputs, output)) outputs.push_back(name);
-  for (const auto& [name, value] : info.details) details.push_back({name, value});
+  for (const auto& [name, value] : info.details) details.push_back(Json::array({name, value}));
   std::string solver;
   for (const auto& [name, value] : kSolvers)
     if (value == info.solver) solver = name;
@@ -149,12 +146,12 @@ std::string to_text(const SessionInfo& info, const SessionEnd& end, const std::s
       {"program_version", info.program_version},
       {"device", info.device},
       {"details", details},
-      {"sensor", info.sensor ? Json::parse(sensor_text(*info.sensor)) : Json()}};
+      {"sensor", info.sensor ? json::parse(sensor_text(*info.sensor)) : Json()}};
   if (end.complete || !end.ended_by.empty())
     json["end"] = {{"frames", end.frames},           {"dropped", end.dropped},
                    {"measured", end.measured},       {"unmatched", end.unmatched},
                    {"video_bytes", end.video_bytes}, {"ended_by", end.ended_by}};
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json.dump(2, json::Utf8::Replace) + "\n";
 }
 
 SessionText session_from_text(const std::string& text, const std::string& where) {

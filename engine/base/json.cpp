@@ -148,6 +148,46 @@ const std::string& Value::text() const {
   return text_;
 }
 
+const Value& Value::need_array() const {
+  need(Kind::Array, "array");
+  return *this;
+}
+
+int64_t Value::whole(int64_t least, int64_t most) const {
+  if (kind_ == Kind::Number || !is_number()) need(Kind::Integer, "whole number");
+  // Of unsigned numbers beyond int64_t the sign bit is set.
+  if ((kind_ == Kind::Unsigned && integer_ < 0) || integer_ < least || integer_ > most)
+    throw Error("a whole number from " + std::to_string(least) + " to " + std::to_string(most) +
+                " expected, " + dump() + " found");
+  return integer_;
+}
+
+uint64_t Value::whole_unsigned(uint64_t most) const {
+  if (kind_ == Kind::Number || !is_number()) need(Kind::Unsigned, "whole number");
+  const auto value = static_cast<uint64_t>(integer_);
+  if ((kind_ == Kind::Integer && integer_ < 0) || value > most)
+    throw Error("a whole number from 0 to " + std::to_string(most) + " expected, " + dump() + " found");
+  return value;
+}
+
+bool operator==(const Value& a, const Value& b) {
+  if (a.is_number() && b.is_number()) {
+    if (a.kind_ != Value::Kind::Number && b.kind_ != Value::Kind::Number)
+      return a.integer_ == b.integer_ && (a.kind_ == b.kind_ || a.integer_ >= 0);
+    return a.number() == b.number();
+  }
+  if (a.kind_ != b.kind_ || a.size() != b.size()) return false;
+  if (a.is_object()) {
+    for (size_t i = 0; i < a.size(); ++i) {
+      const Value* other = b.find(a.keys_[i]);
+      if (!other || !(a.items_[i] == *other)) return false;
+    }
+    return true;
+  }
+  return a.integer_ == b.integer_ && a.text_ == b.text_ &&
+         std::equal(a.items_.begin(), a.items_.end(), b.items_.begin());
+}
+
 void Value::sort_own_keys() {
   std::vector<size_t> order(keys_.size());
   std::iota(order.begin(), order.end(), size_t{0});
@@ -257,6 +297,8 @@ class Builder {
     return true;
   }
   bool open(Value value) {
+    if (options_.deepest != 0 && open_.size() >= options_.deepest)
+      throw TooDeep("arrays and objects nest deeper than " + std::to_string(options_.deepest));
     open_.push_back(std::move(value));
     keys_.emplace_back();
     return true;

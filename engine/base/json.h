@@ -1,10 +1,12 @@
 // JSON values: ordered objects, arrays, texts and numbers, read and written without a heavy header.
 #pragma once
 
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -23,6 +25,12 @@ class KeyTwice : public Error {
  public:
   explicit KeyTwice(const std::string& which) : Error("key '" + which + "' twice"), key(which) {}
   std::string key;
+};
+
+/// Arrays and objects within each other beyond what is allowed.
+class TooDeep : public Error {
+ public:
+  using Error::Error;
 };
 
 /// What becomes of bytes that are not UTF-8 when a text is written: an Error, or U+FFFD in their place.
@@ -114,9 +122,44 @@ class Value {
   /// Nothing happens where there is no such key.
   void erase(std::string_view key);
 
+  bool is_unsigned() const { return kind_ == Kind::Unsigned; }
   double number() const;
   bool boolean() const;
   const std::string& text() const;
+  /// As a text, boolean, number, or array of these. Throws where it is of another kind, no whole number for
+  /// an integer or beyond its range, or an array of another length.
+  template <typename T>
+  T get() const {
+    T value{};
+    get_to(value);
+    return value;
+  }
+  void get_to(std::string& value) const { value = text(); }
+  void get_to(bool& value) const { value = boolean(); }
+  template <std::floating_point T>
+  void get_to(T& value) const {
+    value = static_cast<T>(number());
+  }
+  template <json::Integer T>
+  void get_to(T& value) const {
+    value = static_cast<T>(std::is_signed_v<T>
+                               ? whole(std::numeric_limits<T>::min(), std::numeric_limits<T>::max())
+                               : static_cast<int64_t>(whole_unsigned(std::numeric_limits<T>::max())));
+  }
+  template <typename T, size_t N>
+  void get_to(std::array<T, N>& values) const {
+    if (need_array().size() != N)
+      throw Error("an array of " + std::to_string(N) + " expected, of " + std::to_string(size()) + " found");
+    for (size_t i = 0; i < N; ++i) items_[i].get_to(values[i]);
+  }
+  template <typename T>
+  void get_to(std::vector<T>& values) const {
+    values.clear();
+    for (const Value& item : need_array().items_) values.push_back(item.get<T>());
+  }
+
+  /// Numbers by their value, objects whatever the order of their keys.
+  friend bool operator==(const Value& a, const Value& b);
 
   /// `indent` < 0: on one line.
   std::string dump(int indent = -1, Utf8 utf8 = Utf8::Strict) const;
@@ -126,6 +169,9 @@ class Value {
  private:
   friend class Builder;
   void need(Kind kind, const char* name) const;
+  const Value& need_array() const;
+  int64_t whole(int64_t least, int64_t most) const;
+  uint64_t whole_unsigned(uint64_t most) const;
   void sort_own_keys();
   void write(std::string& out, int indent, int depth, Utf8 utf8) const;
 
@@ -142,6 +188,7 @@ struct ParseOptions {
   bool comments = false;     ///< are skipped
   bool unique_keys = false;  ///< throws KeyTwice; otherwise the last value of a key counts
   bool sorted_keys = false;  ///< see Value::sort_keys()
+  size_t deepest = 0;        ///< arrays and objects within each other; more throw TooDeep; 0: any depth
 };
 /// Throws Error that names the line.
 Value parse(std::string_view text, ParseOptions options = {});

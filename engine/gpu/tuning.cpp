@@ -8,9 +8,9 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "palpate/frame.h"
@@ -20,7 +20,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 
 constexpr int kVersion = 1;
 
@@ -63,8 +63,14 @@ Json to_json(const TuningKey& key) {
 }
 
 TuningKey key_from(const Json& entry) {
-  return {entry.at("device"),         entry.at("vendor_id"),           entry.at("device_id"),
-          entry.at("driver_version"), entry.at("pipeline_cache_uuid"), entry.at("kernels")};
+  TuningKey key;
+  entry.at("device").get_to(key.device);
+  entry.at("vendor_id").get_to(key.vendor_id);
+  entry.at("device_id").get_to(key.device_id);
+  entry.at("driver_version").get_to(key.driver_version);
+  entry.at("pipeline_cache_uuid").get_to(key.pipeline_cache_uuid);
+  entry.at("kernels").get_to(key.kernels);
+  return key;
 }
 
 /// The same device, whatever its driver and our kernels were then.
@@ -81,7 +87,7 @@ Tuning tuning_from(const Json& values) {
   Tuning tuning;
   for (const TuningField& field : kFields) {
     const auto& value = values.at(values.contains(field.name) ? field.name : former_name(field.name));
-    if (!value.is_number_unsigned() || value.get<uint64_t>() > field.most)
+    if (!value.is_unsigned() || value.get<uint64_t>() > field.most)
       refuse(std::string(field.name) + " up to " + std::to_string(field.most), value.dump());
     tuning.*field.value = value.get<uint32_t>();
   }
@@ -91,8 +97,10 @@ Tuning tuning_from(const Json& values) {
 /// The entries of a cache file; throws what parsing throws, and Error where it is something else.
 Json entries_of(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
-  const Json whole = Json::parse(in);
-  if (whole.at("palpate_tuning") != kVersion || !whole.at("devices").is_array())
+  std::ostringstream bytes;
+  bytes << in.rdbuf();
+  const Json whole = json::parse(bytes.str());
+  if (!(whole.at("palpate_tuning") == kVersion) || !whole.at("devices").is_array())
     refuse("a tuning file of version " + std::to_string(kVersion), "another one");
   return whole.at("devices");
 }
@@ -206,7 +214,8 @@ void save_tuning(const gpu::Context& context, const Tuning& tuning, const std::f
     devices = Json::array();  // damaged, or there is none yet
   }
   Json entry = to_json(key);
-  for (const TuningField& field : kFields) entry["tuning"][field.name] = tuning.*field.value;
+  Json& values = entry["tuning"];
+  for (const TuningField& field : kFields) values[field.name] = tuning.*field.value;
   devices.push_back(entry);
   const std::string text = Json{{"palpate_tuning", kVersion}, {"devices", devices}}.dump(2) + "\n";
 

@@ -10,9 +10,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <nlohmann/json.hpp>
+#include <sstream>
 #include <vector>
 
+#include "engine/base/json.h"
 #include "engine/lump/dataset/file.h"
 #include "engine/lump/dataset/journal.h"
 #include "palpate/error.h"
@@ -85,7 +86,9 @@ Run timed(const std::string& program, const Way& way, int cases, const fs::path&
   Run run;
   run.wall_s = since(start);
   std::ifstream in(said);
-  const nlohmann::json value = nlohmann::json::parse(in);
+  std::ostringstream bytes;
+  bytes << in.rdbuf();
+  const json::Value value = json::parse(bytes.str());
   run.press_s = value.at("wall_s").get<double>();
   run.busy_s = value.at("busy_s").get<double>();
   return run;

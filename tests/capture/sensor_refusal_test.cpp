@@ -3,15 +3,13 @@
 
 #include <gtest/gtest.h>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "palpate/error.h"
 #include "tests/capture/sensor_file.h"
+#include "tests/support/json.h"
 
 namespace palpate {
 namespace {
-
-using Json = nlohmann::json;
 
 TEST_F(SensorFile, WhatIsNoSensorFileIsRefused) {
   expect_refused(folder_ / "missing.json", {"No such file"}, "missing");
@@ -33,7 +31,7 @@ TEST_F(SensorFile, AbsurdNestingIsRefused) {
   const std::string deep = std::string(250000, '[') + std::string(250000, ']');
   expect_refused(deep, {"object"});
   for (const char* key : {"palpate_sensor", "name", "pitch_mm_per_px", "frame", "force", "unknown"}) {
-    Json json = Json::parse(kEverything);
+    Json json = parse_json(kEverything);
     json[key] = 424242;
     std::string text = json.dump();
     text.replace(text.find("424242"), 6, deep);
@@ -149,10 +147,10 @@ constexpr Bad kBadValues[] = {
 
 TEST_F(SensorFile, EveryBadValueNamesItsKey) {
   for (const Bad& bad : kBadValues) {
-    Json json = Json::parse(kEverything);
+    Json json = parse_json(kEverything);
     const Json::json_pointer at(bad.at);
     if (*bad.value)
-      json[at] = Json::parse(bad.value);
+      json[at] = parse_json(bad.value);
     else
       json[at.parent_pointer()].erase(at.back());
     SCOPED_TRACE(std::string(bad.at) + " = " + bad.value);
@@ -163,7 +161,7 @@ TEST_F(SensorFile, EveryBadValueNamesItsKey) {
 TEST_F(SensorFile, UnknownKeysAreRefusedAtEveryLevel) {
   for (const char* level : {"", "/frame", "/background", "/contact", "/surface", "/surface/shading",
                             "/surface/photometric", "/force", "/shear"}) {
-    Json json = Json::parse(kEverything);
+    Json json = parse_json(kEverything);
     json[Json::json_pointer(level)]["tresh"] = 1;
     std::string path = level;
     for (char& c : path)

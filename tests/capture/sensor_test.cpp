@@ -4,16 +4,16 @@
 #include <gtest/gtest.h>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "palpate/error.h"
 #include "tests/capture/sensor_file.h"
+#include "tests/support/json.h"
+#include "tests/support/text_file.h"
 
 namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 TEST_F(SensorFile, EveryKeyIsRead) {
   const Sensor s = load_sensor(spill(kEverything));
@@ -48,7 +48,7 @@ TEST_F(SensorFile, WhatIsSavedComesBackWhole) {
   const Sensor everything = load_sensor(spill(kEverything));
   save_sensor(everything, folder_ / "copy.json");
   expect_same(load_sensor(folder_ / "copy.json"), everything);
-  EXPECT_EQ(Json::parse(std::ifstream(folder_ / "copy.json")), Json::parse(kEverything));
+  EXPECT_EQ(parse_json(slurp(folder_ / "copy.json")), parse_json(kEverything));
 
   // The least that a sensor can be, and each optional part by itself.
   Sensor least;

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <random>
 
 #include "capture/synthetic/synthetic.h"
@@ -17,6 +16,7 @@
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 #include "tests/support/gpu_fixture.h"
+#include "tests/support/json.h"
 #include "tests/support/test_folder.h"
 #include "tests/support/text_file.h"
 #include "tests/support/thorough.h"
@@ -25,7 +25,6 @@ namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 class TuningTest : public GpuTest {
  protected:
@@ -157,7 +156,7 @@ TEST_F(TuningTest, CacheComesBackAndKeepsOtherDevices) {
   EXPECT_EQ(cached.tuning, unusual());
   EXPECT_EQ(files(), 1u);
 
-  Json whole = Json::parse(slurp(file()));
+  Json whole = parse_json(slurp(file()));
   // A file from before a key was renamed.
   std::string former = whole.dump();
   former.replace(former.find("rest_level_workgroup"), std::strlen("rest_level_workgroup"), "datum_workgroup");
@@ -169,7 +168,7 @@ TEST_F(TuningTest, CacheComesBackAndKeepsOtherDevices) {
   whole["devices"].push_back(other);
   std::ofstream(file()) << whole;
   save_tuning(context(), default_tuning(context()), file());
-  whole = Json::parse(slurp(file()));
+  whole = parse_json(slurp(file()));
   ASSERT_EQ(whole["devices"].size(), 2u);
   EXPECT_EQ(whole["devices"][0], other);
   EXPECT_EQ(load_tuning(context(), file()).tuning, default_tuning(context()));
@@ -177,7 +176,7 @@ TEST_F(TuningTest, CacheComesBackAndKeepsOtherDevices) {
 
 TEST_F(TuningTest, MeasurementsOfOtherDevicesDriversAndKernelsAreIgnored) {
   save_tuning(context(), unusual(), file());
-  const Json good = Json::parse(slurp(file()));
+  const Json good = parse_json(slurp(file()));
   for (const char* key :
        {"device", "vendor_id", "device_id", "driver_version", "pipeline_cache_uuid", "kernels"}) {
     Json changed = good;
@@ -197,14 +196,14 @@ TEST_F(TuningTest, DamagedCacheIsIgnoredWithOneLineAndReplaced) {
   save_tuning(context(), unusual(), file());
   const std::string good = slurp(file());
   const auto with = [&](const char* field, const Json& value) {
-    Json changed = Json::parse(good);
+    Json changed = parse_json(good);
     changed["devices"][0]["tuning"][field] = value;
     return changed.dump();
   };
   std::string newlines = good.substr(0, good.size() / 2);
-  Json versioned = Json::parse(good);
+  Json versioned = parse_json(good);
   versioned["palpate_tuning"] = 2;
-  Json missing = Json::parse(good);
+  Json missing = parse_json(good);
   missing["devices"][0]["tuning"].erase("slope_rows");
   for (const std::string& bad :
        {std::string(), std::string("\0\1\2\xff", 4), newlines, std::string("[]"),
@@ -363,7 +362,7 @@ TEST_F(TuningTest, ProgramMeasuresOnceAndKeepsIt) {
   ASSERT_EQ(dry.exit_code, 0) << dry.err;
   EXPECT_TRUE(dry.err.empty()) << dry.err;
   EXPECT_FALSE(fs::exists(file()));
-  const Json dry_json = Json::parse(dry.out);
+  const Json dry_json = parse_json(dry.out);
   EXPECT_EQ(dry_json["written"], false);
   EXPECT_EQ(dry_json["parameters"].size(), tuning_fields().size());
   EXPECT_EQ(dry_json["file"], file().string());
@@ -376,7 +375,7 @@ TEST_F(TuningTest, ProgramMeasuresOnceAndKeepsIt) {
   const auto expect_mended = [&](const Ended& ended) {
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
     EXPECT_NE(ended.err.find("damaged, ignored"), std::string::npos) << ended.err;
-    EXPECT_EQ(Json::parse(slurp(file()))["devices"].size(), 1u);
+    EXPECT_EQ(parse_json(slurp(file()))["devices"].size(), 1u);
   };
   if (!thorough()) expect_mended(first);
   ASSERT_TRUE(fs::exists(file()));
@@ -387,9 +386,9 @@ TEST_F(TuningTest, ProgramMeasuresOnceAndKeepsIt) {
 
   const Ended again = run(quick + " --json");
   ASSERT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_EQ(Json::parse(again.out)["cached"], true);
+  EXPECT_EQ(parse_json(again.out)["cached"], true);
   EXPECT_EQ(slurp(file()), written);
-  EXPECT_EQ(Json::parse(again.out)["tuning"], Json::parse(written)["devices"][0]["tuning"]);
+  EXPECT_EQ(parse_json(again.out)["tuning"], parse_json(written)["devices"][0]["tuning"]);
 
   if (!thorough()) return;
   std::ofstream(file()) << "{";

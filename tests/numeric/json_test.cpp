@@ -135,6 +135,44 @@ TEST(Json, ErrorsTellWhere) {
   EXPECT_THROW(static_cast<void>(parse("\"a\"").number()), Error);
 }
 
+TEST(Json, ValuesAreTakenAsTypes) {
+  const Value value =
+      parse(R"({"w": [1, 2.5], "n": 7, "low": -3, "t": "pad", "yes": true, "big": 18446744073709551615})");
+  EXPECT_EQ((value["w"].get<std::array<double, 2>>()), (std::array<double, 2>{1, 2.5}));
+  EXPECT_EQ(value["w"].get<std::vector<float>>(), (std::vector<float>{1, 2.5f}));
+  EXPECT_EQ(value["n"].get<uint8_t>(), 7);
+  EXPECT_EQ(value["low"].get<int64_t>(), -3);
+  EXPECT_EQ(value["t"].get<std::string>(), "pad");
+  EXPECT_TRUE(value["yes"].get<bool>());
+  EXPECT_EQ(value["big"].get<uint64_t>(), UINT64_MAX);
+  EXPECT_EQ(value["big"].get<double>(), 0x1p64);
+  EXPECT_THROW(static_cast<void>(value["big"].get<int64_t>()), Error);
+  EXPECT_THROW(static_cast<void>(value["low"].get<uint64_t>()), Error);
+  EXPECT_THROW(static_cast<void>(parse("256").get<uint8_t>()), Error);
+  EXPECT_THROW(static_cast<void>(parse("-129").get<int8_t>()), Error);
+  EXPECT_EQ(parse("-128").get<int8_t>(), -128);
+  EXPECT_THROW(static_cast<void>(parse("1.5").get<int>()), Error);
+  EXPECT_THROW(static_cast<void>(value["t"].get<double>()), Error);
+  EXPECT_THROW(static_cast<void>(value["n"].get<std::string>()), Error);
+  EXPECT_THROW(static_cast<void>((value["w"].get<std::array<double, 3>>())), Error);
+  EXPECT_THROW(static_cast<void>(value["n"].get<std::vector<double>>()), Error);
+}
+
+TEST(Json, EqualValuesAreEqualWhateverTheyAreWrittenAs) {
+  EXPECT_TRUE(parse("[1, {\"a\": 2, \"b\": null}]") == parse("[1.0, {\"b\": null, \"a\": 2}]"));
+  EXPECT_FALSE(parse("[1]") == parse("[1, 1]"));
+  EXPECT_FALSE(parse("{\"a\": 1}") == parse("{\"b\": 1}"));
+  EXPECT_FALSE(parse("\"1\"") == parse("1"));
+  EXPECT_FALSE(parse("true") == parse("1"));
+  EXPECT_FALSE(parse("-1") == parse("18446744073709551615"));
+  EXPECT_TRUE(parse("3") == 3 && parse("\"pad\"") == "pad");
+}
+
+TEST(Json, NestingIsRefusedWhereItIsLimited) {
+  EXPECT_NO_THROW(static_cast<void>(parse("[[1]]", {.deepest = 2})));
+  EXPECT_THROW(static_cast<void>(parse("[[{}]]", {.deepest = 2})), TooDeep);
+}
+
 TEST(Json, NestingDeeperThanTheStackIsFreed) {
   const size_t depth = 1'000'000;
   EXPECT_TRUE(parse(std::string(depth, '[') + std::string(depth, ']')).is_array());

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "engine/gpu/context.h"
 #include "engine/stages/surface.h"
@@ -13,6 +12,7 @@
 #include "palpate/pipeline.h"
 #include "tests/scenes/dent.h"
 #include "tests/support/failing_layer.h"
+#include "tests/support/json.h"
 #include "tests/support/leased_memory.h"
 #include "tests/support/program_fixture.h"
 #include "tests/support/stage_run.h"
@@ -20,8 +20,6 @@
 
 namespace palpate {
 namespace {
-
-using Json = nlohmann::json;
 
 constexpr const char* kLayer = "VK_LAYER_PALPATE_failing";
 
@@ -280,7 +278,7 @@ TEST_F(FailingProgram, FramesBeforeADeviceLossAreKept) {
       EXPECT_LT(table.rows.size(), all.rows.size());
       most = std::max(most, table.rows.size());
       if (table.rows.empty()) continue;
-      const Json summary = Json::parse(slurp(out / "summary.json"));
+      const Json summary = parse_json(slurp(out / "summary.json"));
       EXPECT_FALSE(summary.at("complete").get<bool>());
       EXPECT_EQ(summary.at("frames").get<size_t>(), table.rows.size());
       EXPECT_TRUE(contains(summary.at("ended_by").get<std::string>(), "device lost"));

@@ -6,21 +6,19 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "palpate/sensor.h"
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {
 
-using Json = nlohmann::json;
-
 class CalibrateForce : public TypedProgram {
  protected:
-  Json json() const { return Json::parse(text("stdout")); }
+  Json json() const { return parse_json(text("stdout")); }
   /// A refusal is one line; what it says.
   std::string refusal(const std::string& arguments, int code = 3) {
     EXPECT_EQ(run(arguments + " --quiet"), code) << text("stderr");

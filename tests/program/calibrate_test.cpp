@@ -9,17 +9,15 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "palpate/sensor.h"
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {
-
-using Json = nlohmann::json;
 
 constexpr const char* kHeader = "image,center_x_px,center_y_px,contact_radius_px,ball_radius_mm\n";
 
@@ -57,7 +55,7 @@ TEST_F(Calibrate, FindsTheSensorOfASyntheticGel) {
   ASSERT_GE(presses, 10);
 
   ASSERT_EQ(run(calibrate("--json")), 0) << text("stderr");
-  const Json found = Json::parse(text("stdout"));
+  const Json found = parse_json(text("stdout"));
   EXPECT_EQ(found["presses"].size(), static_cast<size_t>(presses));
   EXPECT_EQ(found["ridge"], 0);
   EXPECT_LT(found["normal_rms_held_out"], 0.03);
@@ -83,7 +81,7 @@ TEST_F(Calibrate, FindsTheBallsByItself) {
                            at("rec/background.png") + "' --out '" + at("out.json") + "' ";
   const std::string frames = "calibrate photometric '" + at("rec/frames") + rest;
   ASSERT_EQ(run(frames + "--ball-mm 5 --json"), 0) << text("stderr");
-  const Json found = Json::parse(text("stdout"));
+  const Json found = parse_json(text("stdout"));
   EXPECT_GE(found["presses"].size(), 8u);
   EXPECT_GE(found["untouched_frames"], 2);
   EXPECT_FALSE(found["markers_masked"]);
@@ -142,7 +140,7 @@ TEST_F(Calibrate, BackgroundFlatAndScaleWriteSensorFilesThatLoad) {
   const std::string frames =
       " '" + at("rec/frames") + "' --sensor '" + at("rec/sensor.json") + "' --out '" + at("out.json") + "' ";
   ASSERT_EQ(run("calibrate background" + frames + "--frames 6 --set-threshold --json"), 0) << text("stderr");
-  Json found = Json::parse(text("stdout"));
+  Json found = parse_json(text("stdout"));
   EXPECT_EQ(found["frames_used"], 6);
   EXPECT_EQ(found["warning"], "");
   EXPECT_GT(found["noise_gray"], 0.2);
@@ -155,7 +153,7 @@ TEST_F(Calibrate, BackgroundFlatAndScaleWriteSensorFilesThatLoad) {
   EXPECT_NE(text("stderr").find("nothing touches"), std::string::npos) << text("stderr");
 
   ASSERT_EQ(run("calibrate flat" + frames + "--frames 6 --json"), 0) << text("stderr");
-  found = Json::parse(text("stdout"));
+  found = parse_json(text("stdout"));
   EXPECT_LT(found["unevenness_after"], 0.3 * found["unevenness_before"].get<double>());
   EXPECT_EQ(load_sensor(folder_ / "out.json").flat->image, at("out_flat.png"));
 

@@ -1,12 +1,10 @@
 // palpate optics and palpate contact on the command line.
-#include <nlohmann/json.hpp>
 
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {
-
-using Json = nlohmann::json;
 
 class Design : public Program {
  protected:
@@ -15,7 +13,7 @@ class Design : public Program {
     const Ended ended = run(arguments);
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
     EXPECT_EQ(ended.err, "");
-    return Json::parse(ended.out);
+    return parse_json(ended.out);
   }
 
   /// Runs the commands with --out and looks for NAME.csv, .png and .svg.

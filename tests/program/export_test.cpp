@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 #include <sstream>
@@ -15,12 +14,11 @@
 #include "capture/session/session.h"
 #include "engine/gpu/context.h"
 #include "palpate/pipeline.h"
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {
-
-using Json = nlohmann::json;
 
 constexpr uint32_t kWidth = 97, kHeight = 80;
 
@@ -203,13 +201,13 @@ TEST_F(Export, DepthFilesHoldWhatThePipelineMeasures) {
     }
   }
   EXPECT_GT(deepest, 0.02f) << "the scene presses at all";
-  const Json about = Json::parse(slurp(out / "depth" / "depth.json"));
+  const Json about = parse_json(slurp(out / "depth" / "depth.json"));
   EXPECT_EQ(about.at("tif").at("depth_um"), "count");
   EXPECT_EQ(about.at("tif").at("clipped_px"), 0);
   EXPECT_EQ(about.at("obj").at("unit"), "mm");
   EXPECT_EQ(about.at("ply").at("unit"), "mm");
   EXPECT_DOUBLE_EQ(about.at("pitch_mm_per_px").get<double>(), pitch_mm);
-  EXPECT_EQ(Json::parse(slurp(out / "summary.json")).at("range"), "30:40:4");
+  EXPECT_EQ(parse_json(slurp(out / "summary.json")).at("range"), "30:40:4");
 }
 
 // Rows of a range are those of the whole: what is followed from frame to frame is followed from the first.
@@ -294,7 +292,7 @@ TEST_F(Export, OtherRecordingsAreExportedToo) {
   const Ended ended = run(
       {"export", rec / "frames", "--sensor", rec / "sensor.json", "--out", out, "--csv", "--tiff", "--json"});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_EQ(Json::parse(ended.out).at("frames"), 6);
+  EXPECT_EQ(parse_json(ended.out).at("frames"), 6);
   EXPECT_EQ(names_in(out / "depth").size(), 7u);
 }
 
@@ -320,7 +318,7 @@ TEST_F(Export, NonsenseIsRefused) {
   expect_refusal({"export", input, "--csv", "--out", folder_ / "file" / "out"}, 7, {"file"});
   // A sensor without a reading of the surface has no depth.
   const fs::path rec = recording(2);
-  Json sensor = Json::parse(slurp(rec / "sensor.json"));
+  Json sensor = parse_json(slurp(rec / "sensor.json"));
   sensor.erase("surface");
   spill(rec / "flat.json", sensor.dump());
   expect_refusal({"export", rec / "frames", "--sensor", rec / "flat.json", "--out", out, "--ply"}, 2,
@@ -351,7 +349,7 @@ TEST_F(Export, InterruptKeepsWhatWasWritten) {
   ASSERT_EQ(kill(child, SIGINT), 0);
   const Ended ended = finish(child);
   EXPECT_EQ(ended.exit_code, 130) << ended.err;
-  const Json summary = Json::parse(ended.out);
+  const Json summary = parse_json(ended.out);
   EXPECT_FALSE(summary.at("complete").get<bool>());
   const auto frames = summary.at("frames").get<size_t>();
   EXPECT_GE(frames, 4u);

@@ -1,14 +1,12 @@
 // `palpate forward` on the command line.
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "capture/files/npy.h"
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {
-
-using Json = nlohmann::json;
 
 class ForwardCommand : public Program {
  protected:
@@ -17,7 +15,7 @@ class ForwardCommand : public Program {
     arguments.insert(arguments.end(), {"--json", "--quiet"});
     const Ended ended = run(arguments);
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
-    return Json::parse(ended.out);
+    return parse_json(ended.out);
   }
 };
 
@@ -93,7 +91,7 @@ TEST_F(ForwardCommand, SaysNothingThatDidNotConverge) {
   const Ended ended = run({"forward", "--poisson", "0.4999", "--stiffness-ratio", "1e4", "--residual",
                            "1e-12", "--cells", "64x64x32", "--most-iterations", "20", "--json"});
   EXPECT_EQ(ended.exit_code, 1);
-  const Json value = Json::parse(ended.out);
+  const Json value = parse_json(ended.out);
   EXPECT_FALSE(value["converged"]);
   EXPECT_GT(value["residual"].get<double>(), 1e-12);
   EXPECT_FALSE(value.contains("force_N"));

@@ -3,18 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 
 #include "capture/files/npy.h"
 #include "engine/calibrate/light_stack_check.h"
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {
-
-using Json = nlohmann::json;
 
 constexpr uint32_t kWidth = 120, kHeight = 96, kLights = 6;
 constexpr double kPitch_mm = 0.05;
@@ -91,7 +89,7 @@ class Lights : public Program {
 TEST_F(Lights, AnotherShapeIsMeasured) {
   const Ended made = calibrated();
   ASSERT_EQ(made.exit_code, 0) << made.err;
-  const Json said = Json::parse(made.out);
+  const Json said = parse_json(made.out);
   EXPECT_EQ(said.at("lights"), kLights);
   EXPECT_EQ(said.at("orders").size(), 3u);
   EXPECT_GT(said.at("explained_x").get<double>(), 0.97);
@@ -99,7 +97,7 @@ TEST_F(Lights, AnotherShapeIsMeasured) {
                                      {"--lights", folder_ / "lights.json", "--truth", folder_ / "2.npy",
                                       "--out", folder_ / "out", "--json"}));
   ASSERT_EQ(measured.exit_code, 0) << measured.err;
-  const Json value = Json::parse(measured.out);
+  const Json value = parse_json(measured.out);
   const NpyArray height = read_npy(folder_ / "out" / "height.npy");
   ASSERT_EQ(height.shape, (std::vector<size_t>{kHeight, kWidth}));
   const std::vector<float> truth = shape(2);

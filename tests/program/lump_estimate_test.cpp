@@ -1,9 +1,9 @@
 // palpate lump estimate, evaluate and train on the command line.
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "capture/files/lump_maps.h"
 #include "capture/files/npy.h"
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate {
@@ -25,13 +25,13 @@ using LumpEstimateCommand = Program;
 
 // Presses that the network has not seen, solved on a finer grid and read through the synthetic sensor.
 TEST_F(LumpEstimateCommand, TheBuiltInNetworkReadsStoredPresses) {
-  const auto truths = nlohmann::json::parse(slurp(kReadings + "truth.json"));
+  const auto truths = parse_json(slurp(kReadings + "truth.json"));
   ASSERT_GE(truths.size(), 3u);
   for (const auto& truth : truths) {
     const Ended ended =
         run(estimate_of(truth["name"], truth["forces"], truth["young_Pa"], truth["thickness_mm"]));
     ASSERT_EQ(ended.exit_code, 0) << ended.err;
-    const auto found = nlohmann::json::parse(ended.out);
+    const auto found = parse_json(ended.out);
     if (truth["size_mm"].is_null()) {
       EXPECT_EQ(found["verdict"], "no lump") << ended.out;
       EXPECT_TRUE(found["size_mm"].is_null());
@@ -49,7 +49,7 @@ TEST_F(LumpEstimateCommand, TheBuiltInNetworkReadsStoredPresses) {
 }
 
 TEST_F(LumpEstimateCommand, EstimateWritesATableAPlotAndWordsForPeople) {
-  const auto truth = nlohmann::json::parse(slurp(kReadings + "truth.json")).at(0);
+  const auto truth = parse_json(slurp(kReadings + "truth.json")).at(0);
   std::vector<std::string> words =
       estimate_of(truth["name"], truth["forces"], truth["young_Pa"], truth["thickness_mm"]);
   words.back() = "--out";

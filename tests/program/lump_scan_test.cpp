@@ -1,14 +1,12 @@
 // palpate lump scan and figures on the command line.
-#include <nlohmann/json.hpp>
 
 #include "capture/files/npy.h"
 #include "capture/synthetic/tissue.h"
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {
-
-using Json = nlohmann::json;
 
 class LumpScanCommand : public Program {};
 
@@ -25,7 +23,7 @@ TEST_F(LumpScanCommand, LeavesAReportThatNeedsNothingBeside) {
   const fs::path out = folder_ / "scan";
   const Ended ended = run(with(kSmall, {"--out", out.string(), "--json"}));
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
-  const Json value = Json::parse(ended.out);
+  const Json value = parse_json(ended.out);
   EXPECT_GT(value["map"]["seen_share"], 0.99);
   EXPECT_TRUE(value["outline"]["found"]);
   EXPECT_NEAR(value["outline"]["x_mm"]["value"].get<double>(), 4, 1);
@@ -47,7 +45,7 @@ TEST_F(LumpScanCommand, LeavesAReportThatNeedsNothingBeside) {
 TEST_F(LumpScanCommand, MissingPressesStayOpen) {
   const Ended ended = run(with(kSmall, {"--leave-out", "1", "2", "--json"}));
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
-  const Json value = Json::parse(ended.out);
+  const Json value = parse_json(ended.out);
   EXPECT_LT(value["map"]["seen_share"], 0.9);
   EXPECT_TRUE(contains(value["warnings"].dump(), "not seen"));
 }
@@ -76,7 +74,7 @@ TEST_F(LumpScanCommand, RecordingsBecomeAMap) {
   const Ended ended = run({"lump", "scan", "--positions", (folder_ / "places.csv").string(), "--gauge",
                            "truth", "--loads", "2", "--method", "none", "--json"});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
-  const Json value = Json::parse(ended.out);
+  const Json value = parse_json(ended.out);
   ASSERT_EQ(value["map"]["presses"].size(), 4u);
   for (const Json& press : value["map"]["presses"]) {
     EXPECT_TRUE(press["used"]);
@@ -119,7 +117,7 @@ TEST_F(LumpScanCommand, FiguresAreWritten) {
   const Ended ended =
       run({"lump", "figures", "--no-inputs", "--cells", "16", "16", "8", "--out", out.string(), "--json"});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
-  const Json value = Json::parse(ended.out);
+  const Json value = parse_json(ended.out);
   EXPECT_EQ(value["figure_20"].size(), 3u);
   EXPECT_EQ(value["figure_22"].size(), 2u);
   EXPECT_TRUE(value["broken_orderings"].empty());

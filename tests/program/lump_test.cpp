@@ -1,15 +1,13 @@
 // palpate lump dataset on the command line: alone, under mpirun, killed, and read from Python.
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "engine/lump/dataset/file.h"
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {
-
-using Json = nlohmann::json;
 
 class LumpCommand : public Program {
  protected:
@@ -77,7 +75,7 @@ TEST_F(LumpCommand, ThreadsAndProcessesMakeTheSameFile) {
     const std::string name = "mpi" + std::to_string(processes) + ".h5";
     EXPECT_EQ(together(processes, small(name, 14, {"--json"})), 0) << slurp(at("mpi_err"));
     EXPECT_TRUE(slurp(at(name)) == one) << processes;
-    const Json said = Json::parse(slurp(at("mpi_out")));  // of several processes one speaks
+    const Json said = parse_json(slurp(at("mpi_out")));  // of several processes one speaks
     EXPECT_EQ(said["processes"], processes);
     EXPECT_EQ(said["done_now"], 14);
   }
@@ -99,10 +97,10 @@ TEST_F(LumpCommand, GoesOnAfterKills) {
     before = bytes_of("set.h5.part");
   }
   EXPECT_GT(killed, 0);
-  const Json half = Json::parse(run({"lump", "info", at("set.h5"), "--json"}).out);
+  const Json half = parse_json(run({"lump", "info", at("set.h5"), "--json"}).out);
   EXPECT_FALSE(half["complete"]);
   EXPECT_GT(half["done"], 0);
-  const Json rest = Json::parse(run(small("set.h5", 40, {"--json"})).out);
+  const Json rest = parse_json(run(small("set.h5", 40, {"--json"})).out);
   EXPECT_TRUE(rest["complete"]);
   EXPECT_EQ(rest["done_now"], 40 - half["done"].get<int>());
   EXPECT_TRUE(slurp(at("set.h5")) == slurp(at("whole.h5")));
@@ -143,7 +141,7 @@ TEST_F(LumpCommand, TellsWhatAFileHolds) {
   ASSERT_EQ(
       run(small("set.h5", 12, {"--no-lump-share", "0", "--shapes", "lying,sphere", "--seed", "4"})).exit_code,
       0);
-  const Json info = Json::parse(run({"lump", "info", at("set.h5"), "--json"}).out);
+  const Json info = parse_json(run({"lump", "info", at("set.h5"), "--json"}).out);
   EXPECT_EQ(info["good"], 12);
   EXPECT_EQ(info["shapes"]["sphere"].get<int>() + info["shapes"]["lying"].get<int>(), 12);
   EXPECT_EQ(info["sweep"]["seed"], 4);

@@ -1,12 +1,10 @@
 // palpate modulus on the command line.
-#include <nlohmann/json.hpp>
 
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {
-
-using Json = nlohmann::json;
 
 class ModulusCommand : public Program {};
 
@@ -21,7 +19,7 @@ TEST_F(ModulusCommand, TableOfPresses) {
   const Ended r = run({"modulus", "--frames", (folder_ / "presses.csv").string(), "--sample", "sphere,16mm",
                        "--pad-kPa", "100", "--json", "--out", (folder_ / "out").string()});
   ASSERT_EQ(r.exit_code, 0) << r.err;
-  const Json value = Json::parse(r.out);
+  const Json value = parse_json(r.out);
   EXPECT_EQ(value["state"], "valid");
   EXPECT_NEAR(value["young_MPa"].get<double>(), 0.1, 0.003);
   EXPECT_LT(value["low_MPa"].get<double>(), 0.1);
@@ -36,7 +34,7 @@ TEST_F(ModulusCommand, SimulatedSampleIsFound) {
   const Ended r =
       run({"modulus", "--simulate", "103", "--sample", "cube,10mm", "--forces", "0.8,1.0", "--json"});
   ASSERT_EQ(r.exit_code, 0) << r.err;
-  const Json value = Json::parse(r.out);
+  const Json value = parse_json(r.out);
   EXPECT_EQ(value["state"], "valid");
   EXPECT_NEAR(value["young_MPa"].get<double>(), 0.103, 0.05 * 0.103);
 }
@@ -44,7 +42,7 @@ TEST_F(ModulusCommand, SimulatedSampleIsFound) {
 TEST_F(ModulusCommand, RigidPressesOfARecordingAreNoModulus) {
   const Ended r = run({"modulus", "synthetic:press?seed=3", "--sample", "dome,16mm", "--json"});
   ASSERT_EQ(r.exit_code, 0) << r.err;
-  const Json value = Json::parse(r.out);
+  const Json value = parse_json(r.out);
   EXPECT_EQ(value["state"], "pad limited") << r.out;
   EXPECT_TRUE(value["young_MPa"].is_null());
   EXPECT_GT(value["low_MPa"].get<double>(), 0.5);
@@ -54,7 +52,7 @@ TEST_F(ModulusCommand, RigidPressesOfARecordingAreNoModulus) {
 TEST_F(ModulusCommand, AWrongShapeIsNoModulus) {
   const Ended r = run({"modulus", "synthetic:press?seed=3", "--sample", "sphere,16mm", "--json"});
   ASSERT_EQ(r.exit_code, 0) << r.err;
-  const Json value = Json::parse(r.out);
+  const Json value = parse_json(r.out);
   EXPECT_EQ(value["state"], "does not fit") << r.out;
   EXPECT_NE(value.dump().find("contradict each other"), std::string::npos) << r.out;
 }

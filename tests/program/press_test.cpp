@@ -1,20 +1,18 @@
 // Presses of a block of tissue, from a recording to the estimate of the lump in each.
-#include <nlohmann/json.hpp>
 
 #include "capture/synthetic/tissue.h"
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {
-
-using Json = nlohmann::json;
 
 class PressCommand : public Program {
  protected:
   Json json(const std::vector<std::string>& arguments) {
     const Ended ended = run(arguments);
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
-    return Json::parse(ended.out, nullptr, false);
+    return parse_json(ended.out);
   }
 };
 

@@ -4,19 +4,17 @@
 #include <unistd.h>
 
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "perf/profile/profile.h"
 #include "perf/profile/report/files.h"
 #include "tests/program/made_up_profile.h"
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate::perf {
 namespace {
-
-using Json = nlohmann::json;
 
 class ProfileProgram : public Program {
  protected:
@@ -30,7 +28,7 @@ TEST_F(ProfileProgram, RefusesFilesThatAreNoProfiles) {
   const std::string good = to_json(made_up("A", 2));
   const fs::path a = file("a.json", good);
   const auto changed = [&](const std::string& name, const std::function<void(Json&)>& change) {
-    Json value = Json::parse(good);
+    Json value = parse_json(good);
     change(value);
     return file(name, value.dump());
   };
@@ -65,7 +63,7 @@ TEST_F(ProfileProgram, ComparesTwoFiles) {
   const palpate::Table table(slurp(folder_ / "out" / "compare.csv"));
   table.expect_whole();
   EXPECT_EQ(table.at(0, "ratio"), "1.5");
-  const Json json = Json::parse(run({"profile", "--compare", a, b, "--json"}).out);
+  const Json json = parse_json(run({"profile", "--compare", a, b, "--json"}).out);
   EXPECT_NEAR(json.at("frame_ratio"), 1.5, 1e-9);
 }
 
@@ -78,7 +76,7 @@ TEST_F(ProfileProgram, WritesAFolderEvenWithoutGnuplot) {
       run({"profile", "--quick", "--sizes", "64x48", "--budget", "1", "--out", out, "--json"}, around);
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_TRUE(contains(ended.err, "gnuplot is not installed")) << ended.err;
-  EXPECT_EQ(Json::parse(ended.out), Json::parse(slurp(out / "profile.json")));
+  EXPECT_EQ(parse_json(ended.out), parse_json(slurp(out / "profile.json")));
   EXPECT_TRUE(load_profile(out / "profile.json").complete);
   for (const char* name :
        {"frames.csv", "stages.csv", "solvers.csv", "outputs.csv", "ceiling.csv", "latency.csv", "live.csv"})

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -20,14 +19,13 @@
 #include "perf/profile/truths.h"
 #include "perf/rivals/rivals.h"
 #include "tests/program/made_up_profile.h"
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 #include "viz/display/picture.h"
 #include "viz/report/gnuplot.h"
 
 namespace palpate::perf {
 namespace {
-
-using Json = nlohmann::json;
 
 TEST(Profile, PowerFitFindsExponentAndItsError) {
   const std::array<double, 5> x{1e4, 4e4, 3e5, 1.5e6, 6.7e7};

@@ -1,18 +1,16 @@
 // Successful runs of the program: files, tables and numbers of each command.
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <nlohmann/json.hpp>
 
 #include "capture/files/npy.h"
 #include "tests/scenes/dent.h"
 
 namespace palpate {
 namespace {
-
-using Json = nlohmann::json;
 
 const std::vector<std::string> kCommands = {"live",      "process", "export", "simulate",
                                             "integrate", "devices", "demo",   "profile"};
@@ -36,14 +34,14 @@ TEST_F(Program, EveryCommandExplainsItself) {
 TEST_F(Program, DevicesAreListed) {
   const Ended ended = run({"devices", "--json", "--out", folder_});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
-  const Json value = Json::parse(ended.out);
+  const Json value = parse_json(ended.out);
   EXPECT_GE(value.at("devices").size(), 1u);
   EXPECT_TRUE(value.at("usable").get<bool>());
   for (const char* key :
        {"index", "name", "type", "driver", "api_version", "memory_bytes", "usable", "refusals"}) {
     EXPECT_TRUE(value.at("devices")[0].contains(key)) << key;
   }
-  EXPECT_EQ(Json::parse(slurp(folder_ / "devices.json")), value);
+  EXPECT_EQ(parse_json(slurp(folder_ / "devices.json")), value);
 }
 
 TEST_F(Program, SimulatedRecordingComesBackAsMeasurements) {
@@ -62,10 +60,10 @@ TEST_F(Program, SimulatedRecordingComesBackAsMeasurements) {
   const Ended ended = run({"process", rec / "frames", "--sensor", rec / "sensor.json", "--out", out,
                            "--outputs", "force", "--rate", "4", "--json", "--validation"});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
-  const Json summary = Json::parse(ended.out);
+  const Json summary = parse_json(ended.out);
   EXPECT_EQ(summary.at("frames"), kFrames);
   EXPECT_TRUE(summary.at("complete").get<bool>());
-  EXPECT_EQ(Json::parse(slurp(out / "summary.json")), summary);
+  EXPECT_EQ(parse_json(slurp(out / "summary.json")), summary);
 
   const Table table(slurp(out / "measurements.csv"));
   table.expect_whole();
@@ -128,7 +126,7 @@ TEST_F(Program, DepthFilesAgreeWithEachOther) {
     std::memcpy(&z, ply.data() + body + 12 * i + 8, sizeof z);
     EXPECT_EQ(z, map.values[i]);
   }
-  const Json about = Json::parse(slurp(out / "depth" / "depth.json"));
+  const Json about = parse_json(slurp(out / "depth" / "depth.json"));
   EXPECT_EQ(about.at("png").at("zero_count"), 8192);
   EXPECT_DOUBLE_EQ(about.at("png").at("step_mm"), 0.0002);
   EXPECT_TRUE(fs::exists(out / "depth" / "000007.png"));
@@ -144,7 +142,7 @@ TEST_F(Program, GradientsBecomeHeights) {
     const Ended ended = run(
         {"integrate", folder_ / "slopes.npy", "--out", out, "--solver", solver, "--json", "--validation"});
     ASSERT_EQ(ended.exit_code, 0) << ended.err;
-    EXPECT_TRUE(Json::parse(ended.out).contains("residual"));
+    EXPECT_TRUE(parse_json(ended.out).contains("residual"));
     const NpyArray height = read_npy(out / "height.npy");
     ASSERT_EQ(height.shape, (std::vector<size_t>{kRows, kColumns}));
     const auto [low, high] = std::minmax_element(height.values.begin(), height.values.end());
@@ -166,7 +164,7 @@ TEST_F(Program, SyntheticInputIsComparedWithItsTruth) {
   const Ended ended =
       run({"process", "synthetic:palpation", "--out", out, "--frames", "60", "--json", "--outputs", "force"});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
-  const Json summary = Json::parse(ended.out);
+  const Json summary = parse_json(ended.out);
   EXPECT_EQ(summary.at("frames"), 60);
   EXPECT_TRUE(summary.contains("measured_minus_true"));
   const Table table(slurp(out / "measurements.csv"));
@@ -199,7 +197,7 @@ TEST_F(Program, DemoMeasuresWhatItWasNotCalibratedOn) {
   const Ended ended =
       run({"demo", "--headless", "--frames", "70", "--picture-every", "35", "--out", out, "--json"});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
-  const Json value = Json::parse(ended.out);
+  const Json value = parse_json(ended.out);
   const Json& felt = value.at("waveguide").at("measured_minus_true");
   const double full_scale_N = felt.at("force_N").at("full_scale");
   EXPECT_GT(full_scale_N, 0.5);

@@ -1,15 +1,12 @@
 // Sessions on the command line: record, process, replay.
 #include <thread>
 
-#include <nlohmann/json.hpp>
-
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 #include "viz/render/window.h"
 
 namespace palpate {
 namespace {
-
-using Json = nlohmann::json;
 
 class RecordProgram : public Program {
  protected:
@@ -26,7 +23,7 @@ class RecordProgram : public Program {
   Json as_recorded(const fs::path& session) {
     const Ended ended = run({"process", session, "--as-recorded", "--json", "--out", folder_ / "again"});
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
-    return Json::parse(ended.out);
+    return parse_json(ended.out);
   }
 };
 
@@ -79,7 +76,7 @@ TEST_F(RecordProgram, ProcessingASessionIsProcessingWhatWasRecorded) {
 TEST_F(RecordProgram, PlayedAtARateAllFramesAreThereAndTheMeasuredOnesAgain) {
   const fs::path session = record({"--rate", "240"});
   const Json value = as_recorded(session);
-  const Json json = Json::parse(slurp(session / "session.json"));
+  const Json json = parse_json(slurp(session / "session.json"));
   EXPECT_EQ(json["complete"], true);
   EXPECT_EQ(value["as_recorded"]["different"], 0) << value["as_recorded"]["first_difference"];
   EXPECT_GT(value["as_recorded"]["equal"], 10);
@@ -105,7 +102,7 @@ TEST_F(RecordProgram, CtrlCEndsARecordingThatIsWhole) {
   kill(child, SIGINT);
   const Ended ended = finish(child);
   EXPECT_EQ(ended.exit_code, 130) << ended.err;
-  EXPECT_EQ(Json::parse(slurp(session / "session.json"))["complete"], true);
+  EXPECT_EQ(parse_json(slurp(session / "session.json"))["complete"], true);
   EXPECT_EQ(as_recorded(session)["as_recorded"]["different"], 0);
 }
 
@@ -121,7 +118,7 @@ TEST_F(RecordProgram, KilledItKeepsWhatItHad) {
   EXPECT_EQ(finish(child).exit_code, 1000 + SIGKILL);
   const Ended processed = run({"process", session, "--json", "--out", folder_ / "out"});
   EXPECT_EQ(processed.exit_code, 0) << processed.err;
-  const Json value = Json::parse(processed.out);
+  const Json value = parse_json(processed.out);
   EXPECT_GT(value["frames"], 5);
   EXPECT_TRUE(value.contains("warning")) << value;
 }
@@ -132,12 +129,12 @@ TEST_F(RecordProgram, AFullDiskEndsTheRecordingAndSaysSo) {
   full.largest_file_bytes = 200'000;
   const Ended ended = run({"record", scene_, "--out", session, "--json"}, full);
   EXPECT_EQ(ended.exit_code, 7) << ended.err;
-  const Json value = Json::parse(ended.out);
+  const Json value = parse_json(ended.out);
   EXPECT_EQ(value["complete"], false);
   EXPECT_FALSE(value["sessions"][0]["error"].get<std::string>().empty());
   const Ended processed = run({"process", session, "--json", "--out", folder_ / "out"});
   EXPECT_EQ(processed.exit_code, 0) << processed.err;
-  EXPECT_GT(Json::parse(processed.out)["frames"], 5);
+  EXPECT_GT(parse_json(processed.out)["frames"], 5);
 }
 
 TEST_F(RecordProgram, LiveRecordsAndReplayShows) {
@@ -145,7 +142,7 @@ TEST_F(RecordProgram, LiveRecordsAndReplayShows) {
   const Ended live =
       run({"live", scene_, "--frames", "80", "--close", "--out", folder_ / "live", "--record", "--json"});
   ASSERT_EQ(live.exit_code, 0) << live.err;
-  const Json value = Json::parse(live.out);
+  const Json value = parse_json(live.out);
   ASSERT_EQ(value["sessions"].size(), 1u);
   const Json& recorded = value["sessions"][0];
   EXPECT_EQ(recorded["recorded"].get<int>() + recorded["dropped"].get<int>(), 80);
@@ -155,8 +152,8 @@ TEST_F(RecordProgram, LiveRecordsAndReplayShows) {
 
   const Ended replay = run({"replay", session, "--speed", "4", "--close", "--json"});
   EXPECT_EQ(replay.exit_code, 0) << replay.err;
-  EXPECT_EQ(Json::parse(replay.out)["captured"], recorded["written"]);
-  EXPECT_GT(Json::parse(replay.out)["shown"], 0);
+  EXPECT_EQ(parse_json(replay.out)["captured"], recorded["written"]);
+  EXPECT_GT(parse_json(replay.out)["shown"], 0);
   expect_refusal({"replay", scene_}, 3, {"session", scene_});
   expect_refusal({"replay", session, "--from", "1000"}, 2, {"--from"});
 }

@@ -1,9 +1,9 @@
 // Errors of the program and the files it leaves: one line, a documented exit code, whole files.
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 #include <chrono>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "capture/files/npy.h"
@@ -11,8 +11,6 @@
 
 namespace palpate {
 namespace {
-
-using Json = nlohmann::json;
 
 TEST_F(Program, UsageErrorsAreOneLine) {
   // With a display there is the list of sources.
@@ -34,7 +32,7 @@ TEST_F(Program, FailuresAreJsonToo) {
   const Ended ended = run(
       {"process", folder_ / "none.avi", "--sensor", folder_ / "none.json", "--out", folder_ / "o", "--json"});
   EXPECT_EQ(ended.exit_code, 4);
-  const Json value = Json::parse(ended.out);
+  const Json value = parse_json(ended.out);
   EXPECT_EQ(value.at("exit_code"), 4);
   EXPECT_FALSE(value.at("complete").get<bool>());
   EXPECT_TRUE(contains(value.at("error").get<std::string>(), "none.json"));
@@ -46,7 +44,7 @@ TEST_F(Program, NoDeviceIsToldApart) {
       .environment = {{"VK_ICD_FILENAMES", "/nonexistent.json"}, {"VK_DRIVER_FILES", "/nonexistent.json"}}};
   const Ended listed = run({"devices", "--json"}, none);
   EXPECT_EQ(listed.exit_code, 5);
-  EXPECT_FALSE(Json::parse(listed.out).at("usable").get<bool>());
+  EXPECT_FALSE(parse_json(listed.out).at("usable").get<bool>());
   expect_refusal({"process", rec / "frames", "--sensor", rec / "sensor.json", "--out", folder_ / "o"}, 5,
                  {"Vulkan"}, none);
   expect_refusal({"process", rec / "frames", "--sensor", rec / "sensor.json", "--out", folder_ / "o",
@@ -145,12 +143,12 @@ TEST_F(Program, FrameThatChangesSizeEndsTheRecording) {
   const Table table(slurp(out / "measurements.csv"));
   table.expect_whole();
   EXPECT_EQ(table.rows.size(), 4u) << "the frames before it are kept";
-  EXPECT_FALSE(Json::parse(slurp(out / "summary.json")).at("complete").get<bool>());
+  EXPECT_FALSE(parse_json(slurp(out / "summary.json")).at("complete").get<bool>());
 }
 
 TEST_F(Program, BadSensorFilesAreRefused) {
   const fs::path rec = recording(2);
-  const Json good = Json::parse(slurp(rec / "sensor.json"));
+  const Json good = parse_json(slurp(rec / "sensor.json"));
   const auto refuse = [&](const std::string& text, const std::vector<std::string>& words) {
     spill(folder_ / "sensor.json", text);
     expect_refusal({"process", rec / "frames", "--sensor", folder_ / "sensor.json", "--out", folder_ / "o"},
@@ -236,9 +234,9 @@ TEST_F(Program, InterruptKeepsWhatWasWritten) {
   ASSERT_EQ(kill(child, SIGINT), 0);
   const Ended ended = finish(child);
   EXPECT_EQ(ended.exit_code, 130) << ended.err;
-  const Json summary = Json::parse(ended.out);
+  const Json summary = parse_json(ended.out);
   EXPECT_FALSE(summary.at("complete").get<bool>());
-  EXPECT_EQ(Json::parse(slurp(out / "summary.json")), summary);
+  EXPECT_EQ(parse_json(slurp(out / "summary.json")), summary);
   const Table table(slurp(file));
   table.expect_whole();
   EXPECT_EQ(table.rows.size(), summary.at("frames").get<size_t>());

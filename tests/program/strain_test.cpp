@@ -1,14 +1,12 @@
 // `palpate strain` on the command line.
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {
-
-using Json = nlohmann::json;
 
 class StrainCommand : public Program {
  protected:
@@ -17,7 +15,7 @@ class StrainCommand : public Program {
     arguments.insert(arguments.end(), {"--json", "--quiet"});
     const Ended ended = run(arguments);
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
-    return ended.exit_code == 0 ? Json::parse(ended.out) : Json();
+    return ended.exit_code == 0 ? parse_json(ended.out) : Json();
   }
 };
 

@@ -1,16 +1,14 @@
 // The program with unknown pixels: weights of gradients, confidence of pixels.
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "capture/files/npy.h"
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 
 namespace palpate {
 namespace {
-
-using Json = nlohmann::json;
 
 constexpr uint32_t kRows = 60, kColumns = 80;
 
@@ -36,7 +34,7 @@ TEST_F(Program, IntegratesWithWeights) {
                              "--out", folder_ / "out", "--solver", solver, "--json", "--validation"});
     ASSERT_EQ(ended.exit_code, 0) << ended.err;
     EXPECT_TRUE(contains(ended.err, "2 islands")) << ended.err;
-    const Json said = Json::parse(ended.out);
+    const Json said = parse_json(ended.out);
     EXPECT_EQ(said.at("islands"), 2);
     EXPECT_EQ(said.at("unknown_px"), 3 * kRows);
     const NpyArray height = read_npy(folder_ / "out" / "height.npy");
@@ -75,7 +73,7 @@ TEST_F(Program, WritesConfidenceAndLeavesOutWhatIsNotKnown) {
   ASSERT_EQ(
       run({"simulate", "press", "--mode", "gel", "--out", rec, "--size", "96x80", "--frames", "6"}).exit_code,
       0);
-  Json sensor = Json::parse(slurp(rec / "sensor.json"));
+  Json sensor = parse_json(slurp(rec / "sensor.json"));
   sensor["pad"] = {{"circle_px", {47.5, 39.5, 36}}};
   spill(rec / "sensor.json", sensor.dump());
   fs::create_directories(out / "confidence");
@@ -85,7 +83,7 @@ TEST_F(Program, WritesConfidenceAndLeavesOutWhatIsNotKnown) {
            "--confidence", "npy", "--json", "--validation", "--pictures"});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_FALSE(fs::exists(out / "confidence" / "000900.png"));
-  EXPECT_EQ(Json::parse(ended.out).at("weighted_frames"), 6);
+  EXPECT_EQ(parse_json(ended.out).at("weighted_frames"), 6);
   const NpyArray map = read_npy(out / "confidence" / "000003.npy");
   EXPECT_EQ(map.shape, (std::vector<size_t>{80, 96, 2}));
   const cv::Mat png = cv::imread((out / "confidence" / "000003.png").string(), cv::IMREAD_UNCHANGED);

@@ -7,19 +7,18 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <thread>
 
+#include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
 #include "viz/render/layout.h"
 
 namespace palpate {
 namespace {
 
-using Json = nlohmann::json;
 using viz::Layout;
 using viz::ViewRect;
 
@@ -172,7 +171,7 @@ class WindowTest : public Program {
     }
     return finish(std::exchange(child_, -1));
   }
-  Json remembered() const { return Json::parse(slurp(config())); }
+  Json remembered() const { return parse_json(slurp(config())); }
 
   std::optional<Desktop> desktop_;
   pid_t child_ = -1;

@@ -4,15 +4,16 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
-#include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "capture/files/output_file.h"
 #include "capture/v4l2/camera.h"
+#include "engine/base/json.h"
 
 namespace palpate::viz {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = json::Value;
 namespace fs = std::filesystem;
 
 constexpr int kVersion = 1;
@@ -60,10 +61,7 @@ class Reader {
   const std::string& trouble() const { return trouble_; }
 
  private:
-  const Json* find(const char* key) const {
-    const auto it = json_.find(key);
-    return it == json_.end() ? nullptr : &*it;
-  }
+  const Json* find(const char* key) const { return json_.find(key); }
   const Json& json_;
   std::string trouble_;
 };
@@ -113,7 +111,7 @@ std::string trouble_of(const Json& json, Settings& s) {
       if (!good)
         r.complain("recent");
       else if (s.recent.size() < Settings::kMostRecent)
-        s.recent.push_back({one["input"].get<std::string>(), one.value("sensor", std::string())});
+        s.recent.push_back({one["input"].text(), one.contains("sensor") ? one["sensor"].text() : ""});
     }
   }
   if (const Json* sensors = r.list("sensors")) {
@@ -186,11 +184,18 @@ LoadedSettings load_settings(const fs::path& file) {
   std::error_code code;
   if (file.empty() || !fs::exists(file, code)) return loaded;
   std::ifstream in(file, std::ios::binary);
-  const Json json = Json::parse(in, nullptr, false);
+  std::ostringstream bytes;
+  bytes << in.rdbuf();
+  Json json;
+  try {
+    json = json::parse(bytes.str());
+  } catch (const json::Error&) {
+    json = nullptr;
+  }
   std::string trouble;
-  if (json.is_discarded() || !json.is_object())
+  if (!json.is_object())
     trouble = "it is no JSON object";
-  else if (json.value("palpate_window", Json()) != kVersion)
+  else if (!json.contains("palpate_window") || !(json["palpate_window"] == kVersion))
     trouble = "it is of another version";
   else
     trouble = trouble_of(json, loaded.settings);
@@ -203,7 +208,7 @@ LoadedSettings load_settings(const fs::path& file) {
 void save_settings(const Settings& s, const fs::path& file) {
   if (file.empty()) return;
   Json recent = Json::array();
-  for (const Settings::Recent& r : s.recent) recent.push_back({{"input", r.input}, {"sensor", r.sensor}});
+  for (const Settings::Recent& r : s.recent) recent.push_back(Json{{"input", r.input}, {"sensor", r.sensor}});
   const Json json = {{"palpate_window", kVersion},
                      {"width", s.width},
                      {"height", s.height},
@@ -220,12 +225,12 @@ void save_settings(const Settings& s, const fs::path& file) {
                      {"skin_strain", to_string(s.skin_strain)},
                      {"controls", s.controls},
                      {"chart_span_s", s.chart_span_s},
-                     {"section_line", {s.line.x0, s.line.y0, s.line.x1, s.line.y1}},
+                     {"section_line", Json::array({s.line.x0, s.line.y0, s.line.x1, s.line.y1})},
                      {"recent", recent},
                      {"sensors", s.sensors},
                      {"folder", s.folder}};
   if (file.has_parent_path()) make_output_folder(file.parent_path());
-  write_whole(file, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  write_whole(file, json.dump(2, json::Utf8::Replace) + "\n");
 }
 
 }  // namespace palpate::viz

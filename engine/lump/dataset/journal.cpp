@@ -9,8 +9,8 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
-#include <nlohmann/json.hpp>
 
+#include "engine/base/json.h"
 #include "palpate/error.h"
 
 namespace palpate::lump {
@@ -66,7 +66,7 @@ std::optional<std::string> record_at(int file, uint64_t at, size_t bytes) {
 }
 
 std::string head_of(const Sweep& sweep, const std::string& program) {
-  return nlohmann::ordered_json{{"program", program}, {"sweep", to_json(sweep)}}.dump();
+  return json::Value{{"program", program}, {"sweep", to_json(sweep)}}.dump();
 }
 
 [[noreturn]] void cannot_write(const std::filesystem::path& path, int code) {
@@ -198,7 +198,7 @@ Journal::Glance Journal::glance(const std::filesystem::path& path) {
   Glance glance;
   try {
     if (const auto head = read_head(file, path)) {
-      const nlohmann::json value = nlohmann::json::parse(head->first);
+      const json::Value value = json::parse(head->first);
       glance.program = value.at("program").get<std::string>();
       glance.sweep = sweep_from_json(value.at("sweep").get<std::string>());
       const size_t bytes = packed_bytes(glance.sweep);
@@ -207,7 +207,7 @@ Journal::Glance Journal::glance(const std::filesystem::path& path) {
         if (record_at(file, at, bytes)) ++glance.cases;
       }
     }
-  } catch (const nlohmann::json::exception& error) {
+  } catch (const json::Error& error) {
     ::close(file);
     throw Error(Failure::Input, "cases of a data set in '" + path.string() + "'", error.what(), kRemedy);
   } catch (...) {

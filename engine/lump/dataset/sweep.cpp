@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "engine/base/json.h"
 #include "engine/fem/large_strain/large_strain.h"
 #include "engine/numeric/sobol.h"
 #include "palpate/error.h"
@@ -193,39 +193,39 @@ fem::Map in_case_axes(const Case& what, fem::Map map) {
 }
 
 std::string to_json(const Sweep& s) {
-  const auto pair = [](const Range& r) { return nlohmann::ordered_json::array({r.low, r.high}); };
-  nlohmann::ordered_json shapes = nlohmann::ordered_json::array();
+  const auto pair = [](const Range& r) { return json::Value::array({r.low, r.high}); };
+  json::Value shapes = json::Value::array();
   for (const fem::InclusionShape shape : s.shapes) shapes.push_back(to_string(shape));
-  return nlohmann::ordered_json{{"sequence", "sobol, scrambled"},
-                                {"seed", s.seed},
-                                {"diameter_mm", pair(s.size_mm)},
-                                {"depth_mm", pair(s.depth_mm)},
-                                {"stiffness_ratio", pair(s.stiffness_ratio)},
-                                {"thickness_mm", pair(s.thickness_mm)},
-                                {"young_Pa", pair(s.young_Pa)},
-                                {"greatest_press_over_thickness", pair(s.greatest_press)},
-                                {"offset_mm", s.offset_mm},
-                                {"centred_share", s.centred_fraction},
-                                {"block_mm", s.block_mm},
-                                {"poisson", s.poisson},
-                                {"floor_mm", s.floor_mm},
-                                {"rim_mm", s.rim_mm},
-                                {"shapes", shapes},
-                                {"no_lump_share", s.no_lump_fraction},
-                                {"loads", s.loads},
-                                {"cells", s.cells},
-                                {"coarser_cells", s.coarser_cells},
-                                {"cells_follow_lumps", s.follows_lumps()},
-                                {"nodes", s.nodes},
-                                {"residual", s.residual},
-                                {"step_mm", s.step_mm}}
+  return json::Value{{"sequence", "sobol, scrambled"},
+                     {"seed", s.seed},
+                     {"diameter_mm", pair(s.size_mm)},
+                     {"depth_mm", pair(s.depth_mm)},
+                     {"stiffness_ratio", pair(s.stiffness_ratio)},
+                     {"thickness_mm", pair(s.thickness_mm)},
+                     {"young_Pa", pair(s.young_Pa)},
+                     {"greatest_press_over_thickness", pair(s.greatest_press)},
+                     {"offset_mm", s.offset_mm},
+                     {"centred_share", s.centred_fraction},
+                     {"block_mm", s.block_mm},
+                     {"poisson", s.poisson},
+                     {"floor_mm", s.floor_mm},
+                     {"rim_mm", s.rim_mm},
+                     {"shapes", shapes},
+                     {"no_lump_share", s.no_lump_fraction},
+                     {"loads", s.loads},
+                     {"cells", s.cells},
+                     {"coarser_cells", s.coarser_cells},
+                     {"cells_follow_lumps", s.follows_lumps()},
+                     {"nodes", s.nodes},
+                     {"residual", s.residual},
+                     {"step_mm", s.step_mm}}
       .dump();
 }
 
 Sweep sweep_from_json(const std::string& text) {
   Sweep s;
   try {
-    const nlohmann::json v = nlohmann::json::parse(text);
+    const json::Value v = json::parse(text);
     const auto range = [&](const char* key) {
       return Range{v.at(key).at(0).get<double>(), v.at(key).at(1).get<double>()};
     };
@@ -243,7 +243,7 @@ Sweep sweep_from_json(const std::string& text) {
     s.floor_mm = v.at("floor_mm").get<double>();
     s.rim_mm = v.at("rim_mm").get<double>();
     s.shapes.clear();
-    for (const nlohmann::json& name : v.at("shapes")) {
+    for (const json::Value& name : v.at("shapes")) {
       const auto* const found =
           std::find(std::begin(fem::kShapeNames), std::end(fem::kShapeNames), name.get<std::string>());
       if (found == std::end(fem::kShapeNames))
@@ -258,7 +258,7 @@ Sweep sweep_from_json(const std::string& text) {
     s.residual = v.at("residual").get<double>();
     s.step_mm = v.at("step_mm").get<double>();
     check(s);
-  } catch (const nlohmann::json::exception& error) {
+  } catch (const json::Error& error) {
     throw Error(Failure::Input, "a sweep of lumps as JSON", error.what(),
                 "a file that `palpate lump dataset` wrote");
   } catch (const Error& error) {

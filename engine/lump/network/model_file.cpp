@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
+#include "engine/base/json.h"
 #include "engine/lump/network/inverse_network.h"
 #include "engine/lump/network/model.h"
 #include "engine/lump/network/network.h"
@@ -14,7 +14,7 @@
 namespace palpate::lump {
 namespace {
 
-using Json = nlohmann::json;
+using Json = json::Value;
 
 constexpr const char* kMagic = "palpate lump network 2\n";
 constexpr size_t kLargest = size_t{64} << 20;
@@ -235,7 +235,7 @@ std::string Network::bytes() const {
     for (const auto& row : m.calibration[method]) {
       Json list = Json::array();
       for (const Calibration& t : row) list.push_back(calibration_json(t));
-      json["trust"][kMethodNames[method]].push_back(list);
+      json["trust"][kMethodNames[method]].push_back(std::move(list));
     }
   json["reader"] = {{"loads", m.inverse.loads},
                     {"ways", m.inverse.components.cols()},
@@ -243,6 +243,7 @@ std::string Network::bytes() const {
                     {"scale", m.inverse.scale},
                     {"hidden", hidden_of(m.inverse.ensemble)},
                     {"members", m.inverse.ensemble.size()}};
+  json.sort_keys();
   Weights weights;
   weights.put(m.base.factors);
   weights.put(m.patch.fields);
@@ -280,9 +281,7 @@ Network Network::parse(const std::string& bytes, const std::string& name) {
   if (sum != check_sum(bytes.data(), end)) refuse("which is damaged: its check sum is another");
   try {
     Taken weights(bytes.data() + line + 1, end - line - 1);
-    return Network(read_model(Json::parse(bytes.begin() + static_cast<std::ptrdiff_t>(magic),
-                                          bytes.begin() + static_cast<std::ptrdiff_t>(line)),
-                              weights));
+    return Network(read_model(json::parse(std::string_view(bytes).substr(magic, line - magic)), weights));
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
