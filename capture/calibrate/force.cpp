@@ -12,6 +12,9 @@
 namespace palpate {
 namespace {
 
+// Frames whose saturated pixels may hide more of the signal than this are not fitted.
+constexpr double kMostHidden = 0.02;
+
 using Json = json::Value;
 
 const char* unit_of(ForceSignal signal) {
@@ -99,7 +102,7 @@ std::vector<ForceSample> force_samples(const std::vector<GaugedRecording>& recor
       s.press = presses - 1;
       if (!std::isfinite(f.force_N))
         s.left_out = LeftOut::NoGauge;
-      else if (s.features.saturated)
+      else if (std::max(s.features.hidden_gray, s.features.hidden_slopes) > kMostHidden)
         s.left_out = LeftOut::Saturated;
       else if (s.features.at_border && !keep_border)
         s.left_out = LeftOut::AtBorder;

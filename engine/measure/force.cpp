@@ -55,6 +55,28 @@ double value_at(ForceModel model, double c1, double c0_N, double exponent, Knots
   return c1 * basis(model, exponent, s) + c0_N;
 }
 
+constexpr double kNormal95 = 1.96;  // half an interval of 95 %, standard errors
+constexpr double kBlindPixels = 9;  // whose slopes a saturated pixel spoils
+
+template <typename Shape>
+double hidden_gray(const Shape& shape) {
+  if (shape.saturated_px == 0) return 0;
+  const double most_gray = static_cast<double>(shape.saturated_px) * shape.peak_gray;
+  return most_gray < shape.gray_sum ? most_gray / shape.gray_sum : 1;
+}
+
+template <typename Shape>
+double hidden_slopes(const Shape& shape) {
+  if (shape.saturated_px == 0) return 0;
+  const double most_px = kBlindPixels * static_cast<double>(shape.saturated_px);
+  return most_px < static_cast<double>(shape.area_px) ? most_px / static_cast<double>(shape.area_px) : 1;
+}
+
+double hidden_fraction(ForceSignal signal, const ForceFeatures& r) {
+  if (signal == ForceSignal::Area) return 0;
+  return signal == ForceSignal::GraySum ? r.hidden_gray : r.hidden_slopes;
+}
+
 }  // namespace
 
 ForceFeatures force_features(const Touch& t) {
@@ -63,19 +85,28 @@ ForceFeatures force_features(const Touch& t) {
           t.surface ? t.surface->volume_mm3 : 0,
           t.surface.has_value(),
           t.contact,
-          t.saturated_px > 0,
+          hidden_gray(t),
+          hidden_slopes(t),
           t.at_border,
           t.gradient_sum.value_or(0),
           t.gradient_sum.has_value()};
 }
 
 ForceFeatures force_features(const ContactTouch& c) {
-  return {c.gray_sum, static_cast<double>(c.area_px), 0, false, true, c.saturated_px > 0, c.at_border, 0,
+  return {c.gray_sum,
+          static_cast<double>(c.area_px),
+          0,
+          false,
+          true,
+          hidden_gray(c),
+          hidden_slopes(c),
+          c.at_border,
+          0,
           false};
 }
 
 ForceFeatures reading_at(double signal) {
-  return {signal, signal, signal, true, true, false, false};
+  return {signal, signal, signal, true, true, 0, 0, false};
 }
 
 double signal_of(const ForceCalibration& c, const ForceFeatures& r) {
@@ -145,7 +176,9 @@ Estimate force_of(const ForceCalibration& c, const ForceFeatures& r, double unlo
   if (s < c.gray_min) force.validity = Validity::BelowRange;
   if (s > c.gray_max) force.validity = Validity::AboveRange;
   if (r.at_border) force.validity = Validity::AtBorder;
-  if (r.saturated) force.validity = Validity::Saturated;
+  const double hidden_N = hidden_fraction(c.signal, r) * std::abs(value);
+  if (hidden_N > kNormal95 * force.standard_error) force.validity = Validity::Saturated;
+  force.standard_error += hidden_N / kNormal95;
   return force;
 }
 
@@ -154,11 +187,11 @@ Estimate ForceHistory::update(const ForceCalibration& c, const ForceFeatures& r)
   return force_of(c, r, w);
 }
 
-Estimate force_from_gray(const ForceCalibration& c, double gray_sum, bool contact, bool saturated) {
+Estimate force_from_gray(const ForceCalibration& c, double gray_sum, bool contact, double hidden_gray) {
   ForceFeatures features;
   features.gray_sum = gray_sum;
   features.contact = contact;
-  features.saturated = saturated;
+  features.hidden_gray = hidden_gray;
   return force_of(c, features);
 }
 

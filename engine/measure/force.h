@@ -13,7 +13,10 @@ struct ForceFeatures {
   double volume_mm3 = 0;  ///< indented; only with has_volume
   bool has_volume = false;
   bool contact = false;
-  bool saturated = false;   ///< pixels are at the camera's limit
+  /// Most that the contact's saturated pixels may hide, as a fraction of the gray sum (each as much again as
+  /// the brightest pixel shows) and of a gradient sum or volume (each what 9 pixels show on average).
+  double hidden_gray = 0;
+  double hidden_slopes = 0;
   bool at_border = false;   ///< the contact reaches the frame's border
   double gradient_sum = 0;  ///< gray levels times px; only with has_gradient
   bool has_gradient = false;
@@ -60,8 +63,9 @@ class LoadDirection {
 /// without branches in the calibration it does not matter. Between the branches the value lies between
 /// theirs, and its error grows by their mixture's, sqrt(w (1 - w)) of the gap. States, the first that holds:
 /// no contact (force 0), not calibrated (a volume or gradient
-/// sum is needed and there is none), saturated, at the border,
-/// above or below the calibrated range.
+/// sum is needed and there is none), saturated (pixels at the camera's limit may hide more than the interval
+/// of 95 % holds; otherwise it is wider by what they hide), at the border, above or below the calibrated
+/// range.
 Estimate force_of(const ForceCalibration& calibration, const ForceFeatures& features, double unloading = 0.5);
 
 /// Follows one contact from its onset and tells its force from frame to frame.
@@ -77,6 +81,7 @@ class ForceHistory {
 };
 
 /// force_of for a calibration of the gray sum, of a reading that is all inside the frame (Eq. 54).
-Estimate force_from_gray(const ForceCalibration& calibration, double gray_sum, bool contact, bool saturated);
+Estimate force_from_gray(const ForceCalibration& calibration, double gray_sum, bool contact,
+                         double hidden_gray = 0);
 
 }  // namespace palpate

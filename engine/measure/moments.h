@@ -21,7 +21,7 @@ struct ContactMoments {
   int64_t xy = 0;
   int64_t yy = 0;
   uint32_t peak = 0;       ///< largest g
-  uint64_t saturated = 0;  ///< raw pixels at or above the saturation level, in the whole frame
+  uint64_t saturated = 0;  ///< raw pixels that touch has brought to the saturation level, in the whole frame
   bool border = false;     ///< contact pixels in the frame's outermost rows or columns
 
   bool operator==(const ContactMoments&) const = default;

@@ -86,6 +86,7 @@ ContactTiles::ContactTiles(const Sensor& sensor, const FrameFormat& format)
     : signal_(sensor.signal),
       reach_(static_cast<uint32_t>(std::lround(sensor.threshold_gray * 128)) * 2),
       saturation_(sensor.saturation_gray),
+      dead_(dead_gray(sensor)),
       change_(2 * size_t{format.width}),
       bright_(2 * size_t{format.width}),
       row_(2 * (size_t{format.width} + 2 * kReach)),
@@ -203,12 +204,16 @@ template <typename Pixel>
 uint64_t ContactTiles::saturated(const Frame& frame, const PixelRect& tile) const {
   uint64_t count = 0;
   for (uint32_t y = tile.y; y < tile.y + tile.height; ++y) {
-    std::array<Pixel, kTile> brightest{};
+    std::array<Pixel, kTile> brightest{}, at_rest{};
     for (uint32_t channel = 0; channel < frame.format.channels; ++channel) {
       const Pixel* row = row_of<Pixel>(frame, channel, y) + tile.x;
-      for (uint32_t x = 0; x < tile.width; ++x) brightest[x] = std::max(brightest[x], row[x]);
+      const Pixel* rest = row_of<Pixel>(background_, channel, y) + tile.x;
+      for (uint32_t x = 0; x < tile.width; ++x) {
+        brightest[x] = std::max(brightest[x], row[x]);
+        at_rest[x] = std::max(at_rest[x], rest[x]);
+      }
     }
-    for (uint32_t x = 0; x < tile.width; ++x) count += brightest[x] >= saturation_;
+    for (uint32_t x = 0; x < tile.width; ++x) count += brightest[x] >= saturation_ && at_rest[x] < dead_;
   }
   return count;
 }

@@ -18,7 +18,7 @@ struct TouchedTiles {
   std::vector<uint8_t> touched;  ///< rows x columns; 1: touched
   uint64_t count = 0;            ///< of touched tiles
   PixelRect box;                 ///< around all touched tiles, clipped to the frame
-  uint64_t saturated_px = 0;     ///< raw pixels at or above the sensor's saturation level, whole frame
+  uint64_t saturated_px = 0;     ///< as Touch::saturated_px
 };
 
 /// Finds tiles of 32 x 32 px with contact: pixels whose filtered change from the background reaches the
@@ -48,6 +48,7 @@ class ContactTiles {
   Signal signal_;
   uint32_t reach_;       ///< filtered change from which a pixel is in contact, 1/256 gray levels
   uint32_t saturation_;  ///< gray levels
+  uint32_t dead_;        // untouched gray levels, see dead_gray()
   Frame background_;
   std::vector<uint8_t> change_, bright_;        ///< largest raw values of each column of a row of tiles
   std::vector<uint8_t> row_;                    ///< one row's changes, with apron

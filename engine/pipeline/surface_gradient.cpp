@@ -28,6 +28,11 @@ std::optional<Surface> plain_surface(gpu::Context& context, const FrameFormat& f
 
 }  // namespace
 
+bool too_many_saturated(const Touch& touch) {
+  constexpr uint64_t kOneIn = 100;
+  return touch.saturated_px * kOneIn > touch.area_px;
+}
+
 GradientSurface::GradientSurface(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
                                  const FramePlan& plan, const Contact& contact, const Confidence* confidence,
                                  const Tuning& tuning)
@@ -73,6 +78,8 @@ void GradientSurface::measure(const FrameSlot& slot, Touch& touch) const {
   measure_heights(slot, touch);
   slot.surface.clipped.invalidate();
   touch.surface->clipped_px = slope_.clipped_px(slot.surface.clipped.as<const uint32_t>());
+  if (touch.surface->validity == Validity::Saturated && !too_many_saturated(touch))
+    touch.surface->validity = Validity::Valid;
   if (touch.surface->validity == Validity::Valid && too_many_clipped(touch, sensor_))
     touch.surface->validity = Validity::Clipped;
   if (weighted_) weighted_->measure(slot.surface.weighted, touch);

@@ -11,6 +11,9 @@
 
 namespace palpate {
 
+/// Whether pixels that touch has saturated are so many, beside the contact's, that its depth cannot be right.
+bool too_many_saturated(const Touch& touch);
+
 class GradientSurface : public SurfaceMethod {
  public:
   GradientSurface(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,

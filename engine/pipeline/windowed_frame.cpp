@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "engine/gpu/commands.h"
+#include "engine/pipeline/surface_gradient.h"
 
 namespace palpate {
 namespace {
@@ -163,7 +164,7 @@ FrameMeasurement WindowedFrame::measure(uint32_t index, Touch& touch) {
   }
   touch.saturated_px = slot.saturated_px;
   if (!surface_) return measured;
-  if (touch.contact && touch.saturated_px > 0) touch.surface->validity = Validity::Saturated;
+  if (touch.contact && too_many_saturated(touch)) touch.surface->validity = Validity::Saturated;
   measured.surface.width = format_.width;
   measured.surface.height = format_.height;
   measured.surface.window = slot.place;

@@ -237,6 +237,16 @@ uint32_t shadow_gray(const Sensor& sensor) {
              : 0;
 }
 
+uint32_t dead_gray(const Sensor& sensor) {
+  const uint32_t margin = std::max(1u, (1u << sensor.bit_depth) / 64);
+  return sensor.saturation_gray - std::min(sensor.saturation_gray, margin);
+}
+
+bool has_gel_contacts(const Sensor& sensor) {
+  return sensor.reconstruction == Reconstruction::Photometric &&
+         sensor.background.kind == BackgroundKind::Untouched && sensor.bit_depth == 8;
+}
+
 uint32_t smallest_contact_px(const Sensor& sensor, const FrameFormat& format) {
   if (sensor.smallest_contact_px > 0) return sensor.smallest_contact_px;
   double least_px = std::max(9.0, static_cast<double>(format.width) * format.height / 4000);

@@ -77,6 +77,7 @@ Contact::Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat&
   push_.tiles_y = (format.height + tile_rows_ - 1) / tile_rows_;
   push_.threshold = static_cast<uint32_t>(std::lround(sensor.threshold_gray * 128));
   push_.saturation = sensor.saturation_gray;
+  push_.dead = dead_gray(sensor);
   const uint32_t keep_shift = format.bit_depth > 8 ? format.bit_depth - 8 : 0;
   units_per_gray_ = 256u >> keep_shift;
 

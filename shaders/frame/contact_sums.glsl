@@ -117,11 +117,13 @@ Whole start_whole() {
 // In each lane a bit, kSaturatedShift up, that the raw pixel is saturated.
 #ifdef WIDE
 const uint kSaturatedShift = 0;
-uvec4 saturated_of(uvec4 raw) { return at_least(raw, push.saturation); }
+uvec4 reaching(uvec4 raw, uint limit) { return at_least(raw, limit); }
 #else
 const uint kSaturatedShift = 15;
-uvec4 saturated_of(uvec4 raw) { return raw + (0x8000u - min(push.saturation, 0x8000u)) * ONES; }
+uvec4 reaching(uvec4 raw, uint limit) { return raw + (0x8000u - min(limit, 0x8000u)) * ONES; }
 #endif
+uvec4 saturated_of(uvec4 raw) { return reaching(raw, push.saturation); }
+uvec4 dead_of(uvec4 rest) { return reaching(rest, push.dead); }
 
 // Saturated pixels are rare: rows only tell that there is one, and tiles without any make no turn of the loop that counts them.
 bool any_saturated(Sums s) {
@@ -129,13 +131,19 @@ bool any_saturated(Sums s) {
   return (any.x | any.y | any.z | any.w) != 0;
 }
 uint count_saturated(Sums s, int at) {
-  Half raw = Half(uvec4(0), uvec4(0));
+  Half raw = Half(uvec4(0), uvec4(0)), untouched = raw;
   for (int plane = 0; plane < PLANES; ++plane) {
-    uvec4 image = texelFetch(frame_texels, plane * int(push.height) * int(push.pitch) + at);
+    int from = plane * int(push.height) * int(push.pitch) + at;
+    uvec4 image = texelFetch(frame_texels, from), rest = texelFetch(rest_texels, from);
     raise(raw, Half(even_of(image), odd_of(image)));
+    raise(untouched, Half(even_of(rest), odd_of(rest)));
   }
-  uvec4 full = ((saturated_of(raw.even) >> kSaturatedShift) & s.inside & ONES) +
-               ((saturated_of(raw.odd) >> kSaturatedShift) & (s.inside >> 8) & ONES);
+  uvec4 even = saturated_of(raw.even), odd = saturated_of(raw.odd);
+  if (SUBTRACT == 1) {
+    even &= ~dead_of(untouched.even);
+    odd &= ~dead_of(untouched.odd);
+  }
+  uvec4 full = ((even >> kSaturatedShift) & s.inside & ONES) + ((odd >> kSaturatedShift) & (s.inside >> 8) & ONES);
   uint sum = sum4(full);
 #ifndef WIDE
   sum = (sum & 0xffffu) + (sum >> 16);

@@ -30,7 +30,7 @@ struct ContactRecord {
   uint gray_k_low;
   uint gray_k_high;
   uint peak;       // largest g of the contact pixels
-  uint saturated;  // raw pixels at or above the saturation level, contact or not
+  uint saturated;  // raw pixels that touch has brought to the saturation level, contact or not
   uint border;     // not 0: contact pixels in the frame's outermost rows or columns
   uint unused;
 };
@@ -43,6 +43,7 @@ struct ContactPush {
   uint tiles_y;
   uint threshold;   // in 1/128 gray levels
   uint saturation;  // gray levels
+  uint dead;        // gray levels: pixels that reach this untouched tell nothing by saturating
   uint parts;       // room in the list of a tile's parts, for the kernels that sum those
 };
 

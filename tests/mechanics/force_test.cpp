@@ -27,7 +27,7 @@ TEST(Force, PaperLine) {
   const ForceCalibration c = paper();
   for (const double force_N : {0.537, 0.966, 1.503}) {
     const double gray_sum = (force_N - c.c0_N) / c.c1_N_per_gray;
-    const Estimate force = force_from_gray(c, gray_sum, true, false);
+    const Estimate force = force_from_gray(c, gray_sum, true);
     EXPECT_NEAR(force.value, force_N, 1e-12);
     EXPECT_DOUBLE_EQ(force.standard_error, 0.005);
   }
@@ -36,7 +36,7 @@ TEST(Force, PaperLine) {
 TEST(Force, RangeAndDoubtsAreStated) {
   const ForceCalibration c = paper();
   const auto validity = [&](double gray_sum, bool contact = true, bool saturated = false) {
-    return force_from_gray(c, gray_sum, contact, saturated).validity;
+    return force_from_gray(c, gray_sum, contact, saturated ? 1 : 0).validity;
   };
   EXPECT_EQ(validity(c.gray_min), Validity::Valid);
   EXPECT_EQ(validity(c.gray_max), Validity::Valid);
@@ -47,7 +47,7 @@ TEST(Force, RangeAndDoubtsAreStated) {
   EXPECT_EQ(validity(2 * c.gray_max, true, true), Validity::Saturated);
   // Without contact there is no force to doubt.
   for (const bool saturated : {false, true}) {
-    const Estimate none = force_from_gray(c, 0, false, saturated);
+    const Estimate none = force_from_gray(c, 0, false, saturated ? 1 : 0);
     EXPECT_EQ(none.validity, Validity::NoContact);
     EXPECT_EQ(none.value, 0);
     EXPECT_EQ(none.standard_error, 0);
@@ -63,7 +63,7 @@ TEST(Force, ErrorGrowsAwayFromTheReadings) {
     force.push_back(2e-8 * gray.back() - 0.1 + noise(random));
   }
   const ForceCalibration c = fit_force(gray, force).calibration;
-  const auto error = [&](double g) { return force_from_gray(c, g, true, false).standard_error; };
+  const auto error = [&](double g) { return force_from_gray(c, g, true).standard_error; };
   const double middle = 1e7 * (4 + 5.5);
   // At the mean of n readings a new one errs by s sqrt(1 + 1/n); elsewhere by more, alike on both sides.
   EXPECT_NEAR(error(middle), c.residual_sd_N * std::sqrt(1 + 1.0 / 12), 1e-9);
@@ -78,9 +78,9 @@ TEST(Force, BorderAndSaturationOutrankTheRange) {
   r.contact = r.at_border = true;
   for (const double gray : {0.5 * c.gray_min, c.gray_min, 2 * c.gray_max}) {
     r.gray_sum = gray;
-    r.saturated = false;
+    r.hidden_gray = 0;
     EXPECT_EQ(force_of(c, r).validity, Validity::AtBorder);
-    r.saturated = true;
+    r.hidden_gray = 1;
     EXPECT_EQ(force_of(c, r).validity, Validity::Saturated);
   }
 }
@@ -170,7 +170,7 @@ TEST(Force, StatedErrorCoversTheTruth) {
       }
       const ForceCalibration c = fit_force(gray, force).calibration;
       const double g = 1e7 + kSpan * where;
-      const Estimate estimate = force_from_gray(c, g, true, false);
+      const Estimate estimate = force_from_gray(c, g, true);
       const double gauge_N = kSlope * g + kOffset + noise(random);
       inside += std::abs(estimate.value - gauge_N) <= estimate.standard_error;
     }

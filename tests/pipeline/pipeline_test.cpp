@@ -199,8 +199,15 @@ TEST_F(PipelineTest, ClippedImagesAreMarked) {
       const Touch t = pipeline.process(frame);
       EXPECT_EQ(t.saturated_px, at_limit) << text << " frame " << k;
       if (!t.contact) continue;
-      EXPECT_EQ(t.force_N.validity == Validity::Saturated, at_limit > 0) << text << " frame " << k;
-      if (at_limit < 100) continue;
+      // A few pixels widen the interval, many are said.
+      if (at_limit == 0) {
+        EXPECT_NE(t.force_N.validity, Validity::Saturated) << text << " frame " << k;
+      }
+      if (t.force_N.validity == Validity::Valid) {
+        EXPECT_LT(scene.truth(k).force_N - t.force_N.value, 3 * t.force_N.standard_error)
+            << text << " frame " << k << ", " << at_limit << " px at the limit";
+      }
+      if (t.force_N.validity != Validity::Saturated) continue;
       ++clipped;
       EXPECT_LT(t.force_N.value, scene.truth(k).force_N) << text << " frame " << k;
     }

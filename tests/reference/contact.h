@@ -5,9 +5,9 @@
 #include <cmath>
 #include <vector>
 
+#include "engine/stages/contact.h"
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
-#include "engine/stages/contact.h"
 
 namespace palpate::reference {
 
@@ -67,12 +67,18 @@ inline void add_pixel(ContactMoments& m, uint32_t x, uint32_t y, uint32_t g, uin
   m.peak = std::max(m.peak, g);
 }
 
-/// The brightest channel of a raw pixel is at the sensor's limit.
-inline bool is_saturated(const Frame& image, const Sensor& sensor, uint32_t x, uint32_t y) {
-  uint32_t brightest = 0;
+inline uint32_t brightest(const Frame& image, uint32_t x, uint32_t y) {
+  uint32_t gray = 0;
   for (uint32_t channel = 0; channel < image.format.channels; ++channel)
-    brightest = std::max(brightest, image.at(channel, x, y));
-  return brightest >= sensor.saturation_gray;
+    gray = std::max(gray, image.at(channel, x, y));
+  return gray;
+}
+
+/// The brightest channel of a raw pixel is at the sensor's limit, and was not nearly there untouched.
+inline bool is_saturated(const Frame& image, const Frame& rest, const Sensor& sensor, uint32_t x,
+                         uint32_t y) {
+  return brightest(image, x, y) >= sensor.saturation_gray &&
+         (sensor.background.kind == BackgroundKind::None || brightest(rest, x, y) < dead_gray(sensor));
 }
 
 /// With BackgroundKind::None `rest` must be black.
@@ -83,7 +89,7 @@ inline ContactMoments moments(const Frame& image, const Frame& rest, const Senso
   ContactMoments m;
   for (uint32_t y = 0; y < height; ++y) {
     for (uint32_t x = 0; x < width; ++x) {
-      m.saturated += is_saturated(image, sensor, x, y);
+      m.saturated += is_saturated(image, rest, sensor, x, y);
       const uint32_t g = filtered[size_t{y} * width + x];
       if (g < threshold) continue;
       add_pixel(m, x, y, g, width, height);

@@ -29,7 +29,7 @@ inline std::vector<Region> regions(const Frame& image, const Frame& rest, const 
         const auto [x, y] = edge.back();
         edge.pop_back();
         ContactMoments& m = region.moments;
-        m.saturated += is_saturated(image, sensor, x, y);
+        m.saturated += is_saturated(image, rest, sensor, x, y);
         add_pixel(m, x, y, filtered[size_t{y} * width + x], width, height);
         left = std::min(left, x);
         right = std::max(right, x);

@@ -91,8 +91,10 @@ std::string describe(const ProcessSummary& s) {
     for (const auto& [state, frames] : s.force_states)
       text += "force " + state + ": " + counted(frames, "frame") + "\n";
     if (s.saturated_frames) {
-      text += "saturated pixels in " + counted(s.saturated_frames, "frame") +
-              ": their force is a lower bound; lower the exposure or the light\n";
+      text +=
+          "touch saturates pixels in " + counted(s.saturated_frames, "frame") +
+          ": where they may hide more than the interval, force and depth say so; lower the exposure or the "
+          "light\n";
     }
   }
   if (s.largest_depth_mm) {

@@ -250,6 +250,14 @@ PALPATE_API Sensor uncalibrated_sensor(const FrameFormat& format);
 /// one.
 PALPATE_API uint32_t shadow_gray(const Sensor& sensor);
 
+/// Untouched gray level from which a pixel is as good as saturated at rest, 1/64 of full scale below
+/// saturation_gray: such pixels never count as saturated by touch.
+PALPATE_API uint32_t dead_gray(const Sensor& sensor);
+
+/// Whether contacts (Output::Contacts) are told by the change over its own noise, and the surface is at rest
+/// beside them: colour gels. Both then depend on the frames before.
+PALPATE_API bool has_gel_contacts(const Sensor& sensor);
+
 /// The sensor's own, or 1/4000 of the frame, 9 px, and what one marker or patch of its skin changes at most.
 PALPATE_API uint32_t smallest_contact_px(const Sensor& sensor, const FrameFormat& format);
 

@@ -142,8 +142,10 @@ struct Touch {
   uint64_t area_px = 0;
   double area_mm2 = 0;
   Ellipse ellipse;
-  double peak_gray = 0;       ///< largest filtered gray, gray levels
-  uint64_t saturated_px = 0;  ///< raw pixels at or above the sensor's saturation level, whole frame
+  double peak_gray = 0;  ///< largest filtered gray, gray levels
+  /// Raw pixels that touch has brought to the sensor's saturation level, whole frame. Those that are there
+  /// untouched (dead_gray()) do not count: they tell nothing.
+  uint64_t saturated_px = 0;
 
   bool at_border = false;  ///< contact pixels in the frame's outermost rows or columns: what presses beyond
                            ///< them is missing
