@@ -246,8 +246,10 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   uint64_t total = source->frame_count().value_or(0);
   if (request.frames != 0) total = total == 0 ? request.frames : std::min(total, request.frames);
   if (!request.images.empty()) write_image_setting(sensor, background, out);
-  // Depth is each frame's own; what is followed from frame to frame is so from the first one on.
-  const bool followed = request.rows || request.pictures || request.video;
+  // Depth is each frame's own but beside contacts of a gel; what is followed from frame to frame is so from
+  // the first one on.
+  const bool followed = request.rows || request.pictures || request.video ||
+                        (wants(request.outputs, Output::Contacts) && has_gel_contacts(sensor));
   if (!followed && request.range.first > 0) seek_frame(*source, request.range.first);
 
   const int64_t start_ns = monotonic_ns();

@@ -66,6 +66,7 @@ void ContactTracker::update(Touch& touch, std::span<const float> skin_sd_px) {
       continue;
     }
     Track& track = track_of_[i] == kNone ? begin() : tracks_[track_of_[i]];
+    track.lineage = regions_[i].id;
     regions_[i].id = track.last.id;
     regions_[i].frames = track.last.frames + track.missed;
     track.last = regions_[i];
@@ -123,6 +124,20 @@ void ContactTracker::match() {
   const std::vector<uint32_t>& column_of = assignment_.solve(cost_, rows, columns);
   for (uint32_t row = 0; row < rows; ++row)
     if (column_of[row] < count) track_of_[column_of[row]] = row;
+  for (uint32_t i = 0; i < count; ++i)
+    if (track_of_[i] == kNone && regions_[i].id != 0) track_of_[i] = nearest_of_lineage(regions_[i]);
+}
+
+// Of the tracks without a region.
+uint32_t ContactTracker::nearest_of_lineage(const ContactTouch& region) const {
+  uint32_t nearest = kNone;
+  for (uint32_t row = 0; row < tracks_.size(); ++row) {
+    if (tracks_[row].lineage != region.id || std::ranges::find(track_of_, row) != track_of_.end()) continue;
+    if (nearest == kNone ||
+        squared_way(tracks_[row].last, region) < squared_way(tracks_[nearest].last, region))
+      nearest = row;
+  }
+  return nearest;
 }
 
 // A new contact.
@@ -202,7 +217,7 @@ void ContactTracker::add_up(Touch& touch) const {
       contacts.size() > 1) {
     // What is wrong with the calibration is wrong with all contacts alike; single readings scatter apart.
     const ForceCalibration& calibration = *sensor_.force;
-    Estimate sum{0, 0, touch.saturated_px > 0 ? Validity::Saturated : Validity::Valid};
+    Estimate sum{0, 0, Validity::Valid};
     double scatter = 0, common_N = 0;
     for (const ContactTouch& contact : contacts) {
       const Estimate& force = contact.force_N;

@@ -32,7 +32,8 @@ class ContactTracker {
   /// unseen.
   void interrupt();
 
-  /// Frames in order. In: touch.contacts are the frame's regions with their shapes, in a fixed order. Out:
+  /// Frames in order. In: touch.contacts are the frame's regions with their shapes, in a fixed order, and the
+  /// lineage as their id, where it is known: a contact goes on in a region of its lineage however far. Out:
   /// the contacts, with ids, forces and shears, and small_regions. Where there are several contacts the force
   /// of `touch` becomes the sum of theirs, where there is one or more the shear as well: no contact that
   /// comes or goes then looks like a motion. Where the skin is followed (`skin_sd_px`: of each of its points)
@@ -43,7 +44,8 @@ class ContactTracker {
  private:
   struct Track {
     ContactTouch last;
-    uint32_t missed = 0;  ///< frames since `last`
+    uint32_t missed = 0;   ///< frames since `last`
+    uint32_t lineage = 0;  ///< of `last`, 0 where it is not known
     ForceHistory force;
     ShearTracker shear;
     SkinTracker skin;
@@ -51,6 +53,7 @@ class ContactTracker {
   };
   void choose(Touch& touch);
   void match();
+  uint32_t nearest_of_lineage(const ContactTouch& region) const;
   Track& begin();
   void end_missing();
   void sum_skin(Touch& touch) const;

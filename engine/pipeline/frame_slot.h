@@ -9,6 +9,7 @@
 #include "engine/stages/confidence.h"
 #include "engine/stages/contact.h"
 #include "engine/stages/regions.h"
+#include "engine/stages/rest_correction.h"
 #include "engine/stages/rest_level.h"
 #include "engine/stages/upload.h"
 
@@ -17,6 +18,9 @@ namespace palpate {
 /// The part of the surface method. What a method does not need stays empty.
 struct SurfaceSlot {
   FloatMap depth;
+  RestCorrection::Slot rest_correction;
+  gpu::Commands heights, corrected;  ///< after the solve: find it, take it off
+  bool was_corrected = false;        ///< the frame that is measured
   gpu::DeviceBuffer rest_records;
   gpu::DeviceBuffer clipped;         ///< of slopes
   gpu::DeviceBuffer border_records;  ///< of pressure
@@ -62,6 +66,7 @@ struct FrameSlot {
 
   gpu::DeviceBuffer records;
   Regions::Slot regions;
+  gpu::DeviceBuffer cell_changes;
   gpu::DeviceBuffer gradient_sums;
   gpu::DeviceBuffer skin_records;
   std::vector<float> skin_sd_px;  ///< standard error of each point of the frame that is measured

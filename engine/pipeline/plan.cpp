@@ -36,6 +36,10 @@ bool needs_skin(const Sensor& sensor, uint32_t outputs) {
   return follows_skin(sensor, wants(outputs, Output::Skin), wants(outputs, Output::Force));
 }
 
+bool needs_gel_contacts(const Sensor& sensor, uint32_t outputs) {
+  return wants(outputs, Output::Contacts) && has_gel_contacts(sensor);
+}
+
 SurfaceKind surface_kind(const Sensor& sensor, uint32_t outputs) {
   if (!wants(outputs, Output::Surface)) return SurfaceKind::None;
   if (sensor.reconstruction == Reconstruction::Elastic) return SurfaceKind::Elastic;
@@ -50,6 +54,7 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
   plan.windowed = options.skip_untouched && can_window(sensor, format, options);
   plan.background = sensor.background.kind == BackgroundKind::Untouched;
   plan.regions = wants(options.outputs, Output::Contacts);
+  plan.gel_contacts = needs_gel_contacts(sensor, options.outputs);
   plan.gradient = needs_gradient(sensor, options.outputs);
   plan.skin = needs_skin(sensor, options.outputs);
   plan.confidence = needs_confidence(sensor, options.outputs);
@@ -86,7 +91,7 @@ std::vector<PixelRect> window_sizes(const FrameFormat& format) {
 bool can_window(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options) {
   if (sensor.background.kind != BackgroundKind::Untouched || sensor.filter != Filter::Binomial5) return false;
   if (needs_confidence(sensor, options.outputs) || needs_gradient(sensor, options.outputs) ||
-      needs_skin(sensor, options.outputs))
+      needs_skin(sensor, options.outputs) || needs_gel_contacts(sensor, options.outputs))
     return false;
   const SurfaceKind surface = surface_kind(sensor, options.outputs);
   if (surface == SurfaceKind::Elastic || surface == SurfaceKind::Lookup) return false;

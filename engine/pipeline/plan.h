@@ -27,9 +27,10 @@ enum class Weights {
 };
 
 struct FramePlan {
-  bool windowed = false;    ///< WindowedFrame, else WholeFrame
-  bool background = false;  ///< an untouched image is subtracted
-  bool regions = false;     ///< contacts are told apart
+  bool windowed = false;      ///< WindowedFrame, else WholeFrame
+  bool background = false;    ///< an untouched image is subtracted
+  bool regions = false;       ///< contacts are told apart
+  bool gel_contacts = false;  ///< by the change over its noise: colour gels
   bool gradient = false;
   bool skin = false;
   bool confidence = false;

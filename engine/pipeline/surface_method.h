@@ -31,12 +31,14 @@ class SurfaceMethod {
   virtual uint64_t memory_bytes() const = 0;
   virtual uint64_t memory_bytes(const FrameSlot& slot) const;
 
+  /// Whatever changes a slot's heights afterwards lets their rest level be found again.
+  void record_rest_level(gpu::Commands& commands, FrameSlot& slot) const;
+
  protected:
   /// `sensor` and `contact` live longer than this.
   SurfaceMethod(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
                 const Contact& contact, const Tuning& tuning);
 
-  void record_rest_level(gpu::Commands& commands, FrameSlot& slot) const;
   /// Fills what every method measures, with heights counted from the rest level that the map shows.
   RestHeight measure_heights(const FrameSlot& slot, Touch& touch) const;
   /// For methods whose heights are depths: 0 is the untouched pad, whatever the map's own rest level.

@@ -31,11 +31,16 @@ WholeFrame::WholeFrame(gpu::Context& context, const Sensor& sensor, const FrameF
       contact_(context, sensor, format, plan.keep_filtered, tuning, plan.regions) {
   if (plan.background) background_.emplace(context, "background", format);
   if (plan.regions) regions_.emplace(context, contact_, format);
+  if (plan.gel_contacts) {
+    cell_change_.emplace(context, format);
+    gel_contacts_.emplace(sensor, format);
+  }
   if (plan.gradient) gradient_.emplace(context, sensor, format);
   if (plan.skin) skin_.emplace(context, sensor, format);
   if (plan.confidence) confidence_.emplace(context, sensor, format);
   surface_ =
       make_surface(context, sensor, format, plan, contact_, confidence_ ? &*confidence_ : nullptr, tuning);
+  if (gel_contacts_ && surface_) rest_correction_.emplace(context, surface_->grid());
   if (confidence_ && !background_) {
     Frame black;
     black.reshape(format);
@@ -50,6 +55,8 @@ WholeFrame::~WholeFrame() {
   for (FrameSlot& slot : slots_) {
     slot.commands.settle();
     slot.surface.weighted.commands.settle();
+    slot.surface.heights.settle();
+    slot.surface.corrected.settle();
   }
 }
 
@@ -69,12 +76,18 @@ void WholeFrame::make(FrameSlot& slot) {
     slot.staged.end();
   }
   if (regions_) slot.regions = regions_->slot(context_);
+  if (cell_change_) slot.cell_changes = readback("cell changes", cell_change_->bytes());
   if (gradient_) slot.gradient_sums = readback("gradient sums", gradient_->record_bytes());
   if (confidence_) {
     slot.confidence.map = ConfidenceMap(context_, confidence_->map_bytes());
     slot.confidence.records = readback("confidence records", confidence_->record_bytes());
   }
   if (surface_) surface_->make(slot);
+  if (rest_correction_) {
+    slot.surface.rest_correction = rest_correction_->slot(context_);
+    slot.surface.heights = gpu::Commands(context_);
+    slot.surface.corrected = gpu::Commands(context_);
+  }
   record(slot);
 }
 
@@ -85,12 +98,28 @@ void WholeFrame::record(FrameSlot& slot) {
   cmd.begin();
   contact_.record(cmd, slot.frame, slot.background, slot.records);
   if (regions_) regions_->record(cmd, slot.frame, slot.background, slot.records, slot.regions);
+  if (cell_change_) cell_change_->record(cmd, slot.frame, slot.background, slot.cell_changes);
   if (gradient_) gradient_->record(cmd, slot.frame, slot.background, slot.gradient_sums);
   if (skin_ && skin_->ready()) skin_->record(cmd, slot.frame, slot.skin_records);
   if (confidence_) confidence_->record(cmd, slot.frame, slot.confidence.map, slot.confidence.records);
   if (surface_) surface_->record(cmd, slot);
   cmd.host_barrier();
   cmd.end();
+  if (rest_correction_) record_rest_correction(slot);
+}
+
+void WholeFrame::record_rest_correction(FrameSlot& slot) {
+  gpu::Commands& before = slot.surface.heights;
+  before.begin();
+  rest_correction_->record_means(before, slot.surface.depth, slot.surface.rest_correction);
+  before.host_barrier();
+  before.end();
+  gpu::Commands& after = slot.surface.corrected;
+  after.begin();
+  rest_correction_->record(after, slot.surface.depth, slot.surface.rest_correction);
+  surface_->record_rest_level(after, slot);
+  after.host_barrier();
+  after.end();
 }
 
 void WholeFrame::place(const FramePlace& place) {
@@ -108,6 +137,7 @@ void WholeFrame::set_background(const Frame& background) {
   commands.submit();
   commands.wait();
   if (confidence_) confidence_->set_background(background);
+  if (gel_contacts_) gel_contacts_->set_background(background);
   if (skin_) find_skin(background);
 }
 
@@ -180,6 +210,7 @@ FrameMeasurement WholeFrame::measure(uint32_t index, Touch& touch) {
   }
   if (surface_) surface_->solve(slot);
   measure_contact(slot, touch);
+  if (rest_correction_) correct_rest(slot, touch);
   if (gradient_) {
     slot.gradient_sums.invalidate();
     const uint64_t units = gradient_->sum(slot.gradient_sums.as<const uint32_t>());
@@ -222,6 +253,38 @@ void WholeFrame::measure_regions(const FrameSlot& slot, const ShapeScale& scale,
     set_shape(one, in_frame(region.moments, at, format_), scale);
     one.box = {region.box.x + at.x, region.box.y + at.y, region.box.width, region.box.height};
   }
+  if (gel_contacts_) measure_gel_contacts(slot, touch);
+}
+
+// The regions of gray change are pieces of a gel's contacts; the touch's gray sum and peak stay theirs.
+void WholeFrame::measure_gel_contacts(const FrameSlot& slot, Touch& touch) {
+  std::swap(gray_regions_, touch.contacts);
+  slot.cell_changes.invalidate();
+  gel_contacts_->find(slot.cell_changes.as<const shared::CellChange>(), gray_regions_, touch.contacts);
+  set_whole(touch);
+}
+
+void WholeFrame::set_whole(Touch& touch) const {
+  const ContactTouch& whole = gel_contacts_->whole();
+  touch.contact = whole.area_px > 0;
+  touch.centroid_x_px = whole.centroid_x_px;
+  touch.centroid_y_px = whole.centroid_y_px;
+  touch.area_px = whole.area_px;
+  touch.area_mm2 = whole.area_mm2;
+  touch.ellipse = whole.ellipse;
+  touch.at_border = whole.at_border;
+}
+
+void WholeFrame::correct_rest(FrameSlot& slot, Touch& touch) {
+  slot.surface.heights.submit();
+  slot.surface.heights.wait();
+  slot.surface.was_corrected = rest_correction_->find(slot.surface.rest_correction, gel_contacts_->at_rest());
+  if (!slot.surface.was_corrected) return;
+  slot.surface.corrected.submit();
+  gel_contacts_->split(rest_correction_->depth_mm(), rest_correction_->error_mm(), gray_regions_,
+                       touch.contacts);
+  set_whole(touch);
+  slot.surface.corrected.wait();
 }
 
 std::vector<float> WholeFrame::read_depth_mm(uint32_t slot, double rest_mm) const {
@@ -262,13 +325,21 @@ std::vector<gpu::ScopeTime> WholeFrame::times(uint32_t index) const {
   const auto main = slot.commands.times();
   times.insert(times.end(), main.begin(), main.end());
   if (surface_) surface_->add_times(slot, times);
+  if (rest_correction_) {
+    const auto before = slot.surface.heights.times();
+    times.insert(times.end(), before.begin(), before.end());
+    if (!slot.surface.was_corrected) return times;
+    const auto after = slot.surface.corrected.times();
+    times.insert(times.end(), after.begin(), after.end());
+  }
   return times;
 }
 
 std::vector<gpu::ScopeTraffic> WholeFrame::traffic() const {
   const FrameSlot& slot = slots_.front();
   std::vector<gpu::ScopeTraffic> traffic;
-  for (const gpu::Commands* part : {&slot.staged, &slot.commands, &slot.surface.after_solve}) {
+  for (const gpu::Commands* part : {&slot.staged, &slot.commands, &slot.surface.after_solve,
+                                    &slot.surface.heights, &slot.surface.corrected}) {
     const auto more = part->traffic();
     traffic.insert(traffic.end(), more.begin(), more.end());
   }
@@ -284,9 +355,10 @@ uint64_t WholeFrame::memory_bytes() const {
   if (surface_) bytes += surface_->memory_bytes();
   for (const FrameSlot& slot : slots_) {
     bytes += slot.frame.memory_bytes() + slot.records.bytes() + Regions::memory_bytes(slot.regions) +
-             slot.gradient_sums.bytes() + slot.skin_records.bytes() + slot.confidence.map.buffer.bytes() +
-             slot.confidence.records.bytes();
+             slot.cell_changes.bytes() + slot.gradient_sums.bytes() + slot.skin_records.bytes() +
+             slot.confidence.map.buffer.bytes() + slot.confidence.records.bytes();
     if (surface_) bytes += surface_->memory_bytes(slot);
+    bytes += slot.surface.rest_correction.means.bytes() + slot.surface.rest_correction.levels.bytes();
   }
   return bytes;
 }

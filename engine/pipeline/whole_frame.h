@@ -6,10 +6,12 @@
 #include <optional>
 #include <vector>
 
+#include "engine/measure/gel_contacts.h"
 #include "engine/pipeline/frame_slot.h"
 #include "engine/pipeline/frames.h"
 #include "engine/pipeline/plan.h"
 #include "engine/pipeline/surface_method.h"
+#include "engine/stages/cell_change.h"
 #include "engine/stages/gradient.h"
 #include "engine/stages/import_pages.h"
 #include "engine/stages/skin.h"
@@ -47,6 +49,10 @@ class WholeFrame : public Frames {
   void find_skin(const Frame& untouched);
   void measure_contact(const FrameSlot& slot, Touch& touch);
   void measure_regions(const FrameSlot& slot, const ShapeScale& scale, Touch& touch);
+  void measure_gel_contacts(const FrameSlot& slot, Touch& touch);
+  void record_rest_correction(FrameSlot& slot);
+  void set_whole(Touch& touch) const;
+  void correct_rest(FrameSlot& slot, Touch& touch);
 
   gpu::Context& context_;
   FrameFormat format_;
@@ -55,12 +61,16 @@ class WholeFrame : public Frames {
   std::optional<PaddedImage> background_;  ///< where one is subtracted
   Contact contact_;
   std::optional<Regions> regions_;
+  std::optional<CellChangeStage> cell_change_;
+  std::optional<GelContacts> gel_contacts_;
+  std::optional<RestCorrection> rest_correction_;  ///< of a gel's surface
   std::optional<Gradient> gradient_;
   std::optional<Skin> skin_;
   std::optional<Confidence> confidence_;
   std::unique_ptr<SurfaceMethod> surface_;
   std::optional<ImportPages> pages_;  ///< where leased frames are read in place
   std::vector<Region> found_;         ///< in the frame that is measured; kept so that frames allocate nothing
+  std::vector<ContactTouch> gray_regions_;
   std::deque<FrameSlot> slots_;
 };
 

@@ -191,6 +191,22 @@ TEST(ContactTracker, FarJumpIsANewContact) {
   EXPECT_EQ(ids(follow(tracker, {region(100 + 2 * reach_px + 0.1, 100, 300)})), Ids{2});
 }
 
+TEST(ContactTracker, ALineageIsFollowedHoweverFar) {
+  ContactTracker tracker(rigged(), kFormat);
+  const auto of = [](uint32_t lineage, ContactTouch contact) {
+    contact.id = lineage;
+    return contact;
+  };
+  EXPECT_EQ(ids(follow(tracker, {of(7, region(100, 100, 400)), of(9, region(400, 100, 400))})), (Ids{1, 2}));
+  // The nearer one is of the other's lineage, but goes on by itself.
+  EXPECT_EQ(ids(follow(tracker, {of(7, region(100, 400, 400)), of(9, region(405, 100, 400))})), (Ids{1, 2}));
+  EXPECT_EQ(ids(follow(tracker, {of(9, region(600, 400, 400)), of(7, region(100, 405, 400))})), (Ids{1, 2}));
+  // Two of one lineage: the second is new.
+  const Touch split = follow(tracker, {of(7, region(100, 410, 400)), of(7, region(300, 410, 400))});
+  EXPECT_EQ(ids(split), (Ids{1, 3}));
+  EXPECT_EQ(ids(follow(tracker, {region(30, 30, 400)})), (Ids{4})) << "0 is no lineage";
+}
+
 TEST(ContactTracker, AfterAGapAllIsNewAndItsOnsetUnseen) {
   ContactTracker tracker(rigged(), kFormat);
   EXPECT_EQ(follow(tracker, {region(100, 100, 800)}).contacts[0].shear_x_N.validity, Validity::Valid);
@@ -248,6 +264,7 @@ TEST(ContactTracker, TheSumSaysWhatItsPartsLack) {
   const auto saturated_too = [](ContactTouch& c) {
     c.at_border = true;
     c.saturated_px = 3;
+    c.peak_gray = c.gray_sum / 3;
   };
   EXPECT_EQ(state(saturated_too).force_N.validity, Validity::Saturated);
 }

@@ -292,7 +292,7 @@ TEST_F(FailingProgram, DepthFilesBeforeADeviceLossAreWhole) {
   const fs::path out = folder_ / "out";
   expect_refusal(
       {"process", "synthetic:press?size=96x80&mode=gel", "--frames", "10", "--out", out, "--depth", "npy"}, 5,
-      {"device lost"}, failing("vkQueueSubmit2", 8));
+      {"device lost"}, failing("vkQueueSubmit2", 14));
   const Table table(slurp(out / "measurements.csv"));
   table.expect_whole();
   ASSERT_GT(table.rows.size(), 2u);

@@ -279,12 +279,18 @@ TEST_F(Export, FilmHoldsTheChosenFrames) {
   EXPECT_EQ(pictures, 5);
 }
 
-// Depth needs nothing of the frames before: the session is entered where the range begins.
+// A gel is at rest beside contacts that are followed from the first frame on; else depth needs nothing of the
+// frames before, and the session is entered where the range begins.
 TEST_F(Export, OneFrameAloneIsThatFrame) {
-  const fs::path recorded = session("press?mode=gel", 40);
-  ASSERT_EQ(exported(recorded, folder_ / "one", {"--npy", "--frames", "35"}).exit_code, 0);
-  EXPECT_EQ(names_in(folder_ / "one" / "depth"), (std::vector<std::string>{"000035.npy", "depth.json"}));
-  EXPECT_EQ(read_npy(folder_ / "one" / "depth" / "000035.npy").values, depths_mm(recorded).at(35));
+  for (const char* scene : {"press?mode=gel", "press?mode=waveguide"}) {
+    SCOPED_TRACE(scene);
+    const fs::path recorded = session(scene, 40);
+    ASSERT_EQ(exported(recorded, folder_ / "one", {"--npy", "--frames", "35"}).exit_code, 0);
+    EXPECT_EQ(names_in(folder_ / "one" / "depth"), (std::vector<std::string>{"000035.npy", "depth.json"}));
+    EXPECT_EQ(read_npy(folder_ / "one" / "depth" / "000035.npy").values, depths_mm(recorded).at(35));
+    fs::remove_all(folder_ / "one");
+    fs::remove_all(recorded);
+  }
 }
 
 TEST_F(Export, OtherRecordingsAreExportedToo) {

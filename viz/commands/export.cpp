@@ -49,7 +49,11 @@ void choose_outputs(const Options& options, const MeasuredInput& input, ProcessR
     request.solver = info.solver;
     request.skip_untouched = info.skip_untouched;
   }
-  if (!request.depth.empty()) request.outputs |= surface;
+  if (!request.depth.empty()) {
+    request.outputs |= surface;
+    if (has_gel_contacts(input.sensor))
+      request.outputs |= input.outputs & static_cast<uint32_t>(Output::Contacts);
+  }
   if (options.solver) request.solver = *options.solver;
 }
 

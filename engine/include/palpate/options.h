@@ -13,9 +13,11 @@ enum class Output : uint32_t {
   Force = 1,       ///< contact moments, force, shear
   Surface = 2,     ///< height map on the GPU, depth
   Confidence = 4,  ///< confidence of each pixel; the surface then weights each by it
-  Contacts = 8,    ///< several contacts separated and followed; with Force
-  Skin = 16,       ///< how the skin moves along itself, where the sensor has a pattern on it; with Force
-  Gradient = 32,   ///< Touch::gradient_sum, of frames of 8 bits
+  /// Several contacts separated and followed; with Force. A colour gel's (Reconstruction::Photometric, 8
+  /// bits) are told by the change over its own noise, and its Surface is then at rest beside them.
+  Contacts = 8,
+  Skin = 16,      ///< how the skin moves along itself, where the sensor has a pattern on it; with Force
+  Gradient = 32,  ///< Touch::gradient_sum, of frames of 8 bits
 };
 constexpr uint32_t operator|(Output a, Output b) {
   return static_cast<uint32_t>(a) | static_cast<uint32_t>(b);

@@ -1,0 +1,152 @@
+// Contacts of a colour gel: where its picture, and with it its slope, changes by more than its own noise.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/measure/contact_shape.h"
+#include "palpate/frame.h"
+#include "palpate/sensor.h"
+#include "palpate/touch.h"
+#include "shaders/shared/cell_change.h"
+
+namespace palpate {
+
+/// Light that a camera or its lamps have changed by themselves, of one colour: image = gain * untouched +
+/// offset where nothing touches.
+struct LightChange {
+  double gain = 1;
+  double offset_gray = 0;
+};
+
+/// A gel shows slopes, so that a threshold on its change breaks one contact into rings and specks. Here a
+/// contact is where the mean square of the change, over that of untouched frames, is raised about a place:
+/// capped for each cell, so that a speck is no contact, and averaged over kReach_mm, so that rings and their
+/// middle are one. What reaches kOnset (kCore where there was a contact before) is one, with all that is
+/// above kFoot around it and what that surrounds. Its outline is where the picture's structure, which light
+/// that glows through the gel does not have, falls to kOutline of what the contact has: good to about 1.5 mm.
+///
+/// The noise of each cell is learned from what is not touched. Light that changes by itself is estimated for
+/// each colour from what is not touched, and taken out first.
+class GelContacts {
+ public:
+  static constexpr double kReach_mm = 1.6;  ///< standard deviation of the weights
+  static constexpr double kCap = 8;         ///< a cell counts no more than this, over its noise
+  static constexpr double kFoot = 2;        ///< mean over noise from which a cell belongs to a contact
+  static constexpr double kOnset = 4;       ///< that a new contact has to reach somewhere
+  static constexpr double kSureOnset = 6;   ///< likewise; with less it has to do so in two frames
+  static constexpr double kCore = 3;        ///< that one has to reach to go on
+  static constexpr double kOutline = 0.2;   ///< of the structure's 95th percentile over the contact
+  static constexpr double kSaddle = 0.35;   ///< between two contacts, of the shallower one's depth
+  static constexpr double kSureErrors = 4;
+  static constexpr double kLeastPeak = 0.2;  ///< of the deepest contact's depth
+  static constexpr double kLeast_mm2 = 2;    ///< area of a contact's foot
+  static constexpr double kRestMargin_mm = 2;
+  static constexpr uint32_t kMostContacts = 64;
+
+  /// Frames of three colours and 8 bits.
+  GelContacts(const Sensor& sensor, const FrameFormat& format);
+
+  void set_background(const Frame& background);
+
+  /// One frame's contacts, frames in order: `cells` row by row. Others' sums of its gray, `gray`, are given
+  /// to the contact that each lies in; what lies in none is left out. Fills `found` with shapes only.
+  void find(std::span<const shared::CellChange> cells, std::span<const ContactTouch> gray,
+            std::vector<ContactTouch>& found);
+  /// A foot joins contacts that the pad's slope between them does not tell apart: those of the last frame are
+  /// split where the depth between two is less than kSaddle of the shallower one's. `depth_mm`: mean of each
+  /// cell, 0 at rest; `error_mm`: of them, as far as is known, which a saddle has to exceed kSureErrors
+  /// times.
+  void split(std::span<const float> depth_mm, double error_mm, std::span<const ContactTouch> gray,
+             std::vector<ContactTouch>& found);
+  /// All contacts of the last frame as one shape; area 0 without any.
+  const ContactTouch& whole() const { return whole_; }
+  /// Whether each cell of the last frame is surely not touched: kRestMargin_mm from any contact's outline.
+  std::span<const uint8_t> at_rest() const { return at_rest_; }
+  /// Red, green and blue of the last frame.
+  const std::array<LightChange, 3>& light() const { return light_; }
+  /// Whether enough of the last frame was untouched to tell them.
+  bool light_known() const { return light_known_; }
+
+ private:
+  /// Where the depth is greatest around.
+  struct Peak {
+    uint32_t parent = 0;  ///< itself, or one that it has become part of
+    float depth_mm = 0;
+    double area_px = 0;
+    uint32_t contact = 0;
+    bool at_border = false;
+  };
+  /// Connected cells that are raised.
+  struct Foot {
+    float highest = 0;
+    double area_px = 0;
+    uint32_t before = 0;    ///< the contact of the last frame that it shares most with, or 0
+    double shared_px = 0;   ///< with that
+    bool was_seen = false;  ///< there was an onset at its place already
+    uint32_t contact = 0;
+  };
+  void estimate_light(std::span<const shared::CellChange> cells);
+  void estimate_light(uint32_t colour);
+  void compare(std::span<const shared::CellChange> cells);
+  void find_unsteady(const Frame& background);
+  void smooth();
+  void blur(std::vector<float>& values, uint32_t radius);
+  void blur_rows(const std::vector<float>& values, uint32_t radius);
+  void blur_columns(std::vector<float>& values, uint32_t radius);
+  Foot foot_of_edge();
+  float outline_level(uint32_t contact);
+  void learn();
+  void mark_foot();
+  void fill_holes();
+  void find_rest();
+  void collect(std::vector<ContactTouch>& found);
+  void flood(uint32_t from, uint8_t of, uint32_t label);
+  uint32_t number_contacts();
+  void set_shapes(std::vector<ContactTouch>& found);
+  void number_basins(uint32_t cells);
+  void spread(const std::vector<uint8_t>& from, std::vector<uint8_t>& rows, std::vector<uint8_t>& to,
+              uint32_t reach) const;
+  void add_cell(uint32_t cell, ContactMoments& moments, PixelRect& box) const;
+  void add_gray(std::span<const ContactTouch> gray, std::vector<ContactTouch>& found);
+
+  FrameFormat format_;
+  ShapeScale scale_;
+  uint32_t cells_x_, cells_y_;
+  std::array<uint32_t, 3> radii_{};  // of three running means that are near a Gaussian
+  uint32_t even_radius_ = 1, fine_radius_ = 1, margin_ = 1;  // cells
+  double least_px_;
+  std::array<std::vector<float>, 3> rest_gray_;  // means of the untouched image
+  std::vector<float> pixels_;                    // of each cell
+  std::vector<float> unsteady_;                  // variance that moves along, gray levels squared
+  std::vector<float> noise_;                     // mean square, gray levels
+  std::vector<float> change_;                    // of the frame: mean square, gray levels
+  std::vector<float> strength_, even_;           // variance of the change about a place; its mean there
+  std::vector<float> raised_, scratch_;          // over noise, capped, smoothed
+  std::vector<uint8_t> foot_, at_rest_, near_;
+  std::vector<uint32_t> label_, owner_;  // of each cell: of a flood; of a contact, from 1
+  std::vector<uint8_t> before_;          // of each cell: the last frame's contact
+  std::vector<Foot> feet_;
+  std::vector<uint32_t> heir_;  // of each contact of the last frame: foot, from 1
+  std::vector<double> shared_px_;
+  std::array<std::vector<float>, 3> means_;
+  std::vector<float> sorted_;
+  std::vector<uint32_t> edge_;  // what a flood has reached
+  std::vector<float> edges_;    // of each contact: smoothed change at its outline
+  std::vector<ContactMoments> moments_;
+  std::vector<Peak> peaks_;
+  std::vector<uint32_t> order_, basin_, first_of_;  // cells by depth; of each cell; of each owner
+  bool patterned_ = false;                          // a pattern printed on the whole skin
+  std::vector<uint32_t> lineage_, lineage_before_;  // of each contact that find() saw, from 1
+  std::vector<uint32_t> foot_of_;                   // of each contact: the one that find() saw
+  uint32_t last_lineage_ = 0;
+  uint32_t count_ = 0;
+  std::array<LightChange, 3> light_{};
+  bool light_known_ = true;
+  uint64_t frames_ = 0;
+  ContactTouch whole_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,132 @@
+// Contacts on recordings of a real gel beside a gauge, of two days: one object is one contact. They are not
+// part of the repository; the test says loudly when it is skipped.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <set>
+#include <string>
+
+#include "capture/files/gauge.h"
+#include "capture/open_source.h"
+#include "palpate/pipeline.h"
+#include "tests/recordings/wedge_clips.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+class GelContactRecordings : public WedgeClips {
+ protected:
+  GelContactRecordings() : WedgeClips("CONTACTS NOT CHECKED ON A REAL GEL") {}
+
+  struct Counts {
+    size_t pressed = 0, one = 0, untouched = 0, wrong = 0, ids = 0, saturated = 0;
+  };
+  static Counts follow(const fs::path& clip) {
+    const Sensor sensor = load_sensor(fs::path(PALPATE_SOURCE_DIR) / "capture/sensors/gelsight_wedge.json");
+    const std::unique_ptr<Source> source = open_source(clip.string(), sensor);
+    Pipeline pipeline(context(), sensor, source->format(), {.outputs = Output::Force | Output::Contacts});
+    pipeline.set_background(load_background(clip.string(), sensor, *source));
+    fs::path table = clip;
+    const Gauge gauge = read_gauge(table.replace_extension(".csv"), GaugeColumns::Normal);
+    // The gauge reads up to three frames late.
+    const auto risen = std::ranges::find_if(gauge.force_N, [](double force_N) { return force_N > 0.3; });
+    const auto onset = static_cast<size_t>(risen - gauge.force_N.begin());
+    Counts counts;
+    std::set<uint32_t> ids;
+    Frame frame;
+    for (size_t i = 0; source->next(frame) && i < gauge.force_N.size(); ++i) {
+      const Touch touch = pipeline.process(frame);
+      for (const ContactTouch& contact : touch.contacts) ids.insert(contact.id);
+      counts.saturated += touch.saturated_px > 0;
+      if (gauge.force_N[i] > 1) {
+        ++counts.pressed;
+        counts.one += touch.contacts.size() == 1;
+      } else if (i + 3 < onset) {
+        ++counts.untouched;
+        counts.wrong += !touch.contacts.empty();
+      }
+    }
+    counts.ids = ids.size();
+    return counts;
+  }
+};
+
+TEST_F(GelContactRecordings, OneObjectIsOneContact) {
+  Counts all;
+  size_t clips = 0, few_ids = 0;
+  for (const fs::path& day : {folder(), folder() / "../gelsight_wedge_day2"}) {
+    if (!fs::is_directory(day)) continue;
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(day))
+      if (entry.path().extension() == ".avi") files.push_back(entry.path());
+    std::ranges::sort(files);
+    for (const fs::path& file : files) {
+      const Counts c = follow(file);
+      std::printf(
+          "%-32s one contact in %3zu of %3zu frames above 1 N, %zu ids, wrong in %zu of %zu untouched\n",
+          file.stem().c_str(), c.one, c.pressed, c.ids, c.wrong, c.untouched);
+      all.pressed += c.pressed, all.one += c.one, all.untouched += c.untouched, all.wrong += c.wrong;
+      ++clips;
+      few_ids += c.ids <= 3;
+    }
+  }
+  const double one = static_cast<double>(all.one) / static_cast<double>(all.pressed);
+  std::printf("%zu clips: %.1f %%, wrong in %zu of %zu untouched frames, at most 3 ids in %zu\n", clips,
+              100 * one, all.wrong, all.untouched, few_ids);
+  EXPECT_GE(one, 0.95);
+  // The frames before the gauge moves already show the gripper's first touch.
+  EXPECT_LE(static_cast<double>(all.wrong), 0.02 * static_cast<double>(all.untouched));
+  EXPECT_EQ(few_ids, clips);
+}
+
+// Where nothing touches the surface is at rest: no tilt or bowl beside a press.
+TEST_F(GelContactRecordings, TheSurfaceIsAtRestBesideAPress) {
+  const Sensor sensor = load_sensor(fs::path(PALPATE_SOURCE_DIR) / "capture/sensors/gelsight_wedge.json");
+  const double margin_px = 3 / sensor.pitch_mm_per_px;
+  size_t judged = 0;
+  for (const char* name : {"gelsight_wedge_press/golf_ball_1", "gelsight_wedge_press/golf_ball_2",
+                           "gelsight_wedge_day2/golf_ball", "gelsight_wedge_day2/rigid_strawberry"}) {
+    const fs::path clip = folder() / ".." / (std::string(name) + ".avi");
+    if (!fs::exists(clip)) continue;
+    const std::unique_ptr<Source> source = open_source(clip.string(), sensor);
+    Pipeline pipeline(context(), sensor, source->format(),
+                      {.outputs = Output::Force | Output::Contacts | Output::Surface});
+    pipeline.set_background(load_background(clip.string(), sensor, *source));
+    Frame frame;
+    double deepest_mm = 0;
+    std::vector<float> depth_mm;
+    std::vector<ContactTouch> contacts;
+    while (source->next(frame)) {
+      ASSERT_TRUE(pipeline.submit(frame));
+      const std::optional<Result> result = pipeline.wait();
+      if (result->touch.surface->depth_max_mm <= deepest_mm || result->touch.contacts.empty()) continue;
+      deepest_mm = result->touch.surface->depth_max_mm;
+      depth_mm = pipeline.read_depth_mm(*result);
+      contacts = result->touch.contacts;
+    }
+    // Beyond a circle of each contact's area.
+    std::vector<float> far_mm;
+    for (uint32_t y = 0; y < frame.format.height; ++y)
+      for (uint32_t x = 0; x < frame.format.width; ++x) {
+        const bool near = std::ranges::any_of(contacts, [&](const ContactTouch& c) {
+          const double radius_px = c.ellipse.major_mm / 2 / sensor.pitch_mm_per_px;
+          return std::hypot(x - c.centroid_x_px, y - c.centroid_y_px) < radius_px + margin_px;
+        });
+        if (!near) far_mm.push_back(std::abs(depth_mm[size_t{y} * frame.format.width + x]));
+      }
+    ASSERT_GT(far_mm.size(), 1000u) << name;
+    std::ranges::nth_element(far_mm, far_mm.begin() + static_cast<std::ptrdiff_t>(far_mm.size() / 2));
+    const double median_mm = double{far_mm[far_mm.size() / 2]};
+    std::printf("%-40s deepest %.2f mm, median beside it %.3f mm (%.1f %%)\n", name, deepest_mm, median_mm,
+                100 * median_mm / deepest_mm);
+    EXPECT_LE(median_mm, 0.03 * deepest_mm) << name;
+    ++judged;
+  }
+  EXPECT_GT(judged, 0u);
+}
+
+}  // namespace
+}  // namespace palpate
