@@ -7,13 +7,19 @@
 
 namespace palpate {
 
-/// Of an even number the upper one of the middle two; 0 of none. Values are finite.
+/// Of an even number the upper one of the middle two; 0 of none. Values are finite, and reordered.
 template <typename Number>
-Number median(std::vector<Number> values) {
+Number median_in_place(std::vector<Number>& values) {
   if (values.empty()) return {};
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+/// As median_in_place(), of a copy.
+template <typename Number>
+Number median(std::vector<Number> values) {
+  return median_in_place(values);
 }
 
 }  // namespace palpate

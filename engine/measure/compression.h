@@ -1,5 +1,5 @@
 // Two compressions of one object, compared by control points of their tactile shapes: the matching of
-// points, and the strain between (theory S8, S9; Figs. 14 and 15 of the source paper).
+// points, and the strain between (Figs. 14 and 15 of the source paper).
 //
 // Points of a bare gel's shape are matched by that shape, not by material: what moves between two
 // compressions is where the contact is, so the strain in the plane is the growth of the contact, which is

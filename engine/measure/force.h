@@ -1,4 +1,4 @@
-// A contact's signal to newtons, with its standard error from the calibration (theory S5).
+// A contact's signal to newtons, with its standard error from the calibration.
 #pragma once
 
 #include "palpate/sensor.h"

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/statistics.h"
+
 namespace palpate {
 namespace {
 
@@ -12,8 +14,6 @@ constexpr float kNoise_gray2 = 0.75f;      // of a camera, until it is learned
 constexpr float kLeastNoise_gray2 = 0.3f;  // rounding and compression leave this much
 constexpr uint64_t kPriorFrames = 4, kMemory_frames = 64;
 constexpr float kOverMedian = 0.9f;      // of the first frames' change: noise
-constexpr double kInlier_gray = 2.5;     // of a cell's mean from the light's line
-constexpr double kFewInliers = 0.2;      // of all cells: below, the light is not known
 constexpr float kLeastStructure = 0.7f;  // over noise, which alone makes half of it
 constexpr float kLeastClean = 0.5f;      // of the weight of steady cells about a place
 constexpr float kFewSteady = 0.25f;      // of it over the whole picture: below, a pattern is printed on it
@@ -30,12 +30,6 @@ double sum_of(const shared::CellChange& cell, uint32_t colour) {
   return colour == 0 ? cell.red : colour == 1 ? cell.green : cell.blue;
 }
 
-float median_of(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 GelContacts::GelContacts(const Sensor& sensor, const FrameFormat& format)
@@ -43,7 +37,8 @@ GelContacts::GelContacts(const Sensor& sensor, const FrameFormat& format)
       scale_{static_cast<double>(format.width / 2), static_cast<double>(format.height / 2),
              sensor.pitch_mm_per_px},
       cells_x_((format.width + kSide - 1) / kSide),
-      cells_y_((format.height + kSide - 1) / kSide) {
+      cells_y_((format.height + kSide - 1) / kSide),
+      estimate_(size_t{cells_x_} * cells_y_) {
   const bool scaled = has_scale(sensor);
   const double reach_px = scaled ? kReach_mm / sensor.pitch_mm_per_px : kWideReach_px * format.width;
   // Three running means of width 2 r + 1 have the variance r (r + 1).
@@ -65,18 +60,18 @@ GelContacts::GelContacts(const Sensor& sensor, const FrameFormat& format)
   foot_.assign(cells, 0);
   at_rest_.assign(cells, 1);
   near_.assign(cells, 0);
-  order_.resize(cells);
-  basin_.resize(cells);
   margin_ = std::max(1u, static_cast<uint32_t>(std::lround(reach_px / kSide * kRestMargin_mm / kReach_mm)));
+  basins_ = DepthBasins({.cells_x = cells_x_, .cells_y = cells_y_, .margin = margin_, .least_px = least_px_});
   before_.assign(cells, 0);
+  for (auto* pieces : {&pieces_, &pieces_before_}) pieces->assign(cells, 0);
+  for (auto* numbers : {&seen_piece_, &confirmed_, &number_of_, &piece_of_})
+    numbers->reserve(2 * kMostContacts + 1);
   label_.assign(cells, 0);
   owner_.assign(cells, 0);
   edges_.reserve(kMostContacts);
   feet_.reserve(cells);
   heir_.reserve(kMostContacts + 1);
   shared_px_.reserve(kSeen + 1);
-  peaks_.reserve(cells);
-  first_of_.reserve(kMostContacts + 1);
   moments_.resize(2 * kMostContacts + 1);
   for (auto* numbers : {&lineage_, &lineage_before_}) numbers->assign(kMostContacts + 1, 0);
   foot_of_.reserve(2 * kMostContacts + 1);
@@ -101,6 +96,7 @@ void GelContacts::set_background(const Frame& background) {
   find_unsteady(background);
   noise_.assign(noise_.size(), kNoise_gray2);
   before_.assign(before_.size(), 0);
+  std::fill(pieces_.begin(), pieces_.end(), 0u);
   frames_ = 0;
 }
 
@@ -149,54 +145,16 @@ void GelContacts::estimate_light(std::span<const shared::CellChange> cells) {
   for (uint32_t colour = 0; colour < 3; ++colour) {
     for (size_t i = 0; i < pixels_.size(); ++i)
       means_[colour][i] = static_cast<float>(sum_of(cells[i], colour)) / pixels_[i];
-    estimate_light(colour);
+    light_[colour] = estimate_.find(means_[colour], rest_gray_[colour]);
+    light_known_ = light_known_ && light_[colour].known;
   }
-}
-
-// Of two beginnings, an offset and a gain, the one that more cells follow; then a line through those.
-void GelContacts::estimate_light(uint32_t colour) {
-  const std::vector<float>&change = means_[colour], &rest = rest_gray_[colour];
-  const size_t count = change.size();
-  sorted_ = change;
-  const LightChange shifted{1, median_of(sorted_)};
-  for (size_t i = 0; i < count; ++i) sorted_[i] = change[i] / std::max(rest[i], 4.0f);
-  const LightChange scaled{1 + double{median_of(sorted_)}, 0};
-  const auto inliers = [&](const LightChange& light) {
-    size_t n = 0;
-    for (size_t i = 0; i < count; ++i)
-      n += std::abs(change[i] - (light.gain - 1) * rest[i] - light.offset_gray) < kInlier_gray;
-    return n;
-  };
-  const size_t by_shift = inliers(shifted), by_scale = inliers(scaled);
-  // A gain has to be seen: it explains a tenth of the cells more.
-  LightChange light = by_scale > by_shift + count / 10 ? scaled : shifted;
-  const size_t most = std::max(by_shift, by_scale);
-  if (static_cast<double>(most) < kFewInliers * static_cast<double>(count)) {
-    light_known_ = false;
-    light_[colour] = light;
-    return;
-  }
-  for (int pass = 0; pass < 3; ++pass) {
-    double n = 0, x = 0, y = 0, xx = 0, xy = 0;
-    for (size_t i = 0; i < count; ++i) {
-      const double r = rest[i], c = change[i];
-      if (std::abs(c - (light.gain - 1) * r - light.offset_gray) >= kInlier_gray) continue;
-      n += 1, x += r, y += c, xx += r * r, xy += r * c;
-    }
-    if (n < 2) break;
-    const double spread = xx - x * x / n;
-    const double gain = spread > n ? (xy - x * y / n) / spread : 0;
-    light = {1 + gain, (y - gain * x) / n};
-  }
-  light_[colour] = light;
 }
 
 void GelContacts::compare(std::span<const shared::CellChange> cells) {
   for (size_t i = 0; i < pixels_.size(); ++i) {
     double sum = 0;
     for (uint32_t colour = 0; colour < 3; ++colour) {
-      const double light =
-          (light_[colour].gain - 1) * double{rest_gray_[colour][i]} + light_[colour].offset_gray;
+      const double light = light_[colour].at(double{rest_gray_[colour][i]});
       sum +=
           squares_of(cells[i], colour) / double{pixels_[i]} + light * (light - 2 * double{means_[colour][i]});
     }
@@ -205,7 +163,7 @@ void GelContacts::compare(std::span<const shared::CellChange> cells) {
   if (frames_ < kPriorFrames) {
     // Most of the first frames is untouched, as the background is taken to be.
     sorted_ = change_;
-    const float usual = kOverMedian * median_of(sorted_);
+    const float usual = kOverMedian * median_in_place(sorted_);
     for (float& noise : noise_) noise = std::max(noise, usual);
   }
   for (size_t i = 0; i < pixels_.size(); ++i)
@@ -219,9 +177,7 @@ void GelContacts::smooth() {
   for (size_t i = 0; i < strength_.size(); ++i) {
     float even = 0;
     for (uint32_t colour = 0; colour < 3; ++colour) {
-      const double from_light = double{means_[colour][i]} -
-                                (light_[colour].gain - 1) * double{rest_gray_[colour][i]} -
-                                light_[colour].offset_gray;
+      const double from_light = double{means_[colour][i]} - light_[colour].at(double{rest_gray_[colour][i]});
       even += static_cast<float>(from_light * from_light) / 3;
     }
     strength_[i] = std::max(change_[i] - even - noise_[i], 0.0f);
@@ -436,95 +392,45 @@ void GelContacts::set_shapes(std::vector<ContactTouch>& found) {
   set_shape(whole_, all, scale_);
 }
 
-// Cells in the order of their depth grow into basins; where two meet, the shallower is one of its own if the
-// saddle between them is.
 void GelContacts::split(std::span<const float> depth_mm, double error_mm, std::span<const ContactTouch> gray,
                         std::vector<ContactTouch>& found) {
-  constexpr uint32_t kNone = UINT32_MAX;
-  uint32_t cells = 0;
-  float deepest_mm = 0;
-  for (uint32_t cell = 0; cell < foot_.size(); ++cell) {
-    basin_[cell] = kNone;
-    if (owner_[cell] == 0) continue;
-    order_[cells++] = cell;
-    deepest_mm = std::max(deepest_mm, depth_mm[cell]);
-  }
-  if (cells == 0) return;
-  const auto end = order_.begin() + cells;
-  std::sort(order_.begin(), end, [&](uint32_t a, uint32_t b) {
-    return depth_mm[a] != depth_mm[b] ? depth_mm[a] > depth_mm[b] : a < b;
-  });
-  peaks_.clear();
-  // Lamps at the pad's sides change with any touch, and their slopes leave depth there.
-  const auto at_border = [&](uint32_t x, uint32_t y) {
-    return x < margin_ || y < margin_ || x + margin_ >= cells_x_ || y + margin_ >= cells_y_;
-  };
-  const auto root = [&](uint32_t basin) {
-    while (peaks_[basin].parent != basin) basin = peaks_[basin].parent = peaks_[peaks_[basin].parent].parent;
-    return basin;
-  };
-  for (auto it = order_.begin(); it != end; ++it) {
-    const uint32_t cell = *it, x = cell % cells_x_, y = cell / cells_x_;
-    uint32_t own = kNone;
-    const auto meet = [&](uint32_t other_cell) {
-      if (basin_[other_cell] == kNone || owner_[other_cell] != owner_[cell]) return;
-      const uint32_t other = root(basin_[other_cell]);
-      if (own == kNone) own = other;
-      if (own == other) return;
-      const bool first = peaks_[own].depth_mm >= peaks_[other].depth_mm;
-      const uint32_t high = first ? own : other, low = first ? other : own;
-      // A peak that stands out keeps its basin; the cell goes with the deeper one.
-      const Peak& lower = peaks_[low];
-      const bool stands_out = lower.depth_mm >= static_cast<float>(kLeastPeak) * deepest_mm &&
-                              depth_mm[cell] < static_cast<float>(kSaddle) * lower.depth_mm &&
-                              lower.depth_mm - depth_mm[cell] >= static_cast<float>(kSureErrors * error_mm) &&
-                              lower.area_px >= least_px_ && !lower.at_border;
-      if (!stands_out) {
-        peaks_[low].parent = high;
-        peaks_[high].area_px += peaks_[low].area_px;
-      }
-      own = high;
-    };
-    if (x > 0) meet(cell - 1);
-    if (x + 1 < cells_x_) meet(cell + 1);
-    if (y > 0) meet(cell - cells_x_);
-    if (y + 1 < cells_y_) meet(cell + cells_x_);
-    if (own == kNone) {
-      own = static_cast<uint32_t>(peaks_.size());
-      peaks_.push_back({own, depth_mm[cell], 0, 0, at_border(x, y)});
-    }
-    basin_[cell] = own;
-    peaks_[own].area_px += double{pixels_[cell]};
-  }
-  number_basins(cells);
+  std::swap(pieces_, pieces_before_);
+  pieces_ = owner_;
+  const uint32_t pieces = basins_.split(depth_mm, error_mm, pixels_, pieces_, piece_of_);
+  if (pieces == 0) return;
+  confirm_pieces();
   set_shapes(found);
   add_gray(gray, found);
 }
 
-// Contacts are the roots of basins, in the order of their peaks.
-void GelContacts::number_basins(uint32_t cells) {
-  const auto root = [&](uint32_t basin) {
-    while (peaks_[basin].parent != basin) basin = peaks_[basin].parent;
-    return basin;
-  };
-  first_of_.assign(count_ + 1, 0);
-  foot_of_.assign(1, 0);
-  count_ = 0;
-  for (uint32_t i = 0; i < cells; ++i) {
-    const uint32_t owner = owner_[order_[i]];
-    Peak& peak = peaks_[root(basin_[order_[i]])];
-    if (peak.contact != 0) continue;
-    uint32_t& first = first_of_[owner];
-    // What is too small, or has no room, goes with its owner's deepest.
-    if (first != 0 && (peak.area_px < least_px_ || count_ >= kMostContacts)) {
-      peak.contact = first;
-      continue;
-    }
-    peak.contact = ++count_;
-    foot_of_.push_back(owner);
-    if (first == 0) first = count_;
+// A foot that was one in the last frame stays one in this: a split has to be seen twice.
+void GelContacts::confirm_pieces() {
+  seen_piece_.assign(count_ + 1, 0);
+  confirmed_.assign(count_ + 1, frames_ <= 1 ? 1 : 0);
+  for (size_t i = 0; i < owner_.size(); ++i) {
+    const uint32_t foot = owner_[i], before = pieces_before_[i];
+    if (foot == 0 || before == 0) continue;
+    if (seen_piece_[foot] == 0) seen_piece_[foot] = before;
+    if (seen_piece_[foot] != before) confirmed_[foot] = 1;
   }
-  for (uint32_t i = 0; i < cells; ++i) owner_[order_[i]] = peaks_[root(basin_[order_[i]])].contact;
+  // Of feet that are not, the first piece stands for all.
+  std::fill(seen_piece_.begin(), seen_piece_.end(), 0u);
+  number_of_.assign(piece_of_.size(), 0);
+  foot_of_.assign(1, 0);
+  uint32_t count = 0;
+  for (uint32_t piece = 1; piece < piece_of_.size(); ++piece) {
+    const uint32_t foot = piece_of_[piece];
+    if (confirmed_[foot] != 0 || seen_piece_[foot] == 0) {
+      seen_piece_[foot] = ++count;
+      foot_of_.push_back(foot);
+      number_of_[piece] = count;
+    } else {
+      number_of_[piece] = seen_piece_[foot];
+    }
+  }
+  for (size_t i = 0; i < owner_.size(); ++i)
+    if (owner_[i] != 0) owner_[i] = number_of_[pieces_[i]];
+  count_ = count;
 }
 
 // `box` holds the first and the last row and column, those one further.

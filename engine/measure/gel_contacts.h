@@ -7,19 +7,14 @@
 #include <vector>
 
 #include "engine/measure/contact_shape.h"
+#include "engine/measure/depth_basins.h"
+#include "engine/measure/light_change.h"
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
 #include "shaders/shared/cell_change.h"
 
 namespace palpate {
-
-/// Light that a camera or its lamps have changed by themselves, of one colour: image = gain * untouched +
-/// offset where nothing touches.
-struct LightChange {
-  double gain = 1;
-  double offset_gray = 0;
-};
 
 /// A gel shows slopes, so that a threshold on its change breaks one contact into rings and specks. Here a
 /// contact is where the mean square of the change, over that of untouched frames, is raised about a place:
@@ -39,10 +34,7 @@ class GelContacts {
   static constexpr double kSureOnset = 6;   ///< likewise; with less it has to do so in two frames
   static constexpr double kCore = 3;        ///< that one has to reach to go on
   static constexpr double kOutline = 0.2;   ///< of the structure's 95th percentile over the contact
-  static constexpr double kSaddle = 0.35;   ///< between two contacts, of the shallower one's depth
-  static constexpr double kSureErrors = 4;
-  static constexpr double kLeastPeak = 0.2;  ///< of the deepest contact's depth
-  static constexpr double kLeast_mm2 = 2;    ///< area of a contact's foot
+  static constexpr double kLeast_mm2 = 2;   ///< area of a contact's foot
   static constexpr double kRestMargin_mm = 2;
   static constexpr uint32_t kMostContacts = 64;
 
@@ -56,9 +48,8 @@ class GelContacts {
   void find(std::span<const shared::CellChange> cells, std::span<const ContactTouch> gray,
             std::vector<ContactTouch>& found);
   /// A foot joins contacts that the pad's slope between them does not tell apart: those of the last frame are
-  /// split where the depth between two is less than kSaddle of the shallower one's. `depth_mm`: mean of each
-  /// cell, 0 at rest; `error_mm`: of them, as far as is known, which a saddle has to exceed kSureErrors
-  /// times.
+  /// split by their depth, as DepthBasins does. `depth_mm`: mean of each cell, 0 at rest; `error_mm`: of
+  /// them, as far as is known.
   void split(std::span<const float> depth_mm, double error_mm, std::span<const ContactTouch> gray,
              std::vector<ContactTouch>& found);
   /// All contacts of the last frame as one shape; area 0 without any.
@@ -71,14 +62,6 @@ class GelContacts {
   bool light_known() const { return light_known_; }
 
  private:
-  /// Where the depth is greatest around.
-  struct Peak {
-    uint32_t parent = 0;  ///< itself, or one that it has become part of
-    float depth_mm = 0;
-    double area_px = 0;
-    uint32_t contact = 0;
-    bool at_border = false;
-  };
   /// Connected cells that are raised.
   struct Foot {
     float highest = 0;
@@ -89,7 +72,6 @@ class GelContacts {
     uint32_t contact = 0;
   };
   void estimate_light(std::span<const shared::CellChange> cells);
-  void estimate_light(uint32_t colour);
   void compare(std::span<const shared::CellChange> cells);
   void find_unsteady(const Frame& background);
   void smooth();
@@ -105,8 +87,8 @@ class GelContacts {
   void collect(std::vector<ContactTouch>& found);
   void flood(uint32_t from, uint8_t of, uint32_t label);
   uint32_t number_contacts();
+  void confirm_pieces();
   void set_shapes(std::vector<ContactTouch>& found);
-  void number_basins(uint32_t cells);
   void spread(const std::vector<uint8_t>& from, std::vector<uint8_t>& rows, std::vector<uint8_t>& to,
               uint32_t reach) const;
   void add_cell(uint32_t cell, ContactMoments& moments, PixelRect& box) const;
@@ -115,6 +97,7 @@ class GelContacts {
   FrameFormat format_;
   ShapeScale scale_;
   uint32_t cells_x_, cells_y_;
+  LightEstimate estimate_;
   std::array<uint32_t, 3> radii_{};  // of three running means that are near a Gaussian
   uint32_t even_radius_ = 1, fine_radius_ = 1, margin_ = 1;  // cells
   double least_px_;
@@ -136,11 +119,15 @@ class GelContacts {
   std::vector<uint32_t> edge_;  // what a flood has reached
   std::vector<float> edges_;    // of each contact: smoothed change at its outline
   std::vector<ContactMoments> moments_;
-  std::vector<Peak> peaks_;
-  std::vector<uint32_t> order_, basin_, first_of_;  // cells by depth; of each cell; of each owner
+  DepthBasins basins_;
   bool patterned_ = false;                          // a pattern printed on the whole skin
   std::vector<uint32_t> lineage_, lineage_before_;  // of each contact that find() saw, from 1
   std::vector<uint32_t> foot_of_;                   // of each contact: the one that find() saw
+  std::vector<uint32_t> pieces_,
+      pieces_before_;                // of each cell: of its split foot, in this frame and the last
+  std::vector<uint32_t> piece_of_;   // of each piece: its foot
+  std::vector<uint32_t> number_of_;  // of each piece: the contact that it becomes
+  std::vector<uint32_t> seen_piece_, confirmed_;  // of each foot
   uint32_t last_lineage_ = 0;
   uint32_t count_ = 0;
   std::array<LightChange, 3> light_{};

@@ -1,4 +1,4 @@
-// Centroid shift to tangential force, with stick distinguished from slip (theory S6).
+// Centroid shift to tangential force, with stick distinguished from slip.
 #pragma once
 
 #include <optional>

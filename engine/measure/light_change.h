@@ -1,0 +1,36 @@
+// Light that a camera (exposure, gain, white balance) or its lamps have changed by themselves.
+#pragma once
+
+#include <span>
+#include <vector>
+
+namespace palpate {
+
+/// Of one colour: image = gain * untouched + offset where nothing touches.
+struct LightChange {
+  double gain = 1;
+  double offset_gray = 0;
+  bool known = true;  ///< false: too little of the picture follows one line
+
+  /// What it adds to an untouched gray level.
+  double at(double untouched_gray) const { return (gain - 1) * untouched_gray + offset_gray; }
+};
+
+/// The light that most of a picture's places agree on: of two beginnings, an offset and a gain, the one that
+/// more of them follow, then a line through those. Touched places, which disagree, take no part.
+class LightEstimate {
+ public:
+  static constexpr double kInlier_gray = 2.5;  ///< of a place's mean from the line
+  static constexpr double kFewInliers = 0.2;   ///< of all places: below, the light is not known
+
+  /// For so many places.
+  explicit LightEstimate(size_t places) { sorted_.reserve(places); }
+
+  /// `change`: image less untouched, `untouched`: both means of places of some 16 px, gray levels.
+  LightChange find(std::span<const float> change, std::span<const float> untouched);
+
+ private:
+  std::vector<float> sorted_;
+};
+
+}  // namespace palpate
