@@ -155,6 +155,14 @@ Rectifier::Rectifier(const Sensor& sensor, const cv::Mat& image, const std::stri
   if (sensor.channels == 3 && image.channels() == 1)
     throw Error(Failure::Input, "colour images (the sensor has 3 channels)", where + " of gray pixels",
                 "\"channels\": 1 in the sensor file, or the colour recording");
+  if (sensor.camera_px[0] != 0 && (static_cast<int>(sensor.camera_px[0]) != image.cols ||
+                                   static_cast<int>(sensor.camera_px[1]) != image.rows))
+    throw Error(Failure::Input,
+                "images of " +
+                    size_text(static_cast<int>(sensor.camera_px[0]), static_cast<int>(sensor.camera_px[1])) +
+                    ", the sensor's camera_px",
+                where + " of " + size_text(image.cols, image.rows),
+                "the sensor file that was made with this camera mode");
   m.crop = crop_of(sensor, image, where);
   uint32_t width = static_cast<uint32_t>(m.crop.width), height = static_cast<uint32_t>(m.crop.height);
   if (sensor.quad_px) {

@@ -250,6 +250,7 @@ std::vector<Frame> take_frames(const std::string& input, const Sensor& sensor, u
 }
 
 Sensor unrectified(Sensor sensor) {
+  sensor.camera_px = {};
   sensor.crop_px.reset();
   sensor.quad_px.reset();
   sensor.lens.reset();

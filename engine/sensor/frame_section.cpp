@@ -8,6 +8,11 @@ constexpr std::array kBackgroundKinds{BackgroundKind::Untouched, BackgroundKind:
 
 void read_frame(const Json& json, const std::string& where, Sensor& sensor) {
   Reader frame(json, where);
+  if (frame.has("camera_px")) {
+    const Json& size = frame.array("camera_px", 2, "width, height");
+    for (size_t i = 0; i < 2; ++i)
+      sensor.camera_px[i] = Reader::checked_whole(size[i], frame.path("camera_px"), 1, kMaxSide_px, "px");
+  }
   if (frame.has("crop_px")) {
     const Json& crop = frame.array("crop_px", 4, "x, y, width, height");
     sensor.crop_px.emplace();
@@ -61,6 +66,7 @@ void read_frame(const Json& json, const std::string& where, Sensor& sensor) {
 
 Json frame_json(const Sensor& s) {
   Json frame{{"channels", s.channels}, {"bit_depth", s.bit_depth}};
+  if (s.camera_px[0] > 0) frame["camera_px"] = s.camera_px;
   if (s.crop_px) frame["crop_px"] = *s.crop_px;
   if (s.lens) {
     Json lens{{"fx_px", s.lens->fx_px},           {"fy_px", s.lens->fy_px},

@@ -205,6 +205,9 @@ TEST_F(SourceTest, MismatchBetweenSensorAndImagesIsNamed) {
   sensor_.channels = 3;
   expect_refused(path("g8.png"), {"3 channels", "gray", "channels"});
   sensor_.channels = 1;
+  sensor_.camera_px = {40, 20};
+  expect_refused(path("g8.png"), {"40x20", "camera_px", "20x10", "camera mode"});
+  sensor_.camera_px = {20, 10};
   sensor_.crop_px = {5, 5, 16, 4};
   expect_refused(path("g8.png"), {"crop_px", "16x4", "20x10"});
   sensor_.crop_px.reset();

@@ -27,7 +27,7 @@ enum class Filter {
   None,       ///< for frames without noise, or smoothed by the camera; no reading of one gray image
 };
 
-/// How an image becomes a surface (theory S7).
+/// How an image becomes a surface.
 enum class Reconstruction {
   None,         ///< the sensor measures contact and force only
   Shading,      ///< one gray image, Lambertian, light along the viewing axis (the paper, Eq. 61-63)
@@ -204,6 +204,7 @@ struct Sensor {
   double pitch_sd_mm_per_px = 0;  ///< its standard error; 0: not stated
 
   // From the camera's image to the rectified frame.
+  std::array<uint32_t, 2> camera_px{};             ///< width, height of the camera's image; 0: not stated
   std::optional<std::array<uint32_t, 4>> crop_px;  ///< x, y, width, height, applied first
   std::optional<std::array<std::array<double, 2>, 4>>
       quad_px;                        ///< corners top left, top right, bottom right, bottom left (after crop)

@@ -98,6 +98,7 @@ Found by_grid(const Options& options, const Sensor& reading, Sensor& sensor) {
     sensor.lens = fit.lens;
     sensor.lens->origin = origin_now(fs::path(options.input).filename().string(), note);
   }
+  if (!sensor.crop_px) sensor.camera_px = {width, height};
   sensor.quad_px = pad.quad_px;
   sensor.size_px = pad.size_px;
   sensor.flat.reset();
