@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "engine/calibrate/grid_fit.h"
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
-#include "engine/calibrate/grid_fit.h"
 
 namespace palpate {
 

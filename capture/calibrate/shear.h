@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/calibrate/shear_fit.h"
 #include "capture/calibrate/gauged_recording.h"
+#include "engine/calibrate/shear_fit.h"
 
 namespace palpate {
 
