@@ -16,7 +16,8 @@ constexpr const char* kMeasured =
     "shear_y_sd_N,shear_state,shift_x_mm,shift_y_mm,slip,depth_max_mm,depth_sd_mm,depth_state,depth_"
     "reference,unknown_px,shadowed_px,outside_px,islands,weighted_residual,weighted_misfit,clipped_px,"
     "contacts,volume_mm3,skin_points,skin_lost,skin_shift_x_mm,skin_shift_x_sd_mm,skin_shift_y_mm,"
-    "skin_shift_y_sd_mm,torsion_rad,torsion_sd_rad,stick_share,stick_share_sd,gradient_sum";
+    "skin_shift_y_sd_mm,torsion_rad,torsion_sd_rad,stick_share,stick_share_sd,gradient_sum,"
+    "light_state,light_change_gray";
 constexpr const char* kOfContact =
     "frame,time_s,id,frames,gray_sum,force_N,force_sd_N,force_state,centroid_x_px,centroid_y_px,area_px,"
     "area_mm2,ellipse_major_mm,ellipse_minor_mm,ellipse_angle_rad,peak_gray,saturated_px,shear_x_N,"
@@ -165,6 +166,8 @@ std::string Measurements::cells(const Touch& touch, uint32_t outputs) {
   row.number_if(touch.surface.has_value(), surface.volume_mm3);
   add_skin(row, touch);
   row.number_if(touch.gradient_sum.has_value(), touch.gradient_sum.value_or(0));
+  row.text(touch.light ? to_string(touch.light->state) : "");
+  row.number_if(touch.light.has_value(), touch.light.value_or(LightSummary{}).change_gray);
   return row.line();
 }
 

@@ -38,6 +38,7 @@ bool has_range(DepthFormat format) {
 /// What measures images of frames again, which are rectified already: the sensor without what rectifies, and
 /// the untouched image.
 void write_image_setting(Sensor sensor, const Frame& background, const std::filesystem::path& out) {
+  sensor.camera_px = {};
   sensor.crop_px.reset();
   sensor.quad_px.reset();
   sensor.lens.reset();
@@ -168,6 +169,10 @@ class Recorder {
 
   void count(const Touch& touch) {
     ++summary_.frames;
+    if (touch.light) {
+      summary_.light_changed_frames += touch.light->state == LightState::Changed;
+      summary_.light_unknown_frames += touch.light->state == LightState::Unknown;
+    }
     if (wants(request_.outputs, Output::Force)) {
       if (touch.contact && !touching_) ++summary_.contacts;
       touching_ = touch.contact;
@@ -232,9 +237,11 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   }
   source->watch([&watch] { return watch.stopped(); });
   const Frame background = load_background(request.input, sensor, *source);
-  Pipeline pipeline(
-      context, sensor, source->format(),
-      {.outputs = request.outputs, .solver = request.solver, .skip_untouched = request.skip_untouched});
+  Pipeline pipeline(context, sensor, source->format(),
+                    {.outputs = request.outputs,
+                     .solver = request.solver,
+                     .skip_untouched = request.skip_untouched,
+                     .fixed_light = request.fixed_light});
   pipeline.set_background(background);
   const std::unique_ptr<PressMonitor> presses = request.watch ? request.watch(background) : nullptr;
 
@@ -323,6 +330,10 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
   if (wants(request.outputs, Output::Confidence) || s.weighted_frames) {
     value["weighted_frames"] = s.weighted_frames;
     value["island_frames"] = s.island_frames;
+  }
+  if (s.light_changed_frames || s.light_unknown_frames) {
+    value["light_changed_frames"] = s.light_changed_frames;
+    value["light_unknown_frames"] = s.light_unknown_frames;
   }
   if (!request.depth.empty()) value["depth_clipped_px"] = s.depth_clipped_px;
   if (s.recorded)

@@ -47,6 +47,7 @@ struct ProcessRequest {
   uint32_t outputs = Output::Force | Output::Surface;
   SurfaceSolver solver = SurfaceSolver::Converged;
   bool skip_untouched = false;  ///< as in PipelineOptions
+  bool fixed_light = false;     ///< likewise
   /// Of a session the frames that were measured when it was recorded, with its outputs and its solver;
   /// compared with what was recorded.
   bool as_recorded = false;
@@ -85,9 +86,11 @@ struct ProcessSummary {
   std::optional<double> largest_force_N;
   std::optional<double> largest_depth_mm;
   uint64_t depth_clipped_px = 0;
-  uint64_t clipped_frames = 0;            ///< whose depth is too small because slopes were clipped
-  uint64_t weighted_frames = 0;           ///< whose surface was solved with unknown pixels left out
-  uint64_t island_frames = 0;             ///< in which unknown pixels cut the touched surface into parts
+  uint64_t clipped_frames = 0;        ///< whose depth is too small because slopes were clipped
+  uint64_t weighted_frames = 0;       ///< whose surface was solved with unknown pixels left out
+  uint64_t island_frames = 0;         ///< in which unknown pixels cut the touched surface into parts
+  uint64_t light_changed_frames = 0;  ///< from which a change of light was taken out
+  uint64_t light_unknown_frames = 0;
   double seconds = 0;                     ///< wall time from the first frame to the last result
   bool complete = false;                  ///< false: it was stopped, or a damaged recording ended it early
   std::string ended_by;                   ///< why, where not complete

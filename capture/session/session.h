@@ -29,6 +29,7 @@ struct SessionInfo {
   SurfaceSolver solver = SurfaceSolver::Live;
   bool skip_untouched = false;
   bool warm_start = false;
+  bool fixed_light = false;
   std::string program_version;
   std::string device;                                        ///< that measured
   std::vector<std::pair<std::string, std::string>> details;  ///< of the camera: name and value, for people

@@ -11,6 +11,7 @@
 #include "engine/gpu/device_access.h"
 #include "engine/gpu/tuning.h"
 #include "engine/pipeline/history.h"
+#include "engine/pipeline/steady_light.h"
 #include "engine/pipeline/windowed_frame.h"
 #include "engine/sensor/fit.h"
 #include "palpate/error.h"
@@ -67,6 +68,7 @@ struct Pipeline::Impl {
     uint64_t sequence = 0;
     int64_t time_ns = 0;
     bool after_gap = false;
+    std::optional<LightSummary> light;
     Clock::time_point submitted;
   };
 
@@ -80,6 +82,7 @@ struct Pipeline::Impl {
         history(sensor, format, plan.regions),
         ready(!plan.background),
         slots(plan.slots) {
+    if (plan.steady_light) light.emplace(format, sensor.saturation_gray);
     in_flight.reserve(plan.slots);
     for (Slot& slot : slots) slot.hold->contacts.reserve(plan.regions ? ContactTracker::kMostContacts : 0);
   }
@@ -96,6 +99,7 @@ struct Pipeline::Impl {
     touch.skin_points.swap(slot.hold->skin_points);
     touch.sequence = slot.sequence;
     touch.time_ns = slot.time_ns;
+    touch.light = slot.light;
     const FrameMeasurement measured = frames->measure(index, touch);
     history.follow(touch, slot.after_gap, measured.skin_sd_px);
     result.surface = measured.surface;
@@ -109,6 +113,7 @@ struct Pipeline::Impl {
   FramePlan plan;
   std::unique_ptr<Frames> frames;
   TouchHistory history;
+  std::optional<SteadyLight> light;
   bool ready;  ///< has the background that it needs
   std::vector<Slot> slots;
   std::vector<uint32_t> in_flight;  ///< slots, the oldest frame first
@@ -145,6 +150,7 @@ void Pipeline::set_background(const Frame& frame) {
   }
   impl_->ready = false;
   impl_->frames->set_background(frame);
+  if (impl_->light) impl_->light->set_background(frame);
   impl_->ready = true;
 }
 
@@ -159,7 +165,8 @@ bool Pipeline::submit(const Frame& frame) {
   if (free == impl_->slots.end()) return false;
   free->submitted = Clock::now();
   const auto index = static_cast<uint32_t>(free - impl_->slots.begin());
-  impl_->frames->submit(index, frame);
+  impl_->frames->submit(index, impl_->light ? impl_->light->steady(frame) : frame);
+  if (impl_->light) free->light = impl_->light->summary();
   free->sequence = frame.sequence;
   free->time_ns = frame.time_ns;
   free->after_gap = frame.after_gap;

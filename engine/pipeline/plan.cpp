@@ -55,6 +55,7 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
   plan.background = sensor.background.kind == BackgroundKind::Untouched;
   plan.regions = wants(options.outputs, Output::Contacts);
   plan.gel_contacts = needs_gel_contacts(sensor, options.outputs);
+  plan.steady_light = has_gel_contacts(sensor) && !options.fixed_light;
   plan.gradient = needs_gradient(sensor, options.outputs);
   plan.skin = needs_skin(sensor, options.outputs);
   plan.confidence = needs_confidence(sensor, options.outputs);

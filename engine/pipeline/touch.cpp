@@ -28,6 +28,18 @@ const char* to_string(Validity validity) {
   return "?";
 }
 
+const char* to_string(LightState state) {
+  switch (state) {
+    case LightState::Steady:
+      return "steady";
+    case LightState::Changed:
+      return "changed";
+    case LightState::Unknown:
+      return "unknown";
+  }
+  return "?";
+}
+
 const char* to_string(Slip slip) {
   switch (slip) {
     case Slip::NoContact:

@@ -28,7 +28,8 @@ struct Options {
 const std::map<std::string, Stage> kStages = {{"contact", Stage::Contact},
                                               {"slope", Stage::Slope},
                                               {"surface", Stage::Surface},
-                                              {"pipeline", Stage::Pipeline}};
+                                              {"pipeline", Stage::Pipeline},
+                                              {"gel", Stage::Gel}};
 
 void progress(uint64_t done, uint64_t all) {
   if (done % 100 == 0)

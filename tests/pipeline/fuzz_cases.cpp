@@ -3,35 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <random>
 #include <sstream>
 
 #include "engine/numeric/poisson_dct.h"
 #include "engine/stages/surface.h"
 #include "palpate/error.h"
+#include "tests/pipeline/dice.h"
+#include "tests/pipeline/fuzz_gel.h"
 #include "tests/reference/contact.h"
 #include "tests/reference/slope.h"
 #include "tests/support/stage_run.h"
 
 namespace palpate::fuzz {
 namespace {
-
-/// Numbers that are the same on every machine, unlike the standard's distributions.
-class Dice {
- public:
-  explicit Dice(uint64_t seed) : random_(seed) {}
-  uint32_t below(uint32_t n) { return static_cast<uint32_t>(random_() % n); }
-  uint32_t between(uint32_t low, uint32_t high) { return low + below(high - low + 1); }
-  bool one_in(uint32_t n) { return below(n) == 0; }
-  double unit() { return static_cast<double>(random_() >> 11) / 9007199254740992.0; }
-  template <typename List>
-  auto pick(const List& list) {
-    return list[below(static_cast<uint32_t>(std::size(list)))];
-  }
-
- private:
-  std::mt19937_64 random_;
-};
 
 uint32_t side(Dice& dice, uint32_t most) {
   constexpr std::array<uint32_t, 16> kTelling = {1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 31, 32, 33, 64, 65};
@@ -271,6 +255,7 @@ std::string pipeline_difference(gpu::Context& context, const Case& c) {
   options.solver = c.solver;
   options.slots = 2;
   options.tuning = c.tuning;
+  options.fixed_light = true;  // noise has no light
   Pipeline pipeline(context, c.sensor, c.format, options);
   const Frame rest = background_of(c);
   pipeline.set_background(rest);
@@ -323,7 +308,8 @@ Case make_case(uint64_t seed, const Tuning& defaults) {
   const Stage stage = roll < 70   ? Stage::Contact
                       : roll < 84 ? Stage::Slope
                       : roll < 93 ? Stage::Surface
-                                  : Stage::Pipeline;
+                      : roll < 97 ? Stage::Pipeline
+                                  : Stage::Gel;
   return make_case(seed, defaults, stage);
 }
 
@@ -333,6 +319,10 @@ Case make_case(uint64_t seed, const Tuning& defaults, Stage stage) {
   c.seed = seed;
   c.stage = stage;
   c.tuning = defaults;
+  if (stage == Stage::Gel) {
+    make_gel(c);
+    return c;
+  }
   const bool color = dice.one_in(4);
   const uint32_t most = c.stage == Stage::Contact ? 160 : 100;
   c.format = {side(dice, most), side(dice, most), color ? 3u : 1u,
@@ -406,6 +396,8 @@ std::string difference(gpu::Context& context, const Case& c) {
         return surface_difference(context, c);
       case Stage::Pipeline:
         return pipeline_difference(context, c);
+      case Stage::Gel:
+        return gel_trouble(context, c);
     }
   } catch (const Error& error) {
     return std::string("refused: ") + error.what();

@@ -6,16 +6,16 @@
 #include <cstdint>
 #include <string>
 
+#include "engine/gpu/tuning.h"
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
 #include "palpate/sensor.h"
-#include "engine/gpu/tuning.h"
 
 namespace palpate::fuzz {
 
-enum class Stage { Contact, Slope, Surface, Pipeline };
+enum class Stage { Contact, Slope, Surface, Pipeline, Gel };
 constexpr const char* to_string(Stage stage) {
-  constexpr const char* kNames[] = {"contact", "slope", "surface", "pipeline"};
+  constexpr const char* kNames[] = {"contact", "slope", "surface", "pipeline", "gel"};
   return kNames[static_cast<int>(stage)];
 }
 
@@ -41,7 +41,8 @@ Case make_case(uint64_t seed, const Tuning& defaults);
 Case make_case(uint64_t seed, const Tuning& defaults, Stage stage);
 std::string describe(const Case& c);
 
-/// Empty where GPU and CPU agree; else the first place where they do not.
+/// Empty where GPU and CPU agree (Stage::Gel: where what is told of a gel is so); else the first place where
+/// they do not.
 std::string difference(gpu::Context& context, const Case& c);
 
 /// The smallest case found that still differs.

@@ -48,6 +48,10 @@ TEST_F(Fuzz, PipelineEqualsPlainLoops) {
   run(Stage::Pipeline, 30);
 }
 
+TEST_F(Fuzz, AGelsPressIsToldFromSpecksDriftAndExposure) {
+  run(Stage::Gel, 40);
+}
+
 TEST(FuzzFiles, DamagedFilesAreReadOrRefused) {
   const auto folder = std::filesystem::temp_directory_path() / ("palpate-fuzz-" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder);

@@ -48,6 +48,7 @@ void choose_outputs(const Options& options, const MeasuredInput& input, ProcessR
     if (info.outputs != 0 && request.rows && !request.video) request.outputs = info.outputs;
     request.solver = info.solver;
     request.skip_untouched = info.skip_untouched;
+    request.fixed_light = info.fixed_light;
   }
   if (!request.depth.empty()) {
     request.outputs |= surface;

@@ -26,6 +26,7 @@ struct Options {
   std::filesystem::path background;
   SurfaceSolver solver = SurfaceSolver::Live;
   bool skip_untouched = false;
+  bool fixed_light = false;
   bool record = false;
   SessionOptions session;
   BlockChoice block;
@@ -42,6 +43,7 @@ Report live(const Common& common, const Options& options) {
                          .background = options.background,
                          .solver = options.solver,
                          .skip_untouched = options.skip_untouched,
+                         .fixed_light = options.fixed_light,
                          .out = common.out,
                          .recordings = {},
                          .record = options.record,
@@ -105,6 +107,10 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
       ->transform(one_of(kSolverNames));
   command->add_flag("--skip-untouched", options->skip_untouched,
                     "Compute only a window around the contact; beyond it depth is 0");
+  command->add_flag(
+      "--fixed-background", options->fixed_light,
+      "A colour gel's frames are compared with the untouched image as they are: exposure, white "
+      "balance and lamps that change are not followed");
   command->add_option("--frames", live_options.max_frames, "End after that many frames");
   command->add_option("--seconds", live_options.max_seconds, "End after so long")->check(Check::positive());
   command

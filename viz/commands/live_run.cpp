@@ -54,8 +54,10 @@ std::filesystem::path session_folder(const std::filesystem::path& session) {
 LiveRunReport run_live_benchmark(gpu::Context& context, LiveRunRequest request, OpenInput opened) {
   const MeasuredInput& input = opened.measured;
   std::unique_ptr<Source> first = std::move(opened.source);
-  const PipelineOptions pipeline{
-      .outputs = input.outputs, .solver = request.solver, .skip_untouched = request.skip_untouched};
+  const PipelineOptions pipeline{.outputs = input.outputs,
+                                 .solver = request.solver,
+                                 .skip_untouched = request.skip_untouched,
+                                 .fixed_light = request.fixed_light};
   LiveRunReport report{.measured = input, .format = first->format(), .live = {}, .sessions = {}};
   viz::LiveOptions& live = request.live;
   live.presses = opened.presses.get();

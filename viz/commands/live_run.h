@@ -45,6 +45,7 @@ struct LiveRunRequest {
   std::filesystem::path background;  ///< empty: the sensor file's, or the first frames
   SurfaceSolver solver = SurfaceSolver::Live;
   bool skip_untouched = false;
+  bool fixed_light = false;
   std::filesystem::path out;  ///< for measurements.csv and all else; empty: none of it
   std::filesystem::path
       recordings;       ///< for sessions, snapshots and events where `out` is empty; may be empty

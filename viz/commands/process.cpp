@@ -52,6 +52,7 @@ Report process(const Common& common, Options options) {
     request.outputs = info.outputs;
     request.solver = info.solver;
     request.skip_untouched = info.skip_untouched;
+    request.fixed_light = info.fixed_light;
   }
   if (!request.confidence.empty()) request.outputs |= static_cast<uint32_t>(Output::Confidence);
   if (!request.depth.empty() && !(request.outputs & static_cast<uint32_t>(Output::Surface))) {
@@ -111,6 +112,10 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
                     "whether every digit is as recorded");
   command->add_flag("--skip-untouched", request.skip_untouched,
                     "Compute only a window around the contact; beyond it depth is 0 (sums stay exact)");
+  command->add_flag(
+      "--fixed-background", request.fixed_light,
+      "A colour gel's frames are compared with the untouched image as they are: exposure, white "
+      "balance and lamps that change are not followed");
   command
       ->add_option("--depth", request.depth,
                    "Write each frame's depth map: png16, tiff, npy, ply, obj (repeatable)")

@@ -25,6 +25,7 @@ struct Options {
   std::filesystem::path background;
   std::vector<Output> outputs;
   SurfaceSolver solver = SurfaceSolver::Live;
+  bool fixed_light = false;
   SessionOptions session;
   BlockChoice block;
   viz::LiveOptions live;
@@ -41,7 +42,8 @@ Report record(const Common& common, Options options) {
   const std::unique_ptr<PressMonitor> presses = monitor_presses(options.block, input, background);
   options.live.presses = presses.get();
   const std::unique_ptr<gpu::Context> context = open_device(common);
-  PipelineOptions pipeline{.outputs = input.outputs, .solver = options.solver};
+  PipelineOptions pipeline{
+      .outputs = input.outputs, .solver = options.solver, .fixed_light = options.fixed_light};
   if (!options.outputs.empty()) {
     pipeline.outputs = 0;
     for (const Output output : options.outputs) pipeline.outputs |= static_cast<uint32_t>(output);
@@ -114,6 +116,10 @@ void add_record(CommandLine& program, Common& common, Command& chosen) {
       ->add_option("--solver", options->solver,
                    "Surface solver: live (default), fine, converged or exact (CPU)")
       ->transform(one_of(kSolverNames));
+  command->add_flag(
+      "--fixed-background", options->fixed_light,
+      "A colour gel's frames are compared with the untouched image as they are: exposure, white "
+      "balance and lamps that change are not followed");
   command->add_option("--frames", options->live.max_frames, "End after that many frames");
   command->add_option("--seconds", options->live.max_seconds, "End after so long")->check(Check::positive());
   command

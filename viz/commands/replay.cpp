@@ -49,7 +49,8 @@ Report replay(const Common& common, Options options) {
   }
   PipelineOptions pipeline{.outputs = input.outputs,
                            .solver = options.solver.value_or(session->info().solver),
-                           .skip_untouched = session->info().skip_untouched};
+                           .skip_untouched = session->info().skip_untouched,
+                           .fixed_light = session->info().fixed_light};
   const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
   if (!common.out.empty()) options.live.snapshots = common.out;
   options.live.events = session_folder(options.session);

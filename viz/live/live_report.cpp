@@ -42,6 +42,7 @@ SessionInfo session_info(const MeasuredInput& input, const Source& source, const
   info.solver = pipeline.solver;
   info.skip_untouched = pipeline.skip_untouched;
   info.warm_start = pipeline.warm_start;
+  info.fixed_light = pipeline.fixed_light;
   info.program_version = PALPATE_VERSION;
   info.device = context.report().name;
   info.details = source.details();

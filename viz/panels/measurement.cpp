@@ -123,7 +123,8 @@ void contact_table(const Touch& touch, const Tare& tare, bool scaled) {
     ImGui::TableNextColumn();
     const bool doubtful =
         c.force_N.validity != Validity::Valid && c.force_N.validity != Validity::NotCalibrated;
-    if (c.saturated_px > 0)
+    const bool rated = c.force_N.validity != Validity::NotCalibrated;
+    if (rated ? c.force_N.validity == Validity::Saturated : c.saturated_px > 0)
       ImGui::TextUnformatted("saturated");
     else if (c.at_border)
       ImGui::TextUnformatted("at border");
@@ -150,6 +151,12 @@ void skin_rows(const SkinMotion& skin) {
   if (known(skin.stick_fraction))
     row("still sticks", text("%.0f \xc2\xb1 %.0f %% of radius", 100 * skin.stick_fraction.value,
                              100 * skin.stick_fraction.standard_error));
+}
+
+void light_row(const LightSummary& light) {
+  const ImVec4 tint = colour(force_verdict(Validity::Clipped));
+  if (light.state == LightState::Unknown) row("light", "unknown", &tint);
+  if (light.state == LightState::Changed) row("light changed", text("by %.1f gray", light.change_gray));
 }
 
 void surface_rows(const Touch& t) {
@@ -223,6 +230,7 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
     row("stick or slip", slip_verdict(t.slip).words, &slip_tint);
     if (t.skin) skin_rows(*t.skin);
     if (content.has_surface) surface_rows(t);
+    if (t.light) light_row(*t.light);
     const std::string area =
         scaled ? text("%.2f mm\xc2\xb2", t.area_mm2) : text("%llu px (no scale)", whole(t.area_px));
     row("contact area", t.contact ? area : "-");

@@ -59,6 +59,9 @@ struct PipelineOptions {
   /// SurfaceSolver::Exact, threshold 0, and frames whose contacts lie too far apart. Each window is solved
   /// anew: warm_start is then not used.
   bool skip_untouched = false;
+  /// Frames are compared with the untouched image as they are: what a camera or its lamps change by
+  /// themselves is not taken out. Without it that is done for colour gels.
+  bool fixed_light = false;
   Upload upload = Upload::Auto;       ///< of leased frames; others are copied
   std::optional<Tuning> tuning = {};  ///< without one: what was measured for the device, or its defaults
 };

@@ -32,7 +32,7 @@ struct Estimate {
   Validity validity = Validity::NotCalibrated;
 };
 
-/// Stick and slip, as determined by the friction limit or by the skin's own movement (theory S6).
+/// Stick and slip, as determined by the friction limit or by the skin's own movement.
 enum class Slip : uint8_t {
   NoContact,
   Stick,
@@ -129,6 +129,19 @@ struct ConfidenceSummary {
   uint64_t outside_px = 0;   ///< beyond the pad's outline
 };
 
+/// Whether a colour gel's light is that of its untouched image.
+enum class LightState : uint8_t {
+  Steady,   ///< it is
+  Changed,  ///< what the camera (exposure, gain, white balance) or the lamps changed was taken out
+  Unknown,  ///< too little of the frame agrees on one light: that of the frame before was taken
+};
+PALPATE_API const char* to_string(LightState state);
+
+struct LightSummary {
+  LightState state = LightState::Steady;
+  double change_gray = 0;  ///< RMS over the frame of what was taken out, of the colour that changed most
+};
+
 /// Measurements of one frame; parts that were not measured are empty. Pixel coordinates are of pixel centres:
 /// (0, 0) is the centre of the top left pixel.
 struct Touch {
@@ -167,6 +180,8 @@ struct Touch {
   std::optional<SkinMotion> skin;  ///< the skin's pattern was followed
   std::vector<SkinPoint> skin_points;
 
+  std::optional<LightSummary>
+      light;  ///< of colour gels (has_gel_contacts()), see PipelineOptions::fixed_light
   std::optional<SurfaceSummary> surface;
   std::optional<ConfidenceSummary> confidence;  ///< it was asked for, or the surface needs it
 };

@@ -1,0 +1,204 @@
+#include "engine/pipeline/steady_light.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+constexpr double kPlaces = 1500;
+constexpr double kLeastMisfit_gray = 0.4;  // of the best quarter of the places, before a change is believed
+constexpr double kClearly = 0.5;           // of that, which the change leaves
+// Thresholds of ordered dither, sixteenths: the mean of 4 x 4 pixels keeps fractions of a gray level.
+constexpr int kThresholds[4][4] = {{0, 8, 2, 10}, {12, 4, 14, 6}, {3, 11, 1, 9}, {15, 7, 13, 5}};
+
+uint8_t dithered(float gray, int threshold, float most) {
+  const float raised = gray + (static_cast<float>(threshold) + 0.5f) / 16;
+  return static_cast<uint8_t>(std::clamp(std::floor(raised), 0.0f, most));
+}
+
+uint32_t places_along(uint32_t length, uint32_t side, uint32_t step) {
+  return length < side ? 1 : (length - side) / step + 1;
+}
+
+}  // namespace
+
+SteadyLight::SteadyLight(const FrameFormat& format, uint32_t saturation_gray)
+    : format_(format),
+      saturation_gray_(saturation_gray),
+      most_gray_(static_cast<float>(std::min(saturation_gray, 256u) - 1)),
+      step_(std::max(2 * kSide, static_cast<uint32_t>(
+                                    std::sqrt(static_cast<double>(format.width) * format.height / kPlaces)))),
+      places_x_(places_along(format.width, kSide, step_)),
+      places_y_(places_along(format.height, kSide, step_)),
+      estimate_(size_t{places_x_} * places_y_) {
+  const size_t places = size_t{places_x_} * places_y_;
+  for (auto* values : {&untouched_, &change_, &drift_})
+    for (std::vector<float>& of_colour : *values) of_colour.assign(places, 0);
+  scratch_.reserve(places);
+  row_.resize(format.width);
+  corrected_.reshape(format);
+}
+
+void SteadyLight::set_background(const Frame& background) {
+  for (auto& values : untouched_) std::fill(values.begin(), values.end(), 0.0f);
+  look_at(background);
+  untouched_ = change_;
+  for (auto& values : drift_) std::fill(values.begin(), values.end(), 0.0f);
+  light_ = {};
+  drifts_ = false;
+}
+
+const Frame& SteadyLight::steady(const Frame& frame) {
+  look_at(frame);
+  const bool known = find_light();
+  if (known) follow_drift();
+  summary_.change_gray = largest_change();
+  const bool changed = summary_.change_gray >= kLeast_gray;
+  summary_.state = !known ? LightState::Unknown : changed ? LightState::Changed : LightState::Steady;
+  if (!changed) {
+    summary_.change_gray = 0;
+    return frame;
+  }
+  correct(frame);
+  return corrected_;
+}
+
+// Means of places less those of the untouched image and its drift.
+void SteadyLight::look_at(const Frame& frame) {
+  const uint32_t width = std::min(kSide, format_.width), height = std::min(kSide, format_.height);
+  const float share = 1 / static_cast<float>(width * height);
+  for (uint32_t colour = 0; colour < 3; ++colour)
+    for (uint32_t j = 0; j < places_y_; ++j)
+      for (uint32_t i = 0; i < places_x_; ++i) {
+        uint32_t sum = 0;
+        for (uint32_t y = 0; y < height; ++y) {
+          const uint8_t* row = frame.row(colour, j * step_ + y) + i * step_;
+          for (uint32_t x = 0; x < width; ++x) sum += row[x];
+        }
+        const size_t place = size_t{j} * places_x_ + i;
+        change_[colour][place] =
+            static_cast<float>(sum) * share - untouched_[colour][place] - drift_[colour][place];
+      }
+}
+
+bool SteadyLight::find_light() {
+  bool known = true;
+  for (uint32_t colour = 0; colour < 3; ++colour) {
+    const LightChange light = estimate_.find(change_[colour], untouched_[colour]);
+    if (!light.known)
+      known = false;
+    else
+      light_[colour] = changes_clearly(colour, light) ? light : LightChange{};
+  }
+  return known;
+}
+
+// By the best quarter of the places: a touch that covers less than the rest does not count.
+bool SteadyLight::changes_clearly(uint32_t colour, const LightChange& light) {
+  const auto misfit = [&](const LightChange& of) {
+    scratch_.clear();
+    for (size_t i = 0; i < change_[colour].size(); ++i)
+      scratch_.push_back(
+          std::abs(change_[colour][i] - static_cast<float>(of.at(double{untouched_[colour][i]}))));
+    const auto quarter = scratch_.begin() + static_cast<std::ptrdiff_t>(scratch_.size() / 4);
+    std::nth_element(scratch_.begin(), quarter, scratch_.end());
+    return double{*quarter};
+  };
+  const double before = misfit({});
+  return before > kLeastMisfit_gray && misfit(light) < kClearly * before;
+}
+
+void SteadyLight::follow_drift() {
+  size_t still = 0;
+  for (uint32_t colour = 0; colour < 3; ++colour)
+    for (size_t i = 0; i < change_[colour].size(); ++i) {
+      change_[colour][i] -= static_cast<float>(light_[colour].at(double{untouched_[colour][i]}));
+      still += std::abs(double{change_[colour][i]}) <= kUntouched_gray;
+    }
+  const size_t all = 3 * change_[0].size();
+  if (static_cast<double>(still) < kUntouchedShare * static_cast<double>(all)) return;
+  for (uint32_t colour = 0; colour < 3; ++colour)
+    for (size_t i = 0; i < change_[colour].size(); ++i)
+      drift_[colour][i] += std::clamp(change_[colour][i], -static_cast<float>(kUntouched_gray),
+                                      static_cast<float>(kUntouched_gray)) /
+                           kMemory_frames;
+}
+
+// RMS of what is taken out, of the colour where it is largest. Drift that is noise does not count.
+double SteadyLight::largest_change() {
+  double largest = 0, drift = 0;
+  for (uint32_t colour = 0; colour < 3; ++colour) {
+    double squares = 0, of_drift = 0;
+    for (size_t i = 0; i < change_[colour].size(); ++i) {
+      const double by_drift = drift_[colour][i];
+      squares += std::pow(light_[colour].at(double{untouched_[colour][i]}) + by_drift, 2);
+      of_drift += by_drift * by_drift;
+    }
+    const auto places = static_cast<double>(change_[colour].size());
+    largest = std::max(largest, std::sqrt(squares / places));
+    drift = std::max(drift, std::sqrt(of_drift / places));
+  }
+  drifts_ = drift >= kLeast_gray;
+  return largest;
+}
+
+// How the light's curve of each colour, with each threshold of the dither, maps gray levels.
+void SteadyLight::make_curves() {
+  for (uint32_t colour = 0; colour < 3; ++colour)
+    for (uint32_t k = 0; k < kBayer; ++k)
+      for (uint32_t gray = 0; gray < 256; ++gray) {
+        const double steady = (gray - light_[colour].offset_gray) / light_[colour].gain;
+        curves_[colour][k][gray] = gray >= saturation_gray_ ? static_cast<uint8_t>(gray)
+                                                            : dithered(static_cast<float>(steady),
+                                                                       kThresholds[k / 4][k % 4], most_gray_);
+      }
+}
+
+void SteadyLight::correct(const Frame& frame) {
+  if (!drifts_) make_curves();
+  for (uint32_t colour = 0; colour < 3; ++colour) {
+    const float per_gain = 1 / static_cast<float>(light_[colour].gain);
+    const auto offset = static_cast<float>(light_[colour].offset_gray);
+    for (uint32_t y = 0; y < format_.height; ++y) {
+      const uint8_t* from = frame.row(colour, y);
+      uint8_t* to = corrected_.row(colour, y);
+      if (!drifts_) {
+        const Curve* curves = &curves_[colour][(y % 4) * 4];
+        for (uint32_t x = 0; x < format_.width; ++x) to[x] = curves[x % 4][from[x]];
+        continue;
+      }
+      drift_along(colour, y);
+      for (uint32_t x = 0; x < format_.width; ++x)
+        to[x] = from[x] >= saturation_gray_
+                    ? from[x]
+                    : dithered((static_cast<float>(from[x]) - offset - row_[x]) * per_gain,
+                               kThresholds[y % 4][x % 4], most_gray_);
+    }
+  }
+}
+
+// Linear between the places' middles, into row_.
+void SteadyLight::drift_along(uint32_t colour, uint32_t y) {
+  struct Between {
+    uint32_t first, second;
+    float share;  // of the second
+  };
+  const auto between = [this](uint32_t at, uint32_t places) {
+    const float place = (static_cast<float>(at) - 0.5f * (kSide - 1)) / static_cast<float>(step_);
+    const float inside = std::clamp(place, 0.0f, static_cast<float>(places - 1));
+    const auto first = static_cast<uint32_t>(inside);
+    return Between{first, std::min(first + 1, places - 1), inside - static_cast<float>(first)};
+  };
+  const Between v = between(y, places_y_);
+  const float* above = drift_[colour].data() + size_t{v.first} * places_x_;
+  const float* below = drift_[colour].data() + size_t{v.second} * places_x_;
+  for (uint32_t x = 0; x < format_.width; ++x) {
+    const Between u = between(x, places_x_);
+    const float upper = above[u.first] + u.share * (above[u.second] - above[u.first]);
+    const float lower = below[u.first] + u.share * (below[u.second] - below[u.first]);
+    row_[x] = upper + v.share * (lower - upper);
+  }
+}
+
+}  // namespace palpate

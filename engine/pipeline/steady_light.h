@@ -1,0 +1,68 @@
+// The light of a colour gel's frames, as it was in the untouched image: what the camera or its lamps change
+// by themselves is taken out before anything is measured.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "engine/measure/light_change.h"
+#include "palpate/frame.h"
+#include "palpate/touch.h"
+
+namespace palpate {
+
+/// Looks at some 1500 places of 4 x 4 px. A gain and an offset of each colour (exposure, gain, white balance)
+/// are estimated in each frame by itself, from the places that agree on one, and taken out where they explain
+/// the picture clearly better than no change. What is left and changes slowly, place by place (lamps), is
+/// followed in frames that nothing touches, and only there. Frames in which too few places agree keep the
+/// light of the last one, and say so.
+///
+/// Host only, frames in order: the same frames give the same light.
+class SteadyLight {
+ public:
+  static constexpr double kLeast_gray = 0.25;      ///< less is left as it is
+  static constexpr double kUntouched_gray = 1;     ///< a place that changes by no more may be untouched
+  static constexpr double kUntouchedShare = 0.98;  ///< of places, in a frame that nothing touches
+  static constexpr uint32_t kMemory_frames = 32;   ///< of drift
+
+  /// Frames of three colours and 8 bits. `saturation_gray`: of pixels, which stay what they are from it on.
+  SteadyLight(const FrameFormat& format, uint32_t saturation_gray);
+
+  void set_background(const Frame& background);
+  /// The frame in the light of the background: `frame` itself where nothing has changed, else a copy that
+  /// lives until the next call.
+  const Frame& steady(const Frame& frame);
+  /// Of the last frame.
+  const LightSummary& summary() const { return summary_; }
+
+ private:
+  static constexpr uint32_t kSide = 4;    // px, of a place
+  static constexpr uint32_t kBayer = 16;  // thresholds of the dither
+  using Curve = std::array<uint8_t, 256>;
+
+  void look_at(const Frame& frame);
+  bool find_light();
+  bool changes_clearly(uint32_t colour, const LightChange& light);
+  void follow_drift();
+  double largest_change();
+  void make_curves();
+  void correct(const Frame& frame);
+  void drift_along(uint32_t colour, uint32_t y);
+
+  FrameFormat format_;
+  uint32_t saturation_gray_;
+  float most_gray_;  // that is not saturated
+  uint32_t step_, places_x_, places_y_;
+  LightEstimate estimate_;
+  std::array<std::vector<float>, 3> untouched_, change_, drift_;  // of each place
+  std::array<LightChange, 3> light_{};                            // taken out
+  bool drifts_ = false;
+  LightSummary summary_;
+  std::vector<float> scratch_;
+  std::array<std::array<Curve, kBayer>, 3> curves_;
+  std::vector<float> row_;  // drift along a row
+  Frame corrected_;
+};
+
+}  // namespace palpate

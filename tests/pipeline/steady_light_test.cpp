@@ -1,0 +1,161 @@
+// Exposure, white balance and drifting lamps are taken out of frames, a touch never.
+#include "engine/pipeline/steady_light.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+namespace palpate {
+namespace {
+
+constexpr FrameFormat kFormat{160, 128, 3, 8};
+constexpr uint32_t kSaturation = 255;
+
+class SteadyLightTest : public testing::Test {
+ protected:
+  using Light = std::function<double(uint32_t colour, uint32_t x, uint32_t y, double gray)>;
+
+  SteadyLightTest() : untouched_(picture(as_it_was(), 0)) { light_.set_background(untouched_); }
+
+  static Light as_it_was() {
+    return [](uint32_t, uint32_t, uint32_t, double gray) { return gray; };
+  }
+  /// Lamps at two sides, seen in `light`, with noise of 1 gray level (0: none); touched from `touched_from_x`
+  /// on by +-20 gray levels.
+  Frame picture(const Light& light, uint32_t touched_to_x, double noise_gray = 1) {
+    Frame frame;
+    frame.reshape(kFormat);
+    std::normal_distribution<double> noise(0, 1);
+    for (uint32_t c = 0; c < 3; ++c)
+      for (uint32_t y = 0; y < kFormat.height; ++y)
+        for (uint32_t x = 0; x < kFormat.width; ++x) {
+          double gray = 70 + 15 * c + 0.4 * x - 0.2 * y;
+          if (x < touched_to_x) gray += 20 * std::sin(0.1 * x + 0.16 * y + c);
+          gray = light(c, x, y, gray) + (noise_gray > 0 ? noise_gray * noise(random_) : 0);
+          frame.set(c, x, y, static_cast<uint32_t>(std::lround(std::clamp(gray, 0.0, 255.0))));
+        }
+    return frame;
+  }
+  /// Mean over the frame, and largest mean of a block of 16 x 16, of frame less `truth`, gray levels.
+  static std::pair<double, double> off(const Frame& frame, const Frame& truth) {
+    double sum = 0, worst = 0;
+    for (uint32_t c = 0; c < 3; ++c)
+      for (uint32_t y = 0; y < kFormat.height; y += 16)
+        for (uint32_t x = 0; x < kFormat.width; x += 16) {
+          double block = 0;
+          for (uint32_t v = y; v < y + 16; ++v)
+            for (uint32_t u = x; u < x + 16; ++u)
+              block += static_cast<double>(frame.at(c, u, v)) - truth.at(c, u, v);
+          sum += block;
+          worst = std::max(worst, std::abs(block) / 256);
+        }
+    return {sum / (3.0 * kFormat.width * kFormat.height), worst};
+  }
+
+  std::mt19937 random_{11};
+  SteadyLight light_{kFormat, kSaturation};
+  Frame untouched_;
+};
+
+TEST_F(SteadyLightTest, WhatDoesNotChangeIsLeftAsItIs) {
+  for (const uint32_t touched_to_x : {0u, 50u, 120u}) {
+    const Frame frame = picture(as_it_was(), touched_to_x);
+    EXPECT_EQ(&light_.steady(frame), &frame) << touched_to_x;
+    EXPECT_EQ(light_.summary().state, LightState::Steady);
+    EXPECT_EQ(light_.summary().change_gray, 0);
+  }
+}
+
+TEST_F(SteadyLightTest, ExposureAndWhiteBalanceAreTakenOut) {
+  for (const auto& [red, green, blue, offset] : {std::array{1.08, 1.08, 1.08, 0.0},
+                                                 {0.9, 1.0, 1.1, 0.0},
+                                                 {1.0, 1.0, 1.0, 6.0},
+                                                 {1.15, 0.95, 1.02, -4.0}})
+    for (const uint32_t touched_to_x : {0u, 60u}) {
+      const std::array gains{red, green, blue};
+      const Light changed = [&, more = offset](uint32_t c, uint32_t, uint32_t, double gray) {
+        return gains[c] * gray + more;
+      };
+      const Frame truth = picture(as_it_was(), touched_to_x, 0);
+      const Frame frame = picture(changed, touched_to_x);
+      const auto before = off(frame, truth), after = off(light_.steady(frame), truth);
+      EXPECT_EQ(light_.summary().state, LightState::Changed);
+      EXPECT_GT(before.second, 3);
+      EXPECT_LT(std::abs(after.first), 0.15) << red << " " << offset << " touched to " << touched_to_x;
+      EXPECT_LT(after.second, 0.8) << red << " " << offset << " touched to " << touched_to_x;
+      EXPECT_NEAR(light_.summary().change_gray, before.second, before.second);
+    }
+}
+
+TEST_F(SteadyLightTest, LampsThatDriftAreFollowed) {
+  // One lamp warms up: 8 gray levels at its side within 20 s, nothing at the other.
+  double now = 0;
+  const Light warm = [&](uint32_t c, uint32_t x, uint32_t, double gray) {
+    return gray + (c == 0 ? now * (1 - x / 160.0) * (1 - x / 160.0) : 0);
+  };
+  for (int i = 0; i <= 600; ++i) {
+    now = 8 * i / 600.0;
+    light_.steady(picture(warm, 0));
+  }
+  const Frame truth = picture(as_it_was(), 60, 0), frame = picture(warm, 60);
+  EXPECT_GT(off(frame, truth).second, 5);
+  EXPECT_LT(off(light_.steady(frame), truth).second, 1.2);
+  EXPECT_EQ(light_.summary().state, LightState::Changed);
+}
+
+TEST_F(SteadyLightTest, ATouchIsNeverFollowed) {
+  // A faint one that is held for 20 s, on a twentieth of the frame.
+  const Light faint = [](uint32_t, uint32_t x, uint32_t y, double gray) {
+    return gray + (std::hypot(x - 50.0, y - 64.0) < 18 ? 2.0 : 0);
+  };
+  for (int i = 0; i < 600; ++i) light_.steady(picture(faint, 0));
+  const Frame frame = picture(faint, 0);
+  EXPECT_EQ(&light_.steady(frame), &frame);
+  EXPECT_EQ(light_.summary().state, LightState::Steady);
+}
+
+TEST_F(SteadyLightTest, WhereTooLittleAgreesTheLastLightIsKept) {
+  const Light brighter = [](uint32_t, uint32_t, uint32_t, double gray) { return 1.1 * gray; };
+  light_.steady(picture(brighter, 0));
+  ASSERT_EQ(light_.summary().state, LightState::Changed);
+  const double change_gray = light_.summary().change_gray;
+  // Touched all over, by some 60 gray levels.
+  const Light covered = [](uint32_t c, uint32_t x, uint32_t y, double gray) {
+    return 1.1 * gray + 60 * std::sin(0.22 * x + c) * std::cos(0.14 * y);
+  };
+  light_.steady(picture(covered, 0));
+  EXPECT_EQ(light_.summary().state, LightState::Unknown);
+  EXPECT_NEAR(light_.summary().change_gray, change_gray, 0.01);
+}
+
+TEST_F(SteadyLightTest, SaturatedStaysSaturatedAndNothingElseBecomesIt) {
+  const Light darker = [](uint32_t, uint32_t x, uint32_t y, double gray) {
+    if (x < 20 && y < 20) return 255.0;
+    return x < 40 && y < 20 ? 245.0 : 0.8 * gray;
+  };
+  const Frame& steady = light_.steady(picture(darker, 0, 0));
+  ASSERT_EQ(light_.summary().state, LightState::Changed);
+  EXPECT_EQ(steady.at(1, 10, 10), 255u);
+  EXPECT_EQ(steady.at(1, 30, 10), 254u);
+}
+
+TEST(SteadyLight, FramesOfAnySize) {
+  for (const auto& [width, height] : {std::pair{1u, 1u}, {3u, 2u}, {7u, 300u}, {64u, 48u}, {1921u, 1081u}}) {
+    const FrameFormat format{width, height, 3, 8};
+    SteadyLight light(format, 255);
+    Frame frame;
+    frame.reshape(format);
+    std::fill(frame.bytes.begin(), frame.bytes.end(), uint8_t{80});
+    light.set_background(frame);
+    EXPECT_EQ(&light.steady(frame), &frame);
+    Frame brighter = frame;
+    std::fill(brighter.bytes.begin(), brighter.bytes.end(), uint8_t{90});
+    const Frame& steady = light.steady(brighter);
+    EXPECT_EQ(steady.at(2, width - 1, height - 1), 80u) << width << " x " << height;
+  }
+}
+
+}  // namespace
+}  // namespace palpate
