@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "palpate/sensor.h"
 #include "engine/calibrate/light_stack.h"
+#include "palpate/sensor.h"
 
 namespace palpate {
 

@@ -1,5 +1,5 @@
 // Photometric stereo with any number of lights, one gray image each: slopes that are linear in the images, by
-// least squares against a surface that is known (theory S7, photometric).
+// least squares against a surface that is known.
 #pragma once
 
 #include <cstdint>

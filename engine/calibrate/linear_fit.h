@@ -1,4 +1,4 @@
-// Straight lines from readings beside a gauge to the numbers of a sensor file (theory S5 and S6).
+// Straight lines from readings beside a gauge to the numbers of a sensor file.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// Tangential stiffness and friction from a pulled contact beside a gauge (theory S6).
+// Tangential stiffness and friction from a pulled contact beside a gauge.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // Deflection by pressure as it is defined: the convolution with the pad's answer, zero-padded, by FFTW in
-// double precision on the CPU. The reference of the reading `elastic`, and a choice (theory S7).
+// double precision on the CPU. The reference of the reading `elastic`, and a choice.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The pad's answer to a load on one pixel: the Green's function of the reading `elastic` (theory S7).
+// The pad's answer to a load on one pixel: the Green's function of the reading `elastic`.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 // A block of tissue with a lump in it, how it is pressed, and what it answers: the forward model's question
-// and answer (theory S11).
+// and answer.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// The forward model: what a block of tissue with a lump in it answers to a press (theory S11). Elasticity on
+// The forward model: what a block of tissue with a lump in it answers to a press. Elasticity on
 // a regular grid, linear or at large strain; frictionless contact.
 #pragma once
 

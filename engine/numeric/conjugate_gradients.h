@@ -1,4 +1,4 @@
-// Conjugate gradients in double precision with a preconditioner in single precision (theory S11).
+// Conjugate gradients in double precision with a preconditioner in single precision.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // Control points: a few hundred places of the tactile shape, spread evenly over it, that are followed from
-// one compression to the next (theory S8, Eq. 64).
+// one compression to the next (Eq. 64 of the source paper).
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // The same least-squares surface by the discrete cosine transform on the CPU: the exact reference, and a
-// choice (theory S7).
+// choice.
 #pragma once
 
 #include <cstdint>

@@ -1,18 +1,18 @@
-// Elastic stage: a picture of contact pressure to the deflection of the pad's surface (theory S7), by the
-// pyramid of engine/elasticity/elastic_plan.h. Depths are absolute: 0 is the surface far from the contact, no rest
-// level is looked for.
+// Elastic stage: a picture of contact pressure to the deflection of the pad's surface, by the
+// pyramid of engine/elasticity/elastic_plan.h. Depths are absolute: 0 is the surface far from the contact, no
+// rest level is looked for.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "engine/elasticity/elastic_plan.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
-#include "palpate/sensor.h"
-#include "engine/elasticity/elastic_plan.h"
-#include "engine/stages/surface.h"
 #include "engine/gpu/tuning.h"
+#include "engine/stages/surface.h"
+#include "palpate/sensor.h"
 
 namespace palpate {
 class Contact;

@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "palpate/frame.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
 #include "engine/stages/contact.h"
+#include "palpate/frame.h"
 #include "shaders/shared/regions.h"
 
 namespace palpate {

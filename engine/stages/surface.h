@@ -1,5 +1,5 @@
 // Surface stage: the height map whose differences fit the slopes best (least squares with natural boundary),
-// by full multigrid on the GPU. theory S7: no path, no pinned rim, and the tilt of the frame is kept.
+// by full multigrid on the GPU. No path, no pinned rim, and the tilt of the frame is kept.
 #pragma once
 
 #include <cstdint>

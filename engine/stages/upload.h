@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <string>
 
-#include "palpate/frame.h"
 #include "engine/gpu/buffer.h"
+#include "palpate/frame.h"
 
 namespace palpate {
 namespace gpu {

@@ -1,5 +1,5 @@
 // Weighted surface stage: the height map whose differences fit the slopes best where each slope counts by its
-// weight, 0 to 1 (theory S7 with what is not known left out): minimise the sum over faces of w (dz - g)^2.
+// weight, 0 to 1 (what is not known is left out): minimise the sum over faces of w (dz - g)^2.
 // Conjugate gradients on the GPU; the preconditioner is one multigrid cycle with the weights of each level
 // summed from the finer one's faces, so that the number of iterations hardly depends on size or mask. Nothing
 // goes to the host before the end.

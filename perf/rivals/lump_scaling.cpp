@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/lump/dataset/file.h"
 #include "engine/lump/dataset/journal.h"
 #include "palpate/error.h"
@@ -126,12 +127,6 @@ double model_s(double case_s, const Serial& serial, double start_s, double worke
   return start_s + pressing + waiting + kModelCases * serial.write_s;
 }
 
-std::string print(const char* format, auto... values) {
-  char text[300];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
-
 /// Columns of workers and cases a minute.
 using Curve = std::vector<std::vector<double>>;
 
@@ -154,16 +149,16 @@ std::vector<Way> run_ways(const std::string& program, bool processes, const fs::
 /// Words and rows of what was measured; its curves, of threads and of processes.
 std::array<Curve, 2> tell_measured(const std::vector<Way>& methods, LumpScaling& result) {
   result.words +=
-      print("%d cases of a quick sweep (%s), medians of %d runs:\n", kQuickCases, kQuick, kRepetitions);
+      text("%d cases of a quick sweep (%s), medians of %d runs:\n", kQuickCases, kQuick, kRepetitions);
   std::array<Curve, 2> measured;
   for (size_t w = 0; w < methods.size(); ++w) {
     const Way& way = methods[w];
     const double per_min = 60 * kQuickCases / way.median(&Run::press_s);
     const double alone = 60 * kQuickCases / methods[w - w % 2].median(&Run::press_s);
     const double start_s = way.median(&Run::wall_s) - way.median(&Run::press_s);
-    result.csv += print("measured,quick,%s,%d,%d,%.4g,%.3f\n", way.how, way.workers, kQuickCases, per_min,
-                        per_min / alone);
-    result.words += print(
+    result.csv += text("measured,quick,%s,%d,%d,%.4g,%.3f\n", way.how, way.workers, kQuickCases, per_min,
+                       per_min / alone);
+    result.words += text(
         "  %d %-10s %7.1f cases a minute, %.2f times one; start and end %.2f s; %.1f ms of a core a case\n",
         way.workers, way.how, per_min, per_min / alone, start_s,
         1e3 * way.median(&Run::busy_s) / kQuickCases);
@@ -190,12 +185,12 @@ Curve tell_model(const SweepCosts& m, double start_s, LumpScaling& result) {
     const double wall_s = model_s(m.case_s, m.serial, start_s, workers);
     columns[0].push_back(workers);
     columns[1].push_back(60 * kModelCases / wall_s);
-    result.csv += print("model,%s,processes,%.0f,%.0f,%.4g,%.3f\n", m.name, workers, kModelCases,
-                        columns[1].back(), one_s / wall_s);
+    result.csv += text("model,%s,processes,%.0f,%.0f,%.4g,%.3f\n", m.name, workers, kModelCases,
+                       columns[1].back(), one_s / wall_s);
   }
   const double fraction =
       (m.serial.keep_s + m.serial.write_s) / (m.case_s + m.serial.keep_s + m.serial.write_s);
-  result.words += print(
+  result.words += text(
       "%s sweep: %.3g s of a core a case; the first process alone: %.2f ms to keep it, %.2f ms to write "
       "it, a share of %.2g: "
       "the disk is the limit from %.0f workers on (model)\n",
@@ -218,8 +213,8 @@ std::string plot(const std::string& blocks, const std::array<Curve, 2>& measured
     script += std::string("$model_") + models[i].name + " using 1:2 with lines lw 2 lc rgb '" +
               plot_colour(i) + "' title " +
               gnuplot_quoted(std::string("model, ") + models[i].name + " sweep") + ", ";
-    script += print("%g*x with lines dt 3 lc rgb '%s' title '%s without a serial part', ",
-                    60 / models[i].case_s, plot_colour(i), models[i].name);
+    script += text("%g*x with lines dt 3 lc rgb '%s' title '%s without a serial part', ",
+                   60 / models[i].case_s, plot_colour(i), models[i].name);
   }
   script += std::string("$threads using 1:2 with points pt 7 ps 1.3 lc rgb '") + plot_colour(4) +
             "' title 'measured, quick sweep, threads'";

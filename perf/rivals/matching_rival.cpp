@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "capture/synthetic/bent_points.h"
+#include "engine/base/text.h"
 #include "perf/measure.h"
 
 namespace palpate::perf {
@@ -121,12 +122,12 @@ std::string compare_matching(int trials) {
       rival.add(drifted, points.truth);
       reliable += result.reliable();
     }
-    char row[240];
-    std::snprintf(row, sizeof row, "%s,%d,%zu,%.5f,%.5f,%.3f,%.3f,%.3f,%.2f,%.2f\n", name, trials, count,
-                  ours.miss / trials, rival.miss / trials, static_cast<double>(ours.failures) / trials,
-                  static_cast<double>(rival.failures) / trials, static_cast<double>(reliable) / trials,
-                  quartiles(ours.ms).median, quartiles(rival.ms).median);
-    std::printf("%s", row);
+    const std::string row =
+        text("%s,%d,%zu,%.5f,%.5f,%.3f,%.3f,%.3f,%.2f,%.2f\n", name, trials, count, ours.miss / trials,
+             rival.miss / trials, static_cast<double>(ours.failures) / trials,
+             static_cast<double>(rival.failures) / trials, static_cast<double>(reliable) / trials,
+             quartiles(ours.ms).median, quartiles(rival.ms).median);
+    std::printf("%s", row.c_str());
     csv += row;
   }
   return csv;

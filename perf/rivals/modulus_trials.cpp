@@ -7,6 +7,7 @@
 #include <random>
 
 #include "capture/run/modulus_frames.h"
+#include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "viz/report/plot_script.h"
 
@@ -15,12 +16,6 @@ namespace {
 
 constexpr double kPadSd = 0.01, kForceSd = 0.01, kSizeSd = 0.005, kZero_mm = 0.1, kStage_mm = 0.005;
 constexpr double kMostStrain = 0.08, kWidest = 0.33, kMostForce_N = 2;
-
-std::string text(const char* format, auto... values) {
-  char line[300];
-  std::snprintf(line, sizeof line, format, values...);
-  return line;
-}
 
 PadBody trial_pad() {
   const SyntheticOptions options;

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/elasticity/modulus/modulus.h"
 #include "capture/synthetic/modulus_press.h"
+#include "engine/elasticity/modulus/modulus.h"
 
 namespace palpate {
 namespace gpu {

@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
+#include "engine/elasticity/elastic_kernel.h"
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
-#include "engine/elasticity/elastic_kernel.h"
 
 namespace palpate::perf {
 

@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "engine/base/text.h"
 #include "engine/numeric/thin_plate/thin_plate.h"
 #include "perf/measure.h"
 #include "viz/report/gnuplot.h"
@@ -220,24 +221,20 @@ class Study {
   }
 
   void add(const Row& r, const std::string& series) {
-    char line[320];
     const double fit_ms = median(r.fit_ms), evaluate_ms = median(r.evaluate_ms);
-    std::snprintf(line, sizeof line, "\"%s\",%s,%zu,%zu,%g,%.4g,%.3f,%.3f,%.6g,%.4g,%.3g\n", series.c_str(),
-                  r.kernel.c_str(), r.axes, r.points, r.offset, r.lambda.value_or(0), fit_ms, evaluate_ms,
-                  r.error, r.freedom, r.condition);
-    result_.csv += line;
-    std::snprintf(line, sizeof line,
-                  "%-28s %-7s %zuD %4zu points  offset %-6g lambda %-9.3g fit %7.1f ms  evaluate %7.1f ms  "
-                  "error %.6f\n",
-                  series.c_str(), r.kernel.c_str(), r.axes, r.points, r.offset, r.lambda.value_or(0), fit_ms,
-                  evaluate_ms, r.error);
-    result_.words += line;
+    result_.csv +=
+        text("\"%s\",%s,%zu,%zu,%g,%.4g,%.3f,%.3f,%.6g,%.4g,%.3g\n", series.c_str(), r.kernel.c_str(), r.axes,
+             r.points, r.offset, r.lambda.value_or(0), fit_ms, evaluate_ms, r.error, r.freedom, r.condition);
+    result_.words += text(
+        "%-28s %-7s %zuD %4zu points  offset %-6g lambda %-9.3g fit %7.1f ms  evaluate %7.1f ms  "
+        "error %.6f\n",
+        series.c_str(), r.kernel.c_str(), r.axes, r.points, r.offset, r.lambda.value_or(0), fit_ms,
+        evaluate_ms, r.error);
     if (r.offset != 0 || !std::isfinite(r.error)) return;  // far from the origin is another question
     const std::string title = series + ", " + r.kernel;
     auto at = std::find(series_.begin(), series_.end(), title);
     if (at == series_.end()) at = series_.insert(at, title);
-    std::snprintf(line, sizeof line, "%td %g %g\n", at - series_.begin(), fit_ms + evaluate_ms, r.error);
-    plot_ += line;
+    plot_ += text("%td %g %g\n", at - series_.begin(), fit_ms + evaluate_ms, r.error);
   }
 
   int repetitions_;

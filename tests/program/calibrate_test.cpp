@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/text.h"
 #include "palpate/sensor.h"
 #include "tests/support/json.h"
 #include "tests/support/program_fixture.h"
@@ -46,9 +47,8 @@ TEST_F(Calibrate, FindsTheSensorOfASyntheticGel) {
   int presses = 0;
   for (const std::vector<std::string>& cells : truth.rows) {
     if (cells[2] != "1" || std::stod(cells[9]) < 20) continue;
-    char name[32];
-    std::snprintf(name, sizeof name, "%06d.png", std::stoi(cells[0]));
-    balls << name << ',' << cells[7] << ',' << cells[8] << ',' << cells[9] << ",5\n";
+    balls << palpate::text("%06d.png", std::stoi(cells[0])) << ',' << cells[7] << ',' << cells[8] << ','
+          << cells[9] << ",5\n";
     ++presses;
   }
   balls.close();

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <random>
 
+#include "engine/base/text.h"
 #include "engine/numeric/poisson_dct.h"
 #include "engine/stages/surface.h"
 #include "palpate/error.h"
@@ -102,10 +103,9 @@ class ExtremeSurface : public GpuTest {
   /// One line of the table, on paper and in the test's record.
   static void tell(const std::string& what, SurfaceSolver solver, const Misfit& m,
                    const SurfaceStatistics& e) {
-    char line[200];
-    std::snprintf(line, sizeof line, "rms %.1e worst %.1e of range %.3g, residual %.1e, inconsistency %.1e",
-                  m.rms, m.worst, m.range, e.residual, e.inconsistency);
-    std::printf("  %-34s %-9s %s\n", what.c_str(), name_of(solver), line);
+    const std::string line = text("rms %.1e worst %.1e of range %.3g, residual %.1e, inconsistency %.1e",
+                                  m.rms, m.worst, m.range, e.residual, e.inconsistency);
+    std::printf("  %-34s %-9s %s\n", what.c_str(), name_of(solver), line.c_str());
     RecordProperty(what + " " + name_of(solver), line);
   }
 };

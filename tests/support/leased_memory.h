@@ -8,8 +8,8 @@
 #include <cstring>
 #include <memory>
 
-#include "palpate/frame.h"
 #include "engine/base/mapped_pages.h"
+#include "palpate/frame.h"
 
 namespace palpate {
 

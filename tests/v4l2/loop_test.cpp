@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "capture/synthetic/synthetic.h"
+#include "engine/base/text.h"
 #include "tests/reference/contact.h"
 #include "tests/v4l2/guest.h"
 
@@ -188,10 +189,8 @@ TEST_F(Loop, PalpationFramesArriveBitForBitAndMeasureTheSame) {
     }
     EXPECT_GE(seen.size(), 3u) << format;  // a slow guest is shown some of the frames only
     EXPECT_LT(worst, 0.02) << format;
-    char text[120];
-    std::snprintf(text, sizeof text, "%zu different frames bit for bit; force within %.2f %% of the truth",
-                  seen.size(), 100 * worst);
-    r.found = text;
+    r.found =
+        text("%zu different frames bit for bit; force within %.2f %% of the truth", seen.size(), 100 * worst);
   }
 }
 

@@ -7,8 +7,8 @@
 
 #include "capture/session/session.h"
 #include "capture/source.h"
-#include "viz/live/latency.h"
 #include "engine/palpation/press_monitor.h"
+#include "viz/live/latency.h"
 
 namespace palpate::viz {
 

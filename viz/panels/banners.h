@@ -3,9 +3,9 @@
 
 #include <cstdint>
 
-#include "viz/render/layout.h"
 #include "viz/live/stats.h"
 #include "viz/panels/measurement.h"
+#include "viz/render/layout.h"
 #include "viz/render/view_state.h"
 
 namespace palpate::viz {

@@ -4,8 +4,8 @@
 
 #include "palpate/sensor.h"
 #include "viz/live/history.h"
-#include "viz/render/layout.h"
 #include "viz/live/tare.h"
+#include "viz/render/layout.h"
 
 struct ImDrawList;
 

@@ -1,8 +1,8 @@
 // Controls for every setting of the view by mouse, and the help that lists the keys.
 #pragma once
 
-#include "viz/render/layout.h"
 #include "viz/live/stats.h"
+#include "viz/render/layout.h"
 #include "viz/render/view_state.h"
 
 namespace palpate::viz {

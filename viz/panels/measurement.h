@@ -8,11 +8,11 @@
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
+#include "viz/live/stats.h"
+#include "viz/live/tare.h"
 #include "viz/render/hud_frame.h"
 #include "viz/render/layout.h"
-#include "viz/live/stats.h"
 #include "viz/render/strain_view.h"
-#include "viz/live/tare.h"
 
 namespace palpate::viz {
 

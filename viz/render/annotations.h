@@ -2,11 +2,11 @@
 // raw image.
 #pragma once
 
+#include "engine/palpation/press_monitor.h"
 #include "palpate/frame.h"
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
 #include "viz/render/orbit.h"
-#include "engine/palpation/press_monitor.h"
 #include "viz/render/surface_view.h"
 #include "viz/render/view_state.h"
 

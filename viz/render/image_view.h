@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "palpate/frame.h"
 #include "engine/gpu/buffer.h"
+#include "palpate/frame.h"
 #include "palpate/pipeline.h"
 #include "viz/render/surface_view.h"
 

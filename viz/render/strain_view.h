@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "palpate/frame.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/commands.h"
 #include "engine/measure/strain.h"
 #include "engine/stages/thin_plate.h"
+#include "palpate/frame.h"
 #include "palpate/touch.h"
 
 namespace palpate::viz {

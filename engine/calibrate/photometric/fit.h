@@ -1,4 +1,4 @@
-// From presses whose normals are known to the calibration of a colour gel sensor (theory S7, photometric).
+// From presses whose normals are known to the calibration of a colour gel sensor.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Young's modulus of a sample that is pressed between the sensor's pad and a rigid table (theory S10; Eq. 78
-// and 79). The pad is known: modulus, thickness, bonded to its rigid base. Small strains, frictionless.
+// Young's modulus of a sample that is pressed between the sensor's pad and a rigid table (Eq. 78 and
+// 79). The pad is known: modulus, thickness, bonded to its rigid base. Small strains, frictionless.
 //
 // What determines it. The camera sees the pad: force (by calibration, or a gauge beside it), where the
 // contact ends, how deep the pad is. It does not see how far the sample gives way. That comes from

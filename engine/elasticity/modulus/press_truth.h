@@ -1,8 +1,8 @@
 // Pad and sample between two rigid plates by finite elements on both sides: what a press really does, to
-// judge estimates of a modulus by. Finer grids than engine/elasticity/modulus/press_model.h has, a pad of finite
-// elements and finite width, a ball of finite elements; small strains, frictionless. A flat face presses the
-// pad where it has come to: the pad's elements are laid out anew for the widened face. Lengths in mm, forces
-// in N, moduli in MPa.
+// judge estimates of a modulus by. Finer grids than engine/elasticity/modulus/press_model.h has, a pad of
+// finite elements and finite width, a ball of finite elements; small strains, frictionless. A flat face
+// presses the pad where it has come to: the pad's elements are laid out anew for the widened face. Lengths in
+// mm, forces in N, moduli in MPa.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
 // A block whose cells follow the lump's surface: none of them is half lump and half tissue, so that errors
-// shrink with the cells' square and answers change smoothly with the lump (theory S11, S12).
+// shrink with the cells' square and answers change smoothly with the lump.
 #pragma once
 
 #include <array>

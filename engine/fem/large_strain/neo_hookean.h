@@ -1,4 +1,4 @@
-// Nearly incompressible neo-Hookean bricks at large strain: their forces, and how these change (theory S11).
+// Nearly incompressible neo-Hookean bricks at large strain: their forces, and how these change.
 //
 // Energy of a cell of volume V at rest: mu/2 sum_q w_q (J^(-2/3) I1 - 3) + kappa/2 V (Jm - 1)^2 over eight
 // Gauss points q, with F = 1 + grad u, J = det F, I1 = F : F and Jm the cell's mean of J (Q1-P0: a J of each

@@ -1,4 +1,4 @@
-// A block as brick cells with a modulus each, and its halvings (theory S11).
+// A block as brick cells with a modulus each, and its halvings.
 #pragma once
 
 #include <array>

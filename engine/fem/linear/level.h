@@ -1,5 +1,5 @@
 // One grid of the forward model's V-cycle with all that its smoothing needs, on the processor and the device
-// alike (theory S11).
+// alike.
 #pragma once
 
 #include <optional>

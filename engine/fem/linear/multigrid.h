@@ -1,4 +1,4 @@
-// A V-cycle over halved grids: the preconditioner of the forward model's conjugate gradients (theory S11).
+// A V-cycle over halved grids: the preconditioner of the forward model's conjugate gradients.
 #pragma once
 
 #include <memory>

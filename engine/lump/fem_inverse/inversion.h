@@ -1,5 +1,5 @@
 // A hidden lump from the finite elements themselves: the lump whose block would have answered as the
-// observation does (theory S12). Slow and without training: what the network is measured against.
+// observation does. Slow and without training: what the network is measured against.
 #pragma once
 
 #include "engine/lump/fem_inverse/options.h"

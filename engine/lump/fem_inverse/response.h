@@ -1,5 +1,5 @@
 // What a block with a lump answers to known forces, as a sensor reads it, and how the answer changes with the
-// lump: the finite elements behind the direct inversion (theory S12).
+// lump: the finite elements behind the direct inversion.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // Which lump explains an observation best, and which others explain it nearly as well: the search behind the
-// direct inversion (theory S12).
+// direct inversion.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// A line through a stress map and the Gaussian that describes it (theory S13, Eq. 81).
+// A line through a stress map and the Gaussian that describes it (Eq. 81 of the source paper).
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
-// The paper's Figures 17 and 19 to 22 from our own forward model (theory S11, S13; Figure 18 is in
-// lump_network_figure.h): what the inclusions of
-// its phantoms show at its forces, and how the map changes with each of the six inputs.
+// The paper's Figures 17 and 19 to 22 from our own forward model (Figure 18 is in
+// lump_network_figure.h): what the inclusions of its phantoms show at its forces, and how the map changes
+// with each of the six inputs.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // Which point is which: two point sets of which one is the other, bent, moved, noisy, and with points of no
-// partner on both sides (theory S8).
+// partner on both sides.
 #pragma once
 
 #include <cstdint>
