@@ -41,10 +41,10 @@ SteadyLight::SteadyLight(const FrameFormat& format, uint32_t saturation_gray)
 }
 
 void SteadyLight::set_background(const Frame& background) {
-  for (auto& values : untouched_) std::fill(values.begin(), values.end(), 0.0f);
+  for (auto* values : {&untouched_, &drift_})
+    for (std::vector<float>& of_colour : *values) std::fill(of_colour.begin(), of_colour.end(), 0.0f);
   look_at(background);
   untouched_ = change_;
-  for (auto& values : drift_) std::fill(values.begin(), values.end(), 0.0f);
   light_ = {};
   drifts_ = false;
 }

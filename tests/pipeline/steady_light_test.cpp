@@ -103,6 +103,11 @@ TEST_F(SteadyLightTest, LampsThatDriftAreFollowed) {
   EXPECT_GT(off(frame, truth).second, 5);
   EXPECT_LT(off(light_.steady(frame), truth).second, 1.2);
   EXPECT_EQ(light_.summary().state, LightState::Changed);
+  // A new untouched image begins anew.
+  const Frame now_untouched = picture(warm, 0, 0);
+  light_.set_background(now_untouched);
+  const Frame next = picture(warm, 0);
+  EXPECT_EQ(&light_.steady(next), &next);
 }
 
 TEST_F(SteadyLightTest, ATouchIsNeverFollowed) {
