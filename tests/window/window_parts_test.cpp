@@ -319,6 +319,27 @@ TEST(Words, StatesAreToldApartWithoutColour) {
   EXPECT_EQ(time_text(75.25), "1:15.2 min");
 }
 
+TEST(Words, SaturationIsShownWhereItMatters) {
+  Touch t;
+  t.saturated_px = 3;
+  EXPECT_TRUE(saturation_matters(t)) << "of a gray sum alone nothing else is known";
+  t.surface.emplace().validity = Validity::Valid;
+  EXPECT_FALSE(saturation_matters(t));
+  ContactTouch c;
+  c.saturated_px = 3;
+  EXPECT_FALSE(saturation_matters(c, t));
+  t.surface->validity = Validity::Saturated;
+  EXPECT_TRUE(saturation_matters(t));
+  EXPECT_TRUE(saturation_matters(c, t));
+  t.surface->validity = Validity::Valid;
+  t.force_N.validity = c.force_N.validity = Validity::Valid;  // its interval holds what they hide
+  EXPECT_FALSE(saturation_matters(t));
+  EXPECT_FALSE(saturation_matters(c, t));
+  t.force_N.validity = c.force_N.validity = Validity::Saturated;
+  EXPECT_TRUE(saturation_matters(t));
+  EXPECT_TRUE(saturation_matters(c, t));
+}
+
 TEST(KeyHelp, EveryKeyIsThereOnce) {
   std::string all;
   for (const KeyHelp& line : key_help()) all += std::string(" ") + line.keys + " ";

@@ -123,8 +123,7 @@ void contact_table(const Touch& touch, const Tare& tare, bool scaled) {
     ImGui::TableNextColumn();
     const bool doubtful =
         c.force_N.validity != Validity::Valid && c.force_N.validity != Validity::NotCalibrated;
-    const bool rated = c.force_N.validity != Validity::NotCalibrated;
-    if (rated ? c.force_N.validity == Validity::Saturated : c.saturated_px > 0)
+    if (saturation_matters(c, touch))
       ImGui::TextUnformatted("saturated");
     else if (c.at_border)
       ImGui::TextUnformatted("at border");
@@ -242,7 +241,7 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
     row("moved", t.contact && scaled ? text("%+.3f, %+.3f mm", t.shift_x_mm, t.shift_y_mm) : "-");
     row("peak", text("%.1f gray levels", t.peak_gray));
     const ImVec4 red = colour(force_verdict(Validity::Saturated));
-    row("saturated", text("%llu px", whole(t.saturated_px)), t.saturated_px ? &red : nullptr);
+    row("saturated", text("%llu px", whole(t.saturated_px)), saturation_matters(t) ? &red : nullptr);
     if (t.confidence) {
       const ImVec4 tint_apart = colour(force_verdict(Validity::Apart));
       std::string unknown = text("%llu px", whole(t.confidence->unknown_px));

@@ -56,6 +56,18 @@ std::string newtons_text(const Estimate& e, int digits) {
   return text("%+.*f \xc2\xb1 %.*f N", digits, e.value, digits, e.standard_error);
 }
 
+bool saturation_matters(const Touch& t) {
+  if (t.force_N.validity == Validity::Saturated) return true;
+  if (t.surface && t.surface->validity == Validity::Saturated) return true;
+  return t.saturated_px > 0 && t.force_N.validity == Validity::NotCalibrated && !t.surface;
+}
+
+bool saturation_matters(const ContactTouch& contact, const Touch& touch) {
+  if (contact.force_N.validity == Validity::Saturated) return true;
+  return contact.saturated_px > 0 && contact.force_N.validity == Validity::NotCalibrated &&
+         saturation_matters(touch);
+}
+
 std::string depth_text(const SurfaceSummary& s) {
   std::string shown = text("%.3f", s.depth_max_mm);
   if (s.depth_sd_mm > 0) shown += text(" \xc2\xb1 %.3f", s.depth_sd_mm);

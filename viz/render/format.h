@@ -22,6 +22,12 @@ struct Verdict {
 Verdict force_verdict(Validity validity);
 Verdict slip_verdict(Slip slip);
 
+/// Whether saturated pixels may have changed a number that is shown: the force, the depth or, where neither
+/// is known, the gray sum.
+bool saturation_matters(const Touch& touch);
+/// The same of one contact, whose touch has a surface or not.
+bool saturation_matters(const ContactTouch& contact, const Touch& touch);
+
 /// "+0.123 ± 0.004 N"; "-" where there is none. `digits`: after the point.
 std::string newtons_text(const Estimate& estimate, int digits = 3);
 /// "0.42 ± 0.02 mm" and why it may be wrong.

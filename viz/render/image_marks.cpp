@@ -133,8 +133,9 @@ void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, cons
     }
     for (const ContactTouch& c : touch.contacts) {  // on top of all outlines
       const ImVec2 centre = place.at(c.centroid_x_px, c.centroid_y_px);
+      const bool saturated = saturation_matters(c, touch);
       shadowed_text(list, {centre.x + 7 * scale, centre.y - ImGui::GetFontSize() - 4 * scale},
-                    c.saturated_px ? kWarning : kMarker, text(c.saturated_px ? "%u sat." : "%u", c.id));
+                    saturated ? kWarning : kMarker, text(saturated ? "%u sat." : "%u", c.id));
     }
   } else if (marks.contacts && touch.contact && std::isfinite(touch.centroid_x_px)) {
     const ImVec2 centre = place.at(touch.centroid_x_px, touch.centroid_y_px);
@@ -144,7 +145,7 @@ void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, cons
   }
   std::string warnings;
   if (touch.at_border) warnings += "AT BORDER";
-  if (touch.saturated_px > 0)
+  if (saturation_matters(touch))
     warnings += text("%sSATURATED %llu px", warnings.empty() ? "" : "  ",
                      static_cast<unsigned long long>(touch.saturated_px));
   if (touch.regions && touch.regions->overflow)
