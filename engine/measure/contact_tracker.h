@@ -32,8 +32,9 @@ class ContactTracker {
   /// unseen.
   void interrupt();
 
-  /// Frames in order. In: touch.contacts are the frame's regions with their shapes, in a fixed order, and the
-  /// lineage as their id, where it is known: a contact goes on in a region of its lineage however far. Out:
+  /// Frames in order. In: touch.contacts are the frame's regions with their shapes, in a fixed order. Where
+  /// the caller knows that a region continues one of the frame before, both have the same lineage as their
+  /// id, and the contact continues there at any distance. Out:
   /// the contacts, with ids, forces and shears, and small_regions. Where there are several contacts the force
   /// of `touch` becomes the sum of theirs, where there is one or more the shear as well: no contact that
   /// comes or goes then looks like a motion. Where the skin is followed (`skin_sd_px`: of each of its points)

@@ -1,4 +1,4 @@
-// Contacts that run into one another, told apart by the depth between them.
+// Contacts that touch one another, separated by the depth between them.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-/// Cells in the order of their depth grow into basins, as if water fell; where two meet, the shallower one is
-/// a contact of its own if it stands out above the saddle between them.
+/// A watershed of the depth map: cells are added from the deepest up. Where two basins meet, the shallower
+/// one stays a contact of its own if its peak is deep enough below the saddle between them.
 class DepthBasins {
  public:
   static constexpr double kSaddle = 0.35;        ///< at most, of the shallower one's depth

@@ -1,4 +1,4 @@
-// Contacts of a colour gel: where its picture, and with it its slope, changes by more than its own noise.
+// Contacts of a colour gel: regions where the image, and so the slope, changes by more than its noise.
 #pragma once
 
 #include <array>
@@ -16,15 +16,16 @@
 
 namespace palpate {
 
-/// A gel shows slopes, so that a threshold on its change breaks one contact into rings and specks. Here a
-/// contact is where the mean square of the change, over that of untouched frames, is raised about a place:
-/// capped for each cell, so that a speck is no contact, and averaged over kReach_mm, so that rings and their
-/// middle are one. What reaches kOnset (kCore where there was a contact before) is one, with all that is
-/// above kFoot around it and what that surrounds. Its outline is where the picture's structure, which light
-/// that glows through the gel does not have, falls to kOutline of what the contact has: good to about 1.5 mm.
+/// A gel shows slopes: a threshold on the change of its image breaks one contact into rings and specks. This
+/// class uses the mean square change of cells of 4 x 4 px, divided by its value in untouched frames. Each
+/// cell's ratio is limited to kCap, so that a speck is not a contact, and smoothed over kReach_mm, so that a
+/// ring and its centre belong together. A contact is a connected region above kFoot, with its holes, that
+/// reaches kSureOnset in one frame or kOnset in two; a contact of the frame before needs kCore. Its outline
+/// is where the local variance of the image falls to kOutline of the contact's own, since light that glows
+/// through the gel is smooth: accurate to about 1.5 mm.
 ///
-/// The noise of each cell is learned from what is not touched. Light that changes by itself is estimated for
-/// each colour from what is not touched, and taken out first.
+/// The noise of each cell is learned while the cell is not touched. A change of the light is estimated for
+/// each colour from the cells that are not touched, and subtracted first.
 class GelContacts {
  public:
   static constexpr double kReach_mm = 1.6;  ///< standard deviation of the weights

@@ -1,4 +1,4 @@
-// Light that a camera (exposure, gain, white balance) or its lamps have changed by themselves.
+// Change of the light between two images: the camera's exposure, gain and white balance, or the lamps.
 #pragma once
 
 #include <span>
@@ -16,8 +16,9 @@ struct LightChange {
   double at(double untouched_gray) const { return (gain - 1) * untouched_gray + offset_gray; }
 };
 
-/// The light that most of a picture's places agree on: of two beginnings, an offset and a gain, the one that
-/// more of them follow, then a line through those. Touched places, which disagree, take no part.
+/// A robust line through the gray levels of an image over those of the untouched image. Start values are a
+/// pure offset and a pure gain, the one with more inliers; then least squares through the inliers, repeated.
+/// Touched places are outliers.
 class LightEstimate {
  public:
   static constexpr double kInlier_gray = 2.5;  ///< of a place's mean from the line

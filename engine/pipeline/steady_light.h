@@ -1,5 +1,5 @@
-// The light of a colour gel's frames, as it was in the untouched image: what the camera or its lamps change
-// by themselves is taken out before anything is measured.
+// Brings a colour gel's frames to the light of the untouched image: changes of exposure, white balance and
+// lamps are removed before anything is measured.
 #pragma once
 
 #include <array>
@@ -12,13 +12,12 @@
 
 namespace palpate {
 
-/// Looks at some 1500 places of 4 x 4 px. A gain and an offset of each colour (exposure, gain, white balance)
-/// are estimated in each frame by itself, from the places that agree on one, and taken out where they explain
-/// the picture clearly better than no change. What is left and changes slowly, place by place (lamps), is
-/// followed in frames that nothing touches, and only there. Frames in which too few places agree keep the
-/// light of the last one, and say so.
+/// Samples about 1500 places of 4 x 4 px. In each frame a gain and an offset of each colour are estimated
+/// (LightEstimate), and removed where they explain the image clearly better than no change does. A slow drift
+/// that remains at each place (lamps) is learned from untouched frames only. A frame in which too few places
+/// agree on one light keeps that of the frame before, and its state says so.
 ///
-/// Host only, frames in order: the same frames give the same light.
+/// Runs on the host, frames in order; the result depends on the frames alone.
 class SteadyLight {
  public:
   static constexpr double kLeast_gray = 0.25;      ///< less is left as it is

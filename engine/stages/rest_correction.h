@@ -1,5 +1,5 @@
-// Rest correction stage: heights where nothing touches are errors of the surface; taken off them, and off
-// what lies between.
+// Rest correction stage: heights where nothing touches the pad are errors of the surface. They are
+// subtracted, with their harmonic continuation between.
 #pragma once
 
 #include <cstdint>
