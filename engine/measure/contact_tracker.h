@@ -1,4 +1,4 @@
-// Several contacts followed from frame to frame, each with an id, a force and a shear of its own.
+// Tracks several contacts from frame to frame, each with its own id, force and shear.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +14,14 @@
 
 namespace palpate {
 
-/// Regions become contacts. A region that belongs to no contact of before and has smallest_contact_px() or
-/// more is a new one; a contact goes on in regions of half that, so that one about the threshold does not
-/// flicker. Regions and contacts are matched so that as many contacts as possible go on and the sum of their
-/// squared ways is least; a contact's centroid moves by at most twice the larger radius (of a circle of its
-/// area) and 4 px a frame. Where two contacts merge, the nearer centroid's id goes on, which is the larger
-/// one's; where one splits, likewise. A contact that is away for kHeldFrames frames or less keeps its id and
-/// its onset. At most kMostContacts are followed, the largest.
+/// Matches the regions of a frame to the contacts of the frame before. A region without a match starts a new
+/// contact if it has at least smallest_contact_px(); an existing contact continues in a region of half that
+/// size, so that one near the threshold does not flicker. The assignment continues as many contacts as
+/// possible, with the least sum of squared displacements. A centroid may move by at most twice the larger
+/// radius (of a circle of the contact's area) plus 4 px a frame. When two contacts merge, the id of the
+/// nearer centroid continues, which is usually the larger contact's; the same when one splits. A contact that
+/// is missing for at most kHeldFrames frames keeps its id and its onset. At most kMostContacts are tracked,
+/// the largest.
 class ContactTracker {
  public:
   static constexpr uint32_t kHeldFrames = 3;
@@ -28,8 +29,8 @@ class ContactTracker {
 
   ContactTracker(const Sensor& sensor, const FrameFormat& format);
 
-  /// What follows does not continue what was: all contacts end, and those that are there at once began
-  /// unseen.
+  /// The next frame does not continue the last one: all contacts end, and those of the next frame have an
+  /// unseen onset.
   void interrupt();
 
   /// Frames in order. In: touch.contacts are the frame's regions with their shapes, in a fixed order. Where
