@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-/// What a normal force is read from: one contact in one frame.
+/// Input of a normal force: one contact in one frame.
 struct ForceFeatures {
   double gray_sum = 0;    ///< gray levels
   double area_px = 0;     ///< of the contact
@@ -38,8 +38,8 @@ double signal_of(const ForceCalibration& calibration, const ForceFeatures& featu
 double force_at(const ForceCalibration& calibration, double signal);
 double force_at(ForceModel model, const ForceCurve& curve, double signal);
 
-/// Share of the calibrated range that the signal has to turn back by until the contact counts as on the other
-/// branch.
+/// Fraction of the calibrated range by which the signal has to reverse before the contact changes to the
+/// other branch.
 inline constexpr double kTurn_fraction = 0.05;
 
 /// Which branch a contact is on: 0 loading, 1 unloading, between them just after a reversal. A play of width
@@ -68,10 +68,10 @@ class LoadDirection {
 /// range.
 Estimate force_of(const ForceCalibration& calibration, const ForceFeatures& features, double unloading = 0.5);
 
-/// Follows one contact from its onset and tells its force from frame to frame.
+/// Follows one contact from its onset and computes its force in each frame.
 class ForceHistory {
  public:
-  /// What follows does not continue what was.
+  /// The next frame does not continue the last one.
   void interrupt() { direction_.interrupt(); }
   Estimate update(const ForceCalibration& calibration, const ForceFeatures& features);
   double unloading() const { return direction_.unloading(); }

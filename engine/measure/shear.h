@@ -1,4 +1,4 @@
-// Centroid shift to tangential force, with stick distinguished from slip.
+// Tangential force from the shift of the centroid, with stick and slip distinguished.
 #pragma once
 
 #include <optional>
@@ -22,8 +22,8 @@ class ShearTracker {
   explicit ShearTracker(double pitch_mm_per_px)
       : pitch_mm_per_px_(pitch_mm_per_px), slip_watch_(pitch_mm_per_px) {}
 
-  /// What follows does not continue what was: a contact that is there at once began unseen, and its shear
-  /// counts from where it is first seen (Validity::OnsetUnseen).
+  /// The next frame does not continue the last one: a contact in it has an unseen onset, and its shear counts
+  /// from where it is first seen (Validity::OnsetUnseen).
   void interrupt();
   /// Fills shift, shear and slip of `touch` from its centroid, force and skin. Frames in order; a new contact
   /// is a new onset. `calibration` may be null: then only the shift is known.

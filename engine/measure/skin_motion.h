@@ -1,5 +1,5 @@
-// The skin's points under a contact to the motion of its core: shift, turn about the normal, and how much of
-// the contact still sticks.
+// Motion of the skin under a contact, from its points: shift, rotation about the normal, and the fraction of
+// the contact that still sticks.
 #pragma once
 
 #include <span>
@@ -38,7 +38,7 @@ class SkinTracker {
  public:
   explicit SkinTracker(double pitch_mm_per_px) : pitch_mm_per_px_(pitch_mm_per_px) {}
 
-  /// What follows does not continue what was: motion counts from the next frame on.
+  /// The next frame does not continue the last one: motion counts from there on.
   void interrupt() { interrupted_ = true; }
   /// As new, for another contact.
   void restart();

@@ -1,4 +1,4 @@
-// Slip, stick and incipient slip, from the skin's motion beside the contact's.
+// Slip, stick and incipient slip, from the motion of the skin relative to the contact.
 #pragma once
 
 #include <array>
@@ -9,9 +9,9 @@
 
 namespace palpate {
 
-/// While a contact sticks its centre travels with the skin under it; what one does without the other is
-/// sliding. Told from how far they have moved apart within the last two and the last six frames, against the
-/// noise of that distance, which is learned from its second differences. Where the core sticks and the rim
+/// While a contact sticks, its centre moves with the skin under it; relative motion is sliding. It is
+/// detected from the change of their distance within the last two and the last six frames, compared with the
+/// noise of that distance, which is estimated from its second differences. Where the core sticks and the rim
 /// does not, the slip is incipient.
 class SlipWatch {
  public:
