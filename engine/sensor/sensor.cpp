@@ -243,7 +243,9 @@ uint32_t dead_gray(const Sensor& sensor) {
 }
 
 bool has_gel_contacts(const Sensor& sensor) {
-  return sensor.reconstruction == Reconstruction::Photometric &&
+  // Printed markers hide the structure that outlines are told by.
+  const bool printed = sensor.skin && sensor.skin->kind == SkinKind::Markers;
+  return !printed && sensor.reconstruction == Reconstruction::Photometric &&
          sensor.background.kind == BackgroundKind::Untouched && sensor.bit_depth == 8;
 }
 
