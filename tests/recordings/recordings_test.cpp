@@ -366,8 +366,8 @@ TEST_F(RealRecordings, GelShapesHaveTheirDepth) {
     EXPECT_GT(gain, 0.9) << shape;
     EXPECT_LT(gain, 1.2) << shape;
   }
-  std::printf("mean RMSE %.3f mm\n", sum / 16);
-  EXPECT_LT(sum / 16, 0.075);
+  std::printf("mean RMSE %.4f mm\n", sum / 16);
+  EXPECT_LT(sum / 16, 0.047);
 }
 
 /// Radius of the sphere that fits best, tilt and offset free, over a disc of the depth map.
