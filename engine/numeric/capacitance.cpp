@@ -1,0 +1,181 @@
+#include "engine/numeric/capacitance.h"
+
+#include <fftw3.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <numbers>
+
+#include "engine/numeric/dense.h"
+#include "engine/numeric/fftw_planner.h"
+
+namespace palpate {
+namespace {
+
+/// Heights of a unit source on a grid with natural boundary, mean 0: a lattice without boundary, of twice the
+/// size, and the source's mirror images.
+class Green {
+ public:
+  Green(uint32_t width, uint32_t height)
+      : width_(width), height_(height), lattice_(size_t{width + 1} * (height + 1)) {
+    const auto eigenvalue = [](uint32_t k, uint32_t n) { return 2 - 2 * std::cos(std::numbers::pi * k / n); };
+    for (uint32_t y = 0; y <= height; ++y)
+      for (uint32_t x = 0; x <= width; ++x)
+        at(x, y) =
+            x + y == 0 ? 0 : 1 / (eigenvalue(x, width) + eigenvalue(y, height)) / (4.0 * width * height);
+    fftw_plan plan = nullptr;
+    {
+      const std::lock_guard lock(fftw_planner());
+      plan = fftw_plan_r2r_2d(static_cast<int>(height + 1), static_cast<int>(width + 1), lattice_.data(),
+                              lattice_.data(), FFTW_REDFT00, FFTW_REDFT00, FFTW_ESTIMATE);
+    }
+    fftw_execute(plan);
+    const std::lock_guard lock(fftw_planner());
+    fftw_destroy_plan(plan);
+  }
+
+  double operator()(const EdgeCell& source, uint32_t x, uint32_t y) const {
+    const uint32_t near_x = apart(source.x, x), near_y = apart(source.y, y);
+    const uint32_t far_x = mirrored(source.x, x, width_), far_y = mirrored(source.y, y, height_);
+    return at(near_x, near_y) + at(far_x, near_y) + at(near_x, far_y) + at(far_x, far_y);
+  }
+
+ private:
+  double& at(uint32_t x, uint32_t y) { return lattice_[size_t{y} * (width_ + 1) + x]; }
+  double at(uint32_t x, uint32_t y) const { return lattice_[size_t{y} * (width_ + 1) + x]; }
+  static uint32_t apart(uint32_t a, uint32_t b) { return a > b ? a - b : b - a; }
+  // The lattice repeats after 2 n and is even.
+  static uint32_t mirrored(uint32_t a, uint32_t b, uint32_t n) {
+    const uint32_t sum = a + b + 1;
+    return sum > n ? 2 * n - sum : sum;
+  }
+
+  uint32_t width_, height_;
+  std::vector<double> lattice_;
+};
+
+struct Edge {
+  std::vector<EdgeCell> cells;
+  std::vector<uint32_t> island;  // of each, from 1
+  uint32_t islands = 0;
+};
+
+EdgeCell cell_at(const CellFaces& f, uint32_t x, uint32_t y) {
+  const size_t i = size_t{y} * f.width + x;
+  return {x, y, x > 0 ? f.across[i - 1] : 0, f.across[i], y > 0 ? f.down[i - f.width] : 0, f.down[i]};
+}
+
+// Which island each cell belongs to, from 1: cells joined by known faces; 0 without any.
+std::vector<uint32_t> islands_of(const CellFaces& f, uint32_t& count) {
+  std::vector<uint32_t> island(f.across.size());
+  std::vector<size_t> reached;
+  const auto join = [&](size_t cell, float weight) {
+    if (weight <= 0 || island[cell] != 0) return;
+    island[cell] = count;
+    reached.push_back(cell);
+  };
+  count = 0;
+  for (size_t first = 0; first < island.size(); ++first) {
+    if (island[first] != 0 || (f.across[first] <= 0 && f.down[first] <= 0)) continue;
+    ++count;
+    join(first, 1);
+    while (!reached.empty()) {
+      const size_t i = reached.back();
+      reached.pop_back();
+      join(i + 1 < island.size() ? i + 1 : i, f.across[i]);
+      join(i + f.width < island.size() ? i + f.width : i, f.down[i]);
+      if (i % f.width > 0) join(i - 1, f.across[i - 1]);
+      if (i >= f.width) join(i - f.width, f.down[i - f.width]);
+    }
+  }
+  return island;
+}
+
+Edge edge_of(const CellFaces& f) {
+  CellFaces whole = f;
+  whole.across = f.whole_across;
+  whole.down = f.whole_down;
+  const auto differs = [](const EdgeCell& a, const EdgeCell& b) {
+    return a.left != b.left || a.right != b.right || a.up != b.up || a.down != b.down;
+  };
+  Edge edge;
+  const std::vector<uint32_t> island = islands_of(f, edge.islands);
+  for (size_t i = 0; i < island.size(); ++i) {
+    const auto x = static_cast<uint32_t>(i % f.width), y = static_cast<uint32_t>(i / f.width);
+    const EdgeCell cell = cell_at(f, x, y);
+    if (island[i] == 0 || !differs(cell, cell_at(whole, x, y))) continue;
+    edge.cells.push_back(cell);
+    edge.island.push_back(island[i]);
+  }
+  return edge;
+}
+
+}  // namespace
+
+CellFaces faces_of_known(std::span<const uint8_t> known, uint32_t width, uint32_t height, uint32_t side) {
+  CellFaces f;
+  f.width = (width + side - 1) / side;
+  f.height = (height + side - 1) / side;
+  for (auto* values : {&f.across, &f.down, &f.whole_across, &f.whole_down})
+    values->assign(size_t{f.width} * f.height, 0);
+  const auto in = [&](uint32_t x, uint32_t y) { return known[size_t{y} * width + x] != 0; };
+  // Middles of neighbouring cells are a side apart; of the last, narrower one less.
+  const auto weight = [side](uint32_t end, uint32_t size) {
+    const uint32_t next = std::min(side, size - end);
+    return 2.0f / static_cast<float>(side + next);
+  };
+  for (uint32_t y = 0; y < height; ++y)
+    for (uint32_t x = side; x < width; x += side) {
+      const size_t cell = size_t{y / side} * f.width + x / side - 1;
+      f.whole_across[cell] += weight(x, width);
+      if (in(x - 1, y) && in(x, y)) f.across[cell] += weight(x, width);
+    }
+  for (uint32_t y = side; y < height; y += side)
+    for (uint32_t x = 0; x < width; ++x) {
+      const size_t cell = size_t{y / side - 1} * f.width + x / side;
+      f.whole_down[cell] += weight(y, height);
+      if (in(x, y - 1) && in(x, y)) f.down[cell] += weight(y, height);
+    }
+  return f;
+}
+
+std::optional<Capacitance> capacitance(const CellFaces& faces) {
+  Edge edge = edge_of(faces);
+  const size_t count = edge.cells.size();
+  if (count > kMostEdgeCells) return std::nullopt;
+  Capacitance result;
+  if (count == 0) return result;
+  const Green green(faces.width, faces.height);
+  const auto n = static_cast<Eigen::Index>(count);
+  Eigen::MatrixXd leaves(n, n);  // what a unit source at column j leaves of the equation of row i
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const EdgeCell& source = edge.cells[static_cast<size_t>(j)];
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const EdgeCell& c = edge.cells[static_cast<size_t>(i)];
+      const double here = green(source, c.x, c.y);
+      double flow = 0;
+      if (c.left > 0) flow += double{c.left} * (here - green(source, c.x - 1, c.y));
+      if (c.right > 0) flow += double{c.right} * (here - green(source, c.x + 1, c.y));
+      if (c.up > 0) flow += double{c.up} * (here - green(source, c.x, c.y - 1));
+      if (c.down > 0) flow += double{c.down} * (here - green(source, c.x, c.y + 1));
+      leaves(i, j) = flow;
+    }
+  }
+  // Heights of islands against each other are free: no island's sources may have a sum.
+  std::vector<double> size(edge.islands + 1);
+  for (const uint32_t island : edge.island) size[island] += 1;
+  for (Eigen::Index j = 0; j < n; ++j)
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const uint32_t island = edge.island[static_cast<size_t>(i)];
+      if (island == edge.island[static_cast<size_t>(j)]) leaves(i, j) += 1 / size[island];
+    }
+  const Eigen::MatrixXd sources = dense::inverse(leaves);
+  result.sources.reserve(count * count);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j) result.sources.push_back(static_cast<float>(sources(i, j)));
+  result.cells = std::move(edge.cells);
+  return result;
+}
+
+}  // namespace palpate
