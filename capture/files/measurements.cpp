@@ -159,8 +159,8 @@ std::string Measurements::cells(const Touch& touch, uint32_t outputs) {
     touch.confidence ? row.whole(count) : row.empty();
   const WeightedSummary weighted = surface.weighted.value_or(WeightedSummary{});
   surface.weighted ? row.whole(weighted.islands) : row.empty();
-  row.number_if(surface.weighted.has_value(), weighted.residual);
-  row.number_if(surface.weighted.has_value(), weighted.unexplained);
+  row.number_if(weighted.residual.has_value(), weighted.residual.value_or(0));
+  row.number_if(weighted.unexplained.has_value(), weighted.unexplained.value_or(0));
   touch.surface ? row.whole(surface.clipped_px) : row.empty();
   counted(touch) ? row.whole(touch.contacts.size()) : row.empty();
   row.number_if(touch.surface.has_value(), surface.volume_mm3);

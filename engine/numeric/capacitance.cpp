@@ -61,9 +61,13 @@ struct Edge {
   uint32_t islands = 0;
 };
 
-EdgeCell cell_at(const CellFaces& f, uint32_t x, uint32_t y) {
-  const size_t i = size_t{y} * f.width + x;
-  return {x, y, x > 0 ? f.across[i - 1] : 0, f.across[i], y > 0 ? f.down[i - f.width] : 0, f.down[i]};
+EdgeCell missing_at(const CellFaces& f, size_t i) {
+  EdgeCell cell{static_cast<uint32_t>(i % f.width), static_cast<uint32_t>(i / f.width)};
+  if (cell.x > 0) cell.left = f.whole_across[i - 1] - f.across[i - 1];
+  cell.right = f.whole_across[i] - f.across[i];
+  if (cell.y > 0) cell.up = f.whole_down[i - f.width] - f.down[i - f.width];
+  cell.down = f.whole_down[i] - f.down[i];
+  return cell;
 }
 
 // Which island each cell belongs to, from 1: cells joined by known faces; 0 without any.
@@ -93,18 +97,11 @@ std::vector<uint32_t> islands_of(const CellFaces& f, uint32_t& count) {
 }
 
 Edge edge_of(const CellFaces& f) {
-  CellFaces whole = f;
-  whole.across = f.whole_across;
-  whole.down = f.whole_down;
-  const auto differs = [](const EdgeCell& a, const EdgeCell& b) {
-    return a.left != b.left || a.right != b.right || a.up != b.up || a.down != b.down;
-  };
   Edge edge;
   const std::vector<uint32_t> island = islands_of(f, edge.islands);
   for (size_t i = 0; i < island.size(); ++i) {
-    const auto x = static_cast<uint32_t>(i % f.width), y = static_cast<uint32_t>(i / f.width);
-    const EdgeCell cell = cell_at(f, x, y);
-    if (island[i] == 0 || !differs(cell, cell_at(whole, x, y))) continue;
+    const EdgeCell cell = missing_at(f, i);
+    if (island[i] == 0 || cell.left + cell.right + cell.up + cell.down <= 0) continue;
     edge.cells.push_back(cell);
     edge.island.push_back(island[i]);
   }
@@ -145,10 +142,13 @@ std::optional<Capacitance> capacitance(const CellFaces& faces) {
   const size_t count = edge.cells.size();
   if (count > kMostEdgeCells) return std::nullopt;
   Capacitance result;
+  result.islands = edge.islands;
   if (count == 0) return result;
   const Green green(faces.width, faces.height);
   const auto n = static_cast<Eigen::Index>(count);
-  Eigen::MatrixXd leaves(n, n);  // what a unit source at column j leaves of the equation of row i
+  // What a unit source at column j takes off m - s of row i. A source is balanced by all cells together.
+  Eigen::MatrixXd takes(n, n);
+  const double balance = 1.0 / faces.width / faces.height;
   for (Eigen::Index j = 0; j < n; ++j) {
     const EdgeCell& source = edge.cells[static_cast<size_t>(j)];
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -159,7 +159,7 @@ std::optional<Capacitance> capacitance(const CellFaces& faces) {
       if (c.right > 0) flow += double{c.right} * (here - green(source, c.x + 1, c.y));
       if (c.up > 0) flow += double{c.up} * (here - green(source, c.x, c.y - 1));
       if (c.down > 0) flow += double{c.down} * (here - green(source, c.x, c.y + 1));
-      leaves(i, j) = flow;
+      takes(i, j) = (i == j ? 1 : 0) - balance - flow;
     }
   }
   // Heights of islands against each other are free: no island's sources may have a sum.
@@ -168,9 +168,9 @@ std::optional<Capacitance> capacitance(const CellFaces& faces) {
   for (Eigen::Index j = 0; j < n; ++j)
     for (Eigen::Index i = 0; i < n; ++i) {
       const uint32_t island = edge.island[static_cast<size_t>(i)];
-      if (island == edge.island[static_cast<size_t>(j)]) leaves(i, j) += 1 / size[island];
+      if (island == edge.island[static_cast<size_t>(j)]) takes(i, j) += 1 / size[island];
     }
-  const Eigen::MatrixXd sources = dense::inverse(leaves);
+  const Eigen::MatrixXd sources = dense::inverse(takes);
   result.sources.reserve(count * count);
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j < n; ++j) result.sources.push_back(static_cast<float>(sources(i, j)));

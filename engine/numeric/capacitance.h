@@ -22,17 +22,19 @@ struct CellFaces {
 /// where both its pixels are.
 CellFaces faces_of_known(std::span<const uint8_t> known, uint32_t width, uint32_t height, uint32_t side);
 
-/// A known cell of which some face is missing, and the weights of its faces.
+/// A known cell of which some face is missing, and the weights of those faces.
 struct EdgeCell {
   uint32_t x = 0, y = 0;
   float left = 0, right = 0, up = 0, down = 0;
 };
 
-/// Let z solve A z = b on the whole grid. Sources M r on the edge cells, r being what z leaves of their own
-/// equations (those of the known faces only), added to b, make the whole grid's solution that of the known
-/// part within it; beyond it goes on harmonically. Exact for grids of equal cells; where the last row or
-/// column is narrower the remainder is a small fraction of r.
+/// Let z solve A z = b on the whole grid, b being of the known faces only. What flows through the missing
+/// faces of an edge cell, m = sum of weight (z - neighbour's z), is what the known part's equation there
+/// leaves. Sources M m on the edge cells, added to b, make the whole grid's solution that of the known part
+/// within it; beyond, it goes on harmonically. Exact for grids of equal cells; where the last row or column
+/// is narrower a small fraction of m remains. Again for a solution with sources s: M (m - s) more of them.
 struct Capacitance {
+  uint32_t islands = 0;  ///< parts that no known face joins
   std::vector<EdgeCell> cells;
   std::vector<float> sources;  ///< M: cells x cells, row by row
 };

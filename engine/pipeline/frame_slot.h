@@ -73,7 +73,9 @@ struct FrameSlot {
   ConfidenceSlot confidence;
   SurfaceSlot surface;
   gpu::Commands commands;
-  FramePlace place;  ///< for which the commands were recorded
+  gpu::Commands weighted;            ///< for frames that are expected to need weights
+  gpu::Commands* running = nullptr;  ///< which of both the last frame was submitted with
+  FramePlace place;                  ///< for which the commands were recorded
 
   /// Sides of the frame's image that are not sides of the whole frame.
   InnerEdges inner_edges(const FrameFormat& format) const {

@@ -62,11 +62,7 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
   plan.surface = surface_kind(sensor, options.outputs);
   plan.keep_filtered =
       plan.surface != SurfaceKind::None && sensor.reconstruction != Reconstruction::Photometric;
-  if (plan.surface == SurfaceKind::Gradient && plan.confidence) {
-    // The host solves each frame by itself, with weights or without.
-    const bool always = sensor.pad && options.solver != SurfaceSolver::Exact;
-    plan.weights = always ? Weights::Always : Weights::WhereNeeded;
-  }
+  plan.weights = plan.surface == SurfaceKind::Gradient && plan.confidence;
   plan.solver = options.solver;
   // A window's frames do not follow each other: it moves in between.
   plan.warm_start = options.warm_start && !plan.windowed;

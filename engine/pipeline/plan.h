@@ -19,13 +19,6 @@ enum class SurfaceKind {
   Lookup,    ///< gray to depth, pixel by pixel
 };
 
-/// Whether the surface counts each pixel by its confidence.
-enum class Weights {
-  None,
-  WhereNeeded,  ///< once more, for frames in which some pixel turns out to be unknown
-  Always,       ///< in place of the solve without weights: a pad's outline leaves pixels that are never known
-};
-
 struct FramePlan {
   bool windowed = false;      ///< WindowedFrame, else WholeFrame
   bool background = false;    ///< an untouched image is subtracted
@@ -37,7 +30,7 @@ struct FramePlan {
   bool confidence = false;
   bool keep_filtered = false;  ///< the surface is made of the contact stage's filtered image
   SurfaceKind surface = SurfaceKind::None;
-  Weights weights = Weights::None;
+  bool weights = false;  ///< the surface counts each pixel by its confidence
   SurfaceSolver solver = SurfaceSolver::Live;
   bool warm_start = false;
   Upload upload = Upload::Auto;

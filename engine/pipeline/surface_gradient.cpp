@@ -19,13 +19,6 @@ bool too_many_clipped(const Touch& t, const Sensor& sensor) {
   return static_cast<double>(t.surface->clipped_px) > allowed_px;
 }
 
-std::optional<Surface> plain_surface(gpu::Context& context, const FrameFormat& format, const FramePlan& plan,
-                                     const Tuning& tuning) {
-  if (plan.weights == Weights::Always) return std::nullopt;
-  return std::make_optional<Surface>(context, format.width, format.height, plan.solver, tuning, false,
-                                     plan.warm_start);
-}
-
 }  // namespace
 
 bool too_many_saturated(const Touch& touch) {
@@ -37,34 +30,68 @@ GradientSurface::GradientSurface(gpu::Context& context, const Sensor& sensor, co
                                  const FramePlan& plan, const Contact& contact, const Confidence* confidence,
                                  const Tuning& tuning)
     : SurfaceMethod(context, sensor, format, contact, tuning),
-      surface_(plain_surface(context, format, plan, tuning)),
-      slope_(context, sensor, format, contact, surface_ ? surface_->right_sides() : RightSides::Cells,
-             tuning) {
+      surface_(context, format.width, format.height, plan.solver, tuning, false, plan.warm_start),
+      slope_(context, sensor, format, contact, surface_.right_sides(), tuning) {
   if (plan.solver == SurfaceSolver::Exact) dct_.emplace(format.width, format.height);
-  if (plan.weights == Weights::None) return;
-  slope_.prepare_slopes(context);
-  weighted_.emplace(context, sensor, format, plan, *confidence, contact, slope_, rest_level_);
+  if (!plan.weights) return;
+  if (surface_.right_sides() == RightSides::Cells)
+    slope_.prepare_known(context);
+  else
+    slope_.prepare_slopes(context);
+  weighted_.emplace(context, sensor, format, plan, *confidence, contact, surface_, slope_, rest_level_);
+}
+
+void GradientSurface::set_confidence(const Confidence& confidence) {
+  // The host solves each frame by itself, with weights or without.
+  if (!weighted_ || dct_) return;
+  std::vector<uint8_t> known = confidence.still_known();
+  if (known == known_) return;
+  known_ = std::move(known);
+  surface_.set_known(context_, known_);
+  weighted_->set_known(known_);
 }
 
 void GradientSurface::make(FrameSlot& slot) const {
   SurfaceMethod::make(slot);
   slot.surface.clipped =
       gpu::DeviceBuffer(context_, "clipped pixels", slope_.clipped_bytes(), gpu::Memory::Readback);
-  if (dct_) make_host_solve(slot, surface_->right_side().buffer);
+  if (dct_) make_host_solve(slot, surface_.right_side().buffer);
   if (weighted_) weighted_->make(slot.surface.weighted);
 }
 
 void GradientSurface::record(gpu::Commands& commands, FrameSlot& slot) {
-  if (weighted_) weighted_->record(commands, slot);
-  if (!surface_) return;
-  slope_.record(commands, slot.frame, slot.background, *surface_, slot.surface.clipped);
-  if (dct_) return record_host_solve(commands, surface_->right_side().buffer, slot);
-  surface_->record(commands, slot.surface.depth);
+  if (weighted_) weighted_->record(slot);
+  if (may_weigh()) {
+    // For a frame that turns out to need no weights.
+    gpu::Commands& own = slot.surface.weighted.plain;
+    own.begin();
+    weighted_->record_filtered(own, slot);
+    record_plain(own, slot);
+    own.host_barrier();
+    own.end();
+  }
+  record_plain(commands, slot);
+}
+
+void GradientSurface::record_plain(gpu::Commands& commands, FrameSlot& slot) const {
+  if (surface_.solves_known_part())
+    weighted_->record_right_side(commands, slot);
+  else
+    slope_.record(commands, slot.frame, slot.background, surface_, slot.surface.clipped);
+  if (dct_) return record_host_solve(commands, surface_.right_side().buffer, slot);
+  surface_.record(commands, slot.surface.depth);
   record_rest_level(commands, slot);
 }
 
+void GradientSurface::record_weighted(gpu::Commands& commands, FrameSlot& slot) const {
+  weighted_->record_solve(commands, slot);
+}
+
 void GradientSurface::solve(FrameSlot& slot) {
-  if (weighted_) weighted_->solve(slot, grid_.pitch * 4);
+  if (weighted_) {
+    weighted_->solve(slot, grid_.pitch * 4);
+    expects_weights_ = may_weigh() && slot.surface.weighted.used;
+  }
   if (!dct_) return;
   if (!slot.surface.weighted.used) {
     slot.surface.right_side.invalidate();
@@ -91,7 +118,7 @@ void GradientSurface::add_times(const FrameSlot& slot, std::vector<gpu::ScopeTim
 }
 
 uint64_t GradientSurface::memory_bytes() const {
-  return (surface_ ? surface_->memory_bytes() : 0) + (weighted_ ? weighted_->memory_bytes() : 0);
+  return surface_.memory_bytes() + (weighted_ ? weighted_->memory_bytes() : 0);
 }
 
 }  // namespace palpate

@@ -1,8 +1,10 @@
-// Surface from slopes: Reconstruction::Shading and Reconstruction::Photometric, with the pixels' confidence
-// as weights where some of it is 0.
+// Surface from slopes: Reconstruction::Shading and Reconstruction::Photometric, of the known pixels. Those
+// that no frame shows (beyond the pad's outline, specks) are part of the plain solve; a frame in which others
+// are unknown or uncertain is solved once more with weights.
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "engine/numeric/poisson_dct.h"
 #include "engine/pipeline/surface_method.h"
@@ -24,16 +26,24 @@ class GradientSurface : public SurfaceMethod {
   void record(gpu::Commands& commands, FrameSlot& slot) override;
   void solve(FrameSlot& slot) override;
   void measure(const FrameSlot& slot, Touch& touch) const override;
+  void set_confidence(const Confidence& confidence) override;
+  bool may_weigh() const override { return weighted_ && !dct_; }
+  bool expects_weights() const override { return expects_weights_; }
+  void record_weighted(gpu::Commands& commands, FrameSlot& slot) const override;
   void place(const FramePlace& place) override { slope_.place(place); }
   void add_times(const FrameSlot& slot, std::vector<gpu::ScopeTime>& times) const override;
   uint64_t memory_bytes() const override;
   using SurfaceMethod::memory_bytes;
 
  private:
-  std::optional<Surface> surface_;  ///< without weights
+  void record_plain(gpu::Commands& commands, FrameSlot& slot) const;
+
+  Surface surface_;  ///< without weights, but for what no frame shows
   Slope slope_;
   std::optional<PoissonDct> dct_;  ///< SurfaceSolver::Exact
   std::optional<WeightedSolve> weighted_;
+  bool expects_weights_ = false;  ///< the last frame needed them
+  std::vector<uint8_t> known_;    ///< of every frame, where weights are wanted
 };
 
 }  // namespace palpate

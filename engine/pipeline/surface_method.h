@@ -22,6 +22,13 @@ class SurfaceMethod {
   virtual void solve(FrameSlot& slot);
   /// Depth, volume and their validity; `touch` has the contact already.
   virtual void measure(const FrameSlot& slot, Touch& touch) const = 0;
+  /// Which pixels no frame shows; commands have to be recorded again.
+  virtual void set_confidence(const Confidence&) {}
+  /// Whether a frame may need its pixels weighted: then `record_weighted`, in place of `record`, is for those
+  /// that are expected to.
+  virtual bool may_weigh() const { return false; }
+  virtual bool expects_weights() const { return false; }
+  virtual void record_weighted(gpu::Commands&, FrameSlot&) const {}
   /// Frames recorded from here on are parts of larger ones.
   virtual void place(const FramePlace&) {}
 

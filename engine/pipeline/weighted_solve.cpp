@@ -8,40 +8,44 @@
 #include "engine/stages/slope.h"
 
 namespace palpate {
-namespace {
-
-uint32_t iterations_for(SurfaceSolver solver) {
-  return solver == SurfaceSolver::Converged ? WeightedSurface::kConvergedIterations
-                                            : WeightedSurface::kLiveIterations;
-}
-
-}  // namespace
 
 WeightedSolve::WeightedSolve(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
                              const FramePlan& plan, const Confidence& confidence, const Contact& contact,
-                             const Slope& slope, const RestLevel& rest_level)
+                             const Surface& plain, const Slope& slope, const RestLevel& rest_level)
     : context_(context),
       format_(format),
       pitch_mm_per_px_(sensor.pitch_mm_per_px),
-      always_(plan.weights == Weights::Always),
       filters_(plan.keep_filtered),
       confidence_(confidence),
       contact_(contact),
+      plain_(plain),
       slope_(slope),
       rest_level_(rest_level),
       known_(size_t{format.width} * format.height) {
+  const Grid grid = grid_for(format.width, format.height);
   if (plan.solver == SurfaceSolver::Exact) {
-    const Grid grid = grid_for(format.width, format.height);
     slope_x_ = FloatMap(context, "d/dx", grid);
     slope_y_ = FloatMap(context, "d/dy", grid);
+  } else if (on_cells()) {
+    surface_.emplace(context, coarser(grid), slope.strips(), WeightedSurface::kCellIterations);
+    cells_ = FloatMap(context, "weighted heights of cells", coarser(grid));
   } else {
-    surface_.emplace(context, format.width, format.height, pitch_mm_per_px_, iterations_for(plan.solver));
-    fills_ = plan.solver == SurfaceSolver::Converged ? 3 : 1;
+    surface_.emplace(context, format.width, format.height, pitch_mm_per_px_,
+                     WeightedSurface::kFrameIterations);
   }
 }
 
+bool WeightedSolve::on_cells() const {
+  return plain_.right_sides() == RightSides::Cells;
+}
+
+void WeightedSolve::set_known(std::span<const uint8_t> known) {
+  still_islands_ = islands_.find(known, format_.width, format_.height).count;
+}
+
 void WeightedSolve::make(Slot& slot) const {
-  if (!always_) slot.commands = gpu::Commands(context_);
+  slot.commands = gpu::Commands(context_);
+  slot.plain = gpu::Commands(context_);
   if (surface_) {
     slot.scalars = gpu::DeviceBuffer(context_, "weighted scalars", WeightedSurface::scalar_bytes(),
                                      gpu::Memory::Readback);
@@ -52,53 +56,84 @@ void WeightedSolve::make(Slot& slot) const {
   slot.slope_y = gpu::DeviceBuffer(context_, "d/dy readback", bytes, gpu::Memory::Readback);
 }
 
-void WeightedSolve::record(gpu::Commands& commands, FrameSlot& slot) const {
-  if (always_) return record_into(commands, slot);
+void WeightedSolve::record_right_side(gpu::Commands& commands, const FrameSlot& slot) const {
+  if (on_cells()) {
+    slope_.record_known(commands, slot.frame, slot.background, confidence_.still_pairs(),
+                        plain_.coarse_right_side(), slot.surface.clipped);
+    return;
+  }
+  slope_.record_slopes(commands, slot.frame, slot.background, surface_->slope_x(), surface_->slope_y(),
+                       slot.surface.clipped);
+  confidence_.record_weights(commands, confidence_.still_pairs(), surface_->weights());
+  surface_->record_right_side(commands, plain_.right_side());
+  plain_.record_coarse_right_side(commands);
+}
+
+void WeightedSolve::record(FrameSlot& slot) const {
   gpu::Commands& own = slot.surface.weighted.commands;
   own.begin();
-  // The filtered image belongs to whichever frame came last: it is made again.
-  if (filters_) contact_.record(own, slot.frame, slot.background, slot.records);
-  record_into(own, slot);
+  record_filtered(own, slot);
+  record_solve(own, slot);
   own.host_barrier();
   own.end();
 }
 
-void WeightedSolve::record_into(gpu::Commands& commands, FrameSlot& slot) const {
+void WeightedSolve::record_filtered(gpu::Commands& commands, const FrameSlot& slot) const {
+  if (filters_) contact_.record(commands, slot.frame, slot.background, slot.records);
+}
+
+void WeightedSolve::record_solve(gpu::Commands& commands, FrameSlot& slot) const {
   SurfaceSlot& s = slot.surface;
-  if (surface_) {
-    slope_.record_slopes(commands, slot.frame, slot.background, surface_->slope_x(), surface_->slope_y(),
-                         s.clipped);
-    confidence_.record_weights(commands, slot.confidence.map, surface_->weights());
-    surface_->record(commands, s.depth, s.weighted.scalars);
-    for (uint32_t i = 0; i < fills_; ++i) surface_->record_fill(commands, s.depth);
-    rest_level_.record(commands, s.depth, slot.records, s.rest_records);
-  } else {
+  if (!surface_) {
     slope_.record_slopes(commands, slot.frame, slot.background, slope_x_, slope_y_, s.clipped);
     commands.copy(slope_x_.buffer, s.weighted.slope_x, slope_x_.buffer.bytes());
     commands.copy(slope_y_.buffer, s.weighted.slope_y, slope_y_.buffer.bytes());
+    return;
   }
+  const FloatMap& heights = on_cells() ? cells_ : s.depth;
+  if (on_cells()) {
+    const CellFaceMaps faces{surface_->across().buffer, surface_->down().buffer, surface_->field()};
+    slope_.record_known(commands, slot.frame, slot.background, slot.confidence.map.pairs,
+                        surface_->right_side(), s.clipped, &faces);
+    surface_->record_given(commands, heights, s.weighted.scalars);
+  } else {
+    slope_.record_slopes(commands, slot.frame, slot.background, surface_->slope_x(), surface_->slope_y(),
+                         s.clipped);
+    confidence_.record_weights(commands, slot.confidence.map.pairs, surface_->weights());
+    surface_->record(commands, heights, s.weighted.scalars);
+  }
+  surface_->record_fill(commands, heights);
+  if (on_cells()) plain_.record_interpolation(commands, cells_, s.depth);
+  rest_level_.record(commands, s.depth, slot.records, s.rest_records);
 }
 
 void WeightedSolve::solve(FrameSlot& slot, uint32_t pitch) {
   Slot& own = slot.surface.weighted;
   const ConfidenceCounts& counts = slot.confidence.counts;
-  // A partly shadowed pixel counts in part.
-  own.used = always_ || counts.unknown + counts.shadowed > 0;
+  own.in_part = plain_.solves_known_part() && confidence_.only_still(counts);
+  own.used = !own.in_part && counts.unknown + counts.partial > 0;
+  own.again = own.expected == own.used ? nullptr : own.used ? &own.commands : &own.plain;
+  if (own.again) own.again->submit();
+  own.islands = {.count = still_islands_};
+  if (own.used || (own.in_part && still_islands_ > 1)) find_islands(slot);
+  if (own.again) own.again->wait();
   if (!own.used) return;
-  if (!always_) own.commands.submit();
-  slot.records.invalidate();
-  // While the GPU works: which parts hang together.
-  find_known(slot);
-  const auto tiles = slot.records.as<const shared::ContactRecord>();
-  own.islands = islands_.find(known_, format_.width, format_.height, [&](uint32_t x, uint32_t y) {
-    return tiles[size_t{y / contact_.tile_rows()} * contact_.tiles_x() + x / contact_.tile_columns()].area >
-           0;
-  });
-  if (!always_) own.commands.wait();
   if (surface_)
     own.statistics = WeightedSurface::statistics(own.scalars);
   else
     solve_on_host(slot, pitch);
+}
+
+// Which parts hang together, and which of them are touched.
+void WeightedSolve::find_islands(FrameSlot& slot) {
+  slot.records.invalidate();
+  find_known(slot);
+  const auto tiles = slot.records.as<const shared::ContactRecord>();
+  slot.surface.weighted.islands =
+      islands_.find(known_, format_.width, format_.height, [&](uint32_t x, uint32_t y) {
+        const size_t row = y / contact_.tile_rows();
+        return tiles[row * contact_.tiles_x() + x / contact_.tile_columns()].area > 0;
+      });
 }
 
 // The lower half of each pixel of the map: its confidence.
@@ -134,24 +169,28 @@ void WeightedSolve::solve_on_host(FrameSlot& slot, uint32_t pitch) const {
 }
 
 void WeightedSolve::measure(const Slot& slot, Touch& touch) const {
-  if (!slot.used) return;
-  touch.surface->weighted = {.residual = slot.statistics.residual,
-                             .unexplained = slot.statistics.unexplained,
-                             .islands = slot.islands.count,
-                             .touched_islands = slot.islands.touched};
+  if (!slot.used && !slot.in_part) return;
+  const Islands& islands = slot.islands;
+  WeightedSummary& weighted = touch.surface->weighted.emplace();
+  weighted.islands = islands.count;
+  weighted.touched_islands = islands.apart() || slot.used ? islands.touched : touch.contact ? 1 : 0;
+  if (slot.used) {
+    weighted.residual = slot.statistics.residual;
+    weighted.unexplained = slot.statistics.unexplained;
+  }
   // Depth counts from the rest level: it is not determined where the contact lies on an island of its own.
-  if (touch.contact && slot.islands.touched > 0 && slot.islands.apart())
-    touch.surface->validity = Validity::Apart;
+  if (touch.contact && islands.touched > 0 && islands.apart()) touch.surface->validity = Validity::Apart;
 }
 
 void WeightedSolve::add_times(const Slot& slot, std::vector<gpu::ScopeTime>& times) const {
-  if (!slot.used || always_) return;
-  const auto more = slot.commands.times();
+  if (!slot.again) return;
+  const auto more = slot.again->times();
   times.insert(times.end(), more.begin(), more.end());
 }
 
 uint64_t WeightedSolve::memory_bytes() const {
-  return (surface_ ? surface_->memory_bytes() : 0) + slope_x_.buffer.bytes() + slope_y_.buffer.bytes();
+  return (surface_ ? surface_->memory_bytes() : 0) + cells_.buffer.bytes() + slope_x_.buffer.bytes() +
+         slope_y_.buffer.bytes();
 }
 
 uint64_t WeightedSolve::memory_bytes(const Slot& slot) {

@@ -45,6 +45,7 @@ WholeFrame::WholeFrame(gpu::Context& context, const Sensor& sensor, const FrameF
     Frame black;
     black.reshape(format);
     confidence_->set_background(black);
+    if (surface_) surface_->set_confidence(*confidence_);
   }
   if (reads_in_place(context, plan.upload)) pages_.emplace(context, format);
   for (uint32_t i = 0; i < plan.slots; ++i)
@@ -54,7 +55,9 @@ WholeFrame::WholeFrame(gpu::Context& context, const Sensor& sensor, const FrameF
 WholeFrame::~WholeFrame() {
   for (FrameSlot& slot : slots_) {
     slot.commands.settle();
+    slot.weighted.settle();
     slot.surface.weighted.commands.settle();
+    slot.surface.weighted.plain.settle();
     slot.surface.heights.settle();
     slot.surface.corrected.settle();
   }
@@ -83,6 +86,8 @@ void WholeFrame::make(FrameSlot& slot) {
     slot.confidence.records = readback("confidence records", confidence_->record_bytes());
   }
   if (surface_) surface_->make(slot);
+  slot.running = &slot.commands;
+  if (surface_ && surface_->may_weigh()) slot.weighted = gpu::Commands(context_);
   if (rest_correction_) {
     slot.surface.rest_correction = rest_correction_->slot(context_);
     slot.surface.heights = gpu::Commands(context_);
@@ -91,10 +96,15 @@ void WholeFrame::make(FrameSlot& slot) {
   record(slot);
 }
 
-// The whole machine, in order.
 void WholeFrame::record(FrameSlot& slot) {
   slot.place = place_;
-  gpu::Commands& cmd = slot.commands;
+  record(slot, slot.commands, false);
+  if (surface_ && surface_->may_weigh()) record(slot, slot.weighted, true);
+  if (rest_correction_) record_rest_correction(slot);
+}
+
+// The whole machine, in order.
+void WholeFrame::record(FrameSlot& slot, gpu::Commands& cmd, bool weighted) {
   cmd.begin();
   contact_.record(cmd, slot.frame, slot.background, slot.records);
   if (regions_) regions_->record(cmd, slot.frame, slot.background, slot.records, slot.regions);
@@ -102,10 +112,9 @@ void WholeFrame::record(FrameSlot& slot) {
   if (gradient_) gradient_->record(cmd, slot.frame, slot.background, slot.gradient_sums);
   if (skin_ && skin_->ready()) skin_->record(cmd, slot.frame, slot.skin_records);
   if (confidence_) confidence_->record(cmd, slot.frame, slot.confidence.map, slot.confidence.records);
-  if (surface_) surface_->record(cmd, slot);
+  if (surface_) weighted ? surface_->record_weighted(cmd, slot) : surface_->record(cmd, slot);
   cmd.host_barrier();
   cmd.end();
-  if (rest_correction_) record_rest_correction(slot);
 }
 
 void WholeFrame::record_rest_correction(FrameSlot& slot) {
@@ -128,7 +137,7 @@ void WholeFrame::place(const FramePlace& place) {
 }
 
 void WholeFrame::set_background(const Frame& background) {
-  for (const FrameSlot& slot : slots_) slot.commands.wait();
+  for (const FrameSlot& slot : slots_) slot.running->wait();
   background_->write(background);
   gpu::Commands commands(context_);
   commands.begin();
@@ -136,7 +145,13 @@ void WholeFrame::set_background(const Frame& background) {
   commands.end();
   commands.submit();
   commands.wait();
-  if (confidence_) confidence_->set_background(background);
+  if (confidence_) {
+    confidence_->set_background(background);
+    if (surface_) {
+      surface_->set_confidence(*confidence_);
+      for (FrameSlot& slot : slots_) record(slot);
+    }
+  }
   if (gel_contacts_) gel_contacts_->set_background(background);
   if (skin_) find_skin(background);
 }
@@ -158,7 +173,9 @@ void WholeFrame::submit(uint32_t index, const Frame& frame) {
   try {
     upload(slot, frame);
     if (regions_) Regions::start(slot.regions);
-    slot.commands.submit(slot.first);
+    slot.surface.weighted.expected = surface_ && surface_->expects_weights();
+    slot.running = slot.surface.weighted.expected ? &slot.weighted : &slot.commands;
+    slot.running->submit(slot.first);
   } catch (...) {
     slot.give_back();
     throw;
@@ -186,11 +203,11 @@ void WholeFrame::upload(FrameSlot& slot, const Frame& frame) {
 }
 
 bool WholeFrame::finished(uint32_t slot) const {
-  return slots_[slot].commands.finished();
+  return slots_[slot].running->finished();
 }
 
 void WholeFrame::wait(uint32_t slot) {
-  slots_[slot].commands.wait();
+  slots_[slot].running->wait();
   slots_[slot].give_back();
 }
 
@@ -322,7 +339,7 @@ std::vector<gpu::ScopeTime> WholeFrame::times(uint32_t index) const {
   const FrameSlot& slot = slots_[index];
   std::vector<gpu::ScopeTime> times;
   if (slot.first) times = slot.first->times();
-  const auto main = slot.commands.times();
+  const auto main = slot.running->times();
   times.insert(times.end(), main.begin(), main.end());
   if (surface_) surface_->add_times(slot, times);
   if (rest_correction_) {

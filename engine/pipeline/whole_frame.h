@@ -45,6 +45,7 @@ class WholeFrame : public Frames {
  private:
   void make(FrameSlot& slot);
   void record(FrameSlot& slot);
+  void record(FrameSlot& slot, gpu::Commands& commands, bool weighted);
   void upload(FrameSlot& slot, const Frame& frame);
   void find_skin(const Frame& untouched);
   void measure_contact(const FrameSlot& slot, Touch& touch);

@@ -53,6 +53,7 @@ Confidence::Confidence(gpu::Context& context, const Sensor& sensor, const FrameF
   push_.shadow = shadow_gray(sensor);
   still_ = gpu::DeviceBuffer(context, "confidence of background", map_bytes(), gpu::Memory::Upload);
   still_texels_ = gpu::TexelView(context, still_, VK_FORMAT_R32G32B32A32_UINT);
+  still_pairs_ = gpu::TexelView(context, still_, VK_FORMAT_R32G32_UINT);
   using enum gpu::Binding;
   kernel_ = gpu::Kernel(
       context, shader_for(format),
@@ -83,6 +84,7 @@ void Confidence::set_background(const Frame& background) {
         if (saturated[size_t{v} * width + u]) return true;
     return false;
   };
+  still_unknown_px_ = 0;
   for (uint32_t y = 0; y < height; ++y) {
     for (uint32_t x = 0; x < width; ++x) {
       uint32_t reasons = 0, confidence = shared::kFullConfidence;
@@ -96,6 +98,7 @@ void Confidence::set_background(const Frame& background) {
       if (near_saturated(x, y)) reasons |= shared::kSaturated;
       if (sensor_.pad && !contains(*sensor_.pad, x, y)) reasons |= shared::kOutside;
       if (reasons & (shared::kSaturated | shared::kOutside)) confidence = 0;
+      still_unknown_px_ += confidence == 0;
       map[size_t{y} * pitch + x] = static_cast<uint16_t>(confidence | (reasons << shared::kReasonShift));
     }
   }
@@ -110,10 +113,24 @@ void Confidence::record(gpu::Commands& commands, const PaddedImage& frame, const
   commands.barrier();
 }
 
-void Confidence::record_weights(gpu::Commands& commands, const ConfidenceMap& map,
+std::vector<uint8_t> Confidence::still_known() const {
+  const std::span<const uint16_t> map = still_.as<const uint16_t>();
+  std::vector<uint8_t> known;
+  known.reserve(size_t{format_.width} * format_.height);
+  for (uint32_t y = 0; y < format_.height; ++y)
+    for (const uint16_t pixel : map.subspan(size_t{y} * push_.groups * 16, format_.width))
+      known.push_back((pixel & 255u) != 0);
+  return known;
+}
+
+bool Confidence::only_still(const ConfidenceCounts& counts) const {
+  return counts.unknown == still_unknown_px_ && counts.partial == 0;
+}
+
+void Confidence::record_weights(gpu::Commands& commands, const gpu::TexelView& map,
                                 const FloatMap& weights) const {
   const uint32_t texels = (push_.width + 3) / 4 * push_.height;
-  commands.dispatch(weights_kernel_, {&map.pairs, &weights.buffer}, push_,
+  commands.dispatch(weights_kernel_, {&map, &weights.buffer}, push_,
                     {(texels + kWorkgroup - 1) / kWorkgroup, 1, 1});
   commands.barrier();
 }
@@ -122,6 +139,7 @@ ConfidenceCounts Confidence::sum(std::span<const shared::ConfidenceRecord> recor
   ConfidenceCounts counts;
   for (uint32_t i = 0; i < invocations(); ++i) {
     counts.unknown += records[i].unknown;
+    counts.partial += records[i].partial;
     counts.saturated += records[i].saturated;
     counts.shadowed += records[i].shadowed;
     counts.outside += records[i].outside;

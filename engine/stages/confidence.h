@@ -22,6 +22,7 @@ class Commands;
 /// Pixels of one frame, by what is wrong with them.
 struct ConfidenceCounts {
   uint64_t unknown = 0;  ///< of confidence 0
+  uint64_t partial = 0;  ///< between 0 and 1
   uint64_t saturated = 0;
   uint64_t shadowed = 0;
   uint64_t outside = 0;
@@ -54,8 +55,16 @@ class Confidence {
   uint64_t record_bytes() const;
   void record(gpu::Commands& commands, const PaddedImage& frame, const ConfidenceMap& map,
               const gpu::DeviceBuffer& records) const;
-  /// The map as the weighted surface takes it.
-  void record_weights(gpu::Commands& commands, const ConfidenceMap& map, const FloatMap& weights) const;
+  /// A map, by its pairs, as the weighted surface takes it.
+  void record_weights(gpu::Commands& commands, const gpu::TexelView& map, const FloatMap& weights) const;
+
+  /// What background and outline say: a map's pairs.
+  const gpu::TexelView& still_pairs() const { return still_pairs_; }
+  /// The same for each pixel, height x width: not 0 where it is known.
+  std::vector<uint8_t> still_known() const;
+  /// Whether a frame of these counts has only the unknown pixels that every frame has, and all others have
+  /// confidence 1.
+  bool only_still(const ConfidenceCounts& counts) const;
 
   ConfidenceCounts sum(std::span<const shared::ConfidenceRecord> records) const;
   /// height x width pixels of a finished map, in its 16 bits.
@@ -72,7 +81,8 @@ class Confidence {
   uint32_t rows_ = 0;
   uint32_t reach_ = 0;
   gpu::DeviceBuffer still_;  ///< confidence of background and outline, as a map
-  gpu::TexelView still_texels_;
+  gpu::TexelView still_texels_, still_pairs_;
+  uint64_t still_unknown_px_ = 0;
   gpu::Kernel kernel_, weights_kernel_;
 };
 

@@ -8,6 +8,9 @@
 #include "engine/gpu/context.h"
 #include "engine/stages/contact.h"
 #include "shaders/block_means.spv.h"
+#include "shaders/known_slope_photometric.spv.h"
+#include "shaders/known_slope_photometric_table.spv.h"
+#include "shaders/known_slope_shading.spv.h"
 #include "shaders/slope_coarse_given.spv.h"
 #include "shaders/slope_coarse_photometric.spv.h"
 #include "shaders/slope_coarse_photometric_table.spv.h"
@@ -19,6 +22,9 @@
 #include "shaders/slope_store_photometric.spv.h"
 #include "shaders/slope_store_photometric_table.spv.h"
 #include "shaders/slope_store_shading.spv.h"
+#include "shaders/weighted_slope_photometric.spv.h"
+#include "shaders/weighted_slope_photometric_table.spv.h"
+#include "shaders/weighted_slope_shading.spv.h"
 
 namespace palpate {
 namespace {
@@ -163,26 +169,26 @@ void Slope::dispatch(gpu::Commands& commands, std::vector<gpu::Argument> argumen
   commands.barrier();
 }
 
-void Slope::record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
-                   const Surface& surface, const gpu::DeviceBuffer& clipped) const {
-  const auto scope = commands.scope("slope");
+// Shading reads the contact stage's image, and its gray's gradient from means of blocks.
+std::vector<gpu::Argument> Slope::record_reading(gpu::Commands& commands, const PaddedImage& frame,
+                                                 const PaddedImage& background) const {
   if (shading_) {
     commands.dispatch(block_kernel_, {&filtered_texels_, &blocks_}, push_, {block_groups_, 1, 1});
     commands.barrier();
-    dispatch(commands, {&filtered_texels_, &filtered_pairs_, &block_words_, &clipped}, surface);
-  } else {
-    std::vector<gpu::Argument> arguments = pixels(frame, background);
-    arguments.emplace_back(&clipped);
-    dispatch(commands, std::move(arguments), surface);
+    return {&filtered_texels_, &filtered_pairs_, &block_words_};
   }
-}
-
-// What the photometric kernels read.
-std::vector<gpu::Argument> Slope::pixels(const PaddedImage& frame, const PaddedImage& background) const {
   std::vector<gpu::Argument> arguments{&frame.pairs(), &frame.words(), &background.pairs(),
                                        &background.words()};
   if (table_) arguments.emplace_back(&table_nodes_);
   return arguments;
+}
+
+void Slope::record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
+                   const Surface& surface, const gpu::DeviceBuffer& clipped) const {
+  const auto scope = commands.scope("slope");
+  std::vector<gpu::Argument> arguments = record_reading(commands, frame, background);
+  arguments.emplace_back(&clipped);
+  dispatch(commands, std::move(arguments), surface);
 }
 
 void Slope::prepare_slopes(gpu::Context& context) {
@@ -190,7 +196,7 @@ void Slope::prepare_slopes(gpu::Context& context) {
       shading_ ? gpu::Shader{"slope_store_shading", k_slope_store_shading}
       : table_ ? gpu::Shader{"slope_store_photometric_table", k_slope_store_photometric_table}
                : gpu::Shader{"slope_store_photometric", k_slope_store_photometric};
-  std::vector<gpu::Binding> bindings(shading_ ? 3 : table_ ? 5 : 4, gpu::Binding::Texels);
+  std::vector<gpu::Binding> bindings(readings(), gpu::Binding::Texels);
   bindings.resize(bindings.size() + 3, gpu::Binding::Storage);
   store_kernel_ =
       gpu::Kernel(context, shader, {std::move(bindings), sizeof push_, {workgroup_, 1, 1}, constants_});
@@ -199,17 +205,39 @@ void Slope::prepare_slopes(gpu::Context& context) {
 void Slope::record_slopes(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
                           const FloatMap& p, const FloatMap& q, const gpu::DeviceBuffer& clipped) const {
   const auto scope = commands.scope("slopes");
+  std::vector<gpu::Argument> arguments = record_reading(commands, frame, background);
+  for (const gpu::DeviceBuffer* to : {&clipped, &p.buffer, &q.buffer}) arguments.emplace_back(to);
+  commands.dispatch(store_kernel_, arguments, &push_, groups());
+  commands.barrier();
+}
+
+void Slope::prepare_known(gpu::Context& context) {
+  const auto make = [&](const gpu::Shader& shader, size_t outputs) {
+    std::vector<gpu::Binding> bindings(readings(), gpu::Binding::Texels);
+    bindings.insert(bindings.end(), {gpu::Binding::Storage, gpu::Binding::Texels});
+    bindings.resize(bindings.size() + outputs, gpu::Binding::Storage);
+    return gpu::Kernel(context, shader, {std::move(bindings), sizeof push_, {workgroup_, 1, 1}, constants_});
+  };
   if (shading_) {
-    commands.dispatch(block_kernel_, {&filtered_texels_, &blocks_}, push_, {block_groups_, 1, 1});
-    commands.barrier();
-    commands.dispatch(store_kernel_,
-                      {&filtered_texels_, &filtered_pairs_, &block_words_, &clipped, &p.buffer, &q.buffer},
-                      push_, groups());
+    known_kernel_ = make({"known_slope_shading", k_known_slope_shading}, 1);
+    faces_kernel_ = make({"weighted_slope_shading", k_weighted_slope_shading}, 4);
+  } else if (table_) {
+    known_kernel_ = make({"known_slope_photometric_table", k_known_slope_photometric_table}, 1);
+    faces_kernel_ = make({"weighted_slope_photometric_table", k_weighted_slope_photometric_table}, 4);
   } else {
-    std::vector<gpu::Argument> arguments = pixels(frame, background);
-    for (const gpu::DeviceBuffer* to : {&clipped, &p.buffer, &q.buffer}) arguments.emplace_back(to);
-    commands.dispatch(store_kernel_, arguments, &push_, groups());
+    known_kernel_ = make({"known_slope_photometric", k_known_slope_photometric}, 1);
+    faces_kernel_ = make({"weighted_slope_photometric", k_weighted_slope_photometric}, 4);
   }
+}
+
+void Slope::record_known(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
+                         const gpu::TexelView& confidence, const FloatMap& right,
+                         const gpu::DeviceBuffer& clipped, const CellFaceMaps* faces) const {
+  const auto scope = commands.scope("slope");
+  std::vector<gpu::Argument> arguments = record_reading(commands, frame, background);
+  arguments.insert(arguments.end(), {&clipped, &confidence, &right.buffer});
+  if (faces) arguments.insert(arguments.end(), {&faces->across, &faces->down, &faces->field});
+  commands.dispatch(faces ? faces_kernel_ : known_kernel_, arguments, &push_, groups());
   commands.barrier();
 }
 

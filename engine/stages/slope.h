@@ -1,5 +1,4 @@
-// Slope stage: the surface's slope from a frame, as the right side of the surface problem (theory
-// S7).
+// Slope stage: the surface's slope from a frame, as the right side of the surface problem.
 #pragma once
 
 #include <cstdint>
@@ -16,6 +15,12 @@
 namespace palpate {
 class Contact;
 class PaddedImage;
+
+/// Weights of each cell's right and lower face, as WeightedSurface takes them, and partial sums of weight
+/// times squared difference over all faces, a word for each of Slope's strips.
+struct CellFaceMaps {
+  const gpu::DeviceBuffer &across, &down, &field;
+};
 
 class Slope {
  public:
@@ -39,20 +44,31 @@ class Slope {
   void record_slopes(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
                      const FloatMap& p, const FloatMap& q, const gpu::DeviceBuffer& clipped) const;
   void prepare_slopes(gpu::Context& context);
+  /// The right side on cells of two by two pixels, `right`, where pixels count by `confidence` (a
+  /// ConfidenceMap's pairs); only after `prepare_known`. `faces`, if any, gets the weights of the cells'
+  /// faces.
+  void record_known(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
+                    const gpu::TexelView& confidence, const FloatMap& right, const gpu::DeviceBuffer& clipped,
+                    const CellFaceMaps* faces = nullptr) const;
+  void prepare_known(gpu::Context& context);
   void record_given(gpu::Commands& commands, const FloatMap& p, const FloatMap& q,
                     const Surface& surface) const;
 
-  /// A word for each strip of eight columns.
+  /// Of eight columns and some rows, one to an invocation.
+  uint32_t strips() const;
+  /// A word for each strip.
   uint64_t clipped_bytes() const { return uint64_t{strips()} * sizeof(uint32_t); }
   /// Pixels of the frame whose reading is steeper than max_slope: their slope keeps its direction and has
   /// that size. In Reconstruction::Shading those in contact: elsewhere nothing is read.
   uint64_t clipped_px(std::span<const uint32_t> clipped) const;
 
  private:
-  uint32_t strips() const;
   std::array<uint32_t, 3> groups() const;
   void dispatch(gpu::Commands& commands, std::vector<gpu::Argument> arguments, const Surface& surface) const;
-  std::vector<gpu::Argument> pixels(const PaddedImage& frame, const PaddedImage& background) const;
+  /// What the kernels of the reading take in.
+  std::vector<gpu::Argument> record_reading(gpu::Commands& commands, const PaddedImage& frame,
+                                            const PaddedImage& background) const;
+  size_t readings() const { return shading_ ? 3 : table_ ? 5 : 4; }
 
   shared::SlopePush push_{};
   uint32_t tile_rows_ = 0;
@@ -72,6 +88,7 @@ class Slope {
   gpu::Kernel block_kernel_;
   gpu::Kernel kernel_;
   gpu::Kernel store_kernel_;
+  gpu::Kernel known_kernel_, faces_kernel_;
 };
 
 }  // namespace palpate

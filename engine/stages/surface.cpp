@@ -24,6 +24,9 @@ namespace {
 
 // The finest levels of cells, each with a cycle of its own on the way up.
 constexpr uint32_t kCycledLevels = 3;
+// Where a part is solved: its sources are found anew with every third of the cycles, from heights that the
+// two before have smoothed, and with the last.
+constexpr uint32_t kCyclesOfSources = 3;
 
 // The pseudo-inverse of A on a small grid, in the padded order of the level's buffer. A is symmetric and
 // takes nothing but the constant to 0, so A + 1 1^T / n is invertible, and its inverse differs from the
@@ -67,20 +70,6 @@ std::vector<float> pseudo_inverse(const Level& level) {
 }
 
 }  // namespace
-
-Grid grid_for(uint32_t width, uint32_t height) {
-  return {width, height, (width + 3) / 4};
-}
-
-Grid coarser(const Grid& grid) {
-  return grid_for((grid.width + 1) / 2, (grid.height + 1) / 2);
-}
-
-FloatMap::FloatMap(gpu::Context& context, const std::string& name, const Grid& grid)
-    : buffer(context, name, grid.bytes(), gpu::Memory::Device),
-      texels(context, buffer, VK_FORMAT_R32G32B32A32_SFLOAT),
-      pairs(context, buffer, VK_FORMAT_R32G32_SFLOAT),
-      words(context, buffer, VK_FORMAT_R32_SFLOAT) {}
 
 // One solve being recorded: which of a level's two solutions is the present one.
 struct Surface::Pass {
@@ -175,9 +164,9 @@ struct Surface::Pass {
         push(l, coarse), groups(coarse));
     commands.barrier();
   }
-  void interpolate() {
+  void interpolate(const FloatMap& cells, const FloatMap& pixels) {
     const Level& v = level(0);
-    commands.dispatch(surface.interpolate_, {&x(1).texels, &x(1).pairs, &x(0).buffer}, push(0, v.grid),
+    commands.dispatch(surface.interpolate_, {&cells.texels, &cells.pairs, &pixels.buffer}, push(0, v.grid),
                       groups(v.grid, 2));
     commands.barrier();
   }
@@ -224,34 +213,49 @@ struct Surface::Pass {
     cycle(l + 1);
   }
 
-  // Full multigrid down to level 1: solved on the coarsest level, and from there each level starts from the
-  // coarser one's solution. Cubics carry smooth heights up so well that coarse levels need no cycle of their
-  // own.
-  void full_multigrid() {
-    for (uint32_t l = 1; l < last(); l += 2) restrict_right(l);
+  // Full multigrid down to level `finest`: solved on the coarsest level, and from there each level starts
+  // from the coarser one's solution. Cubics carry smooth heights up so well that coarse levels need no cycle
+  // of their own.
+  void full_multigrid(uint32_t finest) {
+    for (uint32_t l = finest; l < last(); l += 2) restrict_right(l);
     solve_coarsest();
-    for (uint32_t l = last() - 1; l > 0; --l) {
+    for (uint32_t l = last() - 1; l >= finest; --l) {
       ascend(l);
       if (l > kCycledLevels) continue;
       cycle(l + 1);
+      if (l == finest && surface.edge_) {
+        correct_and_smooth(l);  // what flows across single faces counts
+        continue;
+      }
       correct(l);
     }
   }
 
+  /// Sources on the edge of what is known, from what the present solution lets flow across it.
+  void add_sources(uint32_t l, bool first) { surface.edge_->record(commands, level(l).right, x(l), first); }
+
   void run(uint32_t extra_cycles) {
     if (last() == 0) return solve_coarsest();
+    const bool edge = surface.edge_.has_value();
     if (warm()) {
       // What the last solution leaves is solved as a whole: after a small change its error is small too.
       restrict_residual(0);
-      full_multigrid();
+      full_multigrid(1);
       interpolate_change();
     } else {
       // An even number of flips at level 0 must leave the solution in the caller's map.
       present[0] = extra_cycles % 2;
-      full_multigrid();
-      interpolate();
+      full_multigrid(1);
+      if (edge && surface.right_sides_ == RightSides::Cells) {
+        add_sources(1, true);
+        solve_residual(1);
+        correct(1);
+      }
+      interpolate(x(1), x(0));
     }
     for (uint32_t i = 0; i < extra_cycles; ++i) {
+      const bool sources = i % kCyclesOfSources == kCyclesOfSources - 1 || i + 1 == extra_cycles;
+      if (edge && sources) add_sources(0, i < kCyclesOfSources);
       solve_residual(0);
       correct_and_smooth(0);
     }
@@ -260,6 +264,20 @@ struct Surface::Pass {
     commands.barrier();
   }
 };
+
+bool Surface::set_known(gpu::Context& context, std::span<const uint8_t> known) {
+  edge_.reset();
+  const Grid& pixels = levels_.front().grid;
+  const uint32_t solved = right_sides_ == RightSides::Cells ? 1 : 0;
+  const std::optional<Capacitance> edge =
+      capacitance(faces_of_known(known, pixels.width, pixels.height, solved + 1));
+  if (edge && edge->cells.empty()) return true;
+  if (!edge || edge->islands > 1 || solved + 1 >= levels_.size() || !levels_[solved].x[1].buffer)
+    return false;
+  if (!restrict_residual_.pipeline()) make_correcting(context);
+  edge_.emplace(context, *edge, levels_[solved].grid);
+  return true;
+}
 
 namespace {
 uint32_t cycles_for(SurfaceSolver solver) {
@@ -334,13 +352,30 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
   } else {
     interpolate_ = make({"interpolate", k_interpolate}, {Texels, Texels, Storage}, kPush);
   }
-  if (extra_cycles_ > 0) {
-    smooth_ = make({"smooth", k_smooth}, {Texels, Texels, Texels, Texels, Storage}, kPush);
-    restrict_residual_ =
-        make({"restrict_residual", k_restrict_residual}, {Texels, Texels, Texels, Storage}, kPush);
-  }
+  if (extra_cycles_ > 0) make_correcting(context);
   restrict_ = make({"restrict", k_restrict}, {Texels, Storage, Storage}, kPush);
   correct_ = make({"correct", k_correct}, {Texels, Texels, Storage}, kPush);
+}
+
+// What corrects a solution that is there already.
+void Surface::make_correcting(gpu::Context& context) {
+  using enum gpu::Binding;
+  const auto make = [&](const gpu::Shader& shader, std::vector<gpu::Binding> bindings) {
+    return gpu::Kernel(
+        context, shader,
+        {std::move(bindings), sizeof(shared::GridPush), {tuning_.surface_workgroup, 1, 1}, {}});
+  };
+  smooth_ = make({"smooth", k_smooth}, {Texels, Texels, Texels, Texels, Storage});
+  restrict_residual_ = make({"restrict_residual", k_restrict_residual}, {Texels, Texels, Texels, Storage});
+}
+
+void Surface::record_coarse_right_side(gpu::Commands& commands) const {
+  if (levels_.size() > 1) Pass{*this, commands, levels_.front().right}.restrict_right(0);
+}
+
+void Surface::record_interpolation(gpu::Commands& commands, const FloatMap& cells,
+                                   const FloatMap& depth) const {
+  Pass{*this, commands, depth}.interpolate(cells, depth);
 }
 
 void Surface::record(gpu::Commands& commands, const FloatMap& depth) const {
@@ -349,7 +384,7 @@ void Surface::record(gpu::Commands& commands, const FloatMap& depth) const {
 }
 
 uint64_t Surface::memory_bytes() const {
-  uint64_t bytes = inverse_.bytes() + last_.buffer.bytes();
+  uint64_t bytes = inverse_.bytes() + last_.buffer.bytes() + (edge_ ? edge_->memory_bytes() : 0);
   for (const Level& level : levels_)
     bytes += level.right.buffer.bytes() + level.x[0].buffer.bytes() + level.x[1].buffer.bytes();
   return bytes;

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
-#include "engine/gpu/buffer.h"
 #include "engine/gpu/kernel.h"
+#include "engine/stages/edge_sources.h"
+#include "engine/stages/surface_grid.h"
 #include "palpate/options.h"
 #include "shaders/shared/grid.h"
 
@@ -15,28 +17,6 @@ namespace palpate {
 namespace gpu {
 class Commands;
 }
-
-/// A level's grid of cells: `height` rows of `pitch` texels of four floats.
-struct Grid {
-  uint32_t width = 0;
-  uint32_t height = 0;
-  uint32_t pitch = 0;  ///< texels
-  uint64_t bytes() const { return uint64_t{pitch} * height * 16; }
-};
-Grid grid_for(uint32_t width, uint32_t height);
-/// Half as many cells each way, rounded up.
-Grid coarser(const Grid& grid);
-
-/// A map of floats on the GPU that kernels may read in every shape they need.
-struct FloatMap {
-  FloatMap() = default;
-  FloatMap(gpu::Context& context, const std::string& name, const Grid& grid);
-
-  gpu::DeviceBuffer buffer;
-  gpu::TexelView texels;  ///< RGBA32F
-  gpu::TexelView pairs;   ///< RG32F
-  gpu::TexelView words;   ///< R32F
-};
 
 /// Which right sides a solve reads: the one for pixels and that for cells of two by two of them, or the
 /// latter only.
@@ -59,6 +39,14 @@ class Surface {
 
   RightSides right_sides() const { return right_sides_; }
 
+  /// From what is recorded after this on, the heights of the known pixels are solved by themselves: `known`
+  /// is height x width, not 0 where one is, in every frame; right sides then hold known faces only. What is
+  /// unknown goes on harmonically. Another solve of all pixels as before, and false, where the known ones
+  /// hang together in several parts, their edge is too long (kMostEdgeCells) or the frame is solved directly.
+  /// Takes up to a few seconds.
+  bool set_known(gpu::Context& context, std::span<const uint8_t> known);
+  bool solves_known_part() const { return edge_.has_value(); }
+
   const Grid& grid() const { return levels_.front().grid; }
   /// Filled by the slope stage: for each pixel the height differences to its left and upper neighbour minus
   /// those to its right and lower one, mm.
@@ -69,6 +57,10 @@ class Surface {
 
   /// Solves into `depth`, mm, up to an additive constant.
   void record(gpu::Commands& commands, const FloatMap& depth) const;
+  /// Sums right_side() over blocks into coarse_right_side(), where the slope stage has not done so.
+  void record_coarse_right_side(gpu::Commands& commands) const;
+  /// Heights of the cells of two by two pixels to those of pixels, by cubics.
+  void record_interpolation(gpu::Commands& commands, const FloatMap& cells, const FloatMap& depth) const;
 
   uint64_t memory_bytes() const;
 
@@ -83,12 +75,14 @@ class Surface {
     FloatMap x[2];  ///< present and next solution; level 0 writes the last one into the caller's map
   };
   struct Pass;
+  void make_correcting(gpu::Context& context);
 
   Tuning tuning_;
   RightSides right_sides_ = RightSides::Pixels;
   uint32_t extra_cycles_ = 0;
   FloatMap last_;  ///< the last solve's heights; empty without a warm start
   std::vector<Level> levels_;
+  std::optional<EdgeSources> edge_;
   FloatMap unused_coarse_;  ///< takes sums of a level that is not there
   gpu::DeviceBuffer inverse_;
   gpu::TexelView inverse_texels_;

@@ -26,7 +26,10 @@ namespace {
 
 constexpr uint32_t kWorkgroup = 64;
 constexpr uint32_t kRowsOnCpu = 16, kRowsOnGpu = 4;
-constexpr uint64_t kMaxCoarsestCells = 8;
+// The coarsest level is one invocation's work; where a dispatch costs more than its arithmetic a larger one
+// pays.
+constexpr uint32_t kCoarsestOnCpu = 24, kCoarsestOnGpu = 8;
+constexpr uint32_t kSweepsOnCpu = 6, kSweepsOnGpu = 3;
 
 }  // namespace
 
@@ -35,7 +38,20 @@ WeightedSurface::WeightedSurface(gpu::Context& context, uint32_t width, uint32_t
     : iterations_(iterations),
       rows_(context.is_software() ? kRowsOnCpu : kRowsOnGpu),
       scale_(static_cast<float>(scale_mm_per_px)) {
-  for (Grid grid = grid_for(width, height);; grid = coarser(grid)) {
+  make(context, grid_for(width, height));
+}
+
+WeightedSurface::WeightedSurface(gpu::Context& context, const Grid& cells, uint32_t field_sums,
+                                 uint32_t iterations)
+    : iterations_(iterations),
+      field_sums_(field_sums),
+      rows_(context.is_software() ? kRowsOnCpu : kRowsOnGpu) {
+  make(context, cells);
+}
+
+void WeightedSurface::make(gpu::Context& context, const Grid& finest) {
+  const uint64_t most = context.is_software() ? kCoarsestOnCpu : kCoarsestOnGpu;
+  for (Grid grid = finest;; grid = coarser(grid)) {
     const std::string name = "weighted level " + std::to_string(levels_.size());
     Level level;
     level.grid = grid;
@@ -45,14 +61,14 @@ WeightedSurface::WeightedSurface(gpu::Context& context, uint32_t width, uint32_t
     level.x[0] = FloatMap(context, name + " solution", grid);
     level.x[1] = FloatMap(context, name + " next solution", grid);
     levels_.push_back(std::move(level));
-    if (uint64_t{grid.width} * grid.height <= kMaxCoarsestCells) break;
+    if (uint64_t{grid.width} * grid.height <= most) break;
   }
-  const Grid& finest = levels_.front().grid;
   direction_[0] = FloatMap(context, "search direction", finest);
   direction_[1] = FloatMap(context, "next search direction", finest);
   applied_ = FloatMap(context, "applied direction", finest);
   // At least the four that the coarsest kernel leaves.
-  const uint64_t sums = sizeof(float) * std::max({strips(finest, 1, rows_), strips(finest, 2, rows_), 4u});
+  if (field_sums_ == 0) field_sums_ = strips(finest, 1, rows_);
+  const uint64_t sums = sizeof(float) * std::max({field_sums_, strips(finest, 2, rows_), 4u});
   const auto partial = [&](const char* name, gpu::DeviceBuffer& buffer, gpu::TexelView& words) {
     buffer = gpu::DeviceBuffer(context, name, sums, gpu::Memory::Device);
     words = gpu::TexelView(context, buffer, VK_FORMAT_R32_SFLOAT);
@@ -60,7 +76,10 @@ WeightedSurface::WeightedSurface(gpu::Context& context, uint32_t width, uint32_t
   partial("weighted field sums", field_, field_words_);
   partial("weighted products", dots_, dot_words_);
   partial("weighted squares", squares_, square_words_);
+  make_kernels(context);
+}
 
+void WeightedSurface::make_kernels(gpu::Context& context) {
   using enum gpu::Binding;
   const auto make = [&](const gpu::Shader& shader, std::vector<gpu::Binding> bindings,
                         std::vector<uint32_t> constants) {
@@ -80,8 +99,8 @@ WeightedSurface::WeightedSurface(gpu::Context& context, uint32_t width, uint32_t
                         {Texels, Texels, Texels, Texels, Texels, Texels, Storage, Storage}, rows);
   restrict_ = make({"weighted_restrict", k_weighted_restrict},
                    {Texels, Texels, Texels, Texels, Texels, Texels, Storage}, {rows_ / 2});
-  coarsest_ =
-      make({"weighted_coarsest", k_weighted_coarsest}, {Texels, Texels, Texels, Storage, Storage}, {});
+  coarsest_ = make({"weighted_coarsest", k_weighted_coarsest}, {Texels, Texels, Texels, Storage, Storage},
+                   {context.is_software() ? kSweepsOnCpu : kSweepsOnGpu});
   direction_kernel_ = make(
       {"weighted_direction", k_weighted_direction},
       {Texels, Texels, Texels, Texels, Texels, Texels, Texels, Storage, Storage, Storage, Storage}, rows);
@@ -156,7 +175,7 @@ void WeightedSurface::scalars(gpu::Commands& commands, uint32_t stage,
   const Grid& grid = levels_.front().grid;
   const bool start = stage == shared::kScalarStart;
   commands.dispatch(scalars_, {start ? &field_words_ : &dot_words_, &square_words_, &scalars},
-                    shared::WeightedScalarPush{stage, strips(grid, start ? 1 : 2, rows_),
+                    shared::WeightedScalarPush{stage, start ? field_sums_ : strips(grid, 2, rows_),
                                                strips(grid, 2, rows_), kWeightedTolerance},
                     {1, 1, 1});
   commands.barrier();
@@ -219,14 +238,18 @@ void WeightedSurface::coarsen(gpu::Commands& commands) const {
 void WeightedSurface::record(gpu::Commands& commands, const FloatMap& depth,
                              const gpu::DeviceBuffer& s) const {
   const auto scope = commands.scope("weighted surface");
+  record_right_side(commands, right_side());
+  coarsen(commands);
+  solve(commands, depth, s);
+}
+
+void WeightedSurface::record_right_side(gpu::Commands& commands, const FloatMap& right) const {
   const Level& finest = levels_.front();
   commands.dispatch(faces_,
                     {&slope_x().texels, &slope_y().texels, &weights().texels, &finest.across.buffer,
-                     &finest.down.buffer, &finest.right.buffer, &field_},
+                     &finest.down.buffer, &right.buffer, &field_},
                     push(0), groups(strips(finest.grid, 1, rows_)));
   commands.barrier();
-  coarsen(commands);
-  solve(commands, depth, s);
 }
 
 void WeightedSurface::record_given(gpu::Commands& commands, const FloatMap& depth,

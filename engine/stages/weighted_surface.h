@@ -41,10 +41,15 @@ class WeightedSurface {
  public:
   static constexpr uint32_t kLiveIterations = 4;
   static constexpr uint32_t kConvergedIterations = 12;
+  // Of a frame of a pipeline: SurfaceSolver::Live, on cells of two by two pixels, and the others.
+  static constexpr uint32_t kCellIterations = 3, kFrameIterations = 5;
 
   /// `scale_mm_per_px` turns slopes times one px into mm.
   WeightedSurface(gpu::Context& context, uint32_t width, uint32_t height, double scale_mm_per_px,
                   uint32_t iterations);
+  /// Of `cells` whose right side and faces the caller fills (record_given), with the field in `field_sums`
+  /// parts.
+  WeightedSurface(gpu::Context& context, const Grid& cells, uint32_t field_sums, uint32_t iterations);
 
   const Grid& grid() const { return levels_.front().grid; }
   /// Filled by the caller: d(depth)/dx and d(depth)/dy at pixel centres, and the pixels' weights, 0 to 1.
@@ -55,7 +60,10 @@ class WeightedSurface {
 
   /// Solves into `depth`, mm, up to an additive constant. `scalars` (scalar_bytes()) gets the statistics.
   void record(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& scalars) const;
-  /// As `record`, for right_side(), across() and down() as the caller filled them.
+  /// Faces and, in `right`, the right side only.
+  void record_right_side(gpu::Commands& commands, const FloatMap& right) const;
+  /// As `record`, for right_side(), across() and down() as the caller filled them, and field() for
+  /// WeightedStatistics::unexplained.
   void record_given(gpu::Commands& commands, const FloatMap& depth, const gpu::DeviceBuffer& scalars) const;
   /// As `record`, for the right side that right_side() holds and the weights of the last record: a
   /// correction.
@@ -65,6 +73,8 @@ class WeightedSurface {
   const FloatMap& across() const { return levels_.front().across; }
   const FloatMap& down() const { return levels_.front().down; }
   const FloatMap& right_side() const { return levels_.front().right; }
+  /// Partial sums over faces of weight times squared difference.
+  const gpu::DeviceBuffer& field() const { return field_; }
   /// Moves what has no known face of a solved `depth` towards the smooth filling; nothing else. After one
   /// call a plane is filled to 1 % of its range.
   void record_fill(gpu::Commands& commands, const FloatMap& depth) const;
@@ -88,8 +98,11 @@ class WeightedSurface {
   void scalars(gpu::Commands& commands, uint32_t stage, const gpu::DeviceBuffer& scalars) const;
   shared::WeightedPush push(uint32_t level) const;
   uint32_t strips(const Grid& grid, uint32_t columns, uint32_t rows) const;
+  void make(gpu::Context& context, const Grid& finest);
+  void make_kernels(gpu::Context& context);
 
   uint32_t iterations_ = 0;
+  uint32_t field_sums_ = 0;
   uint32_t rows_ = 0;  ///< that one invocation streams through
   float scale_ = 1;
   std::vector<Level> levels_;

@@ -12,6 +12,7 @@
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/pipeline/contact_tiles.h"
+#include "engine/sensor/outline.h"
 #include "engine/stages/contact.h"
 #include "engine/stages/upload.h"
 #include "palpate/pipeline.h"
@@ -84,6 +85,8 @@ class Goals {
     }
     moving(kSmall);
     for (const Size& size : {kSmall, kLarge}) few_tiles(size);
+    for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Converged})
+      outline(kSmall, solver);
     force_only(kLarge);
   }
 
@@ -292,6 +295,51 @@ class Goals {
             true,
             text("%.0f of %.0f tiles touched", static_cast<double>(tiles.count),
                  static_cast<double>(tiles.touched.size())));
+  }
+
+  /// A round pad's outline, and a highlight within it that only the frame has, beside the plain solve. Errors
+  /// are against the exact solve of the same frame, where the pad is.
+  void outline(const Size& size, SurfaceSolver solver) {
+    Scene scene = scene_for(size, SyntheticMode::Gel);
+    Sensor round = scene.sensor;
+    const double x0 = size.width / 2.0, y0 = size.height / 2.0, radius = 0.47 * size.height;
+    round.pad = PadEllipse{x0, y0, radius, radius, 0};
+    Scene spoiled = scene;
+    for (Frame& frame : spoiled.frames)
+      for (uint32_t y = 0; y < 9; ++y)
+        for (uint32_t x = 0; x < 9; ++x)
+          for (uint32_t c = 0; c < 3; ++c)
+            frame.set(c, static_cast<uint32_t>(x0) + x, static_cast<uint32_t>(y0) + y, 255);
+    const auto inside = [&](const std::vector<float>& all) {
+      std::vector<float> part;
+      for (size_t i = 0; i < all.size(); ++i)
+        if (contains(*round.pad, static_cast<double>(i % size.width), static_cast<double>(i / size.width)))
+          part.push_back(all[i]);
+      return part;
+    };
+    PipelineOptions options, exact;
+    options.solver = solver;
+    exact.solver = SurfaceSolver::Exact;
+    Pipeline plain = pipeline_for(scene.sensor, scene.background, options);
+    Pipeline plain_reference = pipeline_for(scene.sensor, scene.background, exact);
+    Pipeline ours = pipeline_for(round, scene.background, options);
+    Pipeline reference = pipeline_for(round, scene.background, exact);
+    const bool live = solver == SurfaceSolver::Live;
+    const double plain_error =
+        apart(inside(heights(plain, scene.frames[0])), inside(heights(plain_reference, scene.frames[0])));
+    const auto row = [&](const std::string& name, Scene& frames, double limit) {
+      Scene again = scene;
+      const double error =
+          apart(inside(heights(ours, frames.frames[0])), inside(heights(reference, frames.frames[0])));
+      const Pair pair = compare("", "", {"palpate", [&] { ours.process(frames.next()); }},
+                                {"plain solve", [&] { plain.process(again.next()); }}, repetitions_,
+                                live ? inner(size) : 1);
+      at_most(name + (live ? ", live " : ", converged ") + size.text(), limit, pair,
+              error <= std::max(2 * plain_error, kPoissonError),
+              text("%.1e of the exact solve, plain %.1e", error, plain_error));
+    };
+    row("round pad", scene, 1.6);
+    row("round pad and a highlight", spoiled, 3);
   }
 
   void force_only(const Size& size) {

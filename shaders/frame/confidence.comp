@@ -71,7 +71,7 @@ uvec4 brightness(uvec4 v) {
 }
 
 // Four pixels: `still` holds what is known of them without the frame.
-uvec4 judge(uvec4 v, uint saturated, uint first, uvec2 still, inout uvec4 unknown, inout uvec4 full, inout uvec4 dark,
+uvec4 judge(uvec4 v, uint saturated, uint first, uvec2 still, inout uvec4 unknown, inout uvec4 partial, inout uvec4 full, inout uvec4 dark,
             inout uvec4 outside, uint column) {
   uvec4 s = uvec4(still.x & 0xffffu, still.x >> 16, still.y & 0xffffu, still.y >> 16);
   uvec4 hit = (uvec4(saturated) >> (uvec4(0, 1, 2, 3) + first + 2)) & 1u;
@@ -80,6 +80,7 @@ uvec4 judge(uvec4 v, uint saturated, uint first, uvec2 still, inout uvec4 unknow
   uvec4 confidence = min(s & 255u, light) * (1 - hit);
   uvec4 inside = uvec4(lessThan(uvec4(0, 1, 2, 3) + column + first, uvec4(push.width)));
   unknown += inside * uvec4(equal(confidence, uvec4(0)));
+  partial += inside * uvec4(greaterThan(confidence, uvec4(0))) * uvec4(lessThan(confidence, uvec4(kFullConfidence)));
   full += inside * (reason & kSaturated);
   dark += inside * ((reason & kShadowed) / kShadowed);
   outside += inside * ((reason & kOutside) / kOutside);
@@ -93,7 +94,7 @@ void main() {
   uint tile = gl_GlobalInvocationID.x;
   if (tile >= push.groups * tiles) return;
   int group = int(tile % push.groups), y0 = int(tile / push.groups * TILE_ROWS), height = int(push.height);
-  uvec4 unknown = uvec4(0), full = uvec4(0), dark = uvec4(0), outside = uvec4(0);
+  uvec4 unknown = uvec4(0), partial = uvec4(0), full = uvec4(0), dark = uvec4(0), outside = uvec4(0);
   Row here = fetch_row(group, y0), next = fetch_row(group, y0 + 1);
   uint s0 = 0, s1 = 0, s2 = saturated_bits(here), s3 = saturated_bits(next);
   if (REACH > 0) {
@@ -107,10 +108,10 @@ void main() {
     int at = (min(y, height - 1) * int(push.groups) + group) * 2;
     uvec4 still_a = texelFetch(still_texels, at), still_b = texelFetch(still_texels, at + 1);
     uint column = y < height ? uint(group) * 16 : push.width;  // beyond the last row nothing counts
-    uvec4 a = judge(here.a, saturated, 0, still_a.xy, unknown, full, dark, outside, column);
-    uvec4 b = judge(here.b, saturated, 4, still_a.zw, unknown, full, dark, outside, column);
-    uvec4 c = judge(here.c, saturated, 8, still_b.xy, unknown, full, dark, outside, column);
-    uvec4 d = judge(here.d, saturated, 12, still_b.zw, unknown, full, dark, outside, column);
+    uvec4 a = judge(here.a, saturated, 0, still_a.xy, unknown, partial, full, dark, outside, column);
+    uvec4 b = judge(here.b, saturated, 4, still_a.zw, unknown, partial, full, dark, outside, column);
+    uvec4 c = judge(here.c, saturated, 8, still_b.xy, unknown, partial, full, dark, outside, column);
+    uvec4 d = judge(here.d, saturated, 12, still_b.zw, unknown, partial, full, dark, outside, column);
     if (y < height) {
       map[at] = uvec4(a.x | (a.y << 16), a.z | (a.w << 16), b.x | (b.y << 16), b.z | (b.w << 16));
       map[at + 1] = uvec4(c.x | (c.y << 16), c.z | (c.w << 16), d.x | (d.y << 16), d.z | (d.w << 16));
@@ -122,5 +123,5 @@ void main() {
     here = next;
     next = after;
   }
-  records[tile] = ConfidenceRecord(total(unknown), total(full), total(dark), total(outside));
+  records[tile] = ConfidenceRecord(total(unknown), total(partial), total(full), total(dark), total(outside));
 }

@@ -27,6 +27,7 @@ struct ConfidencePush {
 // Pixels of one invocation's rows.
 struct ConfidenceRecord {
   uint unknown;  // of confidence 0
+  uint partial;  // between unknown and kFullConfidence
   uint saturated;
   uint shadowed;
   uint outside;

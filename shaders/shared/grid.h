@@ -29,6 +29,15 @@ struct CoarsestPush {
   uint texels;  // of the level
 };
 
+// Cells at the edge of what is known.
+struct EdgePush {
+  uint cells;
+  uint groups;  // of four cells
+  uint row;     // words from one row of a map to the next
+  uint words;   // of a map
+  uint first;   // 1: the right side holds no sources yet
+};
+
 struct RestLevelPush {
   uint width;    // px
   uint height;   // px

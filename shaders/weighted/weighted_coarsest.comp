@@ -4,6 +4,7 @@
 #include "shaders/shared/weighted.h"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
+layout(constant_id = 3) const int SWEEPS = 3;
 layout(push_constant) uniform Push { WeightedPush push; };
 layout(binding = 0) uniform samplerBuffer wx_words;
 layout(binding = 1) uniform samplerBuffer wy_words;
@@ -11,7 +12,6 @@ layout(binding = 2) uniform samplerBuffer right_words;
 layout(binding = 3) buffer Out { float x[]; };
 layout(binding = 4) writeonly buffer Dots { float dots[4]; };  // right times result, where there is no finer level
 
-const int kSweeps = 3;
 
 // No solution has a mean, and no right side may: what rounding leaves of it would grow without bound.
 float middle = 0.0;
@@ -36,7 +36,7 @@ void main() {
   for (int i = 0; i < 4 * int(push.pitch) * height; ++i) x[i] = 0.0;
   for (int i = 0; i < cells; ++i) middle += texelFetch(right_words, i / width * 4 * int(push.pitch) + i % width).x;
   middle /= float(cells);
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+  for (int sweep = 0; sweep < SWEEPS; ++sweep) {
     for (int i = 0; i < cells; ++i) relax(i % width, i / width);
     for (int i = cells - 1; i >= 0; --i) relax(i % width, i / width);
   }

@@ -20,10 +20,9 @@ struct Mask {
   std::function<bool(double x, double y)> known;
 };
 
-// What z leaves of the equations of the edge cells.
-std::vector<double> left_over(const Capacitance& c, const std::vector<double>& right,
-                              const std::vector<double>& z, uint32_t width) {
-  std::vector<double> r;
+// What flows through the missing faces of the edge cells.
+std::vector<double> missing_flow(const Capacitance& c, const std::vector<double>& z, uint32_t width) {
+  std::vector<double> m;
   for (const EdgeCell& cell : c.cells) {
     const size_t i = size_t{cell.y} * width + cell.x;
     double flow = 0;
@@ -31,9 +30,9 @@ std::vector<double> left_over(const Capacitance& c, const std::vector<double>& r
     if (cell.right > 0) flow += double{cell.right} * (z[i] - z[i + 1]);
     if (cell.up > 0) flow += double{cell.up} * (z[i] - z[i - width]);
     if (cell.down > 0) flow += double{cell.down} * (z[i] - z[i + width]);
-    r.push_back(right[i] - flow);
+    m.push_back(flow);
   }
-  return r;
+  return m;
 }
 
 TEST(Capacitance, OneCorrectionSolvesTheKnownPart) {
@@ -65,10 +64,9 @@ TEST(Capacitance, OneCorrectionSolvesTheKnownPart) {
     const std::optional<Capacitance> c = capacitance(faces_of_known(known, kWidth, kHeight, 1));
     ASSERT_TRUE(c.has_value());
     std::vector<double> right = right_side(faces), z(right.size());
-    const std::vector<double> given = right;
     PoissonDct whole(kWidth, kHeight);
     whole.solve(right.data(), z.data(), kWidth);
-    const std::vector<double> r = left_over(*c, given, z, kWidth);
+    const std::vector<double> r = missing_flow(*c, z, kWidth);
     for (size_t i = 0; i < r.size(); ++i)
       for (size_t j = 0; j < r.size(); ++j)
         right[size_t{c->cells[i].y} * kWidth + c->cells[i].x] += double{c->sources[i * r.size() + j]} * r[j];

@@ -96,8 +96,8 @@ TEST_F(WeightedFrameTest, SaturatedPixelsDoNoHarm) {
     const double with = error_mm(masked, press.truth.depth_mm, masked.confidence);
     const double without = error_mm(plain, press.truth.depth_mm, masked.confidence);
     std::printf("error of depth: clean %.5f, masked %.5f, not masked %.5f mm; residual %.1e misfit %.3f\n",
-                clean, with, without, masked.touch.surface->weighted->residual,
-                masked.touch.surface->weighted->unexplained);
+                clean, with, without, masked.touch.surface->weighted->residual.value(),
+                masked.touch.surface->weighted->unexplained.value());
     EXPECT_GE(masked.touch.confidence->unknown_px, painted);
     EXPECT_EQ(masked.touch.confidence->unknown_px, masked.touch.saturated_px);
     EXPECT_TRUE(masked.touch.surface->weighted.has_value());
@@ -150,6 +150,34 @@ TEST_F(WeightedFrameTest, OutsideOfThePadDoesNotMatter) {
                     last.depth_mm[i] - last.touch.surface->depth_offset_mm, 1e-5);
       }
     last = got;
+  }
+}
+
+// Weights are expected where the frame before needed them: that moves no bit of any frame.
+TEST_F(WeightedFrameTest, AFrameDoesNotDependOnTheOneBefore) {
+  for (const char* scene : {"press?mode=gel&size=160x120", "press?mode=lambert&size=160x120"}) {
+    Press clean(scene), spoiled(scene);
+    clean.sensor.saturation_gray = spoiled.sensor.saturation_gray = 255;
+    spoiled.paint([](double x, double y) { return std::hypot(x - 80, y - 60) < 4; }, 255, false);
+    clean.sensor.pad = PadEllipse{79.5, 59.5, 56, 56, 0};
+    const auto alone = [&](const Frame& frame) {
+      Pipeline pipeline(context(), clean.sensor, frame.format, {.outputs = kPlain});
+      pipeline.set_background(clean.background);
+      EXPECT_TRUE(pipeline.submit(frame));
+      return pipeline.read_depth_mm(*pipeline.wait());
+    };
+    const std::vector<float> of_clean = alone(clean.frame), of_spoiled = alone(spoiled.frame);
+    for (const uint32_t slots : {1u, 3u}) {
+      Pipeline pipeline(context(), clean.sensor, clean.frame.format, {.outputs = kPlain, .slots = slots});
+      pipeline.set_background(clean.background);
+      const std::vector<bool> spoils{false, true, true, true, false, false, true, false};
+      for (size_t sent = 0, got = 0; got < spoils.size(); ++got) {
+        while (sent < spoils.size() && pipeline.submit(spoils[sent] ? spoiled.frame : clean.frame)) ++sent;
+        const Result result = *pipeline.wait();
+        EXPECT_EQ(result.touch.surface->weighted->residual.has_value(), spoils[got]) << scene << ' ' << got;
+        EXPECT_EQ(pipeline.read_depth_mm(result), spoils[got] ? of_spoiled : of_clean) << scene << ' ' << got;
+      }
+    }
   }
 }
 

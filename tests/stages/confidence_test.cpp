@@ -40,7 +40,7 @@ class ConfidenceTest : public GpuTest {
     frame.record(commands);
     commands.barrier();
     confidence.record(commands, frame, map, records);
-    confidence.record_weights(commands, map, weights);
+    confidence.record_weights(commands, map.pairs, weights);
     commands.copy(weights.buffer, host, grid.bytes());
     commands.host_barrier();
     commands.end();
@@ -103,6 +103,7 @@ TEST_F(ConfidenceTest, EqualsReference) {
           << "scene " << i << ", " << width << " x " << height << " at " << k % width << ", " << k / width;
       ASSERT_FLOAT_EQ(got.weights[k], static_cast<float>(known.confidence) / 255);
       counts.unknown += known.confidence == 0;
+      counts.partial += known.confidence > 0 && known.confidence < 255;
       counts.saturated += known.saturated;
       counts.shadowed += known.shadowed;
       counts.outside += known.outside;

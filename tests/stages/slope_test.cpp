@@ -2,6 +2,7 @@
 
 #include <random>
 
+#include "engine/numeric/weighted_poisson.h"
 #include "tests/reference/slope.h"
 #include "tests/support/gpu_fixture.h"
 #include "tests/support/stage_run.h"
@@ -198,6 +199,136 @@ TEST_F(SlopeTest, ShadingEqualsReference) {
     clipped += slopes.clipped;
   }
   EXPECT_GT(clipped, 1000u);
+}
+
+/// What the kernel says of cells: right side, right and lower faces, the field.
+struct Cells {
+  std::vector<double> right, across, down;
+  double field = 0;
+};
+
+/// The same from faces of pixels, in plain loops.
+Cells cells_of(const WeightedFaces& f) {
+  const uint32_t width = (f.width + 1) / 2, height = (f.height + 1) / 2;
+  const std::vector<double> right = right_side(f);
+  Cells c;
+  for (auto* values : {&c.right, &c.across, &c.down}) values->assign(size_t{width} * height, 0);
+  std::vector<double> across_flow(c.right.size()), down_flow(c.right.size());
+  const auto per_distance = [](uint32_t next, uint32_t size) { return next + 1 == size ? 2.0 / 3 : 0.5; };
+  for (uint32_t y = 0; y < f.height; ++y)
+    for (uint32_t x = 0; x < f.width; ++x) {
+      const size_t i = size_t{y} * f.width + x, cell = size_t{y / 2} * width + x / 2;
+      c.right[cell] += right[i];
+      if (x % 2 == 1 && x + 1 < f.width) {
+        c.across[cell] += f.across_weight[i] * per_distance(x + 1, f.width);
+        across_flow[cell] += f.across_weight[i] * f.across[i];
+      }
+      if (y % 2 == 1 && y + 1 < f.height) {
+        c.down[cell] += f.down_weight[i] * per_distance(y + 1, f.height);
+        down_flow[cell] += f.down_weight[i] * f.down[i];
+      }
+    }
+  for (size_t i = 0; i < c.right.size(); ++i) {
+    if (c.across[i] > 0) c.field += across_flow[i] * across_flow[i] / c.across[i];
+    if (c.down[i] > 0) c.field += down_flow[i] * down_flow[i] / c.down[i];
+  }
+  return c;
+}
+
+// Pixels that count by their confidence: the kernel on cells equals sums over the faces of pixels, of the
+// slopes that the store kernel leaves.
+TEST_F(SlopeTest, WeightedCellsEqualSumsOverPixels) {
+  std::mt19937 random(23);
+  for (const bool shading : {false, true})
+    for (const auto& [width, height] : kSizes) {
+      Sensor sensor;
+      sensor.pitch_mm_per_px = 0.05;
+      sensor.channels = shading ? 1 : 3;
+      sensor.reconstruction = shading ? Reconstruction::Shading : Reconstruction::Photometric;
+      sensor.threshold_gray = 4;
+      sensor.shading.facing_gray = 220;
+      sensor.photometric.wx = {{{0.2, 0.1, 0}, {-0.1, 0, 0.1}, {0.1, 0, 0}}};
+      sensor.photometric.wy = {{{0.1, 0, 0.1}, {0.2, 0.1, 0}, {-0.2, 0, 0}}};
+      const FrameFormat format{width, height, sensor.channels, 8};
+      Frame image, rest;
+      image.reshape(format);
+      rest.reshape(format);
+      for (uint8_t& byte : image.bytes) byte = static_cast<uint8_t>(random());
+      for (uint8_t& byte : rest.bytes) byte = static_cast<uint8_t>(shading ? 0 : random());
+      const Tuning tuning = default_tuning(context());
+      const Contact contact(context(), sensor, format, shading, tuning);
+      Slope slope(context(), sensor, format, contact, RightSides::Cells, tuning);
+      slope.prepare_slopes(context());
+      slope.prepare_known(context());
+      FrameOnGpu images(context(), format);
+      images.write(image, rest);
+      const Grid pixels = grid_for(width, height), grid = coarser(pixels);
+      const auto read = [&](const char* name, uint64_t bytes) {
+        return gpu::DeviceBuffer(context(), name, bytes, gpu::Memory::Readback);
+      };
+      const uint32_t row = (width + 15) / 16 * 16;
+      gpu::DeviceBuffer confidence(context(), "confidence", uint64_t{row} * height * 2, gpu::Memory::Upload);
+      std::vector<float> weights;
+      for (uint16_t& pixel : confidence.as<uint16_t>()) pixel = static_cast<uint16_t>(random() | 255u);
+      for (uint32_t y = 0; y < height; ++y)
+        for (uint32_t x = 0; x < width; ++x) {
+          const uint32_t kind = random() % 4, value = kind == 0 ? 0 : kind == 1 ? random() % 256 : 255;
+          confidence.as<uint16_t>()[size_t{y} * row + x] = static_cast<uint16_t>(value | (random() % 8 << 8));
+          weights.push_back(static_cast<float>(value) / 255);
+        }
+      confidence.flush();
+      const gpu::TexelView pairs(context(), confidence, VK_FORMAT_R32G32_UINT);
+      const FloatMap p(context(), "d/dx", pixels), q(context(), "d/dy", pixels);
+      const FloatMap right(context(), "right side", grid), across(context(), "right faces", grid),
+          down(context(), "lower faces", grid), plain(context(), "right side alone", grid);
+      const gpu::DeviceBuffer field = read("field", slope.clipped_bytes()),
+                              clipped = read("clipped", slope.clipped_bytes()),
+                              records = read("records", contact.record_bytes());
+      const gpu::DeviceBuffer host_p = read("p", pixels.bytes()), host_q = read("q", pixels.bytes());
+      const gpu::DeviceBuffer host[] = {read("right", grid.bytes()), read("across", grid.bytes()),
+                                        read("down", grid.bytes()), read("alone", grid.bytes())};
+      gpu::Commands commands(context());
+      commands.begin();
+      images.record(commands);
+      contact.record(commands, images.frame, images.background, records);
+      slope.record_slopes(commands, images.frame, images.background, p, q, clipped);
+      const CellFaceMaps faces{across.buffer, down.buffer, field};
+      slope.record_known(commands, images.frame, images.background, pairs, right, clipped, &faces);
+      slope.record_known(commands, images.frame, images.background, pairs, plain, clipped);
+      commands.copy(p.buffer, host_p, pixels.bytes());
+      commands.copy(q.buffer, host_q, pixels.bytes());
+      const FloatMap* maps[] = {&right, &across, &down, &plain};
+      for (size_t i = 0; i < 4; ++i) commands.copy(maps[i]->buffer, host[i], grid.bytes());
+      commands.host_barrier();
+      commands.end();
+      commands.submit();
+      commands.wait();
+      std::vector<float> gradients;
+      for (uint32_t y = 0; y < height; ++y)
+        for (uint32_t x = 0; x < width; ++x) {
+          const size_t at = size_t{y} * pixels.pitch * 4 + x;
+          for (const gpu::DeviceBuffer* from : {&host_p, &host_q})
+            gradients.push_back(from->as<const float>()[at] * static_cast<float>(sensor.pitch_mm_per_px));
+        }
+      const Cells wanted = cells_of(weighted_faces(gradients, weights, width, height));
+      const std::string scene = std::to_string(width) + "x" + std::to_string(height);
+      const auto near = [&](const gpu::DeviceBuffer& from, const std::vector<double>& values, bool faces_of) {
+        std::vector<float> got;
+        for (uint32_t y = 0; y < grid.height; ++y)
+          for (uint32_t x = 0; x < grid.width; ++x) {
+            const float value = from.as<const float>()[size_t{y} * grid.pitch * 4 + x];
+            got.push_back(faces_of ? std::max(value, 0.0f) : value);  // faces that say nothing are negative
+          }
+        expect_near(got, values, 2e-5, scene, grid.width);
+      };
+      near(host[0], wanted.right, false);
+      near(host[1], wanted.across, true);
+      near(host[2], wanted.down, true);
+      near(host[3], wanted.right, false);
+      double sum = 0;
+      for (uint32_t i = 0; i < slope.strips(); ++i) sum += double{field.as<const float>()[i]};
+      EXPECT_NEAR(sum, wanted.field, 1e-4 * wanted.field + 1e-12) << scene;
+    }
 }
 
 }  // namespace

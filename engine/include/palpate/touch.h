@@ -99,12 +99,13 @@ struct RegionSummary {
   bool overflow = false;  ///< more regions than there was room for: contacts are incomplete
 };
 
-/// A surface solved with the confidence of its pixels as weights.
+/// A surface of the known pixels. Of frames that need weights, because other pixels are unknown than those
+/// that no frame shows, or are known in part, the solve says more.
 struct WeightedSummary {
-  double residual = 0;           ///< relative RMS that the solve leaves of its normal equations
-  double unexplained = 0;        ///< fraction of the weighted slopes that no surface explains, 0 to 1
-  uint32_t islands = 0;          ///< parts of the frame that nothing known joins
-  uint32_t touched_islands = 0;  ///< of those, with contact
+  std::optional<double> residual;     ///< relative RMS that the solve leaves of its normal equations
+  std::optional<double> unexplained;  ///< fraction of the weighted slopes that no surface explains, 0 to 1
+  uint32_t islands = 0;               ///< parts of the frame that nothing known joins
+  uint32_t touched_islands = 0;       ///< of those, with contact
 };
 
 /// The height map of a frame in numbers (Output::Surface); the map itself is Result::surface.
