@@ -11,6 +11,7 @@
 #include "engine/gpu/device_access.h"
 #include "engine/gpu/tuning.h"
 #include "engine/pipeline/history.h"
+#include "engine/pipeline/specks.h"
 #include "engine/pipeline/steady_light.h"
 #include "engine/pipeline/windowed_frame.h"
 #include "engine/sensor/fit.h"
@@ -39,6 +40,7 @@ struct Result::Hold {
   std::atomic<bool> taken = false;
   std::vector<ContactTouch> contacts;
   std::vector<SkinPoint> skin_points;
+  std::shared_ptr<const std::vector<uint16_t>> confidence;  ///< of specks
 };
 
 Result& Result::operator=(Result&& other) noexcept {
@@ -82,6 +84,7 @@ struct Pipeline::Impl {
         history(sensor, format, plan.regions),
         ready(!plan.background),
         slots(plan.slots) {
+    if (plan.specks) specks.emplace(format, dead_gray(sensor));
     if (plan.steady_light) light.emplace(format, sensor.saturation_gray);
     in_flight.reserve(plan.slots);
     for (Slot& slot : slots) slot.hold->contacts.reserve(plan.regions ? ContactTracker::kMostContacts : 0);
@@ -103,6 +106,11 @@ struct Pipeline::Impl {
     const FrameMeasurement measured = frames->measure(index, touch);
     history.follow(touch, slot.after_gap, measured.skin_sd_px);
     result.surface = measured.surface;
+    if (specks && result.surface.confidence.empty() && specks->confidence()) {
+      slot.hold->confidence = specks->confidence();
+      result.surface.confidence = *slot.hold->confidence;
+      result.surface.confidence_pitch = format.width;
+    }
     result.copies = measured.copies;
     result.turnaround_ms = std::chrono::duration<double, std::milli>(Clock::now() - slot.submitted).count();
     return result;
@@ -113,6 +121,7 @@ struct Pipeline::Impl {
   FramePlan plan;
   std::unique_ptr<Frames> frames;
   TouchHistory history;
+  std::optional<Specks> specks;
   std::optional<SteadyLight> light;
   bool ready;  ///< has the background that it needs
   std::vector<Slot> slots;
@@ -149,8 +158,9 @@ void Pipeline::set_background(const Frame& frame) {
     return;
   }
   impl_->ready = false;
-  impl_->frames->set_background(frame);
-  if (impl_->light) impl_->light->set_background(frame);
+  const Frame& whole = impl_->specks ? impl_->specks->set_background(frame) : frame;
+  impl_->frames->set_background(whole);
+  if (impl_->light) impl_->light->set_background(whole);
   impl_->ready = true;
 }
 
@@ -165,7 +175,8 @@ bool Pipeline::submit(const Frame& frame) {
   if (free == impl_->slots.end()) return false;
   free->submitted = Clock::now();
   const auto index = static_cast<uint32_t>(free - impl_->slots.begin());
-  impl_->frames->submit(index, impl_->light ? impl_->light->steady(frame) : frame);
+  const Frame& whole = impl_->specks ? impl_->specks->fill(frame) : frame;
+  impl_->frames->submit(index, impl_->light ? impl_->light->steady(whole) : whole);
   if (impl_->light) free->light = impl_->light->summary();
   free->sequence = frame.sequence;
   free->time_ns = frame.time_ns;

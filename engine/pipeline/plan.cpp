@@ -60,6 +60,9 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
   plan.skin = needs_skin(sensor, options.outputs);
   plan.confidence = needs_confidence(sensor, options.outputs);
   plan.surface = surface_kind(sensor, options.outputs);
+  // Where each pixel has its confidence, specks have none and are left out by it.
+  plan.specks = plan.background && !plan.confidence && !plan.windowed && sensor.bit_depth == 8 &&
+                sensor.reconstruction == Reconstruction::Photometric;
   plan.keep_filtered =
       plan.surface != SurfaceKind::None && sensor.reconstruction != Reconstruction::Photometric;
   plan.weights = plan.surface == SurfaceKind::Gradient && plan.confidence;

@@ -24,6 +24,7 @@ struct FramePlan {
   bool background = false;    ///< an untouched image is subtracted
   bool regions = false;       ///< contacts are told apart
   bool gel_contacts = false;  ///< by the change over its noise: colour gels
+  bool specks = false;        ///< pixels that are saturated untouched are filled from around
   bool steady_light = false;  ///< changes of light are taken out
   bool gradient = false;
   bool skin = false;
