@@ -57,7 +57,7 @@ void GradientSurface::make(FrameSlot& slot) const {
 void GradientSurface::record(gpu::Commands& commands, FrameSlot& slot) {
   if (weighted_) weighted_->record(commands, slot);
   if (!surface_) return;
-  slope_.record(commands, slot.frame, slot.background, *surface_, slot.surface.clipped);
+  slope_.record(commands, slot.without_markers(), slot.background, *surface_, slot.surface.clipped);
   if (dct_) return record_host_solve(commands, surface_->right_side().buffer, slot);
   surface_->record(commands, slot.surface.depth);
   record_rest_level(commands, slot);

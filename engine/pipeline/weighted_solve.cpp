@@ -57,7 +57,7 @@ void WeightedSolve::record(gpu::Commands& commands, FrameSlot& slot) const {
   gpu::Commands& own = slot.surface.weighted.commands;
   own.begin();
   // The filtered image belongs to whichever frame came last: it is made again.
-  if (filters_) contact_.record(own, slot.frame, slot.background, slot.records);
+  if (filters_) contact_.record(own, slot.without_markers(), slot.background, slot.records);
   record_into(own, slot);
   own.host_barrier();
   own.end();
@@ -66,14 +66,14 @@ void WeightedSolve::record(gpu::Commands& commands, FrameSlot& slot) const {
 void WeightedSolve::record_into(gpu::Commands& commands, FrameSlot& slot) const {
   SurfaceSlot& s = slot.surface;
   if (surface_) {
-    slope_.record_slopes(commands, slot.frame, slot.background, surface_->slope_x(), surface_->slope_y(),
-                         s.clipped);
+    slope_.record_slopes(commands, slot.without_markers(), slot.background, surface_->slope_x(),
+                         surface_->slope_y(), s.clipped);
     confidence_.record_weights(commands, slot.confidence.map, surface_->weights());
     surface_->record(commands, s.depth, s.weighted.scalars);
     for (uint32_t i = 0; i < fills_; ++i) surface_->record_fill(commands, s.depth);
     rest_level_.record(commands, s.depth, slot.records, s.rest_records);
   } else {
-    slope_.record_slopes(commands, slot.frame, slot.background, slope_x_, slope_y_, s.clipped);
+    slope_.record_slopes(commands, slot.without_markers(), slot.background, slope_x_, slope_y_, s.clipped);
     commands.copy(slope_x_.buffer, s.weighted.slope_x, slope_x_.buffer.bytes());
     commands.copy(slope_y_.buffer, s.weighted.slope_y, slope_y_.buffer.bytes());
   }

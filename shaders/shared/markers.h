@@ -1,0 +1,50 @@
+// Markers stage: printed dots found in a frame, and what the frame would show without them; read by GLSL and
+// C++.
+#ifndef PALPATE_SHARED_MARKERS_H
+#define PALPATE_SHARED_MARKERS_H
+
+#ifdef __cplusplus
+#include <cstdint>
+namespace palpate::shared {
+using uint = uint32_t;
+#endif
+
+// Markers are found, and the change of colour is continued, in cells of 2 x 2 px. A cell holds the sums of
+// its pixels, red, green and blue, kCellBits each.
+const uint kMarkerCell = 2;
+const uint kCellBits = 10;
+const uint kCellMask = 1023;
+const uint kCellMost = 1020;
+// Light is estimated in blocks of 4 x 4 cells.
+const uint kMarkerBlock = 4;
+// Added to the light before a darkness is a share of it, in a cell's units: 10 gray levels.
+const uint kMarkerBlack = 40;
+// A threshold of 256 is complete darkness. Each colour by itself has to be a quarter as dark.
+const uint kMarkerDark = 256;
+const uint kMarkerDarkEach = 1024;
+// Cells around what is dark that count as marker too.
+const uint kMarkerRim = 1;
+// A record counts a word's marked cells, and above that bit those of them that nothing is known of.
+const uint kMarkerCountBits = 8;
+// Weights of what lies n cells away along a row or column, and along a diagonal: these over n.
+const uint kMarkerNear = 65536;
+const uint kMarkerNearDiagonal = 46341;
+
+struct MarkersPush {
+  uint width;   // px
+  uint height;  // px
+  uint pitch;   // texels from one padded row to the next
+  uint cells_x;
+  uint cells_y;
+  uint words;  // of 32 cells, in a row of the masks
+  uint blocks_x;
+  uint blocks_y;
+  uint closing;    // blocks, on each side, over which light is compared
+  uint threshold;  // darkness from which a cell belongs to a marker
+  uint reach;      // cells, along each direction, up to where known ones are looked for
+};
+
+#ifdef __cplusplus
+}  // namespace palpate::shared
+#endif
+#endif
