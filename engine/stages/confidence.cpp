@@ -60,9 +60,13 @@ Confidence::Confidence(gpu::Context& context, const Sensor& sensor, const FrameF
   still_texels_ = gpu::TexelView(context, still_, VK_FORMAT_R32G32B32A32_UINT);
   using enum gpu::Binding;
   std::vector<gpu::Binding> bindings{Texels, Texels, Texels, Storage, Storage};
-  if (markers) bindings.push_back(Texels);
+  std::vector<uint32_t> constants{rows_, reach_};
+  if (markers) {
+    bindings.push_back(Texels);
+    constants.push_back(markers->push().cell);
+  }
   kernel_ = gpu::Kernel(context, shader_for(format, markers != nullptr),
-                        {std::move(bindings), sizeof push_, {kWorkgroup, 1, 1}, {rows_, reach_}});
+                        {std::move(bindings), sizeof push_, {kWorkgroup, 1, 1}, std::move(constants)});
   weights_kernel_ = gpu::Kernel(context, {"confidence_weights", k_confidence_weights},
                                 {{Texels, Storage}, sizeof push_, {kWorkgroup, 1, 1}, {}});
 }

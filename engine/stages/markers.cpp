@@ -22,6 +22,7 @@ constexpr uint32_t kWorkgroup = 64;
 constexpr double kOfDarkness = 0.4;     // of the typical dot: fainter ones belong, and half of its edge
 constexpr double kLeastDarkness = 0.1;  // of a dot: less is dirt
 constexpr double kBlack_gray = 10;      // as kMarkerBlack
+constexpr double kSmall_px = 6;         // dots below are found, and filled, pixel by pixel
 constexpr double kMostSizes = 2;        // that a dot and the place it has left cover together
 constexpr uint32_t kNothing = 2 * shared::kMarkerDark;  // no cell is as dark
 
@@ -93,16 +94,17 @@ Markers::Markers(gpu::Context& context, const Sensor& sensor, const FrameFormat&
   push_.width = format.width;
   push_.height = format.height;
   push_.pitch = PaddedLayout(format).pitch;
-  push_.cells_x = parts(format.width, shared::kMarkerCell);
-  push_.cells_y = parts(format.height, shared::kMarkerCell);
+  push_.cell = pattern_.size_px < kSmall_px ? 1 : 2;
+  push_.cells_x = parts(format.width, push_.cell);
+  push_.cells_y = parts(format.height, push_.cell);
   push_.words = parts(push_.cells_x, 32);
-  push_.blocks_x = parts(push_.cells_x, shared::kMarkerBlock);
-  push_.blocks_y = parts(push_.cells_y, shared::kMarkerBlock);
-  constexpr double kBlock_px = shared::kMarkerBlock * shared::kMarkerCell, kRims_px = 12, kFurthest_px = 256;
+  push_.blocks_x = parts(format.width, shared::kMarkerBlock);
+  push_.blocks_y = parts(format.height, shared::kMarkerBlock);
+  constexpr double kBlock_px = shared::kMarkerBlock, kRims_px = 12, kFurthest_px = 256;
   push_.closing = static_cast<uint32_t>(
       std::clamp(std::ceil(pattern_.size_px / (2 * kBlock_px)), 1.0, kFurthest_px / kBlock_px));
   push_.reach = static_cast<uint32_t>(
-      std::min(std::ceil((kMostSizes * pattern_.size_px + kRims_px) / shared::kMarkerCell), kFurthest_px));
+      std::min(std::ceil((kMostSizes * pattern_.size_px + kRims_px) / push_.cell), kFurthest_px));
   push_.threshold = kNothing;
 
   const auto map = [&](const char* name, uint32_t words) {
@@ -128,17 +130,17 @@ Markers::Markers(gpu::Context& context, const Sensor& sensor, const FrameFormat&
     return gpu::Kernel(context, shader,
                        {std::move(bindings), sizeof push_, {kWorkgroup, 1, 1}, std::move(constants)});
   };
-  cells_kernel_ = kernel({"marker_cells", k_marker_cells}, {Texels, Storage, Storage});
+  cells_kernel_ = kernel({"marker_cells", k_marker_cells}, {Texels, Storage, Storage}, {push_.cell});
   largest_ = kernel({"marker_light", k_marker_light}, {Texels, Storage}, {1});
   smallest_ = kernel({"marker_light", k_marker_light}, {Texels, Storage}, {0});
-  dark_kernel_ = kernel({"marker_dark", k_marker_dark}, {Texels, Texels, Storage});
+  dark_kernel_ = kernel({"marker_dark", k_marker_dark}, {Texels, Texels, Storage}, {push_.cell});
   for (const uint32_t subtract : {0u, 1u}) {
     Kernels& of = subtract ? change_ : untouched_;
     of.mask = kernel({"marker_mask", k_marker_mask}, {Texels, Texels, Storage}, {subtract});
     of.fill = kernel({"marker_fill", k_marker_fill}, {Texels, Texels, Texels, Storage, Storage, Storage},
                      {subtract});
     of.frame = kernel({"marker_frame", k_marker_frame},
-                      {Texels, Texels, Texels, Texels, Texels, Texels, Storage}, {subtract});
+                      {Texels, Texels, Texels, Texels, Texels, Texels, Storage}, {subtract, push_.cell});
   }
 }
 
@@ -208,11 +210,11 @@ void Markers::record(gpu::Commands& commands, const PaddedImage& frame, const Pa
 }
 
 MarkerCounts Markers::sum(std::span<const uint32_t> records) const {
-  constexpr uint64_t kCell_px = shared::kMarkerCell * shared::kMarkerCell;
+  const uint64_t cell_px = uint64_t{push_.cell} * push_.cell;
   MarkerCounts counts;
   for (const uint32_t record : records.first(size_t{push_.words} * push_.cells_y)) {
-    counts.marked += kCell_px * (record & ((1u << shared::kMarkerCountBits) - 1));
-    counts.unknown += kCell_px * (record >> shared::kMarkerCountBits);
+    counts.marked += cell_px * (record & ((1u << shared::kMarkerCountBits) - 1));
+    counts.unknown += cell_px * (record >> shared::kMarkerCountBits);
   }
   return counts;
 }

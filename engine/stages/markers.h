@@ -19,7 +19,7 @@ class Commands;
 class Context;
 }  // namespace gpu
 
-/// Pixels of one frame, to 2 x 2 px.
+/// Pixels of one frame, to whole cells.
 struct MarkerCounts {
   uint64_t marked = 0;   ///< on a marker or its rim, in the frame or in the untouched image
   uint64_t unknown = 0;  ///< of these, with nothing seen on two opposite sides to continue from
@@ -33,9 +33,9 @@ double marker_darkness(const Frame& untouched, const SkinPattern& pattern);
 /// it is darker than the light around it by 0.4 of marker_darkness, and in each colour by a quarter of that;
 /// a slope darkens some colours and lightens others. Dots up to twice SkinPattern::size_px are closed.
 /// Markers move with the skin: those of the frame and of the untouched image are left out alike, with a rim
-/// of 2 to 4 px. There the change of colour is that of the nearest pixels seen in eight directions, by their
-/// inverse distance (mean value coordinates; Floater, 2003), and the frame is the untouched image, filled by
-/// itself, and that change.
+/// of 2 to 4 px, of dots below 6 px of 1 px. There the change of colour is that of the nearest pixels seen in
+/// eight directions, by their inverse distance (mean value coordinates; Floater, 2003), and the frame is the
+/// untouched image, filled by itself, and that change.
 class Markers {
  public:
   /// A frame without its markers, and what was counted in it.
@@ -58,7 +58,7 @@ class Markers {
               const Slot& slot) const;
   MarkerCounts sum(std::span<const uint32_t> records) const;
 
-  /// Cells of 2 x 2 px that nothing is known of, a bit each in rows of 32-bit words.
+  /// Cells, of 2 x 2 px or (small dots) of one, that nothing is known of: a bit each in rows of 32-bit words.
   const gpu::TexelView& unknown_words() const { return unknown_words_; }
   const shared::MarkersPush& push() const { return push_; }
   uint64_t memory_bytes() const;

@@ -15,7 +15,8 @@ layout(binding = 2) uniform usamplerBuffer still_texels;  // confidence of backg
 layout(binding = 3) writeonly buffer Map { uvec4 map[]; };
 layout(binding = 4) writeonly buffer Records { ConfidenceRecord records[]; };
 #ifdef MARKERS
-layout(binding = 5) uniform usamplerBuffer unknown_words;  // cells of 2 x 2 px that could not be filled, a bit each
+layout(binding = 5) uniform usamplerBuffer unknown_words;  // cells that could not be filled, a bit each
+layout(constant_id = 5) const uint CELL = 2;               // px, their side
 #endif
 
 // Raw values of 16 pixels and of two on each side, the brightest plane's: v[i] is column i - 2. Few enough to stay in registers.
@@ -77,8 +78,9 @@ uvec4 brightness(uvec4 v) {
 // Pixels of a row that markers cover, bit i for column i, each cell's bit for its two pixels.
 uint covered_bits(int group, int y) {
 #ifdef MARKERS
-  int words = (int(push.groups) + 3) / 4;
-  uint cells = texelFetch(unknown_words, min(y, int(push.height) - 1) / 2 * words + group / 4).x >> (8 * (group % 4)) & 255u;
+  int cells_x = (int(push.width) + int(CELL) - 1) / int(CELL), words = (cells_x + 31) / 32, row = min(y, int(push.height) - 1);
+  if (CELL == 1) return texelFetch(unknown_words, row * words + group / 2).x >> (16 * (group % 2)) & 0xffffu;
+  uint cells = texelFetch(unknown_words, row / 2 * words + group / 4).x >> (8 * (group % 4)) & 255u;
   cells = (cells | (cells << 4)) & 0x0f0fu;
   cells = (cells | (cells << 2)) & 0x3333u;
   cells = (cells | (cells << 1)) & 0x5555u;

@@ -9,14 +9,13 @@ namespace palpate::shared {
 using uint = uint32_t;
 #endif
 
-// Markers are found, and the change of colour is continued, in cells of 2 x 2 px. A cell holds the sums of
-// its pixels, red, green and blue, kCellBits each.
-const uint kMarkerCell = 2;
+// Markers are found, and the change of colour is continued, in cells of 2 x 2 px, small ones in cells of one.
+// A cell holds four times its mean, red, green and blue, kCellBits each.
 const uint kCellBits = 10;
 const uint kCellMask = 1023;
 const uint kCellMost = 1020;
-// Light is estimated in blocks of 4 x 4 cells.
-const uint kMarkerBlock = 4;
+// Side of the blocks that light is estimated in, px.
+const uint kMarkerBlock = 8;
 // Added to the light before a darkness is a share of it, in a cell's units: 10 gray levels.
 const uint kMarkerBlack = 40;
 // A threshold of 256 is complete darkness. Each colour by itself has to be a quarter as dark.
@@ -34,6 +33,7 @@ struct MarkersPush {
   uint width;   // px
   uint height;  // px
   uint pitch;   // texels from one padded row to the next
+  uint cell;    // px, the side of a cell: 1 or 2
   uint cells_x;
   uint cells_y;
   uint words;  // of 32 cells, in a row of the masks

@@ -491,6 +491,10 @@ TEST_F(RealRecordings, MarkedGelHasNoPits) {
   const auto rms = [&](size_t filled, size_t part) { return std::sqrt(sums[filled][part]); };
   std::printf("%-16s %.4f -> %.4f  %.4f -> %.4f      %.4f -> %.4f  %.4f -> %.4f\n", "RMS", rms(0, 0),
               rms(1, 0), rms(0, 1), rms(1, 1), rms(0, 2), rms(1, 2), rms(0, 3), rms(1, 3));
+  for (const size_t part : {size_t{0}, size_t{2}}) {
+    EXPECT_LT(rms(1, part), 0.6 * rms(0, part));
+    EXPECT_LT(rms(1, part), 1.25 * rms(1, part + 1)) << "as smooth under markers as beside them";
+  }
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 
 namespace palpate::reference {
 
-using Cell = std::array<int, 3>;  ///< sums over 2 x 2 px, red, green, blue
+using Cell = std::array<int, 3>;  ///< red, green, blue
 
 template <typename T>
 struct Grid {
@@ -29,22 +29,25 @@ struct Grid {
 using Cells = Grid<Cell>;
 using Mask = Grid<uint8_t>;
 
-inline Cells cells_of(const Frame& frame) {
+/// Four times the mean of each cell.
+inline Cells cells_of(const Frame& frame, int side) {
   const int w = static_cast<int>(frame.format.width), h = static_cast<int>(frame.format.height);
-  Cells cells((w + 1) / 2, (h + 1) / 2);
+  Cells cells((w + side - 1) / side, (h + side - 1) / side);
   for (int y = 0; y < cells.height; ++y)
     for (int x = 0; x < cells.width; ++x)
       for (uint32_t c = 0; c < 3; ++c)
-        for (int k = 0; k < 4; ++k)
+        for (int k = 0; k < 4; ++k) {
+          const int px = std::min(side * x + k % side, w - 1), py = std::min(side * y + k / 2 % side, h - 1);
           cells.at(x, y)[c] +=
-              static_cast<int>(frame.at(c, static_cast<uint32_t>(std::min(2 * x + k % 2, w - 1)),
-                                        static_cast<uint32_t>(std::min(2 * y + k / 2, h - 1))));
+              static_cast<int>(frame.at(c, static_cast<uint32_t>(px), static_cast<uint32_t>(py)));
+        }
   return cells;
 }
 
-/// Mean of a block's brighter cells.
-inline Cells block_light(const Cells& cells) {
-  const int side = static_cast<int>(shared::kMarkerBlock);
+/// Mean of a block's brighter squares of 2 x 2 px.
+inline Cells block_light(const Frame& frame) {
+  const Cells cells = cells_of(frame, 2);
+  const int side = static_cast<int>(shared::kMarkerBlock) / 2;
   Cells light((cells.width + side - 1) / side, (cells.height + side - 1) / side);
   for (int y = 0; y < light.height; ++y)
     for (int x = 0; x < light.width; ++x)
@@ -77,19 +80,23 @@ inline Cells extreme(const Cells& light, int reach, bool largest) {
   return out;
 }
 
-inline Mask dark_cells(const Cells& cells, const Cells& closed, int threshold) {
+inline Mask dark_cells(const Cells& cells, const Cells& closed, const shared::MarkersPush& push) {
+  const int side = static_cast<int>(shared::kMarkerBlock / push.cell), steps = 2 * side;
+  const int64_t threshold = push.threshold, whole = steps * steps;
   Mask dark(cells.width, cells.height);
   for (int y = 0; y < cells.height; ++y)
     for (int x = 0; x < cells.width; ++x) {
-      // Linear between the middles of blocks, eighths of a block.
-      const int u = 2 * x + 5, v = 2 * y + 5, bx = u / 8 - 1, by = v / 8 - 1, f = u % 8, g = v % 8;
+      // Linear between the middles of blocks, in half cells.
+      const int u = 2 * x + 1 + side, v = 2 * y + 1 + side, bx = u / steps - 1, by = v / steps - 1,
+                f = u % steps, g = v % steps;
       int64_t darkness = 0, light = 0;
       bool each = true;
       for (size_t c = 0; c < 3; ++c) {
-        const int level = (8 - g) * ((8 - f) * closed.near(bx, by)[c] + f * closed.near(bx + 1, by)[c]) +
-                          g * ((8 - f) * closed.near(bx, by + 1)[c] + f * closed.near(bx + 1, by + 1)[c]);
-        const int64_t less = level - 64 * cells.at(x, y)[c],
-                      above = level + 64 * static_cast<int>(shared::kMarkerBlack);
+        const int level =
+            (steps - g) * ((steps - f) * closed.near(bx, by)[c] + f * closed.near(bx + 1, by)[c]) +
+            g * ((steps - f) * closed.near(bx, by + 1)[c] + f * closed.near(bx + 1, by + 1)[c]);
+        const int64_t less = level - whole * cells.at(x, y)[c],
+                      above = level + whole * static_cast<int>(shared::kMarkerBlack);
         darkness += less;
         light += above;
         each = each && less * shared::kMarkerDarkEach > threshold * above;
@@ -99,10 +106,10 @@ inline Mask dark_cells(const Cells& cells, const Cells& closed, int threshold) {
   return dark;
 }
 
-inline Mask marker_cells(const Cells& cells, const shared::MarkersPush& push) {
+inline Mask marker_cells(const Frame& frame, const Cells& cells, const shared::MarkersPush& push) {
   const int closing = static_cast<int>(push.closing), rim = static_cast<int>(shared::kMarkerRim);
-  const Cells light = extreme(extreme(block_light(cells), closing, true), closing, false);
-  const Mask dark = dark_cells(cells, light, static_cast<int>(push.threshold));
+  const Cells light = extreme(extreme(block_light(frame), closing, true), closing, false);
+  const Mask dark = dark_cells(cells, light, push);
   Mask marked = dark;
   for (int y = 0; y < dark.height; ++y)
     for (int x = 0; x < dark.width; ++x)
@@ -160,9 +167,10 @@ struct Filled {
 
 inline Filled fill_markers(const Frame& frame, const Frame* rest, const Mask* rest_marked,
                            const shared::MarkersPush& push) {
-  Cells cells = cells_of(frame);
-  Filled filled{frame, marker_cells(cells, push), Mask(cells.width, cells.height)};
-  const Cells untouched = cells_of(rest ? *rest : frame);
+  const int side = static_cast<int>(push.cell);
+  Cells cells = cells_of(frame, side);
+  Filled filled{frame, marker_cells(frame, cells, push), Mask(cells.width, cells.height)};
+  const Cells untouched = cells_of(rest ? *rest : frame, side);
   if (rest) {
     for (size_t i = 0; i < cells.values.size(); ++i) {
       for (size_t c = 0; c < 3; ++c) cells.values[i][c] -= untouched.values[i][c];
@@ -174,14 +182,14 @@ inline Filled fill_markers(const Frame& frame, const Frame* rest, const Mask* re
   const int w = static_cast<int>(frame.format.width), h = static_cast<int>(frame.format.height);
   for (int y = 0; y < h; ++y)
     for (int x = 0; x < w; ++x) {
-      if (!filled.marked.at(x / 2, y / 2)) continue;
+      if (!filled.marked.at(x / side, y / side)) continue;
       const auto px = static_cast<uint32_t>(x), py = static_cast<uint32_t>(y);
-      const bool known = !filled.unknown.at(x / 2, y / 2);
+      const bool known = !filled.unknown.at(x / side, y / side);
       const int i = x % 2 ? 1 : -1, j = y % 2 ? 1 : -1;
       for (uint32_t c = 0; c < 3; ++c) {
         // Linear between the middles of cells, 64ths of a gray level.
-        const auto at = [&](int u, int v) { return cells.near(x / 2 + u, y / 2 + v)[c]; };
-        const int value = 9 * at(0, 0) + 3 * (at(i, 0) + at(0, j)) + at(i, j);
+        const auto at = [&](int u, int v) { return cells.near(x / side + u, y / side + v)[c]; };
+        const int value = side == 1 ? 16 * at(0, 0) : 9 * at(0, 0) + 3 * (at(i, 0) + at(0, j)) + at(i, j);
         const int from = rest ? static_cast<int>(rest->at(c, px, py)) : 0;
         if (known)
           filled.frame.set(c, px, py, static_cast<uint32_t>(std::clamp(from + ((value + 32) >> 6), 0, 255)));

@@ -119,8 +119,9 @@ class MarkersStage : public GpuTest {
     };
     EXPECT_EQ(differing(got.rest, untouched.frame), 0u) << what << ": untouched";
     EXPECT_EQ(differing(got.frame, wanted.frame), 0u) << what;
-    const auto total = [](const reference::Mask& mask) {
-      return 4 * std::accumulate(mask.values.begin(), mask.values.end(), uint64_t{0});
+    const auto total = [&](const reference::Mask& mask) {
+      return uint64_t{got.push.cell} * got.push.cell *
+             std::accumulate(mask.values.begin(), mask.values.end(), uint64_t{0});
     };
     EXPECT_EQ(got.counts.marked, total(wanted.marked)) << what;
     EXPECT_EQ(got.counts.unknown, total(wanted.unknown)) << what;

@@ -143,7 +143,7 @@ struct LightSummary {
   double change_gray = 0;  ///< RMS over the frame of what was taken out, of the colour that changed most
 };
 
-/// Pixels of a colour gel under printed markers (SkinKind::Markers), to 2 x 2 px.
+/// Pixels of a colour gel under printed markers (SkinKind::Markers), with a rim around them.
 struct MarkerSummary {
   uint64_t filled_px = 0;   ///< continued from what is seen beside them
   uint64_t unknown_px = 0;  ///< with nothing beside them to continue from: as untouched, of confidence 0
