@@ -33,9 +33,9 @@ double marker_darkness(const Frame& untouched, const SkinPattern& pattern);
 /// it is darker than the light around it by 0.4 of marker_darkness, and in each colour by a quarter of that;
 /// a slope darkens some colours and lightens others. Dots up to twice SkinPattern::size_px are closed.
 /// Markers move with the skin: those of the frame and of the untouched image are left out alike, with a rim
-/// of 2 to 4 px, of dots below 6 px of 1 px. There the change of colour is that of the nearest pixels seen in
-/// eight directions, by their inverse distance (mean value coordinates; Floater, 2003), and the frame is the
-/// untouched image, filled by itself, and that change.
+/// of 2 to 4 px, of dots below 6 px of 1 px. There the change of colour is that of the nearest pixels seen
+/// along row and column, by their inverse distance (mean value coordinates; Floater, 2003), and the frame is
+/// the untouched image, filled by itself, and that change.
 class Markers {
  public:
   /// A frame without its markers, and what was counted in it.

@@ -1,4 +1,4 @@
-// What marked cells would show: the mean of the nearest known cells in eight directions by their inverse distance (mean value
+// What marked cells would show: the mean of the nearest known cells along their row and column by inverse distance (mean value
 // coordinates: exact where the image is linear); with SUBTRACT of their change from the untouched image. A cell with none on
 // opposite sides stays unknown. One invocation owns a word's cells. Everything is integer; known cells are only read and marked
 // ones only written.
@@ -18,8 +18,6 @@ layout(push_constant) uniform Push { MarkersPush push; };
 
 #include "shaders/frame/markers_masks.glsl"
 
-bool inside(ivec2 at) { return all(greaterThanEqual(at, ivec2(0))) && at.x < int(push.cells_x) && at.y < int(push.cells_y); }
-
 ivec3 value_at(int cell) {
   ivec3 value = ivec3(unpack_cell(texelFetch(cells, cell).x));
   return SUBTRACT == 1 ? value - ivec3(unpack_cell(texelFetch(rest_cells, cell).x)) : value;
@@ -30,23 +28,47 @@ struct Sum {
   int weights;
 };
 
-// Adds the nearest known cell along `way`; whether there is one. Turns after the last change nothing.
-bool look(inout Sum sum, ivec2 from, ivec2 way, uint weight) {
-  int n = 0, found = 0;
+// Known cells of a word, a bit each.
+uint known_at(int word, int y) {
+  int inside = int(push.cells_x) - 32 * word;
+  bool on = word >= 0 && inside > 0;
+  uint bits = ~texelFetch(marked, y * int(push.words) + (on ? word : 0)).x & (0xffffffffu >> max(32 - inside, 0) % 32);
+  return on ? bits : 0u;
+}
+
+// Cells to the nearest known one along the row, or 0 where there is none within reach. In these loops turns after the last that
+// changes something change nothing: lavapipe makes them.
+int along_row(ivec2 at, int way) {
+  int word = at.x >> 5, i = at.x & 31, found = 0;
+  uint own = way > 0 ? 0xfffffffeu << i : (1u << i) - 1u, bits = known_at(word, at.y) & own;
   bool further = true;
   do {
-    ++n;
-    ivec2 at = from + n * way;
-    further = further && inside(at);
-    at = further ? at : from;
-    bool known = further && (texelFetch(marked, word_at(at)).x >> (uint(at.x) & 31u) & 1u) == 0;
-    found = known ? n : found;
-    further = further && !known && n < int(push.reach);
+    int x = 32 * word + (way > 0 ? findLSB(bits) : findMSB(bits));
+    found = further && bits != 0 ? abs(x - at.x) : found;
+    word += way;
+    int least = way > 0 ? 32 * word - at.x : at.x - 32 * word - 31;
+    further = further && bits == 0 && least <= int(push.reach) && word >= 0 && word < int(push.words);
+    bits = further ? known_at(word, at.y) : bits;
   } while (further);
-  int w = found > 0 ? int(weight) / max(found, 1) : 0;
-  sum.values += w * value_at(cell_at(from + found * way));
+  return found <= int(push.reach) ? found : 0;
+}
+
+int along_column(ivec2 at, int way) {
+  int n = 0, found = 0, most = min(int(push.reach), way > 0 ? int(push.cells_y) - 1 - at.y : at.y);
+  bool further = most > 0;
+  do {
+    n += further ? 1 : 0;
+    bool known = further && (texelFetch(marked, word_at(at + ivec2(0, n * way))).x >> (uint(at.x) & 31u) & 1u) == 0;
+    found = known ? n : found;
+    further = further && !known && n < most;
+  } while (further);
+  return found;
+}
+
+void add(inout Sum sum, ivec2 at, int away) {
+  int w = away > 0 ? int(kMarkerNear) / max(away, 1) : 0;
+  sum.values += w * value_at(cell_at(at));
   sum.weights += w;
-  return found > 0;
 }
 
 void main() {
@@ -59,13 +81,12 @@ void main() {
     bits &= bits - 1;
     ivec2 at = first + ivec2(i, 0);
     Sum sum = Sum(ivec3(0), 0);
-    bool between = false;
-    for (int d = 0; d < 4; ++d) {
-      ivec2 way = d == 0 ? ivec2(1, 0) : d == 1 ? ivec2(1, 1) : d == 2 ? ivec2(0, 1) : ivec2(-1, 1);
-      uint weight = (d & 1) == 0 ? kMarkerNear : kMarkerNearDiagonal;
-      bool after = look(sum, at, way, weight), before = look(sum, at, -way, weight);
-      between = between || (after && before);
-    }
+    int right = along_row(at, 1), left = along_row(at, -1), below = along_column(at, 1), above = along_column(at, -1);
+    add(sum, at + ivec2(right, 0), right);
+    add(sum, at - ivec2(left, 0), left);
+    add(sum, at + ivec2(0, below), below);
+    add(sum, at - ivec2(0, above), above);
+    bool between = (right > 0 && left > 0) || (below > 0 && above > 0);
     int weights = max(sum.weights, 1);
     ivec3 value = (sum.values + mix(ivec3(weights / 2), ivec3(-weights / 2), lessThan(sum.values, ivec3(0)))) / weights;
     int cell = cell_at(at);

@@ -25,9 +25,8 @@ const uint kMarkerDarkEach = 1024;
 const uint kMarkerRim = 1;
 // A record counts a word's marked cells, and above that bit those of them that nothing is known of.
 const uint kMarkerCountBits = 8;
-// Weights of what lies n cells away along a row or column, and along a diagonal: these over n.
+// Weight of what lies n cells away: this over n.
 const uint kMarkerNear = 65536;
-const uint kMarkerNearDiagonal = 46341;
 
 struct MarkersPush {
   uint width;   // px
@@ -41,7 +40,7 @@ struct MarkersPush {
   uint blocks_y;
   uint closing;    // blocks, on each side, over which light is compared
   uint threshold;  // darkness from which a cell belongs to a marker
-  uint reach;      // cells, along each direction, up to where known ones are looked for
+  uint reach;      // cells, along row and column, up to where known ones are looked for
 };
 
 #ifdef __cplusplus

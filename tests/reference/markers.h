@@ -118,11 +118,11 @@ inline Mask marker_cells(const Frame& frame, const Cells& cells, const shared::M
   return marked;
 }
 
-/// What marked cells would show: the mean of the nearest known cells in eight directions by their inverse
+/// What marked cells would show: the mean of the nearest known cells along row and column by their inverse
 /// distance (mean value coordinates; exact where the image is linear). Returns those where no two lie on
 /// opposite sides.
 inline Mask fill_cells(Cells& cells, const Mask& marked, const Cells* rest, int reach) {
-  constexpr int kDx[] = {1, 1, 0, -1}, kDy[] = {0, 1, 1, 1};
+  constexpr int kDx[] = {1, 0}, kDy[] = {0, 1};
   const Cells known = cells;
   Mask unknown(cells.width, cells.height);
   for (int y = 0; y < cells.height; ++y)
@@ -131,14 +131,14 @@ inline Mask fill_cells(Cells& cells, const Mask& marked, const Cells* rest, int 
       Cell sum{};
       int weights = 0;
       bool between = false;
-      for (int d = 0; d < 4; ++d) {
+      for (int d = 0; d < 2; ++d) {
         int sides = 0;
         for (const int way : {1, -1}) {
           for (int n = 1; n <= reach; ++n) {
             const int i = x + way * n * kDx[d], j = y + way * n * kDy[d];
             if (i < 0 || j < 0 || i >= cells.width || j >= cells.height) break;
             if (marked.at(i, j)) continue;
-            const int w = static_cast<int>(d % 2 ? shared::kMarkerNearDiagonal : shared::kMarkerNear) / n;
+            const int w = static_cast<int>(shared::kMarkerNear) / n;
             for (size_t c = 0; c < 3; ++c) sum[c] += w * known.at(i, j)[c];
             weights += w;
             ++sides;
