@@ -12,14 +12,12 @@
 #include <set>
 #include <sstream>
 
-#include "capture/calibrate/markers.h"
 #include "capture/open_source.h"
 #include "engine/calibrate/photometric/fit.h"
 #include "palpate/error.h"
 #include "palpate/pipeline.h"
 #include "tests/support/csv_table.h"
 #include "tests/support/gpu_fixture.h"
-#include "tests/support/pits.h"
 #include "tests/support/text_file.h"
 
 namespace palpate {
@@ -442,59 +440,6 @@ TEST_F(RealRecordings, MarkedGelShowsRoundDimplesOfTheBall) {
   const double mean = std::accumulate(radii.begin(), radii.end(), 0.0) / 10;
   std::printf("mean sphere radius %.2f mm\n", mean);
   EXPECT_NEAR(mean, 3.8, 0.5);
-}
-
-// Fine structure of the depth under printed markers and beside them, with markers as they are and filled.
-TEST_F(RealRecordings, MarkedGelHasNoPits) {
-  const fs::path folder = kData / "gelslim-balls";
-  Sensor filling = load_sensor(kSensors / "gelslim_balls.json");
-  filling.background.image = (folder / "ref.jpg").string();
-  Sensor plain = filling;
-  plain.skin.reset();
-  const std::vector<Press> list = presses("gelslim_balls_presses.csv");
-  ASSERT_EQ(list.size(), 10u);
-  std::printf(
-      "press              dimple: under markers, beside (mm)      elsewhere: under markers, beside (mm)\n");
-  double sums[2][4]{};
-  for (const Press& press : list) {
-    const std::string file = (folder / press.image).string();
-    const std::unique_ptr<Source> source = open_source(file, plain);
-    Frame frame;
-    ASSERT_TRUE(source->next(frame));
-    const std::vector<uint8_t> markers =
-        either(find_markers(frame, plain), find_markers(load_background(file, plain, *source), plain));
-    std::vector<uint8_t> dimple, beside;
-    for (uint32_t y = 0; y < frame.format.height; ++y)
-      for (uint32_t x = 0; x < frame.format.width; ++x) {
-        const double r = std::hypot(x - press.x_px, y - press.y_px);
-        dimple.push_back(r < 0.8 * press.radius_px);
-        beside.push_back(r > 2 * press.radius_px);
-      }
-    Pits found[2][2];
-    for (const size_t filled : {size_t{0}, size_t{1}}) {
-      const DepthMap map = depth_of(context(), folder / press.image, filled ? filling : plain);
-      EXPECT_EQ(map.touch.markers.has_value(), filled == 1);
-      constexpr int kHalf_px = 6;  // a marker's size to each side
-      found[filled][0] = pits_of(map.mm, map.width, markers, dimple, kHalf_px);
-      found[filled][1] = pits_of(map.mm, map.width, markers, beside, kHalf_px);
-      for (const size_t part : {size_t{0}, size_t{1}}) {
-        sums[filled][2 * part] += std::pow(found[filled][part].at_markers_mm, 2) / 10;
-        sums[filled][2 * part + 1] += std::pow(found[filled][part].elsewhere_mm, 2) / 10;
-      }
-    }
-    const auto& [before, after] = found;
-    std::printf("%-16s %.4f -> %.4f  %.4f -> %.4f      %.4f -> %.4f  %.4f -> %.4f\n", press.image.c_str(),
-                before[0].at_markers_mm, after[0].at_markers_mm, before[0].elsewhere_mm,
-                after[0].elsewhere_mm, before[1].at_markers_mm, after[1].at_markers_mm,
-                before[1].elsewhere_mm, after[1].elsewhere_mm);
-  }
-  const auto rms = [&](size_t filled, size_t part) { return std::sqrt(sums[filled][part]); };
-  std::printf("%-16s %.4f -> %.4f  %.4f -> %.4f      %.4f -> %.4f  %.4f -> %.4f\n", "RMS", rms(0, 0),
-              rms(1, 0), rms(0, 1), rms(1, 1), rms(0, 2), rms(1, 2), rms(0, 3), rms(1, 3));
-  for (const size_t part : {size_t{0}, size_t{2}}) {
-    EXPECT_LT(rms(1, part), 0.6 * rms(0, part));
-    EXPECT_LT(rms(1, part), 1.25 * rms(1, part + 1)) << "as smooth under markers as beside them";
-  }
 }
 
 }  // namespace
