@@ -2,12 +2,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/gpu/commands.h"
 #include "engine/pipeline/weighted_slot.h"
 #include "engine/stages/confidence.h"
 #include "engine/stages/contact.h"
+#include "engine/stages/markers.h"
 #include "engine/stages/regions.h"
 #include "engine/stages/rest_correction.h"
 #include "engine/stages/rest_level.h"
@@ -52,8 +54,12 @@ struct FrameSlot {
     pages.reset();
   }
 
+  /// What everything but the skin stage measures.
+  const PaddedImage& without_markers() const { return markers ? markers->frame : frame; }
+
   PaddedImage frame;
-  const PaddedImage& background;  ///< where nothing is subtracted the frame itself: it is not read
+  std::optional<Markers::Slot> markers;  ///< where they are filled
+  const PaddedImage& background;         ///< where nothing is subtracted the frame itself: it is not read
   // What comes before `commands`: moving what the processor wrote, where device memory is not mapped, or
   // padding what is read in place.
   gpu::Commands staged;

@@ -36,6 +36,13 @@ bool needs_skin(const Sensor& sensor, uint32_t outputs) {
   return follows_skin(sensor, wants(outputs, Output::Skin), wants(outputs, Output::Force));
 }
 
+// Where printed markers would be taken for slopes.
+bool needs_markers(const Sensor& sensor, const FrameFormat& format) {
+  return sensor.skin && sensor.skin->kind == SkinKind::Markers &&
+         sensor.reconstruction == Reconstruction::Photometric &&
+         sensor.background.kind == BackgroundKind::Untouched && format.channels == 3 && format.bit_depth == 8;
+}
+
 bool needs_gel_contacts(const Sensor& sensor, uint32_t outputs) {
   return wants(outputs, Output::Contacts) && has_gel_contacts(sensor);
 }
@@ -58,6 +65,7 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
   plan.steady_light = has_gel_contacts(sensor) && !options.fixed_light;
   plan.gradient = needs_gradient(sensor, options.outputs);
   plan.skin = needs_skin(sensor, options.outputs);
+  plan.markers = needs_markers(sensor, format);
   plan.confidence = needs_confidence(sensor, options.outputs);
   plan.surface = surface_kind(sensor, options.outputs);
   // Where each pixel has its confidence, specks have none and are left out by it.
@@ -91,7 +99,8 @@ std::vector<PixelRect> window_sizes(const FrameFormat& format) {
 bool can_window(const Sensor& sensor, const FrameFormat& format, const PipelineOptions& options) {
   if (sensor.background.kind != BackgroundKind::Untouched || sensor.filter != Filter::Binomial5) return false;
   if (needs_confidence(sensor, options.outputs) || needs_gradient(sensor, options.outputs) ||
-      needs_skin(sensor, options.outputs) || needs_gel_contacts(sensor, options.outputs))
+      needs_skin(sensor, options.outputs) || needs_gel_contacts(sensor, options.outputs) ||
+      needs_markers(sensor, format))
     return false;
   const SurfaceKind surface = surface_kind(sensor, options.outputs);
   if (surface == SurfaceKind::Elastic || surface == SurfaceKind::Lookup) return false;

@@ -28,6 +28,7 @@ struct FramePlan {
   bool steady_light = false;  ///< changes of light are taken out
   bool gradient = false;
   bool skin = false;
+  bool markers = false;  ///< printed ones are left out of colours, and filled
   bool confidence = false;
   bool keep_filtered = false;  ///< the surface is made of the contact stage's filtered image
   SurfaceKind surface = SurfaceKind::None;

@@ -77,7 +77,7 @@ void GradientSurface::record_plain(gpu::Commands& commands, FrameSlot& slot) con
   if (surface_.solves_known_part())
     weighted_->record_right_side(commands, slot);
   else
-    slope_.record(commands, slot.frame, slot.background, surface_, slot.surface.clipped);
+    slope_.record(commands, slot.without_markers(), slot.background, surface_, slot.surface.clipped);
   if (dct_) return record_host_solve(commands, surface_.right_side().buffer, slot);
   surface_.record(commands, slot.surface.depth);
   record_rest_level(commands, slot);

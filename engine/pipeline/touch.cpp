@@ -24,6 +24,8 @@ const char* to_string(Validity validity) {
       return "onset unseen";
     case Validity::Apart:
       return "apart";
+    case Validity::Covered:
+      return "covered";
   }
   return "?";
 }

@@ -58,12 +58,12 @@ void WeightedSolve::make(Slot& slot) const {
 
 void WeightedSolve::record_right_side(gpu::Commands& commands, const FrameSlot& slot) const {
   if (on_cells()) {
-    slope_.record_known(commands, slot.frame, slot.background, confidence_.still_pairs(),
+    slope_.record_known(commands, slot.without_markers(), slot.background, confidence_.still_pairs(),
                         plain_.coarse_right_side(), slot.surface.clipped);
     return;
   }
-  slope_.record_slopes(commands, slot.frame, slot.background, surface_->slope_x(), surface_->slope_y(),
-                       slot.surface.clipped);
+  slope_.record_slopes(commands, slot.without_markers(), slot.background, surface_->slope_x(),
+                       surface_->slope_y(), slot.surface.clipped);
   confidence_.record_weights(commands, confidence_.still_pairs(), surface_->weights());
   surface_->record_right_side(commands, plain_.right_side());
   plain_.record_coarse_right_side(commands);
@@ -79,13 +79,13 @@ void WeightedSolve::record(FrameSlot& slot) const {
 }
 
 void WeightedSolve::record_filtered(gpu::Commands& commands, const FrameSlot& slot) const {
-  if (filters_) contact_.record(commands, slot.frame, slot.background, slot.records);
+  if (filters_) contact_.record(commands, slot.without_markers(), slot.background, slot.records);
 }
 
 void WeightedSolve::record_solve(gpu::Commands& commands, FrameSlot& slot) const {
   SurfaceSlot& s = slot.surface;
   if (!surface_) {
-    slope_.record_slopes(commands, slot.frame, slot.background, slope_x_, slope_y_, s.clipped);
+    slope_.record_slopes(commands, slot.without_markers(), slot.background, slope_x_, slope_y_, s.clipped);
     commands.copy(slope_x_.buffer, s.weighted.slope_x, slope_x_.buffer.bytes());
     commands.copy(slope_y_.buffer, s.weighted.slope_y, slope_y_.buffer.bytes());
     return;
@@ -93,12 +93,12 @@ void WeightedSolve::record_solve(gpu::Commands& commands, FrameSlot& slot) const
   const FloatMap& heights = on_cells() ? cells_ : s.depth;
   if (on_cells()) {
     const CellFaceMaps faces{surface_->across().buffer, surface_->down().buffer, surface_->field()};
-    slope_.record_known(commands, slot.frame, slot.background, slot.confidence.map.pairs,
+    slope_.record_known(commands, slot.without_markers(), slot.background, slot.confidence.map.pairs,
                         surface_->right_side(), s.clipped, &faces);
     surface_->record_given(commands, heights, s.weighted.scalars);
   } else {
-    slope_.record_slopes(commands, slot.frame, slot.background, surface_->slope_x(), surface_->slope_y(),
-                         s.clipped);
+    slope_.record_slopes(commands, slot.without_markers(), slot.background, surface_->slope_x(),
+                         surface_->slope_y(), s.clipped);
     confidence_.record_weights(commands, slot.confidence.map.pairs, surface_->weights());
     surface_->record(commands, heights, s.weighted.scalars);
   }

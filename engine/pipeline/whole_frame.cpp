@@ -37,7 +37,8 @@ WholeFrame::WholeFrame(gpu::Context& context, const Sensor& sensor, const FrameF
   }
   if (plan.gradient) gradient_.emplace(context, sensor, format);
   if (plan.skin) skin_.emplace(context, sensor, format);
-  if (plan.confidence) confidence_.emplace(context, sensor, format);
+  if (plan.markers) markers_.emplace(context, sensor, format);
+  if (plan.confidence) confidence_.emplace(context, sensor, format, markers_ ? &*markers_ : nullptr);
   surface_ =
       make_surface(context, sensor, format, plan, contact_, confidence_ ? &*confidence_ : nullptr, tuning);
   if (gel_contacts_ && surface_) rest_correction_.emplace(context, surface_->grid());
@@ -78,6 +79,7 @@ void WholeFrame::make(FrameSlot& slot) {
     }
     slot.staged.end();
   }
+  if (markers_) slot.markers.emplace(context_, format_, markers_->record_bytes());
   if (regions_) slot.regions = regions_->slot(context_);
   if (cell_change_) slot.cell_changes = readback("cell changes", cell_change_->bytes());
   if (gradient_) slot.gradient_sums = readback("gradient sums", gradient_->record_bytes());
@@ -106,12 +108,14 @@ void WholeFrame::record(FrameSlot& slot) {
 // The whole machine, in order.
 void WholeFrame::record(FrameSlot& slot, gpu::Commands& cmd, bool weighted) {
   cmd.begin();
-  contact_.record(cmd, slot.frame, slot.background, slot.records);
-  if (regions_) regions_->record(cmd, slot.frame, slot.background, slot.records, slot.regions);
-  if (cell_change_) cell_change_->record(cmd, slot.frame, slot.background, slot.cell_changes);
-  if (gradient_) gradient_->record(cmd, slot.frame, slot.background, slot.gradient_sums);
+  if (markers_) markers_->record(cmd, slot.frame, slot.background, *slot.markers);
+  const PaddedImage& frame = slot.without_markers();
+  contact_.record(cmd, frame, slot.background, slot.records);
+  if (regions_) regions_->record(cmd, frame, slot.background, slot.records, slot.regions);
+  if (cell_change_) cell_change_->record(cmd, frame, slot.background, slot.cell_changes);
+  if (gradient_) gradient_->record(cmd, frame, slot.background, slot.gradient_sums);
   if (skin_ && skin_->ready()) skin_->record(cmd, slot.frame, slot.skin_records);
-  if (confidence_) confidence_->record(cmd, slot.frame, slot.confidence.map, slot.confidence.records);
+  if (confidence_) confidence_->record(cmd, frame, slot.confidence.map, slot.confidence.records);
   if (surface_) weighted ? surface_->record_weighted(cmd, slot) : surface_->record(cmd, slot);
   cmd.host_barrier();
   cmd.end();
@@ -145,25 +149,25 @@ void WholeFrame::set_background(const Frame& background) {
   commands.end();
   commands.submit();
   commands.wait();
+  const Frame plain = markers_ ? markers_->set_background(background, *background_) : Frame{};
   if (confidence_) {
-    confidence_->set_background(background);
-    if (surface_) {
-      surface_->set_confidence(*confidence_);
-      for (FrameSlot& slot : slots_) record(slot);
-    }
+    confidence_->set_background(markers_ ? plain : background);
+    if (surface_) surface_->set_confidence(*confidence_);
   }
   if (gel_contacts_) gel_contacts_->set_background(background);
   if (skin_) find_skin(background);
+  // Commands know where the skin's pattern is, how dark its markers are, and what no frame shows.
+  if (skin_ || markers_ || confidence_)
+    for (FrameSlot& slot : slots_) record(slot);
 }
 
-// Where the skin's pattern is in the untouched image; commands know how many points there are.
+// Where the skin's pattern is in the untouched image.
 void WholeFrame::find_skin(const Frame& untouched) {
   skin_->set_background(untouched);
   for (FrameSlot& slot : slots_) {
     slot.skin_records =
         gpu::DeviceBuffer(context_, "skin motions", skin_->record_bytes(), gpu::Memory::Readback);
     slot.skin_sd_px.reserve(skin_->points());
-    record(slot);
   }
 }
 
@@ -247,7 +251,18 @@ FrameMeasurement WholeFrame::measure(uint32_t index, Touch& touch) {
     measured.surface.height = grid.height;
     measured.surface.pitch = grid.pitch * 4;
   }
+  if (markers_) measure_markers(slot, touch);
   return measured;
+}
+
+void WholeFrame::measure_markers(const FrameSlot& slot, Touch& touch) const {
+  constexpr uint64_t kOneIn = 100;  // pixels unknown, from where the surface is not what it seems
+  slot.markers->records.invalidate();
+  const MarkerCounts counts = markers_->sum(slot.markers->records.as<const uint32_t>());
+  touch.markers = {.filled_px = counts.marked - counts.unknown, .unknown_px = counts.unknown};
+  if (!touch.surface || counts.unknown * kOneIn <= uint64_t{format_.width} * format_.height) return;
+  Validity& validity = touch.surface->validity;
+  if (validity == Validity::Valid || validity == Validity::NoContact) validity = Validity::Covered;
 }
 
 void WholeFrame::measure_contact(const FrameSlot& slot, Touch& touch) {
@@ -368,12 +383,14 @@ uint64_t WholeFrame::memory_bytes() const {
   if (regions_) bytes += regions_->memory_bytes();
   if (background_) bytes += background_->memory_bytes();
   if (skin_) bytes += skin_->memory_bytes();
+  if (markers_) bytes += markers_->memory_bytes();
   if (confidence_) bytes += confidence_->memory_bytes();
   if (surface_) bytes += surface_->memory_bytes();
   for (const FrameSlot& slot : slots_) {
     bytes += slot.frame.memory_bytes() + slot.records.bytes() + Regions::memory_bytes(slot.regions) +
              slot.cell_changes.bytes() + slot.gradient_sums.bytes() + slot.skin_records.bytes() +
              slot.confidence.map.buffer.bytes() + slot.confidence.records.bytes();
+    if (slot.markers) bytes += slot.markers->frame.memory_bytes() + slot.markers->records.bytes();
     if (surface_) bytes += surface_->memory_bytes(slot);
     bytes += slot.surface.rest_correction.means.bytes() + slot.surface.rest_correction.levels.bytes();
   }

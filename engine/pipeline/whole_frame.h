@@ -14,6 +14,7 @@
 #include "engine/stages/cell_change.h"
 #include "engine/stages/gradient.h"
 #include "engine/stages/import_pages.h"
+#include "engine/stages/markers.h"
 #include "engine/stages/skin.h"
 
 namespace palpate {
@@ -53,6 +54,7 @@ class WholeFrame : public Frames {
   void measure_gel_contacts(const FrameSlot& slot, Touch& touch);
   void record_rest_correction(FrameSlot& slot);
   void set_whole(Touch& touch) const;
+  void measure_markers(const FrameSlot& slot, Touch& touch) const;
   void correct_rest(FrameSlot& slot, Touch& touch);
 
   gpu::Context& context_;
@@ -67,6 +69,7 @@ class WholeFrame : public Frames {
   std::optional<RestCorrection> rest_correction_;  ///< of a gel's surface
   std::optional<Gradient> gradient_;
   std::optional<Skin> skin_;
+  std::optional<Markers> markers_;
   std::optional<Confidence> confidence_;
   std::unique_ptr<SurfaceMethod> surface_;
   std::optional<ImportPages> pages_;  ///< where leased frames are read in place

@@ -5,8 +5,10 @@
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/sensor/outline.h"
+#include "engine/stages/markers.h"
 #include "shaders/confidence.spv.h"
 #include "shaders/confidence_color.spv.h"
+#include "shaders/confidence_markers.spv.h"
 #include "shaders/confidence_weights.spv.h"
 #include "shaders/confidence_wide.spv.h"
 
@@ -17,7 +19,8 @@ constexpr uint32_t kWorkgroup = 64;
 constexpr uint32_t kRowsOnCpu = 16, kRowsOnGpu = 4;
 constexpr uint32_t kFilterReach_px = 2;  // of the contact stage's 5 x 5 filter
 
-gpu::Shader shader_for(const FrameFormat& format) {
+gpu::Shader shader_for(const FrameFormat& format, bool markers) {
+  if (markers) return {"confidence_markers", k_confidence_markers};
   if (format.channels == 3) return {"confidence_color", k_confidence_color};
   if (format.bit_depth > 8) return {"confidence_wide", k_confidence_wide};
   return {"confidence", k_confidence};
@@ -36,9 +39,11 @@ ConfidenceMap::ConfidenceMap(gpu::Context& context, uint64_t bytes)
     : buffer(context, "confidence", bytes, gpu::Memory::Readback),
       pairs(context, buffer, VK_FORMAT_R32G32_UINT) {}
 
-Confidence::Confidence(gpu::Context& context, const Sensor& sensor, const FrameFormat& format)
+Confidence::Confidence(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+                       const Markers* markers)
     : sensor_(sensor),
       format_(format),
+      markers_(markers),
       rows_(context.is_software() ? kRowsOnCpu : kRowsOnGpu),
       reach_(sensor.reconstruction == Reconstruction::Shading ||
                      sensor.reconstruction == Reconstruction::Elastic ||
@@ -55,9 +60,14 @@ Confidence::Confidence(gpu::Context& context, const Sensor& sensor, const FrameF
   still_texels_ = gpu::TexelView(context, still_, VK_FORMAT_R32G32B32A32_UINT);
   still_pairs_ = gpu::TexelView(context, still_, VK_FORMAT_R32G32_UINT);
   using enum gpu::Binding;
-  kernel_ = gpu::Kernel(
-      context, shader_for(format),
-      {{Texels, Texels, Texels, Storage, Storage}, sizeof push_, {kWorkgroup, 1, 1}, {rows_, reach_}});
+  std::vector<gpu::Binding> bindings{Texels, Texels, Texels, Storage, Storage};
+  std::vector<uint32_t> constants{rows_, reach_};
+  if (markers) {
+    bindings.push_back(Texels);
+    constants.push_back(markers->push().cell);
+  }
+  kernel_ = gpu::Kernel(context, shader_for(format, markers != nullptr),
+                        {std::move(bindings), sizeof push_, {kWorkgroup, 1, 1}, std::move(constants)});
   weights_kernel_ = gpu::Kernel(context, {"confidence_weights", k_confidence_weights},
                                 {{Texels, Storage}, sizeof push_, {kWorkgroup, 1, 1}, {}});
 }
@@ -108,8 +118,10 @@ void Confidence::set_background(const Frame& background) {
 void Confidence::record(gpu::Commands& commands, const PaddedImage& frame, const ConfidenceMap& map,
                         const gpu::DeviceBuffer& records) const {
   const auto scope = commands.scope("confidence");
-  commands.dispatch(kernel_, {&frame.texels(), &frame.words(), &still_texels_, &map.buffer, &records}, push_,
-                    {(invocations() + kWorkgroup - 1) / kWorkgroup, 1, 1});
+  std::vector<gpu::Argument> arguments{&frame.texels(), &frame.words(), &still_texels_, &map.buffer,
+                                       &records};
+  if (markers_) arguments.emplace_back(&markers_->unknown_words());
+  commands.dispatch(kernel_, arguments, &push_, {(invocations() + kWorkgroup - 1) / kWorkgroup, 1, 1});
   commands.barrier();
 }
 

@@ -18,6 +18,7 @@ namespace palpate {
 namespace gpu {
 class Commands;
 }
+class Markers;
 
 /// Pixels of one frame, by what is wrong with them.
 struct ConfidenceCounts {
@@ -42,10 +43,13 @@ struct ConfidenceMap {
 /// Saturated: a raw value at or above Sensor::saturation_gray, in any channel, of the frame or the
 /// background; behind the 5 x 5 filter (readings 'shading' and 'elastic') also the pixels within two of one.
 /// Shadowed: the brightest channel of the frame or the background, v, at or below s = shadow_gray(sensor) has
-/// confidence 0, from there it grows to 1 at 2 s. Outside: beyond Sensor::pad.
+/// confidence 0, from there it grows to 1 at 2 s. Outside: beyond Sensor::pad. Covered: by printed markers,
+/// with nothing seen around them.
 class Confidence {
  public:
-  Confidence(gpu::Context& context, const Sensor& sensor, const FrameFormat& format);
+  /// `markers`, if any, fills the frames and outlives this: what it could not fill has confidence 0.
+  Confidence(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+             const Markers* markers = nullptr);
 
   /// What background and outline say for every frame; the device must not be reading the last one.
   void set_background(const Frame& background);
@@ -77,6 +81,7 @@ class Confidence {
 
   Sensor sensor_;
   FrameFormat format_;
+  const Markers* markers_;
   shared::ConfidencePush push_{};
   uint32_t rows_ = 0;
   uint32_t reach_ = 0;

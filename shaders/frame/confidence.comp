@@ -1,5 +1,6 @@
 // What is known of each pixel: the frame's raw values beside what the background and the pad's outline say once and for all. All
-// integer. An invocation owns 16 columns and TILE_ROWS rows. Variants: WIDE (16-bit pixels), PLANES (1 or 3).
+// integer. An invocation owns 16 columns and TILE_ROWS rows. Variants: WIDE (16-bit pixels), PLANES (1 or
+// 3), MARKERS (the frame is one whose printed markers were filled).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/confidence.h"
@@ -13,6 +14,10 @@ layout(binding = 1) uniform usamplerBuffer frame_words;
 layout(binding = 2) uniform usamplerBuffer still_texels;  // confidence of background and outline
 layout(binding = 3) writeonly buffer Map { uvec4 map[]; };
 layout(binding = 4) writeonly buffer Records { ConfidenceRecord records[]; };
+#ifdef MARKERS
+layout(binding = 5) uniform usamplerBuffer unknown_words;  // cells that could not be filled, a bit each
+layout(constant_id = 5) const uint CELL = 2;               // px, their side
+#endif
 
 // Raw values of 16 pixels and of two on each side, the brightest plane's: v[i] is column i - 2. Few enough to stay in registers.
 struct Row {
@@ -70,14 +75,30 @@ uvec4 brightness(uvec4 v) {
   return min(above * kFullConfidence / push.shadow, uvec4(kFullConfidence));
 }
 
+// Pixels of a row that markers cover, bit i for column i, each cell's bit for its two pixels.
+uint covered_bits(int group, int y) {
+#ifdef MARKERS
+  int cells_x = (int(push.width) + int(CELL) - 1) / int(CELL), words = (cells_x + 31) / 32, row = min(y, int(push.height) - 1);
+  if (CELL == 1) return texelFetch(unknown_words, row * words + group / 2).x >> (16 * (group % 2)) & 0xffffu;
+  uint cells = texelFetch(unknown_words, row / 2 * words + group / 4).x >> (8 * (group % 4)) & 255u;
+  cells = (cells | (cells << 4)) & 0x0f0fu;
+  cells = (cells | (cells << 2)) & 0x3333u;
+  cells = (cells | (cells << 1)) & 0x5555u;
+  return cells | (cells << 1);
+#else
+  return 0;
+#endif
+}
+
 // Four pixels: `still` holds what is known of them without the frame.
-uvec4 judge(uvec4 v, uint saturated, uint first, uvec2 still, inout uvec4 unknown, inout uvec4 partial, inout uvec4 full, inout uvec4 dark,
-            inout uvec4 outside, uint column) {
+uvec4 judge(uvec4 v, uint saturated, uint covered, uint first, uvec2 still, inout uvec4 unknown, inout uvec4 partial, inout uvec4 full,
+            inout uvec4 dark, inout uvec4 outside, uint column) {
   uvec4 s = uvec4(still.x & 0xffffu, still.x >> 16, still.y & 0xffffu, still.y >> 16);
   uvec4 hit = (uvec4(saturated) >> (uvec4(0, 1, 2, 3) + first + 2)) & 1u;
+  uvec4 hidden = (uvec4(covered) >> (uvec4(0, 1, 2, 3) + first)) & 1u;
   uvec4 light = brightness(v);
-  uvec4 reason = (s >> kReasonShift) | (hit * kSaturated) | (uvec4(lessThan(light, uvec4(kFullConfidence))) * kShadowed);
-  uvec4 confidence = min(s & 255u, light) * (1 - hit);
+  uvec4 reason = (s >> kReasonShift) | (hit * kSaturated) | (hidden * kCovered) | (uvec4(lessThan(light, uvec4(kFullConfidence))) * kShadowed);
+  uvec4 confidence = min(s & 255u, light) * (1 - hit) * (1 - hidden);
   uvec4 inside = uvec4(lessThan(uvec4(0, 1, 2, 3) + column + first, uvec4(push.width)));
   unknown += inside * uvec4(equal(confidence, uvec4(0)));
   partial += inside * uvec4(greaterThan(confidence, uvec4(0))) * uvec4(lessThan(confidence, uvec4(kFullConfidence)));
@@ -106,12 +127,13 @@ void main() {
     uint s4 = saturated_bits(after);
     uint saturated = REACH > 0 ? s0 | s1 | s2 | s3 | s4 : s2;
     int at = (min(y, height - 1) * int(push.groups) + group) * 2;
+    uint covered = covered_bits(group, y);
     uvec4 still_a = texelFetch(still_texels, at), still_b = texelFetch(still_texels, at + 1);
     uint column = y < height ? uint(group) * 16 : push.width;  // beyond the last row nothing counts
-    uvec4 a = judge(here.a, saturated, 0, still_a.xy, unknown, partial, full, dark, outside, column);
-    uvec4 b = judge(here.b, saturated, 4, still_a.zw, unknown, partial, full, dark, outside, column);
-    uvec4 c = judge(here.c, saturated, 8, still_b.xy, unknown, partial, full, dark, outside, column);
-    uvec4 d = judge(here.d, saturated, 12, still_b.zw, unknown, partial, full, dark, outside, column);
+    uvec4 a = judge(here.a, saturated, covered, 0, still_a.xy, unknown, partial, full, dark, outside, column);
+    uvec4 b = judge(here.b, saturated, covered, 4, still_a.zw, unknown, partial, full, dark, outside, column);
+    uvec4 c = judge(here.c, saturated, covered, 8, still_b.xy, unknown, partial, full, dark, outside, column);
+    uvec4 d = judge(here.d, saturated, covered, 12, still_b.zw, unknown, partial, full, dark, outside, column);
     if (y < height) {
       map[at] = uvec4(a.x | (a.y << 16), a.z | (a.w << 16), b.x | (b.y << 16), b.z | (b.w << 16));
       map[at + 1] = uvec4(c.x | (c.y << 16), c.z | (c.w << 16), d.x | (d.y << 16), d.z | (d.w << 16));

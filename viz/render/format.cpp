@@ -31,6 +31,8 @@ Verdict force_verdict(Validity validity) {
       return {"contact began UNSEEN: shear counts from there", 240, 228, 66};
     case Validity::Apart:
       return {"unknown pixels cut the surface into ISLANDS", 230, 159, 0};
+    case Validity::Covered:
+      return {"markers COVER too much: the surface under them is not known", 230, 159, 0};
     default:
       return {"force not calibrated: gray sum only", 150, 158, 170};
   }
@@ -77,6 +79,7 @@ std::string depth_text(const SurfaceSummary& s) {
   if (s.validity == Validity::Clipped) shown += ", slopes clipped";
   if (s.validity == Validity::AboveRange) shown += ", above range";
   if (s.validity == Validity::Apart) shown += ", on an island";
+  if (s.validity == Validity::Covered) shown += ", covered by markers";
   if (!s.rest_from_untouched) shown += " (no rest level)";
   return shown;
 }

@@ -22,6 +22,7 @@ enum class Validity : uint8_t {
   Clipped,        ///< much of the contact is steeper than max_slope (see clipped_px): depths are too low
   OnsetUnseen,    ///< the contact began while no frames came: shear counts from where it was first seen
   Apart,          ///< unknown pixels cut the known ones into islands: heights between them are not determined
+  Covered,        ///< printed markers hide too much of the skin: the surface under them is not known
 };
 PALPATE_API const char* to_string(Validity validity);
 
@@ -143,6 +144,12 @@ struct LightSummary {
   double change_gray = 0;  ///< RMS over the frame of what was taken out, of the colour that changed most
 };
 
+/// Pixels of a colour gel under printed markers (SkinKind::Markers), with a rim around them.
+struct MarkerSummary {
+  uint64_t filled_px = 0;   ///< continued from what is seen beside them
+  uint64_t unknown_px = 0;  ///< with nothing beside them to continue from: as untouched, of confidence 0
+};
+
 /// Measurements of one frame; parts that were not measured are empty. Pixel coordinates are of pixel centres:
 /// (0, 0) is the centre of the top left pixel.
 struct Touch {
@@ -184,6 +191,7 @@ struct Touch {
   std::optional<LightSummary>
       light;  ///< of colour gels (has_gel_contacts()), see PipelineOptions::fixed_light
   std::optional<SurfaceSummary> surface;
+  std::optional<MarkerSummary> markers;         ///< they are printed on a gel whose colours show slopes
   std::optional<ConfidenceSummary> confidence;  ///< it was asked for, or the surface needs it
 };
 

@@ -1,0 +1,138 @@
+// Gels with printed markers: the surface that they would pit, against the simulator's truth.
+#include <gtest/gtest.h>
+
+#include "shaders/shared/confidence.h"
+#include "tests/pipeline/pipeline_fixture.h"
+#include "tests/scenes/synthetic_run.h"
+#include "tests/support/pits.h"
+
+namespace palpate {
+namespace {
+
+class MarkedGel : public GpuTest {
+ protected:
+  struct Error {
+    double rms_mm;
+    Pits pits;
+    Touch touch;
+  };
+
+  // Of the depth map against the truth, with markers where the untouched image is darker than without them.
+  static Error error_of(const SyntheticRun& scene, const Frame& frame, const Truth& truth,
+                        const std::vector<uint8_t>& markers, const Sensor& sensor) {
+    PipelineOptions options{Output::Force | Output::Surface, SurfaceSolver::Converged, 1};
+    options.fixed_light = true;
+    Pipeline pipeline(context(), sensor, frame.format, options);
+    pipeline.set_background(scene.background);
+    EXPECT_TRUE(pipeline.submit(frame));
+    const std::optional<Result> result = pipeline.wait();
+    std::vector<float> depth_mm = pipeline.read_depth_mm(*result);
+    double squares = 0;
+    for (size_t i = 0; i < depth_mm.size(); ++i) {
+      depth_mm[i] -= truth.depth_mm[i];
+      squares += double{depth_mm[i]} * double{depth_mm[i]};
+    }
+    std::vector<uint8_t> touched;
+    for (const float depth : truth.depth_mm) touched.push_back(depth > 0.1 * truth.indentation_mm);
+    const int half = static_cast<int>(std::lround(sensor.skin ? sensor.skin->spacing_px / 2 : 10));
+    return {std::sqrt(squares / static_cast<double>(depth_mm.size())),
+            pits_of(depth_mm, frame.format.width, markers, touched, half), result->touch};
+  }
+
+  static std::vector<uint8_t> markers_of(const SyntheticRun& marked, const SyntheticRun& plain) {
+    std::vector<uint8_t> markers;
+    const FrameFormat& format = marked.background.format;
+    for (uint32_t y = 0; y < format.height; ++y)
+      for (uint32_t x = 0; x < format.width; ++x)
+        markers.push_back(marked.background.at(1, x, y) < 0.8 * plain.background.at(1, x, y));
+    return markers;
+  }
+};
+
+TEST_F(MarkedGel, DimplesHaveNoPits) {
+  std::printf("scene      frame     depth RMS (mm)       under markers     beside them   without markers\n");
+  for (const std::string name : {"press", "fingers", "drag"}) {
+    SyntheticRun marked(name + "?size=320x240&mode=gel&skin=markers"), plain(name + "?size=320x240&mode=gel");
+    const std::vector<uint8_t> markers = markers_of(marked, plain);
+    for (const uint64_t k : {marked.count() / 2, 2 * marked.count() / 3}) {
+      const Frame frame = marked.frame(k);
+      const Truth truth = marked.truth(k);
+      ASSERT_TRUE(truth.contact);
+      Sensor unfilled = marked.sensor;
+      unfilled.skin.reset();
+      unfilled.shear.reset();
+      const Error before = error_of(marked, frame, truth, markers, unfilled),
+                  after = error_of(marked, frame, truth, markers, marked.sensor),
+                  least = error_of(plain, plain.frame(k), plain.truth(k), markers, plain.sensor);
+      std::printf("%-8s %6llu   %.4f -> %.4f   %.5f -> %.5f  %.5f -> %.5f  %.4f, %.5f %.5f\n", name.c_str(),
+                  static_cast<unsigned long long>(k), before.rms_mm, after.rms_mm, before.pits.at_markers_mm,
+                  after.pits.at_markers_mm, before.pits.elsewhere_mm, after.pits.elsewhere_mm, least.rms_mm,
+                  least.pits.at_markers_mm, least.pits.elsewhere_mm);
+      EXPECT_FALSE(before.touch.markers);
+      ASSERT_TRUE(after.touch.markers);
+      EXPECT_LT(after.pits.at_markers_mm, 0.5 * before.pits.at_markers_mm);
+      EXPECT_LT(after.pits.at_markers_mm, 0.003);
+      EXPECT_LT(after.pits.elsewhere_mm, before.pits.elsewhere_mm);
+      EXPECT_LT(after.rms_mm, 1.1 * least.rms_mm);
+      EXPECT_GT(after.touch.markers->filled_px, 0.05 * 320 * 240);
+      EXPECT_LT(after.touch.markers->unknown_px, 0.005 * 320 * 240);
+    }
+  }
+}
+
+// Dots so large that between them nothing is left: the surface says so, and confidence is 0 under them.
+TEST_F(MarkedGel, SaysWhatMarkersCover) {
+  SyntheticRun scene("press?size=320x240&mode=gel&skin=markers");
+  const uint64_t k = scene.count() / 2;
+  Frame frame = scene.frame(k);
+  for (uint32_t c = 0; c < 3; ++c)
+    for (uint32_t y = 0; y < 240; ++y)
+      for (uint32_t x = 0; x < 320; ++x)
+        if (std::hypot(x % 16 - 7.5, y % 16 - 7.5) > 2) frame.set(c, x, y, frame.at(c, x, y) / 5);
+  PipelineOptions options{Output::Force | Output::Surface | Output::Confidence, SurfaceSolver::Converged, 1};
+  Pipeline pipeline(context(), scene.sensor, frame.format, options);
+  pipeline.set_background(scene.background);
+  ASSERT_TRUE(pipeline.submit(frame));
+  std::optional<Result> result = pipeline.wait();
+  EXPECT_EQ(result->touch.surface->validity, Validity::Covered);
+  const uint64_t unknown = result->touch.markers->unknown_px;
+  EXPECT_GT(unknown, 320u * 240 / 2);
+  uint64_t covered = 0;
+  for (const uint16_t pixel : pipeline.read_confidence(*result)) {
+    const bool is_covered = pixel >> shared::kReasonShift & shared::kCovered;
+    EXPECT_TRUE(!is_covered || (pixel & 0xff) == 0);
+    covered += is_covered;
+  }
+  EXPECT_EQ(covered, unknown);
+  EXPECT_GE(result->touch.confidence->unknown_px, unknown);
+
+  // The same sensor sees again what is not covered.
+  result.reset();
+  ASSERT_TRUE(pipeline.submit(scene.frame(k)));
+  EXPECT_EQ(pipeline.wait()->touch.surface->validity, Validity::Valid);
+}
+
+// The skin is followed by its markers as before: it sees the frame as it is.
+TEST_F(MarkedGel, SkinIsFollowedAsBefore) {
+  SyntheticRun scene("drag?size=320x240&mode=gel&skin=markers");
+  Sensor unfilled = scene.sensor;
+  unfilled.reconstruction = Reconstruction::None;
+  std::vector<std::vector<SkinPoint>> points;
+  for (const Sensor& sensor : {scene.sensor, unfilled}) {
+    Pipeline pipeline(context(), sensor, scene.background.format, {Output::Force | Output::Skin});
+    pipeline.set_background(scene.background);
+    Touch touch;
+    for (uint64_t k = scene.count() / 2; k < scene.count() / 2 + 4; ++k)
+      touch = pipeline.process(scene.frame(k));
+    points.push_back(touch.skin_points);
+  }
+  ASSERT_GT(points[0].size(), 100u);
+  ASSERT_EQ(points[0].size(), points[1].size());
+  for (size_t i = 0; i < points[0].size(); ++i) {
+    EXPECT_EQ(points[0][i].shift_x_px, points[1][i].shift_x_px);
+    EXPECT_EQ(points[0][i].shift_y_px, points[1][i].shift_y_px);
+  }
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,121 @@
+// Printed markers of real gels: the surface under them is as smooth as beside them. The recordings are not
+// part of the repository: the tests look for them beside it and say loudly when they are skipped.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "capture/calibrate/markers.h"
+#include "capture/open_source.h"
+#include "palpate/pipeline.h"
+#include "tests/support/csv_table.h"
+#include "tests/support/gpu_fixture.h"
+#include "tests/support/pits.h"
+#include "tests/support/text_file.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kSensors = fs::path(PALPATE_SOURCE_DIR) / "capture/sensors";
+const fs::path kData = fs::path(PALPATE_SOURCE_DIR) / "../shared/data";
+
+class MarkedGelRecordings : public GpuTest {
+ protected:
+  void SetUp() override {
+    if (!fs::is_directory(kData)) {
+      std::fprintf(stderr, "\n*** MARKERS NOT CHECKED ON REAL GELS: no folder %s ***\n\n",
+                   fs::weakly_canonical(kData).c_str());
+      GTEST_SKIP() << "no recordings of real sensors at " << kData;
+    }
+    GpuTest::SetUp();
+  }
+  void TearDown() override {
+    if (!IsSkipped()) GpuTest::TearDown();
+  }
+
+  static std::vector<float> depth_of(const Frame& frame, const Frame& untouched, const Sensor& sensor) {
+    PipelineOptions options;
+    options.outputs = Output::Force | Output::Surface;
+    options.solver = SurfaceSolver::Converged;
+    Pipeline pipeline(context(), sensor, frame.format, options);
+    pipeline.set_background(untouched);
+    EXPECT_TRUE(pipeline.submit(frame));
+    const std::optional<Result> result = pipeline.wait();
+    EXPECT_EQ(result->touch.markers.has_value(), sensor.skin.has_value());
+    return pipeline.read_depth_mm(*result);
+  }
+};
+
+struct Press {
+  double x_px, y_px, radius_px;
+};
+
+// In the dimple and far from it, with markers as they are (0) and filled (1).
+using Found = std::array<std::array<Pits, 2>, 2>;
+
+void print(const std::string& name, const Found& found) {
+  std::printf("%-16s", name.c_str());
+  for (const size_t part : {size_t{0}, size_t{1}})
+    std::printf("   %.4f -> %.4f  %.4f -> %.4f", found[0][part].at_markers_mm, found[1][part].at_markers_mm,
+                found[0][part].elsewhere_mm, found[1][part].elsewhere_mm);
+  std::printf("\n");
+}
+
+TEST_F(MarkedGelRecordings, GelSlimIsAsSmoothUnderMarkersAsBeside) {
+  const fs::path folder = kData / "gelslim-balls";
+  std::array<Sensor, 2> sensors;
+  sensors.fill(load_sensor(kSensors / "gelslim_balls.json"));
+  for (Sensor& sensor : sensors) sensor.background.image = (folder / "ref.jpg").string();
+  sensors[0].skin.reset();
+  const Table presses(slurp(kSensors / "gelslim_balls_presses.csv"));
+  ASSERT_EQ(presses.rows.size(), 10u);
+  std::printf(
+      "fine structure    dimple: under markers, beside (mm)   elsewhere: under markers, beside (mm)\n");
+  Found squares{};
+  for (size_t i = 0; i < presses.rows.size(); ++i) {
+    const Press press{presses.number(i, "center_x_px"), presses.number(i, "center_y_px"),
+                      presses.number(i, "contact_radius_px")};
+    const std::string file = (folder / presses.at(i, "image")).string();
+    const std::unique_ptr<Source> source = open_source(file, sensors[0]);
+    const Frame untouched = load_background(file, sensors[0], *source);
+    Frame frame;
+    ASSERT_TRUE(source->next(frame));
+    const std::vector<uint8_t> markers =
+        either(find_markers(frame, sensors[0]), find_markers(untouched, sensors[0]));
+    std::array<std::vector<uint8_t>, 2> inside;
+    for (uint32_t y = 0; y < frame.format.height; ++y)
+      for (uint32_t x = 0; x < frame.format.width; ++x) {
+        const double r = std::hypot(x - press.x_px, y - press.y_px);
+        inside[0].push_back(r < 0.8 * press.radius_px);
+        inside[1].push_back(r > 2 * press.radius_px);
+      }
+    Found found;
+    for (const size_t filled : {size_t{0}, size_t{1}}) {
+      const std::vector<float> depth_mm = depth_of(frame, untouched, sensors[filled]);
+      for (const size_t part : {size_t{0}, size_t{1}}) {
+        constexpr int kHalf_px = 6;  // more than half a marker
+        const Pits pits = pits_of(depth_mm, frame.format.width, markers, inside[part], kHalf_px);
+        found[filled][part] = pits;
+        squares[filled][part].at_markers_mm += pits.at_markers_mm * pits.at_markers_mm / 10;
+        squares[filled][part].elsewhere_mm += pits.elsewhere_mm * pits.elsewhere_mm / 10;
+      }
+    }
+    print(presses.at(i, "image"), found);
+  }
+  for (auto& of : squares)
+    for (Pits& pits : of) pits = {std::sqrt(pits.at_markers_mm), std::sqrt(pits.elsewhere_mm)};
+  print("RMS", squares);
+  for (const size_t part : {size_t{0}, size_t{1}}) {
+    EXPECT_LT(squares[1][part].at_markers_mm, 0.6 * squares[0][part].at_markers_mm);
+    EXPECT_LT(squares[1][part].at_markers_mm, 1.25 * squares[1][part].elsewhere_mm);
+    EXPECT_LT(squares[1][part].elsewhere_mm, squares[0][part].elsewhere_mm);
+  }
+}
+
+}  // namespace
+}  // namespace palpate
