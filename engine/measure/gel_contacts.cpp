@@ -63,9 +63,14 @@ GelContacts::GelContacts(const Sensor& sensor, const FrameFormat& format)
   margin_ = std::max(1u, static_cast<uint32_t>(std::lround(reach_px / kSide * kRestMargin_mm / kReach_mm)));
   basins_ = DepthBasins({.cells_x = cells_x_, .cells_y = cells_y_, .margin = margin_, .least_px = least_px_});
   before_.assign(cells, 0);
-  for (auto* pieces : {&pieces_, &pieces_before_}) pieces->assign(cells, 0);
-  for (auto* numbers : {&seen_piece_, &confirmed_, &number_of_, &piece_of_})
+  for (Pieces* pieces : {&by_depth_, &by_structure_}) {
+    pieces->of_cell.assign(cells, 0);
+    pieces->before.assign(cells, 0);
+    pieces->owner.reserve(2 * kMostContacts + 1);
+  }
+  for (auto* numbers : {&seen_piece_, &confirmed_, &number_of_, &lineage_of_})
     numbers->reserve(2 * kMostContacts + 1);
+  parts_.reserve(cells);
   label_.assign(cells, 0);
   owner_.assign(cells, 0);
   edges_.reserve(kMostContacts);
@@ -96,7 +101,8 @@ void GelContacts::set_background(const Frame& background) {
   find_unsteady(background);
   noise_.assign(noise_.size(), kNoise_gray2);
   before_.assign(before_.size(), 0);
-  std::fill(pieces_.begin(), pieces_.end(), 0u);
+  for (Pieces* pieces : {&by_depth_, &by_structure_})
+    std::fill(pieces->of_cell.begin(), pieces->of_cell.end(), 0u);
   frames_ = 0;
 }
 
@@ -306,7 +312,6 @@ uint32_t GelContacts::number_contacts() {
     uint32_t& heir = heir_[foot.before];
     if (foot.before != 0 && (heir == 0 || foot.shared_px > feet_[heir - 1].shared_px)) heir = i + 1;
   }
-  edges_.clear();
   std::swap(lineage_, lineage_before_);
   lineage_.assign(1, 0);
   foot_of_.assign(1, 0);
@@ -331,7 +336,6 @@ uint32_t GelContacts::number_contacts() {
     const bool is_seen = double{foot.highest} >= kOnset;
     before_[cell] = foot.contact != 0 ? static_cast<uint8_t>(foot.contact) : is_seen ? kSeen : 0;
   }
-  for (uint32_t k = 1; k <= count; ++k) edges_.push_back(outline_level(k));
   return count;
 }
 
@@ -363,10 +367,17 @@ float GelContacts::outline_level(uint32_t contact) {
 
 void GelContacts::collect(std::vector<ContactTouch>& found) {
   count_ = number_contacts();
+  mark_outlines();
+  if (split_by_structure()) mark_outlines();
+  set_shapes(found);
+}
+
+void GelContacts::mark_outlines() {
+  edges_.clear();
+  for (uint32_t k = 1; k <= count_; ++k) edges_.push_back(outline_level(k));
   for (size_t i = 0; i < foot_.size(); ++i)
     foot_[i] = owner_[i] != 0 && strength_[i] >= edges_[owner_[i] - 1];
   fill_holes();
-  set_shapes(found);
 }
 
 void GelContacts::set_shapes(std::vector<ContactTouch>& found) {
@@ -390,47 +401,6 @@ void GelContacts::set_shapes(std::vector<ContactTouch>& found) {
     all.border = all.border || m.border;
   }
   set_shape(whole_, all, scale_);
-}
-
-void GelContacts::split(std::span<const float> depth_mm, double error_mm, std::span<const ContactTouch> gray,
-                        std::vector<ContactTouch>& found) {
-  std::swap(pieces_, pieces_before_);
-  pieces_ = owner_;
-  const uint32_t pieces = basins_.split(depth_mm, error_mm, pixels_, pieces_, piece_of_);
-  if (pieces == 0) return;
-  confirm_pieces();
-  set_shapes(found);
-  add_gray(gray, found);
-}
-
-// A foot that was one in the last frame stays one in this: a split has to be seen twice.
-void GelContacts::confirm_pieces() {
-  seen_piece_.assign(count_ + 1, 0);
-  confirmed_.assign(count_ + 1, frames_ <= 1 ? 1 : 0);
-  for (size_t i = 0; i < owner_.size(); ++i) {
-    const uint32_t foot = owner_[i], before = pieces_before_[i];
-    if (foot == 0 || before == 0) continue;
-    if (seen_piece_[foot] == 0) seen_piece_[foot] = before;
-    if (seen_piece_[foot] != before) confirmed_[foot] = 1;
-  }
-  // Of feet that are not, the first piece stands for all.
-  std::fill(seen_piece_.begin(), seen_piece_.end(), 0u);
-  number_of_.assign(piece_of_.size(), 0);
-  foot_of_.assign(1, 0);
-  uint32_t count = 0;
-  for (uint32_t piece = 1; piece < piece_of_.size(); ++piece) {
-    const uint32_t foot = piece_of_[piece];
-    if (confirmed_[foot] != 0 || seen_piece_[foot] == 0) {
-      seen_piece_[foot] = ++count;
-      foot_of_.push_back(foot);
-      number_of_[piece] = count;
-    } else {
-      number_of_[piece] = seen_piece_[foot];
-    }
-  }
-  for (size_t i = 0; i < owner_.size(); ++i)
-    if (owner_[i] != 0) owner_[i] = number_of_[pieces_[i]];
-  count_ = count;
 }
 
 // `box` holds the first and the last row and column, those one further.

@@ -28,14 +28,16 @@ namespace palpate {
 /// each colour from the cells that are not touched, and subtracted first.
 class GelContacts {
  public:
-  static constexpr double kReach_mm = 1.6;  ///< standard deviation of the weights
-  static constexpr double kCap = 8;         ///< a cell counts no more than this, over its noise
-  static constexpr double kFoot = 2;        ///< mean over noise from which a cell belongs to a contact
-  static constexpr double kOnset = 4;       ///< that a new contact has to reach somewhere
-  static constexpr double kSureOnset = 6;   ///< likewise; with less it has to do so in two frames
-  static constexpr double kCore = 3;        ///< that one has to reach to go on
-  static constexpr double kOutline = 0.2;   ///< of the structure's 95th percentile over the contact
-  static constexpr double kLeast_mm2 = 2;   ///< area of a contact's foot
+  static constexpr double kReach_mm = 1.6;   ///< standard deviation of the weights
+  static constexpr double kCap = 8;          ///< a cell counts no more than this, over its noise
+  static constexpr double kFoot = 2;         ///< mean over noise from which a cell belongs to a contact
+  static constexpr double kOnset = 4;        ///< that a new contact has to reach somewhere
+  static constexpr double kSureOnset = 6;    ///< likewise; with less it has to do so in two frames
+  static constexpr double kCore = 3;         ///< that one has to reach to go on
+  static constexpr double kOutline = 0.2;    ///< of the structure's 95th percentile over the contact
+  static constexpr double kLargePart = 0.6;  ///< of the largest outline's area: another object's
+  static constexpr double kClearPart = 6;    ///< of its structure over the noise
+  static constexpr double kLeast_mm2 = 2;    ///< area of a contact's foot
   static constexpr double kRestMargin_mm = 2;
   static constexpr uint32_t kMostContacts = 64;
 
@@ -72,6 +74,18 @@ class GelContacts {
     bool was_seen = false;  ///< there was an onset at its place already
     uint32_t contact = 0;
   };
+  /// Connected cells within an outline.
+  struct Part {
+    uint32_t owner = 0;
+    double area_px = 0;
+    float strongest = 0;  ///< structure
+    uint32_t piece = 0;
+  };
+  /// What contacts may fall into: of each cell, in this frame and the last, and of each piece its contact.
+  struct Pieces {
+    std::vector<uint32_t> of_cell, before, owner;
+  };
+  void confirm(const Pieces& pieces);
   void estimate_light(std::span<const shared::CellChange> cells);
   void compare(std::span<const shared::CellChange> cells);
   void find_unsteady(const Frame& background);
@@ -88,7 +102,10 @@ class GelContacts {
   void collect(std::vector<ContactTouch>& found);
   void flood(uint32_t from, uint8_t of, uint32_t label);
   uint32_t number_contacts();
-  void confirm_pieces();
+  void mark_outlines();
+  bool split_by_structure();
+  void find_parts();
+  void spread_pieces();
   void set_shapes(std::vector<ContactTouch>& found);
   void spread(const std::vector<uint8_t>& from, std::vector<uint8_t>& rows, std::vector<uint8_t>& to,
               uint32_t reach) const;
@@ -124,11 +141,10 @@ class GelContacts {
   bool patterned_ = false;                          // a pattern printed on the whole skin
   std::vector<uint32_t> lineage_, lineage_before_;  // of each contact that find() saw, from 1
   std::vector<uint32_t> foot_of_;                   // of each contact: the one that find() saw
-  std::vector<uint32_t> pieces_,
-      pieces_before_;                // of each cell: of its split foot, in this frame and the last
-  std::vector<uint32_t> piece_of_;   // of each piece: its foot
-  std::vector<uint32_t> number_of_;  // of each piece: the contact that it becomes
-  std::vector<uint32_t> seen_piece_, confirmed_;  // of each foot
+  Pieces by_depth_, by_structure_;
+  std::vector<Part> parts_;
+  std::vector<uint32_t> number_of_;                            // of each piece: the contact that it becomes
+  std::vector<uint32_t> seen_piece_, confirmed_, lineage_of_;  // of each contact before
   uint32_t last_lineage_ = 0;
   uint32_t count_ = 0;
   std::array<LightChange, 3> light_{};

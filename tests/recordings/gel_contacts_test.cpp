@@ -21,6 +21,19 @@ class GelContactRecordings : public WedgeClips {
  protected:
   GelContactRecordings() : WedgeClips("CONTACTS NOT CHECKED ON A REAL GEL") {}
 
+  /// Of both days, where they are there.
+  static std::vector<fs::path> clips() {
+    std::vector<fs::path> files;
+    for (const fs::path& day : {folder(), folder() / "../gelsight_wedge_day2"}) {
+      if (!fs::is_directory(day)) continue;
+      const auto first = static_cast<std::ptrdiff_t>(files.size());
+      for (const auto& entry : fs::directory_iterator(day))
+        if (entry.path().extension() == ".avi") files.push_back(entry.path());
+      std::sort(files.begin() + first, files.end());
+    }
+    return files;
+  }
+
   struct Counts {
     size_t pressed = 0, one = 0, untouched = 0, wrong = 0, ids = 0, saturated = 0;
   };
@@ -56,34 +69,28 @@ class GelContactRecordings : public WedgeClips {
 
 TEST_F(GelContactRecordings, OneObjectIsOneContact) {
   Counts all;
-  size_t clips = 0, few_ids = 0;
-  for (const fs::path& day : {folder(), folder() / "../gelsight_wedge_day2"}) {
-    if (!fs::is_directory(day)) continue;
-    std::vector<fs::path> files;
-    for (const auto& entry : fs::directory_iterator(day))
-      if (entry.path().extension() == ".avi") files.push_back(entry.path());
-    std::ranges::sort(files);
-    for (const fs::path& file : files) {
-      const Counts c = follow(file);
-      std::printf(
-          "%-32s one contact in %3zu of %3zu frames above 1 N, %zu ids, wrong in %zu of %zu untouched\n",
-          file.stem().c_str(), c.one, c.pressed, c.ids, c.wrong, c.untouched);
-      all.pressed += c.pressed, all.one += c.one, all.untouched += c.untouched, all.wrong += c.wrong;
-      ++clips;
-      few_ids += c.ids <= 3;
-    }
+  size_t followed = 0, few_ids = 0;
+  for (const fs::path& file : clips()) {
+    const Counts c = follow(file);
+    std::printf(
+        "%-32s one contact in %3zu of %3zu frames above 1 N, %zu ids, wrong in %zu of %zu untouched\n",
+        file.stem().c_str(), c.one, c.pressed, c.ids, c.wrong, c.untouched);
+    all.pressed += c.pressed, all.one += c.one, all.untouched += c.untouched, all.wrong += c.wrong;
+    ++followed;
+    few_ids += c.ids <= 3;
   }
   const double one = static_cast<double>(all.one) / static_cast<double>(all.pressed);
-  std::printf("%zu clips: %.1f %%, wrong in %zu of %zu untouched frames, at most 3 ids in %zu\n", clips,
+  std::printf("%zu clips: %.1f %%, wrong in %zu of %zu untouched frames, at most 3 ids in %zu\n", followed,
               100 * one, all.wrong, all.untouched, few_ids);
   EXPECT_GE(one, 0.95);
   // The frames before the gauge moves already show the gripper's first touch.
   EXPECT_LE(static_cast<double>(all.wrong), 0.02 * static_cast<double>(all.untouched));
-  EXPECT_EQ(few_ids, clips);
+  EXPECT_EQ(few_ids, followed);
 }
 
-// Two presses of two clips in one picture twice as wide. The aim is 95 %: what is missed has one light for
-// both halves, and outlines that follow the stronger structure.
+// Two presses of two clips in one picture twice as wide. The aim is 95 %: what is missed are mainly a
+// strawberry and a smooth ball, whose outline is that of the strawberry alone, and light presses beside
+// strong ones.
 TEST_F(GelContactRecordings, TwoObjectsSideBySideAreTwo) {
   const Sensor sensor = load_sensor(fs::path(PALPATE_SOURCE_DIR) / "capture/sensors/gelsight_wedge.json");
   struct Clip {
@@ -132,18 +139,17 @@ TEST_F(GelContactRecordings, TwoObjectsSideBySideAreTwo) {
   }
   std::printf("two contacts in %zu of %zu frames with both above 1 N\n", two, pressed);
   ASSERT_GT(pressed, 0u);
-  EXPECT_GE(static_cast<double>(two), 0.4 * static_cast<double>(pressed));
+  EXPECT_GE(static_cast<double>(two), 0.6 * static_cast<double>(pressed));
 }
 
 // Where nothing touches the surface is at rest: no tilt or bowl beside a press.
 TEST_F(GelContactRecordings, TheSurfaceIsAtRestBesideAPress) {
   const Sensor sensor = load_sensor(fs::path(PALPATE_SOURCE_DIR) / "capture/sensors/gelsight_wedge.json");
   const double margin_px = 3 / sensor.pitch_mm_per_px;
+  constexpr double kNoise_mm = 0.01;  // of a press that is hardly seen
   size_t judged = 0;
-  for (const char* name : {"gelsight_wedge_press/golf_ball_1", "gelsight_wedge_press/golf_ball_2",
-                           "gelsight_wedge_day2/golf_ball", "gelsight_wedge_day2/rigid_strawberry"}) {
-    const fs::path clip = folder() / ".." / (std::string(name) + ".avi");
-    if (!fs::exists(clip)) continue;
+  for (const fs::path& clip : clips()) {
+    const std::string name = clip.stem();
     const std::unique_ptr<Source> source = open_source(clip.string(), sensor);
     Pipeline pipeline(context(), sensor, source->format(),
                       {.outputs = Output::Force | Output::Contacts | Output::Surface});
@@ -170,12 +176,16 @@ TEST_F(GelContactRecordings, TheSurfaceIsAtRestBesideAPress) {
         });
         if (!near) far_mm.push_back(std::abs(depth_mm[size_t{y} * frame.format.width + x]));
       }
-    ASSERT_GT(far_mm.size(), 1000u) << name;
+    // What is left of a gel that is covered belongs to the contact, whose circle it is beyond.
+    if (10 * far_mm.size() < depth_mm.size()) {
+      std::printf("%-40s covers the gel\n", name.c_str());
+      continue;
+    }
     std::ranges::nth_element(far_mm, far_mm.begin() + static_cast<std::ptrdiff_t>(far_mm.size() / 2));
     const double median_mm = double{far_mm[far_mm.size() / 2]};
-    std::printf("%-40s deepest %.2f mm, median beside it %.3f mm (%.1f %%)\n", name, deepest_mm, median_mm,
-                100 * median_mm / deepest_mm);
-    EXPECT_LE(median_mm, 0.03 * deepest_mm) << name;
+    std::printf("%-40s deepest %.2f mm, median beside it %.3f mm (%.1f %%)\n", name.c_str(), deepest_mm,
+                median_mm, 100 * median_mm / deepest_mm);
+    EXPECT_LE(median_mm, std::max(0.03 * deepest_mm, kNoise_mm)) << name;
     ++judged;
   }
   EXPECT_GT(judged, 0u);

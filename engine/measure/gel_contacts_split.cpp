@@ -1,0 +1,122 @@
+// Contacts of a gel that one foot joins: told apart by their structure, or by the depth between them.
+#include <algorithm>
+
+#include "engine/measure/gel_contacts.h"
+
+namespace palpate {
+
+void GelContacts::split(std::span<const float> depth_mm, double error_mm, std::span<const ContactTouch> gray,
+                        std::vector<ContactTouch>& found) {
+  std::swap(by_depth_.of_cell, by_depth_.before);
+  by_depth_.of_cell = owner_;
+  if (basins_.split(depth_mm, error_mm, pixels_, by_depth_.of_cell, by_depth_.owner) == 0) return;
+  confirm(by_depth_);
+  set_shapes(found);
+  add_gray(gray, found);
+}
+
+// Where a foot holds outlines of objects that are both large and clear, each is a contact, and the rest of
+// the foot goes with the nearest. Fragments of one outline are smaller, or fainter.
+bool GelContacts::split_by_structure() {
+  find_parts();
+  std::swap(by_structure_.of_cell, by_structure_.before);
+  std::fill(by_structure_.of_cell.begin(), by_structure_.of_cell.end(), 0u);
+  by_structure_.owner.assign(1, 0);
+  edge_.clear();
+  bool any = false;
+  for (uint32_t contact = 1; contact <= count_; ++contact) {
+    double largest_px = 0;
+    for (const Part& part : parts_)
+      if (part.owner == contact) largest_px = std::max(largest_px, part.area_px);
+    uint32_t own = 0;
+    for (Part& part : parts_) {
+      const bool largest = part.owner == contact && part.area_px == largest_px && own == 0;
+      const bool clear = part.owner == contact && part.area_px >= kLargePart * largest_px &&
+                         part.area_px >= least_px_ && double{part.strongest} >= kClearPart;
+      if (!largest && !clear) continue;
+      part.piece = static_cast<uint32_t>(by_structure_.owner.size());
+      by_structure_.owner.push_back(contact);
+      any = ++own > 1 || any;
+    }
+    if (own > 0) continue;
+    by_structure_.owner.push_back(contact);  // without an outline
+    for (size_t i = 0; i < owner_.size(); ++i)
+      if (owner_[i] == contact)
+        by_structure_.of_cell[i] = static_cast<uint32_t>(by_structure_.owner.size()) - 1;
+  }
+  for (uint32_t cell = 0; cell < owner_.size(); ++cell) {
+    const uint32_t piece = label_[cell] == 0 ? 0 : parts_[label_[cell] - 1].piece;
+    if (piece == 0) continue;
+    by_structure_.of_cell[cell] = piece;
+    edge_.push_back(cell);
+  }
+  spread_pieces();
+  if (count_ > 0) confirm(by_structure_);
+  return any;
+}
+
+// Connected cells within outlines; label_ tells which of parts_, from 1, a cell belongs to.
+void GelContacts::find_parts() {
+  std::fill(label_.begin(), label_.end(), 0u);
+  parts_.clear();
+  for (uint32_t cell = 0; cell < foot_.size(); ++cell) {
+    if (foot_[cell] == 0 || owner_[cell] == 0 || label_[cell] != 0) continue;
+    flood(cell, 1, static_cast<uint32_t>(parts_.size()) + 1);
+    Part& part = parts_.emplace_back();
+    part.owner = owner_[cell];
+    for (const uint32_t one : edge_) {
+      part.area_px += double{pixels_[one]};
+      part.strongest = std::max(part.strongest, strength_[one]);
+    }
+  }
+}
+
+// From the cells that edge_ holds over all others of their foot, by steps.
+void GelContacts::spread_pieces() {
+  std::vector<uint32_t>& piece = by_structure_.of_cell;
+  for (size_t next = 0; next < edge_.size(); ++next) {
+    const uint32_t cell = edge_[next], x = cell % cells_x_, y = cell / cells_x_;
+    const auto visit = [&](uint32_t to) {
+      if (owner_[to] != owner_[cell] || piece[to] != 0) return;
+      piece[to] = piece[cell];
+      edge_.push_back(to);
+    };
+    if (x > 0) visit(cell - 1);
+    if (x + 1 < cells_x_) visit(cell + 1);
+    if (y > 0) visit(cell - cells_x_);
+    if (y + 1 < cells_y_) visit(cell + cells_x_);
+  }
+}
+
+// Contacts that were one in the last frame stay one in this: a split has to be seen twice.
+void GelContacts::confirm(const Pieces& pieces) {
+  seen_piece_.assign(count_ + 1, 0);
+  confirmed_.assign(count_ + 1, frames_ <= 1 ? 1 : 0);
+  for (size_t i = 0; i < owner_.size(); ++i) {
+    const uint32_t contact = owner_[i], before = pieces.before[i];
+    if (contact == 0 || before == 0) continue;
+    if (seen_piece_[contact] == 0) seen_piece_[contact] = before;
+    if (seen_piece_[contact] != before) confirmed_[contact] = 1;
+  }
+  // Of contacts that are not, the first piece stands for all.
+  std::fill(seen_piece_.begin(), seen_piece_.end(), 0u);
+  number_of_.assign(pieces.owner.size(), 0);
+  lineage_of_ = foot_of_;
+  foot_of_.assign(1, 0);
+  uint32_t count = 0;
+  for (uint32_t piece = 1; piece < pieces.owner.size(); ++piece) {
+    const uint32_t contact = pieces.owner[piece];
+    if (confirmed_[contact] != 0 || seen_piece_[contact] == 0) {
+      seen_piece_[contact] = ++count;
+      foot_of_.push_back(lineage_of_[contact]);
+      number_of_[piece] = count;
+    } else {
+      number_of_[piece] = seen_piece_[contact];
+    }
+  }
+  for (size_t i = 0; i < owner_.size(); ++i)
+    if (owner_[i] != 0) owner_[i] = number_of_[pieces.of_cell[i]];
+  count_ = count;
+}
+
+}  // namespace palpate
