@@ -12,6 +12,7 @@ namespace {
 constexpr uint32_t kSide = shared::kCellSide;
 constexpr float kNoise_gray2 = 0.75f;      // of a camera, until it is learned
 constexpr float kLeastNoise_gray2 = 0.3f;  // rounding and compression leave this much
+constexpr size_t kLightCells = 1500;       // that the light is told from
 constexpr uint64_t kPriorFrames = 4, kMemory_frames = 64;
 constexpr float kOverMedian = 0.9f;      // of the first frames' change: noise
 constexpr float kLeastStructure = 0.7f;  // over noise, which alone makes half of it
@@ -52,6 +53,9 @@ GelContacts::GelContacts(const Sensor& sensor, const FrameFormat& format)
   fine_radius_ = std::max(1u, static_cast<uint32_t>(std::lround(radius * kFine)));
   least_px_ = scaled ? kLeast_mm2 / std::pow(sensor.pitch_mm_per_px, 2) : smallest_contact_px(sensor, format);
   const size_t cells = size_t{cells_x_} * cells_y_;
+  sample_step_ = std::max<size_t>(cells / kLightCells, 1);
+  if (sample_step_ > 1 && cells_x_ % sample_step_ == 0) ++sample_step_;  // not the same columns in every row
+  for (auto* values : {&sample_, &sample_rest_}) values->assign((cells - 1) / sample_step_ + 1, 0);
   for (auto& gray : rest_gray_) gray.assign(cells, 0);
   for (auto& mean : means_) mean.assign(cells, 0);
   for (auto* values : {&unsteady_, &change_, &strength_, &even_, &raised_, &scratch_, &sorted_})
@@ -151,7 +155,11 @@ void GelContacts::estimate_light(std::span<const shared::CellChange> cells) {
   for (uint32_t colour = 0; colour < 3; ++colour) {
     for (size_t i = 0; i < pixels_.size(); ++i)
       means_[colour][i] = static_cast<float>(sum_of(cells[i], colour)) / pixels_[i];
-    light_[colour] = estimate_.find(means_[colour], rest_gray_[colour]);
+    for (size_t i = 0, cell = 0; i < sample_.size(); ++i, cell += sample_step_) {
+      sample_[i] = means_[colour][cell];
+      sample_rest_[i] = rest_gray_[colour][cell];
+    }
+    light_[colour] = estimate_.find(sample_, sample_rest_);
     light_known_ = light_known_ && light_[colour].known;
   }
 }

@@ -120,12 +120,14 @@ class GelContacts {
   uint32_t even_radius_ = 1, fine_radius_ = 1, margin_ = 1;  // cells
   double least_px_;
   std::array<std::vector<float>, 3> rest_gray_;  // means of the untouched image
-  std::vector<float> pixels_;                    // of each cell
-  std::vector<float> unsteady_;                  // variance that moves along, gray levels squared
-  std::vector<float> noise_;                     // mean square, gray levels
-  std::vector<float> change_;                    // of the frame: mean square, gray levels
-  std::vector<float> strength_, even_;           // variance of the change about a place; its mean there
-  std::vector<float> raised_, scratch_;          // over noise, capped, smoothed
+  std::vector<float> sample_, sample_rest_;      // change and untouched image of some cells
+  size_t sample_step_ = 1;
+  std::vector<float> pixels_;            // of each cell
+  std::vector<float> unsteady_;          // variance that moves along, gray levels squared
+  std::vector<float> noise_;             // mean square, gray levels
+  std::vector<float> change_;            // of the frame: mean square, gray levels
+  std::vector<float> strength_, even_;   // variance of the change about a place; its mean there
+  std::vector<float> raised_, scratch_;  // over noise, capped, smoothed
   std::vector<uint8_t> foot_, at_rest_, near_;
   std::vector<uint32_t> label_, owner_;  // of each cell: of a flood; of a contact, from 1
   std::vector<uint8_t> before_;          // of each cell: the last frame's contact
