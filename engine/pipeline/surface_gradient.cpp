@@ -101,6 +101,10 @@ void GradientSurface::solve(FrameSlot& slot) {
   finish_host_solve(slot);
 }
 
+bool GradientSurface::solved_apart(const FrameSlot& slot) const {
+  return dct_ || slot.surface.weighted.again;
+}
+
 void GradientSurface::measure(const FrameSlot& slot, Touch& touch) const {
   measure_heights(slot, touch);
   slot.surface.clipped.invalidate();

@@ -18,6 +18,8 @@ class SurfaceMethod {
   virtual void make(FrameSlot& slot) const;
   /// After the contact stage, and the confidence where there is one.
   virtual void record(gpu::Commands& commands, FrameSlot& slot) = 0;
+  /// Whether `solve` has made the heights of the frame that is measured, not the slot's commands.
+  virtual bool solved_apart(const FrameSlot&) const { return false; }
   /// The host's part of a frame that the device has finished, to its end.
   virtual void solve(FrameSlot& slot);
   /// Depth, volume and their validity; `touch` has the contact already.

@@ -117,6 +117,7 @@ void WholeFrame::record(FrameSlot& slot, gpu::Commands& cmd, bool weighted) {
   if (skin_ && skin_->ready()) skin_->record(cmd, slot.frame, slot.skin_records);
   if (confidence_) confidence_->record(cmd, frame, slot.confidence.map, slot.confidence.records);
   if (surface_) weighted ? surface_->record_weighted(cmd, slot) : surface_->record(cmd, slot);
+  if (rest_correction_) rest_correction_->record_means(cmd, slot.surface.depth, slot.surface.rest_correction);
   cmd.host_barrier();
   cmd.end();
 }
@@ -308,8 +309,10 @@ void WholeFrame::set_whole(Touch& touch) const {
 }
 
 void WholeFrame::correct_rest(FrameSlot& slot, Touch& touch) {
-  slot.surface.heights.submit();
-  slot.surface.heights.wait();
+  if (surface_->solved_apart(slot)) {
+    slot.surface.heights.submit();
+    slot.surface.heights.wait();
+  }
   slot.surface.was_corrected = rest_correction_->find(slot.surface.rest_correction, gel_contacts_->at_rest());
   if (!slot.surface.was_corrected) return;
   slot.surface.corrected.submit();
@@ -358,8 +361,10 @@ std::vector<gpu::ScopeTime> WholeFrame::times(uint32_t index) const {
   times.insert(times.end(), main.begin(), main.end());
   if (surface_) surface_->add_times(slot, times);
   if (rest_correction_) {
-    const auto before = slot.surface.heights.times();
-    times.insert(times.end(), before.begin(), before.end());
+    if (surface_->solved_apart(slot)) {
+      const auto before = slot.surface.heights.times();
+      times.insert(times.end(), before.begin(), before.end());
+    }
     if (!slot.surface.was_corrected) return times;
     const auto after = slot.surface.corrected.times();
     times.insert(times.end(), after.begin(), after.end());
