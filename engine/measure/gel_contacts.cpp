@@ -64,6 +64,10 @@ GelContacts::GelContacts(const Sensor& sensor, const FrameFormat& format)
   foot_.assign(cells, 0);
   at_rest_.assign(cells, 1);
   near_.assign(cells, 0);
+  if (scaled) {
+    apart_ = static_cast<uint32_t>(std::lround(kApart_mm / sensor.pitch_mm_per_px / kSide));
+    far_px_ = kLeastApart_mm2 / std::pow(sensor.pitch_mm_per_px, 2);
+  }
   margin_ = std::max(1u, static_cast<uint32_t>(std::lround(reach_px / kSide * kRestMargin_mm / kReach_mm)));
   basins_ = DepthBasins({.cells_x = cells_x_, .cells_y = cells_y_, .margin = margin_, .least_px = least_px_});
   before_.assign(cells, 0);
@@ -366,11 +370,16 @@ float GelContacts::outline_level(uint32_t contact) {
   sorted_.clear();
   for (size_t i = 0; i < owner_.size(); ++i)
     if (owner_[i] == contact) sorted_.push_back(strength_[i]);
+  const float level = level_of_sorted();
+  sorted_.resize(pixels_.size());
+  return level;
+}
+
+// Of the strengths that sorted_ holds.
+float GelContacts::level_of_sorted() {
   const auto high = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() * 19 / 20);
   std::nth_element(sorted_.begin(), high, sorted_.end());
-  const float strong = *high;
-  sorted_.resize(pixels_.size());
-  return std::max(static_cast<float>(kOutline) * strong, kLeastStructure);
+  return std::max(static_cast<float>(kOutline) * *high, kLeastStructure);
 }
 
 void GelContacts::collect(std::vector<ContactTouch>& found) {

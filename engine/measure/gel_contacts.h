@@ -36,8 +36,10 @@ class GelContacts {
   static constexpr double kCore = 3;         ///< that one has to reach to go on
   static constexpr double kOutline = 0.2;    ///< of the structure's 95th percentile over the contact
   static constexpr double kLargePart = 0.6;  ///< of the largest outline's area: another object's
-  static constexpr double kClearPart = 6;    ///< of its structure over the noise
-  static constexpr double kLeast_mm2 = 2;    ///< area of a contact's foot
+  static constexpr double kApart_mm = 10;    ///< from that outline: there another object is told by itself,
+  static constexpr double kLeastApart_mm2 = 53;  ///< if its outline is so large
+  static constexpr double kClearPart = 6;        ///< of its structure over the noise
+  static constexpr double kLeast_mm2 = 2;        ///< area of a contact's foot
   static constexpr double kRestMargin_mm = 2;
   static constexpr uint32_t kMostContacts = 64;
 
@@ -105,6 +107,9 @@ class GelContacts {
   void mark_outlines();
   bool split_by_structure();
   void find_parts();
+  void add_parts();
+  void find_far_parts(uint32_t contact, uint32_t first);
+  float level_of_sorted();
   void spread_pieces();
   void set_shapes(std::vector<ContactTouch>& found);
   void spread(const std::vector<uint8_t>& from, std::vector<uint8_t>& rows, std::vector<uint8_t>& to,
@@ -119,6 +124,8 @@ class GelContacts {
   std::array<uint32_t, 3> radii_{};  // of three running means that are near a Gaussian
   uint32_t even_radius_ = 1, fine_radius_ = 1, margin_ = 1;  // cells
   double least_px_;
+  uint32_t apart_ = 0;  // cells; 0 where a sensor has no scale
+  double far_px_ = 0;
   std::array<std::vector<float>, 3> rest_gray_;  // means of the untouched image
   std::vector<float> sample_, sample_rest_;      // change and untouched image of some cells
   size_t sample_step_ = 1;

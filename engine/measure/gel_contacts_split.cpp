@@ -4,6 +4,9 @@
 #include "engine/measure/gel_contacts.h"
 
 namespace palpate {
+namespace {
+constexpr double kCellPixels = shared::kCellSide * shared::kCellSide;
+}  // namespace
 
 void GelContacts::split(std::span<const float> depth_mm, double error_mm, std::span<const ContactTouch> gray,
                         std::vector<ContactTouch>& found) {
@@ -16,27 +19,38 @@ void GelContacts::split(std::span<const float> depth_mm, double error_mm, std::s
 }
 
 // Where a foot holds outlines of objects that are both large and clear, each is a contact, and the rest of
-// the foot goes with the nearest. Fragments of one outline are smaller, or fainter.
+// the foot goes with the nearest. Fragments of one outline are smaller, or fainter. An object that is
+// smoother than the other has its outline far from it, where the other's structure does not count.
 bool GelContacts::split_by_structure() {
   find_parts();
   std::swap(by_structure_.of_cell, by_structure_.before);
   std::fill(by_structure_.of_cell.begin(), by_structure_.of_cell.end(), 0u);
   by_structure_.owner.assign(1, 0);
-  edge_.clear();
   bool any = false;
   for (uint32_t contact = 1; contact <= count_; ++contact) {
     double largest_px = 0;
     for (const Part& part : parts_)
       if (part.owner == contact) largest_px = std::max(largest_px, part.area_px);
-    uint32_t own = 0;
-    for (Part& part : parts_) {
-      const bool largest = part.owner == contact && part.area_px == largest_px && own == 0;
-      const bool clear = part.owner == contact && part.area_px >= kLargePart * largest_px &&
-                         part.area_px >= least_px_ && double{part.strongest} >= kClearPart;
-      if (!largest && !clear) continue;
+    uint32_t own = 0, first = 0;
+    const auto take = [&](Part& part) {
       part.piece = static_cast<uint32_t>(by_structure_.owner.size());
       by_structure_.owner.push_back(contact);
       any = ++own > 1 || any;
+    };
+    for (uint32_t i = 0; i < parts_.size(); ++i) {
+      Part& part = parts_[i];
+      if (part.owner != contact) continue;
+      const bool largest = part.area_px == largest_px && first == 0;
+      if (largest) first = i + 1;
+      if (largest || (part.area_px >= kLargePart * largest_px && part.area_px >= least_px_ &&
+                      double{part.strongest} >= kClearPart))
+        take(part);
+    }
+    if (own == 1 && apart_ > 0) {
+      const size_t before = parts_.size();
+      find_far_parts(contact, first);
+      for (size_t i = before; i < parts_.size(); ++i)
+        if (parts_[i].area_px >= far_px_ && double{parts_[i].strongest} >= kClearPart) take(parts_[i]);
     }
     if (own > 0) continue;
     by_structure_.owner.push_back(contact);  // without an outline
@@ -44,6 +58,7 @@ bool GelContacts::split_by_structure() {
       if (owner_[i] == contact)
         by_structure_.of_cell[i] = static_cast<uint32_t>(by_structure_.owner.size()) - 1;
   }
+  edge_.clear();
   for (uint32_t cell = 0; cell < owner_.size(); ++cell) {
     const uint32_t piece = label_[cell] == 0 ? 0 : parts_[label_[cell] - 1].piece;
     if (piece == 0) continue;
@@ -55,10 +70,33 @@ bool GelContacts::split_by_structure() {
   return any;
 }
 
+// Parts of a contact's foot that lie apart from the part with label `first`, by their own outline.
+void GelContacts::find_far_parts(uint32_t contact, uint32_t first) {
+  for (size_t i = 0; i < near_.size(); ++i) near_[i] = label_[i] == first;
+  spread(near_, at_rest_, near_, apart_);
+  sorted_.clear();
+  for (size_t i = 0; i < owner_.size(); ++i)
+    if (owner_[i] == contact && near_[i] == 0) sorted_.push_back(strength_[i]);
+  const bool room = static_cast<double>(sorted_.size()) * kCellPixels >= far_px_;
+  const float level = room ? level_of_sorted() : 0;
+  sorted_.resize(pixels_.size());
+  if (!room) return;
+  for (size_t i = 0; i < owner_.size(); ++i) {
+    if (owner_[i] != contact || near_[i] != 0) continue;
+    label_[i] = 0;
+    foot_[i] = strength_[i] >= level;
+  }
+  add_parts();
+}
+
 // Connected cells within outlines; label_ tells which of parts_, from 1, a cell belongs to.
 void GelContacts::find_parts() {
   std::fill(label_.begin(), label_.end(), 0u);
   parts_.clear();
+  add_parts();
+}
+
+void GelContacts::add_parts() {
   for (uint32_t cell = 0; cell < foot_.size(); ++cell) {
     if (foot_[cell] == 0 || owner_[cell] == 0 || label_[cell] != 0) continue;
     flood(cell, 1, static_cast<uint32_t>(parts_.size()) + 1);

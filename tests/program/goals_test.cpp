@@ -38,6 +38,10 @@ TEST(Goals, PrintEveryRow) {
                         "moving scene, warm start 640x480",
                         "10 % of the tiles in contact 640x480",
                         "10 % of the tiles in contact 1392x1042",
+                        "round pad, live 640x480",
+                        "round pad and a highlight, live 640x480",
+                        "round pad, converged 640x480",
+                        "round pad and a highlight, converged 640x480",
                         "force only 1392x1042"};
   for (const char* row : rows) {
     EXPECT_NE(out.find(row), std::string::npos) << row;
