@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include "capture/calibrate/force_verdict.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
@@ -120,12 +121,14 @@ ForceCheck check_force(const ForceCalibration& calibration, const GaugedRecordin
   const double full_N = calibration.force_max_N;
   check.above_N = full_N >= 10 ? 1 : 0.1 * full_N;
   ForceHistory history;
+  ForceCalibration judged = calibration;
+  judged.fit_for_use = true;  // its numbers are wanted whatever was said of it
   std::vector<double> relative;
   size_t inside = 0;
   for (const GaugedFrame& f : recording.frames) {
     ForceFeatures features = force_features(f.touch);
     if (keep_border) features.at_border = false;
-    const Estimate e = history.update(calibration, features);
+    const Estimate e = history.update(judged, features);
     if (!f.touch.contact || !std::isfinite(f.force_N)) continue;
     const double error_N = std::abs(e.value - f.force_N);
     if (e.validity != Validity::Valid) {
@@ -162,11 +165,14 @@ ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const Forc
   o.recordings = std::move(recordings);
   o.samples = force_samples(o.recordings, keep_border);
   o.choice = choose_force(o.samples, options);
+  const ForceVerdict verdict = verdict_of(o);
+  o.choice.calibration.fit_for_use = verdict.fit_for_use;
   const size_t left_out = o.samples.size() - o.choice.readings;
   o.choice.calibration.origin =
       origin_of(o.recordings, palpate::text("%s, %zu readings, %zu left out, held-out error %.3g N",
                                             to_string(o.choice.chosen.candidate).c_str(), o.choice.readings,
-                                            left_out, o.choice.chosen.error_N));
+                                            left_out, o.choice.chosen.error_N) +
+                                  (verdict.fit_for_use ? "" : "; " + verdict.line));
   return o;
 }
 
@@ -174,7 +180,7 @@ std::string describe(const ForceOutcome& o) {
   const ForceChoice& c = o.choice;
   const ForceCalibration& f = c.calibration;
   const double full_N = full_scale(o);
-  std::string text;
+  std::string text = verdict_of(o).line + "\n\n";
   for (const GaugedRecording& r : o.recordings) text += describe(r);
   text += palpate::text("%zu touched frames, %zu used", o.samples.size(), c.readings);
   for (const auto& [why, count] : counts_of(o))
@@ -218,7 +224,7 @@ std::string describe(const ForceOutcome& o) {
   if (std::isfinite(c.drift_sd_N_per_min))
     text += palpate::text("drift %+.3g N/min +- %.2g\n", f.drift_N_per_min, c.drift_sd_N_per_min);
   else
-    text += "drift: not determined, times are not known or do not differ\n";
+    text += "drift: not determined, times are not known or span less than 10 s\n";
   text += palpate::text("\nthe line F = c1 s + c0 (Eq. 54)      c1, N/%-8s c0, N        R^2   readings\n",
                         unit_of(f.signal));
   const auto row = [&](const char* name, const std::optional<BranchLine>& l) {
@@ -293,8 +299,13 @@ std::string to_json(const ForceOutcome& o, const std::string& sensor_file) {
   Json lines = {{"together", curve_json(c.line)}};
   if (c.loading) lines["loading"] = curve_json(*c.loading);
   if (c.unloading) lines["unloading"] = curve_json(*c.unloading);
+  const ForceVerdict verdict = verdict_of(o);
   const Json value = {
       {"sensor", sensor_file},
+      {"fit_for_use", verdict.fit_for_use},
+      {"verdict", verdict.line},
+      {"interval_95_share_of_full_scale", verdict.interval_fraction},
+      {"presses", verdict.presses},
       {"recordings", recordings},
       {"touched_frames", o.samples.size()},
       {"used_frames", c.readings},

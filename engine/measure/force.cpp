@@ -179,6 +179,7 @@ Estimate force_of(const ForceCalibration& c, const ForceFeatures& r, double unlo
   const double hidden_N = hidden_fraction(c.signal, r) * std::abs(value);
   if (hidden_N > kNormal95 * force.standard_error) force.validity = Validity::Saturated;
   force.standard_error += hidden_N / kNormal95;
+  if (!c.fit_for_use) force.validity = Validity::Unfit;
   return force;
 }
 

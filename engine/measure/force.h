@@ -63,9 +63,9 @@ class LoadDirection {
 /// without branches in the calibration it does not matter. Between the branches the value lies between
 /// theirs, and its error grows by their mixture's, sqrt(w (1 - w)) of the gap. States, the first that holds:
 /// no contact (force 0), not calibrated (a volume or gradient
-/// sum is needed and there is none), saturated (pixels at the camera's limit may hide more than the interval
-/// of 95 % holds; otherwise it is wider by what they hide), at the border, above or below the calibrated
-/// range.
+/// sum is needed and there is none), a calibration not fit for use, saturated (pixels at the camera's limit
+/// may hide more than the interval of 95 % holds; otherwise it is wider by what they hide), at the border,
+/// above or below the calibrated range.
 Estimate force_of(const ForceCalibration& calibration, const ForceFeatures& features, double unloading = 0.5);
 
 /// Follows one contact from its onset and computes its force in each frame.

@@ -87,6 +87,11 @@ ForceCalibration read_force(const Json& json, const std::string& where) {
   reader.number("drift_N_per_min", -1e6, 1e6, "N per min", force.drift_N_per_min);
   reader.number("r_squared", -1e6, 1, "", force.r_squared);
   reader.number("residual_share", 0, 10, "", force.residual_fraction);
+  if (reader.has("fit_for_use")) {
+    const Json& fit = reader.at("fit_for_use");
+    if (!fit.is_boolean()) fail(reader.path("fit_for_use"), "true or false", shown(fit));
+    force.fit_for_use = fit.get<bool>();
+  }
   force.origin = read_origin(reader);
   reader.finish();
   return force;
@@ -121,6 +126,7 @@ Json force_json(const ForceCalibration& f) {
   if (f.drift_N_per_min != 0) json["drift_N_per_min"] = f.drift_N_per_min;
   if (f.r_squared != 0) json["r_squared"] = f.r_squared;
   if (f.residual_fraction != 0) json["residual_share"] = f.residual_fraction;
+  if (!f.fit_for_use) json["fit_for_use"] = false;
   add_origin(json, f.origin);
   return json;
 }

@@ -17,8 +17,10 @@ namespace palpate {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr size_t kFewestPresses = 3;  // more than recordings: their means tell a drift
-constexpr double kAlike = 0.03;       // of the least error: less of a difference is none
+constexpr double kHuge = std::numeric_limits<double>::infinity();
+constexpr double kLeastDrift_min = 10.0 / 60;  // a change per minute is not told from less
+constexpr size_t kFewestPresses = 3;           // more than recordings: their means tell a drift
+constexpr double kAlike = 0.03;                // of the least error: less of a difference is none
 
 // Where pixels show slopes, what bends is what presses: gradients come first there, and are measured only
 // there.
@@ -143,18 +145,19 @@ void find_drift(std::span<const ForceSample> samples, std::span<const double> re
     mean.time_min += p.time_min / p.count;
     mean.residual_N += p.residual_N / p.count;
   }
-  double tt = 0, tr = 0, rr = 0;
+  double tt = 0, tr = 0, rr = 0, least_min = kHuge, most_min = -kHuge;
   for (const auto& [key, p] : points) {
     const Sum& mean = means[key.first];
     const double t = p.time_min / p.count - mean.time_min / mean.count,
                  r = p.residual_N / p.count - mean.residual_N / mean.count;
+    least_min = std::min(least_min, t), most_min = std::max(most_min, t);
     tt += t * t;
     tr += t * r;
     rr += r * r;
   }
   const double free = static_cast<double>(points.size()) - static_cast<double>(means.size()) - 1;
   choice.drift_sd_N_per_min = kNaN;
-  if (!(tt > 0) || free < 1) return;
+  if (!(tt > 0) || free < 1 || most_min - least_min < kLeastDrift_min) return;
   choice.calibration.drift_N_per_min = tr / tt;
   choice.drift_sd_N_per_min = std::sqrt(std::max(rr - tr * tr / tt, 0.0) / free / tt);
 }
@@ -241,7 +244,8 @@ void check_readings(std::span<const ForceSample> samples, const ForceChoiceOptio
         Failure::Input, "at least " + std::to_string(least) + " frames of a contact beside gauge readings",
         std::to_string(count_used(samples)) + " of " + std::to_string(samples.size()) + why_left_out(samples),
         samples.empty() ? "a recording in which something presses"
-                        : "a recording with more presses, less light, and the contact inside the frame");
+                        : "a recording with more presses, less light, and the contact inside the frame, or "
+                          "contacts at the border too (--keep-border)");
 }
 
 /// Every candidate judged by held-out readings into choice.scores, and the one that is taken: its place in

@@ -51,7 +51,7 @@ struct ForceChoice {
   std::optional<BranchLine> loading, unloading;
   bool has_hysteresis = false;    ///< both directions were seen over a common range
   double hysteresis_signal = 0;   ///< where the largest difference lies
-  double drift_sd_N_per_min = 0;  ///< standard error of calibration.drift_N_per_min; NaN: times not known
+  double drift_sd_N_per_min = 0;  ///< standard error of calibration.drift_N_per_min; NaN: times not known, or too short
   std::vector<double> unloading_fraction;  ///< of each sample, 0 to 1, in the chosen signal
   std::vector<double> held_out_N;  ///< of each sample: predicted by a fit without its block; NaN: none
 };

@@ -87,6 +87,7 @@ struct ForceCalibration {
   double drift_N_per_min = 0;    ///< of the residual over the calibration's time
   double r_squared = 0;          ///< 0: not stated
   double residual_fraction = 0;  ///< scatter that grows with the force: its share, added in squares
+  bool fit_for_use = true;       ///< false: its error or range were found too poor; forces say so
   Origin origin{};
 };
 

@@ -121,7 +121,9 @@ Report force(const Common& common, const Options& options) {
   draw_plot(plot_script(outcome, true), stem + ".svg", written);
   if (!options.images_N.empty())
     draw_plot(write_images(first, outcome, options.images_N, stem), stem + "_images.png", written);
-  const int code = validation_clean(*context) ? 0 : kInternalError;
+  const int code = !validation_clean(*context)               ? kInternalError
+                   : !outcome.choice.calibration.fit_for_use ? static_cast<int>(Failure::Input)
+                                                             : 0;
   return {describe(outcome) + "\n" + written, to_json(outcome, common.out.string()), code};
 }
 
@@ -161,7 +163,9 @@ void add_calibrate_force(CommandLine& group, Common& common, Command& chosen) {
       "  palpate calibrate force a.avi --gauge a.csv --check b.avi --check-gauge b.csv --sensor gel.json \\\n"
       "      --out gel2.json\n"
       "  palpate calibrate force synthetic:press --gauge truth --out pad.json\n"
-      "Beside --out lie its plot (OUT_force.png, .svg) and its points (OUT_force.csv).\n");
+      "Beside --out lie its plot (OUT_force.png, .svg) and its points (OUT_force.csv). The first line is "
+      "the\n"
+      "verdict; a calibration that is not fit for use is written, says so, and ends with exit code 3.\n");
   command->callback(
       [&common, &chosen, options] { chosen = [&common, options] { return force(common, *options); }; });
 }

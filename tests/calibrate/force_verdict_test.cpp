@@ -1,0 +1,106 @@
+// Verdict on a force calibration: what is fit for use and what is not, and why.
+#include "capture/calibrate/force_verdict.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "engine/measure/force.h"
+
+namespace palpate {
+namespace {
+
+/// One recording of presses to 10 N, 40 frames each, gray = 1000 F with a relative scatter.
+GaugedRecording recording(int presses, double scatter, uint32_t seed = 5) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal(0, 1);
+  GaugedRecording r;
+  r.input = "made up";
+  for (int p = 0; p < presses; ++p)
+    for (int i = 0; i < 50; ++i) {
+      GaugedFrame f;
+      f.touch.sequence = r.frames.size();
+      f.time_s = 0.05 * static_cast<double>(r.frames.size());
+      f.touch.contact = i < 40;
+      f.force_N = f.touch.contact ? 10 * std::sin(0.08 * i) : 0;
+      f.touch.gray_sum = std::max(1000 * f.force_N * (1 + scatter * normal(random)), 0.0);
+      f.touch.area_px = static_cast<uint64_t>(f.touch.gray_sum / 10) + 1;
+      r.frames.push_back(f);
+    }
+  return r;
+}
+
+ForceOutcome calibrate(GaugedRecording r) {
+  return calibrate_force({std::move(r)}, {ForceSignal::GraySum, {}, {}});
+}
+
+TEST(ForceVerdict, GoodReadingsAreFitForUse) {
+  const ForceOutcome o = calibrate(recording(5, 0.01));
+  const ForceVerdict v = verdict_of(o);
+  EXPECT_TRUE(v.fit_for_use) << v.line;
+  EXPECT_TRUE(o.choice.calibration.fit_for_use);
+  EXPECT_EQ(v.presses, 5u);
+  EXPECT_LT(v.interval_fraction, 0.06);
+  EXPECT_EQ(v.line.rfind("good to", 0), 0u) << v.line;
+  EXPECT_EQ(v.line.find("one press"), std::string::npos) << v.line;
+  EXPECT_EQ(describe(o).rfind(v.line, 0), 0u);
+}
+
+TEST(ForceVerdict, OnePressSaysSo) {
+  const ForceVerdict v = verdict_of(calibrate(recording(1, 0.01)));
+  EXPECT_TRUE(v.fit_for_use) << v.line;
+  EXPECT_NE(v.line.find("judged within one press"), std::string::npos) << v.line;
+}
+
+TEST(ForceVerdict, WideIntervalIsNotFitForUse) {
+  const ForceOutcome o = calibrate(recording(5, 0.5));
+  const ForceVerdict v = verdict_of(o);
+  EXPECT_FALSE(v.fit_for_use) << v.line;
+  EXPECT_FALSE(o.choice.calibration.fit_for_use);
+  EXPECT_GT(v.interval_fraction, ForceVerdict::kWorstInterval);
+  EXPECT_NE(v.line.find("of full scale"), std::string::npos) << v.line;
+  EXPECT_NE(o.choice.calibration.origin.note.find("not fit for use"), std::string::npos);
+}
+
+TEST(ForceVerdict, WhatTheBorderTakesAwayIsNamed) {
+  GaugedRecording r = recording(3, 0.01);
+  for (GaugedFrame& f : r.frames) f.touch.at_border = f.force_N > 2;
+  const ForceVerdict v = verdict_of(calibrate(std::move(r)));
+  EXPECT_FALSE(v.fit_for_use) << v.line;
+  EXPECT_LT(v.reach, 0.25);
+  EXPECT_NE(v.line.find("--keep-border"), std::string::npos) << v.line;
+  EXPECT_NE(v.line.find("N pressed"), std::string::npos) << v.line;
+}
+
+TEST(ForceVerdict, EveryForceOfAPoorCalibrationSaysSo) {
+  ForceCalibration c = calibrate(recording(5, 0.5)).choice.calibration;
+  const Estimate force = force_from_gray(c, 5000, true);
+  EXPECT_EQ(force.validity, Validity::Unfit);
+  EXPECT_GT(force.value, 0);
+  EXPECT_EQ(force_from_gray(c, 5000, true, 1).validity, Validity::Unfit);
+  EXPECT_EQ(force_from_gray(c, 0, false).validity, Validity::NoContact);
+  c.fit_for_use = true;
+  EXPECT_EQ(force_from_gray(c, 5000, true).validity, Validity::Valid);
+}
+
+TEST(ForceVerdict, IsKeptInTheSensorFile) {
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "palpate_unfit.json";
+  Sensor sensor;
+  sensor.pitch_mm_per_px = 0.05;
+  sensor.force = calibrate(recording(5, 0.5)).choice.calibration;
+  save_sensor(sensor, file);
+  EXPECT_FALSE(load_sensor(file).force->fit_for_use);
+  sensor.force->fit_for_use = true;
+  save_sensor(sensor, file);
+  EXPECT_TRUE(load_sensor(file).force->fit_for_use);
+  std::filesystem::remove(file);
+}
+
+TEST(ForceVerdict, DriftNeedsTime) {
+  EXPECT_FALSE(std::isfinite(calibrate(recording(3, 0.01)).choice.drift_sd_N_per_min));  // 7.5 s
+  EXPECT_TRUE(std::isfinite(calibrate(recording(6, 0.01)).choice.drift_sd_N_per_min));   // 15 s
+}
+
+}  // namespace
+}  // namespace palpate
