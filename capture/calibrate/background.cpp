@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
 
+#include "capture/files/output_file.h"
 #include "capture/open_source.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
@@ -247,6 +250,24 @@ std::vector<Frame> take_frames(const std::string& input, const Sensor& sensor, u
     if (!more(frames.size())) break;
   }
   return frames;
+}
+
+std::filesystem::path keep_background(const std::filesystem::path& given, const std::filesystem::path& out,
+                                      Sensor& sensor) {
+  if (given.empty()) return {};
+  const std::filesystem::path kept = std::filesystem::absolute(out).parent_path() /
+                                     (out.stem().string() + "_background" + given.extension().string());
+  std::error_code code;
+  if (!std::filesystem::equivalent(given, kept, code)) {
+    std::ifstream in(given, std::ios::binary);
+    const std::string bytes((std::istreambuf_iterator<char>(in)), {});
+    if (!in || bytes.empty())
+      throw Error(Failure::Input, "an untouched image in " + given.string(), "nothing that can be read",
+                  "another --background");
+    write_whole(kept, std::string_view(bytes));
+  }
+  sensor.background.image = kept.string();
+  return kept;
 }
 
 Sensor unrectified(Sensor sensor) {

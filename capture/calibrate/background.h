@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -32,6 +33,12 @@ UntouchedImage untouched_image(const std::vector<Frame>& frames, const Sensor& s
 /// may end it by returning false. Frames come as the sensor rectifies them.
 std::vector<Frame> take_frames(const std::string& input, const Sensor& sensor, uint32_t wanted,
                                uint32_t every, const std::function<bool(uint64_t)>& more);
+
+/// Puts a copy of the untouched image `given` beside the sensor file `out`, as OUT_background with its own
+/// ending, and its name into the sensor; returns the copy's path. Nothing where `given` is empty. Throws
+/// Error(Failure::Output), or Error(Failure::Input) where it cannot be read.
+std::filesystem::path keep_background(const std::filesystem::path& given, const std::filesystem::path& out,
+                                      Sensor& sensor);
 
 /// The sensor that gives frames as the camera does: without crop, lens, quad, flat field and size.
 Sensor unrectified(Sensor sensor);

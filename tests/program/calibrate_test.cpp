@@ -66,7 +66,7 @@ TEST_F(Calibrate, FindsTheSensorOfASyntheticGel) {
   const Sensor ours = load_sensor(folder_ / "out.json"), its = load_sensor(folder_ / "rec/sensor.json");
   EXPECT_EQ(ours.reconstruction, Reconstruction::Photometric);
   EXPECT_EQ(ours.pitch_mm_per_px, its.pitch_mm_per_px);
-  EXPECT_EQ(ours.background.image, at("rec/background.png"));
+  EXPECT_EQ(ours.background.image, at("out_background.png"));
   double difference = 0, size = 0;
   for (int c = 0; c < 3; ++c) {
     difference += std::pow(ours.photometric.wx[c][0] - its.photometric.wx[c][0], 2);
@@ -131,6 +131,47 @@ TEST_F(Calibrate, FindsTheBallsByItself) {
               "' --out '" + at("out.json") + "'",
           3, "640x480");
   refused("calibrate lookup '" + at("rec/frames") + rest + "--ball-mm 5", 4, "gray sensor");
+}
+
+// From nothing but pictures, a scale and a ball: what measures afterwards is in the sensor file.
+TEST_F(Calibrate, PressesSayWhatAContactIsAndTheUntouchedImageIsKept) {
+  ASSERT_EQ(simulate(), 0) << text("stderr");
+  std::ofstream(folder_ / "bare.json")
+      << palpate::text(R"({"palpate_sensor":1,"name":"bare","pitch_mm_per_px":%.8g,)"
+                       R"("frame":{"channels":3,"bit_depth":8}})",
+                       load_sensor(folder_ / "rec/sensor.json").pitch_mm_per_px);
+  const std::string command = "calibrate photometric '" + at("rec/frames") + "' --sensor '" +
+                              at("bare.json") + "' --ball-mm 5 --background '" + at("rec/background.png") +
+                              "' --json --out '";
+  ASSERT_EQ(run(command + at("ours.json") + "'"), 0) << text("stderr");
+  const Json contact = parse_json(text("stdout"))["contact"];
+  const Sensor ours = load_sensor(folder_ / "ours.json");
+  EXPECT_EQ(ours.signal, Signal::Either);  // one side of a ball is brighter, the other darker
+  EXPECT_GT(contact["contact_gray"], ours.threshold_gray);
+  EXPECT_GT(ours.threshold_gray, contact["untouched_gray"].get<double>());
+  EXPECT_NEAR(ours.gradient_gray_per_px, contact["gradient_gray_per_px"].get<double>(), 1e-9);
+  EXPECT_EQ(ours.background.image, at("ours_background.png"));
+  EXPECT_EQ(text("ours_background.png"), text("rec/background.png"));
+  ASSERT_EQ(run(command + at("kept.json") + "' --keep-contact"), 0) << text("stderr");
+  EXPECT_EQ(load_sensor(folder_ / "kept.json").signal,
+            Signal::Brighter);  // The image that was given is not needed any more.
+  fs::remove(folder_ / "rec/background.png");
+  ASSERT_EQ(run("process '" + at("rec/frames") + "' --sensor '" + at("ours.json") + "' --quiet --out '" +
+                at("measured") + "'"),
+            0)
+      << text("stderr");
+  const Table measured(text("measured/measurements.csv")), truth(text("rec/truth.csv"));
+  const std::vector<double> touching = truth.numbers("true_contact"), area = truth.numbers("true_radius_px"),
+                            contacts = measured.numbers("contacts");
+  ASSERT_EQ(touching.size(), contacts.size());
+  int clear = 0, one = 0, none = 0, untouched = 0;
+  for (size_t i = 0; i < contacts.size(); ++i) {
+    if (touching[i] == 0) ++untouched, none += contacts[i] == 0;
+    if (touching[i] == 1 && area[i] > 20) ++clear, one += contacts[i] == 1;
+  }
+  ASSERT_GE(clear, 10);
+  EXPECT_EQ(one, clear);
+  EXPECT_EQ(none, untouched);
 }
 
 TEST_F(Calibrate, BackgroundFlatAndScaleWriteSensorFilesThatLoad) {

@@ -16,8 +16,9 @@ void add_ball_options(CommandLine& command, BallOptions& options, Common& common
   command.add_option("--balls", options.balls,
                      std::string("Table of presses instead, px of the rectified frame: ") + kBallColumns);
   command
-      .add_option("--background", options.background,
-                  "Untouched image (default: the sensor file's, or a video's first frames)")
+      .add_option(
+          "--background", options.background,
+          "Untouched image, kept beside --out (default: the sensor file's, or a video's first frames)")
       ->check(Check::existing_file());
   command.add_option("--every", options.every,
                      "Look at every n-th frame (default: so that 400 are looked at)");

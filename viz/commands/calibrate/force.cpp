@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <map>
 
+#include "capture/calibrate/background.h"
 #include "capture/calibrate/force.h"
 #include "capture/files/images/images.h"
 #include "capture/files/output_file.h"
@@ -113,10 +114,12 @@ Report force(const Common& common, const Options& options) {
 
   Sensor sensor = options.sensor.empty() ? first.sensor : load_sensor(options.sensor);
   sensor.force = outcome.choice.calibration;
+  const std::filesystem::path background = keep_background(options.background, common.out, sensor);
   save_sensor(sensor, common.out);
   const std::string stem = plot_stem(common, options, "_force");
   write_whole(stem + ".csv", std::string_view(samples_csv(outcome)));
   std::string written = "written: " + common.out.string() + ", " + stem + ".csv";
+  if (!background.empty()) written += ", " + background.string();
   draw_plot(plot_script(outcome, false), stem + ".png", written);
   draw_plot(plot_script(outcome, true), stem + ".svg", written);
   if (!options.images_N.empty())

@@ -18,7 +18,8 @@ void add_gauged_options(CommandLine& command, GaugedOptions& options, Common& co
       ->required();
   command.add_option("--sensor", options.sensor, "Sensor file to start from (sessions bring their own)");
   command
-      .add_option("--background", options.background, "Untouched image to use instead of the sensor file's")
+      .add_option("--background", options.background,
+                  "Untouched image instead of the sensor file's; kept beside --out")
       ->check(Check::existing_file());
   command.add_option(
       "--align", options.align,

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "capture/calibrate/background.h"
 #include "capture/calibrate/origin.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
@@ -48,6 +49,7 @@ Report lookup(const Common& common, const BallOptions& options) {
   calibrated.lookup = result.calibration;
   calibrated.lookup.origin = origin_now(fs::path(options.input).filename().string(), note);
   calibrated.size_px = {found.format.width, found.format.height};
+  const fs::path background = keep_background(options.background, common.out, calibrated);
   save_sensor(calibrated, common.out);
 
   json::Value presses = json::Value::array(), refused = presses;
@@ -86,7 +88,8 @@ Report lookup(const Common& common, const BallOptions& options) {
       palpate::text("all: depth %.4f mm RMS, held out %s; %zu points up to %.1f gray and %.3f mm\nwritten: ",
                     result.depth_rmse_mm, result.by_press ? "press by press" : "by sectors of the one press",
                     points.size(), points.back()[0], points.back()[1]);
-  return {text + all + common.out.string(), value.dump(2), 0};
+  return {text + all + common.out.string() + (background.empty() ? "" : " and " + background.string()),
+          value.dump(2), 0};
 }
 
 }  // namespace

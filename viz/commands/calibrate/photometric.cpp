@@ -6,7 +6,9 @@
 #include <map>
 #include <optional>
 
+#include "capture/calibrate/background.h"
 #include "capture/calibrate/origin.h"
+#include "capture/calibrate/press_contact.h"
 #include "engine/base/json.h"
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
@@ -31,7 +33,7 @@ constexpr size_t kEnoughToCompare = 6;
 struct Options : BallOptions {
   double rest_weight = 1;
   NormalModel model = NormalModel::Best;
-  bool keep_markers = false;
+  bool keep_markers = false, keep_contact = false;
 };
 
 std::string fixed(double value, int digits) {
@@ -170,7 +172,18 @@ std::string summary(const Fitted& fitted) {
   return text;
 }
 
-Report report_of(const Fitted& fitted, const Common& common, const Options& options) {
+json::Value contact_json(const PressContact& c) {
+  return {{"signal", to_string(c.signal)},
+          {"change_upwards", c.brighter},
+          {"contact_gray", c.contact_gray},
+          {"untouched_gray", c.rest_gray},
+          {"threshold_gray", c.threshold_gray},
+          {"contact_gray_per_px", c.contact_gray_per_px},
+          {"gradient_gray_per_px", c.gradient_gray_per_px}};
+}
+
+Report report_of(const Fitted& fitted, const Common& common, const Options& options,
+                 const std::optional<PressContact>& contact, const std::string& background) {
   const PhotometricFitResult& result = fitted.result;
   json::Value presses = json::Value::array(), refused = presses;
   std::string text =
@@ -200,7 +213,16 @@ Report report_of(const Fitted& fitted, const Common& common, const Options& opti
                 {"normal_angle_deg_held_out", result.normal_angle_deg},
                 {"depth_rmse_held_out_mm", result.depth_rmse_mm},
                 {"depth_gain_held_out", result.depth_gain}});
-  text += refused_text(fitted.found) + summary(fitted) + "\nwritten: " + common.out.string();
+  text += refused_text(fitted.found) + summary(fitted);
+  if (contact) {
+    value["contact"] = contact_json(*contact);
+    text += "\n" + describe(*contact);
+  }
+  text += "\nwritten: " + common.out.string();
+  if (!background.empty()) {
+    value["background"] = background;
+    text += " and " + background;
+  }
   return {text, value.dump(2), 0};
 }
 
@@ -212,8 +234,12 @@ Report photometric(const Common& common, const Options& options) {
   BallPresses found = presses_of(common, options, reading, !options.keep_markers, 2);
   if (interrupted()) return {"", "", kInterrupted};
   const Fitted fitted = fit_found(std::move(found), reading, options);
-  save_sensor(calibrated(original, fitted, options), common.out);
-  return report_of(fitted, common, options);
+  Sensor sensor = calibrated(original, fitted, options);
+  std::optional<PressContact> contact;
+  if (!options.keep_contact) apply(contact.emplace(contact_of_presses(fitted.found, sensor.filter)), sensor);
+  const fs::path background = keep_background(options.background, common.out, sensor);
+  save_sensor(sensor, common.out);
+  return report_of(fitted, common, options, contact, background.string());
 }
 
 }  // namespace
@@ -237,6 +263,8 @@ void add_calibrate_photometric(CommandLine& group, Common& common, Command& chos
                    "Weight of the untouched parts: more where the light drifts, less where it is noisy")
       ->check(Check::range(0.0, 1000.0))
       ->capture_default_str();
+  command->add_flag("--keep-contact", options->keep_contact,
+                    "Leave the section contact as it is (default: set by what the presses change)");
   command->add_flag("--keep-markers", options->keep_markers, "Use the pixels of printed markers too");
   add_common(
       *command, common,

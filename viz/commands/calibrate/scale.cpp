@@ -187,6 +187,7 @@ Report scale(const Common& common, const Options& options) {
                       : options.ring_mm > 0 ? by_ring(options, reading, sensor)
                                             : by_ball(options, reading, sensor);
   if (interrupted()) return {"", "", kInterrupted};
+  const fs::path background = keep_background(options.background, common.out, sensor);
   save_sensor(sensor, common.out);
   json::Value value = {{"sensor", common.out.string()},
                        {"pitch_mm_per_px", sensor.pitch_mm_per_px},
@@ -200,7 +201,9 @@ Report scale(const Common& common, const Options& options) {
     all +=
         "WARNING: force, shear, surface and flat field were calibrated at another scale: calibrate them "
         "again\n";
-  return {all + "written: " + common.out.string(), value.dump(2), 0};
+  all += "written: " + common.out.string();
+  if (!background.empty()) all += " and " + background.string();
+  return {all, value.dump(2), 0};
 }
 
 }  // namespace

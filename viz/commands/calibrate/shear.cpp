@@ -2,6 +2,7 @@
 // with stiffness and friction.
 #include <map>
 
+#include "capture/calibrate/background.h"
 #include "capture/calibrate/shear.h"
 #include "engine/gpu/context.h"
 #include "viz/commands/calibrate/calibrate.h"
@@ -42,10 +43,12 @@ Report shear(const Common& common, const Options& options) {
   if (!options.sensor.empty()) sensor = load_sensor(options.sensor);
   const ShearOutcome outcome = calibrate_shear(std::move(recordings), sensor, options.request);
   sensor.shear = outcome.calibration;
+  const std::filesystem::path background = keep_background(options.background, common.out, sensor);
   save_sensor(sensor, common.out);
 
   const std::string stem = plot_stem(common, options, "_shear");
   std::string written = "written: " + common.out.string();
+  if (!background.empty()) written += ", " + background.string();
   draw_plot(plot_script(outcome, false), stem + ".png", written);
   draw_plot(plot_script(outcome, true), stem + ".svg", written);
   const int code = validation_clean(*context) ? 0 : kInternalError;
