@@ -113,4 +113,10 @@ Frame load_background(const std::string& input, const Sensor& sensor, Source& so
   return background;
 }
 
+BackgroundOrigin background_origin(const Sensor& sensor, const Source& source) {
+  if (sensor.background.kind == BackgroundKind::None) return BackgroundOrigin::None;
+  if (!sensor.background.image.empty()) return BackgroundOrigin::File;
+  return source.own_background() ? BackgroundOrigin::Recording : BackgroundOrigin::FirstFrames;
+}
+
 }  // namespace palpate

@@ -18,4 +18,13 @@ std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sens
 /// camera cannot be, and gives its own next frames. Black where the sensor has none.
 Frame load_background(const std::string& input, const Sensor& sensor, Source& source);
 
+/// Where load_background() takes the untouched image from.
+enum class BackgroundOrigin {
+  None,         ///< nothing is subtracted
+  File,         ///< the image that the sensor file or an option names
+  Recording,    ///< the source's own
+  FirstFrames,  ///< nobody has said that these are untouched
+};
+BackgroundOrigin background_origin(const Sensor& sensor, const Source& source);
+
 }  // namespace palpate

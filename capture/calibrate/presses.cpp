@@ -13,6 +13,7 @@
 #include "capture/files/image_sequence.h"
 #include "capture/files/images/images.h"
 #include "capture/open_source.h"
+#include "capture/run/rest_check.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
 
@@ -154,11 +155,13 @@ BallPresses find_presses(const std::string& input, const Sensor& sensor, const P
       search.mask_markers ? find_markers(found.background, sensor) : std::vector<uint8_t>{};
   const BallSearch ball_search{search.ball_radius_mm, sensor.pitch_mm_per_px, sensor.threshold_gray};
 
+  RestCheck rest_check(found.background, sensor);
   Frame frame;
   uint64_t looked = 0;
   for (uint64_t n = 0; source->next(frame); ++n) {
     if (n % every != 0) continue;
     if (search.progress && search.progress(++looked, count / every)) break;
+    rest_check.add(frame);
     BallPress press;
     press.label = images ? images->files()[n].filename().string() : "frame #" + std::to_string(n);
     press.ball_radius_mm = search.ball_radius_mm;
@@ -176,6 +179,7 @@ BallPresses find_presses(const std::string& input, const Sensor& sensor, const P
       found.refused.push_back({press.label, press.ball.refusal});
     }
   }
+  found.warning = rest_check.warning();
   if (sensor.channels == 3) refuse_unlike(found);
   if (found.presses.size() < least) {
     std::string what = std::to_string(found.presses.size()) + " usable";
@@ -187,7 +191,8 @@ BallPresses find_presses(const std::string& input, const Sensor& sensor, const P
                 (least == 1 ? "a press" : std::to_string(least) + " presses or more") + " of a ball of " +
                     std::to_string(search.ball_radius_mm) + " mm radius in " + input,
                 what,
-                too_wide ? "the ball's radius (not its diameter), and pitch_mm_per_px of the sensor file"
+                !found.warning.empty() ? "an untouched --background: " + found.warning
+                : too_wide ? "the ball's radius (not its diameter), and pitch_mm_per_px of the sensor file"
                 : found.untouched > 0 && found.refused.empty()
                     ? "presses deep enough to be seen, and an untouched --background"
                     : "single presses of one ball away from the border, or --balls TABLE");

@@ -34,6 +34,7 @@ struct BallPresses {
   std::vector<Frame> backgrounds;     ///< one for each press
   std::vector<RefusedPress> refused;  ///< frames in which something is pressed that cannot be used
   uint64_t untouched = 0;             ///< frames in which nothing is
+  std::string warning;                ///< that the untouched image shows a touch itself; empty: it does not
 };
 
 struct PressSearch {

@@ -10,9 +10,9 @@
 #include "capture/files/images/images.h"
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
-#include "capture/open_source.h"
 #include "capture/run/input.h"
 #include "capture/run/press_json.h"
+#include "capture/run/rest_check.h"
 #include "capture/run/run_recording.h"
 #include "engine/base/json.h"
 #include "engine/gpu/context.h"
@@ -28,6 +28,20 @@ double rms_difference(std::span<const float> a, std::span<const float> b) {
     squares += d * d;
   }
   return a.empty() ? 0 : std::sqrt(squares / static_cast<double>(a.size()));
+}
+
+const char* to_string(BackgroundOrigin origin) {
+  switch (origin) {
+    case BackgroundOrigin::None:
+      return "none";
+    case BackgroundOrigin::File:
+      return "given";
+    case BackgroundOrigin::Recording:
+      return "the recording's own";
+    case BackgroundOrigin::FirstFrames:
+      return "first frames, taken to be untouched";
+  }
+  return "?";
 }
 
 /// Whether a format holds depths of a limited range only.
@@ -249,6 +263,10 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   for (const char* stale : {"summary.json", "recording.mp4", "contacts.csv"})
     std::filesystem::remove(out / stale);
   ProcessSummary summary;
+  summary.untouched = background_origin(sensor, *source);
+  std::optional<RestCheck> rest_check;
+  if (summary.untouched == BackgroundOrigin::File || summary.untouched == BackgroundOrigin::FirstFrames)
+    rest_check.emplace(background, sensor);
   Recorder recorder(context, sensor, request, *source, session.get(), pipeline, out, background, summary);
   uint64_t total = source->frame_count().value_or(0);
   if (request.frames != 0) total = total == 0 ? request.frames : std::min(total, request.frames);
@@ -264,6 +282,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
     summary.seconds = 1e-9 * static_cast<double>(monotonic_ns() - start_ns);
     summary.warning = source->warning();
     if (presses) summary.presses = presses->finish();
+    if (rest_check) summary.untouched_warning = rest_check->warning();
     recorder.close();
     write_whole(out / "summary.json", std::string_view(to_json(summary, request, sensor, context) + "\n"));
   };
@@ -274,6 +293,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
         *source, pipeline, request.frames, watch.stop,
         [&](const Result& result, const Frame& frame) {
           recorder.add(result, frame);
+          if (rest_check) rest_check->add(frame);
           if (presses) presses->add(frame, result.touch);
           progress(++done);
         },
@@ -341,6 +361,8 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
                             {"different", s.recorded->different},
                             {"first_difference", s.recorded->first_difference}};
   if (!s.warning.empty()) value["warning"] = s.warning;
+  value["untouched_image"] = to_string(s.untouched);
+  if (!s.untouched_warning.empty()) value["untouched_warning"] = s.untouched_warning;
   if (s.comparison) value["measured_minus_true"] = json::parse(s.comparison->json());
   return value.dump(2, json::Utf8::Replace);
 }

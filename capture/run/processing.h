@@ -13,6 +13,7 @@
 
 #include "capture/files/depth/depth_files.h"
 #include "capture/files/frame_range.h"
+#include "capture/open_source.h"
 #include "capture/run/comparison.h"
 #include "capture/run/run_watch.h"
 #include "capture/run/verify_recording.h"
@@ -98,6 +99,8 @@ struct ProcessSummary {
   std::optional<RecordedCheck> recorded;  ///< with as_recorded
   std::vector<PressAnswer> presses;       ///< of a block of tissue
   std::string warning;                    ///< of the source: a session that was cut short
+  BackgroundOrigin untouched = BackgroundOrigin::None;
+  std::string untouched_warning;  ///< that the untouched image shows a touch, see RestCheck
 };
 
 /// Processes `request.input` with `sensor` into folder `out`: measurements.csv and contacts.csv row by row,

@@ -21,19 +21,6 @@ class GelContactRecordings : public WedgeClips {
  protected:
   GelContactRecordings() : WedgeClips("CONTACTS NOT CHECKED ON A REAL GEL") {}
 
-  /// Of both days, where they are there.
-  static std::vector<fs::path> clips() {
-    std::vector<fs::path> files;
-    for (const fs::path& day : {folder(), folder() / "../gelsight_wedge_day2"}) {
-      if (!fs::is_directory(day)) continue;
-      const auto first = static_cast<std::ptrdiff_t>(files.size());
-      for (const auto& entry : fs::directory_iterator(day))
-        if (entry.path().extension() == ".avi") files.push_back(entry.path());
-      std::sort(files.begin() + first, files.end());
-    }
-    return files;
-  }
-
   struct Counts {
     size_t pressed = 0, one = 0, untouched = 0, wrong = 0, ids = 0, saturated = 0;
   };
@@ -70,7 +57,7 @@ class GelContactRecordings : public WedgeClips {
 TEST_F(GelContactRecordings, OneObjectIsOneContact) {
   Counts all;
   size_t followed = 0, few_ids = 0;
-  for (const fs::path& file : clips()) {
+  for (const fs::path& file : both_days()) {
     const Counts c = follow(file);
     std::printf(
         "%-32s one contact in %3zu of %3zu frames above 1 N, %zu ids, wrong in %zu of %zu untouched\n",
@@ -156,7 +143,7 @@ TEST_F(GelContactRecordings, TheSurfaceIsAtRestBesideAPress) {
   const double margin_px = 3 / sensor.pitch_mm_per_px;
   constexpr double kNoise_mm = 0.01;  // of a press that is hardly seen
   size_t judged = 0;
-  for (const fs::path& clip : clips()) {
+  for (const fs::path& clip : both_days()) {
     const std::string name = clip.stem();
     const std::unique_ptr<Source> source = open_source(clip.string(), sensor);
     Pipeline pipeline(context(), sensor, source->format(),

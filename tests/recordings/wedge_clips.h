@@ -4,9 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "capture/calibrate/force.h"
 #include "tests/support/gpu_fixture.h"
@@ -32,6 +34,18 @@ class WedgeClips : public GpuTest {
 
   static std::filesystem::path folder() {
     return std::filesystem::path(PALPATE_SOURCE_DIR) / "../shared/data/gelsight_wedge_press";
+  }
+  /// The clips of both days, where they are there.
+  static std::vector<std::filesystem::path> both_days() {
+    std::vector<std::filesystem::path> files;
+    for (const std::filesystem::path& day : {folder(), folder() / "../gelsight_wedge_day2"}) {
+      if (!std::filesystem::is_directory(day)) continue;
+      const auto first = static_cast<std::ptrdiff_t>(files.size());
+      for (const auto& entry : std::filesystem::directory_iterator(day))
+        if (entry.path().extension() == ".avi") files.push_back(entry.path());
+      std::sort(files.begin() + first, files.end());
+    }
+    return files;
   }
   static GaugedRecording measured(const std::string& clip) {
     MeasuredInput input{

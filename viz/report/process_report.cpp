@@ -126,7 +126,10 @@ std::string describe(const ProcessSummary& s) {
     if (s.recorded->different) text += "first difference in " + s.recorded->first_difference + "\n";
   }
   for (const PressAnswer& press : s.presses) text += describe(press) + "\n";
-  if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
+  if (s.untouched == BackgroundOrigin::FirstFrames)
+    text += "untouched image: none given, the first frames were taken to be untouched (--background)\n";
+  for (const std::string& warning : {s.warning, s.untouched_warning})
+    if (!warning.empty()) text += "WARNING: " + warning + "\n";
   if (s.comparison) text += "\n" + table_of(*s.comparison);
   return text;
 }

@@ -76,7 +76,9 @@ Report lookup(const Common& common, const BallOptions& options) {
     text += "not used: " + r.label + ": " + r.reason + "\n";
   }
   const auto& points = result.calibration.points;
+  if (!found.warning.empty()) text += "WARNING: " + found.warning + "\n";
   const json::Value value = {{"sensor", common.out.string()},
+                             {"warning", found.warning},
                              {"presses", presses},
                              {"refused", refused},
                              {"points", points.size()},

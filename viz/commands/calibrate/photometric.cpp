@@ -214,6 +214,10 @@ Report report_of(const Fitted& fitted, const Common& common, const Options& opti
                 {"depth_rmse_held_out_mm", result.depth_rmse_mm},
                 {"depth_gain_held_out", result.depth_gain}});
   text += refused_text(fitted.found) + summary(fitted);
+  if (!fitted.found.warning.empty()) {
+    value["warning"] = fitted.found.warning;
+    text += "\nWARNING: " + fitted.found.warning;
+  }
   if (contact) {
     value["contact"] = contact_json(*contact);
     text += "\n" + describe(*contact);

@@ -1,0 +1,154 @@
+#include "capture/run/rest_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/statistics.h"
+#include "engine/base/text.h"
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kSide = 8;          // px
+constexpr int kAround = 4;             // cells to each side that a cell is compared with
+constexpr double kOverNoise = 6;       // a cell's difference over its usual scatter
+constexpr double kLeastChange = 0.02;  // of full scale
+constexpr size_t kLeastCells = 12;     // connected
+constexpr double kMoreStructure = 5;   // of the image that is touched, in a region off the frame's border
+constexpr double kLeastShare = 0.6, kMostShare = 1.8;  // of that structure in the difference: else the lamps'
+constexpr double kOneWay = 0.8;                        // fraction of a difference against the signal
+constexpr double kFewFrames = 0.05;                    // of those looked at
+
+}  // namespace
+
+RestCheck::RestCheck(const Frame& background, const Sensor& sensor)
+    : format_(background.format),
+      signal_(sensor.signal),
+      cells_x_(background.format.width / kSide),
+      cells_y_(background.format.height / kSide),
+      rest_(cells_of(background)),
+      difference_(size_t{cells_x_} * cells_y_),
+      differs_(difference_.size()),
+      seen_(difference_.size()) {}
+
+RestCheck::Cells RestCheck::cells_of(const Frame& frame) const {
+  Cells cells;
+  const size_t count = size_t{cells_x_} * cells_y_;
+  for (uint32_t c = 0; c < format_.channels; ++c) {
+    std::vector<float> means(count), structure(count);
+    for (uint32_t y = 0; y < cells_y_; ++y)
+      for (uint32_t x = 0; x < cells_x_; ++x) {
+        uint64_t sum = 0;
+        for (uint32_t v = 0; v < kSide; ++v)
+          for (uint32_t u = 0; u < kSide; ++u) sum += frame.at(c, x * kSide + u, y * kSide + v);
+        means[size_t{y} * cells_x_ + x] = static_cast<float>(sum) / (kSide * kSide);
+      }
+    for (int y = 0; y < static_cast<int>(cells_y_); ++y)
+      for (int x = 0; x < static_cast<int>(cells_x_); ++x) {
+        double sum = 0, n = 0;
+        for (int v = std::max(y - kAround, 0); v <= std::min(y + kAround, static_cast<int>(cells_y_) - 1);
+             ++v)
+          for (int u = std::max(x - kAround, 0); u <= std::min(x + kAround, static_cast<int>(cells_x_) - 1);
+               ++u)
+            sum += double{means[static_cast<size_t>(v) * cells_x_ + static_cast<size_t>(u)]}, n += 1;
+        const size_t i = static_cast<size_t>(y) * cells_x_ + static_cast<size_t>(x);
+        structure[i] = means[i] - static_cast<float>(sum / n);
+      }
+    cells.means.push_back(std::move(means));
+    cells.structure.push_back(std::move(structure));
+  }
+  return cells;
+}
+
+void RestCheck::compare(const Cells& now) {
+  std::fill(differs_.begin(), differs_.end(), uint8_t{0});
+  std::fill(difference_.begin(), difference_.end(), 0.0f);
+  for (uint32_t c = 0; c < format_.channels; ++c) {
+    std::vector<float> change(difference_.size());
+    for (size_t i = 0; i < change.size(); ++i) change[i] = now.means[c][i] - rest_.means[c][i];
+    const float light = median(change);
+    for (float& value : change) value -= light;
+    sorted_ = change;
+    for (float& value : sorted_) value = std::abs(value);
+    const double scatter = double{median_in_place(sorted_)} / 0.6745;
+    const double limit = std::max(kOverNoise * scatter, kLeastChange * format_.max_gray());
+    for (size_t i = 0; i < change.size(); ++i) {
+      difference_[i] += change[i];
+      if (std::abs(double{change[i]}) > limit) differs_[i] = 1;
+    }
+  }
+}
+
+bool RestCheck::judge(uint32_t from, const Cells& now) {
+  region_.assign(1, from);
+  differs_[from] = 0;
+  bool border = false;  // lamps shine there, and what is pressed may hide them
+  for (size_t next = 0; next < region_.size(); ++next) {
+    const uint32_t cell = region_[next], x = cell % cells_x_, y = cell / cells_x_;
+    border = border || x == 0 || y == 0 || x + 1 == cells_x_ || y + 1 == cells_y_;
+    const auto visit = [&](uint32_t to) {
+      if (differs_[to] == 0) return;
+      differs_[to] = 0;
+      region_.push_back(to);
+    };
+    if (x > 0) visit(cell - 1);
+    if (x + 1 < cells_x_) visit(cell + 1);
+    if (y > 0) visit(cell - cells_x_);
+    if (y + 1 < cells_y_) visit(cell + cells_x_);
+  }
+  if (region_.size() < kLeastCells) return false;
+  double up = 0, all = 0, of_rest = 0, of_frame = 0, of_difference = 0;
+  for (const uint32_t cell : region_) {
+    const double difference = double{difference_[cell]};
+    up += std::max(difference, 0.0);
+    all += std::abs(difference);
+    for (uint32_t c = 0; c < format_.channels; ++c) {
+      const double rest = double{rest_.structure[c][cell]}, frame = double{now.structure[c][cell]};
+      of_rest += rest * rest;
+      of_frame += frame * frame;
+      of_difference += (frame - rest) * (frame - rest);
+    }
+  }
+  const bool touched = signal_ == Signal::Brighter ? up < (1 - kOneWay) * all
+                       : signal_ == Signal::Darker ? up > kOneWay * all
+                                                   : !border && of_rest > kMoreStructure * of_frame &&
+                                                         of_difference > kLeastShare * of_rest &&
+                                                         of_difference < kMostShare * of_rest;
+  if (touched)
+    for (const uint32_t cell : region_) ++seen_[cell];
+  return touched;
+}
+
+void RestCheck::add(const Frame& frame) {
+  const uint64_t n = frames_++;
+  if ((n >= kAll && n % kEvery != 0) || cells_x_ == 0 || cells_y_ == 0) return;
+  ++looked_;
+  const Cells now = cells_of(frame);
+  compare(now);
+  bool any = false;
+  for (uint32_t cell = 0; cell < differs_.size(); ++cell)
+    if (differs_[cell] != 0) any = judge(cell, now) || any;
+  missing_ += any;
+}
+
+std::string RestCheck::warning() const {
+  const uint32_t most = seen_.empty() ? 0 : *std::max_element(seen_.begin(), seen_.end());
+  const uint32_t least = looked_ <= 2 ? 1 : 2;
+  if (most < least || static_cast<double>(most) < kFewFrames * static_cast<double>(looked_)) return {};
+  double x_px = 0, y_px = 0, cells = 0;
+  for (uint32_t i = 0; i < seen_.size(); ++i) {
+    if (2 * seen_[i] < most) continue;
+    x_px += (i % cells_x_ + 0.5) * kSide;
+    y_px += (i / cells_x_ + 0.5) * kSide;
+    cells += 1;
+  }
+  const double wide_px = 2 * kSide * std::sqrt(cells / 3.14159265358979);
+  return text(
+      "the untouched image shows a touch itself, %.0f px wide around (%.0f, %.0f) px, that is missing in "
+      "%llu "
+      "of %llu frames: what is measured there is wrong; give an image without touch (--background)",
+      wide_px, x_px / cells, y_px / cells, static_cast<unsigned long long>(missing_),
+      static_cast<unsigned long long>(looked_));
+}
+
+}  // namespace palpate

@@ -1,0 +1,49 @@
+// Check of an untouched image against the frames measured with it: whether it shows a touch itself.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "palpate/frame.h"
+#include "palpate/sensor.h"
+
+namespace palpate {
+
+/// A touch in the untouched image leaves its negative in every frame without that touch. Such a place changes
+/// against the signal or, where touch may change the image either way, has less structure in the frame than
+/// in the untouched image: a pressed gel has edges, an untouched one is even. Cells of 8 x 8 px, light that
+/// changed as a whole taken out.
+class RestCheck {
+ public:
+  RestCheck(const Frame& background, const Sensor& sensor);
+  /// Looks at the first kAll frames and then at every kEvery-th.
+  void add(const Frame& frame);
+  /// One line that says where the untouched image shows a touch, and in how many frames that is missing;
+  /// empty: it shows none.
+  std::string warning() const;
+
+  static constexpr uint64_t kAll = 64, kEvery = 8;
+
+ private:
+  struct Cells {
+    std::vector<std::vector<float>> means;      ///< of each channel, gray levels
+    std::vector<std::vector<float>> structure;  ///< the same less the mean of what surrounds a cell
+  };
+  Cells cells_of(const Frame& frame) const;
+  /// Marks cells that differ, and their difference of all channels together, signed.
+  void compare(const Cells& now);
+  /// Adds the connected cells from `from` on to seen_ where the touch in them is the untouched image's.
+  bool judge(uint32_t from, const Cells& now);
+
+  FrameFormat format_;
+  Signal signal_;
+  uint32_t cells_x_, cells_y_;
+  Cells rest_;
+  std::vector<float> difference_, sorted_;
+  std::vector<uint8_t> differs_;
+  std::vector<uint32_t> region_, seen_;  ///< seen_: frames in which a cell lacks what rest_ shows
+  uint64_t frames_ = 0, looked_ = 0, missing_ = 0;
+};
+
+}  // namespace palpate
