@@ -38,6 +38,8 @@ class Source {
   /// Fills `frame` (reusing its memory) and returns true, or returns false after the last frame.
   /// Throws Error(Failure::Input) on a damaged file or a frame whose size differs from the first.
   virtual bool next(Frame& frame) = 0;
+  /// The file of frame `sequence`, without its folder; empty where frames have none of their own.
+  virtual std::string frame_name(uint64_t /*sequence*/) const { return {}; }
   /// Warning about this input, one line, once `next` has returned false: a recording that is cut short. Empty
   /// when all is well.
   virtual std::string warning() const { return {}; }

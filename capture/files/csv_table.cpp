@@ -176,6 +176,16 @@ std::vector<std::string> csv_cells(std::string_view line, std::string_view separ
   return cells;
 }
 
+std::string csv_cell(std::string text) {
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < ' ') c = '?';
+  const bool blanks = !text.empty() && (blank(text.front()) || blank(text.back()));
+  if (!blanks && text.find_first_of(",;\"") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + '"';
+}
+
 ColumnHeader column_header(const std::string& cell) {
   ColumnHeader header{cell, "", ""};
   const size_t bracket = cell.find_first_of("[(");

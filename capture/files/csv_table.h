@@ -71,6 +71,9 @@ class CsvTable {
 /// quotes is one quote, and separators and blanks there are text). One cell at least.
 std::vector<std::string> csv_cells(std::string_view line, std::string_view separators = ",");
 
+/// `text` as one cell, in quotes where it needs them; control characters become '?'.
+std::string csv_cell(std::string text);
+
 /// A column's name and unit: "force_mN", "Force [mN]" and "force (mN)" are force and mN.
 struct ColumnHeader {
   std::string text;  ///< as it stands

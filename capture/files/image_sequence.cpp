@@ -23,9 +23,7 @@ ImageSequence::ImageSequence(const fs::path& file_or_folder, const Sensor& senso
     if (files_.empty())
       throw Error(Failure::Input, std::string("a folder with images (") + kImageKinds + ")",
                   "none in " + file_or_folder.string(), "the folder that holds the frames");
-    std::sort(files_.begin(), files_.end(), [](const fs::path& a, const fs::path& b) {
-      return natural_less(a.filename().string(), b.filename().string());
-    });
+    sort_naturally(files_);
   } else {
     files_.push_back(file_or_folder);
   }
@@ -44,6 +42,10 @@ bool ImageSequence::next(Frame& frame) {
   frame.sequence = next_++;
   frame.time_ns = 0;
   return true;
+}
+
+std::string ImageSequence::frame_name(uint64_t sequence) const {
+  return sequence < files_.size() ? files_[sequence].filename().string() : "";
 }
 
 }  // namespace palpate

@@ -25,6 +25,8 @@ class ImageSequence : public Source {
   /// The time of every frame is 0: image files carry none.
   bool next(Frame& frame) override;
 
+  std::string frame_name(uint64_t sequence) const override;
+
   const std::vector<std::filesystem::path>& files() const { return files_; }
 
  private:

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "capture/files/csv_table.h"
 #include "palpate/pipeline.h"
 
 namespace palpate {
@@ -19,7 +20,7 @@ constexpr const char* kMeasured =
     "skin_shift_y_sd_mm,torsion_rad,torsion_sd_rad,stick_share,stick_share_sd,gradient_sum,"
     "light_state,light_change_gray";
 constexpr const char* kOfContact =
-    "frame,time_s,id,frames,gray_sum,force_N,force_sd_N,force_state,centroid_x_px,centroid_y_px,area_px,"
+    "id,frames,gray_sum,force_N,force_sd_N,force_state,centroid_x_px,centroid_y_px,area_px,"
     "area_mm2,ellipse_major_mm,ellipse_minor_mm,ellipse_angle_rad,peak_gray,saturated_px,shear_x_N,"
     "shear_x_sd_N,shear_y_N,shear_y_sd_N,shear_state,shift_x_mm,shift_y_mm,slip,at_border,box_x_px,"
     "box_y_px,box_width_px,box_height_px";
@@ -46,6 +47,15 @@ class Row {
   std::string line_;
   bool first_ = true;
 };
+
+std::string frame_names(bool source) {
+  return source ? "frame,time_s,source," : "frame,time_s,";
+}
+
+void add_frame(Row& row, const Touch& touch, bool time) {
+  row.whole(touch.sequence);
+  row.number_if(time, static_cast<double>(touch.time_ns) / 1e9);
+}
 
 // Cells common to a frame's whole touch and one contact, in the columns' order.
 template <typename Shape>
@@ -128,8 +138,8 @@ bool has_value(const Estimate& estimate) {
   return estimate.validity != Validity::NotCalibrated && estimate.validity != Validity::NoContact;
 }
 
-std::string Measurements::header(bool truth) {
-  return "frame,time_s," + cell_names() + (truth ? kTrue : "");
+std::string Measurements::header(bool truth, bool source) {
+  return frame_names(source) + cell_names() + (truth ? kTrue : "");
 }
 
 std::string Measurements::cell_names() {
@@ -138,7 +148,7 @@ std::string Measurements::cell_names() {
 
 Measurements::Measurements(const std::filesystem::path& file, const Columns& columns)
     : file_(file), columns_(columns) {
-  file_.append(header(columns.truth));
+  file_.append(header(columns.truth, columns.source));
 }
 
 std::string Measurements::cells(const Touch& touch, uint32_t outputs) {
@@ -171,28 +181,30 @@ std::string Measurements::cells(const Touch& touch, uint32_t outputs) {
   return row.line();
 }
 
-void Measurements::add(const Touch& touch, const Truth* truth, std::optional<double> depth_rms_error_mm) {
+void Measurements::add(const Touch& touch, const Truth* truth, std::optional<double> depth_rms_error_mm,
+                       const std::string& source) {
   Row row;
-  row.whole(touch.sequence);
-  row.number_if(columns_.time, static_cast<double>(touch.time_ns) / 1e9);
+  add_frame(row, touch, columns_.time);
+  if (columns_.source) row.text(csv_cell(source));
   row.text(cells(touch, columns_.outputs));
   if (columns_.truth) add_truth(row, truth, depth_rms_error_mm);
   file_.append(row.line());
 }
 
-ContactRows::ContactRows(const std::filesystem::path& file, bool time) : file_(file), time_(time) {
-  file_.append(header());
+ContactRows::ContactRows(const std::filesystem::path& file, bool time, bool source)
+    : file_(file), time_(time), source_(source) {
+  file_.append(header(source));
 }
 
-std::string ContactRows::header() {
-  return kOfContact;
+std::string ContactRows::header(bool source) {
+  return frame_names(source) + kOfContact;
 }
 
-void ContactRows::add(const Touch& touch) {
+void ContactRows::add(const Touch& touch, const std::string& source) {
   for (const ContactTouch& contact : touch.contacts) {
     Row row;
-    row.whole(touch.sequence);
-    row.number_if(time_, static_cast<double>(touch.time_ns) / 1e9);
+    add_frame(row, touch, time_);
+    if (source_) row.text(csv_cell(source));
     row.whole(contact.id);
     row.whole(contact.frames);
     add_shape(row, contact, true);

@@ -20,16 +20,19 @@ class Measurements {
     uint32_t outputs = 0;  ///< as in PipelineOptions: columns of what was not computed stay empty
     bool truth = false;    ///< columns true_* follow
     bool time = true;      ///< false: times are unknown (images without a rate), time_s stays empty
+    bool source = false;   ///< column source: the file of each frame
   };
   /// Throws Error(Failure::Output), as every member.
   Measurements(const std::filesystem::path& file, const Columns& columns);
 
   /// `depth_rms_error_mm`: RMS difference between the measured and the true depth map, where it was computed.
-  void add(const Touch& touch, const Truth* truth, std::optional<double> depth_rms_error_mm = std::nullopt);
+  /// `source`: as Source::frame_name.
+  void add(const Touch& touch, const Truth* truth, std::optional<double> depth_rms_error_mm = std::nullopt,
+           const std::string& source = {});
   void close() { file_.close(); }
 
   /// The header line of such a file.
-  static std::string header(bool truth);
+  static std::string header(bool truth, bool source = false);
   /// The cells of the measurements, without frame, time and truth; and their names.
   static std::string cells(const Touch& touch, uint32_t outputs);
   static std::string cell_names();
@@ -43,16 +46,16 @@ class Measurements {
 /// contact each; no row in a frame without contact.
 class ContactRows {
  public:
-  /// `time`: as Measurements::Columns. Throws Error(Failure::Output), as every member.
-  ContactRows(const std::filesystem::path& file, bool time);
+  /// `time`, `source`: as Measurements::Columns. Throws Error(Failure::Output), as every member.
+  ContactRows(const std::filesystem::path& file, bool time, bool source = false);
 
-  void add(const Touch& touch);
+  void add(const Touch& touch, const std::string& source = {});
   void close() { file_.close(); }
-  static std::string header();
+  static std::string header(bool source = false);
 
  private:
   LineFile file_;
-  bool time_;
+  bool time_, source_;
 };
 
 /// The shortest text that reads back as the same number.

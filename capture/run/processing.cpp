@@ -80,12 +80,13 @@ class Recorder {
         out_(out),
         summary_(summary),
         has_truth_(source.truth(0).has_value()),
+        has_names_(!source.frame_name(0).empty()),
         rate_Hz_(source.rate_Hz() > 0 ? source.rate_Hz() : request.rate_Hz) {
     if (request.rows)
       measurements_.emplace(out / "measurements.csv",
-                            Measurements::Columns{request.outputs, has_truth_, rate_Hz_ > 0});
+                            Measurements::Columns{request.outputs, has_truth_, rate_Hz_ > 0, has_names_});
     if (request.rows && wants(request.outputs, Output::Contacts))
-      contacts_.emplace(out / "contacts.csv", rate_Hz_ > 0);
+      contacts_.emplace(out / "contacts.csv", rate_Hz_ > 0, has_names_);
     if (has_truth_) summary.comparison.emplace();
     if (session_) summary.recorded.emplace();
     const auto empty_folder = [&](const char* name) {
@@ -128,8 +129,10 @@ class Recorder {
     if (!request_.images.empty())
       write_whole(out_ / "images" / (numbered_name(touch.sequence, request_.images.substr(1))),
                   encode_image(frame, request_.images));
-    if (measurements_) measurements_->add(touch, truth ? &*truth : nullptr, depth_rms_error_mm);
-    if (contacts_) contacts_->add(touch);
+    const std::string name = source_.frame_name(result.touch.sequence);
+    if (has_names_) summary_.sources.push_back(name);
+    if (measurements_) measurements_->add(touch, truth ? &*truth : nullptr, depth_rms_error_mm, name);
+    if (contacts_) contacts_->add(touch, name);
     if (session_) summary_.recorded->add(*session_, touch);
     if (truth) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
     if (pictures_) draw(result, frame, touch);
@@ -219,7 +222,7 @@ class Recorder {
   const Pipeline& pipeline_;
   std::filesystem::path out_;
   ProcessSummary& summary_;
-  bool has_truth_;
+  bool has_truth_, has_names_;
   double rate_Hz_;
   std::optional<Measurements> measurements_;
   std::optional<ContactRows> contacts_;
@@ -361,6 +364,7 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
                             {"different", s.recorded->different},
                             {"first_difference", s.recorded->first_difference}};
   if (!s.warning.empty()) value["warning"] = s.warning;
+  if (!s.sources.empty()) value["sources"] = s.sources;
   value["untouched_image"] = to_string(s.untouched);
   if (!s.untouched_warning.empty()) value["untouched_warning"] = s.untouched_warning;
   if (s.comparison) value["measured_minus_true"] = json::parse(s.comparison->json());

@@ -99,6 +99,7 @@ struct ProcessSummary {
   std::optional<RecordedCheck> recorded;  ///< with as_recorded
   std::vector<PressAnswer> presses;       ///< of a block of tissue
   std::string warning;                    ///< of the source: a session that was cut short
+  std::vector<std::string> sources;       ///< files of the frames, in the order in which they were measured
   BackgroundOrigin untouched = BackgroundOrigin::None;
   std::string untouched_warning;  ///< that the untouched image shows a touch, see RestCheck
 };

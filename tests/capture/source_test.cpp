@@ -95,6 +95,31 @@ TEST_F(SourceTest, NaturalOrder) {
   EXPECT_TRUE(natural_less("a99999999999999999999998", "a99999999999999999999999"));
 }
 
+TEST_F(SourceTest, DecimalsAreOneNumber) {
+  EXPECT_TRUE(natural_less("s_0.25.png", "s_0.5.png"));
+  EXPECT_TRUE(natural_less("s_0.75.png", "s_1.0.png"));
+  EXPECT_TRUE(natural_less("9.75.png", "10.5.png"));
+  EXPECT_TRUE(natural_less("s_0.5", "s_0.50"));  // the same number: the longer name is later
+  EXPECT_TRUE(natural_less("1.png", "1.5.png"));
+  EXPECT_FALSE(natural_less("1.5.png", "1.png"));
+  EXPECT_TRUE(natural_less("frame.001.png", "frame.010.png"));
+  EXPECT_TRUE(natural_less("v1.2.9", "v1.2.10"));
+  EXPECT_TRUE(natural_less("1.9", "1.10", false));
+  EXPECT_TRUE(natural_less("1.10", "1.9"));
+  const auto sorted = [](std::vector<fs::path> files) {
+    std::reverse(files.begin(), files.end());
+    sort_naturally(files);
+    return files;
+  };
+  const auto expect_kept = [&](const std::vector<fs::path>& files) { EXPECT_EQ(sorted(files), files); };
+  expect_kept({"s_0.25.png", "s_0.5.png", "s_0.75.png", "s_1.0.png"});
+  expect_kept({"0.10.png", "0.25.png", "0.50.png", "1.00.png"});
+  expect_kept({"rest.png", "run1.8.png", "run1.9.png", "run1.10.png", "run1.11.png"});
+  expect_kept({"-0.5.png", "a 2.5N.png", "a 10N.png"});
+  expect_kept({"2026.11.2.png", "2026.11.23.png"});
+  expect_kept({"frame000.png", "frame001.png", "frame010.png"});
+}
+
 TEST_F(SourceTest, GrayImagesArriveExactly) {
   for (const char* end : {"png", "tif", "pgm", "bmp"}) {
     for (const int type : {CV_8UC1, CV_16UC1}) {

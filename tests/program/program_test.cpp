@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "capture/files/npy.h"
+#include "engine/base/text.h"
 #include "tests/scenes/dent.h"
 
 namespace palpate {
@@ -175,6 +176,32 @@ TEST_F(Program, ImagesWithoutRateHaveNoTime) {
   const fs::path rec = recording(2), out = folder_ / "out";
   ASSERT_EQ(run({"process", rec / "frames", "--sensor", rec / "sensor.json", "--out", out}).exit_code, 0);
   EXPECT_EQ(Table(slurp(out / "measurements.csv")).at(1, "time_s"), "");
+}
+
+TEST_F(Program, EachRowNamesItsPicture) {
+  const fs::path rec = recording(8);
+  const std::vector<std::string> names = {"s_0.25.png", "s_0.5.png", "s 0.75, deep.png", "s_1.0.png"};
+  const std::vector<std::string> order = {"s 0.75, deep.png", "s_0.25.png", "s_0.5.png", "s_1.0.png"};
+  fs::create_directory(folder_ / "presses");
+  for (size_t i = 0; i < names.size(); ++i)
+    fs::copy_file(rec / "frames" / palpate::text("%06zu.png", 2 * i), folder_ / "presses" / names[i]);
+  const Ended ended =
+      run({"process", (folder_ / "presses").string(), "--sensor", (rec / "sensor.json").string(),
+           "--background", (rec / "background.png").string(), "--out", (folder_ / "out").string()});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_NE(ended.out.find("order of the pictures: s 0.75, deep.png, s_0.25.png, s_0.5.png, s_1.0.png"),
+            std::string::npos)
+      << ended.out;
+  EXPECT_EQ(ended.out.find("none given"), std::string::npos) << ended.out;
+  const Table table(slurp(folder_ / "out/measurements.csv"));
+  ASSERT_EQ(table.columns[2], "source");
+  ASSERT_EQ(table.rows.size(), order.size());
+  EXPECT_EQ(table.rows[1][2], "s_0.25.png");
+  EXPECT_EQ(table.rows[3][2], "s_1.0.png");
+  const Json summary = parse_json(slurp(folder_ / "out/summary.json"));
+  EXPECT_EQ(summary["sources"].size(), order.size());
+  EXPECT_EQ(summary["sources"][0], order[0]);
+  EXPECT_EQ(summary["untouched_image"], "given");
 }
 
 TEST_F(Program, FilmAndPicturesAreWritten) {

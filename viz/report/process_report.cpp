@@ -67,6 +67,19 @@ std::string table_of(const Comparison& c) {
   return text;
 }
 
+/// The first files and the last, as they were measured.
+std::string order_of(const std::vector<std::string>& files) {
+  constexpr size_t kFirst = 4;
+  std::string text;
+  for (size_t i = 0; i < files.size(); ++i) {
+    if (files.size() > kFirst + 2 && i >= kFirst && i + 1 < files.size()) continue;
+    if (i > 0) text += ", ";
+    if (files.size() > kFirst + 2 && i + 1 == files.size()) text += "..., ";
+    text += files[i];
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string describe(const ProcessSummary& s) {
@@ -126,6 +139,7 @@ std::string describe(const ProcessSummary& s) {
     if (s.recorded->different) text += "first difference in " + s.recorded->first_difference + "\n";
   }
   for (const PressAnswer& press : s.presses) text += describe(press) + "\n";
+  if (s.sources.size() > 1) text += "order of the pictures: " + order_of(s.sources) + "\n";
   if (s.untouched == BackgroundOrigin::FirstFrames)
     text += "untouched image: none given, the first frames were taken to be untouched (--background)\n";
   for (const std::string& warning : {s.warning, s.untouched_warning})

@@ -96,21 +96,58 @@ bool has_image_name(const fs::path& file) {
   return std::find(kEnds.begin(), kEnds.end(), end) != kEnds.end();
 }
 
-bool natural_less(const std::string& a, const std::string& b) {
-  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+namespace {
+
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+size_t end_of_digits(const std::string& text, size_t from) {
+  while (from < text.size() && is_digit(text[from])) ++from;
+  return from;
+}
+
+/// The digits after the point that ends the number whose digits begin at `from`; empty where that is none.
+std::string_view fraction(const std::string& name, size_t from) {
+  const bool after_point = from >= 2 && name[from - 1] == '.' && is_digit(name[from - 2]);
+  const size_t point = end_of_digits(name, from);
+  if (after_point || point >= name.size() || name[point] != '.') return {};
+  const size_t end = end_of_digits(name, point + 1);
+  const bool goes_on = end + 1 < name.size() && name[end] == '.' && is_digit(name[end + 1]);
+  if (end == point + 1 || goes_on) return {};
+  return std::string_view(name).substr(point + 1, end - point - 1);
+}
+
+int sign(int order) {
+  return order < 0 ? -1 : order > 0;
+}
+
+/// Order of the numbers that begin in a at i and in b at k, which move behind them.
+int compare_numbers(const std::string& a, size_t& i, const std::string& b, size_t& k, bool decimals) {
+  const std::string_view of_a = decimals ? fraction(a, i) : std::string_view(),
+                         of_b = decimals ? fraction(b, k) : std::string_view();
+  const size_t in = end_of_digits(a, i), kn = end_of_digits(b, k);
+  while (i < in && a[i] == '0') ++i;
+  while (k < kn && b[k] == '0') ++k;
+  const size_t digits_a = in - i, digits_b = kn - k;
+  const int whole =
+      digits_a != digits_b ? (digits_a < digits_b ? -1 : 1) : sign(a.compare(i, digits_a, b, k, digits_b));
+  i = in;
+  k = kn;
+  if (whole != 0 || (of_a.empty() && of_b.empty())) return whole;
+  if (!of_a.empty()) i += 1 + of_a.size();
+  if (!of_b.empty()) k += 1 + of_b.size();
+  return sign(of_a.compare(of_b));  // digits after the point, from the left: 0.5 is before 0.75
+}
+
+}  // namespace
+
+bool natural_less(const std::string& a, const std::string& b, bool decimals) {
   size_t i = 0, k = 0;
   while (i < a.size() && k < b.size()) {
-    if (digit(a[i]) && digit(b[k])) {
-      while (i < a.size() && a[i] == '0') ++i;
-      while (k < b.size() && b[k] == '0') ++k;
-      size_t in = i, kn = k;
-      while (in < a.size() && digit(a[in])) ++in;
-      while (kn < b.size() && digit(b[kn])) ++kn;
-      if (in - i != kn - k) return in - i < kn - k;
-      const int order = a.compare(i, in - i, b, k, kn - k);
+    if (is_digit(a[i]) && is_digit(b[k])) {
+      const int order = compare_numbers(a, i, b, k, decimals);
       if (order != 0) return order < 0;
-      i = in;
-      k = kn;
     } else {
       if (a[i] != b[k]) return a[i] < b[k];
       ++i;
@@ -119,6 +156,24 @@ bool natural_less(const std::string& a, const std::string& b) {
   }
   const size_t left = a.size() - i, right = b.size() - k;
   return left != right ? left < right : a < b;  // "01" and "1" differ in something
+}
+
+void sort_naturally(std::vector<fs::path>& files) {
+  size_t shortest = std::string::npos, longest_counted = 0;
+  for (const fs::path& file : files) {
+    const std::string name = file.filename().string();
+    for (size_t i = 0; i < name.size(); i = std::max(i + 1, end_of_digits(name, i))) {
+      const std::string_view digits = is_digit(name[i]) ? fraction(name, i) : std::string_view();
+      if (digits.empty()) continue;
+      shortest = std::min(shortest, digits.size());
+      if (digits.size() > 1 && digits.back() == '0')
+        longest_counted = std::max(longest_counted, digits.size());
+    }
+  }
+  const bool decimals = longest_counted <= shortest;
+  std::sort(files.begin(), files.end(), [decimals](const fs::path& a, const fs::path& b) {
+    return natural_less(a.filename().string(), b.filename().string(), decimals);
+  });
 }
 
 }  // namespace palpate

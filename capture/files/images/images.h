@@ -33,7 +33,12 @@ std::vector<uint8_t> encode_image(const Frame& frame, const std::string& ending)
 /// True when the name ends as an image's does (png, tif, tiff, pgm, ppm, pnm, jpg, jpeg, bmp).
 bool has_image_name(const std::filesystem::path& file);
 
-/// Order of file names in which runs of digits count as numbers.
-bool natural_less(const std::string& a, const std::string& b);
+/// Order of file names in which runs of digits count as numbers; with `decimals` "0.75" is one, but "1.2.3"
+/// is three.
+bool natural_less(const std::string& a, const std::string& b, bool decimals = true);
+
+/// Sorts files of one folder by their names so. Points are decimal points unless some name counts beyond them
+/// (1.9, 1.10, 1.11).
+void sort_naturally(std::vector<std::filesystem::path>& files);
 
 }  // namespace palpate
