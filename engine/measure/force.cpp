@@ -106,7 +106,10 @@ ForceFeatures force_features(const ContactTouch& c) {
 }
 
 ForceFeatures reading_at(double signal) {
-  return {signal, signal, signal, true, true, 0, 0, false};
+  ForceFeatures reading;
+  reading.gray_sum = reading.area_px = reading.volume_mm3 = reading.gradient_sum = signal;
+  reading.has_volume = reading.has_gradient = reading.contact = true;
+  return reading;
 }
 
 double signal_of(const ForceCalibration& c, const ForceFeatures& r) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <set>
@@ -407,13 +408,53 @@ TEST(StripCharts, EveryAxisHasATickBesideZeroAndRoomForAll) {
       }
 }
 
-TEST(CalibrationChart, RangeIsInNewtonsWhateverTheSignal) {
-  ForceCalibration c = power_of_area();
-  const double middle = (5e-5 + 3e-5) / 2;
-  for (const ForceSignal signal : {ForceSignal::GraySum, ForceSignal::Area, ForceSignal::Volume}) {
-    c.signal = signal;
-    EXPECT_NEAR(calibrated_range(c).least_N, middle * std::pow(50, 1.5), 1e-9) << to_string(signal);
-    EXPECT_NEAR(calibrated_range(c).most_N, middle * std::pow(1000, 1.5), 1e-9) << to_string(signal);
+// Every signal by every model: range, curve and mark are what the touch itself reads, and the axis says what
+// it counts.
+TEST(CalibrationChart, EverySignalAndModelIsReadAlike) {
+  const std::map<ForceSignal, std::string> names = {{ForceSignal::GraySum, "gray sum ["},
+                                                    {ForceSignal::Area, "contact area ["},
+                                                    {ForceSignal::Volume, "indented volume ["},
+                                                    {ForceSignal::Gradient, "sum of gradients ["}};
+  for (const auto& [signal, name] : names) {
+    EXPECT_EQ(signal_axis(signal, 100).title.rfind(name, 0), 0u);
+    EXPECT_NE(signal_axis(signal, 1e7).title.find("million"), std::string::npos);
+    for (const ForceModel model : {ForceModel::Line, ForceModel::Power, ForceModel::Spline}) {
+      ForceCalibration c;
+      c.signal = signal;
+      c.model = model;
+      c.c1_N_per_gray = 4e-3;
+      c.exponent = model == ForceModel::Power ? 1.5 : 1;
+      if (model == ForceModel::Spline) c.knots = {{50, 0.1}, {400, 0.5}, {1000, 2}};
+      c.gray_min = 50;
+      c.gray_max = 1000;
+      c.residual_sd_N = 0.01;
+      const std::string of = std::string(to_string(signal)) + ", " + to_string(model);
+      const auto touch_of = [&](double reading) {
+        Touch touch;
+        touch.contact = true;
+        touch.gray_sum = signal == ForceSignal::GraySum ? reading : 7;
+        touch.area_px = signal == ForceSignal::Area ? static_cast<uint64_t>(reading) : 7;
+        touch.surface.emplace().volume_mm3 = signal == ForceSignal::Volume ? reading : 7;
+        touch.gradient_sum = signal == ForceSignal::Gradient ? reading : 7;
+        touch.force_N = force_of(c, force_features(touch));
+        return touch;
+      };
+      EXPECT_NEAR(calibrated_range(c).least_N, touch_of(50).force_N.value, 1e-9) << of;
+      EXPECT_NEAR(calibrated_range(c).most_N, touch_of(1000).force_N.value, 1e-9) << of;
+      EXPECT_GT(calibrated_range(c).most_N, 1) << of;
+      const std::vector<CurvePoint> curve = force_curve(c, Branch::Loading, 50, 1000, 2);
+      EXPECT_NEAR(curve.back().force_N, touch_of(1000).force_N.value, 1e-9) << of;
+      Touch touch = touch_of(400);
+      std::vector<CalibrationMark> marks = force_marks(c, touch);
+      ASSERT_EQ(marks.size(), 1u) << of;
+      EXPECT_EQ(marks[0].signal, 400) << of;
+      EXPECT_NEAR(marks[0].force_N.value, touch_of(400).force_N.value, 1e-12) << of;
+      // Of two contacts neither has a volume or a sum of gradients of its own: the whole touch is marked.
+      touch.contacts.resize(2);
+      marks = force_marks(c, touch);
+      const bool of_whole = signal == ForceSignal::Volume || signal == ForceSignal::Gradient;
+      EXPECT_EQ(marks.size(), of_whole ? 1u : 0u) << of;
+    }
   }
 }
 
@@ -461,10 +502,13 @@ TEST(CalibrationChart, MarksAreTheContactsOfTheFrame) {
   shear.signal = ShearSignal::Centroid;
   ASSERT_EQ(shear_marks(shear, t, true).size(), 2u);
   EXPECT_EQ(shear_marks(shear, t, true)[0].signal, 0.1 * 3);
-  // A single contact's volume is the touch's; of several none is known.
+  // Of several contacts none has a volume of its own: the whole touch is marked.
   force.signal = ForceSignal::Volume;
+  t.surface.emplace().volume_mm3 = 600;
   for (ContactTouch& c : t.contacts) c.force_N = {};
-  EXPECT_TRUE(force_marks(force, t).empty());
+  ASSERT_EQ(force_marks(force, t).size(), 1u);
+  EXPECT_EQ(force_marks(force, t)[0].id, 0u);
+  EXPECT_EQ(force_marks(force, t)[0].signal, 600);
 }
 
 }  // namespace

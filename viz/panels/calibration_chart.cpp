@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "capture/files/measurements.h"
 #include "engine/measure/force.h"
@@ -154,21 +155,6 @@ class Plot {
   Axis x_, y_;
 };
 
-struct SignalUnit {
-  double unit;
-  std::string title;
-};
-
-/// Gray sums run to thousands of millions: numbers on the axis stay short.
-SignalUnit unit_of(ForceSignal signal, double most) {
-  if (signal == ForceSignal::Volume) return {1, "indented volume [mm\xc2\xb3]"};
-  const bool gray = signal == ForceSignal::GraySum;
-  const std::string name = gray ? "gray sum" : "contact area", unit = gray ? "gray levels" : "px";
-  if (most >= 2e6) return {1e6, name + " [million " + unit + "]"};
-  if (most >= 2e3) return {1e3, name + " [1000 " + unit + "]"};
-  return {1, name + " [" + unit + "]"};
-}
-
 std::string force_words(const CalibrationMark& mark) {
   std::string words = mark.id > 0 ? text("%u: ", mark.id) : "";
   words += text("%.3f \xc2\xb1 %.3f N", mark.force_N.value, mark.force_N.standard_error);
@@ -177,6 +163,24 @@ std::string force_words(const CalibrationMark& mark) {
 }
 
 }  // namespace
+
+SignalAxis signal_axis(ForceSignal signal, double most) {
+  const auto [name, unit] = [signal]() -> std::pair<std::string, std::string> {
+    switch (signal) {
+      case ForceSignal::Area:
+        return {"contact area", "px"};
+      case ForceSignal::Volume:
+        return {"indented volume", "mm\xc2\xb3"};
+      case ForceSignal::Gradient:
+        return {"sum of gradients", "gray levels \xc3\x97 px"};
+      default:
+        return {"gray sum", "gray levels"};
+    }
+  }();
+  if (most >= 2e6) return {1e6, name + " [million " + unit + "]"};
+  if (most >= 2e3) return {1e3, name + " [1000 " + unit + "]"};
+  return {1, name + " [" + unit + "]"};
+}
 
 std::vector<CurvePoint> force_curve(const ForceCalibration& calibration, Branch branch, double first,
                                     double last, size_t count) {
@@ -195,7 +199,9 @@ std::vector<CalibrationMark> force_marks(const ForceCalibration& calibration, co
   for (const ContactTouch& c : touch.contacts)
     if (touch.contacts.size() > 1 && has_value(c.force_N))
       marks.push_back({c.id, signal_of(calibration, force_features(c)), c.force_N});
-  if (marks.empty() && touch.contact && touch.contacts.size() < 2 && has_value(touch.force_N))
+  const bool of_whole =
+      calibration.signal == ForceSignal::Volume || calibration.signal == ForceSignal::Gradient;
+  if (marks.empty() && touch.contact && (of_whole || touch.contacts.size() < 2) && has_value(touch.force_N))
     marks.push_back({0, signal_of(calibration, force_features(touch)), touch.force_N});
   return marks;
 }
@@ -230,7 +236,7 @@ void draw_force_calibration(ImDrawList* list, const ViewRect& rect, const ForceC
   Axis x{0, 1.06 * c.gray_max, 1}, y{0, 0, 1};
   for (const CalibrationMark& m : marks)
     x.most = std::max(x.most, std::min(1.06 * m.signal, kFarthest * c.gray_max));
-  const SignalUnit signal = unit_of(c.signal, x.most);
+  const SignalAxis signal = signal_axis(c.signal, x.most);
   x.unit = signal.unit;
   const bool branches = c.loading && c.unloading;
   for (const Branch branch : {Branch::Loading, Branch::Unloading})

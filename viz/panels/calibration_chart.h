@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "palpate/sensor.h"
@@ -27,14 +28,22 @@ enum class Branch { Loading, Unloading };
 std::vector<CurvePoint> force_curve(const ForceCalibration& calibration, Branch branch, double first,
                                     double last, size_t count);
 
+/// Axis of a calibration's signal: the unit of its numbers and its title with that unit. Gray sums run to
+/// thousands of millions: numbers on the axis stay short up to `most`.
+struct SignalAxis {
+  double unit = 1;
+  std::string title;
+};
+SignalAxis signal_axis(ForceSignal signal, double most);
+
 /// One contact on a calibration's curve.
 struct CalibrationMark {
   uint32_t id = 0;    ///< of the contact; 0: the whole touch
   double signal = 0;  ///< force: the calibration's signal; shear: shift, mm
   Estimate force_N;   ///< as measured
 };
-/// Where the present contacts are: each of several with a signal of its own, else the whole touch. Empty
-/// where nothing touches.
+/// Where the present contacts are: each of several with a signal of its own, else the whole touch, as for a
+/// volume or a sum of gradients. Empty where nothing touches.
 std::vector<CalibrationMark> force_marks(const ForceCalibration& calibration, const Touch& touch);
 /// Shift against tangential force, along x or along y. Shifts by the skin are those of the whole touch.
 std::vector<CalibrationMark> shear_marks(const ShearCalibration& calibration, const Touch& touch,

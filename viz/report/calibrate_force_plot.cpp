@@ -35,16 +35,6 @@ const char* axis_of(ForceSignal signal) {
   return "";
 }
 
-ForceFeatures reading_at(const ForceCalibration& c, double signal) {
-  ForceFeatures r;
-  r.contact = r.has_volume = r.has_gradient = true;
-  (c.signal == ForceSignal::GraySum    ? r.gray_sum
-   : c.signal == ForceSignal::Area     ? r.area_px
-   : c.signal == ForceSignal::Gradient ? r.gradient_sum
-                                       : r.volume_mm3) = signal;
-  return r;
-}
-
 }  // namespace
 
 std::string plot_script(const ForceOutcome& o, bool svg) {
@@ -66,10 +56,10 @@ std::string plot_script(const ForceOutcome& o, bool svg) {
   for (int k = 0; k <= kSteps; ++k) {
     const double x = c.gray_min + (c.gray_max - c.gray_min) * k / kSteps;
     for (const int side : {0, 1}) {
-      const Estimate e = force_of(c, reading_at(c, x), side);
+      const Estimate e = force_of(c, reading_at(x), side);
       curve[side] += number(x) + " " + number(e.value) + "\n";
     }
-    const Estimate e = force_of(c, reading_at(c, x), 0);
+    const Estimate e = force_of(c, reading_at(x), 0);
     band += number(x) + " " + number(e.value - 1.96 * e.standard_error) + " " +
             number(e.value + 1.96 * e.standard_error) + " " + number(1960 * e.standard_error) + "\n";
     largest_mN = std::max(largest_mN, 1960 * e.standard_error);
