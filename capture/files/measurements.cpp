@@ -2,6 +2,8 @@
 
 #include <charconv>
 #include <cmath>
+#include <string_view>
+#include <utility>
 
 #include "capture/files/csv_table.h"
 #include "palpate/pipeline.h"
@@ -48,6 +50,17 @@ class Row {
   bool first_ = true;
 };
 
+/// The columns of a sensor without a scale.
+std::string in_px(std::string names) {
+  for (const auto& [of_scale, without] : {std::pair<std::string_view, std::string_view>{",area_mm2", ""},
+                                          {",ellipse_major_mm", ",ellipse_major_px"},
+                                          {",ellipse_minor_mm", ",ellipse_minor_px"},
+                                          {",shift_x_mm", ",shift_x_px"},
+                                          {",shift_y_mm", ",shift_y_px"}})
+    names.replace(names.find(of_scale), of_scale.size(), without);
+  return names;
+}
+
 std::string frame_names(bool source) {
   return source ? "frame,time_s,source," : "frame,time_s,";
 }
@@ -59,7 +72,7 @@ void add_frame(Row& row, const Touch& touch, bool time) {
 
 // Cells common to a frame's whole touch and one contact, in the columns' order.
 template <typename Shape>
-void add_shape(Row& row, const Shape& shape, bool contact) {
+void add_shape(Row& row, const Shape& shape, bool contact, bool scaled) {
   row.number(shape.gray_sum);
   row.number_if(has_value(shape.force_N), shape.force_N.value);
   row.number_if(has_value(shape.force_N), shape.force_N.standard_error);
@@ -67,9 +80,9 @@ void add_shape(Row& row, const Shape& shape, bool contact) {
   row.number_if(contact, shape.centroid_x_px);
   row.number_if(contact, shape.centroid_y_px);
   row.whole(shape.area_px);
-  row.number(shape.area_mm2);
-  row.number_if(contact, shape.ellipse.major_mm);
-  row.number_if(contact, shape.ellipse.minor_mm);
+  if (scaled) row.number(shape.area_mm2);
+  row.number_if(contact, scaled ? shape.ellipse.major_mm : shape.ellipse.major_px);
+  row.number_if(contact, scaled ? shape.ellipse.minor_mm : shape.ellipse.minor_px);
   row.number_if(contact, shape.ellipse.angle_rad);
   row.number(shape.peak_gray);
   row.whole(shape.saturated_px);
@@ -78,14 +91,14 @@ void add_shape(Row& row, const Shape& shape, bool contact) {
     row.number_if(has_value(*shear), shear->standard_error);
   }
   row.text(to_string(shape.shear_x_N.validity));
-  row.number_if(contact, shape.shift_x_mm);
-  row.number_if(contact, shape.shift_y_mm);
+  row.number_if(contact, scaled ? shape.shift_x_mm : shape.shift_x_px);
+  row.number_if(contact, scaled ? shape.shift_y_mm : shape.shift_y_px);
   row.text(to_string(shape.slip));
 }
 
-void add_contact(Row& row, const Touch& touch) {
+void add_contact(Row& row, const Touch& touch, bool scaled) {
   row.whole(touch.contact ? 1 : 0);
-  add_shape(row, touch, touch.contact);
+  add_shape(row, touch, touch.contact && touch.contacts.size() < 2, scaled);
 }
 
 // More regions than there was room for: how many contacts there are is not known.
@@ -138,26 +151,26 @@ bool has_value(const Estimate& estimate) {
   return estimate.validity != Validity::NotCalibrated && estimate.validity != Validity::NoContact;
 }
 
-std::string Measurements::header(bool truth, bool source) {
-  return frame_names(source) + cell_names() + (truth ? kTrue : "");
+std::string Measurements::header(bool truth, bool source, bool scaled) {
+  return frame_names(source) + cell_names(scaled) + (truth ? kTrue : "");
 }
 
-std::string Measurements::cell_names() {
-  return kMeasured;
+std::string Measurements::cell_names(bool scaled) {
+  return scaled ? kMeasured : in_px(kMeasured);
 }
 
 Measurements::Measurements(const std::filesystem::path& file, const Columns& columns)
     : file_(file), columns_(columns) {
-  file_.append(header(columns.truth, columns.source));
+  file_.append(header(columns.truth, columns.source, columns.scaled));
 }
 
-std::string Measurements::cells(const Touch& touch, uint32_t outputs) {
+std::string Measurements::cells(const Touch& touch, uint32_t outputs, bool scaled) {
   Row row;
   if (outputs & static_cast<uint32_t>(Output::Force)) {
-    add_contact(row, touch);
+    add_contact(row, touch, scaled);
   } else {
     constexpr int kContactColumns = 22;
-    for (int i = 0; i < kContactColumns; ++i) row.empty();
+    for (int i = 0; i < kContactColumns - (scaled ? 0 : 1); ++i) row.empty();
   }
   const SurfaceSummary surface = touch.surface.value_or(SurfaceSummary{});
   row.number_if(touch.surface.has_value(), surface.depth_max_mm);
@@ -186,18 +199,18 @@ void Measurements::add(const Touch& touch, const Truth* truth, std::optional<dou
   Row row;
   add_frame(row, touch, columns_.time);
   if (columns_.source) row.text(csv_cell(source));
-  row.text(cells(touch, columns_.outputs));
+  row.text(cells(touch, columns_.outputs, columns_.scaled));
   if (columns_.truth) add_truth(row, truth, depth_rms_error_mm);
   file_.append(row.line());
 }
 
-ContactRows::ContactRows(const std::filesystem::path& file, bool time, bool source)
-    : file_(file), time_(time), source_(source) {
-  file_.append(header(source));
+ContactRows::ContactRows(const std::filesystem::path& file, bool time, bool source, bool scaled)
+    : file_(file), time_(time), source_(source), scaled_(scaled) {
+  file_.append(header(source, scaled));
 }
 
-std::string ContactRows::header(bool source) {
-  return frame_names(source) + kOfContact;
+std::string ContactRows::header(bool source, bool scaled) {
+  return frame_names(source) + (scaled ? kOfContact : in_px(kOfContact));
 }
 
 void ContactRows::add(const Touch& touch, const std::string& source) {
@@ -207,7 +220,7 @@ void ContactRows::add(const Touch& touch, const std::string& source) {
     if (source_) row.text(csv_cell(source));
     row.whole(contact.id);
     row.whole(contact.frames);
-    add_shape(row, contact, true);
+    add_shape(row, contact, true, scaled_);
     row.whole(contact.at_border ? 1 : 0);
     for (const uint32_t side : {contact.box.x, contact.box.y, contact.box.width, contact.box.height})
       row.whole(side);

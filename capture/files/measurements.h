@@ -21,6 +21,7 @@ class Measurements {
     bool truth = false;    ///< columns true_* follow
     bool time = true;      ///< false: times are unknown (images without a rate), time_s stays empty
     bool source = false;   ///< column source: the file of each frame
+    bool scaled = true;    ///< false: lengths of a contact in px, no area in mm2
   };
   /// Throws Error(Failure::Output), as every member.
   Measurements(const std::filesystem::path& file, const Columns& columns);
@@ -32,10 +33,11 @@ class Measurements {
   void close() { file_.close(); }
 
   /// The header line of such a file.
-  static std::string header(bool truth, bool source = false);
-  /// The cells of the measurements, without frame, time and truth; and their names.
-  static std::string cells(const Touch& touch, uint32_t outputs);
-  static std::string cell_names();
+  static std::string header(bool truth, bool source = false, bool scaled = true);
+  /// The cells of the measurements, without frame, time and truth; and their names. Where several contacts
+  /// touch, centroid, ellipse and shift stay empty: they are each contact's.
+  static std::string cells(const Touch& touch, uint32_t outputs, bool scaled = true);
+  static std::string cell_names(bool scaled = true);
 
  private:
   LineFile file_;
@@ -46,16 +48,16 @@ class Measurements {
 /// contact each; no row in a frame without contact.
 class ContactRows {
  public:
-  /// `time`, `source`: as Measurements::Columns. Throws Error(Failure::Output), as every member.
-  ContactRows(const std::filesystem::path& file, bool time, bool source = false);
+  /// `time`, `source`, `scaled`: as Measurements::Columns. Throws Error(Failure::Output), as every member.
+  ContactRows(const std::filesystem::path& file, bool time, bool source = false, bool scaled = true);
 
   void add(const Touch& touch, const std::string& source = {});
   void close() { file_.close(); }
-  static std::string header(bool source = false);
+  static std::string header(bool source = false, bool scaled = true);
 
  private:
   LineFile file_;
-  bool time_, source_;
+  bool time_, source_, scaled_;
 };
 
 /// The shortest text that reads back as the same number.

@@ -83,10 +83,11 @@ class Recorder {
         has_names_(!source.frame_name(0).empty()),
         rate_Hz_(source.rate_Hz() > 0 ? source.rate_Hz() : request.rate_Hz) {
     if (request.rows)
-      measurements_.emplace(out / "measurements.csv",
-                            Measurements::Columns{request.outputs, has_truth_, rate_Hz_ > 0, has_names_});
+      measurements_.emplace(
+          out / "measurements.csv",
+          Measurements::Columns{request.outputs, has_truth_, rate_Hz_ > 0, has_names_, has_scale(sensor)});
     if (request.rows && wants(request.outputs, Output::Contacts))
-      contacts_.emplace(out / "contacts.csv", rate_Hz_ > 0, has_names_);
+      contacts_.emplace(out / "contacts.csv", rate_Hz_ > 0, has_names_, has_scale(sensor));
     if (has_truth_) summary.comparison.emplace();
     if (session_) summary.recorded.emplace();
     const auto empty_folder = [&](const char* name) {

@@ -16,8 +16,9 @@ Ellipse ellipse_of(const ContactMoments& m, double pitch_mm) {
   const double xy = static_cast<double>(m.xy) / n - mx * my;
   const double middle = (xx + yy) / 2, half = std::hypot((xx - yy) / 2, xy);
   // A filled ellipse of semi-axis s has the second moment s^2 / 4 along it.
-  return {4 * std::sqrt(middle + half) * pitch_mm, 4 * std::sqrt(std::max(middle - half, 0.0)) * pitch_mm,
-          std::atan2(2 * xy, xx - yy) / 2};
+  const double major_px = 4 * std::sqrt(middle + half),
+               minor_px = 4 * std::sqrt(std::max(middle - half, 0.0));
+  return {major_px * pitch_mm, minor_px * pitch_mm, std::atan2(2 * xy, xx - yy) / 2, major_px, minor_px};
 }
 
 template <typename Shape>

@@ -197,9 +197,8 @@ void ContactTracker::measure(Track& track, const Touch& touch, std::span<const f
   alone.at_border = c.at_border;
   alone.force_N = c.force_N;
   if (touch.skin) {
-    const double per_px = 1 / sensor_.pitch_mm_per_px;
-    const ContactOutline outline{c.centroid_x_px, c.centroid_y_px, c.ellipse.major_mm * per_px,
-                                 c.ellipse.minor_mm * per_px, c.ellipse.angle_rad};
+    const ContactOutline outline{c.centroid_x_px, c.centroid_y_px, c.ellipse.major_px, c.ellipse.minor_px,
+                                 c.ellipse.angle_rad};
     alone.skin = track.motion = track.skin.update(&outline, touch.skin_points, skin_sd_px);
   }
   track.shear.update(sensor_.shear ? &*sensor_.shear : nullptr, alone);
@@ -207,6 +206,8 @@ void ContactTracker::measure(Track& track, const Touch& touch, std::span<const f
   c.shear_y_N = alone.shear_y_N;
   c.shift_x_mm = alone.shift_x_mm;
   c.shift_y_mm = alone.shift_y_mm;
+  c.shift_x_px = alone.shift_x_px;
+  c.shift_y_px = alone.shift_y_px;
   c.slip = alone.slip;
 }
 
@@ -255,6 +256,8 @@ void ContactTracker::add_up(Touch& touch) const {
   if (contacts.size() > 1) return;
   touch.shift_x_mm = contacts.front().shift_x_mm;
   touch.shift_y_mm = contacts.front().shift_y_mm;
+  touch.shift_x_px = contacts.front().shift_x_px;
+  touch.shift_y_px = contacts.front().shift_y_px;
 }
 
 }  // namespace palpate

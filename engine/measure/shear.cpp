@@ -49,6 +49,8 @@ void ShearTracker::begin(const Touch& touch, double x_mm, double y_mm, bool afte
   anchor_at_border_ = touch.at_border;
   onset_x_mm_ = anchor_x_mm_ = x_mm;
   onset_y_mm_ = anchor_y_mm_ = y_mm;
+  onset_x_px_ = touch.centroid_x_px;
+  onset_y_px_ = touch.centroid_y_px;
 }
 
 Validity ShearTracker::validity_of(const Force& force, const Touch& touch) const {
@@ -110,6 +112,8 @@ void ShearTracker::update(const ShearCalibration* calibration, Touch& touch) {
   if (!in_contact_) begin(touch, x_mm, y_mm, after_interruption);
   touch.shift_x_mm = x_mm - onset_x_mm_;
   touch.shift_y_mm = y_mm - onset_y_mm_;
+  touch.shift_x_px = touch.centroid_x_px - onset_x_px_;
+  touch.shift_y_px = touch.centroid_y_px - onset_y_px_;
   std::optional<Slip> reported;
   if (touch.skin) reported = slip_watch_.update(x_mm, y_mm, *touch.skin);
   if (calibration)

@@ -44,6 +44,7 @@ class ShearTracker {
   bool onset_unseen_ = false;  // of the present contact
   bool anchor_at_border_ = false;
   double onset_x_mm_ = 0, onset_y_mm_ = 0;
+  double onset_x_px_ = 0, onset_y_px_ = 0;
   double anchor_x_mm_ = 0, anchor_y_mm_ = 0;
 };
 

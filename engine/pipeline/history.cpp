@@ -24,9 +24,8 @@ void TouchHistory::interrupt() {
 }
 
 void TouchHistory::follow_skin(Touch& touch, std::span<const float> skin_sd_px) {
-  const double per_px = 1 / sensor_.pitch_mm_per_px;
-  const ContactOutline outline{touch.centroid_x_px, touch.centroid_y_px, touch.ellipse.major_mm * per_px,
-                               touch.ellipse.minor_mm * per_px, touch.ellipse.angle_rad};
+  const Ellipse& e = touch.ellipse;
+  const ContactOutline outline{touch.centroid_x_px, touch.centroid_y_px, e.major_px, e.minor_px, e.angle_rad};
   touch.skin = skin_.update(touch.contact ? &outline : nullptr, touch.skin_points, skin_sd_px);
 }
 

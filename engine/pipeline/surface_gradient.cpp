@@ -13,7 +13,7 @@ bool too_many_clipped(const Touch& t, const Sensor& sensor) {
   double allowed_px = kFraction * static_cast<double>(t.area_px);
   if (sensor.reconstruction == Reconstruction::Shading) {
     // The circumference of an ellipse lies below that of the circle with the same root mean square of axes.
-    const double across_px = std::hypot(t.ellipse.major_mm, t.ellipse.minor_mm) / sensor.pitch_mm_per_px;
+    const double across_px = std::hypot(t.ellipse.major_px, t.ellipse.minor_px);
     allowed_px += kRim_px * std::numbers::pi * across_px / std::numbers::sqrt2;
   }
   return static_cast<double>(t.surface->clipped_px) > allowed_px;

@@ -40,7 +40,7 @@ Json to_json(const Sensor& s) {
   if (s.smallest_contact_px != 0) contact["smallest_px"] = s.smallest_contact_px;
   Json json{{"palpate_sensor", kVersion},
             {"name", s.name},
-            {"pitch_mm_per_px", s.pitch_mm_per_px},
+            {"pitch_mm_per_px", has_scale(s) ? Json(s.pitch_mm_per_px) : Json(nullptr)},
             {"frame", frame_json(s)},
             {"background", background_json(s.background)},
             {"contact", contact},
@@ -153,15 +153,12 @@ void check_force(const Sensor& s, const Require& require) {
 /// What no single key can tell: that the keys fit each other.
 void check_together(const Sensor& s, const std::string& where) {
   const Require require{where};
+  require(has_scale(s) || (s.reconstruction == Reconstruction::None && !s.shear), "pitch_mm_per_px",
+          "a scale, for surfaces and shear", "none");
   check_frame(s, require);
   check_background(s, require);
   check_reconstruction(s, require);
   check_force(s, require);
-}
-
-/// A file holds a sensor of which at least the scale is known.
-void require_scale(const Sensor& sensor, const std::string& where) {
-  if (!has_scale(sensor)) fail(where + ".pitch_mm_per_px", "a scale", "none");
 }
 
 Sensor from_json(const Json& json, const std::string& where, const std::string& default_name) {
@@ -172,7 +169,10 @@ Sensor from_json(const Json& json, const std::string& where, const std::string& 
          "a newer palpate");
   Sensor sensor;
   sensor.name = reader.has("name") ? reader.text("name") : default_name;
-  sensor.pitch_mm_per_px = reader.number("pitch_mm_per_px", 1e-6, 100, "mm per px");
+  if (reader.has("pitch_mm_per_px") && reader.at("pitch_mm_per_px").is_null())
+    sensor.pitch_mm_per_px = std::numeric_limits<double>::quiet_NaN();
+  else
+    sensor.pitch_mm_per_px = reader.number("pitch_mm_per_px", 1e-6, 100, "mm per px; null: not known");
   reader.number("pitch_sd_mm_per_px", 0, 100, "mm per px", sensor.pitch_sd_mm_per_px);
   if (reader.has("frame")) read_frame(reader.at("frame"), reader.path("frame"), sensor);
   sensor.saturation_gray = (1u << sensor.bit_depth) - 1;
@@ -333,15 +333,7 @@ const char* to_string(SkinKind kind) {
 }
 
 void validate(const Sensor& sensor, const std::string& where) {
-  if (has_scale(sensor)) {
-    from_json(to_json(sensor), where, "");
-    return;
-  }
-  if (sensor.reconstruction != Reconstruction::None || sensor.shear)
-    fail(where + ".pitch_mm_per_px", "a scale, for surfaces and shear", "none");
-  Sensor scaled = sensor;  // no other key depends on the scale then
-  scaled.pitch_mm_per_px = 1;
-  from_json(to_json(scaled), where, "");
+  from_json(to_json(sensor), where, "");
 }
 
 // A path in the file is relative to the file, whatever the working directory.
@@ -368,7 +360,6 @@ Sensor load_sensor(const std::filesystem::path& file) {
 }
 
 std::string sensor_text(const Sensor& sensor) {
-  require_scale(sensor, "sensor");
   validate(sensor, "sensor");
   return to_json(sensor).dump(2, json::Utf8::Replace);
 }
@@ -378,7 +369,6 @@ Sensor sensor_from_text(const std::string& text, const std::string& where) {
 }
 
 void save_sensor(const Sensor& given, const std::filesystem::path& file) {
-  require_scale(given, file.filename().string());
   validate(given, file.filename().string());
   Sensor sensor = given;
   // So that folder and sensor file can move together; an image elsewhere keeps its whole path.

@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <fstream>
+#include <limits>
 
 #include "capture/files/npy.h"
 #include "engine/base/text.h"
+#include "palpate/sensor.h"
 #include "tests/scenes/dent.h"
 
 namespace palpate {
@@ -202,6 +205,68 @@ TEST_F(Program, EachRowNamesItsPicture) {
   EXPECT_EQ(summary["sources"].size(), order.size());
   EXPECT_EQ(summary["sources"][0], order[0]);
   EXPECT_EQ(summary["untouched_image"], "given");
+}
+
+TEST_F(Program, WithoutAScaleLengthsAreInPixelsAndOfOneContact) {
+  ASSERT_EQ(run({"simulate", "fingers", "--size", "320x240", "--quiet", "--frames", "120", "--out",
+                 (folder_ / "rec").string()})
+                .exit_code,
+            0);
+  const fs::path rec = folder_ / "rec";
+  Sensor sensor = load_sensor(rec / "sensor.json");
+  const double pitch = sensor.pitch_mm_per_px;
+  const auto measure = [&](const std::string& name) {
+    const Ended ended = run({"process", (rec / "frames").string(), "--sensor", (rec / name).string(),
+                             "--background", (rec / "background.png").string(), "--outputs", "force,contacts",
+                             "--quiet", "--out", (folder_ / "out").string()});
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    return std::pair(Table(slurp(folder_ / "out/measurements.csv")),
+                     Table(slurp(folder_ / "out/contacts.csv")));
+  };
+  sensor.reconstruction = Reconstruction::None;
+  sensor.shear.reset();
+  sensor.skin.reset();
+  save_sensor(sensor, rec / "scaled.json");
+  const auto [in_mm, contacts_mm] = measure("scaled.json");
+  sensor.pitch_mm_per_px = std::numeric_limits<double>::quiet_NaN();
+  save_sensor(sensor, rec / "unscaled.json");
+  EXPECT_NE(slurp(rec / "unscaled.json").find("\"pitch_mm_per_px\": null"), std::string::npos);
+  const auto [in_px, contacts_px] = measure("unscaled.json");
+
+  for (const Table* table : {&in_px, &contacts_px})
+    for (const std::string& column : table->columns) {
+      const bool of_shape =
+          column == "area_mm2" || column.rfind("ellipse", 0) == 0 || column.rfind("shift", 0) == 0;
+      EXPECT_FALSE(of_shape && column.find("_mm") != std::string::npos) << column;
+    }
+  size_t one = 0, several = 0;
+  ASSERT_EQ(in_mm.rows.size(), in_px.rows.size());
+  for (size_t i = 0; i < in_px.rows.size(); ++i) {
+    const std::string count = in_px.at(i, "contacts");
+    if (count == "1") {
+      ++one;
+      EXPECT_NEAR(in_px.number(i, "ellipse_major_px") * pitch, in_mm.number(i, "ellipse_major_mm"), 1e-6);
+      EXPECT_NEAR(in_px.number(i, "shift_x_px") * pitch, in_mm.number(i, "shift_x_mm"), 1e-6);
+    } else if (count != "0") {
+      ++several;  // each contact has its own
+      for (const char* column : {"centroid_x_px", "ellipse_major_px", "ellipse_angle_rad", "shift_x_px"})
+        EXPECT_EQ(in_px.at(i, column), "") << column << " of frame " << i;
+      EXPECT_GT(in_px.number(i, "area_px"), 0);
+    }
+  }
+  EXPECT_GT(one, 5u);
+  EXPECT_GT(several, 5u);
+  ASSERT_EQ(contacts_px.rows.size(), contacts_mm.rows.size());
+  for (size_t i = 0; i < contacts_px.rows.size(); i += 7)
+    EXPECT_NEAR(contacts_px.number(i, "ellipse_minor_px") * pitch, contacts_mm.number(i, "ellipse_minor_mm"),
+                1e-6);
+
+  // What needs a scale says so.
+  std::ofstream(rec / "shear.json") << R"({"palpate_sensor":1,"pitch_mm_per_px":null,)"
+                                       R"("shear":{"kx_N_per_mm":1,"ky_N_per_mm":1,"friction":1}})";
+  expect_refusal({"process", (rec / "frames").string(), "--sensor", (rec / "shear.json").string(), "--out",
+                  (folder_ / "no").string()},
+                 4, {"pitch_mm_per_px", "a scale"});
 }
 
 TEST_F(Program, FilmAndPicturesAreWritten) {

@@ -85,6 +85,18 @@ const char* slip_word(Slip slip) {
   }
 }
 
+/// Where a single contact is, and its shape; of several each has its own.
+void shape_rows(const Touch& t, bool scaled) {
+  const Ellipse& e = t.ellipse;
+  row("ellipse", !t.contact ? "-"
+                 : scaled   ? text("%.2f x %.2f mm", e.major_mm, e.minor_mm)
+                            : text("%.1f x %.1f px", e.major_px, e.minor_px));
+  row("centroid", t.contact ? text("%.2f, %.2f px", t.centroid_x_px, t.centroid_y_px) : "-");
+  row("moved", !t.contact ? "-"
+               : scaled   ? text("%+.3f, %+.3f mm", t.shift_x_mm, t.shift_y_mm)
+                          : text("%+.1f, %+.1f px", t.shift_x_px, t.shift_y_px));
+}
+
 void contact_table(const Touch& touch, const Tare& tare, bool scaled) {
   constexpr size_t kMost = 10;
   // The largest, in the order of their numbers.
@@ -235,10 +247,7 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
     row("contact area", t.contact ? area : "-");
     if (t.regions)
       row("contacts", text("%llu%s", whole(t.contacts.size()), t.regions->overflow ? ", and more" : ""));
-    row("ellipse",
-        t.contact && scaled ? text("%.2f x %.2f mm", t.ellipse.major_mm, t.ellipse.minor_mm) : "-");
-    row("centroid", t.contact ? text("%.2f, %.2f px", t.centroid_x_px, t.centroid_y_px) : "-");
-    row("moved", t.contact && scaled ? text("%+.3f, %+.3f mm", t.shift_x_mm, t.shift_y_mm) : "-");
+    if (t.contacts.size() < 2) shape_rows(t, scaled);
     row("peak", text("%.1f gray levels", t.peak_gray));
     const ImVec4 red = colour(force_verdict(Validity::Saturated));
     row("saturated", text("%llu px", whole(t.saturated_px)), saturation_matters(t) ? &red : nullptr);

@@ -33,8 +33,8 @@ struct ImageMarks {
 
 /// Over the raw image in `rect`: each contact's ellipse, number and tangential force (of the whole touch
 /// where contacts are not separated), places of the skin, what reaches the border and what is saturated.
-void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, const Sensor& sensor,
-                const FrameFormat& format, const ImageMarks& marks);
+void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, const FrameFormat& format,
+                const ImageMarks& marks);
 
 /// Over the raw image: the outline of a found lump seen from above, a circle of its size, with the interval
 /// of its centre as a cross.

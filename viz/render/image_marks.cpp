@@ -36,10 +36,9 @@ void shadowed_text(ImDrawList* list, ImVec2 at, ImU32 colour, const std::string&
   list->AddText(at, colour, words.c_str());
 }
 
-void draw_ellipse(ImDrawList* list, ImVec2 centre, const Ellipse& ellipse, double px_per_mm, bool at_border,
+void draw_ellipse(ImDrawList* list, ImVec2 centre, const Ellipse& ellipse, double zoom, bool at_border,
                   float scale) {
-  const double a = 0.5 * ellipse.major_mm * px_per_mm, b = 0.5 * ellipse.minor_mm * px_per_mm;
-  if (!std::isfinite(a) || !std::isfinite(b)) return;  // without a scale there are no lengths
+  const double a = 0.5 * ellipse.major_px * zoom, b = 0.5 * ellipse.minor_px * zoom;
   const double c = std::cos(ellipse.angle_rad), s = std::sin(ellipse.angle_rad);
   std::array<ImVec2, 64> outline;
   for (size_t i = 0; i < outline.size(); ++i) {
@@ -115,19 +114,18 @@ void draw_skin(ImDrawList* list, const Place& place, const Touch& touch, float s
 
 }  // namespace
 
-void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, const Sensor& sensor,
-                const FrameFormat& format, const ImageMarks& marks) {
+void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, const FrameFormat& format,
+                const ImageMarks& marks) {
   const float scale = marks.scale;
   const ImVec2 low{static_cast<float>(rect.x), static_cast<float>(rect.y)};
   const ImVec2 high{low.x + static_cast<float>(rect.width), low.y + static_cast<float>(rect.height)};
   const Place place{low, static_cast<double>(rect.width) / format.width};
-  const double px_per_mm = place.zoom / sensor.pitch_mm_per_px;  // NaN without a scale
   list->PushClipRect(low, high, true);
   if (marks.skin && touch.skin) draw_skin(list, place, touch, scale);
   if (marks.contacts && touch.regions) {
     for (const ContactTouch& c : touch.contacts) {
       const ImVec2 centre = place.at(c.centroid_x_px, c.centroid_y_px);
-      draw_ellipse(list, centre, c.ellipse, px_per_mm, c.at_border, scale);
+      draw_ellipse(list, centre, c.ellipse, place.zoom, c.at_border, scale);
       draw_cross(list, centre, scale);
       draw_shear(list, rect, centre, c.shear_x_N, c.shear_y_N, marks);
     }
@@ -139,7 +137,7 @@ void draw_touch(ImDrawList* list, const ViewRect& rect, const Touch& touch, cons
     }
   } else if (marks.contacts && touch.contact && std::isfinite(touch.centroid_x_px)) {
     const ImVec2 centre = place.at(touch.centroid_x_px, touch.centroid_y_px);
-    draw_ellipse(list, centre, touch.ellipse, px_per_mm, touch.at_border, scale);
+    draw_ellipse(list, centre, touch.ellipse, place.zoom, touch.at_border, scale);
     draw_cross(list, centre, scale);
     draw_shear(list, rect, centre, touch.shear_x_N, touch.shear_y_N, marks);
   }

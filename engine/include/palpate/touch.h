@@ -49,6 +49,8 @@ struct Ellipse {
   double major_mm = 0;   ///< full major axis
   double minor_mm = 0;   ///< full minor axis
   double angle_rad = 0;  ///< of the major axis from +x towards +y (downwards in the image), (-pi/2, pi/2]
+  double major_px = 0;   ///< the same axes in pixels, for sensors without a scale
+  double minor_px = 0;
 };
 
 /// One of several contacts: a connected region of contact pixels (8 neighbours), followed from frame to
@@ -71,6 +73,8 @@ struct ContactTouch {
   Estimate shear_y_N;
   double shift_x_mm = 0;
   double shift_y_mm = 0;
+  double shift_x_px = 0;
+  double shift_y_px = 0;
   Slip slip = Slip::NotCalibrated;
 };
 
@@ -181,6 +185,8 @@ struct Touch {
   Estimate shear_y_N;
   double shift_x_mm = 0;  ///< centroid since the onset of this contact
   double shift_y_mm = 0;
+  double shift_x_px = 0;  ///< the same in pixels
+  double shift_y_px = 0;
   Slip slip = Slip::NotCalibrated;
 
   std::optional<RegionSummary> regions;  ///< contacts were told apart

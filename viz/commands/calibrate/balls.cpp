@@ -39,6 +39,9 @@ Sensor with_background(Sensor sensor, const BallOptions& options) {
 
 BallPresses presses_of(const Common& common, const BallOptions& options, const Sensor& sensor,
                        bool mask_markers, size_t least) {
+  if (!has_scale(sensor))
+    throw Error(Failure::Sensor, "the scale of the pictures of a ball in " + options.sensor.string(),
+                "\"pitch_mm_per_px\": null", "palpate calibrate scale first");
   if (!options.balls.empty()) return read_presses(options.balls, options.input, sensor, mask_markers);
   PressSearch search;
   search.ball_radius_mm = options.ball_mm;

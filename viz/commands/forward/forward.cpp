@@ -88,6 +88,9 @@ Report one_scene(const Common& common, const Options& options) {
   const fem::Scene scene = scene_of(options);
   std::optional<Sensor> sensor;
   if (!options.sensor.empty()) sensor = load_sensor(options.sensor);
+  if (sensor && !has_scale(*sensor))
+    throw Error(Failure::Sensor, "a sensor with a scale in " + options.sensor,
+                "\"pitch_mm_per_px\": null", "palpate calibrate scale");
   const ForwardOutcome outcome = describe(scene, fem::solve(scene, options.solver));
   json::Value value = to_json(outcome);
   std::string text = to_text(outcome);
