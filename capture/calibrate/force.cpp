@@ -5,7 +5,6 @@
 #include <limits>
 #include <map>
 
-#include "capture/calibrate/force_verdict.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"

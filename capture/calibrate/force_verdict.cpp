@@ -1,11 +1,11 @@
-#include "capture/calibrate/force_verdict.h"
-
+// Verdict on a force calibration: how good it is, whether it is fit for use, and what would make it better.
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
 #include <utility>
 
+#include "capture/calibrate/force.h"
 #include "engine/base/text.h"
 
 namespace palpate {

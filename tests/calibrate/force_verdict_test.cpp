@@ -1,11 +1,10 @@
 // Verdict on a force calibration: what is fit for use and what is not, and why.
-#include "capture/calibrate/force_verdict.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
+#include "capture/calibrate/force.h"
 #include "engine/measure/force.h"
 
 namespace palpate {

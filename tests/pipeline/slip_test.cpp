@@ -213,7 +213,7 @@ TEST(ContactTrackerWithSkin, EachContactHasItsOwnShear) {
       region.centroid_y_px = one->y_px + one->pull_y_px;
       region.area_px = 7854;
       region.gray_sum = 2000;
-      region.ellipse = {100 * kPitch_mm, 100 * kPitch_mm, 0};
+      region.ellipse = {100 * kPitch_mm, 100 * kPitch_mm, 0, 100, 100};
       touch.contacts.push_back(region);
     }
     tracker.update(touch, std::vector<float>(touch.skin_points.size(), 0.05f));

@@ -246,7 +246,9 @@ TEST_F(Export, ImagesAreMeasuredToTheSameDigits) {
       ASSERT_EQ(ended.exit_code, 0) << ended.err;
       const Table first(slurp(out / "measurements.csv")), second(slurp(again / "measurements.csv"));
       ASSERT_EQ(first.rows.size(), 36u);
-      ASSERT_EQ(first.columns, second.columns);
+      std::vector<std::string> measured = second.columns;
+      std::erase(measured, "source");  // images have names
+      ASSERT_EQ(first.columns, measured);
       size_t touched = 0;
       for (size_t row = 0; row < first.rows.size(); ++row) {
         for (const std::string& column : first.columns) {
