@@ -43,6 +43,9 @@ class Source {
   /// Warning about this input, one line, once `next` has returned false: a recording that is cut short. Empty
   /// when all is well.
   virtual std::string warning() const { return {}; }
+  /// Whether this recording has ended before the end that its file states; known once `next` has returned
+  /// false.
+  virtual bool cut_short() const { return false; }
   /// The untouched image that this source knows of itself (the synthetic sensor's), if any.
   virtual std::optional<Frame> own_background() const { return std::nullopt; }
   /// True for a camera: frames come when they come, and one that is not taken in time is lost.

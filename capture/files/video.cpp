@@ -90,6 +90,11 @@ bool VideoFile::next(Frame& frame) {
   return true;
 }
 
+bool VideoFile::cut_short() const {
+  // One frame more or less is a matter of how a container counts.
+  return ended_ && announced_ && video_->frames_are_counted() && next_ + 1 < *announced_;
+}
+
 std::string VideoFile::warning() const {
   if (!ended_ || !announced_ || next_ >= *announced_) return {};
   return file_.string() + " announces " + std::to_string(*announced_) + " frames but only " +

@@ -26,6 +26,7 @@ class VideoFile : public Source {
   /// Times are sequence / rate, or 0 where the container states no rate.
   bool next(Frame& frame) override;
   std::string warning() const override;
+  bool cut_short() const override;
 
  private:
   bool packet_is_whole();

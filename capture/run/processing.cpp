@@ -302,6 +302,11 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
           progress(++done);
         },
         request.range.end);
+    if (!watch.stopped() && source->cut_short())
+      throw Error(Failure::Input,
+                  std::to_string(source->frame_count().value_or(0)) + " frames in '" + request.input + "'",
+                  std::to_string(summary.frames) + ", which are measured: the file is damaged or cut short",
+                  "copying it again");
   } catch (const Error& error) {
     // A damaged recording or a lost device ends the run; the frames before it are whole.
     const bool kept = error.failure() == Failure::Input || error.failure() == Failure::Device;

@@ -72,6 +72,7 @@ class Decoder final : public VideoDecoder {
   uint32_t height() const override { return on_its_side() ? width_px() : height_px(); }
   double rate_Hz() const override;
   double frame_count() const override;
+  bool frames_are_counted() const override { return input_.stream().nb_frames > 0; }
   bool grab() override;
   std::optional<BgrView> picture() override;
 

@@ -30,6 +30,8 @@ class VideoDecoder {
   virtual double rate_Hz() const = 0;
   /// As the container announces; less than 1: not at all.
   virtual double frame_count() const = 0;
+  /// Whether that is a count, not a duration times a rate.
+  virtual bool frames_are_counted() const = 0;
   /// Decodes the next frame; false at the end, and where damage ends it.
   virtual bool grab() = 0;
   /// The frame of the last `grab`, valid until the next; empty where it cannot be converted.

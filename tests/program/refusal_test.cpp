@@ -4,9 +4,12 @@
 
 #include <chrono>
 #include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
 #include <thread>
 
 #include "capture/files/npy.h"
+#include "engine/base/text.h"
 #include "tests/scenes/dent.h"
 
 namespace palpate {
@@ -107,6 +110,38 @@ TEST_F(Program, BadGradientsAreRefused) {
                  {"row 7", "column 11", "dz/dy"});
   expect_refusal({"integrate", folder_ / "nowhere.npy", "--out", folder_ / "o"}, 3, {"no such file"});
   expect_refusal({"integrate", folder_, "--out", folder_ / "o"}, 3, {"not a file"});
+}
+
+TEST_F(Program, ATruncatedVideoIsMeasuredToItsEndAndTold) {
+  const fs::path rec = recording(40), film = folder_ / "film.avi", cut = folder_ / "cut.avi";
+  cv::VideoWriter writer;
+  for (int i = 0; i < 40; ++i) {
+    const cv::Mat image = cv::imread((rec / "frames" / palpate::text("%06d.png", i)).string());
+    if (i == 0) {
+      ASSERT_TRUE(writer.open(film.string(), cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 30, image.size()));
+    }
+    writer.write(image);
+  }
+  writer.release();
+  const std::vector<std::string> whole = {"process",           film,    "--sensor",
+                                          rec / "sensor.json", "--out", folder_ / "whole"};
+  ASSERT_EQ(run(whole).exit_code, 0);
+  const std::string bytes = slurp(film);
+  spill(cut, bytes.substr(0, bytes.size() / 2));
+  const std::vector<std::string> process = {"process",           cut,     "--sensor",
+                                            rec / "sensor.json", "--out", folder_ / "out"};
+  expect_refusal(process, 3, {"40 frames", "which are measured", "cut short"});
+  const size_t rows = Table(slurp(folder_ / "out/measurements.csv")).rows.size();
+  EXPECT_GT(rows, 10u);
+  EXPECT_LT(rows, 30u);
+  const Json summary = parse_json(slurp(folder_ / "out/summary.json"));
+  EXPECT_EQ(summary["complete"], false);
+  EXPECT_EQ(summary["frames"], rows);
+  EXPECT_NE(summary["ended_by"].get<std::string>().find("40 frames"), std::string::npos);
+  // Not where its end was not asked for.
+  std::vector<std::string> some = process;
+  some.insert(some.end(), {"--frames", "5"});
+  EXPECT_EQ(run(some).exit_code, 0);
 }
 
 TEST_F(Program, BadRecordingsAreRefused) {
