@@ -1,5 +1,9 @@
 #include "capture/run/input.h"
 
+#include <array>
+#include <memory>
+
+#include "capture/open_source.h"
 #include "capture/session/session.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
@@ -7,6 +11,54 @@
 #include "palpate/error.h"
 
 namespace palpate {
+
+namespace {
+
+bool shows_colour(const Frame& frame) {
+  for (uint32_t y = 0; y < frame.format.height; ++y)
+    for (uint32_t x = 0; x < frame.format.width; ++x)
+      if (frame.at(0, x, y) != frame.at(1, x, y) || frame.at(0, x, y) != frame.at(2, x, y)) return true;
+  return false;
+}
+
+}  // namespace
+
+Sensor bare_sensor(const std::string& input) {
+  Sensor probe = uncalibrated_sensor({.width = 0, .height = 0});
+  std::unique_ptr<Source> source;
+  constexpr std::array<std::array<uint32_t, 2>, 3> kFormats = {{{3, 8}, {1, 8}, {1, 16}}};  // channels, bits
+  for (const auto& [channels, bits] : kFormats) {
+    probe.channels = channels;
+    probe.bit_depth = bits;
+    probe.saturation_gray = (1u << bits) - 1;
+    try {
+      source = open_source(input, probe);
+      break;
+    } catch (const Error&) {
+      if (bits == 16) throw;
+    }
+  }
+  FrameFormat format = source->format();
+  Frame frame;
+  if (format.channels == 3 && source->next(frame) && !shows_colour(frame)) format.channels = 1;
+  Sensor sensor = uncalibrated_sensor(format);
+  sensor.name = "uncalibrated sensor";
+  if (source->rate_Hz() <= 0) sensor.background.first_frames = 1;  // pictures: each is another touch
+  return sensor;
+}
+
+Sensor sensor_to_calibrate(const std::string& input, const std::filesystem::path& file, ToMake to_make,
+                           double pitch_mm_per_px) {
+  Sensor sensor = file.empty() ? bare_sensor(input) : load_sensor(file, to_make);
+  if (pitch_mm_per_px > 0) {
+    sensor.pitch_mm_per_px = pitch_mm_per_px;
+    sensor.pitch_sd_mm_per_px = 0;
+  }
+  if (to_make == ToMake::Reading && !has_scale(sensor))
+    throw Error(Failure::Usage, "the scale of the pictures", "none",
+                "--pitch MM_PER_PX, or palpate calibrate scale first");
+  return sensor;
+}
 
 MeasuredInput find_input(uint64_t seed, const std::string& input, const std::filesystem::path& sensor_file,
                          const std::filesystem::path& background) {
@@ -21,8 +73,7 @@ MeasuredInput find_input(uint64_t seed, const std::string& input, const std::fil
   } else if (found.session) {
     found.sensor = found.session->sensor.value_or(uncalibrated_sensor(found.session->format));
   } else if (!synthetic) {
-    throw Error(Failure::Usage, "--sensor FILE for '" + input + "'", "none",
-                "a sensor file as engine/sensor/README.md describes it");
+    found.sensor = bare_sensor(input);
   }
   if (is_tissue(input)) {
     TissueOptions options = parse_tissue(input);

@@ -21,12 +21,22 @@ struct MeasuredInput {
 };
 
 /// Loads `sensor_file`; synthetic inputs without one get what is known of them by construction, and `seed`
-/// where they name none. Sessions bring their sensor; a camera or session without one is
+/// where they name none. Sessions bring their sensor; any other input without one is
 /// uncalibrated. `background` is the untouched image to use instead of the sensor
-/// file's; empty: as the sensor file says. Throws Error(Failure::Usage) where another input has no sensor
-/// file.
+/// file's; empty: as the sensor file says.
 MeasuredInput find_input(uint64_t seed, const std::string& input, const std::filesystem::path& sensor_file,
                          const std::filesystem::path& background = {});
+
+/// A sensor of which nothing is known but the format of its frames, which those of the recording `input` say:
+/// colour, gray, or gray of 16 bits; colour frames without any colour are gray. Throws Error(Failure::Input)
+/// where it cannot be opened.
+Sensor bare_sensor(const std::string& input);
+
+/// The sensor that a calibration starts from. Of the file it does not read what it makes, which may be
+/// missing there; without a file, bare_sensor(input). `pitch_mm_per_px` replaces the file's; 0: it stays. Of
+/// ToMake::Reading the scale has to be known: Error(Failure::Usage) says how.
+Sensor sensor_to_calibrate(const std::string& input, const std::filesystem::path& file, ToMake to_make,
+                           double pitch_mm_per_px = 0);
 
 /// The solvers as the command line spells them.
 inline const std::map<std::string, SurfaceSolver> kSolverNames = {{"live", SurfaceSolver::Live},

@@ -341,7 +341,7 @@ static std::string beside(const std::filesystem::path& file, const std::string& 
   return (std::filesystem::absolute(file).parent_path() / image).lexically_normal().string();
 }
 
-Sensor load_sensor(const std::filesystem::path& file) {
+Sensor load_sensor(const std::filesystem::path& file, ToMake to_make) {
   constexpr uintmax_t kMaxBytes = 1 << 20;
   std::error_code error;
   const uintmax_t bytes = std::filesystem::file_size(file, error);
@@ -353,7 +353,13 @@ Sensor load_sensor(const std::filesystem::path& file) {
   if (!in.read(text.data(), static_cast<std::streamsize>(text.size())))
     fail(file.string(), "a readable sensor file", "a read error", "checking its permissions");
 
-  Sensor sensor = from_json(parse(text, file), file.filename().string(), file.stem().string());
+  Json json = parse(text, file);
+  if (to_make != ToMake::Nothing && json.is_object() && !json.contains("pitch_mm_per_px"))
+    json["pitch_mm_per_px"] = nullptr;
+  if (to_make == ToMake::Reading && json.is_object() && json.contains("surface") &&
+      json.at("surface").is_object())
+    json["surface"].erase("reading");
+  Sensor sensor = from_json(json, file.filename().string(), file.stem().string());
   if (!sensor.background.image.empty()) sensor.background.image = beside(file, sensor.background.image);
   if (sensor.flat) sensor.flat->image = beside(file, sensor.flat->image);
   return sensor;

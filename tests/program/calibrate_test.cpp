@@ -174,6 +174,41 @@ TEST_F(Calibrate, PressesSayWhatAContactIsAndTheUntouchedImageIsKept) {
   EXPECT_EQ(none, untouched);
 }
 
+// A calibration asks for nothing that it makes itself, and starts from the pictures alone.
+TEST_F(Calibrate, StartsWithoutASensorFile) {
+  ASSERT_EQ(simulate(), 0) << text("stderr");
+  const double pitch = load_sensor(folder_ / "rec/sensor.json").pitch_mm_per_px;
+  const std::string presses = "calibrate photometric '" + at("rec/frames") + "' --ball-mm 5 --background '" +
+                              at("rec/background.png") + "' --quiet --out '" + at("gel.json") + "'",
+                    scale = palpate::text(" --pitch %.10g", pitch);
+  EXPECT_EQ(run(presses), 2);
+  EXPECT_NE(text("stderr").find("--pitch"), std::string::npos) << text("stderr");
+  ASSERT_EQ(run(presses + scale), 0) << text("stderr");
+  const Sensor from_nothing = load_sensor(folder_ / "gel.json");
+  EXPECT_EQ(from_nothing.name, "gel");
+  EXPECT_EQ(from_nothing.channels, 3u);
+  EXPECT_NEAR(from_nothing.pitch_mm_per_px, pitch, 1e-9);
+  // A file that says how the surface is to be read, and has no weights for it yet.
+  std::ofstream(folder_ / "begun.json")
+      << R"({"palpate_sensor":1,"frame":{"channels":3},"surface":{"reading":"photometric","max_slope":2}})";
+  EXPECT_EQ(
+      run("process '" + at("rec/frames") + "' --sensor '" + at("begun.json") + "' --out '" + at("o") + "'"),
+      4);
+  ASSERT_EQ(run(presses + scale + " --sensor '" + at("begun.json") + "'"), 0) << text("stderr");
+  const Sensor from_begun = load_sensor(folder_ / "gel.json");
+  EXPECT_EQ(from_begun.reconstruction, Reconstruction::Photometric);
+  EXPECT_EQ(from_begun.max_slope, 2);
+  EXPECT_EQ(from_begun.photometric.wx, from_nothing.photometric.wx);
+  // Frames without a sensor file are measured in pixels.
+  ASSERT_EQ(run("process '" + at("rec/frames") + "' --background '" + at("rec/background.png") +
+                "' --quiet --out '" + at("bare") + "'"),
+            0)
+      << text("stderr");
+  const Table bare(text("bare/measurements.csv"));
+  EXPECT_EQ(std::count(bare.columns.begin(), bare.columns.end(), "ellipse_major_px"), 1);
+  EXPECT_EQ(std::count(bare.columns.begin(), bare.columns.end(), "area_mm2"), 0);
+}
+
 TEST_F(Calibrate, BackgroundFlatAndScaleWriteSensorFilesThatLoad) {
   ASSERT_EQ(run("simulate press --mode waveguide --size 160x120 --rate 20 --quiet --out '" + at("rec") + "'"),
             0)

@@ -206,7 +206,6 @@ TEST_F(Program, BadSensorFilesAreRefused) {
   refuse(bad.dump(), {"bit_depth"});
   expect_refusal({"process", rec / "frames", "--sensor", folder_ / "nosensor.json", "--out", folder_ / "o"},
                  4, {"nosensor.json"});
-  expect_refusal({"process", rec / "frames", "--out", folder_ / "o"}, 2, {"--sensor"});
 }
 
 TEST_F(Program, UnwritableFoldersAreRefused) {

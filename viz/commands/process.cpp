@@ -68,7 +68,8 @@ Report process(const Common& common, Options options) {
   const ProcessSummary summary = process_recording(*context, sensor, request, common.out, run_watch(common));
   Report report;
   report.json = to_json(summary, request, sensor, *context);
-  report.text = describe(summary) + "\nwritten: " + (common.out / "measurements.csv").string() +
+  report.text = (has_scale(sensor) ? "" : "no scale is known: lengths are in px (--sensor FILE)\n") +
+                describe(summary) + "\nwritten: " + (common.out / "measurements.csv").string() +
                 (wants(request.outputs, Output::Contacts) ? ", contacts.csv" : "") + ", summary.json";
   report.exit_code = !summary.complete ? kInterrupted : validation_clean(*context) ? 0 : kInternalError;
   return report;

@@ -263,9 +263,14 @@ PALPATE_API bool has_gel_contacts(const Sensor& sensor);
 /// The sensor's own, or 1/4000 of the frame, 9 px, and what one marker or patch of its skin changes at most.
 PALPATE_API uint32_t smallest_contact_px(const Sensor& sensor, const FrameFormat& format);
 
+/// What a calibration makes of a sensor file.
+enum class ToMake { Nothing, Scale, Reading };
+
 /// Reads and validates. Throws Error(Failure::Sensor) that names file, key, wanted, found; unknown keys are
 /// errors.
-PALPATE_API Sensor load_sensor(const std::filesystem::path& file);
+/// `to_make`: what is about to be calibrated, which the file may lack, as it may the scale: that is then not
+/// known, and of ToMake::Reading the reading of the surface none.
+PALPATE_API Sensor load_sensor(const std::filesystem::path& file, ToMake to_make = ToMake::Nothing);
 /// Validates a sensor made in code; `where` names it in messages.
 PALPATE_API void validate(const Sensor& sensor, const std::string& where);
 /// Writes atomically (temporary file, then rename). Throws Error(Failure::Output).

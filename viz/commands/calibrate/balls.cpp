@@ -10,7 +10,10 @@ namespace palpate {
 void add_ball_options(CommandLine& command, BallOptions& options, Common& common, const std::string& input,
                       const std::string& start) {
   command.add_option("INPUT", options.input, input)->required()->check(input_exists);
-  command.add_option("--sensor", options.sensor, "Sensor file to start from: " + start)->required();
+  command.add_option("--sensor", options.sensor,
+                     "Sensor file to start from: " + start + " (default: only what the pictures say)");
+  command.add_option("--pitch", options.pitch_mm_per_px, "Scale, mm per px (default: the sensor file's)")
+      ->check(Check::range(1e-6, 100.0));
   command.add_option("--ball-mm", options.ball_mm, "Radius of the ball, mm; its contacts are found")
       ->check(Check::range(0.01, 1000.0));
   command.add_option("--balls", options.balls,
@@ -39,9 +42,6 @@ Sensor with_background(Sensor sensor, const BallOptions& options) {
 
 BallPresses presses_of(const Common& common, const BallOptions& options, const Sensor& sensor,
                        bool mask_markers, size_t least) {
-  if (!has_scale(sensor))
-    throw Error(Failure::Sensor, "the scale of the pictures of a ball in " + options.sensor.string(),
-                "\"pitch_mm_per_px\": null", "palpate calibrate scale first");
   if (!options.balls.empty()) return read_presses(options.balls, options.input, sensor, mask_markers);
   PressSearch search;
   search.ball_radius_mm = options.ball_mm;

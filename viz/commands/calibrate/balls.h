@@ -15,6 +15,7 @@ struct BallOptions {
   std::string input;
   std::filesystem::path sensor, balls, background;
   double ball_mm = 0;
+  double pitch_mm_per_px = 0;  ///< 0: the sensor file's
   uint64_t every = 0;
 };
 

@@ -4,6 +4,7 @@
 
 #include "capture/calibrate/background.h"
 #include "capture/calibrate/origin.h"
+#include "capture/run/input.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "engine/calibrate/lookup_fit.h"
@@ -21,7 +22,8 @@ namespace fs = std::filesystem;
 
 Report lookup(const Common& common, const BallOptions& options) {
   check_ball_options(options);
-  const Sensor original = load_sensor(options.sensor);
+  const Sensor original =
+      sensor_to_calibrate(options.input, options.sensor, ToMake::Reading, options.pitch_mm_per_px);
   if (original.channels != 1)
     throw Error(Failure::Sensor, "a gray sensor (\"channels\": 1) in " + options.sensor.string(),
                 std::to_string(original.channels) + " channels",
@@ -49,6 +51,7 @@ Report lookup(const Common& common, const BallOptions& options) {
   calibrated.lookup = result.calibration;
   calibrated.lookup.origin = origin_now(fs::path(options.input).filename().string(), note);
   calibrated.size_px = {found.format.width, found.format.height};
+  if (options.sensor.empty()) calibrated.name = common.out.stem().string();
   const fs::path background = keep_background(options.background, common.out, calibrated);
   save_sensor(calibrated, common.out);
 

@@ -9,6 +9,7 @@
 #include "capture/calibrate/background.h"
 #include "capture/calibrate/origin.h"
 #include "capture/calibrate/press_contact.h"
+#include "capture/run/input.h"
 #include "engine/base/json.h"
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
@@ -89,7 +90,8 @@ bool refuse_other_balls(const PhotometricFitResult& result, BallPresses& found) 
 }
 
 Sensor checked_sensor(const Options& options) {
-  Sensor sensor = load_sensor(options.sensor);
+  Sensor sensor =
+      sensor_to_calibrate(options.input, options.sensor, ToMake::Reading, options.pitch_mm_per_px);
   if (sensor.channels != 3)
     throw Error(Failure::Sensor, "a colour sensor (\"channels\": 3) in " + options.sensor.string(),
                 std::to_string(sensor.channels) + " channel",
@@ -241,6 +243,7 @@ Report photometric(const Common& common, const Options& options) {
   Sensor sensor = calibrated(original, fitted, options);
   std::optional<PressContact> contact;
   if (!options.keep_contact) apply(contact.emplace(contact_of_presses(fitted.found, sensor.filter)), sensor);
+  if (options.sensor.empty()) sensor.name = common.out.stem().string();
   const fs::path background = keep_background(options.background, common.out, sensor);
   save_sensor(sensor, common.out);
   return report_of(fitted, common, options, contact, background.string());

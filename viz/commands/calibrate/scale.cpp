@@ -12,6 +12,7 @@
 #include "capture/calibrate/presses.h"
 #include "capture/calibrate/scale.h"
 #include "capture/open_source.h"
+#include "capture/run/input.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
 #include "palpate/error.h"
@@ -172,7 +173,7 @@ Report scale(const Common& common, const Options& options) {
   if ((!options.grid.empty()) + (options.ring_mm > 0) + (options.ball_mm > 0) != 1)
     throw Error(Failure::Usage, "one of --grid, --ring-mm and --ball-mm", "none or more",
                 "--grid 9x6 --spacing-mm 2");
-  const Sensor original = load_sensor(options.sensor);
+  const Sensor original = sensor_to_calibrate(options.input, options.sensor, ToMake::Scale);
   Sensor reading = original, sensor = original;
   if (!options.background.empty()) reading.background.image = fs::absolute(options.background).string();
   if (!options.grid.empty()) {
@@ -187,6 +188,7 @@ Report scale(const Common& common, const Options& options) {
                       : options.ring_mm > 0 ? by_ring(options, reading, sensor)
                                             : by_ball(options, reading, sensor);
   if (interrupted()) return {"", "", kInterrupted};
+  if (options.sensor.empty()) sensor.name = common.out.stem().string();
   const fs::path background = keep_background(options.background, common.out, sensor);
   save_sensor(sensor, common.out);
   json::Value value = {{"sensor", common.out.string()},
@@ -215,7 +217,8 @@ void add_calibrate_scale(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("INPUT", options->input, "Pictures: an image, a folder of images, a video")
       ->required()
       ->check(input_exists);
-  command->add_option("--sensor", options->sensor, "Sensor file to start from")->required();
+  command->add_option("--sensor", options->sensor,
+                      "Sensor file to start from (default: only what the pictures say)");
   command->add_option("--grid", options->grid, "COLUMNSxROWS of a printed grid: inner corners, or dots");
   command->add_option("--pattern", options->pattern, "What the grid is made of: chessboard or dots")
       ->transform(one_of(std::map<std::string, GridPattern>{{"chessboard", GridPattern::Chessboard},
