@@ -11,6 +11,7 @@
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
 #include "capture/v4l2/camera.h"
+#include "engine/base/readable.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;
@@ -83,6 +84,9 @@ std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sens
     throw Error(Failure::Input,
                 "a video, an image, a folder of images, a session, camera:NODE or synthetic:SCENE",
                 "nothing at '" + input + "'", "checking the path");
+  if (const std::string why = why_unreadable(path); !why.empty() && why != "a folder")
+    throw Error(Failure::Input, "a video, an image or a folder of images", path.string() + ": " + why,
+                "another file");
   if (is_session(path)) return std::make_unique<Session>(path, sensor);
   if (fs::is_directory(path, error) || has_image_name(path))
     return std::make_unique<ImageSequence>(path, sensor);

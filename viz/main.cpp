@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -35,22 +36,29 @@ void start_log() {
   spdlog::set_default_logger(logger);
 }
 
-void print(const std::string& text) {
-  std::fputs(text.c_str(), stdout);
-  if (!text.empty() && text.back() != '\n') std::fputc('\n', stdout);
-  if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
-    throw Error(Failure::Output, "to write to stdout", std::strerror(errno), "another place for the output");
-  }
+/// What stdout carries.
+enum class Form : uint8_t { Text, Json, JsonLines };
+
+Form form_of(int argc, char** argv) {
+  const auto given = [&](const char* flag) {
+    return std::any_of(argv + 1, argv + argc, [&](const char* a) { return std::strcmp(a, flag) == 0; });
+  };
+  return given("--json") ? Form::Json : given("--jsonl") ? Form::JsonLines : Form::Text;
 }
 
-/// One line on stderr whatever the message holds; with --json the same as a value on stdout.
-int fail(const std::string& message, int exit_code, bool json) {
+void print(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  print_line(text);
+}
+
+/// One line on stderr whatever the message holds; with --json and --jsonl the same as a value on stdout.
+int fail(const std::string& message, int exit_code, Form form) {
   std::string line = message;
   std::replace(line.begin(), line.end(), '\n', ' ');
   std::fprintf(stderr, "palpate: %s\n", line.c_str());
-  if (json) {
+  if (form != Form::Text) {
     const json::Value value = {{"complete", false}, {"exit_code", exit_code}, {"error", line}};
-    std::fputs((value.dump(2, json::Utf8::Replace) + "\n").c_str(), stdout);
+    std::fputs((value.dump(form == Form::Json ? 2 : -1, json::Utf8::Replace) + "\n").c_str(), stdout);
     std::fflush(stdout);
   }
   return exit_code;
@@ -63,8 +71,8 @@ constexpr void (*kCommands[])(CommandLine& program, Common& common, Command& cho
     add_strain,  add_contact, add_modulus, add_forward,   add_lump,    add_match};
 
 int run(int argc, char** argv) {
-  CommandLine program("palpate: a camera behind a silicone pad as a calibrated touch instrument.", "palpate");
-  program.set_version_flag("--version", std::string("palpate ") + PALPATE_VERSION);
+  CommandLine program("a camera behind a silicone pad as a calibrated touch instrument.", "palpate");
+  program.set_version_flag("-V,--version", std::string("palpate ") + PALPATE_VERSION);
   // Without a command there is the list of sources, where it can be shown.
   const bool start = argc == 1 && viz::display_available();
   program.require_subcommand(start ? 0 : 1);
@@ -75,36 +83,39 @@ int run(int argc, char** argv) {
       "  palpate live                          a simulated palpation, live in a window\n"
       "  palpate record --camera /dev/video0 --sensor my_sensor.json --out out/press\n"
       "  palpate process out/press --out out/measured\n"
-      "  palpate COMMAND --help                options and examples of one command\n");
+      "  palpate help COMMAND                  options and examples of one command\n");
   Common common;
   Command chosen;
   for (const auto add : kCommands) add(program, common, chosen);
 
-  const bool json_asked =
-      std::any_of(argv + 1, argv + argc, [](const char* a) { return std::strcmp(a, "--json") == 0; });
-  const Parsed parsed = program.parse(argc, argv);
+  const Form form = form_of(argc, argv);
+  std::vector<std::string> words(argv + 1, argv + argc);
+  if (!words.empty() && words.front() == "help") {
+    words.erase(words.begin());
+    words.push_back("--help");
+  }
+  const Parsed parsed = program.parse(words);
   if (parsed.help) {
     print(parsed.text);
     return 0;
   }
   if (!parsed.done) {
     const auto usage = static_cast<int>(Failure::Usage);
-    if (argc > 1 && argv[1][0] != '-' && !program.has_command(argv[1]))
-      return fail(std::string("there is no command '") + argv[1] + "'; try: palpate --help", usage,
-                  json_asked);
     if (argc == 1)
       return fail("no command was given, and the list of sources wants a window: " + viz::no_display() +
                       "; try: palpate --help, or palpate demo --headless",
-                  usage, json_asked);
+                  usage, form);
     std::string command;
     for (const std::string& name : parsed.commands) command += " " + name;
-    return fail(parsed.text + "; try: palpate" + command + " --help", usage, json_asked);
+    return fail(parsed.text + "; try: palpate" + command + " --help", usage, form);
   }
   if (start) chosen = start_command(common);
   if (common.quiet) spdlog::set_level(spdlog::level::err);
   catch_interrupts();
   const Report report = chosen();
-  print(common.json ? report.json : report.text);
+  print(common.json    ? report.json
+        : common.jsonl ? "{\"summary\":" + json::parse(report.json).dump(-1, json::Utf8::Replace) + "}"
+                       : report.text);
   return report.exit_code;
 }
 
@@ -113,17 +124,16 @@ int run(int argc, char** argv) {
 // NOLINTNEXTLINE(bugprone-exception-escape): what reporting an error throws may end the program
 int main(int argc, char** argv) {
   quieten_libraries();
-  const bool json =
-      std::any_of(argv + 1, argv + argc, [](const char* a) { return std::strcmp(a, "--json") == 0; });
+  const Form form = form_of(argc, argv);
   try {
     start_log();
     return run(argc, argv);
   } catch (const Error& error) {
-    return fail(error.what(), error.exit_code(), json);
+    return fail(error.what(), error.exit_code(), form);
   } catch (const std::bad_alloc&) {
     return fail("wanted more memory than there is; try smaller frames or fewer outputs", kInternalError,
-                json);
+                form);
   } catch (const std::exception& error) {
-    return fail(std::string("internal error: ") + error.what(), kInternalError, json);
+    return fail(std::string("internal error: ") + error.what(), kInternalError, form);
   }
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/base/readable.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -51,8 +52,9 @@ CsvTable::CsvTable(std::filesystem::path file, std::string wanted, CsvOptions op
     : file_(std::move(file)), wanted_(std::move(wanted)), options_(options) {
   std::error_code ignored;
   if (!std::filesystem::is_directory(file_, ignored)) stream_.open(file_, std::ios::binary);
-  if (!stream_.is_open())
-    throw Error(Failure::Input, wanted_, "no readable file " + file_.string(), "another path");
+  if (const std::string why = why_unreadable(file_); !why.empty() || !stream_.is_open())
+    throw Error(Failure::Input, wanted_, file_.string() + ": " + (why.empty() ? "a read error" : why),
+                "another path");
   if (!options_.header) return;
   if (!read_line())
     throw Error(Failure::Input, wanted_, "an empty file " + file_.string(), "a first line with the columns");

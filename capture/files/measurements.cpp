@@ -1,104 +1,197 @@
 #include "capture/files/measurements.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <string_view>
+#include <span>
 #include <utility>
 
 #include "capture/files/csv_table.h"
+#include "engine/base/json.h"
+#include "engine/sensor/fit.h"
 #include "palpate/pipeline.h"
 
 namespace palpate {
 namespace {
 
-constexpr const char* kMeasured =
-    "contact,gray_sum,force_N,force_sd_N,force_state,centroid_x_px,centroid_y_px,area_px,area_"
-    "mm2,"
-    "ellipse_major_mm,ellipse_minor_mm,ellipse_angle_rad,peak_gray,saturated_px,shear_x_N,shear_x_sd_N,shear_"
-    "y_N,"
-    "shear_y_sd_N,shear_state,shift_x_mm,shift_y_mm,slip,depth_max_mm,depth_sd_mm,depth_state,depth_"
-    "reference,unknown_px,shadowed_px,outside_px,islands,weighted_residual,weighted_misfit,clipped_px,"
-    "contacts,volume_mm3,skin_points,skin_lost,skin_shift_x_mm,skin_shift_x_sd_mm,skin_shift_y_mm,"
-    "skin_shift_y_sd_mm,torsion_rad,torsion_sd_rad,stick_share,stick_share_sd,gradient_sum,"
-    "light_state,light_change_gray";
-constexpr const char* kOfContact =
-    "id,frames,gray_sum,force_N,force_sd_N,force_state,centroid_x_px,centroid_y_px,area_px,"
-    "area_mm2,ellipse_major_mm,ellipse_minor_mm,ellipse_angle_rad,peak_gray,saturated_px,shear_x_N,"
-    "shear_x_sd_N,shear_y_N,shear_y_sd_N,shear_state,shift_x_mm,shift_y_mm,slip,at_border,box_x_px,"
-    "box_y_px,box_width_px,box_height_px";
-constexpr const char* kTrue =
-    ",true_contact,true_force_N,true_shear_x_N,true_shear_y_N,true_slip,true_center_x_px,true_center_y_px,"
-    "true_radius_px,true_depth_max_mm,depth_rms_error_mm,true_contacts,true_volume_mm3,true_torsion_rad,"
-    "true_stick_share";
+using Group = MeasuredColumns::Group;
 
-/// Builds one line cell by cell.
+struct Column {
+  const char* name;
+  uint32_t group;
+};
+
+constexpr Column kFrame[] = {{"frame", Group::Frame}, {"time_s", Group::Time}, {"source", Group::Source}};
+// A measured length is in one of two columns: millimetres, or pixels where no scale is known.
+constexpr Column kMeasured[] = {{"contact", Group::Touching},
+                                {"gray_sum", Group::Touching},
+                                {"force_N", Group::Force},
+                                {"force_sd_N", Group::Force},
+                                {"force_state", Group::Force},
+                                {"centroid_x_px", Group::Touching},
+                                {"centroid_y_px", Group::Touching},
+                                {"area_px", Group::Touching},
+                                {"area_mm2", Group::Millimetres},
+                                {"ellipse_major_mm", Group::Millimetres},
+                                {"ellipse_major_px", Group::Pixels},
+                                {"ellipse_minor_mm", Group::Millimetres},
+                                {"ellipse_minor_px", Group::Pixels},
+                                {"ellipse_angle_rad", Group::Touching},
+                                {"peak_gray", Group::Touching},
+                                {"saturated_px", Group::Touching},
+                                {"shear_x_N", Group::Shear},
+                                {"shear_x_sd_N", Group::Shear},
+                                {"shear_y_N", Group::Shear},
+                                {"shear_y_sd_N", Group::Shear},
+                                {"shear_state", Group::Shear},
+                                {"shift_x_mm", Group::Millimetres},
+                                {"shift_x_px", Group::Pixels},
+                                {"shift_y_mm", Group::Millimetres},
+                                {"shift_y_px", Group::Pixels},
+                                {"slip", Group::Slipping},
+                                {"depth_max_mm", Group::Depth},
+                                {"depth_sd_mm", Group::DepthError},
+                                {"depth_state", Group::Depth},
+                                {"depth_reference", Group::Depth},
+                                {"unknown_px", Group::Confidence},
+                                {"shadowed_px", Group::Confidence},
+                                {"outside_px", Group::Confidence},
+                                {"islands", Group::Weighted},
+                                {"weighted_residual", Group::Weighted},
+                                {"weighted_misfit", Group::Weighted},
+                                {"clipped_px", Group::Depth},
+                                {"contacts", Group::Contacts},
+                                {"volume_mm3", Group::Depth},
+                                {"skin_points", Group::Skin},
+                                {"skin_lost", Group::Skin},
+                                {"skin_shift_x_mm", Group::Skin},
+                                {"skin_shift_x_sd_mm", Group::Skin},
+                                {"skin_shift_y_mm", Group::Skin},
+                                {"skin_shift_y_sd_mm", Group::Skin},
+                                {"torsion_rad", Group::Skin},
+                                {"torsion_sd_rad", Group::Skin},
+                                {"stick_share", Group::Skin},
+                                {"stick_share_sd", Group::Skin},
+                                {"gradient_sum", Group::Gradient},
+                                {"light_state", Group::Light},
+                                {"light_change_gray", Group::Light}};
+constexpr Column kTrue[] = {{"true_contact", Group::Truth},      {"true_force_N", Group::Truth},
+                            {"true_shear_x_N", Group::Truth},    {"true_shear_y_N", Group::Truth},
+                            {"true_slip", Group::Truth},         {"true_center_x_px", Group::Truth},
+                            {"true_center_y_px", Group::Truth},  {"true_radius_px", Group::Truth},
+                            {"true_depth_max_mm", Group::Truth}, {"depth_rms_error_mm", Group::Truth},
+                            {"true_contacts", Group::Truth},     {"true_volume_mm3", Group::Truth},
+                            {"true_torsion_rad", Group::Truth},  {"true_stick_share", Group::Truth}};
+constexpr Column kContactId[] = {{"id", Group::Frame}, {"frames", Group::Frame}};
+constexpr Column kContactPlace[] = {{"at_border", Group::Frame},
+                                    {"box_x_px", Group::Frame},
+                                    {"box_y_px", Group::Frame},
+                                    {"box_width_px", Group::Frame},
+                                    {"box_height_px", Group::Frame}};
+// From gray_sum to slip: what a contact has as the whole touch has it.
+constexpr std::span<const Column> kShape(kMeasured + 1, 25);
+
+// Places of numbers that have no error of their own, see Digits.
+constexpr int kGrayPlaces = 2, kForcePlaces = 4, kPixelPlaces = 2, kLengthPlaces = 4, kAnglePlaces = 4,
+              kTimePlaces = 6, kRatioPlaces = 6, kSumPlaces = 1;
+constexpr int kAllPlaces = -1;
+
+/// Builds a row cell by cell, in the columns' order; the cells of columns that are not there are dropped.
 class Row {
  public:
+  enum class Form : uint8_t { Csv, Json };
+  Row(Form form, MeasuredColumns columns, Digits digits) : form_(form), columns_(columns), digits_(digits) {}
+
+  /// The columns of the cells that follow.
+  Row& section(std::span<const Column> columns) {
+    section_ = columns;
+    next_ = 0;
+    return *this;
+  }
   void text(const std::string& value) {
+    put(value.empty() || form_ == Form::Csv ? value : json::Value(value).dump(-1, json::Utf8::Replace));
+  }
+  void empty() { put(""); }
+  void whole(uint64_t value) { put(std::to_string(value)); }
+  void whole_if(bool known, uint64_t value) { known ? whole(value) : empty(); }
+  void number(double value, int places) {
+    if (!std::isfinite(value)) return empty();
+    const bool all = digits_ == Digits::All || places == kAllPlaces;
+    put(all ? shortest(value) : with_places(value, places));
+  }
+  void number_if(bool known, double value, int places) { known ? number(value, places) : empty(); }
+  /// Two cells.
+  void estimate_if(bool known, double value, double error, int places) {
+    if (error > 0 && std::isfinite(error)) places = deserved_places(error);
+    number_if(known, value, places);
+    number_if(known, error, places);
+  }
+  void estimate(const Estimate& e, int places) {
+    estimate_if(has_value(e), e.value, e.standard_error, places);
+  }
+  /// Two columns, one of which is there.
+  void length_if(bool known, double mm, double px) {
+    number_if(known, mm, kLengthPlaces);
+    number_if(known, px, kPixelPlaces);
+  }
+  bool has(Group group) const { return (columns_.groups & group) != 0; }
+  const std::string& line() const { return line_; }
+
+ private:
+  void put(const std::string& value) {
+    const Column& column = section_[next_++];
+    if (!(columns_.groups & column.group)) return;
+    if (form_ == Form::Json) {
+      if (!value.empty()) line_ += (line_.empty() ? "\"" : ",\"") + std::string(column.name) + "\":" + value;
+      return;
+    }
     if (!first_) line_ += ',';
     first_ = false;
     line_ += value;
   }
-  void empty() { text(""); }
-  void whole(uint64_t value) { text(std::to_string(value)); }
-  void number(double value) { text(std::isfinite(value) ? shortest(value) : ""); }
-  void number_if(bool known, double value) { known ? number(value) : empty(); }
-  const std::string& line() const { return line_; }
 
- private:
+  Form form_;
+  MeasuredColumns columns_;
+  Digits digits_;
+  std::span<const Column> section_;
+  size_t next_ = 0;
   std::string line_;
   bool first_ = true;
 };
 
-/// The columns of a sensor without a scale.
-std::string in_px(std::string names) {
-  for (const auto& [of_scale, without] : {std::pair<std::string_view, std::string_view>{",area_mm2", ""},
-                                          {",ellipse_major_mm", ",ellipse_major_px"},
-                                          {",ellipse_minor_mm", ",ellipse_minor_px"},
-                                          {",shift_x_mm", ",shift_x_px"},
-                                          {",shift_y_mm", ",shift_y_px"}})
-    names.replace(names.find(of_scale), of_scale.size(), without);
-  return names;
+void add_names(std::string& line, std::span<const Column> columns, uint32_t groups) {
+  for (const Column& column : columns)
+    if (groups & column.group) line += (line.empty() ? "" : ",") + std::string(column.name);
 }
 
-std::string frame_names(bool source) {
-  return source ? "frame,time_s,source," : "frame,time_s,";
-}
-
-void add_frame(Row& row, const Touch& touch, bool time) {
+void add_frame(Row& row, const Touch& touch, const std::string& source) {
+  row.section(kFrame);
   row.whole(touch.sequence);
-  row.number_if(time, static_cast<double>(touch.time_ns) / 1e9);
+  row.number(static_cast<double>(touch.time_ns) / 1e9, kTimePlaces);
+  row.text(source);
 }
 
-// Cells common to a frame's whole touch and one contact, in the columns' order.
+// Cells common to a frame's whole touch and one contact. `single`: it is one contact's.
 template <typename Shape>
-void add_shape(Row& row, const Shape& shape, bool contact, bool scaled) {
-  row.number(shape.gray_sum);
-  row.number_if(has_value(shape.force_N), shape.force_N.value);
-  row.number_if(has_value(shape.force_N), shape.force_N.standard_error);
+void add_shape(Row& row, const Shape& shape, bool single) {
+  row.number(shape.gray_sum, kSumPlaces);
+  row.estimate(shape.force_N, kForcePlaces);
   row.text(to_string(shape.force_N.validity));
-  row.number_if(contact, shape.centroid_x_px);
-  row.number_if(contact, shape.centroid_y_px);
+  row.number_if(single, shape.centroid_x_px, kPixelPlaces);
+  row.number_if(single, shape.centroid_y_px, kPixelPlaces);
   row.whole(shape.area_px);
-  if (scaled) row.number(shape.area_mm2);
-  row.number_if(contact, scaled ? shape.ellipse.major_mm : shape.ellipse.major_px);
-  row.number_if(contact, scaled ? shape.ellipse.minor_mm : shape.ellipse.minor_px);
-  row.number_if(contact, shape.ellipse.angle_rad);
-  row.number(shape.peak_gray);
+  row.number(shape.area_mm2, kLengthPlaces);
+  row.length_if(single, shape.ellipse.major_mm, shape.ellipse.major_px);
+  row.length_if(single, shape.ellipse.minor_mm, shape.ellipse.minor_px);
+  row.number_if(single, shape.ellipse.angle_rad, kAnglePlaces);
+  row.number(shape.peak_gray, kGrayPlaces);
   row.whole(shape.saturated_px);
-  for (const Estimate* shear : {&shape.shear_x_N, &shape.shear_y_N}) {
-    row.number_if(has_value(*shear), shear->value);
-    row.number_if(has_value(*shear), shear->standard_error);
-  }
+  row.estimate(shape.shear_x_N, kForcePlaces);
+  row.estimate(shape.shear_y_N, kForcePlaces);
   row.text(to_string(shape.shear_x_N.validity));
-  row.number_if(contact, scaled ? shape.shift_x_mm : shape.shift_x_px);
-  row.number_if(contact, scaled ? shape.shift_y_mm : shape.shift_y_px);
+  row.length_if(single, shape.shift_x_mm, shape.shift_x_px);
+  row.length_if(single, shape.shift_y_mm, shape.shift_y_px);
   row.text(to_string(shape.slip));
-}
-
-void add_contact(Row& row, const Touch& touch, bool scaled) {
-  row.whole(touch.contact ? 1 : 0);
-  add_shape(row, touch, touch.contact && touch.contacts.size() < 2, scaled);
 }
 
 // More regions than there was room for: how many contacts there are is not known.
@@ -108,35 +201,78 @@ bool counted(const Touch& touch) {
 
 void add_skin(Row& row, const Touch& touch) {
   const SkinMotion skin = touch.skin.value_or(SkinMotion{});
-  for (const uint32_t points : {skin.points, skin.lost}) touch.skin ? row.whole(points) : row.empty();
-  for (const Estimate* one : {&skin.shift_x_mm, &skin.shift_y_mm, &skin.torsion_rad, &skin.stick_fraction}) {
-    const bool known = touch.skin && has_value(*one);
-    row.number_if(known, one->value);
-    row.number_if(known, one->standard_error);
+  for (const uint32_t points : {skin.points, skin.lost}) row.whole_if(touch.skin.has_value(), points);
+  for (const auto& [one, places] : {std::pair{&skin.shift_x_mm, kLengthPlaces},
+                                    {&skin.shift_y_mm, kLengthPlaces},
+                                    {&skin.torsion_rad, kAnglePlaces},
+                                    {&skin.stick_fraction, kAnglePlaces}})
+    row.estimate_if(touch.skin && has_value(*one), one->value, one->standard_error, places);
+}
+
+void add_measured(Row& row, const Touch& touch, bool touching) {
+  row.section(kMeasured);
+  if (touching) {
+    row.whole(touch.contact ? 1 : 0);
+    add_shape(row, touch, touch.contact && touch.contacts.size() < 2);
+  } else {
+    for (size_t i = 0; i < 1 + kShape.size(); ++i) row.empty();
   }
+  const SurfaceSummary surface = touch.surface.value_or(SurfaceSummary{});
+  const double depth_sd_mm = surface.depth_sd_mm;
+  const int depth_places = depth_sd_mm > 0 ? deserved_places(depth_sd_mm) : kLengthPlaces;
+  row.number_if(touch.surface.has_value(), surface.depth_max_mm, depth_places);
+  row.number_if(touch.surface && depth_sd_mm > 0, depth_sd_mm, depth_places);
+  row.text(touch.surface ? to_string(surface.validity) : "");
+  row.text(!touch.surface ? "" : surface.rest_from_untouched ? "rest" : "mean");
+  const ConfidenceSummary confidence = touch.confidence.value_or(ConfidenceSummary{});
+  for (const uint64_t count : {confidence.unknown_px, confidence.shadowed_px, confidence.outside_px})
+    row.whole_if(touch.confidence.has_value(), count);
+  const WeightedSummary weighted = surface.weighted.value_or(WeightedSummary{});
+  row.whole_if(surface.weighted.has_value(), weighted.islands);
+  row.number_if(weighted.residual.has_value(), weighted.residual.value_or(0), kRatioPlaces);
+  row.number_if(weighted.unexplained.has_value(), weighted.unexplained.value_or(0), kRatioPlaces);
+  row.whole_if(touch.surface.has_value(), surface.clipped_px);
+  row.whole_if(counted(touch), touch.contacts.size());
+  row.number_if(touch.surface.has_value(), surface.volume_mm3, kLengthPlaces);
+  add_skin(row, touch);
+  row.number_if(touch.gradient_sum.has_value(), touch.gradient_sum.value_or(0), kSumPlaces);
+  row.text(touch.light ? to_string(touch.light->state) : "");
+  row.number_if(touch.light.has_value(), touch.light.value_or(LightSummary{}).change_gray, kGrayPlaces);
 }
 
 void add_truth(Row& row, const Truth* truth, std::optional<double> depth_rms_error_mm) {
-  constexpr int kColumns = 14;
+  row.section(kTrue);
   if (!truth) {
-    for (int i = 0; i < kColumns; ++i) row.empty();
+    for (size_t i = 0; i < std::size(kTrue); ++i) row.empty();
     return;
   }
   row.whole(truth->contact ? 1 : 0);
-  row.number(truth->force_N);
-  row.number(truth->shear_x_N);
-  row.number(truth->shear_y_N);
+  row.number(truth->force_N, kAllPlaces);
+  row.number(truth->shear_x_N, kAllPlaces);
+  row.number(truth->shear_y_N, kAllPlaces);
   row.whole(truth->slipping ? 1 : 0);
-  row.number_if(truth->contact, truth->center_x_px);
-  row.number_if(truth->contact, truth->center_y_px);
-  row.number(truth->radius_px);
-  row.number(truth->indentation_mm);
-  row.number_if(depth_rms_error_mm.has_value(), depth_rms_error_mm.value_or(0));
+  row.number_if(truth->contact, truth->center_x_px, kAllPlaces);
+  row.number_if(truth->contact, truth->center_y_px, kAllPlaces);
+  row.number(truth->radius_px, kAllPlaces);
+  row.number(truth->indentation_mm, kAllPlaces);
+  row.number_if(depth_rms_error_mm.has_value(), depth_rms_error_mm.value_or(0), kRatioPlaces);
   // A scene with one contact may leave the list to its single fields.
   row.whole(truth->contacts.empty() ? (truth->contact ? 1 : 0) : truth->contacts.size());
-  row.number(truth->volume_mm3);
-  row.number(truth->torsion_rad);
-  row.number_if(truth->contact, truth->stick_fraction);
+  row.number(truth->volume_mm3, kAllPlaces);
+  row.number(truth->torsion_rad, kAllPlaces);
+  row.number_if(truth->contact, truth->stick_fraction, kAllPlaces);
+}
+
+void add_contact(Row& row, const ContactTouch& contact) {
+  row.section(kContactId);
+  row.whole(contact.id);
+  row.whole(contact.frames);
+  row.section(kShape);
+  add_shape(row, contact, true);
+  row.section(kContactPlace);
+  row.whole(contact.at_border ? 1 : 0);
+  for (const uint32_t side : {contact.box.x, contact.box.y, contact.box.width, contact.box.height})
+    row.whole(side);
 }
 
 }  // namespace
@@ -147,85 +283,131 @@ std::string shortest(double value) {
   return std::string(text, end);
 }
 
+std::string with_places(double value, int places) {
+  char text[400];
+  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, places).ptr;
+  std::string written(text, end);
+  if (written.front() == '-' && written.find_first_not_of("-0.") == std::string::npos) written.erase(0, 1);
+  return written;
+}
+
+int deserved_places(double error) {
+  constexpr int kMost = 9;
+  // 0.0996 has the two digits 0.10.
+  const double two = error * 1.00251;
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(two))), 0, kMost);
+}
+
 bool has_value(const Estimate& estimate) {
   return estimate.validity != Validity::NotCalibrated && estimate.validity != Validity::NoContact;
 }
 
-std::string Measurements::header(bool truth, bool source, bool scaled) {
-  return frame_names(source) + cell_names(scaled) + (truth ? kTrue : "");
+MeasuredColumns MeasuredColumns::of(const Sensor& sensor, uint32_t outputs) {
+  MeasuredColumns columns{Frame | Time};
+  const auto add = [&columns](bool there, uint32_t groups) { columns.groups |= there ? groups : 0; };
+  const bool touching = wants(outputs, Output::Force), surface = wants(outputs, Output::Surface);
+  const bool skin = follows_skin(sensor, wants(outputs, Output::Skin), touching);
+  const bool confidence =
+      wants(outputs, Output::Confidence) || (surface && (sensor.pad || sensor.shadow_gray));
+  const bool gradient = sensor.force && sensor.force->signal == ForceSignal::Gradient;
+  add(touching, Touching);
+  add(touching, has_scale(sensor) ? Millimetres : Pixels);
+  add(touching && sensor.force, Force);
+  add(touching && sensor.shear, Shear);
+  add(touching && (sensor.shear || skin), Slipping);
+  add(surface, Depth);
+  add(surface && (sensor.reconstruction == Reconstruction::Elastic || sensor.lookup.depth_sd_mm > 0),
+      DepthError);
+  add(confidence, Confidence);
+  add(surface && confidence, Weighted);
+  add(wants(outputs, Output::Contacts), Contacts);
+  add(skin, Skin);
+  add(wants(outputs, Output::Gradient) || (touching && gradient), Gradient);
+  add(has_gel_contacts(sensor), Light);
+  return columns;
 }
 
-std::string Measurements::cell_names(bool scaled) {
-  return scaled ? kMeasured : in_px(kMeasured);
+std::string Measurements::header(MeasuredColumns columns) {
+  std::string line;
+  for (const std::span<const Column> section :
+       {std::span<const Column>(kFrame), std::span<const Column>(kMeasured), std::span<const Column>(kTrue)})
+    add_names(line, section, columns.groups);
+  return line;
 }
 
-Measurements::Measurements(const std::filesystem::path& file, const Columns& columns)
-    : file_(file), columns_(columns) {
-  file_.append(header(columns.truth, columns.source, columns.scaled));
+std::string Measurements::cell_names() {
+  std::string line;
+  add_names(line, kMeasured, MeasuredColumns::kAll);
+  return line;
 }
 
-std::string Measurements::cells(const Touch& touch, uint32_t outputs, bool scaled) {
-  Row row;
-  if (outputs & static_cast<uint32_t>(Output::Force)) {
-    add_contact(row, touch, scaled);
-  } else {
-    constexpr int kContactColumns = 22;
-    for (int i = 0; i < kContactColumns - (scaled ? 0 : 1); ++i) row.empty();
-  }
-  const SurfaceSummary surface = touch.surface.value_or(SurfaceSummary{});
-  row.number_if(touch.surface.has_value(), surface.depth_max_mm);
-  row.number_if(touch.surface && surface.depth_sd_mm > 0, surface.depth_sd_mm);
-  row.text(touch.surface ? to_string(surface.validity) : "");
-  row.text(!touch.surface ? "" : surface.rest_from_untouched ? "rest" : "mean");
-  const ConfidenceSummary confidence = touch.confidence.value_or(ConfidenceSummary{});
-  for (const uint64_t count : {confidence.unknown_px, confidence.shadowed_px, confidence.outside_px})
-    touch.confidence ? row.whole(count) : row.empty();
-  const WeightedSummary weighted = surface.weighted.value_or(WeightedSummary{});
-  surface.weighted ? row.whole(weighted.islands) : row.empty();
-  row.number_if(weighted.residual.has_value(), weighted.residual.value_or(0));
-  row.number_if(weighted.unexplained.has_value(), weighted.unexplained.value_or(0));
-  touch.surface ? row.whole(surface.clipped_px) : row.empty();
-  counted(touch) ? row.whole(touch.contacts.size()) : row.empty();
-  row.number_if(touch.surface.has_value(), surface.volume_mm3);
-  add_skin(row, touch);
-  row.number_if(touch.gradient_sum.has_value(), touch.gradient_sum.value_or(0));
-  row.text(touch.light ? to_string(touch.light->state) : "");
-  row.number_if(touch.light.has_value(), touch.light.value_or(LightSummary{}).change_gray);
+Measurements::Measurements(const std::filesystem::path& file, MeasuredColumns columns, Digits digits)
+    : file_(file), columns_(columns), digits_(digits) {
+  file_.append(header(columns));
+}
+
+std::string Measurements::cells(const Touch& touch, uint32_t outputs) {
+  Row row(Row::Form::Csv, {}, Digits::All);
+  add_measured(row, touch, wants(outputs, Output::Force));
+  return row.line();
+}
+
+std::string Measurements::row(const Touch& touch, MeasuredColumns columns, Digits digits, const Truth* truth,
+                              std::optional<double> depth_rms_error_mm, const std::string& source) {
+  Row row(Row::Form::Csv, columns, digits);
+  add_frame(row, touch, csv_cell(source));
+  add_measured(row, touch, row.has(Group::Touching));
+  add_truth(row, truth, depth_rms_error_mm);
   return row.line();
 }
 
 void Measurements::add(const Touch& touch, const Truth* truth, std::optional<double> depth_rms_error_mm,
                        const std::string& source) {
-  Row row;
-  add_frame(row, touch, columns_.time);
-  if (columns_.source) row.text(csv_cell(source));
-  row.text(cells(touch, columns_.outputs, columns_.scaled));
-  if (columns_.truth) add_truth(row, truth, depth_rms_error_mm);
-  file_.append(row.line());
+  file_.append(row(touch, columns_, digits_, truth, depth_rms_error_mm, source));
 }
 
-ContactRows::ContactRows(const std::filesystem::path& file, bool time, bool source, bool scaled)
-    : file_(file), time_(time), source_(source), scaled_(scaled) {
-  file_.append(header(source, scaled));
+ContactRows::ContactRows(const std::filesystem::path& file, MeasuredColumns columns, Digits digits)
+    : file_(file), columns_(columns), digits_(digits) {
+  file_.append(header(columns));
 }
 
-std::string ContactRows::header(bool source, bool scaled) {
-  return frame_names(source) + (scaled ? kOfContact : in_px(kOfContact));
+std::string ContactRows::header(MeasuredColumns columns) {
+  std::string line;
+  for (const std::span<const Column> section :
+       {std::span<const Column>(kFrame), std::span<const Column>(kContactId), kShape,
+        std::span<const Column>(kContactPlace)})
+    add_names(line, section, columns.groups);
+  return line;
 }
 
 void ContactRows::add(const Touch& touch, const std::string& source) {
   for (const ContactTouch& contact : touch.contacts) {
-    Row row;
-    add_frame(row, touch, time_);
-    if (source_) row.text(csv_cell(source));
-    row.whole(contact.id);
-    row.whole(contact.frames);
-    add_shape(row, contact, true, scaled_);
-    row.whole(contact.at_border ? 1 : 0);
-    for (const uint32_t side : {contact.box.x, contact.box.y, contact.box.width, contact.box.height})
-      row.whole(side);
+    Row row(Row::Form::Csv, columns_, digits_);
+    add_frame(row, touch, csv_cell(source));
+    add_contact(row, contact);
     file_.append(row.line());
   }
+}
+
+std::string json_line(const Touch& touch, MeasuredColumns columns, Digits digits, const Truth* truth,
+                      std::optional<double> depth_rms_error_mm, const std::string& source) {
+  const bool listed = (columns.groups & Group::Contacts) && counted(touch);
+  // The number of contacts gives way to their list.
+  Row row(Row::Form::Json, columns.with(Group::Contacts, false), digits);
+  add_frame(row, touch, source);
+  add_measured(row, touch, row.has(Group::Touching));
+  add_truth(row, truth, depth_rms_error_mm);
+  std::string line = "{" + row.line();
+  if (listed) {
+    line += ",\"contacts\":[";
+    for (const ContactTouch& contact : touch.contacts) {
+      Row one(Row::Form::Json, columns, digits);
+      add_contact(one, contact);
+      line += (&contact == &touch.contacts.front() ? "{" : ",{") + one.line() + "}";
+    }
+    line += "]";
+  }
+  return line + "}";
 }
 
 }  // namespace palpate

@@ -1,4 +1,5 @@
-// measurements.csv: one row a frame, whole as soon as it is written; contacts.csv: one a contact and frame.
+// measurements.csv: one row a frame, whole as soon as it is written; contacts.csv: one a contact and frame;
+// the same as lines of JSON.
 #pragma once
 
 #include <cstdint>
@@ -8,23 +9,56 @@
 
 #include "capture/files/output_file.h"
 #include "capture/truth.h"
+#include "palpate/sensor.h"
 #include "palpate/touch.h"
 
 namespace palpate {
 
-/// Writes the rows. Units end the columns' names; a cell without meaning (no contact, not calibrated, not
-/// asked for) is empty.
+/// The columns of a table: those that its sensor and outputs can fill.
+struct MeasuredColumns {
+  enum Group : uint32_t {
+    Frame = 1 << 0,   ///< its number: always
+    Time = 1 << 1,    ///< not of images without a rate
+    Source = 1 << 2,  ///< the file of each frame, where every frame has one
+    Touching = 1 << 3,
+    Force = 1 << 4,
+    Shear = 1 << 5,
+    Slipping = 1 << 6,
+    Millimetres = 1 << 7,
+    Pixels = 1 << 8,  ///< lengths, where no scale is known
+    Depth = 1 << 9,
+    DepthError = 1 << 10,
+    Confidence = 1 << 11,
+    Weighted = 1 << 12,
+    Contacts = 1 << 13,
+    Skin = 1 << 14,
+    Gradient = 1 << 15,
+    Light = 1 << 16,
+    Truth = 1 << 17,
+  };
+  /// All that a sensor with a scale could fill, without truth and source.
+  static constexpr uint32_t kAll = (Truth - 1) & ~uint32_t{Source} & ~uint32_t{Pixels};
+
+  uint32_t groups = kAll;
+
+  /// `outputs`: as in PipelineOptions. Time is there, Source and Truth are not.
+  static MeasuredColumns of(const Sensor& sensor, uint32_t outputs);
+  MeasuredColumns with(Group group, bool there) const {
+    return {there ? groups | group : groups & ~uint32_t{group}};
+  }
+};
+
+/// Numbers in a table: with all digits, or with those that they deserve. These are two of a standard error
+/// and as many places of its value; otherwise a tenth of a micrometre, of a hundredth of a pixel, of a
+/// milliradian and of a millinewton.
+enum class Digits : uint8_t { All, Deserved };
+
+/// Writes the rows. Units end the columns' names; a cell without meaning (no contact, not calibrated) is
+/// empty.
 class Measurements {
  public:
-  struct Columns {
-    uint32_t outputs = 0;  ///< as in PipelineOptions: columns of what was not computed stay empty
-    bool truth = false;    ///< columns true_* follow
-    bool time = true;      ///< false: times are unknown (images without a rate), time_s stays empty
-    bool source = false;   ///< column source: the file of each frame
-    bool scaled = true;    ///< false: lengths of a contact in px, no area in mm2
-  };
   /// Throws Error(Failure::Output), as every member.
-  Measurements(const std::filesystem::path& file, const Columns& columns);
+  Measurements(const std::filesystem::path& file, MeasuredColumns columns, Digits digits = Digits::Deserved);
 
   /// `depth_rms_error_mm`: RMS difference between the measured and the true depth map, where it was computed.
   /// `source`: as Source::frame_name.
@@ -33,35 +67,52 @@ class Measurements {
   void close() { file_.close(); }
 
   /// The header line of such a file.
-  static std::string header(bool truth, bool source = false, bool scaled = true);
-  /// The cells of the measurements, without frame, time and truth; and their names. Where several contacts
-  /// touch, centroid, ellipse and shift stay empty: they are each contact's.
-  static std::string cells(const Touch& touch, uint32_t outputs, bool scaled = true);
-  static std::string cell_names(bool scaled = true);
+  static std::string header(MeasuredColumns columns);
+  /// A row of such a file.
+  static std::string row(const Touch& touch, MeasuredColumns columns, Digits digits,
+                         const Truth* truth = nullptr,
+                         std::optional<double> depth_rms_error_mm = std::nullopt,
+                         const std::string& source = {});
+  /// All cells of the measurements, without frame and time, with all digits; and their names. Where several
+  /// contacts touch, centroid, ellipse and shift stay empty: they are each contact's.
+  static std::string cells(const Touch& touch, uint32_t outputs);
+  static std::string cell_names();
 
  private:
   LineFile file_;
-  Columns columns_;
+  MeasuredColumns columns_;
+  Digits digits_;
 };
 
 /// Writes contacts.csv (Output::Contacts): columns named and meant as those of measurements.csv, of one
 /// contact each; no row in a frame without contact.
 class ContactRows {
  public:
-  /// `time`, `source`, `scaled`: as Measurements::Columns. Throws Error(Failure::Output), as every member.
-  ContactRows(const std::filesystem::path& file, bool time, bool source = false, bool scaled = true);
+  /// Throws Error(Failure::Output), as every member.
+  ContactRows(const std::filesystem::path& file, MeasuredColumns columns, Digits digits = Digits::Deserved);
 
   void add(const Touch& touch, const std::string& source = {});
   void close() { file_.close(); }
-  static std::string header(bool source = false, bool scaled = true);
+  static std::string header(MeasuredColumns columns);
 
  private:
   LineFile file_;
-  bool time_, source_, scaled_;
+  MeasuredColumns columns_;
+  Digits digits_;
 };
+
+/// A frame as one line of JSON, keys as the columns; cells without meaning are left out. `contacts` is the
+/// list of the separate contacts, in a frame where they are told apart. Ends without a line end.
+std::string json_line(const Touch& touch, MeasuredColumns columns, Digits digits = Digits::Deserved,
+                      const Truth* truth = nullptr, std::optional<double> depth_rms_error_mm = std::nullopt,
+                      const std::string& source = {});
 
 /// The shortest text that reads back as the same number.
 std::string shortest(double value);
+/// `value` with so many places; never a negative zero.
+std::string with_places(double value, int places);
+/// Places of a value whose standard error is `error`: two digits of the error.
+int deserved_places(double error);
 /// True where an estimate has a number to show (calibrated, and something touches).
 bool has_value(const Estimate& estimate);
 

@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "capture/files/output_file.h"
+#include "engine/base/readable.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -188,10 +189,9 @@ NpyArray read_npy(const std::filesystem::path& file) {
   }
   const uint64_t file_bytes = std::filesystem::file_size(file, code);
   std::ifstream in(file, std::ios::binary);
-  if (code || !in) {
-    throw Error(Failure::Input, "to read '" + file.string() + "'", "a file that cannot be opened",
-                "checking its permissions");
-  }
+  if (const std::string why = why_unreadable(file); code || !in || !why.empty())
+    throw Error(Failure::Input, "a NumPy array '" + file.string() + "'",
+                why.empty() ? "a file that cannot be opened" : why, "another file");
   const Header header = read_header(in, file, file_bytes);
   if (header.type != "<f4" && header.type != "<f8") {
     fail(file, "little-endian float32 or float64 ('<f4' or '<f8')",

@@ -8,12 +8,12 @@
 
 #include "capture/clock.h"
 #include "capture/files/images/images.h"
-#include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
 #include "capture/run/input.h"
 #include "capture/run/press_json.h"
 #include "capture/run/rest_check.h"
 #include "capture/run/run_recording.h"
+#include "capture/run/touch_table.h"
 #include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -82,12 +82,13 @@ class Recorder {
         has_truth_(source.truth(0).has_value()),
         has_names_(!source.frame_name(0).empty()),
         rate_Hz_(source.rate_Hz() > 0 ? source.rate_Hz() : request.rate_Hz) {
-    if (request.rows)
-      measurements_.emplace(
-          out / "measurements.csv",
-          Measurements::Columns{request.outputs, has_truth_, rate_Hz_ > 0, has_names_, has_scale(sensor)});
+    columns_ = MeasuredColumns::of(sensor, request.outputs)
+                   .with(MeasuredColumns::Time, rate_Hz_ > 0)
+                   .with(MeasuredColumns::Source, has_names_)
+                   .with(MeasuredColumns::Truth, has_truth_);
+    if (request.rows) measurements_.emplace(out / "measurements.csv", columns_, request.digits);
     if (request.rows && wants(request.outputs, Output::Contacts))
-      contacts_.emplace(out / "contacts.csv", rate_Hz_ > 0, has_names_, has_scale(sensor));
+      contacts_.emplace(out / "contacts.csv", columns_, request.digits);
     if (has_truth_) summary.comparison.emplace();
     if (session_) summary.recorded.emplace();
     const auto empty_folder = [&](const char* name) {
@@ -99,9 +100,11 @@ class Recorder {
     if (request.pictures) empty_folder("pictures");
     if (!request.images.empty()) empty_folder("images");
     if (request.pictures || request.video) {
-      constexpr double kFolderRate_Hz = 30;
-      const double rate_Hz = (rate_Hz_ > 0 ? rate_Hz_ : kFolderRate_Hz) /
-                             static_cast<double>(request.picture_every * request.range.step);
+      // Pictures without times are looked at one by one.
+      constexpr double kStillsRate_Hz = 2;
+      const double rate_Hz = rate_Hz_ > 0
+                                 ? rate_Hz_ / static_cast<double>(request.picture_every * request.range.step)
+                                 : kStillsRate_Hz;
       pictures_ = request.draw(context, {sensor, background, out / "recording.mp4", rate_Hz});
     }
   }
@@ -132,15 +135,21 @@ class Recorder {
                   encode_image(frame, request_.images));
     const std::string name = source_.frame_name(result.touch.sequence);
     if (has_names_) summary_.sources.push_back(name);
-    if (measurements_) measurements_->add(touch, truth ? &*truth : nullptr, depth_rms_error_mm, name);
+    const Truth* known = truth ? &*truth : nullptr;
+    if (measurements_) measurements_->add(touch, known, depth_rms_error_mm, name);
+    if (request_.on_row)
+      request_.on_row(json_line(touch, columns_, request_.digits, known, depth_rms_error_mm, name));
     if (contacts_) contacts_->add(touch, name);
     if (session_) summary_.recorded->add(*session_, touch);
     if (truth) summary_.comparison->add(touch, *truth, depth_rms_error_mm);
     if (pictures_) draw(result, frame, touch);
+    touches_.add(touch, name);
     count(touch);
   }
 
   void close() {
+    if (request_.rows && wants(request_.outputs, Output::Force))
+      write_whole(out_ / "summary.csv", std::string_view(touches_.csv(columns_)));
     if (measurements_) measurements_->close();
     if (contacts_) contacts_->close();
     if (pictures_) pictures_->finish();
@@ -192,8 +201,7 @@ class Recorder {
       summary_.light_unknown_frames += touch.light->state == LightState::Unknown;
     }
     if (wants(request_.outputs, Output::Force)) {
-      if (touch.contact && !touching_) ++summary_.contacts;
-      touching_ = touch.contact;
+      summary_.touches = touches_.spans().size();
       summary_.contact_frames += touch.contact;
       summary_.saturated_frames += touch.saturated_px > 0;
       summary_.most_contacts = std::max<uint64_t>(summary_.most_contacts, touch.contacts.size());
@@ -225,13 +233,14 @@ class Recorder {
   ProcessSummary& summary_;
   bool has_truth_, has_names_;
   double rate_Hz_;
+  MeasuredColumns columns_;
   std::optional<Measurements> measurements_;
   std::optional<ContactRows> contacts_;
   std::set<uint32_t> ids_;
   std::unique_ptr<RecordingPictures> pictures_;
   std::vector<float> depth_mm_;
   std::map<DepthFormat, uint64_t> clipped_px_;
-  bool touching_ = false;
+  TouchTable touches_;
 };
 
 }  // namespace
@@ -264,7 +273,7 @@ ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, co
   const std::unique_ptr<PressMonitor> presses = request.watch ? request.watch(background) : nullptr;
 
   make_output_folder(out);
-  for (const char* stale : {"summary.json", "recording.mp4", "contacts.csv"})
+  for (const char* stale : {"summary.json", "summary.csv", "recording.mp4", "contacts.csv"})
     std::filesystem::remove(out / stale);
   ProcessSummary summary;
   summary.untouched = background_origin(sensor, *source);
@@ -339,7 +348,7 @@ std::string to_json(const ProcessSummary& s, const ProcessRequest& request, cons
   value["seconds"] = s.seconds;
   value["frames_per_s"] = s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0;
   if (!s.force_states.empty()) {
-    value["contacts"] = s.contacts;
+    value["touches"] = s.touches;
     value["contact_frames"] = s.contact_frames;
     value["slip_frames"] = s.slip_frames;
     if (wants(request.outputs, Output::Contacts)) {

@@ -13,6 +13,7 @@
 
 #include "capture/files/depth/depth_files.h"
 #include "capture/files/frame_range.h"
+#include "capture/files/measurements.h"
 #include "capture/open_source.h"
 #include "capture/run/comparison.h"
 #include "capture/run/run_watch.h"
@@ -56,10 +57,13 @@ struct ProcessRequest {
   std::vector<DepthFormat> confidence;  ///< the same: PNG and NumPy only
   bool pictures = false;                ///< PNGs as the window would show the frames
   bool video = false;                   ///< the same as recording.mp4
-  bool rows = true;                     ///< measurements.csv, and contacts.csv with Output::Contacts
-  std::string images;                   ///< ".png" or ".tif": the frames themselves too; empty: not
-  double rate_Hz = 0;                   ///< of inputs without one (images); 0: their times stay unknown
-  uint64_t frames = 0;                  ///< at most that many; 0: all
+  bool rows = true;  ///< measurements.csv, summary.csv, and contacts.csv with Output::Contacts
+  Digits digits = Digits::Deserved;  ///< of the rows
+  std::function<void(const std::string& json)>
+      on_row;           ///< receives each frame as json_line writes it; may be null
+  std::string images;   ///< ".png" or ".tif": the frames themselves too; empty: not
+  double rate_Hz = 0;   ///< of inputs without one (images); 0: their times stay unknown
+  uint64_t frames = 0;  ///< at most that many; 0: all
   /// Frames that are counted and written; those before are measured only where shear, slip and shift need it.
   FrameRange range;
   uint64_t picture_every = 1;  ///< one picture and one video frame for that many frames
@@ -75,7 +79,7 @@ struct ProcessRequest {
 /// Counts over the frames of a recording.
 struct ProcessSummary {
   uint64_t frames = 0;
-  uint64_t contacts = 0;  ///< onsets: frames that touch after one that does not
+  uint64_t touches = 0;  ///< times that something touches: frames that touch after one that does not
   uint64_t contact_frames = 0;
   uint64_t most_contacts = 0;  ///< separate contacts in one frame (Output::Contacts)
   uint32_t contact_ids = 0;    ///< given out in the frames counted

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -41,12 +42,15 @@ Keyframe at(const Script& keyframes, double time_s) {
 }
 
 const Scene& find_scene(const std::string& name) {
-  std::string names;
+  std::string list;
+  std::vector<std::string> names;
   for (const Scene& scene : scenes()) {
     if (scene.name == name) return scene;
-    names += (names.empty() ? "" : ", ") + scene.name;
+    list += (list.empty() ? "" : ", ") + scene.name;
+    names.push_back(scene.name);
   }
-  throw Error(Failure::Input, "a synthetic scene", "'" + name + "'", "one of " + names);
+  throw Error(Failure::Input, "a synthetic scene", "'" + name + "'" + did_you_mean(name, names),
+              "one of " + list);
 }
 
 namespace {

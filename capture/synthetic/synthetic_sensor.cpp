@@ -9,6 +9,7 @@
 #include "capture/synthetic/scene.h"
 #include "capture/synthetic/skin.h"
 #include "capture/synthetic/synthetic.h"
+#include "engine/base/text.h"
 #include "engine/elasticity/elastic_kernel.h"
 #include "palpate/error.h"
 
@@ -34,10 +35,14 @@ template <class Value>
 Value choose(const std::string& key, const std::string& text, const std::map<std::string, Value>& choices) {
   const auto found = choices.find(text);
   if (found != choices.end()) return found->second;
-  std::string names;
-  for (const auto& [name, value] : choices) names += (names.empty() ? "" : ", ") + name;
-  throw Error(Failure::Input, "a value for '" + key + "' of the synthetic sensor", "'" + text + "'",
-              "one of " + names);
+  std::string list;
+  std::vector<std::string> names;
+  for (const auto& [name, value] : choices) {
+    list += (list.empty() ? "" : ", ") + name;
+    names.push_back(name);
+  }
+  throw Error(Failure::Input, "a value for '" + key + "' of the synthetic sensor",
+              "'" + text + "'" + did_you_mean(text, names), "one of " + list);
 }
 
 const std::map<std::string, SyntheticMode> kModes = {{"waveguide", SyntheticMode::Waveguide},
@@ -131,7 +136,8 @@ SyntheticOptions parse_synthetic(const std::string& input) {
     else if (key == "drift")
       o.drift_per_min = parse_number<double>(key, value);
     else
-      throw Error(Failure::Input, "an option of the synthetic sensor", "'" + key + "'", kKeys);
+      throw Error(Failure::Input, "an option of the synthetic sensor",
+                  "'" + key + "'" + did_you_mean(key, names_before(kKeys, '=')), kKeys);
   }
   return o;
 }

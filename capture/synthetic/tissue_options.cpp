@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "capture/synthetic/tissue.h"
+#include "engine/base/text.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -95,7 +96,8 @@ TissueOptions parse_tissue(const std::string& input) {
       has_lump = value != "none";
       if (has_lump) lump.shape = kShapes.at(value);
     } else {
-      throw Error(Failure::Input, "an option of the synthetic block", "'" + pair + "'", kKeys);
+      throw Error(Failure::Input, "an option of the synthetic block",
+                  "'" + pair + "'" + did_you_mean(key, names_before(kKeys, '=')), kKeys);
     }
   }
   check(o.width >= 32 && o.width <= kMaxSide_px, "a width of 32 px or more", o.width, "size=640x480");

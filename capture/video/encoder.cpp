@@ -1,6 +1,7 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
+#include <libavutil/opt.h>
 #include <libswscale/swscale.h>
 }
 
@@ -32,6 +33,7 @@ class Encoder final : public VideoEncoder {
     if (code < 0) fail(code);
     return code;
   }
+  void choose_quality(double rate_Hz);
   void open_codec(double rate_Hz);
   void drain();
   void release();
@@ -53,10 +55,16 @@ Encoder::Encoder(const fs::path& file, const std::string& name, uint32_t width, 
     : file_(file), name_(name), width_(static_cast<int>(width)), height_(static_cast<int>(height)) {
   silence_libav();
   try {
-    check(avformat_alloc_output_context2(&muxer_, nullptr, nullptr, file.c_str()));
+    const std::string url = "file:" + file.string();
+    check(avformat_alloc_output_context2(&muxer_, nullptr, nullptr, url.c_str()));
     open_codec(rate_Hz);
-    check(avio_open(&muxer_->pb, ("file:" + file.string()).c_str(), AVIO_FLAG_WRITE));
-    check(avformat_write_header(muxer_, nullptr));
+    check(avio_open(&muxer_->pb, url.c_str(), AVIO_FLAG_WRITE));
+    // The index before the pictures: a browser plays before it has everything.
+    AVDictionary* settings = nullptr;
+    av_dict_set(&settings, "movflags", "+faststart", 0);
+    const int written = avformat_write_header(muxer_, &settings);
+    av_dict_free(&settings);
+    check(written);
     head_written_ = true;
   } catch (const Error&) {
     release();
@@ -83,26 +91,57 @@ void Encoder::fail(int code) const {
               "freeing disk space, or another --out folder");
 }
 
+/// H.264, VP9 where its library is missing, MPEG-4 where that is missing too: which browsers do not play.
+const AVCodec* film_codec() {
+  for (const char* name : {"libx264", "libvpx-vp9"})
+    if (const AVCodec* codec = avcodec_find_encoder_by_name(name)) return codec;
+  return avcodec_find_encoder(AV_CODEC_ID_MPEG4);
+}
+
+void Encoder::choose_quality(double rate_Hz) {
+  const auto set = [this](const char* key, const char* value) {
+    check(av_opt_set(codec_->priv_data, key, value, 0));
+  };
+  switch (codec_->codec_id) {
+    case AV_CODEC_ID_MJPEG:
+      codec_->flags |= AV_CODEC_FLAG_QSCALE;
+      codec_->global_quality = 2 * FF_QP2LAMBDA;  // JPEG's quality of about 95
+      return;
+    case AV_CODEC_ID_H264:
+      set("preset", "veryfast");
+      set("crf", "18");          // text and lines stay sharp
+      codec_->max_b_frames = 0;  // the first picture is at time 0 in every player
+      return;
+    case AV_CODEC_ID_VP9:
+      set("deadline", "good");
+      set("cpu-used", "5");
+      set("row-mt", "1");
+      set("crf", "24");
+      codec_->bit_rate = 0;
+      return;
+    default:
+      // A bit a pixel.
+      codec_->bit_rate =
+          std::min<int64_t>(std::llround(rate_Hz * codec_->width * codec_->height), INT_MAX / 2);
+  }
+}
+
 void Encoder::open_codec(double rate_Hz) {
   const bool avi = file_.extension() == ".avi";
-  const AVCodec* encoder = avcodec_find_encoder(avi ? AV_CODEC_ID_MJPEG : AV_CODEC_ID_MPEG4);
+  const AVCodec* encoder = avi ? avcodec_find_encoder(AV_CODEC_ID_MJPEG) : film_codec();
   codec_.reset(encoder ? avcodec_alloc_context3(encoder) : nullptr);
   if (!codec_) fail(AVERROR_ENCODER_NOT_FOUND);
-  codec_->width = avi ? width_ : width_ & ~1;  // players want even sides of MPEG-4
+  codec_->width = avi ? width_ : width_ & ~1;  // half as many colours as pixels
   codec_->height = avi ? height_ : height_ & ~1;
   codec_->framerate = av_d2q(rate_Hz, 65535);  // MPEG-4 counts time in 16 bits
   codec_->time_base = av_inv_q(codec_->framerate);
   codec_->thread_count = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  if (avi) {
-    codec_->pix_fmt = AV_PIX_FMT_YUVJ420P;
-    codec_->flags |= AV_CODEC_FLAG_QSCALE;
-    codec_->global_quality = 2 * FF_QP2LAMBDA;  // JPEG's quality of about 95
-  } else {
-    codec_->pix_fmt = AV_PIX_FMT_YUV420P;
-    codec_->gop_size = 12;
-    // A bit a pixel.
-    codec_->bit_rate = std::min<int64_t>(std::llround(rate_Hz * codec_->width * codec_->height), INT_MAX / 2);
-  }
+  codec_->pix_fmt = avi ? AV_PIX_FMT_YUVJ420P : AV_PIX_FMT_YUV420P;
+  // What swscale makes of RGB.
+  codec_->colorspace = AVCOL_SPC_SMPTE170M;
+  codec_->color_range = avi ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
+  codec_->gop_size = 12;
+  choose_quality(rate_Hz);
   if (muxer_->oformat->flags & AVFMT_GLOBALHEADER) codec_->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
   check(avcodec_open2(codec_.get(), encoder, nullptr));
   stream_ = avformat_new_stream(muxer_, nullptr);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "palpate/sensor.h"
 
 namespace palpate::sensor_json {
@@ -39,12 +40,15 @@ class Reader {
     return object_.contains(key);
   }
   const Json& at(const char* key) {
-    if (!has(key)) fail(where_ + "." + key, "this key", "none");
+    if (!has(key)) fail(path(key), "this key", "none", "adding it; engine/sensor/README.md explains each");
     return object_.at(key);
   }
   std::string path(const char* key) const { return where_ + "." + key; }
 
   double number(const char* key, double low, double high, const char* unit) {
+    if (!has(key))
+      fail(path(key), std::string("this key") + (*unit ? ", in " : "") + unit, "none",
+           "adding it; engine/sensor/README.md explains each");
     return checked(at(key), path(key), low, high, unit);
   }
   void number(const char* key, double low, double high, const char* unit, double& value) {
@@ -63,14 +67,16 @@ class Reader {
     if (!has(key)) return;
     const std::string found = text(key);
     std::string names;
+    std::vector<std::string> words;
     for (const Enum option : options) {
       if (found == to_string(option)) {
         value = option;
         return;
       }
-      names += (names.empty() ? "" : ", ") + std::string(to_string(option));
+      words.emplace_back(to_string(option));
+      names += (names.empty() ? "" : ", ") + words.back();
     }
-    fail(path(key), "one of " + names, shown(found));
+    fail(path(key), "one of " + names, shown(found) + did_you_mean(found, words));
   }
   const Json& array(const char* key, size_t size, const char* meaning) {
     const Json& value = at(key);
@@ -100,7 +106,8 @@ class Reader {
       if (known_.contains(key)) continue;
       std::string names;
       for (const std::string& name : known_) names += (names.empty() ? "" : ", ") + name;
-      fail(where_, "only known keys (" + names + ")", shown(key), "removing or renaming it");
+      fail(where_, "only known keys (" + names + ")",
+           shown(key) + did_you_mean(key, {known_.begin(), known_.end()}), "removing or renaming it");
     }
   }
 

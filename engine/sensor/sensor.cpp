@@ -7,6 +7,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "engine/base/readable.h"
 #include "engine/sensor/json.h"
 #include "palpate/error.h"
 
@@ -172,7 +173,8 @@ Sensor from_json(const Json& json, const std::string& where, const std::string& 
   if (reader.has("pitch_mm_per_px") && reader.at("pitch_mm_per_px").is_null())
     sensor.pitch_mm_per_px = std::numeric_limits<double>::quiet_NaN();
   else
-    sensor.pitch_mm_per_px = reader.number("pitch_mm_per_px", 1e-6, 100, "mm per px; null: not known");
+    sensor.pitch_mm_per_px =
+        reader.number("pitch_mm_per_px", 1e-6, 100, "mm per px, such as 0.0593; null: not known");
   reader.number("pitch_sd_mm_per_px", 0, 100, "mm per px", sensor.pitch_sd_mm_per_px);
   if (reader.has("frame")) read_frame(reader.at("frame"), reader.path("frame"), sensor);
   sensor.saturation_gray = (1u << sensor.bit_depth) - 1;
@@ -343,6 +345,8 @@ static std::string beside(const std::filesystem::path& file, const std::string& 
 
 Sensor load_sensor(const std::filesystem::path& file, ToMake to_make) {
   constexpr uintmax_t kMaxBytes = 1 << 20;
+  if (const std::string why = why_unreadable(file); !why.empty())
+    fail(file.string(), "a sensor file (JSON)", why, "checking the path");
   std::error_code error;
   const uintmax_t bytes = std::filesystem::file_size(file, error);
   if (error) fail(file.string(), "a sensor file (JSON)", error.message(), "checking the path");

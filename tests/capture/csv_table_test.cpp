@@ -103,8 +103,8 @@ TEST_F(CsvTableTest, TheSeparatorIsTheTablesOwn) {
 
 TEST_F(CsvTableTest, RefusesWithWhatIsWrong) {
   says([&] { open("# only a remark\n"); }, "an empty file");
-  says([&] { CsvTable(folder_ / "none.csv", "a table"); }, "a table; found no readable file");
-  says([&] { CsvTable(folder_, "a table"); }, "no readable file");
+  says([&] { CsvTable(folder_ / "none.csv", "a table"); }, "none.csv: no such file");
+  says([&] { CsvTable(folder_, "a table"); }, "a folder");
   says([&] { open("x,y\n1,2\n").require({"x", "z"}); }, "a column 'z' in the first line");
   says([&] { open("x,y\n1,2\n").require({"w", "x", "z"}); }, "columns 'w' and 'z' in the first line");
   says([&] { open("x,y\n1,2\n").require({"x", "z"}); }, "found 'x,y'");

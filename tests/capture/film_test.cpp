@@ -1,11 +1,16 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
+#include <utility>
 
 #include "palpate/error.h"
+#include "tests/support/text_file.h"
 #include "viz/display/picture.h"
 
 namespace palpate::viz {
@@ -62,6 +67,41 @@ TEST_F(FilmTest, HoldsEveryPictureInBothContainers) {
       EXPECT_NEAR(middle[2], 30 * count, 12) << name << " picture " << count;
     }
     EXPECT_EQ(count, 7) << name;
+  }
+}
+
+/// What Chromium shows of a page, as HTML; empty where there is no Chromium.
+std::string shown_by_chromium(const fs::path& page, const fs::path& profile) {
+  const std::string command =
+      "timeout 120 chromium --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --user-data-dir='" +
+      profile.string() + "' --dump-dom 'file://" + page.string() + "' 2>/dev/null";
+  FILE* pipe = popen(command.c_str(), "r");
+  if (!pipe) return {};
+  std::string html;
+  for (int c; (c = std::fgetc(pipe)) != EOF;) html += static_cast<char>(c);
+  pclose(pipe);
+  return html;
+}
+
+TEST_F(FilmTest, ABrowserPlaysIt) {
+  if (std::system("command -v chromium >/dev/null") != 0) GTEST_SKIP() << "no chromium on this machine";
+  Film film(folder_ / "film.mp4", 96, 64, 2);
+  for (int i = 0; i < 6; ++i) film.add(picture(static_cast<uint8_t>(30 * i), 40, 200));
+  film.finish();
+  // The index comes before the pictures, so that a browser need not wait for the end.
+  const std::string bytes = slurp(folder_ / "film.mp4");
+  EXPECT_LT(bytes.find("moov"), bytes.find("mdat"));
+  // A film in a codec that no browser knows, and one that is none, must be told apart from it.
+  std::ofstream(folder_ / "none.mp4") << "not a film";
+  for (const auto& [name, said] : {std::pair{"film.mp4", "plays 96x64 for 3 s"}, {"none.mp4", "refused"}}) {
+    std::ofstream(folder_ / "page.html")
+        << "<body><video muted preload=auto src=" << name
+        << "></video><script>const v = document.querySelector('video');"
+           "v.onerror = () => document.body.append('ref' + 'used');"
+           "v.onloadeddata = () => document.body.append('plays ' + v.videoWidth + 'x' + v.videoHeight + "
+           "' for ' + v.duration + ' s');</script></body>";
+    const std::string html = shown_by_chromium(folder_ / "page.html", folder_ / "profile");
+    EXPECT_NE(html.find(said), std::string::npos) << name << ": " << html;
   }
 }
 

@@ -12,9 +12,9 @@ namespace palpate {
 namespace {
 
 TEST_F(SensorFile, WhatIsNoSensorFileIsRefused) {
-  expect_refused(folder_ / "missing.json", {"No such file"}, "missing");
+  expect_refused(folder_ / "missing.json", {"no such file"}, "missing");
   expect_refused(folder_, {"sensor file"}, "a folder");
-  expect_refused("", {"valid JSON"});
+  expect_refused("", {"an empty file (0 bytes)"});
   expect_refused("pitch: 3", {"valid JSON", "line 1"});
   expect_refused(std::string("\0\0\0\0", 4), {"valid JSON"});
   expect_refused("{\"name\": \"\xff\xfe\"}", {"valid JSON"});

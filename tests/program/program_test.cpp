@@ -7,6 +7,7 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <sstream>
 
 #include "capture/files/npy.h"
 #include "engine/base/text.h"
@@ -16,23 +17,77 @@
 namespace palpate {
 namespace {
 
-const std::vector<std::string> kCommands = {"live",      "process", "export", "simulate",
-                                            "integrate", "devices", "demo",   "profile"};
-
-TEST_F(Program, EveryCommandExplainsItself) {
-  for (const std::string& command : kCommands) {
-    const Ended ended = run({command, "--help"});
-    EXPECT_EQ(ended.exit_code, 0) << command;
-    EXPECT_EQ(ended.err, "") << command;
-    for (const char* part :
-         {"Examples:", "Exit codes:", "--json", "--out", "--device", "--seed", "--quiet", "--validation"}) {
-      EXPECT_TRUE(contains(ended.out, part)) << command << " lacks " << part;
-    }
-    EXPECT_TRUE(contains(ended.out, "palpate " + command)) << command << " has no example of itself";
+/// The commands below one, from its whole help.
+std::vector<std::string> commands_in(const std::string& help) {
+  std::vector<std::string> names;
+  std::istringstream lines(help);
+  bool listed = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line == "Commands:") listed = true;
+    if (line.empty()) listed = listed && names.empty();
+    if (listed && line.starts_with("  ") && line[2] != ' ')
+      names.push_back(line.substr(2, line.find(' ', 2) - 2));
   }
-  const Ended ended = run({"--help"});
-  EXPECT_EQ(ended.exit_code, 0);
-  for (const std::string& command : kCommands) EXPECT_TRUE(contains(ended.out, command));
+  return names;
+}
+
+TEST_F(Program, EveryCommandExplainsItselfInOneLook) {
+  std::vector<std::vector<std::string>> commands = {{}};
+  for (size_t i = 0; i < commands.size(); ++i) {
+    std::vector<std::string> arguments = commands[i];
+    std::string name = "palpate";
+    for (const std::string& word : arguments) name += " " + word;
+    SCOPED_TRACE(name);
+    arguments.push_back("--help-all");
+    const Ended whole = run(arguments);
+    arguments.back() = "--help";
+    const Ended brief = run(arguments);
+    arguments.pop_back();
+    arguments.insert(arguments.begin(), "help");
+    EXPECT_EQ(run(arguments).out, brief.out);
+    EXPECT_EQ(whole.exit_code, 0);
+    EXPECT_EQ(brief.exit_code, 0);
+    EXPECT_EQ(whole.err + brief.err, "");
+    EXPECT_TRUE(brief.out.starts_with(name + ": ")) << brief.out;
+    EXPECT_TRUE(contains(brief.out, "Examples:\n  palpate")) << brief.out;
+    EXPECT_TRUE(commands[i].empty() || contains(brief.out, "\n  " + name)) << "no example of itself\n"
+                                                                           << brief.out;
+    std::istringstream lines(brief.out);
+    size_t count = 0;
+    for (std::string line; std::getline(lines, line); ++count) EXPECT_LE(line.size(), 100u) << line;
+    EXPECT_LE(count, 40u) << brief.out;
+    const std::vector<std::string> below = commands_in(whole.out);
+    for (const char* part : {"Exit codes:", "--json", "--device", "--seed", "--quiet", "--validation"})
+      EXPECT_TRUE(!below.empty() || contains(whole.out, part) ||
+                  contains(whole.out, "options are those of palpate"))
+          << part;
+    for (const std::string& one : below) {
+      EXPECT_TRUE(contains(brief.out, "\n  " + one + " ")) << one;
+      commands.push_back(commands[i]);
+      commands.back().push_back(one);
+    }
+  }
+  EXPECT_GT(commands.size(), 40u);
+}
+
+TEST_F(Program, WordsThatAreNearlyRightAreUnderstood) {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"proces", "x"}, "did you mean 'process'?"},
+      {{"calibrate", "forse", "x"}, "did you mean 'force'?"},
+      {{"process", "x", "--out", "o", "--sensr", "s.json"}, "did you mean '--sensor'?"},
+      {{"process", "x", "--outpts=o"}, "did you mean '--outputs'?"},
+      {{"process", "x", "--out", "o", "--solver", "convergd"}, "did you mean 'converged'?"},
+      {{"help", "simulat"}, "did you mean 'simulate'?"}};
+  for (const auto& [arguments, words] : cases) expect_refusal(arguments, 2, {words, "try: palpate"});
+  expect_refusal({"process", "synthetic:palpaton", "--out", (folder_ / "o").string()}, 3,
+                 {"did you mean 'palpation'?"});
+  expect_refusal({"process", "synthetic:press?nois=off", "--out", (folder_ / "o").string()}, 3,
+                 {"did you mean 'noise'?"});
+  // What is near to nothing is not guessed at.
+  const Ended far = run({"xylophone"});
+  EXPECT_EQ(far.exit_code, 2);
+  EXPECT_FALSE(contains(far.err, "did you mean")) << far.err;
+  EXPECT_TRUE(run({"-V"}).out.starts_with("palpate "));
 }
 
 TEST_F(Program, DevicesAreListed) {
@@ -76,6 +131,7 @@ TEST_F(Program, SimulatedRecordingComesBackAsMeasurements) {
                              "area_px", "saturated_px"}) {
     table.at(0, column);
   }
+  EXPECT_EQ(std::ranges::count(table.columns, "depth_max_mm"), 0) << "not asked for";
   size_t touching = 0, together = 0;
   for (size_t i = 0; i < table.rows.size(); ++i) {
     EXPECT_EQ(table.at(i, "frame"), std::to_string(i));
@@ -83,7 +139,6 @@ TEST_F(Program, SimulatedRecordingComesBackAsMeasurements) {
     const bool contact = table.at(i, "contact") == "1";
     EXPECT_EQ(table.at(i, "centroid_x_px").empty(), !contact) << "row " << i;
     EXPECT_EQ(table.at(i, "ellipse_major_mm").empty(), !contact) << "row " << i;
-    EXPECT_EQ(table.at(i, "depth_max_mm"), "") << "not asked for";
     EXPECT_EQ(table.at(i, "gray_sum").find("nan"), std::string::npos);
     touching += contact;
     if (!contact || truth.at(i, "true_contact") != "1") continue;
@@ -178,7 +233,8 @@ TEST_F(Program, SyntheticInputIsComparedWithItsTruth) {
 TEST_F(Program, ImagesWithoutRateHaveNoTime) {
   const fs::path rec = recording(2), out = folder_ / "out";
   ASSERT_EQ(run({"process", rec / "frames", "--sensor", rec / "sensor.json", "--out", out}).exit_code, 0);
-  EXPECT_EQ(Table(slurp(out / "measurements.csv")).at(1, "time_s"), "");
+  const Table table(slurp(out / "measurements.csv"));
+  EXPECT_EQ(std::ranges::count(table.columns, "time_s"), 0);
 }
 
 TEST_F(Program, EachRowNamesItsPicture) {
@@ -197,14 +253,96 @@ TEST_F(Program, EachRowNamesItsPicture) {
       << ended.out;
   EXPECT_EQ(ended.out.find("none given"), std::string::npos) << ended.out;
   const Table table(slurp(folder_ / "out/measurements.csv"));
-  ASSERT_EQ(table.columns[2], "source");
+  ASSERT_EQ(table.columns[1], "source");
   ASSERT_EQ(table.rows.size(), order.size());
-  EXPECT_EQ(table.rows[1][2], "s_0.25.png");
-  EXPECT_EQ(table.rows[3][2], "s_1.0.png");
+  EXPECT_EQ(table.rows[1][1], "s_0.25.png");
+  EXPECT_EQ(table.rows[3][1], "s_1.0.png");
   const Json summary = parse_json(slurp(folder_ / "out/summary.json"));
   EXPECT_EQ(summary["sources"].size(), order.size());
   EXPECT_EQ(summary["sources"][0], order[0]);
   EXPECT_EQ(summary["untouched_image"], "given");
+}
+
+TEST_F(Program, TablesHoldWhatTheSensorFillsWithTheDigitsItDeserves) {
+  const fs::path out = folder_ / "out";
+  ASSERT_EQ(run({"process", "synthetic:rig", "--outputs", "force,contacts", "--frames", "120", "--out", out})
+                .exit_code,
+            0);
+  const Table some(slurp(out / "measurements.csv"));
+  for (const char* column :
+       {"skin_points", "depth_max_mm", "unknown_px", "light_state", "source", "shift_x_px"})
+    EXPECT_EQ(std::ranges::count(some.columns, column), 0) << column;
+  for (const char* column :
+       {"time_s", "force_N", "shear_x_N", "slip", "area_mm2", "contacts", "true_force_N"})
+    EXPECT_EQ(std::ranges::count(some.columns, column), 1) << column;
+  ASSERT_EQ(run({"process", "synthetic:rig", "--outputs", "force,contacts", "--frames", "120", "--all-digits",
+                 "--out", folder_ / "all"})
+                .exit_code,
+            0);
+  const Table all(slurp(folder_ / "all/measurements.csv"));
+  ASSERT_EQ(all.columns, some.columns);
+  size_t touched = 0;
+  for (size_t i = 0; i < some.rows.size(); ++i) {
+    if (some.at(i, "force_N").empty()) continue;
+    ++touched;
+    // Two digits of the error, and the value to the same place: never off by more than half of it.
+    const std::string value = some.at(i, "force_N"), error = some.at(i, "force_sd_N");
+    const auto places = [](const std::string& text) { return text.size() - 1 - text.find('.'); };
+    EXPECT_EQ(places(value), places(error)) << value << " " << error;
+    const size_t first = error.find_first_not_of("0.");
+    EXPECT_EQ(error.size() - first, 2u) << error;
+    EXPECT_NEAR(some.number(i, "force_N"), all.number(i, "force_N"),
+                0.5001 * std::pow(10, -static_cast<double>(places(value))));
+  }
+  EXPECT_GT(touched, 20u);
+
+  const Table summary(slurp(out / "summary.csv"));
+  const Json value = parse_json(slurp(out / "summary.json"));
+  EXPECT_EQ(summary.rows.size(), value.at("touches").get<size_t>());
+  double largest = 0;
+  for (size_t i = 0; i < summary.rows.size(); ++i) {
+    largest = std::max(largest, summary.number(i, "largest_force_N"));
+    EXPECT_LE(summary.number(i, "first_frame"), summary.number(i, "peak_frame"));
+    EXPECT_LE(summary.number(i, "peak_frame"), summary.number(i, "last_frame"));
+    EXPECT_EQ(some.at(static_cast<size_t>(summary.number(i, "peak_frame")), "force_N"),
+              summary.at(i, "largest_force_N"));
+    EXPECT_FALSE(summary.at(i, "force_sd_N").empty());
+  }
+  EXPECT_NEAR(largest, value.at("largest_force_N").get<double>(), 0.01);
+}
+
+TEST_F(Program, FramesComeAsLinesOfJson) {
+  const Ended ended = run({"process", "synthetic:fingers", "--outputs", "force,contacts", "--frames", "90",
+                           "--jsonl", "--quiet", "--out", folder_ / "out"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const Table table(slurp(folder_ / "out/measurements.csv"));
+  const Table contacts(slurp(folder_ / "out/contacts.csv"));
+  std::istringstream lines(ended.out);
+  size_t frames = 0, several = 0, listed = 0;
+  Json last;
+  for (std::string line; std::getline(lines, line);) {
+    last = parse_json(line);
+    if (!last.contains("frame")) break;
+    EXPECT_EQ(std::to_string(last.at("frame").get<size_t>()), table.at(frames, "frame"));
+    // Each filled cell is there, and no other.
+    for (const std::string& column : table.columns)
+      EXPECT_EQ(last.contains(column), !table.at(frames, column).empty()) << column << " of frame " << frames;
+    EXPECT_EQ(last.at("contacts").size(), static_cast<size_t>(table.number(frames, "contacts")));
+    several += last.at("contacts").size() > 1;
+    listed += last.at("contacts").size();
+    ++frames;
+  }
+  EXPECT_EQ(frames, 90u);
+  EXPECT_EQ(listed, contacts.rows.size());
+  EXPECT_GT(several, 10u);
+  EXPECT_EQ(last.at("summary").at("frames"), 90);
+  EXPECT_TRUE(ended.out.ends_with("}\n"));
+  const Ended both = run({"process", "synthetic:press", "--json", "--jsonl", "--out", folder_ / "o"});
+  EXPECT_EQ(both.exit_code, 2);
+  EXPECT_TRUE(contains(both.err, "--json excludes --jsonl")) << both.err;
+  const Ended refused = run({"process", folder_ / "none.avi", "--jsonl", "--out", folder_ / "o"});
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_EQ(parse_json(refused.out).at("exit_code"), 3);
 }
 
 TEST_F(Program, WithoutAScaleLengthsAreInPixelsAndOfOneContact) {
@@ -218,7 +356,7 @@ TEST_F(Program, WithoutAScaleLengthsAreInPixelsAndOfOneContact) {
   const auto measure = [&](const std::string& name) {
     const Ended ended = run({"process", (rec / "frames").string(), "--sensor", (rec / name).string(),
                              "--background", (rec / "background.png").string(), "--outputs", "force,contacts",
-                             "--quiet", "--out", (folder_ / "out").string()});
+                             "--quiet", "--all-digits", "--out", (folder_ / "out").string()});
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
     return std::pair(Table(slurp(folder_ / "out/measurements.csv")),
                      Table(slurp(folder_ / "out/contacts.csv")));

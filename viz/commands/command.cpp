@@ -2,10 +2,14 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <utility>
 
 #include "engine/gpu/context.h"
 #include "engine/gpu/tuning.h"
+#include "palpate/error.h"
 #include "viz/commands/options.h"
 
 namespace palpate {
@@ -103,15 +107,36 @@ constexpr std::pair<const char*, const char*> kValueNames[] = {
 }  // namespace
 
 void add_common(CommandLine& command, Common& common, const std::string& examples) {
-  command.add_flag("--json", common.json, "Print one JSON value on stdout and nothing else");
-  command.add_flag("--quiet", common.quiet, "No progress, no log except errors");
-  command.add_option("--device", common.device,
-                     "Vulkan device: index or part of its name (see `palpate devices`)");
-  command.add_option("--seed", common.seed, "Seed of everything random")->capture_default_str();
-  command.add_flag("--validation", common.validation,
-                   "Run under the Vulkan validation layer; any message fails the run");
+  command.add_flag("--json", common.json, "Print one JSON value on stdout and nothing else")
+      ->group(kCommonGroup);
+  command.add_flag("--quiet", common.quiet, "No progress, no log except errors")->group(kCommonGroup);
+  command
+      .add_option("--device", common.device,
+                  "Vulkan device: index or part of its name (see `palpate devices`)")
+      ->group(kCommonGroup);
+  command.add_option("--seed", common.seed, "Seed of everything random")
+      ->capture_default_str()
+      ->group(kCommonGroup);
+  command
+      .add_flag("--validation", common.validation,
+                "Run under the Vulkan validation layer; any message fails the run")
+      ->group(kCommonGroup);
   command.name_values(kValueNames, std::size(kValueNames));
   command.footer("Examples:\n" + examples + "\n" + kExitCodes + "\n");
+}
+
+void add_jsonl(CommandLine& command, Common& common) {
+  command
+      .add_flag("--jsonl", common.jsonl,
+                "Print each frame as one line of JSON as soon as it is measured, keys as the columns of "
+                "measurements.csv, and at the end {\"summary\": ...}")
+      ->excludes(command.get_option("--json"));
+}
+
+void print_line(const std::string& line) {
+  const bool written = std::fputs((line + "\n").c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
+  if (!written)
+    throw Error(Failure::Output, "to write to stdout", std::strerror(errno), "another place for the output");
 }
 
 std::unique_ptr<gpu::Context> open_device(const Common& common,

@@ -19,6 +19,7 @@ class Context;
 /// Options that every command understands in the same way.
 struct Common {
   bool json = false;        ///< one JSON value on stdout instead of text
+  bool jsonl = false;       ///< one line of JSON a frame, then one of the summary
   bool quiet = false;       ///< no progress bar, only errors on stderr
   bool validation = false;  ///< run under the Vulkan validation layer; a message makes the run fail
   std::string device;       ///< index or part of a name; empty: the best one
@@ -28,6 +29,11 @@ struct Common {
 
 /// Adds the common options to a command, and to its footer the exit codes.
 void add_common(CommandLine& command, Common& common, const std::string& examples);
+
+/// Adds --jsonl to a command that measures frames.
+void add_jsonl(CommandLine& command, Common& common);
+/// Writes a line to stdout at once. Throws Error(Failure::Output).
+void print_line(const std::string& line);
 
 /// Each adds one command to the program; `chosen` is what to run once the command line is parsed.
 void add_devices(CommandLine& program, Common& common, Command& chosen);

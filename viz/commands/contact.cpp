@@ -303,8 +303,8 @@ void add_contact(CommandLine& program, Common& common, Command& chosen) {
   add_common(*command, common,
              "  palpate contact --shape sphere --radius-mm 5 --force-N 0.02 --young-kPa 60 --thickness-mm 6\n"
              "  palpate contact --shape cone --half-angle-deg 70 --depth-mm 0.5 --young-kPa 60 --json\n"
-             "  palpate contact --radius-mm 5 --force-N 0.02 --young-kPa 140,80,34 --thickness-mm 2,2,2 "
-             "--out out/c\n"
+             "  palpate contact --radius-mm 5 --force-N 0.02 --young-kPa 140,80,34 --thickness-mm 2,2,2 \\\n"
+             "      --out out/c\n"
              "  palpate contact --example\n"
              "  palpate contact --figure 8 --out out/figures\n");
   command->callback([&common, &chosen, options] {

@@ -46,6 +46,7 @@ Report live(const Common& common, const Options& options) {
                          .fixed_light = options.fixed_light,
                          .out = common.out,
                          .recordings = {},
+                         .on_row = {},
                          .record = options.record,
                          .session = options.session,
                          .block = options.block,
@@ -57,6 +58,7 @@ Report live(const Common& common, const Options& options) {
   request.live.settings = &remembered.settings;
   request.live.title = "palpate: " + opened.measured.input;
   request.live.interrupted = interrupted;
+  if (common.jsonl) request.on_row = print_line;
   const LiveRunReport bench = run_live_benchmark(*context, std::move(request), std::move(opened));
   const MeasuredInput& input = bench.measured;
   const auto& [report, sessions] = std::tie(bench.live, bench.sessions);
@@ -132,6 +134,7 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
              "  palpate live synthetic:tissue?repeat=0             presses of a block with a lump in it\n"
              "In the window: drag to orbit, right-drag to pan, wheel to zoom, W to record, H for all keys.\n"
              "Live, the newest frame wins: frames that come too fast are dropped, counted and shown.\n");
+  add_jsonl(*command, common);
   command->callback(
       [&common, &chosen, options] { chosen = [&common, options] { return live(common, *options); }; });
 }

@@ -65,19 +65,20 @@ LiveRunReport run_live_benchmark(gpu::Context& context, LiveRunRequest request, 
   std::optional<ContactRows> contacts;
   std::optional<viz::Recording> recording;
   const std::filesystem::path folder = request.out.empty() ? request.recordings : request.out;
+  const MeasuredColumns columns =
+      MeasuredColumns::of(input.sensor, input.outputs).with(MeasuredColumns::Time, first->rate_Hz() > 0);
   if (!request.out.empty()) {
     make_output_folder(request.out);
-    measurements.emplace(
-        request.out / "measurements.csv",
-        Measurements::Columns{.outputs = input.outputs, .truth = false, .time = first->rate_Hz() > 0});
-    if (wants(input.outputs, Output::Contacts))
-      contacts.emplace(request.out / "contacts.csv", first->rate_Hz() > 0);
-    live.on_result = [&](const Touch& touch) {
-      measurements->add(touch, nullptr);
-      if (contacts) contacts->add(touch);
-    };
+    measurements.emplace(request.out / "measurements.csv", columns);
+    if (wants(input.outputs, Output::Contacts)) contacts.emplace(request.out / "contacts.csv", columns);
     live.latency_file = request.out / "latency.csv";
   }
+  if (measurements || request.on_row)
+    live.on_result = [&](const Touch& touch) {
+      if (measurements) measurements->add(touch, nullptr);
+      if (contacts) contacts->add(touch);
+      if (request.on_row) request.on_row(json_line(touch, columns));
+    };
   if (!folder.empty()) {
     live.snapshots = live.events = folder;
     if (!live.replay) {

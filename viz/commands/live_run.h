@@ -48,7 +48,9 @@ struct LiveRunRequest {
   bool fixed_light = false;
   std::filesystem::path out;  ///< for measurements.csv and all else; empty: none of it
   std::filesystem::path
-      recordings;       ///< for sessions, snapshots and events where `out` is empty; may be empty
+      recordings;  ///< for sessions, snapshots and events where `out` is empty; may be empty
+  std::function<void(const std::string& json)>
+      on_row;           ///< receives each measured frame as json_line writes it
   bool record = false;  ///< from the start; needs `out`
   SessionOptions session;
   BlockChoice block;  ///< that is pressed

@@ -1,11 +1,133 @@
 #include "viz/commands/options.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <sstream>
 
+#include "engine/base/text.h"
+#include "viz/commands/help_text.h"
+
 namespace palpate {
+namespace {
+
+constexpr const char* kDefaultGroup = "Options";
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+std::string refusal_of(const std::string& word, const std::vector<std::string>& words) {
+  return "wanted one of " + joined(words) + "; found '" + word + "'" + did_you_mean(word, words);
+}
+
+HelpOption help_of(const CLI::Option& option) {
+  HelpOption help{option.get_positional() ? option.get_name() : option.get_name(false, true), ""};
+  // An option's text is the name of its value, whether it is required, and its default.
+  const std::string text = option.get_option_text();
+  const size_t more = std::min(text.find(" ("), text.find(" ["));
+  const bool named = !text.empty() && text.front() != '(' && text.front() != '[';
+  if (named) help.names += " " + text.substr(0, more);
+  help.about = option.get_description();
+  const std::string rest = !named ? text : more == std::string::npos ? "" : text.substr(more + 1);
+  if (!rest.empty() && rest != "(required)") help.about += " " + rest;
+  return help;
+}
+
+void split_footer(const std::string& footer, Help& help) {
+  std::istringstream stream(footer);
+  for (std::string line; std::getline(stream, line);) {
+    if (line == "Examples:") continue;
+    if (line.starts_with("  ") && help.notes.find_first_not_of('\n') == std::string::npos)
+      help.examples += line + "\n";
+    else
+      help.notes += line + "\n";
+  }
+  const size_t start = help.notes.find_first_not_of('\n');
+  help.notes.erase(0, start == std::string::npos ? help.notes.size() : start);
+}
+
+Help help_of(const CLI::App& app, const std::string& name) {
+  Help help;
+  help.command = name.empty() ? app.get_name() : name;
+  help.about = app.get_description();
+  if (const std::string own = app.get_name() + ": "; help.about.starts_with(own))
+    help.about.erase(0, own.size());
+  std::string required;
+  for (const CLI::Option* option : app.get_options(nullptr)) {
+    if (option->get_group().empty()) continue;
+    const HelpOption one = help_of(*option);
+    if (option->get_positional()) {
+      help.usage += option->get_required() ? " " + one.names : " [" + one.names + "]";
+      help.positional.push_back(one);
+      continue;
+    }
+    if (option->get_required()) required += " " + one.names;
+    const std::string group = option->get_group() == kDefaultGroup ? "" : option->get_group();
+    const auto there = std::ranges::find(help.groups, group, &HelpGroup::name);
+    (there == help.groups.end() ? help.groups.emplace_back(HelpGroup{group, {}}) : *there)
+        .options.push_back(one);
+  }
+  for (const CLI::App* command : app.get_subcommands(nullptr))
+    help.commands.push_back({command->get_name(), command->get_description()});
+  if (!help.commands.empty()) help.usage += " COMMAND";
+  help.usage += required + " [options]";
+  // The main options first, those of every command last.
+  std::ranges::stable_sort(help.groups, {}, [](const HelpGroup& group) {
+    return group.name.empty() ? 0 : group.name == kCommonGroup ? 2 : 1;
+  });
+  split_footer(app.get_footer(), help);
+  return help;
+}
+
+std::string formatted(const CLI::App* app, const std::string& name, CLI::AppFormatMode mode) {
+  const Help help = help_of(*app, name);
+  return mode == CLI::AppFormatMode::All ? whole_help(help) : short_help(help);
+}
+
+void add_help_flags(CLI::App& app) {
+  app.set_help_flag("-h,--help", "This help, in short")->group(kCommonGroup);
+  app.set_help_all_flag("--help-all", "All options with all that is to say of them")->group(kCommonGroup);
+}
+
+/// The command that was asked for, as far down as it is known.
+const CLI::App& deepest(const CLI::App& program) {
+  const CLI::App* app = &program;
+  while (!app->get_subcommands().empty()) app = app->get_subcommands().front();
+  return *app;
+}
+
+std::vector<std::string> names_of_options(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* one = &app; one; one = one->get_fallthrough() ? one->get_parent() : nullptr)
+    for (const CLI::Option* option : one->get_options(nullptr))
+      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  return names;
+}
+
+std::vector<std::string> names_of_commands(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands(nullptr)) names.push_back(command->get_name());
+  return names;
+}
+
+/// What is wrong with a word that no command took.
+std::string unexpected(const std::string& word, const CLI::App& program) {
+  const CLI::App& app = deepest(program);
+  if (word.size() > 1 && word.front() == '-') {
+    const std::string name = word.substr(0, word.find('='));
+    return "there is no option '" + name + "'" + did_you_mean(name, names_of_options(app));
+  }
+  const std::vector<std::string> commands = names_of_commands(app);
+  if (commands.empty()) return "'" + word + "' was not expected: one input, or an option's value, too many";
+  const std::string of = &app == &program ? "" : app.get_name() + " ";
+  return "there is no command '" + of + word + "'" + did_you_mean(word, commands);
+}
+
+}  // namespace
 
 Check::Check(CLI::Validator validator)
     : validator_(std::make_shared<const CLI::Validator>(std::move(validator))) {}
@@ -35,18 +157,22 @@ Check Check::one_of(std::initializer_list<const char*> words) {
   return one_of(std::vector<std::string>(words.begin(), words.end()));
 }
 Check Check::one_of(const std::vector<std::string>& words) {
-  return Check(CLI::IsMember(words));
+  return Check(CLI::Validator(
+      [words](std::string& word) {
+        return std::ranges::find(words, word) == words.end() ? refusal_of(word, words) : std::string();
+      },
+      ""));
 }
 Check Check::one_of(std::initializer_list<int> numbers) {
   return Check(CLI::IsMember(std::vector<int>(numbers)));
 }
 Check Check::number_of(const std::map<std::string, int>& names) {
-  std::string known;
-  for (const auto& [name, value] : names) known += (known.empty() ? "" : ", ") + name;
+  std::vector<std::string> words;
+  for (const auto& [name, value] : names) words.push_back(name);
   return Check(CLI::Validator(
-      [names, known](std::string& word) {
+      [names, words](std::string& word) {
         const auto there = names.find(CLI::detail::to_lower(word));
-        if (there == names.end()) return "wanted one of " + known + "; found '" + word + "'";
+        if (there == names.end()) return refusal_of(word, words);
         word = std::to_string(there->second);
         return std::string();
       },
@@ -114,7 +240,10 @@ size_t CommandOption::count() const {
 }
 
 CommandLine::CommandLine(const std::string& description, const std::string& name)
-    : own_(std::make_unique<CLI::App>(description, name)), app_(own_.get()) {}
+    : own_(std::make_unique<CLI::App>(description, name)), app_(own_.get()) {
+  app_->formatter_fn(formatted);
+  add_help_flags(*app_);
+}
 
 CommandLine::CommandLine(CLI::App* app) : app_(app) {}
 
@@ -122,6 +251,7 @@ CommandLine::~CommandLine() = default;
 
 CommandLine* CommandLine::add_subcommand(const std::string& name, const std::string& description) {
   CLI::App* app = app_->add_subcommand(name, description);
+  add_help_flags(*app);
   return below_.emplace_back(new CommandLine(app)).get();
 }
 CommandLine* CommandLine::require_subcommand(int count) {
@@ -149,7 +279,7 @@ CommandLine* CommandLine::description(const std::string& text) {
   return this;
 }
 void CommandLine::set_version_flag(const std::string& name, const std::string& text) {
-  app_->set_version_flag(name, text);
+  app_->set_version_flag(name, text)->group(kCommonGroup);
 }
 
 CommandOption* CommandLine::keep(CLI::Option* option) {
@@ -217,10 +347,8 @@ bool CommandLine::parsed() const {
   return app_->parsed();
 }
 
-bool CommandLine::has_command(const std::string& name) const {
-  for (const CLI::App* command : app_->get_subcommands([](const CLI::App*) { return true; }))
-    if (command->get_name() == name) return true;
-  return false;
+std::vector<std::string> CommandLine::command_names() const {
+  return names_of_commands(*app_);
 }
 
 Parsed CommandLine::read(const std::function<void()>& parse) {
@@ -233,6 +361,13 @@ Parsed CommandLine::read(const std::function<void()>& parse) {
     std::ostringstream text;
     if (parsed.help) app_->exit(error, text, text);
     parsed.text = parsed.help ? text.str() : error.what();
+    // A word that nobody took tells more than what is missing because of it, or than the help above it.
+    const bool words = parsed.help || dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr ||
+                       dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
+    if (const std::vector<std::string> left = app_->remaining(true); words && !left.empty()) {
+      parsed.help = false;
+      parsed.text = unexpected(left.front(), *app_);
+    }
   }
   for (auto commands = app_->get_subcommands(); !commands.empty();
        commands = commands.front()->get_subcommands())

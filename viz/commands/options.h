@@ -22,6 +22,9 @@ class Validator;
 
 namespace palpate {
 
+/// Name of the group of options that every command has.
+inline constexpr const char* kCommonGroup = "Every command";
+
 /// A rule for an option's value, which help names beside it; a value that breaks it is a usage error.
 class Check {
  public:
@@ -113,6 +116,8 @@ class CommandLine {
   CommandLine* require_subcommand(int least, int most);
   /// Options that a command does not know are taken as its group's.
   CommandLine* fallthrough();
+  /// Ends the help: lines that begin with two blanks are examples, one that begins with six continues the
+  /// one before; all else are notes.
   CommandLine* footer(const std::string& text);
   CommandLine* callback(std::function<void()> action);
   CommandLine* description(const std::string& text);
@@ -131,8 +136,8 @@ class CommandLine {
   CommandOption* get_option(const std::string& name);
 
   bool parsed() const;
-  /// Whether the word names a command right below.
-  bool has_command(const std::string& name) const;
+  /// The names of the commands right below.
+  std::vector<std::string> command_names() const;
   /// Reads the arguments (without the program's name) and calls the callbacks of what was chosen.
   Parsed parse(const std::vector<std::string>& arguments);
   Parsed parse(int argc, const char* const* argv);

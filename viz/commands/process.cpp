@@ -25,6 +25,7 @@ struct Options {
   std::filesystem::path sensor;
   std::filesystem::path background;
   std::vector<Output> outputs;
+  bool all_digits = false;
   BlockChoice block;
   LookOptions look;
 };
@@ -63,6 +64,8 @@ Report process(const Common& common, Options options) {
   viz::PictureOptions look;
   options.look.apply(look);
   request.draw = viz::recording_pictures(look);
+  if (options.all_digits) request.digits = Digits::All;
+  if (common.jsonl) request.on_row = print_line;
   request.watch = [&](const Frame& background) { return monitor_presses(options.block, input, background); };
   const std::unique_ptr<gpu::Context> context = open_device(common);
   const ProcessSummary summary = process_recording(*context, sensor, request, common.out, run_watch(common));
@@ -70,7 +73,8 @@ Report process(const Common& common, Options options) {
   report.json = to_json(summary, request, sensor, *context);
   report.text = (has_scale(sensor) ? "" : "no scale is known: lengths are in px (--sensor FILE)\n") +
                 describe(summary) + "\nwritten: " + (common.out / "measurements.csv").string() +
-                (wants(request.outputs, Output::Contacts) ? ", contacts.csv" : "") + ", summary.json";
+                (wants(request.outputs, Output::Contacts) ? ", contacts.csv" : "") +
+                (wants(request.outputs, Output::Force) ? ", summary.csv" : "") + ", summary.json";
   report.exit_code = !summary.complete ? kInterrupted : validation_clean(*context) ? 0 : kInternalError;
   return report;
 }
@@ -92,7 +96,7 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
       ->check(Check::existing_file());
   command
       ->add_option("--out", common.out,
-                   "Folder for measurements.csv, summary.json and what else is asked for")
+                   "Folder for measurements.csv, summary.csv, summary.json and what else is asked for")
       ->required();
   command
       ->add_option(
@@ -152,6 +156,9 @@ void add_process(CommandLine& program, Common& common, Command& chosen) {
       "Rows of measurements.csv are whole as they are written; summary.json appears at the end and tells\n"
       "whether the recording was processed to its end (\"complete\"). Numbered files of an earlier run in\n"
       "depth/, confidence/ and pictures/ are replaced.\n");
+  add_jsonl(*command, common);
+  command->add_flag("--all-digits", options->all_digits,
+                    "Write every digit of each number, also those that its error makes meaningless");
   command->callback(
       [&common, &chosen, options] { chosen = [&common, options] { return process(common, *options); }; });
 }

@@ -1,6 +1,7 @@
 // palpate replay: a recorded session in the window of `live`, with the keys of a player.
 
 #include "capture/files/event_log.h"
+#include "capture/files/measurements.h"
 #include "capture/open_source.h"
 #include "capture/run/input.h"
 #include "capture/session/session.h"
@@ -62,6 +63,10 @@ Report replay(const Common& common, Options options) {
   options.live.title = "palpate: " + options.session.string();
   options.live.interrupted = interrupted;
   options.live.replay = true;
+  if (common.jsonl) {
+    const MeasuredColumns columns = MeasuredColumns::of(input.sensor, input.outputs);
+    options.live.on_result = [columns](const Touch& touch) { print_line(json_line(touch, columns)); };
+  }
   const std::string warning = session->warning();
   const auto open = [&]() -> std::unique_ptr<Source> {
     return session ? std::move(session) : std::make_unique<Session>(options.session, input.sensor);
@@ -109,6 +114,7 @@ void add_replay(CommandLine& program, Common& common, Command& chosen) {
       "  palpate replay out/press1 --speed 0.25 --from 3\n"
       "In the window: Space pauses, comma and full stop step, arrows jump and change the speed, H shows\n"
       "all keys. Measurements are computed anew; after a jump shear counts from there and says so.\n");
+  add_jsonl(*command, common);
   command->callback(
       [&common, &chosen, options] { chosen = [&common, options] { return replay(common, *options); }; });
 }

@@ -40,7 +40,7 @@ Display::Display(gpu::Context& context, Window& window, const DisplayedSensor& w
       session_(session),
       latency_(latency),
       window_(window),
-      outputs_(what.outputs),
+      columns_(MeasuredColumns::of(what.sensor, what.outputs)),
       scene_(context, window_.pass(), what.sensor, &what.background, Window::kPicturesInFlight,
              window_.handle(), window_.scale()),
       governor_(!context.is_software(), kDrawBudget_ms) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "capture/files/event_log.h"
+#include "capture/files/measurements.h"
 #include "engine/base/background_work.h"
 #include "viz/display/scene.h"
 #include "viz/live/live_options.h"
@@ -83,7 +84,7 @@ class Display {
   LiveSession& session_;
   LatencyLog& latency_;
   Window& window_;
-  const uint32_t outputs_;
+  const MeasuredColumns columns_;
   Scene scene_;
   MeshGovernor governor_;
   std::optional<Measured> current_;

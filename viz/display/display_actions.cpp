@@ -18,7 +18,7 @@ void Display::save_snapshot() {
     return;
   }
   const Frame& shown = current_->captured->frame;
-  Snapshot snapshot{std::move(*image), {}, current_->result.touch, outputs_};
+  Snapshot snapshot{std::move(*image), {}, current_->result.touch, columns_};
   // A copy: the frame's own memory goes back to the camera.
   snapshot.frame.format = shown.format;
   snapshot.frame.bytes.assign(shown.pixels(), shown.pixels() + shown.format.frame_bytes());

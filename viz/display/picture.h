@@ -65,8 +65,8 @@ std::function<void(const Frame&, const Result&)> timed_drawer(gpu::Context& cont
 /// Writes atomically (temporary file, then rename). Throws Error(Failure::Output).
 void write_png(const RgbImage& image, const std::filesystem::path& file);
 
-/// A film of equally sized pictures: MPEG-4 in .mp4, motion JPEG in .avi. The file appears under its name
-/// with finish().
+/// A film of equally sized pictures: H.264 in .mp4 (VP9 where libx264 is missing), motion JPEG in .avi. The
+/// file appears under its name with finish().
 class Film {
  public:
   /// Throws Error(Failure::Output) where the file cannot be opened.

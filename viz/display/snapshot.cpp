@@ -1,7 +1,6 @@
 #include "viz/display/snapshot.h"
 
 #include "capture/files/images/images.h"
-#include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
 #include "viz/display/picture.h"
 #include "viz/render/format.h"
@@ -21,10 +20,9 @@ void write_snapshot(const Snapshot& snapshot, const std::filesystem::path& stem)
   make_output_folder(stem.has_parent_path() ? stem.parent_path() : ".");
   write_png(snapshot.picture, stem.string() + ".png");
   write_whole(stem.string() + "-frame.png", encode_image(snapshot.frame, ".png"));
-  const Touch& t = snapshot.touch;
-  const std::string row = std::to_string(t.sequence) + "," + shortest(1e-9 * static_cast<double>(t.time_ns)) +
-                          "," + Measurements::cells(t, snapshot.outputs);
-  write_whole(stem.string() + ".csv", Measurements::header(false) + "\n" + row + "\n");
+  write_whole(stem.string() + ".csv",
+              Measurements::header(snapshot.columns) + "\n" +
+                  Measurements::row(snapshot.touch, snapshot.columns, Digits::Deserved) + "\n");
 }
 
 }  // namespace palpate::viz

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "capture/files/measurements.h"
 #include "palpate/frame.h"
 #include "palpate/touch.h"
 #include "viz/render/render_target.h"
@@ -13,7 +14,7 @@ struct Snapshot {
   RgbImage picture;
   Frame frame;  ///< with pixels of its own
   Touch touch;  ///< as measured, whatever zero the picture shows
-  uint32_t outputs = 0;
+  MeasuredColumns columns;
 };
 
 /// The first of palpate-0001, palpate-0002, ... in `folder`, from `number` on, of which nothing exists;

@@ -88,12 +88,13 @@ std::string describe(const ProcessSummary& s) {
   std::string text = line;
   text += s.complete ? "\n" : ", ended early: " + s.ended_by + "\n";
   if (!s.force_states.empty()) {
-    text += counted(s.contacts, "contact") + ", touching in " + counted(s.contact_frames, "frame");
+    text += (s.touches == 1 ? "1 touch" : std::to_string(s.touches) + " touches") + ", in " +
+            counted(s.contact_frames, "frame");
     if (s.slip_frames) text += ", slipping in " + std::to_string(s.slip_frames);
-    text += "\n";
     if (s.most_contacts > 1)
-      text += "most contacts at once: " + std::to_string(s.most_contacts) + ", " +
-              counted(s.contact_ids, "id") + " in all\n";
+      text += "; up to " + std::to_string(s.most_contacts) + " contacts at once, " +
+              counted(s.contact_ids, "contact id") + " in all";
+    text += "\n";
     if (s.overflow_frames)
       text += "too many regions to tell contacts apart in " + counted(s.overflow_frames, "frame") +
               ": a higher contact.threshold_gray would leave the noise out\n";

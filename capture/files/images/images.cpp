@@ -8,6 +8,7 @@
 
 #include "capture/files/images/image_file.h"
 #include "capture/files/images/image_header.h"
+#include "engine/base/readable.h"
 #include "palpate/error.h"
 
 namespace fs = std::filesystem;
@@ -19,6 +20,8 @@ namespace {
 constexpr uintmax_t kMaxFile_bytes = uintmax_t{kMaxSide_px} * kMaxSide_px * 8 + (1 << 20);
 
 std::vector<uint8_t> read_bytes(const fs::path& file) {
+  if (const std::string why = why_unreadable(file); !why.empty())
+    throw Error(Failure::Input, "an image file", file.string() + ": " + why, "another file");
   std::error_code error;
   const uintmax_t size = fs::file_size(file, error);
   if (error)

@@ -248,9 +248,8 @@ void add_calibrate_scale(CommandLine& group, Common& common, Command& chosen) {
   add_common(
       *command, common,
       "  palpate calibrate scale grid/ --grid 9x6 --spacing-mm 2 --sensor pad.json --out pad.json\n"
-      "  palpate calibrate scale pegs.png --background rest.png --grid 9x7 --pattern dots --spacing-mm 2.5 "
-      "\\\n"
-      "      --sensor pad.json --out pad.json\n"
+      "  palpate calibrate scale pegs.png --background rest.png --grid 9x7 --pattern dots \\\n"
+      "      --spacing-mm 2.5 --sensor pad.json --out pad.json\n"
       "  palpate calibrate scale presses/ --ball-mm 3 --travel-mm 0.25,0.5,0.75,1 --background rest.png \\\n"
       "      --sensor gel.json --out gel.json\n"
       "A grid also sets lens, quad_px and size_px: the frame becomes what the first picture shows whole. A "

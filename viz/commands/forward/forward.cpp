@@ -89,8 +89,8 @@ Report one_scene(const Common& common, const Options& options) {
   std::optional<Sensor> sensor;
   if (!options.sensor.empty()) sensor = load_sensor(options.sensor);
   if (sensor && !has_scale(*sensor))
-    throw Error(Failure::Sensor, "a sensor with a scale in " + options.sensor,
-                "\"pitch_mm_per_px\": null", "palpate calibrate scale");
+    throw Error(Failure::Sensor, "a sensor with a scale in " + options.sensor, "\"pitch_mm_per_px\": null",
+                "palpate calibrate scale");
   const ForwardOutcome outcome = describe(scene, fem::solve(scene, options.solver));
   json::Value value = to_json(outcome);
   std::string text = to_text(outcome);
@@ -237,9 +237,17 @@ void add_forward(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* sweeping =
       command->add_subcommand("sweep", "Each of the six inputs (d, h, E_r, shape, t, l) by itself")
           ->fallthrough();
+  sweeping->footer(
+      "Examples:\n"
+      "  palpate forward sweep --cells 48x48x24 --out out/sweep\n"
+      "Its options are those of palpate forward; exit codes too.\n");
   CommandLine* converging =
       command->add_subcommand("convergence", "Error by grid and run time; iterations over the model's range")
           ->fallthrough();
+  converging->footer(
+      "Examples:\n"
+      "  palpate forward convergence --out out/convergence\n"
+      "Its options are those of palpate forward; exit codes too.\n");
   command->require_subcommand(0, 1);
   command->callback([o, sweeping, converging, &common, &chosen] {
     chosen = [o, &common, swept = sweeping->parsed(), tables = converging->parsed()] {

@@ -136,8 +136,8 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();
   command->add_option("--out", common.out, "Folder for lump.json, lump.csv and a plot");
   add_common(*command, common,
-             "  palpate lump estimate a.npy b.npy c.npy d.npy --force-N 0.5,1,1.5,2 --young-Pa 4000 "
-             "--thickness-mm 20\n"
+             "  palpate lump estimate a.npy b.npy c.npy d.npy --force-N 0.5,1,1.5,2 --young-Pa 4000 \\\n"
+             "      --thickness-mm 20\n"
              "  palpate lump estimate press.csv --pitch-mm 1 --force-N 2 --young-Pa 5200 --out out/lump\n");
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
 }

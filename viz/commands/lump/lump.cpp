@@ -7,6 +7,11 @@ namespace palpate {
 void add_lump(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* group = program.add_subcommand("lump", "Size, depth and stiffness of a lump hidden in tissue");
   group->require_subcommand(1);
+  group->footer(
+      "Examples:\n"
+      "  palpate lump scan --simulate --out out/scan\n"
+      "  palpate lump estimate a.npy b.npy --force-N 1,2 --young-Pa 4000\n"
+      "  palpate help lump scan\n");
   add_lump_dataset(*group, common, chosen);
   add_lump_info(*group, common, chosen);
   add_lump_train(*group, common, chosen);

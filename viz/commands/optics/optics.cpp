@@ -114,6 +114,11 @@ void add_optics(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* group =
       program.add_subcommand("optics", "Design the pad as a waveguide: what light does in it");
   group->require_subcommand(1);
+  group->footer(
+      "Examples:\n"
+      "  palpate optics stack --indices 1,1.39,1.40,1.41,1 --angle-deg 30\n"
+      "  palpate optics led --indices 1,1.41,1 --thickness-mm 5\n"
+      "  palpate help optics led\n");
   add_optics_stack(*group, common, chosen);
   add_optics_critical(*group, common, chosen);
   add_optics_trapped(*group, common, chosen);

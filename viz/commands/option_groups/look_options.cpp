@@ -58,6 +58,9 @@ void LookOptions::add(CommandLine& command) {
   command.add_flag("--calibrations", calibrations_,
                    "Draw the sensor's calibrations over pictures, as key I does in the window: force and "
                    "shear as curves with the present touch on them");
+  for (const char* name : {"--depth-range", "--exaggeration", "--view", "--colours", "--colour-map",
+                           "--colour-range", "--section", "--skin-strain", "--calibrations"})
+    command.get_option(name)->group("Look of pictures");
 }
 
 void LookOptions::apply(viz::PictureOptions& look) const {
