@@ -120,7 +120,11 @@ struct LikeFrames {
   std::vector<const Frame*> used;
   Difference worst;
 
-  explicit LikeFrames(const std::vector<Frame>& frames) {
+  LikeFrames(const std::vector<Frame>& frames, bool all) {
+    if (all) {
+      for (const Frame& frame : frames) used.push_back(&frame);
+      return;
+    }
     const std::vector<cv::Mat> middle = planes(median_of(frames));
     std::vector<Difference> unlike;
     unlike.reserve(frames.size());
@@ -191,7 +195,7 @@ void fill_noise(const std::vector<const Frame*>& used, const std::vector<cv::Mat
   }
   out.noise_gray = std::sqrt(square / (static_cast<double>(f.width) * f.height * f.channels *
                                        (static_cast<double>(used.size()) - 1)));
-  out.threshold_gray = std::ceil(kThreshold * std::max(out.largest_change_gray, 1.0) * 128) / 128;
+  out.threshold_gray = threshold_over(out.largest_change_gray);
 }
 
 // From the first third of the frames to the last.
@@ -211,12 +215,12 @@ struct Drift {
 
 }  // namespace
 
-UntouchedImage untouched_image(const std::vector<Frame>& frames, const Sensor& sensor) {
+UntouchedImage untouched_image(const std::vector<Frame>& frames, const Sensor& sensor, bool chosen) {
   if (frames.size() < 2)
     throw Error(Failure::Input, "two untouched frames or more, so that noise is known",
                 std::to_string(frames.size()), "a longer recording, or more --frames");
   const FrameFormat& f = frames.front().format;
-  const LikeFrames like(frames);
+  const LikeFrames like(frames, chosen);
   UntouchedImage out;
   out.used = like.used.size();
   out.left_out = frames.size() - like.used.size();
@@ -234,6 +238,47 @@ UntouchedImage untouched_image(const std::vector<Frame>& frames, const Sensor& s
   else if (out.saturated_px > 0)
     out.warning = std::to_string(out.saturated_px) + " pixels are saturated without touch";
   return out;
+}
+
+double threshold_over(double noise_change_gray) {
+  return std::ceil(kThreshold * std::max(noise_change_gray, 1.0) * 128) / 128;
+}
+
+UntouchedImage untouched_picture(const Frame& frame, const Sensor& sensor) {
+  UntouchedImage out;
+  out.used = 1;
+  fill_mean(planes(frame), frame.format, sensor, out);
+  return out;
+}
+
+double largest_change(const Frame& frame, const Frame& untouched, const Sensor& sensor) {
+  const std::vector<cv::Mat> now = planes(frame), rest = planes(untouched);
+  double largest = 0;
+  for (size_t c = 0; c < now.size(); ++c) {
+    double value = 0;
+    cv::minMaxLoc(counted_change(now[c] - rest[c], sensor), nullptr, &value);
+    largest = std::max(largest, value);
+  }
+  return largest;
+}
+
+ChangeAbove change_above(const Frame& frame, const Frame& untouched, const Sensor& sensor,
+                         double threshold_gray) {
+  ChangeAbove above;
+  const std::vector<cv::Mat> now = planes(frame), rest = planes(untouched);
+  cv::Mat any;
+  for (size_t c = 0; c < now.size(); ++c) {
+    const cv::Mat change = now[c] - rest[c];
+    const cv::Mat over = counted_change(change, sensor) > threshold_gray;
+    any = c == 0 ? over : cv::Mat(any | over);
+    cv::Mat up, down;
+    cv::max(change, 0.0, up);
+    cv::max(cv::Mat(-change), 0.0, down);
+    above.upwards += cv::mean(up, over)[0] * cv::countNonZero(over);
+    above.downwards += cv::mean(down, over)[0] * cv::countNonZero(over);
+  }
+  above.pixels = static_cast<uint64_t>(cv::countNonZero(any));
+  return above;
 }
 
 std::vector<Frame> take_frames(const std::string& input, const Sensor& sensor, uint32_t wanted,

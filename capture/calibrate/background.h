@@ -27,7 +27,24 @@ struct UntouchedImage {
 /// Frames of one format, two or more; a frame of which some 8 x 8 px differ from the median frame by more
 /// than noise explains is left out. Throws Error(Failure::Input) with fewer, or where more than half are
 /// unlike.
-UntouchedImage untouched_image(const std::vector<Frame>& frames, const Sensor& sensor);
+/// `chosen`: they are known to be alike, none is left out.
+UntouchedImage untouched_image(const std::vector<Frame>& frames, const Sensor& sensor, bool chosen = false);
+
+/// The image of one picture alone: its noise, its drift and a threshold stay unknown (0).
+UntouchedImage untouched_picture(const Frame& frame, const Sensor& sensor);
+
+/// Change of a frame from the untouched image, through the sensor's filter and by its signal.
+struct ChangeAbove {
+  uint64_t pixels = 0;  ///< above the threshold, in any channel
+  double upwards = 0;   ///< sum of their change that brightens, gray levels
+  double downwards = 0;
+};
+/// The largest filtered change of a frame, by the sensor's signal, gray levels.
+double largest_change(const Frame& frame, const Frame& untouched, const Sensor& sensor);
+/// The threshold that a change of so much by noise suggests: half more, in steps of 1/128 gray.
+double threshold_over(double noise_change_gray);
+ChangeAbove change_above(const Frame& frame, const Frame& untouched, const Sensor& sensor,
+                         double threshold_gray);
 
 /// Up to `wanted` frames of `input`, from the first on, every `every`-th. Any source; `more` (frames so far)
 /// may end it by returning false. Frames come as the sensor rectifies them.

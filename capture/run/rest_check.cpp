@@ -131,6 +131,13 @@ void RestCheck::add(const Frame& frame) {
   missing_ += any;
 }
 
+double RestCheck::evidence() const {
+  double seen = 0;
+  for (const uint32_t count : seen_) seen += count;
+  const double all = static_cast<double>(looked_) * static_cast<double>(seen_.size());
+  return all > 0 ? seen / all : 0;
+}
+
 std::string RestCheck::warning() const {
   const uint32_t most = seen_.empty() ? 0 : *std::max_element(seen_.begin(), seen_.end());
   const uint32_t least = looked_ <= 2 ? 1 : 2;

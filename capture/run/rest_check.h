@@ -22,6 +22,9 @@ class RestCheck {
   /// One line that says where the untouched image shows a touch, and in how many frames that is missing;
   /// empty: it shows none.
   std::string warning() const;
+  /// Cells times frames in which the untouched image shows what is missing, over all cells and frames looked
+  /// at: 0 where it shows no touch.
+  double evidence() const;
 
   static constexpr uint64_t kAll = 64, kEvery = 8;
 
