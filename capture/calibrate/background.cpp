@@ -266,18 +266,25 @@ ChangeAbove change_above(const Frame& frame, const Frame& untouched, const Senso
                          double threshold_gray) {
   ChangeAbove above;
   const std::vector<cv::Mat> now = planes(frame), rest = planes(untouched);
-  cv::Mat any;
+  std::vector<cv::Mat> changes;
+  cv::Mat any, sum;
   for (size_t c = 0; c < now.size(); ++c) {
-    const cv::Mat change = now[c] - rest[c];
-    const cv::Mat over = counted_change(change, sensor) > threshold_gray;
+    changes.push_back(now[c] - rest[c]);
+    const cv::Mat over = counted_change(changes[c], sensor) > threshold_gray;
     any = c == 0 ? over : cv::Mat(any | over);
-    cv::Mat up, down;
-    cv::max(change, 0.0, up);
-    cv::max(cv::Mat(-change), 0.0, down);
-    above.upwards += cv::mean(up, over)[0] * cv::countNonZero(over);
-    above.downwards += cv::mean(down, over)[0] * cv::countNonZero(over);
+    sum = c == 0 ? changes[c].clone() : cv::Mat(sum + changes[c]);
   }
   above.pixels = static_cast<uint64_t>(cv::countNonZero(any));
+  if (above.pixels == 0) return above;
+  const cv::Mat common = sum / static_cast<double>(changes.size());
+  const auto total = [&](const cv::Mat& image) {
+    return cv::mean(image, any)[0] * static_cast<double>(above.pixels);
+  };
+  for (const cv::Mat& change : changes) {
+    above.upwards += total(cv::max(change, 0.0));
+    above.downwards += total(cv::max(cv::Mat(-change), 0.0));
+    above.colour += total(cv::abs(change - common));
+  }
   return above;
 }
 

@@ -38,6 +38,7 @@ struct ChangeAbove {
   uint64_t pixels = 0;  ///< above the threshold, in any channel
   double upwards = 0;   ///< sum of their change that brightens, gray levels
   double downwards = 0;
+  double colour = 0;  ///< of that, how much the channels differ from their mean, gray levels
 };
 /// The largest filtered change of a frame, by the sensor's signal, gray levels.
 double largest_change(const Frame& frame, const Frame& untouched, const Sensor& sensor);

@@ -159,8 +159,11 @@ void judge_threshold(const std::string& input, const Sensor& sensor, double thre
                      UntouchedRecording& found, const std::function<bool(uint64_t)>& more) {
   found.threshold_gray = threshold_gray;
   found.touched_frames = found.untouched_that_touch = 0;
-  double up = 0, down = 0;
-  std::vector<double> areas;
+  double up = 0, down = 0, colour = 0;
+  std::vector<double> areas, peaks;
+  Sensor brighter = sensor, darker = sensor;
+  brighter.signal = Signal::Brighter;
+  darker.signal = Signal::Darker;
   look_through(input, sensor, step_of(input, sensor, every), more, [&](const Frame& frame, uint64_t number) {
     const ChangeAbove change = change_above(frame, found.image.mean, sensor, threshold_gray);
     if (change.pixels < kLeastTouched_px) return;
@@ -170,11 +173,31 @@ void judge_threshold(const std::string& input, const Sensor& sensor, double thre
       return;
     }
     areas.push_back(static_cast<double>(change.pixels));
+    const double most = largest_change(frame, found.image.mean, brighter),
+                 least = largest_change(frame, found.image.mean, darker);
+    peaks.push_back(most / std::max(most + least, 1e-9));
     up += change.upwards;
+    colour += change.colour;
     down += change.downwards;
   });
   found.touched_px = median(areas);
+  found.brighter_peak = peaks.empty() ? 0.5 : median(peaks);
   found.brighter = up + down > 0 ? up / (up + down) : 0.5;
+  found.colour = up + down > 0 ? colour / (up + down) : 0;
+}
+
+Signal signal_of(const UntouchedRecording& found) {
+  // A gray gel darkens where it is pressed and brightens less beside it.
+  constexpr double kOneWay = 0.6;
+  if (shows_slopes_by_colour(found)) return Signal::Either;
+  return found.brighter_peak > kOneWay       ? Signal::Brighter
+         : found.brighter_peak < 1 - kOneWay ? Signal::Darker
+                                             : Signal::Either;
+}
+
+bool shows_slopes_by_colour(const UntouchedRecording& found) {
+  constexpr double kApart = 0.25;  // gels of five makers 0.36 to 0.98, gray gels and a waveguide 0.08 to 0.13
+  return found.colour > kApart;
 }
 
 std::string frame_ranges(const std::vector<uint64_t>& frames, uint32_t step) {

@@ -22,7 +22,10 @@ struct UntouchedRecording {
   uint64_t touched_frames = 0;        ///< looked at, that touch
   uint64_t untouched_that_touch = 0;  ///< of them, taken for untouched: false alarms
   double touched_px = 0;              ///< median area of those that touch
-  double brighter = 0.5;              ///< fraction of the change in them that is upwards
+  /// Largest brightening over the sum of largest brightening and darkening, median of touched frames.
+  double brighter_peak = 0.5;
+  double colour = 0;      ///< of the change in touched frames, how much the colours differ from their mean
+  double brighter = 0.5;  ///< fraction of the change in them that is upwards
 };
 
 /// Which frames to take for untouched.
@@ -40,6 +43,13 @@ UntouchedRecording find_untouched(const std::string& input, const Sensor& sensor
 /// Fills in what `threshold_gray` makes of the recording.
 void judge_threshold(const std::string& input, const Sensor& sensor, double threshold_gray, uint32_t every,
                      UntouchedRecording& found, const std::function<bool(uint64_t)>& more);
+
+/// Which way a touch changes the picture, from what judge_threshold found: the way of
+/// its largest change; either way on gels that show slopes by colour.
+Signal signal_of(const UntouchedRecording& found);
+/// Whether a touch changes the colours apart, as on a gel that shows slopes by colour; else it is a gray
+/// one's.
+bool shows_slopes_by_colour(const UntouchedRecording& found);
 
 /// "frames 0 to 31, 120 to 160".
 std::string frame_ranges(const std::vector<uint64_t>& frames, uint32_t step);

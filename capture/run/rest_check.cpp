@@ -17,7 +17,8 @@ constexpr size_t kLeastCells = 12;     // connected
 constexpr double kMoreStructure = 5;   // of the image that is touched, in a region off the frame's border
 constexpr double kLeastShare = 0.6, kMostShare = 1.8;  // of that structure in the difference: else the lamps'
 constexpr double kOneWay = 0.8;                        // fraction of a difference against the signal
-constexpr double kFewFrames = 0.05;                    // of those looked at
+constexpr double kBulge = 0.8;       // beside a press a gel bulges and changes the other way, by less
+constexpr double kFewFrames = 0.05;  // of those looked at
 
 }  // namespace
 
@@ -97,11 +98,12 @@ bool RestCheck::judge(uint32_t from, const Cells& now) {
     if (y + 1 < cells_y_) visit(cell + cells_x_);
   }
   if (region_.size() < kLeastCells) return false;
-  double up = 0, all = 0, of_rest = 0, of_frame = 0, of_difference = 0;
+  double up = 0, all = 0, peak = 0, of_rest = 0, of_frame = 0, of_difference = 0;
   for (const uint32_t cell : region_) {
     const double difference = double{difference_[cell]};
     up += std::max(difference, 0.0);
     all += std::abs(difference);
+    peak = std::max(peak, std::abs(difference));
     for (uint32_t c = 0; c < format_.channels; ++c) {
       const double rest = double{rest_.structure[c][cell]}, frame = double{now.structure[c][cell]};
       of_rest += rest * rest;
@@ -109,8 +111,8 @@ bool RestCheck::judge(uint32_t from, const Cells& now) {
       of_difference += (frame - rest) * (frame - rest);
     }
   }
-  const bool touched = signal_ == Signal::Brighter ? up < (1 - kOneWay) * all
-                       : signal_ == Signal::Darker ? up > kOneWay * all
+  const bool touched = signal_ == Signal::Brighter ? up < (1 - kOneWay) * all && peak > kBulge * pressed_
+                       : signal_ == Signal::Darker ? up > kOneWay * all && peak > kBulge * pressed_
                                                    : !border && of_rest > kMoreStructure * of_frame &&
                                                          of_difference > kLeastShare * of_rest &&
                                                          of_difference < kMostShare * of_rest;
@@ -125,6 +127,9 @@ void RestCheck::add(const Frame& frame) {
   ++looked_;
   const Cells now = cells_of(frame);
   compare(now);
+  pressed_ = 0;
+  for (const float difference : difference_)
+    pressed_ = std::max(pressed_, double{signal_ == Signal::Darker ? -difference : difference});
   bool any = false;
   for (uint32_t cell = 0; cell < differs_.size(); ++cell)
     if (differs_[cell] != 0) any = judge(cell, now) || any;

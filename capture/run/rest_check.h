@@ -46,6 +46,7 @@ class RestCheck {
   std::vector<float> difference_, sorted_;
   std::vector<uint8_t> differs_;
   std::vector<uint32_t> region_, seen_;  ///< seen_: frames in which a cell lacks what rest_ shows
+  double pressed_ = 0;                   ///< largest difference of the frame by the signal
   uint64_t frames_ = 0, looked_ = 0, missing_ = 0;
 };
 

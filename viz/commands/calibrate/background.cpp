@@ -59,11 +59,10 @@ std::optional<UntouchedRecording> look_at(const Common& common, const Options& o
   if (found.looked > found.untouched.size()) {
     // Without a sensor file the first look is both ways; what it finds says which way a touch goes.
     if (options.sensor.empty()) {
-      judge_threshold(options.input, reading, found.image.threshold_gray, options.every, found, more);
-      constexpr double kOneWay = 0.9;
-      sensor.signal = found.brighter > kOneWay       ? Signal::Brighter
-                      : found.brighter < 1 - kOneWay ? Signal::Darker
-                                                     : Signal::Either;
+      const double clear_gray =
+          std::max(found.image.threshold_gray, 0.02 * found.image.mean.format.max_gray());
+      judge_threshold(options.input, reading, clear_gray, options.every, found, more);
+      sensor.signal = signal_of(found);
     }
     Sensor judged = reading;
     judged.signal = sensor.signal;
@@ -126,7 +125,9 @@ Report report_of(const UntouchedRecording& look, const Sensor& sensor, double be
                   {"touched_frames", look.touched_frames},
                   {"untouched_frames_that_touch", look.untouched_that_touch},
                   {"touched_px", look.touched_px},
-                  {"brighter", look.brighter}});
+                  {"brighter", look.brighter},
+                  {"brighter_peak", look.brighter_peak},
+                  {"colour", look.colour}});
     all += text("nothing touches in %zu of %llu frames: ", look.untouched.size(),
                 static_cast<unsigned long long>(look.looked)) +
            frame_ranges(look.untouched, step) + "\n";
