@@ -12,6 +12,7 @@ constexpr uint32_t kSide = 8;  // px
 constexpr double kOverNoise = 8;
 constexpr double kLeastLimit = 0.02;   // of full scale
 constexpr double kMostUnlike = 0.004;  // fraction of means that may differ within one kind of frame
+constexpr float kMostOver = 3;         // times that limit: no place may differ by more
 constexpr double kLeastShare = 0.02;   // of all frames: a kind that is rarer is none
 constexpr size_t kLeastFrames = 3;
 
@@ -50,8 +51,9 @@ bool FrameKinds::alike(const std::vector<float>& a, const std::vector<float>& b,
   const auto allowed = static_cast<size_t>(kMostUnlike * static_cast<double>(a.size()));
   size_t unlike = 0;
   for (size_t i = 0; i < a.size(); ++i) {
-    unlike += std::abs(b[i] - a[i] - light) > limit;
-    if (unlike > allowed) return false;
+    const float difference = std::abs(b[i] - a[i] - light);
+    unlike += difference > limit;
+    if (unlike > allowed || difference > kMostOver * limit) return false;
   }
   return true;
 }

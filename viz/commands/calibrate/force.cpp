@@ -89,7 +89,8 @@ Report force(const Common& common, const Options& options) {
   const std::unique_ptr<gpu::Context> context = open_device(common);
   MeasuredInput first;
   const auto measure = [&](const std::string& input, const std::string& gauge) {
-    MeasuredInput found = find_scaled_input(common, input, options);
+    // Brightness, gradients and area in px need no scale.
+    MeasuredInput found = find_input(common.seed, input, options.sensor, options.background);
     // A volume needs the surface; without it that work is saved.
     if (options.signal && options.signal != ForceSignal::Volume)
       found.outputs = static_cast<uint32_t>(Output::Force);
