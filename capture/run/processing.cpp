@@ -13,7 +13,6 @@
 #include "capture/run/press_json.h"
 #include "capture/run/rest_check.h"
 #include "capture/run/run_recording.h"
-#include "capture/run/touch_table.h"
 #include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -148,6 +147,7 @@ class Recorder {
   }
 
   void close() {
+    summary_.spans = touches_.spans();
     if (request_.rows && wants(request_.outputs, Output::Force))
       write_whole(out_ / "summary.csv", std::string_view(touches_.csv(columns_)));
     if (measurements_) measurements_->close();

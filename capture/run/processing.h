@@ -17,6 +17,7 @@
 #include "capture/open_source.h"
 #include "capture/run/comparison.h"
 #include "capture/run/run_watch.h"
+#include "capture/run/touch_table.h"
 #include "capture/run/verify_recording.h"
 #include "engine/palpation/press_monitor.h"
 #include "palpate/pipeline.h"
@@ -103,6 +104,7 @@ struct ProcessSummary {
   std::optional<RecordedCheck> recorded;  ///< with as_recorded
   std::vector<PressAnswer> presses;       ///< of a block of tissue
   std::string warning;                    ///< of the source: a session that was cut short
+  std::vector<TouchSpan> spans;           ///< each time that something touches
   std::vector<std::string> sources;       ///< files of the frames, in the order in which they were measured
   BackgroundOrigin untouched = BackgroundOrigin::None;
   std::string untouched_warning;  ///< that the untouched image shows a touch, see RestCheck
