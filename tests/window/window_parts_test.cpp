@@ -279,11 +279,15 @@ TEST(Layout, PanelsNeverOverlapFrom480x320To4k) {
                                              {3840u, 2160u, 2.5f}}) {
     for (const bool surface : {false, true}) {
       for (const Panels& panels :
-           {Panels{true, true}, Panels{true, false}, Panels{false, true}, Panels{false, false}}) {
+           {Panels{true, true}, Panels{true, false}, Panels{false, true}, Panels{false, false},
+            Panels{true, true, 262}, Panels{false, false, 430}}) {
         SCOPED_TRACE(text("%u x %u at %g, surface %d, charts %d, profile %d", width, height, scale, surface,
                           panels.charts, panels.profile));
         const Layout l = make_layout({width, height}, scale, {640, 480, 1, 8}, surface, panels);
         EXPECT_LE(right(l.surface), l.panel.x);
+        EXPECT_TRUE(!l.has_dock || right(l.dock) <= l.surface.x);
+        EXPECT_TRUE(!l.has_dock || foot(l.dock) <= foot(l.surface));
+        EXPECT_TRUE(panels.dock != 262 || static_cast<float>(width) < 800 * scale || l.has_dock);
         EXPECT_LE(right(l.panel), width);
         EXPECT_LE(foot(l.panel), l.status.y);
         EXPECT_LE(foot(l.status), height);

@@ -49,7 +49,7 @@ struct Shown {
 };
 
 std::vector<Entry> entries(const Options& options) {
-  const fs::path list = options.list.empty() ? shipped_sensors_folder() / "gallery.json" : options.list;
+  const fs::path list = options.list.empty() ? shipped_sensors_folder() / "gallery/recordings.json" : options.list;
   std::ifstream in(list, std::ios::binary);
   if (!in)
     throw Error(Failure::Input, "a list of sensors and recordings", "nothing at " + list.string(),
@@ -67,7 +67,7 @@ std::vector<Entry> entries(const Options& options) {
     }
   } catch (const json::Error& error) {
     throw Error(Failure::Input, "a list of objects with title, sensor and recording in " + list.string(),
-                error.what(), "capture/sensors/gallery.json as an example");
+                error.what(), "capture/sensors/gallery/recordings.json as an example");
   }
   return all;
 }

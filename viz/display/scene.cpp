@@ -27,6 +27,12 @@ Scene::Scene(gpu::Context& context, const RenderPass& pass, const Sensor& sensor
 }
 
 /// Fonts of another size are made anew, between two pictures.
+// Calibrations take the place of the settings while they are shown.
+static double dock_width(const ViewState& state, bool window) {
+  constexpr double kSettings = 262, kCalibrations = 430;
+  return state.sensor_panel ? kCalibrations : window && state.controls ? kSettings : 0;
+}
+
 void Scene::fit_text() {
   const float wanted = scale_ * state_.text_scale;
   if (std::abs(frame_->scale() / wanted - 1) < 1e-3f) return;
@@ -50,7 +56,8 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
 
   fit_text();
   const float scale = frame_->scale();
-  layout_ = make_layout(extent, scale, format, has_surface, {state_.charts, state_.section});
+  layout_ = make_layout(extent, scale, format, has_surface,
+                        {state_.charts, state_.section, dock_width(state_, frame_->has_window())});
   PressureTexels pressure;
   if (has_surface && state_.quantity == Quantity::Pressure) {
     pressure = pressure_.update(shown.frame, background_, sensor_);

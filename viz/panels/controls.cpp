@@ -138,19 +138,26 @@ const std::vector<KeyHelp>& key_help() {
   return lines;
 }
 
-void control_window(const ViewRect& around, float scale, bool has_surface, const LiveStats* live,
+void control_window(const Layout& layout, float scale, bool has_surface, const LiveStats* live,
                     ViewState& state) {
-  ImGui::SetNextWindowPos(
-      {static_cast<float>(around.x) + 12 * scale, static_cast<float>(around.y) + 12 * scale});
-  // Small windows start with the title alone.
-  const bool roomy =
-      static_cast<float>(around.width) >= 620 * scale && static_cast<float>(around.height) >= 330 * scale;
-  ImGui::SetNextWindowCollapsed(!roomy, ImGuiCond_Once);
-  ImGui::SetNextWindowSizeConstraints({0, 0}, {static_cast<float>(around.width) - 24 * scale,
-                                               static_cast<float>(around.height) - 24 * scale});
-  ImGui::Begin("Settings", nullptr,
-               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove |
-                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
+  const ViewRect& around = layout.has_dock ? layout.dock : layout.surface;
+  const ImVec2 corner{static_cast<float>(around.x), static_cast<float>(around.y)};
+  const ImVec2 size{static_cast<float>(around.width), static_cast<float>(around.height)};
+  ImGuiWindowFlags flags =
+      ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav;
+  if (layout.has_dock) {
+    ImGui::SetNextWindowPos(corner);
+    ImGui::SetNextWindowSize(size);
+    flags |= ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse;
+  } else {
+    // Without room of its own it is a title alone until it is opened.
+    ImGui::SetNextWindowPos({corner.x + 12 * scale, corner.y + 12 * scale});
+    ImGui::SetNextWindowCollapsed(true, ImGuiCond_Once);
+    ImGui::SetNextWindowSizeConstraints({0, 0}, {size.x - 24 * scale, size.y - 24 * scale});
+    flags |= ImGuiWindowFlags_AlwaysAutoResize;
+  }
+  ImGui::SetNextWindowBgAlpha(1);
+  ImGui::Begin("Settings", nullptr, flags);
   if (has_surface) surface_settings(state, scale);
   if (live && live->press) block_settings(live->press->block, scale, state);
   ImGui::Checkbox("charts", &state.charts);
@@ -158,6 +165,7 @@ void control_window(const ViewRect& around, float scale, bool has_surface, const
   ImGui::Checkbox("contacts", &state.contacts);
   ImGui::SameLine();
   ImGui::Checkbox("skin", &state.skin);
+  ImGui::Checkbox("places in px", &state.pixels);
   ImGui::PushItemWidth(70 * scale);
   int strain = static_cast<int>(state.skin_strain);
   if (ImGui::Combo("skin strain", &strain, "off\0stretch\0shear\0"))
@@ -168,7 +176,6 @@ void control_window(const ViewRect& around, float scale, bool has_surface, const
         state.chart_span_s = span_s;
     ImGui::EndCombo();
   }
-  ImGui::SameLine();
   int vsync = static_cast<int>(state.vsync);
   if (ImGui::Combo("vsync", &vsync, "on\0mailbox\0off\0")) state.vsync = static_cast<Vsync>(vsync);
   ImGui::PopItemWidth();
@@ -182,8 +189,8 @@ void control_window(const ViewRect& around, float scale, bool has_surface, const
   if (ImGui::Button("Snapshot")) state.snapshot_requested = true;
   ImGui::SameLine();
   if (ImGui::Button("Mark")) state.mark_requested = true;
-  ImGui::SameLine();
   if (ImGui::Button("Text")) state.labelling = true;
+  ImGui::SameLine();
   if (ImGui::Button(state.tare.on ? "End zero" : "Zero"))
     (state.tare.on ? state.zero_cleared_requested : state.zero_requested) = true;
   ImGui::SameLine();

@@ -16,8 +16,8 @@ struct KeyHelp {
 /// All keys and mouse movements of the view, in the order of the help.
 const std::vector<KeyHelp>& key_help();
 
-/// The window of settings in the surface's upper left corner.
-void control_window(const ViewRect& around, float scale, bool has_surface, const LiveStats* live,
+/// The settings: in the dock, or without one a title in the upper left corner of the surface.
+void control_window(const Layout& layout, float scale, bool has_surface, const LiveStats* live,
                     ViewState& state);
 /// The help over the middle of the whole picture.
 void help_window(VkExtent2D extent, float scale, bool player, bool has_surface, ViewState& state);

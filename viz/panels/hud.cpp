@@ -81,11 +81,12 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
   if (layout.has_profile && profile)
     draw_profile(under, layout.profile, *profile,
                  doubt(content.touch.surface.value_or(SurfaceSummary{}).validity), scale);
-  measurement_panel(frame, layout, content, shown, state.tare);
+  measurement_panel(frame, layout, content, shown, state);
   status_line(layout, content, scale);
-  if (state.sensor_panel) sensor_panel(layout.surface, scale, content.sensor, content.touch, state);
+  if (state.sensor_panel) sensor_panel(layout, scale, content.sensor, content.touch, state);
   if (!frame.has_window()) return;
-  if (state.controls) control_window(layout.surface, scale, content.has_surface, content.live, state);
+  if (state.controls && !(state.sensor_panel && layout.has_dock))
+    control_window(layout, scale, content.has_surface, content.live, state);
   const bool player = content.live && content.live->player;
   if (content.live) banner(layout, *content.live, scale);
   if (player) player_bar(layout, scale, *content.live->player, content.touch.time_ns, state);
@@ -94,7 +95,7 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
     help_window(extent, scale, player, content.has_surface, state);
   } else {
     const float foot = static_cast<float>(layout.surface.height) - (player ? 52 : 20) * scale;
-    under->AddText({14 * scale, foot}, IM_COL32(120, 128, 140, 255),
+    under->AddText({static_cast<float>(layout.surface.x) + 14 * scale, foot}, IM_COL32(120, 128, 140, 255),
                    content.has_surface ? "drag: orbit   wheel: zoom   H: help" : "H: help");
   }
   state.mouse_taken = section && section_mouse_.follow(state.line, layout.image, layout.surface, layout.view,

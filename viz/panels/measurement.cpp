@@ -41,20 +41,36 @@ unsigned long long whole(uint64_t value) {
   return value;
 }
 
-/// The force in large figures with its uncertainty and what it is worth.
-void force_lines(HudFrame& frame, const Touch& shown, const Tare& tare) {
+/// The first quantity that is calibrated, in large figures.
+struct Headline {
+  std::string value, beside;
+  bool known = true;
+};
+
+bool has_force(const Touch& t) {
+  return t.force_N.validity != Validity::NotCalibrated && t.force_N.validity != Validity::NoContact;
+}
+
+Headline headline(const Touch& t, bool scaled) {
+  if (!t.contact) return {"no contact", "", false};
+  if (has_force(t))
+    return {text("%.3f N", t.force_N.value), text("\xc2\xb1 %.3f N", t.force_N.standard_error)};
+  if (t.surface) {
+    const SurfaceSummary& s = *t.surface;
+    return {text("%.3f mm", s.depth_max_mm),
+            s.depth_sd_mm > 0 ? text("\xc2\xb1 %.3f mm deep", s.depth_sd_mm) : "deep"};
+  }
+  if (scaled) return {text("%.2f mm\xc2\xb2", t.area_mm2), "of contact"};
+  return {text("%llu px", whole(t.area_px)), "of contact"};
+}
+
+/// What is known first, with its uncertainty and what it is worth.
+void headline_lines(HudFrame& frame, const Touch& shown, const Tare& tare, bool scaled) {
   const float scale = frame.scale();
   const Verdict verdict = force_verdict(shown.force_N.validity);
-  const bool has_force =
-      shown.force_N.validity != Validity::NotCalibrated && shown.force_N.validity != Validity::NoContact;
+  const Headline first = headline(shown, scaled);
   ImGui::PushFont(frame.large());
-  if (has_force) {
-    ImGui::TextUnformatted(text("%.3f N", shown.force_N.value).c_str());
-  } else if (shown.force_N.validity == Validity::NotCalibrated) {
-    ImGui::TextUnformatted(text("G %.0f", shown.gray_sum).c_str());
-  } else {
-    ImGui::TextDisabled("no contact");
-  }
+  first.known ? ImGui::TextUnformatted(first.value.c_str()) : ImGui::TextDisabled("%s", first.value.c_str());
   ImGui::PopFont();
   const ImVec2 high = ImGui::GetItemRectMax();
   const auto beside = [&](const std::string& words, ImU32 tint, float lines_up) {
@@ -62,11 +78,7 @@ void force_lines(HudFrame& frame, const Touch& shown, const Tare& tare) {
         {high.x + 8 * scale, high.y - (1 + lines_up) * ImGui::GetFontSize() - 3 * scale}, tint,
         words.c_str());
   };
-  if (has_force)
-    beside(text("\xc2\xb1 %.3f N", shown.force_N.standard_error), ImGui::GetColorU32(ImGuiCol_TextDisabled),
-           0);
-  if (shown.force_N.validity == Validity::NotCalibrated)
-    beside("gray levels", ImGui::GetColorU32(ImGuiCol_TextDisabled), 0);
+  beside(first.beside, ImGui::GetColorU32(ImGuiCol_TextDisabled), 0);
   if (tare.on) beside("TARED (Shift+Z ends)", IM_COL32(240, 228, 66, 255), 1);
   ImGui::PushStyleColor(ImGuiCol_Text, colour(verdict));
   ImGui::TextWrapped("%s", verdict.words);
@@ -86,19 +98,27 @@ const char* slip_word(Slip slip) {
 }
 
 /// Where a single contact is, and its shape; of several each has its own.
-void shape_rows(const Touch& t, bool scaled) {
+void shape_rows(const Touch& t, bool scaled, const HudContent& content, bool pixels) {
   const Ellipse& e = t.ellipse;
   row("ellipse", !t.contact ? "-"
                  : scaled   ? text("%.2f x %.2f mm", e.major_mm, e.minor_mm)
                             : text("%.1f x %.1f px", e.major_px, e.minor_px));
-  row("centroid", t.contact ? text("%.2f, %.2f px", t.centroid_x_px, t.centroid_y_px) : "-");
+  // One system of coordinates: from the middle, x to the right, y downwards, as the axes of the surface have
+  // it.
+  const FrameFormat& f = content.frame.format;
+  const double pitch = content.sensor.pitch_mm_per_px;
+  row("centroid", !t.contact ? "-"
+                  : scaled && !pixels
+                      ? text("%+.2f, %+.2f mm", (t.centroid_x_px - 0.5 * (f.width - 1)) * pitch,
+                             (t.centroid_y_px - 0.5 * (f.height - 1)) * pitch)
+                      : text("%.2f, %.2f px", t.centroid_x_px, t.centroid_y_px));
   row("moved", !t.contact ? "-"
                : scaled   ? text("%+.3f, %+.3f mm", t.shift_x_mm, t.shift_y_mm)
                           : text("%+.1f, %+.1f px", t.shift_x_px, t.shift_y_px));
 }
 
 void contact_table(const Touch& touch, const Tare& tare, bool scaled) {
-  constexpr size_t kMost = 10;
+  constexpr size_t kMost = 3;
   // The largest, in the order of their numbers.
   std::vector<const ContactTouch*> listed;
   for (const ContactTouch& c : touch.contacts) listed.push_back(&c);
@@ -146,7 +166,7 @@ void contact_table(const Touch& touch, const Tare& tare, bool scaled) {
   }
   ImGui::EndTable();
   if (touch.contacts.size() > kMost)
-    ImGui::TextDisabled("and %llu smaller ones", whole(touch.contacts.size() - kMost));
+    ImGui::TextDisabled("and %llu more, smaller", whole(touch.contacts.size() - kMost));
 }
 
 void skin_rows(const SkinMotion& skin) {
@@ -173,6 +193,10 @@ void light_row(const LightSummary& light) {
 void surface_rows(const Touch& t) {
   if (!t.surface) return row("deepest", "-");
   const SurfaceSummary& s = *t.surface;
+  if (!t.contact) {
+    row("deepest", "no contact");
+    return row("residual of the gel", text("%.3f mm", s.depth_max_mm));
+  }
   const bool doubtful = s.validity != Validity::Valid && s.validity != Validity::NoContact &&
                         s.validity != Validity::NotCalibrated;
   const ImVec4 depth_tint = colour(force_verdict(s.validity));
@@ -199,8 +223,10 @@ std::string shortened(const std::string& whole_text, float width) {
 }
 
 void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& content, const Touch& t,
-                       const Tare& tare) {
+                       const ViewState& state) {
   const float scale = frame.scale();
+  const Tare& tare = state.tare;
+  const bool scaled = has_scale(content.sensor);
   const ViewRect& panel = layout.panel;
   ImGui::SetNextWindowPos({static_cast<float>(panel.x), static_cast<float>(panel.y)});
   ImGui::SetNextWindowSize({static_cast<float>(panel.width), static_cast<float>(panel.height)});
@@ -227,18 +253,21 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
                       ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoNav |
                           (frame.has_window() ? 0 : ImGuiWindowFlags_NoScrollbar));
   }
-  force_lines(frame, t, tare);
+  headline_lines(frame, t, tare, scaled);
   if (content.live && content.live->press)
     press_lines(*content.live->press, 1e-9 * static_cast<double>(t.time_ns));
-  const bool scaled = has_scale(content.sensor);
   if (t.regions && t.contacts.size() > 1) contact_table(t, tare, scaled);
   if (ImGui::BeginTable("values", 2, ImGuiTableFlags_SizingStretchProp)) {
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.36f);
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.64f);
-    const ImVec4 slip_tint = colour(slip_verdict(t.slip));
-    row("shear x", newtons_text(t.shear_x_N));
-    row("shear y", newtons_text(t.shear_y_N));
-    row("stick or slip", slip_verdict(t.slip).words, &slip_tint);
+    if (content.sensor.shear) {
+      row("shear x", newtons_text(t.shear_x_N));
+      row("shear y", newtons_text(t.shear_y_N));
+    }
+    if (content.sensor.shear || t.skin) {
+      const ImVec4 slip_tint = colour(slip_verdict(t.slip));
+      row("stick or slip", slip_verdict(t.slip).words, &slip_tint);
+    }
     if (t.skin) skin_rows(*t.skin);
     if (content.has_surface) surface_rows(t);
     if (t.light) light_row(*t.light);
@@ -247,8 +276,8 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
     row("contact area", t.contact ? area : "-");
     if (t.regions)
       row("contacts", text("%llu%s", whole(t.contacts.size()), t.regions->overflow ? ", and more" : ""));
-    if (t.contacts.size() < 2) shape_rows(t, scaled);
-    row("peak", text("%.1f gray levels", t.peak_gray));
+    if (t.contacts.size() < 2) shape_rows(t, scaled, content, state.pixels);
+    row("sum, peak", text("%.0f, %.1f gray levels", t.gray_sum, t.peak_gray));
     const ImVec4 red = colour(force_verdict(Validity::Saturated));
     row("saturated", text("%llu px", whole(t.saturated_px)), saturation_matters(t) ? &red : nullptr);
     if (t.confidence) {

@@ -9,10 +9,10 @@
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
 #include "viz/live/stats.h"
-#include "viz/live/tare.h"
 #include "viz/render/hud_frame.h"
 #include "viz/render/layout.h"
 #include "viz/render/strain_view.h"
+#include "viz/render/view_state.h"
 
 namespace palpate::viz {
 
@@ -28,9 +28,9 @@ struct HudContent {
   const StrainTexels* strain = nullptr;  ///< over the raw image; null: not asked for
 };
 
-/// `shown`: the touch less the zero that `tare` holds.
+/// `shown`: the touch less the zero that `state` holds.
 void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& content, const Touch& shown,
-                       const Tare& tare);
+                       const ViewState& state);
 
 /// As much of `whole` as fits into `width` px, with dots where something is missing.
 std::string shortened(const std::string& whole, float width);

@@ -140,16 +140,26 @@ void calibration_charts(const Sensor& sensor, const Touch& touch, float height, 
 
 }  // namespace
 
-void sensor_panel(const ViewRect& around, float scale, const Sensor& sensor, const Touch& touch,
+void sensor_panel(const Layout& layout, float scale, const Sensor& sensor, const Touch& touch,
                   ViewState& state) {
-  const float width = std::min(680 * scale, static_cast<float>(around.width) - 16 * scale);
-  ImGui::SetNextWindowPos({static_cast<float>(around.x) + static_cast<float>(around.width) / 2,
-                           static_cast<float>(around.y) + static_cast<float>(around.height) / 2},
-                          ImGuiCond_Always, {0.5f, 0.5f});
-  ImGui::SetNextWindowSizeConstraints({width, 0}, {width, static_cast<float>(around.height) - 8});
-  ImGui::Begin("Sensor and calibrations", &state.sensor_panel,
-               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
-                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
+  const ViewRect& around = layout.has_dock ? layout.dock : layout.surface;
+  const ImVec2 size{static_cast<float>(around.width), static_cast<float>(around.height)};
+  ImGuiWindowFlags flags = ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
+                           ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav;
+  if (layout.has_dock) {
+    ImGui::SetNextWindowPos({static_cast<float>(around.x), static_cast<float>(around.y)});
+    ImGui::SetNextWindowSize(size);
+    flags |= ImGuiWindowFlags_NoResize;
+  } else {
+    const float width = std::min(680 * scale, size.x - 16 * scale);
+    ImGui::SetNextWindowPos(
+        {static_cast<float>(around.x) + size.x / 2, static_cast<float>(around.y) + size.y / 2},
+        ImGuiCond_Always, {0.5f, 0.5f});
+    ImGui::SetNextWindowSizeConstraints({width, 0}, {width, size.y - 8});
+    flags |= ImGuiWindowFlags_AlwaysAutoResize;
+  }
+  ImGui::SetNextWindowBgAlpha(1);
+  ImGui::Begin("Sensor and calibrations", &state.sensor_panel, flags);
   ImGui::TextUnformatted(sensor.name.empty() ? "unnamed sensor" : sensor.name.c_str());
   ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
   ImGui::TextWrapped("contact: %s, from %g gray levels; saturated from %u gray levels",

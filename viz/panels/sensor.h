@@ -22,7 +22,7 @@ std::vector<CalibrationLine> calibrations(const Sensor& sensor);
 
 /// Over the middle of `around`: force and shear as curves with the contacts of `touch` (as measured) on them,
 /// and all calibrations in words.
-void sensor_panel(const ViewRect& around, float scale, const Sensor& sensor, const Touch& touch,
+void sensor_panel(const Layout& layout, float scale, const Sensor& sensor, const Touch& touch,
                   ViewState& state);
 
 }  // namespace palpate::viz

@@ -36,7 +36,7 @@ Verdict force_verdict(Validity validity) {
     case Validity::Unfit:
       return {"force calibration NOT FIT FOR USE: calibrate again", 255, 120, 60};
     default:
-      return {"force not calibrated: gray sum only", 150, 158, 170};
+      return {"force not calibrated", 150, 158, 170};
   }
 }
 

@@ -4,6 +4,11 @@
 #include <cmath>
 
 namespace palpate::viz {
+namespace {
+
+constexpr double kLeastSurface_px = 260;  // beside a dock, at scale 1
+
+}  // namespace
 
 Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bool has_surface,
                    const Panels& panels) {
@@ -18,7 +23,12 @@ Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bo
   const bool foot_requested = panels.charts || (panels.profile && has_surface);
   uint32_t foot = std::clamp(static_cast<uint32_t>(0.30 * above), px(130), px(230));
   if (!foot_requested || foot + px(140) > above) foot = 0;
-  l.surface = {0, 0, left, above - foot};
+  // The surface keeps a width that it can be seen in.
+  const uint32_t dock =
+      panels.dock > 0 && left >= px(panels.dock) + px(kLeastSurface_px) ? px(panels.dock) : 0;
+  l.has_dock = dock > 0;
+  l.surface = {static_cast<int32_t>(dock), 0, left - dock, above - foot};
+  if (l.has_dock) l.dock = {0, 0, dock, above - foot};
   if (foot > 0) {
     l.has_charts = panels.charts;
     l.has_profile = panels.profile && has_surface;
@@ -40,7 +50,7 @@ Layout make_layout(VkExtent2D extent, float scale, const FrameFormat& format, bo
   const ViewRect room =
       has_surface ? ViewRect{l.panel.x + static_cast<int32_t>(px(12)), static_cast<int32_t>(px(36)),
                              panel - std::min(px(24), panel - 1), std::max(1u, image_room)}
-                  : ViewRect{static_cast<int32_t>(px(12)), static_cast<int32_t>(px(12)),
+                  : ViewRect{l.surface.x + static_cast<int32_t>(px(12)), static_cast<int32_t>(px(12)),
                              std::max(1u, l.surface.width - std::min(px(24), l.surface.width - 1)),
                              std::max(1u, l.surface.height - std::min(px(24), l.surface.height - 1))};
   const double fit = std::min(room.width / aspect, static_cast<double>(room.height));

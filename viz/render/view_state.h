@@ -55,6 +55,7 @@ struct ViewState {
   bool skin = true;                          ///< over the raw image
   SkinStrain skin_strain = SkinStrain::Off;  ///< over the raw image
   double skin_strain_range = 0.005;          ///< with the last colour; follows the touch
+  bool pixels = false;  ///< places in px from the top left corner instead of mm from the middle
   bool controls = true;
   bool sensor_panel = false;
   bool help = false;
