@@ -166,17 +166,23 @@ void fill_mean(const std::vector<cv::Mat>& mean, const FrameFormat& f, const Sen
     }
 }
 
-// The part of a change that counts as touch, through the sensor's filter.
-cv::Mat counted_change(const cv::Mat& change, const Sensor& sensor) {
+// The part of a change that counts as touch by the signal, through the filter.
+cv::Mat counted_change(const cv::Mat& change, Signal signal, Filter filter) {
   static const cv::Mat binomial = (cv::Mat_<float>(5, 1) << 1 / 16.f, 4 / 16.f, 6 / 16.f, 4 / 16.f, 1 / 16.f);
   cv::Mat counted;
-  if (sensor.signal == Signal::Either)
+  if (signal == Signal::Either)
     counted = cv::abs(change);
   else
-    counted = cv::max(sensor.signal == Signal::Darker ? cv::Mat(-change) : change, 0.0);
-  if (sensor.filter == Filter::Binomial5)
+    counted = cv::max(signal == Signal::Darker ? cv::Mat(-change) : change, 0.0);
+  if (filter == Filter::Binomial5)
     cv::sepFilter2D(counted, counted, CV_32F, binomial, binomial, {-1, -1}, 0, cv::BORDER_REPLICATE);
   return counted;
+}
+
+double largest_counted(const cv::Mat& change, Signal signal, Filter filter) {
+  double largest = 0;
+  cv::minMaxLoc(counted_change(change, signal, filter), nullptr, &largest);
+  return largest;
 }
 
 // Noise of a pixel, and the threshold that no frame's change passes by it.
@@ -188,9 +194,8 @@ void fill_noise(const std::vector<const Frame*>& used, const std::vector<cv::Mat
     for (uint32_t c = 0; c < f.channels; ++c) {
       const cv::Mat change = now[c] - mean[c];
       square += cv::norm(change, cv::NORM_L2SQR);
-      double largest = 0;
-      cv::minMaxLoc(counted_change(change, sensor), nullptr, &largest);
-      out.largest_change_gray = std::max(out.largest_change_gray, largest);
+      out.largest_change_gray =
+          std::max(out.largest_change_gray, largest_counted(change, sensor.signal, sensor.filter));
     }
   }
   out.noise_gray = std::sqrt(square / (static_cast<double>(f.width) * f.height * f.channels *
@@ -254,11 +259,8 @@ UntouchedImage untouched_picture(const Frame& frame, const Sensor& sensor) {
 double largest_change(const Frame& frame, const Frame& untouched, const Sensor& sensor) {
   const std::vector<cv::Mat> now = planes(frame), rest = planes(untouched);
   double largest = 0;
-  for (size_t c = 0; c < now.size(); ++c) {
-    double value = 0;
-    cv::minMaxLoc(counted_change(now[c] - rest[c], sensor), nullptr, &value);
-    largest = std::max(largest, value);
-  }
+  for (size_t c = 0; c < now.size(); ++c)
+    largest = std::max(largest, largest_counted(now[c] - rest[c], sensor.signal, sensor.filter));
   return largest;
 }
 
@@ -270,7 +272,7 @@ ChangeAbove change_above(const Frame& frame, const Frame& untouched, const Senso
   cv::Mat any, sum;
   for (size_t c = 0; c < now.size(); ++c) {
     changes.push_back(now[c] - rest[c]);
-    const cv::Mat over = counted_change(changes[c], sensor) > threshold_gray;
+    const cv::Mat over = counted_change(changes[c], sensor.signal, sensor.filter) > threshold_gray;
     any = c == 0 ? over : cv::Mat(any | over);
     sum = c == 0 ? changes[c].clone() : cv::Mat(sum + changes[c]);
   }
@@ -284,6 +286,8 @@ ChangeAbove change_above(const Frame& frame, const Frame& untouched, const Senso
     above.upwards += total(cv::max(change, 0.0));
     above.downwards += total(cv::max(cv::Mat(-change), 0.0));
     above.colour += total(cv::abs(change - common));
+    above.brightest = std::max(above.brightest, largest_counted(change, Signal::Brighter, sensor.filter));
+    above.darkest = std::max(above.darkest, largest_counted(change, Signal::Darker, sensor.filter));
   }
   return above;
 }

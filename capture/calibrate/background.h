@@ -38,7 +38,9 @@ struct ChangeAbove {
   uint64_t pixels = 0;  ///< above the threshold, in any channel
   double upwards = 0;   ///< sum of their change that brightens, gray levels
   double downwards = 0;
-  double colour = 0;  ///< of that, how much the channels differ from their mean, gray levels
+  double colour = 0;     ///< of that, how much the channels differ from their mean, gray levels
+  double brightest = 0;  ///< largest filtered brightening, whatever the signal; set where pixels > 0
+  double darkest = 0;    ///< likewise darkening
 };
 /// The largest filtered change of a frame, by the sensor's signal, gray levels.
 double largest_change(const Frame& frame, const Frame& untouched, const Sensor& sensor);

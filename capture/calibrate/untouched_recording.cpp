@@ -11,7 +11,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kLeastChange = 0.02;  // of full scale, that a touch makes
 // Of what a kind of frame shows and others lack: below it nothing is shown.
 constexpr double kNoEvidence = 0.002;
 constexpr uint64_t kLeastTouched_px = 25;  // fewer above the threshold are no touch
@@ -50,7 +49,7 @@ std::vector<double> touch_shown(const std::vector<Frame>& examples, const std::s
       for (const Frame& other : examples) {
         const FrameFormat& f = other.format;
         const auto pixels =
-            static_cast<double>(change_above(examples[i], other, sensor, kLeastChange * f.max_gray()).pixels);
+            static_cast<double>(change_above(examples[i], other, sensor, clear_threshold(0, f)).pixels);
         shown[i] += pixels / (static_cast<double>(f.width) * f.height) / static_cast<double>(examples.size());
       }
     return shown;
@@ -86,13 +85,13 @@ size_t untouched_kind(const std::vector<FrameKinds::Kind>& kinds, const std::str
   return first;
 }
 
-}  // namespace
-
 uint32_t step_of(const std::string& input, const Sensor& sensor, uint32_t every) {
   if (every > 0) return every;
   const uint64_t frames = open_source(input, sensor)->frame_count().value_or(0);
   return static_cast<uint32_t>(frames / FrameKinds::kMost + 1);
 }
+
+}  // namespace
 
 UntouchedRecording find_untouched(const std::string& input, const Sensor& sensor,
                                   const UntouchedChoice& choice, const std::function<bool(uint64_t)>& more) {
@@ -104,6 +103,7 @@ UntouchedRecording find_untouched(const std::string& input, const Sensor& sensor
     all.add(frame);
   });
   UntouchedRecording found;
+  found.step = step;
   if (!whole) return found;
   found.looked = all.frames();
   if (found.looked == 1) {
@@ -155,16 +155,13 @@ UntouchedRecording find_untouched(const std::string& input, const Sensor& sensor
   return found;
 }
 
-void judge_threshold(const std::string& input, const Sensor& sensor, double threshold_gray, uint32_t every,
+void judge_threshold(const std::string& input, const Sensor& sensor, double threshold_gray,
                      UntouchedRecording& found, const std::function<bool(uint64_t)>& more) {
   found.threshold_gray = threshold_gray;
   found.touched_frames = found.untouched_that_touch = 0;
   double up = 0, down = 0, colour = 0;
   std::vector<double> areas, peaks;
-  Sensor brighter = sensor, darker = sensor;
-  brighter.signal = Signal::Brighter;
-  darker.signal = Signal::Darker;
-  look_through(input, sensor, step_of(input, sensor, every), more, [&](const Frame& frame, uint64_t number) {
+  look_through(input, sensor, found.step, more, [&](const Frame& frame, uint64_t number) {
     const ChangeAbove change = change_above(frame, found.image.mean, sensor, threshold_gray);
     if (change.pixels < kLeastTouched_px) return;
     ++found.touched_frames;
@@ -173,9 +170,7 @@ void judge_threshold(const std::string& input, const Sensor& sensor, double thre
       return;
     }
     areas.push_back(static_cast<double>(change.pixels));
-    const double most = largest_change(frame, found.image.mean, brighter),
-                 least = largest_change(frame, found.image.mean, darker);
-    peaks.push_back(most / std::max(most + least, 1e-9));
+    peaks.push_back(change.brightest / std::max(change.brightest + change.darkest, 1e-9));
     up += change.upwards;
     colour += change.colour;
     down += change.downwards;
@@ -184,6 +179,21 @@ void judge_threshold(const std::string& input, const Sensor& sensor, double thre
   found.brighter_peak = peaks.empty() ? 0.5 : median(peaks);
   found.brighter = up + down > 0 ? up / (up + down) : 0.5;
   found.colour = up + down > 0 ? colour / (up + down) : 0;
+}
+
+UntouchedRecording judge_touches(const std::string& input, const Sensor& sensor,
+                                 const std::function<bool(uint64_t)>& more) {
+  UntouchedRecording found;
+  found.step = step_of(input, sensor, 0);
+  const std::unique_ptr<Source> source = open_source(input, sensor);
+  found.image.mean = load_background(input, sensor, *source);
+  judge_threshold(input, sensor, clear_threshold(sensor.threshold_gray, source->format()), found, more);
+  return found;
+}
+
+double clear_threshold(double threshold_gray, const FrameFormat& format) {
+  constexpr double kClear = 0.02;  // of full scale
+  return std::max(threshold_gray, kClear * format.max_gray());
 }
 
 Signal signal_of(const UntouchedRecording& found) {

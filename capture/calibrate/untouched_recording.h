@@ -12,6 +12,7 @@
 namespace palpate {
 
 struct UntouchedRecording {
+  uint32_t step = 1;                ///< from one frame that is looked at to the next
   uint64_t looked = 0;              ///< frames
   std::vector<uint64_t> untouched;  ///< numbers of those in which nothing touches, rising
   /// First frames of other kinds of frame that show no touch either, by what the frames alone tell.
@@ -41,8 +42,14 @@ struct UntouchedChoice {
 UntouchedRecording find_untouched(const std::string& input, const Sensor& sensor,
                                   const UntouchedChoice& choice, const std::function<bool(uint64_t)>& more);
 /// Fills in what `threshold_gray` makes of the recording.
-void judge_threshold(const std::string& input, const Sensor& sensor, double threshold_gray, uint32_t every,
+void judge_threshold(const std::string& input, const Sensor& sensor, double threshold_gray,
                      UntouchedRecording& found, const std::function<bool(uint64_t)>& more);
+/// What the touches of a recording change from the sensor's untouched image, by a threshold that a touch
+/// surely passes: clear_threshold() of the sensor's.
+UntouchedRecording judge_touches(const std::string& input, const Sensor& sensor,
+                                 const std::function<bool(uint64_t)>& more);
+/// `threshold_gray`, at least a fiftieth of full scale.
+double clear_threshold(double threshold_gray, const FrameFormat& format);
 
 /// Which way a touch changes the picture, from what judge_threshold found: the way of
 /// its largest change; either way on gels that show slopes by colour.
@@ -53,7 +60,5 @@ bool shows_slopes_by_colour(const UntouchedRecording& found);
 
 /// "frames 0 to 31, 120 to 160".
 std::string frame_ranges(const std::vector<uint64_t>& frames, uint32_t step);
-/// The step between the frames that are looked at.
-uint32_t step_of(const std::string& input, const Sensor& sensor, uint32_t every);
 
 }  // namespace palpate

@@ -12,23 +12,6 @@ namespace {
 
 constexpr int kForcePlaces = 4, kLengthPlaces = 4, kTimePlaces = 6;
 
-/// Header or row: the cells whose columns are there.
-class Line {
- public:
-  explicit Line(MeasuredColumns columns) : columns_(columns) {}
-  void cell(uint32_t groups, const std::string& text) {
-    if ((columns_.groups & groups) != groups) return;
-    line_ += (first_ ? "" : ",") + text;
-    first_ = false;
-  }
-  const std::string& text() const { return line_; }
-
- private:
-  MeasuredColumns columns_;
-  std::string line_;
-  bool first_ = true;
-};
-
 std::string value_text(double value, double error, int places) {
   return with_places(value, error > 0 ? deserved_places(error) : places);
 }
@@ -39,47 +22,38 @@ std::string error_text(double error) {
 
 using Columns = MeasuredColumns;
 
-std::string header(MeasuredColumns columns) {
-  Line line(columns);
-  line.cell(Columns::Frame, "touch,first_frame,last_frame,frames");
-  line.cell(Columns::Time, "from_s,to_s");
-  line.cell(Columns::Frame, "peak_frame");
-  line.cell(Columns::Source, "source");
-  line.cell(Columns::Force, "largest_force_N,force_sd_N,force_state");
-  line.cell(Columns::Depth, "largest_depth_mm");
-  line.cell(Columns::DepthError, "depth_sd_mm");
-  line.cell(Columns::Depth, "depth_state");
-  line.cell(Columns::Touching, "largest_area_px");
-  line.cell(Columns::Millimetres, "largest_area_mm2");
-  line.cell(Columns::Contacts, "most_contacts");
-  line.cell(Columns::Slipping, "slip_frames");
-  line.cell(Columns::Touching, "saturated_frames");
-  return line.text();
-}
+/// Cells that are there or not together.
+struct Cells {
+  uint32_t group;
+  const char* names;
+  std::string values;
+};
 
-std::string row(const TouchSpan& span, size_t number, MeasuredColumns columns) {
-  Line line(columns);
-  line.cell(Columns::Frame, std::to_string(number) + "," + std::to_string(span.first_frame) + "," +
-                                std::to_string(span.last_frame) + "," + std::to_string(span.frames));
-  line.cell(Columns::Time, with_places(span.from_s, kTimePlaces) + "," + with_places(span.to_s, kTimePlaces));
-  line.cell(Columns::Frame, std::to_string(span.peak_frame));
-  line.cell(Columns::Source, csv_cell(span.peak_source));
+/// All that a row can have, in the columns' order.
+std::vector<Cells> cells_of(const TouchSpan& span, size_t number) {
   const Estimate force = span.force_N.value_or(Estimate{});
-  line.cell(Columns::Force, span.force_N
-                                ? value_text(force.value, force.standard_error, kForcePlaces) + "," +
-                                      error_text(force.standard_error) + "," + to_string(force.validity)
-                                : ",,");
+  const std::string force_text = span.force_N
+                                     ? value_text(force.value, force.standard_error, kForcePlaces) + "," +
+                                           error_text(force.standard_error) + "," + to_string(force.validity)
+                                     : ",,";
   const SurfaceSummary surface = span.surface.value_or(SurfaceSummary{});
-  line.cell(Columns::Depth,
-            span.surface ? value_text(surface.depth_max_mm, surface.depth_sd_mm, kLengthPlaces) : "");
-  line.cell(Columns::DepthError, error_text(surface.depth_sd_mm));
-  line.cell(Columns::Depth, span.surface ? to_string(surface.validity) : "");
-  line.cell(Columns::Touching, std::to_string(span.largest_area_px));
-  line.cell(Columns::Millimetres, with_places(span.largest_area_mm2, kLengthPlaces));
-  line.cell(Columns::Contacts, std::to_string(span.most_contacts));
-  line.cell(Columns::Slipping, std::to_string(span.slip_frames));
-  line.cell(Columns::Touching, std::to_string(span.saturated_frames));
-  return line.text();
+  return {{Columns::Frame, "touch,first_frame,last_frame,frames",
+           std::to_string(number) + "," + std::to_string(span.first_frame) + "," +
+               std::to_string(span.last_frame) + "," + std::to_string(span.frames)},
+          {Columns::Time, "from_s,to_s",
+           with_places(span.from_s, kTimePlaces) + "," + with_places(span.to_s, kTimePlaces)},
+          {Columns::Frame, "peak_frame", std::to_string(span.peak_frame)},
+          {Columns::Source, "source", csv_cell(span.peak_source)},
+          {Columns::Force, "largest_force_N,force_sd_N,force_state", force_text},
+          {Columns::Depth, "largest_depth_mm",
+           span.surface ? value_text(surface.depth_max_mm, surface.depth_sd_mm, kLengthPlaces) : ""},
+          {Columns::DepthError, "depth_sd_mm", error_text(surface.depth_sd_mm)},
+          {Columns::Depth, "depth_state", span.surface ? to_string(surface.validity) : ""},
+          {Columns::Touching, "largest_area_px", std::to_string(span.largest_area_px)},
+          {Columns::Millimetres, "largest_area_mm2", with_places(span.largest_area_mm2, kLengthPlaces)},
+          {Columns::Contacts, "most_contacts", std::to_string(span.most_contacts)},
+          {Columns::Slipping, "slip_frames", std::to_string(span.slip_frames)},
+          {Columns::Touching, "saturated_frames", std::to_string(span.saturated_frames)}};
 }
 
 }  // namespace
@@ -118,8 +92,15 @@ void TouchTable::add(const Touch& touch, const std::string& source) {
 }
 
 std::string TouchTable::csv(MeasuredColumns columns) const {
-  std::string text = header(columns) + "\n";
-  for (size_t i = 0; i < spans_.size(); ++i) text += row(spans_[i], i + 1, columns) + "\n";
+  const auto line = [columns](const std::vector<Cells>& cells, const auto& text_of) {
+    std::string joined;
+    for (const Cells& one : cells)
+      if (columns.groups & one.group) joined += (joined.empty() ? "" : ",") + std::string(text_of(one));
+    return joined + "\n";
+  };
+  std::string text = line(cells_of({}, 0), [](const Cells& one) { return one.names; });
+  for (size_t i = 0; i < spans_.size(); ++i)
+    text += line(cells_of(spans_[i], i + 1), [](const Cells& one) { return one.values; });
   return text;
 }
 

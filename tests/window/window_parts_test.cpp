@@ -268,48 +268,6 @@ TEST(BackgroundWork, DoesItInOrderAndReportsWhatFails) {
   EXPECT_EQ(work.take_note().value_or(""), "disk full");
 }
 
-TEST(Layout, PanelsNeverOverlapFrom480x320To4k) {
-  const auto right = [](const ViewRect& r) { return r.x + static_cast<int64_t>(r.width); };
-  const auto foot = [](const ViewRect& r) { return r.y + static_cast<int64_t>(r.height); };
-  for (const auto& [width, height, scale] : {std::tuple{480u, 320u, 1.0f},
-                                             {800u, 600u, 1.0f},
-                                             {1280u, 720u, 1.0f},
-                                             {1280u, 800u, 1.5f},
-                                             {2560u, 1440u, 2.0f},
-                                             {3840u, 2160u, 2.5f}}) {
-    for (const bool surface : {false, true}) {
-      for (const Panels& panels :
-           {Panels{true, true}, Panels{true, false}, Panels{false, true}, Panels{false, false},
-            Panels{true, true, 262}, Panels{false, false, 430}}) {
-        SCOPED_TRACE(text("%u x %u at %g, surface %d, charts %d, profile %d", width, height, scale, surface,
-                          panels.charts, panels.profile));
-        const Layout l = make_layout({width, height}, scale, {640, 480, 1, 8}, surface, panels);
-        EXPECT_LE(right(l.surface), l.panel.x);
-        EXPECT_TRUE(!l.has_dock || right(l.dock) <= l.surface.x);
-        EXPECT_TRUE(!l.has_dock || foot(l.dock) <= foot(l.surface));
-        EXPECT_TRUE(panels.dock != 262 || static_cast<float>(width) < 800 * scale || l.has_dock);
-        EXPECT_LE(right(l.panel), width);
-        EXPECT_LE(foot(l.panel), l.status.y);
-        EXPECT_LE(foot(l.status), height);
-        if (l.has_charts) {
-          EXPECT_LE(foot(l.surface), l.charts.y);
-          EXPECT_LE(foot(l.charts), l.status.y);
-          EXPECT_LE(right(l.charts), l.has_profile ? l.profile.x : l.panel.x);
-        }
-        if (l.has_profile) {
-          EXPECT_LE(foot(l.profile), l.status.y);
-          EXPECT_LE(right(l.profile), l.panel.x);
-        }
-        const ViewRect& holder = surface ? l.panel : l.surface;
-        EXPECT_GE(l.image.x, holder.x);
-        EXPECT_LE(right(l.image), right(holder));
-        EXPECT_LE(foot(l.image), foot(holder));
-        EXPECT_GE(l.surface.height, 100u * height / 720);
-      }
-    }
-  }
-}
-
 TEST(Words, StatesAreToldApartWithoutColour) {
   const Slip all[] = {Slip::Stick, Slip::Incipient, Slip::Slip, Slip::NoContact};
   for (const Slip a : all) {

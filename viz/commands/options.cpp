@@ -347,10 +347,6 @@ bool CommandLine::parsed() const {
   return app_->parsed();
 }
 
-std::vector<std::string> CommandLine::command_names() const {
-  return names_of_commands(*app_);
-}
-
 Parsed CommandLine::read(const std::function<void()>& parse) {
   Parsed parsed;
   try {

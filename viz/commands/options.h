@@ -136,8 +136,6 @@ class CommandLine {
   CommandOption* get_option(const std::string& name);
 
   bool parsed() const;
-  /// The names of the commands right below.
-  std::vector<std::string> command_names() const;
   /// Reads the arguments (without the program's name) and calls the callbacks of what was chosen.
   Parsed parse(const std::vector<std::string>& arguments);
   Parsed parse(int argc, const char* const* argv);

@@ -193,12 +193,8 @@ class Setup {
       return;
     }
     Sensor sensor = load_sensor(common_.out);
-    UntouchedRecording found;
-    const std::unique_ptr<Source> source = open_source(options_.input, sensor);
-    found.image.mean = load_background(options_.input, sensor, *source);
-    const auto more = [](uint64_t) { return !interrupted(); };
-    const double clear_gray = std::max(sensor.threshold_gray, 0.02 * found.image.mean.format.max_gray());
-    judge_threshold(options_.input, sensor, clear_gray, 0, found, more);
+    const UntouchedRecording found =
+        judge_touches(options_.input, sensor, [](uint64_t) { return !interrupted(); });
     if (found.touched_frames == 0) {
       step.missing = "a recording in which something touches the pad";
       steps_.push_back(step);
@@ -208,13 +204,13 @@ class Setup {
     colour_ = sensor.channels == 3 && shows_slopes_by_colour(found);
     sensor.signal = signal_of(found);
     if (!colour_ && sensor.channels == 3) sensor.channels = 1;
-    sensor.threshold_gray = clear_gray;
+    sensor.threshold_gray = found.threshold_gray;
     save_sensor(sensor, common_.out);
     step.known = text("%s: touch changes the picture %s; threshold %.1f gray",
                       colour_                             ? "a gel that shows slopes by colour"
                       : sensor.signal == Signal::Brighter ? "a pad that lights up"
                                                           : "a gray gel",
-                      to_string(sensor.signal), clear_gray);
+                      to_string(sensor.signal), sensor.threshold_gray);
     steps_.push_back(step);
   }
 

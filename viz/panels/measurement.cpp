@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "capture/files/measurements.h"
 #include "viz/panels/press.h"
 #include "viz/render/format.h"
 
@@ -47,13 +48,9 @@ struct Headline {
   bool known = true;
 };
 
-bool has_force(const Touch& t) {
-  return t.force_N.validity != Validity::NotCalibrated && t.force_N.validity != Validity::NoContact;
-}
-
 Headline headline(const Touch& t, bool scaled) {
   if (!t.contact) return {"no contact", "", false};
-  if (has_force(t))
+  if (has_value(t.force_N))
     return {text("%.3f N", t.force_N.value), text("\xc2\xb1 %.3f N", t.force_N.standard_error)};
   if (t.surface) {
     const SurfaceSummary& s = *t.surface;
@@ -171,15 +168,12 @@ void contact_table(const Touch& touch, const Tare& tare, bool scaled) {
 
 void skin_rows(const SkinMotion& skin) {
   row("skin points", text("%u followed, %u lost", skin.points, skin.lost));
-  const auto known = [](const Estimate& e) {
-    return e.validity != Validity::NotCalibrated && e.validity != Validity::NoContact;
-  };
-  if (known(skin.shift_x_mm))
+  if (has_value(skin.shift_x_mm))
     row("skin moved", text("%+.3f, %+.3f mm", skin.shift_x_mm.value, skin.shift_y_mm.value));
-  if (known(skin.torsion_rad))
+  if (has_value(skin.torsion_rad))
     row("twist", text("%+.2f \xc2\xb1 %.2f deg", 57.29578 * skin.torsion_rad.value,
                       57.29578 * skin.torsion_rad.standard_error));
-  if (known(skin.stick_fraction))
+  if (has_value(skin.stick_fraction))
     row("still sticks", text("%.0f \xc2\xb1 %.0f %% of radius", 100 * skin.stick_fraction.value,
                              100 * skin.stick_fraction.standard_error));
 }

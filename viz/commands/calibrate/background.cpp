@@ -59,16 +59,16 @@ std::optional<UntouchedRecording> look_at(const Common& common, const Options& o
   if (found.looked > found.untouched.size()) {
     // Without a sensor file the first look is both ways; what it finds says which way a touch goes.
     if (options.sensor.empty()) {
-      const double clear_gray =
-          std::max(found.image.threshold_gray, 0.02 * found.image.mean.format.max_gray());
-      judge_threshold(options.input, reading, clear_gray, options.every, found, more);
+      const FrameFormat& format = found.image.mean.format;
+      judge_threshold(options.input, reading, clear_threshold(found.image.threshold_gray, format), found,
+                      more);
       sensor.signal = signal_of(found);
     }
     Sensor judged = reading;
     judged.signal = sensor.signal;
     const bool set = options.set_threshold || options.sensor.empty();
-    judge_threshold(options.input, judged, set ? found.image.threshold_gray : sensor.threshold_gray,
-                    options.every, found, more);
+    judge_threshold(options.input, judged, set ? found.image.threshold_gray : sensor.threshold_gray, found,
+                    more);
   }
   if (interrupted()) return std::nullopt;
   return found;
@@ -118,7 +118,6 @@ Report report_of(const UntouchedRecording& look, const Sensor& sensor, double be
                        {"warning", found.warning}};
   std::string all;
   if (look.looked > look.untouched.size()) {
-    const uint32_t step = step_of(options.input, unrectified(sensor), options.every);
     value.update({{"untouched", look.untouched},
                   {"may_be_untouched_too", look.rivals},
                   {"doubt", doubt},
@@ -130,7 +129,7 @@ Report report_of(const UntouchedRecording& look, const Sensor& sensor, double be
                   {"colour", look.colour}});
     all += text("nothing touches in %zu of %llu frames: ", look.untouched.size(),
                 static_cast<unsigned long long>(look.looked)) +
-           frame_ranges(look.untouched, step) + "\n";
+           frame_ranges(look.untouched, look.step) + "\n";
   }
   if (one) {
     all += text("untouched image of one picture: its noise is not known, threshold %.2f gray as it was\n",

@@ -5,7 +5,6 @@
 #include "capture/calibrate/background.h"
 #include "capture/calibrate/origin.h"
 #include "capture/calibrate/untouched_recording.h"
-#include "capture/open_source.h"
 #include "capture/run/input.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
@@ -22,24 +21,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Which way a press changes the picture, by the pictures themselves.
-Signal press_signal(const Sensor& sensor, const BallOptions& options) {
-  const Sensor reading = with_background(sensor, options);
-  const std::unique_ptr<Source> source = open_source(options.input, reading);
-  UntouchedRecording presses;
-  presses.image.mean = load_background(options.input, reading, *source);
-  judge_threshold(options.input, reading, sensor.threshold_gray, 0, presses,
-                  [](uint64_t) { return !interrupted(); });
-  return signal_of(presses);
-}
-
 Report lookup(const Common& common, const BallOptions& options) {
   check_ball_options(options);
   Sensor original =
       sensor_to_calibrate(options.input, options.sensor, ToMake::Reading, options.pitch_mm_per_px);
   if (options.sensor.empty()) {
     original.channels = 1;  // pictures of a gray gel are often in colour
-    original.signal = press_signal(original, options);
+    original.signal = signal_of(judge_touches(options.input, with_background(original, options),
+                                              [](uint64_t) { return !interrupted(); }));
   }
   if (original.channels != 1)
     throw Error(Failure::Sensor, "a gray sensor (\"channels\": 1) in " + options.sensor.string(),
