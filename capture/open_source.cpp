@@ -75,6 +75,10 @@ Frame mean_of_first(const std::string& input, const Sensor& sensor, Source& open
 
 }  // namespace
 
+bool is_recording(const std::string& input) {
+  return input.rfind(kSynthetic, 0) != 0 && !is_camera(input);
+}
+
 std::unique_ptr<Source> open_source(const std::string& input, const Sensor& sensor) {
   if (input.rfind(kSynthetic, 0) == 0) return open_synthetic(input, sensor);
   if (is_camera(input)) return std::make_unique<Camera>(parse_camera(input), sensor);

@@ -8,6 +8,9 @@
 
 namespace palpate {
 
+/// Whether `input` names a file or folder, not a camera or a simulated scene.
+bool is_recording(const std::string& input);
+
 /// Opens a video file, an image file, a folder of images, "synthetic:SCENE" (see synthetic.h), or
 /// "camera:NODE" (see camera.h).
 /// Throws Error(Failure::Input).

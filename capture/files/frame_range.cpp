@@ -51,9 +51,11 @@ std::string to_string(const FrameRange& range) {
 bool seek_frame(Source& source, uint64_t sequence) {
   const std::optional<uint64_t> count = source.frame_count();
   if (!count || !source.seek(0)) return false;
+  Frame frame;
+  if (source.seek(sequence) && source.next(frame) && frame.sequence == sequence)
+    return source.seek(sequence);  // no frame before it is missing
   // The first index whose frame has that number or a later one.
   uint64_t low = 0, high = *count;
-  Frame frame;
   while (low < high) {
     const uint64_t middle = low + (high - low) / 2;
     if (source.seek(middle) && source.next(frame) && frame.sequence < sequence)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <opencv2/core.hpp>
 #include <string>
+#include <utility>
 
 #include "capture/files/images/images.h"
 #include "palpate/error.h"
@@ -36,11 +37,19 @@ ImageSequence::~ImageSequence() = default;
 bool ImageSequence::next(Frame& frame) {
   if (next_ >= files_.size()) return false;
   const fs::path& file = files_[next_];
-  const cv::Mat image = next_ == 0 ? *first_ : read_image(file);
+  const cv::Mat image = next_ == 0 && first_ ? *first_ : read_image(file);
   first_.reset();
   rectifier_->apply(image, file.string(), frame);
   frame.sequence = next_++;
   frame.time_ns = 0;
+  frame.after_gap = std::exchange(jumped_, false);
+  return true;
+}
+
+bool ImageSequence::seek(uint64_t index) {
+  if (index >= files_.size()) return false;
+  next_ = index;
+  jumped_ = true;
   return true;
 }
 

@@ -25,6 +25,7 @@ class ImageSequence : public Source {
   /// The time of every frame is 0: image files carry none.
   bool next(Frame& frame) override;
 
+  bool seek(uint64_t index) override;
   std::string frame_name(uint64_t sequence) const override;
 
   const std::vector<std::filesystem::path>& files() const { return files_; }
@@ -34,6 +35,7 @@ class ImageSequence : public Source {
   std::unique_ptr<cv::Mat> first_;  // read to learn the format, handed out by the first `next`
   std::optional<Rectifier> rectifier_;
   uint64_t next_ = 0;
+  bool jumped_ = false;
 };
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <utility>
 
 #include "capture/files/images/image_header.h"
 #include "capture/video/module.h"
@@ -44,6 +45,12 @@ VideoFile::VideoFile(const fs::path& file, const Sensor& sensor)
                 "a folder of 16-bit images, or \"bit_depth\": 8 in the sensor file");
   rectifier_.emplace(sensor, *image_, file.string());
   packets_ = video_module().packets(file);
+  if (const auto header = packets_ ? read_image_header(packets_->next()) : std::nullopt) {
+    packet_size_px_ = {header->width, header->height};
+    packets_->seek(0);
+  } else {
+    packets_.reset();  // another codec
+  }
   const double rate = video_->rate_Hz(), count = video_->frame_count();
   if (rate > 0 && rate < 1e6) rate_Hz_ = rate;
   if (count >= 1 && count < 1e12) announced_ = static_cast<uint64_t>(count);
@@ -56,14 +63,6 @@ bool VideoFile::packet_is_whole() {
   const std::span<const uint8_t> packet = packets_ ? packets_->next() : std::span<const uint8_t>();
   if (packet.empty()) return true;
   const auto header = read_image_header(packet);
-  if (next_ == 0) {
-    if (header) {
-      packet_size_px_ = {header->width, header->height};
-    } else {
-      packets_.reset();  // another codec
-    }
-    return true;
-  }
   if (!header) return false;
   if (std::array{header->width, header->height} != packet_size_px_) {
     const auto text = [](uint64_t w, uint64_t h) {
@@ -79,14 +78,25 @@ bool VideoFile::packet_is_whole() {
 }
 
 bool VideoFile::next(Frame& frame) {
-  if (ended_ || (next_ > 0 && !(video_->grab() && show(*video_, *image_))) || !packet_is_whole()) {
+  const bool first = std::exchange(grabbed_, false);
+  if (ended_ || (!first && !(video_->grab() && show(*video_, *image_))) || !packet_is_whole()) {
     ended_ = true;
     return false;
   }
   rectifier_->apply(*image_, file_.string() + " frame " + std::to_string(next_), frame);
   frame.sequence = next_;
   frame.time_ns = rate_Hz_ > 0 ? std::llround(static_cast<double>(next_) / rate_Hz_ * 1e9) : 0;
+  frame.after_gap = std::exchange(jumped_, false);
   ++next_;
+  return true;
+}
+
+bool VideoFile::seek(uint64_t index) {
+  if (!video_->seek(index)) return false;
+  if (packets_) packets_->seek(index);
+  next_ = index;
+  grabbed_ = ended_ = false;
+  jumped_ = true;
   return true;
 }
 

@@ -25,6 +25,7 @@ class VideoFile : public Source {
   std::optional<uint64_t> frame_count() const override { return announced_; }
   /// Times are sequence / rate, or 0 where the container states no rate.
   bool next(Frame& frame) override;
+  bool seek(uint64_t index) override;
   std::string warning() const override;
   bool cut_short() const override;
 
@@ -42,6 +43,8 @@ class VideoFile : public Source {
   std::optional<uint64_t> announced_;
   double rate_Hz_ = 0;
   uint64_t next_ = 0;
+  bool grabbed_ = true;  ///< the decoder stands at frame `next_`
+  bool jumped_ = false;
   bool ended_ = false;
 };
 

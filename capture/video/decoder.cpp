@@ -9,6 +9,7 @@ extern "C" {
 #include <algorithm>
 #include <cmath>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "capture/video/packet.h"
@@ -48,6 +49,10 @@ class Input {
     return stream_ != nullptr && stream_->codecpar->width > 0 && stream_->codecpar->height > 0;
   }
   const AVStream& stream() const { return *stream_; }
+  /// To the key frame at or before `tick`, in the stream's time base.
+  bool seek(int64_t tick) {
+    return av_seek_frame(input_.get(), stream_->index, tick, AVSEEK_FLAG_BACKWARD) >= 0;
+  }
   double duration_s() const {
     const double whole = static_cast<double>(input_->duration) / AV_TIME_BASE;
     return whole < kLeastRate_Hz ? static_cast<double>(stream_->duration) * ratio(stream_->time_base) : whole;
@@ -74,12 +79,15 @@ class Decoder final : public VideoDecoder {
   double frame_count() const override;
   bool frames_are_counted() const override { return input_.stream().nb_frames > 0; }
   bool grab() override;
+  bool seek(uint64_t index) override;
   std::optional<BgrView> picture() override;
 
  private:
   uint32_t width_px() const { return static_cast<uint32_t>(codec_->width); }
   uint32_t height_px() const { return static_cast<uint32_t>(codec_->height); }
   bool on_its_side() const { return turn_deg_ % 180 != 0; }
+  bool read_ticks();
+  bool restart();
   bool fit_scaler();
   BgrView upright(const BgrView& view);
 
@@ -90,11 +98,15 @@ class Decoder final : public VideoDecoder {
   std::unique_ptr<SwsContext, FreeScaler> scaler_;
   int scaled_width_ = 0, scaled_height_ = 0;
   int turn_deg_ = 0;  ///< clockwise
+  fs::path file_;
+  std::optional<std::vector<int64_t>> ticks_;  ///< of the frames, rising; empty: they have none
+  bool ahead_ = false;                         ///< `seek` has decoded the frame of the next `grab`
   int64_t grabbed_ = 0;
   std::vector<uint8_t> turned_;
 };
 
 bool Decoder::open(const fs::path& file) {
+  file_ = file;
   if (!input_.open(file)) return false;
   const AVCodecParameters& parameters = *input_.stream().codecpar;
   const AVCodec* decoder = avcodec_find_decoder(parameters.codec_id);
@@ -124,6 +136,7 @@ double Decoder::frame_count() const {
 }
 
 bool Decoder::grab() {
+  if (std::exchange(ahead_, false)) return true;
   const AVStream& stream = input_.stream();
   if (stream.nb_frames > 0 && grabbed_ > stream.nb_frames) return false;
   int failures = 0;
@@ -142,6 +155,61 @@ bool Decoder::grab() {
     if (!valid && code != AVERROR(EAGAIN) && ++failures > kMostFailures) return false;
   }
   ++grabbed_;
+  return true;
+}
+
+/// Times of all frames, from the packets alone.
+bool Decoder::read_ticks() {
+  if (ticks_) return !ticks_->empty();
+  ticks_.emplace();
+  Input packets;
+  if (!packets.open(file_)) return false;
+  const PacketPtr packet(av_packet_alloc());
+  for (; packets.read(*packet) >= 0; av_packet_unref(packet.get())) {
+    if (packet->stream_index != packets.stream().index || (packet->flags & AV_PKT_FLAG_DISCARD)) continue;
+    if (packet->pts == AV_NOPTS_VALUE) {
+      ticks_->clear();
+      return false;
+    }
+    ticks_->push_back(packet->pts);
+  }
+  std::sort(ticks_->begin(), ticks_->end());
+  if (std::adjacent_find(ticks_->begin(), ticks_->end()) != ticks_->end()) ticks_->clear();
+  return !ticks_->empty();
+}
+
+bool Decoder::restart() {
+  input_ = {};
+  scaler_.reset();  // its picture is made anew
+  if (!open(fs::path(file_))) return false;
+  grabbed_ = 0;
+  ahead_ = false;
+  return true;
+}
+
+bool Decoder::seek(uint64_t index) {
+  const bool timed = read_ticks();
+  if (timed && index >= ticks_->size()) return false;
+  if (timed && index > 0) {
+    const int64_t wanted = (*ticks_)[index];
+    if (input_.seek(wanted)) {
+      avcodec_flush_buffers(codec_.get());
+      ahead_ = false;
+      grabbed_ = 0;
+      while (grab())
+        if (const int64_t tick = image_->best_effort_timestamp; tick >= wanted) {
+          grabbed_ = static_cast<int64_t>(index) + 1;
+          ahead_ = tick == wanted;
+          break;
+        }
+      if (ahead_) return true;
+    }
+  }
+  // Without times, or where the container's index leads elsewhere: from the start.
+  if (!restart()) return false;
+  for (uint64_t i = 0; i <= index; ++i)
+    if (!grab()) return false;
+  ahead_ = true;
   return true;
 }
 
@@ -194,11 +262,21 @@ class Packets final : public VideoPackets {
       av_packet_unref(packet_.get());
       if (input_.read(*packet_) < 0) return {};
     } while (packet_->stream_index != input_.stream().index);
+    ++next_;
     return {packet_->data, static_cast<size_t>(packet_->size)};
+  }
+  void seek(uint64_t index) override {
+    if (index < next_) {
+      if (!input_.seek(0)) return;
+      next_ = 0;
+    }
+    while (next_ < index && !next().empty()) {
+    }
   }
 
  private:
   Input input_;
+  uint64_t next_ = 0;
   PacketPtr packet_{av_packet_alloc()};
 };
 

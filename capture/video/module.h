@@ -34,6 +34,9 @@ class VideoDecoder {
   virtual bool frames_are_counted() const = 0;
   /// Decodes the next frame; false at the end, and where damage ends it.
   virtual bool grab() = 0;
+  /// The next `grab` gives frame `index` of those that the stream's times put in order, from 0; exact in
+  /// whole files. False where there is no such frame.
+  virtual bool seek(uint64_t index) = 0;
   /// The frame of the last `grab`, valid until the next; empty where it cannot be converted.
   virtual std::optional<BgrView> picture() = 0;
 };
@@ -44,6 +47,8 @@ class VideoPackets {
   virtual ~VideoPackets() = default;
   /// Valid until the next call; empty at the end.
   virtual std::span<const uint8_t> next() = 0;
+  /// The next one will be number `index`, from 0, or none.
+  virtual void seek(uint64_t index) = 0;
 };
 
 /// A film of pictures of one size: MPEG-4 in .mp4, motion JPEG in .avi.

@@ -154,7 +154,7 @@ TEST_F(RecordProgram, LiveRecordsAndReplayShows) {
   EXPECT_EQ(replay.exit_code, 0) << replay.err;
   EXPECT_EQ(parse_json(replay.out)["captured"], recorded["written"]);
   EXPECT_GT(parse_json(replay.out)["shown"], 0);
-  expect_refusal({"replay", scene_}, 3, {"session", scene_});
+  expect_refusal({"replay", scene_}, 3, {"recording", scene_});
   expect_refusal({"replay", session, "--from", "1000"}, 2, {"--from"});
 }
 

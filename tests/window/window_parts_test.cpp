@@ -155,7 +155,7 @@ TEST(History, KeepsAMinuteAndStartsAnewWhenTimeJumpsBack) {
     touch.time_ns = i * 100'000'000LL;
     history.add(touch);
   }
-  EXPECT_NEAR(history.samples().back().time_s - history.samples().front().time_s, History::kLongest_s, 0.2);
+  EXPECT_NEAR(history.samples().back().time - history.samples().front().time, History::kLongest_s, 0.2);
   EXPECT_FALSE(history.samples().back().gap);
   touch.time_ns += 5'000'000'000;
   history.add(touch);
@@ -163,6 +163,40 @@ TEST(History, KeepsAMinuteAndStartsAnewWhenTimeJumpsBack) {
   touch.time_ns = 0;
   history.add(touch);
   EXPECT_EQ(history.samples().size(), 1u);
+}
+
+TEST(History, KeepsARecordingWholeWhateverOrderItsFramesCome) {
+  History history({true, 2001, 20, 5});
+  const auto add = [&](uint64_t frame) {
+    Touch touch;
+    touch.sequence = frame;
+    touch.time_ns = 5'000'000'000 + static_cast<int64_t>(frame) * 50'000'000;
+    history.add(touch);
+  };
+  for (uint64_t frame = 0; frame < 100; ++frame) add(frame);
+  for (uint64_t frame = 1900; frame < 2001; ++frame) add(frame);
+  for (uint64_t frame = 50; frame < 60; ++frame) add(frame);  // once more
+  ASSERT_EQ(history.samples().size(), 201u);
+  EXPECT_DOUBLE_EQ(history.now(), 5 + 59 * 0.05);
+  for (size_t i = 1; i < history.samples().size(); ++i) {
+    EXPECT_LT(history.samples()[i - 1].time, history.samples()[i].time);
+    EXPECT_EQ(history.samples()[i].gap, i == 100) << i;
+  }
+  EXPECT_EQ(history.timeline().frame_at(5 + 1900 * 0.05 + 0.01), 1900u);
+  EXPECT_EQ(history.timeline().frame_at(-3), 0u);
+  EXPECT_EQ(history.timeline().frame_at(1e9), 2000u);
+  EXPECT_DOUBLE_EQ(history.timeline().length(), 100);
+}
+
+TEST(History, PicturesWithoutTimesAreCounted) {
+  History history({false, 20, 0, 0});
+  Touch touch;
+  for (touch.sequence = 0; touch.sequence < 20; ++touch.sequence) history.add(touch);
+  ASSERT_EQ(history.samples().size(), 20u);
+  EXPECT_EQ(history.samples()[7].time, 7);
+  EXPECT_DOUBLE_EQ(history.timeline().length(), 19);
+  history.mark({.frame = 4, .time_s = 0, .kind = "mark", .text = "1"});
+  EXPECT_EQ(history.events()[0].time, 4);
 }
 
 TEST(SectionLine, StaysInTheFrameWhateverIsDone) {

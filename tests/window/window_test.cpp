@@ -4,11 +4,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
 #include <optional>
 #include <thread>
 
@@ -192,15 +194,16 @@ TEST_F(WindowTest, FromTheListToATouchAndBack) {
   desktop_->click(1200, 500);  // out of the text
   desktop_->key("Down Return");
   ASSERT_TRUE(titled("palpate: synthetic:press"));
-  EXPECT_TRUE(drawn(home() / "palpate"));
+  const fs::path place = home() / "palpate" / "synthetic-press";
+  EXPECT_TRUE(drawn(place));
   desktop_->key("m");
-  EXPECT_TRUE(exists(home() / "palpate" / "events.csv"));
-  EXPECT_TRUE(contains(slurp(home() / "palpate" / "events.csv"), ",mark,1"));
-  const cv::Mat picture = cv::imread(home() / "palpate" / "palpate-0001.png");
+  EXPECT_TRUE(exists(place / "events.csv"));
+  EXPECT_TRUE(contains(slurp(place / "events.csv"), ",mark,1"));
+  const cv::Mat picture = cv::imread(place / "palpate-0001.png");
   EXPECT_EQ(picture.cols, 1280);
   EXPECT_EQ(picture.rows, 720);
-  EXPECT_EQ(cv::imread(home() / "palpate" / "palpate-0001-frame.png", cv::IMREAD_UNCHANGED).cols, 640);
-  Table(slurp(home() / "palpate" / "palpate-0001.csv")).expect_whole();
+  EXPECT_EQ(cv::imread(place / "palpate-0001-frame.png", cv::IMREAD_UNCHANGED).cols, 640);
+  Table(slurp(place / "palpate-0001.csv")).expect_whole();
 
   desktop_->key("b");
   ASSERT_TRUE(titled("^palpate$"));
@@ -298,6 +301,47 @@ TEST_F(WindowTest, DamagedSettingsAreOneLineAndDefaults) {
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_TRUE(contains(done.err, "window.json")) << done.err;
   EXPECT_EQ(remembered()["width"], 1280);
+}
+
+TEST_F(WindowTest, AVideoWithoutASensorIsPlayed) {
+  const fs::path film = folder_ / "press.avi";
+  {
+    cv::VideoWriter out(film, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 25, {160, 120});
+    for (int i = 0; i < 101; ++i) {
+      cv::Mat picture(120, 160, CV_8UC3, cv::Scalar::all(40));
+      cv::circle(picture, {80, 60}, i / 5, cv::Scalar::all(160), cv::FILLED);
+      out.write(picture);
+    }
+  }
+  open({"replay", film, "--speed", "4"});
+  ASSERT_TRUE(titled("palpate: "));
+  desktop_->key("space");
+  const fs::path place = home() / "palpate" / (folder_.filename().string() + "-press.avi");
+  const Layout layout = viz::make_layout({1280, 720}, 1, {160, 120, 3, 8}, false, {true, false, 262});
+  ASSERT_TRUE(layout.has_charts);
+  // The axis of the charts holds the whole film: a click in its middle is frame 50, or next to it.
+  const double left = layout.charts.x + 52, right = layout.charts.x + layout.charts.width - 10.0;
+  int marks = 0;
+  const auto mark = [&] {
+    desktop_->key("m");
+    ++marks;
+    std::string rows;
+    EXPECT_TRUE(wait_for([&] {
+      rows = slurp(place / "events.csv");
+      return std::count(rows.begin(), rows.end(), '\n') == marks + 1;
+    }));
+    return std::stoi(Table(rows).at(static_cast<size_t>(marks) - 1, "frame"));
+  };
+  ASSERT_TRUE(drawn(place));
+  desktop_->click(static_cast<int>((left + right) / 2), layout.charts.y + 20);
+  const int middle = mark();
+  EXPECT_NEAR(middle, 50, 1);
+  desktop_->key("comma comma");
+  EXPECT_EQ(mark(), middle - 2);
+  desktop_->key("Home");
+  EXPECT_EQ(mark(), 0);
+  const Ended done = quit();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
 }
 
 TEST_F(WindowTest, AReplayedFrameIsShownAsStored) {

@@ -164,7 +164,7 @@ void show(const Common& common, const SyntheticOptions& options, const Sensor& s
   live.title = "palpate: a simulated palpation of 20 s";
   live.max_frames = frames;
   live.close_at_end = true;
-  live.snapshots = common.out;
+  live.notes = common.out;
   live.interrupted = interrupted;
   const auto open = [&] { return std::unique_ptr<Source>(new SyntheticSensor(options)); };
   viz::run_live(*context, open, sensor, *SyntheticSensor(options).own_background(), {}, live);

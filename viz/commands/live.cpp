@@ -1,9 +1,11 @@
 // palpate live: the surface and the measurements in real time.
 #include <spdlog/spdlog.h>
 
+#include <optional>
 #include <tuple>
 #include <utility>
 
+#include "capture/open_source.h"
 #include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -24,7 +26,7 @@ struct Options {
   CameraChoice camera;
   std::filesystem::path sensor;
   std::filesystem::path background;
-  SurfaceSolver solver = SurfaceSolver::Live;
+  std::optional<SurfaceSolver> solver;
   bool skip_untouched = false;
   bool fixed_light = false;
   bool record = false;
@@ -46,6 +48,7 @@ Report live(const Common& common, const Options& options) {
                          .fixed_light = options.fixed_light,
                          .out = common.out,
                          .recordings = {},
+                         .notes = {},
                          .on_row = {},
                          .record = options.record,
                          .session = options.session,
@@ -56,19 +59,22 @@ Report live(const Common& common, const Options& options) {
   Remembered remembered;
   remembered.settings.remember(request.input, request.sensor);
   request.live.settings = &remembered.settings;
+  request.recordings = recordings_folder(remembered.settings);
+  // What is written holds the frames in their order.
+  request.live.replay = common.out.empty() && is_recording(request.input);
   request.live.title = "palpate: " + opened.measured.input;
   request.live.interrupted = interrupted;
   if (common.jsonl) request.on_row = print_line;
-  const LiveRunReport bench = run_live_benchmark(*context, std::move(request), std::move(opened));
-  const MeasuredInput& input = bench.measured;
-  const auto& [report, sessions] = std::tie(bench.live, bench.sessions);
+  const LiveRunReport run = run_live_input(*context, std::move(request), std::move(opened));
+  const MeasuredInput& input = run.measured;
+  const auto& [report, sessions] = std::tie(run.live, run.sessions);
   if (const std::string error = recording_error(sessions); !error.empty()) spdlog::error("{}", error);
 
   json::Value value = {{"input", input.input},
                        {"sensor", input.sensor.name},
                        {"device", context->report().name},
-                       {"width_px", bench.format.width},
-                       {"height_px", bench.format.height}};
+                       {"width_px", run.format.width},
+                       {"height_px", run.format.height}};
   value.update(to_json(report, sessions));
   return {describe(report, sessions), value.dump(2, json::Utf8::Replace),
           report.interrupted                   ? kInterrupted
@@ -97,15 +103,15 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
       ->check(Check::existing_file());
   command->add_option(
       "--out", common.out,
-      "Folder for measurements.csv and contacts.csv (frames that were measured), latency.csv, events.csv, "
-      "sessions and snapshots");
+      "Folder for measurements.csv and contacts.csv (frames that were measured), latency.csv, sessions, "
+      "snapshots and marks; without it sessions, snapshots and marks go to ~/palpate");
   command->add_flag("--record", options->record,
                     "Write a session from the start; in the window W starts and stops one");
   command->add_flag("--no-drop", options->session.no_drop,
                     "Let frames wait for the recorder instead of dropping them from the recording");
   command
       ->add_option("--solver", options->solver,
-                   "Surface solver: live (default), fine, converged or exact (CPU)")
+                   "Surface solver: live (default), fine, converged or exact (CPU); a session's own")
       ->transform(one_of(kSolverNames));
   command->add_flag("--skip-untouched", options->skip_untouched,
                     "Compute only a window around the contact; beyond it depth is 0");
@@ -133,6 +139,7 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
              "  palpate live synthetic:slide --seconds 6 --close --out out/live --json\n"
              "  palpate live synthetic:tissue?repeat=0             presses of a block with a lump in it\n"
              "In the window: drag to orbit, right-drag to pan, wheel to zoom, W to record, H for all keys.\n"
+             "A recording without --out has the keys of replay.\n"
              "Live, the newest frame wins: frames that come too fast are dropped, counted and shown.\n");
   add_jsonl(*command, common);
   command->callback(

@@ -40,15 +40,17 @@ class Remembered {
 
 /// Input and settings of a live run.
 struct LiveRunRequest {
-  std::string input;                 ///< as open_source takes it
-  std::filesystem::path sensor;      ///< empty: the input's own
-  std::filesystem::path background;  ///< empty: the sensor file's, or the first frames
-  SurfaceSolver solver = SurfaceSolver::Live;
-  bool skip_untouched = false;
+  std::string input;                    ///< as open_source takes it
+  std::filesystem::path sensor;         ///< empty: the input's own
+  std::filesystem::path background;     ///< empty: the sensor file's, or the first frames
+  std::optional<SurfaceSolver> solver;  ///< none: as a session was recorded, live for all else
+  bool skip_untouched = false;          ///< also where a session was recorded so
   bool fixed_light = false;
   std::filesystem::path out;  ///< for measurements.csv and all else; empty: none of it
-  std::filesystem::path
-      recordings;  ///< for sessions, snapshots and events where `out` is empty; may be empty
+  /// For sessions, snapshots and events where `out` is empty; may be empty. Snapshots and events have a
+  /// folder there for each input, and those of a session lie in it.
+  std::filesystem::path recordings;
+  std::filesystem::path notes;  ///< for snapshots and events alone; empty: as above
   std::function<void(const std::string& json)>
       on_row;           ///< receives each measured frame as json_line writes it
   bool record = false;  ///< from the start; needs `out`
@@ -76,11 +78,12 @@ struct LiveRunReport {
   std::vector<viz::Recording::Written> sessions;
 };
 
-/// Main thread. request.live.replay: a session is shown with the keys of a player, its events are read, and
+/// Main thread. request.live.replay: a recording is shown with the keys of a player, its events are read, and
 /// what is marked is added to them. Throws Error.
-LiveRunReport run_live_benchmark(gpu::Context& context, LiveRunRequest request, OpenInput opened);
+LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, OpenInput opened);
 
-/// The folder of a session that is named by itself or by its frames.mkv.
-std::filesystem::path session_folder(const std::filesystem::path& session);
+/// Where sessions, snapshots and events go that no --out has a place for; made when the first is written.
+/// Empty: nowhere.
+std::filesystem::path recordings_folder(const viz::Settings& settings);
 
 }  // namespace palpate

@@ -1,11 +1,10 @@
 // palpate without a command: the list of sources in a window, and the chosen source in the same window.
 #include <atomic>
 #include <chrono>
-#include <cstdlib>
 #include <future>
 #include <utility>
 
-#include "capture/session/session.h"
+#include "capture/open_source.h"
 #include "engine/base/json.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
@@ -20,13 +19,6 @@ namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Where recordings and snapshots go; made when the first is written. Empty: nowhere.
-fs::path folder_of(const viz::Settings& settings) {
-  if (!settings.folder.empty()) return settings.folder;
-  const char* home = std::getenv("HOME");
-  return home && *home ? fs::path(home) / "palpate" : fs::path();
-}
 
 /// Opens the choice while the window stays alive; none where the person gave up.
 std::optional<OpenInput> open_choice(const Common& common, const LiveRunRequest& request,
@@ -56,7 +48,7 @@ LiveRunRequest request_of(const viz::Choice& choice, const fs::path& folder, viz
   request.live.settings = &settings;
   request.live.from_list = true;
   request.live.interrupted = interrupted;
-  request.live.replay = is_session(choice.input);
+  request.live.replay = is_recording(choice.input);
   return request;
 }
 
@@ -66,7 +58,7 @@ Report start(const Common& common) {
   Remembered remembered;
   viz::Settings& settings = remembered.settings;
   viz::Window window(*context, {"palpate", settings.width, settings.height, viz::Vsync::On});
-  const fs::path folder = folder_of(settings);
+  const fs::path folder = recordings_folder(settings);
   std::string message = remembered.warning, text;
   while (!window.close_requested() && !interrupted()) {
     LiveRunRequest request;
@@ -85,10 +77,10 @@ Report start(const Common& common) {
     if (!opened) continue;
     settings.remember(request.input, request.sensor);
     try {
-      const LiveRunReport bench = run_live_benchmark(*context, std::move(request), std::move(*opened));
-      text += bench.measured.input + ": " + describe(bench.live, bench.sessions);
-      message = recording_error(bench.sessions);
-      if (!bench.live.sources_requested) break;
+      const LiveRunReport run = run_live_input(*context, std::move(request), std::move(*opened));
+      text += run.measured.input + ": " + describe(run.live, run.sessions);
+      message = recording_error(run.sessions);
+      if (!run.live.sources_requested) break;
     } catch (const Error& e) {
       // A camera that is gone or a damaged file: back to the list, with a reason.
       if (e.failure() == Failure::Display) throw;

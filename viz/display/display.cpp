@@ -46,7 +46,12 @@ Display::Display(gpu::Context& context, Window& window, const DisplayedSensor& w
       governor_(!context.is_software(), kDrawBudget_ms) {
   if (options.settings) options.settings->apply_to(scene_.state());
   scene_.state().vsync = window_.vsync();
-  for (const EventMark& event : options.known_events) scene_.mark(event);
+  const std::shared_ptr<Source> source = session.source();
+  const bool timed = source->live() || source->rate_Hz() > 0;
+  scene_.set_timeline({timed, options.replay ? source->frame_count().value_or(0) : 0, source->rate_Hz(),
+                       options.replay_start_s});
+  for (const Event& event : options.known_events) scene_.mark(event);
+  if (!options.notes.empty()) stats_.note = "snapshots (S) and marks (M) go to " + options.notes.string();
   stats_.from_list = options.from_list;
 }
 
@@ -122,7 +127,10 @@ void Display::handle_input() {
 
 void Display::update_player() {
   const Transport& transport = session_.transport;
-  PlayerStats now{.frames = session_.source()->frame_count().value_or(0),
+  const std::shared_ptr<Source> source = session_.source();
+  PlayerStats now{.name = current_ ? source->frame_name(current_->result.touch.sequence) : "",
+                  .timed = source->rate_Hz() > 0,
+                  .frames = source->frame_count().value_or(0),
                   .position = transport.position,
                   .speed = transport.speed,
                   .at_end = transport.at_end};
@@ -154,11 +162,12 @@ void Display::update_stats() {
   stats_.to_shown = recent_to_shown_.percentiles();
   const std::shared_ptr<Source> source = session_.source();
   stats_.camera = source->counts();
-  stats_.state = source->state();
+  stats_.state = session_.transport.at_end ? source->warning() : source->state();
   if (options_.recording) {
     stats_.recording = options_.recording->on();
     stats_.session = options_.recording->latest().status;
   }
+  stats_.notes = notes_folder().string();
   stats_.draw_ms = governor_.typical_ms();
 }
 

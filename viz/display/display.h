@@ -75,6 +75,7 @@ class Display {
   void mark_event();
   void log_event(const char* kind, const std::string& words);
   void update_presses();
+  std::filesystem::path notes_folder() const;
   bool write_event(const Event& event);
   void update_stats();
   void update_player();

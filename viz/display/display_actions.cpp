@@ -22,8 +22,12 @@ void Display::save_snapshot() {
   // A copy: the frame's own memory goes back to the camera.
   snapshot.frame.format = shown.format;
   snapshot.frame.bytes.assign(shown.pixels(), shown.pixels() + shown.format.frame_bytes());
+  if (notes_folder().empty()) {
+    stats_.note = "nowhere to write a snapshot: --out names a folder";
+    return;
+  }
   background_.add([snapshot = std::make_shared<Snapshot>(std::move(snapshot)),
-                   stem = next_snapshot(options_.snapshots, snapshots_)] {
+                   stem = next_snapshot(notes_folder(), snapshots_)] {
     write_snapshot(*snapshot, stem);
     return "wrote " + stem.string() + ".png, -frame.png, .csv";
   });
@@ -48,11 +52,16 @@ void Display::switch_recording() {
   }
 }
 
-/// To the session that is being written, or beside it; false where there is no place.
-bool Display::write_event(const Event& event) {
-  scene_.mark({event.time_s, label_of(event)});
+/// Snapshots and events have one place.
+std::filesystem::path Display::notes_folder() const {
   const bool recording = options_.recording && options_.recording->on();
-  const std::filesystem::path folder = recording ? options_.recording->latest().folder : options_.events;
+  return recording ? options_.recording->latest().folder : options_.notes;
+}
+
+/// False where there is no place.
+bool Display::write_event(const Event& event) {
+  scene_.mark(event);
+  const std::filesystem::path folder = notes_folder();
   if (folder.empty()) return false;
   background_.add([folder, event] {
     append_event(folder, event);
@@ -66,7 +75,8 @@ void Display::log_event(const char* kind, const std::string& words) {
   const Event event{touch.sequence, 1e-9 * static_cast<double>(touch.time_ns), kind, words};
   stats_.note =
       write_event(event)
-          ? text("'%s' at frame %llu", label_of(event).c_str(), static_cast<unsigned long long>(event.frame))
+          ? text("'%s' at frame %llu, in %s", label_of(event).c_str(),
+                 static_cast<unsigned long long>(event.frame), (notes_folder() / "events.csv").c_str())
           : text("'%s' is in this window only: --out names a folder for events.csv", label_of(event).c_str());
 }
 
@@ -80,7 +90,7 @@ void Display::update_presses() {
   const Event event{last->last_frame, last->time_s, "lump", describe(*last)};
   // A recording gives the same results each time it is played, so its list of events does not grow.
   if (options_.replay)
-    scene_.mark({event.time_s, label_of(event)});
+    scene_.mark(event);
   else
     write_event(event);
 }

@@ -157,16 +157,16 @@ bool handle_layer_key(int key, ViewState& state) {
 }
 
 /// Charts, panels and help.
-bool handle_panel_key(int key, ViewState& state) {
+bool handle_panel_key(int key, bool replay, ViewState& state) {
   switch (key) {
     case GLFW_KEY_P:
       state.charts = !state.charts;
       break;
     case GLFW_KEY_LEFT_BRACKET:
-      state.change_chart_span(-1);
+      state.change_chart_span(-1, replay);
       break;
     case GLFW_KEY_RIGHT_BRACKET:
-      state.change_chart_span(1);
+      state.change_chart_span(1, replay);
       break;
     case GLFW_KEY_C:
       state.controls = !state.controls;
@@ -189,7 +189,7 @@ bool handle_panel_key(int key, ViewState& state) {
 void Display::handle_view_key(const KeyPress& press) {
   ViewState& state = scene_.state();
   if (handle_look_key(press.key, state) || handle_layer_key(press.key, state) ||
-      handle_panel_key(press.key, state) || press.key != GLFW_KEY_V)
+      handle_panel_key(press.key, options_.replay, state) || press.key != GLFW_KEY_V)
     return;
   do {
     state.vsync = static_cast<Vsync>((static_cast<int>(state.vsync) + 1) % 3);

@@ -33,7 +33,8 @@ class Scene {
 
   /// A new result has come: scales and traces follow it.
   void follow(const Touch& touch);
-  void mark(EventMark event) { hud_.mark(std::move(event)); }
+  void mark(const Event& event) { hud_.mark(event); }
+  void set_timeline(const Timeline& timeline) { hud_.set_timeline(timeline); }
   /// Records the picture; `begin_pass` is called once, between the barriers and the drawing.
   void record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, uint32_t mesh_columns,
               const LiveStats* live, const std::function<void()>& begin_pass);

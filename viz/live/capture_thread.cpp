@@ -12,7 +12,6 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr double kFolderRate_Hz = 10;  // of images without times
 constexpr milliseconds kPoll{10};
 
 }  // namespace

@@ -1,11 +1,30 @@
 #include "viz/live/history.h"
 
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
 namespace palpate::viz {
 
+double Timeline::length() const {
+  const double last = frames > 0 ? static_cast<double>(frames - 1) : 0;
+  return timed && rate_Hz > 0 ? last / rate_Hz : last;
+}
+
+uint64_t Timeline::frame_at(double time) const {
+  const double frame = std::round(timed && rate_Hz > 0 ? (time - start_s) * rate_Hz : time);
+  return static_cast<uint64_t>(std::clamp(frame, 0.0, frames > 0 ? static_cast<double>(frames - 1) : 0.0));
+}
+
+void History::mark(const Event& event) {
+  events_.push_back({timeline_.timed ? event.time_s : static_cast<double>(event.frame), label_of(event)});
+}
+
 void History::add(const Touch& touch) {
-  constexpr double kGap_s = 1;  // no line across a longer silence
+  const double longest_gap = timeline_.timed ? 1 : 10;  // no line across a longer silence, s or frames
   Sample s;
-  s.time_s = 1e-9 * static_cast<double>(touch.time_ns);
+  s.time = timeline_.timed ? 1e-9 * static_cast<double>(touch.time_ns) : static_cast<double>(touch.sequence);
+  now_ = s.time;
   s.contact = touch.contact;
   s.several = touch.contacts.size() > 1;
   s.force_N = touch.force_N;
@@ -15,15 +34,20 @@ void History::add(const Touch& touch) {
   s.has_depth = touch.surface.has_value();
   s.depth_mm = touch.contact && touch.surface ? touch.surface->depth_max_mm : 0;
   s.slip = touch.slip;
-  if (!samples_.empty()) {
-    if (s.time_s < samples_.back().time_s)
-      samples_.clear();
-    else if (s.time_s == samples_.back().time_s)
-      samples_.pop_back();
-  }
-  s.gap = samples_.empty() || s.time_s - samples_.back().time_s > kGap_s;
-  samples_.push_back(s);
-  while (samples_.size() > 2 && samples_[1].time_s < s.time_s - kLongest_s) samples_.pop_front();
+  if (!timeline_.whole() && !samples_.empty() && s.time < samples_.back().time) samples_.clear();
+  auto at = std::lower_bound(samples_.begin(), samples_.end(), s.time,
+                             [](const Sample& sample, double time) { return sample.time < time; });
+  if (at != samples_.end() && at->time == s.time)
+    *at = s;
+  else
+    at = samples_.insert(at, s);
+  const auto mend = [&](auto sample) {
+    sample->gap = sample == samples_.begin() || sample->time - std::prev(sample)->time > longest_gap;
+  };
+  mend(at);
+  if (std::next(at) != samples_.end()) mend(std::next(at));
+  if (timeline_.whole()) return;
+  while (samples_.size() > 2 && samples_[1].time < s.time - kLongest_s) samples_.pop_front();
 }
 
 }  // namespace palpate::viz

@@ -1,17 +1,18 @@
-// The last minute of measurements, and the events in it, for the strip charts.
+// Measurements of the last minute, or of a whole recording, and the events in them, for the strip charts.
 #pragma once
 
 #include <cstdint>
 #include <deque>
 #include <string>
 
+#include "capture/files/event_log.h"
 #include "palpate/touch.h"
 
 namespace palpate::viz {
 
 /// One frame's worth, as measured (no zero applied).
 struct Sample {
-  double time_s = 0;
+  double time = 0;  ///< s, or the frame's number: see Timeline
   bool contact = false;
   bool several = false;  ///< more than one contact: the force is the sum of theirs
   bool gap = false;      ///< does not continue the sample before
@@ -24,23 +25,47 @@ struct Sample {
 
 /// A moment that somebody, or something, marked.
 struct EventMark {
-  double time_s = 0;
+  double time = 0;  ///< as Sample::time
   std::string label;
+};
+
+/// The axis of time of a session.
+struct Timeline {
+  bool timed = true;    ///< false: pictures without times, and frames are counted instead
+  uint64_t frames = 0;  ///< of a recording in which the person can jump; 0: none
+  double rate_Hz = 0;   ///< of that recording
+  double start_s = 0;   ///< time of its first frame, where timed
+
+  bool whole() const { return frames > 0; }
+  /// Of the first frame, on the axis.
+  double start() const { return timed ? start_s : 0; }
+  /// From the first to the last frame: s or frames.
+  double length() const;
+  /// The frame nearest to a time on the axis.
+  uint64_t frame_at(double time) const;
 };
 
 class History {
  public:
   static constexpr double kLongest_s = 60;
 
-  /// Once a result, in order of time; what jumps back in time (a replay, a loop) starts anew.
+  explicit History(const Timeline& timeline = {}) : timeline_(timeline) {}
+
+  /// Once a result. A recording in which the person can jump is kept whole; else results come in order of
+  /// time, and what jumps back (a loop) starts anew.
   void add(const Touch& touch);
   /// Events stay, whatever jumps; those out of sight are not drawn.
-  void mark(EventMark event) { events_.push_back(std::move(event)); }
+  void mark(const Event& event);
 
+  const Timeline& timeline() const { return timeline_; }
   const std::deque<Sample>& samples() const { return samples_; }
   const std::deque<EventMark>& events() const { return events_; }
+  /// Of the last result, on the axis.
+  double now() const { return now_; }
 
  private:
+  Timeline timeline_;
+  double now_ = 0;
   std::deque<Sample> samples_;
   std::deque<EventMark> events_;
 };

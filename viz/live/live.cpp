@@ -145,6 +145,7 @@ LiveReport run_session(gpu::Context& context, const std::function<std::unique_pt
   if (report.processed > 0)
     report.copies_per_frame = static_cast<double>(session.copies) / static_cast<double>(report.processed);
   report.camera = session.source()->counts();
+  report.warning = session.source()->warning();
   report.to_measured = latency.to_measured();
   report.to_shown = latency.to_shown();
   report.latency_from_exposure = latency.from_exposure();

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "capture/files/event_log.h"
 #include "capture/source.h"
 #include "engine/palpation/press_monitor.h"
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
-#include "viz/live/history.h"
 #include "viz/live/latency.h"
 #include "viz/live/vsync.h"
 
@@ -20,6 +20,9 @@ namespace palpate::viz {
 class Recording;
 class Window;
 struct Settings;
+
+/// Of images without times, as they are shown.
+inline constexpr double kFolderRate_Hz = 10;
 
 struct LiveOptions {
   static constexpr double kSlowest = 1.0 / 64, kFastest = 64;
@@ -35,18 +38,20 @@ struct LiveOptions {
   bool unpaced = false;       ///< a recording as fast as it can be read
   /// A recording waits for the engine, so that every frame is measured; cameras do not wait.
   bool measure_all = false;
-  bool replay = false;                    ///< the keys of a player: step, jump, speed
-  double speed = 1;                       ///< of a replay, kSlowest to kFastest
-  std::filesystem::path snapshots = ".";  ///< folder of palpate-NNNN.png and its companions
-  std::filesystem::path events;           ///< folder of events.csv while nothing is recorded; empty: none
-  std::vector<EventMark> known_events;    ///< of a replay: what its events.csv holds
-  Window* window = nullptr;               ///< shown in it; null: a window of its own
-  Settings* settings = nullptr;           ///< how the view starts, and how it was left; null: defaults
-  bool from_list = false;                 ///< the person chose this source in the window
-  std::filesystem::path latency_file;     ///< CSV with the times of every measured frame; empty: none
-  Recording* recording = nullptr;         ///< what is written meanwhile; null: nothing can be
-  PressMonitor* presses = nullptr;        ///< hears every measured frame; null: no block is pressed
-  std::function<bool()> interrupted;      ///< polled; true ends the session cleanly (Ctrl-C)
+  bool replay = false;        ///< a recording with the keys of a player: step, jump, speed
+  double speed = 1;           ///< of a replay, kSlowest to kFastest
+  double replay_start_s = 0;  ///< time of a replay's first frame
+  /// Folder of snapshots (palpate-NNNN.png and its companions) and events.csv while nothing is recorded, else
+  /// they lie in the session that is being written; empty: there are none.
+  std::filesystem::path notes;
+  std::vector<Event> known_events;              ///< of a replay: what its events.csv holds
+  Window* window = nullptr;                     ///< shown in it; null: a window of its own
+  Settings* settings = nullptr;                 ///< how the view starts, and how it was left; null: defaults
+  bool from_list = false;                       ///< the person chose this source in the window
+  std::filesystem::path latency_file;           ///< CSV with the times of every measured frame; empty: none
+  Recording* recording = nullptr;               ///< what is written meanwhile; null: nothing can be
+  PressMonitor* presses = nullptr;              ///< hears every measured frame; null: no block is pressed
+  std::function<bool()> interrupted;            ///< polled; true ends the session cleanly (Ctrl-C)
   std::function<void(const Touch&)> on_result;  ///< every measured frame, in order, on the engine's thread
   std::function<void(const FrameTimes&)> on_times;  ///< every measured frame once its fate is known, one call
                                                     ///< at a time
@@ -74,6 +79,7 @@ struct LiveReport {
   double draw_median_ms = 0;
   uint32_t mesh_columns = 0;         ///< of the last picture
   std::vector<PressAnswer> presses;  ///< result of each press of a block
+  std::string warning;  ///< about a recording that is cut short or damaged; empty when all is well
   bool interrupted = false;
   bool sources_requested = false;  ///< the person asked for the list of sources
 };

@@ -14,6 +14,8 @@ namespace palpate::viz {
 
 /// Where a replay is.
 struct PlayerStats {
+  std::string name;       ///< file of the frame that is shown; empty where frames have none of their own
+  bool timed = true;      ///< its frames have times
   uint64_t frames = 0;    ///< of the recording
   uint64_t position = 0;  ///< frame that was read last, from 0
   double speed = 1;
@@ -38,6 +40,7 @@ struct LiveStats {
   bool recording = false;
   SessionStatus session;  ///< of the session in hand, or of the last one
   std::optional<PlayerStats> player;
+  std::string notes;                 ///< folder of snapshots and events at present; empty: there is none
   std::optional<PressStatus> press;  ///< where a block of tissue is known
   std::string note;                  ///< "end of recording", "paused", "wrote ..."
   bool from_list = false;            ///< the person chose this source in the window and can go back

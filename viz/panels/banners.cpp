@@ -63,7 +63,9 @@ void player_bar(const Layout& layout, float scale, const PlayerStats& player, in
   ImGui::Begin("player", nullptr,
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                    ImGuiWindowFlags_NoBackground);
-  const std::string words = text("%.2f s   frame %llu of %llu   %gx", 1e-9 * static_cast<double>(time_ns),
+  const std::string place = player.timed ? text("%.2f s", 1e-9 * static_cast<double>(time_ns))
+                                         : shortened(player.name, 150 * scale);
+  const std::string words = text("%s   frame %llu of %llu   %gx", place.c_str(),
                                  static_cast<unsigned long long>(player.position) + 1,
                                  static_cast<unsigned long long>(player.frames), player.speed);
   // As wide as its longest form, so that the bar does not dance.

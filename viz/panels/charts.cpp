@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "capture/files/measurements.h"
@@ -28,6 +30,7 @@ constexpr ImU32 kLimit = IM_COL32(240, 228, 66, 200);
 constexpr ImU32 kShearX = IM_COL32(230, 159, 0, 255);
 constexpr ImU32 kShearY = IM_COL32(204, 121, 167, 255);
 constexpr ImU32 kDepth = IM_COL32(0, 190, 140, 255);
+constexpr ImU32 kCursor = IM_COL32(255, 120, 60, 255);
 constexpr ImU32 kEvent = IM_COL32(245, 245, 245, 220);
 
 /// One chart: a frame with a y axis, and the shared time axis.
@@ -46,7 +49,9 @@ class Chart {
     return {low_.x + static_cast<float>(x) * (high_.x - low_.x),
             high_.y - static_cast<float>(std::clamp(y, -0.1, 1.1)) * (high_.y - low_.y)};
   }
-  bool visible(double time_s) const { return time_s >= end_s_ - 1.02 * span_s_; }
+  bool visible(double time_s) const {
+    return time_s >= end_s_ - 1.02 * span_s_ && time_s <= end_s_ + 0.02 * span_s_;
+  }
 
   void paper(double step) const {
     list_->AddRectFilled(low_, high_, kPaper);
@@ -96,11 +101,11 @@ class Chart {
     bool joined = false;
     for (const Sample& s : samples) {
       double v = 0;
-      if (!visible(s.time_s) || !value(s, v) || !std::isfinite(v)) {
+      if (!visible(s.time) || !value(s, v) || !std::isfinite(v)) {
         joined = false;
         continue;
       }
-      const ImVec2 p = at(s.time_s, v);
+      const ImVec2 p = at(s.time, v);
       if (s.gap) joined = false;
       if (joined && p.x - last.x < 1 && std::abs(p.y - last.y) < 1) continue;
       if (joined) drawn.piece(last, p);
@@ -114,11 +119,11 @@ class Chart {
     bool joined = false;
     for (const Sample& s : samples) {
       double least = 0, most = 0;
-      if (!visible(s.time_s) || !ends(s, least, most)) {
+      if (!visible(s.time) || !ends(s, least, most)) {
         joined = false;
         continue;
       }
-      const ImVec2 a = at(s.time_s, least), b = at(s.time_s, most);
+      const ImVec2 a = at(s.time, least), b = at(s.time, most);
       if (s.gap) joined = false;
       if (joined && a.x - low.x < 1) continue;
       if (joined) list_->AddQuadFilled(high, b, a, low, colour);
@@ -190,8 +195,8 @@ void draw_slip_band(ImDrawList* list, ImVec2 low, ImVec2 high, const Chart& time
   Slip now = Slip::NoContact;
   float last = low.x;
   for (const Sample& s : samples) {
-    if (!time.visible(s.time_s)) continue;
-    const float x = std::max(low.x, time.at(s.time_s, 0).x);
+    if (!time.visible(s.time)) continue;
+    const float x = std::max(low.x, time.at(s.time, 0).x);
     if (s.slip != now || s.gap) {
       flush(from, s.gap ? last : x, now);
       from = x;
@@ -202,6 +207,31 @@ void draw_slip_band(ImDrawList* list, ImVec2 low, ImVec2 high, const Chart& time
   flush(from, last, now);
   list->PopClipRect();
   list->AddRect(low, high, kFrameLine);
+}
+
+/// The part of the axis of time that is shown.
+struct Span {
+  double end = 0, length = 1;  ///< s or frames
+};
+
+Span shown_span(const History& history, const ChartStyle& style) {
+  const Timeline& timeline = history.timeline();
+  const double span = style.span_s * (timeline.timed ? 1 : 10);
+  if (!timeline.whole()) {
+    const double last = history.samples().empty() ? 0 : history.samples().back().time;
+    return {std::max(last, span), span};
+  }
+  if (style.whole || span >= timeline.length())
+    return {timeline.start() + std::max(timeline.length(), 1e-3), std::max(timeline.length(), 1e-3)};
+  // Page by page, so that the axis stands still while the cursor moves.
+  const double page = std::max(0.0, std::floor((history.now() - timeline.start()) / span));
+  return {timeline.start() + (page + 1) * span, span};
+}
+
+/// From the left to the right end of the axis of time, px.
+std::pair<float, float> axis_ends(const ViewRect& rect, float scale) {
+  const auto left = static_cast<float>(rect.x);
+  return {left + 52 * scale, left + static_cast<float>(rect.width) - 10 * scale};
 }
 
 /// State common to the charts of one picture.
@@ -218,12 +248,11 @@ class StripCharts {
         scale_(style.scale),
         low_(static_cast<float>(rect.x), static_cast<float>(rect.y)),
         high_(low_.x + static_cast<float>(rect.width), low_.y + static_cast<float>(rect.height)),
-        end_s_(samples_.empty() ? style.span_s : std::max(samples_.back().time_s, style.span_s)),
+        span_(shown_span(history, style)),
         has_shear_(sensor.shear && sensor.force),
         has_depth_(sensor.reconstruction != Reconstruction::None) {
     const float row = ImGui::GetFontSize();
-    left_ = low_.x + 52 * scale_;
-    right_ = high_.x - 10 * scale_;
+    std::tie(left_, right_) = axis_ends(rect, scale_);
     axis_ = row + 5 * scale_;
     band_ = has_shear_ ? row + 3 * scale_ : 0;
     bottom_ = high_.y - axis_ - band_ - (has_shear_ ? 3 * scale_ : 0);
@@ -248,13 +277,14 @@ class StripCharts {
     if (has_depth_ && index_ < count_) draw_depth();
     draw_time_axis();
     draw_events();
+    draw_cursor();
     list_->PopClipRect();
   }
 
  private:
   Chart next() {
     const float y = low_.y + 5 * scale_ + static_cast<float>(index_++) * (height_ + gap_);
-    return Chart(list_, {left_, y}, {right_, y + height_}, end_s_, style_.span_s, scale_);
+    return Chart(list_, {left_, y}, {right_, y + height_}, span_.end, span_.length, scale_);
   }
   const char* zeroed() const { return tare_.on ? ", tared" : ""; }
   Estimate force(const Sample& s) const { return tare_.on ? tared(s.force_N, tare_.force_N) : s.force_N; }
@@ -271,6 +301,7 @@ class StripCharts {
   void draw_depth();
   void draw_time_axis();
   void draw_events();
+  void draw_cursor();
 
   ImDrawList* list_;
   const History& history_;
@@ -280,7 +311,7 @@ class StripCharts {
   const ChartStyle& style_;
   float scale_;
   ImVec2 low_, high_;
-  double end_s_;
+  Span span_;
   bool has_shear_;  // without a force there is no friction limit, and shear is not drawn
   bool has_depth_;
   float left_ = 0, right_ = 0, axis_ = 0, band_ = 0, bottom_ = 0, gap_ = 0, height_ = 0;  // px
@@ -293,13 +324,13 @@ void StripCharts::draw_force() {
   const ForceRange range = calibrated_range(*sensor_.force);
   const double zero_N = tare_.on && has_value(tare_.force_N) ? tare_.force_N.value : 0;
   for (const Sample& s : samples_)
-    if (chart.visible(s.time_s) && s.contact) {
+    if (chart.visible(s.time) && s.contact) {
       ends.take(force(s).value - 2 * force(s).standard_error);
       ends.take(force(s).value + 2 * force(s).standard_error);
     }
   // The limits, of one contact, come into sight when its force comes near them.
   const bool limits = std::none_of(samples_.begin(), samples_.end(),
-                                   [&](const Sample& s) { return chart.visible(s.time_s) && s.several; });
+                                   [&](const Sample& s) { return chart.visible(s.time) && s.several; });
   if (limits && ends.most > 0.6 * (range.most_N - zero_N)) ends.take(1.02 * (range.most_N - zero_N));
   const double step = ends.round(0.02, ticks_);
   chart.set_range(ends.least, ends.most);
@@ -336,7 +367,7 @@ void StripCharts::draw_gray_sum() {
   Chart chart = next();
   Ends ends;
   for (const Sample& s : samples_)
-    if (chart.visible(s.time_s)) ends.take(1e-3 * s.gray_sum);
+    if (chart.visible(s.time)) ends.take(1e-3 * s.gray_sum);
   const double step = ends.round(0.01, ticks_);
   chart.set_range(ends.least, ends.most);
   chart.paper(step);
@@ -357,7 +388,7 @@ void StripCharts::draw_shear() {
   Chart chart = next();
   Ends ends;
   for (const Sample& s : samples_)
-    if (chart.visible(s.time_s) && s.contact)
+    if (chart.visible(s.time) && s.contact)
       for (const bool x : {true, false}) ends.take(shear(s, x).value);
   double reach = std::max(-ends.least, ends.most);
   // The friction limit comes into sight when the shear comes near it.
@@ -402,7 +433,7 @@ void StripCharts::draw_depth() {
   Chart chart = next();
   Ends ends;
   for (const Sample& s : samples_)
-    if (chart.visible(s.time_s)) ends.take(s.depth_mm);
+    if (chart.visible(s.time)) ends.take(s.depth_mm);
   const double step = ends.round(0.02, ticks_);
   chart.set_range(ends.least, ends.most);
   chart.paper(step);
@@ -420,12 +451,12 @@ void StripCharts::draw_depth() {
 }
 
 void StripCharts::draw_time_axis() {
-  const Chart time(list_, {left_, bottom_}, {right_, high_.y}, end_s_, style_.span_s, scale_);
+  const Chart time(list_, {left_, bottom_}, {right_, high_.y}, span_.end, span_.length, scale_);
   if (has_shear_)
     draw_slip_band(list_, {left_, bottom_ + 3 * scale_}, {right_, bottom_ + 3 * scale_ + band_}, time,
                    samples_, scale_);
-  const double step = nice_ceiling(style_.span_s / std::max(2.0, (right_ - left_) / (70.0 * scale_)));
-  for (double t = std::ceil((end_s_ - style_.span_s) / step) * step; t <= end_s_ + 1e-9; t += step) {
+  const double step = nice_ceiling(span_.length / std::max(2.0, (right_ - left_) / (70.0 * scale_)));
+  for (double t = std::ceil((span_.end - span_.length) / step) * step; t <= span_.end + 1e-9; t += step) {
     const float x = time.at(t, 0).x;
     list_->AddLine({x, high_.y - axis_}, {x, high_.y - axis_ + 3 * scale_}, kFrameLine);
     const std::string label = tick_text(t, step);
@@ -433,15 +464,15 @@ void StripCharts::draw_time_axis() {
     if (x + size.x / 2 > right_ - 44 * scale_) continue;  // the axis' title stands there
     list_->AddText({x - size.x / 2, high_.y - axis_ + 4 * scale_}, kFaint, label.c_str());
   }
-  const char* title = "time [s]";
+  const char* title = history_.timeline().timed ? "time [s]" : "frame";
   list_->AddText({right_ - ImGui::CalcTextSize(title).x, high_.y - axis_ + 4 * scale_}, kFaint, title);
 }
 
 void StripCharts::draw_events() {
-  const Chart time(list_, {left_, bottom_}, {right_, high_.y}, end_s_, style_.span_s, scale_);
+  const Chart time(list_, {left_, bottom_}, {right_, high_.y}, span_.end, span_.length, scale_);
   for (const EventMark& e : history_.events()) {
-    if (e.time_s > end_s_ || !time.visible(e.time_s)) continue;
-    const float x = time.at(e.time_s, 0).x;
+    if (e.time > span_.end || !time.visible(e.time)) continue;
+    const float x = time.at(e.time, 0).x;
     if (x < left_) continue;
     for (float y = low_.y + 5 * scale_; y < high_.y - axis_; y += 6 * scale_)
       list_->AddLine({x, y}, {x, y + 3 * scale_}, kEvent, 1.2f * scale_);
@@ -451,6 +482,16 @@ void StripCharts::draw_events() {
                          IM_COL32(245, 245, 245, 225));
     list_->AddText({at, bottom_ - size.y - 1}, IM_COL32(10, 12, 16, 255), e.label.c_str());
   }
+}
+
+/// In a recording: where the shown frame is.
+void StripCharts::draw_cursor() {
+  if (!history_.timeline().whole()) return;
+  const Chart time(list_, {left_, bottom_}, {right_, high_.y}, span_.end, span_.length, scale_);
+  const float x = std::clamp(time.at(history_.now(), 0).x, left_, right_);
+  list_->AddLine({x, low_.y + 2 * scale_}, {x, high_.y - axis_ + 3 * scale_}, kCursor, 1.6f * scale_);
+  list_->AddTriangleFilled({x - 5 * scale_, low_.y}, {x + 5 * scale_, low_.y}, {x, low_.y + 7 * scale_},
+                           kCursor);
 }
 
 }  // namespace
@@ -469,6 +510,14 @@ ForceRange calibrated_range(const ForceCalibration& force) {
 void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,
                        const Tare& tare, const ChartStyle& style) {
   StripCharts(list, rect, history, sensor, tare, style).draw();
+}
+
+std::optional<double> time_under(float x, const ViewRect& rect, const History& history,
+                                 const ChartStyle& style) {
+  const auto [left, right] = axis_ends(rect, style.scale);
+  if (x < left || x > right) return std::nullopt;
+  const Span span = shown_span(history, style);
+  return span.end - span.length * static_cast<double>((right - x) / (right - left));
 }
 
 }  // namespace palpate::viz

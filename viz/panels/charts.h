@@ -2,6 +2,8 @@
 // axis of time, and the events.
 #pragma once
 
+#include <optional>
+
 #include "palpate/sensor.h"
 #include "viz/live/history.h"
 #include "viz/live/tare.h"
@@ -13,7 +15,8 @@ namespace palpate::viz {
 
 /// Appearance of the charts.
 struct ChartStyle {
-  double span_s = 10;  ///< of the time axis
+  double span_s = 10;  ///< of the time axis where it does not show a whole recording
+  bool whole = true;   ///< recordings in which the person can jump are shown from end to end
   float scale = 1;     ///< of text
 };
 
@@ -22,6 +25,10 @@ struct ChartStyle {
 /// surface. Where the rectangle is low the last charts are left out. `tare` moves force and shear.
 void draw_strip_charts(ImDrawList* list, const ViewRect& rect, const History& history, const Sensor& sensor,
                        const Tare& tare, const ChartStyle& style);
+
+/// The time on the axis under a place `x` (px) of the picture; none beside the charts.
+std::optional<double> time_under(float x, const ViewRect& rect, const History& history,
+                                 const ChartStyle& style);
 
 /// Distance of the ticks of an axis from `least` (0 or below) to `most` (above it): room for `ticks` of them,
 /// but never so far apart that zero stands alone.

@@ -119,6 +119,7 @@ const std::vector<KeyHelp>& key_help() {
       {"N", "strain of the skin over the image"},
       {"Space", "pause"},
       {"Left, Right", "1 s back, on (Shift: 10 s)", Where::InReplay},
+      {"click in the charts", "go there", Where::InReplay},
       {",  .", "pause, and one frame back, on", Where::InReplay},
       {"Up, Down", "twice, half the speed", Where::InReplay},
       {"Home, End", "first, last frame", Where::InReplay},
@@ -170,10 +171,15 @@ void control_window(const Layout& layout, float scale, bool has_surface, const L
   int strain = static_cast<int>(state.skin_strain);
   if (ImGui::Combo("skin strain", &strain, "off\0stretch\0shear\0"))
     state.skin_strain = static_cast<SkinStrain>(strain);
-  if (ImGui::BeginCombo("time axis", text("%g s", state.chart_span_s).c_str())) {
+  const bool player = live && live->player;
+  const bool whole = player && state.whole_recording;
+  if (ImGui::BeginCombo("time axis", whole ? "whole" : text("%g s", state.chart_span_s).c_str())) {
     for (const double span_s : kChartSpans_s)
-      if (ImGui::Selectable(text("%g s", span_s).c_str(), span_s == state.chart_span_s))
+      if (ImGui::Selectable(text("%g s", span_s).c_str(), !whole && span_s == state.chart_span_s)) {
         state.chart_span_s = span_s;
+        state.whole_recording = !player;
+      }
+    if (player && ImGui::Selectable("whole", whole)) state.whole_recording = true;
     ImGui::EndCombo();
   }
   int vsync = static_cast<int>(state.vsync);
@@ -214,6 +220,14 @@ void control_window(const Layout& layout, float scale, bool has_surface, const L
     state.text_scale = std::min(state.text_scale * 1.15f, ViewState::kMostTextScale);
   ImGui::SameLine();
   if (ImGui::SmallButton("full screen")) state.full_screen_requested = true;
+  if (live) {
+    ImGui::PushTextWrapPos(0);
+    if (live->notes.empty())
+      ImGui::TextDisabled("snapshots and marks: nowhere, --out names a folder");
+    else
+      ImGui::TextDisabled("snapshots and marks go to %s", live->notes.c_str());
+    ImGui::PopTextWrapPos();
+  }
   ImGui::End();
 }
 

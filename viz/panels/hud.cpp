@@ -47,6 +47,22 @@ void Hud::follow(const Touch& touch) {
   for (const ContactTouch& c : touch.contacts) reach(c.shear_x_N, c.shear_y_N);
 }
 
+/// A click or drag in the charts of a recording goes there; true while the mouse is held on them.
+bool Hud::timeline_click(const ViewRect& charts, const ChartStyle& style, ViewState& state) const {
+  const ImGuiIO& io = ImGui::GetIO();
+  const ImVec2 from = io.MouseClickedPos[ImGuiMouseButton_Left];
+  const auto inside = [&](ImVec2 p) {
+    return p.x >= static_cast<float>(charts.x) && p.y >= static_cast<float>(charts.y) &&
+           p.x < static_cast<float>(charts.x) + static_cast<float>(charts.width) &&
+           p.y < static_cast<float>(charts.y) + static_cast<float>(charts.height);
+  };
+  if (io.WantCaptureMouse || !io.MouseDown[ImGuiMouseButton_Left] || !inside(from)) return false;
+  const bool moved = io.MouseDelta.x != 0 || ImGui::IsMouseClicked(ImGuiMouseButton_Left);
+  if (const auto time = time_under(io.MousePos.x, charts, history_, style); time && moved)
+    state.seek_to = history_.timeline().frame_at(*time);
+  return true;
+}
+
 void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, const HudContent& content,
                    ViewState& state, const Eye* eye, const Vec3& half_mm, const Profile* profile) {
   const float scale = frame.scale();
@@ -75,9 +91,9 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
     draw_lump(under, layout.image, *content.live->press->last, content.sensor, content.frame.format, scale);
   if (content.strain) draw_strain_bar(under, layout.image, *content.strain, state, scale);
   if (section) draw_section(under, layout.image, state.line, scale);
+  const ChartStyle chart_style{state.chart_span_s, state.whole_recording, scale};
   if (layout.has_charts)
-    draw_strip_charts(under, layout.charts, history_, content.sensor, state.tare,
-                      {state.chart_span_s, scale});
+    draw_strip_charts(under, layout.charts, history_, content.sensor, state.tare, chart_style);
   if (layout.has_profile && profile)
     draw_profile(under, layout.profile, *profile,
                  doubt(content.touch.surface.value_or(SurfaceSummary{}).validity), scale);
@@ -98,8 +114,9 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
     under->AddText({static_cast<float>(layout.surface.x) + 14 * scale, foot}, IM_COL32(120, 128, 140, 255),
                    content.has_surface ? "drag: orbit   wheel: zoom   H: help" : "H: help");
   }
-  state.mouse_taken = section && section_mouse_.follow(state.line, layout.image, layout.surface, layout.view,
-                                                       eye, half_mm, scale);
+  const bool at_charts = player && layout.has_charts && timeline_click(layout.charts, chart_style, state);
+  state.mouse_taken = at_charts || (section && section_mouse_.follow(state.line, layout.image, layout.surface,
+                                                                     layout.view, eye, half_mm, scale));
 }
 
 }  // namespace palpate::viz

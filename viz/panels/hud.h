@@ -4,6 +4,7 @@
 
 #include "viz/live/history.h"
 #include "viz/live/stats.h"
+#include "viz/panels/charts.h"
 #include "viz/panels/measurement.h"
 #include "viz/panels/section.h"
 #include "viz/render/format.h"
@@ -18,13 +19,17 @@ class Hud {
  public:
   /// Remembers this frame for the charts; once a result, however often it is drawn.
   void follow(const Touch& touch);
-  void mark(EventMark event) { history_.mark(std::move(event)); }
+  void mark(const Event& event) { history_.mark(event); }
+  /// The axis of the charts; what was remembered is forgotten.
+  void set_timeline(const Timeline& timeline) { history_ = History(timeline); }
   /// Describes everything to ImGui between HudFrame::begin and draw; may change `state` (the user moved a
   /// slider). `eye`: null without a surface; `profile`: null without a section.
   void describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, const HudContent& content,
                 ViewState& state, const Eye* eye, const Vec3& half_mm, const Profile* profile);
 
  private:
+  bool timeline_click(const ViewRect& charts, const ChartStyle& style, ViewState& state) const;
+
   History history_;
   SectionMouse section_mouse_;
   double full_shear_N_ = 0.1;  ///< largest tangential force seen: the length of the arrow

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <fstream>
 
-#include "capture/session/session.h"
+#include "capture/open_source.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
 #include "capture/v4l2/camera.h"
@@ -119,10 +119,6 @@ constexpr std::array<SimulatedTouch, 18> kSimulatedTouches{{
     {"still", "mode=gel&", "gel"},
 }};
 
-bool is_open_by_name(const std::string& input) {
-  return input.rfind("synthetic:", 0) == 0 || is_camera(input);
-}
-
 template <typename T>
 bool is_ready(const std::future<T>& future) {
   return future.valid() && future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
@@ -198,7 +194,7 @@ bool StartList::update() {
 SourceEntry StartList::from_text(const std::string& input) {
   SourceEntry entry;
   entry.input = input;
-  if (is_open_by_name(input)) {
+  if (!is_recording(input)) {
     entry.name = input.substr(0, input.find('?'));
     entry.detail = input.find('?') == std::string::npos ? "" : input.substr(input.find('?') + 1);
     return entry;

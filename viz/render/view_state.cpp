@@ -78,13 +78,18 @@ void ViewState::widen_range(double factor) {
   }
 }
 
-void ViewState::change_chart_span(int steps) {
+void ViewState::change_chart_span(int steps, bool replay) {
+  if (replay && whole_recording) {
+    whole_recording = steps >= 0;
+    return;
+  }
   const auto at = std::min_element(kChartSpans_s.begin(), kChartSpans_s.end(), [this](double a, double b) {
     return std::abs(a - chart_span_s) < std::abs(b - chart_span_s);
   });
   const auto last = static_cast<int>(kChartSpans_s.size()) - 1;
-  chart_span_s = kChartSpans_s[static_cast<size_t>(
-      std::clamp(static_cast<int>(at - kChartSpans_s.begin()) + steps, 0, last))];
+  const int wanted = static_cast<int>(at - kChartSpans_s.begin()) + steps;
+  whole_recording = wanted > last || !replay;
+  chart_span_s = kChartSpans_s[static_cast<size_t>(std::clamp(wanted, 0, last))];
 }
 
 void ViewState::fit_to(const Sensor& sensor) {

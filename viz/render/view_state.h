@@ -49,6 +49,7 @@ struct ViewState {
   bool axes = true;
   bool charts = true;
   double chart_span_s = 10;
+  bool whole_recording = true;  ///< charts of a replay from end to end, else chart_span_s
   bool section = false;
   SectionLine line;
   bool contacts = true;                      ///< over the raw image
@@ -86,8 +87,8 @@ struct ViewState {
   /// Range of the colours of the quantity that is shown, times `factor`, within its limits; no longer
   /// automatic.
   void widen_range(double factor);
-  /// Longer or shorter strip charts.
-  void change_chart_span(int steps);
+  /// Longer or shorter strip charts; of a replay the longest is the whole recording.
+  void change_chart_span(int steps, bool replay);
   /// Whether the colours' range follows the touch; null for what is set by hand.
   bool* automatic();
   /// Views that this sensor cannot show are replaced.

@@ -101,6 +101,8 @@ Window::Window(gpu::Context& context, const WindowOptions& options) : context_(c
     drops.insert(drops.end(), paths, paths + count);
   });
   glfwSetWindowSizeLimits(window_, 480, 320, GLFW_DONT_CARE, GLFW_DONT_CARE);
+  // A click between two pictures is seen by whoever asks next.
+  glfwSetInputMode(window_, GLFW_STICKY_MOUSE_BUTTONS, GLFW_TRUE);
   if (glfwCreateWindowSurface(context.instance(), window_, nullptr, &surface_) != VK_SUCCESS) {
     const std::string found = glfw_message();
     glfwDestroyWindow(window_);
