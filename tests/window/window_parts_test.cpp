@@ -9,11 +9,9 @@
 #include <map>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
-#include <set>
 
 #include "capture/files/event_log.h"
 #include "capture/synthetic/synthetic.h"
-#include "capture/synthetic/tissue.h"
 #include "engine/base/background_work.h"
 #include "engine/measure/force.h"
 #include "viz/live/history.h"
@@ -24,7 +22,6 @@
 #include "viz/panels/section.h"
 #include "viz/panels/sensor.h"
 #include "viz/panels/settings.h"
-#include "viz/panels/start_list.h"
 #include "viz/render/colour_map.h"
 #include "viz/render/format.h"
 #include "viz/render/layout.h"
@@ -122,30 +119,6 @@ TEST(Tare, EachContactHasItsOwnZero) {
   EXPECT_NEAR(shown.contacts[0].shear_x_N.value, 0.005, 1e-12);
   EXPECT_DOUBLE_EQ(shown.contacts[1].force_N.value, 0.4);
   EXPECT_EQ(touch.contacts[0].force_N.value, 0.35) << "as measured";
-}
-
-TEST(StartList, OffersEverySceneAndOpensEachEntry) {
-  const StartList list{Settings{}};
-  std::set<std::string> scenes;
-  for (const SourceEntry& e : list.sources()) {
-    if (e.group != SourceEntry::Group::Synthetic || e.input.empty()) continue;
-    if (is_tissue(e.input)) {
-      EXPECT_EQ(parse_tissue(e.input).repeat, 0u);
-      EXPECT_EQ(e.name.rfind("tissue, ", 0), 0u);
-      scenes.insert("tissue");
-      continue;
-    }
-    const SyntheticOptions options = parse_synthetic(e.input);
-    scenes.insert(options.scene);
-    EXPECT_EQ(options.repeat, 0u) << e.input << " goes on until it is closed";
-    EXPECT_EQ(e.name.rfind(options.scene + ", ", 0), 0u) << e.name;
-    EXPECT_EQ(options.mode == SyntheticMode::Gel, e.name.find("gel") != std::string::npos) << e.name;
-    EXPECT_EQ(options.skin == SyntheticSkin::Markers, e.name.find("markers") != std::string::npos) << e.name;
-    EXPECT_EQ(options.skin == SyntheticSkin::Texture, e.name.find("textured") != std::string::npos) << e.name;
-    EXPECT_FALSE(e.detail.empty());
-  }
-  for (const auto& [scene, what] : synthetic_scenes()) EXPECT_TRUE(scenes.contains(scene)) << scene;
-  EXPECT_TRUE(scenes.contains("tissue"));
 }
 
 TEST(History, KeepsAMinuteAndStartsAnewWhenTimeJumpsBack) {

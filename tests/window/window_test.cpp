@@ -180,11 +180,13 @@ class WindowTest : public Program {
 };
 
 TEST_F(WindowTest, FromTheListToATouchAndBack) {
+  ASSERT_EQ(run({"simulate", "press", "--mode", "gel", "--out", folder_, "--frames", "1"}).exit_code, 0);
+  fs::rename(folder_ / "sensor.json", folder_ / "pad.json");
   open({});
   ASSERT_TRUE(titled("^palpate$"));
   Desktop::rest();
   // A file that is not there: one line in the window, and the list goes on.
-  const int typed_y = 646, first_recent_y = 129;
+  const int typed_y = 646, first_recent_y = 98;
   desktop_->click(300, typed_y);
   EXPECT_TRUE(desktop_->tool("type --delay 20 /nowhere/touch.avi"));
   Desktop::rest();
@@ -192,7 +194,16 @@ TEST_F(WindowTest, FromTheListToATouchAndBack) {
   Desktop::rest();
   EXPECT_TRUE(desktop_->tool("search --name '^palpate$'"));
   desktop_->click(1200, 500);  // out of the text
-  desktop_->key("Down Return");
+  // A sensor file is taken as such, wherever it is typed, and the list stays.
+  desktop_->click(300, typed_y);
+  desktop_->key("ctrl+a");
+  EXPECT_TRUE(desktop_->tool("type --delay 20 " + (folder_ / "pad.json").string()));
+  Desktop::rest();
+  desktop_->key("Return");
+  Desktop::rest();
+  EXPECT_TRUE(desktop_->tool("search --name '^palpate$'"));
+  desktop_->click(1200, 500);
+  desktop_->key("Down Return Down Return");  // the other simulated touches, the first of them
   ASSERT_TRUE(titled("palpate: synthetic:press"));
   const fs::path place = home() / "palpate" / "synthetic-press";
   EXPECT_TRUE(drawn(place));
@@ -215,6 +226,15 @@ TEST_F(WindowTest, FromTheListToATouchAndBack) {
   const Json kept = remembered();
   ASSERT_EQ(kept["recent"].size(), 1u);
   EXPECT_TRUE(contains(kept["recent"][0]["input"], "synthetic:press"));
+  EXPECT_TRUE(contains(kept["recent"][0]["sensor"], "pad.json"));
+  int thumbnails = 0;
+  for (const auto& file : fs::directory_iterator(config().parent_path() / "thumbnails")) {
+    const cv::Mat picture_of_source = cv::imread(file.path().string());
+    EXPECT_EQ(picture_of_source.cols, 96);
+    EXPECT_GT(cv::mean(picture_of_source)[1], 10) << "not black";
+    ++thumbnails;
+  }
+  EXPECT_EQ(thumbnails, 1);
 }
 
 TEST_F(WindowTest, EveryKeyDoesWhatTheHelpSays) {

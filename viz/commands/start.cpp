@@ -59,19 +59,20 @@ Report start(const Common& common) {
   viz::Settings& settings = remembered.settings;
   viz::Window window(*context, {"palpate", settings.width, settings.height, viz::Vsync::On});
   const fs::path folder = recordings_folder(settings);
-  std::string message = remembered.warning, text;
+  viz::StartTrouble trouble{remembered.warning, {}};
+  std::string text;
   while (!window.close_requested() && !interrupted()) {
     LiveRunRequest request;
     std::optional<OpenInput> opened;
     {
-      viz::StartView view(*context, window, settings, std::exchange(message, ""), folder.string());
+      viz::StartView view(*context, window, settings, std::exchange(trouble, {}), folder.string());
       const std::optional<viz::Choice> choice = view.choose(interrupted);
       if (!choice) break;
       request = request_of(*choice, folder, window, settings);
       try {
         opened = open_choice(common, request, view);
       } catch (const std::exception& e) {
-        message = e.what();
+        trouble = {e.what(), *choice};
       }
     }
     if (!opened) continue;
@@ -79,12 +80,12 @@ Report start(const Common& common) {
     try {
       const LiveRunReport run = run_live_input(*context, std::move(request), std::move(*opened));
       text += run.measured.input + ": " + describe(run.live, run.sessions);
-      message = recording_error(run.sessions);
+      trouble.message = recording_error(run.sessions);
       if (!run.live.sources_requested) break;
     } catch (const Error& e) {
       // A camera that is gone or a damaged file: back to the list, with a reason.
       if (e.failure() == Failure::Display) throw;
-      message = e.what();
+      trouble.message = e.what();
     }
     remembered.save();
   }

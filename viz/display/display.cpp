@@ -12,6 +12,7 @@
 #include "viz/live/recorder.h"
 #include "viz/panels/controls.h"
 #include "viz/panels/settings.h"
+#include "viz/panels/thumbnails.h"
 
 namespace palpate::viz {
 namespace {
@@ -125,6 +126,15 @@ void Display::handle_input() {
   }
 }
 
+/// The list of sources shows the frame with the largest contact; without one the first.
+void Display::follow_thumbnail() {
+  const Touch& touch = current_->result.touch;
+  const double area_px = touch.contact ? static_cast<double>(touch.area_px) : 0;
+  if (!options_.settings || area_px <= 1.2 * thumbnail_px_) return;
+  thumbnail_ = thumbnail_of(current_->captured->frame);
+  thumbnail_px_ = area_px;
+}
+
 void Display::update_player() {
   const Transport& transport = session_.transport;
   const std::shared_ptr<Source> source = session_.source();
@@ -205,6 +215,7 @@ LiveReport Display::run() {
       if (current_) replaced_.push_back(std::move(*current_));
       current_ = std::move(newest);
       scene_.follow(current_->result.touch);
+      follow_thumbnail();
       if (!started) start = Clock::now();
       started = true;
       end = Clock::now();
@@ -232,6 +243,8 @@ LiveReport Display::run() {
   while (auto finished = window_.poll_finished(true)) retire(*finished);
   if (options_.settings) {
     options_.settings->take_from(scene_.state());
+    if (thumbnail_ && !options_.settings->recent.empty())
+      keep_thumbnail(options_.settings->recent.front().input, *thumbnail_, *options_.settings);
     std::tie(options_.settings->width, options_.settings->height) = window_.size();
   }
   background_.finish();

@@ -75,6 +75,7 @@ class Display {
   void mark_event();
   void log_event(const char* kind, const std::string& words);
   void update_presses();
+  void follow_thumbnail();
   std::filesystem::path notes_folder() const;
   bool write_event(const Event& event);
   void update_stats();
@@ -100,6 +101,8 @@ class Display {
   int restless_ = 3;       ///< pictures still to draw after an input: ImGui settles over two
   std::pair<double, double> last_mouse_{-1, -1};
   std::pair<int, int> last_size_{0, 0};
+  std::optional<RgbImage> thumbnail_;  ///< of the frame with the largest contact so far
+  double thumbnail_px_ = -1;           ///< area of that contact
   int snapshots_ = 0;
   int marks_ = 0;
   uint64_t presses_ = 0;  ///< answers that were seen

@@ -11,6 +11,8 @@
 
 namespace palpate::viz {
 
+constexpr const char* kNoFolder = "no folder to write to: HOME is not set, and there is no --out";
+
 void Display::save_snapshot() {
   auto image = window_.captured();
   if (!image) {
@@ -23,7 +25,7 @@ void Display::save_snapshot() {
   snapshot.frame.format = shown.format;
   snapshot.frame.bytes.assign(shown.pixels(), shown.pixels() + shown.format.frame_bytes());
   if (notes_folder().empty()) {
-    stats_.note = "nowhere to write a snapshot: --out names a folder";
+    stats_.note = kNoFolder;
     return;
   }
   background_.add([snapshot = std::make_shared<Snapshot>(std::move(snapshot)),
@@ -35,8 +37,7 @@ void Display::save_snapshot() {
 
 void Display::switch_recording() {
   if (!options_.recording) {
-    stats_.note =
-        options_.replay ? "a replay is not recorded again" : "nothing to record to: --out names a folder";
+    stats_.note = options_.replay ? "a recording is not recorded again" : kNoFolder;
     return;
   }
   try {
@@ -77,7 +78,7 @@ void Display::log_event(const char* kind, const std::string& words) {
       write_event(event)
           ? text("'%s' at frame %llu, in %s", label_of(event).c_str(),
                  static_cast<unsigned long long>(event.frame), (notes_folder() / "events.csv").c_str())
-          : text("'%s' is in this window only: --out names a folder for events.csv", label_of(event).c_str());
+          : text("'%s' is in this window only: %s", label_of(event).c_str(), kNoFolder);
 }
 
 /// Results of presses since the last call.

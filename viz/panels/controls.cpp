@@ -223,7 +223,7 @@ void control_window(const Layout& layout, float scale, bool has_surface, const L
   if (live) {
     ImGui::PushTextWrapPos(0);
     if (live->notes.empty())
-      ImGui::TextDisabled("snapshots and marks: nowhere, --out names a folder");
+      ImGui::TextDisabled("no folder for snapshots and marks: HOME is not set");
     else
       ImGui::TextDisabled("snapshots and marks go to %s", live->notes.c_str());
     ImGui::PopTextWrapPos();

@@ -4,8 +4,10 @@
 #include <array>
 #include <chrono>
 #include <fstream>
+#include <utility>
 
 #include "capture/open_source.h"
+#include "capture/run/shipped_sensors.h"
 #include "capture/synthetic/synthetic.h"
 #include "capture/synthetic/tissue.h"
 #include "capture/v4l2/camera.h"
@@ -30,8 +32,7 @@ std::vector<SourceEntry> find_cameras() {
                        "camera:" + node.path,
                        node.identity.card,
                        node.path + (busy.empty() ? "" : ", in use by " + busy),
-                       {},
-                       false});
+                       {}});
     } else if (!node.trouble.empty()) {
       trouble = node.path + ": " + node.trouble;
     }
@@ -40,9 +41,8 @@ std::vector<SourceEntry> find_cameras() {
     found.push_back({Group::Cameras,
                      "",
                      "no camera found",
-                     trouble.empty() ? "plug one in, then F5" : trouble,
-                     {},
-                     false});
+                     trouble.empty() ? "plug one in, then Look again" : trouble,
+                     {}});
   return found;
 }
 
@@ -58,6 +58,12 @@ SensorEntry describe_sensor(const fs::path& file) {
   return entry;
 }
 
+bool says_that_it_is_a_sensor(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  return text.find("\"palpate_sensor\"") != std::string::npos;
+}
+
 /// Files of the working folder that say of themselves that they are sensors.
 std::vector<fs::path> sensor_files_here() {
   constexpr size_t kMost = 20;
@@ -69,9 +75,7 @@ std::vector<fs::path> sensor_files_here() {
   for (const fs::directory_entry& entry : fs::directory_iterator(here, code)) {
     if (entry.path().extension() != ".json" || !entry.is_regular_file(code)) continue;
     if (entry.file_size(code) > kLargest_bytes || code) continue;
-    std::ifstream in(entry.path(), std::ios::binary);
-    const std::string text{std::istreambuf_iterator<char>(in), {}};
-    if (text.find("\"palpate_sensor\"") != std::string::npos) files.push_back(entry.path());
+    if (says_that_it_is_a_sensor(entry.path())) files.push_back(entry.path());
     if (files.size() == kMost) break;
   }
   std::sort(files.begin(), files.end());
@@ -80,15 +84,18 @@ std::vector<fs::path> sensor_files_here() {
 
 std::vector<SensorEntry> find_sensors(const std::vector<std::string>& remembered) {
   std::vector<SensorEntry> found;
-  const auto add = [&](const fs::path& file) {
+  const auto add = [&](const fs::path& file, bool shipped = false) {
     const std::string name = file.lexically_normal().string();
-    if (std::none_of(found.begin(), found.end(), [&](const SensorEntry& e) { return e.file == name; }))
-      found.push_back(describe_sensor(name));
+    if (std::any_of(found.begin(), found.end(), [&](const SensorEntry& e) { return e.file == name; })) return;
+    found.push_back(describe_sensor(name));
+    found.back().shipped = shipped;
+    if (shipped && found.back().usable) found.back().detail = "comes with palpate";
   };
   std::error_code code;
   for (const std::string& file : remembered)
     if (fs::exists(file, code)) add(file);
   for (const fs::path& file : sensor_files_here()) add(file);
+  for (const fs::path& file : shipped_sensors()) add(file, true);
   return found;
 }
 
@@ -138,12 +145,17 @@ void StartList::refresh(const Settings& settings) {
     files_ = std::async(std::launch::async, [files = settings.sensors] { return find_sensors(files); });
 }
 
+void StartList::fold(const Settings& settings) {
+  folded_ = !folded_;
+  collect(settings);
+}
+
 void StartList::collect(const Settings& settings) {
   std::vector<SourceEntry> cameras;
   for (const SourceEntry& e : sources_)
     if (e.group == Group::Cameras) cameras.push_back(e);
-  sources_ = std::move(cameras);
-  if (sources_.empty()) sources_.push_back({Group::Cameras, "", "looking for cameras", "", {}, false});
+  if (cameras.empty()) cameras.push_back({Group::Cameras, "", "looking for cameras", "", {}});
+  sources_.clear();
   for (const Settings::Recent& r : settings.recent) {
     SourceEntry entry = from_text(r.input);
     entry.sensor = r.sensor;
@@ -155,22 +167,34 @@ void StartList::collect(const Settings& settings) {
     sources_.push_back({Group::Recent,
                         "",
                         "nothing yet",
-                        "drop a recording or a session on this window, or type its place",
-                        {},
-                        false});
-  const auto add = [this](const std::string& input, const std::string& name, const std::string& detail) {
-    sources_.push_back({Group::Synthetic, input, name, detail, {}, false});
-  };
-  add("", "two kinds of pad",
-      "a waveguide glows with pressure: force, shear, slip; a gel shows depth in three colours");
+                        "drop a recording, a session or a sensor file on this window, or type its place",
+                        {}});
+  sources_.insert(sources_.end(), cameras.begin(), cameras.end());
   const std::vector<std::pair<std::string, std::string>> scenes = synthetic_scenes();
+  bool first = true;
   for (const SimulatedTouch& touch : kSimulatedTouches)
-    for (const auto& [scene, what] : scenes)
-      if (scene == touch.scene)
-        add("synthetic:" + scene + "?" + touch.options + "repeat=0", scene + ", " + touch.pad, what);
-  add("synthetic:tissue?repeat=0", "tissue, waveguide in a plate", kTissueScene);
+    for (const auto& [scene, what] : scenes) {
+      if (scene != touch.scene || (folded_ && !first)) continue;
+      sources_.push_back({Group::Synthetic,
+                          "synthetic:" + scene + "?" + touch.options + "repeat=0",
+                          scene + ", " + touch.pad,
+                          what,
+                          {}});
+      if (!std::exchange(first, false)) continue;
+      SourceEntry fold{Group::Synthetic, "", folded_ ? "+ more" : "- fewer", "", {}};
+      if (folded_)
+        fold.detail =
+            text("%zu scenes of two kinds of pad: a waveguide glows with pressure, a gel shows depth",
+                 kSimulatedTouches.size());
+      fold.folds = true;
+      sources_.push_back(fold);
+    }
+  if (!folded_)
+    sources_.push_back(
+        {Group::Synthetic, "synthetic:tissue?repeat=0", "tissue, waveguide in a plate", kTissueScene, {}});
   if (sensors_.empty())
-    sensors_.push_back({"", "as the source brings it", "a camera is uncalibrated then", true});
+    sensors_.push_back(
+        {"", "as the source brings it", "else uncalibrated: places in px, no depth, no force"});
 }
 
 bool StartList::update() {
@@ -178,7 +202,9 @@ bool StartList::update() {
   if (is_ready(cameras_)) {
     std::erase_if(sources_, [](const SourceEntry& e) { return e.group == Group::Cameras; });
     const std::vector<SourceEntry> found = cameras_.get();
-    sources_.insert(sources_.begin(), found.begin(), found.end());
+    const auto after = std::find_if(sources_.begin(), sources_.end(),
+                                    [](const SourceEntry& e) { return e.group == Group::Synthetic; });
+    sources_.insert(after, found.begin(), found.end());
     changed = true;
   }
   if (is_ready(files_)) {
@@ -209,6 +235,12 @@ SourceEntry StartList::from_text(const std::string& input) {
   return entry;
 }
 
+bool StartList::is_sensor_file(const std::string& text) {
+  std::error_code code;
+  const fs::path path(text);
+  return path.extension() == ".json" && fs::is_regular_file(path, code);
+}
+
 size_t StartList::add_sensor(const fs::path& file) {
   std::error_code code;
   const fs::path whole = fs::absolute(file, code).lexically_normal();
@@ -217,6 +249,22 @@ size_t StartList::add_sensor(const fs::path& file) {
     if (sensors_[i].file == name) return i;
   sensors_.push_back(describe_sensor(name));
   return sensors_.size() - 1;
+}
+
+std::string in_the_window(std::string message) {
+  constexpr std::array<std::pair<const char*, const char*>, 4> kNames{{
+      {"which needs no --sensor", "chosen as 'as the source brings it'"},
+      {"another --out folder", "another folder for recordings"},
+      {"--sensor FILE of", "on the right the sensor file of"},
+      {"(--background)", "(\"background\" in the sensor file)"},
+  }};
+  const auto replace = [&](const std::string& what, const std::string& by) {
+    for (size_t at = message.find(what); at != std::string::npos; at = message.find(what, at + by.size()))
+      message.replace(at, what.size(), by);
+  };
+  for (const auto& [option, name] : kNames) replace(option, name);
+  replace(" --", " ");  // a camera's own are typed after its name: fps=30
+  return message;
 }
 
 }  // namespace palpate::viz

@@ -1,4 +1,4 @@
-// List of sources: cameras of this machine, recent sources, simulated touches; and the sensor files for them.
+// List of sources: recent ones, cameras of this machine, simulated touches; and the sensor files for them.
 #pragma once
 
 #include <filesystem>
@@ -12,12 +12,16 @@ namespace palpate::viz {
 
 /// One line of the list.
 struct SourceEntry {
-  enum class Group { Cameras, Recent, Synthetic } group = Group::Recent;
-  std::string input;     ///< as open_source takes it; empty: a remark that cannot be opened
+  enum class Group { Recent, Cameras, Synthetic } group = Group::Recent;
+  std::string input;     ///< as open_source takes it; empty: a remark that cannot be opened, or the fold
   std::string name;      ///< what a person reads first
   std::string detail;    ///< and after it
   std::string sensor;    ///< sensor file that was used with it; empty: none
   bool missing = false;  ///< a recording that is no longer where it was
+  bool folds = false;    ///< shows and hides the simulated touches but the first
+
+  /// Whether the arrows stop here.
+  bool can_be_chosen() const { return folds || !input.empty(); }
 };
 
 /// A sensor file that can be chosen.
@@ -26,6 +30,7 @@ struct SensorEntry {
   std::string name;    ///< the sensor's own
   std::string detail;  ///< the file, or why it cannot be used
   bool usable = true;
+  bool shipped = false;  ///< comes with the program
 };
 
 class StartList {
@@ -36,6 +41,8 @@ class StartList {
 
   /// Looks again.
   void refresh(const Settings& settings);
+  /// Shows or hides the simulated touches but the first.
+  void fold(const Settings& settings);
   /// Takes over what the threads found meanwhile; true where something changed.
   bool update();
 
@@ -45,16 +52,22 @@ class StartList {
 
   /// A source that the user typed or dropped: a session, a recording, camera:..., synthetic:...
   static SourceEntry from_text(const std::string& text);
+  /// Whether `text` is the place of a sensor file, not of something to look at.
+  static bool is_sensor_file(const std::string& text);
   /// Adds a sensor file; returns its place in sensors().
   size_t add_sensor(const std::filesystem::path& file);
 
  private:
   void collect(const Settings& settings);
 
+  bool folded_ = true;
   std::vector<SourceEntry> sources_;
   std::vector<SensorEntry> sensors_;
   std::future<std::vector<SourceEntry>> cameras_;
   std::future<std::vector<SensorEntry>> files_;
 };
+
+/// A message as it is said in the window, where nobody has given options: by the names of what is seen there.
+std::string in_the_window(std::string message);
 
 }  // namespace palpate::viz

@@ -12,6 +12,7 @@
 
 #include "engine/gpu/context.h"
 #include "viz/panels/measurement.h"
+#include "viz/panels/thumbnails.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {
@@ -32,25 +33,43 @@ const char* title_of(SourceEntry::Group group) {
   }
 }
 
-/// One line of a list, its name in front and the rest faint; true where it was clicked.
-bool list_line(const char* id, const std::string& name, const std::string& detail, bool selected, bool usable,
-               float name_width, bool& doubled) {
+const ImVec4 kChosen{0.34f, 0.71f, 0.91f, 1};
+
+/// Appearance of one line of a list.
+struct LineLook {
+  bool selected = false;  ///< the one that Enter takes
+  bool usable = true;
+  float name_width = 100, height = 0;  ///< px; 0: of one row of text
+  float indent = 0;                    ///< room in front of the name, px
+};
+
+/// One line of a list, its name in front and the rest faint, below the name in a high one; true where it was
+/// clicked.
+bool list_line(const char* id, const std::string& name, const std::string& detail, const LineLook& look) {
   ImGui::PushID(id);
-  const float from = ImGui::GetCursorPosX();
+  const float from = ImGui::GetCursorPosX() + look.indent, top = ImGui::GetCursorPosY();
   ImGui::PushStyleColor(ImGuiCol_HeaderHovered, ImVec4{0.16f, 0.25f, 0.36f, 1});  // faint words stay legible
-  const bool clicked = ImGui::Selectable("##line", selected, ImGuiSelectableFlags_AllowDoubleClick);
+  const bool clicked = ImGui::Selectable("##line", look.selected, 0, {0, look.height});
   const bool pointed_at = ImGui::IsItemHovered();
+  const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
   ImGui::PopStyleColor();
-  doubled = clicked && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left);
-  ImGui::SameLine(from);
-  const std::string shown = shortened(name, name_width - 8);
-  if (usable)
+  if (look.selected)
+    ImGui::GetWindowDrawList()->AddRectFilled(low, {low.x + 3, high.y}, ImGui::GetColorU32(kChosen));
+  const float bottom = ImGui::GetCursorPosY();
+  const bool high_row = look.height > 1.9f * ImGui::GetTextLineHeight();
+  const float y = high_row ? top + look.height / 2 - ImGui::GetTextLineHeight() : top;
+  ImGui::SetCursorPos({from, y});
+  const float room = ImGui::GetContentRegionAvail().x;
+  const std::string shown = shortened(name, high_row ? room : look.name_width - 8);
+  if (look.usable)
     ImGui::TextUnformatted(shown.c_str());
   else
     ImGui::TextDisabled("%s", shown.c_str());
-  ImGui::SameLine(from + name_width);
+  ImGui::SetCursorPos(high_row ? ImVec2{from, y + ImGui::GetTextLineHeight()}
+                               : ImVec2{from + look.name_width, y});
   const std::string rest = shortened(detail, ImGui::GetContentRegionAvail().x);
   ImGui::TextDisabled("%s", rest.c_str());
+  ImGui::SetCursorPosY(bottom);
   if (pointed_at && (shown != name || rest != detail)) {  // what had no room
     ImGui::BeginTooltip();
     ImGui::PushTextWrapPos(0.9f * ImGui::GetIO().DisplaySize.x);
@@ -64,15 +83,27 @@ bool list_line(const char* id, const std::string& name, const std::string& detai
 
 }  // namespace
 
-StartView::StartView(gpu::Context& context, Window& window, Settings& settings, std::string message,
+StartView::StartView(gpu::Context& context, Window& window, Settings& settings, const StartTrouble& trouble,
                      std::string folder)
     : context_(context),
       window_(window),
       settings_(settings),
       list_(settings),
-      message_(std::move(message)),
+      message_(in_the_window(trouble.message)),
+      trouble_(!trouble.message.empty()),
       folder_(std::move(folder)) {
   window_.set_title("palpate");
+  std::snprintf(typed_.data(), typed_.size(), "%s", trouble.choice.typed.c_str());
+  if (!trouble.choice.sensor.empty()) sensor_ = list_.add_sensor(trouble.choice.sensor);
+  load_thumbnails();
+}
+
+void StartView::load_thumbnails() {
+  for (const Settings::Recent& recent : settings_.recent)
+    if (auto picture = load_thumbnail(recent.input)) {
+      thumbnail_of_[recent.input] = thumbnails_.size();
+      thumbnails_.push_back(std::move(*picture));
+    }
 }
 
 StartView::~StartView() {
@@ -86,7 +117,7 @@ bool StartView::draw(const std::function<void()>& content) {
   if (!frame_ || std::abs(frame_->scale() / scale - 1) > 1e-3f) {
     frame_.reset();
     frame_ = std::make_unique<HudFrame>(context_, window_.pass(), Window::kPicturesInFlight, window_.handle(),
-                                        scale);
+                                        scale, thumbnails_);
   }
   while (window_.in_flight() >= Window::kPicturesInFlight) window_.poll_finished(true);
   if (!window_.begin_picture()) return false;
@@ -163,7 +194,7 @@ void StartView::step(int by) {
   for (int left = std::abs(by); left > 0;) {
     int next = at + direction;
     while (next >= 0 && next < static_cast<int>(sources.size()) &&
-           sources[static_cast<size_t>(next)].input.empty())
+           !sources[static_cast<size_t>(next)].can_be_chosen())
       next += direction;
     if (next < 0 || next >= static_cast<int>(sources.size())) break;
     at = next;
@@ -233,32 +264,46 @@ void StartView::handle_keys() {
 }
 
 void StartView::open_selected() {
-  if (source_ >= list_.sources().size() || list_.sources()[source_].input.empty()) return;
+  if (source_ >= list_.sources().size()) return;
+  if (list_.sources()[source_].folds) {
+    list_.fold(settings_);
+    return;
+  }
+  if (list_.sources()[source_].input.empty()) return;
   const SourceEntry& source = list_.sources()[source_];
   const SensorEntry& sensor = list_.sensors()[std::min(sensor_, list_.sensors().size() - 1)];
   if (!sensor.usable) {
     message_ = sensor.detail;
+    trouble_ = true;
     return;
   }
-  chosen_ = Choice{source.input, sensor.file.empty() ? source.sensor : sensor.file};
+  chosen_ = Choice{source.input, sensor.file.empty() ? source.sensor : sensor.file, {}};
+}
+
+void StartView::choose_sensor(const std::string& file) {
+  sensor_ = list_.add_sensor(file);
+  const SensorEntry& sensor = list_.sensors()[sensor_];
+  trouble_ = !sensor.usable;
+  message_ = sensor.usable ? "sensor '" + sensor.name + "'; now what it looks at" : sensor.detail;
 }
 
 void StartView::open_text() {
   const std::string input = typed_.data();
   if (input.empty()) return;
+  if (StartList::is_sensor_file(input)) {
+    choose_sensor(input);
+    if (!trouble_) typed_ = {};
+    return;
+  }
   const SensorEntry& sensor = list_.sensors()[std::min(sensor_, list_.sensors().size() - 1)];
-  chosen_ = Choice{input, sensor.file};
+  chosen_ = Choice{input, sensor.file, input};
 }
 
 /// A sensor file becomes the chosen one, anything else is opened.
 void StartView::take_drops() {
   for (const std::string& path : window_.take_drops()) {
-    if (std::filesystem::path(path).extension() == ".json") {
-      sensor_ = list_.add_sensor(path);
-    } else {
-      std::snprintf(typed_.data(), typed_.size(), "%s", path.c_str());
-      open_text();
-    }
+    std::snprintf(typed_.data(), typed_.size(), "%s", path.c_str());
+    open_text();
   }
 }
 
@@ -269,35 +314,53 @@ void StartView::describe_sources(float scale) {
     for (source_ = 0; source_ + 1 < sources.size() && sources[source_].input.empty();) ++source_;
   const float name_width = std::min(0.45f * ImGui::GetContentRegionAvail().x, 260 * scale);
   for (size_t i = 0; i < sources.size(); ++i) {
-    const SourceEntry& e = sources[i];
+    const SourceEntry e = sources[i];  // a click may change the list
     if (i == 0 || sources[i - 1].group != e.group) {
       if (i > 0) ImGui::Dummy({1, 4 * scale});
-      ImGui::TextColored({0.34f, 0.71f, 0.91f, 1}, "%s", title_of(e.group));
+      ImGui::TextColored(kChosen, "%s", title_of(e.group));
     }
-    bool doubled = false;
-    const bool usable = !e.input.empty() && !e.missing;
-    if (list_line(std::to_string(i).c_str(), e.name, e.detail, i == source_ && !e.input.empty(), usable,
-                  name_width, doubled) &&
-        !e.input.empty()) {
-      source_ = i;
-      settled_ = true;
-      in_sensors_ = false;
-      open_selected();  // one click is enough
+    LineLook look{.selected = i == source_ && e.can_be_chosen() && !in_sensors_,
+                  .usable = !e.input.empty() && !e.missing,
+                  .name_width = name_width};
+    const auto picture =
+        e.group == SourceEntry::Group::Recent ? thumbnail_of_.find(e.input) : thumbnail_of_.end();
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    if (e.group == SourceEntry::Group::Recent && !e.input.empty()) {
+      look.height = 40 * scale;
+      look.indent = 60 * scale;
     }
+    const bool clicked = list_line(std::to_string(i).c_str(), e.name, e.detail, look);
+    if (picture != thumbnail_of_.end())
+      frame_->draw_picture(picture->second, {at.x + 5 * scale, at.y + scale},
+                           {at.x + 5 * scale + 50.7f * scale, at.y + 39 * scale});
     if (i == source_ && scroll_ && !in_sensors_) ImGui::SetScrollHereY();
+    if (!clicked || !e.can_be_chosen()) continue;
+    source_ = i;
+    settled_ = true;
+    in_sensors_ = false;
+    open_selected();  // one click is enough
+    if (e.folds) return;
   }
 }
 
 void StartView::describe_sensors(float scale) {
   const auto& sensors = list_.sensors();
-  const float name_width = std::min(0.5f * ImGui::GetContentRegionAvail().x, 200 * scale);
+  const float name_width = std::min(0.62f * ImGui::GetContentRegionAvail().x, 300 * scale);
   for (size_t i = 0; i < sensors.size(); ++i) {
-    bool doubled = false;
-    if (list_line(std::to_string(i).c_str(), sensors[i].name, sensors[i].detail, i == sensor_,
-                  sensors[i].usable, name_width, doubled)) {
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    if (list_line(std::to_string(i).c_str(), sensors[i].name, sensors[i].detail,
+                  {.selected = i == sensor_ && in_sensors_,
+                   .usable = sensors[i].usable,
+                   .name_width = name_width,
+                   .indent = 22 * scale})) {
       sensor_ = i;
       in_sensors_ = true;
     }
+    // One of them is used whatever is opened.
+    ImDrawList* list = ImGui::GetWindowDrawList();
+    const ImVec2 middle{at.x + 11 * scale, at.y + ImGui::GetTextLineHeight() / 2};
+    list->AddCircle(middle, 5 * scale, ImGui::GetColorU32(ImGuiCol_TextDisabled), 0, 1.2f * scale);
+    if (i == sensor_) list->AddCircleFilled(middle, 3 * scale, ImGui::GetColorU32(kChosen));
     if (i == sensor_ && scroll_ && in_sensors_) ImGui::SetScrollHereY();
   }
 }
@@ -314,7 +377,7 @@ void StartView::describe() {
   ImGui::SameLine();
   ImGui::TextDisabled("what is to be touched?");
   if (!message_.empty()) {
-    ImGui::PushStyleColor(ImGuiCol_Text, ImVec4{1, 0.47f, 0.24f, 1});
+    ImGui::PushStyleColor(ImGuiCol_Text, trouble_ ? ImVec4{1, 0.47f, 0.24f, 1} : kChosen);
     ImGui::TextWrapped("%s", message_.c_str());
     ImGui::PopStyleColor();
   }
@@ -322,26 +385,26 @@ void StartView::describe() {
   const float height = std::max(ImGui::GetContentRegionAvail().y - foot, 60 * scale);
   const bool side_by_side = size.x > 760 * scale;
   const float list_width = side_by_side ? 0.62f * ImGui::GetContentRegionAvail().x : 0;
-  const ImVec4 border = ImGui::GetStyleColorVec4(ImGuiCol_Border), chosen{0.34f, 0.71f, 0.91f, 1};
-  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? border : chosen);
+  const ImVec4 border = ImGui::GetStyleColorVec4(ImGuiCol_Border);
+  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? border : kChosen);
   ImGui::BeginChild("sources", {list_width, side_by_side ? height : 0.62f * height}, true,
                     ImGuiWindowFlags_NoNav);
   describe_sources(scale);
   ImGui::EndChild();
   ImGui::PopStyleColor();
   if (side_by_side) ImGui::SameLine();
-  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? chosen : border);
+  ImGui::PushStyleColor(ImGuiCol_Border, in_sensors_ ? kChosen : border);
   ImGui::BeginChild("sensors", {0, side_by_side ? height : 0.36f * height}, true, ImGuiWindowFlags_NoNav);
-  ImGui::TextColored({0.34f, 0.71f, 0.91f, 1}, "Sensor file");
+  ImGui::TextColored(kChosen, "Sensor file");
   describe_sensors(scale);
   ImGui::EndChild();
   ImGui::PopStyleColor();
   scroll_ = false;
 
   ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 190 * scale);
-  ImGui::InputTextWithHint("##typed",
-                           "a recording, a session's folder, camera:/dev/video0?fps=60, synthetic:slide ...",
-                           typed_.data(), typed_.size());
+  ImGui::InputTextWithHint(
+      "##typed", "a recording, a session, a sensor file, camera:/dev/video0?fps=60, synthetic:slide ...",
+      typed_.data(), typed_.size());
   if (std::exchange(entered_, false)) open_text();
   ImGui::SameLine();
   if (ImGui::Button("Open")) open_text();

@@ -3,8 +3,10 @@
 
 #include <array>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "viz/panels/settings.h"
 #include "viz/panels/start_list.h"
@@ -16,14 +18,21 @@ namespace palpate::viz {
 struct Choice {
   std::string input;   ///< as open_source takes it
   std::string sensor;  ///< sensor file; empty: none
+  std::string typed;   ///< where the source was typed: that text
+};
+
+/// What went wrong with the last choice.
+struct StartTrouble {
+  std::string message;  ///< one line; empty: nothing
+  Choice choice;
 };
 
 /// Main thread. One at a time, and none while a Scene draws into the same window.
 class StartView {
  public:
-  /// `settings` gives the recent sources and takes the text's size. `message`: what went wrong with the last
-  /// choice, in one line; empty: nothing. `folder`: where sessions and snapshots will go.
-  StartView(gpu::Context& context, Window& window, Settings& settings, std::string message,
+  /// `settings` gives the recent sources and takes the text's size. `folder`: where sessions and snapshots
+  /// will go.
+  StartView(gpu::Context& context, Window& window, Settings& settings, const StartTrouble& trouble,
             std::string folder);
   ~StartView();
 
@@ -42,13 +51,18 @@ class StartView {
   void open_selected();
   void open_text();
   void take_drops();
+  void choose_sensor(const std::string& file);
+  void load_thumbnails();
 
   gpu::Context& context_;
   Window& window_;
   Settings& settings_;
   StartList list_;
+  std::vector<RgbImage> thumbnails_;
+  std::map<std::string, size_t> thumbnail_of_;  ///< input: its place among them
   std::unique_ptr<HudFrame> frame_;
   std::string message_;
+  bool trouble_ = false;  ///< the message is about something that went wrong
   std::string folder_;
   size_t source_ = 0;        ///< selected, in list_.sources()
   size_t sensor_ = 0;        ///< selected, in list_.sensors()

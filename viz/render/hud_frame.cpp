@@ -4,6 +4,7 @@
 #include <backends/imgui_impl_vulkan.h>
 #include <imgui.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "engine/gpu/commands.h"
@@ -38,10 +39,26 @@ void set_style(float scale) {
   style.ScaleAllSizes(scale);
 }
 
+void put_pictures(ImFontAtlas& atlas, std::span<const RgbImage> pictures, const std::vector<int>& places) {
+  atlas.Build();
+  unsigned char* texels = nullptr;
+  int width = 0, height = 0;
+  atlas.GetTexDataAsRGBA32(&texels, &width, &height);
+  for (size_t i = 0; i < pictures.size(); ++i) {
+    const ImFontAtlasCustomRect& rect = *atlas.GetCustomRectByIndex(places[i]);
+    for (uint32_t y = 0; y < pictures[i].height; ++y)
+      for (uint32_t x = 0; x < pictures[i].width; ++x) {
+        unsigned char* to = texels + 4 * (static_cast<size_t>(rect.Y + y) * width + rect.X + x);
+        std::copy_n(pictures[i].at(x, y), 3, to);
+        to[3] = 255;
+      }
+  }
+}
+
 }  // namespace
 
 HudFrame::HudFrame(gpu::Context& context, const RenderPass& pass, uint32_t frames_in_flight,
-                   GLFWwindow* window, float scale)
+                   GLFWwindow* window, float scale, std::span<const RgbImage> pictures)
     : context_(context), window_(window), scale_(scale) {
   IMGUI_CHECKVERSION();
   imgui_ = ImGui::CreateContext();
@@ -64,6 +81,11 @@ HudFrame::HudFrame(gpu::Context& context, const RenderPass& pass, uint32_t frame
     config.SizePixels = 26 * scale;
     large_ = io.Fonts->AddFontDefault(&config);
   }
+  // Pictures lie in the texture of the letters: one texture, one descriptor, one upload.
+  for (const RgbImage& picture : pictures)
+    pictures_.push_back(
+        io.Fonts->AddCustomRectRegular(static_cast<int>(picture.width), static_cast<int>(picture.height)));
+  if (!pictures.empty()) put_pictures(*io.Fonts, pictures, pictures_);
 
   const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1};
   VkDescriptorPoolCreateInfo pool{};
@@ -120,6 +142,14 @@ void HudFrame::begin(VkExtent2D extent) {
   io.DisplaySize = {static_cast<float>(extent.width), static_cast<float>(extent.height)};
   io.DisplayFramebufferScale = {1, 1};
   ImGui::NewFrame();
+}
+
+void HudFrame::draw_picture(size_t index, std::array<float, 2> low, std::array<float, 2> high) const {
+  const ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
+  const ImFontAtlasCustomRect& rect = *const_cast<ImFontAtlas&>(atlas).GetCustomRectByIndex(pictures_[index]);
+  ImVec2 from, to;
+  atlas.CalcCustomRectUV(&rect, &from, &to);
+  ImGui::GetWindowDrawList()->AddImage(atlas.TexID, {low[0], low[1]}, {high[0], high[1]}, from, to);
 }
 
 void HudFrame::abandon() {

@@ -3,6 +3,10 @@
 
 #include <vulkan/vulkan.h>
 
+#include <array>
+#include <span>
+#include <vector>
+
 #include "viz/render/render_target.h"
 
 struct GLFWwindow;
@@ -14,9 +18,9 @@ namespace palpate::viz {
 /// Owns one ImGui context. Main thread only.
 class HudFrame {
  public:
-  /// `window`: null off-screen. `scale`: of all text, 1 for 96 dpi.
+  /// `window`: null off-screen. `scale`: of all text, 1 for 96 dpi. `pictures`: small ones, for draw_picture.
   HudFrame(gpu::Context& context, const RenderPass& pass, uint32_t frames_in_flight, GLFWwindow* window,
-           float scale);
+           float scale, std::span<const RgbImage> pictures = {});
   ~HudFrame();
   HudFrame(const HudFrame&) = delete;
   HudFrame& operator=(const HudFrame&) = delete;
@@ -27,6 +31,9 @@ class HudFrame {
   void abandon();
   /// Draws what was described since begin; inside the render pass.
   void draw(VkCommandBuffer cmd);
+
+  /// Picture `index` from `low` to `high`, px, in ImGui's present window.
+  void draw_picture(size_t index, std::array<float, 2> low, std::array<float, 2> high) const;
 
   ImFont* body() const { return body_; }
   ImFont* large() const { return large_; }
@@ -40,6 +47,7 @@ class HudFrame {
   ImGuiContext* imgui_ = nullptr;
   ImFont* body_ = nullptr;
   ImFont* large_ = nullptr;
+  std::vector<int> pictures_;  ///< their places in the fonts' texture
   VkDescriptorPool pool_ = VK_NULL_HANDLE;
 };
 

@@ -1,0 +1,101 @@
+#include "viz/panels/thumbnails.h"
+
+#include <algorithm>
+#include <cinttypes>
+#include <opencv2/core.hpp>
+#include <set>
+
+#include "capture/files/images/images.h"
+#include "capture/files/output_file.h"
+#include "palpate/error.h"
+#include "viz/render/format.h"
+
+namespace palpate::viz {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path folder() {
+  const fs::path settings = settings_file();
+  return settings.empty() ? fs::path() : settings.parent_path() / "thumbnails";
+}
+
+}  // namespace
+
+RgbImage thumbnail_of(const Frame& frame) {
+  RgbImage picture{kThumbnailWidth, kThumbnailHeight, {}};
+  picture.rgb.assign(size_t{3} * kThumbnailWidth * kThumbnailHeight, 24);
+  const FrameFormat& f = frame.format;
+  const double scale = std::max(static_cast<double>(f.width) / kThumbnailWidth,
+                                static_cast<double>(f.height) / kThumbnailHeight);
+  const auto width = std::clamp(static_cast<uint32_t>(f.width / scale), 1u, kThumbnailWidth);
+  const auto height = std::clamp(static_cast<uint32_t>(f.height / scale), 1u, kThumbnailHeight);
+  const uint32_t left = (kThumbnailWidth - width) / 2, top = (kThumbnailHeight - height) / 2;
+  const uint32_t shift = f.bit_depth > 8 ? f.bit_depth - 8 : 0;
+  for (uint32_t y = 0; y < height; ++y)
+    for (uint32_t x = 0; x < width; ++x) {
+      const uint32_t x0 = x * f.width / width, x1 = std::max(x0 + 1, (x + 1) * f.width / width);
+      const uint32_t y0 = y * f.height / height, y1 = std::max(y0 + 1, (y + 1) * f.height / height);
+      for (uint32_t c = 0; c < 3; ++c) {
+        uint64_t sum = 0;
+        for (uint32_t v = y0; v < y1; ++v)
+          for (uint32_t u = x0; u < x1; ++u) sum += frame.at(f.channels == 3 ? c : 0, u, v);
+        picture.rgb[3 * (size_t{y + top} * kThumbnailWidth + x + left) + c] =
+            static_cast<uint8_t>((sum / ((x1 - x0) * (y1 - y0))) >> shift);
+      }
+    }
+  return picture;
+}
+
+fs::path thumbnail_file(const std::string& input) {
+  if (folder().empty()) return {};
+  uint64_t hash = 14695981039346656037u;  // FNV-1a
+  for (const char c : input) hash = (hash ^ static_cast<uint8_t>(c)) * 1099511628211u;
+  return folder() / text("%016" PRIx64 ".png", hash);
+}
+
+void keep_thumbnail(const std::string& input, const RgbImage& picture, const Settings& settings) {
+  const fs::path file = thumbnail_file(input);
+  if (file.empty()) return;
+  Frame frame;
+  frame.reshape({picture.width, picture.height, 3, 8});
+  for (uint32_t y = 0; y < picture.height; ++y)
+    for (uint32_t x = 0; x < picture.width; ++x)
+      for (uint32_t c = 0; c < 3; ++c) frame.set(c, x, y, picture.at(x, y)[c]);
+  try {
+    make_output_folder(file.parent_path());
+    write_whole(file, encode_image(frame, ".png"));
+  } catch (const Error&) {
+    return;  // a picture in a list is not worth a message
+  }
+  std::set<std::string> kept{file.filename()};
+  for (const Settings::Recent& recent : settings.recent) kept.insert(thumbnail_file(recent.input).filename());
+  std::error_code code;
+  std::vector<fs::path> old;
+  for (const auto& entry : fs::directory_iterator(file.parent_path(), code))
+    if (entry.path().extension() == ".png" && !kept.contains(entry.path().filename()))
+      old.push_back(entry.path());
+  for (const fs::path& path : old) fs::remove(path, code);
+}
+
+std::optional<RgbImage> load_thumbnail(const std::string& input) {
+  const fs::path file = thumbnail_file(input);
+  std::error_code code;
+  if (file.empty() || !fs::exists(file, code)) return std::nullopt;
+  try {
+    const cv::Mat image = read_image(file);
+    if (image.type() != CV_8UC3 || image.cols != kThumbnailWidth || image.rows != kThumbnailHeight)
+      return std::nullopt;
+    RgbImage picture{kThumbnailWidth, kThumbnailHeight, {}};
+    for (int y = 0; y < image.rows; ++y)
+      for (int x = 0; x < image.cols; ++x) {
+        const auto& bgr = image.at<cv::Vec3b>(y, x);
+        picture.rgb.insert(picture.rgb.end(), {bgr[2], bgr[1], bgr[0]});
+      }
+    return picture;
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace palpate::viz

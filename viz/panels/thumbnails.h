@@ -1,0 +1,30 @@
+// Thumbnails of recent sources: small files beside the window's settings.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpate/frame.h"
+#include "viz/panels/settings.h"
+#include "viz/render/render_target.h"
+
+namespace palpate::viz {
+
+inline constexpr uint32_t kThumbnailWidth = 96, kThumbnailHeight = 72;  ///< px
+
+/// The frame in the middle of a dark picture of kThumbnailWidth x kThumbnailHeight, each pixel the mean of
+/// those that it stands for. Frames of more than 8 bits and gray ones too.
+RgbImage thumbnail_of(const Frame& frame);
+
+/// File of a source's thumbnail, whether it exists or not; empty where nothing is remembered.
+std::filesystem::path thumbnail_file(const std::string& input);
+
+/// Writes the thumbnail of `input` and removes those of sources that `settings` no longer remembers. Where it
+/// cannot be written there is none.
+void keep_thumbnail(const std::string& input, const RgbImage& picture, const Settings& settings);
+/// None where there is no such file or it is damaged.
+std::optional<RgbImage> load_thumbnail(const std::string& input);
+
+}  // namespace palpate::viz
