@@ -11,6 +11,7 @@
 #include "viz/commands/command.h"
 #include "viz/commands/live_run.h"
 #include "viz/commands/progress.h"
+#include "viz/commands/setup_window.h"
 #include "viz/live/live_report.h"
 #include "viz/panels/start_view.h"
 #include "viz/render/window.h"
@@ -52,22 +53,33 @@ LiveRunRequest request_of(const viz::Choice& choice, const fs::path& folder, viz
   return request;
 }
 
-Report start(const Common& common) {
+/// `setup`: with the form for a sensor of one's own in front.
+Report start(const Common& common, const std::optional<SetupInputs>& setup) {
   const std::vector<const char*> extensions = viz::window_extensions();
   const std::unique_ptr<gpu::Context> context = open_device(common, &extensions);
   Remembered remembered;
   viz::Settings& settings = remembered.settings;
   viz::Window window(*context, {"palpate", settings.width, settings.height, viz::Vsync::On});
   const fs::path folder = recordings_folder(settings);
+  SetupWindow own_sensor(setup.value_or(SetupInputs{}), common.out, folder);
   viz::StartTrouble trouble{remembered.warning, {}};
   std::string text;
+  bool in_setup = setup.has_value();
   while (!window.close_requested() && !interrupted()) {
+    std::optional<viz::Choice> choice;
+    if (std::exchange(in_setup, false)) choice = own_sensor.fill_in(*context, window, settings);
+    if (window.close_requested() || interrupted()) break;
     LiveRunRequest request;
     std::optional<OpenInput> opened;
     {
       viz::StartView view(*context, window, settings, std::exchange(trouble, {}), folder.string());
-      const std::optional<viz::Choice> choice = view.choose(interrupted);
+      if (!choice) choice = view.choose(interrupted);
       if (!choice) break;
+      if (choice->setup) {
+        own_sensor.take_recording(choice->typed);
+        in_setup = true;
+        continue;
+      }
       request = request_of(*choice, folder, window, settings);
       try {
         opened = open_choice(common, request, view);
@@ -99,7 +111,11 @@ Report start(const Common& common) {
 }  // namespace
 
 Command start_command(Common& common) {
-  return [&common] { return start(common); };
+  return [&common] { return start(common, std::nullopt); };
+}
+
+Report setup_in_window(const Common& common, const SetupInputs& known) {
+  return start(common, known);
 }
 
 }  // namespace palpate

@@ -10,17 +10,12 @@
 #include <filesystem>
 #include <utility>
 
-#include "engine/gpu/context.h"
 #include "viz/panels/measurement.h"
 #include "viz/panels/thumbnails.h"
 #include "viz/render/format.h"
 
 namespace palpate::viz {
 namespace {
-
-constexpr ImGuiWindowFlags kWhole = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
-                                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBackground |
-                                    ImGuiWindowFlags_NoNav;
 
 const char* title_of(SourceEntry::Group group) {
   switch (group) {
@@ -85,9 +80,9 @@ bool list_line(const char* id, const std::string& name, const std::string& detai
 
 StartView::StartView(gpu::Context& context, Window& window, Settings& settings, const StartTrouble& trouble,
                      std::string folder)
-    : context_(context),
-      window_(window),
+    : window_(window),
       settings_(settings),
+      page_(context, window, settings.text_scale),
       list_(settings),
       message_(in_the_window(trouble.message)),
       trouble_(!trouble.message.empty()),
@@ -99,85 +94,29 @@ StartView::StartView(gpu::Context& context, Window& window, Settings& settings, 
 }
 
 void StartView::load_thumbnails() {
+  std::vector<RgbImage> pictures;
   for (const Settings::Recent& recent : settings_.recent)
     if (auto picture = load_thumbnail(recent.input)) {
-      thumbnail_of_[recent.input] = thumbnails_.size();
-      thumbnails_.push_back(std::move(*picture));
+      thumbnail_of_[recent.input] = pictures.size();
+      pictures.push_back(std::move(*picture));
     }
-}
-
-StartView::~StartView() {
-  while (window_.poll_finished(true)) {
-  }
-}
-
-/// One picture; false where there is nothing to draw to.
-bool StartView::draw(const std::function<void()>& content) {
-  const float scale = window_.scale() * settings_.text_scale;
-  if (!frame_ || std::abs(frame_->scale() / scale - 1) > 1e-3f) {
-    frame_.reset();
-    frame_ = std::make_unique<HudFrame>(context_, window_.pass(), Window::kPicturesInFlight, window_.handle(),
-                                        scale, thumbnails_);
-  }
-  while (window_.in_flight() >= Window::kPicturesInFlight) window_.poll_finished(true);
-  if (!window_.begin_picture()) return false;
-  frame_->begin(window_.extent());
-  content();
-  window_.begin_pass();
-  frame_->draw(window_.cmd());
-  window_.end_picture(false);
-  return true;
+  page_.set_pictures(std::move(pictures));
 }
 
 std::optional<Choice> StartView::choose(const std::function<bool()>& interrupted) {
-  int restless = 3, quiet = 0;
-  while (!window_.close_requested() && !(interrupted && interrupted())) {
-    // Sleeps until something happens; what the threads find is looked at ten times a second.
-    glfwWaitEventsTimeout(restless > 0 ? 0.01 : 0.1);
-    const ImGuiIO* io = frame_ ? &ImGui::GetIO() : nullptr;
-    if (!io || list_.update() || list_.looking() || window_.has_keys() || window_.has_drops() ||
-        io->MouseDelta.x != 0 || io->MouseDelta.y != 0 || io->MouseWheel != 0 || io->WantTextInput)
-      restless = 3;
-    double x = 0, y = 0;
-    glfwGetCursorPos(window_.handle(), &x, &y);
-    if (io && (io->MousePos.x != static_cast<float>(x) || io->MousePos.y != static_cast<float>(y)))
-      restless = 3;
-    for (const int button : {GLFW_MOUSE_BUTTON_LEFT, GLFW_MOUSE_BUTTON_RIGHT})
-      if (glfwGetMouseButton(window_.handle(), button) == GLFW_PRESS) restless = 3;
-    if (static_cast<uint32_t>(io ? io->DisplaySize.x : 0) != window_.extent().width) restless = 3;
-    if (window_.minimised()) continue;
-    if (restless-- <= 0) {
-      restless = 0;
-      // A picture a second also at rest: a window that was covered may have lost its content.
-      if (++quiet % 10 != 0) continue;
-    }
-    take_drops();
-    draw([this] {
-      handle_keys();
-      describe();
-    });
-    if (chosen_) return std::exchange(chosen_, {});
-  }
-  return std::nullopt;
+  page_.run(
+      [this] {
+        take_drops();
+        handle_keys();
+        describe();
+      },
+      [this] { return chosen_.has_value(); }, [this] { return list_.update() || list_.looking(); },
+      interrupted);
+  return std::exchange(chosen_, {});
 }
 
 bool StartView::wait(const std::string& what, const std::function<bool()>& done) {
-  while (!done()) {
-    if (window_.close_requested()) return false;
-    glfwWaitEventsTimeout(0.05);
-    bool given_up = false;
-    draw([&] {
-      for (const KeyPress& press : window_.take_keys()) given_up = given_up || press.key == GLFW_KEY_ESCAPE;
-      const ImVec2 size = ImGui::GetIO().DisplaySize;
-      ImGui::SetNextWindowPos({size.x / 2, size.y / 2}, ImGuiCond_Always, {0.5f, 0.5f});
-      ImGui::Begin("opening", nullptr, kWhole | ImGuiWindowFlags_AlwaysAutoResize);
-      ImGui::TextUnformatted(("opening " + shortened(what, 0.7f * size.x)).c_str());
-      if (ImGui::Button("Cancel (Esc)")) given_up = true;
-      ImGui::End();
-    });
-    if (given_up) return false;
-  }
-  return true;
+  return page_.wait("opening " + what, done);
 }
 
 void StartView::step(int by) {
@@ -331,8 +270,8 @@ void StartView::describe_sources(float scale) {
     }
     const bool clicked = list_line(std::to_string(i).c_str(), e.name, e.detail, look);
     if (picture != thumbnail_of_.end())
-      frame_->draw_picture(picture->second, {at.x + 5 * scale, at.y + scale},
-                           {at.x + 5 * scale + 50.7f * scale, at.y + 39 * scale});
+      page_.frame().draw_picture(picture->second, {at.x + 5 * scale, at.y + scale},
+                                 {at.x + 5 * scale + 50.7f * scale, at.y + 39 * scale});
     if (i == source_ && scroll_ && !in_sensors_) ImGui::SetScrollHereY();
     if (!clicked || !e.can_be_chosen()) continue;
     source_ = i;
@@ -366,12 +305,12 @@ void StartView::describe_sensors(float scale) {
 }
 
 void StartView::describe() {
-  const float scale = frame_->scale();
+  const float scale = page_.frame().scale();
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   ImGui::SetNextWindowPos({0, 0});
   ImGui::SetNextWindowSize(size);
-  ImGui::Begin("start", nullptr, kWhole | ImGuiWindowFlags_NoBringToFrontOnFocus);
-  ImGui::PushFont(frame_->large());
+  ImGui::Begin("start", nullptr, page_flags() | ImGuiWindowFlags_NoBringToFrontOnFocus);
+  ImGui::PushFont(page_.frame().large());
   ImGui::TextUnformatted("palpate");
   ImGui::PopFont();
   ImGui::SameLine();
@@ -401,7 +340,7 @@ void StartView::describe() {
   ImGui::PopStyleColor();
   scroll_ = false;
 
-  ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 190 * scale);
+  ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 290 * scale);
   ImGui::InputTextWithHint(
       "##typed", "a recording, a session, a sensor file, camera:/dev/video0?fps=60, synthetic:slide ...",
       typed_.data(), typed_.size());
@@ -410,6 +349,8 @@ void StartView::describe() {
   if (ImGui::Button("Open")) open_text();
   ImGui::SameLine();
   if (ImGui::Button("Look again")) list_.refresh(settings_);
+  ImGui::SameLine();
+  if (ImGui::Button("New sensor")) chosen_ = Choice{{}, {}, typed_.data(), true};
   ImGui::TextDisabled(
       "%s", shortened("Click, or arrows and Enter; Tab: sensor files; F5: look again; Del: forget; Ctrl + "
                       "plus, minus: text; Esc: quit",

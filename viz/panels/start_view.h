@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "viz/panels/form_window.h"
 #include "viz/panels/settings.h"
 #include "viz/panels/start_list.h"
-#include "viz/render/hud_frame.h"
 #include "viz/render/window.h"
 
 namespace palpate::viz {
@@ -19,6 +19,7 @@ struct Choice {
   std::string input;   ///< as open_source takes it
   std::string sensor;  ///< sensor file; empty: none
   std::string typed;   ///< where the source was typed: that text
+  bool setup = false;  ///< instead: the form for a sensor of one's own, with `typed`
 };
 
 /// What went wrong with the last choice.
@@ -34,7 +35,6 @@ class StartView {
   /// will go.
   StartView(gpu::Context& context, Window& window, Settings& settings, const StartTrouble& trouble,
             std::string folder);
-  ~StartView();
 
   /// Until the user has chosen; none where the window was closed or `interrupted` says so.
   std::optional<Choice> choose(const std::function<bool()>& interrupted);
@@ -42,7 +42,6 @@ class StartView {
   bool wait(const std::string& what, const std::function<bool()>& done);
 
  private:
-  bool draw(const std::function<void()>& describe);
   void describe();
   void describe_sources(float scale);
   void describe_sensors(float scale);
@@ -54,13 +53,11 @@ class StartView {
   void choose_sensor(const std::string& file);
   void load_thumbnails();
 
-  gpu::Context& context_;
   Window& window_;
   Settings& settings_;
+  FormWindow page_;
   StartList list_;
-  std::vector<RgbImage> thumbnails_;
-  std::map<std::string, size_t> thumbnail_of_;  ///< input: its place among them
-  std::unique_ptr<HudFrame> frame_;
+  std::map<std::string, size_t> thumbnail_of_;  ///< input: its place among the page's pictures
   std::string message_;
   bool trouble_ = false;  ///< the message is about something that went wrong
   std::string folder_;

@@ -22,16 +22,15 @@ fs::path folder() {
 
 }  // namespace
 
-RgbImage thumbnail_of(const Frame& frame) {
-  RgbImage picture{kThumbnailWidth, kThumbnailHeight, {}};
-  picture.rgb.assign(size_t{3} * kThumbnailWidth * kThumbnailHeight, 24);
+RgbImage scaled_down(const Frame& frame, uint32_t most_width, uint32_t most_height) {
   const FrameFormat& f = frame.format;
-  const double scale = std::max(static_cast<double>(f.width) / kThumbnailWidth,
-                                static_cast<double>(f.height) / kThumbnailHeight);
-  const auto width = std::clamp(static_cast<uint32_t>(f.width / scale), 1u, kThumbnailWidth);
-  const auto height = std::clamp(static_cast<uint32_t>(f.height / scale), 1u, kThumbnailHeight);
-  const uint32_t left = (kThumbnailWidth - width) / 2, top = (kThumbnailHeight - height) / 2;
+  const double scale =
+      std::max({1.0, static_cast<double>(f.width) / most_width, static_cast<double>(f.height) / most_height});
+  const auto width = std::clamp(static_cast<uint32_t>(f.width / scale), 1u, most_width);
+  const auto height = std::clamp(static_cast<uint32_t>(f.height / scale), 1u, most_height);
   const uint32_t shift = f.bit_depth > 8 ? f.bit_depth - 8 : 0;
+  RgbImage picture{width, height, {}};
+  picture.rgb.reserve(size_t{3} * width * height);
   for (uint32_t y = 0; y < height; ++y)
     for (uint32_t x = 0; x < width; ++x) {
       const uint32_t x0 = x * f.width / width, x1 = std::max(x0 + 1, (x + 1) * f.width / width);
@@ -40,10 +39,20 @@ RgbImage thumbnail_of(const Frame& frame) {
         uint64_t sum = 0;
         for (uint32_t v = y0; v < y1; ++v)
           for (uint32_t u = x0; u < x1; ++u) sum += frame.at(f.channels == 3 ? c : 0, u, v);
-        picture.rgb[3 * (size_t{y + top} * kThumbnailWidth + x + left) + c] =
-            static_cast<uint8_t>((sum / ((x1 - x0) * (y1 - y0))) >> shift);
+        picture.rgb.push_back(static_cast<uint8_t>((sum / ((x1 - x0) * (y1 - y0))) >> shift));
       }
     }
+  return picture;
+}
+
+RgbImage thumbnail_of(const Frame& frame) {
+  const RgbImage inner = scaled_down(frame, kThumbnailWidth, kThumbnailHeight);
+  RgbImage picture{kThumbnailWidth, kThumbnailHeight, {}};
+  picture.rgb.assign(size_t{3} * kThumbnailWidth * kThumbnailHeight, 24);
+  const uint32_t left = (kThumbnailWidth - inner.width) / 2, top = (kThumbnailHeight - inner.height) / 2;
+  for (uint32_t y = 0; y < inner.height; ++y)
+    std::copy_n(inner.at(0, y), 3 * inner.width,
+                picture.rgb.data() + 3 * (size_t{y + top} * kThumbnailWidth + left));
   return picture;
 }
 

@@ -14,8 +14,11 @@ namespace palpate::viz {
 
 inline constexpr uint32_t kThumbnailWidth = 96, kThumbnailHeight = 72;  ///< px
 
-/// The frame in the middle of a dark picture of kThumbnailWidth x kThumbnailHeight, each pixel the mean of
-/// those that it stands for. Frames of more than 8 bits and gray ones too.
+/// The frame in at most `width` x `height` px, each pixel the mean of those that it stands for; smaller
+/// frames as they are. Frames of more than 8 bits and gray ones too.
+RgbImage scaled_down(const Frame& frame, uint32_t width, uint32_t height);
+
+/// The same in the middle of a dark picture of kThumbnailWidth x kThumbnailHeight.
 RgbImage thumbnail_of(const Frame& frame);
 
 /// File of a source's thumbnail, whether it exists or not; empty where nothing is remembered.

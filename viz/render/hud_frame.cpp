@@ -83,6 +83,8 @@ HudFrame::HudFrame(gpu::Context& context, const RenderPass& pass, uint32_t frame
   }
   // Pictures lie in the texture of the letters: one texture, one descriptor, one upload.
   for (const RgbImage& picture : pictures)
+    if (picture.width > 400) io.Fonts->TexDesiredWidth = 2048;  // wider than letters alone need
+  for (const RgbImage& picture : pictures)
     pictures_.push_back(
         io.Fonts->AddCustomRectRegular(static_cast<int>(picture.width), static_cast<int>(picture.height)));
   if (!pictures.empty()) put_pictures(*io.Fonts, pictures, pictures_);

@@ -1,0 +1,50 @@
+// A page of forms and lists that fills the window: drawn only when something happens.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "viz/render/hud_frame.h"
+#include "viz/render/render_target.h"
+#include "viz/render/window.h"
+
+namespace palpate::viz {
+
+/// Main thread. One at a time, and none while a Scene draws into the same window.
+class FormWindow {
+ public:
+  /// `text_scale`: of the person's, followed from picture to picture.
+  FormWindow(gpu::Context& context, Window& window, const float& text_scale);
+  ~FormWindow();
+  FormWindow(const FormWindow&) = delete;
+  FormWindow& operator=(const FormWindow&) = delete;
+
+  /// For HudFrame::draw_picture; the page is made anew, and no text of it is being typed then.
+  void set_pictures(std::vector<RgbImage> pictures);
+  /// Describes the page to ImGui by `content` until `done`, the window's close or `interrupted`. `changed` is
+  /// asked ten times a second whether there is something new to show.
+  void run(const std::function<void()>& content, const std::function<bool()>& done,
+           const std::function<bool()>& changed, const std::function<bool()>& interrupted);
+  /// Shows the words until `done`; false where the person gave up (Escape), which is offered where
+  /// `can_be_cancelled`.
+  bool wait(const std::string& words, const std::function<bool()>& done, bool can_be_cancelled = true);
+
+  const HudFrame& frame() const { return *frame_; }
+  Window& window() { return window_; }
+
+ private:
+  bool draw(const std::function<void()>& content);
+
+  gpu::Context& context_;
+  Window& window_;
+  const float& text_scale_;
+  std::vector<RgbImage> pictures_;
+  std::unique_ptr<HudFrame> frame_;
+};
+
+/// ImGui's flags of a window that is the whole page.
+int page_flags();
+
+}  // namespace palpate::viz

@@ -1,0 +1,292 @@
+#include "viz/panels/setup_view.h"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "viz/panels/measurement.h"
+#include "viz/panels/thumbnails.h"
+#include "viz/render/format.h"
+
+namespace palpate::viz {
+namespace {
+
+const ImVec4 kBlue{0.34f, 0.71f, 0.91f, 1}, kAmber{1, 0.72f, 0.28f, 1}, kRed{1, 0.47f, 0.24f, 1};
+constexpr ImU32 kCorner = IM_COL32(255, 190, 70, 255), kOutline = IM_COL32(255, 190, 70, 200);
+constexpr uint32_t kPicture_px = 1000;
+// What a heading has for a step, in the order of the steps.
+constexpr std::array<const char*, SetupView::kSteps> kTitles{
+    "1  frame", "2  untouched image", "3  touch", "4  scale", "5  surface from a ball", "6  force"};
+
+/// What is missing, by the names of this form instead of the options of the command.
+std::string by_field(std::string words) {
+  static const std::vector<std::pair<std::string, std::string>> kFields{
+      {": --background FILE", ", in 'picture at rest'"},
+      {"--pitch MM_PER_PX, or a picture of a grid: --grid-pictures FILE --grid 9x7 --spacing-mm 2.5",
+       "'mm per px', or pictures of a grid"},
+      {": --ball-mm RADIUS [--balls FOLDER]", ", and 'ball radius'"},
+      {": --gauge FILE", ", in 'gauge table'"},
+      {"; if that is the pad: --corners ", "; if that is the pad, 'Propose' corners: "},
+      {" (or auto)", ""},
+      {"look at the image, --like N chooses", "look at the image, or give another in 'picture at rest'"},
+      {": palpate record, then palpate setup with it",
+       ": record one from the list of sources, then open it here"},
+  };
+  for (const auto& [option, field] : kFields)
+    if (const size_t at = words.find(option); at != std::string::npos)
+      words.replace(at, option.size(), field);
+  return words;
+}
+
+}  // namespace
+
+SetupView::SetupView(gpu::Context& context, Window& window, Settings& settings, SetupForm& form)
+    : window_(window), form_(form), page_(context, window, settings.text_scale) {
+  window_.set_title("palpate: a sensor of your own");
+}
+
+void SetupView::show(const Frame& frame) {
+  camera_px_ = {frame.format.width, frame.format.height};
+  RgbImage picture = scaled_down(frame, kPicture_px, kPicture_px);
+  picture_px_ = {picture.width, picture.height};
+  std::vector<RgbImage> pictures;
+  pictures.push_back(std::move(picture));
+  page_.set_pictures(std::move(pictures));
+  const double w = camera_px_[0], h = camera_px_[1];
+  const bool outside = std::any_of(form_.corners.begin(), form_.corners.end(), [&](const auto& corner) {
+    return corner[0] < 0 || corner[1] < 0 || corner[0] > w || corner[1] > h;
+  });
+  const bool none = form_.corners == decltype(form_.corners){};
+  if (outside || none)
+    form_.corners = {{{0.1 * w, 0.1 * h}, {0.9 * w, 0.1 * h}, {0.9 * w, 0.9 * h}, {0.1 * w, 0.9 * h}}};
+}
+
+void SetupView::set_message(const std::string& message, bool trouble) {
+  message_ = message;
+  trouble_ = trouble;
+}
+
+std::optional<SetupWish> SetupView::next(const std::function<bool()>& interrupted) {
+  page_.run(
+      [this] {
+        take_drops();
+        handle_keys();
+        describe();
+      },
+      [this] { return wish_.has_value(); }, [] { return false; }, interrupted);
+  return std::exchange(wish_, {});
+}
+
+void SetupView::wait(const std::string& words, const std::function<bool()>& done) {
+  page_.wait(words, done, false);
+}
+
+void SetupView::handle_keys() {
+  const bool typing = ImGui::GetIO().WantTextInput;
+  for (const KeyPress& press : window_.take_keys()) {
+    if (press.key == GLFW_KEY_F11) window_.switch_full_screen();
+    if (press.key == GLFW_KEY_ESCAPE && !typing) wish(SetupWish::What::Leave);
+  }
+}
+
+/// A table of forces, a picture of the pad at rest once a recording is open, or the recording.
+void SetupView::take_drops() {
+  for (const std::string& dropped : window_.take_drops()) {
+    const auto put = [&](SetupForm::Path& field) {
+      std::snprintf(field.data(), field.size(), "%s", dropped.c_str());
+    };
+    std::string end = std::filesystem::path(dropped).extension();
+    std::transform(end.begin(), end.end(), end.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (end == ".csv") {
+      put(form_.gauge);
+    } else if (camera_px_[0] > 0 && (end == ".png" || end == ".jpg" || end == ".bmp" || end == ".tif")) {
+      put(form_.background);
+    } else {
+      put(form_.recording);
+      wish(SetupWish::What::Open);
+    }
+  }
+}
+
+bool SetupView::path(const char* label, const char* hint, SetupForm::Path& value) {
+  ImGui::SetNextItemWidth(-0.36f * ImGui::GetContentRegionAvail().x);
+  return ImGui::InputTextWithHint(label, hint, value.data(), value.size(),
+                                  ImGuiInputTextFlags_EnterReturnsTrue);
+}
+
+void SetupView::number(const char* label, double& value, const char* format) {
+  ImGui::SetNextItemWidth(0.3f * ImGui::GetContentRegionAvail().x);
+  ImGui::InputDouble(label, &value, 0, 0, format);
+  value = std::isfinite(value) ? std::max(value, 0.0) : 0.0;
+}
+
+/// Title of a step, what is known of it, what is missing.
+void SetupView::heading(size_t step, float scale) {
+  const SetupLine& line = lines_[step];
+  const bool begun = !lines_[0].name.empty();
+  ImGui::PushID(static_cast<int>(step));
+  ImGui::Dummy({1, 2 * scale});
+  ImGui::TextColored(kBlue, "%s", kTitles[step]);
+  if (begun) {
+    ImGui::SameLine();
+    line.done ? ImGui::TextUnformatted("known") : ImGui::TextColored(kAmber, "missing");
+    if (step > 0) {
+      ImGui::SameLine();
+      if (ImGui::SmallButton("Again")) wish(SetupWish::What::Again, step);
+    }
+  }
+  ImGui::PushTextWrapPos(0);
+  if (!line.known.empty()) ImGui::TextUnformatted(line.known.c_str());
+  if (!line.missing.empty()) ImGui::TextColored(kAmber, "%s", by_field(line.missing).c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::PopID();
+}
+
+void SetupView::describe_steps(float scale) {
+  ImGui::TextColored(kBlue, "recording of touches");
+  if (path("##recording", "a video, a folder, a session, camera:/dev/video0", form_.recording))
+    wish(SetupWish::What::Open);
+  ImGui::SameLine();
+  if (ImGui::Button("Open")) wish(SetupWish::What::Open);
+  path("sensor file", "is written here", form_.sensor_file);
+
+  heading(0, scale);
+  ImGui::Checkbox("cut the pad out by its corners", &form_.cut);
+  ImGui::SameLine();
+  if (ImGui::Button("Propose")) wish(SetupWish::What::Propose);
+  heading(1, scale);
+  path("picture at rest", "found in the recording", form_.background);
+  heading(2, scale);
+  heading(3, scale);
+  number("mm per px", form_.pitch_mm_per_px, "%.5g");
+  path("grid pictures", "instead: of a grid that is known", form_.grid_pictures);
+  if (form_.grid_pictures[0] != '\0') {
+    ImGui::SetNextItemWidth(0.3f * ImGui::GetContentRegionAvail().x);
+    ImGui::InputTextWithHint("columns x rows", "9x7", form_.grid.data(), form_.grid.size());
+    number("mm between points", form_.spacing_mm, "%.4g");
+  }
+  heading(4, scale);
+  number("ball radius, mm", form_.ball_mm, "%.4g");
+  path("its presses", "those of the recording", form_.balls);
+  heading(5, scale);
+  path("gauge table", "CSV: frame or time_s, force_N", form_.gauge);
+}
+
+/// Corners over the picture, whose `low` is its top left corner on the screen; `px_per_px`: screen px in one
+/// of the camera's.
+void SetupView::drag_corners(std::array<float, 2> low, double px_per_px, float scale) {
+  const ImGuiIO& io = ImGui::GetIO();
+  const auto on_screen = [&](const std::array<double, 2>& p) {
+    return ImVec2{low[0] + static_cast<float>(p[0] * px_per_px),
+                  low[1] + static_cast<float>(p[1] * px_per_px)};
+  };
+  if (ImGui::IsItemActivated()) {
+    double nearest = 24 * scale;
+    for (size_t i = 0; i < 4; ++i) {
+      const ImVec2 at = on_screen(form_.corners[i]);
+      const double away = std::hypot(at.x - io.MousePos.x, at.y - io.MousePos.y);
+      if (away >= nearest) continue;
+      nearest = away;
+      dragged_ = i;
+    }
+  }
+  if (!ImGui::IsItemActive()) dragged_.reset();
+  if (dragged_)
+    form_.corners[*dragged_] = {
+        std::clamp((static_cast<double>(io.MousePos.x) - low[0]) / px_per_px, 0.0, camera_px_[0] - 1.0),
+        std::clamp((static_cast<double>(io.MousePos.y) - low[1]) / px_per_px, 0.0, camera_px_[1] - 1.0)};
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  constexpr std::array<const char*, 4> kNames{"top left", "top right", "bottom right", "bottom left"};
+  for (size_t i = 0; i < 4; ++i)
+    list->AddLine(on_screen(form_.corners[i]), on_screen(form_.corners[(i + 1) % 4]), kOutline, 2 * scale);
+  for (size_t i = 0; i < 4; ++i) {
+    const ImVec2 at = on_screen(form_.corners[i]);
+    list->AddCircle(at, (dragged_ == i ? 9.0f : 7.0f) * scale, kCorner, 0, 2 * scale);
+    const ImVec2 words = ImGui::CalcTextSize(kNames[i]);
+    const ImVec2 place{i == 0 || i == 3 ? at.x + 11 * scale : at.x - words.x - 11 * scale,
+                       i < 2 ? at.y + 4 * scale : at.y - words.y - 4 * scale};
+    list->AddRectFilled({place.x - 3, place.y - 1}, {place.x + words.x + 3, place.y + words.y + 1},
+                        IM_COL32(15, 17, 20, 200));
+    list->AddText(place, kCorner, kNames[i]);
+  }
+}
+
+void SetupView::describe_picture(float scale) {
+  if (camera_px_[0] == 0) {
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextDisabled(
+        "A recording in which something touches the pad, best with a second at rest; type its place on the "
+        "right, "
+        "or drop it here.");
+    ImGui::PopTextWrapPos();
+    return;
+  }
+  const ImVec2 room = ImGui::GetContentRegionAvail();
+  const float foot = 2.2f * ImGui::GetTextLineHeightWithSpacing();
+  const float factor = std::min(room.x / static_cast<float>(picture_px_[0]),
+                                (room.y - foot) / static_cast<float>(picture_px_[1]));
+  const ImVec2 size{factor * static_cast<float>(picture_px_[0]), factor * static_cast<float>(picture_px_[1])};
+  const ImVec2 low = ImGui::GetCursorScreenPos();
+  page_.frame().draw_picture(0, {low.x, low.y}, {low.x + size.x, low.y + size.y});
+  ImGui::InvisibleButton("picture", size);
+  if (form_.cut) drag_corners({low.x, low.y}, static_cast<double>(size.x) / camera_px_[0], scale);
+  std::string words = text("%u x %u px", camera_px_[0], camera_px_[1]);
+  if (form_.cut) {
+    words += "; corners";
+    for (const auto& corner : form_.corners) words += text("  %.0f, %.0f", corner[0], corner[1]);
+  }
+  ImGui::TextDisabled("%s", shortened(words, room.x).c_str());
+  if (form_.cut)
+    ImGui::TextDisabled(
+        "%s",
+        shortened("drag each corner to that of the pad; what lies outside is not used", room.x).c_str());
+}
+
+void SetupView::describe() {
+  const float scale = page_.frame().scale();
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({0, 0});
+  ImGui::SetNextWindowSize(size);
+  ImGui::Begin("setup", nullptr, page_flags() | ImGuiWindowFlags_NoBringToFrontOnFocus);
+  ImGui::PushFont(page_.frame().large());
+  ImGui::TextUnformatted("palpate");
+  ImGui::PopFont();
+  ImGui::SameLine();
+  ImGui::TextDisabled("a sensor of your own");
+  if (!message_.empty()) {
+    ImGui::PushStyleColor(ImGuiCol_Text, trouble_ ? kRed : kBlue);
+    ImGui::TextWrapped("%s", message_.c_str());
+    ImGui::PopStyleColor();
+  }
+  const float height =
+      std::max(ImGui::GetContentRegionAvail().y - 1.5f * ImGui::GetFrameHeightWithSpacing(), 60 * scale);
+  const bool side_by_side = size.x > 760 * scale;
+  const float form_width = std::max(0.36f * size.x, 380 * scale);
+  ImGui::BeginChild(
+      "picture side",
+      {side_by_side ? size.x - form_width - 32 * scale : 0, side_by_side ? height : 0.45f * height}, true,
+      ImGuiWindowFlags_NoNav);
+  describe_picture(scale);
+  ImGui::EndChild();
+  if (side_by_side) ImGui::SameLine();
+  ImGui::BeginChild("steps", {0, side_by_side ? height : 0.54f * height}, true, ImGuiWindowFlags_NoNav);
+  describe_steps(scale);
+  ImGui::EndChild();
+  if (ImGui::Button("Make the sensor file")) wish(SetupWish::What::MakeAll);
+  ImGui::SameLine();
+  if (!lines_[0].name.empty()) {
+    if (ImGui::Button("Look at the recording with it")) wish(SetupWish::What::Look);
+    ImGui::SameLine();
+  }
+  if (ImGui::Button("Back (Esc)")) wish(SetupWish::What::Leave);
+  ImGui::End();
+}
+
+}  // namespace palpate::viz

@@ -1,0 +1,88 @@
+// Form for making a sensor file: the picture with the pad's corners, which are dragged, and the steps.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "palpate/frame.h"
+#include "viz/panels/form_window.h"
+#include "viz/panels/settings.h"
+
+namespace palpate::viz {
+
+/// What the person has filled in. Empty or 0: nothing.
+struct SetupForm {
+  using Path = std::array<char, 512>;
+  Path recording{}, sensor_file{}, background{}, grid_pictures{}, balls{}, gauge{};
+  std::array<char, 16> grid{};  ///< columns x rows
+  double pitch_mm_per_px = 0, spacing_mm = 0, ball_mm = 0;
+  bool cut = false;  ///< the pad is cut out by `corners`
+  /// Px of the camera's picture: top left, top right, bottom right, bottom left.
+  std::array<std::array<double, 2>, 4> corners{};
+};
+
+/// One step as the form shows it.
+struct SetupLine {
+  std::string name;
+  bool done = false;
+  std::string known;    ///< or what went wrong
+  std::string missing;  ///< what would make it known
+};
+
+/// What the person asks for next.
+struct SetupWish {
+  enum class What {
+    Open,     ///< the recording that is named now
+    Propose,  ///< corners by the light
+    MakeAll,  ///< every step, the file begun anew
+    Again,    ///< one step
+    Look,     ///< the recording, measured by the sensor file
+    Leave,
+  } what = What::Leave;
+  size_t step = 0;  ///< of Again
+};
+
+/// Main thread. One at a time, and none while a Scene draws into the same window.
+class SetupView {
+ public:
+  static constexpr size_t kSteps = 6;
+
+  SetupView(gpu::Context& context, Window& window, Settings& settings, SetupForm& form);
+
+  /// Frame in which the corners are dragged; they become those of its borders where they lie outside it.
+  void show(const Frame& frame);
+  void set_lines(const std::array<SetupLine, kSteps>& lines) { lines_ = lines; }
+  /// One line; `trouble`: about something that went wrong.
+  void set_message(const std::string& message, bool trouble);
+  /// Until the person asks for something; none where the window was closed or `interrupted` says so.
+  std::optional<SetupWish> next(const std::function<bool()>& interrupted);
+  /// Shows the words until `done`.
+  void wait(const std::string& words, const std::function<bool()>& done);
+
+ private:
+  void describe();
+  void describe_picture(float scale);
+  void describe_steps(float scale);
+  void drag_corners(std::array<float, 2> low, double px_per_px, float scale);
+  void handle_keys();
+  void take_drops();
+  bool path(const char* label, const char* hint, SetupForm::Path& value);
+  void number(const char* label, double& value, const char* format);
+  void heading(size_t step, float scale);
+  void wish(SetupWish::What what, size_t step = 0) { wish_ = SetupWish{what, step}; }
+
+  Window& window_;
+  SetupForm& form_;
+  FormWindow page_;
+  std::array<SetupLine, kSteps> lines_;
+  std::array<uint32_t, 2> camera_px_{};   ///< of the frame; 0: none is shown
+  std::array<uint32_t, 2> picture_px_{};  ///< as it is stored for drawing
+  std::optional<size_t> dragged_;
+  std::string message_;
+  bool trouble_ = false;
+  std::optional<SetupWish> wish_;
+};
+
+}  // namespace palpate::viz
