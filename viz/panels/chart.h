@@ -1,0 +1,66 @@
+// One chart of a strip: a frame with a y axis and the shared axis of time, drawn with ImGui.
+#pragma once
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <deque>
+#include <functional>
+#include <string>
+
+#include "viz/live/history.h"
+#include "viz/panels/line_style.h"
+
+namespace palpate::viz {
+
+inline constexpr ImU32 kPaper = IM_COL32(26, 30, 36, 255);
+inline constexpr ImU32 kGridLine = IM_COL32(58, 64, 74, 255);
+inline constexpr ImU32 kFrameLine = IM_COL32(84, 92, 104, 255);
+inline constexpr ImU32 kText = IM_COL32(205, 211, 220, 255);
+inline constexpr ImU32 kFaint = IM_COL32(150, 158, 170, 255);
+
+/// One chart: a frame with a y axis, and the shared time axis.
+class Chart {
+ public:
+  Chart(ImDrawList* list, ImVec2 low, ImVec2 high, double end_s, double span_s, float scale)
+      : list_(list), low_(low), high_(high), end_s_(end_s), span_s_(span_s), scale_(scale) {}
+
+  void set_range(double least, double most) {
+    least_ = least;
+    most_ = most > least ? most : least + 1;
+  }
+  ImVec2 at(double time_s, double value) const {
+    const double x = 1 - (end_s_ - time_s) / span_s_;
+    const double y = (value - least_) / (most_ - least_);
+    return {low_.x + static_cast<float>(x) * (high_.x - low_.x),
+            high_.y - static_cast<float>(std::clamp(y, -0.1, 1.1)) * (high_.y - low_.y)};
+  }
+  bool visible(double time_s) const {
+    return time_s >= end_s_ - 1.02 * span_s_ && time_s <= end_s_ + 0.02 * span_s_;
+  }
+
+  void paper(double step) const;
+  /// The title, on what is drawn already.
+  void title(const std::string& whole, ImU32 colour = kText, float right = 0) const;
+  void level(double value, ImU32 colour, const std::string& label) const;
+  void clip() const { list_->PushClipRect(low_, high_, true); }
+  void unclip() const { list_->PopClipRect(); }
+
+  /// One line; `value` returns false where there is none.
+  void line(const std::deque<Sample>& samples, const std::function<bool(const Sample&, double&)>& value,
+            ImU32 colour, LineStyle line_style) const;
+  void band(const std::deque<Sample>& samples,
+            const std::function<bool(const Sample&, double&, double&)>& ends, ImU32 colour) const;
+  void frame() const { list_->AddRect(low_, high_, kFrameLine); }
+  ImVec2 low() const { return low_; }
+  ImVec2 high() const { return high_; }
+
+ private:
+  ImDrawList* list_;
+  ImVec2 low_, high_;
+  double end_s_, span_s_;
+  float scale_;
+  double least_ = 0, most_ = 1;
+};
+
+}  // namespace palpate::viz
