@@ -72,8 +72,5 @@ std::string to_json(const ForceOutcome& outcome, const std::string& sensor_file)
 /// One line a sample: recording, frame, time_s, press, the four signals, force_N, fitted_N, held_out_N,
 /// unloading, left_out.
 std::string samples_csv(const ForceOutcome& outcome);
-/// A script for gnuplot that writes one picture to standard output, `svg` or PNG: readings of both directions
-/// with their curves and the 95 % interval, and the residuals below.
-std::string plot_script(const ForceOutcome& outcome, bool svg);
 
 }  // namespace palpate

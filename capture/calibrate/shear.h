@@ -38,8 +38,5 @@ ShearOutcome calibrate_shear(std::vector<GaugedRecording> recordings, const Sens
 
 std::string describe(const ShearOutcome& outcome);
 std::string to_json(const ShearOutcome& outcome, const std::string& sensor_file);
-/// A script for gnuplot: force against shift of both directions, with what was left out as slip, and the
-/// ratio to the normal force. `svg` or PNG.
-std::string plot_script(const ShearOutcome& outcome, bool svg);
 
 }  // namespace palpate

@@ -200,9 +200,9 @@ Curve tell_model(const SweepCosts& m, double start_s, LumpScaling& result) {
 
 /// `blocks`: the models' curves. `measured`: of threads and, unless empty, of processes.
 std::string plot(const std::string& blocks, const std::array<Curve, 2>& measured,
-                 const std::array<SweepCosts, 2>& models, bool svg) {
+                 const std::array<SweepCosts, 2>& models, PlotKind kind) {
   const bool processes = !measured[1].empty();
-  std::string script = plot_head(svg, 900, 620) + blocks + plot_block("threads", measured[0]);
+  std::string script = plot_head(kind, 900, 620) + blocks + plot_block("threads", measured[0]);
   if (processes) script += plot_block("processes", measured[1]);
   script +=
       "set logscale xy\nset xlabel 'workers (a core each)'\nset ylabel 'cases a minute'\nset key top "
@@ -247,8 +247,8 @@ LumpScaling lump_scaling(const fs::path& program) {
   for (const SweepCosts& m : models)
     blocks += plot_block(std::string("model_") + m.name, tell_model(m, start_s, result));
   if (!together) result.words += "no mpirun here: processes are not measured\n";
-  for (const bool svg : {false, true})
-    (svg ? result.svg : result.png) = run_gnuplot(plot(blocks, measured, models, svg)).bytes;
+  result.png = run_gnuplot(plot(blocks, measured, models, PlotKind::Png)).bytes;
+  result.svg = run_gnuplot(plot(blocks, measured, models, PlotKind::Svg)).bytes;
   return result;
 }
 

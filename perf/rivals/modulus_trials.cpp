@@ -170,8 +170,8 @@ std::string scores_text(const std::vector<ModulusTrial>& trials) {
   return out;
 }
 
-std::string trials_script(const std::vector<ModulusTrial>& trials, bool svg) {
-  std::string script = plot_head(svg, 1160, 520), plots[2];
+std::string trials_script(const std::vector<ModulusTrial>& trials, PlotKind kind) {
+  std::string script = plot_head(kind, 1160, 520), plots[2];
   size_t colour = 0;
   for (const bool stage : {true, false})
     for (const SampleShape shape : {SampleShape::Cube, SampleShape::Cylinder, SampleShape::Sphere}) {

@@ -7,6 +7,7 @@
 
 #include "capture/synthetic/modulus_press.h"
 #include "engine/elasticity/modulus/modulus.h"
+#include "viz/report/plot_script.h"
 
 namespace palpate {
 namespace gpu {
@@ -56,6 +57,6 @@ std::string trials_csv(const std::vector<ModulusTrial>& trials);
 /// Rows of shape, stage, range with the score.
 std::string scores_text(const std::vector<ModulusTrial>& trials);
 /// Estimates over truths with their intervals, for gnuplot.
-std::string trials_script(const std::vector<ModulusTrial>& trials, bool svg);
+std::string trials_script(const std::vector<ModulusTrial>& trials, PlotKind kind);
 
 }  // namespace palpate::perf

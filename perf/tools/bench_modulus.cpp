@@ -7,7 +7,7 @@
 
 #include "capture/files/output_file.h"
 #include "perf/rivals/modulus_trials.h"
-#include "viz/report/gnuplot.h"
+#include "viz/report/plot_script.h"
 
 namespace palpate::perf {
 
@@ -44,13 +44,8 @@ void modulus_study(gpu::Context& context, const std::string& out, int seeds) {
   write_whole(out + "/trials.csv", std::string_view(trials_csv(trials)));
   write_whole(out + "/cl2000x.csv", std::string_view(trials_csv(paper)));
   write_whole(out + "/scores.txt", std::string_view(scores_text(trials)));
-  for (const bool svg : {false, true}) {
-    const Picture picture = run_gnuplot(trials_script(trials, svg));
-    if (picture.bytes.empty())
-      std::printf("no plot: %s\n", picture.error.c_str());
-    else
-      write_whole(out + (svg ? "/trials.svg" : "/trials.png"), std::string_view(picture.bytes));
-  }
+  std::string written;
+  draw_plots([&](PlotKind kind) { return trials_script(trials, kind); }, out + "/trials", written);
 }
 
 }  // namespace palpate::perf

@@ -16,7 +16,7 @@ class Design : public Program {
     return parse_json(ended.out);
   }
 
-  /// Runs the commands with --out and looks for NAME.csv, .png and .svg.
+  /// Runs the commands with --out and looks for NAME.csv, .png, .svg and .pdf.
   void expect_files(const std::vector<std::vector<std::string>>& commands,
                     const std::vector<std::string>& names) {
     const fs::path out = folder_ / "out";
@@ -27,7 +27,10 @@ class Design : public Program {
     }
     for (const std::string& name : names) {
       EXPECT_EQ(slurp(out / (name + ".png")).substr(1, 3), "PNG") << name;
-      EXPECT_TRUE(contains(slurp(out / (name + ".svg")), "</svg>")) << name;
+      const std::string svg = slurp(out / (name + ".svg"));
+      EXPECT_TRUE(contains(svg, "</svg>")) << name;
+      EXPECT_FALSE(contains(svg, "^2")) << name << ": superscripts are written as such";
+      EXPECT_EQ(slurp(out / (name + ".pdf")).substr(0, 5), "%PDF-") << name;
       const Table table(slurp(out / (name + ".csv")));
       EXPECT_GT(table.rows.size(), 15u) << name;
       table.expect_whole();

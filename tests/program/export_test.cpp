@@ -321,7 +321,8 @@ TEST_F(Export, NonsenseIsRefused) {
   refused(2, {"--images", "gif"}, {"--images"});
   refused(3, {"--csv", "--frames", "100000:"}, {"100000:", "none"});
   refused(3, {"--npy", "--frames", "100000:100002"}, {"100000:100002", "none"});
-  expect_refusal({"export", folder_ / "nothing", "--out", out, "--csv"}, 3, {"nothing at", "checking the path"});
+  expect_refusal({"export", folder_ / "nothing", "--out", out, "--csv"}, 3,
+                 {"nothing at", "checking the path"});
   spill(folder_ / "file", "");
   expect_refusal({"export", input, "--csv", "--out", folder_ / "file" / "out"}, 7, {"file"});
   // A sensor without a reading of the surface has no depth.

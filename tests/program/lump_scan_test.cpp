@@ -11,9 +11,11 @@ namespace {
 class LumpScanCommand : public Program {};
 
 const std::vector<std::string> kSmall = {
-    "lump",      "scan", "--simulate",  "--cells", "16", "16",         "8",
-    "--size",    "160",  "120",         "--loads", "2",  "--method",   "none",
-    "--force-N", "0.5",  "--offset-mm", "4",       "-3", "--depth-mm", "3"};
+    "lump",     "scan",       "--simulate", "--cells",   "16",          "16",
+    "8",        "--size",     "160",        "120",       "--loads",     "2",
+    "--method", "none",       "--force-N",  "0.5",       "--offset-mm", "4",
+    "-3",       "--depth-mm", "3",          "--size-mm", "8",           "--stiffness-ratio",
+    "10"};
 std::vector<std::string> with(std::vector<std::string> arguments, const std::vector<std::string>& more) {
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
@@ -40,6 +42,21 @@ TEST_F(LumpScanCommand, LeavesAReportThatNeedsNothingBeside) {
   for (const char* file :
        {"map.csv", "presses.csv", "outline.csv", "scan.json", "map.png", "map.svg", "profile.png"})
     EXPECT_TRUE(fs::exists(out / file)) << file;
+}
+
+// The first thing that is tried has an answer, and it is the truth.
+TEST_F(LumpScanCommand, TheFirstExampleIsDecided) {
+  const Ended ended = run({"lump", "scan", "--simulate", "--json"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const Json estimate = parse_json(ended.out)["estimate"];
+  EXPECT_EQ(estimate["verdict"], "a lump");
+  for (const auto& [name, truth] :
+       {std::pair{"size_mm", 12.0}, {"depth_mm", 3.0}, {"stiffness_ratio", 4.0}}) {
+    EXPECT_LE(estimate[name]["low"].get<double>(), truth) << name;
+    EXPECT_GE(estimate[name]["high"].get<double>(), truth) << name;
+  }
+  const Ended told = run({"lump", "scan", "--simulate"});
+  EXPECT_EQ(told.out.rfind("A lump: 12 mm wide", 0), 0u) << told.out;
 }
 
 TEST_F(LumpScanCommand, MissingPressesStayOpen) {

@@ -198,7 +198,7 @@ TEST(Profile, ReportIsSelfContainedAndEscapesNames) {
   const Profile profile = made_up("<script>alert('x')</script> & \"co\"", 2);
   std::vector<DrawnPlot> drawn;
   for (const Plot& plot : plots_of(profile)) {
-    const Picture picture = run_gnuplot(full_script(plot, PictureKind::Svg));
+    const Picture picture = run_gnuplot(full_script(plot, PlotKind::Svg));
     if (picture.missing) break;
     EXPECT_EQ(picture.error, "") << plot.name;
     EXPECT_TRUE(contains(picture.bytes, "</svg>")) << plot.name;
@@ -212,7 +212,7 @@ TEST(Profile, ReportIsSelfContainedAndEscapesNames) {
 
   const MachineComparison compared = compare_profiles(profile, made_up("it's $HOME `B`", 4));
   for (const Plot& plot : comparison_plots(compared.a, compared.b, compared.name_a, compared.name_b)) {
-    const Picture picture = run_gnuplot(full_script(plot, PictureKind::Png));
+    const Picture picture = run_gnuplot(full_script(plot, PlotKind::Png));
     if (picture.missing) break;
     EXPECT_EQ(picture.error, "") << plot.name;
     EXPECT_TRUE(contains(picture.bytes.substr(0, 8), "PNG"));

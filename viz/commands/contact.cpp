@@ -145,12 +145,16 @@ std::string write_profile(const Common& common, const ContactProblem& p, const O
     profile[1].push_back(exact.pressure_MPa(reference, r));
     profile[2].push_back(hertz.pressure_MPa(other, r));
   }
-  const auto script = [&](bool svg) {
-    return plot_head(svg, 860, 520) + plot_block("d", profile) +
+  const auto script = [&](PlotKind kind) {
+    return plot_head(kind, 860, 520) + plot_block("d", profile) +
            "set key outside top center horizontal samplen 2\nset yrange [0:*]\nset xlabel 'distance from the "
            "axis, mm'\n"
            "set ylabel 'pressure, kPa'\n" +
-           palpate::text("set title '%s, %.4g N'\n", options.shape.c_str(), reference.force_N) +
+           "set title " +
+           plot_words(palpate::text("%s, %.3g N: %.3g kPa in the middle, within %.3g mm of the axis",
+                                    options.shape.c_str(), reference.force_N, 1e3 * profile[1][0],
+                                    reference.radius_mm)) +
+           "\n" +
            "plot $d using 1:(1e3*$2) with lines lw 2.5 lc rgb '#0072b2' title 'exact', "
            "$d using 1:(1e3*$3) with lines lw 2 dt 2 lc rgb '#d55e00' title '" +
            (p.indenter.shape == IndenterShape::Sphere ? "Hertz" : "half space") + ", same force'\n";
@@ -158,8 +162,7 @@ std::string write_profile(const Common& common, const ContactProblem& p, const O
   const std::string stem = (common.out / "contact").string();
   write_whole(stem + ".csv", std::string_view(csv_of("r_mm,pressure_MPa,half_space_pressure_MPa", profile)));
   std::string written = "written: " + stem + ".csv";
-  draw_plot(script(false), stem + ".png", written);
-  draw_plot(script(true), stem + ".svg", written);
+  draw_plots(script, stem, written);
   return written;
 }
 
@@ -253,9 +256,8 @@ Report figure(const Common& common, int number) {
   const std::string stem = (common.out / ("fig" + std::to_string(number))).string();
   write_whole(stem + ".csv", std::string_view(csv_of(f.header, f.columns)));
   std::string written = "written: " + stem + ".csv";
-  for (const bool svg : {false, true})
-    draw_plot(number == 7 ? figure7_script(f, svg) : figure8_script(f, svg), stem + (svg ? ".svg" : ".png"),
-              written);
+  draw_plots([&](PlotKind kind) { return number == 7 ? figure7_script(f, kind) : figure8_script(f, kind); },
+             stem, written);
   return {text + written, value.dump(2)};
 }
 
@@ -299,7 +301,7 @@ void add_contact(CommandLine& program, Common& common, Command& chosen) {
   command->add_option("--figure", options->figure, "7 or 8: the paper's figure as data and plot")
       ->check(Check::one_of({7, 8}));
   command->add_option("--out", common.out,
-                      "Folder for contact.csv, .png, .svg (the pressure), or the figure");
+                      "Folder for contact.csv, .png, .svg, .pdf (the pressure), or the figure");
   add_common(*command, common,
              "  palpate contact --shape sphere --radius-mm 5 --force-N 0.02 --young-kPa 60 --thickness-mm 6\n"
              "  palpate contact --shape cone --half-angle-deg 70 --depth-mm 0.5 --young-kPa 60 --json\n"

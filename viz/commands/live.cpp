@@ -137,7 +137,7 @@ void add_live(CommandLine& program, Common& common, Command& chosen) {
              "  palpate live --camera /dev/video0 --sensor pad.json --out out/live --record\n"
              "  palpate live press.avi --sensor gel.json --loop    a recording, again and again\n"
              "  palpate live synthetic:slide --seconds 6 --close --out out/live --json\n"
-             "  palpate live synthetic:tissue?repeat=0             presses of a block with a lump in it\n"
+             "  palpate live 'synthetic:tissue?d=12&h=3&ratio=4'   a press of a block with a lump in it\n"
              "In the window: drag to orbit, right-drag to pan, wheel to zoom, W to record, H for all keys.\n"
              "A recording without --out has the keys of replay.\n"
              "Live, the newest frame wins: frames that come too fast are dropped, counted and shown.\n");

@@ -195,10 +195,8 @@ Report run(const Common& common, const Options& o) {
     write_whole(file("points.csv"), std::string_view(points_csv(r.answer)));
     write_whole(file("modulus.json"), std::string_view(to_json(r)));
     std::string written = "written: " + file("modulus.csv") + ", presses.csv, points.csv, modulus.json";
-    for (const bool svg : {false, true}) {
-      draw_plot(modulus_script(r, svg), file(svg ? "modulus.svg" : "modulus.png"), written);
-      draw_plot(residual_script(r, svg), file(svg ? "residuals.svg" : "residuals.png"), written);
-    }
+    draw_plots([&](PlotKind kind) { return modulus_script(r, kind); }, file("modulus"), written);
+    draw_plots([&](PlotKind kind) { return residual_script(r, kind); }, file("residuals"), written);
     text += written;
   }
   return {text, to_json(r), code};

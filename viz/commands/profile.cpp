@@ -4,6 +4,7 @@
 #include "capture/files/output_file.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
+#include "perf/profile/report/answers.h"
 #include "perf/profile/report/compare.h"
 #include "perf/profile/report/files.h"
 #include "perf/profile/report/tables.h"
@@ -81,7 +82,8 @@ std::pair<perf::Profile, bool> measure(const Common& common, const Options& opti
 }
 
 std::string describe(const perf::Profile& profile, const std::filesystem::path& out) {
-  std::string text = profile.machine.device + ", " + profile.machine.driver + "\n\n";
+  std::string text =
+      perf::headline(profile) + "\n" + profile.machine.device + ", " + profile.machine.driver + "\n\n";
   for (const perf::Table& table : perf::tables_of(profile)) text += perf::to_text(table) + "\n";
   if (!profile.complete) text += "ended before it was complete\n";
   return text + "written: " + (out / "report.html").string() + "\n";

@@ -127,7 +127,7 @@ std::vector<std::vector<double>> columns_of(std::span<const ShapePoint> points) 
 }
 
 /// Figs. 14 and 15: the points of both compressions before registration and after.
-std::string points_script(const TactileShapes& shapes, const Compression& c, bool svg) {
+std::string points_script(const TactileShapes& shapes, const Compression& c, PlotKind kind) {
   std::vector<ShapePoint> warped;
   if (c.match && c.match->reliable())
     for (size_t i = 0; i < c.match->warped.size(); ++i) {
@@ -143,7 +143,7 @@ std::string points_script(const TactileShapes& shapes, const Compression& c, boo
   const std::string after =
       "$after using 1:2:3 with points pt 7 ps 0.5 lc rgb '#222222' title " + name(shapes.after);
   std::string script =
-      plot_head(svg, warped.empty() ? 640 : 1200, 520) +
+      plot_head(kind, warped.empty() ? 640 : 1200, 520) +
       plot_block("before", columns_of(shapes.before.draws[0])) +
       plot_block("after", columns_of(shapes.after.draws[0])) +
       "set view 55,35\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset zlabel 'depth, mm' rotate parallel\n"
@@ -162,7 +162,7 @@ std::string points_script(const TactileShapes& shapes, const Compression& c, boo
 }
 
 /// Where the points went, over the strain of the area between them.
-std::string strain_script(const Compression& c, bool svg) {
+std::string strain_script(const Compression& c, PlotKind kind) {
   double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
   std::vector<std::vector<double>> arrows(4);
   constexpr size_t kArrows = 250;
@@ -183,7 +183,7 @@ std::string strain_script(const Compression& c, bool svg) {
       places.push_back({low[0] + (high[0] - low[0]) * static_cast<double>(i) / kAcross,
                         low[1] + (high[1] - low[1]) * static_cast<double>(j) / kAcross});
   const std::vector<PlaneStrain> strain = c.field->at(places);
-  std::string script = plot_head(svg, 760, 620) + plot_block("arrows", arrows) + "$map << EOD\n";
+  std::string script = plot_head(kind, 760, 620) + plot_block("arrows", arrows) + "$map << EOD\n";
   for (size_t i = 0; i < places.size(); ++i) {
     script += plot_number(places[i][0]) + " " + plot_number(places[i][1]) + " " +
               plot_number(100 * strain[i].area) + "\n";
@@ -213,12 +213,10 @@ std::string write_files(const std::filesystem::path& out, const TactileShapes& s
                   csv_of("x_mm,y_mm,depth_mm,after_x_mm,after_y_mm,after_depth_mm,probability", columns)));
   write_whole(out / "strain.json", std::string_view(value.dump(2) + "\n"));
   std::string written = "pairs.csv, strain.json";
-  for (const bool svg : {false, true}) {
-    const std::string ending = svg ? ".svg" : ".png";
-    if (!shapes.before.control.points.empty() && !shapes.after.control.points.empty())
-      draw_plot(points_script(shapes, c, svg), (out / ("points" + ending)).string(), written);
-    if (c.reason.empty()) draw_plot(strain_script(c, svg), (out / ("strain" + ending)).string(), written);
-  }
+  if (!shapes.before.control.points.empty() && !shapes.after.control.points.empty())
+    draw_plots([&](PlotKind kind) { return points_script(shapes, c, kind); }, out / "points", written);
+  if (c.reason.empty())
+    draw_plots([&](PlotKind kind) { return strain_script(c, kind); }, out / "strain", written);
   return written;
 }
 

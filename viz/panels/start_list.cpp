@@ -185,13 +185,22 @@ void StartList::collect(const Settings& settings) {
       if (folded_)
         fold.detail =
             text("%zu scenes of two kinds of pad: a waveguide glows with pressure, a gel shows depth",
-                 kSimulatedTouches.size());
+                 kSimulatedTouches.size() + 1);
       fold.folds = true;
       sources_.push_back(fold);
     }
-  if (!folded_)
-    sources_.push_back(
-        {Group::Synthetic, "synthetic:tissue?repeat=0", "tissue, waveguide in a plate", kTissueScene, {}});
+  if (!folded_) {
+    sources_.push_back({Group::Synthetic,
+                        "synthetic:tissue?d=12&h=3&ratio=4&repeat=0",
+                        "tissue, a lump that is told",
+                        kTissueScene,
+                        {}});
+    sources_.push_back({Group::Synthetic,
+                        "synthetic:tissue?repeat=0",
+                        "tissue, a lump in doubt",
+                        "smaller and deeper: its stiffness cannot be told",
+                        {}});
+  }
   if (sensors_.empty())
     sensors_.push_back(
         {"", "as the source brings it", "else uncalibrated: places in px, no depth, no force"});

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "capture/calibrate/force.h"
 #include "engine/base/text.h"
+#include "viz/report/calibration_plots.h"
 
 namespace palpate {
 namespace {
@@ -28,7 +28,7 @@ const char* axis_of(ForceSignal signal) {
     case ForceSignal::Area:
       return "contact area, px";
     case ForceSignal::Volume:
-      return "indented volume, mm^3";
+      return "indented volume, mm³";
     case ForceSignal::Gradient:
       return "gradients over the frame, gray levels x px";
   }
@@ -37,7 +37,7 @@ const char* axis_of(ForceSignal signal) {
 
 }  // namespace
 
-std::string plot_script(const ForceOutcome& o, bool svg) {
+std::string plot_script(const ForceOutcome& o, PlotKind kind) {
   const ForceCalibration& c = o.choice.calibration;
   // Points: signal, force, residual; by branch. Points that were left out are shown too.
   std::string loading, unloading, left_out, curve[2], band;
@@ -66,20 +66,23 @@ std::string plot_script(const ForceOutcome& o, bool svg) {
   }
   const bool newtons = largest_mN > 500;
   const std::string scale = newtons ? "(1e-3*$3)" : "3", band_scale = newtons ? "1e-3*" : "";
-  const std::string title = text("%s: R^2 %.5f, held-out error %.3g N, 95%% interval +- %.3g N at %.3g N",
+  const std::string title = text("%s: R² %.5f, held-out error %.3g N, 95 %% interval +- %.3g N at %.3g N",
                                  to_string(o.choice.chosen.candidate).c_str(), c.r_squared,
                                  o.choice.chosen.error_N, o.choice.interval_full_N, c.force_max_N);
-  std::string s = svg ? "set terminal svg size " : "set terminal pngcairo size ";
-  s += std::to_string(kWidth) + "," + std::to_string(kHeight) + " noenhanced font 'DejaVu Sans,11'\n";
+  std::string s = plot_terminal(kind, kWidth, kHeight);
   s += block("loading", loading) + block("unloading", unloading) + block("out", left_out) +
        block("up", curve[0]) + block("down", curve[1]) + block("band", band);
   s +=
       "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\nset tics textcolor rgb '#222222'\n"
-      "set multiplot\nset lmargin 11\nset rmargin 3\nset format x '%.3g'\n"
+      "set multiplot\nset lmargin 11\nset rmargin 3\nset format x '" +
+      std::string(c.signal == ForceSignal::Volume ? "%.3g" : "%.1s%c") +
+      "'\n"
       "set origin 0,0.36\nset size 1,0.64\nset key top left samplen 2\n"
-      "set title \"" +
-      std::string(title) + "\"\nset ylabel 'normal force, N'\nset xlabel ''\n";
-  s += "plot $band using 1:2:3 with filledcurves fc rgb '#d0e4f2' title '95% interval', "
+      "set title " +
+      plot_words(verdict_of(o).line) + " offset 0,0.8\nset label 1 " + plot_words(title) +
+      " at graph 0.5,1.03 center font ',9' textcolor rgb '#555555'\nset ylabel 'normal force, N'\nset xlabel "
+      "''\n";
+  s += "plot $band using 1:2:3 with filledcurves fc rgb '#d0e4f2' title '95 % interval', "
        "$loading using 1:2 with points pt 7 ps 0.5 lc rgb '#0072b2' title 'loading', "
        "$unloading using 1:2 with points pt 6 ps 0.6 lc rgb '#d55e00' title 'unloading', "
        "$out using 1:2 with points pt 2 ps 0.6 lc rgb '#888888' title 'left out', ";
@@ -88,7 +91,7 @@ std::string plot_script(const ForceOutcome& o, bool svg) {
          "$down with lines lw 2 dt 2 lc rgb '#8f3f00' title 'unloading curve'\n";
   else
     s += "$up with lines lw 2 lc rgb '#000000' title 'curve'\n";
-  s += "set origin 0,0\nset size 1,0.37\nset title ''\nset key off\nset xlabel '" +
+  s += "unset label 1\nset origin 0,0\nset size 1,0.37\nset title ''\nset key off\nset xlabel '" +
        std::string(axis_of(c.signal)) + "'\nset ylabel 'gauge - curve, " + (newtons ? "N" : "mN") +
        "'\nset yrange [" + number(-1.15 * largest_mN * (newtons ? 1e-3 : 1)) + ":" +
        number(1.15 * largest_mN * (newtons ? 1e-3 : 1)) + "]\n";

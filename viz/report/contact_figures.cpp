@@ -92,9 +92,9 @@ Figure figure7() {
   return f;
 }
 
-std::string figure7_script(const Figure& f, bool svg) {
+std::string figure7_script(const Figure& f, PlotKind kind) {
   std::string s =
-      plot_head(svg, 1200, 480) + plot_block("d", f.columns) +
+      plot_head(kind, 1200, 480) + plot_block("d", f.columns) +
       "set multiplot layout 1,2\nset key top right samplen 2\nset xlabel 'distance from the axis, mm'\n"
       "set ylabel 'pressure, kPa'\nset yrange [0:*]\n"
       "set title 'Fig. 7: ball of 2 mm, Hertz as the paper has it (a exceeds the ball)'\nplot ";
@@ -141,10 +141,10 @@ Figure figure8() {
   return f;
 }
 
-std::string figure8_script(const Figure& f, bool svg) {
+std::string figure8_script(const Figure& f, PlotKind kind) {
   const size_t radii = std::size(kRadii_mm), moduli = std::size(kModuli_MPa);
   std::string s =
-      plot_head(svg, 1400, 480) + plot_block("d", f.columns) +
+      plot_head(kind, 1400, 480) + plot_block("d", f.columns) +
       "set multiplot layout 1,3\nset key top left samplen 2\nset xlabel 'normal force, N'\nset yrange "
       "[0:*]\nset ylabel 'sum of the profile along a line, MPa'\n"
       "set title 'Fig. 8: rigid balls of several radii'\nplot ";

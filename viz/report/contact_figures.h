@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "viz/report/plot_script.h"
+
 namespace palpate {
 
 /// Sect. 2.5 of the paper: a steel ball on three layers of PDMS.
@@ -29,10 +31,10 @@ struct Figure {
 /// Fig. 7: pressure through the middle of a ball of 2 mm diameter under 0.5, 1 and 1.5 N, points 0.03 mm
 /// apart; and the same under a thousandth of these forces, where Hertz holds.
 Figure figure7();
-std::string figure7_script(const Figure& figure, bool svg);
+std::string figure7_script(const Figure& figure, PlotKind kind);
 /// Fig. 8: the profile summed over points 0.03 mm apart, against force, for several radii and moduli of the
 /// indenter; and the sum over the whole area, which depends on neither.
 Figure figure8();
-std::string figure8_script(const Figure& figure, bool svg);
+std::string figure8_script(const Figure& figure, PlotKind kind);
 
 }  // namespace palpate

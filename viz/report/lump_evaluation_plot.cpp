@@ -161,8 +161,8 @@ std::string write_score(const lump::Score& score, const std::vector<lump::Judged
   const std::array<std::pair<const char*, std::string>, 2> pictures = {
       std::pair{"estimates", estimates_script(score, judged)}, std::pair{"quality", quality_script(score)}};
   for (const auto& [name, script] : pictures)
-    for (const bool svg : {false, true})
-      draw_plot(plot_head(svg, 1320, 460) + script, folder + "/" + name + (svg ? ".svg" : ".png"), written);
+    draw_plots([&](PlotKind kind) { return plot_head(kind, 1320, 460) + script; }, folder + "/" + name,
+               written);
   return written;
 }
 

@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-/// Into `folder`: lump_evaluation.csv, estimates.{png,svg} and quality.{png,svg}; returns their names for
+/// Into `folder`: lump_evaluation.csv, estimates and quality as .png, .svg and .pdf; returns their names for
 /// people.
 std::string write_score(const lump::Score& score, const std::vector<lump::Judged>& judged,
                         const std::string& folder);

@@ -19,7 +19,7 @@ std::vector<std::vector<double>> columns_of(const PointSet& set) {
 }
 
 // Left: the two sets and their correspondences; right: the template on the target.
-std::string plot(bool svg, const PointSet& from, const PointSet& to, const MatchResult& result) {
+std::string plot(PlotKind kind, const PointSet& from, const PointSet& to, const MatchResult& result) {
   constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
   std::vector<std::vector<double>> lines(from.axes);
   for (size_t i = 0; i < result.partners.size(); ++i) {
@@ -37,7 +37,7 @@ std::string plot(bool svg, const PointSet& from, const PointSet& to, const Match
   const std::string with = flat ? "plot " : "splot ", columns = flat ? " using 1:2 " : " using 1:2:3 ";
   const std::string title = text("%zu pairs; noise %.3g, evidence %.3g nats a point", pairs, result.noise_sd,
                                  result.log_likelihood_gain);
-  std::string s = plot_head(svg, 1200, 620) + plot_block("from", columns_of(from)) +
+  std::string s = plot_head(kind, 1200, 620) + plot_block("from", columns_of(from)) +
                   plot_block("to", columns_of(to)) + plot_block("warped", columns_of(result.warped)) +
                   plot_block("lines", lines);
   s += "set multiplot layout 1,2\nset key outside bottom center horizontal\n";
@@ -57,8 +57,7 @@ std::string plot(bool svg, const PointSet& from, const PointSet& to, const Match
 
 void draw_match(const std::filesystem::path& folder, const PointSet& from, const PointSet& to,
                 const MatchResult& result, std::string& written) {
-  draw_plot(plot(false, from, to, result), (folder / "match.png").string(), written);
-  draw_plot(plot(true, from, to, result), (folder / "match.svg").string(), written);
+  draw_plots([&](PlotKind kind) { return plot(kind, from, to, result); }, folder / "match", written);
 }
 
 }  // namespace palpate

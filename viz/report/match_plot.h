@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-/// Into `folder`: match.png and match.svg. Adds ", FILE" of each to `written`, or warns.
+/// Into `folder`: match.png, .svg and .pdf. Adds ", FILE" of each to `written`, or warns.
 void draw_match(const std::filesystem::path& folder, const PointSet& from, const PointSet& to,
                 const MatchResult& result, std::string& written);
 

@@ -173,9 +173,18 @@ std::string points_csv(const ModulusAnswer& answer) {
   return text;
 }
 
-std::string residual_script(const ModulusReport& r, bool svg) {
+/// The answer in one sentence.
+std::string headline(const ModulusReport& r) {
+  const ModulusEstimate& best = r.answer.best();
+  if (!has_value(best)) return "Young's modulus: no way gives a value";
+  return palpate::text("Young's modulus %.3g kPa (95 %%: %.3g to %.3g) by %s", 1e3 * best.young_MPa,
+                       1e3 * best.low_MPa, 1e3 * best.high_MPa, to_string(best.way));
+}
+
+std::string residual_script(const ModulusReport& r, PlotKind kind) {
   std::string blocks, plots;
   size_t colour = 0;
+  double largest = 0;
   for (const ModulusEstimate& e : r.answer.methods) {
     std::map<std::string, std::vector<std::vector<double>>> groups;
     for (const ModulusPoint& p : e.points) {
@@ -183,6 +192,7 @@ std::string residual_script(const ModulusReport& r, bool svg) {
       columns.resize(2);
       columns[0].push_back(r.frames[p.frame].force_N);
       columns[1].push_back((p.measured - p.fitted) / p.sd);
+      largest = std::max(largest, std::abs(columns[1].back()));
     }
     for (const auto& [quantity, columns] : groups) {
       const std::string name = palpate::text("d%zu", colour);
@@ -193,8 +203,9 @@ std::string residual_script(const ModulusReport& r, bool svg) {
       ++colour;
     }
   }
-  return plot_head(svg, 860, 520) + blocks +
-         "set key outside right top samplen 1\nset xlabel 'force, N'\nset ylabel 'measured less fitted, "
+  return plot_head(kind, 860, 520) + blocks + "set title " +
+         plot_words(palpate::text("Measured and fitted differ by at most %.2g standard errors", largest)) +
+         "\nset key outside right top samplen 1\nset xlabel 'force, N'\nset ylabel 'measured less fitted, "
          "standard "
          "errors'\nset xzeroaxis lw 1 lc rgb '#444444'\n" +
          (plots.empty() ? "set yrange [-1:1]\nset xrange [0:1]\nset label 'no way has a fit' at graph "
@@ -203,8 +214,9 @@ std::string residual_script(const ModulusReport& r, bool svg) {
          "\n";
 }
 
-std::string modulus_script(const ModulusReport& r, bool svg) {
-  std::string text = plot_head(svg, 1100, 460) + "set multiplot layout 1,2\n";
+std::string modulus_script(const ModulusReport& r, PlotKind kind) {
+  std::string text =
+      plot_head(kind, 1100, 480) + "set multiplot layout 1,2 title " + plot_words(headline(r)) + "\n";
   // A flat sample's stress over its strain, else what the chosen way compared.
   const ModulusEstimate* shown = &r.answer.methods[static_cast<size_t>(ModulusMethod::StressStrain)];
   if (shown->points.empty()) shown = &r.answer.best();
@@ -245,7 +257,11 @@ std::string modulus_script(const ModulusReport& r, bool svg) {
   std::string tics;
   for (size_t i = 0; i < kModulusMethods; ++i) {
     const ModulusEstimate& e = r.answer.methods[i];
-    tics += palpate::text("%s'%s' %zu", i ? ", " : "", to_string(e.way), i);
+    // One word a line: the names stand beside each other.
+    std::string name = to_string(e.way);
+    for (size_t at = name.find(' '); at != std::string::npos; at = name.find(' ', at + 2))
+      name.replace(at, 1, "\\n");
+    tics += palpate::text("%s\"%s\" %zu", i ? ", " : "", name.c_str(), i);
     if (!has_value(e)) continue;
     found[0].push_back(static_cast<double>(i));
     found[1].push_back(1e3 * e.young_MPa);
@@ -255,7 +271,8 @@ std::string modulus_script(const ModulusReport& r, bool svg) {
   const bool any = !found[0].empty();
   if (any) text += plot_block("e", found);
   text +=
-      "set title 'Young''s modulus by each way, 95 % intervals'\nset xrange [-0.5:3.5]\nset yrange "
+      "set title 'Young''s modulus by each way, 95 % intervals'\nset bmargin 5\nset xrange [-0.5:3.5]\nset "
+      "yrange "
       "[0:*]\nset xtics (" +
       tics + ") font ',9'\nset xlabel ''\nset ylabel 'kPa'\nset key top right\n";
   std::string curves;

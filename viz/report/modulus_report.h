@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/elasticity/modulus/modulus.h"
+#include "viz/report/plot_script.h"
 
 namespace palpate {
 
@@ -29,7 +30,7 @@ std::string points_csv(const ModulusAnswer& answer);
 
 /// Scripts for gnuplot: residuals of all methods over the force; and of the chosen way what was measured
 /// beside the fit, with the moduli and their intervals on the right (as the paper's Fig. 16).
-std::string residual_script(const ModulusReport& report, bool svg);
-std::string modulus_script(const ModulusReport& report, bool svg);
+std::string residual_script(const ModulusReport& report, PlotKind kind);
+std::string modulus_script(const ModulusReport& report, PlotKind kind);
 
 }  // namespace palpate

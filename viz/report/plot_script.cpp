@@ -2,9 +2,11 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <string_view>
+#include <utility>
 
 #include "capture/files/measurements.h"
 #include "capture/files/output_file.h"
@@ -13,10 +15,18 @@
 
 namespace palpate {
 
-std::string plot_head(bool svg, int width_px, int height_px) {
-  return std::string("set terminal ") + (svg ? "svg" : "pngcairo") + " size " + std::to_string(width_px) +
-         "," + std::to_string(height_px) +
-         " noenhanced font 'DejaVu Sans,11'\n"
+std::string plot_terminal(PlotKind kind, int width_px, int height_px) {
+  constexpr double kDots = 96;  // in an inch
+  std::string line = "set terminal ";
+  if (kind == PlotKind::Pdf)
+    line += palpate::text("pdfcairo size %.3fin,%.3fin fontscale 0.75", width_px / kDots, height_px / kDots);
+  else
+    line += palpate::text("%s size %d,%d", kind == PlotKind::Svg ? "svg" : "pngcairo", width_px, height_px);
+  return line + " noenhanced font 'DejaVu Sans,11'\n";
+}
+
+std::string plot_head(PlotKind kind, int width_px, int height_px) {
+  return plot_terminal(kind, width_px, height_px) +
          "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\n"
          "set tics textcolor rgb '#222222'\n";
 }
@@ -34,6 +44,39 @@ std::string plot_block(const std::string& name, const std::vector<std::vector<do
     text += "\n";
   }
   return text + "EOD\n";
+}
+
+std::string plot_words(const std::string& words) {
+  std::string raised = words;
+  const auto replace = [&](const std::string& what, const std::string& by) {
+    for (size_t at = raised.find(what); at != std::string::npos; at = raised.find(what, at + by.size()))
+      raised.replace(at, what.size(), by);
+  };
+  replace("^2", "²");
+  replace("^3", "³");
+  replace(" mm2", " mm²");
+  replace(" mm3", " mm³");
+  return gnuplot_quoted(raised);
+}
+
+std::string PlotUnit::column(int number) const {
+  return factor == 1 ? std::to_string(number) : palpate::text("(%g*$%d)", factor, number);
+}
+
+PlotUnit plot_unit(double largest, const std::string& unit) {
+  if (largest >= 1e6) return {1e-6, "M" + unit};
+  if (largest >= 1e3) return {1e-3, "k" + unit};
+  if (largest >= 1 || !(largest > 0)) return {1, unit};
+  return largest >= 1e-3 ? PlotUnit{1e3, "m" + unit} : PlotUnit{1e6, "µ" + unit};
+}
+
+const char* plot_palette() {
+  return "set palette defined (0 '#440154', 1 '#3b528b', 2 '#21918c', 3 '#5ec962', 4 '#fde725')\n";
+}
+
+std::string plot_colour_bar(double least, double most) {
+  const bool constant = !(most - least > 1e-6 * std::max(std::abs(least), std::abs(most)));
+  return constant ? "unset colorbox\n" : "set colorbox\n";
 }
 
 const char* plot_colour(size_t index) {
@@ -60,6 +103,13 @@ void draw_plot(const std::string& script, const std::string& file, std::string& 
   }
   write_whole(file, std::string_view(picture.bytes));
   written += ", " + file;
+}
+
+void draw_plots(const std::function<std::string(PlotKind)>& script, const std::filesystem::path& stem,
+                std::string& written) {
+  for (const auto& [kind, ending] :
+       {std::pair{PlotKind::Png, ".png"}, {PlotKind::Svg, ".svg"}, {PlotKind::Pdf, ".pdf"}})
+    draw_plot(script(kind), stem.string() + ending, written);
 }
 
 }  // namespace palpate

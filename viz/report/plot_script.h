@@ -1,22 +1,49 @@
 // Pieces of gnuplot scripts for the design commands: one style, data inside the script.
 #pragma once
 
+#include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
 namespace palpate {
 
-/// Sets the picture's kind and size, grid, border and fonts.
-std::string plot_head(bool svg, int width_px, int height_px);
+enum class PlotKind { Png, Svg, Pdf };
+
+/// Sets the picture's kind and size; Unicode for superscripts, since nothing is read as markup.
+std::string plot_terminal(PlotKind kind, int width_px, int height_px);
+/// The same, and grid, border and fonts.
+std::string plot_head(PlotKind kind, int width_px, int height_px);
 /// Seven digits; "NaN" leaves a gap.
 std::string plot_number(double value);
 /// A named block of columns of equal length.
 std::string plot_block(const std::string& name, const std::vector<std::vector<double>>& columns);
+/// A title or label in gnuplot's quotes, with superscripts for ^2 and ^3 and after a length (mm2).
+std::string plot_words(const std::string& words);
+
+/// A unit with the SI prefix that keeps values up to `largest` below 1000.
+struct PlotUnit {
+  double factor = 1;  ///< of the values
+  std::string name;
+  /// `column` of a data block in this unit, for "using".
+  std::string column(int number) const;
+};
+PlotUnit plot_unit(double largest, const std::string& unit);
+
+/// The palette of maps, which rises evenly in lightness.
+const char* plot_palette();
+/// Colour bar of a map between `least` and `most`: none where all of it has one value.
+std::string plot_colour_bar(double least, double most);
+
 /// Colours that stay apart, also to colour-blind eyes and in print; cyclic.
 const char* plot_colour(size_t index);
 
 /// Runs gnuplot and writes what it draws; adds ", FILE" to `written`, or warns.
 void draw_plot(const std::string& script, const std::string& file, std::string& written);
+
+/// Draws the script of each kind to STEM.png, STEM.svg and STEM.pdf; adds their names to `written`, or warns.
+void draw_plots(const std::function<std::string(PlotKind)>& script, const std::filesystem::path& stem,
+                std::string& written);
 
 /// The same columns as CSV with a header line; NaN is an empty cell.
 std::string csv_of(const std::string& header, const std::vector<std::vector<double>>& columns);

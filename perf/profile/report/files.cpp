@@ -14,12 +14,14 @@ std::vector<DrawnPlot> draw(const std::vector<Plot>& plots, const std::filesyste
                             std::string& hindrance) {
   std::vector<DrawnPlot> drawn;
   for (const Plot& plot : plots) {
-    const Picture svg = run_gnuplot(full_script(plot, PictureKind::Svg));
+    const Picture svg = run_gnuplot(full_script(plot, PlotKind::Svg));
     if (!svg.error.empty() && hindrance.empty()) hindrance = svg.error;
     if (svg.missing) break;
-    const Picture png = run_gnuplot(full_script(plot, PictureKind::Png));
+    const Picture png = run_gnuplot(full_script(plot, PlotKind::Png));
+    const Picture pdf = run_gnuplot(full_script(plot, PlotKind::Pdf));
     if (!svg.bytes.empty()) write_whole(out / (plot.name + ".svg"), svg.bytes);
     if (!png.bytes.empty()) write_whole(out / (plot.name + ".png"), png.bytes);
+    if (!pdf.bytes.empty()) write_whole(out / (plot.name + ".pdf"), pdf.bytes);
     drawn.push_back({plot, svg.bytes});
   }
   return drawn;

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "engine/base/text.h"
+#include "perf/profile/report/answers.h"
 #include "perf/profile/report/tables.h"
 #include "viz/report/gnuplot.h"
 
@@ -35,6 +36,18 @@ std::string gnuplot_tick(const std::string& text) {
   std::string escaped;
   for (const char c : text) escaped += c == '%' ? std::string("%%") : std::string(1, c);
   return gnuplot_quoted(escaped);
+}
+
+/// Tics of a logarithmic axis: 10⁻⁸, 10⁻⁷, ...
+std::string powers_of_ten(double low, double high) {
+  constexpr const char* kDigits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+  std::string tics;
+  for (int e = static_cast<int>(std::ceil(std::log10(low))); e <= std::floor(std::log10(high)); ++e) {
+    std::string raised = e < 0 ? "⁻" : "";
+    for (const char c : std::to_string(std::abs(e))) raised += kDigits[c - '0'];
+    tics += (tics.empty() ? "'10" : ", '10") + raised + "' 1e" + std::to_string(e);
+  }
+  return tics;
 }
 
 std::vector<std::string> readings_of(const Profile& profile) {
@@ -106,9 +119,8 @@ Plot stage_times(const Profile& profile, const std::string& reading) {
               " clock), reading " + reading + ". A line of slope 1 grows with the pixels.",
           kWidth, kHeight,
           blocks + kFrameOfPlot + size_axis(profile.sizes) +
-              "set logscale y\nset format y '%g'\nset ylabel 'time, ms'\nset title 'Time of each stage, "
-              "reading " +
-              reading + "'\n" + lines + "\n"};
+              "set logscale y\nset format y '%g'\nset ylabel 'time, ms'\nset title " +
+              gnuplot_quoted(slowest_stage(profile, reading)) + "\n" + lines + "\n"};
 }
 
 Plot bandwidths(const Profile& profile, const std::string& reading) {
@@ -121,9 +133,9 @@ Plot bandwidths(const Profile& profile, const std::string& reading) {
           ". The dashed line is what copying large buffers reaches; small frames may pass it inside a cache.",
       kWidth, kHeight,
       blocks + kFrameOfPlot + size_axis(profile.sizes) +
-          "set logscale y\nset format y '%g'\nset ylabel 'bandwidth, GB/s'\nset title 'Bandwidth of each "
-          "stage, reading " +
-          reading + "'\n" + lines + ", " + number(profile.ceiling.GB_per_s) +
+          "set logscale y\nset format y '%g'\nset ylabel 'bandwidth, GB/s'\nset title " +
+          gnuplot_quoted(best_bandwidth(profile, reading)) + "\n" + lines + ", " +
+          number(profile.ceiling.GB_per_s) +
           " with lines lw 2 dt 2 lc rgb '#d55e00' title 'measured ceiling'\n"};
 }
 
@@ -155,8 +167,8 @@ Plot latencies(const Profile& profile, const std::string& reading) {
           blocks + kFrameOfPlot +
               "set logscale x\nset format x '%g'\nset xlabel 'time of a frame, ms'\nset ylabel 'share of the "
               "frames, %'\nset yrange "
-              "[0:*]\nset title 'Latency, reading " +
-              reading + "'\n" + plot + "\n"};
+              "[0:*]\nset title " +
+              gnuplot_quoted(usual_latency(profile, reading)) + "\n" + plot + "\n"};
 }
 
 Plot throughput(const Profile& profile) {
@@ -174,8 +186,8 @@ Plot throughput(const Profile& profile) {
   }
   return {"throughput", "Frames a second with three frames in flight, every tile touched.", kWidth, kHeight,
           blocks + kFrameOfPlot + size_axis(profile.sizes) +
-              "set logscale y\nset format y '%g'\nset ylabel 'frames/s'\nset title 'Throughput'\n" + plot +
-              "\n"};
+              "set logscale y\nset format y '%g'\nset ylabel 'frames/s'\nset title " +
+              gnuplot_quoted(headline(profile)) + " font ',9'\n" + plot + "\n"};
 }
 
 /// One panel for each truth; points are solvers, the line is the front.
@@ -197,10 +209,10 @@ Plot pareto(const Profile& profile, uint32_t width_px, uint32_t height_px) {
   }
   std::string script =
       "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\nset logscale xy\nset format x "
-      "'%g'\nset format y "
-      "'%.0e'\nunset key\nset xrange [" +
-      number(low_ms / 1.6) + ":" + number(high_ms * 1.6) + "]\nset yrange [" + number(low / 3) + ":" +
-      number(high * 3) + "]\nset lmargin 10\nset rmargin 2\nset bmargin 3.5\n";
+      "'%g'\nset ytics (" +
+      powers_of_ten(low / 3, high * 3) + ")\nunset key\nset xrange [" + number(low_ms / 1.6) + ":" +
+      number(high_ms * 1.6) + "]\nset yrange [" + number(low / 3) + ":" + number(high * 3) +
+      "]\nset lmargin 10\nset rmargin 2\nset bmargin 3.5\n";
   std::string panels;
   for (size_t t = 0; t < truths.size(); ++t) {
     std::vector<std::pair<double, double>> front;
@@ -370,14 +382,15 @@ std::vector<Plot> comparison_plots(const Profile& a, const Profile& b, const std
   return plots;
 }
 
-std::string full_script(const Plot& plot, PictureKind kind) {
-  const std::string size = " size " + std::to_string(plot.width_px) + "," + std::to_string(plot.height_px);
-  const std::string font = " noenhanced font 'DejaVu Sans,11' background rgb '#ffffff'";
-  std::string name = plot.name;
-  std::replace(name.begin(), name.end(), '-', '_');
-  return (kind == PictureKind::Svg ? "set terminal svg" + size + font + " name '" + name + "'\n"
-                                   : "set terminal pngcairo" + size + font + "\n") +
-         plot.script;
+std::string full_script(const Plot& plot, PlotKind kind) {
+  std::string head = plot_terminal(kind, plot.width_px, plot.height_px);
+  std::string look = kind == PlotKind::Pdf ? "" : " background rgb '#ffffff'";
+  if (kind == PlotKind::Svg) {  // many stand in one page
+    std::string name = plot.name;
+    std::replace(name.begin(), name.end(), '-', '_');
+    look += " name '" + name + "'";
+  }
+  return head.insert(head.size() - 1, look) + plot.script;
 }
 
 }  // namespace palpate::perf

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "perf/profile/profile.h"
+#include "viz/report/plot_script.h"
 
 namespace palpate::perf {
 
@@ -21,8 +22,7 @@ std::vector<Plot> plots_of(const Profile& profile);
 std::vector<Plot> comparison_plots(const Profile& a, const Profile& b, const std::string& name_a,
                                    const std::string& name_b);
 
-enum class PictureKind { Svg, Png };
 /// Terminal and script together, ready for run_gnuplot.
-std::string full_script(const Plot& plot, PictureKind kind);
+std::string full_script(const Plot& plot, PlotKind kind);
 
 }  // namespace palpate::perf

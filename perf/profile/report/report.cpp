@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "perf/profile/report/answers.h"
 #include "perf/profile/report/tables.h"
 #include "viz/report/html.h"
 
@@ -108,6 +109,7 @@ std::string clock_text(const Ceiling& c) {
 
 std::string html_report(const Profile& profile, const std::vector<DrawnPlot>& plots) {
   std::string body = "<h1>palpate profile: " + html_escaped(profile.machine.device) + "</h1>\n";
+  body += "<p><strong>" + html_escaped(headline(profile)) + "</strong></p>\n";
   if (!profile.complete)
     body += paragraph("This run was ended before it was complete; what it had finished is here.", kWarning);
   body += html_table(machine_table(profile.machine));

@@ -17,8 +17,8 @@
 #include "viz/commands/options.h"
 #include "viz/commands/progress.h"
 #include "viz/commands/run_watch.h"
+#include "viz/report/calibration_plots.h"
 #include "viz/report/gnuplot.h"
-#include "viz/report/plot_script.h"
 
 namespace palpate {
 namespace {
@@ -121,8 +121,7 @@ Report force(const Common& common, const Options& options) {
   write_whole(stem + ".csv", std::string_view(samples_csv(outcome)));
   std::string written = "written: " + common.out.string() + ", " + stem + ".csv";
   if (!background.empty()) written += ", " + background.string();
-  draw_plot(plot_script(outcome, false), stem + ".png", written);
-  draw_plot(plot_script(outcome, true), stem + ".svg", written);
+  draw_plots([&](PlotKind kind) { return plot_script(outcome, kind); }, stem, written);
   if (!options.images_N.empty())
     draw_plot(write_images(first, outcome, options.images_N, stem), stem + "_images.png", written);
   const int code = !validation_clean(*context)               ? kInternalError

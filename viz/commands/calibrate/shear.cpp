@@ -11,7 +11,7 @@
 #include "viz/commands/options.h"
 #include "viz/commands/progress.h"
 #include "viz/commands/run_watch.h"
-#include "viz/report/plot_script.h"
+#include "viz/report/calibration_plots.h"
 
 namespace palpate {
 namespace {
@@ -49,8 +49,7 @@ Report shear(const Common& common, const Options& options) {
   const std::string stem = plot_stem(common, options, "_shear");
   std::string written = "written: " + common.out.string();
   if (!background.empty()) written += ", " + background.string();
-  draw_plot(plot_script(outcome, false), stem + ".png", written);
-  draw_plot(plot_script(outcome, true), stem + ".svg", written);
+  draw_plots([&](PlotKind kind) { return plot_script(outcome, kind); }, stem, written);
   const int code = validation_clean(*context) ? 0 : kInternalError;
   return {describe(outcome) + "\n" + written, to_json(outcome, common.out.string()), code};
 }

@@ -1,6 +1,7 @@
 // Pictures and files of a solved forward scene.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "capture/files/images/images.h"
 #include "capture/files/npy.h"
@@ -48,35 +49,62 @@ std::string matrix_lines(const fem::Map& map) {
 constexpr const char* kLook =
     "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\nset tics textcolor rgb '#222222'\n";
 
+/// What the press shows, in one sentence.
+std::string answer_of(const ForwardOutcome& o) {
+  const std::string press = text("At %.3g N, %.3g mm deep, ", o.result.force_N, o.result.press_mm);
+  if (!o.fit.found) return press + "no bump stands out of the profile";
+  const PlotUnit unit = plot_unit(std::abs(o.fit.amplitude), "Pa");
+  return press + text("the pressure has a bump of %.3g %s, %.3g mm wide at half height",
+                      unit.factor * o.fit.amplitude, unit.name.c_str(), 2.3548 * std::abs(o.fit.width_mm));
+}
+
+std::pair<double, double> ends_of(const fem::Map& map) {
+  std::pair<double, double> ends{HUGE_VAL, -HUGE_VAL};
+  for (uint32_t j = 0; j < map.height; ++j)
+    for (uint32_t i = 0; i < map.width; ++i) {
+      ends.first = std::min(ends.first, static_cast<double>(map.at(i, j)));
+      ends.second = std::max(ends.second, static_cast<double>(map.at(i, j)));
+    }
+  return ends;
+}
+
 std::string maps_script(const ForwardOutcome& o) {
+  const auto [least_Pa, most_Pa] = ends_of(o.result.stress_Pa);
+  const auto [least_mm, most_mm] = ends_of(o.result.deflection_mm);
+  const PlotUnit unit = plot_unit(most_Pa, "Pa");
+  const bool rigid = most_mm - least_mm <= 1e-6 * std::abs(most_mm);
+  const std::string deflection = rigid ? text("deflection of the surface: %.4g mm everywhere", most_mm)
+                                       : "deflection of the surface, mm";
   std::string s = data_block("stress", matrix_lines(o.result.stress_Pa)) +
                   data_block("deflection", matrix_lines(o.result.deflection_mm));
-  s += "unset key\nset size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset tics out\n"
-       "set palette defined (0 '#440154', 1 '#3b528b', 2 '#21918c', 3 '#5ec962', 4 '#fde725')\n"
-       "set autoscale fix\nset multiplot layout 1,2\n"
-       "set title 'stress on the surface, Pa'\nplot $stress using 1:2:3 with image\n"
-       "set title 'deflection of the surface, mm'\nset format cb '%.4g'\nplot $deflection using 1:2:3 with "
-       "image\n"
-       "unset multiplot\n";
+  s += std::string("unset key\nset size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset tics out\n") +
+       plot_palette() + "set autoscale fix\nset multiplot layout 1,2 title " + plot_words(answer_of(o)) +
+       "\nset title 'stress on the surface, " + unit.name + "'\n" + plot_colour_bar(least_Pa, most_Pa) +
+       "plot $stress using 1:2:" + unit.column(3) + " with image\n" + "set title " + plot_words(deflection) +
+       "\n" + plot_colour_bar(least_mm, most_mm) +
+       "set format cb '%.4g'\nplot $deflection using 1:2:3 with image\nunset multiplot\n";
   return s;
 }
 
 std::string profile_script(const ForwardOutcome& o) {
   std::string points, curve;
-  for (size_t i = 0; i < o.profile.x_mm.size(); ++i)
+  double most_Pa = 0;
+  for (size_t i = 0; i < o.profile.x_mm.size(); ++i) {
     points += plot_number(o.profile.x_mm[i]) + " " + plot_number(o.profile.value[i]) + "\n";
+    most_Pa = std::max(most_Pa, o.profile.value[i]);
+  }
   for (int i = -100; i <= 100; ++i) {
     const double x = 0.4 * o.scene.block_mm[0] * i / 100;
     curve += plot_number(x) + " " + plot_number(o.fit.at(x)) + "\n";
   }
-  const std::string title =
-      text("%.4g N, %.4g mm; Gaussian: a %.4g Pa, s %.3g mm, R^2 %.4f", o.result.force_N, o.result.press_mm,
-           o.fit.amplitude, o.fit.width_mm, o.fit.r_squared);
+  const PlotUnit unit = plot_unit(most_Pa, "Pa");
   std::string s = data_block("points", points) + data_block("curve", curve) + kLook;
-  s += "set title " + gnuplot_quoted(title) +
-       "\nset xlabel 'x, mm'\nset ylabel 'stress on the surface, Pa'\nset key top right\n"
-       "plot $points with linespoints pt 7 ps 0.5 lc rgb '#0072b2' title 'model'";
-  if (o.fit.found) s += ", $curve with lines lw 2 lc rgb '#d55e00' title 'Gaussian'";
+  s += "set title " + plot_words(answer_of(o)) + "\nset xlabel 'x, mm'\nset ylabel 'stress on the surface, " +
+       unit.name + "'\nset key top right\nplot $points using 1:" + unit.column(2) +
+       " with linespoints pt 7 ps 0.5 lc rgb '#0072b2' title 'model'";
+  if (o.fit.found)
+    s += ", $curve using 1:" + unit.column(2) + " with lines lw 2 lc rgb '#d55e00' title " +
+         plot_words(text("Gaussian, s %.3g mm, R^2 %.4f", o.fit.width_mm, o.fit.r_squared));
   return s + "\n";
 }
 
@@ -86,14 +114,9 @@ std::string data_block(const std::string& name, const std::string& lines) {
   return "$" + name + " << EOD\n" + (lines.empty() ? "NaN NaN NaN NaN\n" : lines) + "EOD\n";
 }
 
-void draw_both(const std::string& script, int width, int height, const fs::path& file, std::string& written) {
-  for (const bool svg : {false, true}) {
-    const std::string name = file.string() + (svg ? ".svg" : ".png");
-    draw_plot(std::string(svg ? "set terminal svg size " : "set terminal pngcairo size ") +
-                  std::to_string(width) + "," + std::to_string(height) +
-                  " noenhanced font 'DejaVu Sans,11'\n" + script,
-              name, written);
-  }
+void draw_scripts(const std::string& script, int width, int height, const fs::path& file,
+                  std::string& written) {
+  draw_plots([&](PlotKind kind) { return plot_terminal(kind, width, height) + script; }, file, written);
 }
 
 TactileImage tactile_image(const fem::Map& stress, const Sensor* sensor) {
@@ -162,8 +185,8 @@ std::string write_files(const ForwardOutcome& o, const TactileImage& image, cons
   std::string written = (folder / "stress_Pa.npy").string() +
                         ", deflection_mm.npy, tactile.npy, tactile.png, "
                         "profile.csv, forward.json";
-  draw_both(maps_script(o), 1040, 460, folder / "maps", written);
-  draw_both(profile_script(o), 820, 520, folder / "profile", written);
+  draw_scripts(maps_script(o), 1040, 460, folder / "maps", written);
+  draw_scripts(profile_script(o), 820, 520, folder / "profile", written);
   return written;
 }
 

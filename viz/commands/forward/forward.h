@@ -86,10 +86,10 @@ json::Value convergence_json(const ConvergenceTables& tables);
 /// (iterations).
 std::string write_convergence(const ConvergenceTables& tables, const std::filesystem::path& folder);
 
-/// Runs gnuplot on `script` twice, to FILE.png and FILE.svg; adds their names to `written`, or warns.
-/// `script` has no terminal of its own.
-void draw_both(const std::string& script, int width, int height, const std::filesystem::path& file,
-               std::string& written);
+/// Draws `script`, which has no terminal of its own, to FILE.png, FILE.svg and FILE.pdf; adds their names to
+/// `written`, or warns.
+void draw_scripts(const std::string& script, int width, int height, const std::filesystem::path& file,
+                  std::string& written);
 /// A named block of data for gnuplot.
 std::string data_block(const std::string& name, const std::string& lines);
 

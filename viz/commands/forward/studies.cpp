@@ -207,8 +207,9 @@ std::string write_sweep(const std::vector<SweepRow>& rows, const fs::path& folde
                 (curves.empty() ? "plot NaN notitle" : curves) + "\n";
     ++panel;
   }
-  draw_both(blocks + bumps + "unset multiplot\n", 1280, 720, folder / "sweep", written);
-  draw_both(profile_blocks + profiles + "unset multiplot\n", 1280, 720, folder / "sweep_profiles", written);
+  draw_scripts(blocks + bumps + "unset multiplot\n", 1280, 720, folder / "sweep", written);
+  draw_scripts(profile_blocks + profiles + "unset multiplot\n", 1280, 720, folder / "sweep_profiles",
+               written);
   return written;
 }
 
@@ -344,18 +345,19 @@ std::string write_convergence(const ConvergenceTables& t, const fs::path& folder
     return std::string("$error using ") + what + " with linespoints pt 7 ps 0.7 lc rgb '" + colour +
            "' title '" + title + "'";
   };
-  draw_both(data_block("error", error) + data_block("time", time) + kGrid +
-                "set logscale xy\nset multiplot layout 1,3\nset ylabel 'error against the finest grid, %'\n"
-                "set xlabel 'cells along x'\nplot " +
-                lines("1:3", "#0072b2", "force") + ", " + lines("1:4", "#d55e00", "centre stress") +
-                "\nset xlabel 'run time, s'\nplot " + lines("2:3", "#0072b2", "force") + ", " +
-                lines("2:4", "#d55e00", "centre stress") +
-                "\nset xlabel 'unknowns'\nset ylabel 'run time, s'\nset key top left\n"
-                "plot $time with linespoints pt 7 ps 0.7 lc rgb '#009e73' title 'solve', $time using "
-                "1:($1**1.1*2e-7) "
-                "with lines dt 2 lc rgb '#888888' title 'unknowns^1.1'\nunset multiplot\n",
-            1280, 420, folder / "convergence", written);
-  draw_both(
+  draw_scripts(
+      data_block("error", error) + data_block("time", time) + kGrid +
+          "set logscale xy\nset multiplot layout 1,3\nset ylabel 'error against the finest grid, %'\n"
+          "set xlabel 'cells along x'\nplot " +
+          lines("1:3", "#0072b2", "force") + ", " + lines("1:4", "#d55e00", "centre stress") +
+          "\nset xlabel 'run time, s'\nplot " + lines("2:3", "#0072b2", "force") + ", " +
+          lines("2:4", "#d55e00", "centre stress") +
+          "\nset xlabel 'unknowns'\nset ylabel 'run time, s'\nset key top left\n"
+          "plot $time with linespoints pt 7 ps 0.7 lc rgb '#009e73' title 'solve', $time using "
+          "1:($1**1.1*2e-7) "
+          "with lines dt 2 lc rgb '#888888' title 'unknowns^1.1'\nunset multiplot\n",
+      1280, 420, folder / "convergence", written);
+  draw_scripts(
       data_block("soft", by_ratio[0]) + data_block("stiff", by_ratio[1]) + data_block("rigid", by_ratio[2]) +
           kGrid +
           "set logscale xy\nset xlabel '0.5 - Poisson ratio'\nset ylabel 'iterations'\nset key top right\n"

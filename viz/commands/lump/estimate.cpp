@@ -60,17 +60,19 @@ std::string script_of(const lump::Observation& observation, const lump::Estimate
     outline[0].push_back(e.x_mm.value + 0.5 * e.size_mm.value * std::cos(i * std::numbers::pi / 36));
     outline[1].push_back(e.y_mm.value + 0.5 * e.size_mm.value * std::sin(i * std::numbers::pi / 36));
   }
-  std::string script = plot_block("map", pixels) + plot_block("outline", outline);
+  const auto [least, most] = std::minmax_element(pixels[2].begin(), pixels[2].end());
+  const PlotUnit unit = plot_unit(*most, "Pa");
+  std::string script =
+      plot_colour_bar(*least, *most) + plot_block("map", pixels) + plot_block("outline", outline);
   std::string title = palpate::text("%s", lump::status_text(e.verdict));
   if (seen)
     title = palpate::text("%s: %.3g mm wide, %.3g mm deep, ratio %.3g to %.3g", to_string(e.shape),
                           e.size_mm.value, e.depth_mm.value, e.stiffness_ratio.low, e.stiffness_ratio.high);
-  script += std::string("set title '") + title +
-            "'\nset key off\nset size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset tics out\nset "
+  script += "set title " + plot_words(title) + "\n" + plot_palette() +
+            "set key off\nset size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset tics out\nset "
             "autoscale fix\n"
-            "set palette defined (0 '#440154', 1 '#3b528b', 2 '#21918c', 3 '#5ec962', 4 '#fde725')\nset "
-            "cblabel 'pressure at the highest load, Pa'\n"
-            "plot $map using 1:2:3 with image";
+            "set cblabel 'pressure at the highest load, " +
+            unit.name + "'\nplot $map using 1:2:" + unit.column(3) + " with image";
   if (seen) script += ", $outline with lines lw 2 lc rgb '#ffffff'";
   return script + "\n";
 }
@@ -96,9 +98,8 @@ Report run(const Common& common, const Options& o) {
     }
     write_whole(common.out / "lump.csv", std::string_view(csv));
     written += ", lump.csv";
-    for (const bool svg : {false, true})
-      draw_plot(plot_head(svg, 760, 600) + script_of(observation, estimate),
-                (common.out / (svg ? "lump.svg" : "lump.png")).string(), written);
+    draw_plots([&](PlotKind kind) { return plot_head(kind, 760, 600) + script_of(observation, estimate); },
+               common.out / "lump", written);
     report.text += "wrote " + written + "\n";
   }
   return report;

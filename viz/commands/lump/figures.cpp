@@ -110,15 +110,16 @@ void draw_profiles(const std::vector<lump::FigureRow>& rows, const std::string& 
     }
   }
   if (plots[0].empty()) return;
-  draw_both(blocks + kLook + "set multiplot layout 1,2 title " + gnuplot_quoted(title) +
-                "\nset xlabel 'x, mm'\nset key top left reverse Left samplen 1 font ',9'\nset ylabel "
-                "'pressure on the "
-                "plate, Pa'\nset offsets graph 0, 0, graph 0.3, 0\nset title 'profile (points) and Gaussian "
-                "(lines)'\n" +
-                plots[0] +
-                "\nset ylabel 'pressure above the block without inclusion, Pa'\nset title 'bump alone'\n" +
-                plots[1] + "\nunset multiplot\n",
-            1280, 520, file, written);
+  draw_scripts(
+      blocks + kLook + "set multiplot layout 1,2 title " + gnuplot_quoted(title) +
+          "\nset xlabel 'x, mm'\nset key top left reverse Left samplen 1 font ',9'\nset ylabel "
+          "'pressure on the "
+          "plate, Pa'\nset offsets graph 0, 0, graph 0.3, 0\nset title 'profile (points) and Gaussian "
+          "(lines)'\n" +
+          plots[0] +
+          "\nset ylabel 'pressure above the block without inclusion, Pa'\nset title 'bump alone'\n" +
+          plots[1] + "\nunset multiplot\n",
+      1280, 520, file, written);
 }
 
 /// Fig. 19 or 21: the maps on one scale.
@@ -148,14 +149,14 @@ void draw_maps(const std::vector<lump::FigureRow>& rows, const std::string& titl
              "\nplot $" + name + " using 1:2:3 with image\n";
   }
   if (count == 0) return;
-  draw_both(blocks + kPalette +
-                "unset key\nset size ratio -1\nset rmargin 4\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset "
-                "tics out\n"
-                "set autoscale fix\nset cbrange [" +
-                plot_number(std::max(0.0, low)) + ":" + plot_number(high) + "]\nset multiplot layout 1," +
-                std::to_string(count) + " title " + gnuplot_quoted(title) + "\n" + plots +
-                "unset multiplot\n",
-            static_cast<int>(430 * count), 400, file, written);
+  draw_scripts(blocks + kPalette +
+                   "unset key\nset size ratio -1\nset rmargin 4\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset "
+                   "tics out\n"
+                   "set autoscale fix\nset cbrange [" +
+                   plot_number(std::max(0.0, low)) + ":" + plot_number(high) + "]\nset multiplot layout 1," +
+                   std::to_string(count) + " title " + gnuplot_quoted(title) + "\n" + plots +
+                   "unset multiplot\n",
+               static_cast<int>(430 * count), 400, file, written);
 }
 
 /// Fig. 17: one panel for each input.
@@ -189,14 +190,14 @@ void draw_inputs(const std::vector<lump::InputRow>& rows, const fs::path& folder
     plots += std::string("set title '") + panel.title + "'\n" + (lines.empty() ? "plot NaN notitle" : lines) +
              "\n";
   }
-  draw_both(blocks + kLook +
-                "set multiplot layout 2,3 title 'Pressure on the plate through the lump at 2 N, large "
-                "strain: 8 mm, "
-                "5 mm deep, unless said'\nset xlabel 'x, mm'\nset ylabel 'pressure, Pa'\nset xrange "
-                "[-20:20]\nset key top "
-                "right samplen 1 font ',9'\n" +
-                plots + "unset multiplot\n",
-            1280, 760, folder / "fig17_inputs", written);
+  draw_scripts(blocks + kLook +
+                   "set multiplot layout 2,3 title 'Pressure on the plate through the lump at 2 N, large "
+                   "strain: 8 mm, "
+                   "5 mm deep, unless said'\nset xlabel 'x, mm'\nset ylabel 'pressure, Pa'\nset xrange "
+                   "[-20:20]\nset key top "
+                   "right samplen 1 font ',9'\n" +
+                   plots + "unset multiplot\n",
+               1280, 760, folder / "fig17_inputs", written);
 }
 
 std::string fits_csv(const lump::Figures& figures) {
@@ -312,8 +313,8 @@ Report run(const Common& common, const Options& o) {
                   written);
     if (!inputs.empty()) draw_inputs(inputs, common.out, written);
     const lump::Network& network = lump::Network::built_in();
-    draw_both(network_figure(lump_stages(network.model()), network.made_from()), 1280, 760,
-              common.out / "fig18_network", written);
+    draw_scripts(network_figure(lump_stages(network.model()), network.made_from()), 1280, 760,
+                 common.out / "fig18_network", written);
     text += "written: " + written + "\n";
   }
   const bool all = std::all_of(figures.by_size.begin(), figures.by_size.end(),

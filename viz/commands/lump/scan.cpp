@@ -23,7 +23,13 @@ namespace palpate {
 namespace {
 
 struct Options {
-  Options() { plan.scene.cells = {40, 40, 20}; }
+  Options() {
+    plan.scene.cells = {40, 40, 20};
+    // A lump whose size, depth and stiffness the map decides.
+    lump.size_mm = {12, 12, 12};
+    lump.depth_mm = 3;
+    lump.stiffness_ratio = 4;
+  }
 
   ScanPlan plan;
   lump::StitchOptions stitch;
@@ -186,7 +192,7 @@ void add_block_options(CommandLine& command, Options& o) {
   command.add_option("--shape", o.lump.shape, "sphere, ellipsoid, cylinder (upright), lying")
       ->transform(one_of(lump_shapes()))
       ->default_str("sphere");
-  command.add_option("--size-mm", o.size_mm, "Diameter of the lump, or its sizes along x, y, z (default 8)")
+  command.add_option("--size-mm", o.size_mm, "Diameter of the lump, or its sizes along x, y, z (default 12)")
       ->expected(1, 3);
   command.add_option("--depth-mm", o.lump.depth_mm, "From the surface to the lump's top")
       ->capture_default_str();
@@ -255,7 +261,8 @@ void add_lump_scan(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--out", common.out, "Folder for the report, maps and tables");
   add_common(*command, common,
              "  palpate lump scan --simulate --out out/scan                  then open out/scan/report.html\n"
-             "  palpate lump scan --simulate --offset-mm 6 -4 --stiffness-ratio 5\n"
+             "  palpate lump scan --simulate --size-mm 8 --depth-mm 5 --stiffness-ratio 10\n"
+             "                                             a lump whose stiffness the map does not tell\n"
              "  palpate lump scan out/press1 out/press2 --positions places.csv --gauge truth --out out/scan\n"
              "Research use, not a diagnosis.\n");
   command->callback([o, force, &common, &chosen] {

@@ -1,5 +1,6 @@
 // A scan as tables, files, plots and one page.
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -202,6 +203,13 @@ std::string ellipse(double x, double y, double width, double height) {
   return lines;
 }
 
+double largest(const fem::Map& map) {
+  double most = 0;
+  for (const float value : map.values)
+    if (std::isfinite(value)) most = std::max(most, static_cast<double>(value));
+  return most;
+}
+
 std::string matrix(const fem::Map& map) {
   std::string lines;
   for (uint32_t j = 0; j < map.height; ++j, lines += "\n")
@@ -210,6 +218,21 @@ std::string matrix(const fem::Map& map) {
                plot_number(place(j, map.height, map.pitch_mm[1])) + " " +
                plot_number(static_cast<double>(map.at(i, j))) + "\n";
   return lines;
+}
+
+/// The answer in one sentence.
+std::string headline(const ScanAnswer& a) {
+  if (!a.estimate)
+    return a.outline.found ? "A bump is felt; what lies behind it was not estimated." : "No bump is felt.";
+  const lump::Estimate& e = *a.estimate;
+  std::string words = lump::status_text(e.verdict);
+  if (!words.empty()) words[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(words[0])));
+  if (!reports_numbers(e.verdict)) return words + ".";
+  words += palpate::text(": %.2g mm wide, its top %.2g mm deep", e.size_mm.value, e.depth_mm.value);
+  return words + palpate::text(std::isfinite(e.stiffness_ratio.value)
+                                   ? ", %.2g to %.2g times as stiff as the tissue."
+                                   : ", between %.2g and %.2g times as stiff as the tissue.",
+                               e.stiffness_ratio.low, e.stiffness_ratio.high);
 }
 
 std::string map_script(const ScanReport& r) {
@@ -249,24 +272,27 @@ std::string map_script(const ScanReport& r) {
     windows += plot_number(p.stage_mm[0] + p.shift_mm[0]) + " " + plot_number(p.stage_mm[1] + p.shift_mm[1]) +
                " " + (p.used ? "1" : "0") + "\n";
   blocks += data_block("windows", windows);
-  return blocks +
-         "set palette defined (0 '#440154', 1 '#3b528b', 2 '#21918c', 3 '#5ec962', 4 '#fde725')\n"
+  const PlotUnit unit = plot_unit(largest(observation.pressure_Pa.back()), "Pa");
+  const PlotUnit spread = plot_unit(largest(a.map.disagreement_Pa), "Pa");
+  return blocks + plot_palette() +
          "set size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset tics out\nset autoscale fix\n"
          "set object 1 rectangle from graph 0,0 to graph 1,1 behind fc rgb '#cccccc' fs solid noborder\n"
-         "set key top left samplen 2 textcolor rgb '#ffffff'\nset multiplot layout 1,2\n"
-         "set title " +
-         gnuplot_quoted(palpate::text("pressure at %.3g N on the block, Pa (gray: not seen)",
-                                      observation.force_N.back())) +
-         "\nplot $map using 1:2:3 with image notitle" + over +
-         "\nset title 'spread between presses, Pa; crosses: the windows'' middles'\n"
-         "plot $spread using 1:2:3 with image notitle, $windows using 1:2 with points pt 1 ps 1.2 lw 2 lc "
-         "rgb '#ffffff' notitle\n"
+         "set key top left samplen 2 textcolor rgb '#ffffff'\nset multiplot layout 1,2 title " +
+         plot_words(headline(a)) + "\nset title " +
+         plot_words(palpate::text("pressure at %.3g N on the block, %s (gray: not seen)",
+                                  observation.force_N.back(), unit.name.c_str())) +
+         "\nplot $map using 1:2:" + unit.column(3) + " with image notitle" + over + "\nset title " +
+         plot_words("spread between presses, " + spread.name + "; crosses: the windows' middles") +
+         "\nplot $spread using 1:2:" + spread.column(3) +
+         " with image notitle, $windows using 1:2 with points pt 1 ps 1.2 lw 2 lc rgb '#ffffff' notitle\n"
          "unset multiplot\n";
 }
 
 std::string profile_script(const ScanAnswer& a) {
   std::string points, block, curve;
+  double most_Pa = 0;
   for (size_t i = 0; i < a.profile.x_mm.size(); ++i) {
+    most_Pa = std::max(most_Pa, a.profile.value[i]);
     points += plot_number(a.profile.x_mm[i]) + " " + plot_number(a.profile.value[i]) + " " +
               plot_number(a.map.observation.noise_Pa) + "\n";
     block += plot_number(a.block.x_mm[i]) + " " + plot_number(a.block.value[i]) + "\n";
@@ -274,19 +300,20 @@ std::string profile_script(const ScanAnswer& a) {
       curve += plot_number(a.profile.x_mm[i]) + " " +
                plot_number(a.block.value[i] + a.fit.at(a.profile.x_mm[i])) + "\n";
   }
+  const PlotUnit unit = plot_unit(most_Pa, "Pa");
   std::string script =
       data_block("points", points) + data_block("block", block) + data_block("curve", curve) + kLook +
-      "set xlabel 'x, mm'\nset ylabel 'pressure, Pa'\nset key top right\nset offsets 0, 0, graph 0.2, 0\nset "
-      "title " +
-      gnuplot_quoted(palpate::text("through y = %.2f mm at %.3g N",
-                                   a.outline.found ? a.outline.y_mm.value : 0.0,
-                                   a.map.observation.force_N.back())) +
-      "\nplot $points using 1:2:3 with yerrorbars pt 7 ps 0.6 lc rgb '#0072b2' title 'map, with its noise', "
-      "$block with lines lw 1.5 dt 2 lc rgb '#888888' title 'smooth block'";
+      "set xlabel 'x, mm'\nset ylabel 'pressure, " + unit.name +
+      "'\nset key outside top center horizontal samplen 2\nset title " +
+      plot_words(palpate::text("through y = %.2f mm at %.3g N",
+                               a.outline.found ? std::round(100 * a.outline.y_mm.value) / 100 + 0.0 : 0.0,
+                               a.map.observation.force_N.back())) +
+      palpate::text("\nplot $points using 1:%s:(%g*$3)", unit.column(2).c_str(), unit.factor) +
+      " with yerrorbars pt 7 ps 0.6 lc rgb '#0072b2' title 'map, with its noise', $block using 1:" +
+      unit.column(2) + " with lines lw 1.5 dt 2 lc rgb '#888888' title 'smooth block'";
   if (a.fit.found)
-    script += ", $curve with lines lw 2 lc rgb '#d55e00' title " +
-              gnuplot_quoted(palpate::text("with Gaussian: a %.4g Pa, s^2 %.3g mm^2", a.fit.amplitude,
-                                           a.fit.width_mm * a.fit.width_mm));
+    script += ", $curve using 1:" + unit.column(2) + " with lines lw 2 lc rgb '#d55e00' title " +
+              plot_words(palpate::text("with Gaussian, s^2 %.3g mm^2", a.fit.width_mm * a.fit.width_mm));
   return script + "\n";
 }
 
@@ -307,6 +334,7 @@ std::string html(const ScanReport& r, const fs::path& folder) {
   const ScanAnswer& a = r.answer;
   std::string body =
       "<h1>Scan of a tissue block</h1>\n<p class=\"notice\">" + std::string(kNotice) + "</p>\n";
+  body += "<p class=\"answer\">" + html_escaped(headline(a)) + "</p>\n";
   body += "<div class=\"two\"><section><h2>What lies behind it</h2>\n" +
           (a.estimate ? html_rows(estimate_rows(*a.estimate))
                       : std::string("<p>Not estimated: no model was asked.</p>\n")) +
@@ -345,6 +373,7 @@ std::string html(const ScanReport& r, const fs::path& folder) {
          "0; }\n"
          ".warning { background: #fff3d6; border-left: 4px solid #e69f00; padding: 0.3em 0.8em 0.3em 2em; "
          "margin: 0.3em 0; font-size: 0.88em; }\n"
+         ".answer { font-size: 1.15em; margin: 0.5em 0; }\n"
          ".two { display: grid; grid-template-columns: 1fr 1fr; gap: 0 2em; } figure { margin: 0.4em 0; } "
          "svg { max-width: 100%; height: auto; }\n"
          ".small { color: #555; font-size: 0.85em; }\n"
@@ -358,7 +387,8 @@ std::string html(const ScanReport& r, const fs::path& folder) {
 
 std::string scan_text(const ScanReport& r) {
   const ScanAnswer& a = r.answer;
-  std::string text = table("map of the block", map_rows(a.map)) + table("felt", felt_rows(a));
+  std::string text =
+      headline(a) + "\n" + table("map of the block", map_rows(a.map)) + table("felt", felt_rows(a));
   text += a.estimate ? table("estimate (" + r.model + ")", estimate_rows(*a.estimate))
                      : std::string("not estimated: no model was asked\n");
   if (!a.presses.empty()) text += table("presses that see one bump alone", press_rows(a));
@@ -432,9 +462,10 @@ std::string write_scan(const ScanReport& r, const fs::path& folder) {
   std::string written =
       (folder / "report.html").string() + ", scan.json, map.csv, presses.csv, outline.csv, " +
       (r.answer.second_outline ? "outline_2.csv, " : "") + "pressure_Pa.npy, disagreement_Pa.npy";
-  for (const char* old : {"map.svg", "map.png", "profile.svg", "profile.png"}) fs::remove(folder / old);
-  draw_both(map_script(r), 1120, 520, folder / "map", written);
-  draw_both(profile_script(r.answer), 640, 420, folder / "profile", written);
+  for (const char* stem : {"map", "profile"})
+    for (const char* ending : {".svg", ".png", ".pdf"}) fs::remove(folder / (std::string(stem) + ending));
+  draw_scripts(map_script(r), 1120, 520, folder / "map", written);
+  draw_scripts(profile_script(r.answer), 640, 420, folder / "profile", written);
   write_whole(folder / "report.html", std::string_view(html(r, folder)));
   return written;
 }

@@ -183,11 +183,22 @@ std::string angle_header(const std::vector<optics::FaceContact>& contacts) {
   return header;
 }
 
+/// The index that shines most, in one sentence.
+std::string brightest_words(const Problem& p, const std::vector<std::vector<double>>& indices) {
+  const auto best = std::max_element(indices[2].begin(), indices[2].end());
+  if (best == indices[2].end() || !(*best > 0)) return "No contact shines: no guided light leaves.";
+  const double index = indices[0][static_cast<size_t>(best - indices[2].begin())];
+  return palpate::text(
+      "A contact of n = %.3g shines most, %.3g times the reference, by light from %.3g deg on", index, *best,
+      p.from_deg);
+}
+
 /// Left: what passes at each angle; right: brightness against the contact's index.
 std::string plot_of(const Problem& p, const std::vector<std::vector<double>>& angles,
-                    const std::vector<std::vector<double>>& indices, bool svg) {
-  std::string plot = plot_head(svg, 1200, 520) + plot_block("a", angles) + plot_block("n", indices) +
-                     "set multiplot layout 1,2\nset yrange [0:1.02]\nset key bottom left samplen 2\n" +
+                    const std::vector<std::vector<double>>& indices, PlotKind kind) {
+  std::string plot = plot_head(kind, 1200, 520) + plot_block("a", angles) + plot_block("n", indices) +
+                     "set multiplot layout 1,2 title " + plot_words(brightest_words(p, indices)) +
+                     "\nset yrange [0:1.02]\nset key bottom left samplen 2\n" +
                      palpate::text("set xrange [%.4f:90]\n", p.from_deg) +
                      palpate::text("set arrow 1 from %.5f,0 to %.5f,1.02 nohead dt 3 lc rgb '#555555'\n",
                                    p.most_deg, p.most_deg) +
@@ -207,7 +218,7 @@ std::string plot_of(const Problem& p, const std::vector<std::vector<double>>& an
 std::string write_files(const Common& common, const Problem& p) {
   const std::vector<std::vector<double>> angles = angle_columns(p), indices = index_columns(p);
   const std::string written = write_results(common, "contact_light", csv_of(angle_header(p.contacts), angles),
-                                            [&](bool svg) { return plot_of(p, angles, indices, svg); });
+                                            [&](PlotKind kind) { return plot_of(p, angles, indices, kind); });
   const std::string file = (common.out / "contact_light_index.csv").string();
   write_whole(file, std::string_view(csv_of("index,leaving_per_meeting,relative", indices)));
   return written + ", " + file;
@@ -270,7 +281,7 @@ void add_optics_contact(CommandLine& group, Common& common, Command& chosen) {
                       "Its change of gray at the exposure in question; without it, brightness is relative");
   command->add_option("--most-gray", options->most_gray, "Largest change of gray the camera can show")
       ->capture_default_str();
-  command->add_option("--out", common.out, "Folder for contact_light.csv, .png and .svg");
+  command->add_option("--out", common.out, "Folder for contact_light.csv, .png, .svg and .pdf");
   add_common(
       *command, common,
       "  palpate optics contact --indices 1,1.39,1.40,1.41,1 --thickness-mm 2 --contact 1.33,1.4,1.5\n"

@@ -158,9 +158,14 @@ Report trapped(const Common& common, const TrappedOptions& options) {
       {"best_index", curve[0][static_cast<size_t>(best)]},
       {"best_touching", curve[3][static_cast<size_t>(best)]},
       {"curve", {{"index", curve[0]}, {"entering", curve[1]}, {"guided", curve[2]}, {"touching", curve[3]}}}};
-  const auto script = [&](bool svg) {
-    return plot_head(svg, 900, 560) + plot_block("d", curve) +
-           "set yrange [0:1.02]\nset key outside top center horizontal samplen 2\nset ylabel 'share of the "
+  const auto script = [&](PlotKind kind) {
+    return plot_head(kind, 900, 560) + plot_block("d", curve) + "set title " +
+           plot_words(palpate::text(
+               "With layer %zu at n = %.4g most light meets the touched face: %.3g %% of the LED's",
+               range.layer + 1, curve[0][static_cast<size_t>(best)],
+               100 * curve[3][static_cast<size_t>(best)])) +
+           "\nset yrange [0:1.02]\nset key outside top center horizontal samplen 2\nset ylabel 'share of "
+           "the "
            "LED''s light'\n" +
            palpate::text("set xlabel 'index of layer %zu'\nset xrange [%g:%g]\n", range.layer + 1, range.from,
                          range.to) +
@@ -198,7 +203,7 @@ void add_optics_trapped(CommandLine& group, Common& common, Command& chosen) {
   add_lamp(*command, options->lamp);
   command->add_option("--vary", options->vary,
                       "LAYER:FROM:TO, the layer whose index is varied (default: the lit one, 1 to 1.7)");
-  command->add_option("--out", common.out, "Folder for trapped.csv, .png and .svg");
+  command->add_option("--out", common.out, "Folder for trapped.csv, .png, .svg and .pdf");
   add_common(*command, common,
              "  palpate optics trapped --indices 1,1.39,1.40,1.41,1 --out out/pad\n"
              "  palpate optics trapped --indices 1,1.39,1.40,1.41,1 --led-layer 1 --vary 3:1.3:1.6\n"

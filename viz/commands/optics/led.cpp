@@ -57,9 +57,9 @@ Json place_json(const Place& p, double depth_mm) {
 }
 
 std::string fan_script(const optics::Waveguide& guide, const std::vector<optics::EdgeRay>& rays,
-                       const Place& place, double length_mm, bool svg) {
+                       const Place& place, double length_mm, PlotKind kind) {
   const double total = total_mm(guide);
-  std::string script = plot_head(svg, 1100, 760), plots;
+  std::string script = plot_head(kind, 1100, 760), plots;
   double depth = 0;
   int object = 1;
   for (size_t i = 0; i < guide.layers.size(); ++i) {
@@ -84,11 +84,12 @@ std::string fan_script(const optics::Waveguide& guide, const std::vector<optics:
         palpate::text("%sNaN with lines lw 3 lc rgb '%s' title '%s'", k ? ", " : "", kColours[k], kNames[k]);
   script += plot_block("m", {place.meetings.distance_mm, place.meetings.fraction});
   script += palpate::text(
-      "set multiplot\nset lmargin 10\nset rmargin 10\nset xrange [0:%g]\nset origin 0,0.42\nset size "
-      "1,0.58\n"
+      "set multiplot title \"%.3g %% of the LED's light is guided and meets the touched face\"\nset lmargin "
+      "10\nset rmargin 10\nset xrange [0:%g]\nset origin 0,0.42\nset size "
+      "1,0.54\n"
       "set yrange [%g:%g]\nset key outside top center horizontal samplen 2\nset xlabel ''\n"
       "set ylabel 'depth below the touched face, mm'\nunset grid\nplot ",
-      length_mm, total * 1.02, -0.02 * total);
+      100 * place.fractions.touching, length_mm, total * 1.02, -0.02 * total);
   script += plots + "\n";
   for (int i = 1; i < object; ++i) script += palpate::text("unset object %d\nunset label %d\n", i, i);
   script += palpate::text(
@@ -170,8 +171,8 @@ Report led(const Common& common, const Options& options) {
                       {"middle_of_layers", places},
                       {"rays", ray_list}};
   if (!common.out.empty())
-    text += "\n" + write_results(common, "led", ray_csv, [&](bool svg) {
-              return fan_script(guide, rays, place, options.length_mm, svg);
+    text += "\n" + write_results(common, "led", ray_csv, [&](PlotKind kind) {
+              return fan_script(guide, rays, place, options.length_mm, kind);
             });
   return {text, value.dump(2)};
 }
@@ -191,7 +192,7 @@ void add_optics_led(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--rays", options->rays, "Rays drawn, evenly spread in angle")
       ->check(Check::range(1, 500))
       ->capture_default_str();
-  command->add_option("--out", common.out, "Folder for led.csv, .png and .svg");
+  command->add_option("--out", common.out, "Folder for led.csv, .png, .svg and .pdf");
   add_common(*command, common,
              "  palpate optics led --indices 1,1.39,1.40,1.41,1 --thickness-mm 2,2,2 --out out/pad\n"
              "  palpate optics led --indices 1,1.41,1 --thickness-mm 6 --depth-mm 1 --edge-index 1.41\n");

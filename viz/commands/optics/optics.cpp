@@ -99,14 +99,13 @@ double radians(double deg) {
 }
 
 std::string write_results(const Common& common, const std::string& name, const std::string& csv,
-                          const std::function<std::string(bool svg)>& script) {
+                          const std::function<std::string(PlotKind kind)>& script) {
   if (common.out.empty()) return {};
   make_output_folder(common.out);
   const std::string stem = (common.out / name).string();
   write_whole(stem + ".csv", std::string_view(csv));
   std::string written = "written: " + stem + ".csv";
-  draw_plot(script(false), stem + ".png", written);
-  draw_plot(script(true), stem + ".svg", written);
+  draw_plots(script, stem, written);
   return written;
 }
 

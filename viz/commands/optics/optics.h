@@ -9,6 +9,7 @@
 #include "engine/base/json.h"
 #include "engine/optics/edge_light.h"
 #include "viz/commands/command.h"
+#include "viz/report/plot_script.h"
 
 namespace palpate {
 
@@ -40,10 +41,10 @@ json::Value to_json(const optics::EdgeLamp& lamp);
 double degrees(double rad);
 double radians(double deg);
 
-/// Files of a command that draws: NAME.csv, NAME.png and NAME.svg in `common.out`. `script` gets whether SVG
-/// is wanted. Returns the line that names what was written; empty without --out.
+/// Files of a command that draws: NAME.csv, NAME.png, NAME.svg and NAME.pdf in `common.out`. Returns the line
+/// that names what was written; empty without --out.
 std::string write_results(const Common& common, const std::string& name, const std::string& csv,
-                          const std::function<std::string(bool svg)>& script);
+                          const std::function<std::string(PlotKind kind)>& script);
 
 void add_optics_stack(CommandLine& group, Common& common, Command& chosen);
 void add_optics_critical(CommandLine& group, Common& common, Command& chosen);

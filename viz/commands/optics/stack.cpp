@@ -65,9 +65,10 @@ double angle_in(optics::OpticalIndex index, double s) {
   return along > 0 || s == 0 ? std::atan2(s, along) : kNone;
 }
 
-std::string sweep_script(const std::vector<std::vector<double>>& sweep, bool absorbs, bool svg) {
-  std::string script = plot_head(svg, 900, 620) + plot_block("d", sweep) +
-                       "set xrange [0:90]\nset xtics 10\nset yrange [0:1.02]\nset key outside top center "
+std::string sweep_script(const std::vector<std::vector<double>>& sweep, bool absorbs,
+                         const std::string& title, PlotKind kind) {
+  std::string script = plot_head(kind, 900, 620) + plot_block("d", sweep) + "set title " + plot_words(title) +
+                       "\nset xrange [0:90]\nset xtics 10\nset yrange [0:1.02]\nset key outside top center "
                        "horizontal samplen 2\n"
                        "set xlabel 'angle of incidence, deg'\nset ylabel 'share of the light'\nplot ";
   script +=
@@ -145,8 +146,12 @@ Report stack(const Common& common, const Options& options) {
         "angle_deg,reflectance_s,reflectance_p,reflectance,transmittance_s,transmittance_p,transmittance,"
         "absorptance_s,absorptance_p,absorptance",
         sweep);
+    const std::string title =
+        palpate::text("At %.4g deg %.3g %% of the light is reflected, %.3g %% passes", options.angle_deg,
+                      100 * l.mean.reflectance, 100 * l.mean.transmittance) +
+        (absorbs ? palpate::text(", %.3g %% is absorbed", 100 * l.mean.absorbed()) : "");
     text += "\n" + write_results(common, "reflectance", csv,
-                                 [&](bool svg) { return sweep_script(sweep, absorbs, svg); });
+                                 [&](PlotKind kind) { return sweep_script(sweep, absorbs, title, kind); });
   }
   return {text, value.dump(2)};
 }
@@ -168,7 +173,7 @@ void add_optics_stack(CommandLine& group, Common& common, Command& chosen) {
       ->capture_default_str();
   command->add_option("--wavelength-nm", options->wavelength_nm, "Wavelength in vacuum, nm")
       ->capture_default_str();
-  command->add_option("--out", common.out, "Folder for reflectance.csv, .png and .svg over all angles");
+  command->add_option("--out", common.out, "Folder for reflectance.csv, .png, .svg and .pdf over all angles");
   add_common(
       *command, common,
       "  palpate optics stack --indices 1,1.39,1.40,1.41,1 --angle-deg 30 --json\n"

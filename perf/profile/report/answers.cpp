@@ -1,0 +1,77 @@
+#include "perf/profile/report/answers.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "engine/base/text.h"
+
+namespace palpate::perf {
+namespace {
+
+const SizeFigure* largest_of(const Profile& profile, const std::string& reading) {
+  const SizeFigure* largest = nullptr;
+  for (const SizeFigure& s : profile.sizes)
+    if (s.reading == reading && (!largest || s.pixels() > largest->pixels())) largest = &s;
+  return largest;
+}
+
+}  // namespace
+
+std::string headline(const Profile& profile) {
+  constexpr double kCamera_Hz = 30;
+  std::vector<std::pair<std::string, const SizeFigure*>> largest;
+  for (const SizeFigure& s : profile.sizes) {
+    auto reading =
+        std::find_if(largest.begin(), largest.end(), [&](const auto& l) { return l.first == s.reading; });
+    if (reading == largest.end()) reading = largest.insert(reading, {s.reading, nullptr});
+    if (s.frames_per_s >= kCamera_Hz && (!reading->second || s.pixels() > reading->second->pixels()))
+      reading->second = &s;
+  }
+  if (largest.empty()) return "No frame was measured.";
+  std::string words = "30 frames/s on this machine: ";
+  for (size_t i = 0; i < largest.size(); ++i) {
+    const auto& [reading, size] = largest[i];
+    words +=
+        (i == 0                    ? ""
+         : i + 1 == largest.size() ? " and "
+                                   : ", ") +
+        reading +
+        (size ? " up to " + size_text(size->width_px, size->height_px) : " at no size that was measured");
+  }
+  return words + ".";
+}
+
+std::string slowest_stage(const Profile& profile, const std::string& reading) {
+  const SizeFigure* size = largest_of(profile, reading);
+  if (!size || size->stages.empty()) return "Time of each stage, " + reading;
+  const auto slowest = std::max_element(
+      size->stages.begin(), size->stages.end(),
+      [](const StageFigure& a, const StageFigure& b) { return a.time.median_ms < b.time.median_ms; });
+  return text("%s: '%s' takes most, %.3g of %.3g ms at %s", reading.c_str(), slowest->stage.c_str(),
+              slowest->time.median_ms, size->latency.median_ms,
+              size_text(size->width_px, size->height_px).c_str());
+}
+
+std::string usual_latency(const Profile& profile, const std::string& reading) {
+  const SizeFigure* size = largest_of(profile, reading);
+  if (!size || size->latency.samples == 0) return "Time of single frames, " + reading;
+  return text("%s: 99 of 100 frames of %s are done within %.3g ms", reading.c_str(),
+              size_text(size->width_px, size->height_px).c_str(), size->latency.p99_ms);
+}
+
+std::string best_bandwidth(const Profile& profile, const std::string& reading) {
+  double best = 0;
+  std::string stage;
+  for (const SizeFigure& s : profile.sizes)
+    for (const StageFigure& f : s.stages)
+      if (s.reading == reading && f.GB_per_s > best) {
+        best = f.GB_per_s;
+        stage = f.stage;
+      }
+  if (!(profile.ceiling.GB_per_s > 0) || stage.empty()) return "Bandwidth of each stage, " + reading;
+  return text("%s: '%s' comes nearest to copying, %.0f %% of it", reading.c_str(), stage.c_str(),
+              100 * best / profile.ceiling.GB_per_s);
+}
+
+}  // namespace palpate::perf
