@@ -49,7 +49,7 @@ Frame mean_of_first(const std::string& input, const Sensor& sensor, Source& open
   Source* source = again ? again.get() : &open;
   if (source->frame_count() == 1)
     throw Error(Failure::Input, "an untouched image to subtract", "only the one image " + input,
-                "\"background\": {\"image\": \"FILE\"} in the sensor file");
+                "--background FILE, or \"background\": {\"image\": \"FILE\"} in the sensor file");
   Frame frame;
   std::vector<uint32_t> sums;
   for (uint32_t n = 0; n < wanted; ++n) {

@@ -19,6 +19,7 @@ constexpr double kLeastShare = 0.6, kMostShare = 1.8;  // of that structure in t
 constexpr double kOneWay = 0.8;                        // fraction of a difference against the signal
 constexpr double kBulge = 0.8;       // beside a press a gel bulges and changes the other way, by less
 constexpr double kFewFrames = 0.05;  // of those looked at
+constexpr int kTouchCells = 4;       // that change one way, and as many times more than the other way
 
 }  // namespace
 
@@ -121,6 +122,15 @@ bool RestCheck::judge(uint32_t from, const Cells& now) {
   return touched;
 }
 
+void RestCheck::weigh() {
+  if (signal_ == Signal::Either) return;
+  int by = 0, against = 0;
+  for (size_t i = 0; i < differs_.size(); ++i)
+    if (differs_[i] != 0) ++((difference_[i] > 0) == (signal_ == Signal::Brighter) ? by : against);
+  by_signal_ += by >= kTouchCells && kTouchCells * by > against;
+  against_ += against >= kTouchCells && against > kTouchCells * by;
+}
+
 void RestCheck::add(const Frame& frame) {
   const uint64_t n = frames_++;
   if ((n >= kAll && n % kEvery != 0) || cells_x_ == 0 || cells_y_ == 0) return;
@@ -130,6 +140,7 @@ void RestCheck::add(const Frame& frame) {
   pressed_ = 0;
   for (const float difference : difference_)
     pressed_ = std::max(pressed_, double{signal_ == Signal::Darker ? -difference : difference});
+  weigh();
   bool any = false;
   for (uint32_t cell = 0; cell < differs_.size(); ++cell)
     if (differs_[cell] != 0) any = judge(cell, now) || any;
@@ -144,6 +155,15 @@ double RestCheck::evidence() const {
 }
 
 std::string RestCheck::warning() const {
+  const char* other = signal_ == Signal::Brighter ? "darker" : "brighter";
+  const bool wrong_way = by_signal_ == 0 && against_ > 0 &&
+                         static_cast<double>(against_) >= kFewFrames * static_cast<double>(looked_);
+  if (wrong_way && against_ < looked_)
+    return text(
+        "touch makes the picture %s in %llu of %llu frames and never %s, which the sensor file calls its "
+        "signal: \"contact\": {\"signal\": \"%s\"} there",
+        other, static_cast<unsigned long long>(against_), static_cast<unsigned long long>(looked_),
+        to_string(signal_), other);
   const uint32_t most = seen_.empty() ? 0 : *std::max_element(seen_.begin(), seen_.end());
   const uint32_t least = looked_ <= 2 ? 1 : 2;
   if (most < least || static_cast<double>(most) < kFewFrames * static_cast<double>(looked_)) return {};
@@ -158,9 +178,15 @@ std::string RestCheck::warning() const {
   return text(
       "the untouched image shows a touch itself, %.0f px wide around (%.0f, %.0f) px, that is missing in "
       "%llu "
-      "of %llu frames: what is measured there is wrong; give an image without touch (--background)",
+      "of %llu frames: what is measured there is wrong; give an image without touch (--background)%s",
       wide_px, x_px / cells, y_px / cells, static_cast<unsigned long long>(missing_),
-      static_cast<unsigned long long>(looked_));
+      static_cast<unsigned long long>(looked_),
+      wrong_way
+          ? text("; if it shows none, touch makes the picture %s: \"contact\": {\"signal\": \"%s\"} in the "
+                 "sensor file",
+                 other, other)
+                .c_str()
+          : "");
 }
 
 }  // namespace palpate

@@ -19,8 +19,9 @@ class RestCheck {
   RestCheck(const Frame& background, const Sensor& sensor);
   /// Looks at the first kAll frames and then at every kEvery-th.
   void add(const Frame& frame);
-  /// One line that says where the untouched image shows a touch, and in how many frames that is missing;
-  /// empty: it shows none.
+  /// One line that says where the untouched image shows a touch, and in how many frames that is missing; or,
+  /// where no frame changes by the signal and some change against it, that the signal may have the wrong
+  /// sign; empty: neither.
   std::string warning() const;
   /// Cells times frames in which the untouched image shows what is missing, over all cells and frames looked
   /// at: 0 where it shows no touch.
@@ -38,6 +39,8 @@ class RestCheck {
   void compare(const Cells& now);
   /// Adds the connected cells from `from` on to seen_ where the touch in them is the untouched image's.
   bool judge(uint32_t from, const Cells& now);
+  /// Counts the frame whose cells change by the signal, or hardly so and against it.
+  void weigh();
 
   FrameFormat format_;
   Signal signal_;
@@ -48,6 +51,7 @@ class RestCheck {
   std::vector<uint32_t> region_, seen_;  ///< seen_: frames in which a cell lacks what rest_ shows
   double pressed_ = 0;                   ///< largest difference of the frame by the signal
   uint64_t frames_ = 0, looked_ = 0, missing_ = 0;
+  uint64_t by_signal_ = 0, against_ = 0;  ///< frames that change so
 };
 
 }  // namespace palpate

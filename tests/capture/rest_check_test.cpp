@@ -66,6 +66,20 @@ TEST_P(RestCheckOf, TellsWhereAPressedOneIsTouched) {
   EXPECT_LE(looked, frames_.size());
 }
 
+TEST_P(RestCheckOf, ASignalOfTheWrongSignIsTold) {
+  if (sensor_.signal == Signal::Either) GTEST_SKIP() << "both ways";
+  const bool brighter = sensor_.signal == Signal::Brighter;
+  sensor_.signal = brighter ? Signal::Darker : Signal::Brighter;
+  const std::string wrong = said(rest_);
+  EXPECT_NE(wrong.find(brighter ? "makes the picture brighter" : "makes the picture darker"),
+            std::string::npos)
+      << wrong;
+  // One picture alone leaves both open.
+  RestCheck one(rest_, sensor_);
+  one.add(frames_[pressed_]);
+  EXPECT_NE(one.warning().find("if it shows none"), std::string::npos) << one.warning();
+}
+
 TEST_P(RestCheckOf, LightThatChangesIsNoTouch) {
   Frame brighter = rest_;
   const FrameFormat& f = brighter.format;
