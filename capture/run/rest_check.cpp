@@ -156,11 +156,12 @@ double RestCheck::evidence() const {
 
 std::string RestCheck::warning() const {
   const char* other = signal_ == Signal::Brighter ? "darker" : "brighter";
-  const bool wrong_way = by_signal_ == 0 && against_ > 0 &&
+  const bool wrong_way = 10 * by_signal_ < against_ &&
                          static_cast<double>(against_) >= kFewFrames * static_cast<double>(looked_);
   if (wrong_way && against_ < looked_)
     return text(
-        "touch makes the picture %s in %llu of %llu frames and never %s, which the sensor file calls its "
+        "touch makes the picture %s in %llu of %llu frames and hardly ever %s, which the sensor file calls "
+        "its "
         "signal: \"contact\": {\"signal\": \"%s\"} there",
         other, static_cast<unsigned long long>(against_), static_cast<unsigned long long>(looked_),
         to_string(signal_), other);

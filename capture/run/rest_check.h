@@ -20,7 +20,7 @@ class RestCheck {
   /// Looks at the first kAll frames and then at every kEvery-th.
   void add(const Frame& frame);
   /// One line that says where the untouched image shows a touch, and in how many frames that is missing; or,
-  /// where no frame changes by the signal and some change against it, that the signal may have the wrong
+  /// where frames change against the signal and hardly any by it, that the signal may have the wrong
   /// sign; empty: neither.
   std::string warning() const;
   /// Cells times frames in which the untouched image shows what is missing, over all cells and frames looked
