@@ -80,28 +80,34 @@ std::string order_of(const std::vector<std::string>& files) {
   return text;
 }
 
+/// The answer in one line.
+std::string headline(const ProcessSummary& s) {
+  std::string line;
+  if (!s.force_states.empty()) {
+    line = (s.touches == 1 ? "1 touch" : std::to_string(s.touches) + " touches") + ", in " +
+           counted(s.contact_frames, "frame");
+    if (s.slip_frames) line += ", slipping in " + std::to_string(s.slip_frames);
+    if (s.most_contacts > 1)
+      line += "; up to " + std::to_string(s.most_contacts) + " contacts at once, " +
+              counted(s.contact_ids, "contact id") + " in all";
+  }
+  const auto add = [&line](const std::string& words) { line += (line.empty() ? "" : "; ") + words; };
+  if (s.largest_force_N) add(palpate::text("largest force %.4g N", *s.largest_force_N));
+  if (s.largest_depth_mm) add(palpate::text("largest depth %.4g mm", *s.largest_depth_mm));
+  return line.empty() ? line : line + "\n";
+}
+
 }  // namespace
 
 std::string describe(const ProcessSummary& s) {
-  std::string line = palpate::text("%s in %.2f s (%.1f frames/s)", counted(s.frames, "frame").c_str(),
-                                   s.seconds, s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0);
-  std::string text = line;
+  std::string text = headline(s);
+  text += palpate::text("%s in %.2f s (%.1f frames/s)", counted(s.frames, "frame").c_str(), s.seconds,
+                        s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0);
   text += s.complete ? "\n" : ", ended early: " + s.ended_by + "\n";
   if (!s.force_states.empty()) {
-    text += (s.touches == 1 ? "1 touch" : std::to_string(s.touches) + " touches") + ", in " +
-            counted(s.contact_frames, "frame");
-    if (s.slip_frames) text += ", slipping in " + std::to_string(s.slip_frames);
-    if (s.most_contacts > 1)
-      text += "; up to " + std::to_string(s.most_contacts) + " contacts at once, " +
-              counted(s.contact_ids, "contact id") + " in all";
-    text += "\n";
     if (s.overflow_frames)
       text += "too many regions to tell contacts apart in " + counted(s.overflow_frames, "frame") +
               ": a higher contact.threshold_gray would leave the noise out\n";
-    if (s.largest_force_N) {
-      line = palpate::text("largest force %.4g N\n", *s.largest_force_N);
-      text += line;
-    }
     for (const auto& [state, frames] : s.force_states)
       text += "force " + state + ": " + counted(frames, "frame") + "\n";
     if (s.saturated_frames) {
@@ -110,10 +116,6 @@ std::string describe(const ProcessSummary& s) {
           ": where they may hide more than the interval, force and depth say so; lower the exposure or the "
           "light\n";
     }
-  }
-  if (s.largest_depth_mm) {
-    line = palpate::text("largest depth %.4g mm\n", *s.largest_depth_mm);
-    text += line;
   }
   if (s.clipped_frames) {
     text += "slopes steeper than max_slope were clipped in " + counted(s.clipped_frames, "frame") +
