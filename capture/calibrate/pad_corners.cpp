@@ -16,8 +16,11 @@ constexpr double kDrawnIn = 0.02;
 
 std::array<uint32_t, 2> size_of(const std::array<std::array<double, 2>, 4>& q) {
   const auto side = [&](size_t a, size_t b) { return std::hypot(q[a][0] - q[b][0], q[a][1] - q[b][1]); };
-  const auto even = [](double length) { return static_cast<uint32_t>(std::lround(length / 2)) * 2; };
-  return {even(std::max(side(0, 1), side(3, 2))), even(std::max(side(0, 3), side(1, 2)))};
+  const double above = side(0, 1), below = side(3, 2), left = side(0, 3), right = side(1, 2);
+  const double width = std::max(std::round(std::max(above, below)), 1.0);
+  // Seen at a slant the nearer side is too long and the farther one too short: their mean keeps the shape.
+  const double height = std::max(std::round(width * (left + right) / std::max(above + below, 1e-9)), 1.0);
+  return {static_cast<uint32_t>(width), static_cast<uint32_t>(height)};
 }
 
 std::optional<PadCorners> propose_corners(const Frame& untouched) {

@@ -28,6 +28,7 @@ std::string commands() {
   const size_t section = text.find("## Your first hour"), start = text.find("```\n", section) + 4;
   std::string block = text.substr(start, text.find("```", start) - start);
   for (size_t at; (at = block.find("DATA")) != std::string::npos;) block.replace(at, 4, kData.string());
+  for (size_t at; (at = block.find("PALPATE")) != std::string::npos;) block.replace(at, 7, kRoot.string());
   return block;
 }
 
@@ -65,6 +66,7 @@ TEST(FirstHour, TheLinesOfTheReadmeReachItsFigures) {
   EXPECT_LT(held_out_mm(gray.lookup.origin), 0.042);
   EXPECT_EQ(gray.signal, Signal::Darker);
   EXPECT_EQ(wedge.signal, Signal::Either);
+  EXPECT_LT(held_out_mm(wedge.photometric.origin), 0.09);
   ASSERT_TRUE(load_sensor(folder / "wedge_force.json").force);
   EXPECT_NE(slurp(folder / "gallery/index.html").find("7 of 7 sensors measured"), std::string::npos);
   fs::remove_all(folder);

@@ -238,21 +238,26 @@ SetupStep SensorSetup::scale(const SetupInputs& inputs) {
 SetupStep SensorSetup::surface(const SetupInputs& inputs) {
   SetupStep step;
   const bool scaled = has_scale(load_sensor(out_));
-  if (inputs.ball_mm > 0 && scaled) {
-    const bool by_colour = inputs.surface == "photometric" || (inputs.surface == "auto" && colour_);
+  const bool ball = inputs.ball_mm > 0 || !inputs.ball_table.empty();
+  if (ball && scaled) {
+    const bool by_colour = inputs.surface == "photometric" || !inputs.ball_table.empty() ||
+                           (inputs.surface == "auto" && colour_);
     const std::string presses = inputs.balls.empty() ? inputs.recording : inputs.balls.string();
-    const json::Value found = calibrate(step, {by_colour ? "photometric" : "lookup", presses, "--ball-mm",
-                                               text("%g", inputs.ball_mm)})
-                                  .json;
+    std::vector<std::string> words = {by_colour ? "photometric" : "lookup", presses};
+    if (inputs.ball_table.empty())
+      words.insert(words.end(), {"--ball-mm", text("%g", inputs.ball_mm)});
+    else
+      words.insert(words.end(), {"--balls", inputs.ball_table.string()});
+    const json::Value found = calibrate(step, words).json;
     if (step.done)
       step.known = text("%s, depth %.3f mm RMS on presses held out",
                         by_colour ? "slopes by colour" : "depth by brightness",
                         found.at("depth_rmse_held_out_mm").number());
   }
   if (!step.done)
-    step.missing = inputs.ball_mm <= 0 ? "presses of a ball: --ball-mm RADIUS [--balls FOLDER]"
-                   : scaled            ? "presses in which the ball is seen whole, away from the border"
-                                       : "the scale, before presses of a ball tell depth";
+    step.missing = !ball    ? "presses of a ball: --ball-mm RADIUS [--balls FOLDER]"
+                   : scaled ? "presses in which the ball is seen whole, away from the border"
+                            : "the scale, before presses of a ball tell depth";
   return step;
 }
 

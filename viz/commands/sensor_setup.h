@@ -21,9 +21,10 @@ struct SetupInputs {
   double pitch_mm_per_px = 0;
   std::filesystem::path grid_pictures, grid_rest;
   std::string grid, pattern = "dots";
-  double spacing_mm = 0;        ///< of the grid
-  double ball_mm = 0;           ///< radius
-  std::filesystem::path balls;  ///< recording of its presses; empty: `recording`
+  double spacing_mm = 0;             ///< of the grid
+  double ball_mm = 0;                ///< radius
+  std::filesystem::path balls;       ///< recording of its presses; empty: `recording`
+  std::filesystem::path ball_table;  ///< presses in `balls` by place, where a ball is not seen whole
   std::string surface = "auto";
   std::filesystem::path gauge;  ///< a force gauge's table of the recording
   std::string name;             ///< of the sensor; empty: the file's

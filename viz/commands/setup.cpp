@@ -95,6 +95,11 @@ void add_setup(CommandLine& program, Common& common, Command& chosen) {
       ->check(Check::range(0.01, 1000.0));
   command->add_option("--balls", i.balls, "Recording of its presses (default: INPUT)");
   command
+      ->add_option("--ball-table", i.ball_table,
+                   "Presses of a ball that is not seen whole, by hand: CSV as palpate calibrate photometric "
+                   "--balls takes it, of recordings in --balls")
+      ->check(Check::existing_file());
+  command
       ->add_option("--surface", i.surface,
                    "How depth is read: auto (by what a touch changes), photometric, lookup")
       ->check(Check::one_of({"auto", "photometric", "lookup"}))
