@@ -73,10 +73,22 @@ Sample parse_sample(const std::string& text) {
   return s;
 }
 
+namespace {
+
+/// The answer in one sentence.
+std::string headline(const ModulusReport& r) {
+  const ModulusEstimate& best = r.answer.best();
+  if (!has_value(best)) return "Young's modulus: no way gives a value";
+  return palpate::text("Young's modulus %.3g kPa (95 %%: %.3g to %.3g) by %s", 1e3 * best.young_MPa,
+                       1e3 * best.low_MPa, 1e3 * best.high_MPa, to_string(best.way));
+}
+
+}  // namespace
+
 std::string describe(const ModulusReport& r) {
   const Material& pad = r.setup.pad.material;
   std::string text =
-      sample_words(r.setup.sample) +
+      headline(r) + "\n" + sample_words(r.setup.sample) +
       palpate::text(", Poisson %g, on a pad of %g kPa, ", r.setup.sample.poisson, 1e3 * pad.young_MPa) +
       (std::isfinite(r.setup.pad.thickness_mm) ? palpate::text("%g mm thick", r.setup.pad.thickness_mm)
                                                : std::string("a half space")) +
@@ -171,14 +183,6 @@ std::string points_csv(const ModulusAnswer& answer) {
               palpate::text("%.7g,%.7g,%.7g,%.7g,%.7g\n", p.against, p.measured, p.fitted,
                             p.measured - p.fitted, p.sd);
   return text;
-}
-
-/// The answer in one sentence.
-std::string headline(const ModulusReport& r) {
-  const ModulusEstimate& best = r.answer.best();
-  if (!has_value(best)) return "Young's modulus: no way gives a value";
-  return palpate::text("Young's modulus %.3g kPa (95 %%: %.3g to %.3g) by %s", 1e3 * best.young_MPa,
-                       1e3 * best.low_MPa, 1e3 * best.high_MPa, to_string(best.way));
 }
 
 std::string residual_script(const ModulusReport& r, PlotKind kind) {

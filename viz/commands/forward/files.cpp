@@ -49,15 +49,6 @@ std::string matrix_lines(const fem::Map& map) {
 constexpr const char* kLook =
     "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\nset tics textcolor rgb '#222222'\n";
 
-/// What the press shows, in one sentence.
-std::string answer_of(const ForwardOutcome& o) {
-  const std::string press = text("At %.3g N, %.3g mm deep, ", o.result.force_N, o.result.press_mm);
-  if (!o.fit.found) return press + "no bump stands out of the profile";
-  const PlotUnit unit = plot_unit(std::abs(o.fit.amplitude), "Pa");
-  return press + text("the pressure has a bump of %.3g %s, %.3g mm wide at half height",
-                      unit.factor * o.fit.amplitude, unit.name.c_str(), 2.3548 * std::abs(o.fit.width_mm));
-}
-
 std::pair<double, double> ends_of(const fem::Map& map) {
   std::pair<double, double> ends{HUGE_VAL, -HUGE_VAL};
   for (uint32_t j = 0; j < map.height; ++j)
@@ -78,7 +69,7 @@ std::string maps_script(const ForwardOutcome& o) {
   std::string s = data_block("stress", matrix_lines(o.result.stress_Pa)) +
                   data_block("deflection", matrix_lines(o.result.deflection_mm));
   s += std::string("unset key\nset size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset tics out\n") +
-       plot_palette() + "set autoscale fix\nset multiplot layout 1,2 title " + plot_words(answer_of(o)) +
+       plot_palette() + "set autoscale fix\nset multiplot layout 1,2 title " + plot_words(headline(o)) +
        "\nset title 'stress on the surface, " + unit.name + "'\n" + plot_colour_bar(least_Pa, most_Pa) +
        "plot $stress using 1:2:" + unit.column(3) + " with image\n" + "set title " + plot_words(deflection) +
        "\n" + plot_colour_bar(least_mm, most_mm) +
@@ -99,7 +90,7 @@ std::string profile_script(const ForwardOutcome& o) {
   }
   const PlotUnit unit = plot_unit(most_Pa, "Pa");
   std::string s = data_block("points", points) + data_block("curve", curve) + kLook;
-  s += "set title " + plot_words(answer_of(o)) + "\nset xlabel 'x, mm'\nset ylabel 'stress on the surface, " +
+  s += "set title " + plot_words(headline(o)) + "\nset xlabel 'x, mm'\nset ylabel 'stress on the surface, " +
        unit.name + "'\nset key top right\nplot $points using 1:" + unit.column(2) +
        " with linespoints pt 7 ps 0.5 lc rgb '#0072b2' title 'model'";
   if (o.fit.found)
@@ -109,6 +100,14 @@ std::string profile_script(const ForwardOutcome& o) {
 }
 
 }  // namespace
+
+std::string headline(const ForwardOutcome& o) {
+  const std::string press = text("At %.3g N, %.3g mm deep, ", o.result.force_N, o.result.press_mm);
+  if (!o.fit.found) return press + "no bump stands out of the profile";
+  const PlotUnit unit = plot_unit(std::abs(o.fit.amplitude), "Pa");
+  return press + text("the pressure has a bump of %.3g %s, %.3g mm wide at half height",
+                      unit.factor * o.fit.amplitude, unit.name.c_str(), 2.3548 * std::abs(o.fit.width_mm));
+}
 
 std::string data_block(const std::string& name, const std::string& lines) {
   return "$" + name + " << EOD\n" + (lines.empty() ? "NaN NaN NaN NaN\n" : lines) + "EOD\n";

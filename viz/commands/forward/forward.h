@@ -86,6 +86,9 @@ json::Value convergence_json(const ConvergenceTables& tables);
 /// (iterations).
 std::string write_convergence(const ConvergenceTables& tables, const std::filesystem::path& folder);
 
+/// What the press shows, in one sentence.
+std::string headline(const ForwardOutcome& outcome);
+
 /// Draws `script`, which has no terminal of its own, to FILE.png, FILE.svg and FILE.pdf; adds their names to
 /// `written`, or warns.
 void draw_scripts(const std::string& script, int width, int height, const std::filesystem::path& file,

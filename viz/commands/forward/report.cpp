@@ -98,9 +98,11 @@ Json to_json(const ForwardOutcome& o) {
 std::string to_text(const ForwardOutcome& o) {
   const fem::Result& r = o.result;
   const fem::Scene& s = o.scene;
-  std::string text = palpate::text(
-      "tissue          %g x %g x %g mm, %g Pa, Poisson's ratio %g, %u x %u x %u cells\n", s.block_mm[0],
-      s.block_mm[1], s.block_mm[2], s.young_Pa, s.poisson, s.cells[0], s.cells[1], s.cells[2]);
+  std::string text =
+      headline(o) + "\n" +
+      palpate::text("tissue          %g x %g x %g mm, %g Pa, Poisson's ratio %g, %u x %u x %u cells\n",
+                    s.block_mm[0], s.block_mm[1], s.block_mm[2], s.young_Pa, s.poisson, s.cells[0],
+                    s.cells[1], s.cells[2]);
   if (s.inclusion) {
     const auto size = s.inclusion->size();
     text += palpate::text("inclusion       %s %g x %g x %g mm, %g mm deep, %g times as stiff\n",
