@@ -38,11 +38,20 @@ std::string force_text(const Touch& touch) {
   return text;
 }
 
+/// The answer in one sentence.
+std::string headline(const Compression& c) {
+  if (!c.reason.empty()) return "No strain: " + c.reason;
+  return palpate::text("Axial strain %+.2f %% +- %.2f %%, area %+.2f %% +- %.2f %%", 100 * c.axial,
+                       100 * c.axial_sd, 100 * c.plane.mean.area, 100 * c.plane.sd.area);
+}
+
 std::string text_of(const TactileShapes& shapes, const Compression& c, bool skin, double poisson) {
-  std::string text = palpate::text(
-      "compressions  frame %llu, %s; frame %llu, %s\n",
-      static_cast<unsigned long long>(shapes.before.touch.sequence), force_text(shapes.before.touch).c_str(),
-      static_cast<unsigned long long>(shapes.after.touch.sequence), force_text(shapes.after.touch).c_str());
+  std::string text = headline(c) + "\n" +
+                     palpate::text("compressions  frame %llu, %s; frame %llu, %s\n",
+                                   static_cast<unsigned long long>(shapes.before.touch.sequence),
+                                   force_text(shapes.before.touch).c_str(),
+                                   static_cast<unsigned long long>(shapes.after.touch.sequence),
+                                   force_text(shapes.after.touch).c_str());
   if (skin) {
     text += palpate::text("points        %zu of the skin, followed\n", c.pairs.size());
   } else {
@@ -146,7 +155,8 @@ std::string points_script(const TactileShapes& shapes, const Compression& c, Plo
       plot_head(kind, warped.empty() ? 640 : 1200, 520) +
       plot_block("before", columns_of(shapes.before.draws[0])) +
       plot_block("after", columns_of(shapes.after.draws[0])) +
-      "set view 55,35\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset zlabel 'depth, mm' rotate parallel\n"
+      "set view 55,35\nset tics font ',8'\nset xtics offset 0,-0.4\nset ytics offset 0.6,-0.2\nset xlabel "
+      "'x, mm'\nset ylabel 'y, mm'\nset zlabel 'depth, mm' rotate parallel\n"
       "set zrange [*:*] reverse\nset xyplane 0\n";
   if (!warped.empty()) script += plot_block("warped", columns_of(warped)) + "set multiplot layout 1,2\n";
   script +=
@@ -194,7 +204,9 @@ std::string strain_script(const Compression& c, PlotKind kind) {
          "set yrange [*:*] reverse\nset palette defined (-1 '#2166ac', 0 '#f7f7f7', 1 '#b2182b')\n"
          "stats $map using 3 nooutput\nm = abs(STATS_max) > abs(STATS_min) ? abs(STATS_max) : "
          "abs(STATS_min)\n"
-         "set cbrange [m > 0 ? -m : -1 : m > 0 ? m : 1]\nset title 'displacement and change of area'\n"
+         "set cbrange [m > 0 ? -m : -1 : m > 0 ? m : 1]\nset title " +
+         plot_words(headline(c)) +
+         "\n"
          "plot $map using 1:2:3 with image notitle, $arrows using 1:2:3:4 with vectors filled lc rgb "
          "'#222222' notitle\n";
 }
