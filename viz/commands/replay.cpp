@@ -1,10 +1,10 @@
 // palpate replay: a recording in the window of `live`, with the keys of a player.
-#include <cstdio>
 #include <optional>
 #include <utility>
 
 #include "capture/open_source.h"
 #include "engine/base/json.h"
+#include "engine/base/text.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "viz/commands/command.h"
@@ -39,10 +39,9 @@ void start_at(Source& source, double from_s, const viz::LiveOptions& live) {
   const double rate_Hz = shown_rate_Hz(source, live);
   const auto index = static_cast<uint64_t>(from_s * rate_Hz);
   if (index >= frames || !source.seek(index)) {
-    char length[32];
-    std::snprintf(length, sizeof length, "%.1f s", static_cast<double>(frames) / rate_Hz);
     throw Error(Failure::Usage, "--from within the recording",
-                std::to_string(from_s) + " s of " + std::to_string(frames) + " frames, " + length,
+                text("%g s of %llu frames, %.1f s", from_s, static_cast<unsigned long long>(frames),
+                     static_cast<double>(frames) / rate_Hz),
                 "an earlier time");
   }
 }
