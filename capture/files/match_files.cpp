@@ -105,6 +105,7 @@ Json to_json(const MatchFiles& files, const PointSet& from, const PointSet& to, 
           {"target_outlier_share", result.target_outlier_fraction},
           {"template_nil_share", result.template_nil_fraction},
           {"evidence_nats_per_point", result.log_likelihood_gain},
+          {"posterior", result.posterior},
           {"scale", result.scale},
           {"iterations", result.iterations},
           {"converged", result.converged},
@@ -118,11 +119,13 @@ std::string to_text(const MatchFiles& files, const PointSet& from, const PointSe
       "  %zu template points, %zu target points, %zu pairs\n"
       "  noise %s%.4g (standard deviation per axis, target units; template's RMS radius %.4g)\n"
       "  without a partner: %.1f %% of the template, %.1f %% of the target\n"
-      "  evidence %.3g nats a target point; %s start of %zu, %u iterations, %s\n",
+      "  evidence %.3g nats a target point, posterior %.4g against other warps; %s start of %zu, %u "
+      "iterations, %s\n",
       from.size(), to.size(), pairs_of(result), result.noise_below ? "below " : "", result.noise_sd,
       result.scale, 100 * result.template_nil_fraction, 100 * result.target_outlier_fraction,
-      result.log_likelihood_gain, std::string(to_string(result.attempts[result.winner].start)).c_str(),
-      result.attempts.size(), result.iterations, result.converged ? "converged" : "not converged");
+      result.log_likelihood_gain, result.posterior,
+      std::string(to_string(result.attempts[result.winner].start)).c_str(), result.attempts.size(),
+      result.iterations, result.converged ? "converged" : "not converged");
   return files.from.string() + " on " + files.to.string() + ": " + std::string(to_string(result.verdict)) +
          "\n" + line;
 }

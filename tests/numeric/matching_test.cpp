@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 #include <set>
 #include <string>
 
@@ -201,6 +202,25 @@ TEST(Matching, AThousandPoints) {
   const MatchResult result = match_points(points.from, points.to);
   EXPECT_TRUE(result.reliable());
   EXPECT_LT(mean_miss(result.warped, points.truth), 0.001);
+}
+
+// A ring fits itself after many turns: where noise leaves no way to tell them apart, none is called right.
+TEST(Matching, WhatTurnsIntoItselfIsAmbiguous) {
+  PointSet from, to;
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 0.05);
+  for (int k = 0; k < 30; ++k) {
+    const double angle = 2 * M_PI * k / 30;
+    from.coordinates.insert(from.coordinates.end(), {std::cos(angle), std::sin(angle)});
+    to.coordinates.insert(to.coordinates.end(),
+                          {std::cos(angle) + noise(random), std::sin(angle) + noise(random)});
+  }
+  const MatchResult result = match_points(from, to);
+  EXPECT_EQ(result.verdict, MatchVerdict::Ambiguous) << to_string(result.verdict);
+  EXPECT_LT(result.posterior, 0.9);
+  for (const Partner& partner : result.partners) EXPECT_FALSE(partner.target);
+  // Who knows that it has not turned says so.
+  EXPECT_TRUE(match_points(from, to, 10).reliable());
 }
 
 TEST(Matching, NonsenseIsRefused) {

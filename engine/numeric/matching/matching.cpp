@@ -39,6 +39,11 @@ constexpr Index kCoarse = 200, kLargest = 300;
 // Nats per target point. Unrelated sets come to -0.3 to 0, a shape under noise of twice its points' spacing
 // to 0.1 and more, an exact one to 8.
 constexpr double kLeastLikelihoodGain = 0.06;
+constexpr double kLeastPosterior = 1 - 1. / 300;
+// Mean distance of warps that are not the same, over the template's RMS radius.
+constexpr double kOtherWarp = 0.1;
+// Rotations further than this from where the template lies are searched in full.
+constexpr double kLeastSearched_deg = 60;
 constexpr double kLeastFound = 0.3;
 constexpr Index kLeastPoints = 5;  // beyond the axes + 1 of an affine map
 
@@ -165,10 +170,36 @@ class Search {
       attempt(MatchStart::Turned, place.turn_deg, place.points, kContextWeight, kTurnedSd, result);
       if (clean()) return;
     }
+    // The basin of the right answer is wide but has to be met: every turn about the centre.
+    if (most_turn_deg >= kLeastSearched_deg)
+      for (const MatrixXd& turn : starting_turns(problem_.from, to_)) {
+        const double angle = angle_of(turn);
+        if (std::abs(angle) > most_turn_deg) continue;
+        attempt(MatchStart::Turned, angle, dense::product(problem_.from, turn), kContextWeight, kTurnedSd,
+                result);
+        if (clean()) return;
+      }
     if (result.attempts.empty()) attempt(MatchStart::Plain, 0, as_it_lies, 0, kPlainSd, result);
   }
 
   FlowState& best() { return best_; }
+
+  /// Of the best warp against all others that a start ended in, each basin once.
+  double posterior(const MatchResult& result) const {
+    std::vector<size_t> basins;
+    const auto apart = [](const MatrixXd& a, const MatrixXd& b) {
+      return (a - b).rowwise().norm().mean() > kOtherWarp;
+    };
+    double others = 0;
+    for (size_t i = 0; i < warped_.size(); ++i) {
+      if (!apart(warped_[i], best_.warped)) continue;
+      if (std::any_of(basins.begin(), basins.end(), [&](size_t b) { return !apart(warped_[i], warped_[b]); }))
+        continue;
+      basins.push_back(i);
+      others += std::exp(std::min(best_.energy - result.attempts[i].energy, 50.));
+    }
+    return 1 / (1 + others);
+  }
 
  private:
   void attempt(MatchStart start, double turn_deg, const MatrixXd& placed, double context_weight, double sd,
@@ -183,6 +214,7 @@ class Search {
     result.attempts.push_back({start, turn_deg, state.energy, state.bending, std::sqrt(state.variance),
                                state.iterations, state.converged});
     result.iterations += state.iterations;
+    warped_.push_back(state.warped);
     if (result.attempts.size() == 1 || state.energy < best_.energy - kBetter) {
       best_ = std::move(state);
       result.winner = result.attempts.size() - 1;
@@ -197,6 +229,7 @@ class Search {
 
   const FlowProblem& problem_;
   const MatrixXd& to_;
+  std::vector<MatrixXd> warped_;  ///< by each attempt
   double spacing_ = 0;
   FlowState best_;
 };
@@ -260,6 +293,8 @@ std::string_view to_string(MatchVerdict verdict) {
       return "no reliable match: too few points have a partner";
     case MatchVerdict::NotSettled:
       return "no reliable match: the iteration did not settle";
+    case MatchVerdict::Ambiguous:
+      return "no reliable match: another warp explains the target nearly as well";
   }
   return "";
 }
@@ -280,6 +315,7 @@ MatchResult match_points(const PointSet& from, const PointSet& to, double most_t
     const FlowProblem problem(sets.from, modes, sets.to, volume, true);
     Search search(problem, sets.to);
     search.run(sets, sets.as_it_lies, most_turn_deg, result);
+    result.posterior = search.posterior(result);
     state = std::move(search.best());
   } else {
     const double fraction = std::min(1., static_cast<double>(kCoarse) / static_cast<double>(std::min(n, m)));
@@ -291,6 +327,7 @@ MatchResult match_points(const PointSet& from, const PointSet& to, double most_t
     const FlowProblem coarse(sets.from(some, Eigen::all), modes, coarse_to, volume, true);
     Search search(coarse, coarse_to);
     search.run(sets, sets.as_it_lies(some, Eigen::all), most_turn_deg, result);
+    result.posterior = search.posterior(result);
     const FlowProblem whole(sets.from, modes, sets.to, volume, false);
     state = std::move(search.best());
     state.warped = dense::product(whole.basis, state.coefficients);
@@ -327,10 +364,16 @@ MatchResult match_points(const PointSet& from, const PointSet& to, double most_t
       result.warped.coordinates.data(), n, state.warped.cols()) =
       (state.warped * sets.unit).rowwise() + sets.to_centre;
   const Index smaller = std::min(n, m);
+  // A fit to a tenth of the points' spacing is no accident; and where the template lies is known, other warps
+  // are other slides along the same shape, which the caller judges.
+  const bool exact = std::sqrt(state.variance) < kCleanSdOfSpacing * median_spacing(sets.from) &&
+                     found > kCleanFound * static_cast<double>(smaller);
+  if (exact || most_turn_deg < kLeastSearched_deg) result.posterior = 1;
   result.verdict = smaller < state.warped.cols() + 1 + kLeastPoints     ? MatchVerdict::TooFewPoints
                    : !state.converged                                   ? MatchVerdict::NotSettled
                    : found < kLeastFound * static_cast<double>(smaller) ? MatchVerdict::TooFewFound
                    : result.log_likelihood_gain < kLeastLikelihoodGain  ? MatchVerdict::TooVague
+                   : result.posterior < kLeastPosterior                 ? MatchVerdict::Ambiguous
                                                                         : MatchVerdict::Reliable;
   result.partners =
       result.reliable() ? pair_up(state.partners) : std::vector<Partner>(static_cast<size_t>(n));

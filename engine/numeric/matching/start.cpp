@@ -38,7 +38,9 @@ MatrixXd principal_axes(const MatrixXd& points) {
   return dense::symmetric_eigen(dense::product_tn(centred, centred)).vectors;
 }
 
-std::vector<MatrixXd> turns(const MatrixXd& from, const MatrixXd& to) {
+}  // namespace
+
+std::vector<MatrixXd> starting_turns(const MatrixXd& from, const MatrixXd& to) {
   const Index axes = from.cols();
   std::vector<MatrixXd> all;
   all.reserve(kTurns + 4);
@@ -55,11 +57,13 @@ std::vector<MatrixXd> turns(const MatrixXd& from, const MatrixXd& to) {
   return all;
 }
 
-double turn_of(const MatrixXd& rotation) {
+double angle_of(const MatrixXd& rotation) {
   constexpr double kDegrees = 180 / std::numbers::pi;
   if (rotation.rows() == 2) return kDegrees * std::atan2(rotation(0, 1), rotation(0, 0));
   return kDegrees * std::acos(std::clamp(0.5 * (rotation.trace() - 1), -1., 1.));
 }
+
+namespace {
 
 MatrixXf seen_from(const MatrixXd& centres, const MatrixXd& others) {
   const MatrixXf points = others.cast<float>();
@@ -112,14 +116,14 @@ Placement Votes::place(size_t k) const {
     const double usual = std::max(median(std::vector<double>(miss.begin(), miss.end())), 1e-12);
     weight = (1 + miss.array() / usual).inverse();
   }
-  return {dense::product(scale, from_, turn).rowwise() + shift, turn_of(turn)};
+  return {dense::product(scale, from_, turn).rowwise() + shift, angle_of(turn)};
 }
 
 Votes::Votes(const MatrixXd& from, const MatrixXd& to)
     : from_(from), centres_(thinned(from, kVoters)), targets_(thinned(to, 2 * kVoters)) {
   const MatrixXd from_others = thinned(from, 2 * kVoters);
   const MatrixXf wanted = seen_from(targets_, targets_);
-  for (const MatrixXd& turn : turns(from, to)) {
+  for (const MatrixXd& turn : starting_turns(from, to)) {
     MatrixXf likeness = dense::product_tn(
         seen_from(dense::product(centres_, turn), dense::product(from_others, turn)), wanted);
     const double rows = likeness.rowwise().maxCoeff().mean(), columns = likeness.colwise().maxCoeff().mean();

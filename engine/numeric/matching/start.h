@@ -11,6 +11,12 @@ struct Placement {
   double turn_deg = 0;     ///< 0 to 180 in space, -180 to 180 in the plane
 };
 
+/// Rotations to begin with, for rows: points * turn. In the plane 12 about the origin; in space 12 about the
+/// last axis and the four that bring principal axes together. No reflections.
+std::vector<Eigen::MatrixXd> starting_turns(const Eigen::MatrixXd& from, const Eigen::MatrixXd& to);
+/// Its angle, degrees: 0 to 180 in space, -180 to 180 in the plane.
+double angle_of(const Eigen::MatrixXd& turn);
+
 /// In the plane 12 turns; in space 12 about the last axis and the four that bring principal axes together. No
 /// reflections.
 class Votes {
