@@ -25,7 +25,7 @@ struct Trial {
 };
 
 std::map<int, Trial> read_trials(const std::string& level) {
-  const std::string command = "zcat '" + (kData / ("fish_" + level + ".csv.gz")).string() + "'";
+  const std::string command = "zcat '" + (kData / (level + ".csv.gz")).string() + "'";
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
   std::map<int, Trial> trials;
   char line[256];
@@ -57,32 +57,42 @@ PointSet shuffled(const PointSet& set, uint32_t seed) {
 struct Level {
   const char* name;
   double most_miss;
-  int most_failures;  // of 20 trials above 0.05
+  int most_failures;     // trials above 0.05
+  int most_refused = 0;  // not called reliable
 };
 
-class FishMatching : public testing::TestWithParam<Level> {};
-TEST_P(FishMatching, HoldsTheGoal) {
+class SharedShapes : public testing::TestWithParam<Level> {};
+TEST_P(SharedShapes, HoldTheGoalAndNoFailureIsCalledReliable) {
   if (!fs::exists(kData)) GTEST_SKIP() << "no point sets at " << kData;
   const std::map<int, Trial> trials = read_trials(GetParam().name);
-  ASSERT_EQ(trials.size(), 20u);
+  ASSERT_GE(trials.size(), 20u);
   double sum = 0;
-  int failures = 0;
+  int failures = 0, refused = 0;
   for (const auto& [number, trial] : trials) {
     const MatchResult result = match_points(trial.from, shuffled(trial.seen, static_cast<uint32_t>(number)));
     const double miss = mean_miss(result.warped, trial.truth);
-    EXPECT_TRUE(result.reliable()) << number << ": " << to_string(result.verdict);
     sum += miss;
     failures += miss > 0.05;
+    refused += !result.reliable();
+    EXPECT_TRUE(miss <= 0.05 || !result.reliable()) << number << ": " << miss << " off and called reliable";
   }
-  std::printf("fish %s: mean distance %.4f, above 0.05: %d of 20\n", GetParam().name, sum / 20, failures);
-  EXPECT_LE(sum / 20, GetParam().most_miss);
+  const double mean = sum / static_cast<double>(trials.size());
+  std::printf("%s: mean distance %.4f, above 0.05: %d of %zu, refused %d\n", GetParam().name, mean, failures,
+              trials.size(), refused);
+  EXPECT_LE(mean, GetParam().most_miss);
   EXPECT_LE(failures, GetParam().most_failures);
+  EXPECT_LE(refused, GetParam().most_refused);
 }
-INSTANTIATE_TEST_SUITE_P(Levels, FishMatching,
-                         testing::Values(Level{"def_3", 0.0005, 0}, Level{"def_5", 0.008, 0},
-                                         Level{"noise_4", 0.0165, 0}, Level{"noise_6", 0.027, 1},
-                                         Level{"outlier_3", 0.008, 0}, Level{"outlier_5", 0.010, 0},
-                                         Level{"rot_4", 0.002, 0}),
+INSTANTIATE_TEST_SUITE_P(Levels, SharedShapes,
+                         testing::Values(Level{"fish_def_3", 0.0005, 0}, Level{"fish_def_5", 0.008, 0},
+                                         Level{"fish_noise_4", 0.0165, 0}, Level{"fish_noise_6", 0.027, 1, 6},
+                                         Level{"fish_outlier_3", 0.008, 0}, Level{"fish_outlier_5", 0.010, 0},
+                                         Level{"fish_rot_4", 0.002, 0},
+                                         Level{"fish_rot_6_trials_21_to_60", 0.001, 0},
+                                         Level{"fish_def_5_trials_21_to_60", 0.005, 1, 1},
+                                         Level{"chinese_def_5", 0.006, 1, 2},
+                                         Level{"chinese_rot_3", 0.001, 0}, Level{"chinese_rot_6", 0.001, 0},
+                                         Level{"chinese_noise_5", 0.026, 0, 6}),
                          [](const auto& level) { return std::string(level.param.name); });
 
 }  // namespace
