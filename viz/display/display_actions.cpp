@@ -19,15 +19,15 @@ void Display::save_snapshot() {
     stats_.note = "this display gives no snapshots";
     return;
   }
+  if (notes_folder().empty()) {
+    stats_.note = kNoFolder;
+    return;
+  }
   const Frame& shown = current_->captured->frame;
   Snapshot snapshot{std::move(*image), {}, current_->result.touch, columns_};
   // A copy: the frame's own memory goes back to the camera.
   snapshot.frame.format = shown.format;
   snapshot.frame.bytes.assign(shown.pixels(), shown.pixels() + shown.format.frame_bytes());
-  if (notes_folder().empty()) {
-    stats_.note = kNoFolder;
-    return;
-  }
   background_.add([snapshot = std::make_shared<Snapshot>(std::move(snapshot)),
                    stem = next_snapshot(notes_folder(), snapshots_)] {
     write_snapshot(*snapshot, stem);

@@ -26,13 +26,13 @@ Scene::Scene(gpu::Context& context, const RenderPass& pass, const Sensor& sensor
   if (!background) state_.can_show_pressure = false;
 }
 
-/// Fonts of another size are made anew, between two pictures.
-// Calibrations take the place of the settings while they are shown.
+/// Calibrations take the place of the settings while they are shown.
 static double dock_width(const ViewState& state, bool window) {
   constexpr double kSettings = 262, kCalibrations = 430;
   return state.sensor_panel ? kCalibrations : window && state.controls ? kSettings : 0;
 }
 
+/// Fonts of another size are made anew, between two pictures.
 void Scene::fit_text() {
   const float wanted = scale_ * state_.text_scale;
   if (std::abs(frame_->scale() / wanted - 1) < 1e-3f) return;

@@ -32,7 +32,6 @@ class FormWindow {
   bool wait(const std::string& words, const std::function<bool()>& done, bool can_be_cancelled = true);
 
   const HudFrame& frame() const { return *frame_; }
-  Window& window() { return window_; }
 
  private:
   bool draw(const std::function<void()>& content);

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "capture/files/output_file.h"
-#include "capture/v4l2/camera.h"
+#include "capture/open_source.h"
 #include "engine/base/json.h"
 
 namespace palpate::viz {
@@ -68,7 +68,7 @@ class Reader {
 
 /// A path as it is found again from another folder; other inputs as they are.
 std::string absolute_input(const std::string& input) {
-  if (input.rfind("synthetic:", 0) == 0 || is_camera(input)) return input;
+  if (!is_recording(input)) return input;
   std::error_code code;
   const fs::path whole = fs::absolute(input, code);
   return code ? input : whole.lexically_normal().string();

@@ -69,11 +69,10 @@ std::string plot_script(const ForceOutcome& o, PlotKind kind) {
   const std::string title = text("%s: R² %.5f, held-out error %.3g N, 95 %% interval +- %.3g N at %.3g N",
                                  to_string(o.choice.chosen.candidate).c_str(), c.r_squared,
                                  o.choice.chosen.error_N, o.choice.interval_full_N, c.force_max_N);
-  std::string s = plot_terminal(kind, kWidth, kHeight);
+  std::string s = plot_head(kind, kWidth, kHeight);
   s += block("loading", loading) + block("unloading", unloading) + block("out", left_out) +
        block("up", curve[0]) + block("down", curve[1]) + block("band", band);
   s +=
-      "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\nset tics textcolor rgb '#222222'\n"
       "set multiplot\nset lmargin 11\nset rmargin 3\nset format x '" +
       std::string(c.signal == ForceSignal::Volume ? "%.3g" : "%.1s%c") +
       "'\n"

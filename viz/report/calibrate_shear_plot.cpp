@@ -24,12 +24,10 @@ std::string plot_script(const ShearOutcome& o, PlotKind kind) {
       ratio[s.phase == Phase::Slips] +=
           palpate::text("%zu %.6g\n", i, std::hypot(s.fx_N, s.fy_N) / s.normal_N);
   }
-  std::string s = plot_terminal(kind, 1000, 760);
+  std::string s = plot_head(kind, 1000, 760);
   s += block("sx", sticks[0]) + block("sy", sticks[1]) + block("rx", rest[0]) + block("ry", rest[1]) +
        block("held", ratio[0]) + block("slid", ratio[1]);
-  s +=
-      "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\nset tics textcolor rgb '#222222'\n"
-      "set key top left samplen 2\nset multiplot\n";
+  s += "set key top left samplen 2\nset multiplot\n";
   for (const auto& [axis, stiffness, left] :
        {std::tuple{'x', &o.fit.x, "0"}, std::tuple{'y', &o.fit.y, "0.5"}}) {
     s += palpate::text(

@@ -145,9 +145,8 @@ std::string quality_script(const lump::Score& s) {
             "\nset xlabel 'answer'\nset ylabel 'truth'\nset xtics (" + names +
             ") rotate by 30 right\nset ytics (" + names +
             ")\nset xrange [-0.5:3.5]\nset yrange [3.5:-0.5]\nunset grid\nset cbrange [0:100]\nset cblabel "
-            "'% of the truth'\n"
-            "set palette defined (0 '#440154', 1 '#3b528b', 2 '#21918c', 3 '#5ec962', 4 '#fde725')\n" +
-            labels + "plot $shapes using 1:2:3 with image\nunset multiplot\n";
+            "'% of the truth'\n" +
+            plot_palette() + labels + "plot $shapes using 1:2:3 with image\nunset multiplot\n";
   return script;
 }
 

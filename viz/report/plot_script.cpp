@@ -25,10 +25,13 @@ std::string plot_terminal(PlotKind kind, int width_px, int height_px) {
   return line + " noenhanced font 'DejaVu Sans,11'\n";
 }
 
+const char* plot_look() {
+  return "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\nset tics textcolor rgb "
+         "'#222222'\n";
+}
+
 std::string plot_head(PlotKind kind, int width_px, int height_px) {
-  return plot_terminal(kind, width_px, height_px) +
-         "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\n"
-         "set tics textcolor rgb '#222222'\n";
+  return plot_terminal(kind, width_px, height_px) + plot_look();
 }
 
 std::string plot_number(double value) {

@@ -12,7 +12,9 @@ enum class PlotKind { Png, Svg, Pdf };
 
 /// Sets the picture's kind and size; Unicode for superscripts, since nothing is read as markup.
 std::string plot_terminal(PlotKind kind, int width_px, int height_px);
-/// The same, and grid, border and fonts.
+/// Grid, border and tics as all plots have them.
+const char* plot_look();
+/// Terminal and look.
 std::string plot_head(PlotKind kind, int width_px, int height_px);
 /// Seven digits; "NaN" leaves a gap.
 std::string plot_number(double value);

@@ -30,7 +30,6 @@ constexpr uint32_t kFinishing = 300;  // iterations at most
 // A turn is tried if its vote is not this much worse than the best one's, or, where two starts already agree,
 // if it is this much better than without a turn.
 constexpr double kVoteMargin = 0.12, kVoteGain = 0.03;
-// Clean: nothing another start could do better.
 constexpr double kCleanSdOfSpacing = 0.1, kCleanFound = 0.95;
 // A later start has to be better by more than rounding and the prior's fuzz.
 constexpr double kBetter = 5;
@@ -42,7 +41,7 @@ constexpr double kLeastLikelihoodGain = 0.06;
 constexpr double kLeastPosterior = 1 - 1. / 300;
 // Mean distance of warps that are not the same, over the template's RMS radius.
 constexpr double kOtherWarp = 0.1;
-// Rotations further than this from where the template lies are searched in full.
+// Who allows smaller turns than this knows where the template lies; else every turn is tried.
 constexpr double kLeastSearched_deg = 60;
 constexpr double kLeastFound = 0.3;
 constexpr Index kLeastPoints = 5;  // beyond the axes + 1 of an affine map
@@ -138,6 +137,12 @@ struct Prepared {
   }
 };
 
+// Nothing another start could do better: noise far below the points' spacing, and hardly a point left over.
+bool fits_exactly(const FlowState& state, double spacing, Index smaller) {
+  return std::sqrt(state.variance)<kCleanSdOfSpacing * spacing&& static_cast<double>(state.partners.sum())>
+             kCleanFound * static_cast<double>(smaller);
+}
+
 class Search {
  public:
   Search(const FlowProblem& problem, const MatrixXd& to) : problem_(problem), to_(to) {
@@ -222,9 +227,7 @@ class Search {
   }
 
   bool clean() const {
-    const auto smaller = static_cast<double>(std::min(problem_.from.rows(), problem_.to.rows()));
-    return std::sqrt(best_.variance)<kCleanSdOfSpacing * spacing_&& static_cast<double>(best_.partners.sum())>
-               kCleanFound * smaller;
+    return fits_exactly(best_, spacing_, std::min(problem_.from.rows(), problem_.to.rows()));
   }
 
   const FlowProblem& problem_;
@@ -366,8 +369,7 @@ MatchResult match_points(const PointSet& from, const PointSet& to, double most_t
   const Index smaller = std::min(n, m);
   // A fit to a tenth of the points' spacing is no accident; and where the template lies is known, other warps
   // are other slides along the same shape, which the caller judges.
-  const bool exact = std::sqrt(state.variance) < kCleanSdOfSpacing * median_spacing(sets.from) &&
-                     found > kCleanFound * static_cast<double>(smaller);
+  const bool exact = fits_exactly(state, median_spacing(sets.from), smaller);
   if (exact || most_turn_deg < kLeastSearched_deg) result.posterior = 1;
   result.verdict = smaller < state.warped.cols() + 1 + kLeastPoints     ? MatchVerdict::TooFewPoints
                    : !state.converged                                   ? MatchVerdict::NotSettled

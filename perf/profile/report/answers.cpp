@@ -1,43 +1,41 @@
 #include "perf/profile/report/answers.h"
 
 #include <algorithm>
-#include <utility>
-#include <vector>
 
 #include "engine/base/text.h"
 
 namespace palpate::perf {
 namespace {
 
-const SizeFigure* largest_of(const Profile& profile, const std::string& reading) {
+/// The largest frame of a reading that reaches so many a second; null: none does.
+const SizeFigure* largest_of(const Profile& profile, const std::string& reading, double least_Hz = 0) {
   const SizeFigure* largest = nullptr;
   for (const SizeFigure& s : profile.sizes)
-    if (s.reading == reading && (!largest || s.pixels() > largest->pixels())) largest = &s;
+    if (s.reading == reading && s.frames_per_s >= least_Hz && (!largest || s.pixels() > largest->pixels()))
+      largest = &s;
   return largest;
 }
 
 }  // namespace
 
+std::vector<std::string> readings_of(const Profile& profile) {
+  std::vector<std::string> readings;
+  for (const SizeFigure& s : profile.sizes)
+    if (std::find(readings.begin(), readings.end(), s.reading) == readings.end())
+      readings.push_back(s.reading);
+  return readings;
+}
+
 std::string headline(const Profile& profile) {
   constexpr double kCamera_Hz = 30;
-  std::vector<std::pair<std::string, const SizeFigure*>> largest;
-  for (const SizeFigure& s : profile.sizes) {
-    auto reading =
-        std::find_if(largest.begin(), largest.end(), [&](const auto& l) { return l.first == s.reading; });
-    if (reading == largest.end()) reading = largest.insert(reading, {s.reading, nullptr});
-    if (s.frames_per_s >= kCamera_Hz && (!reading->second || s.pixels() > reading->second->pixels()))
-      reading->second = &s;
-  }
-  if (largest.empty()) return "No frame was measured.";
+  const std::vector<std::string> readings = readings_of(profile);
+  if (readings.empty()) return "No frame was measured.";
   std::string words = "30 frames/s on this machine: ";
-  for (size_t i = 0; i < largest.size(); ++i) {
-    const auto& [reading, size] = largest[i];
-    words +=
-        (i == 0                    ? ""
-         : i + 1 == largest.size() ? " and "
-                                   : ", ") +
-        reading +
-        (size ? " up to " + size_text(size->width_px, size->height_px) : " at no size that was measured");
+  for (size_t i = 0; i < readings.size(); ++i) {
+    if (i > 0) words += i + 1 == readings.size() ? " and " : ", ";
+    const SizeFigure* size = largest_of(profile, readings[i], kCamera_Hz);
+    words += readings[i];
+    words += size ? " up to " + size_text(size->width_px, size->height_px) : " at no size that was measured";
   }
   return words + ".";
 }

@@ -2,10 +2,14 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "perf/profile/profile.h"
 
 namespace palpate::perf {
+
+/// In the order in which they were measured.
+std::vector<std::string> readings_of(const Profile& profile);
 
 /// The largest frames of each reading that reach 30 a second.
 std::string headline(const Profile& profile);

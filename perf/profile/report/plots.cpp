@@ -50,14 +50,6 @@ std::string powers_of_ten(double low, double high) {
   return tics;
 }
 
-std::vector<std::string> readings_of(const Profile& profile) {
-  std::vector<std::string> readings;
-  for (const SizeFigure& s : profile.sizes)
-    if (std::find(readings.begin(), readings.end(), s.reading) == readings.end())
-      readings.push_back(s.reading);
-  return readings;
-}
-
 /// A named block of inline data.
 std::string block(const std::string& name, const std::string& lines) {
   return "$" + name + " << EOD\n" + lines + "EOD\n";

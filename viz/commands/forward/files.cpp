@@ -46,9 +46,6 @@ std::string matrix_lines(const fem::Map& map) {
   return lines;
 }
 
-constexpr const char* kLook =
-    "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\nset tics textcolor rgb '#222222'\n";
-
 std::pair<double, double> ends_of(const fem::Map& map) {
   std::pair<double, double> ends{HUGE_VAL, -HUGE_VAL};
   for (uint32_t j = 0; j < map.height; ++j)
@@ -89,7 +86,7 @@ std::string profile_script(const ForwardOutcome& o) {
     curve += plot_number(x) + " " + plot_number(o.fit.at(x)) + "\n";
   }
   const PlotUnit unit = plot_unit(most_Pa, "Pa");
-  std::string s = data_block("points", points) + data_block("curve", curve) + kLook;
+  std::string s = data_block("points", points) + data_block("curve", curve) + plot_look();
   s += "set title " + plot_words(headline(o)) + "\nset xlabel 'x, mm'\nset ylabel 'stress on the surface, " +
        unit.name + "'\nset key top right\nplot $points using 1:" + unit.column(2) +
        " with linespoints pt 7 ps 0.5 lc rgb '#0072b2' title 'model'";

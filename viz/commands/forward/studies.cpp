@@ -29,8 +29,6 @@ constexpr fem::InclusionShape kShapes[] = {fem::InclusionShape::Sphere, fem::Inc
                                            fem::InclusionShape::Cylinder, fem::InclusionShape::LyingCylinder};
 constexpr const char* kColours[] = {"#440154", "#46327e", "#365c8d", "#277f8e",
                                     "#1fa187", "#4ac16d", "#a0da39"};
-constexpr const char* kGrid =
-    "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\nset tics textcolor rgb '#222222'\n";
 
 /// Full width at half the height of a Gaussian.
 double full_width_mm(const lump::GaussianFit& fit) {
@@ -152,9 +150,9 @@ std::string write_sweep(const std::vector<SweepRow>& rows, const fs::path& folde
   write_whole(folder / "sweep.csv", std::string_view(csv));
   std::string written = (folder / "sweep.csv").string();
 
-  std::string blocks, plots, profiles = kGrid;
+  std::string blocks, plots, profiles = plot_look();
   std::string bumps =
-      std::string(kGrid) + "set multiplot layout 2,3\nset ytics nomirror\nset key top center\n";
+      std::string(plot_look()) + "set multiplot layout 2,3\nset ytics nomirror\nset key top center\n";
   profiles +=
       "set multiplot layout 2,3\nset xlabel 'x, mm'\nset ylabel 'stress, Pa'\nset key top right samplen 1\n";
   std::string profile_blocks;
@@ -346,7 +344,7 @@ std::string write_convergence(const ConvergenceTables& t, const fs::path& folder
            "' title '" + title + "'";
   };
   draw_scripts(
-      data_block("error", error) + data_block("time", time) + kGrid +
+      data_block("error", error) + data_block("time", time) + plot_look() +
           "set logscale xy\nset multiplot layout 1,3\nset ylabel 'error against the finest grid, %'\n"
           "set xlabel 'cells along x'\nplot " +
           lines("1:3", "#0072b2", "force") + ", " + lines("1:4", "#d55e00", "centre stress") +
@@ -359,7 +357,7 @@ std::string write_convergence(const ConvergenceTables& t, const fs::path& folder
       1280, 420, folder / "convergence", written);
   draw_scripts(
       data_block("soft", by_ratio[0]) + data_block("stiff", by_ratio[1]) + data_block("rigid", by_ratio[2]) +
-          kGrid +
+          plot_look() +
           "set logscale xy\nset xlabel '0.5 - Poisson ratio'\nset ylabel 'iterations'\nset key top right\n"
           "plot $soft with linespoints pt 7 lc rgb '#009e73' title 'E_r 0.1', "
           "$stiff with linespoints pt 7 lc rgb '#0072b2' title 'E_r 10', "

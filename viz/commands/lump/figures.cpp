@@ -23,11 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = json::Value;
 
-constexpr const char* kLook =
-    "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\nset tics textcolor rgb '#222222'\n";
-constexpr const char* kPalette =
-    "set palette defined (0 '#440154', 1 '#3b528b', 2 '#21918c', 3 '#5ec962', 4 '#fde725')\n";
-
 std::string points(const lump::Profile& profile) {
   std::string lines;
   for (size_t i = 0; i < profile.x_mm.size(); ++i)
@@ -111,7 +106,7 @@ void draw_profiles(const std::vector<lump::FigureRow>& rows, const std::string& 
   }
   if (plots[0].empty()) return;
   draw_scripts(
-      blocks + kLook + "set multiplot layout 1,2 title " + gnuplot_quoted(title) +
+      blocks + plot_look() + "set multiplot layout 1,2 title " + gnuplot_quoted(title) +
           "\nset xlabel 'x, mm'\nset key top left reverse Left samplen 1 font ',9'\nset ylabel "
           "'pressure on the "
           "plate, Pa'\nset offsets graph 0, 0, graph 0.3, 0\nset title 'profile (points) and Gaussian "
@@ -149,7 +144,7 @@ void draw_maps(const std::vector<lump::FigureRow>& rows, const std::string& titl
              "\nplot $" + name + " using 1:2:3 with image\n";
   }
   if (count == 0) return;
-  draw_scripts(blocks + kPalette +
+  draw_scripts(blocks + plot_palette() +
                    "unset key\nset size ratio -1\nset rmargin 4\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset "
                    "tics out\n"
                    "set autoscale fix\nset cbrange [" +
@@ -190,7 +185,7 @@ void draw_inputs(const std::vector<lump::InputRow>& rows, const fs::path& folder
     plots += std::string("set title '") + panel.title + "'\n" + (lines.empty() ? "plot NaN notitle" : lines) +
              "\n";
   }
-  draw_scripts(blocks + kLook +
+  draw_scripts(blocks + plot_look() +
                    "set multiplot layout 2,3 title 'Pressure on the plate through the lump at 2 N, large "
                    "strain: 8 mm, "
                    "5 mm deep, unless said'\nset xlabel 'x, mm'\nset ylabel 'pressure, Pa'\nset xrange "

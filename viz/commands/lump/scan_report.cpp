@@ -24,8 +24,6 @@ using Json = json::Value;
 using Rows = std::vector<std::pair<std::string, std::string>>;
 
 constexpr const char* kNotice = "For research use. This is not a diagnosis.";
-constexpr const char* kLook =
-    "set grid lc rgb '#dddddd' lt 1 lw 0.6\nset border lc rgb '#666666'\nset tics textcolor rgb '#222222'\n";
 
 Json or_null(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
@@ -302,7 +300,7 @@ std::string profile_script(const ScanAnswer& a) {
   }
   const PlotUnit unit = plot_unit(most_Pa, "Pa");
   std::string script =
-      data_block("points", points) + data_block("block", block) + data_block("curve", curve) + kLook +
+      data_block("points", points) + data_block("block", block) + data_block("curve", curve) + plot_look() +
       "set xlabel 'x, mm'\nset ylabel 'pressure, " + unit.name +
       "'\nset key outside top center horizontal samplen 2\nset title " +
       plot_words(palpate::text("through y = %.2f mm at %.3g N",
