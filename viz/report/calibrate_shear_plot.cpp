@@ -27,7 +27,7 @@ std::string plot_script(const ShearOutcome& o, PlotKind kind) {
   std::string s = plot_head(kind, 1000, 760);
   s += block("sx", sticks[0]) + block("sy", sticks[1]) + block("rx", rest[0]) + block("ry", rest[1]) +
        block("held", ratio[0]) + block("slid", ratio[1]);
-  s += "set key top left samplen 2\nset multiplot\n";
+  s += "set key outside below center horizontal samplen 2\nset multiplot\n";
   for (const auto& [axis, stiffness, left] :
        {std::tuple{'x', &o.fit.x, "0"}, std::tuple{'y', &o.fit.y, "0.5"}}) {
     s += palpate::text(
@@ -41,7 +41,8 @@ std::string plot_script(const ShearOutcome& o, PlotKind kind) {
         "'K u'\n",
         axis, axis, -stiffness->shift_max_mm, stiffness->shift_max_mm, stiffness->k_N_per_mm);
   }
-  s += "set origin 0,0\nset size 1,0.43\nset title 'tangential over normal force'\nset xlabel 'touched "
+  s += "set origin 0,0\nset size 1,0.43\nset title 'tangential over normal "
+       "force'\nset xlabel 'touched "
        "frame'\nset "
        "ylabel '|F_t| / F_z'\nset yrange [0:" +
        palpate::text("%.6g", 1.15 * std::max(o.calibration.friction, o.fit.largest_ratio)) + "]\n";
