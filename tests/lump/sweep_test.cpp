@@ -102,7 +102,7 @@ TEST(LumpSweep, FillsItsRangesEvenly) {
   sweep.block_mm = {80, 80};
   constexpr uint32_t kCases = 2048;
   int without = 0, along_y = 0, long_ones = 0, centred = 0;
-  std::array<int, 4> shapes{}, diameters{}, ratios{};
+  std::array<int, 4> shapes{}, diameters{}, depths{}, ratios{};
   for (uint32_t n = 0; n < kCases; ++n) {
     const lump::Case what = lump_case(sweep, n);
     if (!what.lump) {
@@ -111,7 +111,8 @@ TEST(LumpSweep, FillsItsRangesEvenly) {
     }
     centred += what.lump->offset_mm[0] == 0 && what.lump->offset_mm[1] == 0;
     ++shapes[static_cast<size_t>(what.lump->shape)];
-    ++diameters[static_cast<size_t>((what.lump->diameter_mm - 4) / 10 * 4)];
+    ++diameters[static_cast<size_t>(std::log(what.lump->diameter_mm / 4) / std::log(14 / 4.) * 4)];
+    ++depths[static_cast<size_t>(std::log(what.lump->depth_mm / 1.5) / std::log(10 / 1.5) * 4)];
     ++ratios[static_cast<size_t>(std::log(what.lump->stiffness_ratio / 1.3) / std::log(40 / 1.3) * 4)];
     const auto size = what.lump->size_mm();
     if (size[0] != size[1]) ++long_ones;
@@ -119,7 +120,7 @@ TEST(LumpSweep, FillsItsRangesEvenly) {
   }
   const double with = kCases - without;
   EXPECT_NEAR(without, kCases / 12.0, 2);
-  for (const auto& counts : {shapes, diameters, ratios})
+  for (const auto& counts : {shapes, diameters, depths, ratios})
     for (const int count : counts) EXPECT_NEAR(count, with / 4, 0.03 * with / 4);
   EXPECT_NEAR(centred, 0.67 * with, 0.03 * with);
   EXPECT_NEAR(along_y, long_ones / 2.0, 0.05 * long_ones);
@@ -127,9 +128,11 @@ TEST(LumpSweep, FillsItsRangesEvenly) {
 
 // Files refuse what their sweep would not make again: this sequence is part of their format.
 TEST(LumpSweep, ACaseIsItsNumberForEver) {
-  const lump::Case what = lump_case(lump::Sweep(), 12345);
+  lump::Sweep even;
+  even.logarithmic = false;
+  const lump::Case what = lump_case(even, 12345);
   ASSERT_TRUE(what.lump);
-  const lump::Case again = lump_case(lump::Sweep(), 12345);
+  const lump::Case again = lump_case(even, 12345);
   EXPECT_EQ(what.lump->diameter_mm, again.lump->diameter_mm);
   EXPECT_EQ(what.press_mm, again.press_mm);
   EXPECT_NEAR(what.thickness_mm, 19.481614354067, 1e-9);
@@ -137,6 +140,10 @@ TEST(LumpSweep, ACaseIsItsNumberForEver) {
   EXPECT_NEAR(what.lump->depth_mm, 5.095061306414, 1e-9);
   EXPECT_NEAR(what.lump->stiffness_ratio, 2.662091656994, 1e-9);
   EXPECT_EQ(to_string(what.lump->shape), std::string("ellipsoid"));
+  const lump::Case spread = lump_case(lump::Sweep(), 12345);
+  EXPECT_NEAR(std::log(spread.lump->diameter_mm / 4) / std::log(14 / 4.), (what.lump->diameter_mm - 4) / 10,
+              1e-12);
+  EXPECT_EQ(spread.lump->stiffness_ratio, what.lump->stiffness_ratio);
 }
 
 TEST(LumpSweep, MapsHaveTheAxesOfTheCase) {

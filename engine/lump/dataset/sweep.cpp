@@ -145,9 +145,10 @@ Case lump_case(const Sweep& s, uint32_t number) {
   const double narrow_mm = std::min(s.block_mm[0], s.block_mm[1]) - 2 * s.rim_mm;
   const double thickest_mm = what.thickness_mm - s.floor_mm;
   const double largest_mm = std::min({s.size_mm.high, thickest_mm - s.depth_mm.low, narrow_mm / length});
-  lump.diameter_mm = even({s.size_mm.low, largest_mm}, u[kDiameter]);
+  const auto spread = s.logarithmic && s.depth_mm.low > 0 ? even_in_logarithm : even;
+  lump.diameter_mm = spread({s.size_mm.low, largest_mm}, u[kDiameter]);
   const double deepest_mm = std::min(s.depth_mm.high, thickest_mm - lump.diameter_mm);
-  lump.depth_mm = even({s.depth_mm.low, deepest_mm}, u[kDepth]);
+  lump.depth_mm = spread({s.depth_mm.low, deepest_mm}, u[kDepth]);
   lump.stiffness_ratio = even_in_logarithm(s.stiffness_ratio, u[kStiffness]);
   const std::array<double, 3> size_mm = lump.size_mm();
   const bool centred = u[kCentred] < s.centred_fraction;
@@ -200,6 +201,7 @@ std::string to_json(const Sweep& s) {
                      {"seed", s.seed},
                      {"diameter_mm", pair(s.size_mm)},
                      {"depth_mm", pair(s.depth_mm)},
+                     {"logarithmic", s.logarithmic},
                      {"stiffness_ratio", pair(s.stiffness_ratio)},
                      {"thickness_mm", pair(s.thickness_mm)},
                      {"young_Pa", pair(s.young_Pa)},
@@ -232,6 +234,7 @@ Sweep sweep_from_json(const std::string& text) {
     s.seed = v.at("seed").get<uint64_t>();
     s.size_mm = range("diameter_mm");
     s.depth_mm = range("depth_mm");
+    s.logarithmic = v.contains("logarithmic") && v.at("logarithmic").get<bool>();  // older files: even
     s.stiffness_ratio = range("stiffness_ratio");
     s.thickness_mm = range("thickness_mm");
     s.young_Pa = range("young_Pa");

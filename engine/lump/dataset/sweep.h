@@ -20,9 +20,12 @@ struct Range {
 /// before: a range is squeezed, never refilled, so that the sweep stays even.
 struct Sweep {
   uint64_t seed = 1;
-  Range size_mm{4, 14};              ///< diameter
-  Range depth_mm{1.5, 10};           ///< surface to the top
-  Range stiffness_ratio{1.3, 40};    ///< even in its logarithm
+  Range size_mm{4, 14};            ///< diameter
+  Range depth_mm{1.5, 10};         ///< surface to the top
+  Range stiffness_ratio{1.3, 40};  ///< even in its logarithm
+  /// Diameter and depth are even in their logarithms too, so that small and shallow lumps, whose pressure
+  /// changes most from one to the next, are as many to the factor as large and deep ones; false: even.
+  bool logarithmic = true;
   Range thickness_mm{16, 24};        ///< of the tissue
   Range young_Pa{2000, 30000};       ///< of the tissue, even in its logarithm
   Range greatest_press{0.10, 0.22};  ///< of the thickness, at the last load

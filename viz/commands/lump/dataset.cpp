@@ -24,6 +24,7 @@ struct Options {
   std::vector<double> size_mm, depth_mm, stiffness_ratio, thickness_mm, young_Pa, greatest_press, block_mm;
   std::vector<uint32_t> nodes;
   std::vector<std::string> shapes;
+  bool linear = false;  // diameter and depth
 };
 
 /// One number stands for a range without width.
@@ -34,6 +35,7 @@ void set(lump::Range& range, const std::vector<double>& given) {
 lump::Sweep sweep_of(const Common& common, const Options& o) {
   lump::Sweep sweep = o.job.sweep;
   sweep.seed = common.seed;
+  sweep.logarithmic = !o.linear;
   set(sweep.size_mm, o.size_mm);
   set(sweep.depth_mm, o.depth_mm);
   set(sweep.stiffness_ratio, o.stiffness_ratio);
@@ -137,6 +139,8 @@ void add_lump_dataset(CommandLine& group, Common& common, Command& chosen) {
   range("--depth-mm", o->depth_mm, "From the surface to the lump's top (default 1.5 10)");
   range("--stiffness-ratio", o->stiffness_ratio,
         "Lump's modulus over the tissue's, even in its logarithm (default 1.3 40)");
+  command->add_flag("--linear", o->linear,
+                    "Diameter and depth even in mm, not in their logarithms: fewer small and shallow lumps");
   range("--thickness-mm", o->thickness_mm, "Of the tissue (default 16 24)");
   range("--young-Pa", o->young_Pa, "Of the tissue, even in its logarithm (default 2000 30000)");
   range("--greatest-press", o->greatest_press,
