@@ -58,21 +58,6 @@ fem::Map read_pressure_map(const std::filesystem::path& file, double pitch_mm) {
   return map;
 }
 
-double noise_of(const fem::Map& map) {
-  std::vector<double> sizes;
-  for (uint32_t y = 1; y + 1 < map.height; ++y)
-    for (uint32_t x = 1; x + 1 < map.width; ++x) {
-      constexpr std::array<double, 3> kSecond = {1, -2, 1};
-      double sum = 0;
-      for (uint32_t b = 0; b < 3; ++b)
-        for (uint32_t a = 0; a < 3; ++a)
-          sum += kSecond[a] * kSecond[b] * static_cast<double>(map.at(x + a - 1, y + b - 1));
-      if (std::isfinite(sum)) sizes.push_back(std::abs(sum));
-    }
-  // Median of a normal variable's size; root of the squares' sum, 36.
-  return median(sizes) / (0.6745 * 6);
-}
-
 std::string estimate_text(const lump::Estimate& e) {
   std::string line;
   std::string text = std::string("verdict: ") + to_string(e.verdict) + "\n";

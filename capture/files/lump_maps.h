@@ -11,10 +11,6 @@ namespace palpate {
 /// where nothing was seen). Throws Error(Failure::Input).
 fem::Map read_pressure_map(const std::filesystem::path& file, double pitch_mm);
 
-/// Standard deviation of noise that is independent from node to node, from second differences across both
-/// axes, to which smooth pressure adds little; the median of its sizes, so that edges do not count.
-double noise_of(const fem::Map& map);
-
 /// "a lump of 8.1 mm (7.8 to 8.4) ...": the estimate in lines for people.
 std::string estimate_text(const lump::Estimate& estimate);
 std::string estimate_json(const lump::Estimate& estimate);

@@ -102,7 +102,7 @@ TEST(LumpMaps, NoiseIsThatOfTheMapWhateverItsShape) {
       map.values.push_back(static_cast<float>(
           500 * std::exp(-((x - 30.0) * (x - 30.0) + (y - 20.0) * (y - 20.0)) / 100) + 3 * noise));
     }
-  EXPECT_NEAR(noise_of(map), 3, 0.3);
+  EXPECT_NEAR(lump::roughness(map), 3, 0.3);
 }
 
 }  // namespace

@@ -20,6 +20,9 @@ constexpr double kHopeless = 1e30;                 // chi-square of what the net
 constexpr int kRatios = 11;                        // of the posterior
 constexpr double kUnlikely = 1e-3;                 // probability of a shape from which on it is not tried
 constexpr uint32_t kRefining = 12, kChecking = 3;  // rounds
+constexpr int kPatternRounds = 2;
+constexpr double kSamePattern = 0.25;  // change of a pattern's logarithm that changes nothing else
+constexpr double kUnusual = 0.1;       // of a bump, RMS: what lumps of other shapes are off by
 
 /// Past `edge` by `over` a parameter costs (over / width)^2.
 void wall(double over, double width, int index, double sign, double& chi_square, LumpVector* slope,
@@ -41,30 +44,36 @@ std::array<double, 2> log_range(const std::array<double, 2>& range) {
   return {std::log(range[0]), std::log(range[1])};
 }
 
+/// Factors of a bump that lies in the patch's middle, to those of one where the fit has it.
+Eigen::MatrixXd moved_by(const Patch& patch, const Fit& fit, const Eigen::MatrixXd& factors) {
+  if (fit.at(3) == 0 && fit.at(4) == 0) return factors;
+  const Eigen::MatrixXd shift = fit.at(3) * patch.along_x + fit.at(4) * patch.along_y;
+  const Eigen::MatrixXd once = dense::product(shift, factors);
+  return factors - once + 0.5 * dense::product(shift, once);
+}
+
 }  // namespace
+
+Eigen::MatrixXd Fitter::factors(const Fit& fit) const {
+  const Guess guess{fit.shape, fit.at(0), fit.at(1), fit.at(2)};
+  return moved_by(model_.patch, fit, bump_factors(model_, guess, patch_.view.setting, nodes_.loads, -1));
+}
 
 double Fitter::chi_square(const Fit& fit, LumpVector* slope, Matrix5* normal) const {
   const Guess guess{fit.shape, fit.at(0), fit.at(1), fit.at(2)};
-  const PatchWhitener& whitener = patch_.whitener;
   std::array<Eigen::MatrixXd, 3> changes;
   const Eigen::MatrixXd plain =
       bump_factors(model_, guess, patch_.view.setting, nodes_.loads, -1, slope ? &changes : nullptr);
-  const Eigen::MatrixXd shift = fit.at(3) * model_.patch.along_x + fit.at(4) * model_.patch.along_y;
-  const bool still = fit.at(3) == 0 && fit.at(4) == 0;
-  const auto moved = [&shift, still](const Eigen::MatrixXd& factors) -> Eigen::MatrixXd {
-    if (still) return factors;
-    const Eigen::MatrixXd once = dense::product(shift, factors);
-    return factors - once + 0.5 * dense::product(shift, once);
-  };
+  const auto moved = [&](const Eigen::MatrixXd& factors) { return moved_by(model_.patch, fit, factors); };
   const Eigen::MatrixXd factors = moved(plain);
-  const Eigen::VectorXd rest = whitener.observation() - whitener.of_factors(factors);
+  const Eigen::VectorXd rest = patch_.observation - patch_.of_factors(factors);
   double sum = rest.squaredNorm();
   if (slope != nullptr) {
     Eigen::MatrixXd jacobian(rest.size(), 5);
     for (size_t p = 0; p < 3; ++p)
-      jacobian.col(static_cast<Eigen::Index>(p)) = whitener.of_factors(moved(changes[p]));
-    jacobian.col(3) = whitener.of_factors(dense::product(-model_.patch.along_x, factors));
-    jacobian.col(4) = whitener.of_factors(dense::product(-model_.patch.along_y, factors));
+      jacobian.col(static_cast<Eigen::Index>(p)) = patch_.of_factors(moved(changes[p]));
+    jacobian.col(3) = patch_.of_factors(dense::product(-model_.patch.along_x, factors));
+    jacobian.col(4) = patch_.of_factors(dense::product(-model_.patch.along_y, factors));
     *slope = jacobian.transpose() * rest;
     *normal = dense::product_tn(jacobian, jacobian);
   }
@@ -213,20 +222,8 @@ void add_bells(const Model& model, const Fitter& fitter, const Fit& fit, double 
   }
 }
 
-}  // namespace
-
-Inference weigh_lumps(const Model& model, const PressedNodes& nodes, Method method, double temperature) {
-  const Look look = look_for_lump(model, nodes);
-  const Fitter fitter(model, nodes, look.patch);
-  const Answer& answer = look.answer;
-  const auto start = [&answer](size_t shape) {
-    Fit fit;
-    fit.shape = static_cast<fem::InclusionShape>(shape);
-    for (const Parameter p : {kSize, kDepth, kRatio}) fit.at(p) = answer.marginals[shape][p].middle;
-    fit.at(3) = answer.shift_mm[0];
-    fit.at(4) = answer.shift_mm[1];
-    return fit;
-  };
+/// What each shape that is worth a try becomes by a search from where the network puts it.
+std::vector<Fit> fits_of(const Model& model, const Fitter& fitter, const Answer& answer, Method method) {
   const auto likeliest =
       static_cast<size_t>(std::max_element(answer.shape_probability.begin(), answer.shape_probability.end()) -
                           answer.shape_probability.begin());
@@ -234,17 +231,58 @@ Inference weigh_lumps(const Model& model, const PressedNodes& nodes, Method meth
   for (size_t s = 0; s < 4; ++s) {
     const bool tried = method == Method::Refined && answer.shape_probability[s] > kUnlikely;
     if (!model.shapes[s] || (s != likeliest && !tried)) continue;
-    fits.push_back(start(s));
-    fitter.search(fits.back(), method == Method::Refined ? kRefining : kChecking);
+    Fit fit;
+    fit.shape = static_cast<fem::InclusionShape>(s);
+    for (const Parameter p : {kSize, kDepth, kRatio}) fit.at(p) = answer.marginals[s][p].middle;
+    fit.at(3) = answer.shift_mm[0];
+    fit.at(4) = answer.shift_mm[1];
+    fitter.search(fit, method == Method::Refined ? kRefining : kChecking);
+    fits.push_back(fit);
   }
-  const Fit& best = *std::min_element(fits.begin(), fits.end(),
-                                      [](const Fit& a, const Fit& b) { return a.chi_square < b.chi_square; });
+  return fits;
+}
+
+const Fit& best_of(const std::vector<Fit>& fits) {
+  return *std::min_element(fits.begin(), fits.end(),
+                           [](const Fit& a, const Fit& b) { return a.chi_square < b.chi_square; });
+}
+
+/// What is left of an observation with and without the best lump, as the sensor's pattern.
+void judge_pattern(const Model& model, const PressedNodes& nodes, const Fitter& fitter, const Fit& best,
+                   Inference& found) {
+  const PatchErrors& errors = fitter.patch().errors;
+  const Eigen::MatrixXd factors = fitter.factors(best);
+  Eigen::MatrixXd remainders(errors.observation().size(), 2);
+  remainders.col(0) = errors.observation();
+  remainders.col(1) = errors.observation() - errors.of_factors(factors);
+  const std::vector<PatternSize> sizes = pattern_sizes(errors, nodes, remainders);
+  found.plain_pattern = sizes[0].pattern / nodes.peak;
+  found.pattern = sizes[1].pattern / nodes.peak;
+  found.log_likelihood_ratio = sizes[0].energy - sizes[1].energy;
+  const double bump = factors.rightCols(1).norm() / static_cast<double>(model.patch.side) / nodes.peak;
+  found.misfit = found.pattern / std::hypot(kLargestPattern, kUnusual * bump);
+  const double over_noise = sizes[1].pattern / nodes.noise;
+  found.rest = errors.rest() / (1 + over_noise * over_noise);
+}
+
+Inference weigh_one(const Model& model, const PressedNodes& nodes, Method method, double temperature) {
+  Look look = look_for_lump(model, nodes);
+  const Fitter fitter(model, nodes, look.patch);
+  Answer& answer = look.answer;
   Inference found;
-  found.no_lump_chi_square = no_lump_chi_square(nodes);
-  found.log_likelihood_ratio = fitter.no_lump() - best.chi_square;
+  std::vector<Fit> fits;
+  // The pattern that a lump leaves decides how the lump is weighed, and so what it leaves.
+  for (int round = 0;; ++round) {
+    fits = fits_of(model, fitter, answer, method);
+    judge_pattern(model, nodes, fitter, best_of(fits), found);
+    const double pattern = found.pattern * nodes.peak;
+    if (round == kPatternRounds || std::abs(std::log(pattern / look.patch.pattern)) < kSamePattern) break;
+    look.patch.set_pattern(pattern);
+    answer = answer_of(model, network_features(model, nodes, look.patch));
+  }
+  const Fit& best = best_of(fits);
   found.chi_square =
       best.chi_square / static_cast<double>(std::max<Eigen::Index>(1, look.patch.whitener.size() - 5));
-  found.rest = look.patch.whitener.rest();
   std::array<double, 2> shift = answer.shift_mm, sd = answer.shift_sd_mm;
   Posterior& posterior = found.posterior;
   if (method == Method::Network) {
@@ -280,6 +318,38 @@ Inference weigh_lumps(const Model& model, const PressedNodes& nodes, Method meth
     found.place_mm[axis] = view.center_mm[axis] + move[axis];
     found.place_sd_mm[axis] = sd[view.swapped ? 1 - axis : axis];
   }
+  return found;
+}
+
+}  // namespace
+
+Inference weigh_lumps(const Model& model, const PressedNodes& nodes, Method method, double temperature) {
+  Inference found = weigh_one(model, nodes, method, temperature);
+  PressedNodes turned = nodes;
+  std::swap(turned.x_mm, turned.y_mm);
+  Inference other = weigh_one(model, turned, method, temperature);
+  if (found.posterior.parts.empty() || other.posterior.parts.empty()) {
+    found.log_likelihood_ratio = 0;
+    return found;
+  }
+  const auto mean = [](double& a, double b) { a = 0.5 * (a + b); };
+  for (Posterior::Part& part : found.posterior.parts) part.weight *= 0.5;
+  for (Posterior::Part& part : other.posterior.parts) {
+    part.weight *= 0.5;
+    found.posterior.parts.push_back(part);
+  }
+  for (size_t s = 0; s < 4; ++s)
+    mean(found.posterior.shape_probability[s], other.posterior.shape_probability[s]);
+  for (size_t axis = 0; axis < 2; ++axis) {
+    mean(found.place_mm[axis], other.place_mm[1 - axis]);
+    mean(found.place_sd_mm[axis], other.place_sd_mm[1 - axis]);
+  }
+  mean(found.log_likelihood_ratio, other.log_likelihood_ratio);
+  mean(found.chi_square, other.chi_square);
+  mean(found.rest, other.rest);
+  mean(found.misfit, other.misfit);
+  mean(found.pattern, other.pattern);
+  mean(found.plain_pattern, other.plain_pattern);
   return found;
 }
 

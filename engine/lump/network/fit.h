@@ -27,7 +27,8 @@ class Fitter {
       : model_(model), nodes_(nodes), patch_(patch) {}
 
   const PatchObservation& patch() const { return patch_; }
-  double no_lump() const { return patch_.whitener.observation().squaredNorm(); }
+  /// Of a lump that was fitted: the fields' factors at each load.
+  Eigen::MatrixXd factors(const Fit& fit) const;
 
   /// Levenberg and Marquardt's search from where the fit is; `ratio_held`: its third number stays.
   void search(Fit& fit, uint32_t rounds, bool ratio_held = false) const;
@@ -58,14 +59,18 @@ struct Posterior {
 struct Inference {
   Posterior posterior;
   std::array<double, 2> place_mm{}, place_sd_mm{};
-  double log_likelihood_ratio = 0;  ///< chi-square without a lump less chi-square with one
-  double chi_square = 0;            ///< of the best, per degree of freedom
-  double rest = 0;                  ///< see PatchWhitener::rest()
-  double no_lump_chi_square = 0;
+  /// -2 log likelihood without a lump less that with one, each with the pattern of the sensor that suits it.
+  double log_likelihood_ratio = 0;
+  double chi_square = 0;  ///< of the best, per degree of freedom
+  double rest = 0;        ///< see PatchErrors::rest(), over what noise and pattern account for
+  /// The sensor's pattern that is left with the lump and without one, fraction of the highest load's peak.
+  double pattern = 0, plain_pattern = 0;
+  double misfit = 0;  ///< pattern over the largest that a calibration or an unusual lump leaves
 };
 
-/// `temperature` divides logarithms of likelihoods before shapes are weighed; the network alone has no use
-/// for it.
+/// The mean over an observation and its mirror image about the diagonal, since the network is not quite even
+/// in x and y. `temperature` divides logarithms of likelihoods before shapes are weighed; the network alone
+/// has no use for it.
 Inference weigh_lumps(const Model& model, const PressedNodes& nodes, Method method, double temperature);
 
 /// What weigh_lumps() found with the calibration that its like has earned.

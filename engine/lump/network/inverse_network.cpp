@@ -30,7 +30,13 @@ Eigen::MatrixXd components_at(const InverseNetwork& inverse, Eigen::Index fields
 }  // namespace
 
 PatchObservation::PatchObservation(const Model& model, const PressedNodes& nodes, const PatchView& from)
-    : view(from), sums(sum_patch(model.patch, nodes, from)), whitener(model, nodes, sums, kGaugeFraction) {}
+    : view(from), sums(sum_patch(model.patch, nodes, from)), errors(model, nodes, sums, kGaugeFraction) {}
+
+void PatchObservation::set_pattern(double size) {
+  pattern = size;
+  whitener = PatchWhitener(errors, pattern);
+  observation = whitener.of(errors.observation());
+}
 
 Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
                                  const PatchObservation& patch) {
@@ -44,9 +50,9 @@ Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
   Eigen::MatrixXd factors(fields, loads);
   for (Eigen::Index w = 0; w <= components; ++w) {
     for (Eigen::Index k = 0; k < loads; ++k) factors.col(k) = at_load[static_cast<size_t>(k)].col(w);
-    shown.col(w) = patch.whitener.of_factors(factors);
+    shown.col(w) = patch.of_factors(factors);
   }
-  const Eigen::VectorXd left = patch.whitener.observation() - shown.col(components);
+  const Eigen::VectorXd left = patch.observation - shown.col(components);
   shown.conservativeResize(Eigen::NoChange, components);
   Eigen::MatrixXd normal = dense::product_tn(shown, shown);
   normal.diagonal().array() += 1;
@@ -62,7 +68,7 @@ Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
   in.tail(InverseNetwork::kOthers) << std::log(size), patch.view.setting.thickness_mm,
       patch.view.setting.x_mm, patch.view.setting.y_mm, nodes.loads.back(),
       std::log(nodes.loads.front() / nodes.loads.back()), std::log(static_cast<double>(loads)),
-      std::log(nodes.noise_fraction);
+      std::log(nodes.noise_fraction), std::log(patch.pattern / nodes.peak);
   return in.cast<float>();
 }
 
@@ -107,6 +113,7 @@ Look look_for_lump(const Model& model, const PressedNodes& nodes) {
   bool turned = false;
   for (int move = 0;; ++move) {
     PatchObservation patch(model, nodes, view);
+    patch.set_pattern(kUsualPattern * nodes.peak);
     const Answer answer = answer_of(model, network_features(model, nodes, patch));
     double along = 0, across = 0;  // only long shapes have a say
     for (const fem::InclusionShape shape :

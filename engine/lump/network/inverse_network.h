@@ -10,17 +10,26 @@
 
 namespace palpate::lump {
 
-/// A patch of an observation with what all methods need of it.
+/// A patch of an observation with what all methods need of it. set_pattern() comes before all that is
+/// whitened.
 struct PatchObservation {
   PatchView view;
   PatchSums sums;
+  PatchErrors errors;
+  double pattern = 0;  ///< of the sensor, over modulus at the highest load, as it is weighed
   PatchWhitener whitener;
+  Eigen::VectorXd observation;  ///< of unit variance
 
   PatchObservation(const Model& model, const PressedNodes& nodes, const PatchView& from);
+  void set_pattern(double size);
+  /// Of unit variance.
+  Eigen::VectorXd of_factors(const Eigen::MatrixXd& factors) const {
+    return whitener.of(errors.of_factors(factors));
+  }
 };
 
 /// The inverse network's inputs of one patch, before scaling: the bump's likeliest make-up (see
-/// InverseNetwork::components), what noise leaves open of it, place, thickness, loads, noise.
+/// InverseNetwork::components), what noise leaves open of it, place, thickness, loads, noise, pattern.
 Eigen::VectorXf network_features(const Model& model, const PressedNodes& nodes,
                                  const PatchObservation& patch);
 
@@ -34,6 +43,7 @@ struct Answer {
 Answer answer_of(const Model& model, const Eigen::VectorXf& features);
 
 /// An observation's bump in the patch that fits it: looked for, then moved and turned as the network says.
+/// The sensor's pattern is the usual one.
 struct Look {
   PatchObservation patch;
   Answer answer;

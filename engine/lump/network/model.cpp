@@ -73,7 +73,7 @@ void Patch::at(double u_mm, double v_mm, float* values) const {
     }
 }
 
-void Patch::find_slopes() {
+void Patch::prepare() {
   Eigen::MatrixXf x = Eigen::MatrixXf::Zero(fields.rows(), fields.cols()), y = x;
   const auto n = static_cast<Eigen::Index>(side);
   for (Eigen::Index j = 0; j < n; ++j)
@@ -89,6 +89,23 @@ void Patch::find_slopes() {
   // factors.
   along_x = dense::product_nt(fields, x).cast<double>();
   along_y = dense::product_nt(fields, y).cast<double>();
+  smooth_pattern = Eigen::MatrixXd::Zero(count(), count());
+  for (const double length : kPatternLengths_mm) {
+    Eigen::MatrixXf kernel(n, n);
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index j = 0; j < n; ++j) {
+        const double off = pitch_mm * static_cast<double>(i - j) / length;
+        kernel(i, j) = static_cast<float>(std::exp(-0.5 * off * off));
+      }
+    Eigen::MatrixXf spread(fields.rows(), fields.cols());
+    for (Eigen::Index f = 0; f < fields.rows(); ++f) {
+      const Eigen::VectorXf field = fields.row(f);
+      const Eigen::MatrixXf image = dense::product(
+          kernel, dense::product(Eigen::Map<const Eigen::MatrixXf>(field.data(), n, n), kernel));
+      spread.row(f) = Eigen::Map<const Eigen::RowVectorXf>(image.data(), image.size());
+    }
+    smooth_pattern += dense::product_nt(fields, spread).cast<double>();
+  }
 }
 
 Eigen::Matrix<double, kFeatures, 1> lump_features(const Guess& guess, const Setting& setting, double load,
@@ -181,6 +198,25 @@ double SplitNormal::cdf(double value) const {
   return off < 0 ? left * beyond : 1 - (1 - left) * beyond;
 }
 
+Eigen::Matrix<double, kLocal, 1> local_terms(const Model& model,
+                                             const std::array<double, kParameters>& logs) {
+  const std::array<const std::array<double, 2>*, kParameters> ranges = {&model.size_mm, &model.depth_mm,
+                                                                        &model.ratio};
+  std::array<double, kParameters> at{};  // -1 to 1
+  for (size_t p = 0; p < kParameters; ++p) {
+    const double low = std::log((*ranges[p])[0]), high = std::log((*ranges[p])[1]);
+    at[p] = std::clamp((2 * logs[p] - low - high) / std::max(high - low, 1e-9), -1.0, 1.0);
+  }
+  return {at[kSize], at[kDepth], at[kRatio], at[kRatio] * at[kRatio] - 1. / 3, at[kSize] * at[kDepth]};
+}
+
+double local_inflation(const Model& model, Method method, Parameter what,
+                       const std::array<double, kParameters>& logs) {
+  const auto& factors = model.local[static_cast<size_t>(method)][what];
+  return std::exp(
+      local_terms(model, logs).dot(Eigen::Map<const Eigen::Matrix<double, kLocal, 1>>(factors.data())));
+}
+
 Calibration calibration_at(const Model& model, Method method, size_t loads, double noise_fraction) {
   const auto place = [](const auto& knots, double value, size_t& below, double& fraction) {
     below = 0;
@@ -204,9 +240,9 @@ Calibration calibration_at(const Model& model, Method method, size_t loads, doub
     calibration.inflation[p] = mix([p](const Calibration& t) { return t.inflation[p]; });
   calibration.place_inflation = mix([](const Calibration& t) { return t.place_inflation; });
   calibration.log_likelihood_ratio = mix([](const Calibration& t) { return t.log_likelihood_ratio; });
-  calibration.chi_square = mix([](const Calibration& t) { return t.chi_square; });
+  calibration.misfit = mix([](const Calibration& t) { return t.misfit; });
   calibration.rest = mix([](const Calibration& t) { return t.rest; });
-  calibration.no_lump_chi_square = mix([](const Calibration& t) { return t.no_lump_chi_square; });
+  calibration.plain_pattern = mix([](const Calibration& t) { return t.plain_pattern; });
   calibration.temperature = mix([](const Calibration& t) { return t.temperature; });
   return calibration;
 }

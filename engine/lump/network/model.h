@@ -36,13 +36,21 @@ struct Patch {
   uint32_t side = 27;
   Eigen::MatrixXf fields;            ///< count x side^2, orthonormal rows; x fastest
   Eigen::MatrixXd along_x, along_y;  ///< the fields' slopes as sums of the fields, per mm
+  /// Covariance of the fields' factors of smooth patterns: one of unit variance for each of
+  /// kPatternLengths_mm, all together.
+  Eigen::MatrixXd smooth_pattern;
 
   Eigen::Index count() const { return fields.rows(); }
   double reach_mm() const { return pitch_mm * (side - 1) / 2; }
   /// All fields at a place within reach from the centre.
   void at(double u_mm, double v_mm, float* values) const;
-  void find_slopes();
+  /// Slopes and patterns, from the fields.
+  void prepare();
 };
+
+/// Correlation lengths of what a calibration leaves of a sensor's own pattern, smooth over more than a node:
+/// covariance exp(-r^2 / (2 length^2)).
+inline constexpr std::array<double, 3> kPatternLengths_mm = {1.5, 3.5, 8};
 
 /// One parameter of the lump that is estimated.
 enum Parameter : uint8_t { kSize, kDepth, kRatio, kParameters };
@@ -52,10 +60,9 @@ struct Calibration {
   std::array<double, kParameters> inflation{1, 1, 1};  ///< of intervals, so that they hold 90 % of the truths
   double place_inflation = 1;
   double log_likelihood_ratio = 10;  ///< that one in 100 observations without a lump reaches
-  double chi_square = 2;             ///< that three in 100 observations with a lump exceed
+  double misfit = 1;                 ///< that three in 100 observations with a lump exceed, see Inference
   double rest = 2;                   ///< the same of what no sum of the patch's fields can be
-  double no_lump_chi_square =
-      2;  ///< that one in 100 observations without a lump exceeds, of the whole window
+  double plain_pattern = 0.01;  ///< that one in 100 observations without a lump exceeds, fraction of the peak
   // For people: relative errors of the values, and how often the shape was right.
   std::array<double, kParameters> median_error{};
   double shape_rate = 0;
@@ -73,7 +80,8 @@ struct SplitNormal {
 /// The network from an observation's patch to its lump. A bump over all loads is a middle and a sum of a few
 /// principal components to differ from it; their likeliest weights are what the network sees.
 struct InverseNetwork {
-  static constexpr Eigen::Index kOthers = 8;  ///< inputs besides: size, thickness, place, loads, noise
+  static constexpr Eigen::Index kOthers =
+      9;  ///< inputs besides: size, thickness, place, loads, noise, pattern
   static constexpr Eigen::Index kOpen =
       10;  ///< first principal components of which is told how open they are
 
@@ -90,7 +98,8 @@ struct InverseNetwork {
 inline constexpr size_t kMethods = 2;
 
 inline constexpr std::array<uint32_t, 3> kCalibrationLoads = {1, 2, 4};
-inline constexpr std::array<double, 4> kCalibrationNoise = {0.002, 0.005, 0.02, 0.1};  ///< shares of the peak
+inline constexpr std::array<double, 4> kCalibrationNoise = {0.0005, 0.003, 0.02,
+                                                            0.1};  ///< shares of the peak
 
 struct Model {
   std::array<double, 2> block_mm = {40, 40};
@@ -120,6 +129,8 @@ struct Model {
   using CalibrationTable =
       std::array<std::array<Calibration, kCalibrationNoise.size()>, kCalibrationLoads.size()>;
   std::array<CalibrationTable, kMethods> calibration;  ///< by Method
+  /// Factors of local_terms(), by Method and Parameter.
+  std::array<std::array<std::array<double, 5>, kParameters>, kMethods> local{};
   double false_alarm_rate = 0.01;
 
   std::string made_from;  ///< one line for people: data, cases, seed, version
@@ -148,6 +159,14 @@ double lump_amplitude(const Guess& guess, std::array<double, 3>* changes = nullp
 Eigen::MatrixXd bump_factors(const Model& model, const Guess& guess, const Setting& setting,
                              const std::vector<double>& loads, int member,
                              std::array<Eigen::MatrixXd, 3>* changes = nullptr);
+
+/// What the width of an interval depends on besides: where in their ranges the estimates of size, depth and
+/// ratio (logarithms) lie.
+inline constexpr size_t kLocal = 5;
+Eigen::Matrix<double, kLocal, 1> local_terms(const Model& model, const std::array<double, kParameters>& logs);
+/// By which intervals there are wider than the table of calibration says.
+double local_inflation(const Model& model, Method method, Parameter what,
+                       const std::array<double, kParameters>& logs);
 
 /// The calibration at a number of loads and a noise (fraction of the peak), between the tables' places.
 Calibration calibration_at(const Model& model, Method method, size_t loads, double noise_fraction);

@@ -16,7 +16,7 @@ namespace {
 
 using Json = json::Value;
 
-constexpr const char* kMagic = "palpate lump network 2\n";
+constexpr const char* kMagic = "palpate lump network 3\n";
 constexpr size_t kLargest = size_t{64} << 20;
 static_assert(std::endian::native == std::endian::little);
 
@@ -100,9 +100,9 @@ Json calibration_json(const Calibration& t) {
   return {{"stretch", t.inflation},
           {"place_stretch", t.place_inflation},
           {"evidence", t.log_likelihood_ratio},
-          {"misfit", t.chi_square},
+          {"misfit", t.misfit},
           {"rest", t.rest},
-          {"no_lump_misfit", t.no_lump_chi_square},
+          {"no_lump_pattern", t.plain_pattern},
           {"warmth", t.temperature},
           {"median_error", t.median_error},
           {"shape_rate", t.shape_rate}};
@@ -121,9 +121,9 @@ Calibration read_calibration(const Json& json) {
     if (!(s > 0 && s < 1e6)) throw std::runtime_error("stretch out of range");
   t.place_inflation = positive(json, "place_stretch");
   t.log_likelihood_ratio = positive(json, "evidence");
-  t.chi_square = positive(json, "misfit");
+  t.misfit = positive(json, "misfit");
   t.rest = positive(json, "rest");
-  t.no_lump_chi_square = positive(json, "no_lump_misfit");
+  t.plain_pattern = positive(json, "no_lump_pattern");
   t.temperature = positive(json, "warmth");
   json.at("median_error").get_to(t.median_error);
   t.shape_rate = json.at("shape_rate").get<double>();
@@ -179,6 +179,11 @@ std::shared_ptr<const Model> read_model(const Json& json, Taken& weights) {
     throw std::runtime_error("numbers out of range");
   m.false_alarm_rate = positive(json, "false_alarm_rate");
   m.made_from = json.at("made_from").get<std::string>();
+  json.at("local_stretch").get_to(m.local);
+  for (const auto& of_method : m.local)
+    for (const auto& factors : of_method)
+      for (const double factor : factors)
+        if (!(std::abs(factor) < 10)) throw std::runtime_error("local_stretch out of range");
   for (size_t method = 0; method < kMethods; ++method)
     for (size_t l = 0; l < kCalibrationLoads.size(); ++l)
       for (size_t n = 0; n < kCalibrationNoise.size(); ++n)
@@ -202,7 +207,7 @@ std::shared_ptr<const Model> read_model(const Json& json, Taken& weights) {
   m.ensemble = weights.take_networks(ensemble, kFeatures, hidden, fields);
   read_inverse(json.at("reader"), weights, fields, m.inverse);
   if (weights.left() != 0) throw std::runtime_error("more weights than it says");
-  m.patch.find_slopes();
+  m.patch.prepare();
   return model;
 }
 
@@ -229,7 +234,8 @@ std::string Network::bytes() const {
             {"patch_pitch_mm", m.patch.pitch_mm},
             {"patch_side", m.patch.side},
             {"fields", m.patch.count()},
-            {"members", m.ensemble.size()}};
+            {"members", m.ensemble.size()},
+            {"local_stretch", m.local}};
   json["hidden"] = hidden_of(m.ensemble);
   for (size_t method = 0; method < kMethods; ++method)
     for (const auto& row : m.calibration[method]) {
@@ -266,7 +272,7 @@ std::string Network::bytes() const {
 
 Network Network::parse(const std::string& bytes, const std::string& name) {
   const auto refuse = [&name](const std::string& found) {
-    throw Error(Failure::Input, "a lump network of version 2", name + ", " + found,
+    throw Error(Failure::Input, "a lump network of version 3", name + ", " + found,
                 "palpate lump train, which makes one");
   };
   const size_t magic = std::strlen(kMagic);

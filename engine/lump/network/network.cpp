@@ -34,7 +34,7 @@ std::vector<CalibrationRow> Network::calibration() const {
       for (size_t n = 0; n < kCalibrationNoise.size(); ++n) {
         const Calibration& t = model_->calibration[static_cast<size_t>(method)][l][n];
         rows.push_back({method, kCalibrationLoads[l], kCalibrationNoise[n], t.inflation,
-                        t.log_likelihood_ratio, t.chi_square, t.median_error, t.shape_rate});
+                        t.log_likelihood_ratio, t.misfit, t.median_error, t.shape_rate});
       }
   return rows;
 }

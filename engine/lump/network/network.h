@@ -28,7 +28,7 @@ struct CalibrationRow {
   double noise_fraction = 0;
   std::array<double, 3> inflation{};     ///< of the intervals of size, depth, ratio, so that they hold
   double log_likelihood_ratio = 0;       ///< that one in 100 observations without a lump reaches
-  double chi_square = 0;                 ///< that three in 100 observations with a lump exceed
+  double misfit = 0;                     ///< that three in 100 observations with a lump exceed, see Inference
   std::array<double, 3> median_error{};  ///< of size, depth, ratio on what was kept aside, share
   double shape_rate = 0;                 ///< of shapes there that were right
 };

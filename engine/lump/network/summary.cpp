@@ -25,11 +25,14 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
       std::max_element(estimate.shape_probability.begin(), estimate.shape_probability.end());
   estimate.shape = static_cast<fem::InclusionShape>(likeliest - estimate.shape_probability.begin());
   bool outside = false;
+  std::array<double, kParameters> logs{};
+  for (const Parameter p : {kSize, kDepth, kRatio})
+    if (!found.posterior.parts.empty()) logs[p] = found.posterior.quantile(p, 0.5);
   const auto value = [&](Parameter what, const std::array<double, 2>& range, const char* name) {
-    const double middle = found.posterior.quantile(what, 0.5);
-    const double low = middle - calibration.inflation[what] * (middle - found.posterior.quantile(what, 0.05));
-    const double high =
-        middle + calibration.inflation[what] * (found.posterior.quantile(what, 0.95) - middle);
+    const double middle = logs[what];
+    const double inflation = calibration.inflation[what] * local_inflation(model, method, what, logs);
+    const double low = middle - inflation * (middle - found.posterior.quantile(what, 0.05));
+    const double high = middle + inflation * (found.posterior.quantile(what, 0.95) - middle);
     if (std::exp(low) > range[1] * (1 + kEdge) || std::exp(high) < range[0] * (1 - kEdge) ||
         std::exp(middle) > range[1] * (1 + 1.6 * kEdge) || std::exp(middle) < range[0] * (1 - 1.6 * kEdge)) {
       outside = true;
@@ -50,12 +53,12 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
   };
   if (estimate.detection_statistic < 1) {
     nothing();
-    if (found.no_lump_chi_square > calibration.no_lump_chi_square) {
+    if (found.plain_pattern > calibration.plain_pattern) {
       estimate.verdict = Status::OutsideTraining;
-      estimate.reasons.push_back(
-          text("the pressure is neither that of tissue alone nor that of a lump the model knows "
-               "(%.3g times the noise expected, %.3g allowed)",
-               std::sqrt(found.no_lump_chi_square), std::sqrt(calibration.no_lump_chi_square)));
+      estimate.reasons.push_back(text(
+          "the pressure is neither that of tissue alone nor that of a lump the model knows: a pattern of "
+          "%.2g %% of the peak is left, %.2g %% allowed",
+          100 * found.plain_pattern, 100 * calibration.plain_pattern));
       return;
     }
     estimate.verdict = Status::NoLump;
@@ -71,12 +74,14 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
     (axis == 0 ? estimate.x_mm : estimate.y_mm) = {found.place_mm[axis], found.place_mm[axis] - half,
                                                    found.place_mm[axis] + half};
   }
-  if (found.chi_square > calibration.chi_square || found.rest > calibration.rest) {
+  if (found.misfit > calibration.misfit || found.rest > calibration.rest) {
     outside = true;
     estimate.reasons.push_back(
-        found.chi_square > calibration.chi_square
-            ? text("no lump that the model knows makes this pressure (misfit %.3g, %.3g allowed)",
-                   found.chi_square, calibration.chi_square)
+        found.misfit > calibration.misfit
+            ? text("no lump that the model knows makes this pressure: a pattern of %.2g %% of the peak is "
+                   "left, "
+                   "%.2g %% allowed",
+                   100 * found.pattern, 100 * found.pattern * calibration.misfit / found.misfit)
             : text("the pressure has detail that no lump makes (%.3g of the noise, %.3g allowed)", found.rest,
                    calibration.rest));
   }

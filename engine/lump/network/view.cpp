@@ -18,6 +18,8 @@ constexpr size_t kFewestNodes = 100;
 constexpr double kBeyond = 0.03;      // of a range: as far outside of training as is still taken
 constexpr double kFind_mm = 2.5;      // Gaussian that looks for bumps
 constexpr double kLeastNoise = 3e-4;  // of the peak: no sensor is better
+constexpr double kLoadPattern = 0.1;  // variance of a pattern that is each load's own, beside the common one
+constexpr double kPatternCost = 4;    // of a pattern beyond the largest, by the square of its logarithm
 
 std::string quantity_text(double value, const char* unit) {
   return text("%.3g%s%s", value, *unit ? " " : "", unit);
@@ -185,8 +187,11 @@ class NodeChoice {
         nodes_.rest(n, k) = nodes_.total(n, k) - model_.base.at(quarter, nodes_.x_mm[i], nodes_.y_mm[i]);
       }
     }
-    nodes_.noise_fraction = std::max(noise_Pa_ / peak_Pa_, kLeastNoise);
-    nodes_.noise = nodes_.noise_fraction * peak_Pa_ / observation_.young_Pa;
+    double rough_Pa = 0;
+    for (const fem::Map& map : maps_) rough_Pa += roughness(map) / static_cast<double>(maps_.size());
+    nodes_.noise_fraction = std::max({noise_Pa_ / peak_Pa_, rough_Pa / peak_Pa_, kLeastNoise});
+    nodes_.peak = peak_Pa_ / observation_.young_Pa;
+    nodes_.noise = nodes_.noise_fraction * nodes_.peak;
   }
 
   const Model& model_;
@@ -279,17 +284,6 @@ std::array<double, 2> find_bump(const Model& model, const PressedNodes& nodes) {
   return place;
 }
 
-double no_lump_chi_square(const PressedNodes& nodes) {
-  double sum = 0;
-  for (Eigen::Index k = 0; k < nodes.rest.cols(); ++k) {
-    // The gauge's error scales what the block alone shows.
-    const Eigen::VectorXd plain = nodes.total.col(k) - nodes.rest.col(k);
-    const double scale = plain.dot(nodes.rest.col(k)) / plain.squaredNorm();
-    sum += (nodes.rest.col(k) - scale * plain).squaredNorm();
-  }
-  return sum / (nodes.noise * nodes.noise * static_cast<double>(nodes.rest.size()));
-}
-
 PatchView::PatchView(const Model& model, const PressedNodes& nodes, std::array<double, 2> place_mm, bool swap)
     : center_mm(place_mm),
       swapped(swap),
@@ -334,67 +328,99 @@ PatchSums sum_patch(const Patch& patch, const PressedNodes& nodes, const PatchVi
   return sums;
 }
 
-PatchWhitener::PatchWhitener(const Model& model, const PressedNodes& nodes, const PatchSums& sums,
-                             double gauge_fraction) {
+PatchErrors::PatchErrors(const Model& model, const PressedNodes& nodes, const PatchSums& sums,
+                         double gauge_fraction)
+    : noise_(nodes.noise) {
   const Eigen::Index count = sums.gram.rows(), loads = sums.right.cols();
   // Fields that the window cuts off are hardly seen; a trace of weight keeps the factors finite.
   Eigen::MatrixXd gram = sums.gram;
   gram.diagonal().array() += 1e-4 * gram.diagonal().maxCoeff();
   lower_ = dense::Cholesky(gram).lower();
-  const Eigen::MatrixXd seen = dense::solve_lower(lower_, sums.right);
+  observation_ = of_right(sums.right);
+  const Eigen::MatrixXd seen = observation_.reshaped(count, loads);
 
-  // The network's error grows with the bump and is much alike at all loads: modes over loads are independent.
-  Eigen::VectorXd size(loads);
-  for (Eigen::Index k = 0; k < loads; ++k)
-    size(k) = std::sqrt(
-        std::max(0.0, seen.col(k).squaredNorm() - static_cast<double>(count) * nodes.noise * nodes.noise));
-  Eigen::MatrixXd together = (size * size.transpose()) * model.load_correlation;
-  together.diagonal() = size.array().square();
-  const dense::SymmetricEigen eigen = dense::symmetric_eigen(together);
-  modes_ = eigen.vectors;
+  // The network's error grows with the bump and is much alike at all loads.
+  Eigen::VectorXd size(loads), share(loads);
+  for (Eigen::Index k = 0; k < loads; ++k) {
+    size(k) =
+        std::sqrt(std::max(0.0, seen.col(k).squaredNorm() - static_cast<double>(count) * noise_ * noise_));
+    share(k) = nodes.loads[static_cast<size_t>(k)] / nodes.loads.back();
+  }
   // size is measured in the sums' weights: per unit of the patch's own.
   const double per_area = static_cast<double>(count) / std::max(1e-12, sums.gram.trace());
   const Eigen::MatrixXd error =
       dense::product(dense::product_tn(lower_, model.discrepancy), lower_) * per_area;
-  for (Eigen::Index m = 0; m < loads; ++m) {
-    Eigen::MatrixXd covariance = std::max(0.0, eigen.values(m)) * error;
-    covariance.diagonal().array() += nodes.noise * nodes.noise;
-    inverse_.push_back(dense::Cholesky(covariance).solve_lower(Eigen::MatrixXd::Identity(count, count)));
-  }
+  // A white pattern counts as noise does, one value a node.
+  Eigen::MatrixXd pattern = dense::product(dense::product_tn(lower_, model.patch.smooth_pattern), lower_);
+  pattern.diagonal().array() += 1;
+  plain_.resize(count * loads, count * loads);
+  pattern_.resize(count * loads, count * loads);
+  for (Eigen::Index k = 0; k < loads; ++k)
+    for (Eigen::Index l = 0; l < loads; ++l) {
+      const double alike = k == l ? 1 : model.load_correlation;
+      plain_.block(k * count, l * count, count, count) = alike * size(k) * size(l) * error;
+      const double fixed = 0.5 * (1 + share(k) * share(l)) + (k == l ? kLoadPattern : 0);
+      pattern_.block(k * count, l * count, count, count) = fixed * pattern;
+    }
+  plain_.diagonal().array() += noise_ * noise_;
+  // Errors of the gauge scale a load's whole pressure; one of the tissue's modulus scales all loads alike.
   const Eigen::MatrixXd whole = dense::solve_lower(lower_, sums.total);
-  Eigen::MatrixXd gauge(count * loads, loads + 1);
-  for (Eigen::Index k = 0; k < loads; ++k) {
-    Eigen::MatrixXd one = Eigen::MatrixXd::Zero(count, loads);
-    one.col(k) = gauge_fraction * whole.col(k);
-    gauge.col(k) = spread(one);
-  }
-  // The tissue's modulus is as uncertain, the same at all loads.
-  gauge.col(loads) = spread(kModulusFraction * whole);
-  const dense::Svd svd = dense::svd(gauge, Eigen::ComputeThinU);
-  const Eigen::VectorXd kept = (1 + svd.values.array().square()).rsqrt();
-  gauge_ = svd.u;
-  gauge_kept_ = 1 - kept.array();
-  observation_ = spread(seen);
-  observation_ -= gauge_ * (gauge_kept_.asDiagonal() * (gauge_.transpose() * observation_)).eval();
+  Eigen::MatrixXd gauge = Eigen::MatrixXd::Zero(count * loads, loads + 1);
+  for (Eigen::Index k = 0; k < loads; ++k)
+    gauge.col(k).segment(k * count, count) = gauge_fraction * whole.col(k);
+  gauge.col(loads) = kModulusFraction * whole.reshaped();
+  dense::add_square(plain_, gauge);
+  plain_ = dense::from_lower(plain_);
   const double freedom = static_cast<double>((sums.nodes - count) * loads);
-  rest_ = freedom > 0
-              ? std::max(0.0, sums.rest_squares - seen.squaredNorm()) / (nodes.noise * nodes.noise * freedom)
-              : 1;
+  rest_ =
+      freedom > 0 ? std::max(0.0, sums.rest_squares - seen.squaredNorm()) / (noise_ * noise_ * freedom) : 1;
 }
 
-Eigen::VectorXd PatchWhitener::spread(const Eigen::MatrixXd& lower_factors) const {
-  const Eigen::MatrixXd mixed = dense::product(lower_factors, modes_);
-  Eigen::VectorXd out(mixed.size());
-  for (Eigen::Index m = 0; m < mixed.cols(); ++m)
-    out.segment(m * mixed.rows(), mixed.rows()) =
-        dense::lower_times(inverse_[static_cast<size_t>(m)], mixed.col(m));
-  return out;
+Eigen::VectorXd PatchErrors::of_factors(const Eigen::MatrixXd& factors) const {
+  return dense::product_tn(lower_, factors).reshaped();
 }
 
-Eigen::VectorXd PatchWhitener::of_factors(const Eigen::MatrixXd& factors) const {
-  Eigen::VectorXd out = spread(dense::product_tn(lower_, factors));
-  out -= gauge_ * (gauge_kept_.asDiagonal() * (gauge_.transpose() * out)).eval();
-  return out;
+Eigen::VectorXd PatchErrors::of_right(const Eigen::MatrixXd& right) const {
+  return dense::solve_lower(lower_, right).reshaped();
+}
+
+Eigen::MatrixXd PatchErrors::covariance(double pattern) const {
+  return plain_ + pattern * pattern * pattern_;
+}
+
+std::vector<PatternSize> pattern_sizes(const PatchErrors& errors, const PressedNodes& nodes,
+                                       const Eigen::MatrixXd& remainders) {
+  const Eigen::Index count = remainders.cols();
+  Eigen::MatrixXd energy(static_cast<Eigen::Index>(kPatterns.size()), count);
+  for (size_t p = 0; p < kPatterns.size(); ++p) {
+    const dense::Cholesky root(errors.covariance(kPatterns[p] * nodes.peak));
+    const double beyond = std::max(0.0, std::log(kPatterns[p] / kLargestPattern));
+    const double common = 2 * root.lower().diagonal().array().log().sum() + kPatternCost * beyond * beyond;
+    energy.row(static_cast<Eigen::Index>(p)) =
+        root.solve_lower(remainders).colwise().squaredNorm().array() + common;
+  }
+  std::vector<PatternSize> sizes;
+  for (Eigen::Index c = 0; c < count; ++c) {
+    const double least = energy.col(c).minCoeff();
+    double sum = 0, logs = 0;
+    for (size_t p = 0; p < kPatterns.size(); ++p) {
+      const double weight = std::exp(-0.5 * (energy(static_cast<Eigen::Index>(p), c) - least));
+      sum += weight;
+      logs += weight * std::log(kPatterns[p]);
+    }
+    sizes.push_back({nodes.peak * std::exp(logs / sum), least});
+  }
+  return sizes;
+}
+
+PatchWhitener::PatchWhitener(const PatchErrors& errors, double pattern) {
+  const Eigen::MatrixXd covariance = errors.covariance(pattern);
+  root_inverse_ = dense::Cholesky(covariance)
+                      .solve_lower(Eigen::MatrixXd::Identity(covariance.rows(), covariance.cols()));
+}
+
+Eigen::VectorXd PatchWhitener::of(const Eigen::VectorXd& numbers) const {
+  return dense::lower_times(root_inverse_, numbers);
 }
 
 }  // namespace palpate::lump

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +16,10 @@ namespace palpate::lump {
 // Standard deviations that observations are weighed by, and that the inverse network is trained with.
 inline constexpr double kGaugeFraction = 0.002;    ///< of a load's force, each by itself
 inline constexpr double kModulusFraction = 0.007;  ///< of the tissue's modulus and of the model's force
+/// A sensor's own pattern, fraction of the highest load's peak: where a search for it begins, the most that a
+/// calibration is taken to leave, and what is looked at.
+inline constexpr double kUsualPattern = 1e-3, kLargestPattern = 5e-3;
+inline constexpr std::array<double, 8> kPatterns = {3e-4, 7e-4, 1.6e-3, 3.5e-3, 8e-3, 1.8e-2, 4e-2, 9e-2};
 
 /// Nodes that all loads saw, away from the rim.
 struct PressedNodes {
@@ -24,6 +29,7 @@ struct PressedNodes {
   std::vector<double> loads;       ///< force over area and modulus
   double noise = 0;                ///< of a value over modulus; more than 0
   double noise_fraction = 0;       ///< of the highest load's peak
+  double peak = 0;                 ///< of the highest load's pressure over modulus
   double thickness_mm = 0;
   std::vector<std::string> reasons;  ///< loads that were left out
 };
@@ -35,9 +41,6 @@ std::optional<PressedNodes> pressed_nodes(const Model& model, const Observation&
 
 /// The middle of the largest bump, mm from the block's middle.
 std::array<double, 2> find_bump(const Model& model, const PressedNodes& nodes);
-
-/// What of the whole window a block without a lump leaves, per value and noise (squares).
-double no_lump_chi_square(const PressedNodes& nodes);
 
 /// A patch around a place, mirrored so that the block's middle lies to the left and above; `swapped`: its
 /// first axis is the block's y.
@@ -65,28 +68,50 @@ struct PatchSums {
 };
 PatchSums sum_patch(const Patch& patch, const PressedNodes& nodes, const PatchView& view);
 
-/// Factors (fields x loads) to numbers with unit variance: what the observation's noise, the network's own
-/// error and the gauge make of them.
-class PatchWhitener {
+/// What a patch's factors may be off by, beside the lump: each value's noise, the network's own error, the
+/// gauge's, and a pattern of the sensor that is alike at all loads, white or smooth, added or a gain.
+class PatchErrors {
  public:
-  PatchWhitener(const Model& model, const PressedNodes& nodes, const PatchSums& sums, double gauge_fraction);
+  PatchErrors(const Model& model, const PressedNodes& nodes, const PatchSums& sums, double gauge_fraction);
 
-  Eigen::VectorXd of_factors(const Eigen::MatrixXd& factors) const;
+  /// The patch's own factors, as numbers of variance noise^2 each where there is noise alone; and others.
   const Eigen::VectorXd& observation() const { return observation_; }
+  Eigen::VectorXd of_factors(const Eigen::MatrixXd& factors) const;
+  /// Of PatchSums::right of other values at the same nodes.
+  Eigen::VectorXd of_right(const Eigen::MatrixXd& right) const;
+  /// Covariance of those, with a pattern of that standard deviation (over modulus, at the highest load).
+  Eigen::MatrixXd covariance(double pattern) const;
   /// Mean square beyond the fields, over the noise's.
   double rest() const { return rest_; }
-  Eigen::Index size() const { return observation_.size(); }
+  double noise() const { return noise_; }
 
  private:
-  Eigen::VectorXd spread(const Eigen::MatrixXd& lower_factors) const;
-
-  Eigen::MatrixXd lower_;                 ///< gram = lower lower^T
-  Eigen::MatrixXd modes_;                 ///< loads x loads
-  std::vector<Eigen::MatrixXd> inverse_;  ///< one per mode
-  Eigen::MatrixXd gauge_;                 ///< directions of the gauge's errors
-  Eigen::VectorXd gauge_kept_;
+  Eigen::MatrixXd lower_;  ///< gram = lower lower^T
+  Eigen::MatrixXd plain_, pattern_;
   Eigen::VectorXd observation_;
-  double rest_ = 0;
+  double rest_ = 0, noise_ = 0;
+};
+
+/// How large the pattern is that is left of numbers of PatchErrors (the observation less what explains it).
+struct PatternSize {
+  double pattern = 0;  ///< over modulus, mean of the logarithm over what is likely
+  double energy = 0;   ///< least -2 log likelihood, with what large patterns cost
+};
+/// For each of several remainders, columns.
+std::vector<PatternSize> pattern_sizes(const PatchErrors& errors, const PressedNodes& nodes,
+                                       const Eigen::MatrixXd& remainders);
+
+/// Numbers of PatchErrors to numbers with unit variance.
+class PatchWhitener {
+ public:
+  PatchWhitener() = default;  ///< of nothing
+  PatchWhitener(const PatchErrors& errors, double pattern);
+
+  Eigen::VectorXd of(const Eigen::VectorXd& numbers) const;
+  Eigen::Index size() const { return root_inverse_.rows(); }
+
+ private:
+  Eigen::MatrixXd root_inverse_;  ///< lower half
 };
 
 }  // namespace palpate::lump

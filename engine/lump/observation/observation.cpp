@@ -1,8 +1,27 @@
 #include "engine/lump/observation/observation.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/base/statistics.h"
 
 namespace palpate::lump {
+
+double roughness(const fem::Map& map) {
+  std::vector<double> sizes;
+  for (uint32_t y = 1; y + 1 < map.height; ++y)
+    for (uint32_t x = 1; x + 1 < map.width; ++x) {
+      constexpr std::array<double, 3> kSecond = {1, -2, 1};
+      double sum = 0;
+      for (uint32_t b = 0; b < 3; ++b)
+        for (uint32_t a = 0; a < 3; ++a)
+          sum += kSecond[a] * kSecond[b] * static_cast<double>(map.at(x + a - 1, y + b - 1));
+      if (std::isfinite(sum)) sizes.push_back(std::abs(sum));
+    }
+  // Median of a normal variable's size; root of the squares' sum, 36.
+  return sizes.empty() ? 0 : median(std::move(sizes)) / (0.6745 * 6);
+}
 
 const char* to_string(Status verdict) {
   switch (verdict) {

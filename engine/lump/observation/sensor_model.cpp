@@ -6,6 +6,7 @@
 #include <random>
 
 #include "engine/fem/map_sampling.h"
+#include "engine/lump/observation/fixed_pattern.h"
 #include "palpate/error.h"
 
 namespace palpate::lump {
@@ -32,6 +33,8 @@ void check(const PalpationSensor& sensor, size_t maps, size_t forces) {
   check_range(sensor.node_pitch_mm, 0.05, 10, "a reading's pitch in mm");
   check_range(sensor.least_cell, 0, 0.98, "the share of a node's square that must be seen");
   check_range(sensor.noise_fraction, 0, 1, "a reading's noise as a share of the peak");
+  check_range(sensor.pattern_fraction, 0, 1, "a sensor's pattern as a share of the peak");
+  check_range(sensor.pattern_length_mm, 0, 100, "the length of a sensor's pattern in mm");
   check_range(sensor.gauge_fraction, 0, 1, "a gauge's error as a share");
 }
 
@@ -82,6 +85,12 @@ Observation sensor_observation(const std::vector<fem::Map>& pressure_Pa, const s
   // A node that sees only a part of its cell would tell of another place.
   const double least_pixels = std::max(1e-6, sensor.least_cell) * pitch * pitch / (pixel_mm[0] * pixel_mm[1]);
   double pixels_per_node = 0;
+  // Its own numbers: what else is random stays as it is without a pattern.
+  std::mt19937_64 pattern_random(seed ^ 0x9e3779b97f4a7c15ULL);
+  const Eigen::MatrixXd pattern =
+      sensor.pattern_fraction > 0
+          ? fixed_pattern(width, height, pitch, sensor.pattern_length_mm, pattern_random)
+          : Eigen::MatrixXd::Zero(height, width);
   for (size_t k = 0; k < pressure_Pa.size(); ++k) {
     NodeSums nodes(size_t{width} * height);
     for (uint32_t y = 0; y < sensor.size_px[1]; ++y) {
@@ -113,10 +122,14 @@ Observation sensor_observation(const std::vector<fem::Map>& pressure_Pa, const s
       ++seen;
       pixels_per_node += nodes.pixels[n];
       const double noise = noise_Pa * normal(random);
+      const double pressure = nodes.sum[n] / nodes.pixels[n] / gray_per_Pa;
+      const double fixed =
+          sensor.pattern_fraction * (sensor.pattern_gain ? pressure : peak_Pa) *
+          pattern(static_cast<Eigen::Index>(n / width), static_cast<Eigen::Index>(n % width));
       if (nodes.saturated[n] > kSaturatedPixels * nodes.pixels[n])
         ++saturated;
       else
-        map.values[n] = static_cast<float>(nodes.sum[n] / nodes.pixels[n] / gray_per_Pa + noise);
+        map.values[n] = static_cast<float>(pressure + fixed + noise);
     }
     if (k + 1 == pressure_Pa.size() && seen > 0) {
       observation.saturated_fraction = static_cast<double>(saturated) / static_cast<double>(seen);

@@ -23,6 +23,10 @@ struct PalpationSensor {
   /// What the calibration leaves: independent noise of each node, fraction of the highest load's peak
   /// pressure.
   double noise_fraction = 0.002;
+  /// And a pattern that is the same at every load, fraction of the highest load's peak pressure: see
+  /// fixed_pattern().
+  double pattern_fraction = 0, pattern_length_mm = 3;
+  bool pattern_gain = false;      ///< it grows with the pressure; else it is added
   double gauge_fraction = 0.001;  ///< standard deviation of the force, of each load by itself
 };
 

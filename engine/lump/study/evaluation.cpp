@@ -54,7 +54,7 @@ std::array<Value, 3> values_of(const Estimate& e) {
 }
 
 size_t count_judged(size_t examples, const EvaluationJob& job) {
-  return job.first < examples ? (examples - job.first - 1) / job.every + 1 : 0;
+  return job.first < examples ? ((examples - job.first - 1) / job.every + 1) * job.repeats : 0;
 }
 
 std::vector<Judged> judge_lumps(const std::vector<Example>& examples, const EvaluationJob& job) {
@@ -63,7 +63,8 @@ std::vector<Judged> judge_lumps(const std::vector<Example>& examples, const Eval
   std::atomic<bool> stop = false;
   const auto serve = [&] {
     for (size_t n = next++; n < found.size() && !stop; n = next++) {
-      const size_t i = job.first + n * job.every;
+      const size_t i = job.first + n / job.repeats * job.every;
+      const uint64_t repeat = n % job.repeats;
       const Example& e = examples[i];
       std::vector<fem::Map> maps;
       std::vector<double> forces;
@@ -73,8 +74,8 @@ std::vector<Judged> judge_lumps(const std::vector<Example>& examples, const Eval
         maps.push_back(e.pressure_Pa[load]);
         forces.push_back(e.force_N[load]);
       }
-      Observation observation =
-          sensor_observation(maps, forces, e.block_mm, e.young_Pa, job.sensor, job.seed * 1000003 + i);
+      Observation observation = sensor_observation(maps, forces, e.block_mm, e.young_Pa, job.sensor,
+                                                   job.seed * 1000003 + i + repeat * 0x9e3779b1ULL);
       observation.young_Pa *= 1 + job.modulus_error;
       // A gauge's error must not turn the order of near loads.
       for (size_t k = 1; k < count; ++k)

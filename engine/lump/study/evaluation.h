@@ -20,6 +20,7 @@ struct EvaluationJob {
   uint32_t loads = 0;           ///< the highest so many of each example, evenly; 0: all
   double modulus_error = 0;     ///< share by which the tissue's modulus is told wrong
   size_t first = 0, every = 1;  ///< of the examples: that one, and each so many after it
+  uint32_t repeats = 1;         ///< of each, with other noise, patterns and errors of the gauge
   uint64_t seed = 1;
   uint32_t threads = 1;
   std::function<bool(size_t done)> progress = {};  ///< from any thread; false: stop

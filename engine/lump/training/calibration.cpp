@@ -7,6 +7,7 @@
 
 #include "engine/fem/map_sampling.h"
 #include "engine/lump/network/fit.h"
+#include "engine/lump/observation/fixed_pattern.h"
 #include "engine/lump/training/steps.h"
 
 namespace palpate::lump {
@@ -18,6 +19,9 @@ constexpr double kCoverage = 0.9;
 // Of observations that were kept aside, the ones that the model explains least: they are called strange too,
 // which lumps in the corners of its ranges, where it errs most, deserve.
 constexpr double kStrange = 0.03;
+// Patterns of the imitated sensors, fraction of the peak; one in three has none.
+constexpr std::array<double, 2> kPattern = {2e-4, kLargestPattern};
+constexpr double kLocalCost = 0.05;         // of the squares of local factors
 constexpr double kTold = 0.2, kFrom = 0.8;  // fraction of the training, for progress
 
 double quantile(std::vector<double> values, double fraction) {
@@ -58,8 +62,21 @@ Observation noisy(const Observation& ideal, size_t count, double noise_fraction,
     observation.force_N.push_back(ideal.force_N[load]);
   }
   observation.noise_Pa = noise_fraction * peak;
+  std::uniform_real_distribution<double> share(0, 1);
+  const double pattern_Pa =
+      share(random) < 1. / 3 ? 0 : peak * kPattern[0] * std::pow(kPattern[1] / kPattern[0], share(random));
+  const PatternKind kind = any_pattern(random);
+  const fem::Map& any = observation.pressure_Pa.front();
+  const Eigen::MatrixXd pattern =
+      fixed_pattern(any.width, any.height, any.pitch_mm[0], kind.length_mm, random);
   for (fem::Map& map : observation.pressure_Pa)
-    for (float& value : map.values) value += static_cast<float>(observation.noise_Pa * normal(random));
+    for (size_t n = 0; n < map.values.size(); ++n) {
+      float& value = map.values[n];
+      const double fixed =
+          pattern(static_cast<Eigen::Index>(n / map.width), static_cast<Eigen::Index>(n % map.width));
+      value += static_cast<float>(pattern_Pa * fixed * (kind.gain ? static_cast<double>(value) / peak : 1) +
+                                  observation.noise_Pa * normal(random));
+    }
   for (double& force : observation.force_N) force *= 1 + kSensorGauge * normal(random);
   for (size_t k = 1; k < observation.force_N.size(); ++k)
     observation.force_N[k] = std::max(observation.force_N[k], observation.force_N[k - 1] * 1.0001);
@@ -76,7 +93,10 @@ class Calibrator {
  public:
   Calibrator(const Model& model, const Examples& all, const TrainingOptions& options);
 
+  /// With the local factors of the model as they are.
   Calibration calibration(Method method, size_t loads, size_t noise) const;
+  /// The local factors, of trials at all numbers of loads and noise together.
+  std::array<std::array<double, kLocal>, kParameters> local(Method method) const;
   /// Told after each trial; false stops all.
   std::function<bool()> reported = [] { return true; };
 
@@ -87,6 +107,10 @@ class Calibrator {
   };
   Trial trial(const Setting& at, size_t number, bool lump, double temperature) const;
   std::vector<Trial> trials(const Setting& at, size_t count, bool lump, double temperature) const;
+  struct Miss {
+    std::array<double, kParameters> logs{}, score{}, error{};  ///< score: of the interval's half
+  };
+  Miss miss(const Setting& at, size_t number, const Trial& t) const;
   size_t example(const Setting& at, size_t number, bool lump) const {
     const std::vector<size_t>& from = lump ? lumps_ : plain_;
     return from[(number * 7919 + 13 * at.noise + 5 * at.loads) % from.size()];
@@ -103,6 +127,7 @@ class Calibrator {
 Calibrator::Calibrator(const Model& model, const Examples& all, const TrainingOptions& options)
     : model_(model), all_(all), options_(options), part_(all.examples.size()) {
   for (size_t i = 0; i < all.examples.size(); ++i) {
+    if (!all.finest(i)) continue;
     if (!all.examples[i].lump)
       plain_.push_back(i);
     else if (kept_aside(i))
@@ -113,7 +138,7 @@ Calibrator::Calibrator(const Model& model, const Examples& all, const TrainingOp
   for (size_t p = 0; p < plain_.size(); ++p) part_[plain_[p]] = part_of(p, parts);
   without_.assign(parts, model);
   for (size_t p = 0; p < parts; ++p)
-    without_[p].base = fit_base(model, all, [&](size_t i) { return part_[i] != p; });
+    without_[p].base = fit_base(model, all, [&](size_t i) { return all.finest(i) && part_[i] != p; });
 }
 
 Trial Calibrator::trial(const Setting& at, size_t number, bool lump, double temperature) const {
@@ -145,6 +170,52 @@ std::vector<Trial> Calibrator::trials(const Setting& at, size_t count, bool lump
   return found;
 }
 
+Calibrator::Miss Calibrator::miss(const Setting& at, size_t number, const Trial& t) const {
+  const Example& truth = all_.examples[example(at, number, true)];
+  const std::array<double, kParameters> wanted = {std::log(truth.size_mm), std::log(truth.depth_mm),
+                                                  std::log(truth.stiffness_ratio)};
+  Miss miss;
+  for (const Parameter p : {kSize, kDepth, kRatio}) {
+    miss.logs[p] = t.found.posterior.quantile(p, 0.5);
+    const double off = wanted[p] - miss.logs[p];
+    const double half = off > 0 ? t.found.posterior.quantile(p, 0.95) - miss.logs[p]
+                                : miss.logs[p] - t.found.posterior.quantile(p, 0.05);
+    miss.score[p] = std::abs(off) / std::max(1e-4, half);
+    miss.error[p] = std::abs(std::expm1(-off));
+  }
+  return miss;
+}
+
+std::array<std::array<double, kLocal>, kParameters> Calibrator::local(Method method) const {
+  std::vector<Miss> misses;
+  for (size_t l = 0; l < kCalibrationLoads.size(); ++l)
+    for (size_t n = 0; n < kCalibrationNoise.size(); ++n) {
+      const Setting at{method, l, n};
+      const std::vector<Trial> all = trials(at, options_.trials, true, 1);
+      for (size_t i = 0; i < all.size(); ++i)
+        if (all[i].usable && !all[i].found.posterior.parts.empty()) misses.push_back(miss(at, i, all[i]));
+    }
+  std::array<std::array<double, kLocal>, kParameters> factors{};
+  if (misses.empty()) return factors;
+  for (const Parameter p : {kSize, kDepth, kRatio}) {
+    // Scores as Laplace's distribution has them whose width depends on the place: likeliest factors, by
+    // steps along the slope. A few surprises count as large, not as endless.
+    Eigen::Matrix<double, kLocal + 1, 1> factor = Eigen::Matrix<double, kLocal + 1, 1>::Zero();
+    for (int step = 0; step < 600; ++step) {
+      Eigen::Matrix<double, kLocal + 1, 1> slope = Eigen::Matrix<double, kLocal + 1, 1>::Zero(), terms;
+      for (const Miss& m : misses) {
+        terms << local_terms(model_, m.logs), 1;
+        slope += (1 - std::min(4.0, m.score[p] / std::exp(terms.dot(factor)))) * terms;
+      }
+      slope /= static_cast<double>(misses.size());
+      slope.head<kLocal>() += kLocalCost * factor.head<kLocal>();
+      factor -= 0.4 * slope;
+    }
+    for (size_t f = 0; f < kLocal; ++f) factors[p][f] = factor(static_cast<Eigen::Index>(f));
+  }
+  return factors;
+}
+
 Calibration Calibrator::calibration(Method method, size_t loads, size_t noise) const {
   const Setting at{method, loads, noise};
   const double false_alarms = model_.false_alarm_rate;
@@ -157,37 +228,32 @@ Calibration Calibrator::calibration(Method method, size_t loads, size_t noise) c
     calibration.temperature = std::clamp(quantile(chi_squares, 0.6), 1.0, 30.0);
     chi_squares.clear();
   }
-  std::vector<double> log_likelihood_ratio, plain_chi_square;
+  std::vector<double> log_likelihood_ratio, plain_pattern;
   for (const Trial& t : trials(at, options_.trials, false, calibration.temperature))
     if (t.usable) {
       log_likelihood_ratio.push_back(t.found.log_likelihood_ratio);
-      plain_chi_square.push_back(t.found.no_lump_chi_square);
+      plain_pattern.push_back(t.found.plain_pattern);
     }
   calibration.log_likelihood_ratio = std::max(6.0, quantile(log_likelihood_ratio, 1 - false_alarms));
-  calibration.no_lump_chi_square = std::max(1.05, 1.02 * quantile(plain_chi_square, 1 - false_alarms));
+  calibration.plain_pattern = std::max(kLargestPattern, 1.1 * quantile(plain_pattern, 1 - false_alarms));
 
   std::array<std::vector<double>, kParameters> scores, errors;
-  std::vector<double> place, rest;
+  std::vector<double> place, rest, misfit;
   double right = 0;
   const std::vector<Trial> lumps = trials(at, options_.trials, true, calibration.temperature);
   for (size_t i = 0; i < lumps.size(); ++i) {
     const Trial& t = lumps[i];
     if (!t.usable || t.found.log_likelihood_ratio < calibration.log_likelihood_ratio) continue;
     const Example& truth = all_.examples[example(at, i, true)];
-    const std::array<double, kParameters> wanted = {std::log(truth.size_mm), std::log(truth.depth_mm),
-                                                    std::log(truth.stiffness_ratio)};
+    const Miss off = miss(at, i, t);
     for (const Parameter p : {kSize, kDepth, kRatio}) {
-      const double middle = t.found.posterior.quantile(p, 0.5);
-      const double off = wanted[p] - middle;
-      const double half = off > 0 ? t.found.posterior.quantile(p, 0.95) - middle
-                                  : middle - t.found.posterior.quantile(p, 0.05);
-      scores[p].push_back(std::abs(off) / std::max(1e-4, half));
-      errors[p].push_back(std::abs(std::expm1(-off)));
+      scores[p].push_back(off.score[p] / local_inflation(model_, method, p, off.logs));
+      errors[p].push_back(off.error[p]);
     }
     for (size_t axis = 0; axis < 2; ++axis)
       place.push_back(std::abs(t.found.place_mm[axis] - truth.offset_mm[axis]) /
                       (1.645 * std::max(1e-3, t.found.place_sd_mm[axis])));
-    chi_squares.push_back(t.found.chi_square);
+    misfit.push_back(t.found.misfit);
     rest.push_back(t.found.rest);
     const auto& probability = t.found.posterior.shape_probability;
     right += std::max_element(probability.begin(), probability.end()) - probability.begin() ==
@@ -203,9 +269,9 @@ Calibration Calibrator::calibration(Method method, size_t loads, size_t noise) c
     calibration.inflation[p] = std::clamp(quantile(scores[p], kCoverage), 0.2, 30.0);
     calibration.median_error[p] = quantile(errors[p], 0.5);
   }
-  calibration.shape_rate = right / static_cast<double>(chi_squares.size());
+  calibration.shape_rate = right / static_cast<double>(misfit.size());
   calibration.place_inflation = std::clamp(quantile(place, kCoverage), 0.2, 30.0);
-  calibration.chi_square = 1.1 * quantile(chi_squares, 1 - kStrange);
+  calibration.misfit = 1.1 * quantile(misfit, 1 - kStrange);
   calibration.rest = 1.1 * quantile(rest, 1 - kStrange);
   return calibration;
 }
@@ -213,15 +279,18 @@ Calibration Calibrator::calibration(Method method, size_t loads, size_t noise) c
 }  // namespace
 
 void calibrate(Model& model, const Examples& all, const TrainingOptions& options) {
+  model.local = {};
   Calibrator calibrator(model, all, options);
   const size_t settings = kCalibrationLoads.size() * kCalibrationNoise.size();
-  const size_t total = settings * (4 * options.trials + options.trials / 3);
+  const size_t total = settings * (6 * options.trials + options.trials / 3);
   std::atomic<size_t> done = 0;
   if (options.progress)
     calibrator.reported = [&] {
       return options.progress("calibrating intervals",
                               kFrom + kTold * static_cast<double>(++done) / static_cast<double>(total));
     };
+  for (const Method method : {Method::Network, Method::Refined})
+    model.local[static_cast<size_t>(method)] = calibrator.local(method);
   decltype(model.calibration) tables;
   for (const Method method : {Method::Network, Method::Refined})
     for (size_t l = 0; l < kCalibrationLoads.size(); ++l)

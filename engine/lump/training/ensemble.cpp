@@ -2,11 +2,14 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <map>
 
 #include "engine/base/statistics.h"
+#include "engine/base/text.h"
 #include "engine/lump/network/view.h"
 #include "engine/lump/training/steps.h"
 #include "engine/numeric/dense.h"
+#include "palpate/error.h"
 
 namespace palpate::lump {
 namespace {
@@ -15,6 +18,8 @@ using Eigen::MatrixXd;
 using Eigen::MatrixXf;
 
 constexpr double kNetworkFraction = 0.34;  // of the training's time, for progress
+constexpr size_t kFewestPlain = 6;
+constexpr double kFaint = 0.004;  // of the peak, RMS over the patch
 
 /// One example in one of its views: a sample per load.
 struct Seen {
@@ -27,13 +32,32 @@ struct Seen {
   std::vector<double> loads;
 };
 
+/// The model with the pressure without a lump as each size of cells has it, by that size.
+std::map<double, Model> bases_by_cells(const Model& model, const Examples& all) {
+  std::map<double, Model> models;
+  for (const Example& e : all.examples) models.emplace(e.cell_mm, model);
+  for (auto& [cell_mm, own] : models) {
+    size_t plain = 0;
+    for (const Example& e : all.examples) plain += !e.lump && e.cell_mm == cell_mm;
+    if (plain < kFewestPlain)
+      throw Error(Failure::Input,
+                  std::to_string(kFewestPlain) + " blocks without a lump of cells of each size",
+                  text("%zu of cells of %.3g mm", plain, cell_mm), "palpate lump dataset with more cases");
+    own.base =
+        fit_base(model, all, [&, cell_mm = cell_mm](size_t i) { return all.examples[i].cell_mm == cell_mm; });
+  }
+  return models;
+}
+
 std::vector<Seen> learn_from(const Model& model, const Examples& all, uint32_t threads) {
+  const std::map<double, Model> by_cells = bases_by_cells(model, all);
   std::vector<std::vector<Seen>> found(all.examples.size());
   in_parallel(threads, all.examples.size(), [&](size_t i) {
     const Example& e = all.examples[i];
     if (!e.lump) return;
     Estimate ignored;
-    const auto nodes = pressed_nodes(model, all.observations[i], ignored);
+    const Model& own = by_cells.at(e.cell_mm);
+    const auto nodes = pressed_nodes(own, all.observations[i], ignored);
     if (!nodes) return;
     const bool round = e.shape == fem::InclusionShape::Sphere || e.shape == fem::InclusionShape::Cylinder;
     for (const bool swapped : {false, true}) {
@@ -120,6 +144,7 @@ void judge_members(Model& model, const Examples& all, const std::vector<Seen>& s
   double unseen_squares = 0, seen_squares = 0, trained = 0;
   for (const Seen& s : seen) {
     const MatrixXd mean = bumps_of(model, s, -1), error = mean - s.whole;
+    if (!all.finest(s.example)) continue;
     if (!kept_aside(s.example)) {
       seen_squares += of_peak(s, error);
       trained += 1;
@@ -151,7 +176,7 @@ void judge_members(Model& model, const Examples& all, const std::vector<Seen>& s
   model.load_correlation = sum.same > 0 ? std::clamp(sum.cross / sum.same, 0.0, 0.98) : 0;
   std::sort(log_ratios.begin(), log_ratios.end());
   model.error_over_spread = std::exp(0.5 * log_ratios[log_ratios.size() / 2]);
-  for (size_t i = 0; i < all.examples.size(); ++i) report.kept_aside += all.examples[i].lump && kept_aside(i);
+  for (size_t i = 0; i < all.examples.size(); ++i) report.kept_aside += all.examples[i].lump && all.aside(i);
   report.network_error = std::sqrt(unseen_squares / aside);
   report.network_error_seen = std::sqrt(seen_squares / trained);
   report.error_over_spread = model.error_over_spread;
@@ -172,8 +197,11 @@ void train_ensemble(Model& model, const Examples& all, const TrainingOptions& op
     for (Eigen::Index k = 0; k < s.out.cols(); ++k, ++at) {
       in.col(at) = s.in.col(k);
       out.col(at) = s.out.col(k).cast<float>();
-      // Errors count as shares of the highest load's peak: so does a sensor's noise.
-      weight.col(at).setConstant(static_cast<float>(s.loads[static_cast<size_t>(k)] * s.amplitude / s.peak));
+      // Errors count as shares of the bump, which its lump is told by, down to what a good sensor's own
+      // pattern hides.
+      const double bump = s.whole.rightCols(1).norm() / static_cast<double>(model.patch.side);
+      weight.col(at).setConstant(static_cast<float>(s.loads[static_cast<size_t>(k)] * s.amplitude /
+                                                    std::hypot(bump, kFaint * s.peak)));
       example_of.push_back(s.example);
     }
   model.in_mean = in.rowwise().mean();
@@ -193,7 +221,7 @@ void train_ensemble(Model& model, const Examples& all, const TrainingOptions& op
   in_parallel(options.threads, options.ensemble, [&](size_t member) {
     std::vector<Eigen::Index> trained;
     for (size_t s = 0; s < example_of.size(); ++s)
-      if (!kept_aside(example_of[s])) trained.push_back(static_cast<Eigen::Index>(s));
+      if (!all.aside(example_of[s])) trained.push_back(static_cast<Eigen::Index>(s));
     SmallNetwork network =
         SmallNetwork::random({kFeatures, options.hidden, options.hidden, static_cast<uint32_t>(fields)},
                              options.seed * 1000 + member);

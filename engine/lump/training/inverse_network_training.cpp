@@ -9,6 +9,7 @@
 
 #include "engine/lump/dataset/sweep.h"
 #include "engine/lump/network/inverse_network.h"
+#include "engine/lump/observation/fixed_pattern.h"
 #include "engine/lump/observation/saturated_loads.h"
 #include "engine/lump/training/steps.h"
 #include "engine/numeric/dense.h"
@@ -22,6 +23,7 @@ using Eigen::VectorXd;
 
 constexpr double kFrom = 0.4, kMade = 0.15, kTaught = 0.25;  // shares of the training, for progress
 constexpr std::array<double, 2> kNoise = {3e-4, 0.15};       // of the peak
+constexpr std::array<double, 2> kPattern = {1e-4, 1e-2};     // of the peak
 constexpr double kSaturated = 0.25;                          // of the observations: a bump without its top
 constexpr double kNear_mm = 0.25;    // of patches that the network has moved to their lumps already
 constexpr double kEverywhere = 0.3;  // of the typical discrepancy
@@ -79,6 +81,7 @@ MatrixXd moved(const Patch& patch, const MatrixXd& factors, double u_mm, double 
 /// A simulated observation with its truth.
 struct Made {
   PressedNodes nodes;
+  Eigen::MatrixXd bump;  ///< of nodes.rest, as the emulators' mean has it
   Case what;
 };
 
@@ -99,6 +102,7 @@ class ObservationMaker {
 
  private:
   void choose_nodes(Made& made, std::mt19937_64& random) const;
+  void add_pattern(PressedNodes& nodes, std::mt19937_64& random) const;
   std::vector<double> choose_loads(std::mt19937_64& random) const;
 
   const Model& model_;
@@ -149,7 +153,8 @@ std::vector<double> ObservationMaker::choose_loads(std::mt19937_64& random) cons
 }
 
 /// The highest values of the highest load as a saturated sensor sees them: not at all.
-void hide_top(PressedNodes& nodes, double fraction) {
+void hide_top(Made& made, double fraction) {
+  PressedNodes& nodes = made.nodes;
   const auto count = nodes.x_mm.size(),
              kept = count - static_cast<size_t>(fraction * static_cast<double>(count));
   std::vector<Eigen::Index> by_height(count);
@@ -157,7 +162,8 @@ void hide_top(PressedNodes& nodes, double fraction) {
   const VectorXd highest = nodes.total.rightCols(1);
   std::sort(by_height.begin(), by_height.end(),
             [&](Eigen::Index a, Eigen::Index b) { return highest(a) < highest(b); });
-  nodes.noise_fraction = nodes.noise / highest(by_height[kept - 1]);
+  nodes.peak = highest(by_height[kept - 1]);
+  nodes.noise_fraction = nodes.noise / nodes.peak;
   by_height.resize(kept);
   std::sort(by_height.begin(), by_height.end());
   for (size_t n = 0; n < kept; ++n) {
@@ -168,6 +174,32 @@ void hide_top(PressedNodes& nodes, double fraction) {
   nodes.y_mm.resize(kept);
   nodes.rest = nodes.rest(by_height, Eigen::all).eval();
   nodes.total = nodes.total(by_height, Eigen::all).eval();
+  made.bump = made.bump(by_height, Eigen::all).eval();
+}
+
+/// Adds the same pattern to all loads.
+void ObservationMaker::add_pattern(PressedNodes& nodes, std::mt19937_64& random) const {
+  std::uniform_real_distribution<double> share(0, 1);
+  const double size = nodes.peak * kPattern[0] * std::pow(kPattern[1] / kPattern[0], share(random));
+  const PatternKind kind = any_pattern(random);
+  const auto [left, right] = std::minmax_element(nodes.x_mm.begin(), nodes.x_mm.end());
+  const auto [up, down] = std::minmax_element(nodes.y_mm.begin(), nodes.y_mm.end());
+  const double pitch = model_.node_pitch_mm, x0 = *left, y0 = *up;
+  const auto along = [pitch](double from, double to) {
+    return static_cast<Eigen::Index>(std::lround((to - from) / pitch));
+  };
+  const Eigen::MatrixXd pattern =
+      size * fixed_pattern(static_cast<uint32_t>(along(x0, *right) + 1),
+                           static_cast<uint32_t>(along(y0, *down) + 1), pitch, kind.length_mm, random);
+  for (Eigen::Index n = 0; n < nodes.total.rows(); ++n) {
+    const auto i = static_cast<size_t>(n);
+    const double here = pattern(along(y0, nodes.y_mm[i]), along(x0, nodes.x_mm[i]));
+    for (Eigen::Index k = 0; k < nodes.total.cols(); ++k) {
+      const double off = kind.gain ? here * nodes.total(n, k) / nodes.peak : here;
+      nodes.rest(n, k) += off;
+      nodes.total(n, k) += off;
+    }
+  }
 }
 
 Made ObservationMaker::make(uint32_t number, std::mt19937_64& random) const {
@@ -205,7 +237,7 @@ Made ObservationMaker::make(uint32_t number, std::mt19937_64& random) const {
                                                 std::sqrt(1 - model_.load_correlation) * some());
     factors.col(k) += kEverywhere * mean.col(k).norm() * error;
   }
-  nodes.rest = MatrixXd::Zero(count, loads);
+  nodes.rest = made.bump = MatrixXd::Zero(count, loads);
   nodes.total.resize(count, loads);
   const double reach = model_.patch.reach_mm();
   Eigen::VectorXf fields(model_.patch.count());
@@ -214,6 +246,7 @@ Made ObservationMaker::make(uint32_t number, std::mt19937_64& random) const {
     if (std::abs(u) > reach || std::abs(v) > reach) continue;
     model_.patch.at(u, v, fields.data());
     nodes.rest.row(n) = fields.cast<double>().transpose() * factors;
+    made.bump.row(n) = fields.cast<double>().transpose() * mean;
   }
   for (Eigen::Index k = 0; k < loads; ++k) {
     const Eigen::VectorXf quarter =
@@ -224,8 +257,10 @@ Made ObservationMaker::make(uint32_t number, std::mt19937_64& random) const {
     }
   }
   nodes.noise_fraction = kNoise[0] * std::pow(kNoise[1] / kNoise[0], share(random));
-  nodes.noise = nodes.noise_fraction * nodes.total.rightCols(1).maxCoeff();
-  if (share(random) < kSaturated) hide_top(nodes, kMostSaturation * share(random));
+  nodes.peak = nodes.total.rightCols(1).maxCoeff();
+  nodes.noise = nodes.noise_fraction * nodes.peak;
+  add_pattern(nodes, random);
+  if (share(random) < kSaturated) hide_top(made, kMostSaturation * share(random));
   const double modulus = kModulusFraction * normal(random);
   for (Eigen::Index k = 0; k < loads; ++k) {
     const double scale = modulus + kGaugeFraction * normal(random);
@@ -343,7 +378,14 @@ Lesson make_lesson(const Model& model, const ObservationMaker& maker, uint32_t n
     for (double& along : place) along += kNear_mm * normal(random);
   }
   const PatchView view(model, made.nodes, place, round ? across : lump.along_y != across);
-  const PatchObservation patch(model, made.nodes, view);
+  PatchObservation patch(model, made.nodes, view);
+  PressedNodes known = made.nodes;
+  known.rest = made.bump;
+  patch.set_pattern(pattern_sizes(patch.errors, made.nodes,
+                                  patch.errors.observation() -
+                                      patch.errors.of_right(sum_patch(model.patch, known, view).right))
+                        .front()
+                        .pattern);
   features = network_features(model, made.nodes, patch);
   Lesson lesson;
   lesson.shape = static_cast<size_t>(lump.shape);

@@ -28,14 +28,14 @@ struct Example {
 struct TrainingOptions {
   uint64_t seed = 1;
   uint32_t ensemble = 4;           ///< emulators whose mean is used
-  uint32_t hidden = 96;            ///< width of both hidden layers
+  uint32_t hidden = 128;           ///< width of both hidden layers
   uint32_t fields = 40;            ///< that a bump is a sum of
-  uint32_t rounds = 1000;          ///< through the examples
+  uint32_t rounds = 500;           ///< through the examples
   double decay = 0.15;             ///< of weights, against what only a few examples say
-  uint32_t observations = 300000;  ///< that the emulator makes for the network from observations to lumps
+  uint32_t observations = 200000;  ///< that the emulator makes for the network from observations to lumps
   uint32_t readers = 2;            ///< such networks, whose mean is used
   uint32_t reader_hidden = 256;    ///< width of their hidden layers
-  uint32_t reader_rounds = 24;     ///< through those observations
+  uint32_t reader_rounds = 20;     ///< through those observations
   uint32_t components = 48;        ///< in which bumps differ, for their inputs
   uint32_t trials = 200;  ///< observations per noise and number of loads that intervals are calibrated on
   std::string made_from;  ///< one line for people that the network keeps: data, cases

@@ -14,15 +14,21 @@ inline size_t part_of(size_t example, size_t parts) {
   return ((example + 1) * 0x9e3779b97f4a7c15ULL >> 40) % parts;
 }
 
-/// One example in six teaches nothing: intervals are calibrated on it.
+/// One example in four teaches nothing: intervals are calibrated on it.
 inline bool kept_aside(size_t example) {
-  return ((example + 1) * 0xd1b54a32d192ed03ULL >> 33) % 6 == 0;
+  return ((example + 1) * 0xd1b54a32d192ed03ULL >> 33) % 4 == 0;
 }
 
-/// Ideal observations of the examples, in their order.
+/// Ideal observations of the examples, in their order. Those of coarser grids than the finest teach the
+/// emulator only, which is told the size of their cells: many cheap blocks show how bumps change, few dear
+/// ones where they lie.
 struct Examples {
   std::vector<Example> examples;  ///< without their maps
   std::vector<Observation> observations;
+  double finest_mm = 0;  ///< cells
+
+  bool finest(size_t i) const { return examples[i].cell_mm < finest_mm * 1.001; }
+  bool aside(size_t i) const { return finest(i) && kept_aside(i); }
 };
 
 /// The base fitted to the examples without a lump for which `used` is true.

@@ -135,7 +135,7 @@ Patch fit_patch(const Model& model, const Examples& all, uint32_t count, uint64_
   std::vector<Eigen::VectorXf> bumps;
   for (size_t i = 0; i < all.examples.size(); ++i) {
     const Example& e = all.examples[i];
-    if (!e.lump || kept_aside(i)) continue;
+    if (!e.lump || !all.finest(i) || kept_aside(i)) continue;
     const Observation& observation = all.observations[i];
     const float peak = *std::max_element(observation.pressure_Pa.back().values.begin(),
                                          observation.pressure_Pa.back().values.end());
@@ -175,7 +175,7 @@ Patch fit_patch(const Model& model, const Examples& all, uint32_t count, uint64_
   const dense::SymmetricEigen eigen = dense::symmetric_eigen(products.cast<double>());
   count = std::min<uint32_t>(count, static_cast<uint32_t>(n * n));
   patch.fields = eigen.vectors.rightCols(count).rowwise().reverse().transpose().cast<float>();
-  patch.find_slopes();
+  patch.prepare();
   missed =
       std::sqrt(std::max(0.0, eigen.values.head(n * n - count).sum()) / static_cast<double>(columns.size()));
   return patch;
@@ -224,11 +224,18 @@ Network train_lumps(const std::vector<Example>& examples, const TrainingOptions&
     refuse(std::to_string(kFewestLumps) + " blocks with a lump or more, and " + std::to_string(kFewestPlain) +
                " without",
            std::to_string(report.lumps) + " and " + std::to_string(report.no_lumps));
-  size_t aside = 0;
-  for (size_t i = 0; i < all.examples.size(); ++i) aside += all.examples[i].lump && kept_aside(i);
+  size_t aside = 0, plain = 0;
+  all.finest_mm = all.examples.front().cell_mm;
+  for (const Example& e : all.examples) all.finest_mm = std::min(all.finest_mm, e.cell_mm);
+  for (size_t i = 0; i < all.examples.size(); ++i) {
+    aside += all.examples[i].lump && all.aside(i);
+    plain += !all.examples[i].lump && all.finest(i);
+  }
+  if (plain < kFewestPlain)
+    refuse(std::to_string(kFewestPlain) + " blocks of the finest grid without a lump", std::to_string(plain));
   if (aside < kFewestAside)
     refuse("so many blocks with a lump that " + std::to_string(kFewestAside) +
-               " of them can be kept aside, one in six",
+               " of them can be kept aside, one in four",
            std::to_string(aside) + " of " + std::to_string(report.lumps));
   all.observations.resize(all.examples.size());
   std::vector<size_t> usable;
@@ -241,7 +248,7 @@ Network train_lumps(const std::vector<Example>& examples, const TrainingOptions&
   });
   find_ranges(*model, all);
   say("finding fields", 0.04);
-  model->base = fit_base(*model, all, [](size_t) { return true; });
+  model->base = fit_base(*model, all, [&all](size_t i) { return all.finest(i); });
   report.base_error = model->base.residual;
   model->patch = fit_patch(*model, all, options.fields, options.seed, report.fields_error);
   train_ensemble(*model, all, options, report);

@@ -40,7 +40,7 @@ lump::Observation reading_of(const Options& o) {
   if (o.window_mm.size() == 2) observation.window_mm = {o.window_mm[0], o.window_mm[1]};
   observation.block_mm = {o.block_mm.empty() ? 40 : o.block_mm.front(),
                           o.block_mm.empty() ? 40 : o.block_mm.back(), o.thickness_mm};
-  observation.noise_Pa = o.noise_Pa >= 0 ? o.noise_Pa : noise_of(observation.pressure_Pa.back());
+  observation.noise_Pa = o.noise_Pa >= 0 ? o.noise_Pa : lump::roughness(observation.pressure_Pa.back());
   observation.saturated_fraction = lump::saturated_fraction(observation.pressure_Pa);
   return observation;
 }

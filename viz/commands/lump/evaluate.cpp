@@ -104,6 +104,20 @@ void add_lump_evaluate(CommandLine& group, Common& common, Command& chosen) {
                    "Of each node, share of the highest load's peak pressure")
       ->capture_default_str()
       ->check(Check::range(0.0, 1.0));
+  command
+      ->add_option("--pattern", o->job.sensor.pattern_fraction,
+                   "A pattern of the sensor that is the same at every load, share of the peak")
+      ->capture_default_str()
+      ->check(Check::range(0.0, 1.0));
+  command
+      ->add_option("--pattern-mm", o->job.sensor.pattern_length_mm,
+                   "Its correlation length; 0: each node by itself")
+      ->capture_default_str()
+      ->check(Check::range(0.0, 100.0));
+  command->add_flag("--pattern-gain", o->job.sensor.pattern_gain, "It grows with the pressure");
+  command->add_option("--repeats", o->job.repeats, "Readings of each block, with other noise and pattern")
+      ->capture_default_str()
+      ->check(Check::range(1, 1000));
   command->add_option("--gauge-error", o->job.sensor.gauge_fraction, "Of each force, share")
       ->capture_default_str()
       ->check(Check::range(0.0, 1.0));

@@ -34,7 +34,7 @@ std::string trust_text(const lump::Network& network) {
         "%-8s %5u %5.1f %%   %4.1f  %4.1f  %4.1f   %3.0f %%   %4.2f  %4.2f  %4.2f   %8.3g  %6.3g\n",
         t.method == lump::Method::Network ? "network" : "refined", t.loads, 100 * t.noise_fraction,
         100 * t.median_error[0], 100 * t.median_error[1], 100 * t.median_error[2], 100 * t.shape_rate,
-        t.inflation[0], t.inflation[1], t.inflation[2], t.log_likelihood_ratio, t.chi_square);
+        t.inflation[0], t.inflation[1], t.inflation[2], t.log_likelihood_ratio, t.misfit);
     text += line;
   }
   return text;
