@@ -11,6 +11,7 @@
 #include "engine/numeric/matching/evidence.h"
 #include "engine/numeric/matching/flow.h"
 #include "engine/numeric/matching/search.h"
+#include "engine/numeric/matching/symmetry.h"
 #include "engine/numeric/matching/warp.h"
 #include "palpate/error.h"
 
@@ -264,7 +265,11 @@ MatchResult match_points(const PointSet& from, const PointSet& to, const MatchOp
   // Where the template lies is known, other warps are other slides along the same shape, which the caller
   // judges.
   const bool searched = options.most_turn_deg >= kLeastSearched_deg;
-  if (!searched) result.posterior = 1;
+  // Thinned sets do not have the same points: their energies say little where all points fit exactly.
+  const bool thinned_fit = std::max(n, m) > kLargest &&
+                           fits_exactly(state, median_spacing(sets.from), smaller) &&
+                           self_maps(sets.from, options.reflections, 1).empty();
+  if (!searched || thinned_fit) result.posterior = 1;
   result.verdict =
       smaller < state.warped.cols() + 1 + kLeastPoints     ? MatchVerdict::TooFewPoints
       : !state.converged                                   ? MatchVerdict::NotSettled
