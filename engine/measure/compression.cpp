@@ -99,7 +99,7 @@ Compression compare_compressions(std::span<const ShapePoint> before, std::span<c
                      " control points, fewer than " + std::to_string(kLeastPairs);
       return found;
     }
-  MatchResult match = match_points(in_space(before), in_space(after), kMostTurn_deg);
+  MatchResult match = match_points(in_space(before), in_space(after), {.most_turn_deg = kMostTurn_deg});
   if (!match.reliable()) {
     found.reason = to_string(match.verdict);
     found.match = std::move(match);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <random>
 #include <set>
@@ -220,7 +221,48 @@ TEST(Matching, WhatTurnsIntoItselfIsAmbiguous) {
   EXPECT_LT(result.posterior, 0.9);
   for (const Partner& partner : result.partners) EXPECT_FALSE(partner.target);
   // Who knows that it has not turned says so.
-  EXPECT_TRUE(match_points(from, to, 10).reliable());
+  EXPECT_TRUE(match_points(from, to, {.most_turn_deg = 10}).reliable());
+}
+
+// An exact fit is no answer where the template fits itself as exactly after a turn.
+TEST(Matching, AnExactlySymmetricTemplateIsAmbiguousAlsoWithoutNoise) {
+  PointSet star;
+  for (int k = 0; k < 30; ++k) {
+    const double angle = 2 * M_PI * k / 30, r = 1 + 0.3 * std::cos(3 * angle);
+    star.coordinates.insert(star.coordinates.end(), {r * std::cos(angle), r * std::sin(angle)});
+  }
+  EXPECT_EQ(match_points(star, star).verdict, MatchVerdict::Ambiguous);
+  EXPECT_TRUE(match_points(star, star, {.most_turn_deg = 10}).reliable());
+}
+
+TEST(Matching, AMirrorImageIsFoundWhereAskedFor) {
+  BentPoints points = bent({.bend = 0.02, .seed = 21});
+  for (PointSet* set : {&points.to, &points.truth})
+    for (size_t i = 0; i < set->size(); ++i) set->coordinates[2 * i] *= -1;
+  const MatchResult result = match_points(points.from, points.to, {.reflections = true});
+  EXPECT_TRUE(result.reliable()) << to_string(result.verdict);
+  EXPECT_LT(mean_miss(result.warped, points.truth), 0.002);
+}
+
+// Two strangers a point and a turn; a third missing as well: right, or not called reliable.
+TEST(Matching, HardScenesAreRightOrNotReliable) {
+  for (const BentScene& scene : {BentScene{.bend = 0.03, .outlier_ratio = 2, .turn_deg = 135},
+                                 BentScene{.bend = 0.03, .outlier_ratio = 2, .turn_deg = 180},
+                                 BentScene{.bend = 0.03, .missing_fraction = 0.33, .turn_deg = 135}}) {
+    int right = 0;
+    for (uint32_t seed = 1; seed <= 8; ++seed) {
+      BentScene one = scene;
+      one.seed = seed;
+      const BentPoints points = bent(one);
+      const MatchResult result = match_points(points.from, points.to);
+      const double miss = mean_miss(result.warped, points.truth);
+      EXPECT_TRUE(miss <= 0.05 || !result.reliable()) << seed << ": " << miss << " off and called reliable";
+      right += miss <= 0.05 && result.reliable();
+    }
+    std::printf("%.0f strangers a point, %.2f missing, turned by %.0f deg: %d of 8 right\n",
+                scene.outlier_ratio, scene.missing_fraction, scene.turn_deg, right);
+    EXPECT_GE(right, 4);
+  }
 }
 
 TEST(Matching, NonsenseIsRefused) {

@@ -16,6 +16,7 @@ namespace {
 struct Options {
   std::vector<std::string> sets;
   std::string list;
+  bool reflections = false;
 };
 
 std::vector<MatchFiles> pairs_of(const Options& options) {
@@ -38,7 +39,7 @@ Report match(const Common& common, const Options& options) {
   ProgressBar bar(common, "matching", pairs.size());
   for (size_t k = 0; k < pairs.size() && !interrupted(); ++k) {
     const PointSet from = read_points(pairs[k].from), to = read_points(pairs[k].to);
-    const MatchResult result = match_points(from, to);
+    const MatchResult result = match_points(from, to, {.reflections = options.reflections});
     report.text += to_text(pairs[k], from, to, result);
     all.push_back(to_json(pairs[k], from, to, result));
     if (!common.out.empty()) {
@@ -65,6 +66,7 @@ void add_match(CommandLine& program, Common& common, Command& chosen) {
       ->expected(0, 2);
   command->add_option("--list", options->list,
                       "CSV file with columns template,target: many pairs; names count from its folder");
+  command->add_flag("--reflections", options->reflections, "The target may be the template's mirror image");
   command->add_option("--out", common.out,
                       "Folder for warped.csv, partners.csv, match.json, match.png and .svg; with --list for "
                       "folders 0001, 0002, ... of them");

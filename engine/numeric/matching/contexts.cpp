@@ -9,8 +9,9 @@ namespace palpate {
 namespace {
 
 using Eigen::Index;
+using Eigen::MatrixXf;
 
-constexpr int kDirections = 12, kRings = 5, kLayers = 3;
+constexpr int kDirections = kContextDirections, kRings = 5, kLayers = 3;
 // Rings by log2 of distance over scale: centres from 1/8 to 2, and nothing beyond 3.9.
 constexpr float kInnermost = -3, kRingStep = 1;
 constexpr float kOutside = kRings - 1 + 0.99f;
@@ -35,7 +36,7 @@ float turn_of(float y, float x) {  // 0 to 1
 
 }  // namespace
 
-ContextCells::ContextCells(const Eigen::MatrixXf& centres, const Eigen::MatrixXf& others, float scale)
+ContextCells::ContextCells(const MatrixXf& centres, const MatrixXf& others, float scale)
     : centres_(centres.rows()),
       others_(others.rows()),
       layers_(centres.cols() > 2 ? kLayers : 1),
@@ -71,10 +72,10 @@ ContextCells::ContextCells(const Eigen::MatrixXf& centres, const Eigen::MatrixXf
   }
 }
 
-Eigen::MatrixXf ContextCells::histograms(const Eigen::VectorXf& weight) const {
+MatrixXf ContextCells::histograms(const Eigen::VectorXf& weight) const {
   // One ring more than is kept takes what lies between the last ring and nothing.
   const int layer_cells = kDirections * (kRings + 1);
-  Eigen::MatrixXf sums(layer_cells * layers_, centres_);
+  MatrixXf sums(layer_cells * layers_, centres_);
   std::vector<float> one(static_cast<size_t>(layer_cells * (layers_ + 1)));
   for (Index i = 0; i < centres_; ++i) {
     std::fill(one.begin(), one.end(), 0.f);
@@ -107,7 +108,16 @@ Eigen::MatrixXf ContextCells::histograms(const Eigen::VectorXf& weight) const {
   return sums;
 }
 
-float mean_distance(const Eigen::MatrixXf& points) {
+MatrixXf turned(const MatrixXf& histograms, int steps) {
+  MatrixXf result(histograms.rows(), histograms.cols());
+  for (Index cell = 0; cell < histograms.rows(); cell += kDirections) {
+    result.middleRows(cell + steps, kDirections - steps) = histograms.middleRows(cell, kDirections - steps);
+    result.middleRows(cell, steps) = histograms.middleRows(cell + kDirections - steps, steps);
+  }
+  return result;
+}
+
+float mean_distance(const MatrixXf& points) {
   const Index step = std::max<Index>(1, points.rows() / 150);
   double sum = 0;
   int64_t pairs = 0;

@@ -7,6 +7,9 @@
 
 namespace palpate {
 
+/// Histograms turned about the last axis by a whole number of these are the same ones with their cells moved.
+inline constexpr int kContextDirections = 12;
+
 /// The cell that each other point falls into as seen from each centre, kept so that histograms for other
 /// weights of the points are cheap. Cells overlap (linear weights), so that noise does not flip them.
 class ContextCells {
@@ -27,6 +30,9 @@ class ContextCells {
   int layers_;  // by height: 1 in the plane
   std::vector<Cell> cells_;
 };
+
+/// Histograms as seen by points that are turned by steps / kContextDirections of a whole turn.
+Eigen::MatrixXf turned(const Eigen::MatrixXf& histograms, int steps);
 
 /// Mean distance of pairs of points x axes, of at most some 10^4 of them.
 float mean_distance(const Eigen::MatrixXf& points);

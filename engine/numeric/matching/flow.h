@@ -23,6 +23,8 @@ struct FlowProblem {
 
   FlowProblem(const Eigen::MatrixXd& from, const WarpModes& modes, const Eigen::MatrixXd& to,
               double log_volume, bool contexts);
+  Eigen::VectorXd cost() const;                 ///< of each coefficient's square, over the amplitude
+  FlowProblem stiff(Eigen::Index modes) const;  ///< with the strongest modes alone
 };
 
 struct FlowState {
@@ -45,10 +47,22 @@ struct FlowStage {
   bool count_freedom = false;
   double cooling = 0.85;  ///< least fraction of the variance that an iteration leaves
   uint32_t most_iterations = 60;
+  /// Of neighbourhoods as the template is placed, 0 to 1, n x m; none: seen for itself.
+  const Eigen::MatrixXf* likeness = nullptr;
+  uint32_t context_every = 5;  ///< iterations: neighbourhoods are seen anew
 };
 
 /// Noise below this is not told apart.
 inline constexpr double kLeastSd = 0.002;
+
+/// Closeness becomes partners: strangers and missing points take their part.
+void share_out(const FlowProblem& problem, FlowState& state, double unlike, Eigen::VectorXf& row_factor);
+double outlier_fraction(const FlowProblem& problem, double found);
+
+/// The warp, under the noise of `state`, to partners of total `weight` (n) whose weighted sums are `pull`
+/// (n x axes). Returns its own variance at each template point, per axis.
+Eigen::VectorXd fit_warp(const FlowProblem& problem, const Eigen::VectorXd& weight,
+                         const Eigen::MatrixXd& pull, double amplitude, FlowState& state);
 
 void flow(const FlowProblem& problem, const FlowStage& stage, FlowState& state);
 /// -log posterior of a state that flowed, its warp's part under the given amplitude.

@@ -8,8 +8,10 @@
 
 #include "engine/base/statistics.h"
 #include "engine/numeric/dense.h"
+#include "engine/numeric/matching/evidence.h"
 #include "engine/numeric/matching/flow.h"
-#include "engine/numeric/matching/start.h"
+#include "engine/numeric/matching/search.h"
+#include "engine/numeric/matching/symmetry.h"
 #include "engine/numeric/matching/warp.h"
 #include "palpate/error.h"
 
@@ -21,29 +23,17 @@ using Eigen::MatrixXd;
 using Eigen::MatrixXf;
 using Eigen::RowVectorXd;
 
-constexpr double kAmplitude = 0.1;  // variance of a unit mode: that of shapes which bend as skin does
-// Noise to begin with, over the template's RMS radius.
-constexpr double kStartSd = 0.7, kPlainSd = 0.5, kTurnedSd = 0.4, kNearSdOfSpacing = 2;
-constexpr double kContextWeight = 10;
-constexpr size_t kMostTurns = 6, kFewTurns = 2;
 constexpr uint32_t kFinishing = 300;  // iterations at most
-// A turn is tried if its vote is not this much worse than the best one's, or, where two starts already agree,
-// if it is this much better than without a turn.
-constexpr double kVoteMargin = 0.12, kVoteGain = 0.03;
-constexpr double kCleanSdOfSpacing = 0.1, kCleanFound = 0.95;
-// A later start has to be better by more than rounding and the prior's fuzz.
-constexpr double kBetter = 5;
 // Larger sets are matched thinned to this many first.
 constexpr Index kCoarse = 200, kLargest = 300;
 // Nats per target point. Unrelated sets come to -0.3 to 0, a shape under noise of twice its points' spacing
 // to 0.1 and more, an exact one to 8.
 constexpr double kLeastLikelihoodGain = 0.06;
 constexpr double kLeastPosterior = 1 - 1. / 300;
-// Mean distance of warps that are not the same, over the template's RMS radius.
-constexpr double kOtherWarp = 0.1;
-// Who allows smaller turns than this knows where the template lies; else every turn is tried.
-constexpr double kLeastSearched_deg = 60;
 constexpr double kLeastFound = 0.3;
+// Chosen on fish and character (trials 1 to 60 and 1 to 30): no wrong answer of either has as much.
+constexpr double kSharp = 0.6, kLoose = 0.9, kSharpEvidence = 25, kEvidencePerSd = 150;
+constexpr double kMostlyFound = 0.85, kLeftOverEvidence = 150;
 constexpr Index kLeastPoints = 5;  // beyond the axes + 1 of an affine map
 
 MatrixXd matrix_of(const PointSet& set) {
@@ -99,16 +89,6 @@ std::vector<Index> thinned(Index size, Index count, uint32_t seed) {
   return order;
 }
 
-double median_spacing(const MatrixXd& points) {
-  std::vector<double> nearest;
-  for (Index i = 0; i < points.rows(); ++i) {
-    Eigen::VectorXd d = (points.rowwise() - points.row(i)).rowwise().squaredNorm();
-    d[i] = std::numeric_limits<double>::infinity();
-    nearest.push_back(d.minCoeff());
-  }
-  return std::sqrt(median(std::move(nearest)));
-}
-
 // Both sets, each about its own centre, over a common unit.
 struct Prepared {
   MatrixXd from, to;
@@ -137,105 +117,14 @@ struct Prepared {
   }
 };
 
-// Nothing another start could do better: noise far below the points' spacing, and hardly a point left over.
-bool fits_exactly(const FlowState& state, double spacing, Index smaller) {
-  return std::sqrt(state.variance)<kCleanSdOfSpacing * spacing&& static_cast<double>(state.partners.sum())>
-             kCleanFound * static_cast<double>(smaller);
+// Nats of evidence that a fit needs. One that leaves noise like the points' spacing is held by many points at
+// once and judged by the posterior; with less noise the warp may have bent itself onto a few, the more so
+// where points of both sides are left over. `sd`: of the noise over the spacing.
+double least_evidence(double sd, double found) {
+  if (sd > kLoose) return -std::numeric_limits<double>::infinity();
+  const double needed = kSharpEvidence - std::max(0., sd - kSharp) * kEvidencePerSd;
+  return found < kMostlyFound ? std::max(needed, kLeftOverEvidence) : needed;
 }
-
-class Search {
- public:
-  Search(const FlowProblem& problem, const MatrixXd& to) : problem_(problem), to_(to) {
-    spacing_ = median_spacing(problem.from);
-  }
-
-  void run(const Prepared& sets, const MatrixXd& as_it_lies, double most_turn_deg, MatchResult& result) {
-    if (sets.in_place) {
-      attempt(MatchStart::Context, 0, as_it_lies, kContextWeight, kStartSd, result);
-      if (clean()) return;
-      attempt(MatchStart::Near, 0, as_it_lies, 0, kNearSdOfSpacing * spacing_, result);
-      if (clean()) return;
-    }
-    const auto agreed = [&](size_t a, size_t b) {
-      return std::abs(result.attempts[a].energy - result.attempts[b].energy) < kBetter;
-    };
-    bool settled = sets.in_place && agreed(0, 1);
-    if (sets.in_place && !settled) {
-      attempt(MatchStart::Plain, 0, as_it_lies, 0, kPlainSd, result);
-      if (clean()) return;
-      settled = agreed(0, 2);
-    }
-    const Votes votes(problem_.from, to_);
-    const size_t most = settled ? kFewTurns : kMostTurns;
-    const double limit = settled ? votes.unturned() : votes.best() + kVoteMargin;
-    for (size_t k = 0; k < std::min(most, votes.size()) && votes.unlikeness(k) <= limit; ++k) {
-      if (settled && votes.unlikeness(k) >= limit) break;
-      const Placement place = votes.place(k);
-      if (std::abs(place.turn_deg) > most_turn_deg) continue;
-      attempt(MatchStart::Turned, place.turn_deg, place.points, kContextWeight, kTurnedSd, result);
-      if (clean()) return;
-    }
-    // The basin of the right answer is wide but has to be met: every turn about the centre.
-    if (most_turn_deg >= kLeastSearched_deg)
-      for (const MatrixXd& turn : starting_turns(problem_.from, to_)) {
-        const double angle = angle_of(turn);
-        if (std::abs(angle) > most_turn_deg) continue;
-        attempt(MatchStart::Turned, angle, dense::product(problem_.from, turn), kContextWeight, kTurnedSd,
-                result);
-        if (clean()) return;
-      }
-    if (result.attempts.empty()) attempt(MatchStart::Plain, 0, as_it_lies, 0, kPlainSd, result);
-  }
-
-  FlowState& best() { return best_; }
-
-  /// Of the best warp against all others that a start ended in, each basin once.
-  double posterior(const MatchResult& result) const {
-    std::vector<size_t> basins;
-    const auto apart = [](const MatrixXd& a, const MatrixXd& b) {
-      return (a - b).rowwise().norm().mean() > kOtherWarp;
-    };
-    double others = 0;
-    for (size_t i = 0; i < warped_.size(); ++i) {
-      if (!apart(warped_[i], best_.warped)) continue;
-      if (std::any_of(basins.begin(), basins.end(), [&](size_t b) { return !apart(warped_[i], warped_[b]); }))
-        continue;
-      basins.push_back(i);
-      others += std::exp(std::min(best_.energy - result.attempts[i].energy, 50.));
-    }
-    return 1 / (1 + others);
-  }
-
- private:
-  void attempt(MatchStart start, double turn_deg, const MatrixXd& placed, double context_weight, double sd,
-               MatchResult& result) {
-    FlowState state;
-    state.warped = placed;
-    flow(problem_,
-         {.sd = sd, .context_weight = context_weight, .amplitude = kAmplitude / 2, .count_freedom = true},
-         state);
-    flow(problem_, {.sd = std::sqrt(state.variance), .amplitude = kAmplitude}, state);
-    weigh(problem_, kAmplitude, state);
-    result.attempts.push_back({start, turn_deg, state.energy, state.bending, std::sqrt(state.variance),
-                               state.iterations, state.converged});
-    result.iterations += state.iterations;
-    warped_.push_back(state.warped);
-    if (result.attempts.size() == 1 || state.energy < best_.energy - kBetter) {
-      best_ = std::move(state);
-      result.winner = result.attempts.size() - 1;
-    }
-  }
-
-  bool clean() const {
-    return fits_exactly(best_, spacing_, std::min(problem_.from.rows(), problem_.to.rows()));
-  }
-
-  const FlowProblem& problem_;
-  const MatrixXd& to_;
-  std::vector<MatrixXd> warped_;  ///< by each attempt
-  double spacing_ = 0;
-  FlowState best_;
-};
 
 // The most probable pairs first, each point in one of them.
 std::vector<Partner> pair_up(const MatrixXf& p) {
@@ -296,13 +185,15 @@ std::string_view to_string(MatchVerdict verdict) {
       return "no reliable match: too few points have a partner";
     case MatchVerdict::NotSettled:
       return "no reliable match: the iteration did not settle";
+    case MatchVerdict::Bent:
+      return "no reliable match: the warp fits by its freedom to bend";
     case MatchVerdict::Ambiguous:
       return "no reliable match: another warp explains the target nearly as well";
   }
   return "";
 }
 
-MatchResult match_points(const PointSet& from, const PointSet& to, double most_turn_deg) {
+MatchResult match_points(const PointSet& from, const PointSet& to, const MatchOptions& options) {
   check(from, "template");
   check(to, "target");
   if (from.axes != to.axes)
@@ -316,9 +207,9 @@ MatchResult match_points(const PointSet& from, const PointSet& to, double most_t
   FlowState state;
   if (std::max(n, m) <= kLargest) {
     const FlowProblem problem(sets.from, modes, sets.to, volume, true);
-    Search search(problem, sets.to);
-    search.run(sets, sets.as_it_lies, most_turn_deg, result);
-    result.posterior = search.posterior(result);
+    Search search(problem, sets.to, options, energy_without(sets.to, volume));
+    search.run(sets.in_place, sets.as_it_lies, result);
+    result.posterior = search.posterior();
     state = std::move(search.best());
   } else {
     const double fraction = std::min(1., static_cast<double>(kCoarse) / static_cast<double>(std::min(n, m)));
@@ -328,9 +219,9 @@ MatchResult match_points(const PointSet& from, const PointSet& to, double most_t
     const std::vector<Index> some = part(n);
     const MatrixXd coarse_to = sets.to(part(m), Eigen::all);
     const FlowProblem coarse(sets.from(some, Eigen::all), modes, coarse_to, volume, true);
-    Search search(coarse, coarse_to);
-    search.run(sets, sets.as_it_lies(some, Eigen::all), most_turn_deg, result);
-    result.posterior = search.posterior(result);
+    Search search(coarse, coarse_to, options, energy_without(coarse_to, volume));
+    search.run(sets.in_place, sets.as_it_lies(some, Eigen::all), result);
+    result.posterior = search.posterior();
     const FlowProblem whole(sets.from, modes, sets.to, volume, false);
     state = std::move(search.best());
     state.warped = dense::product(whole.basis, state.coefficients);
@@ -356,7 +247,11 @@ MatchResult match_points(const PointSet& from, const PointSet& to, double most_t
   const double found = static_cast<double>(state.partners.sum());
   result.converged = state.converged;
   result.scale = sets.from_scale;
-  result.log_likelihood_gain = (energy_without(sets.to, volume) - state.energy) / static_cast<double>(m);
+  const double without = energy_without(sets.to, volume);
+  result.log_likelihood_gain = (without - state.energy) / static_cast<double>(m);
+  const FlowProblem whole(sets.from, modes, sets.to, volume, false);
+  result.evidence = without - state.energy - freedom_cost(whole, state, kAmplitude);
+  result.held_out_gain = held_out_gain(whole, state, kAmplitude, without);
   result.noise_sd = std::sqrt(state.variance) * sets.unit;
   result.noise_below = state.variance <= 1.01 * kLeastSd * kLeastSd;
   result.target_outlier_fraction = std::clamp(1 - found / static_cast<double>(m), 0., 1.);
@@ -367,16 +262,24 @@ MatchResult match_points(const PointSet& from, const PointSet& to, double most_t
       result.warped.coordinates.data(), n, state.warped.cols()) =
       (state.warped * sets.unit).rowwise() + sets.to_centre;
   const Index smaller = std::min(n, m);
-  // A fit to a tenth of the points' spacing is no accident; and where the template lies is known, other warps
-  // are other slides along the same shape, which the caller judges.
-  const bool exact = fits_exactly(state, median_spacing(sets.from), smaller);
-  if (exact || most_turn_deg < kLeastSearched_deg) result.posterior = 1;
-  result.verdict = smaller < state.warped.cols() + 1 + kLeastPoints     ? MatchVerdict::TooFewPoints
-                   : !state.converged                                   ? MatchVerdict::NotSettled
-                   : found < kLeastFound * static_cast<double>(smaller) ? MatchVerdict::TooFewFound
-                   : result.log_likelihood_gain < kLeastLikelihoodGain  ? MatchVerdict::TooVague
-                   : result.posterior < kLeastPosterior                 ? MatchVerdict::Ambiguous
-                                                                        : MatchVerdict::Reliable;
+  // Where the template lies is known, other warps are other slides along the same shape, which the caller
+  // judges.
+  const bool searched = options.most_turn_deg >= kLeastSearched_deg;
+  // Thinned sets do not have the same points: their energies say little where all points fit exactly.
+  const bool thinned_fit = std::max(n, m) > kLargest &&
+                           fits_exactly(state, median_spacing(sets.from), smaller) &&
+                           self_maps(sets.from, options.reflections, 1).empty();
+  if (!searched || thinned_fit) result.posterior = 1;
+  result.verdict =
+      smaller < state.warped.cols() + 1 + kLeastPoints     ? MatchVerdict::TooFewPoints
+      : !state.converged                                   ? MatchVerdict::NotSettled
+      : found < kLeastFound * static_cast<double>(smaller) ? MatchVerdict::TooFewFound
+      : result.log_likelihood_gain < kLeastLikelihoodGain  ? MatchVerdict::TooVague
+      : result.posterior < kLeastPosterior                 ? MatchVerdict::Ambiguous
+      : searched && result.evidence < least_evidence(std::sqrt(state.variance) / median_spacing(sets.from),
+                                                     found / static_cast<double>(smaller))
+          ? MatchVerdict::Bent
+          : MatchVerdict::Reliable;
   result.partners =
       result.reliable() ? pair_up(state.partners) : std::vector<Partner>(static_cast<size_t>(n));
   return result;

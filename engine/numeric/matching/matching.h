@@ -44,6 +44,7 @@ enum class MatchVerdict : uint8_t {
   TooFewFound,   ///< most of the smaller set has no partner
   NotSettled,    ///< the iteration ended at its limit
   Ambiguous,     ///< another warp explains the target nearly as well
+  Bent,          ///< little noise is left, but only because the warp is free to bend
 };
 std::string_view to_string(MatchVerdict verdict);
 
@@ -56,6 +57,13 @@ struct MatchAttempt {
   double noise_sd = 0;  ///< per axis
   uint32_t iterations = 0;
   bool converged = false;
+};
+
+struct MatchOptions {
+  /// Starts that are turned by more are not tried (a round shape fits itself after any turn). From 60 deg on
+  /// every turn is tried, and another warp that does nearly as well makes the answer Ambiguous.
+  double most_turn_deg = 180;
+  bool reflections = false;  ///< the target may be the template's mirror image
 };
 
 struct MatchResult {
@@ -71,8 +79,13 @@ struct MatchResult {
   /// Nats per target point by which the warped template explains the target better than one normal
   /// distribution or an even spread does, whichever is better.
   double log_likelihood_gain = 0;
+  /// Nats by which it explains the target better once the warp's freedom is paid for (Laplace's approximation
+  /// of the marginal likelihood).
+  double evidence = 0;
+  /// log_likelihood_gain of target points that were left out of the warp's fit, a fifth at a time.
+  double held_out_gain = 0;
   /// Of the warp that won against all other warps that a start ended in: a reliable one is wrong at most once
-  /// in 300 times by this. 1 where the fit is exact or `most_turn_deg` says where the template lies.
+  /// in 300 times by this. 1 where `most_turn_deg` says where the template lies.
   double posterior = 1;
   double scale = 1;   ///< template's RMS distance from its centre, in its unit
   size_t winner = 0;  ///< of `attempts`
@@ -87,9 +100,7 @@ struct MatchResult {
 /// starts; the posterior decides. The same answer for the same points, in any order of the target up to
 /// rounding. `warped` is filled with the best try even where the verdict is not Reliable.
 /// Throws Error(Failure::Input): fewer than axes + 1 points on a side, axes that differ or are not 2 or 3,
-/// a coordinate that is not finite, all points of a side in one place. `most_turn_deg`: starts that are
-/// turned by more are not tried (a round shape fits itself after any turn); from 60 deg on every turn is
-/// tried and another warp that does nearly as well makes the answer Ambiguous.
-MatchResult match_points(const PointSet& from, const PointSet& to, double most_turn_deg = 180);
+/// a coordinate that is not finite, all points of a side in one place.
+MatchResult match_points(const PointSet& from, const PointSet& to, const MatchOptions& options = {});
 
 }  // namespace palpate

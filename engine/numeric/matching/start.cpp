@@ -1,6 +1,7 @@
 #include "engine/numeric/matching/start.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -18,7 +19,6 @@ using Eigen::MatrixXf;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-constexpr int kTurns = 12;
 constexpr int kReweightings = 10;
 constexpr Index kVoters = 150;
 
@@ -38,14 +38,18 @@ MatrixXd principal_axes(const MatrixXd& points) {
   return dense::symmetric_eigen(dense::product_tn(centred, centred)).vectors;
 }
 
-}  // namespace
-
-std::vector<MatrixXd> starting_turns(const MatrixXd& from, const MatrixXd& to) {
-  const Index axes = from.cols();
+// The 24 turns of a cube onto itself, and those that bring principal axes together.
+std::vector<MatrixXd> turns_in_space(const MatrixXd& from, const MatrixXd& to) {
   std::vector<MatrixXd> all;
-  all.reserve(kTurns + 4);
-  for (int k = 0; k < kTurns; ++k) all.push_back(about_last_axis(axes, 2 * std::numbers::pi * k / kTurns));
-  if (axes < 3) return all;
+  std::array<int, 3> axis{0, 1, 2};
+  do {
+    for (int signs = 0; signs < 8; ++signs) {
+      MatrixXd turn = MatrixXd::Zero(3, 3);
+      for (int c = 0; c < 3; ++c) turn(c, axis[static_cast<size_t>(c)]) = (signs >> c) & 1 ? -1 : 1;
+      const bool about_last = axis[2] == 2 && (signs >> 2) == 0;  // tried anyway
+      if (dense::determinant(turn) > 0 && !about_last) all.push_back(std::move(turn));
+    }
+  } while (std::next_permutation(axis.begin(), axis.end()));
   const MatrixXd a = principal_axes(from), b = principal_axes(to);
   for (const double x : {1., -1.})
     for (const double y : {1., -1.}) {
@@ -57,7 +61,16 @@ std::vector<MatrixXd> starting_turns(const MatrixXd& from, const MatrixXd& to) {
   return all;
 }
 
-double angle_of(const MatrixXd& rotation) {
+MatrixXd mirror(Index axes) {
+  MatrixXd m = MatrixXd::Identity(axes, axes);
+  m(0, 0) = -1;
+  return m;
+}
+
+}  // namespace
+
+double angle_of(const MatrixXd& turn) {
+  const MatrixXd rotation = dense::determinant(turn) < 0 ? dense::product(mirror(turn.rows()), turn) : turn;
   constexpr double kDegrees = 180 / std::numbers::pi;
   if (rotation.rows() == 2) return kDegrees * std::atan2(rotation(0, 1), rotation(0, 0));
   return kDegrees * std::acos(std::clamp(0.5 * (rotation.trace() - 1), -1., 1.));
@@ -71,16 +84,17 @@ MatrixXf seen_from(const MatrixXd& centres, const MatrixXd& others) {
       .histograms(Eigen::VectorXf::Ones(points.rows()));
 }
 
-// The similarity from `a` to `b`, row by row with weights; `turn` is the rotation for rows.
-void fit_similarity(const MatrixXd& a, const MatrixXd& b, const VectorXd& weight, MatrixXd& turn,
-                    double& scale, RowVectorXd& shift) {
+// The similarity from `a` to `b`, row by row with weights; `turn` is the rotation for rows, `mirrored` or
+// not.
+void fit_similarity(const MatrixXd& a, const MatrixXd& b, const VectorXd& weight, bool mirrored,
+                    MatrixXd& turn, double& scale, RowVectorXd& shift) {
   const double total = weight.sum();
   const RowVectorXd ca = weight.transpose() * a / total, cb = weight.transpose() * b / total;
   const MatrixXd x = a.rowwise() - ca, y = b.rowwise() - cb;
   dense::Svd svd = dense::svd(dense::product(x.transpose() * weight.asDiagonal(), y),
                               Eigen::ComputeFullU | Eigen::ComputeFullV);
   turn = dense::product_nt(svd.u, svd.v);
-  if (dense::determinant(turn) < 0) {
+  if ((dense::determinant(turn) < 0) != mirrored) {
     svd.u.rightCols(1) *= -1;
     turn = dense::product_nt(svd.u, svd.v);
   }
@@ -94,6 +108,7 @@ void fit_similarity(const MatrixXd& a, const MatrixXd& b, const VectorXd& weight
 
 Placement Votes::place(size_t k) const {
   const MatrixXf& likeness = votes_[k].likeness;
+  const bool mirrored = dense::determinant(votes_[k].turn) < 0;
   const bool across = centres_.rows() <= targets_.rows();
   const Index rows = across ? centres_.rows() : targets_.rows(),
               columns = across ? targets_.rows() : centres_.rows();
@@ -111,7 +126,7 @@ Placement Votes::place(size_t k) const {
   double scale = 1;
   RowVectorXd shift;
   for (int round = 0; round <= kReweightings; ++round) {
-    fit_similarity(a, b, weight, turn, scale, shift);
+    fit_similarity(a, b, weight, mirrored, turn, scale, shift);
     VectorXd miss = ((dense::product(scale, a, turn).rowwise() + shift) - b).rowwise().squaredNorm();
     const double usual = std::max(median(std::vector<double>(miss.begin(), miss.end())), 1e-12);
     weight = (1 + miss.array() / usual).inverse();
@@ -119,17 +134,33 @@ Placement Votes::place(size_t k) const {
   return {dense::product(scale, from_, turn).rowwise() + shift, angle_of(turn)};
 }
 
-Votes::Votes(const MatrixXd& from, const MatrixXd& to)
+Votes::Votes(const MatrixXd& from, const MatrixXd& to, bool reflections)
     : from_(from), centres_(thinned(from, kVoters)), targets_(thinned(to, 2 * kVoters)) {
-  const MatrixXd from_others = thinned(from, 2 * kVoters);
+  thinned_ = centres_.rows() < from.rows() || targets_.rows() < to.rows();
+  const MatrixXd others = thinned(from, 2 * kVoters);
   const MatrixXf wanted = seen_from(targets_, targets_);
-  for (const MatrixXd& turn : starting_turns(from, to)) {
-    MatrixXf likeness = dense::product_tn(
-        seen_from(dense::product(centres_, turn), dense::product(from_others, turn)), wanted);
+  const auto vote = [&](const MatrixXd& turn, const MatrixXf& seen) {
+    MatrixXf likeness = dense::product_tn(seen, wanted);
     const double rows = likeness.rowwise().maxCoeff().mean(), columns = likeness.colwise().maxCoeff().mean();
-    votes_.push_back({2 - rows - columns, std::move(likeness)});
+    votes_.push_back({turn, 2 - rows - columns, std::move(likeness)});
+  };
+  const Index axes = from.cols();
+  for (const bool mirrored : {false, true}) {
+    if (mirrored && !reflections) continue;
+    const MatrixXd before = mirrored ? mirror(axes) : MatrixXd::Identity(axes, axes);
+    const auto seen_after = [&](const MatrixXd& turn) {
+      return seen_from(dense::product(centres_, turn), dense::product(others, turn));
+    };
+    const MatrixXf unturned = seen_after(before);
+    for (int k = 0; k < kContextDirections; ++k)
+      vote(dense::product(before, about_last_axis(axes, 2 * std::numbers::pi * k / kContextDirections)),
+           turned(unturned, k));
+    if (axes < 3) continue;
+    for (const MatrixXd& turn : turns_in_space(dense::product(from, before), to)) {
+      const MatrixXd whole = dense::product(before, turn);
+      vote(whole, seen_after(whole));
+    }
   }
-  unturned_ = votes_.front().unlikeness;
   std::stable_sort(votes_.begin(), votes_.end(),
                    [](const Vote& a, const Vote& b) { return a.unlikeness < b.unlikeness; });
 }

@@ -1,0 +1,253 @@
+#include "engine/numeric/matching/search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/base/statistics.h"
+#include "engine/numeric/dense.h"
+#include "engine/numeric/matching/evidence.h"
+#include "engine/numeric/matching/grow.h"
+#include "engine/numeric/matching/start.h"
+#include "engine/numeric/matching/symmetry.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::MatrixXf;
+
+// Noise to begin with, over the template's RMS radius.
+constexpr double kStartSd = 0.7, kPlainSd = 0.5, kTurnedSd = 0.4, kNearSdOfSpacing = 2;
+constexpr double kContextWeight = 10;
+constexpr double kExactSd = 0.003, kExactSdOfSpacing = 0.1, kExactFound = 0.95;
+constexpr Index kStiffModes = 12;
+constexpr uint32_t kScreenIterations = 12, kScreenContextEvery = 7;
+constexpr size_t kPlaces = 4, kTurns = 12;
+// Starts to finish and cores to grow: at first, and where the answer is doubtful.
+constexpr size_t kFinished = 4, kGrown = 12, kMoreGrown = 16, kCoresOfOne = 4;
+constexpr double kScreenGap = 12;  // nats behind the best start that are not worth finishing
+// Mean distance of screened warps that end alike: over the RMS radius, and over the noise of the best end.
+constexpr double kSameScreened = 0.05, kSameOfSd = 0.5, kSameEnd = 0.02;
+constexpr double kGrownSdOfSpacing = 0.9, kDoubtfulSdOfSpacing = 0.85, kDoubtfulEvidence = 25;
+// A later start has to be better by more than rounding and the prior's fuzz.
+constexpr double kBetter = 5;
+
+double distance(const MatrixXd& a, const MatrixXd& b) {
+  return (a - b).rowwise().norm().mean();
+}
+
+bool among(const std::vector<MatrixXd>& all, const MatrixXd& one, double near) {
+  return std::any_of(all.begin(), all.end(), [&](const MatrixXd& w) { return distance(w, one) < near; });
+}
+
+}  // namespace
+
+double median_spacing(const MatrixXd& points) {
+  std::vector<double> nearest;
+  for (Index i = 0; i < points.rows(); ++i) {
+    Eigen::VectorXd d = (points.rowwise() - points.row(i)).rowwise().squaredNorm();
+    d[i] = std::numeric_limits<double>::infinity();
+    nearest.push_back(d.minCoeff());
+  }
+  return std::sqrt(median(std::move(nearest)));
+}
+
+bool fits_exactly(const FlowState& state, double spacing, Index smaller) {
+  return std::sqrt(state.variance) < std::min(kExactSdOfSpacing * spacing, kExactSd) &&
+         static_cast<double>(state.partners.sum()) > kExactFound * static_cast<double>(smaller);
+}
+
+Search::Search(const FlowProblem& problem, const MatrixXd& to, const MatchOptions& options,
+               double energy_without)
+    : problem_(problem),
+      to_(to),
+      options_(options),
+      energy_without_(energy_without),
+      spacing_(median_spacing(problem.from)),
+      stiff_(problem.stiff(kStiffModes)) {}
+
+void Search::screen(MatchStart start, double turn_deg, const MatrixXd& placed, double sd,
+                    double context_weight, const MatrixXf* likeness) {
+  if (std::abs(turn_deg) > options_.most_turn_deg) return;
+  Candidate& candidate = screened_.emplace_back();
+  candidate.start = start;
+  candidate.turn_deg = turn_deg;
+  candidate.context_weight = context_weight;
+  candidate.sd = sd;
+  candidate.placed = placed;
+  candidate.state.warped = placed;
+  flow(stiff_,
+       {.sd = sd,
+        .context_weight = context_weight,
+        .amplitude = kAmplitude / 2,
+        .count_freedom = true,
+        .most_iterations = kScreenIterations,
+        .likeness = likeness,
+        .context_every = kScreenContextEvery},
+       candidate.state);
+  weigh(stiff_, kAmplitude / 2, candidate.state);
+}
+
+void Search::screen_all(bool in_place, const MatrixXd& as_it_lies) {
+  if (in_place) {
+    screen(MatchStart::Near, 0, as_it_lies, kNearSdOfSpacing * spacing_, 0, nullptr);
+    screen(MatchStart::Plain, 0, as_it_lies, kPlainSd, 0, nullptr);
+  }
+  const Votes votes(problem_.from, to_, options_.reflections);
+  for (size_t k = 0; k < std::min(kPlaces, votes.size()); ++k) {
+    const Placement place = votes.place(k);
+    screen(MatchStart::Turned, place.turn_deg, place.points, kTurnedSd, kContextWeight, nullptr);
+  }
+  // The basin of the right answer is wide but has to be met: every turn about the centre.
+  if (options_.most_turn_deg >= kLeastSearched_deg) {
+    const size_t most = kTurns * (options_.reflections ? 2 : 1) + (problem_.from.cols() > 2 ? kTurns : 0);
+    for (size_t k = 0; k < std::min(votes.size(), most); ++k)
+      screen(MatchStart::Turned, angle_of(votes.turn(k)), dense::product(problem_.from, votes.turn(k)),
+             kTurnedSd, kContextWeight, votes.likeness(k));
+  }
+  if (screened_.empty() && ended_.empty()) screen(MatchStart::Plain, 0, as_it_lies, kPlainSd, 0, nullptr);
+  std::stable_sort(screened_.begin(), screened_.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.state.energy > b.state.energy; });
+  if (!screened_.empty()) least_ = screened_.back().state.energy;
+}
+
+void Search::finish(Candidate candidate, MatchResult& result) {
+  FlowState& state = candidate.state;
+  flow(problem_,
+       {.sd = candidate.sd,
+        .context_weight = candidate.context_weight,
+        .amplitude = kAmplitude / 2,
+        .count_freedom = true},
+       state);
+  settle(std::move(candidate), result);
+}
+
+void Search::settle(Candidate candidate, MatchResult& result) {
+  FlowState& state = candidate.state;
+  flow(problem_, {.sd = std::sqrt(state.variance), .amplitude = kAmplitude}, state);
+  weigh(problem_, kAmplitude, state);
+  result.attempts.push_back({candidate.start, candidate.turn_deg, state.energy, state.bending,
+                             std::sqrt(state.variance), state.iterations, state.converged});
+  result.iterations += state.iterations;
+  if (ended_.empty() || state.energy < best_.energy - kBetter) {
+    best_ = state;
+    result.winner = result.attempts.size() - 1;
+  }
+  ended_.push_back(std::move(candidate));
+}
+
+bool Search::clean() const {
+  return fits_exactly(best_, spacing_, std::min(problem_.from.rows(), problem_.to.rows()));
+}
+
+// Little noise and yet little evidence: the warp has bent itself onto what it does not belong to.
+bool Search::doubtful() const {
+  return std::sqrt(best_.variance) < kDoubtfulSdOfSpacing * spacing_ &&
+         energy_without_ - best_.energy - freedom_cost(problem_, best_, kAmplitude) < kDoubtfulEvidence;
+}
+
+void Search::finish_some(MatchResult& result) {
+  std::vector<Candidate> later;
+  std::vector<MatrixXd> taken;
+  while (!screened_.empty()) {
+    Candidate candidate = std::move(screened_.back());
+    screened_.pop_back();
+    later.push_back(candidate);
+    const MatrixXd& at = candidate.state.warped;
+    const double same = std::max(kSameScreened, kSameOfSd * std::sqrt(best_.variance));
+    const bool known = among(taken, at, kSameScreened) ||
+                       std::any_of(ended_.begin(), ended_.end(), [&](const Candidate& end) {
+                         return distance(end.state.warped, at) < same;
+                       });
+    if (known || taken.size() >= kFinished || clean() || candidate.state.energy > least_ + kScreenGap)
+      continue;
+    taken.push_back(at);
+    candidate.sd = std::sqrt(candidate.state.variance);
+    finish(std::move(candidate), result);
+  }
+  screened_ = std::move(later);  // the best first
+}
+
+// Every start from its beginning, with the whole warp.
+void Search::finish_all(MatchResult& result) {
+  for (Candidate& candidate : screened_) {
+    if (clean()) return;
+    candidate.state = FlowState();
+    candidate.state.warped = candidate.placed;
+    finish(std::move(candidate), result);
+  }
+}
+
+void Search::grow_some(size_t most, MatchResult& result) {
+  size_t grows = 0;
+  while (grows < most && !clean()) {
+    size_t at = ended_.size();
+    for (size_t k = 0; k < ended_.size(); ++k)
+      if ((at == ended_.size() || ended_[k].state.energy < ended_[at].state.energy) &&
+          std::sqrt(ended_[k].state.variance) < kGrownSdOfSpacing * spacing_ &&
+          !among(grown_, ended_[k].state.warped, kSameEnd))
+        at = k;
+    if (at == ended_.size()) return;
+    const Candidate from = ended_[at];
+    grown_.push_back(from.state.warped);
+    for (const Core& core : cores(problem_, from.state, kAmplitude, kCoresOfOne)) {
+      if (clean() || grows++ >= most) return;
+      Candidate grown = from;
+      grown.state.iterations = 0;
+      grow(problem_, kAmplitude, core, spacing_, grown.state);
+      settle(std::move(grown), result);
+    }
+  }
+}
+
+void Search::try_self_maps(MatchResult& result) {
+  constexpr size_t kMostMaps = 3;
+  if (options_.most_turn_deg < kLeastSearched_deg) return;
+  const FlowState found = best_;
+  for (const std::vector<Index>& map : self_maps(problem_.from, options_.reflections, kMostMaps)) {
+    Candidate other;
+    other.start = MatchStart::Turned;
+    other.turn_deg = 0;
+    other.state.outlier_fraction = found.outlier_fraction;
+    other.state.warped = found.warped(map, Eigen::all);
+    other.state.variance = std::max(found.variance, std::pow(0.3 * spacing_, 2));
+    settle(std::move(other), result);
+  }
+}
+
+void Search::run(bool in_place, const MatrixXd& as_it_lies, MatchResult& result) {
+  if (in_place) {
+    Candidate here;
+    here.start = MatchStart::Context;
+    here.context_weight = kContextWeight;
+    here.sd = kStartSd;
+    here.state.warped = as_it_lies;
+    finish(std::move(here), result);
+  }
+  if (!in_place || !clean()) {
+    screen_all(in_place, as_it_lies);
+    finish_some(result);
+    grow_some(kGrown, result);
+    if (!clean() && doubtful()) {
+      finish_all(result);
+      grow_some(kMoreGrown, result);
+    }
+  }
+  try_self_maps(result);
+}
+
+double Search::posterior() const {
+  std::vector<MatrixXd> basins;
+  double others = 0;
+  for (const Candidate& c : ended_) {
+    if (distance(c.state.warped, best_.warped) <= kOtherWarp || among(basins, c.state.warped, kOtherWarp))
+      continue;
+    basins.push_back(c.state.warped);
+    others += std::exp(std::min(best_.energy - c.state.energy, 50.));
+  }
+  return 1 / (1 + others);
+}
+
+}  // namespace palpate

@@ -1,0 +1,15 @@
+// Turns that bring a template onto itself.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace palpate {
+
+/// Which point lies where each point comes to, of turns (with `reflections` mirrors too) that bring the set,
+/// stretched to the same width along all axes, onto itself to a fraction of its spacing: `most` at most, the
+/// identity not among them. Points x axes.
+std::vector<std::vector<Eigen::Index>> self_maps(const Eigen::MatrixXd& points, bool reflections,
+                                                 size_t most);
+
+}  // namespace palpate
