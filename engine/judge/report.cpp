@@ -238,7 +238,11 @@ json::Value judgement_json(const Judgement& j) {
 
 std::string cases_csv(const Cases& cases) {
   std::string csv;
-  for (const Condition& c : cases.conditions) csv += csv_text(c.name) + ",";
+  for (const Condition& c : cases.conditions) {
+    const bool also_estimated = std::any_of(cases.quantities.begin(), cases.quantities.end(),
+                                            [&](const Quantity& q) { return q.name == c.name; });
+    csv += csv_text((also_estimated ? "true_" : "") + c.name) + ",";
+  }
   for (const Quantity& q : cases.quantities)
     csv += q.name + "_truth," + q.name + "," + q.name + "_low," + q.name + "_high,";
   const bool groups =

@@ -18,8 +18,8 @@ std::string judgement_summary(const Judgement& judgement);
 std::string judgement_csv(const Judgement& judgement);
 json::Value judgement_json(const Judgement& judgement);
 
-/// One line a case: conditions, NAME_truth, NAME, NAME_low, NAME_high of each quantity, verdict ("reported",
-/// "refused") and, where there are any, wrong and group.
+/// One line a case: conditions (true_NAME where NAME is estimated too), NAME_truth, NAME, NAME_low, NAME_high
+/// of each quantity, verdict ("reported", "refused") and, where there are any, wrong and group.
 std::string cases_csv(const Cases& cases);
 
 }  // namespace palpate::judge

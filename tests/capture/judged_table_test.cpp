@@ -81,7 +81,7 @@ TEST_F(JudgedTable, ChosenConditionsPromiseAndVerdicts) {
 
 TEST_F(JudgedTable, OurOwnComeBackAsTheyWere) {
   judge::Cases cases;
-  cases.conditions = {{"force_N", {}}, {"shape", {"ball", "flat, round"}}};
+  cases.conditions = {{"young_kPa", {}}, {"shape", {"ball", "flat, round"}}};
   cases.quantities = {{"young_kPa", 0.9}};
   cases.wrong_means = "off";
   const double nan = std::nan(""), open = std::numeric_limits<double>::infinity();
@@ -90,6 +90,7 @@ TEST_F(JudgedTable, OurOwnComeBackAsTheyWere) {
   const judge::Cases again = read(judge::cases_csv(cases));
   ASSERT_EQ(again.cases.size(), 2u);
   EXPECT_EQ(again.conditions[1].labels, (std::vector<std::string>{"flat, round", "ball"}));
+  EXPECT_EQ(again.conditions[0].name, "true_young_kPa");
   EXPECT_EQ(again.cases[0].conditions[0], 1.0 / 3);
   EXPECT_GT(again.cases[0].values[0].high, 1e300);
   EXPECT_TRUE(std::isnan(again.cases[1].values[0].low));
