@@ -26,6 +26,7 @@ struct Arrow {
 constexpr Arrow kArrows[] = {
     {"shaders engine/include", ""},
     {"engine/base", "engine/include"},
+    {"engine/judge", "engine/base"},
     {"engine/gpu", "engine/base shaders"},
     {"engine/sensor", "engine/base"},
     {"engine/numeric", "engine/gpu engine/sensor"},
@@ -44,7 +45,7 @@ constexpr Arrow kArrows[] = {
     {"engine/lump/dataset engine/lump/network", "engine/lump/observation"},
     {"engine/lump/fem_inverse engine/lump/training", "engine/lump/dataset engine/lump/network"},
     {"engine/lump", "engine/lump/fem_inverse"},
-    {"engine/lump/study", "engine/lump engine/lump/training"},
+    {"engine/lump/study", "engine/lump engine/lump/training engine/judge"},
     {"engine/palpation", "engine/lump/study engine/pipeline"},
     {"capture/truth capture/clock", "engine/base"},
     {"capture/source", "capture/truth"},

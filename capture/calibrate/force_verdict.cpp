@@ -70,6 +70,15 @@ ForceVerdict verdict_of(const ForceOutcome& o) {
   verdict.line = text("good to +- %.3g N, %.2g %% of full scale (95 %%), up to %.4g N",
                       o.choice.interval_full_N, 100 * verdict.interval_fraction, full_N);
   if (verdict.presses == 1) verdict.line += "; judged within one press: another may differ";
+  // A gel's pixels show slopes, and those go with the object's shape as well as with the force.
+  const bool gel = std::any_of(o.samples.begin(), o.samples.end(),
+                               [](const ForceSample& s) { return s.features.has_gradient; });
+  std::set<uint32_t> recordings;
+  for (const auto& [recording, press] : presses) recordings.insert(recording);
+  if (gel && recordings.size() < kFewestRecordings)
+    verdict.line +=
+        "; for objects shaped as those pressed alone: on a gel others may read half of their force, "
+        "recordings of three objects or more judge that";
   return verdict;
 }
 

@@ -206,6 +206,11 @@ std::optional<PressFrame> PressReader::read(const Frame& frame) {
     const cv::Mat change = change_of(frame, background_, sensor_);
     const std::vector<float> gray(change.begin<float>(), change.end<float>());
     const ContactEdge edge = find_edge(gray, width, height, sensor_, sample_.flat());
+    // Half of a face's light has to count as contact: else its dim parts are missing in force and edge.
+    if (sample_.flat() && edge.half_gray < sensor_.threshold_gray) {
+      why_not_ = "a face with less than twice the threshold's light: more exposure, or press harder";
+      return std::nullopt;
+    }
     if (std::isfinite(edge.radius_mm)) p.radius_mm = {edge.radius_mm, edge.sd_mm};
     if (sample_.flat())
       for (uint32_t y = 0; y < height; ++y)

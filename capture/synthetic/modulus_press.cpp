@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kBright = 0.4, kBlur_mm = 0.02;
+constexpr double kBlur_mm = 0.02;
 constexpr int kInPixel = 4;  // samples of the light along a side of a pixel
 
 /// Distance of the place of a disc that stands for a place of the square of the same area: rings become
@@ -91,8 +91,9 @@ SimulatedPresses simulate_presses(const ModulusScene& scene, const PressTruth* t
       brightest = std::max(brightest, press.pressure_at_MPa(r));
   }
   const double usual = optics::kGrayPerMPa * optics::scale(scene.sensor.bit_depth),
-               light = scene.light > 0 ? scene.light
-                                       : kBright * out.background.format.max_gray() / (brightest * usual);
+               light = scene.light > 0
+                           ? scene.light
+                           : scene.brightness * out.background.format.max_gray() / (brightest * usual);
   // A longer exposure: more gray for the same pressure, all else as before.
   out.sensor.elastic.gray_per_MPa *= light;
   if (out.sensor.force) {

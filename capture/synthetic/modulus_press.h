@@ -25,7 +25,8 @@ struct ModulusScene {
   std::vector<double> forces_N = {0.8, 1.0};
   SyntheticOptions sensor;     ///< mode Waveguide; scene and force are not used
   double light = 0;            ///< exposure: touch light over the built-in sensor's; 0: the brightest pixel
-                               ///< comes to half of full scale
+                               ///< comes to `brightness` of full scale
+  double brightness = 0.4;     ///< less is more noise beside the light of the touch
   double pad_error = 0;        ///< the pad's true modulus over what the sensor file says, less 1
   double stage_sd_mm = 0.005;  ///< of one reading of the stage
   double zero_error_mm = 0;    ///< of the stage's zero

@@ -17,9 +17,8 @@ namespace {
 constexpr double kPadSd = 0.01, kForceSd = 0.01, kSizeSd = 0.005, kZero_mm = 0.1, kStage_mm = 0.005;
 constexpr double kMostStrain = 0.08, kWidest = 0.33, kMostForce_N = 2;
 
-PadBody trial_pad() {
-  const SyntheticOptions options;
-  return {{options.pad_young_MPa, 0.5}, options.pad_thickness_mm, Base::Bonded};
+PadBody trial_pad(const ModulusBench& bench) {
+  return {{SyntheticOptions{}.pad_young_MPa, 0.5}, bench.pad_thickness_mm, Base::Bonded};
 }
 
 }  // namespace
@@ -43,7 +42,8 @@ double trial_force_N(const PressModel& model, double young_MPa, double pad_MPa) 
 }
 
 std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape, double young_MPa,
-                                        const std::vector<double>& forces_N, uint64_t seed, int nodes) {
+                                        const std::vector<double>& forces_N, uint64_t seed, int nodes,
+                                        const ModulusBench& bench) {
   std::mt19937_64 random(seed * 7919 + static_cast<uint64_t>(shape));
   std::normal_distribution<double> normal;
   ModulusScene scene;
@@ -51,17 +51,19 @@ std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape
   scene.young_MPa = young_MPa;
   scene.forces_N = forces_N;
   scene.sensor.seed = seed;
+  scene.sensor.pad_thickness_mm = bench.pad_thickness_mm;
+  scene.brightness = bench.brightness;
   scene.pad_error = kPadSd * normal(random);
   scene.size_error = kSizeSd * normal(random);
   scene.zero_error_mm = kZero_mm * normal(random);
   scene.stage_sd_mm = kStage_mm;
   Sample true_sample = scene.sample;
   true_sample.size_mm *= 1 + scene.size_error;
-  const PressTruth truth(trial_pad(), true_sample, nodes);
+  const PressTruth truth(trial_pad(bench), true_sample, nodes);
   const SimulatedPresses presses = simulate_presses(scene, &truth);
 
   ModulusSetup setup;
-  setup.pad = trial_pad();
+  setup.pad = trial_pad(bench);
   setup.sample = scene.sample;
   setup.pad_relative_sd = kPadSd;
   setup.force_relative_sd = kForceSd;
@@ -82,14 +84,14 @@ std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape
 }
 
 std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape, double young_MPa,
-                                        uint64_t seed, int presses, int nodes) {
-  const PadBody pad = trial_pad();
+                                        uint64_t seed, int presses, int nodes, const ModulusBench& bench) {
+  const PadBody pad = trial_pad(bench);
   const PressModel model(pad, trial_sample(shape));
   const double most = trial_force_N(model, young_MPa, pad.material.young_MPa);
   std::vector<double> forces;
   forces.reserve(static_cast<size_t>(presses));
   for (int i = 0; i < presses; ++i) forces.push_back(most * (0.2 + 0.8 * i / (presses - 1)));
-  return modulus_trial(context, shape, young_MPa, forces, seed, nodes);
+  return modulus_trial(context, shape, young_MPa, forces, seed, nodes, bench);
 }
 
 ModulusScore score(const std::vector<ModulusTrial>& trials, double from_MPa, double to_MPa) {

@@ -30,6 +30,12 @@ struct ModulusTrial {
   bool inside() const { return answer.best().low_MPa <= truth_MPa && truth_MPa <= answer.best().high_MPa; }
 };
 
+/// What the sample is pressed against, and its light.
+struct ModulusBench {
+  double pad_thickness_mm = SyntheticOptions{}.pad_thickness_mm;
+  double brightness = ModulusScene{}.brightness;
+};
+
 /// The usual bench: cube of 10 mm, cylinder 10 x 10 mm, sphere of 16 mm.
 Sample trial_sample(SampleShape shape);
 /// Largest force of a press as a user would choose it: 8 % strain, a contact of 0.33 of a ball's radius, or 2
@@ -40,10 +46,12 @@ double trial_force_N(const PressModel& model, double young_MPa, double pad_MPa);
 /// and a stage whose zero (0.1 mm) are drawn by `seed`; then estimated with these errors stated, beside the
 /// stage and without it. `nodes`: of the finite elements' face.
 std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape, double young_MPa,
-                                        uint64_t seed, int presses, int nodes);
+                                        uint64_t seed, int presses, int nodes,
+                                        const ModulusBench& bench = {});
 /// At forces chosen.
 std::vector<ModulusTrial> modulus_trial(gpu::Context& context, SampleShape shape, double young_MPa,
-                                        const std::vector<double>& forces_N, uint64_t seed, int nodes);
+                                        const std::vector<double>& forces_N, uint64_t seed, int nodes,
+                                        const ModulusBench& bench = {});
 
 /// Error and coverage over trials.
 struct ModulusScore {

@@ -52,6 +52,22 @@ TEST(ForceVerdict, OnePressSaysSo) {
   EXPECT_NE(v.line.find("judged within one press"), std::string::npos) << v.line;
 }
 
+TEST(ForceVerdict, OneObjectOnAGelSaysSo) {
+  const auto on_gel = [](uint32_t seed) {
+    GaugedRecording r = recording(5, 0.01, seed);
+    for (GaugedFrame& f : r.frames) f.touch.gradient_sum = 2 * f.touch.gray_sum;
+    return r;
+  };
+  const auto warns = [](std::vector<GaugedRecording> recordings) {
+    const ForceVerdict v = verdict_of(calibrate_force(std::move(recordings), {ForceSignal::GraySum, {}, {}}));
+    EXPECT_TRUE(v.fit_for_use) << v.line;
+    return v.line.find("on a gel") != std::string::npos;
+  };
+  EXPECT_TRUE(warns({on_gel(5)}));
+  EXPECT_FALSE(warns({on_gel(5), on_gel(6), on_gel(7)}));
+  EXPECT_FALSE(warns({recording(5, 0.01)}));
+}
+
 TEST(ForceVerdict, WideIntervalIsNotFitForUse) {
   const ForceOutcome o = calibrate(recording(5, 0.5));
   const ForceVerdict v = verdict_of(o);

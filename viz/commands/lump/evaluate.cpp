@@ -5,14 +5,18 @@
 
 #include "capture/files/output_file.h"
 #include "engine/base/json.h"
+#include "engine/judge/report.h"
 #include "engine/lump/study/evaluation.h"
+#include "engine/lump/study/evaluation_cells.h"
 #include "engine/lump/study/evaluation_table.h"
 #include "engine/lump/training/examples.h"
 #include "palpate/error.h"
+#include "viz/commands/evaluate/evaluate.h"
 #include "viz/commands/lump/lump.h"
 #include "viz/commands/lump/method.h"
 #include "viz/commands/options.h"
 #include "viz/commands/progress.h"
+#include "viz/report/coverage_plot.h"
 #include "viz/report/lump_evaluation_plot.h"
 
 namespace palpate {
@@ -23,6 +27,7 @@ struct Options {
   std::string network, method = "network";
   std::optional<lump::ScoreOver> over;
   lump::EvaluationJob job;
+  judge::CellOptions cells;
   uint32_t count = 0;
 };
 
@@ -34,6 +39,19 @@ Report table_report(const Common& common, const std::vector<lump::ScoreRow>& row
     report.text += "wrote " + (common.out / "lump_rows.csv").string() + "\n";
   }
   return report;
+}
+
+/// The same readings by cell of what varies, beside the score.
+void add_cells(const Common& common, const Options& o, const std::vector<lump::Judged>& judged,
+               json::Value& json, Report& report) {
+  const judge::Cases cases = lump::cases_of(judged);
+  judge::CellOptions options = o.cells;
+  options.seed = common.seed;
+  const judge::Judgement judgement = judge::judge_cells(cases, options);
+  json["cells"] = judge::judgement_json(judgement);
+  report.text += "\nby cell:\n" + judge::judgement_summary(judgement);
+  if (!common.out.empty())
+    report.text += "wrote " + write_judgement(judgement, cases, common.out, "coverage") + "\n";
 }
 
 Report run(const Common& common, Options& o) {
@@ -74,7 +92,9 @@ Report run(const Common& common, Options& o) {
   const lump::Score score = score_of(judged);
   json::Value json = score_json(score, o.method, o.job);
   json["complete"] = complete;
-  Report report{score_text(score), json.dump(2)};
+  Report report{score_text(score), ""};
+  if (score.lumps > 0) add_cells(common, o, judged, json, report);
+  report.json = json.dump(2);
   if (!complete) {
     report.text = "interrupted after " + std::to_string(judged.size()) + " of " +
                   std::to_string(observations) + " readings: of those\n" + report.text;
@@ -157,10 +177,14 @@ void add_lump_evaluate(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("--threads", o->job.threads, "More than one makes the times untrue")
       ->capture_default_str()
       ->check(Check::range(1, 256));
-  command->add_option("--out", common.out, "Folder for lump_evaluation.csv and plots, or lump_rows.csv");
+  o->cells.by = {"size_mm", "depth_mm", "ratio"};
+  add_cell_options(*command, o->cells, "size_mm, depth_mm, ratio, thickness_mm, offset_mm, shape");
+  command->add_option("--out", common.out,
+                      "Folder for lump_evaluation.csv, coverage.csv and plots, or lump_rows.csv");
   add_common(*command, common,
              "  palpate lump evaluate held_out.h5 --out out/lump\n"
              "  palpate lump evaluate held_out.h5 --noise 0.05 --loads 1\n"
+             "  palpate lump evaluate held_out.h5 --by size_mm,shape --bins 3 --out out/shapes\n"
              "  palpate lump evaluate held_out.h5 --method direct --every 10 --out out/direct\n"
              "  palpate lump evaluate held_out.h5 no_lump.h5 --over noise --threads 2 --out out/noise\n"
              "  palpate lump evaluate held_out.h5 --network my.lump --modulus-error 0.3 --json\n");

@@ -1,0 +1,44 @@
+#include "engine/base/json.h"
+#include "engine/base/text.h"
+#include "engine/judge/report.h"
+#include "viz/commands/evaluate/evaluate.h"
+#include "viz/commands/options.h"
+#include "viz/report/coverage_plot.h"
+
+namespace palpate {
+
+void add_cell_options(CommandLine& command, judge::CellOptions& cells, const std::string& conditions) {
+  command.add_option("--by", cells.by, "Conditions to cross, each with each (default: all): " + conditions)
+      ->delimiter(',');
+  command.add_option("--bins", cells.bins, "Steps of a condition that is a number, as many cases in each")
+      ->capture_default_str()
+      ->check(Check::range(uint64_t{1}, uint64_t{20}));
+  command.add_option("--fewest", cells.fewest, "Cases of a cell that is judged; with less it has too few")
+      ->capture_default_str()
+      ->check(Check::range(uint64_t{1}, uint64_t{1000000}));
+}
+
+void add_trials(CommandLine& command, uint32_t& trials, const std::string& description) {
+  command.add_option("--trials", trials, description)->capture_default_str()->check(Check::range(1, 1000000));
+}
+
+Report judged_report(const Common& common, const judge::Cases& cases, judge::CellOptions cells,
+                     const std::string& stem, size_t trials, size_t wanted) {
+  const bool complete = trials == wanted;
+  if (cases.cases.empty() && !complete) return {"interrupted", R"({"complete": false})", kInterrupted};
+  cells.seed = common.seed;
+  const judge::Judgement judgement = judge::judge_cells(cases, cells);
+  json::Value json = judge::judgement_json(judgement);
+  json["trials"] = trials;
+  json["complete"] = complete;
+  Report report{judge::judgement_text(judgement), json.dump(2)};
+  if (!complete) {
+    report.text = text("interrupted after %zu of %zu trials: of those\n", trials, wanted) + report.text;
+    report.exit_code = kInterrupted;
+  }
+  if (!common.out.empty())
+    report.text += "wrote " + write_judgement(judgement, cases, common.out, stem) + "\n";
+  return report;
+}
+
+}  // namespace palpate

@@ -1,0 +1,24 @@
+// palpate evaluate: verdicts and intervals judged cell by cell of what varies.
+#include "viz/commands/evaluate/evaluate.h"
+#include "viz/commands/options.h"
+
+namespace palpate {
+
+void add_evaluate(CommandLine& program, Common& common, Command& chosen) {
+  CommandLine* group = program.add_subcommand(
+      "evaluate", "Intervals and verdicts judged by cell of what varies, the worst corner by name");
+  group->require_subcommand(1);
+  group->footer(
+      "Examples:\n"
+      "  palpate evaluate table results.csv --by size_mm,depth_mm\n"
+      "  palpate evaluate match --trials 500 --out out/match\n"
+      "  palpate evaluate modulus --out out/modulus\n"
+      "  palpate help evaluate force\n"
+      "Lumps are judged so by palpate lump evaluate.\n");
+  add_evaluate_table(*group, common, chosen);
+  add_evaluate_match(*group, common, chosen);
+  add_evaluate_modulus(*group, common, chosen);
+  add_evaluate_force(*group, common, chosen);
+}
+
+}  // namespace palpate

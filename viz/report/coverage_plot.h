@@ -1,0 +1,22 @@
+// Heat maps and files of a judgement by cells.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "engine/judge/cells.h"
+#include "viz/report/plot_script.h"
+
+namespace palpate {
+
+/// A panel for each grid and quantity (share of intervals that hold), and each grid's verdicts (wrong and
+/// refused ones). Numbers of cases stand in the cells, those with too few are gray, those below the promise
+/// beyond chance have a star, the worst is framed.
+std::string coverage_script(const judge::Judgement& judgement, PlotKind kind);
+
+/// Into `folder`: STEM.txt (tables), .csv, .json, .png, .svg, .pdf, and STEM_cases.csv, which
+/// `palpate evaluate table` reads. Returns their names for people. Throws Error(Failure::Output).
+std::string write_judgement(const judge::Judgement& judgement, const judge::Cases& cases,
+                            const std::filesystem::path& folder, const std::string& stem);
+
+}  // namespace palpate
