@@ -10,6 +10,7 @@
 #include "engine/base/statistics.h"
 #include "engine/base/text.h"
 #include "engine/lump/dataset/sweep.h"
+#include "engine/lump/input_errors.h"
 #include "palpate/error.h"
 
 namespace palpate {
@@ -64,7 +65,8 @@ std::string estimate_text(const lump::Estimate& e) {
   line = palpate::text("evidence for a lump: %.3g (1 and more in %.3g %% of readings without one)\n",
                        e.detection_statistic, 100 * e.false_alarm_rate);
   text += line;
-  if (e.detection_statistic >= 1 && std::isfinite(e.size_mm.value)) {
+  if (e.detection_statistic >= 1 && std::isfinite(e.size_mm.value) &&
+      e.verdict != lump::Status::Inconsistent) {
     if (!reports_numbers(e.verdict)) text += "of one lump as the model knows it, which this is not:\n";
     text += "                     value    90 % interval\n";
     const auto row = [&](const char* name, const lump::Value& v, const char* unit) {
@@ -85,14 +87,16 @@ std::string estimate_text(const lump::Estimate& e) {
     text += "\n";
   }
   for (const std::string& reason : e.reasons) text += "note: " + reason + "\n";
+  for (const lump::InputEffect& effect : e.input_effects) text += effect_text(effect) + "\n";
   line = palpate::text("by the %s, in %.2f ms\n", e.method.c_str(), 1e3 * e.wall_s);
   return text + line + "For research, not a diagnosis.\n";
 }
 
 std::string estimate_json(const lump::Estimate& e) {
   using Json = json::Value;
-  const auto value = [](const lump::Value& v) {
-    return std::isfinite(v.value) && v.high > 0 - 1e300 && (v.value != 0 || v.low != 0 || v.high != 0)
+  const auto value = [&e](const lump::Value& v) {
+    return e.verdict != lump::Status::Inconsistent && std::isfinite(v.value) && v.high > 0 - 1e300 &&
+                   (v.value != 0 || v.low != 0 || v.high != 0)
                ? Json{{"value", v.value}, {"low", v.low}, {"high", v.high}}
                : Json(nullptr);
   };
@@ -111,6 +115,16 @@ std::string estimate_json(const lump::Estimate& e) {
   json["wall_s"] = e.wall_s;
   json["bumps_mm"] = e.bumps_mm;
   json["reasons"] = e.reasons;
+  json["input_effects"] = Json::array();
+  const auto changes = [](const std::array<double, 3>& c) {
+    return std::isfinite(c[0]) ? Json{{"size", c[0]}, {"depth", c[1]}, {"stiffness_ratio", c[2]}}
+                               : Json(nullptr);
+  };
+  for (const lump::InputEffect& effect : e.input_effects)
+    json["input_effects"].push_back({{"input", effect.input},
+                                     {"error", effect.error},
+                                     {"lower", changes(effect.lower)},
+                                     {"higher", changes(effect.higher)}});
   return json.dump(2);
 }
 

@@ -67,7 +67,9 @@ Estimator direct_estimator(std::shared_ptr<const Network> network, uint32_t thre
     DirectInversionOptions options;
     options.model.threads = threads;
     Estimate first = network->estimate(observation);
-    if (first.verdict == Status::SeveralLumps || first.verdict == Status::Saturated) return first;
+    if (first.verdict == Status::SeveralLumps || first.verdict == Status::Saturated ||
+        first.verdict == Status::Inconsistent)
+      return first;
     if (first.size_mm.value > 0 && first.depth_mm.value > 0) {
       Case::Lump start;
       start.diameter_mm = first.size_mm.value;

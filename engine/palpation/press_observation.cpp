@@ -193,6 +193,7 @@ lump::Observation press_observation(const PressureNodes& nodes, const std::vecto
   r.block_mm = block.block_mm;
   r.young_Pa = block.young_Pa;
   r.window_mm = block.window_mm;
+  r.uneven_sd = std::max(r.uneven_sd, nodes.relative_sd());
   for (const LoadSums& load : loads) {
     r.pressure_Pa.push_back(nodes.map(load.nodes, r.noise_Pa, r.saturated_fraction));
     r.force_N.push_back(load.force_N);

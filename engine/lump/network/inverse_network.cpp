@@ -11,8 +11,8 @@ namespace {
 constexpr double kNear_mm = 0.3;  // a patch that lies as near to its lump is not moved again
 constexpr int kMostMoves = 3;
 
-/// The principal components' factors at a load, fields x principal components: the cubic through those at the
-/// inverse network's own loads.
+}  // namespace
+
 Eigen::MatrixXd components_at(const InverseNetwork& inverse, Eigen::Index fields, double load) {
   const auto components = inverse.components.cols();
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(fields, components + 1);
@@ -26,8 +26,6 @@ Eigen::MatrixXd components_at(const InverseNetwork& inverse, Eigen::Index fields
   }
   return sum;
 }
-
-}  // namespace
 
 PatchObservation::PatchObservation(const Model& model, const PressedNodes& nodes, const PatchView& from)
     : view(from), sums(sum_patch(model.patch, nodes, from)), errors(model, nodes, sums, kGaugeFraction) {}

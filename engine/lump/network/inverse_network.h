@@ -10,6 +10,10 @@
 
 namespace palpate::lump {
 
+/// The principal components' factors at a load, fields x (principal components and, last, their middle): the
+/// cubic through those at the inverse network's own loads.
+Eigen::MatrixXd components_at(const InverseNetwork& inverse, Eigen::Index fields, double load);
+
 /// A patch of an observation with what all methods need of it. set_pattern() comes before all that is
 /// whitened.
 struct PatchObservation {

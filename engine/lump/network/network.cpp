@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "engine/lump/network/consistency.h"
 #include "engine/lump/network/fit.h"
 #include "engine/lump/network/second_bump.h"
 #include "engine/lump/observation/saturated_loads.h"
@@ -13,12 +14,14 @@ Estimate Network::estimate(const Observation& observation, Method method) const 
   Estimate estimate;
   estimate.method = method == Method::Network ? "network" : "refined";
   const auto seen = without_saturated_loads(observation, estimate);
-  if (const auto nodes = seen ? pressed_nodes(*model_, *seen, estimate) : std::nullopt) {
+  const auto nodes = seen ? pressed_nodes(*model_, *seen, estimate) : std::nullopt;
+  if (nodes) {
     const double temperature =
         calibration_at(*model_, method, nodes->loads.size(), nodes->noise_fraction).temperature;
     summarise(*model_, *nodes, method, weigh_lumps(*model_, *nodes, method, temperature), estimate);
     report_second_bump(*nodes, estimate);
   }
+  if (seen) report_contradictions(*model_, *seen, nodes ? &*nodes : nullptr, estimate);
   estimate.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return estimate;
 }

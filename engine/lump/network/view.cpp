@@ -25,6 +25,10 @@ std::string quantity_text(double value, const char* unit) {
   return text("%.3g%s%s", value, *unit ? " " : "", unit);
 }
 
+std::string range_text(const std::array<double, 2>& range) {
+  return text("%.3g to %.3g", range[0], range[1]);
+}
+
 bool outside(double value, const std::array<double, 2>& range) {
   return !(value >= range[0] * (1 - kBeyond) && value <= range[1] * (1 + kBeyond));
 }
@@ -91,9 +95,8 @@ class NodeChoice {
                        " wide; the model knows " + quantity_text(model_.block_mm[axis], "mm"));
     if (outside(observation_.block_mm[2], model_.thickness_mm))
       return end(Status::OutsideTraining, "the tissue is " + quantity_text(observation_.block_mm[2], "mm") +
-                                              " thick; the model knows " +
-                                              quantity_text(model_.thickness_mm[0], "to ") +
-                                              quantity_text(model_.thickness_mm[1], "mm"));
+                                              " thick; the model knows " + range_text(model_.thickness_mm) +
+                                              " mm");
     nodes_.thickness_mm = observation_.block_mm[2];
     return true;
   }
@@ -111,12 +114,15 @@ class NodeChoice {
       const double unseen = unseen_fraction(observation_.pressure_Pa[k]);
       if (unseen > always + kUnseenFraction) {
         saturated = true;
-        nodes_.reasons.push_back(name + " is left out: " +
-                                 quantity_text(100 * (unseen - always), "% of its values are saturated"));
+        nodes_.reasons.push_back(
+            name + " is left out: " + text("%.3g %% of its values are saturated", 100 * (unseen - always)));
       } else if (outside(load, model_.load)) {
         nodes_.reasons.push_back(
-            name + " is left out: " + quantity_text(load, "of the tissue's modulus; the model knows ") +
-            quantity_text(model_.load[0], "to ") + quantity_text(model_.load[1], ""));
+            name +
+            text(
+                " is left out: over the block's area it is %.3g times the tissue's modulus; the model knows ",
+                load) +
+            range_text(model_.load) + " times");
       } else {
         used_.push_back(k);
         nodes_.loads.push_back(load);

@@ -37,6 +37,8 @@ const char* to_string(Status verdict) {
       return "several lumps";
     case Status::Saturated:
       return "saturated";
+    case Status::Inconsistent:
+      return "inconsistent";
     case Status::Unusable:
       return "unusable";
   }
@@ -57,6 +59,8 @@ const char* status_text(Status verdict) {
       return "more than one lump: no numbers of one alone";
     case Status::Saturated:
       return "saturated where the pressure is highest: no numbers";
+    case Status::Inconsistent:
+      return "the observation contradicts itself: no numbers";
     case Status::Unusable:
       return "not usable";
   }

@@ -21,6 +21,7 @@ struct Observation {
   /// Standard deviation of a map's value, independent from node to node. Where the maps are rougher than it
   /// says (roughness()), that counts.
   double noise_Pa = 0;
+  double uneven_sd = 0.01;      ///< slow errors across the window that calibration leaves, share of pressure
   double saturated_fraction = 0;  ///< of the window's values at the highest load, at the sensor's limit
 
   std::array<double, 3> block_mm = {40, 40, 20};  ///< length, width, thickness of the tissue
@@ -49,9 +50,10 @@ enum class Status : uint8_t {
   OutsideTraining,  ///< the observation is not like what the model was made for
   SeveralLumps,     ///< bumps at two places or more: what an estimate says of one lump is not to be trusted
   Saturated,        ///< the highest pressure is beyond the sensor's limit in every load: no numbers
+  Inconsistent,     ///< the observation contradicts itself: a unit, the pitch, the window ... is wrong
   Unusable,         ///< too few values, not converged: see the reasons
 };
-inline constexpr size_t kStatuses = 7;
+inline constexpr size_t kStatuses = 8;
 
 const char* to_string(Status verdict);    ///< "found", "stiffness open", ...
 const char* status_text(Status verdict);  ///< for people: "a lump", "no lump", ...
@@ -59,6 +61,14 @@ const char* status_text(Status verdict);  ///< for people: "a lump", "no lump", 
 constexpr bool reports_numbers(Status verdict) {
   return verdict == Status::Found || verdict == Status::StiffnessOpen;
 }
+
+/// What an input that is told wrong does to an estimate: relative changes of size, depth and ratio where it
+/// is `error` lower and higher than told; NaN where the estimate then reports no numbers.
+struct InputEffect {
+  std::string input;  ///< "modulus", "thickness", "pitch"
+  double error = 0;   ///< share
+  std::array<double, 3> lower{}, higher{};
+};
 
 struct Estimate {
   Status verdict = Status::Unusable;
@@ -75,7 +85,8 @@ struct Estimate {
   /// Where the observation has several bumps: their tops from the block's middle, the highest first. Else
   /// empty.
   std::vector<std::array<double, 2>> bumps_mm;
-  std::vector<std::string> reasons;  ///< one line each, for people
+  std::vector<std::string> reasons;        ///< one line each, for people
+  std::vector<InputEffect> input_effects;  ///< where they were asked for, see input_errors.h
 };
 
 /// A map's noise by its roughness: mixed second differences of neighbours, of which smooth pressure has next

@@ -73,6 +73,7 @@ std::vector<std::pair<const char*, double>> cells(const ScoreRow& r) {
           {"saturated", verdict_fraction(s, Status::Saturated)},
           {"several_lumps", verdict_fraction(s, Status::SeveralLumps)},
           {"outside_training", verdict_fraction(s, Status::OutsideTraining)},
+          {"inconsistent", verdict_fraction(s, Status::Inconsistent)},
           {"unusable", verdict_fraction(s, Status::Unusable)},
           {"wall_ms", s.wall_ms}};
 }

@@ -7,6 +7,7 @@
 #include "capture/files/output_file.h"
 #include "engine/base/text.h"
 #include "engine/lump/dataset/sweep.h"
+#include "engine/lump/input_errors.h"
 #include "engine/lump/observation/saturated_loads.h"
 #include "palpate/error.h"
 #include "viz/commands/lump/lump.h"
@@ -21,6 +22,7 @@ struct Options {
   std::vector<std::string> maps;
   std::vector<double> force_N, window_mm, block_mm;
   double pitch_mm = 1.25, young_Pa = 0, thickness_mm = 20, noise_Pa = -1;
+  lump::InputErrors errors;
   std::string network, method = "network";
 };
 
@@ -54,8 +56,8 @@ std::string script_of(const lump::Observation& observation, const lump::Estimate
       pixels[1].push_back(observation.window_mm[1] + (y - (map.height - 1) / 2.0) * map.pitch_mm[1]);
       pixels[2].push_back(static_cast<double>(map.at(x, y)));
     }
-  const bool seen =
-      e.detection_statistic >= 1 && std::isfinite(e.size_mm.value) && e.verdict != lump::Status::SeveralLumps;
+  const bool seen = e.detection_statistic >= 1 && std::isfinite(e.size_mm.value) &&
+                    e.verdict != lump::Status::SeveralLumps && e.verdict != lump::Status::Inconsistent;
   for (int i = 0; i <= 72 && seen; ++i) {
     outline[0].push_back(e.x_mm.value + 0.5 * e.size_mm.value * std::cos(i * std::numbers::pi / 36));
     outline[1].push_back(e.y_mm.value + 0.5 * e.size_mm.value * std::sin(i * std::numbers::pi / 36));
@@ -79,7 +81,10 @@ std::string script_of(const lump::Observation& observation, const lump::Estimate
 
 Report run(const Common& common, const Options& o) {
   const lump::Observation observation = reading_of(o);
-  const lump::Estimate estimate = lump_estimator(o.method, lump_network(o.network))(observation);
+  const auto network = lump_network(o.network);
+  lump::Estimate estimate = lump_estimator(o.method, network)(observation);
+  // The network moves as any estimator does, in milliseconds.
+  widen_for_input_errors(lump_estimator("network", network), observation, o.errors, estimate);
   Report report{estimate_text(estimate), estimate_json(estimate)};
   if (!common.out.empty()) {
     make_output_folder(common.out);
@@ -89,7 +94,7 @@ Report run(const Common& common, const Options& o) {
       csv += std::string(name) + "," + plot_number(v.value) + "," + plot_number(v.low) + "," +
              plot_number(v.high) + "," + unit + "\n";
     };
-    if (estimate.detection_statistic >= 1) {
+    if (estimate.detection_statistic >= 1 && estimate.verdict != lump::Status::Inconsistent) {
       row("size", estimate.size_mm, "mm");
       row("depth", estimate.depth_mm, "mm");
       row("stiffness_ratio", estimate.stiffness_ratio, "");
@@ -132,6 +137,17 @@ void add_lump_estimate(CommandLine& group, Common& common, Command& chosen) {
       ->add_option("--noise-Pa", o->noise_Pa,
                    "Of a value, standard deviation (default: from the last map's roughness)")
       ->check(Check::range(0.0, 1e9));
+  command
+      ->add_option("--young-error", o->errors.young,
+                   "Share by which the modulus may be wrong, nine times out of ten; widens the intervals")
+      ->capture_default_str()
+      ->check(Check::range(0.0, 0.5));
+  command->add_option("--thickness-error", o->errors.thickness, "The same of the thickness")
+      ->capture_default_str()
+      ->check(Check::range(0.0, 0.5));
+  command->add_option("--pitch-error", o->errors.pitch, "The same of the pitch")
+      ->capture_default_str()
+      ->check(Check::range(0.0, 0.5));
   command->add_option("--network", o->network,
                       "A file of palpate lump train (default: the built-in network)");
   command->add_option("--method", o->method, kLumpMethodHelp)->capture_default_str();

@@ -9,6 +9,7 @@
 #include "engine/lump/study/evaluation.h"
 #include "engine/lump/study/evaluation_cells.h"
 #include "engine/lump/study/evaluation_table.h"
+#include "engine/lump/study/input_faults.h"
 #include "engine/lump/training/examples.h"
 #include "palpate/error.h"
 #include "viz/commands/evaluate/evaluate.h"
@@ -29,6 +30,7 @@ struct Options {
   lump::EvaluationJob job;
   judge::CellOptions cells;
   uint32_t count = 0;
+  bool faults = false;
 };
 
 Report table_report(const Common& common, const std::vector<lump::ScoreRow>& rows) {
@@ -54,6 +56,16 @@ void add_cells(const Common& common, const Options& o, const std::vector<lump::J
     report.text += "wrote " + write_judgement(judgement, cases, common.out, "coverage") + "\n";
 }
 
+Report faults_report(const Common& common, const std::vector<lump::FaultRow>& rows) {
+  Report report{faults_text(rows), faults_json(rows)};
+  if (!common.out.empty()) {
+    make_output_folder(common.out);
+    write_whole(common.out / "lump_faults.csv", std::string_view(faults_csv(rows)));
+    report.text += "wrote " + (common.out / "lump_faults.csv").string() + "\n";
+  }
+  return report;
+}
+
 Report run(const Common& common, Options& o) {
   o.job.estimator = lump_estimator(o.method, lump_network(o.network));
   std::vector<lump::Example> examples;
@@ -72,15 +84,19 @@ Report run(const Common& common, Options& o) {
     throw Error(Failure::Usage, "a first block below " + std::to_string(examples.size()),
                 "--first " + std::to_string(o.job.first), "--first 0");
   std::mutex guard;
-  ProgressBar bar(common, "readings", observations * (o.over ? rows_of(*o.over) : 1));
+  ProgressBar bar(common, "readings",
+                  observations * (o.faults ? lump::fault_count()
+                                  : o.over ? rows_of(*o.over)
+                                           : 1));
   o.job.progress = [&](size_t done) {
     const std::scoped_lock lock(guard);
     bar.update(done);
     return !interrupted();
   };
   const Report nothing{"interrupted", R"({"complete": false})", kInterrupted};
-  if (o.over) {
+  if (o.over || o.faults) {
     try {
+      if (o.faults) return faults_report(common, lump::fault_rows(examples, o.job));
       return table_report(common, scores_over(*o.over, examples, o.job));
     } catch (const lump::Stopped&) {
       return nothing;
@@ -167,6 +183,9 @@ void add_lump_evaluate(CommandLine& group, Common& common, Command& chosen) {
           "A table instead of one score: noise (0.1 to 10 %, 1, 2 and 4 loads), exposure (the peak at 90 "
           "to 300 % of full scale, 1 and 4 loads), loads (1, 2 and 4)")
       ->transform(one_of(kOver));
+  command->add_flag("--faults", o->faults,
+                    "A table of wrong input instead: units, pitch, window, order of the loads ...; which the "
+                    "estimate finds, and how far the others move it");
   command->add_option("--count", o->count, "Cases of each data set, from the first; 0: all")
       ->capture_default_str();
   command->add_option("--first", o->job.first, "The first case that is read, of all data sets together")

@@ -1,0 +1,78 @@
+// How well an observation fits a block that is as told, with any lump in it, and one that is otherwise.
+//
+// Generalised least squares on all loads together: pressure is the block's own (Base) plus a bump that is any
+// sum of the inverse network's principal components, plus slow errors of sensor and gauge. What of the
+// observation none of these explains is what chi-square counts; another pitch or another place of the window
+// moves the block's own pressure only, so their chi-squares are comparable.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "engine/lump/network/view.h"
+
+namespace palpate::dense {
+class Cholesky;
+}
+
+namespace palpate::lump {
+
+/// What may be otherwise than told.
+struct Change {
+  double pitch = 0;                  ///< true over told, less 1
+  std::array<double, 2> shift_mm{};  ///< of the window's middle, true less told
+  double thickness = 0, young = 0;   ///< of the tissue, true over told, less 1
+};
+
+/// The change that explains an observation best.
+struct ChangeFit {
+  Change change;
+  double chi_square = 0;
+  double sd = 0;  ///< standard error of the change's one number, or of its shift's length; noise and model
+};
+
+/// Columns by which maps may be wrong, fitted linearly.
+struct LinearFit {
+  Eigen::VectorXd value, sd;
+  double chi_square = 0;
+};
+
+class BlockHypotheses {
+ public:
+  /// `uneven_sd`: standard deviation of the sensor's slow errors at the block's rim, share of the pressure.
+  BlockHypotheses(const Model& model, const PressedNodes& nodes, double uneven_sd);
+
+  /// Of the block as told.
+  double chi_square() const { return told_; }
+  double chi_square(const Change& change) const;
+  /// Nodes that count: beyond a long bump's end none do.
+  double nodes() const { return nodes_counted_; }
+
+  ChangeFit best_pitch() const;
+  ChangeFit best_shift() const;
+  ChangeFit best_thickness() const;
+  /// Maps that are more than force and modulus make, as a share.
+  LinearFit gain() const;
+  /// Pressure that rises along x and y, as a share at the rim.
+  LinearFit tilt() const;
+
+ private:
+  Eigen::VectorXd block(const Change& change) const;
+  LinearFit linear(const Eigen::MatrixXd& columns) const;
+  double squares(const Eigen::VectorXd& left) const;
+  template <typename At>
+  ChangeFit search(const std::vector<double>& grid, const At& at) const;
+
+  const Model& model_;
+  const PressedNodes& nodes_;
+  std::vector<double> weights_;  ///< of the loads
+  Eigen::VectorXd observed_;     ///< all loads together; the block alone is about 1
+  Eigen::VectorXd sd_;           ///< of each node: noise, and what the model leaves
+  Eigen::MatrixXd other_;        ///< nodes x what else may be, unit variance each, over sd
+  std::shared_ptr<const dense::Cholesky> root_;
+  double told_ = 0, nodes_counted_ = 0;
+};
+
+}  // namespace palpate::lump
