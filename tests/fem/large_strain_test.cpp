@@ -8,6 +8,7 @@
 
 #include "engine/fem/large_strain/model.h"
 #include "engine/fem/large_strain/pressed_surface.h"
+#include "engine/fem/large_strain/rim_error.h"
 #include "engine/fem/linear/stiffness.h"
 #include "palpate/error.h"
 #include "tests/reference/neo_hookean.h"
@@ -234,6 +235,62 @@ TEST(LargeStrain, TwoGridsAreNearerThanEither) {
   const double fine = peak(solve_large_strain(block(32), plate_depths({3}), options));
   const double two = peak(solve_extrapolated(block(32), {24, 24, 12}, plate_depths({3}), options));
   EXPECT_LT(std::abs(two - truth), 0.4 * std::abs(fine - truth)) << fine << ' ' << two << ' ' << truth;
+}
+
+// The rim of a bonded floor: an edge of 90 degrees whose force errs with the 1.19th power of the cells' size
+// under a small press (Williams), with less the deeper the press.
+TEST(RimError, OrderFallsFromThatOfASmallPress) {
+  fem::LargeStrainOptions options;
+  options.map_nodes = {9, 9};
+  const auto rim = fem::RimError::measure(block(48), {0.02, 1, 2, 3, 4}, options);
+  ASSERT_TRUE(rim);
+  EXPECT_NEAR(rim->at(0).order, 1.1, 0.15);
+  for (size_t l = 1; l < 5; ++l) {
+    EXPECT_LT(rim->at(l).order, rim->at(l - 1).order - 0.03);
+    EXPECT_GT(rim->force_N(l, 24), rim->force_N(l, 48));
+    EXPECT_GT(rim->force_N(l, 48), 0);
+  }
+  EXPECT_LT(rim->at(4).order, 0.75);
+}
+
+TEST(RimError, GridsHaveTheScenesProportions) {
+  using Three = std::array<std::array<uint32_t, 3>, 3>;
+  EXPECT_EQ(fem::RimError::grids({48, 48, 24}), (Three{{{12, 12, 6}, {16, 16, 8}, {24, 24, 12}}}));
+  EXPECT_EQ(fem::RimError::grids({64, 64, 32}), (Three{{{12, 12, 6}, {16, 16, 8}, {24, 24, 12}}}));
+  EXPECT_EQ(fem::RimError::grids({32, 32, 16}), (Three{{{8, 8, 4}, {12, 12, 6}, {16, 16, 8}}}));
+  EXPECT_FALSE(fem::RimError::grids({24, 24, 12}));  // half as many are too few
+  EXPECT_FALSE(fem::RimError::grids({47, 48, 24}));
+}
+
+// Forces of tissue alone on 24, 48 and 96 cells along x, extrapolated with the order that the three have.
+TEST(LargeStrain, ErrorThatIsStatedHoldsAgainstFinerGrids) {
+  fem::LargeStrainOptions options;
+  options.map_nodes = {9, 9};
+  fem::Scene scene = block(32);
+  scene.inclusion.reset();
+  const double wanted_N[] = {0.413162, 0.870948, 1.376945};
+  const auto pressed = solve_extrapolated(scene, plate_depths({1, 2, 3}), options);
+  ASSERT_TRUE(pressed.converged);
+  ASSERT_EQ(pressed.rim_order.size(), 3u);
+  for (size_t l = 0; l < 3; ++l) {
+    const fem::PressedBlock& load = pressed.loads[l];
+    const double off_N = std::abs(load.force_N - wanted_N[l]);
+    EXPECT_LT(off_N, load.force_error_N);
+    EXPECT_LT(off_N, 0.004 * wanted_N[l]);
+    EXPECT_LT(load.force_error_N, 0.006 * wanted_N[l]);
+    EXPECT_EQ(load.press_error_mm, 0);
+  }
+  // Asked for the force, the press is what it was.
+  std::vector<fem::PressLoad> forces;
+  for (const fem::PressedBlock& load : pressed.loads) forces.push_back({std::nullopt, load.force_N});
+  const auto found = solve_extrapolated(scene, forces, options);
+  ASSERT_TRUE(found.converged);
+  for (size_t l = 0; l < 3; ++l) {
+    EXPECT_NEAR(found.loads[l].press_mm, static_cast<double>(l + 1), 0.1 * found.loads[l].press_error_mm);
+    EXPECT_NEAR(found.loads[l].pressure_Pa.at(4, 4), pressed.loads[l].pressure_Pa.at(4, 4),
+                0.5 * pressed.loads[l].pressure_error_Pa);
+    EXPECT_EQ(found.loads[l].force_error_N, 0);
+  }
 }
 
 // Faces between the planes of straight cells are felt where the planes are, not where the faces are.

@@ -91,7 +91,9 @@ Report one_scene(const Common& common, const Options& options) {
   if (sensor && !has_scale(*sensor))
     throw Error(Failure::Sensor, "a sensor with a scale in " + options.sensor, "\"pitch_mm_per_px\": null",
                 "palpate calibrate scale");
-  const ForwardOutcome outcome = describe(scene, fem::solve(scene, options.solver));
+  std::optional<fem::GridError> grid_error;
+  ForwardOutcome outcome = describe(scene, fem::solve(scene, options.solver, grid_error));
+  outcome.grid_error = grid_error;
   json::Value value = to_json(outcome);
   std::string text = to_text(outcome);
   if (!outcome.result.converged) return {text, value.dump(2), kNotConverged};
@@ -190,7 +192,7 @@ void add_solver_options(CommandLine& command, Options& o) {
   CommandOption* large =
       command.add_flag("--large-strain", o.solver.large_strain,
                        "Neo-Hookean tissue pressed in steps: beyond 10 % of the thickness the only one "
-                       "that holds (flat presser, bonded pad)");
+                       "that holds (flat presser, bonded pad); on two grids, whose error is told");
   command.add_option("--step-mm", o.solver.step_mm, "Of --large-strain, at most")
       ->capture_default_str()
       ->check(Check::positive())

@@ -10,6 +10,7 @@
 
 #include "engine/base/json.h"
 #include "engine/fem/scene.h"
+#include "engine/fem/solve.h"
 #include "engine/lump/dataset/sweep.h"
 #include "engine/lump/observation/gaussian_profile.h"
 #include "palpate/sensor.h"
@@ -23,6 +24,7 @@ struct ForwardOutcome {
   fem::Result result;
   lump::Profile profile;  ///< stress, Pa, along x through the bump
   lump::GaussianFit fit;
+  std::optional<fem::GridError> grid_error = {};  ///< none: one grid, which does not tell its own
 };
 /// Throws nothing of its own: a result that did not converge has no profile and no fit.
 ForwardOutcome describe(const fem::Scene& scene, fem::Result result);

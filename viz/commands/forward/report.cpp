@@ -77,6 +77,13 @@ Json to_json(const ForwardOutcome& o) {
   value["center_stress_Pa"] = r.center_stress_Pa;
   value["core_strain"] = r.core_strain;
   value["tension_share"] = r.tension_fraction;
+  if (o.grid_error) {
+    const fem::GridError& e = *o.grid_error;
+    value["grid_error"] = {{"force_N", e.force_N},
+                           {"press_mm", e.press_mm},
+                           {"stress_rms_Pa", e.stress_Pa},
+                           {"rim_order", e.rim_order ? Json(*e.rim_order) : Json(nullptr)}};
+  }
   if (o.scene.presser == fem::Presser::Sphere) value["contact_radius_mm"] = r.contact_radius_mm;
   const lump::GaussianFit& f = o.fit;
   value["gaussian"] = {{"found", f.found},
@@ -127,6 +134,14 @@ std::string to_text(const ForwardOutcome& o) {
   text += palpate::text("press           %s, %.4g mm, %.5g N\n", to_string(s.presser), r.press_mm, r.force_N);
   text += palpate::text("stress          %.5g Pa in the middle", r.center_stress_Pa);
   text += std::isfinite(r.core_strain) ? palpate::text(", strain in the core %.4g\n", r.core_strain) : "\n";
+  if (o.grid_error) {
+    const fem::GridError& e = *o.grid_error;
+    text += palpate::text("grid's error    %s, stress %.2g Pa (root of the mean square)",
+                          s.press_mm ? palpate::text("force %.2g N", e.force_N).c_str()
+                                     : palpate::text("press %.2g mm", e.press_mm).c_str(),
+                          e.stress_Pa);
+    text += e.rim_order ? palpate::text("; at the floor's rim of order %.2f\n", *e.rim_order) : "\n";
+  }
   if (s.presser == fem::Presser::Sphere)
     text += palpate::text("contact         radius %.4g mm, +- half a cell of %.3g mm\n", r.contact_radius_mm,
                           r.stress_Pa.pitch_mm[0]);
