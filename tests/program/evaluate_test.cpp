@@ -55,7 +55,7 @@ TEST_F(Evaluate, ATablesBadCornerIsNamed) {
 }
 
 TEST_F(Evaluate, MatchesAreJudgedAlikeBySeed) {
-  const std::vector<std::string> few = {"evaluate", "match",    "--trials", "12",    "--by",
+  const std::vector<std::string> few = {"evaluate", "match",    "--trials", "4",     "--by",
                                         "noise",    "--fewest", "2",        "--json"};
   const Ended ended = run(few);
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
