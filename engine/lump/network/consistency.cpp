@@ -22,10 +22,12 @@ constexpr double kGauge = 0.01;    // standard deviation of a force that is stil
 constexpr double kMostSum = 1.06;
 constexpr double kRimPressure = 0.3;  // of the mean: a row beside the block that carries as much
 constexpr double kNoPressure = 0.25;  // of the mean: a row on the block that carries no more
-constexpr double kOneForce = 0.08;    // of a load, against what the others say
+constexpr double kOneForce = 0.05;    // of a load, against what the others say
 constexpr double kSlide_mm = 1;
 constexpr double kPitch = 0.12, kShift_mm = 1.7, kTilt = 0.08;
-constexpr double kRival = 25;     // by which a pitch has to fit better than a thickness
+constexpr double kRival = 1.4;  // a thickness leaves so many times the chi-square that a pitch does
+constexpr double kPitchLeaves =
+    0.55;  // of the chi-square, at most; large stiff lumps that are told right: 0.59 and more
 constexpr double kEvidence = 40;  // fall of chi-square, in units of what is left per node
 constexpr double kFits = 1.7;     // chi-square per node of a block that is explained
 
@@ -336,10 +338,11 @@ void Look::block() {
   const ChangeFit pitch = hypotheses.best_pitch(), shift = hypotheses.best_shift();
   const LinearFit tilt = hypotheses.tilt();
   if (pitch.chi_square < std::min(shift.chi_square, tilt.chi_square)) {
+    // A pitch told too large shows pressure beside the block, see rim(); large stiff lumps look like it else.
     // Stiff lumps near the surface change what is around them as a thickness does, and a pitch a little.
     const double rival = hypotheses.best_thickness().chi_square;
-    if (fits(pitch.chi_square, hypotheses) && std::abs(pitch.change.pitch) > kPitch + 4 * pitch.sd &&
-        rival - pitch.chi_square > kRival * std::max(1.0, pitch.chi_square / hypotheses.nodes()))
+    if (fits(pitch.chi_square, hypotheses) && pitch.change.pitch > kPitch + 4 * pitch.sd &&
+        pitch.chi_square < kPitchLeaves * hypotheses.chi_square() && kRival * pitch.chi_square < rival)
       add_pitch(pitch);
     return;
   }

@@ -186,7 +186,7 @@ std::vector<NamedFault> geometry_faults() {
       {"plate tilted, 10 % at the rim", [](const Press& p) { return tilted(p.read(), 0.1); }},
       {"last load slid by 2 mm",
        [](const Press& p) {
-         return p.read({2, 0});
+         return p.read({0, 2});
        }},
   };
 }
