@@ -35,7 +35,7 @@ std::vector<Observation> stored() {
     }
     o.young_Pa = std::stod(std::string(truth["young_Pa"]));
     o.block_mm = {40, 40, std::stod(std::string(truth["thickness_mm"]))};
-    o.noise_Pa = noise_of(o.pressure_Pa.back());
+    o.noise_Pa = lump::roughness(o.pressure_Pa.back());
     all.push_back(std::move(o));
   }
   return all;

@@ -92,6 +92,9 @@ class Look {
   }
 
   std::vector<Contradiction> all(bool surroundings) {
+    // A load of which nothing was seen contradicts nothing; the estimate says that it was not seen.
+    for (const MapSums& sums : sums_)
+      if (sums.nodes < 1) return {};
     // What a wrong unit or order does to the rest is no news.
     if (units() || order()) return std::move(found_);
     if (nodes_ != nullptr && surroundings) {
@@ -160,8 +163,7 @@ bool Look::modulus_unit() {
     if (within(load / unit.factor, model_.load, 1.5)) {
       add(Fault::Unit, load, load * kGauge,
           text("pressures and forces agree, but are %.3g times the tissue's modulus of %.4g Pa, which no "
-               "block "
-               "bears: a modulus in %s would fit; give Pa",
+               "block bears: a modulus in %s would fit; give Pa",
                load, observation_.young_Pa, unit.name));
       return true;
     }
@@ -269,8 +271,8 @@ void Look::sum() {
   if (most < kMostSum + 4 * sd) return;
   add(Fault::Sum, most, sd,
       text("the map at %.4g N carries %.3g N by itself, %.2g %% more than the force on the whole block "
-           "(standard "
-           "error %.2g %%): a smaller pitch than %.3g mm, smaller pressures or a larger force would fit",
+           "(standard error %.2g %%): a smaller pitch than %.3g mm, smaller pressures or a larger force "
+           "would fit",
            observation_.force_N[at], sums_[at].force_N, 100 * (most - 1), 100 * sd, map.pitch_mm[0]));
 }
 
@@ -320,8 +322,7 @@ void Look::slide() {
   if (!moved || moved->distance_mm < kSlide_mm + 5 * moved->sd_mm) return;
   add(Fault::Slide, moved->distance_mm, moved->sd_mm,
       text("the map at %.4g N lies %.2g mm (%.2g, %.2g mm; standard error %.2g mm) beside that of the other "
-           "loads: "
-           "the press slid, or the maps are of other places; press again, or leave this load out",
+           "loads: the press slid, or the maps are of other places; press again, or leave this load out",
            nodes_->loads[moved->load] * 1e-6 * observation_.block_mm[0] * observation_.block_mm[1] *
                observation_.young_Pa,
            moved->distance_mm, moved->shift_mm[0], moved->shift_mm[1], moved->sd_mm));
@@ -375,8 +376,8 @@ void Look::add_window(const ChangeFit& fit, double distance_mm) {
   const auto& told = observation_.window_mm;
   add(Fault::Window, distance_mm, fit.sd,
       text("the pressure falls towards the rim as around a window at %.2g, %.2g mm from the block's middle "
-           "(standard "
-           "error %.2g mm), not at %.3g, %.3g mm: tell the window's place, or centre the block and level the "
+           "(standard error %.2g mm), not at %.3g, %.3g mm: tell the window's place, or centre the block and "
+           "level the "
            "plate",
            told[0] + fit.change.shift_mm[0], told[1] + fit.change.shift_mm[1], fit.sd, told[0], told[1]));
 }

@@ -207,7 +207,7 @@ Eigen::Matrix<double, kLocal, 1> local_terms(const Model& model,
     const double low = std::log((*ranges[p])[0]), high = std::log((*ranges[p])[1]);
     at[p] = std::clamp((2 * logs[p] - low - high) / std::max(high - low, 1e-9), -1.0, 1.0);
   }
-  return {at[kSize], at[kDepth], at[kRatio], at[kRatio] * at[kRatio] - 1. / 3, at[kSize] * at[kDepth]};
+  return {at[kSize], at[kDepth], at[kRatio], at[kRatio] * at[kRatio] - 1. / 3, at[kSize] * at[kRatio]};
 }
 
 double local_inflation(const Model& model, Method method, Parameter what,

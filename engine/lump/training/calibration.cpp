@@ -21,7 +21,7 @@ constexpr double kCoverage = 0.9;
 constexpr double kStrange = 0.03;
 // Patterns of the imitated sensors, fraction of the peak; one in three has none.
 constexpr std::array<double, 2> kPattern = {2e-4, kLargestPattern};
-constexpr double kLocalCost = 0.05;         // of the squares of local factors
+constexpr double kLocalCost = 0.01;         // of the squares of local factors
 constexpr double kTold = 0.2, kFrom = 0.8;  // fraction of the training, for progress
 
 double quantile(std::vector<double> values, double fraction) {
@@ -130,8 +130,12 @@ Calibrator::Calibrator(const Model& model, const Examples& all, const TrainingOp
     if (!all.finest(i)) continue;
     if (!all.examples[i].lump)
       plain_.push_back(i);
-    else if (kept_aside(i))
+    else if (all.aside(i))
       lumps_.push_back(i);
+  }
+  if (all.unseen) {
+    without_.assign(1, model);
+    return;
   }
   // All are needed for the base: blocks without a lump are judged by one that was made without them.
   const size_t parts = std::min<size_t>(options.ensemble, plain_.size());

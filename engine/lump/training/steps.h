@@ -26,9 +26,10 @@ struct Examples {
   std::vector<Example> examples;  ///< without their maps
   std::vector<Observation> observations;
   double finest_mm = 0;  ///< cells
+  bool unseen = false;   ///< nothing was learnt from any of them
 
   bool finest(size_t i) const { return examples[i].cell_mm < finest_mm * 1.001; }
-  bool aside(size_t i) const { return finest(i) && kept_aside(i); }
+  bool aside(size_t i) const { return finest(i) && (unseen || kept_aside(i)); }
 };
 
 /// The base fitted to the examples without a lump for which `used` is true.

@@ -8,6 +8,7 @@
 #include <random>
 #include <thread>
 
+#include "engine/base/text.h"
 #include "engine/fem/map_sampling.h"
 #include "engine/lump/observation/sensor_model.h"
 #include "engine/lump/training/steps.h"
@@ -50,6 +51,59 @@ void find_ranges(Model& model, const Examples& all) {
     model.shapes[static_cast<size_t>(e.shape)] = true;
   }
   model.floor_mm = std::max(0.0, model.floor_mm);
+}
+
+[[noreturn]] void refuse(const std::string& wanted, const std::string& found) {
+  throw Error(Failure::Input, wanted, found, "palpate lump dataset with its own ranges, more cases, or both");
+}
+
+/// Examples of one square block, which the model gets where it has none yet. Counts them in the report.
+Examples take_examples(const std::vector<Example>& examples, Model& model, bool unseen,
+                       const TrainingOptions& options, TrainingReport& report) {
+  Examples all;
+  all.unseen = unseen;
+  for (const Example& e : examples) {
+    if (e.pressure_Pa.empty()) {
+      ++report.left_out;
+      continue;
+    }
+    if (all.examples.empty() && !unseen) model.block_mm = {e.block_mm[0], e.block_mm[1]};
+    if (e.block_mm[0] != model.block_mm[0] || e.block_mm[1] != model.block_mm[1] ||
+        e.block_mm[0] != e.block_mm[1])
+      refuse("examples of one square block, " + text("%.4g mm wide", model.block_mm[0]),
+             text("%.4g x %.4g mm", e.block_mm[0], e.block_mm[1]));
+    Example bare = e;
+    bare.pressure_Pa.clear();
+    all.examples.push_back(std::move(bare));
+    ++(e.lump ? report.lumps : report.no_lumps);
+  }
+  if (report.no_lumps < kFewestPlain || report.lumps < kFewestLumps)
+    refuse(std::to_string(kFewestLumps) + " blocks with a lump or more, and " + std::to_string(kFewestPlain) +
+               " without",
+           std::to_string(report.lumps) + " and " + std::to_string(report.no_lumps));
+  size_t aside = 0, plain = 0;
+  all.finest_mm = all.examples.front().cell_mm;
+  for (const Example& e : all.examples) all.finest_mm = std::min(all.finest_mm, e.cell_mm);
+  for (size_t i = 0; i < all.examples.size(); ++i) {
+    aside += all.examples[i].lump && all.aside(i);
+    plain += !all.examples[i].lump && all.finest(i);
+  }
+  if (plain < kFewestPlain)
+    refuse(std::to_string(kFewestPlain) + " blocks of the finest grid without a lump", std::to_string(plain));
+  if (aside < kFewestAside)
+    refuse("so many blocks with a lump that " + std::to_string(kFewestAside) +
+               " of them can be kept aside, one in four",
+           std::to_string(aside) + " of " + std::to_string(report.lumps));
+  all.observations.resize(all.examples.size());
+  std::vector<size_t> usable;
+  for (size_t i = 0; i < examples.size(); ++i)
+    if (!examples[i].pressure_Pa.empty()) usable.push_back(i);
+  in_parallel(options.threads, usable.size(), [&](size_t i) {
+    const Example& e = examples[usable[i]];
+    all.observations[i] =
+        ideal_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, model.node_pitch_mm);
+  });
+  return all;
 }
 
 }  // namespace
@@ -184,10 +238,6 @@ Patch fit_patch(const Model& model, const Examples& all, uint32_t count, uint64_
 Network train_lumps(const std::vector<Example>& examples, const TrainingOptions& options,
                     TrainingReport& report) {
   auto model = std::make_shared<Model>();
-  const auto refuse = [](const std::string& wanted, const std::string& found) {
-    throw Error(Failure::Input, wanted, found,
-                "palpate lump dataset with its own ranges, more cases, or both");
-  };
   const auto say = [&options](const char* what, double fraction) {
     if (options.progress && !options.progress(what, fraction)) throw Stopped();
   };
@@ -202,50 +252,8 @@ Network train_lumps(const std::vector<Example>& examples, const TrainingOptions&
     throw Error(Failure::Usage,
                 "1000 to 10000000 readings, 1 to 16 readers of 4 to 1024 hidden, 10 to 400 ways", "others",
                 "the defaults");
-  Examples all;
   say("reading", 0);
-  for (const Example& e : examples) {
-    if (e.pressure_Pa.empty()) {
-      ++report.left_out;
-      continue;
-    }
-    if (all.examples.empty()) model->block_mm = {e.block_mm[0], e.block_mm[1]};
-    if (e.block_mm[0] != model->block_mm[0] || e.block_mm[1] != model->block_mm[1] ||
-        e.block_mm[0] != e.block_mm[1])
-      refuse("examples of one square block", std::to_string(e.block_mm[0]) + " x " +
-                                                 std::to_string(e.block_mm[1]) + " mm after " +
-                                                 std::to_string(model->block_mm[0]) + " mm");
-    Example bare = e;
-    bare.pressure_Pa.clear();
-    all.examples.push_back(std::move(bare));
-    ++(e.lump ? report.lumps : report.no_lumps);
-  }
-  if (report.no_lumps < kFewestPlain || report.lumps < kFewestLumps)
-    refuse(std::to_string(kFewestLumps) + " blocks with a lump or more, and " + std::to_string(kFewestPlain) +
-               " without",
-           std::to_string(report.lumps) + " and " + std::to_string(report.no_lumps));
-  size_t aside = 0, plain = 0;
-  all.finest_mm = all.examples.front().cell_mm;
-  for (const Example& e : all.examples) all.finest_mm = std::min(all.finest_mm, e.cell_mm);
-  for (size_t i = 0; i < all.examples.size(); ++i) {
-    aside += all.examples[i].lump && all.aside(i);
-    plain += !all.examples[i].lump && all.finest(i);
-  }
-  if (plain < kFewestPlain)
-    refuse(std::to_string(kFewestPlain) + " blocks of the finest grid without a lump", std::to_string(plain));
-  if (aside < kFewestAside)
-    refuse("so many blocks with a lump that " + std::to_string(kFewestAside) +
-               " of them can be kept aside, one in four",
-           std::to_string(aside) + " of " + std::to_string(report.lumps));
-  all.observations.resize(all.examples.size());
-  std::vector<size_t> usable;
-  for (size_t i = 0; i < examples.size(); ++i)
-    if (!examples[i].pressure_Pa.empty()) usable.push_back(i);
-  in_parallel(options.threads, usable.size(), [&](size_t i) {
-    const Example& e = examples[usable[i]];
-    all.observations[i] =
-        ideal_observation(e.pressure_Pa, e.force_N, e.block_mm, e.young_Pa, model->node_pitch_mm);
-  });
+  Examples all = take_examples(examples, *model, false, options, report);
   find_ranges(*model, all);
   say("finding fields", 0.04);
   model->base = fit_base(*model, all, [&all](size_t i) { return all.finest(i); });
@@ -256,6 +264,16 @@ Network train_lumps(const std::vector<Example>& examples, const TrainingOptions&
   calibrate(*model, all, options);
   model->made_from = options.made_from;
   say("done", 1);
+  return Network(std::move(model));
+}
+
+Network recalibrate_lumps(const Network& network, const std::vector<Example>& examples,
+                          const TrainingOptions& options, TrainingReport& report) {
+  auto model = std::make_shared<Model>(network.model());
+  const Examples all = take_examples(examples, *model, true, options, report);
+  report.kept_aside = report.lumps;
+  calibrate(*model, all, options);
+  model->made_from = network.made_from() + "; calibrated on " + options.made_from;
   return Network(std::move(model));
 }
 

@@ -12,4 +12,9 @@ namespace palpate::lump {
 Network train_lumps(const std::vector<Example>& examples, const TrainingOptions& options,
                     TrainingReport& report);
 
+/// A network with its weights as they are; its intervals, and the limits of its verdicts, from other blocks,
+/// of which it has seen none. Throws as train_lumps().
+Network recalibrate_lumps(const Network& network, const std::vector<Example>& examples,
+                          const TrainingOptions& options, TrainingReport& report);
+
 }  // namespace palpate::lump

@@ -20,7 +20,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> files;
-  std::string validate;
+  std::string validate, recalibrate;
   lump::TrainingOptions training;
 };
 
@@ -128,7 +128,9 @@ Report run(const Common& common, Options& o) {
   std::string bytes;
   lump::Network network(nullptr);
   try {
-    network = train_lumps(examples, o.training, report);
+    network = o.recalibrate.empty()
+                  ? train_lumps(examples, o.training, report)
+                  : recalibrate_lumps(lump::Network::read(o.recalibrate), examples, o.training, report);
     bytes = network.bytes();
   } catch (const lump::Stopped&) {
     return {"interrupted: no network was written", R"({"complete": false})", kInterrupted};
@@ -137,7 +139,11 @@ Report run(const Common& common, Options& o) {
   write_whole(common.out, std::string_view(bytes));
   const std::string file = common.out.string();
   Report out;
-  out.text = report_text(file, bytes.size(), report, wall_s) + trust_text(network);
+  out.text =
+      (o.recalibrate.empty() ? report_text(file, bytes.size(), report, wall_s)
+                             : text("%s: calibrated on %u blocks with a lump and %u without, in %.0f s\n\n",
+                                    file.c_str(), report.lumps, report.no_lumps, wall_s)) +
+      trust_text(network);
   json::Value json = report_json(file, bytes.size(), report, network.made_from(), wall_s);
   if (!o.validate.empty()) {
     lump::EvaluationJob job;
@@ -163,6 +169,9 @@ void add_lump_train(CommandLine& group, Common& common, Command& chosen) {
   command->add_option("DATA", o->files, "Data sets of palpate lump dataset, *.h5")->required();
   command->add_option("--out", common.out, "The network's file, *.lump");
   command->add_option("--validate", o->validate, "A data set that it has not seen: how good it is there");
+  command->add_option(
+      "--recalibrate", o->recalibrate,
+      "A network: its weights stay, its intervals and limits come from DATA, which it has not seen");
   command
       ->add_option("--members", o->training.ensemble,
                    "Emulators, from lumps to their bumps, whose mean is used")
