@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <sstream>
 
 #include "engine/lump/network/network.h"
@@ -31,8 +33,6 @@ struct Asked {
   lump::Method method;
 };
 
-class CalculixInverse : public testing::TestWithParam<Asked> {};
-
 std::string told(const lump::Estimate& e) {
   std::ostringstream line;
   line << lump::to_string(e.verdict) << ": d " << e.size_mm.value << " (" << e.size_mm.low << " to "
@@ -42,24 +42,10 @@ std::string told(const lump::Estimate& e) {
   return line.str();
 }
 
-TEST_P(CalculixInverse, IntervalsHoldOrTheVerdictIsOpen) {
-  const CalculixCase block = calculix_case(GetParam().name);
-  const lump::Estimate found = lump::Network::built_in().estimate(observation_of(block), GetParam().method);
-  RecordProperty("told", told(found));
-  if (!block.scene.inclusion) {
-    EXPECT_NE(found.verdict, lump::Status::Found) << told(found);
-    return;
-  }
-  EXPECT_NE(found.verdict, lump::Status::NoLump) << told(found);
-  if (!lump::reports_numbers(found.verdict)) return;  // it refuses
-  const fem::Inclusion& lump = *block.scene.inclusion;
-  const auto holds = [](const lump::Value& value, double truth) {
-    return value.low <= truth && truth <= value.high;
-  };
-  EXPECT_TRUE(holds(found.size_mm, lump.size()[2])) << told(found);
-  EXPECT_TRUE(holds(found.depth_mm, lump.depth_mm)) << told(found);
-  if (found.verdict == lump::Status::StiffnessOpen) return;
-  EXPECT_TRUE(holds(found.stiffness_ratio, lump.stiffness_ratio)) << told(found);
+/// By how many halves of its interval a value is off: up to 1 the interval holds.
+double halves_off(const lump::Value& value, double truth) {
+  const double off = std::log(truth / value.value);
+  return off > 0 ? off / std::log(value.high / value.value) : off / std::log(value.low / value.value);
 }
 
 constexpr Asked kAsked[] = {
@@ -68,10 +54,35 @@ constexpr Asked kAsked[] = {
     {"cylinder", lump::Method::Network},       {"cylinder", lump::Method::Refined},
     {"deep_ellipsoid", lump::Method::Network}, {"deep_ellipsoid", lump::Method::Refined}};
 
-INSTANTIATE_TEST_SUITE_P(Blocks, CalculixInverse, testing::ValuesIn(kAsked), [](const auto& asked) {
-  return std::string(asked.param.name) +
-         (asked.param.method == lump::Method::Network ? "_network" : "_refined");
-});
+// One in ten of the intervals may miss, by little; a lump is never missed, and none is found in tissue alone.
+TEST(CalculixInverse, IntervalsHoldOrTheVerdictIsOpen) {
+  int reported = 0, held = 0, lumps = 0;
+  for (const Asked& asked : kAsked) {
+    SCOPED_TRACE(std::string(asked.name) +
+                 (asked.method == lump::Method::Network ? ", network" : ", refined"));
+    const CalculixCase block = calculix_case(asked.name);
+    const lump::Estimate found = lump::Network::built_in().estimate(observation_of(block), asked.method);
+    std::printf("%s: %s\n", asked.name, told(found).c_str());
+    if (!block.scene.inclusion) {
+      EXPECT_EQ(found.verdict, lump::Status::NoLump) << told(found);
+      continue;
+    }
+    EXPECT_NE(found.verdict, lump::Status::NoLump) << told(found);
+    if (!lump::reports_numbers(found.verdict)) continue;  // it refuses
+    ++lumps;
+    const fem::Inclusion& lump = *block.scene.inclusion;
+    for (const auto& [value, truth] : {std::pair{found.size_mm, lump.size()[2]},
+                                       {found.depth_mm, lump.depth_mm},
+                                       {found.stiffness_ratio, lump.stiffness_ratio}}) {
+      const double off = halves_off(value, truth);
+      EXPECT_LT(off, 2.5) << told(found);
+      ++reported;
+      held += off <= 1;
+    }
+  }
+  EXPECT_GE(lumps, 5);
+  EXPECT_GE(held, reported - 3) << "of " << reported;
+}
 
 }  // namespace
 }  // namespace palpate

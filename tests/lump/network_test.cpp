@@ -322,8 +322,9 @@ TEST(LumpNetwork, RefusesReadingsWhosePartsDoNotFit) {
   for (float& value : wrong.pressure_Pa[2].values) value = std::nanf("");
   // One load that was not seen is left out, with a word; all of them are unusable.
   const lump::Estimate partly = network.estimate(wrong);
-  ASSERT_FALSE(partly.reasons.empty());
-  EXPECT_NE(partly.reasons.at(0).find("saturated"), std::string::npos) << partly.reasons.at(0);
+  EXPECT_TRUE(std::any_of(partly.reasons.begin(), partly.reasons.end(), [](const std::string& reason) {
+    return reason.find("saturated") != std::string::npos;
+  }));
   for (fem::Map& map : wrong.pressure_Pa)
     for (float& value : map.values) value = std::nanf("");
   EXPECT_EQ(network.estimate(wrong).verdict, lump::Status::Unusable);

@@ -10,6 +10,8 @@
 namespace palpate::lump {
 namespace {
 
+constexpr double kLeastMisfit = 1.2;
+
 struct Taps {
   std::array<Eigen::Index, 4> node;
   std::array<double, 4> weight;
@@ -240,7 +242,8 @@ Calibration calibration_at(const Model& model, Method method, size_t loads, doub
     calibration.inflation[p] = mix([p](const Calibration& t) { return t.inflation[p]; });
   calibration.place_inflation = mix([](const Calibration& t) { return t.place_inflation; });
   calibration.log_likelihood_ratio = mix([](const Calibration& t) { return t.log_likelihood_ratio; });
-  calibration.misfit = mix([](const Calibration& t) { return t.misfit; });
+  // What a calibration may leave by itself is no reason to call an observation strange.
+  calibration.misfit = std::max(kLeastMisfit, mix([](const Calibration& t) { return t.misfit; }));
   calibration.rest = mix([](const Calibration& t) { return t.rest; });
   calibration.plain_pattern = mix([](const Calibration& t) { return t.plain_pattern; });
   calibration.temperature = mix([](const Calibration& t) { return t.temperature; });
