@@ -233,8 +233,8 @@ TEST(LargeStrain, TwoGridsAreNearerThanEither) {
   const auto peak = [](const fem::LargeStrainResult& r) { return double{r.loads[0].pressure_Pa.at(8, 8)}; };
   const double truth = peak(solve_extrapolated(block(48), {32, 32, 16}, plate_depths({3}), options));
   const double fine = peak(solve_large_strain(block(32), plate_depths({3}), options));
-  const double two = peak(solve_extrapolated(block(32), {24, 24, 12}, plate_depths({3}), options));
-  EXPECT_LT(std::abs(two - truth), 0.4 * std::abs(fine - truth)) << fine << ' ' << two << ' ' << truth;
+  const double two = peak(solve_extrapolated(block(32), {16, 16, 8}, plate_depths({3}), options));
+  EXPECT_LT(std::abs(two - truth), 0.3 * std::abs(fine - truth)) << fine << ' ' << two << ' ' << truth;
 }
 
 // The rim of a bonded floor: an edge of 90 degrees whose force errs with the 1.19th power of the cells' size

@@ -77,7 +77,7 @@ bool holds(const lump::Value& interval, double truth) {
 TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
   fem::Inclusion hard;  // 8 mm, 5 mm deep
   hard.stiffness_ratio = 10;
-  const lump::Observation observation = read(press(hard, {2, 4}, 40, 20), 0.002);
+  const lump::Observation observation = read(press(hard, {2, 4}, 48, 24), 0.002);
   lump::DirectInversionOptions options;
   options.model.centred = true;
   options.starts = {{ball(9, 4.4, 7), 1}};
@@ -88,7 +88,7 @@ TEST(DirectInversion, FindsTheLumpThatMadeTheReading) {
                                   : lump::Status::Found)
       << (estimate.reasons.empty() ? "" : estimate.reasons[0]);
   EXPECT_GT(estimate.detection_statistic, 10);
-  // The observation has errors of its own: 40 and 20 cells made it.
+  // The observation has errors of its own: 48 and 24 cells made it.
   EXPECT_NEAR(estimate.size_mm.value, 8, 0.1);
   EXPECT_NEAR(estimate.depth_mm.value, 5, 0.1);
   EXPECT_NEAR(std::log(estimate.stiffness_ratio.value / 10), 0, 0.15);
