@@ -229,8 +229,10 @@ void Search::run(bool in_place, const MatrixXd& as_it_lies, MatchResult& result)
   if (!in_place || !clean()) {
     screen_all(in_place, as_it_lies);
     finish_some(result);
-    grow_some(kGrown, result);
-    if (!clean() && doubtful()) {
+    // Where the template lies is known, parts of it would only slide along the shape.
+    const bool searched = options_.most_turn_deg >= kLeastSearched_deg;
+    if (searched) grow_some(kGrown, result);
+    if (searched && !clean() && doubtful()) {
       finish_all(result);
       grow_some(kMoreGrown, result);
     }
