@@ -121,7 +121,7 @@ ForceCheck check_force(const ForceCalibration& calibration, const GaugedRecordin
   check.above_N = full_N >= 10 ? 1 : 0.1 * full_N;
   ForceHistory history;
   ForceCalibration judged = calibration;
-  judged.fit_for_use = true;  // its numbers are wanted whatever was said of it
+  judged.shapes_judged = judged.fit_for_use = true;  // its numbers are wanted whatever was said of it
   std::vector<double> relative;
   size_t inside = 0;
   for (const GaugedFrame& f : recording.frames) {
@@ -166,6 +166,7 @@ ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const Forc
   o.choice = choose_force(o.samples, options);
   const ForceVerdict verdict = verdict_of(o);
   o.choice.calibration.fit_for_use = verdict.fit_for_use;
+  o.choice.calibration.shapes_judged = verdict.shapes_judged;
   const size_t left_out = o.samples.size() - o.choice.readings;
   o.choice.calibration.origin =
       origin_of(o.recordings, palpate::text("%s, %zu readings, %zu left out, held-out error %.3g N",
@@ -302,6 +303,7 @@ std::string to_json(const ForceOutcome& o, const std::string& sensor_file) {
   const Json value = {
       {"sensor", sensor_file},
       {"fit_for_use", verdict.fit_for_use},
+      {"shapes_judged", verdict.shapes_judged},
       {"verdict", verdict.line},
       {"interval_95_share_of_full_scale", verdict.interval_fraction},
       {"presses", verdict.presses},

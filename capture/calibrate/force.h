@@ -58,6 +58,8 @@ struct ForceVerdict {
   static constexpr double kLeastReach = 0.5;
 
   bool fit_for_use = true;
+  /// false: on a gel, fewer than three recordings (of three objects): others were not judged.
+  bool shapes_judged = true;
   double interval_fraction = 0;  ///< half the 95 % interval at full scale, over full scale
   double reach = 1;              ///< full scale over the gauge's largest reading while something touches
   size_t presses = 0;            ///< that the fit used

@@ -75,7 +75,8 @@ ForceVerdict verdict_of(const ForceOutcome& o) {
                                [](const ForceSample& s) { return s.features.has_gradient; });
   std::set<uint32_t> recordings;
   for (const auto& [recording, press] : presses) recordings.insert(recording);
-  if (gel && recordings.size() < kFewestRecordings)
+  verdict.shapes_judged = !gel || recordings.size() >= kFewestRecordings;
+  if (!verdict.shapes_judged)
     verdict.line +=
         "; for objects shaped as those pressed alone: on a gel others may read half of their force, "
         "recordings of three objects or more judge that";

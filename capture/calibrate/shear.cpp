@@ -54,9 +54,11 @@ std::vector<ShearSample> shear_samples(const std::vector<GaugedRecording>& recor
       s.fx_N = f.fx_N;
       s.fy_N = f.fy_N;
       s.contact = contacts;
-      s.normal_N = std::isfinite(f.force_N)                ? f.force_N
-                   : t.force_N.validity == Validity::Valid ? t.force_N.value
-                                                           : std::numeric_limits<double>::quiet_NaN();
+      const bool known =
+          t.force_N.validity == Validity::Valid || t.force_N.validity == Validity::ShapeUnjudged;
+      s.normal_N = std::isfinite(f.force_N) ? f.force_N
+                   : known                  ? t.force_N.value
+                                            : std::numeric_limits<double>::quiet_NaN();
       if (signal == ShearSignal::Centroid) {
         s.ux_mm = t.shift_x_mm;
         s.uy_mm = t.shift_y_mm;

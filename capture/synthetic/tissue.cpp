@@ -7,7 +7,7 @@
 
 #include "capture/synthetic/optics.h"
 #include "capture/synthetic/scene.h"
-#include "engine/fem/large_strain/large_strain.h"
+#include "engine/fem/large_strain/extrapolation.h"
 #include "engine/fem/map_sampling.h"
 #include "palpate/error.h"
 

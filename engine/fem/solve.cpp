@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "engine/base/text.h"
+#include "engine/fem/large_strain/extrapolation.h"
 #include "engine/fem/large_strain/large_strain.h"
 #include "engine/fem/model.h"
 #include "palpate/error.h"

@@ -29,7 +29,7 @@ double squared_way(const ContactTouch& a, const ContactTouch& b) {
 Validity graver(Validity a, Validity b) {
   constexpr Validity kGravest[] = {Validity::NotCalibrated, Validity::Unfit,       Validity::Saturated,
                                    Validity::AtBorder,      Validity::OnsetUnseen, Validity::AboveRange,
-                                   Validity::BelowRange};
+                                   Validity::BelowRange,    Validity::ShapeUnjudged};
   for (const Validity validity : kGravest)
     if (a == validity || b == validity) return validity;
   return Validity::Valid;

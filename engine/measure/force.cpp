@@ -176,6 +176,7 @@ Estimate force_of(const ForceCalibration& c, const ForceFeatures& r, double unlo
   const double variance = scatter_N * scatter_N + share_N * share_N + gap_sd_N * gap_sd_N + var_c0 +
                           2 * g * covariance + g * g * var_c1;
   Estimate force{value, std::sqrt(std::max(variance, 0.0)), Validity::Valid};
+  if (!c.shapes_judged) force.validity = Validity::ShapeUnjudged;
   if (s < c.gray_min) force.validity = Validity::BelowRange;
   if (s > c.gray_max) force.validity = Validity::AboveRange;
   if (r.at_border) force.validity = Validity::AtBorder;

@@ -65,7 +65,7 @@ class LoadDirection {
 /// no contact (force 0), not calibrated (a volume or gradient
 /// sum is needed and there is none), a calibration not fit for use, saturated (pixels at the camera's limit
 /// may hide more than the interval of 95 % holds; otherwise it is wider by what they hide), at the border,
-/// above or below the calibrated range.
+/// above or below the calibrated range, calibrated on too few objects.
 Estimate force_of(const ForceCalibration& calibration, const ForceFeatures& features, double unloading = 0.5);
 
 /// Follows one contact from its onset and computes its force in each frame.

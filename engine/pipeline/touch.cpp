@@ -26,6 +26,8 @@ const char* to_string(Validity validity) {
       return "apart";
     case Validity::Covered:
       return "covered";
+    case Validity::ShapeUnjudged:
+      return "other shapes not judged";
     case Validity::Unfit:
       return "calibration not fit for use";
   }

@@ -87,10 +87,12 @@ ForceCalibration read_force(const Json& json, const std::string& where) {
   reader.number("drift_N_per_min", -1e6, 1e6, "N per min", force.drift_N_per_min);
   reader.number("r_squared", -1e6, 1, "", force.r_squared);
   reader.number("residual_share", 0, 10, "", force.residual_fraction);
-  if (reader.has("fit_for_use")) {
-    const Json& fit = reader.at("fit_for_use");
-    if (!fit.is_boolean()) fail(reader.path("fit_for_use"), "true or false", shown(fit));
-    force.fit_for_use = fit.get<bool>();
+  for (const auto& [key, value] :
+       {std::pair{"fit_for_use", &force.fit_for_use}, std::pair{"shapes_judged", &force.shapes_judged}}) {
+    if (!reader.has(key)) continue;
+    const Json& given = reader.at(key);
+    if (!given.is_boolean()) fail(reader.path(key), "true or false", shown(given));
+    *value = given.get<bool>();
   }
   force.origin = read_origin(reader);
   reader.finish();
@@ -127,6 +129,7 @@ Json force_json(const ForceCalibration& f) {
   if (f.r_squared != 0) json["r_squared"] = f.r_squared;
   if (f.residual_fraction != 0) json["residual_share"] = f.residual_fraction;
   if (!f.fit_for_use) json["fit_for_use"] = false;
+  if (!f.shapes_judged) json["shapes_judged"] = false;
   add_origin(json, f.origin);
   return json;
 }

@@ -59,8 +59,16 @@ TEST(ForceVerdict, OneObjectOnAGelSaysSo) {
     return r;
   };
   const auto warns = [](std::vector<GaugedRecording> recordings) {
-    const ForceVerdict v = verdict_of(calibrate_force(std::move(recordings), {ForceSignal::GraySum, {}, {}}));
+    const ForceOutcome o = calibrate_force(std::move(recordings), {ForceSignal::GraySum, {}, {}});
+    const ForceVerdict v = verdict_of(o);
     EXPECT_TRUE(v.fit_for_use) << v.line;
+    const ForceCalibration& c = o.choice.calibration;
+    EXPECT_EQ(c.shapes_judged, v.shapes_judged);
+    // A reading inside the range says so; one beyond it says that, which is graver.
+    EXPECT_EQ(force_from_gray(c, 0.5 * (c.gray_min + c.gray_max), true).validity,
+              c.shapes_judged ? Validity::Valid : Validity::ShapeUnjudged);
+    EXPECT_EQ(force_from_gray(c, 2 * c.gray_max, true).validity, Validity::AboveRange);
+    EXPECT_EQ(v.shapes_judged, v.line.find("on a gel") == std::string::npos) << v.line;
     return v.line.find("on a gel") != std::string::npos;
   };
   EXPECT_TRUE(warns({on_gel(5)}));

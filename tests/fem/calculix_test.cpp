@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/fem/large_strain/large_strain.h"
+#include "engine/fem/large_strain/extrapolation.h"
 #include "engine/fem/map_sampling.h"
 
 namespace palpate {

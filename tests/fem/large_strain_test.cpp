@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "engine/fem/large_strain/extrapolation.h"
 #include "engine/fem/large_strain/model.h"
 #include "engine/fem/large_strain/pressed_surface.h"
 #include "engine/fem/large_strain/rim_error.h"

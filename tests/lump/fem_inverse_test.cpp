@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/fem/large_strain/extrapolation.h"
 #include "engine/lump/observation/sensor_model.h"
 #include "palpate/error.h"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "engine/fem/large_strain/large_strain.h"
+#include "engine/fem/large_strain/extrapolation.h"
 #include "engine/lump/network/network.h"
 #include "engine/lump/network/view.h"
 #include "engine/lump/observation/sensor_model.h"

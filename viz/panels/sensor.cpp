@@ -39,6 +39,7 @@ CalibrationLine force_line(const Sensor& s) {
   if (f.r_squared > 0) what += text(", R\xc2\xb2 %.4f", f.r_squared);
   if (f.loading && f.unloading) what += text(", hysteresis %.2g %% of full scale", 100 * f.hysteresis);
   if (f.drift_N_per_min != 0) what += text(", drift %.2g N/min", f.drift_N_per_min);
+  if (!f.shapes_judged) what += ", too few objects to judge other shapes";
   if (!f.fit_for_use) what = "NOT FIT FOR USE: " + what;
   return {"force", f.fit_for_use, what, origin_text(f.origin)};
 }

@@ -33,6 +33,8 @@ Verdict force_verdict(Validity validity) {
       return {"unknown pixels cut the surface into ISLANDS", 230, 159, 0};
     case Validity::Covered:
       return {"markers COVER too much: the surface under them is not known", 230, 159, 0};
+    case Validity::ShapeUnjudged:
+      return {"calibrated on TOO FEW OBJECTS: another shape may read half", 240, 228, 66};
     case Validity::Unfit:
       return {"force calibration NOT FIT FOR USE: calibrate again", 255, 120, 60};
     default:

@@ -128,7 +128,7 @@ std::string panel_script(const judge::Judgement& j, const Panel& panel, size_t n
   return plot_block(name, cells) + "unset label\nunset object\n" + marks + "set title " +
          gnuplot_quoted(panel.title) + "\nset xlabel " + gnuplot_quoted(j.conditions[grid.x.condition].name) +
          "\nset ylabel " + gnuplot_quoted(grid.single ? "" : j.conditions[grid.y.condition].name) +
-         "\nset xtics (" + tics(grid.x) + ") rotate by 20 right\nset ytics (" + tics(grid.y) +
+         "\nset xtics (" + tics(grid.x) + ") rotate by 40 right\nset ytics (" + tics(grid.y) +
          text(")\nset xrange [-0.5:%g]\nset yrange [-0.5:%g]\nset cbrange [%g:%g]\n",
               static_cast<double>(grid.x.size()) - 0.5, static_cast<double>(grid.y.size()) - 0.5, panel.least,
               panel.most) +
@@ -144,7 +144,7 @@ std::string coverage_script(const judge::Judgement& j, PlotKind kind) {
                rows = (panels.size() + columns - 1) / columns;
   std::string script =
       plot_head(kind, kPanelWidth_px * static_cast<int>(columns), kPanelHeight_px * static_cast<int>(rows)) +
-      plot_palette() + "unset key\nunset grid\nset cblabel '%'\n" +
+      plot_palette() + "unset key\nunset grid\nset format cb '%g %%'\n" +
       text("set multiplot layout %zu,%zu\n", rows, columns);
   for (size_t p = 0; p < panels.size(); ++p) script += panel_script(j, panels[p], p);
   return script + "unset multiplot\n";

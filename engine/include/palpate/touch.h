@@ -23,6 +23,7 @@ enum class Validity : uint8_t {
   OnsetUnseen,    ///< the contact began while no frames came: shear counts from where it was first seen
   Apart,          ///< unknown pixels cut the known ones into islands: heights between them are not determined
   Covered,        ///< printed markers hide too much of the skin: the surface under them is not known
+  ShapeUnjudged,  ///< the calibration is of too few objects to tell what one of another shape gives
   Unfit,          ///< the calibration itself says that it is not fit for use
 };
 PALPATE_API const char* to_string(Validity validity);

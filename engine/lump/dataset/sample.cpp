@@ -4,6 +4,7 @@
 #include <cstring>
 #include <limits>
 
+#include "engine/fem/large_strain/extrapolation.h"
 #include "palpate/error.h"
 
 namespace palpate::lump {

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "engine/base/json.h"
-#include "engine/fem/large_strain/large_strain.h"
+#include "engine/fem/large_strain/extrapolation.h"
 #include "engine/numeric/sobol.h"
 #include "palpate/error.h"
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/fem/large_strain/extrapolation.h"
 #include "engine/fem/large_strain/plate_press.h"
 
 namespace palpate::lump {

@@ -10,7 +10,9 @@
 namespace palpate::lump {
 namespace {
 
-constexpr double kEdge = 0.05;  // of a range: an estimate further beyond it lies outside
+// Of a range: an interval all of which lies further beyond it is outside, and so is an estimate, for a lump
+// beyond the range may be of any size or depth. Of ratios far above it little more is to be seen.
+constexpr double kEdge = 0.05, kMiddleEdge = 0.02, kRatioEdge = 0.08;
 constexpr double kNormal90 = 1.645;
 
 }  // namespace
@@ -33,15 +35,17 @@ void summarise(const Model& model, const PressedNodes& nodes, Method method, con
     const double inflation = calibration.inflation[what] * local_inflation(model, method, what, logs);
     const double low = middle - inflation * (middle - found.posterior.quantile(what, 0.05));
     const double high = middle + inflation * (found.posterior.quantile(what, 0.95) - middle);
+    const double edge = what == kRatio ? kRatioEdge : kMiddleEdge;
     if (std::exp(low) > range[1] * (1 + kEdge) || std::exp(high) < range[0] * (1 - kEdge) ||
-        std::exp(middle) > range[1] * (1 + 1.6 * kEdge) || std::exp(middle) < range[0] * (1 - 1.6 * kEdge)) {
+        std::exp(middle) > range[1] * (1 + edge) || std::exp(middle) < range[0] * (1 - edge)) {
       outside = true;
       estimate.reasons.push_back(
           text((std::string(name) + " of %.3g lies outside of the model's %.3g to %.3g").c_str(),
                std::exp(middle), range[0], range[1]));
     }
-    const auto in_range = [&range](double log_value) {
-      return std::clamp(std::exp(log_value), range[0], range[1]);
+    const double beyond = what == kRatio ? 0 : kRatioEdge;
+    const auto in_range = [&](double log_value) {
+      return std::clamp(std::exp(log_value), range[0] * (1 - beyond), range[1] * (1 + beyond));
     };
     return Value{in_range(middle), in_range(low), in_range(high)};
   };

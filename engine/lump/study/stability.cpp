@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "engine/base/text.h"
+#include "engine/fem/large_strain/extrapolation.h"
 #include "engine/fem/large_strain/large_strain.h"
 #include "engine/fem/solve.h"
 

@@ -8,7 +8,7 @@
 #include "capture/run/scan_recording.h"
 #include "engine/base/json.h"
 #include "engine/base/text.h"
-#include "engine/fem/large_strain/large_strain.h"
+#include "engine/fem/large_strain/extrapolation.h"
 #include "palpate/error.h"
 #include "viz/commands/forward/forward.h"
 #include "viz/commands/lump/lump.h"

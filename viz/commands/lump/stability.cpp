@@ -197,7 +197,7 @@ void add_lump_stability(CommandLine& group, Common& common, Command& chosen) {
   command->add_flag("--costs", o->costs,
                     "Also error against run time of grids, strain models and numbers of loads");
   command->add_option("--out", common.out,
-                      "Folder for stability.csv, lump::press_costs.csv and estimate_costs.csv");
+                      "Folder for stability.csv, press_costs.csv and estimate_costs.csv");
   add_common(*command, common, "  palpate lump stability --costs --out out/stability\n");
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return stability(common, *o); }; });
 }
