@@ -250,10 +250,10 @@ void Search::run(bool in_place, const MatrixXd& as_it_lies, MatchResult& result)
     screen_all(in_place, as_it_lies);
     finish_some(result);
     grow_some(kGrown, result);
-    if (!clean() && doubtful()) grow_seeds(result);
     if (!clean() && doubtful()) {
       finish_all(result);
       grow_some(kMoreGrown, result);
+      if (!clean() && doubtful()) grow_seeds(result);
     }
   }
   try_self_maps(result);
