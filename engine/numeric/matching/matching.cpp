@@ -29,10 +29,12 @@ constexpr Index kCoarse = 200, kLargest = 300;
 // Nats per target point. Unrelated sets come to -0.3 to 0, a shape under noise of twice its points' spacing
 // to 0.1 and more, an exact one to 8.
 constexpr double kLeastLikelihoodGain = 0.06;
-constexpr double kLeastPosterior = 1 - 1. / 300;
+// On what these were chosen: engine/numeric/README.md.
+constexpr double kLeastPosterior = 0.98;
+// A vague fit among strangers needs more, for points of chance lie under any warp.
+constexpr double kLeastVagueGain = 0.12, kFewStrangers = 0.1;
 constexpr double kLeastFound = 0.3;
-// Chosen on fish and character (trials 1 to 60 and 1 to 30): no wrong answer of either has as much.
-constexpr double kSharp = 0.6, kLoose = 0.9, kSharpEvidence = 25, kEvidencePerSd = 150;
+constexpr double kSharp = 0.5, kLoose = 0.9, kSharpEvidence = 25, kEvidencePerSd = 150;
 constexpr double kMostlyFound = 0.85, kLeftOverEvidence = 150;
 constexpr Index kLeastPoints = 5;  // beyond the axes + 1 of an affine map
 
@@ -126,6 +128,10 @@ double least_evidence(double sd, double found) {
   return found < kMostlyFound ? std::max(needed, kLeftOverEvidence) : needed;
 }
 
+double least_gain(double sd, double strangers) {
+  return sd > kLoose && strangers > kFewStrangers ? kLeastVagueGain : kLeastLikelihoodGain;
+}
+
 // The most probable pairs first, each point in one of them.
 std::vector<Partner> pair_up(const MatrixXf& p) {
   struct Pair {
@@ -169,6 +175,8 @@ std::string_view to_string(MatchStart start) {
       return "plain";
     case MatchStart::Turned:
       return "turned";
+    case MatchStart::Local:
+      return "local";
   }
   return "";
 }
@@ -270,16 +278,16 @@ MatchResult match_points(const PointSet& from, const PointSet& to, const MatchOp
                            fits_exactly(state, median_spacing(sets.from), smaller) &&
                            self_maps(sets.from, options.reflections, 1).empty();
   if (!searched || thinned_fit) result.posterior = 1;
-  result.verdict =
-      smaller < state.warped.cols() + 1 + kLeastPoints     ? MatchVerdict::TooFewPoints
-      : !state.converged                                   ? MatchVerdict::NotSettled
-      : found < kLeastFound * static_cast<double>(smaller) ? MatchVerdict::TooFewFound
-      : result.log_likelihood_gain < kLeastLikelihoodGain  ? MatchVerdict::TooVague
-      : result.posterior < kLeastPosterior                 ? MatchVerdict::Ambiguous
-      : searched && result.evidence < least_evidence(std::sqrt(state.variance) / median_spacing(sets.from),
-                                                     found / static_cast<double>(smaller))
-          ? MatchVerdict::Bent
-          : MatchVerdict::Reliable;
+  const double sd = std::sqrt(state.variance) / median_spacing(sets.from);
+  result.verdict = smaller < state.warped.cols() + 1 + kLeastPoints     ? MatchVerdict::TooFewPoints
+                   : !state.converged                                   ? MatchVerdict::NotSettled
+                   : found < kLeastFound * static_cast<double>(smaller) ? MatchVerdict::TooFewFound
+                   : result.log_likelihood_gain < least_gain(sd, result.target_outlier_fraction)
+                       ? MatchVerdict::TooVague
+                   : result.posterior < kLeastPosterior ? MatchVerdict::Ambiguous
+                   : searched && result.evidence < least_evidence(sd, found / static_cast<double>(smaller))
+                       ? MatchVerdict::Bent
+                       : MatchVerdict::Reliable;
   result.partners =
       result.reliable() ? pair_up(state.partners) : std::vector<Partner>(static_cast<size_t>(n));
   return result;

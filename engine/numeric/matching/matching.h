@@ -34,6 +34,7 @@ enum class MatchStart : uint8_t {
   Near,     ///< where the template stands, but for a point or two
   Plain,    ///< where the template stands, distances alone
   Turned,   ///< turned, scaled and moved as most neighbourhoods ask for
+  Local,    ///< grown from one neighbourhood that was found again
 };
 std::string_view to_string(MatchStart start);
 
@@ -84,8 +85,8 @@ struct MatchResult {
   double evidence = 0;
   /// log_likelihood_gain of target points that were left out of the warp's fit, a fifth at a time.
   double held_out_gain = 0;
-  /// Of the warp that won against all other warps that a start ended in: a reliable one is wrong at most once
-  /// in 300 times by this. 1 where `most_turn_deg` says where the template lies.
+  /// Of the warp that won against all other warps that a start ended in, as their likelihoods have it. 1
+  /// where `most_turn_deg` says where the template lies.
   double posterior = 1;
   double scale = 1;   ///< template's RMS distance from its centre, in its unit
   size_t winner = 0;  ///< of `attempts`

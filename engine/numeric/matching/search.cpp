@@ -8,6 +8,7 @@
 #include "engine/numeric/dense.h"
 #include "engine/numeric/matching/evidence.h"
 #include "engine/numeric/matching/grow.h"
+#include "engine/numeric/matching/seeds.h"
 #include "engine/numeric/matching/start.h"
 #include "engine/numeric/matching/symmetry.h"
 
@@ -27,6 +28,7 @@ constexpr uint32_t kScreenIterations = 12, kScreenContextEvery = 7;
 constexpr size_t kPlaces = 4, kTurns = 12;
 // Starts to finish and cores to grow: at first, and where the answer is doubtful.
 constexpr size_t kFinished = 4, kGrown = 12, kMoreGrown = 16, kCoresOfOne = 4;
+constexpr size_t kSeeds = 16;
 constexpr double kScreenGap = 12;  // nats behind the best start that are not worth finishing
 // Mean distance of screened warps that end alike: over the RMS radius, and over the noise of the best end.
 constexpr double kSameScreened = 0.05, kSameOfSd = 0.5, kSameEnd = 0.02;
@@ -202,6 +204,24 @@ void Search::grow_some(size_t most, MatchResult& result) {
   }
 }
 
+// From neighbourhoods that are found again as they are: no start whose whole lies roughly right is needed.
+void Search::grow_seeds(MatchResult& result) {
+  for (const Seed& seed : find_seeds(problem_.from, to_, spacing_, options_.most_turn_deg, kSeeds)) {
+    if (clean()) return;
+    Candidate grown;
+    grown.start = MatchStart::Local;
+    grown.state.outlier_fraction = best_.outlier_fraction;
+    grown.state.partners = MatrixXf::Zero(problem_.from.rows(), to_.rows());
+    Core core{Eigen::VectorXd::Zero(problem_.from.rows()), seed.miss};
+    for (const auto& [i, j] : seed.pairs) {
+      grown.state.partners(i, j) = 1;
+      core.weight[i] = 1;
+    }
+    grow(problem_, kAmplitude, core, spacing_, grown.state);
+    settle(std::move(grown), result);
+  }
+}
+
 void Search::try_self_maps(MatchResult& result) {
   constexpr size_t kMostMaps = 3;
   if (options_.most_turn_deg < kLeastSearched_deg) return;
@@ -235,6 +255,7 @@ void Search::run(bool in_place, const MatrixXd& as_it_lies, MatchResult& result)
     if (searched && !clean() && doubtful()) {
       finish_all(result);
       grow_some(kMoreGrown, result);
+      if (!clean() && doubtful()) grow_seeds(result);
     }
   }
   try_self_maps(result);

@@ -51,6 +51,7 @@ class Search {
   void finish_some(MatchResult& result);
   void finish_all(MatchResult& result);
   void grow_some(size_t most, MatchResult& result);
+  void grow_seeds(MatchResult& result);
   void try_self_maps(MatchResult& result);
   void settle(Candidate candidate, MatchResult& result);
   bool clean() const;
