@@ -239,8 +239,10 @@ TEST(LumpNetwork, FindsLumpsOfAFormulaWithIntervalsThatHoldAndDoubtsWhereTheyBel
   // Noise widens, of most lumps.
   double widened = 0;
   for (uint64_t i = 1000; i < 1012; ++i) {
-    const lump::Estimate quiet = network.estimate(read(example(i, true), 0.002, i)),
-                         loud = network.estimate(read(example(i, true), 0.1, i));
+    const auto estimate = [&](double noise) {
+      return network.estimate(read(example(i, true), noise, i), lump::Method::Network);
+    };
+    const lump::Estimate quiet = estimate(0.002), loud = estimate(0.1);
     if (quiet.detection_statistic < 1 || loud.detection_statistic < 1) continue;
     widened +=
         std::log(loud.depth_mm.high / loud.depth_mm.low) - std::log(quiet.depth_mm.high / quiet.depth_mm.low);
@@ -251,7 +253,7 @@ TEST(LumpNetwork, FindsLumpsOfAFormulaWithIntervalsThatHoldAndDoubtsWhereTheyBel
   // No lump: no numbers either.
   int none = 0;
   for (uint64_t i = 2000; i < 2010; ++i) {
-    const lump::Estimate plain = network.estimate(read(example(i, false), 0.01, i));
+    const lump::Estimate plain = network.estimate(read(example(i, false), 0.01, i), lump::Method::Network);
     if (plain.verdict != lump::Status::NoLump) continue;
     ++none;
     EXPECT_TRUE(std::isnan(plain.size_mm.value));

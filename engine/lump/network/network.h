@@ -23,7 +23,7 @@ struct Model;
 
 /// How far a method is trusted at a number of loads and a noise (fraction of the peak).
 struct CalibrationRow {
-  Method method = Method::Network;
+  Method method{};
   uint32_t loads = 0;
   double noise_fraction = 0;
   std::array<double, 3> inflation{};     ///< of the intervals of size, depth, ratio, so that they hold
@@ -47,7 +47,7 @@ class Network {
 
   /// What lies behind an observation. Throws Error(Failure::Usage) where the observation's parts do not fit
   /// each other (see observation.h); what cannot be told is a verdict.
-  Estimate estimate(const Observation& observation, Method method = Method::Network) const;
+  Estimate estimate(const Observation& observation, Method method = Method::Refined) const;
 
   const Model& model() const { return *model_; }
   /// One line for people: data, cases, seed.

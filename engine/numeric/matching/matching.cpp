@@ -6,11 +6,11 @@
 #include <numeric>
 #include <random>
 
-#include "engine/base/statistics.h"
 #include "engine/numeric/dense.h"
 #include "engine/numeric/matching/evidence.h"
 #include "engine/numeric/matching/flow.h"
 #include "engine/numeric/matching/search.h"
+#include "engine/numeric/matching/spacing.h"
 #include "engine/numeric/matching/symmetry.h"
 #include "engine/numeric/matching/warp.h"
 #include "palpate/error.h"
@@ -164,42 +164,6 @@ std::vector<Partner> pair_up(const MatrixXf& p) {
 }
 
 }  // namespace
-
-std::string_view to_string(MatchStart start) {
-  switch (start) {
-    case MatchStart::Context:
-      return "context";
-    case MatchStart::Near:
-      return "near";
-    case MatchStart::Plain:
-      return "plain";
-    case MatchStart::Turned:
-      return "turned";
-    case MatchStart::Local:
-      return "local";
-  }
-  return "";
-}
-
-std::string_view to_string(MatchVerdict verdict) {
-  switch (verdict) {
-    case MatchVerdict::Reliable:
-      return "reliable";
-    case MatchVerdict::TooFewPoints:
-      return "no reliable match: too few points";
-    case MatchVerdict::TooVague:
-      return "no reliable match: what the warp leaves is as large as unrelated points would leave";
-    case MatchVerdict::TooFewFound:
-      return "no reliable match: too few points have a partner";
-    case MatchVerdict::NotSettled:
-      return "no reliable match: the iteration did not settle";
-    case MatchVerdict::Bent:
-      return "no reliable match: the warp fits by its freedom to bend";
-    case MatchVerdict::Ambiguous:
-      return "no reliable match: another warp explains the target nearly as well";
-  }
-  return "";
-}
 
 MatchResult match_points(const PointSet& from, const PointSet& to, const MatchOptions& options) {
   check(from, "template");

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/base/statistics.h"
 #include "engine/numeric/dense.h"
 #include "engine/numeric/matching/evidence.h"
 #include "engine/numeric/matching/grow.h"
 #include "engine/numeric/matching/seeds.h"
+#include "engine/numeric/matching/spacing.h"
 #include "engine/numeric/matching/start.h"
 #include "engine/numeric/matching/symmetry.h"
 
@@ -29,6 +29,7 @@ constexpr size_t kPlaces = 4, kTurns = 12;
 // Starts to finish and cores to grow: at first, and where the answer is doubtful.
 constexpr size_t kFinished = 4, kGrown = 12, kMoreGrown = 16, kCoresOfOne = 4;
 constexpr size_t kSeeds = 16;
+constexpr double kManyStrangers = 0.3;
 constexpr double kScreenGap = 12;  // nats behind the best start that are not worth finishing
 // Mean distance of screened warps that end alike: over the RMS radius, and over the noise of the best end.
 constexpr double kSameScreened = 0.05, kSameOfSd = 0.5, kSameEnd = 0.02;
@@ -45,16 +46,6 @@ bool among(const std::vector<MatrixXd>& all, const MatrixXd& one, double near) {
 }
 
 }  // namespace
-
-double median_spacing(const MatrixXd& points) {
-  std::vector<double> nearest;
-  for (Index i = 0; i < points.rows(); ++i) {
-    Eigen::VectorXd d = (points.rowwise() - points.row(i)).rowwise().squaredNorm();
-    d[i] = std::numeric_limits<double>::infinity();
-    nearest.push_back(d.minCoeff());
-  }
-  return std::sqrt(median(std::move(nearest)));
-}
 
 bool fits_exactly(const FlowState& state, double spacing, Index smaller) {
   return std::sqrt(state.variance) < std::min(kExactSdOfSpacing * spacing, kExactSd) &&
@@ -255,8 +246,10 @@ void Search::run(bool in_place, const MatrixXd& as_it_lies, MatchResult& result)
     if (searched && !clean() && doubtful()) {
       finish_all(result);
       grow_some(kMoreGrown, result);
-      if (!clean() && doubtful()) grow_seeds(result);
     }
+    // Among strangers noise does not tell a wrong fit: it finds some near every point.
+    const bool crowded = best_.outlier_fraction > kManyStrangers;
+    if (searched && !clean() && (crowded || doubtful())) grow_seeds(result);
   }
   try_self_maps(result);
 }

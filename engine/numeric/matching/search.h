@@ -5,19 +5,15 @@
 #include <vector>
 
 #include "engine/numeric/matching/flow.h"
-#include "engine/numeric/matching/matching.h"
+#include "engine/numeric/matching/match.h"
 
 namespace palpate {
 
 /// Variance of a unit mode: that of shapes which bend as skin does.
 inline constexpr double kAmplitude = 0.1;
-/// Mean distance of warps that are not the same, over the template's RMS radius.
-inline constexpr double kOtherWarp = 0.1;
 /// Who allows smaller turns than this knows where the template lies; else every turn is tried.
 inline constexpr double kLeastSearched_deg = 60;
 
-/// Distance to the nearest other point, median.
-double median_spacing(const Eigen::MatrixXd& points);
 /// Nothing another start could do better: hardly any noise, and hardly a point left over.
 bool fits_exactly(const FlowState& state, double spacing, Eigen::Index smaller);
 

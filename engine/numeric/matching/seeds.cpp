@@ -16,7 +16,8 @@ using Eigen::Vector2d;
 
 constexpr Index kPlaces = 16, kNeighbours = 12, kArms = 3;
 constexpr int kMostMissed = 4;
-// Of the points' spacing: how far a neighbour may be off, by the two points alone and by all.
+// Of the points' spacing: how far a neighbour may be off, by the two points alone (less among many strangers,
+// of whom chance finds one everywhere) and by all.
 constexpr double kReach = 0.5, kFineReach = 0.2;
 constexpr double kLeastScale = 0.5, kMostScale = 2;
 constexpr int kMostCells = 128;
@@ -71,8 +72,10 @@ class Finder {
       : from_(from),
         to_(to),
         spacing_(spacing),
+        reach_(kReach * spacing *
+               std::sqrt(std::min(1., static_cast<double>(from.rows()) / static_cast<double>(to.rows())))),
         most_turn_(most_turn_deg * std::numbers::pi / 180),
-        cells_(to, kReach * spacing) {}
+        cells_(to, std::max(reach_, kFineReach * spacing)) {}
 
   std::vector<Seed> find(size_t most) {
     for (const Index centre : spread_subset(from_, kPlaces)) look_about(centre);
@@ -130,7 +133,7 @@ class Finder {
       const Vector2d d = from_.row(k).transpose() - start;
       const Vector2d place =
           end + Vector2d(factor.x() * d.x() - factor.y() * d.y(), factor.x() * d.y() + factor.y() * d.x());
-      const Index found = cells_.nearest(place, kReach * spacing_);
+      const Index found = cells_.nearest(place, reach_);
       if (found >= 0)
         seed.pairs.emplace_back(k, found);
       else if (++missed > kMostMissed)
@@ -174,7 +177,7 @@ class Finder {
   }
 
   const MatrixXd &from_, &to_;
-  double spacing_, most_turn_;
+  double spacing_, reach_, most_turn_;
   Cells cells_;
   std::vector<Index> around_;
   std::vector<Seed> seeds_;

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "engine/numeric/dense.h"
-#include "engine/numeric/matching/search.h"
+#include "engine/numeric/matching/spacing.h"
 #include "engine/numeric/matching/warp.h"
 
 namespace palpate {

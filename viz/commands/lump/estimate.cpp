@@ -23,7 +23,7 @@ struct Options {
   std::vector<double> force_N, window_mm, block_mm;
   double pitch_mm = 1.25, young_Pa = 0, thickness_mm = 20, noise_Pa = -1;
   lump::InputErrors errors;
-  std::string network, method = "network";
+  std::string network, method = "refined";
 };
 
 lump::Observation reading_of(const Options& o) {

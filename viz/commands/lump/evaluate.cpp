@@ -25,7 +25,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> files;
-  std::string network, method = "network";
+  std::string network, method = "refined";
   std::optional<lump::ScoreOver> over;
   lump::EvaluationJob job;
   judge::CellOptions cells;

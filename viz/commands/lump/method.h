@@ -11,7 +11,7 @@ namespace palpate {
 
 /// Values of --method, for its help.
 inline constexpr const char* kLumpMethodHelp =
-    "Who estimates: network (milliseconds), refined (its answer, refined by least squares), direct (finite "
+    "Who estimates: network, refined (its answer, refined by least squares; half as far off), direct (finite "
     "elements, a minute or so)";
 
 /// The file's network, or the built-in one where there is no file.

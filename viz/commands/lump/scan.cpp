@@ -41,7 +41,7 @@ struct Options {
   std::vector<std::string> recordings;
   std::string positions, gauge;
   RecordedOptions recorded;
-  std::string method = "network";
+  std::string method = "refined";
   bool force_given = false;
 };
 

@@ -17,7 +17,7 @@ namespace {
 using Json = json::Value;
 
 struct Options {
-  bool direct = false;
+  std::string method = "refined";
   double noise = 0.002;
   uint32_t threads = 0;
   bool costs = false;
@@ -119,7 +119,7 @@ void write(const std::filesystem::path& path, const std::string& text) {
 
 Report stability(const Common& common, const Options& options) {
   const lump::Estimator estimator =
-      lump_estimator(options.direct ? "direct" : "network", lump_network(""), options.threads);
+      lump_estimator(options.method, lump_network(""), options.threads);
   const std::vector<lump::StabilityCase> cases = lump::stability_cases(options.noise);
   std::vector<lump::StabilityRow> rows;
   {
@@ -127,7 +127,7 @@ Report stability(const Common& common, const Options& options) {
     rows = judge_stability(cases, estimator, common.seed, options.threads,
                            [&](uint64_t done) { bar.update(done); });
   }
-  Json value = {{"method", options.direct ? "direct" : "network"}, {"noise_share", options.noise}};
+  Json value = {{"method", options.method}, {"noise_share", options.noise}};
   for (const lump::StabilityRow& row : rows) value["blocks"].push_back(to_json(row));
   std::string text = table(rows);
   std::vector<lump::CostRow> costs;
@@ -182,12 +182,9 @@ void add_lump_stability(CommandLine& group, Common& common, Command& chosen) {
   CommandLine* command = group.add_subcommand(
       "stability", "Estimates at the edges: stiff, soft, shallow, wide, two, none, noisy, wrong tissue");
   const auto o = std::make_shared<Options>();
-  command
-      ->add_option_function(
-          "--method", [o](const std::string& name) { o->direct = name == "direct"; },
-          "network, or direct (finite elements; a minute a block)")
-      ->check(Check::one_of({"network", "direct"}))
-      ->default_str("network");
+  command->add_option("--method", o->method, kLumpMethodHelp)
+      ->capture_default_str()
+      ->check(Check::one_of({"network", "refined", "direct"}));
   command->add_option("--noise", o->noise, "Of a reading's node, share of the highest load's peak")
       ->capture_default_str()
       ->check(Check::range(0.0, 1.0));
