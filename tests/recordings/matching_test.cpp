@@ -54,6 +54,7 @@ PointSet shuffled(const PointSet& set, uint32_t seed) {
   return result;
 }
 
+// Some more than was measured: rounding differs from machine to machine. None may be wrong and reliable.
 struct Level {
   const char* name;
   double most_miss;
@@ -86,25 +87,32 @@ TEST_P(SharedShapes, HoldTheGoalAndNoFailureIsCalledReliable) {
 }
 INSTANTIATE_TEST_SUITE_P(
     Levels, SharedShapes,
-    testing::Values(Level{"fish_def_5", 0.00024, 0, 0}, Level{"fish_def_5_trials_21_to_60", 0.004015, 1, 1},
-                    Level{"fish_noise_1", 0.00023, 0, 0}, Level{"fish_noise_2", 0.005258, 0, 0},
-                    Level{"fish_noise_3", 0.01038, 0, 0}, Level{"fish_noise_4", 0.01663, 0, 0},
-                    Level{"fish_noise_5", 0.02204, 0, 4}, Level{"fish_noise_6", 0.02937, 0, 6},
-                    Level{"fish_noise_6_trials_21_to_60", 0.02527, 0, 6},
-                    Level{"fish_occlusion_1", 0.00023, 0, 0}, Level{"fish_occlusion_2", 0.00028, 0, 0},
-                    Level{"fish_occlusion_3", 0.00086, 0, 0}, Level{"fish_occlusion_4", 0.00153, 0, 0},
-                    Level{"fish_occlusion_5", 0.002332, 0, 0}, Level{"fish_occlusion_6", 0.01484, 2, 4},
-                    Level{"fish_outlier_5", 0.0003, 0, 0},
-                    Level{"fish_outlier_5_trials_21_to_60", 0.00023, 0, 0},
-                    Level{"fish_rot_6", 0.00023, 0, 0}, Level{"fish_rot_6_trials_21_to_60", 0.00023, 0, 0},
-                    Level{"chinese_def_3", 0.00039, 0, 0}, Level{"chinese_def_4", 0.00046, 0, 0},
-                    Level{"chinese_def_5", 0.00495, 1, 1}, Level{"chinese_noise_4", 0.01902, 0, 8},
-                    Level{"chinese_noise_5", 0.02606, 0, 4}, Level{"chinese_noise_6", 0.03197, 0, 10},
-                    Level{"chinese_occlusion_4", 0.003476, 0, 0}, Level{"chinese_occlusion_5", 0.0129, 2, 3},
-                    Level{"chinese_occlusion_6", 0.02377, 6, 6}, Level{"chinese_outlier_3", 0.00052, 0, 0},
-                    Level{"chinese_outlier_4", 0.002651, 0, 1}, Level{"chinese_outlier_5", 0.01118, 3, 4},
-                    Level{"chinese_rot_3", 0.0005, 0}, Level{"chinese_rot_6", 0.0005, 0},
-                    Level{"fish_rot_4", 0.0003, 0}, Level{"fish_def_3", 0.0003, 0}),
+    testing::Values(Level{"fish_def_1", 0.0005, 0, 0}, Level{"fish_def_2", 0.0005, 0, 0},
+                    Level{"fish_def_3", 0.0005, 0, 0}, Level{"fish_def_4", 0.0005, 0, 0},
+                    Level{"fish_def_4_trials_21_to_60", 0.0005, 0, 0}, Level{"fish_def_5", 0.0005, 0, 0},
+                    Level{"fish_def_5_trials_21_to_60", 0.0045, 1, 1}, Level{"fish_noise_1", 0.0005, 0, 0},
+                    Level{"fish_noise_2", 0.0058, 0, 0}, Level{"fish_noise_3", 0.0115, 0, 0},
+                    Level{"fish_noise_4", 0.0178, 0, 0}, Level{"fish_noise_5", 0.0215, 0, 5},
+                    Level{"fish_noise_6", 0.0275, 0, 6}, Level{"fish_noise_6_trials_21_to_60", 0.0258, 0, 6},
+                    Level{"fish_occlusion_1", 0.0005, 0, 0}, Level{"fish_occlusion_2", 0.0008, 0, 0},
+                    Level{"fish_occlusion_3", 0.0014, 0, 0}, Level{"fish_occlusion_4", 0.0015, 0, 0},
+                    Level{"fish_occlusion_5", 0.0028, 0, 0}, Level{"fish_occlusion_6", 0.0145, 2, 5},
+                    Level{"fish_outlier_1", 0.0006, 0, 0}, Level{"fish_outlier_2", 0.0006, 0, 0},
+                    Level{"fish_outlier_3", 0.0006, 0, 0}, Level{"fish_outlier_4", 0.0006, 0, 0},
+                    Level{"fish_outlier_5", 0.0006, 0, 0},
+                    Level{"fish_outlier_5_trials_21_to_60", 0.0006, 0, 0}, Level{"fish_rot_1", 0.0005, 0, 0},
+                    Level{"fish_rot_2", 0.0005, 0, 0}, Level{"fish_rot_3", 0.0005, 0, 0},
+                    Level{"fish_rot_4", 0.0005, 0, 0}, Level{"fish_rot_5", 0.0005, 0, 0},
+                    Level{"fish_rot_6", 0.0005, 0, 0}, Level{"fish_rot_6_trials_21_to_60", 0.0005, 0, 0},
+                    Level{"chinese_def_3", 0.0008, 0, 0}, Level{"chinese_def_4", 0.0008, 0, 0},
+                    Level{"chinese_def_5", 0.0025, 0, 1}, Level{"chinese_noise_4", 0.0185, 0, 2},
+                    Level{"chinese_noise_5", 0.0252, 0, 2}, Level{"chinese_noise_6", 0.0305, 0, 10},
+                    Level{"chinese_occlusion_4", 0.0035, 0, 1}, Level{"chinese_occlusion_5", 0.0125, 2, 4},
+                    Level{"chinese_occlusion_6", 0.0255, 6, 8}, Level{"chinese_outlier_3", 0.0008, 0, 0},
+                    Level{"chinese_outlier_4", 0.0035, 0, 1}, Level{"chinese_outlier_5", 0.0095, 1, 3},
+                    Level{"chinese_rot_1", 0.0008, 0, 0}, Level{"chinese_rot_2", 0.0008, 0, 0},
+                    Level{"chinese_rot_3", 0.0008, 0, 0}, Level{"chinese_rot_4", 0.0008, 0, 0},
+                    Level{"chinese_rot_5", 0.0008, 0, 0}, Level{"chinese_rot_6", 0.0008, 0, 0}),
     [](const auto& level) { return std::string(level.param.name); });
 
 }  // namespace
