@@ -135,10 +135,13 @@ bool Search::clean() const {
   return fits_exactly(best_, spacing_, std::min(problem_.from.rows(), problem_.to.rows()));
 }
 
+bool Search::unproven() const {
+  return energy_without_ - best_.energy - freedom_cost(problem_, best_, kAmplitude) < kDoubtfulEvidence;
+}
+
 // Little noise and yet little evidence: the warp has bent itself onto what it does not belong to.
 bool Search::doubtful() const {
-  return std::sqrt(best_.variance) < kDoubtfulSdOfSpacing * spacing_ &&
-         energy_without_ - best_.energy - freedom_cost(problem_, best_, kAmplitude) < kDoubtfulEvidence;
+  return std::sqrt(best_.variance) < kDoubtfulSdOfSpacing * spacing_ && unproven();
 }
 
 void Search::finish_some(MatchResult& result) {
@@ -249,7 +252,7 @@ void Search::run(bool in_place, const MatrixXd& as_it_lies, MatchResult& result)
     }
     // Among strangers noise does not tell a wrong fit: it finds some near every point.
     const bool crowded = best_.outlier_fraction > kManyStrangers;
-    if (searched && !clean() && (crowded || doubtful())) grow_seeds(result);
+    if (searched && !clean() && ((crowded && unproven()) || doubtful())) grow_seeds(result);
   }
   try_self_maps(result);
 }

@@ -51,6 +51,7 @@ class Search {
   void try_self_maps(MatchResult& result);
   void settle(Candidate candidate, MatchResult& result);
   bool clean() const;
+  bool unproven() const;
   bool doubtful() const;
 
   const FlowProblem& problem_;
