@@ -27,8 +27,8 @@ double squared_way(const ContactTouch& a, const ContactTouch& b) {
 
 // What one contact's number lacks, the sum lacks: the gravest first.
 Validity graver(Validity a, Validity b) {
-  constexpr Validity kGravest[] = {Validity::NotCalibrated, Validity::Unfit,       Validity::Saturated,
-                                   Validity::AtBorder,      Validity::OnsetUnseen, Validity::AboveRange,
+  constexpr Validity kGravest[] = {Validity::NotCalibrated, Validity::Unfit,        Validity::Saturated,
+                                   Validity::AtBorder,      Validity::OnsetUnseen,  Validity::AboveRange,
                                    Validity::BelowRange,    Validity::ShapeUnjudged};
   for (const Validity validity : kGravest)
     if (a == validity || b == validity) return validity;

@@ -88,7 +88,8 @@ struct ForceCalibration {
   double r_squared = 0;          ///< 0: not stated
   double residual_fraction = 0;  ///< scatter that grows with the force: its share, added in squares
   bool fit_for_use = true;       ///< false: its error or range were found too poor; forces say so
-  /// false: calibrated on a gel with fewer than three objects, whose slopes go with the shape too; forces say so
+  /// false: calibrated on a gel with fewer than three objects, whose slopes go with the shape too; forces say
+  /// so
   bool shapes_judged = true;
   Origin origin{};
 };

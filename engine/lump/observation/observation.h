@@ -21,7 +21,7 @@ struct Observation {
   /// Standard deviation of a map's value, independent from node to node. Where the maps are rougher than it
   /// says (roughness()), that counts.
   double noise_Pa = 0;
-  double uneven_sd = 0.01;      ///< slow errors across the window that calibration leaves, share of pressure
+  double uneven_sd = 0.01;  ///< slow errors across the window that calibration leaves, share of pressure
   double saturated_fraction = 0;  ///< of the window's values at the highest load, at the sensor's limit
 
   std::array<double, 3> block_mm = {40, 40, 20};  ///< length, width, thickness of the tissue
