@@ -84,7 +84,8 @@ BlockHypotheses::BlockHypotheses(const Model& model, const PressedNodes& nodes, 
   observed_ = Eigen::VectorXd::Zero(count);
   for (size_t k = 0; k < weights_.size(); ++k)
     observed_ += weights_[k] * nodes.total.col(static_cast<Eigen::Index>(k));
-  const Eigen::VectorXd plain = block({}), rest = observed_ - plain;
+  plain_ = block({});
+  const Eigen::VectorXd rest = observed_ - plain_;
   const double noise = nodes.noise / std::sqrt(sum);
   const double own = kModel * std::max(kLeastPeak, rest.maxCoeff());
 
@@ -117,7 +118,7 @@ BlockHypotheses::BlockHypotheses(const Model& model, const PressedNodes& nodes, 
                    y = 2 * nodes.y_mm[static_cast<size_t>(n)] / model.block_mm[1];
       other.row(n).tail(6) << kGain, uneven_sd * x, uneven_sd * y, uneven_sd * x * x, uneven_sd * y * y,
           uneven_sd * x * y;
-      other.row(n).tail(6) *= plain(n);
+      other.row(n).tail(6) *= plain_(n);
     }
     other = sd.cwiseInverse().asDiagonal() * other;
     Eigen::MatrixXd normal = dense::product_tn(other, other);
@@ -134,7 +135,7 @@ BlockHypotheses::BlockHypotheses(const Model& model, const PressedNodes& nodes, 
     other_ = std::move(other);
     root_ = std::move(root);
   }
-  told_ = chi_square({});
+  told_ = squares(rest.cwiseQuotient(sd_));
 }
 
 Eigen::VectorXd BlockHypotheses::block(const Change& change) const {
@@ -261,7 +262,7 @@ ChangeFit BlockHypotheses::best_shift() const {
 
 LinearFit BlockHypotheses::linear(const Eigen::MatrixXd& columns) const {
   const Eigen::MatrixXd scaled = sd_.cwiseInverse().asDiagonal() * columns;
-  const Eigen::VectorXd left = (observed_ - block({})).cwiseQuotient(sd_);
+  const Eigen::VectorXd left = (observed_ - plain_).cwiseQuotient(sd_);
   const Eigen::MatrixXd shared = root_->solve_lower(dense::product_tn(other_, scaled));
   const Eigen::MatrixXd own = root_->solve_lower(Eigen::MatrixXd(dense::product_tn(other_, left)));
   const Eigen::MatrixXd normal = dense::product_tn(scaled, scaled) - dense::product_tn(shared, shared);
@@ -274,15 +275,14 @@ LinearFit BlockHypotheses::linear(const Eigen::MatrixXd& columns) const {
 }
 
 LinearFit BlockHypotheses::gain() const {
-  return linear(block({}));
+  return linear(plain_);
 }
 
 LinearFit BlockHypotheses::tilt() const {
-  const Eigen::VectorXd plain = block({});
-  Eigen::MatrixXd columns(plain.size(), 2);
-  for (Eigen::Index n = 0; n < plain.size(); ++n) {
-    columns(n, 0) = plain(n) * 2 * nodes_.x_mm[static_cast<size_t>(n)] / model_.block_mm[0];
-    columns(n, 1) = plain(n) * 2 * nodes_.y_mm[static_cast<size_t>(n)] / model_.block_mm[1];
+  Eigen::MatrixXd columns(plain_.size(), 2);
+  for (Eigen::Index n = 0; n < plain_.size(); ++n) {
+    columns(n, 0) = plain_(n) * 2 * nodes_.x_mm[static_cast<size_t>(n)] / model_.block_mm[0];
+    columns(n, 1) = plain_(n) * 2 * nodes_.y_mm[static_cast<size_t>(n)] / model_.block_mm[1];
   }
   return linear(columns);
 }

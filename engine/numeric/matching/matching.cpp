@@ -174,12 +174,13 @@ MatchResult match_points(const PointSet& from, const PointSet& to, const MatchOp
   const Prepared sets(from, to);
   const WarpModes modes(sets.from);
   const Index n = sets.from.rows(), m = sets.to.rows();
-  const double volume = log_volume(sets.to);
+  const double volume = log_volume(sets.to), without = energy_without(sets.to, volume);
+  const FlowProblem whole(sets.from, modes, sets.to, volume, false);
   MatchResult result;
   FlowState state;
   if (std::max(n, m) <= kLargest) {
     const FlowProblem problem(sets.from, modes, sets.to, volume, true);
-    Search search(problem, sets.to, options, energy_without(sets.to, volume));
+    Search search(problem, sets.to, options, without);
     search.run(sets.in_place, sets.as_it_lies, result);
     result.posterior = search.posterior();
     state = std::move(search.best());
@@ -194,7 +195,6 @@ MatchResult match_points(const PointSet& from, const PointSet& to, const MatchOp
     Search search(coarse, coarse_to, options, energy_without(coarse_to, volume));
     search.run(sets.in_place, sets.as_it_lies(some, Eigen::all), result);
     result.posterior = search.posterior();
-    const FlowProblem whole(sets.from, modes, sets.to, volume, false);
     state = std::move(search.best());
     state.warped = dense::product(whole.basis, state.coefficients);
     flow(whole, {.sd = std::sqrt(state.variance), .amplitude = kAmplitude, .cooling = 0.7}, state);
@@ -210,7 +210,6 @@ MatchResult match_points(const PointSet& from, const PointSet& to, const MatchOp
 
   if (!state.converged) {
     const uint32_t before = state.iterations;
-    const FlowProblem whole(sets.from, modes, sets.to, volume, false);
     flow(whole, {.sd = std::sqrt(state.variance), .amplitude = kAmplitude, .most_iterations = kFinishing},
          state);
     weigh(whole, kAmplitude, state);
@@ -219,9 +218,7 @@ MatchResult match_points(const PointSet& from, const PointSet& to, const MatchOp
   const double found = static_cast<double>(state.partners.sum());
   result.converged = state.converged;
   result.scale = sets.from_scale;
-  const double without = energy_without(sets.to, volume);
   result.log_likelihood_gain = (without - state.energy) / static_cast<double>(m);
-  const FlowProblem whole(sets.from, modes, sets.to, volume, false);
   result.evidence = without - state.energy - freedom_cost(whole, state, kAmplitude);
   result.held_out_gain = held_out_gain(whole, state, kAmplitude, without);
   result.noise_sd = std::sqrt(state.variance) * sets.unit;
@@ -236,13 +233,12 @@ MatchResult match_points(const PointSet& from, const PointSet& to, const MatchOp
   const Index smaller = std::min(n, m);
   // Where the template lies is known, other warps are other slides along the same shape, which the caller
   // judges.
-  const bool searched = options.most_turn_deg >= kLeastSearched_deg;
+  const bool searched = tries_every_turn(options);
+  const double spacing = median_spacing(sets.from), sd = std::sqrt(state.variance) / spacing;
   // Thinned sets do not have the same points: their energies say little where all points fit exactly.
-  const bool thinned_fit = std::max(n, m) > kLargest &&
-                           fits_exactly(state, median_spacing(sets.from), smaller) &&
+  const bool thinned_fit = std::max(n, m) > kLargest && fits_exactly(state, spacing, smaller) &&
                            self_maps(sets.from, options.reflections, 1).empty();
   if (!searched || thinned_fit) result.posterior = 1;
-  const double sd = std::sqrt(state.variance) / median_spacing(sets.from);
   result.verdict = smaller < state.warped.cols() + 1 + kLeastPoints     ? MatchVerdict::TooFewPoints
                    : !state.converged                                   ? MatchVerdict::NotSettled
                    : found < kLeastFound * static_cast<double>(smaller) ? MatchVerdict::TooFewFound

@@ -94,7 +94,7 @@ void Search::screen_all(bool in_place, const MatrixXd& as_it_lies) {
     screen(MatchStart::Turned, place.turn_deg, place.points, kTurnedSd, kContextWeight, nullptr);
   }
   // The basin of the right answer is wide but has to be met: every turn about the centre.
-  if (options_.most_turn_deg >= kLeastSearched_deg) {
+  if (tries_every_turn(options_)) {
     const size_t most = kTurns * (options_.reflections ? 2 : 1) + (problem_.from.cols() > 2 ? kTurns : 0);
     for (size_t k = 0; k < std::min(votes.size(), most); ++k)
       screen(MatchStart::Turned, angle_of(votes.turn(k)), dense::product(problem_.from, votes.turn(k)),
@@ -218,7 +218,7 @@ void Search::grow_seeds(MatchResult& result) {
 
 void Search::try_self_maps(MatchResult& result) {
   constexpr size_t kMostMaps = 3;
-  if (options_.most_turn_deg < kLeastSearched_deg) return;
+  if (!tries_every_turn(options_)) return;
   const FlowState found = best_;
   for (const std::vector<Index>& map : self_maps(problem_.from, options_.reflections, kMostMaps)) {
     Candidate other;
@@ -244,7 +244,7 @@ void Search::run(bool in_place, const MatrixXd& as_it_lies, MatchResult& result)
     screen_all(in_place, as_it_lies);
     finish_some(result);
     // Where the template lies is known, parts of it would only slide along the shape.
-    const bool searched = options_.most_turn_deg >= kLeastSearched_deg;
+    const bool searched = tries_every_turn(options_);
     if (searched) grow_some(kGrown, result);
     if (searched && !clean() && doubtful()) {
       finish_all(result);

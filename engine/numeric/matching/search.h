@@ -13,6 +13,9 @@ namespace palpate {
 inline constexpr double kAmplitude = 0.1;
 /// Who allows smaller turns than this knows where the template lies; else every turn is tried.
 inline constexpr double kLeastSearched_deg = 60;
+inline bool tries_every_turn(const MatchOptions& options) {
+  return options.most_turn_deg >= kLeastSearched_deg;
+}
 
 /// Nothing another start could do better: hardly any noise, and hardly a point left over.
 bool fits_exactly(const FlowState& state, double spacing, Eigen::Index smaller);
