@@ -193,8 +193,8 @@ void add_bells(const Model& model, const Fitter& fitter, const Fit& fit, double 
         rest(a, b) = at.normal(kept[static_cast<size_t>(a)], kept[static_cast<size_t>(b)]);
     const Eigen::Matrix4d inverse = rest.inverse();
     const double volume = std::log(std::max(1e-300, std::abs(inverse.determinant())));
-    // A prior even over size and depth. Data sets are now even over their logarithms; intervals are calibrated
-    // with this one.
+    // A prior even over size and depth. Data sets are now even over their logarithms; intervals are
+    // calibrated with this one.
     if (!std::isfinite(volume) || at.chi_square >= kHopeless) return;
     log_weights.push_back(-0.5 * at.chi_square / temperature + 0.5 * volume + std::log(spacing) + at.at(0) +
                           at.at(1));
