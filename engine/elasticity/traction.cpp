@@ -1,0 +1,454 @@
+#include "engine/elasticity/traction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include "engine/elasticity/layer_convolution.h"
+#include "palpate/error.h"
+
+namespace palpate {
+namespace {
+
+using Field = std::vector<double>;
+using Operator = std::function<void(const Field&, Field&)>;
+
+constexpr uint32_t kRounds = 4;           // of pressure and shear, each for what the other one moves
+constexpr double kSettled = 2e-3;         // change of force from one round to the next
+constexpr double kErrorTolerance = 1e-2;  // a standard error to one part in a hundred
+constexpr uint32_t kFreshGradient = 40;   // iterations after which rounding is swept out
+constexpr double kRim = 1.25;             // of standard errors: pressure at the rim errs to one side only
+constexpr double kHidden = 0.5;           // of what a cell of unknown depth may carry: a standard error
+
+double dot(const Field& a, const Field& b) {
+  double sum = 0;
+  for (size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+/// Conjugate gradients for a symmetric matrix on the unknowns that `free` holds (not 0), from `x`.
+/// Iterations.
+uint32_t conjugate_gradients(const Operator& matrix, const Field& right, const std::vector<uint8_t>& free,
+                             double tolerance, uint32_t most, Field& x, double& relative_residual) {
+  const size_t n = right.size();
+  Field rest(n), along(n), image(n);
+  double goal = 0;
+  for (size_t i = 0; i < n; ++i) {
+    if (free[i] == 0) x[i] = 0;
+    goal += free[i] != 0 ? right[i] * right[i] : 0;
+  }
+  relative_residual = 0;
+  if (goal == 0) {
+    std::fill(x.begin(), x.end(), 0);
+    return 0;
+  }
+  matrix(x, image);
+  for (size_t i = 0; i < n; ++i) along[i] = rest[i] = free[i] != 0 ? right[i] - image[i] : 0;
+  double squares = dot(rest, rest);
+  uint32_t iteration = 0;
+  for (; iteration < most && squares > tolerance * tolerance * goal; ++iteration) {
+    matrix(along, image);
+    for (size_t i = 0; i < n; ++i)
+      if (free[i] == 0) image[i] = 0;
+    const double step = squares / dot(along, image);
+    for (size_t i = 0; i < n; ++i) {
+      x[i] += step * along[i];
+      rest[i] -= step * image[i];
+    }
+    const double before = std::exchange(squares, dot(rest, rest));
+    for (size_t i = 0; i < n; ++i) along[i] = rest[i] + squares / before * along[i];
+  }
+  relative_residual = std::sqrt(squares / goal);
+  return iteration;
+}
+
+void refuse(const std::string& wanted, const std::string& found, const std::string& remedy) {
+  throw Error(Failure::Input, wanted, found, remedy);
+}
+
+void check(const TractionGrid& grid, const TractionOptions& options) {
+  if (grid.width < 2 || grid.height < 2 || !(grid.cell_mm > 0) || !std::isfinite(grid.cell_mm))
+    refuse("a grid of 2 x 2 cells or more, with their side in mm",
+           std::to_string(grid.width) + " x " + std::to_string(grid.height) + " of " +
+               std::to_string(grid.cell_mm) + " mm",
+           "a larger frame, or smaller cells");
+  const auto positive = [](double value) { return value > 0 && std::isfinite(value); };
+  if (!positive(options.slope_sd) || !positive(options.shift_sd_mm) || !positive(options.tolerance) ||
+      !(options.error_length_mm >= 0) || options.most_iterations == 0)
+    refuse("standard errors, tolerance and iterations > 0", "others", "the defaults of TractionOptions");
+}
+
+}  // namespace
+
+struct TractionSolver::Impl {
+  Impl(const Material& layer, double thickness_mm, const TractionGrid& on, const TractionOptions& with)
+      : grid(on), options(with), kernel(layer, thickness_mm, on.cell_mm) {
+    check(grid, options);
+    const double shear_MPa = layer.young_MPa / (2 * (1 + layer.poisson));
+    const double slope_per_MPa = 2 / effective_modulus_MPa(layer);
+    prior = std::pow(options.slope_sd * slope_per_MPa, 2);
+    shear_prior = std::pow(options.shift_sd_mm / shear_MPa, 2);
+    const size_t n = size();
+    for (Field* field :
+         {&pressure, &depth, &scratch, &scratch2, &right, &gradient, &along, &image, &answer, &shear_depth})
+      field->assign(n, 0);
+    for (Field& field : error_solutions) field.assign(n, 0);
+    for (Field& field : shear_errors) field.assign(2 * n, 0);
+    allowed.assign(n, 1);
+    active.assign(n, 0);
+    known.assign(n, 1);
+    result.pressure_MPa.assign(n, 0);
+  }
+
+  size_t size() const { return size_t{grid.width} * grid.height; }
+  double x_mm(size_t cell) const {
+    return (static_cast<double>(cell % grid.width) + 0.5 - 0.5 * grid.width) * grid.cell_mm;
+  }
+  double y_mm(size_t cell) const {
+    return (static_cast<double>(cell / grid.width) + 0.5 - 0.5 * grid.height) * grid.cell_mm;
+  }
+
+  /// Minus the divergence of the gradient over the edges between known cells, 1 / mm^2.
+  void laplacian(const Field& of, Field& out) const {
+    const uint32_t w = grid.width, h = grid.height;
+    std::fill(out.begin(), out.end(), 0);
+    const auto edge = [&](size_t a, size_t b) {
+      if (known[a] == 0 || known[b] == 0) return;
+      const double difference = of[b] - of[a];
+      out[b] += difference;
+      out[a] -= difference;
+    };
+    for (uint32_t y = 0; y < h; ++y)
+      for (uint32_t x = 0; x < w; ++x) {
+        const size_t i = size_t{y} * w + x;
+        if (x + 1 < w) edge(i, i + 1);
+        if (y + 1 < h) edge(i, i + w);
+      }
+    const double scale = 1 / (grid.cell_mm * grid.cell_mm);
+    for (double& value : out) value *= scale;
+  }
+
+  void normal_matrix(const Field& of, Field& out) {
+    convolution->depth_by_pressure(of, scratch);
+    laplacian(scratch, scratch2);
+    convolution->depth_by_pressure(scratch2, out);
+    for (size_t i = 0; i < of.size(); ++i) out[i] += prior * of[i];
+  }
+
+  /// From where `pressure` is; `depth` is what it has to explain.
+  void solve_pressure() {
+    const size_t n = size();
+    laplacian(depth, scratch2);
+    convolution->depth_by_pressure(scratch2, right);
+    double goal = 0, most = 0;
+    for (size_t i = 0; i < n; ++i) {
+      goal += allowed[i] != 0 ? right[i] * right[i] : 0;
+      most = std::max(most, allowed[i] != 0 ? right[i] : 0);
+    }
+    result.residual = 0;
+    result.converged = true;
+    if (most <= 0) return std::fill(pressure.begin(), pressure.end(), 0.0);
+    // A cell without pressure enters only where a step is cut; a trace of it in each lets them all begin.
+    double sum = 0;
+    for (size_t i = 0; i < n; ++i) sum += pressure[i] = allowed[i] != 0 ? pressure[i] : 0;
+    if (sum == 0)
+      for (size_t i = 0; i < n; ++i) pressure[i] = allowed[i] != 0 ? 1e-9 : 0;
+    double before = 1, follow = 0;
+    uint32_t fresh = 0;
+    result.converged = false;
+    for (uint32_t iteration = 0;; ++iteration) {
+      if (fresh == 0) {
+        normal_matrix(pressure, gradient);
+        for (size_t i = 0; i < n; ++i) gradient[i] = right[i] - gradient[i];
+      }
+      double squares = 0, outside = 0;
+      for (size_t i = 0; i < n; ++i) {
+        active[i] = pressure[i] > 0 ? 1 : 0;
+        if (active[i] != 0)
+          squares += gradient[i] * gradient[i];
+        else if (allowed[i] != 0 && gradient[i] > 0)
+          outside += gradient[i] * gradient[i];
+      }
+      result.residual = std::sqrt((squares + outside) / goal);
+      if (result.residual <= options.tolerance) {
+        result.converged = true;
+        return;
+      }
+      if (iteration == options.most_iterations) return;
+      ++result.iterations;
+      const double keep = follow * squares / before;
+      before = squares;
+      for (size_t i = 0; i < n; ++i) along[i] = active[i] != 0 ? gradient[i] + keep * along[i] : 0;
+      normal_matrix(along, image);
+      const double curvature = dot(along, image);
+      double step = 0;
+      for (size_t i = 0; i < n; ++i) step += active[i] != 0 ? gradient[i] * along[i] : 0;
+      step = curvature > 0 ? step / curvature : 0;
+      bool cut = squares == 0, entered = false;
+      for (size_t i = 0; i < n; ++i) {
+        if (active[i] == 0) continue;
+        pressure[i] += step * along[i];
+        if (pressure[i] > 0) continue;
+        cut = true;
+        pressure[i] = 0;
+      }
+      // Cells that wrongly carry nothing.
+      const double into = step > 0 ? step : 1 / prior_scale();
+      for (size_t i = 0; i < n; ++i) {
+        if (allowed[i] == 0 || pressure[i] > 0 || gradient[i] <= 0) continue;
+        pressure[i] = into * gradient[i];
+        entered = true;
+      }
+      follow = entered ? 0 : 1;
+      fresh = cut || entered || fresh + 1 == kFreshGradient ? 0 : fresh + 1;
+      if (fresh != 0)
+        for (size_t i = 0; i < n; ++i) gradient[i] -= step * image[i];
+    }
+  }
+
+  /// About the matrix' largest value, for a first step where there is no curvature to go by.
+  double prior_scale() const { return prior / (options.slope_sd * options.slope_sd) + prior; }
+
+  double error_patches() const { return std::max(1.0, std::pow(options.error_length_mm / grid.cell_mm, 2)); }
+
+  /// The standard error of a sum of `weights` times pressure, over the cells that carry some.
+  double pressure_error(const Field& weights, Field& solution) {
+    double rest = 0;
+    conjugate_gradients([this](const Field& of, Field& out) { normal_matrix(of, out); }, weights, active,
+                        kErrorTolerance, options.most_iterations, solution, rest);
+    double sum = 0;
+    for (size_t i = 0; i < weights.size(); ++i) sum += active[i] != 0 ? weights[i] * solution[i] : 0;
+    return kRim * options.slope_sd * std::sqrt(std::max(0.0, sum) * error_patches());
+  }
+
+  /// Cells of the contact whose depth is not known count as if they carried anything up to twice the mean
+  /// pressure of the others; their moments as of one patch in their middle.
+  void add_hidden() {
+    const size_t n = size();
+    double hidden = 0, seen = 0, sum = 0, x = 0, y = 0;
+    for (size_t i = 0; i < n; ++i) {
+      if (allowed[i] == 0) continue;
+      if (known[i] == 0) {
+        ++hidden;
+        x += x_mm(i);
+        y += y_mm(i);
+      } else if (pressure[i] > 0) {
+        ++seen;
+        sum += pressure[i];
+      }
+    }
+    if (hidden == 0 || seen == 0) return;
+    const double force = kHidden * hidden * sum / seen * grid.cell_mm * grid.cell_mm;
+    Wrench& wrench = result.wrench;
+    wrench.force_sd_N[2] = std::hypot(wrench.force_sd_N[2], force);
+    wrench.moment_sd_Nmm[0] = std::hypot(wrench.moment_sd_Nmm[0], force * y / hidden);
+    wrench.moment_sd_Nmm[1] = std::hypot(wrench.moment_sd_Nmm[1], force * x / hidden);
+  }
+
+  void measure(const TractionInput& input) {
+    const size_t n = size();
+    const double area = grid.cell_mm * grid.cell_mm;
+    Wrench& wrench = result.wrench;
+    wrench = {};
+    result.at_border = false;
+    for (size_t i = 0; i < n; ++i) {
+      const double p = pressure[i] * area;
+      active[i] = p > 0 ? 1 : 0;
+      wrench.force_N[2] += p;
+      wrench.moment_Nmm[0] += y_mm(i) * p;
+      wrench.moment_Nmm[1] -= x_mm(i) * p;
+      const size_t x = i % grid.width, y = i / grid.width;
+      if (p > 0 && (x == 0 || y == 0 || x + 1 == grid.width || y + 1 == grid.height)) result.at_border = true;
+      result.pressure_MPa[i] = static_cast<float>(pressure[i]);
+    }
+    if (options.errors && wrench.force_N[2] > 0) {
+      for (size_t i = 0; i < n; ++i) right[i] = area;
+      wrench.force_sd_N[2] = pressure_error(right, error_solutions[0]);
+      for (size_t i = 0; i < n; ++i) right[i] = area * y_mm(i);
+      wrench.moment_sd_Nmm[0] = pressure_error(right, error_solutions[1]);
+      for (size_t i = 0; i < n; ++i) right[i] = -area * x_mm(i);
+      wrench.moment_sd_Nmm[1] = pressure_error(right, error_solutions[2]);
+      add_hidden();
+    }
+    if (!input.shift_x_mm.empty()) measure_shear();
+    // What is left of the slopes.
+    for (size_t i = 0; i < n; ++i) scratch[i] = depth[i];
+    convolution->depth_by_pressure(pressure, answer);
+    for (size_t i = 0; i < n; ++i) scratch[i] -= answer[i];
+    laplacian(scratch, scratch2);
+    double edges = 0;
+    for (uint32_t y = 0; y < grid.height; ++y)
+      for (uint32_t x = 0; x < grid.width; ++x) {
+        const size_t i = size_t{y} * grid.width + x;
+        if (x + 1 < grid.width && known[i] != 0 && known[i + 1] != 0) ++edges;
+        if (y + 1 < grid.height && known[i] != 0 && known[i + grid.width] != 0) ++edges;
+      }
+    result.slope_rms = edges > 0 ? std::sqrt(std::max(0.0, dot(scratch, scratch2)) / (edges / 2)) : 0;
+  }
+
+  // Shear: both components one behind the other.
+  void shear_matrix(const Field& of, Field& out) {
+    const size_t n = size();
+    split(of);
+    convolution->shift_by_shear(half_x, half_y, move_x, move_y);
+    for (size_t i = 0; i < n; ++i)
+      if (shift_known[i] == 0) move_x[i] = move_y[i] = 0;
+    convolution->shift_by_shear(move_x, move_y, half_x, half_y);
+    for (size_t i = 0; i < n; ++i) {
+      out[i] = half_x[i] + shear_prior * of[i];
+      out[n + i] = half_y[i] + shear_prior * of[n + i];
+    }
+  }
+  void split(const Field& both) {
+    const auto middle = both.begin() + static_cast<std::ptrdiff_t>(size());
+    half_x.assign(both.begin(), middle);
+    half_y.assign(middle, both.end());
+  }
+
+  void solve_shear(const TractionInput& input) {
+    const size_t n = size();
+    convolution->shift_by_pressure(pressure, move_x, move_y);
+    for (size_t i = 0; i < n; ++i) {
+      const bool seen = shift_known[i] != 0;
+      move_x[i] = seen ? double{input.shift_x_mm[i]} - move_x[i] : 0;
+      move_y[i] = seen ? double{input.shift_y_mm[i]} - move_y[i] : 0;
+      shear_free[i] = shear_free[n + i] = pressure[i] > 0 ? 1 : 0;
+    }
+    convolution->shift_by_shear(move_x, move_y, half_x, half_y);
+    shear_right = half_x;
+    shear_right.insert(shear_right.end(), half_y.begin(), half_y.end());
+    double rest = 0;
+    result.iterations +=
+        conjugate_gradients([this](const Field& of, Field& out) { shear_matrix(of, out); }, shear_right,
+                            shear_free, options.tolerance, options.most_iterations, shear, rest);
+    if (rest > options.tolerance) result.converged = false;
+    split(shear);
+    convolution->depth_by_shear(half_x, half_y, shear_depth);
+  }
+
+  void measure_shear() {
+    const size_t n = size();
+    const double area = grid.cell_mm * grid.cell_mm;
+    result.shear_x_MPa.resize(n);
+    result.shear_y_MPa.resize(n);
+    Wrench& wrench = result.wrench;
+    for (size_t i = 0; i < n; ++i) {
+      result.shear_x_MPa[i] = static_cast<float>(shear[i]);
+      result.shear_y_MPa[i] = static_cast<float>(shear[n + i]);
+      wrench.force_N[0] += area * shear[i];
+      wrench.force_N[1] += area * shear[n + i];
+      wrench.moment_Nmm[2] += area * (x_mm(i) * shear[n + i] - y_mm(i) * shear[i]);
+    }
+    if (!options.errors || wrench.force_N[2] <= 0) return;
+    const auto error = [&](Field& solution) {
+      double rest = 0, sum = 0;
+      conjugate_gradients([this](const Field& of, Field& out) { shear_matrix(of, out); }, shear_right,
+                          shear_free, kErrorTolerance, options.most_iterations, solution, rest);
+      for (size_t i = 0; i < 2 * n; ++i) sum += shear_free[i] != 0 ? shear_right[i] * solution[i] : 0;
+      return options.shift_sd_mm * std::sqrt(std::max(0.0, sum) * error_patches());
+    };
+    std::fill(shear_right.begin(), shear_right.end(), 0);
+    std::fill_n(shear_right.begin(), n, area);
+    wrench.force_sd_N[0] = error(shear_errors[0]);
+    std::fill_n(shear_right.begin(), n, 0);
+    std::fill_n(shear_right.begin() + static_cast<std::ptrdiff_t>(n), n, area);
+    wrench.force_sd_N[1] = error(shear_errors[1]);
+    for (size_t i = 0; i < n; ++i) {
+      shear_right[i] = -area * y_mm(i);
+      shear_right[n + i] = area * x_mm(i);
+    }
+    wrench.moment_sd_Nmm[2] = error(shear_errors[2]);
+  }
+
+  void read(const TractionInput& input) {
+    const size_t n = size();
+    const auto fits = [n](size_t count) { return count == 0 || count == n; };
+    const bool shift = !input.shift_x_mm.empty() || !input.shift_y_mm.empty();
+    if (input.depth_mm.size() != n || !fits(input.contact.size()) || !fits(input.known.size()) ||
+        !fits(input.shift_x_mm.size()) || !fits(input.shift_known.size()) ||
+        input.shift_x_mm.size() != input.shift_y_mm.size())
+      refuse("maps of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " cells",
+             std::to_string(input.depth_mm.size()) + " depths", "maps of the solver's grid");
+    for (size_t i = 0; i < n; ++i) {
+      known[i] = input.known.empty() || input.known[i] != 0 ? 1 : 0;
+      allowed[i] = input.contact.empty() || input.contact[i] != 0 ? 1 : 0;
+      given[i] = known[i] != 0 ? double{input.depth_mm[i]} : 0;
+      if (!std::isfinite(given[i]))
+        refuse("a depth of every cell that is known", "one that is not a number",
+               "leaving it out of `known`");
+    }
+    if (!convolution || (shift && !convolution->has_shear()))
+      convolution = std::make_unique<LayerConvolution>(kernel, grid.width, grid.height, shift);
+    if (!shift) {
+      std::fill(shear_depth.begin(), shear_depth.end(), 0);
+      result.shear_x_MPa.clear();
+      result.shear_y_MPa.clear();
+      return;
+    }
+    shift_known.assign(n, 1);
+    if (shear.size() != 2 * n) shear.assign(2 * n, 0);
+    shear_free.resize(2 * n);
+    for (size_t i = 0; i < n; ++i) {
+      shift_known[i] = input.shift_known.empty() || input.shift_known[i] != 0 ? 1 : 0;
+      if (shift_known[i] != 0 && !(std::isfinite(input.shift_x_mm[i]) && std::isfinite(input.shift_y_mm[i])))
+        refuse("a shift of every cell that is known", "one that is not a number",
+               "leaving it out of `shift_known`");
+    }
+  }
+
+  const Traction& solve(const TractionInput& input) {
+    given.resize(size());
+    read(input);
+    result.iterations = 0;
+    const bool shift = !input.shift_x_mm.empty();
+    double before = 0;
+    for (uint32_t round = 0; round < (shift ? kRounds : 1); ++round) {
+      for (size_t i = 0; i < size(); ++i) depth[i] = given[i] - shear_depth[i];
+      solve_pressure();
+      if (!shift) break;
+      solve_shear(input);
+      double sum = 0;
+      for (const double p : pressure) sum += p;
+      if (std::abs(sum - before) <= kSettled * sum) break;
+      before = sum;
+    }
+    measure(input);
+    return result;
+  }
+
+  TractionGrid grid;
+  TractionOptions options;
+  LayerKernel kernel;
+  double prior = 0, shear_prior = 0;  ///< squares of what a MPa is worth beside the data's errors
+  std::unique_ptr<LayerConvolution> convolution;
+  Traction result;
+
+  Field given, pressure, depth, scratch, scratch2, right, gradient, along, image, answer, shear_depth;
+  std::array<Field, 3> error_solutions, shear_errors;
+  Field shear, shear_right, half_x, half_y, move_x, move_y;
+  std::vector<uint8_t> allowed, active, known, shift_known, shear_free;
+};
+
+TractionSolver::TractionSolver(const Material& layer, double thickness_mm, const TractionGrid& grid,
+                               const TractionOptions& options)
+    : impl_(std::make_unique<Impl>(layer, thickness_mm, grid, options)) {}
+TractionSolver::~TractionSolver() = default;
+TractionSolver::TractionSolver(TractionSolver&&) noexcept = default;
+
+const TractionGrid& TractionSolver::grid() const {
+  return impl_->grid;
+}
+
+const Traction& TractionSolver::solve(const TractionInput& input) {
+  return impl_->solve(input);
+}
+
+void TractionSolver::forget() {
+  std::fill(impl_->pressure.begin(), impl_->pressure.end(), 0.0);
+  std::fill(impl_->shear.begin(), impl_->shear.end(), 0.0);
+  std::fill(impl_->shear_depth.begin(), impl_->shear_depth.end(), 0.0);
+}
+
+}  // namespace palpate

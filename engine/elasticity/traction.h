@@ -1,0 +1,90 @@
+// Traction on a bonded elastic layer from the shape of its surface: contact as a problem of least squares
+// with pressure >= 0, solved by conjugate gradients with constraints (compare I. A. Polonsky and L. M. Keer,
+// Wear 231 (1999) 206). The reference of the traction stage, and what a processor's own driver uses.
+//
+// What is compared are the slopes of the depth, which a camera sees; a rest level or a tilt's constant that
+// is not known then costs nothing, and short waves, whose depth a pressure hardly changes, no more than long
+// ones:
+//   minimise over p >= 0, 0 where nothing touches:  |grad(C p - depth)|^2 / sd^2 + |p|^2 / sd_p^2,
+// C the layer's answer, sd the standard error of slopes, sd_p = E*/2, a pressure whose slopes are 1. Shear is
+// what moves the surface along itself beyond what the pressure does, with |t|^2 / G^2 beside it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/elasticity/hertz.h"
+
+namespace palpate {
+
+/// Cells of the traction's maps.
+struct TractionGrid {
+  uint32_t width = 0;
+  uint32_t height = 0;
+  double cell_mm = 0;
+};
+
+struct TractionOptions {
+  double slope_sd = 0.03;      ///< standard error of the depth's slopes, > 0
+  double error_length_mm = 0;  ///< over which errors of slopes are alike; 0: over a cell
+  double shift_sd_mm = 0.01;   ///< standard error of the surface's shift along itself, > 0
+  double tolerance = 1e-3;     ///< of the gradient that is left, relative to that of no traction
+  uint32_t most_iterations = 300;
+  bool errors = true;  ///< of the wrench: three more solves
+};
+
+/// What is known of the surface; each map is height x width cells.
+struct TractionInput {
+  std::span<const float> depth_mm;      ///< into the layer, up to a constant
+  std::span<const uint8_t> contact{};   ///< 0: nothing presses there; empty: everywhere may be pressed
+  std::span<const uint8_t> known{};     ///< 0: depth is not known there; empty: everywhere it is
+  std::span<const float> shift_x_mm{};  ///< along the surface, since it was untouched; empty: not known
+  std::span<const float> shift_y_mm{};
+  std::span<const uint8_t> shift_known{};  ///< where; empty: everywhere
+};
+
+/// Forces on the layer: x right, y down, z into it; moments r x F about the middle of the grid at the
+/// surface, N mm: (y p, -x p, x t_y - y t_x).
+struct Wrench {
+  std::array<double, 3> force_N{};
+  std::array<double, 3> moment_Nmm{};
+  std::array<double, 3>
+      force_sd_N{};  ///< by the slopes' and the shift's errors alone; the modulus' comes on top
+  std::array<double, 3> moment_sd_Nmm{};
+};
+
+struct Traction {
+  std::vector<float> pressure_MPa;              ///< >= 0
+  std::vector<float> shear_x_MPa, shear_y_MPa;  ///< on the layer; empty where the shift is not known
+  Wrench wrench;
+  uint32_t iterations = 0;
+  double residual = 0;   ///< gradient that is left, as TractionOptions::tolerance
+  double slope_rms = 0;  ///< of the depth's slopes that no traction explains
+  bool converged = false;
+  bool at_border = false;  ///< pressure in the outermost cells: what presses beyond is missing
+};
+
+/// Memory is made once. Frames that follow each other begin where the last one ended. Not thread safe.
+class TractionSolver {
+ public:
+  /// Throws Error(Failure::Input) as LayerKernel, and on an empty grid or options out of range.
+  TractionSolver(const Material& layer, double thickness_mm, const TractionGrid& grid,
+                 const TractionOptions& options);
+  ~TractionSolver();
+  TractionSolver(TractionSolver&&) noexcept;
+
+  const TractionGrid& grid() const;
+  /// Throws Error(Failure::Input) where a map has another size, or a known depth is not finite.
+  const Traction& solve(const TractionInput& input);
+  /// The next solve begins from nothing.
+  void forget();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace palpate
