@@ -67,10 +67,10 @@ int fail(const std::string& message, int exit_code, Form form) {
 
 /// In the order of the help.
 constexpr void (*kCommands[])(CommandLine& program, Common& common, Command& chosen) = {
-    add_live,      add_record,  add_replay,  add_process, add_export,  add_simulate,
-    add_integrate, add_devices, add_cameras, add_demo,    add_setup,   add_calibrate,
-    add_gallery,   add_profile, add_tune,    add_optics,  add_strain,  add_contact,
-    add_modulus,   add_forward, add_lump,    add_match,   add_evaluate};
+    add_live,      add_record,  add_replay,  add_process, add_export, add_simulate,
+    add_integrate, add_devices, add_cameras, add_demo,    add_setup,  add_calibrate,
+    add_gallery,   add_profile, add_tune,    add_optics,  add_strain, add_contact,
+    add_wrench,    add_modulus, add_forward, add_lump,    add_match,  add_evaluate};
 
 int run(int argc, char** argv) {
   CommandLine program("a camera behind a silicone pad as a calibrated touch instrument.", "palpate");

@@ -27,6 +27,8 @@ const char* unit_of(ForceSignal signal) {
       return "mm3";
     case ForceSignal::Gradient:
       return "gray-px";
+    case ForceSignal::Layer:
+      return "N";
   }
   return "";
 }
@@ -66,6 +68,8 @@ std::string curve_text(const ForceCalibration& c) {
   switch (c.model) {
     case ForceModel::Line:
       return palpate::text("F = %.5g N/%s s %+.5g N", c.c1_N_per_gray, unit, c.c0_N);
+    case ForceModel::Scale:
+      return palpate::text("F = %.4g times the layer's force: that many times its modulus", c.c1_N_per_gray);
     case ForceModel::Power:
       return palpate::text("F = %.5g (s/%s)^%.4g N %+.5g N", c.c1_N_per_gray, unit, c.exponent, c.c0_N);
     case ForceModel::Spline:
@@ -174,6 +178,21 @@ ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const Forc
                                             left_out, o.choice.chosen.error_N) +
                                   (verdict.fit_for_use ? "" : "; " + verdict.line));
   return o;
+}
+
+void set_force(Sensor& sensor, const ForceCalibration& calibration) {
+  sensor.force = calibration;
+  if (calibration.signal != ForceSignal::Layer || !sensor.layer) return;
+  ForceCalibration& force = *sensor.force;
+  LayerCalibration& layer = *sensor.layer;
+  const double scale = force.c1_N_per_gray;
+  layer.young_MPa *= scale;
+  layer.relative_sd = std::hypot(std::sqrt(force.covariance[2]) / scale, force.residual_fraction);
+  layer.origin = force.origin;
+  force.c1_N_per_gray = 1;
+  force.covariance = {};
+  force.gray_min *= scale;
+  force.gray_max *= scale;
 }
 
 std::string describe(const ForceOutcome& o) {

@@ -50,6 +50,10 @@ struct ForceOutcome {
 ForceOutcome calibrate_force(std::vector<GaugedRecording> recordings, const ForceChoiceOptions& options,
                              bool keep_border = false);
 
+/// Puts a calibration into a sensor. That of the layer's force becomes the layer's modulus, with its standard
+/// error, and a force of scale 1.
+void set_force(Sensor& sensor, const ForceCalibration& calibration);
+
 /// A calibration is not fit for use where its interval is wider than kWorstInterval of full scale, where it
 /// rests on fewer than kFewestReadings, or where its full scale is less than kLeastReach of what was pressed.
 struct ForceVerdict {

@@ -74,7 +74,24 @@ constexpr Column kMeasured[] = {{"contact", Group::Touching},
                                 {"stick_share_sd", Group::Skin},
                                 {"gradient_sum", Group::Gradient},
                                 {"light_state", Group::Light},
-                                {"light_change_gray", Group::Light}};
+                                {"light_change_gray", Group::Light},
+                                {"wrench_fx_N", Group::Traction},
+                                {"wrench_fx_sd_N", Group::Traction},
+                                {"wrench_fy_N", Group::Traction},
+                                {"wrench_fy_sd_N", Group::Traction},
+                                {"wrench_fz_N", Group::Traction},
+                                {"wrench_fz_sd_N", Group::Traction},
+                                {"wrench_mx_Nmm", Group::Traction},
+                                {"wrench_mx_sd_Nmm", Group::Traction},
+                                {"wrench_my_Nmm", Group::Traction},
+                                {"wrench_my_sd_Nmm", Group::Traction},
+                                {"wrench_mz_Nmm", Group::Traction},
+                                {"wrench_mz_sd_Nmm", Group::Traction},
+                                {"wrench_state", Group::Traction},
+                                {"pressure_max_kPa", Group::Traction},
+                                {"shear_max_kPa", Group::Traction},
+                                {"pressed_area_mm2", Group::Traction},
+                                {"unexplained_slope", Group::Traction}};
 constexpr Column kTrue[] = {{"true_contact", Group::Truth},      {"true_force_N", Group::Truth},
                             {"true_shear_x_N", Group::Truth},    {"true_shear_y_N", Group::Truth},
                             {"true_slip", Group::Truth},         {"true_center_x_px", Group::Truth},
@@ -209,6 +226,19 @@ void add_skin(Row& row, const Touch& touch) {
     row.estimate_if(touch.skin && has_value(*one), one->value, one->standard_error, places);
 }
 
+void add_traction(Row& row, const Touch& touch) {
+  const TractionSummary t = touch.traction.value_or(TractionSummary{});
+  for (const Estimate* one :
+       {&t.force_x_N, &t.force_y_N, &t.force_z_N, &t.moment_x_Nmm, &t.moment_y_Nmm, &t.moment_z_Nmm})
+    row.estimate_if(touch.traction && has_value(*one), one->value, one->standard_error, kForcePlaces);
+  row.text(touch.traction ? to_string(t.force_z_N.validity) : "");
+  const bool pressed = touch.traction && has_value(t.force_z_N);
+  row.number_if(pressed, t.pressure_max_kPa, kGrayPlaces);
+  row.number_if(pressed && has_value(t.force_x_N), t.shear_max_kPa, kGrayPlaces);
+  row.number_if(pressed, t.area_mm2, kGrayPlaces);
+  row.number_if(pressed && t.unexplained_slope > 0, t.unexplained_slope, kLengthPlaces);
+}
+
 void add_measured(Row& row, const Touch& touch, bool touching) {
   row.section(kMeasured);
   if (touching) {
@@ -238,6 +268,7 @@ void add_measured(Row& row, const Touch& touch, bool touching) {
   row.number_if(touch.gradient_sum.has_value(), touch.gradient_sum.value_or(0), kSumPlaces);
   row.text(touch.light ? to_string(touch.light->state) : "");
   row.number_if(touch.light.has_value(), touch.light.value_or(LightSummary{}).change_gray, kGrayPlaces);
+  add_traction(row, touch);
 }
 
 void add_truth(Row& row, const Truth* truth, std::optional<double> depth_rms_error_mm) {
@@ -324,6 +355,7 @@ MeasuredColumns MeasuredColumns::of(const Sensor& sensor, uint32_t outputs) {
   add(skin, Skin);
   add(wants(outputs, Output::Gradient) || (touching && gradient), Gradient);
   add(has_gel_contacts(sensor), Light);
+  add(wants(outputs, Output::Traction), Traction);
   return columns;
 }
 

@@ -34,7 +34,8 @@ struct MeasuredColumns {
     Skin = 1 << 14,
     Gradient = 1 << 15,
     Light = 1 << 16,
-    Truth = 1 << 17,
+    Traction = 1 << 17,
+    Truth = 1 << 18,
   };
   /// All that a sensor with a scale could fill, without truth and source.
   static constexpr uint32_t kAll = (Truth - 1) & ~uint32_t{Source} & ~uint32_t{Pixels};

@@ -92,6 +92,8 @@ MeasuredInput find_input(uint64_t seed, const std::string& input, const std::fil
     found.outputs |= static_cast<uint32_t>(Output::Skin);
   if (found.sensor.reconstruction != Reconstruction::None)
     found.outputs |= static_cast<uint32_t>(Output::Surface);
+  if (found.sensor.layer && wants(found.outputs, Output::Surface))
+    found.outputs |= static_cast<uint32_t>(Output::Traction);
   return found;
 }
 

@@ -48,6 +48,7 @@ const char* to_string(SurfaceSolver solver);
 /// Outputs that can be requested, as spelled on the command line.
 inline const std::map<std::string, Output> kOutputNames = {
     {"force", Output::Force},       {"surface", Output::Surface},   {"confidence", Output::Confidence},
-    {"contacts", Output::Contacts}, {"gradient", Output::Gradient}, {"skin", Output::Skin}};
+    {"contacts", Output::Contacts}, {"gradient", Output::Gradient}, {"skin", Output::Skin},
+    {"traction", Output::Traction}};
 
 }  // namespace palpate

@@ -96,6 +96,7 @@ class Recorder {
     };
     if (!request.depth.empty()) empty_folder("depth");
     if (!request.confidence.empty()) empty_folder("confidence");
+    if (!request.traction.empty()) empty_folder("traction");
     if (request.pictures) empty_folder("pictures");
     if (!request.images.empty()) empty_folder("images");
     if (request.pictures || request.video) {
@@ -120,6 +121,7 @@ class Recorder {
         truth && touch.surface && truth->depth_mm.size() == size_t{map_width()} * map_height();
     if (touch.surface && (!request_.depth.empty() || compare_depth)) {
       depth_mm_ = pipeline_.read_depth_mm(result);
+      depth_of_ = touch.sequence;
       if (compare_depth) depth_rms_error_mm = rms_difference(depth_mm_, truth->depth_mm);
       write_depths(touch.sequence);
     }
@@ -128,6 +130,13 @@ class Recorder {
       for (const DepthFormat format : request_.confidence)
         write_confidence(out_ / "confidence" / numbered_name(touch.sequence, extension(format)), pixels,
                          map_width(), map_height(), format);
+    }
+    for (const TractionFormat format : request_.traction) {
+      if (format == TractionFormat::Ply && depth_of_ != touch.sequence)
+        depth_mm_ = pipeline_.read_depth_mm(result);
+      depth_of_ = touch.sequence;
+      write_traction(out_ / "traction" / numbered_name(touch.sequence, extension(format)), result.traction,
+                     view(), format);
     }
     if (!request_.images.empty())
       write_whole(out_ / "images" / (numbered_name(touch.sequence, request_.images.substr(1))),
@@ -239,6 +248,7 @@ class Recorder {
   std::set<uint32_t> ids_;
   std::unique_ptr<RecordingPictures> pictures_;
   std::vector<float> depth_mm_;
+  std::optional<uint64_t> depth_of_;  ///< the frame whose depth that is
   std::map<DepthFormat, uint64_t> clipped_px_;
   TouchTable touches_;
 };
@@ -247,7 +257,7 @@ class Recorder {
 
 ProcessSummary process_recording(gpu::Context& context, const Sensor& sensor, const ProcessRequest& request,
                                  const std::filesystem::path& out, const RunWatch& watch) {
-  for (const char* folder : {"depth", "confidence", "pictures", "images"}) {
+  for (const char* folder : {"depth", "confidence", "traction", "pictures", "images"}) {
     std::error_code code;
     if (std::filesystem::equivalent(request.input, out / folder, code)) {
       throw Error(Failure::Usage, "an --out folder that is not the input's", "'" + out.string() + "'",

@@ -14,6 +14,7 @@
 #include "capture/files/depth/depth_files.h"
 #include "capture/files/frame_range.h"
 #include "capture/files/measurements.h"
+#include "capture/files/traction_files.h"
 #include "capture/open_source.h"
 #include "capture/run/comparison.h"
 #include "capture/run/run_watch.h"
@@ -54,10 +55,11 @@ struct ProcessRequest {
   /// Of a session the frames that were measured when it was recorded, with its outputs and its solver;
   /// compared with what was recorded.
   bool as_recorded = false;
-  std::vector<DepthFormat> depth;       ///< one file a frame of each
-  std::vector<DepthFormat> confidence;  ///< the same: PNG and NumPy only
-  bool pictures = false;                ///< PNGs as the window would show the frames
-  bool video = false;                   ///< the same as recording.mp4
+  std::vector<DepthFormat> depth;        ///< one file a frame of each
+  std::vector<DepthFormat> confidence;   ///< the same: PNG and NumPy only
+  std::vector<TractionFormat> traction;  ///< the same, with Output::Traction
+  bool pictures = false;                 ///< PNGs as the window would show the frames
+  bool video = false;                    ///< the same as recording.mp4
   bool rows = true;  ///< measurements.csv, summary.csv, and contacts.csv with Output::Contacts
   Digits digits = Digits::Deserved;  ///< of the rows
   std::function<void(const std::string& json)>

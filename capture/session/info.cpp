@@ -11,11 +11,12 @@ namespace {
 using Json = json::Value;
 
 constexpr int kVersion = 1;
-constexpr std::array<std::pair<const char*, Output>, 5> kOutputs = {{{"force", Output::Force},
+constexpr std::array<std::pair<const char*, Output>, 6> kOutputs = {{{"force", Output::Force},
                                                                      {"surface", Output::Surface},
                                                                      {"confidence", Output::Confidence},
                                                                      {"contacts", Output::Contacts},
-                                                                     {"skin", Output::Skin}}};
+                                                                     {"skin", Output::Skin},
+                                                                     {"traction", Output::Traction}}};
 constexpr std::array<std::pair<const char*, SurfaceSolver>, 4> kSolvers = {
     {{"live", SurfaceSolver::Live},
      {"fine", SurfaceSolver::Fine},

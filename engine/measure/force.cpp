@@ -89,7 +89,11 @@ ForceFeatures force_features(const Touch& t) {
           hidden_slopes(t),
           t.at_border,
           t.gradient_sum.value_or(0),
-          t.gradient_sum.has_value()};
+          t.gradient_sum.has_value(),
+          t.traction ? t.traction->force_z_N.value : 0,
+          t.traction ? t.traction->force_z_N.standard_error : 0,
+          t.traction.has_value(),
+          t.traction ? t.traction->force_z_N.validity : Validity::NotCalibrated};
 }
 
 ForceFeatures force_features(const ContactTouch& c) {
@@ -102,13 +106,18 @@ ForceFeatures force_features(const ContactTouch& c) {
           hidden_slopes(c),
           c.at_border,
           0,
-          false};
+          false,
+          0,
+          0,
+          false,
+          Validity::NotCalibrated};
 }
 
 ForceFeatures reading_at(double signal) {
   ForceFeatures reading;
-  reading.gray_sum = reading.area_px = reading.volume_mm3 = reading.gradient_sum = signal;
-  reading.has_volume = reading.has_gradient = reading.contact = true;
+  reading.gray_sum = reading.area_px = reading.volume_mm3 = reading.gradient_sum = reading.layer_N = signal;
+  reading.has_volume = reading.has_gradient = reading.has_layer = reading.contact = true;
+  reading.layer_validity = Validity::Valid;
   return reading;
 }
 
@@ -122,6 +131,8 @@ double signal_of(const ForceCalibration& c, const ForceFeatures& r) {
       return r.volume_mm3;
     case ForceSignal::Gradient:
       return r.gradient_sum;
+    case ForceSignal::Layer:
+      return r.layer_N;
   }
   return 0;
 }
@@ -160,6 +171,7 @@ Estimate force_of(const ForceCalibration& c, const ForceFeatures& r, double unlo
   if (!r.contact) return {0, 0, Validity::NoContact};
   if (c.signal == ForceSignal::Volume && !r.has_volume) return {};
   if (c.signal == ForceSignal::Gradient && !r.has_gradient) return {};
+  if (c.signal == ForceSignal::Layer && !r.has_layer) return {};
   const double s = signal_of(c, r);
   double value = force_at(c, s), scatter_N = c.residual_sd_N, gap_sd_N = 0;
   if (c.loading && c.unloading) {
@@ -173,9 +185,12 @@ Estimate force_of(const ForceCalibration& c, const ForceFeatures& r, double unlo
   const auto& [var_c0, covariance, var_c1] = c.covariance;
   const double g = basis(c.model, c.exponent, s);
   const double share_N = c.residual_fraction * value;
-  const double variance = scatter_N * scatter_N + share_N * share_N + gap_sd_N * gap_sd_N + var_c0 +
-                          2 * g * covariance + g * g * var_c1;
+  double variance = scatter_N * scatter_N + share_N * share_N + gap_sd_N * gap_sd_N + var_c0 +
+                    2 * g * covariance + g * g * var_c1;
+  // The layer's solve states an error of its own, of the same force: the larger one holds.
+  if (c.signal == ForceSignal::Layer) variance = std::max(variance, r.layer_sd_N * r.layer_sd_N);
   Estimate force{value, std::sqrt(std::max(variance, 0.0)), Validity::Valid};
+  if (c.signal == ForceSignal::Layer) force.validity = r.layer_validity;
   if (!c.shapes_judged) force.validity = Validity::ShapeUnjudged;
   if (s < c.gray_min) force.validity = Validity::BelowRange;
   if (s > c.gray_max) force.validity = Validity::AboveRange;

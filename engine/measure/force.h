@@ -20,6 +20,10 @@ struct ForceFeatures {
   bool at_border = false;   ///< the contact reaches the frame's border
   double gradient_sum = 0;  ///< gray levels times px; only with has_gradient
   bool has_gradient = false;
+  double layer_N = 0;  ///< by the elastic layer, with its own standard error; only with has_layer
+  double layer_sd_N = 0;
+  bool has_layer = false;
+  Validity layer_validity = Validity::NotCalibrated;
 };
 
 /// The reading of a frame's whole touch, and of one of several contacts (which has neither volume nor

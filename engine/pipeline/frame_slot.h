@@ -33,8 +33,16 @@ struct SurfaceSlot {
   WeightedSlot weighted;
 };
 
+/// Of the layer's traction. Empty where none is asked for.
+struct TractionSlot {
+  gpu::DeviceBuffer input;  ///< cell heights, or the map of pressures
+  gpu::Commands heights;    ///< makes them of the final depth
+  std::vector<float> pressure_kPa, shear_x_kPa, shear_y_kPa;
+};
+
 struct ConfidenceSlot {
   ConfidenceMap map;
+  uint32_t pitch = 0;  ///< of the map, pixels
   gpu::DeviceBuffer records;
   ConfidenceCounts counts;  ///< of the frame that is measured
 };
@@ -78,6 +86,7 @@ struct FrameSlot {
   std::vector<float> skin_sd_px;  ///< standard error of each point of the frame that is measured
   ConfidenceSlot confidence;
   SurfaceSlot surface;
+  TractionSlot traction;
   gpu::Commands commands;
   gpu::Commands weighted;            ///< for frames that are expected to need weights
   gpu::Commands* running = nullptr;  ///< which of both the last frame was submitted with

@@ -14,6 +14,7 @@ namespace palpate {
 /// What measuring a finished frame leaves beside its Touch.
 struct FrameMeasurement {
   SurfaceMap surface;
+  TractionMaps traction;
   uint32_t copies = 0;                     ///< as Result::copies
   std::span<const float> skin_sd_px = {};  ///< standard error of each of Touch::skin_points
 };

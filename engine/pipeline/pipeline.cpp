@@ -48,6 +48,7 @@ Result& Result::operator=(Result&& other) noexcept {
   give_back();
   touch = std::move(other.touch);
   surface = other.surface;
+  traction = other.traction;
   slot = other.slot;
   turnaround_ms = other.turnaround_ms;
   copies = other.copies;
@@ -106,6 +107,7 @@ struct Pipeline::Impl {
     const FrameMeasurement measured = frames->measure(index, touch);
     history.follow(touch, slot.after_gap, measured.skin_sd_px);
     result.surface = measured.surface;
+    result.traction = measured.traction;
     if (specks && result.surface.confidence.empty() && specks->confidence()) {
       slot.hold->confidence = specks->confidence();
       result.surface.confidence = *slot.hold->confidence;

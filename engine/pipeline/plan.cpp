@@ -32,6 +32,13 @@ bool needs_gradient(const Sensor& sensor, uint32_t outputs) {
           (wants(outputs, Output::Force) && sensor.force && sensor.force->signal == ForceSignal::Gradient));
 }
 
+// Where it is asked for, and where the force is read from it.
+bool needs_traction(const Sensor& sensor, uint32_t outputs) {
+  return wants(outputs, Output::Traction) ||
+         (wants(outputs, Output::Force) && sensor.force && sensor.force->signal == ForceSignal::Layer &&
+          wants(outputs, Output::Surface));
+}
+
 bool needs_skin(const Sensor& sensor, uint32_t outputs) {
   return follows_skin(sensor, wants(outputs, Output::Skin), wants(outputs, Output::Force));
 }
@@ -68,6 +75,7 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
   plan.markers = needs_markers(sensor, format);
   plan.confidence = needs_confidence(sensor, options.outputs);
   plan.surface = surface_kind(sensor, options.outputs);
+  plan.traction = needs_traction(sensor, options.outputs);
   // Where each pixel has its confidence, specks have none and are left out by it.
   plan.specks = plan.background && !plan.confidence && !plan.windowed && sensor.bit_depth == 8 &&
                 sensor.reconstruction == Reconstruction::Photometric;
@@ -100,7 +108,7 @@ bool can_window(const Sensor& sensor, const FrameFormat& format, const PipelineO
   if (sensor.background.kind != BackgroundKind::Untouched || sensor.filter != Filter::Binomial5) return false;
   if (needs_confidence(sensor, options.outputs) || needs_gradient(sensor, options.outputs) ||
       needs_skin(sensor, options.outputs) || needs_gel_contacts(sensor, options.outputs) ||
-      needs_markers(sensor, format))
+      needs_markers(sensor, format) || needs_traction(sensor, options.outputs))
     return false;
   const SurfaceKind surface = surface_kind(sensor, options.outputs);
   if (surface == SurfaceKind::Elastic || surface == SurfaceKind::Lookup) return false;

@@ -32,7 +32,8 @@ struct FramePlan {
   bool confidence = false;
   bool keep_filtered = false;  ///< the surface is made of the contact stage's filtered image
   SurfaceKind surface = SurfaceKind::None;
-  bool weights = false;  ///< the surface counts each pixel by its confidence
+  bool traction = false;  ///< by the layer
+  bool weights = false;   ///< the surface counts each pixel by its confidence
   SurfaceSolver solver = SurfaceSolver::Live;
   bool warm_start = false;
   Upload upload = Upload::Auto;

@@ -18,6 +18,9 @@ class ElasticSurface : public SurfaceMethod {
   void record(gpu::Commands& commands, FrameSlot& slot) override;
   void solve(FrameSlot& slot) override;
   void measure(const FrameSlot& slot, Touch& touch) const override;
+  std::optional<PressureMap> pressure() const override {
+    return PressureMap{&elastic_.pressure(), elastic_.pressure_pitch(), elastic_.pressure_start()};
+  }
   uint64_t memory_bytes() const override { return elastic_.memory_bytes(); }
   using SurfaceMethod::memory_bytes;
 

@@ -2,6 +2,7 @@
 // rest level.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "engine/pipeline/frame_slot.h"
@@ -9,6 +10,13 @@
 #include "palpate/touch.h"
 
 namespace palpate {
+
+/// Pressure by pixel, MPa, on the device: that of the frame whose commands ran last.
+struct PressureMap {
+  const gpu::DeviceBuffer* buffer = nullptr;
+  uint32_t pitch = 0;  ///< floats from row to row
+  uint32_t start = 0;  ///< of pixel (0, 0)
+};
 
 class SurfaceMethod {
  public:
@@ -31,6 +39,8 @@ class SurfaceMethod {
   virtual bool may_weigh() const { return false; }
   virtual bool expects_weights() const { return false; }
   virtual void record_weighted(gpu::Commands&, FrameSlot&) const {}
+  /// Where pixels are pressures.
+  virtual std::optional<PressureMap> pressure() const { return std::nullopt; }
   /// Frames recorded from here on are parts of larger ones.
   virtual void place(const FramePlace&) {}
 

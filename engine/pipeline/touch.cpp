@@ -30,6 +30,10 @@ const char* to_string(Validity validity) {
       return "other shapes not judged";
     case Validity::Unfit:
       return "calibration not fit for use";
+    case Validity::TooDeep:
+      return "too deep for linear theory";
+    case Validity::NotConverged:
+      return "not converged";
   }
   return "?";
 }

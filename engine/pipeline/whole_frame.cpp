@@ -41,6 +41,7 @@ WholeFrame::WholeFrame(gpu::Context& context, const Sensor& sensor, const FrameF
   if (plan.confidence) confidence_.emplace(context, sensor, format, markers_ ? &*markers_ : nullptr);
   surface_ =
       make_surface(context, sensor, format, plan, contact_, confidence_ ? &*confidence_ : nullptr, tuning);
+  if (plan.traction) traction_.emplace(context, sensor, format, *surface_);
   if (gel_contacts_ && surface_) rest_correction_.emplace(context, surface_->grid());
   if (confidence_ && !background_) {
     Frame black;
@@ -61,6 +62,7 @@ WholeFrame::~WholeFrame() {
     slot.surface.weighted.plain.settle();
     slot.surface.heights.settle();
     slot.surface.corrected.settle();
+    slot.traction.heights.settle();
   }
 }
 
@@ -86,8 +88,10 @@ void WholeFrame::make(FrameSlot& slot) {
   if (confidence_) {
     slot.confidence.map = ConfidenceMap(context_, confidence_->map_bytes());
     slot.confidence.records = readback("confidence records", confidence_->record_bytes());
+    slot.confidence.pitch = confidence_->pitch();
   }
   if (surface_) surface_->make(slot);
+  if (traction_) traction_->make(slot);
   slot.running = &slot.commands;
   if (surface_ && surface_->may_weigh()) slot.weighted = gpu::Commands(context_);
   if (rest_correction_) {
@@ -117,6 +121,7 @@ void WholeFrame::record(FrameSlot& slot, gpu::Commands& cmd, bool weighted) {
   if (skin_ && skin_->ready()) skin_->record(cmd, slot.frame, slot.skin_records);
   if (confidence_) confidence_->record(cmd, frame, slot.confidence.map, slot.confidence.records);
   if (surface_) weighted ? surface_->record_weighted(cmd, slot) : surface_->record(cmd, slot);
+  if (traction_) traction_->record(cmd, slot);
   if (rest_correction_) rest_correction_->record_means(cmd, slot.surface.depth, slot.surface.rest_correction);
   cmd.host_barrier();
   cmd.end();
@@ -253,6 +258,7 @@ FrameMeasurement WholeFrame::measure(uint32_t index, Touch& touch) {
     measured.surface.pitch = grid.pitch * 4;
   }
   if (markers_) measure_markers(slot, touch);
+  if (traction_) measured.traction = traction_->measure(slot, touch, measured.skin_sd_px);
   return measured;
 }
 
@@ -397,6 +403,7 @@ uint64_t WholeFrame::memory_bytes() const {
              slot.confidence.map.buffer.bytes() + slot.confidence.records.bytes();
     if (slot.markers) bytes += slot.markers->frame.memory_bytes() + slot.markers->records.bytes();
     if (surface_) bytes += surface_->memory_bytes(slot);
+    if (traction_) bytes += traction_->memory_bytes(slot);
     bytes += slot.surface.rest_correction.means.bytes() + slot.surface.rest_correction.levels.bytes();
   }
   return bytes;

@@ -9,6 +9,7 @@
 #include "engine/measure/gel_contacts.h"
 #include "engine/pipeline/frame_slot.h"
 #include "engine/pipeline/frames.h"
+#include "engine/pipeline/layer_traction.h"
 #include "engine/pipeline/plan.h"
 #include "engine/pipeline/surface_method.h"
 #include "engine/stages/cell_change.h"
@@ -72,6 +73,7 @@ class WholeFrame : public Frames {
   std::optional<Markers> markers_;
   std::optional<Confidence> confidence_;
   std::unique_ptr<SurfaceMethod> surface_;
+  std::optional<LayerTraction> traction_;
   std::optional<ImportPages> pages_;  ///< where leased frames are read in place
   std::vector<Region> found_;         ///< in the frame that is measured; kept so that frames allocate nothing
   std::vector<ContactTouch> gray_regions_;

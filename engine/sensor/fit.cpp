@@ -51,6 +51,12 @@ void check_fit(const Sensor& sensor, const FrameFormat& format, uint32_t outputs
   require(!wants(outputs, Output::Gradient) || format.bit_depth == 8, sensor,
           "frames of 8 bits, for the sum of gradients", std::to_string(format.bit_depth) + " bits",
           "outputs without it");
+  if (wants(outputs, Output::Traction)) {
+    require(wants(outputs, Output::Surface), sensor, "the output surface, beside traction", "traction alone",
+            "asking for both");
+    require(layer_of(sensor).has_value(), sensor, "an elastic layer, for traction", "none",
+            "'layer' in the sensor file (young_MPa, poisson, thickness_mm), or outputs without traction");
+  }
   if (!wants(outputs, Output::Surface)) return;
   require(sensor.reconstruction != Reconstruction::None, sensor,
           "a surface reading (shading, photometric, elastic or lookup)", "none",

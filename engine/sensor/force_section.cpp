@@ -5,8 +5,8 @@ namespace palpate::sensor_json {
 namespace {
 
 constexpr std::array kForceSignals{ForceSignal::GraySum, ForceSignal::Area, ForceSignal::Volume,
-                                   ForceSignal::Gradient};
-constexpr std::array kForceModels{ForceModel::Line, ForceModel::Power, ForceModel::Spline};
+                                   ForceSignal::Gradient, ForceSignal::Layer};
+constexpr std::array kForceModels{ForceModel::Line, ForceModel::Power, ForceModel::Spline, ForceModel::Scale};
 constexpr std::array kShearSignals{ShearSignal::Centroid, ShearSignal::Skin};
 constexpr std::array kSkinKinds{SkinKind::Markers, SkinKind::Texture};
 

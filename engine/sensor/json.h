@@ -124,6 +124,8 @@ void read_background(const Json& json, const std::string& where, BackgroundSourc
 Json background_json(const BackgroundSource& background);
 void read_surface(const Json& json, const std::string& where, Sensor& sensor);
 Json surface_json(const Sensor& sensor);
+LayerCalibration read_layer(const Json& json, const std::string& where);
+Json layer_json(const LayerCalibration& layer);
 PadOutline read_pad(const Json& json, const std::string& where);
 Json pad_json(const PadOutline& outline);
 ForceCalibration read_force(const Json& json, const std::string& where);

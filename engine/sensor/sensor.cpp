@@ -47,6 +47,7 @@ Json to_json(const Sensor& s) {
             {"contact", contact},
             {"surface", surface_json(s)}};
   if (s.pitch_sd_mm_per_px != 0) json["pitch_sd_mm_per_px"] = s.pitch_sd_mm_per_px;
+  if (s.layer) json["layer"] = layer_json(*s.layer);
   if (s.pad) json["pad"] = pad_json(*s.pad);
   if (s.skin) json["skin"] = skin_json(*s.skin);
   if (s.force) json["force"] = force_json(*s.force);
@@ -136,6 +137,17 @@ void check_reconstruction(const Sensor& s, const Require& require) {
   }
 }
 
+void check_layer(const Sensor& s, const Require& require) {
+  if (!s.layer) return;
+  require(has_scale(s), "layer", "a scale, pitch_mm_per_px, beside it", "none");
+  const double least_mm = LayerCalibration::kThinnest_px * s.pitch_mm_per_px;
+  require(s.layer->thickness_mm >= least_mm, "layer.thickness_mm",
+          "at least 3 pixels (pitch_mm_per_px), " + number_text(least_mm) + " mm",
+          number_text(s.layer->thickness_mm) +
+              (s.layer->thickness_mm * 1e3 >= least_mm ? ", which would fit in m" : ""));
+  require(s.layer->young_MPa > 0, "layer.young_MPa", "more than 0 MPa", number_text(s.layer->young_MPa));
+}
+
 void check_force(const Sensor& s, const Require& require) {
   if (s.force) {
     require(s.force->model == ForceModel::Spline || s.force->c1_N_per_gray != 0, "force.c1_N_per_gray",
@@ -146,6 +158,9 @@ void check_force(const Sensor& s, const Require& require) {
             "0 or more for this signal", number_text(s.force->gray_min));
     require(s.force->signal != ForceSignal::Gradient || s.bit_depth == 8, "force.signal",
             "'gradient' with frames of 8 bits", std::to_string(s.bit_depth) + " bits");
+    require(
+        s.force->signal != ForceSignal::Layer || (layer_of(s) && s.reconstruction != Reconstruction::None),
+        "force.signal", "'layer' with the section 'layer' and a reading of the surface", "neither, or one");
     require(s.force->gray_max > s.force->gray_min, "force.gray_max", "more than gray_min",
             number_text(s.force->gray_max));
   }
@@ -159,6 +174,7 @@ void check_together(const Sensor& s, const std::string& where) {
   check_frame(s, require);
   check_background(s, require);
   check_reconstruction(s, require);
+  check_layer(s, require);
   check_force(s, require);
 }
 
@@ -182,6 +198,7 @@ Sensor from_json(const Json& json, const std::string& where, const std::string& 
     read_background(reader.at("background"), reader.path("background"), sensor.background);
   if (reader.has("contact")) read_contact(reader.at("contact"), reader.path("contact"), sensor);
   if (reader.has("surface")) read_surface(reader.at("surface"), reader.path("surface"), sensor);
+  if (reader.has("layer")) sensor.layer = read_layer(reader.at("layer"), reader.path("layer"));
   if (reader.has("pad")) sensor.pad = read_pad(reader.at("pad"), reader.path("pad"));
   if (reader.has("skin")) sensor.skin = read_skin(reader.at("skin"), reader.path("skin"));
   if (reader.has("force")) sensor.force = read_force(reader.at("force"), reader.path("force"));
@@ -229,6 +246,16 @@ Sensor uncalibrated_sensor(const FrameFormat& format) {
   sensor.saturation_gray = format.max_gray();
   sensor.background.first_frames = 10;
   return sensor;
+}
+
+std::optional<LayerCalibration> layer_of(const Sensor& sensor) {
+  if (sensor.layer) return sensor.layer;
+  const ElasticCalibration& pad = sensor.elastic;
+  if (sensor.reconstruction != Reconstruction::Elastic || !(pad.thickness_mm > 0)) return std::nullopt;
+  return LayerCalibration{.young_MPa = pad.young_MPa,
+                          .poisson = pad.poisson,
+                          .thickness_mm = pad.thickness_mm,
+                          .relative_sd = pad.relative_sd};
 }
 
 uint32_t shadow_gray(const Sensor& sensor) {
@@ -310,6 +337,8 @@ const char* to_string(ForceSignal signal) {
       return "volume";
     case ForceSignal::Gradient:
       return "gradient";
+    case ForceSignal::Layer:
+      return "layer";
   }
   return "?";
 }
@@ -322,6 +351,8 @@ const char* to_string(ForceModel model) {
       return "power";
     case ForceModel::Spline:
       return "spline";
+    case ForceModel::Scale:
+      return "scale";
   }
   return "?";
 }

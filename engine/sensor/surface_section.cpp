@@ -83,6 +83,27 @@ void read_surface(const Json& json, const std::string& where, Sensor& sensor) {
   surface.finish();
 }
 
+LayerCalibration read_layer(const Json& json, const std::string& where) {
+  Reader reader(json, where);
+  LayerCalibration layer;
+  layer.young_MPa = reader.number("young_MPa", 1e-6, 1e6, "MPa");
+  reader.number("poisson", 0, 0.5, "", layer.poisson);
+  layer.thickness_mm = reader.number("thickness_mm", 1e-6, 1e6, "mm");
+  reader.number("relative_sd", 0, 10, "", layer.relative_sd);
+  layer.origin = read_origin(reader);
+  reader.finish();
+  return layer;
+}
+
+Json layer_json(const LayerCalibration& layer) {
+  Json json{{"young_MPa", layer.young_MPa},
+            {"poisson", layer.poisson},
+            {"thickness_mm", layer.thickness_mm},
+            {"relative_sd", layer.relative_sd}};
+  add_origin(json, layer.origin);
+  return json;
+}
+
 Json surface_json(const Sensor& s) {
   Json surface{{"reading", to_string(s.reconstruction)}, {"max_slope", s.max_slope}};
   if (s.shadow_gray) surface["shadow_gray"] = *s.shadow_gray;

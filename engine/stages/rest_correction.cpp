@@ -5,7 +5,6 @@
 
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
-#include "shaders/rest_cells.spv.h"
 #include "shaders/rest_correction.spv.h"
 
 namespace palpate {
@@ -14,25 +13,14 @@ namespace {
 constexpr uint32_t kWorkgroup = 64;
 constexpr uint32_t kSmoothing_cells = 2;
 
-uint32_t cells_along(uint32_t pixels) {
-  return (pixels + shared::kCellSide - 1) / shared::kCellSide;
-}
-
 }  // namespace
 
 RestCorrection::RestCorrection(gpu::Context& context, const Grid& grid)
-    : membrane_(cells_along(grid.width), cells_along(grid.height)) {
-  push_.width = grid.width;
-  push_.height = grid.height;
-  push_.pitch = grid.pitch;
-  push_.cells_x = cells_along(grid.width);
-  push_.cells_y = cells_along(grid.height);
+    : cells_(context, grid), push_(cells_.push()), membrane_(push_.cells_x, push_.cells_y) {
   levels_.resize(size_t{push_.cells_x} * push_.cells_y);
   scratch_.resize(levels_.size());
   depth_mm_.resize(levels_.size());
   using enum gpu::Binding;
-  means_kernel_ = gpu::Kernel(context, {"rest_cells", k_rest_cells},
-                              {{Texels, Storage}, sizeof push_, {kWorkgroup, 1, 1}, {}});
   kernel_ = gpu::Kernel(context, {"rest_correction", k_rest_correction},
                         {{Storage, Storage}, sizeof push_, {kWorkgroup, 1, 1}, {}});
 }
@@ -44,11 +32,7 @@ RestCorrection::Slot RestCorrection::slot(gpu::Context& context) const {
 }
 
 void RestCorrection::record_means(gpu::Commands& commands, const FloatMap& depth, const Slot& slot) const {
-  const auto scope = commands.scope("cell heights");
-  const auto cells = static_cast<uint32_t>(levels_.size());
-  commands.dispatch(means_kernel_, {&depth.texels, &slot.means}, push_,
-                    {(cells + kWorkgroup - 1) / kWorkgroup, 1, 1});
-  commands.barrier();
+  cells_.record(commands, depth, slot.means);
 }
 
 bool RestCorrection::find(const Slot& slot, std::span<const uint8_t> at_rest) {

@@ -8,6 +8,7 @@
 
 #include "engine/gpu/kernel.h"
 #include "engine/numeric/membrane.h"
+#include "engine/stages/cell_heights.h"
 #include "engine/stages/surface.h"
 #include "shaders/shared/cell_change.h"
 
@@ -49,8 +50,9 @@ class RestCorrection {
  private:
   void smooth();
 
-  shared::CellChangePush push_{};
-  gpu::Kernel means_kernel_, kernel_;
+  CellHeights cells_;
+  shared::CellChangePush push_;
+  gpu::Kernel kernel_;
   Membrane membrane_;
   std::vector<float> levels_, scratch_, depth_mm_;
   double error_mm_ = 0;

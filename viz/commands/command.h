@@ -57,6 +57,7 @@ void add_lump(CommandLine& program, Common& common, Command& chosen);
 void add_contact(CommandLine& program, Common& common, Command& chosen);
 void add_strain(CommandLine& program, Common& common, Command& chosen);
 void add_match(CommandLine& program, Common& common, Command& chosen);
+void add_wrench(CommandLine& program, Common& common, Command& chosen);
 void add_modulus(CommandLine& program, Common& common, Command& chosen);
 /// The list of sources in a window: what the program does without a command, where there is a display.
 Command start_command(Common& common);

@@ -42,6 +42,9 @@ void choose_outputs(const Options& options, const MeasuredInput& input, ProcessR
   if (!request.depth.empty() && !(input.outputs & surface))
     throw Error(Failure::Usage, "a surface for depth files", "a sensor without a reading of the surface",
                 "--csv, --mp4 or --images, or a sensor file with \"reading\"");
+  if (!request.traction.empty() && !layer_of(input.sensor))
+    throw Error(Failure::Usage, "an elastic layer for traction files", "a sensor without one",
+                "\"layer\" in the sensor file (young_MPa, poisson, thickness_mm)");
   request.outputs = request.rows || request.video ? input.outputs : static_cast<uint32_t>(Output::Force);
   if (input.session) {
     const SessionInfo& info = *input.session;
@@ -55,6 +58,7 @@ void choose_outputs(const Options& options, const MeasuredInput& input, ProcessR
     if (has_gel_contacts(input.sensor))
       request.outputs |= input.outputs & static_cast<uint32_t>(Output::Contacts);
   }
+  if (!request.traction.empty()) request.outputs |= input.outputs | static_cast<uint32_t>(Output::Traction);
   if (options.solver) request.solver = *options.solver;
 }
 
@@ -63,6 +67,8 @@ std::string list_of_files(const ProcessRequest& request) {
   if (request.rows) files += ", measurements.csv";
   if (request.rows && wants(request.outputs, Output::Contacts)) files += ", contacts.csv";
   for (const DepthFormat format : request.depth) files += ", depth/*." + std::string(extension(format));
+  for (const TractionFormat format : request.traction)
+    files += ", traction/*." + std::string(extension(format));
   if (request.video) files += ", recording.mp4";
   if (!request.images.empty()) files += ", images/*" + request.images + ", sensor.json, background.png";
   return files;
@@ -74,9 +80,10 @@ Report run_export(const Common& common, const Options& options) {
   if (!options.images.empty()) request.images = options.images == "tiff" ? ".tif" : ".png";
   for (const auto& [format, wanted] : options.depth)
     if (wanted) request.depth.push_back(format);
-  if (!request.rows && request.depth.empty() && !request.video && request.images.empty())
+  if (!request.rows && request.depth.empty() && !request.video && request.images.empty() &&
+      request.traction.empty())
     throw Error(Failure::Usage, "what to export", "nothing asked for",
-                "some of --csv, --npy, --png16, --tiff, --ply, --obj, --mp4, --images png");
+                "some of --csv, --npy, --png16, --tiff, --ply, --obj, --traction npy, --mp4, --images png");
   request.range = chosen_frames(options);
   const MeasuredInput input = find_input(common.seed, request.input, options.sensor, options.background);
   request.input = input.input;
@@ -120,6 +127,13 @@ void add_export(CommandLine& program, Common& common, Command& chosen) {
                     "depth/NNNNNN.tif: signed 16 bits, 1 um a count, with its scale in its tags");
   command->add_flag("--ply", options->depth[DepthFormat::Ply], "depth/NNNNNN.ply: mesh in mm, binary");
   command->add_flag("--obj", options->depth[DepthFormat::Obj], "depth/NNNNNN.obj: mesh in mm, text");
+  command
+      ->add_option(
+          "--traction", request.traction,
+          "traction/NNNNNN: pressure and shear on the pad, kPa, of sensors with a layer: npy (cells of "
+          "pressure, shear x, shear y), tiff (pressure) or ply (the mesh with them at its vertices)")
+      ->delimiter(',')
+      ->transform(one_of(kTractionFormats));
   command->add_flag("--mp4", request.video, "recording.mp4: each frame as the window shows it");
   command
       ->add_option("--images", options->images,

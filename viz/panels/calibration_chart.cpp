@@ -173,6 +173,8 @@ SignalAxis signal_axis(ForceSignal signal, double most) {
         return {"indented volume", "mm\xc2\xb3"};
       case ForceSignal::Gradient:
         return {"sum of gradients", "gray levels \xc3\x97 px"};
+      case ForceSignal::Layer:
+        return {"force by the layer", "N"};
       default:
         return {"gray sum", "gray levels"};
     }
@@ -200,7 +202,8 @@ std::vector<CalibrationMark> force_marks(const ForceCalibration& calibration, co
     if (touch.contacts.size() > 1 && has_value(c.force_N))
       marks.push_back({c.id, signal_of(calibration, force_features(c)), c.force_N});
   const bool of_whole =
-      calibration.signal == ForceSignal::Volume || calibration.signal == ForceSignal::Gradient;
+      calibration.signal == ForceSignal::Volume || calibration.signal == ForceSignal::Gradient ||
+      calibration.signal == ForceSignal::Layer;
   if (marks.empty() && touch.contact && (of_whole || touch.contacts.size() < 2) && has_value(touch.force_N))
     marks.push_back({0, signal_of(calibration, force_features(touch)), touch.force_N});
   return marks;

@@ -31,6 +31,8 @@ const char* axis_of(ForceSignal signal) {
       return "indented volume, mm³";
     case ForceSignal::Gradient:
       return "gradients over the frame, gray levels x px";
+    case ForceSignal::Layer:
+      return "force by the elastic layer, N";
   }
   return "";
 }

@@ -45,19 +45,23 @@ std::array<std::array<int32_t, 3>, 2> triangles(const DepthView& map, uint32_t x
 
 }  // namespace
 
-void write_ply(const std::filesystem::path& file, const DepthView& map) {
+void write_ply(const std::filesystem::path& file, const DepthView& map, std::span<const VertexValues> more) {
   const uint64_t vertices = uint64_t{map.width} * map.height;
   const uint64_t faces = map.width && map.height ? uint64_t{2} * (map.width - 1) * (map.height - 1) : 0;
   OutputFile out(file);
+  std::string properties;
+  for (const VertexValues& one : more) properties += "property float " + one.name + "\n";
   out.write(std::string("ply\nformat binary_little_endian 1.0\ncomment ") + kAxes + "\nelement vertex " +
-            std::to_string(vertices) +
-            "\nproperty float x\nproperty float y\nproperty float z\nelement face " + std::to_string(faces) +
+            std::to_string(vertices) + "\nproperty float x\nproperty float y\nproperty float z\n" +
+            properties + "element face " + std::to_string(faces) +
             "\nproperty list uchar int vertex_indices\nend_header\n");
   std::vector<uint8_t> row;
   for (uint32_t y = 0; y < map.height; ++y) {
     row.clear();
-    for (uint32_t x = 0; x < map.width; ++x)
+    for (uint32_t x = 0; x < map.width; ++x) {
       for (const float coordinate : vertex(map, x, y)) append(row, coordinate);
+      for (const VertexValues& one : more) append(row, one.values[size_t{y} * map.width + x]);
+    }
     out.write(row.data(), row.size());
   }
   for (uint32_t y = 0; y + 1 < map.height; ++y) {

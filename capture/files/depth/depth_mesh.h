@@ -3,13 +3,23 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "capture/files/depth/depth_view.h"
 
 namespace palpate {
 
+/// A number for each vertex beside its place.
+struct VertexValues {
+  std::string name;  ///< of the property, with its unit
+  std::vector<float> values;
+};
+
 /// PLY, binary. Throws Error(Failure::Output), as write_obj.
-void write_ply(const std::filesystem::path& file, const DepthView& map);
+void write_ply(const std::filesystem::path& file, const DepthView& map,
+               std::span<const VertexValues> more = {});
 /// Wavefront OBJ, text of the shortest numbers that read back as the same single ones.
 void write_obj(const std::filesystem::path& file, const DepthView& map);
 

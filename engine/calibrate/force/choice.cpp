@@ -24,9 +24,9 @@ constexpr double kAlike = 0.03;                // of the least error: less of a 
 
 // Where pixels show slopes, what bends is what presses: gradients come first there, and are measured only
 // there.
-constexpr std::array kSignals{ForceSignal::Gradient, ForceSignal::GraySum, ForceSignal::Area,
-                              ForceSignal::Volume};
-constexpr std::array kModels{ForceModel::Line, ForceModel::Power, ForceModel::Spline};
+constexpr std::array kSignals{ForceSignal::Layer, ForceSignal::Gradient, ForceSignal::GraySum,
+                              ForceSignal::Area, ForceSignal::Volume};
+constexpr std::array kModels{ForceModel::Scale, ForceModel::Line, ForceModel::Power, ForceModel::Spline};
 
 std::string why_left_out(std::span<const ForceSample> samples) {
   std::map<LeftOut, size_t> counts;
@@ -42,7 +42,8 @@ std::string why_left_out(std::span<const ForceSample> samples) {
 bool is_there(ForceSignal signal, std::span<const ForceSample> samples) {
   const auto lacks = [signal](const ForceSample& s) {
     return is_used(s) && ((signal == ForceSignal::Volume && !s.features.has_volume) ||
-                          (signal == ForceSignal::Gradient && !s.features.has_gradient));
+                          (signal == ForceSignal::Gradient && !s.features.has_gradient) ||
+                          (signal == ForceSignal::Layer && !s.features.has_layer));
   };
   return std::any_of(samples.begin(), samples.end(), is_used) &&
          std::none_of(samples.begin(), samples.end(), lacks);
@@ -54,7 +55,12 @@ std::vector<ForceCandidate> candidates_of(const ForceChoiceOptions& options,
   for (const ForceModel model : kModels)
     for (const bool branches : {false, true})
       for (const ForceSignal signal : kSignals) {
-        const bool needs = signal == ForceSignal::Volume || signal == ForceSignal::Gradient;
+        // The layer's force is one: only its modulus is open.
+        if ((model == ForceModel::Scale) != (signal == ForceSignal::Layer) ||
+            (model == ForceModel::Scale && branches))
+          continue;
+        const bool needs =
+            signal == ForceSignal::Volume || signal == ForceSignal::Gradient || signal == ForceSignal::Layer;
         if (needs && !is_there(signal, samples)) continue;
         if (options.signal.value_or(signal) != signal || options.model.value_or(model) != model ||
             options.branches.value_or(branches) != branches)
@@ -68,7 +74,9 @@ std::vector<ForceCandidate> candidates_of(const ForceChoiceOptions& options,
 /// only recordings that are held out whole, of several objects or places, can speak for them.
 bool may_be_taken(ForceSignal signal, const ForceChoiceOptions& options,
                   std::span<const ForceSample> samples) {
-  if (signal == ForceSignal::GraySum || signal == ForceSignal::Gradient || options.signal) return true;
+  if (signal == ForceSignal::GraySum || signal == ForceSignal::Gradient || signal == ForceSignal::Layer ||
+      options.signal)
+    return true;
   std::set<uint32_t> recordings;
   for (const ForceSample& s : samples)
     if (is_used(s)) recordings.insert(s.recording);
@@ -238,6 +246,10 @@ void check_readings(std::span<const ForceSample> samples, const ForceChoiceOptio
   if (options.signal == ForceSignal::Volume && !is_there(ForceSignal::Volume, samples))
     throw Error(Failure::Input, "the indented volume as signal", "a sensor without a reading of its surface",
                 "signal gray-sum or area, or a surface section in the sensor file");
+  if (options.signal == ForceSignal::Layer && !is_there(ForceSignal::Layer, samples))
+    throw Error(Failure::Input, "the elastic layer's force as signal",
+                "a sensor without a layer or without a reading of its surface, or none touched",
+                "the section 'layer' in the sensor file (young_MPa, poisson, thickness_mm)");
   const size_t least = unknowns(options.model.value_or(ForceModel::Line), 0) + 1;
   if (count_used(samples) < least)
     throw Error(

@@ -49,20 +49,22 @@ struct ForceChoice {
   /// readings are missing).
   BranchLine line;
   std::optional<BranchLine> loading, unloading;
-  bool has_hysteresis = false;    ///< both directions were seen over a common range
-  double hysteresis_signal = 0;   ///< where the largest difference lies
-  double drift_sd_N_per_min = 0;  ///< standard error of calibration.drift_N_per_min; NaN: times not known, or too short
+  bool has_hysteresis = false;   ///< both directions were seen over a common range
+  double hysteresis_signal = 0;  ///< where the largest difference lies
+  double drift_sd_N_per_min =
+      0;  ///< standard error of calibration.drift_N_per_min; NaN: times not known, or too short
   std::vector<double> unloading_fraction;  ///< of each sample, 0 to 1, in the chosen signal
   std::vector<double> held_out_N;  ///< of each sample: predicted by a fit without its block; NaN: none
 };
 
 /// Marks outliers in `samples` (readings further than six robust scatters from a flexible curve of every
 /// signal), tries each candidate on blocks held out, and takes the simplest that is not worse than the best
-/// by more than a standard error (or 3 % of its error). Order of simplicity: line, power, spline; together,
-/// apart; gradient (where it was measured), gray sum, area, volume. Throws Error(Failure::Input) where too
-/// few readings are left, with what left them out, or where the fixed signal is not there. Area and volume
-/// are taken only where asked for, or where kFewestRecordings are held out one after the other: what goes
-/// with force in one recording may be its object's shape.
+/// by more than a standard error (or 3 % of its error). Order of simplicity: the layer's scale
+/// (where there is a layer), line, power, spline; together, apart; gradient (where it was measured), gray
+/// sum, area, volume. Throws Error(Failure::Input) where too few readings are left, with what left them out,
+/// or where the fixed signal is not there. Area and volume are taken only where asked for, or where
+/// kFewestRecordings are held out one after the other: what goes with force in one recording may be its
+/// object's shape.
 ForceChoice choose_force(std::vector<ForceSample>& samples, const ForceChoiceOptions& options);
 
 }  // namespace palpate

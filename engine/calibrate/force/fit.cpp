@@ -61,6 +61,19 @@ Line fit_line(const Readings& r, double exponent) {
   return line;
 }
 
+CurveFit fit_scale(const Readings& r, size_t free) {
+  double squares = 0, products = 0;
+  for (size_t i = 0; i < r.size(); ++i) {
+    squares += r.w(i) * r.signal[i] * r.signal[i];
+    products += r.w(i) * r.signal[i] * r.force_N[i];
+  }
+  CurveFit fit{{products / squares, 0, 1, {}, 0}, {}, 0};
+  const double variance = squares_left(r, ForceModel::Scale, fit.curve) / static_cast<double>(free);
+  fit.covariance = {0, 0, variance / squares};
+  fit.residual_sd_N = std::sqrt(variance);
+  return fit;
+}
+
 CurveFit fit_power(ForceModel model, const Readings& r, size_t free) {
   const auto curve_at = [&](double exponent) {
     const Line line = fit_line(r, exponent);
@@ -209,6 +222,8 @@ CurveFit fit_spline(const Readings& r, size_t free) {
 
 size_t unknowns(ForceModel model, size_t readings) {
   switch (model) {
+    case ForceModel::Scale:
+      return 1;
     case ForceModel::Line:
       return 2;
     case ForceModel::Power:
@@ -247,7 +262,9 @@ CurveFit fit_curve(ForceModel model, std::span<const double> signal, std::span<c
         Failure::Input, "a signal that grows with force", "one that does not",
         "checking the sensor's signal (brighter, darker), and that the gauge counts pressing as positive");
   const size_t free = r.size() - unknowns(model, r.size());
-  CurveFit fit = model == ForceModel::Spline ? fit_spline(r, free) : fit_power(model, r, free);
+  CurveFit fit = model == ForceModel::Spline  ? fit_spline(r, free)
+                 : model == ForceModel::Scale ? fit_scale(r, free)
+                                              : fit_power(model, r, free);
   fit.curve.residual_sd_N = fit.residual_sd_N;
   return fit;
 }

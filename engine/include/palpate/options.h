@@ -18,6 +18,10 @@ enum class Output : uint32_t {
   Contacts = 8,
   Skin = 16,      ///< how the skin moves along itself, where the sensor has a pattern on it; with Force
   Gradient = 32,  ///< Touch::gradient_sum, of frames of 8 bits
+  /// Pressure and shear on the pad, and the wrench that they make; with Surface, which it needs, of sensors
+  /// with a layer (layer_of). Pressure is looked for where Contacts finds some, without it in the whole
+  /// frame.
+  Traction = 64,
 };
 constexpr uint32_t operator|(Output a, Output b) {
   return static_cast<uint32_t>(a) | static_cast<uint32_t>(b);

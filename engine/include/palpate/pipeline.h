@@ -40,6 +40,16 @@ struct SurfaceMap {
   std::optional<PixelRect> window = {};
 };
 
+/// Pressure and shear of one finished frame, rows of cells of cell_px x cell_px px from the frame's first
+/// pixel on; empty unless Output::Traction was asked for, and without contact.
+struct TractionMaps {
+  uint32_t width = 0;  ///< cells
+  uint32_t height = 0;
+  uint32_t cell_px = 0;
+  std::span<const float> pressure_kPa = {};                   ///< >= 0
+  std::span<const float> shear_x_kPa = {}, shear_y_kPa = {};  ///< on the pad; empty where no skin is followed
+};
+
 /// A finished frame. Its slot, with all that `surface` refers to, stays untouched as long as this lives; any
 /// thread may end it. It does not keep the pipeline alive.
 class PALPATE_API Result {
@@ -51,6 +61,7 @@ class PALPATE_API Result {
 
   Touch touch;
   SurfaceMap surface;  ///< buffer is null unless Output::Surface was asked for
+  TractionMaps traction;
   uint32_t slot = 0;
   double turnaround_ms = 0;  ///< from `submit` to collection, host clock
   /// Times that the processor copied the frame's pixels from Frame::pixels() on (with skip_untouched: those

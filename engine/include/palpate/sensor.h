@@ -51,12 +51,14 @@ enum class ForceSignal {
   Area,      ///< of the contact, px
   Volume,    ///< indented, mm^3; needs Output::Surface
   Gradient,  ///< Touch::gradient_sum; needs frames of 8 bits
+  Layer,     ///< force by the elastic layer (TractionSummary), N; needs Sensor::layer and a surface
 };
 /// F of a signal s.
 enum class ForceModel {
   Line,    ///< F = c1 s + c0 (Eq. 54)
   Power,   ///< F = c1 s^exponent + c0
   Spline,  ///< monotone cubic (Fritsch and Carlson) through the knots
+  Scale,   ///< F = c1 s: of ForceSignal::Layer, whose modulus it corrects
 };
 
 /// One direction of a force calibration; the model is the calibration's.
@@ -189,6 +191,17 @@ struct ElasticCalibration {
   double relative_sd = 0;   ///< relative standard error of gray_per_MPa times young_MPa, hence of depths
 };
 
+/// The pad as an elastic layer bonded to a rigid window: what turns the shape of its surface into traction
+/// (Output::Traction).
+struct LayerCalibration {
+  static constexpr double kThinnest_px = 3;
+  double young_MPa = 0;
+  double poisson = 0.485;     ///< 0 to 0.5
+  double thickness_mm = 0;    ///< kThinnest_px at least
+  double relative_sd = 0.15;  ///< relative standard error of young_MPa, hence of pressures and forces
+  Origin origin{};
+};
+
 /// Whether there is an untouched image to subtract.
 enum class BackgroundKind {
   Untouched,  ///< subtracted from every frame
@@ -233,7 +246,8 @@ struct Sensor {
   PhotometricCalibration photometric;
   ElasticCalibration elastic;
   LookupCalibration lookup;
-  double max_slope = 10;  ///< slopes steeper than this are clipped
+  std::optional<LayerCalibration> layer;  ///< none: traction is not known, but see layer_of
+  double max_slope = 10;                  ///< slopes steeper than this are clipped
   /// Brightest channel, gray levels, up to which a pixel is too dark to carry a slope; from there to twice
   /// that it counts in part.
   std::optional<uint32_t> shadow_gray;
@@ -249,6 +263,9 @@ PALPATE_API bool has_scale(const Sensor& sensor);
 /// A camera of which nothing is known but its format: contact is what changes against the first frames by
 /// more than 2 % of full scale; no scale, no calibration, no surface.
 PALPATE_API Sensor uncalibrated_sensor(const FrameFormat& format);
+
+/// The sensor's own layer, or that of its surface.elastic where it has a thickness.
+PALPATE_API std::optional<LayerCalibration> layer_of(const Sensor& sensor);
 
 /// The sensor's own, or what is sensible for its reading: 2 % of full scale for Reconstruction::Photometric,
 /// whose slopes come from brightness; otherwise 0, nothing, since a dark pixel of a waveguide is an untouched

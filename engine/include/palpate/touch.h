@@ -25,6 +25,8 @@ enum class Validity : uint8_t {
   Covered,        ///< printed markers hide too much of the skin: the surface under them is not known
   ShapeUnjudged,  ///< the calibration is of too few objects to tell what one of another shape gives
   Unfit,          ///< the calibration itself says that it is not fit for use
+  TooDeep,        ///< pressed deeper than a third of the pad's thickness, where linear elasticity ends
+  NotConverged,   ///< the solve ended before it reached its tolerance
 };
 PALPATE_API const char* to_string(Validity validity);
 
@@ -130,6 +132,21 @@ struct SurfaceSummary {
   std::optional<WeightedSummary> weighted;
 };
 
+/// Pressure and shear on the pad in numbers (Output::Traction); the maps are Result::traction. x right, y
+/// down, z into the pad; moments r x F about the frame's middle: (y p, -x p, x t_y - y t_x). Standard errors
+/// are those of slopes, skin and the layer's modulus together.
+struct TractionSummary {
+  Estimate force_x_N, force_y_N, force_z_N;  ///< x and y where the skin is followed (Output::Skin)
+  Estimate moment_x_Nmm, moment_y_Nmm, moment_z_Nmm;
+  double pressure_max_kPa = 0;
+  double shear_max_kPa = 0;
+  double area_mm2 = 0;           ///< that carries pressure
+  double unexplained_slope = 0;  ///< RMS of the surface's slopes that no traction explains; 0: not solved for
+  double residual = 0;           ///< of the solve, relative
+  uint32_t iterations = 0;
+  uint64_t unknown_cells = 0;  ///< in the contact, whose depth is not known
+};
+
 /// Pixels by how much is known of their slope; a pixel may count more than once.
 struct ConfidenceSummary {
   uint64_t unknown_px = 0;   ///< of confidence 0
@@ -199,6 +216,7 @@ struct Touch {
   std::optional<LightSummary>
       light;  ///< of colour gels (has_gel_contacts()), see PipelineOptions::fixed_light
   std::optional<SurfaceSummary> surface;
+  std::optional<TractionSummary> traction;
   std::optional<MarkerSummary> markers;         ///< they are printed on a gel whose colours show slopes
   std::optional<ConfidenceSummary> confidence;  ///< it was asked for, or the surface needs it
 };

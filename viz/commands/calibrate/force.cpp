@@ -26,9 +26,12 @@ namespace {
 const std::map<std::string, ForceSignal> kSignalNames = {{"gray-sum", ForceSignal::GraySum},
                                                          {"gradient", ForceSignal::Gradient},
                                                          {"area", ForceSignal::Area},
-                                                         {"volume", ForceSignal::Volume}};
-const std::map<std::string, ForceModel> kModelNames = {
-    {"line", ForceModel::Line}, {"power", ForceModel::Power}, {"spline", ForceModel::Spline}};
+                                                         {"volume", ForceSignal::Volume},
+                                                         {"layer", ForceSignal::Layer}};
+const std::map<std::string, ForceModel> kModelNames = {{"line", ForceModel::Line},
+                                                       {"power", ForceModel::Power},
+                                                       {"spline", ForceModel::Spline},
+                                                       {"layer", ForceModel::Scale}};
 
 struct Options : GaugedOptions {
   std::vector<std::string> checks, check_gauges;
@@ -82,7 +85,9 @@ std::string write_images(const MeasuredInput& input, const ForceOutcome& outcome
          "\nset size ratio -1\nunset xtics\nunset ytics\n" + plots + "unset multiplot\n";
 }
 
-Report force(const Common& common, const Options& options) {
+Report force(const Common& common, Options options) {
+  // One way of two names: the layer's force, of which one number is found.
+  if (options.model == ForceModel::Scale) options.signal = ForceSignal::Layer;
   const std::vector<std::string> gauges = paired(options.inputs, options.gauges, "--gauge"),
                                  check_gauges = paired(options.checks, options.check_gauges, "--check-gauge");
   GaugeRequest request{"", GaugeColumns::Normal, parse_alignment(options.align), options.rate_Hz};
@@ -92,7 +97,7 @@ Report force(const Common& common, const Options& options) {
     // Brightness, gradients and area in px need no scale.
     MeasuredInput found = find_input(common.seed, input, options.sensor, options.background);
     // A volume needs the surface; without it that work is saved.
-    if (options.signal && options.signal != ForceSignal::Volume)
+    if (options.signal && options.signal != ForceSignal::Volume && options.signal != ForceSignal::Layer)
       found.outputs = static_cast<uint32_t>(Output::Force);
     if (options.signal.value_or(ForceSignal::Gradient) == ForceSignal::Gradient &&
         may_show_slopes(found.sensor, options.signal.has_value()))
@@ -114,7 +119,7 @@ Report force(const Common& common, const Options& options) {
   if (interrupted()) return {"", "", kInterrupted};
 
   Sensor sensor = options.sensor.empty() ? first.sensor : load_sensor(options.sensor);
-  sensor.force = outcome.choice.calibration;
+  set_force(sensor, outcome.choice.calibration);
   const std::filesystem::path background = keep_background(options.background, common.out, sensor);
   save_sensor(sensor, common.out);
   const std::string stem = plot_stem(common, options, "_force");
@@ -140,11 +145,15 @@ void add_calibrate_force(CommandLine& group, Common& common, Command& chosen) {
       *command, *options, common,
       "CSV with time_s (or _ms, _us, _ns) or frame, and force_N (or _mN, _kN, _gf, _kgf, _lbf)");
   command
-      ->add_option("--signal", options->signal,
-                   "gray-sum, gradient (of gels), area or volume (default: as held-out presses "
-                   "say)")
+      ->add_option(
+          "--signal", options->signal,
+          "gray-sum, gradient (of gels), area, volume, or layer (of sensors with a layer; default: as "
+          "held-out presses say)")
       ->transform(one_of(kSignalNames));
-  command->add_option("--model", options->model, "line, power or spline (default: as held-out presses say)")
+  command
+      ->add_option("--model", options->model,
+                   "line, power, spline, or layer: the force by the elastic layer, whose modulus is found "
+                   "(default: as held-out presses say)")
       ->transform(one_of(kModelNames));
   command
       ->add_option("--branches", options->branches,

@@ -1,0 +1,86 @@
+#include "capture/files/traction_files.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <vector>
+
+#include "capture/files/depth/depth_mesh.h"
+#include "capture/files/images/tiff_memory.h"
+#include "capture/files/measurements.h"
+#include "capture/files/npy.h"
+#include "capture/files/output_file.h"
+#include "palpate/error.h"
+
+namespace palpate {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+/// Pressure and shear of one cell, kPa.
+std::array<float, 3> cell_at(const TractionMaps& maps, size_t cell) {
+  if (maps.pressure_kPa.empty()) return {0, 0, 0};
+  if (maps.shear_x_kPa.empty()) return {maps.pressure_kPa[cell], kNaN, kNaN};
+  return {maps.pressure_kPa[cell], maps.shear_x_kPa[cell], maps.shear_y_kPa[cell]};
+}
+
+void write_tiff(const std::filesystem::path& file, const TractionMaps& maps, double cell_mm) {
+  TiffMemory memory;
+  const TiffPtr tiff = memory.create();
+  const std::string about = "pressure on the pad, unit kPa; cells are " + shortest(cell_mm) + " mm apart";
+  const auto per_cm = static_cast<float>(10 / cell_mm);
+  const auto set = [&](ttag_t tag, auto value) { return TIFFSetField(tiff.get(), tag, value) == 1; };
+  std::vector<float> values;
+  for (size_t i = 0; i < size_t{maps.width} * maps.height; ++i) values.push_back(cell_at(maps, i)[0]);
+  const bool written =
+      tiff && set(TIFFTAG_IMAGEWIDTH, maps.width) && set(TIFFTAG_IMAGELENGTH, maps.height) &&
+      set(TIFFTAG_BITSPERSAMPLE, 32) && set(TIFFTAG_SAMPLESPERPIXEL, 1) &&
+      set(TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP) && set(TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK) &&
+      set(TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) && set(TIFFTAG_COMPRESSION, COMPRESSION_LZW) &&
+      set(TIFFTAG_RESOLUTIONUNIT, RESUNIT_CENTIMETER) && set(TIFFTAG_XRESOLUTION, per_cm) &&
+      set(TIFFTAG_YRESOLUTION, per_cm) && set(TIFFTAG_ROWSPERSTRIP, maps.height) &&
+      set(TIFFTAG_IMAGEDESCRIPTION, about.c_str()) && set(TIFFTAG_SOFTWARE, "palpate") &&
+      TIFFWriteEncodedStrip(tiff.get(), 0, values.data(),
+                            static_cast<tmsize_t>(values.size() * sizeof(float))) >= 0 &&
+      TIFFFlush(tiff.get()) == 1;
+  if (!written)
+    throw Error(Failure::Output, "to write '" + file.string() + "'", "a TIFF encoder that refuses",
+                "npy files");
+  write_whole(file, memory.take());
+}
+
+}  // namespace
+
+std::string_view extension(TractionFormat format) {
+  switch (format) {
+    case TractionFormat::Npy:
+      return "npy";
+    case TractionFormat::Tiff:
+      return "tif";
+    case TractionFormat::Ply:
+      return "ply";
+  }
+  return "";
+}
+
+void write_traction(const std::filesystem::path& file, const TractionMaps& maps, const DepthView& depth,
+                    TractionFormat format) {
+  if (format == TractionFormat::Tiff) return write_tiff(file, maps, maps.cell_px * depth.pitch_mm_per_px);
+  if (format == TractionFormat::Npy) {
+    std::vector<float> values;
+    for (size_t i = 0; i < size_t{maps.width} * maps.height; ++i)
+      for (const float value : cell_at(maps, i)) values.push_back(value);
+    return write_npy(file, values, {maps.height, maps.width, 3});
+  }
+  std::array<VertexValues, 3> values = {{{"pressure_kPa", {}}, {"shear_x_kPa", {}}, {"shear_y_kPa", {}}}};
+  for (uint32_t y = 0; y < depth.height; ++y)
+    for (uint32_t x = 0; x < depth.width; ++x) {
+      const uint32_t row = std::min(y / maps.cell_px, maps.height - 1);
+      const uint32_t column = std::min(x / maps.cell_px, maps.width - 1);
+      const std::array<float, 3> at = cell_at(maps, size_t{row} * maps.width + column);
+      for (size_t i = 0; i < 3; ++i) values[i].values.push_back(at[i]);
+    }
+  write_ply(file, depth, values);
+}
+
+}  // namespace palpate

@@ -1,0 +1,305 @@
+#include "engine/pipeline/layer_traction.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "shaders/shared/confidence.h"
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kMostCells = 80;      // along a row: finer ones say no more than the errors of slopes let
+constexpr double kSlopeByNormal = 1.25;  // error of n / n_z beside that of n, on average over slopes to 0.6
+constexpr double kSlopeSd = 0.06;        // where the sensor file says nothing
+constexpr double kLeastSlopeSd = 5e-3, kMostSlopeSd = 0.3;
+constexpr double kDeepest = 1.0 / 3;  // of the thickness: linear elasticity ends
+constexpr double kShiftSd_px = 0.1;   // of a followed place, where the sensor file says nothing
+constexpr double kSpread = 0.6;       // of the skin's spacing: how far a place's shift is taken to reach
+constexpr float kLeastWeight = 0.3f;
+
+uint32_t cell_side(uint32_t width) {
+  return shared::kCellSide *
+         std::max(1u, (width + kMostCells * shared::kCellSide - 1) / (kMostCells * shared::kCellSide));
+}
+
+double slope_sd(const Sensor& sensor, double cell_mm) {
+  double sd = 0;
+  if (sensor.reconstruction == Reconstruction::Photometric)
+    sd = kSlopeByNormal * sensor.photometric.normal_sd;
+  else if (sensor.reconstruction == Reconstruction::Lookup)
+    sd = std::sqrt(2.0) * sensor.lookup.depth_sd_mm / cell_mm;
+  return sd > 0 ? std::clamp(sd, kLeastSlopeSd, kMostSlopeSd) : kSlopeSd;
+}
+
+TractionGrid grid_of(const Sensor& sensor, const FrameFormat& format) {
+  const uint32_t side = cell_side(format.width);
+  return {std::max(2u, format.width / side), std::max(2u, format.height / side),
+          side * sensor.pitch_mm_per_px};
+}
+
+double shift_sd_mm(const Sensor& sensor) {
+  const double sd_px = sensor.skin && sensor.skin->shift_sd_px > 0 ? sensor.skin->shift_sd_px : kShiftSd_px;
+  return sd_px * sensor.pitch_mm_per_px;
+}
+
+Estimate with_modulus(double value, double sd, double relative_sd, Validity validity) {
+  return {value, std::hypot(sd, relative_sd * value), validity};
+}
+
+}  // namespace
+
+LayerTraction::LayerTraction(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+                             const SurfaceMethod& surface)
+    : context_(context),
+      sensor_(sensor),
+      surface_(surface),
+      layer_(layer_of(sensor).value_or(LayerCalibration{})),
+      cells_(context, surface.grid()),
+      fine_(cell_side(format.width) / shared::kCellSide),
+      grid_(grid_of(sensor, format)) {
+  const size_t cells = size_t{grid_.width} * grid_.height;
+  for (std::vector<float>* map : {&depth_, &shift_x_, &shift_y_, &weight_}) map->resize(cells);
+  for (std::vector<uint8_t>* map : {&contact_, &known_, &shift_known_}) map->assign(cells, 1);
+  if (surface.pressure()) return;
+  TractionOptions options;
+  options.slope_sd = slope_sd(sensor, grid_.cell_mm);
+  options.error_length_mm = layer_.thickness_mm;
+  options.shift_sd_mm = shift_sd_mm(sensor);
+  solver_.emplace(Material{layer_.young_MPa, layer_.poisson}, layer_.thickness_mm, grid_, options);
+}
+
+void LayerTraction::make(FrameSlot& slot) const {
+  TractionSlot& traction = slot.traction;
+  const std::optional<PressureMap> pressure = surface_.pressure();
+  const uint64_t bytes = pressure ? pressure->buffer->bytes() : cells_.bytes();
+  traction.input = gpu::DeviceBuffer(context_, "traction input", bytes, gpu::Memory::Readback);
+  for (std::vector<float>* map : {&traction.pressure_kPa, &traction.shear_x_kPa, &traction.shear_y_kPa})
+    map->assign(size_t{grid_.width} * grid_.height, 0);
+  if (pressure) return;
+  traction.heights = gpu::Commands(context_);
+  traction.heights.begin();
+  cells_.record(traction.heights, slot.surface.depth, traction.input);
+  traction.heights.host_barrier();
+  traction.heights.end();
+}
+
+// The pressure's buffer is the next frame's as well; depths are the slot's own, and final only later.
+void LayerTraction::record(gpu::Commands& commands, FrameSlot& slot) const {
+  const std::optional<PressureMap> pressure = surface_.pressure();
+  if (pressure) commands.copy(*pressure->buffer, slot.traction.input, pressure->buffer->bytes());
+}
+
+TractionMaps LayerTraction::measure(FrameSlot& slot, Touch& touch, std::span<const float> skin_sd_px) {
+  TractionSummary& summary = touch.traction.emplace();
+  for (Estimate* one : {&summary.force_x_N, &summary.force_y_N, &summary.force_z_N, &summary.moment_x_Nmm,
+                        &summary.moment_y_Nmm, &summary.moment_z_Nmm})
+    one->validity = Validity::NoContact;
+  if (!touch.contact) {
+    if (solver_) solver_->forget();
+    return {};
+  }
+  if (!solver_) {
+    read_pressures(slot);
+    sum_pressures(slot, summary);
+    state(touch, true, summary);
+  } else {
+    find_contact(touch);
+    read_heights(slot);
+    read_confidence(slot);
+    TractionInput input{.depth_mm = depth_, .contact = contact_, .known = known_};
+    if (spread_shifts(touch, skin_sd_px)) {
+      input.shift_x_mm = shift_x_;
+      input.shift_y_mm = shift_y_;
+      input.shift_known = shift_known_;
+    }
+    const Traction& found = solver_->solve(input);
+    fill(found, slot, summary);
+    state(touch, found.converged, summary);
+  }
+  const TractionSlot& maps = slot.traction;
+  TractionMaps result{.width = grid_.width, .height = grid_.height, .cell_px = fine_ * shared::kCellSide};
+  result.pressure_kPa = maps.pressure_kPa;
+  if (summary.force_x_N.validity != Validity::NotCalibrated) {
+    result.shear_x_kPa = maps.shear_x_kPa;
+    result.shear_y_kPa = maps.shear_y_kPa;
+  }
+  return result;
+}
+
+// In the boxes of contacts, and a cell around them.
+void LayerTraction::find_contact(const Touch& touch) {
+  const bool everywhere = touch.contacts.empty();
+  std::fill(contact_.begin(), contact_.end(), everywhere ? 1 : 0);
+  const uint32_t side = fine_ * shared::kCellSide;
+  for (const ContactTouch& one : touch.contacts) {
+    const uint32_t left = one.box.x / side, top = one.box.y / side;
+    const uint32_t right = (one.box.x + one.box.width) / side + 2;
+    const uint32_t bottom = (one.box.y + one.box.height) / side + 2;
+    for (uint32_t y = top - std::min(top, 1u); y < std::min(bottom, grid_.height); ++y)
+      for (uint32_t x = left - std::min(left, 1u); x < std::min(right, grid_.width); ++x)
+        contact_[size_t{y} * grid_.width + x] = 1;
+  }
+}
+
+void LayerTraction::read_pressures(FrameSlot& slot) {
+  const PressureMap map = *surface_.pressure();
+  slot.traction.input.invalidate();
+  const std::span<const float> pixels = slot.traction.input.as<const float>();
+  const uint32_t side = fine_ * shared::kCellSide;
+  for (uint32_t y = 0; y < grid_.height; ++y)
+    for (uint32_t x = 0; x < grid_.width; ++x) {
+      double sum_MPa = 0;
+      for (uint32_t row = 0; row < side; ++row)
+        for (uint32_t column = 0; column < side; ++column)
+          sum_MPa += double{pixels[map.start + size_t{y * side + row} * map.pitch + x * side + column]};
+      slot.traction.pressure_kPa[size_t{y} * grid_.width + x] =
+          static_cast<float>(1e3 * sum_MPa / (side * side));
+    }
+}
+
+void LayerTraction::read_heights(FrameSlot& slot) {
+  slot.traction.heights.submit();
+  slot.traction.heights.wait();
+  slot.traction.input.invalidate();
+  const std::span<const float> means = slot.traction.input.as<const float>();
+  for (uint32_t y = 0; y < grid_.height; ++y)
+    for (uint32_t x = 0; x < grid_.width; ++x) {
+      float sum = 0;
+      for (uint32_t row = 0; row < fine_; ++row)
+        for (uint32_t column = 0; column < fine_; ++column)
+          sum += means[size_t{y * fine_ + row} * cells_.cells_x() + x * fine_ + column];
+      depth_[size_t{y} * grid_.width + x] = sum / static_cast<float>(fine_ * fine_);
+    }
+}
+
+// A cell is known where half of its pixels are, and their mean is a number.
+void LayerTraction::read_confidence(const FrameSlot& slot) {
+  const uint32_t side = fine_ * shared::kCellSide;
+  const bool all = slot.confidence.map.buffer.bytes() == 0;
+  const std::span<const uint16_t> map =
+      all ? std::span<const uint16_t>{} : slot.confidence.map.buffer.as<const uint16_t>();
+  for (uint32_t y = 0; y < grid_.height; ++y)
+    for (uint32_t x = 0; x < grid_.width; ++x) {
+      const size_t cell = size_t{y} * grid_.width + x;
+      uint32_t seen = 0;
+      for (uint32_t row = 0; row < side && !all; ++row)
+        for (uint32_t column = 0; column < side; ++column)
+          seen += (map[size_t{y * side + row} * slot.confidence.pitch + x * side + column] &
+                   shared::kFullConfidence) != 0;
+      known_[cell] = std::isfinite(depth_[cell]) && (all || 2 * seen >= side * side) ? 1 : 0;
+    }
+}
+
+// Each followed place gives its shift to the cells around where it is now.
+bool LayerTraction::spread_shifts(const Touch& touch, std::span<const float> skin_sd_px) {
+  if (!touch.skin || touch.skin_points.empty() || !sensor_.skin) return false;
+  std::fill(weight_.begin(), weight_.end(), 0.0f);
+  std::fill(shift_x_.begin(), shift_x_.end(), 0.0f);
+  std::fill(shift_y_.begin(), shift_y_.end(), 0.0f);
+  const auto side = static_cast<double>(fine_ * shared::kCellSide);
+  const double reach = std::max(kSpread * sensor_.skin->spacing_px / side, 0.5);
+  const int cells = static_cast<int>(std::ceil(2 * reach));
+  const auto pitch = static_cast<float>(sensor_.pitch_mm_per_px);
+  for (size_t i = 0; i < touch.skin_points.size(); ++i) {
+    const SkinPoint& point = touch.skin_points[i];
+    if (point.correlation <= 0 || !(skin_sd_px[i] >= 0)) continue;
+    const double x = (double{point.rest_x_px + point.shift_x_px} + 0.5) / side - 0.5;
+    const double y = (double{point.rest_y_px + point.shift_y_px} + 0.5) / side - 0.5;
+    const int left = static_cast<int>(std::lround(x)) - cells, top = static_cast<int>(std::lround(y)) - cells;
+    for (int row = std::max(top, 0); row < std::min(top + 2 * cells + 1, static_cast<int>(grid_.height));
+         ++row)
+      for (int column = std::max(left, 0);
+           column < std::min(left + 2 * cells + 1, static_cast<int>(grid_.width)); ++column) {
+        const double squares = (std::pow(row - y, 2) + std::pow(column - x, 2)) / (2 * reach * reach);
+        const auto weight = static_cast<float>(std::exp(-squares));
+        const size_t cell = static_cast<size_t>(row) * grid_.width + static_cast<size_t>(column);
+        weight_[cell] += weight;
+        shift_x_[cell] += weight * pitch * point.shift_x_px;
+        shift_y_[cell] += weight * pitch * point.shift_y_px;
+      }
+  }
+  bool some = false;
+  for (size_t i = 0; i < weight_.size(); ++i) {
+    shift_known_[i] = weight_[i] >= kLeastWeight ? 1 : 0;
+    if (shift_known_[i] == 0) continue;
+    some = true;
+    shift_x_[i] /= weight_[i];
+    shift_y_[i] /= weight_[i];
+  }
+  return some;
+}
+
+void LayerTraction::sum_pressures(const FrameSlot& slot, TractionSummary& summary) const {
+  const double area_mm2 = grid_.cell_mm * grid_.cell_mm;
+  double force = 0, about_x = 0, about_y = 0;
+  for (size_t i = 0; i < slot.traction.pressure_kPa.size(); ++i) {
+    const double kPa = double{slot.traction.pressure_kPa[i]}, newtons = 1e-3 * kPa * area_mm2;
+    force += newtons;
+    about_x += newtons * (static_cast<double>(i / grid_.width) + 0.5 - 0.5 * grid_.height) * grid_.cell_mm;
+    about_y -= newtons * (static_cast<double>(i % grid_.width) + 0.5 - 0.5 * grid_.width) * grid_.cell_mm;
+    summary.pressure_max_kPa = std::max(summary.pressure_max_kPa, kPa);
+    summary.area_mm2 += kPa > 0 ? area_mm2 : 0;
+  }
+  const double relative_sd = sensor_.elastic.relative_sd;
+  summary.force_z_N = {force, relative_sd * force, Validity::Valid};
+  summary.moment_x_Nmm = {about_x, relative_sd * std::abs(about_x), Validity::Valid};
+  summary.moment_y_Nmm = {about_y, relative_sd * std::abs(about_y), Validity::Valid};
+  for (Estimate* one : {&summary.force_x_N, &summary.force_y_N, &summary.moment_z_Nmm})
+    *one = {0, 0, Validity::NotCalibrated};
+}
+
+void LayerTraction::fill(const Traction& found, FrameSlot& slot, TractionSummary& summary) const {
+  const double area_mm2 = grid_.cell_mm * grid_.cell_mm;
+  const bool shear = !found.shear_x_MPa.empty();
+  for (size_t i = 0; i < found.pressure_MPa.size(); ++i) {
+    const double kPa = 1e3 * double{found.pressure_MPa[i]};
+    slot.traction.pressure_kPa[i] = static_cast<float>(kPa);
+    summary.pressure_max_kPa = std::max(summary.pressure_max_kPa, kPa);
+    summary.area_mm2 += kPa > 0 ? area_mm2 : 0;
+    summary.unknown_cells += contact_[i] != 0 && known_[i] == 0;
+    if (!shear) continue;
+    slot.traction.shear_x_kPa[i] = 1e3f * found.shear_x_MPa[i];
+    slot.traction.shear_y_kPa[i] = 1e3f * found.shear_y_MPa[i];
+    summary.shear_max_kPa = std::max(
+        summary.shear_max_kPa, 1e3 * std::hypot(double{found.shear_x_MPa[i]}, double{found.shear_y_MPa[i]}));
+  }
+  const Wrench& w = found.wrench;
+  const double relative_sd = layer_.relative_sd;
+  const auto one = [&](double value, double sd, bool known) {
+    return known ? with_modulus(value, sd, relative_sd, Validity::Valid) : Estimate{};
+  };
+  summary.force_x_N = one(w.force_N[0], w.force_sd_N[0], shear);
+  summary.force_y_N = one(w.force_N[1], w.force_sd_N[1], shear);
+  summary.force_z_N = one(w.force_N[2], w.force_sd_N[2], true);
+  summary.moment_x_Nmm = one(w.moment_Nmm[0], w.moment_sd_Nmm[0], true);
+  summary.moment_y_Nmm = one(w.moment_Nmm[1], w.moment_sd_Nmm[1], true);
+  summary.moment_z_Nmm = one(w.moment_Nmm[2], w.moment_sd_Nmm[2], shear);
+  summary.unexplained_slope = found.slope_rms;
+  summary.residual = found.residual;
+  summary.iterations = found.iterations;
+}
+
+// The first that holds is said of all components that are known.
+void LayerTraction::state(const Touch& touch, bool converged, TractionSummary& summary) const {
+  const SurfaceSummary& surface = *touch.surface;
+  Validity validity = Validity::Valid;
+  if (!converged)
+    validity = Validity::NotConverged;
+  else if (surface.validity != Validity::Valid && surface.validity != Validity::NoContact)
+    validity = surface.validity;
+  else if (touch.at_border)
+    validity = Validity::AtBorder;
+  else if (surface.depth_max_mm > kDeepest * layer_.thickness_mm)
+    validity = Validity::TooDeep;
+  else if (summary.unknown_cells > 0)
+    validity = Validity::Covered;
+  for (Estimate* one : {&summary.force_x_N, &summary.force_y_N, &summary.force_z_N, &summary.moment_x_Nmm,
+                        &summary.moment_y_Nmm, &summary.moment_z_Nmm})
+    if (one->validity == Validity::Valid) one->validity = validity;
+}
+
+uint64_t LayerTraction::memory_bytes(const FrameSlot& slot) const {
+  return slot.traction.input.bytes();
+}
+
+}  // namespace palpate

@@ -1,0 +1,58 @@
+// Layer traction: a frame's surface to pressure and shear on the pad, and the wrench that they make. Where
+// the sensor's pixels are pressures already (Reconstruction::Elastic) those are summed, else the layer's
+// contact is solved for on the host (engine/elasticity/traction.h), only in frames that something touches.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/elasticity/traction.h"
+#include "engine/pipeline/frame_slot.h"
+#include "engine/pipeline/surface_method.h"
+#include "engine/stages/cell_heights.h"
+#include "palpate/pipeline.h"
+#include "palpate/touch.h"
+
+namespace palpate {
+
+class LayerTraction {
+ public:
+  /// `sensor`, which has a layer, and `surface` live longer than this.
+  LayerTraction(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+                const SurfaceMethod& surface);
+
+  /// Buffers of a slot, and what is submitted apart from its own commands.
+  void make(FrameSlot& slot) const;
+  /// After the surface, in the slot's own commands.
+  void record(gpu::Commands& commands, FrameSlot& slot) const;
+  /// Of a frame whose contacts, surface and skin points `touch` has already: touch.traction, and the maps,
+  /// which stay in the slot. `skin_sd_px`: standard error of each of touch.skin_points.
+  TractionMaps measure(FrameSlot& slot, Touch& touch, std::span<const float> skin_sd_px);
+
+  uint64_t memory_bytes(const FrameSlot& slot) const;
+
+ private:
+  void find_contact(const Touch& touch);
+  void read_pressures(FrameSlot& slot);
+  void read_heights(FrameSlot& slot);
+  void read_confidence(const FrameSlot& slot);
+  bool spread_shifts(const Touch& touch, std::span<const float> skin_sd_px);
+  void state(const Touch& touch, bool converged, TractionSummary& summary) const;
+  void sum_pressures(const FrameSlot& slot, TractionSummary& summary) const;
+  void fill(const Traction& found, FrameSlot& slot, TractionSummary& summary) const;
+
+  gpu::Context& context_;
+  const Sensor& sensor_;
+  const SurfaceMethod& surface_;
+  LayerCalibration layer_;
+  CellHeights cells_;
+  uint32_t fine_;  ///< of CellHeights' cells along one of ours
+  TractionGrid grid_;
+  std::optional<TractionSolver> solver_;  ///< none where pixels are pressures
+  // Of the frame that is measured; kept so that frames allocate nothing.
+  std::vector<float> depth_, shift_x_, shift_y_, weight_;
+  std::vector<uint8_t> contact_, known_, shift_known_;
+};
+
+}  // namespace palpate
