@@ -198,7 +198,7 @@ class Recorder {
       pictures_->follow(touch);
       return;
     }
-    pictures_->draw(frame, touch, result.surface,
+    pictures_->draw(frame, touch, result.surface, result.traction,
                     to_file ? out_ / "pictures" / numbered_name(sequence, "png") : std::filesystem::path(),
                     to_film);
   }

@@ -41,7 +41,7 @@ class RecordingPictures {
   virtual void follow(const Touch& touch) = 0;
   /// `png`: the picture's file, empty for none. Throws Error(Failure::Output), as finish().
   virtual void draw(const Frame& frame, const Touch& touch, const SurfaceMap& surface,
-                    const std::filesystem::path& png, bool to_film) = 0;
+                    const TractionMaps& traction, const std::filesystem::path& png, bool to_film) = 0;
   /// Ends the film.
   virtual void finish() = 0;
 };

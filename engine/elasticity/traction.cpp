@@ -263,7 +263,7 @@ struct TractionSolver::Impl {
       if (p > 0 && (x == 0 || y == 0 || x + 1 == grid.width || y + 1 == grid.height)) result.at_border = true;
       result.pressure_MPa[i] = static_cast<float>(pressure[i]);
     }
-    if (options.errors && wrench.force_N[2] > 0) {
+    if (options.errors && input.pressure_MPa.empty() && wrench.force_N[2] > 0) {
       for (size_t i = 0; i < n; ++i) right[i] = area;
       wrench.force_sd_N[2] = pressure_error(right, error_solutions[0]);
       for (size_t i = 0; i < n; ++i) right[i] = area * y_mm(i);
@@ -273,6 +273,7 @@ struct TractionSolver::Impl {
       add_hidden();
     }
     if (!input.shift_x_mm.empty()) measure_shear();
+    if (!input.pressure_MPa.empty()) return;
     // What is left of the slopes.
     for (size_t i = 0; i < n; ++i) scratch[i] = depth[i];
     convolution->depth_by_pressure(pressure, answer);
@@ -366,15 +367,16 @@ struct TractionSolver::Impl {
     const size_t n = size();
     const auto fits = [n](size_t count) { return count == 0 || count == n; };
     const bool shift = !input.shift_x_mm.empty() || !input.shift_y_mm.empty();
-    if (input.depth_mm.size() != n || !fits(input.contact.size()) || !fits(input.known.size()) ||
-        !fits(input.shift_x_mm.size()) || !fits(input.shift_known.size()) ||
-        input.shift_x_mm.size() != input.shift_y_mm.size())
+    const bool given_pressure = !input.pressure_MPa.empty();
+    if ((given_pressure ? input.pressure_MPa.size() : input.depth_mm.size()) != n ||
+        !fits(input.contact.size()) || !fits(input.known.size()) || !fits(input.shift_x_mm.size()) ||
+        !fits(input.shift_known.size()) || input.shift_x_mm.size() != input.shift_y_mm.size())
       refuse("maps of " + std::to_string(grid.width) + " x " + std::to_string(grid.height) + " cells",
              std::to_string(input.depth_mm.size()) + " depths", "maps of the solver's grid");
     for (size_t i = 0; i < n; ++i) {
       known[i] = input.known.empty() || input.known[i] != 0 ? 1 : 0;
       allowed[i] = input.contact.empty() || input.contact[i] != 0 ? 1 : 0;
-      given[i] = known[i] != 0 ? double{input.depth_mm[i]} : 0;
+      given[i] = known[i] != 0 ? double{(given_pressure ? input.pressure_MPa : input.depth_mm)[i]} : 0;
       if (!std::isfinite(given[i]))
         refuse("a depth of every cell that is known", "one that is not a number",
                "leaving it out of `known`");
@@ -403,6 +405,14 @@ struct TractionSolver::Impl {
     read(input);
     result.iterations = 0;
     const bool shift = !input.shift_x_mm.empty();
+    if (!input.pressure_MPa.empty()) {
+      result.residual = 0;
+      result.converged = true;
+      for (size_t i = 0; i < size(); ++i) pressure[i] = std::max(given[i], 0.0);
+      if (shift) solve_shear(input);
+      measure(input);
+      return result;
+    }
     double before = 0;
     for (uint32_t round = 0; round < (shift ? kRounds : 1); ++round) {
       for (size_t i = 0; i < size(); ++i) depth[i] = given[i] - shear_depth[i];

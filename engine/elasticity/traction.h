@@ -38,7 +38,9 @@ struct TractionOptions {
 
 /// What is known of the surface; each map is height x width cells.
 struct TractionInput {
-  std::span<const float> depth_mm;      ///< into the layer, up to a constant
+  std::span<const float> depth_mm{};  ///< into the layer, up to a constant
+  /// Where it is known already: only shear is solved for, and depth_mm may be empty.
+  std::span<const float> pressure_MPa{};
   std::span<const uint8_t> contact{};   ///< 0: nothing presses there; empty: everywhere may be pressed
   std::span<const uint8_t> known{};     ///< 0: depth is not known there; empty: everywhere it is
   std::span<const float> shift_x_mm{};  ///< along the surface, since it was untouched; empty: not known

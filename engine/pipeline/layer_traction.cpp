@@ -16,6 +16,7 @@ constexpr double kDeepest = 1.0 / 3;  // of the thickness: linear elasticity end
 constexpr double kShiftSd_px = 0.1;   // of a followed place, where the sensor file says nothing
 constexpr double kSpread = 0.6;       // of the skin's spacing: how far a place's shift is taken to reach
 constexpr float kLeastWeight = 0.3f;
+constexpr double kAtLimit = 0.9;  // of friction times pressure: from here on a cell counts as slipping
 
 uint32_t cell_side(uint32_t width) {
   return shared::kCellSide *
@@ -60,7 +61,7 @@ LayerTraction::LayerTraction(gpu::Context& context, const Sensor& sensor, const 
   const size_t cells = size_t{grid_.width} * grid_.height;
   for (std::vector<float>* map : {&depth_, &shift_x_, &shift_y_, &weight_}) map->resize(cells);
   for (std::vector<uint8_t>* map : {&contact_, &known_, &shift_known_}) map->assign(cells, 1);
-  if (surface.pressure()) return;
+  if (surface.pressure() && !sensor.skin) return;
   TractionOptions options;
   options.slope_sd = slope_sd(sensor, grid_.cell_mm);
   options.error_length_mm = layer_.thickness_mm;
@@ -98,10 +99,20 @@ TractionMaps LayerTraction::measure(FrameSlot& slot, Touch& touch, std::span<con
     if (solver_) solver_->forget();
     return {};
   }
-  if (!solver_) {
+  if (surface_.pressure()) {
     read_pressures(slot);
     sum_pressures(slot, summary);
-    state(touch, true, summary);
+    bool converged = true;
+    if (solver_ && spread_shifts(touch, skin_sd_px)) {
+      for (size_t i = 0; i < depth_.size(); ++i) depth_[i] = 1e-3f * slot.traction.pressure_kPa[i];
+      const Traction& found = solver_->solve({.pressure_MPa = depth_,
+                                              .shift_x_mm = shift_x_,
+                                              .shift_y_mm = shift_y_,
+                                              .shift_known = shift_known_});
+      fill_shear(found, slot, summary);
+      converged = found.converged;
+    }
+    state(touch, converged, summary);
   } else {
     find_contact(touch);
     read_heights(slot);
@@ -248,32 +259,44 @@ void LayerTraction::sum_pressures(const FrameSlot& slot, TractionSummary& summar
     *one = {0, 0, Validity::NotCalibrated};
 }
 
+void LayerTraction::fill_shear(const Traction& found, FrameSlot& slot, TractionSummary& summary) const {
+  if (found.shear_x_MPa.empty()) return;
+  const double friction = sensor_.shear ? sensor_.shear->friction : 0;
+  double pressed = 0, slipping = 0;
+  for (size_t i = 0; i < found.shear_x_MPa.size(); ++i) {
+    slot.traction.shear_x_kPa[i] = 1e3f * found.shear_x_MPa[i];
+    slot.traction.shear_y_kPa[i] = 1e3f * found.shear_y_MPa[i];
+    const double kPa = 1e3 * std::hypot(double{found.shear_x_MPa[i]}, double{found.shear_y_MPa[i]});
+    const double pressure = double{slot.traction.pressure_kPa[i]};
+    summary.shear_max_kPa = std::max(summary.shear_max_kPa, kPa);
+    pressed += pressure > 0;
+    slipping += pressure > 0 && kPa >= kAtLimit * friction * pressure;
+  }
+  if (friction > 0 && pressed > 0) summary.slipping_fraction = slipping / pressed;
+  const Wrench& w = found.wrench;
+  const double relative_sd = layer_.relative_sd;
+  summary.force_x_N = with_modulus(w.force_N[0], w.force_sd_N[0], relative_sd, Validity::Valid);
+  summary.force_y_N = with_modulus(w.force_N[1], w.force_sd_N[1], relative_sd, Validity::Valid);
+  summary.moment_z_Nmm = with_modulus(w.moment_Nmm[2], w.moment_sd_Nmm[2], relative_sd, Validity::Valid);
+  summary.iterations = found.iterations;
+}
+
 void LayerTraction::fill(const Traction& found, FrameSlot& slot, TractionSummary& summary) const {
   const double area_mm2 = grid_.cell_mm * grid_.cell_mm;
-  const bool shear = !found.shear_x_MPa.empty();
   for (size_t i = 0; i < found.pressure_MPa.size(); ++i) {
     const double kPa = 1e3 * double{found.pressure_MPa[i]};
     slot.traction.pressure_kPa[i] = static_cast<float>(kPa);
     summary.pressure_max_kPa = std::max(summary.pressure_max_kPa, kPa);
     summary.area_mm2 += kPa > 0 ? area_mm2 : 0;
     summary.unknown_cells += contact_[i] != 0 && known_[i] == 0;
-    if (!shear) continue;
-    slot.traction.shear_x_kPa[i] = 1e3f * found.shear_x_MPa[i];
-    slot.traction.shear_y_kPa[i] = 1e3f * found.shear_y_MPa[i];
-    summary.shear_max_kPa = std::max(
-        summary.shear_max_kPa, 1e3 * std::hypot(double{found.shear_x_MPa[i]}, double{found.shear_y_MPa[i]}));
   }
   const Wrench& w = found.wrench;
   const double relative_sd = layer_.relative_sd;
-  const auto one = [&](double value, double sd, bool known) {
-    return known ? with_modulus(value, sd, relative_sd, Validity::Valid) : Estimate{};
-  };
-  summary.force_x_N = one(w.force_N[0], w.force_sd_N[0], shear);
-  summary.force_y_N = one(w.force_N[1], w.force_sd_N[1], shear);
-  summary.force_z_N = one(w.force_N[2], w.force_sd_N[2], true);
-  summary.moment_x_Nmm = one(w.moment_Nmm[0], w.moment_sd_Nmm[0], true);
-  summary.moment_y_Nmm = one(w.moment_Nmm[1], w.moment_sd_Nmm[1], true);
-  summary.moment_z_Nmm = one(w.moment_Nmm[2], w.moment_sd_Nmm[2], shear);
+  summary.force_z_N = with_modulus(w.force_N[2], w.force_sd_N[2], relative_sd, Validity::Valid);
+  summary.moment_x_Nmm = with_modulus(w.moment_Nmm[0], w.moment_sd_Nmm[0], relative_sd, Validity::Valid);
+  summary.moment_y_Nmm = with_modulus(w.moment_Nmm[1], w.moment_sd_Nmm[1], relative_sd, Validity::Valid);
+  for (Estimate* unknown : {&summary.force_x_N, &summary.force_y_N, &summary.moment_z_Nmm}) *unknown = {};
+  fill_shear(found, slot, summary);
   summary.unexplained_slope = found.slope_rms;
   summary.residual = found.residual;
   summary.iterations = found.iterations;

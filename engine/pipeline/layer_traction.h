@@ -40,6 +40,7 @@ class LayerTraction {
   bool spread_shifts(const Touch& touch, std::span<const float> skin_sd_px);
   void state(const Touch& touch, bool converged, TractionSummary& summary) const;
   void sum_pressures(const FrameSlot& slot, TractionSummary& summary) const;
+  void fill_shear(const Traction& found, FrameSlot& slot, TractionSummary& summary) const;
   void fill(const Traction& found, FrameSlot& slot, TractionSummary& summary) const;
 
   gpu::Context& context_;
@@ -49,7 +50,7 @@ class LayerTraction {
   CellHeights cells_;
   uint32_t fine_;  ///< of CellHeights' cells along one of ours
   TractionGrid grid_;
-  std::optional<TractionSolver> solver_;  ///< none where pixels are pressures
+  std::optional<TractionSolver> solver_;  ///< none where pixels are pressures and no skin is followed
   // Of the frame that is measured; kept so that frames allocate nothing.
   std::vector<float> depth_, shift_x_, shift_y_, weight_;
   std::vector<uint8_t> contact_, known_, shift_known_;

@@ -151,12 +151,15 @@ Json json_of(const WrenchSeries& series, const std::optional<WrenchCheck>& check
 /// A force or moment over time, its 95 % band, and the gauge.
 std::string curve(const WrenchSeries& series, const Estimate TractionSummary::*which, const char* block,
                   bool gauge) {
+  // A normal force presses.
+  const double least = which == &TractionSummary::force_z_N ? 0 : -std::numeric_limits<double>::infinity();
   std::vector<std::vector<double>> columns(5);
   for (const WrenchFrame& frame : series.frames) {
     const Estimate& e = frame.wrench.*which;
     const bool known = has_value(e);
     const double row[] = {std::isfinite(frame.time_s) ? frame.time_s : static_cast<double>(frame.frame),
-                          known ? e.value : kNaN, known ? e.value - 1.96 * e.standard_error : kNaN,
+                          known ? e.value : kNaN,
+                          known ? std::max(least, e.value - 1.96 * e.standard_error) : kNaN,
                           known ? e.value + 1.96 * e.standard_error : kNaN, gauge ? frame.gauge_N : kNaN};
     for (size_t i = 0; i < 5; ++i) columns[i].push_back(row[i]);
   }
@@ -221,9 +224,10 @@ std::string map_script(const WrenchSeries& series, PlotKind kind) {
   std::string title = text("Pressure in frame %llu: up to %.3g kPa",
                            static_cast<unsigned long long>(peak.frame), peak.wrench.pressure_max_kPa);
   if (longest > 0) title += text("; arrows: shear, up to %.3g kPa", longest);
-  s += "set size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset cblabel 'pressure, kPa'\nset yrange "
-       "[*:*] reverse\nset title " +
-       plot_words(title) + "\nplot $map using 1:2:3 with image notitle";
+  s += "set size ratio -1\nset xrange [0:" + plot_number(map.width * map.cell_mm) +
+       "]\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset cblabel 'pressure, kPa'\nset yrange [0:" +
+       plot_number(map.height * map.cell_mm) + "] reverse\nset title " + plot_words(title) +
+       "\nplot $map using 1:2:3 with image notitle";
   if (!arrows[0].empty())
     s += ", $arrows using 1:2:3:4 with vectors filled head size screen 0.008,20 lw 1.5 lc rgb '#ffffff' "
          "notitle";

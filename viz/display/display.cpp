@@ -80,7 +80,8 @@ bool Display::draw(bool is_new) {
   d.is_new = is_new;
   d.times = current_->times;
   scene_.record(window_.cmd(), window_.extent(),
-                {current_->captured->frame, current_->result.touch, current_->result.surface},
+                {current_->captured->frame, current_->result.touch, current_->result.surface,
+                 current_->result.traction},
                 governor_.columns(), &stats_, [&] {
                   handle_input();  // between ImGui's begin and end, while its input is fresh
                   window_.begin_pass();

@@ -61,11 +61,12 @@ PictureRenderer::PictureRenderer(gpu::Context& context, const Sensor& sensor, co
     : impl_(std::make_unique<Impl>(context, sensor, options, background)) {}
 PictureRenderer::~PictureRenderer() = default;
 
-RgbImage PictureRenderer::render(const Frame& frame, const Touch& touch, const SurfaceMap& surface) {
+RgbImage PictureRenderer::render(const Frame& frame, const Touch& touch, const SurfaceMap& surface,
+                                 const TractionMaps& traction) {
   Impl& i = *impl_;
   i.scene.follow(touch);
   i.target.begin();
-  i.scene.record(i.target.cmd(), i.target.extent(), {frame, touch, surface},
+  i.scene.record(i.target.cmd(), i.target.extent(), {frame, touch, surface, traction},
                  i.software ? i.options.mesh_columns : 0, nullptr, [&] { i.target.begin_pass(); });
   return i.target.finish();
 }
@@ -83,7 +84,7 @@ std::function<void(const Frame&, const Result&)> timed_drawer(gpu::Context& cont
   look.smooth = false;
   const auto renderer = std::make_shared<PictureRenderer>(context, sensor, look);
   return [renderer](const Frame& frame, const Result& result) {
-    renderer->render(frame, result.touch, result.surface);
+    renderer->render(frame, result.touch, result.surface, result.traction);
   };
 }
 

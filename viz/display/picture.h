@@ -48,7 +48,8 @@ class PictureRenderer {
   ~PictureRenderer();
 
   /// Waits for the picture. `surface.buffer` may be null: then the raw image is drawn large. Not thread safe.
-  RgbImage render(const Frame& frame, const Touch& touch, const SurfaceMap& surface);
+  RgbImage render(const Frame& frame, const Touch& touch, const SurfaceMap& surface,
+                  const TractionMaps& traction = {});
   /// A frame that is measured but not drawn: the charts follow it.
   void follow(const Touch& touch);
   /// Host time of the last picture from submission to fence.

@@ -23,7 +23,7 @@ Scene::Scene(gpu::Context& context, const RenderPass& pass, const Sensor& sensor
       strain_(context, frames_in_flight),
       frame_(std::make_unique<HudFrame>(context, pass, frames_in_flight, window, scale)) {
   state_.fit_to(sensor);
-  if (!background) state_.can_show_pressure = false;
+  if (!background && !sensor.layer) state_.can_show_pressure = false;
 }
 
 /// Calibrations take the place of the settings while they are shown.
@@ -60,7 +60,8 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
                         {state_.charts, state_.section, dock_width(state_, frame_->has_window())});
   PressureTexels pressure;
   if (has_surface && state_.quantity == Quantity::Pressure) {
-    pressure = pressure_.update(shown.frame, background_, sensor_);
+    pressure = sensor_.layer ? pressure_.update(shown.traction)
+                             : pressure_.update(shown.frame, background_, sensor_);
     state_.follow_pressure(pressure_.largest_MPa());
   }
   ImageStrain strain;
@@ -88,6 +89,7 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
                     state_.line);
 
   HudContent content{sensor_, shown.frame, shown.touch, has_surface, live, context_.report().name, {0, 0}};
+  content.traction = shown.traction;
   if (state_.skin_strain != SkinStrain::Off) content.strain = &strain_.last();
   if (has_surface) content.mesh = SurfaceView::mesh_size(shown.surface, mesh_columns);
   const auto describe = [&] {

@@ -22,6 +22,7 @@ struct Shown {
   const Frame& frame;
   const Touch& touch;
   SurfaceMap surface;  ///< buffer null: only the raw image is shown
+  TractionMaps traction = {};
 };
 
 class Scene {

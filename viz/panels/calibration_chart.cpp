@@ -201,9 +201,9 @@ std::vector<CalibrationMark> force_marks(const ForceCalibration& calibration, co
   for (const ContactTouch& c : touch.contacts)
     if (touch.contacts.size() > 1 && has_value(c.force_N))
       marks.push_back({c.id, signal_of(calibration, force_features(c)), c.force_N});
-  const bool of_whole =
-      calibration.signal == ForceSignal::Volume || calibration.signal == ForceSignal::Gradient ||
-      calibration.signal == ForceSignal::Layer;
+  const bool of_whole = calibration.signal == ForceSignal::Volume ||
+                        calibration.signal == ForceSignal::Gradient ||
+                        calibration.signal == ForceSignal::Layer;
   if (marks.empty() && touch.contact && (of_whole || touch.contacts.size() < 2) && has_value(touch.force_N))
     marks.push_back({0, signal_of(calibration, force_features(touch)), touch.force_N});
   return marks;

@@ -52,6 +52,10 @@ Headline headline(const Touch& t, bool scaled) {
   if (!t.contact) return {"no contact", "", false};
   if (has_value(t.force_N))
     return {text("%.3f N", t.force_N.value), text("\xc2\xb1 %.3f N", t.force_N.standard_error)};
+  if (t.traction && has_value(t.traction->force_z_N)) {
+    const Estimate& force = t.traction->force_z_N;
+    return {text("%.2f N", force.value), text("\xc2\xb1 %.2f N by the layer", force.standard_error)};
+  }
   if (t.surface) {
     const SurfaceSummary& s = *t.surface;
     return {text("%.3f mm", s.depth_max_mm),
@@ -64,7 +68,9 @@ Headline headline(const Touch& t, bool scaled) {
 /// What is known first, with its uncertainty and what it is worth.
 void headline_lines(HudFrame& frame, const Touch& shown, const Tare& tare, bool scaled) {
   const float scale = frame.scale();
-  const Verdict verdict = force_verdict(shown.force_N.validity);
+  const bool by_layer = !has_value(shown.force_N) && shown.traction && has_value(shown.traction->force_z_N);
+  const Verdict verdict =
+      force_verdict(by_layer ? shown.traction->force_z_N.validity : shown.force_N.validity);
   const Headline first = headline(shown, scaled);
   ImGui::PushFont(frame.large());
   first.known ? ImGui::TextUnformatted(first.value.c_str()) : ImGui::TextDisabled("%s", first.value.c_str());
@@ -178,6 +184,24 @@ void skin_rows(const SkinMotion& skin) {
                              100 * skin.stick_fraction.standard_error));
 }
 
+void traction_rows(const TractionSummary& t) {
+  if (!has_value(t.force_z_N)) return;
+  const auto three = [](const Estimate& x, const Estimate& y, const Estimate& z, const char* unit) {
+    const auto one = [](const Estimate& e) {
+      return has_value(e) ? text("%.2f", e.value) : std::string("-");
+    };
+    return one(x) + ", " + one(y) + ", " + one(z) + " " + unit;
+  };
+  row("force x, y, z", three(t.force_x_N, t.force_y_N, t.force_z_N, "N"));
+  row("moment x, y, z", three(t.moment_x_Nmm, t.moment_y_Nmm, t.moment_z_Nmm, "N mm"));
+  row("pressure", text("up to %.1f kPa on %.1f mm\xc2\xb2", t.pressure_max_kPa, t.area_mm2));
+  if (has_value(t.force_x_N)) row("shear", text("up to %.1f kPa", t.shear_max_kPa));
+  if (t.slipping_fraction) row("at friction limit", text("%.0f %% of the area", 100 * *t.slipping_fraction));
+  if (t.force_z_N.validity == Validity::Valid) return;
+  const ImVec4 tint = colour(force_verdict(t.force_z_N.validity));
+  row("wrench", to_string(t.force_z_N.validity), &tint);
+}
+
 void light_row(const LightSummary& light) {
   const ImVec4 tint = colour(force_verdict(Validity::Clipped));
   if (light.state == LightState::Unknown) row("light", "unknown", &tint);
@@ -254,6 +278,7 @@ void measurement_panel(HudFrame& frame, const Layout& layout, const HudContent& 
   if (ImGui::BeginTable("values", 2, ImGuiTableFlags_SizingStretchProp)) {
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.36f);
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 0.64f);
+    if (t.traction) traction_rows(*t.traction);
     if (content.sensor.shear) {
       row("shear x", newtons_text(t.shear_x_N));
       row("shear y", newtons_text(t.shear_y_N));

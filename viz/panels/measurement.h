@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "palpate/frame.h"
+#include "palpate/pipeline.h"
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
 #include "viz/live/stats.h"
@@ -26,6 +27,7 @@ struct HudContent {
   std::string device;
   std::pair<uint32_t, uint32_t> mesh{0, 0};
   const StrainTexels* strain = nullptr;  ///< over the raw image; null: not asked for
+  TractionMaps traction = {};
 };
 
 /// `shown`: the touch less the zero that `state` holds.

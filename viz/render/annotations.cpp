@@ -62,6 +62,42 @@ class Pen {
 
 }  // namespace
 
+void draw_shear(ImDrawList* list, const Eye& eye, const ViewRect& clip, const ViewRect& view,
+                const Vec3& half_mm, const TractionMaps& maps, float scale) {
+  double longest_kPa = 0;
+  for (size_t i = 0; i < maps.shear_x_kPa.size(); ++i)
+    longest_kPa = std::max(longest_kPa, std::hypot(double{maps.shear_x_kPa[i]}, double{maps.shear_y_kPa[i]}));
+  if (!(longest_kPa > 0)) return;
+  constexpr uint32_t kAcross = 22;
+  constexpr double kShortest = 0.06;  // of the longest
+  const uint32_t step = std::max(1u, maps.width / kAcross);
+  const double cell_mm = 2 * half_mm.x / maps.width, length_mm = 1.6 * step * cell_mm / longest_kPa;
+  const auto left = static_cast<float>(clip.x), top = static_cast<float>(clip.y);
+  list->PushClipRect({left, top},
+                     {left + static_cast<float>(clip.width), top + static_cast<float>(clip.height)});
+  const Pen pen(list, eye, view);
+  for (uint32_t y = step / 2; y < maps.height; y += step)
+    for (uint32_t x = step / 2; x < maps.width; x += step) {
+      const size_t i = size_t{y} * maps.width + x;
+      const double tx = double{maps.shear_x_kPa[i]}, ty = double{maps.shear_y_kPa[i]};
+      if (std::hypot(tx, ty) < kShortest * longest_kPa) continue;
+      const Vec3 from{(x + 0.5) * cell_mm - half_mm.x, half_mm.y - (y + 0.5) * cell_mm, 0};
+      ImVec2 a, b;
+      if (!pen.at(from, a) || !pen.at({from.x + length_mm * tx, from.y - length_mm * ty, 0}, b)) continue;
+      const float dx = b.x - a.x, dy = b.y - a.y, length = std::max(std::hypot(dx, dy), 1e-3f);
+      const float head = std::min(5 * scale, 0.5f * length), ux = dx / length, uy = dy / length;
+      for (const auto& [tint, width] : {std::pair{IM_COL32(0, 0, 0, 160), 3 * scale},
+                                        std::pair{IM_COL32(255, 255, 255, 235), 1.4f * scale}}) {
+        list->AddLine(a, b, tint, width);
+        list->AddLine(b, {b.x - head * (ux + 0.6f * uy), b.y - head * (uy - 0.6f * ux)}, tint, width);
+        list->AddLine(b, {b.x - head * (ux - 0.6f * uy), b.y - head * (uy + 0.6f * ux)}, tint, width);
+      }
+    }
+  const std::string words = text("arrows: shear, the longest %.3g kPa", longest_kPa);
+  list->AddText({left + 14 * scale, top + 10 * scale}, kText, words.c_str());
+  list->PopClipRect();
+}
+
 void draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip, const ViewRect& view,
                const Vec3& half_mm, const SurfaceStyle& style, float scale) {
   const auto left = static_cast<float>(clip.x), top = static_cast<float>(clip.y);

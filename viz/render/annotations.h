@@ -4,6 +4,7 @@
 
 #include "engine/palpation/press_monitor.h"
 #include "palpate/frame.h"
+#include "palpate/pipeline.h"
 #include "palpate/sensor.h"
 #include "palpate/touch.h"
 #include "viz/render/orbit.h"
@@ -18,6 +19,11 @@ namespace palpate::viz {
 /// down the image.
 void draw_axes(ImDrawList* list, const Eye& eye, const ViewRect& clip, const ViewRect& view,
                const Vec3& half_mm, const SurfaceStyle& style, float scale);
+
+/// Shear on the pad as arrows over the surface, at its rest level, with the length of the longest in words;
+/// nothing where it is not known.
+void draw_shear(ImDrawList* list, const Eye& eye, const ViewRect& clip, const ViewRect& view,
+                const Vec3& half_mm, const TractionMaps& maps, float scale);
 
 /// Vertical bar, rest at the top, ticks of what the colours show: mm of depth, kPa, or % of strain.
 void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle& style, bool automatic,

@@ -37,6 +37,10 @@ Verdict force_verdict(Validity validity) {
       return {"calibrated on TOO FEW OBJECTS: another shape may read half", 240, 228, 66};
     case Validity::Unfit:
       return {"force calibration NOT FIT FOR USE: calibrate again", 255, 120, 60};
+    case Validity::TooDeep:
+      return {"pressed TOO DEEP for linear theory: force is at least this", 230, 159, 0};
+    case Validity::NotConverged:
+      return {"the solve did NOT CONVERGE", 255, 120, 60};
     default:
       return {"force not calibrated", 150, 158, 170};
   }

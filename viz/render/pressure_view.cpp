@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -49,16 +48,36 @@ PressureTexels PressureMap::update(const Frame& frame, const Frame& background, 
   }
   cv::minMaxLoc(smooth, nullptr, &largest_MPa_);
 
-  Upload& upload = uploads_[next_++ % uploads_.size()];
-  const uint64_t bytes = smooth.total() * sizeof(float);
-  if (upload.values.bytes() != bytes) {
-    upload.texels = {};
-    upload.values = gpu::DeviceBuffer(context_, "pressure map", bytes, gpu::Memory::Upload);
-    upload.texels = gpu::TexelView(context_, upload.values, VK_FORMAT_R32_SFLOAT);
+  return upload({smooth.ptr<float>(), smooth.total()}, static_cast<uint32_t>(smooth.cols),
+                static_cast<uint32_t>(smooth.rows));
+}
+
+PressureTexels PressureMap::update(const TractionMaps& maps) {
+  const bool touched = !maps.pressure_kPa.empty();
+  const uint32_t width = touched ? maps.width : 1, height = touched ? maps.height : 1;
+  // Cells are coarser than pixels: drawn between their middles.
+  constexpr int kFiner = 4;
+  cv::Mat cells(static_cast<int>(height), static_cast<int>(width), CV_32F, cv::Scalar(0));
+  if (touched)
+    std::transform(maps.pressure_kPa.begin(), maps.pressure_kPa.end(), cells.ptr<float>(),
+                   [](float kPa) { return 1e-3f * kPa; });
+  cv::minMaxLoc(cells, nullptr, &largest_MPa_);
+  cv::Mat fine;
+  cv::resize(cells, fine, {}, kFiner, kFiner, cv::INTER_LINEAR);
+  return upload({fine.ptr<float>(), fine.total()}, static_cast<uint32_t>(fine.cols),
+                static_cast<uint32_t>(fine.rows));
+}
+
+PressureTexels PressureMap::upload(std::span<const float> values_MPa, uint32_t width, uint32_t height) {
+  Upload& to = uploads_[next_++ % uploads_.size()];
+  if (to.values.bytes() != values_MPa.size_bytes()) {
+    to.texels = {};
+    to.values = gpu::DeviceBuffer(context_, "pressure map", values_MPa.size_bytes(), gpu::Memory::Upload);
+    to.texels = gpu::TexelView(context_, to.values, VK_FORMAT_R32_SFLOAT);
   }
-  std::memcpy(upload.values.as<float>().data(), smooth.ptr<float>(), bytes);
-  upload.values.flush();
-  return {&upload.texels, static_cast<uint32_t>(smooth.cols), static_cast<uint32_t>(smooth.rows)};
+  std::ranges::copy(values_MPa, to.values.as<float>().begin());
+  to.values.flush();
+  return {&to.texels, width, height};
 }
 
 }  // namespace palpate::viz

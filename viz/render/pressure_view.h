@@ -1,12 +1,14 @@
-// Contact pressure over the frame for the colours of the surface, where the sensor's gray is pressure
-// (Reconstruction::Elastic).
+// Contact pressure over the frame for the colours of the surface: where the sensor's gray is pressure
+// (Reconstruction::Elastic), or by its elastic layer (Output::Traction).
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/gpu/buffer.h"
 #include "palpate/frame.h"
+#include "palpate/pipeline.h"
 #include "palpate/sensor.h"
 #include "viz/render/surface_view.h"
 
@@ -22,10 +24,14 @@ class PressureMap {
   /// The pressure that the sensor reads in a frame of one plane, through the same 5 x 5 filter as the
   /// measurement; on the host, about 1 ms at 640 x 480. The texels stay until as many further updates.
   PressureTexels update(const Frame& frame, const Frame& background, const Sensor& sensor);
+  /// The pressure that the layer tells, cell by cell; nothing where nothing touches.
+  PressureTexels update(const TractionMaps& maps);
   /// Largest pressure of the last update, MPa.
   double largest_MPa() const { return largest_MPa_; }
 
  private:
+  PressureTexels upload(std::span<const float> values_MPa, uint32_t width, uint32_t height);
+
   struct Upload {
     gpu::DeviceBuffer values;
     gpu::TexelView texels;

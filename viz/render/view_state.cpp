@@ -93,7 +93,7 @@ void ViewState::change_chart_span(int steps, bool replay) {
 }
 
 void ViewState::fit_to(const Sensor& sensor) {
-  can_show_pressure = reads_pressure(sensor);
+  can_show_pressure = reads_pressure(sensor) || sensor.layer.has_value();
   if (quantity == Quantity::Pressure && !can_show_pressure) quantity = Quantity::Depth;
 }
 

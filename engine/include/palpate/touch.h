@@ -140,7 +140,10 @@ struct TractionSummary {
   Estimate moment_x_Nmm, moment_y_Nmm, moment_z_Nmm;
   double pressure_max_kPa = 0;
   double shear_max_kPa = 0;
-  double area_mm2 = 0;           ///< that carries pressure
+  double area_mm2 = 0;  ///< that carries pressure
+  /// Of that, where shear reaches the friction limit (ShearCalibration::friction times the pressure, less a
+  /// tenth); none where shear or the coefficient is not known.
+  std::optional<double> slipping_fraction;
   double unexplained_slope = 0;  ///< RMS of the surface's slopes that no traction explains; 0: not solved for
   double residual = 0;           ///< of the solve, relative
   uint32_t iterations = 0;
