@@ -68,7 +68,9 @@ void refuse(const std::string& wanted, const std::string& found, const std::stri
   throw Error(Failure::Input, wanted, found, remedy);
 }
 
-void check(const TractionGrid& grid, const TractionOptions& options) {
+}  // namespace
+
+void check_traction(const TractionGrid& grid, const TractionOptions& options) {
   if (grid.width < 2 || grid.height < 2 || !(grid.cell_mm > 0) || !std::isfinite(grid.cell_mm))
     refuse("a grid of 2 x 2 cells or more, with their side in mm",
            std::to_string(grid.width) + " x " + std::to_string(grid.height) + " of " +
@@ -80,12 +82,10 @@ void check(const TractionGrid& grid, const TractionOptions& options) {
     refuse("standard errors, tolerance and iterations > 0", "others", "the defaults of TractionOptions");
 }
 
-}  // namespace
-
 struct TractionSolver::Impl {
   Impl(const Material& layer, double thickness_mm, const TractionGrid& on, const TractionOptions& with)
       : grid(on), options(with), kernel(layer, thickness_mm, on.cell_mm) {
-    check(grid, options);
+    check_traction(grid, options);
     const double shear_MPa = layer.young_MPa / (2 * (1 + layer.poisson));
     const double slope_per_MPa = 2 / effective_modulus_MPa(layer);
     prior = std::pow(options.slope_sd * slope_per_MPa, 2);

@@ -69,6 +69,9 @@ struct Traction {
   bool at_border = false;  ///< pressure in the outermost cells: what presses beyond is missing
 };
 
+/// Throws Error(Failure::Input) on an empty grid or options out of range.
+void check_traction(const TractionGrid& grid, const TractionOptions& options);
+
 /// Memory is made once. Frames that follow each other begin where the last one ended. Not thread safe.
 class TractionSolver {
  public:

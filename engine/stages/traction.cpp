@@ -1,0 +1,325 @@
+#include "engine/stages/traction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "engine/elasticity/layer_kernel.h"
+#include "engine/gpu/commands.h"
+#include "engine/gpu/context.h"
+#include "palpate/error.h"
+#include "shaders/traction_back_depth.spv.h"
+#include "shaders/traction_back_gradient.spv.h"
+#include "shaders/traction_back_right.spv.h"
+#include "shaders/traction_back_unexplained.spv.h"
+#include "shaders/traction_columns.spv.h"
+#include "shaders/traction_columns_contact.spv.h"
+#include "shaders/traction_direction.spv.h"
+#include "shaders/traction_finish.spv.h"
+#include "shaders/traction_laplacian.spv.h"
+#include "shaders/traction_prepare.spv.h"
+#include "shaders/traction_rows.spv.h"
+#include "shaders/traction_start.spv.h"
+#include "shaders/traction_step.spv.h"
+
+namespace palpate {
+namespace {
+
+// A processor's threads take whole workgroups: small ones, so that none waits for the last.
+constexpr uint32_t kWorkgroupOnCpu = 16, kWorkgroupOnGpu = 64;
+constexpr uint32_t kLanesOnCpu = 64, kLanesOnGpu = 256;
+constexpr uint32_t kRowBlockOnCpu = 4, kRowBlockOnGpu = 1;
+constexpr uint32_t kColumnBlockOnCpu = 8, kColumnBlockOnGpu = 2;
+
+void refuse(const std::string& wanted, const std::string& found, const std::string& remedy) {
+  throw Error(Failure::Input, wanted, found, remedy);
+}
+
+uint32_t padded(uint32_t cells) {
+  return (cells + shared::kTractionBlock - 1) / shared::kTractionBlock * shared::kTractionBlock;
+}
+
+}  // namespace
+
+TractionStage::TractionStage(gpu::Context& context, const Material& layer, double thickness_mm,
+                             const TractionGrid& grid, const TractionOptions& options, uint32_t iterations)
+    : grid_(grid),
+      iterations_(iterations),
+      workgroup_(context.is_software() ? kWorkgroupOnCpu : kWorkgroupOnGpu),
+      lanes_(context.is_software() ? kLanesOnCpu : kLanesOnGpu),
+      row_block_(context.is_software() ? kRowBlockOnCpu : kRowBlockOnGpu),
+      column_block_(context.is_software() ? kColumnBlockOnCpu : kColumnBlockOnGpu) {
+  check_traction(grid, options);
+  if (iterations == 0) refuse("iterations of the traction stage", "none", "TractionStage::kIterations");
+  const LayerKernel kernel(layer, thickness_mm, grid.cell_mm);
+  const double slope_per_MPa = 2 / effective_modulus_MPa(layer);
+  push_.width = grid.width;
+  push_.height = grid.height;
+  push_.pitch = padded(grid.width) / 4;
+  push_.rows = padded(grid.height);
+  push_.block = row_block_;
+  push_.per_cell2 = static_cast<float>(1 / (grid.cell_mm * grid.cell_mm));
+  push_.prior = static_cast<float>(std::pow(options.slope_sd * slope_per_MPa, 2));
+  push_.first_step =
+      static_cast<float>(1 / (std::pow(slope_per_MPa, 2) * (1 + std::pow(options.slope_sd, 2))));
+  push_.tolerance = static_cast<float>(options.tolerance);
+  push_.cell_mm = static_cast<float>(grid.cell_mm);
+  const Grid cells{padded(grid.width), push_.rows, push_.pitch};
+  for (const auto& [map, name] :
+       {std::pair{&depth_, "depth"}, std::pair{&known_, "known"}, std::pair{&contact_, "contact"},
+        std::pair{&pressure_, "pressure"}, std::pair{&gradient_, "gradient"},
+        std::pair{&direction_, "direction"}, std::pair{&moved_, "moved"},
+        std::pair{&unexplained_, "unexplained"}, std::pair{&laplacian_, "laplacian"}})
+    *map = FloatMap(context, std::string("traction ") + name, cells);
+  const Grid both{cells.width, 2 * cells.height, cells.pitch};
+  mixed_ = FloatMap(context, "traction waves of rows", both);
+  answered_ = FloatMap(context, "traction answered waves", both);
+  const uint32_t sums = push_.pitch / 2 * (push_.rows / row_block_);
+  sums_ = gpu::DeviceBuffer(context, "traction sums", uint64_t{sums} * 16, gpu::Memory::Device);
+  sum_texels_ = gpu::TexelView(context, sums_, VK_FORMAT_R32G32B32A32_SFLOAT);
+  state_ = gpu::DeviceBuffer(context, "traction state", sizeof(shared::TractionState), gpu::Memory::Device);
+  gpu::clear(context, state_);
+  forget(context);
+  make_tables(context, kernel);
+  make_kernels(context);
+}
+
+void TractionStage::make_tables(gpu::Context& context, const LayerKernel& kernel) {
+  const uint32_t width = grid_.width, height = grid_.height, period = 2 * width - 2;
+  const uint32_t cells = padded(width), rows = push_.rows;
+  // By numbers of quarter turns' parts, so that long rows lose no digits.
+  std::vector<double> cosines(2 * size_t{period}), sines(cosines.size());
+  for (size_t i = 0; i < cosines.size(); ++i) {
+    const double angle = std::numbers::pi * static_cast<double>(i) / period;
+    cosines[i] = std::cos(angle);
+    sines[i] = std::sin(angle);
+  }
+  const auto upload = [&](FloatMap& map, const char* name, uint32_t lines, const std::vector<float>& values) {
+    map = FloatMap(context, name, {cells, lines, push_.pitch});
+    const gpu::DeviceBuffer from(context, name, map.buffer.bytes(), gpu::Memory::Upload);
+    std::ranges::copy(values, from.as<float>().begin());
+    from.flush();
+    gpu::Commands commands(context);
+    commands.begin();
+    commands.copy(from, map.buffer, from.bytes());
+    commands.barrier();
+    commands.end();
+    commands.submit();
+    commands.wait();
+  };
+  std::vector<float> waves(size_t{cells} * cells);
+  for (uint32_t x = 0; x < cells / 2; ++x)
+    for (uint32_t k = 0; k < width; ++k) {
+      // Left of the middle by (cells - 1) / 2 - x; half cells make the table's steps half as long.
+      const size_t half_cells = cells - 1 - 2 * size_t{x}, turn = half_cells * k % (2 * size_t{period});
+      waves[2 * size_t{x} * cells + k] = static_cast<float>(cosines[turn]);
+      waves[(2 * size_t{x} + 1) * cells + k] = -static_cast<float>(sines[turn]);
+    }
+  upload(waves_, "traction waves", cells, waves);
+  std::vector<float> answers(size_t{2 * rows - 1} * cells);
+  std::vector<double> row(width);
+  for (uint32_t dy = 0; dy < height; ++dy) {
+    for (uint32_t dx = 0; dx < width; ++dx) row[dx] = kernel.at(dx, dy).depth;
+    for (uint32_t k = 0; k < width; ++k) {
+      double sum = row[0] + (k % 2 == 0 ? 1 : -1) * row[width - 1];
+      for (size_t dx = 1; dx + 1 < width; ++dx)
+        sum += 2 * row[dx] * cosines[2 * dx * k % (2 * size_t{period})];
+      const auto value = static_cast<float>(sum * (k == 0 || k + 1 == width ? 1 : 2) / period);
+      answers[size_t{rows - 1 + dy} * cells + k] = answers[size_t{rows - 1 - dy} * cells + k] = value;
+    }
+  }
+  upload(answers_, "traction answers", 2 * rows - 1, answers);
+}
+
+void TractionStage::make_kernels(gpu::Context& context) {
+  using enum gpu::Binding;
+  const auto make = [&](const gpu::Shader& shader, std::vector<gpu::Binding> bindings, uint32_t local,
+                        std::vector<uint32_t> constants) {
+    return gpu::Kernel(context, shader,
+                       {std::move(bindings), sizeof push_, {local, 1, 1}, std::move(constants)});
+  };
+  prepare_kernel_ = make({"traction_prepare", k_traction_prepare},
+                         {Texels, Texels, Storage, Storage, Storage, Storage}, workgroup_, {});
+  laplacian_kernel_ =
+      make({"traction_laplacian", k_traction_laplacian}, {Texels, Texels, Storage, Storage}, workgroup_, {});
+  const std::vector<gpu::Binding> transform{Texels, Texels, Storage, Storage};
+  rows_kernel_ = make({"traction_rows", k_traction_rows}, transform, workgroup_, {row_block_});
+  columns_kernel_ = make({"traction_columns", k_traction_columns}, transform, workgroup_, {column_block_});
+  columns_contact_kernel_ =
+      make({"traction_columns_contact", k_traction_columns_contact}, transform, workgroup_, {column_block_});
+  back_depth_kernel_ =
+      make({"traction_back_depth", k_traction_back_depth}, transform, workgroup_, {row_block_});
+  back_unexplained_kernel_ = make({"traction_back_unexplained", k_traction_back_unexplained},
+                                  {Texels, Texels, Storage, Storage, Texels}, workgroup_, {row_block_});
+  back_gradient_kernel_ =
+      make({"traction_back_gradient", k_traction_back_gradient},
+           {Texels, Texels, Storage, Storage, Texels, Texels, Storage}, workgroup_, {row_block_});
+  back_right_kernel_ = make({"traction_back_right", k_traction_back_right},
+                            {Texels, Texels, Storage, Storage, Texels}, workgroup_, {row_block_});
+  start_kernel_ = make({"traction_start", k_traction_start}, {Texels, Texels, Texels, Storage, Storage},
+                       lanes_, {lanes_});
+  direction_kernel_ = make({"traction_direction", k_traction_direction},
+                           {Texels, Texels, Texels, Texels, Storage, Storage}, lanes_, {lanes_});
+  step_kernel_ = make({"traction_step", k_traction_step},
+                      {Texels, Texels, Texels, Texels, Texels, Texels, Storage, Storage}, lanes_, {lanes_});
+  finish_kernel_ =
+      make({"traction_finish", k_traction_finish},
+           {Texels, Texels, Texels, Texels, Storage, Storage, Storage, Storage}, lanes_, {lanes_});
+}
+
+TractionStage::Slot TractionStage::slot(gpu::Context& context) const {
+  const uint64_t cells = uint64_t{grid_.width} * grid_.height;
+  Slot slot;
+  slot.depth = gpu::DeviceBuffer(context, "cell depths", cells * sizeof(float), gpu::Memory::Device);
+  slot.depth_words = gpu::TexelView(context, slot.depth, VK_FORMAT_R32_SFLOAT);
+  slot.flags = gpu::DeviceBuffer(context, "cell flags", cells, gpu::Memory::Upload);
+  slot.flag_bytes = gpu::TexelView(context, slot.flags, VK_FORMAT_R8_UINT);
+  slot.pressure = gpu::DeviceBuffer(context, "pressure", cells * sizeof(float), gpu::Memory::Readback);
+  slot.state =
+      gpu::DeviceBuffer(context, "traction result", sizeof(shared::TractionState), gpu::Memory::Readback);
+  slot.records = gpu::DeviceBuffer(context, "traction records", lanes_ * sizeof(shared::TractionRecord),
+                                   gpu::Memory::Readback);
+  write_masks(slot, {}, {});
+  return slot;
+}
+
+void TractionStage::write_masks(const Slot& slot, std::span<const uint8_t> contact,
+                                std::span<const uint8_t> known) const {
+  const size_t cells = size_t{grid_.width} * grid_.height;
+  for (const std::span<const uint8_t> mask : {contact, known})
+    if (!mask.empty() && mask.size() != cells)
+      refuse("masks of " + std::to_string(cells) + " cells", std::to_string(mask.size()),
+             "masks of the stage's grid");
+  const std::span<uint8_t> flags = slot.flags.as<uint8_t>();
+  for (size_t i = 0; i < cells; ++i)
+    flags[i] = static_cast<uint8_t>((contact.empty() || contact[i] != 0 ? shared::kTractionContact : 0) |
+                                    (known.empty() || known[i] != 0 ? shared::kTractionKnown : 0));
+  slot.flags.flush();
+}
+
+void TractionStage::forget(gpu::Context& context) const {
+  gpu::clear(context, pressure_.buffer);
+}
+
+std::array<uint32_t, 3> TractionStage::groups(uint32_t invocations) const {
+  return {(invocations + workgroup_ - 1) / workgroup_, 1, 1};
+}
+
+// Leaves the waves of what `from` does to the layer in answered_. `contact_rows`: it is 0 in the others.
+void TractionStage::convolve(gpu::Commands& commands, const FloatMap& from, bool contact_rows) const {
+  commands.dispatch(rows_kernel_, {&from.texels, &waves_.texels, &state_, &mixed_.buffer}, push_,
+                    groups(push_.pitch * (push_.rows / row_block_)));
+  commands.barrier();
+  commands.dispatch(contact_rows ? columns_contact_kernel_ : columns_kernel_,
+                    {&mixed_.texels, &answers_.texels, &state_, &answered_.buffer}, push_,
+                    groups(push_.pitch * (push_.rows / column_block_)));
+  commands.barrier();
+}
+
+void TractionStage::laplacian(gpu::Commands& commands, const FloatMap& map) const {
+  commands.dispatch(laplacian_kernel_, {&map.texels, &known_.texels, &state_, &laplacian_.buffer}, push_,
+                    groups(push_.pitch * push_.rows));
+  commands.barrier();
+}
+
+// Of the pressure as it stands: afresh each time, since pressure that is cut or enters leaves no short cut.
+void TractionStage::gradient(gpu::Commands& commands) const {
+  const auto back = groups(push_.pitch / 2 * (push_.rows / row_block_));
+  convolve(commands, pressure_, true);
+  commands.dispatch(back_unexplained_kernel_,
+                    {&answered_.texels, &waves_.texels, &state_, &unexplained_.buffer, &depth_.texels}, push_,
+                    back);
+  commands.barrier();
+  laplacian(commands, unexplained_);
+  convolve(commands, laplacian_, false);
+  commands.dispatch(back_gradient_kernel_,
+                    {&answered_.texels, &waves_.texels, &state_, &gradient_.buffer, &pressure_.texels,
+                     &contact_.texels, &sums_},
+                    push_, back);
+  commands.barrier();
+}
+
+void TractionStage::iterate(gpu::Commands& commands) const {
+  constexpr std::array<uint32_t, 3> kOne{1, 1, 1};
+  commands.dispatch(
+      direction_kernel_,
+      {&sum_texels_, &gradient_.texels, &pressure_.texels, &direction_.texels, &state_, &direction_.buffer},
+      push_, kOne);
+  commands.barrier();
+  convolve(commands, direction_, true);
+  commands.dispatch(back_depth_kernel_, {&answered_.texels, &waves_.texels, &state_, &moved_.buffer}, push_,
+                    groups(push_.pitch / 2 * (push_.rows / row_block_)));
+  commands.barrier();
+  commands.dispatch(step_kernel_,
+                    {&moved_.texels, &known_.texels, &direction_.texels, &gradient_.texels, &contact_.texels,
+                     &pressure_.texels, &state_, &pressure_.buffer},
+                    push_, kOne);
+  commands.barrier();
+  gradient(commands);
+}
+
+void TractionStage::record(gpu::Commands& commands, const Slot& slot) const {
+  const auto scope = commands.scope("traction");
+  constexpr std::array<uint32_t, 3> kOne{1, 1, 1};
+  commands.dispatch(
+      prepare_kernel_,
+      {&slot.depth_words, &slot.flag_bytes, &depth_.buffer, &known_.buffer, &contact_.buffer, &state_}, push_,
+      groups(push_.pitch * push_.rows));
+  commands.barrier();
+  laplacian(commands, depth_);
+  convolve(commands, laplacian_, false);
+  commands.dispatch(back_right_kernel_,
+                    {&answered_.texels, &waves_.texels, &state_, &sums_, &contact_.texels}, push_,
+                    groups(push_.pitch / 2 * (push_.rows / row_block_)));
+  commands.barrier();
+  commands.dispatch(start_kernel_,
+                    {&sum_texels_, &contact_.texels, &pressure_.texels, &state_, &pressure_.buffer}, push_,
+                    kOne);
+  commands.barrier();
+  gradient(commands);
+  for (uint32_t i = 0; i < iterations_; ++i) iterate(commands);
+  commands.dispatch(finish_kernel_,
+                    {&sum_texels_, &pressure_.texels, &unexplained_.texels, &known_.texels, &state_,
+                     &slot.pressure, &slot.state, &slot.records},
+                    push_, kOne);
+  commands.barrier();
+}
+
+TractionReading TractionStage::read(const Slot& slot) const {
+  for (const gpu::DeviceBuffer* buffer : {&slot.pressure, &slot.state, &slot.records}) buffer->invalidate();
+  const shared::TractionState& state = slot.state.as<const shared::TractionState>()[0];
+  TractionReading reading;
+  double force = 0, x = 0, y = 0, slopes2 = 0;
+  uint64_t edges = 0, border = 0;
+  for (const shared::TractionRecord& record : slot.records.as<const shared::TractionRecord>()) {
+    force += double{record.pressure};
+    x += double{record.pressure_x};
+    y += double{record.pressure_y};
+    slopes2 += double{record.slopes2};
+    edges += record.edges;
+    border += record.border;
+  }
+  const double area = grid_.cell_mm * grid_.cell_mm;
+  reading.pressure_MPa = slot.pressure.as<const float>();
+  reading.force_N = area * force;
+  reading.moment_x_Nmm = area * y;
+  reading.moment_y_Nmm = -area * x;
+  reading.residual = state.goal > 0 ? std::sqrt(double{state.residual2} / double{state.goal}) : 0;
+  // A slope has two edges.
+  reading.slope_rms = edges > 0 ? std::sqrt(slopes2 / (0.5 * static_cast<double>(edges))) : 0;
+  reading.iterations = state.iterations;
+  reading.converged = state.converged != 0;
+  reading.at_border = border > 0;
+  return reading;
+}
+
+uint64_t TractionStage::memory_bytes() const {
+  uint64_t bytes = sums_.bytes() + state_.bytes();
+  for (const FloatMap* map : {&depth_, &known_, &contact_, &pressure_, &gradient_, &direction_, &moved_,
+                              &unexplained_, &laplacian_, &mixed_, &answered_, &waves_, &answers_})
+    bytes += map->buffer.bytes();
+  return bytes;
+}
+
+}  // namespace palpate

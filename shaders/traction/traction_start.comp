@@ -1,0 +1,59 @@
+// A new frame: what there is to explain, and pressure to begin from, the last frame's. One workgroup.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/shared/traction.h"
+
+layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
+layout(constant_id = 3) const uint LANES = 64;
+layout(push_constant) uniform Push { TractionPush push; };
+layout(binding = 0) uniform samplerBuffer sums;  // of the right side: squares, the largest
+layout(binding = 1) uniform samplerBuffer contact;
+layout(binding = 2) uniform samplerBuffer last;
+layout(binding = 3) buffer State { TractionState state; };
+layout(binding = 4) writeonly buffer Pressure { vec4 pressure[]; };
+
+#include "shaders/traction/one_workgroup.glsl"
+
+// A cell without pressure enters only where a direction wants it; a trace in each lets them all begin.
+const float kTrace_MPa = 1e-9;
+
+// What a frame that failed left behind is no start.
+vec4 begin_from(uint i) {
+  vec4 p = texelFetch(last, int(i));
+  bvec4 finite = notEqual(floatBitsToUint(p) & 0x7f800000u, uvec4(0x7f800000u));
+  return mix(vec4(0.0), max(p, vec4(0.0)), finite) * texelFetch(contact, int(i));
+}
+
+void main() {
+  uint lane = gl_LocalInvocationID.x, texels = push.pitch * push.rows, count = push.pitch / 2 * (push.rows / push.block);
+  vec2 right = vec2(0.0);
+  for (uint i = lane; i < count; i += LANES) {
+    vec2 part = texelFetch(sums, int(i)).xy;
+    right = vec2(right.x + part.x, max(right.y, part.y));
+  }
+  right = over_lanes(right, true);
+  float sum = 0.0, first = -float(push.rows), end = 0.0;
+  for (uint i = lane; i < texels; i += LANES) {
+    vec4 p = begin_from(i);
+    sum += p.x + p.y + p.z + p.w;
+    bool some = any(greaterThan(texelFetch(contact, int(i)), vec4(0.0)));
+    first = some ? max(first, -float(i / push.pitch)) : first;
+    end = some ? max(end, float(i / push.pitch + 1)) : end;
+  }
+  vec2 sum_and_end = over_lanes(vec2(sum, end), true);
+  first = over_lanes(vec2(0.0, first), true).y;
+  sum = sum_and_end.x;
+  bool nothing = !(right.y > 0.0);
+  for (uint i = lane; i < texels; i += LANES) {
+    vec4 p = sum > 0.0 ? begin_from(i) : kTrace_MPa * texelFetch(contact, int(i));
+    pressure[i] = nothing ? vec4(0.0) : p;
+  }
+  if (lane > 0) return;
+  state.goal = nothing ? 0.0 : right.x;
+  state.residual2 = state.squares = 0.0;
+  state.moves = 1;
+  state.entered = 1;
+  state.iterations = state.converged = 0;
+  state.end_row = uint(sum_and_end.y);
+  state.first_row = min(uint(-first), state.end_row);
+}
