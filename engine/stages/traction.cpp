@@ -20,6 +20,7 @@
 #include "shaders/traction_laplacian.spv.h"
 #include "shaders/traction_prepare.spv.h"
 #include "shaders/traction_rows.spv.h"
+#include "shaders/traction_rows_contact.spv.h"
 #include "shaders/traction_start.spv.h"
 #include "shaders/traction_step.spv.h"
 
@@ -28,8 +29,8 @@ namespace {
 
 // A processor's threads take whole workgroups: small ones, so that none waits for the last.
 constexpr uint32_t kWorkgroupOnCpu = 16, kWorkgroupOnGpu = 64;
-constexpr uint32_t kLanesOnCpu = 64, kLanesOnGpu = 256;
-constexpr uint32_t kRowBlockOnCpu = 4, kRowBlockOnGpu = 1;
+constexpr uint32_t kLanesOnCpu = 32, kLanesOnGpu = 256;
+constexpr uint32_t kRowBlockOnCpu = 8, kRowBlockOnGpu = 1;
 constexpr uint32_t kColumnBlockOnCpu = 8, kColumnBlockOnGpu = 2;
 
 void refuse(const std::string& wanted, const std::string& found, const std::string& remedy) {
@@ -145,6 +146,8 @@ void TractionStage::make_kernels(gpu::Context& context) {
       make({"traction_laplacian", k_traction_laplacian}, {Texels, Texels, Storage, Storage}, workgroup_, {});
   const std::vector<gpu::Binding> transform{Texels, Texels, Storage, Storage};
   rows_kernel_ = make({"traction_rows", k_traction_rows}, transform, workgroup_, {row_block_});
+  rows_contact_kernel_ =
+      make({"traction_rows_contact", k_traction_rows_contact}, transform, workgroup_, {row_block_});
   columns_kernel_ = make({"traction_columns", k_traction_columns}, transform, workgroup_, {column_block_});
   columns_contact_kernel_ =
       make({"traction_columns_contact", k_traction_columns_contact}, transform, workgroup_, {column_block_});
@@ -206,12 +209,14 @@ std::array<uint32_t, 3> TractionStage::groups(uint32_t invocations) const {
   return {(invocations + workgroup_ - 1) / workgroup_, 1, 1};
 }
 
-// Leaves the waves of what `from` does to the layer in answered_. `contact_rows`: it is 0 in the others.
-void TractionStage::convolve(gpu::Commands& commands, const FloatMap& from, bool contact_rows) const {
-  commands.dispatch(rows_kernel_, {&from.texels, &waves_.texels, &state_, &mixed_.buffer}, push_,
+// Leaves the waves of what `from` does to the layer in answered_. `pressed`: it is 0 beside the contact;
+// else the answer is wanted there alone.
+void TractionStage::convolve(gpu::Commands& commands, const FloatMap& from, bool pressed) const {
+  commands.dispatch(pressed ? rows_contact_kernel_ : rows_kernel_,
+                    {&from.texels, &waves_.texels, &state_, &mixed_.buffer}, push_,
                     groups(push_.pitch * (push_.rows / row_block_)));
   commands.barrier();
-  commands.dispatch(contact_rows ? columns_contact_kernel_ : columns_kernel_,
+  commands.dispatch(pressed ? columns_contact_kernel_ : columns_kernel_,
                     {&mixed_.texels, &answers_.texels, &state_, &answered_.buffer}, push_,
                     groups(push_.pitch * (push_.rows / column_block_)));
   commands.barrier();

@@ -75,7 +75,7 @@ class TractionStage {
  private:
   void make_tables(gpu::Context& context, const LayerKernel& kernel);
   void make_kernels(gpu::Context& context);
-  void convolve(gpu::Commands& commands, const FloatMap& from, bool contact_rows) const;
+  void convolve(gpu::Commands& commands, const FloatMap& from, bool pressed) const;
   void laplacian(gpu::Commands& commands, const FloatMap& map) const;
   void gradient(gpu::Commands& commands) const;
   void iterate(gpu::Commands& commands) const;
@@ -91,9 +91,9 @@ class TractionStage {
   FloatMap waves_, answers_;  ///< tables
   gpu::DeviceBuffer sums_, state_;
   gpu::TexelView sum_texels_;
-  gpu::Kernel prepare_kernel_, laplacian_kernel_, rows_kernel_, columns_kernel_, columns_contact_kernel_,
-      back_depth_kernel_, back_unexplained_kernel_, back_gradient_kernel_, back_right_kernel_, start_kernel_,
-      direction_kernel_, step_kernel_, finish_kernel_;
+  gpu::Kernel prepare_kernel_, laplacian_kernel_, rows_kernel_, rows_contact_kernel_, columns_kernel_,
+      columns_contact_kernel_, back_depth_kernel_, back_unexplained_kernel_, back_gradient_kernel_,
+      back_right_kernel_, start_kernel_, direction_kernel_, step_kernel_, finish_kernel_;
 };
 
 }  // namespace palpate

@@ -38,6 +38,7 @@ struct TractionState {
   uint converged;
   uint first_row;  // rows with contact: from this one on, before the other
   uint end_row;
+  uint first_pair;  // texels of a row, and their mirror images, beside all contact
 };
 
 // The part of the host's sums that one lane found.
@@ -51,7 +52,7 @@ struct TractionRecord {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(TractionState) == 36 && sizeof(TractionRecord) == 24);
+static_assert(sizeof(TractionState) == 40 && sizeof(TractionRecord) == 24);
 }  // namespace palpate::shared
 #endif
 #endif

@@ -26,6 +26,11 @@ layout(binding = 5) uniform samplerBuffer contact;
 layout(binding = 6) writeonly buffer Sums { vec4 sums[]; };
 #endif
 
+// What only cells with contact ask for.
+#if defined(GRADIENT) || defined(RIGHT)
+#define CONTACT
+#endif
+
 vec2 found = vec2(0.0);
 
 void store(vec4 value, int at) {
@@ -35,10 +40,10 @@ void store(vec4 value, int at) {
   cells[at] = texelFetch(depth, at) - value;
 #elif defined(GRADIENT)
   vec4 p = texelFetch(pressure, at), may = texelFetch(contact, at);
-  vec4 gradient = value - push.prior * p;
+  vec4 gradient = mix(vec4(0.0), value - push.prior * p, greaterThan(may, vec4(0.0)));
   cells[at] = gradient;
   // Where something presses any gradient is left to do, where nothing does only one that wants pressure.
-  vec4 carries = vec4(greaterThan(p, vec4(0.0))), wanted = max(gradient, vec4(0.0)) * may * (1.0 - carries);
+  vec4 carries = vec4(greaterThan(p, vec4(0.0))), wanted = max(gradient, vec4(0.0)) * (1.0 - carries);
   found += vec2(dot(gradient * gradient, carries), dot(wanted, wanted));
 #else
   vec4 right = value * texelFetch(contact, at);
@@ -50,10 +55,18 @@ void main() {
   uint i = gl_GlobalInvocationID.x;
   uint half_pitch = push.pitch / 2;
   if (i >= half_pitch * (push.rows / ROWS)) return;
-  int pitch = int(push.pitch), x = int(i % half_pitch), y0 = int(i / half_pitch * ROWS);
+#ifdef CONTACT
+  // Packed, so that no group of invocations is half idle.
+  uint pairs = max(half_pitch - state.first_pair, 1);
+  uint x0 = state.first_pair + i % pairs, row = (i / pairs + state.first_row / ROWS) * ROWS, end = state.end_row;
+#else
+  uint x0 = i % half_pitch, row = i / half_pitch * ROWS, end = push.rows;
+#endif
+  int pitch = int(push.pitch), x = int(x0), y0 = int(row);
+  bool inside = row < end;
   vec4 even[ROWS], odd[ROWS];
   for (int r = 0; r < int(ROWS); ++r) even[r] = odd[r] = vec4(0.0);
-  int texels = state.moves != 0 ? pitch : 0;
+  int texels = state.moves != 0 && inside ? pitch : 0;
   for (int wave = 0; wave < texels; ++wave) {
     int at = 8 * x * pitch + wave;
     vec4 c0 = texelFetch(waves, at), s0 = texelFetch(waves, at + pitch);
@@ -66,10 +79,12 @@ void main() {
       odd[r] += vec4(dot(s, s0), dot(s, s1), dot(s, s2), dot(s, s3));
     }
   }
-  if (texels == 0) return;
-  for (int r = 0; r < int(ROWS); ++r) {
-    store(even[r] + odd[r], (y0 + r) * pitch + x);
-    store((even[r] - odd[r]).wzyx, (y0 + r + 1) * pitch - 1 - x);
+  if (state.moves == 0) return;
+  if (inside) {
+    for (int r = 0; r < int(ROWS); ++r) {
+      store(even[r] + odd[r], (y0 + r) * pitch + x);
+      store((even[r] - odd[r]).wzyx, (y0 + r + 1) * pitch - 1 - x);
+    }
   }
 #if defined(GRADIENT) || defined(RIGHT)
   sums[i] = vec4(found, 0.0, 0.0);

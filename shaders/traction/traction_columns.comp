@@ -1,5 +1,6 @@
 // The layer's answer along columns, each wave along the rows by itself: what a column carries, weighed by a table of the distance.
-// Four waves, their cosines and sines, of several rows an invocation.
+// Four waves, their cosines and sines, of several rows an invocation. From the rows with contact to all, but for variant ALL_ROWS: from
+// all to those with contact.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/traction.h"
@@ -16,17 +17,20 @@ void main() {
   uint i = gl_GlobalInvocationID.x;
   if (i >= push.pitch * (push.rows / ROWS)) return;
   int pitch = int(push.pitch), wave = int(i) % pitch, y0 = int(i) / pitch * int(ROWS);
+  bool moves = state.moves != 0;
 #ifdef ALL_ROWS
   int first = 0, end = int(push.height);
+  y0 += int(state.first_row / ROWS * ROWS);
+  moves = moves && y0 < int(state.end_row);
 #else
   int first = int(state.first_row), end = int(state.end_row);
 #endif
-  end = state.moves != 0 ? end : first;
+  end = moves ? end : first;
   int middle = int(push.rows) - 1;
   vec4 even[ROWS], odd[ROWS], near[ROWS];
   for (int r = 0; r < int(ROWS); ++r) {
     even[r] = odd[r] = vec4(0.0);
-    near[r] = texelFetch(answers, (y0 + r - first + middle) * pitch + wave);
+    near[r] = texelFetch(answers, min(y0 + r - first + middle, 2 * middle) * pitch + wave);
   }
   for (int y = first; y < end; ++y) {
     vec4 c = texelFetch(mixed, 2 * y * pitch + wave), s = texelFetch(mixed, (2 * y + 1) * pitch + wave);
@@ -37,7 +41,7 @@ void main() {
     for (int r = int(ROWS) - 1; r > 0; --r) near[r] = near[r - 1];
     near[0] = texelFetch(answers, max(y0 - y - 1 + middle, 0) * pitch + wave);
   }
-  if (end == first) return;
+  if (!moves) return;
   for (int r = 0; r < int(ROWS); ++r) {
     answered[2 * (y0 + r) * pitch + wave] = even[r];
     answered[(2 * (y0 + r) + 1) * pitch + wave] = odd[r];

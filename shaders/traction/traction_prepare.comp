@@ -30,5 +30,8 @@ void main() {
   depth[i] = d;
   known[i] = k;
   contact[i] = c;
-  if (i == 0) state.moves = 1;
+  if (i > 0) return;
+  state.moves = 1;
+  state.first_row = state.first_pair = 0;
+  state.end_row = push.height;
 }

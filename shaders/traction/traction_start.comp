@@ -32,16 +32,19 @@ void main() {
     right = vec2(right.x + part.x, max(right.y, part.y));
   }
   right = over_lanes(right, true);
-  float sum = 0.0, first = -float(push.rows), end = 0.0;
+  float sum = 0.0, first = -float(push.rows), end = 0.0, pair = -0.5 * float(push.pitch);
   for (uint i = lane; i < texels; i += LANES) {
     vec4 p = begin_from(i);
     sum += p.x + p.y + p.z + p.w;
     bool some = any(greaterThan(texelFetch(contact, int(i)), vec4(0.0)));
-    first = some ? max(first, -float(i / push.pitch)) : first;
-    end = some ? max(end, float(i / push.pitch + 1)) : end;
+    uint x = i % push.pitch, y = i / push.pitch;
+    first = some ? max(first, -float(y)) : first;
+    end = some ? max(end, float(y + 1)) : end;
+    pair = some ? max(pair, -float(min(x, push.pitch - 1 - x))) : pair;
   }
   vec2 sum_and_end = over_lanes(vec2(sum, end), true);
   first = over_lanes(vec2(0.0, first), true).y;
+  pair = over_lanes(vec2(0.0, pair), true).y;
   sum = sum_and_end.x;
   bool nothing = !(right.y > 0.0);
   for (uint i = lane; i < texels; i += LANES) {
@@ -55,5 +58,6 @@ void main() {
   state.entered = 1;
   state.iterations = state.converged = 0;
   state.end_row = uint(sum_and_end.y);
-  state.first_row = min(uint(-first), state.end_row);
+  state.first_row = min(uint(-first), uint(sum_and_end.y));
+  state.first_pair = uint(-pair);
 }

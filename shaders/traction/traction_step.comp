@@ -28,14 +28,16 @@ void main() {
     vec4 right = of.right - of.here, down = of.down - of.here;
     vec4 slopes2 = sees.here * (sees.right * right * right + sees.down * down * down);
     vec4 along = texelFetch(direction, int(i));
-    sums += vec2(dot(along, texelFetch(gradient, int(i))), push.per_cell2 * dot(slopes2, vec4(1.0)) + push.prior * dot(along, along));
+    // Beside the contact the gradient's memory may hold anything.
+    vec4 falls = mix(vec4(0.0), texelFetch(gradient, int(i)), greaterThan(along * along, vec4(0.0)));
+    sums += vec2(dot(along, falls), push.per_cell2 * dot(slopes2, vec4(1.0)) + push.prior * dot(along, along));
   }
   sums = over_lanes(sums, false);
   float step = sums.y > 0.0 ? sums.x / sums.y : 0.0, into = step > 0.0 ? step : push.first_step;
   bool entered = false;
   for (uint i = lane; i < texels; i += LANES) {
     vec4 p = max(texelFetch(last, int(i)) + step * texelFetch(direction, int(i)), vec4(0.0));
-    vec4 wanted = into * max(texelFetch(gradient, int(i)), vec4(0.0)) * texelFetch(contact, int(i));
+    vec4 wanted = mix(vec4(0.0), into * texelFetch(gradient, int(i)), greaterThan(texelFetch(contact, int(i)), vec4(0.0)));
     bvec4 enters = bvec4(uvec4(equal(p, vec4(0.0))) * uvec4(greaterThan(wanted, vec4(0.0))));
     pressure[i] = mix(p, wanted, enters);
     entered = entered || any(enters);
