@@ -147,6 +147,17 @@ void Commands::settle() const noexcept {
 
 void Commands::dispatch(const Kernel& kernel, std::span<const Argument> arguments, const void* push,
                         std::array<uint32_t, 3> groups) {
+  bind(kernel, arguments, push);
+  vkCmdDispatch(buffer_, groups[0], groups[1], groups[2]);
+}
+
+void Commands::dispatch(const Kernel& kernel, std::span<const Argument> arguments, const void* push,
+                        const IndirectGroups& groups) {
+  bind(kernel, arguments, push);
+  vkCmdDispatchIndirect(buffer_, groups.buffer->handle(), uint64_t{groups.index} * kIndirectBytes);
+}
+
+void Commands::bind(const Kernel& kernel, std::span<const Argument> arguments, const void* push) {
   constexpr size_t kMaxArguments = 12;
   const KernelInterface& interface = kernel.interface();
   assert(arguments.size() == interface.bindings.size() && arguments.size() <= kMaxArguments);
@@ -195,7 +206,6 @@ void Commands::dispatch(const Kernel& kernel, std::span<const Argument> argument
   if (interface.push_bytes) {
     vkCmdPushConstants(buffer_, kernel.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, interface.push_bytes, push);
   }
-  vkCmdDispatch(buffer_, groups[0], groups[1], groups[2]);
   count(read_bytes, written_bytes);
 }
 
@@ -232,7 +242,7 @@ constexpr VkPipelineStageFlags2 kWork = VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT |
 }  // namespace
 
 void Commands::barrier() {
-  memory_barrier(buffer_, kWork, VK_ACCESS_2_MEMORY_WRITE_BIT, kWork,
+  memory_barrier(buffer_, kWork, VK_ACCESS_2_MEMORY_WRITE_BIT, kWork | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
                  VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT);
 }
 

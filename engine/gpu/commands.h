@@ -37,6 +37,13 @@ struct ScopeTraffic {
 /// One thing bound to a kernel: a texel view (read) or a buffer (read and write).
 using Argument = std::variant<const TexelView*, const DeviceBuffer*>;
 
+/// Numbers of workgroups that a kernel left in a buffer: the record of three words at `index`.
+struct IndirectGroups {
+  const DeviceBuffer* buffer = nullptr;
+  uint32_t index = 0;
+};
+inline constexpr uint64_t kIndirectBytes = 12;
+
 class Commands {
  public:
   Commands() = default;
@@ -65,6 +72,15 @@ class Commands {
   template <typename Push>
   void dispatch(const Kernel& kernel, std::initializer_list<Argument> arguments, const Push& push,
                 std::array<uint32_t, 3> groups) {
+    static_assert(sizeof(Push) % 4 == 0);
+    dispatch(kernel, std::span(arguments.begin(), arguments.size()), &push, groups);
+  }
+  /// As many workgroups as a kernel before the last barrier found; none cost next to nothing.
+  void dispatch(const Kernel& kernel, std::span<const Argument> arguments, const void* push,
+                const IndirectGroups& groups);
+  template <typename Push>
+  void dispatch(const Kernel& kernel, std::initializer_list<Argument> arguments, const Push& push,
+                const IndirectGroups& groups) {
     static_assert(sizeof(Push) % 4 == 0);
     dispatch(kernel, std::span(arguments.begin(), arguments.size()), &push, groups);
   }
@@ -107,6 +123,7 @@ class Commands {
   };
 
   void swap(Commands& other) noexcept;
+  void bind(const Kernel& kernel, std::span<const Argument> arguments, const void* push);
   void count(uint64_t read_bytes, uint64_t written_bytes);
   void begin_part(uint32_t scope);
   void submit_buffers(std::span<const VkCommandBuffer> buffers);

@@ -59,7 +59,9 @@ TractionStage::TractionStage(gpu::Context& context, const Material& layer, doubl
   push_.height = grid.height;
   push_.pitch = padded(grid.width) / 4;
   push_.rows = padded(grid.height);
-  push_.block = row_block_;
+  push_.row_block = row_block_;
+  push_.column_block = column_block_;
+  push_.workgroup = workgroup_;
   push_.per_cell2 = static_cast<float>(1 / (grid.cell_mm * grid.cell_mm));
   push_.prior = static_cast<float>(std::pow(options.slope_sd * slope_per_MPa, 2));
   push_.first_step =
@@ -80,7 +82,8 @@ TractionStage::TractionStage(gpu::Context& context, const Material& layer, doubl
   sums_ = gpu::DeviceBuffer(context, "traction sums", uint64_t{sums} * 16, gpu::Memory::Device);
   sum_texels_ = gpu::TexelView(context, sums_, VK_FORMAT_R32G32B32A32_SFLOAT);
   state_ = gpu::DeviceBuffer(context, "traction state", sizeof(shared::TractionState), gpu::Memory::Device);
-  gpu::clear(context, state_);
+  groups_ = gpu::DeviceBuffer(context, "traction groups", shared::kTractionDispatches * gpu::kIndirectBytes,
+                              gpu::Memory::Device);
   forget(context);
   make_tables(context, kernel);
   make_kernels(context);
@@ -143,7 +146,7 @@ void TractionStage::make_kernels(gpu::Context& context) {
   prepare_kernel_ = make({"traction_prepare", k_traction_prepare},
                          {Texels, Texels, Storage, Storage, Storage, Storage}, workgroup_, {});
   laplacian_kernel_ =
-      make({"traction_laplacian", k_traction_laplacian}, {Texels, Texels, Storage, Storage}, workgroup_, {});
+      make({"traction_laplacian", k_traction_laplacian}, {Texels, Texels, Storage}, workgroup_, {});
   const std::vector<gpu::Binding> transform{Texels, Texels, Storage, Storage};
   rows_kernel_ = make({"traction_rows", k_traction_rows}, transform, workgroup_, {row_block_});
   rows_contact_kernel_ =
@@ -160,12 +163,14 @@ void TractionStage::make_kernels(gpu::Context& context) {
            {Texels, Texels, Storage, Storage, Texels, Texels, Storage}, workgroup_, {row_block_});
   back_right_kernel_ = make({"traction_back_right", k_traction_back_right},
                             {Texels, Texels, Storage, Storage, Texels}, workgroup_, {row_block_});
-  start_kernel_ = make({"traction_start", k_traction_start}, {Texels, Texels, Texels, Storage, Storage},
-                       lanes_, {lanes_});
+  start_kernel_ = make({"traction_start", k_traction_start},
+                       {Texels, Texels, Texels, Storage, Storage, Storage}, lanes_, {lanes_});
   direction_kernel_ = make({"traction_direction", k_traction_direction},
-                           {Texels, Texels, Texels, Texels, Storage, Storage}, lanes_, {lanes_});
-  step_kernel_ = make({"traction_step", k_traction_step},
-                      {Texels, Texels, Texels, Texels, Texels, Texels, Storage, Storage}, lanes_, {lanes_});
+                           {Texels, Texels, Texels, Texels, Storage, Storage, Storage}, lanes_, {lanes_});
+  step_kernel_ =
+      make({"traction_step", k_traction_step},
+           {Texels, Texels, Texels, Texels, Texels, Texels, Storage, Storage, Texels, Storage, Storage},
+           lanes_, {lanes_});
   finish_kernel_ =
       make({"traction_finish", k_traction_finish},
            {Texels, Texels, Texels, Texels, Storage, Storage, Storage, Storage}, lanes_, {lanes_});
@@ -205,63 +210,82 @@ void TractionStage::forget(gpu::Context& context) const {
   gpu::clear(context, pressure_.buffer);
 }
 
-std::array<uint32_t, 3> TractionStage::groups(uint32_t invocations) const {
-  return {(invocations + workgroup_ - 1) / workgroup_, 1, 1};
+gpu::IndirectGroups TractionStage::counted(uint32_t dispatch) const {
+  return {&groups_, dispatch};
 }
 
-// Leaves the waves of what `from` does to the layer in answered_. `pressed`: it is 0 beside the contact;
-// else the answer is wanted there alone.
-void TractionStage::convolve(gpu::Commands& commands, const FloatMap& from, bool pressed) const {
-  commands.dispatch(pressed ? rows_contact_kernel_ : rows_kernel_,
-                    {&from.texels, &waves_.texels, &state_, &mixed_.buffer}, push_,
-                    groups(push_.pitch * (push_.rows / row_block_)));
+// Leaves the waves of what pressure `from` does to the layer in answered_.
+void TractionStage::press(gpu::Commands& commands, const FloatMap& from, uint32_t first) const {
+  commands.dispatch(rows_contact_kernel_, {&from.texels, &waves_.texels, &state_, &mixed_.buffer}, push_,
+                    counted(first));
   commands.barrier();
-  commands.dispatch(pressed ? columns_contact_kernel_ : columns_kernel_,
-                    {&mixed_.texels, &answers_.texels, &state_, &answered_.buffer}, push_,
-                    groups(push_.pitch * (push_.rows / column_block_)));
+  commands.dispatch(columns_contact_kernel_, {&mixed_.texels, &answers_.texels, &state_, &answered_.buffer},
+                    push_, counted(first + 1));
   commands.barrier();
 }
 
-void TractionStage::laplacian(gpu::Commands& commands, const FloatMap& map) const {
-  commands.dispatch(laplacian_kernel_, {&map.texels, &known_.texels, &state_, &laplacian_.buffer}, push_,
-                    groups(push_.pitch * push_.rows));
-  commands.barrier();
-}
-
-// Of the pressure as it stands: afresh each time, since pressure that is cut or enters leaves no short cut.
+// Of the pressure as it stands. The depth that it leaves is there already, where nothing was cut and nothing
+// entered.
 void TractionStage::gradient(gpu::Commands& commands) const {
-  const auto back = groups(push_.pitch / 2 * (push_.rows / row_block_));
-  convolve(commands, pressure_, true);
+  press(commands, pressure_, shared::kTractionFreshRows);
   commands.dispatch(back_unexplained_kernel_,
                     {&answered_.texels, &waves_.texels, &state_, &unexplained_.buffer, &depth_.texels}, push_,
-                    back);
+                    counted(shared::kTractionFreshBack));
   commands.barrier();
-  laplacian(commands, unexplained_);
-  convolve(commands, laplacian_, false);
+  commands.dispatch(laplacian_kernel_, {&unexplained_.texels, &known_.texels, &laplacian_.buffer}, push_,
+                    counted(shared::kTractionLaplacian));
+  commands.barrier();
+  commands.dispatch(rows_kernel_, {&laplacian_.texels, &waves_.texels, &state_, &mixed_.buffer}, push_,
+                    counted(shared::kTractionGradientRows));
+  commands.barrier();
+  commands.dispatch(columns_kernel_, {&mixed_.texels, &answers_.texels, &state_, &answered_.buffer}, push_,
+                    counted(shared::kTractionGradientColumns));
+  commands.barrier();
   commands.dispatch(back_gradient_kernel_,
                     {&answered_.texels, &waves_.texels, &state_, &gradient_.buffer, &pressure_.texels,
                      &contact_.texels, &sums_},
-                    push_, back);
+                    push_, counted(shared::kTractionGradientBack));
   commands.barrier();
 }
 
 void TractionStage::iterate(gpu::Commands& commands) const {
-  constexpr std::array<uint32_t, 3> kOne{1, 1, 1};
-  commands.dispatch(
-      direction_kernel_,
-      {&sum_texels_, &gradient_.texels, &pressure_.texels, &direction_.texels, &state_, &direction_.buffer},
-      push_, kOne);
+  const auto scalars = counted(shared::kTractionScalars);
+  commands.dispatch(direction_kernel_,
+                    {&sum_texels_, &gradient_.texels, &pressure_.texels, &direction_.texels, &state_,
+                     &direction_.buffer, &groups_},
+                    push_, scalars);
   commands.barrier();
-  convolve(commands, direction_, true);
+  press(commands, direction_, shared::kTractionMovedRows);
   commands.dispatch(back_depth_kernel_, {&answered_.texels, &waves_.texels, &state_, &moved_.buffer}, push_,
-                    groups(push_.pitch / 2 * (push_.rows / row_block_)));
+                    counted(shared::kTractionMovedBack));
   commands.barrier();
-  commands.dispatch(step_kernel_,
-                    {&moved_.texels, &known_.texels, &direction_.texels, &gradient_.texels, &contact_.texels,
-                     &pressure_.texels, &state_, &pressure_.buffer},
-                    push_, kOne);
+  commands.dispatch(
+      step_kernel_,
+      {&moved_.texels, &known_.texels, &direction_.texels, &gradient_.texels, &contact_.texels,
+       &pressure_.texels, &state_, &pressure_.buffer, &unexplained_.texels, &unexplained_.buffer, &groups_},
+      push_, scalars);
   commands.barrier();
   gradient(commands);
+}
+
+// What there is to explain: the layer's answer to the depth's divergence, in all of the grid.
+void TractionStage::right_side(gpu::Commands& commands) const {
+  const auto groups = [this](uint32_t invocations) {
+    return std::array<uint32_t, 3>{(invocations + workgroup_ - 1) / workgroup_, 1, 1};
+  };
+  commands.dispatch(laplacian_kernel_, {&depth_.texels, &known_.texels, &laplacian_.buffer}, push_,
+                    groups(push_.pitch * push_.rows));
+  commands.barrier();
+  commands.dispatch(rows_kernel_, {&laplacian_.texels, &waves_.texels, &state_, &mixed_.buffer}, push_,
+                    groups(push_.pitch * (push_.rows / row_block_)));
+  commands.barrier();
+  commands.dispatch(columns_kernel_, {&mixed_.texels, &answers_.texels, &state_, &answered_.buffer}, push_,
+                    groups(push_.pitch * (push_.rows / column_block_)));
+  commands.barrier();
+  commands.dispatch(back_right_kernel_,
+                    {&answered_.texels, &waves_.texels, &state_, &sums_, &contact_.texels}, push_,
+                    groups(push_.pitch / 2 * (push_.rows / row_block_)));
+  commands.barrier();
 }
 
 void TractionStage::record(gpu::Commands& commands, const Slot& slot) const {
@@ -270,17 +294,12 @@ void TractionStage::record(gpu::Commands& commands, const Slot& slot) const {
   commands.dispatch(
       prepare_kernel_,
       {&slot.depth_words, &slot.flag_bytes, &depth_.buffer, &known_.buffer, &contact_.buffer, &state_}, push_,
-      groups(push_.pitch * push_.rows));
+      {(push_.pitch * push_.rows + workgroup_ - 1) / workgroup_, 1, 1});
   commands.barrier();
-  laplacian(commands, depth_);
-  convolve(commands, laplacian_, false);
-  commands.dispatch(back_right_kernel_,
-                    {&answered_.texels, &waves_.texels, &state_, &sums_, &contact_.texels}, push_,
-                    groups(push_.pitch / 2 * (push_.rows / row_block_)));
-  commands.barrier();
+  right_side(commands);
   commands.dispatch(start_kernel_,
-                    {&sum_texels_, &contact_.texels, &pressure_.texels, &state_, &pressure_.buffer}, push_,
-                    kOne);
+                    {&sum_texels_, &contact_.texels, &pressure_.texels, &state_, &pressure_.buffer, &groups_},
+                    push_, kOne);
   commands.barrier();
   gradient(commands);
   for (uint32_t i = 0; i < iterations_; ++i) iterate(commands);
@@ -320,7 +339,7 @@ TractionReading TractionStage::read(const Slot& slot) const {
 }
 
 uint64_t TractionStage::memory_bytes() const {
-  uint64_t bytes = sums_.bytes() + state_.bytes();
+  uint64_t bytes = sums_.bytes() + state_.bytes() + groups_.bytes();
   for (const FloatMap* map : {&depth_, &known_, &contact_, &pressure_, &gradient_, &direction_, &moved_,
                               &unexplained_, &laplacian_, &mixed_, &answered_, &waves_, &answers_})
     bytes += map->buffer.bytes();

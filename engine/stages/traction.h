@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "engine/elasticity/traction.h"
+#include "engine/gpu/commands.h"
 #include "engine/gpu/kernel.h"
 #include "engine/stages/surface_grid.h"
 #include "shaders/shared/traction.h"
@@ -20,7 +21,6 @@
 namespace palpate {
 class LayerKernel;
 namespace gpu {
-class Commands;
 class Context;
 }  // namespace gpu
 
@@ -75,11 +75,11 @@ class TractionStage {
  private:
   void make_tables(gpu::Context& context, const LayerKernel& kernel);
   void make_kernels(gpu::Context& context);
-  void convolve(gpu::Commands& commands, const FloatMap& from, bool pressed) const;
-  void laplacian(gpu::Commands& commands, const FloatMap& map) const;
+  void right_side(gpu::Commands& commands) const;
+  void press(gpu::Commands& commands, const FloatMap& from, uint32_t first) const;
   void gradient(gpu::Commands& commands) const;
   void iterate(gpu::Commands& commands) const;
-  std::array<uint32_t, 3> groups(uint32_t invocations) const;
+  gpu::IndirectGroups counted(uint32_t dispatch) const;
 
   TractionGrid grid_;
   uint32_t iterations_, workgroup_, lanes_, row_block_, column_block_;
@@ -89,7 +89,7 @@ class TractionStage {
   FloatMap unexplained_;  ///< depth less that by pressure
   FloatMap laplacian_, mixed_, answered_;
   FloatMap waves_, answers_;  ///< tables
-  gpu::DeviceBuffer sums_, state_;
+  gpu::DeviceBuffer sums_, state_, groups_;
   gpu::TexelView sum_texels_;
   gpu::Kernel prepare_kernel_, laplacian_kernel_, rows_kernel_, rows_contact_kernel_, columns_kernel_,
       columns_contact_kernel_, back_depth_kernel_, back_unexplained_kernel_, back_gradient_kernel_,

@@ -54,7 +54,6 @@ void store(vec4 value, int at) {
 void main() {
   uint i = gl_GlobalInvocationID.x;
   uint half_pitch = push.pitch / 2;
-  if (i >= half_pitch * (push.rows / ROWS)) return;
 #ifdef CONTACT
   // Packed, so that no group of invocations is half idle.
   uint pairs = max(half_pitch - state.first_pair, 1);
@@ -63,11 +62,10 @@ void main() {
   uint x0 = i % half_pitch, row = i / half_pitch * ROWS, end = push.rows;
 #endif
   int pitch = int(push.pitch), x = int(x0), y0 = int(row);
-  bool inside = row < end;
+  if (row >= end) return;
   vec4 even[ROWS], odd[ROWS];
   for (int r = 0; r < int(ROWS); ++r) even[r] = odd[r] = vec4(0.0);
-  int texels = state.moves != 0 && inside ? pitch : 0;
-  for (int wave = 0; wave < texels; ++wave) {
+  for (int wave = 0; wave < pitch; ++wave) {
     int at = 8 * x * pitch + wave;
     vec4 c0 = texelFetch(waves, at), s0 = texelFetch(waves, at + pitch);
     vec4 c1 = texelFetch(waves, at + 2 * pitch), s1 = texelFetch(waves, at + 3 * pitch);
@@ -79,12 +77,9 @@ void main() {
       odd[r] += vec4(dot(s, s0), dot(s, s1), dot(s, s2), dot(s, s3));
     }
   }
-  if (state.moves == 0) return;
-  if (inside) {
-    for (int r = 0; r < int(ROWS); ++r) {
-      store(even[r] + odd[r], (y0 + r) * pitch + x);
-      store((even[r] - odd[r]).wzyx, (y0 + r + 1) * pitch - 1 - x);
-    }
+  for (int r = 0; r < int(ROWS); ++r) {
+    store(even[r] + odd[r], (y0 + r) * pitch + x);
+    store((even[r] - odd[r]).wzyx, (y0 + r + 1) * pitch - 1 - x);
   }
 #if defined(GRADIENT) || defined(RIGHT)
   sums[i] = vec4(found, 0.0, 0.0);

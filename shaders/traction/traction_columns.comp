@@ -15,17 +15,15 @@ layout(binding = 3) writeonly buffer Out { vec4 answered[]; };
 
 void main() {
   uint i = gl_GlobalInvocationID.x;
-  if (i >= push.pitch * (push.rows / ROWS)) return;
   int pitch = int(push.pitch), wave = int(i) % pitch, y0 = int(i) / pitch * int(ROWS);
-  bool moves = state.moves != 0;
 #ifdef ALL_ROWS
   int first = 0, end = int(push.height);
   y0 += int(state.first_row / ROWS * ROWS);
-  moves = moves && y0 < int(state.end_row);
+  if (y0 >= int(state.end_row)) return;
 #else
   int first = int(state.first_row), end = int(state.end_row);
+  if (y0 >= int(push.rows)) return;
 #endif
-  end = moves ? end : first;
   int middle = int(push.rows) - 1;
   vec4 even[ROWS], odd[ROWS], near[ROWS];
   for (int r = 0; r < int(ROWS); ++r) {
@@ -41,7 +39,6 @@ void main() {
     for (int r = int(ROWS) - 1; r > 0; --r) near[r] = near[r - 1];
     near[0] = texelFetch(answers, max(y0 - y - 1 + middle, 0) * pitch + wave);
   }
-  if (!moves) return;
   for (int r = 0; r < int(ROWS); ++r) {
     answered[2 * (y0 + r) * pitch + wave] = even[r];
     answered[(2 * (y0 + r) + 1) * pitch + wave] = odd[r];

@@ -13,31 +13,31 @@ layout(binding = 2) uniform samplerBuffer pressure;
 layout(binding = 3) uniform samplerBuffer last;
 layout(binding = 4) buffer State { TractionState state; };
 layout(binding = 5) writeonly buffer Direction { vec4 direction[]; };
+layout(binding = 6) writeonly buffer Groups { uint groups[]; };
 
 #include "shaders/traction/one_workgroup.glsl"
 
 void main() {
-  uint lane = gl_LocalInvocationID.x, texels = push.pitch * push.rows, count = push.pitch / 2 * (push.rows / push.block);
+  uint lane = gl_LocalInvocationID.x, texels = push.pitch * push.rows, count = state.parts;
   vec2 squares = vec2(0.0);
   for (uint i = lane; i < count; i += LANES) squares += texelFetch(sums, int(i)).xy;
   float before = state.squares, goal = state.goal;
-  bool follows = state.entered == 0, moves = state.moves != 0;
+  bool follows = state.entered == 0;
   squares = over_lanes(squares, false);
   // Said so that what is not a number is not converged.
   bool done = squares.x + squares.y <= push.tolerance * push.tolerance * goal || !(goal > 0.0);
-  moves = moves && !done;
   float keep = follows && before > 0.0 ? squares.x / before : 0.0;
-  for (uint i = lane; i < (moves ? texels : 0); i += LANES) {
+  for (uint i = lane; i < (done ? 0 : texels); i += LANES) {
     vec4 along = texelFetch(gradient, int(i));
     // Without a last direction its memory may hold anything.
     if (keep > 0.0) along += keep * texelFetch(last, int(i));
     direction[i] = mix(vec4(0.0), along, greaterThan(texelFetch(pressure, int(i)), vec4(0.0)));
   }
   if (lane > 0) return;
-  if (state.moves != 0) state.residual2 = squares.x + squares.y;
   state.squares = squares.x;
   state.entered = 0;
-  state.iterations += moves ? 1 : 0;
-  state.moves = moves ? 1 : 0;
-  state.converged = moves ? 0 : 1;
+  state.iterations += done ? 0 : 1;
+  state.converged = done ? 1 : 0;
+  if (!done) return;
+  for (uint i = 0; i < kTractionDispatches; ++i) groups[3 * i] = 0;
 }

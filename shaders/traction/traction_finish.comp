@@ -19,7 +19,7 @@ layout(binding = 7) writeonly buffer Records { TractionRecord records[]; };
 #include "shaders/traction/one_workgroup.glsl"
 
 void main() {
-  uint lane = gl_LocalInvocationID.x, texels = push.pitch * push.rows, count = push.pitch / 2 * (push.rows / push.block);
+  uint lane = gl_LocalInvocationID.x, texels = push.pitch * push.rows, count = state.parts;
   vec2 squares = vec2(0.0);
   for (uint i = lane; i < count; i += LANES) squares += texelFetch(sums, int(i)).xy;
   squares = over_lanes(squares, false);

@@ -7,8 +7,7 @@ layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { TractionPush push; };
 layout(binding = 0) uniform samplerBuffer map;
 layout(binding = 1) uniform samplerBuffer known;
-layout(binding = 2) readonly buffer State { TractionState state; };
-layout(binding = 3) writeonly buffer Out { vec4 laplacian[]; };
+layout(binding = 2) writeonly buffer Out { vec4 laplacian[]; };
 
 #include "shaders/traction/edges.glsl"
 
@@ -18,5 +17,5 @@ void main() {
   Around of = around(map, i % push.pitch, i / push.pitch), sees = around(known, i % push.pitch, i / push.pitch);
   vec4 sum = sees.left * (of.here - of.left) + sees.right * (of.here - of.right);
   sum += sees.up * (of.here - of.up) + sees.down * (of.here - of.down);
-  if (state.moves != 0) laplacian[i] = sees.here * sum * push.per_cell2;
+  laplacian[i] = sees.here * sum * push.per_cell2;
 }

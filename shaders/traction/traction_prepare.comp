@@ -31,7 +31,6 @@ void main() {
   known[i] = k;
   contact[i] = c;
   if (i > 0) return;
-  state.moves = 1;
   state.first_row = state.first_pair = 0;
   state.end_row = push.height;
 }

@@ -14,18 +14,16 @@ layout(binding = 3) writeonly buffer Out { vec4 mixed[]; };  // for each row: co
 
 void main() {
   uint i = gl_GlobalInvocationID.x;
-  if (i >= push.pitch * (push.rows / ROWS)) return;
   int pitch = int(push.pitch), wave = int(i) % pitch;
 #ifdef ALL_ROWS
   int first = 0, y0 = int(i) / pitch * int(ROWS), end = int(push.rows);
 #else
   int first = int(state.first_pair), y0 = (int(i) / pitch + int(state.first_row / ROWS)) * int(ROWS), end = int(state.end_row);
 #endif
+  if (y0 >= end) return;
   vec4 even[ROWS], odd[ROWS];
   for (int r = 0; r < int(ROWS); ++r) even[r] = odd[r] = vec4(0.0);
-  bool moves = state.moves != 0 && y0 < end;
-  int texels = moves ? pitch / 2 : first;
-  for (int x = first; x < texels; ++x) {
+  for (int x = first; x < pitch / 2; ++x) {
     int at = 8 * x * pitch + wave;
     vec4 c0 = texelFetch(waves, at), s0 = texelFetch(waves, at + pitch);
     vec4 c1 = texelFetch(waves, at + 2 * pitch), s1 = texelFetch(waves, at + 3 * pitch);
@@ -38,7 +36,6 @@ void main() {
       odd[r] += difference.x * s0 + difference.y * s1 + difference.z * s2 + difference.w * s3;
     }
   }
-  if (!moves) return;
   for (int r = 0; r < int(ROWS); ++r) {
     mixed[2 * (y0 + r) * pitch + wave] = even[r];
     mixed[(2 * (y0 + r) + 1) * pitch + wave] = odd[r];

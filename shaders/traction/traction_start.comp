@@ -11,6 +11,7 @@ layout(binding = 1) uniform samplerBuffer contact;
 layout(binding = 2) uniform samplerBuffer last;
 layout(binding = 3) buffer State { TractionState state; };
 layout(binding = 4) writeonly buffer Pressure { vec4 pressure[]; };
+layout(binding = 5) writeonly buffer Groups { uint groups[]; };
 
 #include "shaders/traction/one_workgroup.glsl"
 
@@ -24,8 +25,14 @@ vec4 begin_from(uint i) {
   return mix(vec4(0.0), max(p, vec4(0.0)), finite) * texelFetch(contact, int(i));
 }
 
+void set_groups(uint dispatch, uint invocations) {
+  groups[3 * dispatch] = (invocations + push.workgroup - 1) / push.workgroup;
+  groups[3 * dispatch + 1] = groups[3 * dispatch + 2] = 1;
+}
+uint blocks(uint rows, uint block) { return (rows + block - 1) / block; }
+
 void main() {
-  uint lane = gl_LocalInvocationID.x, texels = push.pitch * push.rows, count = push.pitch / 2 * (push.rows / push.block);
+  uint lane = gl_LocalInvocationID.x, texels = push.pitch * push.rows, count = push.pitch / 2 * (push.rows / push.row_block);
   vec2 right = vec2(0.0);
   for (uint i = lane; i < count; i += LANES) {
     vec2 part = texelFetch(sums, int(i)).xy;
@@ -54,10 +61,26 @@ void main() {
   if (lane > 0) return;
   state.goal = nothing ? 0.0 : right.x;
   state.residual2 = state.squares = 0.0;
-  state.moves = 1;
   state.entered = 1;
-  state.iterations = state.converged = 0;
-  state.end_row = uint(sum_and_end.y);
-  state.first_row = min(uint(-first), uint(sum_and_end.y));
-  state.first_pair = uint(-pair);
+  state.iterations = state.converged = state.steps = 0;
+  uint end_row = uint(sum_and_end.y), first_row = min(uint(-first), end_row), first_pair = uint(-pair);
+  state.end_row = end_row;
+  state.first_row = first_row;
+  state.first_pair = first_pair;
+  // Blocks begin where whole ones from the top would.
+  uint wide = blocks(end_row, push.row_block) - first_row / push.row_block;
+  uint high = blocks(end_row, push.column_block) - first_row / push.column_block;
+  uint all_wide = push.rows / push.row_block, all_high = push.rows / push.column_block;
+  state.parts = (push.pitch / 2 - first_pair) * wide;
+  set_groups(kTractionScalars, 1);
+  set_groups(kTractionMovedRows, push.pitch * wide);
+  set_groups(kTractionMovedColumns, push.pitch * all_high);
+  set_groups(kTractionMovedBack, push.pitch / 2 * all_wide);
+  set_groups(kTractionFreshRows, push.pitch * wide);
+  set_groups(kTractionFreshColumns, push.pitch * all_high);
+  set_groups(kTractionFreshBack, push.pitch / 2 * all_wide);
+  set_groups(kTractionLaplacian, push.pitch * push.rows);
+  set_groups(kTractionGradientRows, push.pitch * all_wide);
+  set_groups(kTractionGradientColumns, push.pitch * high);
+  set_groups(kTractionGradientBack, (push.pitch / 2 - first_pair) * wide);
 }

@@ -1,5 +1,6 @@
 // How far along the direction, from the depth that it makes; pressure goes there, is cut where it would pull, and comes back where
-// the gradient wants it. One workgroup.
+// the gradient wants it. Where nothing is cut or comes back the depth that pressure explains changes by the direction's, and need not
+// be computed afresh. One workgroup.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/traction.h"
@@ -15,12 +16,17 @@ layout(binding = 4) uniform samplerBuffer contact;
 layout(binding = 5) uniform samplerBuffer last;
 layout(binding = 6) buffer State { TractionState state; };
 layout(binding = 7) writeonly buffer Pressure { vec4 pressure[]; };
+layout(binding = 8) uniform samplerBuffer unexplained;
+layout(binding = 9) writeonly buffer Unexplained { vec4 next_unexplained[]; };
+layout(binding = 10) buffer Groups { uint groups[]; };
+
+const uint kMostSteps = 16;  // after which rounding is swept out
 
 #include "shaders/traction/edges.glsl"
 #include "shaders/traction/one_workgroup.glsl"
 
 void main() {
-  uint lane = gl_LocalInvocationID.x, texels = state.moves != 0 ? push.pitch * push.rows : 0;
+  uint lane = gl_LocalInvocationID.x, texels = push.pitch * push.rows;
   vec2 sums = vec2(0.0);  // along the gradient, curvature
   for (uint i = lane; i < texels; i += LANES) {
     uint x = i % push.pitch, y = i / push.pitch;
@@ -34,13 +40,21 @@ void main() {
   }
   sums = over_lanes(sums, false);
   float step = sums.y > 0.0 ? sums.x / sums.y : 0.0, into = step > 0.0 ? step : push.first_step;
-  bool entered = false;
+  vec2 changes = vec2(0.0);  // cells that are cut, that enter
   for (uint i = lane; i < texels; i += LANES) {
-    vec4 p = max(texelFetch(last, int(i)) + step * texelFetch(direction, int(i)), vec4(0.0));
+    vec4 along = texelFetch(direction, int(i)), p = texelFetch(last, int(i)) + step * along;
     vec4 wanted = mix(vec4(0.0), into * texelFetch(gradient, int(i)), greaterThan(texelFetch(contact, int(i)), vec4(0.0)));
-    bvec4 enters = bvec4(uvec4(equal(p, vec4(0.0))) * uvec4(greaterThan(wanted, vec4(0.0))));
-    pressure[i] = mix(p, wanted, enters);
-    entered = entered || any(enters);
+    vec4 gone = vec4(lessThanEqual(p, vec4(0.0))), enters = gone * vec4(greaterThan(wanted, vec4(0.0)));
+    pressure[i] = mix(max(p, vec4(0.0)), wanted, greaterThan(enters, vec4(0.0)));
+    changes += vec2(dot(gone, vec4(notEqual(along, vec4(0.0)))), dot(enters, vec4(1.0)));
   }
-  if (entered) atomicOr(state.entered, 1u);
+  uint steps = state.steps + 1;
+  changes = over_lanes(changes, false);
+  bool fresh = changes.x + changes.y > 0.0 || steps > kMostSteps;
+  for (uint i = lane; i < (fresh ? 0 : texels); i += LANES)
+    next_unexplained[i] = texelFetch(unexplained, int(i)) - step * texelFetch(depth, int(i));
+  if (lane > 0) return;
+  state.entered = changes.y > 0.0 ? 1 : 0;
+  state.steps = fresh ? 0 : steps;
+  for (uint i = 0; i < 3; ++i) groups[3 * (kTractionFreshRows + i)] = fresh ? groups[3 * (kTractionMovedRows + i)] : 0;
 }
