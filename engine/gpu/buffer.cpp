@@ -123,6 +123,7 @@ void DeviceBuffer::invalidate() const {
 TexelView::TexelView(Context& context, const DeviceBuffer& buffer, VkFormat format)
     : context_(&context), buffer_(buffer.handle()) {
   uint64_t texel_bytes = 4;
+  if (format == VK_FORMAT_R8_UINT) texel_bytes = 1;
   if (format == VK_FORMAT_R32G32B32A32_UINT || format == VK_FORMAT_R32G32B32A32_SFLOAT) texel_bytes = 16;
   if (format == VK_FORMAT_R32G32_UINT || format == VK_FORMAT_R32G32_SFLOAT) texel_bytes = 8;
   const uint64_t texels = buffer.bytes() / texel_bytes;

@@ -27,11 +27,9 @@
 namespace palpate {
 namespace {
 
-// A processor's threads take whole workgroups: small ones, so that none waits for the last.
-constexpr uint32_t kWorkgroupOnCpu = 16, kWorkgroupOnGpu = 64;
-constexpr uint32_t kLanesOnCpu = 32, kLanesOnGpu = 256;
-constexpr uint32_t kRowBlockOnCpu = 8, kRowBlockOnGpu = 1;
-constexpr uint32_t kColumnBlockOnCpu = 8, kColumnBlockOnGpu = 2;
+// A processor's threads take whole workgroups: small ones, so that none waits for the last; and long blocks,
+// since arithmetic costs less there than what it is fetched with.
+constexpr TractionStage::Blocks kOnCpu{16, 32, 8, 8}, kOnGpu{64, 256, 1, 2};
 
 void refuse(const std::string& wanted, const std::string& found, const std::string& remedy) {
   throw Error(Failure::Input, wanted, found, remedy);
@@ -43,14 +41,18 @@ uint32_t padded(uint32_t cells) {
 
 }  // namespace
 
+TractionStage::Blocks TractionStage::blocks_for(const gpu::Context& context) {
+  return context.is_software() ? kOnCpu : kOnGpu;
+}
+
 TractionStage::TractionStage(gpu::Context& context, const Material& layer, double thickness_mm,
                              const TractionGrid& grid, const TractionOptions& options, uint32_t iterations)
-    : grid_(grid),
-      iterations_(iterations),
-      workgroup_(context.is_software() ? kWorkgroupOnCpu : kWorkgroupOnGpu),
-      lanes_(context.is_software() ? kLanesOnCpu : kLanesOnGpu),
-      row_block_(context.is_software() ? kRowBlockOnCpu : kRowBlockOnGpu),
-      column_block_(context.is_software() ? kColumnBlockOnCpu : kColumnBlockOnGpu) {
+    : TractionStage(context, layer, thickness_mm, grid, options, iterations, blocks_for(context)) {}
+
+TractionStage::TractionStage(gpu::Context& context, const Material& layer, double thickness_mm,
+                             const TractionGrid& grid, const TractionOptions& options, uint32_t iterations,
+                             const Blocks& blocks)
+    : grid_(grid), iterations_(iterations), blocks_(blocks) {
   check_traction(grid, options);
   if (iterations == 0) refuse("iterations of the traction stage", "none", "TractionStage::kIterations");
   const LayerKernel kernel(layer, thickness_mm, grid.cell_mm);
@@ -59,9 +61,9 @@ TractionStage::TractionStage(gpu::Context& context, const Material& layer, doubl
   push_.height = grid.height;
   push_.pitch = padded(grid.width) / 4;
   push_.rows = padded(grid.height);
-  push_.row_block = row_block_;
-  push_.column_block = column_block_;
-  push_.workgroup = workgroup_;
+  push_.row_block = blocks_.row_block;
+  push_.column_block = blocks_.column_block;
+  push_.workgroup = blocks_.workgroup;
   push_.per_cell2 = static_cast<float>(1 / (grid.cell_mm * grid.cell_mm));
   push_.prior = static_cast<float>(std::pow(options.slope_sd * slope_per_MPa, 2));
   push_.first_step =
@@ -78,7 +80,7 @@ TractionStage::TractionStage(gpu::Context& context, const Material& layer, doubl
   const Grid both{cells.width, 2 * cells.height, cells.pitch};
   mixed_ = FloatMap(context, "traction waves of rows", both);
   answered_ = FloatMap(context, "traction answered waves", both);
-  const uint32_t sums = push_.pitch / 2 * (push_.rows / row_block_);
+  const uint32_t sums = push_.pitch / 2 * (push_.rows / blocks_.row_block);
   sums_ = gpu::DeviceBuffer(context, "traction sums", uint64_t{sums} * 16, gpu::Memory::Device);
   sum_texels_ = gpu::TexelView(context, sums_, VK_FORMAT_R32G32B32A32_SFLOAT);
   state_ = gpu::DeviceBuffer(context, "traction state", sizeof(shared::TractionState), gpu::Memory::Device);
@@ -144,36 +146,40 @@ void TractionStage::make_kernels(gpu::Context& context) {
                        {std::move(bindings), sizeof push_, {local, 1, 1}, std::move(constants)});
   };
   prepare_kernel_ = make({"traction_prepare", k_traction_prepare},
-                         {Texels, Texels, Storage, Storage, Storage, Storage}, workgroup_, {});
+                         {Texels, Texels, Storage, Storage, Storage, Storage}, blocks_.workgroup, {});
   laplacian_kernel_ =
-      make({"traction_laplacian", k_traction_laplacian}, {Texels, Texels, Storage}, workgroup_, {});
+      make({"traction_laplacian", k_traction_laplacian}, {Texels, Texels, Storage}, blocks_.workgroup, {});
   const std::vector<gpu::Binding> transform{Texels, Texels, Storage, Storage};
-  rows_kernel_ = make({"traction_rows", k_traction_rows}, transform, workgroup_, {row_block_});
-  rows_contact_kernel_ =
-      make({"traction_rows_contact", k_traction_rows_contact}, transform, workgroup_, {row_block_});
-  columns_kernel_ = make({"traction_columns", k_traction_columns}, transform, workgroup_, {column_block_});
-  columns_contact_kernel_ =
-      make({"traction_columns_contact", k_traction_columns_contact}, transform, workgroup_, {column_block_});
+  rows_kernel_ = make({"traction_rows", k_traction_rows}, transform, blocks_.workgroup, {blocks_.row_block});
+  rows_contact_kernel_ = make({"traction_rows_contact", k_traction_rows_contact}, transform,
+                              blocks_.workgroup, {blocks_.row_block});
+  columns_kernel_ =
+      make({"traction_columns", k_traction_columns}, transform, blocks_.workgroup, {blocks_.column_block});
+  columns_contact_kernel_ = make({"traction_columns_contact", k_traction_columns_contact}, transform,
+                                 blocks_.workgroup, {blocks_.column_block});
   back_depth_kernel_ =
-      make({"traction_back_depth", k_traction_back_depth}, transform, workgroup_, {row_block_});
-  back_unexplained_kernel_ = make({"traction_back_unexplained", k_traction_back_unexplained},
-                                  {Texels, Texels, Storage, Storage, Texels}, workgroup_, {row_block_});
-  back_gradient_kernel_ =
-      make({"traction_back_gradient", k_traction_back_gradient},
-           {Texels, Texels, Storage, Storage, Texels, Texels, Storage}, workgroup_, {row_block_});
-  back_right_kernel_ = make({"traction_back_right", k_traction_back_right},
-                            {Texels, Texels, Storage, Storage, Texels}, workgroup_, {row_block_});
+      make({"traction_back_depth", k_traction_back_depth}, transform, blocks_.workgroup, {blocks_.row_block});
+  back_unexplained_kernel_ =
+      make({"traction_back_unexplained", k_traction_back_unexplained},
+           {Texels, Texels, Storage, Storage, Texels}, blocks_.workgroup, {blocks_.row_block});
+  back_gradient_kernel_ = make({"traction_back_gradient", k_traction_back_gradient},
+                               {Texels, Texels, Storage, Storage, Texels, Texels, Storage}, blocks_.workgroup,
+                               {blocks_.row_block});
+  back_right_kernel_ =
+      make({"traction_back_right", k_traction_back_right}, {Texels, Texels, Storage, Storage, Texels},
+           blocks_.workgroup, {blocks_.row_block});
   start_kernel_ = make({"traction_start", k_traction_start},
-                       {Texels, Texels, Texels, Storage, Storage, Storage}, lanes_, {lanes_});
-  direction_kernel_ = make({"traction_direction", k_traction_direction},
-                           {Texels, Texels, Texels, Texels, Storage, Storage, Storage}, lanes_, {lanes_});
+                       {Texels, Texels, Texels, Storage, Storage, Storage}, blocks_.lanes, {blocks_.lanes});
+  direction_kernel_ =
+      make({"traction_direction", k_traction_direction},
+           {Texels, Texels, Texels, Texels, Storage, Storage, Storage}, blocks_.lanes, {blocks_.lanes});
   step_kernel_ =
       make({"traction_step", k_traction_step},
            {Texels, Texels, Texels, Texels, Texels, Texels, Storage, Storage, Texels, Storage, Storage},
-           lanes_, {lanes_});
-  finish_kernel_ =
-      make({"traction_finish", k_traction_finish},
-           {Texels, Texels, Texels, Texels, Storage, Storage, Storage, Storage}, lanes_, {lanes_});
+           blocks_.lanes, {blocks_.lanes});
+  finish_kernel_ = make({"traction_finish", k_traction_finish},
+                        {Texels, Texels, Texels, Texels, Storage, Storage, Storage, Storage}, blocks_.lanes,
+                        {blocks_.lanes});
 }
 
 TractionStage::Slot TractionStage::slot(gpu::Context& context) const {
@@ -186,8 +192,8 @@ TractionStage::Slot TractionStage::slot(gpu::Context& context) const {
   slot.pressure = gpu::DeviceBuffer(context, "pressure", cells * sizeof(float), gpu::Memory::Readback);
   slot.state =
       gpu::DeviceBuffer(context, "traction result", sizeof(shared::TractionState), gpu::Memory::Readback);
-  slot.records = gpu::DeviceBuffer(context, "traction records", lanes_ * sizeof(shared::TractionRecord),
-                                   gpu::Memory::Readback);
+  slot.records = gpu::DeviceBuffer(context, "traction records",
+                                   blocks_.lanes * sizeof(shared::TractionRecord), gpu::Memory::Readback);
   write_masks(slot, {}, {});
   return slot;
 }
@@ -271,20 +277,20 @@ void TractionStage::iterate(gpu::Commands& commands) const {
 // What there is to explain: the layer's answer to the depth's divergence, in all of the grid.
 void TractionStage::right_side(gpu::Commands& commands) const {
   const auto groups = [this](uint32_t invocations) {
-    return std::array<uint32_t, 3>{(invocations + workgroup_ - 1) / workgroup_, 1, 1};
+    return std::array<uint32_t, 3>{(invocations + blocks_.workgroup - 1) / blocks_.workgroup, 1, 1};
   };
   commands.dispatch(laplacian_kernel_, {&depth_.texels, &known_.texels, &laplacian_.buffer}, push_,
                     groups(push_.pitch * push_.rows));
   commands.barrier();
   commands.dispatch(rows_kernel_, {&laplacian_.texels, &waves_.texels, &state_, &mixed_.buffer}, push_,
-                    groups(push_.pitch * (push_.rows / row_block_)));
+                    groups(push_.pitch * (push_.rows / blocks_.row_block)));
   commands.barrier();
   commands.dispatch(columns_kernel_, {&mixed_.texels, &answers_.texels, &state_, &answered_.buffer}, push_,
-                    groups(push_.pitch * (push_.rows / column_block_)));
+                    groups(push_.pitch * (push_.rows / blocks_.column_block)));
   commands.barrier();
   commands.dispatch(back_right_kernel_,
                     {&answered_.texels, &waves_.texels, &state_, &sums_, &contact_.texels}, push_,
-                    groups(push_.pitch / 2 * (push_.rows / row_block_)));
+                    groups(push_.pitch / 2 * (push_.rows / blocks_.row_block)));
   commands.barrier();
 }
 
@@ -294,7 +300,7 @@ void TractionStage::record(gpu::Commands& commands, const Slot& slot) const {
   commands.dispatch(
       prepare_kernel_,
       {&slot.depth_words, &slot.flag_bytes, &depth_.buffer, &known_.buffer, &contact_.buffer, &state_}, push_,
-      {(push_.pitch * push_.rows + workgroup_ - 1) / workgroup_, 1, 1});
+      {(push_.pitch * push_.rows + blocks_.workgroup - 1) / blocks_.workgroup, 1, 1});
   commands.barrier();
   right_side(commands);
   commands.dispatch(start_kernel_,

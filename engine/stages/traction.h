@@ -41,10 +41,21 @@ class TractionStage {
  public:
   static constexpr uint32_t kIterations = 12;  ///< of a frame; the next one begins where it ended
 
+  /// How the work is cut: what is fast depends on the device, the result hardly.
+  struct Blocks {
+    uint32_t workgroup = 0;     ///< invocations
+    uint32_t lanes = 0;         ///< of the kernels that are one workgroup
+    uint32_t row_block = 0;     ///< rows of an invocation that transforms rows: 1, 2, 4 or 8
+    uint32_t column_block = 0;  ///< of one that answers along columns, likewise
+  };
+  static Blocks blocks_for(const gpu::Context& context);
+
   /// Of the options slope_sd and tolerance count. Throws Error(Failure::Input) as TractionSolver, and where
   /// no iterations are wanted.
   TractionStage(gpu::Context& context, const Material& layer, double thickness_mm, const TractionGrid& grid,
                 const TractionOptions& options, uint32_t iterations = kIterations);
+  TractionStage(gpu::Context& context, const Material& layer, double thickness_mm, const TractionGrid& grid,
+                const TractionOptions& options, uint32_t iterations, const Blocks& blocks);
 
   const TractionGrid& grid() const { return grid_; }
 
@@ -82,7 +93,8 @@ class TractionStage {
   gpu::IndirectGroups counted(uint32_t dispatch) const;
 
   TractionGrid grid_;
-  uint32_t iterations_, workgroup_, lanes_, row_block_, column_block_;
+  uint32_t iterations_;
+  Blocks blocks_;
   shared::TractionPush push_{};
   FloatMap depth_, known_, contact_, pressure_, gradient_, direction_;
   FloatMap moved_;        ///< depth by the direction

@@ -46,7 +46,7 @@ void store(vec4 value, int at) {
   vec4 carries = vec4(greaterThan(p, vec4(0.0))), wanted = max(gradient, vec4(0.0)) * (1.0 - carries);
   found += vec2(dot(gradient * gradient, carries), dot(wanted, wanted));
 #else
-  vec4 right = value * texelFetch(contact, at);
+  vec4 right = mix(vec4(0.0), value, greaterThan(texelFetch(contact, at), vec4(0.0)));
   found = vec2(found.x + dot(right, right), max(found.y, max(max(right.x, right.y), max(right.z, right.w))));
 #endif
 }

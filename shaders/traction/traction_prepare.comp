@@ -32,5 +32,5 @@ void main() {
   contact[i] = c;
   if (i > 0) return;
   state.first_row = state.first_pair = 0;
-  state.end_row = push.height;
+  state.end_row = push.rows;
 }
