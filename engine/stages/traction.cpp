@@ -29,7 +29,7 @@ namespace {
 
 // A processor's threads take whole workgroups: small ones, so that none waits for the last; and long blocks,
 // since arithmetic costs less there than what it is fetched with.
-constexpr TractionStage::Blocks kOnCpu{16, 32, 8, 8}, kOnGpu{64, 256, 1, 2};
+constexpr TractionStage::Blocks kOnCpu{16, 32, 8, 8}, kOnGpu{64, 128, 1, 2};
 
 void refuse(const std::string& wanted, const std::string& found, const std::string& remedy) {
   throw Error(Failure::Input, wanted, found, remedy);
@@ -336,7 +336,7 @@ TractionReading TractionStage::read(const Slot& slot) const {
   reading.moment_x_Nmm = area * y;
   reading.moment_y_Nmm = -area * x;
   reading.residual = state.goal > 0 ? std::sqrt(double{state.residual2} / double{state.goal}) : 0;
-  // A slope has two edges.
+  // Two edges, one each way, are one slope.
   reading.slope_rms = edges > 0 ? std::sqrt(slopes2 / (0.5 * static_cast<double>(edges))) : 0;
   reading.iterations = state.iterations;
   reading.converged = state.converged != 0;

@@ -73,8 +73,8 @@ class TractionStage {
   /// slot's next submission. Throws Error(Failure::Input) on another size.
   void write_masks(const Slot& slot, std::span<const uint8_t> contact, std::span<const uint8_t> known) const;
 
-  /// The slot's depth to its pressure. A depth that is not finite counts as not known. Frames run one after
-  /// the other, each from the pressure of the one before, whichever slot that had.
+  /// The slot's depth to its pressure. A depth that is not finite, or beyond 1e6 mm, counts as not known.
+  /// Frames run one after the other, each from the pressure of the one before, whichever slot that had.
   void record(gpu::Commands& commands, const Slot& slot) const;
   /// Of a finished submission.
   TractionReading read(const Slot& slot) const;

@@ -13,6 +13,8 @@ const uint kTractionBlock = 8;
 // Bits of a cell's byte as the host writes it.
 const uint kTractionContact = 1;
 const uint kTractionKnown = 2;
+// Squares of what is deeper would be too large for single precision.
+const float kTractionDeepest_mm = 1e6f;
 
 struct TractionPush {
   uint width;  // cells

@@ -1,5 +1,6 @@
 // Rows from their cosines and sines: four cells and their mirror images of several rows an invocation. Variants: DEPTH, as it is;
-// UNEXPLAINED, what it leaves of the depth that was seen; GRADIENT, less the prior, with the sums of its squares; RIGHT, only the sums.
+// UNEXPLAINED, what it leaves of the depth that was seen; GRADIENT, less the prior, with the sums of its squares; RIGHT, only the
+// sums.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/traction.h"

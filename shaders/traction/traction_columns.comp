@@ -1,6 +1,6 @@
-// The layer's answer along columns, each wave along the rows by itself: what a column carries, weighed by a table of the distance.
-// Four waves, their cosines and sines, of several rows an invocation. From the rows with contact to all, but for variant ALL_ROWS: from
-// all to those with contact.
+// The layer's answer along columns, each wave along the rows by itself: what a column carries, weighed by a table of the
+// distance. Four waves, their cosines and sines, of several rows an invocation. From the rows with contact to all, but for
+// variant ALL_ROWS: from all to those with contact.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/traction.h"

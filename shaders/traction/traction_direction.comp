@@ -1,5 +1,5 @@
-// The next direction: the gradient where there is pressure, and what stays of the last direction. Where the gradient that is left is
-// small enough nothing moves any more. One workgroup.
+// The next direction: the gradient where there is pressure, and what stays of the last direction. Where the gradient that is left
+// is small enough nothing moves any more. One workgroup.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/traction.h"

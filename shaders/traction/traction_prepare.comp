@@ -1,4 +1,5 @@
-// The frame's depth, contact and known cells as padded maps. A depth that is not finite is not known.
+// The frame's depth, contact and known cells as padded maps. A depth that is no number, or beyond all measure,
+// is not known.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/traction.h"
@@ -22,7 +23,7 @@ void main() {
     int at = inside ? int(y * push.width + x) + j : 0;
     uint flag = inside ? texelFetch(flags, at).x : 0;
     uint bits = floatBitsToUint(texelFetch(given, at).x);
-    bool sees = (flag & kTractionKnown) != 0 && (bits & 0x7f800000u) != 0x7f800000u;
+    bool sees = (flag & kTractionKnown) != 0 && (bits & 0x7fffffffu) <= floatBitsToUint(kTractionDeepest_mm);
     d[j] = uintBitsToFloat(sees ? bits : 0u);
     k[j] = sees ? 1.0 : 0.0;
     c[j] = (flag & kTractionContact) != 0 ? 1.0 : 0.0;

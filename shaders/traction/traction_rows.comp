@@ -1,5 +1,5 @@
-// Rows to their cosines and sines about the middle, four frequencies of several rows an invocation. Cells are added to and taken from
-// their mirror images first: half the products. Only where there is contact, but for variant ALL_ROWS.
+// Rows to their cosines and sines about the middle, four frequencies of several rows an invocation. Cells are added to and taken
+// from their mirror images first: half the products. Only where there is contact, but for variant ALL_ROWS.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/traction.h"

@@ -1,6 +1,6 @@
-// How far along the direction, from the depth that it makes; pressure goes there, is cut where it would pull, and comes back where
-// the gradient wants it. Where nothing is cut or comes back the depth that pressure explains changes by the direction's, and need not
-// be computed afresh. One workgroup.
+// How far along the direction, from the depth that it makes; pressure goes there, is cut where it would pull, and comes back
+// where the gradient wants it. Where nothing is cut or comes back the depth that pressure explains changes by the direction's,
+// and need not be computed afresh. One workgroup.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/traction.h"

@@ -235,6 +235,7 @@ TEST_F(TractionStageTest, DepthsThatAreNoNumbersAreNotKnown) {
     told.known[i] = 0;
     scene.depth[i] = std::numeric_limits<float>::infinity() * (i % 2 == 0 ? 1.0f : -1.0f);
     if (i % 3 == 0) scene.depth[i] = std::numeric_limits<float>::quiet_NaN();
+    if (i % 5 == 0) scene.depth[i] = 1e30f;
   }
   compare(told, run(scene), told.solver());
 }
@@ -335,7 +336,7 @@ TEST_F(TractionStageTest, BlocksDoNotMatter) {
   scene.add(Layer(kGel, 5.5).press_sphere(1, 8), -2.1, 3.6);
   for (size_t i = 0; i < scene.known.size(); i += 17) scene.known[i] = 0;
   for (const TractionStage::Blocks& blocks :
-       {TractionStage::Blocks{64, 256, 1, 2}, {32, 64, 2, 1}, {8, 8, 4, 8}, {128, 128, 8, 4}}) {
+       {TractionStage::Blocks{64, 128, 1, 2}, {32, 64, 2, 1}, {8, 8, 4, 8}, {128, 128, 8, 4}}) {
     Run run(context(), scene, 60, 1e-4, &blocks);
     compare(scene, run(scene), scene.solver(1e-4));
   }
@@ -354,7 +355,7 @@ TEST_F(TractionStageTest, LayersAndErrors) {
         const Layer pad(layer, thickness);
         scene.add(pad.press_sphere(5 * layer.young_MPa, 12), 0.6, -0.4);
         for (float& depth : scene.depth) depth += 0.1f * static_cast<float>(slope_sd) * normal(random);
-        Run run(context(), scene, 300);
+        Run run(context(), scene, 60);
         std::printf("nu %.3f, %.1f mm, sd %.3f:", poisson, thickness, slope_sd);
         compare(scene, run(scene), scene.solver(), 1e-3, 1e-2);
       }
