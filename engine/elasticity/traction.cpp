@@ -263,7 +263,8 @@ struct TractionSolver::Impl {
       if (p > 0 && (x == 0 || y == 0 || x + 1 == grid.width || y + 1 == grid.height)) result.at_border = true;
       result.pressure_MPa[i] = static_cast<float>(pressure[i]);
     }
-    if (options.errors && input.pressure_MPa.empty() && wrench.force_N[2] > 0) {
+    // Where the pressure is measured by itself, its errors are not those of slopes.
+    if (options.errors && !input.depth_mm.empty() && wrench.force_N[2] > 0) {
       for (size_t i = 0; i < n; ++i) right[i] = area;
       wrench.force_sd_N[2] = pressure_error(right, error_solutions[0]);
       for (size_t i = 0; i < n; ++i) right[i] = area * y_mm(i);
@@ -376,7 +377,9 @@ struct TractionSolver::Impl {
     for (size_t i = 0; i < n; ++i) {
       known[i] = input.known.empty() || input.known[i] != 0 ? 1 : 0;
       allowed[i] = input.contact.empty() || input.contact[i] != 0 ? 1 : 0;
-      given[i] = known[i] != 0 ? double{(given_pressure ? input.pressure_MPa : input.depth_mm)[i]} : 0;
+      given[i] = given_pressure  ? double{input.pressure_MPa[i]}
+                 : known[i] != 0 ? double{input.depth_mm[i]}
+                                 : 0;
       if (!std::isfinite(given[i]))
         refuse("a depth of every cell that is known", "one that is not a number",
                "leaving it out of `known`");

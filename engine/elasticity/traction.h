@@ -39,7 +39,8 @@ struct TractionOptions {
 /// What is known of the surface; each map is height x width cells.
 struct TractionInput {
   std::span<const float> depth_mm{};  ///< into the layer, up to a constant
-  /// Where it is known already: only shear is solved for, and depth_mm may be empty.
+  /// Where it is known already: only shear is solved for; with depth_mm the solution of those depths, whose
+  /// errors are stated, without it measured by itself.
   std::span<const float> pressure_MPa{};
   std::span<const uint8_t> contact{};   ///< 0: nothing presses there; empty: everywhere may be pressed
   std::span<const uint8_t> known{};     ///< 0: depth is not known there; empty: everywhere it is

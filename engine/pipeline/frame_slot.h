@@ -13,6 +13,7 @@
 #include "engine/stages/regions.h"
 #include "engine/stages/rest_correction.h"
 #include "engine/stages/rest_level.h"
+#include "engine/stages/traction.h"
 #include "engine/stages/upload.h"
 
 namespace palpate {
@@ -37,6 +38,9 @@ struct SurfaceSlot {
 struct TractionSlot {
   gpu::DeviceBuffer input;  ///< cell heights, or the map of pressures
   gpu::Commands heights;    ///< makes them of the final depth
+  gpu::DeviceBuffer depths;  ///< of cells, on their way to the stage
+  TractionStage::Slot stage;
+  gpu::Commands solve;
   std::vector<float> pressure_kPa, shear_x_kPa, shear_y_kPa;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/gpu/context.h"
 #include "shaders/shared/confidence.h"
 
 namespace palpate {
@@ -50,7 +51,7 @@ Estimate with_modulus(double value, double sd, double relative_sd, Validity vali
 }  // namespace
 
 LayerTraction::LayerTraction(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
-                             const SurfaceMethod& surface)
+                             const SurfaceMethod& surface, TractionBy by)
     : context_(context),
       sensor_(sensor),
       surface_(surface),
@@ -66,7 +67,10 @@ LayerTraction::LayerTraction(gpu::Context& context, const Sensor& sensor, const 
   options.slope_sd = slope_sd(sensor, grid_.cell_mm);
   options.error_length_mm = layer_.thickness_mm;
   options.shift_sd_mm = shift_sd_mm(sensor);
-  solver_.emplace(Material{layer_.young_MPa, layer_.poisson}, layer_.thickness_mm, grid_, options);
+  const Material material{layer_.young_MPa, layer_.poisson};
+  solver_.emplace(material, layer_.thickness_mm, grid_, options);
+  const bool device = by == TractionBy::Device || (by == TractionBy::Auto && !context.is_software());
+  if (device && !surface.pressure()) stage_.emplace(context, material, layer_.thickness_mm, grid_, options);
 }
 
 void LayerTraction::make(FrameSlot& slot) const {
@@ -82,6 +86,17 @@ void LayerTraction::make(FrameSlot& slot) const {
   cells_.record(traction.heights, slot.surface.depth, traction.input);
   traction.heights.host_barrier();
   traction.heights.end();
+  if (!stage_) return;
+  traction.stage = stage_->slot(context_);
+  traction.solve = gpu::Commands(context_);
+  traction.depths =
+      gpu::DeviceBuffer(context_, "traction depths", traction.stage.depth.bytes(), gpu::Memory::Upload);
+  traction.solve.begin();
+  traction.solve.copy(traction.depths, traction.stage.depth, traction.stage.depth.bytes());
+  traction.solve.barrier();
+  stage_->record(traction.solve, traction.stage);
+  traction.solve.host_barrier();
+  traction.solve.end();
 }
 
 // The pressure's buffer is the next frame's as well; depths are the slot's own, and final only later.
@@ -97,6 +112,7 @@ TractionMaps LayerTraction::measure(FrameSlot& slot, Touch& touch, std::span<con
     one->validity = Validity::NoContact;
   if (!touch.contact) {
     if (solver_) solver_->forget();
+    if (stage_) stage_->forget(context_);
     return {};
   }
   if (surface_.pressure()) {
@@ -123,7 +139,7 @@ TractionMaps LayerTraction::measure(FrameSlot& slot, Touch& touch, std::span<con
       input.shift_y_mm = shift_y_;
       input.shift_known = shift_known_;
     }
-    const Traction& found = solver_->solve(input);
+    const Traction found = solve(slot, input);
     fill(found, slot, summary);
     state(touch, found.converged, summary);
   }
@@ -134,6 +150,26 @@ TractionMaps LayerTraction::measure(FrameSlot& slot, Touch& touch, std::span<con
     result.shear_x_kPa = maps.shear_x_kPa;
     result.shear_y_kPa = maps.shear_y_kPa;
   }
+  return result;
+}
+
+// The device finds the pressure; what it is worth, and the shear beside it, the host.
+Traction LayerTraction::solve(FrameSlot& slot, TractionInput input) {
+  if (!stage_) return solver_->solve(input);
+  TractionSlot& traction = slot.traction;
+  std::ranges::copy(depth_, traction.depths.as<float>().begin());
+  traction.depths.flush();
+  stage_->write_masks(traction.stage, contact_, known_);
+  traction.solve.submit();
+  traction.solve.wait();
+  const TractionReading found = stage_->read(traction.stage);
+  pressure_.assign(found.pressure_MPa.begin(), found.pressure_MPa.end());
+  input.pressure_MPa = pressure_;
+  Traction result = solver_->solve(input);
+  result.converged = result.converged && found.converged;
+  result.residual = found.residual;
+  result.iterations += found.iterations;
+  result.slope_rms = found.slope_rms;
   return result;
 }
 
@@ -322,7 +358,10 @@ void LayerTraction::state(const Touch& touch, bool converged, TractionSummary& s
 }
 
 uint64_t LayerTraction::memory_bytes(const FrameSlot& slot) const {
-  return slot.traction.input.bytes();
+  const TractionSlot& t = slot.traction;
+  return t.input.bytes() + t.depths.bytes() + t.stage.depth.bytes() + t.stage.flags.bytes() +
+         t.stage.pressure.bytes() + t.stage.state.bytes() + t.stage.records.bytes() +
+         (stage_ ? stage_->memory_bytes() : 0);
 }
 
 }  // namespace palpate

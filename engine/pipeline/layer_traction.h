@@ -11,6 +11,7 @@
 #include "engine/pipeline/frame_slot.h"
 #include "engine/pipeline/surface_method.h"
 #include "engine/stages/cell_heights.h"
+#include "engine/stages/traction.h"
 #include "palpate/pipeline.h"
 #include "palpate/touch.h"
 
@@ -20,7 +21,7 @@ class LayerTraction {
  public:
   /// `sensor`, which has a layer, and `surface` live longer than this.
   LayerTraction(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
-                const SurfaceMethod& surface);
+                const SurfaceMethod& surface, TractionBy by);
 
   /// Buffers of a slot, and what is submitted apart from its own commands.
   void make(FrameSlot& slot) const;
@@ -33,6 +34,7 @@ class LayerTraction {
   uint64_t memory_bytes(const FrameSlot& slot) const;
 
  private:
+  Traction solve(FrameSlot& slot, TractionInput input);
   void find_contact(const Touch& touch);
   void read_pressures(FrameSlot& slot);
   void read_heights(FrameSlot& slot);
@@ -50,9 +52,10 @@ class LayerTraction {
   CellHeights cells_;
   uint32_t fine_;  ///< of CellHeights' cells along one of ours
   TractionGrid grid_;
+  std::optional<TractionStage> stage_;    ///< where the device solves
   std::optional<TractionSolver> solver_;  ///< none where pixels are pressures and no skin is followed
   // Of the frame that is measured; kept so that frames allocate nothing.
-  std::vector<float> depth_, shift_x_, shift_y_, weight_;
+  std::vector<float> depth_, pressure_, shift_x_, shift_y_, weight_;
   std::vector<uint8_t> contact_, known_, shift_known_;
 };
 

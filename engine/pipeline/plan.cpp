@@ -76,6 +76,9 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
   plan.confidence = needs_confidence(sensor, options.outputs);
   plan.surface = surface_kind(sensor, options.outputs);
   plan.traction = needs_traction(sensor, options.outputs);
+  plan.traction_by = options.traction == TractionBy::Auto && options.solver == SurfaceSolver::Exact
+                         ? TractionBy::Host
+                         : options.traction;
   // Where each pixel has its confidence, specks have none and are left out by it.
   plan.specks = plan.background && !plan.confidence && !plan.windowed && sensor.bit_depth == 8 &&
                 sensor.reconstruction == Reconstruction::Photometric;

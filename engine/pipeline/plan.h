@@ -33,6 +33,7 @@ struct FramePlan {
   bool keep_filtered = false;  ///< the surface is made of the contact stage's filtered image
   SurfaceKind surface = SurfaceKind::None;
   bool traction = false;  ///< by the layer
+  TractionBy traction_by = TractionBy::Auto;
   bool weights = false;   ///< the surface counts each pixel by its confidence
   SurfaceSolver solver = SurfaceSolver::Live;
   bool warm_start = false;

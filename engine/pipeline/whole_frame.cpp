@@ -41,7 +41,7 @@ WholeFrame::WholeFrame(gpu::Context& context, const Sensor& sensor, const FrameF
   if (plan.confidence) confidence_.emplace(context, sensor, format, markers_ ? &*markers_ : nullptr);
   surface_ =
       make_surface(context, sensor, format, plan, contact_, confidence_ ? &*confidence_ : nullptr, tuning);
-  if (plan.traction) traction_.emplace(context, sensor, format, *surface_);
+  if (plan.traction) traction_.emplace(context, sensor, format, *surface_, plan.traction_by);
   if (gel_contacts_ && surface_) rest_correction_.emplace(context, surface_->grid());
   if (confidence_ && !background_) {
     Frame black;
@@ -63,6 +63,7 @@ WholeFrame::~WholeFrame() {
     slot.surface.heights.settle();
     slot.surface.corrected.settle();
     slot.traction.heights.settle();
+    slot.traction.solve.settle();
   }
 }
 

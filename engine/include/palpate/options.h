@@ -49,6 +49,13 @@ enum class Upload {
   Import,  ///< the device reads the driver's buffer itself, where it can; else as Copy
 };
 
+/// Who solves for the pressure of Output::Traction; its errors and shear are the host's.
+enum class TractionBy {
+  Auto,    ///< Host on the processor's own driver, and with SurfaceSolver::Exact; else Device
+  Device,  ///< single precision, twelve iterations a frame from where the last one ended
+  Host,    ///< double precision, to its tolerance
+};
+
 struct PipelineOptions {
   uint32_t outputs = Output::Force | Output::Surface;
   SurfaceSolver solver = SurfaceSolver::Live;
@@ -66,6 +73,7 @@ struct PipelineOptions {
   /// Frames are compared with the untouched image as they are: what a camera or its lamps change by
   /// themselves is not taken out. Without it that is done for colour gels.
   bool fixed_light = false;
+  TractionBy traction = TractionBy::Auto;
   Upload upload = Upload::Auto;       ///< of leased frames; others are copied
   std::optional<Tuning> tuning = {};  ///< without one: what was measured for the device, or its defaults
 };
