@@ -186,6 +186,11 @@ Sensor synthetic_sensor(const SyntheticOptions& o) {
   } else if (o.mode == SyntheticMode::Gel) {
     s.reconstruction = Reconstruction::Photometric;
     s.photometric = gel_calibration();
+    if (o.pad_thickness_mm >= LayerCalibration::kThinnest_px * s.pitch_mm_per_px)
+      s.layer = LayerCalibration{.young_MPa = o.pad_young_MPa,
+                                 .poisson = 0.5,
+                                 .thickness_mm = o.pad_thickness_mm,
+                                 .relative_sd = 0.01};
   }
   // Frames of less than 19 px across do not resolve the pad's thickness.
   if (o.mode == SyntheticMode::Waveguide &&

@@ -248,10 +248,11 @@ Report run(const Common& common, const Options& options) {
     make_output_folder(common.out);
     write_whole(common.out / "wrench.csv", std::string_view(wrench_csv(series)));
     std::string written = "\nwritten: " + (common.out / "wrench.csv").string();
-    draw_plots([&](PlotKind kind) { return series_script(series, check.has_value(), kind); },
-               common.out / "wrench", written);
-    if (series.peak)
+    if (series.peak) {
+      draw_plots([&](PlotKind kind) { return series_script(series, check.has_value(), kind); },
+                 common.out / "wrench", written);
       draw_plots([&](PlotKind kind) { return map_script(series, kind); }, common.out / "pressure", written);
+    }
     report.text += written;
   }
   report.exit_code = validation_clean(*context) ? 0 : kInternalError;

@@ -1,0 +1,202 @@
+// Traction of frames: the wrench of simulated presses beside their truth, and the states that it ends in.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <string>
+
+#include "capture/open_source.h"
+#include "capture/synthetic/synthetic.h"
+#include "palpate/error.h"
+#include "palpate/pipeline.h"
+#include "tests/support/gpu_fixture.h"
+
+namespace palpate {
+namespace {
+
+constexpr uint32_t kOutputs = Output::Force | Output::Contacts | Output::Surface | Output::Traction;
+
+class TractionTest : public GpuTest {
+ protected:
+  struct Press {
+    Result result;
+    std::optional<Truth> truth;
+  };
+  /// Every `step`-th frame of a scene through one pipeline, each result with its truth to `with`.
+  template <typename With>
+  static void run(const std::string& scene, const Sensor& sensor, const PipelineOptions& options,
+                  uint64_t step, const With& with) {
+    const std::unique_ptr<Source> source = open_source(scene, sensor);
+    Pipeline pipeline(context(), sensor, source->format(), options);
+    pipeline.set_background(load_background(scene, sensor, *source));
+    Frame frame;
+    for (uint64_t i = 0; source->next(frame); ++i) {
+      if (i % step != 0) continue;
+      ASSERT_TRUE(pipeline.submit(frame));
+      const std::optional<Result> result = pipeline.wait();
+      with(*result, source->truth(frame.sequence).value());
+    }
+  }
+  static Sensor sensor_of(const std::string& scene) { return synthetic_sensor(parse_synthetic(scene)); }
+};
+
+double sum_N(const TractionMaps& maps, double pitch_mm) {
+  const double cell_mm = maps.cell_px * pitch_mm;
+  return 1e-3 * cell_mm * cell_mm * std::accumulate(maps.pressure_kPa.begin(), maps.pressure_kPa.end(), 0.0);
+}
+
+// A gel's slopes and the layer alone, without any calibration of force: within 2 % of what presses.
+TEST_F(TractionTest, ForceOfAGelWithinTwoPerCent) {
+  const std::string scene = "synthetic:palpation?mode=gel&size=320x240";
+  const Sensor sensor = sensor_of(scene);
+  ASSERT_TRUE(sensor.layer.has_value());
+  size_t readings = 0, held = 0;
+  double worst = 0;
+  run(scene, sensor, {.outputs = kOutputs}, 6, [&](const Result& result, const Truth& truth) {
+    const Touch& touch = result.touch;
+    ASSERT_TRUE(touch.traction.has_value());
+    const Estimate& force = touch.traction->force_z_N;
+    if (!touch.contact) {
+      EXPECT_EQ(force.validity, Validity::NoContact);
+      EXPECT_EQ(force.value, 0);
+      EXPECT_TRUE(result.traction.pressure_kPa.empty());
+      return;
+    }
+    EXPECT_NEAR(sum_N(result.traction, sensor.pitch_mm_per_px), force.value, 1e-4 + 1e-3 * force.value);
+    EXPECT_EQ(touch.traction->force_x_N.validity, Validity::NotCalibrated);
+    if (truth.force_N < 0.3 || force.validity != Validity::Valid) return;
+    ++readings;
+    worst = std::max(worst, std::abs(force.value / truth.force_N - 1));
+    held += std::abs(force.value - truth.force_N) <= 1.96 * force.standard_error;
+    const double x_mm = (truth.center_x_px - 0.5 * (result.traction.width * result.traction.cell_px - 1)) *
+                        sensor.pitch_mm_per_px;
+    EXPECT_NEAR(touch.traction->moment_y_Nmm.value, -x_mm * truth.force_N, 0.15 * truth.force_N);
+  });
+  std::printf("%zu readings, the worst %.2f %% off, %zu intervals of 95 %% hold\n", readings, 100 * worst,
+              held);
+  EXPECT_GT(readings, 10u);
+  EXPECT_LT(worst, 0.02);
+  EXPECT_GE(held, readings * 9 / 10);
+}
+
+// Host and device solve the same problem.
+TEST_F(TractionTest, DeviceAndHostAgree) {
+  const std::string scene = "synthetic:press?mode=gel&size=320x240";
+  const Sensor sensor = sensor_of(scene);
+  std::vector<double> force[2], moment[2], sd[2];
+  for (const TractionBy by : {TractionBy::Host, TractionBy::Device})
+    run(scene, sensor, {.outputs = kOutputs, .traction = by}, 15, [&](const Result& result, const Truth&) {
+      const size_t k = by == TractionBy::Device;
+      force[k].push_back(result.touch.traction->force_z_N.value);
+      sd[k].push_back(result.touch.traction->force_z_N.standard_error);
+      moment[k].push_back(result.touch.traction->moment_x_Nmm.value);
+    });
+  ASSERT_EQ(force[0].size(), force[1].size());
+  ASSERT_GT(*std::max_element(force[0].begin(), force[0].end()), 1);
+  for (size_t i = 0; i < force[0].size(); ++i) {
+    EXPECT_NEAR(force[1][i], force[0][i], 2e-3 + 5e-3 * force[0][i]);
+    EXPECT_NEAR(moment[1][i], moment[0][i], 5e-3 + 1e-2 * std::abs(moment[0][i]));
+    EXPECT_NEAR(sd[1][i], sd[0][i], 0.05 * sd[0][i] + 1e-4);
+  }
+}
+
+// A waveguide's pixels are pressures: their sum is the force, and goes back through the same layer.
+TEST_F(TractionTest, WaveguideSumsItsPressures) {
+  const std::string scene = "synthetic:press?size=320x240";
+  const Sensor sensor = sensor_of(scene);
+  ASSERT_EQ(sensor.reconstruction, Reconstruction::Elastic);
+  run(scene, sensor, {.outputs = kOutputs}, 30, [&](const Result& result, const Truth& truth) {
+    if (truth.force_N < 0.3) return;
+    const TractionSummary& t = *result.touch.traction;
+    EXPECT_NEAR(t.force_z_N.value, truth.force_N, 0.02 * truth.force_N);
+    EXPECT_EQ(t.force_z_N.validity, Validity::Valid);
+    EXPECT_NEAR(sum_N(result.traction, sensor.pitch_mm_per_px), t.force_z_N.value, 1e-3);
+  });
+}
+
+// The skin's motion under a drag: shear on the way of the drag, in part at the friction limit once it slips.
+TEST_F(TractionTest, ShearOfADrag) {
+  const std::string scene = "synthetic:drag?skin=texture&size=640x480";
+  const Sensor sensor = sensor_of(scene);
+  std::vector<double> wrench_N, true_N;
+  double stuck = 0, slid = 0, stuck_frames = 0, slid_frames = 0;
+  run(scene, sensor, {.outputs = kOutputs | Output::Skin}, 12, [&](const Result& result, const Truth& truth) {
+    const TractionSummary& t = *result.touch.traction;
+    if (!result.touch.contact || truth.force_N < 0.5 || t.force_x_N.validity == Validity::NotCalibrated)
+      return;
+    ASSERT_FALSE(result.traction.shear_x_kPa.empty());
+    EXPECT_GT(t.force_x_N.standard_error, 0);
+    wrench_N.push_back(t.force_x_N.value);
+    true_N.push_back(truth.shear_x_N);
+    ASSERT_TRUE(t.slipping_fraction.has_value());
+    (truth.slipping ? slid : stuck) += *t.slipping_fraction;
+    (truth.slipping ? slid_frames : stuck_frames) += 1;
+  });
+  ASSERT_GT(wrench_N.size(), 10u);
+  double products = 0, squares = 0, wrench = 0;
+  for (size_t i = 0; i < wrench_N.size(); ++i) {
+    products += wrench_N[i] * true_N[i];
+    squares += true_N[i] * true_N[i];
+    wrench += wrench_N[i] * wrench_N[i];
+  }
+  const double scale = products / squares, correlation = products / std::sqrt(squares * wrench);
+  std::printf(
+      "shear by the layer %.2f of the simulator's, correlation %.3f; at the friction limit %.0f %% of the "
+      "contact while it sticks, %.0f %% while it slips\n",
+      scale, correlation, 100 * stuck / stuck_frames, 100 * slid / slid_frames);
+  // The simulator moves the skin by a spring, not by this layer: its stiffness is another one.
+  EXPECT_GT(correlation, 0.97);
+  EXPECT_GT(scale, 0.5);
+  EXPECT_LT(scale, 1.5);
+  EXPECT_GT(slid / slid_frames, stuck / stuck_frames);
+}
+
+TEST_F(TractionTest, StatesAreSaid) {
+  const std::string scene = "synthetic:press?mode=gel&size=320x240";
+  // Linear theory ends at a third of the thickness.
+  Sensor thin = sensor_of(scene);
+  thin.layer->thickness_mm = 0.6;
+  bool said = false;
+  run(scene, thin, {.outputs = kOutputs}, 30, [&](const Result& result, const Truth&) {
+    said |= result.touch.traction->force_z_N.validity == Validity::TooDeep;
+  });
+  EXPECT_TRUE(said);
+  // Not asked for: not there.
+  run(scene, sensor_of(scene), {.outputs = Output::Force | Output::Surface}, 60,
+      [&](const Result& result, const Truth&) { EXPECT_FALSE(result.touch.traction.has_value()); });
+  Sensor none = sensor_of(scene);
+  none.layer.reset();
+  EXPECT_THROW(Pipeline(context(), none, {320, 240, 3, 8}, {.outputs = kOutputs}), Error);
+  EXPECT_THROW(
+      Pipeline(context(), sensor_of(scene), {320, 240, 3, 8}, {.outputs = Output::Force | Output::Traction}),
+      Error);
+}
+
+TEST(LayerInSensorFile, BadNumbersAreRefused) {
+  Sensor sensor = synthetic_sensor(parse_synthetic("synthetic:press?mode=gel"));
+  const std::string good = sensor_text(sensor);
+  const Sensor back = sensor_from_text(good, "pad.json");
+  ASSERT_TRUE(back.layer.has_value());
+  EXPECT_EQ(back.layer->thickness_mm, sensor.layer->thickness_mm);
+  const auto refusal = [&](auto change) {
+    Sensor bad = sensor;
+    change(*bad.layer);
+    try {
+      sensor_from_text(sensor_text(bad), "pad.json");
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(refusal([](LayerCalibration& l) { l.thickness_mm *= 1e-3; }).find("would fit in m"),
+            std::string::npos);
+  EXPECT_NE(refusal([](LayerCalibration& l) { l.young_MPa = 0; }).find("young_MPa"), std::string::npos);
+  EXPECT_NE(refusal([](LayerCalibration& l) { l.poisson = 0.51; }).find("poisson"), std::string::npos);
+  // Incompressible is a layer as any other.
+  EXPECT_EQ(refusal([](LayerCalibration& l) { l.poisson = 0.5; }), "");
+}
+
+}  // namespace
+}  // namespace palpate
