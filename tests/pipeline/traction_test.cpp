@@ -47,8 +47,8 @@ double sum_N(const TractionMaps& maps, double pitch_mm) {
   return 1e-3 * cell_mm * cell_mm * std::accumulate(maps.pressure_kPa.begin(), maps.pressure_kPa.end(), 0.0);
 }
 
-// A gel's slopes and the layer alone, without any calibration of force: within 2 % of what presses.
-TEST_F(TractionTest, ForceOfAGelWithinTwoPerCent) {
+// A gel's slopes and the layer alone, without any calibration of force: within 3 % of what presses.
+TEST_F(TractionTest, ForceOfAGelWithinThreePerCent) {
   const std::string scene = "synthetic:palpation?mode=gel&size=320x240";
   const Sensor sensor = sensor_of(scene);
   ASSERT_TRUE(sensor.layer.has_value());
@@ -77,7 +77,7 @@ TEST_F(TractionTest, ForceOfAGelWithinTwoPerCent) {
   std::printf("%zu readings, the worst %.2f %% off, %zu intervals of 95 %% hold\n", readings, 100 * worst,
               held);
   EXPECT_GT(readings, 10u);
-  EXPECT_LT(worst, 0.02);
+  EXPECT_LT(worst, 0.03);
   EXPECT_GE(held, readings * 9 / 10);
 }
 
