@@ -225,8 +225,8 @@ std::string map_script(const WrenchSeries& series, PlotKind kind) {
                            static_cast<unsigned long long>(peak.frame), peak.wrench.pressure_max_kPa);
   if (longest > 0) title += text("; arrows: shear, up to %.3g kPa", longest);
   s += "set size ratio -1\nset xrange [0:" + plot_number(map.width * map.cell_mm) +
-       "]\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset cblabel 'pressure, kPa'\nset yrange [0:" +
-       plot_number(map.height * map.cell_mm) + "] reverse\nset title " + plot_words(title) +
+       "]\nset xlabel 'x, mm'\nset ylabel 'y, mm'\nset cblabel 'pressure, kPa'\nset yrange [" +
+       plot_number(map.height * map.cell_mm) + ":0]\nset title " + plot_words(title) +
        "\nplot $map using 1:2:3 with image notitle";
   if (!arrows[0].empty())
     s += ", $arrows using 1:2:3:4 with vectors filled head size screen 0.008,20 lw 1.5 lc rgb '#ffffff' "
