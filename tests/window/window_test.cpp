@@ -88,7 +88,7 @@ TEST_F(WindowTest, EveryKeyDoesWhatTheHelpSays) {
   const Ended done = quit();
   EXPECT_EQ(done.exit_code, 0) << done.err;
   const Json kept = remembered();
-  EXPECT_EQ(kept["colours"], "strain") << "a gel reads no pressure";
+  EXPECT_EQ(kept["colours"], "pressure") << "by the gel's layer";
   EXPECT_EQ(kept["colour_map"], "cividis");
   EXPECT_EQ(kept["section"], true);
   for (const char* off : {"light", "grid", "axes", "charts", "contacts", "skin", "controls"})

@@ -31,9 +31,9 @@ void LookOptions::add(CommandLine& command) {
                                                       {"cividis", viz::ColourMap::Cividis},
                                                       {"magma", viz::ColourMap::Magma}};
   command
-      .add_option(
-          "--colours", quantity_,
-          "What colours of pictures show: depth (default), pressure (where the sensor reads it), strain")
+      .add_option("--colours", quantity_,
+                  "What colours of pictures show: depth (default), pressure (where the sensor reads it or "
+                  "has a layer), strain")
       ->transform(one_of(quantities));
   command.add_option("--colour-map", map_, "viridis (default), cividis or magma")->transform(one_of(maps));
   command
