@@ -36,8 +36,8 @@ struct SurfaceSlot {
 
 /// Of the layer's traction. Empty where none is asked for.
 struct TractionSlot {
-  gpu::DeviceBuffer input;  ///< cell heights, or the map of pressures
-  gpu::Commands heights;    ///< makes them of the final depth
+  gpu::DeviceBuffer input;   ///< cell heights, or the map of pressures
+  gpu::Commands heights;     ///< makes them of the final depth
   gpu::DeviceBuffer depths;  ///< of cells, on their way to the stage
   TractionStage::Slot stage;
   gpu::Commands solve;

@@ -34,7 +34,7 @@ struct FramePlan {
   SurfaceKind surface = SurfaceKind::None;
   bool traction = false;  ///< by the layer
   TractionBy traction_by = TractionBy::Auto;
-  bool weights = false;   ///< the surface counts each pixel by its confidence
+  bool weights = false;  ///< the surface counts each pixel by its confidence
   SurfaceSolver solver = SurfaceSolver::Live;
   bool warm_start = false;
   Upload upload = Upload::Auto;
