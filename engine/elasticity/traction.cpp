@@ -28,12 +28,19 @@ double dot(const Field& a, const Field& b) {
   return sum;
 }
 
+/// Memory of conjugate gradients; kept so that frames allocate nothing.
+struct Gradients {
+  Field rest, along, image;
+};
+
 /// Conjugate gradients for a symmetric matrix on the unknowns that `free` holds (not 0), from `x`.
 /// Iterations.
 uint32_t conjugate_gradients(const Operator& matrix, const Field& right, const std::vector<uint8_t>& free,
-                             double tolerance, uint32_t most, Field& x, double& relative_residual) {
+                             double tolerance, uint32_t most, Gradients& memory, Field& x,
+                             double& relative_residual) {
   const size_t n = right.size();
-  Field rest(n), along(n), image(n);
+  auto& [rest, along, image] = memory;
+  for (Field* field : {&rest, &along, &image}) field->resize(n);
   double goal = 0;
   for (size_t i = 0; i < n; ++i) {
     if (free[i] == 0) x[i] = 0;
@@ -82,13 +89,20 @@ void check_traction(const TractionGrid& grid, const TractionOptions& options) {
     refuse("standard errors, tolerance and iterations > 0", "others", "the defaults of TractionOptions");
 }
 
+TractionWeights traction_weights(const Material& layer, const TractionOptions& options) {
+  const double slope_per_MPa = 2 / effective_modulus_MPa(layer);
+  const double most = std::pow(slope_per_MPa, 2), prior = most * std::pow(options.slope_sd, 2);
+  return {prior, 1 / (most + prior)};
+}
+
 struct TractionSolver::Impl {
   Impl(const Material& layer, double thickness_mm, const TractionGrid& on, const TractionOptions& with)
-      : grid(on), options(with), kernel(layer, thickness_mm, on.cell_mm) {
+      : grid(on),
+        options(with),
+        kernel(layer, thickness_mm, on.cell_mm),
+        weights(traction_weights(layer, with)) {
     check_traction(grid, options);
     const double shear_MPa = layer.young_MPa / (2 * (1 + layer.poisson));
-    const double slope_per_MPa = 2 / effective_modulus_MPa(layer);
-    prior = std::pow(options.slope_sd * slope_per_MPa, 2);
     shear_prior = std::pow(options.shift_sd_mm / shear_MPa, 2);
     const size_t n = size();
     for (Field* field :
@@ -134,7 +148,7 @@ struct TractionSolver::Impl {
     convolution->depth_by_pressure(of, scratch);
     laplacian(scratch, scratch2);
     convolution->depth_by_pressure(scratch2, out);
-    for (size_t i = 0; i < of.size(); ++i) out[i] += prior * of[i];
+    for (size_t i = 0; i < of.size(); ++i) out[i] += weights.prior * of[i];
   }
 
   /// From where `pressure` is; `depth` is what it has to explain.
@@ -195,7 +209,7 @@ struct TractionSolver::Impl {
         pressure[i] = 0;
       }
       // Cells that wrongly carry nothing.
-      const double into = step > 0 ? step : 1 / prior_scale();
+      const double into = step > 0 ? step : weights.first_step;
       for (size_t i = 0; i < n; ++i) {
         if (allowed[i] == 0 || pressure[i] > 0 || gradient[i] <= 0) continue;
         pressure[i] = into * gradient[i];
@@ -208,18 +222,15 @@ struct TractionSolver::Impl {
     }
   }
 
-  /// About the matrix' largest value, for a first step where there is no curvature to go by.
-  double prior_scale() const { return prior / (options.slope_sd * options.slope_sd) + prior; }
-
   double error_patches() const { return std::max(1.0, std::pow(options.error_length_mm / grid.cell_mm, 2)); }
 
-  /// The standard error of a sum of `weights` times pressure, over the cells that carry some.
-  double pressure_error(const Field& weights, Field& solution) {
+  /// The standard error of a sum of `of_cell` times pressure, over the cells that carry some.
+  double pressure_error(const Field& of_cell, Field& solution) {
     double rest = 0;
-    conjugate_gradients([this](const Field& of, Field& out) { normal_matrix(of, out); }, weights, active,
-                        kErrorTolerance, options.most_iterations, solution, rest);
+    conjugate_gradients([this](const Field& of, Field& out) { normal_matrix(of, out); }, of_cell, active,
+                        kErrorTolerance, options.most_iterations, memory, solution, rest);
     double sum = 0;
-    for (size_t i = 0; i < weights.size(); ++i) sum += active[i] != 0 ? weights[i] * solution[i] : 0;
+    for (size_t i = 0; i < of_cell.size(); ++i) sum += active[i] != 0 ? of_cell[i] * solution[i] : 0;
     return kRim * options.slope_sd * std::sqrt(std::max(0.0, sum) * error_patches());
   }
 
@@ -324,7 +335,7 @@ struct TractionSolver::Impl {
     double rest = 0;
     result.iterations +=
         conjugate_gradients([this](const Field& of, Field& out) { shear_matrix(of, out); }, shear_right,
-                            shear_free, options.tolerance, options.most_iterations, shear, rest);
+                            shear_free, options.tolerance, options.most_iterations, memory, shear, rest);
     if (rest > options.tolerance) result.converged = false;
     split(shear);
     convolution->depth_by_shear(half_x, half_y, shear_depth);
@@ -347,7 +358,7 @@ struct TractionSolver::Impl {
     const auto error = [&](Field& solution) {
       double rest = 0, sum = 0;
       conjugate_gradients([this](const Field& of, Field& out) { shear_matrix(of, out); }, shear_right,
-                          shear_free, kErrorTolerance, options.most_iterations, solution, rest);
+                          shear_free, kErrorTolerance, options.most_iterations, memory, solution, rest);
       for (size_t i = 0; i < 2 * n; ++i) sum += shear_free[i] != 0 ? shear_right[i] * solution[i] : 0;
       return options.shift_sd_mm * std::sqrt(std::max(0.0, sum) * error_patches());
     };
@@ -384,7 +395,8 @@ struct TractionSolver::Impl {
         refuse("a depth of every cell that is known", "one that is not a number",
                "leaving it out of `known`");
     }
-    if (!convolution || (shift && !convolution->has_shear()))
+    const bool solves = shift || !input.depth_mm.empty();
+    if (solves && (!convolution || (shift && !convolution->has_shear())))
       convolution = std::make_unique<LayerConvolution>(kernel, grid.width, grid.height, shift);
     if (!shift) {
       std::fill(shear_depth.begin(), shear_depth.end(), 0);
@@ -434,12 +446,14 @@ struct TractionSolver::Impl {
   TractionGrid grid;
   TractionOptions options;
   LayerKernel kernel;
-  double prior = 0, shear_prior = 0;  ///< squares of what a MPa is worth beside the data's errors
+  TractionWeights weights;
+  double shear_prior = 0;  ///< square of what a MPa of shear is worth beside the shift's error
   std::unique_ptr<LayerConvolution> convolution;
   Traction result;
 
   Field given, pressure, depth, scratch, scratch2, right, gradient, along, image, answer, shear_depth;
   std::array<Field, 3> error_solutions, shear_errors;
+  Gradients memory;
   Field shear, shear_right, half_x, half_y, move_x, move_y;
   std::vector<uint8_t> allowed, active, known, shift_known, shear_free;
 };

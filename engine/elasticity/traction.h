@@ -73,6 +73,13 @@ struct Traction {
 /// Throws Error(Failure::Input) on an empty grid or options out of range.
 void check_traction(const TractionGrid& grid, const TractionOptions& options);
 
+/// Constants of the problem, the same wherever it is solved.
+struct TractionWeights {
+  double prior = 0;       ///< of |p|^2 beside the squared slopes, 1 / MPa^2
+  double first_step = 0;  ///< MPa^2: of cells that enter where there is no curvature to go by
+};
+TractionWeights traction_weights(const Material& layer, const TractionOptions& options);
+
 /// Memory is made once. Frames that follow each other begin where the last one ended. Not thread safe.
 class TractionSolver {
  public:

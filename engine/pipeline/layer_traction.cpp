@@ -1,6 +1,7 @@
 #include "engine/pipeline/layer_traction.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "engine/gpu/context.h"
@@ -35,8 +36,7 @@ double slope_sd(const Sensor& sensor, double cell_mm) {
 
 TractionGrid grid_of(const Sensor& sensor, const FrameFormat& format) {
   const uint32_t side = cell_side(format.width);
-  return {std::max(2u, format.width / side), std::max(2u, format.height / side),
-          side * sensor.pitch_mm_per_px};
+  return {format.width / side, format.height / side, side * sensor.pitch_mm_per_px};
 }
 
 double shift_sd_mm(const Sensor& sensor) {
@@ -44,8 +44,24 @@ double shift_sd_mm(const Sensor& sensor) {
   return sd_px * sensor.pitch_mm_per_px;
 }
 
-Estimate with_modulus(double value, double sd, double relative_sd, Validity validity) {
-  return {value, std::hypot(sd, relative_sd * value), validity};
+Material material_of(const LayerCalibration& layer) {
+  return {layer.young_MPa, layer.poisson};
+}
+
+TractionOptions options_of(const Sensor& sensor, const LayerCalibration& layer, const TractionGrid& grid) {
+  TractionOptions options;
+  options.slope_sd = slope_sd(sensor, grid.cell_mm);
+  options.error_length_mm = layer.thickness_mm;
+  options.shift_sd_mm = shift_sd_mm(sensor);
+  return options;
+}
+
+Estimate with_modulus(double value, double sd, double relative_sd) {
+  return {value, std::hypot(sd, relative_sd * value), Validity::Valid};
+}
+
+std::array<Estimate*, 6> components(TractionSummary& t) {
+  return {&t.force_x_N, &t.force_y_N, &t.force_z_N, &t.moment_x_Nmm, &t.moment_y_Nmm, &t.moment_z_Nmm};
 }
 
 }  // namespace
@@ -58,19 +74,15 @@ LayerTraction::LayerTraction(gpu::Context& context, const Sensor& sensor, const 
       layer_(layer_of(sensor).value_or(LayerCalibration{})),
       cells_(context, surface.grid()),
       fine_(cell_side(format.width) / shared::kCellSide),
-      grid_(grid_of(sensor, format)) {
+      grid_(grid_of(sensor, format)),
+      solver_(material_of(layer_), layer_.thickness_mm, grid_, options_of(sensor, layer_, grid_)) {
   const size_t cells = size_t{grid_.width} * grid_.height;
-  for (std::vector<float>* map : {&depth_, &shift_x_, &shift_y_, &weight_}) map->resize(cells);
+  for (std::vector<float>* map : {&depth_, &pressure_, &shift_x_, &shift_y_, &weight_}) map->resize(cells);
   for (std::vector<uint8_t>* map : {&contact_, &known_, &shift_known_}) map->assign(cells, 1);
-  if (surface.pressure() && !sensor.skin) return;
-  TractionOptions options;
-  options.slope_sd = slope_sd(sensor, grid_.cell_mm);
-  options.error_length_mm = layer_.thickness_mm;
-  options.shift_sd_mm = shift_sd_mm(sensor);
-  const Material material{layer_.young_MPa, layer_.poisson};
-  solver_.emplace(material, layer_.thickness_mm, grid_, options);
   const bool device = by == TractionBy::Device || (by == TractionBy::Auto && !context.is_software());
-  if (device && !surface.pressure()) stage_.emplace(context, material, layer_.thickness_mm, grid_, options);
+  if (device && !surface.pressure())
+    stage_.emplace(context, material_of(layer_), layer_.thickness_mm, grid_,
+                   options_of(sensor, layer_, grid_));
 }
 
 void LayerTraction::make(FrameSlot& slot) const {
@@ -107,42 +119,42 @@ void LayerTraction::record(gpu::Commands& commands, FrameSlot& slot) const {
 
 TractionMaps LayerTraction::measure(FrameSlot& slot, Touch& touch, std::span<const float> skin_sd_px) {
   TractionSummary& summary = touch.traction.emplace();
-  for (Estimate* one : {&summary.force_x_N, &summary.force_y_N, &summary.force_z_N, &summary.moment_x_Nmm,
-                        &summary.moment_y_Nmm, &summary.moment_z_Nmm})
-    one->validity = Validity::NoContact;
+  for (Estimate* one : components(summary)) one->validity = Validity::NoContact;
   if (!touch.contact) {
-    if (solver_) solver_->forget();
-    if (stage_) stage_->forget(context_);
+    forget();
     return {};
   }
+  follows_ = true;
+  TractionInput input;
   if (surface_.pressure()) {
     read_pressures(slot);
-    sum_pressures(slot, summary);
-    bool converged = true;
-    if (solver_ && spread_shifts(touch, skin_sd_px)) {
-      for (size_t i = 0; i < depth_.size(); ++i) depth_[i] = 1e-3f * slot.traction.pressure_kPa[i];
-      const Traction& found = solver_->solve({.pressure_MPa = depth_,
-                                              .shift_x_mm = shift_x_,
-                                              .shift_y_mm = shift_y_,
-                                              .shift_known = shift_known_});
-      fill_shear(found, slot, summary);
-      converged = found.converged;
-    }
-    state(touch, converged, summary);
+    input.pressure_MPa = pressure_;
   } else {
     find_contact(touch);
     read_heights(slot);
     read_confidence(slot);
-    TractionInput input{.depth_mm = depth_, .contact = contact_, .known = known_};
-    if (spread_shifts(touch, skin_sd_px)) {
-      input.shift_x_mm = shift_x_;
-      input.shift_y_mm = shift_y_;
-      input.shift_known = shift_known_;
-    }
-    const Traction found = solve(slot, input);
-    fill(found, slot, summary);
-    state(touch, found.converged, summary);
+    input = {.depth_mm = depth_, .contact = contact_, .known = known_};
   }
+  if (spread_shifts(touch, skin_sd_px)) {
+    input.shift_x_mm = shift_x_;
+    input.shift_y_mm = shift_y_;
+    input.shift_known = shift_known_;
+  }
+  std::optional<TractionReading> device;
+  if (stage_) {
+    device = press_on_device(slot);
+    input.pressure_MPa = device->pressure_MPa;
+  }
+  const Traction& found = solver_.solve(input);
+  fill(found, slot, summary);
+  bool converged = found.converged;
+  if (device) {
+    converged = converged && device->converged;
+    summary.residual = device->residual;
+    summary.iterations += device->iterations;
+    summary.unexplained_slope = device->slope_rms;
+  }
+  state(touch, converged, summary);
   const TractionSlot& maps = slot.traction;
   TractionMaps result{.width = grid_.width, .height = grid_.height, .cell_px = fine_ * shared::kCellSide};
   result.pressure_kPa = maps.pressure_kPa;
@@ -153,24 +165,23 @@ TractionMaps LayerTraction::measure(FrameSlot& slot, Touch& touch, std::span<con
   return result;
 }
 
-// The device finds the pressure; what it is worth, and the shear beside it, the host.
-Traction LayerTraction::solve(FrameSlot& slot, TractionInput input) {
-  if (!stage_) return solver_->solve(input);
+// Once, however many frames nothing touches.
+void LayerTraction::forget() {
+  if (!follows_) return;
+  follows_ = false;
+  solver_.forget();
+  if (stage_) stage_->forget(context_);
+}
+
+// What the pressure is worth, and the shear beside it, the host finds.
+TractionReading LayerTraction::press_on_device(FrameSlot& slot) {
   TractionSlot& traction = slot.traction;
   std::ranges::copy(depth_, traction.depths.as<float>().begin());
   traction.depths.flush();
   stage_->write_masks(traction.stage, contact_, known_);
   traction.solve.submit();
   traction.solve.wait();
-  const TractionReading found = stage_->read(traction.stage);
-  pressure_.assign(found.pressure_MPa.begin(), found.pressure_MPa.end());
-  input.pressure_MPa = pressure_;
-  Traction result = solver_->solve(input);
-  result.converged = result.converged && found.converged;
-  result.residual = found.residual;
-  result.iterations += found.iterations;
-  result.slope_rms = found.slope_rms;
-  return result;
+  return stage_->read(traction.stage);
 }
 
 // In the boxes of contacts, and a cell around them.
@@ -199,8 +210,7 @@ void LayerTraction::read_pressures(FrameSlot& slot) {
       for (uint32_t row = 0; row < side; ++row)
         for (uint32_t column = 0; column < side; ++column)
           sum_MPa += double{pixels[map.start + size_t{y * side + row} * map.pitch + x * side + column]};
-      slot.traction.pressure_kPa[size_t{y} * grid_.width + x] =
-          static_cast<float>(1e3 * sum_MPa / (side * side));
+      pressure_[size_t{y} * grid_.width + x] = static_cast<float>(sum_MPa / (side * side));
     }
 }
 
@@ -276,25 +286,6 @@ bool LayerTraction::spread_shifts(const Touch& touch, std::span<const float> ski
   return some;
 }
 
-void LayerTraction::sum_pressures(const FrameSlot& slot, TractionSummary& summary) const {
-  const double area_mm2 = grid_.cell_mm * grid_.cell_mm;
-  double force = 0, about_x = 0, about_y = 0;
-  for (size_t i = 0; i < slot.traction.pressure_kPa.size(); ++i) {
-    const double kPa = double{slot.traction.pressure_kPa[i]}, newtons = 1e-3 * kPa * area_mm2;
-    force += newtons;
-    about_x += newtons * (static_cast<double>(i / grid_.width) + 0.5 - 0.5 * grid_.height) * grid_.cell_mm;
-    about_y -= newtons * (static_cast<double>(i % grid_.width) + 0.5 - 0.5 * grid_.width) * grid_.cell_mm;
-    summary.pressure_max_kPa = std::max(summary.pressure_max_kPa, kPa);
-    summary.area_mm2 += kPa > 0 ? area_mm2 : 0;
-  }
-  const double relative_sd = sensor_.elastic.relative_sd;
-  summary.force_z_N = {force, relative_sd * force, Validity::Valid};
-  summary.moment_x_Nmm = {about_x, relative_sd * std::abs(about_x), Validity::Valid};
-  summary.moment_y_Nmm = {about_y, relative_sd * std::abs(about_y), Validity::Valid};
-  for (Estimate* one : {&summary.force_x_N, &summary.force_y_N, &summary.moment_z_Nmm})
-    *one = {0, 0, Validity::NotCalibrated};
-}
-
 void LayerTraction::fill_shear(const Traction& found, FrameSlot& slot, TractionSummary& summary) const {
   if (found.shear_x_MPa.empty()) return;
   const double friction = sensor_.shear ? sensor_.shear->friction : 0;
@@ -311,10 +302,9 @@ void LayerTraction::fill_shear(const Traction& found, FrameSlot& slot, TractionS
   if (friction > 0 && pressed > 0) summary.slipping_fraction = slipping / pressed;
   const Wrench& w = found.wrench;
   const double relative_sd = layer_.relative_sd;
-  summary.force_x_N = with_modulus(w.force_N[0], w.force_sd_N[0], relative_sd, Validity::Valid);
-  summary.force_y_N = with_modulus(w.force_N[1], w.force_sd_N[1], relative_sd, Validity::Valid);
-  summary.moment_z_Nmm = with_modulus(w.moment_Nmm[2], w.moment_sd_Nmm[2], relative_sd, Validity::Valid);
-  summary.iterations = found.iterations;
+  summary.force_x_N = with_modulus(w.force_N[0], w.force_sd_N[0], relative_sd);
+  summary.force_y_N = with_modulus(w.force_N[1], w.force_sd_N[1], relative_sd);
+  summary.moment_z_Nmm = with_modulus(w.moment_Nmm[2], w.moment_sd_Nmm[2], relative_sd);
 }
 
 void LayerTraction::fill(const Traction& found, FrameSlot& slot, TractionSummary& summary) const {
@@ -328,9 +318,9 @@ void LayerTraction::fill(const Traction& found, FrameSlot& slot, TractionSummary
   }
   const Wrench& w = found.wrench;
   const double relative_sd = layer_.relative_sd;
-  summary.force_z_N = with_modulus(w.force_N[2], w.force_sd_N[2], relative_sd, Validity::Valid);
-  summary.moment_x_Nmm = with_modulus(w.moment_Nmm[0], w.moment_sd_Nmm[0], relative_sd, Validity::Valid);
-  summary.moment_y_Nmm = with_modulus(w.moment_Nmm[1], w.moment_sd_Nmm[1], relative_sd, Validity::Valid);
+  summary.force_z_N = with_modulus(w.force_N[2], w.force_sd_N[2], relative_sd);
+  summary.moment_x_Nmm = with_modulus(w.moment_Nmm[0], w.moment_sd_Nmm[0], relative_sd);
+  summary.moment_y_Nmm = with_modulus(w.moment_Nmm[1], w.moment_sd_Nmm[1], relative_sd);
   for (Estimate* unknown : {&summary.force_x_N, &summary.force_y_N, &summary.moment_z_Nmm}) *unknown = {};
   fill_shear(found, slot, summary);
   summary.unexplained_slope = found.slope_rms;
@@ -352,16 +342,18 @@ void LayerTraction::state(const Touch& touch, bool converged, TractionSummary& s
     validity = Validity::TooDeep;
   else if (summary.unknown_cells > 0)
     validity = Validity::Covered;
-  for (Estimate* one : {&summary.force_x_N, &summary.force_y_N, &summary.force_z_N, &summary.moment_x_Nmm,
-                        &summary.moment_y_Nmm, &summary.moment_z_Nmm})
+  for (Estimate* one : components(summary))
     if (one->validity == Validity::Valid) one->validity = validity;
 }
 
-uint64_t LayerTraction::memory_bytes(const FrameSlot& slot) const {
+uint64_t LayerTraction::memory_bytes() const {
+  return stage_ ? stage_->memory_bytes() : 0;
+}
+
+uint64_t LayerTraction::memory_bytes(const FrameSlot& slot) {
   const TractionSlot& t = slot.traction;
   return t.input.bytes() + t.depths.bytes() + t.stage.depth.bytes() + t.stage.flags.bytes() +
-         t.stage.pressure.bytes() + t.stage.state.bytes() + t.stage.records.bytes() +
-         (stage_ ? stage_->memory_bytes() : 0);
+         t.stage.pressure.bytes() + t.stage.state.bytes() + t.stage.records.bytes();
 }
 
 }  // namespace palpate

@@ -31,17 +31,18 @@ class LayerTraction {
   /// which stay in the slot. `skin_sd_px`: standard error of each of touch.skin_points.
   TractionMaps measure(FrameSlot& slot, Touch& touch, std::span<const float> skin_sd_px);
 
-  uint64_t memory_bytes(const FrameSlot& slot) const;
+  uint64_t memory_bytes() const;
+  static uint64_t memory_bytes(const FrameSlot& slot);
 
  private:
-  Traction solve(FrameSlot& slot, TractionInput input);
+  void forget();
+  TractionReading press_on_device(FrameSlot& slot);
   void find_contact(const Touch& touch);
   void read_pressures(FrameSlot& slot);
   void read_heights(FrameSlot& slot);
   void read_confidence(const FrameSlot& slot);
   bool spread_shifts(const Touch& touch, std::span<const float> skin_sd_px);
   void state(const Touch& touch, bool converged, TractionSummary& summary) const;
-  void sum_pressures(const FrameSlot& slot, TractionSummary& summary) const;
   void fill_shear(const Traction& found, FrameSlot& slot, TractionSummary& summary) const;
   void fill(const Traction& found, FrameSlot& slot, TractionSummary& summary) const;
 
@@ -52,8 +53,9 @@ class LayerTraction {
   CellHeights cells_;
   uint32_t fine_;  ///< of CellHeights' cells along one of ours
   TractionGrid grid_;
-  std::optional<TractionStage> stage_;    ///< where the device solves
-  std::optional<TractionSolver> solver_;  ///< none where pixels are pressures and no skin is followed
+  TractionSolver solver_;
+  std::optional<TractionStage> stage_;  ///< where the device finds the pressure
+  bool follows_ = false;                ///< both begin from a frame before
   // Of the frame that is measured; kept so that frames allocate nothing.
   std::vector<float> depth_, pressure_, shift_x_, shift_y_, weight_;
   std::vector<uint8_t> contact_, known_, shift_known_;

@@ -398,13 +398,14 @@ uint64_t WholeFrame::memory_bytes() const {
   if (markers_) bytes += markers_->memory_bytes();
   if (confidence_) bytes += confidence_->memory_bytes();
   if (surface_) bytes += surface_->memory_bytes();
+  if (traction_) bytes += traction_->memory_bytes();
   for (const FrameSlot& slot : slots_) {
     bytes += slot.frame.memory_bytes() + slot.records.bytes() + Regions::memory_bytes(slot.regions) +
              slot.cell_changes.bytes() + slot.gradient_sums.bytes() + slot.skin_records.bytes() +
              slot.confidence.map.buffer.bytes() + slot.confidence.records.bytes();
     if (slot.markers) bytes += slot.markers->frame.memory_bytes() + slot.markers->records.bytes();
     if (surface_) bytes += surface_->memory_bytes(slot);
-    if (traction_) bytes += traction_->memory_bytes(slot);
+    bytes += LayerTraction::memory_bytes(slot);
     bytes += slot.surface.rest_correction.means.bytes() + slot.surface.rest_correction.levels.bytes();
   }
   return bytes;

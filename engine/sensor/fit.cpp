@@ -9,6 +9,8 @@
 namespace palpate {
 namespace {
 
+constexpr uint32_t kLeastTraction_px = 8;  // two cells each way
+
 void require(bool fits, const Sensor& sensor, const std::string& wanted, const std::string& found,
              const std::string& remedy) {
   if (!fits) throw Error(Failure::Sensor, "sensor '" + sensor.name + "' with " + wanted, found, remedy);
@@ -56,6 +58,9 @@ void check_fit(const Sensor& sensor, const FrameFormat& format, uint32_t outputs
             "asking for both");
     require(layer_of(sensor).has_value(), sensor, "an elastic layer, for traction", "none",
             "'layer' in the sensor file (young_MPa, poisson, thickness_mm), or outputs without traction");
+    require(format.width >= kLeastTraction_px && format.height >= kLeastTraction_px, sensor,
+            "frames of 8 x 8 px or more, for traction",
+            std::to_string(format.width) + " x " + std::to_string(format.height), "outputs without traction");
   }
   if (!wants(outputs, Output::Surface)) return;
   require(sensor.reconstruction != Reconstruction::None, sensor,

@@ -56,7 +56,7 @@ TractionStage::TractionStage(gpu::Context& context, const Material& layer, doubl
   check_traction(grid, options);
   if (iterations == 0) refuse("iterations of the traction stage", "none", "TractionStage::kIterations");
   const LayerKernel kernel(layer, thickness_mm, grid.cell_mm);
-  const double slope_per_MPa = 2 / effective_modulus_MPa(layer);
+  const TractionWeights weights = traction_weights(layer, options);
   push_.width = grid.width;
   push_.height = grid.height;
   push_.pitch = padded(grid.width) / 4;
@@ -65,9 +65,8 @@ TractionStage::TractionStage(gpu::Context& context, const Material& layer, doubl
   push_.column_block = blocks_.column_block;
   push_.workgroup = blocks_.workgroup;
   push_.per_cell2 = static_cast<float>(1 / (grid.cell_mm * grid.cell_mm));
-  push_.prior = static_cast<float>(std::pow(options.slope_sd * slope_per_MPa, 2));
-  push_.first_step =
-      static_cast<float>(1 / (std::pow(slope_per_MPa, 2) * (1 + std::pow(options.slope_sd, 2))));
+  push_.prior = static_cast<float>(weights.prior);
+  push_.first_step = static_cast<float>(weights.first_step);
   push_.tolerance = static_cast<float>(options.tolerance);
   push_.cell_mm = static_cast<float>(grid.cell_mm);
   const Grid cells{padded(grid.width), push_.rows, push_.pitch};

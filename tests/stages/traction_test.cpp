@@ -16,6 +16,7 @@
 #include "engine/gpu/commands.h"
 #include "palpate/error.h"
 #include "tests/support/gpu_fixture.h"
+#include "tests/support/pressed_surface.h"
 
 namespace palpate {
 namespace {
@@ -23,34 +24,9 @@ namespace {
 constexpr Material kGel{0.15, 0.485};
 
 /// A surface that is pressed at places, with what is known of it.
-struct Scene {
+struct Scene : PressedSurface {
   explicit Scene(const TractionGrid& on, const Material& of = kGel, double thick_mm = 5.5, double sd = 0.03)
-      : grid(on),
-        layer(of),
-        thickness_mm(thick_mm),
-        slope_sd(sd),
-        depth(size_t{on.width} * on.height),
-        contact(depth.size()),
-        known(depth.size(), 1) {}
-  void add(const LayerContact& press, double at_x, double at_y) {
-    constexpr int kParts = 4;
-    for (size_t i = 0; i < depth.size(); ++i) {
-      const double x = x_of(i) - at_x, y = y_of(i) - at_y;
-      double sum = 0;
-      for (int a = 0; a < kParts; ++a)
-        for (int b = 0; b < kParts; ++b)
-          sum += press.deflection_mm(std::hypot(x + ((a + 0.5) / kParts - 0.5) * grid.cell_mm,
-                                                y + ((b + 0.5) / kParts - 0.5) * grid.cell_mm));
-      depth[i] += static_cast<float>(sum / (kParts * kParts));
-      if (std::hypot(x, y) < press.summary().radius_mm + 0.7 * grid.cell_mm) contact[i] = 1;
-    }
-  }
-  double x_of(size_t i) const {
-    return (static_cast<double>(i % grid.width) + 0.5 - grid.width / 2.0) * grid.cell_mm;
-  }
-  double y_of(size_t i) const {
-    return (static_cast<double>(i / grid.width) + 0.5 - grid.height / 2.0) * grid.cell_mm;
-  }
+      : PressedSurface(on), layer(of), thickness_mm(thick_mm), slope_sd(sd), known(depth.size(), 1) {}
   TractionInput input() const { return {.depth_mm = depth, .contact = contact, .known = known}; }
 
   TractionOptions options(double tolerance = 1e-3) const {
@@ -64,11 +40,9 @@ struct Scene {
     return {layer, thickness_mm, grid, options(tolerance)};
   }
 
-  TractionGrid grid;
   Material layer;
   double thickness_mm, slope_sd;
-  std::vector<float> depth;
-  std::vector<uint8_t> contact, known;
+  std::vector<uint8_t> known;
 };
 
 /// The gradient that a pressure leaves, relative to that of none: in double precision, by plain sums.
