@@ -72,13 +72,17 @@ void write_traction(const std::filesystem::path& file, const TractionMaps& maps,
       for (const float value : cell_at(maps, i)) values.push_back(value);
     return write_npy(file, values, {maps.height, maps.width, 3});
   }
-  std::array<VertexValues, 3> values = {{{"pressure_kPa", {}}, {"shear_x_kPa", {}}, {"shear_y_kPa", {}}}};
+  std::array<VertexValues, 4> values = {
+      {{"pressure_kPa", {}}, {"shear_x_kPa", {}}, {"shear_y_kPa", {}}, {"shear_over_pressure", {}}}};
+  const std::vector<float> ratios = friction_ratios(maps);
   for (uint32_t y = 0; y < depth.height; ++y)
     for (uint32_t x = 0; x < depth.width; ++x) {
       const uint32_t row = std::min(y / maps.cell_px, maps.height - 1);
       const uint32_t column = std::min(x / maps.cell_px, maps.width - 1);
-      const std::array<float, 3> at = cell_at(maps, size_t{row} * maps.width + column);
+      const size_t cell = size_t{row} * maps.width + column;
+      const std::array<float, 3> at = cell_at(maps, cell);
       for (size_t i = 0; i < 3; ++i) values[i].values.push_back(at[i]);
+      values[3].values.push_back(ratios.empty() ? kNaN : ratios[cell]);
     }
   write_ply(file, depth, values);
 }

@@ -322,12 +322,13 @@ struct TractionSolver::Impl {
 
   void solve_shear(const TractionInput& input) {
     const size_t n = size();
+    const double least_MPa = kLeastPressureShare * *std::ranges::max_element(pressure);
     convolution->shift_by_pressure(pressure, move_x, move_y);
     for (size_t i = 0; i < n; ++i) {
       const bool seen = shift_known[i] != 0;
       move_x[i] = seen ? double{input.shift_x_mm[i]} - move_x[i] : 0;
       move_y[i] = seen ? double{input.shift_y_mm[i]} - move_y[i] : 0;
-      shear_free[i] = shear_free[n + i] = pressure[i] > 0 ? 1 : 0;
+      shear_free[i] = shear_free[n + i] = pressure[i] > 0 && pressure[i] >= least_MPa ? 1 : 0;
     }
     convolution->shift_by_shear(move_x, move_y, half_x, half_y);
     shear_right = half_x;

@@ -20,6 +20,10 @@
 
 namespace palpate {
 
+/// Of the largest pressure: cells that carry less have no shear, since friction holds none there, and no ratio
+/// of shear to pressure. Of a sphere's contact that is the outer thousandth of its radius.
+inline constexpr double kLeastPressureShare = 0.05;
+
 /// Cells of the traction's maps.
 struct TractionGrid {
   uint32_t width = 0;

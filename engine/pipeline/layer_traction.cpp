@@ -18,7 +18,6 @@ constexpr double kDeepest = 1.0 / 3;  // of the thickness: linear elasticity end
 constexpr double kShiftSd_px = 0.1;   // of a followed place, where the sensor file says nothing
 constexpr double kSpread = 0.6;       // of the skin's spacing: how far a place's shift is taken to reach
 constexpr float kLeastWeight = 0.3f;
-constexpr double kAtLimit = 0.9;  // of friction times pressure: from here on a cell counts as slipping
 
 uint32_t cell_side(uint32_t width) {
   return shared::kCellSide *
@@ -65,6 +64,19 @@ std::array<Estimate*, 6> components(TractionSummary& t) {
 }
 
 }  // namespace
+
+std::vector<float> friction_ratios(const TractionMaps& maps) {
+  if (maps.shear_x_kPa.empty() || maps.pressure_kPa.empty()) return {};
+  const auto least_kPa =
+      static_cast<float>(kLeastPressureShare) * *std::ranges::max_element(maps.pressure_kPa);
+  std::vector<float> ratios(maps.pressure_kPa.size());
+  for (size_t i = 0; i < ratios.size(); ++i) {
+    const float pressure_kPa = maps.pressure_kPa[i];
+    if (pressure_kPa > 0 && pressure_kPa >= least_kPa)
+      ratios[i] = std::hypot(maps.shear_x_kPa[i], maps.shear_y_kPa[i]) / pressure_kPa;
+  }
+  return ratios;
+}
 
 LayerTraction::LayerTraction(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
                              const SurfaceMethod& surface, TractionBy by)
@@ -288,18 +300,22 @@ bool LayerTraction::spread_shifts(const Touch& touch, std::span<const float> ski
 
 void LayerTraction::fill_shear(const Traction& found, FrameSlot& slot, TractionSummary& summary) const {
   if (found.shear_x_MPa.empty()) return;
-  const double friction = sensor_.shear ? sensor_.shear->friction : 0;
-  double pressed = 0, slipping = 0;
   for (size_t i = 0; i < found.shear_x_MPa.size(); ++i) {
     slot.traction.shear_x_kPa[i] = 1e3f * found.shear_x_MPa[i];
     slot.traction.shear_y_kPa[i] = 1e3f * found.shear_y_MPa[i];
     const double kPa = 1e3 * std::hypot(double{found.shear_x_MPa[i]}, double{found.shear_y_MPa[i]});
-    const double pressure = double{slot.traction.pressure_kPa[i]};
     summary.shear_max_kPa = std::max(summary.shear_max_kPa, kPa);
-    pressed += pressure > 0;
-    slipping += pressure > 0 && kPa >= kAtLimit * friction * pressure;
   }
-  if (friction > 0 && pressed > 0) summary.slipping_fraction = slipping / pressed;
+  if (const double friction = sensor_.shear ? sensor_.shear->friction : 0; friction > 0) {
+    double pressed = 0, slipping = 0;
+    for (const float ratio : friction_ratios({.pressure_kPa = slot.traction.pressure_kPa,
+                             .shear_x_kPa = slot.traction.shear_x_kPa,
+                             .shear_y_kPa = slot.traction.shear_y_kPa})) {
+      pressed += ratio > 0;
+      slipping += ratio >= kSlippingShare * friction;
+    }
+    if (pressed > 0) summary.slipping_fraction = slipping / pressed;
+  }
   const Wrench& w = found.wrench;
   const double relative_sd = layer_.relative_sd;
   summary.force_x_N = with_modulus(w.force_N[0], w.force_sd_N[0], relative_sd);

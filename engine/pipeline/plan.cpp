@@ -50,8 +50,15 @@ bool needs_markers(const Sensor& sensor, const FrameFormat& format) {
          sensor.background.kind == BackgroundKind::Untouched && format.channels == 3 && format.bit_depth == 8;
 }
 
+// Where they are asked for, and where pressure is looked for in them: in a whole frame of slopes their errors
+// would add up to a force.
+bool needs_contacts(const Sensor& sensor, uint32_t outputs) {
+  return wants(outputs, Output::Contacts) ||
+         (needs_traction(sensor, outputs) && sensor.reconstruction != Reconstruction::Elastic);
+}
+
 bool needs_gel_contacts(const Sensor& sensor, uint32_t outputs) {
-  return wants(outputs, Output::Contacts) && has_gel_contacts(sensor);
+  return needs_contacts(sensor, outputs) && has_gel_contacts(sensor);
 }
 
 SurfaceKind surface_kind(const Sensor& sensor, uint32_t outputs) {
@@ -67,7 +74,7 @@ FramePlan make_plan(const Sensor& sensor, const FrameFormat& format, const Pipel
   FramePlan plan;
   plan.windowed = options.skip_untouched && can_window(sensor, format, options);
   plan.background = sensor.background.kind == BackgroundKind::Untouched;
-  plan.regions = wants(options.outputs, Output::Contacts);
+  plan.regions = needs_contacts(sensor, options.outputs);
   plan.gel_contacts = needs_gel_contacts(sensor, options.outputs);
   plan.steady_light = has_gel_contacts(sensor) && !options.fixed_light;
   plan.gradient = needs_gradient(sensor, options.outputs);

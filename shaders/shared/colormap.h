@@ -19,6 +19,7 @@ namespace palpate::viz {
 #define PALPATE_SHOWN_DEPTH 0
 #define PALPATE_SHOWN_PRESSURE 1
 #define PALPATE_SHOWN_STRAIN 2
+#define PALPATE_SHOWN_FRICTION 3
 
 // t from 0 (rest) to 1 (deepest); the result is display encoded (sRGB), 0 to 1 within the polynomial's error.
 PALPATE_INLINE float viridis_red(float t) {

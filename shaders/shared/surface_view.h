@@ -21,12 +21,12 @@ struct SurfacePush {
   float pitch_mm;      // of one texel of the map
   float exaggeration;  // of depth
   float offset_mm;     // added to a value of the map
-  float colour_range;  // value with the last colour: mm of depth, MPa, or strain
+  float colour_range;  // value with the last colour: mm of depth, MPa, strain, or shear over pressure
   uint width;          // of the map, texels
   uint height;
   uint row_pitch;      // texels from one row of the buffer to the next
   uint mesh_size;      // vertices, columns in the lower half and rows in the upper
-  uint pressure_size;  // texels of the pressure map, columns in the lower half and rows in the upper
+  uint load_size;      // texels of the map of loads, columns in the lower half and rows in the upper
   uint lit;            // 0: plain colours, to be read against the colour bar
   // Part of the map that the buffer holds, x in the lower half and y in the upper; beyond it depth is 0.
   uint window_place;

@@ -81,6 +81,19 @@ TEST_F(TractionTest, ForceOfAGelWithinThreePerCent) {
   EXPECT_GE(held, readings * 9 / 10);
 }
 
+// Contacts that were not asked for are found all the same: the force is the same.
+TEST_F(TractionTest, FindsItsContacts) {
+  const std::string scene = "synthetic:drag?mode=gel&skin=texture&size=320x240";
+  std::vector<double> force;
+  for (const uint32_t outputs : {kOutputs, Output::Force | Output::Surface | Output::Traction})
+    run(scene, sensor_of(scene), {.outputs = outputs}, 110,
+        [&](const Result& result, const Truth&) { force.push_back(result.touch.traction->force_z_N.value); });
+  ASSERT_EQ(force.size() % 2, 0u);
+  const size_t half = force.size() / 2;
+  ASSERT_GT(*std::ranges::max_element(force), 0.5);
+  for (size_t i = 0; i < half; ++i) EXPECT_EQ(force[i], force[half + i]);
+}
+
 // Host and device solve the same problem.
 TEST_F(TractionTest, DeviceAndHostAgree) {
   const std::string scene = "synthetic:press?mode=gel&size=320x240";

@@ -54,6 +54,7 @@ TEST_F(WrenchProgram, FilesOfPressure) {
   EXPECT_NEAR(largest, most, 1e-4);
   const std::string mesh = slurp(stem.string() + ".ply");
   EXPECT_NE(mesh.find("property float pressure_kPa\n"), std::string::npos);
+  EXPECT_NE(mesh.find("property float shear_over_pressure\n"), std::string::npos);
   EXPECT_NE(mesh.find("element vertex " + std::to_string(320 * 240) + "\n"), std::string::npos);
 }
 

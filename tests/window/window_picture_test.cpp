@@ -20,7 +20,8 @@
 #include "viz/display/picture.h"
 #include "viz/panels/section.h"
 #include "viz/render/colour_map.h"
-#include "viz/render/pressure_view.h"
+#include "viz/render/load_view.h"
+#include "viz/render/view_state.h"
 
 namespace palpate::viz {
 namespace {
@@ -43,7 +44,9 @@ class WindowPicture : public GpuTest {
     Sensor sensor = synthetic_sensor(options);
     if (calibrate) calibrate(sensor);
     const Frame background = *source.own_background();
-    Pipeline pipeline(context(), sensor, source.format(), {});
+    PipelineOptions measured;
+    if (look.quantity == Quantity::Friction) measured.outputs |= Output::Skin | Output::Traction;
+    Pipeline pipeline(context(), sensor, source.format(), measured);
     pipeline.set_background(background);
     PictureRenderer renderer(context(), sensor, look, &background);
     Run run;
@@ -55,7 +58,7 @@ class WindowPicture : public GpuTest {
       if (k < last)
         renderer.follow(result.touch);
       else
-        run = {renderer.render(frame, result.touch, result.surface), result.touch};
+        run = {renderer.render(frame, result.touch, result.surface, result.traction), result.touch};
     }
     return run;
   }
@@ -144,6 +147,33 @@ TEST_F(WindowPicture, PressureAndStrainHaveTheirColours) {
   expect_as_stored(draw("synthetic:press?size=320x240&mode=gel", 60, options).image, "strain");
 }
 
+// Shear over pressure of a drag, arrows at the friction limit in another colour and the key of the arrows.
+TEST_F(WindowPicture, FrictionHasItsColours) {
+  PictureOptions options = look();
+  options.quantity = Quantity::Friction;
+  const Run run = draw("synthetic:drag?size=320x240&mode=gel&skin=texture", 110, options);
+  ASSERT_TRUE(run.touch.traction.has_value());
+  ASSERT_TRUE(run.touch.traction->slipping_fraction.has_value());
+  expect_as_stored(run.image, "friction");
+}
+
+TEST(ViewQuantities, OnlyThoseThatTheSensorTells) {
+  ViewState state;
+  Sensor gel = synthetic_sensor(parse_synthetic("synthetic:drag?size=320x240&mode=gel&skin=texture"));
+  gel.shear->friction = 0.7;
+  state.fit_to(gel);
+  EXPECT_DOUBLE_EQ(state.friction_range, 0.7);
+  for (const Quantity next : {Quantity::Pressure, Quantity::Strain, Quantity::Friction, Quantity::Depth}) {
+    state.next_quantity();
+    EXPECT_EQ(state.quantity, next);
+  }
+  state.quantity = Quantity::Friction;
+  gel.skin.reset();
+  state.fit_to(gel);
+  EXPECT_EQ(state.quantity, Quantity::Depth);
+  EXPECT_FALSE(state.can_show(Quantity::Friction));
+}
+
 TEST_F(WindowPicture, CalibrationsAreCurvesWithTheTouchOnThem) {
   PictureOptions options = look();
   options.calibrations = true;
@@ -167,8 +197,8 @@ TEST_F(WindowPicture, PressureMapIsThePressureOfTheScene) {
   const Frame background = *source.own_background();
   Frame frame;
   ASSERT_TRUE(source.render(60, frame));
-  PressureMap map(context(), 1);
-  const PressureTexels texels = map.update(frame, background, sensor);
+  LoadMap map(context(), 1);
+  const LoadTexels texels = map.update(frame, background, sensor);
   EXPECT_EQ(texels.width, 640u);
   EXPECT_EQ(texels.height, 480u);
   // The pressure of gray levels is force over area: summed up it is the force.

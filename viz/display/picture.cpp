@@ -27,8 +27,7 @@ struct PictureRenderer::Impl {
     state.camera = o.camera;
     state.lit = o.lit;
     state.map = o.map;
-    state.quantity =
-        o.quantity == Quantity::Pressure && !state.can_show_pressure ? Quantity::Depth : o.quantity;
+    state.quantity = state.can_show(o.quantity) ? o.quantity : Quantity::Depth;
     state.charts = o.charts;
     state.chart_span_s = o.chart_span_s;
     state.section = o.section.has_value();
@@ -37,7 +36,9 @@ struct PictureRenderer::Impl {
     if (o.section) state.line = *o.section;
     if (o.colour_range > 0) {
       if (o.quantity == Quantity::Pressure) state.automatic_pressure = false;
-      (o.quantity == Quantity::Pressure ? state.range_MPa : state.strain_range) = o.colour_range;
+      (o.quantity == Quantity::Pressure   ? state.range_MPa
+       : o.quantity == Quantity::Friction ? state.friction_range
+                                          : state.strain_range) = o.colour_range;
     }
     if (o.range_mm > 0) {
       state.automatic_range = false;

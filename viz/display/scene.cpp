@@ -19,7 +19,7 @@ Scene::Scene(gpu::Context& context, const RenderPass& pass, const Sensor& sensor
       background_(background ? *background : Frame{}),
       surface_(context, pass, frames_in_flight),
       image_(context, pass, frames_in_flight),
-      pressure_(context, frames_in_flight),
+      loads_(context, frames_in_flight),
       strain_(context, frames_in_flight),
       frame_(std::make_unique<HudFrame>(context, pass, frames_in_flight, window, scale)) {
   state_.fit_to(sensor);
@@ -58,11 +58,12 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   const float scale = frame_->scale();
   layout_ = make_layout(extent, scale, format, has_surface,
                         {state_.charts, state_.section, dock_width(state_, frame_->has_window())});
-  PressureTexels pressure;
+  LoadTexels load;
   if (has_surface && state_.quantity == Quantity::Pressure) {
-    pressure = sensor_.layer ? pressure_.update(shown.traction)
-                             : pressure_.update(shown.frame, background_, sensor_);
-    state_.follow_pressure(pressure_.largest_MPa());
+    load = sensor_.layer ? loads_.update(shown.traction) : loads_.update(shown.frame, background_, sensor_);
+    state_.follow_pressure(loads_.largest_MPa());
+  } else if (has_surface && state_.quantity == Quantity::Friction) {
+    load = loads_.update_friction(shown.traction);
   }
   ImageStrain strain;
   if (state_.skin_strain != SkinStrain::Off) {
@@ -107,7 +108,7 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
   begin_pass();
   if (has_surface) {
     surface_.draw(cmd, shown.surface, shown.touch.surface->depth_offset_mm, sensor_.pitch_mm_per_px, eye_,
-                  style, layout_.view, layout_.surface, mesh_columns, pressure);
+                  style, layout_.view, layout_.surface, mesh_columns, load);
   }
   image_.draw(cmd, shown.frame, shown.surface, layout_.image, extent, strain);
   frame_->draw(cmd);

@@ -11,7 +11,7 @@
 #include "palpate/sensor.h"
 #include "viz/panels/hud.h"
 #include "viz/render/image_view.h"
-#include "viz/render/pressure_view.h"
+#include "viz/render/load_view.h"
 #include "viz/render/surface_view.h"
 #include "viz/render/view_state.h"
 
@@ -56,7 +56,7 @@ class Scene {
   Frame background_;
   SurfaceView surface_;
   ImageView image_;
-  PressureMap pressure_;
+  LoadMap loads_;
   StrainMap strain_;
   SkinStrain strain_shown_ = SkinStrain::Off;
   bool strain_due_ = true;

@@ -26,6 +26,8 @@ void range_setting(ViewState& state, float auto_column) {
     slider("range", state.range_MPa, 1e3, ViewState::kLeastRange_MPa, ViewState::kMostRange_MPa, "%.2f kPa");
   else if (state.quantity == Quantity::Strain)
     slider("range", state.strain_range, 100, ViewState::kLeastStrain, ViewState::kMostStrain, "%.1f %%");
+  else if (state.quantity == Quantity::Friction)
+    slider("range", state.friction_range, 1, ViewState::kLeastFriction, ViewState::kMostFriction, "%.2f");
   else
     slider("range", state.range_mm, 1, ViewState::kLeastRange_mm, ViewState::kMostRange_mm, "%.3f mm");
   if (bool* follows = state.automatic()) {
@@ -40,7 +42,7 @@ void surface_settings(ViewState& state, float scale) {
   if (ImGui::BeginCombo("colours", to_string(state.quantity))) {
     for (int i = 0; i < kQuantities; ++i) {
       const auto q = static_cast<Quantity>(i);
-      if (q == Quantity::Pressure && !state.can_show_pressure) continue;
+      if (!state.can_show(q)) continue;
       const char* words = q == Quantity::Strain ? "strain (area, from slopes)" : to_string(q);
       if (ImGui::Selectable(words, q == state.quantity)) state.quantity = q;
     }

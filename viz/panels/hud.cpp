@@ -75,8 +75,9 @@ void Hud::describe(HudFrame& frame, const Layout& layout, VkExtent2D extent, con
     const bool roomy = static_cast<float>(layout.surface.width) >= 320 * scale &&
                        static_cast<float>(layout.surface.height) >= 200 * scale;
     if (state.axes && roomy) draw_axes(under, *eye, layout.surface, layout.view, half_mm, style, scale);
-    if (state.quantity == Quantity::Pressure)
-      draw_shear(under, *eye, layout.surface, layout.view, half_mm, content.traction, scale);
+    if (state.quantity == Quantity::Pressure || state.quantity == Quantity::Friction)
+      draw_shear(under, *eye, layout.surface, layout.view, half_mm, content.traction,
+                 content.sensor.shear ? content.sensor.shear->friction : 0, scale);
     if (section)
       draw_section(under, layout.surface, layout.view, *eye, state.line, *profile, half_mm, style, scale);
     const bool* follows = state.automatic();

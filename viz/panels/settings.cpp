@@ -142,7 +142,7 @@ void Settings::take_from(const ViewState& v) {
 void Settings::apply_to(ViewState& v) const {
   v.text_scale = text_scale;
   v.map = map;
-  v.quantity = quantity == Quantity::Pressure && !v.can_show_pressure ? Quantity::Depth : quantity;
+  v.quantity = v.can_show(quantity) ? quantity : Quantity::Depth;
   v.lit = lit, v.grid = grid, v.axes = axes;
   v.charts = charts, v.section = section, v.contacts = contacts, v.skin = skin, v.controls = controls;
   v.skin_strain = skin_strain;

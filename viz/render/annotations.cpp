@@ -62,39 +62,72 @@ class Pen {
 
 }  // namespace
 
-void draw_shear(ImDrawList* list, const Eye& eye, const ViewRect& clip, const ViewRect& view,
-                const Vec3& half_mm, const TractionMaps& maps, float scale) {
-  double longest_kPa = 0;
+namespace {
+
+// One arrow, dark under bright so that it is seen on every colour.
+void draw_arrow(ImDrawList* list, ImVec2 a, ImVec2 b, ImU32 colour, float scale) {
+  const float dx = b.x - a.x, dy = b.y - a.y, length = std::max(std::hypot(dx, dy), 1e-3f);
+  const float head = std::min(5 * scale, 0.5f * length), ux = dx / length, uy = dy / length;
+  for (const auto& [tint, width] :
+       {std::pair{IM_COL32(0, 0, 0, 160), 3 * scale}, std::pair{colour, 1.4f * scale}}) {
+    list->AddLine(a, b, tint, width);
+    list->AddLine(b, {b.x - head * (ux + 0.6f * uy), b.y - head * (uy - 0.6f * ux)}, tint, width);
+    list->AddLine(b, {b.x - head * (ux - 0.6f * uy), b.y - head * (uy + 0.6f * ux)}, tint, width);
+  }
+}
+
+// A single cell at the rim does not set the length of all arrows.
+float long_shear_kPa(const TractionMaps& maps) {
+  constexpr double kBelow = 0.98;
+  std::vector<float> kPa;
   for (size_t i = 0; i < maps.shear_x_kPa.size(); ++i)
-    longest_kPa = std::max(longest_kPa, std::hypot(double{maps.shear_x_kPa[i]}, double{maps.shear_y_kPa[i]}));
-  if (!(longest_kPa > 0)) return;
+    if (const float one = std::hypot(maps.shear_x_kPa[i], maps.shear_y_kPa[i]); one > 0) kPa.push_back(one);
+  if (kPa.empty()) return 0;
+  const auto at = kPa.begin() + static_cast<ptrdiff_t>(kBelow * static_cast<double>(kPa.size() - 1));
+  std::nth_element(kPa.begin(), at, kPa.end());
+  return *at;
+}
+
+}  // namespace
+
+void draw_shear(ImDrawList* list, const Eye& eye, const ViewRect& clip, const ViewRect& view,
+                const Vec3& half_mm, const TractionMaps& maps, double friction, float scale) {
+  const double long_kPa = double{long_shear_kPa(maps)};
+  if (!(long_kPa > 0)) return;
+  const double full_kPa = scale_ceiling(long_kPa);
   constexpr uint32_t kAcross = 22;
-  constexpr double kShortest = 0.06;  // of the longest
+  constexpr double kShortest = 0.06, kLongest = 1.2;  // of the arrow that the text names
+  constexpr ImU32 kSticks = IM_COL32(255, 255, 255, 235), kSlips = IM_COL32(255, 120, 60, 255);
+  const std::vector<float> ratios = friction_ratios(maps);
   const uint32_t step = std::max(1u, maps.width / kAcross);
-  const double cell_mm = 2 * half_mm.x / maps.width, length_mm = 1.6 * step * cell_mm / longest_kPa;
+  const double cell_mm = 2 * half_mm.x / maps.width, length_mm = 1.6 * step * cell_mm;
   const auto left = static_cast<float>(clip.x), top = static_cast<float>(clip.y);
   list->PushClipRect({left, top},
                      {left + static_cast<float>(clip.width), top + static_cast<float>(clip.height)});
   const Pen pen(list, eye, view);
+  bool slips = false;
   for (uint32_t y = step / 2; y < maps.height; y += step)
     for (uint32_t x = step / 2; x < maps.width; x += step) {
       const size_t i = size_t{y} * maps.width + x;
-      const double tx = double{maps.shear_x_kPa[i]}, ty = double{maps.shear_y_kPa[i]};
-      if (std::hypot(tx, ty) < kShortest * longest_kPa) continue;
+      const double tx = double{maps.shear_x_kPa[i]} / full_kPa, ty = double{maps.shear_y_kPa[i]} / full_kPa;
+      const double share = std::hypot(tx, ty);
+      if (share < kShortest) continue;
+      const double along_mm = length_mm * std::min(1.0, kLongest / share);
       const Vec3 from{(x + 0.5) * cell_mm - half_mm.x, half_mm.y - (y + 0.5) * cell_mm, 0};
       ImVec2 a, b;
-      if (!pen.at(from, a) || !pen.at({from.x + length_mm * tx, from.y - length_mm * ty, 0}, b)) continue;
-      const float dx = b.x - a.x, dy = b.y - a.y, length = std::max(std::hypot(dx, dy), 1e-3f);
-      const float head = std::min(5 * scale, 0.5f * length), ux = dx / length, uy = dy / length;
-      for (const auto& [tint, width] : {std::pair{IM_COL32(0, 0, 0, 160), 3 * scale},
-                                        std::pair{IM_COL32(255, 255, 255, 235), 1.4f * scale}}) {
-        list->AddLine(a, b, tint, width);
-        list->AddLine(b, {b.x - head * (ux + 0.6f * uy), b.y - head * (uy - 0.6f * ux)}, tint, width);
-        list->AddLine(b, {b.x - head * (ux - 0.6f * uy), b.y - head * (uy + 0.6f * ux)}, tint, width);
-      }
+      if (!pen.at(from, a) || !pen.at({from.x + along_mm * tx, from.y - along_mm * ty, 0}, b)) continue;
+      const bool at_limit = friction > 0 && double{ratios[i]} >= kSlippingShare * friction;
+      slips = slips || at_limit;
+      draw_arrow(list, a, b, at_limit ? kSlips : kSticks, scale);
     }
-  const std::string words = text("arrows: shear, the longest %.3g kPa", longest_kPa);
-  list->AddText({left + 14 * scale, top + 10 * scale}, kText, words.c_str());
+  const float x = left + 14 * scale, y = top + 10 * scale;
+  ImVec2 a, b;
+  if (pen.at({-0.5 * length_mm, 0, 0}, a) && pen.at({0.5 * length_mm, 0, 0}, b)) {
+    const float key_px = std::hypot(b.x - a.x, b.y - a.y), middle = y + 0.5f * ImGui::GetFontSize();
+    draw_arrow(list, {x, middle}, {x + key_px, middle}, kSticks, scale);
+    list->AddText({x + key_px + 8 * scale, y}, kText, text("shear %.3g kPa", full_kPa).c_str());
+  }
+  if (slips) list->AddText({x, y + 1.3f * ImGui::GetFontSize()}, kSlips, "at the friction limit");
   list->PopClipRect();
 }
 
@@ -177,9 +210,10 @@ void draw_colour_bar(ImDrawList* list, const ViewRect& rect, const SurfaceStyle&
     list->AddText({x + width + 8 * scale, at - ImGui::GetFontSize() / 2}, kText, words.c_str());
   }
   const float middle = x + width / 2 + 6 * scale;
-  const char* title = style.quantity == Quantity::Pressure ? "p [kPa]"
-                      : style.quantity == Quantity::Strain ? "strain [%]"
-                                                           : "depth [mm]";
+  const char* title = style.quantity == Quantity::Pressure   ? "p [kPa]"
+                      : style.quantity == Quantity::Strain   ? "strain [%]"
+                      : style.quantity == Quantity::Friction ? "shear / p"
+                                                             : "depth [mm]";
   centred_text(list, {middle, y - 18 * scale}, title);
   float below = y + height + 13 * scale;
   if (automatic) {

@@ -21,6 +21,8 @@ const char* to_string(Quantity quantity) {
       return "pressure";
     case Quantity::Strain:
       return "strain";
+    case Quantity::Friction:
+      return "shear / pressure";
     default:
       return "depth";
   }

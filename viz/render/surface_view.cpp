@@ -266,7 +266,7 @@ const SurfaceView::Mesh& SurfaceView::mesh(uint32_t columns, uint32_t rows) {
 
 void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset_mm, double pitch_mm_per_px,
                        const Eye& eye, const SurfaceStyle& style, const ViewRect& view, const ViewRect& clip,
-                       uint32_t mesh_columns, const PressureTexels& pressure) {
+                       uint32_t mesh_columns, const LoadTexels& load) {
   views_.emplace_back(context_, *map.buffer, VK_FORMAT_R32_SFLOAT);
   if (views_.size() > frames_in_flight_ + 1) views_.pop_front();
   const auto [columns, rows] = mesh_size(map, mesh_columns);
@@ -288,7 +288,7 @@ void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset
   push.window_place = held.x | held.y << 16;
   push.window_size = held.width | held.height << 16;
   push.mesh_size = columns | rows << 16;
-  push.pressure_size = std::max(pressure.width, 1u) | std::max(pressure.height, 1u) << 16;
+  push.load_size = std::max(load.width, 1u) | std::max(load.height, 1u) << 16;
   push.lit = style.lit ? 1 : 0;
 
   const VkViewport viewport{static_cast<float>(view.x),
@@ -301,10 +301,10 @@ void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset
   vkCmdSetViewport(cmd, 0, 1, &viewport);
   vkCmdSetScissor(cmd, 0, 1, &scissor);
   const Mesh& grid = mesh(columns, rows);
-  // Without pressure the second buffer is not read, but must be one.
+  // Without loads the second buffer is not read, but must be one.
   const gpu::TexelView* const heights = &views_.back();
-  const std::array texels{heights, pressure.texels ? pressure.texels : heights};
-  assert(pressure.texels || style.quantity != Quantity::Pressure);
+  const std::array texels{heights, load.texels ? load.texels : heights};
+  assert(load.texels || (style.quantity != Quantity::Pressure && style.quantity != Quantity::Friction));
   pipeline(style).bind(cmd, texels, &push);
   vkCmdBindIndexBuffer(cmd, grid.indices.handle(), 0, VK_INDEX_TYPE_UINT32);
   vkCmdDrawIndexed(cmd, grid.count, 1, 0, 0, 0);

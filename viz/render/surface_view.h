@@ -25,12 +25,12 @@ struct SurfaceStyle {
   double range_mm = 1;      ///< depth at the foot of the drawn box, > 0; with Quantity::Depth its last colour
   Quantity quantity = Quantity::Depth;
   ColourMap map = ColourMap::Viridis;
-  double colour_range = 1;  ///< of another quantity (MPa, strain) with the last colour, > 0
+  double colour_range = 1;  ///< of another quantity (MPa, strain, ratio) with the last colour, > 0
   double grid_mm = 0;       ///< spacing of the lines on the surface; 0: none
   bool lit = true;          ///< false: plain colours of the colour bar
 };
 
-/// Value with the last colour, in the quantity's unit: mm, MPa, or strain as a fraction.
+/// Value with the last colour, in the quantity's unit: mm, MPa, strain or shear over pressure as a fraction.
 inline double last_colour(const SurfaceStyle& style) {
   return style.quantity == Quantity::Depth ? style.range_mm : style.colour_range;
 }
@@ -70,8 +70,8 @@ class TexelPipeline {
   VkPipeline pipeline_ = VK_NULL_HANDLE;
 };
 
-/// Contact pressure over the frame, MPa, in rows of `width` texels; of any size.
-struct PressureTexels {
+/// Contact pressure over the frame, MPa, or shear over pressure, in rows of `width` texels; of any size.
+struct LoadTexels {
   const gpu::TexelView* texels = nullptr;
   uint32_t width = 0;
   uint32_t height = 0;
@@ -87,7 +87,7 @@ class SurfaceView {
   /// picture is finished, and so must `pressure`, which Quantity::Pressure needs.
   void draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset_mm, double pitch_mm_per_px,
             const Eye& eye, const SurfaceStyle& style, const ViewRect& view, const ViewRect& clip,
-            uint32_t mesh_columns, const PressureTexels& pressure = {});
+            uint32_t mesh_columns, const LoadTexels& load = {});
 
   static constexpr uint32_t kMaxMeshColumns = 1536;
   /// Vertices across and down that `draw` uses for this map.

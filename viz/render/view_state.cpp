@@ -54,13 +54,18 @@ void ViewState::follow(const Touch& touch, double longest_side_mm) {
   }
 }
 
+bool ViewState::can_show(Quantity shown) const {
+  return shown == Quantity::Pressure ? can_show_pressure : shown != Quantity::Friction || can_show_friction;
+}
+
 void ViewState::next_quantity() {
-  quantity = static_cast<Quantity>((static_cast<int>(quantity) + 1) % kQuantities);
-  if (quantity == Quantity::Pressure && !can_show_pressure) quantity = Quantity::Strain;
+  do {
+    quantity = static_cast<Quantity>((static_cast<int>(quantity) + 1) % kQuantities);
+  } while (!can_show(quantity));
 }
 
 bool* ViewState::automatic() {
-  if (quantity == Quantity::Strain) return nullptr;
+  if (quantity == Quantity::Strain || quantity == Quantity::Friction) return nullptr;
   return quantity == Quantity::Pressure ? &automatic_pressure : &automatic_range;
 }
 
@@ -72,6 +77,9 @@ void ViewState::widen_range(double factor) {
       break;
     case Quantity::Strain:
       strain_range = std::clamp(strain_range * factor, kLeastStrain, kMostStrain);
+      break;
+    case Quantity::Friction:
+      friction_range = std::clamp(friction_range * factor, kLeastFriction, kMostFriction);
       break;
     default:
       range_mm = std::clamp(range_mm * factor, kLeastRange_mm, kMostRange_mm);
@@ -94,7 +102,9 @@ void ViewState::change_chart_span(int steps, bool replay) {
 
 void ViewState::fit_to(const Sensor& sensor) {
   can_show_pressure = reads_pressure(sensor) || sensor.layer.has_value();
-  if (quantity == Quantity::Pressure && !can_show_pressure) quantity = Quantity::Depth;
+  can_show_friction = sensor.layer && sensor.skin;
+  if (sensor.shear && sensor.shear->friction > 0) friction_range = sensor.shear->friction;
+  if (!can_show(quantity)) quantity = Quantity::Depth;
 }
 
 void ViewState::follow_pressure(double largest_MPa) {
@@ -116,7 +126,9 @@ SurfaceStyle ViewState::style(double longest_side_mm) const {
   s.range_mm = range_mm;
   s.quantity = quantity;
   s.map = map;
-  s.colour_range = quantity == Quantity::Pressure ? range_MPa : strain_range;
+  s.colour_range = quantity == Quantity::Pressure   ? range_MPa
+                   : quantity == Quantity::Friction ? friction_range
+                                                    : strain_range;
   s.grid_mm = grid ? nice_ceiling(longest_side_mm / 20) : 0;
   s.lit = lit;
   return s;

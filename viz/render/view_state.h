@@ -31,6 +31,7 @@ struct ViewState {
   static constexpr double kLeastRange_mm = 0.02, kMostRange_mm = 10;
   static constexpr double kLeastRange_MPa = 1e-4, kMostRange_MPa = 10;
   static constexpr double kLeastStrain = 0.001, kMostStrain = 10;
+  static constexpr double kLeastFriction = 0.01, kMostFriction = 10;
   static constexpr float kLeastTextScale = 0.6f, kMostTextScale = 4;
 
   Camera camera;
@@ -39,11 +40,13 @@ struct ViewState {
   double range_mm = 0.1;           ///< depth with the last colour, and at the foot of the drawn box
   double range_MPa = 0.01;         ///< pressure with the last colour
   double strain_range = 0.05;      ///< strain with the last colour; set by hand
+  double friction_range = 1;       ///< shear over pressure with the last colour: the sensor's coefficient
   bool automatic_exaggeration = true;
   double exaggeration = 10;
   Quantity quantity = Quantity::Depth;
   ColourMap map = ColourMap::Viridis;
   bool can_show_pressure = false;  ///< the sensor reads it
+  bool can_show_friction = false;  ///< its layer and its skin tell both
   bool lit = true;
   bool grid = true;
   bool axes = true;
@@ -82,6 +85,7 @@ struct ViewState {
   std::optional<BlockSetting> block_requested;
   std::optional<uint64_t> seek_to;  ///< frame of a replay
 
+  bool can_show(Quantity shown) const;
   /// To the next quantity that this sensor has.
   void next_quantity();
   /// Range of the colours of the quantity that is shown, times `factor`, within its limits; no longer

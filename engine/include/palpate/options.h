@@ -19,8 +19,8 @@ enum class Output : uint32_t {
   Skin = 16,      ///< how the skin moves along itself, where the sensor has a pattern on it; with Force
   Gradient = 32,  ///< Touch::gradient_sum, of frames of 8 bits
   /// Pressure and shear on the pad, and the wrench that they make; with Surface, which it needs, of sensors
-  /// with a layer (layer_of). Pressure is looked for where Contacts finds some, without it in the whole
-  /// frame.
+  /// with a layer (layer_of). Pressure is looked for in contacts, which are found for it where Contacts was
+  /// not asked for.
   Traction = 64,
 };
 constexpr uint32_t operator|(Output a, Output b) {

@@ -50,6 +50,13 @@ struct TractionMaps {
   std::span<const float> shear_x_kPa = {}, shear_y_kPa = {};  ///< on the pad; empty where no skin is followed
 };
 
+/// Shear over pressure of each cell, >= 0; 0 where the pressure is below a twentieth of the largest, which is
+/// too little to divide by. Empty where shear is not known or nothing touches.
+PALPATE_API std::vector<float> friction_ratios(const TractionMaps& maps);
+/// Of the friction coefficient: where shear over pressure reaches this share of it, a cell counts as
+/// slipping.
+inline constexpr double kSlippingShare = 0.9;
+
 /// A finished frame. Its slot, with all that `surface` refers to, stays untouched as long as this lives; any
 /// thread may end it. It does not keep the pipeline alive.
 class PALPATE_API Result {

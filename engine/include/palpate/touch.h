@@ -141,8 +141,8 @@ struct TractionSummary {
   double pressure_max_kPa = 0;
   double shear_max_kPa = 0;
   double area_mm2 = 0;  ///< that carries pressure
-  /// Of that, where shear reaches the friction limit (ShearCalibration::friction times the pressure, less a
-  /// tenth); none where shear or the coefficient is not known.
+  /// Of the cells that have a ratio of shear to pressure (friction_ratios), those that reach the friction
+  /// limit (kSlippingShare of ShearCalibration::friction); none where shear or the coefficient is not known.
   std::optional<double> slipping_fraction;
   double unexplained_slope = 0;  ///< RMS of the surface's slopes that no traction explains; 0: not solved for
   double residual = 0;           ///< of the solve, relative

@@ -26,19 +26,22 @@ void LookOptions::add(CommandLine& command) {
       ->check(Check::range(-180.0, 180.0));
   const std::map<std::string, viz::Quantity> quantities = {{"depth", viz::Quantity::Depth},
                                                            {"pressure", viz::Quantity::Pressure},
-                                                           {"strain", viz::Quantity::Strain}};
+                                                           {"strain", viz::Quantity::Strain},
+                                                           {"friction", viz::Quantity::Friction}};
   const std::map<std::string, viz::ColourMap> maps = {{"viridis", viz::ColourMap::Viridis},
                                                       {"cividis", viz::ColourMap::Cividis},
                                                       {"magma", viz::ColourMap::Magma}};
   command
       .add_option("--colours", quantity_,
                   "What colours of pictures show: depth (default), pressure (where the sensor reads it or "
-                  "has a layer), strain")
+                  "has a layer), strain, friction (shear over pressure; a layer and a skin)")
       ->transform(one_of(quantities));
   command.add_option("--colour-map", map_, "viridis (default), cividis or magma")->transform(one_of(maps));
   command
-      .add_option("--colour-range", colour_range_,
-                  "Pressure (MPa) or strain with the last colour (default: follows the touch; strain 0.05)")
+      .add_option(
+          "--colour-range", colour_range_,
+          "Pressure (MPa), strain or shear over pressure with the last colour (default: follows the touch; "
+          "strain 0.05; the friction coefficient)")
       ->check(Check::range(1e-4, 10.0));
   command
       .add_option("--section", section_,

@@ -1,4 +1,4 @@
-#include "viz/render/pressure_view.h"
+#include "viz/render/load_view.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,10 +10,10 @@
 
 namespace palpate::viz {
 
-PressureMap::PressureMap(gpu::Context& context, uint32_t frames_in_flight)
+LoadMap::LoadMap(gpu::Context& context, uint32_t frames_in_flight)
     : context_(context), uploads_(frames_in_flight + 1) {}
 
-PressureTexels PressureMap::update(const Frame& frame, const Frame& background, const Sensor& sensor) {
+LoadTexels LoadMap::update(const Frame& frame, const Frame& background, const Sensor& sensor) {
   cv::Mat change, smooth;
   const cv::Mat image = to_image(frame);
   // Saturating at zero where touch takes light away.
@@ -52,30 +52,38 @@ PressureTexels PressureMap::update(const Frame& frame, const Frame& background, 
                 static_cast<uint32_t>(smooth.rows));
 }
 
-PressureTexels PressureMap::update(const TractionMaps& maps) {
-  const bool touched = !maps.pressure_kPa.empty();
-  const uint32_t width = touched ? maps.width : 1, height = touched ? maps.height : 1;
-  // Cells are coarser than pixels: drawn between their middles.
+LoadTexels LoadMap::update(const TractionMaps& maps) {
+  std::vector<float> values_MPa(maps.pressure_kPa.begin(), maps.pressure_kPa.end());
+  for (float& value : values_MPa) value *= 1e-3f;
+  largest_MPa_ = values_MPa.empty() ? 0 : double{*std::ranges::max_element(values_MPa)};
+  return upload_cells(values_MPa, maps);
+}
+
+LoadTexels LoadMap::update_friction(const TractionMaps& maps) {
+  return upload_cells(friction_ratios(maps), maps);
+}
+
+// Cells are coarser than pixels: drawn between their middles.
+LoadTexels LoadMap::upload_cells(std::span<const float> values, const TractionMaps& maps) {
   constexpr int kFiner = 4;
-  cv::Mat cells(static_cast<int>(height), static_cast<int>(width), CV_32F, cv::Scalar(0));
-  if (touched)
-    std::transform(maps.pressure_kPa.begin(), maps.pressure_kPa.end(), cells.ptr<float>(),
-                   [](float kPa) { return 1e-3f * kPa; });
-  cv::minMaxLoc(cells, nullptr, &largest_MPa_);
+  const bool touched = !values.empty();
+  cv::Mat cells(touched ? static_cast<int>(maps.height) : 1, touched ? static_cast<int>(maps.width) : 1,
+                CV_32F, cv::Scalar(0));
+  std::ranges::copy(values, cells.ptr<float>());
   cv::Mat fine;
   cv::resize(cells, fine, {}, kFiner, kFiner, cv::INTER_LINEAR);
   return upload({fine.ptr<float>(), fine.total()}, static_cast<uint32_t>(fine.cols),
                 static_cast<uint32_t>(fine.rows));
 }
 
-PressureTexels PressureMap::upload(std::span<const float> values_MPa, uint32_t width, uint32_t height) {
+LoadTexels LoadMap::upload(std::span<const float> values, uint32_t width, uint32_t height) {
   Upload& to = uploads_[next_++ % uploads_.size()];
-  if (to.values.bytes() != values_MPa.size_bytes()) {
+  if (to.values.bytes() != values.size_bytes()) {
     to.texels = {};
-    to.values = gpu::DeviceBuffer(context_, "pressure map", values_MPa.size_bytes(), gpu::Memory::Upload);
+    to.values = gpu::DeviceBuffer(context_, "map of loads", values.size_bytes(), gpu::Memory::Upload);
     to.texels = gpu::TexelView(context_, to.values, VK_FORMAT_R32_SFLOAT);
   }
-  std::ranges::copy(values_MPa, to.values.as<float>().begin());
+  std::ranges::copy(values, to.values.as<float>().begin());
   to.values.flush();
   return {&to.texels, width, height};
 }

@@ -1,5 +1,5 @@
-// Contact pressure over the frame for the colours of the surface: where the sensor's gray is pressure
-// (Reconstruction::Elastic), or by its elastic layer (Output::Traction).
+// What loads the skin over the frame, for the colours of the surface: pressure where the sensor's gray is
+// pressure (Reconstruction::Elastic) or by its elastic layer (Output::Traction), and shear over pressure.
 #pragma once
 
 #include <cstdint>
@@ -14,23 +14,26 @@
 
 namespace palpate::viz {
 
-class PressureMap {
+class LoadMap {
  public:
   static constexpr uint32_t kMostColumns = 640;  ///< of the map; larger frames are averaged down to it
 
   /// `frames_in_flight`: maps kept, one for each picture that may be drawing.
-  PressureMap(gpu::Context& context, uint32_t frames_in_flight);
+  LoadMap(gpu::Context& context, uint32_t frames_in_flight);
 
   /// The pressure that the sensor reads in a frame of one plane, through the same 5 x 5 filter as the
   /// measurement; on the host, about 1 ms at 640 x 480. The texels stay until as many further updates.
-  PressureTexels update(const Frame& frame, const Frame& background, const Sensor& sensor);
+  LoadTexels update(const Frame& frame, const Frame& background, const Sensor& sensor);
   /// The pressure that the layer tells, cell by cell; nothing where nothing touches.
-  PressureTexels update(const TractionMaps& maps);
-  /// Largest pressure of the last update, MPa.
+  LoadTexels update(const TractionMaps& maps);
+  /// Shear over pressure, 0 where the pressure is too small to divide by (friction_ratios).
+  LoadTexels update_friction(const TractionMaps& maps);
+  /// Largest pressure of the last update of pressure, MPa.
   double largest_MPa() const { return largest_MPa_; }
 
  private:
-  PressureTexels upload(std::span<const float> values_MPa, uint32_t width, uint32_t height);
+  LoadTexels upload(std::span<const float> values, uint32_t width, uint32_t height);
+  LoadTexels upload_cells(std::span<const float> values, const TractionMaps& maps);
 
   struct Upload {
     gpu::DeviceBuffer values;
