@@ -74,7 +74,10 @@ Columns columns_of(const CsvTable& table, const JudgedTableOptions& options) {
     if (!column)
       throw Error(Failure::Usage, "a column of the table", "'" + name + "'" + did_you_mean(name, all),
                   "--by with names of " + printable(table.header_line()));
-    columns.conditions.push_back(*column);
+    // What was estimated is crossed by what was true: cells of estimates would gather its errors.
+    const auto estimated = std::ranges::find(columns.quantities, *column, &QuantityColumns::value);
+    const bool has_truth = estimated != columns.quantities.end();
+    columns.conditions.push_back(has_truth ? table.find("true_" + name).value_or(estimated->truth) : *column);
   }
   if (options.by.empty())
     for (size_t i = 0; i < all.size(); ++i)

@@ -88,7 +88,7 @@ std::string estimate_text(const lump::Estimate& e) {
   }
   for (const std::string& reason : e.reasons) text += "note: " + reason + "\n";
   for (const lump::InputEffect& effect : e.input_effects) text += effect_text(effect) + "\n";
-  line = palpate::text("by the %s, in %.2f ms\n", e.method.c_str(), 1e3 * e.wall_s);
+  line = palpate::text("method: %s, %.3g ms\n", e.method.c_str(), 1e3 * e.wall_s);
   return text + line + "For research, not a diagnosis.\n";
 }
 

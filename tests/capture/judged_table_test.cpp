@@ -79,6 +79,20 @@ TEST_F(JudgedTable, ChosenConditionsPromiseAndVerdicts) {
   EXPECT_EQ(cases.cases[1].group, 8u);
 }
 
+// By a quantity that was estimated, cases go by what was true of it.
+TEST_F(JudgedTable, EstimatesAreCrossedByTheirTruth) {
+  JudgedTableOptions options;
+  options.by = {"size_mm"};
+  const judge::Cases own = read("size_mm_truth,size_mm,verdict\n5,6,found\n7,6.5,found\n", options);
+  EXPECT_EQ(own.cases[0].conditions[0], 5);
+  EXPECT_EQ(own.cases[1].conditions[0], 7);
+  EXPECT_EQ(own.cases[1].values[0].value, 6.5);
+  const judge::Cases named =
+      read("true_size_mm,size_mm_truth,size_mm,verdict\n5.5,5,6,found\n7.5,7,6.5,found\n", options);
+  EXPECT_EQ(named.conditions[0].name, "true_size_mm");
+  EXPECT_EQ(named.cases[0].conditions[0], 5.5);
+}
+
 TEST_F(JudgedTable, OurOwnComeBackAsTheyWere) {
   judge::Cases cases;
   cases.conditions = {{"young_kPa", {}}, {"shape", {"ball", "flat, round"}}};

@@ -83,7 +83,7 @@ TEST_F(TractionTest, ForceOfAGelWithinThreePerCent) {
 
 // Contacts that were not asked for are found all the same: the force is the same.
 TEST_F(TractionTest, FindsItsContacts) {
-  const std::string scene = "synthetic:drag?mode=gel&skin=texture&size=320x240";
+  const std::string scene = "synthetic:press?mode=gel&size=320x240";
   std::vector<double> force;
   for (const uint32_t outputs : {kOutputs, Output::Force | Output::Surface | Output::Traction})
     run(scene, sensor_of(scene), {.outputs = outputs}, 110,

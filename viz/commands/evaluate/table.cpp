@@ -45,6 +45,7 @@ void add_evaluate_table(CommandLine& group, Common& common, Command& chosen) {
              "  palpate evaluate table results.csv --by size_mm,depth_mm\n"
              "  palpate evaluate table results.csv --promise 0.95 --fewest 50 --out out/coverage\n"
              "  palpate evaluate table lumps.csv --reported 'found,stiffness open' --json\n"
+             "--by a quantity that was estimated goes by its truth.\n"
              "A cell is below its promise where its count would be so low, in any one of all cells, in at\n"
              "most 5 % of tables if the promise held everywhere. Lines are taken to err independently.\n");
   command->callback([o, &common, &chosen] { chosen = [o, &common] { return run(common, *o); }; });
