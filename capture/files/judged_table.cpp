@@ -179,7 +179,8 @@ judge::Cases read_judged_table(const std::filesystem::path& file, const JudgedTa
                 printable(verdict), "--reported with the word that does");
   for (size_t c = 0; c < columns.conditions.size(); ++c)
     cases.conditions.push_back(
-        take_condition(table.columns()[columns.conditions[c]], cells[c], numbers[c], c, cases));
+        take_condition(options.by.empty() ? table.columns()[columns.conditions[c]] : options.by[c], cells[c],
+                       numbers[c], c, cases));
   return cases;
 }
 

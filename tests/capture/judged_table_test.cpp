@@ -89,7 +89,7 @@ TEST_F(JudgedTable, EstimatesAreCrossedByTheirTruth) {
   EXPECT_EQ(own.cases[1].values[0].value, 6.5);
   const judge::Cases named =
       read("true_size_mm,size_mm_truth,size_mm,verdict\n5.5,5,6,found\n7.5,7,6.5,found\n", options);
-  EXPECT_EQ(named.conditions[0].name, "true_size_mm");
+  EXPECT_EQ(named.conditions[0].name, "size_mm");
   EXPECT_EQ(named.cases[0].conditions[0], 5.5);
 }
 
