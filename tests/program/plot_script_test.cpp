@@ -28,6 +28,13 @@ TEST(PlotScript, PowersAreRaisedAndQuotesKept) {
   EXPECT_EQ(plot_words("R^2 0.99, 12 mm2, the LED's 3 mm^3"), "'R² 0.99, 12 mm², the LED''s 3 mm³'");
 }
 
+TEST(PlotScript, LongTitlesTakeLines) {
+  EXPECT_EQ(plot_lines("two words", 20), "'two words'");
+  EXPECT_EQ(plot_lines("it's two words", 9), "'it''s two'.\"\\n\".'words'");
+  EXPECT_EQ(plot_lines("unbreakable as", 5), "'unbreakable'.\"\\n\".'as'");
+  EXPECT_EQ(plot_lines("", 5), "''");
+}
+
 TEST(PlotScript, AMapOfOneValueHasNoScale) {
   EXPECT_EQ(plot_colour_bar(1, 1), "unset colorbox\n");
   EXPECT_EQ(plot_colour_bar(1, 1 + 1e-9), "unset colorbox\n");

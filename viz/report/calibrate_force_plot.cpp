@@ -10,7 +10,8 @@ namespace palpate {
 namespace {
 
 constexpr int kWidth = 900, kHeight = 820;
-constexpr int kSteps = 160;  // of a drawn curve
+constexpr int kSteps = 160;     // of a drawn curve
+constexpr size_t kTitle = 100;  // letters of a line
 
 std::string number(double value) {
   const std::string line = text("%.7g", value);
@@ -76,11 +77,11 @@ std::string plot_script(const ForceOutcome& o, PlotKind kind) {
        block("up", curve[0]) + block("down", curve[1]) + block("band", band);
   s +=
       "set multiplot\nset lmargin 11\nset rmargin 3\nset format x '" +
-      std::string(c.signal == ForceSignal::Volume ? "%.3g" : "%.1s%c") +
+      std::string(c.signal == ForceSignal::Volume || c.signal == ForceSignal::Layer ? "%.3g" : "%.1s%c") +
       "'\n"
       "set origin 0,0.36\nset size 1,0.64\nset key top left samplen 2\n"
       "set title " +
-      plot_words(verdict_of(o).line) + " offset 0,0.8\nset label 1 " + plot_words(title) +
+      plot_lines(verdict_of(o).line, kTitle) + " offset 0,0.8\nset label 1 " + plot_words(title) +
       " at graph 0.5,1.03 center font ',9' textcolor rgb '#555555'\nset ylabel 'normal force, N'\nset xlabel "
       "''\n";
   s += "plot $band using 1:2:3 with filledcurves fc rgb '#d0e4f2' title '95 % interval', "

@@ -62,6 +62,23 @@ std::string plot_words(const std::string& words) {
   return gnuplot_quoted(raised);
 }
 
+std::string plot_lines(const std::string& words, size_t most) {
+  std::string script, line;
+  const auto end_line = [&] {
+    script += (script.empty() ? "" : ".\"\\n\".") + plot_words(line);
+    line.clear();
+  };
+  for (size_t at = 0; at < words.size();) {
+    const size_t space = std::min(words.find(' ', at), words.size());
+    const std::string word = words.substr(at, space - at);
+    if (!line.empty() && line.size() + 1 + word.size() > most) end_line();
+    line += (line.empty() ? "" : " ") + word;
+    at = space + 1;
+  }
+  end_line();
+  return script;
+}
+
 std::string PlotUnit::column(int number) const {
   return factor == 1 ? std::to_string(number) : palpate::text("(%g*$%d)", factor, number);
 }

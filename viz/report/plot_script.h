@@ -22,6 +22,8 @@ std::string plot_number(double value);
 std::string plot_block(const std::string& name, const std::vector<std::vector<double>>& columns);
 /// A title or label in gnuplot's quotes, with superscripts for ^2 and ^3 and after a length (mm2).
 std::string plot_words(const std::string& words);
+/// The same in as many lines as it takes, none longer than `most` letters unless one word is.
+std::string plot_lines(const std::string& words, size_t most);
 
 /// A unit with the SI prefix that keeps values up to `largest` below 1000.
 struct PlotUnit {
