@@ -73,13 +73,18 @@ void Skin::set_background(const Frame& background) {
                 "'skin' of the sensor file as it is seen in the rectified frame, or outputs without skin");
   }
   const size_t count = templates_.size();
-  std::vector<Texel> points, windows(count * window_.samples()), before(count, Texel{0, 0, 1, 0});
+  const size_t fours = (window_.side + 3) / 4;
+  std::vector<Texel> points, windows(count * window_.side * fours * 4), before(count, Texel{0, 0, 1, 0});
   for (size_t i = 0; i < count; ++i) {
     const SkinTemplate& t = templates_[i];
     points.push_back({static_cast<float>(t.x_px), static_cast<float>(t.y_px), t.contrast, 0});
     Texel& beside = points.emplace_back();
     for (size_t k = 0; k < 4; ++k) beside[k] = static_cast<float>(t.neighbours[k]);
-    for (size_t k = 0; k < window_.samples(); ++k) windows[k * count + i] = t.window[k];
+    for (size_t k = 0; k < window_.samples(); ++k) {
+      const size_t row = k / window_.side, column = k % window_.side;
+      for (size_t which = 0; which < 4; ++which)
+        windows[((row * fours + column / 4) * 4 + which) * count + i][column % 4] = t.window[k][which];
+    }
   }
   const auto make = [this](const char* name, const std::vector<Texel>& texels, gpu::DeviceBuffer& buffer,
                            gpu::TexelView& view) {

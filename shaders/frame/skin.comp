@@ -1,11 +1,12 @@
-// Where the points of the skin's pattern are in this frame. An invocation follows one point: it looks around the places where the
-// point may be (where it was, where its neighbours went, where it rests) and then fits, a fixed number of times,
+// Where the points of the skin's pattern are in this frame. An invocation follows one point: it fits, from where the point was,
 //   image(p + shift) = gain * (rest(p) + gradient(p) . step) + offset + tilt . p
-// over a window of SIDE x SIDE samples, STRIDE px apart. The untouched window and its gradient come with offset and tilt projected
-// out, so that the normal matrix does not change and is inverted on the host (inverse compositional). Variants: WIDE (16-bit
-// pixels), PLANES (1 or 3, summed).
+// over a window of SIDE x SIDE samples, STRIDE px apart, until the step is small. Where that does not end in the window's pattern it
+// looks around the places where the point may be (where it was, where its neighbours went, where it rests) and fits again. The
+// untouched window and its gradient come with offset and tilt projected out, so that the normal matrix does not change and is
+// inverted on the host (inverse compositional). Variants: WIDE (16-bit pixels), PLANES (1 or 3, summed).
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_vote : require
 #include "shaders/shared/skin.h"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
@@ -13,121 +14,225 @@ layout(constant_id = 3) const uint SIDE = 17;
 layout(constant_id = 4) const uint STRIDE = 1;
 layout(binding = 0) uniform usamplerBuffer words;       // R32UI, the frame
 layout(binding = 1) uniform samplerBuffer points;       // RGBA32F
-layout(binding = 2) uniform samplerBuffer windows;      // RGBA32F: rest, and what gives gain, step x, y; all points' first sample first
+layout(binding = 2) uniform samplerBuffer windows;      // RGBA32F: a row's samples in fours, of each four rest, gain, step x, y; all points' first
 layout(binding = 3) uniform samplerBuffer before;       // RGBA32F, the last frame's motions
 layout(binding = 4) writeonly buffer Motions { vec4 motions[]; };  // shift x, y, correlation, noise in rest's gray levels
 layout(push_constant) uniform Push { SkinPush push; };
 
-const int kSide = int(SIDE), kStride = int(STRIDE), kHalf = kSide / 2;
+const int kSide = int(SIDE), kStride = int(STRIDE), kHalf = kSide / 2, kFours = (kSide + 3) / 4;
 
-#ifdef WIDE
-const int kWordBits = 1;
-#else
-const int kWordBits = 2;
-#endif
+// A row of a window's samples, four by four; those beyond SIDE are of no account.
+struct Row {
+  vec4 a, b, c, d, e, f;
+};
 
-float pixel(int x, int y) {
-  x = clamp(x, 0, int(push.width) - 1);
-  y = clamp(y, 0, int(push.height) - 1);
-  uint sum = 0;
-  for (int plane = 0; plane < PLANES; ++plane) {
-    uint word = texelFetch(words, (plane * int(push.height) + y) * int(push.pitch) + 4 + (x >> kWordBits)).x;
+uint word(int row, int at) { return texelFetch(words, row + clamp(at, 0, int(push.pitch) - 1)).x; }
+
+// Four pixels from x on, summed over the planes. A row is padded with copies of its first and last pixel.
+vec4 four_pixels(int x, int y) {
+  const int row = clamp(y, 0, int(push.height) - 1) * int(push.pitch), plane = int(push.height * push.pitch);
 #ifdef WIDE
-    sum += word >> ((x & 1) << 4) & 0xffffu;
+  const int at = 4 + (x >> 1);
+  const uint shift = uint(x & 1) << 4, first = word(row, at), second = word(row, at + 1), third = word(row, at + 2);
+  const uint low = first >> shift | second << 1 << (31 - shift), high = second >> shift | third << 1 << (31 - shift);
+  return vec4(low & 0xffffu, low >> 16, high & 0xffffu, high >> 16);
 #else
-    sum += word >> ((x & 3) << 3) & 0xffu;
-#endif
+  const int at = 4 + (x >> 2);
+  const uint shift = uint(x & 3) << 3;
+  uint even = 0, odd = 0;
+  for (int p = 0; p < PLANES; ++p) {
+    const uint pixels = word(row + p * plane, at) >> shift | word(row + p * plane, at + 1) << 1 << (31 - shift);
+    even += pixels & 0x00ff00ffu;
+    odd += pixels >> 8 & 0x00ff00ffu;
   }
-  return float(sum);
+  return vec4(even & 0xffffu, odd & 0xffffu, even >> 16, odd >> 16);
+#endif
 }
 
-vec4 window_at(int sample_index, int point) { return texelFetch(windows, sample_index * int(push.points) + point); }
+// Every STRIDE-th pixel, the first at x.
+vec4 four_samples(int x, int y) {
+  if (kStride == 1) return four_pixels(x, y);
+  if (kStride == 2) return vec4(four_pixels(x, y).xz, four_pixels(x + 4, y).xz);
+  return vec4(four_pixels(x, y).x, four_pixels(x + kStride, y).x, four_pixels(x + 2 * kStride, y).x, four_pixels(x + 3 * kStride, y).x);
+}
 
-// Correlation of every other sample of the window with the frame, shifted by whole pixels.
-float correlation(int point, ivec2 rest, vec2 shift) {
-  ivec2 at = rest + ivec2(round(shift));
-  float base = pixel(at.x, at.y), n = 0.0, a = 0.0, b = 0.0, aa = 0.0, bb = 0.0, ab = 0.0;
-  for (int j = 0; j < kSide; j += 2) {
-    for (int i = 0; i < kSide; i += 2) {
-      float t = window_at(j * kSide + i, point).x, v = pixel(at.x + (i - kHalf) * kStride, at.y + (j - kHalf) * kStride) - base;
-      n += 1.0;
-      a += t;
-      b += v;
-      aa += t * t;
-      bb += v * v;
-      ab += t * v;
-    }
+Row whole_row(int x, int y) {
+  const int step = 4 * kStride;
+  Row row;
+  row.a = four_samples(x, y);
+  row.b = four_samples(x + step, y);
+  row.c = kFours > 2 ? four_samples(x + 2 * step, y) : vec4(0);
+  row.d = kFours > 3 ? four_samples(x + 3 * step, y) : vec4(0);
+  row.e = kFours > 4 ? four_samples(x + 4 * step, y) : vec4(0);
+  row.f = kFours > 5 ? four_samples(x + 5 * step, y) : vec4(0);
+  return row;
+}
+
+// Samples `part` of the way to their next pixel.
+vec4 four_between(int x, int y, float part) {
+  if (kStride == 2) {
+    const vec4 p = four_pixels(x, y), q = four_pixels(x + 4, y);
+    return mix(vec4(p.xz, q.xz), vec4(p.yw, q.yw), part);
   }
-  return (ab - a * b / n) * inversesqrt(max((aa - a * a / n) * (bb - b * b / n), 1e-12));
+  return mix(four_samples(x, y), four_samples(x + 1, y), part);
+}
+
+Row row_between(int x, int y, float part) {
+  const int step = 4 * kStride;
+  Row row;
+  if (kStride == 1) {  // the last four has a sample to spare
+    const Row here = whole_row(x, y);
+    row.a = mix(here.a, vec4(here.a.yzw, here.b.x), part);
+    row.b = mix(here.b, vec4(here.b.yzw, here.c.x), part);
+    row.c = mix(here.c, vec4(here.c.yzw, here.d.x), part);
+    row.d = mix(here.d, vec4(here.d.yzw, here.e.x), part);
+    row.e = mix(here.e, vec4(here.e.yzw, here.f.x), part);
+    row.f = mix(here.f, vec4(here.f.yzw, 0), part);
+    return row;
+  }
+  row.a = four_between(x, y, part);
+  row.b = four_between(x + step, y, part);
+  row.c = kFours > 2 ? four_between(x + 2 * step, y, part) : vec4(0);
+  row.d = kFours > 3 ? four_between(x + 3 * step, y, part) : vec4(0);
+  row.e = kFours > 4 ? four_between(x + 4 * step, y, part) : vec4(0);
+  row.f = kFours > 5 ? four_between(x + 5 * step, y, part) : vec4(0);
+  return row;
+}
+
+// Of the four from sample 4 k on, those within the window are 1.
+vec4 within(int k) { return vec4(lessThan(4 * k + ivec4(0, 1, 2, 3), ivec4(kSide))); }
+
+vec4 window_at(int row, int k, int which, int point) { return texelFetch(windows, (((row * kFours + k) << 2) + which) * int(push.points) + point); }
+
+// n v, t, t^2, and v^2, t v.
+struct Products {
+  vec3 ones;
+  vec2 pairs;
+};
+
+void correlate(int row, int k, int point, vec4 v, inout Products sums) {
+  if (k >= kFours) return;
+  const vec4 t = window_at(row, k, 0, point);
+  v *= within(k);
+  sums.ones += vec3(dot(v, vec4(1)), dot(t, vec4(1)), dot(t, t));
+  sums.pairs += vec2(dot(v, v), dot(t, v));
+}
+
+// Correlation of every other row of the window with the frame, shifted by whole pixels.
+float correlation_at(int point, ivec2 rest, vec2 shift) {
+  const ivec2 at = rest + ivec2(round(shift)), corner = at - kHalf * kStride;
+  const float base = four_pixels(at.x, at.y).x;
+  Products sums = Products(vec3(0), vec2(0));
+  for (int j = 0; j < kSide; j += 2) {
+    const Row row = whole_row(corner.x, corner.y + j * kStride);
+    correlate(j, 0, point, row.a - base, sums);
+    correlate(j, 1, point, row.b - base, sums);
+    correlate(j, 2, point, row.c - base, sums);
+    correlate(j, 3, point, row.d - base, sums);
+    correlate(j, 4, point, row.e - base, sums);
+    correlate(j, 5, point, row.f - base, sums);
+  }
+  const float n = float((kSide + 1) / 2 * kSide), b = sums.ones.x, a = sums.ones.y;
+  return (sums.pairs.y - a * b / n) * inversesqrt(max((sums.ones.z - a * a / n) * (sums.pairs.x - b * b / n), 1e-12));
+}
+
+// Sums over the window of what the frame has there.
+struct Fit {
+  vec4 moments;  // of v, v x, v y, v^2
+  vec4 motion;   // with rest; gain, gain * step x, y
+};
+
+void add_four(int row, int k, int point, vec4 v, inout Fit fit) {
+  if (k >= kFours) return;
+  if (4 * k + 4 > kSide) v *= within(k);
+  const float sum = dot(v, vec4(1));
+  fit.moments += vec4(sum, dot(v, vec4(4 * k - kHalf) + vec4(0, 1, 2, 3)), sum * float(row - kHalf), dot(v, v));
+  fit.motion += vec4(dot(v, window_at(row, k, 0, point)), dot(v, window_at(row, k, 1, point)), dot(v, window_at(row, k, 2, point)),
+                     dot(v, window_at(row, k, 3, point)));
+}
+
+Fit fit_at(int point, ivec2 rest, vec2 shift) {
+  const vec2 whole = floor(shift), part = shift - whole;
+  const ivec2 middle = rest + ivec2(whole), corner = middle - kHalf * kStride;
+  const float base = four_pixels(middle.x, middle.y).x;
+  Fit fit = Fit(vec4(0), vec4(0));
+  Row above = row_between(corner.x, corner.y, part.x);
+  for (int j = 0; j < kSide; ++j) {
+    if (kStride != 1) above = row_between(corner.x, corner.y + j * kStride, part.x);
+    const Row below = row_between(corner.x, corner.y + j * kStride + 1, part.x);
+    add_four(j, 0, point, mix(above.a, below.a, part.y) - base, fit);
+    add_four(j, 1, point, mix(above.b, below.b, part.y) - base, fit);
+    add_four(j, 2, point, mix(above.c, below.c, part.y) - base, fit);
+    add_four(j, 3, point, mix(above.d, below.d, part.y) - base, fit);
+    add_four(j, 4, point, mix(above.e, below.e, part.y) - base, fit);
+    add_four(j, 5, point, mix(above.f, below.f, part.y) - base, fit);
+    above = below;
+  }
+  return fit;
 }
 
 void main() {
-  int point = int(gl_GlobalInvocationID.x);
+  const int point = int(gl_GlobalInvocationID.x);
   if (point >= int(push.points)) return;
-  vec4 first = texelFetch(points, point * 2), beside = texelFetch(points, point * 2 + 1);
-  ivec2 rest = ivec2(first.xy);
-  vec4 was = texelFetch(before, point);
+  const vec4 first = texelFetch(points, point * 2), beside = texelFetch(points, point * 2 + 1);
+  const ivec2 rest = ivec2(first.xy);
+  const vec4 was = texelFetch(before, point);
 
   // Where the neighbours went, those that were followed. A point far from that has jumped to another one's place.
   vec3 others = vec3(0.0);
   for (int k = 0; k < 4; ++k) {
-    vec4 other = texelFetch(before, max(int(beside[k]), 0));
+    const vec4 other = texelFetch(before, max(int(beside[k]), 0));
     others += beside[k] >= 0.0 && other.z > 0.0 ? vec3(other.xy, 1.0) : vec3(0.0);
   }
-  vec2 around = others.z > 0.0 ? others.xy / others.z : was.xy;
-  bool astray = was.z <= 0.0 || (others.z > 1.0 && distance(was.xy, around) > 0.45 * push.spacing_px);
-  vec2 start = astray ? around : was.xy;
+  const vec2 around = others.z > 0.0 ? others.xy / others.z : was.xy;
+  const bool astray = was.z <= 0.0 || (others.z > 1.0 && distance(was.xy, around) > 0.45 * push.spacing_px);
+  const vec2 start = astray ? around : was.xy;
 
-  float best = correlation(point, rest, start);
-  vec2 shift = start;
-  best += kSkinPrefer;
   const int kReach = int(kSkinReach), kAcross = 2 * kReach + 1;
-  for (int k = 0; k <= kAcross * kAcross; ++k) {
-    vec2 candidate = start + push.search_px * vec2(k % kAcross - kReach, k / kAcross - kReach);
-    candidate = k == kAcross * kAcross ? vec2(0.0) : candidate;
-    float score = correlation(point, rest, candidate);
-    bool better = score > best;
-    best = better ? score : best;
-    shift = better ? candidate : shift;
-  }
-
   const float kSamples = float(kSide * kSide), kSpread = kSamples * float(kSide * kSide - 1) / 12.0;  // sum of i^2
+  // All points of a subgroup go round as often as the slowest; selection keeps the values of those that are done. (Left to the driver,
+  // lavapipe applies the last step of a point that leaves a loop before the others twice.)
+  vec2 shift = start;
   float correlation = 0.0, noise = 0.0;
-  for (uint iteration = 0; iteration < kSkinIterations; ++iteration) {
-    vec2 whole = floor(shift), part = shift - whole;
-    ivec2 corner = rest + ivec2(whole) - kHalf * kStride;
-    float base = pixel(rest.x + int(whole.x), rest.y + int(whole.y));
-    vec4 sums = vec4(0.0);  // of v, v x, v y, v^2
-    vec4 fit = vec4(0.0);   // with rest; gain, step x, y
-    for (int j = 0; j < kSide; ++j) {
-      int y = corner.y + j * kStride;
-      float above = pixel(corner.x, y), below = pixel(corner.x, y + 1);
-      for (int i = 0; i < kSide; ++i) {
-        int x = corner.x + i * kStride;
-        if (STRIDE != 1 && i > 0) {
-          above = pixel(x, y);
-          below = pixel(x, y + 1);
-        }
-        float above_right = pixel(x + 1, y), below_right = pixel(x + 1, y + 1);
-        float v = mix(mix(above, above_right, part.x), mix(below, below_right, part.x), part.y) - base;
-        sums += v * vec4(1.0, float(i - kHalf), float(j - kHalf), v);
-        fit += v * window_at(j * kSide + i, point);
-        above = above_right;
-        below = below_right;
-      }
-    }
-    float total = sums.w - sums.x * sums.x / kSamples - (sums.y * sums.y + sums.z * sums.z) / kSpread;
-    // A window without contrast in the frame has nothing to say, nor one whose contrast is turned round.
-    bool seen = fit.y > 1e-3 && fit.x > 0.0 && total > 1e-3;
-    vec2 motion = seen ? fit.zw / fit.y : vec2(0.0);
-    float size = length(motion), most = kSkinLargestStep * float(kStride), correlated = min(fit.x * fit.x / (first.z * total), 1.0);
-    shift -= motion * min(1.0, most / max(size, 1e-9));
-    correlation = seen && size < kSkinSettled * float(kStride) ? sqrt(correlated) : 0.0;
-    noise = seen ? sqrt(total * (1.0 - correlated) / kSamples) / fit.y : 0.0;
-  }
-  vec2 at = vec2(rest) + shift;
-  bool inside = at.x >= 0.0 && at.y >= 0.0 && at.x <= float(push.width - 1) && at.y <= float(push.height - 1);
+  bool searches = astray, done = false;
+  do {
+    // The start itself is the first candidate, and the only one where the point is fitted from there.
+    vec2 from = start;
+    float best = -2.0;
+    int k = 0;
+    do {
+      vec2 candidate = start + push.search_px * vec2((k - 1) % kAcross - kReach, (k - 1) / kAcross - kReach);
+      candidate = k == 0 ? start : k > kAcross * kAcross ? vec2(0.0) : candidate;
+      const float score = correlation_at(point, rest, candidate) + (k == 0 ? kSkinPrefer : 0.0);
+      const bool better = score > best && (searches || k == 0);
+      best = better ? score : best;
+      from = better ? candidate : from;
+      ++k;
+    } while (subgroupAny(searches && !done) && k < kAcross * kAcross + 2);
+
+    shift = done ? shift : from;
+    uint iterations = 0;
+    bool settled = done;
+    do {
+      const Fit fit = fit_at(point, rest, shift);
+      const vec4 m = fit.moments, f = fit.motion;
+      const float total = m.w - m.x * m.x / kSamples - (m.y * m.y + m.z * m.z) / kSpread;
+      // A window without contrast in the frame has nothing to say, nor one whose contrast is turned round.
+      const bool seen = f.y > 1e-3 && f.x > 0.0 && total > 1e-3;
+      const vec2 motion = seen ? f.zw / f.y : vec2(0.0);
+      const float size = length(motion), most = kSkinLargestStep * float(kStride), correlated = min(f.x * f.x / (first.z * total), 1.0);
+      shift -= settled ? vec2(0.0) : motion * min(kSkinStepPart, most / max(size, 1e-9));
+      correlation = settled ? correlation : seen && size < kSkinSettled * float(kStride) ? sqrt(correlated) : 0.0;
+      noise = settled ? noise : seen ? sqrt(total * (1.0 - correlated) / kSamples) / f.y : 0.0;
+      settled = settled || size < kSkinSmallStep * float(kStride) || ++iterations == kSkinIterations;
+    } while (subgroupAny(!settled));
+    done = searches || correlation >= kSkinSure;
+    searches = true;
+  } while (subgroupAny(!done));
+
+  const vec2 at = vec2(rest) + shift;
+  const bool inside = at.x >= 0.0 && at.y >= 0.0 && at.x <= float(push.width - 1) && at.y <= float(push.height - 1);
   // What is lost stays where it was last seen, until it is found.
-  bool good = inside && correlation >= kSkinLeastCorrelation && shift.x == shift.x && shift.y == shift.y;
+  const bool good = inside && correlation >= kSkinLeastCorrelation && shift.x == shift.x && shift.y == shift.y;
   motions[point] = good ? vec4(shift, correlation, noise) : vec4(start, 0.0, 0.0);
 }

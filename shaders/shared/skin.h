@@ -9,6 +9,10 @@ using uint = uint32_t;
 #endif
 
 const uint kSkinIterations = 7;
+const float kSkinStepPart =
+    0.85f;  // that is gone of a step: the smoothed gradient makes it 10 to 30 % too long
+const float kSkinSmallStep = 0.003f;  // of an iteration, samples: a next one would change nothing
+const float kSkinSure = 0.7f;     // a point whose fit from where it was correlates less is looked for around
 const uint kSkinReach = 2;        // steps of the search to each side
 const float kSkinPrefer = 0.04f;  // by so much another start must correlate better than where the point was
 const float kSkinLargestStep = 2.5f;       // of one iteration, in samples

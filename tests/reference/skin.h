@@ -52,7 +52,7 @@ class Skin {
     const int side = static_cast<int>(window_.side), stride = static_cast<int>(window_.stride);
     std::vector<double> a, b;
     for (int j = 0; j < side; j += 2)
-      for (int i = 0; i < side; i += 2) {
+      for (int i = 0; i < side; ++i) {
         a.push_back(double{t.window[static_cast<size_t>(j) * side + i][0]});
         b.push_back(pixel(t.x_px + static_cast<int>(std::nearbyint(x)) + (i - side / 2) * stride,
                           t.y_px + static_cast<int>(std::nearbyint(y)) + (j - side / 2) * stride));
@@ -84,16 +84,31 @@ class Skin {
     const bool astray = was.correlation <= 0 ||
                         (count > 1 && std::hypot(was.x - around_x, was.y - around_y) > 0.45 * spacing_px_);
     const double start_x = astray ? around_x : was.x, start_y = astray ? around_y : was.y;
-    double x = start_x, y = start_y;
-    double best = correlation(t, x, y) + double{shared::kSkinPrefer};
-    const int reach = static_cast<int>(shared::kSkinReach);
-    const auto consider = [&](double to_x, double to_y) {
-      if (const double score = correlation(t, to_x, to_y); score > best) best = score, x = to_x, y = to_y;
+    SkinMotionOfPoint fit = fit_from(t, start_x, start_y);
+    if (astray || fit.correlation < double{shared::kSkinSure}) {
+      const auto [x, y] = search(t, start_x, start_y);
+      fit = fit_from(t, x, y);
+    }
+    const double at_x = t.x_px + fit.x, at_y = t.y_px + fit.y;
+    const bool inside = at_x >= 0 && at_y >= 0 && at_x <= width_ - 1 && at_y <= height_ - 1;
+    if (!inside || fit.correlation < double{shared::kSkinLeastCorrelation}) return {start_x, start_y, 0, 0};
+    return fit;
+  }
+
+  std::array<double, 2> search(const SkinTemplate& t, double start_x, double start_y) const {
+    std::array<double, 2> found{start_x, start_y};
+    double best = correlation(t, start_x, start_y) + double{shared::kSkinPrefer};
+    const auto consider = [&](double x, double y) {
+      if (const double score = correlation(t, x, y); score > best) best = score, found = {x, y};
     };
+    const int reach = static_cast<int>(shared::kSkinReach);
     for (int j = -reach; j <= reach; ++j)
       for (int i = -reach; i <= reach; ++i) consider(start_x + search_px_ * i, start_y + search_px_ * j);
     consider(0, 0);
+    return found;
+  }
 
+  SkinMotionOfPoint fit_from(const SkinTemplate& t, double x, double y) const {
     const int side = static_cast<int>(window_.side), stride = static_cast<int>(window_.stride),
               n = side * side;
     double correlation = 0, noise = 0;
@@ -118,16 +133,15 @@ class Skin {
       const double gain = fit[1];
       const bool seen = gain > 1e-3 && fit[0] > 0 && ss > 1e-3;
       const double dx = seen ? fit[2] / gain : 0, dy = seen ? fit[3] / gain : 0, size = std::hypot(dx, dy);
-      const double part = std::min(1.0, double{shared::kSkinLargestStep} * stride / std::max(size, 1e-9));
+      const double part = std::min(double{shared::kSkinStepPart},
+                                   double{shared::kSkinLargestStep} * stride / std::max(size, 1e-9));
       x -= dx * part;
       y -= dy * part;
       const double correlated = std::min(fit[0] * fit[0] / (double{t.contrast} * ss), 1.0);
       correlation = seen && size < double{shared::kSkinSettled} * stride ? std::sqrt(correlated) : 0;
       noise = seen ? std::sqrt(ss * (1 - correlated) / n) / gain : 0;
+      if (size < double{shared::kSkinSmallStep} * stride) break;
     }
-    const double at_x = t.x_px + x, at_y = t.y_px + y;
-    const bool inside = at_x >= 0 && at_y >= 0 && at_x <= width_ - 1 && at_y <= height_ - 1;
-    if (!inside || correlation < double{shared::kSkinLeastCorrelation}) return {start_x, start_y, 0, 0};
     return {x, y, correlation, noise};
   }
 
