@@ -194,7 +194,8 @@ class TemplateMaker {
     t.centre = centre;
     t.x_px = static_cast<int32_t>(std::lround(centre[0]));
     t.y_px = static_cast<int32_t>(std::lround(centre[1]));
-    if (t.x_px - reach_ < 1 || t.y_px - reach_ < 1 || t.x_px + reach_ + 1 >= w_ || t.y_px + reach_ + 1 >= h_)
+    if (t.x_px - reach_ < 1 || t.y_px - reach_ < 1 || t.x_px + reach_ + stride_ >= w_ ||
+        t.y_px + reach_ + stride_ >= h_)
       return std::nullopt;
     Samples s = sample(t.x_px, t.y_px);
     s.rest -= light_basis_ * (light_basis_.transpose() * s.rest);
@@ -230,17 +231,18 @@ class TemplateMaker {
 
   Samples sample(int x_px, int y_px) const {
     const auto at = [&](int x, int y) { return double{image_[static_cast<size_t>(y) * w_ + x]}; };
-    Samples s{Eigen::VectorXd(n_), Eigen::VectorXd(n_), Eigen::VectorXd(n_)};
-    for (int k = 0; k < n_; ++k) {
-      const int x = x_px + column(k) * stride_, y = y_px + row(k) * stride_;
-      s.rest[k] = at(x, y);
-      s.along[k] = (2 * (at(x + 1, y) - at(x - 1, y)) + at(x + 1, y - 1) - at(x - 1, y - 1) +
-                    at(x + 1, y + 1) - at(x - 1, y + 1)) /
-                   8;
-      s.down[k] = (2 * (at(x, y + 1) - at(x, y - 1)) + at(x - 1, y + 1) - at(x - 1, y - 1) +
-                   at(x + 1, y + 1) - at(x + 1, y - 1)) /
-                  8;
-    }
+    Samples s{Eigen::VectorXd::Zero(n_), Eigen::VectorXd::Zero(n_), Eigen::VectorXd::Zero(n_)};
+    for (int k = 0; k < n_; ++k)
+      for (int p = 0; p < stride_ * stride_; ++p) {
+        const int x = x_px + column(k) * stride_ + p % stride_, y = y_px + row(k) * stride_ + p / stride_;
+        s.rest[k] += at(x, y);
+        s.along[k] += (2 * (at(x + 1, y) - at(x - 1, y)) + at(x + 1, y - 1) - at(x - 1, y - 1) +
+                       at(x + 1, y + 1) - at(x - 1, y + 1)) /
+                      8;
+        s.down[k] += (2 * (at(x, y + 1) - at(x, y - 1)) + at(x - 1, y + 1) - at(x - 1, y - 1) +
+                      at(x + 1, y + 1) - at(x + 1, y - 1)) /
+                     8;
+      }
     return s;
   }
 

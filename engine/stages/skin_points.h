@@ -19,7 +19,7 @@ std::vector<float> skin_image(const Frame& frame);
 std::vector<std::array<float, 2>> find_skin_points(const std::vector<float>& image, uint32_t width,
                                                    uint32_t height, const SkinPattern& pattern);
 
-/// What is compared: `side` x `side` samples, `stride` px apart.
+/// What is compared: `side` x `side` samples, each the sum of `stride` x `stride` px from its place on.
 struct SkinWindow {
   explicit SkinWindow(const SkinPattern& pattern);
   uint32_t side = 0;    ///< odd, 7 to 21

@@ -21,6 +21,7 @@
 #include "perf/profile/gpu_solvers.h"
 #include "perf/profile/scene.h"
 #include "perf/rivals/rivals.h"
+#include "perf/rivals/skin_run.h"
 #include "perf/tools/program.h"
 #include "viz/commands/options.h"
 
@@ -88,6 +89,8 @@ class Goals {
     for (const SurfaceSolver solver : {SurfaceSolver::Live, SurfaceSolver::Converged})
       outline(kSmall, solver);
     force_only(kLarge);
+    for (const Size& size : {kSmall, kLarge})
+      for (const char* pattern : {"markers", "texture"}) skin(size, pattern);
   }
 
   const std::vector<Row>& rows() const { return rows_; }
@@ -144,6 +147,18 @@ class Goals {
                      1 / q.low, 1 / q.median >= 8,
                      text("CPU %.2f and %.2f ms", wide.ours.cpu_ms.median, wide.rival.cpu_ms.median)});
     moments(scene, rival);
+  }
+
+  // Met also needs an error of at most the rival's and a tenth.
+  void skin(const Size& size, const std::string& pattern) {
+    SkinRun run(context_, size.text(), pattern);
+    const Pair pair =
+        compare("", "", {"palpate", [&] { run.follow(); }},
+                {"calcOpticalFlowPyrLK", [&] { run.rival_follow(); }}, repetitions_, inner(size));
+    const auto [ours_px, theirs_px] = run.errors_px();
+    const double limit = (size.width == kSmall.width ? 1.0 : 0.7) + (pattern == "texture" ? 0.3 : 0.0);
+    at_most("skin of " + pattern + " " + size.text(), limit, pair, ours_px <= 1.1 * theirs_px,
+            text("%zu points, RMS error %.3f and %.3f px", run.points(), ours_px, theirs_px));
   }
 
   // The rival's own image, filtered and 0 without contact, summed by a sensor without background and filter.

@@ -1,6 +1,6 @@
 // Where the points of the skin's pattern are in this frame. An invocation follows one point: it fits, from where the point was,
 //   image(p + shift) = gain * (rest(p) + gradient(p) . step) + offset + tilt . p
-// over a window of SIDE x SIDE samples, STRIDE px apart, until the step is small. Where that does not end in the window's pattern it
+// over a window of SIDE x SIDE samples, each the sum of STRIDE x STRIDE pixels, until the step is small. Where that does not end in the window's pattern it
 // looks around the places where the point may be (where it was, where its neighbours went, where it rests) and fits again. The
 // untouched window and its gradient come with offset and tilt projected out, so that the normal matrix does not change and is
 // inverted on the host (inverse compositional). Variants: WIDE (16-bit pixels), PLANES (1 or 3, summed).
@@ -20,6 +20,7 @@ layout(binding = 4) writeonly buffer Motions { vec4 motions[]; };  // shift x, y
 layout(push_constant) uniform Push { SkinPush push; };
 
 const int kSide = int(SIDE), kStride = int(STRIDE), kHalf = kSide / 2, kFours = (kSide + 3) / 4;
+const int kPixels = kStride * kStride;  // of a sample
 
 // A row of a window's samples, four by four; those beyond SIDE are of no account.
 struct Row {
@@ -49,54 +50,46 @@ vec4 four_pixels(int x, int y) {
 #endif
 }
 
-// Every STRIDE-th pixel, the first at x.
-vec4 four_samples(int x, int y) {
-  if (kStride == 1) return four_pixels(x, y);
-  if (kStride == 2) return vec4(four_pixels(x, y).xz, four_pixels(x + 4, y).xz);
+// The first pixels of four samples that follow each other, and the sums of their others.
+struct Four {
+  vec4 first, others;
+};
+
+vec4 every(int x, int y) {
   return vec4(four_pixels(x, y).x, four_pixels(x + kStride, y).x, four_pixels(x + 2 * kStride, y).x, four_pixels(x + 3 * kStride, y).x);
 }
 
-Row whole_row(int x, int y) {
-  const int step = 4 * kStride;
-  Row row;
-  row.a = four_samples(x, y);
-  row.b = four_samples(x + step, y);
-  row.c = kFours > 2 ? four_samples(x + 2 * step, y) : vec4(0);
-  row.d = kFours > 3 ? four_samples(x + 3 * step, y) : vec4(0);
-  row.e = kFours > 4 ? four_samples(x + 4 * step, y) : vec4(0);
-  row.f = kFours > 5 ? four_samples(x + 5 * step, y) : vec4(0);
-  return row;
-}
-
-// Samples `part` of the way to their next pixel.
-vec4 four_between(int x, int y, float part) {
+Four four_at(int x, int y) {
+  if (kStride == 1) return Four(four_pixels(x, y), vec4(0));
   if (kStride == 2) {
     const vec4 p = four_pixels(x, y), q = four_pixels(x + 4, y);
-    return mix(vec4(p.xz, q.xz), vec4(p.yw, q.yw), part);
+    return Four(vec4(p.xz, q.xz), vec4(p.yw, q.yw));
   }
-  return mix(four_samples(x, y), four_samples(x + 1, y), part);
+  Four four = Four(every(x, y), vec4(0));
+  for (int i = 1; i < kStride; ++i) four.others += every(x + i, y);
+  return four;
 }
 
-Row row_between(int x, int y, float part) {
+vec4 between(Four here, Four next, float part) {
+  return mix(here.first, vec4(here.first.yzw, next.first.x), part) + here.others;
+}
+
+// One row of pixels summed into samples that begin `part` of a pixel beyond x. The last four have a sample to spare.
+Row row_samples(int x, int y, float part) {
   const int step = 4 * kStride;
-  Row row;
-  if (kStride == 1) {  // the last four has a sample to spare
-    const Row here = whole_row(x, y);
-    row.a = mix(here.a, vec4(here.a.yzw, here.b.x), part);
-    row.b = mix(here.b, vec4(here.b.yzw, here.c.x), part);
-    row.c = mix(here.c, vec4(here.c.yzw, here.d.x), part);
-    row.d = mix(here.d, vec4(here.d.yzw, here.e.x), part);
-    row.e = mix(here.e, vec4(here.e.yzw, here.f.x), part);
-    row.f = mix(here.f, vec4(here.f.yzw, 0), part);
-    return row;
-  }
-  row.a = four_between(x, y, part);
-  row.b = four_between(x + step, y, part);
-  row.c = kFours > 2 ? four_between(x + 2 * step, y, part) : vec4(0);
-  row.d = kFours > 3 ? four_between(x + 3 * step, y, part) : vec4(0);
-  row.e = kFours > 4 ? four_between(x + 4 * step, y, part) : vec4(0);
-  row.f = kFours > 5 ? four_between(x + 5 * step, y, part) : vec4(0);
-  return row;
+  const Four none = Four(vec4(0), vec4(0)), a = four_at(x, y), b = four_at(x + step, y);
+  Four c = none, d = none, e = none, f = none;
+  if (kFours > 2) c = four_at(x + 2 * step, y);
+  if (kFours > 3) d = four_at(x + 3 * step, y);
+  if (kFours > 4) e = four_at(x + 4 * step, y);
+  if (kFours > 5) f = four_at(x + 5 * step, y);
+  return Row(between(a, b, part), between(b, c, part), between(c, d, part), between(d, e, part), between(e, f, part),
+             between(f, none, part));
+}
+
+Row times(Row r, float w) { return Row(w * r.a, w * r.b, w * r.c, w * r.d, w * r.e, w * r.f); }
+Row plus(Row r, Row s, float w) {
+  return Row(r.a + w * s.a, r.b + w * s.b, r.c + w * s.c, r.d + w * s.d, r.e + w * s.e, r.f + w * s.f);
 }
 
 // Of the four from sample 4 k on, those within the window are 1.
@@ -121,10 +114,11 @@ void correlate(int row, int k, int point, vec4 v, inout Products sums) {
 // Correlation of every other row of the window with the frame, shifted by whole pixels.
 float correlation_at(int point, ivec2 rest, vec2 shift) {
   const ivec2 at = rest + ivec2(round(shift)), corner = at - kHalf * kStride;
-  const float base = four_pixels(at.x, at.y).x;
+  const float base = float(kPixels) * four_pixels(at.x, at.y).x;
   Products sums = Products(vec3(0), vec2(0));
   for (int j = 0; j < kSide; j += 2) {
-    const Row row = whole_row(corner.x, corner.y + j * kStride);
+    Row row = row_samples(corner.x, corner.y + j * kStride, 0.0);
+    for (int i = 1; i < kStride; ++i) row = plus(row, row_samples(corner.x, corner.y + j * kStride + i, 0.0), 1.0);
     correlate(j, 0, point, row.a - base, sums);
     correlate(j, 1, point, row.b - base, sums);
     correlate(j, 2, point, row.c - base, sums);
@@ -154,19 +148,21 @@ void add_four(int row, int k, int point, vec4 v, inout Fit fit) {
 Fit fit_at(int point, ivec2 rest, vec2 shift) {
   const vec2 whole = floor(shift), part = shift - whole;
   const ivec2 middle = rest + ivec2(whole), corner = middle - kHalf * kStride;
-  const float base = four_pixels(middle.x, middle.y).x;
+  const float base = float(kPixels) * four_pixels(middle.x, middle.y).x;
   Fit fit = Fit(vec4(0), vec4(0));
-  Row above = row_between(corner.x, corner.y, part.x);
+  Row last = row_samples(corner.x, corner.y, part.x);
   for (int j = 0; j < kSide; ++j) {
-    if (kStride != 1) above = row_between(corner.x, corner.y + j * kStride, part.x);
-    const Row below = row_between(corner.x, corner.y + j * kStride + 1, part.x);
-    add_four(j, 0, point, mix(above.a, below.a, part.y) - base, fit);
-    add_four(j, 1, point, mix(above.b, below.b, part.y) - base, fit);
-    add_four(j, 2, point, mix(above.c, below.c, part.y) - base, fit);
-    add_four(j, 3, point, mix(above.d, below.d, part.y) - base, fit);
-    add_four(j, 4, point, mix(above.e, below.e, part.y) - base, fit);
-    add_four(j, 5, point, mix(above.f, below.f, part.y) - base, fit);
-    above = below;
+    Row row = times(last, 1.0 - part.y);
+    for (int i = 1; i <= kStride; ++i) {
+      last = row_samples(corner.x, corner.y + j * kStride + i, part.x);
+      row = plus(row, last, i == kStride ? part.y : 1.0);
+    }
+    add_four(j, 0, point, row.a - base, fit);
+    add_four(j, 1, point, row.b - base, fit);
+    add_four(j, 2, point, row.c - base, fit);
+    add_four(j, 3, point, row.d - base, fit);
+    add_four(j, 4, point, row.e - base, fit);
+    add_four(j, 5, point, row.f - base, fit);
   }
   return fit;
 }

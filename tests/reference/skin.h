@@ -48,14 +48,24 @@ class Skin {
            v * ((1 - u) * pixel(i, j + 1) + u * pixel(i + 1, j + 1));
   }
 
+  /// The sum of the pixels of a sample.
+  template <typename At>
+  double sample(const At& at) const {
+    double sum = 0;
+    for (uint32_t y = 0; y < window_.stride; ++y)
+      for (uint32_t x = 0; x < window_.stride; ++x) sum += at(static_cast<int>(x), static_cast<int>(y));
+    return sum;
+  }
+
   double correlation(const SkinTemplate& t, double x, double y) const {
     const int side = static_cast<int>(window_.side), stride = static_cast<int>(window_.stride);
     std::vector<double> a, b;
     for (int j = 0; j < side; j += 2)
       for (int i = 0; i < side; ++i) {
         a.push_back(double{t.window[static_cast<size_t>(j) * side + i][0]});
-        b.push_back(pixel(t.x_px + static_cast<int>(std::nearbyint(x)) + (i - side / 2) * stride,
-                          t.y_px + static_cast<int>(std::nearbyint(y)) + (j - side / 2) * stride));
+        const int left = t.x_px + static_cast<int>(std::nearbyint(x)) + (i - side / 2) * stride,
+                  top = t.y_px + static_cast<int>(std::nearbyint(y)) + (j - side / 2) * stride;
+        b.push_back(sample([&](int to_x, int to_y) { return pixel(left + to_x, top + to_y); }));
       }
     double ma = 0, mb = 0, aa = 0, bb = 0, ab = 0;
     for (size_t k = 0; k < a.size(); ++k) ma += a[k], mb += b[k];
@@ -118,7 +128,9 @@ class Skin {
       double s0 = 0, sx = 0, sy = 0, ss = 0, spread = 0;
       for (int k = 0; k < n; ++k) {
         const int i = k % side - side / 2, j = k / side - side / 2;
-        v[k] = between(t.x_px + x + i * stride, t.y_px + y + j * stride);
+        v[k] = sample([&](int to_x, int to_y) {
+          return between(t.x_px + x + i * stride + to_x, t.y_px + y + j * stride + to_y);
+        });
         for (int c = 0; c < 4; ++c) fit[c] += v[k] * double{t.window[k][c]};
         s0 += v[k];
         sx += v[k] * i;
