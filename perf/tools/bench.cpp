@@ -8,9 +8,11 @@
 #include <optional>
 
 #include "capture/files/output_file.h"
+#include "perf/rivals/beyond_linear.h"
 #include "perf/rivals/lump_scaling.h"
 #include "perf/rivals/matching_rival.h"
 #include "perf/rivals/spline_rival.h"
+#include "perf/rivals/traction_study.h"
 #include "perf/tools/program.h"
 #include "viz/commands/options.h"
 
@@ -47,7 +49,7 @@ struct Options {
   gpu::ContextOptions device;
   int repetitions = 21, seeds = 2;
   bool weighted = false, contacts = false, skin = false, gels = false, forward = false, splines = false;
-  bool moduli = false, matching = false, lumps = false;
+  bool moduli = false, matching = false, lumps = false, traction = false, beyond = false;
   std::string out;
 
   void add_to(CommandLine& app);
@@ -88,6 +90,11 @@ void Options::add_to(CommandLine& app) {
   app.add_flag("--matching", matching, "Matching of point sets beside Coherent Point Drift only: no device");
   app.add_flag("--lump-scaling", lumps,
                "Data sets of lumps only: cases a minute by threads and processes, beyond that a model");
+  app.add_flag("--traction", traction,
+               "Pressure of a layer only: error by run time and by Poisson's ratio, thickness and noise");
+  app.add_flag(
+      "--beyond-linear", beyond,
+      "A sphere in a rubber layer at large strain beside the linear layer, nothing timed: no device");
   app.add_flag("--contacts", contacts, "Contact, regions and moments only");
   app.add_flag("--modulus", moduli,
                "Errors and intervals of Young's modulus of simulated samples, nothing timed");
@@ -119,6 +126,21 @@ void study_matching(const Options& options) {
   if (!options.out.empty()) options.write("matching.csv", csv);
 }
 
+void study_traction(gpu::Context& context, const Options& options) {
+  const std::string costs = traction_costs_csv(traction_costs(options.repetitions, &context));
+  std::printf("%s", costs.c_str());
+  const std::string stability = traction_stability_csv(traction_stability());
+  std::printf("%s", stability.c_str());
+  if (options.out.empty()) return;
+  options.write("costs.csv", costs);
+  options.write("stability.csv", stability);
+}
+
+void study_beyond_linear(const Options& options) {
+  const std::string csv = beyond_linear_csv(beyond_linear_study());
+  if (!options.out.empty()) options.write("beyond_linear.csv", csv);
+}
+
 /// True where one was asked for.
 bool study_without_device(const Options& options) {
   if (options.splines)
@@ -127,6 +149,8 @@ bool study_without_device(const Options& options) {
     study_lumps(options);
   else if (options.matching)
     study_matching(options);
+  else if (options.beyond)
+    study_beyond_linear(options);
   else
     return false;
   return true;
@@ -174,6 +198,10 @@ int run(int argc, char** argv) {
   std::printf("%s, %s\n", context.report().name.c_str(), context.report().driver.c_str());
   if (options.moduli) {
     modulus_study(context, options.out, options.seeds);
+    return 0;
+  }
+  if (options.traction) {
+    study_traction(context, options);
     return 0;
   }
   Bench bench(context, options.repetitions);

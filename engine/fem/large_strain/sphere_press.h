@@ -1,0 +1,39 @@
+// A rigid sphere pressed without friction into a layer on a rigid base, axisymmetric, at large strain or
+// linear: how far linear elasticity of layers goes.
+#pragma once
+
+#include <array>
+#include <vector>
+
+namespace palpate::fem {
+
+/// The layer is bonded to its base and ends, free, eight thicknesses beyond `reach_mm`.
+struct SphereOnLayer {
+  double thickness_mm = 1;
+  double young_MPa = 1;
+  double poisson = 0.48;  ///< 0 to 0.4999
+  double radius_mm = 1;   ///< of the sphere
+  /// Neo-Hookean (the energy of neo_hookean.h) under a sphere; false: small strain under the paraboloid of
+  /// that radius, contact seen from the surface at rest.
+  bool large_strain = true;
+  double cell_mm = 0.04;  ///< of the elements under the contact, at most a quarter of the thickness
+  double reach_mm = 0.5;  ///< from the axis: to where they are that small
+};
+
+struct PressedLayer {
+  double press_mm = 0;
+  double force_N = 0;
+  double contact_radius_mm = 0;
+  double pressure_max_MPa = 0;  ///< true pressure
+  /// Nodes of the surface from the axis outwards: {radius, depth below rest}, where they lie at large strain
+  /// and where they lay at small strain, which knows no difference.
+  std::vector<std::array<double, 2>> surface_mm;
+};
+
+/// Presses to each of `press_mm`, rising. Fewer answers than were asked for: equilibrium was not found
+/// further on. Quadratic elements of nine nodes, volume changes projected on linear ones (Q2-P1), Newton's
+/// search on the energy, contact by a penalty that lets 1/500 of a cell through at a pressure of the
+/// modulus. Throws Error(Failure::Usage) on numbers out of range.
+std::vector<PressedLayer> press_sphere(const SphereOnLayer& what, const std::vector<double>& press_mm);
+
+}  // namespace palpate::fem

@@ -1,0 +1,103 @@
+// A sphere in a bonded layer by axisymmetric finite elements: the small press is the integral equation's.
+#include "engine/fem/large_strain/sphere_press.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "engine/base/text.h"
+#include "engine/elasticity/layer.h"
+#include "palpate/error.h"
+#include "tests/support/csv_table.h"
+
+namespace palpate {
+namespace {
+
+/// What the exact layer answers at that indentation.
+LayerContact at_depth(const Layer& layer, double depth_mm, double radius_mm) {
+  double low = 0, high = 2 * std::sqrt(radius_mm * depth_mm);
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (layer.press_sphere_to_radius(middle, radius_mm).summary().indentation_mm < depth_mm ? low : high) =
+        middle;
+  }
+  return layer.press_sphere_to_radius(low, radius_mm);
+}
+
+// Force, contact and pressure: small strain at a tenth of the thickness, large strain where it hardly begins.
+TEST(SpherePress, SmallPressIsTheLinearLayers) {
+  for (const bool large_strain : {false, true})
+    for (const auto& [poisson, radius] : {std::pair{0.3, 4.0}, std::pair{0.4999, 0.5}}) {
+      SCOPED_TRACE(text("%s, nu %g, radius %g", large_strain ? "large" : "small", poisson, radius));
+      const double depth = large_strain ? 0.0005 : 0.1;
+      fem::SphereOnLayer what{.poisson = poisson, .radius_mm = radius, .large_strain = large_strain};
+      what.reach_mm = 1.3 * std::sqrt(radius * depth);
+      what.cell_mm = std::min(what.reach_mm / 10, 0.1);
+      const auto pressed = fem::press_sphere(what, {depth});
+      ASSERT_EQ(pressed.size(), 1u);
+      const IndenterContact exact = at_depth(Layer({1, poisson}, 1), depth, radius).summary();
+      EXPECT_NEAR(pressed[0].force_N, exact.force_N, 0.01 * exact.force_N);
+      EXPECT_NEAR(pressed[0].pressure_max_MPa, exact.pressure_max_MPa, 0.02 * exact.pressure_max_MPa);
+      EXPECT_NEAR(pressed[0].contact_radius_mm, exact.radius_mm, what.cell_mm);
+    }
+}
+
+TEST(SpherePress, HalvedMeshHardlyMatters) {
+  fem::SphereOnLayer what{.radius_mm = 1, .cell_mm = 1.0 / 12, .reach_mm = 0.8};
+  const auto fine = fem::press_sphere(what, {0.33});
+  what.cell_mm *= 2;
+  const auto coarse = fem::press_sphere(what, {0.1, 0.33});
+  ASSERT_EQ(fine.size(), 1u);
+  ASSERT_EQ(coarse.size(), 2u);
+  EXPECT_NEAR(coarse[1].force_N, fine[0].force_N, 0.01 * fine[0].force_N);
+  // The same press in other units.
+  const auto other = fem::press_sphere(
+      {.thickness_mm = 5, .young_MPa = 0.15, .radius_mm = 5, .cell_mm = 5.0 / 6, .reach_mm = 4}, {0.5});
+  ASSERT_EQ(other.size(), 1u);
+  EXPECT_NEAR(other[0].force_N, 25 * 0.15 * coarse[0].force_N, 1e-4 * other[0].force_N);
+}
+
+// The table that the READMEs quote: small presses are the linear layer's, meshes agree, and a row is found
+// again.
+TEST(SpherePress, StoredTable) {
+  std::ifstream file(std::string(PALPATE_SOURCE_DIR) +
+                     "/perf/results/lavapipe-22.3.6-2-cores/traction/beyond_linear.csv");
+  const Table table{std::string(std::istreambuf_iterator<char>(file), {})};
+  table.expect_whole();
+  ASSERT_GE(table.rows.size(), 24u);
+  for (size_t row = 0; row < table.rows.size(); ++row) {
+    const double radius = table.number(row, "radius"), depth = table.number(row, "depth");
+    SCOPED_TRACE(text("radius %g, depth %g", radius, depth));
+    if (depth >= 0.1) {
+      EXPECT_LT(table.number(row, "force_error"), 0.01);
+    }
+    const double exact =
+        at_depth(Layer({1, table.number(row, "poisson")}, 1), depth, radius).summary().force_N;
+    EXPECT_NEAR(table.number(row, "linear_force"), exact, 1e-4 * exact);
+    EXPECT_NEAR(table.number(row, "force_ratio"), table.number(row, "force") / exact, 1e-3);
+    if (depth < 0.05) {
+      EXPECT_NEAR(table.number(row, "force"), exact, 0.02 * exact);
+    }
+    if (radius == 2 && depth == 0.33) {
+      const auto again = fem::press_sphere({.radius_mm = 2, .cell_mm = 1.0 / 8, .reach_mm = 1.2}, {depth});
+      ASSERT_EQ(again.size(), 1u);
+      EXPECT_NEAR(again[0].force_N, table.number(row, "force"), 0.01 * table.number(row, "force"));
+    }
+  }
+}
+
+TEST(SpherePress, RefusesWhatIsNoPress) {
+  const auto refuses = [](const fem::SphereOnLayer& what, const std::vector<double>& press) {
+    EXPECT_THROW(fem::press_sphere(what, press), Error);
+  };
+  refuses({.thickness_mm = 0}, {0.1});
+  refuses({.poisson = 0.5}, {0.1});
+  refuses({.radius_mm = -1}, {0.1});
+  refuses({.cell_mm = 0.3}, {0.1});
+  refuses({}, {0.2, 0.1});
+  refuses({}, {1});
+}
+
+}  // namespace
+}  // namespace palpate
