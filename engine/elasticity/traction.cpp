@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <random>
 #include <string>
 #include <utility>
 
+#include "engine/elasticity/layer_continuation.h"
 #include "engine/elasticity/layer_convolution.h"
 #include "palpate/error.h"
 
@@ -21,6 +23,8 @@ constexpr double kErrorTolerance = 1e-2;  // a standard error to one part in a h
 constexpr uint32_t kFreshGradient = 40;   // iterations after which rounding is swept out
 constexpr double kRim = 1.25;             // of standard errors: pressure at the rim errs to one side only
 constexpr double kHidden = 0.5;           // of what a cell of unknown depth may carry: a standard error
+constexpr double kRectified = 4;          // errors of a cell's pressure that nothing may look like
+constexpr double kBeyond = 1;             // of the pressure beyond the border: a standard error
 
 double dot(const Field& a, const Field& b) {
   double sum = 0;
@@ -71,6 +75,14 @@ uint32_t conjugate_gradients(const Operator& matrix, const Field& right, const s
   return iteration;
 }
 
+/// How far a contact is taken to go on: a thickness; no farther than half of the grid, where the layer is
+/// thick.
+uint32_t margin_cells(double thickness_mm, const TractionGrid& grid) {
+  const double most = std::min(grid.width, grid.height) / 2;
+  const double cells = thickness_mm > 0 ? std::ceil(thickness_mm / grid.cell_mm) : most;
+  return static_cast<uint32_t>(std::clamp(cells, 1.0, std::max(1.0, most)));
+}
+
 void refuse(const std::string& wanted, const std::string& found, const std::string& remedy) {
   throw Error(Failure::Input, wanted, found, remedy);
 }
@@ -99,14 +111,15 @@ struct TractionSolver::Impl {
   Impl(const Material& layer, double thickness_mm, const TractionGrid& on, const TractionOptions& with)
       : grid(on),
         options(with),
+        margin(margin_cells(thickness_mm, on)),
         kernel(layer, thickness_mm, on.cell_mm),
         weights(traction_weights(layer, with)) {
     check_traction(grid, options);
     const double shear_MPa = layer.young_MPa / (2 * (1 + layer.poisson));
     shear_prior = std::pow(options.shift_sd_mm / shear_MPa, 2);
     const size_t n = size();
-    for (Field* field :
-         {&pressure, &depth, &scratch, &scratch2, &right, &gradient, &along, &image, &answer, &shear_depth})
+    for (Field* field : {&pressure, &depth, &scratch, &scratch2, &right, &gradient, &along, &image, &answer,
+                         &shear_depth, &beyond_solution})
       field->assign(n, 0);
     for (Field& field : error_solutions) field.assign(n, 0);
     for (Field& field : shear_errors) field.assign(2 * n, 0);
@@ -144,10 +157,17 @@ struct TractionSolver::Impl {
     for (double& value : out) value *= scale;
   }
 
+  void depth_by_pressure(const Field& of, Field& out) {
+    goes_on ? continuation->depth_by_pressure(of, out) : convolution->depth_by_pressure(of, out);
+  }
+  void pressure_by_depth(const Field& of, Field& out) {
+    goes_on ? continuation->pressure_by_depth(of, out) : convolution->depth_by_pressure(of, out);
+  }
+
   void normal_matrix(const Field& of, Field& out) {
-    convolution->depth_by_pressure(of, scratch);
+    depth_by_pressure(of, scratch);
     laplacian(scratch, scratch2);
-    convolution->depth_by_pressure(scratch2, out);
+    pressure_by_depth(scratch2, out);
     for (size_t i = 0; i < of.size(); ++i) out[i] += weights.prior * of[i];
   }
 
@@ -155,7 +175,7 @@ struct TractionSolver::Impl {
   void solve_pressure() {
     const size_t n = size();
     laplacian(depth, scratch2);
-    convolution->depth_by_pressure(scratch2, right);
+    pressure_by_depth(scratch2, right);
     double goal = 0, most = 0;
     for (size_t i = 0; i < n; ++i) {
       goal += allowed[i] != 0 ? right[i] * right[i] : 0;
@@ -229,9 +249,15 @@ struct TractionSolver::Impl {
     double rest = 0;
     conjugate_gradients([this](const Field& of, Field& out) { normal_matrix(of, out); }, of_cell, active,
                         kErrorTolerance, options.most_iterations, memory, solution, rest);
-    double sum = 0;
-    for (size_t i = 0; i < of_cell.size(); ++i) sum += active[i] != 0 ? of_cell[i] * solution[i] : 0;
-    return kRim * options.slope_sd * std::sqrt(std::max(0.0, sum) * error_patches());
+    double sum = 0, pulled = 0;
+    for (size_t i = 0; i < of_cell.size(); ++i) {
+      if (active[i] == 0) continue;
+      sum += of_cell[i] * solution[i];
+      pulled += weights.prior * pressure[i] * solution[i];
+    }
+    // Long waves of a thin layer that keeps its volume hardly tilt its surface: there |p|^2 decides, and
+    // pulls the pressure down.
+    return std::hypot(kRim * options.slope_sd * std::sqrt(std::max(0.0, sum) * error_patches()), pulled);
   }
 
   /// Cells of the contact whose depth is not known count as if they carried anything up to twice the mean
@@ -258,12 +284,87 @@ struct TractionSolver::Impl {
     wrench.moment_sd_Nmm[1] = std::hypot(wrench.moment_sd_Nmm[1], force * x / hidden);
   }
 
+  /// The standard error of a cell's pressure by slopes' errors, on average over the grid; found once.
+  double cell_error() {
+    if (cell_sd > 0) return cell_sd;
+    const size_t n = size();
+    const std::vector<uint8_t> all(n, 1);
+    std::mt19937 random(1);
+    // The mean of an inverse's diagonal, by signs at random.
+    for (double& sign : right) sign = random() % 2 == 0 ? 1 : -1;
+    Field solution(n);
+    double rest = 0;
+    conjugate_gradients([this](const Field& of, Field& out) { normal_matrix(of, out); }, right, all,
+                        kErrorTolerance, options.most_iterations, memory, solution, rest);
+    cell_sd = options.slope_sd * std::sqrt(std::max(0.0, dot(right, solution)) / static_cast<double>(n));
+    return cell_sd;
+  }
+
+  /// Where nothing says what touches, errors of slopes make pressure all over, since it is never negative:
+  /// where the mean over a cell and its neighbours is no more than they make, it may all be nothing.
+  void add_rectified() {
+    const double least = kRectified * cell_error(), area = grid.cell_mm * grid.cell_mm;
+    const uint32_t w = grid.width, h = grid.height;
+    double force = 0, x_moment = 0, y_moment = 0;
+    for (uint32_t y = 0; y < h; ++y)
+      for (uint32_t x = 0; x < w; ++x) {
+        const size_t i = size_t{y} * w + x;
+        if (pressure[i] <= 0) continue;
+        double sum = 0, cells = 0;
+        for (uint32_t row = y - std::min(y, 1u); row < std::min(y + 2, h); ++row)
+          for (uint32_t column = x - std::min(x, 1u); column < std::min(x + 2, w); ++column) {
+            sum += pressure[size_t{row} * w + column];
+            ++cells;
+          }
+        if (sum > least * cells) continue;
+        force += pressure[i] * area;
+        x_moment += y_mm(i) * pressure[i] * area;
+        y_moment += x_mm(i) * pressure[i] * area;
+      }
+    Wrench& wrench = result.wrench;
+    wrench.force_sd_N[2] = std::hypot(wrench.force_sd_N[2], force);
+    wrench.moment_sd_Nmm[0] = std::hypot(wrench.moment_sd_Nmm[0], x_moment);
+    wrench.moment_sd_Nmm[1] = std::hypot(wrench.moment_sd_Nmm[1], y_moment);
+  }
+
+  /// A face over all of the grid leaves no slopes: it may press with anything that the prior allows.
+  void unseen_plate(double touched_mm2) {
+    const double force_N = options.slope_sd / std::sqrt(weights.prior) * touched_mm2;
+    Wrench& wrench = result.wrench;
+    wrench.force_sd_N[2] = force_N;
+    wrench.moment_sd_Nmm[0] = force_N * grid.height * grid.cell_mm / 2;
+    wrench.moment_sd_Nmm[1] = force_N * grid.width * grid.cell_mm / 2;
+  }
+
+  /// What the pressure beyond the border would change here if it was off by its standard error.
+  void add_beyond() {
+    continuation->depth_by_beyond(pressure, scratch);
+    laplacian(scratch, scratch2);
+    pressure_by_depth(scratch2, right);
+    for (double& value : right) value *= kBeyond;
+    double rest = 0;
+    conjugate_gradients([this](const Field& of, Field& out) { normal_matrix(of, out); }, right, active,
+                        kErrorTolerance, options.most_iterations, memory, beyond_solution, rest);
+    double force = 0, x = 0, y = 0;
+    for (size_t i = 0; i < size(); ++i) {
+      const double p = active[i] != 0 ? beyond_solution[i] * grid.cell_mm * grid.cell_mm : 0;
+      force += p;
+      x += x_mm(i) * p;
+      y += y_mm(i) * p;
+    }
+    Wrench& wrench = result.wrench;
+    wrench.force_sd_N[2] = std::hypot(wrench.force_sd_N[2], force);
+    wrench.moment_sd_Nmm[0] = std::hypot(wrench.moment_sd_Nmm[0], y);
+    wrench.moment_sd_Nmm[1] = std::hypot(wrench.moment_sd_Nmm[1], x);
+  }
+
   void measure(const TractionInput& input) {
     const size_t n = size();
     const double area = grid.cell_mm * grid.cell_mm;
     Wrench& wrench = result.wrench;
     wrench = {};
-    result.at_border = false;
+    result.at_border = input.goes_on;
+    double touched_mm2 = 0;
     for (size_t i = 0; i < n; ++i) {
       const double p = pressure[i] * area;
       active[i] = p > 0 ? 1 : 0;
@@ -271,7 +372,10 @@ struct TractionSolver::Impl {
       wrench.moment_Nmm[0] += y_mm(i) * p;
       wrench.moment_Nmm[1] -= x_mm(i) * p;
       const size_t x = i % grid.width, y = i / grid.width;
-      if (p > 0 && (x == 0 || y == 0 || x + 1 == grid.width || y + 1 == grid.height)) result.at_border = true;
+      const bool touched = !input.contact.empty() && allowed[i] != 0;
+      touched_mm2 += touched ? area : 0;
+      if ((p > 0 || touched) && (x == 0 || y == 0 || x + 1 == grid.width || y + 1 == grid.height))
+        result.at_border = true;
       result.pressure_MPa[i] = static_cast<float>(pressure[i]);
     }
     // Where the pressure is measured by itself, its errors are not those of slopes.
@@ -283,12 +387,15 @@ struct TractionSolver::Impl {
       for (size_t i = 0; i < n; ++i) right[i] = -area * x_mm(i);
       wrench.moment_sd_Nmm[1] = pressure_error(right, error_solutions[2]);
       add_hidden();
+      if (input.contact.empty()) add_rectified();
+      if (goes_on) add_beyond();
     }
+    if (options.errors && input.goes_on && wrench.force_N[2] == 0) unseen_plate(touched_mm2);
     if (!input.shift_x_mm.empty()) measure_shear();
     if (!input.pressure_MPa.empty()) return;
     // What is left of the slopes.
     for (size_t i = 0; i < n; ++i) scratch[i] = depth[i];
-    convolution->depth_by_pressure(pressure, answer);
+    depth_by_pressure(pressure, answer);
     for (size_t i = 0; i < n; ++i) scratch[i] -= answer[i];
     laplacian(scratch, scratch2);
     double edges = 0;
@@ -323,7 +430,10 @@ struct TractionSolver::Impl {
   void solve_shear(const TractionInput& input) {
     const size_t n = size();
     const double least_MPa = kLeastPressureShare * *std::ranges::max_element(pressure);
-    convolution->shift_by_pressure(pressure, move_x, move_y);
+    if (goes_on)
+      continuation->shift_by_pressure(pressure, move_x, move_y);
+    else
+      convolution->shift_by_pressure(pressure, move_x, move_y);
     for (size_t i = 0; i < n; ++i) {
       const bool seen = shift_known[i] != 0;
       move_x[i] = seen ? double{input.shift_x_mm[i]} - move_x[i] : 0;
@@ -399,6 +509,9 @@ struct TractionSolver::Impl {
     const bool solves = shift || !input.depth_mm.empty();
     if (solves && (!convolution || (shift && !convolution->has_shear())))
       convolution = std::make_unique<LayerConvolution>(kernel, grid.width, grid.height, shift);
+    goes_on = input.goes_on && solves;
+    if (goes_on && (!continuation || (shift && !continuation->has_shear())))
+      continuation = std::make_unique<LayerContinuation>(kernel, grid.width, grid.height, margin, shift);
     if (!shift) {
       std::fill(shear_depth.begin(), shear_depth.end(), 0);
       result.shear_x_MPa.clear();
@@ -446,13 +559,18 @@ struct TractionSolver::Impl {
 
   TractionGrid grid;
   TractionOptions options;
+  uint32_t margin;  ///< cells that a contact goes on for
   LayerKernel kernel;
   TractionWeights weights;
   double shear_prior = 0;  ///< square of what a MPa of shear is worth beside the shift's error
   std::unique_ptr<LayerConvolution> convolution;
+  std::unique_ptr<LayerContinuation> continuation;  ///< made where a contact is cut off
+  bool goes_on = false;
+  double cell_sd = 0;  ///< of cell_error(); 0: not found yet
   Traction result;
 
-  Field given, pressure, depth, scratch, scratch2, right, gradient, along, image, answer, shear_depth;
+  Field given, pressure, depth, scratch, scratch2, right, gradient, along, image, answer, shear_depth,
+      beyond_solution;
   std::array<Field, 3> error_solutions, shear_errors;
   Gradients memory;
   Field shear, shear_right, half_x, half_y, move_x, move_y;

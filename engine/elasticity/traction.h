@@ -46,11 +46,16 @@ struct TractionInput {
   /// Where it is known already: only shear is solved for; with depth_mm the solution of those depths, whose
   /// errors are stated, without it measured by itself.
   std::span<const float> pressure_MPa{};
-  std::span<const uint8_t> contact{};   ///< 0: nothing presses there; empty: everywhere may be pressed
+  /// 0: nothing presses there; empty: everywhere may be pressed. Errors of slopes then make pressure all over
+  /// the grid (2 kPa of a gel of 150 kPa at 0.02), which the standard errors know.
+  std::span<const uint8_t> contact{};
   std::span<const uint8_t> known{};     ///< 0: depth is not known there; empty: everywhere it is
   std::span<const float> shift_x_mm{};  ///< along the surface, since it was untouched; empty: not known
   std::span<const float> shift_y_mm{};
   std::span<const uint8_t> shift_known{};  ///< where; empty: everywhere
+  /// What presses in the outermost cells goes on beyond the grid, as it is there, for a thickness or half of
+  /// the grid, whichever is less; otherwise nothing presses there.
+  bool goes_on = false;
 };
 
 /// Forces on the layer: x right, y down, z into it; moments r x F about the middle of the grid at the
@@ -71,7 +76,10 @@ struct Traction {
   double residual = 0;   ///< gradient that is left, as TractionOptions::tolerance
   double slope_rms = 0;  ///< of the depth's slopes that no traction explains
   bool converged = false;
-  bool at_border = false;  ///< pressure in the outermost cells: what presses beyond is missing
+  /// Pressure or contact in the outermost cells, or a contact that goes on: force and moments are those of
+  /// the grid alone. A flat face over all of the grid has no slopes and leaves 0, which is then no force that
+  /// was measured; the standard error of one that goes on is that of a pressure of E*/2.
+  bool at_border = false;
 };
 
 /// Throws Error(Failure::Input) on an empty grid or options out of range.

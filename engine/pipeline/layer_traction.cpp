@@ -145,7 +145,8 @@ TractionMaps LayerTraction::measure(FrameSlot& slot, Touch& touch, std::span<con
     find_contact(touch);
     read_heights(slot);
     read_confidence(slot);
-    input = {.depth_mm = depth_, .contact = contact_, .known = known_};
+    input = {.depth_mm = depth_, .known = known_};
+    if (!touch.contacts.empty()) input.contact = contact_;
   }
   if (spread_shifts(touch, skin_sd_px)) {
     input.shift_x_mm = shift_x_;

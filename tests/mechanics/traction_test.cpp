@@ -231,7 +231,6 @@ TEST(TractionSolver, SixComponents) {
 TEST(TractionSolver, IntervalsHoldUnderNoise) {
   const Layer layer(kGel, 5.5);
   std::mt19937 random(11);
-  std::normal_distribution<double> normal;
   int held = 0, held_moment = 0;
   const int trials = 60;
   for (int trial = 0; trial < trials; ++trial) {
@@ -240,25 +239,7 @@ TEST(TractionSolver, IntervalsHoldUnderNoise) {
     surface.add(press, 0, 0);
     TractionOptions options;
     options.slope_sd = 0.02;
-    // A camera's errors of slopes, integrated as the surface is.
-    const uint32_t w = surface.grid.width, h = surface.grid.height;
-    std::vector<double> gx(size_t{w} * h), gy(gx), z(gx);
-    for (size_t i = 0; i < gx.size(); ++i) {
-      gx[i] = options.slope_sd * normal(random) * surface.grid.cell_mm;
-      gy[i] = options.slope_sd * normal(random) * surface.grid.cell_mm;
-    }
-    for (int sweep = 0; sweep < 4000; ++sweep)
-      for (uint32_t y = 0; y < h; ++y)
-        for (uint32_t x = 0; x < w; ++x) {
-          const size_t i = size_t{y} * w + x;
-          double sum = 0, n = 0;
-          if (x + 1 < w) sum += z[i + 1] - gx[i], ++n;
-          if (x > 0) sum += z[i - 1] + gx[i - 1], ++n;
-          if (y + 1 < h) sum += z[i + w] - gy[i], ++n;
-          if (y > 0) sum += z[i - w] + gy[i - w], ++n;
-          z[i] += 1.9 * (sum / n - z[i]);
-        }
-    for (size_t i = 0; i < z.size(); ++i) surface.depth[i] += static_cast<float>(z[i]);
+    add_slope_noise(surface.depth, surface.grid, options.slope_sd, random);
     TractionSolver solver(kGel, 5.5, surface.grid, options);
     const Traction& found = solver.solve(surface.input());
     const double force = press.summary().force_N;

@@ -1,0 +1,55 @@
+#include "engine/elasticity/layer_continuation.h"
+
+#include <algorithm>
+
+namespace palpate {
+
+LayerContinuation::LayerContinuation(const LayerKernel& kernel, uint32_t width, uint32_t height,
+                                     uint32_t margin, bool shear)
+    : layer_(kernel, width + 2 * margin, height + 2 * margin, shear) {
+  for (uint32_t y = 0; y < layer_.height(); ++y)
+    for (uint32_t x = 0; x < layer_.width(); ++x) {
+      const uint32_t column = std::clamp(x, margin, margin + width - 1) - margin;
+      const uint32_t row = std::clamp(y, margin, margin + height - 1) - margin;
+      if (x == column + margin && y == row + margin) inside_.push_back(y * layer_.width() + x);
+      nearest_.push_back(row * width + column);
+    }
+  wide_.resize(nearest_.size());
+  answer_.resize(nearest_.size());
+}
+
+void LayerContinuation::crop(const std::vector<double>& from, std::vector<double>& to) const {
+  to.resize(inside_.size());
+  for (size_t i = 0; i < inside_.size(); ++i) to[i] = from[inside_[i]];
+}
+
+void LayerContinuation::depth_by_pressure(const std::vector<double>& pressure, std::vector<double>& depth) {
+  for (size_t i = 0; i < wide_.size(); ++i) wide_[i] = pressure[nearest_[i]];
+  layer_.depth_by_pressure(wide_, answer_);
+  crop(answer_, depth);
+}
+
+void LayerContinuation::pressure_by_depth(const std::vector<double>& depth, std::vector<double>& pressure) {
+  std::fill(wide_.begin(), wide_.end(), 0);
+  for (size_t i = 0; i < inside_.size(); ++i) wide_[inside_[i]] = depth[i];
+  layer_.depth_by_pressure(wide_, answer_);
+  std::fill(pressure.begin(), pressure.end(), 0);
+  for (size_t i = 0; i < answer_.size(); ++i) pressure[nearest_[i]] += answer_[i];
+}
+
+void LayerContinuation::depth_by_beyond(const std::vector<double>& pressure, std::vector<double>& depth) {
+  for (size_t i = 0; i < wide_.size(); ++i) wide_[i] = pressure[nearest_[i]];
+  for (const uint32_t cell : inside_) wide_[cell] = 0;
+  layer_.depth_by_pressure(wide_, answer_);
+  crop(answer_, depth);
+}
+
+void LayerContinuation::shift_by_pressure(const std::vector<double>& pressure, std::vector<double>& x,
+                                          std::vector<double>& y) {
+  for (size_t i = 0; i < wide_.size(); ++i) wide_[i] = pressure[nearest_[i]];
+  layer_.shift_by_pressure(wide_, answer_, other_answer_);
+  crop(answer_, x);
+  crop(other_answer_, y);
+}
+
+}  // namespace palpate

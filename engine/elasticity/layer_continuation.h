@@ -1,0 +1,39 @@
+// A layer under pressure that does not end with the grid: what presses in the outermost cells goes on as it
+// is for some cells beyond. Of a contact that a frame cuts off; without it those cells carry what lies
+// outside as well.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/elasticity/layer_convolution.h"
+
+namespace palpate {
+
+/// Memory is made once; not thread safe. Maps are height x width.
+class LayerContinuation {
+ public:
+  /// `margin`: cells beyond each border. `shear`: shift_by_pressure() is wanted.
+  LayerContinuation(const LayerKernel& kernel, uint32_t width, uint32_t height, uint32_t margin, bool shear);
+
+  bool has_shear() const { return layer_.has_shear(); }
+
+  /// Depth in the grid, mm, by pressure in it and beyond, MPa.
+  void depth_by_pressure(const std::vector<double>& pressure, std::vector<double>& depth);
+  /// Its transpose.
+  void pressure_by_depth(const std::vector<double>& depth, std::vector<double>& pressure);
+  /// By what is beyond alone.
+  void depth_by_beyond(const std::vector<double>& pressure, std::vector<double>& depth);
+  /// Shift along x and y, mm, by pressure in the grid and beyond.
+  void shift_by_pressure(const std::vector<double>& pressure, std::vector<double>& x, std::vector<double>& y);
+
+ private:
+  void crop(const std::vector<double>& from, std::vector<double>& to) const;
+
+  LayerConvolution layer_;                            ///< on the grid with its margin
+  std::vector<uint32_t> nearest_;                     ///< of each of its cells the grid's
+  std::vector<uint32_t> inside_;                      ///< of each of the grid's cells its own
+  std::vector<double> wide_, answer_, other_answer_;  ///< kept so that frames allocate nothing
+};
+
+}  // namespace palpate
