@@ -153,8 +153,10 @@ TractionMaps LayerTraction::measure(FrameSlot& slot, Touch& touch, std::span<con
     input.shift_y_mm = shift_y_;
     input.shift_known = shift_known_;
   }
+  // The device's stage ends with the frame; the host goes on beyond it.
+  input.goes_on = touch.at_border;
   std::optional<TractionReading> device;
-  if (stage_) {
+  if (stage_ && !input.goes_on) {
     device = press_on_device(slot);
     input.pressure_MPa = device->pressure_MPa;
   }
