@@ -15,7 +15,7 @@ DeviceBuffer::DeviceBuffer(Context& context, const std::string& name, uint64_t b
   bytes_ = std::max<uint64_t>(bytes, 16);
   VkBufferCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
-  info.size = bytes_;
+  info.size = (bytes_ + 15) / 16 * 16;  // whole texels, also of bytes that are read as words
   info.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT |
                VK_BUFFER_USAGE_INDEX_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
                VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
@@ -68,7 +68,7 @@ DeviceBuffer DeviceBuffer::imported(Context& context, const std::string& name, c
   info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
   info.pNext = &external;
   info.size = bytes;
-  info.usage = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+  info.usage = kImportUsage;
   if (vkCreateBuffer(context.device(), &info, nullptr, &buffer.buffer_) != VK_SUCCESS) return {};
   VkMemoryRequirements needs{};
   vkGetBufferMemoryRequirements(context.device(), buffer.buffer_, &needs);
@@ -122,12 +122,16 @@ void DeviceBuffer::invalidate() const {
 
 TexelView::TexelView(Context& context, const DeviceBuffer& buffer, VkFormat format)
     : context_(&context), buffer_(buffer.handle()) {
-  uint64_t texel_bytes = 4;
+  uint32_t texel_bytes = 4;
   if (format == VK_FORMAT_R8_UINT) texel_bytes = 1;
+  if (format == VK_FORMAT_R16_UINT) texel_bytes = 2;
   if (format == VK_FORMAT_R32G32B32A32_UINT || format == VK_FORMAT_R32G32B32A32_SFLOAT) texel_bytes = 16;
   if (format == VK_FORMAT_R32G32_UINT || format == VK_FORMAT_R32G32_SFLOAT) texel_bytes = 8;
   const uint64_t texels = buffer.bytes() / texel_bytes;
+  bytes_ = texels * texel_bytes;
+  element_bytes_ = std::max(texel_bytes, 4u);
   const uint64_t limit = context.properties().limits.maxTexelBufferElements;
+  if (texels > limit && context.storage_texels()) return;
   if (texels > limit) {
     throw Error(Failure::Device, std::to_string(texels) + " texels in one buffer",
                 "a device limit of " + std::to_string(limit), "a smaller frame or crop, or another device");
@@ -136,7 +140,7 @@ TexelView::TexelView(Context& context, const DeviceBuffer& buffer, VkFormat form
   info.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO;
   info.buffer = buffer.handle();
   info.format = format;
-  info.range = bytes_ = texels * texel_bytes;
+  info.range = bytes_;
   check(vkCreateBufferView(context.device(), &info, nullptr, &view_), "a texel view");
 }
 

@@ -63,8 +63,8 @@ class DeviceBuffer {
   bool coherent_ = true;
 };
 
-/// A typed window on a buffer, read by kernels with texelFetch: on CPU drivers five times faster than a
-/// storage buffer.
+/// A typed window on a buffer, read by kernels with texelFetch: on lavapipe five times faster than a storage
+/// buffer.
 class TexelView {
  public:
   TexelView() = default;
@@ -76,20 +76,25 @@ class TexelView {
     swap(other);
     return *this;
   }
+  /// Null where kernels read texels from storage buffers and the device's texel buffers are too small.
   VkBufferView handle() const { return view_; }
   VkBuffer buffer() const { return buffer_; }  ///< that it is a window on
   uint64_t bytes() const { return bytes_; }
+  /// Of a kernel's array that holds the texels: their size, or a word of several.
+  uint32_t element_bytes() const { return element_bytes_; }
 
  private:
   void swap(TexelView& other) noexcept {
     std::swap(context_, other.context_);
     std::swap(buffer_, other.buffer_);
     std::swap(bytes_, other.bytes_);
+    std::swap(element_bytes_, other.element_bytes_);
     std::swap(view_, other.view_);
   }
   Context* context_ = nullptr;
   VkBuffer buffer_ = VK_NULL_HANDLE;
   uint64_t bytes_ = 0;
+  uint32_t element_bytes_ = 0;
   VkBufferView view_ = VK_NULL_HANDLE;
 };
 

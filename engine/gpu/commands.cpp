@@ -15,6 +15,7 @@ namespace palpate::gpu {
 // Built on the default constructor, so that the destructor frees what was made before a failure.
 Commands::Commands(Context& context) : Commands() {
   context_ = &context;
+  sets_ = DescriptorSets(context);
   VkCommandPoolCreateInfo pool{};
   pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
   pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
@@ -49,6 +50,7 @@ Commands::~Commands() {
 void Commands::swap(Commands& other) noexcept {
   std::swap(context_, other.context_);
   std::swap(pool_, other.pool_);
+  std::swap(sets_, other.sets_);
   std::swap(buffer_, other.buffer_);
   std::swap(fence_, other.fence_);
   std::swap(submitted_, other.submitted_);
@@ -69,6 +71,7 @@ void Commands::begin() {
   VkCommandBufferBeginInfo info{};
   info.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
   check(vkBeginCommandBuffer(buffer_, &info), "recording commands");
+  sets_.reset();
   scopes_.clear();
   traffic_.clear();
   open_ = kNoScope;
@@ -158,14 +161,13 @@ void Commands::dispatch(const Kernel& kernel, std::span<const Argument> argument
 }
 
 void Commands::bind(const Kernel& kernel, std::span<const Argument> arguments, const void* push) {
-  constexpr size_t kMaxArguments = 12;
   const KernelInterface& interface = kernel.interface();
-  assert(arguments.size() == interface.bindings.size() && arguments.size() <= kMaxArguments);
-  std::array<VkDescriptorBufferInfo, kMaxArguments> buffers{};
-  std::array<VkBufferView, kMaxArguments> views{};
-  std::array<VkWriteDescriptorSet, kMaxArguments> writes{};
+  assert(arguments.size() == interface.bindings.size() && arguments.size() <= kMaxBindings);
+  std::array<VkDescriptorBufferInfo, kMaxBindings> buffers{};
+  std::array<VkBufferView, kMaxBindings> views{};
+  std::array<VkWriteDescriptorSet, kMaxBindings> writes{};
   // Two views on one buffer are one buffer read.
-  std::array<VkBuffer, kMaxArguments> read{};
+  std::array<VkBuffer, kMaxBindings> read{};
   uint64_t read_bytes = 0, written_bytes = 0;
   uint32_t i = 0;
   for (const Argument& argument : arguments) {
@@ -181,28 +183,34 @@ void Commands::bind(const Kernel& kernel, std::span<const Argument> arguments, c
     write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
     write.dstBinding = i;
     write.descriptorCount = 1;
-    if (interface.bindings[i] == Binding::Texels) {
+    if (interface.bindings[i] == Binding::Texels && !context_->storage_texels()) {
       views[i] = std::get<const TexelView*>(argument)->handle();
       write.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
       write.pTexelBufferView = &views[i];
     } else {
-      const DeviceBuffer& buffer = *std::get<const DeviceBuffer*>(argument);
       // CPU drivers reach further than they state.
       const uint64_t limit = context_->properties().limits.maxStorageBufferRange;
-      if (buffer.bytes() > limit && !context_->is_software()) {
-        throw Error(
-            Failure::Device,
-            std::to_string(buffer.bytes() >> 20) + " MiB in one buffer for kernel '" + kernel.name() + "'",
-            "a device limit of " + std::to_string(limit >> 20), "a smaller frame or crop, or another device");
+      if (bytes > limit && !context_->is_software()) {
+        throw Error(Failure::Device,
+                    std::to_string(bytes >> 20) + " MiB in one buffer for kernel '" + kernel.name() + "'",
+                    "a device limit of " + std::to_string(limit >> 20),
+                    "a smaller frame or crop, or another device");
       }
-      buffers[i] = {buffer.handle(), 0, VK_WHOLE_SIZE};
+      if (view && (*view)->element_bytes() != kernel.access(i).texel_bytes)
+        throw Error(Failure::Device,
+                    "binding " + std::to_string(i) + " of kernel '" + kernel.name() + "' in texels of " +
+                        std::to_string(kernel.access(i).texel_bytes) + " bytes",
+                    "texels of " + std::to_string((*view)->element_bytes()),
+                    "rebuilding from clean: shader and program are of different versions");
+      buffers[i] = {source, 0, VK_WHOLE_SIZE};
       write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
       write.pBufferInfo = &buffers[i];
     }
     ++i;
   }
   vkCmdBindPipeline(buffer_, VK_PIPELINE_BIND_POINT_COMPUTE, kernel.pipeline());
-  context_->push_descriptors()(buffer_, VK_PIPELINE_BIND_POINT_COMPUTE, kernel.layout(), 0, i, writes.data());
+  sets_.bind(buffer_, VK_PIPELINE_BIND_POINT_COMPUTE, kernel.layout(), kernel.set_layout(),
+             std::span(writes).first(i));
   if (interface.push_bytes) {
     vkCmdPushConstants(buffer_, kernel.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, interface.push_bytes, push);
   }
@@ -224,8 +232,8 @@ void Commands::copy(const DeviceBuffer& from, const DeviceBuffer& to, uint64_t b
 }
 
 namespace {
-void memory_barrier(VkCommandBuffer buffer, VkPipelineStageFlags2 from, VkAccessFlags2 from_access,
-                    VkPipelineStageFlags2 to, VkAccessFlags2 to_access) {
+void memory_barrier(const Context& context, VkCommandBuffer buffer, VkPipelineStageFlags2 from,
+                    VkAccessFlags2 from_access, VkPipelineStageFlags2 to, VkAccessFlags2 to_access) {
   VkMemoryBarrier2 barrier{};
   barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2;
   barrier.srcStageMask = from;
@@ -236,18 +244,19 @@ void memory_barrier(VkCommandBuffer buffer, VkPipelineStageFlags2 from, VkAccess
   dependency.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO;
   dependency.memoryBarrierCount = 1;
   dependency.pMemoryBarriers = &barrier;
-  vkCmdPipelineBarrier2(buffer, &dependency);
+  context.pipeline_barrier(buffer, dependency);
 }
 constexpr VkPipelineStageFlags2 kWork = VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_COPY_BIT;
 }  // namespace
 
 void Commands::barrier() {
-  memory_barrier(buffer_, kWork, VK_ACCESS_2_MEMORY_WRITE_BIT, kWork | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
+  memory_barrier(*context_, buffer_, kWork, VK_ACCESS_2_MEMORY_WRITE_BIT,
+                 kWork | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
                  VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT);
 }
 
 void Commands::host_barrier() {
-  memory_barrier(buffer_, kWork, VK_ACCESS_2_MEMORY_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT,
+  memory_barrier(*context_, buffer_, kWork, VK_ACCESS_2_MEMORY_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT,
                  VK_ACCESS_2_HOST_READ_BIT);
 }
 
@@ -260,15 +269,15 @@ Commands::Scope::Scope(Commands& commands, const char* name)
   if (!commands_.parts_.empty()) commands_.begin_part(index_);
   commands_.context_->begin_label(commands_.buffer_, name);
   if (commands_.queries_) {
-    vkCmdWriteTimestamp2(commands_.buffer_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, commands_.queries_,
-                         2 * index_);
+    commands_.context_->write_timestamp(commands_.buffer_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                                        commands_.queries_, 2 * index_);
   }
 }
 
 Commands::Scope::~Scope() {
   if (commands_.queries_) {
-    vkCmdWriteTimestamp2(commands_.buffer_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, commands_.queries_,
-                         2 * index_ + 1);
+    commands_.context_->write_timestamp(commands_.buffer_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                                        commands_.queries_, 2 * index_ + 1);
   }
   commands_.context_->end_label(commands_.buffer_);
   commands_.open_ = outer_;

@@ -11,6 +11,8 @@
 #include <variant>
 #include <vector>
 
+#include "engine/gpu/descriptor_sets.h"
+
 namespace palpate::gpu {
 
 class Context;
@@ -111,6 +113,7 @@ class Commands {
   /// What each scope moves with every submission; known once it is recorded.
   std::vector<ScopeTraffic> traffic() const;
   VkCommandBuffer handle() const { return buffer_; }
+  size_t descriptor_pools() const { return sets_.pools(); }  ///< 0 where descriptors are pushed
 
  private:
   static constexpr uint32_t kMaxScopes = 32;
@@ -130,6 +133,7 @@ class Commands {
 
   Context* context_ = nullptr;
   VkCommandPool pool_ = VK_NULL_HANDLE;
+  DescriptorSets sets_;
   VkCommandBuffer buffer_ = VK_NULL_HANDLE;
   VkFence fence_ = VK_NULL_HANDLE;
   bool submitted_ = false;  // the fence will be signalled: nobody waits for a submission that failed

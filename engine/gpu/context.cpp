@@ -1,12 +1,18 @@
 #include "engine/gpu/context.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <optional>
+#include <span>
+#include <type_traits>
 
 #include "palpate/error.h"
+#include "palpate/frame.h"
 
 namespace palpate::gpu {
 namespace {
@@ -26,6 +32,26 @@ std::filesystem::path pipeline_cache_file(const VkPhysicalDeviceProperties& prop
 std::vector<char> read_all(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// The file is the driver's data and their checksum: a driver is never given damaged data, which some keep as
+// they are.
+constexpr size_t kSealBytes = 8;
+std::array<char, kSealBytes> seal(std::span<const char> data) {
+  uint64_t hash = 0xcbf29ce484222325;  // FNV-1a
+  for (const char byte : data) hash = (hash ^ static_cast<uint8_t>(byte)) * 0x100000001b3;
+  return std::bit_cast<std::array<char, kSealBytes>>(hash);
+}
+
+/// What the driver left in the file; empty where that is damaged or nothing but a header.
+std::vector<char> read_cache(const std::filesystem::path& file) {
+  std::vector<char> data = read_all(file);
+  if (data.size() <= kSealBytes + sizeof(VkPipelineCacheHeaderVersionOne)) return {};
+  const auto sealed = std::span(data).last<kSealBytes>();
+  const auto expected = seal(std::span(data).first(data.size() - kSealBytes));
+  if (!std::ranges::equal(sealed, expected)) return {};
+  data.resize(data.size() - kSealBytes);
+  return data;
 }
 
 }  // namespace
@@ -48,13 +74,9 @@ VKAPI_ATTR VkBool32 VKAPI_CALL Context::on_message(VkDebugUtilsMessageSeverityFl
   return VK_FALSE;
 }
 
-Context::Context(const ContextOptions& options)
-    : timers_(options.timers && !options.host_timers), host_timers_(options.host_timers) {
+Context::Context(const ContextOptions& options) {
   try {
-    create_instance(options);
-    choose_device(options);
-    create_device(options);
-    load_pipeline_cache();
+    open(with_environment(options));
   } catch (...) {
     if (device_) vkDestroyDevice(device_, nullptr);
     if (messenger_) {
@@ -65,6 +87,13 @@ Context::Context(const ContextOptions& options)
     if (instance_) vkDestroyInstance(instance_, nullptr);
     throw;
   }
+}
+
+void Context::open(const ContextOptions& options) {
+  create_instance(options);
+  choose_device(options);
+  create_device(options);
+  load_pipeline_cache();
 }
 
 Context::~Context() {
@@ -106,8 +135,9 @@ void Context::create_instance(const ContextOptions& options) {
 void Context::choose_device(const ContextOptions& options) {
   const std::vector<VkPhysicalDevice> devices = enumerate_devices(instance_);
   std::string listing;
-  int best_score = -1;
-  uint64_t best_memory = 0;
+  // The fastest kind; of processors' drivers the one with the widest vectors; of equals the one with most
+  // memory.
+  std::array<uint64_t, 3> best{};
   bool matched = false;
   for (uint32_t i = 0; i < devices.size(); ++i) {
     DeviceReport report = inspect(devices[i], i, options.presentation);
@@ -126,10 +156,11 @@ void Context::choose_device(const ContextOptions& options) {
     if (verdict.empty()) verdict = wanted ? "usable" : "not the one asked for";
     listing += (listing.empty() ? "" : "; ") + std::to_string(i) + " " + report.name + ": " + verdict;
     if (!wanted || !report.refusals.empty()) continue;
-    const int score = type_score(properties.deviceType);
-    if (score > best_score || (score == best_score && report.memory_bytes > best_memory)) {
-      best_score = score;
-      best_memory = report.memory_bytes;
+    const bool processor = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
+    const std::array<uint64_t, 3> score{static_cast<uint64_t>(type_score(properties.deviceType)),
+                                        processor ? report.subgroup_size : 0, report.memory_bytes};
+    if (physical_device_ == VK_NULL_HANDLE || score > best) {
+      best = score;
       physical_device_ = devices[i];
       properties_ = properties;
       report_ = std::move(report);
@@ -137,7 +168,7 @@ void Context::choose_device(const ContextOptions& options) {
   }
   if (physical_device_ == VK_NULL_HANDLE) {
     const std::string wanted = options.device.empty()
-                                   ? "a usable Vulkan 1.3 device"
+                                   ? "a usable Vulkan 1.2 device"
                                    : "a usable Vulkan device matching '" + options.device + "'";
     throw Error(Failure::Device, wanted, listing.empty() ? "no Vulkan device at all" : listing,
                 matched ? "palpate devices, or installing mesa-vulkan-drivers, which runs on any processor"
@@ -145,6 +176,11 @@ void Context::choose_device(const ContextOptions& options) {
   }
   vkGetPhysicalDeviceMemoryProperties(physical_device_, &memory_);
   queue_family_ = *find_queue_family(physical_device_);
+  // A float map of the largest frame is as many texels as it has pixels.
+  storage_texels_ = !options.texel_buffers || properties_.limits.maxTexelBufferElements < kMaxPixels;
+  const bool timestamps = properties_.limits.timestampComputeAndGraphics == VK_TRUE;
+  timers_ = options.timers && !options.host_timers && timestamps;
+  host_timers_ = options.host_timers || (options.timers && !timestamps);
 }
 
 void Context::create_device(const ContextOptions& options) {
@@ -155,11 +191,15 @@ void Context::create_device(const ContextOptions& options) {
   queue.queueCount = 1;
   queue.pQueuePriorities = &priority;
 
-  VkPhysicalDeviceVulkan13Features features13{};
-  features13.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES;
-  features13.synchronization2 = VK_TRUE;
-  features13.maintenance4 = VK_TRUE;  // workgroup size by specialisation constant
-  std::vector<const char*> extensions{VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME};
+  VkPhysicalDeviceSynchronization2Features synchronization{};
+  synchronization.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SYNCHRONIZATION_2_FEATURES;
+  synchronization.synchronization2 = VK_TRUE;
+  std::vector<const char*> extensions;
+  const bool core = std::min(vulkan_version(options), properties_.apiVersion) >= VK_API_VERSION_1_3;
+  if (!core) extensions.push_back(VK_KHR_SYNCHRONIZATION_2_EXTENSION_NAME);
+  const bool pushes =
+      options.push_descriptors && has_extension(physical_device_, VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME);
+  if (pushes) extensions.push_back(VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME);
   if (options.presentation) extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
   const bool imports = can_import_host_memory(physical_device_);
   if (imports) extensions.push_back(VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME);
@@ -171,7 +211,7 @@ void Context::create_device(const ContextOptions& options) {
 
   VkDeviceCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
-  info.pNext = &features13;
+  info.pNext = &synchronization;
   info.queueCreateInfoCount = 1;
   info.pQueueCreateInfos = &queue;
   info.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
@@ -179,8 +219,10 @@ void Context::create_device(const ContextOptions& options) {
   info.pEnabledFeatures = &features;
   check(vkCreateDevice(physical_device_, &info, nullptr, &device_), "opening the device");
   vkGetDeviceQueue(device_, queue_family_, 0, &queue_);
-  push_descriptors_ = reinterpret_cast<PFN_vkCmdPushDescriptorSetKHR>(
-      vkGetDeviceProcAddr(device_, "vkCmdPushDescriptorSetKHR"));
+  load_functions(core);
+  if (pushes)
+    push_descriptors_ = reinterpret_cast<PFN_vkCmdPushDescriptorSetKHR>(
+        vkGetDeviceProcAddr(device_, "vkCmdPushDescriptorSetKHR"));
   if (!imports) return;
   host_pointer_properties_ = reinterpret_cast<PFN_vkGetMemoryHostPointerPropertiesEXT>(
       vkGetDeviceProcAddr(device_, "vkGetMemoryHostPointerPropertiesEXT"));
@@ -193,6 +235,17 @@ void Context::create_device(const ContextOptions& options) {
   host_import_alignment_ = host.minImportedHostPointerAlignment;
 }
 
+void Context::load_functions(bool core) {
+  const auto load = [&](auto& function, std::string name) {
+    if (!core) name += "KHR";
+    function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(
+        vkGetDeviceProcAddr(device_, name.c_str()));
+  };
+  load(queue_submit_, "vkQueueSubmit2");
+  load(pipeline_barrier_, "vkCmdPipelineBarrier2");
+  load(write_timestamp_, "vkCmdWriteTimestamp2");
+}
+
 uint32_t Context::host_pointer_types(const void* pointer) const {
   VkMemoryHostPointerPropertiesEXT found{};
   found.sType = VK_STRUCTURE_TYPE_MEMORY_HOST_POINTER_PROPERTIES_EXT;
@@ -202,7 +255,7 @@ uint32_t Context::host_pointer_types(const void* pointer) const {
 }
 
 void Context::load_pipeline_cache() {
-  const std::vector<char> data = read_all(pipeline_cache_file(properties_));
+  const std::vector<char> data = read_cache(pipeline_cache_file(properties_));
   VkPipelineCacheCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
   info.initialDataSize = data.size();
@@ -220,6 +273,7 @@ void Context::save_pipeline_cache() const {
   std::vector<char> data(size);
   if (vkGetPipelineCacheData(device_, pipeline_cache_, &size, data.data()) != VK_SUCCESS) return;
   data.resize(size);
+  std::ranges::copy(seal(data), std::back_inserter(data));
   const auto file = pipeline_cache_file(properties_);
   if (file.empty() || read_all(file) == data) return;
   std::error_code ignored;
@@ -229,7 +283,7 @@ void Context::save_pipeline_cache() const {
   temporary += "." + std::to_string(reinterpret_cast<uintptr_t>(this)) + ".tmp";
   {
     std::ofstream out(temporary, std::ios::binary);
-    out.write(data.data(), static_cast<std::streamsize>(size));
+    out.write(data.data(), std::ssize(data));
     if (!out) return;
   }
   std::filesystem::rename(temporary, file, ignored);
@@ -237,7 +291,7 @@ void Context::save_pipeline_cache() const {
 
 void Context::submit(const VkSubmitInfo2& info, VkFence fence) {
   const std::lock_guard lock(queue_mutex_);
-  check(vkQueueSubmit2(queue_, 1, &info, fence), "submitting work");
+  check(queue_submit_(queue_, 1, &info, fence), "submitting work");
 }
 
 VkResult Context::present(const VkPresentInfoKHR& info) {

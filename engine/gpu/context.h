@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,9 +13,17 @@
 
 namespace palpate::gpu {
 
+/// A shader in two forms with the same bindings: texels are read from texel buffers, or from storage buffers
+/// (Context::storage_texels).
+struct Spirv {
+  std::span<const uint32_t> texels;
+  std::span<const uint32_t> storage;
+};
+
 class Context {
  public:
-  /// Throws Error(Failure::Device) listing every device and why it was refused.
+  /// With what the environment adds (with_environment). Throws Error(Failure::Device) listing every device
+  /// and why it was refused.
   explicit Context(const ContextOptions& options);
   ~Context();
   Context(const Context&) = delete;
@@ -33,7 +42,7 @@ class Context {
   /// Kernels may compute in double precision (shaderFloat64).
   bool has_double() const { return has_double_; }
   bool timers() const { return timers_; }
-  bool host_timers() const { return host_timers_; }
+  bool host_timers() const { return host_timers_; }  ///< also where the device has no timestamps
 
   /// Submits to the one queue; safe from several threads.
   void submit(const VkSubmitInfo2& info, VkFence fence);
@@ -54,7 +63,26 @@ class Context {
   /// Begin and end of a debug label; no-ops without the validation option.
   void begin_label(VkCommandBuffer cmd, const char* name) const;
   void end_label(VkCommandBuffer cmd) const;
+  /// Null where the device has none: then there are plain descriptor sets (DescriptorSets).
   PFN_vkCmdPushDescriptorSetKHR push_descriptors() const { return push_descriptors_; }
+  /// Kernels read texels from storage buffers: the device's texel buffers are too small for a frame.
+  bool storage_texels() const { return storage_texels_; }
+  VkDescriptorType texel_descriptor() const {
+    return storage_texels_ ? VK_DESCRIPTOR_TYPE_STORAGE_BUFFER : VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+  }
+  /// The form of a shader that this device runs.
+  std::span<const uint32_t> form(const Spirv& spirv) const {
+    return storage_texels_ ? spirv.storage : spirv.texels;
+  }
+
+  // Core in Vulkan 1.3, of VK_KHR_synchronization2 before.
+  void pipeline_barrier(VkCommandBuffer cmd, const VkDependencyInfo& dependency) const {
+    pipeline_barrier_(cmd, &dependency);
+  }
+  void write_timestamp(VkCommandBuffer cmd, VkPipelineStageFlags2 stage, VkQueryPool pool,
+                       uint32_t query) const {
+    write_timestamp_(cmd, stage, pool, query);
+  }
 
   /// Bytes to which address and length of memory that the device reads in place must be aligned; 0: the
   /// device cannot (VK_EXT_external_memory_host).
@@ -66,8 +94,10 @@ class Context {
   std::vector<std::string> validation_messages() const;
 
  private:
+  void open(const ContextOptions& options);
   void create_instance(const ContextOptions& options);
   void choose_device(const ContextOptions& options);
+  void load_functions(bool core);
   void create_device(const ContextOptions& options);
   void load_pipeline_cache();
   void save_pipeline_cache() const;
@@ -90,6 +120,10 @@ class Context {
   bool timers_ = false;
   bool host_timers_ = false;
   uint64_t host_import_alignment_ = 0;
+  bool storage_texels_ = false;
+  PFN_vkQueueSubmit2 queue_submit_ = nullptr;
+  PFN_vkCmdPipelineBarrier2 pipeline_barrier_ = nullptr;
+  PFN_vkCmdWriteTimestamp2 write_timestamp_ = nullptr;
   PFN_vkCmdPushDescriptorSetKHR push_descriptors_ = nullptr;
   PFN_vkGetMemoryHostPointerPropertiesEXT host_pointer_properties_ = nullptr;
   PFN_vkSetDebugUtilsObjectNameEXT set_name_ = nullptr;

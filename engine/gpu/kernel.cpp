@@ -23,10 +23,10 @@ const char* binding_name(Binding binding) {
 // Reads the SPIR-V's interface and compares it with what the C++ side will bind and push.
 class Reflection {
  public:
-  explicit Reflection(const Shader& shader) : shader_(shader) {
+  Reflection(const Shader& shader, std::span<const uint32_t> spirv) : shader_(shader) {
     spvc_parsed_ir ir = nullptr;
     if (spvc_context_create(&context_) != SPVC_SUCCESS ||
-        spvc_context_parse_spirv(context_, shader.spirv.data(), shader.spirv.size(), &ir) != SPVC_SUCCESS ||
+        spvc_context_parse_spirv(context_, spirv.data(), spirv.size(), &ir) != SPVC_SUCCESS ||
         spvc_context_create_compiler(context_, SPVC_BACKEND_NONE, ir, SPVC_CAPTURE_MODE_COPY, &compiler_) !=
             SPVC_SUCCESS ||
         spvc_compiler_create_shader_resources(compiler_, &resources_) != SPVC_SUCCESS) {
@@ -39,11 +39,13 @@ class Reflection {
   Reflection(const Reflection&) = delete;
   Reflection& operator=(const Reflection&) = delete;
 
-  void compare(const KernelInterface& interface) {
-    std::vector<bool> seen(interface.bindings.size());
-    compare_bindings(interface, SPVC_RESOURCE_TYPE_SEPARATE_IMAGE, Binding::Texels, seen);
-    compare_bindings(interface, SPVC_RESOURCE_TYPE_SAMPLED_IMAGE, Binding::Texels, seen);
-    compare_bindings(interface, SPVC_RESOURCE_TYPE_STORAGE_BUFFER, Binding::Storage, seen);
+  void compare(const KernelInterface& interface, bool storage_texels) {
+    std::vector<Binding> wanted = interface.bindings;
+    if (storage_texels) std::ranges::fill(wanted, Binding::Storage);
+    std::vector<bool> seen(wanted.size());
+    compare_bindings(wanted, SPVC_RESOURCE_TYPE_SEPARATE_IMAGE, Binding::Texels, seen);
+    compare_bindings(wanted, SPVC_RESOURCE_TYPE_SAMPLED_IMAGE, Binding::Texels, seen);
+    compare_bindings(wanted, SPVC_RESOURCE_TYPE_STORAGE_BUFFER, Binding::Storage, seen);
     for (size_t i = 0; i < seen.size(); ++i) {
       if (!seen[i]) mismatch(shader_, "binding " + std::to_string(i), "no such binding in the shader");
     }
@@ -60,8 +62,12 @@ class Reflection {
       const auto declared = [&](SpvDecoration d) {
         return std::find(decorations, decorations + count, d) != decorations + count;
       };
-      access[spvc_compiler_get_decoration(compiler_, resource.id, SpvDecorationBinding)] = {
-          !declared(SpvDecorationNonReadable), !declared(SpvDecorationNonWritable)};
+      const unsigned slot = spvc_compiler_get_decoration(compiler_, resource.id, SpvDecorationBinding);
+      access[slot] = {!declared(SpvDecorationNonReadable), !declared(SpvDecorationNonWritable)};
+      if (interface.bindings[slot] == Binding::Texels)
+        spvc_compiler_type_struct_member_array_stride(
+            compiler_, spvc_compiler_get_type_handle(compiler_, resource.base_type_id), 0,
+            &access[slot].texel_bytes);
     }
     return access;
   }
@@ -74,17 +80,16 @@ class Reflection {
     return {items, count};
   }
 
-  void compare_bindings(const KernelInterface& interface, spvc_resource_type type, Binding kind,
+  void compare_bindings(const std::vector<Binding>& wanted, spvc_resource_type type, Binding kind,
                         std::vector<bool>& seen) {
     for (const auto& resource : list(type)) {
       const unsigned set = spvc_compiler_get_decoration(compiler_, resource.id, SpvDecorationDescriptorSet);
       const unsigned slot = spvc_compiler_get_decoration(compiler_, resource.id, SpvDecorationBinding);
       const std::string place = "binding " + std::to_string(slot);
       if (set != 0) mismatch(shader_, place + " in set 0", "set " + std::to_string(set));
-      if (slot >= interface.bindings.size())
-        mismatch(shader_, std::to_string(interface.bindings.size()) + " bindings", place);
-      if (interface.bindings[slot] != kind)
-        mismatch(shader_, place + " as " + binding_name(interface.bindings[slot]), binding_name(kind));
+      if (slot >= wanted.size()) mismatch(shader_, std::to_string(wanted.size()) + " bindings", place);
+      if (wanted[slot] != kind)
+        mismatch(shader_, place + " as " + binding_name(wanted[slot]), binding_name(kind));
       seen[slot] = true;
     }
   }
@@ -117,9 +122,23 @@ class Reflection {
   spvc_resources resources_ = nullptr;
 };
 
-VkDescriptorType descriptor_type(Binding binding) {
-  return binding == Binding::Texels ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER
-                                    : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+// The least that every device has, 128 invocations and four storage buffers, is too little for some kernels.
+void compare_limits(const Shader& shader, const KernelInterface& interface, bool storage_texels,
+                    const VkPhysicalDeviceLimits& limits) {
+  const auto within = [&](const char* what, uint32_t needed, uint32_t limit) {
+    if (needed > limit)
+      throw Error(Failure::Device,
+                  std::to_string(needed) + " " + what + " for kernel '" + std::string(shader.name) + "'",
+                  "a device limit of " + std::to_string(limit), "another device (palpate devices)");
+  };
+  const auto& size = interface.local_size;
+  within("bytes pushed", interface.push_bytes, limits.maxPushConstantsSize);
+  within("invocations a workgroup", size[0] * size[1] * size[2], limits.maxComputeWorkGroupInvocations);
+  for (size_t i = 0; i < 3; ++i)
+    within("invocations along an axis", size[i], limits.maxComputeWorkGroupSize[i]);
+  const auto texels = std::ranges::count(interface.bindings, Binding::Texels);
+  const auto storage = std::ssize(interface.bindings) - (storage_texels ? 0 : texels);
+  within("storage buffers", static_cast<uint32_t>(storage), limits.maxPerStageDescriptorStorageBuffers);
 }
 
 }  // namespace
@@ -129,20 +148,23 @@ Kernel::Kernel(Context& context, const Shader& shader, const KernelInterface& in
   context_ = &context;
   name_ = shader.name;
   interface_ = interface;
-  Reflection reflection(shader);
-  reflection.compare(interface);
+  const bool storage = context.storage_texels();
+  const std::span<const uint32_t> spirv = context.form(shader.spirv);
+  Reflection reflection(shader, spirv);
+  reflection.compare(interface, storage);
   access_ = reflection.access(interface);
-  if (interface.push_bytes > context.properties().limits.maxPushConstantsSize)
-    mismatch(shader,
-             "at most " + std::to_string(context.properties().limits.maxPushConstantsSize) + " bytes pushed",
-             std::to_string(interface.push_bytes));
+  compare_limits(shader, interface, storage, context.properties().limits);
 
   std::vector<VkDescriptorSetLayoutBinding> bindings;
-  for (uint32_t i = 0; i < interface.bindings.size(); ++i)
-    bindings.push_back({i, descriptor_type(interface.bindings[i]), 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr});
+  for (uint32_t i = 0; i < interface.bindings.size(); ++i) {
+    bindings.push_back({i,
+                        interface.bindings[i] == Binding::Texels ? context.texel_descriptor()
+                                                                 : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+                        1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr});
+  }
   VkDescriptorSetLayoutCreateInfo set_info{};
   set_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
-  set_info.flags = VK_DESCRIPTOR_SET_LAYOUT_CREATE_PUSH_DESCRIPTOR_BIT_KHR;
+  if (context.push_descriptors()) set_info.flags = VK_DESCRIPTOR_SET_LAYOUT_CREATE_PUSH_DESCRIPTOR_BIT_KHR;
   set_info.bindingCount = static_cast<uint32_t>(bindings.size());
   set_info.pBindings = bindings.data();
   check(vkCreateDescriptorSetLayout(context.device(), &set_info, nullptr, &set_layout_), shader.name);
@@ -158,8 +180,8 @@ Kernel::Kernel(Context& context, const Shader& shader, const KernelInterface& in
 
   VkShaderModuleCreateInfo module_info{};
   module_info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
-  module_info.codeSize = shader.spirv.size_bytes();
-  module_info.pCode = shader.spirv.data();
+  module_info.codeSize = spirv.size_bytes();
+  module_info.pCode = spirv.data();
   VkShaderModule module = VK_NULL_HANDLE;
   check(vkCreateShaderModule(context.device(), &module_info, nullptr, &module), shader.name);
 

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-namespace palpate::gpu {
+#include "engine/gpu/context.h"
 
-class Context;
+namespace palpate::gpu {
 
 enum class Binding : uint8_t { Texels, Storage };  ///< uniform texel buffer; storage buffer
 
@@ -19,12 +19,13 @@ enum class Binding : uint8_t { Texels, Storage };  ///< uniform texel buffer; st
 struct BindingAccess {
   bool reads = true;
   bool writes = false;
+  uint32_t texel_bytes = 0;  ///< of one element, where texels are read from a storage buffer
 };
 
 /// SPIR-V made at build time, with its name for messages.
 struct Shader {
   const char* name;
-  std::span<const uint32_t> spirv;
+  Spirv spirv;
 };
 
 /// What the C++ side will bind. Binding i of set 0 is bindings[i].
@@ -52,6 +53,7 @@ class Kernel {
   const KernelInterface& interface() const { return interface_; }
   const char* name() const { return name_; }
   const BindingAccess& access(size_t binding) const { return access_[binding]; }
+  VkDescriptorSetLayout set_layout() const { return set_layout_; }
 
  private:
   void swap(Kernel& other) noexcept;

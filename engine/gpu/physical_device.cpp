@@ -1,8 +1,11 @@
 #include "engine/gpu/physical_device.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
+#include <sstream>
 #include <string>
+#include <string_view>
 
 #include "palpate/error.h"
 
@@ -54,28 +57,46 @@ std::string version_text(uint32_t v) {
          std::to_string(VK_API_VERSION_PATCH(v));
 }
 
-bool has_extension(VkPhysicalDevice device, const char* name) {
-  uint32_t count = 0;
-  vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
-  std::vector<VkExtensionProperties> extensions(count);
-  vkEnumerateDeviceExtensionProperties(device, nullptr, &count, extensions.data());
-  return std::any_of(extensions.begin(), extensions.end(),
-                     [&](const VkExtensionProperties& e) { return std::strcmp(e.extensionName, name) == 0; });
+/// One of the words that PALPATE_WITHOUT may hold; null: none of them.
+bool* optional_feature(ContextOptions& options, std::string_view name) {
+  if (name == "push_descriptors") return &options.push_descriptors;
+  if (name == "texel_buffers") return &options.texel_buffers;
+  if (name == "vulkan_1_3") return &options.vulkan_1_3;
+  return nullptr;
 }
 
 }  // namespace
 
-VkInstance make_instance(const ContextOptions& options, const VkDebugUtilsMessengerCreateInfoEXT* messenger) {
+ContextOptions with_environment(ContextOptions options) {
+  const char* device = std::getenv("PALPATE_DEVICE");
+  if (options.device.empty() && device) options.device = device;
+  const char* without = std::getenv("PALPATE_WITHOUT");
+  std::istringstream names(without ? without : "");
+  for (std::string name; std::getline(names, name, ',');) {
+    bool* feature = optional_feature(options, name);
+    if (!feature)
+      throw Error(Failure::Usage, "PALPATE_WITHOUT of push_descriptors, texel_buffers, vulkan_1_3",
+                  "'" + name + "'", "these words with commas between");
+    *feature = false;
+  }
+  return options;
+}
+
+uint32_t vulkan_version(const ContextOptions& options) {
   uint32_t loader_version = VK_API_VERSION_1_0;
   vkEnumerateInstanceVersion(&loader_version);
-  if (loader_version < VK_API_VERSION_1_3) {
-    throw Error(Failure::Device, "a Vulkan 1.3 loader", "Vulkan " + version_text(loader_version),
+  if (loader_version < VK_API_VERSION_1_2) {
+    throw Error(Failure::Device, "a Vulkan 1.2 loader", "Vulkan " + version_text(loader_version),
                 "a newer Vulkan loader (package libvulkan1)");
   }
+  return options.vulkan_1_3 && loader_version >= VK_API_VERSION_1_3 ? VK_API_VERSION_1_3 : VK_API_VERSION_1_2;
+}
+
+VkInstance make_instance(const ContextOptions& options, const VkDebugUtilsMessengerCreateInfoEXT* messenger) {
   VkApplicationInfo application{};
   application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
   application.pApplicationName = "palpate";
-  application.apiVersion = VK_API_VERSION_1_3;
+  application.apiVersion = vulkan_version(options);
 
   std::vector<const char*> extensions = options.instance_extensions;
   std::vector<const char*> layers;
@@ -129,6 +150,15 @@ std::vector<VkPhysicalDevice> enumerate_devices(VkInstance instance) {
   return devices;
 }
 
+bool has_extension(VkPhysicalDevice device, const char* name) {
+  uint32_t count = 0;
+  vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
+  std::vector<VkExtensionProperties> extensions(count);
+  vkEnumerateDeviceExtensionProperties(device, nullptr, &count, extensions.data());
+  return std::any_of(extensions.begin(), extensions.end(),
+                     [&](const VkExtensionProperties& e) { return std::strcmp(e.extensionName, name) == 0; });
+}
+
 DeviceReport inspect(VkPhysicalDevice device, uint32_t index, bool presentation) {
   VkPhysicalDeviceSubgroupProperties subgroup{
       VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES, nullptr, 0, 0, 0, 0};
@@ -155,21 +185,18 @@ DeviceReport inspect(VkPhysicalDevice device, uint32_t index, bool presentation)
       report.memory_bytes = std::max<uint64_t>(report.memory_bytes, memory.memoryHeaps[i].size);
   }
 
-  if (p.apiVersion < VK_API_VERSION_1_3) {
-    report.refusals.push_back("Vulkan " + report.api_version + ", needs 1.3");
+  if (p.apiVersion < VK_API_VERSION_1_2) {
+    report.refusals.push_back("Vulkan " + report.api_version + ", needs 1.2");
     return report;
   }
-  VkPhysicalDeviceVulkan13Features features13{};
-  features13.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES;
+  VkPhysicalDeviceSynchronization2Features synchronization{};
+  synchronization.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SYNCHRONIZATION_2_FEATURES;
   VkPhysicalDeviceFeatures2 features{};
   features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
-  features.pNext = &features13;
+  features.pNext = &synchronization;
   vkGetPhysicalDeviceFeatures2(device, &features);
-  if (!features13.synchronization2) report.refusals.emplace_back("no synchronization2");
-  if (!features13.maintenance4) report.refusals.emplace_back("no maintenance4");
+  if (!synchronization.synchronization2) report.refusals.emplace_back("no synchronization2");
   if (!find_queue_family(device)) report.refusals.emplace_back("no queue for both graphics and compute");
-  if (!has_extension(device, VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME))
-    report.refusals.emplace_back("no VK_KHR_push_descriptor");
   if (presentation && !has_extension(device, VK_KHR_SWAPCHAIN_EXTENSION_NAME))
     report.refusals.emplace_back("no VK_KHR_swapchain (cannot show a window)");
   return report;
@@ -206,7 +233,7 @@ bool can_import_host_memory(VkPhysicalDevice device) {
   if (!has_extension(device, VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME)) return false;
   VkPhysicalDeviceExternalBufferInfo info{};
   info.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_EXTERNAL_BUFFER_INFO;
-  info.usage = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+  info.usage = kImportUsage;
   info.handleType = VK_EXTERNAL_MEMORY_HANDLE_TYPE_HOST_ALLOCATION_BIT_EXT;
   VkExternalBufferProperties found{};
   found.sType = VK_STRUCTURE_TYPE_EXTERNAL_BUFFER_PROPERTIES;
@@ -227,7 +254,7 @@ void check(VkResult result, const char* what) {
 }
 
 std::vector<DeviceReport> list_devices() {
-  VkInstance instance = make_instance({}, nullptr);
+  VkInstance instance = make_instance(with_environment({}), nullptr);
   std::vector<DeviceReport> reports;
   const std::vector<VkPhysicalDevice> devices = enumerate_devices(instance);
   for (uint32_t i = 0; i < devices.size(); ++i) reports.push_back(inspect(devices[i], i, false));

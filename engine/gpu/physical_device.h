@@ -19,7 +19,17 @@ struct ContextOptions {
   bool host_timers = false;
   std::vector<const char*> instance_extensions;  ///< what a window needs (glfwGetRequiredInstanceExtensions)
   bool presentation = false;                     ///< ask for VK_KHR_swapchain
+  // What not every device has. With false it stays unused where it is there, so that the other way can be
+  // tested on any device.
+  bool push_descriptors = true;  ///< VK_KHR_push_descriptor; without: plain descriptor sets
+  bool texel_buffers = true;     ///< of a frame's size; without: texels are read from storage buffers
+  bool vulkan_1_3 = true;        ///< without: Vulkan 1.2 and VK_KHR_synchronization2
 };
+
+/// The options with what the environment adds: PALPATE_DEVICE where no device is named, and PALPATE_WITHOUT,
+/// a list of `push_descriptors`, `texel_buffers`, `vulkan_1_3` with commas between. Throws
+/// Error(Failure::Usage) for another word.
+ContextOptions with_environment(ContextOptions options);
 
 /// One physical device as `palpate devices` lists it.
 struct DeviceReport {
@@ -33,6 +43,10 @@ struct DeviceReport {
   std::vector<std::string> refusals;  ///< what it lacks; empty: usable
 };
 
+/// The Vulkan version that programs ask for: 1.3, or 1.2 where the options or the loader have no more. Throws
+/// Error(Failure::Device) below that.
+uint32_t vulkan_version(const ContextOptions& options);
+
 /// With the validation layer and its `messenger` where the options ask for it. Throws Error(Failure::Device).
 VkInstance make_instance(const ContextOptions& options, const VkDebugUtilsMessengerCreateInfoEXT* messenger);
 
@@ -41,11 +55,17 @@ std::vector<VkPhysicalDevice> enumerate_devices(VkInstance instance);
 /// Everything the kernels rely on; a missing piece becomes a reason for refusal.
 DeviceReport inspect(VkPhysicalDevice device, uint32_t index, bool presentation);
 
-/// A faster kind of device scores higher; memory decides among equals.
+/// A faster kind of device scores higher.
 int type_score(VkPhysicalDeviceType type);
 
 /// The first queue family for both graphics and compute.
 std::optional<uint32_t> find_queue_family(VkPhysicalDevice device);
+
+bool has_extension(VkPhysicalDevice device, const char* name);
+
+/// Of buffers that are memory of the host: kernels read them.
+inline constexpr VkBufferUsageFlags kImportUsage =
+    VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
 
 /// Whether buffers of the kernels' kinds can lie in memory that the host has mapped elsewhere.
 bool can_import_host_memory(VkPhysicalDevice device);

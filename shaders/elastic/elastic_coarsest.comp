@@ -2,11 +2,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/elastic.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { ElasticCoarsestPush push; };
-layout(binding = 0) uniform samplerBuffer table_texels;  // row |dy|, columns dx from -4 * (push.table_pitch / 2)
-layout(binding = 1) uniform samplerBuffer pressure_texels;
+TEXELS(0, vec4, table_texels);  // row |dy|, columns dx from -4 * (push.table_pitch / 2)
+TEXELS(1, vec4, pressure_texels);
 layout(binding = 2) writeonly buffer Out { vec4 answer[]; };
 
 void main() {

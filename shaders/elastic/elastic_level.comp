@@ -3,11 +3,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/elastic.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { ElasticPush push; };
-layout(binding = 0) uniform samplerBuffer pressure_texels;
-layout(binding = 1) uniform samplerBuffer coarse_texels;
+TEXELS(0, vec4, pressure_texels);
+TEXELS(1, vec4, coarse_texels);
 layout(binding = 2) writeonly buffer Out { vec4 answer[]; };
 
 const int MARGIN = int(kElasticMargin);

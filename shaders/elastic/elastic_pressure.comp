@@ -3,11 +3,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/elastic.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint SATURATING = 0;
 layout(push_constant) uniform Push { ElasticPressurePush push; };
-layout(binding = 0) uniform usamplerBuffer filtered_texels;  // eight 16-bit pixels to a texel
+TEXELS(0, uvec4, filtered_texels);  // eight 16-bit pixels to a texel
 layout(binding = 1) writeonly buffer Out { vec4 pressure[]; };
 
 vec4 pressure_of(vec4 gray, int first) {

@@ -3,10 +3,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/elastic.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { ElasticPush push; };
-layout(binding = 0) uniform samplerBuffer fine_texels;
+TEXELS(0, vec4, fine_texels);
 layout(binding = 1) writeonly buffer Out { vec4 coarse[]; };
 
 // One fine row, weighted to four coarse columns. Texels beyond a row's ends fall into the margins of its neighbours.

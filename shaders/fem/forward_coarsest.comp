@@ -2,11 +2,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/forward.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { ForwardNodesPush push; };
-layout(binding = 0) uniform samplerBuffer right;
-layout(binding = 1) uniform samplerBuffer dense;  // column of node m, component, row: m * 3 * nodes + component * nodes + row
+TEXELS(0, vec4, right);
+TEXELS(1, vec4, dense);  // column of node m, component, row: m * 3 * nodes + component * nodes + row
 layout(binding = 2) writeonly buffer Solution { vec4 solution[]; };
 
 void main() {

@@ -2,11 +2,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/forward.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { ForwardNodesPush push; };
-layout(binding = 0) uniform samplerBuffer right;
-layout(binding = 1) uniform samplerBuffer inverse;
+TEXELS(0, vec4, right);
+TEXELS(1, vec4, inverse);
 layout(binding = 2) writeonly buffer Step { vec4 next_step[]; };
 layout(binding = 3) writeonly buffer Next { vec4 next[]; };
 

@@ -3,19 +3,18 @@
 // they push back with (as engine/fem/linear/stiffness_row.cpp), and of that the node's shares above and below.
 // The kernel defines `void finish(int n, Vector x, Vector f)`, called for node n with its displacement and the force on it.
 
+#include "shaders/shared/texels.glsl"
+
 layout(constant_id = 3) const bool LAYERED = false;  // layers of unequal height
-layout(binding = 1) uniform samplerBuffer moduli;
+TEXELS(1, vec4, moduli);
 
 #ifdef WIDE
 #define Real double
 #define Vector dvec3
-layout(binding = 0) uniform usamplerBuffer nodes;
-layout(binding = 2) uniform usamplerBuffer layers;  // height over that of the stiffness numbers, and one over it
+TEXELS(0, uvec4, nodes);
+TEXELS(2, uvec4, layers);  // height over that of the stiffness numbers, and one over it
 layout(push_constant) uniform Push { ForwardWidePush push; };
-dvec3 wide_at(usamplerBuffer from, int n) {
-  uvec4 a = texelFetch(from, 2 * n), b = texelFetch(from, 2 * n + 1);
-  return dvec3(packDouble2x32(a.xy), packDouble2x32(a.zw), packDouble2x32(b.xy));
-}
+#include "shaders/fem/wide_vector.glsl"
 #define NODE(n) wide_at(nodes, n)
 dvec2 layer_at(int k) {
   uvec4 h = texelFetch(layers, k);
@@ -24,8 +23,8 @@ dvec2 layer_at(int k) {
 #else
 #define Real float
 #define Vector vec3
-layout(binding = 0) uniform samplerBuffer nodes;
-layout(binding = 2) uniform samplerBuffer layers;
+TEXELS(0, vec4, nodes);
+TEXELS(2, vec4, layers);
 layout(push_constant) uniform Push { ForwardStepPush push; };
 #define NODE(n) texelFetch(nodes, n).xyz
 vec2 layer_at(int k) { return texelFetch(layers, k).xy; }

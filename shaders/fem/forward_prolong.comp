@@ -2,13 +2,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/forward.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { ForwardTransferPush push; };
-layout(binding = 0) uniform samplerBuffer coarse;
-layout(binding = 1) uniform samplerBuffer layers;   // of the fine grid
-layout(binding = 2) uniform samplerBuffer inverse;  // of the fine grid, for its free bits
-layout(binding = 3) uniform samplerBuffer before;
+TEXELS(0, vec4, coarse);
+TEXELS(1, vec4, layers);   // of the fine grid
+TEXELS(2, vec4, inverse);  // of the fine grid, for its free bits
+TEXELS(3, vec4, before);
 layout(binding = 4) writeonly buffer After { vec4 after[]; };
 
 void main() {

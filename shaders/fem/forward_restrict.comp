@@ -2,12 +2,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/forward.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { ForwardTransferPush push; };
-layout(binding = 0) uniform samplerBuffer residual;
-layout(binding = 1) uniform samplerBuffer layers;          // of the fine grid
-layout(binding = 2) uniform samplerBuffer coarse_inverse;  // for its free bits
+TEXELS(0, vec4, residual);
+TEXELS(1, vec4, layers);          // of the fine grid
+TEXELS(2, vec4, coarse_inverse);  // for its free bits
 layout(binding = 3) writeonly buffer Right { vec4 right[]; };
 
 int fine_row, fine_plane;

@@ -3,11 +3,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/forward.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint LANES = 64;
 layout(push_constant) uniform Push { ForwardScalarPush push; };
-layout(binding = 0) uniform usamplerBuffer sums;
+TEXELS(0, uvec4, sums);
 layout(binding = 1) buffer Scalars { ForwardScalars s; };
 
 // A round ends a little below what is wanted, so that the true residual is there too.

@@ -3,15 +3,16 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/forward.h"
+#include "shaders/shared/texels.glsl"
 #include "shaders/fem/forward_product.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 4) const bool KEEP = true;  // false: the first step from here, the last one counts for nothing
 layout(constant_id = 5) const bool GOES_ON = true;  // another step comes: store d
-layout(binding = 3) uniform samplerBuffer right;
-layout(binding = 4) uniform samplerBuffer inverse;  // xx, yy, zz, free bits; xy, xz, yz, spare
+TEXELS(3, vec4, right);
+TEXELS(4, vec4, inverse);  // xx, yy, zz, free bits; xy, xz, yz, spare
 #ifdef STEP
-layout(binding = 5) uniform samplerBuffer last_step;
+TEXELS(5, vec4, last_step);
 layout(binding = 6) writeonly buffer Step { vec4 next_step[]; };
 layout(binding = 7) writeonly buffer Next { vec4 next[]; };
 #ifdef DOT

@@ -3,32 +3,30 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/forward.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint NODES_EACH = 8;
 layout(push_constant) uniform Push { ForwardNodesPush push; };
 layout(binding = 0) readonly buffer Scalars { ForwardScalars scalars; };
 #ifdef DIRECTION
-layout(binding = 1) uniform samplerBuffer correction;
-layout(binding = 2) uniform usamplerBuffer direction;
+TEXELS(1, vec4, correction);
+TEXELS(2, uvec4, direction);
 layout(binding = 3) writeonly buffer Direction { uvec4 next_direction[]; };
 #else
-layout(binding = 1) uniform usamplerBuffer residual;
+TEXELS(1, uvec4, residual);
 layout(binding = 2) writeonly buffer Right { vec4 right[]; };
 #ifdef ADVANCE
-layout(binding = 3) uniform usamplerBuffer direction;
-layout(binding = 4) uniform usamplerBuffer product;
-layout(binding = 5) uniform usamplerBuffer displacement;
+TEXELS(3, uvec4, direction);
+TEXELS(4, uvec4, product);
+TEXELS(5, uvec4, displacement);
 layout(binding = 6) writeonly buffer Residual { uvec4 next_residual[]; };
 layout(binding = 7) writeonly buffer Displacement { uvec4 next_displacement[]; };
 layout(binding = 8) writeonly buffer Sums { uvec4 sums[]; };
 #endif
 #endif
 
-dvec3 wide_at(usamplerBuffer from, int n) {
-  uvec4 a = texelFetch(from, 2 * n), b = texelFetch(from, 2 * n + 1);
-  return dvec3(packDouble2x32(a.xy), packDouble2x32(a.zw), packDouble2x32(b.xy));
-}
+#include "shaders/fem/wide_vector.glsl"
 uvec4 first_texel(dvec3 v) { return uvec4(unpackDouble2x32(v.x), unpackDouble2x32(v.y)); }
 uvec4 second_texel(dvec3 v) { return uvec4(unpackDouble2x32(v.z), 0, 0); }
 

@@ -4,14 +4,15 @@
 #extension GL_GOOGLE_include_directive : require
 #define WIDE
 #include "shaders/shared/forward.h"
+#include "shaders/shared/texels.glsl"
 #include "shaders/fem/forward_product.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
-layout(binding = 3) uniform samplerBuffer inverse;
+TEXELS(3, vec4, inverse);
 layout(binding = 4) writeonly buffer Product { uvec4 product[]; };
 layout(binding = 5) writeonly buffer Sums { uvec4 sums[]; };
 #ifdef BALANCE
-layout(binding = 6) uniform usamplerBuffer load;
+TEXELS(6, uvec4, load);
 #endif
 dvec2 sum = dvec2(0.0);
 

@@ -3,11 +3,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/cell_change.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 
-layout(binding = 0) uniform usamplerBuffer frame_texels;
-layout(binding = 1) uniform usamplerBuffer rest_texels;
+TEXELS(0, uvec4, frame_texels);
+TEXELS(1, uvec4, rest_texels);
 layout(binding = 2) writeonly buffer Cells { CellChange cells[]; };
 layout(push_constant) uniform Push { CellChangePush push; };
 

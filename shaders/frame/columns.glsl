@@ -11,16 +11,16 @@ struct Twelve {
 // Copies edge cells into ghosts.
 Twelve with_ghosts(Twelve f, int first) {
   int width = int(push.width);
-  f.l.y = first == 0 ? f.a.x : f.l.y;
-  f.a.y = first + 1 < width ? f.a.y : f.a.x;
-  f.a.z = first + 2 < width ? f.a.z : f.a.y;
-  f.a.w = first + 3 < width ? f.a.w : f.a.z;
-  f.b.x = first + 4 < width ? f.b.x : f.a.w;
-  f.b.y = first + 5 < width ? f.b.y : f.b.x;
-  f.b.z = first + 6 < width ? f.b.z : f.b.y;
-  f.b.w = first + 7 < width ? f.b.w : f.b.z;
-  f.r.x = first + 8 < width ? f.r.x : f.b.w;
-  f.r.y = first + 9 < width ? f.r.y : f.r.x;
+  f.l.y = choose(first == 0, f.a.x, f.l.y);
+  f.a.y = choose(first + 1 < width, f.a.y, f.a.x);
+  f.a.z = choose(first + 2 < width, f.a.z, f.a.y);
+  f.a.w = choose(first + 3 < width, f.a.w, f.a.z);
+  f.b.x = choose(first + 4 < width, f.b.x, f.a.w);
+  f.b.y = choose(first + 5 < width, f.b.y, f.b.x);
+  f.b.z = choose(first + 6 < width, f.b.z, f.b.y);
+  f.b.w = choose(first + 7 < width, f.b.w, f.b.z);
+  f.r.x = choose(first + 8 < width, f.r.x, f.b.w);
+  f.r.y = choose(first + 9 < width, f.r.y, f.r.x);
   return f;
 }
 
@@ -33,15 +33,15 @@ struct Ten {
 
 Ten with_ghosts(Ten z, int first) {
   int width = int(push.width);
-  z.l = first == 0 ? z.a.x : z.l;
-  z.a.y = first + 1 < width ? z.a.y : z.a.x;
-  z.a.z = first + 2 < width ? z.a.z : z.a.y;
-  z.a.w = first + 3 < width ? z.a.w : z.a.z;
-  z.b.x = first + 4 < width ? z.b.x : z.a.w;
-  z.b.y = first + 5 < width ? z.b.y : z.b.x;
-  z.b.z = first + 6 < width ? z.b.z : z.b.y;
-  z.b.w = first + 7 < width ? z.b.w : z.b.z;
-  z.r = first + 8 < width ? z.r : z.b.w;
+  z.l = choose(first == 0, z.a.x, z.l);
+  z.a.y = choose(first + 1 < width, z.a.y, z.a.x);
+  z.a.z = choose(first + 2 < width, z.a.z, z.a.y);
+  z.a.w = choose(first + 3 < width, z.a.w, z.a.z);
+  z.b.x = choose(first + 4 < width, z.b.x, z.a.w);
+  z.b.y = choose(first + 5 < width, z.b.y, z.b.x);
+  z.b.z = choose(first + 6 < width, z.b.z, z.b.y);
+  z.b.w = choose(first + 7 < width, z.b.w, z.b.z);
+  z.r = choose(first + 8 < width, z.r, z.b.w);
   return z;
 }
 

@@ -4,18 +4,19 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/confidence.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint TILE_ROWS = 16;
 layout(constant_id = 4) const uint REACH = 0;  // px around a saturated pixel that rest on it: 2 behind the 5x5 filter
 layout(push_constant) uniform Push { ConfidencePush push; };
-layout(binding = 0) uniform usamplerBuffer frame_texels;
-layout(binding = 1) uniform usamplerBuffer frame_words;
-layout(binding = 2) uniform usamplerBuffer still_texels;  // confidence of background and outline
+TEXELS(0, uvec4, frame_texels);
+TEXELS(1, uint, frame_words);
+TEXELS(2, uvec4, still_texels);  // confidence of background and outline
 layout(binding = 3) writeonly buffer Map { uvec4 map[]; };
 layout(binding = 4) writeonly buffer Records { ConfidenceRecord records[]; };
 #ifdef MARKERS
-layout(binding = 5) uniform usamplerBuffer unknown_words;  // cells that could not be filled, a bit each
+TEXELS(5, uint, unknown_words);  // cells that could not be filled, a bit each
 layout(constant_id = 5) const uint CELL = 2;               // px, their side
 #endif
 

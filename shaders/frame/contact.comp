@@ -6,6 +6,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/contact.h"
 #include "shaders/shared/regions.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint TILE_ROWS = 32;
@@ -15,14 +16,14 @@ layout(constant_id = 6) const uint KEEP_SHIFT = 0;  // drops fraction bits so th
 layout(constant_id = 7) const uint SUBTRACT = 1;  // 0: the frame is the change already, the rest image is not read
 layout(constant_id = 8) const uint KEEP_MARKS = 0;  // 1: store which pixels are contact
 
-layout(binding = 0) uniform usamplerBuffer frame_texels;
-layout(binding = 1) uniform usamplerBuffer frame_words;
-layout(binding = 2) uniform usamplerBuffer rest_texels;
-layout(binding = 3) uniform usamplerBuffer rest_words;
+TEXELS(0, uvec4, frame_texels);
+TEXELS(1, uint, frame_words);
+TEXELS(2, uvec4, rest_texels);
+TEXELS(3, uint, rest_words);
 layout(binding = 4) writeonly buffer Records { ContactRecord records[]; };
 #ifdef PARTS
 layout(binding = 5) readonly buffer Parts { RegionPart parts[]; };
-layout(binding = 6) uniform usamplerBuffer part_marks;
+TEXELS(6, uint, part_marks);
 layout(binding = 7) readonly buffer Count { uint part_count; };
 #else
 layout(binding = 5) writeonly buffer Filtered { uvec4 filtered[]; };

@@ -4,13 +4,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/contact.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint TILE_ROWS = 32;
 layout(constant_id = 4) const uint BRIGHT = 0;  // 1: a threshold of 128 gray levels or more
 layout(constant_id = 5) const uint KEEP_MARKS = 0;  // 1: store which pixels are contact
 
-layout(binding = 0) uniform usamplerBuffer frame_texels;
+TEXELS(0, uvec4, frame_texels);
 layout(binding = 1) writeonly buffer Records { ContactRecord records[]; };
 layout(binding = 2) writeonly buffer Marks { uint marks[]; };
 layout(push_constant) uniform Push { ContactPush push; };

@@ -4,6 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/contact.h"
 #include "shaders/shared/regions.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint TILE_ROWS = 32;
@@ -11,12 +12,12 @@ layout(constant_id = 4) const uint SIGNAL = 0;    // 0 brighter, 1 darker, 2 eit
 layout(constant_id = 5) const uint SUBTRACT = 1;  // 0: the frame is the change already, the rest image is not read
 layout(constant_id = 6) const uint KEEP_MARKS = 0;  // 1: store which pixels are contact
 
-layout(binding = 0) uniform usamplerBuffer frame_texels;
-layout(binding = 1) uniform usamplerBuffer rest_texels;
+TEXELS(0, uvec4, frame_texels);
+TEXELS(1, uvec4, rest_texels);
 layout(binding = 2) writeonly buffer Records { ContactRecord records[]; };
 #ifdef PARTS
 layout(binding = 3) readonly buffer Parts { RegionPart parts[]; };
-layout(binding = 4) uniform usamplerBuffer part_marks;
+TEXELS(4, uint, part_marks);
 layout(binding = 5) readonly buffer Count { uint part_count; };
 #else
 layout(binding = 3) writeonly buffer Marks { uint marks[]; };

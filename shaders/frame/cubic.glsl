@@ -6,7 +6,8 @@
 // cell is narrower than the others four cells are not evenly spaced: there the two nearest interpolate linearly.
 vec4 cubic(int i, int n, float edge) {
   float far = far_weight(i, n, edge);
-  return i >= n - 5 && ((n & 1) == 1 || edge != 1.0) ? vec4(0.0, far, 1.0 - far, 0.0) : vec4(-5.0, 35.0, 105.0, -7.0) / 128.0;
+  bool uneven = i >= n - 5 && ((n & 1) == 1 || edge != 1.0);
+  return choose(uneven, vec4(0.0, far, 1.0 - far, 0.0), vec4(-5.0, 35.0, 105.0, -7.0) / 128.0);
 }
 
 // For four columns, two apart.
@@ -29,4 +30,4 @@ Eight blend(vec4 w, Eight far2, Eight far, Eight here, Eight near) {
 
 // The row after `here`, `before` being the one before it.
 Eight onward(Eight here, Eight before) { return Eight(2.0 * here.a - before.a, 2.0 * here.b - before.b); }
-Eight choose(bool first, Eight a, Eight b) { return Eight(first ? a.a : b.a, first ? a.b : b.b); }
+Eight choose(bool first, Eight a, Eight b) { return Eight(choose(first, a.a, b.a), choose(first, a.b, b.b)); }

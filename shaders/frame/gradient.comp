@@ -5,14 +5,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/gradient.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint SUBTRACT = 1;  // 0: the frame is the change already, the rest image is not read
 
-layout(binding = 0) uniform usamplerBuffer frame_texels;
-layout(binding = 1) uniform usamplerBuffer frame_words;
-layout(binding = 2) uniform usamplerBuffer rest_texels;
-layout(binding = 3) uniform usamplerBuffer rest_words;
+TEXELS(0, uvec4, frame_texels);
+TEXELS(1, uint, frame_words);
+TEXELS(2, uvec4, rest_texels);
+TEXELS(3, uint, rest_words);
 layout(binding = 4) writeonly buffer Sums { uint sums[]; };
 layout(push_constant) uniform Push { GradientPush push; };
 

@@ -3,16 +3,17 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/import_pages.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
-layout(binding = 0) uniform usamplerBuffer texels;  // RGBA32UI
-layout(binding = 1) uniform usamplerBuffer words;   // R32UI
+TEXELS(0, uvec4, texels);  // RGBA32UI
+TEXELS(1, uint, words);    // R32UI
 layout(binding = 2) writeonly buffer Padded { uvec4 padded[]; };
 layout(push_constant) uniform Push { PadPush push; };
 
 // Texels past the buffer's end are not asked for: what they hold is not used.
-uvec4 texel(uint at) { return texelFetch(texels, int(min(at, uint(textureSize(texels)) - 1u))); }
-uint word(uint at) { return texelFetch(words, int(min(at, uint(textureSize(words)) - 1u))).x; }
+uvec4 texel(uint at) { return texelFetch(texels, int(min(at, texel_count(texels) - 1u))); }
+uint word(uint at) { return texelFetch(words, int(min(at, texel_count(words) - 1u))).x; }
 
 // `low` and `high` follow each other in memory; the four bytes from byte `shift` / 8 of `low` on.
 uvec4 joined(uvec4 low, uvec4 high, uint shift) { return shift == 0u ? low : (low >> shift) | (high << (32u - shift)); }

@@ -3,10 +3,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/markers.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint CELL = 2;
-layout(binding = 0) uniform usamplerBuffer frame_texels;
+TEXELS(0, uvec4, frame_texels);
 layout(binding = 1) writeonly buffer Cells { uvec4 cells[]; };
 layout(binding = 2) writeonly buffer Light { uint light[]; };
 layout(push_constant) uniform Push { MarkersPush push; };

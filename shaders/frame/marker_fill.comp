@@ -5,12 +5,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/markers.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint SUBTRACT = 1;
-layout(binding = 0) uniform usamplerBuffer cells;
-layout(binding = 1) uniform usamplerBuffer rest_cells;
-layout(binding = 2) uniform usamplerBuffer marked;
+TEXELS(0, uint, cells);
+TEXELS(1, uint, rest_cells);
+TEXELS(2, uint, marked);
 layout(binding = 3) writeonly buffer Filled { uint filled[]; };
 layout(binding = 4) writeonly buffer Unknown { uint unknown[]; };
 layout(binding = 5) writeonly buffer Records { uint records[]; };

@@ -4,22 +4,25 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/markers.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint SUBTRACT = 1;
 layout(constant_id = 4) const uint CELL = 2;
-layout(binding = 0) uniform usamplerBuffer frame_words;
-layout(binding = 1) uniform usamplerBuffer rest_words;
-layout(binding = 2) uniform usamplerBuffer cells;
-layout(binding = 3) uniform usamplerBuffer rest_cells;
-layout(binding = 4) uniform usamplerBuffer marked;
-layout(binding = 5) uniform usamplerBuffer unknown;
+TEXELS(0, uint, frame_words);
+TEXELS(1, uint, rest_words);
+TEXELS(2, uint, cells);
+TEXELS(3, uint, rest_cells);
+TEXELS(4, uint, marked);
+TEXELS(5, uint, unknown);
 layout(binding = 6) writeonly buffer Filled { uint filled[]; };
 layout(push_constant) uniform Push { MarkersPush push; };
 
 #include "shaders/frame/markers_masks.glsl"
 
 const int kCell = int(CELL);
+
+bool bit_in(uint word, ivec2 cell) { return (word >> (uint(cell.x) & 31u) & 1u) != 0; }
 
 ivec3 change_at(int x, int y) {
   ivec2 last = ivec2(push.cells_x, push.cells_y) - 1;
@@ -28,7 +31,7 @@ ivec3 change_at(int x, int y) {
   return SUBTRACT == 1 ? value - ivec3(unpack_cell(texelFetch(rest_cells, cell).x)) : value;
 }
 
-bool bit_of(usamplerBuffer mask, ivec2 cell) { return (texelFetch(mask, word_at(cell)).x >> (uint(cell.x) & 31u) & 1u) != 0; }
+#define bit_of(mask, cell) bit_in(texelFetch(mask, word_at(cell)).x, cell)
 
 void main() {
   uint across = 4 * push.pitch;

@@ -2,10 +2,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/markers.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint LARGEST = 1;
-layout(binding = 0) uniform usamplerBuffer light;
+TEXELS(0, uint, light);
 layout(binding = 1) writeonly buffer Closed { uint closed[]; };
 layout(push_constant) uniform Push { MarkersPush push; };
 

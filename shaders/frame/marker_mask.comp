@@ -2,11 +2,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/markers.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint SUBTRACT = 1;
-layout(binding = 0) uniform usamplerBuffer dark;
-layout(binding = 1) uniform usamplerBuffer rest_marked;
+TEXELS(0, uint, dark);
+TEXELS(1, uint, rest_marked);
 layout(binding = 2) writeonly buffer Marked { uint marked[]; };
 layout(push_constant) uniform Push { MarkersPush push; };
 

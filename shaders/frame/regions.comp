@@ -6,12 +6,13 @@
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/contact.h"
 #include "shaders/shared/regions.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint TILE_ROWS = 32;
 layout(constant_id = 4) const uint COLUMNS = 32;
 
-layout(binding = 0) uniform usamplerBuffer marks;
+TEXELS(0, uint, marks);
 layout(binding = 1) readonly buffer Records { ContactRecord records[]; };
 layout(binding = 2) writeonly buffer Heads { RegionPart heads[]; };  // of a tile whose contact is one part
 layout(binding = 3) writeonly buffer Parts { RegionPart parts[]; };

@@ -8,14 +8,15 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_KHR_shader_subgroup_vote : require
 #include "shaders/shared/skin.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint SIDE = 17;
 layout(constant_id = 4) const uint STRIDE = 1;
-layout(binding = 0) uniform usamplerBuffer words;       // R32UI, the frame
-layout(binding = 1) uniform samplerBuffer points;       // RGBA32F
-layout(binding = 2) uniform samplerBuffer windows;      // RGBA32F: a row's samples in fours, of each four rest, gain, step x, y; all points' first
-layout(binding = 3) uniform samplerBuffer before;       // RGBA32F, the last frame's motions
+TEXELS(0, uint, words);    // R32UI, the frame
+TEXELS(1, vec4, points);   // RGBA32F
+TEXELS(2, vec4, windows);  // RGBA32F: a row's samples in fours, of each four rest, gain, step x, y; all points' first
+TEXELS(3, vec4, before);   // RGBA32F, the last frame's motions
 layout(binding = 4) writeonly buffer Motions { vec4 motions[]; };  // shift x, y, correlation, noise in rest's gray levels
 layout(push_constant) uniform Push { SkinPush push; };
 

@@ -3,10 +3,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/thin_plate.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { PlatePush push; };
-layout(binding = 0) uniform samplerBuffer points;  // place in own coordinates, weights of u and v
+TEXELS(0, vec4, points);  // place in own coordinates, weights of u and v
 layout(binding = 1) writeonly buffer Nodes { vec4 nodes[]; };
 
 // Drivers' own logarithms are good to 1e-4 or so. Exponent, and 2 atanh of the rest by its series: good to 2e-7.

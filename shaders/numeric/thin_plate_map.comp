@@ -3,11 +3,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/thin_plate.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint SHOWN = kPlateFirst;
 layout(push_constant) uniform Push { PlatePush push; };
-layout(binding = 0) uniform samplerBuffer nodes;
+TEXELS(0, vec4, nodes);
 layout(binding = 1) writeonly buffer Map { vec4 map[]; };
 
 // Weights of a piece's value at its ends and of its slopes there; and of its slope.

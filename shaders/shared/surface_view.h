@@ -42,6 +42,7 @@ struct ImagePush {
   uint width;  // px of the image
   uint height;
   uint channels;        // 1 or 3 planes
+  uint pixel_bytes;     // 1 or 2
   uint taps;            // samples a side averaged for one screen pixel
   float scale;          // 1 / full scale
   float step_px;        // image px covered by one screen pixel
@@ -52,7 +53,7 @@ struct ImagePush {
 
 #ifdef __cplusplus
 static_assert(sizeof(SurfacePush) == 128);
-static_assert(sizeof(ImagePush) == 52);
+static_assert(sizeof(ImagePush) == 56);
 }  // namespace palpate::viz
 #endif
 #endif

@@ -3,14 +3,15 @@
 // An invocation owns eight columns and streams down push.rows rows of the coarser level; all sweeps live in registers.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "shaders/shared/texels.glsl"
 #include "shaders/surface/grid.glsl"
 #include "shaders/frame/cubic.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { GridPush push; };
-layout(binding = 0) uniform samplerBuffer right_texels;
-layout(binding = 1) uniform samplerBuffer right_pairs;
-layout(binding = 2) uniform samplerBuffer coarse_texels;
+TEXELS(0, vec4, right_texels);
+TEXELS(1, vec2, right_pairs);
+TEXELS(2, vec4, coarse_texels);
 layout(binding = 3) writeonly buffer Out { vec4 result[]; };
 layout(binding = 4) writeonly buffer Coarse { vec4 coarse[]; };
 
@@ -30,7 +31,10 @@ Sixteen onward(Sixteen here, Sixteen before) {
   return Sixteen(2.0 * here.l - before.l, 2.0 * here.a - before.a, 2.0 * here.b - before.b, 2.0 * here.r - before.r);
 }
 Sixteen choose(bool first, Sixteen a, Sixteen b) {
-  return Sixteen(first ? a.l : b.l, first ? a.a : b.a, first ? a.b : b.b, first ? a.r : b.r);
+  return Sixteen(choose(first, a.l, b.l), choose(first, a.a, b.a), choose(first, a.b, b.b), choose(first, a.r, b.r));
+}
+Twelve choose(bool first, Twelve a, Twelve b) {
+  return Twelve(choose(first, a.l, b.l), choose(first, a.a, b.a), choose(first, a.b, b.b), choose(first, a.r, b.r));
 }
 
 // Weights for the even and the odd columns of -4 .. 3 and of 4 .. 11.
@@ -44,16 +48,16 @@ Sixteen height_row(int tx, int k, Across w) {
   int width = int(push.coarse_width), first = 4 * tx;
   vec4 l = texelFetch(coarse_texels, row + max(tx - 1, 0)), c = texelFetch(coarse_texels, row + tx),
        r = texelFetch(coarse_texels, row + min(tx + 1, pitch - 1));
-  l.w = first == 0 ? c.x : l.w;
-  c.y = first + 1 < width ? c.y : 2.0 * c.x - l.w;
-  c.z = first + 2 < width ? c.z : 2.0 * c.y - c.x;
-  c.w = first + 3 < width ? c.w : 2.0 * c.z - c.y;
-  r.x = first + 4 < width ? r.x : 2.0 * c.w - c.z;
-  r.y = first + 5 < width ? r.y : 2.0 * r.x - c.w;
-  r.z = first + 6 < width ? r.z : 2.0 * r.y - r.x;
-  r.w = first + 7 < width ? r.w : 2.0 * r.z - r.y;
-  l.w = first == 0 ? 2.0 * c.x - c.y : l.w;
-  l.z = first == 0 ? 2.0 * l.w - c.x : l.z;
+  l.w = choose(first == 0, c.x, l.w);
+  c.y = choose(first + 1 < width, c.y, 2.0 * c.x - l.w);
+  c.z = choose(first + 2 < width, c.z, 2.0 * c.y - c.x);
+  c.w = choose(first + 3 < width, c.w, 2.0 * c.z - c.y);
+  r.x = choose(first + 4 < width, r.x, 2.0 * c.w - c.z);
+  r.y = choose(first + 5 < width, r.y, 2.0 * r.x - c.w);
+  r.z = choose(first + 6 < width, r.z, 2.0 * r.y - r.x);
+  r.w = choose(first + 7 < width, r.w, 2.0 * r.z - r.y);
+  l.w = choose(first == 0, 2.0 * c.x - c.y, l.w);
+  l.z = choose(first == 0, 2.0 * l.w - c.x, l.z);
   // Columns -4 .. 3 lie over cells -2 .. 1, columns 4 .. 11 over cells 2 .. 5.
   vec4 m2 = l, m1 = vec4(l.yzw, c.x), here = vec4(l.zw, c.xy), p1 = vec4(l.w, c.xyz), p2 = c;
   vec4 e = blend(w.even_l, m2, m1, here, p1), o = blend(w.odd_l, p2, p1, here, m1);
@@ -64,17 +68,17 @@ Sixteen height_row(int tx, int k, Across w) {
 
 Sixteen with_ghosts(Sixteen s, int first) {
   int width = int(push.width);
-  s.l.w = first == 0 ? s.a.x : s.l.w;
-  s.a.y = first + 1 < width ? s.a.y : s.a.x;
-  s.a.z = first + 2 < width ? s.a.z : s.a.y;
-  s.a.w = first + 3 < width ? s.a.w : s.a.z;
-  s.b.x = first + 4 < width ? s.b.x : s.a.w;
-  s.b.y = first + 5 < width ? s.b.y : s.b.x;
-  s.b.z = first + 6 < width ? s.b.z : s.b.y;
-  s.b.w = first + 7 < width ? s.b.w : s.b.z;
-  s.r.x = first + 8 < width ? s.r.x : s.b.w;
-  s.r.y = first + 9 < width ? s.r.y : s.r.x;
-  s.r.z = first + 10 < width ? s.r.z : s.r.y;
+  s.l.w = choose(first == 0, s.a.x, s.l.w);
+  s.a.y = choose(first + 1 < width, s.a.y, s.a.x);
+  s.a.z = choose(first + 2 < width, s.a.z, s.a.y);
+  s.a.w = choose(first + 3 < width, s.a.w, s.a.z);
+  s.b.x = choose(first + 4 < width, s.b.x, s.a.w);
+  s.b.y = choose(first + 5 < width, s.b.y, s.b.x);
+  s.b.z = choose(first + 6 < width, s.b.z, s.b.y);
+  s.b.w = choose(first + 7 < width, s.b.w, s.b.z);
+  s.r.x = choose(first + 8 < width, s.r.x, s.b.w);
+  s.r.y = choose(first + 9 < width, s.r.y, s.r.x);
+  s.r.z = choose(first + 10 < width, s.r.z, s.r.y);
   return s;
 }
 
@@ -91,9 +95,7 @@ vec4 advance(inout State t, Sixteen below, int j, int tx, int y0, int y1, Column
   int height = int(push.height), first = 8 * tx;
   below = with_ghosts(below, first);
   Twelve f = right_row(tx, j);
-  Sixteen s = t.here, u = t.above, d = below;
-  if (j <= 0) u = s;
-  if (j >= height - 1) d = s;
+  Sixteen s = t.here, u = choose(j <= 0, s, t.above), d = choose(j >= height - 1, s, below);
   vec3 row = row_couplings(push, j);
   Twelve once;
   once.l = s.l.zw + push.step0 * (f.l - apply(k.l, row, s.l.zw, s.l.yz, vec2(s.l.w, s.a.x), u.l.zw, d.l.zw));
@@ -103,9 +105,7 @@ vec4 advance(inout State t, Sixteen below, int j, int tx, int y0, int y1, Column
   once = with_ghosts(once, first);
 
   int y = j - 1;
-  Twelve c = t.once1, g = t.right1, up = t.once2, down = once;
-  if (y <= 0) up = c;
-  if (y >= height - 1) down = c;
+  Twelve c = t.once1, g = t.right1, up = choose(y <= 0, c, t.once2), down = choose(y >= height - 1, c, once);
   row = row_couplings(push, y);
   Ten z;
   z.l = c.l.y + push.step1 * (g.l.y - apply(k.l, row, c.l, vec2(c.l.x), vec2(c.a.x), up.l, down.l).y);

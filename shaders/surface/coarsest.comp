@@ -2,11 +2,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/grid.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { CoarsestPush push; };
-layout(binding = 0) uniform samplerBuffer inverse_texels;  // row j: what right side j adds to every cell
-layout(binding = 1) uniform samplerBuffer right_texels;
+TEXELS(0, vec4, inverse_texels);  // row j: what right side j adds to every cell
+TEXELS(1, vec4, right_texels);
 layout(binding = 2) writeonly buffer Out { vec4 result[]; };
 
 void main() {

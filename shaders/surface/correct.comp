@@ -1,12 +1,13 @@
 // Adds the interpolated coarse correction to a level's solution.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "shaders/shared/texels.glsl"
 #include "shaders/surface/grid.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { GridPush push; };
-layout(binding = 0) uniform samplerBuffer coarse_pairs;
-layout(binding = 1) uniform samplerBuffer present_texels;
+TEXELS(0, vec2, coarse_pairs);
+TEXELS(1, vec4, present_texels);
 layout(binding = 2) writeonly buffer Out { vec4 result[]; };
 
 #include "shaders/surface/coarse_row.glsl"

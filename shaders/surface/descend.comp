@@ -3,12 +3,13 @@
 // An invocation owns eight columns and streams down push.rows rows of the coarser level.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "shaders/shared/texels.glsl"
 #include "shaders/surface/grid.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { GridPush push; };
-layout(binding = 0) uniform samplerBuffer right_texels;
-layout(binding = 1) uniform samplerBuffer right_pairs;
+TEXELS(0, vec4, right_texels);
+TEXELS(1, vec2, right_pairs);
 layout(binding = 2) writeonly buffer Out { vec4 result[]; };
 layout(binding = 3) writeonly buffer Coarse { vec4 coarse[]; };
 

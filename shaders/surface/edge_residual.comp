@@ -3,13 +3,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/grid.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { EdgePush push; };
-layout(binding = 0) uniform usamplerBuffer cells;     // each cell's place in a map
-layout(binding = 1) uniform samplerBuffer weights;    // of its left, right, upper and lower face, where missing
-layout(binding = 2) uniform samplerBuffer x_words;
-layout(binding = 3) uniform samplerBuffer sources;    // that the right side holds already
+TEXELS(0, uint, cells);    // each cell's place in a map
+TEXELS(1, vec4, weights);  // of its left, right, upper and lower face, where missing
+TEXELS(2, float, x_words);
+TEXELS(3, float, sources);  // that the right side holds already
 layout(binding = 4) writeonly buffer Out { float residual[]; };
 
 float at(int word) { return texelFetch(x_words, clamp(word, 0, int(push.words) - 1)).x; }

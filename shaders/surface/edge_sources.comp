@@ -3,12 +3,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/grid.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { EdgePush push; };
-layout(binding = 0) uniform usamplerBuffer cells;
-layout(binding = 1) uniform samplerBuffer matrix;  // four rows to a texel, column by column
-layout(binding = 2) uniform samplerBuffer residual;
+TEXELS(0, uint, cells);
+TEXELS(1, vec4, matrix);  // four rows to a texel, column by column
+TEXELS(2, float, residual);
 layout(binding = 3) buffer Sources { vec4 sources[]; };
 layout(binding = 4) buffer Right { float right_side[]; };
 

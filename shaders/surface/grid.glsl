@@ -3,6 +3,11 @@
 // needs no border code once ghosts are filled in. Halving an odd level leaves a last column or row of narrower cells.
 #include "shaders/shared/grid.h"
 
+// One of two, without a branch: there are dozens in a loop, and SwiftShader's compiler follows every path through it, for minutes.
+float choose(bool first, float a, float b) { return mix(b, a, first); }
+vec2 choose(bool first, vec2 a, vec2 b) { return mix(b, a, bvec2(first)); }
+vec4 choose(bool first, vec4 a, vec4 b) { return mix(b, a, bvec4(first)); }
+
 // Columns -2 .. 5 around a texel of four cells.
 struct Eight {
   vec4 a, b;
@@ -12,12 +17,12 @@ vec4 mid(Eight e) { return vec4(e.a.zw, e.b.xy); }
 
 // Copies edge cells into ghosts: `first` is the column of cell 0, `width` the number of columns.
 Eight with_ghosts(Eight e, int first, int width) {
-  e.a.y = first == 0 ? e.a.z : e.a.y;
-  e.a.w = first + 1 < width ? e.a.w : e.a.z;
-  e.b.x = first + 2 < width ? e.b.x : e.a.w;
-  e.b.y = first + 3 < width ? e.b.y : e.b.x;
-  e.b.z = first + 4 < width ? e.b.z : e.b.y;
-  e.b.w = first + 5 < width ? e.b.w : e.b.z;
+  e.a.y = choose(first == 0, e.a.z, e.a.y);
+  e.a.w = choose(first + 1 < width, e.a.w, e.a.z);
+  e.b.x = choose(first + 2 < width, e.b.x, e.a.w);
+  e.b.y = choose(first + 3 < width, e.b.y, e.b.x);
+  e.b.z = choose(first + 4 < width, e.b.z, e.b.y);
+  e.b.w = choose(first + 5 < width, e.b.w, e.b.z);
   return e;
 }
 
@@ -51,8 +56,9 @@ vec4 apply(Couplings k, vec3 row, vec4 c, vec4 l, vec4 r, vec4 u, vec4 d) {
 
 // Linear interpolation between the two nearest coarse cells: the weight of the farther one is 1/4 but at the far edge.
 float far_weight(int i, int n, float edge) {
-  if ((n & 1) == 1) return i == n - 1 ? 0.0 : i == n - 2 ? 1.0 / (2.0 + edge) : 0.25;
-  return i == n - 2 ? edge / (3.0 + edge) : 0.25;
+  bool odd = (n & 1) == 1;
+  float inside = choose(i == n - 2, choose(odd, 1.0 / (2.0 + edge), edge / (3.0 + edge)), 0.25);
+  return choose(odd && i == n - 1, 0.0, inside);
 }
 
 // Weights for columns -2 .. 5.
@@ -70,11 +76,11 @@ struct Six {
 };
 
 Six with_ghosts(Six s, int first, int width) {
-  s.l.y = first == 0 ? s.c.x : s.l.y;
-  s.l.x = first == 0 ? s.c.x : s.l.x;
-  s.c.y = first + 1 < width ? s.c.y : s.c.x;
-  s.r.x = first + 2 < width ? s.r.x : s.c.y;
-  s.r.y = first + 3 < width ? s.r.y : s.r.x;
+  s.l.y = choose(first == 0, s.c.x, s.l.y);
+  s.l.x = choose(first == 0, s.c.x, s.l.x);
+  s.c.y = choose(first + 1 < width, s.c.y, s.c.x);
+  s.r.x = choose(first + 2 < width, s.r.x, s.c.y);
+  s.r.y = choose(first + 3 < width, s.r.y, s.r.x);
   return s;
 }
 

@@ -4,15 +4,16 @@
 // An invocation owns eight columns and streams down push.rows rows.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "shaders/shared/texels.glsl"
 #include "shaders/surface/grid.glsl"
 #include "shaders/frame/cubic.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { GridPush push; };
-layout(binding = 0) uniform samplerBuffer coarse_texels;
-layout(binding = 1) uniform samplerBuffer coarse_pairs;
+TEXELS(0, vec4, coarse_texels);
+TEXELS(1, vec2, coarse_pairs);
 #ifdef ADD
-layout(binding = 2) uniform samplerBuffer present_texels;
+TEXELS(2, vec4, present_texels);
 layout(binding = 3) writeonly buffer Out { vec4 result[]; };
 #else
 layout(binding = 2) writeonly buffer Out { vec4 result[]; };

@@ -3,11 +3,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/lookup.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { LookupPush push; };
-layout(binding = 0) uniform usamplerBuffer filtered_texels;  // eight 16-bit pixels to a texel
-layout(binding = 1) uniform samplerBuffer depths;            // mm
+TEXELS(0, uvec4, filtered_texels);  // eight 16-bit pixels to a texel
+TEXELS(1, float, depths);           // mm
 layout(binding = 2) writeonly buffer Out { vec4 depth[]; };
 
 float depth_of(uint stored) { return texelFetch(depths, int(stored)).x; }

@@ -2,10 +2,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/cell_change.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { CellChangePush push; };
-layout(binding = 0) uniform samplerBuffer depth_texels;
+TEXELS(0, vec4, depth_texels);
 layout(binding = 1) writeonly buffer Out { float means[]; };
 
 void main() {

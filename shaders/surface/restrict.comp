@@ -3,11 +3,12 @@
 // An invocation owns four cells of the coarsest row and streams down push.rows rows of it.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "shaders/shared/texels.glsl"
 #include "shaders/surface/grid.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { GridPush push; };
-layout(binding = 0) uniform samplerBuffer right_texels;
+TEXELS(0, vec4, right_texels);
 layout(binding = 1) writeonly buffer Coarse { vec4 coarse[]; };
 layout(binding = 2) writeonly buffer Coarser { vec4 coarser[]; };
 

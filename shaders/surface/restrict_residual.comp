@@ -1,13 +1,14 @@
 // The residual right - A x of a level, summed over blocks of two by two cells: the right side of the coarse correction.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "shaders/shared/texels.glsl"
 #include "shaders/surface/grid.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { GridPush push; };
-layout(binding = 0) uniform samplerBuffer right_texels;
-layout(binding = 1) uniform samplerBuffer x_texels;
-layout(binding = 2) uniform samplerBuffer x_words;
+TEXELS(0, vec4, right_texels);
+TEXELS(1, vec4, x_texels);
+TEXELS(2, float, x_words);
 layout(binding = 3) writeonly buffer Out { vec4 coarse[]; };
 
 #include "shaders/frame/columns.glsl"

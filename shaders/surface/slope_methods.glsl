@@ -3,24 +3,26 @@
 // bindings below FIRST_OUTPUT are taken. What is read from pixels leaves in clipped_px, one word for each invocation, how many of
 // its own pixels are steeper than max_slope.
 
+#include "shaders/shared/texels.glsl"
+
 #if defined(READING_GIVEN)
-layout(binding = 0) uniform samplerBuffer p_texels;
-layout(binding = 1) uniform samplerBuffer q_texels;
+TEXELS(0, vec4, p_texels);
+TEXELS(1, vec4, q_texels);
 #define FIRST_OUTPUT 2
 #elif defined(READING_SHADING)
-layout(binding = 0) uniform usamplerBuffer filtered_texels;  // eight 16-bit pixels to a texel
-layout(binding = 1) uniform usamplerBuffer filtered_pairs;   // four to a pair of words
-layout(binding = 2) uniform samplerBuffer block_words;       // means of eight by eight pixels
+TEXELS(0, uvec4, filtered_texels);  // eight 16-bit pixels to a texel
+TEXELS(1, uvec2, filtered_pairs);   // four to a pair of words
+TEXELS(2, float, block_words);      // means of eight by eight pixels
 layout(binding = 3) writeonly buffer ClippedPixels { uint clipped_px[]; };
 layout(constant_id = 4) const uint LEAST_GRAY = 0;  // stored units: contact pixels below are steeper than max_slope
 #define FIRST_OUTPUT 4
 #else
-layout(binding = 0) uniform usamplerBuffer frame_pairs;  // eight 8-bit pixels to a pair of words, planes red, green, blue
-layout(binding = 1) uniform usamplerBuffer frame_words;
-layout(binding = 2) uniform usamplerBuffer rest_pairs;
-layout(binding = 3) uniform usamplerBuffer rest_words;
+TEXELS(0, uvec2, frame_pairs);  // eight 8-bit pixels to a pair of words, planes red, green, blue
+TEXELS(1, uint, frame_words);
+TEXELS(2, uvec2, rest_pairs);
+TEXELS(3, uint, rest_words);
 #if defined(NORMAL_TABLE)
-layout(binding = 4) uniform samplerBuffer normal_nodes;  // the corrected normal at a node and at the next one along its row
+TEXELS(4, vec4, normal_nodes);  // the corrected normal at a node and at the next one along its row
 layout(binding = 5) writeonly buffer ClippedPixels { uint clipped_px[]; };
 layout(constant_id = 5) const uint TABLE_SIDE = 3;       // nodes
 layout(constant_id = 6) const uint TABLE_REACH = 0;      // a float's bits: the grid covers -reach to reach
@@ -51,6 +53,8 @@ void store_clipped(Clipped clipped, uint tile, int tx) {
 struct Slopes {
   vec4 p_a, p_b, p_c, q_a, q_b;
 };
+
+#include "shaders/shared/texels.glsl"
 
 #if defined(READING_GIVEN)
 
@@ -160,12 +164,11 @@ Window window_at(int tx, int y) { return Window(0); }
 vec4 unpack(uint w) { return vec4(w & 255u, (w >> 8) & 255u, (w >> 16) & 255u, w >> 24); }
 
 // Twelve pixels of one plane, columns -2 .. 9, as three words.
-uvec3 twelve(usamplerBuffer pairs, usamplerBuffer words, int row, int tx) {
-  int at = row * int(push.in_pitch) * 4 + 4 + 2 * tx;
-  uvec2 c = texelFetch(pairs, at / 2).xy;
-  uint l = texelFetch(words, at - 1).x, r = texelFetch(words, at + 2).x;
+uvec3 twelve(uint l, uvec2 c, uint r) {
   return uvec3((l >> 16) | (c.x << 16), (c.x >> 16) | (c.y << 16), (c.y >> 16) | (r << 16));
 }
+int word_at(int row, int tx) { return row * int(push.in_pitch) * 4 + 4 + 2 * tx; }
+#define twelve_at(pairs, words, at) twelve(texelFetch(words, (at) - 1).x, texelFetch(pairs, (at) / 2).xy, texelFetch(words, (at) + 2).x)
 
 // The normal's x and y in three groups of columns.
 struct Normals {
@@ -174,8 +177,8 @@ struct Normals {
 
 // Adds what one plane's change of colour says of the normal: linear, with weights (1, X, Y) that vary linearly across the frame.
 void add_plane(inout Normals n, int plane, vec3 wx, vec3 wy, int row, int tx, vec4 x, float y) {
-  uvec3 image = twelve(frame_pairs, frame_words, plane * int(push.height) + row, tx);
-  uvec3 rest = twelve(rest_pairs, rest_words, plane * int(push.height) + row, tx);
+  int at = word_at(plane * int(push.height) + row, tx);
+  uvec3 image = twelve_at(frame_pairs, frame_words, at), rest = twelve_at(rest_pairs, rest_words, at);
   vec4 a = unpack(image.x) - unpack(rest.x), b = unpack(image.y) - unpack(rest.y), c = unpack(image.z) - unpack(rest.z);
   float group = 8.0 / push.frame_width;
   vec4 weight_x = wx.x + wx.z * y + wx.y * x, weight_y = wy.x + wy.z * y + wy.y * x;

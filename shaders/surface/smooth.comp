@@ -3,15 +3,16 @@
 // An invocation owns four columns and streams down push.rows rows; both sweeps live in registers.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "shaders/shared/texels.glsl"
 #include "shaders/surface/grid.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { GridPush push; };
 
-layout(binding = 0) uniform samplerBuffer right_texels;
-layout(binding = 1) uniform samplerBuffer right_words;
-layout(binding = 2) uniform samplerBuffer coarse_pairs;
-layout(binding = 3) uniform samplerBuffer present_texels;
+TEXELS(0, vec4, right_texels);
+TEXELS(1, float, right_words);
+TEXELS(2, vec2, coarse_pairs);
+TEXELS(3, vec4, present_texels);
 layout(binding = 4) writeonly buffer Out { vec4 result[]; };
 
 #include "shaders/surface/coarse_row.glsl"
@@ -40,11 +41,11 @@ Sweep right_row(int tx, int y) {
 }
 
 Sweep with_ghosts(Sweep s, int first, int width) {
-  s.l = first == 0 ? s.m.x : s.l;
-  s.m.y = first + 1 < width ? s.m.y : s.m.x;
-  s.m.z = first + 2 < width ? s.m.z : s.m.y;
-  s.m.w = first + 3 < width ? s.m.w : s.m.z;
-  s.r = first + 4 < width ? s.r : s.m.w;
+  s.l = choose(first == 0, s.m.x, s.l);
+  s.m.y = choose(first + 1 < width, s.m.y, s.m.x);
+  s.m.z = choose(first + 2 < width, s.m.z, s.m.y);
+  s.m.w = choose(first + 3 < width, s.m.w, s.m.z);
+  s.r = choose(first + 4 < width, s.r, s.m.w);
   return s;
 }
 
@@ -61,14 +62,14 @@ void advance(inout State s, Eight below, int j, int tx, int y0, Couplings k) {
   Sweep once;
   bool top = j <= 0, bottom = j >= height - 1;
   vec4 c = mid(s.here);
-  vec4 u = top ? c : mid(s.above), d = bottom ? c : mid(below);
+  vec4 u = choose(top, c, mid(s.above)), d = choose(bottom, c, mid(below));
   vec4 l = vec4(s.here.a.yzw, s.here.b.x), r = vec4(s.here.a.w, s.here.b.xyz);
   vec3 row = row_couplings(push, j);
   once.m = c + push.step0 * (f.m - apply(k, row, c, l, r, u, d));
   // The two cells beside the texel. The left one is never in the last column; the right one may be.
   float cl = s.here.a.y, cr = s.here.b.z;
-  float ul = top ? cl : s.above.a.y, dl = bottom ? cl : below.a.y;
-  float ur = top ? cr : s.above.b.z, dr = bottom ? cr : below.b.z;
+  float ul = choose(top, cl, s.above.a.y), dl = choose(bottom, cl, below.a.y);
+  float ur = choose(top, cr, s.above.b.z), dr = choose(bottom, cr, below.b.z);
   float nearer = 2.0 / (1.0 + push.edge_width), after = first + 5 == width - 1 ? nearer : 1.0;
   bool last = first + 4 == width - 1;
   once.l = cl + push.step0 * (f.l - row.z * (push.across * (cl - s.here.a.x) + k.left.x * (cl - s.here.a.z)) -
@@ -79,7 +80,7 @@ void advance(inout State s, Eight below, int j, int tx, int y0, Couplings k) {
 
   int y = j - 1;
   vec4 c1 = s.first_1.m;
-  vec4 u1 = y <= 0 ? c1 : s.first_2.m, d1 = y >= height - 1 ? c1 : once.m;
+  vec4 u1 = choose(y <= 0, c1, s.first_2.m), d1 = choose(y >= height - 1, c1, once.m);
   vec4 l1 = vec4(s.first_1.l, c1.xyz), r1 = vec4(c1.yzw, s.first_1.r);
   vec4 twice = c1 + push.step1 * (s.right_1 - apply(k, row_couplings(push, y), c1, l1, r1, u1, d1));
   if (y >= y0 && y < min(y0 + int(push.rows), height)) result[uint(y) * push.pitch + uint(tx)] = twice;

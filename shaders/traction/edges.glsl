@@ -4,15 +4,20 @@
 struct Around {
   vec4 here, left, right, up, down;
 };
-Around around(samplerBuffer map, uint x, uint y) {
-  int at = int(y * push.pitch + x), pitch = int(push.pitch), last = pitch * int(push.rows) - 1;
+Around around(uint x, uint y, vec4 here, float before, float after, vec4 above, vec4 below) {
   Around a;
-  a.here = texelFetch(map, at);
-  float before = texelFetch(map, max(at - 1, 0)).w, after = texelFetch(map, min(at + 1, last)).x;
-  a.left = vec4(x > 0 ? before : 0.0, a.here.xyz);
-  a.right = vec4(a.here.yzw, x + 1 < push.pitch ? after : 0.0);
-  vec4 above = texelFetch(map, max(at - pitch, 0)), below = texelFetch(map, min(at + pitch, last));
+  a.here = here;
+  a.left = vec4(x > 0 ? before : 0.0, here.xyz);
+  a.right = vec4(here.yzw, x + 1 < push.pitch ? after : 0.0);
   a.up = y > 0 ? above : vec4(0.0);
   a.down = y + 1 < push.rows ? below : vec4(0.0);
   return a;
 }
+
+// Texels of the map as places in its buffer; beyond either end the last one there.
+int held(int at) { return clamp(at, 0, int(push.pitch * push.rows) - 1); }
+#define around_at(map, column, row) around_of(map, column, row, int((row) * push.pitch + (column)))
+#define around_of(map, column, row, at)                                                    \
+  around(column, row, texelFetch(map, at), texelFetch(map, held((at) - 1)).w,              \
+         texelFetch(map, held((at) + 1)).x, texelFetch(map, held((at) - int(push.pitch))), \
+         texelFetch(map, held((at) + int(push.pitch))))

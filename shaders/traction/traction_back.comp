@@ -4,26 +4,27 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/traction.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint ROWS = 4;
 layout(push_constant) uniform Push { TractionPush push; };
-layout(binding = 0) uniform samplerBuffer answered;
-layout(binding = 1) uniform samplerBuffer waves;
+TEXELS(0, vec4, answered);
+TEXELS(1, vec4, waves);
 layout(binding = 2) readonly buffer State { TractionState state; };
 #ifndef RIGHT
 layout(binding = 3) writeonly buffer Out { vec4 cells[]; };
 #endif
 #ifdef UNEXPLAINED
-layout(binding = 4) uniform samplerBuffer depth;
+TEXELS(4, vec4, depth);
 #endif
 #ifdef RIGHT
 layout(binding = 3) writeonly buffer Sums { vec4 sums[]; };
-layout(binding = 4) uniform samplerBuffer contact;
+TEXELS(4, vec4, contact);
 #endif
 #ifdef GRADIENT
-layout(binding = 4) uniform samplerBuffer pressure;
-layout(binding = 5) uniform samplerBuffer contact;
+TEXELS(4, vec4, pressure);
+TEXELS(5, vec4, contact);
 layout(binding = 6) writeonly buffer Sums { vec4 sums[]; };
 #endif
 

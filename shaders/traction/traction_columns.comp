@@ -4,12 +4,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/traction.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint ROWS = 8;
 layout(push_constant) uniform Push { TractionPush push; };
-layout(binding = 0) uniform samplerBuffer mixed;
-layout(binding = 1) uniform samplerBuffer answers;  // distance from 1 - rows on, waves
+TEXELS(0, vec4, mixed);
+TEXELS(1, vec4, answers);  // distance from 1 - rows on, waves
 layout(binding = 2) readonly buffer State { TractionState state; };
 layout(binding = 3) writeonly buffer Out { vec4 answered[]; };
 

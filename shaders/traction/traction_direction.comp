@@ -3,14 +3,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/traction.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint LANES = 64;
 layout(push_constant) uniform Push { TractionPush push; };
-layout(binding = 0) uniform samplerBuffer sums;  // squares of the gradient: with pressure, without
-layout(binding = 1) uniform samplerBuffer gradient;
-layout(binding = 2) uniform samplerBuffer pressure;
-layout(binding = 3) uniform samplerBuffer last;
+TEXELS(0, vec4, sums);  // squares of the gradient: with pressure, without
+TEXELS(1, vec4, gradient);
+TEXELS(2, vec4, pressure);
+TEXELS(3, vec4, last);
 layout(binding = 4) buffer State { TractionState state; };
 layout(binding = 5) writeonly buffer Direction { vec4 direction[]; };
 layout(binding = 6) writeonly buffer Groups { uint groups[]; };

@@ -2,14 +2,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/traction.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint LANES = 64;
 layout(push_constant) uniform Push { TractionPush push; };
-layout(binding = 0) uniform samplerBuffer sums;
-layout(binding = 1) uniform samplerBuffer pressure;
-layout(binding = 2) uniform samplerBuffer unexplained;
-layout(binding = 3) uniform samplerBuffer known;
+TEXELS(0, vec4, sums);
+TEXELS(1, vec4, pressure);
+TEXELS(2, vec4, unexplained);
+TEXELS(3, vec4, known);
 layout(binding = 4) readonly buffer State { TractionState state; };
 layout(binding = 5) writeonly buffer Out { float cells[]; };  // height x width
 layout(binding = 6) writeonly buffer Result { TractionState result; };
@@ -38,7 +39,7 @@ void main() {
       if (column < push.width && y < push.height) cells[y * push.width + column] = p[j];
       r.border += p[j] > 0.0 && (edge || column == 0 || column + 1 == push.width) ? 1 : 0;
     }
-    Around of = around(unexplained, x, y), sees = around(known, x, y);
+    Around of = around_at(unexplained, x, y), sees = around_at(known, x, y);
     vec4 to_right = of.right - of.here, to_down = of.down - of.here;
     vec4 right = sees.here * sees.right, below = sees.here * sees.down;
     r.slopes2 += push.per_cell2 * (dot(right, to_right * to_right) + dot(below, to_down * to_down));

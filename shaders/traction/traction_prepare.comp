@@ -3,11 +3,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/traction.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { TractionPush push; };
-layout(binding = 0) uniform samplerBuffer given;    // height x width words
-layout(binding = 1) uniform usamplerBuffer flags;   // height x width bytes
+TEXELS(0, float, given);  // height x width words
+SMALL_TEXELS(1, flags);   // height x width bytes
 layout(binding = 2) writeonly buffer Depth { vec4 depth[]; };
 layout(binding = 3) writeonly buffer Known { vec4 known[]; };
 layout(binding = 4) writeonly buffer Contact { vec4 contact[]; };
@@ -21,7 +22,7 @@ void main() {
   for (int j = 0; j < 4; ++j) {
     bool inside = x + j < push.width && y < push.height;
     int at = inside ? int(y * push.width + x) + j : 0;
-    uint flag = inside ? texelFetch(flags, at).x : 0;
+    uint flag = inside ? small_texel(flags, at, 1) : 0;
     uint bits = floatBitsToUint(texelFetch(given, at).x);
     bool sees = (flag & kTractionKnown) != 0 && (bits & 0x7fffffffu) <= floatBitsToUint(kTractionDeepest_mm);
     d[j] = uintBitsToFloat(sees ? bits : 0u);

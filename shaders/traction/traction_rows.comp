@@ -3,12 +3,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/traction.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint ROWS = 4;
 layout(push_constant) uniform Push { TractionPush push; };
-layout(binding = 0) uniform samplerBuffer cells;
-layout(binding = 1) uniform samplerBuffer waves;  // for each cell of the left half: cosines, sines
+TEXELS(0, vec4, cells);
+TEXELS(1, vec4, waves);  // for each cell of the left half: cosines, sines
 layout(binding = 2) readonly buffer State { TractionState state; };
 layout(binding = 3) writeonly buffer Out { vec4 mixed[]; };  // for each row: cosines, sines
 

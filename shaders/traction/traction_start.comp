@@ -2,13 +2,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/traction.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint LANES = 64;
 layout(push_constant) uniform Push { TractionPush push; };
-layout(binding = 0) uniform samplerBuffer sums;  // of the right side: squares, the largest
-layout(binding = 1) uniform samplerBuffer contact;
-layout(binding = 2) uniform samplerBuffer last;
+TEXELS(0, vec4, sums);  // of the right side: squares, the largest
+TEXELS(1, vec4, contact);
+TEXELS(2, vec4, last);
 layout(binding = 3) buffer State { TractionState state; };
 layout(binding = 4) writeonly buffer Pressure { vec4 pressure[]; };
 layout(binding = 5) writeonly buffer Groups { uint groups[]; };

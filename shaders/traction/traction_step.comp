@@ -4,19 +4,20 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/traction.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint LANES = 64;
 layout(push_constant) uniform Push { TractionPush push; };
-layout(binding = 0) uniform samplerBuffer depth;  // of the direction
-layout(binding = 1) uniform samplerBuffer known;
-layout(binding = 2) uniform samplerBuffer direction;
-layout(binding = 3) uniform samplerBuffer gradient;
-layout(binding = 4) uniform samplerBuffer contact;
-layout(binding = 5) uniform samplerBuffer last;
+TEXELS(0, vec4, depth);  // of the direction
+TEXELS(1, vec4, known);
+TEXELS(2, vec4, direction);
+TEXELS(3, vec4, gradient);
+TEXELS(4, vec4, contact);
+TEXELS(5, vec4, last);
 layout(binding = 6) buffer State { TractionState state; };
 layout(binding = 7) writeonly buffer Pressure { vec4 pressure[]; };
-layout(binding = 8) uniform samplerBuffer unexplained;
+TEXELS(8, vec4, unexplained);
 layout(binding = 9) writeonly buffer Unexplained { vec4 next_unexplained[]; };
 layout(binding = 10) buffer Groups { uint groups[]; };
 
@@ -30,7 +31,7 @@ void main() {
   vec2 sums = vec2(0.0);  // along the gradient, curvature
   for (uint i = lane; i < texels; i += LANES) {
     uint x = i % push.pitch, y = i / push.pitch;
-    Around of = around(depth, x, y), sees = around(known, x, y);
+    Around of = around_at(depth, x, y), sees = around_at(known, x, y);
     vec4 right = of.right - of.here, down = of.down - of.here;
     vec4 slopes2 = sees.here * (sees.right * right * right + sees.down * down * down);
     vec4 along = texelFetch(direction, int(i));

@@ -3,23 +3,24 @@
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/surface_view.h"
 #include "shaders/shared/colormap.h"
+#include "shaders/shared/texels.glsl"
 
 layout(push_constant) uniform Push { ImagePush push; };
-layout(binding = 0) uniform usamplerBuffer pixels;
-layout(binding = 1) uniform samplerBuffer strain;
+SMALL_TEXELS(0, pixels);
+TEXELS(1, float, strain);
 layout(location = 0) in vec2 image_px;
 layout(location = 0) out vec4 color;
 
 void main() {
-  const int plane = int(push.width * push.height);
+  const int plane = int(push.width * push.height), bytes = int(push.pixel_bytes);
   vec3 sum = vec3(0);
   for (uint j = 0; j < push.taps; ++j) {
     for (uint i = 0; i < push.taps; ++i) {
       const vec2 offset = ((vec2(i, j) + 0.5) / float(push.taps) - 0.5) * push.step_px;
       const ivec2 p = clamp(ivec2(image_px + offset), ivec2(0), ivec2(push.width, push.height) - 1);
       const int at = p.y * int(push.width) + p.x;
-      const float first = float(texelFetch(pixels, at).x);
-      sum += push.channels == 3 ? vec3(first, float(texelFetch(pixels, at + plane).x), float(texelFetch(pixels, at + 2 * plane).x))
+      const float first = float(small_texel(pixels, at, bytes));
+      sum += push.channels == 3 ? vec3(first, float(small_texel(pixels, at + plane, bytes)), float(small_texel(pixels, at + 2 * plane, bytes)))
                                 : vec3(first);
     }
   }

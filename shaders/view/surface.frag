@@ -7,7 +7,7 @@
 layout(push_constant) uniform Push { SurfacePush push; };
 #include "shaders/view/surface_depth.glsl"
 
-layout(binding = 1) uniform samplerBuffer load_map;  // pressure (MPa) or shear over it, over the same frame, of another size
+TEXELS(1, float, load_map);  // pressure (MPa) or shear over it, over the same frame, of another size
 layout(constant_id = 0) const int kMap = PALPATE_MAP_VIRIDIS;
 layout(constant_id = 1) const int kShown = PALPATE_SHOWN_DEPTH;
 

@@ -1,5 +1,7 @@
 // Depth in mm at a texel of the map, from the part of it that is held. Included after `push` (SurfacePush) is declared.
-layout(binding = 0) uniform samplerBuffer depth_map;
+#include "shaders/shared/texels.glsl"
+
+TEXELS(0, float, depth_map);
 
 float depth_at(ivec2 p) {
   ivec2 place = ivec2(push.window_place & 0xffffu, push.window_place >> 16);

@@ -2,10 +2,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/confidence.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { ConfidencePush push; };
-layout(binding = 0) uniform usamplerBuffer map_pairs;
+TEXELS(0, uvec2, map_pairs);
 layout(binding = 1) writeonly buffer Weights { vec4 weights[]; };
 
 void main() {

@@ -3,11 +3,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/weighted.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(push_constant) uniform Push { WeightedPush push; };
-layout(binding = 0) uniform samplerBuffer wx_texels;
-layout(binding = 1) uniform samplerBuffer wy_texels;
+TEXELS(0, vec4, wx_texels);
+TEXELS(1, vec4, wy_texels);
 layout(binding = 2) writeonly buffer Across { vec4 wx[]; };
 layout(binding = 3) writeonly buffer Down { vec4 wy[]; };
 

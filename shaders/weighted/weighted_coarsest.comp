@@ -2,13 +2,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/weighted.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const int SWEEPS = 3;
 layout(push_constant) uniform Push { WeightedPush push; };
-layout(binding = 0) uniform samplerBuffer wx_words;
-layout(binding = 1) uniform samplerBuffer wy_words;
-layout(binding = 2) uniform samplerBuffer right_words;
+TEXELS(0, float, wx_words);
+TEXELS(1, float, wy_words);
+TEXELS(2, float, right_words);
 layout(binding = 3) buffer Out { float x[]; };
 layout(binding = 4) writeonly buffer Dots { float dots[4]; };  // right times result, where there is no finer level
 

@@ -3,18 +3,19 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/weighted.h"
+#include "shaders/shared/texels.glsl"
 #define KNOWN_ONLY
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint TILE_ROWS = 16;
 layout(push_constant) uniform Push { WeightedPush push; };
-layout(binding = 0) uniform samplerBuffer wx_texels;
-layout(binding = 1) uniform samplerBuffer wx_words;
-layout(binding = 2) uniform samplerBuffer wy_texels;
-layout(binding = 3) uniform samplerBuffer y_texels;
-layout(binding = 4) uniform samplerBuffer y_words;
-layout(binding = 5) uniform samplerBuffer last_texels;
-layout(binding = 6) uniform samplerBuffer last_words;
+TEXELS(0, vec4, wx_texels);
+TEXELS(1, float, wx_words);
+TEXELS(2, vec4, wy_texels);
+TEXELS(3, vec4, y_texels);
+TEXELS(4, float, y_words);
+TEXELS(5, vec4, last_texels);
+TEXELS(6, float, last_words);
 layout(binding = 7) readonly buffer Scalars { WeightedScalars scalars; };
 layout(binding = 8) writeonly buffer Next { vec4 next[]; };
 layout(binding = 9) writeonly buffer Applied { vec4 applied[]; };

@@ -4,13 +4,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/weighted.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint TILE_ROWS = 16;
 layout(push_constant) uniform Push { WeightedPush push; };
-layout(binding = 0) uniform samplerBuffer p_texels;
-layout(binding = 1) uniform samplerBuffer q_texels;
-layout(binding = 2) uniform samplerBuffer weight_texels;
+TEXELS(0, vec4, p_texels);
+TEXELS(1, vec4, q_texels);
+TEXELS(2, vec4, weight_texels);
 layout(binding = 3) writeonly buffer Across { vec4 wx[]; };
 layout(binding = 4) writeonly buffer Down { vec4 wy[]; };
 layout(binding = 5) writeonly buffer Right { vec4 right_side[]; };
@@ -21,11 +22,10 @@ struct Eight {
   vec4 a, b;
 };
 
-Eight eight_at(samplerBuffer texels, int tx, int row) {
-  vec4 l = texelFetch(texels, row + max(tx - 1, 0)), c = texelFetch(texels, row + tx);
-  vec4 r = texelFetch(texels, row + min(tx + 1, int(push.pitch) - 1));
-  return Eight(vec4(l.zw, c.xy), vec4(c.zw, r.xy));
-}
+Eight eight(vec4 l, vec4 c, vec4 r) { return Eight(vec4(l.zw, c.xy), vec4(c.zw, r.xy)); }
+#define eight_at(texels, tx, row)                                                       \
+  eight(texelFetch(texels, (row) + max((tx) - 1, 0)), texelFetch(texels, (row) + (tx)), \
+        texelFetch(texels, (row) + min((tx) + 1, int(push.pitch) - 1)))
 
 vec4 known(vec4 slope, vec4 weight) { return mix(vec4(0.0), slope, greaterThan(weight, vec4(0.0))); }
 

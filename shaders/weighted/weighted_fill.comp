@@ -3,21 +3,22 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/weighted.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint TILE_ROWS = 16;
 layout(push_constant) uniform Push { WeightedPush push; };
-layout(binding = 0) uniform samplerBuffer wx_texels;
-layout(binding = 1) uniform samplerBuffer wx_words;
-layout(binding = 2) uniform samplerBuffer wy_texels;
-layout(binding = 3) uniform samplerBuffer heights_texels;
+TEXELS(0, vec4, wx_texels);
+TEXELS(1, float, wx_words);
+TEXELS(2, vec4, wy_texels);
+TEXELS(3, vec4, heights_texels);
 #ifdef RESIDUAL
 #define UNKNOWN_ONLY
-layout(binding = 4) uniform samplerBuffer heights_words;
+TEXELS(4, float, heights_words);
 layout(binding = 5) writeonly buffer Out { vec4 result[]; };
 #else
 #define KNOWN_ONLY
-layout(binding = 4) uniform samplerBuffer change_texels;
+TEXELS(4, vec4, change_texels);
 layout(binding = 5) writeonly buffer Out { vec4 result[]; };
 #endif
 

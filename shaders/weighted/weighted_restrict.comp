@@ -3,16 +3,17 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/weighted.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint TILE_ROWS = 8;
 layout(push_constant) uniform Push { WeightedPush push; };
-layout(binding = 0) uniform samplerBuffer wx_texels;
-layout(binding = 1) uniform samplerBuffer wx_words;
-layout(binding = 2) uniform samplerBuffer wy_texels;
-layout(binding = 3) uniform samplerBuffer right_texels;
-layout(binding = 4) uniform samplerBuffer x_texels;
-layout(binding = 5) uniform samplerBuffer x_words;
+TEXELS(0, vec4, wx_texels);
+TEXELS(1, float, wx_words);
+TEXELS(2, vec4, wy_texels);
+TEXELS(3, vec4, right_texels);
+TEXELS(4, vec4, x_texels);
+TEXELS(5, float, x_words);
 layout(binding = 6) writeonly buffer Out { vec4 coarse[]; };
 
 #include "shaders/weighted/weighted_rows.glsl"

@@ -4,8 +4,9 @@
 
 // Columns -1 .. 8 around two texels.
 struct Ten {
-  float l, r;
+  float l;
   vec4 a, b;
+  float r;
 };
 
 // Two texels.
@@ -21,20 +22,14 @@ struct Faces {
 
 int row_start(int y) { return clamp(y, 0, int(push.height) - 1) * int(push.pitch); }
 
-Ten ten_at(samplerBuffer texels, samplerBuffer words, int tx, int y) {
-  int row = row_start(y), last = int(push.pitch) - 1;
-  Ten t;
-  t.l = texelFetch(words, 4 * row + max(8 * tx - 1, 0)).x;
-  t.a = texelFetch(texels, row + 2 * tx);
-  t.b = texelFetch(texels, row + min(2 * tx + 1, last));
-  t.r = texelFetch(words, 4 * row + min(8 * tx + 8, 4 * last + 3)).x;
-  return t;
-}
+int second_texel(int tx, int y) { return row_start(y) + min(2 * tx + 1, int(push.pitch) - 1); }
+int left_word(int tx, int y) { return 4 * row_start(y) + max(8 * tx - 1, 0); }
+int right_word(int tx, int y) { return 4 * row_start(y) + min(8 * tx + 8, 4 * int(push.pitch) - 1); }
 
-Pair pair_at(samplerBuffer texels, int tx, int y) {
-  int row = row_start(y), last = int(push.pitch) - 1;
-  return Pair(texelFetch(texels, row + 2 * tx), texelFetch(texels, row + min(2 * tx + 1, last)));
-}
+#define pair_at(texels, tx, y) Pair(texelFetch(texels, row_start(y) + 2 * (tx)), texelFetch(texels, second_texel(tx, y)))
+#define ten_at(texels, words, tx, y)                                                      \
+  Ten(texelFetch(words, left_word(tx, y)).x, texelFetch(texels, row_start(y) + 2 * (tx)), \
+      texelFetch(texels, second_texel(tx, y)), texelFetch(words, right_word(tx, y)).x)
 
 // KNOWN_ONLY: faces that say nothing weigh 0. UNKNOWN_ONLY: all others do.
 #if defined(KNOWN_ONLY)

@@ -3,12 +3,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/weighted.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint LANES = 64;
 layout(push_constant) uniform Push { WeightedScalarPush push; };
-layout(binding = 0) uniform samplerBuffer dots;     // products: residual times preconditioned, or direction times applied
-layout(binding = 1) uniform samplerBuffer squares;  // of the residual
+TEXELS(0, float, dots);     // products: residual times preconditioned, or direction times applied
+TEXELS(1, float, squares);  // of the residual
 layout(binding = 2) buffer Scalars { WeightedScalars s; };
 
 const float kLongest = 1000.0;

@@ -7,13 +7,14 @@
 #include "shaders/shared/confidence.h"
 #include "shaders/shared/slope.h"
 #include "shaders/shared/weighted.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint TILE_ROWS = 16;
 layout(push_constant) uniform Push { SlopePush push; };
 #include "shaders/surface/slope_methods.glsl"
 
-layout(binding = FIRST_OUTPUT) uniform usamplerBuffer confidence_pairs;  // four pixels to a pair of words
+TEXELS(FIRST_OUTPUT, uvec2, confidence_pairs);  // four pixels to a pair of words
 layout(binding = FIRST_OUTPUT + 1) writeonly buffer Right { vec4 right_side[]; };
 #ifdef FACES
 layout(binding = FIRST_OUTPUT + 2) writeonly buffer Across { vec4 wx[]; };

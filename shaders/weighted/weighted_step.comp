@@ -3,18 +3,19 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/weighted.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint TILE_ROWS = 16;
 layout(push_constant) uniform Push { WeightedPush push; };
-layout(binding = 0) uniform samplerBuffer residual_texels;
+TEXELS(0, vec4, residual_texels);
 #ifdef START
 layout(binding = 1) writeonly buffer Heights { vec4 heights[]; };
 layout(binding = 2) writeonly buffer Squares { float squares[]; };
 #else
-layout(binding = 1) uniform samplerBuffer heights_texels;
-layout(binding = 2) uniform samplerBuffer direction_texels;
-layout(binding = 3) uniform samplerBuffer applied_texels;
+TEXELS(1, vec4, heights_texels);
+TEXELS(2, vec4, direction_texels);
+TEXELS(3, vec4, applied_texels);
 layout(binding = 4) readonly buffer Scalars { WeightedScalars scalars; };
 layout(binding = 5) writeonly buffer Heights { vec4 heights[]; };
 layout(binding = 6) writeonly buffer Residual { vec4 residual[]; };

@@ -5,26 +5,27 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/shared/weighted.h"
+#include "shaders/shared/texels.glsl"
 
 layout(local_size_x_id = 0, local_size_y_id = 1, local_size_z_id = 2) in;
 layout(constant_id = 3) const uint TILE_ROWS = 16;
 layout(push_constant) uniform Push { WeightedPush push; };
-layout(binding = 0) uniform samplerBuffer wx_texels;
-layout(binding = 1) uniform samplerBuffer wx_words;
-layout(binding = 2) uniform samplerBuffer wy_texels;
-layout(binding = 3) uniform samplerBuffer right_texels;
+TEXELS(0, vec4, wx_texels);
+TEXELS(1, float, wx_words);
+TEXELS(2, vec4, wy_texels);
+TEXELS(3, vec4, right_texels);
 #if defined(START_ZERO)
-layout(binding = 4) uniform samplerBuffer right_words;
-layout(binding = 5) uniform samplerBuffer wy_words;
+TEXELS(4, float, right_words);
+TEXELS(5, float, wy_words);
 layout(binding = 6) writeonly buffer Out { vec4 result[]; };
 #elif defined(START_CORRECT)
-layout(binding = 4) uniform samplerBuffer x_texels;
-layout(binding = 5) uniform samplerBuffer x_words;
-layout(binding = 6) uniform samplerBuffer coarse_words;
+TEXELS(4, vec4, x_texels);
+TEXELS(5, float, x_words);
+TEXELS(6, float, coarse_words);
 layout(binding = 7) writeonly buffer Out { vec4 result[]; };
 #else
-layout(binding = 4) uniform samplerBuffer x_texels;
-layout(binding = 5) uniform samplerBuffer x_words;
+TEXELS(4, vec4, x_texels);
+TEXELS(5, float, x_words);
 layout(binding = 6) writeonly buffer Out { vec4 result[]; };
 layout(binding = 7) writeonly buffer Dots { float dots[]; };
 #endif

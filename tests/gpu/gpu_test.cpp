@@ -131,20 +131,23 @@ TEST_F(Gpu, KernelsAreCheckedAgainstTheirShader) {
   expect_words(refused(wrong), {"'rest_level'", "binding 3", "no such binding"});
   wrong = rest_level_interface();
   wrong.bindings[0] = Binding::Storage;
-  expect_words(refused(wrong), {"'rest_level'", "binding 0 as storage buffer", "texel buffer"});
+  if (!context().storage_texels())
+    expect_words(refused(wrong), {"'rest_level'", "binding 0 as storage buffer", "texel buffer"});
   wrong = rest_level_interface();
   wrong.bindings[1] = Binding::Texels;
-  expect_words(refused(wrong), {"'rest_level'", "binding 1 as texel buffer", "storage buffer"});
+  if (!context().storage_texels())
+    expect_words(refused(wrong), {"'rest_level'", "binding 1 as texel buffer", "storage buffer"});
   for (const uint32_t bytes : {0u, 24u, 40u}) {
     wrong = rest_level_interface();
     wrong.push_bytes = bytes;
     expect_words(refused(wrong),
                  {"'rest_level'", std::to_string(bytes) + " bytes of push constants", "32 bytes"});
   }
-  std::vector<uint32_t> damaged(std::begin(k_rest_level), std::end(k_rest_level));
+  const auto spirv = context().form(k_rest_level);
+  std::vector<uint32_t> damaged(spirv.begin(), spirv.end());
   damaged[0] ^= 1;
   expect_words(refusal([&] {
-                 Kernel(context(), {"damaged", damaged}, rest_level_interface());
+                 Kernel(context(), {"damaged", {damaged, damaged}}, rest_level_interface());
                }),
                {"'damaged'"});
   expect_words(refusal([&] { Kernel(context(), {"empty", {}}, rest_level_interface()); }), {"'empty'"});
@@ -196,6 +199,7 @@ TEST(GpuLimits, BufferThatCannotBeHeldIsNamed) {
   const std::string line =
       refusal([&] { DeviceBuffer(context, "whale", uint64_t{1} << 46, Memory::Device); });
   expect_words(line, {"whale"});
+  if (context.storage_texels()) GTEST_SKIP() << "texels are read from storage buffers, of any size";
   const DeviceBuffer wide(context, "wide",
                           (uint64_t{context.properties().limits.maxTexelBufferElements} + 1) * 4,
                           Memory::Device);
@@ -252,6 +256,98 @@ TEST_F(Gpu, CommandsRunAsOftenAsSubmittedAndTellTheirTimes) {
   moved.submit();
   moved.wait();
   EXPECT_EQ(moved.times().size(), 3u);
+}
+
+// What a device may lack gives the same numbers without it, and validation has nothing to say.
+TEST(GpuWithout, GivesTheSameRecords) {
+  const auto records = [](const ContextOptions& options) {
+    Context context(options);
+    EXPECT_EQ(
+        context.push_descriptors() == nullptr,
+        !options.push_descriptors || !has_extension(context.physical_device(), "VK_KHR_push_descriptor"));
+    EXPECT_TRUE(options.texel_buffers || context.storage_texels());
+    const Kernel kernel(context, kShader, rest_level_interface());
+    const DeviceBuffer in(context, "in", 16 * kTiles, Memory::Upload);
+    for (uint32_t i = 0; i < 4 * kTiles; ++i) in.as<float>()[i] = 0.1f * static_cast<float>(i * i);
+    in.flush();
+    const DeviceBuffer touched = no_contact(context);
+    const DeviceBuffer out(context, "out", sizeof(shared::RestLevelRecord) * kTiles, Memory::Readback);
+    const TexelView view(context, in, VK_FORMAT_R32G32B32A32_SFLOAT);
+    Commands commands(context);
+    commands.begin();
+    {
+      const auto scope = commands.scope("one");
+      commands.dispatch(kernel, {&view, &touched, &out}, kPush, {1, 1, 1});
+    }
+    commands.host_barrier();
+    commands.end();
+    commands.submit();
+    commands.wait();
+    EXPECT_EQ(commands.times().size(), 1u);
+    out.invalidate();
+    for (const std::string& message : context.validation_messages()) ADD_FAILURE() << message;
+    const auto bytes = out.as<const uint8_t>();
+    return std::vector<uint8_t>(bytes.begin(), bytes.end());
+  };
+  ContextOptions options = with_validation();
+  options.timers = true;
+  const std::vector<uint8_t> usual = records(options);
+  for (bool ContextOptions::*feature :
+       {&ContextOptions::push_descriptors, &ContextOptions::texel_buffers, &ContextOptions::vulkan_1_3}) {
+    ContextOptions without = options;
+    without.*feature = false;
+    EXPECT_EQ(records(without), usual);
+  }
+}
+
+// A command buffer that is recorded each frame takes its sets from the pools that it has.
+TEST(GpuWithout, PlainSetsAreUsedAgain) {
+  ContextOptions options = with_validation();
+  options.push_descriptors = false;
+  Context context(options);
+  const Kernel kernel(context, kShader, rest_level_interface());
+  const DeviceBuffer in(context, "in", 16 * kTiles, Memory::Upload),
+      touched = no_contact(context), out(context, "out", 16 * kTiles, Memory::Readback);
+  const TexelView view(context, in, VK_FORMAT_R32G32B32A32_SFLOAT);
+  Commands commands(context);
+  EXPECT_EQ(commands.descriptor_pools(), 0u);
+  size_t first = 0;
+  for (int frame = 0; frame < 20; ++frame) {
+    commands.begin();
+    for (int i = 0; i < 100; ++i) {
+      commands.dispatch(kernel, {&view, &touched, &out}, kPush, {1, 1, 1});
+      commands.barrier();
+    }
+    commands.end();
+    commands.submit();
+    commands.wait();
+    if (frame == 0) first = commands.descriptor_pools();
+    EXPECT_EQ(commands.descriptor_pools(), first);
+  }
+  EXPECT_GT(first, 1u);
+  EXPECT_LT(first, 10u);
+  for (const std::string& message : context.validation_messages()) ADD_FAILURE() << message;
+}
+
+TEST(GpuWithout, EnvironmentNamesDeviceAndFeatures) {
+  const auto kept = [](const char* name) {
+    const char* value = std::getenv(name);
+    return std::string(value ? value : "");
+  };
+  const std::string device = kept("PALPATE_DEVICE"), without = kept("PALPATE_WITHOUT");
+  setenv("PALPATE_DEVICE", "some card", 1);
+  setenv("PALPATE_WITHOUT", "texel_buffers,vulkan_1_3", 1);
+  const ContextOptions found = with_environment({});
+  EXPECT_EQ(found.device, "some card");
+  EXPECT_TRUE(found.push_descriptors);
+  EXPECT_FALSE(found.texel_buffers);
+  EXPECT_FALSE(found.vulkan_1_3);
+  EXPECT_EQ(with_environment(on_device("another")).device, "another");
+  expect_words(refusal([] { Context({}); }), {"'some card'"});
+  setenv("PALPATE_WITHOUT", "colours", 1);
+  EXPECT_THROW(with_environment({}), Error);
+  setenv("PALPATE_DEVICE", device.c_str(), 1);
+  setenv("PALPATE_WITHOUT", without.c_str(), 1);
 }
 
 TEST(GpuTimers, AreOnlyThereWhenAskedFor) {

@@ -136,6 +136,31 @@ TEST_F(FailingDevice, EveryCallOfAPipelineMayFail) {
   for (const char* call : kTelling) EXPECT_GT(fail_each(call, true, [&] { record(options); }), 1u) << call;
 }
 
+// Plain descriptor sets come from pools, and either may find no memory.
+TEST_F(FailingDevice, EveryDescriptorSetMayFail) {
+  gpu::ContextOptions plain;
+  plain.push_descriptors = false;
+  context_.reset();
+  context_ = std::make_unique<gpu::Context>(plain);
+  const FrameFormat format{48, 40, 1, 8};
+  Sensor sensor;
+  sensor.name = "test";
+  sensor.pitch_mm_per_px = 0.1;
+  PipelineOptions options;
+  options.outputs = static_cast<uint32_t>(Output::Force);
+  options.slots = 1;
+  const auto record = [&] {
+    Pipeline pipeline(*context_, sensor, format, options);
+    pipeline.set_background(uniform_frame(format, 10));
+    pipeline.submit(uniform_frame(format, 120));
+    pipeline.wait();
+  };
+  for (const char* call : {"vkCreateDescriptorPool", "vkAllocateDescriptorSets"})
+    EXPECT_GT(fail_each(call, true, record), 0u) << call;
+  context_.reset();
+  context_ = std::make_unique<gpu::Context>(gpu::ContextOptions{});
+}
+
 /// The frames of a camera, read in place.
 class FailingImport : public FailingDevice {
  protected:

@@ -61,7 +61,7 @@ class SurfaceViewTest : public GpuTest {
     eye_ = place(camera, surface_half_size_mm(map_.width, map_.height, kPitch_mm, style), rect.aspect(), 0.9,
                  0.9);
     target_.begin();
-    map_to_picture_barrier(target_.cmd());
+    map_to_picture_barrier(context(), target_.cmd());
     target_.begin_pass();
     view_.draw(target_.cmd(), map_, offset_mm, kPitch_mm, eye_, style, rect, rect, mesh_columns);
     return target_.finish();

@@ -104,7 +104,7 @@ void Scene::record(VkCommandBuffer cmd, VkExtent2D extent, const Shown& shown, u
     describe();
   }
 
-  map_to_picture_barrier(cmd);
+  map_to_picture_barrier(context_, cmd);
   begin_pass();
   if (has_surface) {
     surface_.draw(cmd, shown.surface, shown.touch.surface->depth_offset_mm, sensor_.pitch_mm_per_px, eye_,

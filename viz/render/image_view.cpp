@@ -19,7 +19,9 @@ ImageView::ImageView(gpu::Context& context, const RenderPass& pass, uint32_t fra
                 VK_PRIMITIVE_TOPOLOGY_TRIANGLE_STRIP, false, 2),
       uploads_(frames_in_flight),
       nothing_(context, "no strain", sizeof(float) * 4, gpu::Memory::Upload),
-      nothing_texels_(context, nothing_, VK_FORMAT_R32_SFLOAT) {}
+      nothing_texels_(context, nothing_, VK_FORMAT_R32_SFLOAT) {
+  for (Upload& upload : uploads_) upload.sets = gpu::DescriptorSets(context);
+}
 
 namespace {
 
@@ -44,6 +46,7 @@ void ImageView::draw(VkCommandBuffer cmd, const Frame& frame, const SurfaceMap& 
                      VkExtent2D extent, const ImageStrain& strain) {
   const FrameFormat& format = frame.format;
   Upload& upload = uploads_[next_++ % uploads_.size()];
+  upload.sets.reset();
   const bool wide = format.bytes_per_pixel() == 2;
   if (upload.bytes != format.frame_bytes() || upload.wide != wide) {
     upload.texels = {};
@@ -71,6 +74,7 @@ void ImageView::draw(VkCommandBuffer cmd, const Frame& frame, const SurfaceMap& 
   push.width = format.width;
   push.height = format.height;
   push.channels = format.channels;
+  push.pixel_bytes = wide ? 2 : 1;
   push.taps = static_cast<uint32_t>(std::clamp(std::ceil(step_px - 0.25), 1.0, 4.0));
   push.scale = 1.0f / static_cast<float>(format.max_gray());
   push.step_px = static_cast<float>(step_px);
@@ -85,7 +89,7 @@ void ImageView::draw(VkCommandBuffer cmd, const Frame& frame, const SurfaceMap& 
   vkCmdSetScissor(cmd, 0, 1, &scissor);
   const std::array<const gpu::TexelView*, 2> texels{&upload.texels,
                                                     strain.texels ? strain.texels : &nothing_texels_};
-  pipeline_.bind(cmd, texels, &push);
+  pipeline_.bind(cmd, upload.sets, texels, &push);
   vkCmdDraw(cmd, 4, 1, 0, 0);
 }
 

@@ -37,6 +37,7 @@ class ImageView {
   struct Upload {
     gpu::DeviceBuffer pixels;
     gpu::TexelView texels;
+    gpu::DescriptorSets sets;
     uint64_t bytes = 0;
     bool wide = false;
   };

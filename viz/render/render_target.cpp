@@ -234,7 +234,7 @@ RgbImage OffscreenTarget::finish() {
   return image;
 }
 
-void map_to_picture_barrier(VkCommandBuffer cmd) {
+void map_to_picture_barrier(const gpu::Context& context, VkCommandBuffer cmd) {
   VkMemoryBarrier2 barrier{};
   barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2;
   barrier.srcStageMask = VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_COPY_BIT;
@@ -246,7 +246,7 @@ void map_to_picture_barrier(VkCommandBuffer cmd) {
   dependency.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO;
   dependency.memoryBarrierCount = 1;
   dependency.pMemoryBarriers = &barrier;
-  vkCmdPipelineBarrier2(cmd, &dependency);
+  context.pipeline_barrier(cmd, dependency);
 }
 
 }  // namespace palpate::viz

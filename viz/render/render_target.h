@@ -126,6 +126,6 @@ class OffscreenTarget {
 };
 
 /// Kernels' writes become visible to the shaders of a picture recorded after it.
-void map_to_picture_barrier(VkCommandBuffer cmd);
+void map_to_picture_barrier(const gpu::Context& context, VkCommandBuffer cmd);
 
 }  // namespace palpate::viz

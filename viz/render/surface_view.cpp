@@ -34,10 +34,10 @@ constexpr VkShaderStageFlags kBothStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADE
 VkDescriptorSetLayout make_set_layout(gpu::Context& context, uint32_t buffers, const char* name) {
   std::vector<VkDescriptorSetLayoutBinding> bindings;
   for (uint32_t i = 0; i < buffers; ++i)
-    bindings.push_back({i, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1, kBothStages, nullptr});
+    bindings.push_back({i, context.texel_descriptor(), 1, kBothStages, nullptr});
   VkDescriptorSetLayoutCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
-  info.flags = VK_DESCRIPTOR_SET_LAYOUT_CREATE_PUSH_DESCRIPTOR_BIT_KHR;
+  if (context.push_descriptors()) info.flags = VK_DESCRIPTOR_SET_LAYOUT_CREATE_PUSH_DESCRIPTOR_BIT_KHR;
   info.bindingCount = buffers;
   info.pBindings = bindings.data();
   VkDescriptorSetLayout layout = VK_NULL_HANDLE;
@@ -70,9 +70,9 @@ class ShaderStages {
       stage.pName = "main";
     }
     infos[0].stage = VK_SHADER_STAGE_VERTEX_BIT;
-    infos[0].module = make_module(context, shaders.vertex, shaders.name);
+    infos[0].module = make_module(context, context.form(shaders.vertex), shaders.name);
     infos[1].stage = VK_SHADER_STAGE_FRAGMENT_BIT;
-    infos[1].module = make_module(context, shaders.fragment, shaders.name);
+    infos[1].module = make_module(context, context.form(shaders.fragment), shaders.name);
     for (uint32_t i = 0; i < constants.size(); ++i)
       entries_.push_back({i, i * static_cast<uint32_t>(sizeof(int32_t)), sizeof(int32_t)});
     special_ = {static_cast<uint32_t>(entries_.size()), entries_.data(), constants.size() * sizeof(int32_t),
@@ -180,10 +180,11 @@ TexelPipeline::~TexelPipeline() {
   vkDestroyDescriptorSetLayout(context_.device(), set_layout_, nullptr);
 }
 
-void TexelPipeline::bind(VkCommandBuffer cmd, std::span<const gpu::TexelView* const> texels,
-                         const void* push) const {
+void TexelPipeline::bind(VkCommandBuffer cmd, gpu::DescriptorSets& sets,
+                         std::span<const gpu::TexelView* const> texels, const void* push) const {
   constexpr size_t kMost = 4;
   std::array<VkBufferView, kMost> views{};
+  std::array<VkDescriptorBufferInfo, kMost> buffers{};
   std::array<VkWriteDescriptorSet, kMost> writes{};
   assert(texels.size() <= kMost);
   for (size_t i = 0; i < texels.size(); ++i) {
@@ -191,12 +192,14 @@ void TexelPipeline::bind(VkCommandBuffer cmd, std::span<const gpu::TexelView* co
     writes[i].sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
     writes[i].dstBinding = static_cast<uint32_t>(i);
     writes[i].descriptorCount = 1;
-    writes[i].descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+    writes[i].descriptorType = context_.texel_descriptor();
     writes[i].pTexelBufferView = &views[i];
+    buffers[i] = {texels[i]->buffer(), 0, VK_WHOLE_SIZE};
+    writes[i].pBufferInfo = &buffers[i];
   }
   vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline_);
-  context_.push_descriptors()(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0,
-                              static_cast<uint32_t>(texels.size()), writes.data());
+  sets.bind(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, set_layout_,
+            std::span(writes).first(texels.size()));
   vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, push_bytes_,
                      push);
 }
@@ -267,8 +270,14 @@ const SurfaceView::Mesh& SurfaceView::mesh(uint32_t columns, uint32_t rows) {
 void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset_mm, double pitch_mm_per_px,
                        const Eye& eye, const SurfaceStyle& style, const ViewRect& view, const ViewRect& clip,
                        uint32_t mesh_columns, const LoadTexels& load) {
-  views_.emplace_back(context_, *map.buffer, VK_FORMAT_R32_SFLOAT);
-  if (views_.size() > frames_in_flight_ + 1) views_.pop_front();
+  // The oldest picture's sets serve again; its view is of a buffer that may be gone.
+  gpu::DescriptorSets sets(context_);
+  if (bound_.size() > frames_in_flight_) {
+    sets = std::move(bound_.front().sets);
+    bound_.pop_front();
+    sets.reset();
+  }
+  bound_.push_back({{context_, *map.buffer, VK_FORMAT_R32_SFLOAT}, std::move(sets)});
   const auto [columns, rows] = mesh_size(map, mesh_columns);
 
   SurfacePush push{};
@@ -302,10 +311,10 @@ void SurfaceView::draw(VkCommandBuffer cmd, const SurfaceMap& map, double offset
   vkCmdSetScissor(cmd, 0, 1, &scissor);
   const Mesh& grid = mesh(columns, rows);
   // Without loads the second buffer is not read, but must be one.
-  const gpu::TexelView* const heights = &views_.back();
+  const gpu::TexelView* const heights = &bound_.back().heights;
   const std::array texels{heights, load.texels ? load.texels : heights};
   assert(load.texels || (style.quantity != Quantity::Pressure && style.quantity != Quantity::Friction));
-  pipeline(style).bind(cmd, texels, &push);
+  pipeline(style).bind(cmd, bound_.back().sets, texels, &push);
   vkCmdBindIndexBuffer(cmd, grid.indices.handle(), 0, VK_INDEX_TYPE_UINT32);
   vkCmdDrawIndexed(cmd, grid.count, 1, 0, 0, 0);
 }

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "engine/gpu/buffer.h"
+#include "engine/gpu/context.h"
+#include "engine/gpu/descriptor_sets.h"
 #include "palpate/pipeline.h"
 #include "viz/render/colour_map.h"
 #include "viz/render/orbit.h"
@@ -50,7 +52,7 @@ class TexelPipeline {
  public:
   struct Shaders {
     const char* name;
-    std::span<const uint32_t> vertex, fragment;
+    gpu::Spirv vertex, fragment;
   };
   /// `buffers`: bound texel buffers. `constants`: of the fragment shader, by their constant_id from 0.
   TexelPipeline(gpu::Context& context, const RenderPass& pass, const Shaders& shaders, uint32_t push_bytes,
@@ -59,8 +61,9 @@ class TexelPipeline {
   ~TexelPipeline();
   TexelPipeline(const TexelPipeline&) = delete;
   TexelPipeline& operator=(const TexelPipeline&) = delete;
-  /// As many texel buffers as the pipeline was made for.
-  void bind(VkCommandBuffer cmd, std::span<const gpu::TexelView* const> texels, const void* push) const;
+  /// As many texel buffers as the pipeline was made for. `sets` are used until the picture is finished.
+  void bind(VkCommandBuffer cmd, gpu::DescriptorSets& sets, std::span<const gpu::TexelView* const> texels,
+            const void* push) const;
 
  private:
   gpu::Context& context_;
@@ -107,7 +110,11 @@ class SurfaceView {
   std::map<std::pair<ColourMap, Quantity>, std::unique_ptr<TexelPipeline>>
       pipelines_;  // made when first shown
   std::map<std::pair<uint32_t, uint32_t>, Mesh> meshes_;
-  std::deque<gpu::TexelView> views_;  // of the last pictures: the map's buffer may be another each time
+  struct Bound {
+    gpu::TexelView heights;
+    gpu::DescriptorSets sets;
+  };
+  std::deque<Bound> bound_;  // of the last pictures: the map's buffer may be another each time
 };
 
 /// Chooses the mesh so that drawing keeps within a budget of host time, with hysteresis: coarser at once when

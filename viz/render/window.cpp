@@ -371,7 +371,7 @@ void Window::copy_target(VkCommandBuffer cmd, VkImage image) {
   dependency.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO;
   dependency.imageMemoryBarrierCount = 1;
   dependency.pImageMemoryBarriers = &barrier;
-  vkCmdPipelineBarrier2(cmd, &dependency);
+  context_.pipeline_barrier(cmd, dependency);
 
   VkBufferImageCopy region{};
   region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
@@ -392,7 +392,7 @@ void Window::copy_target(VkCommandBuffer cmd, VkImage image) {
   to_host.dstAccessMask = VK_ACCESS_2_HOST_READ_BIT;
   dependency.memoryBarrierCount = 1;
   dependency.pMemoryBarriers = &to_host;
-  vkCmdPipelineBarrier2(cmd, &dependency);
+  context_.pipeline_barrier(cmd, dependency);
 }
 
 uint64_t Window::end_picture(bool capture) {
