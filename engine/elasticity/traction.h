@@ -20,8 +20,8 @@
 
 namespace palpate {
 
-/// Of the largest pressure: cells that carry less have no shear, since friction holds none there, and no ratio
-/// of shear to pressure. Of a sphere's contact that is the outer thousandth of its radius.
+/// Of the largest pressure: cells that carry less have no shear, since friction holds none there, and no
+/// ratio of shear to pressure. Of a sphere's contact that is the outer thousandth of its radius.
 inline constexpr double kLeastPressureShare = 0.05;
 
 /// Cells of the traction's maps.

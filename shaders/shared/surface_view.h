@@ -24,10 +24,10 @@ struct SurfacePush {
   float colour_range;  // value with the last colour: mm of depth, MPa, strain, or shear over pressure
   uint width;          // of the map, texels
   uint height;
-  uint row_pitch;      // texels from one row of the buffer to the next
-  uint mesh_size;      // vertices, columns in the lower half and rows in the upper
-  uint load_size;      // texels of the map of loads, columns in the lower half and rows in the upper
-  uint lit;            // 0: plain colours, to be read against the colour bar
+  uint row_pitch;  // texels from one row of the buffer to the next
+  uint mesh_size;  // vertices, columns in the lower half and rows in the upper
+  uint load_size;  // texels of the map of loads, columns in the lower half and rows in the upper
+  uint lit;        // 0: plain colours, to be read against the colour bar
   // Part of the map that the buffer holds, x in the lower half and y in the upper; beyond it depth is 0.
   uint window_place;
   uint window_size;
