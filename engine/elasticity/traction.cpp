@@ -2,20 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <random>
 #include <string>
 #include <utility>
 
 #include "engine/elasticity/layer_continuation.h"
 #include "engine/elasticity/layer_convolution.h"
+#include "engine/elasticity/masked_gradients.h"
 #include "palpate/error.h"
 
 namespace palpate {
 namespace {
 
 using Field = std::vector<double>;
-using Operator = std::function<void(const Field&, Field&)>;
 
 constexpr uint32_t kRounds = 4;           // of pressure and shear, each for what the other one moves
 constexpr double kSettled = 2e-3;         // change of force from one round to the next
@@ -25,55 +24,6 @@ constexpr double kRim = 1.25;             // of standard errors: pressure at the
 constexpr double kHidden = 0.5;           // of what a cell of unknown depth may carry: a standard error
 constexpr double kRectified = 4;          // errors of a cell's pressure that nothing may look like
 constexpr double kBeyond = 1;             // of the pressure beyond the border: a standard error
-
-double dot(const Field& a, const Field& b) {
-  double sum = 0;
-  for (size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
-}
-
-/// Memory of conjugate gradients; kept so that frames allocate nothing.
-struct Gradients {
-  Field rest, along, image;
-};
-
-/// Conjugate gradients for a symmetric matrix on the unknowns that `free` holds (not 0), from `x`.
-/// Iterations.
-uint32_t conjugate_gradients(const Operator& matrix, const Field& right, const std::vector<uint8_t>& free,
-                             double tolerance, uint32_t most, Gradients& memory, Field& x,
-                             double& relative_residual) {
-  const size_t n = right.size();
-  auto& [rest, along, image] = memory;
-  for (Field* field : {&rest, &along, &image}) field->resize(n);
-  double goal = 0;
-  for (size_t i = 0; i < n; ++i) {
-    if (free[i] == 0) x[i] = 0;
-    goal += free[i] != 0 ? right[i] * right[i] : 0;
-  }
-  relative_residual = 0;
-  if (goal == 0) {
-    std::fill(x.begin(), x.end(), 0);
-    return 0;
-  }
-  matrix(x, image);
-  for (size_t i = 0; i < n; ++i) along[i] = rest[i] = free[i] != 0 ? right[i] - image[i] : 0;
-  double squares = dot(rest, rest);
-  uint32_t iteration = 0;
-  for (; iteration < most && squares > tolerance * tolerance * goal; ++iteration) {
-    matrix(along, image);
-    for (size_t i = 0; i < n; ++i)
-      if (free[i] == 0) image[i] = 0;
-    const double step = squares / dot(along, image);
-    for (size_t i = 0; i < n; ++i) {
-      x[i] += step * along[i];
-      rest[i] -= step * image[i];
-    }
-    const double before = std::exchange(squares, dot(rest, rest));
-    for (size_t i = 0; i < n; ++i) along[i] = rest[i] + squares / before * along[i];
-  }
-  relative_residual = std::sqrt(squares / goal);
-  return iteration;
-}
 
 /// How far a contact is taken to go on: a thickness; no farther than half of the grid, where the layer is
 /// thick.
@@ -572,7 +522,7 @@ struct TractionSolver::Impl {
   Field given, pressure, depth, scratch, scratch2, right, gradient, along, image, answer, shear_depth,
       beyond_solution;
   std::array<Field, 3> error_solutions, shear_errors;
-  Gradients memory;
+  MaskedGradients memory;
   Field shear, shear_right, half_x, half_y, move_x, move_y;
   std::vector<uint8_t> allowed, active, known, shift_known, shear_free;
 };
