@@ -390,6 +390,39 @@ TEST(GpuValidation, MissingBarrierIsReported) {
   EXPECT_NE(found[0].find("SYNC-HAZARD-READ-AFTER-WRITE"), std::string::npos) << found[0];
 }
 
+// GPU-assisted validation sees a kernel read beyond a buffer, where it knows the descriptors: those of plain
+// sets.
+TEST(GpuValidation, ReadBeyondABufferIsReported) {
+  setenv("VK_LAYER_ENABLES", "VK_VALIDATION_FEATURE_ENABLE_GPU_ASSISTED_EXT", 1);
+  const auto messages = [](uint32_t tiles) {
+    ContextOptions options = with_validation();
+    options.push_descriptors = false;
+    Context context(options);
+    const Kernel kernel(context, kShader, rest_level_interface());
+    const DeviceBuffer in(context, "in", 16 * tiles, Memory::Upload),
+        touched = no_contact(context),
+        out(context, "out", sizeof(shared::RestLevelRecord) * kTiles, Memory::Readback);
+    const TexelView view(context, in, VK_FORMAT_R32G32B32A32_SFLOAT);
+    Commands commands(context);
+    commands.begin();
+    commands.dispatch(kernel, {&view, &touched, &out}, kPush, {1, 1, 1});
+    commands.host_barrier();
+    commands.end();
+    commands.submit();
+    commands.wait();
+    context.wait_idle();
+    std::vector<std::string> found = context.validation_messages();
+    // A device without 64-bit integers has no addresses checked, which are not used.
+    std::erase_if(found, [](const std::string& m) { return m.find("shaderInt64") != std::string::npos; });
+    return found;
+  };
+  EXPECT_TRUE(messages(kTiles).empty());
+  const std::vector<std::string> found = messages(kTiles / 4);
+  unsetenv("VK_LAYER_ENABLES");
+  ASSERT_FALSE(found.empty());
+  EXPECT_NE(found[0].find("out of bounds"), std::string::npos) << found[0];
+}
+
 class PipelineCache : public testing::Test {
  protected:
   PipelineCache() {
