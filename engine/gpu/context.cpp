@@ -204,6 +204,16 @@ void Context::create_device(const ContextOptions& options) {
   const bool imports = can_import_host_memory(physical_device_);
   if (imports) extensions.push_back(VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME);
 
+  VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR executables{};
+  executables.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_EXECUTABLE_PROPERTIES_FEATURES_KHR;
+  executables.pipelineExecutableInfo = VK_TRUE;
+  statistics_ = options.statistics;
+  on_kernel_ = options.on_kernel;
+  if (statistics_) {
+    extensions.push_back(VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME);
+    synchronization.pNext = &executables;
+  }
+
   VkPhysicalDeviceFeatures offered{}, features{};
   vkGetPhysicalDeviceFeatures(physical_device_, &offered);
   features.shaderFloat64 = offered.shaderFloat64;

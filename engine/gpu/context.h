@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -63,6 +64,10 @@ class Context {
   /// Begin and end of a debug label; no-ops without the validation option.
   void begin_label(VkCommandBuffer cmd, const char* name) const;
   void end_label(VkCommandBuffer cmd) const;
+  bool statistics() const { return statistics_; }  ///< ContextOptions::statistics
+  void tell_of(const Shader& shader, const KernelInterface& interface) const {
+    if (on_kernel_) on_kernel_(shader, interface);
+  }
   /// Null where the device has none: then there are plain descriptor sets (DescriptorSets).
   PFN_vkCmdPushDescriptorSetKHR push_descriptors() const { return push_descriptors_; }
   /// Kernels read texels from storage buffers: the device's texel buffers are too small for a frame.
@@ -121,6 +126,8 @@ class Context {
   bool host_timers_ = false;
   uint64_t host_import_alignment_ = 0;
   bool storage_texels_ = false;
+  bool statistics_ = false;
+  std::function<void(const Shader&, const KernelInterface&)> on_kernel_;
   PFN_vkQueueSubmit2 queue_submit_ = nullptr;
   PFN_vkCmdPipelineBarrier2 pipeline_barrier_ = nullptr;
   PFN_vkCmdWriteTimestamp2 write_timestamp_ = nullptr;

@@ -3,6 +3,7 @@
 #include <spirv_cross/spirv_cross_c.h>
 
 #include <algorithm>
+#include <type_traits>
 #include <utility>
 
 #include "engine/gpu/context.h"
@@ -148,6 +149,7 @@ Kernel::Kernel(Context& context, const Shader& shader, const KernelInterface& in
   context_ = &context;
   name_ = shader.name;
   interface_ = interface;
+  context.tell_of(shader, interface);
   const bool storage = context.storage_texels();
   const std::span<const uint32_t> spirv = context.form(shader.spirv);
   Reflection reflection(shader, spirv);
@@ -199,11 +201,39 @@ Kernel::Kernel(Context& context, const Shader& shader, const KernelInterface& in
   info.stage.pName = "main";
   info.stage.pSpecializationInfo = &specialization;
   info.layout = layout_;
+  if (context.statistics()) info.flags = VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR;
   const VkResult result =
       vkCreateComputePipelines(context.device(), context.pipeline_cache(), 1, &info, nullptr, &pipeline_);
   vkDestroyShaderModule(context.device(), module, nullptr);
   check(result, shader.name);
   context.set_name(VK_OBJECT_TYPE_PIPELINE, reinterpret_cast<uint64_t>(pipeline_), shader.name);
+}
+
+std::map<std::string, double> Kernel::statistics() const {
+  const auto load = [&](auto& function, const char* name) {
+    function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(
+        vkGetDeviceProcAddr(context_->device(), name));
+  };
+  PFN_vkGetPipelineExecutableStatisticsKHR read = nullptr;
+  if (context_->statistics()) load(read, "vkGetPipelineExecutableStatisticsKHR");
+  if (!read) return {};
+  VkPipelineExecutableInfoKHR info{};  // a compute pipeline is one executable
+  info.sType = VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_INFO_KHR;
+  info.pipeline = pipeline_;
+  uint32_t count = 0;
+  check(read(context_->device(), &info, &count, nullptr), name_);
+  std::vector<VkPipelineExecutableStatisticKHR> found(
+      count, {VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_STATISTIC_KHR, nullptr, {}, {}, {}, {}});
+  check(read(context_->device(), &info, &count, found.data()), name_);
+  std::map<std::string, double> values;
+  for (const auto& one : found) {
+    const auto& value = one.value;
+    values[one.name] = one.format == VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_FLOAT64_KHR ? value.f64
+                       : one.format == VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_INT64_KHR
+                           ? static_cast<double>(value.i64)
+                           : static_cast<double>(value.u64);
+  }
+  return values;
 }
 
 Kernel::~Kernel() {

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -53,6 +54,9 @@ class Kernel {
   const KernelInterface& interface() const { return interface_; }
   const char* name() const { return name_; }
   const BindingAccess& access(size_t binding) const { return access_[binding]; }
+  /// What the driver's compiler made of it, by the driver's own names ("VGPRs"); empty unless the context
+  /// asked for it (ContextOptions::statistics).
+  std::map<std::string, double> statistics() const;
   VkDescriptorSetLayout set_layout() const { return set_layout_; }
 
  private:

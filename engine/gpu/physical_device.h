@@ -4,11 +4,15 @@
 #include <vulkan/vulkan.h>
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace palpate::gpu {
+
+struct Shader;
+struct KernelInterface;
 
 struct ContextOptions {
   std::string device;       ///< index (one or two digits) or part of a name; empty: the best one
@@ -24,6 +28,11 @@ struct ContextOptions {
   bool push_descriptors = true;  ///< VK_KHR_push_descriptor; without: plain descriptor sets
   bool texel_buffers = true;     ///< of a frame's size; without: texels are read from storage buffers
   bool vulkan_1_3 = true;        ///< without: Vulkan 1.2 and VK_KHR_synchronization2
+  /// The driver tells what it made of each kernel (VK_KHR_pipeline_executable_properties, which is then
+  /// required).
+  bool statistics = false;
+  /// Is told of each kernel before it is compiled.
+  std::function<void(const Shader&, const KernelInterface&)> on_kernel;
 };
 
 /// The options with what the environment adds: PALPATE_DEVICE where no device is named, and PALPATE_WITHOUT,

@@ -117,6 +117,10 @@ std::span<const TuningField> tuning_fields() {
 }
 
 Tuning default_tuning(const gpu::Context& context) {
+  return default_tuning(context.is_software());
+}
+
+Tuning default_tuning(bool processor) {
   Tuning t;
   t.contact_workgroup = 32;
   t.slope_workgroup = t.surface_workgroup = t.rest_level_workgroup = 64;
@@ -124,12 +128,11 @@ Tuning default_tuning(const gpu::Context& context) {
   t.surface_big_texels = 16384;
   // Long strips waste less on their lead-in, short ones make more threads; stores of long strips fall out of
   // a processor's nearest cache.
-  const bool software = context.is_software();
-  t.contact_rows = software ? 0 : 8;
-  t.contact_rows_keeping = software ? 32 : 8;
-  t.slope_rows = software ? 32 : 8;
-  t.surface_rows_big = software ? 16 : 8;
-  t.surface_rows_small = software ? 16 : 8;
+  t.contact_rows = processor ? 0 : 8;
+  t.contact_rows_keeping = processor ? 32 : 8;
+  t.slope_rows = processor ? 32 : 8;
+  t.surface_rows_big = processor ? 16 : 8;
+  t.surface_rows_small = processor ? 16 : 8;
   return t;
 }
 

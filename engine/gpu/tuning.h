@@ -28,6 +28,7 @@ std::span<const TuningField> tuning_fields();
 
 /// What is sensible without a measurement, by the kind of device (processor or GPU).
 Tuning default_tuning(const gpu::Context& context);
+Tuning default_tuning(bool processor);
 
 /// Throws Error(Failure::Usage) naming the constant that is out of its range or beyond the device's limits.
 void validate(const Tuning& tuning, const VkPhysicalDeviceLimits& limits);

@@ -4,6 +4,7 @@
 #include "capture/files/output_file.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
+#include "perf/profile/compiled.h"
 #include "perf/profile/report/answers.h"
 #include "perf/profile/report/compare.h"
 #include "perf/profile/report/files.h"
@@ -23,6 +24,7 @@ struct Options {
   bool all_devices = false;
   double budget_s = 0;
   std::vector<std::string> compare;
+  std::vector<std::string> compile;
 };
 
 void warn_of_plots(const std::string& hindrance) {
@@ -89,7 +91,27 @@ std::string describe(const perf::Profile& profile, const std::filesystem::path& 
   return text + "written: " + (out / "report.html").string() + "\n";
 }
 
+/// No device is measured, nor needed.
+Report compile(const Common& common, const Options& options) {
+  std::map<std::string, std::vector<perf::CompiledKernel>> families;
+  Report report;
+  for (const std::string& family : options.compile) {
+    families[family] = perf::compile_for(family);
+    report.text += perf::to_text(perf::table_of(family, families[family])) + "\n";
+  }
+  report.json = perf::to_json(families);
+  if (!common.out.empty()) {
+    make_output_folder(common.out);
+    OutputFile csv(common.out / "compiled.csv");
+    csv.write(perf::to_csv(families));
+    csv.commit();
+    report.text += "written: " + (common.out / "compiled.csv").string() + "\n";
+  }
+  return report;
+}
+
 Report profile(const Common& common, const Options& options) {
+  if (!options.compile.empty()) return compile(common, options);
   if (!options.compare.empty()) return compare(common, options);
   if (common.out.empty())
     throw Error(Failure::Usage, "--out DIR for the profile, or --compare A.json B.json", "neither",
@@ -133,12 +155,22 @@ void add_profile(CommandLine& program, Common& common, Command& chosen) {
           ->expected(2)
           ->option_text("A.json B.json");
   pair->excludes(quick)->excludes(all);
+  command
+      ->add_option(
+          "--compile", options->compile,
+          "What a Radeon's compiler makes of each kernel, without one: navi21,gfx1100,vega10,polaris10")
+      ->delimiter(',')
+      ->option_text("FAMILIES")
+      ->excludes(quick)
+      ->excludes(all)
+      ->excludes(pair);
   add_common(
       *command, common,
       "  palpate profile --out out/profile                    three minutes; open out/profile/report.html\n"
       "  palpate profile --quick --out out/quick --device 1   20 s on one device\n"
       "  palpate profile --all-devices --out out/devices      every device of this machine\n"
-      "  palpate profile --compare a/profile.json b/profile.json --out out/compare\n");
+      "  palpate profile --compare a/profile.json b/profile.json --out out/compare\n"
+      "  palpate profile --compile gfx1100 --out out/gfx1100  registers and spills of every kernel\n");
   command->get_option("--device")->excludes(all);
   command->callback(
       [&common, &chosen, options] { chosen = [&common, options] { return profile(common, *options); }; });
