@@ -189,6 +189,9 @@ DeviceReport inspect(VkPhysicalDevice device, uint32_t index, bool presentation)
     report.refusals.push_back("Vulkan " + report.api_version + ", needs 1.2");
     return report;
   }
+  if (!(subgroup.supportedOperations & VK_SUBGROUP_FEATURE_VOTE_BIT) ||
+      !(subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT))
+    report.refusals.emplace_back("no votes in subgroups of compute kernels");
   VkPhysicalDeviceSynchronization2Features synchronization{};
   synchronization.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SYNCHRONIZATION_2_FEATURES;
   VkPhysicalDeviceFeatures2 features{};
