@@ -42,7 +42,11 @@ TEST(Goals, PrintEveryRow) {
                         "round pad and a highlight, live 640x480",
                         "round pad, converged 640x480",
                         "round pad and a highlight, converged 640x480",
-                        "force only 1392x1042"};
+                        "force only 1392x1042",
+                        "skin of markers 640x480",
+                        "skin of texture 640x480",
+                        "skin of markers 1392x1042",
+                        "skin of texture 1392x1042"};
   for (const char* row : rows) {
     EXPECT_NE(out.find(row), std::string::npos) << row;
     EXPECT_NE(csv.find(std::string("\"") + row + "\","), std::string::npos) << row;
