@@ -63,18 +63,22 @@ std::array<Estimate*, 6> components(TractionSummary& t) {
   return {&t.force_x_N, &t.force_y_N, &t.force_z_N, &t.moment_x_Nmm, &t.moment_y_Nmm, &t.moment_z_Nmm};
 }
 
+/// Shear over pressure of the cells whose pressure is enough to divide by.
+template <typename Take>
+void each_ratio(std::span<const float> pressure, std::span<const float> shear_x,
+                std::span<const float> shear_y, const Take& take) {
+  const auto least = static_cast<float>(kLeastPressureShare) * *std::ranges::max_element(pressure);
+  for (size_t i = 0; i < pressure.size(); ++i)
+    if (pressure[i] > 0 && pressure[i] >= least) take(i, std::hypot(shear_x[i], shear_y[i]) / pressure[i]);
+}
+
 }  // namespace
 
 std::vector<float> friction_ratios(const TractionMaps& maps) {
   if (maps.shear_x_kPa.empty() || maps.pressure_kPa.empty()) return {};
-  const auto least_kPa =
-      static_cast<float>(kLeastPressureShare) * *std::ranges::max_element(maps.pressure_kPa);
   std::vector<float> ratios(maps.pressure_kPa.size());
-  for (size_t i = 0; i < ratios.size(); ++i) {
-    const float pressure_kPa = maps.pressure_kPa[i];
-    if (pressure_kPa > 0 && pressure_kPa >= least_kPa)
-      ratios[i] = std::hypot(maps.shear_x_kPa[i], maps.shear_y_kPa[i]) / pressure_kPa;
-  }
+  each_ratio(maps.pressure_kPa, maps.shear_x_kPa, maps.shear_y_kPa,
+             [&](size_t cell, float ratio) { ratios[cell] = ratio; });
   return ratios;
 }
 
@@ -311,12 +315,11 @@ void LayerTraction::fill_shear(const Traction& found, FrameSlot& slot, TractionS
   }
   if (const double friction = sensor_.shear ? sensor_.shear->friction : 0; friction > 0) {
     double pressed = 0, slipping = 0;
-    for (const float ratio : friction_ratios({.pressure_kPa = slot.traction.pressure_kPa,
-                             .shear_x_kPa = slot.traction.shear_x_kPa,
-                             .shear_y_kPa = slot.traction.shear_y_kPa})) {
+    const TractionSlot& maps = slot.traction;
+    each_ratio(maps.pressure_kPa, maps.shear_x_kPa, maps.shear_y_kPa, [&](size_t, float ratio) {
       pressed += ratio > 0;
       slipping += ratio >= kSlippingShare * friction;
-    }
+    });
     if (pressed > 0) summary.slipping_fraction = slipping / pressed;
   }
   const Wrench& w = found.wrench;

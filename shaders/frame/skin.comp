@@ -98,7 +98,7 @@ vec4 within(int k) { return vec4(lessThan(4 * k + ivec4(0, 1, 2, 3), ivec4(kSide
 
 vec4 window_at(int row, int k, int which, int point) { return texelFetch(windows, (((row * kFours + k) << 2) + which) * int(push.points) + point); }
 
-// n v, t, t^2, and v^2, t v.
+// Sums of v, t and t^2; of v^2 and t v.
 struct Products {
   vec3 ones;
   vec2 pairs;

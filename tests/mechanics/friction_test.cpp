@@ -20,10 +20,7 @@ constexpr double kThickness_mm = 5.5, kFriction = 0.5, kRadius_mm = 4, kPeak_MPa
 /// Where the skin moves under Hertz pressure and Cattaneo's shear, of which the core of `core` times the
 /// contact's radius sticks.
 struct PartialSlip {
-  PartialSlip(const TractionGrid& on, double core)
-      : surface(on),
-        stick(core),
-        layer(LayerKernel(kGel, kThickness_mm, on.cell_mm), on.width, on.height, true) {
+  PartialSlip(const TractionGrid& on, double core) : surface(on) {
     const size_t n = surface.depth.size();
     std::vector<double> p(n), along(n), none(n);
     for (size_t i = 0; i < n; ++i) {
@@ -34,23 +31,12 @@ struct PartialSlip {
       along[i] = kFriction * p[i];
       if (inner < 1) along[i] -= kFriction * kPeak_MPa * core * std::sqrt(1 - inner * inner);
     }
-    std::vector<double> depth, by_shear, px, py, x, y;
-    layer.depth_by_pressure(p, depth);
-    layer.depth_by_shear(along, none, by_shear);
-    layer.shift_by_pressure(p, px, py);
-    layer.shift_by_shear(along, none, x, y);
-    for (size_t i = 0; i < n; ++i) {
-      surface.depth[i] = static_cast<float>(depth[i] + by_shear[i]);
-      shift_x.push_back(static_cast<float>(px[i] + x[i]));
-      shift_y.push_back(static_cast<float>(py[i] + y[i]));
-    }
+    LayerConvolution layer(LayerKernel(kGel, kThickness_mm, on.cell_mm), on.width, on.height, true);
+    surface.load(layer, p, along, none);
   }
   double radius_of(size_t i) const { return std::hypot(surface.x_of(i), surface.y_of(i)) / kRadius_mm; }
 
   PressedSurface surface;
-  double stick;
-  LayerConvolution layer;
-  std::vector<float> shift_x, shift_y;
 };
 
 // The area at the limit is that around the core, whatever its size; skin that is followed to 5 um.
@@ -59,16 +45,13 @@ TEST(FrictionRatios, SlipAroundCattaneosCore) {
     PartialSlip press({80, 60, 0.25}, core);
     std::mt19937 random(5);
     std::normal_distribution<float> noise(0, 0.005f);
-    for (std::vector<float>* shift : {&press.shift_x, &press.shift_y})
+    for (std::vector<float>* shift : {&press.surface.shift_x, &press.surface.shift_y})
       for (float& value : *shift) value += noise(random);
     TractionOptions options;
     options.slope_sd = 1e-3;
     options.shift_sd_mm = 0.005;
     TractionSolver solver(kGel, kThickness_mm, press.surface.grid, options);
-    TractionInput input = press.surface.input();
-    input.shift_x_mm = press.shift_x;
-    input.shift_y_mm = press.shift_y;
-    const Traction& found = solver.solve(input);
+    const Traction& found = solver.solve(press.surface.input());
     const TractionGrid& grid = press.surface.grid;
     const std::vector<float> ratios = friction_ratios({.width = grid.width,
                                                        .height = grid.height,

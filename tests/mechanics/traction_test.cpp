@@ -176,8 +176,7 @@ TEST(TractionSolver, TwoSpheres) {
 
 /// A dragged and twisted sphere: pressure and shear of a given shape, and the surface that they make.
 struct Drag {
-  explicit Drag(const TractionGrid& on, double thickness_mm)
-      : surface(on), layer(LayerKernel(kGel, thickness_mm, on.cell_mm), on.width, on.height, true) {
+  explicit Drag(const TractionGrid& on, double thickness_mm) : surface(on) {
     const size_t n = surface.depth.size();
     std::vector<double> p(n), tx(n), ty(n);
     for (size_t i = 0; i < n; ++i) {
@@ -191,22 +190,12 @@ struct Drag {
       force = {force[0] + area * tx[i], force[1] + area * ty[i], force[2] + area * p[i]};
       turn += area * (surface.x_of(i) * ty[i] - surface.y_of(i) * tx[i]);
     }
-    std::vector<double> depth, by_shear, px, py, x, y;
-    layer.depth_by_pressure(p, depth);
-    layer.depth_by_shear(tx, ty, by_shear);
-    layer.shift_by_pressure(p, px, py);
-    layer.shift_by_shear(tx, ty, x, y);
-    for (size_t i = 0; i < n; ++i) {
-      surface.depth[i] = static_cast<float>(depth[i] + by_shear[i]);
-      shift_x.push_back(static_cast<float>(px[i] + x[i]));
-      shift_y.push_back(static_cast<float>(py[i] + y[i]));
-    }
+    LayerConvolution layer(LayerKernel(kGel, thickness_mm, on.cell_mm), on.width, on.height, true);
+    surface.load(layer, p, tx, ty);
   }
   Surface surface;
-  LayerConvolution layer;
   std::array<double, 3> force{};
   double turn = 0;
-  std::vector<float> shift_x, shift_y;
 };
 
 TEST(TractionSolver, SixComponents) {
@@ -215,10 +204,7 @@ TEST(TractionSolver, SixComponents) {
     TractionOptions options = exact();
     options.shift_sd_mm = 1e-5;
     TractionSolver solver(kGel, thickness, drag.surface.grid, options);
-    TractionInput input = drag.surface.input();
-    input.shift_x_mm = drag.shift_x;
-    input.shift_y_mm = drag.shift_y;
-    const Traction& found = solver.solve(input);
+    const Traction& found = solver.solve(drag.surface.input());
     EXPECT_TRUE(found.converged);
     for (size_t axis = 0; axis < 3; ++axis)
       EXPECT_NEAR(found.wrench.force_N[axis], drag.force[axis], 0.02 * std::abs(drag.force[axis])) << axis;

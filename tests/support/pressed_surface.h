@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/elasticity/layer.h"
+#include "engine/elasticity/layer_convolution.h"
 #include "engine/elasticity/traction.h"
 #include "engine/numeric/poisson_dct.h"
 
@@ -36,11 +37,28 @@ struct PressedSurface {
   double y_of(size_t i) const {
     return (static_cast<double>(i / grid.width) + 0.5 - grid.height / 2.0) * grid.cell_mm;
   }
-  TractionInput input() const { return {.depth_mm = depth, .contact = contact}; }
+  /// The surface under these loads of the cells, MPa, and how far it moves along itself.
+  void load(LayerConvolution& layer, const std::vector<double>& pressure, const std::vector<double>& shear_x,
+            const std::vector<double>& shear_y) {
+    std::vector<double> by_pressure, by_shear, px, py, x, y;
+    layer.depth_by_pressure(pressure, by_pressure);
+    layer.depth_by_shear(shear_x, shear_y, by_shear);
+    layer.shift_by_pressure(pressure, px, py);
+    layer.shift_by_shear(shear_x, shear_y, x, y);
+    for (size_t i = 0; i < depth.size(); ++i) {
+      depth[i] = static_cast<float>(by_pressure[i] + by_shear[i]);
+      shift_x.push_back(static_cast<float>(px[i] + x[i]));
+      shift_y.push_back(static_cast<float>(py[i] + y[i]));
+    }
+  }
+  TractionInput input() const {
+    return {.depth_mm = depth, .contact = contact, .shift_x_mm = shift_x, .shift_y_mm = shift_y};
+  }
 
   TractionGrid grid;
   std::vector<float> depth;
   std::vector<uint8_t> contact;
+  std::vector<float> shift_x, shift_y;  ///< of a loaded surface, mm
 };
 
 /// Adds a camera's errors of slopes, integrated as the surface is.
