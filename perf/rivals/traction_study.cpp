@@ -56,26 +56,6 @@ struct Sphere {
   std::vector<uint8_t> contact;
 };
 
-/// Depths whose slopes err by `sd`, integrated as a camera's are.
-void add_noise(std::vector<float>& depth, const TractionGrid& grid, double sd, std::mt19937& random) {
-  const uint32_t w = grid.width, h = grid.height;
-  std::normal_distribution<double> normal(0, sd * grid.cell_mm);
-  std::vector<double> z(depth.size());
-  for (uint32_t y = 0; y < h; ++y)
-    for (uint32_t x = 0; x < w; ++x) {
-      const size_t i = size_t{y} * w + x;
-      const auto step = [&](size_t to) {
-        const double difference = normal(random);
-        z[to] += difference;
-        z[i] -= difference;
-      };
-      if (x + 1 < w) step(i + 1);
-      if (y + 1 < h) step(i + w);
-    }
-  PoissonDct(w, h).solve(z.data(), z.data(), w);
-  for (size_t i = 0; i < depth.size(); ++i) depth[i] += static_cast<float>(z[i]);
-}
-
 constexpr Material kPad{kYoung_MPa, 0.485};
 constexpr double kThickness_mm = 5.5;
 constexpr uint32_t kDeviceIterations = 20;
@@ -149,6 +129,26 @@ TractionCost device_cost(gpu::Context& device, const Sphere& sphere, double tole
 
 }  // namespace
 
+void add_slope_noise(std::vector<float>& depth_mm, const TractionGrid& grid, double sd,
+                     std::mt19937& random) {
+  const uint32_t w = grid.width, h = grid.height;
+  std::normal_distribution<double> normal(0, sd * grid.cell_mm);
+  std::vector<double> z(depth_mm.size());
+  for (uint32_t y = 0; y < h; ++y)
+    for (uint32_t x = 0; x < w; ++x) {
+      const size_t i = size_t{y} * w + x;
+      const auto step = [&](size_t to) {
+        const double difference = normal(random);
+        z[to] += difference;
+        z[i] -= difference;
+      };
+      if (x + 1 < w) step(i + 1);
+      if (y + 1 < h) step(i + w);
+    }
+  PoissonDct(w, h).solve(z.data(), z.data(), w);
+  for (size_t i = 0; i < depth_mm.size(); ++i) depth_mm[i] += static_cast<float>(z[i]);
+}
+
 std::vector<TractionCost> traction_costs(int repetitions, gpu::Context* device) {
   constexpr double kContact_mm = 4;
   std::vector<TractionCost> rows;
@@ -189,7 +189,7 @@ std::vector<TractionStability> traction_stability() {
         double sum = 0, squares = 0, peaks = 0;
         for (uint32_t trial = 0; trial < row.trials; ++trial) {
           std::vector<float> depth = sphere.depth;
-          if (noise > 0) add_noise(depth, grid, noise * kSlopeSd, random);
+          if (noise > 0) add_slope_noise(depth, grid, noise * kSlopeSd, random);
           solver.forget();
           const Traction& found = solver.solve({.depth_mm = depth, .contact = sphere.contact});
           const double error = found.wrench.force_N[2] / sphere.force_N() - 1;

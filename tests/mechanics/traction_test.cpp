@@ -15,6 +15,7 @@
 #include "engine/elasticity/layer_convolution.h"
 #include "engine/elasticity/layer_response.h"
 #include "palpate/error.h"
+#include "perf/rivals/traction_study.h"
 #include "tests/support/pressed_surface.h"
 
 namespace palpate {
@@ -225,7 +226,7 @@ TEST(TractionSolver, IntervalsHoldUnderNoise) {
     surface.add(press, 0, 0);
     TractionOptions options;
     options.slope_sd = 0.02;
-    add_slope_noise(surface.depth, surface.grid, options.slope_sd, random);
+    perf::add_slope_noise(surface.depth, surface.grid, options.slope_sd, random);
     TractionSolver solver(kGel, 5.5, surface.grid, options);
     const Traction& found = solver.solve(surface.input());
     const double force = press.summary().force_N;

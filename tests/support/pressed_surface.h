@@ -3,13 +3,11 @@
 
 #include <cmath>
 #include <cstdint>
-#include <random>
 #include <vector>
 
 #include "engine/elasticity/layer.h"
 #include "engine/elasticity/layer_convolution.h"
 #include "engine/elasticity/traction.h"
-#include "engine/numeric/poisson_dct.h"
 
 namespace palpate {
 
@@ -60,22 +58,5 @@ struct PressedSurface {
   std::vector<uint8_t> contact;
   std::vector<float> shift_x, shift_y;  ///< of a loaded surface, mm
 };
-
-/// Adds a camera's errors of slopes, integrated as the surface is.
-inline void add_slope_noise(std::vector<float>& depth, const TractionGrid& grid, double sd,
-                            std::mt19937& random) {
-  const uint32_t w = grid.width, h = grid.height;
-  std::normal_distribution<double> normal(0, sd * grid.cell_mm);
-  std::vector<double> z(depth.size());
-  for (size_t i = 0; i < z.size(); ++i)
-    for (const auto& [has, other] : {std::pair{i % w + 1 < w, i + 1}, std::pair{i / w + 1 < h, i + w}}) {
-      if (!has) continue;
-      const double step = normal(random);
-      z[other] += step;
-      z[i] -= step;
-    }
-  PoissonDct(w, h).solve(z.data(), z.data(), w);
-  for (size_t i = 0; i < z.size(); ++i) depth[i] += static_cast<float>(z[i]);
-}
 
 }  // namespace palpate
