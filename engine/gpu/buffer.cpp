@@ -94,7 +94,7 @@ DeviceBuffer DeviceBuffer::imported(Context& context, const std::string& name, c
 }
 
 DeviceBuffer::~DeviceBuffer() {
-  if (!context_) return;
+  if (!context_ || context_->hung()) return;
   vkDestroyBuffer(context_->device(), buffer_, nullptr);
   vkFreeMemory(context_->device(), memory_, nullptr);
 }
@@ -145,7 +145,7 @@ TexelView::TexelView(Context& context, const DeviceBuffer& buffer, VkFormat form
 }
 
 TexelView::~TexelView() {
-  if (context_) vkDestroyBufferView(context_->device(), view_, nullptr);
+  if (context_ && !context_->hung()) vkDestroyBufferView(context_->device(), view_, nullptr);
 }
 
 }  // namespace palpate::gpu

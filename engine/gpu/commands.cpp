@@ -42,6 +42,7 @@ Commands::Commands(Context& context) : Commands() {
 Commands::~Commands() {
   if (!context_) return;
   settle();
+  if (context_->hung()) return;
   if (queries_) vkDestroyQueryPool(context_->device(), queries_, nullptr);
   vkDestroyFence(context_->device(), fence_, nullptr);
   vkDestroyCommandPool(context_->device(), pool_, nullptr);
@@ -141,26 +142,30 @@ bool Commands::finished() const {
 
 void Commands::wait() const {
   if (!submitted_) return;
-  check(vkWaitForFences(context_->device(), 1, &fence_, VK_TRUE, UINT64_MAX), "a finished frame");
+  context_->wait(fence_, "a finished frame");
 }
 
 void Commands::settle() const noexcept {
-  if (submitted_) vkWaitForFences(context_->device(), 1, &fence_, VK_TRUE, UINT64_MAX);
+  if (submitted_) context_->settle(fence_);
 }
 
 void Commands::dispatch(const Kernel& kernel, std::span<const Argument> arguments, const void* push,
                         std::array<uint32_t, 3> groups) {
-  bind(kernel, arguments, push);
+  const Traffic bytes = bind(kernel, arguments, push);
+  context_->tell_of({kernel.name(), kernel.interface(), uint64_t{groups[0]} * groups[1] * groups[2],
+                     bytes.read, bytes.written});
   vkCmdDispatch(buffer_, groups[0], groups[1], groups[2]);
 }
 
 void Commands::dispatch(const Kernel& kernel, std::span<const Argument> arguments, const void* push,
                         const IndirectGroups& groups) {
-  bind(kernel, arguments, push);
+  const Traffic bytes = bind(kernel, arguments, push);
+  context_->tell_of({kernel.name(), kernel.interface(), 0, bytes.read, bytes.written});
   vkCmdDispatchIndirect(buffer_, groups.buffer->handle(), uint64_t{groups.index} * kIndirectBytes);
 }
 
-void Commands::bind(const Kernel& kernel, std::span<const Argument> arguments, const void* push) {
+Commands::Traffic Commands::bind(const Kernel& kernel, std::span<const Argument> arguments,
+                                 const void* push) {
   const KernelInterface& interface = kernel.interface();
   assert(arguments.size() == interface.bindings.size() && arguments.size() <= kMaxBindings);
   std::array<VkDescriptorBufferInfo, kMaxBindings> buffers{};
@@ -215,6 +220,7 @@ void Commands::bind(const Kernel& kernel, std::span<const Argument> arguments, c
     vkCmdPushConstants(buffer_, kernel.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, interface.push_bytes, push);
   }
   count(read_bytes, written_bytes);
+  return {read_bytes, written_bytes};
 }
 
 void Commands::count(uint64_t read_bytes, uint64_t written_bytes) {

@@ -126,7 +126,10 @@ class Commands {
   };
 
   void swap(Commands& other) noexcept;
-  void bind(const Kernel& kernel, std::span<const Argument> arguments, const void* push);
+  struct Traffic {
+    uint64_t read, written;
+  };
+  Traffic bind(const Kernel& kernel, std::span<const Argument> arguments, const void* push);
   void count(uint64_t read_bytes, uint64_t written_bytes);
   void begin_part(uint32_t scope);
   void submit_buffers(std::span<const VkCommandBuffer> buffers);

@@ -11,6 +11,8 @@
 #include <span>
 #include <type_traits>
 
+#include "engine/base/text.h"
+#include "palpate/device.h"
 #include "palpate/error.h"
 #include "palpate/frame.h"
 
@@ -74,10 +76,40 @@ VKAPI_ATTR VkBool32 VKAPI_CALL Context::on_message(VkDebugUtilsMessageSeverityFl
   return VK_FALSE;
 }
 
-Context::Context(const ContextOptions& options) {
+Context::Context(const ContextOptions& options) : options_(with_environment(options)) {
+  open();
+}
+
+void Context::open() {
   try {
-    open(with_environment(options));
+    create_instance(options_);
+    choose_device(options_);
+    create_device(options_);
+    load_pipeline_cache();
   } catch (...) {
+    close();
+    throw;
+  }
+}
+
+Context::~Context() {
+  if (device_ && !hung_) {
+    vkDeviceWaitIdle(device_);
+    save_pipeline_cache();
+  }
+  close();
+}
+
+void Context::reopen() {
+  if (device_ && !hung_) vkDeviceWaitIdle(device_);
+  close();
+  open();
+}
+
+// What a device that hangs may still use is left to the end of the process.
+void Context::close() {
+  if (!hung_) {
+    if (pipeline_cache_) vkDestroyPipelineCache(device_, pipeline_cache_, nullptr);
     if (device_) vkDestroyDevice(device_, nullptr);
     if (messenger_) {
       auto destroy = reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(
@@ -85,28 +117,13 @@ Context::Context(const ContextOptions& options) {
       destroy(instance_, messenger_, nullptr);
     }
     if (instance_) vkDestroyInstance(instance_, nullptr);
-    throw;
   }
-}
-
-void Context::open(const ContextOptions& options) {
-  create_instance(options);
-  choose_device(options);
-  create_device(options);
-  load_pipeline_cache();
-}
-
-Context::~Context() {
-  vkDeviceWaitIdle(device_);
-  save_pipeline_cache();
-  vkDestroyPipelineCache(device_, pipeline_cache_, nullptr);
-  vkDestroyDevice(device_, nullptr);
-  if (messenger_) {
-    auto destroy = reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(
-        vkGetInstanceProcAddr(instance_, "vkDestroyDebugUtilsMessengerEXT"));
-    destroy(instance_, messenger_, nullptr);
-  }
-  vkDestroyInstance(instance_, nullptr);
+  pipeline_cache_ = VK_NULL_HANDLE;
+  device_ = VK_NULL_HANDLE;
+  messenger_ = VK_NULL_HANDLE;
+  instance_ = VK_NULL_HANDLE;
+  physical_device_ = VK_NULL_HANDLE;
+  hung_ = false;
 }
 
 void Context::create_instance(const ContextOptions& options) {
@@ -181,6 +198,10 @@ void Context::choose_device(const ContextOptions& options) {
   const bool timestamps = properties_.limits.timestampComputeAndGraphics == VK_TRUE;
   timers_ = options.timers && !options.host_timers && timestamps;
   host_timers_ = options.host_timers || (options.timers && !timestamps);
+  constexpr double kGpuLimit_s = 20, kProcessorLimit_s = 600;
+  const double kind_limit_s = is_software() ? kProcessorLimit_s : kGpuLimit_s;
+  const double limit_s = options.wait_limit_s > 0 ? options.wait_limit_s : kind_limit_s;
+  wait_limit_ns_ = static_cast<uint64_t>(1e9 * limit_s);
 }
 
 void Context::create_device(const ContextOptions& options) {
@@ -309,7 +330,23 @@ VkResult Context::present(const VkPresentInfoKHR& info) {
   return vkQueuePresentKHR(queue_, &info);
 }
 
+void Context::wait(VkFence fence, const char* what) {
+  if (!hung_) {
+    const VkResult result = vkWaitForFences(device_, 1, &fence, VK_TRUE, wait_limit_ns_);
+    if (result != VK_TIMEOUT) return check(result, what);
+    hung_ = true;
+  }
+  throw DeviceLost(
+      what, text("none after %.3g s: the device hangs", 1e-9 * static_cast<double>(wait_limit_ns_)),
+      "starting again; more time with PALPATE_WAIT_LIMIT_S, or another device (palpate devices)");
+}
+
+void Context::settle(VkFence fence) noexcept {
+  if (!hung_ && vkWaitForFences(device_, 1, &fence, VK_TRUE, wait_limit_ns_) == VK_TIMEOUT) hung_ = true;
+}
+
 void Context::wait_idle() {
+  if (hung_) return;
   const std::lock_guard lock(queue_mutex_);
   vkDeviceWaitIdle(device_);
 }

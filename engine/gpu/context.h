@@ -1,6 +1,7 @@
 // The Vulkan device: its choice, why others were refused, and the validation layer's messages.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -27,6 +28,9 @@ class Context {
   /// and why it was refused.
   explicit Context(const ContextOptions& options);
   ~Context();
+  /// Closes the device, if it can still be closed, and opens the best one that the options allow, as the
+  /// constructor did. Nothing made with the context may be left. Throws Error(Failure::Device).
+  void reopen();
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
 
@@ -40,6 +44,8 @@ class Context {
   const DeviceReport& report() const { return report_; }
   /// A CPU driver (lavapipe): device memory is host memory, and views adapt to what it can draw.
   bool is_software() const { return properties_.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU; }
+  /// ContextOptions::kernels.
+  const std::string& kernels() const { return options_.kernels; }
   /// Kernels may compute in double precision (shaderFloat64).
   bool has_double() const { return has_double_; }
   bool timers() const { return timers_; }
@@ -49,7 +55,16 @@ class Context {
   void submit(const VkSubmitInfo2& info, VkFence fence);
   /// Presents on the one queue; safe from several threads. Returns the swapchain's verdict.
   VkResult present(const VkPresentInfoKHR& info);
+  /// Returns at once where the device hangs.
   void wait_idle();
+  /// Waits for the fence of a submission, no longer than ContextOptions::wait_limit_s. Throws DeviceLost
+  /// where the device is lost or does not finish in time.
+  void wait(VkFence fence, const char* what);
+  /// As wait, for destructors: the error of a lost device is of no use there.
+  void settle(VkFence fence) noexcept;
+  /// A wait has passed its limit: the device may still be at work with what it was given, so none of it may
+  /// be destroyed.
+  bool hung() const { return hung_; }
 
   /// Index of a memory type with `wanted` flags (and, if there is one, `preferred` too). Throws
   /// Error(Failure::Device).
@@ -67,6 +82,9 @@ class Context {
   bool statistics() const { return statistics_; }  ///< ContextOptions::statistics
   void tell_of(const Shader& shader, const KernelInterface& interface) const {
     if (on_kernel_) on_kernel_(shader, interface);
+  }
+  void tell_of(const Dispatch& dispatch) const {
+    if (options_.on_dispatch) options_.on_dispatch(dispatch);
   }
   /// Null where the device has none: then there are plain descriptor sets (DescriptorSets).
   PFN_vkCmdPushDescriptorSetKHR push_descriptors() const { return push_descriptors_; }
@@ -99,7 +117,7 @@ class Context {
   std::vector<std::string> validation_messages() const;
 
  private:
-  void open(const ContextOptions& options);
+  void open();
   void create_instance(const ContextOptions& options);
   void choose_device(const ContextOptions& options);
   void load_functions(bool core);
@@ -111,6 +129,11 @@ class Context {
                                                    const VkDebugUtilsMessengerCallbackDataEXT* data,
                                                    void* self);
 
+  void close();
+
+  ContextOptions options_;
+  uint64_t wait_limit_ns_ = 0;
+  std::atomic<bool> hung_{false};
   VkInstance instance_ = VK_NULL_HANDLE;
   VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
   VkPhysicalDevice physical_device_ = VK_NULL_HANDLE;

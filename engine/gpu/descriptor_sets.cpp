@@ -14,6 +14,7 @@ constexpr uint32_t kSets = 32;
 }  // namespace
 
 DescriptorSets::~DescriptorSets() {
+  if (context_ && context_->hung()) return;
   for (const VkDescriptorPool pool : pools_) vkDestroyDescriptorPool(context_->device(), pool, nullptr);
 }
 

@@ -237,7 +237,7 @@ std::map<std::string, double> Kernel::statistics() const {
 }
 
 Kernel::~Kernel() {
-  if (!context_) return;
+  if (!context_ || context_->hung()) return;
   vkDestroyPipeline(context_->device(), pipeline_, nullptr);
   vkDestroyPipelineLayout(context_->device(), layout_, nullptr);
   vkDestroyDescriptorSetLayout(context_->device(), set_layout_, nullptr);

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "palpate/device.h"
 #include "palpate/error.h"
 
 namespace palpate::gpu {
@@ -78,6 +79,19 @@ ContextOptions with_environment(ContextOptions options) {
       throw Error(Failure::Usage, "PALPATE_WITHOUT of push_descriptors, texel_buffers, vulkan_1_3",
                   "'" + name + "'", "these words with commas between");
     *feature = false;
+  }
+  if (const char* kernels = std::getenv("PALPATE_KERNELS"); kernels && options.kernels.empty()) {
+    options.kernels = kernels;
+    if (options.kernels != "processor" && options.kernels != "gpu")
+      throw Error(Failure::Usage, "PALPATE_KERNELS of processor, gpu", "'" + options.kernels + "'",
+                  "unsetting it: the device's kind decides");
+  }
+  if (const char* limit = std::getenv("PALPATE_WAIT_LIMIT_S"); limit && options.wait_limit_s == 0) {
+    char* end = nullptr;
+    options.wait_limit_s = std::strtod(limit, &end);
+    if (end == limit || *end != 0 || !(options.wait_limit_s > 0 && options.wait_limit_s <= 1e6))
+      throw Error(Failure::Usage, "PALPATE_WAIT_LIMIT_S in seconds, up to a million",
+                  "'" + std::string(limit) + "'", "20, which GPUs have without it");
   }
   return options;
 }
@@ -251,7 +265,8 @@ void check(VkResult result, const char* what) {
   if (result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_OUT_OF_DEVICE_MEMORY)
     remedy = "a smaller frame or crop, or another device (palpate devices)";
   if (result == VK_ERROR_DEVICE_LOST)
-    remedy = "starting again; if it comes back, another device (palpate devices) or a newer driver";
+    throw DeviceLost(what, result_name(result),
+                     "starting again; if it comes back, another device (palpate devices) or a newer driver");
   throw Error(Failure::Device, what, std::string(result_name(result)) + " (" + std::to_string(result) + ")",
               remedy);
 }

@@ -14,6 +14,15 @@ namespace palpate::gpu {
 struct Shader;
 struct KernelInterface;
 
+/// One dispatch of a kernel: how many workgroups, and the bytes of the buffers that it is given, as
+/// ScopeTraffic counts them.
+struct Dispatch {
+  const char* kernel;
+  const KernelInterface& interface;
+  uint64_t groups;  ///< 0: another kernel finds out
+  uint64_t read_bytes, written_bytes;
+};
+
 struct ContextOptions {
   std::string device;       ///< index (one or two digits) or part of a name; empty: the best one
   bool validation = false;  ///< validation layer with synchronisation validation; messages are collected
@@ -28,16 +37,25 @@ struct ContextOptions {
   bool push_descriptors = true;  ///< VK_KHR_push_descriptor; without: plain descriptor sets
   bool texel_buffers = true;     ///< of a frame's size; without: texels are read from storage buffers
   bool vulkan_1_3 = true;        ///< without: Vulkan 1.2 and VK_KHR_synchronization2
+  /// Which form of the kernels to start from: "processor", "gpu", or empty, the device's own kind. What was
+  /// measured on the device does not count then.
+  std::string kernels;
+  /// For how long the device may work on one submission before it counts as lost, s; 0: 20 s on a GPU, 600 s
+  /// on a processor.
+  double wait_limit_s = 0;
   /// The driver tells what it made of each kernel (VK_KHR_pipeline_executable_properties, which is then
   /// required).
   bool statistics = false;
   /// Is told of each kernel before it is compiled.
   std::function<void(const Shader&, const KernelInterface&)> on_kernel;
+  /// Is told of each dispatch as it is recorded.
+  std::function<void(const Dispatch&)> on_dispatch;
 };
 
 /// The options with what the environment adds: PALPATE_DEVICE where no device is named, and PALPATE_WITHOUT,
-/// a list of `push_descriptors`, `texel_buffers`, `vulkan_1_3` with commas between. Throws
-/// Error(Failure::Usage) for another word.
+/// a list of `push_descriptors`, `texel_buffers`, `vulkan_1_3` with commas between, PALPATE_KERNELS and
+/// PALPATE_WAIT_LIMIT_S.
+/// Throws Error(Failure::Usage) for another word or number.
 ContextOptions with_environment(ContextOptions options);
 
 /// One physical device as `palpate devices` lists it.

@@ -30,21 +30,25 @@ constexpr std::array<uint32_t, 4> kSlopeRows{8, 16, 24, 32};
 constexpr std::array<uint32_t, 5> kStripRows{4, 8, 16, 24, 32};
 constexpr std::array<uint32_t, 5> kWorkgroups{16, 32, 64, 128, 256};
 constexpr std::array<uint32_t, 3> kBigTexels{4096, 16384, 65536};
+constexpr std::array<uint32_t, 2> kForms{0, 1};
 constexpr std::array<uint32_t, 4> kCoarsestCells{80, 160, 320, 640};
 
 // Column and row sums of a contact tile fit their 16 bits up to kMaxTileRows. Slopes come from blocks of
 // eight rows; two fine rows make a coarse one. Workgroups are whole numbers of the narrowest subgroups in
 // use: on lavapipe the partial sums of others are lost.
-constexpr std::array<TuningField, 11> kFields{{
+constexpr std::array<TuningField, 14> kFields{{
+    {"contact_tiles", &Tuning::contact_tiles, 0, 1, 1, kForms},
     {"contact_rows", &Tuning::contact_rows, 0, shared::kMaxTileRows, 2, kContactRows},
     {"contact_rows_keeping", &Tuning::contact_rows_keeping, 2, shared::kMaxTileRows, 2, kKeepingRows},
     {"contact_workgroup", &Tuning::contact_workgroup, 8, 1024, 8, kWorkgroups},
+    {"slope_tiles", &Tuning::slope_tiles, 0, 1, 1, kForms},
     {"slope_rows", &Tuning::slope_rows, 8, 64, 8, kSlopeRows},
     {"slope_workgroup", &Tuning::slope_workgroup, 8, 1024, 8, kWorkgroups},
     {"surface_rows_big", &Tuning::surface_rows_big, 2, 128, 2, kStripRows},
     {"surface_rows_small", &Tuning::surface_rows_small, 2, 128, 2, kStripRows},
     {"surface_big_texels", &Tuning::surface_big_texels, 1024, 1u << 20, 1, kBigTexels},
     {"surface_workgroup", &Tuning::surface_workgroup, 8, 1024, 8, kWorkgroups},
+    {"surface_tiles", &Tuning::surface_tiles, 0, 1, 1, kForms},
     {"coarsest_cells", &Tuning::coarsest_cells, 16, 1024, 1, kCoarsestCells},
     {"rest_level_workgroup", &Tuning::rest_level_workgroup, 8, 1024, 8, kWorkgroups},
 }};
@@ -117,13 +121,14 @@ std::span<const TuningField> tuning_fields() {
 }
 
 Tuning default_tuning(const gpu::Context& context) {
-  return default_tuning(context.is_software());
+  return default_tuning(context.kernels().empty() ? context.is_software() : context.kernels() == "processor");
 }
 
 Tuning default_tuning(bool processor) {
   Tuning t;
   t.contact_workgroup = 32;
-  t.slope_workgroup = t.surface_workgroup = t.rest_level_workgroup = 64;
+  t.slope_workgroup = t.rest_level_workgroup = 64;
+  t.surface_workgroup = processor ? 64 : 256;
   t.coarsest_cells = 320;
   t.surface_big_texels = 16384;
   // Long strips waste less on their lead-in, short ones make more threads; stores of long strips fall out of
@@ -131,6 +136,7 @@ Tuning default_tuning(bool processor) {
   t.contact_rows = processor ? 0 : 8;
   t.contact_rows_keeping = processor ? 32 : 8;
   t.slope_rows = processor ? 32 : 8;
+  t.contact_tiles = t.slope_tiles = t.surface_tiles = processor ? 0 : 1;
   t.surface_rows_big = processor ? 16 : 8;
   t.surface_rows_small = processor ? 16 : 8;
   return t;
@@ -182,6 +188,7 @@ std::filesystem::path tuning_file() {
 CachedTuning load_tuning(const gpu::Context& context, const std::filesystem::path& file) {
   CachedTuning cached{default_tuning(context), false, {}};
   std::error_code none;
+  if (!context.kernels().empty()) return cached;
   if (file.empty() || !std::filesystem::exists(file, none)) return cached;
   const TuningKey key = tuning_key(context);
   try {

@@ -273,6 +273,13 @@ class FailingProgram : public Program {
     around.environment["PALPATE_FAIL_AT"] = std::to_string(at);
     return around;
   }
+  /// From the n-th submission on the device does nothing; it is waited for for 0.3 s.
+  static Surroundings hanging(uint64_t at) {
+    Surroundings around = failing("vkQueueSubmit2", at);
+    around.environment["PALPATE_FAIL_HANG"] = "1";
+    around.environment["PALPATE_WAIT_LIMIT_S"] = "0.3";
+    return around;
+  }
 };
 
 // The device is lost in the middle of a recording: the rows before it stand and are those of a run without
@@ -310,6 +317,55 @@ TEST_F(FailingProgram, FramesBeforeADeviceLossAreKept) {
     }
     EXPECT_GT(most, 3u) << call;
   }
+}
+
+// A device that never finishes what it is given is given up after its time; the frames before it are kept.
+TEST_F(FailingProgram, ADeviceThatHangsEndsInOneLine) {
+  const fs::path out = folder_ / "out";
+  Surroundings around = hanging(14);
+  expect_refusal({"process", "synthetic:press?size=96x80&mode=gel", "--frames", "10", "--out", out}, 5,
+                 {"device hangs", "0.3 s", "PALPATE_WAIT_LIMIT_S"}, around);
+  const Table table(slurp(out / "measurements.csv"));
+  table.expect_whole();
+  EXPECT_GT(table.rows.size(), 2u);
+  around.environment["PALPATE_WAIT_LIMIT_S"] = "soon";
+  expect_refusal({"process", "synthetic:press?size=96x80&mode=gel", "--frames", "10", "--out", out}, 2,
+                 {"PALPATE_WAIT_LIMIT_S in seconds", "'soon'"}, around);
+}
+
+// What is live goes on: the device is opened anew, no frame of the recording is missing, and all are
+// measured.
+TEST_F(FailingProgram, ARecordingOutlivesItsDevice) {
+  for (const auto& [name, around] : {std::pair{"lost", failing("vkQueueSubmit2", 30)},
+                                     {"lost waiting", failing("vkWaitForFences", 30)},
+                                     {"hung", hanging(30)}}) {
+    SCOPED_TRACE(name);
+    const fs::path out = folder_ / name;
+    const Ended ended = run({"record", "synthetic:slide?size=96x80&mode=gel", "--frames", "60", "--no-drop",
+                             "--out", out, "--json"},
+                            around);
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_TRUE(contains(ended.err, "opened anew")) << ended.err;
+    const Json value = parse_json(ended.out);
+    EXPECT_EQ(value.at("device_losses"), 1);
+    EXPECT_EQ(value.at("captured"), 60);
+    const Table rows(slurp(out / "frames.csv"));
+    rows.expect_whole();
+    ASSERT_EQ(rows.rows.size(), 60u);
+    size_t measured_after = 0;
+    for (size_t i = 40; i < 60; ++i) measured_after += rows.at(i, "measured") == "1";
+    EXPECT_EQ(measured_after, 20u);
+  }
+}
+
+// A device that is lost before it has measured anything is not opened for ever.
+TEST_F(FailingProgram, ADeviceThatMeasuresNothingIsGivenUp) {
+  const fs::path out = folder_ / "out";
+  const Ended ended = run({"record", "synthetic:slide?size=96x80&mode=gel", "--frames", "20", "--out", out},
+                          failing("vkWaitForFences", 2));
+  EXPECT_EQ(ended.exit_code, 5) << ended.err;
+  EXPECT_TRUE(contains(ended.err, "device lost")) << ended.err;
+  EXPECT_TRUE(fs::exists(out / "frames.mkv")) << "what was captured is kept";
 }
 
 // Depth maps and the film of the frames before a loss are whole too.

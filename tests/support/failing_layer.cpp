@@ -1,7 +1,8 @@
 // A Vulkan layer for tests: the n-th call that may fail fails, as out of device memory or as a lost device,
 // and what is created and not destroyed is counted. One instance and one device use it at a time. Controlled
-// by the environment (PALPATE_FAIL_CALL, PALPATE_FAIL_AT, PALPATE_FAIL_MEMORY: read when an instance is made)
-// or, in the same process, by arm().
+// by the environment (PALPATE_FAIL_CALL, PALPATE_FAIL_AT, PALPATE_FAIL_MEMORY: read when the first instance is
+// made) or, in the same process, by arm(). With PALPATE_FAIL_HANG the device is not lost, but never finishes
+// what it is given from then on.
 #include "tests/support/failing_layer.h"
 
 #include <vulkan/vk_layer.h>
@@ -24,7 +25,8 @@ std::string fail_call;  // empty: any
 uint64_t fail_at = 0;   // counts from 1; 0: never
 bool fail_lost = true;  // calls that can find the device lost do; false: they run out of memory
 uint64_t calls = 0;     // that matched since armed
-bool lost = false;      // a lost device stays lost
+bool lost = false;      // a lost device stays lost; another one is not
+bool hangs = false;     // instead of being lost
 std::string failed_call;
 int64_t live = 0;  // objects created minus destroyed
 
@@ -45,13 +47,19 @@ enum class Kind {
 /// Result that the call `name` shall return instead of being made; VK_SUCCESS: make it.
 VkResult verdict(const char* name, Kind kind) {
   const std::lock_guard lock(state_mutex);
-  if (lost && kind == Kind::Queue) return VK_ERROR_DEVICE_LOST;
+  if (lost && kind == Kind::Queue) return hangs ? VK_SUCCESS : VK_ERROR_DEVICE_LOST;
   if (!fail_call.empty() && fail_call != name) return VK_SUCCESS;
   if (++calls != fail_at) return VK_SUCCESS;
   failed_call = name;
   if (kind != Kind::Queue || !fail_lost) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
   lost = true;
-  return VK_ERROR_DEVICE_LOST;
+  return hangs ? VK_SUCCESS : VK_ERROR_DEVICE_LOST;
+}
+
+/// A device that hangs takes work and does not do it.
+bool swallows(std::string_view call) {
+  const std::lock_guard lock(state_mutex);
+  return lost && hangs && call == "vkQueueSubmit2";
 }
 
 void count(int64_t change) {
@@ -79,6 +87,7 @@ struct Fallible<name, kind, VkResult(VKAPI_PTR*)(Arguments...)> {
       if (kind == Kind::Queue) next_wait_idle(the_device);
       return instead;
     }
+    if (swallows(name.text)) return VK_SUCCESS;
     const VkResult result = next(arguments...);
     if (kind == Kind::Make && result == VK_SUCCESS) count(+1);
     return result;
@@ -161,9 +170,11 @@ VKAPI_ATTR VkResult VKAPI_CALL create_instance(const VkInstanceCreateInfo* info,
   next_instance_proc = link->u.pLayerInfo->pfnNextGetInstanceProcAddr;
   link->u.pLayerInfo = link->u.pLayerInfo->pNext;
   if (const char* at = std::getenv("PALPATE_FAIL_AT")) {
+    hangs = std::getenv("PALPATE_FAIL_HANG") != nullptr;
     const char* call = std::getenv("PALPATE_FAIL_CALL");
     palpate_layer_arm(call ? call : "", std::strtoull(at, nullptr, 10),
                       std::getenv("PALPATE_FAIL_MEMORY") == nullptr);
+    unsetenv("PALPATE_FAIL_AT");  // the layer is loaded anew with each instance
   }
   const auto create =
       reinterpret_cast<PFN_vkCreateInstance>(next_instance_proc(VK_NULL_HANDLE, "vkCreateInstance"));
@@ -189,6 +200,10 @@ VKAPI_ATTR VkResult VKAPI_CALL create_device(VkPhysicalDevice physical, const Vk
   const VkResult result = next_create_device(physical, info, allocator, device);
   if (result != VK_SUCCESS) return result;
   the_device = *device;
+  {
+    const std::lock_guard lock(state_mutex);
+    lost = false;
+  }
   const auto find = [&](const char* name) { return next_device_proc(*device, name); };
   next_destroy_device = reinterpret_cast<PFN_vkDestroyDevice>(find("vkDestroyDevice"));
   next_wait_idle = reinterpret_cast<PFN_vkDeviceWaitIdle>(find("vkDeviceWaitIdle"));

@@ -145,6 +145,9 @@ LiveRunReport run_live_input(gpu::Context& context, LiveRunRequest request, Open
       for (viz::Event& event : viz::read_events(live.notes)) live.known_events.push_back(std::move(event));
     live.replay_start_s = start_of(input);
   }
+  live.on_device_lost = [](const DeviceLost& lost) {
+    spdlog::warn("{}; opened anew, the run goes on", lost.what());
+  };
   // The source that is open already is the first round's: a camera cannot be opened twice.
   const auto open = [&] { return first ? std::move(first) : open_source(input.input, input.sensor); };
   report.live = viz::run_live(context, open, input.sensor, opened.background, pipeline, live);

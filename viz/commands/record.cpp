@@ -68,6 +68,9 @@ Report record(const Common& common, Options options) {
     failed = failed || !recording.latest().status.error.empty();
     return interrupted() || failed;
   };
+  options.live.on_device_lost = [](const DeviceLost& lost) {
+    spdlog::warn("{}; opened anew, the recording goes on", lost.what());
+  };
   options.live.on_progress = [&](uint64_t captured) { progress.update(captured); };
   const auto open = [&] { return source ? std::move(source) : open_source(input.input, input.sensor); };
   viz::LiveReport report =

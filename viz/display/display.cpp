@@ -184,9 +184,33 @@ void Display::update_stats() {
 
 LiveReport Display::run() {
   LiveReport report;
-  Clock::time_point start = Clock::now(), end = start;
-  bool started = false, at_end = false;
-  while (!window_.close_requested() && !session_.stop) {
+  try {
+    show(report);
+  } catch (const DeviceLost& error) {
+    session_.lose_device(error);
+  }
+  if (options_.settings) {
+    options_.settings->take_from(scene_.state());
+    if (thumbnail_ && !options_.settings->recent.empty())
+      keep_thumbnail(options_.settings->recent.front().input, *thumbnail_, *options_.settings);
+    std::tie(options_.settings->width, options_.settings->height) = window_.size();
+  }
+  background_.finish();
+  session_.rethrow();
+
+  update_stats();
+  report.shown = stats_.shown;
+  report.seconds = started_ ? seconds_between(start_, end_) : 0;
+  report.shown_per_s = report.seconds > 0 ? static_cast<double>(report.shown) / report.seconds : 0;
+  report.draw_median_ms = draw_.percentiles().p50_ms;
+  report.mesh_columns = governor_.columns();
+  report.sources_requested = sources_requested_;
+  return report;
+}
+
+void Display::show(LiveReport& report) {
+  bool at_end = false;
+  while (!window_.close_requested() && !session_.stop && !session_.device_lost) {
     glfwPollEvents();
     double x = 0, y = 0;
     int width = 0, height = 0;
@@ -204,7 +228,7 @@ LiveReport Display::run() {
 
     if (options_.interrupted && options_.interrupted()) report.interrupted = true;
     if (report.interrupted) break;
-    if (options_.max_seconds > 0 && seconds_between(start, Clock::now()) >= options_.max_seconds) break;
+    if (options_.max_seconds > 0 && seconds_between(start_, Clock::now()) >= options_.max_seconds) break;
     while (auto finished = window_.poll_finished(false)) retire(*finished);
     if (drawing_.empty()) {
       for (Measured& m : std::exchange(replaced_, {})) give_back(m);
@@ -217,9 +241,9 @@ LiveReport Display::run() {
       current_ = std::move(newest);
       scene_.follow(current_->result.touch);
       follow_thumbnail();
-      if (!started) start = Clock::now();
-      started = true;
-      end = Clock::now();
+      if (!started_) start_ = Clock::now();
+      started_ = true;
+      end_ = Clock::now();
     } else if (!at_end && session_.to_display.finished()) {
       at_end = true;
       stats_.note = "end of recording";
@@ -242,23 +266,6 @@ LiveReport Display::run() {
     if (sources_requested_) break;
   }
   while (auto finished = window_.poll_finished(true)) retire(*finished);
-  if (options_.settings) {
-    options_.settings->take_from(scene_.state());
-    if (thumbnail_ && !options_.settings->recent.empty())
-      keep_thumbnail(options_.settings->recent.front().input, *thumbnail_, *options_.settings);
-    std::tie(options_.settings->width, options_.settings->height) = window_.size();
-  }
-  background_.finish();
-  session_.rethrow();
-
-  update_stats();
-  report.shown = stats_.shown;
-  report.seconds = started ? seconds_between(start, end) : 0;
-  report.shown_per_s = report.seconds > 0 ? static_cast<double>(report.shown) / report.seconds : 0;
-  report.draw_median_ms = draw_.percentiles().p50_ms;
-  report.mesh_columns = governor_.columns();
-  report.sources_requested = sources_requested_;
-  return report;
 }
 
 }  // namespace palpate::viz

@@ -60,6 +60,7 @@ class Display {
     std::vector<Measured> replaced;  ///< earlier result, in use until this picture's predecessor is finished
   };
 
+  void show(LiveReport& report);
   bool draw(bool is_new);
   void retire(const Finished& finished);
   void handle_input();
@@ -107,6 +108,8 @@ class Display {
   int marks_ = 0;
   uint64_t presses_ = 0;  ///< answers that were seen
   bool sources_requested_ = false;
+  bool started_ = false;  ///< the first frame has come
+  Clock::time_point start_ = Clock::now(), end_ = start_;
   BackgroundWork background_;  ///< last: what it still does may use the rest
 };
 

@@ -2,7 +2,9 @@
 
 #include <exception>
 #include <thread>
+#include <utility>
 
+#include "engine/gpu/context.h"
 #include "viz/live/capture_thread.h"
 #include "viz/live/recorder.h"
 #include "viz/live/session.h"
@@ -12,18 +14,24 @@ namespace {
 
 using std::chrono::milliseconds;
 
-void engine_loop(LiveSession& session, Pipeline& pipeline, const LiveOptions& options, LatencyLog& latency) {
-  uint64_t gaps = 0;
-  while (!session.stop && !session.to_engine.finished()) {
-    auto captured = session.to_engine.take(milliseconds(20));
-    if (!captured) continue;
-    Frame& frame = (*captured)->frame;
+/// Measures what capture delivers. `next`: the frame in hand, which a lost device leaves unmeasured.
+void engine_loop(LiveSession& session, Pipeline& pipeline, const LiveOptions& options, LatencyLog& latency,
+                 CapturedPtr& next) {
+  uint64_t gaps = next ? next->gaps : 0;
+  if (next) next->frame.after_gap = true;
+  while (!session.stop && !session.device_lost && (next || !session.to_engine.finished())) {
+    if (!next) {
+      auto captured = session.to_engine.take(milliseconds(20));
+      if (!captured) continue;
+      next = std::move(*captured);
+    }
+    Frame& frame = next->frame;
     // Of several frames of which only the last got here, any may have come after a gap.
-    if ((*captured)->gaps != gaps) frame.after_gap = true;
-    gaps = (*captured)->gaps;
+    if (next->gaps != gaps) frame.after_gap = true;
+    gaps = next->gaps;
     const bool leased = frame.leased != nullptr;
     while (!pipeline.submit(frame)) {
-      if (session.stop) return;
+      if (session.stop || session.device_lost) return;
       std::this_thread::sleep_for(milliseconds(1));  // every slot is held by the display
     }
     Result result = pipeline.wait().value();
@@ -32,52 +40,49 @@ void engine_loop(LiveSession& session, Pipeline& pipeline, const LiveOptions& op
     // A frame that is not leased was copied, or made, by its source.
     session.copies += result.copies + (leased ? 0 : 1);
     if (options.recording) options.recording->measured(result.touch, times.measured_ns);
-    if (options.presses) options.presses->add((*captured)->frame, result.touch);
+    if (options.presses) options.presses->add(frame, result.touch);
     if (options.on_result) options.on_result(result.touch);
-    if (auto displaced = session.to_display.put({std::move(*captured), std::move(result), times})) {
+    if (auto displaced = session.to_display.put({std::move(next), std::move(result), times})) {
       latency.add(displaced->times);
       session.frames.put(std::move(displaced->captured));
     }
   }
 }
 
-/// Capture and engine at work; ended and joined at the latest with the object.
-class Threads {
+/// A part of the session in a thread of its own; ended and joined at the latest with the object.
+class SessionThread {
  public:
-  Threads(LiveSession& session, Pipeline& pipeline, const std::function<std::unique_ptr<Source>()>& open,
-          const LiveOptions& options, LatencyLog& latency)
-      : session_(session),
-        engine_([this, &pipeline, &options, &latency] {
-          guarded([&] { engine_loop(session_, pipeline, options, latency); });
-          session_.to_display.close();
-        }),
-        capture_([this, &open, &options] {
-          guarded([&] { LiveCapture(session_, open, options).run(); });
-          session_.to_engine.close();
+  /// What `work` throws ends the session, but for a lost device. `done`: whatever became of it.
+  SessionThread(LiveSession& session, const std::function<void()>& work, const std::function<void()>& done)
+      : session_(session), thread_([this, work, done] {
+          try {
+            work();
+          } catch (const DeviceLost& error) {
+            session_.lose_device(error);
+          } catch (...) {
+            session_.fail(std::current_exception());
+            session_.stop = true;
+          }
+          done();
         }) {}
-  ~Threads() { join(); }
-  Threads(const Threads&) = delete;
-  Threads& operator=(const Threads&) = delete;
+  ~SessionThread() {
+    if (thread_.joinable()) stop();
+  }
+  SessionThread(const SessionThread&) = delete;
+  SessionThread& operator=(const SessionThread&) = delete;
 
-  void join() {
+  void stop() {
     session_.stop = true;
-    if (capture_.joinable()) capture_.join();
-    if (engine_.joinable()) engine_.join();
+    join();
+  }
+  /// For a thread that ends by itself.
+  void join() {
+    if (thread_.joinable()) thread_.join();
   }
 
  private:
-  template <typename Work>
-  void guarded(Work work) {
-    try {
-      work();
-    } catch (...) {
-      session_.fail(std::current_exception());
-      session_.stop = true;
-    }
-  }
-
   LiveSession& session_;
-  std::thread engine_, capture_;
+  std::thread thread_;
 };
 
 /// Handling of results when there is no display.
@@ -89,7 +94,7 @@ class NoWindow : public LiveViewer {
   LiveReport run() override {
     LiveReport report;
     int64_t start_ns = 0, end_ns = 0;
-    while (!session_.stop && !session_.to_display.finished()) {
+    while (!session_.stop && !session_.device_lost && !session_.to_display.finished()) {
       if (options_.interrupted && options_.interrupted()) report.interrupted = true;
       const bool over = options_.max_seconds > 0 && start_ns != 0 &&
                         1e-9 * static_cast<double>(monotonic_ns() - start_ns) >= options_.max_seconds;
@@ -116,28 +121,90 @@ class NoWindow : public LiveViewer {
   LatencyLog& latency_;
 };
 
+/// What was measured on one device goes with it; the frames return to capture.
+void drop_results(LiveSession& session, LatencyLog& latency) {
+  while (auto unseen = session.to_display.take(milliseconds(0))) {
+    latency.add(unseen->times);
+    session.frames.put(std::move(unseen->captured));
+  }
+}
+
+/// Of a viewer and of the one that followed it on another device.
+void add_to(LiveReport& sum, const LiveReport& next) {
+  const uint64_t shown = sum.shown + next.shown;
+  const uint32_t losses = sum.device_losses;
+  const double seconds = sum.seconds + next.seconds;
+  sum = next;
+  sum.shown = shown;
+  sum.seconds = seconds;
+  sum.device_losses = losses;
+  sum.shown_per_s = seconds > 0 ? static_cast<double>(shown) / seconds : 0;
+}
+
+/// What is measured and how, the same on every device.
+struct MeasuredRun {
+  const Sensor& sensor;
+  const Frame& background;
+  const PipelineOptions& pipeline;
+  const LiveOptions& options;
+  const MakeViewer& make_viewer;
+};
+
+/// Measures and shows on the context's device until the viewer ends or the device is lost.
+void run_on_device(gpu::Context& context, LiveSession& session, const MeasuredRun& run, LatencyLog& latency,
+                   CapturedPtr& next, LiveReport& report) {
+  Pipeline pipeline(context, run.sensor, session.source()->format(), run.pipeline);
+  pipeline.set_background(run.background);
+  const std::unique_ptr<LiveViewer> viewer = run.make_viewer(session, latency);
+  SessionThread engine(
+      session, [&] { engine_loop(session, pipeline, run.options, latency, next); },
+      [&] {
+        if (!session.device_lost) session.to_display.close();
+      });
+  add_to(report, viewer->run());
+  if (session.device_lost) {
+    engine.join();
+    return drop_results(session, latency);
+  }
+  engine.stop();
+  session.rethrow();
+  if (run.options.presses) {
+    report.presses = run.options.presses->finish();
+    viewer->finish_presses();
+  }
+}
+
 }  // namespace
 
 LiveReport run_session(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
                        const Sensor& sensor, const Frame& background, const PipelineOptions& pipeline_options,
                        const LiveOptions& options, const MakeViewer& make_viewer) {
+  const MeasuredRun run{sensor, background, pipeline_options, options, make_viewer};
   LiveSession session;
   session.transport.speed = options.speed;
   session.use(open());
-  Pipeline pipeline(context, sensor, session.source()->format(), pipeline_options);
-  pipeline.set_background(background);
   LatencyLog latency(options.latency_file, options.on_times);
-  const std::unique_ptr<LiveViewer> viewer = make_viewer(session, latency);
-
-  Threads threads(session, pipeline, open, options, latency);
-  LiveReport report = viewer->run();
-  threads.join();
+  LiveReport report;
+  CapturedPtr next;
+  {
+    SessionThread capture(
+        session, [&] { LiveCapture(session, open, options).run(); }, [&] { session.to_engine.close(); });
+    uint64_t processed_before = 0;
+    for (;;) {
+      run_on_device(context, session, run, latency, next, report);
+      const std::optional<DeviceLost> lost = session.take_device_error();
+      if (!lost || report.interrupted) break;
+      // A device that measures nothing before it is lost again is given up.
+      const bool hopeless = session.processed == processed_before || options.window;
+      if (hopeless || (!next && session.to_engine.finished())) throw DeviceLost(*lost);
+      processed_before = session.processed;
+      ++report.device_losses;
+      if (options.on_device_lost) options.on_device_lost(*lost);
+      context.reopen();
+    }
+  }
   session.rethrow();
   latency.close();
-  if (options.presses) {
-    report.presses = options.presses->finish();
-    viewer->finish_presses();
-  }
   report.captured = session.captured;
   report.processed = session.processed;
   report.dropped_before_engine = session.to_engine.displaced() + session.passed_over;

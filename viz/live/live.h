@@ -28,7 +28,9 @@ class LiveViewer {
 using MakeViewer = std::function<std::unique_ptr<LiveViewer>(LiveSession& session, LatencyLog& latency)>;
 
 /// Measures the source until its end, the limits, Ctrl-C or the viewer ends. `open` is called on this thread
-/// first, and again at each start of a loop. Throws Error, also what capture or engine threw.
+/// first, and again at each start of a loop. A device that is lost is opened anew, with a new viewer, while
+/// capture and recording go on; not where the window is the caller's. Throws Error, also what capture or
+/// engine threw.
 LiveReport run_session(gpu::Context& context, const std::function<std::unique_ptr<Source>()>& open,
                        const Sensor& sensor, const Frame& background, const PipelineOptions& pipeline_options,
                        const LiveOptions& options, const MakeViewer& make_viewer);

@@ -10,6 +10,7 @@
 #include "capture/files/event_log.h"
 #include "capture/source.h"
 #include "engine/palpation/press_monitor.h"
+#include "palpate/device.h"
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
 #include "viz/live/latency.h"
@@ -55,6 +56,8 @@ struct LiveOptions {
   std::function<void(const Touch&)> on_result;  ///< every measured frame, in order, on the engine's thread
   std::function<void(const FrameTimes&)> on_times;  ///< every measured frame once its fate is known, one call
                                                     ///< at a time
+  /// A device that was lost and is to be opened anew, on the caller's thread.
+  std::function<void(const DeviceLost&)> on_device_lost;
   // Without a window, on the caller's thread:
   std::function<void(uint64_t captured)> on_progress;     ///< now and then
   std::function<void(const Frame&, const Result&)> draw;  ///< the newest result, in place of a display
@@ -79,7 +82,8 @@ struct LiveReport {
   double draw_median_ms = 0;
   uint32_t mesh_columns = 0;         ///< of the last picture
   std::vector<PressAnswer> presses;  ///< result of each press of a block
-  std::string warning;  ///< about a recording that is cut short or damaged; empty when all is well
+  std::string warning;         ///< about a recording that is cut short or damaged; empty when all is well
+  uint32_t device_losses = 0;  ///< the device was opened anew so often
   bool interrupted = false;
   bool sources_requested = false;  ///< the person asked for the list of sources
 };

@@ -67,6 +67,8 @@ std::string describe(const viz::LiveReport& report, const std::vector<viz::Recor
                          whole(c.damaged), whole(c.gaps));
     text += line;
   }
+  if (report.device_losses > 0)
+    text += palpate::text("the device was lost and opened anew %u times\n", report.device_losses);
   if (report.to_measured.count > 0) {
     text += report.latency_from_exposure ? "latency from exposure (the driver's time stamp)\n"
                                          : "latency from delivery by the source\n";
@@ -92,6 +94,7 @@ Json to_json(const viz::LiveReport& report, const std::vector<viz::Recording::Wr
                 {"shown_per_s", report.shown_per_s},
                 {"dropped_before_engine", report.dropped_before_engine},
                 {"dropped_before_display", report.dropped_before_display},
+                {"device_losses", report.device_losses},
                 {"camera_lost", report.camera.lost},
                 {"camera_damaged", report.camera.damaged},
                 {"camera_gaps", report.camera.gaps},

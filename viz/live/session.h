@@ -6,10 +6,12 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "capture/source.h"
+#include "palpate/device.h"
 #include "palpate/frame.h"
 #include "palpate/pipeline.h"
 #include "viz/live/latency.h"
@@ -65,6 +67,8 @@ struct LiveSession {
   Mailbox<Measured> to_display;
   ReturnTray<CapturedPtr> frames;  ///< back to capture, which fills them again
   std::atomic<bool> stop{false};
+  /// The device is lost: engine and viewer end what they do on it, capture goes on.
+  std::atomic<bool> device_lost{false};
   std::atomic<bool> paused{false};
   std::atomic<uint64_t> captured{0};
   std::atomic<uint64_t> passed_over{0};  ///< captured, but the recorder had no room: not measured either
@@ -89,6 +93,18 @@ struct LiveSession {
     const std::lock_guard lock(mutex_);
     if (!error_) error_ = std::move(error);
   }
+  /// Of engine or viewer, which both may find it.
+  void lose_device(const DeviceLost& error) {
+    const std::lock_guard lock(mutex_);
+    if (!device_error_) device_error_ = error;
+    device_lost = true;
+  }
+  /// Its error; with it the session may go on, on a device that was opened anew. Empty: none was lost.
+  std::optional<DeviceLost> take_device_error() {
+    const std::lock_guard lock(mutex_);
+    device_lost = false;
+    return std::exchange(device_error_, std::nullopt);
+  }
   void rethrow() {
     const std::lock_guard lock(mutex_);
     if (error_) std::rethrow_exception(error_);
@@ -97,6 +113,7 @@ struct LiveSession {
  private:
   mutable std::mutex mutex_;
   std::exception_ptr error_;
+  std::optional<DeviceLost> device_error_;
   std::shared_ptr<Source> source_;
 };
 

@@ -124,7 +124,8 @@ HudFrame::HudFrame(gpu::Context& context, const RenderPass& pass, uint32_t frame
 
 HudFrame::~HudFrame() {
   context_.wait_idle();
-  ImGui::SetCurrentContext(imgui_);
+  ImGui::SetCurrentContext(context_.hung() ? nullptr : imgui_);
+  if (context_.hung()) return;
   ImGui_ImplVulkan_Shutdown();
   if (window_) ImGui_ImplGlfw_Shutdown();
   ImGui::DestroyContext(imgui_);

@@ -88,7 +88,7 @@ RenderPass::RenderPass(gpu::Context& context, VkFormat color, VkSampleCountFlagB
 }
 
 RenderPass::~RenderPass() {
-  vkDestroyRenderPass(context_.device(), pass_, nullptr);
+  if (!context_.hung()) vkDestroyRenderPass(context_.device(), pass_, nullptr);
 }
 
 void RenderPass::begin(VkCommandBuffer cmd, VkFramebuffer framebuffer, VkExtent2D extent) const {
@@ -150,7 +150,7 @@ Attachment::Attachment(gpu::Context& context, const char* name, VkFormat format,
 }
 
 Attachment::~Attachment() {
-  if (!context_) return;
+  if (!context_ || context_->hung()) return;
   vkDestroyImageView(context_->device(), view_, nullptr);
   vkDestroyImage(context_->device(), image_, nullptr);
   vkFreeMemory(context_->device(), memory_, nullptr);
@@ -196,8 +196,8 @@ OffscreenTarget::OffscreenTarget(gpu::Context& context, const RenderPass& pass, 
       commands_(context) {}
 
 OffscreenTarget::~OffscreenTarget() {
-  commands_.wait();
-  vkDestroyFramebuffer(context_.device(), framebuffer_, nullptr);
+  commands_.settle();
+  if (!context_.hung()) vkDestroyFramebuffer(context_.device(), framebuffer_, nullptr);
 }
 
 void OffscreenTarget::begin() {

@@ -175,6 +175,7 @@ TexelPipeline::TexelPipeline(gpu::Context& context, const RenderPass& pass, cons
 }
 
 TexelPipeline::~TexelPipeline() {
+  if (context_.hung()) return;
   vkDestroyPipeline(context_.device(), pipeline_, nullptr);
   vkDestroyPipelineLayout(context_.device(), layout_, nullptr);
   vkDestroyDescriptorSetLayout(context_.device(), set_layout_, nullptr);

@@ -141,14 +141,16 @@ Window::Window(gpu::Context& context, const WindowOptions& options) : context_(c
 
 Window::~Window() {
   context_.wait_idle();
-  destroy_targets();
-  if (swapchain_) vkDestroySwapchainKHR(context_.device(), swapchain_, nullptr);
-  for (Slot& s : slots_) {
-    vkDestroySemaphore(context_.device(), s.acquired, nullptr);
-    vkDestroyFence(context_.device(), s.fence, nullptr);
-    vkDestroyCommandPool(context_.device(), s.pool, nullptr);
+  if (!context_.hung()) {
+    destroy_targets();
+    if (swapchain_) vkDestroySwapchainKHR(context_.device(), swapchain_, nullptr);
+    for (Slot& s : slots_) {
+      vkDestroySemaphore(context_.device(), s.acquired, nullptr);
+      vkDestroyFence(context_.device(), s.fence, nullptr);
+      vkDestroyCommandPool(context_.device(), s.pool, nullptr);
+    }
+    vkDestroySurfaceKHR(context_.instance(), surface_, nullptr);
   }
-  vkDestroySurfaceKHR(context_.instance(), surface_, nullptr);
   glfwDestroyWindow(window_);
 }
 
@@ -431,7 +433,7 @@ uint64_t Window::end_picture(bool capture) {
   // A CPU driver would draw inside the present call, holding the queue against the engine's submissions: wait
   // here instead.
   if (context_.is_software()) {
-    gpu::check(vkWaitForFences(context_.device(), 1, &s.fence, VK_TRUE, UINT64_MAX), "a drawn picture");
+    context_.wait(s.fence, "a drawn picture");
     s.drawn = Clock::now();
   }
 
@@ -455,7 +457,7 @@ std::optional<Finished> Window::poll_finished(bool wait) {
   if (oldest_unfinished_ == next_picture_) return std::nullopt;
   Slot& s = slots_[oldest_unfinished_ % kPicturesInFlight];
   if (wait) {
-    gpu::check(vkWaitForFences(context_.device(), 1, &s.fence, VK_TRUE, UINT64_MAX), "a drawn picture");
+    context_.wait(s.fence, "a drawn picture");
   } else {
     const VkResult result = vkGetFenceStatus(context_.device(), s.fence);
     if (result == VK_NOT_READY) return std::nullopt;
@@ -471,7 +473,7 @@ std::optional<Finished> Window::poll_finished(bool wait) {
 std::optional<RgbImage> Window::captured() {
   if (!captured_picture_) return std::nullopt;
   const Slot& s = slots_[*captured_picture_ % kPicturesInFlight];
-  gpu::check(vkWaitForFences(context_.device(), 1, &s.fence, VK_TRUE, UINT64_MAX), "a drawn picture");
+  context_.wait(s.fence, "a drawn picture");
   captured_picture_.reset();
   readback_.invalidate();
   RgbImage image{readback_extent_.width, readback_extent_.height, {}};

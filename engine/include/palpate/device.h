@@ -4,9 +4,18 @@
 #include <memory>
 #include <string>
 
+#include "palpate/error.h"
 #include "palpate/export.h"
 
 namespace palpate {
+
+/// The device is gone: its driver says so, or it did not finish in time what it was given. Nothing on it can
+/// be used any more; a device that is opened anew may work.
+class PALPATE_API DeviceLost : public Error {
+ public:
+  DeviceLost(const std::string& wanted, const std::string& found, const std::string& remedy)
+      : Error(Failure::Device, wanted, found, remedy) {}
+};
 
 /// Opened once and shared by any number of pipelines, which it must outlive. Pipelines may use it from
 /// several threads.
