@@ -12,6 +12,12 @@
 #include "shaders/contact_parts.spv.h"
 #include "shaders/contact_parts_color.spv.h"
 #include "shaders/contact_parts_wide.spv.h"
+#include "shaders/contact_tile.spv.h"
+#include "shaders/contact_tile_color.spv.h"
+#include "shaders/contact_tile_parts.spv.h"
+#include "shaders/contact_tile_parts_color.spv.h"
+#include "shaders/contact_tile_parts_wide.spv.h"
+#include "shaders/contact_tile_wide.spv.h"
 #include "shaders/contact_unfiltered.spv.h"
 #include "shaders/contact_unfiltered_color.spv.h"
 #include "shaders/contact_unfiltered_parts.spv.h"
@@ -26,8 +32,15 @@ namespace {
 // Rows that a tile fetches beyond its own; without the filter about what its last sums cost.
 constexpr uint32_t kLeadIn = 4;
 
+// What a workgroup of contact_tile.comp owns: a row of eight words for each of eight rows, an invocation a
+// word.
+constexpr uint32_t kTileRows = 8, kTileWorkgroup = 64;
+// Workgroups of parts in a row of the dispatch, which devices limit to 65535.
+constexpr uint32_t kPartsAcross = 32768;
+
 // The tuning's height of a tile, or the one that fetches the fewest rows in all.
 uint32_t rows_for(const Tuning& tuning, uint32_t height, bool keep_filtered) {
+  if (tuning.contact_tiles) return kTileRows;
   if (keep_filtered) return tuning.contact_rows_keeping;
   if (tuning.contact_rows > 0) return tuning.contact_rows;
   uint32_t best = shared::kMaxTileRows / 2;
@@ -62,6 +75,23 @@ gpu::Shader parts_for(const FrameFormat& format, Filter filter) {
   return {"contact_parts", k_contact_parts};
 }
 
+gpu::Shader tile_for(const FrameFormat& format) {
+  if (format.channels == 3) return {"contact_tile_color", k_contact_tile_color};
+  if (format.bit_depth > 8) return {"contact_tile_wide", k_contact_tile_wide};
+  return {"contact_tile", k_contact_tile};
+}
+
+gpu::Shader tile_parts_for(const FrameFormat& format) {
+  if (format.channels == 3) return {"contact_tile_parts_color", k_contact_tile_parts_color};
+  if (format.bit_depth > 8) return {"contact_tile_parts_wide", k_contact_tile_parts_wide};
+  return {"contact_tile_parts", k_contact_tile_parts};
+}
+
+// Fraction bits that a stored value drops so that it fits 16 bits.
+uint32_t keep_shift(const FrameFormat& format) {
+  return format.bit_depth > 8 ? format.bit_depth - 8 : 0;
+}
+
 }  // namespace
 
 Contact::Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, bool keep_filtered,
@@ -78,44 +108,12 @@ Contact::Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat&
   push_.threshold = static_cast<uint32_t>(std::lround(sensor.threshold_gray * 128));
   push_.saturation = sensor.saturation_gray;
   push_.dead = dead_gray(sensor);
-  const uint32_t keep_shift = format.bit_depth > 8 ? format.bit_depth - 8 : 0;
-  units_per_gray_ = 256u >> keep_shift;
-
-  const bool subtracts = sensor.background.kind == BackgroundKind::Untouched;
-  const auto signal = static_cast<uint32_t>(sensor.signal);
-  using enum gpu::Binding;
-  gpu::KernelInterface interface;
-  interface.push_bytes = sizeof push_;
-  interface.local_size = {workgroup_, 1, 1};
-  if (sensor.filter == Filter::Binomial5) {
-    interface.bindings = {Texels, Texels, Texels, Texels, Storage, Storage, Storage};
-    interface.constants = {tile_rows_, signal, keep_filtered, keep_shift, subtracts, keep_marks};
-    kernel_ = gpu::Kernel(context, filtered_for(format), interface);
-  } else if (subtracts || format.channels > 1 || format.bit_depth > 8) {
-    assert(!keep_filtered);
-    form_ = Form::Unfiltered;
-    interface.bindings = {Texels, Texels, Storage, Storage};
-    interface.constants = {tile_rows_, signal, subtracts, keep_marks};
-    kernel_ = gpu::Kernel(context, unfiltered_for(format), interface);
-  } else {
-    assert(!keep_filtered);
-    form_ = Form::Moments;
-    interface.bindings = {Texels, Storage, Storage};
-    const bool bright = push_.threshold > 127 * 128;  // rounded up to whole gray levels, 128 or more
-    interface.constants = {tile_rows_, bright, keep_marks};
-    kernel_ = gpu::Kernel(context, {"contact_moments", k_contact_moments}, interface);
-  }
-  if (keep_marks) {
-    gpu::KernelInterface of_parts{{}, sizeof push_, {workgroup_, 1, 1}, {}};
-    if (sensor.filter == Filter::Binomial5) {
-      of_parts.bindings = {Texels, Texels, Texels, Texels, Storage, Storage, Texels, Storage};
-      of_parts.constants = {tile_rows_, signal, 0, 0, subtracts, 0};
-    } else {
-      of_parts.bindings = {Texels, Texels, Storage, Storage, Texels, Storage};
-      of_parts.constants = {tile_rows_, signal, subtracts, 0};
-    }
-    parts_kernel_ = gpu::Kernel(context, parts_for(format, sensor.filter), of_parts);
-  }
+  units_per_gray_ = 256u >> keep_shift(format);
+  assert(!keep_filtered || sensor.filter == Filter::Binomial5);
+  if (tuning.contact_tiles)
+    make_tiles(context, sensor, format, keep_filtered, keep_marks);
+  else
+    make_strips(context, sensor, format, keep_filtered, keep_marks);
   const uint64_t filtered_bytes =
       keep_filtered ? uint64_t{push_.tiles_x} * tile_columns_ * 2 * format.height : 16;
   filtered_ = gpu::DeviceBuffer(context, "filtered image", filtered_bytes, gpu::Memory::Device);
@@ -124,11 +122,70 @@ Contact::Contact(gpu::Context& context, const Sensor& sensor, const FrameFormat&
                              gpu::Memory::Device);
 }
 
+void Contact::make_strips(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+                          bool keep_filtered, bool keep_marks) {
+  const bool subtracts = sensor.background.kind == BackgroundKind::Untouched;
+  const auto signal = static_cast<uint32_t>(sensor.signal);
+  using enum gpu::Binding;
+  gpu::KernelInterface interface;
+  interface.push_bytes = sizeof push_;
+  interface.local_size = {workgroup_, 1, 1};
+  if (sensor.filter == Filter::Binomial5) {
+    interface.bindings = {Texels, Texels, Texels, Texels, Storage, Storage, Storage};
+    interface.constants = {tile_rows_, signal, keep_filtered, keep_shift(format), subtracts, keep_marks};
+    kernel_ = gpu::Kernel(context, filtered_for(format), interface);
+  } else if (subtracts || format.channels > 1 || format.bit_depth > 8) {
+    form_ = Form::Unfiltered;
+    interface.bindings = {Texels, Texels, Storage, Storage};
+    interface.constants = {tile_rows_, signal, subtracts, keep_marks};
+    kernel_ = gpu::Kernel(context, unfiltered_for(format), interface);
+  } else {
+    form_ = Form::Moments;
+    interface.bindings = {Texels, Storage, Storage};
+    const bool bright = push_.threshold > 127 * 128;  // rounded up to whole gray levels, 128 or more
+    interface.constants = {tile_rows_, bright, keep_marks};
+    kernel_ = gpu::Kernel(context, {"contact_moments", k_contact_moments}, interface);
+  }
+  if (!keep_marks) return;
+  gpu::KernelInterface of_parts{{}, sizeof push_, {workgroup_, 1, 1}, {}};
+  if (sensor.filter == Filter::Binomial5) {
+    of_parts.bindings = {Texels, Texels, Texels, Texels, Storage, Storage, Texels, Storage};
+    of_parts.constants = {tile_rows_, signal, 0, 0, subtracts, 0};
+  } else {
+    of_parts.bindings = {Texels, Texels, Storage, Storage, Texels, Storage};
+    of_parts.constants = {tile_rows_, signal, subtracts, 0};
+  }
+  parts_kernel_ = gpu::Kernel(context, parts_for(format, sensor.filter), of_parts);
+}
+
+void Contact::make_tiles(gpu::Context& context, const Sensor& sensor, const FrameFormat& format,
+                         bool keep_filtered, bool keep_marks) {
+  form_ = Form::Tiles;
+  const auto signal = static_cast<uint32_t>(sensor.signal);
+  const bool filters = sensor.filter == Filter::Binomial5;
+  const bool subtracts = sensor.background.kind == BackgroundKind::Untouched;
+  using enum gpu::Binding;
+  kernel_ = gpu::Kernel(context, tile_for(format),
+                        {{Texels, Texels, Storage, Storage, Storage},
+                         sizeof push_,
+                         {kTileWorkgroup, 1, 1},
+                         {filters, signal, keep_filtered, keep_shift(format), subtracts, keep_marks}});
+  if (!keep_marks) return;
+  parts_kernel_ = gpu::Kernel(context, tile_parts_for(format),
+                              {{Texels, Texels, Storage, Storage, Texels, Storage},
+                               sizeof push_,
+                               {kTileWorkgroup, 1, 1},
+                               {filters, signal, 0, 0, subtracts, 0}});
+}
+
 void Contact::record(gpu::Commands& commands, const PaddedImage& frame, const PaddedImage& background,
                      const gpu::DeviceBuffer& records) const {
   const auto scope = commands.scope("contact");
   const std::array<uint32_t, 3> groups{(tiles() + workgroup_ - 1) / workgroup_, 1, 1};
-  if (form_ == Form::Filtered) {
+  if (form_ == Form::Tiles) {
+    commands.dispatch(kernel_, {&frame.words(), &background.words(), &records, &filtered_, &marks_}, push_,
+                      {push_.tiles_x, push_.tiles_y, 1});
+  } else if (form_ == Form::Filtered) {
     commands.dispatch(kernel_,
                       {&frame.texels(), &frame.words(), &background.texels(), &background.words(), &records,
                        &filtered_, &marks_},
@@ -146,7 +203,13 @@ void Contact::record_parts(gpu::Commands& commands, const PaddedImage& frame, co
   shared::ContactPush push = push_;
   push.parts = parts.capacity;
   const std::array<uint32_t, 3> groups{(parts.capacity + workgroup_ - 1) / workgroup_, 1, 1};
-  if (form_ == Form::Filtered) {
+  if (form_ == Form::Tiles) {
+    const uint32_t across = std::min(parts.capacity, kPartsAcross);
+    commands.dispatch(
+        parts_kernel_,
+        {&frame.words(), &background.words(), &records, &parts.list, &parts.marks, &parts.count}, push,
+        {across, (parts.capacity + across - 1) / across, 1});
+  } else if (form_ == Form::Filtered) {
     commands.dispatch(parts_kernel_,
                       {&frame.texels(), &frame.words(), &background.texels(), &background.words(), &records,
                        &parts.list, &parts.marks, &parts.count},

@@ -66,7 +66,11 @@ class Contact {
   uint32_t tile_rows_ = 0;
   uint32_t workgroup_ = 0;
   uint32_t units_per_gray_ = 256;
-  enum class Form { Filtered, Unfiltered, Moments };
+  enum class Form { Filtered, Unfiltered, Moments, Tiles };
+  void make_strips(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, bool keep_filtered,
+                   bool keep_marks);
+  void make_tiles(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, bool keep_filtered,
+                  bool keep_marks);
   Form form_ = Form::Filtered;
   gpu::Kernel kernel_;
   gpu::Kernel parts_kernel_;

@@ -1,5 +1,7 @@
 #include "engine/stages/lookup.h"
 
+#include <algorithm>
+
 #include "engine/gpu/commands.h"
 #include "engine/gpu/context.h"
 #include "engine/sensor/lookup_depth.h"
@@ -9,11 +11,13 @@
 namespace palpate {
 namespace {
 constexpr uint32_t kStoredValues = 1u << 16;
-}
+// surface_workgroup may be that of a tile, for which there are too few pixels here.
+constexpr uint32_t kMostInvocations = 64;
+}  // namespace
 
 Lookup::Lookup(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const Contact& contact,
                const Tuning& tuning)
-    : workgroup_(tuning.surface_workgroup) {
+    : workgroup_(std::min(tuning.surface_workgroup, kMostInvocations)) {
   using enum gpu::Binding;
   push_.width = format.width;
   push_.height = format.height;

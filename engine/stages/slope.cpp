@@ -11,6 +11,10 @@
 #include "shaders/known_slope_photometric.spv.h"
 #include "shaders/known_slope_photometric_table.spv.h"
 #include "shaders/known_slope_shading.spv.h"
+#include "shaders/slope_cell_tile_given.spv.h"
+#include "shaders/slope_cell_tile_photometric.spv.h"
+#include "shaders/slope_cell_tile_photometric_table.spv.h"
+#include "shaders/slope_cell_tile_shading.spv.h"
 #include "shaders/slope_coarse_given.spv.h"
 #include "shaders/slope_coarse_photometric.spv.h"
 #include "shaders/slope_coarse_photometric_table.spv.h"
@@ -22,6 +26,10 @@
 #include "shaders/slope_store_photometric.spv.h"
 #include "shaders/slope_store_photometric_table.spv.h"
 #include "shaders/slope_store_shading.spv.h"
+#include "shaders/slope_tile_given.spv.h"
+#include "shaders/slope_tile_photometric.spv.h"
+#include "shaders/slope_tile_photometric_table.spv.h"
+#include "shaders/slope_tile_shading.spv.h"
 #include "shaders/weighted_slope_photometric.spv.h"
 #include "shaders/weighted_slope_photometric_table.spv.h"
 #include "shaders/weighted_slope_shading.spv.h"
@@ -29,6 +37,8 @@
 namespace palpate {
 namespace {
 
+// Pixels of a tile, and a workgroup, as shaders/surface/slope_tile.comp has them.
+constexpr uint32_t kTileWidth = 32, kTileHeight = 16, kTileWorkgroup = 256;
 constexpr uint32_t kBlock = 8;  // px; the side of the blocks whose means tell the direction of a gray slope
 
 // Contact pixels darker than this many stored units are steeper than max_slope; 0 where the threshold leaves
@@ -39,16 +49,26 @@ uint32_t least_gray(const Sensor& sensor, uint32_t units_per_gray) {
   return least > sensor.threshold_gray * units_per_gray ? static_cast<uint32_t>(least) : 0;
 }
 
+/// The kernel of a reading in its forms: strips and tiles, for pixels and for cells.
+struct Forms {
+  gpu::Shader strips, strips_of_cells, tiles, tiles_of_cells;
+};
+
 // A kernel that reads `texels` views and writes the right sides, and counts before them where it `clips`.
-gpu::Kernel kernel_for(gpu::Context& context, RightSides right_sides, const gpu::Shader& pixels,
-                       const gpu::Shader& cells, size_t texels, bool clips,
-                       const std::vector<uint32_t>& constants, const Tuning& tuning) {
+gpu::Kernel kernel_for(gpu::Context& context, RightSides right_sides, const Forms& forms, size_t texels,
+                       bool clips, const std::vector<uint32_t>& constants, const Tuning& tuning) {
   const bool both = right_sides == RightSides::Pixels;
   std::vector<gpu::Binding> bindings(texels, gpu::Binding::Texels);
   bindings.resize(texels + (both ? 2 : 1) + (clips ? 1 : 0), gpu::Binding::Storage);
-  return {context,
-          both ? pixels : cells,
-          {std::move(bindings), sizeof(shared::SlopePush), {tuning.slope_workgroup, 1, 1}, constants}};
+  const gpu::Shader& shader = tuning.slope_tiles ? (both ? forms.tiles : forms.tiles_of_cells)
+                                                 : (both ? forms.strips : forms.strips_of_cells);
+  const uint32_t workgroup = tuning.slope_tiles ? kTileWorkgroup : tuning.slope_workgroup;
+  return {context, shader, {std::move(bindings), sizeof(shared::SlopePush), {workgroup, 1, 1}, constants}};
+}
+
+// Tiles count their clipped pixels in the words of strips, of which there must be enough.
+uint32_t rows_for(const Tuning& tuning) {
+  return tuning.slope_tiles ? std::min(tuning.slope_rows, kTileHeight) : tuning.slope_rows;
 }
 
 // A node's normal and that of the next one along its row, so that a pixel between four nodes takes two
@@ -72,8 +92,9 @@ gpu::DeviceBuffer nodes_of(gpu::Context& context, const NormalTable& table) {
 
 Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& format, const Contact& contact,
              RightSides right_sides, const Tuning& tuning)
-    : tile_rows_(tuning.slope_rows),
+    : tile_rows_(rows_for(tuning)),
       workgroup_(tuning.slope_workgroup),
+      tiled_(tuning.slope_tiles != 0),
       shading_(sensor.reconstruction == Reconstruction::Shading),
       right_sides_(right_sides) {
   using enum gpu::Binding;
@@ -93,8 +114,12 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
     push_.gain = static_cast<float>(sensor.shading.depth_gain);
     filtered_texels_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32B32A32_UINT);
     filtered_pairs_ = gpu::TexelView(context, contact.filtered(), VK_FORMAT_R32G32_UINT);
-    kernel_ = kernel_for(context, right_sides, {"slope_shading", k_slope_shading},
-                         {"slope_coarse_shading", k_slope_coarse_shading}, 3, true, constants_, tuning);
+    kernel_ = kernel_for(context, right_sides,
+                         {{"slope_shading", k_slope_shading},
+                          {"slope_coarse_shading", k_slope_coarse_shading},
+                          {"slope_tile_shading", k_slope_tile_shading},
+                          {"slope_cell_tile_shading", k_slope_cell_tile_shading}},
+                         3, true, constants_, tuning);
     const uint64_t blocks =
         uint64_t{(format.width + kBlock - 1) / kBlock} * ((format.height + kBlock - 1) / kBlock);
     blocks_ = gpu::DeviceBuffer(context, "block means", blocks * sizeof(float), gpu::Memory::Device);
@@ -118,27 +143,40 @@ Slope::Slope(gpu::Context& context, const Sensor& sensor, const FrameFormat& for
       table_nodes_ = gpu::TexelView(context, table_, VK_FORMAT_R32G32B32A32_SFLOAT);
       constants_.push_back(table->side);
       constants_.push_back(std::bit_cast<uint32_t>(static_cast<float>(table->reach)));
-      kernel_ = kernel_for(context, right_sides, {"slope_photometric_table", k_slope_photometric_table},
-                           {"slope_coarse_photometric_table", k_slope_coarse_photometric_table}, 5, true,
-                           constants_, tuning);
+      kernel_ = kernel_for(context, right_sides,
+                           {{"slope_photometric_table", k_slope_photometric_table},
+                            {"slope_coarse_photometric_table", k_slope_coarse_photometric_table},
+                            {"slope_tile_photometric_table", k_slope_tile_photometric_table},
+                            {"slope_cell_tile_photometric_table", k_slope_cell_tile_photometric_table}},
+                           5, true, constants_, tuning);
     } else {
-      kernel_ =
-          kernel_for(context, right_sides, {"slope_photometric", k_slope_photometric},
-                     {"slope_coarse_photometric", k_slope_coarse_photometric}, 4, true, constants_, tuning);
+      kernel_ = kernel_for(context, right_sides,
+                           {{"slope_photometric", k_slope_photometric},
+                            {"slope_coarse_photometric", k_slope_coarse_photometric},
+                            {"slope_tile_photometric", k_slope_tile_photometric},
+                            {"slope_cell_tile_photometric", k_slope_cell_tile_photometric}},
+                           4, true, constants_, tuning);
     }
   }
 }
 
 Slope::Slope(gpu::Context& context, uint32_t width, uint32_t height, RightSides right_sides,
              const Tuning& tuning)
-    : tile_rows_(tuning.slope_rows), workgroup_(tuning.slope_workgroup), right_sides_(right_sides) {
+    : tile_rows_(rows_for(tuning)),
+      workgroup_(tuning.slope_workgroup),
+      tiled_(tuning.slope_tiles != 0),
+      right_sides_(right_sides) {
   push_.width = width;
   push_.height = height;
   push_.pitch = push_.in_pitch = grid_for(width, height).pitch;
   push_.coarse_pitch = coarser(grid_for(width, height)).pitch;
   push_.scale = 1;
-  kernel_ = kernel_for(context, right_sides, {"slope_given", k_slope_given},
-                       {"slope_coarse_given", k_slope_coarse_given}, 2, false, {tile_rows_, 0}, tuning);
+  kernel_ = kernel_for(context, right_sides,
+                       {{"slope_given", k_slope_given},
+                        {"slope_coarse_given", k_slope_coarse_given},
+                        {"slope_tile_given", k_slope_tile_given},
+                        {"slope_cell_tile_given", k_slope_cell_tile_given}},
+                       2, false, {tile_rows_, 0}, tuning);
 }
 
 void Slope::place(const FramePlace& place) {
@@ -165,7 +203,9 @@ void Slope::dispatch(gpu::Commands& commands, std::vector<gpu::Argument> argumen
                      const Surface& surface) const {
   if (right_sides_ == RightSides::Pixels) arguments.emplace_back(&surface.right_side().buffer);
   arguments.emplace_back(&surface.coarse_right_side().buffer);
-  commands.dispatch(kernel_, arguments, &push_, groups());
+  const std::array<uint32_t, 3> tiles{(push_.width + kTileWidth - 1) / kTileWidth,
+                                      (push_.height + kTileHeight - 1) / kTileHeight, 1};
+  commands.dispatch(kernel_, arguments, &push_, tiled_ ? tiles : groups());
   commands.barrier();
 }
 

@@ -73,6 +73,7 @@ class Slope {
   shared::SlopePush push_{};
   uint32_t tile_rows_ = 0;
   uint32_t workgroup_ = 0;
+  bool tiled_ = false;  // the right sides; slopes and weights by strips all the same
   bool shading_ = false;
   RightSides right_sides_;
   std::vector<uint32_t> constants_;  // of the kernels: rows; shading: stored units below which a slope is

@@ -10,14 +10,21 @@
 #include "engine/numeric/dense.h"
 #include "engine/numeric/jacobi_weights.h"
 #include "shaders/ascend.spv.h"
+#include "shaders/ascend_tile.spv.h"
 #include "shaders/coarsest.spv.h"
 #include "shaders/correct.spv.h"
+#include "shaders/correct_tile.spv.h"
 #include "shaders/descend.spv.h"
+#include "shaders/descend_tile.spv.h"
 #include "shaders/interpolate.spv.h"
 #include "shaders/interpolate_add.spv.h"
+#include "shaders/interpolate_add_tile.spv.h"
+#include "shaders/interpolate_tile.spv.h"
 #include "shaders/restrict.spv.h"
 #include "shaders/restrict_residual.spv.h"
+#include "shaders/restrict_residual_tile.spv.h"
 #include "shaders/smooth.spv.h"
+#include "shaders/smooth_tile.spv.h"
 
 namespace palpate {
 namespace {
@@ -27,6 +34,11 @@ constexpr uint32_t kCycledLevels = 3;
 // Where a part is solved: its sources are found anew with every third of the cycles, from heights that the
 // two before have smoothed, and with the last.
 constexpr uint32_t kCyclesOfSources = 3;
+
+// Cells of a tile, as shaders/surface/tile.glsl has them.
+constexpr uint32_t kTileWidth = 32, kTileHeight = 16;
+// Of the kernels that are not tiles, where the others are: many small workgroups, each invocation one row.
+constexpr uint32_t kSmallWorkgroup = 64;
 
 // The pseudo-inverse of A on a small grid, in the padded order of the level's buffer. A is symmetric and
 // takes nothing but the constant to 0, so A + 1 1^T / n is invertible, and its inverse differs from the
@@ -93,6 +105,7 @@ struct Surface::Pass {
   // Rows of a strip: long ones on big levels, short ones where threads are few.
   uint32_t rows(const Grid& grid) const {
     const Tuning& t = surface.tuning_;
+    if (surface.tiled()) return 1;
     return uint64_t{grid.pitch} * grid.height >= t.surface_big_texels ? t.surface_rows_big
                                                                       : t.surface_rows_small;
   }
@@ -122,8 +135,16 @@ struct Surface::Pass {
   std::array<uint32_t, 3> groups(const Grid& written, uint32_t texels = 1) const {
     const uint32_t strips = (written.height + rows(written) - 1) / rows(written);
     const uint32_t columns = (written.pitch + texels - 1) / texels;
-    const uint32_t workgroup = surface.tuning_.surface_workgroup;
-    return {(columns * strips + workgroup - 1) / workgroup, 1, 1};
+    return {(columns * strips + workgroup() - 1) / workgroup(), 1, 1};
+  }
+  uint32_t workgroup() const { return surface.tiled() ? kSmallWorkgroup : surface.tuning_.surface_workgroup; }
+  /// In tiles a workgroup owns one of the finer level.
+  void dispatch_tiles(const gpu::Kernel& kernel, uint32_t l, std::initializer_list<gpu::Argument> arguments) {
+    const Grid& grid = level(l).grid;
+    commands.dispatch(
+        kernel, arguments, push(l, grid),
+        {(grid.width + kTileWidth - 1) / kTileWidth, (grid.height + kTileHeight - 1) / kTileHeight, 1});
+    commands.barrier();
   }
 
   /// Fills the right sides of the next two levels.
@@ -138,6 +159,9 @@ struct Surface::Pass {
     commands.barrier();
   }
   void restrict_residual(uint32_t l) {
+    if (surface.tiled())
+      return dispatch_tiles(surface.restrict_residual_, l,
+                            {&level(l).right.words, &x(l).words, &level(l + 1).right.buffer});
     const Grid& coarse = level(l + 1).grid;
     commands.dispatch(surface.restrict_residual_,
                       {&level(l).right.texels, &x(l).texels, &x(l).words, &level(l + 1).right.buffer},
@@ -147,6 +171,8 @@ struct Surface::Pass {
   /// Sweeps from zero, and the coarser level's right side from what they leave.
   void descend(uint32_t l) {
     const Level& v = level(l);
+    if (surface.tiled())
+      return dispatch_tiles(surface.descend_, l, {&v.right.words, &x(l).buffer, &level(l + 1).right.buffer});
     const Grid& coarse = level(l + 1).grid;
     commands.dispatch(surface.descend_,
                       {&v.right.texels, &v.right.pairs, &x(l).buffer, &level(l + 1).right.buffer},
@@ -157,6 +183,9 @@ struct Surface::Pass {
   /// leave.
   void ascend(uint32_t l) {
     const Level& v = level(l);
+    if (surface.tiled())
+      return dispatch_tiles(surface.ascend_, l,
+                            {&v.right.words, &x(l + 1).words, &x(l).buffer, &level(l + 1).right.buffer});
     const Grid& coarse = level(l + 1).grid;
     commands.dispatch(
         surface.ascend_,
@@ -166,37 +195,50 @@ struct Surface::Pass {
   }
   void interpolate(const FloatMap& cells, const FloatMap& pixels) {
     const Level& v = level(0);
+    if (surface.tiled()) return dispatch_tiles(surface.interpolate_, 0, {&cells.words, &pixels.buffer});
     commands.dispatch(surface.interpolate_, {&cells.texels, &cells.pairs, &pixels.buffer}, push(0, v.grid),
                       groups(v.grid, 2));
     commands.barrier();
   }
   void interpolate_change() {
-    const Level& v = level(0);
-    commands.dispatch(surface.interpolate_add_, {&x(1).texels, &x(1).pairs, &x(0).texels, &spare(0).buffer},
-                      push(0, v.grid), groups(v.grid, 2));
-    commands.barrier();
+    if (surface.tiled()) {
+      dispatch_tiles(surface.interpolate_add_, 0, {&x(1).words, &spare(0).buffer, &x(0).words});
+    } else {
+      const Level& v = level(0);
+      commands.dispatch(surface.interpolate_add_, {&x(1).texels, &x(1).pairs, &x(0).texels, &spare(0).buffer},
+                        push(0, v.grid), groups(v.grid, 2));
+      commands.barrier();
+    }
     flip(0);
   }
   void correct_and_smooth(uint32_t l) {
     const Level& v = level(l);
-    commands.dispatch(surface.smooth_,
-                      {&v.right.texels, &v.right.words, &x(l + 1).pairs, &x(l).texels, &spare(l).buffer},
-                      push(l, v.grid), groups(v.grid));
-    commands.barrier();
+    if (surface.tiled()) {
+      dispatch_tiles(surface.smooth_, l, {&x(l + 1).words, &x(l).words, &spare(l).buffer, &v.right.words});
+    } else {
+      commands.dispatch(surface.smooth_,
+                        {&v.right.texels, &v.right.words, &x(l + 1).pairs, &x(l).texels, &spare(l).buffer},
+                        push(l, v.grid), groups(v.grid));
+      commands.barrier();
+    }
     flip(l);
   }
   void correct(uint32_t l) {
-    const Level& v = level(l);
-    commands.dispatch(surface.correct_, {&x(l + 1).pairs, &x(l).texels, &spare(l).buffer}, push(l, v.grid),
-                      groups(v.grid));
-    commands.barrier();
+    if (surface.tiled()) {
+      dispatch_tiles(surface.correct_, l, {&x(l + 1).words, &x(l).words, &spare(l).buffer});
+    } else {
+      const Level& v = level(l);
+      commands.dispatch(surface.correct_, {&x(l + 1).pairs, &x(l).texels, &spare(l).buffer}, push(l, v.grid),
+                        groups(v.grid));
+      commands.barrier();
+    }
     flip(l);
   }
   void solve_coarsest() {
     const Level& v = level(last());
-    const uint32_t texels = v.grid.pitch * v.grid.height, workgroup = surface.tuning_.surface_workgroup;
+    const uint32_t texels = v.grid.pitch * v.grid.height;
     commands.dispatch(surface.coarsest_, {&surface.inverse_texels_, &v.right.texels, &x(last()).buffer},
-                      shared::CoarsestPush{texels}, {(texels + workgroup - 1) / workgroup, 1, 1});
+                      shared::CoarsestPush{texels}, {(texels + workgroup() - 1) / workgroup(), 1, 1});
     commands.barrier();
   }
 
@@ -338,35 +380,65 @@ Surface::Surface(gpu::Context& context, uint32_t width, uint32_t height, Surface
   inverse_texels_ = gpu::TexelView(context, inverse_, VK_FORMAT_R32G32B32A32_SFLOAT);
 
   using enum gpu::Binding;
-  const auto make = [&](const gpu::Shader& shader, std::vector<gpu::Binding> bindings, uint32_t push_bytes) {
-    return gpu::Kernel(context, shader,
-                       {std::move(bindings), push_bytes, {tuning.surface_workgroup, 1, 1}, {}});
-  };
-  constexpr uint32_t kPush = sizeof(shared::GridPush);
-  coarsest_ = make({"coarsest", k_coarsest}, {Texels, Texels, Storage}, sizeof(shared::CoarsestPush));
+  gpu::KernelInterface direct = interface({Texels, Texels, Storage}, false);
+  direct.push_bytes = sizeof(shared::CoarsestPush);
+  coarsest_ = gpu::Kernel(context, {"coarsest", k_coarsest}, direct);
   if (levels_.size() == 1) return;
-  descend_ = make({"descend", k_descend}, {Texels, Texels, Storage, Storage}, kPush);
-  ascend_ = make({"ascend", k_ascend}, {Texels, Texels, Texels, Storage, Storage}, kPush);
-  if (last_.buffer) {
-    interpolate_add_ = make({"interpolate_add", k_interpolate_add}, {Texels, Texels, Texels, Storage}, kPush);
-  } else {
-    interpolate_ = make({"interpolate", k_interpolate}, {Texels, Texels, Storage}, kPush);
-  }
+  restrict_ = gpu::Kernel(context, {"restrict", k_restrict}, interface({Texels, Storage, Storage}, false));
+  if (tiled())
+    make_tiles(context);
+  else
+    make_strips(context);
   if (extra_cycles_ > 0) make_correcting(context);
-  restrict_ = make({"restrict", k_restrict}, {Texels, Storage, Storage}, kPush);
-  correct_ = make({"correct", k_correct}, {Texels, Texels, Storage}, kPush);
+}
+
+gpu::KernelInterface Surface::interface(std::vector<gpu::Binding> bindings, bool in_tiles) const {
+  const uint32_t workgroup = tiled() && !in_tiles ? kSmallWorkgroup : tuning_.surface_workgroup;
+  return {std::move(bindings), sizeof(shared::GridPush), {workgroup, 1, 1}, {}};
+}
+
+void Surface::make_strips(gpu::Context& context) {
+  using enum gpu::Binding;
+  const auto make = [&](const gpu::Shader& shader, std::vector<gpu::Binding> bindings) {
+    return gpu::Kernel(context, shader, interface(std::move(bindings), false));
+  };
+  descend_ = make({"descend", k_descend}, {Texels, Texels, Storage, Storage});
+  ascend_ = make({"ascend", k_ascend}, {Texels, Texels, Texels, Storage, Storage});
+  if (last_.buffer)
+    interpolate_add_ = make({"interpolate_add", k_interpolate_add}, {Texels, Texels, Texels, Storage});
+  else
+    interpolate_ = make({"interpolate", k_interpolate}, {Texels, Texels, Storage});
+  correct_ = make({"correct", k_correct}, {Texels, Texels, Storage});
+}
+
+void Surface::make_tiles(gpu::Context& context) {
+  using enum gpu::Binding;
+  const auto make = [&](const gpu::Shader& shader, std::vector<gpu::Binding> bindings) {
+    return gpu::Kernel(context, shader, interface(std::move(bindings), true));
+  };
+  descend_ = make({"descend_tile", k_descend_tile}, {Texels, Storage, Storage});
+  ascend_ = make({"ascend_tile", k_ascend_tile}, {Texels, Texels, Storage, Storage});
+  if (last_.buffer)
+    interpolate_add_ = make({"interpolate_add_tile", k_interpolate_add_tile}, {Texels, Storage, Texels});
+  else
+    interpolate_ = make({"interpolate_tile", k_interpolate_tile}, {Texels, Storage});
+  correct_ = make({"correct_tile", k_correct_tile}, {Texels, Texels, Storage});
 }
 
 // What corrects a solution that is there already.
 void Surface::make_correcting(gpu::Context& context) {
   using enum gpu::Binding;
-  const auto make = [&](const gpu::Shader& shader, std::vector<gpu::Binding> bindings) {
-    return gpu::Kernel(
-        context, shader,
-        {std::move(bindings), sizeof(shared::GridPush), {tuning_.surface_workgroup, 1, 1}, {}});
-  };
-  smooth_ = make({"smooth", k_smooth}, {Texels, Texels, Texels, Texels, Storage});
-  restrict_residual_ = make({"restrict_residual", k_restrict_residual}, {Texels, Texels, Texels, Storage});
+  if (tiled()) {
+    smooth_ = gpu::Kernel(context, {"smooth_tile", k_smooth_tile},
+                          interface({Texels, Texels, Storage, Texels}, true));
+    restrict_residual_ = gpu::Kernel(context, {"restrict_residual_tile", k_restrict_residual_tile},
+                                     interface({Texels, Texels, Storage}, true));
+    return;
+  }
+  smooth_ =
+      gpu::Kernel(context, {"smooth", k_smooth}, interface({Texels, Texels, Texels, Texels, Storage}, false));
+  restrict_residual_ = gpu::Kernel(context, {"restrict_residual", k_restrict_residual},
+                                   interface({Texels, Texels, Texels, Storage}, false));
 }
 
 void Surface::record_coarse_right_side(gpu::Commands& commands) const {

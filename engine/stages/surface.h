@@ -75,6 +75,8 @@ class Surface {
     FloatMap x[2];  ///< present and next solution; level 0 writes the last one into the caller's map
   };
   struct Pass;
+  void make_strips(gpu::Context& context);
+  void make_tiles(gpu::Context& context);
   void make_correcting(gpu::Context& context);
 
   Tuning tuning_;
@@ -86,6 +88,8 @@ class Surface {
   FloatMap unused_coarse_;  ///< takes sums of a level that is not there
   gpu::DeviceBuffer inverse_;
   gpu::TexelView inverse_texels_;
+  bool tiled() const { return tuning_.surface_tiles != 0; }
+  gpu::KernelInterface interface(std::vector<gpu::Binding> bindings, bool in_tiles) const;
   gpu::Kernel descend_, ascend_, interpolate_, interpolate_add_, smooth_, restrict_, restrict_residual_,
       correct_, coarsest_;
 };

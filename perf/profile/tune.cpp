@@ -35,6 +35,7 @@ std::vector<Stage> stages_of(const std::string& field) {
   static const Reach kReaches[] = {
       {"contact_rows_keeping", {Stage::ContactKeeping}},
       {"contact_workgroup", {Stage::Contact, Stage::ContactKeeping}},
+      {"contact_tiles", {Stage::Contact, Stage::ContactKeeping}},
       {"contact", {Stage::Contact}},
       {"slope", {Stage::Slope}},
       {"surface", {Stage::Surface}},

@@ -20,8 +20,8 @@ layout(binding = 4) writeonly buffer PartMarks { uint part_marks[]; };  // kMaxT
 layout(binding = 5) buffer Count { uint part_count; };
 layout(push_constant) uniform Push { RegionsPush push; };
 
-uint rest[kMaxTileRows];  // pixels that belong to no part yet
-uint fill[kMaxTileRows];  // the part that grows
+uint rest[TILE_ROWS];  // pixels that belong to no part yet
+uint fill[TILE_ROWS];  // the part that grows
 
 // Runs of ones of `mask` that hold a bit of `seeds`, from there to their upper ends: a carry runs through them.
 uint upwards(uint mask, uint seeds) { return (mask & ~(mask + seeds)) | seeds; }

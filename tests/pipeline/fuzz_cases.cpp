@@ -341,6 +341,9 @@ Case make_case(uint64_t seed, const Tuning& defaults, Stage stage) {
   c.tuning.contact_rows =
       any ? 2 * dice.between(1, shared::kMaxTileRows / 2) : dice.pick(std::array{6u, 32u, 64u});
   c.tuning.contact_rows_keeping = c.tuning.contact_rows;
+  c.tuning.contact_tiles = dice.one_in(3);
+  c.tuning.slope_tiles = dice.one_in(3);
+  c.tuning.surface_tiles = dice.one_in(3);
   c.tuning.contact_workgroup = any ? 8 * dice.between(1, 16) : 32;
 
   Sensor& s = c.sensor;
@@ -380,8 +383,10 @@ std::string describe(const Case& c) {
       << (c.images == 1 ? "" : "s") << ", signal " << palpate::to_string(c.sensor.signal) << ", threshold "
       << c.sensor.threshold_gray << ", saturation " << c.sensor.saturation_gray << ", reading "
       << palpate::to_string(c.sensor.reconstruction) << ", rows " << c.tuning.contact_rows << ", workgroup "
-      << c.tuning.contact_workgroup << (c.keep_filtered ? ", keeping" : "") << ", solver "
-      << static_cast<int>(c.solver) << ", exponent " << c.exponent << ", seed " << c.seed;
+      << c.tuning.contact_workgroup << (c.tuning.contact_tiles ? ", contact in tiles" : "")
+      << (c.tuning.slope_tiles ? ", slopes in tiles" : "")
+      << (c.tuning.surface_tiles ? ", surface in tiles" : "") << (c.keep_filtered ? ", keeping" : "")
+      << ", solver " << static_cast<int>(c.solver) << ", exponent " << c.exponent << ", seed " << c.seed;
   return out.str();
 }
 
@@ -427,6 +432,9 @@ Case shrink(gpu::Context& context, const Case& failing) {
     shrunk |= keep_if_failing([](Case& c) { c.image = Pattern::White; });
     shrunk |= keep_if_failing([](Case& c) { c.keep_filtered = false; });
     shrunk |= keep_if_failing([](Case& c) { c.tuning.contact_workgroup = 32; });
+    shrunk |= keep_if_failing([](Case& c) { c.tuning.contact_tiles = 0; });
+    shrunk |= keep_if_failing([](Case& c) { c.tuning.slope_tiles = 0; });
+    shrunk |= keep_if_failing([](Case& c) { c.tuning.surface_tiles = 0; });
     shrunk |= keep_if_failing([](Case& c) { c.tuning.contact_rows = c.tuning.contact_rows_keeping = 32; });
     shrunk |= keep_if_failing([](Case& c) { c.exponent = 0; });
   }

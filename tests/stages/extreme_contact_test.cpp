@@ -179,8 +179,9 @@ TEST_F(ExtremeContact, TilesAndRunsDoNotMatter) {
     const Sensor sensor = sensor_for(format, 0.4 * format.max_gray());
     const ContactMoments wanted = reference::moments(image, rest, sensor);
     for (const auto& [rows, workgroup] :
-         {std::pair{2u, 8u}, {8u, 64u}, {18u, 32u}, {32u, 128u}, {64u, 16u}}) {
+         {std::pair{0u, 64u}, {2u, 8u}, {8u, 64u}, {18u, 32u}, {32u, 128u}, {64u, 16u}}) {
       Tuning tuning = default_tuning(context());
+      tuning.contact_tiles = rows == 0;
       tuning.contact_rows = rows;
       tuning.contact_rows_keeping = rows;
       tuning.contact_workgroup = workgroup;

@@ -191,8 +191,9 @@ TEST_F(RegionsTest, ShapesEqualReferenceAndOpenCv) {
   for (const uint32_t bits : {8u, 16u}) {
     const FrameFormat format{117, 100, 1, bits};
     const Sensor sensor = plain_sensor(format);
-    for (const uint32_t rows : {34u, 64u}) {
+    for (const uint32_t rows : {8u, 34u, 64u}) {
       Tuning tuning = default_tuning(context());
+      tuning.contact_tiles = rows == 8;  // a workgroup's
       tuning.contact_rows = rows;
       RegionsRun gpu(context(), format, sensor, tuning);
       const Frame black = uniform_frame(format, 0);
