@@ -66,6 +66,7 @@ void check_numbers(const Json& value, const std::string& place, const std::files
 std::string to_json(const Profile& profile) {
   Json value = profile;
   value["live"] = profile.live;
+  value["machine"]["kind"] = profile.machine.kind;
   value["palpate_profile"] = kProfileVersion;
   return value.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -82,6 +83,8 @@ Profile load_profile(const std::filesystem::path& file) {
              "version " + version.dump() + " where this program reads " + std::to_string(kProfileVersion));
     check_numbers(value, "", file);
     auto profile = value.get<Profile>();
+    const Json& machine = value.at("machine");
+    if (machine.contains("kind")) machine.at("kind").get_to(profile.machine.kind);
     if (value.contains("live")) profile.live = value.at("live").get<std::vector<LiveFigure>>();
     for (const SizeFigure& size : profile.sizes) {
       if (size.width_px == 0 || size.height_px == 0 || size.latency.median_ms <= 0)

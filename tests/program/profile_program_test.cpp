@@ -54,17 +54,19 @@ TEST_F(ProfileProgram, RefusesFilesThatAreNoProfiles) {
   refuse(changed("zero.json", [](Json& v) { v["sizes"][0]["width_px"] = 0; }), {"no size"});
 }
 
-TEST_F(ProfileProgram, ComparesTwoFiles) {
-  const fs::path a = file("a.json", to_json(made_up("A", 2))), b = file("b.json", to_json(made_up("B", 3)));
-  const Ended ended = run({"profile", "--compare", a, b, "--out", folder_ / "out"});
+TEST_F(ProfileProgram, ComparesFiles) {
+  const fs::path a = file("a.json", to_json(made_up("A", 2))), b = file("b.json", to_json(made_up("B", 3))),
+                 c = file("c.json", to_json(made_up("C", 8)));
+  const Ended ended = run({"profile", "--compare", a, b, c, "--out", folder_ / "out"});
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_TRUE(contains(ended.out, "1.50 times as long on B"));
+  EXPECT_TRUE(contains(ended.out, "4.00 times as long on C"));
   expect_self_contained(slurp(folder_ / "out" / "compare.html"));
   const palpate::Table table(slurp(folder_ / "out" / "compare.csv"));
   table.expect_whole();
-  EXPECT_EQ(table.at(0, "ratio"), "1.5");
+  EXPECT_EQ(table.at(1, "ratio_to_a"), "1.5");
   const Json json = parse_json(run({"profile", "--compare", a, b, "--json"}).out);
-  EXPECT_NEAR(json.at("frame_ratio"), 1.5, 1e-9);
+  EXPECT_NEAR(json.at("machines").at(1).at("frame_ratio"), 1.5, 1e-9);
 }
 
 // Mesa's Radeon driver compiles for hardware that is not there.
@@ -84,9 +86,19 @@ TEST_F(ProfileProgram, CompilesKernelsForARadeon) {
     const double registers = std::stod(table.at(row, "VGPRs"));
     EXPECT_TRUE(registers > 0 && registers <= 256) << table.at(row, "kernel");
     EXPECT_GT(std::stod(table.at(row, "instructions")), 10) << table.at(row, "kernel");
-    contacts += table.at(row, "kernel") == "contact_color";
+    contacts += table.at(row, "kernel") == "contact_tile_color";
   }
   EXPECT_GE(contacts, 1u);
+  const palpate::Table modelled(slurp(folder_ / "out" / "modelled.csv"));
+  modelled.expect_whole();
+  size_t whole = 0;
+  for (size_t row = 0; row < modelled.rows.size(); ++row) {
+    if (modelled.at(row, "kernel") == "whole frame") ++whole;
+    const double time_us = std::stod(modelled.at(row, "total_us"));
+    EXPECT_TRUE(time_us > 1 && time_us < 1e5) << modelled.at(row, "kernel");
+  }
+  EXPECT_EQ(whole, 4u) << "two sizes, gray and colour";
+  EXPECT_EQ(load_profile(folder_ / "out" / "vega10" / "profile.json").machine.kind, "modelled");
   expect_refusal({"profile", "--compile", "voodoo2"}, 5, {"voodoo2", "navi21"});
 }
 

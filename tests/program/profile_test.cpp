@@ -133,37 +133,63 @@ TEST(Profile, JsonComesBackAsItWas) {
 }
 
 TEST(Profile, CompareGivesRatiosWithTheirSpread) {
-  const MachineComparison same = compare_profiles(made_up("A", 2), made_up("A", 2));
-  ASSERT_TRUE(same.frame_ratio);
-  EXPECT_NEAR(*same.frame_ratio, 1, 1e-12);
-  EXPECT_NEAR(same.frame_ratio_spread, 1, 1e-12);
-  EXPECT_NE(same.name_a, same.name_b) << "two machines must be told apart";
+  const MachineComparison same = compare_profiles({made_up("A", 2), made_up("A", 2)});
+  ASSERT_TRUE(same.frames.at(1).ratio);
+  EXPECT_NEAR(*same.frames[1].ratio, 1, 1e-12);
+  EXPECT_NEAR(same.frames[1].spread, 1, 1e-12);
+  EXPECT_NE(same.names.at(0), same.names.at(1)) << "two machines must be told apart";
 
   Profile slow = made_up("B", 6);
   slow.machine.palpate = "0.2.0";
   slow.complete = false;
   slow.sizes.push_back(size_figure(4096, 4096, 100));
-  const MachineComparison compared = compare_profiles(made_up("A", 2), slow);
-  EXPECT_NEAR(*compared.frame_ratio, 3, 1e-12);
+  const MachineComparison compared = compare_profiles({made_up("A", 2), slow});
+  EXPECT_NEAR(*compared.frames.at(1).ratio, 3, 1e-12);
   const auto frame = std::find_if(compared.figures.begin(), compared.figures.end(),
                                   [](const ComparedFigure& f) { return f.what == "frame"; });
   ASSERT_NE(frame, compared.figures.end());
-  EXPECT_NEAR(frame->ratio, 3, 1e-12);
-  EXPECT_NEAR(frame->ratio_low, 3 * 0.9 / 1.1, 1e-12);
-  EXPECT_NEAR(frame->ratio_high, 3 * 1.1 / 0.9, 1e-12);
+  const ComparedValue& b = frame->values.at(1);
+  EXPECT_NEAR(b.ratio, 3, 1e-12);
+  EXPECT_NEAR(b.ratio_low, 3 * 0.9 / 1.1, 1e-12);
+  EXPECT_NEAR(b.ratio_high, 3 * 1.1 / 0.9, 1e-12);
   const std::string text = describe(compared);
   for (const char* said :
        {"version of palpate differs: A 0.1.0, B 0.2.0", "B was ended before it was complete",
-        "only in B: 4096 x 4096 shading", "3.00 times as long on B"})
+        "only in B, not in A: 4096 x 4096 shading", "3.00 times as long on B: B as on A"})
     EXPECT_TRUE(contains(text, said)) << said << "\n" << text;
+}
+
+// Any number of machines on one page; those of which nothing was measured say so.
+TEST(Profile, CompareTakesManyMachinesOfSeveralKinds) {
+  Profile modelled = made_up("a card", 1);
+  modelled.machine.kind = "modelled";
+  modelled.solvers.clear();
+  modelled.sizes.resize(1);
+  const MachineComparison compared =
+      compare_profiles({made_up("first", 2), made_up("second", 4), modelled, made_up("fourth", 8)});
+  ASSERT_EQ(compared.frames.size(), 4u);
+  EXPECT_NEAR(*compared.frames[1].ratio, 2, 1e-12);
+  EXPECT_NEAR(*compared.frames[2].ratio, 0.5, 1e-12);
+  EXPECT_NEAR(*compared.frames[3].ratio, 4, 1e-12);
+  for (const ComparedFigure& f : compared.figures) {
+    ASSERT_EQ(f.values.size(), 4u) << f.what;
+    EXPECT_FALSE(f.what.starts_with("error of") && f.values[2].value) << f.what;
+  }
+  const std::string text = describe(compared);
+  EXPECT_TRUE(contains(text, "C is modelled: nothing of it was measured")) << text;
+  EXPECT_TRUE(contains(to_csv(compared), "C: a card,modelled"));
+  EXPECT_EQ(letter_of(25), "Z");
+  EXPECT_EQ(letter_of(26), "AA");
+  const palpate::Table table(to_csv(compared));
+  table.expect_whole();
 }
 
 TEST(Profile, CompareSaysWhereNothingIsInCommon) {
   Profile other = made_up("B", 2);
   other.sizes = {size_figure(100, 100, 1)};
-  const MachineComparison compared = compare_profiles(made_up("A", 2), other);
-  EXPECT_FALSE(compared.frame_ratio);
-  EXPECT_TRUE(contains(describe(compared), "no size and reading in common"));
+  const MachineComparison compared = compare_profiles({made_up("A", 2), other});
+  EXPECT_FALSE(compared.frames.at(1).ratio);
+  EXPECT_TRUE(contains(describe(compared), "have no size and reading in common"));
 }
 
 TEST(Profile, CsvNamesUnitsAndHoldsWholeRows) {
@@ -210,8 +236,8 @@ TEST(Profile, ReportIsSelfContainedAndEscapesNames) {
   EXPECT_TRUE(contains(html, "8192 x 8192, shading"));
   EXPECT_EQ(contains(html, "<svg"), !drawn.empty());
 
-  const MachineComparison compared = compare_profiles(profile, made_up("it's $HOME `B`", 4));
-  for (const Plot& plot : comparison_plots(compared.a, compared.b, compared.name_a, compared.name_b)) {
+  const MachineComparison compared = compare_profiles({profile, made_up("it's $HOME `B`", 4)});
+  for (const Plot& plot : comparison_plots(compared.profiles, compared.names)) {
     const Picture picture = run_gnuplot(full_script(plot, PlotKind::Png));
     if (picture.missing) break;
     EXPECT_EQ(picture.error, "") << plot.name;

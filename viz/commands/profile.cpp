@@ -1,10 +1,11 @@
-// palpate profile: speed, error and memory of a device, and two machines side by side.
+// palpate profile: speed, error and memory of a device, and machines side by side.
 #include <spdlog/spdlog.h>
 
 #include "capture/files/output_file.h"
 #include "engine/gpu/context.h"
 #include "palpate/error.h"
 #include "perf/profile/compiled.h"
+#include "perf/profile/model.h"
 #include "perf/profile/report/answers.h"
 #include "perf/profile/report/compare.h"
 #include "perf/profile/report/files.h"
@@ -33,8 +34,12 @@ void warn_of_plots(const std::string& hindrance) {
 }
 
 Report compare(const Common& common, const Options& options) {
-  const perf::Profile a = perf::load_profile(options.compare[0]), b = perf::load_profile(options.compare[1]);
-  const perf::MachineComparison comparison = perf::compare_profiles(a, b);
+  if (options.compare.size() < 2)
+    throw Error(Failure::Usage, "two or more profile.json behind --compare", "one",
+                "palpate profile --compare a/profile.json b/profile.json");
+  std::vector<perf::Profile> profiles;
+  for (const std::string& file : options.compare) profiles.push_back(perf::load_profile(file));
+  const perf::MachineComparison comparison = perf::compare_profiles(profiles);
   Report report{perf::describe(comparison), perf::to_json(comparison), 0};
   if (!common.out.empty()) {
     make_output_folder(common.out);
@@ -95,9 +100,17 @@ std::string describe(const perf::Profile& profile, const std::filesystem::path& 
 Report compile(const Common& common, const Options& options) {
   std::map<std::string, std::vector<perf::CompiledKernel>> families;
   Report report;
+  std::map<std::string, std::vector<perf::ModelledFrame>> modelled;
   for (const std::string& family : options.compile) {
     families[family] = perf::compile_for(family);
     report.text += perf::to_text(perf::table_of(family, families[family])) + "\n";
+  }
+  const std::vector<perf::FrameWork> frames = perf::frames_of_work();
+  for (const auto& [family, kernels] : families) {
+    const perf::Card* card = perf::card_of(family);
+    if (!card) continue;
+    modelled[family] = perf::model(*card, kernels, frames);
+    report.text += perf::to_text(perf::table_of(*card, modelled[family])) + "\n";
   }
   report.json = perf::to_json(families);
   if (!common.out.empty()) {
@@ -105,7 +118,17 @@ Report compile(const Common& common, const Options& options) {
     OutputFile csv(common.out / "compiled.csv");
     csv.write(perf::to_csv(families));
     csv.commit();
-    report.text += "written: " + (common.out / "compiled.csv").string() + "\n";
+    OutputFile model(common.out / "modelled.csv");
+    model.write(perf::to_csv(modelled));
+    model.commit();
+    for (const auto& [family, of_card] : modelled) {
+      make_output_folder(common.out / family);
+      OutputFile profile(common.out / family / "profile.json");
+      profile.write(perf::to_json(perf::to_profile(*perf::card_of(family), of_card)));
+      profile.commit();
+    }
+    report.text +=
+        "written: " + common.out.string() + ": compiled.csv, modelled.csv, a profile.json a card\n";
   }
   return report;
 }
@@ -114,7 +137,7 @@ Report profile(const Common& common, const Options& options) {
   if (!options.compile.empty()) return compile(common, options);
   if (!options.compare.empty()) return compare(common, options);
   if (common.out.empty())
-    throw Error(Failure::Usage, "--out DIR for the profile, or --compare A.json B.json", "neither",
+    throw Error(Failure::Usage, "--out DIR for the profile, or --compare A.json B.json ...", "neither",
                 "palpate profile --out out/profile");
   const std::vector<std::string> devices = chosen_devices(common, options);
   Report report;
@@ -136,7 +159,7 @@ Report profile(const Common& common, const Options& options) {
 
 void add_profile(CommandLine& program, Common& common, Command& chosen) {
   CommandLine* command = program.add_subcommand(
-      "profile", "Measure speed, bandwidth, error and memory of this machine, or compare two");
+      "profile", "Measure speed, bandwidth, error and memory of this machine, or compare machines");
   auto options = std::make_shared<Options>();
   command->add_option("--out", common.out, "Folder for profile.json, CSV files, plots and report.html");
   command->add_option("--sizes", options->sizes, "Frames, e.g. 640x480,1392x1042 [160x120 to 8192x8192]")
@@ -150,10 +173,10 @@ void add_profile(CommandLine& program, Common& common, Command& chosen) {
   auto* quick = command->add_flag("--quick", options->quick, "Three small sizes in 20 s");
   auto* all = command->add_flag("--all-devices", options->all_devices,
                                 "Every usable device, each in a folder device-INDEX");
-  auto* pair =
-      command->add_option("--compare", options->compare, "Two profile.json side by side; measures nothing")
-          ->expected(2)
-          ->option_text("A.json B.json");
+  auto* pair = command
+                   ->add_option("--compare", options->compare,
+                                "profile.json of two or more machines side by side; measures nothing")
+                   ->option_text("A.json B.json ...");
   pair->excludes(quick)->excludes(all);
   command
       ->add_option(

@@ -45,8 +45,8 @@ std::string write_comparison(const MachineComparison& comparison, const std::fil
   write_whole(out / "compare.csv", to_csv(comparison));
   write_whole(out / "compare.json", to_json(comparison) + "\n");
   std::string hindrance;
-  const std::vector<DrawnPlot> plots = draw(
-      comparison_plots(comparison.a, comparison.b, comparison.name_a, comparison.name_b), out, hindrance);
+  const std::vector<DrawnPlot> plots =
+      draw(comparison_plots(comparison.profiles, comparison.names), out, hindrance);
   write_whole(out / "compare.html", html_report(comparison, plots));
   return hindrance;
 }

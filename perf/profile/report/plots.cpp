@@ -335,41 +335,91 @@ std::vector<Plot> plots_of(const Profile& profile) {
   return plots;
 }
 
-std::vector<Plot> comparison_plots(const Profile& a, const Profile& b, const std::string& name_a,
-                                   const std::string& name_b) {
-  std::vector<Plot> plots;
-  for (const std::string& reading : readings_of(a)) {
-    const std::vector<std::string> others = readings_of(b);
-    if (std::find(others.begin(), others.end(), reading) == others.end()) continue;
-    std::string blocks, plot;
-    std::vector<SizeFigure> all;
-    size_t i = 0;
-    for (const auto& [profile, name] : {std::pair{&a, &name_a}, std::pair{&b, &name_b}}) {
-      std::string lines;
-      for (const SizeFigure& s : profile->sizes) {
-        if (s.reading != reading) continue;
-        all.push_back(s);
-        lines += std::to_string(s.pixels()) + " " + number(s.latency.median_ms) + " " +
-                 number(s.latency.q25_ms) + " " + number(s.latency.q75_ms) + "\n";
-      }
-      blocks += block("m" + std::to_string(i), lines);
-      plot += std::string(i ? ", " : "plot ") + "$m" + std::to_string(i) +
-              " using 1:2 with lines lw 1 lc rgb '" + kColors[i + 1] + "' notitle, $m" + std::to_string(i) +
-              " using 1:2:3:4 with yerrorbars" + style(i + 1) + " title " + gnuplot_quoted(*name);
-      ++i;
+namespace {
+
+/// Median time of a frame over the pixels; each machine a line.
+Plot compared_frames(const std::vector<Profile>& profiles, const std::vector<std::string>& names,
+                     const std::string& reading) {
+  std::string blocks, plot;
+  std::vector<SizeFigure> all;
+  for (size_t i = 0; i < profiles.size(); ++i) {
+    std::string lines;
+    for (const SizeFigure& s : profiles[i].sizes) {
+      if (s.reading != reading) continue;
+      all.push_back(s);
+      lines += std::to_string(s.pixels()) + " " + number(s.latency.median_ms) + " " +
+               number(s.latency.q25_ms) + " " + number(s.latency.q75_ms) + "\n";
     }
-    std::string script = std::move(blocks);
-    script.append(kFrameOfPlot).append("set key below center\n").append(size_axis(all));
-    script.append("set bmargin 11\nset logscale y\nset format y '%g'\nset ylabel 'time of a frame, ms'\n");
-    script.append("set title 'Two machines, reading ")
-        .append(reading)
-        .append("'\n")
-        .append(plot)
-        .append("\n");
-    plots.push_back(
-        {"compare-" + reading,
-         std::string("Median time of a frame (bars: quartiles), reading ").append(reading).append("."),
-         kWidth, kHeight, std::move(script)});
+    if (lines.empty()) continue;
+    const std::string m = "$m" + std::to_string(i);
+    blocks += block("m" + std::to_string(i), lines);
+    plot += (plot.empty() ? "plot " : ", ") + m + " using 1:2 with lines lw 1 lc rgb '" +
+            kColors[(i + 1) % kColors.size()] + "' notitle, " + m + " using 1:2:3:4 with yerrorbars" +
+            style(i + 1) + " title " + gnuplot_quoted(names[i]);
+  }
+  std::string script = std::move(blocks);
+  script.append(kFrameOfPlot).append("set key below center\n").append(size_axis(all));
+  script.append("set bmargin " + std::to_string(9 + 2 * profiles.size()) +
+                "\nset logscale y\nset format y '%g'\nset ylabel 'time of a frame, ms'\n");
+  script.append("set title 'Time of a frame, reading ")
+      .append(reading)
+      .append("'\n")
+      .append(plot)
+      .append("\n");
+  return {"compare-" + reading, "Median time of a frame (bars: quartiles), reading " + reading + ".", kWidth,
+          kHeight + static_cast<uint32_t>(30 * profiles.size()), std::move(script)};
+}
+
+/// Error of every solver over its time on one truth of one size; each machine a colour.
+Plot compared_errors(const std::vector<Profile>& profiles, const std::vector<std::string>& names,
+                     const SolverFigure& first) {
+  std::string blocks, plot;
+  for (size_t i = 0; i < profiles.size(); ++i) {
+    std::string lines;
+    for (const SolverFigure& s : profiles[i].solvers)
+      if (s.truth == first.truth && s.width_px == first.width_px && s.height_px == first.height_px)
+        lines += number(s.time.median_ms) + " " + number(s.relative_rms_error) + " " + number(s.time.q25_ms) +
+                 " " + number(s.time.q75_ms) + " " + gnuplot_quoted(s.solver) + "\n";
+    if (lines.empty()) continue;
+    const std::string e = "$e" + std::to_string(i);
+    blocks += block("e" + std::to_string(i), lines);
+    plot += (plot.empty() ? "plot " : ", ") + e + " using 1:2:3:4 with xerrorbars" + style(i + 1) +
+            " title " + gnuplot_quoted(names[i]) + ", " + e +
+            " using 1:2:5 with labels left offset 0.8,0.4 font ',8' notitle";
+  }
+  const std::string size = size_text(first.width_px, first.height_px);
+  std::string script = std::move(blocks);
+  script.append(kFrameOfPlot)
+      .append("set key below center\nset offsets graph 0.02, graph 0.2, graph 0.06, graph 0.02\n")
+      .append("set bmargin " + std::to_string(5 + 2 * profiles.size()) + "\nset logscale xy\n")
+      .append("set format '%g'\nset xlabel 'time of a solve, ms'\nset ylabel 'relative RMS error'\n")
+      .append("set title " + gnuplot_quoted("Error against run time, " + first.truth + ", " + size) + "\n")
+      .append(plot)
+      .append("\n");
+  return {"compare-error-" + std::to_string(first.width_px) + "x" + std::to_string(first.height_px),
+          "Relative RMS error of every surface solver over its median time (bars: quartiles) on the truth " +
+              first.truth + ", " + size + ". Lower left is better.",
+          kWidth, kHeight + static_cast<uint32_t>(30 * profiles.size()), std::move(script)};
+}
+
+}  // namespace
+
+std::vector<Plot> comparison_plots(const std::vector<Profile>& profiles,
+                                   const std::vector<std::string>& names) {
+  std::vector<Plot> plots;
+  for (const std::string& reading : readings_of(profiles.front())) {
+    const bool shared = std::any_of(profiles.begin() + 1, profiles.end(), [&](const Profile& profile) {
+      const std::vector<std::string> others = readings_of(profile);
+      return std::find(others.begin(), others.end(), reading) != others.end();
+    });
+    if (shared) plots.push_back(compared_frames(profiles, names, reading));
+  }
+  std::vector<std::string> drawn;
+  for (const SolverFigure& s : profiles.front().solvers) {
+    const std::string size = size_text(s.width_px, s.height_px);
+    if (std::find(drawn.begin(), drawn.end(), size) != drawn.end()) continue;
+    drawn.push_back(size);
+    plots.push_back(compared_errors(profiles, names, s));
   }
   return plots;
 }

@@ -18,9 +18,9 @@ struct Plot {
 };
 
 std::vector<Plot> plots_of(const Profile& profile);
-/// Frame time of both machines over the pixels.
-std::vector<Plot> comparison_plots(const Profile& a, const Profile& b, const std::string& name_a,
-                                   const std::string& name_b);
+/// Frame time of all machines over the pixels, and the error of the surface's solvers over their time.
+std::vector<Plot> comparison_plots(const std::vector<Profile>& profiles,
+                                   const std::vector<std::string>& names);
 
 /// Terminal and script together, ready for run_gnuplot.
 std::string full_script(const Plot& plot, PlotKind kind);

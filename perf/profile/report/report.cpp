@@ -130,18 +130,15 @@ std::string html_report(const Profile& profile, const std::vector<DrawnPlot>& pl
 }
 
 std::string html_report(const MachineComparison& comparison, const std::vector<DrawnPlot>& plots) {
-  std::string body = "<h1>palpate profile: two machines</h1>\n<p>A: " + html_escaped(comparison.name_a) +
-                     "<br>B: " + html_escaped(comparison.name_b) + "</p>\n";
+  std::string body = "<h1>palpate profile: machines side by side</h1>\n<p>";
+  for (const std::string& name : comparison.names) body += html_escaped(name) + "<br>";
+  body += "</p>\n";
   for (const std::string& note : comparison.notes) body += paragraph(note, kWarning);
-  if (comparison.frame_ratio) {
-    body += paragraph(
-        "A frame takes " + figure(*comparison.frame_ratio) +
-        " times as long on B as on A (geometric mean over sizes and readings, standard error a factor of " +
-        figure(comparison.frame_ratio_spread) + ").");
-  }
+  for (size_t i = 1; i < comparison.frames.size(); ++i)
+    if (comparison.frames[i].ratio) body += paragraph(frame_sentence(comparison, i));
   body += figures_html(plots);
   for (const Table& table : tables_of(comparison)) body += section(table);
-  return page("palpate profile: two machines", body);
+  return page("palpate profile: machines side by side", body);
 }
 
 }  // namespace palpate::perf
