@@ -62,12 +62,18 @@ Sensor sensor_to_calibrate(const std::string& input, const std::filesystem::path
 
 MeasuredInput find_input(uint64_t seed, const std::string& input, const std::filesystem::path& sensor_file,
                          const std::filesystem::path& background) {
+  return find_input(seed, input, sensor_file.empty() ? std::optional<Sensor>() : load_sensor(sensor_file),
+                    background);
+}
+
+MeasuredInput find_input(uint64_t seed, const std::string& input, const std::optional<Sensor>& sensor,
+                         const std::filesystem::path& background) {
   constexpr const char* kSynthetic = "synthetic:";
   MeasuredInput found{.input = input, .sensor = {}, .session = {}};
   const bool synthetic = input.rfind(kSynthetic, 0) == 0;
   if (is_session(input)) found.session = Session(input).info();
-  if (!sensor_file.empty()) {
-    found.sensor = load_sensor(sensor_file);
+  if (sensor) {
+    found.sensor = *sensor;
   } else if (is_camera(input)) {
     found.sensor = uncalibrated_sensor(camera_format(parse_camera(input)));
   } else if (found.session) {
@@ -79,12 +85,12 @@ MeasuredInput find_input(uint64_t seed, const std::string& input, const std::fil
     TissueOptions options = parse_tissue(input);
     if (input.find("seed=") == std::string::npos) options.seed = seed;
     found.input = to_string(options);
-    if (sensor_file.empty()) found.sensor = tissue_sensor(options);
+    if (!sensor) found.sensor = tissue_sensor(options);
   } else if (synthetic) {
     SyntheticOptions options = parse_synthetic(input);
     if (input.find("seed=") == std::string::npos) options.seed = seed;
     found.input = to_string(options);
-    if (sensor_file.empty()) found.sensor = synthetic_sensor(options);
+    if (!sensor) found.sensor = synthetic_sensor(options);
   }
   if (!background.empty()) found.sensor.background.image = std::filesystem::absolute(background).string();
   found.outputs = Output::Force | Output::Contacts;

@@ -26,6 +26,9 @@ struct MeasuredInput {
 /// file's; empty: as the sensor file says.
 MeasuredInput find_input(uint64_t seed, const std::string& input, const std::filesystem::path& sensor_file,
                          const std::filesystem::path& background = {});
+/// The same with a sensor that is there already, or none.
+MeasuredInput find_input(uint64_t seed, const std::string& input, const std::optional<Sensor>& sensor,
+                         const std::filesystem::path& background);
 
 /// A sensor of which nothing is known but the format of its frames, which those of the recording `input` say:
 /// colour, gray, or gray of 16 bits; colour frames without any colour are gray. Throws Error(Failure::Input)

@@ -3,6 +3,8 @@
 #include <dlfcn.h>
 
 #include <filesystem>
+#include <mutex>
+#include <vector>
 
 #include "palpate/error.h"
 
@@ -24,16 +26,27 @@ Opened open(const std::string& file) {
   return {nullptr, reason ? reason : "it cannot be loaded"};
 }
 
+std::mutex folders_mutex;
+std::vector<fs::path> folders;
+
 Opened find(const std::string& name) {
   const std::string file = name + ".so";
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error).parent_path();
   for (const char* folder : {"lib/palpate", PALPATE_MODULE_FOLDER})
     if (const fs::path path = program / folder / file; fs::exists(path, error)) return open(path.string());
+  const std::lock_guard lock(folders_mutex);
+  for (const fs::path& folder : folders)
+    if (const fs::path path = folder / file; fs::exists(path, error)) return open(path.string());
   return open(file);
 }
 
 }  // namespace
+
+void add_module_folder(const fs::path& folder) {
+  const std::lock_guard lock(folders_mutex);
+  folders.push_back(folder);
+}
 
 void* module_function(const std::string& name, const char* function, const std::string& purpose) {
   const auto refuse = [&](const std::string& found) {

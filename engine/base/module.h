@@ -2,9 +2,14 @@
 // first used.
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 namespace palpate {
+
+/// Looks for modules in `folder` too, after the places beside the program: for libraries that a program of
+/// another kind has loaded.
+void add_module_folder(const std::filesystem::path& folder);
 
 /// The address of `function` in the module `name` ("palpate_video"), which stays loaded until the program
 /// ends. Modules lie in lib/palpate beside the program, where the installation puts them, or on the loader's

@@ -1,0 +1,193 @@
+"""Streams: what is handed out, in which order, how long it stays."""
+
+import subprocess
+import threading
+import time
+
+import numpy as np
+import palpate as pp
+import pytest
+
+
+@pytest.fixture
+def frames(tmp_path, program):
+    """A folder of six images."""
+    run = tmp_path / "run"
+    command = [program, "simulate", "press", "--size", "64x48", "--frames", "6", "--out", run, "--quiet"]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    return run / "frames"
+
+
+def test_every_frame_comes_in_order(small):
+    with pp.open(small, drop=False) as stream:
+        touches = list(stream)
+    assert [t.sequence for t in touches] == list(range(stream.frame_count))
+    assert stream.dropped == 0
+    assert stream.delivered == stream.frame_count
+    assert np.allclose([t.time_s for t in touches], np.arange(len(touches)) / 20)
+    pressed = [t for t in touches if t.contact]
+    assert 10 < len(pressed) < len(touches)
+    assert max(float(t.force_N) for t in pressed if t.force_N.valid) > 1
+
+
+def test_numbers_are_near_the_truth(small):
+    errors = []
+    with pp.open(small, drop=False) as stream:
+        for t in stream:
+            if t.force_N.valid:
+                errors.append(float(t.force_N) - t.truth.force_N)
+            if t.force_N > 0.2:
+                assert abs(t.centroid_x_px - t.truth.center_x_px) < 2
+                assert len(t.contacts) == 1
+                assert t.contacts[0].force_N == t.force_N
+    assert len(errors) > 10
+    assert np.abs(errors).max() < 0.1
+
+
+def test_depth_is_read_only_float32_of_the_frame(small):
+    with pp.open(small, drop=False) as stream:
+        for t in stream:
+            if t.force_N > 1:
+                break
+        depth = t.depth_mm
+        assert depth.shape == (stream.height, stream.width) == (120, 160)
+        assert depth.dtype == np.float32
+        assert depth is t.depth_mm
+        assert np.isclose(depth.max(), t.depth_max_mm.value, rtol=1e-3)
+        with pytest.raises(ValueError):
+            depth[0, 0] = 1
+        with pytest.raises(ValueError):
+            depth.flags.writeable = True
+
+
+def test_what_was_read_stays_what_was_not_raises(small):
+    with pp.open(small, drop=False) as stream:
+        first = next(stream)
+        depth, copy = first.depth_mm, first.depth_mm.copy()
+        image, pixels = first.image, first.image.copy()
+        unread = next(stream)
+        for _ in range(20):
+            next(stream)
+        assert first.depth_mm is depth
+    for _ in range(3):  # memory that was given back is used again
+        with pp.open(small, drop=False) as other:
+            for t in other:
+                t.depth_mm
+    assert np.array_equal(depth, copy)
+    assert np.array_equal(image, pixels)
+    with pytest.raises(pp.ExpiredError, match="depth_mm of frame 1") as failure:
+        unread.depth_mm
+    assert "keep" in failure.value.remedy
+    with pytest.raises(pp.ExpiredError):
+        unread.image
+    assert unread.force_N.state == "no contact"  # numbers stay
+
+
+def test_keep_reads_at_once(small):
+    with pp.open(small, drop=False, keep=["depth_mm", "image"]) as stream:
+        touches = list(stream)
+    peaks = [t.depth_mm.max() for t in touches]
+    assert np.argmax(peaks) in range(len(touches) // 4, 3 * len(touches) // 4)
+    assert touches[0].image.shape == (120, 160)
+    assert touches[0].image.dtype == np.uint8
+    with pp.open(small, drop=False) as stream:
+        kept = next(stream).keep("depth_mm")
+        next(stream)
+    assert kept.depth_mm.shape == (120, 160)
+    with pytest.raises(pp.ExpiredError):
+        kept.image
+
+
+def test_colour_images_are_rows_columns_channels():
+    with pp.open("synthetic:press?mode=gel&size=64x48", drop=False) as stream:
+        image = next(stream).image
+    assert image.shape == (48, 64, 3)
+
+
+def test_deep_images_are_of_16_bits():
+    with pp.open("synthetic:press?bits=12&size=64x48", drop=False) as stream:
+        image = next(stream).image
+    assert image.dtype == np.uint16
+    assert image.max() > 255
+
+
+def test_the_newest_frame_wins():
+    with pp.open("synthetic:press?size=64x48&rate=200") as stream:
+        assert stream.drops
+        seen = []
+        for t in stream:
+            seen.append(t.sequence)
+            time.sleep(0.05)
+            if t.time_s > 1:
+                break
+    assert seen == sorted(set(seen))
+    assert len(seen) < 30
+    assert stream.dropped > 50
+
+
+def test_the_last_frame_is_not_lost(frames):
+    with pp.open(frames, rate_Hz=100) as stream:
+        for t in stream:
+            time.sleep(0.2)
+    assert t.sequence == 5
+    assert t.time_s == 0.05
+    assert stream.dropped + stream.delivered == 6
+
+
+def test_a_recording_comes_at_its_own_pace():
+    with pp.open("synthetic:press?size=64x48&rate=100") as stream:
+        start_s = time.monotonic()
+        for t in stream:
+            if t.time_s >= 0.5:
+                break
+        took_s = time.monotonic() - start_s
+    assert took_s > 0.45
+
+
+def test_images_without_times_lose_none(frames):
+    with pp.open(frames) as stream:
+        assert stream.rate_Hz is None
+        assert not stream.drops
+        assert len(list(stream)) == 6
+
+
+def test_outputs_are_those_asked_for(small):
+    with pp.open(small, drop=False, outputs="force") as stream:
+        t = next(stream)
+        with pytest.raises(pp.SensorError, match="surface"):
+            t.depth_mm
+    with pp.open(small, drop=False, outputs=["force", "surface", "confidence"]) as stream:
+        assert next(stream).confidence.dtype == np.uint16
+
+
+def test_a_stream_is_one_iterator(small):
+    with pp.open(small, drop=False) as stream:
+        for t in stream:
+            if t.sequence == 4:
+                break
+        assert next(iter(stream)).sequence == 5
+    assert stream.closed
+    with pytest.raises(pp.ExpiredError, match="closed"):
+        next(stream)
+
+
+def test_closing_from_another_thread_ends_the_wait():
+    stream = pp.open("synthetic:press?size=64x48&rate=0.2")
+    next(stream)
+    threading.Timer(0.1, stream.close).start()
+    start_s = time.monotonic()
+    with pytest.raises(pp.ExpiredError):
+        next(stream)
+    assert time.monotonic() - start_s < 1
+
+
+def test_sensor_files_go_in_and_out(tmp_path, small):
+    with pp.open(small, drop=False) as stream:
+        sensor = stream.sensor
+        expected = [float(t.force_N) for t in stream]
+    assert sensor.has_force and sensor.has_scale and sensor.surface
+    sensor.save(tmp_path / "pad.json")
+    for given in (tmp_path / "pad.json", str(tmp_path / "pad.json"), pp.Sensor(tmp_path / "pad.json"), sensor):
+        with pp.open(small, drop=False, sensor=given) as stream:
+            found = [float(t.force_N) for t in stream]
+        assert np.array_equal(found, expected, equal_nan=True)

@@ -1,0 +1,63 @@
+#include "viz/python/errors.h"
+
+#include <string_view>
+
+#include "palpate/error.h"
+
+namespace palpate::python {
+namespace {
+
+namespace py = pybind11;
+
+const char* type_of(Failure failure) {
+  switch (failure) {
+    case Failure::Usage:
+      return "ArgumentError";
+    case Failure::Input:
+      return "InputError";
+    case Failure::Sensor:
+      return "SensorError";
+    case Failure::Device:
+    case Failure::Display:
+      return "DeviceError";
+    case Failure::Output:
+      return "OutputError";
+  }
+  return "Error";
+}
+
+void raise(const char* type, const std::string& wanted, const std::string& found, const std::string& remedy) {
+  const py::object cls = py::module_::import("palpate._errors").attr(type);
+  const py::object error = cls(wanted, found, remedy);
+  PyErr_SetObject(cls.ptr(), error.ptr());
+}
+
+/// The parts of "wanted ...; found ...; try ...".
+Refusal parts_of(const Error& error) {
+  constexpr std::string_view kFound = "; found ", kTry = "; try ", kWanted = "wanted ";
+  const std::string_view line = error.what();
+  const size_t remedy = line.rfind(kTry), found = line.rfind(kFound, remedy);
+  const std::string_view wanted = line.substr(kWanted.size(), found - kWanted.size());
+  const size_t from = found + kFound.size();
+  return {type_of(error.failure()), std::string(wanted), std::string(line.substr(from, remedy - from)),
+          std::string(line.substr(remedy + kTry.size()))};
+}
+
+void translate(std::exception_ptr thrown) {
+  try {
+    if (thrown) std::rethrow_exception(thrown);
+  } catch (const Refusal& r) {
+    raise(r.type, r.wanted, r.found, r.remedy);
+  } catch (const Error& error) {
+    const Refusal r = parts_of(error);
+    raise(r.type, r.wanted, r.found, r.remedy);
+  }
+}
+
+}  // namespace
+
+void bind_errors(py::module_&) {
+  py::register_exception_translator(&translate);
+}
+
+}  // namespace palpate::python

@@ -1,0 +1,160 @@
+#include "viz/python/live.h"
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "viz/python/device.h"
+#include "viz/python/errors.h"
+#include "viz/python/sensor.h"
+#include "viz/python/stream.h"
+#include "viz/python/touch.h"
+#include "viz/python/waiting.h"
+
+namespace palpate::python {
+namespace {
+
+namespace py = pybind11;
+
+/// Open streams, for the interpreter's end. Never destroyed.
+struct Registry {
+  std::mutex mutex;
+  std::vector<std::weak_ptr<Stream>> streams;
+};
+Registry& registry() {
+  static auto* const one = new Registry;
+  return *one;
+}
+
+/// A stream that a fork leaves alone: its threads are the parent's.
+std::shared_ptr<Stream> owned(std::unique_ptr<Stream> made) {
+  const pid_t owner = getpid();
+  std::shared_ptr<Stream> stream(made.release(), [owner](Stream* s) {
+    if (getpid() == owner) delete s;
+  });
+  Registry& all = registry();
+  const std::lock_guard lock(all.mutex);
+  std::erase_if(all.streams, [](const auto& weak) { return weak.expired(); });
+  all.streams.push_back(stream);
+  return stream;
+}
+
+class PyStream {
+ public:
+  PyStream(std::shared_ptr<Stream> stream, const Kept& kept)
+      : stream_(std::move(stream)), kept_(kept), owner_(getpid()) {}
+  ~PyStream() {
+    if (getpid() != owner_) return;
+    const py::gil_scoped_release release;
+    stream_->close();
+    stream_.reset();
+  }
+  PyStream(const PyStream&) = delete;
+  PyStream& operator=(const PyStream&) = delete;
+
+  Stream& stream() const { return *stream_; }
+  void close() {
+    if (getpid() != owner_) return;
+    const py::gil_scoped_release release;
+    stream_->close();
+  }
+
+  std::unique_ptr<PyTouch> next() {
+    if (getpid() != owner_)
+      throw Refusal{"DeviceError", "a stream that process " + std::to_string(getpid()) + " opened",
+                    "one that was opened before the fork, by process " + std::to_string(owner_),
+                    "palpate.open in the child, or multiprocessing.set_start_method('spawn')"};
+    std::shared_ptr<HeldFrame> held;
+    {
+      std::unique_lock lock(stream_->mutex(), std::defer_lock);
+      wait_for(lock, stream_->changed(), [this] { return stream_->ready(); });
+      held = stream_->take();
+    }
+    if (!held) throw py::stop_iteration();
+    auto touch = std::make_unique<PyTouch>(held);
+    touch->keep(kept_);
+    return touch;
+  }
+
+ private:
+  std::shared_ptr<Stream> stream_;
+  Kept kept_;
+  pid_t owner_;
+};
+
+std::unique_ptr<PyStream> open_stream(InputRequest input, const std::string& solver, bool drop,
+                                      bool fixed_light, std::optional<double> rate_Hz,
+                                      const std::string& device, bool keep_depth, bool keep_image,
+                                      bool keep_confidence, bool keep_traction) {
+  StreamRequest request;
+  request.solver = solver_of(solver);
+  request.drop = drop;
+  request.fixed_light = fixed_light;
+  request.rate_Hz = rate_Hz.value_or(0);
+  std::shared_ptr<Stream> stream = run_apart([input, request, device](const std::atomic<bool>& stop) mutable {
+    request.input = find(input);
+    return owned(std::make_unique<Stream>(shared_device(device), request, stop));
+  });
+  return std::make_unique<PyStream>(std::move(stream),
+                                    Kept{keep_depth, keep_image, keep_confidence, keep_traction});
+}
+
+}  // namespace
+
+void close_streams() {
+  std::vector<std::weak_ptr<Stream>> all;
+  {
+    const std::lock_guard lock(registry().mutex);
+    all = registry().streams;
+  }
+  for (const std::weak_ptr<Stream>& weak : all)
+    if (const std::shared_ptr<Stream> stream = weak.lock()) stream->close();
+}
+
+void bind_live(py::module_& module) {
+  py::class_<InputRequest>(module, "InputRequest")
+      .def(py::init([](std::string input, std::optional<Sensor> sensor, std::filesystem::path background,
+                       std::vector<std::string> outputs, uint64_t seed) {
+             return InputRequest{std::move(input), std::move(sensor), std::move(background),
+                                 std::move(outputs), seed};
+           }),
+           py::arg("input"), py::arg("sensor"), py::arg("background"), py::arg("outputs"), py::arg("seed"));
+  module.def("open_stream", &open_stream, py::arg("input"), py::arg("solver"), py::arg("drop"),
+             py::arg("fixed_light"), py::arg("rate_Hz"), py::arg("device"), py::arg("keep_depth"),
+             py::arg("keep_image"), py::arg("keep_confidence"), py::arg("keep_traction"));
+  const auto of = [](auto get) { return [get](const PyStream& s) { return get(s.stream()); }; };
+  py::class_<PyStream>(module, "Stream")
+      .def("__iter__", [](py::object self) { return self; })
+      .def("__next__", &PyStream::next)
+      .def("__enter__", [](py::object self) { return self; })
+      .def("__exit__", [](PyStream& s, const py::args&) { s.close(); })
+      .def("close", &PyStream::close)
+      .def_property_readonly("closed", of([](const Stream& s) { return s.closed(); }))
+      .def_property_readonly("dropped", of([](const Stream& s) { return s.dropped(); }))
+      .def_property_readonly("delivered", of([](const Stream& s) { return s.delivered(); }))
+      .def_property_readonly("drops", of([](const Stream& s) { return s.drops(); }))
+      .def_property_readonly("input", of([](const Stream& s) { return s.input().input; }))
+      .def_property_readonly("sensor", of([](const Stream& s) { return s.input().sensor; }))
+      .def_property_readonly("width", of([](const Stream& s) { return s.format().width; }))
+      .def_property_readonly("height", of([](const Stream& s) { return s.format().height; }))
+      .def_property_readonly("frame_count", of([](const Stream& s) { return s.frame_count(); }))
+      .def_property_readonly("rate_Hz", of([](const Stream& s) {
+                               return s.rate_Hz() > 0 ? std::optional(s.rate_Hz()) : std::nullopt;
+                             }))
+      .def_property_readonly("live", of([](const Stream& s) { return s.live(); }))
+      .def_property_readonly("clock", of([](const Stream& s) {
+                               return std::string(s.live() ? "CLOCK_MONOTONIC" : "recording");
+                             }))
+      .def_property_readonly("warning", of([](const Stream& s) { return s.warning(); }))
+      .def_property_readonly("details", of([](const Stream& s) { return s.details(); }))
+      .def_property_readonly("device", of([](const Stream& s) { return s.device().report().name; }))
+      .def("__repr__", [](const PyStream& s) {
+        return "<palpate.Stream '" + s.stream().input().input + "', " +
+               (s.stream().closed() ? "closed" : "open") + ", " + std::to_string(s.stream().delivered()) +
+               " frames>";
+      });
+}
+
+}  // namespace palpate::python

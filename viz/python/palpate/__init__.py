@@ -1,0 +1,68 @@
+"""palpate: a camera behind a silicone pad as a calibrated touch instrument.
+
+    import palpate as pp
+    with pp.open("synthetic:palpation") as stream:
+        for touch in stream:
+            print(touch.time_s, touch.force_N, touch.slip, len(touch.contacts))
+
+Numbers have their unit in their name, a standard error and a state.  The
+compiled part, and what it needs, is loaded when it is first used.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+from ._errors import (
+    ArgumentError,
+    DeviceError,
+    Error,
+    ExpiredError,
+    InputError,
+    OutputError,
+    SensorError,
+    VersionError,
+)
+
+__version__ = "@PROJECT_VERSION@"
+
+_PUBLIC = {
+    "Contact": "_live",
+    "Estimate": "_live",
+    "Sensor": "_live",
+    "Stream": "_live",
+    "Touch": "_live",
+    "Truth": "_live",
+    "Wrench": "_live",
+    "open": "_live",
+}
+_MODULES: set[str] = set()
+
+__all__ = [
+    "ArgumentError",
+    "DeviceError",
+    "Error",
+    "ExpiredError",
+    "InputError",
+    "OutputError",
+    "SensorError",
+    "VersionError",
+    "__version__",
+    *sorted(_PUBLIC),
+    *sorted(_MODULES),
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _MODULES:
+        return importlib.import_module("." + name, __name__)
+    if name in _PUBLIC:
+        value = getattr(importlib.import_module("." + _PUBLIC[name], __name__), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module 'palpate' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,89 @@
+"""Streams of touches."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from typing import Union
+
+from ._core import _palpate
+from ._errors import ArgumentError
+
+Contact = _palpate.Contact
+Estimate = _palpate.Estimate
+Sensor = _palpate.Sensor
+Stream = _palpate.Stream
+Touch = _palpate.Touch
+Truth = _palpate.Truth
+Wrench = _palpate.Wrench
+
+Path = Union[str, "os.PathLike[str]"]
+
+MAPS = ("depth_mm", "image", "confidence", "pressure_kPa", "shear_kPa")
+
+
+def names_of(given: Iterable[str] | str | None) -> list[str]:
+    """A list of names; one name alone is a list of one."""
+    if given is None:
+        return []
+    return [given] if isinstance(given, str) else list(given)
+
+
+def kept_maps(keep: Iterable[str] | str | None) -> tuple[bool, bool, bool, bool]:
+    """Which maps of a frame are read at once."""
+    names = names_of(keep)
+    for name in names:
+        if name not in MAPS:
+            raise ArgumentError("names of maps to keep", repr(name), ", ".join(MAPS))
+    return (
+        "depth_mm" in names,
+        "image" in names,
+        "confidence" in names,
+        "pressure_kPa" in names or "shear_kPa" in names,
+    )
+
+
+def request_of(
+    source: Path,
+    sensor: Sensor | Path | None,
+    background: Path | None = None,
+    outputs: Iterable[str] | None = None,
+    seed: int = 1,
+) -> _palpate.InputRequest:
+    """A source with its sensor."""
+    if sensor is not None and not isinstance(sensor, Sensor):
+        sensor = Sensor(os.fspath(sensor))
+    return _palpate.InputRequest(os.fspath(source), sensor, os.fspath(background or ""), names_of(outputs), seed)
+
+
+def open(
+    source: Path,
+    *,
+    sensor: Sensor | Path | None = None,
+    background: Path | None = None,
+    outputs: Iterable[str] | None = None,
+    solver: str = "live",
+    drop: bool = True,
+    keep: Iterable[str] | str = (),
+    fixed_light: bool = False,
+    rate_Hz: float | None = None,
+    device: str = "",
+    seed: int = 1,
+) -> Stream:
+    return _palpate.open_stream(
+        request_of(source, sensor, background, outputs, seed),
+        solver,
+        drop,
+        fixed_light,
+        rate_Hz,
+        device,
+        *kept_maps(keep),
+    )
+
+
+def _keep(touch: Touch, *names: str) -> Touch:
+    touch._keep(*kept_maps(names or ("depth_mm", "image")))
+    return touch
+
+
+Touch.keep = _keep

@@ -1,0 +1,84 @@
+#include "viz/python/sensor.h"
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <cmath>
+
+#include "engine/base/text.h"
+#include "viz/python/errors.h"
+
+namespace palpate::python {
+namespace {
+
+namespace py = pybind11;
+
+template <typename Value>
+Value by_name(const std::map<std::string, Value>& all, const std::string& name, const char* what) {
+  const auto found = all.find(name);
+  if (found != all.end()) return found->second;
+  std::vector<std::string> names;
+  std::string list;
+  for (const auto& [known, value] : all) {
+    names.push_back(known);
+    list += (list.empty() ? "" : ", ") + known;
+  }
+  throw bad_argument(what, "'" + name + "'" + did_you_mean(name, names), list);
+}
+
+std::string described(const Sensor& sensor) {
+  std::string line = "<palpate.Sensor '" + sensor.name + "'";
+  if (has_scale(sensor)) line += text(", %.5g mm per px", sensor.pitch_mm_per_px);
+  if (sensor.reconstruction != Reconstruction::None)
+    line += std::string(", surface by ") + to_string(sensor.reconstruction);
+  if (sensor.force) line += ", force";
+  if (sensor.shear) line += ", shear";
+  return line + ">";
+}
+
+}  // namespace
+
+SurfaceSolver solver_of(const std::string& name) {
+  return by_name(kSolverNames, name, "a solver");
+}
+
+MeasuredInput find(const InputRequest& request) {
+  MeasuredInput found = find_input(request.seed, request.input, request.sensor, request.background);
+  if (request.outputs.empty()) return found;
+  found.outputs = 0;
+  for (const std::string& name : request.outputs)
+    found.outputs |= static_cast<uint32_t>(by_name(kOutputNames, name, "an output"));
+  if (wants(found.outputs, Output::Contacts) || wants(found.outputs, Output::Skin))
+    found.outputs |= static_cast<uint32_t>(Output::Force);
+  return found;
+}
+
+void bind_sensor(py::module_& module) {
+  py::class_<Sensor>(module, "Sensor")
+      .def(py::init([](const std::filesystem::path& file) { return load_sensor(file); }), py::arg("file"))
+      .def_static(
+          "from_text", [](const std::string& text) { return sensor_from_text(text, "the text"); },
+          py::arg("text"))
+      .def(
+          "save", [](const Sensor& sensor, const std::filesystem::path& file) { save_sensor(sensor, file); },
+          py::arg("file"))
+      .def_property_readonly("text", &sensor_text)
+      .def_readonly("name", &Sensor::name)
+      .def_readonly("pitch_mm_per_px", &Sensor::pitch_mm_per_px)
+      .def_readonly("pitch_sd_mm_per_px", &Sensor::pitch_sd_mm_per_px)
+      .def_property_readonly("has_scale", &has_scale)
+      .def_property_readonly("has_force", [](const Sensor& s) { return s.force.has_value(); })
+      .def_property_readonly("has_shear", [](const Sensor& s) { return s.shear.has_value(); })
+      .def_property_readonly("has_layer", [](const Sensor& s) { return layer_of(s).has_value(); })
+      .def_property_readonly("surface",
+                             [](const Sensor& s) {
+                               return s.reconstruction == Reconstruction::None
+                                          ? std::optional<std::string>()
+                                          : std::string(to_string(s.reconstruction));
+                             })
+      .def("__repr__", &described)
+      .def(py::pickle([](const Sensor& s) { return sensor_text(s); },
+                      [](const std::string& text) { return sensor_from_text(text, "the text"); }));
+}
+
+}  // namespace palpate::python

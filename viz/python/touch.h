@@ -1,0 +1,46 @@
+// Touches as Python sees them: numbers that stay, maps and pixels that are read while the frame is the
+// stream's newest.
+#pragma once
+
+#include <pybind11/numpy.h>
+
+#include <memory>
+#include <string>
+
+#include "viz/python/stream.h"
+
+namespace palpate::python {
+
+/// What of a frame is read at once when it is handed out.
+struct Kept {
+  bool depth = false, image = false, confidence = false, traction = false;
+};
+
+/// A frame's maps and pixels once they were read.
+class PyTouch {
+ public:
+  explicit PyTouch(std::shared_ptr<HeldFrame> held) : held_(std::move(held)) {}
+
+  const Touch& touch() const { return held_->touch(); }
+  const HeldFrame& held() const { return *held_; }
+  void keep(const Kept& kept);
+
+  pybind11::object depth_mm();
+  pybind11::object image();
+  pybind11::object confidence();
+  pybind11::object pressure_kPa();
+  pybind11::object shear_kPa();
+
+ private:
+  template <typename Read, typename Make>
+  pybind11::object once(pybind11::object& kept, const char* name, Read read, Make make);
+  void read_traction(const char* name);
+  std::vector<pybind11::ssize_t> shape() const { return {held_->format().height, held_->format().width}; }
+
+  std::shared_ptr<HeldFrame> held_;
+  pybind11::object depth_, image_, confidence_, pressure_, shear_;
+};
+
+void bind_touch(pybind11::module_& module);
+
+}  // namespace palpate::python
